@@ -1,5 +1,5 @@
 //! Tells the crate whether its target has the instructions of a Cortex-M4F: `cfg(armv7em_fp)`. No
-//! `cfg` of the compiler parts it from a Cortex-M33, which may lack some.
+//! `cfg` of the compiler distinguishes it from a Cortex-M33, which may lack some of them.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

@@ -1,5 +1,5 @@
-//! Hands the linker its scripts and the image its patch. A `[build] rustflags` would be lost to
-//! anyone who sets `RUSTFLAGS`; link arguments from here are not.
+//! Hands the linker its scripts and the image its patch. `[build] rustflags` has no effect for
+//! anyone who sets `RUSTFLAGS`; link arguments from here always apply.
 
 use core::error::Error;
 use std::{
@@ -8,7 +8,7 @@ use std::{
     time::{SystemTime, UNIX_EPOCH},
 };
 
-/// Patch file that goes into the image; a relative path starts at the repository.
+/// Patch file that goes into the image; a relative path starts at the repository root.
 const PATCH: &str = "PALPATE_PATCH";
 const DEFAULT_PATCH: &str = "firmware/patches/block-m4f-168.patch";
 

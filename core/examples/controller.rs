@@ -1,4 +1,4 @@
-//! A patch file, a device of the example, 1 000 ticks of the haptic loop.
+//! Opens a patch file and runs 1 000 ticks of the haptic loop on a simulated device.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, PatchRenderer, Settings};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};

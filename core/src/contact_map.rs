@@ -1,10 +1,11 @@
-//! Contact map: how the push of a tick is spread over the surface, computed when asked for.
+//! Contact map: how the contact force of a tick is distributed over the surface, computed on
+//! request.
 //!
-//! A net force is one vector; where the tissue pushes, over what area and how unevenly is in the
-//! foundation points that made it ([`crate::stages::force::foundation`]). The map reads them once
-//! more, at the positions as the tick left them. No tick needs it or pays for it, and none differs
-//! by it: of the state it uses scratch fields alone, which are zero between ticks or which every
-//! tick begins by clearing.
+//! A net force is one vector. Where the tissue pushes, over what area and how unevenly, is known
+//! from the foundation points that produced it ([`crate::stages::force::foundation`]). The map
+//! evaluates them again, at the node positions that the tick left. No tick needs the map, pays for
+//! it or changes because of it: of the state it uses scratch fields only, which are zero between
+//! ticks or are cleared at the start of every tick.
 //!
 //! * in: positions after a tick, its candidates, the tip that the patch was shown
 //! * out: area, centre, axes, peak pressure, force; the pressure of every surface triangle
@@ -28,9 +29,9 @@ use moments::Moments;
 
 /// Moments of a contact; pressures are those of the push, without friction.
 ///
-/// It is the tissue's part: what the deformed surface pushes where it is. In a hold `force_n` is
-/// the force of the tick; under a probe that moves the tick's force has the contact's damping and
-/// the mean over its substeps besides.
+/// It holds the tissue's part alone: the force of the deformed surface at its present position. In
+/// a hold `force_n` is the force of the tick; under a moving probe the tick's force also contains
+/// the contact's damping and is a mean over the substeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactMap {
     /// Area of the deformed surface inside the probe [m^2].
@@ -63,10 +64,10 @@ impl ContactMap {
         triangles: 0,
     };
 
-    /// The contact of the last tick. `pressure_pa` takes the mean pressure on each surface triangle
-    /// [Pa], shape \[triangles\] in the model's order, zero where nothing touches; a shorter slice,
-    /// also an empty one, takes its first ones. A triangle's push points along the probe's normals
-    /// at its points, not along its own.
+    /// The contact of the last tick. `pressure_pa` receives the mean pressure on each surface
+    /// triangle [Pa], shape \[triangles\] in the model's order, zero where nothing touches. A
+    /// shorter slice, even an empty one, receives the first triangles only. A triangle's push
+    /// points along the probe's normals at its points, not along its own.
     ///
     /// `model` and `tuned` are those of the tick.
     pub fn read(model: &Model, tuned: &Tuned, state: &mut State, pressure_pa: &mut [f32]) -> Self {

@@ -3,7 +3,7 @@
 
 use core::fmt;
 
-/// A model or a set of parameters that cannot run. Found before the first tick, never in one.
+/// A model or a set of parameters that cannot run. Found before the first tick, never during one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum BuildError {
@@ -160,11 +160,11 @@ pub enum Fault {
     Diverged = 2,
     /// The contact force came out NaN or infinite.
     ForceNotFinite = 3,
-    /// State, parameters and model are not of one size.
+    /// State, parameters and model differ in size.
     SizeMismatch = 4,
     /// The device said that its sensor cannot be trusted, or its readings showed it.
     SensorFault = 5,
-    /// No new pose came for longer than a pose may be old, or too many were missing.
+    /// The last new pose is older than allowed, or too many poses were missing.
     PoseStale = 6,
     /// The pose was outside the workspace and its margin.
     OutOfWorkspace = 7,
@@ -172,7 +172,7 @@ pub enum Fault {
     OverSpeed = 8,
     /// The model asked for a force far beyond the limit for many ticks.
     ForceImplausible = 9,
-    /// The loop gave more energy to the hand than it took, contact after contact.
+    /// In several contacts in a row the loop gave the hand more energy than it took.
     EnergyCreated = 10,
     /// The self-test did not pass.
     SelfTestFailed = 11,
@@ -182,14 +182,15 @@ pub enum Fault {
     SupplyLow = 13,
     /// The probe sped up against a force that should have held it.
     Runaway = 14,
-    /// A force acted on a tip that was outside the tissue, or was shown to the patch elsewhere than
-    /// it was sensed.
+    /// A force acted on a tip that was outside the tissue, or the patch was given another tip
+    /// position than the sensed one.
     TipApart = 15,
     /// The encoder's steps are ten times longer or shorter than a count of the device's profile.
     UnitMismatch = 16,
     /// The emergency stop was pressed, its wire is open, or the over-current trip acted.
     EmergencyStop = 17,
-    /// At the first touches after arming the force drove the probe on in place of holding it.
+    /// At the first touches after arming the force accelerated the probe instead of holding it
+    /// back.
     WrongSign = 18,
 }
 
@@ -241,7 +242,7 @@ impl Fault {
         }
     }
 
-    /// How to mend what causes it, where the set-up of the device is what does.
+    /// How to remove the cause, where it lies in the set-up of the device.
     #[must_use]
     pub fn remedy(self) -> Option<&'static str> {
         match self {
@@ -275,14 +276,14 @@ impl ClampFlags {
     /// The force was longer than `max_force_n`; it was shortened, its direction kept.
     pub const FORCE: Self = Self(4);
 
-    /// The probe started inside the tissue: no force until it has been outside once.
+    /// The probe began inside the tissue: there is no force until it has been outside once.
     pub const BURIED: Self = Self(8);
-    /// The force on the hand grew as fast as it may.
+    /// The force on the hand was limited by the slew rate.
     pub const SLEW: Self = Self(16);
     /// An older pose was rendered: the newest was missing or a glitch.
     pub const HELD: Self = Self(32);
-    /// The force was scaled down: ramp-in, relief after saturation, or an encoder that stands
-    /// still.
+    /// The force was scaled down: ramp-in, relief after saturation, or an encoder that no longer
+    /// counts.
     pub const GAIN: Self = Self(64);
     /// The force was scaled down because the contact gave energy to the hand.
     pub const ENERGY: Self = Self(128);

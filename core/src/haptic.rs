@@ -10,10 +10,11 @@
 //! unit, sign, runaway, stillness: is the encoder or a sign wrong
 //! ```
 //!
-//! [`cycle::Cycle::tick`] is that line. Everything here allocates nothing, cannot panic, and on any
-//! fault gives zero force within the same tick, latched and numbered ([`crate::Fault`]). Limits
-//! hold from the first tick; they can be lowered, never raised or switched off. Depth and speed of
-//! what the *patch* is shown are limited by its own guard, [`crate::stages::probe`].
+//! [`cycle::Cycle::tick`] runs these stages in order. Everything here allocates nothing, cannot
+//! panic, and on any fault gives zero force within the same tick, latched and numbered
+//! ([`crate::Fault`]). Limits hold from the first tick; they can be lowered, never raised or
+//! switched off. Depth and speed of what the *patch* is shown are limited by its own guard,
+//! [`crate::stages::probe`].
 
 pub mod apart;
 pub mod cycle;
@@ -53,7 +54,7 @@ pub(crate) fn between(x: f32, low: f32, high: f32) -> f32 {
     }
 }
 
-/// Name of a value, the smallest and the largest that it may have.
+/// Name of a value with its smallest and largest permitted values.
 pub(crate) type Range = (&'static str, f32, f32);
 
 /// Names the first value outside its range. The ranges are data: as code they would cost the board

@@ -1,9 +1,9 @@
 //! Inertia of a node as the tick reads it.
 
-/// How many smooth fields the mass matrix is inverted exactly on: see `smooth.rs`.
+/// Number of smooth fields on which the mass matrix is inverted exactly: see `smooth.rs`.
 pub const FIELDS: usize = 4;
 
-/// One gain a field, `E dt / mass` [m/s per (N/Pa)]; zero where the field is not used.
+/// One gain per field, `E dt / mass` [m/s per (N/Pa)]; zero where the field is not used.
 pub type Gains = [f32; FIELDS];
 
 /// Weight of a node's neighbours in its acceleration (1): see `stages/integrate.rs`. From 2.5 on
@@ -21,11 +21,11 @@ pub struct NodeStep {
     pub added: f32,
     /// Smooth fields at the node (1): see `smooth.rs`; zero for anchors.
     pub smooth: [f32; FIELDS],
-    /// Memory of the search for them.
+    /// Scratch memory of the search for the fields.
     pub(crate) next: f32,
 }
 
 impl NodeStep {
-    /// Value to reserve memory with.
+    /// Initial value of reserved memory.
     pub const ZERO: Self = Self { step: 0.0, added: 0.0, smooth: [0.0; FIELDS], next: 0.0 };
 }

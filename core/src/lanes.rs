@@ -3,7 +3,7 @@
 //! The force kernels are written once, over [`Lanes`]. The board runs them on `f32`; processors
 //! with 128-bit registers run them on four springs or tets at a time. Every operation is
 //! elementwise and exactly rounded (`+ - * / sqrt`, never fused), so both widths give the same
-//! bits; `board_and_desktop_give_the_same_bits` (tests) holds them to it.
+//! bits; `board_and_desktop_give_the_same_bits` (tests) verifies it.
 
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 

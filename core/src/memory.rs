@@ -34,7 +34,7 @@ pub struct Memory<const NODES: usize, const TRIANGLES: usize, const RELAXING: us
     candidates: Vec<u16, TRIANGLES>,
     faded: Vec<Faded, RELAXING>,
     bristles: Vec<Bristle, RUBBING>,
-    /// On the board a patch is judged in the memory of its nodes.
+    /// On the board a patch is checked in the memory of its nodes.
     #[cfg(not(target_os = "none"))]
     scratch: [Vec<f32, NODES>; 2],
     /// The desktop keeps what the board computes twice.
@@ -58,7 +58,7 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RU
         shapes: Vec::new(),
     };
 
-    /// Puts a patch at rest in this memory; the patch before it is gone.
+    /// Puts a patch at rest into this memory; the previous patch is lost.
     ///
     /// # Errors
     /// As [`Params::build`]; [`BuildError::TooLarge`] names the memory that is too small.
@@ -99,8 +99,8 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RU
         Ok((tuned, state))
     }
 
-    /// Masses for `params`, and two arrays with a zero for each node: what a patch is judged with
-    /// before it is started. The patch in this memory is gone. `after_round` is that of
+    /// Masses for `params`, and two arrays with a zero for each node, for checking a patch before
+    /// it is started. The patch in this memory is lost. `after_round` is that of
     /// [`Params::build_in_rounds`].
     ///
     /// # Errors

@@ -7,8 +7,8 @@
 //! | [`Method::advance`] | once per substep | symplectic Euler ([`integrate`]) |
 //! | [`Method::correct`] | once per substep | nothing |
 //!
-//! Guard, contact and output are those of the product. A method is a type, so an image holds only
-//! the one that it runs. It reads [`State::nodes`], [`State::in_contact`] and the accessors of
+//! Guard, contact and output are those of the product. A method is a type, so an image contains
+//! only the one that it runs. It reads [`State::nodes`], [`State::in_contact`] and the accessors of
 //! [`Tuned`]; it acts through [`State::add_force`] and [`State::place`]:
 //!
 //! ```
@@ -44,7 +44,7 @@ use crate::stages::force::foundation::Load;
 use crate::stages::{force, integrate};
 use crate::state::State;
 
-/// The stages of a tick between contact and output. A stage that is not written out is the
+/// The stages of a tick between contact and output. A stage that is not overridden is the
 /// product's.
 pub trait Method {
     /// Prepares a tick, before its first substep.

@@ -124,7 +124,7 @@ pub struct Model<'a> {
     pub neighbours: &'a [[u32; 4]],
     /// Tet under each surface triangle, shape \[triangles\].
     pub owners: &'a [u32],
-    /// Rim springs to the ground: what stands in for the rest of the organ. May be empty.
+    /// Rim springs to the ground, which stand in for the rest of the organ. May be empty.
     pub rim_nodes: &'a [RimNode],
     /// Rim springs between rim nodes, in the order of their first nodes in `rim_nodes`. May be
     /// empty.
@@ -238,8 +238,8 @@ impl Model<'_> {
         Ok(())
     }
 
-    /// The tick passes the edges once, along the rim nodes: one out of place, and those after it,
-    /// would never be met.
+    /// The tick passes over the edges once, along the rim nodes: an edge out of place, and all
+    /// after it, would be skipped.
     fn check_rim_order(&self) -> Result<(), BuildError> {
         let mut passed = self.rim_nodes.iter();
         let mut first = None;

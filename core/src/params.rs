@@ -23,7 +23,7 @@ pub struct GuardLimits {
     pub max_speed_m_per_s: f32,
     /// Largest speed at which the shown probe enters tissue in contact [m/s]. A probe faster than
     /// the waves of the floored masses would crush the first elements before the next ones move.
-    /// `palpate_tissue::stable_step::limits` says how fast a patch's elements allow.
+    /// `palpate_tissue::stable_step::limits` computes the speed that a patch's elements allow.
     pub max_sink_m_per_s: f32,
     /// Largest force that leaves the tick [N].
     pub max_force_n: f32,
@@ -71,10 +71,10 @@ pub struct Params {
     /// speed, with 0 it lags by a substep.
     pub contact_damping: f32,
     /// Stiffening exponent b of Fung and Demiray (1): the energy density w of a deformation becomes
-    /// `mu/2b (exp(2 b w / mu) - 1)`. Zero leaves it out. Tissue data: a patch serves any.
+    /// `mu/2b (exp(2 b w / mu) - 1)`. Zero leaves it out. Tissue data: a patch serves any value.
     pub stiffening_b: f32,
     /// How forces fade while the tissue is held, terms with a share of zero left out. Tissue data:
-    /// a patch serves any.
+    /// a patch serves any value.
     // a named length breaks the compiler (1.95) where a closure borrows the field
     pub relaxation: [PronyTerm; 3],
     /// Coulomb's coefficient between probe and tissue (1), 0 .. 5: the force along the surface is
@@ -117,8 +117,8 @@ impl Default for Params {
     }
 }
 
-/// Safety of lumping the foundation's slopes to nodes: the points of a triangle couple its corners.
-/// With 1 the longest stable tick falls by a fifth; from 1.5 on it stays.
+/// Safety factor for lumping the foundation's slopes at nodes: the points of a triangle couple its
+/// corners. With 1 the longest stable tick falls by a fifth; from 1.5 on it stays the same.
 const CONTACT_LUMPING: f32 = 1.5;
 
 /// Largest exponent of stiffening (1): pig liver has 12 to 22. Boards leave the term out.
@@ -162,7 +162,8 @@ pub struct Tuned<'a> {
     pub(crate) onset: f32,
     pub(crate) compensation: f32,
     pub(crate) contact_damping_s: f32,
-    /// Displacement of a substep over the velocity that it adds, with the safety of lumping [s].
+    /// Displacement of a substep over the velocity that it adds, with the safety factor of lumping
+    /// [s].
     pub(crate) lumping_s: f32,
     /// Logarithm of a node's stiffness factor over its energy over E, times six volumes (1).
     pub(crate) steepness: f32,
@@ -176,7 +177,7 @@ pub struct Tuned<'a> {
     pub(crate) remembers: bool,
     /// Some node has added mass relative to its neighbours.
     pub(crate) relative_mass: bool,
-    /// Some smooth field moves.
+    /// Some smooth field is used.
     pub(crate) fields: bool,
     /// Gains of the smooth fields.
     pub(crate) gains: Gains,
@@ -197,7 +198,7 @@ impl Tuned<'_> {
         self.youngs_modulus_pa
     }
 
-    /// Whether tissue stiffens. No board has the time for it, and its image none of the code: a
+    /// Whether tissue stiffens. No board has time for it, and images leave out its code: a
     /// controller refuses such a patch.
     #[must_use]
     #[inline(always)]
@@ -243,7 +244,8 @@ impl Tuned<'_> {
         self.node_step
     }
 
-    /// Gains of the smooth fields: what [`Params::derive`] takes beside the inertia of the nodes.
+    /// Gains of the smooth fields, which [`Params::derive`] takes together with the inertia of the
+    /// nodes.
     #[must_use]
     pub fn gains(&self) -> Gains {
         self.gains
@@ -257,7 +259,7 @@ impl Tuned<'_> {
 }
 
 impl Params {
-    /// Young's modulus after a hold without end [Pa]: the instantaneous one less what relaxes.
+    /// Young's modulus after an infinitely long hold [Pa]: the instantaneous one less what relaxes.
     #[must_use]
     pub fn long_term_modulus_pa(&self) -> f32 {
         self.youngs_modulus_pa * (1.0 - prony::faded_share(self.relaxes()))
@@ -279,7 +281,7 @@ impl Params {
     }
 
     /// [`Params::build`] for a controller that has to stay awake meanwhile: `after_round` is called
-    /// after each of the rounds in which the smooth fields are found, 128 passes of the springs.
+    /// after each of the rounds in which the smooth fields are found, 128 passes over the springs.
     ///
     /// # Errors
     /// As [`Params::build`].
@@ -304,8 +306,8 @@ impl Params {
         Ok(self.derive(node_step, gains))
     }
 
-    /// Takes these parameters in place of those that `tuned` was built with, where only Young's
-    /// modulus differs; the state stays as it is. Between two ticks. They must have passed
+    /// Replaces the parameters that `tuned` was built with by others that differ in Young's modulus
+    /// only; the state stays as it is. Call it between two ticks. They must have passed
     /// [`Params::check`]. The smooth fields stay those of the modulus that the patch was built
     /// with: finding them anew takes longer than a tick.
     pub fn retune(&self, model: &Model, tuned: &mut Tuned<'_>) {
@@ -316,7 +318,7 @@ impl Params {
     }
 
     /// Gains of the smooth fields under masses as [`Self::weigh`] left them. Where no sum over
-    /// neighbours is taken, no mass between them is left for the tick.
+    /// neighbours is taken, the tick has no mass between them.
     fn gains(&self, model: &Model, node_step: &mut [NodeStep]) -> Gains {
         let gains = smooth::gains(model, node_step, self.terms.relative_mass);
         if !self.terms.relative_mass {
@@ -382,8 +384,8 @@ impl Params {
         }
     }
 
-    /// The scalars, with masses and gains as [`Self::build`] left them for these parameters: what a
-    /// caller that owns its memory takes anew each tick, at no cost.
+    /// The scalars, with masses and gains as [`Self::build`] left them for these parameters: a
+    /// caller that owns its memory derives them in every tick, at no cost.
     #[must_use]
     pub fn derive<'a>(&self, node_step: &'a mut [NodeStep], gains: Gains) -> Tuned<'a> {
         let e = self.youngs_modulus_pa;
@@ -425,7 +427,7 @@ impl Params {
     /// Checks every parameter against its range.
     ///
     /// # Errors
-    /// The first one outside, by name, with the range.
+    /// The first parameter outside its range, by name, with the range.
     pub fn check(&self) -> Result<(), BuildError> {
         let dt = self.tick_s / f32::from(self.substeps.max(1));
         let highest = GuardLimits::HIGHEST;

@@ -5,11 +5,11 @@
 //! but the header. Elastic constants are per pascal, so the header's parameters are defaults that a
 //! caller may change before [`Params::build`], Poisson's ratio and the probe's place excepted.
 //!
-//! A tissue that relaxes has shares and times after the arrays, a probe that rubs its coefficient
-//! after those, and a tissue that stiffens its exponent, each with a bit in `terms` that says so. A
-//! probe that is a capsule or an ellipsoid has its direction and its lengths at the end, which its
-//! number in `probe_shape` says. Other files are what they were, and a reader that does not know
-//! the term or the shape refuses these.
+//! After the arrays come the shares and times of a tissue that relaxes, the coefficient of a probe
+//! with friction, and the exponent of a tissue that stiffens, each announced by a bit in `terms`.
+//! For a capsule or an ellipsoid, as given by `probe_shape`, direction and lengths follow at the
+//! end. Other files are unchanged, and a reader that does not know the term or the shape refuses
+//! such a file.
 
 use bytemuck::{Pod, Zeroable};
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -61,7 +61,7 @@ struct Header {
     /// arrays, in this order: 4 relaxation, shares and times, 5 friction, 6 stiffening. The others
     /// are zero.
     terms: u32,
-    /// Places that the constants were fitted over; 0 if they come from formulas alone.
+    /// Number of places that the constants were fitted at; 0 if they come from formulas alone.
     fitted_places: u32,
 }
 
@@ -107,13 +107,13 @@ pub struct PatchFile<'a> {
     pub site_m: Vector3<f32>,
     /// Longest stable substep, measured on the pressed patch when it was packed [s].
     pub stable_dt_s: f32,
-    /// Places that the constants were fitted over; 0 if they come from formulas alone.
+    /// Number of places that the constants were fitted at; 0 if they come from formulas alone.
     pub fitted_places: u32,
 }
 
 impl<'a> PatchFile<'a> {
-    /// Checksum that stands in a patch file, which tells one patch from another; `None` if the
-    /// bytes are too short to have one.
+    /// Checksum stored in a patch file, which distinguishes patches; `None` if the bytes are too
+    /// short to hold one.
     #[must_use]
     pub fn checksum(bytes: &[u8]) -> Option<u32> {
         let field = core::mem::offset_of!(Header, crc);
@@ -123,8 +123,8 @@ impl<'a> PatchFile<'a> {
     /// Opens a patch. The bytes must start on a 4-byte boundary.
     ///
     /// # Errors
-    /// Not a patch, another version, cut, damaged, misaligned, or with a reserved word that is not
-    /// zero.
+    /// The bytes are not a patch, of another version, truncated, damaged, misaligned, or have a
+    /// reserved word that is not zero.
     pub fn open(bytes: &'a [u8]) -> Result<Self, BuildError> {
         let (head, mut body) = bytes.split_at_checked(HEADER).ok_or(BuildError::NotAPatch)?;
         let header: Header = bytemuck::pod_read_unaligned(head);
@@ -359,7 +359,7 @@ fn section<'a, T: Pod>(body: &mut &'a [u8], count: u32) -> Result<&'a [T], Build
 mod tests {
     use super::*;
 
-    /// A patch of nothing, as words; it opens, and cannot be built.
+    /// An empty patch, as words; it can be opened but not built.
     fn packed(params: Params) -> ([u32; HEADER / 4 + 5], usize) {
         let model = Model {
             poisson_ratio: 0.45,
@@ -386,7 +386,7 @@ mod tests {
         (words, length)
     }
 
-    /// Makes the checksum of changed bytes right.
+    /// Corrects the checksum of changed bytes.
     fn sealed(words: &mut [u32], length: usize) -> &[u8] {
         words[3] = CRC.checksum(&bytemuck::cast_slice(words)[CHECKED_FROM..length]);
         &bytemuck::cast_slice(words)[..length]
@@ -444,7 +444,7 @@ mod tests {
             let last = PatchFile::open(sealed(&mut words, length)).map(|file| file.params.check());
             match shape {
                 ProbeShape::Capsule { .. } => assert!(matches!(last, Err(BuildError::ReservedWord { .. })), "{last:?}"),
-                // eight times shorter than the radius
+                // an eighth of the radius
                 _ => assert!(matches!(last, Ok(Err(BuildError::OutOfRange { .. }))), "{last:?}"),
             }
         }

@@ -1,32 +1,32 @@
 //! Smooth fields: motions of many nodes together, on which the mass matrix is inverted exactly.
 //!
-//! The two terms that [`crate::stages::integrate`] takes of the inverse mass matrix move nodes that
-//! move together as if they still carried a third of the floor, and stiff tissue needs a floor of
-//! ten to a hundred times its mass. Few fields are that smooth, and a hand moves just those: on
-//! `FIELDS` of them the quotient that the series leaves out is added, `a += phi gain (phi . f)`.
+//! With the two terms of the inverse mass matrix that [`crate::stages::integrate`] takes, nodes
+//! that move together still feel a third of the floor, and stiff tissue needs a floor of ten to a
+//! hundred times its mass. Only a few fields are that smooth, and a hand moves just those: on
+//! `FIELDS` of them the part that the series leaves out is added, `a += phi gain (phi . f)`.
 //!
 //! A field starts as 1, x, y or z, and each round every node takes its neighbours' mean, weighed by
 //! the mass between them: the power iteration of `1 - D^-1 A`, whose slowest fields are those of
 //! the smallest eigenvalues l of `D^-1 A`. With l of the field found, the gain is `(1 / l - (3 - 2
 //! l)) / (phi . D phi) = (1 - l) (1 - 2 l) / l / (phi . D phi)`, or nothing from l = 1/2 on. The
-//! sum stays symmetric and positive for *any* field: one that has not converged costs accuracy
-//! alone.
+//! sum stays symmetric and positive for *any* field: a field that has not converged costs accuracy
+//! only.
 //!
-//! A board that has no time for the sum over neighbours takes the smoothest field beside the
-//! diagonal alone ([`crate::Terms::smooth_mass`]): `a = D^-1 f + phi gain (phi . f)`, with the gain
+//! A board that has no time for the sum over neighbours adds the smoothest field to the diagonal
+//! alone ([`crate::Terms::smooth_mass`]): `a = D^-1 f + phi gain (phi . f)`, with the gain
 //! `(1 / l - 1) / (phi . D phi)`.
 //!
-//! Contact is implicit in a node's own mass ([`crate::stages::force::foundation`]): what pushes a
+//! Contact is implicit in a node's own mass ([`crate::stages::force::foundation`]): a force on a
 //! pressed node reaches it divided by `1 + K b`. Such a node takes that share of a field's motion
-//! too, or what it gives to the field and what it takes would differ, and patches of 410 nodes rang
-//! under a probe that rests.
+//! too, or it would give the field another share than it takes, and patches of 410 nodes rang under
+//! a probe at rest.
 //!
 //! Nothing here is inlined: four copies of each loop take 2 KB of a board's flash.
 //!
 //! * in: the masses of [`crate::Params::build`]
 //! * out: `NodeStep::smooth` and the gains
-//! * cost: nothing within the tick; 128 passes of the springs when a patch is started, five
-//!   when its modulus changes; a quarter of them with one field
+//! * cost: nothing within the tick; 128 passes over the springs when a patch is started, five when
+//!   its modulus changes; a quarter of that with one field
 //! * may fail: never; a field that is not finite is left out
 
 use crate::inertia::{FIELDS, Gains, NEIGHBOUR, NodeStep};
@@ -51,7 +51,7 @@ pub(crate) fn find(model: &Model, node_step: &mut [NodeStep], series: bool, afte
         };
     }
     for field in 0..count(series) {
-        // the mean place is taken off x, y, z first: what all have in common would hide them
+        // the mean position is subtracted from x, y, z first: their common part would hide them
         clear_of_earlier(node_step, field);
         for _ in 0..ROUNDS {
             scale(node_step, field);
@@ -70,12 +70,12 @@ fn at(node: &NodeStep, field: usize) -> f32 {
     node.smooth[field % FIELDS]
 }
 
-/// How many fields there are beside the two terms of the series, and beside the diagonal alone.
+/// Number of fields with the two terms of the series, and with the diagonal alone.
 const fn count(series: bool) -> usize {
     if series { FIELDS } else { 1 }
 }
 
-/// Gains of the fields that [`find`] left, under the masses of now.
+/// Gains of the fields that [`find`] left, under the present masses.
 pub(crate) fn gains(model: &Model, node_step: &[NodeStep], series: bool) -> Gains {
     let mut gains = [0.0; FIELDS];
     for (field, gain) in gains.iter_mut().enumerate().take(count(series)) {
@@ -142,7 +142,7 @@ fn scale(node_step: &mut [NodeStep], field: usize) {
     }
 }
 
-/// Takes the earlier fields' parts off a field.
+/// Subtracts the earlier fields' parts from a field.
 #[inline(never)]
 fn clear_of_earlier(node_step: &mut [NodeStep], field: usize) {
     for earlier in 0..field {

@@ -30,11 +30,11 @@ pub struct Node {
 }
 
 impl Node {
-    /// At the origin, at rest: what memory is reserved with.
+    /// At rest at the origin: the initial value of reserved memory.
     pub const ZERO: Self = Self { v: [0.0; ROW], pass: [0.0; ROW], f: [0.0; ROW], x: [0.0; ROW], p: 0.0, slope: 0.0, free: 1.0 };
 
     /// Puts the node to rest at a place [m].
-    // inlined, it takes 700 bytes of a board's flash
+    // inlined, it would take 700 bytes of a board's flash
     #[inline(never)]
     fn put_to_rest(&mut self, place_m: Vector3<f32>) {
         *self = Self { x: row(place_m), ..Self::ZERO };
@@ -52,15 +52,15 @@ impl Node {
         vector(&self.v)
     }
 
-    /// Force of the last substep divided by Young's modulus [N/Pa]. At an anchor: what the tissue
-    /// pulls the support with, in tissue that relaxes before it fades.
+    /// Force of the last substep divided by Young's modulus [N/Pa]. At an anchor: the force of the
+    /// tissue on the support, in tissue that relaxes before it fades.
     #[must_use]
     pub fn force_over_modulus(&self) -> Vector3<f32> {
         vector(&self.f)
     }
 }
 
-/// A node by index; a node at rest at the origin past the end, which no checked model reaches.
+/// A node by index; past the end, which no checked model reaches, a node at rest at the origin.
 /// Without a branch that can panic.
 #[inline(always)]
 pub(crate) fn node(nodes: &[Node], index: u16) -> &Node {
@@ -76,8 +76,8 @@ pub(crate) struct TouchPlane {
     pub normal: Vector3<f32>,
 }
 
-/// The part of a [`State`] that is not in the arrays it borrows: with it a caller that owns its
-/// arrays lets go of a state between ticks, and takes it up again.
+/// The part of a [`State`] outside the arrays that it borrows. With it a caller that owns the
+/// arrays can drop a state between ticks and resume it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Parked {
     near: usize,
@@ -102,7 +102,7 @@ pub struct Parked {
 pub struct Faded(pub(crate) [Row; MOST_TERMS]);
 
 impl Faded {
-    /// Nothing: what memory is reserved with.
+    /// Nothing faded: the initial value of reserved memory.
     pub const ZERO: Self = Self([[0.0; ROW]; MOST_TERMS]);
 
     /// x, y, z of all terms together [N/Pa].
@@ -122,7 +122,7 @@ pub struct State<'a> {
     pub(crate) shapes: &'a mut [TetShapes],
     /// Memory of the relaxation, shape \[nodes\]; may be empty where nothing relaxes.
     pub(crate) faded: &'a mut [Faded],
-    /// Bristles of nodes that touch; may be empty where nothing rubs.
+    /// Bristles of nodes that touch; may be empty without friction.
     pub(crate) bristles: &'a mut [Bristle],
     /// Surface triangles near the probe in this tick.
     pub(crate) candidates: &'a mut [u16],
@@ -136,12 +136,12 @@ pub struct State<'a> {
     pub(crate) pressed: Option<TouchPlane>,
     /// The probe has been outside the tissue since the last reset.
     pub(crate) been_outside: bool,
-    /// The tip that the patch saw last is not the one that was sensed.
+    /// The tip that the patch was given last differs from the sensed one.
     pub(crate) apart: bool,
-    /// From the sensed tip to the place that the shown tip aims at [m]: what the depth limit has
-    /// kept from the patch.
+    /// From the sensed tip to the target of the tip given to the patch [m]: the displacement
+    /// withheld by the depth limit.
     pub(crate) offset_m: Vector3<f32>,
-    /// Sensed tip at which the depth limit began to hold the shown one [m].
+    /// Sensed tip at which the depth limit began to act [m].
     pub(crate) limit_from_m: Option<Vector3<f32>>,
     /// Surface triangle that carried most of the last push, until the sensed tip is outside.
     pub(crate) over: Option<u16>,
@@ -153,7 +153,7 @@ pub struct State<'a> {
     pub(crate) body: Seat,
     /// How many of `bristles` touched in the last substep.
     pub(crate) rubbing: usize,
-    /// Friction of this tick; nothing where nothing rubs.
+    /// Friction of this tick; zero without friction.
     pub(crate) rubbed: Rubbed,
     pub(crate) fault: Option<Fault>,
 }
@@ -175,7 +175,7 @@ impl<'a> State<'a> {
         Ok(state)
     }
 
-    /// A state taken up again where [`Self::held`] left it, in the same memory.
+    /// Resumes a state where [`Self::held`] left it, in the same memory.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -245,15 +245,15 @@ impl<'a> State<'a> {
         Ok(self)
     }
 
-    /// Gives the state memory for a probe that rubs, an entry per node that may touch at once;
-    /// nodes beyond them slide freely. Without it a patch with friction is [`Fault::SizeMismatch`].
+    /// Gives the state memory for a probe with friction, one entry per node that may touch at once;
+    /// further nodes slide freely. Without it a patch with friction is [`Fault::SizeMismatch`].
     #[must_use]
     pub fn with_friction(mut self, bristles: &'a mut [Bristle]) -> Self {
         self.bristles = bristles;
         self
     }
 
-    /// The part of the state that is not in the borrowed arrays.
+    /// The part of the state outside the borrowed arrays.
     #[must_use]
     pub fn held(&self) -> Parked {
         let Self {
@@ -364,8 +364,8 @@ impl<'a> State<'a> {
         }
     }
 
-    /// Adds a force over Young's modulus [N/Pa] to those that the next step moves a node with: for
-    /// a [`crate::method::Method`] with forces of its own. Ignored past the end.
+    /// Adds a force over Young's modulus [N/Pa] to the forces of a node's next step: for a
+    /// [`crate::method::Method`] with forces of its own. Ignored past the end.
     pub fn add_force(&mut self, node: usize, force_over_modulus: Vector3<f32>) {
         if let Some(n) = self.nodes.get_mut(node) {
             add(&mut n.f, &row(force_over_modulus));
@@ -425,8 +425,8 @@ impl Fnv {
 }
 
 /// Gradients and volumes of four tets, which the volume forces use twice in a substep. On a desktop
-/// keeping it beats computing it twice by a quarter of the tick; on the board RAM is dearer than
-/// arithmetic (117 k against 118 k cycles measured for 435 tets), so there it is empty.
+/// storing it saves a quarter of the tick over computing it twice; on the board RAM is scarcer than
+/// cycles (117 k against 118 k cycles measured for 435 tets), so there it is empty.
 #[derive(Clone, Copy, Debug)]
 pub struct TetShapes {
     #[cfg(not(target_os = "none"))]
@@ -436,7 +436,7 @@ pub struct TetShapes {
 }
 
 impl TetShapes {
-    /// Value to reserve memory with.
+    /// Initial value of reserved memory.
     pub const ZERO: Self = Self {
         #[cfg(not(target_os = "none"))]
         gradients: [Vector3::new(wide::f32x4::ZERO, wide::f32x4::ZERO, wide::f32x4::ZERO); 3],
@@ -444,7 +444,7 @@ impl TetShapes {
         six_volume: wide::f32x4::ZERO,
     };
 
-    /// How many a model needs.
+    /// Number that a model needs.
     #[must_use]
     pub fn count(model: &Model) -> usize {
         if cfg!(target_os = "none") { 0 } else { model.tets.len() / 4 }
@@ -458,10 +458,10 @@ pub(crate) struct Seat {
     pub(crate) tet: u32,
     /// The tip was inside that tet.
     pub(crate) inside: bool,
-    /// The tip was outside, over a face of that tet which a probe can touch and which faces its
+    /// The tip was outside, over a face of that tet that a probe can touch and that faces its
     /// handle.
     pub(crate) above: bool,
-    /// Steps taken, wrapping: varies which of several faces is left by, so that no walk cycles.
+    /// Steps taken, wrapping: varies the choice between several exit faces, so that no walk cycles.
     pub(crate) steps: u8,
 }
 

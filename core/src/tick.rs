@@ -7,9 +7,9 @@
 //!        presence,can reach │  foundation         mass floor  │
 //!        speed, depth       └─────── once per substep ────────┘
 //! ```
-//! Tissue that stiffens, on the desktop, has springs and foundation measured before they act. Under
-//! a probe with friction the foundation holds what it touches along the surface as well. In tissue
-//! that relaxes, the last of the force terms fades what the others left at each node.
+//! In tissue that stiffens (desktop only), the energy of springs and foundation is computed before
+//! their forces. Under a probe with friction the foundation also holds the touched nodes along the
+//! surface. In tissue that relaxes, the last force term fades the sum of the others at each node.
 //!
 //! A tick answers one sensed pose with one force. It runs every millisecond from the device's timer
 //! and must end before the next one. It allocates nothing, cannot panic, and whatever goes wrong
@@ -88,7 +88,7 @@ fn run(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, method:
     let mut motion = probe::admit(model, tuned, state, pose)?;
     contact::find(model, tuned, state, &mut motion);
     if !tuned.rubs() {
-        // bristles of a friction that was switched off hold nothing any more
+        // bristles do not outlast a friction that was switched off
         state.rubbing = 0;
     }
     method.begin(tuned, state);

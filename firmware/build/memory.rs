@@ -1,4 +1,4 @@
-//! The memories of the chip that an image is for, and what of the image lies in which.
+//! The memories of an image's chip, and which part of the image goes into which.
 
 /// The stack, below the statics [bytes].
 const STACK_BYTES: u32 = 16 * 1024;
@@ -15,16 +15,16 @@ pub struct Memories {
     flash: Region,
     /// For stack and statics.
     ram: Region,
-    /// Memory for code that the core reads without waiting; of no bytes if that is the RAM itself.
+    /// Memory for code that the core reads without waiting; zero bytes if that is the RAM itself.
     fast_code: Option<Region>,
-    /// Memory for what is large and seldom read.
+    /// Memory for large data that is read seldom.
     large: Option<Region>,
     /// The chip's own loader looks for a block behind the vectors.
     boot_block: bool,
 }
 
-/// The emulated MPS2 boards offer 4 MB of each. Declaring what the least of the boards has (1 MB of
-/// flash, 128 KB of RAM) keeps the figures honest.
+/// The emulated MPS2 boards offer 4 MB of each. Declaring the memory of the smallest board (1 MB of
+/// flash, 128 KB of RAM) keeps the figures realistic.
 pub const MPS2: Memories = Memories {
     flash: Region { origin: 0, bytes: 1024 * 1024 },
     ram: Region { origin: 0x2000_0000, bytes: 128 * 1024 },
@@ -33,8 +33,8 @@ pub const MPS2: Memories = Memories {
     boot_block: false,
 };
 
-/// By the chip's own description: the flash and the RAM that begin where every STM32 has them, each
-/// as far as regions follow one another.
+/// From the chip's own description: flash and RAM begin where every STM32 has them and extend over
+/// all adjoining regions.
 #[cfg(feature = "stm32")]
 pub fn of_chip() -> Option<Memories> {
     use stm32_metapac::metadata::{METADATA, MemoryRegionKind};
@@ -95,7 +95,7 @@ impl Memories {
     }
 
     /// Tick and patch in fast memory and the upload in large memory, where the chip has them;
-    /// otherwise the same names for nothing.
+    /// otherwise the names exist with zero size.
     ///
     /// All of it lies behind `.uninit`: the start-up code clears and fills whatever follows `.bss`
     /// and `.data`.

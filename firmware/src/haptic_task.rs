@@ -13,7 +13,7 @@ use crate::flash_patch::in_flash;
 use crate::period::{next_period, periods_begun};
 use crate::telemetry;
 
-/// Ticks between two snapshots: one a second, slow enough for any log link.
+/// Ticks between two snapshots: one per second, slow enough for any logging link.
 const SNAPSHOT_TICKS: u32 = 1_000;
 
 /// Renders the patch to a scripted hand, one tick per period, then reports.

@@ -30,7 +30,7 @@ use static_cell::{ConstStaticCell, StaticCell};
 
 static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::RESERVED);
 static UPLOAD: ConstStaticCell<Upload> = ConstStaticCell::new(Upload::RESERVED);
-/// Of whichever task runs.
+/// Executors of the tasks, of which one runs.
 static LOOP: StaticCell<HapticLoop<ThisBoard>> = StaticCell::new();
 
 #[entry]
@@ -73,10 +73,10 @@ fn main() -> ! {
     }
 }
 
-/// The loop with the profile that the board keeps. Without one its encoders are taken for three
-/// axes, and it arms after it was shown its home pose or sent a profile: a reset must not turn one
-/// device into another. Not a part of `main`, whose frame lies below
-/// everything that runs.
+/// The loop with the profile that the board keeps. Without one the encoders count as three
+/// orthogonal axes, and the board arms only after it was homed or received a profile: a reset must
+/// not turn one device into another. Not inlined into `main`, whose stack frame exists as long as
+/// the image runs.
 #[inline(never)]
 fn haptic_loop(arming: Arming) -> &'static mut HapticLoop<ThisBoard> {
     let mut this = ThisBoard::default();

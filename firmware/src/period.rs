@@ -25,7 +25,7 @@ pub async fn next_period() -> u32 {
     PERIOD.wait().await
 }
 
-/// Drops a period that has begun and was not waited for.
+/// Discards a period that has begun and was not waited for.
 pub fn drop_period() {
     PERIOD.reset();
 }

@@ -1,11 +1,11 @@
-//! Self-test: a scripted hand presses, no motor is driven, no host is needed. The first image that
-//! a new board is given.
+//! Self-test: a scripted hand presses, no motor is driven, no host is needed. It is the first image
+//! to flash on a new board.
 //!
 //! It runs the whole controller at 1 kHz on the board's own clock and watchdog, with outputs that
-//! are never enabled ([`Motorless`]), times the stages of the tick, and then says over the log and
-//! the link, again and again, what it found: `palpate board self-test` compares it with the
-//! desktop. The light is on while it runs, blinks once a second after a good run, five times after
-//! a bad one.
+//! are never enabled ([`Motorless`]), times the stages of the tick, and then reports its findings
+//! over the log and the link, repeatedly: `palpate board self-test` compares it with the desktop.
+//! The light is on while it runs, blinks once a second after a good run, five times after a bad
+//! one.
 
 mod motorless;
 mod report;
@@ -28,7 +28,7 @@ use crate::period::next_period;
 use motorless::Motorless;
 use report::{CHECKS, Check, Findings, Report};
 
-/// Ticks of the run: start-up, then the script's tap, hold, release and slide once, and some more.
+/// Ticks of the run: start-up, then the script's tap, hold, release and slide once, and a margin.
 const TICKS: u32 = 4_000;
 /// Ticks between two fingerprints.
 const CHECK_TICKS: u32 = TICKS / CHECKS as u32;
@@ -37,12 +37,13 @@ const REPEAT_TICKS: u32 = 2_000;
 /// Bytes that the link's 115 200 baud carry in a tick, less a fifth.
 const BYTES_PER_TICK: usize = 9;
 
-// in statics, and filled by functions of their own: what a call needs is free again for the next
+// in statics, filled by separate functions, so that the stack of one call is free again for the
+// next
 static LOOP: StaticCell<HapticLoop<Motorless>> = StaticCell::new();
 static FINDINGS: ConstStaticCell<Findings> = ConstStaticCell::new(Findings::NONE);
 static REPORT: ConstStaticCell<Report> = ConstStaticCell::new(Report::EMPTY);
 
-/// Runs the test, then reports for ever.
+/// Runs the test, then reports indefinitely.
 #[embassy_executor::task]
 pub async fn run(this: ThisBoard, memory: &'static mut Memory) {
     board::led(true);

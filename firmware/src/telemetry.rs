@@ -26,8 +26,7 @@ enum Message {
     Finished(Result),
 }
 
-// the newest message wins: a reader that falls behind must not hold up the loop, nor make it fill a
-// queue
+// the newest message wins: a slow reader must not delay the loop or fill a queue
 static NEWEST: Signal<CriticalSectionRawMutex, Message> = Signal::new();
 
 /// Hands a snapshot to the reporting task; never blocks.

@@ -100,7 +100,7 @@ enum Command {
     ///
     /// Neo-Hookean, quasi-static, on three meshes, each finer than the one before. Writes
     /// answer.json, summary.json, forces.csv, surface_<k>.csv and a picture as SVG and PNG. Fails
-    /// (exit code 1) if a hold does not converge; what converged is written all the same.
+    /// (exit code 1) if a hold does not converge; converged holds are written nevertheless.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Reference(ReferenceArgs),
     /// Fit a block's patch to a finite-element answer and write it as a patch file.
@@ -111,22 +111,22 @@ enum Command {
     /// PNG. Fails (exit code 1) if the fit does not improve the patch.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Calibrate(CalibrateArgs),
-    /// Calibrate a patch for a scene, and judge it where the fit has not looked.
+    /// Calibrate a patch for a scene, and measure its error at unseen places.
     ///
     /// Solves the presses that it needs by finite elements, meshes, fits, and presses the patch at
     /// places and depths that the fit never saw. A block is fitted whole; of an organ or a mesh
-    /// file the patch is the piece around the site, with rim springs for the rest. A run that was
-    /// stopped goes on where it was when it is started again. Writes <scene>-<nodes>.patch, beside
-    /// it what it was fitted to and how wrong it is (.patch.json), answer.json, summary.json,
-    /// accuracy.csv, convergence.csv and pictures as SVG and PNG. Fails (exit code 1) if the error
-    /// is larger than --tolerance-pct, and says what would do.
+    /// file the patch is the piece around the site, with rim springs for the rest. A stopped run
+    /// continues where it was when it is started again. Writes <scene>-<nodes>.patch, a record of
+    /// the fit and its errors beside it (.patch.json), answer.json, summary.json, accuracy.csv,
+    /// convergence.csv and pictures as SVG and PNG. Fails (exit code 1) if the error is larger than
+    /// --tolerance-pct, and suggests a remedy.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Fit(FitArgs),
     /// Put the shards of a campaign together: the result that one run of all cases writes.
     ///
-    /// Every command with --shard leaves shards. Fails (exit code 2) where one is missing, there
-    /// twice, damaged, or of another program, seed, scene or other options, and says which to run
-    /// again; nothing is removed. What the command itself checks is checked here, of the whole.
+    /// Every command with --shard leaves shards. Fails (exit code 2) if one is missing, duplicate,
+    /// damaged, or of another program, seed, scene or other options, and says which to run again;
+    /// nothing is removed. The checks of the command itself are made here, on the whole.
     Merge(merge::MergeArgs),
     /// Check a mesh or surface file, fill a surface with tets.
     #[command(subcommand)]
@@ -140,7 +140,7 @@ enum Command {
     ///
     /// Only the tissue around the site is meshed into the patch, graded to the organ's surface, and
     /// calibrated against finite elements of the whole organ. Writes <scene>-<board>.patch,
-    /// summary.json and accuracy.csv, which say how right it came out.
+    /// summary.json and accuracy.csv, with its accuracy.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Cut(CutArgs),
     /// Regenerate the tables and figures of a paper this project implements, and say which of its
@@ -158,28 +158,28 @@ enum Command {
     /// Close the loop over an emulated hand and device: what a person would feel besides the
     /// tissue.
     ///
-    /// Every hand with every stimulus, every tick watched against the invariants; limit cycles,
+    /// Every hand with every stimulus, every tick checked against the invariants; limit cycles,
     /// energy, buzz, static error. Writes summary.json, runs.csv, and of the run that shakes most
     /// trace.csv and pictures as SVG and PNG. Fails (exit code 1) if anything but the tissue is
     /// felt, energy is created or an invariant is broken; above the encoder's ceiling a toggling
-    /// count is told and no failure.
+    /// count is reported and is not a failure.
     Loop(closed_loop::LoopArgs),
-    /// Table of what can stand at the edge of a patch in place of the organ: radius of the patch,
-    /// edge treatment, force error, cost.
+    /// Table of treatments of a patch's edge in place of the organ: radius of the patch, edge
+    /// treatment, force error, cost.
     ///
     /// Fixed edge, Winkler springs, cut-off S, rim springs, modes, low rank, dense S and the whole
-    /// organ on a block, and how much of it must be awake if the rest stands still. Writes
+    /// organ on a block, and how much of it must be awake if the rest is frozen. Writes
     /// summary.json, its tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if rim
     /// springs are further than 0.5 % from dense S on a patch of two probe radii or more, or not
     /// positive.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     FarField(FarFieldArgs),
     /// Inject every kind of fault into the haptic loop, in every hand, at every moment of a touch,
-    /// and check what follows.
+    /// and check the reaction.
     ///
-    /// Writes faults.csv (one row a kind of fault), summary.json and a picture as SVG and PNG.
+    /// Writes faults.csv (one row per kind of fault), summary.json and a picture as SVG and PNG.
     /// Fails (exit code 1) if a run breaks an invariant of the loop, or if the reaction is missing,
-    /// late or another than it must be.
+    /// late or wrong.
     Faults(faults::FaultsArgs),
     /// Find the smallest model of a scene that keeps a force tolerance within a board's budget, and
     /// write its patch.
@@ -187,8 +187,9 @@ enum Command {
     /// Searches patch radius, element size, foundation, substeps and terms. Prints the model, the
     /// next smaller one that misses the tolerance and the next larger one that keeps it or leaves
     /// the budget. Writes <scene>-<board>.patch, summary.json (with the promise), searched.csv and
-    /// the chart of the search as SVG and PNG. Fails (exit code 1) if nothing fits, and says what
-    /// would. A scene that is not the standard block is solved by finite elements first.
+    /// the chart of the search as SVG and PNG. Fails (exit code 1) if nothing fits, and names a
+    /// board that would do. A scene that is not the standard block is solved by finite elements
+    /// first.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Plan(PlanArgs),
     /// Use a flashed board on a serial port: find it, arm, stop, record, send patches.
@@ -201,44 +202,45 @@ enum Command {
     /// The board takes the scene's patch over its link, presses it, then meets random presses,
     /// faults and recovery. Writes what `press` writes, with the force on the device and estimated
     /// times of a Cortex-M4F, and emulated.json. Fails (exit code 1) at the first bit that differs,
-    /// and where `press` fails. Needs qemu-system-arm, and the repository unless --image and
-    /// --patch are given.
+    /// and if `press` fails. Needs qemu-system-arm, and the repository unless --image and --patch
+    /// are given.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Emulate(EmulateArgs),
     /// Press tissue with the mouse: in a window, or in a browser.
     ///
-    /// Shows the tissue giving way, the force, and what the loop does; stiffness, a nodule, device
-    /// and hand can be changed, a hidden nodule found and scored. Records traces for `palpate
-    /// replay`. Window and page are a package of their own, host-sim/live, built the first time.
+    /// Shows the tissue giving way, the force, and the state of the loop; stiffness, a nodule,
+    /// device and hand can be changed, a hidden nodule found and scored. Records traces for
+    /// `palpate replay`. Window and page are a package of their own, host-sim/live, built the first
+    /// time.
     Live(live::LiveArgs),
     /// Run a recorded trace of `palpate live` again and compare it bit for bit.
     ///
     /// Writes summary.json and trace.csv (one row per tick). Fails (exit code 1) at the first bit
     /// that differs.
     Replay(replay::ReplayArgs),
-    /// Hold the model against raw measurements of real tissue: what is fitted, what is predicted,
-    /// and what it would be without the term.
+    /// Compare the model with raw measurements of real tissue: fitted and predicted quantities, and
+    /// the prediction without the term.
     ///
-    /// Writes summary.json, accept.csv (one row a figure), <data set>.csv and a picture of every
-    /// data set as SVG and PNG. Fails (exit code 1) if a figure lies outside what was measured, or
+    /// Writes summary.json, accept.csv (one row per figure), <data set>.csv and a picture of every
+    /// data set as SVG and PNG. Fails (exit code 1) if a figure lies outside its measured range, or
     /// if all of a row would be accepted without the term that it tests.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Accept(AcceptArgs),
-    /// Score a training: what three physicians' marks say of interns before and after it (paper
-    /// 004, equation 14).
+    /// Score a training by three physicians' marks of interns before and after it (paper 004,
+    /// equation 14).
     ///
-    /// Writes summary.json, scores.csv (one row an intern and phase) and a picture as SVG and PNG.
+    /// Writes summary.json, scores.csv (one row per intern and phase) and a picture as SVG and PNG.
     /// Groups are compared by a permutation test.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Score(ScoreArgs),
     /// Find where methods and loops fail, and the margin to failure.
     ///
     /// Models: every method at stiffnesses from 1 to 200 kPa, pressed, tapped, jittered, with an
-    /// inclusion, let go. Loops: hand by delay by device, the largest stiffness that ours and nine
-    /// other controllers hold, and what the encoder allows. Writes summary.json, its tables as CSV
-    /// and pictures as SVG and PNG. Fails (exit code 1) if the product does not stand 8 mm, a tap
-    /// of 0.5 m/s, jitter, a ten times stiffer inclusion and a release from 3.5 to 100 kPa, or if
-    /// our loop does not hold 400 N/m in every hand.
+    /// inclusion, released. Loops: hand by delay by device, the largest stiffness that ours and
+    /// nine other controllers hold, and the limit of the encoder. Writes summary.json, its tables
+    /// as CSV and pictures as SVG and PNG. Fails (exit code 1) if the product does not withstand 8
+    /// mm, a tap of 0.5 m/s, jitter, a ten times stiffer inclusion and a release from 3.5 to 100
+    /// kPa, or if our loop does not hold 400 N/m in every hand.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Stability(StabilityArgs),
     /// Print a script with which a shell completes the words of this command.
@@ -275,7 +277,7 @@ struct Common {
     out: Option<PathBuf>,
 }
 
-/// Says which values of a scene that is about to run are likely in a wrong unit.
+/// Warns of values of a scene that are probably in a wrong unit.
 fn print_warnings(scene: &Scene) {
     for warning in scene.warnings() {
         println!("  warning   {warning}");
@@ -288,7 +290,7 @@ impl Common {
         Self { scene: scene.to_owned(), changes: Vec::new(), out }
     }
 
-    /// The scene that is asked for.
+    /// The requested scene.
     fn load(&self) -> Result<Scene, Error> {
         Ok(Scene::load_with(&self.scene, &self.changes)?)
     }

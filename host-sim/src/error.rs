@@ -1,11 +1,11 @@
-//! Why a command did not do what it promises: one line that says what, where, and how to fix it.
+//! Errors of commands: one line that says what, where, and how to fix it.
 
 use std::path::PathBuf;
 
 use palpate_charts::ChartError;
 use palpate_tissue::Error as TissueError;
 
-/// Why a command did not do what it promises.
+/// Why a command failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A scene, patch, file or check.
@@ -22,7 +22,7 @@ pub enum Error {
     /// A picture that cannot be drawn.
     #[error("{0}")]
     Chart(ChartError),
-    /// A board on a serial port that did not do what it was asked.
+    /// A board on a serial port that did not follow a request.
     #[cfg(feature = "full")]
     #[error("{0}")]
     Port(#[from] crate::port::PortError),
@@ -50,7 +50,7 @@ impl Error {
 impl From<ChartError> for Error {
     fn from(error: ChartError) -> Self {
         match error {
-            // a picture is drawn into a draft; its folder is what can be chosen
+            // a picture is drawn into a draft; the user can choose its folder
             ChartError::Write { path, source } => {
                 Self::Tissue(TissueError::Write { path: palpate_tissue::output::published(&path), source })
             }
@@ -70,7 +70,7 @@ impl From<palpate_lab::Error> for Error {
     }
 }
 
-// what `?` meets in a command, in one step
+// converts for `?` in a command in one step
 macro_rules! of_tissue {
     ($($error:ty),*) => {
         $(impl From<$error> for Error {

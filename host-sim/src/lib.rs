@@ -6,7 +6,7 @@
 //!         └ fit, board, lab; port (a board on a serial port): with the feature `full`
 //! ```
 
-// printing bears a reader that has gone
+// printing tolerates a closed pipe
 #[macro_use(eprintln, print, println)]
 extern crate palpate_tissue;
 
@@ -25,7 +25,7 @@ mod provenance;
 mod section_report;
 mod vtu;
 
-/// Reads the command line, runs the command and says in one line what went wrong.
+/// Reads the command line, runs the command and reports an error in one line.
 #[must_use]
 pub fn run() -> ExitCode {
     let cli = match Cli::read() {

@@ -6,7 +6,7 @@ use palpate_loop::closed_loop::spectrum::density;
 use palpate_loop::closed_loop::stimulus::Site;
 use palpate_tissue::output::OutputFolder;
 
-/// Points of a curve: more do not show.
+/// Points of a curve: more would not be visible.
 const POINTS: usize = 2000;
 /// Ticks shown before the touch and after the handle has come to rest.
 const BEFORE_TICKS: usize = 100;
@@ -32,7 +32,7 @@ pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Si
         joined: true,
         marked: false,
     };
-    // where the mode lets no force out, from the fault on
+    // where the mode allows no force, from the fault on
     let fault = run.fault.and(shown.iter().find(|r| r.telemetry.fault.is_some()));
     let time = ScaledAxis { title: "time [s]", scale: Scale::Linear };
     let chart = |file: &str, title: &str, y: &str, series: &[LineSeries], levels: &[Level]| {
@@ -80,7 +80,7 @@ fn shown<'a>(run: &'a Run, site: &Site) -> &'a [Row] {
     let touch = run.rows.iter().position(|r| depth_m(r) > 0.0).unwrap_or(0);
     let deepest_m = run.rows.iter().map(depth_m).fold(0.0, f64::max);
     let rests_m = run.rows.last().map_or(site.at_m, |r| r.at_m);
-    // along the surface too: a drag begins when the press has long come to rest
+    // along the surface too: a drag begins long after the press has come to rest
     let moves = |row: &Row| (row.at_m - rests_m).norm() > RESTS * deepest_m;
     let end = run.rows.iter().rposition(moves).unwrap_or(run.rows.len());
     let end = end.max(touch).saturating_add(AFTER_TICKS).min(run.rows.len());

@@ -18,7 +18,7 @@ pub use session::Session;
 
 use palpate_controller::link::Refusal;
 
-/// Why a board on a port did not do what it was asked.
+/// Why a request to a board on a port failed.
 #[derive(Debug, thiserror::Error)]
 pub enum PortError {
     /// No port of this name.
@@ -45,7 +45,7 @@ pub enum PortError {
         "{0}: nothing is heard, and every board of ours speaks: is it powered, flashed with an image of palpate, and is this its port?"
     )]
     Mute(String),
-    /// Bytes came that are none of our frames.
+    /// Bytes arrived that are not frames of this protocol.
     #[error(
         "{port}: {bytes} bytes came and no frame of ours among them: this is another device, or an image of another version; flash one of this palpate's, or choose another port"
     )]
@@ -55,22 +55,22 @@ pub enum PortError {
         /// Bytes that came.
         bytes: usize,
     },
-    /// Frames of ours came, and no answer.
+    /// Frames arrived, but no answer.
     #[error(
         "{0}: a board of ours speaks but does not answer: its image is older than this palpate, or the line to it is cut; flash it anew, check the wiring"
     )]
     Deaf(String),
-    /// The port went away, or the board fell silent.
+    /// The port disappeared, or the board fell silent.
     #[error("{port}: {what} {after}")]
     Lost {
         /// Name of the port.
         port: String,
         /// How it ended.
         what: &'static str,
-        /// The force that acted, and what becomes of it.
+        /// The force that acted, and how it ends.
         after: String,
     },
-    /// The board said no.
+    /// The board refused.
     #[error("{port}: the board refuses: {refusal}")]
     Refused {
         /// Name of the port.
@@ -78,7 +78,7 @@ pub enum PortError {
         /// Why.
         refusal: Refusal,
     },
-    /// Something that was asked for was not done in time.
+    /// A request was not carried out in time.
     #[error("{port}: {what}")]
     Undone {
         /// Name of the port.

@@ -35,13 +35,13 @@ struct Summary<'a> {
     deadline_misses: usize,
     tick_us: TickUs,
     holds: Vec<HoldSummary>,
-    /// Against the stored dynamic truths of this scene; empty where there are none.
+    /// Relative to the stored dynamic references of this scene; empty if there are none.
     moving: &'a [RampError],
     residual_m: f64,
     limiters: Vec<&'static str>,
     fault: Option<String>,
     state_hash: String,
-    /// Where the tip was deepest; absent unless it was asked for and something was touched.
+    /// At the deepest tip; absent unless requested and in contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     contact: Option<ContactSummary>,
     report: &'a Report,
@@ -154,7 +154,7 @@ fn draw(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Press) 
         .map(|t| Sample { t_s: t.t_s, depth_m: t.command_m, force_n: f64::from(t.output.force_n.dot(&axis)) })
         .collect();
     let holds: Vec<Sample> = press.holds.iter().map(|h| Sample { t_s: h.t_s, depth_m: h.depth_m, force_n: h.force_n }).collect();
-    // reference points beyond the press would only squeeze the curve
+    // reference points beyond the press would only compress the curve
     let deepest = trace.iter().map(|s| s.depth_m).fold(0.0, f64::max);
     let mut reference = palpate_tissue::reference_values::of(scene);
     reference.retain(|(depth, _)| *depth <= 1.05 * deepest);

@@ -8,8 +8,7 @@ use palpate_tissue::shard::Part;
 use serde::Serialize;
 use serde_json::Value;
 
-/// Options that say where a result goes, how it is cut up or what is printed of it: they decide
-/// nothing in it.
+/// Options for the output folder, the shards or the printing of a result, which do not affect it.
 const ELSEWHERE: [&str; 2] = ["--out", "--shard"];
 const PRINTED: &str = "--all";
 
@@ -36,16 +35,16 @@ struct Provenance<'a> {
 #[derive(Debug, Serialize)]
 struct Machine {
     processor: String,
-    /// Processors that the system gave to the run.
+    /// Processors available to the run.
     cores: usize,
 }
 
-/// Provenance of what this process makes, of a scene if there is one.
+/// Provenance of this process's results, with the scene if there is one.
 pub fn of(scene: Option<&Scene>) -> Value {
     told(&command_line(), Machine { processor: processor(), cores: cores() }, scene)
 }
 
-/// Provenance of what shards made that ran elsewhere: as of one run of all, but for the date.
+/// Provenance of merged shards: as of a single run of all cases, except for the date.
 pub fn of_shards(shards: &[Part], scene: Option<&Scene>) -> Value {
     let mut processors: Vec<&str> = shards.iter().map(|shard| shard.heading.processor.as_str()).collect();
     processors.dedup();
@@ -67,7 +66,7 @@ fn told(command_line: &[String], machine: Machine, scene: Option<&Scene>) -> Val
         machine,
         date: rfc3339(now_s()),
     };
-    // text and whole numbers: nothing that JSON does not have
+    // text and whole numbers only, which JSON can represent
     serde_json::to_value(provenance).unwrap_or_default()
 }
 

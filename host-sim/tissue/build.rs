@@ -1,5 +1,5 @@
-//! Tells the crate which cargo profile it is built with; cargo itself tells build scripts only
-//! "debug" or "release".
+//! Passes the cargo profile on to the crate; cargo itself gives build scripts only "debug" or
+//! "release".
 
 use std::path::Path;
 

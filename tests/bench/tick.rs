@@ -43,7 +43,7 @@ fn whole(criterion: &mut Criterion) {
     }
 }
 
-/// Springs and integration alone: what the papers' plain model costs on the same edges, without
+/// Springs and integration alone: the cost of the papers' plain model on the same edges, without
 /// contact.
 fn plain(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("plain springs");

@@ -1,5 +1,5 @@
-//! A board without a board: the image of `cargo fw` in the emulator, on a pseudo-terminal that
-//! `palpate board` takes for its serial port, until Ctrl-C.
+//! An emulated board: the image of `cargo fw` in the emulator, on a pseudo-terminal that `palpate
+//! board` uses as its serial port, until Ctrl-C.
 //!
 //! ```text
 //! cargo run --release -p palpate-tests --example emulated_board -- my-paddle.toml

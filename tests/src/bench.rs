@@ -1,4 +1,4 @@
-//! Blocks of tissue under a probe, and states of them that no press would reach.
+//! Blocks of tissue under a probe, and states that no press would reach.
 
 use palpate::{Model, Params, Vector3};
 use palpate_fit::far_field::{FarField, Sizes};
@@ -45,7 +45,7 @@ impl Bench {
     /// A calibrated patch that ships.
     ///
     /// # Panics
-    /// There is none of this size.
+    /// There is no patch of this size.
     #[must_use]
     pub fn calibrated(nodes: usize) -> Self {
         let (patch, packed) = palpate_tissue::session::calibrated::sized(nodes).expect("a size that ships");
@@ -65,8 +65,8 @@ impl Bench {
         Self::build(nodes, 1.0, false, 4)
     }
 
-    /// A patch of this radius [m] cut out of the default block of `nodes` nodes, held by nothing
-    /// but its rim springs.
+    /// A patch of this radius [m] cut out of the default block of `nodes` nodes, supported only by
+    /// its rim springs.
     ///
     /// # Panics
     /// A node count that the block generator refuses, or a radius that leaves no outside.
@@ -120,7 +120,7 @@ pub fn at_depth(depth_m: f32) -> Vector3<f32> {
     Vector3::new(0.0, 0.0, -depth_m)
 }
 
-/// Numbers that look random and are the same on every machine.
+/// Pseudo-random numbers, the same on every machine.
 #[derive(Clone, Debug)]
 pub struct Noise(SplitMix64);
 

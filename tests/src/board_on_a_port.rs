@@ -4,9 +4,9 @@
 //! host ─ pseudo-terminal ─ here ─ two FIFOs ─ image (`paced`) in the emulator
 //! ```
 //!
-//! The image runs its own tick timer, sensors, silence of the host and records; its clock stands
-//! still until it is told, tick by tick, what the link brought and where the hand is. So its time
-//! cannot jump, and no tick is late, whatever this machine does.
+//! The image runs its own tick timer, sensors, host timeout and records. Its clock stops until it
+//! receives, tick by tick, the bytes of the link and the position of the hand, so its time cannot
+//! jump, and no tick is late, whatever this machine does.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
@@ -28,22 +28,23 @@ use crate::pseudo_terminal::PseudoTerminal;
 
 /// From outside the tissue, long enough to be armed there, through the script's presses.
 const ROUND_TICKS: u32 = LEAD_TICKS + 2_000;
-/// A record every so many ticks.
+/// Ticks between records.
 const RECORD_TICKS: u64 = 20;
-/// Ticks that the emulator may be told ahead of its records.
+/// Ticks of input that the emulator may receive ahead of its records.
 const AHEAD_TICKS: u64 = 3 * RECORD_TICKS;
 /// Bytes of the link that reach the board in a tick; 115 200 baud bring 12.
 const LINK_BYTES: usize = 40;
-/// A host that sends nothing for so long is not there, to an idle board.
+/// Time of silence after which a host counts as gone for an idle board.
 const AWAY: Duration = Duration::from_millis(400);
-/// A host of an armed board gets longer: a busy machine lets it wait for half a second.
+/// Such a time for an armed board, which is longer: on a busy machine the host may wait for half a
+/// second.
 const AWAY_FROM_FORCE: Duration = Duration::from_secs(10);
-/// Longest wait. What is waited for takes a second or two; one that never comes must not hang the
-/// tests.
+/// Longest wait. Longest wait for an event, which takes a second or two: a missing one must not
+/// hang the tests.
 const LONGEST: Duration = Duration::from_secs(300);
 /// Outside of every workspace, and too far for a tick.
 const ASTRAY_M: [f32; 3] = [1.0, 0.0, 0.0];
-/// Bytes that wait for a host at most: half of what a terminal holds.
+/// Largest number of bytes waiting for a host: half of a terminal's buffer.
 const LINE: u64 = 2048;
 const TICK: Duration = Duration::from_millis(1);
 
@@ -65,7 +66,7 @@ pub enum Hand {
 
 impl Hand {
     /// Words of a packet, and the bit of its length that says that they are counts. `felt_ticks` is
-    /// how long a force has been allowed.
+    /// the time for which a force has been allowed.
     fn words(&self, tick: u32, felt_ticks: u32) -> ([u32; 3], u8) {
         let Self::Joints(mechanism) = self else {
             let tip_m: [f32; 3] = sensed(tick % ROUND_TICKS, LEAD_TICKS).position_m.into();
@@ -80,17 +81,18 @@ impl Hand {
     }
 }
 
-/// How fast the board's time goes by.
+/// Speed of the board's time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
     /// As this machine's, or slower.
     RealTime,
-    /// So many ticks follow each sign of life of a host, at once; then the next one is waited for,
-    /// as long as the host is there. A busy machine makes the run longer and loses no host.
+    /// This many ticks follow each sign of life of a host at once; then the board waits for the
+    /// next one, as long as the host is there. A busy machine makes the run longer and loses no
+    /// host.
     ByHost(u32),
 }
 
-/// Truth about the board, from its own records, whoever else listens.
+/// State of the board from its own records, independent of other listeners.
 #[derive(Clone, Copy, Debug)]
 pub struct Truth {
     /// The newest record.
@@ -110,7 +112,7 @@ pub struct BoardOnAPort {
     switches: Arc<Switches>,
     threads: Vec<JoinHandle<()>>,
     _folder: tempfile::TempDir,
-    // emulators side by side starve each other's hosts
+    // several emulators at once would starve each other's hosts
     _one_at_a_time: MutexGuard<'static, ()>,
 }
 
@@ -154,7 +156,7 @@ impl BoardOnAPort {
         assert!(Command::new("mkfifo").args([&to, &from]).status().expect("mkfifo").success());
         let (name, cpu) = machine.names();
         let words = format!("arg=palpate-firmware,arg=paced,arg={},arg={}", to.display(), from.display());
-        // both ways: opening one end of a FIFO would wait for the other
+        // for reading and writing: opening one end of a FIFO would wait for the other
         let input = OpenOptions::new().read(true).write(true).open(&to).expect("the FIFO that was just made");
         let child = Command::new("qemu-system-arm")
             .args(["-machine", name, "-cpu", cpu, "-nographic", "-monitor", "none", "-serial", "null"])
@@ -215,7 +217,7 @@ impl BoardOnAPort {
         self.switches.astray.store(astray, Ordering::Relaxed);
     }
 
-    /// How the board is.
+    /// State of the board.
     ///
     /// # Panics
     /// It has not begun.
@@ -224,7 +226,7 @@ impl BoardOnAPort {
         held(&self.truth).expect("a record has come")
     }
 
-    /// Waits until the board is so.
+    /// Waits until the board is in this state.
     ///
     /// # Panics
     /// It is not within five minutes.
@@ -245,8 +247,9 @@ impl BoardOnAPort {
         self.wait_for("a force", |truth| truth.force_n() > 0.1)
     }
 
-    /// Waits until no force acts, for at most so many ticks of the board; its ticks since now, or
-    /// since a host was heard later: on a busy machine its words may lie on the line when it ends.
+    /// Waits until no force acts, for at most this many ticks of the board; returns its ticks since
+    /// the call, or since the host was last heard: on a busy machine its bytes may still be on the
+    /// line when it ends.
     ///
     /// # Panics
     /// One still acts then.
@@ -290,7 +293,7 @@ fn held<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Brings what the board says to the port, and keeps the truth.
+/// Passes the board's output to the port, and records its state.
 fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<Truth>>, switches: &Switches) {
     let Ok(mut from) = File::open(from) else { return };
     let (mut receiver, mut bytes) = (Receiver::NEW, [0; 4096]);
@@ -308,7 +311,7 @@ fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<
                 switches.felt.store(record.mode().is_some_and(Mode::allows_force), Ordering::Relaxed);
             }
         }
-        // a line that nobody reads loses bytes, as a real one
+        // an unread line loses bytes, as a real one does
         if let Some(plug) = &mut *held(plug)
             && plug.unread_bytes().is_ok_and(|waiting| waiting < LINE)
         {
@@ -317,7 +320,7 @@ fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<
     }
 }
 
-/// Tells the board tick by tick what came in.
+/// Passes the input to the board tick by tick.
 fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, switches: &Switches, pace: Pace, hand: &Hand) {
     let is = |switch: &AtomicBool| switch.load(Ordering::Relaxed);
     let (mut due, mut heard) = (Instant::now(), None::<Instant>);

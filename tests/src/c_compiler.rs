@@ -32,14 +32,14 @@ impl Language {
         std::env::var(variable).unwrap_or_else(|_| name.into())
     }
 
-    /// Whether the machine has it; says so where it has not.
+    /// Whether the machine has it; prints a message if not.
     #[must_use]
     pub fn is_here(self) -> bool {
         has(&self.compiler(), "--version", "programs of that language are not tested")
     }
 }
 
-/// Whether a tool can be started; says what is skipped where it cannot.
+/// Whether a tool can be started; prints what is skipped if not.
 #[must_use]
 pub fn has(tool: &str, asked: &str, skipped: &str) -> bool {
     let started = Command::new(tool).arg(asked).output().is_ok_and(|output| output.status.success());

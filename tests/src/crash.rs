@@ -1,6 +1,6 @@
 //! Crashes of the image that is flashed. Before its clock runs, a debugger puts a branch at the
 //! start of one function and, beside the image, a few instructions that count the passes and crash
-//! at one of them. Nothing stops the clock, and no line of the image is there for the tests.
+//! at one of them. Nothing stops the clock, and the image contains no code for the tests.
 
 use std::io;
 
@@ -11,11 +11,11 @@ use crate::firmware_image::FirmwareImage;
 const BESIDE: u32 = 0x0030_0000;
 /// The crash itself.
 pub const CRASH: u32 = BESIDE + 0x100;
-/// Where the location lies that a panic says.
+/// Address of the location that a panic reports.
 const LOCATION: u32 = BESIDE + 0x1C0;
 /// Passes left before the crash.
 const COUNTER: u32 = BESIDE + 0x1F0;
-/// File name that a panic says.
+/// File name that a panic reports.
 pub const FILE: &str = "debugger";
 
 /// The register of the enable line, and its bit.
@@ -23,9 +23,9 @@ const LEDS: u32 = 0x4002_8000;
 const TIMER0_CTRL: u32 = 0x4000_0000;
 const NVIC_ENABLE: u32 = 0xE000_E100;
 const NVIC_PEND: u32 = 0xE000_E200;
-/// An address behind which these images have nothing.
+/// An address at which these images have no memory.
 const NOWHERE: u32 = 0x6000_0000;
-/// An interrupt that nobody has claimed.
+/// An unclaimed interrupt.
 const STRAY: u32 = 20;
 
 // Thumb
@@ -36,7 +36,8 @@ const LOAD_PASSES: u16 = 0x6801;
 const STORE: u16 = 0x6001;
 const COUNT_R1_DOWN: u16 = 0x3901;
 const IF_NOT_ZERO: u16 = 0xD100;
-/// The return address and the mode that an exception stacked, below two words of our own or not.
+/// The return address and the mode that an exception stacked, with or without two words of our own
+/// above.
 const LOAD_STACKED_MODE: u16 = 0x9909;
 const KEEP_EXCEPTION_NUMBER: u16 = 0x05C9;
 const STORE_RETURN_ADDRESS: u16 = 0x9006;
@@ -47,7 +48,7 @@ const GO_TO_R2: u16 = 0x4710;
 const GO_TO_R12: u16 = 0x4760;
 const FOREVER: u16 = 0xE7FE;
 
-/// Where control comes past.
+/// Place in the control flow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// The haptic loop, before its tick.
@@ -63,7 +64,7 @@ pub enum Place {
 pub enum Crash {
     /// A panic.
     Panics,
-    /// A read where nothing is.
+    /// A read from an unmapped address.
     ReadsNowhere,
     /// No instruction.
     RunsNoInstruction,
@@ -77,7 +78,7 @@ pub enum Crash {
     Hangs,
     /// The tick timer stops, and a loop without end.
     StopsTheTimer,
-    /// No crash: so many turns of a loop of two instructions, and on with what was to be done.
+    /// No crash: this many turns of a loop of two instructions, then normal execution.
     Dawdles(u32),
 }
 
@@ -86,11 +87,11 @@ pub enum Crash {
 pub struct Planned {
     /// Place in the image that it happens at.
     pub place: Place,
-    /// At which pass of the place since the start.
+    /// Number of the pass since the start.
     pub pass: u32,
     /// Failure to provoke.
     pub crash: Crash,
-    /// How many starts of the board meet it.
+    /// Number of starts of the board that it affects.
     pub starts: u32,
 }
 
@@ -98,7 +99,7 @@ pub struct Planned {
 /// with a reset the emulator loads the image anew.
 ///
 /// # Errors
-/// The image has no such place, or one that begins in another way than functions do.
+/// The image has no such place, or it does not begin as functions do.
 pub fn plant(debugger: &mut Debugger, image: &FirmwareImage, planned: &Planned) -> io::Result<()> {
     let main = image.function_named("palpate_firmware::__cortex_m_rt_main").map(|main| main.address);
     let main = main.ok_or_else(|| io::Error::other("the image has no main"))?;
@@ -149,15 +150,15 @@ pub fn is_of_crash(address: u32) -> bool {
 
 struct Trampoline {
     code: Vec<u16>,
-    /// Where in it the displaced instructions are.
+    /// Position of the displaced instructions in it.
     displaced: usize,
 }
 
-/// Counts a pass; at the planned one it goes to the crash, else it runs the `displaced`
-/// instructions and goes on behind them.
+/// Counts a pass; at the planned one it goes to the crash, otherwise it runs the `displaced`
+/// instructions and continues after them.
 fn trampoline(planned: &Planned, displaced: [u16; 2], back: u32) -> Trampoline {
     let thread = planned.place == Place::Thread;
-    // in an interrupt of the thread: the thread finds the crash when it goes on
+    // in an interrupt of the thread: the thread meets the crash when it continues
     let hit = match thread {
         true => [&load(0, CRASH)[..], &[STORE_RETURN_ADDRESS]].concat(),
         false => [&load(12, CRASH | 1)[..], &[GO_TO_R12]].concat(),
@@ -177,7 +178,7 @@ fn trampoline(planned: &Planned, displaced: [u16; 2], back: u32) -> Trampoline {
     Trampoline { code, displaced: place }
 }
 
-/// A conditional branch over so many halfwords.
+/// A conditional branch over this many halfwords.
 fn skip(condition: u16, halfwords: usize) -> u16 {
     condition | (halfwords as u16 - 1) & 0xFF
 }
@@ -197,7 +198,7 @@ fn code(crash: Crash, panic: u32, displaced: u32) -> Vec<u16> {
         Crash::ReadsNowhere => [&load(0, NOWHERE)[..], &[LOAD]].concat(),
         Crash::RunsNoInstruction => vec![0xDE00],
         Crash::JumpsNowhere => [&load(0, 0x1000)[..], &[GO_TO_R0]].concat(),
-        // sub sp, #508; push {r0}; ldr r1, [sp]; bx r1: it goes on as long as the stack keeps the
+        // sub sp, #508; push {r0}; ldr r1, [sp]; bx r1: it continues as long as the stack keeps the
         // address
         Crash::OverflowsTheStack => {
             let turn = CRASH + 2 * (enable.len() as u32 + 4);

@@ -1,5 +1,5 @@
 //! A debugger on the emulated board: QEMU's gdb stub, over a socket. It reads and writes the memory
-//! of an image as it is flashed.
+//! of the image that is flashed.
 
 use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -34,8 +34,8 @@ impl Debugger {
         Ok(Self { socket })
     }
 
-    /// Lets the board run to the instruction at this address. It leaves the one that it stands
-    /// before first: a breakpoint there would stop it at once.
+    /// Lets the board run to the instruction at this address. It first leaves the present one: a
+    /// breakpoint there would stop it at once.
     ///
     /// # Errors
     /// The run ended before.
@@ -83,7 +83,7 @@ impl Debugger {
     /// The stub refuses.
     pub fn detach(mut self) -> io::Result<()> {
         match self.expect("D", "OK") {
-            // the board runs on from there, and may have ended before it hears that it was heard
+            // the board continues from there, and may have ended before the acknowledgement arrives
             Err(error) if matches!(error.kind(), io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset) => Ok(()),
             answer => answer,
         }
@@ -94,8 +94,8 @@ impl Debugger {
         if answer == expected { Ok(()) } else { Err(refused(command, &answer)) }
     }
 
-    /// Sends a packet and waits for the answer; packets are `$text#checksum`, each side says `+` to
-    /// the other's.
+    /// Sends a packet and waits for the answer; packets are `$text#checksum`, each side
+    /// acknowledges the other's with `+`.
     fn ask(&mut self, command: &str) -> io::Result<String> {
         let sum = command.bytes().fold(0_u8, u8::wrapping_add);
         write!(self.socket, "${command}#{sum:02x}")?;

@@ -40,7 +40,7 @@ pub enum EmulatorError {
     /// The firmware does not compile.
     #[error("the firmware was not built: {0}")]
     NotBuilt(String),
-    /// The debugger did not do its part.
+    /// The debugger failed.
     #[error("the debugger could not make the crash or begin the log: {source}; the firmware's last words: {last_words}")]
     Debugger {
         /// Error of the connection.
@@ -141,8 +141,9 @@ pub fn link_panic_proof(target: &Path, planted: bool) -> Result<PathBuf, Emulato
     build(target, features, None, "panic-proof")
 }
 
-/// An image that nobody should flash by mistake: all of them are linked below `target/variants`,
-/// from the same libraries, one at a time, and each is then known by its features and its patch.
+/// An image that must not be flashed by mistake: all of them are linked below `target/variants`,
+/// from the same libraries, one at a time, and each is then identified by its features and its
+/// patch.
 fn variant(target: &Path, features: &[&str], patch: Option<&Path>) -> Result<PathBuf, EmulatorError> {
     static BUILDING: Mutex<()> = Mutex::new(());
     let _one_at_a_time = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
@@ -287,7 +288,7 @@ fn drain(pipe: Option<impl Read + Send + 'static>) -> thread::JoinHandle<Vec<u8>
     thread::spawn(move || {
         let mut bytes = Vec::new();
         if let Some(mut pipe) = pipe {
-            // a broken pipe ends the text; what came before it is still worth having
+            // a broken pipe ends the text; the text before it is still useful
             let _ = pipe.read_to_end(&mut bytes);
         }
         bytes

@@ -1,4 +1,5 @@
-//! Calibrated patches with a far field, fitted on the spot, and the same patches in other organs.
+//! Calibrated patches with a far field, fitted during the test, and the same patches in other
+//! organs.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -24,8 +25,8 @@ pub struct FarPatch {
 }
 
 impl FarPatch {
-    /// A patch of this radius [m] and element size [m], quickly fitted: once in a test program,
-    /// whoever asks first.
+    /// A patch of this radius [m] and element size [m], with a quick fit, made once per test
+    /// program.
     ///
     /// # Panics
     /// Sizes that do not fit the default block.
@@ -57,8 +58,8 @@ impl FarPatch {
     }
 
     /// Returns the patch, ready to run to `deep_m` [m], with balls of other stiffness in the organ,
-    /// and the organ that they are in. Inside the patch the balls scale what was fitted; outside
-    /// they change what its far field is fitted to.
+    /// and the organ that they are in. Inside the patch the balls scale the fitted constants;
+    /// outside they change the target of its far field.
     ///
     /// # Panics
     /// Balls that the scene refuses.

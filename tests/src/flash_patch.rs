@@ -1,4 +1,4 @@
-//! The patch that the image holds by default.
+//! The default patch of the image.
 
 use palpate_controller::patch::WordAligned;
 

@@ -1,10 +1,10 @@
-//! A hand at the joints of a mechanism: counts of its encoders for a tip, and an account of the
-//! mechanism that is not the controller's.
+//! A hand at the joints of a mechanism: counts of its encoders for a tip, and a description of the
+//! mechanism independent of the controller's.
 
 use nalgebra::{Matrix3, Vector3};
 use palpate_controller::kinematics::{Kind, MechanismProfile};
 
-/// Tip for joint angles [m], in double precision and by other formulas than the controller's.
+/// Tip for joint angles [m], in double precision and with other formulas than the controller's.
 ///
 /// # Panics
 /// The arms of a pantograph do not meet.

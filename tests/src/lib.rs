@@ -1,7 +1,7 @@
 //! Shared code of the tests. The command: running it, reading what it wrote. On the board: running
 //! the firmware in the emulator, reading its image, counting what it executed. Physics: blocks of
-//! tissue, an oracle of their forces in double precision, and how far single precision may be off
-//! it.
+//! tissue, an oracle of their forces in double precision, and the deviation that single precision
+//! may have from it.
 #![forbid(unsafe_code)]
 
 pub use palpate_board::{exec_log, firmware_image, instruction_mix, thumb};

@@ -1,8 +1,8 @@
-//! The model a second time: written from its energies, in double precision, slow, and sharing no
-//! line with the core.
+//! An independent implementation of the model: from its energies, in double precision, slow, and
+//! without sharing code with the core.
 //!
 //! Energies are those the core documents ([`energy`]); forces are their slopes by automatic
-//! differentiation ([`number`]); the only forces written as such are those that have no energy, the
+//! differentiation ([`number`]); the only forces written directly are those without an energy, the
 //! dampings.
 
 pub mod energy;
@@ -77,7 +77,7 @@ impl<'a> Oracle<'a> {
             .map(|(n, own)| (floor * e * f64::from(n.stiffness_m) * tick_s * tick_s - own).max(0.0));
         let added_kg: Vec<f64> = added_kg.collect();
         let around: Vec<f64> = springs_at.iter().map(|s| s.iter().map(|&s| f64::from(model.springs[s].k)).sum()).collect();
-        // rim springs hold to the ground: their part of the added mass is the node's own
+        // rim springs act against the ground: their part of the added mass is the node's own
         let ground = |n: usize| -> f64 {
             let blocks = rim_nodes_at[n].iter().map(|&r| &model.rim_nodes[r].block_m);
             blocks.map(|b| f64::from(b[0] + b[1] + b[2]) / 3.0).sum()
@@ -101,19 +101,20 @@ impl<'a> Oracle<'a> {
             .collect();
         let series = params.terms.relative_mass;
         let fields = fields(&model, &mass_kg, &between_kg, &anchored, series);
-        // no sum over neighbours beside the one field
+        // no sum over neighbours besides the one field
         let between_kg = if series { between_kg } else { vec![0.0; between_kg.len()] };
         Self { model, params, mass_kg, between_kg, fields, anchored, springs_at, tets_at, rim_nodes_at, rim_edges_at }
     }
 
-    /// Diagonal of the mass matrix at a node [kg]; an anchor's is what it would be if it were free.
+    /// Diagonal of the mass matrix at a node [kg]; an anchor has the value that it would have if it
+    /// were free.
     #[must_use]
     pub fn mass_kg(&self, node: usize) -> f64 {
         self.mass_kg[node]
     }
 
     /// Momenta [kg m/s] by the mass matrix that [`Self::tick`] inverts, solved densely; zero at
-    /// anchors. Their sum changes by forces on the whole alone.
+    /// anchors. Their sum changes by external forces only.
     ///
     /// # Panics
     /// When that matrix is not positive: it would add energy.
@@ -204,7 +205,7 @@ impl<'a> Oracle<'a> {
     }
 
     /// Forces of the foundation on the nodes [N], at the end of a substep in which `inner` [N] acts
-    /// besides.
+    /// as well.
     #[must_use]
     pub fn contact_n(&self, x: &[Vector], v: &[Vector], inner: &[Vector], tip: Tip) -> Vec<Vector> {
         self.contact(x, v, inner, tip).into_iter().map(|(push, _)| push).collect()
@@ -234,7 +235,7 @@ impl<'a> Oracle<'a> {
                 }
             }
         }
-        // a node's push after the way it goes in the substep, and a dashpot of beta times slope
+        // a node's push after its displacement in the substep, and a dashpot of beta times slope
         // times dt against the probe
         let at_end = |n: usize| {
             let length = push_n[n].norm();
@@ -305,7 +306,7 @@ impl<'a> Oracle<'a> {
                 energy = energy + of_tet(t, &self.params, corners(t));
                 for n in t.node.map(usize::from) {
                     let star = stars.entry(n).or_insert(Dual::of(around[n]));
-                    // the value is there already, the slope is not
+                    // the value is known already, the slope is not
                     let v = six_volume(corners(t));
                     *star = *star + (v - Dual::of(v.value));
                 }

@@ -1,4 +1,4 @@
-//! Patch files for the board: the shipped ones, and patches with a far field made on the spot.
+//! Patch files for the board: the shipped ones, and patches with a far field made during the test.
 
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ use crate::palpate_command::repository;
 const RADIUS_M: f64 = 0.017;
 /// Its elements at the site [m]: some fifty nodes.
 const ELEMENT_M: f64 = 0.0058;
-/// Surface nodes within this of the site are loaded when a rim is fitted anew [m].
+/// Radius around the site within which surface nodes are loaded when a rim is refitted [m].
 const LOADED_M: f64 = 0.012;
 
 /// A patch in `firmware/patches`, by its file name; an absolute path.
@@ -32,7 +32,7 @@ pub fn shipped(name: &str) -> PathBuf {
     repository().join("firmware/patches").join(name).canonicalize().expect("a patch that ships")
 }
 
-/// The bytes of a patch file on a word boundary, for ever.
+/// The bytes of a patch file on a word boundary, leaked.
 ///
 /// # Panics
 /// A file that cannot be read.
@@ -93,7 +93,7 @@ pub fn with_finer_outside(prepared: &Prepared, times: usize) -> Prepared {
 /// Packs an unfitted patch with the limits and substeps of a session into `folder`.
 ///
 /// # Panics
-/// A patch that no session takes, or a folder that cannot be written.
+/// A patch that no session accepts, or a folder that cannot be written.
 #[must_use]
 pub fn pack(prepared: &Prepared, folder: &Path, name: &str) -> PathBuf {
     let session = Session::of_fitted(&MACHINES[1], prepared.patch(), prepared.params).expect("a patch that keeps 1 kHz");
@@ -103,7 +103,7 @@ pub fn pack(prepared: &Prepared, folder: &Path, name: &str) -> PathBuf {
     path
 }
 
-/// Writes a packed patch again without its rim edges: what is left shows what the rim nodes cost.
+/// Writes a packed patch again without its rim edges, to find the cost of the rim nodes.
 ///
 /// # Panics
 /// A file that is not a patch or cannot be written.

@@ -1,5 +1,5 @@
-//! The built `palpate-full`, which has all commands, run as a stranger would: from some folder, by
-//! its command line, judged by what it prints and leaves behind.
+//! The built `palpate-full`, which has all commands, run as a user would: from any folder, by its
+//! command line, and checked by its output and files.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use crate::schema;
 
-/// Working folder of a stranger: an empty one that goes away with the test.
+/// Working folder of a user: an empty one that is deleted with the test.
 #[derive(Debug)]
 pub struct Desk(tempfile::TempDir);
 
@@ -58,8 +58,8 @@ pub fn binary(scratch: &str) -> &'static Path {
     })
 }
 
-/// Runs `palpate` in a folder. Every summary that it leaves there follows the schema. `scratch` is
-/// `env!("CARGO_TARGET_TMPDIR")`.
+/// Runs `palpate` in a folder. Checks that every summary that it writes there follows the schema.
+/// `scratch` is `env!("CARGO_TARGET_TMPDIR")`.
 ///
 /// # Panics
 /// A summary does not follow it.

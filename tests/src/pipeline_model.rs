@@ -1,7 +1,7 @@
-//! Cycles of an executed tick by models that are not ours: the schedule that LLVM has of a
-//! Cortex-M4 and of a Cortex-M7, by `llvm-mca` (Debian: llvm), over every instruction in the order
-//! in which it was executed; and the stalls of the Cortex-M4F's manual that a table of single
-//! instructions leaves out.
+//! Cycles of an executed tick by independent models: LLVM's scheduling models of a Cortex-M4 and a
+//! Cortex-M7, by `llvm-mca` (Debian: llvm), over every instruction in the order in which it was
+//! executed; and the stalls of the Cortex-M4F's manual that a table of single instructions leaves
+//! out.
 //!
 //! **Estimates, no hardware timing**: no memory waits, no interrupts. The model of the Cortex-M4
 //! charges a load one cycle, the manual two.
@@ -21,7 +21,7 @@ const REFILL: f64 = 1.5;
 /// Models leave out a few kinds of instructions, each found by one failed run.
 const MOST_KINDS: usize = 24;
 
-/// A core that LLVM has a model of.
+/// A core for which LLVM has a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Core {
     /// Cortex-M4.
@@ -99,7 +99,7 @@ impl Listing {
     /// Cycles of a core for these instructions; `None` where there is no `llvm-mca`.
     ///
     /// # Panics
-    /// It cannot be spoken to, or refuses what it does not name.
+    /// It cannot be run, or refuses its input without naming the line.
     #[must_use]
     pub fn cycles(&self, core: Core, executed: &[u32]) -> Option<f64> {
         let mut left_out: Vec<String> = Vec::new();
@@ -116,8 +116,8 @@ impl Listing {
         panic!("llvm-mca refuses {left_out:?}");
     }
 
-    /// The instructions as text for the model, and the cycles of those it is not shown: a jump and
-    /// whatever it has no model of count one, a taken jump of a Cortex-M4 also its refill.
+    /// The instructions as text for the model, and the cycles of those that are left out: a jump or
+    /// an instruction without a model counts one, a taken jump of a Cortex-M4 also its refill.
     fn text(&self, executed: &[u32], core: Core, left_out: &[String]) -> (String, f64) {
         let mut text = String::from(".syntax unified\n.thumb\n");
         let (mut alone, mut conditional) = (0.0, 0);
@@ -192,7 +192,7 @@ impl Line {
         Self { mnemonic: format!("{name}{kind}"), operands: self.operands.clone() }
     }
 
-    /// Whether the next instruction may be elsewhere.
+    /// Whether it may jump.
     fn jumps(&self) -> bool {
         let name = self.mnemonic.split('.').next().unwrap_or_default();
         let branch = matches!(name, "b" | "bl" | "blx" | "bx" | "cbz" | "cbnz" | "tbb" | "tbh")
@@ -268,8 +268,8 @@ mod tests {
         assert_eq!(code.result_stalls(&executed), 2);
     }
 
-    /// A chain of products waits for each; independent ones do not. Where there is no `llvm-mca`,
-    /// nothing is said.
+    /// A chain of products waits for each; independent ones do not. Without `llvm-mca` nothing is
+    /// checked.
     #[test]
     fn the_model_knows_latency_and_pairs() {
         let (chain, executed) = listing(&["vmul.f32\ts0, s0, s1"; 64]);

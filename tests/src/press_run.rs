@@ -28,7 +28,7 @@ hold_s = 0.3
 /// A text with one part in place of another, which must be there exactly once.
 ///
 /// # Panics
-/// It is not, or more than once: the test would not test what it says.
+/// It does not occur exactly once, so the test would be void.
 #[must_use]
 pub fn edited(text: &str, from: &str, to: &str) -> String {
     assert_eq!(text.matches(from).count(), 1, "`{from}` in:\n{text}");
@@ -99,7 +99,7 @@ pub struct Hold {
     pub min_j: f64,
 }
 
-/// Presses the text of a scene file and reads what came out. `scratch` is
+/// Presses the text of a scene file and reads the results. `scratch` is
 /// `env!("CARGO_TARGET_TMPDIR")`.
 ///
 /// # Panics
@@ -120,7 +120,7 @@ pub fn press_at(scratch: &str, desk: Desk, scene: &str, options: &[&str]) -> Pre
     PressRun::read(desk, outcome)
 }
 
-/// Presses a preset from the repository's root, where its mesh is looked for.
+/// Presses a preset from the repository's root, where its mesh is found.
 ///
 /// # Panics
 /// As [`press`].

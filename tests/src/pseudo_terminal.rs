@@ -51,7 +51,7 @@ impl PseudoTerminal {
         Ok(rustix::io::ioctl_fionread(&self.theirs)?)
     }
 
-    /// Bytes of the host that wait here; none if there are none.
+    /// Bytes of the host that are waiting, possibly none.
     ///
     /// # Errors
     /// The terminal is gone.

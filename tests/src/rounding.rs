@@ -1,5 +1,5 @@
-//! How far single precision may be off: a bound on the rounding of each node's force, from the
-//! sizes of what is summed.
+//! Tolerance for single precision: a bound on the rounding error of each node's force, from the
+//! sizes of the summands.
 //!
 //! `u = 2^-24` is the largest relative error of one operation. Roundings are taken as independent,
 //! so n of them are `sqrt(n) u` and not `n u` (Higham & Mary 2019, "A new approach to probabilistic
@@ -30,7 +30,7 @@ const CORNER_OPERATIONS: f64 = 12.0;
 #[must_use]
 pub fn of_forces_n(model: &Model, params: &Params, x: &[Vector3<f64>]) -> Vec<f64> {
     let mut count = vec![0.0; x.len()];
-    let mut sizes = vec![0.0; x.len()]; // of the terms: what the additions round
+    let mut sizes = vec![0.0; x.len()]; // of the terms: rounding of the additions
     let mut squares = vec![0.0; x.len()]; // of the terms' own errors
     for s in model.springs {
         let (i, j) = (usize::from(s.i), usize::from(s.j));

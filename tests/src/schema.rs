@@ -10,7 +10,7 @@ use crate::palpate_command::repository;
 /// The schema of every `summary.json`.
 ///
 /// # Panics
-/// It is missing or no JSON.
+/// It is missing or not JSON.
 pub fn summaries() -> &'static Value {
     static SCHEMA: OnceLock<Value> = OnceLock::new();
     SCHEMA.get_or_init(|| {
@@ -24,7 +24,7 @@ pub fn summaries() -> &'static Value {
 /// # Panics
 /// One does not follow the schema.
 pub fn check_all(folder: &Path) {
-    // a folder of the system, as some tests ask for, holds what others left there
+    // a system folder, as used by some tests, may contain foreign files
     if std::env::temp_dir().starts_with(folder) {
         return;
     }
@@ -50,7 +50,7 @@ pub fn defects(summary: &Value) -> Vec<String> {
     defects
 }
 
-/// Keywords that say nothing of a value.
+/// Keywords that do not constrain a value.
 const NOTES: [&str; 5] = ["$schema", "$id", "$defs", "title", "description"];
 
 fn against(schema: &Value, value: &Value, at: &str, defects: &mut Vec<String>) {
@@ -112,7 +112,7 @@ fn against(schema: &Value, value: &Value, at: &str, defects: &mut Vec<String>) {
                     against(schema, value, at, &mut found);
                     found
                 });
-                // the one that is nearest says best what is wrong
+                // the nearest alternative describes the error best
                 defects.extend(tried.min_by_key(Vec::len).unwrap_or_default());
             }
             "allOf" => asked.as_array().into_iter().flatten().for_each(|schema| against(schema, value, at, defects)),

@@ -10,8 +10,8 @@ pub fn long() -> bool {
     std::env::var_os(LONG).is_some()
 }
 
-/// Chooses every so many cases of a table, the first one included. A prime number that divides no
-/// side of the table meets every value of every side.
+/// Chooses cases of a table at regular intervals, the first one included. A prime interval that
+/// divides no side of the table reaches every value of every side.
 #[derive(Clone, Debug)]
 pub struct Share {
     one_in: usize,

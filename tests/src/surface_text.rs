@@ -114,7 +114,7 @@ impl Triangles {
         text + "endsolid organ\n"
     }
 
-    /// Binary STL, in millimetres, whose header begins with the word that text has there.
+    /// Binary STL, in millimetres, whose header begins like a text file.
     #[must_use]
     pub fn binary_stl(&self) -> Vec<u8> {
         let mut bytes = b"solid organ of a program that writes binary all the same".to_vec();

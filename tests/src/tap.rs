@@ -6,19 +6,18 @@ use palpate_tissue::measure;
 
 use crate::bench::{Bench, Noise};
 
-/// Left after release, at most [m].
+/// Largest displacement left after release [m].
 const RESIDUAL_M: f64 = 0.05e-3;
 /// The force of a hold may ripple by this share of it (1).
 const RIPPLE: f32 = 0.01;
-/// No node is faster than this at the end of the hold [m/s]: a force at its limit would hide a
-/// ripple.
+/// Largest speed of a node at the end of the hold [m/s]: a force at its limit would hide a ripple.
 const STILL_M_PER_S: f32 = 5e-3;
-/// The probe starts this far above the surface [m].
+/// Height at which the probe starts above the surface [m].
 const CLEAR_M: f64 = 0.5e-3;
 /// Hold, and time to rest after the release [s].
 const HOLD_S: f64 = 0.35;
 const REST_S: f64 = 0.6;
-/// Ticks at the end of the hold and of the rest that are looked at.
+/// Ticks at the end of the hold and of the rest that are evaluated.
 const LAST: usize = 50;
 
 /// How the probe goes down and up again.
@@ -28,7 +27,7 @@ pub struct Tap {
     pub deep_m: f64,
     /// Speed both ways [m/s].
     pub speed_m_per_s: f64,
-    /// A pose is of a moment up to this share of a tick before or after its tick (1).
+    /// Jitter of a pose's time, as a share of a tick (1).
     pub jitter: f64,
 }
 

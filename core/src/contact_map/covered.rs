@@ -70,7 +70,7 @@ fn depth_m(probe: &Probe, shaft: bool, mut d: Vector3<f32>) -> f32 {
 
 /// Share of a triangle in which a linear quantity is above zero, from its values at the corners.
 fn positive_share([a, b, c]: [f32; 3]) -> f32 {
-    // the corner that stands alone on its side, against the two others
+    // the corner that is alone on its side, and the two others
     let cut = |one: f32, p: f32, q: f32| one / (one - p) * (one / (one - q));
     match [a > 0.0, b > 0.0, c > 0.0] {
         [false, false, false] => 0.0,
@@ -99,7 +99,8 @@ mod tests {
         assert_eq!(positive_share([3.0, -1.0, -1.0]), 0.5625);
     }
 
-    /// Area of a plane 2 mm above the tip that is inside, and of all its triangles [m^2].
+    /// Area inside the probe of a plane 2 mm above the tip, and the area of all its triangles
+    /// [m^2].
     fn covered_m2(shape: ProbeShape) -> (f32, f32) {
         let probe = Probe { radius_m: 8e-3, axis: Vector3::z(), shape };
         let at = |x: i8, y: i8| Vector3::new(f32::from(x) * 3e-3, f32::from(y) * 3e-3, -6e-3);

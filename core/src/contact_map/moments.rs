@@ -46,7 +46,7 @@ impl Moments {
     /// The map of a contact around a probe's centre [m].
     pub(super) fn map(&self, centre_m: Vector3<f32>, modulus_pa: f32) -> ContactMap {
         let square = self.force.dot(&self.force);
-        // pushed from both sides there is no plane to lie in; a NaN is not above zero either
+        // pushed from both sides, the contact has no plane; a NaN is not above zero either
         if !(square > 0.0 && self.push > 0.0 && self.area > 0.0) {
             return ContactMap::NONE;
         }
@@ -73,7 +73,7 @@ impl Moments {
         let (uu, vv, uv) = (self.variance(u, u), self.variance(v, v), self.variance(u, v));
         let (middle, half) = (0.5 * (uu + vv), 0.5 * (uu - vv));
         let spread = sqrt(half * half + uv * uv);
-        // of the two forms of the eigenvector the one that does not cancel
+        // of the two forms of the eigenvector, the one without cancellation
         let (along, across) = if half > 0.0 { (half + spread, uv) } else { (uv, spread - half) };
         let length = sqrt(along * along + across * across);
         // a circle has no longer axis: any will do

@@ -1,10 +1,11 @@
-//! Shown against sensed: the last stage that asks whether there is anything to feel at all.
+//! Compares the tip given to the patch with the sensed tip: the last check that there may be a
+//! force at all.
 //!
 //! The tick locates the sensed tip ([`crate::stages::presence`]) and gives no force outside the
-//! tissue. This stage does not rely on it. Outside, the renderer's force is dropped whatever it is;
-//! a force that still acts on the hand there for [`TICKS`] ticks in a row is a fault. So is a tip
-//! that the cycle itself shows elsewhere than the sensor read it: the filter of [`super::toggle`]
-//! may lag by one count per axis, anything more means that the patch answers another place.
+//! tissue. This stage does not rely on it. Outside, any force of the renderer is discarded; a force
+//! that still acts on the hand there for [`TICKS`] ticks in a row is a fault. It is also a fault if
+//! the cycle gives the patch another tip than the sensor read: the filter of [`super::toggle`] may
+//! lag by one count per axis, and anything more means that the patch answers for another place.
 //!
 //! * in: sensed and shown tip [m], the renderer's answer, the force that acts [N]
 //! * out: whether a force may be felt

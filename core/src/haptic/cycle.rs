@@ -1,9 +1,9 @@
 //! One cycle of the loop: sense, tick, damp, limit, actuate. Board and desktop call this and
 //! nothing else.
 //!
-//! Whatever fails, the device is released **in the same tick** and the fault is latched. Gains that
-//! the first touch, saturation or energy have lowered stay low for the whole contact: a gain that
-//! rises while a spring is compressed adds energy to the hand.
+//! Whatever fails, the device is released **in the same tick** and the fault is latched. Gains
+//! lowered at the first touch, by saturation or by created energy stay low for the whole contact: a
+//! gain that rises while a spring is compressed adds energy to the hand.
 //!
 //! * in: a device, a renderer of its pose, messages of the host since the last cycle
 //! * out: a force on the device, a [`Telemetry`] record
@@ -112,7 +112,7 @@ pub struct Cycle {
     relief: f32,
     /// Length of the force when `SafeRamp` began [N].
     ramp_from_n: f32,
-    /// Ticks in a row that fulfil what the mode waits for.
+    /// Ticks in a row in which the condition that the mode waits for held.
     calm: u16,
     /// Ticks since the host's last sign of life.
     silence: u16,
@@ -158,8 +158,9 @@ impl Cycle {
         self.machine.mode()
     }
 
-    /// Whether the last pose rendered touched the patch. What stiffens the tissue waits for false:
-    /// under the probe it would give energy to the hand; what softens it need not wait.
+    /// Whether the last pose rendered touched the patch. A change that stiffens the tissue waits
+    /// until this is false, since under the probe it would give energy to the hand; a change that
+    /// softens it need not wait.
     #[must_use]
     pub fn in_contact(&self) -> bool {
         self.touched
@@ -273,7 +274,8 @@ impl Cycle {
         Ok(limited.force_n)
     }
 
-    /// Follows the host: what it asks, and its silence. False if it is not to be followed now.
+    /// Follows the host's request, and reacts to its silence. False if the request cannot be
+    /// followed now.
     fn listen(&mut self, command: Command, renderer: &mut impl Renderer) -> bool {
         self.silence = if command.heard { 0 } else { self.silence.saturating_add(1) };
         if self.silence >= self.arming.silence_ticks {
@@ -290,7 +292,7 @@ impl Cycle {
             Ask::Stop => Event::StopAsked,
             Ask::Clear => Event::Cleared,
         };
-        // a fault is not forgotten before poses have been good for a while
+        // a fault is not cleared before poses have been good for a while
         let ready = event != Event::Cleared || self.calm >= self.arming.calm_ticks;
         let allowed = event != Event::ArmAsked || !command.operator_absent;
         let followed = ready && allowed && self.enter(event);
@@ -330,7 +332,7 @@ impl Cycle {
         self.limiter.strained(&self.limits) || self.observer.gain() < 1.0 || self.stillness.gain() * self.sign.gain() < 1.0
     }
 
-    /// Follows an event; false if the mode does not know it.
+    /// Follows an event; false if the mode does not accept it.
     fn enter(&mut self, event: Event) -> bool {
         let moved = self.machine.handle(event);
         if moved {

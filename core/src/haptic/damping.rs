@@ -3,8 +3,9 @@
 //! A force held for a tick and applied `d` ticks late returns `K (d + 1/2) T` of negative damping
 //! to the hand (Colgate and Schenkel, Passivity of a class of sampled-data systems, J. Robotic
 //! Systems 14, 1997: `b > K T / 2`; the delay adds `K d T`). `tau K` with `tau = (d + 1/2) T`
-//! cancels that, twice as much damps. Constant damping would have to be chosen for the stiffest
-//! contact and would double the force of a tap on soft tissue; the tangent vanishes at first touch.
+//! cancels that; twice as much adds damping. Constant damping would have to be chosen for the
+//! stiffest contact and would double the force of a tap on soft tissue; the tangent vanishes at
+//! first touch.
 //!
 //! ```text
 //! K = 3/2 F / max(depth, 0.3 mm)                        (Hertz), or what the model knows
@@ -13,13 +14,14 @@
 //! ```
 //!
 //! In three dimensions the part along the contact normal is damped, the normal of this tick with
-//! the low-passed velocity *vector*: a normal that turns needs no memory. Along the surface a probe
-//! with friction is damped as well, for where it sticks the tissue is about as stiff that way; but
-//! what the hand feels there is no longer than friction can bear, so that a probe that slips feels
-//! friction alone. Without friction a force along the surface is passed on as it is.
+//! the low-passed velocity *vector*: no state is needed for a normal that turns. Along the surface
+//! a probe with friction is damped as well, for where it sticks the tissue is about as stiff in
+//! that direction; but the force there is limited to what friction can bear, so that a probe that
+//! slips feels friction alone. Without friction a force along the surface is passed on as it is.
 //!
 //! * in: position each tick [m]; force, normal, depth of the patch
-//! * out: force [N]; exactly that of the patch at rest, exactly zero without contact, never pulling
+//! * out: force [N]; exactly that of the patch when the probe is at rest, exactly zero without
+//!   contact, never pulling
 //! * cost: 140 instructions of a Cortex-M4F
 //! * may fail: never; not-a-number in gives not-a-number out, which the limits refuse
 
@@ -32,7 +34,8 @@ use crate::stages::output::Output;
 
 /// Largest damping [N s/m], whatever the tangent: a device's own is of the order of 0.1.
 pub const MOST_N_S_PER_M: f32 = 20.0;
-/// The constant part is faded in up to this force [N], so that touching does not kick.
+/// The constant part is faded in up to this force [N], so that the first touch is not felt as a
+/// kick.
 const FADE_IN_N: f32 = 0.1;
 /// For the Hertz slope, depths below this are treated as this depth [m]: there one encoder count
 /// would be most of the depth.
@@ -64,12 +67,12 @@ impl DampingSettings {
     pub const NONE: Self = Self { tau_s: 0.0, constant_n_s_per_m: 0.0, velocity_share: 1.0 };
 
     /// Safe on anything, plain springs and frictionless devices too: `tau = 2 (delay + T/2)`, 0.3 N
-    /// s/m, for each tick of delay where there are more, 30 Hz at 1 kHz. The delay [s] is that from
-    /// a force computed to a force acting: whole ticks and the amplifier's lag.
+    /// s/m (times the ticks of delay where there are several), 30 Hz at 1 kHz. The delay [s] is
+    /// that from a force computed to a force acting: whole ticks and the amplifier's lag.
     #[must_use]
     pub fn safe(delay_s: f32, tick_s: f32) -> Self {
         let tau_s = 2.0 * delay_s + tick_s;
-        // what is late by more than a tick turns round before the tangent has damped it
+        // with more than one tick of delay the motion reverses before the tangent has damped it
         let late = if delay_s > tick_s { delay_s / tick_s } else { 1.0 };
         Self { tau_s, constant_n_s_per_m: 0.3 * late, velocity_share: Self::SHARE_30_HZ }
     }
@@ -97,7 +100,7 @@ pub struct Damping {
     ticks_per_s: f32,
     /// One count of the encoder [m].
     count_m: f32,
-    /// Position behind a play [m]: a count that comes and goes moves it by less than a count.
+    /// Position behind a backlash [m]: a flipping count moves it by less than a count.
     played_m: Option<Vector3<f32>>,
     velocity_m_per_s: Vector3<f32>,
 }
@@ -123,8 +126,8 @@ impl Damping {
         self.played_m = Some(played_m);
         let newest = (played_m - last_m) * self.ticks_per_s;
         let smooth = self.velocity_m_per_s + (newest - self.velocity_m_per_s) * self.settings.velocity_share;
-        // counting fakes at most one count: what is further off is the low-pass being late, and
-        // late damping pushes a hand that turned round
+        // quantisation accounts for one count at most: a larger difference is the lag of the
+        // low-pass, and late damping pushes a hand that has reversed
         let fake = self.count_m * self.ticks_per_s;
         let late = smooth - newest;
         self.velocity_m_per_s = if late.dot(&late) > fake * fake {
@@ -186,7 +189,7 @@ mod tests {
         Output { force_n, normal, depth_m, ..Output::NONE }
     }
 
-    /// Damping that has moved with this velocity for long.
+    /// Damping that has tracked this velocity for long.
     fn moving(settings: &DampingSettings, velocity_m_per_s: Vector3<f32>) -> Damping {
         let mut damping = Damping::build(settings, 1e-3, 55e-6).unwrap();
         for n in 0..400_u16 {
@@ -224,7 +227,7 @@ mod tests {
             let damping = moving(&DampingSettings::safe(1e-3, 1e-3), Vector3::new(0.0, 0.0, speed));
             assert_eq!(damping.damp(&Output::NONE, 400.0), Vector3::zeros());
             assert!(damping.damp(&output, 1e6).z >= 0.0);
-            // a model that pulls is no contact: not ours to mend
+            // a model that pulls is no contact and is not corrected here
             let pulls = contact(Vector3::new(0.0, 0.0, -0.5), Vector3::z(), 1e-3);
             assert_eq!(damping.damp(&pulls, 400.0), pulls.force_n);
         }

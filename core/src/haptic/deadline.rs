@@ -1,12 +1,12 @@
-//! The deadline rule: consequences of a tick that ends after its period.
+//! The deadline rule: what follows when a tick ends after its period.
 //!
-//! The caller counts the periods that passed without a new force and passes the count to each
-//! cycle as [`super::cycle::Command::late_ticks`]. A single missed period is tolerated: the device
-//! has held the old force for twice its time, so this tick gives at most half of it. Two in a row,
-//! or five among 1000 ticks, mean a loop slower than the one its gains were tuned for.
+//! The caller counts the periods that passed without a new force and passes the count to each cycle
+//! as [`super::cycle::Command::late_ticks`]. A single missed period is tolerated: the device has
+//! held the old force for two periods, so this tick gives at most half of it. Two in a row, or five
+//! among 1000 ticks, mean a loop slower than the one its gains were tuned for.
 //!
 //! * in: periods missed since the last cycle
-//! * out: whether this tick is to give half the last force at most
+//! * out: whether this tick may give at most half the last force
 //! * cost: 20 instructions of a Cortex-M4F, estimated
 //! * may fail: [`Fault::DeadlineMissed`]
 
@@ -21,12 +21,12 @@ pub const WINDOW_TICKS: u16 = 1000;
 /// Share of the last force that stays after one miss (1).
 pub const KEPT: f32 = 0.5;
 
-/// Judges tick after tick.
+/// Counts late ticks.
 #[derive(Clone, Copy, Debug)]
 pub struct Deadline {
     /// Cycles so far, wrapping.
     now: u32,
-    /// Cycles of the last misses, newest first; as many as may be forgiven.
+    /// Cycles of the last misses, newest first; as many as are tolerated.
     missed: [u32; AMONG - 1],
 }
 
@@ -38,8 +38,8 @@ impl Default for Deadline {
 }
 
 impl Deadline {
-    /// One cycle, given the periods that were missed before it. True if it is the one miss that
-    /// is borne.
+    /// One cycle, given the periods that were missed before it. True for a single miss, which is
+    /// tolerated.
     ///
     /// # Errors
     /// [`Fault::DeadlineMissed`].
@@ -65,7 +65,7 @@ impl Deadline {
 mod tests {
     use super::*;
 
-    /// Ticks up to the fault when these ticks are late by one.
+    /// Ticks up to the fault if these ticks are late by one period.
     fn fault_at(late: impl Fn(u32) -> bool) -> Option<u32> {
         let mut deadline = Deadline::default();
         (0..10_000).find(|&n| deadline.judge(u16::from(late(n))).is_err())

@@ -1,7 +1,7 @@
 //! A haptic device: where its probe is, and a force for it.
 //!
 //! * in: nothing / a force [N]
-//! * out: a position [m] with a sequence number and the sensor's own verdict / nothing
+//! * out: a position [m] with a sequence number and the sensor's own status / nothing
 //! * cost: the device's
 //! * may fail: a sensor says so in [`Sensed::status`]; an actuator cannot refuse
 
@@ -45,12 +45,12 @@ const LOW: &str = "device.workspace_low_m";
 const SIZE: &str = "device.workspace size in m";
 
 impl DeviceSpec {
-    /// Most [`DeviceSpec::delay_ticks`] that are kept account of.
+    /// Largest [`DeviceSpec::delay_ticks`] that is supported.
     pub const MOST_DELAY_TICKS: u8 = 7;
-    /// Largest force that any device may declare [N]: a hand withstands it.
+    /// Largest force that any device may declare [N], one that a hand withstands.
     pub const MOST_FORCE_N: f32 = 20.0;
 
-    /// From a force computed to a force acting [s]: whole ticks and the lag.
+    /// Time from computing a force to its acting [s]: whole ticks and the lag.
     #[must_use]
     pub fn delay_s(&self, tick_s: f32) -> f32 {
         f32::from(self.delay_ticks) * tick_s + self.lag_s
@@ -59,7 +59,7 @@ impl DeviceSpec {
     /// Checks every number.
     ///
     /// # Errors
-    /// [`BuildError::OutOfRange`] names the first that no device has; NaN is out of every range.
+    /// [`BuildError::OutOfRange`] names the first value out of range; NaN is out of every range.
     #[inline(never)]
     pub fn check(&self) -> Result<(), BuildError> {
         let (low_m, size_m) = (self.workspace_low_m, self.workspace_high_m - self.workspace_low_m);
@@ -73,9 +73,9 @@ impl DeviceSpec {
 /// A sensor's verdict on its own reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorStatus {
-    /// It can be trusted.
+    /// The reading can be trusted.
     Good,
-    /// Lost index, broken cable, bad checksum: it cannot.
+    /// Lost index, broken cable or bad checksum: the reading cannot be trusted.
     Failed,
 }
 
@@ -91,7 +91,7 @@ pub struct Sensed {
     pub status: SensorStatus,
 }
 
-/// A device in the loop: real, emulated, or one that injects faults into another.
+/// A device in the loop: real, emulated, or a wrapper that injects faults into another.
 ///
 /// The port turns counts into metres of the patch frame and forces into counts; it neither filters
 /// nor limits, the cycle does.

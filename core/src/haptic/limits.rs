@@ -1,7 +1,8 @@
-//! Limits between a model and a hand: how far a pose is believed, and which force may leave.
+//! Limits between a model and a hand: which poses are believed, and which force may be output.
 //!
-//! There is no switch: a limit is a number that has to be in its range, and a [`LoopLimits`] can
-//! only be made from another by lowering. "Lower" is "stricter" for every one of them.
+//! No limit can be switched off: a limit is a number that has to be in its range, and one
+//! [`LoopLimits`] can be derived from another only by lowering values. "Lower" is "stricter" for
+//! every one of them.
 
 mod force;
 mod freeze;
@@ -21,21 +22,21 @@ use crate::fault::BuildError;
 pub struct LoopLimitSettings {
     /// Maximum force on the hand [N].
     pub max_force_n: f32,
-    /// Fastest growth of the force [N/s]. A force that is no longer wanted is let go at once:
-    /// holding it back would push the hand out with more energy than it brought in.
+    /// Fastest growth of the force [N/s]. A falling force is not limited: a force held beyond its
+    /// time would push the hand out with more energy than it brought in.
     pub max_slew_n_per_s: f32,
     /// Fastest probe that is believed [m/s].
     pub max_speed_m_per_s: f32,
-    /// Readings in a row beyond that speed that are a fault while a force acts; fewer are glitches,
-    /// and the last good pose is held.
+    /// Readings in a row beyond that speed that are a fault while a force acts. Fewer are treated
+    /// as glitches, and the last good pose is held.
     pub odd_poses: u16,
-    /// Oldest pose that is rendered [ticks].
+    /// Greatest age of a pose that is still rendered [ticks].
     pub max_age_ticks: u16,
     /// How far outside the workspace a pose is believed, as a share of its size (1).
     pub workspace_margin: f32,
     /// A model force more than this many times `max_force_n` is implausible (1).
     pub implausible_ratio: f32,
-    /// Ticks in a row of an implausible force that are a fault.
+    /// Number of ticks in a row with an implausible force that is a fault.
     pub implausible_ticks: u16,
     /// Ticks in a row at `max_force_n` after which the mode becomes `Degraded`.
     pub saturated_ticks: u16,
@@ -57,8 +58,8 @@ static LEAST: [(&str, f32); 9] = [
 ];
 
 impl LoopLimitSettings {
-    /// A desktop stylus of 3.3 N, and the default: 3 N, 500 N/s, 1.5 m/s twice in a row, poses two
-    /// ticks old, workspace and a tenth more.
+    /// A desktop stylus of 3.3 N, and the default: 3 N, 500 N/s, 1.5 m/s twice in a row, poses up
+    /// to two ticks old, the workspace and a tenth more.
     pub const DESKTOP: Self = Self {
         max_force_n: 3.0,
         max_slew_n_per_s: 500.0,
@@ -142,7 +143,7 @@ impl LoopLimits {
         Ok(Self::derive(values, device, tick_s))
     }
 
-    /// Limits none of which is looser than now.
+    /// Replaces the limits by others, none of which may be looser than now.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the limit that would be higher than it is, or is no number;
@@ -152,7 +153,7 @@ impl LoopLimits {
         Ok(Self::derive(values, &self.device, self.tick_s))
     }
 
-    /// Never inline: once for two callers, and no tick is one.
+    /// Never inlined: it has two callers, and neither is in a tick.
     #[inline(never)]
     fn derive(values: &LoopLimitSettings, device: &DeviceSpec, tick_s: f32) -> Self {
         let margin_m = (device.workspace_high_m - device.workspace_low_m) * values.workspace_margin;

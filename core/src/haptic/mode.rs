@@ -6,17 +6,17 @@
 //!                     └──────────────────────┘
 //! ```
 //!
-//! Force in `Active` and `Degraded`, a falling one in `SafeRamp`, exactly none elsewhere. `Arming`
-//! is the only way to a force: whatever ended it, it begins there again, outside the tissue. A host
-//! that falls silent, a stop, or an operator who lets go of the hand switch or leaves the pedal
-//! ramps the force down, for the pose can still be trusted; whatever makes pose, model or actuator
-//! doubtful is `Fault`, at once. Nothing arms while the operator is absent, and an operator who
-//! comes back arms nothing: arming has to be asked for again.
+//! Force in `Active` and `Degraded`, a falling one in `SafeRamp`, exactly none elsewhere. A force
+//! begins in `Arming` only: whatever ended the last one, the next begins there, outside the tissue.
+//! A host that falls silent, a stop, or an operator who lets go of the hand switch or leaves the
+//! pedal ramps the force down, for the pose can still be trusted; anything that makes pose, model
+//! or actuator doubtful leads to `Fault` at once. The loop cannot be armed while the operator is
+//! absent, and does not arm by itself when the operator returns: arming has to be requested again.
 //!
 //! * in: events
 //! * out: the mode, the first fault
-//! * cost: one search through [`TRANSITIONS`] an event
-//! * may fail: never; an event that a mode does not know changes nothing
+//! * cost: one search through [`TRANSITIONS`] per event
+//! * may fail: never; an event that a mode does not accept changes nothing
 
 use crate::fault::Fault;
 
@@ -28,7 +28,7 @@ pub enum Mode {
     Boot = 0,
     /// Sensors and actuators are tried.
     SelfTest = 1,
-    /// Nothing moves; meshes and configuration may come.
+    /// No force; patches and configuration are accepted.
     Idle = 2,
     /// The patch answers poses, no force is output: waits for a calm probe outside the tissue.
     Arming = 3,
@@ -102,13 +102,13 @@ pub enum Event {
     OperatorLeft,
     /// At the force limit for long, or energy created.
     Strained,
-    /// The contact with the strain is over.
+    /// The contact that was scaled down is over.
     Recovered,
     /// The falling force is zero.
     RampEnded,
     /// Any fault.
     Faulted,
-    /// The fault was cleared by request, and poses were good since.
+    /// The fault was cleared by request, and poses have been good since.
     Cleared,
 }
 
@@ -130,7 +130,7 @@ impl Event {
     ];
 }
 
-/// Every change of mode there is. What is not in the list does not happen.
+/// Every transition between modes. No other transition exists.
 pub const TRANSITIONS: [(Mode, Event, Mode); 24] = [
     (Mode::Boot, Event::Booted, Mode::SelfTest),
     (Mode::SelfTest, Event::TestPassed, Mode::Idle),
@@ -158,7 +158,7 @@ pub const TRANSITIONS: [(Mode, Event, Mode); 24] = [
     (Mode::Fault, Event::Cleared, Mode::SelfTest),
 ];
 
-/// Where an event leads; `None` if the mode does not know it.
+/// Where an event leads; `None` if the mode does not accept it.
 #[must_use]
 pub fn next(mode: Mode, event: Event) -> Option<Mode> {
     TRANSITIONS.iter().find(|(from, on, _)| (*from, *on) == (mode, event)).map(|&(_, _, to)| to)
@@ -199,7 +199,7 @@ impl Machine {
         self.ticks = self.ticks.saturating_add(1);
     }
 
-    /// Follows an event other than a fault; false if the mode does not know it.
+    /// Follows an event other than a fault; false if the mode does not accept it.
     pub fn handle(&mut self, event: Event) -> bool {
         match next(self.mode, event) {
             Some(mode) if event != Event::Faulted => {

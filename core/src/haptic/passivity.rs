@@ -1,17 +1,18 @@
-//! Energy that the loop gives to the hand, always watched, and the last resort when it is too much.
+//! Observes the energy that the loop gives to the hand, in every tick, and intervenes as the last
+//! resort if it is too much.
 //!
 //! The observer of Hannaford and Ryu (Time-domain passivity control of haptic interfaces, IEEE
 //! Trans. Robotics and Automation 18, 2002) sums `F dx` with the force that really acted during the
-//! way: the one sent `delay` ticks before. A spring takes energy on the way in and gives it back;
-//! what it gives beyond zero, counted from the touch, was created. Ours differs in the controller:
-//! theirs injects damping as soon as the sum is negative, which buzzes against quantisation. Ours
-//! leaves the force alone up to an alarm, above what counting can fake (about `F_max` times one
-//! count), then fades the contact's force out until the probe has left. By then most of a bounce's
-//! energy is out, so the next contact begins, and stays, at half the gain: stiffness falls until
-//! the loop holds, and doubles again with every good contact. Contacts that end in the alarm one
-//! after the other are a fault.
+//! displacement: the one sent `delay` ticks before. A spring takes energy during loading and gives
+//! it back; energy that it gives beyond that, counted from the touch, was created. Ours differs in
+//! the controller: theirs injects damping as soon as the sum is negative, which makes a quantised
+//! encoder buzz. Ours leaves the force alone up to an alarm threshold, above what quantisation can
+//! fake (about `F_max` times one count), then fades the contact's force out until the probe has
+//! left. By then most of a bounce's energy is out, so the next contact begins, and stays, at half
+//! the gain: stiffness falls until the loop holds, and doubles again with every good contact.
+//! Several contacts in a row that end in the alarm are a fault.
 //!
-//! * in: the way of the probe [m], the force sent [N], whether the patch is touched
+//! * in: displacement of the probe [m], the force sent [N], whether the patch is touched
 //! * out: energy [J], gain (0 .. 1) on the force
 //! * cost: up to 190 instructions of a Cortex-M4F
 //! * may fail: [`Fault::EnergyCreated`]
@@ -30,7 +31,7 @@ const FADE: f32 = 0.8;
 /// Below this gain there is no force (1).
 const FADED: f32 = 0.01;
 
-/// When to step in.
+/// When the observer intervenes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassivitySettings {
     /// Energy that a contact may give beyond what it took [J].
@@ -62,9 +63,10 @@ impl PassivitySettings {
 /// Energy at the hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energy {
-    /// Given to the hand since the touch [J]; negative while the tissue holds some.
+    /// Given to the hand since the touch [J]; negative while the tissue stores energy.
     pub given_j: f32,
-    /// Most of it so far in this contact, at least zero: what this contact created [J].
+    /// Largest value of that so far in this contact, at least zero: the energy that this contact
+    /// created [J].
     pub created_j: f32,
     /// Created by all contacts that are over [J].
     pub total_created_j: f32,
@@ -110,7 +112,7 @@ impl PassivityObserver {
         let line_n = [Vector3::zeros(); LINE];
         Ok(Self {
             settings: *settings,
-            // the last bit of a position in metres is not a count
+            // rounding in the last bit of a position is no count
             play_m: 1.01 * device.count_m,
             slack_m: Vector3::zeros(),
             line_n,
@@ -129,7 +131,7 @@ impl PassivityObserver {
     /// this tick's force is sent.
     ///
     /// # Errors
-    /// [`Fault::EnergyCreated`] when one contact after the other ends in the alarm.
+    /// [`Fault::EnergyCreated`] if several contacts in a row end in the alarm.
     pub fn observe(&mut self, displacement_m: &Vector3<f32>, touched: bool) -> Result<(), Fault> {
         let behind = self.delay_ticks;
         let acting = usize::from(self.next.wrapping_sub(1 + behind)) % LINE;
@@ -202,8 +204,8 @@ impl PassivityObserver {
         self.energy
     }
 
-    /// Gain on the force (1): one until an alarm; it falls in a contact and changes upwards only
-    /// between contacts.
+    /// Gain on the force (1): one until an alarm; it falls during a contact and rises only between
+    /// contacts.
     #[must_use]
     pub fn gain(&self) -> f32 {
         self.gain
@@ -254,7 +256,7 @@ mod tests {
         let mut observer = counting(0, 55e-6);
         let count = |n: u16| Vector3::new(0.0, 0.0, if n.is_multiple_of(2) { 55e-6 } else { -55e-6 });
         for n in 0..60_000 {
-            // one count out under the force of the deeper one, and in again under the weaker
+            // one count out under the deeper count's force, and in again under the weaker force
             observer.observe(&count(n), true).unwrap();
             observer.sent(Vector3::new(0.0, 0.0, if n.is_multiple_of(2) { 0.8 } else { 0.83 }));
         }
@@ -283,7 +285,7 @@ mod tests {
 
     #[test]
     fn five_bad_contacts_in_a_row_are_a_fault_a_good_one_between_is_not() {
-        // a force of 1 N acts along a way of 1 mm out of the tissue (bad) or into it
+        // a force of 1 N acts over a displacement of 1 mm out of the tissue (bad) or into it
         let contact = |observer: &mut PassivityObserver, displacement_m: f32| {
             observer.sent(Vector3::z());
             observer.sent(Vector3::zeros());
@@ -313,7 +315,7 @@ mod tests {
             observer.sent(Vector3::z());
             observer.observe(&Vector3::new(0.0, 0.0, 2.0 * 55e-6), true).unwrap();
         }
-        // all of the way but the play of one count
+        // all of the displacement but the backlash of one count
         let right_j = 55e-6 * (20.0 - 1.01);
         assert!((observer.energy().given_j / right_j - 1.0).abs() < 1e-3, "{:?}", observer.energy());
     }

@@ -3,8 +3,8 @@
 //! With a wrong sign the tissue pulls, and pulls harder the deeper the probe is. Position alone
 //! does not prove it: every motion under `-F` is also the motion under `F` of a hand that pushes `2
 //! F` harder. Only a motion that hands do not make can be recognised. So the thresholds are high:
-//! against a force of at least 0.5 N the probe gains 0.5 m/s, and travels 25 mm straight into the
-//! tissue meanwhile. A light hand loses the device at once; a firm hand holds against it, and then
+//! against a force of at least 0.5 N the probe gains 0.5 m/s, and meanwhile travels 25 mm straight
+//! into the tissue. A light hand loses the device at once; a firm hand holds against it, and then
 //! the force stays within its limit, and saturation halves it. A hand that suddenly grips four
 //! times as hard, 13 N against a device of 3 N, gains 1 m/s too, but comes to rest within the 25
 //! mm. A light handle exceeds the speed limit first.
@@ -13,7 +13,7 @@
 //! normal of this tick would not do: a probe that slides pressed pushes tissue up in front of it,
 //! the normal tilts against the motion by up to 60 degrees, and a constant speed along the surface
 //! would look like speed gained into the tissue. Such a slide stays at an angle to every normal,
-//! also while it gets faster, and a force of the wrong sign drives the probe straight along it.
+//! even while it speeds up; a force of the wrong sign drives the probe straight along it.
 //!
 //! * in: displacement of the tick [m], normal of the contact, force sent last [N]
 //! * out: nothing
@@ -32,11 +32,11 @@ const GAINED_M_PER_S: f32 = 0.5;
 const GONE_M: f32 = 25e-3;
 /// Square of the least cosine between that travel and the normal (1): within 26 degrees.
 const STRAIGHT: f32 = 0.81;
-/// Share of the newest speed (1): 30 Hz, so that a reading that is held and then made up for is no
-/// gain.
+/// Share of the newest speed (1): 30 Hz, so that a held reading followed by a double displacement
+/// does not count as speed gained.
 const SHARE: f32 = 0.1718;
 
-/// The moment since which speed is gained.
+/// The moment from which the gain in speed is measured.
 #[derive(Clone, Copy, Debug)]
 struct Slowest {
     /// Normal at that moment.
@@ -52,7 +52,7 @@ struct Slowest {
 pub struct Runaway {
     /// Low-passed [m/s].
     velocity_m_per_s: Vector3<f32>,
-    /// Since the force is strong.
+    /// State since the force became strong.
     slowest: Option<Slowest>,
 }
 
@@ -75,7 +75,8 @@ impl Runaway {
             self.slowest = None;
             return Ok(());
         }
-        // the probe arrives with a speed that the low-pass has not reached yet: that is no gain
+        // the probe arrives with a speed that the low-pass has not reached yet: this does not count
+        // as speed gained
         if self.slowest.is_none() && newest.dot(normal) < self.velocity_m_per_s.dot(normal) {
             self.velocity_m_per_s = newest;
         }

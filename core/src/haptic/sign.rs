@@ -1,20 +1,22 @@
-//! Compares the first touch with the site: a force that drives the probe on in place of holding it.
+//! Detects, at the first touch, a force that accelerates the probe instead of holding it back: the
+//! sign of a motor or an encoder is wrong.
 //!
-//! With the wrong sign of a motor or an encoder the tissue pulls, and what it should take from the
-//! hand it gives: the square of the inward speed grows in proportion to the work of the force, by
-//! two over the mass that moves. A hand that yields to tissue never does that, for its own pull
-//! weakens on the way to where it wants to be. So at every doubling of the work that the force
-//! should have taken, from 0.1 mJ on, the square of the speed is compared with the one before: four
-//! times in a row a tenth more and as much as that work gives to between 25 g and 2 kg, the same
-//! mass within a factor of two, and the force is off until the probe has left. The third contact in
-//! a row that does so is [`Fault::WrongSign`].
+//! With a wrong sign the tissue pulls, and gives the hand the energy that it should take: the
+//! square of the inward speed grows in proportion to the work of the force, by two over the mass
+//! that moves. A hand that yields to tissue never does that, for its own pull weakens as it
+//! approaches its target. So at every doubling of the work that the force should have taken, from
+//! 0.1 mJ on, the square of the speed is compared with the one before: if it grows four times in a
+//! row by at least a tenth, each time by as much as that work gives to a mass between 25 g and 2
+//! kg, and the mass stays the same within a factor of two, the force is off until the probe has
+//! left. The third such contact in a row is [`Fault::WrongSign`].
 //!
-//! One contact that takes 1.6 mJ and does not end in such a row ends the watch until the next
-//! arming. A hand that speeds up on purpose while it first touches may lose the force of that
-//! touch; three times in a row none did. Not seen: a hand that is stiffer than the tissue holds
-//! against a wrong sign without speeding up, and what it feels is then bounded by the force limit
-//! alone. An axis along the surface has no force at the first touch that could show its sign. A
-//! frame in which encoders and motors are mirrored alike takes and gives what it should.
+//! A contact that takes 1.6 mJ and does not end in such a row proves the sign and ends the check
+//! until the next arming. A hand that speeds up on purpose at its first touch may lose the force of
+//! that touch; none was seen to do so three times in a row. Not detected: a hand that is stiffer
+//! than the tissue holds against a wrong sign without speeding up; its force is then bounded by the
+//! force limit alone. An axis along the surface has no force at the first touch that could reveal
+//! its sign. A frame in which encoders and motors are mirrored alike takes and gives what it
+//! should.
 //!
 //! * in: low-passed speed into the tissue [m/s], energy given to the hand since the touch [J]
 //! * out: gain (0 or 1) on the force
@@ -23,35 +25,35 @@
 
 use crate::fault::Fault;
 
-/// Work at which the speed is first kept [J].
+/// Work at which the speed is first recorded [J].
 const FIRST_J: f32 = 0.1e-3;
-/// Doublings of the work, one after the other, that have to bring speed.
+/// Number of doublings of the work in a row in which the speed has to grow.
 const DOUBLINGS: u8 = 4;
 /// Least growth of the square of the speed in each (1).
 const GROWTH: f32 = 1.1;
 /// Least and largest growth of that square per work [1/kg]: two over 2 kg and over 25 g.
 const PER_WORK: [f32; 2] = [1.0, 80.0];
-/// Share of the growth per work of the doubling before that is left (1): a mass stays the same, and
-/// a hand that speeds up by itself does so whatever the work is.
+/// Least growth per work, as a share of that in the doubling before (1): a mass stays the same,
+/// whereas a hand that speeds up by itself does so whatever the work is.
 const SAME_MASS: f32 = 0.5;
-/// A contact that took so much and showed nothing has the right sign [J].
+/// A contact that took this much energy without such a row has the right sign [J].
 const PROOF_J: f32 = FIRST_J * 16.0;
-/// Such contacts, one after the other, that are a fault.
+/// Number of such contacts in a row that is a fault.
 const CONTACTS: u8 = 3;
 
 /// Watches the first contact.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SignWatch {
-    /// A contact showed the right sign.
+    /// A contact proved the right sign.
     proven: bool,
-    /// Contacts in a row in which the force drove the probe on.
+    /// Contacts in a row in which the force accelerated the probe.
     driven: u8,
     /// Work that the force should have taken, and the signed square of the speed then [J, m^2/s^2].
     taken_j: f32,
     square: f32,
-    /// Growth of that square per work in the last doubling that brought speed [1/kg].
+    /// Growth of that square per work in the last doubling in which speed grew [1/kg].
     per_work: f32,
-    /// Doublings in a row that brought speed.
+    /// Doublings in a row in which speed grew.
     doublings: u8,
     /// The force is off.
     off: bool,
@@ -59,7 +61,7 @@ pub struct SignWatch {
 
 impl SignWatch {
     /// One cycle; `inward_m_per_s` is the low-passed speed against the contact's normal, `given_j`
-    /// the energy given to the hand since the touch, negative while the tissue holds some.
+    /// the energy given to the hand since the touch, negative while the tissue stores energy.
     ///
     /// # Errors
     /// [`Fault::WrongSign`].
@@ -68,7 +70,8 @@ impl SignWatch {
             return Ok(());
         }
         if !touched {
-            // a row of doublings under way is evidence against the sign, however much was taken
+            // an unfinished row of doublings is evidence against the sign, however much energy was
+            // taken
             let proven = self.taken_j >= PROOF_J && !self.off && self.doublings == 0;
             *self = Self { proven, driven: self.driven, ..Self::default() };
             return Ok(());
@@ -96,7 +99,7 @@ impl SignWatch {
         }
     }
 
-    /// A contact showed the right sign: there is nothing more to judge.
+    /// A contact proved the right sign: nothing is left to check.
     #[must_use]
     #[inline(always)]
     pub fn proven(&self) -> bool {
@@ -134,7 +137,7 @@ mod tests {
 
     #[test]
     fn a_force_that_gives_its_work_as_speed_is_off_at_once_and_a_fault_in_the_third_contact() {
-        // from 33 g to 1 kg, at rest and at a walk
+        // from 33 g to 1 kg, from rest and at walking speed
         for (mass_kg, from_m_per_s) in [(0.033, 0.0), (0.05, 0.05), (0.3, 0.03), (1.0, 0.0), (1.0, 0.04)] {
             let mut watch = SignWatch::default();
             let growth = [2.0 / mass_kg; 4];

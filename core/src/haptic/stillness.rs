@@ -1,15 +1,15 @@
-//! Takes away a strong force whose encoder no longer counts.
+//! Fades out a strong force if no encoder counts any more.
 //!
 //! An encoder that dies while the hand rests cannot be distinguished at once from a hand that
 //! rests, and the force would stay as it was for ever. But nobody holds a strong force without
 //! moving: the force of a holding hand fluctuates by some 3 % and, without a display to follow,
-//! drifts by 5 to 10 % within seconds, and muscles tremble at 8 to 12 Hz. What hides this is the
-//! device's friction, 1 to 4 % of its maximum force on desktop devices. So above half of the
-//! maximum force, and above 1 N, five seconds without one count on any axis fade the force to zero
-//! within one second. Weaker forces stay: friction may hide their fluctuation.
+//! drifts by 5 to 10 % within seconds, and muscles tremble at 8 to 12 Hz. This is hidden by the
+//! device's friction, 1 to 4 % of its maximum force on desktop devices. So, above half of the
+//! maximum force and above 1 N, the force fades to zero within one second after five seconds
+//! without a single count on any axis. Weaker forces stay: friction may hide their fluctuation.
 //!
-//! A count that comes ends the fading, and the force stays as faded as it is, as after saturation.
-//! It returns with the next contact, after the probe has moved outside the tissue.
+//! A new count ends the fading, and the force stays at its reduced gain, as after saturation. It
+//! returns with the next contact, after the probe has moved outside the tissue.
 //!
 //! * in: displacement of the tick [m], force sent last and maximum force [N], whether the patch is
 //!   touched
@@ -19,14 +19,14 @@
 
 use nalgebra::Vector3;
 
-/// Absolute threshold [N]: a larger force no hand holds without moving.
+/// Absolute threshold [N]: no hand holds a larger force without moving.
 pub const STRONG_N: f32 = 1.0;
-/// Threshold relative to the maximum force (1), for devices with more friction; the larger of the
-/// two holds.
+/// Threshold relative to the maximum force (1), for devices with more friction; the larger
+/// threshold applies.
 pub const STRONG_SHARE: f32 = 0.5;
-/// Time without a count after which it fades [s].
+/// Time without a count after which the force fades [s].
 pub const STILL_S: f32 = 5.0;
-/// Time in which it fades [s].
+/// Duration of the fading [s].
 pub const FADE_S: f32 = 1.0;
 
 /// Watches the counts of a contact.

@@ -22,17 +22,17 @@ use nalgebra::Vector3;
 const PAIR: f32 = 1.6;
 /// A reading further than this from the filtered position has left the pair [counts].
 const LEFT: f32 = 1.3;
-/// The next toggle comes within so many ticks.
+/// The next toggle has to come within this many ticks.
 const SOON: u16 = 50;
-/// Turns in a row before the mean is shown.
+/// Reversals in a row before the mean is shown.
 const TURNS: u8 = 2;
-/// Without a toggle for so many ticks the edge is left.
+/// After this many ticks without a toggle the reading has left the boundary.
 const QUIET: u16 = 200;
 /// Weight of the newest reading per tick (1): a time constant of 40 ms, four to ten periods of the
 /// limit cycle.
 const SHARE: f32 = 0.025;
 
-/// The force shakes when it changes by more than this a tick [N], low-passed with this share (1):
+/// The force shakes if it changes by more than this per tick [N], low-passed with this share (1):
 /// about 18 mN RMS.
 const SHAKES_N: f32 = 15e-3;
 const SHAKES_SHARE: f32 = 0.02;
@@ -67,7 +67,7 @@ impl Toggle {
         Self { count_m, axes: None, force_n: Vector3::new(0.0, 0.0, 0.0), shakes_n: 0.0 }
     }
 
-    /// Forgets all, after a fault.
+    /// Resets everything, after a fault.
     pub fn reset(&mut self) {
         *self = Self::new(self.count_m);
     }
@@ -122,7 +122,7 @@ mod tests {
 
     const COUNT_M: f32 = 50e-6;
 
-    /// Positions shown to a patch whose force changes by so much per count [N].
+    /// Positions shown to a patch whose force changes by this much per count [N].
     fn shown(readings: impl Iterator<Item = i16>, n_per_count: f32) -> Vec<f32> {
         let mut toggle = Toggle::new(COUNT_M);
         let mut show = |n| {

@@ -1,22 +1,24 @@
-//! Compares the encoder's steps with the profile: a unit or a scale that is wrong by ten or more.
+//! Compares the encoder's steps with the profile, to detect a unit or a scale that is wrong by a
+//! factor of ten or more.
 //!
 //! A unit that is too large shows within a few counts. Readings lie on a grid of counts, so a hand
 //! that moves evenly takes steps that differ by one or two of them, whatever its speed, and one
-//! that speeds up or turns evenly takes steps whose differences do; of readings ten times too long
-//! every step, every difference between two and every difference of these is ten counts or none. So
-//! steps are counted that are longer than five counts of the profile *and* differ from the one
-//! before by more than five *and* whose difference differs from the one before by none or by more
-//! than five, until one fits. A hand that speeds up takes some as well: eight beyond those that
-//! bring it to its greatest speed are a fault. A hand that trembles while the loop arms is enough
-//! for it.
+//! that speeds up or turns evenly takes steps whose differences do; if readings are ten times too
+//! long, every step, every difference between two steps and every difference of these is ten counts
+//! or none. So the check counts steps that are longer than five counts of the profile *and* differ
+//! from the one before by more than five *and* whose difference differs from the one before by none
+//! or by more than five, until one step fits. A hand that speeds up makes some as well: eight
+//! beyond those that bring it to its greatest speed are a fault. A hand that trembles while the
+//! loop arms is enough for it.
 //!
-//! A unit that is too small shows at rest alone, for a driver that filters or interpolates has
-//! short steps as well: eight motions from rest to rest that are each shorter than a fifth of a
-//! count. The first step out of a rest that fits ends that watch: levers and gears make counts at
+//! A unit that is too small can be seen at rest only, for a driver that filters or interpolates has
+//! short steps as well: eight motions from rest to rest, each shorter than a fifth of a count, are
+//! a fault. The first fitting step out of a rest ends that check: levers and gears make counts at
 //! the probe differ by a factor of two or three, not ten.
 //!
-//! Not judged: a device whose profile says no count (an ideal sensor). A unit that is wrong by 1000
-//! leaves the workspace or lands here. A mirrored axis does not show in the length of a step.
+//! Not checked: a device whose profile gives no count (an ideal sensor). A unit that is wrong by
+//! 1000 leaves the workspace or is found here. A mirrored axis does not show in the length of a
+//! step.
 //!
 //! * in: displacement between two readings [m]
 //! * out: nothing
@@ -28,16 +30,16 @@ use nalgebra::Vector3;
 use super::between;
 use crate::fault::Fault;
 
-/// Equal readings in a row that are a rest.
+/// Number of equal readings in a row that counts as rest.
 const REST: u8 = 3;
 /// Steps this many times longer or shorter than a count do not fit the profile (1).
 const FACTOR: f32 = 5.0;
-/// Steps that are too long, beyond those of a hand that speeds up, or motions that are too short,
-/// without one that fits, that are a fault.
+/// Number of steps too long (beyond those of a hand that speeds up) or of motions too short,
+/// without one that fits, that is a fault.
 const MOST: u8 = 8;
-/// A hand becomes no faster in one go [m per tick of 1 ms].
+/// Largest gain in speed of a hand in one motion [m per tick of 1 ms].
 const FASTEST_M: f32 = 1.5e-3;
-/// Most steps that are awaited, however fine the encoder.
+/// Largest number of steps that is waited for, however fine the encoder.
 const PATIENCE: f32 = 200.0;
 
 /// Watches the steps of the readings.
@@ -46,7 +48,7 @@ pub struct UnitWatch {
     /// Square of the shortest and longest step that fits [m^2].
     shortest_m2: f32,
     longest_m2: f32,
-    /// Steps that are too long to be a fault.
+    /// Number of steps too long that is a fault.
     most_long: u8,
     /// Equal readings in a row.
     equal: u8,
@@ -57,15 +59,15 @@ pub struct UnitWatch {
     gone_m: Vector3<f32>,
     /// Steps that were too long; [`u8::MAX`] once one was not, or there is nothing to compare with.
     long: u8,
-    /// Motions that were too short; likewise.
+    /// Motions that were too short; [`u8::MAX`] likewise.
     short: u8,
 }
 
-/// Nothing is counted any more.
+/// The check is over.
 const PASSED: u8 = u8::MAX;
 
 impl UnitWatch {
-    /// For an encoder with this count [m]; zero if the profile says none.
+    /// For an encoder with this count [m]; zero if the profile gives none.
     #[must_use]
     pub fn build(count_m: f32) -> Self {
         let (shortest_m, longest_m) = (count_m / FACTOR, count_m * FACTOR);
@@ -84,7 +86,7 @@ impl UnitWatch {
         watch
     }
 
-    /// One reading, `displacement_m` from the one before; `held` if it is that one again.
+    /// One reading, `displacement_m` from the one before; `held` if the reading repeats that one.
     ///
     /// # Errors
     /// [`Fault::UnitMismatch`].
@@ -139,8 +141,8 @@ mod tests {
 
     const COUNT_M: f32 = 55e-6;
 
-    /// Tick of the fault when a hand trembles at rest, its position read in counts of
-    /// `ratio * count_m`.
+    /// Tick of the fault if a hand trembles at rest and its position is read in counts of `ratio *
+    /// count_m`.
     fn trembles(count_m: f32, ratio: f32) -> Option<u16> {
         let mut watch = UnitWatch::build(count_m);
         let mut last_m = Vector3::<f32>::zeros();
@@ -185,7 +187,7 @@ mod tests {
         let step = |counts: f32| Vector3::new(counts * COUNT_M, 0.0, 0.0);
         let moved = |pauses: u8| {
             let mut watch = UnitWatch::build(COUNT_M);
-            // steps of a tenth of a count with so many equal readings in between: three of them are
+            // steps of a tenth of a count with many equal readings in between: three equal ones are
             // a rest
             (0..30_u8).try_for_each(|_| {
                 for _ in 0..5 {
@@ -199,7 +201,7 @@ mod tests {
         assert_eq!(moved(3), Err(Fault::UnitMismatch), "a tenth of a count from rest to rest");
     }
 
-    /// So many motions of these steps [counts], each from rest to rest.
+    /// This many motions of these steps [counts], each from rest to rest.
     fn motions(watch: &mut UnitWatch, times: u8, steps: [f32; 2]) -> Result<(), Fault> {
         (0..times).try_for_each(|_| {
             [0.0; 3]

@@ -1,4 +1,4 @@
-//! The rigid probe: its shape, its size, and which way it points.
+//! The rigid probe: shape, size and orientation.
 
 use nalgebra::Vector3;
 
@@ -7,8 +7,8 @@ use crate::fault::BuildError;
 #[cfg(feature = "long-tips")]
 use crate::lanes::sqrt;
 
-/// Shape of the rigid probe. The last two are behind the feature `long-tips`: the images of boards
-/// leave it out, for their flash has no room.
+/// Shape of the rigid probe. The last two are behind the feature `long-tips`: images for boards
+/// leave it out for want of flash.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ProbeShape {
     /// A cylinder with a half-sphere at its tip: what a fingertip or a rounded tool is.
@@ -36,7 +36,7 @@ pub enum ProbeShape {
     },
 }
 
-/// The probe. Its position everywhere is that of its **tip**, the point furthest along `-axis`.
+/// The probe. Its position always means that of its **tip**, the point furthest along `-axis`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Probe {
     /// Shape.
@@ -47,7 +47,7 @@ pub struct Probe {
     pub axis: Vector3<f32>,
 }
 
-/// Largest ratio of two semi-axes of an ellipsoid (1): what its Newton steps are checked for.
+/// Largest ratio of two semi-axes of an ellipsoid (1), up to which its Newton steps are tested.
 #[cfg(feature = "long-tips")]
 const MOST_RATIO: f32 = 4.0;
 /// Longest segment of a capsule [m].
@@ -58,7 +58,7 @@ const MOST_LENGTH_M: f32 = 1.0;
 const LEANS: f32 = 1e-3;
 
 impl ProbeShape {
-    /// It has a handle that tissue touches where the tip went in.
+    /// It has a handle, which tissue touches where the tip went in.
     #[inline(always)]
     pub(crate) fn has_handle(self) -> bool {
         match self {
@@ -71,8 +71,8 @@ impl ProbeShape {
 }
 
 impl Probe {
-    /// Half of the width of a box around the probe, along coordinate `k` and without what the axis
-    /// adds [m].
+    /// Half of the width of a box around the probe along coordinate `k`, without its extent along
+    /// the axis [m].
     #[inline(always)]
     #[cfg_attr(not(feature = "long-tips"), expect(unused_variables, reason = "a ball is as wide along each"))]
     pub(crate) fn half_width_m(&self, k: usize) -> f32 {
@@ -120,7 +120,7 @@ impl Probe {
         }
     }
 
-    /// Checks what the shapes have beside radius and axis.
+    /// Checks the values of a shape beyond radius and axis.
     #[cfg(feature = "long-tips")]
     pub(crate) fn check_shape(&self) -> Result<(), BuildError> {
         let along = match self.shape {

@@ -11,9 +11,9 @@ use crate::fault::BuildError;
 pub const MOST_TERMS: usize = 3;
 /// Largest sum of the shares (1): some elastic force must stay.
 const MOST_SHARE: f32 = 0.99;
-/// Longest time, in ticks. What fades in one substep must stay well above the rounding of what has
-/// faded already: with so many ticks of one substep, the end of a hold may be off by 1.2 % of the
-/// term's share, and with n substeps n times as far.
+/// Longest time, in ticks. The fading of one substep must stay well above the rounding error of
+/// what has faded already: with so many ticks of one substep, the end of a hold may be off by 1.2 %
+/// of the term's share, and with n substeps n times as far.
 const MOST_TICKS: f32 = 2e5;
 
 /// One term of the relaxation function (Prony series).
@@ -98,8 +98,8 @@ impl Prony {
     }
 }
 
-/// `1 - exp(-x)` for x from 0 to 1 by its series: rounding alone is lost, also where x is small,
-/// and every target has the same bits. A thirtieth of the code of `libm::expm1f`.
+/// `1 - exp(-x)` for x from 0 to 1 by its series: accurate to rounding, also where x is small, with
+/// the same bits on every target. A thirtieth of the code of `libm::expm1f`.
 fn faded_after(x: f32) -> f32 {
     let nested = (2..=11_u8).rev().fold(1.0, |sum, n| 1.0 - sum * x / f32::from(n));
     x * nested

@@ -12,14 +12,14 @@ pub struct Terms {
     /// The mass floor acts on the motion of neighbours relative to each other. Off, it acts on each
     /// node by itself.
     pub relative_mass: bool,
-    /// Where that is off: the mass floor leaves out the smoothest motion of the whole, on one field
-    /// and without a sum over neighbours. For boards that have no time for it.
+    /// Where that is off: the mass floor leaves out the smoothest common motion, on one field and
+    /// without a sum over neighbours, for boards that have no time for the sum.
     pub smooth_mass: bool,
-    /// Tissue stiffens by [`super::Params::stiffening_b`]. With zero there the term costs nothing.
+    /// Tissue stiffens by [`super::Params::stiffening_b`]. If that is zero, the term costs nothing.
     pub stiffening: bool,
-    /// Forces fade by [`super::Params::relaxation`]. Without shares there the term costs nothing.
+    /// Forces fade by [`super::Params::relaxation`]. Without terms there it costs nothing.
     pub relaxation: bool,
-    /// The probe rubs by [`super::Params::friction`]. With zero there the term costs nothing.
+    /// The probe rubs by [`super::Params::friction`]. If that is zero, the term costs nothing.
     pub friction: bool,
 }
 

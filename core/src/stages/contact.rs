@@ -3,8 +3,8 @@
 //! * in: the tip's displacement in the tick, node positions
 //! * out: `state.candidates`, ascending; empty until a tick after the probe has been seen outside
 //!   the tissue
-//! * cost: up to 18 comparisons per triangle, most leave after 3
-//! * may fail: never; a triangle too many costs time only
+//! * cost: up to 18 comparisons per triangle; most triangles are rejected after 3
+//! * may fail: never; a superfluous triangle costs time only
 
 use nalgebra::Vector3;
 
@@ -37,8 +37,8 @@ pub fn find(model: &Model, tuned: &Tuned, state: &mut State, motion: &mut Motion
         state.been_outside = !state.seat.inside()
             && !presence::buried(model, tuned, state, motion.to_m)
             && !foundation::touches(model, tuned, state, motion.to_m);
-        // nothing is pressed in the tick that first finds the probe outside: it has paid for one
-        // search of the points already
+        // nothing is pressed in the tick that first finds the probe outside: it has already
+        // searched the points once
         state.near = 0;
         if !state.been_outside {
             motion.limiters.set(ClampFlags::BURIED);

@@ -26,8 +26,8 @@ use crate::params::Tuned;
 use crate::state::State;
 use foundation::Load;
 
-/// Clears last substep's forces and adds every term that is on: contact last, for it needs to know
-/// what else acts on a node. In tissue that relaxes, contact ends with [`relaxation`].
+/// Clears the last substep's forces and adds every term that is on: contact last, for it depends on
+/// the other forces on a node. In tissue that relaxes, contact ends with [`relaxation`].
 #[cfg_attr(not(feature = "stage-cost"), inline(always))]
 pub fn accumulate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> Load {
     #[cfg(not(target_os = "none"))]

@@ -6,16 +6,16 @@
 //! One millisecond needs more mass than small elements have. The mass floor adds it *between*
 //! neighbours, as a mass matrix `A = diag(m) + L` with m the true masses and L the Laplacian of
 //! weights w on the springs: it slows the motion of nodes relative to each other, which limits the
-//! step, and leaves their common motion, which a moving probe feels, nearly as light as it is.
-//! `a = A^-1 f` is approximated by two terms of its series about the diagonal D of A: with `y =
-//! D^-1 f`, `a_i = y_i + 2 / D_i sum_j w_ij y_j`. In terms of the eigenvalues l of `D^-1 A`, all of
-//! the patches' below 1.5, that is the factor `3 - 2 l` in place of `1 / l`: positive, so that the
+//! step, and leaves their common motion, which a moving probe feels, nearly as light as it is. `a =
+//! A^-1 f` is approximated by two terms of its series about the diagonal D of A: with `y = D^-1 f`,
+//! `a_i = y_i + 2 / D_i sum_j w_ij y_j`. In terms of the eigenvalues l of `D^-1 A`, all of the
+//! patches' below 1.5, that is the factor `3 - 2 l` in place of `1 / l`: positive, so that the
 //! approximate matrix is a mass matrix too and adds no energy; 1 for a node between fixed ones,
 //! which sets the longest stable step; 3 for smooth motion, which therefore feels a third of the
-//! floor. What that factor lacks to `1 / l` on the smoothest fields is added
+//! floor. The difference of that factor from `1 / l` is added on the smoothest fields
 //! (`core/src/smooth.rs`), so that they feel the matrix itself. Where a board has no time for the
 //! sum over neighbours, the smoothest field is added to the diagonal alone (`Terms::smooth_mass`).
-//! Statics see no mass at all.
+//! Statics do not depend on mass at all.
 //!
 //! * in: `node.f`
 //! * out: `node.v`, `node.x`
@@ -39,8 +39,8 @@ pub const FASTEST_M_PER_S: f32 = 100.0;
 ///
 /// # Errors
 /// [`Fault::Diverged`].
-// inlined, it takes registers from the loops around it: 0.8 % more instructions per tick on the
-// board
+// inlined, it would take registers from the loops around it: 0.8 % more instructions per tick on
+// the board
 #[cfg_attr(any(feature = "stage-cost", target_os = "none"), inline(never))]
 pub fn advance(model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
     match (tuned.relative_mass, tuned.fields) {
@@ -73,8 +73,8 @@ fn smoothest(tuned: &Tuned, state: &State) -> [Row; FIELDS] {
     moved
 }
 
-/// Moves the nodes; if `ACCELERATED`, their velocities are the new ones but for what the smooth
-/// fields add, a velocity a field; if not, the first of these moves, if any.
+/// Moves the nodes. If `ACCELERATED`, their velocities are the new ones except for the part of the
+/// smooth fields, one velocity per field; otherwise the first field alone moves, if there is one.
 #[inline(always)]
 fn drift<const ACCELERATED: bool, const FIELDS_MOVE: bool>(
     tuned: &Tuned,

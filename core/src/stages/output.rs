@@ -36,7 +36,7 @@ pub struct Output {
     pub active_nodes: u16,
     /// Distance of the tip that the patch was shown from the one that was sensed [m].
     pub apart_m: f32,
-    /// The sensed tip is outside the tissue, by geometry: there is no force to feel.
+    /// The sensed tip is outside the tissue, by geometry: no force may be felt.
     pub outside: bool,
     /// Inputs that were clamped.
     pub limiters: ClampFlags,
@@ -119,7 +119,7 @@ pub fn read(tuned: &Tuned, state: &mut State, motion: &Motion, load: &Load, acti
     Ok(out)
 }
 
-/// Force with friction [N], and the most that friction could be [N].
+/// Force with friction [N], and the largest force that friction could bear [N].
 #[inline(never)]
 fn rub(tuned: &Tuned, rubbed: &Rubbed, push_n: Vector3<f32>) -> (Vector3<f32>, f32) {
     let newtons = tuned.youngs_modulus_pa * tuned.substep_share;

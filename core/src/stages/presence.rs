@@ -1,8 +1,9 @@
 //! Presence: whether the *sensed* tip is at the tissue at all, by geometry alone.
 //!
-//! The guard of [`super::probe`] shows the patch a tip that it holds inside the tissue. A hand that
-//! goes on through the side, the underside or past the patch's edge would leave a force behind, and
-//! the shown tip would chase it. So every sensed tip is located first, in the rest shape:
+//! The guard of [`super::probe`] limits the tip that the patch is given to positions inside the
+//! tissue. If a hand went on through the side, the underside or past the patch's edge, a force
+//! would remain, and the limited tip would chase the hand. So every sensed tip is located first, in
+//! the rest shape:
 //!
 //! | sensed tip | contact |
 //! |---|---|
@@ -17,7 +18,7 @@
 //! * in: sensed tip [m], rest positions, `Model::neighbours`, the triangle touched last
 //! * out: [`Presence`]; the tet that the next walk starts from
 //! * cost: about 110 instructions of a Cortex-M4F per tet, one or two of them per tick
-//! * may fail: never; a tip that the walk does not reach in time counts as outside
+//! * may fail: never; a tip that the walk does not reach within its steps counts as outside
 
 use nalgebra::Vector3;
 
@@ -65,7 +66,7 @@ impl Plane {
         Some(Self { middle_m, normal: area * (1.0 / sqrt(area.dot(&area))), corners_m: [a, b, c] })
     }
 
-    /// The plane is so steep that a tip below it says nothing of the probe's body.
+    /// The plane is so steep that a tip below it says nothing about the probe's body.
     pub fn steep(&self, axis: Vector3<f32>) -> bool {
         self.normal.dot(&axis) < 0.7
     }
@@ -75,7 +76,7 @@ impl Plane {
         (self.middle_m - point_m).dot(&self.normal)
     }
 
-    /// Depth of the probe's end, whatever its shape, below the plane [m]: that of the tip where the
+    /// Depth of the probe's end, whatever its shape, below the plane [m]; that of the tip if the
     /// plane is normal to the axis.
     pub fn probe_depth_m(&self, probe: &Probe, tip_m: Vector3<f32>) -> f32 {
         match probe.shape {
@@ -99,8 +100,8 @@ impl Plane {
     }
 }
 
-/// Locates the sensed tip and decides whether there can be contact; with the rest plane of the
-/// triangle touched last.
+/// Locates the sensed tip and decides whether there can be contact; also returns the rest plane of
+/// the triangle touched last.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn locate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> (Presence, Option<Plane>) {
     let before = state.seat;
@@ -118,7 +119,7 @@ pub fn locate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f3
         // below it
         let at_surface = |tip_m| plane.is_some_and(|plane| plane.holds(&tuned.probe, tip_m));
         if !before.inside && !before.above && !at_surface(tip_m) && !state.tip_m.is_some_and(at_surface) {
-            // it came in by the side or from below: the surface is to be touched from outside
+            // it entered through the side or from below: the surface has to be touched from outside
             state.been_outside = false;
         }
         return (Presence::Inside, plane);
@@ -127,7 +128,7 @@ pub fn locate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f3
         return (Presence::AtSurface, plane);
     }
     if before.inside || state.apart || state.touch.is_some() {
-        // it left by another way than it came
+        // it left through another face than it entered by
         state.been_outside = false;
     }
     state.over = None;
@@ -136,7 +137,7 @@ pub fn locate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f3
 
 /// Whether the probe's body is in the tissue at this tip: the point above the tip that no press
 /// brings below the surface, one radius or the depth limit and a millimetre, is inside the rest
-/// volume. Such a probe came in elsewhere.
+/// volume. Such a probe entered elsewhere.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn buried(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> bool {
     let probe = &tuned.probe;
@@ -172,7 +173,7 @@ fn walk(model: &Model, seat: &mut Seat, tip_m: Vector3<f32>, axis: Vector3<f32>,
         let (mut above, mut next) = (false, None);
         for k in 0..4 {
             let k = (k + usize::from(seat.steps)) % 4;
-            // a tip that is no number is beyond every face
+            // a NaN tip is beyond every face
             if let (Some(volume), Some(&tet)) = (volumes.get(k), across.get(k))
                 && (*volume < 0.0 || volume.is_nan())
             {

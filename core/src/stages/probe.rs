@@ -1,12 +1,12 @@
-//! Guard: the tip that the sensor read becomes the tip that the patch is shown.
+//! Guard: derives the tip that the patch is given (the *shown* tip) from the sensed tip.
 //!
 //! In contact the shown tip enters the tissue at most at `GuardLimits::max_sink_m_per_s` and leaves
-//! it at any speed: a fast tap arrives late and weaker, and the energy that the limit keeps
-//! from the tissue on the way in is never returned on the way out. Where there can be no contact
-//! ([`Presence::Outside`]), the shown tip **is** the sensed tip, whatever its speed.
+//! it at any speed: a fast tap arrives late and weaker, and the energy that the limit withholds
+//! from the tissue during loading is never returned during the retreat. Where there can be no
+//! contact ([`Presence::Outside`]), the shown tip **is** the sensed tip, whatever its speed.
 //!
 //! * in: sensed tip [m], patch frame; its [`Presence`]
-//! * out: the straight displacement of the shown tip in this tick, speed and depth clamped
+//! * out: the straight displacement of the shown tip in this tick, with speed and depth clamped
 //! * cost: about 80 instructions, and those of [`super::presence`]
 //! * may fail: [`Fault::PoseNotFinite`]
 
@@ -20,16 +20,17 @@ use crate::stages::presence::{self, Presence};
 use crate::state::State;
 
 /// Radii of the probe between the shown and the sensed tip beyond which the hand has pushed
-/// through: the force at the shown tip says nothing of the tissue there, so there is none before a
-/// fresh approach. A hand that goes on speeds up against the force as a wrong sign would; with
-/// three radii it was taken for [`Fault::Runaway`].
+/// through: the force at the shown tip says nothing about the tissue there, so there is none before
+/// a fresh approach. A hand that continues speeds up against the force as with a wrong sign; with
+/// three radii it was mistaken for [`Fault::Runaway`].
 const THROUGH_RADII: f32 = 2.0;
 /// Radii between the two tips beyond which a tip that outran the speed limit has passed the surface
 /// untouched.
 const OUTRAN_RADII: f32 = 1.0;
-/// Way aside at the depth limit after which the depth beyond it is kept [m].
+/// Sideways displacement at the depth limit after which the depth beyond it is kept [m].
 const SLID_M: f32 = 1e-3;
-/// Rounding of a position in a workspace of metres [m]: a press to the very limit is not beyond it.
+/// Rounding of a position in a workspace of metres [m]: a press exactly to the limit is not beyond
+/// it.
 const ROUNDING_M: f32 = 1e-7;
 
 /// Where the probe is.
@@ -50,7 +51,7 @@ pub struct Motion {
     pub velocity_m_per_s: Vector3<f32>,
     /// Distance of the shown tip from the sensed one at the end of this tick [m].
     pub apart_m: f32,
-    /// The sensed tip is where no contact is possible.
+    /// No contact is possible at the sensed tip.
     pub outside: bool,
     /// Inputs that were clamped.
     pub limiters: ClampFlags,
@@ -83,7 +84,7 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
     let longest = tuned.limits.max_speed_m_per_s * tuned.substep_s * f32::from(tuned.substeps);
     let outside = presence == Presence::Outside;
     if outside || !state.been_outside {
-        // a jump is not swept through whatever lies between its ends
+        // a jump does not sweep through the space between its ends
         let swept = !state.apart && square <= longest * longest;
         (state.touch, state.pressed, state.apart, state.tip_m) = (None, None, false, Some(pose.tip_m));
         (state.offset_m, state.limit_from_m) = (Vector3::zeros(), None);
@@ -94,8 +95,7 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
     step += state.offset_m;
     let square = step.dot(&step);
     if square > longest * longest {
-        // too far for the square to be finite: the limit holds all the same, in the direction that
-        // is left
+        // too far for the square to be finite: the limit still applies, in the remaining direction
         step = if square.is_finite() { step * (longest / sqrt(square)) } else { Vector3::zeros() };
         limiters.set(ClampFlags::SPEED);
     }
@@ -103,8 +103,8 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
         let sink_m = -step.dot(&at.normal);
         let most_m = tuned.limits.max_sink_m_per_s * tuned.substep_s * f32::from(tuned.substeps);
         if sink_m > most_m {
-            // along its own way: along the normal of a tilted contact it would slip deeper, or
-            // aside
+            // along its own displacement: along the normal of a tilted contact it would slip
+            // deeper, or sideways
             step *= most_m / sink_m;
             limiters.set(ClampFlags::SPEED);
         }
@@ -113,8 +113,9 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
 
     // Below the *rest* surface: a plane that followed the contact would move with the tip that it
     // holds. The force beyond the limit differs from place to place, so a hand that slides there
-    // keeps its depth as an offset: it is not pushed out along a way that another place let it in.
-    // A hand that goes straight in and out again feels the same force both ways.
+    // keeps its depth as an offset: a force that rises from place to place cannot push it out of a
+    // depth reached elsewhere. A hand that goes straight in and out feels the same force in both
+    // directions.
     if let Some(plane) = plane {
         let beyond_m = plane.probe_depth_m(&tuned.probe, to_m) - model.depth_limit_m;
         if beyond_m > ROUNDING_M {
@@ -135,7 +136,7 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
         limiters.set(ClampFlags::DEPTH);
     }
     state.tip_m = Some(to_m);
-    // clamped or not: what rounding leaves between the two is no difference
+    // clamped or not: a difference by rounding does not count
     state.apart = limiters != ClampFlags::DEFAULT;
     let off_m = pose.tip_m - to_m;
     let apart_m = if state.apart { sqrt(off_m.dot(&off_m)) } else { 0.0 };

@@ -1,4 +1,4 @@
-//! From power-on to a force: who may feel it, and how it begins.
+//! From power-on to a force: when it may act, and how it begins.
 
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::{DeviceSpec, SensorStatus};
@@ -35,7 +35,7 @@ fn a_request_that_the_mode_does_not_know_is_refused() {
     assert!(!bench.tick().refused, "nothing was asked");
     let mut bench = bench.idle();
     assert!(bench.ask(Ask::Stop).refused && bench.ask(Ask::Booted).refused);
-    // what is asked in the tick of a fault is not followed either
+    // a request in the tick of a fault is not followed either
     let failed = Command { asked: Some(Ask::Arm), found: Some(Fault::SupplyLow), ..Command::HEARD };
     assert!(bench.run(failed).refused);
 }
@@ -108,7 +108,7 @@ fn the_gain_rises_over_five_hundred_ticks_in_free_space_and_not_in_contact() {
     let record = bench.ticks(500);
     assert!(!set(&record, ClampFlags::GAIN), "full gain");
     assert!((bench.press_n(2.0).applied_n.z - 2.0).abs() < 1e-3);
-    // a probe that touches at once begins with next to nothing
+    // a probe that touches at once begins with almost no force
     let mut bench = Bench::new(400.0).idle();
     bench.arm();
     bench.wall.answer = Some(pushing(5e-3, 2.0));

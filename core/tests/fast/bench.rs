@@ -1,4 +1,4 @@
-//! A cycle on the bench: a device that reads whatever is set, a wall that answers, and a host.
+//! A cycle on the bench: a device with readings set by the test, a wall that answers, and a host.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings, Telemetry};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
@@ -28,7 +28,7 @@ pub fn limits() -> LoopLimits {
     LoopLimits::build(&LoopLimitSettings::DESKTOP, &stylus(), TICK_S).unwrap()
 }
 
-/// A device that reads what is set.
+/// A device whose reading is set by the test.
 pub struct Device {
     pub limits: DeviceSpec,
     pub sensed: Sensed,
@@ -126,7 +126,7 @@ impl Bench {
         self.cycle.tick(&mut self.device, &mut self.wall, command)
     }
 
-    /// One cycle in which the host says that it is there.
+    /// One cycle with a sign of life from the host.
     pub fn tick(&mut self) -> Telemetry {
         self.run(Command::HEARD)
     }
@@ -142,7 +142,7 @@ impl Bench {
         self.run(Command { asked: Some(asked), ..Command::HEARD })
     }
 
-    /// So many cycles where the tip is; the last record.
+    /// This many cycles with the tip at its place; returns the last record.
     pub fn ticks(&mut self, ticks: usize) -> Telemetry {
         (0..ticks).map(|_| self.tick()).last().expect("at least one")
     }
@@ -163,14 +163,14 @@ impl Bench {
         bench
     }
 
-    /// From `Idle` to `Active`; returns the ticks that took.
+    /// Arms from `Idle` to `Active`; returns the number of ticks that took.
     pub fn arm(&mut self) -> usize {
         self.ask(Ask::Arm);
         let ticks = (1..2_000).find(|_| self.tick().mode == Mode::Active);
         ticks.expect("a calm probe in free space is armed")
     }
 
-    /// Moves the tip to a height at this speed [m/s], a tick at a time; the last record.
+    /// Moves the tip to a height at this speed [m/s], tick by tick; returns the last record.
     pub fn move_to(&mut self, z_m: f32, m_per_s: f32) -> Telemetry {
         let step_m = m_per_s * TICK_S;
         loop {
@@ -193,7 +193,7 @@ impl Bench {
         self.run(Command { found: Some(fault), ..Command::HEARD })
     }
 
-    /// One cycle after so many missed periods.
+    /// One cycle after this many missed periods.
     pub fn late(&mut self, late_ticks: u16) -> Telemetry {
         self.run(Command { late_ticks, ..Command::HEARD })
     }

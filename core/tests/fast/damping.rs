@@ -12,7 +12,7 @@ fn moving(settings: DampingSettings, m_per_s: Vector3<f32>, count_m: f32) -> Dam
     damping
 }
 
-/// Damping of so much per tangent, without a constant part.
+/// Damping of this much per tangent stiffness, without a constant part.
 fn tangent_only(tau_s: f32) -> DampingSettings {
     DampingSettings { tau_s, ..DampingSettings::NONE }
 }
@@ -30,7 +30,7 @@ fn the_velocity_is_that_of_the_poses() {
 
 #[test]
 fn the_low_pass_takes_its_share_of_the_newest_velocity() {
-    // 0.2 m/s are less than a count per tick: nothing but the low-pass acts
+    // 0.2 m/s is less than a count per tick: only the low-pass acts
     let settings = DampingSettings { velocity_share: 0.25, ..DampingSettings::NONE };
     let mut damping = Damping::build(&settings, TICK_S, 0.5e-3).unwrap();
     damping.track(Vector3::zeros());

@@ -1,4 +1,4 @@
-//! Late ticks: one is borne with half the force, more are a fault.
+//! Late ticks: one is tolerated with half the force, more are a fault.
 
 use palpate::haptic::cycle::Command;
 use palpate::haptic::deadline::Deadline;
@@ -39,7 +39,7 @@ fn a_late_tick_leaves_half_of_the_force() {
     assert!(set(&record, ClampFlags::GAIN) && record.mode == Mode::Active);
     assert!((bench.tick().applied_n.z - 1.5).abs() < 1e-3, "back at the slew");
     assert!((bench.tick().applied_n.z - 2.0).abs() < 1e-3);
-    // a force that is let go is not held up at a half
+    // a falling force is not held at half its value
     let mut bench = Bench::new(400.0).active();
     bench.press_n(2.0);
     bench.device.sensed.position_m.z = -2.5e-3;

@@ -1,4 +1,4 @@
-//! The energy given to the hand, and what follows from too much of it.
+//! The energy given to the hand, and the reaction to too much of it.
 
 use palpate::haptic::device::DeviceSpec;
 use palpate::haptic::passivity::{Energy, PassivityObserver, PassivitySettings};
@@ -14,7 +14,7 @@ fn z(length: f32) -> Vector3<f32> {
     Vector3::new(0.0, 0.0, length)
 }
 
-/// A tick: the probe moves, then a force is sent [m, N].
+/// One tick: the probe moves, then a force is sent [m, N].
 fn step(observer: &mut PassivityObserver, moved_m: f32, touched: bool, force_n: f32) -> Result<(), Fault> {
     let answer = observer.observe(&z(moved_m), touched);
     observer.sent(z(force_n));
@@ -80,14 +80,14 @@ fn created_is_the_most_that_was_given_beyond_what_was_taken() {
 fn a_contact_lasts_until_its_last_force_has_acted() {
     let mut observer = observer(3, 0.0);
     step(&mut observer, 0.0, true, 1.0).unwrap();
-    // the probe has left, the force is on its way: what it gives belongs to this contact
+    // the probe has left while the force is still on its way: its energy belongs to this contact
     for n in 0..3 {
         step(&mut observer, 0.0, false, 0.0).unwrap();
         assert_eq!(observer.energy(), Energy::default(), "tick {n}");
     }
     step(&mut observer, 0.3e-3, false, 0.0).unwrap();
     assert!((observer.energy().total_created_j + observer.energy().created_j - 0.3e-3).abs() < 1e-8, "{:?}", observer.energy());
-    // a force sent and taken back: three ticks later the contact is still the same
+    // a force sent and cancelled: three ticks later the contact is still the same
     let mut observer = self::observer(3, 0.0);
     step(&mut observer, 0.0, true, 1.0).unwrap();
     (0..3).for_each(|_| step(&mut observer, 0.0, true, 1.0).unwrap());
@@ -103,8 +103,8 @@ fn a_contact_lasts_until_its_last_force_has_acted() {
 #[test]
 fn one_count_of_play_is_no_motion_and_three_counts_are() {
     let count_m = 50e-6;
-    // each round trip of two counts beyond the play gives two counts' worth of the force's
-    // difference
+    // each round trip of two counts beyond the backlash gives the force's difference times two
+    // counts
     let round_trips = |counts: f32| {
         let mut observer = observer(0, count_m);
         step(&mut observer, 0.0, true, 0.5).unwrap();

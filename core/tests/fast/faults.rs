@@ -1,5 +1,5 @@
-//! Whatever fails: no force in the same tick, the first reason kept, and no way back but by request
-//! and with good poses.
+//! Whatever fails, there is no force in the same tick, the first reason is kept, and the fault
+//! clears by request with good poses only.
 
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::SensorStatus;
@@ -15,7 +15,7 @@ fn pressed() -> Bench {
     bench
 }
 
-/// Ends in `Fault` with the device released, in the tick that `cause` makes.
+/// Checks that the tick of `cause` ends in `Fault` with the device released.
 fn faults(fault: Fault, cause: impl Fn(&mut Bench)) {
     let mut bench = pressed();
     cause(&mut bench);
@@ -58,7 +58,7 @@ fn a_fault_is_cleared_after_a_hundred_good_poses_and_not_before() {
     for _ in 0..99 {
         assert!(bench.ask(Ask::Clear).refused);
     }
-    // a bad pose starts the count anew
+    // a bad pose restarts the count
     bench.device.sensed.status = SensorStatus::Failed;
     bench.tick();
     bench.device.sensed.status = SensorStatus::Good;

@@ -1,5 +1,5 @@
-//! A probe with friction, on a patch that ships: it opposes the way it slides by mu times the push,
-//! lets go with the contact, and a patch file carries its coefficient.
+//! A probe with friction, on a shipped patch: the force opposes the sliding direction by mu times
+//! the push and ends with the contact, and a patch file carries the coefficient.
 
 use palpate::{MOST_TERMS, PatchFile, PronyTerm, Vector3};
 

@@ -40,7 +40,7 @@ impl Gate {
         self.gate.admit(&self.limits, &sensed, self.force_acts)
     }
 
-    /// A new reading so much further along an axis [m].
+    /// A new reading this much further along an axis [m].
     fn step(&mut self, axis: usize, step_m: f32) -> Result<Pose, Fault> {
         let mut at_m = self.at_m;
         at_m[axis] += step_m;
@@ -135,7 +135,7 @@ fn speed_is_measured_from_the_last_believed_pose_over_the_time_since() {
         assert_eq!(!pose.held, believed, "{missing} missing, {step_m} m");
         assert!(believed || pose.position_m == Vector3::zeros(), "the last good pose is held");
     }
-    // two counts of an encoder belong to no speed
+    // two counts of an encoder say nothing about speed
     let device = palpate::haptic::device::DeviceSpec { count_m: 0.2e-3, ..stylus() };
     for (step_m, believed) in [(1.85e-3, true), (1.95e-3, false)] {
         let mut gate =

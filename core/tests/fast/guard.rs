@@ -1,5 +1,5 @@
-//! The guard of a patch, on one that is shipped: how deep and how fast it is pressed, and which
-//! force leaves it.
+//! The guard of a shipped patch: how deep and how fast it is pressed, and the force that it
+//! outputs.
 
 use palpate::stages::probe;
 use palpate::{

@@ -11,7 +11,7 @@ fn limit(limiter: &mut ForceLimiter, wanted_n: [f32; 3]) -> (Vector3<f32>, Clamp
     (limited.force_n, limited.limiters)
 }
 
-/// A limiter whose last force was this one [N], reached at the slew.
+/// A limiter whose last force was this one [N], reached at the slew rate.
 fn holding(force_n: [f32; 3]) -> ForceLimiter {
     let mut limiter = ForceLimiter::default();
     (0..20).for_each(|_| _ = limit(&mut limiter, force_n));
@@ -58,7 +58,7 @@ fn a_force_that_turns_keeps_what_lies_along_the_new_one_and_grows_from_there() {
     let (force_n, limiters) = limit(&mut limiter, [1.0, 1.0, 0.0]);
     assert!((force_n - Vector3::new(1.0, 0.5, 0.0)).norm() < 1e-6, "{force_n}: 1 N along x is kept, 0.5 N are new");
     assert!(limiters.contains(ClampFlags::SLEW) && !limiters.contains(ClampFlags::FORCE));
-    // what points against the last force keeps nothing of it
+    // a force opposed to the last one keeps nothing of it
     let mut limiter = holding([2.0, 0.0, 0.0]);
     let (force_n, _) = limit(&mut limiter, [-2.0, 0.0, 0.0]);
     assert!((force_n - Vector3::new(-0.5, 0.0, 0.0)).norm() < 1e-6, "{force_n}");

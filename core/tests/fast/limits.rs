@@ -1,4 +1,4 @@
-//! Limits are numbers in a range: they bind where they say, and they can only be lowered.
+//! Limits are numbers in a range: they act at their stated values and can only be lowered.
 
 use palpate::BuildError;
 use palpate::haptic::cycle::ArmingSettings;

@@ -1,9 +1,9 @@
 //! The fast suite: behaviour of the haptic loop and of the patch's guard, through the public
 //! interface alone.
 //!
-//! It is what mutants of the safety logic are run against (`tests/mutants`), so it builds without
-//! the simulator and ends within seconds. Each test states a rule; a number in it is that of the
-//! rule, not a recorded output.
+//! Mutants of the safety logic are run against it (`tests/mutants`), so it builds without the
+//! simulator and ends within seconds. Each test states a rule; a number in it is that of the rule,
+//! not a recorded output.
 #![allow(clippy::type_complexity, clippy::needless_pass_by_value, reason = "tables of setters read best where they stand")]
 
 mod arming;

@@ -1,4 +1,4 @@
-//! The whole line from a reading to a force, on a shipped patch.
+//! The whole path from a reading to a force, on a shipped patch.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, PatchRenderer, Renderer, Settings, Telemetry};
 use palpate::haptic::device::{Sensed, SensorStatus};

@@ -13,8 +13,8 @@ fn corners(tissue: &Tissue, triangle: usize) -> [Vector3<f32>; 3] {
     model.triangles[triangle].node.map(|n| Vector3::from(model.nodes[usize::from(n)].rest_m))
 }
 
-/// Edges of the surface of the piece that was cut out: the middle from the site [m], the way out
-/// along the surface, the normal.
+/// Edges of the surface of the piece that was cut out: the middle relative to the site [m], the
+/// outward direction along the surface, the normal.
 fn cut_edges() -> Vec<(Vector3<f32>, Vector3<f32>, Vector3<f32>)> {
     let tissue = Tissue::cut();
     let triangles = tissue.file.model.triangles;
@@ -32,7 +32,7 @@ fn cut_edges() -> Vec<(Vector3<f32>, Vector3<f32>, Vector3<f32>)> {
     edges
 }
 
-/// Where a tip is, this far from the site [m].
+/// Position of a tip this far from the site [m].
 fn place(tissue: &mut Tissue, above_m: Vector3<f32>) -> (Presence, Option<Plane>) {
     let tip_m = tissue.file.site_m + above_m;
     locate(&tissue.file.model, &tissue.tuned, &mut tissue.state, tip_m)
@@ -48,7 +48,7 @@ fn touched(mut tissue: Tissue, x_m: f32, y_m: f32) -> (Tissue, Plane) {
     (tissue, plane.expect("it touches"))
 }
 
-/// Middles of triangles on the top of a block, some way from its sides [m].
+/// Middles of triangles on the top of a block, away from its sides [m].
 fn middles(tissue: &Tissue) -> Vec<[f32; 2]> {
     let middles: Vec<_> = (0..tissue.file.model.triangles.len())
         .map(|triangle| corners(tissue, triangle).into_iter().sum::<Vector3<f32>>() / 3.0 - tissue.file.site_m)
@@ -177,7 +177,7 @@ fn a_body_is_buried_when_no_press_can_have_brought_it_there() {
         for (deep_m, is) in [(above_m - 0.1e-3, false), (above_m + 0.1e-3, true), (30e-3, true), (3e-3, false), (-5e-3, false)] {
             let above_m = Vector3::new(3e-3, 2e-3, -deep_m);
             let mut found = !is;
-            // a walk takes a few ticks from wherever it was
+            // from any start a walk takes a few ticks
             for _ in 0..20 {
                 place(&mut tissue, above_m);
                 let tip_m = tissue.file.site_m + above_m;

@@ -1,5 +1,5 @@
-//! Where the sensed tip is decides whether anything can be felt: geometry alone, whatever the patch
-//! is shown.
+//! The position of the sensed tip decides whether anything can be felt: geometry alone, whatever
+//! tip the patch is given.
 
 use palpate::haptic::mode::Mode;
 use palpate::stages::presence::{Presence, locate};
@@ -17,7 +17,7 @@ fn extent(tissue: &Tissue) -> [Vector3<f32>; 2] {
     [rest().fold(Vector3::repeat(1.0), |low, at| low.inf(&at)), rest().fold(Vector3::repeat(-1.0), |high, at| high.sup(&at))]
 }
 
-/// Whether a point is in one of the tets, from the site [m]: every one is asked.
+/// Whether a point (relative to the site [m]) is in one of the tets, by a search of all of them.
 fn in_a_tet(tissue: &Tissue, above_m: Vector3<f32>) -> bool {
     let model = &tissue.file.model;
     let tip_m = tissue.file.site_m + above_m;
@@ -40,7 +40,7 @@ fn go(tissue: &mut Tissue, from_m: Vector3<f32>, to_m: Vector3<f32>, step_m: f32
     }
 }
 
-/// No force is felt: the cycle drops one that is given outside.
+/// Checks that no force is felt: the cycle discards one that is computed outside.
 fn nothing(at_m: Vector3<f32>, output: &Output) {
     assert!(output.outside || output.force_n == Vector3::zeros(), "{at_m}: {output:?}");
 }
@@ -67,7 +67,7 @@ fn a_probe_that_leaves_by_a_side_or_from_below_feels_nothing_outside_until_it_co
             let output = tissue.at(down_m + far_m);
             nothing(down_m + far_m, &output);
         }
-        // back the same way: inside, but not by the surface
+        // back on the same path: inside, but not through the surface
         go(&mut tissue, down_m + far_m, down_m, STEP_M, nothing);
         assert!(tissue.at(down_m).limiters.contains(ClampFlags::BURIED) && !tissue.at(down_m).outside);
         go(&mut tissue, down_m, Vector3::new(0.0, 0.0, 12e-3), STEP_M, nothing);
@@ -125,7 +125,7 @@ fn a_tip_that_wanders_through_the_tissue_is_located_in_every_tick() {
         seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         (seed >> 8) as f32 / 16_777_216.0
     };
-    // it comes in by a side and stays below the top
+    // it enters through a side and stays below the top
     let mut at_m = Vector3::new(low_m.x - 5e-3, 0.0, -0.5 * (high_m.z - low_m.z));
     let (mut located, mut ticks) = (0, 0);
     for _ in 0..60 {
@@ -145,7 +145,7 @@ fn a_tip_that_wanders_through_the_tissue_is_located_in_every_tick() {
         });
         at_m = to_m;
     }
-    // the rest are ticks in which the probe touches a side with its tip outside
+    // in the other ticks the probe touches a side with its tip outside
     assert!(located * 10 > ticks * 8, "{located} of {ticks} ticks");
 }
 

@@ -1,5 +1,5 @@
-//! Tissue that relaxes, on a patch that ships: a hold fades as the closed form says, a probe that
-//! leaves finds a dent, and a patch file carries shares and times.
+//! Tissue that relaxes, on a shipped patch: a hold fades as in the closed form, a probe that leaves
+//! finds a dent, and a patch file carries shares and times.
 
 use palpate::{MOST_TERMS, PatchFile, PronyTerm};
 
@@ -8,7 +8,7 @@ use super::guard::Tissue;
 pub const TERMS: [PronyTerm; MOST_TERMS] =
     [PronyTerm { share: 0.2, time_s: 0.02 }, PronyTerm { share: 0.26, time_s: 0.4 }, PronyTerm { share: 0.2, time_s: 4.4 }];
 
-/// Share of a force that is left so long after it was set [s].
+/// Share of a force that remains at this time after it was applied [s].
 fn left(t_s: f32) -> f32 {
     TERMS.iter().fold(1.0, |left, term| left - term.share * (1.0 - libm::expf(-t_s / term.time_s)))
 }
@@ -38,7 +38,7 @@ fn a_probe_that_leaves_loses_the_tissue_before_the_surface() {
     tissue.press(3e-3);
     (0..2000).for_each(|_| _ = tissue.high(-3e-3));
     let lost = (0..150_u16).find(|n| tissue.high(-3e-3 + 2e-5 * f32::from(*n)).force_n.norm() == 0.0).expect("it is lost");
-    // elastic tissue follows to the surface, tick 150
+    // elastic tissue stays in contact up to the surface, tick 150
     assert!((60..120).contains(&lost), "tick {lost}");
     // and it takes no force until the dent is met again
     let above = tissue.high(-0.5e-3);

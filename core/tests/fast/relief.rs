@@ -1,4 +1,4 @@
-//! Strain: saturation, created energy, and what is felt until the contact is over.
+//! Saturation and created energy, and the force until the contact is over.
 
 use palpate::haptic::mode::Mode;
 use palpate::{ClampFlags, Vector3};

@@ -1,4 +1,4 @@
-//! A probe that speeds up against the force: what is a fault, and what a hand does.
+//! A probe that speeds up against the force: which cases are a fault, and which a hand can cause.
 
 use palpate::haptic::cycle::Command;
 use palpate::haptic::runaway::Runaway;
@@ -6,15 +6,15 @@ use palpate::{Fault, Vector3};
 
 use crate::bench::{Bench, TICK_S, pushing};
 
-/// Pushed outwards along `normal` with so much force [N] while it goes in at these speeds [m/s],
-/// tick after tick.
+/// Pushed outwards along `normal` with this force [N] while it moves in at these speeds [m/s], tick
+/// by tick.
 fn pushed(normal: Vector3<f32>, force_n: f32, speeds: impl Iterator<Item = f32>) -> Option<usize> {
     let mut runaway = Runaway::default();
     let mut judge = |inward: f32| runaway.judge(&(normal * (-inward * TICK_S)), 1.0 / TICK_S, &normal, &(normal * force_n));
     speeds.enumerate().find(|(_, inward)| judge(*inward) == Err(Fault::Runaway)).map(|(tick, _)| tick)
 }
 
-/// From one speed to another within 50 ticks, and on [m/s].
+/// From one speed to another within 50 ticks, then constant [m/s].
 fn gains(from: f32, to: f32) -> impl Iterator<Item = f32> {
     (0..250_u8).map(move |n| from + (to - from) * (f32::from(n) / 50.0).min(1.0))
 }
@@ -53,7 +53,7 @@ fn a_hand_that_comes_to_rest_within_twenty_five_millimetres_is_no_runaway() {
 fn a_force_that_was_interrupted_starts_the_count_anew() {
     let mut runaway = Runaway::default();
     for n in 0..400 {
-        // 0.8 m/s are gained, but the force is gone for a tick whenever 20 mm are
+        // 0.8 m/s are gained, but the force vanishes for a tick after every 20 mm
         let inward = if n % 25 < 5 { 0.0 } else { 1.0 };
         let force_n = if n % 25 == 24 { 0.0 } else { 1.0 };
         let answer =
@@ -87,7 +87,7 @@ fn what_a_late_tick_catches_up_with_is_no_speed_that_is_gained() {
 
 #[test]
 fn speed_gained_in_a_slide_is_no_runaway() {
-    // 0.8 m/s are gained along the normal; how far aside the probe goes with it decides
+    // 0.8 m/s are gained along the normal; the sideways travel decides
     for (aside, fault) in [(0.0, true), (0.3, true), (0.7, false), (2.0, false)] {
         let mut runaway = Runaway::default();
         let found = gains(0.0, 0.8).any(|inward| {

@@ -1,5 +1,5 @@
 //! A motor or an encoder with the wrong sign: the force is off during the first touch and a fault
-//! in the third, and a device whose signs are right is not taken for one.
+//! in the third, and a device with the right signs is not mistaken for one.
 
 use palpate::haptic::cycle::{Ask, Command, Telemetry};
 use palpate::haptic::mode::Mode;
@@ -10,8 +10,8 @@ use crate::bench::{Bench, CLEAR_M, TICK_S, set};
 /// Longest contact that is followed [ticks].
 const TICKS: usize = 400;
 
-/// A handle of this mass [kg] that nobody holds comes in at this speed [m/s], and the force acts on
-/// it with this sign; up to the tick in which the force is taken from it.
+/// A released handle of this mass [kg] enters at this speed [m/s], and the force acts on it with
+/// this sign, up to the tick in which the force is switched off.
 fn comes_in(bench: &mut Bench, mass_kg: f32, m_per_s: f32, sign: f32) -> Option<Telemetry> {
     let (mut z_m, mut speed) = (bench.move_to(0.2e-3, 0.2).position_m.z, -m_per_s);
     let mut felt = false;
@@ -33,7 +33,7 @@ fn comes_in(bench: &mut Bench, mass_kg: f32, m_per_s: f32, sign: f32) -> Option<
     None
 }
 
-/// The hand takes the probe back.
+/// The hand withdraws the probe.
 fn goes_back(bench: &mut Bench) {
     bench.move_to(CLEAR_M, 0.2);
     bench.ticks(20);
@@ -66,7 +66,7 @@ fn a_device_with_the_right_sign_bounces_and_is_watched_no_longer() {
             goes_back(&mut bench);
         }
     }
-    // proven once, a sign that turns round is another watch's
+    // once proven, a sign that reverses is left to another check
     let mut bench = Bench::new(400.0).active();
     bench.move_to(-5e-3, 0.1);
     goes_back(&mut bench);

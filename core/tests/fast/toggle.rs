@@ -5,7 +5,7 @@ use palpate::Vector3;
 use palpate::haptic::toggle::Toggle;
 
 const COUNT_M: f32 = 50e-6;
-/// Force per count that is felt [N].
+/// Force per count, large enough to be felt [N].
 const FELT_N: f32 = 0.1;
 
 /// A toggle filter in front of a patch that answers with a force in proportion to what it is shown.
@@ -30,7 +30,7 @@ impl Shown {
         shown
     }
 
-    /// Flips between 0 and 1 for so many ticks; the last that is shown.
+    /// Flips between 0 and 1 for this many ticks; returns the last position shown.
     fn flip(&mut self, ticks: usize) -> f32 {
         (0..ticks).map(|n| self.read((n % 2) as f32)).last().expect("at least one")
     }
@@ -79,7 +79,7 @@ fn a_flip_that_ends_is_shown_as_it_is_read_after_two_hundred_ticks() {
 
 #[test]
 fn flips_that_are_slow_are_shown_as_they_are_read() {
-    // felt, but a flip every 60 ticks is not the one that the filter is for
+    // felt, but a flip every 60 ticks is not the case that the filter is meant for
     let mut shown = Shown::new(2, 40.0 * FELT_N);
     for n in 0..1_800 {
         let read = f32::from(n / 60 % 2 == 1);
@@ -91,7 +91,7 @@ fn flips_that_are_slow_are_shown_as_they_are_read() {
 fn two_turns_begin_the_mean_and_one_does_not() {
     for sign in [1.0, -1.0] {
         let mut shown = Shown::new(0, FELT_N);
-        // felt: another axis' force shakes the while
+        // felt: meanwhile the force of another axis shakes
         for n in 0..200 {
             shown.toggle.answered(&Vector3::new(0.0, (n % 2) as f32, 0.0));
             shown.toggle.show(&Vector3::zeros());

@@ -60,7 +60,7 @@ fn an_encoder_that_dies_under_a_strong_force_gives_none_after_six_seconds() {
         last_n = force_n;
     }
     assert_eq!(last_n, 0.0);
-    // the encoder works again: nothing comes back before the probe has been outside
+    // the encoder works again: no force returns before the probe has been outside
     let (site_m, normal) = (rig.site_m, rig.normal);
     for out_m in [-2e-3, -3e-3, -1.5e-3] {
         assert_eq!(rig.go(site_m + normal * out_m, 0.05), Ok(0.0));
@@ -87,7 +87,7 @@ fn an_operator_who_leaves_ends_every_force_and_nothing_arms_until_asked_again() 
     assert!(first_n > 0.3);
     let mut last_n = first_n;
     for n in 0..130 {
-        // gone for a moment is gone
+        // a momentary loss of contact ends the contact
         let telemetry = rig.tick(if n == 0 { absent } else { Command::HEARD });
         assert!(telemetry.applied_n.norm() <= last_n + 1e-6 && matches!(telemetry.mode, Mode::SafeRamp | Mode::Idle), "tick {n}");
         last_n = telemetry.applied_n.norm();

@@ -14,7 +14,7 @@ const M_PER_S2: f32 = 60.0;
 /// Amplitude of the tremor of a hand at rest [m].
 const TREMOR_M: f32 = 60e-6;
 
-/// A device that reads the position it is given, in whole counts.
+/// A device that reads a position set by the test, in whole counts.
 pub struct Scripted {
     limits: DeviceSpec,
     sequence: u32,
@@ -26,7 +26,7 @@ pub struct Scripted {
     pub missing: bool,
     /// The next reading is off by this [m].
     pub shift_m: Option<Vector3<f32>>,
-    /// Readings are this many times what they should be, from the middle of the workspace (1).
+    /// Factor on the readings, from the middle of the workspace (1).
     pub scale: f32,
 }
 
@@ -110,7 +110,7 @@ impl Rig {
         rig
     }
 
-    /// Asks for arming and trembles where it is for so many ticks; the fault.
+    /// Asks for arming and trembles in place for this many ticks; returns the fault.
     pub fn arm(&mut self, ticks: u32) -> Option<Fault> {
         for asked in [Ask::Booted, Ask::TestPassed, Ask::Arm] {
             self.tick(Command { asked: Some(asked), ..Command::HEARD });

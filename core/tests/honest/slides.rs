@@ -4,7 +4,7 @@ use palpate::Fault;
 
 use crate::rig::{CLEAR_M, Rig};
 
-/// Patches, and how far from the site a slide may begin and still begin on top of them [m].
+/// Patches, and the largest distance from the site at which a slide begins on top of them [m].
 const PATCHES: [(&str, f32); 5] = [
     ("firmware/patches/block-m4f-168.patch", 10e-3),
     ("firmware/patches/liver-m4f-168.patch", 10e-3),
@@ -13,8 +13,8 @@ const PATCHES: [(&str, f32); 5] = [
     ("host-sim/patches/block-410.patch", 30e-3),
 ];
 
-/// A slide through the site: how deep [m], how fast [m/s], gaining speed by so much [m/s^2], turned
-/// from the tangent by so much [rad], from so far before the site to so far behind it [m].
+/// A slide through the site: how deep [m], how fast [m/s], its acceleration [m/s^2], its angle to
+/// the tangent [rad], its distance before and behind the site [m].
 #[derive(Clone, Copy, Debug)]
 struct Slide {
     depth_m: f32,
@@ -47,7 +47,7 @@ fn pressed_slides_up_to_the_speed_limit_are_no_fault() {
             let mut rig = armed();
             for m_per_s in [0.5, 1.0, 1.45] {
                 for depth_m in [2e-3, 4e-3, 7e-3] {
-                    // to the other end of the top, and out over its edge
+                    // to the other end of the top, and over its edge
                     for (to_m, m_per_s2) in [(top_m, 60.0), (top_m, 20.0), (50e-3, 60.0), (50e-3, 20.0)] {
                         for turned in [0.0, 2.0, 4.1] {
                             let tried = Slide { depth_m, m_per_s, m_per_s2, turned, from_m: top_m, to_m };

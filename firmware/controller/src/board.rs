@@ -1,5 +1,5 @@
-//! A board, as the controller needs it. `firmware/src/board/` implements it for real and emulated
-//! boards, tests for a board of their own.
+//! The interface of a board to the controller. `firmware/src/board/` implements it for real and
+//! emulated boards, tests for a mock board.
 
 use palpate::Fault;
 
@@ -8,15 +8,15 @@ use crate::force_out::Outputs;
 use crate::patch::Budget;
 use crate::probe_in::Reading;
 
-/// The watchdog of every board acts after this long without a completed tick [us]: under the 5 ms
-/// in which the actuators must be off, over what two late ticks in a row take, which release the
-/// force themselves.
+/// The watchdog of every board acts after this long without a completed tick [us]: less than the 5
+/// ms within which the actuators must be off, and more than two late ticks in a row take, which
+/// release the force themselves.
 pub const WATCHDOG_US: u32 = 4_500;
 
-/// Image and clock of a board, for hosts that look for one.
+/// Image and clock of a board, for hosts that search for one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct About {
-    /// Board and version of the image, apart by a space, in ASCII; cut after
+    /// Board and version of the image, separated by a space, in ASCII; truncated after
     /// [`crate::link::message::NAME_BYTES`].
     pub name: &'static str,
     /// Day on which the image was built, counted from 1970-01-01; 0 is unknown.
@@ -25,8 +25,8 @@ pub struct About {
     pub clock_hz: u32,
 }
 
-/// Clock, pins, watchdog and link of a board. None of it waits, but for [`Board::next_period`] and
-/// a lock-step link's read.
+/// Clock, pins, watchdog and link of a board. No function waits, except [`Board::next_period`] and
+/// the read of a lock-step link.
 #[expect(async_fn_in_trait, reason = "each image has one board and one executor; no bound on the future is needed")]
 pub trait Board {
     /// The two slots that hold device profiles.
@@ -38,8 +38,8 @@ pub trait Board {
     /// Time since the last edge of the tick timer [counts].
     fn since_period_counts(&self) -> u32;
 
-    /// Periods that the tick timer has begun, wrapping. Counted above the loop, so that a tick that
-    /// is still busy is seen as late.
+    /// Periods that the tick timer has begun, wrapping. Counted at a higher priority than the loop,
+    /// so that a tick that is still busy is seen as late.
     fn periods_begun(&self) -> u32;
 
     /// Waits for the next period; its number.
@@ -48,7 +48,7 @@ pub trait Board {
     /// Drops a period that began while a tick was late: the next tick starts on an edge.
     fn drop_period(&mut self);
 
-    /// Puts codes and enable line on the pins; off goes first, on last.
+    /// Puts codes and enable line on the pins; off takes effect first, on last.
     fn write_outputs(&mut self, outputs: Outputs);
 
     /// The outputs, read back from the pins.
@@ -75,7 +75,7 @@ pub trait Board {
     /// Whether the operator's switch is released; `None` on a board without a pin for one.
     fn operator_absent(&self) -> Option<bool>;
 
-    /// Reading of the board's own encoders, if it has any. The controller makes a tip of it.
+    /// Reading of the board's own encoders, if it has any. The controller turns it into a tip.
     fn sense(&mut self) -> Option<Reading>;
 
     /// Cycles that a patch may take per tick.
@@ -84,14 +84,14 @@ pub trait Board {
     /// Image and clock.
     fn about(&self) -> About;
 
-    /// The deepest that the stack has been [bytes].
+    /// Largest stack use so far [bytes].
     fn stack_used_bytes(&self) -> usize;
 
-    /// The memory that keeps device profiles.
+    /// The memory for device profiles.
     fn profile_memory(&mut self) -> &mut Self::ProfileMemory;
 
-    /// Reads bytes from the host; their count. In lock-step it waits, and 0 says that the host has
-    /// gone.
+    /// Reads bytes from the host and returns their number. In lock-step it waits, and 0 means that
+    /// the host has gone.
     fn link_read(&mut self, bytes: &mut [u8]) -> usize;
 
     /// Writes a frame to the host, or drops it whole.

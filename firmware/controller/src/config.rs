@@ -1,8 +1,8 @@
 //! The profile that a board keeps over power-off: two slots of flash, written in turn.
 //!
-//! A slot is `magic, version, length, generation, profile as postcard, CRC-32`. Writing goes to the
-//! slot that is not in use: whenever the power fails, the other one still holds what was there
-//! before. What is damaged, of another version or out of range counts as empty.
+//! A slot is `magic, version, length, generation, profile as postcard, CRC-32`. Writing uses the
+//! slot that is not in use: if the power fails, the other one still holds the previous profile. A
+//! slot that is damaged, of another version or out of range counts as empty.
 
 use core::fmt;
 
@@ -36,7 +36,7 @@ pub struct Profile {
     pub damping: [f32; 3],
     /// Maximum force that the actuators give [N].
     pub max_force_n: f32,
-    /// Whole ticks between a force and its acting.
+    /// Whole ticks between computing a force and its acting.
     pub delay_ticks: u8,
     /// Corners of the workspace with the smallest and the largest coordinates [m].
     pub workspace_m: [[f32; 3]; 2],
@@ -100,7 +100,7 @@ impl Profile {
         (settings, Port::with_limits(limits).with_device(device).with_operator_switch(self.operator_switch))
     }
 
-    /// Checks every number, and that the mechanism can move so.
+    /// Checks every number, and that the mechanism can move like that.
     ///
     /// # Errors
     /// [`ProfileError`] names it.
@@ -117,7 +117,8 @@ impl Profile {
     }
 }
 
-/// Two slots of flash. Erased bytes are 0xFF; a written byte stays until its slot is erased.
+/// Two slots of flash. Erased bytes are 0xFF; a written byte keeps its value until its slot is
+/// erased.
 pub trait Flash {
     /// Copies a slot from its start.
     fn read(&self, slot: Slot, bytes: &mut [u8; SLOT_BYTES]);
@@ -125,13 +126,13 @@ pub trait Flash {
     /// Erases a slot.
     ///
     /// # Errors
-    /// The flash says that it did not work.
+    /// The flash reports a failure.
     fn erase(&mut self, slot: Slot) -> Result<(), FlashError>;
 
     /// Writes an erased slot from its start on.
     ///
     /// # Errors
-    /// The flash says that it did not work.
+    /// The flash reports a failure.
     fn write(&mut self, slot: Slot, bytes: &[u8; SLOT_BYTES]) -> Result<(), FlashError>;
 }
 
@@ -157,7 +158,7 @@ impl Slot {
     }
 }
 
-/// The newest profile that is whole, in range, and where it lies; `None` if there is none.
+/// The newest profile that is complete and in range, and its slot; `None` if there is none.
 #[must_use]
 pub fn load(flash: &impl Flash) -> Option<(Profile, Slot, u32)> {
     let good = |slot| {
@@ -172,10 +173,10 @@ pub fn load(flash: &impl Flash) -> Option<(Profile, Slot, u32)> {
     }
 }
 
-/// Keeps a profile, in `Idle`. The one before stays until this one is whole.
+/// Stores a profile, in `Idle`. The previous one stays until this one is complete.
 ///
 /// # Errors
-/// [`StoreError`]; the profile before is still there.
+/// [`StoreError`]; the previous profile is still there.
 pub fn store(flash: &mut impl Flash, profile: &Profile) -> Result<u32, StoreError> {
     profile.check().map_err(StoreError::Profile)?;
     let (slot, generation) = load(flash).map_or((Slot::A, 1), |(_, slot, last)| (slot.other(), last.wrapping_add(1)));
@@ -193,18 +194,18 @@ pub fn store(flash: &mut impl Flash, profile: &Profile) -> Result<u32, StoreErro
 /// Why a profile was not kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StoreError {
-    /// It is none.
+    /// The profile is invalid.
     Profile(ProfileError),
     /// The flash failed.
     Flash,
 }
 
-/// Why a profile is none.
+/// Why a profile is invalid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ProfileError {
     /// A number is out of its range.
     Range(BuildError),
-    /// The mechanism cannot be, or cannot move so.
+    /// The mechanism is impossible, or cannot move like that.
     Mechanism(MechanismError),
 }
 
@@ -288,7 +289,7 @@ mod tests {
             spoil(&mut bad);
             let mut flash = Ram([[0xFF; SLOT_BYTES]; 2]);
             assert!(matches!(store(&mut flash, &bad), Err(StoreError::Profile(_))), "{n}");
-            // whole, with a good checksum, as an older program may have left it
+            // complete, with a good checksum, as an older program may have written it
             format(&mut flash.0[0], &bad, 7).unwrap();
             assert_eq!(load(&flash), None, "{n}");
         }

@@ -21,9 +21,9 @@ use crate::probe_in::Reading;
 pub enum Arming {
     /// By the host's request.
     OnRequest,
-    /// Once after power-on, when there is no host. After a stop, a lost host or a fault only by a
-    /// fresh sign: the host's request, or the operator's switch released and pressed again. With
-    /// such a switch power-on is no sign: a jammed one would arm the board.
+    /// Once after power-on, when there is no host. After a stop, a lost host or a fault, only by a
+    /// new request: from the host, or by releasing and pressing the operator's switch. With such a
+    /// switch power-on is no request: a jammed switch would arm the board.
     ByItself,
     /// Never: repeated resets by the watchdog or after a crash; needs a power cycle or the reset
     /// button.
@@ -36,7 +36,7 @@ pub struct Controller {
     cycle: Cycle,
     edge: Port,
     arming: Arming,
-    /// A sign to arm was given and has not been used yet.
+    /// Arming was requested, and the request has not been used yet.
     fresh: bool,
     /// The operator's switch was released in the last tick.
     was_absent: bool,
@@ -58,13 +58,12 @@ impl Controller {
         self.cycle.mode()
     }
 
-    /// Starts up anew with other settings and another device; nobody feels anything until it is
-    /// armed again.
+    /// Restarts with other settings and another device; there is no force until it is armed again.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting; nothing changes then.
     pub fn restart(&mut self, settings: &Settings, edge: Port) -> Result<(), BuildError> {
-        // a new profile is no fresh sign
+        // a new profile is no new request
         *self = Self { fresh: false, ..Self::build(settings, edge, self.arming)? };
         Ok(())
     }
@@ -87,7 +86,7 @@ impl Controller {
         self.edge.drive()
     }
 
-    /// State that the board's outputs are to have after the last tick.
+    /// State that the board's outputs should have after the last tick.
     #[must_use]
     pub fn outputs(&self) -> Outputs {
         self.edge.outputs()
@@ -99,7 +98,8 @@ impl Controller {
         self.edge.homed()
     }
 
-    /// The device is in its home pose now, in `Idle`. False if nothing counts its joints.
+    /// Records that the device is in its home pose now, in `Idle`. False if its joints have no
+    /// encoders.
     pub fn show_home(&mut self, reading: &Reading) -> bool {
         self.edge.show_home(reading)
     }
@@ -112,7 +112,7 @@ impl Controller {
         self.cycle.lower_limits(values)
     }
 
-    /// One tick. `healthy` is the board's own verdict on its outputs and memory; it decides the
+    /// One tick. `healthy` is the board's own check of its outputs and memory; it decides the
     /// self-test.
     pub fn tick(
         &mut self,
@@ -138,7 +138,7 @@ impl Controller {
     }
 
     /// Whether a tick may feed the watchdog: the actuators are off, or the mode allows a force and
-    /// it is within the limit. Checked apart from the code that made the force.
+    /// it is within the limit. Checked independently of the code that computed the force.
     #[must_use]
     pub fn sound(&self, record: &Telemetry) -> bool {
         match self.edge.drive() {
@@ -150,7 +150,7 @@ impl Controller {
         }
     }
 
-    /// Follows the operator's switch, if the device has one: pressed again it is a fresh sign.
+    /// Follows the operator's switch, if the device has one: pressing it again is a new request.
     fn present(&mut self, command: Command) -> Command {
         let operator_absent = self.edge.operator_switch() && command.operator_absent;
         self.fresh |= self.was_absent && !operator_absent;
@@ -198,7 +198,7 @@ mod tests {
         Controller::build(&Settings::safe(&Port::DESKTOP.limits()), edge, arming).unwrap()
     }
 
-    /// So many ticks of the same command in the air.
+    /// This many ticks of the same command in free space.
     fn ticks(controller: &mut Controller, ticks: u32, command: Command, healthy: bool) -> Telemetry {
         let mut telemetry = None;
         for _ in 0..ticks {

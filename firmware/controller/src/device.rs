@@ -4,7 +4,7 @@
 //! * in: a reading of encoders or of a tip / a command to the actuators
 //! * out: a tip with the sensor's verdict / converter codes
 //! * cost: that of [`crate::kinematics`]; three orthogonal axes some ten instructions
-//! * may fail: joints that cannot be so are a failed sensor
+//! * may fail: impossible joint angles count as a failed sensor
 
 use palpate::Vector3;
 use palpate::haptic::device::{Sensed, SensorStatus};
@@ -30,7 +30,7 @@ enum Drivetrain {
     Axes,
     /// A mechanism.
     Driven(Driven),
-    /// A mechanism that cannot be: its sensor has failed, and it gives no force.
+    /// An impossible mechanism: its sensor counts as failed, and it gives no force.
     Invalid,
 }
 
@@ -49,9 +49,9 @@ impl Device {
     /// Three orthogonal axes that count from the device's centre.
     pub const AXES: Self = Self { drivetrain: Drivetrain::Axes, home_counts: [0; 3], homed: true };
 
-    /// A device with a mechanism, or with three orthogonal axes. `home_counts` are what the
-    /// encoders count in the home pose, the centre of three axes; incremental ones show it
-    /// first ([`Self::show_home`]).
+    /// A device with a mechanism, or with three orthogonal axes. `home_counts` are the encoder
+    /// counts in the home pose, the centre of three axes; a device with incremental encoders has to
+    /// be homed first ([`Self::show_home`]).
     #[must_use]
     pub fn new(mechanism: Option<&MechanismProfile>, home_counts: [i32; 3]) -> Self {
         let Some(profile) = mechanism else { return Self { home_counts, ..Self::AXES } };
@@ -67,7 +67,7 @@ impl Device {
         Self { drivetrain, home_counts, homed: !profile.homing }
     }
 
-    /// Without a known home pose, until it is shown or a tip comes in place of counts.
+    /// The home pose is unknown until it is shown or a tip arrives in place of counts.
     #[must_use]
     pub const fn without_home(self) -> Self {
         Self { homed: false, ..self }
@@ -79,7 +79,7 @@ impl Device {
         self.homed
     }
 
-    /// The device is in its home pose now. False if nothing counts its joints.
+    /// Records that the device is in its home pose now. False if its joints have no encoders.
     pub fn show_home(&mut self, reading: &Reading) -> bool {
         let Reading::Joints(JointReading { counts, status: SensorStatus::Good, .. }) = reading else { return false };
         self.home_counts = counts.map(|counts| counts.0);
@@ -96,15 +96,15 @@ impl Device {
         }
     }
 
-    /// Goes back to the joints of an earlier reading, where the last one is not believed: torques
-    /// belong to the pose that the force was computed for.
+    /// Returns to the joints of an earlier reading if the last one is not believed: torques belong
+    /// to the pose that the force was computed for.
     pub(crate) fn go_back(&mut self, linkage: Option<Linkage>) {
         if let (Drivetrain::Driven(driven), Some(linkage)) = (&mut self.drivetrain, linkage) {
             driven.linkage = linkage;
         }
     }
 
-    /// The encoders may have lost counts: a device that is homed has to be homed again.
+    /// The encoders may have lost counts: a device with homing has to be homed again.
     pub(crate) fn forget_home(&mut self) {
         if let Drivetrain::Driven(driven) = &self.drivetrain {
             self.homed &= !driven.homing;
@@ -112,8 +112,8 @@ impl Device {
     }
 
     /// The tip for a reading, device frame. Before the home pose is known the tip is taken to be
-    /// there. A mechanism with a failed sensor, or with joints that cannot be so, has lost its
-    /// home pose.
+    /// there. A mechanism with a failed sensor, or with impossible joint angles, has lost its home
+    /// pose.
     pub fn sensed(&mut self, reading: &Reading) -> Sensed {
         match (&mut self.drivetrain, *reading) {
             (Drivetrain::Axes, Reading::Tip(sensed)) => {
@@ -132,7 +132,7 @@ impl Device {
                     None => self.lost(joints.sequence),
                 }
             }
-            // a tip alone does not tell the joints that are to give a torque
+            // a tip alone does not determine the joints that are to give a torque
             (_, Reading::Tip(Sensed { sequence, .. }) | Reading::Joints(JointReading { sequence, .. })) => self.lost(sequence),
         }
     }

@@ -22,13 +22,13 @@ impl DacCode {
     /// No force.
     pub const ZERO: Self = Self(0);
     /// Force at code 32767 [N]: above the 12 N of the strongest desktop device, half a millinewton
-    /// a code.
+    /// per code.
     pub const FULL_SCALE_N: f32 = 16.0;
     /// Codes per newton: 32767 / 16, exact in single precision.
     const PER_N: f32 = 2047.9375;
 
     /// Nearest code; saturates at full scale. Not-a-number gives no force: nothing sensible can be
-    /// rendered. In floating point, for the unit converts and saturates in one instruction.
+    /// rendered. In floating point, since the FPU converts and saturates in one instruction.
     #[must_use]
     pub fn from_force_n(force_n: f32) -> Self {
         Self::nearest(force_n * Self::PER_N)
@@ -43,7 +43,7 @@ impl DacCode {
 
     #[inline]
     fn nearest(codes: f32) -> Self {
-        let nearest = (codes + 0.5_f32.copysign(codes)) as i32; // cuts toward zero
+        let nearest = (codes + 0.5_f32.copysign(codes)) as i32; // truncates toward zero
         Self(nearest.clamp(-0x7FFF, 0x7FFF) as i16)
     }
 }
@@ -60,7 +60,7 @@ pub struct Outputs {
 impl Outputs {
     /// Nothing drives the hand.
     pub const OFF: Self = Self { enabled: false, codes: [DacCode::ZERO; 3] };
-    /// Codes read back from pins that do not agree with what was set: no force has them.
+    /// Codes that stand for pins in disagreement with the last setting: no force has them.
     pub const UNKNOWN: [DacCode; 3] = [DacCode(i16::MIN); 3];
 }
 

@@ -18,14 +18,14 @@ use crate::link::Record;
 use crate::probe_in::Reading;
 use crate::snapshot::Snapshot;
 
-/// The controller with its deadline and what it has seen.
+/// The controller with its deadline and counters.
 pub struct HapticLoop<B> {
     /// The board.
     pub board: B,
     /// The controller.
     pub controller: Controller,
     deadline: Deadline,
-    /// Periods that the last tick ran over, for the cycle to bear or to refuse.
+    /// Periods that the last tick overran, which the cycle tolerates or turns into a fault.
     late_ticks: u16,
     /// The period of the last tick.
     period: u32,
@@ -55,14 +55,15 @@ impl<B: Board> HapticLoop<B> {
     /// * **Trigger**: the hardware tick timer, every millisecond; `period` is the one that began.
     ///   In lock-step the host's pose, and no period.
     /// * **Deadline**: the force is on the converters before the next period begins.
-    /// * **Overrun**: decided here, not in a supervisor below, which a tick that never ends in time
-    ///   would starve. A late force is still written, being fresher than the one on the converters;
-    ///   the periods it ran over are skipped, so the next tick starts on an edge. After one the
-    ///   next tick gives half of the force at most; two in a row, or five in a thousand
-    ///   ([`palpate::haptic::deadline`]), turn the outputs off at once and are the next tick's
-    ///   fault.
-    /// * **Check**: a force beyond the limits, in a mode without one, or not what is on the pins:
-    ///   outputs off at once, fault in the next tick, and the watchdog is not fed by this one.
+    /// * **Overrun**: handled here, not by a supervisor of lower priority, which late ticks would
+    ///   starve. A late force is still written, since it is newer than the one on the converters;
+    ///   the periods it overran are skipped, so the next tick starts on an edge. After one overrun
+    ///   the next tick gives half of the force at most; two in a row, or five in a thousand
+    ///   ([`palpate::haptic::deadline`]), turn the outputs off at once and become a fault in the
+    ///   next tick.
+    /// * **Check**: if a force is beyond the limits, occurs in a mode without force, or differs
+    ///   from the pins, the outputs go off at once, the next tick is a fault, and this one does not
+    ///   feed the watchdog.
     /// * **Dead loop**: a tick that never ends holds the last force until the watchdog, fed by
     ///   completed and checked ticks, and with the outputs off while a patch is opened, turns it
     ///   off.
@@ -79,7 +80,7 @@ impl<B: Board> HapticLoop<B> {
         self.answer(tissue, reading.into(), command, period)
     }
 
-    /// The tick; one function, however its reading came.
+    /// The tick: one function for every source of readings.
     fn answer(&mut self, tissue: &mut impl Renderer, reading: Reading, command: Command, period: Option<u32>) -> Record {
         let (missed, waited) = self.begin(period);
         let started = self.board.clock_counts();
@@ -125,8 +126,8 @@ impl<B: Board> HapticLoop<B> {
         Record::new(&telemetry, outputs, spent)
     }
 
-    /// Periods that went by since the last tick's, and how long ago this one began. By the numbers
-    /// of both: a period that begins while a late tick ends is seen here at the latest.
+    /// Periods that passed since the last tick's, and how long ago this one began. From the numbers
+    /// of both: a period that begins while a late tick ends is noticed here at the latest.
     fn begin(&mut self, period: Option<u32>) -> (u16, Option<u32>) {
         let Some(period) = period else { return (0, None) };
         let missed = period.wrapping_sub(self.period).saturating_sub(1);

@@ -3,12 +3,12 @@
 //!
 //! A mechanism answers two questions, and the second with the transpose of the first one's
 //! derivative: `tau = J^T F` gives the joints exactly the power that the hand gets, `tau . q' = F .
-//! x'`. That holds for the mechanism as it was when the encoders were read.
+//! x'`. It applies to the mechanism as it was when the encoders were read.
 //!
 //! * in: angles of up to three joints [rad] / a force [N], device frame
 //! * out: tip [m], device frame / torques [N m]
 //! * cost: paddle 60, pantograph some 250 instructions of a Cortex-M4F
-//! * may fail: a pantograph that cannot close is no pose: the sensor has failed
+//! * may fail: a pantograph that cannot close has no pose, so the sensor counts as failed
 
 mod angle;
 mod catalogue;
@@ -28,7 +28,7 @@ pub use your_device::YourDevice;
 
 use palpate::Vector3;
 
-/// Most dimensions that describe a mechanism.
+/// Largest number of dimensions of a mechanism.
 pub const DIMENSIONS: usize = 5;
 
 /// A device's geometry.
@@ -45,18 +45,18 @@ pub trait Mechanism: Sized {
     /// Builds it from its dimensions, in the order of their names; the rest are zero.
     ///
     /// # Errors
-    /// [`MechanismError::Arms`], if no such mechanism can be.
+    /// [`MechanismError::Arms`], if such a mechanism is impossible.
     fn build(dimensions: [f32; DIMENSIONS]) -> Result<Self, MechanismError>;
 
-    /// Tip for joint angles [rad] in metres, device frame; `None` if the joints cannot be so.
-    /// Remembers the joints for [`Self::torques_n_m`].
+    /// Tip for joint angles [rad] in metres, device frame; `None` if the joint angles are
+    /// impossible. Remembers the joints for [`Self::torques_n_m`].
     fn tip_m(&mut self, joints_rad: [f32; 3]) -> Option<Vector3<f32>>;
 
-    /// Joint torques that put a force on the hand [N m], for the joints as last read. A force that
-    /// the mechanism has no joint for is left out.
+    /// Joint torques that put a force on the hand [N m], for the joints as last read. A force
+    /// component for which the mechanism has no joint is left out.
     fn torques_n_m(&self, force_n: Vector3<f32>) -> [f32; 3];
 
-    /// Whether the tip gets to a place [m], device frame, in the directions in which the mechanism
-    /// moves. Asked of the corners of the workspace when a profile is taken.
+    /// Whether the tip can reach a place [m], device frame, in the directions in which the
+    /// mechanism moves. Checked at the corners of the workspace when a profile is loaded.
     fn reaches(&self, tip_m: Vector3<f32>) -> bool;
 }

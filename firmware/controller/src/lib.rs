@@ -7,7 +7,7 @@
 //! ```
 //!
 //! [`haptic_loop`] is one tick with deadline, read-back of the outputs and watchdog; [`serve`] runs
-//! ticks for a host, timed or in lock-step. A [`board::Board`] is what both need of a board.
+//! ticks for a host, timed or in lock-step. A [`board::Board`] is the interface that both need.
 //! `firmware` adds boards, executors and the reaction to crashes; the desktop runs this crate as it
 //! is.
 #![no_std]

@@ -12,7 +12,7 @@ pub mod step;
 
 pub use cost::Budget;
 
-/// RAM of the least of the supported boards, less 16 KB for the stack and 8 KB for everything else.
+/// RAM of the smallest supported board, less 16 KB for the stack and 8 KB for everything else.
 #[cfg(target_os = "none")]
 const RAM_FOR_PATCH: usize = 112 * 1024;
 
@@ -20,9 +20,9 @@ const RAM_FOR_PATCH: usize = 112 * 1024;
 #[repr(C, align(4))]
 pub struct WordAligned<Bytes: ?Sized>(pub Bytes);
 
-/// Everything that the tick writes, and what it reads besides the flash: 480 nodes and 1024 surface
-/// triangles, 160 nodes where the tissue relaxes, 48 of them under a probe that rubs. The largest
-/// patch that a board has the time for has 141.
+/// Everything that the tick writes, and the data that it reads outside the flash: 480 nodes and
+/// 1024 surface triangles, 160 nodes where the tissue relaxes, 48 of them under a probe with
+/// friction. The largest patch that a board has time for has 141.
 pub type Memory = palpate::Memory<480, 1024, 160, 48>;
 
 #[cfg(target_os = "none")]
@@ -37,7 +37,7 @@ pub struct Patch<'a> {
     packed_pa: f32,
     /// Checksum of the patch file.
     checksum: u32,
-    /// The one that is to come [Pa].
+    /// The requested one [Pa].
     asked_pa: Option<f32>,
     state: State<'a>,
     placement: Placement,
@@ -54,7 +54,7 @@ const TICK_S: f32 = 1e-3;
 /// Name of the foundation's dashpot in [`BuildError::OutOfRange`].
 pub const DASHPOT: &str = "contact_damping of the patch";
 /// Least dashpot (1): that of the shipped patch with the finest elements that a board runs. Without
-/// any, a force that is held for a tick gives energy back.
+/// a dashpot, a force that is held for a tick creates energy.
 const LEAST_DASHPOT: f32 = 0.25;
 /// Name of the exponent of stiffening in [`BuildError::OutOfRange`]: boards leave that term out.
 pub const EXPONENT: &str = "stiffening_b of the patch";
@@ -71,9 +71,9 @@ impl<'a> Patch<'a> {
     }
 
     /// Checks a packed patch and puts it at rest. The bytes start on a 4-byte boundary.
-    /// `youngs_modulus_pa`, between half and twice the packed one, takes its place. Tick, cost and
-    /// step are held to this board's own bounds, not to what the file says about itself.
-    /// `after_round` is called again and again meanwhile: opening a large patch lasts many ticks.
+    /// `youngs_modulus_pa`, between half and twice the packed one, replaces it. Tick, cost and step
+    /// are checked against this board's own bounds, not against the figures in the file.
+    /// `after_round` is called repeatedly meanwhile: opening a large patch takes many ticks.
     ///
     /// # Errors
     /// When the patch is refused, does not fit the memory, costs more than the budget, or cannot be
@@ -88,7 +88,8 @@ impl<'a> Patch<'a> {
         let file = PatchFile::open(bytes)?;
         after_round();
         let (model, mut params) = (file.model, file.params);
-        // speeds and masses are given per tick: with another one the guard would admit other speeds
+        // speeds and masses are given per tick: with another tick the guard would admit other
+        // speeds
         BuildError::within(TICK, params.tick_s, TICK_S, TICK_S)?;
         BuildError::within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
         BuildError::within(DASHPOT, params.contact_damping, LEAST_DASHPOT, 1.0)?;
@@ -96,14 +97,14 @@ impl<'a> Patch<'a> {
         let packed_pa = params.youngs_modulus_pa;
         let (mut tuned, scratch) = memory.judge(&model, &params, after_round)?;
         if model.spring_rows.is_empty() {
-            // the board passes springs by rows: without them it would pass none
+            // the board processes springs by rows: without rows it would process none
             return Err(BuildError::LengthMismatch { item: "spring rows", need: model.nodes.len(), have: 0 });
         }
         budget.check(&file, site::check(&file)?)?;
         after_round();
-        // twice the packed modulus may be asked for later
+        // twice the packed modulus may be requested later
         let stiffest = Params { youngs_modulus_pa: 2.0 * packed_pa, ..params };
-        // as the board runs it then: the fields stay, their gains are taken anew
+        // as the board then runs it: the fields stay, their gains are recomputed
         stiffest.retune(&model, &mut tuned);
         step::check(&model, &stiffest, &tuned, scratch)?;
         after_round();
@@ -117,7 +118,7 @@ impl<'a> Patch<'a> {
         Ok(Self { model, params, tuned, packed_pa, checksum, asked_pa: None, state, placement, resting: false })
     }
 
-    /// Asks for another Young's modulus [Pa], in any state: [`Patch::settle`] takes it.
+    /// Requests another Young's modulus [Pa], in any state; [`Patch::settle`] applies it.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`]: not between half and twice the packed one.
@@ -156,7 +157,7 @@ impl<'a> Patch<'a> {
         &self.state
     }
 
-    /// Where the patch lies under the device.
+    /// Placement of the patch under the device.
     #[must_use]
     pub fn placement(&self) -> &Placement {
         &self.placement
@@ -224,8 +225,8 @@ impl Renderer for Patch<'_> {
         self.placement.output_to_device(palpate::tick(&self.model, &self.tuned, &mut self.state, pose))
     }
 
-    /// Done by the next tick in place of its answer: both would not fit one period, and nobody
-    /// feels the first tick of arming.
+    /// Done by the next tick in place of its answer: one period has no time for both, and the first
+    /// tick of arming gives no force.
     fn reset(&mut self) {
         self.resting = true;
     }

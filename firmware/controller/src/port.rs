@@ -48,8 +48,8 @@ impl Port {
         Self { device, ..self }
     }
 
-    /// Forgets the home pose: of a board that was given no profile nobody knows what its encoders
-    /// count, nor from where.
+    /// Forgets the home pose: on a board without a profile neither the encoders' unit nor their
+    /// origin is known.
     #[must_use]
     pub fn without_home(self) -> Self {
         Self { device: self.device.without_home(), ..self }
@@ -67,7 +67,7 @@ impl Port {
         self.operator_switch
     }
 
-    /// Puts in what the sensors say.
+    /// Stores the reading of the sensors.
     pub fn put(&mut self, reading: &Reading) {
         self.sensed = self.device.sensed(reading);
     }
@@ -83,7 +83,7 @@ impl Port {
         self.device.homed()
     }
 
-    /// The device is in its home pose now. False if nothing counts its joints.
+    /// Records that the device is in its home pose now. False if its joints have no encoders.
     pub fn show_home(&mut self, reading: &Reading) -> bool {
         self.device.show_home(reading)
     }

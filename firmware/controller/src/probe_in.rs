@@ -27,7 +27,7 @@ impl EncoderCounts {
     }
 }
 
-/// Reading of a board's sensors in a tick, before the device's mechanism makes a tip of it.
+/// Reading of a board's sensors in a tick, before the device's mechanism turns it into a tip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reading {
     /// Counts of the encoders.
@@ -53,7 +53,7 @@ impl From<Sensed> for Reading {
     }
 }
 
-/// Unwraps a 16-bit counter relative to `last`: in one tick it moves far less than half of its
+/// Unwraps a 16-bit counter relative to `last`: in one tick it changes by far less than half of its
 /// range.
 #[must_use]
 pub fn extended(last: EncoderCounts, counter: u16) -> EncoderCounts {

@@ -1,5 +1,5 @@
-//! Resets by the watchdog that come again and again: a board in such a loop would shake the hand at
-//! every start. It stays `Idle`.
+//! Detects repeated resets by the watchdog: a board in such a loop would shake the hand at every
+//! start, so it stays `Idle`.
 
 /// Crashes within [`WINDOW_MS`] after which arming is barred until power-on or the reset button.
 pub const TOO_MANY: usize = 3;
@@ -24,7 +24,7 @@ pub struct Resets {
     magic: u32,
     /// Time under power, crashes included [ms]; wraps after 49 days.
     now_ms: u32,
-    /// When the last crashes were, newest last; `crashes` of them count.
+    /// Times of the last crashes, newest last; the first `crashes` entries are valid.
     crashed_at_ms: [u32; TOO_MANY],
     crashes: u32,
     /// Exclusive or of everything before.
@@ -40,8 +40,8 @@ impl Resets {
         self.magic ^ self.now_ms ^ a ^ b.rotate_left(1) ^ c.rotate_left(2) ^ self.crashes.rotate_left(3)
     }
 
-    /// The board has started. Contents with a wrong check sum are taken for power-on. True
-    /// if arming is barred.
+    /// The board has started. Contents with a wrong checksum mean power-on. True if arming is
+    /// barred.
     #[must_use]
     pub fn start(&mut self, cause: Cause) -> bool {
         if cause == Cause::Power || self.magic != MAGIC || self.check != self.sum() || self.crashes as usize > TOO_MANY {
@@ -70,7 +70,7 @@ impl Resets {
 mod tests {
     use super::*;
 
-    /// Whether the last start bars, with so many ticks between crashes.
+    /// Whether the last start bars arming, with this many ticks between crashes.
     fn bars(crashes: usize, apart_ms: u32) -> bool {
         let mut resets = Resets { magic: 7, now_ms: 9, crashed_at_ms: [1; 3], crashes: 99, check: 0 };
         let mut barred = resets.start(Cause::Power);

@@ -5,20 +5,19 @@ use palpate::haptic::device::{Sensed, SensorStatus};
 
 use crate::probe_in::{self, EncoderCounts};
 
-/// Ticks outside before the first press: start-up, 100 calm ticks, 500 ticks of ramp-in and some to
-/// spare.
+/// Ticks outside before the first press: start-up, 100 calm ticks, 500 ticks of ramp-in, and a
+/// margin.
 pub const LEAD_TICKS: u32 = 700;
-/// Ticks after which the presses begin anew.
+/// Ticks after which the presses repeat.
 const REPEAT_TICKS: u32 = 2_000;
 /// Where the tip starts and returns to: 0.6 mm above the surface.
 const CLEAR: i32 = 60;
 /// Depth of every press: 4 mm.
 const DEEP: i32 = 400;
 
-/// Counts a tick of the tap.
+/// Counts per tick of the tap.
 const TAP: i32 = 23;
-/// Depths of its last ticks: a hand brakes, it does not stop dead; that is what a broken encoder
-/// does.
+/// Depths of its last ticks: a hand brakes; only a broken encoder stops dead.
 const BRAKING: [i32; 5] = [432, 445, 454, 459, CLEAR + DEEP];
 /// Ticks of the tap before it brakes.
 const STEADY: i32 = 18;
@@ -39,7 +38,7 @@ pub fn sensed(tick: u32, lead_ticks: u32) -> Sensed {
     Sensed { position_m, sequence: tick, status: SensorStatus::Good }
 }
 
-/// After the lead, a tap of 0.23 m/s to 4 mm, a hold, a slow way out, then a slow press that slides
+/// After the wait, a tap of 0.23 m/s to 4 mm, a hold, a slow retreat, then a slow press that slides
 /// 3 mm to and fro in x.
 #[must_use]
 pub fn counts(tick: u32, lead_ticks: u32) -> [EncoderCounts; 3] {
@@ -54,7 +53,7 @@ pub fn counts(tick: u32, lead_ticks: u32) -> [EncoderCounts; 3] {
     [EncoderCounts(x), EncoderCounts(0), EncoderCounts(CLEAR - depth)]
 }
 
-/// Share `phase / length` of the whole way down.
+/// Share `phase / length` of the full depth.
 fn ramp(phase: i32, length: i32) -> i32 {
     phase * (CLEAR + DEEP) / length
 }

@@ -1,11 +1,11 @@
-//! The controller with a host on its link, at one of two paces.
+//! The controller with a host on its link, in one of two modes.
 //!
 //! * **Timed**: the tick timer begins a tick, the board's own sensors give the pose, the link is
 //!   emptied without waiting, and a record goes out every 20 ticks. A silent host is lost after 20
 //!   ticks and the force falls to nothing.
 //! * **Lock-step**: the host's pose begins a tick, its record ends it. No timer runs, so nothing is
-//!   ever late. The emulator stands still while the board waits for the host: a run is the same to
-//!   the bit whatever the machine does.
+//!   ever late. The emulator stops while the board waits for the host, so a run is the same to the
+//!   bit whatever else the machine does.
 
 use crate::link::frame::FRAME_BYTES;
 use crate::link::inbox::Reply;
@@ -21,10 +21,10 @@ use crate::force_out::Outputs;
 use crate::haptic_loop::HapticLoop;
 use crate::probe_in::Reading;
 
-/// Timed, every so many ticks a record goes out: 50 a second, half of what a link of 115 200 baud
-/// carries.
+/// In timed mode, number of ticks between records: 50 records per second, half of the capacity of a
+/// link of 115 200 baud.
 const RECORD_TICKS: u32 = 20;
-/// A host that was silent for so many ticks may come back with any sequence number.
+/// After this many ticks of silence a host may return with any sequence number.
 const FORGET_TICKS: u32 = 100;
 
 /// Trigger of a tick.
@@ -36,12 +36,12 @@ pub enum Pace {
     LockStep,
 }
 
-/// Where the patch lies.
+/// Where the patch is stored.
 #[derive(Clone, Copy)]
 enum Source {
     Flash,
     Uploaded,
-    /// On its way, or refused.
+    /// Being uploaded, or refused.
     Nowhere,
 }
 
@@ -54,12 +54,12 @@ struct Offer {
     before_pa: Option<f32>,
     /// This patch was open, with that modulus.
     opened: bool,
-    /// The host asked for it and waits for an answer.
+    /// The host requested it and waits for an answer.
     asked: bool,
 }
 
 impl Offer {
-    /// The bytes of the patch; none while it is on its way.
+    /// The bytes of the patch; none while it is being uploaded.
     fn bytes<'a>(&self, in_flash: &'a [u8], upload: &'a Upload) -> Result<Option<&'a [u8]>, Refusal> {
         match self.source {
             Source::Flash => Ok(Some(in_flash)),
@@ -68,7 +68,7 @@ impl Offer {
         }
     }
 
-    /// Offers what the host wants.
+    /// Sets the patch that the host wants as the next one.
     fn change(&mut self, change: Change, upload: &mut Upload) -> Result<(), Refusal> {
         match change {
             Change::MakeRoom(bytes) => {
@@ -81,8 +81,8 @@ impl Offer {
         Ok(())
     }
 
-    /// It was refused: back to the same patch as it was, if there was one. Otherwise there is none,
-    /// and arming is refused.
+    /// Handles a refusal: returns to the previous patch, if there was one. Otherwise there is no
+    /// patch, and arming is refused.
     fn withdraw(&mut self) {
         if self.opened {
             (self.modulus_pa, self.opened) = (self.before_pa, false);
@@ -102,8 +102,8 @@ struct Line {
 }
 
 impl Line {
-    /// The next byte, if there is one. In lock-step it is waited for, and there is none when the
-    /// host has gone.
+    /// The next byte, if there is one. In lock-step the call waits for it, and returns none when
+    /// the host has gone.
     fn byte(&mut self, board: &mut impl Board) -> Option<u8> {
         if self.taken >= self.read {
             self.read = board.link_read(&mut self.bytes);
@@ -128,8 +128,8 @@ impl Line {
     }
 }
 
-/// Takes a byte of the link; the reply to the message that it completes. Not generic, so that its
-/// code is this crate's, which images build for size.
+/// Takes a byte of the link; returns the reply to the message that it completes. Not generic, so
+/// that its code is compiled in this crate, which images build for size.
 #[inline(never)]
 fn replied(
     receiver: &mut Receiver,
@@ -187,7 +187,7 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
     }
 }
 
-/// Opens a patch between two ticks. That may last longer than the watchdog waits, so it is fed
+/// Opens a patch between two ticks. That may take longer than the watchdog's time, so it is fed
 /// meanwhile, but only as long as the pins say that the outputs are off.
 fn open<'a>(
     board: &mut impl Board,
@@ -241,7 +241,7 @@ async fn serve<B: Board>(
                     }
                 }
                 Reply::Store(profile) => {
-                    // a board that cannot keep it uses it until its power goes: number 0
+                    // a board that cannot store it uses it until power-off: number 0
                     let kept = match config::store(haptic.board.profile_memory(), &profile) {
                         Err(StoreError::Flash) => Ok(0),
                         kept => kept.map_err(Refusal::from),
@@ -260,7 +260,7 @@ async fn serve<B: Board>(
                     };
                     line.send(&mut haptic.board, &answer);
                 }
-                // a scan of the stack takes a third of a tick: neither under a hand's force
+                // scanning the stack takes a third of a tick: neither is done while a force acts
                 Reply::Report | Reply::Identify if pace == Pace::Timed && haptic.controller.mode().allows_force() => {
                     line.refuse(&mut haptic.board, Refusal::NotIdle);
                 }
@@ -275,7 +275,8 @@ async fn serve<B: Board>(
         }
         newest = haptic.board.sense().or(reading).unwrap_or(newest);
         let record = haptic.tick(tissue, newest, command, period);
-        // when the force is out: weighing 57 nodes anew takes 4500 instructions, 146 take 9200
+        // after the force is output: recomputing the masses of 57 nodes takes 4500 instructions, of
+        // 146 nodes 9200
         tissue.settle(haptic.controller.in_contact());
         if pace == Pace::LockStep || record.tick.is_multiple_of(RECORD_TICKS) {
             line.send(&mut haptic.board, &FromBoard::Record(record));

@@ -10,7 +10,7 @@ pub struct Snapshot {
     pub ticks: u32,
     /// Ticks that ended after their period.
     pub overruns: u32,
-    /// Periods without a tick: they went by under a late one.
+    /// Periods without a tick: they passed during a late one.
     pub missed_periods: u32,
     /// Ticks that ended in the mode `Fault`.
     pub faults: u32,
@@ -21,7 +21,7 @@ pub struct Snapshot {
     pub starts: Option<[u32; 2]>,
     /// Mode.
     pub mode: Mode,
-    /// Why it is `Fault`.
+    /// Reason of the mode `Fault`.
     pub fault: Option<Fault>,
     /// Last force on the hand [N].
     pub force_n: [f32; 3],

@@ -18,7 +18,7 @@ pub fn mode(mode: Mode) -> &'static str {
     }
 }
 
-/// A fault, or that there is none.
+/// A fault, or the word for none.
 #[must_use]
 pub fn fault(fault: Option<Fault>) -> &'static str {
     fault.map_or("none", Fault::text)

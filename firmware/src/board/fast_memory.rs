@@ -1,4 +1,4 @@
-//! Code and patch in memory that the core reads without waiting, where a chip has some to spare:
+//! Code and patch in memory that the core reads without waiting, if a chip has any:
 //! `build/memory.rs` places them, and this copies them at the start.
 
 use core::arch::asm;
@@ -14,8 +14,8 @@ unsafe extern "C" {
     static __large_end: u32;
 }
 
-/// Fills the fast memories and clears the large one. The first thing that runs: until then neither
-/// tick nor patch is there.
+/// Fills the fast memories and clears the large one. Runs first: until then neither tick nor patch
+/// is in place.
 pub fn load() {
     copy(&raw const __fast_code_load, &raw const __fast_code_start, &raw const __fast_code_end);
     copy(&raw const __patch_load, &raw const __patch_start, &raw const __patch_end);
@@ -24,7 +24,7 @@ pub fn load() {
     cortex_m::asm::isb();
 }
 
-/// Copies words. In assembly, for a Cortex-M7 has its code memory at address 0, where no Rust
+/// Copies words. In assembly, because a Cortex-M7 has its code memory at address 0, where no Rust
 /// pointer may write.
 fn copy(from: *const u32, to: *const u32, end: *const u32) {
     // SAFETY: the linker's symbols bound words that nothing has read yet.

@@ -1,5 +1,4 @@
-//! Parts that all boards share which are flashed: none has a file system, an end, or a memory for
-//! profiles yet.
+//! Parts shared by all real boards: none has a file system, an exit, or a memory for profiles yet.
 
 use core::fmt;
 
@@ -15,7 +14,7 @@ pub fn duty() -> Duty {
     Duty::Serve(Pace::Timed)
 }
 
-/// Until the next interrupt.
+/// Waits for the next interrupt.
 pub fn idle(_: &Duty) {
     cortex_m::asm::wfi();
 }
@@ -25,7 +24,7 @@ pub fn print(line: fmt::Arguments<'_>) {
     defmt::error!("{}", defmt::Display2Format(&line));
 }
 
-/// There is nowhere to go to: the outputs are off, and the watchdog starts anew.
+/// There is nowhere to return to: the outputs are off, and the watchdog restarts the board.
 pub fn exit(_: bool) -> ! {
     after_crash()
 }
@@ -37,9 +36,9 @@ pub fn after_crash() -> ! {
     }
 }
 
-/// No profile is kept on these boards yet, the default one holds: erasing their flash takes longer
-/// than the watchdog bears, and what a power cut has left half written may read as a bus fault,
-/// which nobody has seen on a board.
+/// These boards store no profile yet and use the default one: erasing their flash takes longer than
+/// the watchdog's time, and words left half written by a power cut may cause a bus fault when read,
+/// which has not been tried on a board.
 #[derive(Default)]
 pub struct ProfileMemory;
 

@@ -3,32 +3,32 @@
 //! * `start_executors() -> (haptic, background)`, the first preempting the second;
 //! * `start_tick_timer()`, which calls [`crate::period::on_period`] from an interrupt above both,
 //!   every millisecond, and arms the watchdog;
-//! * `feed_watchdog()`, without which the board calls [`stop`] after some periods, above every
-//!   interrupt;
-//! * `NAME`, board and version of the image, and `clock_hz()`, counts of the clock in a second;
+//! * `feed_watchdog()`, without which the board calls [`stop`] after some periods, at the highest
+//!   priority;
+//! * `NAME`, board and version of the image, and `clock_hz()`, counts of the clock per second;
 //! * `clock_counts() -> u32`, free running and wrapping, and `counts_to_ns`;
 //!   `since_period_counts()`, the same since the tick timer's last edge;
 //! * `write_outputs(outputs)`, `outputs()` to read them back from the pins, and `outputs_off()`,
-//!   fit for any context, a fault handler included;
-//! * `emergency_stop()`, the fault while the stop circuit is open or after it was;
+//!   which may be called in any context, even in a fault handler;
+//! * `emergency_stop()`, the fault while the stop circuit is open or after it was open;
 //!   `operator_absent()`, whether the operator's switch is released, if the board has a pin for
 //!   one; `budget()`, the cycles that a patch may take per tick;
 //! * `healthy()`, the board's part of the self-test; `supply_low()`, whether the actuators' supply
 //!   is too low now;
-//! * `stack_used_bytes()`, the deepest the stack has been, of `STACK_BYTES`;
+//! * `stack_used_bytes()`, the largest use of the stack so far, of `STACK_BYTES`;
 //! * `barred()`, whether the watchdog has reset the board too often
 //!   ([`palpate_controller::resets`]), `count_millisecond()` for its clock, and `after_crash() ->
-//!   !`, what follows when the outputs are off and the reason is said;
+//!   !`, called when the outputs are off and the reason is printed;
 //! * `ProfileMemory`, the two slots of [`palpate_controller::config`];
-//! * `duty()`, what the image is to do, and `exit(success) -> !`;
-//! * `link_read(bytes)` and `link_write(bytes)`, the link to the host: neither waits, but for a
-//!   lock-step link's read;
-//! * `sense()`, what the board's own sensors say, if it has any;
-//! * `idle(duty)`, until the next interrupt;
-//! * for the self-test `CLOCK_KIND`, in words what the clock counts, `chip_id()`, the chip as it
-//!   names itself, `led(on)`, and `after_report(passed)`, which ends an emulated run;
-//! * `print(line)`, plain text for the last words of a run;
-//! * the handlers of `HardFault` and of interrupts nobody claimed, both ending in [`stop`].
+//! * `duty()`, the task of the image, and `exit(success) -> !`;
+//! * `link_read(bytes)` and `link_write(bytes)`, the link to the host: neither waits, except for
+//!   the read of a lock-step link;
+//! * `sense()`, the reading of the board's own sensors, if it has any;
+//! * `idle(duty)`, which waits for the next interrupt;
+//! * for the self-test `CLOCK_KIND`, the clock's unit in words, `chip_id()`, the chip's own
+//!   identification, `led(on)`, and `after_report(passed)`, which ends an emulated run;
+//! * `print(line)`, plain text at the end of a run;
+//! * the handlers of `HardFault` and of unclaimed interrupts, both ending in [`stop`].
 //!
 //! Nothing outside this folder is `unsafe`.
 
@@ -117,7 +117,7 @@ pub fn about() -> About {
 /// Releases the force, then prints the reason and leaves the rest to the board: the watchdog's
 /// reset, or the end of an emulated run.
 pub fn stop(reason: fmt::Arguments<'_>) -> ! {
-    // no interrupt may put a force back after this
+    // no interrupt may restore a force after this
     cortex_m::interrupt::disable();
     outputs_off();
     print(reason);

@@ -1,7 +1,7 @@
 //! Arm MPS2 with FPGA image AN386 (Cortex-M4F) or AN500 (Cortex-M7), as QEMU emulates them.
 //! Register addresses: Arm DAI0386 and DAI0500.
 //!
-//! The emulator charges every instruction the same time, so its clock counts instructions; it says
+//! The emulator gives every instruction the same time, so its clock counts instructions; it says
 //! nothing about hardware cycles.
 
 use core::{
@@ -187,7 +187,7 @@ pub fn clock_counts() -> u32 {
     now()
 }
 
-/// The counter itself, inlined: a cost report would take a function for the end of the tick.
+/// The counter itself, inlined: a cost report would take a function call for the end of the tick.
 #[inline(always)]
 fn now() -> u32 {
     // SAFETY: a read-only register without side effects.
@@ -206,9 +206,9 @@ pub fn counts_to_ns(counts: u32) -> u32 {
 
 defmt::timestamp!("{=u32:us}", clock_counts() / (CLOCK_HZ / 1_000_000));
 
-/// Until the next interrupt. Time is passed awake: QEMU counts sleep twice, and 1 ms of the tick
-/// timer would be 2 ms of the clock, or its clock would follow the machine's and leave out ticks
-/// where that is busy. Nops cost it nothing. In lock-step no time goes by.
+/// Until the next interrupt. The core waits awake: QEMU counts sleep twice, so 1 ms of the tick
+/// timer would be 2 ms of the clock, or else its clock would follow the machine's and skip ticks
+/// when that is busy. Nops cost it nothing. In lock-step no time passes.
 pub fn idle(duty: &Duty) {
     match duty {
         Duty::Serve(Pace::LockStep) => cortex_m::asm::wfi(),
@@ -233,7 +233,7 @@ fn enabled() -> bool {
     ENABLE.load(Ordering::Relaxed) || unsafe { LEDS.read_volatile() } & ENABLE_LED != 0
 }
 
-/// Puts the codes on the converters and sets the enable line; off goes first, on last.
+/// Puts the codes on the converters and sets the enable line; off takes effect first, on last.
 pub fn write_outputs(outputs: Outputs) {
     if !outputs.enabled {
         set_enable(false);
@@ -299,22 +299,22 @@ pub fn sense() -> Option<Reading> {
     hand::sense()
 }
 
-/// On hardware the watchdog resets the board. An emulated run ends, for whoever waits for it,
-/// unless its command line asks for the reset.
+/// On hardware the watchdog resets the board. An emulated run ends, so that its caller need not
+/// wait, unless its command line asks for the reset.
 pub fn after_crash() -> ! {
     if link::restarts() { super::resets::restart() } else { exit(false) }
 }
 
 /// Whether crashes came too often.
 pub fn barred() -> bool {
-    super::resets::barred(false) // a reset by this image says so itself
+    super::resets::barred(false) // a reset by this image sets its own mark
 }
 
-/// In words what [`clock_counts`] counts.
+/// Unit of [`clock_counts`] in words.
 #[cfg(feature = "self-test")]
 pub const CLOCK_KIND: &str = "time of an emulator, in which every instruction takes the same: no cycles of any hardware";
 
-/// The core as it names itself.
+/// The core's own identification.
 #[cfg(feature = "self-test")]
 pub fn chip_id() -> u32 {
     // SAFETY: a read-only register of every Cortex-M.

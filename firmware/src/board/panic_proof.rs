@@ -1,9 +1,9 @@
 //! An image that only links if no tick can panic: its panic handler calls a function that does not
 //! exist. Never run.
 //!
-//! It holds what a tick holds, from the message to the outputs: frame, inbox, controller with its
-//! haptic cycle, patch, converter codes. Executors and log are left out; they panic here and there,
-//! outside the tick.
+//! It contains everything that a tick contains, from the message to the outputs: frame, inbox,
+//! controller with its haptic cycle, patch, converter codes. Executors and log are left out; they
+//! can panic in places, outside the tick.
 #![no_std]
 #![no_main]
 #![expect(unsafe_code, reason = "it is never run: it only has to link")]
@@ -36,8 +36,8 @@ fn panic(_: &PanicInfo<'_>) -> ! {
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [usize; 32] = [0; 32];
 
-/// Something of which nothing is known: the optimiser must not find out that a panic cannot happen
-/// from values it sees.
+/// A value unknown to the optimiser, which must not infer from known values that a panic cannot
+/// happen.
 fn unknown<T>() -> &'static mut T {
     // SAFETY: never run.
     unsafe { &mut *black_box(0x2000_0000_usize as *mut T) }

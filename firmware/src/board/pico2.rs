@@ -13,11 +13,12 @@
 //! | light | GPIO 25 |
 //! | watchdog | 4.5 ms, on the crystal |
 //!
-//! **No hardware break.** The timers here have no input that takes the outputs away: the stop
-//! circuit is asked once per tick. It has to cut the amplifiers' enable line by itself.
+//! **No hardware break.** The timers here have no input that switches the outputs off: the stop
+//! circuit is read once per tick. It has to cut the amplifiers' enable line by itself.
 //!
-//! **Pull-downs.** Erratum RP2350-E9: the chip's own do not hold an open input low on its first
-//! steppings. Stop circuit, supply and operator's switch need 4.7 kOhm to ground on the board.
+//! **Pull-downs.** Erratum RP2350-E9: the chip's own pull-downs do not hold an open input low on
+//! its first steppings. Stop circuit, supply and operator's switch need 4.7 kOhm to ground on the
+//! board.
 //!
 //! Tick and patch run from RAM (`build/memory.rs`): the flash is serial.
 
@@ -109,7 +110,7 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
     core::mem::forget(Pwm::new_output_a(p.PWM_SLICE1, p.PIN_18, period.clone()));
     core::mem::forget(Pwm::new_output_a(p.PWM_SLICE2, p.PIN_20, period));
     for pin in MAGNITUDES {
-        // after reset a pad does not listen to its own pin, and the read-back would see nothing
+        // after reset a pad's input is off, and the read-back would see nothing
         pac::PADS_BANK0.gpio(pin).modify(|w| w.set_ie(true));
     }
     outputs_off();
@@ -138,7 +139,8 @@ fn input(pin: Peri<'static, impl Pin>) {
 
 /// Starts the 1 kHz timer, above both executors, and the watchdog.
 pub fn start_tick_timer() {
-    // SAFETY: SysTick is this file's; `take` in `start_executors` has its other peripherals alone.
+    // SAFETY: SysTick is used by this file only; `take` in `start_executors` takes the other core
+    // peripherals.
     let mut timer = unsafe { cortex_m::Peripherals::steal() }.SYST;
     timer.set_clock_source(SystClkSource::Core);
     timer.set_reload(clock_hz() / TICK_HZ - 1);
@@ -214,7 +216,7 @@ fn stop_circuit() -> StopCircuit {
     StopCircuit { tripped: false, closed: is_high(STOP) }
 }
 
-/// Puts the codes on the bridges and sets the enable line; off goes first, on last.
+/// Puts the codes on the bridges and sets the enable line; off takes effect first, on last.
 pub fn write_outputs(outputs: Outputs) {
     if !outputs.enabled {
         set(ENABLE, false);
@@ -223,8 +225,8 @@ pub fn write_outputs(outputs: Outputs) {
     for (axis, (code, kept)) in outputs.codes.into_iter().zip(&CODES).enumerate() {
         let (next, channel) = (Bridge::of(code, PERIOD_STEPS), PWM.ch(axis));
         if Bridge::of(DacCode(kept.load(Ordering::Relaxed)), PERIOD_STEPS).passes_zero(next) {
-            // a new length is taken over at the end of a period: end it now, no pulse may outlive
-            // its direction
+            // a new pulse length takes effect at the end of a period: end the period now, so that
+            // no pulse outlives its direction
             channel.cc().modify(|w| w.set_a(0));
             channel.ctr().write(|w| w.set_ctr(PERIOD_STEPS - 1));
         }
@@ -278,8 +280,8 @@ pub fn operator_absent() -> Option<bool> {
     Some(!is_high(OPERATOR))
 }
 
-/// Part of a cycle of this core that is one of the budget's. Costs are those of a Cortex-M4F, where
-/// springs and tets are passed by assembly; here the compiler's loops take a quarter longer.
+/// Share of this core's cycles that the budget counts. Costs are those of a Cortex-M4F, which
+/// processes springs and tets in assembly; here the compiler's loops take a quarter longer.
 const WORTH: f32 = 0.8;
 
 /// Cycles that a patch may take per tick: the share of a Cortex-M4F's tick, at this clock.
@@ -287,14 +289,14 @@ pub fn budget() -> Budget {
     Budget { cycles: WORTH * Budget::M4F_168.cycles / 168e6 * clock_hz() as f32 }
 }
 
-/// Bytes that have come; moves waiting ones on their way, too. Once per tick is often enough for
-/// queues of 32 at 115 200 baud.
+/// Bytes received; also sends waiting ones. Once per tick is often enough for queues of 32 at 115
+/// 200 baud.
 pub fn link_read(bytes: &mut [u8]) -> usize {
     send_waiting();
     bytes.iter_mut().map_while(|byte| (!UART0.uartfr().read().rxfe()).then(|| *byte = UART0.uartdr().read().data())).count()
 }
 
-/// Puts bytes in the queue. A frame that finds no room is not begun.
+/// Puts bytes in the queue. A frame that does not fit is not begun.
 pub fn link_write(bytes: &[u8]) {
     if OUT.free_capacity() >= bytes.len() {
         for byte in bytes {
@@ -312,11 +314,11 @@ fn send_waiting() {
     }
 }
 
-/// In words what [`clock_counts`] counts.
+/// Unit of [`clock_counts`] in words.
 #[cfg(feature = "self-test")]
 pub const CLOCK_KIND: &str = "cycles of the core (DWT)";
 
-/// The chip as it names itself.
+/// The chip's own identification.
 #[cfg(feature = "self-test")]
 pub fn chip_id() -> u32 {
     pac::SYSINFO.chip_id().read().0

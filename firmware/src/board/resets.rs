@@ -6,10 +6,10 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use palpate_controller::resets::{Cause, Resets};
 
-/// Says that the reset was ours, not the power's.
+/// Marks a reset by the program, not by power-on.
 const CRASHED: u32 = 0xC4A5_4ED0;
 
-// SAFETY: nothing else is put into this section; the names are no others.
+// SAFETY: nothing else is put into this section; the names are unique.
 #[unsafe(link_section = ".uninit.resets")]
 static mut RESETS: MaybeUninit<Resets> = MaybeUninit::uninit();
 // SAFETY: as above.
@@ -20,7 +20,7 @@ static STARTED: AtomicBool = AtomicBool::new(false);
 static BARRED: AtomicBool = AtomicBool::new(false);
 
 /// Whether crashes came too often. The first call counts this start; it comes from `main`, before
-/// anything else runs. `by_watchdog`: the board knows that its watchdog has reset it.
+/// anything else runs. `by_watchdog`: the watchdog has reset the board.
 pub fn barred(by_watchdog: bool) -> bool {
     if !STARTED.swap(true, Ordering::Relaxed) {
         // SAFETY: every bit pattern is a `u32`, and a `Resets` of nothing but integers; nothing
@@ -41,7 +41,7 @@ pub fn count_millisecond() {
 /// Resets the board as its watchdog would.
 #[cfg(feature = "mps2")]
 pub fn restart() -> ! {
-    // SAFETY: interrupts are off: nobody else is here.
+    // SAFETY: interrupts are off, so nothing else runs.
     unsafe { (&raw mut CAUSE).cast::<u32>().write_volatile(CRASHED) };
     cortex_m::peripheral::SCB::sys_reset()
 }

@@ -8,7 +8,7 @@ unsafe extern "C" {
     static _stack_end: u32;
 }
 
-/// Bytes below the statics that are the stack's, `memory.x` says how many.
+/// Size of the stack below the statics, as set in `memory.x`.
 pub const STACK_BYTES: usize = 16 * 1024;
 /// Pattern with which cortex-m-rt's `paint-stack` fills the stack.
 const PAINT: u32 = 0xCCCC_CCCC;
@@ -23,8 +23,8 @@ pub fn stack_used_bytes() -> usize {
     (words - untouched) * size_of::<u32>()
 }
 
-// A stack that overflowed has left RAM below the statics. Everything said from here on needs one
-// that works: take it from the top.
+// A stack that overflowed has left RAM below the statics. Reporting needs a stack that works:
+// restart it from the top.
 core::arch::global_asm!(
     ".section .HardFault.palpate, \"ax\"",
     ".global HardFault",
@@ -40,8 +40,8 @@ core::arch::global_asm!(
     on_hard_fault = sym on_hard_fault,
 );
 
-/// `frame` is where the core left the registers of what failed: eight words, the program counter
-/// the seventh. Only reported if it lies in the stack.
+/// `frame` is where the core saved the registers of the failed code: eight words, the program
+/// counter the seventh. Only reported if it lies in the stack.
 extern "C" fn on_hard_fault(frame: *const u32) -> ! {
     outputs_off();
     let stack = (&raw const _stack_end).addr()..(&raw const _stack_start).addr() - 32;

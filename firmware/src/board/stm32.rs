@@ -1,6 +1,6 @@
-//! STM32 boards. What a chip and its board add is one file each, in `stm32/`, behind
-//! [`Stm32Board`]; the feature of a board names the file below and the chip in `Cargo.toml`.
-//! **Built, never run on hardware.**
+//! STM32 boards. Each board with its chip adds one file in `stm32/`, behind [`Stm32Board`]; the
+//! feature of a board names the file below and the chip in `Cargo.toml`. **Built, never run on
+//! hardware.**
 //!
 //! | what | by |
 //! |---|---|
@@ -16,9 +16,8 @@
 //! | watchdog | IWDG, 4.5 ms, its own clock |
 //!
 //! The stop circuit is the emergency stop and the over-current trip in series from 3.3 V. It should
-//! also cut the amplifiers' power by itself: what a shorted transistor does no pin of a chip can
-//! stop. Enable line and magnitudes are to be pulled down at the amplifiers: a resetting chip lets
-//! pins float.
+//! also cut the amplifiers' power by itself: no pin of a chip can stop a shorted transistor. Enable
+//! line and magnitudes are to be pulled down at the amplifiers: the pins of a chip in reset float.
 
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
@@ -58,9 +57,9 @@ use this::This;
 /// Board and version, for hosts.
 pub const NAME: &str = This::NAME;
 
-/// The part of a board that this family cannot know.
+/// The part of a board that differs within this family.
 pub trait Stm32Board {
-    /// Board and version, apart by a space.
+    /// Board and version, separated by a space.
     const NAME: &'static str;
     /// The pins that are read and set one by one.
     const PINS: BoardPins;
@@ -80,13 +79,13 @@ pub trait Stm32Board {
     fn clocks() -> Config;
     /// Core clock [Hz].
     fn clock_hz() -> u32;
-    /// The chip as its debug unit names it.
+    /// The chip's identification by its debug unit.
     #[cfg(feature = "self-test")]
     fn chip_id() -> u32;
-    /// Claims the pins of encoders, magnitudes, link and stop circuit, and starts what drives them;
-    /// sets up the single pins.
+    /// Claims the pins of encoders, magnitudes, link and stop circuit, and starts their
+    /// peripherals; sets up the single pins.
     fn wire(peripherals: Peripherals);
-    /// Has outputs and watchdogs stop while a debugger halts the core.
+    /// Makes outputs and watchdogs stop while a debugger halts the core.
     fn freeze_with_debugger();
     /// Whether the last reset was a watchdog's. Clears the reason.
     fn reset_by_watchdog() -> bool;
@@ -120,7 +119,7 @@ pub struct BoardPins {
 static HAPTIC: InterruptExecutor = InterruptExecutor::new();
 static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
 
-/// Names the handlers: a board knows which of its chip's interrupts they are.
+/// Names the handlers, since the interrupts depend on the board's chip.
 macro_rules! handlers {
     (tick: $tick:ident, haptic: $haptic:ident, background: $background:ident, link: $link:ident) => {
         #[interrupt]
@@ -207,12 +206,12 @@ pub fn start_tick_timer() {
     let timer_hz = rcc::frequency::<peripherals::TIM7>().0;
     TIM7.psc().write_value((timer_hz / COUNTER_HZ - 1) as u16);
     TIM7.arr().write(|w| w.set_arr(TICK_STEPS - 1));
-    // takes over the prescaler, or the first period would last one step; its flag is no tick
+    // loads the prescaler, or the first period would last one step; the resulting flag is no tick
     TIM7.egr().write(|w| w.set_ug(true));
     TIM7.sr().write(|w| w.set_uif(false));
     TIM7.dier().write(|w| w.set_uie(true));
     This::TICK_INTERRUPT.set_priority(Priority::P2);
-    // SAFETY: its handler is `on_tick_timer`, and what it touches is made for interrupts.
+    // SAFETY: its handler is `on_tick_timer`, and the data it touches is made for interrupts.
     unsafe { This::TICK_INTERRUPT.enable() };
     TIM7.cr1().write(|w| w.set_cen(true));
     This::WATCHDOG.kr().write(|w| w.set_key(Key::START));
@@ -246,7 +245,7 @@ pub fn counts_to_ns(counts: u32) -> u32 {
     u32::try_from(u64::from(counts) * 1_000 / u64::from(clock_hz() / 1_000_000)).unwrap_or(u32::MAX)
 }
 
-// ticks, not cycles, which would begin anew every few seconds
+// ticks, not cycles, which would wrap every few seconds
 defmt::timestamp!("{=u32:ms}", period::periods_begun());
 
 /// Whether the supply's monitor pulls its pin down.
@@ -264,7 +263,7 @@ pub fn budget() -> Budget {
     Budget { cycles: Budget::M4F_168.cycles / 168e6 * clock_hz() as f32 }
 }
 
-/// In words what [`clock_counts`] counts.
+/// Unit of [`clock_counts`] in words.
 #[cfg(feature = "self-test")]
 pub const CLOCK_KIND: &str = "cycles of the core (DWT)";
 

@@ -1,4 +1,4 @@
-//! The board that the image is built for, as the controller asks it.
+//! The board that the image is built for, behind the controller's interface.
 
 use palpate::Fault;
 use palpate_controller::board::{About, Board};
@@ -12,7 +12,7 @@ use super::{
 };
 use crate::period;
 
-/// No state of its own: the board is its registers.
+/// Has no state of its own: the state is in the board's registers.
 #[derive(Default)]
 pub struct ThisBoard {
     profile_memory: ProfileMemory,

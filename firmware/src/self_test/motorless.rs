@@ -1,5 +1,5 @@
-//! The board without its outputs: what the loop writes is kept in memory and read back from there.
-//! Stop circuit, supply and operator's switch are not asked: nothing is connected yet.
+//! The board without its outputs: the loop's outputs are kept in memory and read back from there.
+//! Stop circuit, supply and operator's switch are not read: nothing is connected yet.
 
 use palpate::Fault;
 use palpate_controller::board::{About, Board};
@@ -16,7 +16,7 @@ pub struct Motorless {
 }
 
 impl Motorless {
-    /// Of a board whose outputs are off.
+    /// Wraps a board whose outputs are off.
     pub fn new(this: ThisBoard) -> Self {
         Self { this, written: Outputs::OFF }
     }
@@ -49,7 +49,7 @@ impl Board for Motorless {
         self.written = outputs;
     }
 
-    /// Those that were written, as long as the pins themselves are off.
+    /// The written outputs, as long as the pins themselves are off.
     fn outputs(&self) -> Outputs {
         if self.this.outputs() == Outputs::OFF { self.written } else { Outputs { enabled: true, codes: Outputs::UNKNOWN } }
     }

@@ -28,7 +28,7 @@ pub struct Check {
 /// Findings of a run.
 #[derive(Clone, Copy)]
 pub struct Findings {
-    /// Why nothing was run; empty if something was.
+    /// Why nothing was run; empty if the test ran.
     pub error: &'static str,
     /// Ticks of the run.
     pub ticks: u32,
@@ -40,9 +40,9 @@ pub struct Findings {
     pub checks: [Check; CHECKS],
     /// Counters at its end.
     pub seen: Snapshot,
-    /// The loop ended in the mode that gives a force.
+    /// The loop ended in a mode with force.
     pub reached_force: bool,
-    /// Deepest the stack has been [bytes].
+    /// Largest stack use so far [bytes].
     pub stack_used_bytes: usize,
     /// Times of the stages.
     pub stages: Times,
@@ -62,13 +62,14 @@ impl Findings {
         stages: stages::NONE,
     };
 
-    /// Whether the run ended as it should. Whether its bits are right the desktop says.
+    /// Whether the run ended as it should. The desktop decides whether its bits are right.
     pub fn passed(&self) -> bool {
         self.error.is_empty() && self.reached_force && self.seen.faults == 0 && self.seen.overruns == 0
     }
 }
 
-/// The line, with a line break at both ends: what went before on the link is no part of it.
+/// The line, with a line break at both ends, so that earlier bytes on the link do not become part
+/// of it.
 pub struct Report {
     bytes: [u8; BYTES],
     length: usize,
@@ -87,7 +88,7 @@ impl Report {
     /// Nothing yet.
     pub const EMPTY: Self = Self { bytes: [0; BYTES], length: 0 };
 
-    /// Writes it down. One that finds no room is cut, and no reader takes it for whole.
+    /// Writes it down. A report that does not fit is truncated, and no reader takes it as complete.
     #[inline(never)]
     pub fn fill(&mut self, findings: &Findings) {
         let _ = self.write(findings);

@@ -1,7 +1,7 @@
 //! Time of each stage of the core's tick, by the board's clock.
 //!
-//! Springs, volume and rim are called once more than the tick does, each by itself: the forces that
-//! they leave are cleared before the tick sums its own, so the motion is the product's.
+//! Springs, volume and rim are called once more than the tick does, each separately: the forces
+//! that they leave are cleared before the tick sums its own, so the motion is the product's.
 
 use palpate::method::Method;
 use palpate::stages::force::foundation::{self, Load};
@@ -15,7 +15,7 @@ use crate::board::{clock_counts, feed_watchdog};
 
 /// Ticks of the tap: it reaches its depth in tick 23.
 const TAP_TICKS: u32 = 30;
-/// The tick before which no time is kept: a patch is put to rest.
+/// The first tick that is timed: before it the patch is put to rest.
 const FIRST: u32 = 1;
 
 /// Longest time of each stage [counts], by its name.
@@ -25,7 +25,7 @@ pub type Times = [(&'static str, u32); 7];
 pub const NONE: Times =
     [("contact", 0), ("springs", 0), ("volume", 0), ("rim", 0), ("foundation", 0), ("integrate", 0), ("whole", 0)];
 
-/// A method that is the product and looks at the clock.
+/// The product's method, with the clock read at each stage.
 struct Timed {
     terms: Terms,
     began: u32,
@@ -82,8 +82,8 @@ impl Method for Timed {
     }
 }
 
-/// Taps the patch with each stage timed, then once more as the product does. A patch that cannot be
-/// opened has no times.
+/// Taps the patch with each stage timed, then once more as the product runs it. A patch that cannot
+/// be opened has no times.
 pub fn time(bytes: &[u8], memory: &mut Memory, times: &mut Times) {
     let mut timed = Timed { terms: Terms::ALL, began: 0, times: NONE };
     let split = tap(bytes, memory, &mut timed, |model, tuned, state, pose, timed| {

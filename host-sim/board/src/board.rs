@@ -1,4 +1,4 @@
-//! The emulator as a board: two FIFOs are its link. It stands still while it waits for us, so
+//! The emulator as a board: two FIFOs are its link. It stops while it waits for the host, so
 //! nothing here is timed.
 
 use std::fs::{File, OpenOptions};
@@ -15,16 +15,16 @@ use tempfile::TempDir;
 
 use super::EmulateError;
 
-/// An answer takes a tick's emulation, far under a millisecond; a board that is silent this long
-/// has crashed.
+/// Longest wait for an answer: one takes a tick's emulation, far under a millisecond, so a board
+/// that is silent this long has crashed.
 const PATIENCE: Duration = Duration::from_secs(20);
 /// Longest silence when every instruction is logged: opening a patch takes seconds, on a busy
 /// machine half a minute.
 const LOGGED_PATIENCE: Duration = Duration::from_secs(200);
-/// Time that an image gets to end by itself.
+/// Time for an image to end by itself.
 const FAREWELL: Duration = Duration::from_secs(2);
 /// Every instruction takes 2^6 = 64 ns of virtual time, more than a count of the board's clock:
-/// counts tell single instructions.
+/// counts resolve single instructions.
 pub const SHIFT: u32 = 6;
 /// One count of the board's clock [ns].
 const NS_PER_COUNT: u64 = 40;
@@ -41,7 +41,7 @@ pub enum EmulatedBoard {
 }
 
 impl EmulatedBoard {
-    /// Name on the command line: that of the budget whose patches it runs.
+    /// Name on the command line: that of the budget for whose patches it is used.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -50,7 +50,7 @@ impl EmulatedBoard {
         }
     }
 
-    /// The emulator's names for machine and core.
+    /// The emulator's names of machine and core.
     #[must_use]
     pub fn names(self) -> (&'static str, &'static str) {
         match self {
@@ -59,7 +59,7 @@ impl EmulatedBoard {
         }
     }
 
-    /// Clock of the part that it stands for [Hz].
+    /// Clock of the chip that it represents [Hz].
     #[must_use]
     pub fn clock_hz(self) -> f64 {
         match self {
@@ -68,7 +68,7 @@ impl EmulatedBoard {
         }
     }
 
-    /// Returns a label of the core and clock that times estimated for it hold on.
+    /// Returns a label of the core and clock to which its estimated times refer.
     #[must_use]
     pub fn timed_on(self) -> &'static str {
         match self {
@@ -100,17 +100,17 @@ pub fn instructions(counts: u32) -> u64 {
 }
 
 impl Board {
-    /// Starts an image and waits for nothing.
+    /// Starts an image without waiting.
     ///
     /// # Errors
-    /// No emulator, or no place for the FIFOs.
+    /// There is no emulator, or the FIFOs cannot be made.
     pub fn start(image: &Path, machine: EmulatedBoard, log: Option<&Path>) -> Result<Self, EmulateError> {
         let folder = tempfile::tempdir()?;
         let [to_path, from_path] = ["to", "from"].map(|name| folder.path().join(name));
         for path in [&to_path, &from_path] {
             mknodat(CWD, path, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).map_err(std::io::Error::from)?;
         }
-        // both ways: opening one end of a FIFO would wait for the other
+        // for reading and writing: opening one end of a FIFO would wait for the other
         let open = |path: &Path| OpenOptions::new().read(true).write(true).open(path);
         let (to, from) = (open(&to_path)?, open(&from_path)?);
         let words = File::create(folder.path().join("words"))?;
@@ -158,7 +158,7 @@ impl Board {
         self.send_bytes(frame)
     }
 
-    /// Sends bytes as they are, good frames or not.
+    /// Sends bytes unchanged, valid frames or not.
     ///
     /// # Errors
     /// The FIFO is gone.
@@ -169,7 +169,7 @@ impl Board {
     /// The board's next message.
     ///
     /// # Errors
-    /// A board that has crashed, or a frame that came damaged.
+    /// The board has crashed, or a frame arrived damaged.
     pub fn receive(&mut self) -> Result<FromBoard, EmulateError> {
         loop {
             while self.taken < self.read {

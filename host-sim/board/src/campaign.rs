@@ -1,4 +1,4 @@
-//! Contact, faults and recovery for as long as wanted: what a press alone never meets.
+//! Contact, faults and recovery for any duration: situations that a press alone does not produce.
 //!
 //! Rounds of a press, a slide, a stop by request, a tissue that softens and one of the faults
 //! below, each followed by clearing and arming. Numbers come from a generator with a fixed seed, so
@@ -55,11 +55,11 @@ pub struct Met {
     pub faulted: u32,
     /// Ticks of falling force.
     pub ramping: u32,
-    /// Times the force came back after a fault or a stop.
+    /// Number of times that the force returned after a fault or a stop.
     pub recovered: u32,
 }
 
-/// Runs for so many ticks; the deepest press is `deepest_m`.
+/// Runs for this many ticks; the deepest press is `deepest_m`.
 ///
 /// # Errors
 /// The board has crashed.
@@ -79,7 +79,8 @@ pub fn run(twin: &mut Twin<'_>, ticks: u32, deepest_m: f32, mut progress: impl F
         let mut was_away = twin.mode() != Mode::Active;
         while met.ticks < ticks && n < PRESS_TICKS {
             let active = matches!(twin.mode(), Mode::Active | Mode::Degraded);
-            // under force such a jump would count as too fast: the hand strays before it presses
+            // under force such a jump would count as too fast: the hand moves sideways before it
+            // presses
             let straying = mishap == Mishap::OutsideWorkspace && active && strayed < 4;
             // outside until the force is on at full gain, then one press
             let pressing = !straying && (n > 0 || (active && calm > 0));
@@ -101,7 +102,7 @@ pub fn run(twin: &mut Twin<'_>, ticks: u32, deepest_m: f32, mut progress: impl F
             if pressing && (at..at + 4).contains(&n) {
                 match mishap {
                     Mishap::None | Mishap::OutsideWorkspace => {}
-                    // softer under the probe, and stiff again when it has left
+                    // softer under the probe, stiff again once it has left
                     Mishap::Softer => twin.modulus(if n == at { 0.6 } else { 1.0 })?,
                     Mishap::NotANumber => reading.position_m.y = f32::NAN,
                     Mishap::SensorFails => reading.good = false,
@@ -127,7 +128,7 @@ pub fn run(twin: &mut Twin<'_>, ticks: u32, deepest_m: f32, mut progress: impl F
             if pressing {
                 n += 1;
                 if !matches!(mode, Some(Mode::Active | Mode::Degraded | Mode::SafeRamp)) {
-                    break; // out of the tissue, and round again
+                    break; // out of the tissue, then the next round
                 }
             }
         }

@@ -1,11 +1,10 @@
-//! Decoding of the image's log to text: its frames come without the words, which its ELF file
-//! holds.
+//! Decodes the image's log to text: its frames refer to format strings in the ELF file.
 
 use std::fmt::Write as _;
 
 use defmt_decoder::{DecodeError, Table};
 
-/// A message per line with its time; a frame that does not decode is said so in its place.
+/// One message per line with its time; a frame that cannot be decoded is marked in its place.
 #[must_use]
 pub fn decode(elf: &[u8], frames: &[u8]) -> String {
     let table = match Table::parse(elf) {

@@ -1,4 +1,4 @@
-//! A board that is this machine: pins that hold what is set, no clock, no link of its own.
+//! A board emulated by this machine: pins that keep their setting, no clock, no link of its own.
 //! The tick of the controller runs on it in lock-step.
 
 use palpate::Fault;
@@ -15,7 +15,7 @@ pub struct DesktopBoard {
     profiles: NoProfiles,
 }
 
-/// Memory that keeps nothing.
+/// A memory that stores nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct NoProfiles;
 

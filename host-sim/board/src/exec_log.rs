@@ -1,9 +1,9 @@
 //! The emulator's log of executed instructions.
 //!
 //! `qemu-system-arm -singlestep -d exec,nochain` writes one line before each instruction, with its
-//! address as the second of the numbers in brackets. Two kinds of lines take the instruction before
-//! them back, because it is going to be started again: an access to a device that comes too early
-//! for the instruction counter, and an interrupt that gets in between.
+//! address as the second of the numbers in brackets. Two kinds of lines cancel the instruction
+//! before them, because it will be started again: an access to a device that comes too early for
+//! the instruction counter, and an interrupt in between.
 
 use std::io::BufRead;
 
@@ -18,7 +18,7 @@ pub enum LogError {
         /// I/O error of the operating system.
         source: std::io::Error,
     },
-    /// A line of a form this reader does not know.
+    /// A line in a form unknown to this reader.
     #[error("execution log, line {line}: no address in `{text}`; was it written with `-d exec,nochain` and `-singlestep`?")]
     Malformed {
         /// Line, from 1.

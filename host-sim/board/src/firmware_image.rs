@@ -1,5 +1,5 @@
-//! The firmware's ELF file: which function an address belongs to, which opcode sits there, and what
-//! must not be linked in.
+//! The firmware's ELF file: which function an address belongs to, which opcode is there, and which
+//! symbols must not be linked in.
 
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 
@@ -37,9 +37,9 @@ impl FirmwareImage {
             .symbols()
             .filter(|s| s.kind() == SymbolKind::Text && s.is_definition())
             .filter_map(|s| {
-                let name = s.name().ok().filter(|n| !n.starts_with('$'))?; // $t, $d: what the bytes are, not names
+                let name = s.name().ok().filter(|n| !n.starts_with('$'))?; // $t, $d: mapping symbols, not names
                 Some(Function {
-                    address: u32::try_from(s.address()).ok()? & !1, // bit 0 says Thumb
+                    address: u32::try_from(s.address()).ok()? & !1, // bit 0 marks Thumb
                     bytes: u32::try_from(s.size()).ok()?,
                     name: format!("{:#}", rustc_demangle::demangle(name)),
                 })
@@ -112,7 +112,7 @@ mod tests {
         let name = |address| image.function_at(address).map(|f| f.name.as_str());
         assert_eq!(name(0x0FE), None);
         assert_eq!(name(0x106), Some("a"));
-        assert_eq!(name(0x1FE), Some("b")); // without a size it reaches up to the next
+        assert_eq!(name(0x1FE), Some("b")); // without a size it extends to the next
         assert_eq!(name(0x204), None);
     }
 

@@ -6,7 +6,7 @@ use std::process::Command;
 use super::{EmulateError, EmulatedBoard};
 use palpate_tissue::scene::Scene;
 
-/// Patches for the larger board end so.
+/// Ending of the names of patches for the larger board.
 const LARGE: &str = "m7-480.patch";
 
 /// The repository around the working folder.
@@ -60,7 +60,7 @@ pub fn build_with(patch: Option<&Path>) -> Result<PathBuf, EmulateError> {
 /// The image to run: the one given, or a new one.
 ///
 /// # Errors
-/// As [`build`], or no file at the place given.
+/// As [`build`], or there is no file at the given path.
 pub fn find(given: Option<&Path>) -> Result<PathBuf, EmulateError> {
     match given {
         Some(path) if path.is_file() => Ok(path.into()),
@@ -69,7 +69,7 @@ pub fn find(given: Option<&Path>) -> Result<PathBuf, EmulateError> {
     }
 }
 
-/// The patch that stands for a scene on a board: its own, or one that ships.
+/// The patch that represents a scene on a board: its own, or a shipped one.
 ///
 /// # Errors
 /// No such patch, or no repository to find it in.
@@ -78,7 +78,7 @@ pub fn patch_for(scene: &Scene) -> Result<PathBuf, EmulateError> {
         return Ok(path.clone());
     }
     let name = match scene {
-        // its lump falls between the nodes of a small patch
+        // its nodule falls between the nodes of a small patch
         Scene { name, tissue, .. } if name == "nodule" && !tissue.inclusion.is_empty() => "nodule-m7-480.patch",
         Scene { tissue, .. } if tissue.block_m.is_some() && tissue.inclusion.is_empty() => "block-m4f-168.patch",
         Scene { name, .. } if name.contains("liver") => "liver-m4f-168.patch",

@@ -2,7 +2,7 @@
 //! feels is the board's answer.
 //!
 //! The loop's own controller runs beside it over the same patch file, and every tick must agree to
-//! the last bit; what the loop writes is then what the board did.
+//! the last bit, so the loop's files describe the board.
 //!
 //! * in: a prepared tissue, a device, a hand, a stimulus
 //! * out: a run of the closed loop, driven by the board
@@ -49,7 +49,7 @@ impl InLoop {
     /// Packs the tissue for the board.
     ///
     /// # Errors
-    /// A patch that no substep keeps stable.
+    /// The patch is not stable with any number of substeps.
     pub fn new(image: PathBuf, machine: EmulatedBoard, tissue: &Prepared) -> Result<Self, EmulateError> {
         let stable = StableStep::measure(&tissue.patch.wide_model(), &tissue.params, tissue.patch.site_m())?;
         let stable = stable.ok_or(EmulateError::Refused(Refusal::PatchStep))?;
@@ -60,8 +60,8 @@ impl InLoop {
         Ok(Self { image, machine, words, bytes: packed.len(), youngs_modulus_pa: tissue.params.youngs_modulus_pa, has_far_field })
     }
 
-    /// Whether the link has no message for a change of this stimulus: the far field is part of the
-    /// mesh.
+    /// Whether the link has no message for the change of this stimulus: the far field is part of
+    /// the mesh.
     #[must_use]
     pub fn cannot_follow(&self, stimulus: &Stimulus) -> bool {
         self.has_far_field && stimulus.swaps_the_far_field()
@@ -90,7 +90,7 @@ impl InLoop {
     /// site.
     ///
     /// # Errors
-    /// [`EmulateError::Differs`] where board and desktop part.
+    /// [`EmulateError::Differs`] if board and desktop differ.
     pub fn run(&self, setup: &Setup) -> Result<Run, EmulateError> {
         let mut memory = Box::new(Memory::RESERVED);
         let mut here = self.surface(&mut memory)?;
@@ -103,8 +103,8 @@ impl InLoop {
     }
 }
 
-/// Brings a board to the start of a loop: patch, if it has another one, and profile taken, about to
-/// boot.
+/// Brings a board to the start of a loop: patch (if it has another one) and profile loaded, about
+/// to boot.
 pub(super) fn started(
     mut board: Board,
     patch: Option<&[u8]>,
@@ -132,7 +132,7 @@ pub(super) struct There {
     youngs_modulus_pa: f32,
     sensed: Option<Sensed>,
     asked: Option<f32>,
-    /// The first thing that went wrong; nothing is sent after it.
+    /// The first error; nothing is sent after it.
     failed: Option<EmulateError>,
 }
 
@@ -146,7 +146,7 @@ impl There {
         self.asked = Some(youngs_modulus_pa);
     }
 
-    /// Nothing went wrong, and the board ends in the state with this hash.
+    /// Checks that there was no error and that the board ends in the state with this hash.
     pub(super) fn ended(mut self, hash: u64) -> Result<(), EmulateError> {
         if let Some(failed) = self.failed {
             return Err(failed);

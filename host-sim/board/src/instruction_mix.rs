@@ -24,7 +24,7 @@ pub enum MixError {
     /// Code that is not in the image.
     #[error("executed address {0:#010x} is not in the image; was the log written by this ELF file?")]
     NoCode(u32),
-    /// An opcode the table does not know.
+    /// An opcode that is not in the table.
     #[error("opcode {first:#06x} {second:#06x} at {address:#010x} is in no class; add it to thumb.rs")]
     UnknownOpcode {
         /// Where it is.
@@ -39,8 +39,8 @@ pub enum MixError {
     NoFunction(String),
 }
 
-/// Pipeline refill of a taken branch [cycles]: one to three by the manual, 1.5 on the way from the
-/// measured mixes.
+/// Pipeline refill of a taken branch [cycles]: one to three by the manual; 1.5 from the measured
+/// mixes.
 const REFILL: f64 = 1.5;
 
 /// Cycles of one instruction that does not branch.
@@ -73,7 +73,7 @@ const ALL: [Class; CLASSES] = [
 /// Instructions that one function executed, its callees not included.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
-    /// Times it was entered.
+    /// Number of times it was entered.
     pub calls: u64,
     counts: [u64; CLASSES],
     words: u64,
@@ -136,7 +136,7 @@ impl InstructionMix {
         self.by_address.entry(image.function_at(address).map_or(0, |f| f.address)).or_default()
     }
 
-    /// Whether the instruction before this one jumped is known only now.
+    /// Only now is it known whether the previous instruction jumped.
     fn note_jump(&mut self, image: &FirmwareImage, previous: Option<(u32, Instruction)>, address: u32) {
         if let Some((from, Instruction { class: Class::Branch | Class::Load, bytes, .. })) = previous
             && from + bytes != address

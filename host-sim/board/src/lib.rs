@@ -11,8 +11,8 @@
 //! recording of `palpate live`).
 //!
 //! Cost of a tick: `exec_log` (instructions executed), `firmware_image` (whose code they are),
-//! `thumb` (their class), `instruction_mix` (cycles), `timing`; when ticks start and which are
-//! late: `timed`; log of the image: `defmt_log`.
+//! `thumb` (their class), `instruction_mix` (cycles), `timing`; start times and late ticks:
+//! `timed`; log of the image: `defmt_log`.
 
 pub mod board;
 pub mod campaign;
@@ -38,7 +38,7 @@ use std::path::PathBuf;
 
 use palpate_controller::link::{FrameError, Refusal};
 
-/// Why the emulated board did not do what it was asked.
+/// Why the emulated board failed.
 #[derive(Debug, thiserror::Error)]
 pub enum EmulateError {
     /// A program is missing.
@@ -49,7 +49,7 @@ pub enum EmulateError {
         /// I/O error of the operating system.
         source: std::io::Error,
     },
-    /// There is nothing to build the image from.
+    /// The sources of the image are missing.
     #[error(
         "no firmware here: run it inside the repository, or give an image with --image FILE and, to `emulate`, a patch with --patch FILE"
     )]
@@ -71,31 +71,31 @@ pub enum EmulateError {
     /// No answer.
     #[error("the emulated board does not answer (is the image one of `cargo fw`?); its last words: \"{0}\"")]
     Silent(String),
-    /// A frame came damaged, which no lock-step link does.
+    /// A frame arrived damaged, which must not happen on a lock-step link.
     #[error("a frame of the board was dropped: {0}")]
     Frame(#[from] FrameError),
-    /// The board said no.
+    /// The board refused the request.
     #[error("the board refuses: {0}")]
     Refused(Refusal),
-    /// Something in a live trace that no board does.
+    /// Something in a live trace that no board can do.
     #[error("the board cannot repeat this trace: {0}")]
     LiveTrace(String),
-    /// Board and desktop part.
+    /// Board and desktop differ.
     #[error("board and desktop part: {0}")]
     Differs(String),
-    /// Something else than what was asked for.
+    /// Another answer than the one expected.
     #[error("the board answered out of turn: {0}")]
     OutOfTurn(String),
     /// The image cannot be read.
     #[error("{0}")]
     Image(#[from] firmware_image::ImageError),
-    /// Executed instructions cannot be classed.
+    /// Executed instructions cannot be classified.
     #[error("{0}")]
     Mix(#[from] instruction_mix::MixError),
     /// A scene or patch of this machine.
     #[error("{0}")]
     Tissue(#[from] palpate_tissue::Error),
-    /// Refusal, on this machine, of the patch or settings that the board gets.
+    /// This machine refuses the patch or the settings of the board.
     #[error("{0}")]
     Build(#[from] palpate::BuildError),
 }

@@ -1,13 +1,13 @@
 //! Replay of a recording of `palpate live` on the emulated board.
 //!
-//! The patch of the trace goes onto the board with its site at the device's centre: for one that is
-//! pressed along z the device's frame is then the trace's own, and every bit can be compared. This
-//! machine's replay stands beside it, and holds itself against the trace.
+//! The patch of the trace goes onto the board with its site at the device's centre: for a patch
+//! that is pressed along z the device's frame is then that of the trace, and every bit can be
+//! compared. This machine replays it at the same time, and compares its replay with the trace.
 //!
 //! * in: a trace
 //! * out: this machine's replay, every tick of which the board answered with the same bits
-//! * may fail: what a board cannot do (it hears its host in every tick, knows one patch, half to
-//!   twice its stiffness), or [`EmulateError::Differs`]
+//! * may fail: for a trace that a board cannot repeat (a board hears its host in every tick and has
+//!   one patch of half to twice its stiffness), or with [`EmulateError::Differs`]
 
 use std::path::{Path, PathBuf};
 
@@ -32,7 +32,7 @@ const START_UP: [Ask; 2] = [Ask::Booted, Ask::TestPassed];
 /// Repeats a trace on an emulated board. Without an image one is built.
 ///
 /// # Errors
-/// A trace that the board cannot repeat; a tick in which board and desktop part.
+/// A trace that the board cannot repeat, or a tick in which board and desktop differ.
 pub fn replay(trace: &Trace, given: Option<&Path>, machine: EmulatedBoard) -> Result<Replayed, EmulateError> {
     let (patch, params) = packed(trace)?;
     let (_folder, image, upload) = match given {
@@ -59,7 +59,7 @@ fn built_in(patch: &[u8]) -> Result<(tempfile::TempDir, PathBuf), EmulateError> 
     Ok((folder, image))
 }
 
-/// The trace's patch as a board takes it.
+/// The trace's patch in the form for a board.
 fn packed(trace: &Trace) -> Result<(Vec<u8>, Params), EmulateError> {
     let refuse = |why: String| EmulateError::LiveTrace(why);
     let Some(Piece::Tissue(bytes)) = trace.pieces.first() else {
@@ -114,8 +114,8 @@ fn packed(trace: &Trace) -> Result<(Vec<u8>, Params), EmulateError> {
     Ok((packed, params))
 }
 
-/// Opens a patch as a board does: one that is built into an image is refused here, in words, and
-/// not by a board that then stays idle.
+/// Opens a patch as a board does: a patch for an image is refused here, in words, and not by a
+/// board that then stays idle.
 fn fits(packed: &[u8]) -> Result<(), BuildError> {
     let words = aligned(packed);
     let mut memory = Box::new(palpate_controller::patch::Memory::RESERVED);

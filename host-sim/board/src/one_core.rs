@@ -1,7 +1,7 @@
-//! Emulator and host take turns: on one core nobody waits for another core to wake up, which takes
-//! as long as a small patch's tick.
+//! Emulator and host take turns: on one core neither waits for another core to wake up, which would
+//! take as long as a small patch's tick.
 
-/// While it lives, this thread and the programs it starts stay on the core they are on.
+/// While it exists, this thread and the programs that it starts stay on their present core.
 #[derive(Debug)]
 pub struct OneCore {
     #[cfg(target_os = "linux")]
@@ -9,7 +9,7 @@ pub struct OneCore {
 }
 
 impl OneCore {
-    /// From now on. Where the system knows no such thing, nothing changes.
+    /// From now on. On a system without this function, nothing changes.
     #[must_use]
     pub fn stay() -> Self {
         #[cfg(target_os = "linux")]
@@ -17,7 +17,7 @@ impl OneCore {
             let before = rustix::thread::sched_getaffinity(None).ok();
             let mut here = rustix::thread::CpuSet::new();
             here.set(rustix::thread::sched_getcpu());
-            // a run that may not choose its core is only slower
+            // a run that cannot choose its core is merely slower
             let stays = before.filter(|_| rustix::thread::sched_setaffinity(None, &here).is_ok());
             Self { before: stays }
         }

@@ -21,7 +21,7 @@ use palpate_tissue::session::Session;
 /// logged mix (`emulate --timing` measures it).
 pub const CYCLES_PER_INSTRUCTION: f64 = 1.45;
 
-/// Estimated time of so many instructions [us].
+/// Estimated time of this many instructions [us].
 #[must_use]
 pub fn estimated_us(instructions: u64, machine: EmulatedBoard) -> f32 {
     (instructions as f64 * CYCLES_PER_INSTRUCTION / machine.clock_hz() * 1e6) as f32
@@ -104,7 +104,7 @@ fn row(record: &Record, twin: &Twin<'_>, position_m: Vector3<f32>, n: usize) -> 
     }
 }
 
-/// The patch's limiters, out of their byte.
+/// The patch's limiters, unpacked from their byte.
 fn limiters(bits: u8) -> ClampFlags {
     let mut set = ClampFlags::DEFAULT;
     for flag in [ClampFlags::SPEED, ClampFlags::DEPTH, ClampFlags::FORCE, ClampFlags::BURIED] {

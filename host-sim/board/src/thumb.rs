@@ -4,7 +4,7 @@
 //! section is named beside every mask. `FPv5` and double-precision encodings are sorted too, so
 //! that an image built for the Cortex-M7 can be read.
 
-/// Instructions that cost alike. Words moved are counted beside the class.
+/// Classes of instructions with equal cost. Words moved are counted separately.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Class {
     /// `vldr`, `vldm`, `vpop`
@@ -64,8 +64,8 @@ pub const fn is_wide(first: u16) -> bool {
     first >> 11 >= 0b11101
 }
 
-/// Sorts the instruction in `first` and, when [`is_wide`], `second`. `None`: no encoding this table
-/// knows.
+/// Sorts the instruction in `first` and, when [`is_wide`], `second`. `None` if the encoding is not
+/// in this table.
 #[must_use]
 pub fn classify(first: u16, second: u16) -> Option<Instruction> {
     if is_wide(first) {

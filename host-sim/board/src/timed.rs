@@ -1,12 +1,12 @@
 //! The image paced by its own tick timer, pressed by its scripted hand: when ticks start, and what
 //! happens when they take too long.
 //!
-//! Every instruction takes 2^shift ns of virtual time, so the shift is how slow the core is.
+//! Every instruction takes 2^shift ns of virtual time, so a larger shift means a slower core.
 //! **Emulated counts, not hardware time.**
 //!
 //! * in: an image, which presses the patch built into it
-//! * out: starts of ticks after the timer's edge, late ticks, who turned the outputs off, what was
-//!   logged
+//! * out: starts of ticks after the timer's edge, late ticks, what turned the outputs off, and the
+//!   log
 //! * may fail: an image that does not end
 
 use std::path::Path;
@@ -17,13 +17,13 @@ use serde::Serialize;
 
 use super::{EmulateError, EmulatedBoard, defmt_log};
 
-/// The shift at which a tick fits its period and the clock tells five instructions apart.
+/// The shift at which a tick fits its period and the clock resolves five instructions.
 pub const IN_TIME_SHIFT: u32 = 3;
-/// Shifts of slower and slower cores.
+/// Shifts of ever slower cores.
 const SLOW_SHIFTS: [u32; 5] = [4, 5, 6, 7, 8];
-/// Ticks of a run that is to be late: the force is on after 700, a late tick is met by the third.
+/// Ticks of a run with late ticks: the force is on after 700, and a late tick occurs by the third.
 const SLOW_TICKS: u32 = 1_000;
-/// A run of seconds; one that hangs must not hang us.
+/// Time limit of a run, which takes seconds: a run that hangs must not block the caller.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Results of a timed run.
@@ -31,7 +31,7 @@ const PATIENCE: Duration = Duration::from_secs(120);
 pub struct Timed {
     /// Every instruction took 2^shift ns.
     pub shift: u32,
-    /// The first and the last that a tick started after the timer's edge [instructions].
+    /// Shortest and longest delay from the timer's edge to the start of a tick [instructions].
     pub start_instructions: Option<[f64; 2]>,
     /// Longest tick over the period (1), where one was completed.
     pub longest_over_period: Option<f64>,
@@ -39,14 +39,14 @@ pub struct Timed {
     pub ticks: Option<u64>,
     /// Ticks that ended after their period.
     pub late_ticks: Option<u64>,
-    /// Periods under them, counted by the loop.
+    /// Periods that passed during late ticks, as counted by the loop.
     pub missed_periods: Option<u64>,
-    /// Periods that the timer began beyond the ticks run: those under a tick, seen from outside the
-    /// loop.
+    /// Periods of the timer in excess of the ticks: those that passed during a tick, counted
+    /// outside the loop.
     pub periods_without_tick: Option<u64>,
     /// Mode and fault at the end.
     pub ended: String,
-    /// From the last completed tick to the watchdog [us], where it bit.
+    /// From the last completed tick to the watchdog's reset [us], if it acted.
     pub watchdog_us: Option<u64>,
     /// Log of the image, a message per line.
     #[serde(skip)]
@@ -61,7 +61,7 @@ impl Timed {
     }
 }
 
-/// Runs an image for so many ticks.
+/// Runs an image for this many ticks.
 ///
 /// # Errors
 /// No emulator, or an image that does not end.
@@ -86,7 +86,7 @@ pub fn run(image: &Path, machine: EmulatedBoard, shift: u32, ticks: u32) -> Resu
     })
 }
 
-/// Slower and slower cores, down to ticks of some twenty periods.
+/// Ever slower cores, down to ticks of some twenty periods.
 ///
 /// # Errors
 /// As [`run`].

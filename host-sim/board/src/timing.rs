@@ -1,5 +1,5 @@
-//! Cost of a tick on the board: instructions, exact, and the cycles of a Cortex-M4F that they are
-//! estimated to take.
+//! Cost of a tick on the board: exact instruction counts, and their estimated cycles on a
+//! Cortex-M4F.
 //!
 //! **Neither is hardware timing**: no pipeline, no flash wait states, no bus contention.
 
@@ -18,18 +18,19 @@ use super::{Board, EmulateError, EmulatedBoard, Twin};
 
 /// The core's tick in the image.
 const TICK: &str = "palpate::tick::tick";
-/// Ticks that are logged: the patch is put to rest, waits, and is tapped while nobody feels it yet.
+/// Ticks that are logged: the patch is put to rest, waits, and is tapped before the force is
+/// enabled.
 const WAIT_TICKS: u32 = 4;
 const TAP_TICKS: u32 = 22;
-/// Where the tap begins and how far it goes in a tick [m].
+/// Height at which the tap begins, and its displacement per tick [m].
 const CLEAR_M: f32 = 0.6e-3;
 const STEP_M: f32 = 0.23e-3;
 
 /// Mean cycles of an instruction of the costliest tick of a tap, by the reference manual's table
-/// over what was executed.
+/// for the executed instructions.
 ///
 /// # Errors
-/// The board has crashed, or the image holds no such function.
+/// The board has crashed, or the image has no such function.
 pub fn cycles_per_instruction(image: &Path, machine: EmulatedBoard, patch: &[u8]) -> Result<f64, EmulateError> {
     let folder = tempfile::tempdir()?;
     let log = folder.path().join("executed");
@@ -39,7 +40,7 @@ pub fn cycles_per_instruction(image: &Path, machine: EmulatedBoard, patch: &[u8]
         let down_m = STEP_M * n.saturating_sub(WAIT_TICKS) as f32;
         twin.tick(Reading::at(Vector3::new(0.0, 0.0, CLEAR_M - down_m)), (n == 0).then_some(HostAsk::Arm))?;
     }
-    drop(twin); // the log is whole once the emulator has gone
+    drop(twin); // the log is complete once the emulator has ended
     let image = FirmwareImage::parse(&std::fs::read(image)?)?;
     let executed = ExecLog::new(BufReader::new(std::fs::File::open(&log)?));
     let ticks = calls_of(TICK, &image, executed)?;
@@ -51,7 +52,7 @@ pub fn cycles_per_instruction(image: &Path, machine: EmulatedBoard, patch: &[u8]
 /// Instructions of many ticks.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Spread {
-    /// Half of the ticks that run the patch take no more.
+    /// Median of the ticks that run the patch.
     pub median: u64,
     /// The longest tick.
     pub max: u64,
@@ -74,7 +75,7 @@ impl Spread {
     }
 }
 
-/// How often a tick took how many instructions, ascending.
+/// Histogram of instructions per tick, ascending.
 #[must_use]
 pub fn histogram(instructions: &[u64]) -> Vec<[f64; 2]> {
     let mut counts = std::collections::BTreeMap::new();

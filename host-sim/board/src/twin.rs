@@ -20,10 +20,10 @@ use super::in_loop::rest_shape;
 use super::{Board, EmulateError, EmulatedBoard};
 use palpate_loop::closed_loop::watch::{Broken, ByGeometry};
 
-/// Ticks within which a board that nobody disturbs must reach full gain.
+/// Ticks within which an undisturbed board must reach full gain.
 const START_UP_TICKS: u32 = 2_000;
 
-/// Where board and desktop part.
+/// The point at which board and desktop differ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
     /// The tick.
@@ -43,7 +43,7 @@ pub struct Twin<'a> {
     inbox: Inbox,
     newest: Sensed,
     readings: u32,
-    /// The first difference; the run goes on, to say how far it leads.
+    /// The first difference; the run continues, to show its consequences.
     pub difference: Option<Difference>,
     /// The first tick in which the board's force broke an invariant of geometry; see
     /// [`ByGeometry`].
@@ -51,7 +51,7 @@ pub struct Twin<'a> {
     watch: ByGeometry,
     /// Instructions of every tick so far, sensors to converters.
     pub instructions: Vec<u64>,
-    /// Faults that were met, in order, each once a time it began.
+    /// Faults that occurred, in order, one entry per occurrence.
     pub faults: Vec<Fault>,
     last_fault: Option<Fault>,
     packed_pa: f32,
@@ -70,14 +70,14 @@ fn tip(reading: Option<probe_in::Reading>) -> Option<Sensed> {
 pub struct Reading {
     /// Tip [m], device frame.
     pub position_m: Vector3<f32>,
-    /// The sensor trusts itself.
+    /// The sensor reports no error.
     pub good: bool,
-    /// It is a new one.
+    /// The reading is new.
     pub fresh: bool,
 }
 
 impl Reading {
-    /// A new and good one.
+    /// A new and good reading.
     #[must_use]
     pub fn at(position_m: Vector3<f32>) -> Self {
         Self { position_m, good: true, fresh: true }
@@ -85,7 +85,7 @@ impl Reading {
 }
 
 impl<'a> Twin<'a> {
-    /// Uploads a patch to a board that has just started, and takes the same one here.
+    /// Uploads a patch to a board that has just started, and opens the same one here.
     ///
     /// # Errors
     /// Inputs that the board or this machine refuses.
@@ -93,7 +93,7 @@ impl<'a> Twin<'a> {
         let controller = Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::OnRequest)?;
         let mut haptic = HapticLoop::new(DesktopBoard::default(), controller);
         let mut patch_here = Patch::open(patch, memory, None)?;
-        // a mesh is taken in `Idle` alone: three ticks of start-up
+        // a patch is accepted in `Idle` only: three ticks of start-up
         let sensed = Sensed { position_m: Vector3::zeros(), sequence: 0, status: SensorStatus::Failed };
         let mut inbox = Inbox::default();
         let mut newest = sensed;
@@ -138,7 +138,7 @@ impl<'a> Twin<'a> {
         self.machine
     }
 
-    /// The link, for what is not a tick.
+    /// The link, for everything but ticks.
     pub fn board(&mut self) -> &mut Board {
         &mut self.board
     }
@@ -149,7 +149,7 @@ impl<'a> Twin<'a> {
         self.haptic.controller.mode()
     }
 
-    /// One tick on both, with a request or without.
+    /// One tick on both, with or without a request.
     ///
     /// # Errors
     /// The board has crashed.
@@ -204,8 +204,8 @@ impl<'a> Twin<'a> {
         self.tell(&ToBoard::SupplyLow)
     }
 
-    /// Asks both for another Young's modulus under force, as a multiple of the packed one between
-    /// half and twice.
+    /// Requests another Young's modulus of both under force, as a multiple of the packed one
+    /// between half and twice.
     ///
     /// # Errors
     /// The board has crashed.
@@ -224,7 +224,7 @@ impl<'a> Twin<'a> {
     /// Holds a place outside the tissue until the force is on at full gain.
     ///
     /// # Errors
-    /// The board has crashed, or does not get there.
+    /// The board has crashed, or does not reach full gain.
     pub fn arm(&mut self, outside_m: Vector3<f32>) -> Result<(), EmulateError> {
         for _ in 0..START_UP_TICKS {
             let ask = match self.mode() {

@@ -17,7 +17,7 @@ pub struct Unit {
 }
 
 impl Unit {
-    /// N, or mN or µN where the largest of `forces_n` would show hardly any digits in N.
+    /// N, or mN or µN if the largest of `forces_n` would have hardly any digits in N.
     pub fn of_force(forces_n: impl IntoIterator<Item = f64>) -> Self {
         let (symbol, per_si) = match largest(forces_n) {
             0.0 => ("N", 1.0),
@@ -36,7 +36,7 @@ impl Unit {
             l if l < 2e-5 => ("µm", 1e6),
             _ => ("mm", 1e3),
         };
-        // mostly chosen, hence round
+        // mostly chosen values, hence round
         Self { symbol, per_si, trims: true }
     }
 
@@ -72,12 +72,13 @@ fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
 pub struct Axis {
     /// Ends of the axis [display unit].
     pub range: Range<f64>,
-    /// Most ticks it carries.
+    /// Largest number of ticks.
     pub ticks: usize,
     decimals: usize,
 }
 
-/// Below this the plotting library sees one value, not a range; in µm or µN nothing is that small.
+/// Range below which the plotting library treats an axis as a single value; in µm or µN nothing is
+/// that small.
 const SMALLEST_SPAN: f64 = 1e-9;
 
 impl Axis {
@@ -100,7 +101,7 @@ impl Axis {
             [first, second, ..] => second - first,
             _ => short.range.end,
         };
-        // a millionth of a step is rounding, not a reason for one more
+        // a millionth of a step is rounding and needs no further tick
         let steps = (short.range.end / step - 1e-6).ceil().max(1.0);
         Self::over(0.0..steps * step, ticks + 1)
     }

@@ -78,7 +78,7 @@ struct Drawing<'a> {
     axis: Axis,
 }
 
-/// Where each phase stands in the unit width of its group.
+/// Position of each phase in the unit width of its group.
 fn place(phase: Phase) -> f64 {
     match phase {
         Phase::Before => 0.28,
@@ -132,7 +132,8 @@ fn line_of(color: plotters::style::RGBColor) -> plotters::style::ShapeStyle {
 }
 
 impl Drawing<'_> {
-    /// Everyone of a group in a phase with a place across; equal values stand side by side.
+    /// All persons of a group in a phase with their horizontal position; equal values are drawn
+    /// side by side.
     fn dots(&self, group: &str, phase: Phase) -> Vec<(&PersonValue<'_>, f64)> {
         let here: Vec<_> = self.values.iter().filter(|v| v.group == group && v.phase == phase).collect();
         let near = |a: &PersonValue, b: &PersonValue| (a.value - b.value).abs() < 0.011;

@@ -59,7 +59,7 @@ struct ContactPicture<'a> {
     scale: Axis,
 }
 
-/// Tissue around the contact that is shown besides, over the longer half-axis.
+/// Margin of tissue shown around the contact, over the longer half-axis.
 const AROUND: f64 = 2.0;
 
 impl Picture for ContactPicture<'_> {

@@ -1,4 +1,4 @@
-//! How a calibration gets better from round to round: force error above, dent error below.
+//! Progress of a calibration from round to round: force error above, dent error below.
 
 use std::path::Path;
 

@@ -38,7 +38,7 @@ pub struct CreatedEnergy<'a> {
     pub devices: &'a [&'a str],
     /// Rows.
     pub rows: &'a [EnergyRow],
-    /// A line across: what is promised [J].
+    /// A horizontal line: the promised value [J].
     pub promised_j: f64,
 }
 

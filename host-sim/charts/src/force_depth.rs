@@ -40,7 +40,7 @@ pub fn force_depth(folder: &Path, name: &str, press: &Press) -> Result<(), Chart
     save(folder, name, &chart)
 }
 
-/// A probe that goes less far from sample to sample is held [m].
+/// Displacement between samples below which the probe counts as held [m].
 const STILL_M: f64 = 1e-9;
 
 struct ForceDepth<'a> {

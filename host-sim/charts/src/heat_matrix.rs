@@ -1,4 +1,4 @@
-//! A table to be read at a glance: a coloured cell with a sign for every row and column, columns in
+//! A table for a quick overview: a coloured cell with a sign for every row and column, columns in
 //! groups.
 //!
 //! The tones differ in lightness as well as in hue, and every cell carries its sign, so that the
@@ -23,9 +23,9 @@ use super::style::{INK, MUTED, TICK_PX, px, text};
 pub enum Tone {
     /// As it should be.
     Good,
-    /// As it should be, in another way.
+    /// A second good outcome, in another colour.
     Calm,
-    /// Just as it should be, not better.
+    /// Barely as it should be.
     Thin,
     /// A small fault.
     Slight,
@@ -85,7 +85,7 @@ pub struct HeatMatrix<'a> {
     pub rows: &'a [HeatRow],
     /// Meanings of tones and signs.
     pub key: &'a [(HeatCell, &'a str)],
-    /// Left of the feet: what they are.
+    /// Label to the left of the texts below the columns.
     pub foot: &'a str,
 }
 
@@ -98,7 +98,7 @@ const KEY_PX: f64 = 44.0;
 /// Text in cells and under them [px].
 const SIGN_PX: f64 = 11.5;
 const FOOT_PX: f64 = 10.0;
-/// Rows are no higher [px].
+/// Largest height of a row [px].
 const HIGHEST_PX: f64 = 40.0;
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.

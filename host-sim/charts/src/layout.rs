@@ -1,4 +1,4 @@
-//! Title, axes and legend, placed alike on every chart.
+//! Title, axes and legend, placed identically on every chart.
 
 use plotters::chart::ChartContext;
 use plotters::coord::cartesian::Cartesian2d;

@@ -5,8 +5,8 @@
 //!                                                             raster ┴─ NAME.png
 //! ```
 //!
-//! One drawing routine serves both formats, and the font is compiled in, so a machine without
-//! fonts or a display gets the same pictures. SI goes in; millimetres appear only on paper.
+//! One drawing routine serves both formats, and the font is compiled in, so a machine without fonts
+//! or a display gets the same pictures. Input is in SI; millimetres appear only in the pictures.
 
 mod axis;
 mod before_after;
@@ -60,7 +60,7 @@ use std::path::PathBuf;
 
 use axis::Unit;
 
-/// A press run as the charts need it.
+/// A press run in the form for charts.
 #[derive(Clone, Copy, Debug)]
 pub struct Press<'a> {
     /// Scene name, first words of every title.
@@ -100,7 +100,7 @@ pub enum ChartError {
     NotDrawable {
         /// The list that holds the value.
         what: &'static str,
-        /// Where in the list.
+        /// Index in the list.
         index: usize,
         /// The value found.
         value: f64,
@@ -118,7 +118,7 @@ pub enum ChartError {
         series: String,
         /// The list that holds the value.
         what: &'static str,
-        /// Where in the list.
+        /// Index in the list.
         index: usize,
         /// The value found.
         value: f64,

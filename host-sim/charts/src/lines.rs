@@ -103,12 +103,12 @@ pub fn lines(folder: &Path, name: &str, lines: &Lines) -> Result<(), ChartError>
     save(folder, name, &picture)
 }
 
-/// Maps values to even steps on the paper.
+/// Maps values to even steps in the picture.
 struct Ruler {
     scale: Scale,
-    /// On the paper: values, or their decimal logarithms.
+    /// Plotted quantities: values, or their decimal logarithms.
     range: Range<f64>,
-    /// Where ticks are, on the paper.
+    /// Where ticks are, in the picture.
     ticks: Vec<f64>,
     axis: Axis,
 }
@@ -118,7 +118,7 @@ impl Ruler {
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         match scale {
             Scale::Linear => {
-                // one value, or several too near to tell apart, still need an axis of some length
+                // one value, or several indistinguishable ones, still need an axis of some length
                 let span = (high - low).max(1e-6 * high.abs().max(low.abs())).max(1e-9);
                 let near_zero = 0.5 * span;
                 let start = if (0.0..=near_zero).contains(&low) { 0.0 } else { low - 0.05 * span };
@@ -180,7 +180,7 @@ impl Ranged for Ticked {
 /// A round number; powers of ten where zeros would have to be counted.
 fn round_label(value: f64) -> String {
     if (1e-4..1e6).contains(&value) {
-        // the way through the logarithm leaves dust behind the last digit
+        // the logarithm leaves rounding errors after the last digit
         return plain((value * 1e6).round() / 1e6);
     }
     format!("{value:.1e}").replace(".0e", "e").replace('-', "\u{2212}")

@@ -1,5 +1,5 @@
 //! Models that `plan` searched: cost of a tick against the tolerance that a model keeps, with the
-//! budget and the tolerance asked for.
+//! budget and the requested tolerance.
 
 use std::ops::Range;
 use std::path::Path;
@@ -38,7 +38,7 @@ pub struct PlanChart<'a> {
     pub error: &'a str,
     /// Cost that a tick may have.
     pub budget: f64,
-    /// Tolerance asked for [%].
+    /// Requested tolerance [%].
     pub tolerance: f64,
     /// Kinds of models, in the order of the legend.
     pub kinds: &'a [&'a str],
@@ -139,7 +139,7 @@ impl Picture for Drawing<'_> {
         page.add_curve([(xs.start, y), (xs.end, y)], px(3.0));
 
         let at = |dot: &PlanDot| chart.backend_coord(&(dot.cost, dot.error));
-        // hollow ones first: a full one at the same place stays whole
+        // hollow ones first, so that a full one at the same place stays visible
         for full in [false, true] {
             for dot in data.dots.iter().filter(|d| d.full == full) {
                 let Look { color, shape } = distinct(dot.kind);

@@ -1,5 +1,5 @@
-//! How fast each of many faults is answered: a bar from the fastest to the slowest run on a
-//! logarithmic axis, the allowed time as a stroke.
+//! Reaction times to many faults: a bar from the fastest to the slowest run on a logarithmic axis,
+//! the allowed time as a stroke.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use super::picture::{Picture, save};
 use super::style::{GRID, INK, MUTED, TICK_PX, line, px, text};
 use super::{ChartError, check_series};
 
-/// Bars of what is in time and of what is not.
+/// Colours of bars in time and of late ones.
 const IN_TIME: RGBColor = RGBColor(0, 114, 178);
 const TOO_LATE: RGBColor = RGBColor(213, 94, 0);
 /// Room for the names, and between the two columns [px].

@@ -117,8 +117,8 @@ struct SectionPicture<'a> {
 
 /// Sine and cosine of the eye's height over the surface: 22 degrees.
 const RISE: (f64, f64) = (0.375, 0.927);
-/// Half of the width, the depth and the height over the site that are shown, and what is left
-/// behind the cut, in half-widths of the probe.
+/// Half of the width, the depth and the height over the site that are shown, and the depth behind
+/// the cut, in half-widths of the probe.
 const SHOWN: [f64; 4] = [2.4, 5.2, 3.1, 2.0];
 /// Length of the longest arrow, in half-widths of the probe.
 const ARROW: f64 = 2.4;
@@ -166,7 +166,7 @@ impl SectionPicture<'_> {
         View::from_eye(w.front * cosine + w.axis * sine, w.axis, &corners.into_iter(), frame)
     }
 
-    /// How far the tissue reaches below the site [m].
+    /// Extent of the tissue below the site [m].
     fn lowest_m(&self, w: &Window) -> f64 {
         let below = self.section.rest_m.iter().map(|x| (w.site_m - V3::from(*x)).dot(&w.axis));
         below.fold(0.0, f64::max)

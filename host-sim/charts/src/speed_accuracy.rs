@@ -1,5 +1,5 @@
-//! Speed against accuracy: cost of a tick and error of every method, with the front of what nothing
-//! else beats.
+//! Speed against accuracy: cost of a tick and error of every method, with the front of unbeaten
+//! points.
 
 mod key;
 pub(super) mod marker;
@@ -60,7 +60,7 @@ pub struct MethodPoints<'a> {
 pub struct MethodPoint {
     /// Nodes of the mesh.
     pub nodes: usize,
-    /// Each of the substeps that the method needs is split in so many; drawn as `x2` and so on.
+    /// Number of parts into which each substep of the method is split; drawn as `x2` and so on.
     pub split: u16,
     /// Cost, above 0.
     pub cost: f64,

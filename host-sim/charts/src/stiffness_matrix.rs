@@ -56,7 +56,7 @@ pub struct StiffnessMatrix<'a> {
     pub groups: &'a [MatrixGroup],
     /// Rows.
     pub rows: &'a [MatrixRow],
-    /// Nothing stiffer was tried [N/m]: such a cell says so.
+    /// Largest stiffness tried [N/m], marked in a cell that reaches it.
     pub stiffest_n_per_m: f64,
     /// Lines at the bottom.
     pub notes: &'a [String],
@@ -90,7 +90,7 @@ const GROUP_GAP_PX: f64 = 10.0;
 /// Half of the colour scale, in octaves.
 const OCTAVES: f64 = 3.0;
 
-/// Orange below a ratio of one, blue from one on; deeper the further off.
+/// Orange below a ratio of one, blue from one on; darker with distance.
 fn colour(ratio: f64) -> RGBColor {
     let share = (ratio.max(1e-3).log2().abs() / OCTAVES).min(1.0);
     let (pale, deep) = if ratio < 1.0 { ([252, 226, 205], [201, 84, 20]) } else { ([219, 233, 246], [28, 90, 152]) };
@@ -98,7 +98,7 @@ fn colour(ratio: f64) -> RGBColor {
     RGBColor(mix(0), mix(1), mix(2))
 }
 
-/// Ink that is read on a colour.
+/// Ink that is readable on a colour.
 fn on(ratio: f64) -> RGBColor {
     if ratio.max(1e-3).log2().abs() / OCTAVES > 0.6 { WHITE } else { INK }
 }

@@ -2,7 +2,7 @@
 //! meshes of wire where the other shows through.
 //!
 //! Painter's algorithm over pieces of a few pixels, so surfaces may pass through each other. The
-//! outline of a wire surface is drawn over everything: it is what the eye compares.
+//! outline of a wire surface is drawn over everything: it is the line that a viewer compares.
 
 mod ghost;
 
@@ -108,7 +108,7 @@ pub fn superposed(folder: &Path, name: &str, superposed: &Superposed) -> Result<
     save(folder, name, &Drawing { data: superposed, eye, up })
 }
 
-/// Longest side of a piece [px]: what passes through something else is cut this finely.
+/// Longest side of a piece [px]: surfaces that intersect are divided this finely.
 const PIECE_PX: f64 = 11.0;
 
 struct Drawing<'a> {

@@ -77,7 +77,7 @@ impl Surface<'_> {
 
 struct SurfacePicture<'a> {
     surface: &'a Surface<'a>,
-    /// How far each node has moved [m].
+    /// Displacement of each node [m].
     moved_m: Vec<f64>,
     unit: Unit,
     /// The colour scale, in `unit`.

@@ -1,4 +1,4 @@
-//! Computes the stored truths of moving probes anew and writes their tables.
+//! Recomputes the stored references of moving probes and writes their tables.
 //!
 //! `cargo run --release -p palpate-fit --example moving_truths -- FOLDER [NAME...]`; without names,
 //! all of them.

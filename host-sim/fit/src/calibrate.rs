@@ -1,13 +1,13 @@
 //! Calibration: the constants of a patch are fitted to a finite-element reference.
 //!
-//! Unknown are a positive multiplier on every spring, every node's volume stiffness and every
-//! foundation point under the probe, and five scalars. Measured are the force on the probe over a
-//! disc of places at several depths, the shape of the dent at the centre, and, where the reference
+//! The unknowns are a positive multiplier on every spring, every node's volume stiffness and every
+//! foundation point under the probe, and five scalars. The targets are the force on the probe at
+//! places over a disc at several depths, the shape of the dent at the centre and, if the reference
 //! has them, discs glued to the surface, pressed and sheared ([`crate::statics::Glued`]). Every
 //! simulation is the *nonlinear* static solution of the model that the tick runs
-//! ([`crate::statics`]), with its adjoint: one tangent factor gives a force and its slopes along
-//! thousands of unknowns. [`gauss_newton`] does the fitting; [`annealing`] (paper 004) minimises
-//! the same objective, for comparison.
+//! ([`crate::statics`]), with its adjoint: one factored tangent gives a force and its derivatives
+//! with respect to thousands of unknowns. [`gauss_newton`] does the fitting; [`annealing`]
+//! (paper 004) minimises the same objective, for comparison.
 
 pub mod accuracy;
 pub mod annealing;
@@ -47,20 +47,20 @@ pub enum CalibrateError {
     Targets,
 }
 
-/// How much of the fit is done.
+/// Extent of the fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Places over the disc, the centre not counted.
+    /// Places over the disc, without the centre.
     pub places: usize,
-    /// Rounds of the fit at most; evaluations, for annealing.
+    /// Largest number of rounds, or of evaluations for annealing.
     pub rounds: usize,
-    /// A round that gains less than this share of the objective is the last (1).
+    /// The fit ends with a round that gains less than this share of the objective (1).
     pub least_gain: f64,
     /// How to fit.
     pub fit: Fit,
 }
 
-/// How the objective is minimised.
+/// Method of minimising the objective.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fit {
     /// [`gauss_newton`].
@@ -81,7 +81,7 @@ pub struct Round {
     /// Evaluations of the objective so far, each the solution of all presses.
     pub evaluations: usize,
     /// The objective: squared errors in units of their tolerance, plus squared unknowns in units of
-    /// theirs.
+    /// their prior widths.
     pub cost: f64,
     /// Root mean square of the force errors over all places and depths [%].
     pub force_rms_pct: f64,
@@ -102,8 +102,8 @@ pub struct Calibration {
     pub patch: Patch,
     /// Every round.
     pub rounds: Vec<Round>,
-    /// Presses off the centre that the fit left out, because the uncalibrated patch finds no
-    /// balance there.
+    /// Presses off the centre that the fit left out because the uncalibrated patch has no
+    /// equilibrium there.
     pub lost_presses: usize,
 }
 
@@ -129,7 +129,7 @@ pub fn calibrate(
         Fit::GaussNewton => gauss_newton::fit(objective, settings, progress),
         Fit::Annealing => annealing::fit(objective, settings.rounds, progress),
     };
-    // only the first evaluation can end so: later ones shorten their step
+    // only the first evaluation can fail like this: later ones shorten their step
     let (balanced, lost_presses);
     let rounds = match minimise(&mut objective) {
         Err(CalibrateError::Press(_)) => {

@@ -1,4 +1,5 @@
-//! The dynamic truth: the force on a probe that moves, by finite elements with true masses.
+//! The dynamic reference (*truth*): the force on a moving probe, by finite elements with true
+//! masses.
 //!
 //! ```text
 //! scene ─ piece ─┐
@@ -10,10 +11,10 @@
 //! [`reference`](crate::reference). To them this module adds consistent masses, the product's node
 //! damping (a force of damping times mass times velocity) and an implicit step in time
 //! ([`scheme`]), each step the minimum of a potential found by the same Newton's method. Nothing is
-//! shared with the real-time core, so the two can be judged against each other.
+//! shared with the real-time core, so the two check each other.
 //!
 //! # Convergence
-//! Force over Young's modulus [mm^2] of the preset block (3.5 kPa) on the way to 4 mm, by corner
+//! Force over Young's modulus [mm^2] of the preset block (3.5 kPa) during a ramp to 4 mm, by corner
 //! nodes of the quarter, fine radius and step:
 //!
 //! | speed | nodes | fine | step | 0.4 mm | 1 mm | 2 mm | 3 mm | 4 mm |
@@ -57,8 +58,8 @@ use palpate_tissue::scene::Scene;
 use piece::Piece;
 use settings::Settings;
 
-/// Computes the force on a probe that moves as `motion` says from the place of the scene's press.
-/// The scene's own drive is ignored.
+/// Computes the force on a probe that performs `motion` from the place of the scene's press. The
+/// scene's own drive is ignored.
 ///
 /// # Errors
 /// [`DynamicError`]: a scene or a motion that cannot be computed, or a step without a solution.

@@ -1,10 +1,10 @@
-//! A relaxing half-space under a ball, in closed form: what a patch that relaxes is held against.
+//! A relaxing half-space under a ball, in closed form, for comparison with a patch that relaxes.
 //!
 //! The method of dimensionality reduction (Popov, Willert, Hess, Handbook of Contact Mechanics,
 //! 2018) maps a paraboloid on a viscoelastic half-space, *exactly*, to a row of independent Maxwell
-//! chains: element x is pressed by `d - x^2 / R`, loses the probe where its force would pull, and
-//! goes on relaxing alone. Loading and hold are Lee and Radok's solution (1960), the way out is
-//! Ting's (1966); both are here as integrals besides, to check the row.
+//! chains: element x is pressed by `d - x^2 / R`, loses contact where its force would pull, and
+//! then relaxes alone. Loading and hold are Lee and Radok's solution (1960), the retreat is Ting's
+//! (1966); both are also given as integrals, to check the row.
 //!
 //! Double precision, nothing of the patch's code.
 
@@ -22,17 +22,17 @@ pub struct HalfSpace {
 /// Elements on half of the row.
 const ELEMENTS: usize = 400;
 
-/// A Maxwell chain beside a spring.
+/// A Maxwell chain parallel to a spring.
 #[derive(Clone, Debug, Default)]
 struct Chain {
     /// Stretch in the last step, the probe's or its own [m].
     before_m: f64,
-    /// Part of the stretch that each term still bears [m].
+    /// Part of the stretch that each term still carries [m].
     borne_m: Vec<f64>,
 }
 
 impl HalfSpace {
-    /// Share of a step that is left after `t_s` seconds.
+    /// Remaining share of a step after `t_s` seconds.
     #[must_use]
     pub fn left(&self, t_s: f64) -> f64 {
         self.terms.iter().fold(1.0, |left, (share, time_s)| left - share * (1.0 - (-t_s / time_s).exp()))
@@ -55,21 +55,21 @@ impl HalfSpace {
         depths_m.iter().map(&mut force_n).collect()
     }
 
-    /// Hertz's force [N] at a depth, what the half-space answers at once.
+    /// Hertz's force [N] at a depth, the instantaneous response of the half-space.
     #[must_use]
     pub fn hertz_n(&self, depth_m: f64) -> f64 {
         4.0 / 3.0 * self.plane_modulus_pa * self.radius_m.sqrt() * depth_m.max(0.0).powf(1.5)
     }
 
     /// Lee and Radok's force [N] at the end of a motion that never turned back, `dt_s` per step,
-    /// from the forces that an elastic body bears during it: Hertz's, or those of any other body.
+    /// from the forces of an elastic body during it: Hertz's, or those of any other body.
     #[must_use]
     pub fn loaded_n(&self, elastic_n: &[f64], dt_s: f64) -> f64 {
         self.history(elastic_n, dt_s, elastic_n.len())
     }
 
     /// Ting's force [N] at the end of a motion that turned back once: the history up to the time at
-    /// which the contact was as wide on the way in.
+    /// which the contact had the same width during loading.
     #[must_use]
     pub fn retreating_n(&self, elastic_n: &[f64], depths_m: &[f64], dt_s: f64) -> f64 {
         let mut relaxed_m = 0.0;
@@ -96,8 +96,8 @@ impl HalfSpace {
         })
     }
 
-    /// `int G(t - s) dF` over the first `until` of the forces an elastic body bears, at the end of
-    /// all.
+    /// `int G(t - s) dF` over the first `until` forces of an elastic body, at the end of the
+    /// motion.
     fn history(&self, elastic_n: &[f64], dt_s: f64, until: usize) -> f64 {
         let end = elastic_n.len();
         (1..until).map(|n| self.left(((end - n) as f64 - 0.5) * dt_s) * (elastic_n[n] - elastic_n[n - 1])).sum()

@@ -9,9 +9,9 @@
 //! ```
 //!
 //! [`reference`](mod@reference) solves the press by finite elements, [`statics`] the patch's own
-//! equilibrium, [`calibrate`](mod@calibrate) brings the second to the first, [`far_field`]
-//! condenses the organ around the patch into rim springs, and [`plan`] searches for the smallest
-//! patch. What finite elements have answered once is in [`solved`].
+//! equilibrium, [`calibrate`](mod@calibrate) fits the second to the first, [`far_field`] condenses
+//! the organ around the patch into rim springs, and [`plan`] searches for the smallest patch.
+//! Stored finite-element answers are in [`solved`].
 
 pub mod calibrate;
 pub mod dynamic;

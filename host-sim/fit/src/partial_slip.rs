@@ -1,9 +1,9 @@
-//! A half-space that a ball with friction presses and drags, in closed form: what friction of the
-//! patch is held against.
+//! A half-space pressed and dragged by a ball with friction, in closed form, for comparison with
+//! the patch's friction.
 //!
 //! Cattaneo (1938) and Mindlin (1949): the edge of a Hertzian contact slips first. For an
-//! incompressible half-space, or a contact whose press left no force along the surface, the force
-//! of a drag hangs on nothing but its length over the one at which all slips.
+//! incompressible half-space, or a contact pressed without force along the surface, the force of a
+//! drag depends only on its length over the length at which everything slips.
 
 use std::f64::consts::TAU;
 
@@ -23,7 +23,7 @@ pub struct PartialSlip {
 }
 
 impl PartialSlip {
-    /// Length of a drag after which all slips [m]: `mu (E* / G*) d`.
+    /// Length of a drag after which everything slips [m]: `mu (E* / G*) d`.
     #[must_use]
     pub fn slips_m(&self) -> f64 {
         let nu = self.poisson_ratio;
@@ -39,8 +39,8 @@ impl PartialSlip {
 }
 
 /// Friction of a ball that slides over mu times the resultant of its pushes (1), `depth` of the
-/// radius deep: every push has the normal of its place, and what slips is dragged along the surface
-/// there. Under Hertz's pressure, `1 + depth / 10` to first order.
+/// radius deep: every push has the local normal, and slip is along the local surface. Under Hertz's
+/// pressure, `1 + depth / 10` to first order.
 #[must_use]
 pub fn tilted(depth: f64) -> f64 {
     let (mut friction, mut push) = (0.0, 0.0);

@@ -3,9 +3,9 @@
 //!
 //! Candidates ([`candidate`]) are patches of several radii, element sizes and foundation points;
 //! meshed, cut and condensed they have a cost before any fit. Sorted by it they are searched
-//! ([`search`]) by bisection with short fits, and with full ones around the border. What they
-//! answer is judged against the whole organ at places that no fit has seen ([`judge`]). The winner
-//! is then tried with less: terms off, a cheaper edge ([`edge`]).
+//! ([`search`]) by bisection with short fits, and with full ones around the border. Their forces
+//! are compared with the whole organ at unseen places ([`judge`]). The winner is then tried with
+//! less: terms off, a cheaper edge ([`edge`]).
 
 pub mod candidate;
 pub mod judge;

@@ -1,4 +1,4 @@
-//! A patch at rest on its own site, pressed at places to judge its forces.
+//! A patch at rest on its own site, pressed at places to evaluate its forces.
 
 use palpate::Params;
 
@@ -17,7 +17,7 @@ pub struct PressedPatch {
     rest: Balance,
 }
 
-/// A press that could not even begin.
+/// The press could not even begin.
 pub(crate) const NOT_BEGUN: Unbalanced = Unbalanced { depth_mm: 0.0, steps: 0 };
 
 impl PressedPatch {
@@ -26,7 +26,7 @@ impl PressedPatch {
     /// # Errors
     /// A patch without equilibrium.
     pub fn of(patch: &Patch, params: &Params) -> Result<Self, Unbalanced> {
-        // places are pressed in parallel; one factor is too small to share
+        // places are pressed in parallel; a factorisation is too small to be parallelised
         faer::set_global_parallelism(faer::Par::Seq);
         let statics = Statics::of(&patch.model(), params).map_err(|_| NOT_BEGUN)?;
         let solver = Solver::of(&statics).ok_or(NOT_BEGUN)?;
@@ -35,11 +35,11 @@ impl PressedPatch {
         Ok(Self { statics, solver, site_m, rest })
     }
 
-    /// Presses at an offset from the site [m], to rising depths [m]; returns what `of` makes of
+    /// Presses at an offset from the site [m], to rising depths [m]; returns the result of `of` for
     /// each depth and its equilibrium.
     ///
     /// # Errors
-    /// A press without balance.
+    /// A press without equilibrium.
     pub fn press<T>(
         &self,
         offset_m: Vector,
@@ -62,13 +62,13 @@ pub(crate) fn error_pct(found: f64, wanted: f64) -> f64 {
     100.0 * (found / wanted - 1.0)
 }
 
-/// Root mean square; zero of nothing.
+/// Root mean square; zero for an empty list.
 #[must_use]
 pub(crate) fn rms(errors: &[f64]) -> f64 {
     (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt()
 }
 
-/// The error farthest from zero, with its sign; zero of nothing.
+/// The error farthest from zero, with its sign; zero for an empty list.
 #[must_use]
 pub(crate) fn worst(errors: &[f64]) -> f64 {
     errors.iter().copied().fold(0.0, larger)

@@ -1,12 +1,12 @@
-//! The finite-element reference: what the force of a press should be.
+//! The finite-element reference for the force of a press.
 //!
 //! Quasi-static and in double precision: 10-node tets ([`quadratic`], [`shape`]) of neo-Hookean
 //! tissue ([`body`]) against a frictionless rigid probe ([`probe`]), solved by Newton's method with
 //! line search (`minimise`) and load stepping ([`newton`]) on a sparse Cholesky factor
-//! (`cholesky`), the contact solved for within each iteration (`near`). The same tissue hangs under
-//! its weight, several organs tied to each other, held and moved at some nodes: [`hang`]. A glued
-//! disc, at small displacement: [`glued`]. Everything is over Young's modulus: the modulus is 1 Pa
-//! here, and a force [N] is an area [m^2].
+//! (`cholesky`), the contact solved for within each iteration (`near`). The same tissue under its
+//! weight, with several organs tied to each other, held and moved at some nodes: [`hang`]. A glued
+//! disc, at small displacement: [`glued`]. All quantities are divided by Young's modulus: the
+//! modulus is 1 Pa here, and a force [N] is an area [m^2].
 
 pub(crate) mod assembly;
 pub mod body;

@@ -1,5 +1,5 @@
-//! From the scene of a block to a calibrated patch and its judged error: presses for the fit and
-//! for the judgement, their finite elements, the fit, the verdict.
+//! From the scene of a block to a calibrated patch with its measured error: presses for the fit and
+//! for the evaluation, their finite elements, the fit, the errors.
 //!
 //! ```text
 //! presses ─ solve (finite elements, press by press) ─ answer ─┬─ known ─ targets ─ fit ─ patch

@@ -1,9 +1,9 @@
-//! Answers of finite elements that were computed before, found again by the problem they answer.
+//! Stored finite-element answers, found by the problem that they answer.
 //!
-//! A file holds the whole problem, with the source of the elements that solved it, and the numbers
-//! of the answer, to the last bit. It is believed only if the problem is the one that is asked and
-//! the checksum holds. The folder lies beside the results, `out/.solved` for `out/cut`, and may be
-//! deleted at any time: what it held is then computed anew.
+//! A file holds the whole problem, with the source code of the elements that solved it, and the
+//! numbers of the answer, to the last bit. It is used only if the problem is the requested one and
+//! the checksum is right. The folder lies beside the results, `out/.solved` for `out/cut`, and may
+//! be deleted at any time: its answers are then computed again.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -15,8 +15,8 @@ const CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
 const FIRST_LINE: &str = "palpate solved 1";
 const FOLDER: &str = ".solved";
 
-/// Code that an answer depends on besides its problem: when a line of it changes, no earlier answer
-/// is found any more.
+/// Code that an answer depends on besides its problem: after a change of any line no earlier answer
+/// is found.
 const ELEMENTS: [&str; 28] = [
     include_str!("far_field/organ_reference.rs"),
     include_str!("reference/assembly.rs"),
@@ -52,7 +52,7 @@ const ELEMENTS: [&str; 28] = [
 #[derive(Debug)]
 pub struct Solved {
     folder: PathBuf,
-    /// Files of the answers that were found again.
+    /// Files of the answers that were reused.
     found: Mutex<Vec<PathBuf>>,
     refused: Mutex<Vec<String>>,
 }
@@ -68,14 +68,14 @@ impl Solved {
         }
     }
 
-    /// Count of the answers found again.
+    /// Number of reused answers.
     #[must_use]
     pub fn found(&self) -> usize {
         lines(&self.found).len()
     }
 
-    /// Lines on the questions so far: answers found again, with how to compute them anew, and files
-    /// that were not believed.
+    /// Messages on the requests so far: reused answers, with how to recompute them, and files that
+    /// were rejected.
     #[must_use]
     pub fn said(&self) -> Vec<String> {
         let mut said = lines(&self.refused);
@@ -91,10 +91,11 @@ impl Solved {
         said
     }
 
-    /// The answer of `count` numbers to a problem, computed by `solve` and kept if it is not there.
+    /// The answer of `count` numbers to a problem; if it is not stored, it is computed by `solve`
+    /// and stored.
     ///
     /// # Errors
-    /// Those of `solve`. That an answer cannot be read or kept is no error.
+    /// Those of `solve`. Failing to read or store an answer is not an error.
     pub fn answer<E>(&self, problem: &str, count: usize, solve: impl FnOnce() -> Result<Vec<f64>, E>) -> Result<Vec<f64>, E> {
         let problem = format!("elements {:016x}\n{problem}", elements());
         let file = self.folder.join(format!("{:016x}.txt", checksum(&problem)));
@@ -113,7 +114,7 @@ impl Solved {
         Ok(numbers)
     }
 
-    /// Whole or not at all, as another run may read it.
+    /// Written completely or not at all, as another run may read it.
     fn keep(&self, file: &Path, problem: &str, numbers: &[f64]) -> std::io::Result<()> {
         let mut body = String::from("numbers");
         for number in numbers {
@@ -144,7 +145,7 @@ pub fn checksum(problem: &str) -> u64 {
     CRC.checksum(problem.as_bytes())
 }
 
-/// Source of the elements in short.
+/// Fingerprint of the elements' source code.
 fn elements() -> u64 {
     let mut digest = CRC.digest();
     ELEMENTS.iter().for_each(|source| digest.update(source.as_bytes()));

@@ -1,9 +1,10 @@
 //! The patch at rest under a probe: equilibrium of the model's energies in `f64`, its tangent
-//! stiffness, and how forces and displacements change with every constant of the model.
+//! stiffness, and the derivatives of forces and displacements with respect to every constant of the
+//! model.
 //!
 //! The energies are those of the tick (`core/src/stages/force`), divided by Young's modulus; there
-//! is no mass in them. No time passes here: what the tick settles to, a
-//! Newton iteration finds in a few steps, with derivatives.
+//! is no mass in them. There is no time here: the state to which the tick settles is found by a few
+//! Newton steps, with derivatives.
 
 mod contact;
 mod elastic;
@@ -22,7 +23,7 @@ pub use glued::Glued;
 pub use rim::Rim;
 pub use sensitivity::Gradient;
 
-/// Where the tip stands above the surface before a press begins [m].
+/// Height of the tip above the surface before a press begins [m].
 pub const CLEAR_M: f64 = 1e-4;
 
 /// A point or a vector.
@@ -84,7 +85,7 @@ pub struct Statics {
     pub compensation: f64,
     /// `tau_c`.
     pub compensation_threshold: f64,
-    /// Terms of the energy beside springs that act.
+    /// Active terms of the energy besides springs.
     pub(crate) volume_acts: bool,
     pub(crate) compensation_acts: bool,
     /// Logarithm of a node's stiffness factor over its energy density over E (1).
@@ -96,7 +97,7 @@ pub struct Statics {
 }
 
 impl Statics {
-    /// Takes a patch over.
+    /// Converts a patch.
     ///
     /// # Errors
     /// Errors of [`Params::build`].
@@ -150,7 +151,7 @@ impl Statics {
         })
     }
 
-    /// How many nodes are free.
+    /// Number of free nodes.
     #[must_use]
     pub fn free_nodes(&self) -> usize {
         self.free.iter().flatten().count()

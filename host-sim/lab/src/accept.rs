@@ -30,16 +30,16 @@ pub struct Figure {
     pub what: String,
     /// Smallest and largest value that is accepted.
     pub accepted: [f64; 2],
-    /// Of the product; NaN where it has none.
+    /// Value of the product; NaN if it has none.
     #[serde(deserialize_with = "or_null")]
     pub ours: f64,
-    /// Of the product without the term.
+    /// Value of the product without the term.
     #[serde(deserialize_with = "or_null")]
     pub without_term: f64,
 }
 
 impl Figure {
-    /// Whether the product's is accepted.
+    /// Whether the product's value is accepted.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.accepts(self.ours)
@@ -64,7 +64,7 @@ pub struct Row {
     pub test: Cow<'static, str>,
     /// Data set.
     pub data: String,
-    /// Where it comes from.
+    /// Source of the data.
     pub source: Cow<'static, str>,
     /// Term that is tested.
     pub term: Cow<'static, str>,
@@ -77,7 +77,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// Every figure holds, and not every one would without the term.
+    /// Every figure is accepted, and without the term not every one would be.
     #[must_use]
     pub fn accepted(&self) -> bool {
         self.figures.iter().all(Figure::holds) && self.figures.iter().any(Figure::needs_term)
@@ -106,7 +106,7 @@ pub struct Picture {
     pub below: String,
     /// Quantity and unit of each axis.
     pub axes: [Cow<'static, str>; 2],
-    /// Measured, ours, ours without the term.
+    /// Measured values, ours, and ours without the term.
     pub curves: Vec<Curve>,
 }
 
@@ -119,7 +119,7 @@ pub struct Outcome {
     pub pictures: Vec<Picture>,
 }
 
-/// A test: its short name, one sentence for a progress line, and what runs it.
+/// A test: its short name, one sentence for a progress line, and its function.
 pub type Test = (&'static str, &'static str, fn() -> Result<Outcome, Error>);
 
 /// Every test, in the order of the table.

@@ -2,8 +2,8 @@
 //!
 //! For each method, size and stiffness: the substeps it needs to survive the deepest press
 //! (`survive`), what force and shape it then gives against the converged reference (`accuracy`),
-//! what a tick costs here (`timing`) and, estimated, on a Cortex-M4F (`cycles`); on demand the
-//! force while the probe moves (`moving`), and what is missed without the terms of relaxation,
+//! what a tick costs here (`timing`) and, estimated, on a Cortex-M4F (`cycles`); on request the
+//! force while the probe moves (`moving`), and the errors without the terms of relaxation,
 //! stiffening and friction (`term_errors`).
 
 mod accuracy;

@@ -22,7 +22,7 @@ pub enum Error {
 impl From<ChartError> for Error {
     fn from(error: ChartError) -> Self {
         match error {
-            // a picture is drawn into a draft; its folder is what can be chosen
+            // a picture is drawn into a draft; the user can choose its folder
             ChartError::Write { path, source } => {
                 Self::Tissue(TissueError::Write { path: palpate_tissue::output::published(&path), source })
             }
@@ -31,7 +31,7 @@ impl From<ChartError> for Error {
     }
 }
 
-// what `?` meets here, in one step
+// converts for `?` in one step
 macro_rules! of_tissue {
     ($($error:ty),*) => {
         $(impl From<$error> for Error {

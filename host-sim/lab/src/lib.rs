@@ -12,7 +12,7 @@
 //!
 //! No product code depends on this crate.
 
-// printing bears a reader that has gone
+// printing tolerates a closed pipe
 #[macro_use(println)]
 extern crate palpate_tissue;
 

@@ -1,5 +1,4 @@
-//! Other people's methods, and ours, at the same work: one file each, behind one trait, never in
-//! the core.
+//! Published methods and ours on the same task: one file each, behind one trait, never in the core.
 //!
 //! All press the same block on the same meshes, in single precision, with rest data computed
 //! beforehand and no allocation in a tick. The explicit ones run *on* the core: it gives them the
@@ -47,20 +46,20 @@ use palpate_tissue::error::Error;
 use palpate_tissue::moving::with_substeps;
 use palpate_tissue::patch::{Material, Memory, Patch};
 
-/// A method at work on one block.
+/// A method running on one block.
 pub trait RunningMethod {
     /// One millisecond with the tip there at its end [m]. Force on the probe [N], out of the
     /// tissue.
     ///
     /// # Errors
-    /// Diverged or not finite; it must not be used any further.
+    /// The method diverged or is not finite, and must not be used any further.
     fn tick(&mut self, tip_m: Vector3<f32>) -> Result<Vector3<f32>, Fault>;
 
     /// Where a node is [m].
     fn position_m(&self, node: usize) -> Vector3<f32>;
 
-    /// Returns the inputs that a guard before the method clamped in the last tick; none where there
-    /// is no guard.
+    /// Returns the inputs that a guard before the method clamped in the last tick; none if there is
+    /// no guard.
     fn limiters(&self) -> ClampFlags {
         ClampFlags::DEFAULT
     }
@@ -151,7 +150,7 @@ impl Method {
         Self::ALL.into_iter().find(|m| m.name() == name)
     }
 
-    /// True for what the product runs, with or without some of its terms.
+    /// True for the product's method, with or without some of its terms.
     #[must_use]
     pub fn is_ours(self) -> bool {
         matches!(self, Self::Springs | Self::SpringsVolumeTet | Self::SpringsVolumeNodal | Self::Palpate | Self::Calibrated)
@@ -163,8 +162,8 @@ impl Method {
         self != Self::Compliance
     }
 
-    /// Builds the method for a block and hands it to `work`; of its `substeps`, each is split as
-    /// the block's refinement says. `None` where it cannot be had: no calibrated patch of this
+    /// Builds the method for a block and passes it to `work`; each of its `substeps` is split by
+    /// the block's refinement. `None` if it is not available: there is no calibrated patch of this
     /// size.
     ///
     /// # Errors
@@ -209,7 +208,7 @@ impl Method {
     }
 }
 
-/// The calibrated patch for a block and the parameters fitted with it, where there is one.
+/// The calibrated patch for a block and the parameters fitted with it, if there is one.
 #[must_use]
 pub fn calibrated(block: &Block) -> Option<(Patch, Params)> {
     let (mut patch, packed) = palpate_tissue::session::calibrated::sized(block.size().nodes)?;

@@ -1,5 +1,5 @@
-//! The two papers this project implements, run: every figure and table of theirs that can be had
-//! without their data, with what held and what did not.
+//! The two papers this project implements, run: every figure and table of theirs that can be
+//! reproduced without their data, with the claims that held and those that did not.
 //!
 //! 000: *volume preserved mass-spring model* (liver and gallbladder, hung). 004: *local compression
 //! deformation of soft tissue* (abdomen and foot, pressed).
@@ -8,12 +8,12 @@ pub mod local_compression;
 pub mod report;
 pub mod volume_preserved;
 
-/// A display for a person who waits for a run.
+/// A progress display for a waiting person.
 pub trait Progress: Sync {
-    /// The run goes on with this, in a few words.
+    /// The next part of the run, in a few words.
     fn say(&self, doing: String);
 
-    /// The run is done, and prints what it found.
+    /// The run is done and prints its findings.
     fn clear(&self);
 }
 

@@ -28,7 +28,7 @@ pub use volume_preserved::VolumePreserved;
 use palpate::Tuned;
 
 /// Shares of a correction that the two ends of a spring take. Where one end is fixed the free one
-/// takes all; the papers say nothing of that.
+/// takes all; the papers do not mention this case.
 fn shares(tuned: &Tuned, i: usize, j: usize) -> [f32; 2] {
     let free = |n: usize| tuned.node_step().get(n).is_some_and(|node| node.step > 0.0);
     match (free(i), free(j)) {

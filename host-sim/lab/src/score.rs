@@ -3,7 +3,7 @@
 //!
 //! Equation (14): `y_i = sum_j x_ij / 10 * w_j`, with marks `x_ij` from 0 to 10 and weights of 0.45
 //! for the chief, 0.35 for the associate chief and 0.20 for the attending physician. The paper
-//! compares groups by eye; here a permutation test says what chance alone would do
+//! compares groups by eye; here a permutation test gives the effect of chance alone
 //! ([`statistics`]).
 
 mod analysis;

@@ -1,4 +1,4 @@
-//! `stability`: where methods and loops fail, and how far from it the product is.
+//! `stability`: the limits of methods and loops, and the product's margin.
 
 pub mod loop_matrix;
 pub mod model;

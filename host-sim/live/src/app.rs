@@ -1,4 +1,4 @@
-//! The window and the page: what is seen, and what mouse and keys do.
+//! The window and the page: display, mouse and keys.
 
 mod choices;
 
@@ -34,7 +34,7 @@ pub struct App {
     pub(crate) said: (String, bool),
     /// A path that is being typed.
     pub(crate) path: Option<String>,
-    /// Nothing in the panel is wider than the panel.
+    /// Largest width of anything in the panel.
     pub(crate) panel_fits: bool,
     begun: Instant,
     drawn: Vec<f64>,
@@ -45,11 +45,11 @@ pub struct App {
     heard_s: f64,
 }
 
-/// A recording that runs when the window closes is waited for this long.
+/// Longest wait for a recording when the window closes.
 const LAST_WORD: Duration = Duration::from_secs(3);
 
 impl App {
-    /// On a context, with the way to a physics that was given `choice` and `holding`.
+    /// On a context, with a link to a physics that was given `choice` and `holding`.
     #[must_use]
     pub fn new(ctx: &egui::Context, link: Box<dyn Link>, choice: Choice, holding: Holding) -> Self {
         let mut fonts = FontDefinitions::empty();
@@ -59,7 +59,7 @@ impl App {
             fonts.families.insert(family, vec!["noto".into()]);
         }
         ctx.set_fonts(fonts);
-        // what is less important is still to be read, on a dark ground above all
+        // less important text must still be readable, especially on a dark background
         ctx.all_styles_mut(|style| style.visuals.weak_text_alpha = 0.85);
         ctx.set_theme(egui::Theme::Light);
         Self {
@@ -82,7 +82,7 @@ impl App {
         }
     }
 
-    /// With a folder for what is recorded, on a desktop.
+    /// With a folder for recordings, on a desktop.
     #[must_use]
     pub fn into_folder(mut self, folder: PathBuf) -> Self {
         self.files = Files::of(folder);
@@ -203,7 +203,7 @@ impl App {
             if let Some(fault) = words::fault(self.frame.fault) {
                 ui.label(RichText::new(fault).color(warn).strong());
             }
-            // while no force goes out, none is limited
+            // while no force is output, none is limited
             let felt = words::felt(self.frame.mode);
             for limited in words::limiters(self.frame.limiters).into_iter().filter(|_| felt) {
                 ui.label(RichText::new(limited).color(Color32::from_rgb(190, 120, 20)));
@@ -289,7 +289,7 @@ impl eframe::App for App {
         self.show(ui);
     }
 
-    /// Ends a recording under way and writes it, so that it is not lost.
+    /// Ends a running recording and writes it, so that it is not lost.
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
         if self.frame.recorded.is_none() {
             return;

@@ -1,4 +1,4 @@
-//! Where the eye is: it goes round the tissue; places become pixels and pixels rays.
+//! The camera: it orbits the tissue, and maps places to pixels and pixels to rays.
 
 use eframe::egui::{Pos2, Rect, Vec2, pos2};
 use palpate::Vector3;
@@ -14,7 +14,7 @@ pub struct Camera {
     pub turn: f32,
     /// Height above the horizon [rad].
     pub height: f32,
-    /// From the eye to what it looks at [m].
+    /// Distance from the eye to its target [m].
     pub distance_m: f32,
     size_m: f32,
 }
@@ -40,7 +40,7 @@ impl Camera {
         Self { at_m, turn: -0.65, height: 0.62, distance_m: 2.6 * size_m, size_m }
     }
 
-    /// Goes round by a drag in pixels.
+    /// Orbits by a drag in pixels.
     pub fn orbit(&mut self, by: Vec2) {
         self.turn -= by.x * 0.008;
         self.height = (self.height + by.y * 0.008).clamp(-1.5, 1.5);
@@ -51,7 +51,7 @@ impl Camera {
         self.distance_m = (self.distance_m / factor.clamp(0.2, 5.0)).clamp(0.4 * self.size_m, 6.0 * self.size_m);
     }
 
-    /// Where it was at first.
+    /// Initial position.
     pub fn reset(&mut self) {
         *self = Self::of(self.at_m, self.size_m);
     }
@@ -89,7 +89,7 @@ impl Lens {
         (self.forward + self.right * off.x - self.up * off.y).normalize()
     }
 
-    /// Where the eye is [m].
+    /// Position of the eye [m].
     #[must_use]
     pub fn eye_m(&self) -> V {
         self.eye_m

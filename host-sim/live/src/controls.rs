@@ -1,4 +1,4 @@
-//! Choices of the user, and what follows from each; `panel` and `keys` are the two ways to choose.
+//! Choices of the user and their consequences; choices are made with `panel` and `keys`.
 
 use eframe::egui::{self, Align2, Color32, FontId, Painter, Rect, Stroke, pos2, vec2};
 use palpate::Vector3;
@@ -34,11 +34,11 @@ pub struct Controls {
     pub(crate) found: Option<Answered>,
     pub(crate) seed: u64,
     pub(crate) light: bool,
-    /// Exercise and answer, while another scene is tried: one that is refused takes nothing away.
+    /// Exercise and answer, kept while another scene is tried, in case it is refused.
     pub(crate) put_by: Option<(Option<Search>, Option<Answered>)>,
 }
 
-/// How it was judged, where the answer was, where the nodule.
+/// The result, the place of the answer, and that of the nodule.
 type Answered = (Found, [f64; 2], Nodule);
 
 /// Presets without a file beside them.
@@ -46,10 +46,10 @@ pub(crate) fn presets() -> impl Iterator<Item = &'static str> {
     PRESETS.iter().map(|(name, _)| *name).filter(|name| *name != "liver")
 }
 
-/// An exercise under way.
+/// A running exercise.
 pub(crate) struct Search {
     pub(crate) exercise: Exercise,
-    /// When its tissue was there.
+    /// Time at which its tissue appeared.
     pub(crate) begun: Option<Instant>,
     pub(crate) peak_n: f32,
 }
@@ -86,7 +86,7 @@ impl Controls {
         }
     }
 
-    /// Another body is there.
+    /// Called when another body appears.
     pub fn of_body(&mut self, body: &Body) {
         self.stiffness_kpa = body.youngs_modulus_pa * 1e-3;
         self.damping_per_s = body.node_damping_per_s;
@@ -123,7 +123,7 @@ impl Controls {
         })
     }
 
-    /// Returns a title: the exercise under way, or else the short name of the scene.
+    /// Returns a title: the running exercise, or else the short name of the scene.
     #[must_use]
     pub fn title(&self) -> String {
         match &self.exercise {
@@ -141,7 +141,7 @@ impl Controls {
         }
     }
 
-    /// Updates the strongest press of an exercise under way from a frame.
+    /// Updates the strongest press of a running exercise from a frame.
     pub fn felt(&mut self, frame: &Frame) {
         if let Some(search) = &mut self.exercise {
             search.peak_n = search.peak_n.max(Vector3::from(frame.force_n).norm());

@@ -1,5 +1,5 @@
-//! The body on the screen: its boundary, how far and how compressed its nodes are, and what a ray
-//! meets.
+//! The body on the screen: its boundary, displacement and compression of its nodes, and
+//! intersections with rays.
 
 use palpate::Vector3;
 use palpate_tissue::mesh::surface;
@@ -120,7 +120,7 @@ fn six_volume_m3(tet: &[u16; 4], nodes_m: &[[f32; 3]]) -> f32 {
     (b - a).cross(&(c - a)).dot(&(d - a))
 }
 
-/// Moeller and Trumbore: the way along a ray to a triangle.
+/// Moeller and Trumbore: the distance along a ray to a triangle.
 fn along(from: &V, ray: &V, [a, b, c]: [V; 3]) -> Option<f32> {
     let (e1, e2) = (b - a, c - a);
     let p = ray.cross(&e2);

@@ -21,7 +21,7 @@ pub struct Files {
     arrived: Arrived,
 }
 
-/// Files read so far, by name: a browser takes its time.
+/// Files read so far, by name: a browser reads asynchronously.
 type Arrived = Arc<Mutex<Vec<(String, Vec<u8>)>>>;
 
 impl Files {
@@ -50,7 +50,7 @@ impl Files {
         message
     }
 
-    /// Writes a file of a number that no other has: a sentence, whether it is bad news, and the
+    /// Writes a file under an unused number; returns a sentence, whether it is bad news, and the
     /// number.
     fn keep(&mut self, ending: &str, bytes: &[u8]) -> ((String, bool), u32) {
         self.last = free(&self.folder, self.last + 1);
@@ -81,14 +81,14 @@ impl Files {
         self.trace.as_ref().map_or_else(nothing, |bytes| put(&self.folder, &format!("live-{}.trace", self.number), bytes))
     }
 
-    /// Has its ticks made a table; the physics repeats them for it.
+    /// Requests a table of its ticks, which the physics repeats for that.
     pub fn tabulate(&self, link: &mut dyn Link) -> (String, bool) {
         let Some(bytes) = &self.trace else { return nothing() };
         link.send(Request::Table(bytes.clone()));
         ("Repeating the recording for its table ...".into(), false)
     }
 
-    /// Writes the table that came.
+    /// Writes the received table.
     pub fn tabulated(&self, table: &str) -> (String, bool) {
         put(&self.folder, &format!("live-{}.csv", self.number), table.as_bytes())
     }

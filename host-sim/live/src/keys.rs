@@ -37,7 +37,7 @@ const GRADUAL: [Key; 9] = [
     Key::Plus,
 ];
 
-/// The one after `now`, from the start again at the end or where `now` is not in it.
+/// The entry after `now`; the first one after the last, or if `now` is not in the list.
 fn next<T: Clone + PartialEq>(all: impl Iterator<Item = T> + Clone, now: &T) -> Option<T> {
     let (after, mut all) = (all.clone().skip_while(|one| one != now).nth(1), all);
     after.or_else(|| all.next())

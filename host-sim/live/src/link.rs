@@ -2,12 +2,12 @@
 
 use crate::message::{Answer, Request};
 
-/// The way to the physics.
+/// The link to the physics.
 pub trait Link {
     /// Sends a request.
     fn send(&mut self, request: Request);
 
-    /// Returns the answers that came since the last call.
+    /// Returns the answers received since the last call.
     fn poll(&mut self) -> Vec<Answer>;
 }
 
@@ -44,7 +44,7 @@ pub mod thread {
 
     impl Link for Thread {
         fn send(&mut self, request: Request) {
-            // a thread that ended has said why
+            // a thread that ended has reported the reason
             let _ended = self.requests.send(request);
         }
 

@@ -28,8 +28,8 @@ mod window {
         /// Where recordings, tables and pictures go.
         #[arg(long, value_name = "FOLDER", default_value = "out/live")]
         out: std::path::PathBuf,
-        /// Writes what is shown, in numbers, to this file four times a second: for scripts that
-        /// drive the window.
+        /// Writes the shown numbers to this file four times per second, for scripts that drive the
+        /// window.
         #[arg(long, value_name = "FILE", hide = true)]
         numbers: Option<std::path::PathBuf>,
     }
@@ -48,7 +48,7 @@ mod window {
                 && self.next.elapsed().as_millis() >= 250
             {
                 self.next = std::time::Instant::now();
-                // whole or not at all: whoever reads it may come at any time
+                // complete or not at all: it may be read at any time
                 let part = file.with_extension("part");
                 if let Err(why) =
                     std::fs::write(&part, self.app.numbers().to_string()).and_then(|()| std::fs::rename(&part, file))

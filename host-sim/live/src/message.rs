@@ -3,15 +3,15 @@
 use palpate_loop::live::{Choice, Holding};
 use serde::{Deserialize, Serialize};
 
-/// Silence for this long means that nobody is there: the loop lets the force go, the screen shows
-/// none. Longer than a frame of a machine that is busy [s].
+/// Time of silence after which the other side counts as gone: the loop ends the force, the screen
+/// shows none. Longer than a frame of a machine that is busy [s].
 pub const SILENCE_S: f64 = 0.75;
 
-/// From the one who draws.
+/// Requests of the drawing side.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub enum Request {
-    /// Where the tip shall go [m]; `None` away from the tissue. Once a drawn frame, and answered by
-    /// an [`Answer::Frame`].
+    /// Target of the tip [m]; `None` away from the tissue. Once per drawn frame, and answered by an
+    /// [`Answer::Frame`].
     Aim(Option<[f64; 3]>),
     /// Other tissue, another device.
     Choose(Choice, Holding),
@@ -51,7 +51,7 @@ pub enum Answer {
 /// Why a recording ended.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
 pub enum Ended {
-    /// As was asked.
+    /// As requested.
     Asked,
     /// Other tissue or another device came.
     Changed,
@@ -69,7 +69,7 @@ pub enum Tip {
     Flat,
     /// A ball drawn out by half of a length to either side.
     Capsule {
-        /// Way from the middle to either end [m].
+        /// Vector from the middle to either end [m].
         half_m: [f32; 3],
     },
     /// A whole ellipsoid.
@@ -120,7 +120,7 @@ pub struct Body {
     pub friction: f32,
     /// It is a block: a nodule can be put into it.
     pub block: bool,
-    /// Places that it was calibrated over; 0 if it comes from formulas alone.
+    /// Number of places that it was calibrated at; 0 if it comes from formulas alone.
     pub fitted_places: u32,
 }
 
@@ -141,7 +141,7 @@ pub struct Sample {
     pub tick_us: f32,
 }
 
-/// Contact map of a frame; zeros where nothing is touched.
+/// Contact map of a frame; zeros without contact.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct Contact {
     /// Area [m^2].
@@ -179,7 +179,7 @@ pub struct Frame {
     pub depth_m: f32,
     /// Centre of the contact [m].
     pub contact_m: [f32; 3],
-    /// Contact map, where it was asked for.
+    /// Contact map, if requested.
     pub map: Option<Contact>,
     /// Since the last frame.
     pub samples: Vec<Sample>,

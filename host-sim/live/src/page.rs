@@ -23,7 +23,7 @@ impl Worker {
         let came = Rc::new(RefCell::new(Vec::new()));
         let arrivals = Rc::clone(&came);
         let listener = Closure::<dyn FnMut(web_sys::MessageEvent)>::new(move |event: web_sys::MessageEvent| {
-            // a sentence is not for here: page.js shows it
+            // sentences are shown by page.js, not here
             if let Ok(bytes) = event.data().dyn_into::<js_sys::Uint8Array>()
                 && let Ok(answer) = postcard::from_bytes(&bytes.to_vec())
             {

@@ -114,7 +114,7 @@ impl App {
             let response = ui.add(Slider::new(value, range).fixed_decimals(1).clamping(EDITS).text(name));
             let changed = (*value - before).abs() > 1e-6;
             moved |= changed;
-            // the patch is made anew: once, not at every pixel
+            // the patch is rebuilt once, not at every pixel
             released |= response.drag_stopped() || (changed && !response.dragged());
         }
         if moved {

@@ -10,9 +10,9 @@ use palpate_tissue::error::Error;
 
 use crate::message::{Answer, Body, Contact, Ended, Frame, Request, SILENCE_S, Sample, Tip};
 
-/// Most ticks that are caught up with at once; the rest of a debt is dropped, and reported.
+/// Largest number of overdue ticks that are run at once; the rest is dropped and reported.
 pub const MOST_BEHIND: u64 = 60;
-/// One sample for the strips every so many ticks.
+/// Ticks per sample of the strips.
 const SAMPLE_EVERY: u64 = 4;
 /// Samples kept for a frame that is late.
 const MOST_SAMPLES: usize = 500;
@@ -68,7 +68,7 @@ impl Physics {
         Ok(physics)
     }
 
-    /// Where the tip waits above the site [m].
+    /// Height at which the tip waits above the site [m].
     fn clear_m(&self) -> Vector3<f64> {
         let tissue = self.live.tissue();
         tissue.patch().site_m().cast() + tissue.params().probe.axis.cast() * CLEAR_M
@@ -103,8 +103,8 @@ impl Physics {
         }))
     }
 
-    /// Answers a request; `clock` gives real time [s]. What takes long, a patch to prepare or a
-    /// trace to repeat, stops the tissue's time.
+    /// Answers a request; `clock` gives real time [s]. Long work, such as preparing a patch or
+    /// repeating a trace, stops the tissue's time.
     pub fn take(&mut self, request: Request, clock: &dyn Fn() -> f64, answer: &mut dyn FnMut(Answer)) {
         let now_s = clock();
         self.follow(request, now_s, answer);
@@ -158,7 +158,7 @@ impl Physics {
         }
     }
 
-    /// Straight up from where the target is.
+    /// Straight above the target.
     fn away_m(&self) -> Vector3<f64> {
         let axis = self.live.tissue().params().probe.axis.cast();
         let clear_m = self.clear_m();

@@ -1,4 +1,4 @@
-//! Mouse and keys move the tip: over the surface, into it, and the eye round it.
+//! Mouse and keys move the tip over the surface and into it, and the eye around it.
 
 use eframe::egui::{Key, PointerButton, Response, Ui};
 use palpate::Vector3;
@@ -10,7 +10,7 @@ use crate::message::{Body, Frame};
 
 type V = Vector3<f32>;
 
-/// Depth that a press with the button begins with [m].
+/// Initial depth of a press with the button [m].
 const PRESS_M: f32 = 3e-3;
 /// A notch of the wheel [m].
 const NOTCH_M: f32 = 0.5e-3;
@@ -24,9 +24,9 @@ const ALONG_M_PER_S: f32 = 25e-3;
 pub struct Pointer {
     /// On the surface [m].
     place_m: V,
-    /// By the wheel, beyond the surface; what a button adds is on top [m].
+    /// Depth by the wheel, beyond the surface; a button adds to it [m].
     pub press_m: f32,
-    /// How deep it is now: it goes there at a hand's speed [m].
+    /// Present depth; it changes at a hand's speed [m].
     depth_m: f32,
     /// The tip is over the tissue.
     over: bool,
@@ -54,7 +54,7 @@ impl Pointer {
         self.place_m
     }
 
-    /// Where the tip shall be [m]; `None` if nobody points at the tissue.
+    /// Target of the tip [m]; `None` if the pointer is not over the tissue.
     pub fn aim(
         &mut self,
         ui: &Ui,
@@ -101,7 +101,8 @@ impl Pointer {
             self.by_key = false;
         }
         if !self.by_key {
-            // out of the window there is no place; a drag that leaves the picture lets go as well
+            // outside the window there is no place; a drag that leaves the picture ends the press
+            // as well
             let pixel = response.hover_pos().or(response.interact_pointer_pos()).filter(|p| response.rect.contains(*p));
             let inside = ui.input(|i| i.pointer.has_pointer());
             let place_m = pixel.filter(|_| inside).and_then(|p| shape.meets(&lens.eye_m(), &lens.ray(p)));

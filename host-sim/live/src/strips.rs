@@ -54,7 +54,7 @@ const STRIPS: [Strip; 4] = [
     },
     Strip {
         title: "energy taken mJ",
-        // what is taken is negative when given; a zero has no sign
+        // energy taken is negative energy given; a zero has no sign
         value: |s| 0.0 - f64::from(s.energy_j) * 1e3,
         part: None,
         colour: Color32::from_rgb(50, 140, 90),
@@ -110,7 +110,7 @@ impl Strips {
     fn strip(&self, ui: &mut Ui, strip: &Strip, newest_s: f64, height: f32) {
         let most = self.samples.iter().map(strip.value).fold(strip.least, f64::max).min(strip.most) * 1.08;
         let points = self.points(strip.value, newest_s);
-        // nothing rubs without friction, and rounding is not drawn
+        // without friction there is no such force, and rounding is not drawn
         let part = strip.part.map(|part| self.points(part, newest_s)).filter(|points| points.iter().any(|p| p[1] > LEAST_PART_N));
         let plot = Plot::new(strip.title)
             .height(height)

@@ -28,7 +28,7 @@ pub struct Shown {
     pub colour: Colour,
     /// Springs.
     pub springs: bool,
-    /// Edge: what is fixed, and what has a far field behind it.
+    /// Edge: fixed nodes, and nodes with a far field behind them.
     pub rim: bool,
     /// On a dark ground.
     pub dark: bool,
@@ -237,8 +237,8 @@ fn ellipse(painter: &Painter, lens: &Lens, frame: &Frame) {
     painter.add(Drawn::line(ring.collect(), Stroke::new(2.0, Color32::from_rgb(190, 30, 20))));
 }
 
-/// How much of the way from `a` to `b` lies in the picture: a strong force keeps its head and its
-/// number.
+/// Share of the line from `a` to `b` within the picture, so that the arrow of a strong force keeps
+/// its head and its number.
 fn share_inside(rect: Rect, a: Pos2, b: Pos2) -> f32 {
     let along = |from: f32, to: f32, low: f32, high: f32| {
         let end = if to > high { high } else { low };

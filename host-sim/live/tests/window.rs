@@ -93,7 +93,7 @@ fn the_window_is_pressed_and_its_trace_repeats() {
         return;
     };
     window.until("the loop is active", |s| s["mode"].as_str().is_some_and(|m| m.starts_with("active")));
-    // no window manager gives it the keys
+    // without a window manager it has no keyboard focus
     window.x("search --onlyvisible --name Palpate windowfocus");
     window.x("mousemove 480 250 mousedown 1");
     let soft = window.until("force", |s| number(s, "depth_m") > 2.9e-3);
@@ -166,7 +166,7 @@ fn a_window_bears_a_mouse_that_leaves_and_no_size_and_its_keys_reach_everything(
     window.until("more damping", |s| chosen(s, "damping_per_s").as_f64().is_some_and(|d| (d - 50.0).abs() < 0.1));
     window.x("key m");
     window.until("another mesh", |s| s["nodes"].as_u64().is_some_and(|n| n > 800) && active(s));
-    // one after the other: a tissue takes its time to come
+    // one after the other: a tissue takes time to load
     let body = |s: &Value| s["body"].as_u64().unwrap_or(0);
     let mut newest = 0;
     for (key, scene, nodule) in [("5", "abdomen", false), ("1", "block", false), ("o", "block", true)] {

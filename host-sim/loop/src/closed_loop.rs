@@ -5,9 +5,9 @@
 //!                             every tick is watched against the invariants
 //! ```
 //!
-//! [`run::run`] is that line; [`campaign`] runs it with the faults of [`faulty`]. A [`device`]
-//! profile and a [`hand`] are data; a [`controller`] is ours or another; a [`surface`] is a wall or
-//! the product's patch; a [`verdict`] is frozen.
+//! [`run::run`] runs it; [`campaign`] runs it with the faults of [`faulty`]. A [`device`] profile
+//! and a [`hand`] are data; a [`controller`] is the product's or another; a [`surface`] is a wall
+//! or the product's patch; the criteria of a [`verdict`] do not change.
 
 pub mod campaign;
 pub mod controller;

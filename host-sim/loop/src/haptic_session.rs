@@ -6,8 +6,8 @@
 //!                    gate ─ patch ─ damping ─ gains ─ limits
 //! ```
 //!
-//! The force goes through [`Cycle::tick`] as on the board: ramp-in, passivity and limits are always
-//! in its way. A tick allocates nothing; what is made ready beforehand does.
+//! The force goes through [`Cycle::tick`] as on the board: ramp-in, passivity and limits always
+//! apply. A tick allocates nothing; preparing a session does.
 
 use std::path::Path;
 
@@ -27,9 +27,9 @@ use crate::closed_loop::device::DeviceProfile;
 use crate::closed_loop::prepared::Prepared;
 use crate::live::LiveTissue;
 
-/// Young's modulus may be set between this share of the one that was opened ...
+/// Young's modulus may be set between this share of the opened one ...
 const SOFTEST: f32 = 0.5;
-/// ... and this one, where the substeps bear it: as on a board.
+/// ... and this one, if the substeps remain stable: as on a board.
 const STIFFEST: f32 = 2.0;
 
 /// Input of a tick.
@@ -37,13 +37,13 @@ const STIFFEST: f32 = 2.0;
 pub struct Input {
     /// Tip of the probe [m], scene frame.
     pub tip_m: Vector3<f32>,
-    /// The position is the one of the tick before: no new reading came.
+    /// The position is that of the previous tick: there was no new reading.
     pub stale: bool,
-    /// The device says that its reading cannot be trusted.
+    /// The device reports that its reading cannot be trusted.
     pub sensor_failed: bool,
     /// The hand switch is open: no force, and no arming.
     pub operator_absent: bool,
-    /// Periods that went by without a tick since the last one.
+    /// Periods that passed without a tick since the last one.
     pub late_ticks: u16,
 }
 
@@ -76,11 +76,12 @@ pub struct HapticSession {
     telemetry: Option<Telemetry>,
     /// Bounds of Young's modulus [Pa].
     modulus_pa: [f32; 2],
-    /// Young's modulus that waits: a stiffer one until nothing is touched, any until the next tick.
+    /// Pending Young's modulus: a stiffer one waits until nothing is touched, any other until the
+    /// next tick.
     waiting_pa: Option<f32>,
     /// A request for the next tick.
     asked: Option<Ask>,
-    /// Arming is to be asked for when the mode is idle.
+    /// Arming will be requested once the mode is idle.
     arms: bool,
 }
 
@@ -111,7 +112,7 @@ impl HapticSession {
         })
     }
 
-    /// As [`Self::open_patch`], of the file's bytes.
+    /// As [`Self::open_patch`], from the file's bytes.
     ///
     /// # Errors
     /// As [`Self::open`].
@@ -153,7 +154,7 @@ impl HapticSession {
             _ => None,
         });
         let Input { late_ticks, operator_absent, .. } = *input;
-        // the caller is the host, and is there: it calls
+        // the caller is the host, and its call is the sign of life
         let command = Command { asked, late_ticks, operator_absent, ..Command::HEARD };
         self.device.read(input);
         let telemetry = self.cycle.tick(&mut self.device, &mut self.tissue, command);
@@ -197,7 +198,7 @@ impl HapticSession {
         self.tissue.hash()
     }
 
-    /// Asks for a force: it comes when the probe has been outside and calm for
+    /// Requests arming: the force begins when the probe has been outside and calm for
     /// [`palpate::haptic::cycle::ArmingSettings`]' time, and grows for half a second.
     ///
     /// # Errors
@@ -207,13 +208,13 @@ impl HapticSession {
         if self.arms { Ok(()) } else { Err(OutOfOrder::Faulted) }
     }
 
-    /// Lets the force fall to nothing, and disarms.
+    /// Ramps the force down to zero, and disarms.
     pub fn stop(&mut self) {
         (self.asked, self.arms) = (Some(Ask::Stop), false);
     }
 
-    /// Asks in the next tick to forget the fault. Refused ([`Telemetry::refused`]) until readings
-    /// have been good for a tenth of a second.
+    /// Requests clearing the fault, in the next tick. Refused ([`Telemetry::refused`]) until
+    /// readings have been good for a tenth of a second.
     ///
     /// # Errors
     /// [`OutOfOrder::NoFault`].
@@ -225,12 +226,12 @@ impl HapticSession {
         Ok(())
     }
 
-    /// Sets Young's modulus [Pa], from the next tick on; a stiffer one when nothing is touched:
-    /// stiffened under the probe the tissue would give energy to the hand.
+    /// Sets Young's modulus [Pa], from the next tick on; a stiffer one once nothing is touched,
+    /// since stiffening under the probe would give energy to the hand.
     ///
     /// # Errors
-    /// [`BuildError::OutOfRange`]: not between half and twice the one that was opened, or beyond
-    /// what the substeps bear; nothing changes then.
+    /// [`BuildError::OutOfRange`]: not between half and twice the opened one, or not stable with
+    /// the substeps; nothing changes then.
     pub fn set_modulus(&mut self, youngs_modulus_pa: f32) -> Result<(), BuildError> {
         let [least_pa, most_pa] = self.modulus_pa;
         BuildError::within("youngs_modulus_pa", youngs_modulus_pa, least_pa, most_pa)?;
@@ -238,13 +239,13 @@ impl HapticSession {
         Ok(())
     }
 
-    /// Young's modulus that waits for the probe to leave, or for the next tick [Pa].
+    /// Pending Young's modulus, which waits for the probe to leave or for the next tick [Pa].
     #[must_use]
     pub fn waiting_modulus_pa(&self) -> Option<f32> {
         self.waiting_pa
     }
 
-    /// Lowers the maximum force [N], for good.
+    /// Lowers the maximum force [N], permanently.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] if it would rise; nothing changes then.
@@ -256,7 +257,7 @@ impl HapticSession {
     /// limits that were lowered.
     ///
     /// # Errors
-    /// None that was not one of opening.
+    /// Only errors that opening can return.
     pub fn reset(&mut self) -> Result<(), BuildError> {
         let settings = Settings { limits: *self.cycle.limits(), ..self.settings };
         self.cycle = Cycle::build(&settings, &self.device.spec)?;
@@ -266,7 +267,7 @@ impl HapticSession {
         Ok(())
     }
 
-    /// Takes a modulus that waits, when it may.
+    /// Applies a pending modulus as soon as permitted.
     fn settle(&mut self) {
         let params = *self.tissue.params();
         let softens = |pa: &mut f32| *pa < params.youngs_modulus_pa;
@@ -275,13 +276,13 @@ impl HapticSession {
             false => self.waiting_pa.take(),
         };
         if let Some(youngs_modulus_pa) = taken {
-            // its range was checked when it was asked for
+            // its range was checked at the request
             let _in_range = self.tissue.retune(Params { youngs_modulus_pa, ..params });
         }
     }
 }
 
-/// Whether the substeps of a patch bear another modulus [Pa].
+/// Whether a patch is stable with its substeps at another modulus [Pa].
 fn bears(patch: &Patch, params: &Params, youngs_modulus_pa: f32) -> Result<bool, BuildError> {
     let params = Params { youngs_modulus_pa, ..*params };
     if params.check().is_err() {
@@ -291,7 +292,7 @@ fn bears(patch: &Patch, params: &Params, youngs_modulus_pa: f32) -> Result<bool,
     Ok(measured.is_some_and(|step| step.substeps(TICK_S) <= f64::from(params.substeps)))
 }
 
-/// The device as the loop sees it: positions that the caller brings. The force is taken from the
+/// The device as the loop sees it: positions supplied by the caller. The force is taken from the
 /// record of the tick.
 #[derive(Clone, Debug)]
 struct CallersDevice {

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! [`closed_loop`] closes it over emulated hands, devices and faults; [`live`] is the same loop,
-//! owned by a window or a page; [`haptic_session`] leaves the device to its caller, in any
+//! driven by a window or a page; [`haptic_session`] leaves the device to its caller, in any
 //! language.
 
 pub mod closed_loop;

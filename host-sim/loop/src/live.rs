@@ -1,5 +1,5 @@
-//! Live: the loop of board and desktop, one tick per call, owned by whoever draws it; recorded at
-//! the core's edge and repeated bit for bit.
+//! Live: the loop of board and desktop, one tick per call, driven by the window or page that draws
+//! it; recorded at the core's interface and repeated bit for bit.
 //!
 //! ```text
 //! window, page (`host-sim/live`):

@@ -1,6 +1,6 @@
 //! Devices that are set up wrongly, in every hand: a wrong unit is noticed before any force, a
-//! wrong sign of the axis that is pressed at the first touches wherever the hand yields, and no
-//! honest device is taken for one.
+//! wrong sign of the pressed axis at the first touches if the hand yields, and no correct device is
+//! mistaken for a wrong one.
 //!
 //! `cargo test -p palpate-loop --release --test mistaken_devices -- --ignored --nocapture`
 //! prints the table of SAFETY.md.
@@ -28,7 +28,7 @@ static LIGHT: LazyLock<LightPatch> = LazyLock::new(|| LightPatch::load().unwrap(
 enum Target {
     /// A wall, its normal along z [N/m].
     Wall(f64),
-    /// A wall whose normal leans away from every axis [N/m].
+    /// A wall whose normal is tilted against every axis [N/m].
     Leaning(f64),
     /// The shipped patch of 130 nodes, its normal along z [Pa].
     Tissue(f64),
@@ -52,7 +52,7 @@ fn touch(name: &str, hand: Hand, stimulus: Stimulus, mistake: Mistake, target: T
             let static_n = light.static_n * youngs_modulus_pa / f64::from(light.params.youngs_modulus_pa);
             let share = (most_n / static_n).min(1.0);
             let params = Params { youngs_modulus_pa: youngs_modulus_pa as f32, ..light.params };
-            // a sphere's force grows with the depth to the power of 3/2
+            // the force of a sphere grows with the depth to the power of 3/2
             let setup = setup(DEPTH_M * share.powf(2.0 / 3.0), static_n * share);
             with_tissue(&light.patch, &params, |tissue| first_touches(&setup, mistake, tissue, |_| ()).unwrap()).unwrap()
         }
@@ -91,13 +91,13 @@ fn a_wrong_unit_is_told_before_any_force_a_wrong_sign_at_the_first_touches_and_n
             let unit = |fault| matches!(fault, Some(Fault::UnitMismatch | Fault::OutOfWorkspace));
             assert!(runs.iter().all(|(_, t)| unit(t.fault) && t.peak_n == 0.0), "{}: {runs:?}", mistake.name);
         } else if mistake.sign[2] > 0.0 {
-            // nothing acts along x and y: not to be noticed, and nothing is felt of it
+            // no force acts along x and y: the mistake can neither be noticed nor felt
             assert_eq!(faulted, 0.0, "{}: {runs:?}", mistake.name);
         } else {
             let ended = share(&runs, |_, touched| touched.ended_ticks.is_some());
             let by_sign = share(&runs, |_, touched| touched.fault == Some(Fault::WrongSign));
             assert!(ended >= 0.7 && faulted >= 0.7 && by_sign >= 0.5, "{}: {ended} {faulted} {by_sign}", mistake.name);
-            // whom nobody holds, and who holds lightly, is never left with it
+            // a released handle and a light hand are never left with it
             let light = |hand: &Hand| matches!(hand.id, "H0" | "H5");
             assert!(runs.iter().all(|(hand, t)| !light(hand) || t.ended_ticks.is_some()), "{}: {runs:?}", mistake.name);
         }

@@ -1,5 +1,5 @@
-//! Stand-in for a command that this build does not hold. It takes any arguments, for the build that
-//! reads them.
+//! Placeholder for a command that this build does not contain. It accepts any arguments and passes
+//! them on to the build that reads them.
 
 use std::ffi::OsString;
 

@@ -27,7 +27,7 @@ pub(super) struct AcceptArgs {
     shards: Shards,
 }
 
-/// The tests that are asked for.
+/// The requested tests.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Options {
     /// Run these tests alone [default: all].
@@ -161,7 +161,7 @@ fn print(row: &Row) {
     }
 }
 
-/// One row a figure. Texts hold commas: they are quoted.
+/// One row a figure. Texts contain commas, so they are quoted.
 fn csv(rows: &[Row]) -> String {
     let mut text = String::from("test,data,term,figure,low,high,ours,without_term,holds,needs_term\n");
     for row in rows {

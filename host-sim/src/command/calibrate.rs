@@ -25,7 +25,7 @@ use palpate_tissue::session::{Session, calibrated};
 use palpate_tissue::stable_step::StableStep;
 use palpate_tissue::tissue::Tissue;
 
-/// Places that can be asked for.
+/// Range of the number of places.
 const PLACES_RANGE: std::ops::RangeInclusive<usize> = 1..=2000;
 /// Nodes, places and rounds of a fit with `--quick`.
 const QUICK: (usize, usize, usize) = (130, 40, 6);

@@ -1,4 +1,4 @@
-//! Commands whose work is numbered cases: run whole, or a shard at a time and merged.
+//! Commands whose work is numbered cases: run as a whole, or shard by shard and merged.
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -16,7 +16,7 @@ use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::shard::{FILE, Heading, Part, PartError, Shard};
 
-/// The part of the cases that this process runs, and what it prints of them.
+/// The part of the cases that this process runs, and the printed rows.
 #[derive(Args, Clone, Debug, Default)]
 pub(super) struct Shards {
     /// Print every row. Without it those alone that failed, and what all come to.
@@ -36,14 +36,14 @@ impl Shards {
 
 /// A command whose work is numbered cases.
 pub(super) trait Campaign: Sized {
-    /// All that decides what its cases are.
+    /// Everything that determines its cases.
     type Options: Serialize + DeserializeOwned;
     /// The counts that some of the cases leave.
     type Counts: Serialize + DeserializeOwned + Debug;
     /// As on the command line.
     const COMMAND: &'static str;
 
-    /// Reads what the options name.
+    /// Reads the files named by the options.
     ///
     /// # Errors
     /// Bad input.
@@ -52,7 +52,7 @@ pub(super) trait Campaign: Sized {
     /// The campaign of shards that ran elsewhere.
     ///
     /// # Errors
-    /// Its input is not there, or no longer what it was.
+    /// Its input is missing or has changed.
     fn of_shards(options: Self::Options, heading: &Heading) -> Result<Self, Error> {
         let campaign = Self::load(options)?;
         if campaign.inputs() == heading.inputs && campaign.cases() == heading.cases {
@@ -70,18 +70,18 @@ pub(super) trait Campaign: Sized {
     /// Number of its cases.
     fn cases(&self) -> u64;
 
-    /// Checksums of what was read and does not ship with the program.
+    /// Checksums of the inputs that do not ship with the program.
     fn inputs(&self) -> BTreeMap<String, String> {
         BTreeMap::new()
     }
 
-    /// Runs the cases of these numbers, each as it would be among others.
+    /// Runs the cases of these numbers, each independently of the others.
     fn run(&self, cases: Range<u64>) -> Result<Self::Counts, Error>;
 
-    /// Adds the counts of the cases that follow, exactly: no sum of rounded numbers.
+    /// Adds the counts of the following cases exactly, without sums of rounded numbers.
     fn add(counts: &mut Self::Counts, next: Self::Counts);
 
-    /// Writes and publishes the result of all cases, prints it, and judges it. With `all` every row
+    /// Writes and publishes the result of all cases, prints it, and checks it. With `all` every row
     /// is printed.
     fn report(&self, folder: OutputFolder, counts: Self::Counts, all: bool) -> Result<(), Error>;
 
@@ -95,7 +95,7 @@ pub(super) trait Campaign: Sized {
         out.to_owned()
     }
 
-    /// Runs all cases, or the shards that were asked for.
+    /// Runs all cases, or the requested shards.
     fn start(options: Self::Options, shards: &Shards, out: &Path) -> Result<(), Error> {
         let campaign = Self::load(options)?;
         if !shards.any() {
@@ -106,7 +106,7 @@ pub(super) trait Campaign: Sized {
         shards.shard.iter().try_for_each(|shard| campaign.run_shard(*shard, out))
     }
 
-    /// Runs a shard and leaves its counts. What they say of the whole, `merge` judges.
+    /// Runs a shard and leaves its counts. `merge` checks the whole.
     fn run_shard(&self, shard: Shard, out: &Path) -> Result<(), Error> {
         let (total, cases) = (self.cases(), shard.cases(self.cases()));
         let folder = OutputFolder::open(&out.join(format!("shard-{}-of-{}", shard.number(), shard.of())))?;
@@ -116,7 +116,8 @@ pub(super) trait Campaign: Sized {
         let counts = self.run(cases.clone())?;
         folder.write(FILE, Part::write(&heading, &counts).map_err(unwritable)?.as_bytes())?;
         let again: Self::Counts = Part::read(&folder.draft().join(FILE)).map_err(unreadable)?.counts().map_err(unwritable)?;
-        // JSON has no form for some numbers: better told here than a byte amiss after the merge
+        // JSON has no form for some numbers: an error here is better than a wrong byte after the
+        // merge
         if format!("{again:?}") != format!("{counts:?}") {
             return Err(unreadable(PartError::Damaged));
         }
@@ -130,7 +131,7 @@ pub(super) trait Campaign: Sized {
         Ok(value.as_object().into_iter().flatten().map(|(key, value)| (key.clone(), value.clone())).collect())
     }
 
-    /// Writes what one run of all cases would have written.
+    /// Writes the result of a single run of all cases.
     fn merge(parts: Vec<Part>, out: &Path, all: bool) -> Result<(), Error> {
         let Some(heading) = parts.first().map(|part| part.heading.clone()) else { return Ok(()) };
         let unread = |shard: Shard| {

@@ -80,7 +80,7 @@ pub(super) struct Chart {
     peers: Option<Peers>,
 }
 
-/// Rows of some cases. Times of a tick are carried as they were read.
+/// Rows of some cases. Times of a tick are passed on as they were read.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Rows {
     runs: Vec<Run>,
@@ -160,7 +160,7 @@ impl Campaign for Chart {
     }
 }
 
-/// How many survived, and how many of the points that nothing beats are ours.
+/// Number of survivors, and number of unbeaten points that are ours.
 fn in_words(summary: &Summary) -> String {
     let points = || summary.fronts.iter().filter(|front| front.cost == "tick_us").flat_map(|front| &front.points);
     let ours = points().filter(|point| point.method.starts_with("palpate")).count();
@@ -173,7 +173,7 @@ fn in_words(summary: &Summary) -> String {
 }
 
 impl Options {
-    /// Whether a row is among those that were asked for.
+    /// Whether a row is among the requested ones.
     fn wants(&self, task: &Task) -> bool {
         let modulus = self.kpa.is_none_or(|kpa| (task.youngs_modulus_pa * 1e-3 - kpa).abs() < 1e-9);
         modulus && (self.nodes.is_empty() || self.nodes.contains(&task.nodes))

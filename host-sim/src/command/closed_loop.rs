@@ -45,7 +45,7 @@ pub(super) struct LoopArgs {
     shards: Shards,
 }
 
-/// The runs that are asked for.
+/// The requested runs.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 struct RunOptions {
     /// A plain spring of this stiffness in N/m in place of the scene's tissue.
@@ -397,7 +397,7 @@ fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus], all: bool) {
     );
 }
 
-/// A mark per hand and stimulus, and what the marks and numbers stand for.
+/// A mark per hand and stimulus, and the meaning of the marks and numbers.
 fn print_matrix(report: &Report, hands: &[Hand], stimuli: &[Stimulus]) {
     print!("{:<22}", "");
     for stimulus in stimuli {

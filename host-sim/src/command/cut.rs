@@ -29,9 +29,9 @@ use palpate_tissue::session::Session;
 const ELEMENTS_RADII: [f64; 2] = [0.3, 0.9];
 /// Halvings between them: a few tenths of a millimetre.
 const HALVINGS: usize = 5;
-/// A fit that ends further off [%] is no patch.
+/// Largest error of an accepted fit [%].
 const WORST_RMS_PCT: f64 = 10.0;
-/// Depths between which the error is told in short [probe radii].
+/// Range of depths of the summarised error [probe radii].
 const JUDGED_DEPTHS_RADII: [f64; 2] = [0.125, 0.5];
 
 #[derive(Args, Clone, Debug)]

@@ -22,10 +22,10 @@ use palpate_loop::closed_loop::soak::{Soak, soak};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
-/// Farthest that a node may be from its place after normal use [m].
+/// Largest distance of a node from its place after normal use [m].
 const DRIFT_M: f32 = 1e-6;
 
-/// Two months on a thousand cores: more is a slip.
+/// Two months on a thousand cores: more is probably a typing error.
 const MOST_CASES: u64 = 100_000_000_000;
 
 #[derive(Args, Clone, Debug)]
@@ -164,7 +164,7 @@ impl Campaign for Faults {
 }
 
 impl Faults {
-    /// Normal use, if it was asked for.
+    /// Normal use, if requested.
     fn soak(&self) -> Result<Option<Soak>, Error> {
         if self.options.soak_s == 0 {
             return Ok(None);

@@ -1,4 +1,4 @@
-//! `palpate fit`: from a scene to a calibrated patch with a judged error.
+//! `palpate fit`: from a scene to a calibrated patch with a measured error.
 
 mod added_force;
 mod block;
@@ -28,7 +28,7 @@ use palpate_tissue::fit_record::FitRecord;
 use palpate_tissue::scene::{NO_PATCH, Scene};
 use palpate_tissue::trials::Trial;
 
-/// Most nodes that a block is meshed with.
+/// Largest number of nodes of a block's mesh.
 const MOST_NODES: f64 = 5000.0;
 /// Places if none are given: patches of few nodes are fitted sooner and gain more by another place.
 const PLACES_TIMES_NODES: usize = 33_000;
@@ -36,8 +36,8 @@ const PLACES: std::ops::RangeInclusive<usize> = 80..=250;
 /// Most rounds of a fit: later ones gain little. With `--quick`.
 const ROUNDS: usize = 10;
 const QUICK_ROUNDS: usize = 3;
-/// A round that gains less than this share of the objective is the last: five more would bring the
-/// force error of 410 nodes from 0.88 to 0.84 %.
+/// Share of the objective below which a round's gain ends the fit: five more would bring the force
+/// error of 410 nodes from 0.88 to 0.84 %.
 const LEAST_GAIN: f64 = 0.03;
 
 #[derive(Args, Clone, Debug)]
@@ -78,11 +78,11 @@ pub(super) struct FitOptions {
     quick: bool,
 }
 
-/// A patch that was written, and what it came to.
+/// A written patch, and its results.
 struct Fitted {
     record: FitRecord,
     trials: Vec<Trial>,
-    /// Where it misses the tolerance: what would do.
+    /// If it misses the tolerance: a remedy.
     missed: Option<String>,
 }
 
@@ -144,14 +144,14 @@ impl FitArgs {
         Ok(scene)
     }
 
-    /// How long a patch of so many nodes is fitted.
+    /// Time of a fit for this many nodes.
     fn settings(&self, nodes: usize, least_gain: f64) -> Settings {
         let rounds = if self.options.quick { QUICK_ROUNDS } else { ROUNDS };
         let places = self.options.places.unwrap_or((PLACES_TIMES_NODES / nodes.max(1)).clamp(*PLACES.start(), *PLACES.end()));
         Settings { places, rounds, least_gain, fit: Fit::GaussNewton }
     }
 
-    /// Holds the verdict against the error that was asked for; where it misses, says what would do.
+    /// Compares the error with the requested one; if it is larger, suggests a remedy.
     fn judged(&self, (record, trials): (FitRecord, Vec<Trial>), verdict: &Verdict) -> Fitted {
         let (asked, nodes) = (self.options.tolerance_pct, record.nodes);
         let (rms, worst) = (verdict.rms_pct(), verdict.worst_pct());

@@ -2,7 +2,7 @@
 
 use palpate_tissue::scene::LengthUnit;
 
-/// Reads a length [m]. What it may be is the command's to say.
+/// Reads a length [m]. Its range is checked by the command.
 pub(super) fn metres(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let number = |text: &str| text.trim().parse::<f64>().ok();

@@ -1,5 +1,5 @@
-//! Commands that this build does not hold: `palpate-full` holds them. It is built when one is first
-//! asked for, and run with the same arguments.
+//! Commands that this build does not contain: `palpate-full` contains them. It is built when one is
+//! first used, and run with the same arguments.
 
 use std::path::Path;
 use std::process::Command;

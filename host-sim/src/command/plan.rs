@@ -43,7 +43,7 @@ pub(super) struct PlanArgs {
     shards: Shards,
 }
 
-/// How a model is searched for.
+/// Options of the search for a model.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 pub(super) struct PlanOptions {
     /// Force error that is bearable [%]: root mean square over places and depths; single places may
@@ -102,7 +102,7 @@ impl PlanOptions {
             scene.refuse_what_boards_lack(machine.name)?;
         }
         let mut folder = OutputFolder::open(out)?.made_by(provenance::of(Some(&scene)));
-        // an earlier plan's patch must not be taken for this one's
+        // an earlier plan's patch must not be mistaken for this one's
         folder.drop_earlier(&format!("{}-{}.patch", scene.name, machine.name));
         let status = Status::start();
         let known = Known::of(&scene, asked, |what| status.say(what))?;

@@ -44,7 +44,7 @@ impl PressArgs {
         let scene = self.common.load()?;
         let session = Session::prepare(&scene)?.for_motion(&MACHINES[0], &scene)?;
         let ramps = Ramp::of_scene(&scene).map_err(palpate_tissue::Error::from)?;
-        // not before the scene is known to be good: bad input leaves nothing behind
+        // only once the scene has been checked: bad input leaves no files
         let folder = self.common.open("press", &scene)?;
         let mut deepest = None;
         let press = with_progress(|progress| {
@@ -70,7 +70,7 @@ impl PressArgs {
     }
 }
 
-/// How right and how fast a press was.
+/// Accuracy and speed of a press.
 fn in_words(scene: &Scene, session: &Session, press: &Press) -> String {
     let furthest = press
         .holds
@@ -185,8 +185,8 @@ fn supports(scene: &Scene, nodes: usize, fixed_mm: [[f64; 3]; 2]) -> String {
     format!("{nodes} nodes, {whichever}: {}", box_mm(fixed_mm))
 }
 
-/// The session's patch on every ramp whose truth is stored; a ramp that it does not survive is left
-/// out.
+/// The session's patch on every ramp with a stored reference; a ramp that it does not survive is
+/// left out.
 fn judge_ramps(ramps: &[Ramp], session: &Session) -> Result<Vec<RampError>, Error> {
     let mut errors = Vec::new();
     for ramp in ramps {

@@ -1,4 +1,4 @@
-//! Progress of long work: a bar on a terminal, a line every few seconds where there is none.
+//! Progress of long work: a bar on a terminal, or a line every few seconds without one.
 
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -12,11 +12,11 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Work that is done sooner says nothing.
+/// Shorter work prints nothing.
 const QUIET: Duration = Duration::from_secs(2);
-/// Between two lines where there is no terminal [s].
+/// Time between two lines without a terminal [s].
 const LINE_S: u64 = 10;
-/// Between two lines that name a step.
+/// Time between two lines that name a step.
 #[cfg(feature = "full")]
 const STEP_LINE: Duration = Duration::from_secs(4);
 
@@ -33,7 +33,7 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    /// Of so many steps; `what` is their plural.
+    /// Of this many steps; `what` is their plural.
     pub(super) fn new(length: u64, what: &'static str) -> Self {
         let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::hidden());
         if let Ok(style) = ProgressStyle::with_template(&format!("{{bar:30}} {{pos}}/{{len}} {what}, {{eta}} left")) {
@@ -43,7 +43,7 @@ impl Progress {
         Self { bar, what, length, done: AtomicU64::new(0), began: Instant::now(), told_s: AtomicU64::new(0), terminal }
     }
 
-    /// So many more are done.
+    /// This many more are done.
     pub(super) fn inc(&self, steps: u64) {
         let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
         let spent = self.began.elapsed();
@@ -67,7 +67,7 @@ impl Progress {
     }
 }
 
-/// Work whose length nobody knows.
+/// Work of unknown length.
 #[derive(Default)]
 pub(super) struct Spinner {
     began: Option<Instant>,
@@ -106,8 +106,8 @@ impl Spinner {
     }
 }
 
-/// Work that lasts until it is ended: beside a spinner on a terminal, in a line every few seconds
-/// where there is none.
+/// Work that lasts until it is ended: next to a spinner on a terminal, or in a line every few
+/// seconds without one.
 #[cfg(feature = "full")]
 pub(super) struct Lines {
     spinner: Spinner,
@@ -126,7 +126,7 @@ impl Default for Lines {
 
 #[cfg(feature = "full")]
 impl Lines {
-    /// How it stands.
+    /// Sets the state in words.
     pub(super) fn say(&mut self, how: impl FnOnce() -> String) {
         if self.terminal {
             self.spinner.show(how);
@@ -142,11 +142,11 @@ impl Lines {
     }
 }
 
-/// Work that says in words what it is doing.
+/// Work that reports its current activity in words.
 #[cfg(feature = "full")]
 pub(super) struct Status {
     bar: ProgressBar,
-    /// Where there is no terminal.
+    /// Without a terminal.
     teller: Option<Teller>,
 }
 
@@ -183,7 +183,7 @@ impl Teller {
 
     fn stop(self) {
         drop(self.end);
-        // a thread that panicked has said so
+        // a thread that panicked has reported it
         let _ = self.thread.join();
     }
 }
@@ -200,7 +200,7 @@ impl Status {
         Self { bar, teller: None }
     }
 
-    /// The work goes on with this.
+    /// The next part of the work.
     pub(super) fn say(&self, doing: impl Into<String>) {
         match &self.teller {
             Some(teller) => teller.say(doing.into()),
@@ -280,7 +280,7 @@ impl Steps {
     }
 
     fn update(&self, change: impl FnOnce(&mut Count), message: &str) {
-        // another thread may have panicked between a count and its line: the count still stands
+        // another thread may have panicked between a count and its line: the count is still valid
         let mut count = self.count.lock().unwrap_or_else(PoisonError::into_inner);
         change(&mut count);
         if let Some(bar) = &self.bar {

@@ -97,7 +97,7 @@ impl ReplayArgs {
         verdict.last()
     }
 
-    /// No invariant broken, and no bit another than the trace's.
+    /// Checks that no invariant was broken and that no bit differs from the trace.
     fn judge(&self, again: &Replayed) -> Result<(), Error> {
         let file = self.file.display();
         if let Some((tick, Broken { id, what })) = again.broken.first() {

@@ -21,7 +21,7 @@ impl SceneArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let Some(name) = &self.scene else { return list() };
         let scene = Scene::load_with(name, &self.changes)?;
-        // the file and nothing else: it is redirected into one of one's own
+        // the file and nothing else, since it is redirected into the user's own file
         print!("{}", scene.text);
         Ok(())
     }

@@ -13,7 +13,7 @@ use palpate_tissue::shard::scene_checksum;
 /// Every scene file (.toml) of a folder, by name, with its checksum.
 #[derive(Clone, Debug)]
 pub(super) struct SceneList {
-    /// Not known where shards are merged, which need no scene.
+    /// Unknown when shards are merged, which need no scene.
     folder: PathBuf,
     checksums: BTreeMap<String, String>,
 }
@@ -39,7 +39,7 @@ impl SceneList {
         Ok(Self { folder: folder.to_owned(), checksums })
     }
 
-    /// As shards have noted it.
+    /// The list as recorded in shards.
     pub(super) fn noted(checksums: &BTreeMap<String, String>) -> Self {
         Self { folder: PathBuf::new(), checksums: checksums.clone() }
     }
@@ -60,7 +60,7 @@ impl SceneList {
     }
 }
 
-/// How the work on a scene ended.
+/// Result of the work on a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Ended {
@@ -82,8 +82,8 @@ impl Ended {
     }
 }
 
-/// Why a scene missed or failed, in a line of its row. Its file is named as it is in the folder:
-/// a shard may see the folder in another place.
+/// Why a scene missed or failed, in a line of its row. Its file is named relative to the folder,
+/// which a shard may see at another path.
 pub(super) fn why(error: &Error, name: &str, file: &str) -> String {
     let why = match error {
         Error::Tissue(TissueError::Check(why)) => why.clone(),
@@ -97,7 +97,7 @@ pub(super) fn named_as(why: &str, name: &str, file: &str) -> String {
     why.replace(file, &format!("{name}.toml"))
 }
 
-/// Whether no later case can do better: the disk, not the scene.
+/// Whether all later cases would fail as well: an error of the disk, not of the scene.
 pub(super) fn ends_all(error: &Error) -> bool {
     matches!(error, Error::Tissue(TissueError::Write { .. } | TissueError::InUse { .. }))
 }

@@ -50,7 +50,7 @@ impl ScoreArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let weights = self.weights.as_deref().map_or(Ok(Weights::PAPER), Weights::parse)?;
         if let Some(file) = &self.file {
-            // read and checked whole before the folder is touched
+            // read and checked completely before the folder is touched
             let values = evaluate(&read(file)?, &weights);
             let source = file.display().to_string();
             let found = self.write(&source, weights, &values, None)?;
@@ -101,7 +101,7 @@ fn drawn(one: &Evaluation) -> PersonValue<'_> {
     PersonValue { group: &one.group, person: &one.intern, phase, value: one.value }
 }
 
-/// Labels may hold commas and quotes; they are quoted as they were.
+/// Labels may contain commas and quotes; they are quoted as in the input.
 fn csv(values: &[Evaluation]) -> String {
     let cell = |label: &str| {
         let plain = !label.contains([',', '"', '\n', '\r', '#']);
@@ -109,7 +109,7 @@ fn csv(values: &[Evaluation]) -> String {
     };
     let mut text = String::from("group,phase,intern,value\n");
     for v in values {
-        // rounded where the sum of three products has only noise left
+        // rounded to the digits above the rounding noise of a sum of three products
         let value = (v.value * 1e12).round() / 1e12;
         text.push_str(&format!("{},{},{},{value}\n", cell(&v.group), v.phase.name(), cell(&v.intern)));
     }

@@ -25,8 +25,8 @@ impl Tools {
         Self { package, cargo: named("CARGO", "cargo"), rustc: named("RUSTC", "rustc"), rustup: "rustup".into() }
     }
 
-    /// Adds the standard library for `target`, if it is not there. Also a toolchain that rustup
-    /// knows nothing of may have it.
+    /// Adds the standard library for `target`, if it is not there. A toolchain unknown to rustup
+    /// may have it as well.
     pub fn add_target(&self, target: &str) -> Result<(), Error> {
         let mut ask = self.command(&self.rustc);
         if let Ok(output) = ask.args(["--print", "target-libdir", "--target", target]).output()
@@ -50,8 +50,8 @@ impl Tools {
         }
     }
 
-    /// Builds, and asks cargo where it put what it made of `target`: settings may name any folder.
-    /// Cargo shows its own progress.
+    /// Builds, and asks cargo for the path of the output of `target`, since settings may name any
+    /// folder. Cargo shows its own progress.
     pub fn build(&self, arguments: &[&str], target: &str) -> Result<PathBuf, Error> {
         let what = format!("cargo build {} in {}", arguments.join(" "), self.package.display());
         let mut cargo = self.command(&self.cargo);
@@ -67,7 +67,7 @@ impl Tools {
     fn command(&self, program: &OsString) -> Command {
         let mut command = Command::new(program);
         command.current_dir(&self.package);
-        // relative to where the user stands, not to the package
+        // relative to the user's working folder, not to the package
         for variable in ["CARGO_TARGET_DIR", "CARGO_BUILD_TARGET_DIR"] {
             if let Some(folder) = std::env::var_os(variable).filter(|f| !f.is_empty())
                 && let Ok(folder) = std::path::absolute(folder)
@@ -89,7 +89,7 @@ fn file_of(target: &str, line: &str) -> Option<PathBuf> {
     output["executable"].as_str().or_else(module).map(PathBuf::from)
 }
 
-/// Runs a program that says itself what is wrong.
+/// Runs a program that reports its own errors.
 pub(super) fn run(command: &mut Command, what: &str) -> Result<ExitStatus, Error> {
     Ok(command.status().map_err(|why| TissueError::Usage(format!("{what} does not start: {why}: build it anew")))?)
 }

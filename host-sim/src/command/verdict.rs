@@ -16,7 +16,7 @@ impl Verdict {
         Self(Ok(words.into()))
     }
 
-    /// Of a check: where it passed, `words` say what held.
+    /// Verdict of a check; `words` describe a kept promise.
     ///
     /// # Errors
     /// The check found bad input rather than a broken promise.
@@ -35,8 +35,8 @@ impl Verdict {
         self
     }
 
-    /// Prints it after the details. On a terminal the line of the failed check, on standard error,
-    /// stands there already.
+    /// Prints it after the details. On a terminal the line of the failed check is already visible,
+    /// on standard error.
     ///
     /// # Errors
     /// The check that failed.

@@ -1,4 +1,5 @@
-//! A device's profile file as a board takes it: limits, and the `[mechanism]` table if it has one.
+//! A device's profile file in the form for a board: limits, and the `[mechanism]` table if it has
+//! one.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +11,7 @@ use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_tissue::Error;
 use serde::Deserialize;
 
-/// `[mechanism]` as a person writes it: a value per joint, and the kind's dimensions by name.
+/// `[mechanism]` as written by the user: a value per joint, and the kind's dimensions by name.
 #[derive(Deserialize)]
 struct Written {
     kind: String,
@@ -35,8 +36,7 @@ struct Written {
     dimensions: BTreeMap<String, f64>,
 }
 
-/// Loads a device by name or from a file: what the loop knows of it, and the board's profile,
-/// checked.
+/// Loads a device by name or from a file: its data for the loop, and the board's checked profile.
 ///
 /// # Errors
 /// No such device or file; a key or number that is wrong; a mechanism that cannot move so.
@@ -51,7 +51,7 @@ pub fn load(name_or_file: &str) -> Result<(DeviceProfile, Profile), Error> {
         let written: Written = table.clone().try_into().map_err(|cause| place(cause.message().trim().into()))?;
         (profile.mechanism, profile.home_counts) = taken(&written).map(|(it, home)| (Some(it), home)).map_err(place)?;
     }
-    // found here, by its name; the board says no more than that it is wrong
+    // found here, by its name; the board reports only that it is wrong
     match (profile.check(), &profile.mechanism) {
         (Ok(()), _) => Ok((device, profile)),
         (Err(ProfileError::Mechanism(cause @ MechanismError::Count)), Some(mechanism)) => {

@@ -28,7 +28,7 @@ pub struct Line {
     last_sent: Instant,
 }
 
-/// The port has gone.
+/// The port has disappeared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gone;
 
@@ -36,7 +36,7 @@ impl Line {
     /// Opens a port for this program alone. Nothing is sent.
     ///
     /// # Errors
-    /// There is none, or it cannot be had.
+    /// There is no such port, or it is not available.
     pub fn open(name: &str) -> Result<Self, PortError> {
         let port = serialport::new(name, BAUD).timeout(WRITE_PATIENCE).open().map_err(|error| refused(name, &error))?;
         // of an earlier program; a system that cannot do it leaves bytes that the checksum drops
@@ -60,13 +60,13 @@ impl Line {
         &self.name
     }
 
-    /// Bytes that came so far.
+    /// Bytes received so far.
     #[must_use]
     pub fn heard_bytes(&self) -> usize {
         self.heard_bytes
     }
 
-    /// Frames that came so far.
+    /// Frames received so far.
     #[must_use]
     pub fn counts(&self) -> Counts {
         self.receiver.counts()
@@ -81,10 +81,10 @@ impl Line {
     /// Sends a message.
     ///
     /// # Errors
-    /// The port has gone, or takes nothing any more.
+    /// The port has disappeared, or accepts nothing any more.
     pub fn send(&mut self, message: &ToBoard<'_>) -> Result<(), Gone> {
         let mut out = [0; FRAME_BYTES];
-        // every message of ours fits a frame
+        // every message fits a frame
         let frame = encode(self.sequence, message, &mut out).map_err(|_| Gone)?;
         self.sequence = self.sequence.wrapping_add(1);
         self.port.set_timeout(WRITE_PATIENCE).map_err(|_| Gone)?;
@@ -93,10 +93,10 @@ impl Line {
         Ok(())
     }
 
-    /// Text that comes within `wait`, from an image that sends text; what is none is replaced.
+    /// Text received within `wait`, from an image that sends text; invalid characters are replaced.
     ///
     /// # Errors
-    /// The port has gone.
+    /// The port has disappeared.
     pub fn text(&mut self, wait: Duration) -> Result<String, Gone> {
         self.port.set_timeout(wait).map_err(|_| Gone)?;
         match self.port.read(&mut self.bytes) {
@@ -113,7 +113,7 @@ impl Line {
     /// dropped.
     ///
     /// # Errors
-    /// The port has gone.
+    /// The port has disappeared.
     pub fn receive(&mut self, wait: Duration) -> Result<Option<FromBoard>, Gone> {
         let begun = Instant::now();
         loop {
@@ -143,7 +143,7 @@ impl Line {
     }
 }
 
-/// Why a port was not opened, in our words. The system's differ from one to the next.
+/// Why a port was not opened, in uniform words, since those of operating systems differ.
 fn refused(name: &str, error: &serialport::Error) -> PortError {
     use serialport::ErrorKind as Kind;
     let cause = error.to_string();

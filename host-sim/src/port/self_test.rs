@@ -17,7 +17,7 @@ use serde::Deserialize;
 
 /// Begins every report, after the brace.
 const KEY: &str = "{\"palpate_self_test\":";
-/// Most ticks that are run here for a report: a minute of the board's time.
+/// Largest number of ticks that are run here for a report: a minute of the board's time.
 const MOST_TICKS: u32 = 60_000;
 
 /// Report of a board, as its image wrote it.
@@ -29,19 +29,19 @@ pub struct Report {
     pub board: String,
     /// Day of the build, counted from 1970-01-01; 0 is unknown.
     pub built_day: u32,
-    /// The chip as it names itself: revision above, device below.
+    /// The chip's own identification: revision above, device below.
     pub chip: String,
     /// Meaning of a count of the clock.
     pub clock: String,
-    /// Counts in a second.
+    /// Counts per second.
     pub clock_hz: u32,
     /// Checksum of the patch file.
     pub patch_checksum: String,
     /// Nodes of the patch.
     pub nodes: u32,
-    /// Why nothing was run; empty if something was.
+    /// Why nothing was run; empty if the test ran.
     pub error: String,
-    /// Whether the board is content with its run.
+    /// Whether the run passed on the board.
     pub passed: bool,
     /// Mode at the end.
     pub mode: String,
@@ -57,7 +57,7 @@ pub struct Report {
     pub missed_periods: u32,
     /// Longest tick, from sensors to outputs [counts].
     pub worst_tick_counts: u32,
-    /// Deepest the stack has been [bytes].
+    /// Largest stack use [bytes].
     pub stack_used_bytes: u32,
     /// Bytes of the stack.
     pub stack_bytes: u32,
@@ -67,7 +67,7 @@ pub struct Report {
     pub checks: Vec<Check>,
 }
 
-/// Fingerprints after so many ticks, as hexadecimal numbers.
+/// Fingerprints after this many ticks, as hexadecimal numbers.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 pub struct Check {
     /// Ticks that were run.
@@ -92,7 +92,7 @@ pub struct Difference {
 }
 
 impl Report {
-    /// The last whole report in a text, and its line. Other text may stand around it.
+    /// The last whole report in a text, and its line. Other text may surround it.
     #[must_use]
     pub fn find(text: &str) -> Option<(Self, &str)> {
         text.lines().rev().find_map(|line| {
@@ -102,7 +102,7 @@ impl Report {
     }
 
     /// Runs the same script on this machine and returns the first difference; none means the same
-    /// bits. `patch` is the patch file, from a word's address on.
+    /// bits. `patch` is the patch file, aligned to a word.
     ///
     /// # Errors
     /// The patch is refused.
@@ -125,7 +125,7 @@ impl Report {
                 }
             }
         }
-        // a report whose fingerprints were not all met, in their order, proves nothing
+        // a report whose fingerprints were not all reached, in order, proves nothing
         Ok(checks.next().map(|check| Difference {
             tick: check.tick,
             word: "order of the fingerprints",
@@ -134,7 +134,7 @@ impl Report {
         }))
     }
 
-    /// The figures, a line each.
+    /// The figures, one line each.
     #[must_use]
     pub fn words(&self) -> String {
         let us = |counts: u32| f64::from(counts) / f64::from(self.clock_hz.max(1)) * 1e6;

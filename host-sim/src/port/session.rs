@@ -1,4 +1,4 @@
-//! A board that answers: found, asked, kept under force, let go.
+//! A connection to a board: found, identified, kept under force, released.
 
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
@@ -12,18 +12,18 @@ use palpate_controller::link::{FromBoard, Identity, Record, ToBoard};
 use super::line::Gone;
 use super::{Line, PortError};
 
-/// Between two signs of life: a quarter of the board's patience.
+/// Time between two signs of life: a quarter of the board's timeout.
 const HEARTBEAT: Duration = Duration::from_millis(5);
-/// A board of ours sends 50 records a second without being asked.
+/// A Palpate board sends 50 records per second unasked.
 const SILENCE: Duration = Duration::from_secs(2);
 /// Between two tries of a request.
 const AGAIN: Duration = Duration::from_millis(50);
-/// A board that heard another host takes a new one after 100 ticks.
+/// A board that heard another host accepts a new one after 100 ticks.
 const ANSWER: Duration = Duration::from_millis(1_500);
 /// A stop: the ramp of the force takes 0.12 s, a busy machine the rest.
 const STOPPED: Duration = Duration::from_secs(2);
 
-/// A board of ours on a port.
+/// A Palpate board on a port.
 pub struct Session {
     line: Line,
     /// Image, clock and patch.
@@ -36,11 +36,12 @@ pub struct Session {
 }
 
 impl Session {
-    /// Opens a port and waits `patience` for a board of ours to speak. Nothing is sent before: what
-    /// is no board of ours is left in peace. Then asks who it is, which changes nothing.
+    /// Opens a port and waits `patience` for a Palpate board to send a frame. Nothing is sent
+    /// before, so that other devices are not disturbed. Then asks for its identification, which
+    /// changes nothing.
     ///
     /// # Errors
-    /// The port cannot be had, or no board of ours is there.
+    /// The port is not available, or there is no Palpate board.
     pub fn open(port: &str, patience: Duration) -> Result<Self, PortError> {
         let mut line = Line::open(port)?;
         let begun = Instant::now();
@@ -52,7 +53,7 @@ impl Session {
                 Ok(None) => return Err(PortError::Foreign { port: port.into(), bytes: line.heard_bytes() }),
                 Err(Gone) => return Err(gone(port, None)),
             }
-            // what talks without end is no board of ours either
+            // a device that sends without end is no Palpate board either
             if begun.elapsed() > patience {
                 return Err(PortError::Foreign { port: port.into(), bytes: line.heard_bytes() });
             }
@@ -75,10 +76,11 @@ impl Session {
         self.line.counts()
     }
 
-    /// Asks who it is; `None` if it does not say. A force that still falls is waited for.
+    /// Asks for the identification; `None` without an answer. Waits for a force that is still
+    /// falling.
     ///
     /// # Errors
-    /// The port has gone.
+    /// The port has disappeared.
     pub fn identify(&mut self) -> Result<Option<Identity>, PortError> {
         let asked = self.ask(&ToBoard::Identify, ANSWER, |message| match message {
             FromBoard::Identity(identity) => Some(identity),
@@ -90,10 +92,10 @@ impl Session {
         Ok(asked)
     }
 
-    /// Sends a request again and again until `picked` finds its answer.
+    /// Repeats a request until `picked` finds its answer.
     ///
     /// # Errors
-    /// The port has gone.
+    /// The port has disappeared.
     pub fn ask<T>(
         &mut self,
         request: &ToBoard<'_>,
@@ -116,7 +118,7 @@ impl Session {
     /// Sends a message.
     ///
     /// # Errors
-    /// The port has gone.
+    /// The port has disappeared.
     pub fn send(&mut self, message: &ToBoard<'_>) -> Result<(), PortError> {
         self.line.send(message).map_err(|Gone| gone(self.line.name(), Some(&self.record)))
     }
@@ -151,7 +153,7 @@ impl Session {
         }
     }
 
-    /// Asks for a stop until the board says that its outputs are off.
+    /// Requests a stop until the board reports that its outputs are off.
     ///
     /// # Errors
     /// The port has gone, or the outputs stay on.
@@ -205,7 +207,7 @@ pub fn force_words(record: &Record) -> String {
     words
 }
 
-/// The end of a force whose host is not heard any more.
+/// The end of a force when the host is no longer heard.
 fn after(record: &Record) -> String {
     if !record.mode().is_some_and(Mode::allows_force) {
         return "no force acted; plug it in, then `palpate board status` tells".into();
@@ -217,7 +219,7 @@ fn after(record: &Record) -> String {
     )
 }
 
-/// How a board takes the force away when it does not hear its host.
+/// How a board ends the force when it does not hear its host.
 #[must_use]
 pub fn released_by_itself() -> String {
     let ArmingSettings { silence_ticks, ramp_ticks, .. } = ArmingSettings::DEFAULT;

@@ -17,8 +17,8 @@ const BLOCK: &str = include_str!("../../references/block.json");
 /// Places and depths that differ by less are the same [m].
 const SAME_M: f64 = 1e-7;
 
-/// Forces and displacements of one tissue under one probe. Everything is over Young's modulus, so
-/// it holds for any.
+/// Forces and displacements of one tissue under one probe. All values are divided by Young's
+/// modulus, so they apply to any.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Answer {
@@ -28,8 +28,8 @@ pub struct Answer {
     pub probe: AnswerProbe,
     /// Every place and depth.
     pub holds: Vec<HoldAnswer>,
-    /// Discs glued to the surface and moved a little, if they were solved; the probe has no part in
-    /// them.
+    /// Discs glued to the surface and moved slightly, if they were solved; the probe is not
+    /// involved.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub glued: Vec<GluedAnswer>,
 }
@@ -40,7 +40,7 @@ pub struct Answer {
 pub struct AnswerTissue {
     /// Sides of the block [m]; top at z = 0, bottom fixed.
     pub block_m: Option<[f64; 3]>,
-    /// Or the mesh file, as the scene names it.
+    /// The mesh file in place of a block, as the scene names it.
     pub mesh: Option<String>,
     /// Poisson's ratio (1).
     pub poisson_ratio: f64,
@@ -80,7 +80,7 @@ pub struct GluedAnswer {
     pub radius_m: f64,
     /// Direction of the disc's motion, a unit vector.
     pub direction: [f64; 3],
-    /// Force along the way over Young's modulus, per way [m].
+    /// Force along the displacement over Young's modulus, per displacement [m].
     pub stiffness_over_e_m: f64,
 }
 
@@ -88,7 +88,7 @@ impl Answer {
     /// The shipped answer: block 80 x 80 x 40 mm, nu = 0.45, hemisphere R = 8 mm.
     ///
     /// # Panics
-    /// Never: the tests read the shipped file.
+    /// Never returned: the tests read the shipped file.
     #[must_use]
     pub fn block() -> Self {
         serde_json::from_str(BLOCK).expect("the shipped answer is well-formed")
@@ -129,14 +129,14 @@ impl Answer {
     pub fn save(&self, folder: &OutputFolder, name: &str) -> Result<(), Error> {
         let mut text =
             serde_json::to_string(self).map_err(|cause| Error::Usage(format!("{name}: {cause}: check the scene's numbers")))?;
-        // one hold per line, so that differences can be read
+        // one hold per line, so that diffs are readable
         text = text.replace("{\"place_m\"", "\n{\"place_m\"");
         text.push('\n');
         folder.write(name, text.as_bytes())
     }
 
     /// Whether the answer is for a scene's tissue and probe, at any stiffness, place and depth.
-    /// Gravity has no answer.
+    /// There is no answer with gravity.
     #[must_use]
     pub fn is_for(&self, scene: &Scene) -> bool {
         let (own, tissue) = (&self.tissue, &scene.tissue);

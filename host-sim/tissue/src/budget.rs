@@ -2,7 +2,7 @@
 //!
 //! Board figures: cycles per item from exact instruction counts in the emulator times the
 //! Cortex-M4F's documented cycle table; **not hardware cycles** (`cargo test -p palpate-tests
-//! --release --test board board_cost -- --nocapture` measures them anew). Desktop: measured, see
+//! --release --test board board_cost -- --nocapture` measures them again). Desktop: measured, see
 //! the README.
 
 use palpate::{Model, Params, Terms};
@@ -15,44 +15,45 @@ pub struct Machine {
     /// Name of the units: "cycles" or "ns".
     pub unit: &'static str,
     spring: f64,
-    /// Part of a spring's cost that is compensation: on the M4F none, one loop serves with and
-    /// without. A tet's barrier is not counted.
+    /// Compensation's part of a spring's cost: zero on the M4F, where one loop serves both cases. A
+    /// tet's barrier is not counted.
     compensation: f64,
-    /// Part of a spring's cost where the mass floor is relative to neighbours.
+    /// Addition to a spring's cost if the mass floor is relative to neighbours.
     neighbour: f64,
-    /// Part of a node's cost there: its share of the smooth fields.
+    /// Addition to a node's cost in that case: its share of the smooth fields.
     smooth: f64,
-    /// Part of a node's cost where one field alone is taken.
+    /// Addition to a node's cost if only one field is used.
     field: f64,
     tet: f64,
     node: f64,
     /// A node whose forces fade, and each term of its relaxation.
     relaxing: [f64; 2],
-    /// A triangle that the probe rubs, besides.
+    /// Addition for a triangle under friction.
     rubbed: f64,
-    /// A spring, a node and a pressed triangle of tissue that stiffens, besides; boards run none.
+    /// Additions for a spring, a node and a pressed triangle of tissue that stiffens; boards run
+    /// none.
     stiffening: [f64; 3],
     /// A surface triangle that the probe presses, with four foundation points.
     touched: f64,
-    /// Each point more on it.
+    /// Each further point on it.
     extra_point: f64,
-    /// A surface triangle that it does not, per tick.
+    /// A surface triangle that is not pressed, per tick.
     passed: f64,
     rim_node: f64,
     rim_edge: f64,
-    /// Per tick, whatever the patch.
+    /// Constant part, per tick.
     tick: f64,
-    /// Units that 1 ms has.
+    /// Units per 1 ms.
     pub per_ms: f64,
     /// Share of the millisecond that the tick may use.
     pub load: f64,
-    /// Memory; `None` where there is plenty.
+    /// Memory; `None` if it is not limited.
     room: Option<Room>,
     /// The mass floor may be relative to neighbours here. The M4F has time for one smooth field
     /// only, and at 3.5 kPa its patches hardly have a floored node.
     relative_mass: bool,
-    /// Least dashpot of the foundation ([`Params::contact_damping`]). Large elements give back less
-    /// than they took only with a whole one.
+    /// Least dashpot of the foundation ([`Params::contact_damping`]). With large elements only a
+    /// full dashpot prevents created energy.
     contact_damping: f32,
 }
 
@@ -67,7 +68,7 @@ struct Room {
     flash_bytes: usize,
 }
 
-/// The least of the boards: 1 MB of flash, 128 KB of RAM.
+/// The smallest board: 1 MB of flash, 128 KB of RAM.
 const LEAST_BOARD: Room = Room { nodes: 480, triangles: 1024, flash_bytes: 7 * 128 * 1024 };
 /// 512 KB of flash, of which the program takes a quarter.
 const SMALL_FLASH: Room = Room { flash_bytes: 3 * 128 * 1024, ..LEAST_BOARD };
@@ -103,7 +104,7 @@ const M4F_168: Machine = Machine {
     contact_damping: 1.0,
 };
 
-/// Machines that `pack --board` and the press budget know.
+/// Machines known to `pack --board` and the press budget.
 pub const MACHINES: [Machine; 3] = [
     Machine {
         name: "desktop",
@@ -131,13 +132,13 @@ pub const MACHINES: [Machine; 3] = [
         contact_damping: 0.0,
     },
     M4F_168,
-    // the M4F's cycle table for want of a public one: dual issue can only make it faster
+    // the M4F's cycle table, since none is public for the M7: dual issue can only make it faster
     Machine { name: "m7-480", per_ms: 480e3, relative_mass: true, ..M4F_168 },
 ];
 
-/// Chips with a Cortex-M4F's instructions at another clock, which `--board` knows besides: the
-/// boards of `firmware/PORTING.md`. The M33 passes springs and tets by the compiler's loops, a
-/// quarter slower than the assembly of the others: a cycle of its 150 MHz counts 0.8.
+/// Chips with a Cortex-M4F's instructions at another clock, which `--board` accepts as well: the
+/// boards of `firmware/PORTING.md`. The M33 processes springs and tets in compiled loops, a quarter
+/// slower than the others' assembly: a cycle of its 150 MHz counts as 0.8.
 pub const CHIPS: [Machine; 4] = [
     Machine { name: "m7-400", per_ms: 400e3, relative_mass: true, ..M4F_168 },
     Machine { name: "m4f-180", per_ms: 180e3, room: Some(SMALL_FLASH), ..M4F_168 },
@@ -176,7 +177,7 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Of a model with `touched` triangles under the probe.
+    /// The counts of a model with `touched` triangles under the probe.
     #[must_use]
     pub fn of(model: &Model, touched: usize) -> Self {
         Self {
@@ -191,7 +192,7 @@ impl Counts {
         }
     }
 
-    /// State that a tick moves, on a board [bytes].
+    /// State that a tick changes, on a board [bytes].
     #[must_use]
     pub fn ram_bytes(&self) -> usize {
         NODE_BYTES * self.nodes + TRIANGLE_BYTES * self.triangles
@@ -220,7 +221,7 @@ impl Machine {
         Params { terms: Terms { relative_mass, smooth_mass, ..params.terms }, contact_damping, ..*params }
     }
 
-    /// Cost of so many rim springs in a substep.
+    /// Cost of this many rim springs in a substep.
     #[must_use]
     pub fn rim(&self, nodes: usize, edges: usize) -> f64 {
         nodes as f64 * self.rim_node + edges as f64 * self.rim_edge

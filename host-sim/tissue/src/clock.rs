@@ -1,4 +1,4 @@
-//! Cost of a tick: CPU time of this thread where the system tells it, so that a busy machine does
+//! Cost of a tick: CPU time of this thread if the system provides it, so that a busy machine does
 //! not count as a slow tick.
 
 use std::time::Duration;
@@ -11,7 +11,7 @@ pub fn thread_time() -> Duration {
     Duration::new(now.tv_sec.unsigned_abs(), now.tv_nsec as u32)
 }
 
-/// Wall time, where thread time is not to be had.
+/// Wall time, if thread time is not available.
 #[cfg(not(unix))]
 #[must_use]
 pub fn thread_time() -> Duration {

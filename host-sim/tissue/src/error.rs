@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::mesh::MeshError;
 
-/// Why a command did not do what it promises.
+/// Why a command failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A scene that cannot be read.
@@ -30,12 +30,12 @@ pub enum Error {
     /// A file that cannot be written.
     #[error("cannot write {path}: {source}: choose a folder that can be written with --out")]
     Write {
-        /// Path that was to be written.
+        /// Path to be written.
         path: PathBuf,
         /// Why not.
         source: std::io::Error,
     },
-    /// An output folder that another run writes.
+    /// An output folder that another run is writing.
     #[error("{path}: another run of palpate writes there: wait until it is done or choose another folder with --out")]
     InUse {
         /// The folder.
@@ -44,7 +44,7 @@ pub enum Error {
     /// A file that cannot be read.
     #[error("cannot read {path}: {source}: check the path")]
     Read {
-        /// Path that was to be read.
+        /// Path to be read.
         path: PathBuf,
         /// Why not.
         source: std::io::Error,
@@ -55,7 +55,7 @@ pub enum Error {
     /// A model that cannot keep 1 kHz.
     #[error("{0}")]
     TooSlow(String),
-    /// A promise that did not hold; the files are written all the same.
+    /// A promise that did not hold; the files are written nevertheless.
     #[error("check failed: {0}")]
     Check(String),
 }

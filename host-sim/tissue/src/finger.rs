@@ -28,7 +28,7 @@ pub struct Step {
     pub hold_ends: Option<usize>,
 }
 
-/// One leg of the way: go to a target, wait there.
+/// One leg of the motion: go to a target, wait there.
 #[derive(Clone, Copy, Debug)]
 struct Leg {
     target: f64,
@@ -39,7 +39,7 @@ struct Leg {
 /// How the finger follows its targets.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
-    /// The tip is where the target is.
+    /// The tip is at the target.
     Stiff,
     /// Targets are forces [N]; a mass pushed by the target against the tissue, critically damped
     /// for the stiffness it feels.
@@ -48,7 +48,7 @@ enum Kind {
     Compliant,
 }
 
-/// A finger on its way.
+/// A moving finger.
 #[derive(Clone, Debug)]
 pub struct Finger {
     kind: Kind,
@@ -93,8 +93,8 @@ impl Finger {
         })
     }
 
-    /// The next tick, given what the last one answered: force along the line [N], positive when it
-    /// pushes the finger out. `None` at the end.
+    /// The next tick, given the last one's answer: force along the line [N], positive if it pushes
+    /// the finger out. `None` at the end.
     pub fn next(&mut self, force_n: f64) -> Option<Step> {
         let leg = *self.legs.get(self.leg)?;
         let there = match self.kind {
@@ -110,7 +110,7 @@ impl Finger {
                 self.accelerate(push / mass);
                 there
             }
-            // the way out is a motion, not a force
+            // the retreat is a motion, not a force
             Kind::Pushed if leg.hold.is_none() => {
                 self.command = self.depth_m;
                 let there = self.approach(-self.clear_m);

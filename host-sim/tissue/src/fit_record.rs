@@ -1,8 +1,8 @@
-//! The record beside a patch file: what the patch was fitted to, and how wrong it was found to be.
+//! The record beside a patch file: the conditions of its fit, and the measured errors.
 //!
-//! `block-410.patch` has `block-410.patch.json`. The patch itself, which a board takes as it is,
-//! does not change. The record names the checksum of its patch, so that it never vouches for
-//! another.
+//! `block-410.patch` has `block-410.patch.json`. The patch itself, which a board loads unchanged,
+//! is not affected. The record contains the checksum of its patch, so that it cannot be taken for
+//! another's.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ use crate::scene::Scene;
 /// Added to the name of the patch file.
 pub const RECORD_SUFFIX: &str = ".json";
 
-/// Scene that a patch was fitted to, and its judged error.
+/// Scene that a patch was fitted to, and its measured error.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct FitRecord {
@@ -28,29 +28,29 @@ pub struct FitRecord {
     pub scene: String,
     /// Nodes of the patch.
     pub nodes: usize,
-    /// Tissue that the fit knew.
+    /// Tissue of the fit.
     pub tissue: AnswerTissue,
     /// Organ or mesh that the patch is a piece of.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub organ: Option<OrganRecord>,
-    /// Tip that the fit knew.
+    /// Tip of the fit.
     pub probe: AnswerProbe,
-    /// Places around the centre over which it was fitted.
+    /// Number of places around the centre at which it was fitted.
     pub fitted_places: u32,
     /// Depths that it was fitted at [m], rising.
     pub fitted_depths_m: Vec<f64>,
-    /// Error where the fit has not looked.
+    /// Error at places that were not in the fit.
     pub judged: Judged,
-    /// Error while the probe moves, on top.
+    /// Additional error while the probe moves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moving: Option<Moving>,
-    /// How far the finite elements themselves may be off [%], where that is known.
+    /// Error of the finite elements themselves [%], if known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference_error_pct: Option<f64>,
 }
 
-/// Puts a packed patch in place of a scene's tissue. Where the record beside it does not name an
-/// organ, the scene's is left out: nothing says that the patch is a piece of it.
+/// Puts a packed patch in place of a scene's tissue. If the record beside it names no organ, the
+/// scene's organ is left out: the patch need not be a piece of it.
 pub fn press_packed(scene: &mut Scene, patch: &Path) {
     if FitRecord::of_file(patch).is_none_or(|record| record.organ.is_none()) {
         (scene.tissue.organ, scene.tissue.mesh) = (None, None);
@@ -74,11 +74,11 @@ pub struct OrganRecord {
     pub regions: Vec<(String, f64)>,
 }
 
-/// Ratios this share apart are the same.
+/// Relative difference below which ratios count as equal (1).
 const SAME: f64 = 1e-6;
 
 impl OrganRecord {
-    /// The organ or mesh of a scene; `None` of a block.
+    /// The organ or mesh of a scene; `None` for a block.
     #[must_use]
     pub fn of(scene: &Scene) -> Option<Self> {
         let tissue = &scene.tissue;
@@ -96,8 +96,7 @@ impl OrganRecord {
         Some(Self { name, mesh_crc32, site_m: scene.probe.site.unwrap_or_default(), regions: regions.collect() })
     }
 
-    /// The key of a scene with this organ that says something else than `fitted`, and what that
-    /// was.
+    /// The key in which a scene with this organ differs from `fitted`, and the fitted value.
     #[must_use]
     pub fn first_difference(&self, fitted: &Self) -> Option<(&'static str, String)> {
         let key = if self.mesh_crc32.is_some() { "tissue.mesh" } else { "tissue.organ" };
@@ -118,7 +117,7 @@ impl OrganRecord {
     }
 }
 
-/// Force errors at places that the fit did not see.
+/// Force errors at unseen places.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Judged {
@@ -135,22 +134,22 @@ pub struct Judged {
     /// Places beside them at which the patch found no balance.
     #[serde(default, skip_serializing_if = "is_none")]
     pub lost_places: usize,
-    /// They lie within this of the centre [m].
+    /// Largest distance of the places from the centre [m].
     pub disc_radius_m: f64,
-    /// Error of what the inclusions add to the force, where that was fitted.
+    /// Error of the force added by the inclusions, if that was fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bump: Option<JudgedPart>,
-    /// Error of the stiffness of discs glued to the surface, pressed and sheared, where they were
+    /// Error of the stiffness of discs glued to the surface, pressed and sheared, if they were
     /// fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub glued: Option<JudgedPart>,
-    /// How far the surface is off under the deepest centred press, where that was fitted.
+    /// Error of the surface under the deepest centred press, if that was fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<JudgedSurface>,
 }
 
-/// Errors of something that is judged beside the force: the part that inclusions add to it, over
-/// its highest at the depth, or the stiffness of glued discs.
+/// Errors of another quantity than the force: the force added by inclusions, over its highest at
+/// the depth, or the stiffness of glued discs.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct JudgedPart {
@@ -211,7 +210,7 @@ impl FitRecord {
     }
 }
 
-/// Checksum of a patch file, as it stands there; `None` if the file is too short to have one.
+/// Checksum stored in a patch file; `None` if the file is too short to have one.
 #[must_use]
 pub fn checksum(patch: &[u8]) -> Option<u32> {
     palpate::PatchFile::checksum(patch)

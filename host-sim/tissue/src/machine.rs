@@ -1,6 +1,6 @@
 //! Names of the processor and of the build, for tables of measured times.
 
-/// The processor, as the system names it.
+/// The system's name for the processor.
 #[must_use]
 pub fn processor() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
@@ -8,7 +8,7 @@ pub fn processor() -> String {
     name.unwrap_or_else(|| format!("{} {}", std::env::consts::OS, std::env::consts::ARCH))
 }
 
-/// Processors that the system gives to this process.
+/// Processors available to this process.
 #[must_use]
 pub fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)

@@ -1,9 +1,9 @@
-//! How right the force on a moving probe is.
+//! Accuracy of the force on a moving probe.
 //!
-//! A press that is held tells nothing about it: floored masses push against a probe that moves, and
-//! let go of one that rests. Where a dynamic truth is stored ([`truth`], [`table`]) a ramp is
-//! judged against it ([`ramp`]), and so is any other motion ([`trajectory`]); elsewhere against the
-//! same patch with much shorter substeps ([`self_check`]), which carry almost the true masses.
+//! A held press does not show it: floored masses push against a moving probe and not against one at
+//! rest. If a dynamic reference is stored ([`truth`], [`table`]), a ramp is compared with it
+//! ([`ramp`]), and so is any other motion ([`trajectory`]); otherwise it is compared with the same
+//! patch with much shorter substeps ([`self_check`]), which carry almost the true masses.
 
 pub mod error;
 pub mod ramp;

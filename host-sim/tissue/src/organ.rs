@@ -1,8 +1,8 @@
 //! Organs as closed smooth shapes, and their tetrahedral meshes.
 //!
-//! A shape is an implicit function of space, negative inside, put together from few parts
-//! ([`Organ`]); a mesh of it is cut out of a body-centred cubic lattice by isosurface stuffing
-//! (Labelle and Shewchuk 2007). Metres, z up; x and y as each organ's file says.
+//! A shape is an implicit function of space, negative inside, composed of few parts ([`Organ`]); a
+//! mesh of it is cut out of a body-centred cubic lattice by isosurface stuffing (Labelle and
+//! Shewchuk 2007). Metres, z up; x and y as each organ's file says.
 
 mod abdomen;
 mod count;
@@ -34,7 +34,7 @@ pub const MEAN_EDGE: f64 = (6.0 + 8.0 * 0.866_025_403_784_438_6) / 14.0;
 /// in use, regions 0. `name` is for messages; `spacing_m` is that of the lattice.
 ///
 /// # Errors
-/// A spacing that is none, too coarse for the shape or too fine for memory.
+/// A spacing that is not positive, too coarse for the shape or too fine for memory.
 pub fn even_mesh(
     name: &str,
     implicit_m: &dyn Fn([f64; 3]) -> f64,
@@ -59,7 +59,7 @@ pub struct Region {
 pub struct Organ {
     name: &'static str,
     implicit: fn(V3) -> f64,
-    /// Contains the shape [m].
+    /// Box that contains the shape [m].
     box_m: [[f64; 3]; 2],
     regions: &'static [Region],
     region: fn(&Organ, V3) -> u32,
@@ -71,14 +71,14 @@ pub struct Organ {
 pub struct Fine {
     /// The place [m]; a node lies there.
     pub at_m: [f64; 3],
-    /// Elements are smallest within this of it [m].
+    /// Distance from it within which elements are smallest [m].
     pub radius_m: f64,
-    /// Edge of the lattice's cube there [m]: its nodes are 0.87 of it apart at least, edges 0.92 of
+    /// Edge of the lattice's cube there [m]: nodes are at least 0.87 of it apart, and edges 0.92 of
     /// it long on average.
     pub spacing_m: f64,
-    /// How fast elements grow outside (1): 0 not at all; with 1, at n radii from the place, an edge
-    /// toward it is about `2 n^(2/3)` times and one across `0.7 n^(2/3)` times as long as there.
-    /// More stretches them more.
+    /// Growth of elements outside (1): none with 0; with 1, at n radii from the place, an edge
+    /// toward it is about `2 n^(2/3)` times as long as there, and one across `0.7 n^(2/3)` times.
+    /// Larger values stretch them more.
     pub growth: f64,
 }
 
@@ -87,7 +87,7 @@ pub struct Fine {
 pub enum Spec {
     /// Edge of the lattice's cube [m], the same everywhere.
     Spacing(f64),
-    /// The uniform spacing whose number of tets comes nearest to this.
+    /// The uniform spacing with the number of tets nearest to this.
     Tets(usize),
     /// Fine around a place, coarser away from it.
     Fine(Fine),
@@ -100,7 +100,7 @@ impl Organ {
     /// The organ of this name.
     ///
     /// # Errors
-    /// There is none; the message lists those there are.
+    /// There is no such organ; the message lists the known ones.
     pub fn named(name: &str) -> Result<Self, OrganError> {
         Self::ALL.into_iter().find(|o| o.name == name).ok_or_else(|| OrganError::Unknown {
             name: name.chars().take(40).collect::<String>().replace(char::is_control, "\u{fffd}"),
@@ -133,10 +133,11 @@ impl Organ {
         self.value(at_m.into())
     }
 
-    /// Signed distance to the surface [m], negative inside; in size never less than the true one.
-    /// Measured against fine meshes: within 0.1 mm down to 10 mm in the foot and 30 mm in the
-    /// abdomen, where their layers are. Deeper in the liver and the foot, about as near to two
-    /// sides, the side found may be the other one, some millimetres further.
+    /// Signed distance to the surface [m], negative inside; its magnitude is never less than the
+    /// true one. Measured against fine meshes: within 0.1 mm down to 10 mm in the foot and 30 mm in
+    /// the abdomen, where their layers are. Deeper in the liver and the foot, at about equal
+    /// distances from two sides, the point found may be on the other side, some millimetres
+    /// further.
     #[must_use]
     pub fn distance_m(&self, at_m: [f64; 3]) -> f64 {
         self.distance(at_m.into())
@@ -154,20 +155,20 @@ impl Organ {
         (self.region)(self, at_m.into())
     }
 
-    /// Distance to the nearest bone [m], negative inside one; `None` for an organ without.
+    /// Distance to the nearest bone [m], negative inside one; `None` for an organ without bones.
     #[must_use]
     pub fn bone_m(&self, at_m: [f64; 3]) -> Option<f64> {
         self.bone.map(|bone| bone(at_m.into()))
     }
 
-    /// Point of the surface nearest to a place [m]; as sure as [`Self::distance_m`].
+    /// Point of the surface nearest to a place [m]; as accurate as [`Self::distance_m`].
     #[must_use]
     pub fn nearest_m(&self, at_m: [f64; 3]) -> [f64; 3] {
         self.foot(at_m.into()).0.into()
     }
 
-    /// Where a ray first crosses the surface [m]; `None` if it misses, or has no direction. Thinner
-    /// than a four-thousandth of its way it may miss.
+    /// Where a ray first crosses the surface [m]; `None` if it misses, or has no direction. It may
+    /// miss parts thinner than a four-thousandth of its length.
     #[must_use]
     pub fn surface_point(&self, from_m: [f64; 3], direction: [f64; 3]) -> Option<[f64; 3]> {
         self.crossing(from_m.into(), direction.into()).map(Into::into)
@@ -177,8 +178,8 @@ impl Organ {
     /// node in use, regions by tet centroid. The same on every machine.
     ///
     /// # Errors
-    /// Numbers that are no sizes; a spacing too coarse for the shape or too fine for memory; no
-    /// spacing gives about that many tets.
+    /// Numbers that are not sizes, a spacing too coarse for the shape or too fine for memory, or a
+    /// number of tets that no spacing gives.
     pub fn mesh(&self, spec: &Spec) -> Result<TetMesh, OrganError> {
         let mut mesh = match *spec {
             Spec::Spacing(spacing_m) => self.uniform(spacing_m)?,

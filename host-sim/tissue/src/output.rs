@@ -1,4 +1,4 @@
-//! The output folder: a result appears whole, in place of an earlier one, or not at all.
+//! The output folder: a result appears complete, in place of an earlier one, or not at all.
 //!
 //! A run writes into a draft beside the folder and moves it into place at the end. An error, a kill
 //! or a full disk before that leaves the earlier result as it was. For `--out out/press`:
@@ -11,7 +11,7 @@
 //! out/.press.notes    where a stopped run resumes
 //! ```
 //!
-//! The next run that takes the lock clears what a killed one left.
+//! The next run that takes the lock removes the remains of a killed one.
 
 mod lock;
 mod place;
@@ -25,7 +25,7 @@ use lock::Lock;
 use place::Place;
 use record::Record;
 
-/// Name of the file that tells a result in numbers.
+/// Name of the file with a result in numbers.
 pub const SUMMARY: &str = "summary.json";
 
 /// A summary with its provenance.
@@ -37,7 +37,7 @@ struct Signed<'a, T> {
     provenance: Option<&'a serde_json::Value>,
 }
 
-/// How a result gets into its folder.
+/// How a result enters its folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
     /// The whole folder is replaced.
@@ -53,7 +53,7 @@ pub struct OutputFolder {
     shown: PathBuf,
     place: Place,
     mode: Mode,
-    /// Patches of an earlier run that do not outlive this one.
+    /// Patches of an earlier run that this one replaces.
     dropped: Vec<String>,
     /// How this run was made, for its summary.
     provenance: Option<serde_json::Value>,
@@ -62,12 +62,12 @@ pub struct OutputFolder {
 }
 
 impl OutputFolder {
-    /// Locks the folder, restores what a killed run left, and begins an empty draft.
-    /// [`Self::publish`] replaces the earlier result. Patch files of earlier runs, and files that
-    /// were put beside a result, stay.
+    /// Locks the folder, cleans up after a killed run, and begins an empty draft. [`Self::publish`]
+    /// replaces the earlier result. Patch files of earlier runs, and files that were put beside a
+    /// result, stay.
     ///
     /// # Errors
-    /// The folder cannot be written, is in use, or holds files and no result.
+    /// The folder cannot be written, is in use, or has files but no result.
     pub fn open(path: &Path) -> Result<Self, Error> {
         Self::begin(path, Mode::Replace)
     }
@@ -93,14 +93,14 @@ impl OutputFolder {
             folder.place.refuse_foreign(path)?;
         }
         if folder.place.folder().exists() {
-            // a result that was made read-only on purpose stays
+            // a result that was deliberately made read-only stays
             tempfile::tempfile_in(folder.place.folder()).map_err(refuse)?;
         }
         std::fs::create_dir(folder.place.draft()).map_err(refuse)?;
         Ok(folder)
     }
 
-    /// Notes how this run was made. Each summary that it writes says so.
+    /// Stores the provenance of this run, which every summary then contains.
     #[must_use]
     pub fn made_by(mut self, provenance: serde_json::Value) -> Self {
         self.provenance = Some(provenance);
@@ -116,8 +116,7 @@ impl OutputFolder {
     /// Moves the result into place; returns the folder as it was given on the command line.
     ///
     /// # Errors
-    /// The disk is full, or the folder changed while the run was under way. The earlier result is
-    /// still there.
+    /// The disk is full, or the folder changed during the run. The earlier result is still there.
     pub fn publish(self) -> Result<PathBuf, Error> {
         let refuse = |source| Error::Write { path: self.shown.clone(), source };
         match self.mode {
@@ -127,12 +126,12 @@ impl OutputFolder {
             }
             Mode::Add => self.place.add().map_err(refuse)?,
         }
-        // a note that stays behind is only ever read by the same run
+        // a note that remains is read only by the same run
         let _ = std::fs::remove_dir_all(self.place.notes());
         Ok(self.shown.clone())
     }
 
-    /// Lets a patch of an earlier run go with the rest of its result.
+    /// Marks a patch of an earlier run for removal with the rest of its result.
     pub fn drop_earlier(&mut self, name: &str) {
         self.dropped.push(name.to_owned());
     }
@@ -145,7 +144,7 @@ impl OutputFolder {
         std::fs::write(self.draft().join(name), bytes).map_err(|source| Error::Write { path: self.shown.join(name), source })
     }
 
-    /// Writes a note for a later run, in case this one is stopped: whole or not at all, and not
+    /// Writes a note for a later run, in case this one is stopped: complete or not at all, and not
     /// part of the result.
     ///
     /// # Errors
@@ -219,12 +218,12 @@ impl OutputFolder {
 
 impl Drop for OutputFolder {
     fn drop(&mut self) {
-        // an unfinished draft goes; if this fails, the next run does it
+        // removes an unfinished draft; if this fails, the next run does it
         let _ = self.place.recover();
     }
 }
 
-/// Where a file of a draft will lie.
+/// Final path of a file in a draft.
 pub fn published(file: &Path) -> PathBuf {
     place::published(file).unwrap_or_else(|| file.to_owned())
 }

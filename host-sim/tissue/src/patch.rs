@@ -2,8 +2,8 @@
 //! rounding.
 //!
 //! Springs (paper 000, eq 11) times `1/(0.8 (1 + nu))`, so that their shear modulus is the
-//! tissue's; nodal and per-tet volume stiffness for the rest; foundation points on the surface;
-//! masses. Multipliers for each edge, node and foundation point are what calibration fits.
+//! tissue's; nodal and per-tet volume stiffness for the remainder; foundation points on the
+//! surface; masses. Calibration fits multipliers for each edge, node and foundation point.
 
 mod foundation;
 mod neighbours;
@@ -24,7 +24,7 @@ use crate::tissue::{Joint, Tissue, ratio_of};
 pub use rim::RimSprings;
 use stiffness::Elastic;
 
-/// Positive factors on what the formulas give; all 1 without calibration.
+/// Positive factors on the formulas' values; all 1 without calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Multipliers {
     /// On each spring, in the order of [`surface::edges`], shape \[edges\].
@@ -41,7 +41,7 @@ pub struct Multipliers {
 }
 
 impl Multipliers {
-    /// Returns both factors on everything.
+    /// Returns the product of two sets of factors.
     #[must_use]
     pub fn times(&self, other: &Self) -> Self {
         let all = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a * b).collect() };
@@ -91,7 +91,7 @@ pub struct Patch {
     site_m: [f32; 3],
     element_m: f64,
     fitted_places: u32,
-    /// Inclusions were scaled into a fitted patch: packed, it no longer counts as one of the
+    /// Inclusions were scaled into a fitted patch: packed, it no longer counts as a patch of the
     /// homogeneous block.
     scaled: bool,
     nodes: Vec<NodeRest>,
@@ -117,7 +117,7 @@ impl Patch {
     }
 
     /// Builds the patch of a tissue as [`Self::build`] does, with springs that join nodes of
-    /// different organs, at least a hair apart.
+    /// different organs, which must not coincide.
     #[must_use]
     pub fn build_joined(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>, joints: &[Joint]) -> Self {
         let elastic = Elastic::of(tissue, material, multipliers, joints);
@@ -246,8 +246,8 @@ impl Patch {
         self.site_m = site_m.map(|c| c as f32);
     }
 
-    /// Returns the patch with stiffer or softer balls inside: every constant times what the ball
-    /// makes of its formula.
+    /// Returns the patch with stiffer or softer balls inside: every constant times the ball's
+    /// factor on its formula.
     #[must_use]
     pub fn with_inclusions(mut self, inclusions: &[Inclusion]) -> Self {
         if inclusions.is_empty() {
@@ -275,7 +275,7 @@ impl Patch {
             own.k_rest *= ratio;
         }
         self.scheduled = order::schedule(&self.springs);
-        // what the far field adds to a rim node is not the tissue's
+        // the far field's part of a rim node does not belong to the tissue
         let mut rim_m = vec![0.0; self.nodes.len()];
         self.rim_nodes.iter().for_each(|rim| rim_m[rim.node as usize] = mean_diagonal(&rim.block_m));
         for (((own, a), b), rim_m) in self.nodes.iter_mut().zip(&plain.nodes).zip(&stiffened.nodes).zip(rim_m) {
@@ -293,7 +293,8 @@ impl Patch {
         self
     }
 
-    /// The factors that make the constants of `formula`, a patch of one mesh, those of this one.
+    /// The factors that turn the constants of `formula`, a patch on the same mesh, into those of
+    /// this one.
     #[must_use]
     pub fn multipliers_over(&self, formula: &Self) -> Multipliers {
         // springs alone are a solid of nu = 1/4: nothing is left for the volume terms to multiply
@@ -308,18 +309,18 @@ impl Patch {
         }
     }
 
-    /// Says that inclusions are part of the constants: no scene may put them in again.
+    /// Records that inclusions are part of the constants: no scene may add them again.
     pub fn set_scaled(&mut self) {
         self.scaled = true;
     }
 
-    /// Places that the constants were fitted over; 0 if they come from formulas alone.
+    /// Number of places that the constants were fitted at; 0 if they come from formulas alone.
     #[must_use]
     pub fn fitted_places(&self) -> u32 {
         self.fitted_places
     }
 
-    /// Puts another far field around the patch; nothing else of it changes.
+    /// Replaces the far field around the patch and nothing else.
     pub fn set_rim(&mut self, rim: &RimSprings) {
         for old in &self.rim_nodes {
             self.nodes[old.node as usize].stiffness_m -= mean_diagonal(&old.block_m);
@@ -339,7 +340,7 @@ impl Patch {
         }
     }
 
-    /// Says over how many places the constants were fitted.
+    /// Records the number of places that the constants were fitted at.
     pub fn set_fitted_places(&mut self, places: u32) {
         self.fitted_places = places;
     }

@@ -1,6 +1,6 @@
 //! `press`: an emulated finger presses the scene at 1 kHz in virtual time.
 //!
-//! One tick follows the other without waiting; the tick's own CPU time is what is held against the
+//! One tick follows the other without waiting; the tick's own CPU time is compared with the
 //! millisecond.
 
 pub mod contact;
@@ -20,13 +20,13 @@ use crate::session::Session;
 
 /// Time after the release in which the tissue must come back [s].
 pub const SETTLE_S: f64 = 0.5;
-/// Where the finger starts and ends: this share of the probe's radius above the surface.
+/// Height at which the finger starts and ends, as a share of the probe's radius.
 const CLEAR_RADII: f64 = 1.0 / 16.0;
 
 /// Time that a tick may take [us].
 const BUDGET_US: f32 = TICK_S as f32 * 1e6;
 /// A tick over the budget is run again from the same state, to the same bits: a tick that is really
-/// too slow is so every time, one during which the machine was taken away is not.
+/// too slow is slow every time, unlike one that was interrupted by other processes.
 const REPEATS: usize = 3;
 
 /// One tick of a run.
@@ -65,8 +65,8 @@ pub struct Hold {
     pub tip_m: Vector3<f32>,
     /// Displacement of every node [m].
     pub displacement_m: Vec<Vector3<f32>>,
-    /// Displacement of every node [m], but at a surface node inside the probe that of the
-    /// foundation's outer face there, which lies on the probe.
+    /// Displacement of every node [m]; at a surface node inside the probe, that of the foundation's
+    /// outer face, which lies on the probe.
     pub surface_displacement_m: Vec<Vector3<f32>>,
 }
 
@@ -83,15 +83,15 @@ pub struct Press {
     pub deadline_misses: usize,
     /// The fault that ended it.
     pub fault: Option<Fault>,
-    /// Everything that was clamped in any tick.
+    /// All quantities that were clamped in any tick.
     pub limiters: ClampFlags,
     /// Hash of the final state.
     pub state_hash: u64,
-    /// Machine that the tick times hold on.
+    /// Machine on which the tick times were measured.
     pub timed_on: String,
 }
 
-/// Where the tips of a run come from.
+/// Source of the tips of a run.
 enum Tips {
     Finger(Finger),
     Recorded(std::vec::IntoIter<[f32; 3]>),
@@ -105,7 +105,7 @@ pub fn run(scene: &Scene, session: &Session, progress: impl FnMut(usize)) -> Res
     run_seen(scene, session, progress, |_, _, _, _| ())
 }
 
-/// Runs a scene; `see` looks at the state after every tick.
+/// Runs a scene; `see` is called with the state after every tick.
 ///
 /// # Errors
 /// As [`run`].
@@ -175,8 +175,8 @@ pub fn run_seen(
     Ok(press)
 }
 
-/// Where the finger starts above the surface [m]: at least two steps of the ramp, for a first pose
-/// that is not outside counts as started inside the tissue.
+/// Height above the surface at which the finger starts [m]: at least two steps of the ramp, since a
+/// first pose that is not outside counts as a start inside the tissue.
 pub fn clear_m(scene: &Scene, session: &Session) -> f64 {
     let ramp_step_m = scene.drive.ramp_m_per_s().unwrap_or(0.0) * TICK_S;
     (CLEAR_RADII * f64::from(session.params.probe.radius_m)).max(2.0 * ramp_step_m)

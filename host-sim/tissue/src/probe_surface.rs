@@ -1,5 +1,5 @@
-//! The probe's surface in double precision: penetration of a point, and the tissue surface that
-//! belongs to it.
+//! The probe's surface in double precision: penetration of a point, and the corresponding tissue
+//! surface.
 
 mod ellipsoid;
 
@@ -14,7 +14,7 @@ use crate::scene::level;
 /// Penetration [m], its outward direction (1), and the curvature of the penetration [1/m].
 pub type Inside = (f64, Vector3<f64>, Matrix3<f64>);
 
-/// Where the surface is that belongs to a point of the mesh [m]: inside the probe the foundation is
+/// Position of the surface at a point of the mesh [m]: inside the probe the foundation is
 /// compressed, and its outer face lies on the probe.
 #[must_use]
 pub fn outer_face_m(probe: &Probe, tip_m: Vector3<f64>, point_m: Vector3<f64>) -> Vector3<f64> {
@@ -39,7 +39,7 @@ pub fn inside(probe: &Probe, at: Vector3<f64>) -> Option<Inside> {
         }
         let arm = off_axis * ((off - (r - edge)) / off) - axis * (edge - above_tip).max(0.0);
         let length = arm.norm();
-        // the curvature along the ring is small beside the one across it and left out
+        // the curvature along the ring is small compared with that across it and is neglected
         return (length < edge).then(|| (edge - length, arm / length, Matrix3::zeros()));
     }
     let (mut d, mut around) = (at - axis * r, Matrix3::identity());

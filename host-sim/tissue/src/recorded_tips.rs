@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::error::Error;
 use crate::scene::{Drive, SceneError, TICK_S};
 
-/// No probe is further from the scene's origin along an axis [m].
+/// Largest coordinate of a probe in the scene's frame [m].
 const FARTHEST_M: f32 = 10.0;
 
 /// Probe tips of a recorded run [m].
@@ -41,7 +41,7 @@ fn parse_tips(path: &Path, text: &str) -> Result<Vec<[f32; 3]>, Error> {
             }
         }
         tips.push(tip);
-        // a column of times is optional; where it is, every row is one tick
+        // a column of times is optional; if there is one, every row is one tick
         let Some(cell) = time.map(|t| cells.get(t).copied().unwrap_or_default()) else { continue };
         let now_s = cell.parse().ok().filter(|t: &f64| t.is_finite());
         let now_s = now_s.ok_or_else(|| bad(n + 2, format!("\"{cell}\" is not a time: use a trace.csv of `press`")))?;

@@ -3,9 +3,9 @@
 use crate::answer::Answer;
 use crate::scene::Scene;
 
-/// Depth [m] and force [N] of the scene's press, shallow first, where the shipped answer has it:
-/// the standard block and probe at any stiffness, pressed at the centre. Empty otherwise, and
-/// where the tissue relaxes or stiffens or the probe rubs: the answer is neo-Hookean and
+/// Depth [m] and force [N] of the scene's press, shallow first, if the shipped answer contains it:
+/// the standard block and probe at any stiffness, pressed at the centre. Empty otherwise, and if
+/// the tissue relaxes or stiffens or the probe has friction: the answer is neo-Hookean and
 /// frictionless.
 #[must_use]
 pub fn of(scene: &Scene) -> Vec<(f64, f64)> {

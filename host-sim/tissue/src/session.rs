@@ -1,4 +1,4 @@
-//! A scene made ready to run: patch, parameters, stable step, start-up report.
+//! A scene prepared to run: patch, parameters, stable step, start-up report.
 
 pub mod calibrated;
 pub mod moving;
@@ -31,16 +31,16 @@ pub struct Session {
     pub report: Report,
 }
 
-/// Start-up report: whoever typed a wrong unit sees it here.
+/// Start-up report, in which a wrong unit shows.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Report {
     /// Sides of the bounding box [mm].
     pub size_mm: [f64; 3],
     /// Volume of the tets [cm^3].
     pub volume_cm3: f64,
-    /// Volume that the surface file encloses, where the tets were made from one [cm^3].
+    /// Volume that the surface file encloses, if the tets were made from one [cm^3].
     pub surface_cm3: Option<f64>,
-    /// Box around the fixed nodes, lowest and highest corner [mm]; none where none is fixed.
+    /// Box around the fixed nodes, lowest and highest corner [mm]; none if no node is fixed.
     pub fixed_mm: Option<[[f64; 3]; 2]>,
     /// Mass of the tissue [g].
     pub mass_g: f64,
@@ -63,7 +63,7 @@ pub struct Report {
     pub worst_tet_quality: f64,
     /// Element size at the site [mm].
     pub element_mm: f64,
-    /// Tets turned round on import.
+    /// Tets reversed on import.
     pub flipped_tets: usize,
     /// Stable substep at rest [ms].
     pub stable_rest_ms: f64,
@@ -73,7 +73,7 @@ pub struct Report {
     pub depth_limit_mm: f64,
     /// Substeps of a tick.
     pub substeps: u16,
-    /// The error while the probe moves; none before [`Session::for_motion`] was asked.
+    /// The error while the probe moves; none before [`Session::for_motion`] was called.
     pub moving: Option<moving::MovingReport>,
     /// Force expected at 1 mm [N]: Hertz for a sphere, the rigid punch for a flat end, on a
     /// half-space.
@@ -97,7 +97,7 @@ impl Session {
         let tips_m = read_tips(&scene.drive)?;
         if let Some(path) = scene.solver.patch.as_deref().filter(|p| p.as_os_str() != NO_PATCH) {
             let (patch, packed) = packed::open(scene, path)?;
-            // a patch fitted as a whole block is a homogeneous one's; any other was packed with its
+            // a patch fitted as a whole block is homogeneous; any other was packed with its
             // inclusions
             let homogeneous = patch.fitted_places() > 0 && patch.model().rim_nodes.is_empty();
             let patch = if homogeneous { patch.with_inclusions(&scene.tissue.inclusion) } else { patch };
@@ -120,7 +120,7 @@ impl Session {
         Ok(session)
     }
 
-    /// A patch made elsewhere, with the parameters it was made with.
+    /// A patch made elsewhere, with its parameters.
     ///
     /// # Errors
     /// A model that cannot keep 1 kHz: with the numbers.
@@ -191,7 +191,7 @@ impl Session {
 }
 
 /// The largest stiffening exponent with which a patch can run, rounded down to two digits; `None`
-/// if it cannot without any.
+/// if it cannot run even without stiffening.
 fn most_stiffening(machine: &Machine, patch: &Patch, params: &Params) -> Option<f32> {
     let runs = |b: f32| {
         let params = Params { stiffening_b: b, ..*params };
@@ -214,17 +214,17 @@ fn most_stiffening(machine: &Machine, patch: &Patch, params: &Params) -> Option<
 const MOST_HALVINGS: i32 = 10;
 const HALVINGS: usize = 3;
 
-/// The scene's parameters with what was fitted or lowered in a packed patch.
+/// The scene's parameters with those that were fitted or lowered in a packed patch.
 fn fitted(scene: &Scene, packed: &Params) -> Params {
     let own = scene.params(packed.probe.axis.map(f64::from).into());
-    // a patch fitted without a term has no use for it
+    // a patch fitted without a term must run without it
     let terms = Terms {
         volume: own.terms.volume && packed.terms.volume,
         compensation: own.terms.compensation && packed.terms.compensation,
         rim: own.terms.rim && packed.terms.rim,
         relative_mass: own.terms.relative_mass && packed.terms.relative_mass,
         smooth_mass: packed.terms.smooth_mass,
-        // no fit knows of these: they are the scene's tissue and probe
+        // these are not fitted: they belong to the scene's tissue and probe
         stiffening: own.terms.stiffening,
         relaxation: own.terms.relaxation,
         friction: own.terms.friction,

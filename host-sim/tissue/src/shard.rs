@@ -44,14 +44,14 @@ impl Shard {
         self.number
     }
 
-    /// How many there are.
+    /// Number of parts.
     #[must_use]
     pub fn of(self) -> u64 {
         self.of
     }
 
-    /// Its cases out of `total`: consecutive, and as many as any other's, or one fewer. Empty where
-    /// there are fewer cases than shards.
+    /// Its cases out of `total`: consecutive, and as many as any other shard's, or one fewer. Empty
+    /// if there are fewer cases than shards.
     #[must_use]
     pub fn cases(self, total: u64) -> Range<u64> {
         let border = |shards: u64| (u128::from(total) * u128::from(shards) / u128::from(self.of)) as u64;

@@ -1,12 +1,12 @@
-//! How long a substep may be: measured on the *pressed* patch, not at rest.
+//! Longest stable substep, measured on the *pressed* patch, not at rest.
 //!
 //! Tissue stiffens under the probe: the limit there is well below the limit at rest. So the patch
-//! is pressed to its depth limit with safely small substeps, and on the way the highest frequency
-//! of its tangent stiffness is found by power iteration. Symplectic Euler is stable while `dt w <
-//! 2`. Relaxation is left out: what answers at once is the elastic stiffness. Contact is implicit
-//! and takes no share of it. A tap squeezes harder for a few milliseconds, so the substeps that
-//! this bound asks for are then tried on a tap, and one is added until the patch comes to rest in
-//! it and after it.
+//! is pressed to its depth limit with safely small substeps, and meanwhile the highest frequency of
+//! its tangent stiffness is found by power iteration. Symplectic Euler is stable while `dt w < 2`.
+//! Relaxation is left out: the immediate response is that of the elastic stiffness. Contact is
+//! implicit and does not affect it. A tap compresses more for a few milliseconds, so the substeps
+//! from this bound are then tried on a tap, and increased by one until the patch comes to rest
+//! during it and after it.
 
 use palpate::stages::{force, integrate};
 use palpate::{BuildError, GuardLimits, Model, Params, ProbePose, State, Terms, Tuned, Vector3, tick};
@@ -17,36 +17,36 @@ use crate::patch::{Memory, Patch};
 const CAREFUL_SUBSTEPS: u16 = 16;
 /// Speed of the measuring press [m/s]: slow enough that inertia does not squeeze the tissue.
 const PRESS_M_PER_S: f32 = 0.1;
-/// Speed of the tap [m/s]: the upper end of what a hand does on tissue.
+/// Speed of the tap [m/s]: the upper end of a hand's speed on tissue.
 const TAP_M_PER_S: f32 = 0.5;
-/// A sample of the press every so many ticks.
+/// Number of ticks between samples of the press.
 const SAMPLE_EVERY: usize = 5;
-/// Ticks that a patch gets to come to rest after a tap and after its release.
+/// Ticks within which a patch must come to rest after a tap and after its release.
 const REST_TICKS: usize = 400;
-/// It rests when no node is faster than this share of the tap.
+/// Share of the tap's speed below which every node counts as at rest.
 const REST_SHARE: f32 = 0.01;
-/// Substeps tried on a tap beyond those of the bound.
+/// Number of substeps beyond the bound that are tried on a tap.
 const MOST_ADDED: u16 = 4;
 const ITERATIONS: usize = 30;
 /// Share of the limit that is used.
 pub const MARGIN: f64 = 0.9;
 
 /// Share of an element's size that the tip may sink per tick. Waves of the floored masses cross
-/// about 0.4 (shear) to 1.2 elements (volume) per tick. With implicit contact the shipped patches
-/// keep a fifth of every tet's volume in a tap to the probe's radius at this share. At 0.29, which
-/// is 1 m/s on the finer ones, tets turn inside out.
+/// about 0.4 (shear) to 1.2 elements (volume) per tick. At this share, with implicit contact, every
+/// tet of the shipped patches keeps a fifth of its volume in a tap to the probe's radius. At 0.29,
+/// which is 1 m/s on the finer patches, tets turn inside out.
 const SINK_SHARE: f64 = 0.16;
 
-/// The limits that a patch's elements set, whatever its stiffness: masses with a floor carry waves
-/// at element size over tick.
+/// The limits that a patch's elements set, whatever its stiffness: floored masses carry waves at
+/// element size over tick.
 #[must_use]
 pub fn limits(patch: &Patch, tick_s: f64) -> GuardLimits {
     let max_sink_m_per_s = GuardLimits::HIGHEST.max_sink_m_per_s.min((SINK_SHARE * patch.element_m() / tick_s) as f32);
     GuardLimits { max_sink_m_per_s, ..GuardLimits::HIGHEST }
 }
 
-/// Another tick with the masses, the foundation and its damping of this one: a patch that holds at
-/// a tick 15 % longer has a margin of 1.15 at this one. On a shorter one the dashpot is at most
+/// Another tick with the masses, the foundation and the damping of this one: a patch that is stable
+/// at a tick 15 % longer has a margin of 1.15 at this one. At a shorter one the dashpot is at most
 /// what a substep can carry.
 #[must_use]
 pub fn with_tick(params: &Params, tick_s: f32) -> Params {
@@ -64,12 +64,12 @@ pub fn with_tick(params: &Params, tick_s: f32) -> Params {
 pub struct StableStep {
     /// At rest [s].
     pub rest_s: f64,
-    /// On the way down to the depth limit [s]: the one that counts.
+    /// During the press to the depth limit [s]: the decisive one.
     pub pressed_s: f64,
 }
 
 impl StableStep {
-    /// Substeps a tick needs to stay within `MARGIN` of the limit.
+    /// Substeps that a tick needs to stay within `MARGIN` of the limit.
     #[must_use]
     pub fn substeps(&self, tick_s: f64) -> f64 {
         (tick_s / (MARGIN * self.pressed_s)).ceil()
@@ -105,8 +105,8 @@ impl StableStep {
 }
 
 /// The fewest substeps, from `least` on, with which a patch taken to its depth limit in a tap comes
-/// to rest there and after the release; where none brings rest (tissue that sags slowly, a press
-/// beyond what it bears), the fewest that give no fault. `None` when all do.
+/// to rest there and after the release; if none does (tissue that sags slowly, or a press beyond
+/// its limits), the fewest without a fault. `None` if all have one.
 ///
 /// # Errors
 /// Parameters or a model that [`Params::build`] refuses.
@@ -146,13 +146,14 @@ fn way_down(model: &Model, params: &Params, speed_m_per_s: f32) -> impl Iterator
     (0..=ticks).map(move |n| (start_m + n as f32 * step_m).min(end_m))
 }
 
-/// The parameters without relaxation: nothing else keeps a patch from its rest after a tap.
+/// The parameters without relaxation, which alone would keep a patch from coming to rest after a
+/// tap.
 fn elastic(params: &Params) -> Params {
     Params { terms: Terms { relaxation: false, friction: false, ..params.terms }, ..*params }
 }
 
-/// Returns limits at their highest, except for the sink speed: what the patch bears is measured
-/// without a limit of the force, but a tap is shown to it as the product shows it.
+/// Returns limits at their highest, except for the sink speed: the patch's stability is measured
+/// without a force limit, but with the product's limit on the speed of a tap.
 fn unbounded_but_sink(params: &Params) -> GuardLimits {
     GuardLimits { max_sink_m_per_s: params.limits.max_sink_m_per_s, ..GuardLimits::HIGHEST }
 }
@@ -161,7 +162,7 @@ fn unbounded_but_sink(params: &Params) -> GuardLimits {
 struct ModeShape(Vec<[f64; 3]>);
 
 impl ModeShape {
-    /// Any shape with all modes in it; deterministic.
+    /// A shape that contains all modes; deterministic.
     fn seeded(nodes: usize) -> Self {
         let mut x = 0x9e37_79b9_7f4a_7c15_u64;
         let mut next = || {
@@ -179,7 +180,7 @@ impl ModeShape {
     /// stages, so that the mass matrix is theirs.
     fn highest_square(&mut self, model: &Model, tuned: &Tuned, state: &State, trial: &mut State, tip_m: Vector3<f32>) -> f64 {
         let size = extent(model);
-        // what lies under the probe is stiffer for it, even where contact takes no share
+        // tissue under the probe is stiffer because of it, even though contact has no share
         let seen_m = if tuned.stiffens() { tip_m } else { tuned.probe().axis * (100.0 * size as f32) };
         let mut square = 0.0;
         for _ in 0..ITERATIONS {

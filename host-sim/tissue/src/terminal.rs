@@ -1,5 +1,5 @@
-//! Lines on standard output and standard error. A reader that has gone, as after
-//! `palpate press | head`, ends neither the run nor its result: what is left to say is dropped.
+//! Lines on standard output and standard error. A closed pipe, as after `palpate press | head`,
+//! ends neither the run nor its result: the remaining output is discarded.
 
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Result, Write};
@@ -7,7 +7,7 @@ use std::io::{ErrorKind, Result, Write};
 /// Writes to standard output.
 ///
 /// # Panics
-/// The output is lost for another reason than that its reader has gone, such as a full disk.
+/// The output is lost for a reason other than a closed pipe, such as a full disk.
 pub fn out(text: Arguments<'_>) {
     kept(std::io::stdout().write_fmt(text));
 }
@@ -28,8 +28,7 @@ fn kept(written: Result<()>) {
     }
 }
 
-/// Prints to standard output as the standard library's macro does, but bears a reader that has
-/// gone.
+/// Prints to standard output as the standard library's macro does, but tolerates a closed pipe.
 #[macro_export]
 macro_rules! print {
     ($($text:tt)*) => {
@@ -37,8 +36,8 @@ macro_rules! print {
     };
 }
 
-/// Prints a line to standard output as the standard library's macro does, but bears a reader that
-/// has gone.
+/// Prints a line to standard output as the standard library's macro does, but tolerates a closed
+/// pipe.
 #[macro_export]
 macro_rules! println {
     () => {
@@ -49,8 +48,8 @@ macro_rules! println {
     };
 }
 
-/// Prints a line to standard error as the standard library's macro does, but bears a reader that
-/// has gone.
+/// Prints a line to standard error as the standard library's macro does, but tolerates a closed
+/// pipe.
 #[macro_export]
 macro_rules! eprintln {
     ($($text:tt)*) => {

@@ -1,5 +1,5 @@
-//! From a scene to a tissue: mesh (`shape`, `organ` for an organ), what it is made of ([`Layout`]),
-//! what is fixed, where the probe presses.
+//! From a scene to a tissue: mesh (`shape`, `organ` for an organ), material ([`Layout`]), fixed
+//! nodes, site of the press.
 
 mod body;
 mod material;
@@ -18,13 +18,13 @@ use organ_source::OrganSource;
 /// A mesh rests on its underside: surface triangles whose outward normal has less than this cosine
 /// with the press axis are fixed.
 pub const UNDERSIDE_COSINE: f64 = -0.5;
-/// The patch answers presses this much deeper than the deepest hold.
+/// Depth limit of the patch as a multiple of the deepest hold.
 pub const DEPTH_MARGIN: f64 = 1.25;
-/// Deepest press of a force drive, and of a trace that never touches, in probe radii: where the
-/// contact law was measured.
+/// Deepest press of a force drive, and of a trace that never touches, in probe radii: the depth to
+/// which the contact law was measured.
 const DEFAULT_DEPTH_RADII: f64 = 0.75;
 
-/// Nodes of a block whose scene does not say.
+/// Nodes of a block if the scene gives none.
 pub const DEFAULT_NODES: usize = 410;
 
 /// A tissue with its press direction.
@@ -49,8 +49,8 @@ pub fn place(scene: &Scene, tips_m: &[[f32; 3]]) -> Result<Placed, Error> {
     place_fine(scene, tips_m, 1.0)
 }
 
-/// Meshes or imports the tissue of a scene as [`place`] does, a block's elements smallest within
-/// `fine_radii` probe radii of the site.
+/// Meshes or imports the tissue of a scene as [`place`] does, with a block's elements smallest
+/// within `fine_radii` probe radii of the site.
 ///
 /// # Errors
 /// As [`place`].
@@ -75,7 +75,7 @@ pub fn place_fine(scene: &Scene, tips_m: &[[f32; 3]], fine_radii: f64) -> Result
     place_block(scene, tips_m, mesh)
 }
 
-/// A block's own mesh, however fine where.
+/// Mesh of a block.
 pub fn place_block(scene: &Scene, tips_m: &[[f32; 3]], mesh: TetMesh) -> Result<Placed, Error> {
     let size_m = scene.tissue.block_m.unwrap_or_default();
     let [x, y] = scene.probe.position_m.unwrap_or_default();
@@ -101,7 +101,7 @@ fn place_imported(scene: &Scene, tips_m: &[[f32; 3]], mesh: TetMesh, report: Imp
     Ok(Placed { tissue, axis, import: Some(report), surface: None })
 }
 
-/// A mesh made of a shape, held where the shape is.
+/// A mesh of a shape, fixed where the shape is fixed.
 pub fn on_shape(
     scene: &Scene,
     tips_m: &[[f32; 3]],
@@ -162,7 +162,7 @@ fn finish(
     Ok(Tissue::closed(mesh, stiffness_ratio, anchors, site_m, depth_limit_m))
 }
 
-/// Refuses a ball that no tet has a part of: the sign of a coordinate or a unit is wrong.
+/// Refuses a ball that overlaps no tet: the sign of a coordinate or a unit is wrong.
 fn refuse_inclusions_outside(scene: &Scene, mesh: &TetMesh) -> Result<(), SceneError> {
     for (n, ball) in scene.tissue.inclusion.iter().enumerate() {
         if filled(mesh, ball).0 > 0 {
@@ -198,7 +198,7 @@ fn boundary(mesh: &TetMesh) -> Vec<[Vector3<f64>; 3]> {
 }
 
 /// Nodes of the surface that faces away from a press along `axis`, ascending. The roof of a hollow
-/// inside is none of it.
+/// does not belong to it.
 pub fn underside(mesh: &TetMesh, axis: [f64; 3]) -> Vec<u32> {
     let hollow = surface::hollow(mesh);
     let away = |t: &[u32; 3]| !hollow[t[0] as usize] && faces_away(corners(mesh, t), axis);
@@ -217,9 +217,9 @@ pub fn ratio_of(mesh: &TetMesh, tet: &[u32; 4], inclusions: &[Inclusion]) -> f64
 }
 
 /// Stiffness of a tet: blended over a fine sample of it, so that a small ball or a thin layer is
-/// not lost between centroids and its size does not jump with the mesh. The blend is Hill's (1952),
-/// half way between equal strain and equal stress: equal strain alone makes a mesh coarser than the
-/// ball feel it 8 % too stiff.
+/// not lost between centroids and its effective size does not jump with the mesh. The blend is
+/// Hill's (1952), half way between equal strain and equal stress: with equal strain alone a ball
+/// smaller than the elements is 8 % too stiff.
 pub fn blended(mesh: &TetMesh, tet: &[u32; 4], stiffness: impl Fn([f64; 3]) -> f64) -> f64 {
     let (mut sum, mut inverse, mut count) = (0.0, 0.0, 0.0);
     for at in samples(mesh, tet) {
@@ -242,7 +242,7 @@ fn samples(mesh: &TetMesh, tet: &[u32; 4]) -> impl Iterator<Item = [f64; 3]> {
     })
 }
 
-/// How many tets a ball fills or cuts, and the volume of it that they hold [m^3].
+/// Number of tets that a ball fills or cuts, and the volume of the ball within them [m^3].
 #[must_use]
 pub fn filled(mesh: &TetMesh, ball: &Inclusion) -> (usize, f64) {
     let (mut tets, mut volume_m3) = (0, 0.0);

@@ -1,6 +1,6 @@
-//! How wrong patches were in trials: a table of fits, for an estimate where nothing was fitted.
+//! Errors of patches in trials: a table of fits, for an estimate if nothing was fitted.
 //!
-//! Every row is a patch pressed as its scene says and judged by finite elements: uncalibrated, or
+//! Every row is a patch pressed as in its scene and compared with finite elements: uncalibrated, or
 //! calibrated for another tip. `palpate fit` writes the rows of its scene (`trials.json`); those of
 //! the scenes in `host-sim/scenes/trials` ship.
 
@@ -12,16 +12,15 @@ use crate::scene::{Drive, Scene, Shape};
 
 /// The trials that ship.
 const TRIALS: &str = include_str!("../../references/trials.json");
-/// A change of this much makes a scene as different as any other of its kind: of the Poisson's
-/// ratio (1), of the logarithms of node count, of radius over thickness and over side, and of depth
-/// over radius.
+/// Differences that weigh equally between scenes: of the Poisson's ratio (1), of the logarithms of
+/// node count, of radius over thickness and over side, and of depth over radius.
 const POISSON_RATIO: f64 = 0.06;
 const NODES: f64 = 1.2;
 const RADIUS: f64 = 0.7;
 const DEPTH: f64 = 1.0;
-/// Trials nearer than this are alike.
+/// Distance below which trials count as alike.
 const ALIKE: f64 = 1.0;
-/// A disc is this unlike a ball.
+/// Distance between a disc and a ball.
 const OTHER_SHAPE: f64 = 3.0;
 
 /// One trial, a row of the table.
@@ -63,7 +62,7 @@ pub struct Expected {
 }
 
 impl Trial {
-    /// How unlike the trial a scene is; under one it is alike.
+    /// Distance of a scene from the trial; below one they are alike.
     fn unlike(&self, scene: &Scene, size_m: [f64; 3], nodes: usize) -> f64 {
         let deepest_m = match &scene.drive {
             Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.iter().copied().fold(0.0, f64::max),
@@ -90,7 +89,7 @@ pub fn shipped() -> Vec<Trial> {
 }
 
 /// Error to expect of a scene on a block with `nodes` nodes: uncalibrated, or with a patch fitted
-/// to another tip on the same tissue. `None` where no trial is of that kind.
+/// to another tip on the same tissue. `None` if there is no trial of that kind.
 #[must_use]
 pub fn expected(scene: &Scene, nodes: usize, fitted: Option<&FitRecord>) -> Option<Expected> {
     let size_m = scene.tissue.block_m?;
@@ -104,7 +103,7 @@ pub fn expected(scene: &Scene, nodes: usize, fitted: Option<&FitRecord>) -> Opti
                 && trial.fitted.is_some()
         }
     };
-    // a tip that is so many times as large as the fitted one
+    // a tip larger than the fitted one by this factor
     let unlike_fit = |trial: &Trial| match (fitted, &trial.fitted) {
         (Some(record), Some(theirs)) => {
             let scale = (own.radius_m / record.probe.radius_m) / (trial.probe.radius_m / theirs.radius_m);
@@ -118,7 +117,7 @@ pub fn expected(scene: &Scene, nodes: usize, fitted: Option<&FitRecord>) -> Opti
     Some(Expected { rms_pct: nearest.rms_pct, worst_pct: nearest.worst_pct, trial: nearest.scene.clone(), alike: unlike < ALIKE })
 }
 
-/// How unlike two tips are but for their size: flat or not, and how much wider than deep.
+/// Difference of two tips apart from their size: flat or not, and the ratio of width to depth.
 fn unlike_shape(one: &AnswerProbe, other: &AnswerProbe) -> f64 {
     let flat = |tip: &AnswerProbe| tip.shape == Shape::Flat;
     let wide = |tip: &AnswerProbe| (tip.half_widths_m().iter().product::<f64>() / tip.radius_m.powi(2)).ln();

@@ -27,7 +27,7 @@ pub struct Copy {
 }
 
 impl Copy {
-    /// Makes it anew; what was built of an older one is kept.
+    /// Makes a new copy; the build output of an older one is kept.
     ///
     /// # Errors
     /// Names the file that cannot be copied.
@@ -60,7 +60,7 @@ impl Copy {
             }
         }
         let answer = changed.map(|()| judge(self));
-        // the last edit is undone first: two may be of one file
+        // the last edit is undone first: two may be in one file
         for (path, content) in before.into_iter().rev() {
             fs::write(&path, content).map_err(|error| named(&path, &error))?;
         }
@@ -81,8 +81,8 @@ fn two_packages(text: &str) -> Result<String, String> {
     toml::to_string(&manifest).map_err(|error| format!("Cargo.toml: {error}"))
 }
 
-/// Copies a file or a folder and removes what is no longer in it; what has not changed keeps its
-/// date, so that it is not built again.
+/// Copies a file or a folder and removes what is no longer in it; unchanged files keep their date,
+/// so that they are not built again.
 fn take(from: &Path, to: &Path) -> Result<(), String> {
     if from.is_dir() {
         for old in fs::read_dir(to).into_iter().flatten().flatten() {

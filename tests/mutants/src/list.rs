@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-/// Where the list lies in the repository.
+/// Path of the list in the repository.
 const LIST: &str = "tests/mutants/list.toml";
 
 #[derive(Deserialize)]
@@ -23,7 +23,7 @@ pub struct Mutant {
     pub name: String,
     /// Replacements that make it.
     pub edit: Vec<Edit>,
-    /// Why no test can notice it; without a reason it must be noticed.
+    /// Reason why no test can notice it; without one it must be noticed.
     pub equivalent: Option<String>,
 }
 
@@ -46,7 +46,7 @@ impl Mutant {
         files.into_iter().collect::<Vec<_>>().join(" ")
     }
 
-    /// The package whose tests are to notice it.
+    /// The package whose tests should notice it.
     pub fn package(&self) -> &'static str {
         if self.edit.iter().all(|edit| edit.file.starts_with("core/")) { "palpate" } else { "palpate-controller" }
     }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use crate::copy::Copy;
 use crate::list::Mutant;
 
-/// How a mistake fared.
+/// Result for a mistake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// A test failed.
@@ -56,7 +56,7 @@ fn cargo(copy: &Copy, package: &str, options: &[&str]) -> Result<Child, String> 
     command.args(["test", "--quiet", "--profile", "mutants", "--package", package, "--lib", "--tests"]).args(options);
     command.current_dir(&copy.root).env("CARGO_TARGET_DIR", copy.root.join("../build")).env("RUST_BACKTRACE", "0");
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    // a group of its own, so that a test program without end goes with its cargo
+    // its own process group, so that an endless test program is stopped together with its cargo
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     command.spawn().map_err(|error| format!("cargo: {error}"))
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-/// Where the list lies in the repository.
+/// Path of the list in the repository.
 const SURVIVORS: &str = "tests/mutants/survivors.toml";
 
 #[derive(Deserialize)]
@@ -59,7 +59,7 @@ pub fn read(root: &Path) -> Result<Vec<Survivor>, String> {
     }
 }
 
-/// Compares a run with the list and prints what it amounts to; true if every survivor has a reason.
+/// Compares a run with the list and prints the result; true if every survivor has a reason.
 ///
 /// # Errors
 /// The run's output cannot be read.

@@ -40,7 +40,7 @@ pub fn of_tet<N: Number>(tet: &Tet, params: &Params, corners: [Point<N>; 4]) -> 
     N::of(volume_m3) * density
 }
 
-/// Volume energy of a node with `(1 - beta) kappa` and the volume it stands for: `-2 ln J + 4
+/// Volume energy of a node with `(1 - beta) kappa` and the volume that it represents: `-2 ln J + 4
 /// ln((J + 1)/2)`, J the volume ratio of all its tets. Its pressure is straight below J = 0.8.
 pub fn of_node<N: Number>(kappa: f64, volume_m3: f64, j: N) -> N {
     let density = |j: N| N::of(-2.0) * j.log() + N::of(4.0) * ((j + N::of(1.0)) * N::of(0.5)).log();
@@ -68,12 +68,12 @@ pub fn of_rim_edge<N: Number>(rim: &RimEdge, ui: Point<N>, uj: Point<N>) -> N {
     dot(ui, [dot(row(0), uj), dot(row(1), uj), dot(row(2), uj)])
 }
 
-/// Foundation point: its stiffness k grows by `2 k s` a metre.
+/// Foundation point: its stiffness k grows by `2 k s` per metre.
 pub fn of_foundation<N: Number>(k: f64, stiffening_per_m: f64, depth: N) -> N {
     N::of(0.5 * k) * depth * depth + N::of(k * stiffening_per_m / 3.0) * depth * depth * depth
 }
 
-/// How far a point is inside the probe [m]; `None` outside.
+/// Depth of a point inside the probe [m]; `None` outside.
 pub fn depth_inside<N: Number>(params: &Params, tip: Point<f64>, point: Point<N>) -> Option<N> {
     let probe = &params.probe;
     let r = f64::from(probe.radius_m);
@@ -99,7 +99,7 @@ pub fn depth_inside<N: Number>(params: &Params, tip: Point<f64>, point: Point<N>
             };
             return (from_ring.value() < edge).then(|| N::of(edge) - from_ring);
         }
-        // a cylinder stands on the half-sphere: there only the distance from the axis counts
+        // above the half-sphere is a cylinder: there only the distance from the axis counts
         ProbeShape::Hemisphere if above_tip.value() > r => minus(from_tip, axis.map(|c| c * above_tip)),
         ProbeShape::Hemisphere | ProbeShape::Sphere => minus(from_tip, axis.map(|c| c * N::of(r))),
         ProbeShape::Capsule { length_m, along } => {
@@ -138,7 +138,7 @@ fn depth_in_ellipsoid<N: Number>(semi_axes_m: [f64; 3], point: Point<N>) -> Opti
     let length = normal.iter().map(|c| c * c).sum::<f64>().sqrt();
     let normal = normal.map(|c| c / length);
     let support = (0..3).map(|k| squares[k] * normal[k] * normal[k]).sum::<f64>().sqrt();
-    // the plane stays where the point moves a little: the slope of a least value
+    // the plane does not move with a small motion of the point: the derivative of a minimum
     Some(N::of(support) - dot(normal.map(N::of), point))
 }
 

@@ -1,11 +1,11 @@
-//! Numbers that know their derivative, so that a force is the slope of an energy and no formula of
-//! a force is ever written down.
+//! Numbers that carry their derivative, so that a force is the slope of an energy and needs no
+//! formula of its own.
 
 use std::ops::{Add, Div, Mul, Sub};
 
-/// Scalar that an energy is computed with.
+/// Scalar for computing an energy.
 pub trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> {
-    /// A number that depends on nothing.
+    /// A constant.
     fn of(value: f64) -> Self;
     /// Its value.
     fn value(self) -> f64;

@@ -1,4 +1,4 @@
-//! The smooth fields that the mass matrix is inverted exactly on, from their description in
+//! The smooth fields on which the mass matrix is inverted exactly, from their description in
 //! `core/src/smooth.rs`.
 
 use palpate::Model;
@@ -8,7 +8,7 @@ use palpate::Model;
 pub struct Field {
     /// Shape \[nodes\], zero at anchors.
     pub shape: Vec<f64>,
-    /// One over the mass that is missing in the series.
+    /// One over the mass missing in the series.
     pub per_kg: f64,
 }
 
@@ -18,8 +18,8 @@ const ROUNDS: usize = 32;
 const LEAST: f64 = 0.01;
 
 /// Returns the fields of a mass matrix, given by its diagonal and the masses between the ends of
-/// springs; an empty list where all of these are zero. Beside the two terms of the `series` there
-/// are four, beside the diagonal alone there is one.
+/// springs; an empty list where all of these are zero. With the two terms of the `series` there are
+/// four, with the diagonal alone there is one.
 #[must_use]
 pub fn fields(model: &Model, mass_kg: &[f64], between_kg: &[f64], anchored: &[bool], series: bool) -> Vec<Field> {
     if between_kg.iter().all(|kg| *kg == 0.0) {
@@ -27,7 +27,7 @@ pub fn fields(model: &Model, mass_kg: &[f64], between_kg: &[f64], anchored: &[bo
     }
     let nodes = 0..mass_kg.len();
     let dot = |a: &[f64], b: &[f64]| nodes.clone().map(|n| a[n] * b[n] * mass_kg[n]).sum::<f64>();
-    // what the matrix has off its diagonal, times a shape
+    // the off-diagonal part of the matrix, times a shape
     let spread = |shape: &[f64]| {
         let mut sum = vec![0.0; shape.len()];
         for (spring, kg) in model.springs.iter().zip(between_kg) {

@@ -1,4 +1,4 @@
-//! The header is what cbindgen makes of the sources.
+//! The header equals the output of cbindgen for the sources.
 
 use std::path::PathBuf;
 

@@ -12,7 +12,7 @@ use palpate_tissue::press;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
 
-/// Python with the package; `None`, and a sentence, where it cannot be had.
+/// Python with the package; `None`, with a message, if it is not available.
 fn python() -> Option<&'static Path> {
     static INSTALLED: OnceLock<Option<PathBuf>> = OnceLock::new();
     INSTALLED.get_or_init(install).as_deref()

@@ -16,9 +16,10 @@ use palpate_tests::palpate_command::{Desk, Outcome, binary, palpate, repository}
 use palpate_tests::pseudo_terminal::PseudoTerminal;
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
-/// A busy machine keeps no host from its board; three times real time.
+/// On a busy machine no host loses its board; three times real time.
 const PATIENT: Pace = Pace::ByHost(15);
-/// Ticks after the host's last word within which the force has gone, two records to spare.
+/// Ticks after the host's last message within which the force is gone, with a margin of two
+/// records.
 const GONE_TICKS: u64 = ArmingSettings::DEFAULT.silence_ticks as u64 + ArmingSettings::DEFAULT.ramp_ticks as u64 + 40;
 
 fn image() -> &'static Path {
@@ -200,7 +201,7 @@ fn a_fault_is_told_in_words_until_it_is_cleared() {
     assert_eq!(on.truth().mode(), Some(Mode::Idle), "nothing is enabled by it");
 }
 
-/// A peer that is no board of ours.
+/// A peer that is not a Palpate board.
 fn peer(says: Option<&'static [u8]>, echoes: bool, arguments: &[&str]) -> (Outcome, Vec<u8>) {
     let mut terminal = PseudoTerminal::open().unwrap();
     let (desk, port) = (Desk::default(), terminal.name().to_owned());
@@ -243,7 +244,7 @@ fn whatever_is_no_board_of_ours_is_refused_in_a_line_and_told_nothing() {
     refused(&board(&desk, "/dev/no-such-port", &["arm", "--seconds", "-1"]), "--seconds -1");
 }
 
-/// Armed, pressed and streamed for so many ticks of the board's time, all of it in one run.
+/// Armed, pressed and streamed for this many ticks of the board's time, all in one run.
 fn held_for(ticks: u64) {
     let (desk, on) = (Desk::default(), started(PATIENT));
     let arming = Arming::start(&desk, on.port(), &["--out", "long.csv"]);

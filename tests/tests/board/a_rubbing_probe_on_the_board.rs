@@ -1,6 +1,5 @@
 //! A probe with friction, on the emulated board: a patch that carries a coefficient gives the same
-//! bits as on the desktop through presses, faults and recovery, and costs what the board counts
-//! with.
+//! bits as on the desktop through presses, faults and recovery, and costs what the board estimates.
 
 use std::path::Path;
 
@@ -16,7 +15,7 @@ const MEAT: [PronyTerm; MOST_TERMS] =
 const NONE: [PronyTerm; MOST_TERMS] = [PronyTerm::NONE; MOST_TERMS];
 const TICKS: u32 = 3_000;
 
-/// The shipped block with this friction and relaxation, on a word boundary, for ever.
+/// The shipped block with this friction and relaxation, on a word boundary, leaked.
 fn with(friction: f32, relaxation: [PronyTerm; MOST_TERMS]) -> &'static [u8] {
     let mut file = PatchFile::open(packed::on_words(&packed::shipped("block-m4f-168.patch"))).unwrap();
     (file.params.friction, file.params.relaxation) = (friction, relaxation);

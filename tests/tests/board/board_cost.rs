@@ -27,8 +27,8 @@ const NS_PER_COUNT: u64 = 40;
 const CLOCK: &str = "palpate_firmware::board::mps2::clock_counts";
 const TICK: &str = "palpate::tick::tick";
 const RIM: &str = "palpate::stages::force::rim::hold";
-/// Ticks outside the tissue in a logged run: start-up and the first of arming. The tap meets a
-/// patch that nobody feels yet, at the same cost.
+/// Ticks outside the tissue in a logged run: start-up and the first of arming. During the tap the
+/// force is not enabled yet; the cost is the same.
 const LOGGED_LEAD: u32 = 5;
 /// The script's tap reaches 4 mm in its tick 23; every triangle that it touches later is touched
 /// here.
@@ -38,8 +38,8 @@ const FIRST_TICK: u32 = 4;
 /// 65 % of a millisecond [cycles].
 const M4F_168_BUDGET: f64 = 109_200.0;
 const M7_480_BUDGET: f64 = 312_000.0;
-/// Share of a millisecond from which on a board refuses a patch: the most cautious of the estimates
-/// has to stay below it.
+/// Share of a millisecond from which a board refuses a patch: the most pessimistic estimate has to
+/// stay below it.
 const REFUSED_SHARE: f64 = 0.75;
 /// Share of the step that rim springs may take.
 const RIM_SHARE: f64 = 0.08;
@@ -105,7 +105,7 @@ struct Worst {
     /// cycles.
     instructions: u64,
     cycles: f64,
-    /// These cycles by the most cautious estimate of a Cortex-M4F.
+    /// These cycles by the most pessimistic estimate for a Cortex-M4F.
     cautious: f64,
 }
 
@@ -113,7 +113,7 @@ struct Worst {
 struct Estimates {
     /// Sum over the table of a Cortex-M4F.
     table: f64,
-    /// With a cycle for each result that is read at once.
+    /// With one cycle for each result that is read by the next instruction.
     stalled: f64,
     /// By LLVM's models, where `llvm-mca` is there.
     models: Option<[f64; 2]>,
@@ -127,7 +127,7 @@ impl Estimates {
         Self { table, stalled, models: m4.zip(m7).map(|(m4, m7)| [m4, m7]) }
     }
 
-    /// The largest of a Cortex-M4F: what it takes more than the table says.
+    /// The largest of a Cortex-M4F: its excess over the table.
     fn caution(&self) -> f64 {
         self.stalled.max(self.models.map_or(0.0, |[m4, _]| m4)) / self.table
     }
@@ -200,7 +200,7 @@ fn keeps_budget(name: &str, budget: f64) {
     let worst = worst_tick(&packed::shipped(name));
     assert!(worst.cycles <= budget, "{name}: {:.0} estimated cycles, {budget:.0} fit", worst.cycles);
     assert!(worst.tick <= budget);
-    // 65 % by the table: what that leaves out must not reach what a board refuses
+    // 65 % by the table: the omitted costs must not reach the limit at which a board refuses
     let refused = budget / 0.65 * REFUSED_SHARE;
     assert!(worst.cautious <= refused, "{name}: {:.0} cycles by the most cautious estimate", worst.cautious);
     // the largest patch that fits, not just one that fits
@@ -247,7 +247,8 @@ fn a_liver_with_its_rim_fits_a_cortex_m4f_at_168_mhz() {
     assert!(worst.rim <= 2.0 * RIM_SHARE * worst.tick, "rim springs take {:.0} of {:.0} cycles", worst.rim, worst.tick);
 }
 
-/// The outside of one patch cut sixteen times finer: other rim springs, the same tick.
+/// The outside of one patch is refined sixteen times: its rim springs change, the cost of its tick
+/// does not.
 #[test]
 #[ignore = "long: four more images and their logs"]
 fn a_tick_costs_the_same_whatever_lies_behind_the_rim() {
@@ -265,12 +266,12 @@ fn a_tick_costs_the_same_whatever_lies_behind_the_rim() {
     let [c, f] = [keeps_rim_share(&coarse), keeps_rim_share(&fine)];
     println!("{} and {} elements outside: {} and {} instructions", tets[0], tets[1], c.instructions, f.instructions);
     assert_eq!(c.rim, f.rim);
-    // what is left are branches on the contact, which is not quite the same
+    // the remaining difference is in branches on the contact, which is not quite the same
     let ratio = f.instructions as f64 / c.instructions as f64;
     assert!((1.0 / 1.05..=1.05).contains(&ratio), "{ratio}");
 }
 
-/// Lengths of all lists that a tick passes.
+/// Lengths of all lists that a tick processes.
 fn items(model: &Model) -> [usize; 7] {
     [
         model.nodes.len(),
@@ -283,7 +284,7 @@ fn items(model: &Model) -> [usize; 7] {
     ]
 }
 
-/// `plan` and `pack` count with what the emulator counts.
+/// The costs in `plan` and `pack` agree with the emulator's counts.
 #[test]
 fn the_budget_knows_what_a_rim_costs() {
     let whole = packed::pack(&packed::cut_block(), scratch(), "rim-whole.patch");

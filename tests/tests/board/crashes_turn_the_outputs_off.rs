@@ -1,7 +1,6 @@
-//! Whatever crashes, the outputs are off within 200 instructions, before a word is said about it; a
-//! loop that hangs is ended by the watchdog, and a board that hangs again and again stays idle. A
-//! debugger makes the crashes in the image that is flashed; instructions are counted in the
-//! emulator's log.
+//! After any crash the outputs are off within 200 instructions, before anything is reported; a loop
+//! that hangs is ended by the watchdog, and a board that hangs repeatedly stays idle. A debugger
+//! makes the crashes in the image that is flashed; instructions are counted in the emulator's log.
 
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -18,9 +17,9 @@ const MOST_INSTRUCTIONS: usize = 200;
 const MOST_SILENT_US: u64 = 5_000;
 /// Passes of a place before the crash.
 const PASSES: u32 = 3;
-/// Starts that meet it, where the board restarts.
+/// Number of starts with the crash, if the board restarts.
 const STARTS: u32 = 3;
-/// Every kind of crash and what it says.
+/// Every kind of crash and its message.
 const CRASHES: [(Crash, &str); 6] = [
     (Crash::Panics, FILE),
     (Crash::RunsNoInstruction, "hard fault at pc"),
@@ -95,7 +94,7 @@ fn a_board_that_hangs_is_turned_off_reset_and_after_the_third_time_stays_idle() 
         assert_eq!(silent.len(), 3, "{hang:?}: {}", outcome.text);
         assert!(silent.iter().all(|us| *us <= MOST_SILENT_US), "{hang:?}: {silent:?}");
         assert!(outcome.text.contains("outputs off") && !outcome.text.contains("OUTPUTS ON"), "{}", outcome.text);
-        // the fourth start ends its thousand ticks, but nobody may feel anything
+        // the fourth start completes its thousand ticks, but without a force
         assert!(outcome.text.contains("mode=idle fault=none"), "{hang:?}: {}", outcome.text);
         assert_eq!(outcome.result().unwrap().ticks, 1_000);
     }

@@ -2,7 +2,7 @@
 //! same bits in every tick, through presses, faults and recovery; bad frames are dropped, bad
 //! patches refused in words; the worst tick does not grow unseen.
 //!
-//! A longer tick that is meant: `cargo test --release --package palpate-tests --test board
+//! To accept an intended longer tick: `cargo test --release --package palpate-tests --test board
 //! emulated_board_equals_the_desktop -- --ignored rewrite`, and say why in the commit.
 
 use std::path::{Path, PathBuf};
@@ -20,8 +20,8 @@ use palpate_controller::patch::Memory;
 use palpate_tests::emulator::build_firmware;
 use palpate_tests::packed;
 
-/// Instructions of the ticks of every patch that ships for a board, haptic cycle included. Whoever
-/// makes the longest one more than 3 % longer should know it.
+/// Instructions of the ticks of every patch that ships for a board, haptic cycle included. An
+/// increase of the longest one by more than 3 % must be deliberate.
 const GOLDEN: &str = "golden/tick-instructions.csv";
 const GROWTH: f64 = 0.03;
 const SHIPPED: [(&str, EmulatedBoard); 3] = [
@@ -58,15 +58,15 @@ fn golden_file() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(GOLDEN)
 }
 
-/// Median and longest tick of a patch as they were written down.
+/// Recorded median and longest tick of a patch.
 fn written(text: &str, patch: &str) -> Option<[f64; 2]> {
     let row = text.lines().find(|line| line.split(',').next() == Some(patch))?;
     let mut numbers = row.split(',').skip(2).map(str::parse);
     Some([numbers.next()?.ok()?, numbers.next()?.ok()?])
 }
 
-/// Checks the longest tick against the one that was written down: neither longer nor shorter by
-/// more than `GROWTH`.
+/// Checks the longest tick against the recorded one: neither longer nor shorter by more than
+/// `GROWTH`.
 fn growth(patch: &str, spread: &Spread, text: &str) -> Result<(), String> {
     let Some([_, worst]) = written(text, patch) else { return Err(format!("{patch} is not in {GOLDEN}: rewrite it")) };
     let ratio = spread.max as f64 / worst;
@@ -189,7 +189,7 @@ fn bad_patches_and_raised_limits_are_refused_in_words() {
     assert_eq!(ask(&mut board, &ToBoard::LowerLimits(raised)), FromBoard::Refused(Refusal::LimitRises));
     let mut profile = Profile::desktop();
     assert_eq!(ask(&mut board, &ToBoard::Store(profile)), FromBoard::Stored(1));
-    // it starts up anew with it
+    // it restarts with it
     assert_eq!(ask(&mut board, &ToBoard::Store(profile)), FromBoard::Refused(Refusal::NotIdle));
     for sequence in 1..=3 {
         let answer = ask(&mut board, &ToBoard::Pose { position_m: OUTSIDE_M.into(), sequence, good: true });
@@ -242,7 +242,7 @@ fn a_modulus_that_is_refused_leaves_the_one_before() {
     assert!(matches!(board.receive().unwrap(), FromBoard::PatchTaken(_)));
     board.send(&ToBoard::YoungsModulus(1e6)).unwrap();
     assert_eq!(board.receive().unwrap(), FromBoard::Refused(Refusal::ModulusOutOfRange));
-    // 3.5 kPa here: the board is stiffer by as much as was asked for
+    // 3.5 kPa here: the board is stiffer by the requested factor
     twin.arm(OUTSIDE_M).unwrap();
     let way = |n: u32| Vector3::new(0.0, 0.0, (2e-3 - 5e-5 * n as f32).max(-1e-3));
     let there_n = (0..200).map(|n| twin.tick(Reading::at(way(n)), None).unwrap().model_n[2]).last().unwrap();

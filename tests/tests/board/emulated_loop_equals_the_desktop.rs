@@ -1,5 +1,5 @@
-//! The emulated hands on the emulated board: what they feel and do is what they feel and do in the
-//! desktop's loop, to the last bit in every tick, a tissue that changes under the probe included.
+//! The emulated hands on the emulated board: they feel and do the same as in the desktop's loop, to
+//! the last bit in every tick, even if the tissue changes under the probe.
 
 use std::path::Path;
 

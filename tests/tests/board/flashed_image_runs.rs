@@ -2,8 +2,7 @@
 //! (`tests/unicorn`): it boots with its outputs off, feeds the watchdog, arms over the link's own
 //! frames, presses like the desktop's controller to the bit, and a hang ends with the pins off.
 //!
-//! The model runs instructions and answers for registers; it is no measure of time, and no
-//! hardware.
+//! The model executes instructions and emulates registers; it measures no time and is no hardware.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -39,9 +38,9 @@ const SHOWN_AT: u32 = 12;
 const LEAVES_AT: u32 = 20;
 /// Period in which the host asks for the force.
 const ARM_AT: u32 = 40;
-/// Ticks outside the tissue: arming and ramp-in, and the bytes' way.
+/// Ticks outside the tissue: arming, ramp-in, and the transfer of the bytes.
 const LEAD_TICKS: u32 = script::LEAD_TICKS + 50;
-/// Through the tap and into its hold; the long form goes on through the slide.
+/// Through the tap and into its hold; the long form continues through the slide.
 const PRESSED_TICKS: u32 = LEAD_TICKS + 100;
 /// No force acts longer than this after the last completed tick [ms].
 const OFF_MS: u32 = 5;
@@ -50,7 +49,7 @@ fn target() -> &'static Path {
     Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap()
 }
 
-/// A Python with what the model needs, in an environment of its own; `None` where it cannot be had.
+/// A Python with what the model needs, in an environment of its own; `None` if it is not available.
 fn python() -> Option<PathBuf> {
     let model = repository().join("tests/unicorn");
     let environment = target().join("unicorn-env");
@@ -117,13 +116,13 @@ struct Journal {
     rows: Vec<Row>,
 }
 
-/// Input of a period: counts of the encoders, and what the host says.
+/// Input of a period: counts of the encoders, and the host's messages.
 struct Period {
     counts: [i32; 3],
     says: Option<ToBoard<'static>>,
 }
 
-/// A host that lives, and asks for the force once.
+/// A host that sends signs of life and requests the force once.
 fn host(period: u32, arm_at: u32) -> Option<ToBoard<'static>> {
     match period {
         _ if period == arm_at => Some(ToBoard::Ask(HostAsk::Arm)),
@@ -142,7 +141,7 @@ fn axes(periods: u32) -> Vec<Period> {
     (0..periods).map(|period| Period { counts: counts(period), says: says(period) }).collect()
 }
 
-/// Runs the image; `None` where the model cannot be had.
+/// Runs the image; `None` if the model is not available.
 fn run(name: &str, periods: &[Period], hang: &Value) -> Option<Journal> {
     let python = python()?;
     let image = build_nucleo(target(), &packed::shipped("block-m4f-168.patch")).unwrap();
@@ -226,13 +225,13 @@ fn agree(periods: &[Period], journal: &Journal) -> (Vec<Record>, Vec<FromBoard>)
         assert!(row.fed > 0 && row.resets == 1, "period {n}");
         assert!(record.enabled || row.is_off(), "period {n}: something drove the pins meanwhile");
     }
-    // and what it says over its UART
+    // and its output on the UART
     let (mut receiver, mut told, mut others) = (Receiver::NEW, 0, Vec::new());
     for byte in journal.rows.iter().flat_map(|row| &row.sent) {
         match receiver.push::<FromBoard>(*byte) {
             Some(Ok(FromBoard::Record(there))) => {
                 let here = records.iter().filter(|record| record.tick == there.tick);
-                // a new profile begins to count anew
+                // a new profile restarts the counts
                 assert!(here.into_iter().any(|here| there.first_difference(here).is_none()), "tick {}", there.tick);
                 told += 1;
             }

@@ -11,7 +11,7 @@ use palpate_tests::flash_patch::in_flash;
 
 /// Without the patch [bytes].
 const FLASH: u64 = 124 * 1024;
-/// With everything reserved, the stack too [bytes].
+/// With everything reserved, including the stack [bytes].
 const RAM: u64 = 128 * 1024;
 
 fn image() -> PathBuf {

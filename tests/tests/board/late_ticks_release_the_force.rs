@@ -8,8 +8,7 @@ use palpate_controller::script::LEAD_TICKS;
 use palpate_tests::crash::{Crash, Place, Planned};
 use palpate_tests::emulator::{Outcome, Run, build_firmware};
 
-/// The tick that takes a period too long, and the turns of a loop of two instructions that it takes
-/// longer.
+/// The tick that is late, and the additional turns of a loop of two instructions.
 const SLOW_TICK: u32 = 900;
 const TURNS: u32 = 60_000;
 
@@ -23,7 +22,7 @@ fn run(shift: u32) -> Outcome {
         .unwrap()
 }
 
-/// A run whose tick of this number takes so many turns of a loop of two instructions longer.
+/// A run whose tick of this number is longer by this many turns of a loop of two instructions.
 fn slow_at(tick: u32, turns: u32) -> Outcome {
     let run = Run {
         machine: EmulatedBoard::M4f,

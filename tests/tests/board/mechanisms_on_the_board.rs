@@ -1,7 +1,7 @@
 //! Paddle, pantograph and the template of a device on the emulated board: profile over the link,
 //! home pose, counts in, force codes out. Every record equals that of the desktop's controller to
-//! the bit, and the codes give the motors the power that the hand gets, by a Jacobian that is not
-//! the controller's.
+//! the bit, and by an independent Jacobian the codes give the motors the power that the hand
+//! receives.
 
 use std::path::{Path, PathBuf};
 
@@ -28,9 +28,9 @@ use palpate_tests::flash_patch::in_flash;
 use palpate_tests::joint_hand::{counts_at, jacobian_m, joints_rad};
 use palpate_tests::palpate_command::repository;
 
-/// Encoders start anywhere, but within the workspace of the axes that a board takes them for.
+/// Encoders start anywhere within the workspace of the axes that a board assumes for them.
 const POWER_ON_COUNTS: [i32; 3] = [2_345, -777, 31];
-/// The script's tap, hold, way out and slide, after its lead.
+/// The script's tap, hold, retreat and slide, after its wait.
 const TICKS: u32 = script::LEAD_TICKS + 2_000;
 /// From the home pose to the script's first place.
 const APPROACH_TICKS: u32 = 400;
@@ -83,7 +83,7 @@ impl<'a> Both<'a> {
         there
     }
 
-    /// A message that the board answers at once, and what the inbox here makes of it.
+    /// A message that the board answers at once, and its result in the inbox here.
     fn ask(&mut self, message: &ToBoard<'_>) -> (FromBoard, Reply) {
         self.board.send(message).unwrap();
         (self.board.receive().unwrap(), self.inbox.take(message, &mut self.haptic.controller, None))
@@ -107,8 +107,8 @@ impl<'a> Both<'a> {
     }
 }
 
-/// Codes against the transposed Jacobian of another account of the mechanism, to a code and a
-/// thousandth of the largest.
+/// Codes against the transposed Jacobian of an independent description of the mechanism, to a code
+/// and a thousandth of the largest.
 fn codes_are_right(mechanism: &MechanismProfile, from_home: [i32; 3], record: &Record) {
     let jacobian = jacobian_m(mechanism, joints_rad(mechanism, from_home));
     let torque_n_m = jacobian.transpose() * Vector3::from(record.applied_n).cast::<f64>();
@@ -141,7 +141,7 @@ fn pressed_through(name: &str, least_n: f32) {
     let counted = |from_home: [i32; 3]| std::array::from_fn(|joint| POWER_ON_COUNTS[joint] + from_home[joint]);
     let first = counts_at(&mechanism, place(0));
     for n in 0..APPROACH_TICKS {
-        // the board finds its own way: joints move evenly
+        // the path is in joint space: joints move evenly
         let share = |joint: i32| (i64::from(joint) * i64::from(n) / i64::from(APPROACH_TICKS)) as i32;
         both.tick(counted(first.map(share)), true);
     }
@@ -176,7 +176,7 @@ fn pressed_through(name: &str, least_n: f32) {
     assert!(largest_n > least_n, "the press of 4 mm was not felt: {largest_n} N");
     // joints move by a hundredth of a radian in a tick of the tap
     assert!((motors_j - hand_j).abs() < 0.01 * exchanged_j, "motors {motors_j} J, hand {hand_j} J of {exchanged_j} J");
-    // encoders that fail take the force and the home pose
+    // failing encoders end the force and clear the home pose
     let record = both.tick(POWER_ON_COUNTS, false);
     assert!(!record.enabled && record.fault == 5, "{record:?}");
     assert!(!both.haptic.controller.homed());

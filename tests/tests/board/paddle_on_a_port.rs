@@ -1,4 +1,4 @@
-//! The way of a person with a paddle, by the commands of `firmware/controller/README.md`: profile,
+//! The steps of a user with a paddle, by the commands of `firmware/controller/README.md`: profile,
 //! home pose, arm, a press of 4 mm that is felt.
 
 use std::path::Path;

@@ -1,6 +1,5 @@
 //! Tissue that relaxes, on the emulated board: a patch that carries shares and times gives the same
-//! bits as on the desktop through presses, faults and recovery, and costs what the board counts
-//! with.
+//! bits as on the desktop through presses, faults and recovery, and costs what the board estimates.
 
 use std::path::Path;
 
@@ -15,7 +14,7 @@ const TERMS: [PronyTerm; MOST_TERMS] =
     [PronyTerm { share: 0.26, time_s: 0.4 }, PronyTerm { share: 0.31, time_s: 4.4 }, PronyTerm { share: 0.1, time_s: 0.02 }];
 const TICKS: u32 = 3_000;
 
-/// The shipped block with so many terms, on a word boundary, for ever.
+/// The shipped block with this many terms, on a word boundary, leaked.
 fn with_terms(terms: usize) -> &'static [u8] {
     let mut file = PatchFile::open(packed::on_words(&packed::shipped("block-m4f-168.patch"))).unwrap();
     file.params.relaxation = std::array::from_fn(|n| if n < terms { TERMS[n] } else { PronyTerm::NONE });

@@ -1,5 +1,6 @@
-//! The self-test image on two emulated boards: it runs without a host, ends content, never enables
-//! an output, and its report says the same bits as this machine, or in which word they differ.
+//! The self-test image on two emulated boards: it runs without a host, ends with success, never
+//! enables an output, and its report confirms the same bits as this machine, or names the word that
+//! differs.
 
 use std::path::Path;
 
@@ -49,6 +50,6 @@ fn one_wrong_bit_is_named() {
     let mut unmet = report.clone();
     unmet.checks[7].tick += 1;
     assert!(unmet.compare(in_flash()).unwrap().is_some());
-    // nor does a line that was cut
+    // nor does a truncated line
     assert!(Report::find(&text.replace("]}", "")).is_none());
 }

@@ -1,5 +1,5 @@
-//! Calibrated patches are as right as promised: against the shipped answers and against finite
-//! elements solved here, at depths, places, probes and stiffnesses that no fit has seen.
+//! Calibrated patches are as accurate as promised: against the shipped answers and against finite
+//! elements solved here, at depths, places, probes and stiffnesses that are in no fit.
 
 use palpate::{Params, ProbeShape, Vector3};
 use palpate_fit::calibrate::accuracy::{Accuracy, DISC_RADII, PLACES};
@@ -130,8 +130,8 @@ fn other_probes_are_felt_without_a_new_fit() {
         (include_str!("../../../host-sim/references/flat.json"), ProbeShape::Flat, 9.0),
         (include_str!("../../../host-sim/references/sphere-5mm.json"), ProbeShape::Sphere, 5.0),
     ];
-    // what holds, not what is wanted (3 %): a flat end presses its edge in, which elements of 3 mm
-    // do not resolve
+    // the measured bound, not the wanted one (3 %): a flat end presses its edge in, which elements
+    // of 3 mm do not resolve
     let mut broken = Vec::new();
     for (text, shape, most_pct) in cases {
         let answer = answer(text);
@@ -180,7 +180,7 @@ fn a_nodule_is_mapped() {
     assert!(worst <= 5.0, "{worst:.2} % at worst");
 }
 
-/// The whole way of a user, against finite elements solved on the spot.
+/// All steps of a user, against finite elements solved during the test.
 #[test]
 #[ignore = "long: a fit and a reference"]
 fn a_quick_calibration_then_a_press_meets_a_fresh_reference() {

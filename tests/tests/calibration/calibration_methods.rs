@@ -60,8 +60,8 @@ struct Case {
 }
 
 impl Case {
-    /// 60 nodes and 8 places; every unknown of the truth is off, and all springs and all nodes
-    /// together.
+    /// 60 nodes and 8 places; every unknown of the true patch differs from the start, and all
+    /// springs and all nodes do together.
     fn small() -> Self {
         let tissue = tissue(60);
         let base = statics(&tissue);
@@ -78,8 +78,8 @@ impl Case {
     }
 }
 
-/// The record is what happened: it starts at the uncalibrated patch and falls, within the budget,
-/// and the objective is left at its last row.
+/// The record is consistent: it starts at the uncalibrated patch and falls, within the budget, and
+/// the objective is left at its last row.
 fn check_record(objective: &mut Objective, rounds: &[Round], most_evaluations: usize) -> Sweep {
     let made = objective.evaluations();
     assert!(made <= most_evaluations, "{made} evaluations of {most_evaluations}");
@@ -122,7 +122,7 @@ fn slopes_are_those_of_the_cost() {
     let z: Vec<f64> = (0..case.unknowns.len()).map(|n| 0.3 * (n as f64).cos()).collect();
     let (sweep, _) = objective.evaluate(&z, true).unwrap();
     let gradient = cost_gradient(&sweep, &z);
-    // the ridge alone, too small to be seen beside the errors
+    // the ridge alone, too small to be visible next to the errors
     let ridge = cost_gradient(&Sweep::default(), &z);
     let ridge_cost =
         |by: f64| objective.round(&Sweep::default(), &z.iter().zip(&ridge).map(|(z, g)| z + by * g).collect::<Vec<_>>()).cost;
@@ -166,7 +166,7 @@ fn glued(truth: &Statics) -> Vec<GluedTarget> {
 #[test]
 fn glued_discs_are_fitted_with_the_presses_and_have_the_slope_of_the_cost() {
     let mut case = Case::small();
-    // another truth than that of the presses: what the presses alone would leave off
+    // other true values than those of the presses, which the presses alone would not find
     let z: Vec<f64> = (0..case.unknowns.len()).map(|n| 0.5 * (2.3 * n as f64).cos()).collect();
     case.targets.glued = glued(&case.unknowns.apply(&case.base, &z));
     case.targets.places.truncate(2);
@@ -178,7 +178,7 @@ fn glued_discs_are_fitted_with_the_presses_and_have_the_slope_of_the_cost() {
     assert!(worst(&start) > 0.03, "nothing to fit: {:?}", start.measurement.glued);
     assert!(worst(&sweep) < 0.01, "{:?}, first {:?}", sweep.measurement.glued, start.measurement.glued);
 
-    // discs alone: their slopes beside nothing else
+    // discs alone, so that only their slopes count
     case.targets.places.iter_mut().for_each(|p| (p.forces, p.dents) = (Vec::new(), Vec::new()));
     let mut objective = case.objective();
     let z: Vec<f64> = (0..case.unknowns.len()).map(|n| 0.3 * (n as f64).sin()).collect();

@@ -1,5 +1,5 @@
-//! A calibrated patch with a far field answers at places and depths that no fit has seen, glued
-//! discs too, and in another organ once its far field is swapped.
+//! A calibrated patch with a far field is accurate at unseen places and depths, for glued discs
+//! too, and in another organ once its far field is swapped.
 
 use palpate_fit::statics::{Solver, Statics, Vector};
 use palpate_tests::far_patch::FarPatch;

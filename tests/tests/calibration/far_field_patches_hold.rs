@@ -1,5 +1,5 @@
 //! Calibrated patches with a far field withstand presses and taps at one step per tick, with a
-//! margin, jitter and lumps, and come to rest.
+//! margin, jitter and nodules, and come to rest.
 //!
 //! `--nocapture` prints the table.
 
@@ -18,9 +18,9 @@ const SIZES: [(f64, f64); 2] = [(0.017, 0.0052), (0.018, 0.0039)];
 const MODULI_PA: [f32; 3] = [3.5e3, 20e3, 100e3];
 const SPEEDS_M_PER_S: [f64; 2] = [0.1, 0.5];
 const MARGIN: f32 = 1.15;
-/// Over the static force, at most.
+/// Largest force over the static one.
 const PEAK: f64 = 3.0;
-/// A lump, 12 mm deep under the site, and one across the rim.
+/// A nodule, 12 mm deep under the site, and one across the rim.
 const INSIDE: Inclusion = Inclusion { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0 };
 const ACROSS: Inclusion = Inclusion { center_m: [0.012, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0 };
 

@@ -1,4 +1,4 @@
-//! A press where the uncalibrated patch has no balance is left out of a fit; it does not end it.
+//! A press without equilibrium on the uncalibrated patch is left out of a fit and does not end it.
 
 use palpate_fit::calibrate::targets::PlaceTarget;
 use palpate_fit::calibrate::{CalibrateError, Fit, ForceTarget, Settings, Targets, calibrate};
@@ -8,7 +8,7 @@ use palpate_fit::statics::Vector;
 use palpate_tissue::scene::Scene;
 
 const DEPTH_M: f64 = 0.006;
-/// Presses that are in balance beside one that is not: more than the fifty that it needs.
+/// Presses with an equilibrium for each one without: more than the fifty that are required.
 const SOUND: usize = 60;
 
 /// Where the springs of this mesh buckle between two shapes, 6 mm deep.
@@ -18,7 +18,7 @@ fn buckles() -> Vector {
 }
 
 fn place(place_m: Vector, depths_m: impl Iterator<Item = f64>) -> PlaceTarget {
-    // any force will do: what is asked is whether the press is found
+    // any force will do: the question is whether the press is found
     let forces = depths_m.map(|depth_m| ForceTarget { depth_m, force: 0.01 * depth_m, tolerance: 1.0 }).collect();
     PlaceTarget { place_m, forces, dents: Vec::new() }
 }

@@ -1,9 +1,9 @@
-//! A moving probe against the dynamic truth: implicit finite elements with true masses
-//! (`palpate_fit::dynamic`), which share no line with the tick and saw no fit.
+//! A moving probe against the dynamic reference: implicit finite elements with true masses
+//! (`palpate_fit::dynamic`), which share no code with the tick and are in no fit.
 //!
 //! The constants of the moving tick were chosen on the centred ramps of 40 and 200 mm/s at 3.5 kPa;
 //! the number of smooth fields on those at 20 and 100 kPa too. 100 and 500 mm/s and the place off
-//! the centre were not looked at. The bounds are what is measured, rounded up: in the first
+//! the centre were not used. The bounds are the measured values, rounded up: in the first
 //! millimetre of fast ramps the floored masses are felt, and LIMITS.md says so.
 
 use palpate::{PatchFile, Vector3};
@@ -21,7 +21,7 @@ fn shipped(name: &str) -> Bench {
     Bench { patch: Patch::of_file(&file), params: file.params }
 }
 
-/// Truth, and the most for: rms, peak [%].
+/// Reference, and the bounds for rms and peak [%].
 type CourseBound = (&'static str, f64, f64);
 
 const COURSES_OF_410: &[CourseBound] = &[
@@ -54,7 +54,7 @@ const COURSES_OF_THE_BOARD: &[CourseBound] = &[
     ("drag-3.5kpa-60", 2.5, 1.5),
 ];
 
-/// Presses as the truth did, tick by tick.
+/// Presses as in the reference, tick by tick.
 fn errors(bench: &Bench, truth: &str) -> RampError {
     let ramp = Ramp::named(truth).unwrap();
     let aside_m = if ramp.truth.site == Site::Aside { 0.00785 } else { 0.0 };
@@ -62,7 +62,7 @@ fn errors(bench: &Bench, truth: &str) -> RampError {
     ramp.judge_patch(&bench.patch, &bench.params, site_m).unwrap().unwrap_or_else(|fault| panic!("{truth}: {fault}"))
 }
 
-/// Truth, and the most for: any of the four depths, rms, peak [%].
+/// Reference, and the bounds for any of the four depths, rms and peak [%].
 type Bound = (&'static str, f64, f64, f64);
 
 fn judged(name: &str, bench: &Bench, bounds: &[Bound]) {
@@ -147,7 +147,7 @@ fn the_boards_own_patch() {
     );
 }
 
-/// Motions that no constant was chosen by: taps that come back, swings, a drag.
+/// Motions that were not used to choose any constant: taps that come back, swings, a drag.
 #[test]
 fn taps_swings_and_drags() {
     let mut beyond = Vec::new();
@@ -176,8 +176,8 @@ fn taps_swings_and_drags() {
     assert!(beyond.is_empty(), "beyond what is promised:\n{}", beyond.join("\n"));
 }
 
-/// The yardstick sees what it is for: with the floor on each node by itself the same patch is
-/// several times further off.
+/// The self-check detects what it is meant for: with the floor on each node by itself the error of
+/// the same patch is several times larger.
 #[test]
 fn a_floor_on_every_node_is_seen() {
     let own = Bench::calibrated(410).with(|p| p.terms.relative_mass = false);
@@ -186,9 +186,9 @@ fn a_floor_on_every_node_is_seen() {
     assert!(absolute.rms_pct > 4.0 * relative.rms_pct, "{absolute:?} beside {relative:?}");
 }
 
-/// Without a truth, a patch is judged against itself with much shorter substeps. Up to 200 mm/s, at
-/// any stiffness and substep, the truth is never 3 % of the peak beyond what that tells, and what
-/// it tells is at most half as much again as the truth, and 2 %.
+/// Without a reference, a patch is compared with itself at much shorter substeps. Up to 200 mm/s,
+/// at any stiffness and substep, the true error never exceeds this estimate by 3 % of the peak, and
+/// the estimate is at most one and a half times the true error plus 2 %.
 #[test]
 fn a_patch_knows_its_own_moving_error() {
     for nodes in [130, 410] {
@@ -210,8 +210,8 @@ fn a_patch_knows_its_own_moving_error() {
     }
 }
 
-/// Shorter substeps keep the error that a scene names, and a scene gets no more of them than that
-/// takes.
+/// Shorter substeps keep the error that a scene names, and a scene gets no more of them than
+/// needed.
 #[test]
 fn substeps_are_as_many_as_the_motion_needs() {
     let scene = |kpa: f64, ramp_m_per_s: f64, moving_error_pct: Option<f64>| {
@@ -248,7 +248,7 @@ fn substeps_are_as_many_as_the_motion_needs() {
             assert!(e.rms_pct <= moving.allowed_pct, "{e:?}");
         }
     }
-    // what cannot be kept says what would
+    // the message for an error that cannot be kept names one that can
     let mut fast = scene(100.0, 1.0, Some(0.01));
     fast.file = "fast.toml".into();
     let refused = Session::prepare(&fast).unwrap().for_motion(&MACHINES[0], &fast).unwrap_err().to_string();

@@ -2,7 +2,7 @@
 //! middle 10 mm deep, under lines of nine presses of the calibrated patch.
 //!
 //! A trial is a line with or without the nodule, over tissue of a stiffness that is not known. The
-//! hand does not hold 3 mm of depth exactly, and what is read of each press has noise. An observer
+//! hand does not hold 3 mm of depth exactly, and the readings of each press are noisy. An observer
 //! reads some of force, area, centre and peak pressure of all presses and weighs them best
 //! (Fisher's discriminant, learnt on other trials); the area under its ROC curve is the share of
 //! pairs of lines of which it names the one with the nodule: 0.5 is chance.
@@ -17,19 +17,19 @@ use palpate_tissue::stable_step::limits;
 /// Presses of a line, and how far apart [m]; the nodule lies under the middle one.
 const PRESSES: usize = 9;
 const STEP_M: f64 = 3e-3;
-/// Distances of lines from the nodule's middle [m]: meshes are felt differently by each.
+/// Distances of lines from the nodule's middle [m]: each meets the mesh differently.
 const LINES_M: [f64; 5] = [-3e-3, -1.5e-3, 0.0, 1.5e-3, 3e-3];
 /// Depths at which a press is solved [m]; between them it is interpolated.
 const DEPTHS_M: [f64; 6] = [1.0e-3, 1.8e-3, 2.6e-3, 3.4e-3, 4.2e-3, 5.0e-3];
-/// Depth that the hand means [m].
+/// Intended depth of the hand [m].
 const MEANT_M: f64 = 3e-3;
 /// Spread of Young's modulus between trials (1).
 const MODULUS: f64 = 0.15;
-/// Trials of each kind to learn from, and as many to be judged.
+/// Trials of each kind for training, and as many for testing.
 const TRIALS: usize = 1500;
 
-/// Logarithm of the force, of the area, centre along the line beside the tip [m], logarithm of the
-/// peak pressure.
+/// Logarithm of the force, of the area, centre along the line relative to the tip [m], logarithm of
+/// the peak pressure.
 type Touch = [f64; 4];
 const FORCE: &[usize] = &[0];
 const MAP: &[usize] = &[1, 2, 3];

@@ -1,5 +1,5 @@
-//! Promises of `plan` are checked against the reference at places that neither its fits nor its own
-//! judgement have seen, on scenes that it was not made with.
+//! Promises of `plan` are checked against the reference at places used neither by its fits nor by
+//! its own evaluation, on scenes that were not used in its development.
 
 use nalgebra::Vector3;
 use palpate::{ProbePose, tick};
@@ -17,7 +17,7 @@ use palpate_tissue::session::Session;
 
 type V3 = Vector3<f64>;
 
-/// Unlike any seed inside.
+/// Seed that the plan itself does not use.
 const SEED: u64 = 977;
 const PLACES: usize = 60;
 
@@ -39,7 +39,7 @@ fn file(outcome: &Outcome) -> Vec<u8> {
     session.patch.pack(&session.params, session.stable.pressed_s as f32)
 }
 
-/// The patch as a scene that names it gets it.
+/// The patch as loaded by a scene that names it.
 fn read(scene: &Scene, bytes: &[u8]) -> Session {
     let desk = Desk::default();
     desk.put("plan.patch", bytes);
@@ -86,7 +86,7 @@ fn ticked_n(Session { patch, params, .. }: &Session, depth_m: f64) -> f64 {
     force
 }
 
-/// Holds a plan to its word; the depths are chosen here, between the scene's and shallower.
+/// Checks the promises of a plan; the depths are chosen here, between the scene's and shallower.
 fn holds(scene: &Scene, known: &Known, board: &str, tolerance_pct: f64, depths_m: &[f64]) -> Outcome {
     let outcome = planned(scene, known, board, tolerance_pct);
     let machine = Machine::named(board).unwrap();

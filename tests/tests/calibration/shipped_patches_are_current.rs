@@ -1,5 +1,5 @@
-//! The patches in the firmware are what `pack` makes today, byte for byte: of default block and
-//! nodule for the M7, and of the M4F's own calibrated patch (`calibrate --nodes 56 --places 100
+//! The patches in the firmware equal the present output of `pack`, byte for byte: of default block
+//! and nodule for the M7, and of the M4F's own calibrated patch (`calibrate --nodes 56 --places 100
 //! --rounds 30`), with its record.
 
 use palpate_tests::palpate_command::{Desk, palpate, repository};

@@ -1,4 +1,4 @@
-//! Mesh and patch files that are no good are refused in one line: what, where, how to mend it.
+//! Bad mesh and patch files are refused in one line: what, where, how to fix it.
 
 use palpate_tests::cube_mesh::chain;
 use palpate_tests::palpate_command::{Desk, palpate};

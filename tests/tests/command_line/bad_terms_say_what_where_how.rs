@@ -1,5 +1,5 @@
-//! Terms of tissue and probe, and moving errors, that cannot be: exit code 2, one line that names
-//! the remedy.
+//! Impossible terms of tissue and probe, and impossible moving errors: exit code 2, one line that
+//! names the remedy.
 
 use palpate_tests::palpate_command::Desk;
 use palpate_tests::press_run::{SMALL_BLOCK, edited};

@@ -1,4 +1,5 @@
-//! `press --contact` writes the contact map where the tip is deepest, and nothing of it without.
+//! `press --contact` writes the contact map at the deepest point; without the option nothing of it
+//! is written.
 
 use palpate_tests::palpate_command::Desk;
 use palpate_tests::press_run::{SMALL_BLOCK, Table, edited, press_at};

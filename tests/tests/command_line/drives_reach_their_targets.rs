@@ -1,4 +1,4 @@
-//! Each drive goes where the scene sends it, and each probe answers as contact mechanics says.
+//! Each drive reaches the scene's targets, and each probe responds as in contact mechanics.
 
 use palpate_tests::palpate_command::{Desk, palpate};
 use palpate_tests::press_run::{PressRun, SMALL_BLOCK, edited, press, press_at};
@@ -30,7 +30,8 @@ fn depth_drive_stops_at_each_depth_and_returns() {
     let z: Vec<f64> = tips(&run).iter().map(|tip| tip[2]).collect();
     for target in [0.001, 0.002, 0.004] {
         let ticks = z.iter().filter(|z| (*z + target).abs() < 1e-9).count();
-        // the arriving tick counts as the first of the 300; passing by on the way up may add one
+        // the arriving tick counts as the first of the 300; passing it during the retreat may add
+        // one
         assert!((300..=301).contains(&ticks), "{target} m: {ticks} ticks");
     }
     let fastest = z.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
@@ -47,7 +48,7 @@ fn force_drive_reaches_each_force() {
         println!("{hold:?}");
         assert!((hold.force_n / hold.target - 1.0).abs() < 0.02, "{hold:?}");
     }
-    // the same tissue: what the depth drive says at the depths reached
+    // the same tissue: forces of the depth drive at the depths reached
     let depths: Vec<String> = holds.iter().map(|h| h.depth_m.to_string()).collect();
     let pressed = driven("depth", &format!("holds_m = [{}]", depths.join(", ")));
     for (hold, force_n) in holds.iter().zip(pressed.forces_n()) {
@@ -75,7 +76,7 @@ fn hand_drive_stretches_the_finger_by_the_force() {
         let depth_m = -tips(&run)[row][2];
         let stretch_n = FINGER_N_PER_M * (hold.target - depth_m);
         println!("hold {n}: {:.5} N, finger {stretch_n:.5} N, {depth_m:.6} m", hold.force_n);
-        // at rest after 0.3 s: what is left of the motion is below 1 %
+        // at rest after 0.3 s: the remaining motion is below 1 %
         assert!((stretch_n / hold.force_n - 1.0).abs() < 0.01, "hold {n}: {} N, finger {stretch_n} N", hold.force_n);
         assert!(depth_m < hold.target);
     }
@@ -126,7 +127,7 @@ fn flat_punch_is_near_the_closed_form() {
     for nodes in [410, 1000] {
         let force_n = shaped("flat", a_m, nodes, "[0.00025]").forces_n()[0];
         println!("flat, {nodes} nodes: {force_n:.5} N, closed form {exact_n:.5} N ({:+.1} %)", (force_n / exact_n - 1.0) * 100.0);
-        // uncalibrated: a quarter is what is promised
+        // uncalibrated: an error of a quarter is promised
         assert!((force_n / exact_n - 1.0).abs() < 0.25, "{nodes} nodes: {force_n} N, closed form {exact_n} N");
     }
 }

@@ -1,4 +1,4 @@
-//! Every preset presses, and what it shows is so: stiffness scales the force, a nodule is felt, an
+//! Every preset presses and shows its effect: stiffness scales the force, a nodule is felt, an
 //! organ answers, beef fades in a hold, pig liver stiffens.
 
 use palpate_tests::palpate_command::repository;
@@ -25,7 +25,7 @@ fn block_presses_and_20_kpa_is_as_much_stiffer_as_its_modulus() {
     sound(&soft);
     sound(&firm);
     for (soft, firm) in soft.forces_n().into_iter().zip(firm.forces_n()) {
-        // statics is linear in E; what is left after 0.3 s of hold is far below 1 %
+        // statics is linear in E; the motion left after 0.3 s of hold is far below 1 %
         let ratio = firm / soft / (20_000.0 / 3_500.0);
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
     }
@@ -43,7 +43,7 @@ fn nodule_is_felt_at_every_depth() {
     assert_eq!(plain.summary["tets"], nodule.summary["tets"]);
     let felt: Vec<f64> = nodule.forces_n().iter().zip(plain.forces_n()).map(|(with, without)| with / without).collect();
     println!("with over without nodule: {felt:.4?}");
-    // fingers tell forces apart that differ by 7 %
+    // fingers distinguish forces that differ by 7 %
     assert!(felt.iter().all(|ratio| *ratio > 1.07), "{felt:?}");
     let extra_n: Vec<f64> = nodule.forces_n().iter().zip(plain.forces_n()).map(|(with, without)| with - without).collect();
     assert!(extra_n.is_sorted_by(|a, b| a < b), "{extra_n:?}");
@@ -90,7 +90,7 @@ fn beef_fades_in_a_hold_and_pig_liver_stiffens() {
     let elastic = press_preset(SCRATCH, "block-20kpa");
     let left = beef.forces_n()[1] / elastic.forces_n()[2];
     println!("beef: {left:.3} of the elastic force left at 4 mm; pig liver: {:.4?} N", liver.forces_n());
-    // 0.15 stays for ever, and 0.16 of it fades with 4.5 s
+    // 0.15 stays permanently, and 0.16 of it fades with 4.5 s
     assert!((0.15..0.35).contains(&left), "{left}");
     let forces_n = liver.forces_n();
     let exponent = (forces_n[2] / forces_n[1]).ln() / 1.5_f64.ln();

@@ -31,13 +31,13 @@ fn largest_difference_n(a: &PressRun, b: &PressRun) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// Same answer at rest, another on the way there.
+/// Same answer at rest, another before that.
 #[track_caller]
 fn dynamics_only(key: &str, from: &str, to: &str) {
     let (plain, other) = (small(), changed(from, to));
     let (ratios, on_the_way_n) = (ratios(&other, &plain), largest_difference_n(&other, &plain));
     println!("{key}: holds {ratios:.5?}, on the way up to {on_the_way_n:.5} N");
-    // what is left of the motion after 0.3 s
+    // the motion left after 0.3 s
     assert!(ratios.iter().all(|r| (r - 1.0).abs() < 0.005), "{key}: {ratios:?}");
     assert!(on_the_way_n > 1e-3 * plain.forces_n()[2], "{key}: {on_the_way_n} N");
 }
@@ -73,7 +73,7 @@ fn force_is_proportional_to_youngs_modulus() {
 
 #[test]
 fn lower_poisson_ratio_is_softer() {
-    // contact goes with 1/(1 - nu^2): 0.80/0.91 = 0.88 on a half-space, and less of the confinement
+    // contact goes with 1/(1 - nu^2): 0.80/0.91 = 0.88 on a half-space, and less confinement
     let ratios = ratios(&changed("= 0.45", "= 0.3"), &small());
     println!("nu 0.3 over 0.45: {ratios:.4?}");
     assert!(ratios.iter().all(|r| (0.75..0.95).contains(r)), "{ratios:?}");
@@ -106,7 +106,7 @@ fn tissue_sags_under_gravity_by_its_weight() {
     assert!((none_m..free_m).contains(&left(&full)), "{}", left(&full));
     // nearly linear: the strain is 5 %
     assert!((left(&half) / left(&full) * 2.0 - 1.0).abs() < 0.1);
-    // the top is lower, so the probe meets it later and presses less; turned over, more
+    // the top is lower, so the probe meets it later and presses less; with reversed gravity, more
     let plain_n = small().forces_n()[2];
     assert!(full.forces_n()[0] < half.forces_n()[0] && half.forces_n()[0] < plain_n && plain_n < up.forces_n()[0]);
     // sideways gravity pulls the top sideways
@@ -120,7 +120,7 @@ fn tissue_sags_under_gravity_by_its_weight() {
 fn friction_holds_the_surface_under_the_probe() {
     let friction = |mu: &str| ratios(&changed(PLACE, &format!("{PLACE}\nfriction = {mu}")), &small());
     assert!(friction("0.0").iter().all(|r| *r == 1.0), "none is the default");
-    // what is pressed apart is held back: between a smooth probe and a glued one
+    // friction resists the sideways motion: between a smooth probe and a glued one
     let [some, much] = ["0.2", "0.8"].map(friction);
     println!("{some:?} {much:?}");
     for (some, much) in some.iter().zip(&much) {
@@ -135,7 +135,7 @@ fn relaxation_fades_holds_and_the_long_term_modulus_is_what_stays() {
         edited(&edited(SMALL_BLOCK, "[probe]", &format!("{terms}[probe]")), "youngs_modulus_pa = 3500.0", modulus)
     };
     let plain = small();
-    // 15 times of the fast term, nothing of the slow one
+    // 15 time constants of the fast term, almost none of the slow one
     for ratio in ratios(&press(SCRATCH, &relaxing("youngs_modulus_pa = 3500.0")), &plain) {
         assert!((ratio / 0.6 - 1.0).abs() < 0.01, "{ratio}");
     }
@@ -189,7 +189,7 @@ fn a_capsule_is_as_long_as_it_says_and_lies_as_it_says() {
     for (shorter, longer) in [(&none, &short), (&short, &long)] {
         assert!(ratios(longer, shorter).iter().all(|r| (1.1..1.8).contains(r)), "{:?}", ratios(longer, shorter));
     }
-    // the dent is longer along than across, whichever way it lies
+    // the dent is longer along than across, in either orientation
     let dent = |run: &PressRun, way: usize| {
         let surface = run.surface(2);
         let deepest = surface.rows.iter().map(|row| row[5]).fold(0.0, f64::min);
@@ -210,7 +210,7 @@ fn an_ellipsoid_has_its_three_semi_axes() {
     };
     let round = tip("[0.008, 0.008, 0.008]");
     assert!(ratios(&round, &small()).iter().all(|r| (r - 1.0).abs() < 1e-3));
-    // Hertz: about as the root of the two curvatures' mean radius
+    // Hertz: approximately the square root of the mean radius of the two curvatures
     for wider in [tip("[0.012, 0.008, 0.008]"), tip("[0.008, 0.012, 0.008]"), tip("[0.008, 0.008, 0.006]")] {
         assert!(ratios(&wider, &round).iter().all(|r| (1.05..1.4).contains(r)), "{:?}", ratios(&wider, &round));
     }
@@ -230,7 +230,7 @@ fn press_is_where_the_scene_says() {
 #[test]
 fn ramp_and_hold_set_the_time() {
     let ticks = |from: &str, to: &str| changed(from, to).number("/ticks");
-    // 9 mm of way at 0.04 m/s is 225 ms; each of four legs may end in a short step
+    // 9 mm of travel at 0.04 m/s takes 225 ms; each of four legs may end in a short step
     let plain = small().number("/ticks");
     assert!((ticks("= 0.04\n", "= 0.02\n") - plain - 225.0).abs() <= 4.0);
     assert!((ticks("hold_s = 0.3", "hold_s = 0.1") - plain + 600.0).abs() <= 3.0);
@@ -275,7 +275,7 @@ fn packed_patch_presses_like_the_scene_it_came_from() {
     desk.put("scene.toml", SMALL_BLOCK);
     let pack = ["pack", "--scene", "scene.toml", "--board", "desktop", "--out", "packed"];
     assert_eq!(palpate(SCRATCH, desk.folder(), &pack).code, Some(0));
-    // without the block, a scene would not know its mesh
+    // without the block, a scene would have no mesh
     let scene = edited(&edited(&edited(SMALL_BLOCK, BLOCK, ""), NODES, ""), PLACE, "");
     let run = press_at(SCRATCH, desk, &format!("{scene}[solver]\npatch = \"packed/small-desktop.patch\"\n"), &[]);
     assert_eq!(run.summary["state_hash"], small().summary["state_hash"]);
@@ -341,8 +341,8 @@ fn organ_has_its_shape_its_nodes_and_its_regions() {
     let all = ratios(&foot(&format!("nodes = 300\nregion = [{}]", all.join(", "))), &plain);
     let fat = ratios(&foot("nodes = 300\nregion = [{ name = \"fat pad\", youngs_modulus_pa = 7000.0 }]"), &plain);
     println!("all regions twice as stiff {all:.4?}, fat alone {fat:.4?}");
-    // every stiffness doubled, but the contact's, which is of the scene's own modulus: in series
-    // with it
+    // every stiffness doubled except the contact's, which follows the scene's own modulus and is in
+    // series
     assert!(all.iter().all(|r| (1.3..2.0).contains(r)) && all.is_sorted_by(|a, b| a < b));
     assert!(fat.iter().zip(&all).all(|(fat, all)| *fat > 1.1 && fat < all));
 }

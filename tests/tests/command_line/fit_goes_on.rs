@@ -1,5 +1,5 @@
-//! `palpate fit` from a scene to a press: killed and started again, refused, and what a press says
-//! of the patch.
+//! `palpate fit` from a scene to a press: killed and restarted, refused, and the report of a press
+//! on the patch.
 
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -53,7 +53,7 @@ fn a_fit_that_was_killed_goes_on_and_its_patch_is_pressed() {
     assert_eq!((desk.listing(), summary["reused_fit"].as_bool()), (listing, Some(false)));
     let patch = std::fs::read(desk.folder().join("out/small-60.patch")).unwrap();
 
-    // all is there, and the patch is what one run makes
+    // everything is there, and the patch equals that of a single run
     let third = palpate(SCRATCH, desk.folder(), &FIT);
     assert_eq!(third.code, Some(0), "{third:?}");
     let summary = json(&desk, "out/summary.json");
@@ -62,7 +62,7 @@ fn a_fit_that_was_killed_goes_on_and_its_patch_is_pressed() {
     let (calibrated, before) = (&summary["calibrated"], &summary["uncalibrated"]);
     let rms = |verdict: &Value| verdict["unseen_rms_pct"].as_f64().unwrap();
     assert!(rms(calibrated) < rms(before), "{} % after, {} % before", rms(calibrated), rms(before));
-    // a fit that leaves the glued discs out is farther off them than a patch before any fit
+    // a fit without the glued discs is further from them than an unfitted patch
     let glued = |verdict: &Value| verdict["glued"]["rms_pct"].as_f64().unwrap();
     assert!(glued(calibrated) < 0.8 * glued(before), "{} % after, {} % before", glued(calibrated), glued(before));
     let surfaces = calibrated["surfaces"].as_array().unwrap();
@@ -71,7 +71,7 @@ fn a_fit_that_was_killed_goes_on_and_its_patch_is_pressed() {
     // much less than the dent itself
     assert!(surfaces.iter().all(|s| s["mean_mm"].as_f64().unwrap() < 0.1 * s["depth_mm"].as_f64().unwrap()), "{surfaces:?}");
 
-    // pressed, the patch says what it was fitted to; for another tip it says that it was not
+    // a press reports the conditions of the fit; for another tip it reports that there was none
     let press = |scene: &str| {
         desk.put("press.toml", format!("{scene}[solver]\npatch = \"out/small-60.patch\"\n"));
         let outcome = palpate(SCRATCH, desk.folder(), &["press", "--scene", "press.toml", "--out", "press"]);
@@ -125,7 +125,7 @@ fn inclusions_are_fitted_by_what_they_add_and_belong_to_the_patch() {
     let own = press(&[("[probe]", &ball("0.002", "-0.011"))]);
     assert_eq!(own.code, Some(0), "{own:?}");
     assert!(own.stdout.contains("of this scene") && own.stdout.contains("the force that its inclusions add"), "{}", own.stdout);
-    // they are not put in twice: the press is as stiff as the judged patch
+    // they are not included twice: the press is as stiff as the evaluated patch
     let hold = json(&desk, "press/summary.json")["holds"][2]["force_n"].as_f64().unwrap();
     let wanted = of_first["record"]["judged"]["worst_pct"].as_f64().unwrap().abs();
     let answer = json(&desk, "out/answer.json");
@@ -210,7 +210,8 @@ fn scenes_that_no_fit_can_be_made_of() {
     refused(&desk, &organ("--nodes=3"), &["--nodes 3", "at the nearest", "--radius"]);
 }
 
-/// The shipped patches have their records, and a scene that none is for hears of a trial.
+/// The shipped patches have their records, and for a scene without a patch of its own a trial is
+/// reported.
 #[test]
 fn a_press_never_claims_a_fit_that_was_for_another_scene() {
     let desk = Desk::default();

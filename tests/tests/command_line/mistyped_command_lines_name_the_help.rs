@@ -1,4 +1,4 @@
-//! Command lines that clap refuses: exit code 2, the word that is wrong, and where help is.
+//! Command lines that clap refuses: exit code 2, the wrong word, and where to find help.
 
 use palpate_tests::palpate_command::{Desk, palpate};
 

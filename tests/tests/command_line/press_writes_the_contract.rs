@@ -1,4 +1,4 @@
-//! `press` writes the files of its contract, and they tell one story.
+//! `press` writes the promised files, and they are consistent.
 
 use palpate_tests::palpate_command::{Desk, palpate};
 use palpate_tests::press_run::{PressRun, SMALL_BLOCK, Table, press, press_at};
@@ -13,7 +13,8 @@ fn with_vtu() -> PressRun {
     press_at(SCRATCH, Desk::default(), SMALL_BLOCK, &["--vtu"])
 }
 
-/// Row of the trace at the end of hold `k`: the last one of the stay at its depth on the way down.
+/// Row of the trace at the end of hold `k`: the last one of the stay at its depth during the
+/// descent.
 fn end_of_hold(run: &PressRun, k: usize) -> usize {
     let z = run.trace.column("probe_z_m");
     let there = f64::from(-(TARGETS_M[k] as f32));
@@ -158,7 +159,7 @@ fn surface_is_the_closed_skin_pressed_in_under_the_probe() {
             assert!(!on(row[2], -0.04) || row[3..] == [0.0; 3], "{row:?}");
         }
         let deepest = surface.rows.iter().min_by(|a, b| a[5].total_cmp(&b[5])).unwrap();
-        // the foundation stands for the indentation below an element (5 mm here): the nodes follow
+        // the foundation represents the indentation below an element (5 mm here): the nodes follow
         // by a part of the depth
         assert!((0.2 * target..1.05 * target).contains(&-deepest[5]), "{target}: {deepest:?}");
         assert!(deepest[0].hypot(deepest[1]) < 0.008, "the deepest place is not under the probe: {deepest:?}");

@@ -1,5 +1,5 @@
-//! README and book hold together: links and anchors lead somewhere, pictures are there, every page
-//! is in the table of contents, the README is short and its example is the one that runs.
+//! README and book are consistent: links and anchors resolve, pictures exist, every page is in the
+//! table of contents, the README is short and its example is the one that runs.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use palpate_tests::palpate_command::repository;
 
 const BOOK: &str = "host-sim/book/src";
-/// Most lines of the README, and most words of a paragraph or an item in README and book.
+/// Largest number of lines of the README, and of words in a paragraph or an item of README and
+/// book.
 const MOST_LINES: usize = 150;
 const MOST_WORDS: usize = 105;
 

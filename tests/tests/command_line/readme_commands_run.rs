@@ -36,8 +36,8 @@ fn commands(text: &str) -> Vec<String> {
     found
 }
 
-/// The command as it is run here: what it writes stays out of the repository unless it says where
-/// itself, what takes long is quick.
+/// The command in the form for this test: its output stays outside the repository unless it names a
+/// folder itself, and long commands use their quick form.
 fn as_run(command: &str, out: &Path) -> String {
     // a trailing comment would swallow the option
     let command = command.split(" #").next().unwrap_or(command).trim_end();
@@ -46,7 +46,7 @@ fn as_run(command: &str, out: &Path) -> String {
         return format!("{command} -- --quick");
     }
     if let Some((test, _)) = command.strip_prefix("cargo test ").map(|test| test.split_once(" -- ").unwrap_or((test, ""))) {
-        // it runs by itself among all tests; here it is enough that there is one
+        // it runs among all tests; here it is enough that it exists
         return format!("cargo test {test} -- --list");
     }
     let writes = ["press", "pack", "cut", "score"].iter().any(|c| command.contains(&format!("-- {c}")))
@@ -59,7 +59,7 @@ fn as_run(command: &str, out: &Path) -> String {
     }
 }
 
-/// Runs it; what went wrong.
+/// Runs it; returns the error, if any.
 fn failure(line: &str) -> Option<String> {
     let begun = Instant::now();
     let run = Command::new("sh").args(["-c", line]).current_dir(repository()).output().expect("sh starts");
@@ -111,7 +111,7 @@ fn all_commands() -> Vec<String> {
     all
 }
 
-/// Runs the commands that are `chosen`, at least so many.
+/// Runs the commands that are `chosen`, at least this many.
 fn run(chosen: impl Fn(&str) -> bool, least: usize) {
     let mut commands = all_commands();
     commands.retain(|command| chosen(command));

@@ -1,4 +1,4 @@
-//! The release script's quick form, and what a package of the core holds.
+//! The release script's quick form, and the contents of the core's package.
 
 use std::path::Path;
 use std::process::Command;
@@ -40,7 +40,7 @@ fn a_quick_release_holds_its_files_and_their_checksums() {
     std::fs::write(out.join("palpate.h"), "changed").unwrap();
     assert!(!check(&out).unwrap().success());
 
-    // a user runs and learns from what is inside, without this repository
+    // the package must be usable and understandable without this repository
     let listed = Command::new("tar").arg("-tzf").arg(out.join(&package)).output().unwrap();
     let listed = String::from_utf8_lossy(&listed.stdout).into_owned();
     for name in

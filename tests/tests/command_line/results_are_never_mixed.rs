@@ -1,5 +1,5 @@
-//! An output folder holds one result, whole: after a kill, a second run, a full disk, and beside
-//! files of others.
+//! An output folder holds one complete result: after a kill, a second run, a full disk, and next to
+//! foreign files.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     found
 }
 
-/// A desk with the small scene pressed into `out`, and what is there.
+/// A desk with the small scene pressed into `out`, and its files.
 fn pressed() -> (Desk, BTreeMap<PathBuf, Vec<u8>>) {
     let desk = Desk::default();
     desk.put("scene.toml", SMALL_BLOCK);
@@ -45,7 +45,7 @@ fn start(desk: &Desk, arguments: &[&str]) -> Child {
     command.spawn().expect("palpate was built")
 }
 
-/// Waits until something is so; says whether it came to be before the run ended.
+/// Waits for a condition; returns whether it was met before the run ended.
 fn until(run: &mut Child, so: impl Fn() -> bool) -> bool {
     let begun = Instant::now();
     while begun.elapsed() < Duration::from_secs(120) {
@@ -83,7 +83,7 @@ fn a_run_that_is_killed_leaves_the_earlier_result_whole() {
         run.wait().expect("it ended");
         let left = content(&out);
         if left.get(&out.join("summary.json")) != earlier.get(&out.join("summary.json")) && left.len() == earlier.len() - 1 {
-            // it was done before the signal came: begin again
+            // it finished before the signal: begin again
             desk.put("scene.toml", SMALL_BLOCK);
             assert_eq!(palpate(SCRATCH, desk.folder(), &PRESS).code, Some(0));
             desk.put("scene.toml", other_scene());
@@ -208,11 +208,11 @@ fn a_folder_that_cannot_be_replaced_is_refused_before_anything_is_computed() {
         assert!(refused.stderr.lines().count() == 1 && refused.stderr.contains("--out"), "{out}: {refused:?}");
         assert_eq!(desk.listing(), ["scene.toml"], "{out}");
     }
-    // bad input leaves not even the parent folders
+    // after bad input not even the parent folders exist
     desk.put("scene.toml", edited(SMALL_BLOCK, "nodes = 129", "nodes = 129\nmesh = \"none.msh\""));
     assert_eq!(palpate(SCRATCH, desk.folder(), &["reference", "--scene", "scene.toml", "--out", "a/b/c"]).code, Some(2));
     assert_eq!(desk.listing(), ["scene.toml"]);
-    // a folder below folders that are not there yet
+    // a folder below folders that do not exist yet
     desk.put("scene.toml", SMALL_BLOCK);
     let deep = palpate(SCRATCH, desk.folder(), &["press", "--scene", "scene.toml", "--out", "a/b/c"]);
     assert_eq!((deep.code, deep.stderr.as_str()), (Some(0), ""));
@@ -226,13 +226,13 @@ fn write(out: &Path, force: &str, names: &[&str]) {
     folder.publish().unwrap();
 }
 
-/// Every state in which a kill can leave the folder and its neighbours, and what the next run makes
-/// of it.
+/// Every state in which a kill can leave the folder and its neighbours, and the result of the next
+/// run.
 #[test]
 fn a_run_restores_the_result_whenever_the_one_before_was_killed() {
     let earlier = &["force.csv", "force.svg", "surface_2.csv"];
     let later = &["force.csv", "force.svg"];
-    // where the earlier and the later result lie; which of them is the result after that
+    // places of the earlier and the later result; which of them is the result afterwards
     let states = [
         (Some("out"), None, "1 N"),
         (Some("out"), Some(".out.draft"), "1 N"),
@@ -278,7 +278,7 @@ fn a_run_restores_the_result_whenever_the_one_before_was_killed() {
         );
     }
 
-    // killed while it wrote: no record, so it is no result of anybody
+    // killed while writing: without a record it is not a result
     let desk = Desk::default();
     std::fs::create_dir(desk.folder().join(".out.draft")).unwrap();
     desk.put(".out.draft/force.csv", "2 N");
@@ -291,14 +291,14 @@ fn a_run_restores_the_result_whenever_the_one_before_was_killed() {
 /// A command that forgets to publish would print numbers and leave nothing.
 #[test]
 fn every_command_that_opens_a_folder_publishes_it() {
-    // who hands the folder on by value, and to whom
+    // functions that pass the folder on by value, and their callees
     let handed = [
         ("command/fit/block.rs", "command/fit/report.rs"),
         ("command/fit/organ.rs", "command/fit/report.rs"),
         ("command/plan.rs", "command/plan/report.rs"),
         ("paper/volume_preserved.rs", "paper/volume_preserved/tables.rs"),
     ];
-    // draws one picture to time it, and throws it away
+    // draws one picture to time it, and discards it
     let thrown_away = "paper/volume_preserved/pictures.rs";
     // `Common::open`, whose callers publish
     let opens_for_others = "command.rs";

@@ -1,5 +1,5 @@
 //! The book's page of scene keys is the code's own description of them, and that description is
-//! right: it has every key that the parser accepts, and the parser keeps its ranges and defaults.
+//! right: it has every key that the parser accepts, and the parser uses its ranges and defaults.
 
 mod page;
 mod ranges;

@@ -1,5 +1,5 @@
-//! Campaigns in shards: `palpate merge` writes the bytes of one run, or refuses and keeps what is
-//! there.
+//! Campaigns in shards: `palpate merge` writes the bytes of one run, or refuses and changes
+//! nothing.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -64,7 +64,7 @@ fn faults_in_shards_are_one_run_and_what_is_amiss_is_refused() {
     let faults = ["faults", "--runs", "150", "--seed", "7"];
     are_one(&desk, 0, &faults, &[&["3/3"], &["1/3", "2/3"]], "");
 
-    // gone, and asked for: nothing is written, the rest stays
+    // missing, and requested: nothing is written, the rest stays
     let merge = ["merge", "shards", "--out", "again"];
     let of = |n: u8| desk.folder().join(format!("shards/shard-{n}-of-3"));
     let second = std::fs::read(of(2).join(FILE)).unwrap();
@@ -89,7 +89,7 @@ fn faults_in_shards_are_one_run_and_what_is_amiss_is_refused() {
     ends(&desk, 0, &[&faults[..], &["--shard", "1/4", "--out", "shards"]].concat());
     refused(&desk, &merge, &["shard-1-of-4/shard.jsonl: its number of shards is 4, not 3"]);
     std::fs::remove_dir_all(desk.folder().join("shards/shard-1-of-4")).unwrap();
-    // the rest was kept all the while
+    // the rest was not touched
     ends(&desk, 0, &merge);
     assert!(files(&desk.folder().join("one")) == files(&desk.folder().join("again")));
 }
@@ -99,7 +99,7 @@ fn measured_tissue_in_shards_is_one_run() {
     are_one(&Desk::default(), 0, &["accept", "T1", "T3"], &[&["2/3"], &["1/3", "3/3"]], "");
 }
 
-/// Scenes that no fit and no plan can be made of: their table is the campaign's all the same.
+/// Scenes for which neither fit nor plan is possible: their table is still that of the campaign.
 #[test]
 fn tables_of_scenes_in_shards_are_one_run() {
     let desk = Desk::default();

@@ -1,4 +1,4 @@
-//! A surface file becomes tets in one step, as a stranger asks for it.
+//! A surface file becomes tets in one step, by a user's command.
 
 use palpate_tests::palpate_command::{Desk, Outcome, palpate};
 use palpate_tests::press_run::{SMALL_BLOCK, edited};

@@ -1,10 +1,10 @@
-//! The power fails at every byte of writing a profile: the board starts with the profile before or
-//! the new one, whole, never with anything else. Flipped bits and profiles out of range are not
-//! taken.
+//! The power fails at every byte of writing a profile: the board starts with the previous profile
+//! or the new one, complete, never with anything else. Flipped bits and profiles out of range are
+//! refused.
 
 use palpate_controller::config::{Flash, FlashError, Profile, SLOT_BYTES, Slot, StoreError, load, store};
 
-/// Two slots that lose power after so many bytes erased or written.
+/// Two slots that lose power after this many bytes erased or written.
 #[derive(Clone)]
 struct Cut {
     slots: [[u8; SLOT_BYTES]; 2],

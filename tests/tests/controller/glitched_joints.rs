@@ -1,5 +1,6 @@
-//! A reading of the joints that is not believed changes no torque: the force is that of the pose
-//! before, and so is the Jacobian. After a fault of the sensor the device is homed again.
+//! A reading of the joints that is not believed changes no torque: the force is that of the
+//! previous pose, and so is the Jacobian. After a fault of the sensor the device has to be homed
+//! again.
 
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::SensorStatus;
@@ -18,7 +19,7 @@ const APPROACH: u32 = 500;
 const ARMED: u32 = 1_500;
 const PRESS: u32 = 500;
 const HELD: u32 = 200;
-/// How far the joint jumps [rad]: the lever of a paddle falls to less than half.
+/// Jump of the joint [rad]: the lever of a paddle falls to less than half.
 const JUMP_RAD: f64 = 1.2;
 
 #[test]

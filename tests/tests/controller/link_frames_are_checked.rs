@@ -1,5 +1,5 @@
 //! The link under fire: random bytes, mutated frames and flipped bits are counted and dropped;
-//! nothing that was not sent is ever taken, nothing crashes.
+//! nothing that was not sent is ever accepted, and nothing crashes.
 //!
 //! `cargo test -p palpate-tests --release --test controller link_frames_are_checked -- --ignored`
 //! runs the long form: ten million flips, ten million frames.
@@ -16,7 +16,7 @@ use palpate_controller::link::wire_limits::WireLimits;
 use palpate_controller::link::{Change, Inbox, Receiver, ToBoard, encode};
 use palpate_controller::port::Port;
 
-/// A generator with nothing to prove: xorshift (Marsaglia 2003).
+/// A simple generator: xorshift (Marsaglia 2003).
 struct Random(u64);
 
 impl Random {
@@ -49,8 +49,8 @@ fn message<'a>(n: usize, bytes: &'a [u8], random: &mut Random) -> ToBoard<'a> {
     }
 }
 
-/// Flips one to four bits of good frames; how many were taken all the same, and how many frames
-/// were tried.
+/// Flips one to four bits of good frames; returns the number that were still accepted, and the
+/// number tried.
 fn flips_taken(tries: usize) -> usize {
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
     let bytes: Vec<u8> = (0..192).map(|n| (n * 37) as u8).collect();
@@ -102,7 +102,7 @@ fn storm(frames: usize) -> (u32, u32) {
             assert!(!matches!(reply, Reply::Change(_)), "in {:?} no patch and no parameter is taken", controller.mode());
         }
         if n % 97 == 0 {
-            receiver.forget(); // whatever number the storm left
+            receiver.forget(); // whatever sequence number was the last
         }
         inbox.clear();
     }

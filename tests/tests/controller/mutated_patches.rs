@@ -1,6 +1,6 @@
 //! A hundred thousand mutated patches, checksum repaired, through the code that opens an upload on
-//! the board: each is refused with a reason, or pressed and harmless. The mutations know the file
-//! as words and bytes alone, not its fields.
+//! the board: each is refused with a reason, or pressed and harmless. The mutations treat the file
+//! as words and bytes, without knowledge of its fields.
 
 use palpate::haptic::cycle::{Command, Renderer, Settings};
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
@@ -17,13 +17,13 @@ use palpate_tests::packed;
 use palpate_tissue::budget::{Counts, Machine};
 
 const MUTANTS: usize = 100_000;
-/// Magic, version and checksum: what a mutation leaves alone, so that the rest is read.
+/// Magic, version and checksum, which a mutation does not touch, so that the rest is read.
 const CHECKED_FROM: usize = 16;
-/// Ticks that an accepted mutant is pressed for by itself, and one in so many by the whole
-/// controller.
+/// Ticks for which an accepted mutant is pressed by itself, and the interval of those pressed by
+/// the whole controller.
 const PRESSED_TICKS: usize = 24;
 const ONE_IN: usize = 400;
-/// Largest force that a patch gives whatever its limits say [N].
+/// Largest force of a patch, whatever its limits [N].
 const MOST_N: f32 = 12.0;
 
 /// Xorshift (Marsaglia 2003).
@@ -112,7 +112,7 @@ fn mutate(bytes: &mut Vec<u8>, header: usize, random: &mut Random) {
     }
 }
 
-/// How the mutants ended.
+/// Results of the mutants.
 #[derive(Debug, Default)]
 struct Seen {
     refused: std::collections::BTreeMap<String, usize>,
@@ -122,8 +122,8 @@ struct Seen {
     costliest_share: f64,
 }
 
-/// Presses an accepted mutant from outside its site to twice its depth limit and aside, faster than
-/// any hand.
+/// Presses an accepted mutant from outside its site to twice its depth limit and sideways, faster
+/// than any hand.
 fn press(patch: &mut Patch<'_>, depth_limit_m: f32) -> bool {
     let mut faulted = false;
     for tick in 0..PRESSED_TICKS {
@@ -276,7 +276,7 @@ fn another_tick_more_substeps_and_lighter_masses_are_refused_with_their_reason()
     let original = std::fs::read(packed::shipped("block-m4f-168.patch")).unwrap();
     let mut memory = Box::new(Memory::RESERVED);
     assert_eq!(upload_by_frames(&original, &mut memory), Ok(56));
-    // the field for stable_dt_s is raised too, so that the file vouches for itself
+    // the field for stable_dt_s is raised too, so that the file claims to be stable
     let vouched = with_field(
         &original,
         PatchFile::open(packed::on_words(&packed::shipped("block-m4f-168.patch"))).unwrap().stable_dt_s,

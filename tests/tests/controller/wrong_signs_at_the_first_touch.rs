@@ -1,5 +1,5 @@
 //! A paddle with the sign or the scale of its encoder or motor wrong, in a hand that presses it
-//! slowly into the tissue: what the loop's own watches see at the first touch.
+//! slowly into the tissue: what the loop's own checks detect at the first touch.
 
 use palpate::Fault;
 use palpate::haptic::cycle::{Ask, Command};
@@ -22,15 +22,14 @@ struct Grip(f64, f64);
 const FIRM: Grip = Grip(300.0, 4.0);
 const LOOSE: Grip = Grip(30.0, 0.5);
 const LIGHT: Grip = Grip(10.0, 0.3);
-/// Ticks in the home pose, on the way to 3 mm above the tissue, there until armed, pressing to
-/// 4 mm.
+/// Ticks in the home pose, moving to 3 mm above the tissue, there until armed, pressing to 4 mm.
 const STILL: u32 = 10;
 const APPROACH: u32 = 500;
 const ARMED: u32 = 1_500;
 const PRESS: u32 = 500;
 const TICKS: u32 = STILL + APPROACH + ARMED + PRESS + 1_500;
 
-/// Factors on encoder and motor that the profile does not know of.
+/// Factors on encoder and motor that are not in the profile.
 #[derive(Clone, Copy, Debug)]
 struct Wrong {
     encoder: f64,
@@ -44,7 +43,7 @@ struct Met {
     lasted_ms: Option<u32>,
     /// Largest force of the motor at the tip [N].
     largest_n: f64,
-    /// Farthest that the tip was from where the hand wanted it, once a force acted [m].
+    /// Largest distance of the tip from the hand's target, once a force acted [m].
     thrown_m: f64,
     mode: Mode,
 }
@@ -113,12 +112,12 @@ fn a_right_device_is_felt_without_a_fault() {
     assert!(met.largest_n > 0.1, "{met:?}");
 }
 
-/// Largest force of a wrong sign on soft tissue that no watch takes for a fault [N], of 3 N
-/// allowed: the hand is pulled in, and the loop sees a hand that presses.
+/// Largest force of a wrong sign on soft tissue that no check detects [N], with 3 N allowed: the
+/// hand is pulled in, and to the loop it looks like a hand that presses.
 const UNSEEN_N: f64 = 0.5;
 
-/// On soft tissue a loose hand is pulled in by some 30 mm, slowly: neither a runaway nor created
-/// energy to a loop that knows no motor but its own.
+/// On soft tissue a loose hand is pulled in by some 30 mm, slowly: to a loop that assumes its own
+/// motor signs this is neither a runaway nor created energy.
 #[test]
 fn a_motor_or_an_encoder_the_wrong_way_round_is_a_fault_or_a_small_force() {
     for wrong in [Wrong { motor: -1.0, ..RIGHT }, Wrong { encoder: -1.0, ..RIGHT }] {
@@ -134,7 +133,7 @@ fn an_encoder_of_another_scale_gives_no_force() {
     for grip in [FIRM, LOOSE, LIGHT] {
         let tenfold = pressed(Wrong { encoder: 10.0, ..RIGHT }, grip);
         assert_eq!((tenfold.fault, tenfold.largest_n), (Some(Fault::OutOfWorkspace), 0.0), "{grip:?}");
-        // the tip is shown far above the tissue all the way
+        // the tip is read far above the tissue throughout
         assert_eq!(pressed(Wrong { encoder: 0.1, ..RIGHT }, grip).largest_n, 0.0, "{grip:?}");
     }
 }

@@ -14,7 +14,7 @@ fn it_keeps_power() {
     power_is_kept(&device, &[[0.0; 3], [1.0, -2.0, 0.5], [-8.0, 3.0, 7.0]]);
 }
 
-/// 2. Its profile is one that a board takes: `palpate board profile` makes the same checks.
+/// 2. A board accepts its profile: `palpate board profile` makes the same checks.
 #[test]
 fn a_board_takes_its_profile() {
     let file = repository().join("firmware/controller/devices/your-device.toml");

@@ -1,5 +1,5 @@
-//! The contact map: its force is the tick's, no tick differs by it, nothing touched is an empty
-//! map, and it lies where the push is.
+//! The contact map: its force is the tick's, it changes no tick, it is empty without contact, and
+//! it lies at the place of the push.
 
 use palpate::{ContactMap, Output, Params, ProbePose, ProbeShape, PronyTerm, Vector3, tick};
 use palpate_tests::bench::{Bench, at_depth};
@@ -56,11 +56,11 @@ fn kinds() -> Vec<(&'static str, Bench)> {
 
 #[test]
 fn a_hold_has_the_ticks_force() {
-    // where the probe rubs, the tick tells push and friction in one
+    // with friction, the tick returns push and friction in one force
     for (kind, bench) in kinds().into_iter().filter(|(_, bench)| bench.params.friction == 0.0) {
         let (output, map, pressure_pa, corners) = held(&bench, 2e-3);
         let push_n = output.force_n;
-        // what relaxes fades within the tick
+        // relaxing tissue fades within the tick
         let share = if bench.params.relaxation[0].share > 0.0 { 2e-3 } else { 1e-4 };
         assert!((map.force_n - push_n).norm() < share * push_n.norm(), "{kind}: {} for {push_n}", map.force_n);
         assert!((map.centre_m - output.point_m).xy().norm() < 1e-3, "{kind}: {} for {}", map.centre_m, output.point_m);
@@ -93,7 +93,7 @@ fn no_tick_differs_by_a_map() {
                 touched += usize::from(output.normal != Vector3::zeros());
                 if maps {
                     let map = ContactMap::read(&model, &tuned, &mut state, &mut []);
-                    // what the tick has thrown off the probe pushes no more
+                    // tissue that the tick has thrown off the probe no longer pushes
                     assert!(map == ContactMap::NONE || state.in_contact(), "{kind}, tick {n}");
                     mapped += usize::from(map != ContactMap::NONE);
                 }
@@ -137,7 +137,7 @@ fn the_centre_follows_place_and_tilt() {
     (0..TICKS).for_each(|n| _ = tick(&model, &tuned, &mut state, ProbePose { tip_m: tip_m(2e-3, n) + to_m }));
     let map = ContactMap::read(&model, &tuned, &mut state, &mut []);
     assert!((map.centre_m - to_m).xy().norm() < 2e-4, "{}", map.centre_m);
-    // a flat end that leans: its edge toward +x is the deeper one
+    // a tilted flat end: its edge toward +x is the deeper one
     for lean in [0.05_f32, -0.05] {
         let flat =
             bench.clone().with(|p| (p.probe.shape, p.probe.axis) = (ProbeShape::Flat, Vector3::new(lean, 0.0, 1.0).normalize()));

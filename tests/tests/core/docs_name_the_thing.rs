@@ -1,5 +1,5 @@
 //! Docs begin with the thing they document: no sentence is headed by "What", "Which" or the like.
-//! Comments are narrow enough to be read beside code.
+//! Comments are narrow enough to be read next to code.
 
 use palpate_tests::palpate_command::repository;
 

@@ -1,11 +1,10 @@
 //! Left alone, tissue does not gain energy.
 //!
-//! Potential energy is the oracle's, masses are the tick's. Symplectic Euler does not keep `m
-//! v^2/2 + U`, which swings by up to `w dt / 2` of itself; for linear forces it keeps
-//! `m v_n . v_(n+1) / 2 + U(x_n)` *exactly* (`v_n` leads to `x_n`, `v_(n+1)`
-//! leads from it). That is the energy here.
-//! Without damping it varies through the nonlinearity of the forces; growth of it would mean a
-//! method that feeds energy to the hand.
+//! Potential energy is the oracle's, masses are the tick's. Symplectic Euler does not keep
+//! `m v^2/2 + U`, which oscillates by up to `w dt / 2` of itself; for linear forces it keeps
+//! `m v_n . v_(n+1) / 2 + U(x_n)` *exactly* (`v_n` leads to `x_n`, `v_(n+1)` leads from it). That
+//! is the energy here. Without damping it varies through the nonlinearity of the forces; growth of
+//! it would mean a method that feeds energy to the hand.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{State, Vector3, tick};
@@ -23,7 +22,7 @@ fn snapshot(state: &State) -> Snapshot {
 /// How the tissue was set in motion.
 #[derive(Clone, Copy, Debug)]
 enum Start {
-    /// A press of 4 mm, then the probe is gone in steps of the speed limit.
+    /// A press of 4 mm, then the probe is withdrawn in steps of the speed limit.
     Press,
     /// A strain with jitter of 2 %, velocities of up to 40 mm/s: ten times the energy of the press.
     /// (Thrown with 5 % and undamped, tets swing beyond the barrier, where 1 ms is too long a
@@ -73,7 +72,7 @@ fn energies(bench: &Bench, start: Start, ticks: usize, every: usize) -> Vec<f64>
     energies
 }
 
-/// Blocks, and a patch that only its rim springs hold.
+/// Blocks, and a patch supported only by its rim springs.
 fn benches() -> Vec<(String, Bench)> {
     let blocks = [60, 129, 410].map(|nodes| (format!("{nodes} nodes"), Bench::block(nodes)));
     blocks.into_iter().chain([("rim springs".into(), Bench::far_field(200, 0.018))]).collect()
@@ -88,8 +87,8 @@ fn damped_tissue_loses_energy_from_window_to_window() {
                 continue;
             }
             let energies = energies(&bench, start, 1000, 1);
-            // A window is one twentieth of a second. Below a millionth of the first, what is left
-            // is rounding.
+            // A window is one twentieth of a second. Below a millionth of the first energy, the
+            // rest is rounding.
             let most: Vec<f64> = energies.chunks(50).map(|w| w.iter().copied().fold(f64::MIN, f64::max)).collect();
             println!("{nodes}, {start:?}: {:.2e} J, after 1 s {:.1e} of it", most[0], most[19] / most[0]);
             assert!(most[0] > 0.0);

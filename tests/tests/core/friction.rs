@@ -1,6 +1,6 @@
-//! A probe with friction: what slips bears mu times the push, what slips in part is near Cattaneo
-//! and Mindlin, what sticks is as stiff as a glued disc; a hold does not creep; no motion gains
-//! energy; without it every bit stays.
+//! A probe with friction: full slip bears mu times the push, partial slip is near Cattaneo and
+//! Mindlin, a sticking probe is as stiff as a glued disc; a hold does not creep; no motion gains
+//! energy; without friction no bit changes.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{
@@ -70,7 +70,7 @@ fn dragged(bench: &Bench, depth_m: f64, along: &Vector3<f64>, step_m: f64, ticks
         .collect()
 }
 
-/// Under a flat end every push has the same direction: what slides in full bears mu N.
+/// Under a flat end every push has the same direction: full slip bears mu N.
 #[test]
 fn a_flat_end_that_slides_bears_mu_times_the_push() {
     for mu in [0.1_f32, 0.3, 0.6, 1.0] {
@@ -92,8 +92,9 @@ fn a_flat_end_that_slides_bears_mu_times_the_push() {
     }
 }
 
-/// Largest difference from Cattaneo and Mindlin at a quarter of the radius, over mu N: with the way
-/// to full slip of the half-space, and with the one of the patch's own stiffness in stick.
+/// Largest difference from Cattaneo and Mindlin at a quarter of the radius, over mu N: with the
+/// displacement to full slip of the half-space, and with that of the patch's own stiffness in
+/// stick.
 fn off_partial(nodes: usize, mu: f32, turned: f64) -> [f64; 2] {
     const STEP_M: f64 = 1e-6;
     let depth_m = 2e-3;
@@ -125,8 +126,8 @@ fn partial_slip_is_near_cattaneo_and_mindlin() {
     }
 }
 
-/// Most that a partial slip is too stiff for the width of its elements, over mu N. A node bears the
-/// push of half an element around it, and all of that slips at once: nothing slips until Cattaneo
+/// Largest excess stiffness of partial slip for a given element width, over mu N. A node carries
+/// the push of half an element around it, all of which slips at once: nothing slips until Cattaneo
 /// and Mindlin's slip has come half an element inward, to `a (1 - w)`; until then the force rises
 /// as in stick, to `1.5 (1 - (1 - w)^2)` in place of `1 - (1 - w)^3`. The widest elements make a
 /// slider on a spring.
@@ -137,9 +138,9 @@ fn coarseness(element_m: f64, contact_m: f64) -> f64 {
 }
 
 /// Drag after a press *without* friction, as the closed form begins: largest difference from
-/// Cattaneo and Mindlin, over mu N, with the way to full slip of the patch's own stiffness in
-/// stick. A press with friction leaves forces along the surface, which at mu 0.1 take up much of
-/// what friction can bear.
+/// Cattaneo and Mindlin, over mu N, with the displacement to full slip of the patch's own stiffness
+/// in stick. A press with friction leaves forces along the surface, which at mu 0.1 use up much of
+/// the friction limit.
 fn off_partial_after_a_smooth_press(bench: &Bench, mu: f64, depth_m: f64, along: &Vector3<f64>) -> f64 {
     const STEP_M: f64 = 1e-6;
     let drag = |friction: f64, step_m: f64, ticks: u32| -> Vec<f64> {
@@ -161,8 +162,8 @@ fn off_partial_after_a_smooth_press(bench: &Bench, mu: f64, depth_m: f64, along:
     off.fold(0.0, |worst: f64, off| if off.abs() > worst.abs() { off } else { worst })
 }
 
-/// At 130 nodes an element is wider than the contact's radius. What nodes so far apart must be off
-/// is allowed, and as much as the closed form is missed by on fine elements.
+/// At 130 nodes an element is wider than the contact's radius. The tolerance is the unavoidable
+/// error at this node spacing plus the error on fine elements.
 #[test]
 #[ignore = "long: other meshes and coefficients"]
 fn partial_slip_is_as_coarse_as_the_elements() {
@@ -191,7 +192,7 @@ fn partial_slip_is_as_coarse_as_the_elements() {
 }
 
 /// Stiffness along the surface of a flat end that sticks over the glued disc of finite elements
-/// (1): the mean of the headings, for the mesh has sides and the disc has none.
+/// (1): the mean over directions, since the mesh is not isotropic.
 fn stuck_over_glued(nodes: usize) -> f64 {
     let bench = Bench::calibrated(nodes).with(|p| (p.friction, p.probe.shape) = (5.0, ProbeShape::Flat));
     let answer = Answer::block();
@@ -223,7 +224,7 @@ fn a_probe_that_sticks_is_as_stiff_as_a_glued_disc() {
     }
 }
 
-/// A probe that is pulled sideways with nine tenths of what friction can bear stays where it is.
+/// A probe that is pulled sideways with nine tenths of the friction limit does not move.
 #[test]
 fn a_hold_does_not_creep() {
     let bench = Bench::calibrated(130).with(|p| p.friction = 0.5);
@@ -248,7 +249,8 @@ fn a_hold_does_not_creep() {
     assert!(settled_m > 1e-4 && farthest_m < 1e-6, "{farthest_m} m");
 }
 
-/// Root mean square of the force along the way, of its mean, while the probe slides at 20 mm/s.
+/// Root mean square of the force along the path, relative to its mean, while the probe slides at 20
+/// mm/s.
 #[test]
 fn a_slide_at_20_mm_per_s_is_smooth() {
     let bench = Bench::calibrated(410).with(|p| p.friction = 0.5);
@@ -279,7 +281,7 @@ fn work_j(bench: &Bench, seed: u64, ticks: u32) -> [f64; 2] {
         Vector3::new(3e-3 * swing(0), 3e-3 * swing(1), 3e-3 * (1.0 - begun) - begun * (1.5e-3 + 1.8e-3 * swing(2)))
     };
     let (mut before, mut work_j, mut range) = ((at(0), Vector3::zeros()), 0.0_f64, [0.0_f64; 2]);
-    // since the last touch: a contact may not give what an earlier one took
+    // since the last touch: a contact may not return energy that an earlier one took
     let mut touched_j = 0.0;
     for n in 0..ticks {
         let tip_m = at(n);
@@ -338,8 +340,8 @@ fn motions_take_energy(seeds: std::ops::Range<u64>, ticks: u32) {
     }
 }
 
-/// A probe that sticks and circles stretches the bristles and lets them go; nothing slips, so that
-/// no loss hides what a cycle would give.
+/// A sticking probe that circles stretches and releases the bristles; nothing slips, so that no
+/// loss hides the energy that a cycle would create.
 #[test]
 fn a_probe_that_sticks_and_circles_gets_nothing() {
     const TICKS: u32 = 250;

@@ -1,7 +1,7 @@
-//! The force that a hand gets, press, tap, hold and drag, on a wall and on the shipped patches,
-//! against traces that were written down: a force that silently changes or vanishes fails.
+//! The force on a hand in press, tap, hold and drag, on a wall and on the shipped patches, against
+//! recorded traces: a force that silently changes or vanishes fails.
 //!
-//! A change that is meant: `cargo test --release --package palpate-tests --test core
+//! To accept an intended change: `cargo test --release --package palpate-tests --test core
 //! golden_force_traces -- --ignored rewrite`, and say why in the commit.
 
 use std::fmt::Write;
@@ -120,7 +120,7 @@ fn text(rows: &[Row]) -> String {
     text
 }
 
-/// Rows of a trace that differ from what was written down.
+/// Rows of a trace that differ from the recorded ones.
 fn different(name: &str, rows: &[Row]) -> Vec<String> {
     let golden = std::fs::read_to_string(file(name)).unwrap();
     let golden: Vec<&str> = golden.lines().skip(1).collect();

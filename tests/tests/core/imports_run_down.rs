@@ -1,5 +1,5 @@
-//! Imports run down: no crate depends on one above it, and no files import each other in a circle,
-//! but for a file and those of its own folder.
+//! Imports point downwards: no crate depends on one above it, and no files import each other in a
+//! circle, except a file and those of its own folder.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

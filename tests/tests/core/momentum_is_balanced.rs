@@ -36,8 +36,7 @@ fn forces(state: &State) -> Vec<Vector> {
     state.nodes().iter().map(|n| n.force_over_modulus().cast()).collect()
 }
 
-/// Springs between neighbours, written as a rim: what a rim edge gives to one node it takes from
-/// the other.
+/// Springs between neighbours, written as a rim: a rim edge gives its two nodes opposite forces.
 fn spring_rim(model: &Model) -> (Vec<RimNode>, Vec<RimEdge>) {
     let mut blocks = vec![[0.0_f32; 6]; model.nodes.len()];
     let mut edges = Vec::new();
@@ -124,8 +123,8 @@ proptest! {
     fn a_tick_changes_momentum_by_force_times_time(seed: u64, depth_m in 1e-3_f32..4e-3, substeps in 1_u16..4) {
         let bench = Bench::floating(129).with(|p| {
             p.substeps = substeps;
-            // with one substep what the damping takes is known; with more, only the sum of the
-            // forces is
+            // with one substep the loss by damping is known; with more, only the sum of the forces
+            // is
             p.node_damping_per_s = if substeps == 1 { 40.0 } else { 0.0 };
         });
         let model = bench.patch.wide_model();
@@ -146,8 +145,8 @@ proptest! {
         let keep = if substeps == 1 { 1.0 - 40.0e-3 } else { 1.0 };
         let gained = momentum(&velocities(&state)) - momentum(&start) * keep;
         let given = -output.force_n.cast::<f64>() * 1e-3;
-        // roundings: of the inner forces times dt, and of the velocities, three operations a
-        // substep, in all substeps
+        // roundings: of the inner forces times dt, and of the velocities, three operations per
+        // substep, over all substeps
         let inner = rounding::together(rounding::of_forces_n(&model, &bench.params, &positions(&state))) * 1e-3;
         let speeds = rounding::together(momenta(&velocities(&state)).iter().map(|p| p.norm()));
         let allowed = 2.0 * inner + 4.0 * f64::from(substeps) * UNIT * 2.0 * rounding::SIGMAS * speeds + 100.0 * UNIT * given.norm();

@@ -1,4 +1,4 @@
-//! `palpate`, `palpate-full` and the tests stand on one build of every crate, and the first one is
+//! `palpate`, `palpate-full` and the tests share one build of every crate, and that of `palpate` is
 //! small.
 
 use std::collections::BTreeSet;
@@ -25,8 +25,8 @@ fn is_external(line: &str) -> bool {
     !line.starts_with("palpate")
 }
 
-/// A feature more or less anywhere below `core` builds all crates again: under the tests, once more
-/// for the `palpate-full` that they run, once more when a user first needs that program.
+/// A different feature anywhere below `core` causes all crates to be built again: under the tests,
+/// once more for the `palpate-full` that they run, once more when a user first needs that program.
 #[test]
 fn no_crate_is_built_twice_for_a_feature() {
     let palpate = crates(&PALPATE);

@@ -196,7 +196,7 @@ fn contact_forces_are_slopes_of_the_foundation_and_its_damping() {
         let mut bound = rounding::of_forces_n(&model, &bench.params, &x);
         // A point's place relative to the probe rounds at the sizes of both, its push by the slope
         // times that; the direction turns by that over the radius, and the push is at most slope
-        // times radius. What else acts on a node enters with its rounding.
+        // times radius. The other forces on a node enter with their rounding.
         let r = f64::from(bench.params.probe.radius_m);
         let stiffest = model.foundation.iter().map(|p| f64::from(p.k)).fold(0.0, f64::max);
         let slope_m = stiffest * (1.0 + 2.0 * f64::from(model.stiffening_per_m) * r);
@@ -242,8 +242,8 @@ fn a_press_in_double_precision_gives_the_same_force() {
     let mut x: Vec<Vector3<f64>> = model.nodes.iter().map(|n| Vector3::from(n.rest_m).cast()).collect();
     let mut v = vec![Vector3::zeros(); x.len()];
     // Each tick rounds a position by half an ulp at 40 mm, 1.9 nm. At worst all ticks of the
-    // damping's memory, 2/alpha = 50, add up; the tissue at 1 mm is no stiffer than 100 N/m. To
-    // that the rounding of the foundation's own sum.
+    // damping's memory, 2/alpha = 50, add up; the tissue at 1 mm is no stiffer than 100 N/m. In
+    // addition there is the rounding of the foundation's own sum.
     let allowed_n = 100.0 * 50.0 * 1.9e-9 + 1e-6;
     let mut worst = 0.0_f64;
     let mut from = at_depth(-0.5e-3);

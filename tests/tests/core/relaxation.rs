@@ -1,7 +1,7 @@
-//! Tissue that relaxes: a hold fades as the closed form says, at any depth and place; a slow press
-//! is the elastic one relaxed in one dimension; a probe that leaves loses the tissue where Ting's
-//! solution says; a dent recovers; random motions never gain energy; an anchor under the probe
-//! bears its push once; without memory for it the tick is a fault.
+//! Tissue that relaxes: a hold fades as in the closed form, at any depth and place; a slow press is
+//! the elastic one relaxed in one dimension; a retreating probe loses contact as in Ting's
+//! solution; a dent recovers; random motions never gain energy; an anchor under the probe takes its
+//! push once; without memory for relaxation the tick is a fault.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{Fault, MOST_TERMS, Model, Node, NodeStep, Params, PronyTerm, State, TetShapes, Vector3, tick};
@@ -16,7 +16,7 @@ const MEAT: [PronyTerm; MOST_TERMS] =
 const THREE: [PronyTerm; MOST_TERMS] =
     [PronyTerm { share: 0.2, time_s: 0.02 }, PronyTerm { share: 0.2, time_s: 0.5 }, PronyTerm { share: 0.245, time_s: 14.7 }];
 
-/// Share of a force that is left so long after it was set [s].
+/// Share of a force that remains at this time after it was applied [s].
 fn left(terms: &[PronyTerm], t_s: f64) -> f64 {
     terms
         .iter()
@@ -39,7 +39,7 @@ fn press(bench: &Bench, [x, y]: [f32; 2], depth_m: f32, ticks: u16) -> Vec<f64> 
         .collect()
 }
 
-/// Largest relative difference of a held force from the elastic one times what is left of it [%],
+/// Largest relative difference of a held force from the elastic one times its remaining share [%],
 /// from 0.3 s on.
 fn off_pct(bench: &Bench, terms: [PronyTerm; MOST_TERMS], place: [f32; 2], depth_m: f32, ticks: u16) -> f64 {
     let elastic = press(bench, place, depth_m, ticks);
@@ -58,7 +58,7 @@ fn off_pct(bench: &Bench, terms: [PronyTerm; MOST_TERMS], place: [f32; 2], depth
 }
 
 /// Anchors at the surface, as the boards' patches have them at their edge, where the mass floor is
-/// each node's own: what one tick pushed must not be pushed again by the next.
+/// each node's own: the push of one tick must not act again in the next.
 #[test]
 fn an_anchor_under_the_probe_bears_its_push_once() {
     let held_n = |relaxation: [PronyTerm; MOST_TERMS]| {
@@ -125,8 +125,8 @@ fn a_hold_fades_as_the_closed_form_everywhere() {
 struct Retreat {
     /// Depths at which it loses the tissue [m].
     off_m: [f64; 2],
-    /// Root mean square difference of the two forces on the way out, each over its own at the end
-    /// of the hold (1).
+    /// Root mean square difference of the two forces during the retreat, each over its own at the
+    /// end of the hold (1).
     rms: f64,
 }
 
@@ -161,9 +161,9 @@ fn retreat(bench: &Bench, depth_m: f64, hold: usize, out_m_per_s: f64) -> Retrea
     }
 }
 
-/// Checks how far a patch is off: the depth at which the probe loses it, as a share of the depth
-/// pressed, and the force on the way out. A node's memory is as wide as its elements, so the edge
-/// of the contact is lost too early on coarse ones.
+/// Checks the errors of a patch: the depth at which the probe loses contact, as a share of the
+/// depth pressed, and the force during the retreat. A node's memory is as wide as its elements, so
+/// the edge of the contact is lost too early on coarse ones.
 fn leaves_as_ting_says(bench: &Bench, most_off: f64, most_rms: f64) {
     let nodes = bench.patch.wide_model().nodes.len();
     let bench = bench.clone().with(|p| p.relaxation = MEAT);
@@ -323,7 +323,7 @@ fn a_term_that_is_off_leaves_every_bit() {
 }
 
 /// Largest difference of the force of a slow press and its hold from the elastic one relaxed in one
-/// dimension (Lee and Radok), over the largest [%]: on the way in, and in the hold.
+/// dimension (Lee and Radok), over the largest [%]: during loading, and in the hold.
 fn slow_off_pct(bench: &Bench, terms: [PronyTerm; MOST_TERMS], depth_m: f32, ramp: u16, hold: u16) -> [f64; 2] {
     let run = |bench: &Bench| -> Vec<f64> {
         let model = bench.patch.wide_model();

@@ -1,4 +1,4 @@
-//! Untouched tissue stays where it is and gives no force, whatever its mesh, stiffness and size.
+//! Untouched tissue does not move and gives no force, whatever its mesh, stiffness and size.
 //!
 //! Rest lengths are rounded apart from the rest positions: half an ulp of the block's half-width on
 //! a coordinate over the shortest edge is a strain, and so is the rounding of a force over the

@@ -2,8 +2,8 @@
 //! (Rim and foundation stay behind, and are left out.)
 //!
 //! The rounded positions themselves are a deformation: half an ulp of the farthest coordinate on
-//! both ends of every edge, times the stiffness at the node. To that comes the rounding of the
-//! forces.
+//! both ends of every edge, times the stiffness at the node. The rounding of the forces comes in
+//! addition.
 
 use palpate::stages::force;
 use palpate::{State, Tuned, Vector3};
@@ -18,7 +18,7 @@ fn rotated(noise: &mut Noise, x: Vector3<f64>) -> Vector3<f64> {
     x + axis.cross(&x) * (2.0 * w) + axis.cross(&axis.cross(&x)) * 2.0
 }
 
-/// Largest force over what rounding explains.
+/// Largest force over the rounding bound.
 fn worst(bench: &Bench, seed: u64, away_m: f64, state: &mut State, tuned: &Tuned) -> f64 {
     let model = bench.patch.wide_model();
     let carry = Noise::new(seed).vector() * away_m;

@@ -1,7 +1,7 @@
-//! The substeps that the desktop asks for are real: within it taps and presses end as they began,
-//! and past it they do not.
+//! The stable step of the desktop is correct: within it taps and presses return to rest, and beyond
+//! it they do not.
 //!
-//! `--nocapture` prints how far the bound is from the step at which a press goes wrong.
+//! `--nocapture` prints the distance of the bound from the step at which a press fails.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{Vector3, tick};
@@ -10,7 +10,7 @@ use palpate_tests::share::Share;
 use palpate_tissue::measure;
 use palpate_tissue::stable_step::{StableStep, substeps_for_taps};
 
-/// Left after a second, at most [m].
+/// Largest displacement left after a second [m].
 const RESIDUAL_M: f64 = 0.05e-3;
 
 fn bench(nodes: usize, youngs_modulus_pa: f32, depth_limit_m: f32) -> Bench {
@@ -118,8 +118,8 @@ fn pressed_tissue_needs_a_shorter_step() {
     }
 }
 
-/// Lighter nodes have a shorter stable step; one substep per tick stays what it is. Where the press
-/// goes wrong is the dynamic limit.
+/// Lighter nodes have a shorter stable step; one substep per tick stays what it is. The step at
+/// which the press fails is the dynamic limit.
 #[test]
 fn past_the_step_they_do_not() {
     let mut share = Share::one_in(3);
@@ -153,7 +153,7 @@ fn past_the_step_they_do_not() {
             measured(&with_floor(bad)).pressed_s * 1e3
         );
         assert!(at_limit > 1, "{nodes} nodes: {why} with the one substep that is asked for");
-        // twice the step that goes wrong is room enough, else the bound costs substeps for nothing
+        // the bound must not be more than a factor of two too low, or it wastes substeps
         assert_eq!(with_room, 1, "{nodes} nodes: more than one substep at four times the floor at which one goes wrong");
     }
 }

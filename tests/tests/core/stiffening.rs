@@ -1,6 +1,6 @@
 //! Tissue that stiffens: forces are the slopes of the documented energy, the tick settles to the
-//! statics, a closed cycle gives nothing, a light touch is that of tissue that does not stiffen,
-//! and taps hold.
+//! statics, a closed cycle creates no energy, a light touch is that of tissue that does not
+//! stiffen, and taps are stable.
 
 use palpate::stages::force;
 use palpate::stages::force::stiffening::CAP;
@@ -15,9 +15,9 @@ use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
 use palpate_tissue::stable_step::{substeps_for_taps, with_tick};
 
-/// Energy over E [m^3] of all that stiffens, from the law as it is documented: `sum V mu/2b (exp(2
-/// b w / mu) - 1)`, w half the energy of the springs and of the pushes at a node over its volume,
-/// and the other half of the pushes; straight beyond the cap.
+/// Energy over E [m^3] of everything that stiffens, from the documented law: `sum V mu/2b (exp(2 b
+/// w / mu) - 1)`, w half the energy of the springs and of the pushes at a node over its volume, and
+/// the other half of the pushes; straight beyond the cap.
 fn stiffening_energy(model: &Model, params: &Params, x: &[Vector], tip_m: Option<Vector>) -> f64 {
     let mut half = vec![0.0; x.len()];
     for s in model.springs {
@@ -101,7 +101,7 @@ fn oracle_modulus(bench: &Bench) -> f64 {
     f64::from(bench.params.youngs_modulus_pa)
 }
 
-/// Energy and statics share no line; the statics carry foundation and volume besides.
+/// Energy and statics share no code; the statics also contain foundation and volume.
 #[test]
 fn statics_are_slopes_of_the_energy_under_the_probe() {
     let bench = stiffening(129, 10.0).with(|p| p.terms.volume = false);
@@ -149,8 +149,8 @@ fn the_tick_settles_to_the_static_force() {
     }
 }
 
-/// Work of the hand over a closed cycle [J]: in, sideways, out, back above the tissue. Also the
-/// most that was put in.
+/// Work of the hand over a closed cycle [J]: in, sideways, out, back above the tissue. Also returns
+/// the largest energy that was put in.
 fn cycle_j(bench: &Bench, seconds: f64) -> [f64; 2] {
     let model = bench.patch.wide_model();
     let mut memory = bench.memory();

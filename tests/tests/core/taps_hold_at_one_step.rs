@@ -1,5 +1,5 @@
-//! One step a tick is enough for taps: 0.5 m/s to the probe's radius, held and released, on patches
-//! of 130 to 1020 nodes, with 15 % of margin.
+//! One step per tick is enough for taps: 0.5 m/s to the probe's radius, held and released, on
+//! patches of 130 to 1020 nodes, with 15 % of margin.
 //!
 //! `--nocapture` prints the table.
 
@@ -16,7 +16,7 @@ const TAP_M_PER_S: f32 = 0.5;
 /// Fastest tap of a hand that holds a stylus [m/s].
 const FASTEST_M_PER_S: f32 = 1.0;
 const SLOW_M_PER_S: f32 = 0.1;
-/// Over the static force, at most.
+/// Largest force over the static one.
 const PEAK: f64 = 3.0;
 
 fn bench(nodes: usize, youngs_modulus_pa: f32) -> Bench {
@@ -81,7 +81,7 @@ fn without_the_limit_into_tissue_a_tap_crushes_fine_meshes() {
     assert!(outcome.wrong.is_some() || outcome.lowest_j < 0.0, "the tap is stood without the limit: {outcome:?}");
 }
 
-/// Depth of a tap as the patch is shown it: late on the way in, never late on the way out.
+/// Depth of a tap as given to the patch: delayed during loading, never during the retreat.
 #[test]
 fn the_limit_holds_into_the_tissue_only() {
     let bench = bench(1020, 3.5e3);

@@ -1,6 +1,6 @@
 //! After its memory is reserved a patch allocates nothing: not when parameters are built, not in a
-//! tick, not on reset. Nor do the other methods in a tick: that would count against them on the
-//! chart.
+//! tick, not on reset. The other methods do not allocate in a tick either, which would count
+//! against them on the chart.
 #![allow(unsafe_code)] // reason: counting is the allocator's to do, and `GlobalAlloc` is an unsafe trait
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -61,8 +61,8 @@ fn build_reset_and_ticks_allocate_nothing() {
         let mut state = State::new(&model, &mut nodes, &mut candidates, &mut shapes).unwrap();
         let mut touched = 0;
         for n in 0..5000_u16 {
-            // a tap a second, deeper than the depth limit, faster than the speed limit on the way
-            // out
+            // one tap per second, deeper than the depth limit, and faster than the speed limit
+            // during the retreat
             let depth_m = if n % 1000 < 700 { 1e-5 * f32::from(n % 1000) - 5e-4 } else { -0.05 };
             touched +=
                 usize::from(tick(&model, &tuned, &mut state, ProbePose { tip_m: at_depth(depth_m) }).normal != Vector3::zeros());
@@ -94,7 +94,7 @@ fn other_methods_allocate_nothing_either() {
             });
             (count, pressed)
         });
-        // a method that cannot be had (no calibrated patch) has nothing to allocate
+        // a method that is not available (no calibrated patch) has nothing to allocate
         if let Some((count, pressed)) = run.unwrap() {
             assert_eq!(count, 0, "allocations of {}", method.name());
             assert!(pressed > 100, "{} pressed in {pressed} ticks", method.name());

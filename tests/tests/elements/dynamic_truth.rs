@@ -1,4 +1,4 @@
-//! The dynamic truth is right: against waves and modes of closed form, against the static
+//! The dynamic reference is right: against waves and modes of closed form, against the static
 //! reference, against an independent computation, and against its own stored tables.
 
 mod bar;

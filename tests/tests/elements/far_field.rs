@@ -1,5 +1,5 @@
-//! The far field: rim springs answer as the exact outside does, the exact outside is exact, ticks
-//! settle to it, and it can be swapped.
+//! The far field: rim springs respond as the exact outside does, the exact outside is exact, ticks
+//! settle to its equilibrium, and it can be swapped.
 
 mod command;
 mod condensed;
@@ -33,7 +33,7 @@ fn on_bottom(x: &[f64; 3]) -> bool {
     x[2] < -BLOCK_M[2] * (1.0 - 1e-9)
 }
 
-/// A patch of this radius, where the mesh is what it is.
+/// A patch of this radius, cut along the existing mesh.
 fn radius(radius_m: f64) -> Sizes {
     Sizes { radius_m, fine_m: 0.0, fine_radius_m: 0.0, growth: 0.0, stroke_m: [0.0; 3] }
 }

@@ -1,4 +1,4 @@
-//! The finite-element reference is right: against exact solutions, against itself, against the
+//! The finite-element reference is verified against exact solutions, against itself, against the
 //! shipped answers.
 
 mod balance;

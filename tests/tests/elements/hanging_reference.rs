@@ -1,5 +1,5 @@
-//! Organs that hang: weight, ties, moved nodes and what is read from the answer, each against
-//! something computed otherwise.
+//! Organs that hang: weight, ties, moved nodes and derived quantities, each against an independent
+//! computation.
 
 mod derivatives;
 mod tied;

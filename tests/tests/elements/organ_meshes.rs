@@ -72,8 +72,8 @@ fn the_volume_goes_to_that_of_the_shape_with_the_square_of_the_spacing() {
         let exact_m3 = inside.count() as f64 * cell_m3;
         let error = |spacing_m| volume_m3(&mesh(name, Spec::Spacing(spacing_m))) / exact_m3 - 1.0;
         let (coarse, fine) = (error(2.0 * spacing_m), error(spacing_m));
-        // chords cut off what is bulging: less, by four times less at half the spacing but for the
-        // counting's 0.1 %
+        // chords cut off convex parts: the volume is less, by a quarter as much at half the
+        // spacing, except for the counting error of 0.1 %
         assert!(fine.abs() < 0.02 && coarse < 0.0 && fine > 0.45 * coarse - 0.001, "{name}: {coarse} {fine}");
     }
 }
@@ -105,7 +105,7 @@ fn every_mesh_is_one_ball_with_a_closed_surface_and_no_node_to_spare() {
         let mut sides: BTreeMap<[u32; 2], [u32; 2]> = BTreeMap::new();
         for [a, b, c] in &triangles {
             for [i, j] in [[a, b], [b, c], [c, a]] {
-                // walked once each way
+                // traversed once in each direction
                 sides.entry([*i.min(j), *i.max(j)]).or_default()[usize::from(i < j)] += 1;
             }
         }
@@ -183,7 +183,8 @@ fn the_gallbladder_lies_against_the_liver_without_entering_it() {
 
 #[test]
 fn layers_follow_one_another_at_their_depths() {
-    // straight down from the belly's middle, where the surface is level; the foot's sole the same
+    // straight down from the belly's middle, where the surface is level, and likewise on the foot's
+    // sole
     let abdomen = [(1.0, 1), (3.0, 2), (13.0, 2), (15.0, 3), (24.0, 3), (26.0, 4), (90.0, 4)];
     let foot = [(1.0, 1), (2.0, 2), (11.0, 2), (14.0, 3)];
     for (name, above, layers) in [("abdomen", [0.0, 0.0, 0.2], &abdomen[..]), ("foot", [-0.085, 0.0, 0.2], &foot[..])] {

@@ -1,4 +1,4 @@
-//! Finite elements that were solved before are found again, and nothing else is taken for them.
+//! Stored finite-element answers are found again, and nothing else is accepted in their place.
 
 use std::fs;
 use std::path::PathBuf;
@@ -18,7 +18,7 @@ fn files(desk: &Desk) -> Vec<PathBuf> {
     fs::read_dir(desk.folder().join(".solved")).unwrap().map(|entry| entry.unwrap().path()).collect()
 }
 
-/// Asks; whether it was computed, and what was said.
+/// Requests an answer; returns whether it was computed, and the messages.
 fn ask(desk: &Desk, problem: &str) -> (bool, String) {
     let (solved, mut computed) = (solved(desk), false);
     let numbers = solved.answer(problem, NUMBERS.len(), || {

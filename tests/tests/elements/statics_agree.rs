@@ -1,4 +1,4 @@
-//! The static solution: what the tick settles to, with the right derivatives.
+//! The static solution: it is the state to which the tick settles, with the right derivatives.
 
 use palpate::{GuardLimits, Params, Probe, ProbePose, ProbeShape, tick};
 use palpate_fit::statics::{Balance, Gradient, Solver, Statics, Vector};

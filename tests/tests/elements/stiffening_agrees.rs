@@ -1,5 +1,5 @@
-//! Patches of tissue that stiffens against finite elements of the same law, at every exponent that
-//! tissue has: nothing is fitted to these forces.
+//! Patches of tissue that stiffens against finite elements of the same law, at every exponent found
+//! in tissue: nothing is fitted to these forces.
 
 use palpate::Params;
 use palpate_fit::reference::body::Material;
@@ -67,7 +67,7 @@ const ACCEPTED: [(usize, f64, [f64; 2]); 15] = [
     (1020, 3.0, [1.5, 3.0]),
     (1020, 10.0, [1.5, 3.0]),
     (1020, 20.0, [3.0, 3.0]),
-    // elements of half a probe: the mean strain of a node says too little of its energy
+    // elements of half a probe radius: the mean strain of a node determines its energy poorly
     (130, 0.0, [1.5, 3.0]),
     (130, 0.3, [2.0, 3.0]),
     (130, 3.0, [3.0, 4.5]),

@@ -1,4 +1,4 @@
-//! Surfaces of STL and OBJ: read, closed, refused for what they are not, and filled with tets.
+//! Surfaces of STL and OBJ: read, closed, refused with the reason, and filled with tets.
 
 use palpate_tests::surface_text::{Triangles, ball, cuboid};
 use palpate_tissue::mesh::import::{MIN_QUALITY, MeshFile, import, open};
@@ -93,7 +93,7 @@ fn a_ball_is_filled_to_its_volume_with_sound_tets() {
             assert!((inner_m - radius_m - 1e-8..1e-8).contains(&off_m), "{off_m}");
         }
         let [least, most] = dihedral_angles(&mesh);
-        // what Labelle and Shewchuk prove
+        // the bounds that Labelle and Shewchuk prove
         assert!(least > 10.7 && most < 164.8, "{least} {most}");
         let volume_m3 = mesh.volume_m3();
         [1.0 - volume_m3 / exact_m3, 1.0 - volume_m3 / imported.report.volume_m3]

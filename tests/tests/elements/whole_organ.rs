@@ -1,5 +1,5 @@
-//! A whole organ meshed anew around a site: it keeps its shape, is fine where it should be, and
-//! presses as an independent mesh says.
+//! A whole organ remeshed around a site: it keeps its shape, is fine where required, and gives the
+//! forces of an independent mesh.
 
 use std::fmt::Write;
 
@@ -127,7 +127,7 @@ fn a_block_from_a_file_keeps_its_shape_and_is_fine_at_the_site() {
     // far away elements are coarser: as many of the finest would fill the block with thousands of
     // nodes
     assert!(mesh.nodes_m.len() < 900);
-    // all of the bottom is held, and nothing else
+    // all of the bottom is fixed, and nothing else
     let heights = placed.tissue.anchors.iter().map(|n| mesh.nodes_m[*n as usize][2]);
     assert!(heights.fold(-1.0, f64::max) < -0.03);
     assert!((0_u32..).zip(&mesh.nodes_m).all(|(n, x)| x[2] > -0.04 + 1e-9 || placed.tissue.anchors.contains(&n)));

@@ -1,5 +1,5 @@
-//! Power comes on with the probe inside the tissue: no force, however long, until the probe has
-//! been outside, and then slowly.
+//! Power comes on with the probe inside the tissue: no force, however long it waits, until the
+//! probe has been outside, and then with ramp-in.
 
 use palpate::haptic::cycle::{Command, Settings};
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};

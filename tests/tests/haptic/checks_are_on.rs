@@ -23,7 +23,7 @@ fn switched_on() -> bool {
 fn the_script_switches_them_on_and_the_boards_image_stays_without() {
     let script = std::fs::read_to_string(repository().join("test")).unwrap();
     assert!(SWITCHES.iter().all(|name| script.contains(&format!("{name}=true"))), "./test sets them");
-    // the image is flashed without panics: its arithmetic says itself where it wraps
+    // the flashed image has no overflow panics: its arithmetic wraps explicitly
     let manifest = std::fs::read_to_string(repository().join("Cargo.toml")).unwrap();
     let image = manifest.split("[profile.firmware]").nth(1).expect("the image's profile");
     let image = image.split("\n[").next().unwrap();
@@ -42,7 +42,7 @@ fn a_test_stops_where_a_number_overflows() {
 }
 
 /// Paths of source files below `folder` that occur in the program: the places from which it can
-/// panic. Elsewhere, as in its line tables, names stand without their folder.
+/// panic. Elsewhere in the program, as in its line tables, file names appear without their folder.
 fn can_panic(program: &[u8], folder: &str) -> BTreeSet<String> {
     let starts = program.windows(folder.len()).enumerate().filter(|(_, bytes)| *bytes == folder.as_bytes());
     let paths = starts.filter_map(|(at, _)| {

@@ -1,5 +1,5 @@
-//! Whatever goes wrong, the device gets no force, and is given the reason until it resets; whatever
-//! it is asked, it gets no more than its limit.
+//! After any failure the device gets no force, and the reason is reported until a reset; whatever
+//! is commanded, the force stays within the limit.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, ClampFlags, Fault, GuardLimits, Output, Params, State, Tuned, Vector3, tick};
@@ -92,7 +92,7 @@ fn an_anchor_that_is_no_number() {
     let bench = Bench::block(129);
     start!(bench => model, tuned, state);
     press(&bench, &tuned, &mut state, 2e-3);
-    // its neighbours are pulled to nowhere; itself it never moves
+    // it pulls its neighbours to infinity; it never moves itself
     state.place(model.anchors[0].into(), Vector3::repeat(f32::NAN), Vector3::zeros());
     let output = tick(&model, &tuned, &mut state, pose(at_depth(2e-3)));
     assert_eq!(output, Output { fault: Some(Fault::Diverged), ..Output::NONE });
@@ -206,7 +206,7 @@ fn the_force_limit_shortens_and_does_not_turn() {
     for n in 0..200 {
         let whole = tick(&model, &tuned, &mut state, pose(off_axis(n)));
         let short = tick(&model, &limited_tuned, &mut limited_state, pose(off_axis(n)));
-        // the tissue is the same: what is limited is what leaves
+        // the tissue is the same: only the output is limited
         assert_eq!(whole.normal, short.normal);
         if whole.force_n.norm() > 0.02 {
             shortened += 1;
@@ -242,7 +242,7 @@ fn nothing_raises_the_limits() {
     }
 }
 
-/// A device gone mad: any finite pose, jumps, jitter, now and then near the tissue.
+/// A broken device: any finite pose, jumps, jitter, sometimes near the tissue.
 fn poses() -> impl Strategy<Value = Vec<[f32; 3]>> {
     let any = prop_oneof![
         6 => [-0.03_f32..0.03, -0.03..0.03, -0.02..0.01],

@@ -1,5 +1,5 @@
-//! Presets that relax, rub or stiffen, as a hand feels them in `palpate live`: a hold fades to the
-//! share that the scene leaves, a slide drags against the motion, a press stiffens.
+//! Presets with relaxation, friction or stiffening, as felt in `palpate live`: a hold fades to the
+//! scene's remaining share, a slide drags against the motion, a press stiffens.
 
 use palpate::Vector3;
 use palpate_loop::live::replay::replay;
@@ -9,11 +9,11 @@ use palpate_tissue::scene::Scene;
 
 type V = Vector3<f64>;
 
-/// The way from above to the tissue and into it, as a careful hand takes it [m/s].
+/// Speed of a careful hand towards the tissue and into it [m/s].
 const INTO_M_PER_S: f64 = 12e-3;
 const ALONG_M_PER_S: f64 = 25e-3;
 
-/// A preset in the pointer's grip, and where the tip is led.
+/// A preset under the pointer, and the target of the tip.
 struct Felt {
     live: Live,
     axis: V,
@@ -44,14 +44,14 @@ impl Felt {
         told
     }
 
-    /// Down to a depth at a hand's speed; told in every tick, the last at that depth.
+    /// Down to a depth at a hand's speed; the records of all ticks, the last at that depth.
     fn press(&mut self, depth_m: f64) -> Vec<Told> {
         self.at(0.0, 100);
         let ticks = (depth_m / INTO_M_PER_S * 1e3) as u32;
         (1..=ticks).map(|n| self.at(depth_m * f64::from(n) / f64::from(ticks), 1)).collect()
     }
 
-    /// Along the surface, this way and far; told in every tick.
+    /// Along the surface, in this direction and over this distance; the records of all ticks.
     fn slide(&mut self, depth_m: f64, way: V, far_m: f64) -> Vec<Told> {
         let (from_m, ticks) = (self.place_m, (far_m / ALONG_M_PER_S * 1e3) as u32);
         let mut told = Vec::new();
@@ -72,7 +72,8 @@ fn a_hold_of_beef_fades_to_the_share_that_its_terms_leave() {
     let scene = Scene::load("beef").unwrap();
     let mut felt = Felt::of("beef");
     let mut elastic = Felt::of("block-20kpa");
-    // equal but for the terms: the elastic loading, relaxed in one dimension, is what is to be felt
+    // equal except for the terms: the elastic loading, relaxed in one dimension, is the expected
+    // force
     assert_eq!(felt.live.tissue().params().youngs_modulus_pa, elastic.live.tissue().params().youngs_modulus_pa);
     let loading: Vec<f64> = elastic.press(3e-3).iter().map(force_n).collect();
     let held_n = force_n(&elastic.at(3e-3, 3000));

@@ -1,4 +1,4 @@
-//! `palpate loop` as a stranger runs it: verdicts, files, what it refuses.
+//! `palpate loop` as a user runs it: verdicts, files, refusals.
 
 use palpate_tests::palpate_command::{Desk, palpate};
 

@@ -1,6 +1,6 @@
 //! No force acts where the sensed tip is outside the tissue, whatever path took it there; none
-//! points into the tissue; none turns round at rest. Judged from the readings and the rest geometry
-//! of the patch, never from what the patch or the loop says of contact.
+//! points into the tissue; none alternates at rest. This is checked from the readings and the rest
+//! geometry of the patch, never from the contact reported by the patch or the loop.
 
 mod campaign;
 mod long_tips;

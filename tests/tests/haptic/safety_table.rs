@@ -122,7 +122,7 @@ fn third_party_software_is_that_of_the_lock_file() {
             listed.push(name.clone());
         }
     }
-    // whatever core and image name as their own dependency is in the list
+    // every dependency named by core and image is in the list
     for manifest in ["core/Cargo.toml", "firmware/Cargo.toml", "firmware/controller/Cargo.toml"] {
         let text = read(manifest);
         for part in text.split("\n[").filter(|part| part.lines().next().is_some_and(|head| head.ends_with("dependencies]"))) {

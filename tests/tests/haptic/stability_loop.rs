@@ -1,5 +1,5 @@
-//! Walls under every control: theory is met where it applies, ours keeps its promise, and each
-//! other controller fails as it is known to.
+//! Walls under every controller: theory is met where it applies, ours keeps its promise, and each
+//! other controller fails as expected.
 
 use palpate_lab::stability::loop_matrix::{HELD_N_PER_M, LoopSetup, STEP, TapResult, passive_n_per_m};
 use palpate_loop::closed_loop::controller::Controller;
@@ -15,7 +15,8 @@ fn held(control: Controller, device: &DeviceProfile, hand: Hand) -> TapResult {
 }
 #[test]
 fn a_raw_loop_ends_where_another_simulation_found_it() {
-    // one axis, 100 kHz, written apart from this one; the arm where no count decides
+    // an independent simulation with one axis at 100 kHz; the arm, for which the count does not
+    // matter
     for (delay, hand, count_m, found_n_per_m) in
         [(0, 0, 55e-6, 678.0), (1, 0, 55e-6, 139.0), (1, 1, 55e-6, 952.0), (1, 3, 1e-6, 5836.0)]
     {
@@ -70,10 +71,10 @@ fn every_other_controller_fails_as_it_is_known_to() {
         let late = held(control, &device, released);
         assert!(!late.quiet && late.created_mj > 3.0 * raw.created_mj, "{}: {late:?}, raw {raw:?}", control.name());
     }
-    // it damps what has already happened: less than raw, and not nothing
+    // it damps after the event: less than raw, and not zero
     let observed = held(Controller::TimeDomainPassivity, &device, released);
     assert!(observed.created_mj > 0.1 && observed.created_mj < 0.5 * raw.created_mj, "{observed:?}, raw {raw:?}");
-    // constant damping holds one tick late; two ticks late 1 N s/m does not pay for 400 N/m
+    // constant damping holds one tick late; two ticks late 1 N s/m is not enough for 400 N/m
     let constant = Controller::ConstantDamping { n_s_per_m: 1.0 };
     assert!(held(constant, &device, released).created_mj < 0.05);
     let late = HANDS.map(|h| held(constant, &touch(2), h).created_mj);

@@ -26,8 +26,8 @@ fn derived_substeps_answer_taps_within_2_and_8_percent() {
 
 #[test]
 fn one_step_is_not_faithful_on_stiff_tissue() {
-    // a run that may take one step only, because its speed of sinking is held to what floored
-    // masses bear
+    // a run that may take one step only, because its sinking speed is limited to what floored
+    // masses can follow
     let mut bench = Bench::calibrated(130).with(|p| p.youngs_modulus_pa = 100e3);
     bench.patch.set_depth_limit_m(8e-3);
     let derived = derive(&bench.patch, &Params { substeps: 1, ..bench.params }, DEPTH_M).unwrap();

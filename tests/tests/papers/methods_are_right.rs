@@ -1,5 +1,5 @@
-//! The methods that the product is charted against do what their papers say: a strawman would make
-//! any front.
+//! The methods in the chart besides the product are implemented as in their papers: with strawmen
+//! any front could be obtained.
 
 mod chart;
 mod equilibrium;

@@ -1,4 +1,4 @@
-//! Paper 004's figures: what they are computed with, and that the report has all of them.
+//! Paper 004's figures: their ingredients, and a report that has all of them.
 
 use std::sync::OnceLock;
 
@@ -21,7 +21,7 @@ use palpate_tissue::mesh::TetMesh;
 use palpate_tissue::patch::{Material, Patch};
 use serde_json::Value;
 
-/// Stiffness of springs that stands for 20 kPa on these blocks [N/m].
+/// Stiffness of springs that corresponds to 20 kPa on these blocks [N/m].
 const STIFFNESS_N_PER_M: f64 = 180.0;
 
 fn block() -> Block {
@@ -90,12 +90,12 @@ fn annealing_finds_the_minimum_of_a_rippled_valley_and_goes_on_where_it_stopped(
     let (best, cost) = walk.best();
     assert!((best[0] - 1.5).abs() < 0.02 && (best[1] + 0.7).abs() < 0.02, "{best:?} at {cost}");
     assert!(hot_refused < 200, "{hot_refused} trials refused above 50");
-    // a trial without a cost is never taken
+    // a trial without a cost is never accepted
     let mut other = Walk::start(Schedule::PAPER, 10, 3, start.clone(), 1.0);
     let there = other.propose();
     assert_eq!(other.judge(there, None), Verdict::Refused);
     assert_eq!(other.here().0, start);
-    // from what was written down: the same walk to the last bit
+    // continued from the saved state: the same walk to the last bit
     let mut again: Walk = serde_json::from_str(&written.unwrap()).unwrap();
     assert!(again.is_same(&walk));
     while !again.is_done() {
@@ -115,7 +115,7 @@ fn a_fit_is_at_no_distance_from_itself_and_further_from_stiffer_springs() {
     assert_eq!(distance_mm(&soft, &same), 0.0);
     assert!(distance_mm(&soft, &stiff) > 0.05);
     assert!(distance_mm(&soft, &stiffer) > distance_mm(&soft, &stiff));
-    // far beyond what the step bears
+    // far beyond the stable step
     assert!(simulator.trajectory(1e6, 0.0).is_none());
 }
 
@@ -152,8 +152,7 @@ fn the_largest_step_is_that_of_the_highest_mode() {
     assert!(largest_step_s(&block, STIFFNESS_N_PER_M, 3.11).unwrap() < 0.1 * found_s);
 }
 
-/// Let go with a force, or held at the depth that this came to: the same force, whatever ended the
-/// wait.
+/// Released with a force, or held at the resulting depth: the same force, whatever ended the wait.
 #[test]
 fn a_press_by_force_and_by_depth_agree() {
     let block = block();
@@ -183,7 +182,7 @@ fn layers_push_back_as_their_stiffness_says() {
         Truth::layered(&site).press(&[force_n], |_| ()).unwrap()[0].depth_m
     };
     let plain = depth_m(text, 0.8);
-    // twice as stiff under twice the force goes as deep
+    // twice the stiffness under twice the force gives the same depth
     let doubled = text.replace("48.0e3", "96.0e3").replace("80.0e3", "160.0e3");
     assert!((depth_m(&doubled, 1.6) / plain - 1.0).abs() < 1e-3);
     // one stiffer layer lies between
@@ -339,7 +338,7 @@ fn the_report_has_every_figure() {
     assert!(!report.contains("NaN") && !report.contains("inf "), "{report}");
     let claims = summary["claims"].as_array().unwrap();
     assert!(claims.len() >= 8 && report.contains("Which printed claims held here"));
-    // the fits are done: nothing is left to go on with
+    // the fits are done: nothing is left to continue
     let hidden = format!(".{}.", desk.path().file_name().unwrap().to_string_lossy());
     let beside = std::fs::read_dir(desk.path().parent().unwrap()).unwrap().flatten();
     assert!(beside.into_iter().all(|e| !e.file_name().to_string_lossy().starts_with(&hidden)));
@@ -361,7 +360,7 @@ fn the_report_says_what_was_measured() {
         assert!(truth.windows(2).all(|w| w[0] < w[1]));
         // the scenes' layers are chosen for this
         assert!(truth[0] > 1.5e-3 && truth[2] < 10e-3, "{truth:?}");
-        // the product, not yet calibrated, on a coarse mesh
+        // the product, uncalibrated, on a coarse mesh
         assert!((product[0] / truth[0] - 1.0).abs() < 0.2, "{product:?} beside {truth:?}");
     }
     let steps = summary["steps"].as_array().unwrap();

@@ -1,5 +1,4 @@
-//! `palpate paper volume-preserved`: what it leaves behind, what its answers rest on, what it
-//! refuses.
+//! `palpate paper volume-preserved`: its files, the basis of its answers, and its refusals.
 
 use palpate_lab::paper::volume_preserved::assembly::Assembly;
 use palpate_lab::paper::volume_preserved::measured::Measured;
@@ -30,8 +29,7 @@ fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap_or_else(|| panic!("{value} is no list")).iter().map(|v| v.as_f64().unwrap()).collect()
 }
 
-/// The finite elements are solved in the run: what the product is held to here is not written down
-/// anywhere.
+/// The finite elements are solved in the run: the reference values here are not stored anywhere.
 #[test]
 #[ignore = "long: finite elements of two organs"]
 fn a_quick_run_reports_and_the_product_is_near_finite_elements() {
@@ -66,8 +64,8 @@ fn a_quick_run_reports_and_the_product_is_near_finite_elements() {
     assert!(ours["at_rest"].as_array().unwrap().iter().all(|r| r == true));
 }
 
-/// Shipped answers belong to the scene as it is, and to the meshes as the generator makes them;
-/// else a run would quietly solve for ten minutes.
+/// Shipped answers belong to the present scene and to the generator's present meshes; otherwise a
+/// run would silently solve for ten minutes.
 #[test]
 fn shipped_answers_belong_to_the_scene() {
     let scene = HangingScene::load(PRESET).unwrap();
@@ -84,8 +82,8 @@ fn shipped_answers_belong_to_the_scene() {
     }
 }
 
-/// Where errors are taken: a motion that is known everywhere is found again at every landmark and
-/// surface point, whole and subdivided.
+/// Points at which errors are measured: a known motion is reproduced at every landmark and surface
+/// point, on the whole and the subdivided mesh.
 #[test]
 fn points_of_the_organs_are_followed() {
     let scene = HangingScene::load(PRESET).unwrap();
@@ -180,7 +178,7 @@ fn organs_have_their_own_mass_and_stiffness_and_are_joined() {
     assert!(joints >= 10 && joints == assembly.joints().len(), "{joints} joints");
 }
 
-/// The notes' finding behind (12): as printed its step is thousands of times shorter than without.
+/// The finding about (12): as printed, its step is thousands of times shorter than without it.
 #[test]
 fn the_printed_damper_cannot_keep_a_millisecond() {
     let scene = HangingScene::load(PRESET).unwrap();
@@ -232,7 +230,7 @@ fn sticks_and_supports_that_hold_nothing_are_refused() {
     );
 }
 
-/// Whatever a number or a name is, it is refused before anything is meshed or written.
+/// A bad number or name is refused before anything is meshed or written.
 #[test]
 fn odd_numbers_and_names_are_refused() {
     refused_edit("moves_m = [[0.0,", "moves_m = [[nan,", &["attachment.moves_m[0]", "finite"]);

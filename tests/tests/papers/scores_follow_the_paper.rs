@@ -1,5 +1,5 @@
-//! `palpate score`: equation (14) of paper 004, what its Table 1 bears out, and what a bad file of
-//! marks is told.
+//! `palpate score`: equation (14) of paper 004, its agreement with Table 1, and the errors for a
+//! bad file of marks.
 
 use std::fs;
 
@@ -39,7 +39,7 @@ fn every_printed_value_is_one_that_whole_marks_give() {
         assert!(ways > 0, "{printed}");
         assert_eq!(marks_for(printed, &Weights::PAPER).0, ways, "{printed}");
     }
-    // the question can be answered with no: 190 and 199 of 200 are not sums of these
+    // the question can have the answer no: 190 and 199 of 200 are not sums of these
     assert_eq!(marks_for(0.95, &Weights::PAPER), (0, None));
     assert_eq!(marks_for(0.995, &Weights::PAPER), (0, None));
     // and other weights do not give the table

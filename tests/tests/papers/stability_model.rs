@@ -1,5 +1,5 @@
-//! The model half of the stability matrix: verdicts judge what they say, methods fail where they
-//! are known to, the product withstands what it promises.
+//! The model half of the stability matrix: verdicts match their definitions, methods fail where
+//! expected, and the product withstands its promised cases.
 //!
 //! `--nocapture` prints the figures.
 
@@ -34,7 +34,7 @@ fn stand(method: &BuiltMethod, name: &str) -> Figures {
 
 type Spoil = fn(&mut Trace);
 
-/// A press that nothing is wrong with: 1 N at 8 mm.
+/// A sound press: 1 N at 8 mm.
 fn sound() -> Trace {
     Trace {
         loading: (0..100).map(|n| Loading { depth_m: f64::from(n) * 8e-5, force_n: f64::from(n) * 0.01 }).collect(),
@@ -79,7 +79,7 @@ fn verdicts_say_what_is_wrong_first() {
     );
     assert_eq!(judge(&Trace { limiters: ClampFlags::SPEED, ..sound() }, true).verdict, Verdict::Pass);
     assert_eq!(judge(&Trace { force_change: 0.06, ..sound() }, true).verdict, Verdict::Restless);
-    // what was not measured is not sound
+    // an unmeasured value is not sound
     assert_eq!(judge(&Trace { residual_m: f64::NAN, ..sound() }, true).verdict, Verdict::Deformed);
     assert_eq!(judge(&Trace { lowest_j: f64::NAN, ..sound() }, true).verdict, Verdict::Inverted);
     // the force of a tap may fall: that is inertia
@@ -114,8 +114,8 @@ fn a_search_ends_at_what_passes() {
 fn methods_fail_where_they_are_known_to() {
     // plain springs have nothing that keeps a tet from turning inside out
     assert_eq!(stand(&built(Method::Springs, 3.5e3), "press-20").verdict, Verdict::Inverted);
-    // a matrix factored at rest: stiffer tissue needs more substeps, and with one too few numbers
-    // run away
+    // a matrix factored at rest: stiffer tissue needs more substeps, and with one too few it
+    // diverges
     let implicit = built(Method::Implicit, 100e3);
     assert!(implicit.substeps > 1, "{} substeps", implicit.substeps);
     let mut too_few = implicit.clone();
@@ -131,7 +131,7 @@ fn methods_fail_where_they_are_known_to() {
     assert_eq!(stand(&unguarded, "press-20").verdict, Verdict::Pass);
 }
 
-/// The whole column set, so that every promise is asked for.
+/// All columns, so that every promise is checked.
 fn promised() -> Matrix {
     let scope = Scope {
         nodes: NODES,
@@ -217,7 +217,7 @@ fn terms_are_felt_by_the_product_and_had_by_no_other() {
     assert!(BuiltMethod::new(other, NODES, 3.5e3, CaseTissue::Frictional).expect("built").is_none());
 }
 
-/// Poses of other moments, but never back in time.
+/// Poses at jittered times, but never back in time.
 #[test]
 fn jitter_moves_the_poses_and_keeps_their_order() {
     let palpate = built(Method::Palpate, 3.5e3);
@@ -242,8 +242,8 @@ fn every_tick_of_the_search_can_be_built() {
     }
 }
 
-/// The product's margins against what bounds them independently: its depth limit, and the highest
-/// frequency of its pressed stiffness.
+/// The product's margins against independent bounds: its depth limit, and the highest frequency of
+/// its pressed stiffness.
 #[test]
 fn the_products_margins_are_where_its_bounds_are() {
     let palpate = built(Method::Palpate, 3.5e3);

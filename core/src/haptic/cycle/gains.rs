@@ -1,4 +1,4 @@
-//! How much of a force is given: gains between 0 and 1, and the maximum force of the mode.
+//! Scales the force: gains between 0 and 1, and the maximum force of the mode.
 
 use super::{Cycle, Telemetry};
 use crate::fault::ClampFlags;

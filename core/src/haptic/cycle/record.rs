@@ -10,7 +10,7 @@ use crate::stages::output::Output;
 /// Request of the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ask {
-    /// Memory, clock and patch are there: test.
+    /// Memory, clock and patch are ready: start the self-test.
     Booted,
     /// The board's self-test passed.
     TestPassed,
@@ -31,7 +31,7 @@ pub struct Command {
     pub asked: Option<Ask>,
     /// Fault found by the board: the supply, the self-test, a tick that never ended.
     pub found: Option<Fault>,
-    /// Periods that went by without a new force since the last cycle: 0 if it was in time.
+    /// Periods that passed without a new force since the last cycle: 0 if this one is in time.
     pub late_ticks: u16,
     /// The hand switch is open or the pedal is up: no force, and no arming. Stays false on a board
     /// whose profile names no such switch.
@@ -64,12 +64,12 @@ pub struct Telemetry {
     pub energy: Energy,
     /// Quantities that were limited, by the patch's guard and by the loop.
     pub limiters: ClampFlags,
-    /// Something was asked that the mode does not accept, or not yet.
+    /// A request was made that the mode does not accept, or does not accept yet.
     pub refused: bool,
 }
 
 impl Telemetry {
-    /// A tick that has done nothing yet: what was asked counts as refused until it is followed.
+    /// A tick that has done nothing yet: a request counts as refused until it is followed.
     pub(super) fn begin(tick: u32, mode: Mode, command: Command) -> Self {
         Self {
             tick,

@@ -13,10 +13,10 @@ pub trait Renderer {
     /// One tick.
     fn render(&mut self, pose: ProbePose) -> Output;
 
-    /// Back to rest; a fault of its own is forgotten.
+    /// Back to rest; a fault of the renderer is cleared.
     fn reset(&mut self);
 
-    /// Stiffness along the normal at what it just answered [N/m].
+    /// Stiffness along the normal at its latest answer [N/m].
     fn tangent_n_per_m(&self, output: &Output) -> f32 {
         hertz_slope_n_per_m(output)
     }

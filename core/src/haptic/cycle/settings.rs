@@ -7,14 +7,14 @@ use crate::haptic::limits::LoopLimitSettings;
 use crate::haptic::passivity::PassivitySettings;
 use crate::haptic::{Range, each_within};
 
-/// When a force may begin, and how it ends without haste.
+/// When a force may begin, and how it is ramped down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmingSettings {
     /// Arming continues only below this model force [N].
     pub weak_n: f32,
     /// ... and below this speed of the probe [m/s].
     pub slow_m_per_s: f32,
-    /// Ticks in a row that must be calm, for arming and for clearing a fault.
+    /// Calm ticks in a row that arming and clearing a fault require.
     pub calm_ticks: u16,
     /// Growth of the gain per tick after arming (1), in free space: one over the ticks of ramp-in.
     pub ramp_in_per_tick: f32,

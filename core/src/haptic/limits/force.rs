@@ -1,12 +1,13 @@
 //! Limits magnitude and growth rate of the output force.
 //!
-//! The vector is shortened, never clipped per axis, which would turn it. The slew limit binds
-//! growth alone: the part of the last force that the new one no longer asks for goes at once, the
-//! rest is approached by at most the slew. So it never makes a force longer than wanted and never
-//! pushes a hand that leaves; a limit on both sides creates hundreds of millijoules.
+//! The vector is shortened, never clipped per axis, which would turn it. The slew limit applies to
+//! growth alone: the part of the last force that the new one no longer contains is dropped at once,
+//! and the rest is approached at the slew rate at most. So it never makes a force larger than the
+//! wanted one and never pushes a hand that leaves; a limit in both directions creates hundreds of
+//! millijoules.
 //!
 //! * in: wanted force [N], cap [N]
-//! * out: force [N], what was limited
+//! * out: force [N], and the limits that acted
 //! * cost: up to 155 instructions of a Cortex-M4F
 //! * may fail: [`Fault::ForceNotFinite`], [`Fault::ForceImplausible`]
 
@@ -34,10 +35,10 @@ pub struct ForceLimiter {
 }
 
 impl ForceLimiter {
-    /// Judges what the model gave, once per tick, before any gain.
+    /// Checks the model's force once per tick, before any gain.
     ///
     /// # Errors
-    /// [`Fault::ForceNotFinite`] at once, [`Fault::ForceImplausible`] when it stays far too large.
+    /// [`Fault::ForceNotFinite`] at once, [`Fault::ForceImplausible`] if it stays far too large.
     pub fn judge(&mut self, limits: &LoopLimits, model_n: &Vector3<f32>) -> Result<(), Fault> {
         let square = model_n.dot(model_n);
         if !square.is_finite() {
@@ -83,8 +84,8 @@ impl ForceLimiter {
             aim_n *= most_n / length(&wanted_n);
             limiters.set(ClampFlags::FORCE);
         }
-        // what the new force keeps of the last one: the nearest point on the way from the last
-        // force to none
+        // the part of the last force that the new one keeps: the nearest point on the segment from
+        // zero to the last force
         let square = self.last_n.dot(&self.last_n);
         let share = if square > 0.0 { (aim_n.dot(&self.last_n) / square).clamp(0.0, 1.0) } else { 0.0 };
         let kept_n = self.last_n * share;
@@ -98,7 +99,7 @@ impl ForceLimiter {
         Ok(Limited { force_n: aim_n, limiters })
     }
 
-    /// No force leaves, at once.
+    /// Sets the force to zero at once.
     pub fn release(&mut self) {
         *self = Self::default();
     }

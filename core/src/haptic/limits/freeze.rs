@@ -1,14 +1,14 @@
-//! A reading that stops dead: an encoder that is stuck, or one axis of it.
+//! Detects a reading that stops dead: a stuck encoder, or one stuck axis.
 //!
 //! A probe that moves at 0.2 m/s for three ticks and then reads the same count again and again was
-//! stopped within a tick: 200 m/s^2, nine newtons on a stylus, which no tissue gives. A hand slows
-//! down first: a last displacement so much shorter than the one before it that the next would be
-//! slow is no dead stop. One fast reading alone is a glitch. An encoder that sticks while the hand
-//! rests cannot be distinguished from a resting hand: with friction both look alike. The force is
-//! then held; the first implausible displacement once the encoder recovers is a fault of
-//! [`super::pose`].
+//! stopped within a tick: 200 m/s^2, or nine newtons on a stylus, which no tissue exerts. A hand
+//! slows down first: if the last displacement is so much shorter than the one before it that the
+//! next would be slow, the stop is no dead stop. One fast reading alone is a glitch. An encoder
+//! that sticks while the hand rests cannot be distinguished from a resting hand: with friction both
+//! look alike. The force is then held; the first implausible displacement once the encoder recovers
+//! is a fault of [`super::pose`].
 //!
-//! * in: the displacement between two readings [m], the place
+//! * in: the displacement between two readings [m], the position
 //! * out: nothing
 //! * cost: 60 instructions of a Cortex-M4F, estimated
 //! * may fail: [`Fault::SensorFault`]
@@ -18,21 +18,22 @@ use nalgebra::Vector3;
 use super::LoopLimits;
 use crate::fault::Fault;
 
-/// Speed along an axis that does not end within a tick [m/s].
+/// Speed along an axis that cannot come to rest within a tick [m/s].
 const FAST_M_PER_S: f32 = 0.2;
-/// Readings in a row that have to be so fast, in one direction.
+/// Readings in a row that have to be that fast, in one direction.
 const MOVING: u8 = 3;
 /// That speed in counts per tick (1): a coarse encoder makes a slow hand look fast now and then.
 const FAST_COUNTS: f32 = 2.5;
-/// Next displacement, extrapolated from the last two, up to which an encoder may go on to read
-/// nothing: less than a count, extrapolated wrong by less than three, in counts (1).
+/// Next displacement, extrapolated from the last two, up to which equal readings are plausible, in
+/// counts (1): less than one count, plus an extrapolation error of less than three.
 const UNSEEN_COUNTS: f32 = 3.5;
-/// Most that a hand brakes by [m/s^2], and by how much more than that its last displacement may
-/// read before it reads nothing: a count that is not seen any more and one of rounding, less a
-/// quarter so that three counts per tick of a coarse encoder are no braking (1).
+/// Largest deceleration of a hand [m/s^2], and how many counts more than its displacement of one
+/// tick the last displacement of a braking hand may read (1): one count of motion that is no longer
+/// read and one of rounding, less a quarter, so that three counts per tick of a coarse encoder do
+/// not pass for braking.
 const BRAKES_M_PER_S2: f32 = 200.0;
 const BRAKED_COUNTS: f32 = 1.75;
-/// Equal readings in a row after that which are a fault.
+/// Number of equal readings in a row after that which is a fault.
 const EQUAL: u8 = 3;
 /// Within this distance of the end of the workspace a hard stop may have stopped the probe [m].
 const STOP_M: f32 = 2e-3;
@@ -49,7 +50,7 @@ pub struct Freeze {
 }
 
 impl Freeze {
-    /// One reading that is new, `displacement_m` from the one before, which is `ticks` older.
+    /// Takes a new reading, `displacement_m` from the one before, which is `ticks` older.
     ///
     /// # Errors
     /// [`Fault::SensorFault`], if a force acts: without one a stuck reading does no harm.
@@ -64,14 +65,14 @@ impl Freeze {
         let fast_m = FAST_M_PER_S * limits.tick_s;
         let counts_m = FAST_COUNTS * 0.5 * limits.counts_m;
         let fast_m = f32::from(ticks) * if counts_m > fast_m { counts_m } else { fast_m };
-        // nothing fast, now or just before: equal readings mean nothing then
+        // no fast motion now or just before: equal readings then mean nothing
         if displacement_m.dot(displacement_m) < fast_m * fast_m && self.moving == [0; 3] {
             self.equal = [0; 3];
             return Ok(());
         }
         let device = &limits.device;
         let mut frozen = false;
-        // a hand that was slowing down would have come to less than this by now [m]
+        // a hand that was slowing down would move by less than this by now [m]
         let per_tick = 1.0 / f32::from(ticks);
         let count_m = 0.5 * limits.counts_m;
         let slow_m = fast_m * per_tick - count_m;
@@ -118,7 +119,7 @@ mod tests {
     use super::super::{DeviceSpec, LoopLimitSettings};
     use super::*;
 
-    /// Ticks until the fault after a way of `m_per_s` and then none.
+    /// Ticks until the fault after a motion at `m_per_s` and then equal readings.
     fn stops_from(m_per_s: f32, at_m: f32) -> Option<usize> {
         let mut freeze = Freeze::default();
         let at_m = Vector3::new(0.0, at_m, 0.0);
@@ -168,7 +169,7 @@ mod tests {
         };
         assert_eq!(ends([0.55e-3, 0.5e-3, 0.36e-3, 0.21e-3]), Ok(()));
         assert_eq!(ends([0.3e-3, 0.3e-3, 0.3e-3, 0.3e-3]), Err(Fault::SensorFault));
-        // a reading that was missing is made up for by the next
+        // the next reading contains the displacement of a missing one
         let mut freeze = Freeze::default();
         let mut judge = |displacement_m: f32, ticks| {
             freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, 0.0, displacement_m), ticks, true)

@@ -1,8 +1,8 @@
 //! Accepts, holds or rejects each sensor reading.
 //!
-//! One reading that no hand can have caused is a glitch: the last good pose is held, so that the
-//! force does not see it. Two in a row are a hand out of control or a broken sensor. Displacement
-//! is measured from the last *believed* pose, so a jump there and back counts once.
+//! A single reading that no hand can have caused is a glitch: the last good pose is held, so that
+//! it does not affect the force. Two in a row are a hand out of control or a broken sensor.
+//! Displacement is measured from the last *believed* pose, so a jump there and back counts once.
 //!
 //! Bad readings between good ones are counted as well: more than one in twenty missing, or more
 //! than one in twenty jumping while a force acts, is a broken cable or encoder, whatever the
@@ -27,7 +27,7 @@ use crate::haptic::length;
 pub struct Pose {
     /// Tip [m], patch frame.
     pub position_m: Vector3<f32>,
-    /// It is an older one: the newest reading is missing or a glitch.
+    /// The pose is an older one: the newest reading is missing or a glitch.
     pub held: bool,
 }
 
@@ -48,18 +48,18 @@ pub struct PoseGate {
     freeze: Freeze,
 }
 
-/// Ticks that one bad reading counts for: more than one bad reading in so many is too many.
+/// Ticks that one bad reading counts for: more than one bad reading in that many ticks is too many.
 const TICKS_PER_BAD: u16 = 20;
 /// Ticks counted above which the share is too large: 25 bad readings at once, or every third
 /// reading for a tenth of a second.
 const TOO_MANY: u16 = 500;
 
-/// How often something happens, forgotten at the rate at which it may happen.
+/// Counts how often something happens; the count decays at the permitted rate.
 #[derive(Clone, Copy, Debug, Default)]
 struct Share(u16);
 
 impl Share {
-    /// One tick; true if it happened too often of late.
+    /// One tick; true if it happened too often lately.
     fn count(&mut self, bad: bool) -> bool {
         self.0 = self.0.saturating_sub(1);
         if bad && self.0 <= TOO_MANY {
@@ -74,17 +74,17 @@ impl PoseGate {
     ///
     /// # Errors
     /// See the module. `force_acts` decides whether speed is a fault: without a force a fast hand
-    /// is only followed.
+    /// is merely tracked.
     pub fn admit(&mut self, limits: &LoopLimits, sensed: &Sensed, force_acts: bool) -> Result<Pose, Fault> {
         let answer = self.judge(limits, sensed, force_acts);
         if answer.is_err() {
-            // numbers too: a sensor or a host that starts again counts from anywhere
+            // sequence numbers too: a sensor or a host that restarts may count from any number
             *self = Self::default();
         }
         answer
     }
 
-    /// Periods went by without a cycle: a hand may have come further.
+    /// Periods passed without a cycle: a hand may have moved further.
     pub fn skip(&mut self, late_ticks: u16) {
         self.since_ticks = self.since_ticks.saturating_add(late_ticks);
     }
@@ -97,7 +97,7 @@ impl PoseGate {
             return Err(Fault::PoseNotFinite);
         }
         self.since_ticks = self.since_ticks.saturating_add(1);
-        // signed distance: a number that went back is old, and the count may wrap
+        // signed difference: a lower number is an old reading, and the count may wrap
         let newer = self.sequence.is_none_or(|last| sensed.sequence.wrapping_sub(last).cast_signed() > 0_i32);
         let seldom = self.missing.count(!newer);
         if seldom && force_acts {
@@ -200,7 +200,7 @@ mod tests {
         assert!(!gate.admit(&limits, &at(0.03, 4), true).unwrap().held, "believed anew after a fault");
     }
 
-    /// Ticks up to the fault of a gate at rest under force, where these readings are bad.
+    /// Ticks until the fault of a gate at rest under force, if these readings are bad.
     fn fault_at(force_acts: bool, bad: impl Fn(u32) -> bool, spoil: fn(&mut Sensed)) -> Option<(u32, Fault)> {
         let (limits, mut gate) = (limits(), gate());
         (1..5_000).find_map(|n| {

@@ -1,8 +1,8 @@
-//! Every mode with every event, against rules that do not read like the table.
+//! Every mode with every event, checked against rules that are stated differently from the table.
 
 use super::*;
 
-/// Modes that can be reached from `start` without entering a mode of `shut`.
+/// Modes that can be reached from `start` without passing through a mode of `shut`.
 fn reach(start: Mode, shut: &[Mode]) -> [bool; 8] {
     let mut seen = [false; 8];
     seen[start as usize] = true;
@@ -52,7 +52,7 @@ fn force_is_reached_through_arming_alone_and_arming_through_idle() {
             assert!(!to.is_some_and(Mode::allows_force) || (from, event) == (Mode::Arming, Event::Armed), "{from:?} {event:?}");
         }
     }
-    // a force that is being taken away never comes back by itself
+    // a force that is being ramped down never returns by itself
     assert!(Event::ALL.into_iter().filter_map(|e| next(Mode::SafeRamp, e)).all(|to| !to.allows_force()));
 }
 

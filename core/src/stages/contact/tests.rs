@@ -16,7 +16,7 @@ use crate::{NodeStep, PatchFile, TetShapes};
 struct Words<Bytes: ?Sized>(Bytes);
 static BLOCK: &Words<[u8]> = &Words(*include_bytes!("../../../examples/block-m4f-168.patch"));
 
-/// Numbers from -1 to 1, always the same ones.
+/// Pseudo-random numbers from -1 to 1, the same in every run.
 struct Numbers(u32);
 
 impl Numbers {
@@ -30,7 +30,7 @@ impl Numbers {
     }
 }
 
-/// The tips that are not round, to be turned.
+/// The tips that are not round, to be rotated.
 #[cfg(feature = "long-tips")]
 fn long() -> [ProbeShape; 2] {
     let along = Vector3::zeros();
@@ -54,8 +54,8 @@ fn turned(shape: ProbeShape, along: Vector3<f32>) -> ProbeShape {
     }
 }
 
-/// Places, and how much wider than they [m] is the box around a probe at each of `ends`: of a ball,
-/// of balls at both ends of a segment, of the corners of a box around an ellipsoid.
+/// Places, and by how much [m] the box around a probe at each of `ends` is wider than they are: of
+/// a ball, of balls at both ends of a segment, of the corners of a box around an ellipsoid.
 fn spread(probe: &Probe, ends: Vec<Vector3<f32>>) -> (Vec<Vector3<f32>>, f32) {
     #[cfg(feature = "long-tips")]
     let both =
@@ -127,7 +127,7 @@ fn candidates_are_the_triangles_whose_box_meets_that_of_the_probe() {
             met += expected.len();
             missed += model.triangles.len() - expected.len();
             let found = found(state);
-            // rounding may decide about a box that ends exactly where the other begins
+            // for boxes that just touch, rounding may decide
             let differ =
                 expected.iter().filter(|n| !found.contains(n)).count() + found.iter().filter(|n| !expected.contains(n)).count();
             assert!(differ == 0, "{:?}: {found:?} instead of {expected:?}", probe.shape);

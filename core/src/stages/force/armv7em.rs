@@ -1,14 +1,14 @@
 //! Springs and volume for the Cortex-M4F and M7, in assembly.
 //!
-//! The Rust forms in `spring::by_rows` and `volume` say what is computed; this is the same sum in
-//! the same order, hence the same bits (`board_and_desktop_give_the_same_bits`). The compiler loads
-//! a node word by word at two cycles each, for it does not give consecutive registers to values
-//! that are gathered; here a node comes in one instruction at a cycle a word, and no result is
-//! needed by the next instruction where another can stand between.
+//! The Rust forms in `spring::by_rows` and `volume` define what is computed; this is the same sum
+//! in the same order, hence the same bits (`board_and_desktop_give_the_same_bits`). The compiler
+//! loads a node word by word at two cycles each, for it does not give consecutive registers to
+//! values that are gathered; here a node is loaded in one instruction at one cycle per word, and
+//! wherever possible another instruction stands between a result and its use.
 //!
-//! Sound for every model, checked or not: [`measure`] and [`springs`] compare each index before
-//! they follow it and stop at the first one out of range, as the Rust forms do. [`Measured`] is the
-//! proof that spares [`push`] a second look.
+//! Sound for every model, checked or not: [`measure`] and [`springs`] check each index before they
+//! use it and stop at the first one out of range, as the Rust forms do. [`Measured`] is the proof
+//! that spares [`push`] a second check.
 //!
 //! * in: positions
 //! * out: adds to `node.f`, `node.p`
@@ -35,13 +35,13 @@ const _: () = assert!(offset_of!(Spring, k) == 4 && offset_of!(Spring, k_rest) =
 // what `vmov` holds as a constant
 const _: () = assert!(BARRIER_SLOPE == 2.5);
 
-/// Last index of an array that is not empty, as far as the assembly can follow one: `smlabb` takes
-/// an index for a signed half-word.
+/// Last index of a non-empty array, up to the largest that the assembly can use: `smlabb` takes an
+/// index for a signed half-word.
 fn last(nodes: &[Node]) -> Option<u32> {
     Some(nodes.len().checked_sub(1)?.min(i16::MAX.unsigned_abs().into()) as u32)
 }
 
-/// Tets whose corners are all among so many nodes.
+/// Tets all of whose corners are among this many nodes.
 #[derive(Clone, Copy)]
 pub(super) struct Measured<'a> {
     tets: &'a [Tet],
@@ -59,7 +59,7 @@ pub(super) fn measure<'a>(tets: &'a [Tet], state: &mut State) -> Option<Measured
 
 /// Pushes every tet's nodes along its volume gradients.
 pub(super) fn push<const BARRIER: bool>(Measured { tets, nodes }: Measured, state: &mut State) {
-    // none is below minus infinity
+    // nothing is below minus infinity
     let barrier_below = if BARRIER { BARRIER_BELOW } else { f32::NEG_INFINITY };
     if !tets.is_empty() && nodes == state.nodes.len() {
         // SAFETY: reads `tets` from end to end; writes `f` of their corners, which `measure` found
@@ -79,8 +79,8 @@ struct Rows {
     node: *mut Node,
 }
 
-/// Adds the forces of all springs, one node's at a time; compressed beyond `1 - onset` of their
-/// length, they are stiffer by `chi`.
+/// Adds the forces of all springs, one node at a time; springs compressed beyond `1 - onset` of
+/// their length are stiffer by `chi`.
 pub(super) fn springs(model: &Model, nodes: &mut [Node], onset: f32, chi: f32) {
     let Model { springs, spring_rows: rows, .. } = model;
     let rows = rows.get(..nodes.len()).unwrap_or(rows);
@@ -93,7 +93,7 @@ pub(super) fn springs(model: &Model, nodes: &mut [Node], onset: f32, chi: f32) {
     unsafe { pull_rows(&rows, onset, chi) }
 }
 
-/// False at the first tet with a node beyond `last`, which stands in both halves of its word.
+/// False at the first tet with a node beyond `last`, which is stored in both halves of its word.
 #[unsafe(naked)]
 unsafe extern "C" fn measure_tets(tets: *const Tet, count: usize, nodes: *mut Node, last: u32) -> bool {
     // r0 tet, r1 tets left, r2 x of the first node, r3 last, r6 r7 r8 r12 corners a b c d, lr size
@@ -253,7 +253,7 @@ unsafe extern "C" fn push_tets(tets: *const Tet, count: usize, nodes: *mut Node,
         "vmul.f32 s25, s3, s25",
         "vmul.f32 s26, s3, s26",
         "vmul.f32 s27, s3, s27",
-        // a bears what the others do
+        // corner a takes the opposite of the sum
         "vldmdb r6!, {{s0-s2}}",
         "vadd.f32 s4, s19, s22",
         "vadd.f32 s5, s20, s23",

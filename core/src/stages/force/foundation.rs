@@ -3,7 +3,7 @@
 //! Four fixed points on every surface triangle, or nine where triangles are large beside the probe.
 //! A point inside the probe by `pen` is pushed out along the probe's normal by `f/E = k pen (1 + s
 //! pen)`; the push is shared to the triangle's nodes and its opposite is the force on the probe. It
-//! stands for the local indentation that a flat element cannot have: it is part of the tissue, not
+//! represents the local indentation that a flat element cannot have: it is part of the tissue, not
 //! a penalty, and it is smooth when the probe slides over nodes (node projection ripples 10-36 %,
 //! this 2-6 %).
 //!
@@ -11,14 +11,14 @@
 //! (`implicit`): contact neither sets the step nor needs a mass of its own. Its dashpot acts
 //! between probe and node, and it never pulls.
 //!
-//! In tissue that relaxes the foundation fades with the tissue below it. It stands in series with
-//! the node, so both have borne the same force and share one memory ([`super::relaxation`]): a push
-//! is the elastic one less what has faded at its node, and a point whose push has faded away has
-//! lost the probe, which is how a dent lags behind a probe that leaves.
+//! In tissue that relaxes the foundation fades with the tissue below it. It is in series with the
+//! node, so both have carried the same force and share one memory ([`super::relaxation`]): a push
+//! is the elastic one less what has faded at its node. A point whose push has faded to zero has
+//! lost contact, so a dent lags behind a probe that leaves.
 //!
 //! * in: candidates of `contact`, positions, velocities, the probe
 //! * out: adds to `node.f`; the load on the probe
-//! * cost (M4F, estimated): about 300 cycles a touched triangle with four points
+//! * cost (M4F, estimated): about 300 cycles per touched triangle with four points
 //! * may fail: never
 
 #[cfg(not(target_os = "none"))]
@@ -45,7 +45,7 @@ use crate::state::{Faded, Node, State, node};
 /// when a point slips over it, and the tissue never comes to rest.
 pub const FLAT_EDGE: f32 = 1.0 / 16.0;
 
-/// Force that the tissue bears.
+/// Load on the tissue.
 #[derive(Clone, Copy, Debug)]
 pub struct Load {
     /// Force on the *tissue* over E [N/Pa].
@@ -56,7 +56,7 @@ pub struct Load {
     pub point: Vector3<f32>,
     /// Push-weighted sum of contact points, at rest [N/Pa m].
     pub rest: Vector3<f32>,
-    /// Largest push on one surface triangle over E [N/Pa], and that triangle; the last tick's
+    /// Largest push on one surface triangle over E [N/Pa], and that triangle; that of the last tick
     /// counts a quarter more.
     pub strongest: (f32, u16),
 }
@@ -86,7 +86,7 @@ const ZERO: Vector3<f32> = Vector3::new(0.0, 0.0, 0.0);
 const THIRD: f32 = 1.0 / 3.0;
 
 /// Pushes the surface out of the probe.
-// as with `integrate::advance`: inlined, it takes registers from what is around it
+// as with `integrate::advance`: inlined, it would take registers from the code around it
 #[cfg_attr(any(feature = "stage-cost", target_os = "none"), inline(never))]
 pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> Load {
     let mut load = push::<false>(model, tuned, state, tip_m);
@@ -118,8 +118,7 @@ pub(super) fn answer(
 ) {
     let centre = centre_m(&tuned.probe, tip_m);
     if tuned.remembers {
-        // by value: a load whose address is known elsewhere is kept in memory, 2 % more
-        // instructions
+        // by value: passed by reference, the load would stay in memory, at 2 % more instructions
         load.add(&settle_remembering(model, tuned, state, centre, velocity_m_per_s));
     } else {
         settle::<false, false>(model, tuned, state, centre, velocity_m_per_s, load);
@@ -152,7 +151,7 @@ fn press_points<P: Points<Q>, const Q: usize, const STIFFENED: bool>(
         if !points.iter().any(|d| penetration(probe, shaft, *d).is_some()) || turned_away(corners, lift, probe) {
             continue;
         }
-        // half of what the tissue around is stiffer, and half of what it was
+        // half of the stiffening factor of the tissue around, and half of the unstiffened one
         let stiffer = P::at(if STIFFENED { [na.p, nb.p, nc.p] } else { [0.0; 3] });
         // built in place: zeroing the array first costs 800 instructions per tick
         let pushed = core::array::from_fn::<_, Q, _>(|n| {
@@ -178,7 +177,7 @@ fn press_points<P: Points<Q>, const Q: usize, const STIFFENED: bool>(
     }
 }
 
-/// [`settle`] where the tissue relaxes or the probe rubs.
+/// [`settle`] for tissue that relaxes or a probe with friction.
 #[inline(never)]
 fn settle_remembering(
     model: &Model,
@@ -188,7 +187,7 @@ fn settle_remembering(
     velocity_m_per_s: Vector3<f32>,
 ) -> Load {
     let mut load = Load::NONE;
-    // each copy takes 2 KB of a board's flash: relaxing tissue asks at every node whether it rubs
+    // each copy takes 2 KB of a board's flash: in relaxing tissue friction is tested at every node
     if tuned.relaxes() {
         settle::<true, true>(model, tuned, state, centre, velocity_m_per_s, &mut load);
         relaxation::fade(tuned, state);
@@ -200,7 +199,7 @@ fn settle_remembering(
 
 /// Takes the push at every touched node at the end of the substep. If `RELAXING`, it is left in
 /// `node.pass` for [`relaxation::fade`]: what fades is the elastic force alone. If `RUBBING`, the
-/// force along the surface goes the same way; the load on the probe has the push alone.
+/// force along the surface is treated likewise; the load on the probe has the push alone.
 #[inline(always)]
 fn settle<const RELAXING: bool, const RUBBING: bool>(
     model: &Model,
@@ -270,10 +269,10 @@ fn settle<const RELAXING: bool, const RUBBING: bool>(
 }
 
 /// A node's push at the *end* of the substep, over E [N/Pa]: `f1 = (f0 - K (dt n.v + b n.F - beta
-/// dt n.V)) / (1 + K b)`, with f0 the push where the node is, K its slope, F what else acts on it,
-/// b its displacement per force, V the probe's velocity. A node at rest bears f0, so that statics
-/// do not see it. It never pulls. Besides, the share `1 / (1 + K b)` of other motions that is left
-/// to the node (1).
+/// dt n.V)) / (1 + K b)`, with f0 the push where the node is, K its slope, F the sum of the other
+/// forces on it, b its displacement per force, V the probe's velocity. A node at rest carries f0,
+/// so statics are unaffected. It never pulls. Also returns the share `1 / (1 + K b)` of other
+/// motions that is left to the node (1).
 #[inline(always)]
 fn implicit(node: &Node, step: f32, tuned: &Tuned, probe_m_per_s: Vector3<f32>) -> (Vector3<f32>, f32, f32) {
     let push = vector(&node.pass);
@@ -294,7 +293,7 @@ fn implicit(node: &Node, step: f32, tuned: &Tuned, probe_m_per_s: Vector3<f32>) 
 
 /// As `implicit`, with the push `q = C p - n.s` of an elastic push p at the end of the substep, C
 /// its answer at once and s what has faded at the node, and with C F + s in place of F. A node at
-/// rest bears `C f0 - n.s`.
+/// rest carries `C f0 - n.s`.
 #[inline(always)]
 fn implicit_relaxing(
     node: &Node,
@@ -321,11 +320,11 @@ fn implicit_relaxing(
     (normal * f, f, 1.0 / resists)
 }
 
-/// Whether a triangle cannot be pressed from where the probe is: the point one radius above the
+/// Whether a triangle cannot be pressed from the probe's position: the point one radius above the
 /// tip, at `lift` from the probe's centre, is behind it, or it faces away from the handle by more
 /// than 30 degrees. A probe that entered elsewhere would push such a surface out of the tissue and
-/// be pulled into it. Of a capsule the nearest point of the segment is asked, of an ellipsoid the
-/// way out; like a full sphere they have no handle.
+/// be pulled into it. For a capsule the nearest point of the segment is used, for an ellipsoid the
+/// shortest way out; like a full sphere they have no handle.
 #[inline(always)]
 pub(crate) fn turned_away([a, b, c]: [Vector3<f32>; 3], lift: Vector3<f32>, probe: &Probe) -> bool {
     let normal = (b - a).cross(&(c - a));
@@ -381,14 +380,14 @@ pub(crate) fn penetration(probe: &Probe, shaft: bool, mut d: Vector3<f32>) -> Op
             if square <= inner * inner {
                 return Some((along, -probe.axis));
             }
-            // on the rounded edge: as of a ring of radius `inner`, `edge` above the face
+            // on the rounded edge: distance from a ring of radius `inner`, `edge` above the face
             let off = sqrt(square);
             let below = if along < edge { edge - along } else { 0.0 };
             let arm = off_axis * ((off - inner) / off) - probe.axis * below;
             let length = sqrt(arm.dot(&arm));
             return (length < edge).then(|| (edge - length, if length > 0.0 { arm * (1.0 / length) } else { -probe.axis }));
         }
-        // above the half-sphere stands a cylinder where the tip went in; elsewhere the ball alone
+        // above the half-sphere there is a cylinder where the tip went in; elsewhere only the ball
         // touches
         ProbeShape::Hemisphere if along > 0.0 && shaft => d -= probe.axis * along,
         #[cfg(feature = "long-tips")]

@@ -2,21 +2,21 @@
 //! limit.
 //!
 //! The node is held to the probe by a spring along the surface, and that spring bears at most mu
-//! times the node's own push. What it cannot bear, it slips. It is softer than the foundation there
-//! by what a half-space is softer along its surface than across it, `2 (1 - nu) / (2 - nu)`: with
-//! that a probe that sticks meets the stiffness of a glued disc. The bristle's root is a *place on
+//! times the node's own push. Beyond that, the node slips. It is softer than the foundation by the
+//! ratio of a half-space's stiffness along its surface to that across it, `2 (1 - nu) / (2 - nu)`:
+//! a probe that sticks then feels the stiffness of a glued disc. The bristle's root is a *place on
 //! the probe*, so that a hold neither drifts nor relaxes (Hayward, Armstrong, A new computational
-//! model of friction applied to haptic rendering, Experimental Robotics VI, 2000). Partial slip is
-//! what the nodes at the edge of a contact do before those in its middle.
+//! model of friction applied to haptic rendering, Experimental Robotics VI, 2000). Partial slip
+//! arises because the nodes at the edge of a contact slip before those in its middle.
 //!
-//! Taken at the *end* of the substep as the push is ([`super::foundation`]), with the same slope,
-//! so that friction asks for no shorter step. It gives no energy: a bristle that slips gets
+//! It is evaluated at the *end* of the substep like the push ([`super::foundation`]), with the same
+//! slope, so friction needs no shorter step. It creates no energy: a bristle that slips gets
 //! shorter; one whose slope grows, because more points touch, keeps its force; one whose slope
-//! falls keeps its length; one that loses the probe is gone.
+//! falls keeps its length; one that loses contact is removed.
 //!
 //! * in: the push of a node with its slope and normal, its motion and that of the probe
 //! * out: the force along the surface on that node; the bristle
-//! * cost (M4F, estimated): about 250 cycles a touched node
+//! * cost (M4F, estimated): about 250 cycles per touched node
 //! * may fail: never
 
 use nalgebra::Vector3;
@@ -36,14 +36,14 @@ pub struct Bristle {
 }
 
 impl Bristle {
-    /// Never touched: what memory is reserved with.
+    /// A bristle that never touched: the initial value of reserved memory.
     pub const ZERO: Self = Self { root_m: Vector3::new(0.0, 0.0, 0.0), slope: 0.0, node: 0 };
 }
 
 /// The bristle of a node that touches, the `met`-th of this substep; a new one if it did not touch
-/// in the last substep. `live` bristles are of that one or already of this, the latter in front, so
-/// that a node is nearly always found where the one before it was. `None` where there is no memory
-/// for so many: the node then slides freely.
+/// in the last substep. The `live` bristles belong to the last substep or already to this one, the
+/// latter in front, so a node is nearly always found next to the one before it. `None` if the
+/// memory is full: the node then slides freely.
 #[inline(always)]
 pub(super) fn claim<'b>(bristles: &'b mut [Bristle], live: &mut usize, met: usize, node: u16) -> Option<&'b mut Bristle> {
     let front = *bristles.get(met)?;
@@ -55,7 +55,7 @@ pub(super) fn claim<'b>(bristles: &'b mut [Bristle], live: &mut usize, met: usiz
         }
         None => {
             if met < *live {
-                // without room behind, one that has not been met yet is lost
+                // if there is no room behind, a bristle that has not been found yet is lost
                 if let Some(end) = bristles.get_mut(*live) {
                     *end = front;
                     *live += 1;
@@ -69,8 +69,8 @@ pub(super) fn claim<'b>(bristles: &'b mut [Bristle], live: &mut usize, met: usiz
     Some(slot)
 }
 
-/// A slope that rises by less wavers by rounding (1): to shorten the bristle at each such rise,
-/// when no fall lengthens it, would let a hold creep by micrometres a minute.
+/// A slope that rises by less is rounding noise (1): shortening the bristle at each such rise,
+/// while no fall lengthens it, would make a hold creep by micrometres per minute.
 const WAVERS: f32 = 1.0 + 1e-5;
 
 /// Friction of a tick.
@@ -78,7 +78,7 @@ const WAVERS: f32 = 1.0 + 1e-5;
 pub(crate) struct Rubbed {
     /// Sum over the substeps of the force on the tissue over E [N/Pa].
     pub force: Vector3<f32>,
-    /// Sum over the substeps of the largest force that it could have been [N/Pa].
+    /// Sum over the substeps of the largest force that friction could have borne [N/Pa].
     pub most: f32,
 }
 
@@ -100,16 +100,17 @@ pub(super) struct Touch {
     pub yields: f32,
     /// Displacement in the substep by the velocities of node and probe [m].
     pub moves_m: Vector3<f32>,
-    /// Sum of all else that acts on the node over E [N/Pa].
+    /// Sum of the other forces on the node over E [N/Pa].
     pub others: Vector3<f32>,
     /// Forces that have faded there over E [N/Pa].
     pub faded: Vector3<f32>,
 }
 
 /// Force along the surface on a touched node over E [N/Pa], at the end of the substep: with K the
-/// slope, s the bristle, d the displacement to come by velocities, F what else acts and b its
+/// slope, s the bristle, d the displacement to come by velocities, F the other forces and b its
 /// displacement per force, `q = -K P (s + d + b F) / (1 + K b)`, P the projection on the surface,
-/// no longer than mu times the push. In tissue that relaxes as the push is (`implicit_relaxing`).
+/// no longer than mu times the push. In tissue that relaxes it is treated as the push is
+/// (`implicit_relaxing`).
 #[inline(always)]
 pub(super) fn rub(bristle: &mut Bristle, touch: &Touch, tuned: &Tuned) -> Vector3<f32> {
     let normal = touch.push * (1.0 / touch.length);
@@ -145,8 +146,8 @@ mod tests {
     use super::*;
     use crate::Params;
 
-    /// Half a row of points without a neighbour, which by the method of dimensionality reduction
-    /// answers as a sphere on a half-space does: a point at x bears `E* dx (d - x^2 / R)`.
+    /// Half a row of independent points, which by the method of dimensionality reduction responds
+    /// as a sphere on a half-space does: a point at x bears `E* dx (d - x^2 / R)`.
     const POINTS: u16 = 1000;
     const RADIUS_M: f32 = 8e-3;
     const DEPTH_M: f32 = 2e-3;
@@ -183,8 +184,8 @@ mod tests {
         (force, push)
     }
 
-    /// Cattaneo and Mindlin: share of the full friction at a way in units of the one that slips
-    /// all.
+    /// Cattaneo and Mindlin: share of full friction at a displacement, in units of the displacement
+    /// at which everything slips.
     fn partial(way: f32) -> f32 {
         if way < 1.0 { 1.0 - libm::powf(1.0 - way, 1.5) } else { 1.0 }
     }
@@ -239,7 +240,7 @@ mod tests {
         assert!((at(1e-3, 1.0) - 0.25 * pulled).abs() < 1e-9, "they leave and take their share");
     }
 
-    /// Nodes that have a bristle, in order, each with its slope, after they touched in this order.
+    /// Nodes with a bristle, in order, each with its slope, after the nodes touched in this order.
     fn met(bristles: &mut [Bristle], live: &mut usize, nodes: &[u16]) -> usize {
         let mut met = 0;
         for &node in nodes {

@@ -1,5 +1,5 @@
-//! Weight of the nodes. Uses the true mass (paper 000, eq 10), not the floored one: statics never
-//! see the mass floor.
+//! Weight of the nodes. Uses the true mass (paper 000, eq 10), not the floored one: the mass floor
+//! never affects statics.
 //!
 //! * in: volume of every node at rest
 //! * out: forces added to `node.f`

@@ -2,14 +2,14 @@
 //!
 //! Nodal quasi-linear viscoelasticity: the elastic force f at each node, whatever terms it came
 //! from, becomes `f - sum g (what f has been lately)` with up to three fading times. The filter is
-//! linear and the same everywhere. So a step to any depth that is held fades as `1 - sum g (1 -
-//! exp(-t / tau))`, and the shape in a hold is the elastic one. The memory lies in the tissue: a
-//! probe that slides on meets fresh tissue, and a dent recovers as what has faded comes back.
+//! linear and the same everywhere. So the force of a step to any depth, held, fades as `1 - sum g
+//! (1 - exp(-t / tau))`, and the shape in a hold is the elastic one. The memory lies in the tissue:
+//! a probe that slides on meets fresh tissue, and a dent recovers as what has faded comes back.
 //!
-//! One memory serves a node and the foundation above it. Between them runs one force: the node's
-//! elastic force and the push balance but for inertia, whose lasting part is nothing. So the push
-//! fades by the memory of the node ([`super::foundation`]), and a held node's equilibrium does not
-//! move.
+//! One memory serves a node and the foundation above it. Both carry the same force: the node's
+//! elastic force and the push are in balance except for inertia, which has no lasting part. So the
+//! push fades by the memory of the node ([`super::foundation`]), and the equilibrium of a held node
+//! does not move.
 //!
 //! Weight is filtered with the rest: a tissue that hangs does not creep further.
 //!
@@ -27,7 +27,7 @@ use crate::state::State;
 #[cfg_attr(not(feature = "stage-cost"), inline(always))]
 pub(crate) fn fade(tuned: &Tuned, state: &mut State) {
     match tuned.prony.terms {
-        // a term whose constants are zero leaves every bit
+        // a term whose constants are zero changes no bit
         1 | 2 => by_terms::<2>(tuned, state),
         _ => by_terms::<3>(tuned, state),
     }
@@ -38,7 +38,7 @@ fn by_terms<const TERMS: usize>(tuned: &Tuned, state: &mut State) {
     let prony = tuned.prony;
     for ((node, faded), inertia) in state.nodes.iter_mut().zip(state.faded.iter_mut()).zip(tuned.node_step.iter()) {
         if inertia.step == 0.0 {
-            // an anchor bears its push as in elastic tissue: nothing of it fades
+            // an anchor carries its push as in elastic tissue: none of it fades
             for (f, push) in node.f.iter_mut().zip(node.pass) {
                 *f += push;
             }

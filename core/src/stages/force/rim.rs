@@ -1,11 +1,11 @@
-//! Rim springs: what stands in for the rest of the organ.
+//! Rim springs, which stand in for the rest of the organ.
 //!
 //! A symmetric positive block per rim node and a block per edge between rim nodes, fitted to the
 //! condensed outside: conservative, and exchangeable for another organ's. The cost follows the
 //! rim's nodes and edges, whatever organ lies behind them.
 //!
-//! Edges lie in the order of their first node, so that its displacement and its force stay in
-//! registers while they pass ([`Model::check`] holds them to it).
+//! Edges are in the order of their first node, so that its displacement and force stay in registers
+//! while its edges are processed ([`Model::check`] verifies the order).
 //!
 //! * in: displacements of the rim nodes
 //! * out: adds `-M u` to their `node.f`
@@ -23,7 +23,7 @@ use crate::state::State;
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn hold(model: &Model, state: &mut State) {
     let nodes = &mut *state.nodes;
-    // as long as the nodes: one range check then serves both
+    // as long as the nodes: one range check serves both
     let Some(rest) = model.nodes.get(..nodes.len()) else { return };
     let mut edges = model.rim_edges;
     for rim in model.rim_nodes {

@@ -37,7 +37,7 @@ pub fn pull(model: &Model, tuned: &Tuned, state: &mut State) {
     }
 }
 
-/// As [`pull`], every spring as much stiffer as its ends are: half of the factor of each is in
+/// As [`pull`], with every spring stiffened by the factors of its ends; half of each factor is in
 /// `node.p`.
 #[cfg(not(target_os = "none"))]
 #[cfg_attr(feature = "stage-cost", inline(never))]
@@ -61,7 +61,7 @@ pub(super) fn store(model: &Model, tuned: &Tuned, state: &mut State) {
 #[cfg(armv7em_fp)]
 #[inline(always)]
 fn run<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {
-    // no spring is shorter than nothing
+    // no spring has a negative length
     let onset = if COMPENSATED { tuned.onset } else { 0.0 };
     super::armv7em::springs(model, nodes, onset, tuned.compensation);
 }
@@ -80,8 +80,8 @@ fn run<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]
     groups::by_groups::<f32, 1, COMPENSATED, false>(rest.as_chunks().0, tuned, nodes);
 }
 
-/// Springs of one node at a time, that node's sum in registers: least loads and stores, for the
-/// board.
+/// Springs of one node at a time, with that node's sum in registers: fewest loads and stores, for
+/// the board.
 #[cfg(not(armv7em_fp))]
 #[cfg_attr(not(any(target_os = "none", test)), expect(dead_code, reason = "the desktop runs it in tests only"))]
 pub(crate) fn by_rows<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {

@@ -5,8 +5,8 @@
 //! with `w_i` half the energy of every spring at node i over the node's volume, the energy is `sum
 //! V_i W(w_i)`, and its exact gradient multiplies the force of a spring from i to j by `(e_i + e_j)
 //! / 2`, `e = exp(2 b w / mu)`. It is conservative, per pascal, and at small strain nothing
-//! changes: one calibrated patch serves every b. The bulk term stays as it is: Demiray's exponent
-//! sees the change of shape alone.
+//! changes: one calibrated patch serves every b. The bulk term is unchanged: Demiray's exponent
+//! depends on the change of shape alone.
 //!
 //! The foundation is tissue too, the part of it that elements cannot resolve. It counts as any
 //! spring does, half to each end: half of a point's energy goes to its node, and half of its push
@@ -14,11 +14,12 @@
 //! that half the tissue under the probe would stay soft: 40 % of the force is missing at b = 20,
 //! measured against finite elements.
 //!
-//! Beyond `CAP` the factor stays: taps have a largest stiffness, and the energy goes on linearly.
+//! Beyond `CAP` the factor stays constant: taps then have a largest stiffness, and the energy
+//! continues linearly.
 //!
 //! * in: positions, the probe
 //! * out: half of every node's factor in `node.p`, for springs and foundation; volume clears it
-//! * cost: springs and touched points are passed twice; a board's tick would take 28 % more
+//! * cost: springs and touched points are processed twice; a board's tick would take 28 % more
 //!   instructions and its image 17 KB of flash, so boards leave it out ([`Tuned::stiffens`])
 //! * may fail: never; an energy that is not finite gives a factor that is not
 
@@ -35,7 +36,7 @@ use crate::state::State;
 pub const CAP: f32 = 4.0;
 
 /// As [`super::accumulate`], in tissue that stiffens. The pushes of the foundation are summed
-/// before the volume term, which needs the place of the factors.
+/// before the volume term, which overwrites the factors.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub(super) fn accumulate(
     model: &Model,
@@ -82,7 +83,7 @@ fn stiffen(model: &Model, tuned: &Tuned, state: &mut State) {
     }
 }
 
-/// Exponential of a number from 0 to 10, of the same bits on every target.
+/// Exponential of a number from 0 to 10, with the same bits on every target.
 #[inline(always)]
 pub(crate) fn exp(x: f32) -> f32 {
     // a NaN becomes zero halvings and stays in the series

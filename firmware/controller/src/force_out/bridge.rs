@@ -1,9 +1,10 @@
 //! Sign and magnitude: one PWM pin and one direction pin per axis, and what can be read back from
 //! them.
 //!
-//! Half of the period as "no force" would need a running timer: with a stopped timer or a floating
-//! pin it is full force one way. Here a low PWM pin is no force, so a stopped timer, a released pin
-//! with a pull-down and a hardware break all end there. The direction pin alone moves nothing.
+//! Coding "no force" as half of the period would need a running timer: a stopped timer or a
+//! floating pin would then mean full force in one direction. Here a low PWM pin is no force, so a
+//! stopped timer, a released pin with a pull-down and a hardware break all end in that state. The
+//! direction pin alone produces no force.
 
 use palpate::Fault;
 
@@ -27,15 +28,15 @@ impl Bridge {
         Self { steps, reverse: code.0 < 0 && steps > 0 }
     }
 
-    /// Whether the pin must be low before it is set to `next`: the direction pin acts at once, a
-    /// pulse under way would push the wrong way.
+    /// Whether the pin must be low before it is set to `next`: the direction pin acts at once, and
+    /// a pulse in progress would push in the wrong direction.
     #[must_use]
     pub fn passes_zero(self, next: Self) -> bool {
         next.steps == 0 || self.reverse != next.reverse
     }
 }
 
-/// An output pin: what its register says and the level that the pin has.
+/// An output pin: its register and its level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Line {
     /// Output register.
@@ -61,7 +62,7 @@ impl Line {
 pub struct AxisPins {
     /// Compare register of the PWM pin.
     pub steps: u16,
-    /// Level of the PWM pin now; while it pulses this says nothing.
+    /// Level of the PWM pin now, meaningless while it pulses.
     pub pwm_level: bool,
     /// Direction pin.
     pub reverse: Line,
@@ -79,8 +80,8 @@ pub struct Pins {
 }
 
 impl Pins {
-    /// The outputs that these pins represent: what was set if registers and levels agree with it,
-    /// [`Outputs::UNKNOWN`] codes if not.
+    /// The outputs that these pins represent: the set values if registers and levels agree with
+    /// them, otherwise [`Outputs::UNKNOWN`] codes.
     #[must_use]
     pub fn outputs(&self, written: [DacCode; 3], period_steps: u16) -> Outputs {
         let agree = self.axes.iter().zip(written).all(|(pins, code)| {
@@ -92,9 +93,9 @@ impl Pins {
     }
 }
 
-/// The stop circuit: emergency stop and over-current trip in series, closed is high, an open wire
-/// stops. The timer's break input takes the outputs away without the program, and remembers it in a
-/// flag.
+/// The stop circuit: emergency stop and over-current trip in series, closed is high; an open wire
+/// triggers a stop. The timer's break input switches the outputs off without the program, and sets
+/// a flag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StopCircuit {
     /// Break flag of the timer.

@@ -1,4 +1,4 @@
-//! The mechanisms that a profile can name. **A device of your own is named here, once.**
+//! The mechanisms that a profile can name. **Add a device of your own here, in one place.**
 
 use palpate::Vector3;
 use serde::{Deserialize, Serialize};

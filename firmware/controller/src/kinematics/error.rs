@@ -1,19 +1,19 @@
-//! Refusals of a mechanism.
+//! Reasons for which a mechanism is refused.
 
 use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// Why a mechanism cannot be, or cannot move as its profile says.
+/// Why a mechanism is impossible, or cannot move as its profile says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum MechanismError {
-    /// No joint turns so far in one count, or so little.
+    /// No joint turns that far in one count, or that little.
     Encoder,
-    /// No motor gives so much torque, or so little.
+    /// No motor gives that much torque, or that little.
     Motor,
-    /// The dimensions are none of such a mechanism.
+    /// No such mechanism has these dimensions.
     Arms,
-    /// The home pose cannot be, or lies outside the workspace.
+    /// The home pose is impossible, or lies outside the workspace.
     Home,
     /// The workspace goes beyond the mechanism's reach.
     Reach,

@@ -29,7 +29,7 @@ impl Mechanism for Paddle {
     fn tip_m(&mut self, [angle_rad, ..]: [f32; 3]) -> Option<Vector3<f32>> {
         self.turned = sin_cos(angle_rad);
         let (s, c) = self.turned;
-        // beyond upright it would press from the other side
+        // beyond vertical it would press from the other side
         (c > 0.0).then(|| Vector3::new(self.arm_m * (c - 1.0), 0.0, self.arm_m * s))
     }
 

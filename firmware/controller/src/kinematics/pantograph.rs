@@ -1,9 +1,10 @@
 //! Two joints: the five-bar pantograph, as in a Haply or a Pantograph Mk II (Campion, Wang and
-//! Hayward, The Pantograph Mk-II: a haptic instrument, IROS 2005, whose forward kinematics this
-//! is).
+//! Hayward, The Pantograph Mk-II: a haptic instrument, IROS 2005, whose forward kinematics are used
+//! here).
 //!
-//! Motors stand at x = 0 and x = -base on the device's x axis and drive the proximal arms `near_m`;
-//! the distal arms `far_m` meet in the tip. It moves in the x-z plane: z is up, out of the tissue.
+//! The motors are at x = 0 and x = -base on the device's x axis and drive the proximal arms
+//! `near_m`; the distal arms `far_m` meet in the tip. It moves in the x-z plane: z is up, out of
+//! the tissue.
 
 use palpate::Vector3;
 
@@ -25,7 +26,7 @@ pub struct Pantograph {
 }
 
 /// Squared ratio of elbow distance to distal-arm length: below it the distal arms lie on each
-/// other, and a newton aside takes ten times the torque.
+/// other, and a sideways newton takes ten times the torque.
 const FOLDED: f32 = 1e-2;
 
 impl Mechanism for Pantograph {
@@ -43,16 +44,16 @@ impl Mechanism for Pantograph {
     }
 
     fn tip_m(&mut self, [q1, q2, _]: [f32; 3]) -> Option<Vector3<f32>> {
-        self.jacobian_m = [[0.0; 2]; 2]; // whatever is not a pose gets no torque
+        self.jacobian_m = [[0.0; 2]; 2]; // no torque without a valid pose
         let ((s1, c1), (s2, c2)) = (sin_cos(q1), sin_cos(q2));
         let elbow = [self.near_m * c1, self.near_m * s1];
         let other = [self.near_m * c2 - self.base_m, self.near_m * s2];
-        // the tip stands over the middle between the elbows
+        // the tip lies above the midpoint between the elbows
         let across = [other[0] - elbow[0], other[1] - elbow[1]];
         let square = across[0] * across[0] + across[1] * across[1];
         let height_square = self.far_m * self.far_m - 0.25 * square;
         if !(square > FOLDED * self.far_m * self.far_m && height_square > 1e-3 * self.far_m * self.far_m) {
-            return None; // stretched or folded: no way to tell where it goes, and no finite torque
+            return None; // stretched or folded: its direction of motion is undetermined, and no torque is finite
         }
         let rise = root(height_square / square);
         let tip = [elbow[0] + 0.5 * across[0] + rise * across[1], elbow[1] + 0.5 * across[1] - rise * across[0]];

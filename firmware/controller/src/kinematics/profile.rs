@@ -1,4 +1,5 @@
-//! A mechanism as data: what a device profile says of it, and whether it can move so.
+//! A mechanism as data: the part of a device profile that describes it, and a check that it can
+//! move like that.
 
 use palpate::Vector3;
 use palpate::haptic::device::DeviceSpec;
@@ -19,8 +20,8 @@ pub struct MechanismProfile {
     pub home_rad: [f32; 3],
     /// Dimensions in the order of [`super::Mechanism::DIMENSION_NAMES`].
     pub dimensions: [f32; DIMENSIONS],
-    /// Encoders count from where they were at power-on: the board does not arm before the device
-    /// was shown to it in its home pose.
+    /// Encoders count from their position at power-on: the board does not arm before the device has
+    /// been homed.
     pub homing: bool,
 }
 
@@ -39,7 +40,7 @@ impl MechanismProfile {
     /// Checks that the mechanism can move as the device does.
     ///
     /// # Errors
-    /// The first thing that it cannot.
+    /// The first condition that it does not meet.
     #[inline(never)]
     pub fn check(&self, device: &DeviceSpec) -> Result<(), MechanismError> {
         let mut linkage = self.build()?;
@@ -97,7 +98,7 @@ impl MechanismProfile {
     }
 }
 
-/// Displacement of the tip along x, y and z per joint angle [m], by the joints as last read.
+/// Displacement of the tip along x, y and z per joint angle [m], at the joints as last read.
 fn levers_m(linkage: &Linkage) -> [[f32; 3]; 3] {
     [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| linkage.torques_n_m(axis))
 }

@@ -1,17 +1,17 @@
 //! **Bring your own device.** Copy this file, change what the comments say, and name it in
 //! `catalogue.rs`.
 //!
-//! It stands for a device with three linear axes, each with its own motor and spindle: the simplest
-//! one there is. `tests/tests/controller/your_device.rs` is its test: copy that too. It holds tip
-//! and torques against each other by finite differences, and takes a profile for it, which you copy
-//! from `firmware/controller/devices/your-device.toml`.
+//! It describes a device with three linear axes, each with its own motor and spindle: the simplest
+//! possible one. `tests/tests/controller/your_device.rs` is its test: copy that too. It compares
+//! tip and torques by finite differences and loads a profile, which you copy from
+//! `firmware/controller/devices/your-device.toml`.
 
 use palpate::Vector3;
 
 use super::{DIMENSIONS, Mechanism, MechanismError};
 
-/// 1. What your device is made of, in SI: lengths in metres, angles in radians. Encoders, gears,
-///    amplifiers and signs are not here: a joint is an angle, whoever counts it, and a torque.
+/// 1. The dimensions of your device, in SI: lengths in metres, angles in radians. Encoders, gears,
+///    amplifiers and signs do not belong here: a joint is an angle and a torque.
 #[derive(Clone, Copy, Debug)]
 pub struct YourDevice {
     /// Displacement of an axis per radian of its joint [m/rad]: the spindle's lead over a turn.
@@ -19,12 +19,12 @@ pub struct YourDevice {
 }
 
 impl Mechanism for YourDevice {
-    /// 2. What profile files call it, how many joints it has, and what they call its dimensions.
+    /// 2. Its name in profile files, its number of joints, and the names of its dimensions there.
     const NAME: &'static str = "your-device";
     const JOINTS: usize = 3;
     const DIMENSION_NAMES: &'static [&'static str] = &["lead_x_m_per_rad", "lead_y_m_per_rad", "lead_z_m_per_rad"];
 
-    /// 3. Which dimensions are none that any such device has? NaN is outside every range.
+    /// 3. Which dimensions are impossible? NaN is outside every range.
     fn build([x, y, z, ..]: [f32; DIMENSIONS]) -> Result<Self, MechanismError> {
         let lead_m_per_rad = [x, y, z];
         if !lead_m_per_rad.iter().all(|lead| (1e-5..=0.2).contains(lead)) {
@@ -34,16 +34,17 @@ impl Mechanism for YourDevice {
     }
 
     /// 4. Where is the tip? Right-handed frame, x to the operator, y to the operator's right, z up,
-    ///    out of the tissue; the origin is where the patch's site will be. Return `None` where the
-    ///    joints cannot be: the cycle then takes the sensor as failed, and the force away.
+    ///    out of the tissue; the origin is where the patch's site will be. Return `None` if the
+    ///    joint angles are impossible: the cycle then treats the sensor as failed and removes the
+    ///    force.
     fn tip_m(&mut self, [x, y, z]: [f32; 3]) -> Option<Vector3<f32>> {
         let [per_x, per_y, per_z] = self.lead_m_per_rad;
         Some(Vector3::new(x * per_x, y * per_y, z * per_z))
-        // If the tip depends on angles, keep what the torques need (see `pantograph.rs`): they are
-        // asked for later in the same tick.
+        // If the tip depends on angles, store what the torques need (see `pantograph.rs`): they are
+        // computed later in the same tick.
     }
 
-    /// 5. Which torques put `force_n` on the hand? Never guess: it is the transpose of the
+    /// 5. Which torques put `force_n` on the hand? Do not guess: it is the transpose of the
     ///    derivative of the tip, `tau_k = sum_i dx_i/dq_k F_i`. Then motors and hand get the same
     ///    power, and the loop's energy account is right.
     fn torques_n_m(&self, force_n: Vector3<f32>) -> [f32; 3] {

@@ -1,8 +1,7 @@
 //! A message as bytes on the wire, and back.
 //!
 //! CRC-32 (IEEE) over sequence and message finds every error of up to three bits in frames of this
-//! length; what COBS does with a flipped bit of its own can be more, and is found but for one in
-//! 2^32.
+//! length; a flipped bit in COBS' own bytes can change more, and goes undetected once in 2^32.
 
 use core::fmt;
 
@@ -16,12 +15,12 @@ const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const HEAD: usize = 2;
 /// Checksum behind.
 const TAIL: usize = 4;
-/// Longest body: a part of a patch with its place, a record with some room.
+/// Longest body: a piece of a patch with its offset, or a record with some room.
 pub const BODY_BYTES: usize = 240;
 /// Longest frame with its zero: below 254 bytes COBS adds one.
 pub const FRAME_BYTES: usize = HEAD + BODY_BYTES + TAIL + 2;
 
-/// Why a frame was dropped, or not made.
+/// Why a frame was dropped, or could not be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameError {
     /// More bytes than any frame has.
@@ -50,7 +49,7 @@ impl fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
-/// Writes a message as a frame, its closing zero included.
+/// Writes a message as a frame, including its closing zero.
 ///
 /// # Errors
 /// [`FrameError::TooLong`].
@@ -96,7 +95,7 @@ mod tests {
 
     #[test]
     fn the_longest_body_fills_a_frame_and_a_longer_one_is_refused() {
-        // a length of two bytes goes in front of a slice
+        // a slice is preceded by a length of two bytes
         let longest = &[0x5A_u8; BODY_BYTES - 2][..];
         let mut out = [0; FRAME_BYTES];
         assert_eq!(encode(7, &longest, &mut out).unwrap().len(), FRAME_BYTES);

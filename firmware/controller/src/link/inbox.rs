@@ -12,12 +12,12 @@ use crate::config::Profile;
 use crate::controller::Controller;
 use crate::probe_in::{EncoderCounts, JointReading, Reading};
 
-/// Something that only the owner of the patch can do; no tick in between.
+/// Something that only the owner of the patch can do, between two ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Change {
-    /// Put the patch away: another one of so many bytes will come.
+    /// Discard the patch: another one of this many bytes will follow.
     MakeRoom(u32),
-    /// Take the patch that has come.
+    /// Use the patch that was received.
     Take,
     /// Take the same patch with another Young's modulus [Pa].
     Modulus(f32),
@@ -30,19 +30,19 @@ pub enum Reply {
     None,
     /// The tick's input is complete.
     Tick,
-    /// It is not done.
+    /// The request is refused.
     Refused(Refusal),
     /// Only the owner of the patch can do it.
     Change(Change),
     /// The patch under the hand takes another Young's modulus [Pa], as soon as it may.
     Modulus(f32),
-    /// Say how you are.
+    /// Report the state.
     Report,
-    /// Say who you are.
+    /// Identify the board.
     Identify,
     /// Keep this profile.
     Store(Profile),
-    /// Take the pose as the home pose.
+    /// Use the pose as the home pose.
     Home,
 }
 
@@ -74,7 +74,7 @@ impl Inbox {
             }
             ToBoard::Ask(HostAsk::Arm) if upload.is_some() => Reply::Refused(Refusal::NoPatch),
             ToBoard::Ask(HostAsk::Arm) if !controller.homed() => Reply::Refused(Refusal::NotHomed),
-            // who wants to stop is stopped, whatever comes behind it before the next tick
+            // a stop is followed, whatever arrives after it before the next tick
             ToBoard::Ask(asked) => {
                 if self.asked != Some(Ask::Stop) {
                     self.asked = Some(asked.into());
@@ -119,8 +119,8 @@ impl Inbox {
         }
     }
 
-    /// The newest reading that the host sent, and what it said, for one tick. A inbox without a new
-    /// reading repeats nothing: the cycle sees its age.
+    /// The newest reading of the host, with its status, for one tick. An inbox without a new
+    /// reading repeats nothing: the cycle sees the age of the last one.
     pub fn clear(&mut self) -> (Option<Reading>, Command) {
         let Self { heard, asked, reading, found, operator_present } = core::mem::take(self);
         self.operator_present = operator_present;

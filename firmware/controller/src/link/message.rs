@@ -11,10 +11,10 @@ use crate::board::About;
 use crate::config::{Profile, ProfileError, StoreError};
 use crate::kinematics::MechanismError;
 
-/// From the host. Whatever it is, it is a sign of life.
+/// From the host. Every message counts as a sign of life.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ToBoard<'a> {
-    /// Nothing else to say.
+    /// A sign of life, nothing else.
     Heartbeat,
     /// A reading in place of the board's own sensors, device frame [m]: ends the input of a
     /// lock-step tick.
@@ -31,10 +31,10 @@ pub enum ToBoard<'a> {
     /// Stricter limits, in any mode.
     LowerLimits(WireLimits),
     /// Another Young's modulus [Pa], between half and twice that of the patch as it was packed. In
-    /// `Idle` the patch is put to rest with it; under force it softens at once and stiffens when
-    /// nothing touches.
+    /// `Idle` the patch is put to rest with it; under force a softer one applies at once, a stiffer
+    /// one as soon as nothing touches.
     YoungsModulus(f32),
-    /// A patch of so many bytes will come, in `Idle`.
+    /// A patch of this many bytes will follow, in `Idle`.
     PatchBegin(u32),
     /// A piece of it; pieces come in order.
     PatchPart {
@@ -44,9 +44,9 @@ pub enum ToBoard<'a> {
         #[serde(borrow)]
         bytes: &'a [u8],
     },
-    /// That was all of it.
+    /// End of the patch.
     PatchEnd,
-    /// Say how you are.
+    /// Report the state.
     Report,
     /// Keep a profile over power-off, in `Idle`; the controller starts up anew with it.
     Store(Profile),
@@ -57,7 +57,7 @@ pub enum ToBoard<'a> {
     /// Whether the operator's switch is pressed, for boards without a pin for it; holds until the
     /// next such message, and counts as released before the first.
     Operator(bool),
-    /// Say who you are.
+    /// Identify the board.
     Identify,
     /// Counts of the encoders in place of the board's own, otherwise as [`Self::Pose`].
     Joints {
@@ -100,16 +100,16 @@ pub enum FromBoard {
     Record(Record),
     /// A request was not carried out.
     Refused(Refusal),
-    /// A patch of so many nodes is there, at rest.
+    /// A patch of this many nodes is ready, at rest.
     PatchTaken(u32),
-    /// The profile is in use and kept as the n-th; 0: the board's memory does not keep it, and it
-    /// holds until the power goes.
+    /// The profile is in use and kept as the n-th; 0: the board cannot store it, and it is valid
+    /// until power-off.
     Stored(u32),
     /// The answer to [`ToBoard::Report`].
     State {
         /// Hash of the patch's state.
         state_hash: u64,
-        /// Deepest the stack has been [bytes].
+        /// Largest stack use so far [bytes].
         stack_used_bytes: u32,
         /// Frames that were dropped.
         bad_frames: u32,
@@ -128,11 +128,11 @@ pub const NAME_BYTES: usize = 32;
 /// Board, image and patch.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
-    /// Board and version of the image in ASCII, apart by a space, zeros behind.
+    /// Board and version of the image in ASCII, separated by a space and padded with zeros.
     pub name: [u8; NAME_BYTES],
     /// Day on which the image was built, counted from 1970-01-01; 0 is unknown.
     pub built_day: u16,
-    /// Counts in a second of the clock that [`Record::spent_counts`] is in.
+    /// Counts per second of the clock that [`Record::spent_counts`] is in.
     pub clock_hz: u32,
     /// Checksum of the patch file; 0 while there is no patch.
     pub patch_checksum: u32,
@@ -150,12 +150,12 @@ impl Identity {
     }
 }
 
-/// Why something was not done.
+/// Why a request was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Refusal {
-    /// Meshes and profiles come in `Idle` alone, a parameter also under force.
+    /// Patches and profiles are accepted in `Idle` only, a parameter also under force.
     NotIdle,
-    /// A limit would rise, or is no number.
+    /// A limit would rise, or is not a number.
     LimitRises,
     /// Young's modulus is not between half and twice the patch's own.
     ModulusOutOfRange,
@@ -177,19 +177,19 @@ pub enum Refusal {
     NoPatch,
     /// A number of the profile is out of its range.
     ProfileRange,
-    /// The memory for the profile does not keep it.
+    /// The profile memory cannot store it.
     FlashFailed,
-    /// A tick of it costs more than the board has.
+    /// A tick of it costs more than the board's budget.
     PatchCost,
     /// Its site, axis or depth limit does not lie on its own surface.
     PatchSite,
     /// Its probe is a capsule or an ellipsoid, which the image leaves out.
     PatchTip,
-    /// The mechanism of the profile cannot be, or cannot move so.
+    /// The mechanism of the profile is impossible, or cannot move like that.
     Mechanism(MechanismError),
-    /// The device was not in its home pose since power-on, or its encoders failed since.
+    /// The device has not been homed since power-on, or its encoders failed since.
     NotHomed,
-    /// Nothing counts the device's joints.
+    /// The device's joints have no encoders.
     NoEncoders,
 }
 

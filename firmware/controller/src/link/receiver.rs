@@ -1,4 +1,4 @@
-//! Bytes in, frames out: whatever comes over the wire.
+//! Bytes in, frames out, whatever arrives over the wire.
 
 use serde::Deserialize;
 
@@ -11,7 +11,7 @@ pub struct Counts {
     pub good: u32,
     /// Frames dropped.
     pub bad: u32,
-    /// Sequence numbers that never came.
+    /// Missing sequence numbers.
     pub lost: u32,
 }
 
@@ -26,7 +26,7 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// Nothing came yet.
+    /// Nothing received yet.
     pub const NEW: Self =
         Self { frame: [0; FRAME_BYTES], length: 0, sequence: None, counts: Counts { good: 0, bad: 0, lost: 0 } };
 
@@ -45,7 +45,7 @@ impl Receiver {
         }
         let length = core::mem::take(&mut self.length);
         if length == 0 {
-            return None; // zeros between frames are idle
+            return None; // zeros between frames mean an idle line
         }
         let answer = match self.frame.get_mut(..length) {
             Some(frame) => frame::decode(frame),
@@ -65,7 +65,8 @@ impl Receiver {
         Some(answer)
     }
 
-    /// A new host may begin with any sequence number: call it when the old one was silent for long.
+    /// A new host may begin with any sequence number: call this when the old one has been silent
+    /// for long.
     pub fn forget(&mut self) {
         self.sequence = None;
     }

@@ -16,7 +16,7 @@ pub struct Record {
     pub mode: u8,
     /// Latched fault; 0 is none.
     pub fault: u8,
-    /// Something was asked that the mode does not accept, or not yet.
+    /// A request was made that the mode does not accept, or does not accept yet.
     pub refused: bool,
     /// Quantities that were limited, by the patch's guard and by the loop.
     pub limiters: u8,
@@ -89,7 +89,7 @@ impl Record {
         Fault::ALL.into_iter().find(|fault| *fault as u8 == self.fault)
     }
 
-    /// The first field whose bits differ, the time left out: its name and both values.
+    /// The first field whose bits differ, except for the time: its name and both values.
     #[must_use]
     pub fn first_difference(&self, other: &Self) -> Option<(&'static str, [f32; 2])> {
         let whole = |name, a: u32, b: u32| (a != b).then_some((name, [a as f32, b as f32]));

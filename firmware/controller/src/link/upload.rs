@@ -1,4 +1,4 @@
-//! Memory for a patch that comes over the link, piece by piece.
+//! Memory for a patch that arrives over the link in pieces.
 
 use super::message::{Refusal, ToBoard};
 
@@ -8,13 +8,13 @@ pub const PIECE_BYTES: usize = 192;
 /// Words for an uploaded patch: 52 KB, some 180 nodes.
 pub const UPLOAD_WORDS: usize = 13 * 1024;
 
-/// The messages that bring a patch, in order. The board answers the last one.
+/// The messages that transfer a patch, in order. The board answers the last one.
 pub fn messages(patch: &[u8]) -> impl Iterator<Item = ToBoard<'_>> {
     let parts = patch.chunks(PIECE_BYTES).zip((0..).step_by(PIECE_BYTES)).map(|(bytes, at)| ToBoard::PatchPart { at, bytes });
     [ToBoard::PatchBegin(patch.len() as u32)].into_iter().chain(parts).chain([ToBoard::PatchEnd])
 }
 
-/// The memory, and how much of it has come.
+/// The memory, and how much of it has been received.
 pub struct Upload {
     words: [u32; UPLOAD_WORDS],
     announced: usize,
@@ -22,10 +22,10 @@ pub struct Upload {
 }
 
 impl Upload {
-    /// As it is reserved.
+    /// The initial value of reserved memory.
     pub const RESERVED: Self = Self { words: [0; UPLOAD_WORDS], announced: 0, have: 0 };
 
-    /// A patch of so many bytes will come; any earlier upload is discarded.
+    /// A patch of this many bytes will follow; any earlier upload is discarded.
     ///
     /// # Errors
     /// [`Refusal::PatchTooLong`]: an earlier upload stays.
@@ -41,7 +41,7 @@ impl Upload {
     /// The next piece.
     ///
     /// # Errors
-    /// [`Refusal::PatchPieces`]; the patch has to begin again then.
+    /// [`Refusal::PatchPieces`]; the upload then has to start again.
     pub fn part(&mut self, at: u32, piece: &[u8]) -> Result<(), Refusal> {
         let next = u32::try_from(self.have).is_ok_and(|have| have == at);
         let end = self.have.saturating_add(piece.len());
@@ -59,7 +59,7 @@ impl Upload {
         }
     }
 
-    /// All of it, once it has come.
+    /// The whole patch, once it is complete.
     ///
     /// # Errors
     /// [`Refusal::PatchPieces`].

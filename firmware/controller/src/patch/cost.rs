@@ -1,10 +1,10 @@
-//! Bound of the work of a tick, from the counts of a patch: the board's own estimate, whatever the
-//! file says about itself.
+//! Bound on the work of a tick, from the sizes of a patch: the board's own estimate, independent of
+//! the figures in the file.
 //!
 //! Cycles per item are instruction counts from the emulator times the Cortex-M4F's documented cycle
-//! table, **not hardware cycles**; `palpate pack` plans with the same figures. The host packs
-//! to 65 % of a tick; a board refuses from 75 % on, so that rounding cannot refuse what was packed
-//! to fit, and a quarter of the tick stays for the haptic cycle, the link and interrupts.
+//! table, **not hardware cycles**; `palpate pack` plans with the same figures. The host packs to 65
+//! % of a tick; a board refuses from 75 % on, so that no patch is refused because of rounding, and
+//! a quarter of the tick remains for the haptic cycle, the link and interrupts.
 
 use palpate::{BuildError, PatchFile};
 
@@ -13,9 +13,9 @@ pub const COST: &str = "cycles per tick of the patch";
 
 /// Cycles of a Cortex-M4F per item and substep.
 const SPRING: f32 = 80.0;
-/// A spring's part of the mass floor where that is relative to neighbours.
+/// A spring's part of the mass floor, if that is relative to neighbours.
 const NEIGHBOUR: f32 = 70.0;
-/// A node's share of the smooth fields there.
+/// A node's share of the smooth fields in that case.
 const SMOOTH: f32 = 110.0;
 /// One field alone, without the sum over neighbours.
 const FIELD: f32 = 34.0;
@@ -24,7 +24,7 @@ const NODE: f32 = 130.0;
 /// A node whose forces fade, and each term of its relaxation.
 const RELAXING: f32 = 50.0;
 const TERM: f32 = 30.0;
-/// A triangle that the probe rubs, besides.
+/// Friction on a triangle, in addition.
 const RUBBED: f32 = 240.0;
 const RIM_NODE: f32 = 75.0;
 const RIM_EDGE: f32 = 99.0;
@@ -32,9 +32,9 @@ const RIM_EDGE: f32 = 99.0;
 const TOUCHED: f32 = 840.0;
 /// Each further foundation point on it.
 const EXTRA_POINT: f32 = 160.0;
-/// A triangle that the broad phase passes, per tick.
+/// A triangle in the broad phase, per tick.
 const PASSED: f32 = 61.0;
-/// Per tick, whatever the patch.
+/// Constant part, per tick.
 const TICK: f32 = 2_300.0;
 
 /// Cycles that a board has for the patch in each tick.
@@ -50,11 +50,11 @@ const LOAD: f32 = 0.75;
 impl Budget {
     /// A Cortex-M4F at 168 MHz.
     pub const M4F_168: Self = Self { cycles: LOAD * 168e3 };
-    /// A Cortex-M7 at 480 MHz, by the M4F's cycle table for want of a public one: dual issue can
-    /// only make it faster.
+    /// A Cortex-M7 at 480 MHz, by the M4F's cycle table, since none is public for the M7: dual
+    /// issue can only make it faster.
     pub const M7_480: Self = Self { cycles: LOAD * 480e3 };
 
-    /// Refuses a patch whose costliest tick, with so many triangles under the probe, is over the
+    /// Refuses a patch whose costliest tick, with this many triangles under the probe, exceeds the
     /// budget.
     ///
     /// # Errors
@@ -64,7 +64,7 @@ impl Budget {
     }
 }
 
-/// Cycles per tick with so many triangles under the probe.
+/// Cycles per tick with this many triangles under the probe.
 #[must_use]
 pub fn cycles(file: &PatchFile<'_>, touched: usize) -> f32 {
     let model = &file.model;

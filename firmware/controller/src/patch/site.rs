@@ -1,9 +1,9 @@
-//! Whether the place that a patch names for the press lies on its surface, faces the probe, and is
-//! as deep as the patch answers.
+//! Checks that the site of a patch lies on its surface, faces the probe, and has tissue below it
+//! down to the depth limit.
 
 use palpate::{BuildError, Model, PatchFile, Vector3};
 
-/// Parameter of [`BuildError::OutOfRange`] for a site from which no surface triangle is in reach.
+/// Parameter of [`BuildError::OutOfRange`] for a site with no surface triangle in reach.
 pub const SITE: &str = "surface triangles in reach of the patch's site";
 /// Parameter of [`BuildError::OutOfRange`] for a depth limit beyond the patch's own nodes.
 pub const DEPTH: &str = "depth_limit_m of the patch";
@@ -20,7 +20,7 @@ const UNIT: f32 = 1e-5;
 /// [`BuildError::OutOfRange`] with [`SITE`], [`DEPTH`], [`AXIS`] or [`AXIS_LENGTH`].
 pub fn check(file: &PatchFile<'_>) -> Result<usize, BuildError> {
     let (model, axis) = (&file.model, file.params.probe.axis);
-    // a longer axis would stretch forces on their way to the device
+    // a longer axis would scale the forces on the device
     BuildError::within(AXIS_LENGTH, axis.dot(&axis), 1.0 - UNIT, 1.0 + UNIT)?;
     let (mut touched, mut outward_m2) = (0_usize, Vector3::zeros());
     for corners in in_reach(file) {

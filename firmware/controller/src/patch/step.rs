@@ -1,21 +1,21 @@
-//! Whether one substep can be stable, from the masses and stiffnesses that the file lists and not
-//! from the limit that it states.
+//! Checks that one substep can be stable, from the masses and stiffnesses in the file and not from
+//! the limit that it states.
 //!
 //! The tick floors the diagonal of its mass matrix at about `f E D T^2`, with D the mean diagonal
-//! stiffness *that the file gives for each node*. Here D is computed anew from springs, tets and
-//! rim, the rest shape is compared with what the constants were derived from, and every mass must
-//! be at least [`LEAST_FLOOR`] times `E D dt^2`. D is taken as stiff as tissue gets under load:
-//! with the compensation of every spring and the barrier of every tet. The mass is the effective
-//! mass of a node that moves alone, including the contribution of the smooth fields.
+//! stiffness *that the file gives for each node*. Here D is recomputed from springs, tets and rim,
+//! the constants are compared with the rest shape, and every mass must be at least [`LEAST_FLOOR`]
+//! times `E D dt^2`. D is that of tissue under load: with the compensation of every spring and the
+//! barrier of every tet. The mass is the effective mass of a node that moves alone, including the
+//! contribution of the smooth fields.
 //!
-//! Two more things that a file could ask for are bounded. The tick's two terms of the inverse mass
-//! matrix are a mass matrix while `I + N` is positive, with N what neighbours add to a node's
-//! acceleration: the least eigenvalue of N is found by power iteration (`series`). And the
+//! Two further properties of a file are bounded. The tick's two terms of the inverse mass matrix
+//! are a mass matrix while `I + N` is positive, where N is the part of a node's acceleration that
+//! its neighbours add: the least eigenvalue of N is found by power iteration (`series`). And the
 //! foundation, which is implicit at each node but not between nodes, is at most [`MOST_CONTACT`]
 //! times as stiff as the tissue under it (`contact`).
 //!
-//! That does not prove that the whole patch is stable: one that diverges all the same is a fault in
-//! the tick that finds it.
+//! That does not prove that the whole patch is stable: divergence is still a fault in the tick that
+//! detects it.
 
 use palpate::stages::force::foundation::point_weights;
 use palpate::{BuildError, Model, Params, Tuned, Vector3};
@@ -94,8 +94,8 @@ fn contact(model: &Model<'_>, stiffness_m: &[f32], slope_m: &mut [f32]) -> Resul
     Ok(())
 }
 
-/// Bounds the least eigenvalue of what neighbours add to the accelerations. The iteration is that
-/// of `N - 1`, whose largest eigenvalue in size is the least of N.
+/// Bounds the least eigenvalue of the neighbours' part of the accelerations. The iteration uses
+/// `N - 1`, whose eigenvalue of largest magnitude belongs to the least of N.
 fn series(model: &Model<'_>, tuned: &Tuned<'_>, [shape, next]: [&mut [f32]; 2]) -> Result<(), BuildError> {
     let inertia = tuned.node_step();
     if inertia.iter().all(|node| node.added == 0.0) {
@@ -137,8 +137,8 @@ fn near_one(value: f32) -> bool {
     (value - 1.0).abs() <= ROUNDED
 }
 
-/// Adds what springs put on the diagonal, a third of their stiffness along each axis, and compares
-/// their lengths with the rest shape.
+/// Adds the springs to the diagonal, a third of their stiffness along each axis, and compares their
+/// lengths with the rest shape.
 fn springs(model: &Model<'_>, factor: f32, stiffness_m: &mut [f32]) -> Result<(), BuildError> {
     for (index, spring) in model.springs.iter().enumerate() {
         let [a, b] = [spring.i, spring.j].map(|node| position_m(model, node));
@@ -154,7 +154,7 @@ fn springs(model: &Model<'_>, factor: f32, stiffness_m: &mut [f32]) -> Result<()
     Ok(())
 }
 
-/// Adds what volume and barrier put on the diagonal, and the volume around each node.
+/// Adds volume term and barrier to the diagonal, and sums the volume around each node.
 fn tets(model: &Model<'_>, stiffness_m: &mut [f32], six_volume_m3: &mut [f32]) -> Result<(), BuildError> {
     for (index, tet) in model.tets.iter().enumerate() {
         let [a, b, c, d] = tet.node.map(|node| position_m(model, node));

@@ -5,19 +5,18 @@ use palpate::Vector3;
 
 use super::*;
 
-/// A patch whose press is not along z, on words.
-/// The patch that the image holds by default.
+/// A patch with a press that is not along z, as words. The patch that the image holds by default.
 static BLOCK: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m4f-168.patch"));
 /// One whose mass floor is relative to neighbours.
 static RELATIVE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m7-480.patch"));
 static LIVER: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/liver-m4f-168.patch"));
 
-/// The patch of the image after a change of its file, on words for ever.
+/// The patch of the image after a change of its file, as leaked words.
 fn changed(change: impl FnOnce(&mut PatchFile<'_>)) -> &'static [u8] {
     changed_of(&BLOCK.0, change)
 }
 
-/// A patch after a change of its file, on words for ever.
+/// A patch after a change of its file, as leaked words.
 fn changed_of(bytes: &[u8], change: impl FnOnce(&mut PatchFile<'_>)) -> &'static [u8] {
     let mut file = PatchFile::open(bytes).unwrap();
     change(&mut file);
@@ -91,8 +90,9 @@ fn a_foundation_much_stiffer_than_the_tissue_is_refused() {
     }
 }
 
-/// Springs as weak between some nodes as if they were missing leave a net of two colours: what its
-/// neighbours add turns a node the other way, and the two terms of the inverse are no mass matrix.
+/// If the springs between some nodes are so weak as if they were missing, the mesh becomes
+/// two-coloured: the neighbours' part reverses a node's acceleration, and the two terms of the
+/// inverse are no mass matrix.
 #[test]
 fn neighbours_that_outweigh_a_node_are_refused() {
     let weaker = |factor: f32| {
@@ -100,7 +100,7 @@ fn neighbours_that_outweigh_a_node_are_refused() {
         for spring in springs.iter_mut().filter(|spring| (spring.i ^ spring.j) & 1 == 0) {
             (spring.k, spring.k_rest) = (factor * spring.k, factor * spring.k_rest);
         }
-        // a softer foundation, or it would be the first to be refused on nodes with weak springs
+        // a softer foundation: otherwise it would be refused first at nodes with weak springs
         let mut points = PatchFile::open(&RELATIVE.0).unwrap().model.foundation.to_vec();
         points.iter_mut().for_each(|point| point.k *= 0.5);
         let (springs, points) = (Vec::leak(springs), Vec::leak(points));

@@ -1,5 +1,5 @@
-//! The tick of a board and its host's service, on a board of the test: deadline, read-back of the
-//! outputs, watchdog, link. Milliseconds, no emulator.
+//! The tick of a board and the service of its host, on a mock board: deadline, read-back of the
+//! outputs, watchdog, link. Takes milliseconds, without an emulator.
 
 mod mock;
 mod served;

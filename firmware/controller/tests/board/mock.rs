@@ -1,4 +1,4 @@
-//! A board whose pins, clock and supply the test commands.
+//! A board whose pins, clock and supply are set by the test.
 
 use std::collections::VecDeque;
 
@@ -14,7 +14,7 @@ use palpate_controller::patch::Budget;
 use palpate_controller::port::Port;
 use palpate_controller::probe_in::Reading;
 
-/// Pins, clock and link as the test sets them, and what the controller did to them.
+/// Pins, clock and link as the test sets them, and the controller's actions on them.
 pub struct Mock {
     /// Pins that stay as they are, whatever is written.
     pub stuck: Option<Outputs>,

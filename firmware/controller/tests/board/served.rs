@@ -16,12 +16,11 @@ use palpate_controller::serve::{Pace, run};
 
 use super::mock::{Mock, haptic_loop};
 
-/// Its masses are relative to neighbours, so that opening it takes 128 passes of its springs,
-/// twice.
+/// Its masses are relative to neighbours, so opening it takes 128 passes over its springs, twice.
 static RELATIVE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m7-480.patch"));
 static BLOCK: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m4f-168.patch"));
 
-/// Runs the service on the messages of a host that then goes away; returns the answers and the
+/// Runs the service on the messages of a host that then disconnects; returns the answers and the
 /// board.
 fn answers(messages: &[ToBoard<'_>]) -> (Vec<Vec<u8>>, Mock) {
     answers_of(haptic_loop(Arming::OnRequest), messages)
@@ -112,14 +111,14 @@ fn damaged_bytes_are_counted_and_the_next_frame_is_taken() {
     decoded(state, |message| assert!(matches!(message, FromBoard::State { bad_frames: 1, .. }), "{message:?}"));
 }
 
-/// Messages that bring a patch over the link, after three ticks in which the board starts up.
+/// Messages that transfer a patch over the link, after three ticks in which the board starts up.
 fn bring(bytes: &[u8]) -> Vec<ToBoard<'_>> {
     let started = (1..=9).map(|n| pose(n, 2e-3));
     started.chain(upload::messages(bytes)).chain([pose(10, 2e-3)]).collect()
 }
 
-/// At 480 MHz the whole search lasts longer than the watchdog waits, one pass of the springs 0.1
-/// ms.
+/// At 480 MHz the whole search takes longer than the watchdog's time, and one pass over the springs
+/// 0.1 ms.
 #[test]
 fn opening_a_large_patch_feeds_the_watchdog_while_the_outputs_are_off() {
     let (frames, board) = answers(&bring(&RELATIVE.0));
@@ -132,14 +131,14 @@ fn opening_a_large_patch_feeds_the_watchdog_while_the_outputs_are_off() {
     });
     assert_eq!(taken, Some(141));
     assert!(board.fed >= 10 + 2 * 128, "fed {} times", board.fed);
-    // pins that never went off: nothing vouches for the outputs, so the watchdog has to act
+    // the pins never went off: nothing proves the outputs to be off, so the watchdog has to act
     let mut stuck = haptic_loop(Arming::OnRequest);
     stuck.board.stuck = Some(Outputs { enabled: true, ..Outputs::OFF });
     let (_, board) = answers_of(stuck, &bring(&RELATIVE.0));
     assert_eq!(board.fed, 0);
 }
 
-/// The modulus that the patch before was given says nothing about the one that was refused.
+/// The modulus set for the previous patch does not apply to the refused one.
 #[test]
 fn a_patch_that_is_refused_after_another_modulus_is_refused_once() {
     let mut messages: Vec<ToBoard> = (1..=9).map(|n| pose(n, 2e-3)).collect();

@@ -19,7 +19,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// A loop with the force on, a millimetre above the surface.
+    /// A loop with the force enabled, a millimetre above the surface.
     fn active() -> Self {
         let mut bench = Self { haptic: haptic_loop(Arming::ByItself), tick: 0 };
         for _ in 0..START_UP_TICKS {

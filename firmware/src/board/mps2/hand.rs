@@ -19,7 +19,7 @@ pub fn is_there() -> bool {
     READINGS.load(Ordering::Relaxed) > 0
 }
 
-/// Moves it: three positions of the tip [m], or three counts of encoders, little-endian.
+/// Moves the hand: three positions of the tip [m], or three counts of encoders, little-endian.
 pub fn to(words: &[u8; 12], counted: bool) {
     for (bits, bytes) in WORDS.iter().zip(words.as_chunks().0) {
         bits.store(u32::from_le_bytes(*bytes), Ordering::Relaxed);

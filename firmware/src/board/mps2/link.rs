@@ -61,8 +61,8 @@ pub fn duty() -> Duty {
 /// The two ends of a lock-step link, from the host's file system. Without one the link is the UART.
 static FILES: Mutex<CriticalSectionRawMutex, RefCell<Option<(File, File)>>> = Mutex::new(RefCell::new(None));
 
-/// Bytes from the host. In lock-step the whole machine stands still until there are some, and 0
-/// says that the host has gone.
+/// Bytes from the host. In lock-step the whole machine stops until there are some, and 0 means that
+/// the host has gone.
 pub fn link_read(bytes: &mut [u8]) -> usize {
     let from_file = FILES.lock(|link| {
         link.borrow_mut()
@@ -72,13 +72,13 @@ pub fn link_read(bytes: &mut [u8]) -> usize {
     from_file.unwrap_or_else(|| uart::read(bytes))
 }
 
-/// Bit of a packet's length: the hand is counts.
+/// Bit of a packet's length: the hand is given in counts.
 const COUNTED: u8 = 0x80;
 
-/// The machine stands still until it is told what came in a tick, in packets: where the hand is,
-/// how many bytes of the link follow, and these. Without bytes it is the tick's last. The length's
-/// highest bit says that the hand is counts of encoders. Whoever writes them sets the pace, and
-/// ends the run with anything else.
+/// The machine stops until it receives the input of a tick, in packets: the position of the hand,
+/// the number of bytes of the link that follow, and these bytes. A packet without bytes is the
+/// tick's last. The length's highest bit says that the hand is counts of encoders. Their writer
+/// sets the pace, and ends the run by writing anything else.
 #[inline(never)]
 fn paced(input: &mut File, bytes: &mut [u8]) -> usize {
     let mut head = [0; 13];
@@ -102,7 +102,7 @@ fn paced(input: &mut File, bytes: &mut [u8]) -> usize {
 
 /// Bytes to the host.
 pub fn link_write(bytes: &[u8]) {
-    // a host that does not read any more is noticed by the next read
+    // a host that has stopped reading is noticed at the next read
     let to_file = FILES.lock(|link| link.borrow_mut().as_mut().map(|(_, output)| output.write_all(bytes)));
     if to_file.is_none() {
         uart::write(bytes);

@@ -1,10 +1,10 @@
-//! RAM that start-up does not clear stands for the flash that these images lack.
+//! RAM that start-up does not clear takes the place of the flash that these images lack.
 
 use core::mem::MaybeUninit;
 
 use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
 
-// SAFETY: nothing else is put into this section; the name is no other.
+// SAFETY: nothing else is put into this section; the name is unique.
 #[unsafe(link_section = ".uninit.slots")]
 static mut SLOTS: MaybeUninit<[[u8; SLOT_BYTES]; 2]> = MaybeUninit::uninit();
 
@@ -13,8 +13,8 @@ static mut SLOTS: MaybeUninit<[[u8; SLOT_BYTES]; 2]> = MaybeUninit::uninit();
 pub struct ProfileMemory;
 
 impl ProfileMemory {
-    /// Hands over the bytes of a slot one by one, from one loop for all: a whole slot in one access
-    /// is a kilobyte of code, and so is every loop of its own.
+    /// Passes the bytes of a slot one by one, in one shared loop: accessing a whole slot at once
+    /// takes a kilobyte of code, and so would every further loop.
     #[inline(never)]
     fn each(slot: Slot, act: &mut dyn FnMut(usize, *mut u8)) {
         let first = if slot == Slot::B { SLOT_BYTES } else { 0 };
@@ -27,8 +27,8 @@ impl ProfileMemory {
 
 impl Flash for ProfileMemory {
     fn read(&self, slot: Slot, bytes: &mut [u8; SLOT_BYTES]) {
-        // SAFETY: whatever the RAM holds is bytes; one task at a time has the slots: `main`, then
-        // the haptic loop.
+        // SAFETY: any content of the RAM is valid as bytes; one task at a time uses the slots:
+        // `main`, then the haptic loop.
         Self::each(slot, &mut |at, kept| bytes[at] = unsafe { kept.read_volatile() });
     }
 

@@ -18,8 +18,8 @@ const RECEIVED: u32 = 2;
 const ENABLE: u32 = 0b1111;
 const BAUD: u32 = 115_200;
 
-/// Four of the longest frames each way. What finds no room is lost, and its frame dropped by the
-/// checksum.
+/// Four of the longest frames each way. Bytes that do not fit are lost, and the checksum drops
+/// their frame.
 static IN: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
 static OUT: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
 
@@ -41,7 +41,7 @@ pub fn read(bytes: &mut [u8]) -> usize {
     bytes.iter_mut().map_while(|byte| IN.try_receive().ok().map(|came| *byte = came)).count()
 }
 
-/// Puts bytes in the queue, without waiting. A frame that finds no room is not begun.
+/// Puts bytes in the queue, without waiting. A frame that does not fit is not begun.
 pub fn write(bytes: &[u8]) {
     if OUT.free_capacity() < bytes.len() {
         return;
@@ -49,12 +49,11 @@ pub fn write(bytes: &[u8]) {
     for byte in bytes {
         let _ = OUT.try_send(*byte); // there is room
     }
-    NVIC::pend(Interrupt::UartSent); // begins, if nothing is on its way
+    NVIC::pend(Interrupt::UartSent); // starts sending, if the UART is idle
 }
 
 pub extern "C" fn on_received() {
-    // SAFETY: registers of a UART that nothing but this file touches; reading the data takes it
-    // out.
+    // SAFETY: registers of a UART that nothing but this file touches; reading the data removes it.
     unsafe {
         INTCLEAR.write_volatile(RECEIVED);
         while STATE.read_volatile() & RECEIVE_FULL != 0 {

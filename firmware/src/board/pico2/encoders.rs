@@ -1,9 +1,9 @@
 //! Three encoders, each counted by a state machine of `PIO0`.
 //!
 //! The program keeps its count in Y and publishes it after every sample. A sample and the one
-//! before it make a number of four bits; the program jumps to that address, where a table of
-//! sixteen jumps says whether the count rises, falls or stays (also when both lines changed: an
-//! edge was missed).
+//! before it form a number of four bits; the program jumps to that address, where a table of
+//! sixteen jumps makes the count rise, fall or stay (also if both lines changed, when an edge was
+//! missed).
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -14,17 +14,17 @@ use embassy_rp::pio::program::pio_asm;
 use palpate::haptic::device::SensorStatus;
 use palpate_controller::probe_in::{EncoderCounts, JointReading, Reading};
 
-/// First pin of each encoder; its other line is on the next one.
+/// First pin of each encoder; its other line is on the next pin.
 const FIRST_PINS: [u8; 3] = [2, 4, 6];
-/// Most values that wait in a queue; the last one is the newest.
+/// Largest number of values waiting in a queue; the last one is the newest.
 const QUEUE: usize = 8;
 
-/// Counts as the last edge of the tick timer found them.
+/// Counts at the last edge of the tick timer.
 static LATCHED: [AtomicU32; 3] = [const { AtomicU32::new(0) }; 3];
 static READINGS: AtomicU32 = AtomicU32::new(0);
 
-/// Claims the pins and starts the state machines. The pull-ups hold open-collector outputs and
-/// unplugged encoders still.
+/// Claims the pins and starts the state machines. The pull-ups keep open-collector outputs and
+/// unplugged inputs from floating.
 pub fn start(pins: [Peri<'static, AnyPin>; 6]) {
     for pin in pins {
         core::mem::forget(Input::new(pin, Pull::Up));
@@ -48,7 +48,7 @@ pub fn start(pins: [Peri<'static, AnyPin>; 6]) {
         "jmp rise", // 11 to 10
         "jmp stay",
         "fall:",
-        "jmp y--, stay", // goes to the next line either way
+        "jmp y--, stay", // continues with the next line in both cases
         "stay:",
         "mov isr, y",
         "push noblock",
@@ -72,7 +72,7 @@ pub fn start(pins: [Peri<'static, AnyPin>; 6]) {
     for (number, pin) in FIRST_PINS.into_iter().enumerate() {
         let machine = PIO0.sm(number);
         machine.clkdiv().write(|w| w.set_int(1));
-        machine.shiftctrl().write(|w| w.set_out_shiftdir(true)); // in to the left, out from the right
+        machine.shiftctrl().write(|w| w.set_out_shiftdir(true)); // shifts in to the left, out from the right
         machine.pinctrl().write(|w| w.set_in_base(pin));
         for code in begin {
             machine.instr().write(|w| w.set_instr(code));
@@ -81,8 +81,8 @@ pub fn start(pins: [Peri<'static, AnyPin>; 6]) {
     PIO0.ctrl().modify(|w| w.set_sm_enable(0b111));
 }
 
-/// Keeps the counts, from the tick timer's interrupt. What waits in the queues is old: the newest
-/// value comes after it.
+/// Latches the counts, from the tick timer's interrupt. Values waiting in the queues are old: the
+/// newest one comes after them.
 pub fn latch() {
     for (number, kept) in LATCHED.iter().enumerate() {
         for _ in 0..QUEUE {
@@ -94,8 +94,8 @@ pub fn latch() {
     }
 }
 
-/// Counts of the three encoders, latched at the tick's edge; the profile's mechanism makes a tip of
-/// them.
+/// Counts of the three encoders, latched at the tick's edge; the profile's mechanism turns them
+/// into a tip.
 pub fn sense() -> Option<Reading> {
     let [x, y, z] = &LATCHED;
     let counts = [x, y, z].map(|kept| EncoderCounts(kept.load(Ordering::Relaxed).cast_signed()));

@@ -5,8 +5,8 @@
 //! then driven low. Break, polarity and idle levels are locked until the next reset.
 //!
 //! **Read back every tick**: levels (IDR) of enable line, directions and, at 0 %, magnitudes,
-//! beside the registers that drive them. A pulsing pin's level says nothing, and no current is
-//! measured: a broken amplifier is not seen here.
+//! beside the registers that drive them. The level of a pulsing pin says nothing, and no current is
+//! measured: a broken amplifier is not detected here.
 
 use core::sync::atomic::{AtomicI16, AtomicU32, Ordering};
 
@@ -48,8 +48,8 @@ pub fn start(
     core::mem::forget(pwm);
 }
 
-/// The break input takes the outputs away without the program; nothing can switch it off before the
-/// next reset.
+/// The break input switches the outputs off without the program; nothing can switch it off before
+/// the next reset.
 fn arm_break_input() {
     TIM1.cr2().modify(|w| (0..3).for_each(|channel| w.set_ois(channel, false)));
     #[cfg(break_source)]
@@ -66,12 +66,12 @@ fn arm_break_input() {
     });
     // the lock takes effect with the next write and protects what is written before it
     TIM1.bdtr().modify(|w| w.set_lock(Lock::LEVEL2));
-    clear_break_flag(); // what the pin did before it was set up
+    clear_break_flag(); // the state of the pin before it was set up
 }
 
 fn clear_break_flag() {
     TIM1.sr().write(|w| {
-        w.0 = u32::MAX; // ones change nothing
+        w.0 = u32::MAX; // writing ones changes nothing
         w.set_bif(0, false);
     });
 }
@@ -84,7 +84,7 @@ fn stop_circuit() -> StopCircuit {
     StopCircuit { tripped: TIM1.sr().read().bif(0), closed: This::PINS.stop.is_high() }
 }
 
-/// Puts the codes on the bridges and sets the enable line; off goes first, on last.
+/// Puts the codes on the bridges and sets the enable line; off takes effect first, on last.
 pub fn write_outputs(outputs: Outputs) {
     if !outputs.enabled {
         This::PINS.enable.set(false);
@@ -100,8 +100,8 @@ pub fn write_outputs(outputs: Outputs) {
                 TIM1.ccr(axis).write(|w| w.set_ccr(0));
             }
         }
-        // compare registers are taken over at the end of a period: end it now, no pulse may outlive
-        // its direction
+        // compare registers take effect at the end of a period: end the period now, so that no
+        // pulse outlives its direction
         TIM1.egr().write(|w| w.set_ug(true));
     }
     for ((axis, bridge), pin) in next.into_iter().enumerate().zip(This::PINS.directions) {
@@ -120,7 +120,7 @@ pub fn write_outputs(outputs: Outputs) {
 /// Reads the outputs back, by pin levels and by the registers that drive them, once they have
 /// settled.
 pub fn outputs() -> Outputs {
-    // a pin has its level after 0.5 us, ten times the slowest edge of the data sheets at 50 pF
+    // a pin reaches its level within 0.5 us, ten times the slowest edge of the data sheets at 50 pF
     cortex_m::asm::delay(clock_hz() / 2_000_000);
     let pins = &This::PINS;
     let axes = core::array::from_fn(|axis| AxisPins {
@@ -139,9 +139,9 @@ pub fn outputs_off() {
     write_outputs(Outputs::OFF);
 }
 
-/// Whether the stop circuit is open, or was since the last tick. Reported once, the timer's flag is
-/// cleared: from there on the loop's own fault holds until it is cleared by request, and with it
-/// the outputs are off.
+/// Whether the stop circuit is open, or was open since the last tick. After one report the timer's
+/// flag is cleared: from then on the loop's own fault keeps the outputs off until it is cleared by
+/// request.
 pub fn emergency_stop() -> Option<Fault> {
     let circuit = stop_circuit();
     if circuit.clears_flag() {

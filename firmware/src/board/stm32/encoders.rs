@@ -17,8 +17,8 @@ use embassy_stm32::{Peri, pac};
 use palpate::haptic::device::SensorStatus;
 use palpate_controller::probe_in::{EncoderCounts, JointReading, Reading, extended};
 
-// SAFETY: the three timers of the encoders. TIM2 counts 32 bits, of which the lower half is used:
-// every register used here is the same in both kinds of timer.
+// SAFETY: the three timers of the encoders. TIM2 counts 32 bits, of which the lower half is used;
+// the registers used here are the same in both kinds of timer.
 const COUNTERS: [TimGp16; 3] = unsafe {
     [TimGp16::from_ptr(pac::TIM2.as_ptr()), TimGp16::from_ptr(pac::TIM3.as_ptr()), TimGp16::from_ptr(pac::TIM4.as_ptr())]
 };
@@ -26,14 +26,14 @@ const COUNTERS: [TimGp16; 3] = unsafe {
 /// before an edge counts: shorter pulses are noise, and a hand at 1 m/s makes 0.1 edges per us.
 const FILTER: FilterValue = FilterValue::FDTS_DIV8_N8;
 
-/// Counters as the last edge of the tick timer found them.
+/// Counters at the last edge of the tick timer.
 static LATCHED: [AtomicU32; 3] = [const { AtomicU32::new(0) }; 3];
-/// Encoders count 16 bits; these go on.
+/// Encoders count 16 bits; these counters continue beyond.
 static COUNTS: [AtomicU32; 3] = [const { AtomicU32::new(0) }; 3];
 static READINGS: AtomicU32 = AtomicU32::new(0);
 
-/// Starts one encoder's counter. The pull-ups hold open-collector outputs and unplugged encoders
-/// still; a push-pull output overrides them.
+/// Starts one encoder's counter. The pull-ups keep open-collector outputs and unplugged inputs from
+/// floating; a push-pull output overrides them.
 pub fn start<T: GeneralInstance4Channel>(
     timer: Peri<'static, T>,
     a: Peri<'static, impl TimerPin<T, Ch1>>,
@@ -43,21 +43,21 @@ pub fn start<T: GeneralInstance4Channel>(
     (config.ch1_pull, config.ch2_pull) = (Pull::Up, Pull::Up);
     core::mem::forget(Qei::new(timer, a, b, config));
     for counter in COUNTERS {
-        // the others are still without a clock, or get the same again
+        // the others have no clock yet, or get the same setting again
         counter.ccmr_input(0).modify(|w| (0..2).for_each(|channel| w.set_icf(channel, FILTER)));
     }
 }
 
-/// Keeps the counters, from the tick timer's interrupt: the age of a reading is the same in every
-/// tick, whatever the link brought.
+/// Latches the counters, from the tick timer's interrupt: the age of a reading is the same in every
+/// tick, whatever the link received.
 pub fn latch() {
     for (kept, counter) in LATCHED.iter().zip(COUNTERS) {
         kept.store(counter.cnt().read().cnt().into(), Ordering::Relaxed);
     }
 }
 
-/// Counts of the three encoders, latched at the tick's edge; the profile's mechanism makes a tip of
-/// them.
+/// Counts of the three encoders, latched at the tick's edge; the profile's mechanism turns them
+/// into a tip.
 pub fn sense() -> Option<Reading> {
     let [x, y, z] = &COUNTS;
     let [a, b, c] = &LATCHED;

@@ -9,8 +9,8 @@ use embassy_sync::channel::Channel;
 
 use super::{Stm32Board, This};
 
-/// Four of the longest frames each way. What finds no room is lost, and its frame dropped by the
-/// checksum.
+/// Four of the longest frames each way. Bytes that do not fit are lost, and the checksum drops
+/// their frame.
 static IN: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
 static OUT: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
 
@@ -31,14 +31,14 @@ pub fn start<T: Instance>(usart: Peri<'static, T>, rx: Peri<'static, impl RxPin<
     unsafe { This::LINK_INTERRUPT.enable() };
 }
 
-/// Bytes that have come. The interrupt is pended as well: should an error flag have swallowed its
-/// cause, the queues move on in the next tick.
+/// Bytes received. The interrupt is pended as well: if an error flag has hidden its cause, the
+/// queues continue in the next tick.
 pub fn read(bytes: &mut [u8]) -> usize {
     This::LINK_INTERRUPT.pend();
     bytes.iter_mut().map_while(|byte| IN.try_receive().ok().map(|came| *byte = came)).count()
 }
 
-/// Puts bytes in the queue, without waiting. A frame that finds no room is not begun.
+/// Puts bytes in the queue, without waiting. A frame that does not fit is not begun.
 pub fn write(bytes: &[u8]) {
     if OUT.free_capacity() < bytes.len() {
         return;

@@ -9,9 +9,9 @@
 //! | link | USART2 (PA2, PA3) |
 //! | light | LD2, PA5 |
 //!
-//! **Second watchdog.** The clock of the independent one (LSI) may be off by a half here: 4.5 ms
-//! may be 8.5 ms. The window watchdog runs on the core's own clock and acts after 4.4 ms; the other
-//! one is left for the case that this clock stops.
+//! **Second watchdog.** The clock of the independent one (LSI) may be off by 50 % here: 4.5 ms may
+//! be 8.5 ms. The window watchdog runs on the core's own clock and acts after 4.4 ms; the
+//! independent one remains for the case that this clock stops.
 
 use embassy_stm32::interrupt;
 use embassy_stm32::pac::Interrupt;
@@ -126,7 +126,7 @@ impl Stm32Board for This {
     }
 
     fn feed_second_watchdog() {
-        // before the tick timer runs, a patch is opened and feeds: that must not start it
+        // before the tick timer runs, opening a patch feeds the watchdog: that must not start it
         if RCC.apb1enr().read().wwdgen() {
             WWDG.cr().write(|w| {
                 w.set_t(SECOND_WATCHDOG_START);

@@ -115,8 +115,8 @@ impl Stm32Board for This {
     }
 
     fn start_caches() {
-        // SAFETY: once, before any task runs; no other code keeps these peripherals, and
-        // nothing on this board moves memory behind the core's back (DMA).
+        // SAFETY: once, before any task runs; no other code keeps these peripherals, and nothing on
+        // this board changes memory without the core (DMA).
         let mut core = unsafe { cortex_m::Peripherals::steal() };
         core.SCB.enable_icache();
         core.SCB.enable_dcache(&mut core.CPUID);

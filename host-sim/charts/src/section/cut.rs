@@ -8,7 +8,7 @@ use crate::surface::view::{V3, View};
 pub struct Corner {
     /// Place [m].
     pub at: V3,
-    /// How far it has moved [m].
+    /// Its displacement [m].
     pub moved_m: f64,
 }
 
@@ -69,7 +69,7 @@ impl Window {
         clipped(&left, |p| below(p) - self.depth_m)
     }
 
-    /// How far a point lies before the cut [m].
+    /// Distance of a point in front of the cut [m].
     fn before_m(&self, p: V3) -> f64 {
         (p - self.site_m).dot(&self.front)
     }

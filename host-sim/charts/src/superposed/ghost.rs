@@ -46,8 +46,8 @@ fn ends(layer: &Layer, edge: [u32; 2]) -> Option<[V3; 2]> {
 
 /// Edges of the triangles that face the eye, in pieces no longer than `piece_px`.
 ///
-/// They count as half a piece farther than they are: where both surfaces coincide only the skin is
-/// seen, not a moiré of both.
+/// They are placed half a piece farther away: where both surfaces coincide only the skin is
+/// visible, not a moiré of both.
 pub fn wires(layer: &Layer, view: &View, piece_px: f64) -> Vec<Wire> {
     let mut all = Vec::new();
     let behind = 0.5 * piece_px * f64::from(FINE) / view.scale;
@@ -67,7 +67,7 @@ pub fn wires(layer: &Layer, view: &View, piece_px: f64) -> Vec<Wire> {
     all
 }
 
-/// Edges between what faces the eye and what does not, and open borders [canvas units].
+/// Edges between triangles that face the eye and others, and open borders [canvas units].
 pub fn outline(layer: &Layer, view: &View) -> Vec<[(f64, f64); 2]> {
     let turned = |[toward, away]: &[u32; 2]| *toward > 0 && *away > 0 || toward + away == 1;
     (edges(layer, view).into_iter().filter(|(_, sides)| turned(sides)))

@@ -15,7 +15,7 @@ pub struct Face {
 pub struct Facet {
     /// Corners [canvas units].
     pub corners: [(f64, f64); 3],
-    /// How far the tissue here has moved [m].
+    /// Displacement of the tissue here [m].
     pub moved_m: f64,
     /// Light from 0 (dark) to 1.
     pub light: f64,
@@ -30,7 +30,7 @@ pub struct Skin<'a> {
     pub places_m: &'a [[f64; 3]],
     /// Nodes of each triangle, counter-clockwise seen from outside.
     pub triangles: &'a [[u32; 3]],
-    /// How far each node has moved [m].
+    /// Displacement of each node [m].
     pub moved_m: &'a [f64],
     /// End of the colour scale [m].
     pub scale_m: f64,
@@ -67,7 +67,7 @@ pub fn low_lamp(view: &View) -> V3 {
     lamp(view, [-0.75, 0.42, 0.4])
 }
 
-/// A lamp behind the left shoulder: everything that is seen is lit.
+/// A lamp behind the left shoulder, which lights everything that is visible.
 pub fn high_lamp(view: &View) -> V3 {
     lamp(view, [-0.45, 0.4, 0.8])
 }

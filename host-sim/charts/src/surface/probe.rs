@@ -59,7 +59,7 @@ impl Probe {
         V3::from(self.axis).try_normalize(0.0).unwrap_or_else(V3::z)
     }
 
-    /// How far the drawn part reaches from the tip along the axis [m].
+    /// Length of the drawn part from the tip along the axis [m].
     fn height_m(&self) -> f64 {
         match self.shape {
             ProbeShape::Sphere | ProbeShape::Capsule { .. } | ProbeShape::Ellipsoid { .. } => 2.0 * self.radius_m,

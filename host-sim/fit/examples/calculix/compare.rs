@@ -12,11 +12,11 @@ const SAME_LAW: f64 = 1.0;
 const OTHER_LAW: f64 = 3.0;
 const PRESSED: f64 = 3.0;
 const HELD: f64 = 5.0;
-/// A drag is shown and not judged: 10 % were expected and are not kept, and no finer mesh of
-/// `CalculiX` says yet which of the two is off.
+/// A drag is shown without a limit: it differs by more than the expected 10 %, and without a finer
+/// mesh of `CalculiX` it is not known which of the two is wrong.
 const DRAGGED: f64 = f64::INFINITY;
 
-/// A figure of `CalculiX` and ours beside it, each with its largest accepted difference [%].
+/// A figure of `CalculiX` and ours, each with its largest accepted difference [%].
 struct Row {
     name: String,
     theirs: f64,
@@ -25,14 +25,14 @@ struct Row {
 }
 
 impl Row {
-    /// Prints it; false if one of ours is off by more than it may be.
+    /// Prints it; false if one of ours differs by more than allowed.
     fn print(&self) -> bool {
         let mut passed = true;
         let mut cells = [String::new(), String::new()];
         for (cell, ours) in cells.iter_mut().zip([self.elements, self.patch]) {
             *cell = ours.map_or_else(String::new, |(ours, most)| {
                 let off = (ours / self.theirs - 1.0) * 100.0;
-                // NaN is off as well
+                // NaN counts as a difference
                 let within = off.abs() <= most;
                 passed &= within;
                 let mark = match (within, most.is_finite()) {

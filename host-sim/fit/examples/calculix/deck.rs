@@ -1,14 +1,14 @@
 //! Input decks of `CalculiX`: the block of our own finite elements under a rigid ball. Lengths are
 //! in millimetres, stresses in kilopascals, forces in millinewtons.
 //!
-//! Our energy, mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2, is none of `CalculiX`'s, but two terms
-//! of its hyperfoam come near: with alpha = 2, and beta = b in one and -b in the other, they are
-//! mu/2 (I1 - 3) and a function of ln J whose slope and curvature at rest are ours; its third
+//! Our energy, mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2, does not exist in `CalculiX`, but two
+//! terms of its hyperfoam come close: with alpha = 2, and beta = b in one and -b in the other, they
+//! are mu/2 (I1 - 3) and a function of ln J whose slope and curvature at rest are ours; its third
 //! derivative there is -4 b^2 mu, and zero in ours.
 //!
-//! `CalculiX` has no Prony terms. A hold has Maxwell elements instead, beside elastic ones on the
-//! same nodes: tissue that creeps in proportion to the stress. Its shear relaxes, its volume does
-//! not.
+//! `CalculiX` has no Prony terms. A hold has Maxwell elements instead, parallel to elastic ones on
+//! the same nodes: tissue that creeps in proportion to the stress. Its shear relaxes, its volume
+//! does not.
 
 use std::fmt::Write;
 
@@ -35,14 +35,14 @@ pub const PRESSED_S: f64 = 1e-3;
 
 /// Smallest elements lie within this distance of the tip [m].
 const FINE_M: f64 = 6.2e-3;
-/// Only these triangles of the top may touch [mm].
+/// Region of the top whose triangles may touch [mm].
 const TOUCHES_MM: f64 = 10.0;
 /// Pressure over penetration, and stress along the surface over slip while it sticks, both over
 /// Young's modulus [1/mm].
 const PENALTY_PER_MM: f64 = 300.0;
 const STICK_PER_MM: f64 = 30.0;
-/// Beta of the hyperfoam. A smaller one would be nearer to our energy, but at 0.1 the terms, 22 and
-/// 23 mu, leave so much rounding error that no equilibrium is found.
+/// Beta of the hyperfoam. A smaller value would be nearer to our energy, but at 0.1 the terms, 22
+/// and 23 mu, leave so much rounding error that no equilibrium is found.
 const BETA: f64 = 1.0;
 
 /// A deck by the name of its file.
@@ -59,7 +59,7 @@ pub fn block(nodes: usize, may_cut: [bool; 2], poisson_ratio: f64) -> Result<Blo
     case.build().map_err(|cause| format!("the block cannot be meshed: {cause}"))
 }
 
-/// Corner nodes of the piece that is pressed, dragged over, or held.
+/// Corner nodes of the piece for a press, a drag, or a hold.
 pub const NODES: [usize; 3] = [350, 600, 250];
 
 /// Every deck.
@@ -109,7 +109,7 @@ fn ours(share: f64) -> Materials {
     vec![format!("*HYPERFOAM, N=2\n{up:.12}, 2., {down:.12}, 2., {over:.12}, {under:.12}\n")]
 }
 
-/// `CalculiX`'s own neo-Hookean tissue, alike at small strain.
+/// `CalculiX`'s own neo-Hookean tissue, with the same moduli at small strain.
 fn neo_hooke(share: f64) -> Materials {
     let [shear, lambda] = lame().map(|l| l * share);
     let bulk = lambda + 2.0 / 3.0 * shear;

@@ -1,8 +1,8 @@
-//! Presses the block with `CalculiX`, a solver that the project has no part in, and compares.
+//! Presses the block with `CalculiX`, an independent solver, and compares.
 //!
 //! `cargo run --release -p palpate-fit --example calculix -- write FOLDER` writes the decks, `ccx`
 //! solves them (`ccx -i FOLDER/press`), and `compare` in place of `write` reads the results and
-//! prints them beside our finite elements and our patch. `tests/calculix` does all three.
+//! prints them next to those of our finite elements and our patch. `tests/calculix` does all three.
 
 mod ball;
 mod compare;
@@ -16,10 +16,10 @@ use std::process::ExitCode;
 
 const USAGE: &str = "give write or compare, and a folder";
 
-/// A message for whoever started this.
+/// An error message for the user.
 type Failure = String;
 
-/// Puts what was being done before an error.
+/// Prefixes an error with the current action.
 fn in_doing(what: impl Display) -> impl FnOnce(std::io::Error) -> Failure {
     move |cause| format!("{what}: {cause}")
 }

@@ -35,8 +35,8 @@ pub fn elements_mn(nodes: usize, poisson_ratio: f64, depths_mm: &[f64]) -> Resul
     depths_mm.iter().map(&mut force_mn).collect()
 }
 
-/// Share of the force of a hold that is left by finite elements whose shear alone has relaxed: the
-/// modulus of that time, as if it had been so from the start.
+/// Share of the force of a hold that remains by finite elements of which only the shear has
+/// relaxed, with the modulus of that time used from the start.
 pub fn elements_left() -> Result<Vec<f64>, Failure> {
     let depth_mm = [DRAG_DEPTH_MM];
     let at_once = elements_mn(deck::NODES[2], deck::POISSON_RATIO, &depth_mm)?[0];
@@ -52,7 +52,7 @@ pub fn elements_left() -> Result<Vec<f64>, Failure> {
     HOLDS_S.iter().map(later).collect()
 }
 
-/// Share of the shear modulus that is left (1).
+/// Remaining share of the shear modulus (1).
 pub fn left(t_s: f64) -> f64 {
     TERMS.iter().fold(1.0, |left, [share, time_s]| left - share * (1.0 - (-t_s / time_s).exp()))
 }
@@ -74,7 +74,7 @@ impl Run<'_> {
         }
     }
 
-    /// Straight to a place, and rest there.
+    /// Moves straight to a place and rests there.
     fn go(
         &mut self,
         from_mm: Vector3<f64>,
@@ -128,7 +128,7 @@ impl Shipped {
     }
 
     /// Forces against a drag and up, before it and at each of its lengths [mN]: the mean of four
-    /// headings, for the mesh has sides.
+    /// directions, since the mesh is not isotropic.
     pub fn drags_mn(&self) -> Result<Vec<[f64; 2]>, Failure> {
         let params = Params { friction: FRICTION as f32, ..self.params };
         let mut mean = vec![[0.0; 2]; DRAGS_MM.len() + 1];
@@ -152,7 +152,7 @@ impl Shipped {
         Ok(mean)
     }
 
-    /// Shares of the force of a hold that are left, pressed with friction.
+    /// Remaining shares of the force of a hold, pressed with friction.
     pub fn left(&self) -> Result<Vec<f64>, Failure> {
         let mut relaxation = [PronyTerm::NONE; MOST_TERMS];
         for (term, [share, time_s]) in relaxation.iter_mut().zip(TERMS) {

@@ -1,4 +1,4 @@
-//! How right a patch is, by the static solution of its tick: centred presses, random places over a
+//! Accuracy of a patch, by the static solution of its tick: centred presses, random places over a
 //! disc, dents, discs glued to the surface.
 
 use palpate::Params;
@@ -15,13 +15,13 @@ use palpate_tissue::patch::Patch;
 /// radius of 8 mm.
 const CENTRED_RADII: [f64; 8] = [0.0625, 0.125, 0.1875, 0.25, 0.375, 0.5, 0.75, 1.0];
 const DISC_DEPTHS_RADII: [f64; 7] = [0.0625, 0.125, 0.1875, 0.25, 0.375, 0.5, 0.75];
-/// How many places it takes to judge a patch.
+/// Number of places at which a patch is evaluated.
 pub const PLACES: usize = 40;
 /// Radius of the disc on a whole block [probe radii], and the seed of its places, which no fit
 /// uses.
 pub const DISC_RADII: f64 = 1.5;
 const SEED: u64 = 2026;
-/// Dents are compared at these depths, this far around [probe radii].
+/// Depths at which dents are compared, and the radius around the site [probe radii].
 const DENTS_RADII: [f64; 2] = [0.25, 0.5];
 const DENT_AROUND: f64 = 2.5;
 
@@ -52,7 +52,7 @@ pub struct DentError {
     pub surface_max_mm: f64,
 }
 
-/// A disc glued to the surface and moved a little.
+/// A disc glued to the surface and moved slightly.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct GluedError {
     /// Centre of the disc [mm].
@@ -72,7 +72,7 @@ pub struct Accuracy {
     pub forces: Vec<DepthError>,
     /// Dents.
     pub dents: Vec<DentError>,
-    /// Glued discs, where the reference has them.
+    /// Glued discs, if the reference has them.
     pub glued: Vec<GluedError>,
 }
 
@@ -80,7 +80,7 @@ impl Accuracy {
     /// Presses a patch at the centre and at `places` random places over `disc_radii` probe radii.
     ///
     /// # Errors
-    /// A press without balance.
+    /// A press without equilibrium.
     pub fn of(
         patch: &Patch,
         params: &Params,

@@ -1,13 +1,13 @@
-//! Simulated annealing with the schedule of paper 004 (sections 2.2 and 3.4), to be compared with
+//! Simulated annealing with the schedule of paper 004 (sections 2.2 and 3.4), for comparison with
 //! [`super::gauss_newton`] on the same objective.
 //!
-//! Two unknowns, as there: one multiplier on all springs and one on all nodal volume. The paper's
-//! second is the damping, which a press at rest does not feel; its objective is the Hausdorff
-//! distance, here it is the cost that all fits share, so a temperature is in units of that cost. It
-//! starts at the uncalibrated patch, not at random.
+//! There are two unknowns, as in the paper: one multiplier on all springs and one on all nodal
+//! volume. The paper's second unknown is the damping, which does not affect a press at rest. Its
+//! objective is the Hausdorff distance; here it is the cost that all fits share, so a temperature
+//! is in units of that cost. The walk starts at the uncalibrated patch, not at random.
 //!
 //! The schedule and the walk are [`super::schedule`]'s: `argmin`'s annealing cools after every
-//! trial and takes a worse place with another probability than Metropolis's.
+//! trial and accepts a worse place with another probability than Metropolis's.
 
 use super::schedule::{Schedule, Verdict, Walk};
 use super::{CalibrateError, Objective, Round};
@@ -18,8 +18,8 @@ pub const SCHEDULE_EVALUATIONS: usize = 1 + Schedule::PAPER.length();
 const SEED: u64 = 4;
 
 /// Fits the two multipliers with at most `most_evaluations`; returns a record of the start and of
-/// every trial that was better than all before it. The best is what the objective is left at. With
-/// less than [`SCHEDULE_EVALUATIONS`] all temperatures are gone through with fewer trials each.
+/// every trial that was better than all earlier ones. The objective is left at the best trial. With
+/// fewer than [`SCHEDULE_EVALUATIONS`] all temperatures are used, with fewer trials each.
 /// Coordinates are in prior widths.
 ///
 /// # Errors
@@ -42,7 +42,7 @@ pub fn fit(
         let there = walk.propose();
         let mut full = start.clone();
         moved.iter().zip(&there).for_each(|(&k, x)| full[k] = *x);
-        // a press without balance is never taken
+        // a press without equilibrium is never accepted
         let tried = objective.evaluate(&full, false).ok().map(|(sweep, found)| (objective.round(&sweep, &full), found));
         let verdict = walk.judge(there, tried.as_ref().map(|(round, _)| round.cost));
         if let (Verdict::Best, Some((round, found))) = (verdict, tried) {

@@ -1,7 +1,7 @@
-//! Gauss-Newton with the adjoint's exact slopes: every round solves the regularised linear least
-//! squares of all errors in all unknowns.
+//! Gauss-Newton with the adjoint's exact derivatives: every round solves the regularised linear
+//! least squares of all errors in all unknowns.
 //!
-//! There are fewer measured numbers than unknowns, so the normal equations are solved on the side
+//! There are fewer measured numbers than unknowns, so the normal equations are solved in the space
 //! of the measurements: `z = J^T (J J^T + I)^-1 (J z0 - r)` minimises `|r + J (z - z0)|^2 + |z|^2`.
 
 use faer::linalg::solvers::Solve;
@@ -9,13 +9,13 @@ use faer::{Mat, Side};
 
 use super::{CalibrateError, Objective, Round, Settings, Sweep};
 
-/// Weight with which a round's unknowns are held to the last round's, in units of their prior
-/// (Levenberg, Marquardt).
+/// Weight with which a round's unknowns are held to those of the last round, in units of their
+/// prior (Levenberg, Marquardt).
 const FIRST_HOLD: f64 = 100.0;
-/// A hold below this hardly shortens a step.
+/// A weight below this hardly shortens a step.
 const FREE: f64 = 1.0;
-/// A step that does not pay, or keeps little of what the linear model promised, makes the next one
-/// shorter; one that keeps most of it, longer.
+/// A step that gains nothing, or little of the linear model's prediction, makes the next one
+/// shorter; one that gains most of it makes the next longer.
 const LONGER_HOLD: f64 = 4.0;
 const GOOD: f64 = 0.7;
 const FAIR: f64 = 0.3;
@@ -42,11 +42,11 @@ pub fn fit(
         for tries in 0..MOST_TRIES {
             let Some(there) = step(&sweep, &z, hold) else { break };
             let promised = before - linear_cost(&sweep, &z, &there);
-            // a step made shorter that could not gain what a round has to
+            // a shortened step that could not gain what a round must gain
             if tries > 0 && promised < settings.least_gain * before {
                 break;
             }
-            // a press that finds no balance is a step too far
+            // a press without equilibrium means that the step was too long
             if let Ok((sweep, found)) = objective.evaluate(&there, true) {
                 let round = objective.round(&sweep, &there);
                 if round.cost < before {
@@ -70,7 +70,7 @@ pub fn fit(
         sweep = next;
         progress(&round);
         rounds.push(round);
-        // a short step gains little; only a free one that gains little is the end
+        // a short step gains little; the fit ends only if a free step gains little
         if hold < FREE && round.cost > (1.0 - settings.least_gain) * before {
             break;
         }
@@ -78,7 +78,7 @@ pub fn fit(
     Ok(rounds)
 }
 
-/// Returns the cost that the linear model predicts at `there`.
+/// Returns the cost predicted by the linear model at `there`.
 fn linear_cost(sweep: &Sweep, z: &[f64], there: &[f64]) -> f64 {
     let moved: Vec<f64> = there.iter().zip(z).map(|(a, b)| a - b).collect();
     let residual = |(row, r): (&Vec<f64>, &f64)| r + row.iter().zip(&moved).map(|(j, d)| j * d).sum::<f64>();
@@ -86,15 +86,15 @@ fn linear_cost(sweep: &Sweep, z: &[f64], there: &[f64]) -> f64 {
     misfit + there.iter().map(|z| z * z).sum::<f64>()
 }
 
-/// Damped Gauss-Newton step; `hold` scales the prior weights. Returns the unknowns at which the
-/// linear model is best when each is also held to its present value with `hold` times the weight of
-/// its prior.
+/// Damped Gauss-Newton step; `hold` scales the prior weights. Returns the minimum of the linear
+/// model when each unknown is also held to its present value with `hold` times the weight of its
+/// prior.
 fn step(sweep: &Sweep, z: &[f64], hold: f64) -> Option<Vec<f64>> {
     let (m, n) = (sweep.rows.len(), z.len());
     let j = Mat::from_fn(m, n, |r, c| sweep.rows[r][c]);
     let mut normal = &j * j.transpose();
     (0..m).for_each(|k| normal[(k, k)] += 1.0 + hold);
-    // prior at zero and hold at z are one prior in between
+    // the prior at zero and the hold at z combine to one prior in between
     let between = hold / (1.0 + hold);
     let right = |r: usize| sweep.rows[r].iter().zip(z).map(|(j, z)| j * z * (1.0 - between)).sum::<f64>() - sweep.residuals[r];
     let weights = normal.llt(Side::Lower).ok()?.solve(&Mat::from_fn(m, 1, |r, _| right(r)));

@@ -1,4 +1,4 @@
-//! How far a patch is from its targets.
+//! Deviation of a patch from its targets.
 
 use super::Round;
 
@@ -7,7 +7,7 @@ use super::Round;
 pub struct Measurement {
     /// Force over its target minus one, place by place, shallow first (1).
     pub forces: Vec<Vec<f64>>,
-    /// Distances of the surface nodes from the reference [m], one list a dent.
+    /// Distances of the surface nodes from the reference [m], one list per dent.
     pub dents_m: Vec<Vec<f64>>,
     /// Force of each glued disc over its target minus one (1).
     pub glued: Vec<f64>,

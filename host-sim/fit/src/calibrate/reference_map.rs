@@ -1,9 +1,9 @@
 //! The reference between its solved depths and places.
 //!
-//! Over depth the force divided by depth^1.5 (Hertz) is smooth and slow, and is interpolated by a
-//! cubic through the four nearest depths. Over the top of a homogeneous block the force hardly
-//! changes (under 1 % within 1.5 probe radii): its ratio to the centred force has the square's
-//! symmetry, `1 + a r^2 + b r^4 + c r^4 cos(4 angle)`, fitted to the solved places.
+//! Over depth, the force divided by depth^1.5 (Hertz) varies smoothly and slowly, and is
+//! interpolated by a cubic through the four nearest depths. Over the top of a homogeneous block the
+//! force hardly changes (under 1 % within 1.5 probe radii): its ratio to the centred force has the
+//! square's symmetry, `1 + a r^2 + b r^4 + c r^4 cos(4 angle)`, fitted to the solved places.
 
 use nalgebra::Matrix3;
 
@@ -11,13 +11,13 @@ use super::targets::Reference;
 use crate::statics::Vector;
 use palpate_tissue::answer::{Answer, GluedAnswer};
 
-/// Places closer to the centre than this are the centre [m].
+/// Distance within which a place counts as the centre [m].
 const CENTRED_M: f64 = 1e-9;
-/// Weight of zero for a, b and c in the fit of the ratio, beside places that weigh about one:
-/// without a place off the axes c is zero.
+/// Weight of the ridge on a, b and c in the fit of the ratio, relative to places of weight about
+/// one: without a place off the axes c becomes zero.
 const RIDGE: [f64; 3] = [1e-9, 1e-9, 1e-6];
 
-/// An answer that can be asked anywhere on the top of its block.
+/// An answer that is interpolated anywhere on the top of its block.
 #[derive(Clone, Debug)]
 pub struct ReferenceMap<'a> {
     answer: &'a Answer,
@@ -48,7 +48,7 @@ impl<'a> ReferenceMap<'a> {
                 continue;
             }
             let at_centre = map.centred_force(depth_m);
-            // normal equations with a trace of a ridge: places on one axis cannot tell b from c
+            // normal equations with a slight ridge: places on one axis cannot distinguish b from c
             let (mut normal, mut right) = (Matrix3::from_diagonal(&RIDGE.into()), Vector::zeros());
             for hold in aside {
                 let shape = Vector::from(map.shape(hold.place_m));
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn between_solved_depths_and_places_the_law_is_kept() {
-        // Hertz with a slow change over depth, falling off with the square's symmetry
+        // Hertz with a slow change over depth, decreasing outward with the square's symmetry
         let force = |x: f64, y: f64, d: f64| {
             let fall = 1.0 - 30.0 * (x * x + y * y) - 4e5 * (x.powi(4) - 6.0 * x * x * y * y + y.powi(4));
             d.powf(1.5) * (0.15 + 2.0 * d - 50.0 * d * d) * fall

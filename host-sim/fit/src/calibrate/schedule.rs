@@ -1,9 +1,9 @@
 //! The annealing schedule of paper 004 (sections 2.2 and 3.4) and a walk that follows it:
 //! proposals, Metropolis's criterion, cooling.
 //!
-//! The paper says neither how far a trial goes nor in what unit the objective is. Here the reach
-//! follows the share of trials taken, and every objective says its unit. A walk is plain numbers:
-//! written down and read back, it goes on where it stopped.
+//! The paper gives neither the reach of a trial nor the unit of the objective. Here the reach
+//! adapts to the share of accepted trials, and every objective states its unit. A walk is plain
+//! numbers: stored and read back, it continues where it stopped.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -14,17 +14,17 @@ use serde::{Deserialize, Serialize};
 pub struct Schedule {
     /// First temperature, in units of the cost.
     pub first: f64,
-    /// Cooling ends here.
+    /// Last temperature.
     pub last: f64,
-    /// Each temperature over the one before.
+    /// Ratio of each temperature to the one before.
     pub cooling: f64,
     /// Trials at each temperature.
     pub trials: usize,
 }
 
-/// Furthest and nearest trial.
+/// Largest and smallest reach of a trial.
 const REACH: [f64; 2] = [1e-4, 1.0];
-/// Share of trials that the reach is to make worth taking, and how fast it follows.
+/// Share of accepted trials that the reach is adapted to, and the rate of adaptation.
 const TAKEN: f64 = 0.44;
 const FOLLOWS: f64 = 0.2;
 
@@ -32,7 +32,7 @@ impl Schedule {
     /// The paper's: 570 temperatures, 114 000 trials.
     pub const PAPER: Self = Self { first: 100.0, last: 0.001, cooling: 0.98, trials: 200 };
 
-    /// How many temperatures there are.
+    /// Number of temperatures.
     #[must_use]
     pub const fn temperatures(&self) -> usize {
         let (mut temperature, mut count) = (self.first, 0);
@@ -49,7 +49,7 @@ impl Schedule {
         self.temperatures() * self.trials
     }
 
-    /// Temperature of a trial where all temperatures are gone through with `trials` in all.
+    /// Temperature of a trial if all temperatures share `trials` trials.
     #[must_use]
     pub fn temperature(&self, trial: usize, trials: usize) -> f64 {
         self.first * self.cooling.powi((trial * self.temperatures() / trials) as i32)
@@ -61,13 +61,13 @@ impl Schedule {
 pub enum Verdict {
     /// The walk stays.
     Refused,
-    /// The walk goes there.
+    /// The walk moves there.
     Taken,
-    /// The walk goes there, to its lowest cost so far.
+    /// The walk moves there, to its lowest cost so far.
     Best,
 }
 
-/// A walk on its way.
+/// The state of a walk.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Walk {
     schedule: Schedule,
@@ -81,19 +81,19 @@ pub struct Walk {
 }
 
 impl Walk {
-    /// A walk of `trials` in all that starts at a place with its cost.
+    /// A walk of `trials` trials that starts at a place with its cost.
     #[must_use]
     pub fn start(schedule: Schedule, trials: usize, seed: u64, place: Vec<f64>, cost: f64) -> Self {
         Self { schedule, seed, trials, trial: 0, reach: REACH[1], best: (place.clone(), cost), place, cost }
     }
 
-    /// Trials judged so far, and in all.
+    /// Number of trials so far, and in total.
     #[must_use]
     pub fn trials(&self) -> (usize, usize) {
         (self.trial, self.trials)
     }
 
-    /// Whether the schedule has been gone through.
+    /// Whether the schedule is complete.
     #[must_use]
     pub fn is_done(&self) -> bool {
         self.trial >= self.trials
@@ -105,7 +105,7 @@ impl Walk {
         self.schedule.temperature(self.trial, self.trials)
     }
 
-    /// Where it is, and the cost there.
+    /// Its present place, and the cost there.
     #[must_use]
     pub fn here(&self) -> (&[f64], f64) {
         (&self.place, self.cost)
@@ -117,20 +117,21 @@ impl Walk {
         (&self.best.0, self.best.1)
     }
 
-    /// Whether another walk is the same one, further on or not.
+    /// Whether another walk is the same one, at any point.
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         (self.schedule, self.seed, self.trials) == (other.schedule, other.seed, other.trials)
     }
 
-    /// The next trial: every coordinate by up to the reach. The same until it is judged.
+    /// The next trial: every coordinate changes by up to the reach. It stays the same until its
+    /// cost is given.
     #[must_use]
     pub fn propose(&self) -> Vec<f64> {
         let mut random = self.random();
         self.place.iter().map(|x| x + self.reach * (2.0 * share(&mut random) - 1.0)).collect()
     }
 
-    /// Judges the trial at `there`; a cost of `None` is never taken.
+    /// Accepts or rejects the trial at `there`; a cost of `None` is never accepted.
     pub fn judge(&mut self, there: Vec<f64>, cost: Option<f64>) -> Verdict {
         let mut random = self.random();
         let luck = (0..=self.place.len()).map(|_| share(&mut random)).last().unwrap_or_default();
@@ -147,13 +148,14 @@ impl Walk {
         Verdict::Taken
     }
 
-    /// Numbers of this trial alone, so that a walk read back draws what it would have drawn.
+    /// Random numbers that depend on this trial alone, so that a walk read back continues
+    /// identically.
     fn random(&self) -> Xoshiro256PlusPlus {
         Xoshiro256PlusPlus::seed_from_u64(self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(self.trial as u64))
     }
 }
 
-/// Evenly between zero and one.
+/// Uniform between zero and one.
 fn share(random: &mut impl Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }

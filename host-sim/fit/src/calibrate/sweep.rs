@@ -1,5 +1,5 @@
-//! One evaluation of the objective: every press of every place, and, if asked, how each result
-//! changes with every unknown.
+//! One evaluation of the objective: every press of every place and, on request, the derivatives of
+//! each result with respect to every unknown.
 
 use std::time::Instant;
 
@@ -9,13 +9,13 @@ use super::targets::{GluedTarget, PlaceTarget, Targets};
 use super::{Measurement, Round, Unknowns};
 use crate::statics::{Balance, CLEAR_M, Solver, Statics, Unbalanced, Vector};
 
-/// Errors in units of their tolerance, one a measured number, and their slopes along the unknowns,
-/// row by row.
+/// Errors in units of their tolerance, one per measured number, and their derivatives with respect
+/// to the unknowns, row by row.
 #[derive(Clone, Debug, Default)]
 pub struct Sweep {
     /// Errors.
     pub residuals: Vec<f64>,
-    /// Slopes, shape \[residuals\] [unknowns]; empty if not asked for.
+    /// Derivatives, shape \[residuals\] [unknowns]; empty unless requested.
     pub rows: Vec<Vec<f64>>,
     /// Errors of the same evaluation in plain units.
     pub measurement: Measurement,
@@ -24,7 +24,7 @@ pub struct Sweep {
 /// Node positions [m] of every press, shape \[places\]\[depths\]\[nodes\].
 pub type Positions = Vec<Vec<Vec<Vector>>>;
 
-/// The objective of a calibration, with its count of evaluations and the solutions found so far as
+/// The objective of a calibration, with the number of evaluations and the latest solutions as
 /// starting points for the next.
 #[derive(Debug)]
 pub struct Objective<'a> {
@@ -53,7 +53,7 @@ impl<'a> Objective<'a> {
     /// # Errors
     /// The rest stiffness is not positive.
     pub fn new(base: Statics, unknowns: Unknowns, targets: &'a Targets) -> Result<Self, Unbalanced> {
-        // one factor a core; each is too small to share
+        // one factorisation per core; each is too small to be parallelised
         faer::set_global_parallelism(faer::Par::Seq);
         let solver = Solver::of(&base).ok_or(Unbalanced { depth_mm: 0.0, steps: 0 })?;
         let z = vec![0.0; unknowns.len()];
@@ -61,7 +61,7 @@ impl<'a> Objective<'a> {
         Ok(Self { base, unknowns, targets, solver, last, z, evaluations: 0, started: Instant::now() })
     }
 
-    /// Returns it with positions that are near those of its own presses.
+    /// Returns it with start positions near those of its own presses.
     #[must_use]
     pub fn starting_near(mut self, positions: Positions) -> Self {
         self.last = positions;
@@ -101,7 +101,7 @@ impl<'a> Objective<'a> {
     /// Errors, and slopes if `with_slopes`, at `z`.
     ///
     /// # Errors
-    /// A press that finds no balance.
+    /// A press without equilibrium.
     pub fn evaluate(&mut self, z: &[f64], with_slopes: bool) -> Result<(Sweep, Found), Unbalanced> {
         self.evaluations += 1;
         let statics = self.unknowns.apply(&self.base, z);
@@ -158,7 +158,7 @@ impl<'a> Objective<'a> {
             };
             let error = here.force / target.force - 1.0;
             out.forces.push(error);
-            // the logarithm: closer to linear in the logarithms of the constants
+            // the logarithm is closer to linear in the logarithms of the constants
             out.sweep.residuals.push((here.force / target.force).ln() / target.tolerance);
             if with_slopes {
                 let mut slopes = row();
@@ -189,7 +189,8 @@ impl<'a> Objective<'a> {
         Ok(out)
     }
 
-    /// Stiffness over E [m] of a glued disc, and the slopes of its error; empty if not asked for.
+    /// Stiffness over E [m] of a glued disc, and the derivatives of its error; empty unless
+    /// requested.
     fn glued_sweep(&self, statics: &Statics, target: &GluedTarget, with_slopes: bool) -> Result<(f64, Vec<f64>), Unbalanced> {
         let glued = self.solver.glued(statics, target.place_m, target.radius_m, target.direction)?;
         let mut row = Vec::new();

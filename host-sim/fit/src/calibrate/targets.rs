@@ -7,24 +7,24 @@ use super::places::sunflower;
 use crate::statics::{CLEAR_M, Solver, Statics, Unbalanced, Vector};
 use palpate_tissue::answer::GluedAnswer;
 
-/// Radius of the disc over which places are spread for a whole block [probe radii]: a little more
-/// than the 1.5 over which the force is held to its tolerance.
+/// Radius of the disc over which places are spread for a whole block [probe radii]: slightly more
+/// than the 1.5 over which the force must keep its tolerance.
 pub const DISC_RADII: f64 = 1.65;
 /// Depths of the presses at every place [probe radii].
 pub const DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 0.875];
 /// Depths of the presses at the centre [probe radii].
 const CENTRE_DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 1.0];
 /// Depths of the presses along a stroke [probe radii]: 0.5, 1, 2, 4 mm for a radius of 8 mm, so
-/// that what slides 3 mm deep was not fitted.
+/// that a slide 3 mm deep was not fitted.
 const STROKE_DEPTHS_RADII: [f64; 4] = [0.0625, 0.125, 0.25, 0.5];
-/// Places go on this far past both ends of a stroke [probe radii].
+/// Distance by which places extend past both ends of a stroke [probe radii].
 const STROKE_ENDS_RADII: f64 = 0.125;
 /// Depths of the dents [probe radii].
 const DENT_DEPTHS_RADII: [f64; 2] = [0.25, 0.5];
 /// Radius around the centre in which a dent is measured [probe radii].
 const DENT_RADII: f64 = 2.5;
 
-/// One press in so many may find no balance on the patch as built, and be left out of a fit.
+/// One press in this many may have no equilibrium on the patch as built, and be left out of a fit.
 const MOST_LOST: usize = 50;
 
 /// Force at one depth.
@@ -34,7 +34,7 @@ pub struct ForceTarget {
     pub depth_m: f64,
     /// Force along the press over E [m^2].
     pub force: f64,
-    /// How far off counts as one unit of error (1).
+    /// Deviation that counts as one unit of error (1).
     pub tolerance: f64,
 }
 
@@ -45,7 +45,7 @@ pub struct DentTarget {
     pub depth_m: f64,
     /// Node and its displacement [m].
     pub nodes: Vec<(usize, Vector)>,
-    /// How far off counts as one unit of error [m].
+    /// Deviation that counts as one unit of error [m].
     pub tolerance_m: f64,
 }
 
@@ -60,7 +60,7 @@ pub struct PlaceTarget {
     pub dents: Vec<DentTarget>,
 }
 
-/// A disc glued to the surface and moved a little.
+/// A disc glued to the surface and moved slightly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GluedTarget {
     /// Its centre on the rest surface [m].
@@ -69,9 +69,9 @@ pub struct GluedTarget {
     pub radius_m: f64,
     /// Direction of its motion, a unit vector.
     pub direction: Vector,
-    /// Force along the way over E, per way [m].
+    /// Force along the displacement over E, per displacement [m].
     pub stiffness_m: f64,
-    /// How far off counts as one unit of error (1).
+    /// Deviation that counts as one unit of error (1).
     pub tolerance: f64,
 }
 
@@ -90,20 +90,20 @@ pub struct Targets {
     pub disc_radii: f64,
 }
 
-/// Depths [m] of the presses over a disc of places, each with how far off counts as one unit of
-/// error (1).
+/// Depths [m] of the presses over a disc of places, each with the deviation that counts as one unit
+/// of error (1).
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiscPresses {
     /// At the centre, shallow first.
     pub centre: Vec<(f64, f64)>,
-    /// Off the centre: a count of places, and the depths at each of them.
+    /// Off the centre: numbers of places, and the depths at each of them.
     pub aside: Vec<(usize, Vec<(f64, f64)>)>,
     /// Depths [m] at which the dent at the centre counts, among those of the centre, each with the
     /// share of the depth that counts as one unit of error (1).
     pub dents: Vec<(f64, f64)>,
 }
 
-/// Reference solution; a query returns `None` where it has no answer. Places count from the site.
+/// Reference solution; a query returns `None` if there is no answer. Places count from the site.
 pub trait Reference: Sync {
     /// Force over E [m^2] of a press at a place [m].
     fn force(&self, place_m: Vector, depth_m: f64) -> Option<f64>;
@@ -113,8 +113,8 @@ pub trait Reference: Sync {
     fn shallowest_m(&self) -> f64 {
         0.0
     }
-    /// Place on the surface [m] at an offset in the plane that touches it at the site [m]: of a
-    /// flat top that plane itself.
+    /// Place on the surface [m] at an offset in the tangent plane at the site [m]; for a flat top,
+    /// in that plane itself.
     fn place_m(&self, offset_m: [f64; 2]) -> Option<Vector> {
         Some(Vector::new(offset_m[0], offset_m[1], 0.0))
     }
@@ -127,12 +127,12 @@ pub trait Reference: Sync {
 }
 
 impl Targets {
-    /// Returns the targets without the presses off the centre that find no balance on the patch as
-    /// built, and how many those are: one place in hundreds, where springs buckle between two
-    /// shapes, must not end a fit. A press that is lost takes the deeper ones at its place with it.
+    /// Returns the targets without the presses off the centre that have no equilibrium on the patch
+    /// as built, and their number: one place in hundreds, where springs buckle between two shapes,
+    /// must not end a fit. With a press the deeper ones at its place are left out as well.
     ///
     /// # Errors
-    /// More than one press in fifty without balance, or one at the centre.
+    /// More than one press in fifty without equilibrium, or one at the centre.
     pub fn in_balance(&self, statics: &Statics) -> Result<(Self, usize), Unbalanced> {
         let failed = Unbalanced { depth_mm: 0.0, steps: 0 };
         let solver = Solver::of(statics).ok_or(failed)?;
@@ -161,8 +161,8 @@ impl Targets {
         Ok((kept, lost))
     }
 
-    /// Presses at the centre and at `places` more over `disc_radii` probe radii, to all depths that
-    /// the reference knows; dents at `surface` nodes, if there are any.
+    /// Presses at the centre and at `places` more over `disc_radii` probe radii, to all depths of
+    /// the reference; dents at `surface` nodes, if there are any.
     #[must_use]
     pub fn over_a_disc(
         reference: &(impl Reference + ?Sized),
@@ -181,8 +181,8 @@ impl Targets {
         Self::over(reference, surface, centre_m, radius_m, disc_radii, &disc)
     }
 
-    /// The presses of `disc`, over `disc_radii` probe radii, to all depths that the reference
-    /// knows; dents at `surface` nodes, if there are any.
+    /// The presses of `disc`, over `disc_radii` probe radii, to all depths of the reference; dents
+    /// at `surface` nodes, if there are any.
     #[must_use]
     pub fn over(
         reference: &(impl Reference + ?Sized),
@@ -217,8 +217,8 @@ impl Targets {
     }
 
     /// Presses on a flat top (normal along z) along a stroke centred on `centre_m`, over
-    /// `half_width_m` to both sides: a lattice of golden ratio, the centre first. `None` where the
-    /// reference does not know.
+    /// `half_width_m` to both sides: a lattice of golden ratio, the centre first. `None` if the
+    /// reference has no answer.
     #[must_use]
     pub fn over_a_stroke(
         reference: &(impl Reference + ?Sized),
@@ -264,7 +264,7 @@ impl Targets {
     }
 
     /// Returns the targets with other depths [probe radii] at the centre, as far as the reference
-    /// knows them, and presses there `weight` times as exact.
+    /// has them, and with the weight of presses there multiplied by `weight`.
     #[must_use]
     pub fn with_centre(mut self, reference: &(impl Reference + ?Sized), depths_radii: &[f64], weight: f64) -> Option<Self> {
         let depths: Vec<(f64, f64)> =
@@ -280,18 +280,18 @@ impl Targets {
     }
 }
 
-/// A force this far off counts as one unit of error (1).
+/// Deviation of a force that counts as one unit of error (1).
 const FORCE_TOLERANCE: f64 = 0.005;
-/// A glued disc's force this far off counts as one unit of error (1), where there are a few.
+/// Deviation of a glued disc's force that counts as one unit of error (1), if there are only a few.
 pub const GLUED_TOLERANCE: f64 = 0.002;
-/// A surface node this share of the depth off counts as one unit of error (1).
+/// Deviation of a surface node, as a share of the depth, that counts as one unit of error (1).
 const DENT_TOLERANCE: f64 = 0.008;
 
-/// Less one, the most even step for places on a line.
+/// The golden ratio less one: the most even step for places on a line.
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
 /// Forces at an offset from the centre for those depths [m], with their tolerances (1), that the
-/// reference knows; `None` where it does not know the place.
+/// reference has; `None` if it does not have the place.
 fn forces(reference: &(impl Reference + ?Sized), offset_m: Vector, depths: &[(f64, f64)]) -> Option<Vec<ForceTarget>> {
     let solved = reference.shallowest_m()..=reference.deepest_m() * (1.0 + 1e-9);
     let known = depths.iter().filter(|(depth_m, _)| solved.contains(depth_m));
@@ -300,7 +300,7 @@ fn forces(reference: &(impl Reference + ?Sized), offset_m: Vector, depths: &[(f6
     known.map(at).collect()
 }
 
-/// Shallow presses, smaller than an element, may be further off.
+/// Shallow presses, with contacts smaller than an element, may deviate more.
 fn tolerance(depth_radii: f64) -> f64 {
     if depth_radii < 0.1 { 2.0 * FORCE_TOLERANCE } else { FORCE_TOLERANCE }
 }

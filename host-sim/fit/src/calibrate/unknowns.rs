@@ -1,4 +1,4 @@
-//! The unknowns of a calibration as one vector, and what they do to a patch.
+//! The unknowns of a calibration as one vector, and their effect on a patch.
 //!
 //! Each unknown is the logarithm of a multiplier in units of its own prior width, so that the ridge
 //! is the plain sum of squares, multipliers stay positive, and zero is the uncalibrated patch.
@@ -15,14 +15,14 @@ const NODE: f64 = 0.3;
 const POINT: f64 = 0.4;
 /// Scalars that all springs, all nodes or all points share.
 const SHARED: f64 = 0.25;
-/// Prior widths of chi and of `tau_c`, and how far `tau_c` may go.
+/// Prior widths of chi and of `tau_c`, and the range of `tau_c`.
 const COMPENSATION: f64 = 0.5;
 const THRESHOLD: f64 = 0.03;
 const THRESHOLD_MOST: f64 = 0.3;
-/// A multiplier stays within this factor of one.
+/// Largest and smallest multiplier, as a factor and its inverse.
 const MOST: f64 = 30.0;
 
-/// Where each kind of unknown lies.
+/// Position of each kind of unknown.
 #[derive(Clone, Debug)]
 pub struct Unknowns {
     springs: usize,
@@ -58,7 +58,8 @@ impl Unknowns {
         Self { springs: statics.springs.len(), nodes: statics.rest_m.len(), triangles, points_per_triangle, held: Vec::new() }
     }
 
-    /// Holds all but the nodes for which `near` is true and the springs that end at one of them.
+    /// Fixes all unknowns except those of nodes for which `near` is true and of springs that end at
+    /// one of them.
     #[must_use]
     pub fn only(mut self, statics: &Statics, near: &[bool]) -> Self {
         let springs = statics.springs.iter().map(|s| !s.node.iter().any(|n| near[*n]));
@@ -67,7 +68,7 @@ impl Unknowns {
         self
     }
 
-    /// How many there are.
+    /// Number of unknowns.
     #[must_use]
     pub fn len(&self) -> usize {
         self.springs + self.nodes + self.points_per_triangle * self.triangles.len() + SCALARS
@@ -79,7 +80,7 @@ impl Unknowns {
         false
     }
 
-    /// Where the multiplier that all springs share lies, and the one that all nodes share.
+    /// Positions of the multiplier that all springs share and of the one that all nodes share.
     #[must_use]
     pub fn shared_springs_and_nodes(&self) -> [usize; 2] {
         [ALL_SPRINGS, ALL_NODES].map(|which| self.scalar(which))
@@ -122,7 +123,8 @@ impl Unknowns {
         statics
     }
 
-    /// Slopes along the unknowns of an output whose gradient was taken at `statics`, times `scale`.
+    /// Derivatives, with respect to the unknowns, of an output whose gradient was computed at
+    /// `statics`, times `scale`.
     pub fn slopes(&self, statics: &Statics, gradient: &Gradient, scale: f64, row: &mut [f64]) {
         let mut sums = [0.0; SCALARS];
         for (slot, g) in row[..self.springs].iter_mut().zip(&gradient.spring) {

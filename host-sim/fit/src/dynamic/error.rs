@@ -1,4 +1,4 @@
-//! Reasons for which a motion has no dynamic truth.
+//! Reasons for which a motion has no dynamic reference.
 
 use palpate_tissue::error::Error;
 

@@ -1,4 +1,4 @@
-//! The course of the force in time.
+//! The force as a function of time.
 
 /// State at the end of one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,8 +13,7 @@ pub struct Sample {
     pub force_n: [f64; 3],
     /// Its component along the press, positive out of the tissue [N].
     pub normal_n: f64,
-    /// Deepest penetration of the surface into the probe, by which the penalty contact is not rigid
-    /// [m].
+    /// Deepest penetration of the surface into the probe [m], which the penalty contact allows.
     pub penetration_m: f64,
     /// Whether Newton's method converged at the planned step; if not, a shorter one was used.
     pub at_planned_step: bool,
@@ -34,8 +33,8 @@ pub struct History {
 }
 
 impl History {
-    /// Force at a time over Young's modulus [m^2], straight between the samples: the three
-    /// components. Zero before the first sample, and the last one's after it.
+    /// Force at a time over Young's modulus [m^2], linear between the samples: the three
+    /// components. Zero before the first sample, and constant after the last.
     #[must_use]
     pub fn force_over_e_m2(&self, t_s: f64) -> [f64; 3] {
         let next = self.samples.partition_point(|sample| sample.t_s < t_s);

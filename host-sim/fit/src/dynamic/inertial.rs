@@ -40,7 +40,7 @@ pub(super) struct Inertial<'a> {
     /// Density over Young's modulus [s^2/m^2].
     pub density_s2_per_m2: f64,
     pub anchored: &'a Anchored,
-    /// The residual is never judged against less than this force over Young's modulus [m^2].
+    /// Least force over Young's modulus that the residual is compared with [m^2].
     pub least_force_m2: f64,
 }
 

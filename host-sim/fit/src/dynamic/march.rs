@@ -13,11 +13,11 @@ use crate::reference::body::{Body, Contact};
 use crate::reference::minimise::Minimiser;
 use crate::reference::probe::RigidProbe;
 
-/// A step that does not converge is halved at most this often.
+/// Largest number of times that a step without convergence is halved.
 const MOST_HALVINGS: usize = 5;
-/// Contact gets no stiffer at depths below this share of the radius.
+/// Depth, as a share of the radius, below which contact gets no stiffer.
 const LEAST_DEPTH: f64 = 1e-2;
-/// The residual is never judged against less than this share of the largest force so far.
+/// Least force that the residual is compared with, as a share of the largest so far.
 const LEAST_FORCE: f64 = 1e-2;
 
 /// Inertia of the tissue.
@@ -37,7 +37,7 @@ pub struct March<'a> {
     masses_m3: Vec<f64>,
     solver: Minimiser,
     tolerance: f64,
-    /// Residuals are never judged against less than this force over Young's modulus [m^2].
+    /// Least force over Young's modulus that residuals are compared with [m^2].
     pub least_force_m2: f64,
     /// Displacement, velocity and acceleration of every node.
     pub nodes: Nodes,
@@ -65,7 +65,7 @@ impl<'a> March<'a> {
         self.solver.iterations
     }
 
-    /// Goes one step in time, the contact being that at its end; false, and no step, if Newton's
+    /// Advances by one time step, with the contact at its end; false, without a step, if Newton's
     /// method does not converge.
     pub fn step(&mut self, step_s: f64, contact: Option<&Contact>) -> bool {
         let anchored = self.scheme.anchored(&self.nodes, step_s, self.inertia.damping_per_s);
@@ -91,7 +91,7 @@ impl<'a> March<'a> {
     }
 }
 
-/// A scene under a motion.
+/// A scene with a moving probe.
 pub(super) struct Drive<'a> {
     scene: &'a Scene,
     motion: &'a Motion,
@@ -133,7 +133,7 @@ impl<'a> Drive<'a> {
         })
     }
 
-    /// Goes one step, in halves where the whole does not converge; false if it was halved.
+    /// Advances by one step, or by halves if the whole does not converge; false if it was halved.
     fn go(&mut self, t_s: f64, step_s: f64, halvings: usize) -> Result<bool, DynamicError> {
         if self.march.step(step_s, Some(&self.contact(t_s + step_s))) {
             return Ok(true);
@@ -158,7 +158,7 @@ impl<'a> Drive<'a> {
         let contact = self.contact(t_s);
         let touch = self.piece.body.touch(&self.march.nodes.displacement_m, &contact);
         let mut force = touch.force_m2 * self.scene.tissue.youngs_modulus_pa;
-        // the images in a plane of symmetry push the other way
+        // the mirror images push in the opposite direction
         for k in 0..2 {
             if self.piece.mirror[k] {
                 force[k] = 0.0;

@@ -31,7 +31,7 @@ enum Leg {
 pub struct Motion {
     start: Pose,
     legs: Vec<Leg>,
-    /// Parameters that must be above zero, to name the wrong one.
+    /// Parameters that must be above zero, with their names for errors.
     asked: Vec<(&'static str, f64)>,
 }
 
@@ -44,8 +44,8 @@ impl Motion {
             .hold(hold_s)
     }
 
-    /// Presses at constant speed to a depth, dwells there, leaves at the same speed and waits as
-    /// long again at the rest surface.
+    /// Presses at constant speed to a depth, dwells there, leaves at the same speed and waits
+    /// equally long at the rest surface.
     #[must_use]
     pub fn tap(speed_m_per_s: f64, depth_m: f64, dwell_s: f64) -> Self {
         Self::ramp(speed_m_per_s, depth_m, dwell_s).go(Pose::default(), speed_m_per_s).hold(dwell_s)
@@ -82,7 +82,7 @@ impl Motion {
             .go(Pose { depth_m, across_m: [0.5 * travel_m, 0.0] }, speed_m_per_s)
     }
 
-    /// A motion without legs, the tip touching the rest surface: legs are added by [`Self::go`] and
+    /// A motion without legs, with the tip on the rest surface: legs are added by [`Self::go`] and
     /// [`Self::hold`].
     #[must_use]
     pub fn at_touch() -> Self {

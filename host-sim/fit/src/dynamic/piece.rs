@@ -1,5 +1,5 @@
-//! The piece of a scene's tissue that is computed: a quarter or half of a block where the motion
-//! leaves it symmetric, or an imported mesh.
+//! The piece of a scene's tissue that is computed: a quarter or half of a block if the motion is
+//! symmetric, or an imported mesh.
 
 use nalgebra::Vector3;
 use palpate_tissue::error::Error;
@@ -23,7 +23,7 @@ pub struct Piece {
     pub body: Body,
     /// Whether the piece ends at x = 0 and at y = 0, its mirror images being the rest.
     pub mirror: [bool; 2],
-    /// Where the motion's displacement across the press is zero, on the rest surface [m].
+    /// Place on the rest surface at which the motion's displacement across the press is zero [m].
     pub place_m: Vector3<f64>,
     /// Unit vector from the tip of the probe to its handle.
     pub axis: Vector3<f64>,

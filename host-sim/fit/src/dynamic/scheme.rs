@@ -8,7 +8,7 @@
 //! `gamma = 1/2 - alpha`, `beta = (1-alpha)^2 / 4`: second order for every rho, and Newmark's
 //! average acceleration for rho = 1.
 //!
-//! A rigid surface that moves at constant speed makes the nodes it carries alternate between zero
+//! A rigid surface that moves at constant speed makes the nodes in contact alternate between zero
 //! and twice its speed under rho = 1, and the force with them; with rho < 1 that chatter dies out
 //! by rho per step.
 
@@ -59,7 +59,7 @@ impl Scheme {
         Self { alpha, beta: 0.25 * (1.0 - alpha) * (1.0 - alpha), gamma: 0.5 - alpha }
     }
 
-    /// The spring that inertia and damping make of a step.
+    /// The spring equivalent to inertia and damping in a step.
     pub(super) fn anchored(&self, nodes: &Nodes, step_s: f64, damping_per_s: f64) -> Anchored {
         let free = self.free(nodes, step_s);
         let weight_per_s2 = (1.0 - self.alpha + damping_per_s * self.gamma * step_s) / (self.beta * step_s * step_s);

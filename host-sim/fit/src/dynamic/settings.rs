@@ -7,7 +7,7 @@ use super::error::DynamicError;
 pub struct Settings {
     /// Corner nodes of the piece that is meshed: of a quarter, a half or the whole block.
     pub corner_nodes: usize,
-    /// Elements are smallest within this distance of the probe's path [m]; by default a little more
+    /// Elements are smallest within this distance of the probe's path [m]; by default slightly more
     /// than the largest contact radius.
     pub fine_radius_m: Option<f64>,
     /// Longest step [s].
@@ -17,7 +17,7 @@ pub struct Settings {
     /// Ratio of each step to the one before, until the longest is reached.
     pub step_growth: f64,
     /// Spectral radius of the scheme at infinite frequency: 1 for Newmark's average acceleration,
-    /// less for numerical damping of what the mesh and the step do not resolve.
+    /// less for numerical damping of unresolved motion.
     pub spectral_radius: f64,
     /// Penetration at a contact pressure of Young's modulus, as a share of sqrt(radius x depth).
     pub softness: f64,
@@ -72,7 +72,7 @@ impl Settings {
             sum_s += next_s;
             next_s = (next_s * self.step_growth).min(self.step_s);
         }
-        // a little shorter each, so that the last one ends at the kink
+        // each slightly shorter, so that the last one ends at the kink
         steps_s.iter().map(|step_s| step_s * whole_s / sum_s).collect()
     }
 }

@@ -1,4 +1,4 @@
-//! How the stored truths of moving probes ([`palpate_tissue::moving`]) are computed.
+//! Computation of the stored references of moving probes ([`palpate_tissue::moving`]).
 
 use palpate_tissue::error::Error;
 use palpate_tissue::moving::table::{Row, Table};
@@ -30,7 +30,7 @@ pub trait Computed {
     /// Reads a history of this truth at the table's spacing. The press must be along z.
     fn table(&self, history: &History) -> Table;
 
-    /// Lines that say how a table was computed.
+    /// Header lines that document the computation of a table.
     fn header(&self, settings: &Settings, history: &History) -> Vec<String>;
 }
 

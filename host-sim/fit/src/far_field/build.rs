@@ -1,4 +1,4 @@
-//! From a whole organ to a patch with its far field, formulas only; [`crate::calibrate`] fits it
+//! From a whole organ to a patch with its far field, by formulas only; [`crate::calibrate`] fits it
 //! afterwards.
 
 use faer::Mat;
@@ -13,13 +13,14 @@ use crate::statics::{Statics, Unbalanced};
 use palpate_tissue::patch::{Material, Patch};
 use palpate_tissue::tissue::Tissue;
 
-/// Surface nodes within this many probe radii of the site are loaded to see how the rim answers.
+/// Radius around the site within which surface nodes are loaded to find the response of the rim
+/// [probe radii].
 const LOADED_RADII: f64 = 1.5;
 
 /// Why there is no patch.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum FarFieldError {
-    /// Where it is cut.
+    /// The cut failed.
     #[error(transparent)]
     Cut(#[from] CutError),
     /// The outside.

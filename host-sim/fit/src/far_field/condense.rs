@@ -1,4 +1,4 @@
-//! The outside of a patch as its rim feels it: quadratic finite elements, linear about rest,
+//! The stiffness of the outside on a patch's rim: quadratic finite elements, linear about rest,
 //! everything but the rim condensed out.
 //!
 //! Rim faces stay piecewise linear, as the patch's tets are: the middle of a rim edge follows the

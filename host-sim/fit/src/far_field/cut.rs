@@ -1,4 +1,4 @@
-//! A patch cut out of a whole organ: all tets near the site, and what is left.
+//! A patch cut out of a whole organ: all tets near the site, and the rest.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -40,9 +40,9 @@ pub struct Outside {
     pub stiffness_ratio: Vec<f64>,
     /// Fixed nodes, ascending.
     pub anchors: Vec<u32>,
-    /// Its node at each rim node, in the order of [`Cut::rim`].
+    /// Node of the outside at each rim node, in the order of [`Cut::rim`].
     pub rim: Vec<u32>,
-    /// Triangles where patch and outside meet, by place in [`Cut::rim`]; `None` for a fixed corner.
+    /// Triangles where patch and outside meet, by index in [`Cut::rim`]; `None` for a fixed corner.
     pub rim_triangles: Vec<[Option<usize>; 3]>,
     /// Triangles where patch and outside meet, by nodes of the outside.
     pub rim_faces: Vec<[u32; 3]>,
@@ -51,7 +51,7 @@ pub struct Outside {
 /// A patch and its outside.
 #[derive(Clone, Debug)]
 pub struct Cut {
-    /// The patch: it can be touched where the organ could.
+    /// The patch, touchable where the organ was.
     pub patch: Tissue,
     /// Nodes of the patch on the cut that are free, ascending.
     pub rim: Vec<u32>,
@@ -62,8 +62,8 @@ pub struct Cut {
 }
 
 impl Cut {
-    /// Takes all tets whose centroid is near the site, as far as they hang together by faces, out
-    /// of a whole.
+    /// Takes out of a whole all tets whose centroid is near the site, as far as they are connected
+    /// by faces.
     ///
     /// # Errors
     /// [`CutError`].
@@ -99,13 +99,13 @@ impl Cut {
         let anchors = |of: &BTreeMap<u32, u32>| whole.anchors.iter().filter_map(|a| of.get(a).copied()).collect::<Vec<u32>>();
         let of_tets = |list: &[usize]| list.iter().map(|t| whole.stiffness_ratio[*t]).collect();
 
-        // faces that the patch shows and the whole does not are the cut
+        // boundary faces of the patch that are not boundary faces of the whole form the cut
         let shown: BTreeSet<[u32; 3]> = whole.skin.iter().map(|t| sorted(*t)).collect();
         let as_whole = |t: &[u32; 3]| t.map(|n| node[n as usize]);
         let (skin, cut): (Vec<[u32; 3]>, Vec<[u32; 3]>) =
             surface::surface(&patch_mesh.tets).into_iter().partition(|t| shown.contains(&sorted(as_whole(t))));
         let fixed = anchors(&patch_of);
-        // tied wherever both sides have the node, also where they meet at an edge only
+        // tied wherever both sides have the node, even if they meet only at an edge
         let shared = (0_u32..).zip(&node).filter(|(n, w)| outside_of.contains_key(*w) && fixed.binary_search(n).is_err());
         let rim: Vec<u32> = shared.map(|(n, _)| n).collect();
         let rim_triangles = cut.iter().map(|t| t.map(|n| rim.binary_search(&n).ok())).collect();
@@ -139,7 +139,7 @@ fn sorted(mut t: [u32; 3]) -> [u32; 3] {
     t
 }
 
-/// For every tet those it shares a face with.
+/// For every tet, the tets with which it shares a face.
 fn neighbours(tets: &[[u32; 4]]) -> Vec<Vec<usize>> {
     let mut beside = vec![Vec::new(); tets.len()];
     let mut faces: BTreeMap<[u32; 3], usize> = BTreeMap::new();
@@ -154,7 +154,7 @@ fn neighbours(tets: &[[u32; 4]]) -> Vec<Vec<usize>> {
     beside
 }
 
-/// Marks what hangs together with `start` by faces through tets that `may` be entered.
+/// Marks the tets connected to `start` by faces through tets that `may` be entered.
 fn flood(beside: &[Vec<usize>], start: usize, may: impl Fn(usize) -> bool) -> Vec<bool> {
     let mut seen = vec![false; beside.len()];
     seen[start] = true;
@@ -170,14 +170,14 @@ fn flood(beside: &[Vec<usize>], start: usize, may: impl Fn(usize) -> bool) -> Ve
     seen
 }
 
-/// Tets within the radius that hang together with the nearest one.
+/// Tets within the radius that are connected to the nearest one.
 fn connected(tets: &[[u32; 4]], away: &[f64], radius_m: f64) -> Vec<bool> {
     let nearest = (0..away.len()).min_by(|a, b| away[*a].total_cmp(&away[*b]));
     let Some(start) = nearest.filter(|t| away[*t] <= radius_m) else { return vec![false; away.len()] };
     flood(&neighbours(tets), start, |t| away[t] <= radius_m)
 }
 
-/// Chips of the outside that nothing fixes join the patch; `None` if nothing fixed is left outside.
+/// Unsupported fragments of the outside join the patch; `None` if nothing fixed is left outside.
 fn held(whole: &Tissue, mut inside: Vec<bool>) -> Option<Vec<bool>> {
     let tets = &whole.mesh.tets;
     let beside = neighbours(tets);

@@ -22,51 +22,51 @@ use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::tissue::Placed;
 use palpate_tissue::tissue::Tissue;
 
-/// Places of the fit are spread this far around the site [probe radii]: a little more than the one
-/// radius over which the force is promised.
+/// Radius of the disc of fitted places [probe radii]: slightly more than the one radius over which
+/// the force is promised.
 const DISC_RADII: f64 = 1.15;
-/// Radius of the disc over which a patch is judged [probe radii].
+/// Radius of the disc over which a patch is evaluated [probe radii].
 pub const JUDGED_RADII: f64 = 1.0;
-/// Places over it, unknown to any fit.
+/// Number of places over it, in no fit.
 pub const JUDGED_PLACES: usize = 60;
 /// Radii that a patch may have [probe radii].
 const RADII: [f64; 2] = [1.25, 4.0];
-/// Most nodes within the fine radius.
+/// Largest number of nodes within the fine radius.
 const MOST_FINE_NODES: f64 = 1000.0;
-/// Along a stroke, places lie this far to both sides [probe radii].
+/// Distance of places to both sides of a stroke [probe radii].
 const HALF_WIDTH_RADII: f64 = 0.5;
-/// Presses at the centre count as this many times more exact: it is one place of a hundred, and the
-/// one that is pressed most.
+/// Factor on the weight of presses at the centre: it is one place of a hundred, and the one pressed
+/// most often.
 const CENTRE_WEIGHT: f64 = 3.0;
-/// Depths of the presses there [probe radii], between those that a patch is judged at: with five of
-/// them a fit met these and swung by 2-4 % between.
+/// Depths of the presses there [probe radii], between those at which a patch is evaluated: with
+/// five of them a fit met these and varied by 2-4 % between them.
 const CENTRE_DEPTHS_RADII: [f64; 12] = [0.0625, 0.0885, 0.125, 0.156, 0.21875, 0.25, 0.3125, 0.4375, 0.5, 0.625, 0.8125, 1.0];
-/// Presses around the site shallower than this [probe radii] count as so many times more exact, the
-/// shallowest excepted: they rest on a few foundation points and are the worst of the unseen
+/// Depth below which presses around the site [probe radii], except the shallowest, are weighted
+/// more, and the factor: they rest on a few foundation points and are the worst of the unseen
 /// places.
 const SHALLOW_RADII: [f64; 2] = [0.1, 0.2];
 const SHALLOW_WEIGHT: f64 = 2.0;
 /// Glued discs are fitted at the site and on a ring of this radius [probe radii], this many.
 const RING_RADII: f64 = 0.5;
 const RING: usize = 4;
-/// Places at which the finite elements of an organ are pressed, the site not counted, and how far
+/// Places at which the finite elements of an organ are pressed, without the site, and their radius
 /// around it [probe radii].
 const SOLVED_PLACES: usize = 10;
 const SOLVED_RADII: f64 = 1.2;
-/// Depths they are pressed to, as shares of the deepest hold.
+/// Depths of these presses, as shares of the deepest hold.
 const SOLVED_DEPTHS: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
 
-/// Reference that a patch of a scene is fitted to and judged by.
+/// Reference for fitting and evaluating a patch of a scene.
 pub enum Truth {
-    /// The answer that ships, for the block it is of.
+    /// The shipped answer, for its block.
     Block(Answer),
     /// Finite elements of this organ.
     Organ(Box<SurfaceMap>),
 }
 
 impl Truth {
-    /// The shipped answer if it is of this scene, pressed at its centre; else finite elements of
-    /// the whole, a minute or two for an organ.
+    /// The shipped answer if it belongs to this scene, pressed at its centre; otherwise finite
+    /// elements of the whole, which take a minute or two for an organ.
     ///
     /// # Errors
     /// Errors of [`organ_reference_kept`].
@@ -74,7 +74,7 @@ impl Truth {
         Self::kept(scene, placed, None, progress)
     }
 
-    /// As [`Self::of`], finite elements that were `solved` before being found again.
+    /// As [`Self::of`], reusing finite elements that were `solved` before.
     ///
     /// # Errors
     /// Errors of [`organ_reference_kept`].
@@ -101,7 +101,7 @@ impl Truth {
             .ok_or_else(|| Error::Check("the finite elements gave no smooth surface of forces".into()))
     }
 
-    /// Asks it.
+    /// Queries it.
     pub fn ask<R>(&self, question: impl FnOnce(&dyn Reference) -> R) -> R {
         match self {
             Self::Block(answer) => match ReferenceMap::of(answer) {
@@ -114,7 +114,7 @@ impl Truth {
 }
 
 impl Truth {
-    /// Asks it of another mesh of the same organ.
+    /// Uses it on another mesh of the same organ.
     pub fn ask_on<R>(&self, placed: &Placed, question: impl FnOnce(&dyn Reference) -> R) -> R {
         match self {
             Self::Block(_) => self.ask(question),
@@ -140,7 +140,7 @@ impl Reference for Nothing {
     }
 }
 
-/// Deepest hold of a scene that says how deep it presses [m].
+/// Deepest hold of a scene with given depths [m].
 pub(crate) fn deepest_hold_m(scene: &Scene) -> Option<f64> {
     match &scene.drive {
         Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.iter().copied().reduce(f64::max),
@@ -148,7 +148,7 @@ pub(crate) fn deepest_hold_m(scene: &Scene) -> Option<f64> {
     }
 }
 
-/// How a patch is made of a scene.
+/// How a patch is made from a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Recipe {
     /// Its size and its elements.
@@ -182,7 +182,7 @@ pub struct Prepared {
     pub material: Material,
     /// Parameters of the scene.
     pub params: Params,
-    /// How far the site travels [m].
+    /// Length of the site's stroke [m].
     pub stroke_m: [f64; 3],
 }
 
@@ -269,12 +269,12 @@ fn unfitted(cause: &crate::calibrate::CalibrateError) -> Error {
     Error::Check(format!("the patch cannot be fitted: {cause}"))
 }
 
-/// Patches narrower than the contact spreads miss it, however they are fitted; wider ones are a
-/// whole organ at a whole organ's cost.
+/// A patch narrower than the spread of the contact is wrong, however it is fitted; a much wider one
+/// costs as much as a whole organ.
 fn refuse_odd(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
     let probe_m = scene.probe.radius_m;
     let [least_m, most_m] = RADII.map(|radii| radii * probe_m);
-    // a hair for what a product of decimals rounds
+    // a small tolerance for rounding in products of decimals
     if !((1.0 - 1e-9) * least_m..=(1.0 + 1e-9) * most_m).contains(&sizes.radius_m) {
         return Err(Error::Usage(format!(
             "{}: a patch of {} m around a probe of {probe_m} m: give a radius of {least_m:.4} to {most_m:.4} m",
@@ -287,7 +287,7 @@ fn refuse_odd(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
     Ok(())
 }
 
-/// A mesh takes minutes to make long before it is too large for any board.
+/// Meshing takes minutes well before a mesh is too large for any board.
 fn refuse_too_fine(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
     // nodes of a half ball of regular tets, sqrt(2) to a cube of the edge
     let half_ball_m3 = 2.0 / 3.0 * std::f64::consts::PI * sizes.fine_radius_m.min(sizes.radius_m).powi(3);
@@ -302,8 +302,8 @@ fn refuse_too_fine(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
     )))
 }
 
-/// Fits a tissue's patch, with its rim springs if it has some, to a reference over a little more
-/// than the disc that it is judged on.
+/// Fits a tissue's patch, with its rim springs if it has some, to a reference over slightly more
+/// than the disc of its evaluation.
 ///
 /// # Errors
 /// A reference that lacks presses, a patch that cannot be pressed.
@@ -367,7 +367,7 @@ pub struct Fitted {
     pub params: Params,
     /// Rounds of the fit.
     pub rounds: Vec<Round>,
-    /// How right it is at places and depths that were not fitted.
+    /// Its accuracy at places and depths that were not fitted.
     pub accuracy: Accuracy,
 }
 

@@ -3,7 +3,7 @@
 //!
 //! The organ has the mesh's flat facets, as the patch that is cut out of it. At the site the force
 //! is that of two meshes, extrapolated; at other places that of the coarser one times the ratio of
-//! the two at the site, as what the mesh does to the force is much alike at both.
+//! the two at the site, since the effect of the mesh on the force is much the same at both.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -37,7 +37,7 @@ struct Level {
 
 const COARSE: Level = Level { edge: 1.4, growth: 0.9 };
 const FINE: Level = Level { edge: 1.0, growth: 0.65 };
-/// The smallest contact is taken for no larger than this, in probe radii.
+/// Upper bound on the radius of the smallest contact [probe radii].
 const LARGEST_RADII: f64 = 0.35;
 /// Most corner nodes of a mesh.
 const MOST_NODES: usize = 6000;
@@ -45,12 +45,12 @@ const MOST_NODES: usize = 6000;
 /// Forces of presses at several places and depths.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrganReference {
-    /// In the order they were asked for, shape \[places\].
+    /// In the requested order, shape \[places\].
     pub places: Vec<PlaceForces>,
     /// Depths [m], rising, shape \[depths\].
     pub depths_m: Vec<f64>,
-    /// How far the force at the site may be off at each depth (1): what the last refinement
-    /// changed.
+    /// Estimated error of the force at the site at each depth (1): the change in the last
+    /// refinement.
     pub error: Vec<f64>,
     /// Nodes of the finest quadratic mesh.
     pub nodes: usize,
@@ -61,7 +61,7 @@ pub struct OrganReference {
 pub struct PlaceForces {
     /// From the site, along the tangents of [`tangents`] [m].
     pub offset_m: [f64; 2],
-    /// On the surface [m]: there the tip of the probe is at depth zero.
+    /// Place on the surface [m], at which the depth of the tip is zero.
     pub place_m: [f64; 3],
     /// Along the site's axis, over the scene's Young's modulus [m^2], shape \[depths\].
     pub force_over_e_m2: Vec<f64>,
@@ -74,8 +74,8 @@ struct Pressed {
 }
 
 /// Presses the organ of [`super::whole`] along the axis of its site with the scene's probe, without
-/// friction: at each of `offsets_m` from the site, to each of `depths_m`. `progress` hears how many
-/// of how many presses are done.
+/// friction: at each of `offsets_m` from the site, to each of `depths_m`. `progress` is called with
+/// the number of presses done and the total.
 ///
 /// # Errors
 /// No depths, or some that do not rise from zero; an offset that misses the surface; no equilibrium
@@ -90,7 +90,7 @@ pub fn organ_reference(
     organ_reference_kept(scene, placed, offsets_m, depths_m, None, progress)
 }
 
-/// As [`organ_reference`], what was `solved` before being found again.
+/// As [`organ_reference`], reusing answers that were `solved` before.
 ///
 /// # Errors
 /// As [`organ_reference`].
@@ -193,7 +193,7 @@ impl<'a> Bench<'a> {
         )
     }
 
-    /// All that the forces of a press depend on.
+    /// Everything that the forces of a press depend on.
     fn problem(&self, task: &(V3, Level)) -> String {
         let (tissue, probe, own) = (&self.placed.tissue, &self.scene.probe, &self.scene.tissue);
         // an organ by its name, as its shape is code

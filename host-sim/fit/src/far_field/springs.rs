@@ -1,12 +1,12 @@
 //! Rim springs: a symmetric 3 x 3 block per rim node and a 3 x 3 block per rim edge, fitted to the
 //! condensed outside.
 //!
-//! Sought is the symmetric M with blocks only there that answers loads on the surface as S does:
-//! `|M U - S U|^2 + rho |M - S|^2`, U the rim displacements under unit forces on the surface with
-//! the exact outside attached. Cut off S itself, M would be 1-10 % too stiff; fitted it is within
-//! half a percent. M is kept positive, so that the rim can never give energy away: where a fit
-//! comes out with a negative eigenvalue (jagged rims), its eigenvector joins the loads, with
-//! growing weight, until none is left.
+//! They form the symmetric matrix M, with blocks only there, that responds to loads on the surface
+//! as S does; it minimises `|M U - S U|^2 + rho |M - S|^2`, U the rim displacements under unit
+//! forces on the surface with the exact outside attached. Taken directly from S, these blocks would
+//! be 1-10 % too stiff; fitted they are within half a percent. M is kept positive, so that the rim
+//! can never create energy: if a fit has a negative eigenvalue (at jagged rims), its eigenvector is
+//! added to the loads, with growing weight, until none is left.
 
 use faer::{Mat, Side};
 
@@ -20,12 +20,12 @@ use crate::statics::{Solver, Statics, Unbalanced, Vector};
 const RIDGE: f64 = 1e-3;
 /// Least eigenvalue, as a share of the mean diagonal of S.
 const LEAST: f64 = 1e-3;
-/// Rounds of adding eigenvectors, each weighted more than the last, the first by this much beside
-/// the ridge. Heavier ones at once would spoil the loads' answers.
+/// Rounds of adding eigenvectors, each weighted more than the last, and the first weight relative
+/// to the ridge. Larger weights from the start would impair the responses to the loads.
 const MOST_ROUNDS: usize = 24;
 const FIRST_WEIGHT: f64 = 10.0;
 const HEAVIER: f64 = 1.6;
-/// Conjugate gradients end at this share of the first residual.
+/// Share of the first residual at which conjugate gradients end.
 const TOLERANCE: f64 = 1e-7;
 const MOST_STEPS: usize = 3000;
 
@@ -69,7 +69,7 @@ pub fn rim_answers(statics: &Statics, cut: &Cut, outside: &Mat<f64>, reach_m: f6
 pub fn fit(cut: &Cut, s: &Mat<f64>, answers: &Mat<f64>) -> RimSprings {
     let rim = cut.rim.len();
     let pattern = Pattern::of(cut);
-    // shapes weigh by their size; their common scale is taken out: the mean diagonal is one
+    // responses are weighted by their size, scaled so that the mean diagonal is one
     let mut shapes = answers * answers.transpose();
     let scale = (0..3 * rim).map(|i| shapes[(i, i)]).sum::<f64>() / (3 * rim) as f64;
     shapes = &shapes * faer::Scale(1.0 / scale);
@@ -90,7 +90,7 @@ pub fn fit(cut: &Cut, s: &Mat<f64>, answers: &Mat<f64>) -> RimSprings {
     }
     let lowest = eigen(&pattern.dense(&fitted), least).into_iter().map(|(value, _)| value).fold(least, f64::min);
     if lowest < least {
-        // the last resort always holds: no more than the shift that is missing, on every node
+        // the last resort always works: the missing shift, on every node
         for (place, block) in pattern.place.iter().zip(&mut fitted) {
             if place[0] == place[1] {
                 (0..3).for_each(|k| block[k][k] += least - lowest);
@@ -112,7 +112,7 @@ pub fn dense(springs: &RimSprings) -> Mat<f64> {
 /// Smallest eigenvalue [m].
 #[must_use]
 pub fn lowest_m(springs: &RimSprings) -> f64 {
-    // what cannot be decomposed is not known to be positive
+    // a matrix that cannot be decomposed may not be positive
     let values = dense(springs).self_adjoint_eigenvalues(Side::Lower);
     values.map_or(f64::NEG_INFINITY, |values| values.into_iter().fold(f64::INFINITY, f64::min))
 }
@@ -136,7 +136,7 @@ fn eigen(matrix: &Mat<f64>, least: f64) -> Vec<(f64, Mat<f64>)> {
     low.map(|n| (values[n], Mat::from_fn(matrix.nrows(), 1, |r, _| all.U()[(r, n)]))).collect()
 }
 
-/// Where blocks may be.
+/// The pattern of blocks.
 struct Pattern {
     /// `[i, j]`, `i <= j`, ascending.
     place: Vec<[usize; 2]>,
@@ -207,7 +207,7 @@ impl Pattern {
         m
     }
 
-    /// `M G + G M + 2 rho M` where blocks may be, `G` the shapes.
+    /// `M G + G M + 2 rho M` on the pattern, with `G` from the responses.
     fn apply(&self, m: &[Block], shapes: &Mat<f64>, ridge: f64) -> Vec<Block> {
         let of = |i: usize, j: usize, b: usize, r: usize, c: usize| if i <= j { m[b][r][c] } else { m[b][c][r] };
         // (M G) at block (i, j)

@@ -1,11 +1,11 @@
 //! The reference of an organ between its solved places and depths.
 //!
-//! A mesh has flat facets, and a small contact feels where it lies among them. What of that is
-//! geometry is taken out first: the *effective depth* of a press is the depth at which the probe
-//! would displace the same volume of a plane. Over the effective depth^1.5 (Hertz; of a flat end
-//! over the depth itself) the force changes slowly, over depth and over the surface: its logarithm
-//! at every solved depth is a quadratic of the offset from the site, fitted to the solved places;
-//! between depths a cubic of the depth's logarithm through the four nearest.
+//! A mesh has flat facets, and a small contact is sensitive to its position among them. The
+//! geometric part of that is removed first: the *effective depth* of a press is the depth at which
+//! the probe would displace the same volume of a plane. Over the effective depth^1.5 (Hertz; of a
+//! flat end over the depth itself) the force changes slowly, over depth and over the surface: its
+//! logarithm at every solved depth is a quadratic of the offset from the site, fitted to the solved
+//! places; between depths a cubic of the depth's logarithm through the four nearest.
 
 use std::f64::consts::PI;
 
@@ -26,7 +26,7 @@ const RINGS: usize = 12;
 const RAYS: usize = 16;
 /// Halvings to an effective depth.
 const HALVINGS: usize = 40;
-/// Weight of zero for each term but the constant, beside places that weigh one.
+/// Weight of the ridge on each term but the constant, relative to places of weight one.
 const RIDGE: f64 = 1e-6;
 
 /// Forces over a disc around a site.
@@ -42,7 +42,7 @@ pub struct SurfaceMap {
     terms: Vec<SVector<f64, TERMS>>,
     length_m: f64,
     tip: Tip,
-    /// Root mean square of what the quadratics miss at the solved places (1).
+    /// Root mean square error of the quadratics at the solved places (1).
     pub misfit: f64,
 }
 
@@ -83,14 +83,13 @@ impl SurfaceMap {
             missed += reference.places.iter().zip(&values).map(off).sum::<f64>();
             map.terms.push(fit);
         }
-        // degrees of freedom that the fit itself used up are not counted
+        // corrected for the degrees of freedom of the fit
         let free = (reference.places.len() - TERMS) * reference.depths_m.len();
         map.misfit = (missed / free as f64).sqrt();
         Some(map)
     }
 
-    /// Returns the forces on another mesh of the same organ, whose surface lies elsewhere by a
-    /// little.
+    /// Returns the forces on another mesh of the same organ, whose surface is slightly different.
     #[must_use]
     pub fn on(&self, placed: &Placed) -> Self {
         Self { triangles_m: near_site(placed, self.tip.reach_m()), ..self.clone() }
@@ -102,7 +101,7 @@ impl SurfaceMap {
         Some(if self.tip.shape == Shape::Flat { effective_m } else { effective_m.powf(1.5) })
     }
 
-    /// Depth [m] at which the probe displaces as much of a plane as it does of the surface when its
+    /// Depth [m] at which the probe displaces the same volume of a plane as of the surface when its
     /// tip is `depth_m` below `place_m`.
     fn effective_m(&self, place_m: Vector, depth_m: f64) -> Option<f64> {
         let radius_m = self.length_m;
@@ -139,8 +138,8 @@ impl SurfaceMap {
         }
     }
 
-    /// Effective depth of a tip that is not round: what it displaces of a plane is summed at the
-    /// points at which that of the surface is.
+    /// Effective depth of a tip that is not round: its volumes in a plane and in the surface are
+    /// summed at the same points.
     fn long_depth_m(
         &self,
         place_m: Vector,
@@ -153,7 +152,7 @@ impl SurfaceMap {
         self.depth_of(self.volume_m3(place_m, depth_m, reach_m, above), of_plane)
     }
 
-    /// Depth at which a growing volume [m^3] is that of `of_plane`.
+    /// Depth at which a growing volume [m^3] equals that of `of_plane`.
     fn depth_of(&self, volume_m3: f64, of_plane: impl Fn(f64) -> f64) -> Option<f64> {
         let (mut low, mut high) = (0.0, 1.5 * self.length_m);
         for _ in 0..HALVINGS {
@@ -163,13 +162,13 @@ impl SurfaceMap {
         (low > 0.0).then_some(low)
     }
 
-    /// Points around an axis: distance from it [m], area of each [m^2], and way to it [m].
+    /// Points around an axis: distance from it [m], area of each [m^2], and vector to it [m].
     fn points(&self, reach_m: f64) -> impl Iterator<Item = (f64, f64, Vector)> {
         (0..RINGS).flat_map(move |ring| {
             let r_m = reach_m * (ring as f64 + 0.5) / RINGS as f64;
             let area_m2 = 2.0 * PI * r_m * reach_m / (RINGS * RAYS) as f64;
             (0..RAYS).map(move |ray| {
-                // turned from ring to ring, and never along an axis, where an edge may lie
+                // rotated from ring to ring, and never along an axis, where an edge may lie
                 let (sin, cos) = (2.0 * PI * (ray as f64 + 0.25 + 0.5 * (ring % 2) as f64) / RAYS as f64).sin_cos();
                 (r_m, area_m2, (self.across[0] * cos + self.across[1] * sin) * r_m)
             })
@@ -177,8 +176,8 @@ impl SurfaceMap {
     }
 
     /// Volume [m^3] that a probe displaces whose tip is `depth_m` below `place_m` and whose surface
-    /// rises by `above` its tip at a distance from its axis and a way from it [m], as far as
-    /// `reach_m` from the axis.
+    /// rises by `above` its tip at a given distance and vector from its axis [m], up to `reach_m`
+    /// from the axis.
     fn volume_m3(&self, place_m: Vector, depth_m: f64, reach_m: f64, above: impl Fn(f64, Vector) -> f64) -> f64 {
         let mut volume_m3 = 0.0;
         for (r_m, area_m2, off_m) in self.points(reach_m) {

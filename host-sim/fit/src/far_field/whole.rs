@@ -1,8 +1,8 @@
 //! The whole organ on a mesh that is fine at the site and coarse far away.
 //!
-//! The lattice of [`palpate_tissue::organ`], turned to the surface at the site and grown away from
-//! it, is cut to the organ's shape: our own, or the surface of a mesh file, whose own elements may
-//! be larger than the patch. Surface nodes lie on the shape exactly.
+//! The lattice of [`palpate_tissue::organ`], aligned with the surface at the site and growing away
+//! from it, is cut to the organ's shape: a built-in one, or the surface of a mesh file, whose own
+//! elements may be larger than the patch. Surface nodes lie on the shape exactly.
 
 use nalgebra::Vector3;
 
@@ -15,22 +15,22 @@ use palpate_tissue::tissue::organ::THROUGH;
 use palpate_tissue::tissue::organ_source::{OrganSource, Site};
 use palpate_tissue::tissue::{Placed, on_shape, place_block};
 
-/// Where the lattice tears the organ, its coarsest elements are made this much smaller, at most so
-/// often.
+/// Factor by which the coarsest elements are made smaller if the lattice tears the organ, and the
+/// largest number of attempts.
 const LESS: f64 = 0.7;
 const TRIES: u32 = 8;
 /// Largest share of the organ's volume that may be in the patch (1).
 const MOST_SHARE: f64 = 0.5;
 
 /// Meshes the tissue of a scene around its site: edges about `fine_m` long within `fine_radius_m`
-/// of it, about as long as `growth` says at the edge of the patch, and nowhere longer than lets two
-/// elements lie through the organ under the site. Where even so the mesh would tear, where the
-/// organ is thin, it grows less. A block has the mesh of [`block_with_rim`].
+/// of it, as long at the edge of the patch as `growth` gives, and short enough everywhere for two
+/// elements through the organ under the site. If the mesh would still tear where the organ is thin,
+/// it grows less. A block has the mesh of [`block_with_rim`].
 ///
 /// # Errors
-/// A scene without tissue, sizes that are none, a site further than a probe radius from the
-/// surface, a patch that swallows the organ or all that holds it, an organ that nothing holds: with
-/// what would do.
+/// A scene without tissue, invalid sizes, a site further than a probe radius from the surface, a
+/// patch that swallows the organ or all of its supports, or an organ without support: with a
+/// remedy.
 pub fn whole(scene: &Scene, tips_m: &[[f32; 3]], sizes: &Sizes) -> Result<Placed, Error> {
     check(scene, sizes)?;
     if let Some(size_m) = scene.tissue.block_m {
@@ -133,7 +133,7 @@ fn refuse_swallowed(scene: &Scene, placed: &Placed, sizes: &Sizes) -> Result<(),
         sum_m3 <= MOST_SHARE * whole_m3
     });
     let by_volume_m = fits.last().map_or(0.0, |p| p.0);
-    // what holds the organ must hold what is left of it
+    // the supports of the organ must also support the rest of it
     let furthest_m = placed.tissue.anchors.iter().map(|n| distance_m(mesh.nodes_m[*n as usize])).fold(0.0, f64::max);
     let largest_m = by_volume_m.min(furthest_m);
     if sizes.radius_m < largest_m {
@@ -143,7 +143,7 @@ fn refuse_swallowed(scene: &Scene, placed: &Placed, sizes: &Sizes) -> Result<(),
         "around the site would be cut out of an organ of {:.1} cm^3, {}: give a radius of at most {:.4} m",
         whole_m3 * 1e6,
         if by_volume_m <= furthest_m { "more than half of it" } else { "with all that holds it" },
-        // the mesh, and with it the limit, moves a little with the radius
+        // the mesh, and with it the limit, changes slightly with the radius
         0.95 * largest_m
     );
     scene.bad(&format!("a patch of {:.4} m", sizes.radius_m), &why)

@@ -49,7 +49,7 @@ pub struct Weighed {
     pub material: Material,
     /// Parameters of the scene.
     pub params: Params,
-    /// Counts of nodes, springs, tets and the other parts that cost time.
+    /// Numbers of nodes, springs, tets and the other items that cost time.
     pub counts: Counts,
     /// Substeps that the unfitted patch needs.
     pub substeps: u16,
@@ -95,7 +95,7 @@ impl Weighed {
     }
 }
 
-/// All candidates of a scene, by and by.
+/// All candidates of a scene, generated one after the other.
 pub struct Supply<'a> {
     scene: &'a Scene,
     machine: &'a Machine,
@@ -103,7 +103,7 @@ pub struct Supply<'a> {
     elements: &'static [f64],
     next: usize,
     both_foundations: bool,
-    /// The first refusal: what to tell if there is no candidate at all.
+    /// The first refusal, reported if there is no candidate at all.
     pub refused: Option<Error>,
 }
 
@@ -115,9 +115,8 @@ impl<'a> Supply<'a> {
         Self { scene, machine, radii, elements, next: 0, both_foundations: !quick, refused: None }
     }
 
-    /// The next smaller elements in patches of all radii, but those of more than `most_nodes` or
-    /// that take more than `most_units` per substep. `None` when all are too large, or no smaller
-    /// elements are left.
+    /// The next smaller elements in patches of all radii, without those of more than `most_nodes`
+    /// or `most_units` per substep. `None` if all are too large, or no smaller elements are left.
     pub fn next(&mut self, most_units: f64, most_nodes: usize) -> Option<Vec<Weighed>> {
         let element_radii = *self.elements.get(self.next)?;
         let made: Vec<Result<Vec<Weighed>, Error>> =
@@ -131,7 +130,7 @@ impl<'a> Supply<'a> {
                     found.extend(list);
                 }
                 Err(cause) => {
-                    // one radius may be too large for the organ, one mesh not survive a press
+                    // a radius may be too large for the organ, and a mesh may not survive a press
                     smaller = true;
                     self.refused.get_or_insert(cause);
                 }

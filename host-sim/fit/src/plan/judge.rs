@@ -1,5 +1,5 @@
-//! How right a fitted patch is where no fit has looked: presses at random places within a probe
-//! radius of the site, at the scene's depths.
+//! Accuracy of a fitted patch at unseen places: presses at random places within a probe radius of
+//! the site, at the scene's depths.
 
 use palpate::Params;
 use rayon::prelude::*;
@@ -15,15 +15,15 @@ use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::tissue::DEPTH_MARGIN;
 
-/// The worst place may be this many times the tolerance off.
+/// Largest error of a single place, as a multiple of the tolerance.
 pub const WORST_RATIO: f64 = 2.5;
-/// Depths besides the holds, down to the deepest of them [probe radii]; the first is the shallowest
-/// that is promised.
+/// Depths in addition to the holds, down to the deepest of them [probe radii]; the first is the
+/// shallowest that is promised.
 const DEPTHS_RADII: [f64; 8] = [0.125, 0.1875, 0.25, 0.375, 0.5, 0.75, 1.0, 1.25];
-/// Depths this share apart are one.
+/// Relative difference below which depths count as equal (1).
 const SAME: f64 = 0.02;
 
-/// Depths at which a patch of a scene is judged.
+/// Depths at which a patch of a scene is evaluated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judge {
     /// Rising [m].
@@ -33,7 +33,7 @@ pub struct Judge {
 /// Force errors [%].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Judged {
-    /// Root mean square over places and depths; of several sets of places the largest.
+    /// Root mean square over places and depths; with several sets of places, the largest.
     pub rms_pct: f64,
     /// Largest single one.
     pub worst_pct: f64,
@@ -41,7 +41,7 @@ pub struct Judged {
     pub centred_rms_pct: f64,
     /// Largest of them.
     pub centred_worst_pct: f64,
-    /// Places judged.
+    /// Number of evaluated places.
     pub places: usize,
 }
 
@@ -58,7 +58,7 @@ impl Judge {
     /// The scene's holds, and everything shallower down to an eighth of the probe's radius.
     ///
     /// # Errors
-    /// Holds that the reference does not know.
+    /// The reference lacks a hold.
     pub fn of(scene: &Scene, depth_limit_m: f64, reference: &dyn Reference) -> Result<Self, Error> {
         let radius_m = scene.probe.radius_m;
         let deepest_m = deepest_hold_m(scene).unwrap_or(depth_limit_m / DEPTH_MARGIN);
@@ -93,7 +93,7 @@ impl Judge {
     /// Presses a patch at the centre and at [`JUDGED_PLACES`] random places of each seed.
     ///
     /// # Errors
-    /// A press without balance.
+    /// A press without equilibrium.
     pub fn judge(&self, patch: &Patch, params: &Params, reference: &dyn Reference, seeds: &[u64]) -> Result<Judged, Unbalanced> {
         let pressed = PressedPatch::of(patch, params)?;
         let errors_at = |offset_m: Vector| -> Result<Vec<f64>, Unbalanced> {
@@ -106,7 +106,7 @@ impl Judge {
         let (mut rms_pct, mut worst_pct, mut places) = (0.0_f64, 0.0, 0);
         for seed in seeds {
             let offsets = random(JUDGED_PLACES, JUDGED_RADII * f64::from(params.probe.radius_m), *seed);
-            // a place where the organ ends is none
+            // a place beyond the organ does not count
             let offsets: Vec<Vector> = offsets.into_iter().filter_map(|xy| reference.place_m(xy)).collect();
             let errors = offsets.into_par_iter().map(errors_at).collect::<Result<Vec<_>, _>>()?;
             places += errors.len();

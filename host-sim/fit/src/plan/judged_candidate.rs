@@ -1,4 +1,4 @@
-//! One candidate fitted and judged.
+//! One candidate, fitted and evaluated.
 
 use palpate::{Params, Terms};
 use serde::{Serialize, Serializer};
@@ -13,15 +13,15 @@ use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
 use palpate_tissue::session::moving::MovingReport;
 
-/// Places that screening judges by, and those of a full fit: seeds that no fit uses.
+/// Seeds of the places for screening and for a full fit, which no fit uses.
 const SCREENING_SEEDS: [u64; 1] = [41];
 const SEEDS: [u64; 4] = [2026, 2027, 2028, 2029];
 
-/// How much of a fit is done.
+/// Extent of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Effort {
-    /// Few places and rounds: enough to tell good from bad.
+    /// Few places and rounds: enough to distinguish good from bad.
     Screened,
     /// Full number of places and rounds: the fit that is written.
     Full,
@@ -33,7 +33,7 @@ pub struct Bench<'a> {
     pub scene: &'a Scene,
     /// The board.
     pub machine: &'static Machine,
-    /// Reference that trials are fitted to and judged by.
+    /// Reference for fitting and evaluating trials.
     pub truth: &'a Truth,
     /// Depths.
     pub judge: &'a Judge,
@@ -41,11 +41,11 @@ pub struct Bench<'a> {
     pub tolerance_pct: f64,
     /// Fewer and smaller candidates.
     pub quick: bool,
-    /// Hears what is done.
+    /// Called with the progress.
     pub progress: &'a dyn Fn(&str),
 }
 
-/// A candidate, fitted and judged.
+/// A candidate, fitted and evaluated.
 #[derive(Clone, Debug, Serialize)]
 pub struct JudgedCandidate {
     /// Point of the search.
@@ -60,7 +60,7 @@ pub struct JudgedCandidate {
     /// Parameters of the fit.
     #[serde(skip)]
     pub params: Params,
-    /// Counts of nodes, springs, tets and the other parts that cost time.
+    /// Numbers of nodes, springs, tets and the other items that cost time.
     pub counts: Counts,
     /// Substeps of a tick.
     pub substeps: u16,
@@ -78,9 +78,9 @@ pub struct JudgedCandidate {
     pub keeps_pct: f64,
     /// Shear stiffness error of a glued disc, caused by the edge alone [%].
     pub shear_error_pct: Option<f64>,
-    /// The error while the probe moves as the scene says, with these substeps; of a full fit only.
+    /// The error at the scene's motion with these substeps; for a full fit only.
     pub moving: Option<MovingReport>,
-    /// Ready to write; of a full fit only.
+    /// Ready to write; for a full fit only.
     #[serde(skip)]
     pub session: Option<Box<Session>>,
 }
@@ -91,15 +91,15 @@ fn by_name<S: Serializer>(terms: &Terms, to: S) -> Result<S::Ok, S::Error> {
 }
 
 impl JudgedCandidate {
-    /// Whether a tolerance [%] is kept: pressed, and by the edge when sheared; and the moving error
-    /// that the scene allows.
+    /// Whether a tolerance [%] is kept by presses and by the edge in shear, and whether the scene's
+    /// moving error is kept.
     #[must_use]
     pub fn keeps(&self, tolerance_pct: f64) -> bool {
         let moving = self.moving.is_none_or(|moving| moving.keeps());
         self.keeps_pct <= tolerance_pct && self.edge_keeps(tolerance_pct) && moving
     }
 
-    /// Whether the edge alone keeps it when sheared.
+    /// Whether the edge alone keeps it in shear.
     #[must_use]
     pub fn edge_keeps(&self, tolerance_pct: f64) -> bool {
         self.shear_error_pct.is_some_and(|e| e.abs() <= tolerance_pct)
@@ -118,7 +118,7 @@ impl JudgedCandidate {
 }
 
 impl Bench<'_> {
-    /// Fits and judges.
+    /// Fits and evaluates.
     ///
     /// # Errors
     /// A patch that cannot be fitted, pressed or run.

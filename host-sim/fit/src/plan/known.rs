@@ -1,32 +1,32 @@
-//! Reference that a scene's model is held against: the whole organ's answer, the depths that are
-//! judged, and how tight a tolerance these can tell.
+//! Reference for a scene's model: the whole organ's answer, the depths of the evaluation, and the
+//! tightest tolerance that these can resolve.
 
 use super::judge::Judge;
 use crate::far_field::fitted::{Prepared, Recipe, Truth};
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::Scene;
 
-/// Accuracy to which the reference itself knows a force [%].
+/// Accuracy of the reference's own forces [%].
 const KNOWN_PCT: f64 = 0.3;
-/// Patches on whose mesh the whole organ is solved [probe radii]: the first, or where an organ is
-/// too small for it the second.
+/// Patches on whose mesh the whole organ is solved [probe radii]: the first, or the second if an
+/// organ is too small for it.
 const SOLVED: [[f64; 2]; 2] = [[2.0, 0.56], [1.5, 0.56]];
 
 /// The whole organ's answer.
 pub struct Known {
     /// The answer.
     pub truth: Truth,
-    /// Depths to judge by.
+    /// Depths of the evaluation.
     pub judge: Judge,
 }
 
 impl Known {
     /// Takes the shipped answer or solves the scene by finite elements, minutes for an organ.
-    /// `progress` hears what is done.
+    /// `progress` is called with the progress.
     ///
     /// # Errors
-    /// A tolerance [%] that is none or that the answer cannot tell; a scene that has no far field;
-    /// holds that have no answer.
+    /// A tolerance [%] that is invalid or too tight for the answer, a scene without a far field, or
+    /// holds without an answer.
     pub fn of(scene: &Scene, tolerance_pct: f64, progress: impl Fn(&str) + Sync) -> Result<Self, Error> {
         if !(tolerance_pct > 0.0 && tolerance_pct <= 100.0) {
             return Err(Error::Usage(format!("--tolerance-pct {tolerance_pct}: give a percentage above 0, at most 100")));

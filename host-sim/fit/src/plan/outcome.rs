@@ -1,4 +1,4 @@
-//! Result of a search, and the explanation where it found nothing.
+//! Result of a search, and the explanation if it found nothing.
 
 use palpate::Terms;
 
@@ -13,8 +13,7 @@ use palpate_tissue::error::Error;
 pub struct Outcome {
     /// The smallest that keeps the tolerance within the budget.
     pub chosen: Option<JudgedCandidate>,
-    /// The next smaller: it misses the tolerance. None where the chosen one is the smallest there
-    /// is.
+    /// The next smaller: it misses the tolerance. None if the chosen one is the smallest of all.
     pub smaller: Option<JudgedCandidate>,
     /// The next larger: it keeps the tolerance, or leaves the budget.
     pub larger: Option<JudgedCandidate>,
@@ -22,9 +21,9 @@ pub struct Outcome {
     pub trials: Vec<JudgedCandidate>,
     /// Candidates that could not be fitted, pressed or run at all, with their edge and terms.
     pub unfitted: Vec<(Candidate, RimTreatment, Terms)>,
-    /// Where nothing was found: the cheapest that keeps the tolerance on a faster board.
+    /// If nothing was found: the cheapest that keeps the tolerance on a faster board.
     pub elsewhere: Option<JudgedCandidate>,
-    /// Where nothing was found: the best of this board.
+    /// If nothing was found: the best for this board.
     pub tightest: Option<JudgedCandidate>,
 }
 
@@ -32,7 +31,8 @@ impl Outcome {
     /// The chosen one.
     ///
     /// # Errors
-    /// There is none: says which board would do, and what this one keeps.
+    /// There is none: names a board that would be fast enough, and the tolerance that this one
+    /// keeps.
     pub fn check(&self, machine: &Machine, tolerance_pct: f64) -> Result<&JudgedCandidate, Error> {
         if let Some(chosen) = &self.chosen {
             return Ok(chosen);
@@ -49,7 +49,7 @@ impl Outcome {
             None => "no model that was tried does on any board".into(),
         };
         let looser = match &self.tightest {
-            // rounded up, so that asking for it works
+            // rounded up, so that it can be used as a tolerance
             Some(trial) => format!("{} keeps {:.1} %", machine.name, (trial.keeps_pct * 10.0).ceil() / 10.0),
             None => format!("nothing that was tried runs on {}", machine.name),
         };

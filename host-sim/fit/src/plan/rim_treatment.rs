@@ -25,7 +25,7 @@ pub enum RimTreatment {
 }
 
 impl RimTreatment {
-    /// As tables and charts call it.
+    /// Name in tables and charts.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -1,9 +1,9 @@
 //! The search: bisection over cost by screening, full fits around the border, then the same with
-//! less.
+//! terms left out.
 //!
 //! Errors of single meshes scatter around their trend with cost, so candidates are bisected in
-//! rungs of about the same cost, and the border is walked by full fits. The smallest model found is
-//! the smallest of those on the ladder, not of all that could be.
+//! groups (*rungs*) of about the same cost, and the border is explored with full fits. The model
+//! found is the smallest of those on the ladder, not of all possible ones.
 
 use std::ops::Range;
 
@@ -15,19 +15,19 @@ use super::outcome::Outcome;
 use super::rim_treatment::RimTreatment;
 use palpate_tissue::error::Error;
 
-/// Candidates whose costs are within this factor make a rung; so many of them are screened at most,
-/// and so many fitted in full.
+/// Factor of cost within which candidates form a rung, and the largest numbers of them that are
+/// screened and fitted in full.
 const RUNG: f64 = 1.12;
 const SCREENED_PER_RUNG: usize = 3;
 const FULL_PER_RUNG: usize = 2;
-/// Screening is this much worse than a full fit on most meshes, and seldom more than that.
+/// Ratio of errors of screening and a full fit on most meshes, seldom exceeded.
 const SLACK: f64 = 1.25;
 const MOST_SLACK: f64 = 1.6;
-/// The ladder grows no further when two sizes of elements in a row keep this share of the tolerance
-/// in a short fit.
+/// The ladder ends once two sizes of elements in a row keep this share of the tolerance in a short
+/// fit.
 const SETTLED: f64 = 1.0;
 const SETTLED_SIZES: usize = 2;
-/// It reaches this far beyond the budget, to show what leaves it.
+/// Factor by which the ladder exceeds the budget, to show candidates beyond it.
 const BEYOND: f64 = 1.3;
 /// Fits from the chosen one down, and up for the runner-up.
 const WALK: usize = 3;
@@ -35,8 +35,7 @@ const WALK: usize = 3;
 const MOST_NODES: usize = 250;
 const QUICK_MOST_NODES: usize = 140;
 
-/// A candidate and what is known of it: place of its trial, `None` inside for one that cannot be
-/// fitted.
+/// A candidate and its trial, if known: the inner `None` means that it cannot be fitted.
 struct Step {
     weighed: Weighed,
     screened: Option<Option<usize>>,
@@ -59,7 +58,7 @@ impl Ladder<'_> {
 
     fn run(&mut self, step: usize, edge: RimTreatment, terms: Terms, effort: Effort) -> Option<usize> {
         let Ok(trial) = self.bench.run(&self.steps[step].weighed, edge, terms, effort) else {
-            // a patch that cannot be fitted is a candidate less
+            // a patch that cannot be fitted is dropped as a candidate
             self.unfitted.push((self.steps[step].weighed.candidate, edge, terms));
             return None;
         };
@@ -131,9 +130,9 @@ impl Ladder<'_> {
         None
     }
 
-    /// From a step down as long as the next ones keep the tolerance too: the last that did, and the
-    /// next smaller, which does not. A fit may need more substeps than the unfitted patch, so what
-    /// comes before is not always cheaper.
+    /// Goes down from a step as long as the next ones keep the tolerance too: returns the last that
+    /// did, and the next smaller, which does not. A fit may need more substeps than the unfitted
+    /// patch, so an earlier step is not always cheaper.
     fn walk_down(&mut self, mut step: usize) -> (usize, Option<JudgedCandidate>) {
         let tolerance_pct = self.bench.tolerance_pct;
         let mut units = self.full(step).map_or(f64::INFINITY, |t| t.units);
@@ -157,7 +156,7 @@ impl Ladder<'_> {
         smaller.max_by_key(|t| t.counts.nodes).cloned()
     }
 
-    /// The next dearer step that keeps the tolerance, or the first that leaves the budget.
+    /// The next more expensive step that keeps the tolerance, or the first that leaves the budget.
     fn runner_up(&mut self, step: usize) -> Option<JudgedCandidate> {
         let tolerance_pct = self.bench.tolerance_pct;
         let units = self.full(step).map_or(0.0, |t| t.units);
@@ -176,8 +175,8 @@ impl Ladder<'_> {
         None
     }
 
-    /// The chosen one with a term or the edge's springs left out: taken where that is cheaper and
-    /// keeps the tolerance.
+    /// The chosen one with a term or the edge's springs left out, used if that is cheaper and keeps
+    /// the tolerance.
     fn with_less(&mut self, step: usize, chosen: JudgedCandidate) -> JudgedCandidate {
         let tolerance_pct = self.bench.tolerance_pct;
         let mut best = chosen;
@@ -214,10 +213,10 @@ impl Ladder<'_> {
     }
 }
 
-/// Searches. What is not found is not an error: see [`Outcome::check`].
+/// Searches. Finding nothing is not an error: see [`Outcome::check`].
 ///
 /// # Errors
-/// A scene of which no candidate can be made.
+/// The scene has no candidate.
 pub fn search(bench: &Bench, supply: &mut Supply) -> Result<Outcome, Error> {
     let machine = bench.machine;
     let most_nodes = if bench.quick { QUICK_MOST_NODES } else { MOST_NODES };
@@ -250,14 +249,14 @@ pub fn search(bench: &Bench, supply: &mut Supply) -> Result<Outcome, Error> {
         outcome.larger = ladder.runner_up(step);
         if let Some(chosen) = ladder.full(step).cloned() {
             let chosen = ladder.with_less(step, chosen);
-            // what is left out may make the chosen one the cheapest there is
+            // leaving terms out may make the chosen one the cheapest of all
             outcome.smaller = outcome.smaller.filter(|smaller| smaller.units < chosen.units);
             outcome.chosen = Some(chosen);
         }
         (outcome.trials, outcome.unfitted) = (ladder.trials, ladder.unfitted);
         return Ok(outcome);
     }
-    // what this board does reach: the best two in full
+    // the best that this board reaches: the best two, fitted in full
     let mut known: Vec<(usize, f64)> =
         inside.iter().filter_map(|s| Some((*s, ladder.trials[ladder.steps[*s].screened.flatten()?].keeps_pct))).collect();
     known.sort_by(|a, b| a.1.total_cmp(&b.1));

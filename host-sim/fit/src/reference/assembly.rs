@@ -1,4 +1,4 @@
-//! The matrix's pattern and the sum over elements.
+//! The matrix's pattern and its assembly from elements.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -6,7 +6,7 @@ use super::cholesky::Cholesky;
 use super::elimination::eliminate;
 use super::quadratic::QuadraticMesh;
 
-/// Where the 3 x 3 block of two nodes lies in the lower triangle.
+/// Positions of the 3 x 3 blocks of node pairs in the lower triangle.
 pub(crate) struct Pattern {
     nodes: usize,
     /// Blocks of block column `j` are `block_start[j]..block_start[j + 1]`, its diagonal block
@@ -45,8 +45,8 @@ impl Pattern {
         9 * self.block_row.len()
     }
 
-    /// Orders the elimination, the `last` nodes at its end in their own order; `None` if memory for
-    /// the factor runs out.
+    /// Orders the elimination, with the `last` nodes at its end in their own order; `None` if
+    /// memory for the factor runs out.
     pub fn analyse(&self, last: &[u32]) -> Option<Cholesky> {
         let below = |n: usize| &self.block_row[self.block_start[n] + 1..self.block_start[n + 1]];
         let order = eliminate(self.nodes, below, last)?;
@@ -63,8 +63,8 @@ impl Pattern {
         Cholesky::analyse(column_start, row, order)
     }
 
-    /// Adds the block (row node i, column node j) to the lower triangle, where it or its transpose
-    /// belongs; not to an empty one.
+    /// Adds the block (row node i, column node j) to the lower triangle, at its place or,
+    /// transposed, at the mirrored one; skipped if the matrix is empty.
     pub fn add(&self, values: &mut [f64], i: u32, j: u32, block: &Matrix3<f64>) {
         if values.is_empty() {
             return;

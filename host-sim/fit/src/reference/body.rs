@@ -15,7 +15,7 @@ use super::quadratic::QuadraticMesh;
 use super::shape::{TetRule, tet_gradients, tet_slopes, triangle_shape};
 use palpate_tissue::scene::Inclusion;
 
-/// Elements worked on at once: bounds the memory for element matrices.
+/// Number of elements processed at once, which bounds the memory for element matrices.
 const BATCH: usize = 2048;
 const CHUNK: usize = 64;
 
@@ -93,8 +93,8 @@ pub struct Body {
     pub(crate) pattern: Pattern,
     points: Vec<Point>,
     points_per_tet: usize,
-    /// How exactly the elastic energy is known: it is the difference of numbers of the size of the
-    /// shear modulus times the volume [m^3].
+    /// Size of the numbers whose difference is the elastic energy, which limits its accuracy: shear
+    /// modulus times volume [m^3].
     pub(super) rounding_m3: f64,
 }
 
@@ -102,10 +102,10 @@ pub struct Body {
 pub struct Assembled {
     /// Over Young's modulus [m^3].
     pub energy_m3: f64,
-    /// Gradient of the energy [m^2]: what has to vanish at free components.
+    /// Gradient of the energy [m^2], which has to vanish at free components.
     pub residual_m2: Vec<Vector3<f64>>,
-    /// Lower triangle of the second derivative [m], in the pattern's order, not yet fixed; empty
-    /// where it was not asked for.
+    /// Lower triangle of the second derivative [m], in the pattern's order, without fixed
+    /// components applied; empty unless requested.
     pub tangent: Vec<f64>,
 }
 
@@ -163,7 +163,7 @@ impl Body {
         Self { points_per_tet: rule.len(), mesh, fixed, touchable, copies, pattern, points, rounding_m3 }
     }
 
-    /// Makes room in the tangent for blocks between all nodes of each group.
+    /// Reserves blocks in the tangent between all nodes of each group.
     pub(super) fn couple(&mut self, groups: &[[u32; 12]]) {
         self.pattern = Pattern::new(&self.mesh, groups);
     }
@@ -192,7 +192,7 @@ impl Body {
         Some(sum)
     }
 
-    /// Energy, residual and, if asked for, tangent without contact; `None` if an element is inside
+    /// Energy, residual and, on request, tangent, without contact; `None` if an element is inside
     /// out.
     pub(crate) fn derive(&self, displacement_m: &[Vector3<f64>], tangent: bool) -> Option<Assembled> {
         let mut sum = Assembled {
@@ -220,7 +220,7 @@ impl Body {
         Some(sum)
     }
 
-    /// The tangent times a vector over nodes; fixed components included.
+    /// The tangent times a vector over nodes, including fixed components.
     #[must_use]
     pub fn tangent_times(&self, assembled: &Assembled, vector: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         self.pattern.multiply(&assembled.tangent, vector)
@@ -287,7 +287,7 @@ impl Body {
             let stiffer = point.stiffer(&f, ln_j);
             let mu = point.mu * stiffer;
             let pressure = lambda * ln_j - mu;
-            // gradient of w along each node over mu, and what the factor's own change adds
+            // gradient of w along each node over mu, and the contribution of the factor's change
             let slopes: [Vector3<f64>; 10] = std::array::from_fn(|a| f * rest[a] - now[a]);
             let steeper = 2.0 * point.stiffening_b * mu * v;
             for a in 0..10 {

@@ -1,4 +1,4 @@
-//! The stiffness of a body as a few of its nodes feel it: everything else condensed out.
+//! The stiffness of a body between a few of its nodes, with everything else condensed out.
 //!
 //! Linear elasticity about the rest shape (the tangent of [`super::body`] there). Nodes may be
 //! tied: their displacement is a weighted mean of those of the kept nodes, so that a curved
@@ -14,13 +14,13 @@ use super::body::Body;
 pub enum Tie {
     /// Unconstrained: equilibrium determines it.
     Free,
-    /// The sum of weights times displacements of kept nodes; without any it stands still.
+    /// The sum of weights times displacements of kept nodes; without any it is fixed.
     To(Vec<(usize, f64)>),
 }
 
 /// Stiffness over E [m], shape [3 kept][3 kept], of a body seen from `kept` displacements; `tie`
-/// says what each node of the body's mesh follows. Components that the body itself fixes stay
-/// fixed. `None` if something is left loose or memory runs out.
+/// gives the constraint of each node of the body's mesh. Components that the body itself fixes stay
+/// fixed. `None` if a part is unsupported or memory runs out.
 #[must_use]
 pub fn condensed(body: &Body, tie: &[Tie], kept: usize) -> Option<Mat<f64>> {
     let nodes = body.mesh.nodes_m.len();

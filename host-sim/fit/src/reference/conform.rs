@@ -1,9 +1,9 @@
-//! A mesh whose facets lie on the surfaces of balls: every tet is in a ball or outside.
+//! A mesh with facets on the surfaces of balls, so that every tet is inside or outside a ball.
 //!
 //! As in isosurface stuffing (Labelle and Shewchuk 2007), nodes near the surface are moved onto it,
 //! and edges that still pass through it are cut there. A tet with another stiffness in a part of it
-//! makes the ball act stiffer than it is, by an error of first order in its edge; between facets it
-//! is of second order.
+//! makes the ball act too stiff, by an error of first order in its edge; with facets on the surface
+//! the error is of second order.
 
 use std::collections::{BTreeSet, HashMap};
 use std::f64::consts::PI;
@@ -15,19 +15,19 @@ use palpate_tissue::scene::Inclusion;
 
 type V3 = Vector3<f64>;
 
-/// An end of an edge within this share of the edge from the surface is moved onto it.
+/// Distance from the surface, as a share of the edge, within which its end is moved onto it.
 const NEAR: f64 = 0.35;
-/// No node is moved that would leave a tet less than this share of its volume.
+/// Least share of its volume that a tet keeps when a node is moved.
 const LEAST_VOLUME: f64 = 0.2;
-/// Distances from the surface below this share of the radius are none.
+/// Distance from the surface, as a share of the radius, that counts as zero.
 const ON: f64 = 1e-9;
-/// Passes over the edges at most: a tet is cut at most three times.
+/// Largest number of passes over the edges: a tet is cut at most three times.
 const PASSES: usize = 20;
 
 /// Returns the mesh with facets on the balls' surfaces, and the stiffness of each tet as a multiple
-/// of the tissue's; where balls overlap the last one counts. The facets are chords, of a ball that
-/// is so much larger that their polyhedron has the ball's volume. The mesh's own surface is kept:
-/// where a ball comes through it, tets stay uncut.
+/// of the tissue's; where balls overlap the last one counts. The facets are chords of a slightly
+/// larger ball, chosen so that their polyhedron has the ball's volume. The mesh's own surface is
+/// kept: where a ball protrudes through it, tets stay uncut.
 #[must_use]
 pub fn conform(mesh: &TetMesh, balls: &[Inclusion]) -> (TetMesh, Vec<f64>) {
     let mut mesh = mesh.clone();
@@ -56,13 +56,13 @@ impl Level {
         (V3::from(at) - self.centre).norm() - self.radius_m
     }
 
-    /// Whether a tet, whose corners lie on one side or on the surface, is in the ball. One with all
-    /// corners on the surface is.
+    /// Whether a tet, whose corners lie on one side or on the surface, is in the ball. A tet with
+    /// all corners on the surface is.
     fn holds(&self, mesh: &TetMesh, tet: &[u32; 4]) -> bool {
         tet.iter().map(|n| self.of(mesh.nodes_m[*n as usize])).sum::<f64>() < ON * self.radius_m
     }
 
-    /// Moves the facets outwards until they hold the ball's volume.
+    /// Moves the facets outwards until they enclose the ball's volume.
     fn grow(&mut self, mesh: &mut TetMesh, own: &BTreeSet<u32>) {
         // a ball that ends at the mesh's surface has less than its volume there
         if own.iter().any(|n| self.of(mesh.nodes_m[*n as usize]) < 0.0) {
@@ -87,12 +87,12 @@ impl Level {
         a.min(b) < -on && a.max(b) > on
     }
 
-    /// Where an edge that passes through the surface does so, from its first end (1).
+    /// Position of the crossing on an edge, from its first end (1).
     fn crossing(&self, from: V3, to: V3) -> f64 {
         let (way, off) = (to - from, from - self.centre);
         let (a, b, c) = (way.norm_squared(), way.dot(&off), off.norm_squared() - self.radius_m * self.radius_m);
         let root = (b * b - a * c).max(0.0).sqrt();
-        // from inside the later crossing, from outside the earlier
+        // from inside, the later crossing counts, from outside, the earlier one
         if c < 0.0 { (-b + root) / a } else { (-b - root) / a }
     }
 }
@@ -108,7 +108,7 @@ fn volume(mesh: &TetMesh, tet: &[u32; 4]) -> f64 {
     (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
 }
 
-/// Moves nodes near the ball's surface onto it, where all tets around them stay upright.
+/// Moves nodes near the ball's surface onto it if all tets around them stay valid.
 fn move_nodes(mesh: &mut TetMesh, level: &Level, own: &BTreeSet<u32>) {
     let mut near = BTreeSet::new();
     for [i, j] in edges(mesh) {
@@ -148,7 +148,7 @@ fn cut_edges(mesh: &mut TetMesh, level: &Level, own: &BTreeSet<u32>) {
         let mut at_node: HashMap<u32, Vec<usize>> = HashMap::new();
         let before = mesh.tets.clone();
         before.iter().enumerate().for_each(|(k, t)| t.iter().for_each(|n| at_node.entry(*n).or_default().push(k)));
-        // of each tet one edge a pass
+        // one edge per tet and pass
         let mut taken = vec![false; mesh.tets.len()];
         for edge in through {
             let around: Vec<usize> = at_node[&edge[0]].iter().copied().filter(|t| has(&before[*t], edge)).collect();
@@ -220,7 +220,7 @@ mod tests {
         assert!((all / 0.04_f64.powi(3) - 1.0).abs() < 1e-12 && mesh.tets.iter().all(|t| volume(&mesh, t) > 0.0));
         let second = share(&mesh, &ratios, 3.0, 0.004);
         assert!((second - 1.0).abs() < 0.02, "{second}");
-        // a lens of the first ball is the second's
+        // the overlap of the balls counts as part of the second
         let lens = 1.0 - PI / 12.0 * (16.0 + 3.0) * (8.0_f64 - 3.0).powi(2) / (4.0 / 3.0 * PI * 64.0);
         let first = share(&mesh, &ratios, 10.0, 0.004);
         assert!((first - lens).abs() < 0.03, "{first} {lens}");

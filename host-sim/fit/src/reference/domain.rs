@@ -25,8 +25,8 @@ pub struct BlockCase {
     pub fine_radius_m: f64,
     /// Quadrature in the tets.
     pub rule: TetRule,
-    /// Planes, x = 0 and y = 0, at which the block may be cut: a press that is symmetric about one
-    /// is, unless it is to be compared with one that is not.
+    /// Planes, x = 0 and y = 0, at which the block may be cut: a symmetric press is cut there,
+    /// unless it is to be compared with one that is not symmetric.
     pub may_cut: [bool; 2],
 }
 

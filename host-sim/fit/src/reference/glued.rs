@@ -1,11 +1,11 @@
-//! A rigid disc glued to the tissue and moved a little: the stiffness it meets along its way, by
+//! A rigid disc glued to the tissue and moved slightly: its stiffness along the displacement, by
 //! quadratic finite elements at rest.
 //!
 //! The mesh is refined towards the disc's edge, where the traction is singular (`r^-1/2`), and
 //! surface edges that cross the edge are cut there, so that the glued triangles end on the circle.
 //! Their nodes move with the disc, the anchors stay; at zero displacement the tangent of
-//! [`super::body`] is that of linear elasticity. Three meshes with the elements at the edge halved
-//! each time; what is left of the error is of first order there.
+//! [`super::body`] is that of linear elasticity. Three meshes are used, with the elements at the
+//! edge halved each time; the remaining error is of first order there.
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -22,9 +22,9 @@ mod circle;
 
 /// Growth of the longest edge per distance from there.
 const GROWTH: f64 = 0.6;
-/// A mesh is refined to at most this many corner nodes.
+/// Largest number of corner nodes of a refined mesh.
 const MOST_NODES: usize = 20_000;
-/// Parts of a refined surface triangle lie within this of it [m].
+/// Tolerance for the parts of a refined surface triangle [m].
 const SAME_M: f64 = 1e-9;
 
 /// Why a glued disc has no reference.
@@ -36,7 +36,7 @@ pub enum GluedError {
         /// The disc's radius [m].
         radius_m: f64,
     },
-    /// Nothing holds the tissue against the disc.
+    /// The tissue has no support against the disc.
     #[error("the tissue under the glued disc has no anchors: anchor at least one of its surface triangles")]
     Loose,
     /// A tet is inside out or a stiffness is not positive.
@@ -54,26 +54,27 @@ pub enum GluedError {
 pub struct Disc {
     /// Its centre, on the surface [m].
     pub place_m: Vector3<f64>,
-    /// Outward unit normal of the surface there: what faces the other way is not glued.
+    /// Outward unit normal of the surface there: triangles that face the other way are not glued.
     pub axis: Vector3<f64>,
     /// Its radius [m]: all surface within it of the centre is glued.
     pub radius_m: f64,
 }
 
-/// Stiffness along each of some directions, and how sure it is.
+/// Stiffness along some directions, and its accuracy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GluedStiffness {
-    /// Force along the direction over E, per way [m], extrapolated to vanishing elements, shape
-    /// \[directions\].
+    /// Force along the direction over E, per displacement [m], extrapolated to vanishing elements,
+    /// shape \[directions\].
     pub limit_m: Vec<f64>,
-    /// Force along the direction over E, per way [m], on each mesh, shape \[meshes\] [directions].
+    /// Force along the direction over E, per displacement [m], on each mesh, shape \[meshes\]
+    /// [directions].
     pub levels_m: Vec<Vec<f64>>,
     /// Nodes of each quadratic mesh.
     pub nodes: Vec<usize>,
 }
 
 /// Solves on one mesh for every edge length in `edges` (in disc radii, each half the one before)
-/// and extrapolates from the last two. `stiffness` is asked with a tet of `mesh` and a point in it
+/// and extrapolates from the last two. `stiffness` is called with a tet of `mesh` and a point in it
 /// [m]; `anchors` are nodes of `mesh`.
 ///
 /// # Errors
@@ -107,8 +108,8 @@ fn on_one_mesh(
     directions: &[Vector3<f64>],
     edge_m: f64,
 ) -> Result<(Vec<f64>, usize), GluedError> {
-    // tets are known by where they come from; a surface is anchored where all corners are, before
-    // and after refinement
+    // tets are identified by their origin; a surface is anchored where all corners are, before and
+    // after refinement
     let mut own = mesh.clone();
     own.regions = (0..own.tets.len() as u32).collect();
     let coarse = QuadraticMesh::new(&own);
@@ -156,7 +157,7 @@ fn on_one_mesh(
         factor.solve(&mut right);
         u.iter_mut().zip(right.chunks(3)).for_each(|(u, r)| *u += Vector3::new(r[0], r[1], r[2]));
         let force = body.pattern.multiply(&tangent, &u);
-        // on the glued nodes alone: what the disc bears, not twice the energy
+        // on the glued nodes alone: the force on the disc, not twice the energy
         force.iter().zip(&glued).filter(|(_, g)| **g).map(|(f, _)| f.dot(&direction)).sum()
     };
     Ok((directions.par_iter().map(along).collect(), body.mesh.nodes_m.len()))
@@ -170,7 +171,7 @@ impl Disc {
         ((arm - self.axis * height).norm() - self.radius_m).hypot(height)
     }
 
-    /// How far outside a surface point is [m].
+    /// Distance of a surface point outside the disc [m].
     fn outside_m(&self, x: &Vector3<f64>) -> f64 {
         (x - self.place_m).norm() - self.radius_m
     }

@@ -1,8 +1,8 @@
 //! Organs at rest under their weight: held at some nodes, moved at others, tied to each other.
 //!
-//! Weight and the moved nodes' displacement are brought on together in steps as large as they
-//! converge: each begins with the first-order answer of the free nodes to the step (Euler's
-//! predictor; Bonet and Wood, *Nonlinear Continuum Mechanics*, 9.5) and is then put right by
+//! Weight and the moved nodes' displacement are applied together in the largest steps that
+//! converge: each begins with the first-order response of the free nodes to the step (Euler's
+//! predictor; Bonet and Wood, *Nonlinear Continuum Mechanics*, 9.5) and is then corrected by
 //! Newton's method.
 
 use nalgebra::Vector3;
@@ -11,10 +11,10 @@ use super::body::{Assembled, Body};
 use super::minimise::{Minimiser, Potential};
 use super::suspension::{HangError, Suspension};
 
-/// First step and smallest step, as shares of what is to be brought on.
+/// First step and smallest step, as shares of the whole load.
 const FIRST_STEP: f64 = 0.25;
 const LEAST_STEP: f64 = 1.0 / 512.0;
-/// Norm of the residual over that of the forces, at the end and on the way.
+/// Norm of the residual over that of the forces, at the end and in between.
 const TOLERANCE: f64 = 1e-8;
 const LOOSE: f64 = 1e-2;
 
@@ -23,11 +23,11 @@ const LOOSE: f64 = 1e-2;
 pub struct Support {
     /// Force on the body [m^2].
     pub force_m2: Vector3<f64>,
-    /// Moment on the body about the origin, nodes where they are now [m^3].
+    /// Moment on the body about the origin, with nodes at their present places [m^3].
     pub moment_m3: Vector3<f64>,
 }
 
-/// A suspension on its way from rest without weight.
+/// A suspension, loaded step by step from rest without weight.
 pub struct Hanging<'a> {
     suspension: &'a Suspension,
     solver: Minimiser,
@@ -79,22 +79,22 @@ impl<'a> Hanging<'a> {
         Ok(Self { suspension, solver, displacement_m: vec![Vector3::zeros(); nodes], weight_share: 0.0 })
     }
 
-    /// Goes to a share of the weight, the gripped nodes standing still.
+    /// Goes to a share of the weight, with fixed gripped nodes.
     ///
     /// # Errors
-    /// No rest was found; the last one on the way stays.
+    /// No equilibrium was found; the last one reached stays.
     pub fn weigh(&mut self, share: f64) -> Result<(), HangError> {
         let grip: Vec<_> = self.suspension.grip.iter().map(|n| self.displacement_m[*n as usize]).collect();
         self.go_to(share, &grip, |_| {})
     }
 
     /// Changes the share of the weight and moves the gripped nodes straight to displacements from
-    /// rest [m], one for each in the order of the grip, together; `progress` receives the share
-    /// done after each step.
+    /// rest [m], one for each in the order of the grip, together; `progress` receives the completed
+    /// share after each step.
     ///
     /// # Errors
-    /// Their number is wrong or they are not finite; no rest was found: the last one on the way
-    /// stays.
+    /// Their number is wrong, they are not finite, or no equilibrium was found: the last one
+    /// reached stays.
     pub fn go_to(&mut self, weight_share: f64, grip_m: &[Vector3<f64>], mut progress: impl FnMut(f64)) -> Result<(), HangError> {
         let grip = &self.suspension.grip;
         if grip_m.len() != grip.len() || !grip_m.iter().flatten().all(|x| x.is_finite()) {
@@ -123,7 +123,7 @@ impl<'a> Hanging<'a> {
                 step *= 2.0;
                 progress(done);
             } else {
-                // a rest found only roughly may be what the step failed on
+                // the step may have failed because the equilibrium before it was only approximate
                 let stood = Weighed { suspension: self.suspension, weight_share: self.weight_share };
                 self.solver.relax(&stood, &mut self.displacement_m, TOLERANCE);
                 step = 0.5 * (to - done);
@@ -135,8 +135,8 @@ impl<'a> Hanging<'a> {
         Ok(())
     }
 
-    /// Force and moment that hold some nodes now, over Young's modulus: what the fixed or gripped
-    /// among them take up.
+    /// Present force and moment on some nodes, over Young's modulus: the reaction of the fixed or
+    /// gripped ones.
     #[must_use]
     pub fn support(&self, nodes: impl IntoIterator<Item = u32>) -> Support {
         let mut support = Support::default();

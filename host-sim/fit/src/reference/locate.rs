@@ -1,4 +1,4 @@
-//! The displacement of any point of an organ, given by where it is at rest.
+//! The displacement of any point of an organ, given by its position at rest.
 
 use nalgebra::Vector3;
 
@@ -18,7 +18,7 @@ pub struct Locator<'a> {
     tets: Vec<Place>,
 }
 
-/// A tet, to be asked whether it holds a point.
+/// A tet, prepared for the test whether it contains a point.
 struct Place {
     least_m: Vector3<f64>,
     most_m: Vector3<f64>,
@@ -27,7 +27,7 @@ struct Place {
 }
 
 impl<'a> Locator<'a> {
-    /// Prepares an organ of a mesh; points outside it are taken for the nearest of its surface if
+    /// Prepares an organ of a mesh; points outside it are replaced by the nearest on its surface if
     /// that is within `reach_m`.
     #[must_use]
     pub fn new(mesh: &'a QuadraticMesh, organ: &Organ, reach_m: f64) -> Self {

@@ -1,4 +1,4 @@
-//! Newton's method with line search on a potential: what any equilibrium of a body is found with.
+//! Newton's method with line search on a potential, used for every equilibrium of a body.
 
 use nalgebra::Vector3;
 
@@ -9,18 +9,18 @@ use super::near::{Near, State, Stiffness};
 const MOST_FACTORISATIONS: usize = 25;
 const MOST_IDLE: usize = 3;
 /// A factor is kept for further iterations as long as each of them leaves at most this share of the
-/// residual: a factorisation takes as long as ten to thirty iterations with a factor that is there.
+/// residual: a factorisation takes as long as ten to thirty iterations with an existing factor.
 const KEEP: f64 = 0.3;
 /// Line search: least share of the step, sufficient decrease (Armijo).
 const LEAST_SHARE: f64 = 1.0 / 4096.0;
 const DECREASE: f64 = 1e-4;
-/// Shares of the diagonal that are added to a tangent that is not positive definite, one after the
-/// other.
+/// Shares of the diagonal that are tried, in turn, as additions to a tangent that is not positive
+/// definite.
 const STRENGTHEN: [f64; 5] = [0.0, 1e-3, 1e-2, 1e-1, 1.0];
 /// Residual over force at which a search that finds no lower energy has still converged.
 const ROUNDED: f64 = 1e-5;
 
-/// Energy of a body and of all that acts on it but the probe.
+/// Energy of a body and of all loads except the probe.
 pub(crate) trait Potential {
     /// The body.
     fn body(&self) -> &Body;
@@ -33,11 +33,10 @@ pub(crate) trait Potential {
     /// Energy over Young's modulus [m^3]; `None` if an element is inside out.
     fn energy(&self, displacement_m: &[Vector3<f64>]) -> Option<f64>;
 
-    /// Energy and its derivatives, the second only if asked for; `None` if an element is inside
-    /// out.
+    /// Energy and its derivatives, the second only on request; `None` if an element is inside out.
     fn assemble(&self, displacement_m: &[Vector3<f64>], tangent: bool) -> Option<Assembled>;
 
-    /// The force over Young's modulus [m^2] that the residual is small against.
+    /// The force over Young's modulus [m^2] that the residual is compared with.
     fn force_m2(&self, displacement_m: &[Vector3<f64>], assembled: &Assembled) -> f64;
 }
 
@@ -45,7 +44,7 @@ pub(crate) trait Potential {
 struct Balance {
     /// Without the contact near the probe.
     sum: Assembled,
-    /// Force that the residual is small against, over Young's modulus [m^2].
+    /// Force that the residual is compared with, over Young's modulus [m^2].
     force: f64,
     /// Norm, all contact included [m^2].
     residual: f64,
@@ -72,8 +71,7 @@ impl Minimiser {
         self.solver.entries()
     }
 
-    /// Goes to the equilibrium in which fixed components stay where they are; false if it is not
-    /// found.
+    /// Finds the equilibrium in which fixed components keep their values; false if it is not found.
     pub fn relax(&mut self, potential: &impl Potential, displacement_m: &mut Vec<Vector3<f64>>, tolerance: f64) -> bool {
         let body = potential.body();
         let (mut before, mut least) = (f64::INFINITY, f64::INFINITY);
@@ -88,8 +86,7 @@ impl Minimiser {
                 let Some(anew) = self.balance(potential, displacement_m) else { return false };
                 now = anew;
             }
-            // steps with the tangent of the place itself that gain nothing: converged as far as it
-            // goes
+            // steps with the current tangent that gain nothing: converged as far as possible
             idle = if now.residual < 0.5 * least { 0 } else { idle + usize::from(!aged) };
             least = least.min(now.residual);
             if idle >= MOST_IDLE && now.residual <= ROUNDED * now.force {
@@ -106,7 +103,7 @@ impl Minimiser {
             let step: Vec<_> = step.chunks_exact(3).map(Vector3::from_column_slice).collect();
             if !self.search(potential, displacement_m, &now.sum, &step) {
                 if !aged {
-                    // no lower energy is left within rounding: converged as far as it goes
+                    // no lower energy within rounding: converged as far as possible
                     return now.residual <= ROUNDED * now.force;
                 }
                 self.kept = None;
@@ -115,7 +112,7 @@ impl Minimiser {
         false
     }
 
-    /// Forces out of balance; the tangent too where a factor is wanted.
+    /// Unbalanced forces, and the tangent if a factor is needed.
     fn balance(&mut self, potential: &impl Potential, displacement_m: &[Vector3<f64>]) -> Option<Balance> {
         let body = potential.body();
         if let Some(contact) = potential.contact() {
@@ -136,7 +133,7 @@ impl Minimiser {
         Some(Balance { sum, force, residual })
     }
 
-    /// Keeps all that touches the probe near it; `None` if memory for the factor runs out.
+    /// Keeps all contact within the near region; `None` if memory for the factor runs out.
     fn watch(&mut self, body: &Body, displacement_m: &[Vector3<f64>], contact: &Contact) -> Option<()> {
         if self.near.misses(body, displacement_m, contact) {
             self.near = Near::of(body, displacement_m, contact);
@@ -147,7 +144,7 @@ impl Minimiser {
     }
 
     /// The first-order answer of the free components to a move of the fixed ones (`moved_m`, zero
-    /// elsewhere) and to all forces that are out of balance: the displacement to add.
+    /// elsewhere) and to all unbalanced forces: the displacement to add.
     pub fn carry(
         &mut self,
         potential: &impl Potential,
@@ -195,7 +192,7 @@ impl Minimiser {
         None
     }
 
-    /// Goes along a step as far as the energy falls enough; false if it nowhere does.
+    /// Goes along a step as far as the energy falls enough; false if it does not.
     fn search(
         &self,
         potential: &impl Potential,
@@ -211,8 +208,8 @@ impl Minimiser {
             potential.contact().map_or(0.0, |contact| body.contact_energy_m3(&self.near.others, at, contact))
         };
         let ahead = |share: f64| displacement_m.iter().zip(step).map(|(u, s)| u + s * share).collect::<Vec<_>>();
-        // contact near the probe is no part of the slope: its change along the whole step stands in
-        // (Lee, Sun, Saunders 2014, SIAM J Optim 24:1420)
+        // contact near the probe is not part of the slope: its change along the whole step is used
+        // instead (Lee, Sun, Saunders 2014, SIAM J Optim 24:1420)
         let touching = near(displacement_m);
         let slope = now.residual_m2.iter().zip(step).map(|(r, s)| r.dot(s)).sum::<f64>() + (near(&ahead(1.0)) - touching);
         let energy = now.energy_m3 + touching;
@@ -233,7 +230,7 @@ impl Minimiser {
     }
 }
 
-/// Clears what fixed components bear.
+/// Clears the reactions of fixed components.
 fn hold(fixed: &[[bool; 3]], residual_m2: &mut [Vector3<f64>]) {
     for (residual, fixed) in residual_m2.iter_mut().zip(fixed) {
         (0..3).filter(|k| fixed[*k]).for_each(|k| residual[k] = 0.0);

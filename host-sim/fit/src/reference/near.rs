@@ -3,9 +3,9 @@
 //!
 //! The energy of everything but this contact is replaced by its quadratic model. All unknowns but
 //! the displacements of the nodes near the probe are condensed out of it: as these are eliminated
-//! last, the condensed matrix is at the end of the Cholesky factor. What is left, a few hundred
-//! unknowns, dense, under the contact's own energy, is minimised by Newton's method with line
-//! search. Which points touch is thereby found without another factorisation of the whole.
+//! last, the condensed matrix is at the end of the Cholesky factor. The remaining dense problem of
+//! a few hundred unknowns, with the contact's own energy, is minimised by Newton's method with line
+//! search. The touching points are thereby found without another factorisation of the whole.
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::prelude::Solve;
@@ -15,10 +15,10 @@ use nalgebra::Vector3;
 use super::body::{Body, Contact};
 use super::cholesky::{Cholesky, parallel};
 
-/// Triangles this close to the probe are near [probe radii].
+/// Distance from the probe within which triangles are near [probe radii].
 const MARGIN_RADII: f64 = 0.06;
 const MOST_ITERATIONS: usize = 30;
-/// Residual over the contact force at which the contact is solved, and at which it is if a step
+/// Residual over the contact force at which the contact counts as solved, and the same if a step
 /// gains nothing.
 const TOLERANCE: f64 = 1e-11;
 const ROUNDED: f64 = 1e-8;
@@ -26,11 +26,11 @@ const ROUNDED: f64 = 1e-8;
 const LEAST_SHARE: f64 = 1.0 / 4096.0;
 const DECREASE: f64 = 1e-4;
 const ROUNDING: f64 = 1e-14;
-/// A step that leaves this share of the residual is good whatever the energy.
+/// Share of the residual at which a step is accepted whatever its energy.
 const HALF: f64 = 0.5;
 const NOT_NEAR: u32 = u32::MAX;
 
-/// Surface that is near the probe, and the rest.
+/// The surface near the probe, and the rest.
 #[derive(Default)]
 pub(crate) struct Near {
     /// Triangles near the probe, indices into the mesh's.
@@ -63,8 +63,8 @@ impl Near {
         all.iter().any(|t| body.least_gap_m(*t, displacement_m, contact) < 0.0)
     }
 
-    /// Makes of a step that takes the contact's force at its start for none the one that minimises
-    /// the model. All that is known of the tangent is its factor.
+    /// Turns a step computed without the contact's force at its start into the one that minimises
+    /// the model. The tangent is known by its factor only.
     pub fn correct(
         &self,
         body: &Body,
@@ -120,18 +120,18 @@ pub(crate) struct State<'a> {
     pub displacement_m: &'a [Vector3<f64>],
 }
 
-/// Stiffness over Young's modulus as the near nodes feel it.
+/// Stiffness over Young's modulus between the near nodes.
 pub(crate) struct Stiffness {
-    /// Cholesky factor of that of all, contact included.
+    /// Cholesky factor of the whole stiffness, contact included.
     lower: Mat<f64>,
     /// Without the contact [m]; symmetric.
     matrix: Mat<f64>,
 }
 
 impl Stiffness {
-    /// Takes it from a factor that ends with the near nodes, and takes the contact that is in it
-    /// out: tissue that is pressed hard and let go has no positive definite tangent. The probe's
-    /// curvature is in neither, as it makes the first tangent of a step indefinite.
+    /// Takes it from a factor that ends with the near nodes and subtracts the contact: tissue that
+    /// is pressed hard and released has no positive definite tangent. Neither contains the probe's
+    /// curvature, which makes the first tangent of a step indefinite.
     pub fn of(factor: &Cholesky, near: &Near, state: Option<&State>) -> Self {
         let size = 3 * near.nodes.len();
         let lower = factor.last(size);
@@ -167,8 +167,7 @@ struct Model<'a> {
 }
 
 impl Model<'_> {
-    /// Force over Young's modulus on the near nodes that takes them to the step that minimises the
-    /// energy [m^2].
+    /// Force over Young's modulus on the near nodes that leads to the step of least energy [m^2].
     fn minimise(&self) -> Col<f64> {
         let mut there = self.displacement_m.to_vec();
         let mut step = Col::zeros(self.slope_m2.nrows());
@@ -190,7 +189,7 @@ impl Model<'_> {
                 let next = &step + &way * share;
                 self.put(&next, &mut there);
                 let falls = self.energy(&next, &there) <= energy + ROUNDING * energy.abs() + DECREASE * share * descent;
-                // close to the end rounding hides what is left to fall
+                // close to the minimum rounding hides the remaining decrease
                 if falls || (self.forces(&next) + self.slope(&there)).norm_l2() < HALF * residual {
                     break Some(next);
                 }
@@ -210,7 +209,7 @@ impl Model<'_> {
         &self.kept.matrix * step + &self.slope_m2
     }
 
-    /// Displacements of the mesh with the near nodes a step on.
+    /// Displacements of the mesh after a step of the near nodes.
     fn put(&self, step: &Col<f64>, there: &mut [Vector3<f64>]) {
         for (at, n) in self.near.nodes.iter().enumerate() {
             let n = *n as usize;
@@ -239,8 +238,8 @@ impl Model<'_> {
         slope
     }
 
-    /// Newton's step; without the probe's curvature, and then with the contact that the factor has
-    /// besides, where the matrix would be indefinite.
+    /// Newton's step; without the probe's curvature, and then with the factor's contact added, if
+    /// the matrix would be indefinite.
     fn way(&self, there: &[Vector3<f64>], slope: &Col<f64>) -> Option<Col<f64>> {
         let state = State { body: self.body, contact: self.contact, displacement_m: there };
         let under = |mut matrix: Mat<f64>, curved: bool| {

@@ -12,13 +12,13 @@ use super::touch::Touch;
 /// the probe: as the pressure of a round probe rises with sqrt(depth / radius), the penetration
 /// stays about this share of the depth.
 const SOFTNESS: f64 = 1.5e-4;
-/// Contact gets no stiffer at depths below this share of the radius.
+/// Depth, as a share of the radius, below which contact gets no stiffer.
 const LEAST_DEPTH: f64 = 1e-3;
 /// Largest step of depth, in probe radii.
 const STEP_RADII: f64 = 0.125;
 /// Smallest step of depth, as a share of the largest.
 const LEAST_STEP: f64 = 1.0 / 32.0;
-/// Norm of the residual over the contact force, at holds and on the way.
+/// Norm of the residual over the contact force, at holds and in between.
 const TOLERANCE: f64 = 1e-8;
 const LOOSE: f64 = 1e-2;
 
@@ -43,7 +43,7 @@ pub struct Stalled {
 }
 
 impl<'a> Press<'a> {
-    /// A probe that touches `place_m`, the tissue at rest; `None` if memory for the factor runs
+    /// A probe that touches `place_m` of the tissue at rest; `None` if memory for the factor runs
     /// out.
     #[must_use]
     pub fn new(body: &'a Body, probe: RigidProbe, place_m: Vector3<f64>) -> Option<Self> {
@@ -134,8 +134,8 @@ impl<'a> Press<'a> {
         Ok(())
     }
 
-    /// Goes straight to a depth from the equilibrium at that depth of a body that is almost this
-    /// one; false if none is found, and the tissue is as it was.
+    /// Goes straight to a depth from the equilibrium of an almost identical body at that depth;
+    /// false if none is found, and then the tissue is unchanged.
     pub fn start_from(&mut self, displacement_m: &[Vector3<f64>], depth_m: f64) -> bool {
         let kept = std::mem::replace(&mut self.displacement_m, displacement_m.to_vec());
         let (last_step_m, before_m) = (self.last_step_m, self.depth_m);
@@ -148,7 +148,7 @@ impl<'a> Press<'a> {
         false
     }
 
-    /// Carries the last step on.
+    /// Extrapolates the last step.
     fn predict(&mut self, to_m: f64) {
         if self.last_step_m == 0.0 {
             return;
@@ -168,7 +168,7 @@ impl<'a> Press<'a> {
     }
 }
 
-/// The body and what it touches.
+/// The body and the probe.
 struct Pressed<'a> {
     body: &'a Body,
     contact: &'a Contact,

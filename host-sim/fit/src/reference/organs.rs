@@ -1,4 +1,4 @@
-//! Several organs in one mesh, and what a deformation does to the volume of each.
+//! Several organs in one mesh, and the change of each one's volume by a deformation.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::quadratic::QuadraticMesh;
 use super::shape::{TetRule, tet_gradients, tet_slopes};
 
-/// Where an organ is in a mesh of several that share no node.
+/// Position of an organ in a mesh of several that share no node.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Organ {
     /// Its nodes.
@@ -29,7 +29,7 @@ pub struct Volume {
     pub least_j: f64,
 }
 
-/// Puts meshes side by side into one; nodes, tets and triangles keep their order within each.
+/// Combines meshes into one; nodes, tets and triangles keep their order within each.
 #[must_use]
 pub fn join(meshes: &[QuadraticMesh]) -> (QuadraticMesh, Vec<Organ>) {
     let mut all = QuadraticMesh { nodes_m: vec![], tets: vec![], triangles: vec![] };

@@ -8,7 +8,7 @@ use palpate_tissue::mesh::TetMesh;
 /// Corner pairs of a tet's edges.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
-/// Halves edges longer than `longest_m` of their middle [m] until none is left or the mesh has
+/// Halves edges longer than `longest_m` at their middle [m] until none is left or the mesh has
 /// `most_nodes`. The surface keeps its shape.
 #[must_use]
 pub fn refine(mesh: &TetMesh, longest_m: impl Fn([f64; 3]) -> f64, most_nodes: usize) -> TetMesh {

@@ -11,10 +11,10 @@ pub const TRIANGLE_EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 /// Quadrature of a tet: volume coordinates and share of the volume of each point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TetRule {
-    /// Four points, exact to degree 2: what the solution is computed with.
+    /// Four points, exact to degree 2, for the solution.
     #[default]
     Four,
-    /// Eleven points, exact to degree 4 (Keast 1986): to check the first.
+    /// Eleven points, exact to degree 4 (Keast 1986), to check the first.
     Eleven,
 }
 
@@ -87,8 +87,8 @@ pub fn triangle_shape(at: [f64; 3]) -> [f64; 6] {
     values
 }
 
-/// Slopes of the 6-node triangle's shape functions along its first two volume coordinates, the
-/// third giving way.
+/// Derivatives of the 6-node triangle's shape functions along its first two area coordinates, at
+/// the expense of the third.
 #[must_use]
 pub fn triangle_slopes(at: [f64; 3]) -> [[f64; 2]; 6] {
     let mut slopes = [[0.0; 3]; 6];

@@ -1,10 +1,10 @@
-//! The answers that ship with the project: what they hold, and how they are computed anew.
+//! The answers that ship with the project: their contents and how to recompute them.
 //!
 //! Forces of centred presses come from meshes as fine as the contact needs, one mesh for every
-//! range of depths. A place off the centre has no symmetry to shrink the mesh, so there only the
-//! *ratio* to the centre is taken from a coarser mesh, solved at the same fineness and with the
-//! same symmetry at both places: what the mesh does to the force cancels. That ratio times the fine
-//! centred force is what is stored. Discs glued to the block are solved on the whole of it.
+//! range of depths. A place off the centre lacks the symmetry that reduces the mesh, so only the
+//! *ratio* to the centre is taken from a coarser mesh, solved with the same fineness and symmetry
+//! at both places: the mesh's effect on the force cancels. That ratio times the fine centred force
+//! is what is stored. Discs glued to the block are solved on the whole of it.
 
 use nalgebra::Vector3;
 
@@ -21,7 +21,7 @@ use palpate_tissue::scene::{Inclusion, Shape};
 
 const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
 const POISSON_RATIO: f64 = 0.45;
-/// Surface grid of a hold that has one.
+/// Surface grid of a hold, if it has one.
 const SPACING_M: f64 = 1e-3;
 const HALF_COUNT: usize = 22;
 /// Corner nodes of the block that a disc is glued to, before refinement, and the longest edges at
@@ -59,7 +59,7 @@ struct Moved {
     /// Corner nodes of the half block.
     nodes: usize,
     fine_radius_mm: f64,
-    /// Whether the tissue is the same everywhere, so that only the ratio to the centre is taken.
+    /// Whether the tissue is homogeneous, so that only the ratio to the centre is used.
     ratio: bool,
 }
 
@@ -129,7 +129,7 @@ pub const SHIPPED: [Shipped; 4] = [
 ];
 
 impl Shipped {
-    /// Solves everything; `progress` hears of every step as (place, depth), in metres.
+    /// Solves everything; `progress` is called for every step with (place, depth), in metres.
     ///
     /// # Errors
     /// A mesh that cannot be made, or a press that does not converge.
@@ -176,7 +176,7 @@ impl Shipped {
         Ok(Answer { tissue, probe: AnswerProbe { shape: self.shape, radius_m: metres(self.radius_mm) }, holds, glued })
     }
 
-    /// Solves the glued discs; `progress` hears of each, at depth zero.
+    /// Solves the glued discs; `progress` is called for each, with depth zero.
     ///
     /// # Errors
     /// A mesh that cannot be made or solved.
@@ -249,7 +249,7 @@ fn metres(mm: f64) -> f64 {
     mm / 1000.0
 }
 
-/// Six digits: more than is converged, few enough that another machine's rounding does not show.
+/// Six digits: more than are converged, but few enough to hide another machine's rounding.
 fn rounded(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }

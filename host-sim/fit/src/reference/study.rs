@@ -1,5 +1,4 @@
-//! A scene solved on three meshes, each finer than the one before: the answer and how far it can be
-//! trusted.
+//! A scene solved on three meshes, each finer than the one before: the answer and its accuracy.
 
 use nalgebra::Vector3;
 
@@ -14,19 +13,19 @@ use palpate_tissue::error::Error;
 use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::tissue;
 
-/// Corner nodes of the three levels, where a quarter, a half and the whole of the block is meshed.
+/// Corner nodes of the three levels, for a quarter, a half and the whole of the block.
 const FULL_NODES: [[usize; 3]; 3] = [[350, 750, 1600], [600, 1200, 2400], [900, 1700, 3000]];
 const QUICK_NODES: [[usize; 3]; 3] = [[130, 270, 540], [180, 330, 600], [300, 500, 800]];
 /// Longest edges under the probe, in contact radii, and most corner nodes, of the three levels of
 /// an imported mesh.
 const FULL_EDGES: [(f64, usize); 3] = [(0.6, 1500), (0.4, 2500), (0.27, 4000)];
 const QUICK_EDGES: [(f64, usize); 3] = [(1.0, 700), (0.7, 1000), (0.5, 1400)];
-/// A force drive is at its target when it is this close, as a share of it.
+/// Tolerance of a force drive, as a share of its target.
 const FORCE_TOLERANCE: f64 = 1e-4;
 const MOST_TRIES: usize = 40;
-/// A force drive looks for its depth in steps of this many probe radii.
+/// Step of a force drive's search for its depth [probe radii].
 const SEARCH_RADII: f64 = 0.125;
-/// Surface grid that comes with every hold on a block.
+/// Surface grid of every hold on a block.
 const SPACING_M: f64 = 1e-3;
 const GRID_REACH_M: f64 = 0.022;
 
@@ -34,7 +33,7 @@ const GRID_REACH_M: f64 = 0.022;
 pub struct Study {
     /// From coarse to fine.
     pub levels: Vec<Level>,
-    /// Where the probe presses, on the rest surface [m].
+    /// Site of the press on the rest surface [m].
     pub place_m: [f64; 3],
 }
 
@@ -50,7 +49,7 @@ pub struct Level {
     pub iterations: usize,
     /// Holds that converged, in the scene's order.
     pub holds: Vec<LevelHold>,
-    /// Why the next one is missing; a finer level stops there without a try.
+    /// Why the next one is missing; a finer level stops there without trying.
     pub stopped: Option<Stalled>,
 }
 
@@ -62,7 +61,7 @@ pub struct LevelHold {
     pub force_over_e_m2: f64,
     /// Deepest penetration of the surface into the probe [m].
     pub penetration_m: f64,
-    /// Displacement of the top; only of a block.
+    /// Displacement of the top, for a block only.
     pub grid: Option<SurfaceGrid>,
     /// (rest position, displacement) of the nodes that may touch the probe [m].
     pub surface: Vec<(Vector3<f64>, Vector3<f64>)>,
@@ -72,8 +71,8 @@ pub struct LevelHold {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// Value at vanishing element size: `value + c h^3` through the two finest levels (Richardson),
-    /// h^3 ~ 1/nodes. Third order is what quadratic elements reach where the contact's edge limits
-    /// the smoothness.
+    /// h^3 ~ 1/nodes. Quadratic elements reach third order if the contact's edge limits the
+    /// smoothness.
     pub limit: f64,
     /// The larger of the finest level's distance to the limit and to the level before.
     pub error: f64,
@@ -88,11 +87,11 @@ pub fn extrapolate(levels: &[(usize, f64)]) -> Option<Estimate> {
     Some(Estimate { limit, error: (finest - limit).abs().max((finest - before).abs()) })
 }
 
-/// Solves a scene on three meshes; `progress` hears (level, depth [m]).
+/// Solves a scene on three meshes; `progress` is called with (level, depth [m]).
 ///
 /// # Errors
 /// A scene that has no static answer, or a tissue that cannot be meshed. A hold that does not
-/// converge is no error: its level says so.
+/// converge is not an error: its level records it.
 pub fn study(scene: &Scene, quick: bool, mut progress: impl FnMut(usize, f64)) -> Result<Study, Error> {
     let mut task = Task::new(scene)?;
     task.deepest_m = deepest_m(scene)?;
@@ -152,7 +151,7 @@ impl Task<'_> {
             holds: Vec::new(),
             stopped: None,
         };
-        // what a coarser mesh could not reach is not tried again
+        // a hold that a coarser mesh could not reach is not tried again
         let within_reach = coarser.iter().filter(|level| level.stopped.is_some()).map(|level| level.holds.len()).min();
         for target in self.scene.drive.targets().iter().take(within_reach.unwrap_or(usize::MAX)) {
             let reached = match self.scene.drive {
@@ -180,7 +179,7 @@ impl Task<'_> {
     }
 }
 
-/// Depth of the deepest hold [m], for a force drive the one that the mesh is made for.
+/// Depth of the deepest hold [m]; for a force drive, the depth for which the mesh is made.
 fn deepest_m(scene: &Scene) -> Result<f64, Error> {
     match &scene.drive {
         Drive::Depth { holds_m, .. } => Ok(holds_m.iter().copied().fold(0.0, f64::max)),

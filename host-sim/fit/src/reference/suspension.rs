@@ -14,10 +14,10 @@ use super::tie::Tie;
 /// the shape functions.
 const CORNER_SHARE: f64 = -0.05;
 const MIDDLE_SHARE: f64 = 0.2;
-/// Forces below Young's modulus times this share of the squared size are none.
+/// Force that counts as zero, over Young's modulus times the squared size (1).
 const NO_FORCE: f64 = 1e-6;
 
-/// Error of a suspension: why its input is invalid, or why it finds no rest.
+/// Error of a suspension: why its input is invalid, or why it has no equilibrium.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[expect(missing_docs, reason = "each message says what its fields are")]
 pub enum HangError {
@@ -53,7 +53,7 @@ pub struct Suspension {
 }
 
 impl Suspension {
-    /// A body without weight; its fixed components stay where they are.
+    /// A body without weight; its fixed components keep their values.
     #[must_use]
     pub fn new(body: Body) -> Self {
         let mesh = &body.mesh;
@@ -97,7 +97,7 @@ impl Suspension {
     /// Adds ties.
     ///
     /// # Errors
-    /// A tie names a node that is not there.
+    /// A tie names a node that does not exist.
     pub fn with_ties(mut self, ties: Vec<Tie>) -> Result<Self, HangError> {
         let nodes = self.body.mesh.nodes_m.len();
         for (tie, node) in ties.iter().enumerate().flat_map(|(index, tie)| tie.nodes.map(|n| (index, n))) {
@@ -111,10 +111,10 @@ impl Suspension {
         Ok(self)
     }
 
-    /// Takes hold of nodes whose displacement is to be prescribed; zero until they are moved.
+    /// Grips nodes whose displacement will be prescribed; it is zero until they are moved.
     ///
     /// # Errors
-    /// A node is not there.
+    /// A node does not exist.
     pub fn with_grip(mut self, nodes: &[u32]) -> Result<Self, HangError> {
         let count = self.body.mesh.nodes_m.len();
         for node in nodes {

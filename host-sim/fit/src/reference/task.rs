@@ -1,4 +1,4 @@
-//! The problem that a scene poses to finite elements, once it is known that it has an answer.
+//! The finite-element problem of a scene, after the check that it has an answer.
 
 use nalgebra::Vector3;
 
@@ -11,7 +11,7 @@ use palpate_tissue::scene::Scene;
 /// Growth of the longest edge per distance from the contact, of an imported mesh.
 const EDGE_GROWTH: f64 = 0.35;
 
-/// A scene whose tissue can be solved, and the depth that its meshes are made for.
+/// A scene whose tissue can be solved, and the depth for which its meshes are made.
 pub(crate) struct Task<'a> {
     pub scene: &'a Scene,
     pub material: Material,

@@ -1,11 +1,11 @@
-//! An elastic layer that ties two surfaces together, be their meshes alike or not.
+//! An elastic layer that ties two surfaces together, with matching meshes or not.
 //!
 //! At the seven points of each triangle of the one surface, the other's nearest point at rest is
 //! sought; from then on `k/2 |x_a - x_b - (X_a - X_b)|^2` per rest area: a penalty tie on
 //! quadrature points, one surface leading (Wriggers, *Computational Contact Mechanics*, 6). The
 //! offset at rest is kept as a vector, so the energy is quadratic in the displacements and a common
-//! rotation costs energy where the surfaces do not touch at rest. An even pressure is passed on
-//! evenly only within the quadrature's error: one surface's points do not see the sides of the
+//! rotation costs energy if the surfaces do not touch at rest. A uniform pressure is transmitted
+//! uniformly only within the quadrature's error: one surface's points do not match the sides of the
 //! other's triangles.
 
 use nalgebra::Vector3;
@@ -32,7 +32,7 @@ pub struct Tie {
 }
 
 impl Tie {
-    /// How far the points have moved apart [m].
+    /// Relative displacement of the points [m].
     #[must_use]
     pub fn stretch_m(&self, displacement_m: &[Vector3<f64>]) -> Vector3<f64> {
         self.nodes.iter().zip(&self.shape).map(|(n, share)| displacement_m[*n as usize] * *share).sum()
@@ -58,7 +58,7 @@ impl Tie {
 /// that are within `reach_m` at rest.
 ///
 /// `stiffness_per_m` gives the layer's stiffness per area over Young's modulus [1/m] at a place [m]
-/// of the first surface; where it is not above zero nothing is tied. The two surfaces should have
+/// of the first surface; nothing is tied where it is not above zero. The two surfaces should have
 /// no node in common.
 #[must_use]
 pub fn layer(

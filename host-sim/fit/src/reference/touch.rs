@@ -29,7 +29,7 @@ pub struct Touch {
 pub struct Pressed {
     /// Place on the deformed surface [m].
     pub at_m: Vector3<f64>,
-    /// Deformed area that it stands for, of the whole [m^2].
+    /// Deformed area that it represents, of the whole [m^2].
     pub area_m2: f64,
     /// Pressure there over Young's modulus (1).
     pub pressure_over_e: f64,
@@ -44,7 +44,7 @@ pub(super) struct Point<'a> {
     /// Index of the point in the rule, and its share of the triangle.
     rule: usize,
     share: f64,
-    /// Rest area that it stands for [m^2].
+    /// Rest area that it represents [m^2].
     area_m2: f64,
     gap: Gap,
     penalty_per_m: f64,
@@ -60,10 +60,10 @@ impl Point<'_> {
         self.gap.normal * (self.penalty_per_m * self.area_m2 * self.gap.gap_m)
     }
 
-    /// Its second derivative [m], with or without the probe's curvature, without which it is never
-    /// indefinite.
+    /// Its second derivative [m], with or without the probe's curvature; without it the
+    /// contribution is never indefinite.
     pub fn stiffness_m(&self, curved: bool) -> Matrix3<f64> {
-        // the curvature makes the tangent indefinite where a step has not yet been answered:
+        // the curvature makes the tangent indefinite where the tissue has not yet followed a step:
         // bounded there
         let curved_m = if curved { self.gap.gap_m.max(-HIGHEST_PRESSURE / self.penalty_per_m) } else { 0.0 };
         let normal = self.gap.normal;

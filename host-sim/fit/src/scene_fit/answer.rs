@@ -1,4 +1,4 @@
-//! The solved presses of a scene as an answer, and how exact it is.
+//! The solved presses of a scene as an answer, and its accuracy.
 
 use super::discs::GluedDiscs;
 use super::organ::tissue_of;
@@ -9,24 +9,24 @@ use palpate_tissue::answer::{Answer, AnswerProbe, GluedAnswer, HoldAnswer};
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::Scene;
 
-/// Presses in two answers, one for the fit and one for the judgement.
+/// Presses in two answers, one for the fit and one for the evaluation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solved {
-    /// Presses that the fit may know: the fitted depths at the centre, and places around it.
+    /// Presses for the fit: the fitted depths at the centre, and places around it.
     pub known: Answer,
-    /// Presses that only the judgement knows: other depths at the centre, and at other places.
+    /// Presses for the evaluation alone: other depths at the centre, and at other places.
     pub unseen: Answer,
-    /// How far the force at the centre may be off, of all depths the most: its change from the
-    /// coarser mesh to the finer, or to the limit that the two point to (1).
+    /// Estimated error of the force at the centre, the largest over all depths: its change from the
+    /// coarser mesh to the finer, or to their extrapolated limit (1).
     pub error: f64,
     /// Nodes of the finest quadratic mesh.
     pub nodes: usize,
 }
 
-/// Puts presses and glued discs together; `found` has what a job gave.
+/// Combines presses and glued discs; `found` returns the result of a job.
 ///
 /// # Errors
-/// A press that is missing.
+/// A press is missing.
 pub fn answer(
     scene: &Scene,
     presses: &Presses,

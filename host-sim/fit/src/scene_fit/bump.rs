@@ -1,7 +1,7 @@
-//! The bump: what inclusions add to the force of a press, by finite elements.
+//! The bump: the force that inclusions add to a press, by finite elements.
 //!
-//! Each place is pressed twice on one mesh, with the inclusions and without. The mesh does much the
-//! same to both forces, so their ratio is more exact than either.
+//! Each place is pressed twice on one mesh, with the inclusions and without. The mesh affects both
+//! forces in much the same way, so their ratio is more accurate than either.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -28,22 +28,23 @@ use palpate_tissue::scene::{Inclusion, Scene};
 const BASE_NODES: usize = 120;
 /// Most corner nodes of a mesh.
 const MOST_NODES: usize = 6000;
-/// The smallest contact is taken for no larger than this, in probe radii.
+/// Upper bound on the radius of the smallest contact [probe radii].
 const LARGEST_RADII: f64 = 0.35;
-/// Places that the fit knows beside the centre, how far around it [probe radii], and with
-/// `--quick`.
+/// Number of fitted places besides the centre, their radius around it [probe radii], and the number
+/// with `--quick`.
 const KNOWN_PLACES: usize = 14;
 const QUICK_PLACES: usize = 8;
 pub(super) const KNOWN_RADII: f64 = 1.65;
-/// Inclusions that add less than this share to every force are not fitted (1).
+/// Share of the force below which inclusions are not fitted (1).
 const LEAST_FELT: f64 = 2e-3;
 /// Terms of the bump of each inclusion between the places.
 const TERMS: i32 = 3;
-/// Weight of zero for each, beside places that weigh one.
+/// Weight of the ridge on each, relative to places of weight one.
 const RIDGE: f64 = 1e-6;
-/// Places of the line on which the bump is judged and drawn: even, so that none is the centre.
+/// Number of places of the line on which the bump is evaluated and drawn: even, so that none is the
+/// centre.
 const LINE_PLACES: usize = 8;
-/// Depths, as shares of the deepest hold, that the fit knows and that the judgement knows.
+/// Depths of the fit and of the evaluation, as shares of the deepest hold.
 const FITTED: [f64; 3] = [0.25, 0.5, 1.0];
 const UNSEEN: [f64; 2] = [0.375, 0.75];
 
@@ -60,38 +61,38 @@ struct Edges {
 
 const COARSE: Edges = Edges { contact: 1.4, ball: 0.9, growth: 0.9 };
 const FINE: Edges = Edges { contact: 1.2, ball: 0.55, growth: 0.75 };
-/// Both of a trial of the command.
+/// Both for a trial of the command.
 const QUICK: [Edges; 2] = [Edges { contact: 2.0, ball: 1.4, growth: 1.2 }, Edges { contact: 1.4, ball: 1.0, growth: 1.0 }];
 
 /// Forces with the inclusions over those without.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bumps {
-    /// Places from the centre of the top [m]: the centre, others that a fit may know, the line, and
-    /// others that only the judgement knows.
+    /// Places from the centre of the top [m]: the centre, others for the fit, the line, and others
+    /// for the evaluation alone.
     pub places_m: Vec<[f64; 2]>,
-    /// Count of the places that a fit may know, the centre among them.
+    /// Number of places for the fit, including the centre.
     pub known_places: usize,
-    /// Count of the places of the line that follow; along x, over the inclusion nearest the centre.
+    /// Number of the following places of the line, along x over the inclusion nearest the centre.
     pub line_places: usize,
     /// Depths [m], rising.
     pub depths_m: Vec<f64>,
-    /// Those of them that a fit may know [m].
+    /// Those for the fit [m].
     pub fitted_m: Vec<f64>,
     /// Forces with the inclusions over those without (1), shape \[places\]\[depths\].
     pub ratio: Vec<Vec<f64>>,
-    /// Root mean square of the known bumps about what they are between the places, over the highest
+    /// Root mean square deviation of the solved bumps from their interpolation, over the highest
     /// (1).
     pub scatter: f64,
     /// Factors of the terms between the places, shape \[depths\]\[inclusions x terms\].
     terms: Vec<Vec<f64>>,
     inclusions: Vec<Inclusion>,
-    /// How far the bump may be off where it is about highest, over the bump, of all depths the most
-    /// (1): the finer of two meshes against the limit that they point to.
+    /// Estimated error of the bump near its maximum, over the bump, the largest over all depths
+    /// (1): the finer of two meshes against their extrapolated limit.
     pub error: f64,
 }
 
-/// Presses a block with its inclusions and without, as far as no earlier run has; `progress` hears
-/// how many of how many places are done.
+/// Presses a block with its inclusions and without, unless an earlier run has done so; `progress`
+/// is called with the number of places done and the total.
 ///
 /// # Errors
 /// A block that cannot be meshed, no equilibrium at some depth, no memory.
@@ -138,7 +139,7 @@ pub fn solve_bumps(
     let gain = (coarser.ball / finer.ball).powi(2) - 1.0;
     let changes = || fine.iter().zip(&coarse).map(|(f, c)| ((f - c) / gain, f - 1.0));
     let error = changes().map(|(change, bump)| (change / bump).abs()).fold(0.0, f64::max);
-    // the two meshes say what the coarser one leaves out, at every place much alike
+    // the two meshes give the error of the coarser one, which is much the same at every place
     let share: Vec<f64> = changes().zip(&coarse).map(|((change, bump), c)| (bump + change) / (c - 1.0)).collect();
     for place in &mut ratio {
         place.iter_mut().zip(&share).for_each(|(own, share)| *own = 1.0 + (*own - 1.0) * share);
@@ -219,7 +220,7 @@ impl Bumps {
         self.ratio.get(place)?.get(depth).copied()
     }
 
-    /// Places that only the judgement knows [m].
+    /// Places for the evaluation alone [m].
     #[must_use]
     pub fn unseen_m(&self) -> &[[f64; 2]] {
         self.places_m.get(self.known_places..).unwrap_or_default()
@@ -255,7 +256,7 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// All that the ratios depend on.
+    /// Everything that the ratios depend on.
     fn problem(&self, task: &([f64; 2], Edges)) -> String {
         let (tissue, probe) = (&self.scene.tissue, &self.scene.probe);
         let own = (tissue.block_m, tissue.poisson_ratio, &tissue.inclusion, probe.shape, probe.radius_m);
@@ -344,7 +345,7 @@ mod tests {
         bumps.between().unwrap()
     }
 
-    /// Force of Boussinesq's kind above two balls, of which the deeper press feels more.
+    /// Force of Boussinesq's kind above two balls, stronger for the deeper press.
     fn smooth([x, y]: [f64; 2], depth_m: f64) -> f64 {
         let near = |at: f64, z: f64| (1.0 + ((x - at).powi(2) + (y - 0.001).powi(2)) / (z * z)).powf(-1.5);
         1.0 + depth_m.sqrt() * (1.2 * near(-0.004, 0.010) + 0.5 * near(0.006, 0.011))

@@ -1,8 +1,8 @@
-//! A fitted block's patch with its inclusions, fitted to the bump that they make.
+//! A fitted block's patch with its inclusions, fitted to their bump.
 //!
 //! The inclusions are scaled into the patch, and then the springs and nodes in and around them are
 //! fitted: to the patch's own force without them, plus the bump of finite elements. So the errors
-//! of the block's fit neither go into the bump nor are they mended by it.
+//! of the block's fit neither enter the bump nor are corrected by it.
 
 use palpate::Params;
 use rayon::prelude::*;
@@ -23,11 +23,12 @@ use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::{Inclusion, Scene};
 use palpate_tissue::tissue::{Tissue, ratio_of};
 
-/// A bump this far off, as a share of the highest at its depth, counts as one unit of error (1).
+/// Deviation of a bump, as a share of the highest at its depth, that counts as one unit of error
+/// (1).
 const TOLERANCE: f64 = 0.01;
-/// Each depth, shallow first, is pressed at so many times the places that are asked for.
+/// Factor on the requested number of places at each depth, shallow first.
 const TIMES: [f64; 3] = [2.0, 1.5, 1.0];
-/// Bumps lower than this share of the force are not felt, and are not fitted more exactly (1).
+/// Share of the force below which bumps are not felt, and not fitted more exactly (1).
 const LEAST_BUMP: f64 = 1e-3;
 
 /// Error of the bump at one depth.
@@ -35,7 +36,7 @@ const LEAST_BUMP: f64 = 1e-3;
 pub struct BumpDepth {
     /// Depth [mm].
     pub depth_mm: f64,
-    /// Whether the fit knew this depth; the places it never knew.
+    /// Whether this depth was in the fit; the places never were.
     pub fitted_depth: bool,
     /// The highest bump of all places, over the force without the inclusions there [%].
     pub highest_pct: f64,
@@ -45,7 +46,7 @@ pub struct BumpDepth {
     pub worst_pct: f64,
 }
 
-/// Errors of a patch's bump at places that its fit did not see.
+/// Errors of a patch's bump at unseen places.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BumpVerdict {
     /// Shallow first.
@@ -54,11 +55,11 @@ pub struct BumpVerdict {
     pub rms_pct: f64,
     /// The largest, with its sign [%].
     pub worst_pct: f64,
-    /// Count of the places.
+    /// Number of places.
     pub places: usize,
 }
 
-/// The homogeneous patch, and what inclusions do to its block.
+/// The homogeneous patch, and the effect of inclusions on its block.
 #[derive(Clone, Copy)]
 pub struct BumpFit<'a> {
     /// Block without the inclusions.
@@ -86,7 +87,7 @@ impl BumpFit<'_> {
         Patch::build(&self.tissue(), &self.prepared.material, None)
     }
 
-    /// Forces with the inclusions, as far as the judgement may know them.
+    /// Forces with the inclusions, for the evaluation.
     #[must_use]
     pub fn bumped(&self) -> Bumped<'_> {
         Bumped { known: self.known, bumps: self.bumps }
@@ -112,7 +113,7 @@ impl BumpFit<'_> {
     /// Fits the patch.
     ///
     /// # Errors
-    /// A press without balance; a fit that gains nothing.
+    /// A press without equilibrium, or a fit that gains nothing.
     pub fn fit(&self, scene: &Scene, settings: &Settings, progress: &mut dyn FnMut(&Round)) -> Result<Calibration, Error> {
         let failed = |cause: CalibrateError| Error::Check(format!("{}: tissue.inclusion: {cause}", scene.file));
         let (patch, params) = self.plain;
@@ -195,17 +196,17 @@ impl BumpFit<'_> {
     /// those of the finite elements.
     ///
     /// # Errors
-    /// A press without balance.
+    /// A press without equilibrium.
     pub fn along_the_line(&self, patch: &Patch, params: &Params) -> Result<Vec<Vec<(f64, f64)>>, Unbalanced> {
         let places = self.pairs(patch, params, self.bumps.line_m())?;
         let depths = 0..self.bumps.depths_m.len();
         Ok(depths.map(|n| places.iter().filter_map(|place| place.get(n).copied()).collect()).collect())
     }
 
-    /// Judges the bump of a patch, at rest on its own site, where no fit has looked.
+    /// Evaluates the bump of a patch, at rest on its own site, at unseen places.
     ///
     /// # Errors
-    /// A press without balance.
+    /// A press without equilibrium.
     pub fn judge(&self, patch: &Patch, params: &Params) -> Result<BumpVerdict, Unbalanced> {
         let places = self.pairs(patch, params, self.bumps.unseen_m())?;
         let at_depth = |(n, depth_m): (usize, &f64)| {
@@ -245,7 +246,7 @@ impl BumpFit<'_> {
     }
 }
 
-/// Forces of a block with its inclusions: those without, times the ratio that the bump makes.
+/// Forces of a block with its inclusions: those without, times the bump's ratio.
 #[derive(Clone, Copy)]
 pub struct Bumped<'a> {
     known: &'a Known,

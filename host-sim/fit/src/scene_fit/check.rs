@@ -57,7 +57,7 @@ pub fn check_block(scene: &Scene, size_m: [f64; 3]) -> Result<(), Error> {
         );
         return Ok(scene.bad(key, &why)?);
     }
-    // the presses of a fit lean on the block's two planes of symmetry
+    // the presses of a fit use the block's two planes of symmetry
     if let Some(along) = probe.shape.along().filter(|_| probe.shape.mirrors() != [true; 2]) {
         let why = format!("= {along:?} lies along neither side of the block: give [1.0, 0.0, 0.0] or [0.0, 1.0, 0.0]");
         return Ok(scene.bad("probe.along", &why)?);

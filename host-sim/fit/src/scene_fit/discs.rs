@@ -1,7 +1,7 @@
 //! Discs glued to the top of a block, pressed and sheared: the stiffness of a contact that sticks.
 //!
-//! Frictionless presses do not see it. A patch that is fitted to them alone is 10-15 % too soft
-//! under a disc that is pressed, at 410 nodes.
+//! Frictionless presses do not see it. A patch of 410 nodes fitted to frictionless presses alone is
+//! 10-15 % too soft under a pressed disc.
 
 mod law;
 
@@ -19,19 +19,19 @@ use palpate_tissue::error::Error;
 use palpate_tissue::mesh::{BlockSpec, block};
 use palpate_tissue::scene::Scene;
 
-/// Centre and radius of the discs [probe radii] through which the law of those that the fit knows
-/// goes, and of those that only the judgement knows.
+/// Centres and radii of the discs [probe radii] that determine the law for the fit, and of those
+/// for the evaluation alone.
 const SOLVED: [[f64; 3]; 7] =
     [[0.0, 0.0, 1.0], [0.0, 0.0, 0.65], [1.1, 0.0, 0.8], [0.0, -1.1, 0.8], [0.8, 0.8, 0.95], [-0.8, 0.5, 0.7], [-0.4, -1.0, 1.1]];
 const UNSEEN: [[f64; 3]; 4] = [[0.4, -1.0, 1.0], [-0.6, -0.3, 0.85], [0.9, 0.2, 0.7], [-0.5, 0.9, 0.95]];
-/// Discs of the fit: a count, how far around the centre, the least radius and the largest [probe
-/// radii].
+/// Discs of the fit: their number, their distance from the centre, the least and the largest radius
+/// [probe radii].
 const FITTED: usize = 24;
 const FITTED_AROUND: f64 = 1.125;
 const FITTED_RADII: [f64; 2] = [0.65, 1.1];
 /// Step of the radii between those, less whole steps: the most even one.
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
-/// Each is moved along these.
+/// Directions in which each is moved.
 const DIRECTIONS: [[f64; 3]; 3] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 /// Corner nodes before refinement, how far around the disc they are dense [disc radii], and edges
 /// at its rim [disc radii]: within 0.3 % of meshes with edges a fifth as long.
@@ -43,15 +43,15 @@ const COARSE_EDGES: [f64; 1] = [0.4];
 /// Discs of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GluedDiscs {
-    /// Discs that the fit may know.
+    /// Discs for the fit.
     pub known: Vec<GluedAnswer>,
-    /// Discs that only the judgement knows.
+    /// Discs for the evaluation alone.
     pub unseen: Vec<GluedAnswer>,
 }
 
 impl GluedDiscs {
-    /// Solves those of a scene's block that `kept` does not hold; `told` hears how many are done,
-    /// and of how many.
+    /// Solves those of a scene's block that `kept` does not contain; `told` is called with the
+    /// number done and the total.
     ///
     /// # Errors
     /// A mesh that cannot be made or solved.
@@ -76,7 +76,7 @@ impl GluedDiscs {
     }
 }
 
-/// Places and radii of the discs that the fit knows [probe radii].
+/// Places and radii of the discs for the fit [probe radii].
 fn fitted() -> Vec<[f64; 3]> {
     let [least, most] = FITTED_RADII;
     let radius = |n: usize| least + (most - least) * (n as f64 * GOLDEN_RATIO).fract();

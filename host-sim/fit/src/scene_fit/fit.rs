@@ -1,4 +1,4 @@
-//! The patch of a block and what it is fitted to.
+//! The patch of a block and its targets.
 
 use palpate::{Params, Probe, ProbeShape};
 
@@ -12,33 +12,34 @@ use palpate_tissue::patch::{Material, Patch};
 use palpate_tissue::scene::Scene;
 use palpate_tissue::tissue::{Tissue, place_fine};
 
-/// Elements under the probe are smallest this far around it [probe radii].
+/// Radius around the site within which elements are smallest [probe radii].
 pub const FINE_RADII: f64 = 1.25;
 /// Elements larger than this share of the probe's radius get nine foundation points per triangle
 /// instead of four.
 const NINE_ABOVE: f64 = 0.4;
-/// Places that can be asked for: 20 over-fit.
+/// Range of the requested number of places: 20 over-fit.
 pub const PLACES_RANGE: std::ops::RangeInclusive<usize> = 20..=2000;
-/// Depths closer than this are one [m].
+/// Difference below which depths count as equal [m].
 const SAME_M: f64 = 1e-6;
-/// A force this far off counts as one unit of error (1), at the centre and around it.
+/// Deviation of a force that counts as one unit of error (1), at the centre and around it.
 pub(super) const CENTRE_TOLERANCE: f64 = 0.002;
 const TOLERANCE: f64 = 0.005;
-/// Each depth has at least so many times the places that are asked for, per probe radius over the
-/// depth: as many contacts cover the disc of places.
+/// Least factor on the requested places at each depth, per probe radius over the depth: then enough
+/// contacts cover the disc of places.
 const PER_CONTACT: f64 = 0.1875;
 /// Depths of the fit at the centre, as shares of the deepest hold: with the solved depths alone a
-/// fit swings between them.
+/// fit oscillates between them.
 const CENTRE: [f64; 9] = [1.0 / 12.0, 0.103, 1.0 / 6.0, 0.21, 1.0 / 3.0, 0.42, 2.0 / 3.0, 0.75, 1.0];
-/// Depths around it, each at places of its own, so many times the number that is asked for.
+/// Depths around it, each at its own places, and the factor on the requested number.
 const ASIDE: [(f64, f64); 5] = [(1.0 / 12.0, 3.0), (1.0 / 6.0, 2.5), (1.0 / 3.0, 1.25), (2.0 / 3.0, 0.75), (1.0, 0.6)];
-/// Under a flat end, whose edge makes each equilibrium hard to find from afar, places are pressed
-/// to one depth after the other; to the shallow ones at so many times more.
+/// Under a flat end, whose edge makes an equilibrium hard to find from a distant start, places are
+/// pressed to one depth after the other; factor on the number of shallow ones.
 const SHALLOW_DEPTHS: usize = 2;
-/// A node of the surface this share of the depth off counts as one unit of error (1), at each depth
-/// of a dent.
+/// Deviation of a surface node, as a share of the depth, that counts as one unit of error (1), at
+/// each depth of a dent.
 const DENT_TOLERANCES: [f64; 3] = [0.008, 0.008, 0.004];
-/// The force of a glued disc this far off counts as one unit of error (1): they are many.
+/// Deviation of a glued disc's force that counts as one unit of error (1): large, since they are
+/// many.
 const GLUED_TOLERANCE: f64 = 0.006;
 const SHALLOW_PLACES: usize = 2;
 
@@ -74,7 +75,8 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, Error> {
 }
 
 impl Prepared {
-    /// Returns the patch with so many foundation points on a surface triangle, if a count is given.
+    /// Returns the patch with this many foundation points on a surface triangle, if a number is
+    /// given.
     ///
     /// # Errors
     /// A count other than 4 and 9.
@@ -93,7 +95,7 @@ impl Prepared {
         Patch::build(&self.tissue, &self.material, None)
     }
 
-    /// Fits the patch to what is known.
+    /// Fits the patch to the known answers.
     ///
     /// # Errors
     /// Presses that the reference lacks, a patch that cannot be pressed, a fit that gains nothing.
@@ -120,8 +122,8 @@ impl Prepared {
         let centre_m = Vector::from(self.tissue.site_m);
         let radius_m = f64::from(self.params.probe.radius_m);
         let deepest_m = presses.fitted_m.last()?;
-        // a solved depth to its last bit: below the shallowest nothing is known, and dents are at
-        // them
+        // exactly a solved depth, to the last bit: below the shallowest nothing is known, and dents
+        // exist only there
         let solved =
             |depth_m: f64| *presses.fitted_m.iter().find(|solved| (**solved - depth_m).abs() < SAME_M).unwrap_or(&depth_m);
         let depths = |shares: &[f64], tolerance: f64| -> Vec<(f64, f64)> {
@@ -138,9 +140,9 @@ impl Prepared {
     }
 }
 
-/// Counts of places, and the depths at each of them, for depths [m] that want at least so many
-/// times the number `asked` for: a small contact rests on few foundation points, a large one is the
-/// mean of many.
+/// Numbers of places, and the depths at each of them, for depths [m] with their least factor on the
+/// number `asked` for: a small contact rests on few foundation points, a large one is the mean of
+/// many.
 pub(super) fn aside_of(asked: usize, probe: &Probe, depths: &[(f64, f64)]) -> Vec<(usize, Vec<(f64, f64)>)> {
     if probe.shape == ProbeShape::Flat {
         let all: Vec<(f64, f64)> = depths.iter().map(|(depth_m, _)| (*depth_m, TOLERANCE)).collect();

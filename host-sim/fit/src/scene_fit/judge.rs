@@ -1,4 +1,4 @@
-//! Force error of a patch at places and depths that its fit has not seen.
+//! Force error of a patch at unseen places and depths.
 
 mod glued;
 mod surface;
@@ -17,8 +17,8 @@ use crate::statics::{Balance, Unbalanced};
 use palpate_tissue::answer::Answer;
 use palpate_tissue::patch::Patch;
 
-/// Random places over the disc at which the known forces are asked for, beside the unseen presses,
-/// and the seed of them, which no fit uses.
+/// Number of random places over the disc at which interpolated forces are compared, in addition to
+/// the unseen presses, and their seed, which no fit uses.
 const PLACES: usize = 40;
 const SEED: u64 = 2026;
 
@@ -27,7 +27,7 @@ const SEED: u64 = 2026;
 pub struct DepthVerdict {
     /// Depth [mm].
     pub depth_mm: f64,
-    /// Whether the fit knew this depth; its places it never knew.
+    /// Whether this depth was in the fit; the places never were.
     pub fitted_depth: bool,
     /// Error of a centred press [%].
     pub centred_pct: f64,
@@ -55,13 +55,13 @@ pub struct Verdict {
     pub disc_worst_pct: f64,
     /// Count of those places.
     pub disc_places: usize,
-    /// Places that could not be judged: the patch finds no balance there.
+    /// Places that could not be evaluated because the patch has no equilibrium there.
     pub lost_places: usize,
     /// Radius of the disc [m].
     pub disc_radius_m: f64,
-    /// Surfaces of centred presses, shallow first, where the finite elements have them.
+    /// Surfaces of centred presses, shallow first, if the finite elements have them.
     pub surfaces: Vec<SurfaceVerdict>,
-    /// Glued discs, where the finite elements have them.
+    /// Glued discs, if the finite elements have them.
     pub glued: Option<GluedVerdict>,
 }
 
@@ -79,25 +79,25 @@ impl Verdict {
     }
 }
 
-/// Finite elements that a patch is judged by.
+/// Finite elements for the evaluation of a patch.
 #[derive(Clone, Copy)]
 pub struct Judging<'a> {
-    /// Forces between the places and depths that the fit knew.
+    /// Forces between the places and depths of the fit.
     pub known: &'a dyn Reference,
-    /// Depths that the fit knew [m].
+    /// Depths of the fit [m].
     pub fitted_m: &'a [f64],
-    /// Presses that it did not know; places count from the site.
+    /// Unseen presses; places are relative to the site.
     pub unseen: &'a Answer,
     /// Radius of the disc of places [probe radii].
     pub disc_radii: f64,
 }
 
 impl Judging<'_> {
-    /// Presses a patch, at rest on its own site, as the unseen presses were, and over the disc. A
-    /// place off the centre without balance is counted, and not judged.
+    /// Presses a patch, at rest on its own site, as in the unseen presses and over the disc. A
+    /// place off the centre without equilibrium is counted and not evaluated.
     ///
     /// # Errors
-    /// A press at the centre without balance.
+    /// A press at the centre has no equilibrium.
     pub fn judge(&self, patch: &Patch, params: &Params) -> Result<Verdict, Unbalanced> {
         let pressed = PressedPatch::of(patch, params)?;
         let mut places: Vec<[f64; 3]> = Vec::new();
@@ -107,10 +107,10 @@ impl Judging<'_> {
             }
         }
         let asked = places.len() + PLACES;
-        // the centre has to balance; under a flat end a place off it may not
+        // the centre must have an equilibrium; under a flat end a place off it may not
         let direct: Vec<Vec<(f64, f64)>> =
             places.into_par_iter().filter_map(|at| self.errors_of_unseen(&pressed, at).ok()).collect();
-        // depths of the answers; a place knows some of them
+        // depths of the answers; a place has some of them
         let mut depths_m: Vec<f64> = self.unseen.holds.iter().map(|h| h.depth_m).chain(self.fitted_m.iter().copied()).collect();
         depths_m.sort_by(f64::total_cmp);
         depths_m.dedup();

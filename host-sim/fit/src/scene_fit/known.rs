@@ -73,7 +73,7 @@ impl Known {
         Some(known)
     }
 
-    /// Depths that the fit knows [m], rising.
+    /// Depths for the fit [m], rising.
     #[must_use]
     pub fn depths_m(&self) -> Vec<f64> {
         self.centred.iter().map(|c| c.0).collect()

@@ -1,5 +1,5 @@
-//! A patch cut out of an organ or of a mesh: its element size, and the presses of the whole that it
-//! is fitted to and judged by.
+//! A patch cut out of an organ or of a mesh: its element size, and the presses of the whole for its
+//! fit and its evaluation.
 
 use super::fit::{CENTRE_TOLERANCE, aside_of};
 use super::presses::{Level, UNSEEN_PLACES, UNSEEN_SEED};
@@ -20,38 +20,39 @@ use palpate_tissue::tissue::Placed;
 /// Radius of a patch if none is given [probe radii]: rim springs are within 0.5 % of the exact
 /// outside at 2 to 2.5.
 pub const PIECE_RADII: f64 = 2.125;
-/// Radius of the disc over which such a patch is judged [probe radii].
+/// Radius of the disc over which such a patch is evaluated [probe radii].
 pub const PIECE_JUDGED_RADII: f64 = 1.0;
 /// Element sizes that are tried [probe radii], and halvings between them.
 const ELEMENTS_RADII: [f64; 2] = [0.25, 1.0];
 const HALVINGS: usize = 7;
 /// A node count may be missed by this share: sizes of elements do not give every count.
 const MISSED: f64 = 0.25;
-/// Places that the fit knows beside the site, how far around it [probe radii], and with `--quick`.
+/// Number of fitted places besides the site, their radius around it [probe radii], and the number
+/// with `--quick`.
 const KNOWN_PLACES: usize = 12;
 const QUICK_PLACES: usize = 8;
 const KNOWN_RADII: f64 = 1.2;
-/// Depths, as shares of the deepest hold, that the fit knows and that the judgement knows.
+/// Depths of the fit and of the evaluation, as shares of the deepest hold.
 const FITTED: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
 const UNSEEN: [f64; 2] = [0.375, 0.75];
 
 /// Depths of the fit at the site, as shares of the deepest hold: between them a fit to
 /// the solved depths alone swings by 2-4 %.
 const CENTRE: [f64; 8] = [0.125, 0.177, 0.25, 0.354, 0.5, 0.625, 0.8, 1.0];
-/// Depths around it, each at places of its own, so many times the number that is asked for.
+/// Depths around it, each at its own places, and the factor on the requested number.
 const ASIDE: [(f64, f64); 5] = [(0.125, 3.0), (0.25, 2.5), (0.5, 1.75), (0.75, 1.25), (1.0, 1.0)];
 /// Places of the fit are spread this far around the site [probe radii].
 const FITTED_RADII: f64 = 1.15;
 /// Forces of the whole organ.
 #[derive(Clone, Debug)]
 pub struct OrganPresses {
-    /// Between the places and depths that the fit may know.
+    /// Between the places and depths for the fit.
     pub known: SurfaceMap,
     /// Depths of those [m], rising.
     pub fitted_m: Vec<f64>,
     /// All of them; places count from the site.
     pub answer: Answer,
-    /// Those that only the judgement may know.
+    /// Those for the evaluation alone.
     pub unseen: Answer,
     /// How far the force at the site may be off, of all depths the most (1).
     pub error: f64,
@@ -145,7 +146,7 @@ pub fn solve_organ(
 }
 
 impl OrganPresses {
-    /// Fits a piece to what the fit may know.
+    /// Fits a piece to the answers for the fit.
     ///
     /// # Errors
     /// A piece that cannot be pressed.
@@ -183,7 +184,7 @@ pub fn tissue_of(scene: &Scene) -> AnswerTissue {
     }
 }
 
-/// The part of a reference that a fit may know.
+/// The part of a reference for the fit.
 fn known_of(all: &OrganReference, fitted_m: &[f64], places: usize) -> OrganReference {
     let at: Vec<usize> = (0..all.depths_m.len()).filter(|n| fitted_m.contains(&all.depths_m[*n])).collect();
     let of = |numbers: &[f64]| at.iter().map(|n| numbers[*n]).collect();

@@ -1,4 +1,4 @@
-//! Presses that a fit of a block needs, and those that its judgement needs.
+//! Presses for the fit of a block, and those for its evaluation.
 //!
 //! The centre is solved on fine meshes of the piece that symmetry leaves. Elsewhere only the ratio
 //! to the centre is taken, from one mesh of the whole block whose nodes around the probe move with
@@ -10,20 +10,20 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibrate::places::random;
 
-/// Depths of the fit and of the judgement, as shares of the deepest hold: for 6 mm 0.5, 1, 2, 4, 6
+/// Depths of the fit and of the evaluation, as shares of the deepest hold: for 6 mm 0.5, 1, 2, 4, 6
 /// and 0.75, 1.5, 3, 5 mm.
 const FITTED: [f64; 5] = [1.0 / 12.0, 1.0 / 6.0, 1.0 / 3.0, 2.0 / 3.0, 1.0];
 const UNSEEN: [f64; 4] = [1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 5.0 / 6.0];
-/// Dents are fitted at these of the fitted depths, and judged at these of the unseen ones too.
+/// Fitted depths at which dents are fitted, and unseen ones at which they are evaluated as well.
 pub(super) const DENTS: [usize; 3] = [2, 3, 4];
 const DENTS_UNSEEN: [usize; 2] = [2, 3];
 /// Depths at which the ratio to the centre is solved, of the fitted and of the unseen ones.
 const RATIO_FITTED: [usize; 2] = [1, 4];
 const RATIO_UNSEEN: [usize; 2] = [0, 2];
-/// Places off the centre that the fit knows [probe radii], on an axis and on a diagonal; where the
-/// two axes differ, in a block that is not square or under a tip that is not round, the other too.
+/// Fitted places off the centre [probe radii], on an axis and on a diagonal; if the two axes
+/// differ, in a block that is not square or under a tip that is not round, also on the other.
 const ASIDE: [[f64; 2]; 5] = [[0.7, 0.0], [1.25, 0.0], [1.75, 0.0], [0.75, 0.75], [1.2, 1.2]];
-/// Radius of the disc over which a patch is judged [probe radii], and the seed of its places.
+/// Radius of the disc over which a patch is evaluated [probe radii], and the seed of its places.
 pub const JUDGED_RADII: f64 = 1.5;
 pub(super) const UNSEEN_PLACES: usize = 4;
 pub(super) const UNSEEN_SEED: u64 = 77;
@@ -67,17 +67,17 @@ pub struct PressJob {
 /// All presses of a fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Presses {
-    /// Depths that the fit knows [m].
+    /// Depths for the fit [m].
     pub fitted_m: Vec<f64>,
-    /// Depths that only the judgement knows [m].
+    /// Depths for the evaluation alone [m].
     pub unseen_m: Vec<f64>,
     /// The centre: shallow and deep, each on a coarser and a finer mesh.
     pub centre: Vec<PressJob>,
     /// The centre again, on the mesh of the places.
     pub again: PressJob,
-    /// Places that the fit knows.
+    /// Places for the fit.
     pub aside: Vec<PressJob>,
-    /// Places that only the judgement knows.
+    /// Places for the evaluation alone.
     pub unseen: Vec<PressJob>,
 }
 
@@ -150,7 +150,7 @@ impl Presses {
 }
 
 /// Corner nodes of a mesh for a long contact: its elements have to be as fine as under a ball, over
-/// a disc that is as much wider.
+/// a correspondingly wider disc.
 fn more_nodes(scene: &Scene, nodes: usize, depth_m: f64) -> usize {
     let tip = scene.probe.tip();
     if tip.shape.is_round() {

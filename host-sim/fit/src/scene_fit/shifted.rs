@@ -1,7 +1,7 @@
 //! A mesh of a block whose nodes around the centre are moved to another place of its top.
 //!
-//! Within `kept_m` of the centre, along each side, nodes move as one; between there and the side
-//! they are spread or squeezed evenly, so that the sides stay where they are.
+//! Within `kept_m` of the centre, along each side, nodes move together; between there and the side
+//! they are spread or compressed evenly, so that the sides do not move.
 
 use palpate_tissue::mesh::TetMesh;
 

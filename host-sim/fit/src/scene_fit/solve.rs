@@ -19,7 +19,7 @@ use palpate_tissue::scene::Scene;
 /// Surface grid of a hold, in steps of an eighth of the probe's radius: 2.75 radii to each side.
 const GRID_RADII: f64 = 0.125;
 const GRID_HALF_COUNT: usize = 22;
-/// Nodes this far from the centre move with the probe [probe radii].
+/// Radius around the centre within which nodes move with the probe [probe radii].
 const KEPT_RADII: f64 = 1.0;
 
 /// Forces and surfaces of a press.
@@ -27,31 +27,31 @@ const KEPT_RADII: f64 = 1.0;
 pub struct Forces {
     /// Along the press over E [m^2], shape \[depths\].
     pub force_over_e_m2: Vec<f64>,
-    /// Surfaces at the depths that asked for one.
+    /// Surfaces at the depths for which one was requested.
     pub surfaces: Vec<SurfaceGrid>,
     /// Nodes of the quadratic mesh.
     pub nodes: usize,
 }
 
-/// Equilibria at some depths of a mesh, from which those of a mesh shifted by a little are found.
+/// Equilibria at some depths of a mesh, used as start for a slightly shifted mesh.
 type Starts = Vec<(f64, Vec<Vector3<f64>>)>;
 
-/// Listener to presses under way.
+/// Listener to the progress of presses.
 pub trait Watch: Sync {
     /// The forces of a press, if an earlier run solved it.
     fn stored(&self, job: &PressJob) -> Option<Forces>;
 
-    /// A press is so deep [m].
+    /// A press has reached this depth [m].
     fn reached(&self, job: &PressJob, depth_m: f64);
 
-    /// A press is done, `anew` or as it was stored.
+    /// A press is done, computed `anew` or read from storage.
     ///
     /// # Errors
     /// It cannot be stored.
     fn done(&self, job: &PressJob, forces: &Forces, anew: bool) -> Result<(), Error>;
 }
 
-/// Solves all presses that are not stored, as many at once as there are cores.
+/// Solves all presses that are not stored, one per core at a time.
 ///
 /// # Errors
 /// A mesh that cannot be made, a press that does not converge, or one that cannot be stored.
@@ -84,7 +84,7 @@ pub fn solve_all(scene: &Scene, presses: &Presses, watch: &impl Watch) -> Result
     Ok(found)
 }
 
-/// Solves a press of the scene's block with its probe, from `starts` where it has the depth.
+/// Solves a press of the scene's block with its probe, from `starts` if it contains the depth.
 fn solve(scene: &Scene, job: &PressJob, starts: &Starts, watch: &impl Watch) -> Result<(Forces, Starts), Error> {
     let file = &scene.file;
     let size_m = scene.tissue.block_m.unwrap_or_default();

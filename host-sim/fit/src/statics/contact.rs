@@ -30,7 +30,8 @@ impl Statics {
         let mut pushes = Vec::new();
         for (triangle, t) in self.triangles.iter().enumerate() {
             let corners = t.node.map(|n| x[n] - tip_m);
-            // the probe's axis is its longest way out: what is far below the tip cannot be inside
+            // the probe's extent is largest along its axis: a point far below the tip cannot be
+            // inside
             if corners.iter().all(|c| c.dot(&self.axis()) < 0.0) || corners.iter().all(|c| c.norm_squared() > 36.0 * r * r) {
                 continue;
             }

@@ -1,15 +1,15 @@
-//! Springs and volume: slopes of the energy over E, and its curvature.
+//! Springs and volume: first and second derivatives of the energy over E.
 
 use nalgebra::Matrix3;
 
 use super::{StaticSpring, StaticTet, Statics, Vector};
 
-/// As in the tick: below this a node's pressure goes on along its tangent.
+/// As in the tick: below this a node's pressure continues along its tangent.
 const STRAIGHT_BELOW: f64 = 0.8;
-/// As in the tick: where the barrier of a tet begins.
+/// As in the tick: volume ratio at which the barrier of a tet begins.
 const BARRIER_BELOW: f64 = 0.4;
 
-/// A spring at work: unit vector from i to j, length [m], tension over E [m^2], its slope over E
+/// State of a spring: unit vector from i to j, length [m], tension over E [m^2], its slope over E
 /// [m].
 pub(super) struct Pull {
     pub along: Vector,
@@ -19,7 +19,7 @@ pub(super) struct Pull {
     /// Stiffness over E [m] and elongation [m].
     pub k: f64,
     pub stretch_m: f64,
-    /// How far it is compressed beyond the threshold [m], zero or negative.
+    /// Compression beyond the threshold [m], zero or negative.
     pub squeeze_m: f64,
 }
 
@@ -55,7 +55,7 @@ impl Pull {
     }
 }
 
-/// A tet at work: slopes of six times its volume [m^2] and its volume ratio (1).
+/// State of a tet: slopes of six times its volume [m^2] and its volume ratio (1).
 pub(super) struct TetGeometry {
     pub gradient: [Vector; 4],
     pub edges: [Vector; 3],
@@ -75,7 +75,7 @@ impl TetGeometry {
     /// the transpose of `between(j, i)`.
     pub fn between(&self) -> [[Matrix3<f64>; 4]; 4] {
         let [e1, e2, e3] = self.edges.map(|e| e.cross_matrix());
-        // d g1 = de2 x e3 + e2 x de3 and so on round
+        // d g1 = de2 x e3 + e2 x de3 and cyclically
         let inner = [[Matrix3::zeros(), -e3, e2], [e3, Matrix3::zeros(), -e1], [-e2, e1, Matrix3::zeros()]];
         let mut all = [[Matrix3::zeros(); 4]; 4];
         for i in 0..3 {

@@ -5,19 +5,19 @@ use thiserror::Error;
 use super::tangent::{Factor, Pattern};
 use super::{Statics, Vector, elastic};
 
-/// It balances when the forces left on the nodes are this share of the probe's force.
+/// Share of the probe's force to which the remaining nodal forces must fall for equilibrium.
 const TOLERANCE: f64 = 1e-7;
 const MOST_STEPS: usize = 60;
-/// It stands on an edge of the probe, where no position has a slope of zero, when the forces left
-/// fall no lower than this share.
+/// Such a share at an edge of the probe, where no position has a slope of zero and the remaining
+/// forces fall no lower.
 const ON_AN_EDGE: f64 = 1e-3;
-/// A factor is used again while each step with it leaves at most this share of the imbalance.
+/// Share of the imbalance that each step may leave while a factor is reused.
 const STILL_GOOD: f64 = 0.25;
-/// A factor made at most this far away [m] from the balance serves its derivatives.
+/// Largest distance from the equilibrium at which a factor is used for its derivatives [m].
 const NEAR_M: f64 = 2e-6;
 /// Shares of the diagonal that are added when the tangent is not positive.
 const SHIFTS: [f64; 6] = [0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0];
-/// The tip's way is cut in at most this many pieces.
+/// Largest number of pieces into which the tip's displacement is divided.
 const FINEST_WAY: f64 = 1.0 / 64.0;
 
 /// No equilibrium was found.
@@ -30,7 +30,7 @@ pub struct Unbalanced {
     pub steps: usize,
 }
 
-/// A pressed patch in balance.
+/// A pressed patch in equilibrium.
 #[derive(Clone, Debug)]
 pub struct Balance {
     /// Node positions [m], shape \[nodes\].
@@ -70,7 +70,7 @@ impl Solver {
     /// Moves the tip of a pressed patch to `tip_m`, `depth_m` deep, in as many pieces as it takes.
     ///
     /// # Errors
-    /// [`Unbalanced`] where Newton's iteration does not get there.
+    /// [`Unbalanced`] if Newton's iteration does not converge.
     pub fn press(&self, statics: &Statics, from: &Balance, tip_m: Vector, depth_m: f64) -> Result<Balance, Unbalanced> {
         let (mut here, mut gone, mut piece) = (from.clone(), 0.0, 1.0_f64);
         while gone < 1.0 {
@@ -85,10 +85,10 @@ impl Solver {
         Ok(here)
     }
 
-    /// Finds the balance under a tip at `tip_m`, starting from the positions `x_m`.
+    /// Finds the equilibrium under a tip at `tip_m`, starting from the positions `x_m`.
     ///
     /// # Errors
-    /// [`Unbalanced`] where Newton's iteration does not get there.
+    /// [`Unbalanced`] if Newton's iteration does not converge.
     pub fn balance(&self, statics: &Statics, mut x_m: Vec<Vector>, tip_m: Vector, depth_m: f64) -> Result<Balance, Unbalanced> {
         let failed = |steps| Unbalanced { depth_mm: depth_m * 1e3, steps };
         let mut factor: Option<Factor> = None;
@@ -137,7 +137,7 @@ impl Solver {
                 return Err(failed(step));
             }
             if !fresh && gained > 1.0 {
-                continue; // an old factor led astray: try again from here with a new one
+                continue; // an old factor misled the iteration: try again from here with a new one
             }
             (x_m, slope, force) = (next, next_slope, next_force);
             let balanced = norm(&slope) <= TOLERANCE * force.max(1e-12);
@@ -153,8 +153,8 @@ impl Solver {
 }
 
 impl Balance {
-    /// Small displacement [1/m] under small forces on the nodes over E, at the balance; anchors
-    /// stay.
+    /// Small displacement [1/m] under small forces on the nodes over E, at equilibrium; anchors do
+    /// not move.
     #[must_use]
     pub fn answer(&self, statics: &Statics, force: &[Vector]) -> Vec<Vector> {
         self.factor.solve_nodes(statics, force)
@@ -166,7 +166,7 @@ impl Balance {
         Self { tip_m, ..self.clone() }
     }
 
-    /// Where the nodes would be with the tip at `tip_m`, to first order.
+    /// Positions of the nodes with the tip at `tip_m`, to first order.
     fn follow(&self, statics: &Statics, tip_m: Vector) -> Vec<Vector> {
         let way = tip_m - self.tip_m;
         let mut pull = vec![Vector::zeros(); self.x_m.len()];

@@ -1,12 +1,12 @@
-//! A disc glued to the surface and moved a little: normal press and shear of a bonded contact, with
+//! A disc glued to the surface and moved slightly: normal press and shear of a bonded contact, with
 //! derivatives.
 //!
 //! Every foundation point within the disc's radius of its centre is held to the disc's translation
 //! `d` by a spring of its initial stiffness `k`, in all three directions. To first order about rest
 //! `(K + sum k w w^T x I) u = sum k w d`, `w` the point's weights, and the force is `F = sum k (d -
 //! sum w u)`. `F . d` is twice the least energy over `u`, so its slope along a constant is the
-//! energy's own at that `u` (Danskin): `w^T (dK/dp) w`, and `|d - sum w u|^2` for a point. A fit on
-//! frictionless presses alone leaves these two cases up to 20 % off.
+//! energy's own at that `u` (Danskin): `w^T (dK/dp) w`, and `|d - sum w u|^2` for a point. After a
+//! fit to frictionless presses alone these two cases are wrong by up to 20 %.
 
 use nalgebra::Matrix3;
 use palpate::stages::force::foundation::point_weights;
@@ -31,11 +31,11 @@ impl GluedPoint {
 
 /// A patch under a glued disc that moved by a unit length.
 pub struct Glued {
-    /// Force along the disc's way over E, per way [m].
+    /// Force along the disc's displacement over E, per displacement [m].
     pub stiffness_m: f64,
     /// Displacement of each node over the disc's (1), shape \[nodes\].
     pub u: Vec<Vector>,
-    /// The disc's way, a unit vector.
+    /// Direction of the disc's displacement, a unit vector.
     direction: Vector,
     held: Vec<GluedPoint>,
 }
@@ -50,7 +50,7 @@ impl Solver {
     pub fn glued(&self, statics: &Statics, place_m: Vector, radius_m: f64, direction: Vector) -> Result<Glued, Unbalanced> {
         let failed = Unbalanced { depth_mm: 0.0, steps: 0 };
         let direction = direction.try_normalize(0.0).ok_or(failed)?;
-        // with a threshold of zero compensation would act on every spring that rounding made a hair
+        // with a threshold of zero compensation would act on every spring that rounding made too
         // short
         let at_rest = Statics { compensation_acts: false, ..statics.clone() };
         let held = at_rest.held(place_m, radius_m);
@@ -91,8 +91,8 @@ impl Statics {
 }
 
 impl Glued {
-    /// Slopes of [`Self::stiffness_m`] [m]. Stiffening and compensation have none at rest; what
-    /// stands in for the far field is not a constant here.
+    /// Slopes of [`Self::stiffness_m`] [m]. Stiffening and compensation have no slope at rest, and
+    /// the rim springs are no constants here.
     #[must_use]
     pub fn gradient(&self, statics: &Statics) -> Gradient {
         let (x, u) = (&statics.rest_m, &self.u);
@@ -100,7 +100,7 @@ impl Glued {
             let (edge, moved) = (x[s.node[1]] - x[s.node[0]], u[s.node[1]] - u[s.node[0]]);
             let length_m = edge.norm();
             let opens = moved.dot(&edge) / length_m;
-            // at rest a spring is off its length by the rounding of its constants
+            // at rest the length of a spring is wrong by the rounding of its constants
             s.k * (opens * opens + (1.0 - s.rest_m / length_m) * (moved.norm_squared() - opens * opens))
         });
         let spring = spring.collect();
@@ -161,8 +161,8 @@ mod tests {
 
     #[test]
     fn the_disc_bears_what_the_nonlinear_energy_says() {
-        // half the difference of the slopes of the full energy at small displacements to either
-        // side: rest's rounding and the second order cancel
+        // half the difference of the slopes of the full energy at small displacements in both
+        // directions: the rounding at rest and the second order cancel
         let statics = statics(&Params::default());
         for direction in DIRECTIONS {
             let glued = glued(&statics, direction);
@@ -187,7 +187,7 @@ mod tests {
 
     #[test]
     fn slopes_are_those_of_finite_differences() {
-        // a threshold of zero: compensation must not show
+        // a threshold of zero: compensation must have no effect
         let base = statics(&Params { compensation_threshold: 0.0, ..Params::default() });
         let step = 1e-3_f64;
         for direction in DIRECTIONS {
@@ -217,7 +217,7 @@ mod tests {
             }
             differs("compensation", 0.0, &|s, f| s.compensation *= f);
             differs("stiffening", 0.0, &|s, f| s.stiffening_per_m *= f);
-            // every constant that is a stiffness together: the force is proportional to them
+            // all stiffness constants together: the force is proportional to them
             let parts = [&slopes.spring, &slopes.node, &slopes.bulk].map(|v| v.iter().sum::<f64>());
             let whole = parts.iter().sum::<f64>() + slopes.point.iter().flatten().sum::<f64>();
             assert!((whole / glued(&base, direction).stiffness_m - 1.0).abs() < 1e-6);

@@ -6,7 +6,7 @@ use palpate::Model;
 
 use super::{Statics, Vector};
 
-/// Stiffness over E of what is outside, between rim nodes.
+/// Stiffness over E of the outside, between rim nodes.
 #[derive(Clone, Debug)]
 pub struct Rim {
     /// Rim nodes.
@@ -59,7 +59,7 @@ impl Statics {
         Self { rim: Some(Rim { node: node.to_vec(), stiffness_m: stiffness_m.clone() }), ..self.clone() }
     }
 
-    /// Returns the patch with some more nodes fixed.
+    /// Returns the patch with further nodes fixed.
     #[must_use]
     pub fn with_fixed(&self, node: &[usize]) -> Self {
         let mut fixed = self.clone();

@@ -1,5 +1,5 @@
-//! How the force, or a displacement, changes with every constant of the patch: the adjoint of the
-//! equilibrium.
+//! Derivatives of the force, or of a displacement, with respect to every constant of the patch: the
+//! adjoint of the equilibrium.
 //!
 //! At balance the slope of the energy is zero: `g(x, p) = 0`. For an output `y(x, p)` with `b =
 //! dy/dx`, `K l = b` gives `dy/dp = dp y - l . dp g`, whatever the number of constants. For the
@@ -44,8 +44,8 @@ impl Balance {
     }
 
     /// Slopes of `along . position of the surface at the node` [m]. A node inside the probe carries
-    /// a compressed layer whose outer face lies on the probe: there only what slides along the
-    /// probe counts.
+    /// a compressed layer whose outer face lies on the probe: there only the displacement along the
+    /// probe's surface counts.
     #[must_use]
     pub fn surface_gradient(&self, statics: &Statics, node: usize, along: Vector) -> Gradient {
         let mut by_position = vec![Vector::zeros(); self.x_m.len()];
@@ -57,7 +57,8 @@ impl Balance {
         self.gradient(statics, &adjoint, Vector::zeros())
     }
 
-    /// Where the surface is at a node [m]: the node, or the probe's surface if the node is inside.
+    /// Position of the surface at a node [m]: the node, or the probe's surface if the node is
+    /// inside.
     #[must_use]
     pub fn surface_m(&self, statics: &Statics, node: usize) -> Vector {
         let x = self.x_m[node];

@@ -1,5 +1,5 @@
-//! Stiffening, as in the tick (`core/src/stages/force/stiffening.rs`): by what factor the tissue at
-//! each node is stiffer than at rest, and what the change of the factors adds to the tangent.
+//! Stiffening, as in the tick (`core/src/stages/force/stiffening.rs`): the factor by which the
+//! tissue at each node is stiffer than at rest, and the contribution of its change to the tangent.
 
 use nalgebra::Matrix3;
 use palpate::Params;
@@ -11,8 +11,7 @@ use super::{Statics, Vector};
 /// Share of a foundation point's energy that counts at its nodes: its other end is the probe.
 const HALF: f64 = 0.5;
 
-/// Logarithm of a factor over the energy density over E (1); zero where the tissue keeps its
-/// stiffness.
+/// Logarithm of a factor over the energy density over E (1); zero if the tissue does not stiffen.
 pub(super) fn steepness(params: &Params) -> f64 {
     let mu = 0.5 / (1.0 + f64::from(params.poisson_ratio));
     if params.terms.stiffening { 2.0 * f64::from(params.stiffening_b) / mu } else { 0.0 }
@@ -40,7 +39,7 @@ impl Stiffer {
 }
 
 impl Statics {
-    /// The factors at `x`; `None` where the tissue keeps its stiffness.
+    /// The factors at `x`; `None` if the tissue does not stiffen.
     pub(super) fn stiffer(&self, x: &[Vector], pushes: &[Push]) -> Option<Stiffer> {
         if self.steepness == 0.0 {
             return None;
@@ -65,8 +64,8 @@ impl Statics {
         Some(Stiffer { factor, steeper })
     }
 
-    /// Adds what the change of the factors adds to the curvature; `stars` are the nodes around each
-    /// node.
+    /// Adds the contribution of the factors' change to the curvature; `stars` are the nodes around
+    /// each node.
     pub(super) fn add_steeper(
         &self,
         stiffer: &Stiffer,

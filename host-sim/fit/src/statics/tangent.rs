@@ -10,7 +10,7 @@ use nalgebra::Matrix3;
 
 use super::{Statics, Vector, elastic};
 
-/// Where the blocks of the free nodes lie in the matrix: lower triangle, column by column.
+/// Positions of the free nodes' blocks in the matrix: lower triangle, column by column.
 #[derive(Clone, Debug)]
 pub(super) struct Pattern {
     symbolic: SymbolicSparseColMat<usize>,
@@ -69,7 +69,7 @@ impl Slot {
 }
 
 impl Pattern {
-    /// Every two nodes that share a node's surroundings: what the nodal volume couples.
+    /// All pairs of nodes around a common node, which the nodal volume couples.
     pub fn of(statics: &Statics) -> Option<Self> {
         let mut stars: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); statics.rest_m.len()];
         for t in &statics.tets {
@@ -135,8 +135,8 @@ impl Pattern {
         Slot { first: self.start[j] + 3 * at, pitch: 3 * rows.len() }
     }
 
-    /// Adds a block at row `i`, column `j` (free nodes); what lies above the diagonal is left to
-    /// its mirror.
+    /// Adds a block at row `i`, column `j` (free nodes); a block above the diagonal is left to its
+    /// mirror.
     fn add(&self, values: &mut [f64], i: usize, j: usize, block: &Matrix3<f64>) {
         self.slot(i, j).add(values, block);
     }

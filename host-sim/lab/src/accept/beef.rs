@@ -1,6 +1,6 @@
 //! T1: beef, indented for four seconds and held. Two Prony terms are fitted to the sirloin, in one
-//! dimension, with the patch's elastic loading; the patch with these terms is then pressed as the
-//! tests were and held against the topside.
+//! dimension, with the patch's elastic loading; the patch with these terms is then pressed as in
+//! the tests and compared with the topside.
 
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::press;
@@ -15,7 +15,7 @@ const DATA: &str = include_str!("../../../../tests/data/beef_relaxation.toml");
 const SOURCE: &str = "tests/data/beef_relaxation.toml (Iaquinta et al., perineal_indentation, raw records)";
 /// Largest root mean square of the fitted and of the predicted figures (1).
 const MOST_RMS: [f64; 2] = [0.01, 0.02];
-/// Rows of a picture's curve: one in so many ticks.
+/// Number of ticks per row of a picture's curve.
 const EVERY: usize = 20;
 
 #[derive(Deserialize)]
@@ -57,7 +57,7 @@ impl Held {
     }
 }
 
-/// Young's modulus of the scene [Pa]: what is compared are ratios of forces.
+/// Young's modulus of the scene [Pa]: ratios of forces are compared.
 const YOUNGS_MODULUS_PA: f64 = 20e3;
 
 impl Beef {
@@ -77,7 +77,7 @@ impl Beef {
         Ok(Scene::parse("beef", &text)?)
     }
 
-    /// Presses the patch as the tests were.
+    /// Presses the patch as in the tests.
     fn press(&self, terms: &[(f64, f64)]) -> Result<Held, Error> {
         let scene = self.scene(terms)?;
         let session = Session::prepare(&scene)?;

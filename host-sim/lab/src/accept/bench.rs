@@ -1,4 +1,4 @@
-//! Blocks under a ball that closed forms are compared on, moved tick by tick.
+//! Blocks under a ball, for comparison with closed forms, moved tick by tick.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{Model, Output, Params, ProbeShape, State, Tuned, Vector3};
@@ -13,12 +13,13 @@ use crate::Error;
 
 /// Sides of the large block [m]: ten times a contact, to be a half-space for it.
 const BLOCK_M: [f64; 3] = [0.16, 0.16, 0.08];
-/// Nodes of the large block, and how far around the site they are densest [m].
+/// Nodes of the large block, and the radius around the site within which they are densest [m].
 const NODES: usize = 5000;
 const FINE_RADIUS_M: f64 = 8e-3;
 /// Radius of the ball on the large block [m]: four to eight of its elements fit into a contact's.
 pub(super) const RADIUS_M: f64 = 16e-3;
-/// Stiff enough that a press of a second is free of waves [Pa]; both closed forms hold for any.
+/// Young's modulus, high enough that a press of a second is free of waves [Pa]; both closed forms
+/// hold for any value.
 const YOUNGS_MODULUS_PA: f32 = 20e3;
 /// Deepest press of the large block [m].
 const DEPTH_LIMIT_M: f64 = 5e-3;
@@ -73,7 +74,7 @@ impl<'a> Run<'a> {
         Ok(run)
     }
 
-    /// One tick with the tip at a place, so deep below the surface at rest.
+    /// One tick with the tip at a place and depth below the surface at rest.
     pub fn at(&mut self, place_m: [f64; 2], depth_m: f64) -> Result<Output, Error> {
         let tip_m = Vector3::new(place_m[0], place_m[1], -depth_m).cast();
         let output = palpate::tick(self.model, &self.tuned, &mut self.state, ProbePose { tip_m });
@@ -83,7 +84,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Replaces the parameters of what runs, as a press with friction follows one without.
+    /// Replaces the parameters of the running patch, since a press with friction follows one
+    /// without.
     pub fn retune(&mut self, tuned: Tuned<'a>) -> Tuned<'a> {
         core::mem::replace(&mut self.tuned, tuned)
     }

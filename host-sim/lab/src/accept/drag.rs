@@ -1,10 +1,10 @@
 //! T5: a ball with friction that is pressed and dragged, against Cattaneo and Mindlin; a flat end
 //! that slides, against Coulomb's law; one that sticks, against a glued disc of finite elements; a
-//! ball that is held aside, against time.
+//! ball that is held with a sideways force, over time.
 //!
 //! The closed form begins with no force along the surface. A press with friction leaves some, which
-//! at a small coefficient takes up much of what friction can bear; so the ball is pressed without
-//! and rubs from then on.
+//! at a small coefficient uses up much of the friction limit; so the ball is pressed without
+//! friction, which begins afterwards.
 
 use palpate::{NodeStep, Output, Params, ProbeShape, Vector3};
 use palpate_fit::partial_slip::{PartialSlip, tilted};
@@ -24,21 +24,21 @@ const FRICTION: [f64; 4] = [0.1, 0.3, 0.6, 1.0];
 const DEPTHS_M: [f64; 3] = [1e-3, 2e-3, 4e-3];
 /// Depth of the picture, and of the drag without friction [m].
 const SHOWN_M: f64 = 2e-3;
-/// Longest drag [m]: where all slips only beyond it, nothing is compared.
+/// Longest drag [m]: if full slip occurs only beyond it, nothing is compared.
 const LONGEST_M: f64 = 5e-3;
-/// Length of a drag over the one at which all slips (1).
+/// Length of a drag over the length at full slip (1).
 const BEYOND: f64 = 1.25;
 /// Ticks of the press, of the rest after it, and of a drag.
 const PRESSED: usize = 500;
 const RESTED: usize = 800;
 const DRAGGED: usize = 1300;
-/// Ticks in which a drag gets up its speed: a jerk would shake the block.
+/// Ticks in which a drag accelerates: a jerk would shake the block.
 const STARTED: usize = 160;
 /// Largest difference from the closed form over mu N (1).
 const MOST: f64 = 0.03;
-/// Force of a full slide over what it must be (1).
+/// Force of a full slide over its required value (1).
 const SLIDES: [f64; 2] = [0.995, 1.005];
-/// Off every axis of the mesh [rad].
+/// Direction that is along no axis of the mesh [rad].
 const TURNED: f64 = 0.8;
 
 /// Force along the surface against a direction, and the push [N].
@@ -71,7 +71,7 @@ fn drag(bench: &Bench, friction: f64, depth_m: f64, length_m: f64) -> Result<Vec
     (1..=DRAGGED).map(|n| Ok(parts(&run.at(heading.map(|c| c * length_m * done(n)), depth_m)?, TURNED))).collect()
 }
 
-/// A drag over its coefficient, as (length over that at which all slips, force over mu N).
+/// A drag over its coefficient, as (length over that at full slip, force over mu N).
 fn shares(forces_n: &[[f64; 2]], friction: f64) -> Vec<(f64, f64)> {
     forces_n.iter().zip(1..).map(|([along, push], n)| (BEYOND * done(n), along / (friction * push))).collect()
 }

@@ -20,18 +20,18 @@ const MOST_RMS: f64 = 0.03;
 /// Largest difference of the last exponent (1).
 const MOST_OFF: f64 = 0.25;
 
-/// Thickness of the liver [m]: the records do not say it. The thinner the tissue, the smaller the
-/// exponent that bends a force as much; 40 mm bend no force as much as region 1's.
+/// Thickness of the liver [m], which the records do not give. The thinner the tissue, the smaller
+/// the exponent for the same curvature of the force; at 40 mm no exponent gives that of region 1.
 const THICKNESS_M: f64 = 0.01;
 const SIDE_M: f64 = 0.04;
-/// Exponents that the force is computed at, and what is tried between them.
+/// Exponents for which the force is computed, and the values tried between them.
 const EXPONENTS: [f64; 5] = [0.0, 2.5, 5.0, 7.5, 10.0];
 const TRIED_B: (f64, f64, usize) = (0.0, 10.0, 200);
-/// Depths that the force is computed at.
+/// Depths at which the force is computed.
 const STEP_M: f64 = 2.5e-4;
 const DEPTHS: usize = 17;
-/// The ball touched before contact was declared. Without the term it may also have touched later:
-/// a force of whatever place of contact is not to fit.
+/// The ball touched before contact was declared. Without the term it may also have touched later,
+/// so that the misfit does not depend on the range of contact places.
 const OFFSETS_M: (f64, f64, usize) = (0.0, 1.25e-3, 125);
 const ANY_OFFSET_M: (f64, f64, usize) = (-1.5e-3, 1.25e-3, 275);
 
@@ -168,7 +168,7 @@ impl Liver {
 }
 
 impl Region {
-    /// Root mean square of what was predicted less what was measured, over the largest force (1).
+    /// Root mean square difference of prediction and measurement, over the largest force (1).
     fn rms(&self, force_n: &[f64]) -> f64 {
         let largest = self.force_n.iter().copied().fold(0.0, f64::max);
         let (ours, measured) = (to_predict(force_n), to_predict(&self.force_n));

@@ -1,4 +1,4 @@
-//! Two Prony terms from a hold, the loading before it taken into account.
+//! Two Prony terms from a hold, with the preceding loading taken into account.
 //!
 //! A loading of seconds has already relaxed the fast part: shares read off a hold belong to the
 //! force at its end, not to the instantaneous one. Here the force of an elastic loading is relaxed
@@ -7,7 +7,7 @@
 /// Time constants tried for either term, in a round, and the rounds: each halves the range.
 const TRIED: usize = 31;
 const ROUNDS: usize = 10;
-/// Shortest and longest time constant [s]: what a hold of 0.5 to 9.5 s can tell.
+/// Shortest and longest time constant [s] that a hold of 0.5 to 9.5 s can determine.
 const TIMES_S: [f64; 2] = [0.1, 30.0];
 
 /// A fit.
@@ -15,7 +15,7 @@ const TIMES_S: [f64; 2] = [0.1, 30.0];
 pub struct PronyFit {
     /// Share (1) and time [s] of each term.
     pub terms: [(f64, f64); 2],
-    /// Root mean square of what is left (1).
+    /// Root mean square of the residual (1).
     pub rms: f64,
 }
 
@@ -64,15 +64,15 @@ impl Lag {
         let peak = loading.last().copied().unwrap_or(f64::NAN);
         let kept = (-dt_s / tau_s).exp();
         let rise = (1.0 - kept) * tau_s / dt_s;
-        // borne by a Maxwell chain of this time; the lag is the rest
+        // carried by a Maxwell chain of this time; the lag is the rest
         let borne = loading.windows(2).fold(0.0, |borne, pair| kept * borne + rise * (pair[1] - pair[0]) / peak);
         let after = time_s.iter().map(|t_s| 1.0 - borne * (-t_s / tau_s).exp()).collect();
         Self { at_peak: 1.0 - borne, after }
     }
 }
 
-/// The best shares for two times: the force left is a quotient whose numerator and denominator are
-/// linear in them.
+/// The best shares for two times: the remaining force is a quotient whose numerator and denominator
+/// are linear in them.
 fn shares(fast: &(f64, Lag), slow: &(f64, Lag), left: &[f64]) -> Option<PronyFit> {
     let (mut aa, mut ab, mut bb, mut ay, mut by) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (n, left) in left.iter().enumerate() {

@@ -1,11 +1,11 @@
 //! T4: a ball that is pressed into tissue which relaxes, held, and taken out, against the closed
-//! forms of a linear viscoelastic body: Lee and Radok's for loading and hold, Ting's for the way
-//! out.
+//! forms of a linear viscoelastic body: Lee and Radok's for loading and hold, Ting's for the
+//! retreat.
 //!
-//! Both need the force of the *elastic* body on the way in, and hold for any body. So they are
-//! taken twice: with the elastic patch's own, which judges relaxation alone, and with Hertz's,
-//! which judges the whole; the half-space's modulus is then the one fitted number. The depth at
-//! which the ball loses the tissue hangs on no force at all.
+//! Both need the force of the *elastic* body during loading, and hold for any body. So they are
+//! used twice: with the elastic patch's own force, which tests relaxation alone, and with Hertz's,
+//! which tests the whole; the half-space's modulus is then the only fitted number. The depth at
+//! which the ball loses contact depends on no force at all.
 
 use palpate::{MOST_TERMS, Params, PronyTerm};
 use palpate_fit::half_space::HalfSpace;
@@ -23,16 +23,16 @@ const TERMS: [PronyTerm; MOST_TERMS] =
     [PronyTerm { share: 0.26, time_s: 0.4 }, PronyTerm { share: 0.31, time_s: 4.4 }, PronyTerm::NONE];
 /// An eighth and a quarter of the radius [m].
 const DEPTHS_M: [f64; 2] = [2e-3, 4e-3];
-/// Ticks of the way in, of the hold and of the way out, and those above the surface after it.
+/// Ticks of loading, hold and retreat, and those above the surface afterwards.
 const LOADING: usize = 1000;
 const HELD: usize = 2000;
 const LEAVING: usize = 2000;
 const ABOVE: usize = 40;
-/// Largest difference of loading, hold and way out over a force (1).
+/// Largest difference of loading, hold and retreat over a force (1).
 const MOST: f64 = 0.02;
 /// Depth of lift-off over Ting's (1).
 const LIFTS_OFF: [f64; 2] = [0.95, 1.05];
-/// Ticks between two that are compared.
+/// Ticks between compared ones.
 const EVERY: usize = 20;
 
 /// Depth in every tick [m].
@@ -50,7 +50,7 @@ fn press(bench: &Bench, relaxation: [PronyTerm; MOST_TERMS], depths_m: &[f64]) -
     depths_m.iter().map(|depth_m| Ok(f64::from(run.at([0.0; 2], *depth_m)?.force_n.z))).collect()
 }
 
-/// A body in closed form: its elastic forces on the way in, relaxed.
+/// A body in closed form: its elastic forces during loading, relaxed.
 struct Expected<'a> {
     space: &'a HalfSpace,
     depths_m: &'a [f64],
@@ -77,7 +77,8 @@ impl Expected<'_> {
         off / largest
     }
 
-    /// Root mean square of the difference on the way out over the force at the end of the hold (1).
+    /// Root mean square of the difference during the retreat over the force at the end of the hold
+    /// (1).
     fn out(&self, found_n: &[f64]) -> f64 {
         let ticks = (LOADING + HELD + EVERY..found_n.len()).step_by(EVERY);
         let squares: Vec<f64> = ticks.map(|tick| (found_n[tick] - self.at(tick)).powi(2)).collect();
@@ -85,7 +86,7 @@ impl Expected<'_> {
     }
 }
 
-/// Depth at which the force on the way out is gone [m].
+/// Depth at which the force vanishes during the retreat [m].
 fn lost_m(depths_m: &[f64], force_n: &[f64]) -> f64 {
     let ticks = LOADING + HELD..depths_m.len();
     ticks.into_iter().find(|tick| force_n[*tick] == 0.0).map_or(f64::NAN, |tick| depths_m[tick])

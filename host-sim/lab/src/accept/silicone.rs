@@ -14,9 +14,10 @@ use crate::Error;
 
 const DATA: &str = include_str!("../../../../tests/data/silicone_phantoms.toml");
 const SOURCE: &str = "tests/data/silicone_phantoms.toml (Dawood et al. 2026, tissue-phantom-material-database, CC BY 4.0)";
-/// Largest root mean square of what is left over the largest stress (1).
+/// Largest root mean square of the residual over the largest stress (1).
 const MOST_RMS: f64 = 0.012;
-/// Silicone hardly changes its volume; nearer to 0.5 the bulk of the patch answers to rounding.
+/// Silicone hardly changes its volume; nearer to 0.5 the bulk term of the patch is dominated by
+/// rounding.
 const POISSON_RATIO: f64 = 0.495;
 /// Exponents tried.
 const STEP_B: f64 = 0.005;
@@ -45,7 +46,7 @@ struct Fit {
     without_rms: f64,
 }
 
-/// Best modulus for stresses over it, and the root mean square of what is left over the largest
+/// Best modulus for stresses over it, and the root mean square of the residual over the largest
 /// stress.
 fn scaled(over_e: &[f64], stress_pa: &[f64]) -> (f64, f64) {
     let (ss, sp): (f64, f64) = over_e.iter().zip(stress_pa).fold((0.0, 0.0), |(ss, sp), (s, p)| (ss + s * s, sp + s * p));

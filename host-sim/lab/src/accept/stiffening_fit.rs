@@ -12,14 +12,14 @@ pub struct StiffeningFit {
     pub stiffening_b: f64,
     /// How much deeper than recorded each depth is [m].
     pub offset_m: f64,
-    /// Root mean square of what is left, over the largest force fitted (1).
+    /// Root mean square of the residual, over the largest fitted force (1).
     pub rms: f64,
 }
 
 /// Force over Young's modulus over depth, at several exponents.
 #[derive(Clone, Debug)]
 pub struct Curves {
-    /// Distance of the depths, the first of which it is [m].
+    /// Spacing of the depths, and the first of them [m].
     step_m: f64,
     /// Exponents, rising.
     b: Vec<f64>,
@@ -27,7 +27,7 @@ pub struct Curves {
     ln: Vec<Vec<f64>>,
 }
 
-/// Weights of Lagrange's polynomial at `x`, its points at `at`.
+/// Weights of Lagrange's polynomial at `x`, with points at `at`.
 fn lagrange(at: &[f64], x: f64) -> impl Iterator<Item = f64> {
     at.iter().map(move |a| at.iter().filter(|c| *c != a).map(|c| (x - c) / (a - c)).product())
 }
@@ -62,7 +62,7 @@ impl Curves {
         if depth_m <= 0.0 {
             return Some(0.0);
         }
-        // the power law of first contact goes on above the first depth
+        // the power law of first contact continues above the first depth
         let x = x.max(1.0);
         let (i, j) = (around(&self.b, 3, b), around(&place, 4, x));
         let (b_at, place_at) = (self.b.get(i..i + 3)?, place.get(j..j + 4)?);
@@ -74,7 +74,7 @@ impl Curves {
     }
 }
 
-/// Values tried for exponent and offset: least, largest, and into how many steps that is cut.
+/// Values tried for exponent and offset: least, largest, and number of steps.
 #[derive(Clone, Copy, Debug)]
 pub struct Tried {
     /// Of the exponent.

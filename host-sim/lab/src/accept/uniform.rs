@@ -1,5 +1,5 @@
-//! The patch's law in uniform deformation: stress of a block that is squeezed between platens which
-//! let its faces slide, from the energies of springs and volume as the core documents them.
+//! The patch's law in uniform deformation: stress of a block that is compressed between
+//! frictionless platens, from the energies of springs and volume as the core documents them.
 
 use palpate::stages::force::compensation::BARRIER_BELOW;
 use palpate::stages::force::stiffening::CAP;
@@ -22,7 +22,7 @@ pub struct Uniform {
 const HALVINGS: usize = 60;
 
 impl Uniform {
-    /// Takes a patch over; it is squeezed along z.
+    /// Converts a patch, to be compressed along z.
     #[must_use]
     pub fn of(model: &Model, params: &Params) -> Self {
         let rest = |n: usize| nalgebra::Vector3::from(model.nodes[n].rest_m.map(f64::from));

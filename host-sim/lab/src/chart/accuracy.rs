@@ -13,7 +13,7 @@ use palpate_tissue::probe_surface::outer_face_m;
 pub const DEPTHS_M: [f64; 4] = [0.001, 0.002, 0.004, 0.008];
 /// Depths whose surface counts [m].
 pub const SURFACE_DEPTHS_M: [f64; 2] = [0.002, 0.004];
-/// The surface counts this far from the axis [m].
+/// Distance from the axis up to which the surface counts [m].
 const SURFACE_RADIUS_M: f64 = 0.020;
 /// Spacing of the points at which surfaces are compared [m].
 const SPACING_M: f64 = 0.001;
@@ -21,15 +21,15 @@ const SPACING_M: f64 = 0.001;
 pub(super) const SPEED_M_PER_S: f64 = 0.04;
 /// Forces are averaged over this many ticks.
 pub(super) const AVERAGED_TICKS: usize = 50;
-/// A hold ends when one such mean after the other differs by less than this share from the last:
-/// the mass floor lets the last percent take its time.
+/// A hold ends when successive means differ by less than this share: with the mass floor the last
+/// percent takes long.
 pub(super) const SETTLED: f64 = 5e-4;
-/// So many times in a row: a slow swing stands still at its ends.
+/// Number of such means in a row: a slow oscillation is at rest at its extremes.
 pub(super) const IN_A_ROW: usize = 4;
-/// It ends at the latest after as many means.
+/// Largest number of means.
 pub(super) const MOST_MEANS: usize = 40;
 
-/// How wrong a method is.
+/// Errors of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Accuracy {
     /// Force at each of [`DEPTHS_M`] [N].
@@ -102,8 +102,9 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0.0).then(|| sum / count)
 }
 
-/// Mean distance [mm] between where the mesh's surface and the reference's bring the same rest
-/// points, on a square grid: each part of the surface counts by its area, whatever the mesh.
+/// Mean distance [mm] between the displaced positions of the same rest points by the mesh's surface
+/// and by the reference's, on a square grid: each part of the surface counts by its area, whatever
+/// the mesh.
 fn surface_error_mm(block: &Block, running: &dyn RunningMethod, reference: &Reference, depth_m: f64) -> Option<f64> {
     let mesh = &block.tissue.mesh;
     let moved = positions(running, mesh.nodes_m.len());
@@ -122,7 +123,7 @@ fn surface_error_mm(block: &Block, running: &dyn RunningMethod, reference: &Refe
             let held = top.iter().find_map(|t| weights(t.map(|n| rest[n]), at).map(|w| (t, w)));
             if let Some((t, w)) = held {
                 let sum = |of: &[Vector3<f64>]| t.iter().zip(w).map(|(&n, w)| of[n] * w).sum::<Vector3<f64>>();
-                // a method without foundation has its surface on the probe already
+                // without a foundation the surface is already on the probe
                 let own = outer_face_m(&block.params.probe, block.tip_m(depth_m).cast(), sum(&moved)) - sum(&rest);
                 distances.push((own - u).norm() * 1e3);
             }

@@ -8,8 +8,8 @@ use crate::methods::{Block, Corotational, Meshless, Method, NeoHookean, Xpbd};
 use palpate_tissue::budget::{Machine, triangles_in_reach};
 use palpate_tissue::patch::{Material, Patch};
 
-/// Cycles of a floating-point operation with its loads and stores: what our own tet kernel takes
-/// (291 cycles for about 100).
+/// Cycles of a floating-point operation with its loads and stores, from our own tet kernel (291
+/// cycles for about 100).
 pub const CYCLES_PER_FLOP: f64 = 2.9;
 /// Conversion of a node's position and kick between the core and a method.
 const KICK_FLOPS: f64 = 12.0;

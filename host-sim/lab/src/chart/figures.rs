@@ -19,8 +19,8 @@ pub(super) const ERROR_WORDS: [(&str, &str); 3] = [
     ("force while the probe moves", "RMS force error in ramps of 40, 100, 200 and a tap of 500 mm/s [% of the peak]"),
 ];
 
-/// Draws them, of rows whose times were taken on `processor`; the names of those that were written,
-/// without ending. A quantity without a reference has no picture.
+/// Draws them for rows whose times were measured on `processor`; returns the names of the written
+/// pictures, without ending. A quantity without a reference has no picture.
 ///
 /// # Errors
 /// A picture cannot be drawn or written.
@@ -67,7 +67,7 @@ pub fn draw(folder: &OutputFolder, runs: &[Run], processor: &str) -> Result<Vec<
 }
 
 /// Moving over held error of everything that fits a millisecond, one picture per stiffness. The
-/// front is what no other model within the millisecond beats in both.
+/// front consists of the models that no other one within the millisecond beats in both.
 fn moving_pictures(folder: &OutputFolder, runs: &[Run], below: &str) -> Result<Vec<String>, Error> {
     let mut moduli: Vec<f64> = runs.iter().map(|r| r.task.youngs_modulus_pa).collect();
     moduli.dedup();

@@ -1,4 +1,4 @@
-//! Pareto fronts: what nothing else beats in cost and error both, or in cost and two errors.
+//! Pareto fronts: the points that no other beats in both cost and error, or in cost and two errors.
 
 /// Indices of the points (cost, error) that no other point beats, by rising cost. A point that is
 /// not finite is on no front; of equal points the first is.

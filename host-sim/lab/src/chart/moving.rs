@@ -1,4 +1,4 @@
-//! Force on a probe that moves, against the dynamic truth: ramps of 40, 100 and 200 mm/s to 4 mm
+//! Force on a moving probe, against the dynamic reference: ramps of 40, 100 and 200 mm/s to 4 mm
 //! and a tap of 500 mm/s, each from rest.
 
 use palpate::Fault;
@@ -23,11 +23,11 @@ impl Moving {
         (self.0.iter().map(|ramp| ramp.rms_pct.powi(2)).sum::<f64>() / self.0.len() as f64).sqrt()
     }
 
-    /// Presses every ramp. `None` for a stiffness without a dynamic truth, and for a method that
-    /// cannot be had.
+    /// Presses every ramp. `None` for a stiffness without a dynamic reference, and for a method
+    /// that is not available.
     ///
     /// # Errors
-    /// A method that cannot be built; the inner result is the fault of one that diverges.
+    /// A method that cannot be built; the inner error is the fault of one that diverges.
     pub fn measure(method: Method, block: &Block, substeps: u16) -> Result<Option<Result<Self, Fault>>, Error> {
         let kpa = f64::from(block.params.youngs_modulus_pa) * 1e-3;
         let mut errors = Vec::new();

@@ -1,8 +1,8 @@
-//! Engines of other people at the press of the chart.
+//! Other physics engines on the press of the chart.
 //!
-//! They run elsewhere, in scripts of `host-sim/lab/peers`: `press` is what those are given, `grid`
-//! the meshes that they may take besides ours, `table` what they give back, `compare` and
-//! `picture` set it beside ours.
+//! They run in separate scripts, in `host-sim/lab/peers`: `press` is their input, `grid` the meshes
+//! that they may use besides ours, `table` their output; `compare` and `picture` compare it with
+//! ours.
 
 mod compare;
 mod grid;

@@ -28,12 +28,13 @@ pub struct Summary {
     pub survived: usize,
     /// Fronts of a cost against an error, one of each per stiffness.
     pub fronts: Vec<Front>,
-    /// Fronts of tick time, held and moving error together, one per stiffness; none where nothing
+    /// Fronts of tick time, held and moving error together, one per stiffness; none if nothing
     /// moved.
     pub moving_fronts: Vec<MovingFront>,
 }
 
-/// A front in three: what nothing matches in cost, held error and moving error at once.
+/// A front in three quantities: the points that no other matches in cost, held error and moving
+/// error at once.
 #[derive(Clone, Debug, Serialize)]
 pub struct MovingFront {
     /// Young's modulus [Pa].

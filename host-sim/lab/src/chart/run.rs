@@ -34,7 +34,7 @@ pub struct Measured {
     pub trial: PressResult,
     /// Errors.
     pub accuracy: Accuracy,
-    /// Errors while the probe moves, where they were asked for and a truth is known; the fault of a
+    /// Errors while the probe moves, if requested and if a reference exists; or the fault of a
     /// method that diverges in a ramp or a tap.
     #[serde(with = "exact::fault")]
     pub moving: Option<Result<Moving, Fault>>,
@@ -71,8 +71,8 @@ impl Run {
     }
 }
 
-/// Runs the rows of one method, mesh and stiffness, which differ in their refinement alone; none
-/// where the method cannot be had.
+/// Runs the rows of one method, mesh and stiffness, which differ in their refinement alone; none if
+/// the method is not available.
 ///
 /// # Errors
 /// A method that cannot be built.
@@ -92,7 +92,7 @@ pub fn measure(tasks: &[Task], block: &Block, reference: &Reference, moving: boo
     Ok(runs)
 }
 
-/// One row, with the substeps that survive unrefined.
+/// One row, with the number of substeps that survives without refinement.
 fn of_task(
     task: Task,
     block: &Block,

@@ -13,7 +13,7 @@ pub struct Task {
     pub nodes: usize,
     /// Young's modulus [Pa].
     pub youngs_modulus_pa: f64,
-    /// Number of parts into which each of the substeps that survive is split.
+    /// Number of parts into which each surviving substep is split.
     pub refinement: u16,
 }
 
@@ -26,8 +26,8 @@ pub struct Scope {
     pub moving: bool,
 }
 
-/// Splits of the substeps that a moving chart tries: what shorter substeps gain is weighed against
-/// what more nodes gain.
+/// Splits of the substeps that a moving chart tries, to compare the gain of shorter substeps with
+/// that of more nodes.
 const REFINEMENTS: [u16; 3] = [1, 2, 4];
 
 impl Scope {

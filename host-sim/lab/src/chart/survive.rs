@@ -1,8 +1,8 @@
-//! How many substeps a method needs to survive the deepest press of the chart.
+//! Finds the number of substeps that a method needs to survive the deepest press of the chart.
 //!
 //! Pressed at 0.1 m/s, held, released: it survives if every number stays finite, the tissue comes
-//! to rest in the hold, and returns after the release. Bounded is not right: methods that never
-//! diverge can stay inside out.
+//! to rest in the hold, and returns after the release. Being bounded is not enough: methods that
+//! never diverge can stay inside out.
 
 use palpate::Vector3;
 use palpate_tissue::shard::exact;
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::Error;
 use crate::methods::{Block, DEEPEST_M, Method, RunningMethod};
 
-/// Most substeps that are tried: a method that needs more is far beyond a millisecond.
+/// Largest number of substeps that is tried: a method that needs more is far beyond a millisecond.
 pub const MOST_SUBSTEPS: u16 = 64;
 /// Speed of the press [m/s].
 pub(super) const SPEED_M_PER_S: f64 = 0.1;
@@ -19,9 +19,9 @@ pub(super) const SPEED_M_PER_S: f64 = 0.1;
 pub const CLEAR_M: f64 = 5e-4;
 /// Ticks in the hold and after the release.
 pub(super) const WAIT_TICKS: usize = 400;
-/// Ticks over which it must stand still.
+/// Ticks over which it must be at rest.
 pub(super) const STILL_TICKS: usize = 20;
-/// How far a node may go in that time [m], and how much the force may change.
+/// Largest displacement of a node in that time [m], and largest change of the force.
 pub(super) const STILL_M: f64 = 5e-5;
 pub(super) const STILL_FORCE: f64 = 0.05;
 /// Largest displacement that may be left after the release [m].
@@ -39,7 +39,7 @@ pub enum Failure {
     /// Still moving after the hold.
     #[error("does not come to rest: {moved_mm:.2} mm and {force_pct:.0} % of the force in 20 ms")]
     Restless {
-        /// Furthest that a node went [mm].
+        /// Largest displacement of a node [mm].
         #[serde(with = "exact")]
         moved_mm: f64,
         /// Change of the force [%].
@@ -69,13 +69,13 @@ pub struct PressResult {
 /// Substeps that a method needs, and the press with them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Survival {
-    /// Fewest substeps that survive; where none does, the fewest that stay finite.
+    /// Fewest substeps that survive; if none do, the fewest that stay finite.
     pub substeps: u16,
     /// The press with them.
     pub trial: PressResult,
 }
 
-/// The fewest substeps, by doubling, then bisection. `None` when the method cannot be had or
+/// The fewest substeps, by doubling, then bisection. `None` if the method is not available or
 /// diverges with every number tried.
 ///
 /// # Errors

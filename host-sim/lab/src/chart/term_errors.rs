@@ -1,9 +1,9 @@
-//! Errors that a method makes by the terms that it lacks: a hold that fades, a deep press into
-//! tissue that stiffens, a slide.
+//! Errors of a method because of missing terms: a hold that fades, a deep press into tissue that
+//! stiffens, a slide.
 //!
-//! Ours run with the term, the others as they are: none of them has one. Judged by the relaxation
-//! function of the preset `beef` times the elastic truth, by finite elements of the Fung-Demiray
-//! law, by Coulomb's law times the push that is found.
+//! Ours run with the term, the others unchanged: none of them has it. The references are the
+//! relaxation function of the preset `beef` times the elastic truth, finite elements of the
+//! Fung-Demiray law, and Coulomb's law times the computed push.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +24,7 @@ const STIFFENING_B: f64 = 10.0;
 const DEEP_M: f64 = 6e-3;
 /// Depth of the hold and of the slide [m].
 const DEPTH_M: f64 = 2e-3;
-/// Speed on the way in [m/s].
+/// Speed of loading [m/s].
 const IN_M_PER_S: f64 = 0.1;
 /// Times into the hold [s].
 const HELD_S: [f64; 2] = [1.0, 10.0];
@@ -56,7 +56,7 @@ pub struct TermErrors {
     pub sideways_pct: Option<f64>,
 }
 
-/// Measures a method on a block. `None` where it cannot be had, or stands no press.
+/// Measures a method on a block. `None` if it is not available, or survives no press.
 ///
 /// # Errors
 /// A method that cannot be built, or a damaged preset.
@@ -110,7 +110,7 @@ pub fn write_term_errors(folder: &OutputFolder, errors: &[TermErrors]) -> Result
     Ok(folder.write("terms.csv", text.as_bytes())?)
 }
 
-/// Tissue that the terms are taken from, and its truths.
+/// The tissues that provide the terms, and their references.
 struct Terms {
     relaxation: [PronyTerm; MOST_TERMS],
     /// Force over E of the deep press by finite elements [m^2].
@@ -142,7 +142,7 @@ impl Terms {
     }
 
     /// Share of the force that is left this long after a ramp of even speed [s] (1): the elastic
-    /// force rises with depth^1.5, each part of it fades from its own moment on.
+    /// force rises with depth^1.5, and each increment fades from its own time on.
     fn left(&self, held_s: f64) -> f64 {
         const PARTS: i32 = 400;
         let ramp_s = DEPTH_M / IN_M_PER_S;

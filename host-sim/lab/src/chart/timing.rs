@@ -1,9 +1,9 @@
 //! Cost of a tick on this machine: CPU time of the thread, in batches, while the tip moves gently
 //! about 4 mm.
 //!
-//! The tip moves because a solver that starts from the last answer has nothing to do in a hold.
-//! Batches of plain springs on the same mesh are timed in turn with the method's: the clock of a
-//! shared machine wanders, the ratio of neighbours does not.
+//! The tip moves because a warm-started solver has nothing to do in a hold. Batches of plain
+//! springs on the same mesh are timed in turn with the method's: the clock of a shared machine
+//! drifts, but the ratio of neighbouring batches does not.
 
 use palpate::Fault;
 use serde::{Deserialize, Serialize};
@@ -15,13 +15,13 @@ use palpate_tissue::clock::thread_time;
 
 /// Depth about which the tip moves [m].
 pub(super) const DEPTH_M: f64 = 0.004;
-/// How far it goes in a tick [m]: 20 mm/s.
+/// Its displacement per tick [m]: 20 mm/s.
 pub(super) const STEP_M: f64 = 2e-5;
 /// Ticks of a batch: half down, half up.
 pub(super) const BATCH_TICKS: usize = 10;
-/// Way of each tick to that depth [m].
+/// Displacement per tick towards that depth [m].
 pub(super) const APPROACH_M: f64 = 1e-4;
-/// Batches at least, and CPU time after which no more are begun [s].
+/// Least number of batches, and CPU time after which no more are begun [s].
 pub(super) const LEAST_BATCHES: usize = 15;
 pub(super) const LONG_ENOUGH_S: f64 = 0.1;
 /// Ticks in which the press comes to rest before the clock starts.
@@ -38,14 +38,14 @@ pub struct TickTime {
     /// batches.
     pub times_springs: f64,
     /// Floating-point operations in solves of the last tick of batch `LEAST_BATCHES`: counted
-    /// there, they do not hang on how many more batches this machine has time for.
+    /// there, they do not depend on the number of batches that this machine has time for.
     pub solver_flops: f64,
 }
 
-/// Times a method. `None` where it cannot be had.
+/// Times a method. `None` if it is not available.
 ///
 /// # Errors
-/// A method that cannot be built; the inner result reports that it diverged.
+/// A method that cannot be built; the inner error reports divergence.
 pub fn tick_time(method: Method, block: &Block, substeps: u16) -> Result<Option<Result<TickTime, Fault>>, Error> {
     let whole = block.clone().refined(1);
     let timed =

@@ -2,8 +2,8 @@
 //! all made from the same condensed stiffness S.
 //!
 //! Written as matrices between the rim nodes, every one of them can be pressed in
-//! [`palpate_fit::statics`]; how a tick runs those that are no springs is in [`crate::methods`].
-//! Shapes of the rim are the leading left singular vectors of its displacements under loads on the
+//! [`palpate_fit::statics`]; [`crate::methods`] has the ticks of those that are not springs. Shapes
+//! of the rim are the leading left singular vectors of its displacements under loads on the
 //! surface.
 
 use faer::{Mat, Scale, Side};
@@ -17,8 +17,8 @@ use palpate_tissue::patch::RimSprings;
 /// Penalty stiffness of slaved rims across their modes, in units of the mean diagonal of S: a
 /// larger one changes no force in four digits.
 const HELD: f64 = 1e4;
-/// Block-diagonal stiffness is kept this share above what positivity needs, so that what is taken
-/// off it stays invertible.
+/// Share by which the block-diagonal stiffness exceeds the positivity limit, so that the subtracted
+/// matrix stays invertible.
 const ABOVE: f64 = 1e-6;
 /// Bracket of the Winkler factor; bisected [`HALVINGS`] times, in its logarithm.
 const WINKLER: (f64, f64) = (1e-3, 10.0);
@@ -31,14 +31,14 @@ pub enum RimMethod {
     Fixed,
     /// Springs to the ground, one number for the whole rim: `c diag(S)`, c fitted to a press.
     Winkler,
-    /// S cut off to the blocks of rim nodes and rim edges.
+    /// S restricted to the blocks of rim nodes and rim edges.
     Truncated,
     /// Blocks of rim nodes and rim edges, fitted and positive: ours.
     RimSprings,
-    /// The rim moves only in so many shapes, with the stiffness that S has along them.
+    /// The rim moves in a limited number of shapes, with the stiffness of S along them.
     Modes(usize),
-    /// A block-diagonal stiffness above S, less a matrix of so low a rank that it is S along as
-    /// many shapes; across them rim nodes are free to move.
+    /// A block-diagonal stiffness above S less a low-rank matrix, equal to S along as many shapes;
+    /// across them rim nodes can move.
     LowRank(usize),
     /// S itself.
     Dense,
@@ -78,7 +78,7 @@ impl RimMethod {
 pub struct LowRank {
     /// A symmetric block per rim node [m].
     pub blocks: Vec<[[f64; 3]; 3]>,
-    /// Root of what is taken off [m^(1/2)], shape [3 rim nodes][q].
+    /// Square root of the subtracted matrix [m^(1/2)], shape [3 rim nodes][q].
     pub factor: Mat<f64>,
 }
 
@@ -94,10 +94,10 @@ pub struct RimMethods<'a> {
 }
 
 impl<'a> RimMethods<'a> {
-    /// Fits everything that needs a fit. `free` is the patch with its rim free; the Winkler springs
-    /// are the ones with which a disc of radius `disc_m`, glued to the site and pressed, meets the
-    /// stiffness that it meets with S: a single number can be right in one case, so that is the one
-    /// a force curve shows.
+    /// Performs all fits. `free` is the patch with its rim free; the Winkler springs are the ones
+    /// with which a disc of radius `disc_m`, glued to the site and pressed, has the same stiffness
+    /// as with S: a single number can be right in one case only, and this is the case of a force
+    /// curve.
     ///
     /// # Errors
     /// The patch with its far field is not stiff at rest.
@@ -177,7 +177,8 @@ impl<'a> RimMethods<'a> {
         Mat::from_fn(size, q.min(size), |r, c| self.shapes[(r, c)])
     }
 
-    /// `P S P + p (1 - P)`, P on the modes and p so large that nothing else moves.
+    /// `P S P + p (1 - P)`, with P the projection on the modes and p large enough to suppress all
+    /// other motion.
     fn slaved(&self, q: usize) -> Mat<f64> {
         let modes = self.modes(q);
         let on = &modes * modes.transpose();
@@ -189,7 +190,7 @@ impl<'a> RimMethods<'a> {
 
     /// `D - (D - S) Phi [Phi^T (D - S) Phi]^-1 Phi^T (D - S)`, D = c blockdiag(S) with the least c
     /// that keeps `D - S` positive: S along the shapes Phi, and never below S elsewhere, because
-    /// what is taken off is a Nystroem approximation of `D - S` from below.
+    /// the subtracted matrix is a Nystroem approximation of `D - S` from below.
     ///
     /// # Errors
     /// S is not positive.

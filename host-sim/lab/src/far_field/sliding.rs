@@ -1,21 +1,21 @@
-//! Where the contact moves: a probe slides over the tissue, and the patch must answer everywhere on
-//! its way.
+//! Moving contact: a probe slides over the tissue, and the patch must answer everywhere on its
+//! path.
 //!
-//! Chosen is a *stroke patch*: all elements within a radius of the way, rim springs fitted to the
-//! condensed outside, constants fitted to presses along the way. Every node is awake all the time,
-//! so nothing changes from tick to tick but the pose: no step and no energy can come from a region
-//! that follows. Paper 004 instead freezes what lies outside a ball around the contact
-//! ([`crate::paper_method::region::StressRule`], its (7)-(8)): see [`study_methods`] for that and
-//! the other methods.
+//! The chosen solution is a *stroke patch*: all elements within a radius of the path, rim springs
+//! fitted to the condensed outside, and constants fitted to presses along the path. Every node is
+//! awake all the time, so nothing changes from tick to tick but the pose: there is no moving region
+//! that could cause a step of the force or create energy. Paper 004 instead freezes everything
+//! outside a ball around the contact ([`crate::paper_method::region::StressRule`], its (7)-(8)):
+//! see [`study_methods`] for that and the other methods.
 //!
-//! The reference is at rest at every place; the tick has inertia, floored masses and damping, so a
-//! moving probe meets less behind itself: the force falls and drags back as the speed grows. That
-//! loss is measured too, and has one sign: it takes energy. Two thirds of the drag at 100 mm/s are
-//! the foundation's damping, the rest floored masses.
+//! The reference is at rest at every place; the tick has inertia, floored masses and damping, so
+//! the tissue behind a moving probe lags: as the speed grows, the force falls and gains a component
+//! against the motion. That loss is measured too; it always dissipates energy. Two thirds of the
+//! drag at 100 mm/s are the foundation's damping, the rest floored masses.
 //!
-//! Where it ends: at 120-180 mm/s by mesh (radius 12 mm) the force leaves 5 %; 1 mm deep it is
-//! beyond that at 100 mm/s, 2 mm deep on some meshes; nodes grow with the stroke; a stroke is
-//! straight and its surface flat, because the reference is
+//! Limits: at 120-180 mm/s, depending on the mesh (radius 12 mm), the force error exceeds 5 %; 1 mm
+//! deep it does so at 100 mm/s, 2 mm deep on some meshes. The number of nodes grows with the
+//! stroke. A stroke is straight and its surface flat, because the reference is
 //! ([`palpate_fit::calibrate::Targets::over_a_stroke`]).
 
 pub mod measured;
@@ -47,10 +47,10 @@ use palpate_tissue::scene::Scene;
 pub const STEP_N: f64 = 0.02;
 /// Energy that a closed path may make [mJ].
 pub const WORK_MJ: f64 = 0.05;
-/// Length of the way and depth of the probe [m].
+/// Length of the path and depth of the probe [m].
 const STROKE_M: f64 = 0.03;
 const DEPTH_M: f64 = 0.003;
-/// Speed that the promise is for [m/s].
+/// Speed for which the promise is made [m/s].
 const SPEED_M_PER_S: f64 = 0.1;
 /// All speeds [m/s].
 const SPEEDS_M_PER_S: [f64; 5] = [0.01, 0.05, 0.1, 0.2, 0.4];
@@ -58,10 +58,10 @@ const SPEEDS_M_PER_S: [f64; 5] = [0.01, 0.05, 0.1, 0.2, 0.4];
 const STROKE_PATCHES_M: [[f64; 2]; 5] = [[0.012, 0.005], [0.010, 0.006], [0.012, 0.004], [0.012, 0.006], [0.010, 0.007]];
 /// Meshes of each in the full run.
 const VARIANTS: u32 = 3;
-/// Round patches: one that stays, one that holds the stroke.
+/// Round patches: a stationary one, and one that contains the stroke.
 const STAYS_M: [f64; 2] = [0.018, 0.004];
 const ROUND_M: [f64; 2] = [0.027, 0.005];
-/// The round patch that holds the stroke has small elements this far out [m].
+/// Radius of small elements in the round patch that contains the stroke [m].
 const ROUND_FINE_M: f64 = 0.020;
 /// Thresholds of the stress rule [Pa].
 const LEAST_STRESSES_PA: [f64; 4] = [400.0, 200.0, 100.0, 50.0];
@@ -69,13 +69,13 @@ const LEAST_STRESSES_PA: [f64; 4] = [400.0, 200.0, 100.0, 50.0];
 /// All methods on one trajectory.
 #[derive(Clone, Debug, Serialize)]
 pub struct Sliding {
-    /// Length of the way [mm].
+    /// Length of the path [mm].
     pub stroke_mm: f64,
     /// Depth [mm].
     pub depth_mm: f64,
     /// Speed of the promise [mm/s].
     pub speed_mm_per_s: f64,
-    /// Force error that is allowed at that speed [%].
+    /// Allowed force error at that speed [%].
     pub tolerance_pct: f64,
     /// Every method; the chosen one first.
     pub methods: Vec<Measured>,
@@ -101,12 +101,12 @@ pub struct Smallest {
 
 /// Slides every method over the default block and writes `sliding.csv`, `sliding_stroke.csv`, a
 /// trace of each method's slide and the pictures. `quick` takes one mesh of the two smaller
-/// choices, and no large round patch. `progress` receives what is done, of how many, and what comes
-/// next.
+/// choices, and no large round patch. `progress` receives the number done, the total, and the next
+/// item.
 ///
 /// # Errors
-/// A folder that cannot be written, or a patch that cannot be fitted. Whether the promise holds,
-/// [`Sliding::check`] says.
+/// A folder that cannot be written, or a patch that cannot be fitted. [`Sliding::check`] returns
+/// whether the promise holds.
 pub fn report(folder: &OutputFolder, quick: bool, progress: &mut dyn FnMut(usize, usize, &str)) -> Result<Sliding, Error> {
     let scene = Scene::load("block")?;
     let answer = Answer::block();
@@ -187,7 +187,7 @@ impl Sliding {
     /// Whether the first method keeps the promise.
     ///
     /// # Errors
-    /// [`Error::Check`], with what it does not keep.
+    /// [`Error::Check`], with the broken promise.
     pub fn check(&self) -> Result<(), Error> {
         let failed = |what: String| Err(TissueError::Check(what).into());
         let Some(ours) = self.methods.first() else { return failed("no method was measured".into()) };

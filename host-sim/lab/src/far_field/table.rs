@@ -28,9 +28,9 @@ use palpate_tissue::patch::{Material, Patch};
 use palpate_tissue::scene::Scene;
 use palpate_tissue::tissue::Tissue;
 use palpate_tissue::tissue::place;
-/// Rim springs are held to this from [`PROMISED_RADII`] on [%].
+/// Promised error of rim springs from [`PROMISED_RADII`] on [%].
 pub const PROMISED_PCT: f64 = 0.5;
-/// Smallest patch that is held to it [probe radii].
+/// Smallest patch with this promise [probe radii].
 pub const PROMISED_RADII: f64 = 2.0;
 
 /// Scope of a run: meshes, patch radii and directions.
@@ -123,7 +123,7 @@ pub struct Size {
     pub rim_edges: usize,
 }
 
-/// All rows, and what could not be had.
+/// All rows, and the patches that could not be made.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
     /// Mesh by mesh, radius by radius.
@@ -132,7 +132,7 @@ pub struct Table {
     pub left_out: Vec<String>,
 }
 
-/// Fills the table. `progress` hears of each finished patch and how many there will be.
+/// Fills the table. `progress` is called for each finished patch, with the total.
 ///
 /// # Errors
 /// A scene that is no block, a patch that is not stiff at rest, or no patch at all.
@@ -174,7 +174,7 @@ fn block_of(scene: &Scene) -> Result<[f64; 3], Error> {
     })?)
 }
 
-/// The scene's block, meshed with so many nodes.
+/// The scene's block, meshed with this many nodes.
 ///
 /// # Errors
 /// No block, or a node count that its proportions do not take.
@@ -234,7 +234,8 @@ fn lowest(matrix: &faer::Mat<f64>) -> Option<f64> {
 }
 
 impl Table {
-    /// Rim springs that are further from dense S than promised or not positive, each as a sentence.
+    /// Rim springs that are not positive or deviate from dense S by more than promised, each as a
+    /// sentence.
     #[must_use]
     pub fn broken(&self, probe_radius_m: f64) -> Vec<String> {
         let ours = self.rows.iter().filter(|r| r.kind == Kind::Patch(RimMethod::RimSprings));

@@ -1,4 +1,4 @@
-//! The standard block: what every method presses.
+//! The standard block, which every method presses.
 
 use palpate::{Params, ProbeShape, Vector3};
 
@@ -21,7 +21,8 @@ pub struct Block {
     pub tissue: Tissue,
     /// Stiffness, density, damping, mass floor, probe.
     pub params: Params,
-    /// Each substep is split in so many, with the masses floored for the shorter ones.
+    /// Number of parts into which each substep is split, with the masses floored for the shorter
+    /// ones.
     pub refinement: u16,
     /// Dashpot of the contact in place of the calibrated patch's own [substeps]; see
     /// [`Params::contact_damping`].
@@ -50,7 +51,7 @@ impl Block {
         Ok(Self::of_mesh(mesh, youngs_modulus_pa, |x| x[2] <= -BLOCK_M[2] * (1.0 - 1e-9)))
     }
 
-    /// The standard block on the mesh of the shipped patch of this size, where there is one.
+    /// The standard block on the mesh of the shipped patch of this size, if there is one.
     #[must_use]
     pub fn calibrated(nodes: usize, youngs_modulus_pa: f64) -> Option<Self> {
         let (patch, _) = palpate_tissue::session::calibrated::sized(nodes)?;
@@ -77,7 +78,7 @@ impl Block {
         self
     }
 
-    /// Returns the block with every substep split in so many.
+    /// Returns the block with every substep split into this many parts.
     #[must_use]
     pub fn refined(mut self, refinement: u16) -> Self {
         self.refinement = refinement;

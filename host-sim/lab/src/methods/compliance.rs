@@ -1,9 +1,9 @@
-//! Linear precomputed compliance (Cotin et al. 1999; James and Pai 1999): what a unit force on each
-//! surface node does to all others is solved beforehand, a tick only solves the contact.
+//! Linear precomputed compliance (Cotin et al. 1999; James and Pai 1999): the response of all nodes
+//! to a unit force on each surface node is solved beforehand, and a tick solves only the contact.
 //!
 //! Linear tets at rest, factored in `f64`; single precision in the tick. No inertia: every tick is
-//! the static answer. Only the nodes that the probe can touch are moved by the tick; where the
-//! others are is worked out when they are looked at.
+//! the static answer. Only the nodes that the probe can touch are moved by the tick; the positions
+//! of the others are computed when they are read.
 
 use palpate::{Fault, Vector3};
 
@@ -52,7 +52,7 @@ pub(super) fn columns<T: Copy + From<f32> + Into<f64>>(
         for k in 0..3 {
             let mut unit = vec![T::from(0.0); linear.rows];
             let mut column = vec![Vector3::zeros(); linear.row.len()];
-            // a fixed node does not give way: its column is zero
+            // a fixed node does not move: its column is zero
             if let Some(row) = linear.row[n as usize] {
                 unit[row + k] = T::from(1.0);
                 solve(&mut unit);

@@ -1,12 +1,12 @@
-//! Corotational linear tets (Müller and Gross 2004; Etzmuss et al. 2003): linear elasticity in the
-//! frame that turns with each tet.
+//! Corotational linear tets (Müller and Gross 2004; Etzmuss et al. 2003): linear elasticity in a
+//! frame that rotates with each tet.
 //!
 //! `P = 2 mu (F - R) + lambda tr(R^T F - 1) R`, the exact gradient of `mu |F - R|^2 + lambda/2
 //! tr(R^T F - 1)^2` when R is the rotation of F. R is kept as a quaternion and follows by the
 //! iteration of Müller et al. 2016 ("A robust method to extract the rotational part of
-//! deformations"), warm-started, so that tets that turn inside out come back; ours turns by the
+//! deformations"), warm-started, so that tets that turn inside out come back; ours rotates by the
 //! quaternion's tangent instead of its exponential, which needs no sine, and by 3/2 of theirs,
-//! which is Newton's step where strains are small.
+//! which is Newton's step at small strains.
 
 use palpate::Vector3;
 
@@ -14,12 +14,12 @@ use super::Block;
 use super::on_core::Law;
 use super::rest_tet::{Matrix, RestTet, diagonal_m};
 
-/// Turns in one evaluation at most; a slow press needs one.
+/// Largest number of rotations in one evaluation; a slow press needs one.
 const TURNS: usize = 4;
-/// A turn below this angle squared is the last [rad^2]: it leaves a share of itself of the order of
-/// the strain, for the next substep.
+/// Squared angle below which a rotation is the last [rad^2]: its error, relative to it of the order
+/// of the strain, is left to the next substep.
 const LAST: f32 = 1e-6;
-/// One below this is not worth making: the force errs by mu times the angle.
+/// Squared angle below which a rotation is skipped: the force error is mu times the angle.
 const NONE: f32 = 1e-11;
 
 /// Quaternion (w, x, y, z).

@@ -19,8 +19,8 @@ pub struct Factor<T> {
 }
 
 impl<T: RealField + Copy> Factor<T> {
-    /// Factors the matrix with these (row, column, value) in its lower triangle, summed where they
-    /// meet.
+    /// Factors the matrix with these (row, column, value) in its lower triangle; duplicates are
+    /// summed.
     ///
     /// # Errors
     /// Not positive definite, or no memory.

@@ -1,11 +1,11 @@
 //! Implicit Euler with a matrix factored once, at rest: one solve per substep (as in Baraff and
 //! Witkin 1998, with the stiffness frozen).
 //!
-//! One Newton step from where inertia leads, `x^ = x + dt v`: `(M (1 + alpha dt)/dt^2 + K_0) d =
-//! f(x^) - alpha M (x^ - x)/dt`, `x = x^ + d`, f the corotational forces, `K_0` linear elasticity.
-//! The factor is single precision (`faer`). Contact is solved at the nodes on the same inverse, of
-//! which the touched columns are kept. True masses, no floor. With the stiffness frozen it is
-//! stable only while the tissue is not stiffer than about twice what it was at rest.
+//! One Newton step from the inertial prediction, `x^ = x + dt v`: `(M (1 + alpha dt)/dt^2 + K_0) d
+//! = f(x^) - alpha M (x^ - x)/dt`, `x = x^ + d`, f the corotational forces, `K_0` linear
+//! elasticity. The factor is single precision (`faer`). Contact is solved at the nodes on the same
+//! inverse, of which the touched columns are kept. True masses, no floor. With the stiffness frozen
+//! it is stable only while the tissue is at most about twice as stiff as at rest.
 
 use palpate::stages::integrate::FASTEST_M_PER_S;
 use palpate::{Fault, Params, Vector3};
@@ -16,7 +16,7 @@ use super::on_core::Law;
 use super::{Block, Corotational, Factor, LinearElastic, RunningMethod};
 use palpate_tissue::error::Error;
 
-/// The factored matrix and what moves.
+/// The factored matrix and the moving state.
 pub struct Implicit {
     law: Corotational,
     linear: LinearElastic,

@@ -12,7 +12,7 @@ pub struct LinearElastic {
     pub row: Vec<Option<usize>>,
     /// Number of rows.
     pub rows: usize,
-    /// (row, column, value) of the lower triangle; what stands at one place is to be summed.
+    /// (row, column, value) of the lower triangle; duplicates are to be summed.
     pub lower: Vec<(usize, usize, f64)>,
 }
 
@@ -49,7 +49,7 @@ impl LinearElastic {
         Self { row, rows, lower }
     }
 
-    /// Spreads a solution over all nodes, zero where they are fixed.
+    /// Expands a solution to all nodes, with zero at fixed ones.
     pub(super) fn spread<T: Copy + Into<f64>>(&self, solution: &[T], into: &mut [Vector3<f32>]) {
         for (row, u) in self.row.iter().zip(into) {
             *u = row.map_or(Vector3::zeros(), |r| Vector3::from_fn(|k, _| solution[r + k].into() as f32));

@@ -4,12 +4,12 @@
 //! `F = 1 + sum_n u_n grad phi_n`, neo-Hookean stress P as in [`super::NeoHookean`], `f_n -= V P
 //! grad phi_n`. The tets serve as cells of one stress each. Ours differs in two things, each
 //! because the plain form is wrong on meshes as coarse as these (rms force errors at 57 and 130
-//! nodes, as against the 10 and 7 % that are left):
+//! nodes are given; ours are 10 and 7 %):
 //!
 //! * gradients are means over a cell, by the divergence theorem from its faces (Chen et al. 2001,
-//!   there over nodal cells). Neighbours share faces, so a uniform stress leaves exactly what it
-//!   puts on the boundary, and linear fields stay exact. Gradients at the centroid do not integrate
-//!   to the boundary: 17 and 23 %, and at 57 nodes 8 mm turn tets inside out;
+//!   there over nodal cells). Neighbours share faces, so a uniform stress gives exactly the
+//!   boundary forces, and linear fields stay exact. Gradients at the centroid do not integrate to
+//!   the boundary: 17 and 23 %, and at 57 nodes 8 mm turn tets inside out;
 //! * the weight nearly interpolates (see [`super::ShapeFunctions`]), so that contact and anchors,
 //!   which act on nodal values, act on the field: it misses them by less than 1e-10 m. With the
 //!   paper's quartic spline they act on parameters that the field smooths away: 65 and 24 %, all
@@ -18,11 +18,11 @@
 //! The volume term stays in each cell: averaged over nodes, as linear tets need it, it is too soft
 //! here (26 and 16 %).
 //!
-//! The result remains too soft. On coarse meshes contact takes the surface between nodes as flat,
-//! the field does not: at 4 mm, within 8 mm of the axis, the middles of triangles lie 0.48, 0.09
-//! and 0.00 mm less deep in the field than on the flat triangles, on the mean at 57, 130 and 410
-//! nodes. The 7 % that stay at 410 nodes are not of that kind. The limit is the cost: 26 nodes in a
-//! cell instead of 4.
+//! The result remains too soft. On coarse meshes contact treats the surface between nodes as flat,
+//! whereas the field is curved: at 4 mm, within 8 mm of the axis, the middles of triangles lie
+//! 0.48, 0.09 and 0.00 mm less deep in the field than on the flat triangles, on average, at 57, 130
+//! and 410 nodes. The remaining 7 % at 410 nodes have another cause. The limit is the cost: 26
+//! nodes in a cell instead of 4.
 
 use palpate::Vector3;
 
@@ -47,7 +47,7 @@ struct Part {
 /// An integration cell.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
-    /// Where its parts end; they begin where the last cell's end.
+    /// End of its parts; they begin at the end of the previous cell's.
     end: usize,
     /// Volume times stiffness as a multiple of the tissue's.
     stiff_volume_m3: f32,
@@ -115,7 +115,7 @@ impl Meshless {
 
 impl Law for Meshless {
     fn forces(&mut self, position_m: &[Vector3<f32>], force: &mut [Vector3<f32>]) {
-        // of positions themselves, sums over so many nodes would lose a digit more
+        // sums of the positions themselves over this many nodes would lose one more digit
         for ((u, x), rest) in self.displacement_m.iter_mut().zip(position_m).zip(&self.rest_m) {
             *u = x - rest;
         }

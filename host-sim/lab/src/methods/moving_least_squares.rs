@@ -5,8 +5,8 @@
 //! x)`, so `p(x) = (1, 0, 0, 0)`. Whatever the weights, they reproduce linear fields. The weight is
 //! that of Most and Bucher 2005, `(r^2 + e)^-2 - (1 + e)^-2`: so steep at its node that the field
 //! passes through the nodal values, which the usual splines do not give. Reaches follow the mesh:
-//! each node is felt at every integration point of its own tets. A face's points then feel all
-//! corners of the tets beside it, which lie in no plane, so A can be inverted.
+//! each node acts at every integration point of its own tets. At a face's points all corners of the
+//! adjacent tets act, which are not coplanar, so A can be inverted.
 
 use nalgebra::{Matrix4, Vector4};
 use palpate::Vector3;
@@ -97,7 +97,7 @@ pub fn integration_points_m(corners_m: &[Vector3<f64>; 3]) -> [Vector3<f64>; 3] 
     corners_m.map(|corner_m| middle_m.lerp(&corner_m, 0.5))
 }
 
-/// Adds what belongs to the same node; by rising node.
+/// Sums the values of the same node; by rising node.
 pub(super) fn summed<T: Copy + std::ops::Add<Output = T>>(mut parts: Vec<(u32, T)>) -> Vec<(u32, T)> {
     parts.sort_by_key(|(n, _)| *n);
     let of_one = |run: &[(u32, T)]| (run[0].0, run[1..].iter().fold(run[0].1, |sum, (_, part)| sum + *part));

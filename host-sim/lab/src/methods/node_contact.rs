@@ -13,14 +13,15 @@ use super::Block;
 const ROUNDS: usize = 2;
 /// Sweeps of a round.
 const SWEEPS: usize = 40;
-/// Sweeps end when no node is moved further than this [m].
+/// Largest displacement of a node at which the sweeps end [m].
 const SETTLED_M: f32 = 1e-8;
-/// Nodes further than this from the probe are left out, in its radii.
+/// Distance from the probe beyond which nodes are left out, in its radii.
 const NEAR: f32 = 0.25;
-/// Nodes of the rest surface that can be touched are this near to the press, in the probe's radii.
+/// Distance from the press within which nodes of the rest surface can be touched, in the probe's
+/// radii.
 const REACH: f64 = 1.25;
 
-/// The nodes that can be touched and what they give way.
+/// The touchable nodes and their compliance.
 pub(super) struct NodeContact {
     probe: Probe,
     /// Their indices in the mesh.

@@ -1,5 +1,5 @@
-//! Explicit methods on the core: it moves the nodes and presses the surface, the method says what
-//! the tissue answers.
+//! Explicit methods on the core: it moves the nodes and presses the surface, and the method gives
+//! the tissue's forces.
 //!
 //! The core's tick runs with springs and volume off. After each of its substeps the method's force
 //! gives every node a kick `v += f dt / (m (1 - alpha dt))`: as the next substep begins with

@@ -4,9 +4,9 @@
 //! `volume-preserved` (000): springs (11) as printed, corrections (6)-(9) with the paper's rates
 //! (tau = 0, theta = pi/3, a look every 100 steps), dampers of a tenth of critical, because (12) as
 //! printed has no step that a tick could take. `local-compression` (004): one stiffness for all
-//! springs, velocity Verlet, over-compression correction from 10 % on; no damper, as the fit of
-//! `palpate paper local-compression` ends at the least it may take; no region, which saves nothing
-//! at 2 % of error; no volume force, whose coefficient is not printed.
+//! springs, velocity Verlet, over-compression correction from 10 % on; no damper, since the fit of
+//! `palpate paper local-compression` ends at the lower bound; no region, which saves nothing at an
+//! error of 2 %; no volume force, whose coefficient is not printed.
 
 use crate::paper_method::averaged::Averaged;
 use crate::paper_method::damper::{Dampers, DampingLaw};

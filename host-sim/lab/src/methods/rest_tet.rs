@@ -67,7 +67,7 @@ pub(super) fn cofactors(f: &Matrix) -> (Matrix, f32) {
 }
 
 /// Mean diagonal stiffness over E of each node [m] of linear tets, `V (lambda + 4 mu) |g|^2 / 3`
-/// summed: what the mass floor compares masses with.
+/// summed: with which the mass floor compares masses.
 pub(super) fn diagonal_m(block: &Block, tets: &[RestTet], lambda: f64, mu: f64) -> Vec<f32> {
     let mut diagonal = vec![0.0_f32; block.tissue.mesh.nodes_m.len()];
     for tet in tets {

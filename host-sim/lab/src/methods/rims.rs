@@ -1,5 +1,5 @@
-//! Rims that are no springs, on the core's tick: the dense condensed outside, a low-rank one, and
-//! modes that the rim is slaved to.
+//! Rims other than springs, on the core's tick: the dense condensed outside, a low-rank form, and
+//! modes to which the rim is slaved.
 //!
 //! The model they run on has no rim springs of its own; its rim nodes carry the mass floor of the
 //! stiffness that is attached here. Dense and low rank add their force as a kick after each
@@ -74,7 +74,7 @@ impl DenseRim {
         Self { rim: RimNodes::of(model, tuned, params, node), stiffness_m: flat(stiffness_m) }
     }
 
-    /// Floating-point operations of a substep, and bytes that it reads, for so many rim nodes.
+    /// Floating-point operations of a substep, and bytes that it reads, for this many rim nodes.
     #[must_use]
     pub fn cost(rim_nodes: usize) -> (usize, usize) {
         (18 * rim_nodes * rim_nodes, 36 * rim_nodes * rim_nodes)
@@ -114,8 +114,8 @@ impl LowRankRim {
         }
     }
 
-    /// Floating-point operations of a substep, and bytes that it reads, for so many rim nodes and a
-    /// rank `q`.
+    /// Floating-point operations of a substep, and bytes that it reads, for this many rim nodes and
+    /// a rank `q`.
     #[must_use]
     pub fn cost(rim_nodes: usize, q: usize) -> (usize, usize) {
         (rim_nodes * (18 + 12 * q), 4 * rim_nodes * (9 + 3 * q))
@@ -193,7 +193,7 @@ impl ModeRim {
         })
     }
 
-    /// Floating-point operations of a substep, and bytes that it reads, for so many rim nodes and
+    /// Floating-point operations of a substep, and bytes that it reads, for this many rim nodes and
     /// `q` modes.
     #[must_use]
     pub fn cost(rim_nodes: usize, q: usize) -> (usize, usize) {

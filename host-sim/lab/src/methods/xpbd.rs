@@ -4,7 +4,7 @@
 //! Constraints: the length of every edge with compliance `1/k`, k the spring constant of our own
 //! model, and the volume of every tet with compliance `V / kappa`, kappa = lambda - mu: the same
 //! small-strain moduli as springs with per-tet volume. The core moves the nodes and presses the
-//! surface; then the constraints move them again, and the velocity takes what they moved.
+//! surface; then the constraints move them again, and this displacement is added to the velocity.
 
 use palpate::method::Method;
 use palpate::stages::force::{self, foundation, foundation::Load};
@@ -97,8 +97,8 @@ impl Xpbd {
     }
 }
 
-/// The constraints, and what they did in the last substep, as a force over E [N/Pa]: contact needs
-/// to know what else acts on a node.
+/// The constraints, and their effect in the last substep as a force over E [N/Pa], since contact
+/// depends on the other forces on a node.
 struct Projection {
     xpbd: Xpbd,
     force: Vec<Vector3<f32>>,

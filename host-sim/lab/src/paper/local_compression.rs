@@ -45,14 +45,14 @@ pub struct Options {
 }
 
 /// Regenerates the figures and writes the report into the folder `out`, which is made once the
-/// scenes are known to be sound.
+/// scenes have been checked.
 ///
 /// # Errors
-/// A scene that cannot be, what the core or a method refuses, a folder that cannot be written.
+/// An impossible scene, a refusal by the core or a method, or a folder that cannot be written.
 pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), Error> {
     let size = if options.quick { Size::quick() } else { Size::full() };
     let names = options.scene.clone().map_or_else(|| PRESETS.map(|(name, _)| name.to_owned()).to_vec(), |name| vec![name]);
-    // all that can be refused is refused before anything is computed
+    // everything that can be refused is refused before anything is computed
     let scenes = names.iter().map(|name| PressScene::load(name)).collect::<Result<Vec<_>, _>>()?;
     let sites = scenes.iter().map(|scene| Site::of(scene, size.coarser)).collect::<Result<Vec<_>, _>>()?;
     let folder = OutputFolder::open(out)?.made_by(options.provenance.clone());

@@ -10,14 +10,14 @@ pub struct Report {
     claims: Vec<Claim>,
 }
 
-/// Something a paper says, and what was found.
+/// A claim of a paper, and the finding.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Claim {
     /// Statement of the paper, with its place.
     pub printed: String,
     /// Result found here.
     pub found: String,
-    /// Whether it held; `None` where it cannot be tried.
+    /// Whether it held; `None` if it cannot be tested.
     pub held: Option<bool>,
 }
 
@@ -52,7 +52,7 @@ impl Report {
         let _ = write!(self.text, "\n![{caption}]({name}.png)\n");
     }
 
-    /// Notes a claim of the paper and what was found.
+    /// Records a claim of the paper and the finding.
     pub fn claim(&mut self, printed: impl Into<String>, found: impl Into<String>, held: Option<bool>) {
         self.claims.push(Claim { printed: printed.into(), found: found.into(), held });
     }
@@ -81,7 +81,7 @@ impl Report {
     }
 }
 
-/// In one line how it ended: by the product's own promise, and the paper's claims.
+/// The outcome in one line: the product's own promise, and the paper's claims.
 #[must_use]
 pub fn verdict(claims: &[Claim], broken: &[String]) -> String {
     if !broken.is_empty() {
@@ -97,7 +97,7 @@ pub fn verdict(claims: &[Claim], broken: &[String]) -> String {
     )
 }
 
-/// Says on the terminal which claims held, and where the report is.
+/// Prints which claims held, and the path of the report.
 pub fn print_claims(claims: &[Claim], out: &Path) {
     println!();
     for claim in claims {

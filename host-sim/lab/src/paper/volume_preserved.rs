@@ -33,8 +33,8 @@ use truth::{Shipped, Truth, solve};
 /// Largest mean landmark error of the product at full resolution that is promised, after each move
 /// [m].
 pub const PROMISED_M: [f64; 2] = [1.0e-3, 2.0e-3];
-/// Largest change of each organ's volume that is promised, after each move [%]: what the paper's
-/// authors report for a later version of theirs.
+/// Largest change of each organ's volume that is promised, after each move [%]: the figure that the
+/// paper's authors report for a later version.
 pub const PROMISED_VOLUME_PCT: [f64; 2] = [0.03, 0.06];
 
 /// Methods, in the order of tables.
@@ -45,7 +45,7 @@ pub const METHODS: [HangingMethod; 4] = [
     HangingMethod::VolumePreserved { rates: None, damping: DampingLaw::Critical(0.1) },
 ];
 
-/// A resolution: its name, its meshes, what each method made of it.
+/// A resolution: its name, its meshes, and the results of each method.
 pub struct Resolution<'a> {
     /// "full" or "sparse".
     pub name: &'static str,
@@ -53,7 +53,7 @@ pub struct Resolution<'a> {
     pub assembly: Assembly<'a>,
     /// Finite elements on the same mesh.
     pub truth: Truth,
-    /// For each method and each move where it ended.
+    /// For each method and each move, the final state.
     pub runs: Vec<MethodRun>,
     /// CPU time of one picture [s].
     pub picture_s: f64,
@@ -69,15 +69,15 @@ pub struct Options {
     pub scene: String,
     /// The sparse resolution alone.
     pub quick: bool,
-    /// Solve the finite elements of the full resolution anew instead of taking the shipped answer.
+    /// Recompute the finite elements of the full resolution instead of using the shipped answer.
     pub solve: bool,
     /// How the report is made, for its summary.
     pub provenance: serde_json::Value,
 }
 
-/// Longest virtual time that a method gets to come to rest after a move [s].
+/// Longest virtual time for a method to come to rest after a move [s].
 const LONGEST_S: f64 = 6.0;
-/// Weight that is put on in the second scene [m/s^2].
+/// Gravity that is applied in the second scene [m/s^2].
 const WEIGHT_M_PER_S2: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// Runs the paper's section 3 and writes the report into the folder `out`, which is made once the
@@ -160,8 +160,8 @@ fn at_resolution<'a>(
     Ok(resolution)
 }
 
-/// Finite elements of the sparse resolution with every tet cut into eight; only where they ship or
-/// are asked for.
+/// Finite elements of the sparse resolution with every tet cut into eight; only if they ship or are
+/// requested.
 fn subdivided(sparse: &Resolution, solve_anew: bool, progress: &dyn Progress) -> Result<Option<Truth>, Error> {
     if solve_anew {
         let finer = sparse.assembly.subdivided();

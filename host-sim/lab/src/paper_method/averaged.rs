@@ -1,4 +1,4 @@
-//! Average of the corrections that the springs of a node ask for, paper 000, eq (7).
+//! Average of the corrections demanded by the springs of a node, paper 000, eq (7).
 
 use palpate::{NodeStep, State, Tuned, Vector3};
 
@@ -15,13 +15,13 @@ impl Averaged {
         Self { sums: vec![(Vector3::zeros(), 0.0); nodes] }
     }
 
-    /// Zero for `nodes` nodes. Memory grows only in a first step that no memory was made for.
+    /// Zero for `nodes` nodes. Memory grows only in a first step for which none was reserved.
     pub fn clear(&mut self, nodes: usize) {
         self.sums.clear();
         self.sums.resize(nodes, (Vector3::zeros(), 0.0));
     }
 
-    /// Adds the correction [m] that one spring asks of a node.
+    /// Adds the correction [m] that one spring demands of a node.
     pub fn add(&mut self, node: usize, correction_m: Vector3<f32>) {
         if let Some((sum, count)) = self.sums.get_mut(node) {
             *sum += correction_m;
@@ -29,7 +29,7 @@ impl Averaged {
         }
     }
 
-    /// Moves the free nodes by the average of what their springs ask for.
+    /// Moves the free nodes by the average of their springs' corrections.
     pub fn apply(&self, tuned: &Tuned, state: &mut State) {
         for (n, (&(sum, count), &NodeStep { step, .. })) in self.sums.iter().zip(tuned.node_step()).enumerate() {
             if step > 0.0 && count > 0.0 {

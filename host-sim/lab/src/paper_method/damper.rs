@@ -1,4 +1,4 @@
-//! A damper beside every spring, with its own constant (paper 000, eqs 5 and 12; the damper of
+//! A damper parallel to every spring, with its own constant (paper 000, eqs 5 and 12; the damper of
 //! paper 004, eq 1).
 //!
 //! * in: positions, velocities
@@ -20,7 +20,7 @@ pub struct Dampers<'a> {
 pub enum DampingLaw {
     /// `2 sqrt(k (m_i + m_j)) / l0`, l0 in metres: (12) as printed. Its unit is kg/(s m), not kg/s.
     PrintedMetres,
-    /// The printed equation with l0 in millimetres, as for someone who works in millimetres.
+    /// The printed equation with l0 in millimetres, for use in millimetres.
     PrintedMillimetres,
     /// `2 sqrt(k (m_i + m_j))`: without the length the unit is right.
     WithoutLength,

@@ -1,11 +1,12 @@
-//! Direction correction of paper 000, eq (9): no spring turns by more than theta between two looks.
+//! Direction correction of paper 000, eq (9): no spring rotates by more than theta between two
+//! checks.
 
 use palpate::{Model, State, Tuned, Vector3};
 
 use super::averaged::Averaged;
 use super::shares;
 
-/// Turns springs back to within theta of where they pointed when positions `x^p` were last taken.
+/// Rotates springs back to within theta of their direction when positions `x^p` were last recorded.
 ///
 /// The paper gives the constraint and says that its update follows as that of (6). With `C =
 /// theta - phi`, `phi` the angle, its gradient at the ends is `-t/l` and `t/l`, t the unit vector
@@ -16,11 +17,11 @@ use super::shares;
 pub struct SpringDirection<'a> {
     /// Critical angle theta [rad], above 0 and below pi.
     pub angle_rad: f32,
-    /// Steps between two looks.
+    /// Steps between two checks.
     pub every: u16,
     /// `x^p` [m], shape \[nodes\]; the caller fills it with the rest positions.
     pub before_m: &'a mut [[f32; 3]],
-    /// Steps since the last look.
+    /// Steps since the last check.
     pub age: u16,
 }
 
@@ -47,7 +48,7 @@ impl SpringDirection<'_> {
         }
     }
 
-    /// How far end j is to go, seen from end i, so that the spring turns back to theta [m]; zero
+    /// Displacement of end j relative to end i that rotates the spring back to theta [m]; zero
     /// within theta.
     fn turn_back(&self, i: usize, j: usize, d: Vector3<f32>, least_cosine: f32) -> Vector3<f32> {
         let [a, b] = [i, j].map(|n| Vector3::from(self.before_m[n]));
@@ -60,7 +61,7 @@ impl SpringDirection<'_> {
         if cosine >= least_cosine {
             return Vector3::zeros();
         }
-        // across the spring, toward where it pointed
+        // across the spring, toward its old direction
         let across = old * (1.0 / old_length) - d * (cosine / length);
         let sine = across.dot(&across).sqrt();
         if sine <= 1e-3 {

@@ -10,7 +10,7 @@ use super::shares;
 ///
 /// As printed the correction of a node is divided by the number of *all* its springs (7), whose
 /// letter m is not the mass: each end divides by another number, so momentum is not kept. A
-/// compressed spring is pushed apart; the print gives only the stretched one's sign.
+/// compressed spring is pushed apart; the paper prints only the stretched one's sign.
 #[derive(Clone, Copy, Debug)]
 pub struct SpringLength {
     /// Critical stretching rate `tau_s` (1).

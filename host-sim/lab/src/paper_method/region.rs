@@ -9,7 +9,7 @@ use palpate::stages::force::foundation::Load;
 use palpate::stages::integrate::FASTEST_M_PER_S;
 use palpate::{Fault, Model, NodeStep, State, Tuned, Vector3};
 
-/// Ball of the nodes that move, by their rest positions. The others stand still where they are.
+/// Ball of the nodes that move, by their rest positions. The others are frozen in place.
 #[derive(Clone, Copy, Debug)]
 pub struct Region {
     /// Centre: the contact, on the rest surface [m].
@@ -108,7 +108,7 @@ impl StressRule {
 
     /// Radius of the region [m] (7) under a contact pressure [Pa] on a disc of radius `radius_m`;
     /// that radius itself where (7) gives less, down to nothing where even the contact is below the
-    /// threshold: ours, so that what is touched can move.
+    /// threshold: our addition, so that touched nodes can move.
     #[must_use]
     pub fn radius_m(&self, pressure_pa: f32, radius_m: f32) -> f32 {
         let share = self.least_stress_pa / pressure_pa;

@@ -11,9 +11,9 @@ use super::{Evaluation, Phase};
 pub struct Cell {
     /// Label of the group.
     pub group: String,
-    /// Before or after.
+    /// Before or after the training.
     pub phase: Phase,
-    /// Of the values.
+    /// Mean and spread of the values.
     #[serde(flatten)]
     pub spread: Spread,
 }

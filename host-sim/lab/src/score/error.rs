@@ -83,7 +83,7 @@ pub enum ScoreError {
         /// Reason why it cannot be read.
         what: String,
     },
-    /// Weights that are no shares.
+    /// Weights that are not shares.
     #[error(
         "--weights {},{},{} sum to {}: give three shares above zero that sum to 1, such as 0.45,0.35,0.20",
         shares[0], shares[1], shares[2], (sum * 1e9).round() / 1e9

@@ -48,15 +48,15 @@ fn mean(values: &[f64]) -> f64 {
 pub struct Permutation {
     /// Share of deals that differ at least as much.
     pub p: f64,
-    /// Deals looked at.
+    /// Number of deals examined.
     pub deals: u64,
-    /// True if those were all there are; else they were drawn at random, always the same ones.
+    /// True if those were all deals; otherwise they were drawn at random with a fixed seed.
     pub exact: bool,
 }
 
-/// Up to this many deals are all looked at.
+/// Number of deals up to which all are examined.
 const ALL_DEALS: u64 = 1_000_000;
-/// Deals drawn where there are more.
+/// Number of deals drawn if there are more.
 const DRAWN: u64 = 200_000;
 /// Sums of the same values in another order differ by rounding; this is far below a mark.
 const SAME: f64 = 1e-9;
@@ -86,7 +86,7 @@ pub fn permutation_test(a: &[f64], b: &[f64]) -> Option<Permutation> {
         }
         extreme += u64::from(distance(pool[..k].iter().sum()) >= found);
     }
-    // the deal that was found is one of them, so p is never zero
+    // the observed deal is one of them, so p is never zero
     Some(Permutation { p: (extreme + 1) as f64 / (DRAWN + 1) as f64, deals: DRAWN, exact: false })
 }
 

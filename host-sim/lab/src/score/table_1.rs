@@ -30,7 +30,7 @@ pub const COLUMNS: [(&str, Phase); 4] = [("1", Phase::Before), ("2", Phase::Befo
 /// Printed values have three decimals.
 const ROUNDING: f64 = 5e-4;
 
-/// Groups differ where chance alone would differ as much less often than this.
+/// Groups count as different if chance alone gives such a difference less often than this.
 const SIGNIFICANT: f64 = 0.05;
 
 /// The printed values, group by group.
@@ -70,7 +70,7 @@ pub struct Column {
     pub spread: Spread,
     /// Values that (14) gives for some whole marks.
     pub attainable: usize,
-    /// Those it does not give.
+    /// Values that it does not give.
     pub unattainable: Vec<f64>,
 }
 
@@ -79,9 +79,11 @@ pub struct Column {
 pub struct Check {
     /// The four columns.
     pub columns: Vec<Column>,
-    /// Difference of the means, group 1 minus 2, before; and how often chance differs as much.
+    /// Difference of the means, group 1 minus 2, before; and the probability of such a difference
+    /// by chance.
     pub before: (f64, f64),
-    /// Difference of the means, group 1 minus 2, after; and how often chance differs as much.
+    /// Difference of the means, group 1 minus 2, after; and the probability of such a difference by
+    /// chance.
     pub after: (f64, f64),
     /// Share of pairs (one intern of each group) in which that of group 1 is above that of group 2,
     /// after.
@@ -89,7 +91,7 @@ pub struct Check {
 }
 
 impl Check {
-    /// Looks at the table with the weights of the paper.
+    /// Examines the table with the weights of the paper.
     #[must_use]
     pub fn run(weights: &Weights) -> Self {
         let all = evaluations();

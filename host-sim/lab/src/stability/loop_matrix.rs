@@ -1,18 +1,19 @@
-//! Hand x delay x device x control: the stiffest wall without a limit cycle, and what holding and
-//! leaving 400 N/m costs.
+//! Hand x delay x device x control: the stiffest wall without a limit cycle, and the energy and
+//! error of holding and leaving 400 N/m.
 //!
 //! Each cell climbs from [`SOFTEST_N_PER_M`] in steps of 12 % until the first wall that is not
 //! quiet. Bisecting would be wrong: a loop can shake at one stiffness and hold at a higher one,
 //! because friction, the force limit and the encoder's count enter at different ones.
 //!
-//! An earlier simulation, one axis and written apart, found 139, 952, 2640 and 5836 N/m raw for H0
-//! to H3 one tick late; here it is 155, 1066, 2357 and 2105. H2 and H3 end there by the encoder:
-//! the handle swings by a few micrometres across the edge of a count, and that is 50-70 mN. Whether
-//! a hold rests on such an edge is luck of the stiffness (H3 is quiet again at 3312 and from 4653
-//! on). With counts of 1 um H3 is quiet to the end and H2 to 3312. Two ticks late H0 ends at 99
-//! against 70: the other pushed with 0.5 N at every stiffness, and so pushed it ends at 79.
+//! An earlier, independent simulation with one axis found 139, 952, 2640 and 5836 N/m raw for H0 to
+//! H3 one tick late; here it is 155, 1066, 2357 and 2105. H2 and H3 end there because of the
+//! encoder: the handle moves by a few micrometres across the boundary of a count, which is 50-70
+//! mN. Whether a hold rests on such a boundary depends on the stiffness by chance (H3 is quiet
+//! again at 3312 and from 4653 on). With counts of 1 um H3 is quiet to the end and H2 to 3312. Two
+//! ticks late H0 ends at 99 against 70: the other simulation pushed with 0.5 N at every stiffness,
+//! and with that push it ends at 79.
 //!
-//! [`ceiling`] asks what the encoder allows, whatever the control.
+//! [`ceiling`] gives the limit of the encoder, whatever the controller.
 
 pub mod ceiling;
 mod climb;
@@ -34,23 +35,23 @@ use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_loop::closed_loop::hand::{self, HANDS, Hand};
 use palpate_tissue::Error as TissueError;
 
-/// Where a climb begins [N/m].
+/// First stiffness of a climb [N/m].
 pub const SOFTEST_N_PER_M: f64 = 50.0;
 /// Its step (1).
 pub const STEP: f64 = 1.12;
-/// No wall is stiffer [N/m].
+/// Stiffest wall [N/m].
 pub const STIFFEST_N_PER_M: f64 = 6000.0;
 /// Stiffness that a device of the Touch class must hold [N/m]: its maker's ceiling.
 pub const HELD_N_PER_M: f64 = 400.0;
 /// Energy that ours may create there [J].
 pub const MOST_CREATED_J: f64 = 0.01e-3;
-/// Static error that ours may have there (1): rounding and a count that toggles.
+/// Static error that our controller may have there (1): rounding and a toggling count.
 pub const MOST_STATIC_ERROR: f64 = 1e-3;
 /// Deepest press [m], and share of the force limit that a press may take (1).
 const DEPTH_M: f64 = 4e-3;
 const FORCE_SHARE: f64 = 0.85;
 
-/// Stiffest spring [N/m] that any passive hand may hold without the loop giving it energy: `K = b /
+/// Stiffest spring [N/m] that any passive hand can hold without the loop creating energy: `K = b /
 /// (T / 2 + t_d)` (Colgate and Schenkel, J. Robotic Systems 14, 1997; with a delay after Gil, Hulin
 /// and others), `b` the device's own damping alone.
 #[must_use]
@@ -71,7 +72,7 @@ pub struct Cell {
     pub hand: hand::Id,
     /// Name of the control that keeps the loop quiet.
     pub control: String,
-    /// How far it climbs.
+    /// Result of its climb.
     pub climb: Climb,
     /// Closed form for the device alone [N/m].
     pub passive_n_per_m: f64,
@@ -82,7 +83,7 @@ pub struct Cell {
 /// Scope of the measurements: loop cases and encoder ceilings.
 #[derive(Clone, Debug)]
 pub struct Scope {
-    /// Every device under every control; the shipped ones at delays 0, 1 and 2, then, if asked for,
+    /// Every device under every control; the shipped ones at delays 0, 1 and 2, then, on request,
     /// all at their own.
     cases: Vec<(String, DeviceProfile)>,
     ceilings: ceiling::Scope,
@@ -210,7 +211,7 @@ impl LoopSummary {
         if self.broken.is_empty() { Ok(()) } else { Err(TissueError::Check(self.broken.join("; ")).into()) }
     }
 
-    /// Cells of a device, a delay and a control, one a hand.
+    /// Cells of a device, a delay and a controller, one per hand.
     fn row<'a>(&'a self, device: &'a str, delay_ticks: u8, control: &'a str) -> impl Iterator<Item = &'a Cell> {
         self.cells.iter().filter(move |c| c.device == device && c.delay_ticks == delay_ticks && c.control == control)
     }

@@ -1,15 +1,15 @@
 //! The model half: every method of the chart pressed, tapped, jittered and released at five
 //! stiffnesses, without a device in the loop.
 //!
-//! A [`LoadCase`] says how the tip moves; a [`BuiltMethod`] is a method with the substeps it asks
-//! for; [`press`] moves one through the other and keeps a [`Trace`]; [`judge`] says what went wrong
-//! first; [`margin`] finds how much more it withstands; [`promises`] holds the product to what it
-//! promises.
+//! A [`LoadCase`] says how the tip moves; a [`BuiltMethod`] is a method with the substeps that it
+//! needs; [`press`] applies the case to the method and records a [`Trace`]; [`judge`] classifies
+//! the first failure; [`margin`] finds how much more it withstands; [`promises`] checks the
+//! product's promises.
 //!
 //! Every method gets the substeps that it needs for the chart's press on the same tissue; the
-//! product those that a session derives. The product runs with its guard: the depth limit, and
-//! the sinking speed that its elements allow. The other methods have no depth limit; all of them
-//! but the implicit ones and `compliance` are shown a tip that moves at 1 m/s at most.
+//! product those that a session derives. The product runs with its guard: the depth limit, and the
+//! sinking speed that its elements allow. The other methods have no depth limit; all of them except
+//! the implicit ones and `compliance` are given a tip that moves at 1 m/s at most.
 
 mod built_method;
 mod figures;

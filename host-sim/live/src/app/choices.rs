@@ -9,7 +9,7 @@ use crate::message::Request;
 use crate::view::Colour;
 
 impl App {
-    /// Tells the physics what is chosen now.
+    /// Sends the present choices to the physics.
     pub(crate) fn choose(&mut self) {
         let controls = &mut self.controls;
         controls.choice.nodule =
@@ -23,7 +23,7 @@ impl App {
         controls.choice = choice;
         controls.nodule = controls.choice.nodule;
         if let (true, Ok(scene)) = (same, controls.choice.scene()) {
-            // no other tissue comes: this one gets its own numbers back
+            // no other tissue follows: this one gets its own values back
             controls.stiffness_kpa = scene.tissue.youngs_modulus_pa as f32 * 1e-3;
             controls.damping_per_s = scene.tissue.node_damping_per_s as f32;
             self.said = (format!("{} is as it began.", controls.title()), false);
@@ -90,7 +90,7 @@ impl App {
             !found.found,
         );
         self.controls.found = Some((found, place_m, search.exercise.hidden));
-        // what was felt stays, to be felt again
+        // the nodule stays, so that it can be felt again
         self.controls.nodule = Some(search.exercise.hidden);
     }
 
@@ -106,7 +106,7 @@ impl App {
         });
     }
 
-    /// Colours by another quantity; the contact map is asked for where it is shown.
+    /// Colours by another quantity; the contact map is requested only if it is shown.
     pub(crate) fn colour(&mut self, colour: Colour) {
         self.controls.shown.colour = colour;
         self.link.send(Request::Map(colour == Colour::Pressure));

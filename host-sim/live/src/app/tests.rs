@@ -194,7 +194,7 @@ fn with_a_modifier_a_key_is_somebody_elses() {
 fn beside_the_picture_or_without_a_pointer_there_is_no_force() {
     let folder = tempfile::tempdir().unwrap();
     let mut screen = Screen::block(folder.path());
-    // the tissue lies behind the panel as well
+    // the tissue extends behind the panel as well
     (0..12).for_each(|_| screen.key(Key::Plus, Modifiers::NONE));
     for leaves in [Event::PointerMoved(PANEL), Event::PointerGone] {
         screen.frame(vec![Event::PointerMoved(MIDDLE)]);

@@ -11,14 +11,14 @@ pub fn keeps_at_once() -> bool {
     true
 }
 
-/// The first number from `least` on that no file of the folder has: what an earlier window recorded
-/// stays.
+/// The first number from `least` on that no file of the folder has: recordings of an earlier window
+/// stay.
 pub fn free(folder: &Path, least: u32) -> u32 {
     let taken = |n: u32| ["trace", "csv", "png"].iter().any(|ending| folder.join(format!("live-{n}.{ending}")).exists());
     (least..u32::MAX).find(|n| !taken(*n)).unwrap_or(least)
 }
 
-/// Writes a file, whole or not at all: a sentence, and whether it is bad news.
+/// Writes a file, completely or not at all: a sentence, and whether it is bad news.
 pub fn put(folder: &Path, name: &str, bytes: &[u8]) -> (String, bool) {
     let path = folder.join(name);
     match whole(folder, name, bytes) {

@@ -1,5 +1,5 @@
-//! How the page arrives: from servers of several kinds, or not at all. Then a sentence says why,
-//! and it does not "prepare" for ever.
+//! Loading of the page: from servers of several kinds, or failing. Then a sentence tells the
+//! reason, and the page does not "prepare" indefinitely.
 
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -19,7 +19,7 @@ pub struct Browser {
 }
 
 impl Browser {
-    /// Without a page yet; `None` where there is none.
+    /// Without a page yet; `None` if there is no browser.
     pub fn start() -> Option<Self> {
         let port = TcpListener::bind("127.0.0.1:0").ok()?.local_addr().ok()?.port();
         let mut driver = Command::new("chromedriver");
@@ -179,8 +179,8 @@ impl Browser {
 }
 
 impl Drop for Browser {
-    /// The driver ends its browser; one that was left would go on drawing. No panic in a panic:
-    /// what fails here is let be.
+    /// The driver ends its browser; one that was left would go on drawing. No panic during a panic:
+    /// errors here are ignored.
     fn drop(&mut self) {
         if let (false, Ok(mut stream)) = (self.session.is_empty(), TcpStream::connect(("127.0.0.1", self.port))) {
             let head = format!("DELETE /session/{} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n", self.session);
@@ -193,7 +193,7 @@ impl Drop for Browser {
     }
 }
 
-/// The body of an answer, as long as its head says.
+/// The body of an answer, of the length given in its header.
 fn whole(stream: &mut TcpStream) -> Vec<u8> {
     let (mut all, mut part) = (Vec::new(), [0; 65536]);
     loop {
@@ -226,8 +226,8 @@ fn base64(text: &str) -> Vec<u8> {
     digits.chunks(4).flat_map(bytes).collect()
 }
 
-/// Serves a folder; its address. A server that knows `.gz` says so, and the browser unpacks it
-/// before the page sees it.
+/// Serves a folder; its address. A server that knows `.gz` sets the header, and the browser unpacks
+/// it before the page receives it.
 pub fn serve(folder: &Path, knows_gz: bool) -> String {
     let folder = folder.to_path_buf();
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();

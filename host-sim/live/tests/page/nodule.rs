@@ -1,4 +1,4 @@
-//! The exercise: the hidden nodule is found by pressing, and a guess has not found it.
+//! The exercise: the hidden nodule is found by pressing, and a guess does not count.
 
 use std::time::Duration;
 
@@ -7,8 +7,8 @@ use serde_json::Value;
 use crate::driver::Browser;
 use crate::{MIDDLE, active, let_go, number, page, press, says, until};
 
-/// Pixels of places on the surface: by the way of the tip over a few pixels, and corrected by where
-/// the tip then is.
+/// Pixels of places on the surface: from the displacement of the tip over a few pixels, corrected
+/// by the tip's resulting place.
 struct Map {
     /// A pixel to the right, a pixel down [m].
     per_pixel_m: [[f64; 2]; 2],
@@ -50,7 +50,7 @@ fn at(browser: &mut Browser, [x, y]: [u32; 2]) -> [f64; 2] {
     [0, 1].map(|k| tip[k].as_f64().unwrap())
 }
 
-/// Force of a press at a place, and where it really was.
+/// Force of a press at a place, and the actual place.
 fn feel(browser: &mut Browser, map: &Map, place_m: [f64; 2]) -> ([f64; 2], f64) {
     let pixel = map.go(browser, place_m);
     press(browser, pixel, 4e-3);
@@ -60,7 +60,7 @@ fn feel(browser: &mut Browser, map: &Map, place_m: [f64; 2]) -> ([f64; 2], f64) 
     ([0, 1].map(|k| felt["tip_m"][k].as_f64().unwrap()), number(&felt, "force_n"))
 }
 
-/// Where of these presses the stiffest is: their places, weighed by what they are above the
+/// Place of the stiffest press: the mean of the places, weighted by the force above that of the
 /// softest.
 fn stiffest(felt: &[([f64; 2], f64)]) -> [f64; 2] {
     let least_n = felt.iter().map(|f| f.1).fold(f64::MAX, f64::min);

@@ -1,8 +1,8 @@
 //! The fault campaign: every kind of fault, in every hand, at every moment of a touch, on a wall
-//! and on a patch, every tick watched.
+//! and on a patch, with every tick checked.
 //!
-//! A [`Case`] is one run, drawn from a number; [`Bed`] is what it runs on, armed once. Nothing in
-//! it reads a clock, and the same number gives the same run.
+//! A [`Case`] is one run, derived from a number; a [`Bed`] is the loop that it runs on, armed once.
+//! Nothing in it reads a clock, and the same number gives the same run.
 
 mod case;
 mod inject;
@@ -25,14 +25,14 @@ use super::device::DeviceProfile;
 use super::surface::{Wall, force_at_n, static_curve, with_tissue};
 use palpate_tissue::patch::Patch;
 
-/// Runs that are handed to a thread at a time, at least and at most: each batch arms a loop over
-/// its own wall and patch, which takes as long as four runs.
+/// Least and largest number of runs handed to a thread at a time: each batch arms a loop over its
+/// own wall and patch, which takes as long as four runs.
 const BATCH: [u64; 2] = [64, 4096];
-/// Batches per thread, where there are runs enough: the last ones end at different times.
+/// Batches per thread, if there are enough runs: the last ones end at different times.
 const BATCHES_PER_THREAD: u64 = 32;
 /// Stiffness of the wall [N/m]: the ceiling of the default device.
 pub const WALL_N_PER_M: f64 = 400.0;
-/// Depth that a press rests at [m].
+/// Depth at which a press rests [m].
 pub const DEPTH_M: f64 = 4e-3;
 
 /// The patch: nodes, stiffness [Pa], deepest press [m].
@@ -69,14 +69,14 @@ impl<'a> Ground<'a> {
 pub fn campaign(ground: &Ground, cases: Range<u64>, seed: u64, done: impl Fn(u64) + Sync) -> Result<Table, BuildError> {
     let share = (cases.end - cases.start) / (BATCHES_PER_THREAD * rayon::current_num_threads() as u64);
     let length = share.clamp(BATCH[0], BATCH[1]);
-    // added as they come: a table a batch would fill the memory from some 1e8 runs on
+    // added as they arrive: one table per batch would fill the memory from some 1e8 runs on
     batches(cases, length).map(|numbers| part(ground, numbers, seed, &done)).try_reduce(Table::default, |mut table, more| {
         table.add(&more);
         Ok(table)
     })
 }
 
-/// Cuts a range into batches, to be worked off in parallel.
+/// Splits a range into batches for parallel work.
 pub(super) fn batches(cases: Range<u64>, length: u64) -> impl ParallelIterator<Item = Range<u64>> {
     let count = (cases.end - cases.start).div_ceil(length);
     (0..count).into_par_iter().map(move |batch| {
@@ -116,11 +116,11 @@ pub struct LightPatch {
 }
 
 impl LightPatch {
-    /// The shipped patch of 130 nodes at 20 kPa, one step per tick: what a campaign can afford a
-    /// hundred million times.
+    /// The shipped patch of 130 nodes at 20 kPa, one step per tick, cheap enough to run a hundred
+    /// million times.
     ///
     /// # Errors
-    /// It does not build.
+    /// The patch cannot be built.
     pub fn load() -> Result<Self, BuildError> {
         let Some((mut patch, packed)) = palpate_tissue::session::calibrated::sized(NODES) else {
             return Err(BuildError::NotAPatch);

@@ -2,9 +2,9 @@
 //! around any surface.
 //!
 //! Another controller changes what the surface answers; the cycle's own damping is off then and its
-//! last resort as late as it may be set. What it sees is what a controller has: the counted depth,
-//! the model's force, its stiffness, and the forces it sent itself. All act along the contact's
-//! normal.
+//! last resort as late as it may be set. Its inputs are those of a real controller: the quantised
+//! depth, the model's force and stiffness, and the forces that it sent itself. All act along the
+//! contact's normal.
 
 mod constant_damping;
 mod energy_bounding;
@@ -36,12 +36,12 @@ use super::watch::RestShape;
 /// The tick [s].
 const TICK_S: f32 = palpate_tissue::scene::TICK_S as f32;
 
-/// How the loop is kept quiet.
+/// How the loop is kept free of vibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Controller {
     /// The product: [`Settings::safe`].
     Ours,
-    /// The model's force as it is.
+    /// The model's force, unchanged.
     Direct,
     /// `F + B v`, the velocity low-passed at 50 Hz, in contact.
     ConstantDamping {
@@ -56,7 +56,7 @@ pub enum Controller {
     EnergyBounding,
     /// A spring and a damper between handle and a proxy that the model sees.
     VirtualCoupling,
-    /// The force changes by at most so much per tick.
+    /// The force changes by at most this much per tick.
     Slew {
         /// [N]
         n_per_tick: f32,
@@ -65,7 +65,7 @@ pub enum Controller {
     LowPass,
 }
 
-/// Everything that is compared, ours first.
+/// All controllers that are compared, ours first.
 pub const CONTROLLERS: [Controller; 10] = [
     Controller::Ours,
     Controller::Direct,
@@ -133,7 +133,7 @@ impl Controller {
     }
 }
 
-/// Device parameters that a controller may know.
+/// Device parameters available to a controller.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     max_force_n: f32,
@@ -194,7 +194,7 @@ pub struct Controlled<S> {
     control: Controller,
     device: Known,
     law: Option<Box<dyn Law>>,
-    /// Of the last contact: a force that lingers acts along it.
+    /// Normal of the last contact: a force that lingers acts along it.
     normal: Vector3<f32>,
 }
 
@@ -218,8 +218,8 @@ impl<S: Surface> Renderer for Controlled<S> {
         if force_n == model_n {
             return output;
         }
-        // a force that lingers outside is part of what is compared: the product's rule does not cut
-        // it off
+        // a force that lingers outside is part of the comparison, so the product's rule does not
+        // cut it off
         let force_n = output.force_n + self.normal * (force_n - model_n);
         Output { force_n, normal: self.normal, outside: false, ..output }
     }

@@ -1,4 +1,4 @@
-//! Devices as data: what a profile file says of one.
+//! Devices as data, read from a profile file.
 
 use std::path::Path;
 
@@ -27,15 +27,15 @@ pub const PROFILES: [(&str, &str); 8] = [
 pub struct DeviceProfile {
     /// Shown in tables and pictures.
     pub name: String,
-    /// Where the numbers are from.
+    /// Source of the numbers.
     pub source: String,
     /// Axes that it moves along: 3, or 1 for a paddle, which moves along the press.
     pub axes: u8,
     /// Maximum force in every direction [N].
     pub max_force_n: f64,
-    /// Largest force that the loop lets out [N].
+    /// Largest force that the loop outputs [N].
     pub force_limit_n: f64,
-    /// Stiffest spring that its maker names for it [N/m].
+    /// Stiffest spring that its maker specifies [N/m].
     pub stiffness_ceiling_n_per_m: f64,
     /// One encoder count at the probe [m]; zero for an ideal sensor.
     pub count_m: f64,
@@ -51,7 +51,7 @@ pub struct DeviceProfile {
     pub delay_ticks: u8,
     /// Sides of the workspace [m], centred on the site.
     pub workspace_m: [f64; 3],
-    /// Joints, motors and dimensions for a board that reads its encoders; the desktop's loop knows
+    /// Joints, motors and dimensions for a board that reads its encoders; the desktop's loop uses
     /// the probe alone.
     #[serde(default)]
     pub mechanism: Option<toml::Table>,
@@ -61,7 +61,7 @@ impl DeviceProfile {
     /// A profile by name, or from a file.
     ///
     /// # Errors
-    /// Neither, or a file with an unknown key or a number that no device has: by name and line.
+    /// No such profile, or a file with an unknown key or a number out of range, by name and line.
     pub fn load(name_or_file: &str) -> Result<Self, Error> {
         if let Some((name, text)) = PROFILES.iter().find(|(name, _)| *name == name_or_file) {
             return Self::parse(text, name);
@@ -90,10 +90,10 @@ impl DeviceProfile {
         Ok(profile)
     }
 
-    /// Checks every number; `place` says where a key's is from.
+    /// Checks every number; `place` gives the position of a key.
     ///
     /// # Errors
-    /// The first that no device has, by its place.
+    /// The first number out of range, by its position.
     pub fn check(&self, place: &dyn Fn(&str) -> String) -> Result<(), Error> {
         let sides = self.workspace_m.map(|side| ("workspace_m", side, 0.02, 2.0));
         for (key, value, least, most) in [

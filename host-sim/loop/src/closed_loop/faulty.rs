@@ -1,8 +1,8 @@
-//! Faults as data, and what injects them: around a device ([`Faulty`]), around a tissue
-//! ([`FaultyTissue`]), into what the host says.
+//! Faults as data, and their injection: around a device ([`Faulty`]), around a tissue
+//! ([`FaultyTissue`]), into the host's messages.
 //!
-//! An [`Injection`] begins at a tick and lasts for some. Everything else is the loop as it ships:
-//! nothing in the core knows of this.
+//! An [`Injection`] begins at a tick and lasts for a number of ticks. Everything else is the loop
+//! as it ships: nothing in the core knows about the injection.
 
 mod device;
 pub mod list;
@@ -17,9 +17,9 @@ use palpate::haptic::cycle::Ask;
 /// Fault in a reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reading {
-    /// A coordinate is this.
+    /// A coordinate has this value.
     Is(f32),
-    /// Moved by so much along the normal and aside [m].
+    /// Displaced by this much along the normal and sideways [m].
     Shifted {
         /// Out of the tissue.
         out_m: f32,
@@ -28,44 +28,44 @@ pub enum Reading {
     },
     /// The last reading again, with its number.
     Repeated,
-    /// Numbered behind by this many; the position is new.
+    /// The sequence number is behind by this many; the position is new.
     Behind(u32),
     /// The sensor says that it failed.
     Failed,
-    /// Numbered on, always the same position.
+    /// New sequence numbers, always the same position.
     Stuck,
-    /// Numbered on, always the same position along one axis.
+    /// New sequence numbers, always the same position along one axis.
     Frozen,
     /// Every coordinate, counted from the site, has the wrong sign.
     Mirrored,
     /// One has.
     MirroredAxis,
-    /// Random counts are added, up to so many.
+    /// Random counts are added, up to this many.
     Noise(u8),
-    /// The position of so many ticks ago.
+    /// The position of this many ticks ago.
     Late(usize),
-    /// Now and then the position of the tick before.
+    /// Occasionally the position of the previous tick.
     Jitter,
-    /// Numbers leap so far that they wrap every 16 readings.
+    /// Sequence numbers jump so far that they wrap every 16 readings.
     Wraps,
 }
 
 /// Fault in a force on its way to the hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drive {
-    /// Each axis ends at this [N].
+    /// The force on each axis saturates at this value [N].
     Saturated(f32),
-    /// The last force stays, whatever is asked; a release still takes the power off.
+    /// The last force stays, whatever is commanded; a release still removes the power.
     Stuck,
-    /// So many times what it should be (1); the wrong sign below zero.
+    /// The force times this factor (1); below zero the sign is wrong.
     Scaled(f32),
-    /// So many ticks late.
+    /// Late by this many ticks.
     Late(usize),
-    /// Not given: no force.
+    /// No force is output.
     Dropped,
-    /// The amplifier's time constant is this [s].
+    /// The amplifier has this time constant [s].
     Lag(f64),
-    /// Friction is so many times what it was (1).
+    /// Friction is multiplied by this (1).
     Friction(f64),
 }
 
@@ -74,11 +74,11 @@ pub enum Drive {
 pub enum Host {
     /// Nothing at all.
     Silent,
-    /// It asks this, every tick.
+    /// It makes this request in every tick.
     Asks(Ask),
     /// It halves the maximum force, in place.
     Lowers,
-    /// It raises a limit, or sets one that is no number; this one of them.
+    /// It tries to raise this limit, or to set it to NaN.
     Raises(u8),
 }
 
@@ -87,39 +87,39 @@ pub enum Host {
 pub enum TissueFault {
     /// A node moves with this speed along every axis [m/s].
     NodeSpeed(f32),
-    /// A node is at this place along every axis [m].
+    /// Every coordinate of a node has this value [m].
     NodeAt(f32),
-    /// Every node's velocity is this small [m/s]: no normal number.
+    /// Every node's velocity has this value [m/s], a denormal number.
     Denormal(f32),
-    /// The force is this long along the normal [N], touched or not.
+    /// The force along the normal has this length [N], with or without contact.
     Force(f32),
-    /// A sideways component of the force is this [N], and the normal goes with it.
+    /// A sideways component of the force is this [N], and the normal turns with it.
     Aside(f32),
-    /// The force is so many times what it was (1).
+    /// The force is multiplied by this (1).
     Scaled(f32),
-    /// It pushes this much harder on the way out than on the way in [N]: it makes energy.
+    /// It pushes harder by this much during retreat than during approach [N]: it creates energy.
     Active(f32),
 }
 
 /// Fault to inject, by the place where it enters the loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Injection {
-    /// Nothing: the runs that nothing may happen in.
+    /// Nothing: in these runs nothing may happen.
     None,
     /// Into the readings.
     Reading(Reading),
     /// Into the forces.
     Drive(Drive),
-    /// Into what the host says.
+    /// Into the host's messages.
     Host(Host),
-    /// A period is missed by so many, every so many ticks.
+    /// A number of periods is missed, at intervals of a number of ticks.
     Late {
         /// Periods without a force.
         ticks: u16,
-        /// Distance of the late ticks.
+        /// Interval between late ticks.
         every: u32,
     },
-    /// The board finds this.
+    /// The board reports this fault.
     Found(Fault),
     /// Into the tissue.
     Tissue(TissueFault),
@@ -132,7 +132,7 @@ pub enum Opening {
     Active,
     /// Power comes on with the probe in the tissue.
     Inside,
-    /// Somebody waves the probe about while it is to be armed.
+    /// The probe is waved about while the loop arms.
     Waving,
     /// Touched while the gain still ramps in.
     RampingIn,
@@ -147,32 +147,32 @@ pub enum Needs {
     Force,
     /// A force acts, and the probe moves faster than 0.35 m/s: a fast tap.
     FastForce,
-    /// A force acts on a device that nobody holds.
+    /// A force acts on a device that is not held.
     NobodysForce,
 }
 
 /// Reaction required of the loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Expected {
-    /// No force within so many ticks, for one of these reasons.
+    /// No force within this many ticks, for one of these reasons.
     Fault(&'static [Fault], u32),
-    /// Go on as if nothing had happened.
+    /// Continue as if nothing had happened.
     Ridden,
-    /// Cannot be distinguished from a hand for sure: one of these faults, or none; the force stays
-    /// within its limits all the time.
+    /// Cannot be distinguished from a hand with certainty: one of these faults, or none; the force
+    /// always stays within its limits.
     Bounded(&'static [Fault]),
-    /// A falling force from here on, none above 0.05 N after 150 ticks.
+    /// A falling force from then on, and none above 0.05 N after 150 ticks.
     Ramp(u32),
-    /// Felt, but scaled down within so many ticks.
+    /// Felt, but scaled down within this many ticks.
     Degraded(u32),
-    /// No force at all, ever.
+    /// No force at any time.
     Nothing,
 }
 
 /// A kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaultType {
-    /// As in the list of hazards, a variant behind a dash.
+    /// Number from the list of hazards, with a variant after a dash.
     pub id: &'static str,
     /// Description of the fault, such as `encoder stuck for 100 ms`.
     pub name: &'static str,
@@ -180,7 +180,7 @@ pub struct FaultType {
     pub opening: Opening,
     /// Fault to inject.
     pub injection: Injection,
-    /// For how many ticks.
+    /// Duration in ticks.
     pub ticks: u32,
     /// When it may begin.
     pub needs: Needs,

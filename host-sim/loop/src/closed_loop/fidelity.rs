@@ -1,9 +1,10 @@
-//! How many substeps a patch needs to answer a tap as tissue does, not as floored masses do.
+//! Finds the number of substeps that a patch needs to answer a tap with the tissue's inertia, not
+//! with that of the floored masses.
 //!
-//! A mass floor lets one step a millisecond hold, and statics do not see it; a tap does. `n`
-//! substeps with the floor of the *substep* weigh `n^2` times less. What that gains is measured
-//! when a patch is made ready: half-sine taps against the same patch with true masses and steps so
-//! small that they need no floor.
+//! The mass floor keeps one step per millisecond stable; it does not affect statics, but it does
+//! affect a tap. With `n` substeps and the floor of the *substep* the added mass is `n^2` times
+//! smaller. The gain is measured when a patch is prepared: half-sine taps against the same patch
+//! with true masses and steps so small that they need no floor.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, GuardLimits, Params, tick};
@@ -14,31 +15,31 @@ use palpate_tissue::patch::{Memory, Patch};
 use palpate_tissue::stable_step::StableStep;
 
 /// Speeds of the taps [m/s] and the RMS error allowed, as a share of the largest force (1). 5 and
-/// 10 % would do for the taps; what is closer also makes one encoder count a weaker kick, since it
-/// is the floored masses that kick.
+/// 10 % would be enough for the taps; a closer fit also weakens the kick of a single encoder count,
+/// which comes from the floored masses.
 pub const TAPS: [(f64, f64); 2] = [(0.2, 0.02), (0.5, 0.075)];
-/// In no tap may a tet become smaller than this share of itself (1): crushed between heavy
-/// neighbours it would.
+/// Least volume of a tet in any tap, over its rest volume (1): between heavy neighbours it would be
+/// crushed.
 pub const LEAST_J: f64 = 0.2;
 /// Numbers of substeps that are tried.
 const TRIED: [u16; 8] = [1, 2, 3, 4, 6, 8, 12, 16];
-/// Substeps beyond which the true masses are not stepped: a mesh with such a sliver has no
+/// Largest number of substeps for true masses: a mesh with a sliver that needs more has no
 /// reference.
 const MOST_TRUE: f64 = 4000.0;
 
-/// Substeps of a patch, and what they give.
+/// Substeps of a patch, and the resulting errors.
 #[derive(Clone, Copy, Debug)]
 pub struct Fidelity {
     /// Parameters with these substeps and the masses for them.
     pub params: Params,
     /// RMS error of each of [`TAPS`] (1).
     pub errors: [f64; TAPS.len()],
-    /// Every tap is within its limit, and no tet is crushed by one.
+    /// Every tap is within its limit, and no tap crushes a tet.
     pub held: bool,
 }
 
-/// The fewest substeps that answer [`TAPS`] to `depth_m` well enough; the most tried if none does.
-/// `params` are those of one step.
+/// The fewest substeps that answer [`TAPS`] to `depth_m` within the limits, or else the largest
+/// number tried. `params` are for one substep.
 ///
 /// # Errors
 /// Propagates errors from [`Params::build`].
@@ -67,7 +68,7 @@ pub fn as_it_is(patch: &Patch, params: &Params, depth_m: f64) -> Result<Fidelity
     judge(patch, params, depth_m, &true_answers(patch, &Params { substeps: 1, ..*params }, depth_m)?)
 }
 
-/// [`TAPS`] into the patch with true masses; none where it has no reference.
+/// [`TAPS`] into the patch with true masses; none if it has no reference.
 fn true_answers(patch: &Patch, params: &Params, depth_m: f64) -> Result<Vec<Vec<f64>>, BuildError> {
     let Some(truth) = true_masses(patch, params)? else { return Ok(Vec::new()) };
     TAPS.iter().map(|(speed, _)| tap(patch, &truth, depth_m, *speed)).collect()
@@ -82,7 +83,7 @@ fn judge(patch: &Patch, tried: &Params, depth_m: f64, answers: &[Vec<f64>]) -> R
     Ok(Fidelity { params: *tried, errors, held })
 }
 
-/// The patch without any floor, in steps that hold it.
+/// The patch without a mass floor, in steps short enough to be stable.
 fn true_masses(patch: &Patch, params: &Params) -> Result<Option<Params>, BuildError> {
     let bare = Params { mass_floor: 0.0, limits: GuardLimits::HIGHEST, ..*params };
     let mut n = 16_u16;
@@ -116,7 +117,7 @@ fn tap(patch: &Patch, params: &Params, depth_m: f64, m_per_s: f64) -> Result<Vec
 }
 
 /// Smallest volume of a tet over its rest volume in any tick of the fastest tap to the patch's
-/// depth limit, held for 50 ms, and of its way out (1).
+/// depth limit, held for 50 ms, and of its retreat (1).
 fn lowest_j(patch: &Patch, params: &Params) -> Result<f64, BuildError> {
     let model = patch.wide_model();
     let mut memory = Memory::for_model(&model);

@@ -1,21 +1,21 @@
-//! Hands that hold a device: what they push with, and what they weigh.
+//! Hands that hold a device: their force and their mass.
 //!
-//! A hand is an impedance between its own target and the handle, the same along every axis; H0 is
-//! nobody at all. Values of H1 and H2 are of the order that Hajian and Howe (1997) measured for
-//! fingertips, with stiffness and damping rising with grip as Hasser and Cutkosky (2002) report; H3
-//! is the arm of van Beek et al. (Sci. Rep. 2015, srep18004, fig. 3); H4 a soft arm of a public
-//! course model; H5's exponential pad and its relaxation have the shape of Pawluk and Howe (1999).
-//! A single mass and spring says little above 50 Hz: H5 is there for that.
+//! A hand is an impedance between its own target and the handle, the same along every axis; with H0
+//! nobody holds the handle. Values of H1 and H2 are of the order that Hajian and Howe (1997)
+//! measured for fingertips, with stiffness and damping rising with grip as Hasser and Cutkosky
+//! (2002) report; H3 is the arm of van Beek et al. (Sci. Rep. 2015, srep18004, fig. 3); H4 a soft
+//! arm of a public course model; H5's exponential pad and its relaxation have the shape of Pawluk
+//! and Howe (1999). A single mass and spring says little above 50 Hz: H5 is meant for that.
 
 use palpate::Vector3;
 use palpate_tissue::finger::{FINGER, Impedance};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
-/// How a hand holds on.
+/// How a hand holds the handle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Grip {
-    /// Not at all: a constant push alone, no mass, no damping.
+    /// Not at all: a constant push only, without mass or damping.
     Released,
     /// By an impedance.
     Firm(Impedance),
@@ -28,7 +28,7 @@ pub enum Grip {
         one: Impedance,
         /// Second half.
         other: Impedance,
-        /// Changes to and fro each second [Hz].
+        /// Alternations per second [Hz].
         hz: f64,
     },
 }
@@ -48,7 +48,7 @@ const LIGHT: Impedance = Impedance { mass_kg: 0.006, damping_n_s_per_m: 1.0, sti
 const ARM: Impedance = Impedance { mass_kg: 0.554, damping_n_s_per_m: 6.45, stiffness_n_per_m: 135.0 };
 const SOFT_ARM: Impedance = Impedance { mass_kg: 0.8, damping_n_s_per_m: 5.5, stiffness_n_per_m: 30.0 };
 
-/// Every hand. What holds must hold in all of them.
+/// Every hand. A promise must hold in all of them.
 pub const HANDS: [Hand; 7] = [
     Hand { id: "H0", name: "released", grip: Grip::Released },
     Hand { id: "H1", name: "light fingertip", grip: Grip::Firm(LIGHT) },
@@ -59,7 +59,8 @@ pub const HANDS: [Hand; 7] = [
     Hand { id: "H6", name: "grip that changes", grip: Grip::Changing { one: LIGHT, other: FINGER, hz: 4.0 } },
 ];
 
-/// Id of a hand that is known. By this name: serde takes `&'static str` for a text to borrow.
+/// Id of a hand that is known. Looked up by name: serde would borrow a `&'static str` from the
+/// text.
 pub type Id = &'static str;
 
 /// Reads the id of a hand that is known.
@@ -84,7 +85,7 @@ impl Hand {
         match self.grip {
             Grip::Released => 0.0,
             Grip::Firm(i) => push_n / i.stiffness_n_per_m,
-            // where it ends, with its first impedance
+            // at rest, with its first impedance
             Grip::Changing { one, .. } => push_n / one.stiffness_n_per_m,
             Grip::Pad => {
                 let elastic_n = push_n / (1.0 - RELAXING.iter().map(|r| r.0).sum::<f64>());
@@ -102,40 +103,40 @@ impl Hand {
 /// Exponential law of the pad: `F = F0 (exp(x / s) - 1)`.
 const PAD_FORCE_N: f64 = 0.2;
 const PAD_SCALE_M: f64 = 0.5e-3;
-/// Beyond this compression the bone is reached: the law goes on straight [m].
+/// Beyond this compression the bone is reached, and the law continues linearly [m].
 const BONE_M: f64 = 1.5e-3;
-/// A finger pushes no harder, wherever its bone goes [N].
+/// Largest push of a finger, whatever the compression [N].
 const MOST_PAD_N: f64 = 3.0;
 /// Relaxation time constant above which a share of the force counts as creep [s].
 const CREEP_S: f64 = 0.5;
-/// Shares of the force that relax, and in what time [s].
+/// Shares of the force that relax, and their time constants [s].
 const RELAXING: [(f64, f64); 3] = [(0.2, 4e-3), (0.2, 70e-3), (0.3, 1.4)];
 
-/// Slope of the pad where it is on the bone [N/m].
+/// Slope of the pad on the bone [N/m].
 fn bone_n_per_m() -> f64 {
     PAD_FORCE_N / PAD_SCALE_M * (BONE_M / PAD_SCALE_M).exp()
 }
 
-/// Where the hand wants the handle to be, and what it does besides.
+/// The hand's target for the handle, and further actions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aim {
     /// Target [m].
     pub at_m: Vector3<f64>,
     /// Its velocity [m/s].
     pub velocity_m_per_s: Vector3<f64>,
-    /// Push besides [N]: the whole of a released hand.
+    /// Additional push [N]; for a released hand the only one.
     pub push_n: Vector3<f64>,
     /// The hand has let go.
     pub let_go: bool,
-    /// The grip changes no more and creeps no more: a hold that is judged.
+    /// The grip no longer changes or creeps: a hold that is evaluated.
     pub steady: bool,
 }
 
-/// A hand at work.
+/// A hand with its state.
 #[derive(Clone, Copy, Debug)]
 pub struct HandState {
     hand: Hand,
-    /// Out of the tissue: the pad pushes the other way.
+    /// Normal out of the tissue; the pad pushes in the opposite direction.
     normal: Vector3<f64>,
     /// Relaxed parts of the pad's force [N].
     relaxed_n: [f64; RELAXING.len()],
@@ -163,8 +164,7 @@ impl HandState {
         self.impedance(aim, t_s).map_or(0.0, |i| i.mass_kg)
     }
 
-    /// Force on the handle [N] at a place [m] with a velocity [m/s]; `dt_s` passes for what
-    /// relaxes.
+    /// Force on the handle [N] at a place [m] with a velocity [m/s]; relaxation advances by `dt_s`.
     pub fn force_n(
         &mut self,
         aim: &Aim,
@@ -191,10 +191,10 @@ impl HandState {
         aim.push_n - self.normal * (pad_n + closing).max(0.0) + pull(LIGHT, along(apart_m), along(apart_m_per_s))
     }
 
-    /// Force of the pad [N] squeezed by this much.
+    /// Force of the pad [N] at this compression.
     fn pad_n(&mut self, squeezed_m: f64, dt_s: f64, steady: bool) -> f64 {
         let soft_m = squeezed_m.clamp(0.0, BONE_M);
-        // without a squeeze the exponential need not be asked
+        // without compression the exponential is not needed
         let stiffened = if soft_m > 0.0 { (soft_m / PAD_SCALE_M).exp() - 1.0 } else { 0.0 };
         let elastic_n = PAD_FORCE_N * stiffened + (squeezed_m - BONE_M).max(0.0) * bone_n_per_m();
         let elastic_n = elastic_n.min(MOST_PAD_N / (1.0 - RELAXING.iter().map(|r| r.0).sum::<f64>()));

@@ -1,10 +1,10 @@
 //! Devices that are set up wrongly: an axis has the wrong sign, or the readings come in another
-//! unit. [`first_touches`] follows such a device from arming through its first touches and says
-//! what noticed it, when, and what the hand had felt until then.
+//! unit. [`first_touches`] follows such a device from arming through its first touches and returns
+//! what detected it, when, and what the hand had felt by then.
 //!
-//! A sign is that of the motor against its encoder. Seen from the readings it is the force that is
+//! A sign is that of the motor relative to its encoder. In terms of the readings the force is
 //! mirrored, whichever of the two is wired wrongly. A frame in which encoders *and* motors are
-//! mirrored conserves power and shows in nothing that a loop can measure.
+//! mirrored conserves power and has no effect that a loop can measure.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Telemetry};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed};
@@ -19,13 +19,13 @@ use palpate_tissue::scene::TICK_S;
 
 /// Touches of a run.
 pub const TOUCHES: usize = 4;
-/// A touch is followed for so long [ticks]; then the hand goes back at this speed [m/s] and pauses.
+/// Duration of a touch [ticks]; then the hand retreats at this speed [m/s] and pauses.
 const PRESSED_TICKS: u32 = 600;
 const BACK_M_PER_S: f64 = 0.1;
 const PAUSE_TICKS: u32 = 100;
-/// Time constant with which it brakes before it goes back [s].
+/// Time constant with which it brakes before it retreats [s].
 const BRAKE_S: f64 = 0.02;
-/// A hand at rest trembles by so much [m] at so many radians per second.
+/// Tremor of a hand at rest: amplitude [m] and angular frequency [rad/s].
 const TREMOR: (f64, f64) = (80e-6, 56.5);
 
 /// A mistake in the set-up of a device.
@@ -47,7 +47,7 @@ const fn unit(name: &'static str, unit: f32) -> Mistake {
     Mistake { name, sign: [1.0; 3], unit }
 }
 
-/// No mistake, then every one that is tried.
+/// No mistake first, then every mistake that is tried.
 pub const MISTAKES: [Mistake; 10] = [
     mirrored("none", [1.0; 3]),
     mirrored("x mirrored", [-1.0, 1.0, 1.0]),
@@ -66,12 +66,12 @@ pub const MISTAKES: [Mistake; 10] = [
 pub struct FirstTouches {
     /// Fault that ended them.
     pub fault: Option<Fault>,
-    /// The force was taken away, by a fault or for the rest of a contact, so many ticks after it
-    /// first came; zero if it never came.
+    /// Ticks from the first force to its removal, by a fault or for the rest of a contact; zero if
+    /// there was no force.
     pub ended_ticks: Option<u32>,
     /// Strongest force on the hand until then [N].
     pub peak_n: f32,
-    /// Farthest that the handle went until then from where the first force met it [m].
+    /// Largest distance of the handle until then from its position at the first force [m].
     pub way_m: f64,
 }
 
@@ -104,7 +104,7 @@ impl HapticDevice for Mistaken<'_> {
     }
 }
 
-/// Arms, then touches [`TOUCHES`] times; `see` is shown every tick after arming.
+/// Arms, then touches [`TOUCHES`] times; `see` is called for every tick after arming.
 ///
 /// # Errors
 /// Propagates errors from [`Cycle::build`].
@@ -136,7 +136,7 @@ pub fn first_touches(
             return Ok(FirstTouches { fault: telemetry.fault, ended_ticks: Some(0), ..outcome });
         }
     }
-    // since the first force: ticks, and where it met the handle
+    // since the first force: ticks, and the handle's position then
     let mut felt: Option<(u32, Vector3<f64>)> = None;
     for _ in 0..TOUCHES {
         plant.put(start_m);
@@ -171,7 +171,7 @@ pub fn first_touches(
             }
             plant.step(&trajectory.aim(t_s), forced || touches);
         }
-        // the hand takes the probe back, whatever pulls at it
+        // the hand withdraws the probe, whatever pulls at it
         let (from_m, drift_m) = (plant.at_m(), plant.velocity_m_per_s() * BRAKE_S);
         let ticks = ((start_m - from_m).norm() / (BACK_M_PER_S * TICK_S)).ceil() as u32;
         for n in 1..=ticks + PAUSE_TICKS {

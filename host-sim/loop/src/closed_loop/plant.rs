@@ -1,9 +1,9 @@
-//! A device with a hand on it, in double precision and small steps: what the loop drives, and what
-//! it cannot see.
+//! A device with a hand on it, in double precision and small steps: the plant of the loop, with the
+//! quantities that the loop cannot measure.
 //!
 //! The handle is one mass along three axes (or one), with viscous and Coulomb friction, a hard stop
-//! at the workspace, forces held for a tick, late by whole ticks and smoothed by the amplifier;
-//! readings are counted. Energy is that of the force that truly acts, along the true way.
+//! at the workspace, forces held for a tick, delayed by whole ticks and smoothed by the amplifier;
+//! readings are quantised. Energy is the work of the true force along the true displacement.
 
 use palpate::Vector3;
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
@@ -18,13 +18,13 @@ const STEPS: u32 = 50;
 /// Energy at the port between device and hand, contact by contact.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PortEnergy {
-    /// Given to the hand since the touch [J]; negative while the tissue holds some.
+    /// Given to the hand since the touch [J]; negative while the tissue stores energy.
     pub given_j: f64,
-    /// Most of it so far in this contact, at least zero: created [J].
+    /// Largest value of that so far in this contact, at least zero: the created energy [J].
     pub created_j: f64,
     /// Created by the worst contact [J].
     pub worst_j: f64,
-    /// Taken by the tissue on the way in, the most of any contact [J].
+    /// Largest energy that the tissue took in any contact [J].
     pub taken_j: f64,
 }
 
@@ -51,7 +51,7 @@ pub struct Plant {
     /// Handle [m] and its velocity [m/s].
     at_m: Vector3<f64>,
     velocity_m_per_s: Vector3<f64>,
-    /// Forces on their way to the amplifier [N], the oldest first.
+    /// Forces not yet at the amplifier [N], the oldest first.
     line_n: Vec<Vector3<f64>>,
     /// Force of the motors [N].
     acting_n: Vector3<f64>,
@@ -92,7 +92,7 @@ impl Plant {
         self.velocity_m_per_s
     }
 
-    /// Sets the velocity [m/s]: a hand that comes in with a speed.
+    /// Sets the velocity [m/s], for a hand that approaches at a speed.
     pub fn set_velocity_m_per_s(&mut self, velocity_m_per_s: Vector3<f64>) {
         self.velocity_m_per_s = velocity_m_per_s;
     }
@@ -102,7 +102,7 @@ impl Plant {
         (self.at_m, self.velocity_m_per_s) = (at_m, Vector3::zeros());
     }
 
-    /// Returns the device profile, mutable: friction and lag may change under way.
+    /// Returns the device profile, mutable: friction and lag may change during a run.
     pub fn device_mut(&mut self) -> &mut DeviceProfile {
         &mut self.device
     }
@@ -119,13 +119,13 @@ impl Plant {
         self.energy
     }
 
-    /// The handle held still by someone: a reading per tick, no motion.
+    /// The handle is held still: one reading per tick, no motion.
     pub fn rest(&mut self) {
         self.velocity_m_per_s = Vector3::zeros();
     }
 
-    /// One tick. `touched`: the loop is in contact; without, and with no force under way, the
-    /// contact is over.
+    /// One tick. `touched`: the loop is in contact; when it is not, and no force is still to act,
+    /// the contact is over.
     pub fn step(&mut self, aim: &Aim, touched: bool) {
         if !touched && self.line_n.iter().all(|f| *f == Vector3::zeros()) && self.acting_n.norm() < 1e-4 {
             self.energy.leave();
@@ -137,7 +137,7 @@ impl Plant {
         };
         let asked_n = self.line_n.first().copied().unwrap_or_default();
         let workspace_m = [self.limits.workspace_low_m, self.limits.workspace_high_m].map(|corner_m| corner_m.cast());
-        // what a hand weighs changes in few steps, if ever
+        // the mass of a hand changes in few steps, if at all
         let (mut moved_kg, mut per_force, mut friction_m_per_s) = (f64::NAN, 0.0, 0.0);
         for step in 0..STEPS {
             self.acting_n += (asked_n - self.acting_n) * lag;
@@ -164,7 +164,8 @@ impl Plant {
         self.t_s += TICK_S;
     }
 
-    /// The way of a step, ended at the hard stop: the lower and the upper corner of the workspace.
+    /// Displacement of a step, limited by the hard stop at the lower and upper corners of the
+    /// workspace.
     fn stopped(&self, [low_m, high_m]: &[Vector3<f64>; 2], velocity: &mut Vector3<f64>, dt_s: f64) -> Vector3<f64> {
         let mut displacement_m = *velocity * dt_s;
         for axis in 0..3 {
@@ -198,7 +199,7 @@ impl HapticDevice for Plant {
         }
     }
 
-    /// The motors' power is off: nothing that is under way arrives, and no lag holds a force.
+    /// The motors' power is off: delayed forces do not arrive, and no lag holds a force.
     fn release(&mut self) {
         self.line_n.fill(Vector3::zeros());
         self.acting_n = Vector3::zeros();
@@ -249,7 +250,7 @@ mod tests {
             let before = plant.at_m();
             plant.step(&aim(Vector3::zeros()), true);
             let acting = plant.acting_n().z;
-            // one tick of delay, held: the amplifier sees it from the second tick on
+            // one tick of delay, then held: the amplifier receives it from the second tick on
             let seen_s = (f64::from(tick) - 0.0) * 1e-3;
             assert!((acting - (1.0 - (-seen_s / 2e-3_f64).exp())).abs() < 1e-9, "tick {tick}: {acting} N");
             work_j += (plant.at_m() - before).z * acting;

@@ -1,5 +1,5 @@
-//! A scene made ready for a device: how deep it may be pressed, how many substeps answer a tap, how
-//! far the encoder reaches.
+//! A scene prepared for a device: how deep it may be pressed, how many substeps a tap needs, and up
+//! to which stiffness the encoder is fine enough.
 
 use palpate::Params;
 
@@ -15,13 +15,13 @@ use palpate_tissue::session::Session;
 
 /// A press rests at this depth at most [m] ...
 pub const DEPTH_M: f64 = 4e-3;
-/// ... and at this share of the loop's maximum force: saturation is another thing (1).
+/// ... and at this share of the loop's maximum force: saturation is another matter (1).
 pub const FORCE_SHARE: f64 = 0.85;
-/// The guard holds the probe where the static force is this many times the longest (1).
+/// The guard holds the probe where the static force is this many times the largest permitted (1).
 pub const GUARD_SHARE: f64 = 1.09;
 /// No press rests nearer to the surface [m].
 const SHALLOWEST_M: f64 = 0.25e-3;
-/// A drag goes this far aside [m].
+/// Sideways distance of a drag [m].
 const ASIDE_M: f64 = 8e-3;
 
 /// A patch for a device.
@@ -76,7 +76,7 @@ impl Prepared {
     /// Presses rest here instead [m].
     ///
     /// # Errors
-    /// [`Error::Usage`]: deeper than the device's force limit lets it, or hardly touching.
+    /// [`Error::Usage`]: deeper than the device's force limit allows, or hardly touching.
     pub fn press_to(&mut self, depth_m: f64) -> Result<(), Error> {
         if !(SHALLOWEST_M..=self.depth_m).contains(&depth_m) {
             return Err(Error::Usage(format!(
@@ -92,7 +92,7 @@ impl Prepared {
     /// A patch pressed to `deepest_m` at most.
     ///
     /// # Errors
-    /// A workspace too small for the stimuli, or what the core refuses.
+    /// A workspace too small for the stimuli, or parameters that the core refuses.
     pub fn of_patch(patch: Patch, params: &Params, deepest_m: f64, device: &DeviceProfile) -> Result<Self, Error> {
         Self::with(patch, params, deepest_m, device, true)
     }
@@ -122,7 +122,7 @@ impl Prepared {
             true => fidelity::derive(&patch, &one, depth_m)?,
             false => fidelity::as_it_is(&patch, params, depth_m)?,
         };
-        // without a reference the substeps of the session stand
+        // without a reference the substeps of the session are used
         let params = if fidelity.errors.iter().any(|e| e.is_nan()) { *params } else { fidelity.params };
         let curve = static_curve(&patch, &params)?;
         patch.set_depth_limit_m(depth_at_m(&curve, GUARD_SHARE * device.force_limit_n) as f32);
@@ -139,7 +139,7 @@ fn rest(curve: &[(f64, f64)], depth_m: f64) -> (f64, f64) {
 }
 
 /// Stiffness up to which one count of the encoder is not felt [N/m]: its force is hidden by the
-/// friction of the device in both directions, or is weaker, toggling, than what is felt. Above it
+/// device's friction in both directions, or is too weak to be felt when the count toggles. Above it
 /// some depths have no count that balances the hand.
 #[must_use]
 pub fn encoder_ceiling_n_per_m(device: &DeviceProfile) -> f64 {
@@ -149,9 +149,9 @@ pub fn encoder_ceiling_n_per_m(device: &DeviceProfile) -> f64 {
 /// Every stimulus stays within the workspace.
 ///
 /// # Errors
-/// [`Error::Usage`] says by how much not.
+/// [`Error::Usage`] names the excess.
 pub fn fits(device: &DeviceProfile, deepest_m: f64) -> Result<(), Error> {
-    // half as much again: a hand overshoots
+    // half as much more: a hand overshoots
     let least_m = 3.0 * CLEAR_M.max(deepest_m).max(ASIDE_M);
     let sides: &[f64] = if device.axes == 1 { &device.workspace_m[2..] } else { &device.workspace_m };
     match sides.iter().find(|side| **side < least_m) {

@@ -1,4 +1,4 @@
-//! Runs of every hand with every stimulus, and what they promise.
+//! Runs of every hand with every stimulus, and their promises.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ use super::surface::{Wall, with_tissue};
 
 /// Energy that a contact may create [J].
 const CREATED_J: f64 = 0.01e-3;
-/// Force above 50 Hz in a slow press, at most [N], up to a Young's modulus [Pa].
+/// Largest force above 50 Hz in a slow press [N], up to a Young's modulus [Pa].
 const BUZZ: [(f64, f64); 3] = [(3.5e3, 10e-3), (20e3, 25e-3), (100e3, 40e-3)];
 /// Force above 50 Hz in a hold below the encoder's ceiling [N].
 const HOLD_BUZZ_N: f64 = 20e-3;
@@ -84,7 +84,7 @@ pub struct Row {
     pub stimulus: stimulus::Id,
     /// Verdict on anything felt besides the tissue: `quiet`, or what first broke.
     pub verdict: String,
-    /// Swing of the handle in the last half second [um].
+    /// Peak-to-peak motion of the handle in the last half second [um].
     pub swing_um: Option<f64>,
     /// Force above 20 Hz then, RMS [mN].
     pub shake_mn: Option<f64>,
@@ -100,17 +100,17 @@ pub struct Row {
     pub turn_deg: Option<f64>,
     /// Strongest force [N].
     pub peak_n: f64,
-    /// A count toggles for want of one that balances: not the loop's.
+    /// A count toggles because none balances the hand: not a fault of the loop.
     pub count_toggles: bool,
-    /// The contact was long at the force limit, and is felt weaker than it is until it ends.
+    /// The contact was at the force limit for long, and is felt with less force until it ends.
     pub weakened: bool,
 }
 
 impl Row {
     fn of(run: &Run, hand: Hand, stimulus: Stimulus, count_n: Option<f64>) -> Self {
         let cycles = run.hold.is_some_and(|h| h.limit_cycle());
-        // within two counts, not growing, no stronger than one count is there: one count more or
-        // less
+        // within two counts, not growing, and no stronger than one count at this depth: one count
+        // more or less
         let count_toggles = count_n
             .is_some_and(|most_n| run.hold.is_some_and(|h| h.swing_m <= h.most_swing_m && !h.grows && h.shake_n <= most_n));
         let verdict = match (run.fault, run.broken.first()) {
@@ -121,10 +121,10 @@ impl Row {
             (None, None) if cycles => "limit cycle".into(),
             (None, None) => "quiet".into(),
         };
-        // a released hand and one that changes its grip do not press slowly: what shakes then is
-        // theirs
+        // a released hand and one that changes its grip do not press slowly: any shaking is their
+        // own
         let steady = !matches!(hand.grip, Grip::Released | Grip::Changing { .. });
-        // a contact that was long at the force limit is weakened on purpose until it ends
+        // a contact that was at the force limit for long is weakened on purpose until it ends
         let relieved = run.rows.last().is_some_and(|r| r.telemetry.limiters.contains(ClampFlags::GAIN));
         let still = run.hold.filter(|h| h.swing_m <= 1e-9 && !relieved);
         Self {
@@ -144,7 +144,7 @@ impl Row {
         }
     }
 
-    /// Nothing of the loop's is felt.
+    /// Nothing is felt besides the tissue.
     #[must_use]
     pub fn good(&self) -> bool {
         matches!(self.verdict.as_str(), "quiet" | "a count toggles")
@@ -182,11 +182,11 @@ pub struct Report {
 #[must_use]
 pub fn pairs(device: &DeviceProfile, hands: &[Hand], stimuli: &[Stimulus]) -> Vec<(Hand, Stimulus)> {
     let pairs = hands.iter().flat_map(|h| stimuli.iter().map(move |s| (*h, *s)));
-    // a paddle cannot go along the surface: such a run would show a hold
+    // a paddle cannot move along the surface: such a run would be a hold
     pairs.filter(|(_, s)| device.axes > 1 || !s.crosses_edges()).collect()
 }
 
-/// Makes each of these runs by `run`.
+/// Performs each of these runs with `run`.
 ///
 /// # Errors
 /// Its first.
@@ -201,7 +201,7 @@ pub fn rows<E: Send>(
     pairs.par_iter().map(|(hand, stimulus)| Ok(Row::of(&run(*hand, *stimulus)?, *hand, *stimulus, count_n))).collect()
 }
 
-/// The promise that the runs make together.
+/// The promises over all runs.
 #[must_use]
 pub fn report(name: &str, target: &Target, device: &DeviceProfile, runs: Vec<Row>) -> Report {
     let (depth_m, static_n, slope_n_per_m) = target.rest(device);
@@ -258,7 +258,7 @@ impl Report {
         broken
     }
 
-    /// The worst of a number over all runs that measured it.
+    /// The largest value over all runs that measured it.
     #[must_use]
     pub fn most(&self, number: impl Fn(&Row) -> Option<f64>) -> Option<f64> {
         self.runs.iter().filter_map(number).reduce(f64::max)

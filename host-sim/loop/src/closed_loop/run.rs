@@ -1,4 +1,4 @@
-//! One run: arm outside, follow a stimulus, judge.
+//! One run: arm outside, follow a stimulus, evaluate.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Settings, Telemetry};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed};
@@ -13,11 +13,11 @@ use super::surface::Surface;
 use super::verdict::{Hold, largest_turn_deg, rms_above};
 use super::watch::{Broken, Tick, Watch};
 
-/// Ticks for arming and ramping in, before anything is judged.
+/// Ticks for arming and ramp-in, before the evaluation begins.
 pub const ARMING_TICKS: u32 = 700;
-/// Force below which a direction is not judged [N].
+/// Force below which its direction is not evaluated [N].
 const TURN_LEAST_N: f64 = 0.05;
-/// Push of a released hand, at most [N].
+/// Largest push of a released hand [N].
 const RELEASED_PUSH_N: f64 = 0.5;
 
 /// A loop.
@@ -59,23 +59,23 @@ pub struct Row {
 pub struct Run {
     /// One row per tick, from the start of the stimulus.
     pub rows: Vec<Row>,
-    /// The end, where it is a hold.
+    /// The final hold, if there is one.
     pub hold: Option<Hold>,
     /// Energy created by the worst contact, at the true port [J].
     pub created_j: f64,
-    /// Force above 50 Hz while pressing slowly, RMS [N]; where the stimulus is a slow press.
+    /// Force above 50 Hz while pressing slowly, RMS [N], if the stimulus is a slow press.
     pub buzz_n: Option<f64>,
     /// Force above 50 Hz in the hold, RMS [N].
     pub hold_buzz_n: f64,
     /// Force that the controller adds to the model's force at the end, over it (1).
     pub static_error: f64,
-    /// Largest turn of the force in a tick [degrees]; where the stimulus crosses edges.
+    /// Largest rotation of the force in a tick [degrees], if the stimulus crosses edges.
     pub turn_deg: Option<f64>,
     /// Strongest force [N].
     pub peak_n: f64,
     /// Invariants broken, each once.
     pub broken: Vec<Broken>,
-    /// Why it ended, if a fault ended it.
+    /// The fault that ended it, if any.
     pub fault: Option<Fault>,
 }
 
@@ -87,9 +87,9 @@ impl Run {
     }
 }
 
-/// A controller that runs beside the loop's own, is fed the same, and gives the device its force.
+/// A second controller with the inputs of the loop's own, whose force goes to the device.
 pub trait Beside {
-    /// The tissue is to change before the next tick.
+    /// Called if the tissue is to change before the next tick.
     fn change(&mut self, change: Change);
 
     /// Called once per tick with what the loop's own controller read, was asked, reported and
@@ -103,7 +103,7 @@ pub trait Beside {
     ) -> Option<Vector3<f32>>;
 }
 
-/// No controller beside the loop's own: the device gets its force.
+/// No second controller: the device gets the force of the loop's own.
 impl Beside for () {
     fn change(&mut self, _: Change) {}
 
@@ -120,7 +120,7 @@ pub fn run(setup: &Setup, surface: &mut impl Surface) -> Result<Run, BuildError>
     run_beside(setup, surface, &mut ())
 }
 
-/// Runs a loop with another controller beside its own.
+/// Runs a loop with a second controller.
 ///
 /// # Errors
 /// Propagates errors from [`Cycle::build`].
@@ -181,18 +181,18 @@ pub(super) fn trajectory_of(setup: &Setup, surface: &impl Surface) -> Trajectory
     }
 }
 
-/// A loop that is watched.
+/// A loop that is checked in every tick.
 #[derive(Clone, Default)]
 pub(super) struct Watched {
     watch: Watch,
     pub(super) broken: Vec<Broken>,
     ticks: u32,
-    /// The last one that was read: a cycle that fails before reads none.
+    /// The last reading: a cycle that fails earlier takes none.
     reading: Option<Sensed>,
 }
 
 impl Watched {
-    /// Nothing seen yet, of a loop with these settings on this surface.
+    /// Start of the checks, for a loop with these settings on this surface.
     pub(super) fn of(settings: &Settings, device: &DeviceSpec, surface: &impl Surface) -> Self {
         Self { watch: Watch::of(settings, device).over(surface.rest_shape()), ..Self::default() }
     }
@@ -207,7 +207,7 @@ impl Watched {
         self.cycle_beside(cycle, device, surface, command, &mut ())
     }
 
-    /// Runs one watched cycle with another controller beside it.
+    /// Runs one checked cycle with a second controller.
     fn cycle_beside(
         &mut self,
         cycle: &mut Cycle,
@@ -226,7 +226,8 @@ impl Watched {
         }
         self.reading = reading.or(self.reading);
         self.ticks += 1;
-        // reading every node is dear, and what is not finite does not become so again
+        // reading every node is expensive, and a value that is not finite does not become finite
+        // again
         let unsound = if self.ticks.is_multiple_of(16) { surface.unsound() } else { None };
         if let Some(reading) = self.reading
             && let Err(broken) = self.watch.check(&Tick { command, reading, limits, telemetry, got_n, unsound })
@@ -238,7 +239,7 @@ impl Watched {
     }
 }
 
-/// A device whose ports are listened to; what it gets is put off until the tick is over.
+/// A device whose inputs and outputs are recorded; its force is withheld until the tick is over.
 struct Seen<'a, D> {
     device: &'a mut D,
     reading: Option<Sensed>,

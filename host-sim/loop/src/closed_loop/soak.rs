@@ -1,5 +1,5 @@
 //! Hours of normal use: every hand in turn, one motion after the other, on one loop that is never
-//! restarted. Nothing may trip, and the tissue must come back to where it was.
+//! restarted. No fault may occur, and the tissue must return to its rest shape.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Settings};
 use palpate::haptic::mode::Mode;
@@ -28,10 +28,10 @@ const USES: [(&str, f64); 9] = [
     ("S10", 4.0),
     ("S2", 4.0),
 ];
-/// Way out after each, and rest outside [s].
+/// Duration of the retreat after each, and of the rest outside [s].
 const OUT_S: f64 = 0.8;
 const REST_S: f64 = 1.0;
-/// Speed on the way out [m/s].
+/// Speed of the retreat [m/s].
 const OUT_M_PER_S: f64 = 0.05;
 
 /// Result of a soak run.
@@ -41,13 +41,13 @@ pub struct Soak {
     pub ticks: u64,
     /// Touches.
     pub uses: u64,
-    /// Faults: hand, use, which.
+    /// Faults: hand, use, fault.
     pub trips: Vec<(&'static str, &'static str, Fault)>,
     /// Invariants broken.
     pub broken: Vec<Broken>,
-    /// Farthest that a node at rest was from its first place [m].
+    /// Largest distance of a node at rest from its first position [m].
     pub drift_m: f32,
-    /// Most numbers in the tissue's state that were denormal, after any rest.
+    /// Largest number of denormal values in the tissue's state after any rest.
     pub denormals: usize,
     /// Strongest force [N].
     pub peak_n: f32,
@@ -100,7 +100,7 @@ impl<S: Surface> Loop<'_, S> {
         telemetry.output.depth_m > 0.0 || telemetry.applied_n != Vector3::zeros()
     }
 
-    /// Returns the device in another hand, its readings numbered on.
+    /// Returns the device in another hand, with continuing sequence numbers.
     fn held(&self, plant: Plant) -> Faulty<Plant> {
         let site = self.surface.site();
         let random = SplitMix64::seed_from_u64(0);
@@ -142,10 +142,10 @@ fn on<S: Surface>(
             let touched = held.tick(&mut device, None);
             device.device().step(&trajectory.aim(f64::from(n) * 1e-3), touched);
         }
-        // lifted out by a light finger, and put away
+        // lifted out by a light finger, then released
         let from_m = device.device().at_m();
         let mut device = held.held(plant(HANDS[1], from_m));
-        // a device that was let go may have flown further: then it stays there
+        // a released device may have moved further: then it stays there
         let out_m = (CLEAR_M - (from_m - site.at_m).dot(&site.normal)).max(0.0);
         for n in 0..(1e3 * (OUT_S + REST_S)) as u32 {
             let touched = held.tick(&mut device, None);
@@ -156,7 +156,7 @@ fn on<S: Surface>(
         }
         held.seen.uses += 1;
         if let Mode::Fault = held.cycle.mode() {
-            // reported once, then on with another arming
+            // reported once, then armed again
             let fault = held.trip(&mut device);
             held.seen.trips.extend(fault.map(|f| (hand.id, id, f)));
             let at_m = device.device().at_m();
@@ -186,7 +186,7 @@ impl<S: Surface> Loop<'_, S> {
     }
 }
 
-/// From wherever it is to a force, outside.
+/// Arms outside, from any state.
 fn arm<S: Surface>(held: &mut Loop<'_, S>, plant: Plant) {
     let mut device = held.held(plant);
     for n in 0..ARMING_TICKS as usize {

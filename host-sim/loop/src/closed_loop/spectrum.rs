@@ -2,11 +2,11 @@
 
 use nalgebra::Complex;
 
-/// Samples of a segment; half a second overlaps.
+/// Samples of a segment; segments overlap by half a second.
 const SEGMENT: usize = 1024;
 
 /// Amplitude spectral density by Welch's method, Hann window, at 1 kHz: (frequency [Hz], density
-/// [N/sqrt(Hz)]), constant part left out. Empty for a record shorter than a segment.
+/// [N/sqrt(Hz)]), without the constant part. Empty for a record shorter than a segment.
 #[must_use]
 pub fn density(force_n: &[f64]) -> Vec<(f64, f64)> {
     let window: Vec<f64> = (0..SEGMENT).map(|n| 0.5 - 0.5 * (std::f64::consts::TAU * n as f64 / SEGMENT as f64).cos()).collect();

@@ -6,22 +6,22 @@ use serde::{Deserialize, Deserializer};
 
 use super::hand::Aim;
 
-/// Where every trajectory begins and where the loop arms, outside the tissue [m].
+/// Height at which every trajectory begins and the loop arms, outside the tissue [m].
 pub const CLEAR_M: f64 = 5e-3;
-/// A hold that is judged at the end of a trajectory [s].
+/// Duration of the hold that is evaluated at the end of a trajectory [s].
 pub const HOLD_S: f64 = 2.0;
 /// Time for a press to settle [s].
 const SETTLE_S: f64 = 0.75;
-/// No hand holds longer than this without moving [s]: then it trembles by so much [m] at so many
-/// hertz, and its force drifts by this share (1) at that frequency [Hz].
+/// Longest time for which a hand holds without moving [s]; then the amplitude [m] and frequency
+/// [Hz] of its tremor, and the share (1) and frequency [Hz] of its force drift.
 const STILL_S: f64 = 3.0;
 const TREMOR: (f64, f64) = (0.1e-3, 9.0);
 const DRIFT: (f64, f64) = (0.08, 0.2);
 
-/// Stiffness or far field change so many times at so many seconds after the press [s] ...
+/// Factors by which stiffness or far field change, and the times after the press [s] ...
 const CHANGES: [(f64, f64); 3] = [(0.0, 2.0), (1.7, 0.5), (2.4, 1.0)];
-/// ... and meanwhile the hand leaves the tissue twice, from and to [s]: what stiffens waits for
-/// that, what softens does not.
+/// ... and meanwhile the hand leaves the tissue twice, from and to [s]: stiffening waits for that,
+/// softening does not.
 const LEAVES_S: [[f64; 2]; 2] = [[0.2, 1.4], [2.6, 3.8]];
 
 /// Something that happens to the tissue.
@@ -29,15 +29,15 @@ const LEAVES_S: [[f64; 2]; 2] = [[0.2, 1.4], [2.6, 3.8]];
 pub enum Change {
     /// Its stiffness becomes this many times the first one.
     Stiffness(f64),
-    /// Another organ lies behind the patch: its far field becomes this many times as stiff. A
-    /// tissue without a far field becomes itself so.
+    /// Another organ lies behind the patch: its far field becomes this many times as stiff. Without
+    /// a far field the tissue itself becomes so much stiffer.
     FarField(f64),
 }
 
 /// A stimulus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stimulus {
-    /// S1 .. S12, the speed of a tap behind a dash.
+    /// S1 .. S12, with the speed of a tap after a dash.
     pub id: &'static str,
     /// Name of the stimulus, such as `slow press`.
     pub name: &'static str,
@@ -79,7 +79,8 @@ pub const STIMULI: [Stimulus; 15] = [
     Stimulus { id: "S12", name: "organ swapped", kind: Kind::Swap },
 ];
 
-/// Id of a stimulus that is known. By this name: serde takes `&'static str` for a text to borrow.
+/// Id of a stimulus that is known. Looked up by name: serde would borrow a `&'static str` from the
+/// text.
 pub type Id = &'static str;
 
 /// Reads the id of a stimulus that is known.
@@ -104,13 +105,13 @@ impl Stimulus {
         Self { id: "S1", name: "tap", kind: Kind::Tap { m_per_s } }
     }
 
-    /// A hold of this time, and the steady end of every trajectory [s].
+    /// A hold of this duration, which also ends every trajectory [s].
     #[must_use]
     pub fn hold(s: f64) -> Self {
         Self { id: "S4", name: "hold", kind: Kind::Hold { s } }
     }
 
-    /// Returns the stimulus, no longer than a few seconds: a hold of three.
+    /// Returns the stimulus shortened to a few seconds: a hold lasts three.
     #[must_use]
     pub fn short(self) -> Self {
         match self.kind {
@@ -125,26 +126,26 @@ impl Stimulus {
         self.kind != Kind::Release
     }
 
-    /// Whether it presses slowly, so that what shakes is the loop's own.
+    /// Whether it presses slowly, so that any shaking comes from the loop.
     #[must_use]
     pub fn is_slow_press(&self) -> bool {
         self.kind == Kind::SlowPress
     }
 
-    /// Whether it changes what lies behind the patch.
+    /// Whether it changes the tissue behind the patch.
     #[must_use]
     pub fn swaps_the_far_field(&self) -> bool {
         self.kind == Kind::Swap
     }
 
-    /// Whether it goes over the edges of elements, where the direction of the force must not jump.
+    /// Whether it crosses the edges of elements, where the direction of the force must not jump.
     #[must_use]
     pub fn crosses_edges(&self) -> bool {
         matches!(self.kind, Kind::Drag | Kind::Crossing)
     }
 }
 
-/// Where the press goes, in the frame of the site.
+/// Site and directions of the press.
 #[derive(Clone, Copy, Debug)]
 pub struct Site {
     /// On the rest surface [m].
@@ -164,7 +165,7 @@ impl Site {
         Self { at_m, normal, along }
     }
 
-    /// Along the surface, square to `along`.
+    /// Along the surface, perpendicular to `along`.
     #[must_use]
     pub fn across(&self) -> Vector3<f64> {
         self.normal.cross(&self.along)
@@ -184,16 +185,16 @@ pub struct Trajectory {
     pub stimulus: Stimulus,
     /// Place of the touch.
     pub site: Site,
-    /// Depth that a press rests at [m].
+    /// Depth at which a press rests [m].
     pub depth_m: f64,
     /// How much deeper the hand's target is then [m].
     pub reach_m: f64,
-    /// Push of a released hand then [N]; zero for every other.
+    /// Push of a released hand then [N]; zero for the others.
     pub push_n: f64,
 }
 
 impl Trajectory {
-    /// How long it takes [s]; its last [`HOLD_S`] are steady.
+    /// Duration [s]; the last [`HOLD_S`] are steady.
     #[must_use]
     pub fn seconds(&self) -> f64 {
         let displacement_m = CLEAR_M + self.depth_m + self.reach_m;
@@ -211,7 +212,7 @@ impl Trajectory {
         own + HOLD_S
     }
 
-    /// Speed with which the handle comes in [m/s].
+    /// Approach speed of the handle [m/s].
     #[must_use]
     pub fn entry_m_per_s(&self) -> f64 {
         match self.stimulus.kind {
@@ -247,7 +248,7 @@ impl Trajectory {
     fn push_share(&self, t_s: f64) -> f64 {
         match self.stimulus.kind {
             Kind::Sine => 1.0 - self.sine(t_s) * 0.5,
-            // a pull, or the device's friction would leave the handle where it is
+            // a pull, since the device's friction would otherwise hold the handle in place
             Kind::Stiffness | Kind::Swap => 1.0 - self.left(t_s) * 1.3,
             _ => 1.0,
         }
@@ -258,14 +259,14 @@ impl Trajectory {
         (CLEAR_M + self.depth_m + self.reach_m) / m_per_s
     }
 
-    /// Depth of a press at a speed [m], the reach left out.
+    /// Depth of a press at a speed [m], without the reach.
     fn pressed_m(&self, t_s: f64, m_per_s: f64) -> f64 {
         let deep = self.depth_m + self.reach_m;
         let depth_m = (m_per_s * t_s - CLEAR_M).min(deep);
         if depth_m > 0.0 { depth_m * self.depth_m / deep } else { depth_m }
     }
 
-    /// From 0 over 1 and back, faster and faster from 0.5 to 20 Hz over 4 s once pressed; 0 before
+    /// From 0 to 1 and back, at rising frequency from 0.5 to 20 Hz over 4 s once pressed; 0 before
     /// and after.
     fn sine(&self, t_s: f64) -> f64 {
         let s = t_s - self.press_s(0.05) - SETTLE_S;
@@ -317,7 +318,7 @@ impl Trajectory {
             }
             Kind::Hold { s } => {
                 let held_s = t_s - self.press_s(0.05);
-                // not in the steady end, which is judged
+                // not in the steady end, which is evaluated
                 let on = ((held_s - STILL_S) / 0.5).min((s - held_s) / 0.5).clamp(0.0, 1.0);
                 let turns = std::f64::consts::TAU * (held_s - STILL_S);
                 let drift_m = DRIFT.0 * self.reach_m * (DRIFT.1 * turns).sin();
@@ -359,7 +360,8 @@ fn zigzag(s: f64, m_per_s: f64, half_m: f64) -> f64 {
     }
 }
 
-/// Smooth noise between about -1 and 1 with nothing above 8 Hz, the same for a seed every time.
+/// Smooth noise between about -1 and 1 with nothing above 8 Hz, the same every time for a given
+/// seed.
 fn noise(s: f64, seed: u32) -> f64 {
     let tones = 8;
     let of = |n: u32| {

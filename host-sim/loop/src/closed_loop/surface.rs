@@ -15,7 +15,7 @@ use super::stimulus::{Change, Site};
 use super::watch::{HalfSpace, RestShape, RestSolid};
 use palpate_tissue::patch::{Memory, Patch};
 
-/// Something that answers, lies somewhere, and may change.
+/// A surface with a force, a position, and changes.
 pub trait Surface: Renderer {
     /// Where it is pressed.
     fn site(&self) -> Site;
@@ -23,29 +23,28 @@ pub trait Surface: Renderer {
     /// Its geometry at rest, for the watch.
     fn rest_shape(&self) -> Arc<dyn RestShape>;
 
-    /// Asks for a change. What softens comes at once; what stiffens waits until [`Surface::settle`]
-    /// is told that nothing touches: stiffened under the probe, it would give energy that nobody
-    /// brought.
+    /// Requests a change. Softening applies at once; stiffening waits until [`Surface::settle`]
+    /// reports no contact, since under the probe it would create energy.
     fn change(&mut self, change: Change);
 
     /// A tick has ended, in contact or not.
     fn settle(&mut self, in_contact: bool);
 
     /// Puts one node, or all of them, at a place [m, every axis] or gives them a speed [m/s, every
-    /// axis]; what has no nodes stays as it is.
+    /// axis]; a surface without nodes is unchanged.
     fn strike(&mut self, _at_m: Option<f32>, _speed_m_per_s: Option<f32>, _all: bool) {}
 
-    /// Returns the defect of its state, if any: not finite, or far from where it can be.
+    /// Returns the defect of its state, if any: not finite, or impossibly far away.
     fn unsound(&self) -> Option<&'static str> {
         None
     }
 }
 
-/// A spring below a plane: the simplest thing that can go wrong.
+/// A spring below a plane: the simplest surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Wall {
     n_per_m: f32,
-    /// Deepest that it is asked, as a patch's guard has it [m].
+    /// Largest depth that it answers, as with a patch's guard [m].
     depth_limit_m: f32,
     ratio: f32,
     wanted: f32,
@@ -53,8 +52,8 @@ pub struct Wall {
 }
 
 impl Wall {
-    /// Stiffness [N/m], below the plane through the origin with this outward normal. Its guard is a
-    /// patch's: no deeper than where the force is 1.09 times the longest one.
+    /// Stiffness [N/m], below the plane through the origin with this outward normal. Its guard is
+    /// that of a patch: no deeper than where the force is 1.09 times the largest permitted.
     #[must_use]
     pub fn new(n_per_m: f64, max_force_n: f64, normal: Vector3<f32>) -> Self {
         let depth_limit_m = (1.09 * max_force_n / n_per_m) as f32;
@@ -145,7 +144,7 @@ pub fn with_tissue<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut Tis
     let mut memories: Vec<Memory> = models.iter().map(Memory::for_model).collect();
     let (mut variants, mut states) = (Vec::new(), Vec::new());
     for ((variant, model), memory) in VARIANTS.iter().zip(&models).zip(&mut memories) {
-        // without a far field, another organ is a tissue of another stiffness
+        // without a far field, another organ means tissue of another stiffness
         let stiffness = if model.rim_nodes.is_empty() { variant.stiffness * variant.far_field } else { variant.stiffness };
         let params = Params { youngs_modulus_pa: params.youngs_modulus_pa * stiffness as f32, ..*params };
         let (tuned, state) = memory.start(model, &params)?;
@@ -267,7 +266,7 @@ pub fn static_curve(patch: &Patch, params: &Params) -> Result<Vec<(f64, f64)>, B
     let mut curve = vec![(0.0, 0.0)];
     for n in 1..=steps {
         let depth_m = step_m * f32::from(n);
-        // half of the time on the way, half at rest
+        // half of the time moving, half at rest
         for k in 1..=ticks {
             press(depth_m - step_m * (1.0 - (f32::from(k) / f32::from(ticks / 2_u16)).min(1.0)));
         }

@@ -9,7 +9,7 @@ use palpate_tissue::output::OutputFolder;
 /// same one; depth and force on the device have single precision.
 ///
 /// # Errors
-/// A folder that cannot be written.
+/// The folder cannot be written.
 pub fn write(folder: &OutputFolder, run: &Run, site: &Site) -> Result<(), Error> {
     let header = [
         "t_s",

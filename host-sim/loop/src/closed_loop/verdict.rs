@@ -1,17 +1,17 @@
-//! Whether a hand would feel anything but the tissue: the frozen limit-cycle detector, buzz,
-//! energy, what the controller adds.
+//! Decides whether a hand would feel anything besides the tissue: the limit-cycle detector, whose
+//! thresholds are fixed, buzz, energy, and the force that the controller adds.
 //!
-//! A hold *fails* if in its last half second the handle swings by more than two counts (5 um at
-//! least), or the force above 20 Hz is stronger than 20 mN RMS, or the swing grows over three
-//! windows of 100 ms, one after the other. 20 mN is two thirds of the one detection threshold found
+//! A hold *fails* if in its last half second the handle moves by more than two counts peak to peak
+//! (5 um at least), or the force above 20 Hz is stronger than 20 mN RMS, or that motion grows over
+//! three successive windows of 100 ms. 20 mN is two thirds of the only detection threshold found
 //! for such devices (30 mN, Dosher and Hannaford, bare finger, slow exploration).
 
 use palpate::Vector3;
 
-/// Ticks of the hold that are judged.
+/// Ticks of the hold that are evaluated.
 pub const JUDGED: usize = 500;
 const WINDOW: usize = 100;
-/// Force above 20 Hz that is felt [N].
+/// Force above 20 Hz that counts as felt [N].
 pub const FELT_N: f64 = 0.020;
 /// Least swing that counts [m].
 const LEAST_SWING_M: f64 = 5e-6;
@@ -21,7 +21,7 @@ const LEAST_SWING_M: f64 = 5e-6;
 pub struct Hold {
     /// Peak to peak of the handle, largest of the axes [m].
     pub swing_m: f64,
-    /// RMS of the force above 20 Hz, of the vector [N].
+    /// RMS of the force vector above 20 Hz [N].
     pub shake_n: f64,
     /// The swing grew over three windows in a row.
     pub grows: bool,
@@ -30,8 +30,8 @@ pub struct Hold {
 }
 
 impl Hold {
-    /// Judges the end of a run: positions of the handle [m] and forces on it [N], one per tick, and
-    /// the encoder's count [m].
+    /// Evaluates the end of a run: positions of the handle [m] and forces on it [N], one per tick,
+    /// and the encoder's count [m].
     #[must_use]
     pub fn judge(at_m: &[Vector3<f64>], force_n: &[Vector3<f64>], count_m: f64) -> Self {
         let last = at_m.len().saturating_sub(JUDGED);
@@ -50,7 +50,7 @@ impl Hold {
     /// It fails.
     #[must_use]
     pub fn limit_cycle(&self) -> bool {
-        // written so that not-a-number fails
+        // written so that NaN fails
         !(self.swing_m <= self.most_swing_m && self.shake_n <= FELT_N) || self.grows
     }
 }
@@ -62,7 +62,7 @@ fn swing_m(at_m: &[Vector3<f64>]) -> f64 {
 }
 
 /// RMS of a force above a frequency [N], from a tick on; a Butterworth high-pass of fourth order
-/// that has seen all before.
+/// that starts with the first sample.
 #[must_use]
 pub fn rms_above(force_n: &[Vector3<f64>], hz: f64, from: usize) -> f64 {
     let Some(first) = force_n.first() else { return 0.0 };
@@ -71,7 +71,7 @@ pub fn rms_above(force_n: &[Vector3<f64>], hz: f64, from: usize) -> f64 {
     }
     let mut square = 0.0;
     for axis in 0..3 {
-        // a step at the start would ring: it begins at rest at its first value
+        // a step at the start would ring: the filter begins settled at the first value
         let mut stages = [HighPass::new(hz, 0.541_196_1), HighPass::new(hz, 1.306_563)];
         for (n, force) in force_n.iter().enumerate() {
             let y = stages.iter_mut().fold(force[axis] - first[axis], |x, stage| stage.next(x));
@@ -105,7 +105,7 @@ impl HighPass {
     }
 }
 
-/// Largest turn of a force from tick to tick [degrees], where it is stronger than `least_n`.
+/// Largest rotation of a force from tick to tick [degrees], while it is stronger than `least_n`.
 #[must_use]
 pub fn largest_turn_deg(force_n: &[Vector3<f64>], least_n: f64) -> f64 {
     let turn = |w: &[Vector3<f64>]| if w[0].norm().min(w[1].norm()) > least_n { w[0].angle(&w[1]).to_degrees() } else { 0.0 };

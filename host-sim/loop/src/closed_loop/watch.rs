@@ -1,15 +1,15 @@
-//! The invariants of the loop, judged from outside in every tick: from what went in, what it
-//! reported and what the device got.
+//! The invariants of the loop, checked from outside in every tick: from its inputs, its reports and
+//! the force on the device.
 //!
 //! I1 the force is finite and no longer than the limit; I2 it grows no faster than the slew and
 //! keeps its direction; I3 no force without a mode that allows it, in `SafeRamp` only a falling
 //! one, after arming a rising share, after a late tick at most half; I4 a fault stays until it is
 //! cleared, after good poses; I5 the tissue's state is finite and near its patch; I7 nothing old is
 //! rendered; I8 limits only go down; I9 the reported force is the one applied; I10 ticks count up
-//! by one; I11 energy is that of the force that acted, and what a contact made too much of fades
-//! it. I6, no allocation and no panic, is proven on the image, not watched. I12 to I14 take contact
-//! from the sensed tip and geometry at rest, never from the renderer: no force without contact,
-//! none into the tissue, none that turns round from tick to tick at rest.
+//! by one; I11 energy is that of the force that acted, and a contact that created too much is faded
+//! out. I6, no allocation and no panic, is proven on the image and not checked here. I12 to I14
+//! determine contact from the sensed tip and geometry at rest, never from the renderer: no force
+//! without contact, none into the tissue, none that alternates from tick to tick at rest.
 
 mod box_tree;
 mod by_geometry;
@@ -28,7 +28,7 @@ use std::sync::Arc;
 /// Rounding of a force of a few newtons [N].
 const ROUNDING_N: f32 = 2e-6;
 
-/// Everything at the loop's borders in one tick.
+/// All inputs and outputs of the loop in one tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Tick {
     /// Command from the host.
@@ -62,7 +62,7 @@ pub struct Broken {
     pub what: &'static str,
 }
 
-/// Judges tick after tick.
+/// Checks tick by tick.
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
     /// The last three ticks, newest first.
@@ -70,7 +70,7 @@ pub struct Watch {
     silent: u32,
     old: u32,
     arming: u32,
-    /// Readings in a row, while in fault, that nothing is wrong with.
+    /// Good readings in a row during a fault.
     good: u32,
     /// Ticks without contact since the last arming.
     free: u32,
@@ -79,12 +79,13 @@ pub struct Watch {
     /// Ticks in a row over the energy alarm.
     alarmed: i32,
     settled: Option<Settled>,
-    /// Where each axis is in the play of the energy's way [m]; unknown after a fault.
+    /// Position of each axis in the backlash of the energy's displacement [m]; unknown after a
+    /// fault.
     slack_m: [Slack; 3],
     by_geometry: Option<ByGeometry>,
 }
 
-/// Place in a play, once it is known.
+/// Position in a backlash, once it is known.
 #[derive(Clone, Copy, Debug)]
 struct Slack(Option<f32>);
 
@@ -95,10 +96,11 @@ impl Default for Slack {
 }
 
 impl Slack {
-    /// Returns the part of a way left behind the play; `None` while the place is unknown.
+    /// Returns the part of a displacement behind the backlash; `None` while the position is
+    /// unknown.
     fn pass(&mut self, displacement_m: f32, play_m: f32) -> Option<f32> {
         let Some(at_m) = self.0 else {
-            // a way longer than the play ends at its border, wherever it began
+            // a displacement longer than the backlash ends at its border, wherever it began
             self.0 = if displacement_m > play_m { Some(play_m) } else { (displacement_m < -play_m).then_some(0.0) };
             return None;
         };
@@ -108,7 +110,7 @@ impl Slack {
     }
 }
 
-/// Parameters of the watched loop.
+/// Parameters of the checked loop.
 #[derive(Clone, Copy, Debug)]
 struct Settled {
     delay_ticks: usize,
@@ -131,7 +133,7 @@ fn allows_force(mode: Mode) -> bool {
 }
 
 impl Watch {
-    /// Judges ramp-in and energy too, of a loop with these settings.
+    /// Also checks ramp-in and energy, for a loop with these settings.
     #[must_use]
     pub fn of(settings: &Settings, device: &DeviceSpec) -> Self {
         let settled = Settled {
@@ -143,13 +145,13 @@ impl Watch {
         Self { settled: Some(settled), ..Self::default() }
     }
 
-    /// Judges force by the geometry of what is touched, too.
+    /// Also checks the force against the geometry of the surface.
     #[must_use]
     pub fn over(self, shape: Arc<dyn RestShape>) -> Self {
         Self { by_geometry: Some(ByGeometry::over(shape)), ..self }
     }
 
-    /// Extremes seen by the geometric watch so far; zeros without a shape.
+    /// Extremes found by the geometric check so far; zeros without a shape.
     #[must_use]
     pub fn seen(&self) -> Seen {
         self.by_geometry.as_ref().map(ByGeometry::seen).unwrap_or_default()
@@ -202,7 +204,7 @@ impl Watch {
             "free space",
             telemetry.output.depth_m > 0.0 || telemetry.output.force_n != Vector3::zeros() || length_n == 0.0,
         )?;
-        // on a flank friction alone may point inward; without it what the model pushes never pulls
+        // on a flank only friction may point inward; without it the model never pulls
         let pushes = telemetry.output.force_n.dot(&telemetry.output.normal) >= 0.0;
         hold("I1", "pull", !pushes || force_n.dot(&telemetry.output.normal) >= -telemetry.output.grip_n - ROUNDING_N)?;
         if !telemetry.limiters.contains(ClampFlags::SLEW) && length_n > 1e-3 {
@@ -237,7 +239,7 @@ impl Watch {
         let hold = |id, what, holds: bool| if holds { Ok(()) } else { Err(Broken { id, what }) };
         let (telemetry, force_n, last_n) = (&now.telemetry, now.force_n(), before.force_n());
 
-        // some share of the last force, and at most the slew more
+        // some share of the last force, plus at most the slew
         let square = last_n.norm_squared();
         let share = if square > 0.0 { (force_n.dot(&last_n) / square).clamp(0.0, 1.0) } else { 0.0 };
         hold("I2", "slew", (force_n - last_n * share).norm() <= now.limits.max_slew_n_per_s * 1e-3 + 10.0 * ROUNDING_N)?;
@@ -279,7 +281,7 @@ impl Watch {
         Ok(())
     }
 
-    /// The work of the force that acted is what the loop counted.
+    /// The loop's energy account equals the work of the force that acted.
     fn energy(&mut self, now: &Tick, before: &Tick) -> Result<(), Broken> {
         let Some(settled) = self.settled else { return Ok(()) };
         if now.telemetry.fault.is_some() || before.telemetry.fault.is_some() {

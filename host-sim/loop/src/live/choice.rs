@@ -1,4 +1,4 @@
-//! Tissue to press: a scene, and what the sliders change of it.
+//! Tissue to press: a scene, and the changes made with the sliders.
 
 use palpate::Vector3;
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ pub const SIZES: [usize; 4] = [130, 230, 410, 1020];
 /// A stiffer ball.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Nodule {
-    /// Its centre: place on the surface, and depth below it [m].
+    /// Its centre: position on the surface, and depth below it [m].
     pub place_m: [f64; 2],
     /// Depth of the centre [m].
     pub depth_m: f64,
@@ -26,7 +26,7 @@ pub struct Nodule {
 }
 
 impl Nodule {
-    /// As a scene has it, in a block whose top is at z = 0.
+    /// As an inclusion of a scene, in a block whose top is at z = 0.
     #[must_use]
     pub fn inclusion(&self) -> Inclusion {
         let [x, y] = self.place_m;
@@ -37,7 +37,7 @@ impl Nodule {
 /// Scene to press, and the changes to it.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Choice {
-    /// A preset's name, or what `text` is called.
+    /// A preset's name, or the name of `text`.
     pub scene: String,
     /// Text of a scene file; empty for a preset.
     pub text: String,
@@ -52,7 +52,7 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// A preset as it is.
+    /// An unchanged preset.
     #[must_use]
     pub fn preset(name: &str) -> Self {
         Self {
@@ -68,7 +68,7 @@ impl Choice {
     /// The scene with every change in it, checked.
     ///
     /// # Errors
-    /// The first thing wrong with it, by its place.
+    /// The first error in it, by its position.
     pub fn scene(&self) -> Result<Scene, Error> {
         let mut scene = if self.text.is_empty() { Scene::load(&self.scene)? } else { Scene::parse(&self.scene, &self.text)? };
         let tissue = &mut scene.tissue;
@@ -84,7 +84,7 @@ impl Choice {
         Ok(scene)
     }
 
-    /// Returns whether both choices are equal but for what [`LiveTissue::retune`] changes.
+    /// Returns whether both choices are equal except for what [`LiveTissue::retune`] can change.
     #[must_use]
     pub fn same_patch(&self, other: &Self) -> bool {
         let bare = |c: &Self| Self { youngs_modulus_pa: None, node_damping_per_s: None, ..c.clone() };

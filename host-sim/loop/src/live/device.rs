@@ -1,4 +1,4 @@
-//! Port that the tip is fixed to: the pointer itself, or an emulated hand on an emulated device
+//! Device that the tip is fixed to: the pointer itself, or an emulated hand on an emulated device
 //! that follows it.
 
 use palpate::Vector3;
@@ -10,14 +10,14 @@ use crate::closed_loop::hand::{Aim, Hand};
 use crate::closed_loop::plant::Plant;
 use palpate_tissue::error::Error;
 
-/// Maximum force with the pointer as probe [N]: nobody feels it, and the curve should not end
-/// early.
+/// Maximum force with the pointer as probe [N]: high, since nobody feels it and the curve should
+/// not be cut off.
 pub const POINTER_FORCE_N: f32 = 12.0;
 
 /// Device and hand that hold the probe.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Holding {
-    /// Device profile by name; `None`: the tip is where the pointer is.
+    /// Device profile by name; `None`: the tip is at the pointer.
     pub device: Option<String>,
     /// Hand by its id, H1 .. H6.
     pub hand: String,
@@ -26,7 +26,7 @@ pub struct Holding {
 }
 
 impl Default for Holding {
-    /// The pointer; a firm fingertip once a device is taken.
+    /// The pointer; a firm fingertip once a device is chosen.
     fn default() -> Self {
         Self { device: None, hand: "H2".into(), delay_ticks: None }
     }

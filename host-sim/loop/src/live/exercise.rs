@@ -1,9 +1,9 @@
 //! Find the nodule: a stiffer ball somewhere under the surface, found by pressing, scored by
 //! equation (14) of paper 004.
 //!
-//! The paper's three physicians mark from 0 to 10; here three measured things take their places and
-//! their weights: how near the answer is (0.45, the chief's), how gently it was found (0.35), how
-//! soon (0.20).
+//! The paper's three physicians mark from 0 to 10; here three measurements take their places and
+//! their weights: the distance of the answer (0.45, the chief's weight), the strongest press (0.35)
+//! and the time (0.20).
 
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -17,26 +17,28 @@ const FULL_MARK: f64 = 10.0;
 const WEIGHTS: [f64; 3] = [0.45, 0.35, 0.20];
 /// The nodule lies within this distance of the middle, where the patch's mesh is fine [m].
 const REACH_M: f64 = 14e-3;
-/// Answers this near get the full mark, this far none [m]; one beside the nodule gets none either.
+/// Distances of an answer for the full mark and for no mark [m]; an answer beside the nodule gets
+/// none either.
 const NEAR_M: [f64; 2] = [3e-3, 9e-3];
-/// Strongest presses this weak get the full mark, this strong none [N].
+/// Strongest presses for the full mark and for no mark [N].
 const GENTLE_N: [f64; 2] = [0.4, 1.5];
-/// Times this short get the full mark, this long none [s].
+/// Times for the full mark and for no mark [s].
 const SOON_S: [f64; 2] = [20.0, 120.0];
 
-/// An exercise under way.
+/// A running exercise.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Exercise {
     /// Nodule to be found.
     pub hidden: Nodule,
 }
 
-/// How it ended.
+/// Result of the exercise.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Found {
     /// From the answer to the nodule, along the surface [m].
     pub apart_m: f64,
-    /// The answer lies over the nodule. The other marks alone would pass for half of the score.
+    /// The answer lies over the nodule. Without this rule the other marks alone would give half of
+    /// the score.
     pub found: bool,
     /// Strongest press [N].
     pub peak_n: f64,
@@ -49,7 +51,7 @@ pub struct Found {
 }
 
 impl Exercise {
-    /// Hides a nodule; every seed hides it somewhere else.
+    /// Hides a nodule; every seed gives another place.
     #[must_use]
     pub fn hide(seed: u64) -> Self {
         let mut random = SplitMix64::seed_from_u64(seed);

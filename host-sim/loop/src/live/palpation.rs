@@ -1,4 +1,4 @@
-//! A loop that lives: tissue, device, cycle, and the trace of what went in and came out.
+//! A running loop: tissue, device, cycle, and the trace of its inputs and outputs.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Settings, Telemetry};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed};
@@ -14,12 +14,12 @@ use crate::closed_loop::watch::{Broken, Tick, Watch};
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::TICK_S;
 
-/// A pointer comes in jumps of a frame; the hand follows with this time constant [s] ...
+/// A pointer moves in jumps of a frame; the hand follows with this time constant [s] ...
 const FOLLOW_S: f64 = 8e-3;
 /// ... and no faster [m/s].
 const FASTEST_M_PER_S: f64 = 0.5;
 
-/// The way of a tick towards a target that is this far away [m]; none to one that is not finite.
+/// Displacement in a tick towards a target at this distance [m]; none if it is not finite.
 fn followed(apart_m: Vector3<f64>) -> Vector3<f64> {
     let displacement_m = apart_m * (TICK_S / FOLLOW_S);
     let (length_m, most_m) = (displacement_m.norm(), FASTEST_M_PER_S * TICK_S);
@@ -42,7 +42,8 @@ pub struct Told {
 }
 
 impl Told {
-    /// Force on the device along the surface that is touched [N]: what friction adds to the push.
+    /// Force on the device along the surface that is touched [N]: the part that friction adds to
+    /// the push.
     #[must_use]
     pub fn along_n(&self) -> Vector3<f32> {
         let (force_n, normal) = (self.telemetry.applied_n, self.telemetry.output.normal);
@@ -61,7 +62,7 @@ pub struct Live {
     cycle: Cycle,
     watch: Watch,
     target_m: Vector3<f64>,
-    /// Parameters that wait: stiffer ones until nothing is touched, others until the next tick.
+    /// Pending parameters: stiffer ones wait until nothing is touched, others until the next tick.
     waiting: Option<Params>,
     asked: Option<Ask>,
     recorder: Option<Recorder>,
@@ -71,7 +72,7 @@ impl Live {
     /// A loop about to arm.
     ///
     /// # Errors
-    /// A scene that does not fit, an unknown device, or what the core refuses.
+    /// A scene that does not fit, an unknown device, or parameters that the core refuses.
     pub fn new(choice: &Choice, holding: &Holding) -> Result<Self, Error> {
         Self::of_tissue(choice.clone(), choice.tissue()?, holding)
     }
@@ -141,8 +142,8 @@ impl Live {
         self.waiting.is_some()
     }
 
-    /// Other tissue or another device. What stiffens waits until nothing is touched; what is more
-    /// than stiffness and damping is a new loop, and ends a recording: its bytes.
+    /// Changes tissue or device. Stiffening waits until nothing is touched; any change beyond
+    /// stiffness and damping starts a new loop and ends a recording, whose bytes are returned.
     ///
     /// # Errors
     /// As [`Self::new`]; nothing changes then, and a recording goes on.
@@ -154,7 +155,7 @@ impl Live {
                 node_damping_per_s: scene.tissue.node_damping_per_s as f32,
                 ..*self.tissue.params()
             };
-            // whatever would be refused later is refused now
+            // anything that would be refused later is refused now
             self.tissue.clone().retune(params)?;
             self.waiting = (params != *self.tissue.params()).then_some(params);
             self.choice = choice.clone();
@@ -170,20 +171,19 @@ impl Live {
         Ok(ended)
     }
 
-    /// Returns the same patch at rest, with the parameters that wait, if any.
+    /// Returns the same patch at rest, with the pending parameters, if any.
     fn fresh(&self) -> Result<LiveTissue, Error> {
         let params = self.waiting.unwrap_or(*self.tissue.params());
         Ok(LiveTissue::new(self.tissue.patch().clone(), params)?)
     }
 
-    /// Asks the loop for something in the next tick; arming, and what follows a fault, it asks for
-    /// itself.
+    /// Makes a request to the loop for the next tick; arming and recovery from a fault are
+    /// requested automatically.
     pub fn ask(&mut self, ask: Ask) {
         self.asked = Some(ask);
     }
 
-    /// Starts a recording: with a loop from its first tick on, for a trace begins where everything
-    /// is known.
+    /// Starts a recording, from the first tick of a loop, since a trace begins in a known state.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -211,11 +211,10 @@ impl Live {
         self.recorder.take().map(|recorder| recorder.finish(hash))
     }
 
-    /// One tick towards a target [m]. `heard`: whoever moves it is there; a silent one loses the
-    /// force.
+    /// One tick towards a target [m]. `heard`: the host gave a sign of life; without one the force
+    /// ends.
     pub fn tick(&mut self, target_m: Vector3<f64>, heard: bool) -> Told {
-        // what softens comes at once; what stiffens under the probe would give energy that nobody
-        // brought
+        // softening applies at once; stiffening under the probe would create energy
         let softens = self.waiting.is_some_and(|p| p.youngs_modulus_pa <= self.tissue.params().youngs_modulus_pa);
         if (softens || !self.cycle.in_contact())
             && let Some(params) = self.waiting.take()
@@ -251,7 +250,7 @@ impl Live {
     }
 }
 
-/// A device whose readings are listened to.
+/// A device whose readings are recorded.
 struct Listened<'a> {
     port: &'a mut Port,
     reading: Option<Sensed>,

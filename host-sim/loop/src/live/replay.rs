@@ -13,20 +13,20 @@ use palpate_tissue::patch::Patch;
 /// Result of a replay.
 #[derive(Clone, Debug)]
 pub struct Replayed {
-    /// One per tick, as recorded here.
+    /// One per tick, as computed here.
     pub telemetry: Vec<Telemetry>,
     /// Hash of all nodes at the end.
     pub hash: u64,
-    /// The first thing that differs: its tick, and what.
+    /// The first difference: its tick and quantity.
     pub differs: Option<(u32, &'static str)>,
     /// Invariants of the loop that a tick broke, each once, with its tick.
     pub broken: Vec<(u32, Broken)>,
 }
 
-/// A controller that is given the same beside this one.
+/// A second controller with the same inputs.
 pub trait Witness {
-    /// Another Young's modulus after the next tick [Pa]: a board weighs its nodes anew when the
-    /// force is out.
+    /// Another Young's modulus after the next tick [Pa]: a board recomputes its masses after the
+    /// force is output.
     fn retuned(&mut self, youngs_modulus_pa: f32);
 
     /// Called once per tick with what was read, asked, reported and applied to the device [N];
@@ -34,14 +34,14 @@ pub trait Witness {
     fn tick(&mut self, reading: Sensed, command: Command, telemetry: &Telemetry, got_n: Option<Vector3<f32>>);
 }
 
-/// No controller beside the replayed one.
+/// No second controller.
 impl Witness for () {
     fn retuned(&mut self, _: f32) {}
 
     fn tick(&mut self, _: Sensed, _: Command, _: &Telemetry, _: Option<Vector3<f32>>) {}
 }
 
-/// Runs a trace again. It goes on after a difference, so that the rest can be drawn.
+/// Runs a trace again. It continues after a difference, so that the rest can be drawn.
 ///
 /// # Errors
 /// A patch or settings that the core refuses.
@@ -112,7 +112,7 @@ pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replay
     Ok(replayed)
 }
 
-/// Young's modulus that the next tick finds changed [Pa].
+/// Young's modulus of the next tick, if it changes [Pa].
 fn coming_pa(pieces: &[Piece]) -> Option<f32> {
     let before = pieces.iter().take_while(|piece| !matches!(piece, Piece::Rows(_)));
     let retuned = before.filter_map(|piece| match piece {
@@ -143,7 +143,7 @@ pub fn unpack(bytes: &[u8]) -> Result<LiveTissue, Error> {
 /// Before the first tick.
 const UNREAD: Sensed = Sensed { position_m: Vector3::new(0.0, 0.0, 0.0), sequence: 0, status: SensorStatus::Good };
 
-/// A device that reads what was read.
+/// A device that repeats the recorded readings.
 struct Replay {
     limits: DeviceSpec,
     reading: Sensed,
@@ -177,7 +177,7 @@ pub fn table(replayed: &Replayed) -> String {
         let (p, f) = (telemetry.position_m, telemetry.applied_n);
         let (depth_m, energy_j, mode) = (telemetry.output.depth_m, telemetry.energy.given_j, telemetry.mode);
         let t_s = n as f64 * palpate_tissue::scene::TICK_S;
-        // a string takes every write
+        // writing to a string never fails
         let _taken = writeln!(text, "{t_s:.3},{},{},{},{depth_m},{},{},{},{energy_j},{mode:?}", p.x, p.y, p.z, f.x, f.y, f.z);
     }
     text

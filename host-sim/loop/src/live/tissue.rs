@@ -1,4 +1,4 @@
-//! A patch that owns its memory, so that it lives as long as a window does.
+//! A patch that owns its memory, so that it can live as long as a window.
 
 use std::sync::Arc;
 
@@ -24,8 +24,8 @@ pub struct LiveTissue {
     faded: Vec<Faded>,
     bristles: Vec<Bristle>,
     held: Parked,
-    /// The next tick puts the patch to rest, in place of its answer: as on the board, or the two
-    /// would differ by that tick.
+    /// The next tick puts the patch to rest, in place of its answer: as on the board; otherwise the
+    /// two would differ by that tick.
     resting: bool,
 }
 
@@ -69,7 +69,7 @@ impl LiveTissue {
         &self.params
     }
 
-    /// Its geometry at rest, for the watch.
+    /// Its geometry at rest, for the checks.
     #[must_use]
     pub fn rest_shape(&self) -> Arc<dyn RestShape> {
         Arc::new(RestSolid::of(&self.patch.model(), &self.params.probe))
@@ -81,8 +81,8 @@ impl LiveTissue {
         &self.nodes
     }
 
-    /// Other stiffness or damping; what moves, goes on. The smooth fields stay those that the patch
-    /// was made with, as on a board.
+    /// Sets another stiffness or damping without stopping the motion. The smooth fields stay those
+    /// that the patch was made with, as on a board.
     ///
     /// # Errors
     /// Parameters out of range; nothing changes then.
@@ -95,8 +95,8 @@ impl LiveTissue {
         Ok(())
     }
 
-    /// Contact map after the last tick, with the pressure on each surface triangle [Pa]; no tick
-    /// differs by it.
+    /// Contact map after the last tick, with the pressure on each surface triangle [Pa]; it changes
+    /// no tick.
     #[must_use]
     pub fn contact(&mut self) -> (ContactMap, Vec<f32>) {
         let Self { patch, params, nodes, candidates, shapes, node_step, gains, faded, bristles, held, .. } = self;

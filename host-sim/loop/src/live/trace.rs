@@ -24,7 +24,8 @@ use super::tissue::LiveTissue;
 
 /// First bytes of every trace.
 pub const MAGIC: [u8; 8] = *b"PALPLIVE";
-/// Version written and read. Before 2 a patch was put to rest within a tick, not by one of its own.
+/// Version written and read. Before version 2 a patch was put to rest within a tick, not in a
+/// separate one.
 pub const VERSION: u32 = 2;
 /// Longest recording [ticks]: ten minutes, about 17 MB.
 pub const MOST_TICKS: u32 = 600_000;
@@ -66,7 +67,7 @@ pub enum Piece {
     Tissue(Vec<u8>),
     /// Young's modulus [Pa], damping of the nodes [1/s].
     Retuned([f32; 2]),
-    /// Ticks, a row each.
+    /// Ticks, one row each.
     Rows(Vec<Row>),
     /// Hash of all nodes here.
     Hash(u64),
@@ -87,14 +88,14 @@ pub struct Trace {
     pub ticks: u32,
 }
 
-/// Why bytes are no trace. One line: what, and how to fix it.
+/// Why bytes are not a valid trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TraceError {
     /// Other bytes.
     NotATrace,
     /// Written by another version.
     Version(u32),
-    /// Ends too early.
+    /// It ends too early.
     Cut,
     /// Its checksum does not match.
     Damaged,
@@ -118,7 +119,7 @@ impl fmt::Display for TraceError {
 
 impl std::error::Error for TraceError {}
 
-/// Everything that a tick reported beside the force, folded into 32 bits.
+/// All reports of a tick besides the force, folded into 32 bits.
 #[must_use]
 pub fn digest(telemetry: &Telemetry) -> u32 {
     let o = &telemetry.output;
@@ -172,7 +173,7 @@ impl Recorder {
         self.ticks
     }
 
-    /// The tissue got other parameters.
+    /// The tissue received other parameters.
     pub fn retuned(&mut self, params: &Params) {
         self.flush();
         let bytes: Vec<u8> = [params.youngs_modulus_pa, params.node_damping_per_s].iter().flat_map(|n| n.to_le_bytes()).collect();
@@ -227,7 +228,7 @@ impl Recorder {
 }
 
 impl Trace {
-    /// Reads a trace, whole.
+    /// Reads a whole trace.
     ///
     /// # Errors
     /// [`TraceError`].
@@ -329,7 +330,7 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// Every number that decides what a loop does; counts are exact in single precision.
+/// Every number that determines a loop; counts are exact in single precision.
 fn numbers(settings: &Settings, device: &DeviceSpec) -> [f32; NUMBERS] {
     let (l, d, p, a) = (&settings.limits, &settings.damping, &settings.passivity, &settings.arming);
     let [low, high] = [device.workspace_low_m, device.workspace_high_m];
@@ -348,8 +349,8 @@ fn numbers(settings: &Settings, device: &DeviceSpec) -> [f32; NUMBERS] {
     all
 }
 
-/// Converts `numbers` back to settings and device limits. A number that no loop has is refused when
-/// the cycle is built.
+/// Converts `numbers` back to settings and device limits. A number out of range is refused when the
+/// cycle is built.
 fn of_numbers(n: &[f32; NUMBERS]) -> (Settings, DeviceSpec) {
     let [
         tick_s,

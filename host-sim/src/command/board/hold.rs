@@ -21,7 +21,7 @@ use crate::port::{PortError, Session};
 
 /// A fault is cleared after good poses only.
 const CLEARED: Duration = Duration::from_secs(2);
-/// Longest wait for a record before the signs of life are looked at again.
+/// Longest wait for a record before the signs of life are checked again.
 const STEP: Duration = Duration::from_millis(100);
 
 #[derive(Args, Clone, Debug)]
@@ -45,7 +45,7 @@ impl Stream {
     }
 }
 
-/// Asked for by Ctrl-C or a request of the system to end.
+/// Set by Ctrl-C or the system's request to end.
 static ENDED: AtomicBool = AtomicBool::new(false);
 
 fn end_at_ctrl_c() -> Result<(), Error> {

@@ -10,7 +10,7 @@ use super::status::image;
 use crate::error::Error;
 use crate::port::{PortError, Session};
 
-/// A board of ours speaks every 20 ms.
+/// A Palpate board sends a record every 20 ms.
 const PATIENCE: Duration = Duration::from_millis(600);
 
 /// A port, and the product behind it as USB names it.

@@ -17,7 +17,7 @@ const OPENED: Duration = Duration::from_secs(5);
 const ANSWER: Duration = Duration::from_secs(5);
 /// Sendings of a patch, of which a poor line loses pieces.
 const SENDINGS: usize = 3;
-/// Longest that a message under way takes.
+/// Longest transit time of a message.
 const ROUND_TRIP: Duration = Duration::from_secs(1);
 
 pub(super) fn upload(path: &Path, port: &Port) -> Result<(), Error> {

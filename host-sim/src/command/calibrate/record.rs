@@ -1,4 +1,4 @@
-//! The record beside a calibrated patch: what it was fitted to, and how wrong it is.
+//! The record beside a calibrated patch: the conditions of its fit, and its errors.
 
 use palpate_fit::calibrate::accuracy::{Accuracy, DISC_RADII, PLACES};
 use palpate_fit::calibrate::targets::DEPTHS_RADII;
@@ -55,7 +55,7 @@ pub(super) fn write(
     record.write(folder, name)
 }
 
-/// Without what single precision of the radius adds.
+/// Without the rounding of the radius in single precision.
 fn metres(mm: f64) -> f64 {
     (mm * 1e4).round() / 1e7
 }

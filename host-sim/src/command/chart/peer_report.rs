@@ -1,4 +1,4 @@
-//! `palpate chart --with`: engines of other people beside ours.
+//! `palpate chart --with`: other engines compared with ours.
 
 use crate::error::Error;
 use palpate_lab::chart::peers::{

@@ -10,7 +10,7 @@ use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
 
-/// `emulated.json`: what `press` does not know.
+/// `emulated.json`: results that `press` does not have.
 #[derive(Debug, Serialize)]
 pub struct Emulated {
     pub board: String,
@@ -38,7 +38,7 @@ impl Emulated {
         )
     }
 
-    /// How long a tick of a slower core would take, over its period (1).
+    /// Time of a tick on a slower core, over its period (1).
     fn tick_over_period(&self, run: &Timed) -> f64 {
         let in_time = self.in_time.as_ref().and_then(|timed| timed.longest_over_period).unwrap_or(f64::NAN);
         in_time * f64::from(run.shift.saturating_sub(IN_TIME_SHIFT)).exp2()

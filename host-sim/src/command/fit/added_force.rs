@@ -1,4 +1,4 @@
-//! How right the force is that inclusions add to a fitted patch.
+//! Accuracy of the force that inclusions add to a fitted patch.
 
 use palpate_fit::scene_fit::BumpVerdict;
 use serde::Serialize;
@@ -10,7 +10,7 @@ pub(super) struct BumpReport {
     pub scaled_in: BumpVerdict,
     /// Of the fitted patch.
     pub fitted: BumpVerdict,
-    /// How far the finite elements' bump may be off, over the highest [%].
+    /// Estimated error of the finite elements' bump, over the highest [%].
     pub reference_error_pct: f64,
     /// Bumps along the line, shallow first.
     pub line: Vec<BumpLine>,

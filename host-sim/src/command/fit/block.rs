@@ -29,7 +29,7 @@ impl FitArgs {
                 format!("--radius: the scene {} is a block, which is fitted whole: leave it out, or use palpate cut", scene.file);
             return Err(TissueError::Usage(why).into());
         }
-        // the bump that inclusions make is fitted to the patch of the block without them
+        // the bump of inclusions is fitted on top of the patch of the block without them
         let mut plain = scene.clone();
         plain.tissue.inclusion.clear();
         let prepared = prepare(&plain)?;
@@ -94,7 +94,7 @@ fn other_tip(scene: &Scene, presses: &Presses, prepared: &Prepared, judging: &Ju
     }
     let (patch, packed) = calibrated::sized(nodes)?;
     let params = palpate::Params { probe: prepared.params.probe, ..packed };
-    // a patch that is not pressed so far is no trial
+    // a patch that is not pressed that deep is no trial
     let verdict = judging.judge(&patch, &params).ok()?;
     Some(trial(scene, presses, prepared, Some(record.probe), &verdict))
 }
@@ -117,7 +117,7 @@ fn hundredths(pct: f64) -> f64 {
     (100.0 * pct).round() / 100.0
 }
 
-/// Solves what no earlier run has.
+/// Solves the presses that no earlier run has solved.
 fn reference(
     scene: &Scene,
     presses: &Presses,
@@ -140,7 +140,7 @@ fn reference(
     Ok((solved, reused))
 }
 
-/// Presses are stored, and told.
+/// Presses are stored and reported.
 struct Watched<'a> {
     store: &'a Store<'a>,
     steps: &'a Steps,

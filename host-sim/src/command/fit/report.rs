@@ -18,16 +18,16 @@ use super::added_force::BumpReport;
 use super::store::StoredFit;
 use crate::error::Error;
 
-/// All that a fit came to.
+/// All results of a fit.
 pub(super) struct Report<'a> {
     pub scene: &'a Scene,
-    /// Depths that the fit knew [m].
+    /// Depths of the fit [m].
     pub fitted_m: &'a [f64],
-    /// Forces that it knew.
+    /// Forces of the fit.
     pub known: &'a dyn Reference,
     /// Every press of the finite elements.
     pub answer: &'a Answer,
-    /// Nodes of their finest mesh, and how far their force at the centre may be off (1).
+    /// Nodes of their finest mesh, and the estimated error of their force at the centre (1).
     pub reference_nodes: usize,
     pub reference_error: f64,
     pub fit: &'a StoredFit,
@@ -37,9 +37,9 @@ pub(super) struct Report<'a> {
     pub trials: &'a [Trial],
     /// Of a block with inclusions.
     pub bump: Option<&'a BumpReport>,
-    /// Whether an earlier run left the fit.
+    /// Whether the fit was taken over from an earlier run.
     pub reused_fit: bool,
-    /// Presses that an earlier run left.
+    /// Number of presses taken over from an earlier run.
     pub reused_presses: usize,
     pub places: usize,
     pub quick: bool,
@@ -111,7 +111,7 @@ impl Report<'_> {
             .ok_or_else(|| TissueError::Check("the stored fit is damaged: remove the output folder and fit again".into()))?;
         let depths = || verdict.depths.iter().map(|d| d.depth_mm * 1e-3);
         let reference_error_pct = 100.0 * self.reference_error;
-        // inclusions were fitted on top, and neither was judged with them
+        // inclusions were fitted on top, and neither was evaluated with them
         let plain = self.bump.is_none();
         Ok(FitRecord {
             patch_crc32,

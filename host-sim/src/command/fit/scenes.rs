@@ -1,4 +1,4 @@
-//! `palpate fit --scenes`: every scene of a folder fitted and judged, in one table.
+//! `palpate fit --scenes`: every scene of a folder fitted and evaluated, in one table.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -23,7 +23,7 @@ use crate::error::Error;
 pub(in super::super) struct Options {
     #[serde(flatten)]
     pub fit: FitOptions,
-    /// Where the scenes lie, and where their fits go: not part of what they are.
+    /// Folder of the scenes and folder of their fits, which do not affect the results.
     #[serde(skip)]
     pub scenes: PathBuf,
     #[serde(skip)]
@@ -42,7 +42,7 @@ pub(in super::super) struct Row {
     /// Name of the file, without `.toml`.
     scene: String,
     ended: Ended,
-    /// Where it missed or failed.
+    /// Reason if it missed the tolerance or failed.
     why: Option<String>,
     fit: Option<Fit>,
     trials: Vec<Trial>,
@@ -59,7 +59,7 @@ struct Fit {
     worst_pct: f64,
     from_m: f64,
     to_m: f64,
-    /// How far the finite elements themselves may be off [%].
+    /// Error of the finite elements themselves [%].
     reference_error_pct: Option<f64>,
 }
 
@@ -125,7 +125,7 @@ impl Campaign for FitScenes {
         let summary = Summary { scenes: rows.len(), kept, missed, failed, largest_rms_pct, fit: &self.options.fit, rows: &rows };
         folder.write("fits.csv", csv(&rows)?.as_bytes())?;
         folder.write_summary(&summary)?;
-        // a row a line, as it ships
+        // one row per line, as in the shipped file
         let trials: Vec<String> =
             rows.iter().flat_map(|row| &row.trials).filter_map(|row| serde_json::to_string(row).ok()).collect();
         folder.write("trials.json", format!("[\n{}\n]\n", trials.join(",\n")).as_bytes())?;
@@ -150,7 +150,7 @@ fn judge(rows: &[Row], missed: usize, failed: usize) -> Result<(), Error> {
 }
 
 impl FitScenes {
-    /// One scene. What is wrong with it stands in its row, and ends no other's fit.
+    /// One scene. An error is recorded in its row and does not end the others' fits.
     fn fit(&self, name: &str, file: &str) -> Result<Row, Error> {
         println!("\n{file}");
         let out = self.options.out.join(FITS).join(name);

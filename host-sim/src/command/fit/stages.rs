@@ -1,4 +1,4 @@
-//! Stages that blocks and organs have in common: the fit, found again or made, and its judgement.
+//! Stages shared by blocks and organs: the fit, reused or new, and its evaluation.
 
 use palpate_fit::calibrate::targets::Reference;
 use palpate_fit::calibrate::{Calibration, Round, Settings};
@@ -18,7 +18,7 @@ use crate::error::Error;
 /// Inputs that the stages share.
 pub(super) struct Stages<'a> {
     pub scene: &'a Scene,
-    /// Forces that the fit may know.
+    /// Forces for the fit.
     pub known: &'a dyn Reference,
     pub store: &'a Store<'a>,
     /// Name of the fit, for progress.
@@ -34,7 +34,7 @@ pub(super) struct JudgedFit {
 }
 
 impl Stages<'_> {
-    /// The fit of an earlier run to the same problem, or a new one; and whether it was there.
+    /// The fit of an earlier run to the same problem, or a new one; also returns which.
     pub(super) fn fit(
         &self,
         settings: &Settings,

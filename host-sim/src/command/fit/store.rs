@@ -1,7 +1,7 @@
 //! Stages that earlier runs into the same folder have finished: each press, and the fit.
 //!
 //! A finished stage is a note beside the folder until the result is published, and in the result
-//! from then on. It is used again where all that it was made from is the same.
+//! from then on. It is reused if all of its inputs are the same.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -15,7 +15,7 @@ use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use serde::{Deserialize, Serialize};
 
-/// Rises when a stage computes something else from the same input.
+/// Rises when a stage computes another result from the same input.
 const FORM: u32 = 3;
 /// In the result.
 const STAGES: &str = "stages.json";
@@ -40,7 +40,7 @@ struct StoredPress {
 /// A finished fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct StoredFit {
-    /// Checksum of all that the fit was made from.
+    /// Checksum of all inputs of the fit.
     problem: u64,
     /// The patch file, in hexadecimal digits.
     patch: String,
@@ -56,7 +56,7 @@ impl StoredFit {
         Self { problem: checksum(problem), patch: digits, rounds }
     }
 
-    /// Checksum of all that the fit was made from.
+    /// Checksum of all inputs of the fit.
     pub(super) fn problem(&self) -> u64 {
         self.problem
     }
@@ -85,7 +85,7 @@ pub(super) struct Store<'a> {
 }
 
 impl<'a> Store<'a> {
-    /// Reads what there is; a file that cannot be read is none.
+    /// Reads the stored stages; an unreadable file is ignored.
     pub(super) fn of(path: &Path, folder: &'a OutputFolder, scene: &Scene) -> Self {
         let pressed = Pressed {
             form: FORM,
@@ -114,7 +114,7 @@ impl<'a> Store<'a> {
         (note.pressed == self.pressed && note.job == *job).then_some(note.forces)
     }
 
-    /// Notes a press.
+    /// Stores a press.
     pub(super) fn keep_press(&self, job: &PressJob, forces: &Forces) -> Result<(), Error> {
         let stored = StoredPress { pressed: self.pressed.clone(), job: job.clone(), forces: forces.clone() };
         self.folder.write_note(&name(job), &stored)
@@ -127,7 +127,7 @@ impl<'a> Store<'a> {
         self.stages.fits.iter().cloned().chain(noted()).find(|fit: &StoredFit| fit.problem == problem)
     }
 
-    /// Notes a fit.
+    /// Stores a fit.
     pub(super) fn keep_fit(&self, fit: &StoredFit) -> Result<(), Error> {
         self.folder.write_note(&fit_name(fit.problem), fit)
     }

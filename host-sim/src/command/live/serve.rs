@@ -20,7 +20,7 @@ const FILES: [(&str, &str); 5] = [
 /// Served at once.
 const CLIENTS: usize = 16;
 
-/// A client that has asked nothing for this long is dropped.
+/// Time after which a silent client is dropped.
 const SILENCE: Duration = Duration::from_secs(5);
 
 /// Longest head of a request that is read.
@@ -41,14 +41,14 @@ pub(super) fn serve(folder: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// A browser also connects in advance and asks nothing for seconds: such a client must not hold up
+/// A browser also connects in advance and sends nothing for seconds: such a client must not block
 /// the others.
 fn answer(listener: &TcpListener, folder: &Path, silence: Duration) {
     std::thread::scope(|scope| {
         for _ in 0..CLIENTS {
             scope.spawn(|| {
                 for stream in listener.incoming().flatten() {
-                    // a browser that hangs up has what it wants
+                    // a browser that disconnects has what it needs
                     let _gone = reply(stream, folder, silence);
                 }
             });

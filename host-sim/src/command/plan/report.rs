@@ -41,7 +41,7 @@ struct Summary<'a> {
     patch: Option<String>,
     promise: Option<Promise<'a>>,
     chosen: Option<&'a JudgedCandidate>,
-    /// Terms of the scene that the chosen one could do without, at which error.
+    /// Terms of the scene that the chosen one could omit, and the error of doing so.
     terms: &'a [Worth],
     next_smaller: Option<&'a JudgedCandidate>,
     next_larger: Option<&'a JudgedCandidate>,

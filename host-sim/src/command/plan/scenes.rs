@@ -24,7 +24,7 @@ pub(in super::super) struct Options {
     #[serde(flatten)]
     pub plan: PlanOptions,
     pub boards: Vec<String>,
-    /// Where the scenes lie, and where their plans go: not part of what they are.
+    /// Folder of the scenes and folder of their plans, which do not affect the results.
     #[serde(skip)]
     pub scenes: PathBuf,
     #[serde(skip)]
@@ -162,7 +162,7 @@ fn judge(rows: &[Row], missed: usize, failed: usize) -> Result<(), Error> {
 }
 
 impl PlanScenes {
-    /// One scene for one board. What is wrong with it stands in its row, and ends no other's plan.
+    /// One scene for one board. An error is recorded in its row and does not end the others' plans.
     fn plan(&self, name: &str, file: &str, board: &str) -> Result<Row, Error> {
         println!("\n{file} on {board}");
         let machine = machine(board)?;

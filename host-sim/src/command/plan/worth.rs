@@ -18,7 +18,7 @@ pub(super) struct Worth {
     pub error: String,
 }
 
-/// The terms that `params` have on, on `machine`.
+/// The active terms of `params`, with their costs on `machine`.
 pub(super) fn of(machine: &Machine, counts: &Counts, params: &Params) -> Vec<Worth> {
     let cost = |terms: Terms| machine.cost_of(counts, &Params { terms, ..*params }, params.substeps).units;
     let (with, terms) = (cost(params.terms), params.terms);
@@ -69,7 +69,7 @@ mod tests {
         let params = Params { relaxation, friction: 0.46, ..Params::default() };
         let found = of(machine, &COUNTS, &params);
         let [relaxes, rubs] = &found[..] else { panic!("{found:?}") };
-        // 1 - .5 (1 - 1/e) of the force is left after a second, half of it after ten
+        // 1 - .5 (1 - 1/e) of the force remains after a second, half of it after ten
         assert_eq!(relaxes.error, "+46 % of force after 1 s of holding, +100 % of force after 10 s of holding");
         assert!(rubs.error.contains("0.46"), "{rubs:?}");
         for worth in &found {

@@ -1,4 +1,4 @@
-//! Displacement of the surface on a square grid, small enough to ship.
+//! Displacement of the surface on a square grid, compact enough to ship.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct SurfaceGrid {
     /// Distance between grid points [m].
     pub spacing_m: f64,
-    /// The grid has `2 half_count + 1` points a side, the middle one at the place.
+    /// The grid has `2 half_count + 1` points per side, the middle one at the place.
     pub half_count: usize,
     /// Displacement [nm], shape \[(2n+1)^2\]\[3\], x fastest, from the corner of least x and y.
     pub displacement_nm: Vec<[i32; 3]>,

@@ -27,10 +27,10 @@ use thiserror::Error;
 /// Longest over shortest side that is meshed.
 const MAX_ASPECT: f64 = 20.0;
 const NODES: std::ops::RangeInclusive<usize> = 30..=5000;
-/// Least radius ratio of any tet that is handed out.
+/// Least radius ratio of any tet of a finished mesh.
 const MIN_QUALITY: f64 = 0.1;
 
-/// Most nodes around a patch: what a patch file's indices can name.
+/// Largest number of nodes around a patch: the range of a patch file's indices.
 const MAX_NODES: usize = u16::MAX as usize;
 /// Steepest growth of the element size per distance around a patch: neighbours then differ by at
 /// most a factor 2.
@@ -48,8 +48,8 @@ pub struct BlockSpec {
     pub nodes: usize,
     /// Where on the top face the elements are smallest [m].
     pub fine_at_m: [f64; 2],
-    /// Around that spot elements keep their smallest size this far [m]; outside they grow with the
-    /// distance.
+    /// Radius around that spot within which elements keep their smallest size [m]; outside they
+    /// grow with the distance.
     pub fine_radius_m: f64,
 }
 
@@ -172,7 +172,7 @@ fn to_metres(size_m: [f64; 3], cloud: &Cloud, tets: Vec<[u32; 4]>) -> TetMesh {
     let longest = size_m.into_iter().fold(0.0, f64::max);
     let high = [0.5 * size_m[0], 0.5 * size_m[1], 0.0];
     let low = [-high[0], -high[1], -size_m[2]];
-    // Face nodes get the face's own coordinate, not one that went through the unit and back.
+    // Face nodes get the face's exact coordinate, not one that was converted to the unit and back.
     let coordinate = |i: usize, k: usize| match (cloud.pinned[i][k], cloud.at[i][k] == cloud.at[0][k]) {
         (true, true) => low[k],
         (true, false) => high[k],

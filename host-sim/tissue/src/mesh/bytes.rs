@@ -1,4 +1,4 @@
-//! A binary mesh file, taken from the left.
+//! A binary mesh file, read from the start.
 
 use super::error::{Defect, MeshError, quoted};
 
@@ -9,8 +9,8 @@ pub(super) enum Order {
     Big,
 }
 
-/// The bytes not yet read. A count of the file is only ever a loop bound or a length that is
-/// checked against what is left: nothing is allocated for it.
+/// The bytes not yet read. A count from the file is used only as a loop bound or as a length that
+/// is checked against the remaining bytes: nothing is allocated for it.
 pub(super) struct Bytes<'a> {
     pub file: &'a str,
     pub order: Order,
@@ -38,7 +38,7 @@ impl<'a> Bytes<'a> {
         Ok(taken)
     }
 
-    /// Passes over `count` items of `size` bytes.
+    /// Skips `count` items of `size` bytes.
     pub fn skip(&mut self, count: u64, size: usize, what: &'static str) -> Result<(), MeshError> {
         let length = usize::try_from(count).ok().and_then(|count| count.checked_mul(size));
         let length = length.ok_or_else(|| self.error(Defect::Truncated { what }))?;
@@ -105,7 +105,7 @@ impl<'a> Bytes<'a> {
         next.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word.as_bytes()))
     }
 
-    /// Passes over all up to the line that follows `tag`; whether there is one.
+    /// Skips everything up to the line after `tag`; returns whether there is one.
     pub fn skip_past(&mut self, tag: &str) -> bool {
         let found = self.rest.windows(tag.len()).position(|window| window == tag.as_bytes());
         self.rest = found.map_or(&[], |at| &self.rest[at..]);

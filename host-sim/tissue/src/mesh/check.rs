@@ -39,7 +39,7 @@ pub(super) fn check(solid: &mut Solid, unit_m: f64) -> Result<Findings, MeshErro
     Ok(Findings { flipped_tets, size_m, volume_m3: solid.mesh.volume_m3(), worst })
 }
 
-/// Extents along x, y, z [m] of what fits a hand; `unit_m` metres were in a unit of its file.
+/// Checks that the extents [m] are plausible; the unit of the file is `unit_m` metres.
 pub(super) fn size(nodes_m: &[[f64; 3]], unit_m: f64) -> Result<[f64; 3], Defect> {
     let mut low = [f64::INFINITY; 3];
     let mut high = [f64::NEG_INFINITY; 3];
@@ -87,7 +87,7 @@ fn millimetres(length_m: f64) -> String {
 fn no_coincident_nodes(solid: &Solid) -> Result<(), MeshError> {
     let nodes_m = &solid.mesh.nodes_m;
     let mut order: Vec<usize> = (0..nodes_m.len()).collect();
-    // Adding zero makes -0 and 0 the same place.
+    // Adding zero makes -0 and 0 equal.
     let place = |index: usize| nodes_m[index].map(|x| x + 0.0);
     order.sort_unstable_by(|&i, &j| {
         let ([ax, ay, az], [bx, by, bz]) = (place(i), place(j));
@@ -133,7 +133,7 @@ fn no_duplicate_tets(solid: &Solid) -> Result<(), MeshError> {
     }
 }
 
-/// Index and quality of the flattest tet, if even that one is sound.
+/// Index and quality of the flattest tet, if it is sound.
 fn no_flat_tets(solid: &Solid) -> Result<(usize, f64), MeshError> {
     let mesh = &solid.mesh;
     let mut worst = (0, f64::INFINITY);

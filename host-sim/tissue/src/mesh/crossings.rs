@@ -7,8 +7,8 @@ use super::distance::{ClosedSurface, Facet};
 
 type V3 = Vector3<f64>;
 
-/// How many pairs of triangles cross, and a corner near the first of them [m]; `None` if none does.
-/// Triangles that merely touch, or lie in one plane, do not cross.
+/// Number of pairs of triangles that cross, and a corner near the first of them [m]; `None` if none
+/// do. Triangles that merely touch, or lie in one plane, do not cross.
 pub(super) fn crossings(surface: &ClosedSurface) -> Option<(usize, [f64; 3])> {
     let mut found = None;
     for (index, facet) in surface.facets.iter().enumerate() {
@@ -38,7 +38,7 @@ fn cross(a: &Facet, b: &Facet) -> bool {
     pierces(a, b) || pierces(b, a)
 }
 
-/// Whether an edge of `a` that ends at no corner of `b` passes through `b`.
+/// Whether an edge of `a` that shares no corner with `b` passes through `b`.
 fn pierces(a: &Facet, b: &Facet) -> bool {
     let shared = |corner: &V3| b.corners.contains(corner);
     (0..3).any(|k| {

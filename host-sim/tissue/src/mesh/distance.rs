@@ -2,8 +2,8 @@
 //!
 //! The nearest triangle is found in a hierarchy of boxes. The sign is that of the angle-weighted
 //! normal of the corner, side or face it is nearest at (Baerentzen and Aanaes 2005, "Signed
-//! distance computation using the angle weighted pseudonormal", IEEE TVCG 11:243): right in front
-//! of any edge of a closed surface, where the normal of one triangle is not.
+//! distance computation using the angle weighted pseudonormal", IEEE TVCG 11:243): correct in front
+//! of any edge of a closed surface, where the normal of a single triangle is not.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use super::{TetMesh, surface};
 
 type V3 = Vector3<f64>;
 
-/// Triangles of a box that is not divided further.
+/// Largest number of triangles in a box that is not divided further.
 const LEAF: usize = 4;
 
 /// A closed surface of flat triangles.
@@ -61,7 +61,7 @@ impl ClosedSurface {
     }
 
     /// The surface of triangles that are counter-clockwise seen from outside, each edge of them in
-    /// two; `None` if there are none. One without area has no normal of its own.
+    /// two; `None` if there are none. A triangle without area has no normal of its own.
     #[must_use]
     pub fn of_triangles(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Option<Self> {
         let place = |n: u32| V3::from(nodes_m[n as usize]);
@@ -222,8 +222,7 @@ mod tests {
 
     #[test]
     fn in_front_of_a_sharp_reentrant_edge_the_sign_is_right() {
-        // two tets share a face; the notch between them is where the normal of one triangle alone
-        // errs
+        // two tets share a face; at the notch between them the normal of a single triangle is wrong
         let nodes_m = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.2, 0.2, 1.0], [2.0, 2.0, 1.5]];
         let mut tets = vec![[0, 1, 2, 3], [1, 2, 3, 4]];
         for tet in &mut tets {

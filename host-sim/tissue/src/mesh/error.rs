@@ -143,12 +143,12 @@ pub enum Defect {
     Parts { parts: usize, sizes: String, tet: u64 },
 }
 
-/// The line of a thing of a text file, in brackets.
+/// The line of an item in a text file, in brackets.
 fn in_line(line: Option<usize>) -> String {
     line.map_or_else(String::new, |line| format!(" (line {line})"))
 }
 
-/// Says why there is no `node`: past the last of a gapless numbering, or merely not defined.
+/// Explains a missing `node`: past the last of a gapless numbering, or merely not defined.
 fn no_such_node(node: u64, nodes: usize, last: u64) -> String {
     if node > last && last.abs_diff(nodes as u64) <= 1 {
         format!("the file has {nodes} nodes")
@@ -157,7 +157,7 @@ fn no_such_node(node: u64, nodes: usize, last: u64) -> String {
     }
 }
 
-/// A word of a file fit for a one-line message: short, without control characters.
+/// A word of a file, made fit for a one-line message: short, without control characters.
 pub(super) fn quoted(text: &str) -> String {
     const LONGEST: usize = 24;
     let mut quote = printable(text).chars().take(LONGEST).collect::<String>();

@@ -5,12 +5,12 @@ use std::{fs, io};
 
 use super::error::{Defect, MeshError, printable};
 
-/// The most that is read of a file. 65 535 nodes and their tets take some 30 MB as text; the rest
-/// is room for results saved along with them.
+/// Largest number of bytes read from a file. 65 535 nodes and their tets take some 30 MB as text;
+/// the rest is room for results saved along with them.
 pub(super) const MAX_FILE_MIB: u64 = 512;
 
-/// The bytes of a file that is not empty. Where they should be text and are not, they stay visible
-/// as replacement characters: harmless in a title, an error in a number.
+/// The bytes of a file that is not empty. Bytes that should be text and are not appear as
+/// replacement characters: harmless in a title, an error in a number.
 pub(super) fn content(path: &Path) -> Result<Vec<u8>, MeshError> {
     let unreadable = |error: io::Error| whole_file(path, Defect::Read(error));
     let metadata = fs::metadata(path).map_err(unreadable)?;

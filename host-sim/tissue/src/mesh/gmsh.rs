@@ -152,7 +152,7 @@ fn end(lines: &mut Lines, tag: &'static str) -> Result<(), MeshError> {
     Err(Word { at, text }.unexpected(tag))
 }
 
-/// Passes over a section the solid does not need: names, periodicity, results.
+/// Skips a section that the solid does not need: names, periodicity, results.
 fn skip_section(lines: &mut Lines, start: &Line) -> Result<(), MeshError> {
     let (at, text) = (start.at, start.text);
     let Some(name) = text.strip_prefix('$') else {
@@ -169,8 +169,8 @@ fn ended_section(text: &str) -> Option<&str> {
     text.strip_prefix("$End").or_else(|| text.strip_prefix("$END"))
 }
 
-/// A physical group as a region. Gmsh signs a group to turn its elements over, which says nothing
-/// about the material.
+/// A physical group as a region. Gmsh uses a negative group to reverse its elements, which says
+/// nothing about the material.
 fn physical_group(word: Word) -> Result<u32, MeshError> {
     let text = word.text.strip_prefix('-').unwrap_or(word.text);
     Word { text, ..word }.region()

@@ -18,7 +18,7 @@ use super::{TetMesh, gmsh, vtk};
 pub struct Imported {
     /// Nodes in use, in the order of the file; tets in the order of the file.
     pub mesh: TetMesh,
-    /// Report on what was read, left out and put right.
+    /// Report on what was read, left out and corrected.
     pub report: ImportReport,
 }
 
@@ -45,7 +45,7 @@ pub struct ImportReport {
     pub worst_tet: WorstTet,
 }
 
-/// A mesh file: tets, or the closed surface that they are yet to fill.
+/// Content of a mesh file: tets, or a closed surface still to be filled with tets.
 #[derive(Clone, Debug)]
 pub enum MeshFile {
     /// Tets.
@@ -84,7 +84,7 @@ pub fn open(path: &Path, unit_m: f64) -> Result<MeshFile, MeshError> {
 /// Reads, checks and orients the mesh in the file at `path`, `unit_m` metres per file unit.
 ///
 /// # Errors
-/// As [`open`]; a surface.
+/// As [`open`], and if the file holds a surface.
 pub fn import(path: &Path, unit_m: f64) -> Result<Imported, MeshError> {
     match open(path, unit_m)? {
         MeshFile::Tets(imported) => Ok(imported),

@@ -6,7 +6,7 @@ use std::str::{self, SplitWhitespace};
 use super::error::{Defect, MeshError, quoted};
 use super::word::{At, Word};
 
-/// One line of a file, its words taken from the left.
+/// One line of a file, with its words read from the left.
 pub(super) struct Line<'a> {
     pub at: At<'a>,
     /// The whole line, trimmed.
@@ -39,7 +39,7 @@ impl<'a> Line<'a> {
         Ok(nodes)
     }
 
-    /// Passes over `count` words.
+    /// Skips `count` words.
     pub fn skip_words(&mut self, count: u64, what: &'static str) -> Result<(), MeshError> {
         for _ in 0..count {
             self.word(what)?;
@@ -47,7 +47,7 @@ impl<'a> Line<'a> {
         Ok(())
     }
 
-    /// A line glued to the next one must not pass for a short one.
+    /// A line joined to the next one must not be accepted as a short one.
     pub fn finish(mut self) -> Result<(), MeshError> {
         match self.next() {
             None => Ok(()),
@@ -65,7 +65,7 @@ impl<'a> Iterator for Line<'a> {
     }
 }
 
-/// The lines of a file that hold at least one word.
+/// The lines of a file that contain at least one word.
 pub(super) struct Lines<'a> {
     file: &'a str,
     numbered: Enumerate<str::Lines<'a>>,

@@ -59,7 +59,7 @@ mod tests {
     fn the_regular_tet_has_quality_one_at_every_scale() {
         for scale in [1e-30, 1e-6, 1e-3, 1.0, 1e6] {
             let tet = REGULAR.map(|corner| corner.map(|x| scale * x));
-            // A dozen roundings of 1e-16 each.
+            // Tolerance: a dozen rounding errors of 1e-16 each.
             assert!((quality(tet) - 1.0).abs() < 1e-14, "scale {scale}");
         }
     }

@@ -1,4 +1,4 @@
-//! A mesh as its file says it: file units, the file's own numbers, nothing checked yet.
+//! A mesh as in its file: in file units, with the file's own numbers, nothing checked yet.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! A mesh between reading and checking: indices and metres, with the way back to the file.
+//! A mesh between reading and checking: indices and metres, with references back to the file.
 
 use super::TetMesh;
 use super::error::{Defect, MeshError};
@@ -17,7 +17,7 @@ pub(super) struct Solid {
     pub unused_nodes: usize,
 }
 
-/// Where a node or a tet comes from.
+/// Origin of a node or a tet in the file.
 #[derive(Clone, Copy)]
 pub(super) struct Origin {
     /// Its number in the file.

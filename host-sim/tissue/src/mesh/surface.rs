@@ -12,7 +12,7 @@ pub(crate) struct FaceSide {
     /// Its nodes in rising order: the same for both sides of a face.
     pub key: [u32; 3],
     pub tet: usize,
-    /// Place among the tet's faces: that of the corner opposite.
+    /// Index among the tet's faces: that of the opposite corner.
     pub face: usize,
     /// Its nodes, counter-clockwise seen from outside the tet.
     pub corners: [u32; 3],
@@ -49,7 +49,7 @@ pub fn surface(tets: &[[u32; 4]]) -> Vec<[u32; 3]> {
     open.into_iter().map(|(_, _, corners)| corners).collect()
 }
 
-/// How many pieces tets make that hang together by faces.
+/// Number of pieces that are connected by faces.
 #[must_use]
 pub fn pieces(tets: &[[u32; 4]]) -> usize {
     let mut parent: Vec<usize> = (0..tets.len()).collect();
@@ -72,8 +72,8 @@ pub fn pieces(tets: &[[u32; 4]]) -> usize {
     (0..tets.len()).filter(|t| first(*t, None) == *t).count()
 }
 
-/// Whether each node lies on the boundary of a hollow inside, shape `[nodes]`: on a piece of the
-/// boundary that hangs together by its nodes and, seen from outside, encloses less than nothing.
+/// Whether each node lies on the boundary of a hollow inside, shape `[nodes]`: on a connected piece
+/// of the boundary that, seen from outside, encloses a negative volume.
 #[must_use]
 pub fn hollow(mesh: &TetMesh) -> Vec<bool> {
     let boundary = surface(&mesh.tets);
@@ -93,7 +93,7 @@ pub fn hollow(mesh: &TetMesh) -> Vec<bool> {
     (0..parent.len()).map(|n| six_volume_m3[root(&mut parent, n)] < 0.0).collect()
 }
 
-/// The node that stands for all that a node hangs together with.
+/// The node that represents all nodes connected to a node.
 fn root(parent: &mut [usize], mut node: usize) -> usize {
     while parent[node] != node {
         parent[node] = parent[parent[node]];

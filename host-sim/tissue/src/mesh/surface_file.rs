@@ -16,7 +16,7 @@ use super::error::{Defect, MeshError};
 pub struct ImportedSurface {
     /// The surface [m], its triangles counter-clockwise seen from outside.
     pub surface: ClosedSurface,
-    /// Report on what was read, left out and put right.
+    /// Report on what was read, left out and corrected.
     pub report: SurfaceReport,
 }
 
@@ -29,9 +29,9 @@ pub struct SurfaceReport {
     pub triangles: usize,
     /// Corners that its triangles share.
     pub vertices: usize,
-    /// Triangles that faced inward and were turned round.
+    /// Triangles that faced inward and were reversed.
     pub turned_triangles: usize,
-    /// Triangles left out because two of their corners are one.
+    /// Triangles left out because two of their corners coincide.
     pub left_out: usize,
     /// Closed surfaces inside, around hollows.
     pub hollows: usize,
@@ -41,7 +41,7 @@ pub struct SurfaceReport {
     pub volume_m3: f64,
 }
 
-/// Triangles as their file says them: file units, nothing checked yet.
+/// Triangles as in their file: in file units, nothing checked yet.
 struct RawSurface {
     format: &'static str,
     vertices: Vec<[f64; 3]>,
@@ -58,8 +58,8 @@ pub(super) enum Format {
 }
 
 impl Format {
-    /// The format that the content shows, or where that shows none, the extension; `None` for
-    /// something else.
+    /// The format by the content or, if that is ambiguous, by the extension; `None` for anything
+    /// else.
     pub fn of(path: &Path, data: &[u8]) -> Option<Self> {
         let extension = path.extension().map(|e| e.to_ascii_lowercase());
         let has_extension = |name: &str| extension.as_ref().is_some_and(|e| e == name);

@@ -1,12 +1,12 @@
-//! Whether the tets of a solid fit together: two at most on a face, on opposite sides of it, and
-//! all in one piece.
+//! Checks that the tets of a solid fit together: at most two on a face, on opposite sides of it,
+//! and all in one piece.
 
 use super::error::{Defect, MeshError};
 use super::solid::Solid;
 use super::surface::{FaceSide, face_sides};
 
-/// Needs positively oriented tets. Orienting them hides a node pulled through its surroundings:
-/// what it leaves is a face with both tets on one side.
+/// Needs positively oriented tets. Orienting them hides a node that was pulled through its
+/// surroundings, but leaves a face with both tets on one side.
 pub(super) fn check(solid: &Solid) -> Result<(), MeshError> {
     let sides = face_sides(&solid.mesh.tets);
     let mut parts = Parts::new(solid.mesh.tets.len());
@@ -42,8 +42,8 @@ fn crowded(solid: &Solid, last: &FaceSide, tets: usize) -> MeshError {
     solid.error_at_tet(last.tet, defect)
 }
 
-/// A shared face makes one piece of two tets. A shared node or edge does not: it is a hinge, which
-/// springs leave free to turn.
+/// A shared face joins two tets into one piece. A shared node or edge does not: it is a hinge,
+/// about which springs allow free rotation.
 fn one_piece(solid: &Solid, parts: &mut Parts) -> Result<(), MeshError> {
     let mut found = parts.sizes();
     if found.len() < 2 {

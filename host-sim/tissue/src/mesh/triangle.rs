@@ -29,8 +29,8 @@ pub fn nearest_on_triangle(corners: &[Vector3<f64>; 3], point: &Vector3<f64>) ->
     sides.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(foot, |side| side.1)
 }
 
-/// A ray this far outside an edge, as a share of the triangle, still hits: one through an edge must
-/// not slip between the two triangles by rounding.
+/// Tolerance outside an edge within which a ray still hits, as a share of the triangle: a ray
+/// through an edge must not pass between the two triangles by rounding.
 const EDGE: f64 = 1e-9;
 
 /// How far along a ray it enters a triangle from outside [m] (Moeller and Trumbore 1997); `None` if

@@ -15,7 +15,7 @@ impl LengthUnit {
     /// Those with a name, the likeliest first [m].
     pub const NAMED: [(&str, f64); 4] = [("m", 1.0), ("mm", 1e-3), ("cm", 1e-2), ("um", 1e-6)];
 
-    /// A unit of so many metres.
+    /// A unit of this many metres.
     ///
     /// # Errors
     /// Zero, a negative or an infinite number.

@@ -1,4 +1,4 @@
-//! One word of a mesh file: where it stands and what it can mean.
+//! One word of a mesh file: its place and its possible meanings.
 
 use super::error::{Defect, MeshError, quoted};
 

@@ -1,6 +1,6 @@
 //! Reasons for which a stored truth cannot be used.
 
-/// Why there is no such table.
+/// Why a table cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TruthError {
     /// The stored table of truths cannot be read.
@@ -16,7 +16,7 @@ pub enum TruthError {
     /// The stored table of truths has no entry of that name.
     #[error("no truth is called {name}: see TRUTHS for the names")]
     Unknown {
-        /// The name that was asked for.
+        /// The requested name.
         name: String,
     },
     /// A drag where a ramp is needed.

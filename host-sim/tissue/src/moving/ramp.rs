@@ -12,20 +12,20 @@ use crate::scene::Scene;
 
 /// Depth of the stored ramps [m].
 const DEPTH_M: f64 = 0.004;
-/// Depths whose own errors are given [m].
+/// Depths at which errors are reported separately [m].
 pub const AT_M: [f64; 4] = [0.001, 0.002, 0.003, 0.004];
 /// Ticks above the surface before the ramp, and of the hold after it.
 const LEAD_TICKS: i32 = 5;
 const HOLD_TICKS: i32 = 40;
-/// From this speed on a ramp is a tap [mm/s], and so many ticks after its stop are judged as well:
-/// most of a tap is what follows the stop.
+/// Speed from which a ramp counts as a tap [mm/s], and the number of ticks after its stop that are
+/// then evaluated as well: most of a tap follows the stop.
 const TAP_MM_PER_S: u32 = 500;
 const AFTER_TAP_TICKS: i32 = 20;
 
-/// A stored ramp, ready to be judged by.
+/// A stored ramp, ready for comparison.
 #[derive(Clone, Debug)]
 pub struct Ramp {
-    /// Truth it is of.
+    /// Its stored reference.
     pub truth: Truth,
     /// Speed [mm/s].
     pub speed_mm_per_s: u32,
@@ -37,12 +37,12 @@ pub struct Ramp {
 pub struct RampError {
     /// Speed [mm/s].
     pub speed_mm_per_s: u32,
-    /// At each of [`AT_M`], of the true force there [%].
+    /// Error at each of [`AT_M`], relative to the true force there [%].
     pub at_pct: [f64; 4],
-    /// Root mean square over the ramp, of the largest true force in it [%]; of a tap (500 mm/s)
-    /// over the 20 ms after its stop as well.
+    /// Root mean square over the ramp, relative to its largest true force [%]; for a tap (500 mm/s)
+    /// including the 20 ms after its stop.
     pub rms_pct: f64,
-    /// Of the largest force, hold included [%].
+    /// Error of the largest force, hold included [%].
     pub peak_pct: f64,
 }
 
@@ -85,8 +85,8 @@ impl Ramp {
         (-LEAD_TICKS..=self.ticks() + HOLD_TICKS).map(|n| self.depth_m(n)).collect()
     }
 
-    /// True force over Young's modulus at each tick that is judged [m^2]: those that follow the
-    /// touch of the rest surface.
+    /// True force over Young's modulus at each tick that is evaluated [m^2]: those after the touch
+    /// of the rest surface.
     #[must_use]
     pub fn judged_force_over_e_m2(&self) -> Vec<f64> {
         (1..=self.judged_ticks()).map(|n| self.table.force_over_e_m2(f64::from(n) * 1e-3)[2]).collect()
@@ -101,7 +101,7 @@ impl Ramp {
         self.ticks() + if self.speed_mm_per_s >= TAP_MM_PER_S { AFTER_TAP_TICKS } else { 0 }
     }
 
-    /// Way in a tick [m].
+    /// Displacement per tick [m].
     fn step_m(&self) -> f64 {
         f64::from(self.speed_mm_per_s) * 1e-6
     }
@@ -110,7 +110,7 @@ impl Ramp {
         (self.step_m() * f64::from(tick)).min(DEPTH_M)
     }
 
-    /// Moves a probe as the truth did. `tick` takes the depth of the tip at the end of each
+    /// Moves a probe as in the reference. `tick` takes the depth of the tip at the end of each
     /// millisecond [m] and returns the force on the probe along the press [N].
     ///
     /// # Errors
@@ -125,7 +125,7 @@ impl Ramp {
                 force_m2.push(force_n / self.truth.youngs_modulus_pa);
             }
         }
-        // between two ticks the force is taken as straight
+        // between two ticks the force is interpolated linearly
         let own_m2 = |ticks: f64| {
             let before = (ticks + 1e-6).floor();
             let share = (ticks - before).max(0.0);
@@ -150,8 +150,8 @@ impl Ramp {
     /// Presses a patch at a place of its surface [m].
     ///
     /// # Errors
-    /// A model that the core refuses; the inner result is the fault of a patch that does not
-    /// survive the ramp.
+    /// A model that the core refuses; the inner error is the fault of a patch that does not survive
+    /// the ramp.
     pub fn judge_patch(&self, patch: &Patch, params: &Params, site_m: Vector3<f32>) -> Result<Result<RampError, Fault>, Error> {
         let model = patch.wide_model();
         let mut memory = Memory::for_model(&model);

@@ -1,8 +1,9 @@
-//! Moving error of a patch without a dynamic truth: against itself with much shorter substeps.
+//! Moving error of a patch without a dynamic reference: relative to the same patch with much
+//! shorter substeps.
 //!
 //! The mass floor falls with the square of the substep, so with many substeps the patch moves with
-//! almost its true masses. What this does not see are the errors that both share, above all those
-//! of the mesh: 2 % of the peak on the shipped patches up to 200 mm/s, more in faster taps.
+//! almost its true masses. It does not include the errors that both share, above all those of the
+//! mesh: 2 % of the peak on the shipped patches up to 200 mm/s, more in faster taps.
 
 use palpate::{GuardLimits, Params, ProbePose, Vector3, tick};
 
@@ -10,13 +11,13 @@ use crate::error::Error;
 use crate::patch::{Memory, Patch};
 use crate::scene::TICK_S;
 
-/// The yardstick has so many times the substeps.
+/// Ratio of the reference's substeps to the patch's.
 const FINER: u16 = 12;
 /// Ticks above the surface before the ramp.
 const LEAD_TICKS: i32 = 5;
 
-/// So many times the substeps, with the masses floored for the shorter substep: the square of that
-/// lighter. The probe may sink that much faster.
+/// Multiplies the substeps, with the masses floored for the shorter substep: lighter by the square
+/// of that factor. The probe may sink faster by that factor.
 #[must_use]
 pub fn with_substeps(params: &Params, times: u16) -> Params {
     let n = f32::from(times);
@@ -32,7 +33,7 @@ pub fn with_substeps(params: &Params, times: u16) -> Params {
 /// A straight approach to a depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Approach {
-    /// Place of the surface that the tip starts above [m].
+    /// Place of the surface above which the tip starts [m].
     pub site_m: Vector3<f32>,
     /// Speed [m/s].
     pub speed_m_per_s: f64,
@@ -49,8 +50,8 @@ pub struct SelfCheck {
 }
 
 impl SelfCheck {
-    /// Presses the yardstick of a patch. `None` where it does not survive the approach or feels
-    /// nothing.
+    /// Presses the reference of a patch. `None` if it does not survive the approach or gives no
+    /// force.
     ///
     /// # Errors
     /// A model that the core refuses.
@@ -60,8 +61,8 @@ impl SelfCheck {
         Ok((largest_n > 0.0).then_some(Self { approach, force_n, largest_n }))
     }
 
-    /// Root mean square error of the same patch with other substeps, of the largest force of the
-    /// yardstick [%]. `None` where it does not survive the approach.
+    /// Root mean square error of the same patch with other substeps, relative to the reference's
+    /// largest force [%]. `None` if it does not survive the approach.
     ///
     /// # Errors
     /// A model that the core refuses.

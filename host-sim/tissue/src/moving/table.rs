@@ -1,11 +1,11 @@
-//! Table of force over Young's modulus against time, as it is stored.
+//! Stored table of force over Young's modulus against time.
 
 use std::fmt::Write as _;
 
 use super::error::TruthError;
 
 const COLUMNS: &str = "t_s,depth_m,across_m,force_x_over_e_m2,force_y_over_e_m2,force_normal_over_e_m2";
-/// Forces are written in units of this area [m^2], to that many digits after the point.
+/// Unit of the written forces [m^2], and their digits after the point.
 const DIGITS: usize = 4;
 
 /// One instant.
@@ -32,13 +32,13 @@ impl Table {
     /// Version of the files.
     pub const VERSION: u32 = 1;
 
-    /// Force on the probe over Young's modulus at a time [m^2], straight between rows.
+    /// Force on the probe over Young's modulus at a time [m^2], linear between rows.
     #[must_use]
     pub fn force_over_e_m2(&self, t_s: f64) -> [f64; 3] {
         self.at(t_s).force_over_e_m2
     }
 
-    /// The instant at a time, straight between rows; beyond them the nearest row.
+    /// The instant at a time, linear between rows; beyond them the nearest row.
     #[must_use]
     pub fn at(&self, t_s: f64) -> Row {
         let next = self.rows.partition_point(|row| row.t_s < t_s);

@@ -7,7 +7,7 @@ use super::truth::Truth;
 use crate::error::Error;
 use crate::patch::{Memory, Patch};
 
-/// Ticks above the surface before the motion begins, at the speed that it begins with.
+/// Ticks above the surface before the motion begins, at its initial speed.
 const LEAD_TICKS: i32 = 5;
 
 /// Force error over a whole motion, the rests within it included.
@@ -22,12 +22,12 @@ pub struct CourseError {
 }
 
 impl CourseError {
-    /// Moves a patch's probe as the truth did, one pose per tick, and compares the forces after
-    /// every tick. `site_m` is the truth's place on this patch, in the frame of the block [m].
+    /// Moves a patch's probe as in the reference, one pose per tick, and compares the forces after
+    /// every tick. `site_m` is the reference's place on this patch, in the frame of the block [m].
     ///
     /// # Errors
-    /// A truth that cannot be read, or a model that the core refuses; the inner result is the fault
-    /// of a patch that does not survive the motion.
+    /// A reference that cannot be read, or a model that the core refuses; the inner error is the
+    /// fault of a patch that does not survive the motion.
     pub fn of(truth: &Truth, patch: &Patch, params: &Params, site_m: Vector3<f32>) -> Result<Result<Self, Fault>, Error> {
         let table = truth.stored()?;
         let model = patch.wide_model();

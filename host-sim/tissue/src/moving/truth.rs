@@ -1,4 +1,4 @@
-//! The stored truths: of which scenes and motions they are, and their tables.
+//! The stored dynamic references (*truths*): their scenes, motions and tables.
 //!
 //! A table is a CSV file in `references/moving`: lines that begin with `#` say how it was computed,
 //! one line names the columns, and the rows are in SI units at a fixed spacing in time. The example
@@ -21,7 +21,7 @@ pub enum Site {
     Nodule,
 }
 
-/// Movement of a stored truth.
+/// Motion of a stored truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Trajectory {
     /// Ramp to 4 mm, and a hold.
@@ -65,7 +65,7 @@ impl Trajectory {
 /// A stored truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
-    /// Name, also of its file.
+    /// Its name, which is also that of its file.
     pub name: &'static str,
     /// Tissue and place.
     pub site: Site,

@@ -2,8 +2,8 @@
 //!
 //! About 300 mm wide (x), 260 mm long (y), 210 mm deep (z), the belly up. Layers by depth under the
 //! surface: skin 2 mm, subcutaneous fat 12 mm, abdominal wall 11 mm (rectus or the three oblique
-//! muscles together, ultrasound of adults), viscera inside. The ends, where a body would go on, are
-//! rounded off and skinned like the rest.
+//! muscles together, ultrasound of adults), viscera inside. The ends, where a body would continue,
+//! are rounded off and covered with skin like the rest.
 
 use super::parts::{V3, mm};
 use super::{Organ, Region};

@@ -1,13 +1,13 @@
-//! The uniform spacing, and the place of the lattice, that give a wanted number of tets.
+//! Finds the uniform spacing and the position of the lattice that give a wanted number of tets.
 
 use super::lattice::Lattice;
 use super::parts::V3;
 use super::{Organ, OrganError, sound, stuffing};
 use crate::mesh::TetMesh;
 
-/// Further than this from the wanted number is no answer (1).
+/// Largest accepted deviation from the wanted number (1).
 const WORST_SHARE: f64 = 0.1;
-/// Close enough to stop looking (1).
+/// Deviation at which the search stops (1).
 const GOOD_SHARE: f64 = 0.004;
 /// Halvings of the bracket, then spacings tried around the end of it: the number of tets jumps by a
 /// percent from one to the next.
@@ -15,8 +15,8 @@ const HALVINGS: u32 = 10;
 const TRIES: u32 = 64;
 /// Half-width of the last search (1).
 const WINDOW: f64 = 0.03;
-/// From one of those to the next the lattice shifts by this share of its way: on a shape symmetric
-/// about it whole layers would come and go at once.
+/// Shift of the lattice between two of these, as a share of the spacing: on a symmetric shape whole
+/// layers would otherwise appear and vanish at once.
 const SHIFT: f64 = 0.382;
 /// Samples along an axis for the volume.
 const GRID: u32 = 48;
@@ -27,7 +27,7 @@ impl Organ {
             let organ = self.name.to_owned();
             return Err(OrganError::Number { organ, what: "number of tets", value: 0.0, wanted: "one or more" });
         }
-        // twelve tets fill a cube; those cut at the surface make it more
+        // twelve tets fill a cube; those cut at the surface add some
         let guess_m = (12.0 * self.volume_m3() / wanted as f64).cbrt();
         let (mut low, mut high) = (0.8 * guess_m, 2.0 * guess_m);
         let mut best = Best { wanted, mesh: None, nearest: 0 };
@@ -50,7 +50,7 @@ impl Organ {
         })
     }
 
-    /// `None` where nothing of the organ is left.
+    /// `None` if nothing of the organ is left.
     fn unchecked(&self, spacing_m: f64, shift: f64) -> Result<Option<TetMesh>, OrganError> {
         let lattice = Lattice::uniform(spacing_m, self.box_m, shift).map_err(|refusal| refusal.of(self.name))?;
         match stuffing::cut_out(self.name, &self.implicit, &lattice) {

@@ -9,8 +9,7 @@ const STEP_M: f64 = 1e-6;
 /// Rounds of the search for the nearest surface point, and of Newton's method in each.
 const ROUNDS: usize = 8;
 const NEWTON: usize = 6;
-/// A ray is looked at this often on its way through twice the organ's box: it misses what it
-/// crosses in less.
+/// Number of samples of a ray through twice the organ's box: thinner parts are missed.
 const RAY_STEPS: u32 = 4000;
 
 impl Organ {
@@ -27,7 +26,7 @@ impl Organ {
         })
     }
 
-    /// Onto the surface down the slope.
+    /// Moves to the surface along the gradient.
     fn settle(&self, mut at: V3) -> V3 {
         for _ in 0..NEWTON {
             let (value, slope) = (self.value(at), self.gradient(at));
@@ -41,9 +40,9 @@ impl Organ {
     }
 
     /// Nearest surface point and signed distance to it [m], negative inside. The point is moved
-    /// along the surface until the way to it is normal (Hartmann's foot-point iteration): exact
-    /// where the point is nearer than the surface's radius of curvature, a bound from outside
-    /// beyond.
+    /// along the surface until the connecting line is normal (Hartmann's foot-point iteration):
+    /// exact if the point is nearer than the surface's radius of curvature, otherwise an upper
+    /// bound.
     pub(super) fn foot(&self, at: V3) -> (V3, f64) {
         let mut foot = self.settle(at);
         let mut least = (at - foot).norm();

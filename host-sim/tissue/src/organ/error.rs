@@ -1,6 +1,6 @@
 //! Why an organ has no mesh.
 
-/// An organ that cannot be meshed as asked. Displays as one line: what, where, how to fix it.
+/// An organ that cannot be meshed as requested. Displays as one line: what, where, how to fix it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "each message names what its fields hold")]
 pub enum OrganError {

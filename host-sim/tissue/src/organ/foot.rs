@@ -25,7 +25,7 @@ fn shape(x: V3) -> f64 {
     let ball = ellipsoid(x, mm3(58.0, 0.0, 10.0), mm3(48.0, 46.0, 24.0));
     let toes = ellipsoid(x, mm3(94.0, 4.0, 18.0), mm3(31.0, 40.0, 15.0));
     let mass = join(join(heel, outer_edge, mm(22.0)), join(ball, toes, mm(12.0)), mm(22.0));
-    // stood on: heel, ball and toes share one plane
+    // the standing surface: heel, ball and toes share one plane
     meet(mass, x.z - mm(32.0), mm(10.0))
 }
 

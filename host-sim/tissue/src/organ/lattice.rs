@@ -6,17 +6,17 @@
 //!
 //! The lattice matters to the springs: with the stiffness of paper 000, eq 11 (`k` proportional to
 //! the number of tets on the edge, here 4 and 6) it is an exactly isotropic solid, `C11 = 3 C12 = 3
-//! C44`, so `lambda = mu` (nu = 1/4), of 1.008 times the Young's modulus asked for.
+//! C44`, so `lambda = mu` (nu = 1/4), of 1.008 times the requested Young's modulus.
 //!
 //! Growing: a point at distance `rho` from the place is moved along its ray to `r = R (1 + w + g
-//! (w^2 + w^3/3))`, `w = rho/R - 1`, `R` the fine radius, `g` the growth; inside `R` it stays. With
-//! `g = 1` that is `R ((rho/R)^3 + 2)/3`. No radial map keeps angles: at depth an element is up to
-//! three times as long along the ray as across.
+//! (w^2 + w^3/3))`, `w = rho/R - 1`, `R` the fine radius, `g` the growth; inside `R` it is not
+//! moved. With `g = 1` that is `R ((rho/R)^3 + 2)/3`. No radial map preserves angles: at depth an
+//! element is up to three times as long along the ray as across.
 
 use super::parts::V3;
 use super::{Fine, OrganError};
 
-/// Most integer triples in a lattice: what a desktop's memory holds with ease.
+/// Largest number of integer triples in a lattice: a desktop's memory holds them easily.
 const MOST_POINTS: usize = 8_000_000;
 
 /// Neighbours of a point in half edges: the first 6 at a whole edge, the other 8 at `sqrt(3)/2` of
@@ -57,11 +57,11 @@ struct Growth {
     factor: f64,
     /// Largest stretch along the ray (1).
     most: f64,
-    /// Half of the segment that stands for the place, from its middle.
+    /// Half of the segment that represents the place, from its middle.
     half_stroke: V3,
 }
 
-/// A lattice that cannot be; [`Refusal::of`] says for which organ.
+/// An impossible lattice; [`Refusal::of`] names the organ.
 #[derive(Debug)]
 pub(super) enum Refusal {
     Number { what: &'static str, value: f64, wanted: &'static str },
@@ -102,7 +102,7 @@ impl Lattice {
         Self::around(fine.spacing_m, fine.at_m.into(), Some(growth), reach)
     }
 
-    /// `reach` is how far it must go from its middle below and above, before growing [m].
+    /// `reach` is its extent below and above its middle, before growing [m].
     fn around(spacing_m: f64, at: V3, growth: Option<Growth>, reach: [[f64; 3]; 2]) -> Result<Self, Refusal> {
         length("spacing_m", spacing_m)?;
         // three more, for the neighbours of every point inside and the shift
@@ -134,7 +134,7 @@ impl Lattice {
         }
     }
 
-    /// Every lattice point inside the outer two layers or not, in rising order of its name.
+    /// Every lattice point, also in the outer two layers, in rising order of its name.
     pub fn points(&self) -> impl Iterator<Item = [i32; 3]> {
         let [nx, ny, nz] = self.size.map(|n| n as i32);
         let [x, y, z] = self.low;
@@ -176,13 +176,13 @@ pub(super) fn tets_around(point: [i32; 3], axis: usize) -> [[[i32; 3]; 4]; 4] {
     std::array::from_fn(|k| [point, at(2, 0, 0), ring[k], ring[(k + 1) % 4]])
 }
 
-/// The two ends of a long edge differ in this.
+/// A property in which the two ends of a long edge differ.
 pub(super) fn is_even([i, j, k]: [i32; 3]) -> bool {
     (i + j + k).div_euclid(2) & 1 == 0
 }
 
 impl Growth {
-    /// Distance after over distance before.
+    /// Ratio of the distance after the map to that before.
     fn stretch(self, before: f64) -> f64 {
         if before <= self.radius {
             return 1.0;
@@ -195,13 +195,13 @@ impl Growth {
         self.radius * (1.0 + grown + self.factor * grown * grown * (1.0 + grown / 3.0) + beyond) / before
     }
 
-    /// The segment's point nearest to one, both from its middle.
+    /// The segment's point nearest to a given one, both relative to its middle.
     fn nearest(self, from: V3) -> V3 {
         let square = self.half_stroke.norm_squared();
         if square > 0.0 { self.half_stroke * (from.dot(&self.half_stroke) / square).clamp(-1.0, 1.0) } else { V3::zeros() }
     }
 
-    /// Distance before, from that after, by bisection; from outside.
+    /// Distance before the map, from that after it, by bisection, outside the fine radius.
     fn unmoved(self, after: f64) -> f64 {
         let (mut low, mut high) = (0.0, after);
         for _ in 0..60 {
@@ -271,7 +271,7 @@ mod tests {
                 let square: f64 = n.iter().map(|c| c * c).sum();
                 for index in 0..81 {
                     let axes = [index / 27, index / 9 % 3, index / 3 % 3, index % 3];
-                    // half: each spring is seen from both of its ends
+                    // half: each spring is counted from both of its ends
                     let part = 0.5 * k * axes.iter().map(|a| n[*a]).product::<f64>() / square / 8.0;
                     *stiffness.entry(axes).or_insert(0.0) += part;
                 }

@@ -9,7 +9,7 @@ use super::gallbladder;
 use super::parts::{V3, ellipsoid, join, meet, mm, mm3};
 use super::{Organ, Region};
 
-/// The gap between the two organs in the fossa [m]: they lie against each other without overlap.
+/// The gap between the two organs in the fossa [m]: they touch without overlap.
 pub(super) const GAP_M: f64 = 0.3e-3;
 
 pub(super) const LIVER: Organ = Organ {
@@ -26,7 +26,7 @@ fn shape(x: V3) -> f64 {
     meet(body(x), GAP_M - gallbladder::shape(x), mm(3.0))
 }
 
-/// The liver with its lower face whole.
+/// The liver with an intact lower face.
 fn body(x: V3) -> f64 {
     // both ends sweep back, as the crescent under the ribs
     let x = V3::new(x.x + 1.3 * x.y * x.y - mm(8.0), x.y, x.z);

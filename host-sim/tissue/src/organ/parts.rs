@@ -18,8 +18,8 @@ pub(super) const fn mm3(x: f64, y: f64, z: f64) -> V3 {
     V3::new(1e-3 * x, 1e-3 * y, 1e-3 * z)
 }
 
-/// Ellipsoid with axes along the frame. Its value over its slope: exact at the surface, too small
-/// far away.
+/// Ellipsoid with axes along the frame. Its value over its gradient: exact at the surface, too
+/// small far away.
 pub(super) fn ellipsoid(x: V3, center: V3, radii: V3) -> f64 {
     let u = (x - center).component_div(&radii);
     let slope = u.component_div(&radii).norm();
@@ -31,8 +31,8 @@ pub(super) fn capsule(x: V3, a: V3, b: V3, radius: f64) -> f64 {
     pear(x, a, b, radius, radius)
 }
 
-/// Ball whose radius goes from `at_a` to `at_b` on the way from `a` to `b`: exact distance to the
-/// two balls and the cone that touches both.
+/// Ball whose radius changes from `at_a` to `at_b` between `a` and `b`: exact distance to the two
+/// balls and the cone that touches both.
 pub(super) fn pear(x: V3, a: V3, b: V3, at_a: f64, at_b: f64) -> f64 {
     let length = (b - a).norm();
     let along = (x - a).dot(&(b - a)) / length;

@@ -1,4 +1,4 @@
-//! Whether a mesh is one solid, and a ball: what every organ here is.
+//! Checks that a mesh is one solid with the topology of a ball, as every organ here.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use crate::mesh::{TetMesh, surface};
 
 type Edges = BTreeMap<[u32; 2], Vec<usize>>;
 
-/// Triangles at every edge; `None` if one has not just two.
+/// Triangles at every edge; `None` unless every edge has exactly two.
 fn sides(triangles: &[[u32; 3]]) -> Option<Edges> {
     let mut edges = Edges::new();
     for (index, &[a, b, c]) in triangles.iter().enumerate() {

@@ -3,8 +3,8 @@
 //!
 //! The remainder of a tet is a tet, a pyramid over a quadrilateral, or a prism. Quadrilaterals on a
 //! lattice face are halved alike from both sides: by the diagonal that ends at the cut of the
-//! face's long edge, and where that is not cut, at the end of it that is even. A quadrilateral on
-//! the surface takes the shorter diagonal where both fit.
+//! face's long edge, and if that is not cut, at its even end. A quadrilateral on the surface takes
+//! the shorter diagonal where both fit.
 
 /// Where a corner is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -69,7 +69,7 @@ impl Cell {
         order.sort_by_key(|k| self.sides[*k]);
         let swaps = (0..4).flat_map(|a| (a + 1..4).map(move |b| (a, b))).filter(|(a, b)| order[*a] > order[*b]).count();
         if swaps % 2 == 1 {
-            // of two alike, or where all but the first are treated alike
+            // if two are alike, or all but the first are treated alike
             if self.sides[order[1]] == Side::In { order.swap(0, 1) } else { order.swap(2, 3) }
         }
         order
@@ -90,8 +90,7 @@ impl Cell {
 }
 
 /// A prism of columns `bottom[k]`-`top[k]`. `before` says for the pairs 01, 02, 12 of columns that
-/// the diagonal between them starts at the bottom of the first; the three never chase each other in
-/// a circle.
+/// the diagonal between them starts at the bottom of the first; the three are never cyclic.
 fn prism(bottom: [Part; 3], top: [Part; 3], [b01, b02, b12]: [bool; 3]) -> Vec<[Part; 4]> {
     let bottoms = [u8::from(b01) + u8::from(b02), u8::from(!b01) + u8::from(b12), u8::from(!b02) + u8::from(!b12)];
     let mut order = [0, 1, 2];

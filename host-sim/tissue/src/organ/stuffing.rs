@@ -4,7 +4,8 @@
 //! Every lattice edge from inside to outside has a cut point, here found on the straight edge by
 //! bisection. A lattice point with a cut too near moves onto the nearest of them; then the tets are
 //! cut ([`split`]). The thresholds are the paper's, for which it proves dihedral angles of 10.7 to
-//! 164.8 degrees on an even lattice whatever the shape. A lattice that grows carries no such bound.
+//! 164.8 degrees on an even lattice whatever the shape. For a growing lattice there is no such
+//! bound.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,7 +16,7 @@ use super::sound;
 use super::split::{Cell, Part, Side};
 use crate::mesh::TetMesh;
 
-/// A cut nearer than this share of a long or a short edge draws the lattice point.
+/// A cut nearer than this share of a long or a short edge attracts the lattice point.
 const NEAR_LONG: f64 = 0.24999;
 const NEAR_SHORT: f64 = 0.41189;
 
@@ -38,7 +39,7 @@ struct Stuffing<'a> {
     cuts: BTreeMap<[u32; 2], Cut>,
 }
 
-/// The mesh of what is inside, regions 0, checked to be sound.
+/// The mesh of the inside, with regions 0, checked to be sound.
 pub(super) fn stuff(organ: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice) -> Result<TetMesh, OrganError> {
     let mesh = cut_out(organ, implicit, lattice)?;
     match sound::defect(&mesh.tets) {
@@ -47,8 +48,8 @@ pub(super) fn stuff(organ: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice
     }
 }
 
-/// Returns the mesh of what is inside, regions 0, checked to be sound, for a shape that may have
-/// holes through it, and hollows.
+/// Returns the mesh of the inside, with regions 0, checked to be sound, for a shape that may have
+/// holes and hollows.
 pub(super) fn stuff_any(name: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice) -> Result<TetMesh, OrganError> {
     let mesh = cut_out(name, implicit, lattice)?;
     match sound::torn(&mesh.tets) {
@@ -57,7 +58,7 @@ pub(super) fn stuff_any(name: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Latt
     }
 }
 
-/// Returns the mesh of what is inside, regions 0, without the check of its topology.
+/// Returns the mesh of the inside, with regions 0, without checking its topology.
 pub(super) fn cut_out(organ: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice) -> Result<TetMesh, OrganError> {
     let mut sides = vec![Side::Out; lattice.len()];
     for triple in lattice.points() {
@@ -117,8 +118,8 @@ impl Stuffing<'_> {
         self.cuts = cuts;
     }
 
-    /// Moves points onto cuts that are too near, one after the other; a moved point's edges are cut
-    /// no more.
+    /// Moves points onto cuts that are too near, one by one; the edges of a moved point are no
+    /// longer cut.
     fn draw_points(&mut self) {
         let ends: BTreeSet<u32> = self.cuts.keys().flatten().copied().collect();
         for name in ends {
@@ -165,7 +166,7 @@ impl Stuffing<'_> {
     fn place(&self, node: Node) -> V3 {
         match node {
             Node::Point(name) => self.moved.get(&name).copied().unwrap_or_else(|| self.lattice.place(self.lattice.triple(name))),
-            // every cut named is there; a missing one would show as a flat tet
+            // every named cut exists; a missing one would appear as a flat tet
             Node::Cut(edge) => self.cuts.get(&edge).map_or_else(V3::zeros, |cut| cut.at),
         }
     }

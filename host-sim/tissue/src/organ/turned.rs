@@ -1,8 +1,8 @@
-//! Any closed shape, cut out of a lattice that is turned to the surface at a place.
+//! Any closed shape, cut out of a lattice that is aligned with the surface at a place.
 //!
-//! The lattice's densest planes, `(110)`, are made of whole faces of its tets. Turned so that one
-//! of them is tangent at the place, a flat surface there is met by uncut tets and a bent one by
-//! tets cut little.
+//! The lattice's densest planes, `(110)`, consist of whole faces of its tets. Turned so that one of
+//! them is tangent at the place, a flat surface there needs no cut tets, and a curved one only
+//! slight cuts.
 
 use nalgebra::Matrix3;
 
@@ -14,13 +14,13 @@ use crate::mesh::TetMesh;
 /// A lattice turned to a surface, finest along a segment on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turned {
-    /// Where it is finest, and how it grows from there.
+    /// Its finest place, and its growth from there.
     pub fine: Fine,
     /// Outward unit normal there.
     pub axis: [f64; 3],
     /// The segment, centred on the place [m]; zero for the place alone.
     pub stroke_m: [f64; 3],
-    /// No element is longer along a ray from there than this [m].
+    /// Largest length of an element along a ray from there [m].
     pub coarsest_m: f64,
 }
 
@@ -29,7 +29,7 @@ impl Turned {
     /// every tet positively oriented, one piece, every node in use. `name` is for messages.
     ///
     /// # Errors
-    /// Numbers that are no sizes; a spacing too coarse for the shape or too fine for memory.
+    /// Numbers that are not sizes, or a spacing too coarse for the shape or too fine for memory.
     pub fn mesh(&self, name: &str, implicit_m: &dyn Fn([f64; 3]) -> f64, bounds_m: [[f64; 3]; 2]) -> Result<TetMesh, OrganError> {
         let turn = self.turn();
         let at = V3::from(self.fine.at_m);
@@ -60,8 +60,8 @@ impl Turned {
 }
 
 /// Two unit vectors that make a right-handed frame with a unit normal, `[first, second, normal]`: x
-/// and y where that is z, else the first as near to x (to y, where the normal is nearly x) as it
-/// can be.
+/// and y if that is z, otherwise with the first as near to x as possible (to y, if the normal is
+/// nearly x).
 #[must_use]
 pub fn tangents(normal: [f64; 3]) -> [[f64; 3]; 2] {
     let up = V3::from(normal).normalize();

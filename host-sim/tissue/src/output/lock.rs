@@ -9,7 +9,8 @@ use std::path::PathBuf;
 #[derive(Debug)]
 pub(super) struct Lock {
     path: PathBuf,
-    /// Folders made for this run, innermost first: they go again if the run leaves nothing in them.
+    /// Folders made for this run, innermost first: they are removed if the run leaves nothing in
+    /// them.
     made: Vec<PathBuf>,
     _file: File,
 }
@@ -34,10 +35,10 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // while it is still locked: a run that opened it before sees that it has gone
+        // removed while still locked: a run that opened it earlier notices that it is gone
         let _ = std::fs::remove_file(&self.path);
         for folder in &self.made {
-            // keeps what is not empty
+            // keeps folders that are not empty
             let _ = std::fs::remove_dir(folder);
         }
     }
@@ -51,7 +52,7 @@ fn is_at(file: &File, path: &std::path::Path) -> bool {
     held.is_ok_and(|held| there.is_ok_and(|there| held == there))
 }
 
-/// Elsewhere a file that is open cannot be removed.
+/// On other systems an open file cannot be removed.
 #[cfg(not(unix))]
 fn is_at(_: &File, _: &std::path::Path) -> bool {
     true

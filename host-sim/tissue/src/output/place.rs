@@ -1,4 +1,4 @@
-//! Where a result lies, where its draft does, and how the one becomes the other.
+//! Paths of a result and its draft, and the exchange of the two.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -72,7 +72,7 @@ impl Place {
         self.folder.with_file_name(name)
     }
 
-    /// Refuses to replace a folder that cannot be, or must not be for what it holds.
+    /// Refuses to replace a folder that cannot be replaced, or must not be because of its content.
     pub(super) fn refuse_foreign(&self, shown: &Path) -> Result<(), Error> {
         if !self.folder.exists() {
             return Ok(());
@@ -95,21 +95,21 @@ impl Place {
         Ok(())
     }
 
-    /// Clears what a run left that was killed, at whichever step.
+    /// Removes the remains of a killed run, whatever its step.
     pub(super) fn recover(&self) -> io::Result<()> {
         let old = self.old();
         if old.exists() {
-            // killed between the two renames: the earlier result goes back
+            // killed between the two renames: restores the earlier result
             if self.folder.exists() { self.settle(&old)? } else { fs::rename(&old, &self.folder)? }
         }
         if self.draft.exists() {
-            // only a whole result has a record
+            // only a complete result has a record
             if Record::read(&self.draft).is_some() { self.settle(&self.draft)? } else { fs::remove_dir_all(&self.draft)? }
         }
         Ok(())
     }
 
-    /// Exchanges draft and folder, then moves over what outlives the earlier result.
+    /// Exchanges draft and folder, then moves the files that outlive the earlier result.
     pub(super) fn replace(&self, dropped: &[String]) -> io::Result<()> {
         let earlier = Record::read(&self.folder).unwrap_or_default();
         let mut record = Record { run: earlier.run + 1, names: flushed(&self.draft)? };
@@ -144,7 +144,7 @@ impl Place {
         fs::create_dir_all(&self.folder)?;
         let names = flushed(&self.draft)?;
         let earlier = Record::read(&self.folder);
-        // a folder with files of others never becomes one that may be replaced
+        // a folder with foreign files never becomes replaceable
         if earlier.is_some() || fs::read_dir(&self.folder)?.next().is_none() {
             let mut record = earlier.unwrap_or_default();
             record.names.extend(names.iter().cloned());
@@ -153,9 +153,9 @@ impl Place {
         names.iter().try_for_each(|name| fs::rename(self.draft.join(name), self.folder.join(name)))
     }
 
-    /// Empties a result that is none any more: its files go, those of others and the patches that
-    /// are kept move to the folder. `from` is the earlier result after an exchange, or a newer one
-    /// that never got into place, which has nothing to keep.
+    /// Empties a replaced result: its files are deleted; foreign files and patches to be kept move
+    /// to the folder. `from` is the earlier result after an exchange, or a newer one that never
+    /// reached its place, which has nothing to keep.
     fn settle(&self, from: &Path) -> io::Result<()> {
         let ours = Record::read(from).unwrap_or_default();
         let kept = Record::read(&self.folder).filter(|now| now.run > ours.run).unwrap_or_default();
@@ -181,14 +181,14 @@ impl Place {
     }
 }
 
-/// Where a file of a draft will lie; `None` if its folder is no draft.
+/// Final path of a file in a draft; `None` if its folder is not a draft.
 pub(super) fn published(file: &Path) -> Option<PathBuf> {
     let draft = file.parent()?;
     let name = draft.file_name()?.to_str()?.strip_prefix('.')?.strip_suffix(".draft")?;
     Some(draft.with_file_name(name).join(file.file_name()?))
 }
 
-/// Names of the files in a draft, once they are on the disk: one that is full may say so only now.
+/// Names of the files in a draft, once they are on the disk: a full disk may be reported only now.
 fn flushed(draft: &Path) -> io::Result<BTreeSet<String>> {
     let mut names = BTreeSet::new();
     for entry in fs::read_dir(draft)? {

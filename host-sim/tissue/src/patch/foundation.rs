@@ -1,4 +1,4 @@
-//! The foundation law of a surface: stiffness about E over the element size, per point.
+//! The foundation law of a surface: a stiffness of about E over the element size, per point.
 
 use palpate::stages::force::foundation::point_weights;
 use palpate::{FoundationPoint, Triangle};

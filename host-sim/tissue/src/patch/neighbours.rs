@@ -1,4 +1,4 @@
-//! How the tets of a patch hang together, for the core's walk to the sensed tip.
+//! Connectivity of a patch's tets, for the core's walk to the sensed tip.
 
 use std::collections::HashMap;
 
@@ -7,8 +7,8 @@ use palpate::{Model, Tet, Triangle};
 use crate::mesh::surface::face_sides;
 
 /// The tet across the face opposite each corner, shape `[tets][4]`, and the tet under each surface
-/// triangle, shape `[triangles]`. At the boundary stands [`Model::TOUCHABLE`] under a surface
-/// triangle and [`Model::HIDDEN`] elsewhere; a triangle that is no face of the boundary has the
+/// triangle, shape `[triangles]`. At the boundary the entry is [`Model::TOUCHABLE`] under a surface
+/// triangle and [`Model::HIDDEN`] elsewhere; a triangle that is not a face of the boundary has the
 /// owner [`Model::HIDDEN`], which the core refuses.
 pub(super) fn of(tets: &[Tet], triangles: &[Triangle]) -> (Vec<[u32; 4]>, Vec<u32>) {
     let nodes: Vec<[u32; 4]> = tets.iter().map(|t| t.node.map(u32::from)).collect();

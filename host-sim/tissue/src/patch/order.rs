@@ -5,11 +5,11 @@ use palpate::{Spring, Tet};
 
 use super::stiffness::RestSpring;
 
-/// Tets that follow each other share no node over this distance, where the mesh allows it: a sum
-/// just stored is not loaded at once.
+/// Distance in the list within which tets share no node, if the mesh allows it: a sum just stored
+/// is not loaded at once.
 const TET_DISTANCE: usize = 6;
-/// Springs that follow each other on wide processors share no node over this distance, where the
-/// order at every node allows it.
+/// Distance in the list within which springs share no node on wide processors, if the order at
+/// every node allows it.
 const SPRING_DISTANCE: usize = 8;
 
 /// Springs in rows: sorted by first node, with the length of each row. This is the patch's order.
@@ -30,8 +30,8 @@ pub(super) fn rows(rest: &[RestSpring], nodes: usize) -> (Vec<Spring>, Vec<u16>)
 /// Returns the springs with neighbours in the list apart, **with the order at every node kept**:
 /// the sums, and so the bits, are the same.
 ///
-/// List scheduling: at each place the first spring that is next in line at both of its nodes and
-/// whose nodes were not used lately.
+/// List scheduling: each place gets the first spring that is next in line at both of its nodes and
+/// whose nodes were not used recently.
 pub(super) fn schedule(springs: &[Spring]) -> Vec<Spring> {
     let nodes = springs.iter().map(|s| usize::from(s.i.max(s.j)) + 1).max().unwrap_or(0);
     let mut queue: Vec<Vec<usize>> = vec![Vec::new(); nodes];
@@ -52,7 +52,7 @@ pub(super) fn schedule(springs: &[Spring]) -> Vec<Spring> {
             let of = |v: u16| last_used[usize::from(v)].map_or(usize::MAX, |at: usize| here - at);
             of(springs[n].i).min(of(springs[n].j))
         };
-        // nodes with the longest queues first: they decide how long the tail is
+        // nodes with the longest queues first: they determine the length of the tail
         let length = |n: usize| queue[usize::from(springs[n].i)].len() + queue[usize::from(springs[n].j)].len();
         let best = ready
             .iter()

@@ -4,8 +4,8 @@ use palpate::{ContactMap, Model, State, Tuned, Vector3};
 
 use super::TickRow;
 
-/// Contact map of the tick with the tip deepest; of several as deep, the last, which has settled
-/// most.
+/// Contact map of the tick with the deepest tip; of several equally deep ones the last, which has
+/// settled most.
 #[derive(Clone, Debug)]
 pub struct DeepestContact {
     /// Start of that tick [s].
@@ -21,7 +21,8 @@ pub struct DeepestContact {
 }
 
 impl DeepestContact {
-    /// Looks at a tick that has just run: the map is in `deepest` if none before was deeper.
+    /// Inspects a tick that has just run: its map replaces `deepest` unless an earlier tick was
+    /// deeper.
     pub fn see(deepest: &mut Option<Self>, model: &Model, tuned: &Tuned, state: &mut State, row: &TickRow) {
         let beaten = deepest.as_ref().is_some_and(|before| row.command_m < before.depth_m);
         if beaten || !state.in_contact() {

@@ -1,4 +1,4 @@
-//! Promises of `press`. A run that breaks a promise writes its files all the same and exits with 1.
+//! Promises of `press`. A run that breaks a promise still writes its files and exits with 1.
 
 use palpate::ClampFlags;
 
@@ -6,12 +6,12 @@ use super::{Hold, Press};
 use crate::error::Error;
 use crate::scene::Drive;
 
-/// How far a hold of a force drive may be from its target, as a share of it.
+/// Largest deviation of a hold of a force drive from its target, as a share of it.
 const FORCE_TOLERANCE: f64 = 0.02;
 
 impl Press {
-    /// No fault, no deadline miss, no inverted tet, a force at every hold that rises with depth
-    /// and, for a force drive, is the one asked for.
+    /// No fault, no deadline miss, no inverted tet, and a force at every hold that rises with depth
+    /// and, for a force drive, equals its target.
     ///
     /// # Errors
     /// The first promise that did not hold.

@@ -4,10 +4,10 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Most Newton steps; four to eight are enough for ratios of the semi-axes up to four.
 const MOST_STEPS: usize = 60;
-/// A step this small beside the least squared semi-axis is the last.
+/// The iteration ends at a step this small relative to the least squared semi-axis.
 const SETTLED: f64 = 1e-15;
-/// Distance from each plane of symmetry that a point keeps, over the least semi-axis: in the planes
-/// near the middle two ways out are equally near, and the equation does not say which.
+/// Least distance of a point from each plane of symmetry, over the least semi-axis: in these
+/// planes, near the middle, two ways out are equally near, and the equation does not select one.
 const ASIDE: f64 = 1e-12;
 
 /// Signed distance [m], the unit normal out of the ellipsoid, and the distance's second derivative
@@ -25,7 +25,8 @@ pub fn ellipsoid(semi_axes_m: [f64; 3], x: Vector3<f64>) -> (f64, Vector3<f64>, 
     let x = x.map(|c| if c.abs() < aside_m { aside_m.copysign(if c > 0.0 { c } else { -1.0 }) } else { c });
     let part = semi.component_mul(&x);
     let beyond = square.map(|s| s - least);
-    // counted from the least squared semi-axis, at the largest of what is surely below the root
+    // counted from the least squared semi-axis, starting at the largest value known to be below the
+    // root
     let mut t = (part.norm() - (most - least)).max((part.abs() - beyond).max());
     for _ in 0..MOST_STEPS {
         let place = beyond.add_scalar(t);
@@ -103,7 +104,7 @@ mod tests {
                     assert!(((more.0 - less.0) / (2.0 * step) - normal[k]).abs() < 1e-5, "{semi:?} {x:?}");
                     let bend = (more.1 - less.1) / (2.0 * step);
                     let off = (bend - curvature.column(k)).norm();
-                    // near the middle the way out turns within the step
+                    // near the middle the direction out changes within the step
                     assert!(off < 1e-3 * (1.0 + curvature.norm()).powi(2) / 100.0, "{semi:?} {x:?}: {off}");
                 }
             }

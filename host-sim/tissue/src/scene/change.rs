@@ -13,7 +13,7 @@ use super::{Scene, SceneError};
 pub struct Change {
     /// Key with its tables; a number is an entry of a list, from 0.
     path: Vec<String>,
-    /// As given, for messages.
+    /// The change as given, for messages.
     text: String,
     value: Value,
 }
@@ -121,7 +121,7 @@ impl Scene {
         changes.iter().try_for_each(|change| change.apply(&mut table))?;
         let text = toml::to_string(&table).map_err(|e| refuse(e.to_string()))?;
         let mut changed = Self::parse(name_or_path, &text).map_err(|error| match error {
-            // its line is that of no file
+            // it has no line in a file
             SceneError::Toml { what, .. } => refuse(what),
             SceneError::Parameter { table, cause, .. } => refuse(format!("{table}{cause}")),
             SceneError::Value { key, why, .. } => refuse(format!("{key} {why}")),
@@ -156,7 +156,7 @@ mod tests {
         assert_eq!(scene.drive.targets(), [0.001, 0.002]);
         assert_eq!((scene.tissue.inclusion[0].radius_m, scene.solver.moving_error_pct), (0.004, Some(3.0)));
         assert_eq!(scene.tissue.poisson_ratio, plain.tissue.poisson_ratio);
-        // what is recorded of the scene is what it was changed to
+        // the recorded scene is the changed one
         assert!(scene.text.contains("youngs_modulus_pa = 5000") && scene.text.contains("\"mine\""), "{}", scene.text);
     }
 

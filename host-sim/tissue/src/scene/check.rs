@@ -1,4 +1,4 @@
-//! Checks that types cannot make, before anything is built or written.
+//! Checks beyond those of the types, before anything is built or written.
 
 use palpate::{BuildError, GuardLimits};
 
@@ -7,17 +7,17 @@ use super::{Drive, Scene, SceneError};
 /// Smallest and largest side of a block [m]: beyond it a unit is wrong. A mesh file has the same
 /// range.
 const SIDE_M: std::ops::RangeInclusive<f64> = 1e-3..=2.0;
-/// Nodes that the mesh of an organ or of a surface file may be asked for, and Young's modulus [Pa]
-/// of an organ's regions.
+/// Range of nodes for the mesh of an organ or a surface file, and Young's modulus [Pa] of an
+/// organ's regions.
 const ORGAN_NODES: std::ops::RangeInclusive<usize> = 100..=5000;
 pub(super) const MODULUS_PA: std::ops::RangeInclusive<f64> = 1.0..=1e9;
 /// Cosine between the long side of a tip and the press beyond which it does not lie on the surface.
 const STEEP: f64 = 0.5;
 /// Files that hold a surface.
 const SURFACES: [&str; 2] = ["stl", "obj"];
-/// Young's modulus below which the unit is doubted [Pa]: no organ is softer.
+/// Young's modulus below which the unit is probably wrong [Pa]: no organ is softer.
 const SOFTEST_PA: f64 = 100.0;
-/// Share of a block's narrower side beyond which a probe's width is doubted (1).
+/// Share of a block's narrower side beyond which a probe's width is probably wrong (1).
 const WIDEST_SHARE: f64 = 1.0 / 3.0;
 /// Longest run, in tissue time [s].
 const LONGEST_S: f64 = 1000.0;
@@ -39,7 +39,7 @@ impl Scene {
         self.check_drive()
     }
 
-    /// Values that are allowed but likely in a wrong unit: a line for each.
+    /// Values that are allowed but probably in a wrong unit: one line each.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
@@ -67,7 +67,7 @@ impl Scene {
         Err(SceneError::value(&self.file, key, why))
     }
 
-    /// Refuses holds deeper than `most_m`; `because` goes on with "than ..".
+    /// Refuses holds deeper than `most_m`; `because` continues the sentence with "than ..".
     pub fn refuse_deeper_than(&self, most_m: f64, because: &str) -> Result<(), SceneError> {
         let (Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. }) = &self.drive else { return Ok(()) };
         match holds_m.iter().position(|h| *h > most_m) {
@@ -87,7 +87,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Refuses a tip that is not round; `what` needs one.
+    /// Refuses a tip that is not round; `what` needs a round one.
     ///
     /// # Errors
     /// The shape.
@@ -113,8 +113,8 @@ impl Scene {
         self.bad("tissue.stiffening_b", &why)
     }
 
-    /// Refuses what no board's image has, where a board is to run it: tissue that stiffens, a
-    /// capsule or an ellipsoid.
+    /// Refuses, for a board, the terms that no board's image has: tissue that stiffens, a capsule
+    /// or an ellipsoid.
     ///
     /// # Errors
     /// The exponent, or the shape.
@@ -134,8 +134,8 @@ impl Scene {
         self.bad("tissue.stiffening_b", &why)
     }
 
-    /// The direction of a capsule or an ellipsoid; returns an axis that it does not lie along: that
-    /// of a block, or where the surface decides, any.
+    /// The direction of a capsule or an ellipsoid; returns an axis along which it must not lie:
+    /// that of a block, or any if the surface decides.
     fn check_along(&self) -> Result<[f64; 3], SceneError> {
         let (x, up) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
         let Some(along) = self.probe.shape.along() else { return Ok(up) };
@@ -337,7 +337,7 @@ impl Scene {
         if !((0.001..=60.0).contains(&hold_s)) {
             return self.bad("drive.hold_s", &format!("= {hold_s} must be from 0.001 to 60"));
         }
-        // a force drive moves by the force; its way out is at most as long as the probe is wide
+        // a force drive moves by its force; its retreat is at most as long as the probe is wide
         let displacement_m = match &self.drive {
             Drive::Force { .. } => self.probe.radius_m,
             _ => holds.iter().fold((0.0, 0.0), |(sum, from): (f64, f64), to| (sum + (to - from).abs(), *to)).0,

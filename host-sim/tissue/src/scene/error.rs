@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::PRESETS;
 
-/// Methods that `palpate chart` compares and no press runs, but for "palpate" and "springs".
+/// Methods that `palpate chart` compares; `press` runs only "palpate" and "springs".
 pub const CHARTED_METHODS: [&str; 14] = [
     "springs",
     "volume-preserved",
@@ -46,7 +46,7 @@ pub enum SceneError {
     /// Neither a preset nor a file.
     #[error("no scene \"{name}\": did you mean \"{nearest}\"? Presets: {}; or give the path of a .toml file", presets())]
     UnknownName {
-        /// Name that was asked for.
+        /// The requested name.
         name: String,
         /// The preset spelled most like it.
         nearest: &'static str,
@@ -71,7 +71,7 @@ pub enum SceneError {
         /// Name, value, range.
         cause: palpate::BuildError,
     },
-    /// A key that the command line cannot change so.
+    /// A key that the command line cannot change like that.
     #[error("--set {changes}: {what}")]
     Change {
         /// The changes, as given.
@@ -79,7 +79,7 @@ pub enum SceneError {
         /// Defect and how to fix it.
         what: String,
     },
-    /// A value that cannot be.
+    /// An impossible value.
     #[error("{file}: {key} {why}")]
     Value {
         /// The file.
@@ -132,7 +132,7 @@ impl SceneError {
     }
 }
 
-/// A word that is not a variant; the charted methods are words of their own.
+/// A word that is not a variant; the names of charted methods get their own hint.
 fn not_known(word: &str, near: &str) -> String {
     if CHARTED_METHODS.contains(&word) {
         let names = CHARTED_METHODS.join(", ");
@@ -161,7 +161,7 @@ fn in_toml_words(message: &str) -> String {
     .fold(message.to_owned(), |text, (rust, toml)| text.replace(rust, toml))
 }
 
-/// The word that serde does not know, and the known one spelled most like it.
+/// The word unknown to serde, and the known one with the most similar spelling.
 fn unknown<'a>(message: &'a str, prefix: &str) -> Option<(&'a str, Option<&'a str>)> {
     let (word, expected) = message.strip_prefix(prefix)?.split_once('`')?;
     Some((word, nearest(word, expected.split('`').skip(1).step_by(2))))

@@ -22,7 +22,7 @@ pub struct RelaxationScene {
     pub time_s: f64,
 }
 
-/// Stands for a modulus that the scene has not given.
+/// Placeholder for a modulus that the scene has not given.
 const NOT_GIVEN: f64 = f64::NEG_INFINITY;
 
 pub(super) fn not_given() -> f64 {
@@ -30,7 +30,7 @@ pub(super) fn not_given() -> f64 {
 }
 
 impl TissueScene {
-    /// The terms as the core takes them; those past the last that it has are left to the check.
+    /// The terms in the core's form; terms in excess are left to the check.
     #[must_use]
     pub fn relaxation(&self) -> [PronyTerm; MOST_TERMS] {
         let mut terms = [PronyTerm::NONE; MOST_TERMS];
@@ -40,7 +40,7 @@ impl TissueScene {
         terms
     }
 
-    /// Share of a force that stays after a hold without end (1).
+    /// Share of a force that stays after an infinitely long hold (1).
     #[must_use]
     pub fn lasting_share(&self) -> f64 {
         1.0 - self.relaxation.iter().map(|term| term.share).sum::<f64>()
@@ -48,8 +48,8 @@ impl TissueScene {
 }
 
 impl Scene {
-    /// Sets Young's modulus, the instantaneous one, from the long-term one where the scene gives
-    /// that. A scene gives one of the two.
+    /// Sets Young's modulus, the instantaneous one, from the long-term one if the scene gives that.
+    /// A scene gives one of the two.
     pub(super) fn take_modulus(&mut self, file: &str, text: &str) -> Result<(), SceneError> {
         let lasting = self.tissue.lasting_share();
         let given = self.tissue.youngs_modulus_pa != NOT_GIVEN;
@@ -69,10 +69,10 @@ impl Scene {
                 self.bad("tissue.long_term_modulus_pa", &why)
             }
             Some(long_pa) => {
-                // shares that leave nothing are refused by name
+                // shares that leave no elastic force are refused by name
                 self.check_relaxation()?;
                 self.tissue.youngs_modulus_pa = long_pa / lasting;
-                // regions are given as the tissue is
+                // moduli of regions are of the same kind as the tissue's
                 for region in &mut self.tissue.region {
                     region.youngs_modulus_pa /= lasting;
                 }

@@ -31,7 +31,7 @@ pub enum Shape {
     },
 }
 
-/// A shape with its radius: what touches the tissue.
+/// A shape with its radius: the part of the probe that touches the tissue.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(try_from = "TipKeys", into = "TipKeys")]
 pub struct Tip {
@@ -76,7 +76,7 @@ impl TryFrom<TipKeys> for Tip {
     type Error = String;
 
     fn try_from(keys: TipKeys) -> Result<Self, String> {
-        // as serde says it: errors of scene files name the table and the line
+        // in serde's words: errors of scene files name the table and the line
         fn needed<T>(key: &str, value: Option<T>) -> Result<T, String> {
             value.ok_or_else(|| format!("missing field `{key}`"))
         }
@@ -122,7 +122,7 @@ impl From<Tip> for TipKeys {
 }
 
 impl Shape {
-    /// Whether a turn around the probe's axis leaves it as it is.
+    /// Whether it is symmetric under rotation about the probe's axis.
     #[must_use]
     pub fn is_round(self) -> bool {
         match self {
@@ -149,7 +149,7 @@ impl Shape {
         }
     }
 
-    /// As the core has it; `axis` leads from the tip to the handle.
+    /// In the core's form; `axis` leads from the tip to the handle.
     #[must_use]
     pub fn of_core(self, axis: [f64; 3]) -> ProbeShape {
         let level = |along| level(along, axis.into()).cast::<f32>();
@@ -165,8 +165,8 @@ impl Shape {
     }
 }
 
-/// The part of a direction at right angles to a unit axis, at length one; the direction itself
-/// where nothing is left of it.
+/// The part of a direction at right angles to a unit axis, at length one; the direction itself if
+/// nothing remains.
 #[must_use]
 pub fn level(along: [f64; 3], axis: Vector3<f64>) -> Vector3<f64> {
     let along = Vector3::from(along);
@@ -176,7 +176,7 @@ pub fn level(along: [f64; 3], axis: Vector3<f64>) -> Vector3<f64> {
 }
 
 impl Tip {
-    /// That of a probe of the core.
+    /// The shape of a probe of the core.
     #[must_use]
     pub fn of_core(probe: &Probe) -> Self {
         let given = |along: palpate::Vector3<f32>| along.cast::<f64>().into();
@@ -202,7 +202,7 @@ impl Tip {
         }
     }
 
-    /// Radius of a disc that is as wide as the tip on the whole [m].
+    /// Radius of a disc as wide as the tip on average [m].
     #[must_use]
     pub fn mean_radius_m(&self) -> f64 {
         let [a, b] = self.half_widths_m();
@@ -216,8 +216,8 @@ impl Tip {
         a.max(b)
     }
 
-    /// Furthest point of the contact from the axis [m]: where a paraboloid of the tip's curvature
-    /// is as deep as half of the press, at most the tip's own end.
+    /// Furthest point of the contact from the axis [m]: the place where a paraboloid of the tip's
+    /// curvature is as deep as half of the press, or at most the tip's own end.
     #[must_use]
     pub fn contact_radius_m(&self, depth_m: f64) -> f64 {
         let radius_m = self.radius_m;

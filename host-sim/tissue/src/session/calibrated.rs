@@ -1,4 +1,4 @@
-//! The calibrated patches that ship: a scene on their block gets one without asking.
+//! The shipped calibrated patches: a scene on their block gets one automatically.
 
 use palpate::Params;
 
@@ -8,7 +8,7 @@ use crate::patch::Patch;
 use crate::scene::{Method, Scene, Shape};
 use crate::tissue::DEFAULT_NODES;
 
-/// Node counts for which there is one.
+/// Node counts for which one exists.
 pub const SIZES: [usize; 3] = [130, 410, 1020];
 
 const PATCHES: [&[u8]; 3] = [
@@ -25,15 +25,15 @@ const RECORDS: [&str; 3] = [
 ];
 
 /// Conditions that the patches were fitted under: block [m], Poisson's ratio, probe radius [m], and
-/// how far from the block's centre [probe radii].
+/// the largest distance from the block's centre [probe radii].
 const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
 const POISSON_RATIO: f64 = 0.45;
 const RADIUS_M: f64 = 0.008;
 const FITTED_RADII: f64 = 1.5;
 
 /// The patch for a scene and the parameters fitted with it, if block, Poisson's ratio, probe and
-/// node count are those of a shipped one and the probe presses where it was fitted. Any stiffness;
-/// inclusions are scaled in.
+/// node count are those of a shipped one and the probe presses within the fitted region. Any
+/// stiffness; inclusions are scaled in.
 pub(super) fn of(scene: &Scene, default_nodes: usize) -> Option<(Patch, Params)> {
     let (tissue, probe) = (&scene.tissue, &scene.probe);
     let [x, y] = probe.position_m.unwrap_or_default();
@@ -49,7 +49,7 @@ pub(super) fn of(scene: &Scene, default_nodes: usize) -> Option<(Patch, Params)>
 }
 
 /// The patch for a scene exactly as it ships: its limits were measured when it was packed. `None`
-/// where there is anything to measure.
+/// if anything has to be measured.
 pub fn as_shipped(scene: &Scene) -> Option<(Patch, Params)> {
     let unchanged = scene.tissue.inclusion.is_empty()
         && scene.solver.patch.is_none()

@@ -1,7 +1,7 @@
-//! Substeps for a probe that moves: the fewest that keep the moving error a scene allows.
+//! Substeps for a moving probe: the fewest that keep the moving error within the scene's limit.
 //!
 //! A patch that is stable with its substeps is given shorter ones, and with them lighter floored
-//! masses, until it answers a ramp of the scene's speed well enough.
+//! masses, until its answer to a ramp at the scene's speed is accurate enough.
 
 use serde::Serialize;
 
@@ -13,15 +13,15 @@ use crate::scene::{Drive, Scene, TICK_S};
 use crate::stable_step::{StableStep, substeps_for_taps};
 use crate::tissue::DEPTH_MARGIN;
 
-/// Moving error that is aimed at where a scene does not say [%].
+/// Moving error that is aimed at if a scene gives none [%].
 pub const DEFAULT_ERROR_PCT: f64 = 5.0;
 /// Slower probes are checked at this speed [m/s]: no hand palpates more slowly, and floored masses
-/// are hardly felt there.
+/// are hardly felt at it.
 const LEAST_SPEED_M_PER_S: f64 = 0.02;
 /// Multiples of the stable substeps that are tried.
 const TRIED: [u16; 5] = [1, 2, 3, 4, 6];
 
-/// Error while the probe moves as the scene says.
+/// Error at the scene's own motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MovingReport {
     /// Speed of the ramp that was tried [m/s].
@@ -29,7 +29,7 @@ pub struct MovingReport {
     /// Root mean square over the ramp, against the same patch with much shorter substeps, of its
     /// largest force [%].
     pub rms_pct: f64,
-    /// Most that the scene allows [%].
+    /// Largest error that the scene allows [%].
     pub allowed_pct: f64,
 }
 
@@ -49,7 +49,7 @@ impl Tried {
 }
 
 impl MovingReport {
-    /// Whether the error is one that the scene allows.
+    /// Whether the scene allows the error.
     #[must_use]
     pub fn keeps(&self) -> bool {
         self.rms_pct <= self.allowed_pct
@@ -63,12 +63,11 @@ fn allowed_pct(scene: &Scene) -> f64 {
 
 impl Session {
     /// Takes the fewest substeps, and none beyond the machine's budget, with which a ramp of the
-    /// scene's own speed keeps its moving error. Where the scene names no error and the default
-    /// cannot be kept, the closest is taken: [`super::Report::moving`] tells.
+    /// scene's own speed keeps its moving error. If the scene gives no error and the default cannot
+    /// be kept, the closest is used: [`super::Report::moving`] tells.
     ///
     /// # Errors
-    /// An error that the scene names and that cannot be kept: with the substeps or the nodes that
-    /// would.
+    /// The scene's own error cannot be kept: with the substeps or the nodes that would keep it.
     pub fn for_motion(self, machine: &Machine, scene: &Scene) -> Result<Self, Error> {
         let unjudged = |session: Self| match scene.solver.moving_error_pct {
             None => Ok(session),
@@ -88,7 +87,7 @@ impl Session {
         self.with_motion(approach, times, report)
     }
 
-    /// As [`Self::for_motion`], but whatever the budget: what a plan weighs against other models.
+    /// As [`Self::for_motion`], but without a budget, for a plan that compares models.
     ///
     /// # Errors
     /// A model that the core refuses.
@@ -122,7 +121,8 @@ impl Session {
             let keeps = one.rms_pct <= allowed_pct;
             let too_slow = one.cost.units > one.cost.budget;
             tried.push(one);
-            // beyond the budget only a scene that insists wants to know what would keep it
+            // beyond the budget the search continues only for a scene with an error of its own, to
+            // report what would keep it
             if keeps || too_slow && scene.solver.moving_error_pct.is_none() {
                 break;
             }
@@ -130,8 +130,8 @@ impl Session {
         Ok(Some((approach, tried)))
     }
 
-    /// The scene's own ramp; a trace is tried at its fastest approach. `None` where the deepest
-    /// hold is not below the surface.
+    /// The scene's own ramp; for a trace, its fastest approach. `None` where the deepest hold is
+    /// not below the surface.
     fn approach(&self, scene: &Scene) -> Option<Approach> {
         let axis = self.params.probe.axis;
         let along = |pair: &[[f32; 3]]| {

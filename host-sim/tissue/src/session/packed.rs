@@ -1,4 +1,4 @@
-//! A packed patch in place of a built one: it must be what the scene says.
+//! A packed patch in place of a built one, which must match the scene.
 
 use std::path::Path;
 
@@ -74,7 +74,7 @@ fn agree(scene: &Scene, path: &Path, file: &PatchFile) -> Result<(), SceneError>
 }
 
 /// A scene with both an organ and a patch presses the piece of that organ, at its site: the record
-/// beside the patch says whose piece it is.
+/// beside the patch names the organ.
 fn agree_with_its_organ(scene: &Scene, path: &Path) -> Result<(), SceneError> {
     if let Some(mesh) = scene.tissue.mesh.as_ref().filter(|mesh| !mesh.is_file()) {
         let why = format!("= {} is not there: check the path, or leave it out, the patch needs it no more", mesh.display());

@@ -1,5 +1,5 @@
-//! How far the force of a scene's patch can be trusted: what it was fitted to, what of the scene is
-//! different, and the error to expect.
+//! How far the force of a scene's patch can be trusted: the conditions of its fit, the scene's
+//! differences from them, and the expected error.
 
 use serde::Serialize;
 
@@ -10,16 +10,16 @@ use crate::scene::{Drive, NO_PATCH, Scene};
 use crate::tissue::DEFAULT_NODES;
 use crate::trials::{Expected, expected};
 
-/// Depths and lengths this share apart are the same.
+/// Relative difference below which depths and lengths count as equal (1).
 const SAME: f64 = 1e-6;
 
 /// How far a patch can be trusted in a scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "standing", rename_all = "kebab-case")]
 pub enum Standing {
-    /// Fitted to this scene and judged.
+    /// Fitted to this scene, with measured errors.
     Calibrated {
-        /// Its fit, and the error found.
+        /// Its fit, and the measured error.
         record: FitRecord,
     },
     /// Fitted, but to another scene.
@@ -31,9 +31,9 @@ pub enum Standing {
         /// Error of the nearest trial.
         expected: Option<Expected>,
     },
-    /// Fitted, but to what is not known: the patch file came without its record.
+    /// Fitted under unknown conditions: the patch file has no record.
     Unrecorded {
-        /// Places that it was fitted over.
+        /// Number of places that it was fitted at.
         fitted_places: u32,
     },
     /// Constants from formulas alone.
@@ -162,7 +162,7 @@ fn differs(scene: &Scene, patch: &Patch, record: &FitRecord) -> Vec<String> {
     if tissue.block_m.is_some() && tissue.block_m != record.tissue.block_m {
         differs.push("calibrated for another block".into());
     }
-    // a piece of an organ brings the inclusions it was cut with, and no scene may add any
+    // a piece of an organ contains the inclusions that it was cut with, and a scene may not add any
     if patch.model().rim_nodes.is_empty() && tissue.inclusion != record.tissue.inclusion {
         let what = if record.tissue.inclusion.is_empty() { "without its inclusions" } else { "with other inclusions" };
         differs.push(format!("calibrated {what}"));

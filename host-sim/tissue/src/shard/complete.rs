@@ -1,4 +1,4 @@
-//! Whether shards make up a campaign.
+//! Checks that shards make up a campaign.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -7,15 +7,15 @@ use std::path::{Path, PathBuf};
 use super::{FILE, Heading, Part, PartError, Shard};
 use crate::error::Error;
 
-/// Shards that a message names one by one.
+/// Largest number of shards that a message names individually.
 const NAMED: usize = 8;
 
-/// Reads every shard in these folders, each a shard's or a folder of them, and returns them in the
-/// order of their cases.
+/// Reads every shard in these folders, each that of a shard or a folder of shards, and returns them
+/// in the order of their cases.
 ///
 /// # Errors
-/// One line that names what cannot be used, what is there twice and what is missing, in a form that
-/// can be given back to the command.
+/// One line that names unusable, duplicate and missing shards, in a form that can be passed to the
+/// command.
 pub fn complete(folders: &[PathBuf]) -> Result<Vec<Part>, Error> {
     let files = files(folders)?;
     let mut bad: Vec<String> = Vec::new();
@@ -26,7 +26,7 @@ pub fn complete(folders: &[PathBuf]) -> Result<Vec<Part>, Error> {
             Err(why) => bad.push(refused(&path, &why)),
         }
     }
-    // one odd shard among many is the odd one, wherever it stands
+    // one deviating shard among many is reported, whatever its position
     let Some(usual) = usual(&parts) else {
         return Err(Error::Usage(format!("nothing to merge: {}", listed(&bad))));
     };
@@ -63,7 +63,7 @@ pub fn complete(folders: &[PathBuf]) -> Result<Vec<Part>, Error> {
     Err(Error::Usage(lines.join("; ")))
 }
 
-/// A heading of the campaign that most of the parts are of; of equally many, the first.
+/// A heading of the campaign to which most of the parts belong; with a tie, the first.
 fn usual(parts: &[(PathBuf, Part)]) -> Option<Heading> {
     let mut campaigns: BTreeMap<String, (usize, usize)> = BTreeMap::new();
     for (n, (_, part)) in parts.iter().enumerate() {
@@ -110,14 +110,14 @@ fn listed(bad: &[String]) -> String {
     if more > 0 { format!("{named}; and {more} more") } else { named }
 }
 
-/// Shards as options to give back, and as the tasks of an array.
+/// Shards as options to pass on, and as the tasks of a job array.
 fn again(missing: &[u64], of: u64) -> String {
     let options: Vec<String> = missing.iter().take(NAMED).map(|n| format!("--shard {n}/{of}")).collect();
     let more = if missing.len() > NAMED { " ..." } else { "" };
     format!("{}{more} (as an array: --array={})", options.join(" "), ranges(missing))
 }
 
-/// `1,3-5` of 1, 3, 4, 5.
+/// `1,3-5` for 1, 3, 4, 5.
 fn ranges(numbers: &[u64]) -> String {
     let runs = numbers.chunk_by(|a, b| a + 1 == *b);
     let said = |run: &[u64]| match run {
@@ -183,7 +183,7 @@ mod tests {
             files(&[self.0.path().to_owned()]).unwrap().into_iter().map(|f| (f.clone(), std::fs::read(f).unwrap())).collect()
         }
 
-        /// Line with which the folder is refused; nothing in it is touched.
+        /// The message that refuses the folder; nothing in it is changed.
         #[track_caller]
         fn refused(&self, says: &[&str]) -> String {
             let before = self.content();
@@ -197,7 +197,7 @@ mod tests {
             line
         }
 
-        /// Part 3 of another campaign is named, and asked for again.
+        /// Part 3 of another campaign is named, and requested again.
         #[track_caller]
         fn odd(change: impl Fn(&mut Heading), says: &str) {
             let shelf = Self::whole();
@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn whole_campaigns_come_in_the_order_of_their_cases() {
         let shelf = Shelf::whole();
-        // of several folders, whatever they are called
+        // from several folders, whatever their names
         let one = Shelf::new([heading(2)]);
         std::fs::remove_dir_all(shelf.file("shard-2").parent().unwrap()).unwrap();
         let parts = complete(&[shelf.0.path().into(), one.0.path().join("shard-2")]).unwrap();
@@ -299,7 +299,7 @@ mod tests {
         let [copy, first] = ["copy", "shard-2"].map(|name| shelf.file(name).display().to_string());
         let line = shelf.refused(&[&format!("shard 2/4 is there twice: {copy} and {first}: give one")]);
         assert!(!line.contains("missing"), "{line}");
-        // a folder that is given twice
+        // a folder given twice
         let shelf = Shelf::whole();
         let twice = [shelf.0.path().to_owned(), shelf.0.path().to_owned()];
         let line = complete(&twice).unwrap_err().to_string();

@@ -1,5 +1,5 @@
-//! Values in a shard's file that JSON has no form for: numbers that are not finite, and types of
-//! the core.
+//! Values in a shard's file without a JSON form: numbers that are not finite, and types of the
+//! core.
 
 use palpate::{ClampFlags, Fault};
 use serde::de::Error;
@@ -13,8 +13,8 @@ pub fn serialize<S: Serializer>(number: &f64, to: S) -> Result<S::Ok, S::Error> 
     to.collect_str(&format_args!("{number:e}"))
 }
 
-/// Reads what [`serialize`] wrote. No choice between a number and a text: where a crate of the
-/// build asks `serde_json` for arbitrary precision, numbers do not get through one.
+/// Reads what [`serialize`] wrote. An untagged choice between number and text is not used: if a
+/// crate of the build enables arbitrary precision in `serde_json`, numbers do not pass through one.
 ///
 /// # Errors
 /// It is no number.
@@ -22,7 +22,8 @@ pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> 
     String::deserialize(from)?.parse().map_err(D::Error::custom)
 }
 
-/// Reads a number that was written plainly, where JSON has null for one that is not finite: as NaN.
+/// Reads a plainly written number; null, JSON's form of a number that is not finite, is read as
+/// NaN.
 ///
 /// # Errors
 /// It is neither.

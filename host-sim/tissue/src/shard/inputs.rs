@@ -1,4 +1,4 @@
-//! Checksums of what a campaign reads.
+//! Checksums of the files that a campaign reads.
 
 use std::path::Path;
 
@@ -6,12 +6,12 @@ use super::checksum;
 use crate::error::Error;
 use crate::scene::{PRESETS, Scene};
 
-/// Checksum of a scene's file and of the files that it names; `None` of a preset, which ships with
+/// Checksum of a scene's file and of the files that it names; `None` for a preset, which ships with
 /// the program.
 ///
 /// # Errors
-/// The scene's file cannot be read. Of a scene with errors, or one that names what is not there,
-/// the checksum is that of its own file.
+/// The scene's file cannot be read. For a scene with errors or missing files, the checksum is that
+/// of its own file.
 pub fn scene_checksum(name_or_path: &str) -> Result<Option<String>, Error> {
     if PRESETS.iter().any(|(name, _)| *name == name_or_path) {
         return Ok(None);

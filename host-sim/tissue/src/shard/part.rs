@@ -1,5 +1,5 @@
-//! The file of a shard: three lines of JSON. The heading says which cases of which campaign these
-//! are, the second line holds what came of them, the third the checksum of both.
+//! The file of a shard: three lines of JSON. The heading names the campaign and its cases, the
+//! second line holds their results, the third the checksum of both.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -15,14 +15,14 @@ use crate::machine;
 
 /// Its name.
 pub const FILE: &str = "shard.jsonl";
-/// Rises when the lines mean something else.
+/// Rises when the meaning of the lines changes.
 const FORM: u32 = 1;
 const CHECKSUM: crc::Crc<u64, crc::Table<16>> = crc::Crc::<u64, crc::Table<16>>::new(&crc::CRC_64_XZ);
 
 /// Names the campaign and the part of its cases that a file holds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Heading {
-    /// Form of the lines: rises when they mean something else.
+    /// Version of the format: rises when the meaning of the lines changes.
     pub form: u32,
     /// Version of the program.
     pub version: String,
@@ -30,7 +30,7 @@ pub struct Heading {
     pub program: String,
     /// Command, as given on the command line.
     pub command: String,
-    /// Its options, the seed among them, without those that say where and how to run.
+    /// Its options, including the seed, without those for where and how to run.
     pub options: BTreeMap<String, Value>,
     /// Checksum of each file or scene that the cases use.
     pub inputs: BTreeMap<String, String>,
@@ -40,13 +40,13 @@ pub struct Heading {
     pub shard: Shard,
     /// First case of the part, and the first that is not in it.
     pub range: [u64; 2],
-    /// Arguments of the command as one run of all cases would be asked for; not compared.
+    /// Arguments of the command for one run of all cases; not compared.
     #[serde(default)]
     pub command_line: Vec<String>,
-    /// Processors that the system gave to the run; not compared.
+    /// Processors available to the run; not compared.
     #[serde(default)]
     pub cores: usize,
-    /// Processor that it ran on. Says where to look if bytes differ; shards may differ in it.
+    /// Processor that it ran on. A hint if bytes differ; shards may differ in it.
     pub processor: String,
 }
 
@@ -58,19 +58,20 @@ pub struct Part {
     counts: String,
 }
 
-/// Why a file is no shard's.
+/// Why a file is not a shard's.
 #[derive(Debug, thiserror::Error)]
 pub enum PartError {
-    /// Missing, or not to be read.
+    /// It is missing or cannot be read.
     #[error("cannot be read ({0})")]
     Unreadable(#[from] io::Error),
     /// Of another program.
     #[error("is no shard of this form")]
     NotAShard,
-    /// Cut short, or changed since.
+    /// It was truncated or changed.
     #[error("is cut short or damaged")]
     Damaged,
-    /// Cut from its campaign by another rule: it may leave a gap, or overlap its neighbours.
+    /// It was split from its campaign by another rule: it may leave a gap, or overlap its
+    /// neighbours.
     #[error("holds other cases than its number says")]
     OtherCases,
 }
@@ -104,14 +105,13 @@ impl Heading {
         })
     }
 
-    /// All that shards of a campaign have in common.
+    /// Everything that the shards of a campaign share.
     pub(super) fn campaign(&self) -> String {
         let Self { form, version, program, command, options, inputs, cases, shard, .. } = self;
         format!("{form} {version} {program} {command} {options:?} {inputs:?} {cases} {}", shard.of())
     }
 
-    /// The first difference that keeps a shard apart from the campaign of `other`, as "its X is A,
-    /// not B".
+    /// The first difference between a shard and the campaign of `other`, as "its X is A, not B".
     #[must_use]
     pub fn differs(&self, other: &Self) -> Option<String> {
         let said = |what: &str, own: &dyn std::fmt::Display, theirs: &dyn std::fmt::Display| {
@@ -189,7 +189,7 @@ impl Part {
         Ok(Self { heading, counts: counts.to_owned() })
     }
 
-    /// The counts that the cases left.
+    /// The counts of the cases.
     ///
     /// # Errors
     /// They are of another kind.
@@ -204,13 +204,13 @@ pub fn checksum(bytes: &[u8]) -> String {
     format!("{:016x}", CHECKSUM.checksum(bytes))
 }
 
-/// Fingerprint of the program that runs: the checksum of its file. Another compiler, profile or
-/// machine may round other bits from the same sources; the same file does not.
+/// Fingerprint of the program that runs: the checksum of its file. From the same sources another
+/// compiler, profile or machine may round differently; the same program file does not.
 ///
 /// # Errors
 /// The file cannot be read.
 pub fn program() -> io::Result<String> {
-    // the file that runs, also if another was put in its place since
+    // the running file, even if it has been replaced since
     let running = Path::new("/proc/self/exe");
     let mut file = if running.exists() { File::open(running)? } else { File::open(std::env::current_exe()?)? };
     let mut digest = CHECKSUM.digest();

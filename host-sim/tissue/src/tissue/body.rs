@@ -20,7 +20,7 @@ pub struct Tissue {
 }
 
 impl Tissue {
-    /// A tissue that can be touched all round.
+    /// A tissue that can be touched on all sides.
     #[must_use]
     pub fn closed(mesh: TetMesh, stiffness_ratio: Vec<f64>, anchors: Vec<u32>, site_m: [f64; 3], depth_limit_m: f64) -> Self {
         let skin = surface::surface(&mesh.tets);
@@ -28,8 +28,8 @@ impl Tissue {
     }
 }
 
-/// A spring between nodes that share no tet: what joins two organs (paper 000, "repulsive
-/// springs"). Its rest length is their distance.
+/// A spring between nodes that share no tet, to join two organs (paper 000, "repulsive springs").
+/// Its rest length is their distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
     /// Ends.

@@ -18,7 +18,7 @@ impl Layout {
     /// Of a scene.
     ///
     /// # Errors
-    /// A region that the organ does not have, or that is there twice.
+    /// A region that the organ does not have, or that is given twice.
     pub fn of(scene: &Scene) -> Result<Self, SceneError> {
         let tissue = &scene.tissue;
         let named = tissue.organ.as_deref().map(Organ::named).transpose();

@@ -5,18 +5,19 @@ use crate::mesh::TetMesh;
 use crate::organ::{Fine, OrganError, Turned};
 use crate::scene::{Scene, SceneError};
 
-/// Nodes of an organ whose scene does not say.
+/// Nodes of an organ if the scene gives none.
 pub const DEFAULT_ORGAN_NODES: usize = 600;
-/// Elements are smallest within this many probe radii of the site; from there they grow by this.
+/// Distance from the site within which elements are smallest [probe radii], and their growth
+/// beyond.
 const FINE_RADII: f64 = 1.25;
 const GROWTH: f64 = 1.0;
-/// Lattice cubes through the organ under the site, at least; nodes lie half a cube apart, so that
-/// these are two elements and more.
+/// Least number of lattice cubes through the organ under the site; nodes lie half a cube apart, so
+/// each makes at least two elements.
 pub const THROUGH: f64 = 2.0;
-/// Smallest and largest spacing that is tried, in probe radii, and how often the bracket is halved.
+/// Smallest and largest spacing that is tried, in probe radii, and the number of bisections.
 const SPACING_RADII: [f64; 2] = [0.12, 3.0];
 const HALVINGS: u32 = 12;
-/// Further than this from the wanted number of nodes is no answer (1).
+/// Largest accepted deviation from the wanted number of nodes (1).
 const WORST_SHARE: f64 = 0.15;
 
 /// A mesh of about the scene's number of nodes.

@@ -1,5 +1,5 @@
-//! A closed shape that can be meshed anew: a surface file, the surface of a mesh file, or an organ
-//! of [`crate::organ`]; where it is pressed, and what holds it.
+//! A closed shape that can be remeshed: a surface file, the surface of a mesh file, or an organ of
+//! [`crate::organ`]; with its site and its fixed parts.
 
 use nalgebra::Vector3;
 
@@ -12,7 +12,7 @@ use crate::scene::{PRESETS, Scene, SceneError};
 
 type V3 = Vector3<f64>;
 
-/// The way through the shape is looked at this often.
+/// Number of samples along the path through the shape.
 const STEPS: u32 = 400;
 
 /// A closed shape.
@@ -32,7 +32,7 @@ pub struct Site {
     pub at_m: [f64; 3],
     /// Outward unit normal.
     pub axis: [f64; 3],
-    /// From there to where the scene says [m].
+    /// Distance from there to the scene's site [m].
     pub off_m: f64,
 }
 
@@ -73,7 +73,7 @@ impl OrganSource {
         }
     }
 
-    /// The surface point nearest to the scene's site, and the normal there: of facets, their mean
+    /// The surface point nearest to the scene's site, and the normal there; for facets, their mean
     /// within a probe radius.
     pub fn site(&self, scene: &Scene) -> Result<Site, SceneError> {
         let Some(wanted) = scene.probe.site else { return scene.bad("probe.site", "is missing: give x, y, z in metres") };
@@ -93,10 +93,10 @@ impl OrganSource {
     /// The site, which must be within a probe radius of the surface.
     ///
     /// # Errors
-    /// It is not: with the surface point that would do.
+    /// It is not; the message gives the nearest surface point.
     pub fn near_site(&self, scene: &Scene) -> Result<Site, SceneError> {
         let site = self.site(scene)?;
-        // a NaN is no distance
+        // a NaN is not a distance
         if site.off_m <= scene.probe.radius_m {
             return Ok(site);
         }
@@ -126,7 +126,7 @@ impl OrganSource {
         }
     }
 
-    /// How far it goes inward from a site [m].
+    /// Thickness inward from a site [m].
     pub fn thickness_m(&self, site: &Site) -> f64 {
         let [low, high] = match self {
             Self::File(surface, ..) | Self::Surface(surface, _) => surface.bounds_m(),
@@ -139,11 +139,11 @@ impl OrganSource {
         depth_m((1..=STEPS).take_while(inside).last().unwrap_or(1))
     }
 
-    /// Nodes of a mesh of it that are held when it is pressed along `axis`: its underside, and what
-    /// is in a bone; ascending.
+    /// Nodes of its mesh that are fixed when it is pressed along `axis`: its underside and nodes
+    /// inside a bone; ascending.
     pub fn anchors(&self, mesh: &TetMesh, axis: [f64; 3]) -> Vec<u32> {
         match self {
-            // what an edge or a corner that is cut off shows downward holds nothing
+            // the downward face of a trimmed edge or corner is not fixed
             Self::File(_, own, _) if underside(own, axis).is_empty() => Vec::new(),
             Self::Surface(surface, _) if !surface.triangles_m().any(|t| faces_away(t, axis)) => Vec::new(),
             Self::File(..) | Self::Surface(..) => underside(mesh, axis),
@@ -152,7 +152,7 @@ impl OrganSource {
     }
 }
 
-/// Nodes of a mesh that are held when it is pressed along `axis`: its underside, and what is in a
+/// Nodes of a mesh that are fixed when it is pressed along `axis`: its underside and nodes inside a
 /// bone of the organ; ascending.
 pub fn held(mesh: &TetMesh, axis: [f64; 3], organ: Option<&Organ>) -> Vec<u32> {
     let mut anchors = underside(mesh, axis);

@@ -1,4 +1,4 @@
-//! The parser keeps the ranges and defaults that the page prints.
+//! The parser uses the ranges and defaults on the page.
 
 use palpate_tissue::scene::Scene;
 use palpate_tissue::tissue::{DEFAULT_NODES, DEFAULT_ORGAN_NODES};
@@ -110,7 +110,7 @@ fn the_parser_takes_a_range_to_its_ends_and_nothing_beyond() {
         for outside in [Some(if low_is_in { low - step(low) } else { low }), high.map(|high| high + step(high))] {
             let Some(outside) = outside else { continue };
             let message = with(outside).expect_err(&format!("{table} {name} = {outside}"));
-            // a message may name what the key becomes: an ellipsoid's third semi-axis is its radius
+            // a message may name the derived quantity: an ellipsoid's third semi-axis is its radius
             let of_table = table.trim_matches(['[', ']']).split('.').next_back().unwrap_or_default();
             assert!(message.contains(&name) || message.contains(of_table), "{message}");
         }

@@ -1,4 +1,4 @@
-//! Presses of the block: what must not matter, the static end, and numbers computed elsewhere.
+//! Presses of the block: invariances, the static limit, and independently computed numbers.
 
 use palpate::Vector3;
 use palpate_fit::dynamic::compute;

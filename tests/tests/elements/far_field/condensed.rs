@@ -1,5 +1,5 @@
-//! The condensed outside against what is known otherwise: a bar, rigid motions, and the least
-//! energy found by conjugate gradients on all of it.
+//! The condensed outside against independent results: a bar, rigid motions, and the least energy
+//! found by conjugate gradients on all of it.
 
 use palpate::Vector3;
 use palpate_fit::far_field::FarField;
@@ -49,12 +49,12 @@ fn a_bar_has_the_stiffness_of_a_bar() {
         (0..rim.len()).flat_map(|i| (0..rim.len()).map(move |j| (i, j))).map(|(i, j)| s[(3 * i + 2, 3 * j + 2)]).sum();
     let wanted_m = size_m[0] * size_m[1] / size_m[2];
     assert!((pull / wanted_m - 1.0).abs() < 1e-9, "{pull} m, A / L = {wanted_m} m");
-    // twice as stiff tissue: twice as stiff a bar
+    // tissue twice as stiff gives a bar twice as stiff
     let stiffer = condense(&Outside { stiffness_ratio: vec![2.0; mesh.tets.len()], ..bar }, 0.0).unwrap();
     assert!((stiffer[(0, 0)] / s[(0, 0)] - 2.0).abs() < 1e-9);
 }
 
-/// Only the anchors hold the rim against a rigid motion: without them nothing does.
+/// Only the anchors resist a rigid motion of the rim; without them nothing does.
 #[test]
 fn only_anchors_resist_rigid_motions() {
     let far = outside();
@@ -87,7 +87,7 @@ fn condensed_energy_is_the_least_energy_of_the_outside() {
     let anchored = |n: u32| outside.anchors.binary_search(&n).is_ok();
     let mut fixed = vec![false; nodes];
     outside.anchors.iter().for_each(|a| fixed[*a as usize] = true);
-    // the middle of a rim edge goes half way with each end
+    // the middle of a rim edge follows the mean of its ends
     let mut follows: Vec<Option<[u32; 2]>> = vec![None; nodes];
     for tet in &mesh.tets {
         for (e, [i, j]) in TET_EDGES.into_iter().enumerate() {

@@ -1,5 +1,5 @@
-//! On every mesh tried, with rims that are smooth or jagged and lumps anywhere: within half a
-//! percent of the exact outside, and positive.
+//! On every mesh tried, with smooth or jagged rims and nodules anywhere: within half a percent of
+//! the exact outside, and positive.
 
 use palpate_fit::far_field::{Sizes, springs};
 use palpate_fit::statics::Vector;
@@ -87,7 +87,7 @@ fn within_half_a_percent(meshes: &[(&str, (Tissue, Sizes))]) {
                 worst[at] = if pct.abs() > worst[at].abs() { pct } else { worst[at] };
             }
         }
-        // the edge is felt: standing still it would be wrong by tens of percent
+        // the edge matters: a fixed one would be wrong by tens of percent
         let still = forces(&free.with_fixed(&rim), site_m, &DEPTHS_M[..1])[0] / forces(&exact, site_m, &DEPTHS_M[..1])[0];
         fixed_pct = fixed_pct.min(100.0 * (still - 1.0));
         let (least, nodes) = (springs::lowest_m(&far.springs), far.cut.patch.mesh.nodes_m.len());

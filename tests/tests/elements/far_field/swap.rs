@@ -20,8 +20,8 @@ fn pressed(whole: &Tissue) -> (Vec<f64>, Vec<f64>) {
 
 /// Three organs are compared: a block fixed at its bottom; at its sides too; and with everything
 /// below 24 mm turned to bone, which leaves a thin layer. Swapping the far field changes the force
-/// by the same ratio as changing the organ itself, within 2 %; not swapping misses that. (Against
-/// the whole mesh of the same springs: its own error cancels in the ratio.)
+/// by the same ratio as changing the organ itself, within 2 %; without the swap the force is wrong.
+/// (Against the whole mesh of the same springs: its own error cancels in the ratio.)
 #[test]
 fn a_swapped_far_field_changes_the_force_as_the_other_organ_does() {
     let mesh = graded(300);
@@ -36,7 +36,7 @@ fn a_swapped_far_field_changes_the_force_as_the_other_organ_does() {
             let (off_pct, not_swapped_pct) = (100.0 * (found / wanted - 1.0), 100.0 * (1.0 / wanted - 1.0));
             println!("{name}, {} m: swapped {off_pct:+.2} %, not swapped {not_swapped_pct:+.2} %", DEPTHS_M[k]);
             assert!(off_pct.abs() < 2.0, "{name}, {} m: {off_pct} % off the other organ", DEPTHS_M[k]);
-            // measured: five times as far off and more
+            // measured: an error at least five times as large
             let felt = not_swapped_pct.abs() > 2.0 && not_swapped_pct.abs() > 5.0 * off_pct.abs();
             assert!(felt, "{name}, {} m: swapped {off_pct} %, not swapped {not_swapped_pct} %", DEPTHS_M[k]);
         }

@@ -1,5 +1,5 @@
-//! The tick with a rim: it settles to the equilibrium, and what the probe feels is what the rim
-//! bears.
+//! The tick with a rim: it settles to the equilibrium, and the force on the probe equals that on
+//! the rim.
 
 use palpate::{GuardLimits, Model, Params, ProbePose, State, tick};
 use palpate_fit::far_field::Sizes;
@@ -34,9 +34,9 @@ fn rim_force(model: &Model, state: &State) -> Vector {
     sum
 }
 
-/// Momentum that a tick adds is what the probe and the rim give: nothing inside the patch pushes it
-/// along. The one exception is the smooth fields' motion that contact takes from pressed nodes
-/// (`core/src/smooth.rs`): no force accounts for it, and it is a small share of the probe's.
+/// The momentum added in a tick comes from the probe and the rim only: nothing inside the patch
+/// pushes it along. The one exception is the smooth fields' motion that contact takes from pressed
+/// nodes (`core/src/smooth.rs`): no force accounts for it, and it is a small share of the probe's.
 #[test]
 fn momentum_comes_from_the_probe_and_the_rim_alone() {
     for (youngs_modulus_pa, most_share) in [(3.5e3, 1e-3), (20e3, 1e-3), (100e3, 1e-3)] {
@@ -56,7 +56,7 @@ fn momentum_comes_from_the_probe_and_the_rim_alone() {
         };
         let (mut pulled_n, mut strongest_n, mut unaccounted) = (0.0_f64, 0.0_f64, 0.0_f64);
         for n in 0..200_u8 {
-            // 40 mm/s to 4 mm, tilted, then a hold in which it swings
+            // 40 mm/s to 4 mm, tilted, then a hold during which the patch oscillates
             let depth_m = (-0.5e-3 + 40e-6 * f32::from(n)).min(4e-3);
             let pose = ProbePose { tip_m: at_depth(depth_m) + Vector::new(0.1, 0.05, 0.0).cast::<f32>() * depth_m };
             let (before, rim) = (momentum(&state), rim_force(&model, &state) * e);

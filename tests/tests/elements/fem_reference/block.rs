@@ -1,4 +1,4 @@
-//! The preset block: known forces, the shipped answer, and what must not matter.
+//! The preset block: known forces, the shipped answer, and invariances.
 
 use palpate_fit::reference::shape::TetRule;
 use palpate_tissue::answer::Answer;
@@ -62,8 +62,8 @@ fn settings_do_not_matter(poisson_ratio: f64) {
     };
     let plain = touch(TetRule::Four);
     assert_within("eleven points", touch(TetRule::Eleven).force_m2.z, plain.force_m2.z, 0.002);
-    // A contact without give is felt this much deeper at most, and force rises more slowly than
-    // with the square of the depth.
+    // A rigid contact acts as if at most this much deeper, and force rises more slowly than with
+    // the square of the depth.
     let given = plain.penetration_m / depth_m;
     assert!(given > 0.0 && 2.0 * given < 0.001, "the surface enters the probe by {given:e} of the depth");
 }

@@ -11,7 +11,7 @@ use palpate_tissue::scene::Scene;
 
 use crate::fem_reference::{RADIUS_M, assert_within};
 
-/// A block with what is at its bottom.
+/// A block with its support at the bottom.
 fn tissue(size_m: [f64; 3], nodes: usize, fine_radius_m: f64) -> (TetMesh, Vec<u32>) {
     let mesh = block(&BlockSpec { size_m, nodes, fine_at_m: [0.0; 2], fine_radius_m }).expect("meshed");
     let bottom = (0..).zip(&mesh.nodes_m).filter(|(_, x)| x[2] <= -size_m[2]).map(|(n, _)| n).collect();
@@ -86,7 +86,7 @@ fn on_a_large_block_press_and_shear_are_those_of_a_half_space() {
         let ways = [Vector3::z(), Vector3::x()];
         glued_stiffness(&mesh, soft(nu), &bottom, &disc(RADIUS_M), &ways, &[0.4, 0.2]).expect("solved").limit_m
     };
-    // what the walls do falls with their distance
+    // the effect of the walls falls with their distance
     let (near, far) = (on(4.0), on(8.0));
     assert_within("press, walls away", far[0], press_m, 0.04);
     assert_within("shear, walls away", far[1], shear_m, 0.02);
@@ -120,8 +120,8 @@ fn meshes_agree(pair: &[GluedAnswer]) {
     let found = glued_stiffness(&mesh, soft(0.45), &bottom, &disc, &ways, &[0.2, 0.1]).expect("solved");
     for ((answer, found_m), levels) in pair.iter().zip(&found.limit_m).zip(0..) {
         assert_within("glued disc", *found_m, answer.stiffness_over_e_m, 0.003);
-        // finer is softer: displacement elements bound the stiffness from above, but for the
-        // polygon that stands for the disc
+        // finer is softer: displacement elements bound the stiffness from above, except for the
+        // polygon that represents the disc
         assert!(found.levels_m[1][levels] < found.levels_m[0][levels]);
     }
 }
@@ -147,7 +147,7 @@ fn discs_of_a_fit_are_what_other_meshes_say() {
         (scene.tissue.block_m, scene.tissue.poisson_ratio) = (Some(size_m), poisson_ratio);
         let kept = Solved::beside(&folder.path().join("out"));
         let discs = GluedDiscs::solve(&scene, Level::Full, &kept, |_, _| {}).expect("solved");
-        // the law's own discs, of which none was solved, and those of the judgement
+        // the law's own discs, of which none was solved, and those of the evaluation
         let some = discs.known.chunks(3).step_by(6).chain(discs.unseen.chunks(3).step_by(2));
         for disc in some {
             let own = Disc { place_m: disc[0].place_m.into(), axis: Vector3::z(), radius_m: disc[0].radius_m };

@@ -17,7 +17,8 @@ fn plane_modulus(nu: f64) -> f64 {
 
 #[test]
 fn a_shallow_ball_on_a_large_block_follows_hertz() {
-    // contact radius 0.77 mm, the walls 250 of those away: the block is a half-space to about 0.5 %
+    // the contact radius is 0.77 mm, and the walls are 250 radii away: the block is a half-space to
+    // about 0.5 %
     let (radius_m, depth_m) = (0.01_f64, 6e-5_f64);
     let case = BlockCase { size_m: [0.4, 0.4, 0.2], ..standard_block(100, 0.05) };
     let quarter = BlockSpec { size_m: [0.2; 3], nodes: 100, fine_at_m: [-0.1; 2], fine_radius_m: 0.05 };

@@ -1,4 +1,4 @@
-//! Two blocks tied stiffly are one; a soft tie gives what its stiffness says; what cannot hang is
+//! Two blocks tied stiffly are one; a soft tie stretches by its stiffness; an unsupported body is
 //! refused.
 
 use palpate::Vector3;

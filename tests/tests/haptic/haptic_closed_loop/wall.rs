@@ -12,7 +12,7 @@ use palpate_loop::closed_loop::stimulus::{STIMULI, Stimulus};
 use palpate_loop::closed_loop::surface::Wall;
 use palpate_tests::share::Share;
 
-/// The wall leans, so that an axis is not a direction.
+/// The wall is tilted, so that its normal is not along an axis.
 const NORMAL: Vector3<f32> = Vector3::new(0.48, 0.6, 0.64);
 const LIMIT_N: f64 = 3.0;
 
@@ -20,7 +20,7 @@ fn device(name: &str, delay_ticks: u8) -> DeviceProfile {
     DeviceProfile { delay_ticks, ..DeviceProfile::load(name).unwrap() }
 }
 
-/// The model's force as it is, and the last resort as late as it may be set.
+/// The model's unchanged force, with the energy alarm set as high as permitted.
 fn raw(device: &DeviceSpec) -> Settings {
     Settings { damping: DampingSettings::NONE, passivity: PassivitySettings::HIGHEST, ..Settings::safe(device) }
 }
@@ -81,7 +81,7 @@ fn damping_leaves_the_static_force_alone() {
 
 #[test]
 fn the_observer_sees_the_energy_that_the_plant_gets() {
-    // counting fakes up to the maximum force times one count, along each of three axes
+    // quantisation fakes up to the maximum force times one count, along each of three axes
     for (n_per_m, delay) in [(100.0, 1), (160.0, 1), (80.0, 2)] {
         let run = on_wall(n_per_m, &device("touch", delay), HANDS[0], "S1-0.2", raw);
         let counted_j = run.rows.iter().map(|r| f64::from(r.telemetry.energy.created_j)).fold(0.0, f64::max);
@@ -101,7 +101,7 @@ fn the_last_resort_ends_what_the_raw_spring_does() {
         let watched = on_wall(400.0, &device, HANDS[0], "S1-0.2", undamped);
         assert!(free.created_j > 2e-3 && free.fault.is_none(), "{}", label(&free));
         assert!(watched.created_j < 0.5 * free.created_j, "{} J instead of {} J", watched.created_j, free.created_j);
-        // contact after contact: then it is a fault, and the hand is let go
+        // in contact after contact: then it is a fault, and the force ends
         assert!(matches!(watched.fault, None | Some(Fault::EnergyCreated)), "{}", label(&watched));
         assert!(watched.fault.is_none() || watched.rows.last().unwrap().telemetry.applied_n == Vector3::zeros());
     }

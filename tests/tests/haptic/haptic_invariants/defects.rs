@@ -1,6 +1,6 @@
-//! A loop with a defect is noticed: what the loop did is changed into what a broken one would have
-//! done, one defect at a time, over a script that meets every situation, and the watch has to
-//! object. Without a defect it must not.
+//! A loop with a defect is detected: the loop's outputs are changed into those of a broken loop,
+//! one defect at a time, over a script that contains every situation, and the checks must object.
+//! Without a defect it must not.
 
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::limits::LoopLimitSettings;
@@ -10,7 +10,7 @@ use palpate_loop::closed_loop::watch::Tick;
 
 use crate::haptic_invariants::rig::{Defect, NORMAL, Rig};
 
-/// Every situation there is, each once or more.
+/// Every situation, each at least once.
 fn script(defect: Option<Defect>) -> Rig {
     let mut rig = Rig::at(3e-3);
     rig.defect = defect;
@@ -23,7 +23,7 @@ fn script(defect: Option<Defect>) -> Rig {
     rig.hold(300);
     rig.go(-3e-3, 0.3);
     rig.hold(20);
-    rig.go(6e-3, 1.45); // a tap that turns round faster than the velocity filter follows: slew, and energy
+    rig.go(6e-3, 1.45); // a tap that reverses faster than the velocity filter follows: slew, and energy
     rig.go(-3e-3, 1.4);
     rig.go(3e-3, 0.1);
     let seen_m = rig.device.reading.position_m;
@@ -79,13 +79,13 @@ fn script(defect: Option<Defect>) -> Rig {
     rig
 }
 
-/// Tells and gives this force.
+/// Reports and applies this force.
 fn give(tick: &mut Tick, force_n: Vector3<f32>) {
     tick.telemetry.applied_n = force_n;
     tick.got_n = Some(force_n);
 }
 
-/// Goes on as if nothing had happened.
+/// Continues as if nothing had happened.
 fn carry_on(before: &Tick, now: &mut Tick) {
     (now.telemetry.mode, now.telemetry.fault) = (before.telemetry.mode, before.telemetry.fault);
     give(now, before.force_n());
@@ -99,7 +99,7 @@ fn forced(tick: &Tick) -> bool {
     matches!(tick.telemetry.mode, Mode::Active | Mode::Degraded)
 }
 
-/// Name, what the broken loop does.
+/// Name, and the behaviour of the broken loop.
 const DEFECTS: [(&str, Defect); 26] = [
     ("no force limit", |_, now| {
         if forced(now) {

@@ -1,4 +1,4 @@
-//! Anything at any time: poses, glitches, sick models, requests, silence, late boards.
+//! Random events at any time: poses, glitches, faulty models, requests, silence, late boards.
 
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::SensorStatus;

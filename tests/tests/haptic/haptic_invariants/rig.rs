@@ -1,4 +1,4 @@
-//! A scripted device over an elastic half-space, watched in every tick.
+//! A scripted device over an elastic half-space, checked in every tick.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
@@ -8,10 +8,10 @@ use palpate::stages::probe::ProbePose;
 use palpate::{ClampFlags, Fault, Output, Vector3};
 use palpate_loop::closed_loop::watch::{Broken, Tick, Watch};
 
-/// Outward normal of the half-space: slanted, so that an axis is not a direction.
+/// Outward normal of the half-space: tilted, so that it is not along an axis.
 pub const NORMAL: Vector3<f32> = Vector3::new(0.48, 0.6, 0.64);
 
-/// A half-space below the plane through the origin, and what is wrong with it.
+/// A half-space below the plane through the origin, with injected errors.
 pub struct HalfSpace {
     pub n_per_m: f32,
     /// Added to the force of the next tick alone.
@@ -31,7 +31,7 @@ impl Renderer for HalfSpace {
     fn reset(&mut self) {}
 }
 
-/// A device that is where the script says.
+/// A device at the script's position.
 pub struct Scripted {
     pub reading: Sensed,
     /// Last command that it got: a force, or `None` for its release.
@@ -63,7 +63,7 @@ impl HapticDevice for Scripted {
     }
 }
 
-/// A change to what a tick did, as a loop with that defect would have done it.
+/// A change to the results of a tick, as by a loop with that defect.
 pub type Defect = fn(before: &Tick, now: &mut Tick);
 
 /// Device, tissue and loop, with every tick watched.
@@ -134,7 +134,7 @@ impl Rig {
         tick
     }
 
-    /// Ticks in place; the mode after them.
+    /// Ticks in place; returns the mode after them.
     pub fn hold(&mut self, ticks: u32) -> Mode {
         for _ in 0..ticks {
             self.tick(Command::HEARD, true);
@@ -142,7 +142,7 @@ impl Rig {
         self.cycle.mode()
     }
 
-    /// Moves to a depth [m] at a speed [m/s]; the last tick.
+    /// Moves to a depth [m] at a speed [m/s]; returns the last tick.
     pub fn go(&mut self, depth_m: f32, m_per_s: f32) -> Tick {
         let mut at_m = -self.device.reading.position_m.dot(&NORMAL);
         loop {
@@ -156,7 +156,7 @@ impl Rig {
         }
     }
 
-    /// Clears a fault and comes back to force, 5 mm outside.
+    /// Clears a fault and restores the force, 5 mm outside.
     pub fn recover(&mut self) {
         self.device.reading = Sensed { position_m: NORMAL * 5e-3, status: SensorStatus::Good, ..self.device.reading };
         self.hold(120);

@@ -39,7 +39,7 @@ fn silence_of_the_host_ends_every_force_within_150_ms_and_only_arming_brings_it_
             assert!(n < 150 || length_n <= 0.05, "tick {n}: {length_n} N");
             last_n = length_n;
         }
-        // still inside: the host is back, and asks at once
+        // still inside: the host returns and requests the force at once
         rig.ask(Ask::Arm);
         assert_eq!(rig.hold(1000), Mode::Arming);
         rig.go(-5e-3, 0.1);
@@ -200,7 +200,7 @@ fn contacts_that_create_energy_are_weakened_and_then_a_fault_that_can_be_cleared
         rig.go(-1e-3, 0.1);
         let mut peak_n = 0.0_f32;
         for _ in 0..10 {
-            // pushes a hand that goes out anyway
+            // pushes a hand that is already leaving
             rig.tissue.sick_n = Some(NORMAL * 2.0);
             rig.device.reading.position_m += NORMAL * 1e-3;
             peak_n = peak_n.max(rig.tick(Command::HEARD, true).force_n().norm());

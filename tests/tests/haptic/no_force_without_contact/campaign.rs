@@ -34,7 +34,8 @@ fn break_nothing(paths: u64, seed: u64) {
     assert_eq!(table.patches.len(), ground.patches.len(), "every shipped patch: {:?}", table.patches);
     assert!(total.broken.is_empty(), "{:?}\n{}", total.broken, table.examples.join("\n"));
     assert!(total.honest_faults.is_empty(), "{:?}\n{}", total.honest_faults, table.examples.join("\n"));
-    // What is left is the lag of amplifiers and of whole ticks (LIMITS.md): it must not grow.
+    // The remaining energy is due to the lag of amplifiers and of whole ticks (LIMITS.md): it must
+    // not grow.
     let (runs, creating) = (total.by_hand, total.creating_by_hand);
     assert!(runs > paths / 2 && creating * 200 < runs, "{creating} of {runs}\n{}", table.creating.join("\n"));
     assert!(

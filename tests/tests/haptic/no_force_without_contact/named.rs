@@ -60,8 +60,8 @@ fn expect_quiet(what: &str, (outcome, rest_n): &(PathOutcome, f32)) {
     );
 }
 
-/// In through the top, out through the side of the block to 30 mm, stop: 0.5 N alternated there for
-/// ever at 3.5 kPa, 3 N at 25 kPa.
+/// In through the top, out through the side of the block to 30 mm, stop: 0.5 N alternated there
+/// indefinitely at 3.5 kPa, 3 N at 25 kPa.
 #[test]
 fn out_through_the_side_leaves_no_force() {
     let ground = PathGround::load().unwrap();
@@ -86,7 +86,7 @@ fn out_through_the_side_leaves_no_force_at_other_speeds_places_patches_and_devic
                     let mut route = path(&[[0.0, 1.0, 4.0], [6.0, -0.7, -3.8], side], m_per_s);
                     route.at_m.iter_mut().for_each(|x| *x = on.point_m(&(*x).into()));
                     let (outcome, rest_n) = follow(&ground, patch, kpa, device, route);
-                    // a stop dead from 0.2 m/s and more is what the freeze watch is for
+                    // a dead stop from 0.2 m/s and more is left to the check for a frozen encoder
                     let tripped = outcome.fault.is_some_and(|f| f != Fault::SensorFault || m_per_s < 0.2);
                     if !outcome.broken.is_empty() || tripped || rest_n > 0.0 {
                         bad.push(format!(
@@ -101,7 +101,7 @@ fn out_through_the_side_leaves_no_force_at_other_speeds_places_patches_and_devic
     assert!(bad.is_empty(), "{} cases:\n{}", bad.len(), bad.join("\n"));
 }
 
-/// Round the block in free space with sharp corners: half a newton, 17 mm from the tissue, for 45
+/// Around the block in free space with sharp corners: half a newton, 17 mm from the tissue, for 45
 /// to 82 ticks.
 #[test]
 fn fast_and_sharp_round_the_tissue_is_free_space() {

@@ -1,4 +1,4 @@
-//! The geometry that the watch judges by agrees with geometry done by hand.
+//! The geometry used by the checks agrees with geometry computed by hand.
 
 use palpate::Vector3;
 use palpate_loop::closed_loop::paths::PathGround;
@@ -10,8 +10,8 @@ fn at(mm: [f64; 3]) -> Vector3<f64> {
     Vector3::from(mm) * 1e-3
 }
 
-/// The block is 80 x 80 x 40 mm, its top at z = 0, and can be touched all round but from below:
-/// distances are those of a box.
+/// The block is 80 x 80 x 40 mm, its top at z = 0, and can be touched on all sides except from
+/// below: distances are those of a box.
 #[test]
 fn the_block_is_a_box() {
     let ground = PathGround::load().unwrap();

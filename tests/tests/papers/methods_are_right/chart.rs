@@ -1,4 +1,4 @@
-//! The front, and what `palpate chart` leaves behind.
+//! The front, and the files of `palpate chart`.
 
 use palpate_lab::chart::{Reference, Scope, Task, front, front_of_three, measure, term_errors};
 use palpate_lab::methods::{Block, Method};
@@ -23,7 +23,7 @@ fn the_front_of_three_is_what_nothing_matches() {
 }
 
 /// Tissue that relaxes, stiffens and rubs is followed with the terms; a method without them keeps a
-/// force that fades, is too soft where the tissue stiffens, and drags at nothing.
+/// force that should fade, is too soft where the tissue stiffens, and has no drag.
 #[test]
 fn without_the_terms_real_tissue_is_missed() {
     let of = |method, block: &Block| term_errors(method, block).unwrap().unwrap();
@@ -39,7 +39,7 @@ fn without_the_terms_real_tissue_is_missed() {
 }
 
 /// Shorter substeps with lighter masses leave the held force and take most of the moving error of
-/// stiff tissue; a stiffness without a dynamic truth has no moving error.
+/// stiff tissue; a stiffness without a dynamic reference has no moving error.
 #[test]
 fn shorter_substeps_take_the_floored_masses_out_of_a_moving_probe() {
     let rows = |youngs_modulus_pa: f64, moving: bool| {

@@ -1,4 +1,4 @@
-//! Methods at rest under the probe: what the tissue pulls at its support is what the probe feels.
+//! Methods at rest under the probe: the force on the support equals the force on the probe.
 
 use palpate::{ProbePose, Terms, Vector3, tick};
 use palpate_lab::methods::{Block, Corotational, Law, Meshless, Method, NeoHookean, RunningMethod, Volume};
@@ -39,7 +39,7 @@ fn the_support_bears_what_the_probe_feels() {
 }
 
 /// XPBD's constraints have the energy of springs with per-tet volume, up to the quadratic volume
-/// term, and the same contact: converged, the same force.
+/// term, and the same contact, so they converge to the same force.
 #[test]
 fn xpbd_converges_to_the_springs_it_stands_for() {
     let block = Block::standard(57, 3500.0).expect("a block that can be meshed");

@@ -1,4 +1,4 @@
-//! The stiffness matrix, its factor and what is solved with them.
+//! The stiffness matrix, its factor and their solutions.
 
 use nalgebra::Vector3;
 use palpate_lab::methods::{Block, Compliance, Factor, LinearElastic, Method, RunningMethod};
@@ -32,7 +32,7 @@ fn the_matrix_passes_the_patch_test() {
     let wanted = 0.08 * 0.08 * strain;
     let pull: f64 = nodes.iter().enumerate().filter(|(_, x)| x[2] > -1e-9).map(|(n, _)| force[3 * n + 2]).sum();
     assert!((pull / wanted - 1.0).abs() < 1e-5, "{pull:e} is not {wanted:e}");
-    // a uniaxial stress leaves inner nodes and sides alone
+    // a uniaxial stress gives no force on inner nodes and sides
     for (n, x) in nodes.iter().enumerate().filter(|(_, x)| x[2] < -1e-9 && x[2] > -0.04 + 1e-9) {
         let left = Vector3::new(force[3 * n], force[3 * n + 1], force[3 * n + 2]).norm();
         assert!(left < 1e-5 * wanted, "{left:e} at {x:?}");

@@ -162,7 +162,7 @@ fn rigid_motion_gives_no_force() {
     let stretched: Vec<_> = moved.iter().map(|x| x * 1.01).collect();
     fn check(name: &str, law: &mut impl Law, [rigid, stretched]: [&[Vector3<f64>]; 2]) {
         let largest = |law: &mut _, x: &[Vector3<f64>]| forces(law, x).iter().map(|f| f.norm()).fold(0.0, f64::max);
-        // 1e-5 of strain is what rounding leaves of coordinates; 1e-2 of strain is the measure
+        // rounding of coordinates is a strain of 1e-5, relative to strains of 1e-2
         let (rigid, strained) = (largest(law, rigid), largest(law, stretched));
         assert!(rigid <= 2e-3 * strained, "{name}: {rigid:e} against {strained:e} at 1 % of strain");
     }

@@ -1,5 +1,4 @@
-//! `palpate chart --press` and `--with`: what other engines are given, and what becomes of their
-//! table.
+//! `palpate chart --press` and `--with`: the input for other engines, and the use of their table.
 
 use std::fmt::Write as _;
 

@@ -108,8 +108,8 @@ fn eq_8_pressure_from_force_and_depth() {
     }
 }
 
-/// Nodes beyond the radius that (7)-(8) give stand still, those within move, and the count follows
-/// the threshold.
+/// Nodes beyond the radius of (7)-(8) are frozen, those within move, and the count follows the
+/// threshold.
 #[test]
 fn the_region_follows_the_load() {
     let bench = bench();
@@ -128,7 +128,7 @@ fn the_region_follows_the_load() {
         }
         let output = last.unwrap();
         assert!(output.force_n.z > 0.0);
-        // what moved is what the rule says for the force and depth of the tick before
+        // the moving nodes are those of the rule for the force and depth of the previous tick
         let pressure_pa = rule.pressure_pa(bench.params.youngs_modulus_pa, output.force_n.norm(), output.depth_m);
         let radius_m = rule.radius_m(pressure_pa, bench.params.probe.radius_m);
         let within = model
@@ -147,8 +147,8 @@ fn the_region_follows_the_load() {
     assert!(counts[0].0 > counts[1].0 && counts[1].0 > counts[2].0 && counts[2].0 > 0, "{counts:?}");
 }
 
-/// The literal (9) and (10) in double precision, forces from (1) without dampers; ours keeps the
-/// velocity at the half step.
+/// Equations (9) and (10) as printed, in double precision, with forces from (1) without dampers;
+/// ours keeps the velocity at the half step.
 #[test]
 fn eq_9_and_10_velocity_verlet() {
     let bench = bench();

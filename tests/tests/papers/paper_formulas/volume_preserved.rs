@@ -35,8 +35,8 @@ fn eq_3_positions_and_velocities_after_a_step() {
     let dt = f64::from(bench.params.tick_s);
     let free = |n: &usize| !model.anchors.contains(&(*n as u16));
     let nodes: Vec<usize> = (0..x.len()).filter(free).collect();
-    // moves, not positions: a move of 1e-5 m would hide in a position; what a position rounds, 4e-9
-    // m at 60 mm, is allowed
+    // displacements, not positions: a displacement of 1e-5 m would hide in a position; the rounding
+    // of a position, 4e-9 m at 60 mm, is allowed
     let moved: Vec<Vector> = nodes.iter().map(|&n| positions(&state)[n] - x[n]).collect();
     let wanted: Vec<Vector> = nodes.iter().map(|&n| v[n] * dt + f[n] * (dt * dt / m[n])).collect();
     for (moved, wanted) in moved.iter().zip(&wanted) {
@@ -106,7 +106,7 @@ fn eq_5_and_12_damper_forces() {
             power += f.dot(&(v[i] - v[j]));
         }
         assert!(power < 0.0, "{law:?} feeds the motion");
-        // what is compared is a difference of sums: roundings are those of the larger
+        // a difference of sums is compared: rounding errors are those of the larger
         let size = undamped.iter().map(Vector::norm).fold(0.0, f64::max).max(wanted.iter().map(Vector::norm).fold(0.0, f64::max));
         for (f, w) in found.iter().zip(&wanted) {
             assert!((f - w).norm() <= super::ROUNDING * size, "{law:?}: {f:?} is not {w:?}");

@@ -11,7 +11,7 @@ const FOUR: [[f32; 3]; 4] = [
 ];
 
 /// Barycentric weights of nine points: centroids of the triangle's nine equal parts, first those
-/// that point its way.
+/// with its orientation.
 pub(crate) const NINE: [[f32; 3]; 9] = [
     [7.0 / 9.0, 1.0 / 9.0, 1.0 / 9.0],
     [1.0 / 9.0, 7.0 / 9.0, 1.0 / 9.0],

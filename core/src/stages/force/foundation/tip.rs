@@ -1,23 +1,23 @@
 //! Penetration of the tips that are not round: capsule and ellipsoid.
 //!
 //! The capsule is exact. The depth of a point inside an ellipsoid is the least of `h(n) - n.x` over
-//! unit vectors n, h the support function `sqrt(sum (a_i n_i)^2)`; the least is reached where
-//! `n_i ~ x_i / (t + a_i^2)` with t the only root above `-min a_i^2` of `sum (a_i x_i / (t +
-//! a_i^2))^2 = 1` (Eberly, Distance from a point to an ellipsoid, 2013). [`STEPS`] Newton steps on
-//! the inverse root of that sum, which is nearly straight (More and Sorensen, Computing a trust
-//! region step, 1983), find it from below. An n that is slightly off makes the depth larger by the
-//! square of that alone, so depth and way out agree as a function and its gradient do.
+//! unit vectors n, h the support function `sqrt(sum (a_i n_i)^2)`; the least is reached where `n_i
+//! ~ x_i / (t + a_i^2)` with t the only root above `-min a_i^2` of `sum (a_i x_i / (t + a_i^2))^2 =
+//! 1` (Eberly, Distance from a point to an ellipsoid, 2013). [`STEPS`] Newton steps on the inverse
+//! root of that sum, which is nearly straight (More and Sorensen, Computing a trust region step,
+//! 1983), find it from below. A small error of n makes the depth larger only by its square, so
+//! depth and direction agree as a function and its gradient do.
 
 use nalgebra::Vector3;
 
 use crate::lanes::sqrt;
 use crate::params::Probe;
 
-/// Newton steps. Depth and direction are then those of double precision to rounding, for every
-/// point and every ellipsoid that is let in (test below).
+/// Newton steps. Depth and direction then agree with double precision to rounding, for every point
+/// and every permitted ellipsoid (test below).
 const STEPS: usize = 8;
-/// Distance from each plane of symmetry that a point keeps, over the radius (1): in the planes near
-/// the middle two ways out are equally near, and the equation does not say which.
+/// Least distance of a point from each plane of symmetry, over the radius (1): in these planes,
+/// near the middle, two ways out are equally near, and the equation does not select one.
 const ASIDE: f32 = 1e-7;
 /// Least of `t + min a_i^2`, over that square (1).
 const MIDDLE: f32 = 1e-8;
@@ -84,7 +84,7 @@ pub(crate) fn depth_in_ellipsoid(d: Vector3<f32>, probe: &Probe, [a, b]: [f32; 2
     // t is counted from the least squared semi-axis, whose term would lose its digits otherwise
     let beyond = semi.map(|s| s * s - least);
     let floor = MIDDLE * least;
-    // the largest of what is surely below the root
+    // the largest value known to be below the root
     let part = each(semi, x, |s, x| s * x);
     let mut t = sqrt(sum(part.map(|p| p * p))) - (most - least);
     for below in each(part, beyond, |p, b| p.abs() - b) {

@@ -6,8 +6,8 @@ use crate::model::Spring;
 use crate::params::Tuned;
 use crate::state::{Node, node};
 
-/// Adds the forces of `W` springs at a time; if `STIFFENED`, each as much stiffer as its ends are,
-/// half of the factor of which is in `node.p`.
+/// Adds the forces of `W` springs at a time; if `STIFFENED`, each is stiffened by the factors of
+/// its ends, half of each of which is in `node.p`.
 #[inline(always)]
 pub(super) fn by_groups<L: Lanes<W>, const W: usize, const COMPENSATED: bool, const STIFFENED: bool>(
     groups: &[[Spring; W]],
@@ -15,7 +15,7 @@ pub(super) fn by_groups<L: Lanes<W>, const W: usize, const COMPENSATED: bool, co
     nodes: &mut [Node],
 ) {
     for group in groups {
-        // always so for a checked model; said once, it spares the optimiser a check at every access
+        // always true for a checked model; asserted once, it saves a check at every access
         if !group.iter().flat_map(|s| [s.i, s.j]).all(|n| usize::from(n) < nodes.len()) {
             return;
         }

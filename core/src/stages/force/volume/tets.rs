@@ -1,5 +1,4 @@
-//! Loops over the tets, one at a time or four: what is computed, on every processor but those of
-//! `force/armv7em.rs`.
+//! Loops over the tets, one or four at a time, for every processor but those of `force/armv7em.rs`.
 
 use nalgebra::Vector3;
 
@@ -83,7 +82,7 @@ fn push_group<L: Lanes<W>, const W: usize, const BARRIER: bool>(
     let nodal = (at(0) + at(1)) + (at(2) + at(3));
     let j = six_volume * L::from_array(group.each_ref().map(|t| t.six_volume_reciprocal));
     let bulk = L::from_array(group.each_ref().map(|t| t.bulk));
-    // closing is positive
+    // positive when closing
     let mut p = nodal + bulk * (j - L::splat(1.0));
     if BARRIER {
         p -= compensation::of_tet(j, L::from_array(group.each_ref().map(|t| t.barrier)));
@@ -102,8 +101,7 @@ fn push_group<L: Lanes<W>, const W: usize, const BARRIER: bool>(
     }
 }
 
-/// Always true for a checked model; said once per tet, it spares the optimiser a check at every
-/// access.
+/// Always true for a checked model; asserted once per tet, it saves a check at every access.
 #[inline(always)]
 fn in_range<const W: usize>(group: &[Tet; W], nodes: &[Node]) -> bool {
     group.iter().flat_map(|tet| &tet.node).all(|&n| usize::from(n) < nodes.len())
@@ -143,8 +141,8 @@ mod tests {
             n.x = row(Vector3::new(next(), next(), next()));
             n.p = next() - 0.5;
         }
-        // four tets that use every corner of the others, in other places; some inverted, so that
-        // the barrier acts
+        // four tets that share all corners in different places; some are inverted, so that the
+        // barrier acts
         let tets = [[0, 1, 2, 3], [3, 2, 1, 4], [1, 5, 0, 2], [4, 0, 5, 3]].map(|node| Tet {
             node,
             six_volume_reciprocal: 1.0 + next(),

@@ -11,11 +11,11 @@ use nalgebra::Vector3;
 use super::Disc;
 use palpate_tissue::mesh::{TetMesh, surface};
 
-/// Closer to the circle than this share of the radius is on it.
+/// Distance from the circle, as a share of the radius, that counts as on it.
 pub(super) const ON_EDGE: f64 = 1e-9;
-/// An end is moved when the crossing is within this share of the edge's length of it.
+/// Distance of the crossing from an end, as a share of the edge, within which the end is moved.
 const NEAR_END: f64 = 0.3;
-/// A tet keeps at least this share of its volume when a corner is moved.
+/// Least share of its volume that a tet keeps when a corner is moved.
 const LEAST_VOLUME: f64 = 0.2;
 
 /// Cuts the mesh so that no surface edge crosses the disc's edge. Nodes keep their numbers, new
@@ -40,8 +40,8 @@ pub(super) fn cut(mesh: &TetMesh, disc: &Disc) -> TetMesh {
     mesh
 }
 
-/// Moves nodes that are near the circle onto it, each along the edge that brings it there soonest,
-/// unless a tet around it would lose too much.
+/// Moves nodes that are near the circle onto it, each along the edge with the shortest path, unless
+/// a tet around it would lose too much volume.
 fn snap(mesh: &mut TetMesh, disc: &Disc) {
     let mut moves: BTreeMap<u32, (f64, Vector3<f64>)> = BTreeMap::new();
     for ([i, j], share) in crossings(mesh, disc) {

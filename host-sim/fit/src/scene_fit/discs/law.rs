@@ -1,5 +1,4 @@
-//! The stiffness of a glued disc over its radius and place: a polynomial through some that were
-//! solved.
+//! The stiffness of a glued disc over its radius and place: a polynomial through some solved ones.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -15,7 +14,7 @@ pub struct Law([SVector<f64, TERMS>; DIRECTIONS]);
 
 impl Law {
     /// Least squares through discs (x, y, a) and their stiffness along each direction; `None` if
-    /// one is not positive or they do not tell the terms apart.
+    /// one is not positive or they do not determine the terms.
     pub fn through(discs: &[[f64; 3]], stiffness: &[[f64; DIRECTIONS]]) -> Option<Self> {
         let mut normal = SMatrix::<f64, TERMS, TERMS>::zeros();
         let mut right = [SVector::<f64, TERMS>::zeros(); DIRECTIONS];

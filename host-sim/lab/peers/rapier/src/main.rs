@@ -5,7 +5,7 @@
 //! within a millisecond and answers `FORCE CPU`, newtons and seconds; `p` answers with all
 //! positions.
 //!
-//! Lengths are decimetres in here: rapier drops cells of less than 1.2e-7 cubic units.
+//! Lengths in this program are decimetres: rapier drops cells of less than 1.2e-7 cubic units.
 
 use std::collections::HashMap;
 use std::error::Error;
@@ -106,7 +106,7 @@ fn read(input: &mut Input) -> Result<Press, Failure> {
         .additional_pgs_iterations(of("pgs_iterations")? as usize)
         .can_sleep(false);
     let body = world.insert_soft_body(body);
-    // the surface is as thick as its skin: the ball is so much smaller
+    // the surface has the thickness of its skin: the ball is smaller by that much
     let (probe, ball) = world.insert(
         RigidBodyBuilder::kinematic_position_based().translation(Vector::new(0.0, 0.0, radius + 0.1)),
         ColliderBuilder::ball(radius - skin).friction(0.0).friction_combine_rule(CoefficientCombineRule::Min),

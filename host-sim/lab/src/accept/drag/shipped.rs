@@ -1,4 +1,5 @@
-//! The shipped patches under a probe that slides, sticks, and is held aside for a minute.
+//! The shipped patches under a probe that slides, sticks, and is held with a sideways force for a
+//! minute.
 
 use super::{Answer, Bench, Error, FRICTION, Figure, Memory, Params, ProbeShape, Row, Run, SLIDES, parts};
 use rayon::prelude::*;
@@ -13,29 +14,29 @@ const FLAT_M: f64 = 2e-4;
 /// Step of a slide [m], and its ticks.
 const SLIDE_M: f64 = 2e-6;
 const SLIDE: usize = 1500;
-/// Step of what sticks [m], its ticks, and those with the rest after it.
+/// Step of a sticking probe [m], its ticks, and those including the rest after it.
 const STICK_M: f64 = 2e-7;
 const STICK: usize = 100;
 const STUCK: usize = 1000;
-/// Enough that nothing slips.
+/// Friction high enough that nothing slips.
 const STICKS: f32 = 5.0;
-/// Stiffness of what sticks over that of the glued disc (1).
+/// Stiffness of the sticking probe over that of the glued disc (1).
 const GLUED: [f64; 2] = [0.97, 1.03];
-/// The mesh has sides and a disc has none: these are averaged [rad].
+/// Directions that are averaged, since the mesh is not isotropic [rad].
 const HEADINGS: [f64; 3] = [0.0, 0.8, 2.1];
-/// A hold: depth [m], pull over what friction bears, ticks until it has settled and after it.
+/// A hold: depth [m], pull over the friction limit, ticks until it has settled and after that.
 const HOLD_M: f64 = 2e-3;
 const PULL: f64 = 0.9;
 const SETTLED: usize = 5000;
 const HELD: usize = 60_000;
 /// Damper of the light handle that is pulled [N s/m].
 const HANDLE_N_S_PER_M: f64 = 1.0;
-/// Way after which a probe counts as not held [m].
+/// Displacement after which a probe counts as not held [m].
 const LOST_M: f64 = 2e-3;
-/// Farthest that a hold may creep in a minute [um].
+/// Largest creep of a hold in a minute [um].
 const CREEPS_UM: f64 = 1.0;
 
-/// Presses from the surface on and rests; returns force along the surface and push [N].
+/// Presses from the surface and rests; returns force along the surface and push [N].
 fn pressed(run: &mut Run, depth_m: f64, turned: f64) -> Result<[f64; 2], Error> {
     let mut last = [0.0; 2];
     for n in 0..PRESSED {
@@ -122,9 +123,9 @@ pub(super) fn glued() -> Result<Row, Error> {
     })
 }
 
-/// Farthest from where a ball was after five seconds that it is found in the minute after [um],
-/// pulled aside with nine tenths of `bears` times the push; a probe that is not held is followed no
-/// farther than 2 mm.
+/// Largest displacement of a ball, in the minute after the first five seconds [um], under a
+/// sideways pull of nine tenths of `bears` times the push; a probe that is not held is followed for
+/// 2 mm only.
 fn creeps_um(friction: f64, bears: f64) -> Result<f64, Error> {
     let bench = Bench::shipped(NODES, ProbeShape::Hemisphere)?;
     let model = bench.patch.wide_model();
@@ -147,7 +148,7 @@ fn creeps_um(friction: f64, bears: f64) -> Result<f64, Error> {
     Ok(farthest_m * 1e6)
 }
 
-/// The row of a ball that is held aside.
+/// The row of a ball held with a sideways force.
 pub(super) fn held() -> Result<Row, Error> {
     let figure = |friction: &f64| -> Result<Figure, Error> {
         Ok(Figure {

@@ -1,4 +1,5 @@
-//! Ours beside theirs: how much cheaper at their error, how much nearer at their cost.
+//! Our results against theirs: how much cheaper at the same error, how much more accurate at the
+//! same cost.
 
 use palpate_tissue::output::OutputFolder;
 
@@ -10,19 +11,19 @@ use crate::chart::{Reference, Run, Task, measure};
 use crate::error::Error;
 use crate::methods::Method;
 
-/// Speeds of ramps that are compared alone as well [mm/s]; what all have in common is led by the
+/// Speeds of ramps that are compared alone as well [mm/s]; the common error is dominated by the
 /// tap.
 pub const RAMPS_MM_PER_S: [u32; 2] = [40, 200];
 
-/// Factors between a row of theirs and the best of ours, above 1 in our favour; `None` where ours
-/// has nothing as right, or nothing as cheap.
+/// Factors between a row of theirs and the best of ours, above 1 in our favour; `None` if ours has
+/// nothing as accurate, or nothing as cheap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compared<'a> {
     /// Their row.
     pub peer: &'a Peer,
     /// Held force.
     pub held: Factors,
-    /// Force while the probe moves, where both have one.
+    /// Force while the probe moves, if both have one.
     pub moving: Option<Factors>,
     /// Each of the ramps of 40 and 200 mm/s alone.
     pub ramps: [Option<Factors>; RAMPS_MM_PER_S.len()],
@@ -33,14 +34,14 @@ pub struct Compared<'a> {
 /// Factors between a row of theirs and the best of ours.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Factors {
-    /// Their cost over that of our cheapest model that is no further off (1).
+    /// Their cost over that of our cheapest model with at most the same error (1).
     pub cheaper: Option<f64>,
     /// Their error over that of our most accurate model that costs no more (1).
     pub nearer: Option<f64>,
 }
 
-/// Runs ours on their grids of these names, uncalibrated: the same meshes, as far as such a mesh
-/// can be had.
+/// Runs ours on their grids of these names, uncalibrated: the same meshes, as far as such a mesh is
+/// available.
 ///
 /// # Errors
 /// A method that cannot be built.
@@ -59,7 +60,7 @@ pub fn same_meshes(peers: &[Peer], reference: &Reference, moving: bool) -> Resul
     Ok(runs)
 }
 
-/// Sets every row of theirs beside ours of the same stiffness; none where ours was not run at it.
+/// Compares every row of theirs with ours of the same stiffness; none if ours was not run at it.
 #[must_use]
 pub fn compare<'a>(peers: &'a [Peer], runs: &[Run], on_grids: &[Run]) -> Vec<Compared<'a>> {
     let of_peer = |peer: &'a Peer| {
@@ -104,8 +105,8 @@ fn factors(ours: &[&Measured], peer: &Peer, error_pct: f64, error: impl Fn(&Meas
     Factors { cheaper: cost_us.map(|us| peer.tick_min_us / us), nearer: own_pct.map(|pct| error_pct / pct) }
 }
 
-/// The smallest factors over all rows: cheaper and nearer; `None` where there is no row, or one to
-/// which ours has no answer. `of` picks the quantity.
+/// The smallest factors over all rows, in cost and in error; `None` if there is no row, or one
+/// without a counterpart. `of` selects the quantity.
 #[must_use]
 pub fn least(compared: &[Compared], of: impl Fn(&Compared) -> Option<Factors>) -> Factors {
     let over = |factor: fn(Factors) -> Option<f64>| {

@@ -1,5 +1,5 @@
-//! Even grids: the block's cells, five tets each. Engines that are explicit in time take longer
-//! steps on them than on meshes that are fine under the probe.
+//! Even grids: the block's cells, five tets each. Explicit engines can take longer steps on them
+//! than on meshes that are fine under the probe.
 
 use palpate_tissue::mesh::TetMesh;
 

@@ -1,4 +1,4 @@
-//! Pictures of theirs beside ours: cost of a tick against held and against moving error.
+//! Pictures of their results and ours: cost of a tick against held and against moving error.
 
 use palpate_charts::{MethodPoint, MethodPoints, SpeedAccuracy, speed_accuracy};
 use palpate_tissue::output::OutputFolder;
@@ -36,8 +36,8 @@ const QUANTITIES: [Quantity; 2] = [
     },
 ];
 
-/// Draws `peers_held_<kpa>` and `peers_moving_<kpa>` of every stiffness that both have; the names
-/// that were written.
+/// Draws `peers_held_<kpa>` and `peers_moving_<kpa>` for every stiffness that both have; returns
+/// the names of the pictures.
 ///
 /// # Errors
 /// A picture cannot be drawn or written.
@@ -67,8 +67,8 @@ pub fn draw_peers(
     Ok(names)
 }
 
-/// Ours at the places, and so with the looks, that they have in the other pictures; ours on their
-/// grids; ours with the contact searched; each of their models.
+/// Ours in the same order, and so with the same markers, as in the other pictures; ours on their
+/// grids; ours with the contact parameters searched; each of their models.
 fn series<'a>(
     quantity: &Quantity,
     modulus_pa: f64,

@@ -1,5 +1,5 @@
-//! The press of the chart as a file: all that another engine must know to do the same, and the
-//! forces that it is judged by.
+//! The press of the chart as a file: everything that another engine needs for the same press, and
+//! the forces that it is compared with.
 
 use palpate::{Fnv, Params};
 use palpate_tissue::Error as TissueError;
@@ -15,7 +15,7 @@ use crate::methods::{BLOCK_M, Block, DEEPEST_M, RADIUS_M};
 
 /// Young's moduli at which peers press [Pa].
 pub const MODULI_PA: [f64; 2] = [3500.0, 20_000.0];
-/// Nodes of the calibrated patches whose meshes peers may take.
+/// Nodes of the calibrated patches whose meshes peers may use.
 const PATCHES: [usize; 3] = [130, 410, 1020];
 
 /// Everything about the press but the meshes; lengths in metres, times in seconds.
@@ -35,7 +35,7 @@ pub struct StandardPress {
     timing: Timing,
 }
 
-/// The press that must be survived; the fewest substeps that do so are taken.
+/// The press that must be survived; the fewest substeps that survive it are used.
 #[derive(Clone, Debug, Serialize)]
 struct Survival {
     speed_m_per_s: f64,
@@ -82,7 +82,7 @@ struct Timing {
     long_enough_s: f64,
 }
 
-/// A mesh that peers may take, its nodes on the bottom fixed.
+/// A mesh that peers may use, with its bottom nodes fixed.
 #[derive(Clone, Debug, Serialize)]
 pub struct PeerMesh {
     name: String,
@@ -92,7 +92,7 @@ pub struct PeerMesh {
 }
 
 impl StandardPress {
-    /// The press that ships, with its truths.
+    /// The shipped press, with its references.
     ///
     /// # Errors
     /// A damaged truth.
@@ -151,7 +151,7 @@ impl StandardPress {
         })
     }
 
-    /// Checksum of all of it, by which a table says what it was measured at.
+    /// Checksum of the whole press, which a table quotes.
     ///
     /// # Errors
     /// A number that JSON cannot hold.

@@ -1,10 +1,11 @@
-//! Our calibrated patch with its contact searched at the moving press, as that of the peers is.
+//! Our calibrated patch with its contact parameters searched for the moving press, as those of the
+//! peers are.
 //!
-//! The patches that ship have the dashpot with which a hand on a device stays passive at one
-//! substep. With two or more the masses need less floor, and a dashpot of a whole substep answers
-//! a fast probe best. Tried at 3.5 and 20 kPa: 130, 410 and 1020 nodes, 1 to 32 substeps, dashpots
-//! of 0 to 1 substeps, node damping of 0 to 80 /s. Node damping as it ships was best or within a
-//! tenth of it.
+//! The shipped patches have the dashpot that keeps the loop passive with a hand at one substep.
+//! With two or more the masses need less floor, and a dashpot of a whole substep is best for a fast
+//! probe. Tried at 3.5 and 20 kPa: 130, 410 and 1020 nodes, 1 to 32 substeps, dashpots of 0 to 1
+//! substeps, node damping of 0 to 80 /s. The shipped node damping was best or within a tenth of the
+//! best.
 
 use super::Peer;
 use crate::chart::run::Run;
@@ -12,7 +13,7 @@ use crate::chart::{Reference, Task, measure};
 use crate::error::Error;
 use crate::methods::{Block, Method};
 
-/// Nodes of the patch that the search ended at.
+/// Nodes of the patch found by the search.
 const NODES: usize = 410;
 /// Its contact dashpot [substeps].
 const CONTACT_DAMPING: f32 = 1.0;

@@ -1,4 +1,5 @@
-//! The table of what other engines did: `peers.csv`, refused unless it is whole and of this press.
+//! The table of other engines' results, `peers.csv`, refused unless it is complete and belongs to
+//! this press.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +10,7 @@ use palpate_tissue::Error as TissueError;
 
 /// Version of the files.
 const VERSION: &str = "1";
-/// Columns before those of the forces and errors, and the one behind them.
+/// Columns before those of the forces and errors, and the one after them.
 const FIRST: [&str; 12] = [
     "engine",
     "version",
@@ -25,10 +26,10 @@ const FIRST: [&str; 12] = [
     "tick_median_us",
 ];
 const LAST: &str = "force_read";
-/// Largest difference between a held error that is given and what its forces make [%].
+/// Largest difference between a given held error and the one that follows from its forces [%].
 const SAME_PCT: f64 = 0.05;
 
-/// Why a table of peers is not taken.
+/// Why a table of peers is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PeerError {
     /// No version of these tables in the first lines.
@@ -120,7 +121,7 @@ pub struct Peer {
     pub held_rms_pct: f64,
     /// Error in each ramp and the tap, of the largest force in it [%]; `None` where it diverged.
     pub moving_pct: [Option<f64>; moving::SPEEDS_MM_PER_S.len()],
-    /// Where the force is taken from.
+    /// Source of the force.
     pub force_read: String,
 }
 
@@ -301,7 +302,7 @@ impl Cells<'_> {
         })
     }
 
-    /// Judges the forces of the row anew.
+    /// Recomputes the errors of the row from its forces.
     fn held_rms_pct(&self, youngs_modulus_pa: f64) -> Result<f64, PeerError> {
         let reference = Reference::block();
         let mut squares = Vec::new();
@@ -311,7 +312,7 @@ impl Cells<'_> {
             if text.is_empty() {
                 continue;
             }
-            // a force may have the wrong sign, and is then only very wrong
+            // a force may have the wrong sign, which is merely a large error
             let force_n = text.parse().ok().filter(|v: &f64| v.is_finite());
             let force_n = force_n.ok_or_else(|| self.wrong(&column, "a finite number"))?;
             let truth_m2 = reference.force_over_e_m2(depth_m);
@@ -330,7 +331,7 @@ mod tests {
 
     const HASH: &str = "0123456789abcdef";
 
-    /// A table of one row whose forces are the reference's but for a factor.
+    /// A table of one row whose forces are the reference's times a factor.
     fn table(times: f64) -> String {
         let reference = Reference::block();
         let force = |d: &f64| format!("{:.8}", reference.force_over_e_m2(*d).unwrap() * 3500.0 * times);

@@ -1,5 +1,5 @@
-//! A method measured: what it costs, at rest along the way, at every speed, and where it was
-//! not fitted.
+//! Measurements of a method: its cost, its errors at rest along the path, at every speed, and at
+//! unseen places.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -13,14 +13,15 @@ use palpate_fit::statics::{CLEAR_M, Solver, Statics, Unbalanced, Vector};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::{MACHINES, Machine, triangles_in_reach};
 
-/// Spacing of the presses at rest along the way [m].
+/// Spacing of the presses at rest along the path [m].
 const SPACING_M: f64 = 5e-4;
-/// Force error up to which a method counts as right [%].
+/// Force error up to which a method counts as accurate [%].
 pub const TOLERANCE_PCT: f64 = 5.0;
-/// Speeds at which the end of that is looked for [mm/s].
+/// Speeds at which the limit of that is searched [mm/s].
 const SPEED_STEP_MM_PER_S: f64 = 10.0;
 const SPEEDS_TRIED: usize = 50;
-/// Slides away from the trajectory: depth and distance aside, in units of the trajectory's depth.
+/// Slides away from the trajectory: depth and sideways distance, in units of the trajectory's
+/// depth.
 const ELSEWHERE: [(f64, f64); 4] = [(1.0 / 3.0, 0.0), (2.0 / 3.0, 0.0), (4.0 / 3.0, 0.0), (1.0, 4.0 / 3.0)];
 
 /// Share of the tick on a board [%], estimated: see [`palpate_tissue::budget`]. Triangles are
@@ -37,7 +38,7 @@ pub struct BoardShare {
     pub share_pct: f64,
 }
 
-/// A slide where the fit was not made for.
+/// A slide at an unseen place.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Elsewhere {
     /// Depth [mm].
@@ -72,10 +73,11 @@ pub struct Measured {
     pub stable_ms: f64,
     /// Worst tick on the boards.
     pub boards: Vec<BoardShare>,
-    /// At rest along the way against the reference: largest error, with its sign, and root mean
-    /// square [%]. `None` where nodes stand still.
+    /// At rest along the path against the reference: largest error, with its sign, and root mean
+    /// square [%]. `None` if nodes are frozen.
     pub rest_pct: Option<[f64; 2]>,
-    /// Largest part of it that the rim springs have against the dense condensed outside [%].
+    /// Largest part of it that is due to the rim springs, relative to the dense condensed outside
+    /// [%].
     pub rim_pct: Option<f64>,
     /// Every speed; `None` after a fault.
     pub slides: Vec<(f64, Option<Figures>)>,
@@ -93,7 +95,7 @@ impl Measured {
     /// Slides a method at every speed [m/s].
     ///
     /// # Errors
-    /// Model or parameters that the core rejects, or a press that finds no balance.
+    /// Model or parameters that the core rejects, or a press without equilibrium.
     pub fn of(
         method: &StudyMethod,
         trajectory: &Trajectory,
@@ -169,7 +171,8 @@ impl Measured {
     }
 }
 
-/// Force over E [m^2] of presses at rest along the way, each with its distance from the middle [m].
+/// Force over E [m^2] of presses at rest along the path, each with its distance from the middle
+/// [m].
 fn at_rest(statics: &Statics, trajectory: &Trajectory) -> Result<Vec<(f64, f64)>, Unbalanced> {
     faer::set_global_parallelism(faer::Par::Seq);
     let solver = Solver::of(statics).ok_or(Unbalanced { depth_mm: 0.0, steps: 0 })?;

@@ -1,4 +1,4 @@
-//! A slide in the tick, and its figures beside the reference.
+//! A slide in the tick, and its figures relative to the reference.
 
 use palpate::method::{Method, Product};
 use palpate::stages::{force, force::foundation::Load};
@@ -18,7 +18,7 @@ use palpate_tissue::patch::{Memory, Patch};
 pub enum Awake {
     /// All of them: the product.
     All,
-    /// Those that the stress rule of paper 004 (7)-(8) keeps; the rest stand still where they are.
+    /// Those that the stress rule of paper 004 (7)-(8) keeps; the rest are frozen in place.
     Stressed(StressRule),
     /// Those that do not rest: [`Sleeping`] with this threshold [m].
     Moving(f64),
@@ -64,7 +64,7 @@ pub struct Row {
 /// A slide, tick by tick.
 #[derive(Clone, Debug)]
 pub struct Slide {
-    /// Trajectory that was asked for.
+    /// The requested trajectory.
     pub trajectory: Trajectory,
     /// Every tick, up to the fault if there was one.
     pub rows: Vec<Row>,
@@ -72,7 +72,7 @@ pub struct Slide {
     pub fault: Option<Fault>,
 }
 
-/// A slide in numbers, over the ways forth and back.
+/// A slide in numbers, over the strokes forth and back.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Figures {
     /// Speed [mm/s].
@@ -81,24 +81,24 @@ pub struct Figures {
     pub worst_pct: f64,
     /// Root mean square error of the normal force [%].
     pub rms_pct: f64,
-    /// Mean of the error [%]: what is left of it is ripple.
+    /// Mean of the error [%]; the remainder is ripple.
     pub mean_pct: f64,
     /// Largest change of the force vector between two ticks [N].
     pub step_n: f64,
     /// Largest change of the force vector between two ticks where the set of nodes that move
     /// changed [N].
     pub region_step_n: f64,
-    /// Mean force along the way over the normal force [%]: below zero it drags, above it pushes the
-    /// probe on. Truth is near zero.
+    /// Mean force along the path over the normal force [%]: below zero it drags, above zero it
+    /// pushes the probe on. The true value is near zero.
     pub lateral_pct: f64,
-    /// Largest force along the way, either sign, over the normal force [%].
+    /// Largest force along the path, of either sign, over the normal force [%].
     pub lateral_worst_pct: f64,
     /// Work of the tissue on the probe from rest forth and back to rest in the same place [mJ]:
-    /// below zero it is lost, above it was made of nothing.
+    /// below zero it was lost, above zero it was created.
     pub work_mj: f64,
     /// Least and mean share of the free nodes that moved [%].
     pub awake_pct: [f64; 2],
-    /// Share of the free nodes that moved after a hold, before the first way [%].
+    /// Share of the free nodes that moved after a hold, before the first stroke [%].
     pub hold_awake_pct: f64,
     /// Median CPU time of a tick [us].
     pub tick_us: f64,
@@ -144,13 +144,13 @@ pub fn slide_with(
 }
 
 impl Slide {
-    /// Rows of the ways forth and back.
+    /// Rows of the strokes forth and back.
     pub fn ways(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter().filter(|r| matches!(r.pose.leg, Leg::Forth | Leg::Back))
     }
 
-    /// The slide in numbers; `None` if it ended in a fault or the reference does not know the way.
-    /// Forces are at `youngs_modulus_pa`.
+    /// The slide in numbers; `None` if it ended in a fault or the reference does not cover the
+    /// path. Forces are at `youngs_modulus_pa`.
     #[must_use]
     pub fn figures(&self, reference: &impl Reference, youngs_modulus_pa: f64, free_nodes: usize) -> Option<Figures> {
         if self.fault.is_some() {
@@ -173,8 +173,7 @@ impl Slide {
             if pair[0].active_nodes != pair[1].active_nodes {
                 region_step_n = region_step_n.max(change_n);
             }
-            // a device holds each force until the next: what the tick's delay makes of it is
-            // counted
+            // a device holds each force until the next: the effect of the tick's delay is included
             work_j += pair[0].force_n.dot(&(pair[1].pose.tip_m - pair[0].pose.tip_m));
         }
         let share = |r: &Row| 100.0 * f64::from(r.active_nodes) / free_nodes as f64;
@@ -214,8 +213,8 @@ mod tests {
     use palpate_fit::calibrate::reference_map::ReferenceMap;
     use palpate_tissue::answer::Answer;
 
-    /// A probe that is pushed on both ways gains 2 F s, one that is dragged loses it; a jump of the
-    /// force is found wherever it is.
+    /// A probe that is pushed on both strokes gains 2 F s, one that is dragged loses it; a jump of
+    /// the force is found wherever it is.
     #[test]
     fn work_and_steps_are_those_of_the_forces() {
         let answer = Answer::block();

@@ -1,13 +1,13 @@
-//! Sleeping in place: a node at rest stands still where it is until what pulls at it would move it.
-//! For a region that follows the motion, not the contact.
+//! Sleeping in place: a node at rest is frozen until the force on it would move it. The moving
+//! region then follows the motion, not the contact.
 
 use palpate::method::Method;
 use palpate::stages::integrate;
 use palpate::{Fault, Model, State, Tuned, Vector3};
 
-/// A node falls asleep after so many quiet ticks.
+/// Number of quiet ticks after which a node falls asleep.
 const QUIET_TICKS: u16 = 20;
-/// Its travel is looked at over so many ticks.
+/// Number of ticks over which its travel is measured.
 const TRAVEL_TICKS: u64 = 10;
 
 /// The product's forces and step on the nodes that are awake.
@@ -24,9 +24,9 @@ pub struct Sleeping {
 struct Sleeper {
     /// Ticks in a row that were quiet.
     quiet: u16,
-    /// Where it sleeps [m].
+    /// Its place while it sleeps [m].
     at_m: Option<Vector3<f32>>,
-    /// Where it was when its travel was last looked at [m].
+    /// Its place when its travel was last measured [m].
     was_m: Vector3<f32>,
 }
 

@@ -22,11 +22,11 @@ pub struct StrokeLength {
     pub nodes: usize,
     /// Tets.
     pub tets: usize,
-    /// Share of a tick without rim springs, one substep, a machine each [%].
+    /// Share of a tick without rim springs, with one substep, for each machine [%].
     pub share_pct: Vec<(&'static str, f64)>,
 }
 
-/// Cuts patches as the recipe says for every stroke; none is fitted.
+/// Cuts a patch by the recipe for every stroke; none is fitted.
 pub(super) fn measure(scene: &Scene, recipe: &StrokeRecipe) -> Result<Vec<StrokeLength>, Error> {
     let one = |stroke_m: &f64| {
         let sizes = Sizes { stroke_m: [*stroke_m, 0.0, 0.0], ..recipe.sizes };

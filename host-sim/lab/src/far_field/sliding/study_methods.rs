@@ -1,12 +1,12 @@
-//! Contestants that slide: patches long enough for the stroke, and what they are compared with.
+//! Methods for sliding: patches long enough for the stroke, and alternatives.
 //!
-//! A patch that stays, too small for the stroke, shows where a far field ends; a round one large
-//! enough shows what the long shape saves; the stroke patch with its rim fixed shows what the rim
-//! springs do; the whole block with the frozen outside of paper 004 is the papers' answer. Not
-//! built: a patch that travels with the probe (no ripple to 50 mm/s, but for homogeneous flat
-//! tissue only, and told the frame's velocity it pushes the probe on: it makes energy), and far
-//! fields blended from place to place (a tick would have to mix blocks, and elements stay where
-//! they are).
+//! A stationary patch, too small for the stroke, shows the limits of a far field; a round one that
+//! is large enough shows the saving of the long shape; the stroke patch with a fixed rim shows the
+//! effect of the rim springs; the whole block with the frozen outside of paper 004 is the papers'
+//! solution. Not built: a patch that travels with the probe (no ripple up to 50 mm/s, but for
+//! homogeneous flat tissue only; if it includes the frame's velocity, it pushes the probe on and
+//! creates energy), and far fields blended from place to place (a tick would have to mix blocks,
+//! and the elements do not move along).
 
 use crate::paper_method::region::{ContactPressure, StressRule};
 use palpate::Params;
@@ -28,10 +28,9 @@ use palpate_tissue::session::calibrated::sized;
 use palpate_tissue::stable_step::{StableStep, limits, substeps_for_taps};
 use palpate_tissue::tissue::{Placed, place_block};
 
-/// Places of a fit are spread this far to both sides of the way [probe radii]: about the contact's
-/// radius.
+/// Distance of fitted places to both sides of the path [probe radii]: about the contact's radius.
 const HALF_WIDTH_RADII: f64 = 0.625;
-/// Radius of the disc of places of a patch that stays [probe radii].
+/// Radius of the disc of places of a stationary patch [probe radii].
 const DISC_RADII: f64 = 1.15;
 /// Nodes of the shipped whole block.
 const WHOLE_NODES: usize = 410;
@@ -42,10 +41,9 @@ const WHOLE_NODES: usize = 410;
 pub enum Kind {
     /// A patch with rim springs as long as the stroke: ours.
     Stroke,
-    /// A patch as long as the stroke, its rim held.
+    /// A patch as long as the stroke, with a fixed rim.
     Fixed,
-    /// A round patch with rim springs at the middle of the stroke, fitted where it is meant to be
-    /// pressed.
+    /// A round patch with rim springs at the middle of the stroke, fitted around its site.
     Stays,
     /// A round patch with rim springs that holds the whole stroke, fitted along it.
     Round,
@@ -89,7 +87,7 @@ impl Kind {
 /// A sleeping node wakes when it would move by this much [m].
 const WAKES_M: f64 = 1e-5;
 
-/// Something that can slide.
+/// A method that can slide.
 #[derive(Clone, Debug)]
 pub struct StudyMethod {
     /// Kind of method.
@@ -157,8 +155,8 @@ impl StrokePatch {
     /// around the site if there is none.
     ///
     /// # Errors
-    /// Sizes that do not fit the block, a reference that does not know the way, a patch that cannot
-    /// be pressed.
+    /// Sizes that do not fit the block, a reference that does not cover the path, or a patch that
+    /// cannot be pressed.
     pub fn fit(
         scene: &Scene,
         recipe: &StrokeRecipe,
@@ -181,7 +179,7 @@ impl StrokePatch {
             None => Targets::over_a_disc(reference, &[], site_m, radius_m, DISC_RADII, places),
         };
         let unknown = || refused(&"the reference does not know the whole stroke: make it shorter");
-        // presses alone would leave the rim's part in shear open
+        // presses alone would not determine the rim's response in shear
         let centred: Vec<_> = reference.glued().iter().filter(|disc| disc.place_m == [0.0; 3]).cloned().collect();
         let targets = targets.ok_or_else(unknown)?.with_glued(&centred, GLUED_TOLERANCE);
         let fit = calibrate(&far.cut.patch, &material, Some(&far.springs), &params, &targets, &recipe.settings, &mut |_| ())
@@ -189,7 +187,7 @@ impl StrokePatch {
         Ok(Self { far, material, multipliers: fit.multipliers, patch: fit.patch, params: fit.params })
     }
 
-    /// Builds the patch with its rim held.
+    /// Builds the patch with a fixed rim.
     #[must_use]
     pub fn with_fixed_rim(&self) -> Patch {
         let mut tissue = self.far.cut.patch.clone();
@@ -205,7 +203,7 @@ impl StrokePatch {
     }
 }
 
-/// The block of a scene meshed around the way of a patch.
+/// The block of a scene, meshed around the path of a patch.
 pub(super) fn whole_block(scene: &Scene, recipe: &StrokeRecipe) -> Result<Placed, Error> {
     let size_m =
         scene.tissue.block_m.ok_or_else(|| TissueError::Usage(format!("{}: sliding is measured on a block", scene.file)))?;
@@ -240,7 +238,7 @@ impl StudyMethod {
         })
     }
 
-    /// A patch with rim springs along the way, and with `and_others` the same with its rim held,
+    /// A patch with rim springs along the path; with `and_others` also the same with a fixed rim,
     /// and with sleeping nodes.
     pub(super) fn stroke(
         scene: &Scene,
@@ -264,7 +262,7 @@ impl StudyMethod {
         Ok(all)
     }
 
-    /// A round patch that was meant to stay.
+    /// A round stationary patch.
     pub(super) fn stays(scene: &Scene, recipe: &StrokeRecipe, reference: &ReferenceMap) -> Result<Self, Error> {
         let fitted = StrokePatch::fit(scene, recipe, None, reference)?;
         fitted.method(Kind::Stays, format!("patch that stays {}", size_of(recipe, &fitted.patch)))

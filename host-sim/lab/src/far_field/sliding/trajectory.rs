@@ -1,38 +1,38 @@
-//! Where the tip goes: pressed in at one end of the stroke, held, forth, held, back, held.
+//! Trajectory of the tip: pressed in at one end of the stroke, held, forth, held, back, held.
 
 use palpate_fit::statics::Vector;
 use palpate_tissue::scene::TICK_S;
 
 /// Speed of the press [m/s].
 const PRESS_M_PER_S: f64 = 0.04;
-/// Time at rest before the first way [s]: node damping leaves nothing moving.
+/// Time at rest before the first stroke [s], in which node damping stops all motion.
 const SETTLE_S: f64 = 0.4;
-/// Time at rest at the far end, and after the way back [s].
+/// Time at rest at the far end, and after the return [s].
 const PAUSE_S: f64 = 0.2;
 
 /// A slide forth and back over a flat top, normal along z, at one depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trajectory {
-    /// Middle of the way, on the rest surface [m].
+    /// Middle of the path, on the rest surface [m].
     pub centre_m: Vector,
-    /// The way from end to end [m].
+    /// Displacement from end to end [m].
     pub stroke_m: Vector,
     /// Depth of the tip [m].
     pub depth_m: f64,
-    /// Speed, from the first tick of a way to its last [m/s].
+    /// Speed, from the first tick of a stroke to its last [m/s].
     pub speed_m_per_s: f64,
 }
 
 /// Part of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Leg {
-    /// Down, and at rest until the first way.
+    /// Down, and at rest until the first stroke.
     Press,
     /// From the first end to the other.
     Forth,
     /// At rest at the other end.
     Turn,
-    /// The way back.
+    /// The return.
     Back,
     /// At rest where the slide began.
     End,
@@ -43,14 +43,14 @@ pub enum Leg {
 pub struct Pose {
     /// Part of the slide.
     pub leg: Leg,
-    /// Signed distance from the middle along the way [m].
+    /// Signed distance from the middle along the path [m].
     pub along_m: f64,
     /// The tip [m].
     pub tip_m: Vector,
 }
 
 impl Trajectory {
-    /// Direction of the probe on its way forth, a unit vector.
+    /// Direction of the first stroke, a unit vector.
     #[must_use]
     pub fn direction(&self) -> Vector {
         self.stroke_m.try_normalize(0.0).unwrap_or_else(Vector::x)

@@ -1,12 +1,13 @@
-//! A region whose outside stands still: how much of an organ must be awake for the force to be
-//! right, and what the papers' stress rule picks.
+//! A region whose outside is frozen: how much of an organ must be awake for an accurate force, and
+//! the regions selected by the papers' stress rule.
 //!
-//! The nodes nearest to the contact are free, all others stand at rest. Beside it, patches of the
-//! same place and about the same size with rim springs, and the regions of (7)-(8) of paper 004 for
-//! thresholds of so many shares of the contact pressure. Errors are against the whole mesh awake.
-//! Rim springs come in two kinds: fitted to the condensed *springs* of the outside, which leaves
-//! the error of the edge alone, and to its condensed elements, as the product's are, which also
-//! shows by how much coarse springs far from the contact are stiffer than elements.
+//! The nodes nearest to the contact are free, all others are frozen at rest. For comparison:
+//! patches at the same place and of about the same size with rim springs, and the regions of
+//! (7)-(8) of paper 004 for several thresholds as shares of the contact pressure. Errors are
+//! against the whole mesh awake. Rim springs come in two kinds: fitted to the condensed *springs*
+//! of the outside, which leaves the error of the edge alone, and to its condensed elements, as the
+//! product's are, which also shows by how much coarse springs far from the contact are stiffer than
+//! elements.
 
 use crate::paper_method::region::{ContactPressure, StressRule};
 use faer::Mat;
@@ -28,23 +29,23 @@ use palpate_tissue::tissue::Tissue;
 const SHARES: [f64; 17] = [0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95];
 /// Of patches with rim springs.
 const PATCH_SHARES: [f64; 5] = [0.2, 0.3, 0.4, 0.5, 0.6];
-/// Where the probe presses, from the site along the block [probe radii].
+/// Distances of the presses from the site along the block [probe radii].
 const PLACES_RADII: [f64; 3] = [0.0, 1.5, 2.5];
 /// Depths [probe radii].
 const DEPTHS_RADII: [f64; 2] = [0.25, 0.5];
-/// Errors that a share is looked for [%].
+/// Errors for which the least share is searched [%].
 pub const TOLERANCES_PCT: [f64; 3] = [5.0, 2.0, 1.0];
 /// Least stresses of the rule, as shares of the contact pressure.
 const THRESHOLDS: [f64; 7] = [0.5, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01];
 /// Springs that hold the rim of the outside while it is condensed [probe radii].
 const HELD_RADII: f64 = 1.0;
-/// Loads that rims are fitted to stand this far around the site [probe radii].
+/// Radius around the site of the loads to which rims are fitted [probe radii].
 const LOADS_RADII: f64 = 1.5;
 
 /// Boundary condition around a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surroundings {
-    /// The rest stands still at rest.
+    /// The rest is frozen.
     Frozen,
     /// Rim springs fitted to the condensed springs of the rest.
     SpringsOfSprings,
@@ -91,8 +92,8 @@ pub struct Needed {
     pub aside_m: f64,
     /// Allowed error of the force [%].
     pub tolerance_pct: f64,
-    /// Least share from which on the error stays within it with the rest standing still (1); `None`
-    /// if not even 95 % do.
+    /// Least share from which on the error stays within it with the rest frozen (1); `None` if not
+    /// even 95 % do.
     pub frozen_share: Option<f64>,
     /// Least share from which on the error stays within it with rim springs fitted to the springs
     /// of the rest (1); `None` if none of the patches tried does.
@@ -224,7 +225,7 @@ impl<'a> Site<'a> {
         Frozen { whole_nodes: self.statics.rest_m.len(), aside_m: self.aside_m, held, radius_m, share, error_pct }
     }
 
-    /// The ball is awake, the rest stands at rest.
+    /// The ball is awake, the rest is frozen.
     fn frozen(&self, radius_m: f64) -> Result<Frozen, Error> {
         let asleep: Vec<usize> = self.away.iter().filter(|(away, _)| *away > radius_m).map(|(_, n)| *n).collect();
         let errors = self.errors(&self.statics.with_fixed(&asleep))?;
@@ -251,8 +252,8 @@ impl<'a> Site<'a> {
         Ok(found)
     }
 
-    /// The outside as springs, condensed to the rim: what is left of the compliance of a rim that
-    /// is also held by springs to the ground, when those are taken off.
+    /// The outside as springs, condensed to the rim: the compliance of a rim that is also supported
+    /// by springs to the ground, after removing these.
     fn condensed_springs(&self, far: &FarField) -> Result<Mat<f64>, Error> {
         let setting = self.setting;
         let outside = &far.cut.outside;
@@ -282,7 +283,7 @@ impl<'a> Site<'a> {
         Ok(Mat::from_fn(size, size, |r, c| 0.5 * (both[(r, c)] + both[(c, r)]) - if r == c { held_m } else { 0.0 }))
     }
 
-    /// Measures the regions that the stress rule picks, under both forms of (8).
+    /// Measures the regions selected by the stress rule, under both forms of (8).
     fn stress(&self) -> Result<Vec<Stress>, Error> {
         let params = &self.setting.params;
         let depth_m = DEPTHS_RADII[1] * self.setting.radius_m();

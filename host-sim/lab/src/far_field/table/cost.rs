@@ -56,13 +56,13 @@ pub fn m4f_rim_cycles(edge: RimMethod, rim_nodes: usize, rim_edges: usize) -> f6
     let (flops, bytes) = edge.work(rim_nodes, rim_edges);
     let constants = bytes as f64 / 4.0;
     let freedoms = 3.0 * rim_nodes as f64;
-    // besides the constants: displacements or forces read, forces or places written
+    // in addition to the constants: displacements or forces read, forces or positions written
     let loads = match edge {
         RimMethod::Fixed => return 0.0,
         RimMethod::Winkler => return rim(rim_nodes, 0),
         RimMethod::Truncated | RimMethod::RimSprings => return rim(rim_nodes, rim_edges),
         RimMethod::Modes(_) | RimMethod::LowRank(_) => constants + 4.0 * freedoms,
-        // the vector is too long for registers: an entry of it for every constant
+        // the vector is too long for registers: one of its entries is loaded for every constant
         RimMethod::Dense => 2.0 * constants + 2.0 * freedoms,
     };
     CYCLES_PER_FLOP * flops as f64 + CYCLES_PER_LOAD * loads

@@ -20,7 +20,7 @@ type Pick = fn(&Row) -> Option<f64>;
 struct Curve {
     title: String,
     pick: Pick,
-    /// Whether rim springs are held to a limit in it.
+    /// Whether it has a limit for rim springs.
     promised: bool,
 }
 
@@ -69,7 +69,7 @@ pub fn draw(folder: &OutputFolder, scene: &str, setting: &Setting, table: &Table
     Ok(names)
 }
 
-/// A curve with the name that it owns.
+/// A curve with its own name.
 struct Labelled {
     name: String,
     points: Vec<(f64, f64)>,
@@ -135,7 +135,7 @@ fn over_radius(
     Ok(true)
 }
 
-/// Worst error one probe radius off the centre against dense S [%]: what tells edges apart.
+/// Worst error one probe radius off the centre against dense S [%]: which distinguishes the edges.
 fn worst_pct(row: &Row) -> Option<f64> {
     if row.kind == Kind::Patch(RimMethod::Dense) { Some(0.0) } else { row.against_dense?.aside_pct[1] }
 }
@@ -229,7 +229,7 @@ fn over_share(
             labelled.push(Labelled { name: format!("{what}, {}", at(aside_m)), points, joined: true });
         }
     }
-    // where the rule wakes everything there is nothing to see
+    // where the rule wakes everything, the picture shows nothing
     let rule = awake.stress.iter().filter(|s| s.whole_nodes == nodes && s.aside_m == 0.0 && s.share < 1.0);
     let points = rule.filter_map(|s| Some((100.0 * s.share, drawn(s.error_pct?)))).collect();
     labelled.push(Labelled { name: "papers' stress rule, centre".into(), points, joined: false });

@@ -15,14 +15,14 @@ use palpate_tissue::scene::Scene;
 /// Depths at the site [probe radii]: 1, 2, 4 and 8 mm under a radius of 8 mm.
 pub const DEPTHS_RADII: [f64; DEPTHS] = [0.125, 0.25, 0.5, 1.0];
 pub const DEPTHS: usize = 4;
-/// As many of them, from the shallowest on, are promised.
+/// Number of them, from the shallowest on, that are promised.
 pub const PROMISED_DEPTHS: usize = 3;
-/// How deep presses beside the site go [probe radii].
+/// Depth of presses beside the site [probe radii].
 pub const ASIDE_DEPTH_RADII: f64 = 0.5;
-/// How far beside the site [probe radii].
+/// Distance beside the site [probe radii].
 pub const ASIDE_RADII: [f64; ASIDES] = [0.5, 1.0];
 pub const ASIDES: usize = 2;
-/// Ways of the glued disc: pressed, sheared.
+/// Motions of the glued disc: pressed, sheared.
 const GLUED: [[f64; 3]; 2] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]];
 
 /// Setting that all rows share.
@@ -53,7 +53,7 @@ pub struct Presses {
 /// Errors of a force [%].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Errors {
-    /// At the site, by depth; `None` where one of the two forces is not known.
+    /// At the site, by depth; `None` if one of the two forces is not known.
     pub centred_pct: [Option<f64>; DEPTHS],
     /// The largest over the directions, with its sign, by distance; `None` where one direction is
     /// not known.

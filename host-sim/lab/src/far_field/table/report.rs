@@ -24,8 +24,8 @@ pub struct Summary {
     pub aside_depth_m: f64,
     /// Their distances from it [m].
     pub aside_distances_m: Vec<f64>,
-    /// Error limit that rim springs are held to against dense S [%], from patches of so many probe
-    /// radii on.
+    /// Error limit of rim springs relative to dense S [%], from patches of this many probe radii
+    /// on.
     pub promised_pct: f64,
     /// See there.
     pub promised_from_probe_radii: f64,

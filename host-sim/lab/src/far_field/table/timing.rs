@@ -1,8 +1,8 @@
 //! Ticks of one patch with every edge treatment, and of the whole organ, timed in turn.
 //!
-//! Methods that are no springs run as [`crate::methods`] has them. Batches are short and follow
-//! each other round and round: what a shared machine does to the clock it does to all of them, and
-//! the fastest batch of each has seen it at its best.
+//! Methods that are not springs run as in [`crate::methods`]. Batches are short and alternate:
+//! disturbances of a shared machine affect all of them, and the fastest batch of each ran
+//! undisturbed.
 
 use faer::Mat;
 use palpate::method::Product;
@@ -20,7 +20,7 @@ use palpate_tissue::stable_step::limits;
 
 /// Depth about which the tip moves [probe radii].
 const DEPTH_RADII: f64 = 0.5;
-/// How far it goes in a tick [m]: 20 mm/s, and on the way in 50 mm/s.
+/// Its displacement per tick [m]: 20 mm/s, and 50 mm/s during loading.
 const STEP_M: f64 = 2e-5;
 const WAY_IN_M: f64 = 5e-5;
 /// Ticks of a batch: half down, half up.
@@ -47,7 +47,7 @@ impl Times {
     }
 }
 
-/// A patch whose nodes carry the mass of what is put at its edge.
+/// A patch whose nodes have the mass floor of the treatment at its edge.
 fn patch_with(setting: &Setting, edges: &RimMethods, patch: &Patch, edge: RimMethod) -> Patch {
     if edge == RimMethod::Fixed {
         let mut tissue = edges.far.cut.patch.clone();
@@ -60,7 +60,7 @@ fn patch_with(setting: &Setting, edges: &RimMethods, patch: &Patch, edge: RimMet
     patch
 }
 
-/// The blocks of rim nodes alone: what the mass floor has to know of a stiffness.
+/// The blocks of rim nodes alone: the part of a stiffness that the mass floor needs.
 #[must_use]
 pub fn diagonal(rim: &[u32], stiffness_m: &Mat<f64>) -> RimSprings {
     let block = |k: usize| [0, 1, 2].map(|a| [0, 1, 2].map(|b| stiffness_m[(3 * k + a, 3 * k + b)]));
@@ -117,7 +117,8 @@ pub fn ticking<T>(
         .iter_mut()
         .map(|p| {
             p.set_depth_limit_m((1.25 * setting.radius_m()) as f32);
-            // modes and dense matrices hold to the ground, which the relative floor does not know
+            // modes and dense matrices act against the ground, which the relative floor does not
+            // include
             let terms = Terms { relative_mass: false, ..setting.params.terms };
             Params { limits: limits(p, f64::from(setting.params.tick_s)), terms, ..setting.params }
         })
@@ -202,7 +203,8 @@ mod tests {
     use palpate_fit::statics::Statics;
     use palpate_tissue::scene::Scene;
 
-    /// A settled press by ticks, each rim in its own way, gives the equilibrium with its matrix.
+    /// A settled press by ticks, with each rim's own algorithm, gives the equilibrium with its
+    /// matrix.
     #[test]
     fn ticks_of_every_treatment_settle_to_its_statics() {
         let scene = Scene::load("block").unwrap();

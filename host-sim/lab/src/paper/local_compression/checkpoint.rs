@@ -1,4 +1,4 @@
-//! A walk written down every so often, so that a run that was stopped goes on where it was.
+//! A walk saved at intervals, so that a stopped run continues where it was.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,13 +10,13 @@ use palpate_tissue::output::OutputFolder;
 /// Contents of a checkpoint file.
 #[derive(Deserialize, Serialize)]
 struct Checkpoint {
-    /// Fit that the walk belongs to, so that another fit does not go on with it.
+    /// Fit of the walk, so that another fit does not continue it.
     of: String,
     walk: Walk,
     steps: Vec<[f64; 4]>,
 }
 
-/// Reads a walk of the same fit, if there is one; whatever cannot be read is begun again.
+/// Reads a walk of the same fit, if there is one; if it cannot be read, the walk starts again.
 #[must_use]
 pub fn read(folder: &OutputFolder, name: &str, of: &str, fresh: &Walk) -> Option<(Walk, Vec<Step>)> {
     let text = folder.read_note(name)?;

@@ -111,7 +111,7 @@ pub fn time_to_rest(folder: &OutputFolder, scene: &str, below: &str, found: &[Cu
     curves(folder, &words, &all, &[])
 }
 
-/// Figs. 5 and 6: the organ with the finger, before and at a force; the whole of it, or what lies
+/// Figs. 5 and 6: the organ with the finger, before and under a force; the whole organ, or the part
 /// within some finger radii.
 ///
 /// # Errors
@@ -124,7 +124,7 @@ pub fn pressed(
     press: Option<&Point>,
     radii: Option<f64>,
 ) -> Result<(), Error> {
-    /// Before the press the finger is this far above the skin [m].
+    /// Height of the finger above the skin before the press [m].
     const ABOVE_M: f64 = 0.004;
     let tissue = &site.block.tissue;
     let deformed_m: Vec<[f64; 3]> = match press {

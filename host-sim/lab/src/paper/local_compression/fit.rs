@@ -2,11 +2,12 @@
 //! mass-spring model to those of a finite-element one.
 //!
 //! Key points are the free surface nodes around the site. The paper compares deformed shapes; at
-//! rest those do not depend on d at all (see [`super::identifiability`]), so ours are compared *on
-//! the way*: a finger is let go with a constant force, and the objective is the mean distance at
-//! four times, in millimetres; temperatures are in millimetres too. Finite elements of the same
-//! mesh (neo-Hookean, nodal pressure, true masses) go the same way. The unknowns are ln k and ln d,
-//! started at random. A trial that diverges at the step of the fit, or sinks, is never taken.
+//! rest those do not depend on d at all (see [`super::identifiability`]), so ours are compared
+//! *during the motion*: a finger is released with a constant force, and the objective is the mean
+//! distance at four times, in millimetres; temperatures are in millimetres too. Finite elements of
+//! the same mesh (neo-Hookean, nodal pressure, true masses) perform the same motion. The unknowns
+//! are ln k and ln d, started at random. A trial that diverges at the step of the fit, or sinks, is
+//! never accepted.
 
 use crate::paper_method::LocalCompression;
 use crate::paper_method::damper::{Dampers, DampingLaw};
@@ -26,7 +27,7 @@ use palpate_tissue::patch::{Material, Memory, Patch};
 
 /// Times at which key points are compared [ms].
 pub const TIMES_MS: [usize; 4] = [10, 20, 40, 80];
-/// Key points lie within this many finger radii of the site.
+/// Distance of key points from the site, in finger radii.
 const REACH_RADII: f64 = 2.5;
 /// Bounds of k [N/m] and d [N s/m].
 pub const BOUNDS: [[f64; 2]; 2] = [[1.0, 1e4], [1e-4, 10.0]];
@@ -45,7 +46,7 @@ pub struct Target {
     truth: Trajectory,
 }
 
-/// One temperature's last place.
+/// Last place at one temperature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// Temperature [mm].
@@ -61,13 +62,13 @@ pub struct Step {
 /// Result of a fit.
 #[derive(Clone, Debug)]
 pub struct Found {
-    /// Where the walk was at the end of each temperature.
+    /// Place of the walk at the end of each temperature.
     pub steps: Vec<Step>,
     /// The best place.
     pub best: Step,
-    /// Where the walk ended.
+    /// Final place of the walk.
     pub end: Step,
-    /// Simulations run, and how many of them had no answer.
+    /// Number of simulations, and the number without an answer.
     pub simulations: [usize; 2],
 }
 
@@ -84,7 +85,7 @@ pub fn key_nodes(block: &Block) -> Vec<usize> {
     nodes
 }
 
-/// Lets a finger go on a method at rest and notes the key points.
+/// Releases a finger on a method at rest and records the key points.
 ///
 /// # Errors
 /// [`NoRest::Diverged`], [`NoRest::Sunk`].
@@ -104,17 +105,17 @@ pub fn follow(block: &Block, running: &mut dyn RunningMethod, force_n: f64, keys
     Ok(trajectory)
 }
 
-/// Mean over the times of the distance of two ways [mm].
+/// Mean over the times of the distance of two motions [mm].
 #[must_use]
 pub fn distance_mm(a: &Trajectory, b: &Trajectory) -> f64 {
     a.iter().zip(b).map(|(a, b)| 1e3 * hausdorff(a, b)).sum::<f64>() / a.len() as f64
 }
 
 impl Target {
-    /// Lets finite elements go the way; `tick_s` is the step of the fit.
+    /// Performs the motion with finite elements; `tick_s` is the step of the fit.
     ///
     /// # Errors
-    /// Finite elements that diverge, or what the core refuses.
+    /// Finite elements that diverge, or a refusal by the core.
     pub fn new(block: &Block, force_n: f64, tick_s: f64) -> Result<Self, Error> {
         let keys = key_nodes(block);
         let elements = StudyMethod::Charted(Method::NeoHookeanNodal);
@@ -146,12 +147,12 @@ pub struct Simulator<'a> {
     target: &'a Target,
     patch: Patch,
     memory: Memory,
-    /// Run so far, and without an answer.
+    /// Number of runs so far, and of those without an answer.
     pub simulations: [usize; 2],
 }
 
 impl Simulator<'_> {
-    /// The way of the model with one k [N/m] and one d [N s/m]; `None` if it diverges or sinks.
+    /// The motion of the model with one k [N/m] and one d [N s/m]; `None` if it diverges or sinks.
     pub fn trajectory(&mut self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Option<Trajectory> {
         let Target { block, force_n, keys, .. } = self.target;
         let params: &Params = &block.params;
@@ -187,7 +188,7 @@ impl Simulator<'_> {
         let middle = BOUNDS.map(|[low, high]| 0.5 * (low.ln() + high.ln()));
         let mut wander = Walk::start(Schedule { first: 1e300, ..schedule }, 400, seed, middle.to_vec(), 0.0);
         while !wander.is_done() {
-            // at this heat every place in the bounds is taken, so it ends anywhere
+            // at this temperature every place within the bounds is accepted, so it ends anywhere
             let place = wander.propose();
             let inside = place.iter().zip(BOUNDS).all(|(x, [low, high])| (low.ln()..=high.ln()).contains(x));
             let far_enough = wander.trials().0 > 60;
@@ -199,7 +200,7 @@ impl Simulator<'_> {
         None
     }
 
-    /// Goes on with a walk to its end; `saved` gets it every so often, with the record.
+    /// Continues a walk to its end; `saved` receives it at intervals, with the record.
     pub fn anneal(&mut self, mut walk: Walk, mut steps: Vec<Step>, mut saved: impl FnMut(&Walk, &[Step])) -> Found {
         let per_save = 200;
         while !walk.is_done() {

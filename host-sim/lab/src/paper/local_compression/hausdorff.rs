@@ -12,7 +12,7 @@ pub fn directed(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
         let mut nearest = f64::INFINITY;
         for to in b {
             nearest = nearest.min((from - to).norm_squared());
-            // nearer than what is already known: this point cannot be the furthest
+            // nearer than the present maximum: this point cannot be the furthest
             if nearest <= furthest {
                 break;
             }

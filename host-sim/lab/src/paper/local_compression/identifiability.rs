@@ -25,15 +25,15 @@ const SETTLING_PER_S: f64 = 60.0;
 /// How the finger is moved, and when key points are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drive {
-    /// The tip is held [`HELD_M`] deep; at rest.
+    /// The tip is held [`HELD_M`] deep; key points are taken at rest.
     Held,
-    /// A constant force; at rest.
+    /// A constant force; key points are taken at rest.
     ForceAtRest,
-    /// A constant force; on the way.
+    /// A constant force; key points are taken during the motion.
     ForceOnTheWay,
 }
 
-/// How far key points go when k or d is changed.
+/// Displacement of key points when k or d is changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
     /// How the finger is moved.
@@ -80,13 +80,13 @@ pub fn seen(target: &Target, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> 
     Ok([moved(Drive::Held)?, moved(Drive::ForceAtRest)?, moved(Drive::ForceOnTheWay)?])
 }
 
-/// Steps that are looked at for the largest stable one [s].
+/// Range of steps searched for the largest stable one [s].
 const STEPS_S: [f64; 2] = [2e-8, 8e-3];
-/// Free vibration that has not grown in so many steps is stable.
+/// Number of steps without growth after which free vibration counts as stable.
 const TRIAL_STEPS: usize = 1500;
 /// It starts with nodes this far from rest [m] ..
 const START_M: f32 = 1e-6;
-/// .. and has grown if one is this many times further.
+/// .. and has grown if one moves this many times further.
 const GROWN: f32 = 20.0;
 /// Shortest tick of the core [s]; shorter steps are substeps of it.
 const SHORTEST_TICK_S: f64 = 1e-5;

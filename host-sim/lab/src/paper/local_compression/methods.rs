@@ -10,8 +10,8 @@
 //! Masses are (10) of paper 000, the product's with its floor. All damp the masses by 40/s, but
 //! `local-compression` "d alone"; `local-compression` has the d of each spring (1) as well.
 //!
-//! All touch the finger by the core's contact. The largest step of 1, 1/2, 1/4 .. ms with which a
-//! method comes to rest under the largest force it bears is its step.
+//! All touch the finger by the core's contact. The step of a method is the largest of 1, 1/2, 1/4
+//! .. ms with which it comes to rest under the largest force that it survives.
 
 use crate::paper_method::LocalCompression;
 use crate::paper_method::damper::{Dampers, DampingLaw};
@@ -88,8 +88,8 @@ impl StudyMethod {
         block
     }
 
-    /// Builds the method for a tissue that [`Self::block`] gave. `None` where it cannot be had: no
-    /// calibrated patch of this mesh.
+    /// Builds the method for a tissue that [`Self::block`] gave. `None` if it is not available:
+    /// there is no calibrated patch of this mesh.
     ///
     /// # Errors
     /// Model or parameters that the core or the method rejects.
@@ -101,7 +101,7 @@ impl StudyMethod {
     }
 
     /// The largest step with which it comes to rest under a force [s], or why it does not with the
-    /// shortest tried. `None` where it cannot be had.
+    /// shortest tried. `None` if it is not available.
     ///
     /// # Errors
     /// Model or parameters that the core or the method rejects.
@@ -121,12 +121,12 @@ impl StudyMethod {
         Ok(why.map(Err))
     }
 
-    /// Presses from rest until nothing moves, `runs` times; the least CPU time of them. `None`
-    /// where it cannot be had.
+    /// Presses from rest until nothing moves, `runs` times; the least CPU time of them. `None` if
+    /// it is not available.
     ///
     /// # Errors
-    /// Model or parameters that the core or the method rejects; the inner result says why there is
-    /// no rest.
+    /// Model or parameters that the core or the method rejects; the inner error tells why it does
+    /// not come to rest.
     pub fn press(&self, block: &Block, tick_s: f64, force_n: f64, runs: usize) -> Result<Option<Result<AtRest, NoRest>>, Error> {
         let block = self.block(block, tick_s);
         let mut best: Option<AtRest> = None;

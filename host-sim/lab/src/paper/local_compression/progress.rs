@@ -1,4 +1,4 @@
-//! How far a run is: what it is doing, and the share of the annealing that is done.
+//! Progress of a run: its current part, and the completed share of the annealing.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -14,7 +14,7 @@ pub struct AnnealingProgress<'a> {
 }
 
 impl<'a> AnnealingProgress<'a> {
-    /// Before the first of so many trials of the annealing.
+    /// Before the first of this many trials of the annealing.
     #[must_use]
     pub fn new(display: &'a dyn Progress, trials: usize) -> Self {
         Self { display, doing: Mutex::default(), tried: AtomicUsize::new(0), trials }
@@ -26,7 +26,7 @@ impl<'a> AnnealingProgress<'a> {
         self.show();
     }
 
-    /// So many more trials are done.
+    /// This many more trials are done.
     pub fn tried(&self, trials: usize) {
         self.tried.fetch_add(trials, Ordering::Relaxed);
         self.show();

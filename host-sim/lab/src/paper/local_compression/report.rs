@@ -1,4 +1,4 @@
-//! The report: what was found on the block and the organs, in words, tables and pictures.
+//! The report: findings on the block and the organs, in words, tables and pictures.
 
 use crate::paper_method::region::ContactPressure;
 
@@ -176,7 +176,7 @@ pub fn sweeps(
     organs: &[OnOrgan],
 ) -> Result<(), Error> {
     report.section("Figs. 8 and 9: force against displacement, and time from load to deformation");
-    // few forces on coarse organs decide nothing
+    // a few forces on coarse organs prove nothing
     let quick = organs.iter().all(|o| o.layered.is_none());
     report.say(format!(
         "One finger (20 g, 4 N s/m) is let go at the surface with a constant force. Every method has the same mesh, the same tissue (`local-compression` has one k for all of it), starts at rest and stops when the tip went \
@@ -230,7 +230,7 @@ pub fn sweeps(
         ];
         report.table(&header, rows.collect::<Vec<_>>());
         let methods = [Method::Springs.name(), Method::Meshless.name(), Method::NeoHookeanNodal.name(), STATIC];
-        // a method that bears fewer forces is not the more accurate one
+        // a method that survives fewer forces does not count as more accurate
         let score = |name: &str| {
             named(curves, name).zip(truth).and_then(|(c, t)| c.depth_error(t)).map(|(rms, count)| (usize::MAX - count, rms))
         };

@@ -1,4 +1,4 @@
-//! From load to rest: a finger with a constant force on it is let go at the surface, and time is
+//! From load to rest: a finger with a constant force is released at the surface, and time is
 //! counted until nothing moves.
 //!
 //! The stop criterion is the same for every method that moves: within 10 ms of virtual time the tip
@@ -61,13 +61,13 @@ pub enum NoRest {
     Restless {
         /// Virtual time [s].
         seconds: f64,
-        /// How far the tip still goes [um].
+        /// Remaining motion of the tip [um].
         tip_um: f64,
     },
     /// Through the tissue.
     #[error("sinks deeper than {depth_mm:.0} mm")]
     Sunk {
-        /// Deepest press that is answered [mm].
+        /// Depth limit [mm].
         depth_mm: f64,
     },
 }
@@ -92,7 +92,7 @@ impl Push {
     pub fn tick(&mut self, block: &Block, running: &mut dyn RunningMethod) -> Result<(), NoRest> {
         let Impedance { mass_kg, damping_n_s_per_m, .. } = FINGER;
         let tick_s = f64::from(block.params.tick_s);
-        // the finger's own damping is taken at the new speed: no tick is too long for it
+        // the finger's own damping is implicit in the new speed, so it is stable at any tick
         let pushed = self.speed_m_per_s + (self.force_n - self.felt_n) / mass_kg * tick_s;
         self.speed_m_per_s = pushed / (1.0 + damping_n_s_per_m / mass_kg * tick_s);
         self.depth_m += self.speed_m_per_s * tick_s;

@@ -23,7 +23,7 @@ pub struct PressScene {
     /// The preset or file it came from, for messages.
     #[serde(skip)]
     pub file: String,
-    /// Shown in tables and pictures.
+    /// Name in tables and pictures.
     pub name: String,
     /// Name of a shape of [`palpate_tissue::organ`].
     pub organ: Option<String>,
@@ -73,11 +73,11 @@ pub struct FingerScene {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeshScene {
-    /// Within this of the site elements are smallest [m].
+    /// Distance from the site within which elements are smallest [m].
     pub fine_radius_m: f64,
     /// Edge of the lattice's cube there [m].
     pub spacing_m: f64,
-    /// How fast they grow outside (1).
+    /// Their growth outside (1).
     pub growth: f64,
 }
 

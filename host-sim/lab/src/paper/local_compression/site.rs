@@ -16,7 +16,7 @@ use palpate_tissue::tissue::Tissue;
 use palpate_tissue::tissue::blended;
 use palpate_tissue::tissue::organ_source::held;
 
-/// Deepest press that is answered, in finger radii: beyond it the finger's shaft would touch too.
+/// Depth limit in finger radii: beyond it the finger's shaft would touch too.
 pub const DEEPEST_RADII: f64 = 3.0;
 /// Growth of the longest edge per distance from the finger, of the reference's mesh.
 const EDGE_GROWTH: f64 = 0.35;
@@ -38,7 +38,7 @@ impl Site {
     /// Meshes or reads the organ; `coarser` multiplies the spacing.
     ///
     /// # Errors
-    /// A ray that misses, a region without a stiffness, what the mesher or the import refuses.
+    /// A ray that misses, a region without a stiffness, or a refusal by the mesher or the import.
     pub fn of(scene: &PressScene, coarser: f64) -> Result<Self, Error> {
         let organ =
             scene.organ.as_deref().map(Organ::named).transpose().map_err(|cause| scene.bad("organ:", &cause.to_string()))?;

@@ -5,10 +5,10 @@ use palpate::Vector3;
 use super::rest::NoRest;
 use crate::methods::{Block, RunningMethod};
 
-/// Speed on the way [m/s], and how long it stays [s].
+/// Its speed [m/s], and the duration of its stay [s].
 const SPEED_M_PER_S: f64 = 0.04;
 const STAY_S: f64 = 0.3;
-/// The force is the mean over this long at the end [s].
+/// Time at the end over which the force is averaged [s].
 const READ_S: f64 = 0.02;
 
 /// A press at the end of its stay.

@@ -18,19 +18,20 @@ use palpate_fit::calibrate::schedule::Schedule;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
-/// Young's modulus of the block [Pa]: under an 8 mm tip the paper's forces go some 4 to 9 mm deep.
+/// Young's modulus of the block [Pa]: under an 8 mm tip the paper's forces press some 4 to 9 mm
+/// deep.
 pub const BLOCK_PA: f64 = 20e3;
 /// Nodes of the block: those of a calibrated patch.
 const BLOCK_NODES: usize = 130;
 /// Force of the fits [N], the middle one of the paper's.
 pub const FIT_N: f64 = 1.6;
-/// Force at which the region is chosen [N]: the paper's smallest, which most models bear.
+/// Force at which the region is chosen [N]: the paper's smallest, which most models survive.
 const REGION_N: f64 = 0.8;
 /// Steps of the fits [s], for the block and for organs. Their reciprocals bound the k and d that
 /// can be tried at all.
 pub const FIT_STEPS_S: [f64; 2] = [2.5e-4, 1.25e-4];
-/// Growth of the elements in pictures, over that of the scene: a shape far from the finger should
-/// still be seen.
+/// Growth of the elements in pictures, over that of the scene: so that the shape far from the
+/// finger is still visible.
 const PICTURE_GROWTH: f64 = 0.4;
 /// Ten groups of pressure in 0 .. 4 N.
 pub const FORCES_N: [f64; 10] = [0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.6, 4.0];
@@ -42,7 +43,7 @@ pub struct Size {
     pub trials: [usize; 2],
     /// Forces of the sweeps [N].
     pub forces_n: &'static [f64],
-    /// Lattices of organs are coarser by this.
+    /// Factor by which lattices of organs are coarser.
     pub coarser: f64,
     /// Steps of the correction's chart: halvings of 0.5 ms.
     pub halvings: u32,
@@ -96,7 +97,7 @@ pub struct OnOrgan {
     pub pictured: (Site, Curve),
     /// The walk.
     pub walk: Found,
-    /// Region that costs at most 2 %; none where all that were tried cost more.
+    /// Region with an error of at most 2 %; none if all that were tried have more.
     pub fitted: Fitted,
     /// Methods under forces.
     pub curves: Vec<Curve>,
@@ -104,7 +105,7 @@ pub struct OnOrgan {
     pub layered: Option<(Curve, usize)>,
 }
 
-/// Of mesh, stiffnesses, supports and site: what a walk belongs to.
+/// Fingerprint of mesh, stiffnesses, supports and site, to identify a walk.
 fn fingerprint(block: &Block) -> u64 {
     let tissue = &block.tissue;
     let mut hash = Fnv::default();
@@ -117,7 +118,7 @@ fn fingerprint(block: &Block) -> u64 {
     hash.finish()
 }
 
-/// One fit: a walk, gone on with where one was written down.
+/// One fit: a walk, continued from a saved one if there is one.
 fn anneal(
     folder: &OutputFolder,
     name: &str,
@@ -190,7 +191,7 @@ pub fn on_block(folder: &OutputFolder, size: &Size, progress: &AnnealingProgress
 /// Fits and presses the model on an organ.
 ///
 /// # Errors
-/// A scene that cannot be, or what the core or a method refuses.
+/// An impossible scene, or a refusal by the core or a method.
 pub fn on_organ(
     folder: &OutputFolder,
     scene: PressScene,
@@ -253,13 +254,13 @@ fn curves(block: &Block, fitted: Fitted, size: &Size) -> Result<Vec<Curve>, Erro
     Ok(found)
 }
 
-/// The curve of a method, if it could be had.
+/// The curve of a method, if it is available.
 #[must_use]
 pub fn named<'a>(curves: &'a [Curve], name: &str) -> Option<&'a Curve> {
     curves.iter().find(|c| c.name == name)
 }
 
-/// The product's: calibrated where it can be.
+/// The product's curve, calibrated if possible.
 #[must_use]
 pub fn product(curves: &[Curve]) -> Option<&Curve> {
     named(curves, Method::Calibrated.name()).or_else(|| named(curves, Method::Palpate.name()))

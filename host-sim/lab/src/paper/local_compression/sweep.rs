@@ -11,9 +11,9 @@ use palpate_tissue::Error as TissueError;
 
 /// Name of the static reference in tables.
 pub const STATIC: &str = "fem-static";
-/// A press that took longer than this [s] is not timed again.
+/// CPU time beyond which a press is not timed again [s].
 const LONG_S: f64 = 0.2;
-/// How often a short one is.
+/// Number of times that a short one is timed.
 const RUNS: usize = 3;
 /// Damping of the masses of all methods but "d alone" [1/s].
 pub const NODE_DAMPING_PER_S: f64 = 40.0;
@@ -25,7 +25,7 @@ const THRESHOLDS: [f64; 8] = [0.3, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002];
 /// A press at rest.
 #[derive(Clone, Debug)]
 pub struct Point {
-    /// Force asked for [N].
+    /// Requested force [N].
     pub force_n: f64,
     /// Depth of the tip [m].
     pub depth_m: f64,
@@ -64,7 +64,7 @@ impl Curve {
     }
 
     /// Root mean square over the forces that both have of depth over that of `truth`, less one (1);
-    /// `None` without any, and how many there are.
+    /// `None` without any, and the number of forces.
     #[must_use]
     pub fn depth_error(&self, truth: &Self) -> Option<(f64, usize)> {
         let both = self.points.iter().filter_map(|p| truth.at(p.force_n).map(|t| p.depth_m / t.depth_m - 1.0));
@@ -103,8 +103,8 @@ pub fn region_for(block: &Block, fitted: Fitted, step_s: f64, force_n: f64) -> R
     Ok(None)
 }
 
-/// One method under every force; the first that does not come to rest ends it. `None` where it
-/// cannot be had.
+/// One method under every force; the first that does not come to rest ends it. `None` if it is not
+/// available.
 ///
 /// # Errors
 /// Model or parameters that the core or the method rejects.

@@ -40,7 +40,7 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Prepares tissue whose tets have one stiffness each: what the other methods press.
+    /// Prepares tissue whose tets have one stiffness each, as the other methods press it.
     #[must_use]
     pub fn same_mesh(block: &Block) -> Self {
         Self::new(block, |tet, _| block.tissue.stiffness_ratio[tet], TetRule::Four)
@@ -74,7 +74,7 @@ impl Truth {
     }
 
     /// Presses with rising forces, one after the other from rest; ends before the first that has no
-    /// equilibrium. CPU times are those of one thread where the caller gives it but one.
+    /// equilibrium. CPU times are those of one thread if the caller provides only one.
     ///
     /// # Errors
     /// Memory for the factor runs out.

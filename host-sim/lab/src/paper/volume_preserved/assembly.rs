@@ -2,8 +2,8 @@
 //! joined.
 //!
 //! Sets are found by geometry on the corners; a middle of an edge belongs to a set if both ends do.
-//! So springs and finite elements on one mesh have exactly the same scene: where a hinge or a grip
-//! lies decides more than any element does, and on two meshes it would lie half an element apart.
+//! So springs and finite elements on one mesh have exactly the same scene: the position of a hinge
+//! or a grip matters more than the elements, and on two meshes it would differ by half an element.
 
 use std::collections::BTreeSet;
 
@@ -21,9 +21,10 @@ use palpate_tissue::mesh::import::import;
 use palpate_tissue::organ::{Organ as Shape, Spec};
 use palpate_tissue::scene::SceneError;
 
-/// Cosine between a surface's normal and what it is to face: 60 degrees.
+/// Cosine between a surface's normal and its required direction: 60 degrees.
 const FACING: f64 = 0.5;
-/// A landmark may be this far outside a faceted surface, as a share of the organ's largest side.
+/// Largest distance of a landmark outside a faceted surface, as a share of the organ's largest
+/// side.
 const OUTSIDE: f64 = 0.03;
 
 /// Organs meshed, with the scene's sets on them.
@@ -32,8 +33,8 @@ pub struct Assembly<'a> {
     pub scene: &'a HangingScene,
     /// Mesh of each organ.
     pub meshes: Vec<TetMesh>,
-    /// All of them as quadratic tets: corners are the nodes of `meshes`, middles of edges beside
-    /// them.
+    /// All of them as quadratic tets: corners are the nodes of `meshes`, followed by the middles of
+    /// edges.
     pub quadratic: QuadraticMesh,
     /// Where each organ is in `quadratic`.
     pub organs: Vec<Organ>,

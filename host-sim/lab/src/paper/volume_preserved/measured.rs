@@ -1,6 +1,6 @@
 //! Measures of a deformation of the scene: displacements of landmarks and surface points, change of
-//! volume. Finite elements and springs are measured alike: a linear mesh is a quadratic one whose
-//! mid-edge nodes stay in the middle.
+//! volume. Finite elements and springs are measured in the same way: a linear mesh is a quadratic
+//! one whose mid-edge nodes stay in the middle.
 
 use nalgebra::Vector3;
 
@@ -58,13 +58,13 @@ impl Measured {
         Self::of(assembly, displacement_m)
     }
 
-    /// Distance of each landmark from where it should be (13) [m].
+    /// Distance of each landmark from its reference position (13) [m].
     #[must_use]
     pub fn landmark_errors_m(&self, truth: &Self) -> Vec<f64> {
         distances(&self.landmarks_m, &truth.landmarks_m)
     }
 
-    /// Distance of each surface point from where it should be (13) [m].
+    /// Distance of each surface point from its reference position (13) [m].
     #[must_use]
     pub fn surface_errors_m(&self, truth: &Self) -> Vec<f64> {
         distances(&self.surface_m, &truth.surface_m)

@@ -16,9 +16,9 @@ use palpate_tissue::patch::{Material, Memory};
 
 /// Critical angle of (9) in the paper's experiments: pi/3.
 pub const ANGLE_RAD: f32 = std::f32::consts::FRAC_PI_3;
-/// Steps between two looks of (9) there.
+/// Steps between two checks of (9) there.
 pub const LOOK_EVERY: u16 = 100;
-/// A probe this far away touches nothing [m].
+/// Distance of a probe that touches nothing [m].
 const AWAY_M: f32 = 10.0;
 /// The stick moves at this speed [m/s].
 const LIFT_M_PER_S: f64 = 0.1;
@@ -47,19 +47,19 @@ pub struct Setup {
     pub method: HangingMethod,
     /// Time step [s].
     pub dt_s: f32,
-    /// Steps a tick, where the tick sets the mass floor; else as many as make the core's shortest
-    /// tick.
+    /// Steps per tick if the tick sets the mass floor; otherwise as many as fill the core's
+    /// shortest tick.
     pub substeps: Option<u16>,
     /// Longest virtual time after a move [s].
     pub longest_s: f64,
 }
 
-/// Where a move ended.
+/// Final state of a move.
 #[derive(Clone, Debug)]
 pub struct Rest {
     /// Measured deformation at the end of the move.
     pub measured: Measured,
-    /// Steps from the move before.
+    /// Steps since the previous move.
     pub steps: usize,
     /// Whether it came to rest within the time allowed.
     pub at_rest: bool,
@@ -109,16 +109,16 @@ impl HangingMethod {
     }
 }
 
-/// The per-tet part of the volume stiffness is there against alternating modes, for which the shear
-/// modulus is the measure; all of it locks.
+/// The per-tet part of the volume stiffness suppresses alternating modes, on the scale of the shear
+/// modulus; used for all of it, it would lock.
 fn per_tet_share(poisson_ratio: f64) -> f64 {
     let kappa = |nu: f64| nu / ((1.0 + nu) * (1.0 - 2.0 * nu)) - 0.5 / (1.0 + nu);
     let default = Material::default();
     default.per_tet_share * kappa(default.poisson_ratio) / kappa(poisson_ratio)
 }
 
-/// Hangs the organs with a method: one result for each of the scene's moves, as far as it got.
-/// `progress` hears (move, virtual time [s]).
+/// Hangs the organs with a method: one result for each completed move of the scene. `progress` is
+/// called with (move, virtual time [s]).
 ///
 /// # Errors
 /// Model or parameters that [`Params::build`] rejects.
@@ -167,8 +167,8 @@ pub fn hang_network(
     Ok(results)
 }
 
-/// Parameters with steps of `dt_s`: as many per tick as asked for, else one where that is a tick
-/// the core takes.
+/// Parameters with steps of `dt_s`: as many per tick as requested, otherwise one if the core
+/// accepts that tick.
 #[must_use]
 pub fn stepped(params: &Params, dt_s: f32, substeps: Option<u16>) -> Params {
     const SHORTEST_TICK_S: f32 = 1e-5;
@@ -194,7 +194,7 @@ struct Run<'a> {
     state: State<'a>,
     network: &'a Network,
     params: &'a Params,
-    /// Where the stick is, from rest [m].
+    /// Displacement of the stick from rest [m].
     at_m: Vector3<f64>,
 }
 
@@ -235,7 +235,7 @@ impl Run<'_> {
                     furthest = furthest.max((now - *before).norm());
                     *before = now;
                 }
-                // the criterion is a speed: as strict at every step
+                // the criterion is a speed, and so equally strict at every step
                 let allowed = REST_M * (REST_TICKS as f32 * self.params.tick_s) / 0.1;
                 at_rest = ticks > iterations + REST_TICKS && furthest <= allowed;
                 progress(ticks as f64 * tick_s);

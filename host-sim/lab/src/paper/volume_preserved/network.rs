@@ -26,8 +26,8 @@ pub struct Network {
 pub enum Joints {
     /// Each node to the nearest node of the other organ, as in paper 000.
     Nearest,
-    /// Each node to the three nodes of the nearest triangle, stiffness by area coordinates: neither
-    /// slides nor depends on where nodes happen to be.
+    /// Each node to the three nodes of the nearest triangle, stiffness by area coordinates: it
+    /// neither slides nor depends on the positions of nodes.
     Triangle,
 }
 
@@ -64,7 +64,7 @@ impl Network {
             density_kg_per_m3: first.density_kg_per_m3 as f32,
             gravity_m_per_s2: scene.gravity_m_per_s2.map(|g| g as f32),
             limits: GuardLimits::HIGHEST,
-            // organs are joined by springs a hair long, whose mass would keep theirs from the rest
+            // organs are joined by very short springs, whose mass floor would prevent their rest
             terms: Terms { rim: false, relative_mass: false, ..Terms::ALL },
             ..Params::default()
         };

@@ -1,5 +1,5 @@
-//! Numbers printed in paper 000, to stand beside ours: Table 1 and sections 3.3, 3.4. Small move,
-//! then large.
+//! Numbers printed in paper 000, for comparison with ours: Table 1 and sections 3.3, 3.4. Small
+//! move, then large.
 
 /// Table 1: distance by tomography, estimated distance, error, of markers 1 to 7 [mm].
 pub const TABLE_1_MM: [[[f64; 3]; 2]; 7] = [

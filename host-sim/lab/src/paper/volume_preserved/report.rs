@@ -1,4 +1,4 @@
-//! The report: tables of the paper with its numbers beside ours, pictures, CSV, summary.
+//! The report: tables of the paper with its numbers next to ours, pictures, CSV, summary.
 
 use std::path::Path;
 
@@ -25,7 +25,7 @@ pub struct Findings<'a> {
     pub scene: &'a HangingScene,
     /// Full and sparse, or sparse alone.
     pub resolutions: &'a [Resolution<'a>],
-    /// The sparse resolution with the weight on from a stress-free shape.
+    /// The sparse resolution under its weight, from a stress-free shape.
     pub weighed: Option<&'a Resolution<'a>>,
     /// Finite elements of the sparse resolution, every tet cut into eight.
     pub subdivided: Option<&'a Truth>,

@@ -1,5 +1,5 @@
-//! The hanging scene as a file: organs, what joins and fixes them, the stick that lifts, where
-//! errors are taken. SI, unknown keys refused.
+//! The hanging scene as a file: organs, their joints and supports, the lifting stick, and the
+//! points at which errors are measured. SI, unknown keys refused.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use palpate_tissue::scene::{LengthUnit, SceneError};
 
-/// The scene that comes with the project.
+/// The shipped scene.
 pub const PRESET: &str = "hanging-liver";
 const TEXT: &str = include_str!("../../../../scenes/hanging-liver.toml");
 
@@ -18,13 +18,13 @@ pub struct HangingScene {
     /// The preset or file it came from, for messages.
     #[serde(skip)]
     pub file: String,
-    /// Shown in tables and pictures.
+    /// Name in tables and pictures.
     pub name: String,
     /// Gravity [m/s^2]; the rest shape is free of it.
     pub gravity_m_per_s2: [f64; 3],
     /// Poisson's ratio of all organs (1).
     pub poisson_ratio: f64,
-    /// The organs; the first one's modulus is what stiffnesses are over.
+    /// The organs; stiffnesses are relative to the first one's modulus.
     pub organ: Vec<OrganScene>,
     /// Connecting tissue that joins them.
     pub joint: JointScene,
@@ -32,19 +32,19 @@ pub struct HangingScene {
     pub fixed: Vec<FixedScene>,
     /// Attachment that is moved to lift an organ.
     pub attachment: Attachment,
-    /// Where errors are taken by name.
+    /// Named points at which errors are measured.
     pub landmark: Vec<Landmark>,
-    /// Where errors are taken in numbers.
+    /// Sampled points at which errors are measured.
     pub surface: SurfaceSample,
 }
 
-/// An organ: one of ours, or a mesh file.
+/// An organ: a built-in one, or a mesh file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OrganScene {
-    /// Name of a shape of ours, and of the organ.
+    /// Name of a built-in shape, and of the organ.
     pub shape: String,
-    /// Mesh file to use instead of our shape, relative to the scene file; the same at both
+    /// Mesh file to use instead of the built-in shape, relative to the scene file; the same at both
     /// resolutions.
     pub mesh: Option<PathBuf>,
     /// Unit of the mesh file's coordinates.
@@ -65,11 +65,11 @@ pub struct JointScene {
     pub organ: String,
     /// Organ it is joined to.
     pub onto: String,
-    /// Lowest and highest corner of the box in which it is [m].
+    /// Lowest and highest corner of a box that contains it [m].
     pub box_m: [[f64; 3]; 2],
     /// Its outward normal is within 60 degrees of this.
     pub facing: [f64; 3],
-    /// How far from the other surface it may be at rest [m].
+    /// Largest distance from the other surface at rest [m].
     pub reach_m: f64,
     /// Stiffness per area [Pa/m].
     pub stiffness_pa_per_m: f64,
@@ -87,7 +87,7 @@ pub struct FixedScene {
     pub facing: [f64; 3],
 }
 
-/// A stick along a line, and where it goes.
+/// A stick along a line, and its moves.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Attachment {
@@ -97,7 +97,7 @@ pub struct Attachment {
     pub from_m: [f64; 3],
     /// The other end [m].
     pub to_m: [f64; 3],
-    /// Nodes this near to the line move with it [m].
+    /// Distance from the line within which nodes move with it [m].
     pub radius_m: f64,
     /// Its moves [m].
     pub moves_m: Vec<[f64; 3]>,
@@ -125,7 +125,7 @@ pub struct SurfaceSample {
     pub low_m: [f64; 2],
     /// Opposite corner [m].
     pub high_m: [f64; 2],
-    /// How many at full and at sparse resolution.
+    /// Number at full and at sparse resolution.
     pub points: [usize; 2],
 }
 

@@ -16,13 +16,13 @@ use palpate_tissue::scene;
 
 /// The tick.
 const TICK_S: f32 = scene::TICK_S as f32;
-/// Share of the limit that runs take.
+/// Share of the limit that runs use.
 const MARGIN: f32 = 0.8;
 /// Steps without a divergence that count as survival.
 const TRIAL_STEPS: usize = 3000;
 /// Acceleration with which the organs are pushed in a trial [m/s^2].
 const PUSH_M_PER_S2: f32 = 0.1;
-/// Steps are tried down to the shortest, this much apart.
+/// Shortest step that is tried, and the ratio of successive ones.
 const RATIO: f32 = 1.122;
 const LONGEST_S: f32 = 8e-3;
 const SHORTEST_S: f32 = 1e-9;
@@ -32,14 +32,14 @@ const SHORTEST_S: f32 = 1e-9;
 pub struct Steps {
     /// Form of the damper, largest step at the sparse resolution [s].
     pub stable: Vec<(&'static str, f32)>,
-    /// Share of critical damping, largest step [s]: what any damper along springs costs.
+    /// Share of critical damping, largest step [s]: the cost of any damper along springs.
     pub damped: Vec<(f64, f64)>,
     /// Step [s], force at 2 mm of a block [N]: with (6)-(8) at tau = 0, at tau = 0.1, and with
     /// compensation as an energy.
     pub force: [Vec<(f64, f64)>; 3],
 }
 
-/// Forms of (12) among [`LAWS`] that have the unit wrong or the masses summed.
+/// Forms of (12) among [`LAWS`] with a wrong unit or with summed masses.
 pub const PRINTED_LAWS: [&str; 3] = ["2 sqrt(k (m1+m2)), without l0", "(12), l0 in mm", "(12) as printed, l0 in m"];
 
 /// Forms of the damper in tables.
@@ -52,8 +52,8 @@ pub const LAWS: [(&str, DampingLaw); 6] = [
     ("(12) as printed, l0 in m", DampingLaw::PrintedMetres),
 ];
 
-/// How a method runs: the product in two steps per tick, the printed ones with most of their limit,
-/// at most a tick.
+/// The steps of a method: the product takes two per tick, the printed ones most of their limit, at
+/// most a tick.
 ///
 /// # Errors
 /// Model or parameters that the core rejects.
@@ -74,8 +74,8 @@ pub fn working_setup(method: HangingMethod, assembly: &Assembly, longest_s: f64)
 pub fn largest_step_s(method: HangingMethod, assembly: &Assembly) -> Result<f32, Error> {
     let network = method.network(assembly);
     let model = network.patch.wide_model();
-    // rest leaves the limit of the linear system: an upper bound that is close for springs pulled,
-    // not pressed
+    // at rest the limit is that of the linear system: an upper bound, close for springs in tension
+    // but not in compression
     let survives = |dt_s: f32| -> Result<bool, Error> {
         // a light push excites every mode and leaves springs near their rest lengths
         let params = Params { gravity_m_per_s2: [PUSH_M_PER_S2; 3], ..stepped(&network.params, dt_s, None) };
@@ -91,7 +91,7 @@ pub fn largest_step_s(method: HangingMethod, assembly: &Assembly) -> Result<f32,
         let ticks = TRIAL_STEPS / usize::from(params.substeps);
         let fault = (0..ticks).find_map(|_| tick_with(&model, &tuned, &mut state, away, &mut printed).fault);
         let fastest = state.nodes().iter().map(|n| n.velocity_m_per_s().norm()).fold(0.0, f32::max);
-        // nothing gets faster than in a free fall of that long
+        // nothing gets faster than in a free fall of that duration
         let fall_m_per_s = PUSH_M_PER_S2 * dt_s * TRIAL_STEPS as f32;
         Ok(fault.is_none() && fastest < 2.0 * fall_m_per_s)
     };

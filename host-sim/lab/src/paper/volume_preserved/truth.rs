@@ -1,4 +1,4 @@
-//! The answer of finite elements: what the paper took from computed tomography.
+//! The finite-element answer, in place of the paper's computed tomography.
 
 use nalgebra::Vector3;
 use palpate::Fnv;
@@ -25,8 +25,8 @@ pub struct Truth {
     pub iterations: usize,
 }
 
-/// Answers that take long, as they ship: the full resolution, and the sparse one with every tet cut
-/// into eight.
+/// Shipped answers that take long to compute: the full resolution, and the sparse one with every
+/// tet cut into eight.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Shipped {
     /// Of the full resolution.
@@ -62,7 +62,7 @@ pub struct AnswerMove {
 }
 
 impl Shipped {
-    /// The answers in the repository; `None` where they cannot be read, which a test would find.
+    /// The answers in the repository; `None` if they cannot be read, which a test would find.
     #[must_use]
     pub fn load() -> Option<Self> {
         serde_json::from_str(include_str!("../../../../references/hanging-liver.json")).ok()
@@ -70,7 +70,7 @@ impl Shipped {
 }
 
 impl Answer {
-    /// Writes a truth down.
+    /// Writes a reference.
     #[must_use]
     pub fn of(assembly: &Assembly, truth: &Truth) -> Self {
         let plain = |vectors: &[Vector3<f64>]| vectors.iter().map(|v| (*v).into()).collect();
@@ -101,7 +101,7 @@ impl Answer {
     }
 }
 
-/// Of everything that an answer depends on: mesh, sets, materials, moves, points.
+/// Fingerprint of everything that an answer depends on: mesh, sets, materials, moves, points.
 fn fingerprint(assembly: &Assembly) -> String {
     let scene = assembly.scene;
     let mut hash = Fnv::default();
@@ -119,7 +119,7 @@ fn fingerprint(assembly: &Assembly) -> String {
     format!("{:016x}", hash.finish())
 }
 
-/// Solves the scene on an assembly; `progress` hears (move, share of the way).
+/// Solves the scene on an assembly; `progress` is called with (move, completed share).
 ///
 /// # Errors
 /// No equilibrium found, or memory for the factor ran out.

@@ -1,10 +1,10 @@
-//! Ceiling that one count of the encoder allows: the stiffest contact that is not felt to tick,
-//! whatever the control.
+//! Ceiling that one count of the encoder allows: the stiffest contact in which a count is not felt,
+//! whatever the controller.
 //!
-//! A count that toggles changes the force by stiffness times count. The handle stays where it is
-//! while that is less than what friction holds, `2 f_c` (Abbott and Okamura, IEEE Trans. Robotics
-//! 21, 2005: `K <= 2 f_c / count`), and a hand does not notice while it swings by less than 20 mN
-//! to either side. Against it stand the slope of the tissue, and what the loop does: the stiffest
+//! A count that toggles changes the force by stiffness times count. The handle does not move while
+//! that is less than the friction can hold, `2 f_c` (Abbott and Okamura, IEEE Trans. Robotics 21,
+//! 2005: `K <= 2 f_c / count`), and a hand does not notice a variation of less than 20 mN to either
+//! side. It is compared with the slope of the tissue, and with the loop's behaviour: the stiffest
 //! tissue whose hold is quiet.
 
 use std::ops::Range;
@@ -33,7 +33,7 @@ use palpate_tissue::stable_step::limits;
 const NODES: usize = 130;
 /// Its depth limit [m].
 const DEEP_M: f32 = 8e-3;
-/// Tissues whose slope is tabled [Pa].
+/// Tissues whose slope is tabulated [Pa].
 pub const TABLED_PA: [f64; 3] = [3.5e3, 20e3, 100e3];
 /// Depths there [m].
 pub const TABLED_M: [f64; 4] = [1e-3, 2e-3, 3e-3, 4e-3];
@@ -66,11 +66,11 @@ pub struct Ceiling {
     pub count_m: f64,
     /// Coulomb friction [N].
     pub friction_n: f64,
-    /// Largest force that the loop lets out [N].
+    /// Largest force that the loop outputs [N].
     pub limit_n: f64,
     /// Contact stiffness from which one count is felt [N/m].
     pub felt_n_per_m: f64,
-    /// The tabled tissues down to 0.85 of the force limit.
+    /// The tabulated tissues up to 0.85 of the force limit.
     pub slopes: Vec<Slope>,
     /// The stiffest tissue that each hand held quietly [Pa], zero if it held none.
     #[serde(deserialize_with = "held")]
@@ -108,7 +108,7 @@ pub(super) struct Scope {
     climb_pa: Vec<f64>,
 }
 
-/// A tissue made ready: substeps for its taps, and its static curve.
+/// A prepared tissue: substeps for its taps, and its static curve.
 #[derive(Debug)]
 struct Ready {
     youngs_modulus_pa: f64,
@@ -134,7 +134,7 @@ impl Scope {
     }
 
     pub(super) fn steps(&self, cases: Range<usize>) -> usize {
-        // the tissues are made ready once, for however many
+        // the tissues are prepared once for all
         let tissues = if cases.is_empty() { 0 } else { self.climb_pa.len() + TABLED_PA.len() };
         tissues + cases.len()
     }

@@ -35,8 +35,8 @@ pub struct LoopSetup<'a> {
 pub struct TapResult {
     /// [`quiet`].
     pub quiet: bool,
-    /// The hand overshot into the force limit for so long that the loop holds a weaker wall:
-    /// neither a limit cycle nor the wall asked for.
+    /// The hand overshot into the force limit for so long that the loop renders a weaker wall:
+    /// neither a limit cycle nor the requested wall.
     pub weakened: bool,
     /// Energy created by the worst contact [mJ].
     pub created_mj: f64,
@@ -46,21 +46,21 @@ pub struct TapResult {
 }
 
 impl TapResult {
-    /// Quiet, and the wall that was asked for.
+    /// Quiet, with the requested wall.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.quiet && !self.weakened
     }
 }
 
-/// No limit cycle, no fault, no invariant broken, and not by giving way: the last resort against
-/// energy never acted.
+/// No limit cycle, no fault, no invariant broken, and without weakening: the energy alarm never
+/// acted.
 #[must_use]
 pub fn quiet(run: &Run) -> bool {
     run.quiet() && !run.rows.iter().any(|row| row.telemetry.limiters.contains(ClampFlags::ENERGY))
 }
 
-/// The force at the end is weaker than what was wanted.
+/// The force at the end is weaker than the requested one.
 pub(super) fn weakened(run: &Run) -> bool {
     judged(run).iter().any(|row| row.telemetry.limiters.contains(ClampFlags::GAIN))
 }
@@ -69,13 +69,13 @@ fn judged(run: &Run) -> &[Row] {
     run.rows.get(run.rows.len().saturating_sub(JUDGED)..).unwrap_or_default()
 }
 
-/// How far a climb came.
+/// Result of a climb.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Climb {
     /// Stiffest wall that was stable [N/m]; zero if the softest is unstable.
     pub n_per_m: f64,
-    /// No stiffness on the way up became unstable: the climb ended at [`STIFFEST_N_PER_M`], or at
-    /// the first stiffness whose force exceeds the force limit.
+    /// No stiffness of the climb was unstable: the climb ended at [`STIFFEST_N_PER_M`], or at the
+    /// first stiffness whose force exceeds the force limit.
     pub at_least: bool,
 }
 
@@ -117,7 +117,7 @@ impl LoopSetup<'_> {
     }
 }
 
-/// Of the force against the wall's own at what the loop read, over the ticks that are judged.
+/// Mean ratio of the force to the wall's own at the loop's readings, over the evaluated ticks.
 fn static_error(run: &Run, mut wall: Wall) -> f64 {
     let (mut given_n, mut own_n) = (0.0, 0.0);
     for row in judged(run) {

@@ -49,7 +49,7 @@ pub fn write(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> 
     Ok(folder.write("ceilings.csv", ceilings_csv(&summary.ceilings).as_bytes())?)
 }
 
-/// One row a device, tissue and depth; the stiffest tissues held are the same in every row of a
+/// One row per device, tissue and depth; the stiffest tissues held are the same in every row of a
 /// device.
 fn ceilings_csv(ceilings: &[Ceiling]) -> String {
     let mut text = String::from("device,count_m,friction_n,limit_n,felt_n_per_m,youngs_modulus_pa,depth_m,force_n,slope_n_per_m");
@@ -72,7 +72,7 @@ fn ceilings_csv(ceilings: &[Ceiling]) -> String {
     text
 }
 
-/// Prints what a person wants to know first: of our controller, or of every one.
+/// Prints the main results of our controller, or of all.
 pub fn print(summary: &LoopSummary, all: bool) {
     let shown: Vec<String> =
         CONTROLLERS.iter().filter(|c| all || **c == Controller::Ours).map(|controller| controller.name()).collect();

@@ -1,4 +1,4 @@
-//! A method on a block with the substeps that it asks for.
+//! A method on a block with the substeps that it needs.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,7 @@ use palpate_tissue::tissue::DEPTH_MARGIN;
 
 /// Depth of the taps that a loop's substeps are derived from [m].
 const FIDELITY_DEPTH_M: f64 = 4e-3;
-/// Methods without a guard answer down to the bottom.
+/// Depth limit of methods without a guard: the bottom of the block.
 const NO_LIMIT_M: f64 = BLOCK_M[2];
 
 /// How a method is set up.
@@ -29,7 +29,7 @@ const NO_LIMIT_M: f64 = BLOCK_M[2];
 pub enum Build {
     /// With the substeps that it derives or needs; the product with its guard.
     Derived,
-    /// The product without its guard: what the model alone bears.
+    /// The product without its guard, to test the model alone.
     Unguarded,
 }
 
@@ -76,7 +76,7 @@ impl Row {
         format!("{}{words}", self.method.name())
     }
 
-    /// True for what the product promises.
+    /// True if the product makes promises for it.
     #[must_use]
     pub fn is_promised(&self) -> bool {
         self.is_product() && self.build == Build::Derived
@@ -101,8 +101,8 @@ pub struct BuiltMethod {
 }
 
 impl BuiltMethod {
-    /// Sets a row up on the standard block, or on one with something added. `None` where the method
-    /// cannot be had, lacks the term that the tissue needs, or refuses the tissue.
+    /// Sets a row up on the standard block, or on one with something added. `None` if the method is
+    /// not available, lacks the term that the tissue needs, or refuses the tissue.
     ///
     /// # Errors
     /// A block or a method that cannot be built.
@@ -133,7 +133,7 @@ impl BuiltMethod {
         let Some((patch, params)) = product(&block, row.method, inclusion) else { return Ok(None) };
         let params = Params { substeps: 1, limits: limits(&patch, f64::from(params.tick_s)), ..params };
         let params = if tissue == CaseTissue::Stiffening {
-            // the bound at the depth limit decides, as in `press`: what it cannot keep is refused
+            // the bound at the depth limit decides, as in `press`: exponents beyond it are refused
             match Session::of_fitted(&MACHINES[0], patch.clone(), params) {
                 Ok(session) => session.params,
                 Err(TissueError::TooSlow(_)) => return Ok(None),
@@ -165,7 +165,7 @@ impl BuiltMethod {
         Self { block: Block { params, ..self.block.clone() }, ..self.clone() }
     }
 
-    /// Presses and judges.
+    /// Presses and classifies.
     ///
     /// # Errors
     /// A method that cannot be built.

@@ -48,7 +48,7 @@ fn meaning(verdict: Verdict) -> &'static str {
     }
 }
 
-/// A sound press that leaves a tet less of itself than the product promises.
+/// A sound press with a tet smaller than the product promises.
 fn cell_look(figures: &Figures) -> HeatCell {
     if figures.verdict == Verdict::Pass && figures.lowest_j <= LEAST_J { squeezed() } else { look(figures.verdict) }
 }
@@ -172,7 +172,7 @@ fn margin_look(axis: Axis, youngs_modulus_pa: f64, margin: &Margin) -> HeatCell 
     let over = value / axis.standard(youngs_modulus_pa);
     let tone = match over {
         over if over >= THIN => Tone::Good,
-        // the search stops within its resolution of the standard
+        // the search ends within its resolution of the standard
         over if over >= 0.95 => Tone::Slight,
         _ => Tone::Failure,
     };

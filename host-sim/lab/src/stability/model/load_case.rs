@@ -10,23 +10,22 @@ use CaseTissue::{Frictional, Inclusion, Plain, Stiffening};
 pub struct Stimulus {
     /// Depth of the hold [m].
     pub depth_m: f64,
-    /// Speed on the way in [m/s].
+    /// Speed of loading [m/s].
     pub in_m_per_s: f64,
-    /// Speed on the way out [m/s].
+    /// Speed of the retreat [m/s].
     pub out_m_per_s: f64,
-    /// A pose is of a moment up to this share of a tick before or after its tick (1).
+    /// Jitter of a pose's time, as a share of a tick (1).
     pub jitter: f64,
 }
 
-/// Promise of the product for a case.
+/// Behaviour that the product promises for a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Promise {
-    /// It withstands it.
+    /// The patch withstands the case.
     Pass,
-    /// It refuses the depth and holds.
+    /// The patch refuses the depth and holds.
     Hold,
-    /// It refuses the depth, and two radii of the probe beyond it lets the hand through without a
-    /// force.
+    /// The patch refuses the depth, and two probe radii beyond it releases the hand without force.
     LetThrough,
     /// Nothing is promised.
     None,
@@ -96,7 +95,7 @@ pub struct LoadCase {
 const SLOW_M_PER_S: f64 = 0.04;
 /// The tap that is promised [m/s].
 const TAP_M_PER_S: f64 = 0.5;
-/// Fastest way out that the guard shows [m/s].
+/// Fastest retreat that the guard passes on [m/s].
 const FASTEST_M_PER_S: f64 = 1.0;
 /// The depth that is promised [m], a fifth of the block.
 const DEEP_M: f64 = 8e-3;
@@ -147,8 +146,8 @@ const fn case(
 }
 
 impl Stimulus {
-    /// Slow and even enough that the force on the way down is that of the tissue's stiffness, not
-    /// of its inertia: it must not fall.
+    /// Slow and even enough that the force during the descent is due to the tissue's stiffness, not
+    /// to its inertia, and must not fall.
     #[must_use]
     pub fn is_slow(&self) -> bool {
         self.in_m_per_s <= 0.1 && self.jitter == 0.0

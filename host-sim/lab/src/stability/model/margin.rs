@@ -18,7 +18,7 @@ pub enum Axis {
     Tick,
     /// The depth of the slow press [m].
     Depth,
-    /// The speed of the tap to 8 mm [m/s]. The core shows no method more than 1 m/s.
+    /// The speed of the tap to 8 mm [m/s]. The core limits the tip of every method to 1 m/s.
     Speed,
     /// Young's modulus [Pa], with the substeps as they are: the press and the tap.
     Stiffness,
@@ -39,7 +39,7 @@ impl Axis {
         }
     }
 
-    /// From where to where it is searched. The core refuses a tick over 2 ms.
+    /// Range of the search. The core refuses a tick over 2 ms.
     #[must_use]
     pub fn range(self) -> [f64; 2] {
         match self {
@@ -50,7 +50,7 @@ impl Axis {
         }
     }
 
-    /// The standard: what must be reached at this stiffness [Pa].
+    /// The standard value, which must be reached at this stiffness [Pa].
     #[must_use]
     pub fn standard(self, youngs_modulus_pa: f64) -> f64 {
         match self {
@@ -91,7 +91,7 @@ fn both(method: &BuiltMethod) -> Result<Verdict, Error> {
     Ok(method.stand(&TAP)?.verdict)
 }
 
-/// The end of what passes.
+/// The limit of the values that pass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Margin {
     /// Largest value that passes; `None` if neither the standard nor the smallest does.

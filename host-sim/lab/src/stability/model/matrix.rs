@@ -76,7 +76,7 @@ pub struct Part {
     pub margins: Vec<MarginCell>,
 }
 
-/// Everything that came out, in the scope's order: rows, stiffnesses, columns.
+/// All results, in the scope's order: rows, stiffnesses, columns.
 #[derive(Clone, Debug)]
 pub struct Matrix {
     /// The scope.
@@ -130,7 +130,7 @@ impl Scope {
         all.take(places.end).skip(places.start)
     }
 
-    /// The tissues that the columns ask for.
+    /// The tissues that the columns need.
     fn tissues(&self) -> Vec<CaseTissue> {
         CaseTissue::ALL.into_iter().filter(|tissue| self.cases.iter().any(|c| c.tissue == *tissue)).collect()
     }

@@ -1,4 +1,4 @@
-//! Moves the tip through a stimulus and keeps what a verdict needs.
+//! Moves the tip through a stimulus and records the data for a verdict.
 
 use palpate::{ClampFlags, Vector3};
 use rand_xoshiro::SplitMix64;
@@ -11,13 +11,13 @@ use crate::methods::{Block, RunningMethod};
 /// Hold, and time to come to rest after the release [s].
 const HOLD_S: f64 = 0.35;
 const REST_S: f64 = 0.5;
-/// The end of the hold, where the tissue must stand still [s].
+/// The end of the hold, during which the tissue must be at rest [s].
 const STILL_S: f64 = 0.02;
 
-/// One tick on the way down, before the tip slows down for the hold.
+/// One tick of the descent, before the tip slows down for the hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loading {
-    /// Depth of the tip that the device says [m].
+    /// Depth of the tip as read by the device [m].
     pub depth_m: f64,
     /// Force along the handle, out of the tissue [N].
     pub force_n: f64,
@@ -26,9 +26,9 @@ pub struct Loading {
 /// Record of a press.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
-    /// The way down, tick by tick.
+    /// The descent, tick by tick.
     pub loading: Vec<Loading>,
-    /// Where the tip was when numbers ran away [m]; what follows is not measured then.
+    /// Depth of the tip at divergence [m]; later values are then not measured.
     pub diverged_at_m: Option<f64>,
     /// Smallest volume of a tet over its rest volume in any tick (1).
     pub lowest_j: f64,
@@ -38,7 +38,7 @@ pub struct Trace {
     pub peak_n: f64,
     /// Force at the end of the hold [N].
     pub held_n: f64,
-    /// Furthest that a node went in the last 20 ms of the hold [m].
+    /// Largest displacement of a node in the last 20 ms of the hold [m].
     pub moved_m: f64,
     /// Change of the force in that time over its largest (1).
     pub force_change: f64,
@@ -98,8 +98,8 @@ impl Watch {
             let time_s = (n as f64 + late()) * tick_s;
             let depth_m = (time_s.max(0.0) * stimulus.in_m_per_s - CLEAR_M).min(stimulus.depth_m);
             let force_n = self.tick(block, running, depth_m)?.0;
-            // where the tip slows down, the force falls by what was viscous: that is no fall while
-            // it goes deeper
+            // as the tip slows down, the force falls by its viscous part: this does not count as a
+            // fall during the descent
             if depth_m < stimulus.depth_m && !running.limiters().contains(ClampFlags::DEPTH) {
                 self.trace.loading.push(Loading { depth_m, force_n });
             }
@@ -140,7 +140,7 @@ impl Watch {
         }
         let j =
             self.tets.iter().map(|(tet, per_rest)| six_volume(tet, &self.position_m) * per_rest).fold(f64::INFINITY, f64::min);
-        // a NaN would pass `min` unseen
+        // a NaN would pass through `min` unnoticed
         if !(force_n.is_finite() && self.position_m.iter().all(|x| x.iter().all(|c| c.is_finite()))) {
             return Err(depth_m);
         }

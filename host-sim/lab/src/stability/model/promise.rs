@@ -1,4 +1,4 @@
-//! Promises of the product, held against the results.
+//! Promises of the product, compared with the results.
 
 use super::load_case::Promise;
 use super::matrix::{Cell, Matrix};
@@ -6,7 +6,7 @@ use super::verdict::Verdict;
 
 /// Stiffnesses for which it promises anything [Pa].
 const PROMISED_PA: [f64; 2] = [3.5e3, 100e3];
-/// No tet is smaller than this share of itself (1).
+/// Least volume of any tet over its rest volume (1).
 pub(super) const LEAST_J: f64 = 0.2;
 
 /// Every promise that did not hold, one line each.

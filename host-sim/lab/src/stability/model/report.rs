@@ -19,7 +19,7 @@ pub struct Summary {
     pub terms: [&'static str; 5],
     /// Cells of every row by verdict.
     pub rows: Vec<Counts>,
-    /// The worst figures of the product where it promises something.
+    /// The worst figures of the product in promised cases.
     pub product: Worst,
     /// Promises that did not hold.
     pub broken: Vec<String>,
@@ -45,14 +45,14 @@ pub struct Worst {
     pub lowest_j: f64,
     /// Smallest J at the end of a hold (1).
     pub held_j: f64,
-    /// Most that is left half a second after a release [mm].
+    /// Largest remaining displacement half a second after a release [mm].
     pub residual_mm: f64,
-    /// Most that the force falls in a slow press [% of its largest].
+    /// Largest fall of the force in a slow press [% of its largest].
     pub drop_pct: f64,
-    /// Most that the force falls in a slow press of jittered poses [% of its largest]: the tip's
+    /// Largest fall of the force in a slow press with jittered poses [% of its largest]: the tip's
     /// speed jumps from tick to tick, and the force with it.
     pub jitter_drop_pct: f64,
-    /// Most that the force changes in the last 20 ms of a hold [%].
+    /// Largest change of the force in the last 20 ms of a hold [%].
     pub force_change_pct: f64,
 }
 

@@ -6,17 +6,17 @@ use serde::{Deserialize, Serialize};
 
 use super::press::{Loading, Trace};
 
-/// A tet is as good as inside out below this (1).
+/// Volume ratio below which a tet counts as inside out (1).
 const LEAST_J: f64 = 0.05;
-/// The force of a hold is at least this share of the largest (1).
+/// Least force of a hold, as a share of the largest (1).
 const LEAST_HELD: f64 = 0.01;
-/// In the last 20 ms of the hold no node goes further [m] and the force changes by no more of
-/// itself (1): as in `chart`.
+/// Largest displacement of a node [m] and relative change of the force (1) in the last 20 ms of the
+/// hold, as in `chart`.
 const STILL_M: f64 = 5e-5;
 const STILL_FORCE: f64 = 0.05;
 /// Largest displacement that may be left after the release [m].
 const RETURNED_M: f64 = 5e-5;
-/// The force may fall by this share of its largest while the tip goes down (1).
+/// Largest fall of the force during the descent, as a share of its largest (1).
 const MOST_DROP: f64 = 0.02;
 
 /// From good to bad.
@@ -29,7 +29,7 @@ pub enum Verdict {
     Held,
     /// The force fell while the tip went deeper.
     NonMonotone,
-    /// Not back at rest half a second after the release.
+    /// The tissue is not back at rest half a second after the release.
     Deformed,
     /// Still moving at the end of the hold.
     Restless,
@@ -37,7 +37,7 @@ pub enum Verdict {
     Pierced,
     /// A tet lost 95 % of its volume or turned inside out.
     Inverted,
-    /// Numbers ran away.
+    /// The computation diverged.
     Diverged,
 }
 
@@ -84,10 +84,10 @@ pub struct Figures {
     /// Largest displacement left [mm].
     #[serde(with = "exact")]
     pub residual_mm: f64,
-    /// How far the force fell on the way down, as a share of its largest [%].
+    /// Fall of the force during the descent, as a share of its largest [%].
     #[serde(with = "exact")]
     pub drop_pct: f64,
-    /// Furthest that a node went at the end of the hold [mm].
+    /// Largest displacement of a node at the end of the hold [mm].
     #[serde(with = "exact")]
     pub moved_mm: f64,
     /// Change of the force then [%].
@@ -99,14 +99,14 @@ pub struct Figures {
     /// Largest force [N].
     #[serde(with = "exact")]
     pub peak_n: f64,
-    /// Where numbers ran away [mm].
+    /// Depth at divergence [mm].
     pub diverged_at_mm: Option<f64>,
     /// Inputs that the guard clamped.
     #[serde(with = "exact::clamp_flags")]
     pub limiters: ClampFlags,
 }
 
-/// Judges a press. `slow`: the force on the way down is the tissue's, and must not fall.
+/// Classifies a press. `slow`: the force during the descent is the tissue's, and must not fall.
 #[must_use]
 pub fn judge(trace: &Trace, slow: bool) -> Figures {
     let drop = largest_drop(&trace.loading);
@@ -143,7 +143,7 @@ pub fn judge(trace: &Trace, slow: bool) -> Figures {
     }
 }
 
-/// Furthest that the force falls below what it was at a smaller depth, over the largest force (1).
+/// Largest fall of the force below its value at a smaller depth, over the largest force (1).
 fn largest_drop(loading: &[Loading]) -> f64 {
     let (mut highest_n, mut drop_n) = (0.0_f64, 0.0_f64);
     for tick in loading {

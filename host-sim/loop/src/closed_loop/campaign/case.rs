@@ -1,4 +1,4 @@
-//! One run of the campaign, drawn from a number.
+//! One run of the campaign, derived from a number.
 
 use palpate::Vector3;
 use rand_xoshiro::SplitMix64;
@@ -12,7 +12,7 @@ use crate::closed_loop::stimulus::Stimulus;
 /// Motion of the hand: a stimulus and the speed of its approach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// Of [`crate::closed_loop::stimulus::STIMULI`].
+    /// Name of one of [`crate::closed_loop::stimulus::STIMULI`].
     pub id: &'static str,
     /// Speed of the approach [m/s].
     m_per_s: f64,
@@ -75,14 +75,14 @@ pub struct Case {
     pub after_ticks: u32,
     /// On the patch, not on the wall.
     pub on_patch: bool,
-    /// Place of a start in the tissue, and the like (0 .. 1).
+    /// Random share for the start in the tissue and similar choices (0 .. 1).
     pub share: f64,
-    /// Of the noise.
+    /// Seed of the noise.
     pub noise: u64,
 }
 
 impl Case {
-    /// The wall leans, so that an axis is not a direction.
+    /// The wall is tilted, so that its normal is not along an axis.
     pub const WALL_NORMAL: Vector3<f32> = Vector3::new(0.48, 0.6, 0.64);
 
     /// The run of this number.

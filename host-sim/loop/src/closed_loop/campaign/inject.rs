@@ -1,4 +1,4 @@
-//! A fault begins: in the device, the tissue, the plant, or what the host says.
+//! Starts a fault: in the device, the tissue, the plant, or the host's messages.
 
 use palpate::haptic::cycle::Command;
 use palpate::haptic::limits::LoopLimitSettings;
@@ -7,7 +7,7 @@ use super::state::Scene;
 use crate::closed_loop::faulty::{Drive, Host, Injection};
 use crate::closed_loop::surface::Surface;
 
-/// Begins the fault; what went wrong at once.
+/// Starts the fault; returns an immediate violation, if any.
 pub(super) fn begin<S: Surface>(injection: Injection, scene: &mut Scene<'_, S>) -> Option<&'static str> {
     match injection {
         Injection::Reading(fault) => scene.device.break_reading(Some(fault)),

@@ -21,13 +21,13 @@ use crate::closed_loop::surface::Surface;
 
 /// Longest wait for the moment of a fault [ticks].
 const PATIENCE_TICKS: u32 = 1500;
-/// Ticks that are watched after a fault begins, and after the loop gave up.
+/// Ticks that are checked after a fault begins, and after the loop has stopped.
 const AFTER_TICKS: u32 = 260;
 const AFTER_FAULT_TICKS: u32 = 80;
-/// Weakest force and speed that count as such [N, m/s].
+/// Least force and speed that count as a force and as motion [N, m/s].
 const FORCE_N: f32 = 0.3;
 const FAST_M_PER_S: f64 = 0.35;
-/// Force that a ramp must have come to within [`RAMP_TICKS`] [N].
+/// Force below which a ramp must have fallen within [`RAMP_TICKS`] [N].
 const RAMP_END_N: f32 = 0.05;
 const RAMP_TICKS: u32 = 150;
 
@@ -36,7 +36,7 @@ pub struct Bed<'a> {
     device: &'a DeviceProfile,
     settings: Settings,
     static_n: f64,
-    /// Ramped in, and as soon as it was armed.
+    /// State after ramp-in, and state right after arming.
     ready: Armed,
     fresh: Armed,
 }
@@ -117,7 +117,7 @@ impl<'a> Bed<'a> {
     }
 }
 
-/// Power on where no force may come.
+/// Switches on where no force may occur.
 fn never_felt<S: Surface>(case: &Case, scene: &mut Scene<'_, S>) -> Outcome {
     let site = scene.tissue.site();
     let inside = case.kind().opening == Opening::Inside;
@@ -176,7 +176,7 @@ fn follow<S: Surface>(case: &Case, trajectory: &Trajectory, from_s: f64, scene: 
             scene.tissue.break_it(None);
         }
         let mut command = command(kind.injection, since.filter(|_| on));
-        // what nobody may get after a fault: its end, or another reason
+        // a fault must neither end nor change its reason
         let ago = ended.map(|e| n - e);
         if ago.is_some_and(|a| matches!(a, 3 | 20)) {
             command.asked = Some(Ask::Clear);

@@ -12,9 +12,9 @@ use crate::closed_loop::watch::Broken;
 /// Result of a campaign run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Its moment came.
+    /// The moment of its fault came.
     pub injected: bool,
-    /// Ticks from the injection to what had to follow; 1 in the same tick.
+    /// Ticks from the injection to the required reaction; 1 in the same tick.
     pub reaction_ticks: Option<u32>,
     /// Fault that ended it.
     pub fault: Option<Fault>,

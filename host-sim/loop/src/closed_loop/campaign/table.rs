@@ -9,7 +9,7 @@ use super::state::Outcome;
 use crate::closed_loop::faulty::FaultType;
 use crate::closed_loop::faulty::list::FAULTS;
 
-/// Bad runs that are remembered, of each kind.
+/// Bad runs that are recorded, per kind.
 const SHOWN: usize = 3;
 
 /// One kind of fault. Counts and maxima alone: rows add up to the same in any order.
@@ -17,25 +17,25 @@ const SHOWN: usize = 3;
 pub struct Row {
     /// Runs.
     pub runs: u64,
-    /// Runs in which its moment came.
+    /// Runs in which the moment of the fault came.
     pub injected: u64,
     /// Runs that ended in a fault.
     pub detected: u64,
-    /// How many runs reacted after so many ticks.
+    /// Number of runs by ticks until the reaction.
     pub reaction_ticks: BTreeMap<u32, u64>,
     /// Strongest force after it [N].
     pub peak_n: f32,
     /// Runs that broke an invariant.
     pub broken: u64,
-    /// Runs in which something else followed than had to.
+    /// Runs without the required reaction.
     pub wrong: u64,
     /// By number of the fault.
     pub faults: BTreeMap<u8, u64>,
-    /// The first of the bad runs: number, what it was and what was bad.
+    /// The first bad runs: number, description and violation.
     pub examples: Vec<(u64, String)>,
 }
 
-/// One row a kind, in the order of [`FAULTS`].
+/// One row per kind, in the order of [`FAULTS`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Table {
     /// The rows.
@@ -93,7 +93,7 @@ impl Table {
         FAULTS.iter().zip(&self.rows)
     }
 
-    /// Runs in which something was bad: an invariant broken, or not what had to follow.
+    /// Bad runs: an invariant was broken, or the required reaction did not follow.
     #[must_use]
     pub fn bad(&self) -> u64 {
         self.rows.iter().map(|r| r.broken + r.wrong).sum()

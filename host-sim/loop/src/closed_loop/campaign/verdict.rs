@@ -1,4 +1,4 @@
-//! Whether what followed is what had to follow.
+//! Whether the required reaction followed.
 
 use palpate::haptic::cycle::Telemetry;
 use palpate::haptic::mode::Mode;
@@ -8,12 +8,12 @@ use super::case::Case;
 use super::state::Outcome;
 use crate::closed_loop::faulty::Expected;
 
-/// Whether this tick is what has to follow.
+/// Whether this tick shows the required reaction.
 pub(super) fn reacted(expected: &Expected, telemetry: &Telemetry) -> bool {
     match expected {
         Expected::Ramp(_) => matches!(telemetry.mode, Mode::SafeRamp | Mode::Idle),
-        // a renderer that goes on asking for a force when it has pushed the probe out is found by
-        // the comparison of the tips
+        // a renderer that still asks for a force after it has pushed the probe out is detected by
+        // comparing the tips
         Expected::Degraded(_) => telemetry.mode == Mode::Degraded || telemetry.fault == Some(Fault::TipApart),
         _ => telemetry.mode == Mode::Fault && telemetry.applied_n == Vector3::zeros(),
     }

@@ -1,13 +1,13 @@
-//! Energy bounding, after Kim and Ryu: the force rises no faster along the way than the device's
-//! own damping absorbs, and never while the handle goes back. Their printed law was not found; this
-//! is its simplest reading, `c = 2 b / T` being what damping absorbs from a held force (Colgate and
-//! Schenkel, 1997).
+//! Energy bounding, after Kim and Ryu: the force rises no faster with displacement than the
+//! device's own damping absorbs, and never while the handle retreats. Their published law was not
+//! found; this is its simplest interpretation, with `c = 2 b / T`, the energy that damping absorbs
+//! from a held force (Colgate and Schenkel, 1997).
 
 use super::{Known, Law, Seen, TICK_S};
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EnergyBounding {
-    /// Steepest force along the way [N/m].
+    /// Steepest rise of the force with displacement [N/m].
     most_n_per_m: f32,
     max_force_n: f32,
     depth_m: f32,

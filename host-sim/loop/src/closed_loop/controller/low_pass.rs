@@ -1,4 +1,4 @@
-//! The force through one pole at 50 Hz: what is done against buzz.
+//! The force through one pole at 50 Hz, a common remedy against buzz.
 
 use super::{Law, Seen, Velocity};
 

@@ -1,4 +1,4 @@
-//! A limit on the change of the force per tick, upwards and downwards: what many drivers do by
+//! A limit on the change of the force per tick, upwards and downwards, as many drivers have by
 //! default.
 
 use super::{Law, Seen};

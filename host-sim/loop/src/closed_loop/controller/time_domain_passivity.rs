@@ -3,8 +3,8 @@
 //! back.
 //!
 //! Against the *reference energy* (Ryu, Preusche, Hannaford and Hirzinger, IEEE Trans. Control
-//! Systems Technology 13, 2005) the port may never be behind what the model itself holds at that
-//! depth, so energy is not first stored and then lost.
+//! Systems Technology 13, 2005) the energy taken at the port may never fall below the energy stored
+//! in the model at that depth, so energy is not first stored and then lost.
 
 use std::collections::VecDeque;
 
@@ -12,7 +12,7 @@ use super::{Known, Law, Seen, TICK_S, Velocity};
 
 /// Strongest damping [N s/m].
 const MOST_N_S_PER_M: f32 = 5.0;
-/// Slower than this nothing is damped [m/s].
+/// Speed below which nothing is damped [m/s].
 const STILL_M_PER_S: f32 = 1e-4;
 
 #[derive(Clone, Debug)]
@@ -20,7 +20,7 @@ pub(super) struct TimeDomainPassivity {
     reference: bool,
     velocity: Velocity,
     max_force_n: f32,
-    /// Forces on their way, the one that acts first [N].
+    /// Forces sent and not yet acting [N], the first to act first.
     line_n: VecDeque<f32>,
     depth_m: f32,
     model_n: f32,
@@ -48,7 +48,7 @@ impl Law for TimeDomainPassivity {
         let in_m_per_s = self.velocity.track(seen.depth_m);
         let displacement_m = seen.depth_m - self.depth_m;
         let acted_n = self.line_n.pop_front().unwrap_or(0.0);
-        // a contact begins: the account is empty
+        // a contact begins: the energy account is zero
         if seen.model_n > 0.0 && self.model_n == 0.0 && self.line_n.iter().all(|f| *f == 0.0) && acted_n == 0.0 {
             (self.taken_j, self.reference_j) = (0.0, 0.0);
         }

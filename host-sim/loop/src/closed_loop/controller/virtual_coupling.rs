@@ -1,5 +1,5 @@
 //! A virtual coupling (Colgate, Stanley and Brown, IROS 1995): the hand feels a spring and a damper
-//! to a proxy, and the proxy rests where the model holds the spring. The proxy has no mass: one
+//! to a proxy, and the proxy rests where the model balances the spring. The proxy has no mass: one
 //! Newton step per tick brings it to its equilibrium, at once on a plain spring.
 
 use super::{Law, Seen, Velocity};

@@ -1,4 +1,4 @@
-//! A device that something is wrong with.
+//! A device with an injected fault.
 
 use std::collections::VecDeque;
 
@@ -9,9 +9,9 @@ use rand_xoshiro::rand_core::Rng;
 
 use super::{Drive, Reading};
 
-/// Readings that are kept for late ones.
+/// Readings that are stored for delayed ones.
 const KEPT: usize = 16;
-/// Numbers left out by a sensor that counts fast: it wraps every 16 readings.
+/// Sequence numbers skipped by a sensor that counts fast: it wraps every 16 readings.
 const LEAP: u32 = 0x1000_0000;
 
 /// Any device, with a fault in its readings or its forces.
@@ -26,11 +26,11 @@ pub struct Faulty<D> {
     drive: Option<Drive>,
     /// True readings, newest last.
     past: VecDeque<Sensed>,
-    /// As the loop got it last.
+    /// Reading that the loop received last.
     telemetry: Option<Sensed>,
-    /// Where it was when the fault began [m].
+    /// Position at the start of the fault [m].
     stuck_m: Vector3<f32>,
-    /// Added to every number.
+    /// Added to every sequence number.
     number_offset: u32,
     line_n: VecDeque<Vector3<f32>>,
     given_n: Vector3<f32>,
@@ -38,8 +38,8 @@ pub struct Faulty<D> {
 }
 
 impl<D: HapticDevice> Faulty<D> {
-    /// Nothing wrong yet. `normal` and `along` span what a fault may move a reading by, `site_m` is
-    /// what signs are counted from.
+    /// No fault yet. A fault moves a reading in the plane of `normal` and `along`; wrong signs are
+    /// relative to `site_m`.
     pub fn new(device: D, site_m: Vector3<f32>, normal: Vector3<f32>, along: Vector3<f32>, random: SplitMix64) -> Self {
         Self {
             device,
@@ -63,7 +63,7 @@ impl<D: HapticDevice> Faulty<D> {
         &mut self.device
     }
 
-    /// Adds to the number of every reading, so that a device may take the place of another.
+    /// Adds to the sequence number of every reading, so that a device may replace another.
     pub fn number_from(&mut self, number: u32) {
         self.number_offset = number;
     }
@@ -82,7 +82,7 @@ impl<D: HapticDevice> Faulty<D> {
         self.line_n.clear();
     }
 
-    /// The axis that the press moves along most: a fault of one axis is one of this.
+    /// The axis along which the press moves most: a fault of a single axis affects this one.
     fn axis(&self) -> usize {
         self.normal.iamax()
     }

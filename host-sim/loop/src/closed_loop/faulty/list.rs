@@ -1,4 +1,4 @@
-//! The faults of the campaign: what is injected, and what has to follow.
+//! The faults of the campaign: the injection and the required reaction.
 
 use palpate::Fault;
 use palpate::haptic::cycle::Ask;
@@ -13,14 +13,14 @@ const FAST: &[Fault] = &[Fault::OverSpeed];
 const FAR: &[Fault] = &[Fault::OverSpeed, Fault::OutOfWorkspace];
 const LATE: &[Fault] = &[Fault::DeadlineMissed];
 const NAN_FORCE: &[Fault] = &[Fault::ForceNotFinite];
-/// Ten ticks of it, or it has pushed the probe out before and asks for five more there: none of it
-/// acts.
+/// It lasts ten ticks, or it has pushed the probe out earlier and asks for five more there: no
+/// force of it acts.
 const LONG_FORCE: &[Fault] = &[Fault::ForceImplausible, Fault::TipApart];
 const NODE: &[Fault] = &[Fault::Diverged, Fault::ForceNotFinite];
 const AWAY: &[Fault] = &[Fault::Runaway, Fault::WrongSign];
-/// A light handle is too fast before it is far.
+/// A light handle exceeds the speed limit before it has moved far.
 const AWAY_FAST: &[Fault] = &[Fault::Runaway, Fault::OverSpeed, Fault::WrongSign];
-/// Faults that a wrong sign or a stuck reading may end in, if it can be detected.
+/// Faults in which a wrong sign or a stuck reading may end, if it can be detected.
 const WRONG_WAY: &[Fault] = &[
     Fault::Runaway,
     Fault::OverSpeed,
@@ -31,7 +31,7 @@ const WRONG_WAY: &[Fault] = &[
     Fault::WrongSign,
 ];
 
-/// Steps of such noise fit no count of the profile.
+/// The steps of such noise do not fit the profile's count.
 const NOISY: &[Fault] =
     &[Fault::UnitMismatch, Fault::OverSpeed, Fault::SensorFault, Fault::OutOfWorkspace, Fault::EnergyCreated, Fault::TipApart];
 
@@ -188,7 +188,7 @@ pub const FAULTS: &[FaultType] = &[
     tissue("N3-inf", "force infinite", TissueFault::Force(f32::INFINITY), 1, Expected::Fault(NAN_FORCE, 1)),
     tissue("N3-20", "force 20 N", TissueFault::Force(20.0), FOR_EVER, Expected::Fault(LONG_FORCE, 16)),
     tissue("N3-short", "force 20 N for 9 ticks", TissueFault::Force(20.0), 9, Expected::Bounded(WRONG_WAY)),
-    tissue("N3-12", "force 12 N, on and on", TissueFault::Force(12.0), FOR_EVER, Expected::Degraded(208)), // a pushed-out probe takes five more
+    tissue("N3-12", "force 12 N, on and on", TissueFault::Force(12.0), FOR_EVER, Expected::Degraded(208)), // a probe that is pushed out takes five more
     tissue("N4", "every speed denormal", TissueFault::Denormal(1e-41), 1, Expected::Ridden),
     tissue("N5", "force turned aside by 2 N", TissueFault::Aside(2.0), FOR_EVER, Expected::Bounded(WRONG_WAY)),
     tissue("C9-x3", "tissue three times as stiff in contact", TissueFault::Scaled(3.0), FOR_EVER, Expected::Bounded(WRONG_WAY)),

@@ -1,4 +1,4 @@
-//! A tissue that something is wrong with.
+//! A tissue with an injected fault.
 
 use std::sync::Arc;
 
@@ -20,12 +20,12 @@ pub struct FaultyTissue<'a, S> {
 }
 
 impl<'a, S: Surface> FaultyTissue<'a, S> {
-    /// Nothing wrong yet.
+    /// No fault yet.
     pub fn new(surface: &'a mut S) -> Self {
         Self { surface, fault: None, last_m: Vector3::zeros() }
     }
 
-    /// From the next tick on; what strikes the nodes strikes them once.
+    /// From the next tick on; a change of nodes is applied once.
     pub fn break_it(&mut self, fault: Option<TissueFault>) {
         match fault {
             Some(TissueFault::NodeSpeed(speed)) => self.surface.strike(None, Some(speed), false),

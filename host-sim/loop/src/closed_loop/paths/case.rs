@@ -1,4 +1,4 @@
-//! One path, drawn from a number.
+//! One path, derived from a number.
 
 use std::f64::consts::TAU;
 
@@ -8,7 +8,7 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use super::ground::{PathGround, PathPatch};
 use super::route::{Leg, Route};
 
-/// Ticks of motion and of the rest at the end: two seconds at least.
+/// Ticks of motion, and of the rest at the end: at least two seconds.
 const MOVING_TICKS: usize = 1400;
 const REST_TICKS: usize = 620;
 /// Speeds [m/s].
@@ -18,7 +18,7 @@ const FASTEST_M_PER_S: f64 = 3.0;
 const SOFTEST_PA: f64 = 1e3;
 const STIFFEST_PA: f64 = 100e3;
 
-/// Where a path goes.
+/// Kind of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PathKind {
     /// In through the surface, out anywhere below it.
@@ -123,7 +123,7 @@ impl Draw {
         low + (high - low) * self.share()
     }
 
-    /// Evenly over the logarithm.
+    /// Uniform in the logarithm.
     fn by_factor(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.share())
     }
@@ -143,7 +143,7 @@ impl Draw {
         let (sin, cos) = self.between(0.0, TAU).sin_cos();
         let middle: [f64; 2] = std::array::from_fn(|k| 0.5 * (low[k] + high[k]));
         let half: [f64; 2] = std::array::from_fn(|k| 0.5 * (high[k] - low[k]) + out_m);
-        // half of the time as if the outline were round, half as if it were a rectangle
+        // in half of the cases as if the outline were round, in half as if it were a rectangle
         let reach = if self.chance(0.5) { 1.0 } else { 1.0 / (cos.abs().max(sin.abs())) };
         [middle[0] + half[0] * cos * reach, middle[1] + half[1] * sin * reach]
     }

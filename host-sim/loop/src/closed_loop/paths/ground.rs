@@ -15,8 +15,8 @@ use palpate_tissue::session::packed;
 /// Static force at the guard's depth, as a multiple of the device's maximum force (1).
 const GUARD_SHARE: f64 = 1.09;
 
-/// The patches that ship, and how many of 1000 paths run on each: the large ones cost ten times as
-/// much per tick.
+/// The shipped patches, and the share of 1000 paths that run on each: the large ones cost ten times
+/// as much per tick.
 const SHIPPED: [(&str, &[u8], u32); 7] = [
     ("block-m4f-168", include_bytes!("../../../../../firmware/patches/block-m4f-168.patch"), 400),
     ("liver-m4f-168", include_bytes!("../../../../../firmware/patches/liver-m4f-168.patch"), 400),
@@ -51,14 +51,14 @@ pub struct PathPatch {
 /// Every patch and every device.
 #[derive(Clone, Debug)]
 pub struct PathGround {
-    /// The patches that ship.
+    /// The shipped patches.
     pub patches: Vec<PathPatch>,
     /// The devices.
     pub devices: Vec<DeviceProfile>,
 }
 
 impl PathGround {
-    /// Loads everything that ships.
+    /// Loads every shipped patch and profile.
     ///
     /// # Errors
     /// A patch or a profile that the core refuses.
@@ -94,7 +94,8 @@ impl PathPatch {
         Ok(Self { name, patch, params, share, shape, site, extent_m, curve })
     }
 
-    /// Depth of the guard for a device: where the static force is 1.09 times its longest [m].
+    /// Depth of the guard for a device: where the static force is 1.09 times the device's largest
+    /// [m].
     #[must_use]
     pub fn guard_depth_m(&self, youngs_modulus_pa: f64, force_limit_n: f64) -> f64 {
         depth_at_m(&self.curve, GUARD_SHARE * force_limit_n / youngs_modulus_pa)

@@ -1,4 +1,4 @@
-//! One path from arming to the end of its rest, every tick watched.
+//! One path from arming to the end of its rest, with every tick checked.
 
 use std::collections::VecDeque;
 
@@ -17,14 +17,14 @@ use crate::closed_loop::watch::{Broken, Seen, Tick, Watch};
 use palpate_tissue::patch::Memory;
 use palpate_tissue::scene::TICK_S;
 
-/// Ticks that are still run after a fault.
+/// Ticks that still run after a fault.
 const AFTER_FAULT_TICKS: u32 = 20;
 /// Half a side of the workspace: every path stays inside [m].
 const REACH_M: f32 = 0.5;
-/// Fastest honest motion that no fault may end [m/s].
+/// Largest speed of motion that a hand can make, which no fault may end [m/s].
 const HONEST_M_PER_S: f64 = 1.5;
-/// Sharpest corner or stop that cannot be taken for an encoder that sticks [m/s^2]: more than this
-/// no hand gives a stylus.
+/// Largest deceleration at a corner or stop that cannot be mistaken for a stuck encoder [m/s^2]: no
+/// hand gives a stylus more.
 const SHARPEST_M_PER_S2: f64 = 200.0;
 
 /// Result of one path.
@@ -38,10 +38,10 @@ pub struct PathOutcome {
     pub broken: Vec<(Broken, u32)>,
     /// Fault that ended it.
     pub fault: Option<Fault>,
-    /// The tip was no faster than honest motion until it ended, and no corner so sharp that the
-    /// fault is right to call the encoder stuck.
+    /// Until its end the tip was no faster than a hand, and no corner was so sharp that the encoder
+    /// may rightly be called stuck.
     pub honest: bool,
-    /// No hand is faster, nor turns more sharply, than this motion.
+    /// The motion is within the speed and acceleration of a hand.
     pub by_hand: bool,
     /// Energy created by the worst contact, from true positions and the force that acted [J].
     pub created_j: f64,
@@ -49,7 +49,7 @@ pub struct PathOutcome {
     pub peak_n: f32,
 }
 
-/// One tick of a run, for whoever looks closer.
+/// One tick of a run, for closer inspection.
 #[derive(Clone, Copy, Debug)]
 pub struct Track {
     /// True position [m].
@@ -69,7 +69,7 @@ pub(super) fn run(ground: &PathGround, case: &PathCase) -> Result<PathOutcome, B
 }
 
 impl PathCase {
-    /// Runs the case; `see` is shown every tick along the path.
+    /// Runs the case; `see` is called for every tick along the path.
     ///
     /// # Errors
     /// The loop or the patch refuses its settings.
@@ -91,7 +91,7 @@ impl PathCase {
         let mut watch = Watch::of(&settings, &device.limits).over(on.shape.clone());
         for n in 0..ARMING_TICKS {
             let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(n as usize).copied();
-            // arming happens far from the tissue, where a patch at rest answers with nothing
+            // arming happens far from the tissue, where a patch at rest gives no force
             let telemetry = cycle.tick(&mut device, &mut Nothing, Command { asked, ..Command::HEARD });
             let _armed = watch.check(&device.tick(&cycle, asked, telemetry));
         }
@@ -128,7 +128,7 @@ impl PathCase {
                 }
             }
         }
-        // no hand stops dead, nor starts by several counts at once: an encoder that sticks or has
+        // no hand stops dead or starts by several counts at once; an encoder that sticks or has
         // another unit does
         let stuck = matches!(outcome.fault, Some(Fault::SensorFault | Fault::UnitMismatch))
             && sharpest_m > SHARPEST_M_PER_S2 * TICK_S * TICK_S;
@@ -151,7 +151,7 @@ impl Renderer for Nothing {
     fn reset(&mut self) {}
 }
 
-/// A device that is where the path says, and counts.
+/// A device at the position of the path, with quantised readings.
 struct Scripted {
     limits: DeviceSpec,
     at_m: Vector3<f64>,
@@ -197,10 +197,10 @@ impl HapticDevice for Scripted {
     }
 }
 
-/// Work of the force that truly acts, late by whole ticks and smoothed by the amplifier, along the
-/// true path; contact by contact.
+/// Work of the true force, delayed by whole ticks and smoothed by the amplifier, along the true
+/// path, contact by contact.
 struct TrueEnergy {
-    /// Forces on their way to the amplifier [N], the newest last.
+    /// Forces not yet at the amplifier [N], the newest last.
     line_n: VecDeque<Vector3<f64>>,
     acting_n: Vector3<f64>,
     lag_s: f64,

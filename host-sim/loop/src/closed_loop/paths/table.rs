@@ -10,7 +10,7 @@ use super::case::{KINDS, PathCase};
 use super::ground::PathGround;
 use super::run::PathOutcome;
 
-/// Bad runs that are remembered.
+/// Number of bad runs that are recorded.
 const SHOWN: usize = 40;
 /// Energy that a contact may create [J].
 pub const CREATED_J: f64 = 0.01e-3;
@@ -24,20 +24,19 @@ pub struct PathRow {
     pub ticks: u64,
     /// Ticks with a force.
     pub ticks_with_force: u64,
-    /// Farthest that the sensed tip was outside the tissue with a force [m].
+    /// Largest distance of the sensed tip from the tissue with a force [m].
     pub outside_m: f64,
-    /// Most ticks in a row of a force with the tip more than 1 mm outside.
+    /// Longest run of ticks with a force and the tip more than 1 mm outside.
     pub outside_ticks: u32,
     /// Largest force into the tissue [N].
     pub into_n: f64,
-    /// Most ticks in a row in which the force turned round at rest.
+    /// Longest run of ticks in which the force alternated at rest.
     pub chatter_ticks: u32,
     /// Runs that broke an invariant, by its id.
     pub broken: BTreeMap<Cow<'static, str>, u64>,
-    /// Runs ended by a fault, by its number; and those among them with the tip no faster than
-    /// honest motion.
+    /// Runs ended by a fault, by its number; and those among them with motion that a hand can make.
     pub faults: BTreeMap<u8, u64>,
-    /// Of these, runs with honest motion.
+    /// Of these, runs with motion that a hand can make.
     pub honest_faults: BTreeMap<u8, u64>,
     /// Energy created by the worst contact [J].
     pub created_j: f64,
@@ -47,7 +46,7 @@ pub struct PathRow {
     pub by_hand: u64,
     /// Energy created by the worst contact of these [J].
     pub created_by_hand_j: f64,
-    /// Runs of these in which a contact created more than is allowed.
+    /// Of these, runs in which a contact created more than is allowed.
     pub creating_by_hand: u64,
     /// Strongest force [N].
     pub peak_n: f32,
@@ -60,7 +59,7 @@ pub struct PathTable {
     pub rows: Vec<PathRow>,
     /// Runs on each patch.
     pub patches: BTreeMap<Cow<'static, str>, u64>,
-    /// The first runs that broke an invariant or ended honest motion, as text.
+    /// The first runs that broke an invariant or ended motion that a hand can make, as text.
     pub examples: Vec<String>,
     /// The first runs by hand in which a contact created more than is allowed, as text.
     pub creating: Vec<String>,
@@ -159,7 +158,7 @@ impl PathTable {
 }
 
 impl PathCase {
-    /// The run in a line: what it was, and what was bad.
+    /// The run in one line: its description and its violations.
     #[must_use]
     pub fn telemetry(&self, ground: &PathGround, outcome: &PathOutcome) -> String {
         format!(

@@ -1,20 +1,20 @@
 //! Motion of a patch that nothing has touched since its reset.
 //!
-//! The number of substeps decides it alone: rounding and gravity move the nodes in the same way
-//! after every reset. It is computed once and copied afterwards, bit for bit. A campaign resets its
-//! patch before each run, and a good part of its ticks lie before the first touch.
+//! It depends on the number of substeps only: rounding and gravity move the nodes identically after
+//! every reset. It is computed once and copied afterwards, bit for bit. A campaign resets its patch
+//! before each run, and many of its ticks come before the first touch.
 
 use palpate::method::{Method, Product};
 use palpate::stages::force::foundation::{self, Load};
 use palpate::{Fault, Model, State, Tuned, Vector3};
 
-/// Substeps that are kept at most: those of arming, and of the slowest approach.
+/// Largest number of substeps that is stored: those of arming and of the slowest approach.
 const KEPT: usize = 2048;
 
 /// The nodes after a substep.
 #[derive(Debug)]
 struct Moved {
-    /// How many free nodes moved.
+    /// Number of free nodes that moved.
     active: u16,
     /// Position [m] and velocity [m/s] of each node.
     nodes: Vec<[Vector3<f32>; 2]>,
@@ -29,13 +29,12 @@ pub(super) struct Untouched {
 }
 
 impl Untouched {
-    /// The patch is at rest again. Of tissue that relaxes nothing is replayed: its memory is not
-    /// kept.
+    /// The patch is at rest again. Tissue that relaxes is not replayed: its memory is not stored.
     pub(super) fn reset(&mut self, tuned: &Tuned) {
         self.substeps = (!tuned.relaxes()).then_some(0);
     }
 
-    /// The nodes have been moved, or the tissue is another: until the next reset every substep is
+    /// The nodes were moved, or the tissue was changed: until the next reset every substep is
     /// computed.
     pub(super) fn disturb(&mut self) {
         self.substeps = None;
@@ -50,8 +49,8 @@ impl Untouched {
 impl Method for Untouched {
     fn force(&mut self, model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, m_per_s: Vector3<f32>) -> Load {
         if self.next().is_some() {
-            // changes no node unless a point of the surface is inside the probe, and then it is
-            // pressed anew below
+            // changes no node unless a point of the surface is inside the probe, in which case it
+            // is pressed again below
             let load = foundation::press(model, tuned, state, tip_m, m_per_s);
             if load.strongest.0 == 0.0 {
                 return load;
@@ -92,7 +91,7 @@ mod tests {
 
     use crate::closed_loop::surface::{Surface, TissueSurface, with_tissue};
 
-    /// Depth of the tip in each tick [m]: above the surface for so long, then to 3 mm at 0.1 m/s
+    /// Depth of the tip in each tick [m]: above the surface for this time, then to 3 mm at 0.1 m/s
     /// and out again.
     fn depths_m(above: u16) -> impl Iterator<Item = f32> {
         let press = (0..70).map(|n: u16| 1e-4 * f32::from(n.min(70 - n)) - 5e-4);
@@ -130,7 +129,7 @@ mod tests {
                     assert!(on(surface, &patch, &params, above) == plain(&patch, &params, above), "{above} ticks above");
                 }
                 assert!(!surface.untouched.known.is_empty());
-                // a node that is struck moves on from where it is
+                // a node that is displaced continues from its new place
                 surface.reset();
                 let still = on(surface, &patch, &params, 3).split_off(3);
                 surface.reset();

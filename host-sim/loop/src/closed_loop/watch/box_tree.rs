@@ -1,7 +1,7 @@
 //! A tree of axis-aligned boxes over triangles or tetrahedra: queries for the nearest item and for
 //! an item that contains a point.
 
-/// Items in a leaf at most.
+/// Largest number of items in a leaf.
 const LEAF: usize = 4;
 
 /// Lower and upper corner of a box [m].
@@ -64,7 +64,7 @@ impl BoxTree {
         self.grow(boxes, half, to);
     }
 
-    /// Whether `holds` is true of an item whose box, widened by `wider_m`, contains the point.
+    /// Whether `holds` is true for an item whose box, widened by `wider_m`, contains the point.
     pub(super) fn any(&self, p: &[f64; 3], wider_m: f64, mut holds: impl FnMut(usize) -> bool) -> bool {
         self.any_below(0, p, wider_m * wider_m, &mut holds)
     }
@@ -88,7 +88,7 @@ impl BoxTree {
         best
     }
 
-    /// Looks below a branch, the square of whose distance is at least `least_m2`.
+    /// Searches below a branch; the square of its distance is at least `least_m2`.
     fn nearest_below(
         &self,
         (at, least_m2): (usize, f64),
@@ -102,7 +102,7 @@ impl BoxTree {
         }
         if branch.items == 0 {
             let mut children = [branch.at as usize, at + 1].map(|n| (n, square_to(&self.branches[n].corners, p)));
-            // the nearer child first, of equal ones the second
+            // the nearer child first, the second one if both are equally near
             if children[1].1 < children[0].1 {
                 children.swap(0, 1);
             }

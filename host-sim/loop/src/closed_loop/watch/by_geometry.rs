@@ -1,7 +1,8 @@
 //! Invariants from the sensed tip and geometry at rest: I12 force without contact, I13 force into
 //! the tissue, I14 chatter at rest.
 //!
-//! Nothing that the loop or the patch says is read here: the reading went in, the force came out.
+//! Nothing reported by the loop or the patch is used: only the reading that went in and the force
+//! that came out.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -12,19 +13,20 @@ use palpate::haptic::device::{Sensed, SensorStatus};
 use super::Broken;
 use super::rest_shape::RestShape;
 
-/// How far the sensed tip may be outside the tissue at rest while a force acts [m] ...
+/// Distance from the tissue at rest beyond which the sensed tip may not be while a force acts [m]
+/// ...
 const OUTSIDE_M: f64 = 1e-3;
-/// ... for more than so many ticks before it is back.
+/// ... for more than this many ticks before it returns.
 const OUTSIDE_TICKS: u32 = 5;
 /// Largest share of the force that may point into the tissue [N].
 const INTO_N: f64 = 0.02;
-/// Readings that are kept, to find where the tip came in when a force comes late.
+/// Readings that are stored, to find where the tip entered if a force is delayed.
 const TRAIL_TICKS: usize = 64;
 /// Ticks with the same reading after which the tip counts as at rest.
 const REST_TICKS: u32 = 50;
 /// Change of the force from tick to tick that counts [N] ...
 const CHATTER_N: f32 = 0.02;
-/// ... when it turns round so many ticks in a row.
+/// ... if it alternates this many ticks in a row.
 const CHATTER_TICKS: u32 = 10;
 
 /// Extremes over a run, whether or not they break an invariant.
@@ -32,23 +34,23 @@ const CHATTER_TICKS: u32 = 10;
 pub struct Seen {
     /// Ticks with a force.
     pub ticks_with_force: u64,
-    /// Farthest that the sensed tip was outside the tissue while a force acted [m].
+    /// Largest distance of the sensed tip from the tissue while a force acted [m].
     pub outside_m: f64,
-    /// Most ticks in a row with a force and the tip more than 1 mm outside.
+    /// Longest run of ticks with a force and the tip more than 1 mm outside.
     pub outside_ticks: u32,
     /// Largest force into the tissue [N].
     pub into_n: f64,
-    /// Most ticks in a row in which the force turned round at rest.
+    /// Longest run of ticks in which the force alternated at rest.
     pub chatter_ticks: u32,
 }
 
-/// Judges tick after tick; [`super::Watch::over`] asks it among all else, and it stands alone where
-/// only readings and forces are seen.
+/// Checks tick by tick. [`super::Watch::over`] includes it, and it can be used alone where only
+/// readings and forces are known.
 #[derive(Clone, Debug)]
 pub struct ByGeometry {
     shape: Arc<dyn RestShape>,
-    /// Outward normals of the surface by which the tip came in, several at an edge; they only
-    /// change while the tip is outside, or at a first touch.
+    /// Outward normals of the surface through which the tip entered, several at an edge; they
+    /// change only while the tip is outside, or at a first touch.
     entry: Vec<Vector3<f64>>,
     /// The last readings, the newest at the back.
     trail_m: VecDeque<Vector3<f64>>,
@@ -62,7 +64,7 @@ pub struct ByGeometry {
 }
 
 impl ByGeometry {
-    /// Nothing seen yet, on this shape.
+    /// Before the first tick, on this shape.
     #[must_use]
     pub fn over(shape: Arc<dyn RestShape>) -> Self {
         let zero = Vector3::zeros();
@@ -77,7 +79,7 @@ impl ByGeometry {
         self.seen
     }
 
-    /// Judges a tick by its reading and the force on the device [N].
+    /// Checks a tick by its reading and the force on the device [N].
     ///
     /// # Errors
     /// The first invariant that it breaks.
@@ -88,11 +90,11 @@ impl ByGeometry {
         }
         self.trail_m.push_back(reading.position_m.cast());
         if force_n == Vector3::zeros() {
-            // a force that comes and goes outside is counted on until the tip is back
+            // a force that comes and goes outside is counted until the tip returns
             if self.outside > 0 && self.shape.outside_m(&reading.position_m.cast()) <= OUTSIDE_M {
                 self.outside = 0;
             }
-            // a tip that stays inside without a force has not come in anew
+            // a tip that stays inside without a force has not entered again
             if !self.entry.is_empty() && !self.shape.inside(&reading.position_m.cast()) {
                 self.entry.clear();
             }
@@ -101,13 +103,13 @@ impl ByGeometry {
         self.seen.ticks_with_force += 1;
         let readable = reading.position_m.iter().all(|c| c.is_finite()) && reading.status == SensorStatus::Good;
         if !readable || !force_n.iter().all(|c| c.is_finite()) {
-            // I1 and I7 judge these
+            // I1 and I7 check these
             return Ok(());
         }
         let tip_m = reading.position_m.cast::<f64>();
         let (outside_m, inside) = self.shape.place(&tip_m);
         self.outside = if outside_m > OUTSIDE_M { self.outside + 1 } else { 0 };
-        // one reading outside may be a glitch: the tip is where two in a row say
+        // one reading outside may be a glitch: two in a row are needed
         let before_m = self.trail_m.iter().rev().nth(1).copied().unwrap_or(tip_m);
         if self.entry.is_empty() || !inside && !self.shape.inside(&before_m) {
             self.entry = self.shape.normals(&if inside { self.came_in_m() } else { tip_m });
@@ -128,7 +130,7 @@ impl ByGeometry {
         }
     }
 
-    /// Where the tip was outside last, for two readings in a row, or else the newest reading [m].
+    /// Last position of the tip outside for two readings in a row, or else the newest reading [m].
     fn came_in_m(&self) -> Vector3<f64> {
         let mut newest = self.trail_m.iter().rev();
         let mut later = newest.next().copied().unwrap_or_default();
@@ -142,7 +144,7 @@ impl ByGeometry {
         end_m
     }
 
-    /// Whether the force has turned round from tick to tick for too long while the tip rests.
+    /// Whether the force has alternated from tick to tick for too long while the tip rests.
     fn chatters(&mut self, at_m: Vector3<f32>, force_n: Vector3<f32>) -> bool {
         let change_n = force_n - self.last_n;
         self.rest = if at_m == self.last_m { self.rest + 1 } else { 0 };

@@ -1,8 +1,8 @@
 //! Where a force is possible, from geometry at rest alone: a plane, or the solid that a patch's
 //! tets fill.
 //!
-//! The watch believes neither the patch nor the loop on contact. It asks this, in double precision,
-//! with the *sensed* tip.
+//! The check of contact relies neither on the patch nor on the loop: it uses this geometry, in
+//! double precision, with the *sensed* tip.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -23,21 +23,21 @@ const EQUALLY_NEAR_M: f64 = 1e-7;
 const RIM: usize = 16;
 const SEGMENT: usize = 17;
 
-/// Geometry at rest, of whatever is touched.
+/// Geometry at rest of the touched surface.
 pub trait RestShape: Debug + Send + Sync {
-    /// Distance of a tip from the places where it can feel a force [m]; zero where it can.
+    /// Distance of a tip from the region where a force is possible [m]; zero inside it.
     fn outside_m(&self, tip_m: &Vector3<f64>) -> f64;
 
     /// Whether a tip is inside the tissue.
     fn inside(&self, tip_m: &Vector3<f64>) -> bool;
 
-    /// [`Self::outside_m`] and [`Self::inside`] of one tip, for no more than the dearer of them.
+    /// [`Self::outside_m`] and [`Self::inside`] of one tip, at the cost of the more expensive one.
     fn place(&self, tip_m: &Vector3<f64>) -> (f64, bool) {
         (self.outside_m(tip_m), self.inside(tip_m))
     }
 
-    /// Outward normals of the touchable surface that the probe's end can press at once: within its
-    /// radius, the nearest in any case.
+    /// Outward normals of the touchable surface that the probe's end can press at once: those
+    /// within its radius, and always the nearest.
     fn normals(&self, tip_m: &Vector3<f64>) -> Vec<Vector3<f64>>;
 }
 
@@ -69,9 +69,9 @@ impl RestShape for HalfSpace {
 pub struct Placed {
     /// The shape in its own frame.
     pub shape: Arc<dyn RestShape>,
-    /// From the frame of the questions to the shape's own.
+    /// From the caller's frame to the shape's own.
     pub turn: Matrix3<f64>,
-    /// Where the origin of the questions is in the shape's frame [m].
+    /// Origin of the caller's frame in the shape's frame [m].
     pub shift_m: Vector3<f64>,
 }
 
@@ -107,7 +107,7 @@ pub struct RestSolid {
     skin: Vec<[u32; 3]>,
     skin_tree: BoxTree,
     probe: Probe,
-    /// Where the probe is an ellipsoid: the tissue in a frame in which it is a ball of its radius.
+    /// For an ellipsoid: the tissue in a frame in which the probe is a ball of its radius.
     stretched: Option<Stretched>,
 }
 
@@ -117,7 +117,7 @@ struct Stretched {
     into: Matrix3<f64>,
     nodes_m: Vec<Vector3<f64>>,
     boundary_tree: BoxTree,
-    /// Largest factor by which a length grows (1).
+    /// Largest factor by which a distance grows (1).
     most: f64,
 }
 
@@ -127,8 +127,8 @@ impl RestSolid {
     pub fn of(model: &Model, probe: &Probe) -> Self {
         let nodes_m: Vec<Vector3<f64>> = model.nodes.iter().map(|n| Vector3::from(n.rest_m).cast()).collect();
         let tets: Vec<[u32; 4]> = model.tets.iter().map(|t| t.node.map(u32::from)).collect();
-        // what faces away from the handle by more than 30 degrees cannot be pressed by a probe that
-        // has one
+        // a surface that faces away from the handle by more than 30 degrees cannot be pressed by a
+        // probe with a handle
         let axis = probe.axis.cast::<f64>();
         let faces_handle = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|n| nodes_m[n as usize]);
@@ -212,9 +212,9 @@ impl RestSolid {
         tip_m + self.probe.axis.cast::<f64>() * arm_m
     }
 
-    /// Whether a tip is on the outer side, or at most [`BELOW_M`] below, of a touchable triangle
-    /// that the probe's end overlaps, or else of the nearest. Triangles that meet at an edge are
-    /// equally near to a ball outside it: it is enough to be above one of them.
+    /// Whether a tip is on the outer side of (or at most [`BELOW_M`] below) a touchable triangle
+    /// that the probe's end overlaps, or else the nearest triangle. Triangles that meet at an edge
+    /// are equally near to a ball outside it: it is enough to be above one of them.
     fn above_skin(&self, tip_m: &Vector3<f64>) -> bool {
         let end_m = self.end_m(tip_m);
         let Some((foot_m, _)) = self.skin_near(&end_m) else { return false };
@@ -248,7 +248,7 @@ impl RestSolid {
 }
 
 impl RestSolid {
-    /// Between a capsule around `end_m` and the tissue. What touches between two samples of the
+    /// Between a capsule around `end_m` and the tissue. A contact between two samples of the
     /// segment is nearer than either, by Pythagoras.
     fn capsule_gap_m(&self, end_m: &Vector3<f64>, length_m: f64, along: &Vector3<f64>) -> f64 {
         let spacing_m = length_m / (SEGMENT - 1) as f64;
@@ -258,8 +258,8 @@ impl RestSolid {
         (between_m - f64::from(self.probe.radius_m)).max(0.0)
     }
 
-    /// Between an ellipsoid around `end_m` and the tissue: zero where they meet, at most the gap
-    /// elsewhere.
+    /// Between an ellipsoid around `end_m` and the tissue: zero if they overlap, otherwise at most
+    /// the gap.
     fn ellipsoid_gap_m(&self, end_m: &Vector3<f64>) -> f64 {
         let Some(stretched) = self.stretched.as_ref().filter(|_| !self.contains(end_m)) else { return 0.0 };
         let end = stretched.into * end_m;
@@ -272,8 +272,8 @@ impl RestSolid {
     }
 }
 
-/// The map that makes a ball of an ellipsoid, and the largest factor by which it makes a length
-/// grow (1).
+/// The map that turns an ellipsoid into a ball, and the largest factor by which it lengthens a
+/// distance (1).
 fn stretch(probe: &Probe) -> Option<(Matrix3<f64>, f64)> {
     let ProbeShape::Ellipsoid { semi_axes_m, along } = probe.shape else { return None };
     let (axis, along) = (probe.axis.cast::<f64>(), along.cast::<f64>());

@@ -30,10 +30,10 @@ struct Triangulation<'a> {
     tets: Vec<[u32; 4]>,
     /// Neighbour across the face opposite each corner, shape [tets][4]; `OUTSIDE` on the hull.
     neighbours: Vec<[u32; 4]>,
-    /// Verdict of the insertion under way, shape [tets]: `2 p` conflicts with point p, `2 p + 1`
-    /// does not.
+    /// Result of the current insertion, shape [tets]: `2 p` conflicts with point p, `2 p + 1` does
+    /// not.
     verdict: Vec<u32>,
-    /// Slots of tets that are gone.
+    /// Slots of removed tets.
     free: Vec<u32>,
     /// The newest tet, where the next search starts.
     last: u32,
@@ -88,7 +88,7 @@ impl<'a> Triangulation<'a> {
     fn insert(&mut self, p: u32) -> Option<()> {
         let start = self.locate(p)?;
         if !self.circumsphere_holds(start, p) {
-            return None; // p is a corner of the tet that holds it
+            return None; // p is a corner of the tet that contains it
         }
         self.carve(start, p);
         self.open.clear();

@@ -10,7 +10,7 @@ use super::vector::{Vec3, distance};
 const MAX_RING: usize = 9;
 /// A flip must raise the worst tet by this share, else rounding could flip back and forth for ever.
 const GAIN: f64 = 1.0 + 1e-6;
-/// Quality of a tet that crosses the shell, as a share of its shape: it is the first to go.
+/// Quality of a tet that crosses the shell, as a share of its shape quality: it is removed first.
 const CROSSING: f64 = 0.25;
 const DEAD: [u32; 4] = [u32::MAX; 4];
 
@@ -35,8 +35,8 @@ impl<'a> Complex<'a> {
         self.tets.into_iter().filter(|t| *t != DEAD).collect()
     }
 
-    /// Worst tet around `node` if it were `there`; a tet also counts as worse if that edge is below
-    /// `short`.
+    /// Worst tet around `node` if the node were `there`; an edge below `short` also lowers a tet's
+    /// quality.
     pub fn worst_around(&self, node: usize, there: Vec3, short: f64) -> f64 {
         let corner = |n: u32| if n as usize == node { there } else { self.cloud.at[n as usize] };
         let score = |t: &u32| {
@@ -54,7 +54,7 @@ impl<'a> Complex<'a> {
         }
     }
 
-    /// Flips around every tet worse than `good` until none helps; whether any did.
+    /// Flips around every tet worse than `good` until no flip helps; returns whether any did.
     pub fn flip_below(&mut self, good: f64) -> bool {
         let mut flipped = false;
         let mut t = 0;
@@ -94,7 +94,7 @@ impl<'a> Complex<'a> {
         new.iter().for_each(|t| self.add(*t));
     }
 
-    /// Tets that hold all of `nodes`.
+    /// Tets that contain all of `nodes`.
     fn star(&self, nodes: &[u32]) -> Vec<u32> {
         let holds = |t: &&u32| nodes.iter().all(|n| self.tets[**t as usize].contains(n));
         self.around[nodes[0] as usize].iter().filter(holds).copied().collect()
@@ -229,8 +229,8 @@ mod tests {
 
     #[test]
     fn long_edge_within_one_block_face_is_swapped() {
-        // Same wedge opened flat: 0, 1, 2, 3 share the face x = 0 and the edge 0-1 crosses it the
-        // long way.
+        // Same wedge opened flat: 0, 1, 2, 3 share the face x = 0, which the edge 0-1 crosses along
+        // its longer diagonal.
         let mut cloud = wedge([true, false, false]);
         cloud.at[2..].clone_from_slice(&[[0.0, -1.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]);
         let around = [[0, 1, 4, 2], [0, 1, 3, 4]];

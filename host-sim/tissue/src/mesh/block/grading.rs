@@ -1,5 +1,5 @@
-//! Element size in a box, and how many nodes that size asks for. Unit of length: the longest side
-//! of the block.
+//! Element size in a box, and the number of nodes that it requires. Unit of length: the longest
+//! side of the block.
 
 use super::vector::Vec3;
 
@@ -12,8 +12,8 @@ const MAX_GROWTH: f64 = 0.8;
 /// one element.
 const PER_AREA: f64 = 1.1547;
 const PER_VOLUME: f64 = 1.45;
-/// Elements around a patch are this much longer than the size asked for: the fewest nodes that keep
-/// the mean edge within 15 % of it.
+/// Factor by which elements around a patch are longer than the requested size: the fewest nodes
+/// that keep the mean edge within 15 % of it.
 const LONGER: f64 = 1.09;
 /// Quadrature points per axis on each side of the fine spot.
 const SAMPLES: usize = 12;
@@ -29,7 +29,7 @@ pub(super) struct Grading {
     pub spot: Vec3,
     /// The spot travels from `spot - half_stroke` to `spot + half_stroke`.
     pub half_stroke: Vec3,
-    /// Radius around that way on which nodes are held.
+    /// Radius of the half sphere around that segment on which nodes are held.
     pub shell: Option<f64>,
     pub fine_radius: f64,
     /// Element size within the fine radius.
@@ -81,7 +81,7 @@ impl Grading {
             }
         }
         // Whole numbers on edges and faces may add up to more than `nodes`: a slightly larger
-        // element cures that.
+        // element prevents that.
         while large < self.max_size() {
             self.set_fine_size(large);
             if let Ok(budget) = self.round(nodes) {
@@ -104,8 +104,8 @@ impl Grading {
         RealBudget { edges, faces, volume: self.volume_nodes(&edges, &faces) }
     }
 
-    /// The budget in whole nodes, the volume taking what is left; `Err` is what edges and faces
-    /// alone need.
+    /// The budget in whole nodes, the rest going to the volume; `Err` is the number that edges and
+    /// faces alone need.
     fn round(&self, nodes: usize) -> Result<Budget, usize> {
         let edges: [f64; 12] = std::array::from_fn(|e| (self.integral(edge_axes(e)) - 0.5).max(0.0).floor());
         let faces: [f64; 6] = std::array::from_fn(|f| (self.face_nodes(f, &edges) + 0.5).floor());
@@ -119,7 +119,7 @@ impl Grading {
         })
     }
 
-    /// The budget that the sizes ask for as they are, with a shell.
+    /// The budget that the given sizes require, with a shell.
     pub fn with_shell(&self) -> Budget {
         let asked = Self { fine_size: LONGER * self.fine_size, growth: LONGER * self.growth, ..*self };
         let RealBudget { edges, faces, volume } = asked.real_budget();
@@ -138,7 +138,7 @@ impl Grading {
         budget
     }
 
-    /// A node on an edge fills half its cell of the face, a corner a quarter: those are taken off.
+    /// A node on an edge fills half its cell of the face, a corner a quarter: those are subtracted.
     fn face_nodes(&self, face: usize, edges: &[f64; 12]) -> f64 {
         let rim: f64 = (0..12).filter(|e| edge_on_face(*e, face)).map(|e| edges[e]).sum();
         (PER_AREA * self.integral(face_axes(face)) - 0.5 * rim - 1.0).max(0.0)

@@ -10,18 +10,18 @@ use super::vector::{Vec3, add_scaled, distance, sub};
 const ROUNDS: usize = 60;
 /// Bars are this much longer than wanted, so that they push everywhere.
 const OVERLENGTH: f64 = 1.15;
-/// Share of the pushing that is walked in one round.
+/// Share of the computed displacement that is applied per round.
 const STEP: f64 = 0.15;
 /// A bar on the surface counts this many times: the triangles there matter most.
 const SURFACE_WEIGHT: f64 = 2.0;
-/// Elements between a node and any face that it does not lie on, at least.
+/// Least distance of a node from any face that it does not lie on, in elements.
 const MARGIN: f64 = 0.3;
-/// Elements between the shell and a node that is not on it, at least: about the height of a regular
-/// tet, so that the next layer stands on the shell. At 0.5 half of the coarse patches have Delaunay
-/// tets that cross it, at 0.8 none of 48 had.
+/// Least distance between the shell and a node that is not on it, in elements: about the height of
+/// a regular tet, so that the next layer rests on the shell. At 0.5 half of the coarse patches have
+/// Delaunay tets that cross it, at 0.8 none of 48 had.
 const OFF_SHELL: f64 = 0.8;
 
-/// Relaxes the cloud; the tets of the last position, or `None` if two nodes fell together.
+/// Relaxes the cloud; returns the tets of the last positions, or `None` if two nodes coincide.
 pub(super) fn relax(cloud: &mut Cloud, grading: &Grading) -> Option<Vec<[u32; 4]>> {
     for _ in 0..ROUNDS {
         let bars = edges(&delaunay(&cloud.at)?);

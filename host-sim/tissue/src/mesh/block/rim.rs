@@ -1,5 +1,5 @@
-//! The block around a patch: element sizes given outright, and nodes on the half sphere along which
-//! the patch is cut out.
+//! The block around a patch: given element sizes, and nodes on the half sphere along which the
+//! patch is cut out.
 
 use super::grading::Grading;
 use super::relax::relax;
@@ -9,24 +9,24 @@ use super::vector::{Vec3, add_scaled};
 use super::{BlockError, MAX_GROWTH, MAX_NODES, MIN_QUALITY, check_size, check_spot, radius_ratio, to_metres, to_unit, unit_box};
 use crate::mesh::TetMesh;
 
-/// How a whole organ is meshed around the patch that will be cut out of it.
+/// Element sizes of a whole organ around the patch that will be cut out of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sizes {
     /// Radius of the patch around the site [m].
     pub radius_m: f64,
     /// Edge length at the site [m].
     pub fine_m: f64,
-    /// Edges are that long within this distance of the site [m].
+    /// Distance from the site within which edges have that length [m].
     pub fine_radius_m: f64,
     /// Growth of the edge length per distance beyond it (1).
     pub growth: f64,
-    /// How far the site travels [m], centred on the site: the patch is then all within `radius_m`
-    /// of that segment. Zero for a patch that stays.
+    /// Length of the site's stroke [m], centred on the site: the patch is then everything within
+    /// `radius_m` of that segment. Zero for a fixed site.
     pub stroke_m: [f64; 3],
 }
 
-/// Arrangements that are tried until no tet crosses the shell; else the one with the fewest is
-/// taken.
+/// Number of arrangements that are tried until no tet crosses the shell; otherwise the one with the
+/// fewest crossings is used.
 const ATTEMPTS: u32 = 6;
 /// Steps that halve the search for the nearest spec that works.
 const HALVINGS: usize = 24;
@@ -34,14 +34,14 @@ const HALVINGS: usize = 24;
 /// Meshes a block (`size_m` along x, y, z, top face at z = 0) around a site on its top face.
 ///
 /// Edges have the length that `sizes` asks for, but no more than half the gap between patch and
-/// wall. The tets whose centroid is within `sizes.radius_m` of the site (of its way, if it travels)
-/// hang together by faces and end on that half sphere: the rim nodes are on it, but for a few faces
-/// where no sound tets would fit. Another `variant` arranges as many nodes in another way; the same
-/// bits for the same arguments on every machine.
+/// wall. The tets whose centroid is within `sizes.radius_m` of the site (or of its stroke) are
+/// connected by faces and end on that half sphere: the rim nodes are on it, except at a few faces
+/// where no sound tets would fit. Another `variant` arranges the same number of nodes differently;
+/// the bits are the same for the same arguments on every machine.
 ///
 /// # Errors
-/// Sizes that are no lengths, that do not fit the block or that ask for more nodes than a patch
-/// file can name.
+/// Sizes that are not lengths, do not fit the block, or require more nodes than a patch file can
+/// index.
 pub fn block_with_rim(size_m: [f64; 3], at_m: [f64; 2], sizes: &Sizes, variant: u32) -> Result<TetMesh, BlockError> {
     let grading = checked(size_m, at_m, sizes)?;
     let budget = grading.with_shell();
@@ -106,7 +106,7 @@ fn checked(size_m: [f64; 3], at_m: [f64; 2], sizes: &Sizes) -> Result<Grading, B
     Ok(grading)
 }
 
-/// Refuses more nodes than a patch file can name; `most_m` is the largest element that the patch
+/// Refuses more nodes than a patch file can index; `most_m` is the largest element that the patch
 /// admits.
 fn check_nodes(grading: &Grading, sizes: &Sizes, most_m: f64) -> Result<(), BlockError> {
     let with = |fine_m: f64, growth: f64| {
@@ -142,7 +142,7 @@ fn centroid(at: &[Vec3], tet: [u32; 4]) -> Vec3 {
     tet.into_iter().fold([0.0; 3], |sum, n| add_scaled(sum, 0.25, at[n as usize]))
 }
 
-/// Whether the tets on one side hang together by faces.
+/// Whether the tets on one side are connected by faces.
 fn in_one_piece(tets: &[[u32; 4]], inside: &[bool], side: bool) -> bool {
     let chosen: Vec<usize> = (0..tets.len()).filter(|t| inside[*t] == side).collect();
     let mut faces: Vec<([u32; 3], usize)> = vec![];

@@ -73,8 +73,8 @@ fn measure(mesh: &TetMesh, at_m: [f64; 2], sizes: &Sizes) -> Patch {
     }
 }
 
-/// Radius [mm], size [mm], growth, and the least and most nodes: around those that answered well
-/// when patches were cut out jagged.
+/// Radius [mm], size [mm], growth, and the least and most nodes: close to those that worked well
+/// for patches with jagged rims.
 const RECIPES: [(f64, f64, f64, [usize; 2]); 3] =
     [(17.0, 5.2, 0.45, [60, 75]), (18.0, 4.0, 0.45, [105, 130]), (20.0, 3.0, 0.36, [210, 260])];
 
@@ -112,7 +112,7 @@ fn patch_volume_is_the_half_capsule_less_the_chords() {
             let pi = std::f64::consts::PI;
             let smooth = 2.0 / 3.0 * pi * r.powi(3) + 0.5 * pi * r * r * l;
             let sphere = 2.0 * pi * r * r * (s * s / (8.0 * r));
-            // A cylinder is curved one way only: half the sag.
+            // A cylinder is curved in one direction only: half the sag.
             let cylinder = pi * r * l * (s * s / (16.0 * r));
             let missing = smooth - patch.volume_m3;
             let expected = sphere + cylinder;

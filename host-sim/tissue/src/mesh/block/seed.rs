@@ -1,4 +1,5 @@
-//! Where the nodes start: corners, then edges, faces and the volume, each filled to its budget.
+//! Start positions of the nodes: corners, then edges, faces and the volume, each filled to its
+//! budget.
 
 use super::grading::{Budget, Grading, Span, edge_axes, face_axes};
 use super::vector::{Vec3, distance};
@@ -11,10 +12,10 @@ const STEPS: [f64; 4] = [0.856_674_883_854_502_9, 0.733_891_856_627_126, 0.628_7
 
 /// Starts of the sequence for the next variant: irrational, so that no two variants start alike.
 const SHIFTS: [f64; 4] = [0.414_213_562_373_095_1, 0.732_050_807_568_877_2, 0.236_067_977_499_789_8, 0.645_751_311_064_590_6];
-/// Elements between the shell and a node that starts off it, at least.
+/// Least distance between the shell and a node that starts off it, in elements.
 const OFF_SHELL: f64 = 0.5;
 
-/// Where a node lies as the shell sees it. Without a shell every node is `Outside`.
+/// Position of a node relative to the shell. Without a shell every node is `Outside`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) enum Side {
     Inside,
@@ -28,7 +29,7 @@ pub(super) enum Side {
 pub(super) struct Cloud {
     pub at: Vec<Vec3>,
     pub pinned: Vec<[bool; 3]>,
-    /// Side of the shell on which each stays.
+    /// Side of the shell on which each node stays.
     pub side: Vec<Side>,
 }
 
@@ -152,8 +153,8 @@ pub(super) fn points(grading: &Grading, domain: Domain, variant: u32, count: usi
     offered(grading, domain, variant).map(|(point, _)| point).take(count)
 }
 
-/// Points spread evenly over `domain` without end, each with a number from 0 to 1 that is
-/// independent of its place.
+/// An endless sequence of points spread evenly over `domain`, each with a number from 0 to 1 that
+/// is independent of its place.
 fn offered(grading: &Grading, domain: Domain, variant: u32) -> impl Iterator<Item = (Vec3, f64)> {
     let turn = |shift: f64| {
         let x = 0.5 + f64::from(variant) * shift;
@@ -187,7 +188,7 @@ impl Domain {
         }
     }
 
-    /// The point at fractions `t` of the box around the domain, unless it is missed.
+    /// The point at fractions `t` of the box around the domain, if it lies in the domain.
     fn point(self, grading: &Grading, t: Vec3) -> Option<Vec3> {
         let [low, high] = grading.shell_box();
         let within = |k: usize| low[k] + t[k] * (high[k] - low[k]);
@@ -198,7 +199,7 @@ impl Domain {
         }
     }
 
-    /// Whether a node at `p` keeps off the shell, or is meant to be on it.
+    /// Whether a node at `p` is far enough from the shell, or meant to be on it.
     fn clear(self, grading: &Grading, p: Vec3, size: f64) -> bool {
         !matches!(self, Self::Block(_)) || grading.hold(grading.side_of(p), p, OFF_SHELL * size) == p
     }

@@ -16,7 +16,7 @@ const LAYER: f64 = 0.125;
 const SAMPLES: usize = 1024;
 
 impl Grading {
-    /// Distance to the way of the spot.
+    /// Distance to the stroke of the spot.
     pub fn away(&self, p: Vec3) -> f64 {
         distance(p, self.nearest(p))
     }
@@ -45,7 +45,7 @@ impl Grading {
         sides.fold(p[2] - self.low[2], f64::min)
     }
 
-    /// Distance from the way of the spot to the nearest wall.
+    /// Distance from the stroke of the spot to the nearest wall.
     pub fn way_to_wall(&self) -> f64 {
         let end = |s: f64| self.wall_distance(add_scaled(self.spot, s, self.half_stroke));
         end(-1.0).min(end(1.0))
@@ -57,7 +57,7 @@ impl Grading {
         self.fine_size.min(0.5 * gap)
     }
 
-    /// Side of the shell that `p` is on; never `Shell`, which a node is only by intent.
+    /// Side of the shell that `p` is on; never `Shell`, which is assigned to nodes explicitly.
     pub fn side_of(&self, p: Vec3) -> Side {
         if self.shell.is_some_and(|radius| self.away(p) < radius) { Side::Inside } else { Side::Outside }
     }
@@ -84,7 +84,7 @@ impl Grading {
         ((self.away(p) - radius).abs() < LAYER * radius).then(|| self.hold(Side::Shell, p, 0.0))
     }
 
-    /// Corners of a box around all points that [`Self::near_shell`] takes.
+    /// Corners of a box around all points that [`Self::near_shell`] accepts.
     pub fn shell_box(&self) -> [Vec3; 2] {
         let reach = self.shell.unwrap_or(0.0) * (1.0 + LAYER);
         let side = |k: usize| reach + self.half_stroke[k].abs();
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn two_elements_fit_between_shell_and_wall() {
         let grading = Grading { fine_size: 0.3, ..travelling() };
-        // Nearest wall: x = .5, the way ends at .2, the shell at .4.
+        // Nearest wall: x = .5, the stroke ends at .2, the shell at .4.
         for i in 0..=10 {
             let p = [0.4 + 0.01 * f64::from(i), 0.0, 0.0];
             assert!(grading.size_at(p) < 0.05 + 1e-12);

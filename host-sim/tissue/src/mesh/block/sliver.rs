@@ -15,7 +15,7 @@ const PASSES: usize = 12;
 /// First and last step of a move, in elements.
 const FIRST_STEP: f64 = 0.2;
 const LAST_STEP: f64 = 0.01;
-/// Elements between the shell and a node that is not on it, at least.
+/// Least distance between the shell and a node that is not on it, in elements.
 const OFF_SHELL: f64 = 0.35;
 
 /// Improves the tets of a cloud and moves its nodes; no hull face leaves its plane, no tet is

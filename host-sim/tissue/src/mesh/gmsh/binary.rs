@@ -1,5 +1,5 @@
-//! Gmsh `.msh`, binary: format 2.x and 4.1. Section names stay lines of text; what they hold is
-//! numbers without any mark between them.
+//! Gmsh `.msh`, binary: format 2.x and 4.1. Section names stay lines of text; their content is
+//! numbers without separators.
 
 use super::kind::{Kind, kind, nodes_of};
 use super::v4::Regions;
@@ -128,7 +128,7 @@ fn elements_2(bytes: &mut Bytes, mesh: &mut RawMesh) -> Result<(), MeshError> {
     Ok(())
 }
 
-/// An element that can be read or passed over.
+/// An element that can be read or skipped.
 #[derive(Clone, Copy)]
 enum Element {
     Tet,
@@ -150,7 +150,8 @@ fn element(bytes: &mut Bytes) -> Result<Element, MeshError> {
     }
 }
 
-/// The nodes of an element: the four of a tetrahedron, or the kind of another one, passed over.
+/// The nodes of an element: the four of a tetrahedron, or the kind of another one, which is
+/// skipped.
 fn tet_nodes(
     bytes: &mut Bytes,
     kind: Element,
@@ -179,7 +180,7 @@ fn entities(bytes: &mut Bytes) -> Result<Regions, MeshError> {
             let tag = bytes.i32("an entity tag")?;
             bytes.skip(if dimension == 0 { 3 } else { 6 }, 8, "the bounding box")?;
             let groups = bytes.u64("the number of physical groups")?;
-            // The first group decides: a solid cannot be of two materials.
+            // The first group decides: a solid cannot have two materials.
             let region = if groups == 0 { 0 } else { bytes.i32("a physical group")?.unsigned_abs() };
             bytes.skip(groups.saturating_sub(1), 4, "the physical groups")?;
             if dimension > 0 {

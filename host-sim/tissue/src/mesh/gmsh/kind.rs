@@ -24,8 +24,8 @@ pub(super) fn kind(code: u64) -> Kind {
     }
 }
 
-/// Nodes of an element that is not a tet, which a binary file must be read past; `None` for rare
-/// ones.
+/// Number of nodes of an element that is not a tet, so that a binary file can be read past it;
+/// `None` for rare kinds.
 pub(super) fn nodes_of(code: u64) -> Option<u64> {
     Some(match code {
         15 => 1,

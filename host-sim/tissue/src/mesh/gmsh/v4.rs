@@ -29,7 +29,7 @@ pub(super) fn regions(lines: &mut Lines) -> Result<Regions, MeshError> {
     lines.rows("$Entities", "volumes", volumes, |mut line| {
         let volume = line.whole("a volume tag")?;
         line.skip_words(6, "the bounding box")?;
-        // The first group decides: a solid cannot be of two materials.
+        // The first group decides: a solid cannot have two materials.
         let region = match line.whole("the number of physical groups")? {
             0 => 0,
             _ => physical_group(line.word("a physical group")?)?,
@@ -110,7 +110,7 @@ pub(super) fn elements(lines: &mut Lines, mesh: &mut RawMesh, regions: Option<&R
     agree(lines, "$Elements", "elements", count, found)
 }
 
-/// A file may leave `$Entities` out; one that has it lists every volume.
+/// A file may omit `$Entities`; if it is there, it lists every volume.
 fn region_of(entity: Word, regions: Option<&Regions>) -> Result<u32, MeshError> {
     let volume = entity.whole("a volume tag")?;
     match regions {

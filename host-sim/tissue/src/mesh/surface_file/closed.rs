@@ -4,10 +4,10 @@ use super::RawSurface;
 use crate::mesh::distance::ClosedSurface;
 use crate::mesh::error::Defect;
 
-/// Corners nearer than this share of the largest extent are one (1): a few roundings of the single
-/// precision that STL has.
+/// Distance, as a share of the largest extent, below which corners are merged (1): a few rounding
+/// errors in STL's single precision.
 const WELD: f64 = 1e-6;
-/// More closed surfaces than this are no organ with hollows.
+/// Largest number of closed surfaces of an organ with hollows.
 const MOST_PIECES: usize = 64;
 
 /// A closed surface in file units.
@@ -31,10 +31,11 @@ struct Side {
     rises: bool,
 }
 
-/// Joins corners that are at the same place, turns all triangles outward.
+/// Merges corners at the same place and turns all triangles outward.
 ///
 /// # Errors
-/// No triangles; an edge that has not two; triangles that cannot be turned alike; several bodies.
+/// There are no triangles, an edge does not have two, the triangles cannot be oriented
+/// consistently, or there are several bodies.
 pub(super) fn close(raw: &RawSurface) -> Result<Closed, Defect> {
     let exact = weld(&raw.vertices, &raw.triangles, 0.0);
     let is_open = |triangles: &[[u32; 3]]| sides(triangles).chunk_by(|a, b| a.key == b.key).any(|edge| edge.len() == 1);
@@ -52,7 +53,7 @@ pub(super) fn close(raw: &RawSurface) -> Result<Closed, Defect> {
     Ok(Closed { vertices, triangles, turned_triangles, left_out, hollows, volume })
 }
 
-/// A place as messages have it, in file units.
+/// A place in the form for messages, in file units.
 pub(super) fn place(at: [f64; 3]) -> String {
     let [x, y, z] = at.map(|c| format!("{c:.4}").trim_end_matches('0').trim_end_matches('.').to_owned());
     format!("({x}, {y}, {z})")
@@ -66,10 +67,10 @@ fn tolerance(vertices: &[[f64; 3]]) -> f64 {
     WELD * extent(0).max(extent(1)).max(extent(2))
 }
 
-/// Vertices in use, each place once, and the triangles on them that are left with three corners.
-/// With a `tolerance` above zero, vertices within it of one that came before are that one.
+/// Vertices in use, each place once, and the triangles on them that still have three corners. With
+/// a `tolerance` above zero, vertices within it of an earlier one are merged with that.
 fn weld(vertices: &[[f64; 3]], triangles: &[[u32; 3]], tolerance: f64) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
-    // Adding zero makes -0 and 0 the same place.
+    // Adding zero makes -0 and 0 equal.
     let cell = |at: &[f64; 3]| at.map(|x| if tolerance > 0.0 { (x / tolerance).floor() } else { x + 0.0 });
     let compare = |a: &[f64; 3], b: &[f64; 3]| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])).then(a[2].total_cmp(&b[2]));
     let mut cells: Vec<([f64; 3], u32)> = vertices.iter().map(&cell).zip(0..).collect();
@@ -100,7 +101,7 @@ fn weld(vertices: &[[f64; 3]], triangles: &[[u32; 3]], tolerance: f64) -> (Vec<[
     let mut stands_for: Vec<u32> = Vec::with_capacity(vertices.len());
     for vertex in 0..vertices.len() as u32 {
         let first = first_of(vertex);
-        // What comes before it has its place already.
+        // Earlier vertices already have their place.
         stands_for.push(stands_for.get(first as usize).copied().unwrap_or(vertex));
     }
     let mut kept = Vec::new();

@@ -1,15 +1,15 @@
 //! Wavefront OBJ: `v x y z`, and faces of three or more vertices, which are cut into triangles from
-//! their first. All else (normals, textures, groups) is passed over.
+//! their first. Everything else (normals, textures, groups) is skipped.
 
 use super::RawSurface;
 use crate::mesh::error::{Defect, MeshError};
 use crate::mesh::lines::Lines;
 use crate::mesh::word::Word;
 
-/// Words that a line of an OBJ file begins with.
+/// First words of the lines of an OBJ file.
 const KEYWORDS: [&[u8]; 9] = [b"v", b"vn", b"vt", b"f", b"o", b"g", b"s", b"mtllib", b"usemtl"];
 
-/// Whether the first line that is no comment is one of OBJ.
+/// Whether the first line that is not a comment is an OBJ line.
 pub(super) fn starts(data: &[u8]) -> bool {
     let lines = data.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
     let first = lines.take(1000).find(|line| !line.is_empty() && !line.starts_with(b"#"));

@@ -1,4 +1,5 @@
-//! STL: three corners for every triangle. Normals are not read: the order of the corners has them.
+//! STL: three corners for every triangle. Normals are not read: they follow from the order of the
+//! corners.
 
 use super::RawSurface;
 use crate::mesh::bytes::{Bytes, Order};
@@ -9,7 +10,7 @@ use crate::mesh::lines::Lines;
 const HEADER: usize = 80;
 const TRIANGLE: usize = 50;
 
-/// Whether the file is as long as a binary one that holds the triangles it announces.
+/// Whether the file has the length of a binary one with the number of triangles that it announces.
 pub(super) fn is_binary(data: &[u8]) -> bool {
     let count = data.get(HEADER..HEADER + 4).and_then(|bytes| bytes.try_into().ok()).map(u32::from_le_bytes);
     count.is_some_and(|count| count > 0 && data.len() as u64 == (HEADER + 4) as u64 + TRIANGLE as u64 * u64::from(count))

@@ -36,7 +36,7 @@ pub(super) enum Data<'a> {
     Raw(&'a [u8]),
 }
 
-/// Type of a number, by its size [bytes].
+/// Type of a number, with its size [bytes].
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     Real(usize),
@@ -126,7 +126,7 @@ impl Array<'_> {
         for _ in 0..blocks {
             packed.push(self.header(source)?);
         }
-        // The last block may be a whole one, which the header calls 0.
+        // The last block may be a full one, for which the header has 0.
         let total = if last == 0 {
             blocks.checked_mul(block)
         } else {
@@ -155,7 +155,7 @@ impl Array<'_> {
 }
 
 impl<'a> Data<'a> {
-    /// The array with its numbers' type; `None` if that is none of numbers.
+    /// The array with the type of its numbers; `None` if it does not hold numbers.
     pub fn of_type(self, name: &str, encoding: Encoding) -> Option<Array<'a>> {
         let kind = match name {
             "Float32" => Kind::Real(4),
@@ -200,11 +200,11 @@ fn words<T: std::str::FromStr>(text: &str, count: u64, what: &'static str) -> Re
     }
 }
 
-/// Bytes out of base64. VTK ends the code after a header and begins anew: `=` may stand anywhere.
+/// Decodes base64. VTK ends the code after a header and begins again: `=` may occur anywhere.
 struct Base64<'a> {
     rest: &'a [u8],
     decoded: [u8; 3],
-    /// Bytes of `decoded` not yet given.
+    /// Bytes of `decoded` not yet returned.
     left: std::ops::Range<usize>,
 }
 

@@ -4,7 +4,7 @@ use super::{Word, Words};
 use crate::mesh::error::{Defect, MeshError};
 use crate::mesh::raw::{RawMesh, RawTet};
 
-/// Nodes of all cells in one list, with the place of every cell in it.
+/// Nodes of all cells in one list, with the position of every cell in it.
 #[derive(Default)]
 pub(super) struct Cells {
     nodes: Vec<u64>,
@@ -61,7 +61,7 @@ impl Cells {
         self.cells.push(Cell { line, first, end: self.nodes.len() });
     }
 
-    /// Cells whose nodes stand one after the other in `nodes`, up to its end for each.
+    /// Cells whose nodes follow each other in `nodes`, each up to its end.
     pub fn of_lists(nodes: Vec<u64>, ends: &[u64]) -> Result<Self, Defect> {
         let mut cells = Vec::new();
         let mut first = 0;
@@ -111,7 +111,7 @@ impl Cells {
             let line = lines.get(first).copied().unwrap_or(word.at.line);
             cells.push(Cell { line: Some(line), first, end });
         }
-        // Each cell begins where the one before ends, so these two leave no entry out.
+        // Each cell begins where the previous one ends, so no entry is left out.
         let (start, end) = (offsets.first(), offsets.last());
         if let Some(&(word, 1..)) = start {
             return Err(word.unexpected("the first offset 0"));
@@ -122,7 +122,7 @@ impl Cells {
         }
     }
 
-    /// `CELL_TYPES n`, then one code a cell; the tets among them go to `mesh`.
+    /// `CELL_TYPES n`, then one code per cell; the tets among them go to `mesh`.
     pub fn take_tets(&self, words: &mut Words, mesh: &mut RawMesh) -> Result<(), MeshError> {
         let announced = words.whole("the number of cell types")?;
         self.as_many_types(announced).map_err(|defect| words.at().error(defect))?;

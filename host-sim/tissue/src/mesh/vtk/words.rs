@@ -4,7 +4,7 @@ use super::{Line, Lines, Word};
 use crate::mesh::error::{Defect, MeshError};
 use crate::mesh::word::At;
 
-/// Keywords that begin what is read, or end it.
+/// Keywords that begin or end the data that is read.
 const SECTIONS: [&str; 5] = ["POINTS", "CELLS", "CELL_TYPES", "CELL_DATA", "POINT_DATA"];
 
 pub(super) struct Words<'a> {
@@ -45,8 +45,8 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// The keyword of the next section. `FIELD` and `METADATA` may stand between sections and are
-    /// passed over; anything else there means that a count is wrong.
+    /// The keyword of the next section. `FIELD` and `METADATA` may occur between sections and are
+    /// skipped; anything else there means that a count is wrong.
     pub fn next_section(&mut self) -> Result<Option<Word<'a>>, MeshError> {
         let Some(word) = self.next() else {
             return Ok(None);

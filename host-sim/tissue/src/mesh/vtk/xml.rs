@@ -9,7 +9,7 @@ use crate::mesh::bytes::Order;
 use crate::mesh::error::{Defect, MeshError, printable, quoted};
 use crate::mesh::raw::{RawMesh, RawNode};
 
-/// Begins the data of appended arrays, which are not XML if they are raw.
+/// Start of the data of appended arrays, which are not XML if they are raw.
 const APPENDED: &[u8] = b"<AppendedData";
 
 /// Reads a `.vtu` file.
@@ -134,7 +134,7 @@ impl<'a> Reader<'a> {
         text.trim().parse().map_err(|_| self.expected(piece, name, text))
     }
 
-    /// An array of a section, and the place to name in errors.
+    /// An array of a section, and its place for error messages.
     fn array(
         &self,
         piece: Node<'a, 'a>,

@@ -1,4 +1,4 @@
-//! Against the nearest point that a search in double precision finds.
+//! Checked against the nearest point found by a search in double precision.
 
 #![expect(clippy::disallowed_types, reason = "the search is in double precision, and no part of the image")]
 
@@ -11,7 +11,7 @@ use crate::params::ProbeShape;
 
 const RADIUS_M: f32 = 6e-3;
 
-/// Numbers from 0 to 1, always the same ones.
+/// Pseudo-random numbers from 0 to 1, the same in every run.
 struct Numbers(u32);
 
 impl Numbers {

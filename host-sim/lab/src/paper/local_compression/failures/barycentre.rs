@@ -1,4 +1,5 @@
-//! The volume force (2): how hard a tet pushes itself, and what its coefficient does to the force.
+//! The volume force (2): the net force of a tet on itself, and the effect of its coefficient on the
+//! force.
 
 use crate::paper_method::LocalCompression;
 use crate::paper_method::barycentre::BarycentreForce;

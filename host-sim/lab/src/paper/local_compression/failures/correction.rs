@@ -1,8 +1,8 @@
 //! Over-compression correction (11)-(13): the force on a held finger against the time step.
 //!
-//! A node goes C/2 in every step, however short: a speed of C/(2 dt) that the tissue's forces do
-//! not know of, as the velocities stay. What the finger feels follows from the step and not from
-//! the tissue.
+//! A node goes C/2 in every step, however short: a speed of C/(2 dt) that does not enter the
+//! tissue's forces, since the velocities are unchanged. The force on the finger then depends on the
+//! step and not on the tissue.
 
 use crate::paper_method::LocalCompression;
 use crate::paper_method::over_compression::OverCompression;
@@ -32,8 +32,7 @@ pub enum Compensation {
     Energy,
 }
 
-/// Forces [N] at steps [s] of one kind of compensation; a step at which it has no answer is left
-/// out.
+/// Forces [N] at steps [s] of one kind of compensation; a step without an answer is left out.
 #[derive(Clone, Debug)]
 pub struct AgainstStep {
     /// Mechanism that resists compression.

@@ -1,5 +1,5 @@
-//! The dynamic region (7)-(8): its radius, how many nodes it keeps awake, and what standing still
-//! costs in force.
+//! The dynamic region (7)-(8): its radius, the number of nodes that it keeps awake, and the force
+//! error of freezing the others.
 
 use crate::paper_method::LocalCompression;
 use crate::paper_method::region::{ContactPressure, StressRule};
