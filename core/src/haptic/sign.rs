@@ -163,6 +163,11 @@ mod tests {
                 watch.proven = false;
             }
         }
+        // the same mass would have gained as much per work in every doubling
+        let one_mass = [30.0, 30.0, 20.0, 20.0];
+        assert_eq!(contact(&mut SignWatch::default(), 0.02, &one_mass), (Ok(()), true));
+        let two_masses = [30.0, 30.0, 10.0, 10.0];
+        assert_eq!(contact(&mut SignWatch::default(), 0.02, &two_masses), (Ok(()), false));
         // fast enough that what the work could give is less than a tenth
         assert_eq!(contact(&mut SignWatch::default(), 1.0, &[20.0; 4]), (Ok(()), false));
     }

@@ -278,6 +278,39 @@ mod tests {
     }
 
     #[test]
+    fn a_held_reading_is_not_judged() {
+        let mut watch = UnitWatch::build(COUNT_M);
+        for n in 0..200_u8 {
+            let counts = if n % 2 == 0 { 20.0 } else { -20.0 };
+            assert_eq!(watch.judge(&Vector3::new(counts * COUNT_M, 0.0, 0.0), true), Ok(()), "reading {n}");
+        }
+    }
+
+    #[test]
+    fn a_step_that_fits_ends_the_watch_on_long_steps_alone() {
+        let mut watch = UnitWatch::build(COUNT_M);
+        // the first step of this motion is a tenth of a count, the second fits
+        assert_eq!(motions(&mut watch, 1, [0.1, 3.0]), Ok(()));
+        assert_eq!(motions(&mut watch, 8, [0.05, 0.05]), Err(Fault::UnitMismatch), "short motions still count");
+    }
+
+    #[test]
+    fn a_step_of_a_few_counts_fits_however_it_differs_from_the_one_before() {
+        let mut watch = UnitWatch::build(COUNT_M);
+        for n in 0..200_u8 {
+            let counts = if n % 2 == 0 { 20.0 } else { -4.0 };
+            assert_eq!(watch.judge(&Vector3::new(counts * COUNT_M, 0.0, 0.0), false), Ok(()), "step {n}");
+        }
+    }
+
+    #[test]
+    fn a_first_step_of_a_count_ends_the_watch_on_short_motions() {
+        let mut watch = UnitWatch::build(COUNT_M);
+        assert_eq!(motions(&mut watch, 1, [1.0, 0.0]), Ok(()));
+        assert_eq!(motions(&mut watch, 30, [0.05, 0.05]), Ok(()));
+    }
+
+    #[test]
     fn a_filtered_reading_is_no_fault() {
         let mut watch = UnitWatch::build(COUNT_M);
         let mut shown_m = 0.0_f32;

@@ -215,14 +215,14 @@ fn a_tip_that_outran_the_speed_limit_before_the_first_touch_feels_nothing() {
 fn a_force_outside_is_dropped_in_the_same_tick_and_a_fault_if_it_goes_on() {
     let mut bench = Bench::new(400.0).active();
     bench.press_n(2.0);
-    bench.wall.answer = Some(Output { outside: true, ..pushing(5e-3, 2.0) });
+    bench.wall.answer = Some(Output { outside: true, grip_n: 0.5, ..pushing(5e-3, 2.0) });
     for tick in 0..5 {
         let record = bench.tick();
         assert_eq!((record.applied_n, record.fault), (Vector3::zeros(), None), "tick {tick}");
         let output = record.output;
         assert_eq!(
-            (output.force_n, output.normal, output.depth_m),
-            (Vector3::zeros(), Vector3::zeros(), 0.0),
+            (output.force_n, output.normal, output.depth_m, output.grip_n),
+            (Vector3::zeros(), Vector3::zeros(), 0.0, 0.0),
             "no contact is told"
         );
         assert!(!bench.cycle.in_contact());
