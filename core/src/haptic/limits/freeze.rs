@@ -207,6 +207,22 @@ mod tests {
     }
 
     #[test]
+    fn two_counts_per_tick_of_a_coarse_encoder_are_not_fast() {
+        let ends = |counts: [f32; 4]| {
+            let device = DeviceSpec { count_m: 0.2e-3, ..device() };
+            let limits = LoopLimits::build(&LoopLimitSettings::DESKTOP, &device, 1e-3).unwrap();
+            let mut freeze = Freeze::default();
+            let mut judge = |counts: f32| {
+                let displacement_m = Vector3::new(0.0, 0.0, counts * device.count_m);
+                freeze.judge(&limits, &Vector3::zeros(), &displacement_m, 1, true)
+            };
+            counts.into_iter().chain([0.0; 3]).try_for_each(&mut judge)
+        };
+        assert_eq!(ends([3.0, 2.0, 3.0, 3.0]), Ok(()));
+        assert_eq!(ends([2.0, 3.0, 3.0, 3.0]), Err(Fault::SensorFault));
+    }
+
+    #[test]
     fn the_margin_of_the_hard_stop_is_two_millimetres() {
         for side in [1.0, -1.0] {
             assert_eq!(stops_from(0.21, side * 0.0581), None);
