@@ -247,7 +247,7 @@ impl Report {
             if tissue.lowest_j <= LEAST_J {
                 broken.push(format!(
                     "a tap of 0.5 m/s as deep as the probe's radius, or as the patch allows, crushes a tet to {:.2} of its volume (more than {LEAST_J} is \
-                     promised): fit a patch, or make the elements under the probe or the tissue's stiff parts finer",
+                     promised): press the patch that palpate fit makes of this scene",
                     tissue.lowest_j
                 ));
             }
