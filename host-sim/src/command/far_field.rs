@@ -152,7 +152,10 @@ fn print_table(setting: &Setting, table: &Table, summary: &Summary, all: bool) {
         println!("left out: {left_out}");
     }
     println!(
-        "el.: element under the probe [mm]; kcyc: thousands of estimated Cortex-M4F cycles a tick; us: {}; {}",
+        "exact outside: error of the edge alone, which is what is judged where centred; FE rms: with that of uncalibrated springs"
+    );
+    println!(
+        "el.: element under the probe [mm]; x ours: cost over rim springs; kcyc: thousands of estimated Cortex-M4F cycles a tick; us: {}; {}",
         summary.machine, summary.build
     );
 }

@@ -117,6 +117,7 @@ fn csv(values: &[Evaluation]) -> String {
 }
 
 fn print_found(found: &Analysis) {
+    println!("scores of (14), from 0 to 1; change is after less before");
     println!("{:<12} {:<7} {:>6} {:>6} {:>6} {:>6} {:>6}", "group", "phase", "count", "mean", "sd", "min", "max");
     let rows = found.cells.iter().map(|c| (&c.group, c.phase.name(), c.spread));
     for (group, phase, s) in rows.chain(found.changes.iter().map(|c| (&c.group, "change", c.spread))) {
@@ -131,6 +132,11 @@ fn print_found(found: &Analysis) {
             c.difference,
             short(p),
             c.test.deals
+        );
+    }
+    if !found.contrasts.is_empty() {
+        println!(
+            "p: how often groups that are alike would differ as much by chance; a small one, such as below 0.05, is a difference"
         );
     }
 }

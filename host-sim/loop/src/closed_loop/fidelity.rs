@@ -34,6 +34,8 @@ pub struct Fidelity {
     pub params: Params,
     /// RMS error of each of [`TAPS`] (1).
     pub errors: [f64; TAPS.len()],
+    /// Smallest volume of a tet in the deepest tap, over its rest volume (1).
+    pub lowest_j: f64,
     /// Every tap is within its limit, and no tap crushes a tet.
     pub held: bool,
 }
@@ -57,7 +59,7 @@ pub fn derive(patch: &Patch, params: &Params, depth_m: f64) -> Result<Fidelity, 
             break;
         }
     }
-    Ok(last.unwrap_or(Fidelity { params: *params, errors: [f64::NAN; TAPS.len()], held: false }))
+    Ok(last.unwrap_or(Fidelity { params: *params, errors: [f64::NAN; TAPS.len()], lowest_j: f64::NAN, held: false }))
 }
 
 /// Returns the fidelity of a patch with the substeps that it has.
@@ -79,8 +81,9 @@ fn judge(patch: &Patch, tried: &Params, depth_m: f64, answers: &[Vec<f64>]) -> R
     for ((error, (speed, _)), truth) in errors.iter_mut().zip(TAPS).zip(answers) {
         *error = rms_error(&tap(patch, tried, depth_m, speed)?, truth);
     }
-    let held = errors.iter().zip(TAPS).all(|(e, (_, most))| *e <= most) && lowest_j(patch, tried)? > LEAST_J;
-    Ok(Fidelity { params: *tried, errors, held })
+    let lowest_j = lowest_j(patch, tried)?;
+    let held = errors.iter().zip(TAPS).all(|(e, (_, most))| *e <= most) && lowest_j > LEAST_J;
+    Ok(Fidelity { params: *tried, errors, lowest_j, held })
 }
 
 /// The patch without a mass floor, in steps short enough to be stable.

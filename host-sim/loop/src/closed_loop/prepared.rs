@@ -34,7 +34,9 @@ pub struct Prepared {
     /// RMS error of taps at 0.2 and 0.5 m/s (1); NaN where the mesh has no reference with true
     /// masses.
     pub tap_errors: [f64; TAPS.len()],
-    /// Every tap is within its limit.
+    /// Smallest volume of a tet in a tap as deep as the tissue may be pressed, over its rest volume (1).
+    pub lowest_j: f64,
+    /// Every tap is within its limit, and crushes no tet.
     pub taps_held: bool,
     /// The substeps are those that answer taps; a patch for a board keeps its own.
     pub substeps_chosen: bool,
@@ -127,8 +129,8 @@ impl Prepared {
         let curve = static_curve(&patch, &params)?;
         patch.set_depth_limit_m(depth_at_m(&curve, GUARD_SHARE * device.force_limit_n) as f32);
         let (static_n, slope_n_per_m) = rest(&curve, depth_m);
-        let (tap_errors, taps_held) = (fidelity.errors, fidelity.held);
-        Ok(Self { patch, params, tap_errors, taps_held, substeps_chosen, curve, depth_m, static_n, slope_n_per_m })
+        let (tap_errors, lowest_j, taps_held) = (fidelity.errors, fidelity.lowest_j, fidelity.held);
+        Ok(Self { patch, params, tap_errors, lowest_j, taps_held, substeps_chosen, curve, depth_m, static_n, slope_n_per_m })
     }
 }
 

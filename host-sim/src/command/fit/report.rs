@@ -101,7 +101,10 @@ impl Report<'_> {
             "\nwrote {}: what it was fitted to beside it, summary.json, accuracy.csv, convergence.csv, answer.json, pictures as SVG and PNG",
             file.display()
         );
-        println!("press it with patch = \"{}\" under [solver] of the scene", file.display());
+        // a block keeps its inclusions in the scene, a piece has them in the patch
+        let inside = self.scene.tissue.block_m.is_none() && !self.scene.tissue.inclusion.is_empty();
+        let without = if inside { ", without its [[tissue.inclusion]], which is in the patch" } else { "" };
+        println!("press it with patch = \"{}\" under [solver] of the scene{without}", file.display());
         Ok((record, self.trials.to_vec()))
     }
 
