@@ -107,8 +107,8 @@ impl Freeze {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{DeviceSpec, LoopLimitSettings};
     use super::super::tests::{device, limits};
+    use super::super::{DeviceSpec, LoopLimitSettings};
     use super::*;
 
     /// Ticks until the fault after a way of `m_per_s` and then none.
