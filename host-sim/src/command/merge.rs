@@ -20,7 +20,7 @@ use super::plan::PlanScenes;
 use super::stability::Stability;
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
-use palpate_tissue::shard::{complete, program};
+use palpate_tissue::shard::{FILE, complete, program};
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct MergeArgs {
@@ -37,6 +37,13 @@ pub(super) struct MergeArgs {
 
 impl MergeArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
+        if self.out.join(FILE).exists() {
+            return Err(TissueError::Usage(format!(
+                "--out {}: it is the folder of a shard, which the whole would replace: choose another folder",
+                self.out.display()
+            ))
+            .into());
+        }
         let parts = complete(&self.folders)?;
         let Some(heading) = parts.first().map(|part| &part.heading) else { return Ok(()) };
         match heading.command.as_str() {

@@ -10,6 +10,9 @@ use crate::error::Error;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::shard::scene_checksum;
 
+/// In place of the checksum of a file that cannot be read: its scene fails, and no other's.
+const UNREADABLE: &str = "unreadable";
+
 /// Every scene file (.toml) of a folder, by name, with its checksum.
 #[derive(Clone, Debug)]
 pub(super) struct SceneList {
@@ -25,10 +28,11 @@ impl SceneList {
         let mut checksums = BTreeMap::new();
         for entry in std::fs::read_dir(folder).map_err(refuse)? {
             let path = entry.map_err(refuse)?.path();
-            if let (Some("toml"), Some(name)) =
-                (path.extension().and_then(|e| e.to_str()), path.file_stem().and_then(|s| s.to_str()))
+            if let (Some("toml"), Some(name), false) =
+                (path.extension().and_then(|e| e.to_str()), path.file_stem().and_then(|s| s.to_str()), path.is_dir())
             {
-                let checksum = scene_checksum(&path.display().to_string())?.unwrap_or_default();
+                let checksum = scene_checksum(&path.display().to_string()).unwrap_or_else(|_| Some(UNREADABLE.to_owned()));
+                let checksum = checksum.unwrap_or_default();
                 checksums.insert(name.to_owned(), checksum);
             }
         }
@@ -82,8 +86,8 @@ impl Ended {
     }
 }
 
-/// Why a scene missed or failed, in a line of its row. Its file is named relative to the folder,
-/// which a shard may see at another path.
+/// Why a scene missed or failed, in a line of its row. Its file and those beside it are named as
+/// they are in the folder: a shard may see the folder in another place.
 pub(super) fn why(error: &Error, name: &str, file: &str) -> String {
     let why = match error {
         Error::Tissue(TissueError::Check(why)) => why.clone(),
@@ -92,12 +96,40 @@ pub(super) fn why(error: &Error, name: &str, file: &str) -> String {
     named_as(&why, name, file)
 }
 
-/// A line of a row with the scene's file named as it is in the folder.
+/// A line of a row with the scene's file, and those that it names, as they are in the folder.
 pub(super) fn named_as(why: &str, name: &str, file: &str) -> String {
-    why.replace(file, &format!("{name}.toml"))
+    let own = format!("{name}.toml");
+    let Some(folder) = file.strip_suffix(&own).filter(|folder| !folder.is_empty()) else { return why.to_owned() };
+    // where a path begins: the folder's name may end another path's
+    let mut said = String::new();
+    let mut rest = why;
+    while let Some(at) = rest.find(folder) {
+        let (before, found) = rest.split_at(at);
+        said += before;
+        let inside = said.chars().next_back().is_some_and(|c| c.is_alphanumeric() || "/\\._-".contains(c));
+        if inside {
+            said += folder;
+        }
+        rest = &found[folder.len()..];
+    }
+    said + rest
 }
 
 /// Whether all later cases would fail as well: an error of the disk, not of the scene.
 pub(super) fn ends_all(error: &Error) -> bool {
     matches!(error, Error::Tissue(TissueError::Write { .. } | TissueError::InUse { .. }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_named_as_they_are_in_the_folder() {
+        let said = |why: &str, folder: &str| named_as(why, "a", &format!("{folder}a.toml"));
+        assert_eq!(said("s/a.toml:1: no mesh (s/gone.msh), of s/", "s/"), "a.toml:1: no mesh (gone.msh), of ");
+        assert_eq!(said("see presets/a and /s/b, s/c", "s/"), "see presets/a and /s/b, c");
+        assert_eq!(said("/far/s/gone.msh: /far/s/a.toml", "/far/s/"), "gone.msh: a.toml");
+        assert_eq!(said("a.toml: too stiff", ""), "a.toml: too stiff");
+    }
 }

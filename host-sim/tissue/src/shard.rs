@@ -23,6 +23,9 @@ pub use complete::complete;
 pub use inputs::scene_checksum;
 pub use part::{FILE, Heading, Part, PartError, checksum, program};
 
+/// Most parts of a campaign: more than any scheduler takes, and few enough to go through.
+const MOST: u64 = 10_000_000;
+
 /// Part `number` of `of`, counted from 1; written `7/1000`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
@@ -32,10 +35,10 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// Part `number` of `of`; `None` unless `1 <= number <= of`.
+    /// Part `number` of `of`; `None` unless `1 <= number <= of`, and `of` is at most ten million.
     #[must_use]
     pub fn new(number: u64, of: u64) -> Option<Self> {
-        (1..=of).contains(&number).then_some(Self { number, of })
+        (of <= MOST && (1..=of).contains(&number)).then_some(Self { number, of })
     }
 
     /// Its number, from 1.
@@ -71,7 +74,7 @@ impl FromStr for Shard {
     fn from_str(text: &str) -> Result<Self, String> {
         let numbers = text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
         let shard = numbers.and_then(|(number, of)| Self::new(number, of));
-        shard.ok_or_else(|| format!("{text} is no shard: give I/N with I from 1 to N, such as 7/1000"))
+        shard.ok_or_else(|| format!("{text} is no shard: give I/N with I from 1 to N and N at most {MOST}, such as 7/1000"))
     }
 }
 
@@ -110,7 +113,7 @@ mod tests {
     #[test]
     fn what_is_no_shard_is_refused() {
         assert_eq!("7/1000".parse::<Shard>().unwrap().to_string(), "7/1000");
-        for text in ["", "0/4", "5/4", "4", "1/0", "-1/4", "1/4/4", "a/b", "1 /4", "1/99999999999999999999"] {
+        for text in ["", "0/4", "5/4", "4", "1/0", "-1/4", "1/4/4", "a/b", "1 /4", "1/10000001", "1/99999999999999999999"] {
             assert!(text.parse::<Shard>().is_err(), "{text}");
         }
     }

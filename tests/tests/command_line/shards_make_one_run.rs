@@ -64,6 +64,10 @@ fn faults_in_shards_are_one_run_and_what_is_amiss_is_refused() {
     let faults = ["faults", "--runs", "150", "--seed", "7"];
     are_one(&desk, 0, &faults, &[&["3/3"], &["1/3", "2/3"]], "");
 
+    // the whole is not written into a shard's folder
+    let into_shard = ["merge", "shards", "--out", "shards/shard-1-of-3"];
+    refused(&desk, &into_shard, &["--out shards/shard-1-of-3: it is the folder of a shard", "choose another folder"]);
+
     // missing, and requested: nothing is written, the rest stays
     let merge = ["merge", "shards", "--out", "again"];
     let of = |n: u8| desk.folder().join(format!("shards/shard-{n}-of-3"));
@@ -119,6 +123,27 @@ fn tables_of_scenes_in_shards_are_one_run() {
     let table = std::fs::read_to_string(desk_of_plans.folder().join("merged/plans.csv")).unwrap();
     assert_eq!(table.lines().count(), 7, "{table}");
     assert!(table.contains("\na,m4f-168,failed,") && table.contains("\nc,desktop,failed,"), "{table}");
+}
+
+/// A file that is gone, and one that names a mesh that is: each is a row, the same one wherever its
+/// shard saw the folder. A folder is no scene.
+#[test]
+#[cfg(unix)]
+fn scenes_that_cannot_be_read_are_rows() {
+    let desk = Desk::default();
+    std::fs::create_dir_all(desk.folder().join("scenes/folder.toml")).unwrap();
+    std::os::unix::fs::symlink("nowhere", desk.folder().join("scenes/a.toml")).unwrap();
+    let meshed = edited(SMALL_BLOCK, "block_m = [0.08, 0.08, 0.04]", "mesh = \"gone.msh\"\nlength_unit = \"mm\"");
+    let meshed = edited(&edited(&meshed, "nodes = 129\n", ""), "position_m = [0.0, 0.0]", "site = [0.0, 0.0, 0.0]");
+    desk.put("scenes/b.toml", meshed);
+    ends(&desk, 1, &["fit", "--scenes", "scenes", "--out", "one"]);
+    let scenes = desk.folder().join("scenes").display().to_string();
+    shards(&desk, &["fit", "--scenes", &scenes], &[&["1/2"], &["2/2"]]);
+    ends(&desk, 1, &["merge", "shards", "--out", "merged"]);
+    let table = |path: &str| std::fs::read_to_string(desk.folder().join(path)).unwrap();
+    let one = table("one/table/fits.csv");
+    assert_eq!(one, table("merged/fits.csv"));
+    assert!(one.lines().count() == 3 && one.contains("\na,failed,") && one.contains(",gone.msh: cannot read"), "{one}");
 }
 
 #[test]

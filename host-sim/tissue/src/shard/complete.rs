@@ -73,7 +73,8 @@ fn usual(parts: &[(PathBuf, Part)]) -> Option<Heading> {
     Some(parts.get(first)?.1.heading.clone())
 }
 
-/// Every shard's file in a folder or one below it, sorted.
+/// Every shard's file in a folder or one below it, sorted. What a run is writing, or left when it
+/// was killed, lies in a hidden folder and is no shard's yet.
 fn files(folders: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
     let mut files = Vec::new();
     for folder in folders {
@@ -83,8 +84,9 @@ fn files(folders: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
             files.push(folder.join(FILE));
         } else {
             for entry in std::fs::read_dir(folder).map_err(refuse)? {
-                let file = entry.map_err(refuse)?.path().join(FILE);
-                if file.exists() {
+                let entry = entry.map_err(refuse)?;
+                let file = entry.path().join(FILE);
+                if file.exists() && !entry.file_name().as_encoded_bytes().starts_with(b".") {
                     files.push(file);
                 }
             }
@@ -133,7 +135,7 @@ mod tests {
     use std::sync::LazyLock;
 
     use super::*;
-    use serde_json::json;
+    use serde_json::{Value, json};
 
     const OF: u64 = 4;
 
@@ -150,6 +152,12 @@ mod tests {
     fn of_shard(heading: &Heading, shard: Shard) -> Heading {
         let cases = shard.cases(heading.cases);
         Heading { shard, range: [cases.start, cases.end], ..heading.clone() }
+    }
+
+    fn with(heading: &Heading, option: &str, value: Value) -> Heading {
+        let mut with = heading.clone();
+        with.options.insert(option.to_owned(), value);
+        with
     }
 
     /// A folder of shards; each file as its heading says, with its number as the counts.
@@ -229,6 +237,15 @@ mod tests {
     }
 
     #[test]
+    fn what_a_killed_run_left_is_no_shard() {
+        let shelf = Shelf::whole();
+        shelf.put(".shard-3.draft", &heading(3));
+        assert_eq!(complete(&[shelf.0.path().into()]).unwrap().len(), 4);
+        std::fs::remove_dir_all(shelf.file("shard-3").parent().unwrap()).unwrap();
+        shelf.refused(&["1 of 4 shards are missing: --shard 3/4 "]);
+    }
+
+    #[test]
     fn more_shards_than_cases_leave_none_missing() {
         let of = |number| of_shard(&heading(1), Shard::new(number, 20).unwrap());
         let full = |heading: &Heading| !heading.shard.cases(10).is_empty();
@@ -265,6 +282,9 @@ mod tests {
     fn a_shard_of_another_seed() {
         Shelf::odd(|h| drop(h.options.insert("seed".into(), json!(2))), "its seed is 2, not 1");
         Shelf::odd(|h| drop(h.options.insert("quick".into(), json!(true))), "its quick is true, not left out");
+        let shelf = Shelf::new([1, 2, 4].map(|n| with(&heading(n), "hand", Value::Null)));
+        shelf.put("shard-3", &with(&heading(3), "hand", json!("H1")));
+        shelf.refused(&["its hand is \"H1\", not left out"]);
     }
 
     #[test]

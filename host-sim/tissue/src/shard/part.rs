@@ -124,7 +124,9 @@ impl Heading {
             return said("command", &self.command, &other.command);
         }
         if let Some((key, own, theirs)) = first_difference(&self.options, &other.options) {
-            let or_none = |value: Option<&Value>| value.map_or("left out".into(), Value::to_string);
+            // an option that was not given is null
+            let given = |value: &&Value| !value.is_null();
+            let or_none = |value: Option<&Value>| value.filter(given).map_or("left out".into(), Value::to_string);
             return said(key, &or_none(own), &or_none(theirs));
         }
         if let Some((key, own, theirs)) = first_difference(&self.inputs, &other.inputs) {
