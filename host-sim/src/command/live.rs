@@ -1,5 +1,6 @@
 //! `palpate live`: builds the window or the page, which are a package of their own, and starts it.
 
+mod display;
 mod serve;
 
 use std::path::{Path, PathBuf};
@@ -36,6 +37,13 @@ pub(super) struct LiveArgs {
 
 impl LiveArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
+        // a window that cannot be shown is not built
+        let silent = if self.page {
+            None
+        } else {
+            Scene::load(&self.scene)?;
+            display::look()?
+        };
         // the package is in the repository, not in the binary
         let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("live");
         if !package.join("Cargo.toml").is_file() {
@@ -46,11 +54,10 @@ impl LiveArgs {
             .into());
         }
         let tools = Tools::in_use(package);
-        if self.page { self.page(&tools) } else { self.window(&tools) }
+        if self.page { self.page(&tools) } else { self.window(&tools, silent) }
     }
 
-    fn window(&self, tools: &Tools) -> Result<(), Error> {
-        Scene::load(&self.scene)?;
+    fn window(&self, tools: &Tools, silent: Option<&str>) -> Result<(), Error> {
         let scene = std::fs::canonicalize(&self.scene).unwrap_or_else(|_| self.scene.clone().into());
         eprintln!("building the window; the first time takes some minutes");
         let started = Instant::now();
@@ -58,7 +65,11 @@ impl LiveArgs {
         say_built(started);
         let out = self.out.as_deref().unwrap_or(Path::new("out/live"));
         let name = window.display().to_string();
-        ended(run(Command::new(&window).arg("--scene").arg(scene).arg("--out").arg(out), &name)?, &name)
+        let mut program = Command::new(&window);
+        if let Some(variable) = silent {
+            program.env_remove(variable);
+        }
+        ended(run(program.arg("--scene").arg(scene).arg("--out").arg(out), &name)?, &name)
     }
 
     fn page(&self, tools: &Tools) -> Result<(), Error> {
