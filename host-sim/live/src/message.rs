@@ -1,6 +1,6 @@
 //! Protocol between drawing and physics, through a channel or a worker's messages.
 
-use palpate_loop::live::{Choice, Holding};
+use palpate_loop::live::{Choice, Holding, Nodule};
 use serde::{Deserialize, Serialize};
 
 /// Silence for this long means that nobody is there: the loop lets the force go, the screen shows
@@ -120,6 +120,9 @@ pub struct Body {
     pub friction: f32,
     /// It is a block: a nodule can be put into it.
     pub block: bool,
+    /// Nodules of the scene itself, whatever is inside now; of other tissue than a block, their
+    /// depth counts from z = 0.
+    pub own_nodules: Vec<Nodule>,
     /// Places that it was calibrated over; 0 if it comes from formulas alone.
     pub fitted_places: u32,
 }
