@@ -73,8 +73,8 @@ impl Cut {
         ((from_m <= 0.0) != (to_m <= 0.0)).then(|| (a + (b - a) * share, share))
     }
 
-    /// Polygon in which a tet is cut, in order: places [m] and their colours' shares. Empty where it
-    /// is not cut.
+    /// Polygon in which a tet is cut, in order: places [m] and their colours' shares. Empty where
+    /// it is not cut.
     fn slice(&self, corners: [(V, f32); 4]) -> Vec<(V, f32)> {
         let (behind, ahead): (Vec<_>, Vec<_>) = corners.into_iter().partition(|(x, _)| self.ahead_m(x) <= 0.0);
         let pairs: &[[usize; 2]] = match (behind.len(), ahead.len()) {

@@ -172,7 +172,7 @@ pub struct Frame {
     pub mode: u8,
     /// Latched fault, by its number; 0 for none.
     pub fault: u8,
-    /// ClampFlags, as bits.
+    /// Limiters that acted, as bits of `ClampFlags`.
     pub limiters: u8,
     /// Force on the device [N].
     pub force_n: [f32; 3],

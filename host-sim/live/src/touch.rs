@@ -29,6 +29,7 @@ struct Point {
     since_s: f32,
     force_n: f32,
     along_n: f32,
+    depth_m: f32,
 }
 
 impl Point {
@@ -48,6 +49,9 @@ impl Touch {
             if touches && !self.touching {
                 *self = Self { begun_s: sample.t_s, every: 1, ..Self::default() };
             }
+            if self.touching && !touches {
+                self.forget_the_lift();
+            }
             self.touching = touches;
             if !touches {
                 continue;
@@ -59,11 +63,19 @@ impl Touch {
             }
             self.skipped = 0;
             let since_s = (sample.t_s - self.begun_s) as f32;
-            self.points.push(Point { since_s, force_n: sample.force_n, along_n: sample.along_n });
+            self.points.push(Point { since_s, force_n: sample.force_n, along_n: sample.along_n, depth_m: sample.depth_m });
             if self.points.len() >= MOST {
                 self.points = self.points.iter().skip(1).step_by(2).copied().collect();
                 self.every *= 2;
             }
+        }
+    }
+
+    /// Drops the points of the way out: what they have left says nothing of the tissue.
+    fn forget_the_lift(&mut self) {
+        let lifts = |pair: &[Point]| matches!(pair, [.., before, last] if last.depth_m < before.depth_m);
+        while lifts(&self.points) {
+            self.points.pop();
         }
     }
 
@@ -92,7 +104,8 @@ impl Touch {
         }
         painter.rect_filled(frame, 4.0, ground);
         let write = |at, align, text: String, colour| painter.text(at, align, text, FontId::proportional(12.0), colour);
-        let left = format!("force since touch: {:.0} % of its peak", 100.0 * last.force_n / self.peak_n.max(LEAST_N));
+        let when = if self.touching { "force since touch" } else { "force of the last touch" };
+        let left = format!("{when}: {:.0} % of its peak", 100.0 * last.force_n / self.peak_n.max(LEAST_N));
         write(frame.left_top() + vec2(6.0, 3.0), Align2::LEFT_TOP, left, red);
         if friction > 0.0 {
             let drag = format!("along / into: {:.2}, friction {friction:.2}", last.drag());
@@ -139,8 +152,11 @@ mod tests {
         let shown = touch.numbers();
         assert!(touch.points.len() <= MOST && (shown["since_s"].as_f64().unwrap() - 20.0).abs() < 0.3, "{shown}");
         assert!((shown["left"].as_f64().unwrap() - 1.0 / 21.0).abs() < 2e-3, "{shown}");
-        touch.add(&[sample(5000, 0.0)]);
-        assert_eq!(touch.numbers(), shown, "a touch that ended is not kept");
+        let lifted =
+            (0..5).map(|k: u8| Sample { force_n: 0.0, ..sample(5000 + u32::from(k), (0.8 - f32::from(k) * 0.2) * 1e-3) });
+        touch.add(&lifted.collect::<Vec<_>>());
+        assert!(!touch.touching);
+        assert_eq!(touch.numbers(), shown, "a touch that ended is kept, without the lift");
         touch.add(&[sample(6000, 1e-3), sample(6001, 1e-3)]);
         assert_eq!(touch.points.len(), 2);
         touch.add(&[Sample { depth_m: 0.0, ..sample(6002, 1e-3) }]);
