@@ -82,9 +82,10 @@ impl LiveArgs {
         let out = self.out.as_deref().unwrap_or(Path::new("out/live-page"));
         let folder = OutputFolder::open(out)?;
         eprintln!("binding and packing the page: some seconds");
-        ended(run(Command::new(&bind).arg(&module).arg(folder.draft()), "binding the page")?, "binding the page")?;
+        let web = tools.package.join("web");
+        ended(run(Command::new(&bind).arg(&module).arg(folder.draft()).arg(&web), "binding the page")?, "binding the page")?;
         for name in ["index.html", "page.js", "worker.js"] {
-            let from = tools.package.join("web").join(name);
+            let from = web.join(name);
             let bytes = std::fs::read(&from).map_err(|source| TissueError::Read { path: from, source })?;
             folder.write(name, &bytes)?;
         }
@@ -94,6 +95,7 @@ impl LiveArgs {
             out.display(),
             serve::bytes(out) as f64 * 1e-6
         );
+        println!("{}: the same as one file, which a browser opens from the disk", out.join("palpate-live.html").display());
         if self.no_serve { Ok(()) } else { serve::serve(out) }
     }
 }
