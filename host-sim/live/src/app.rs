@@ -1,6 +1,7 @@
 //! The window and the page: display, mouse and keys.
 
 mod choices;
+mod lapse;
 
 use std::path::PathBuf;
 
@@ -8,6 +9,8 @@ use eframe::egui::{self, CentralPanel, Color32, FontData, FontDefinitions, FontF
 use palpate::Vector3;
 use palpate_loop::live::{Choice, Holding};
 use web_time::{Duration, Instant};
+
+use lapse::Lapse;
 
 use crate::camera::Camera;
 use crate::controls::Controls;
@@ -17,6 +20,7 @@ use crate::link::Link;
 use crate::message::{Answer, Ended, Frame, Request, SILENCE_S};
 use crate::pointer::Pointer;
 use crate::strips::Strips;
+use crate::touch::Touch;
 use crate::view::{self, Shown};
 use crate::words;
 
@@ -29,6 +33,7 @@ pub struct App {
     pub(crate) camera: Camera,
     pub(crate) pointer: Pointer,
     pub(crate) strips: Strips,
+    pub(crate) touch: Touch,
     pub(crate) controls: Controls,
     /// The last sentence for the user, and whether it is bad news.
     pub(crate) said: (String, bool),
@@ -40,7 +45,7 @@ pub struct App {
     drawn: Vec<f64>,
     /// From the start to the first force that was felt [s].
     pub(crate) first_touch_s: Option<f64>,
-    dropped: u64,
+    lapse: Lapse,
     /// When the physics last answered [s].
     heard_s: f64,
 }
@@ -70,6 +75,7 @@ impl App {
             camera: Camera::of(Vector3::zeros(), 0.08),
             pointer: Pointer::default(),
             strips: Strips::default(),
+            touch: Touch::default(),
             controls: Controls::new(choice, holding),
             said: ("Preparing the tissue ...".into(), false),
             path: None,
@@ -77,7 +83,7 @@ impl App {
             begun: Instant::now(),
             drawn: Vec::new(),
             first_touch_s: None,
-            dropped: 0,
+            lapse: Lapse::default(),
             heard_s: 0.0,
         }
     }
@@ -113,11 +119,12 @@ impl App {
             "frames_per_s": self.frames_per_s(), "first_touch_s": self.first_touch_s, "nodes": frame.nodes_m.len(),
             "stiffness_pa": self.shape.body.youngs_modulus_pa, "said": self.said.0, "refused": self.said.1,
             "recorded_ticks": frame.recorded, "body": frame.body, "tip_m": frame.tip_m, "controls": self.controls.numbers(),
+            "touch": self.touch.numbers(),
             "panel_fits": self.panel_fits, "place_m": <[f32; 3]>::from(self.pointer.place_m()),
         })
     }
 
-    fn hear(&mut self, now_s: f64) {
+    fn hear(&mut self, now_s: f64, drawn_s: f64) {
         let answers = self.link.poll();
         if !answers.is_empty() {
             self.heard_s = now_s;
@@ -145,22 +152,15 @@ impl App {
                         ..Frame::default()
                     };
                     self.strips.clear();
+                    self.touch = Touch::default();
                     self.said = (self.controls.ready(), false);
                 }
                 // of the tissue before: it is over
                 Answer::Frame(frame) if frame.body != self.shape.body.number => {}
                 Answer::Frame(frame) => {
                     self.strips.add(&frame.samples);
-                    if frame.dropped > self.dropped + 200 {
-                        self.said = (
-                            format!(
-                                "{} ms of the tissue's time were dropped: machine busy or asleep.",
-                                frame.dropped - self.dropped
-                            ),
-                            true,
-                        );
-                    }
-                    self.dropped = frame.dropped;
+                    self.touch.add(&frame.samples);
+                    self.lapse.count(frame.dropped, drawn_s);
                     if self.first_touch_s.is_none() && Vector3::from(frame.force_n).norm() > 1e-3 {
                         self.first_touch_s = Some(self.begun.elapsed().as_secs_f64());
                     }
@@ -213,16 +213,19 @@ impl App {
 
     fn bottom(&self, ui: &mut Ui) {
         ui.horizontal_wrapped(|ui| {
-            let (text, bad) = &self.said;
+            let now_s = ui.input(|i| i.time);
+            // it says why for a while, and then what was said before is there again
+            let lapse = self.lapse.sentence(now_s);
+            let (text, bad) = lapse.as_ref().map_or((&self.said.0, self.said.1), |told| (told, true));
             let text = RichText::new(text);
-            ui.label(if *bad { text.color(ui.visuals().error_fg_color).strong() } else { text });
+            ui.label(if bad { text.color(ui.visuals().error_fg_color).strong() } else { text });
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let touch = self.first_touch_s.map_or(String::new(), |s| format!("first touch {s:.1} s · "));
+                let lapse = self.lapse.ms(now_s).map_or(String::new(), |ms| format!("{ms} ms dropped · "));
                 ui.weak(format!(
-                    "{touch}{:.0} ticks/s, longest {:.0} us · {} dropped · {} frames/s",
+                    "{touch}{:.0} ticks/s, longest {:.0} us · {lapse}{} frames/s",
                     self.frame.hz,
                     self.frame.worst_us,
-                    self.frame.dropped,
                     self.frames_per_s()
                 ));
             });
@@ -254,7 +257,8 @@ impl App {
         mesh.add_triangle(0, 2, 3);
         painter.add(egui::Shape::mesh(mesh));
         let shown = Shown { dark, most_pa: self.controls.stiffness_kpa * 1e3, ..self.controls.shown };
-        view::draw(&painter, &lens, &self.shape, &self.frame, &shown);
+        view::draw(&painter, &lens, &self.shape, &self.frame, &shown, self.controls.nodules());
+        self.touch.draw(&painter, rect, dark, self.shape.body.friction);
         self.controls.legend(&painter, rect, dark);
         self.controls.marks(&painter, &lens, &self.shape);
     }
@@ -264,7 +268,7 @@ impl App {
         let now_s = self.begun.elapsed().as_secs_f64();
         self.drawn.retain(|t| *t > now_s - 1.0);
         self.drawn.push(now_s);
-        self.hear(now_s);
+        self.hear(now_s, ui.input(|i| i.time));
         self.keys(ui.ctx());
         self.opened(ui.ctx());
         self.typed(ui.ctx());

@@ -2,7 +2,7 @@
 
 use eframe::egui::{self, Align2, Color32, FontId, Painter, Rect, Stroke, pos2, vec2};
 use palpate::Vector3;
-use palpate_loop::live::{Choice, Exercise, Found, Holding, Nodule};
+use palpate_loop::live::{Choice, Exercise, Found, Holding, Inside, Nodule};
 use palpate_tissue::scene::PRESETS;
 use web_time::Instant;
 
@@ -28,7 +28,10 @@ pub struct Controls {
     /// Stiffness [kPa] and damping [1/s] on the sliders.
     pub(crate) stiffness_kpa: f32,
     pub(crate) damping_per_s: f32,
-    pub(crate) nodule: Option<Nodule>,
+    /// Nodules in the block; one that is searched is not here.
+    pub(crate) inside: Inside,
+    /// Nodules of the scene itself.
+    pub(crate) own: Vec<Nodule>,
     pub(crate) block: bool,
     pub(crate) exercise: Option<Search>,
     pub(crate) found: Option<Answered>,
@@ -69,9 +72,18 @@ impl Controls {
     /// As it was sent to the physics.
     #[must_use]
     pub fn new(choice: Choice, holding: Holding) -> Self {
-        let shown = Shown { colour: Colour::Displacement, springs: false, rim: false, dark: false, most_m: 4e-3, most_pa: 3.5e3 };
+        let shown = Shown {
+            colour: Colour::Displacement,
+            cut: false,
+            springs: false,
+            rim: false,
+            dark: false,
+            most_m: 4e-3,
+            most_pa: 3.5e3,
+        };
         Self {
-            nodule: choice.nodule,
+            inside: choice.inside,
+            own: Vec::new(),
             choice,
             holding,
             shown,
@@ -91,6 +103,7 @@ impl Controls {
         self.stiffness_kpa = body.youngs_modulus_pa * 1e-3;
         self.damping_per_s = body.node_damping_per_s;
         self.block = body.block;
+        self.own.clone_from(&body.own_nodules);
         self.shown.most_m = body.depth_limit_m * 0.6;
         self.put_by = None;
         if let Some(search) = &mut self.exercise {
@@ -106,10 +119,20 @@ impl Controls {
         if let Some((exercise, found)) = self.put_by.take() {
             (self.exercise, self.found) = (exercise, found);
         }
-        self.nodule = choice.nodule.filter(|_| self.exercise.is_none());
+        self.inside = if self.exercise.is_none() { choice.inside } else { Inside::Own };
         self.stiffness_kpa = choice.youngs_modulus_pa.map_or(body.youngs_modulus_pa, |pa| pa as f32) * 1e-3;
         self.damping_per_s = choice.node_damping_per_s.map_or(body.node_damping_per_s, |per_s| per_s as f32);
         (self.choice, self.holding) = (choice, holding);
+    }
+
+    /// Nodules that are known to be inside; not the one that is searched.
+    #[must_use]
+    pub fn nodules(&self) -> &[Nodule] {
+        match &self.inside {
+            Inside::Own => &self.own,
+            Inside::Nothing => &[],
+            Inside::Nodule(nodule) => std::slice::from_ref(nodule),
+        }
     }
 
     /// Returns the choices in numbers, as JSON.
@@ -119,7 +142,7 @@ impl Controls {
             "stiffness_kpa": self.stiffness_kpa, "searching": self.exercise.is_some(),
             "score": self.found.map(|(found, ..)| found.score), "found": self.found.map(|(found, ..)| found.found),
             "scene": self.choice.scene, "device": self.holding.device, "hand": self.holding.hand, "dark": !self.light,
-            "damping_per_s": self.damping_per_s, "nodule": self.nodule.is_some(),
+            "damping_per_s": self.damping_per_s, "cut": self.shown.cut, "nodule": !self.nodules().is_empty(),
         })
     }
 
@@ -136,7 +159,7 @@ impl Controls {
     #[must_use]
     pub fn ready(&self) -> String {
         match &self.exercise {
-            Some(_) => "A nodule is hidden, and the tissue is ready: press around, and Enter where it is stiffest.".into(),
+            Some(_) => "A nodule is hidden in the plain block: press around, and Enter where it is stiffest.".into(),
             None => format!("{} is ready: press it.", self.title()),
         }
     }
@@ -166,6 +189,11 @@ impl Controls {
         let [low, high] = ends;
         painter.text(bar.left_bottom() + vec2(0.0, 2.0), Align2::LEFT_TOP, low, FontId::proportional(12.0), ink);
         painter.text(bar.right_bottom() + vec2(0.0, 2.0), Align2::RIGHT_TOP, high, FontId::proportional(12.0), ink);
+        if self.shown.cut {
+            let below = bar.left_bottom() + vec2(0.0, 20.0);
+            let lines = "cut through the tip; white: the surface at rest";
+            painter.text(below, Align2::LEFT_TOP, lines, FontId::proportional(12.0), ink);
+        }
         if rect.width() < LEAST_FOR_HINTS {
             return;
         }

@@ -10,13 +10,14 @@ use crate::controls::presets;
 use crate::message::Request;
 
 /// Key bindings that the panel lists.
-pub const KEYS: [&str; 10] = [
+pub const KEYS: [&str; 11] = [
     "arrows: move · Space: press",
     "PageUp, PageDown: how deep",
     "[ ]: softer, stiffer · , .: damping",
     "1 .. 9: presets · M: mesh · O: nodule inside",
     "D: device · H: hand · C: clear a fault",
     "Shift arrows: orbit · + -: zoom · Home: reset",
+    "V: cut through the tip, dent and mesh seen",
     "S springs · E edge · J colour · T light, dark",
     "N: find the nodule · Enter: it is here",
     "R: record · L: replay · W: save · X: CSV · P: picture",
@@ -77,13 +78,14 @@ impl App {
             Key::W => self.said = self.files.save(),
             Key::X => self.said = self.files.tabulate(&mut *self.link),
             Key::S => self.controls.shown.springs ^= true,
+            Key::V => self.controls.shown.cut ^= true,
             Key::E => self.controls.shown.rim ^= true,
             Key::J => self.recolour(),
             Key::T => self.theme(ctx),
             Key::D => self.next_device(),
             Key::H => self.next_hand(),
             Key::M => self.next_mesh(),
-            Key::O => self.put_nodule(self.controls.nodule.is_none()),
+            Key::O => self.put_nodule(self.controls.nodules().is_empty()),
             Key::Plus | Key::Equals => self.camera.zoom(1.15),
             Key::Minus => self.camera.zoom(1.0 / 1.15),
             Key::Home => self.camera.reset(),

@@ -12,6 +12,7 @@
 pub mod app;
 mod camera;
 mod controls;
+mod cut;
 mod drawn_body;
 mod files;
 mod keys;
@@ -23,5 +24,6 @@ mod panel;
 pub mod physics;
 mod pointer;
 mod strips;
+mod touch;
 mod view;
 mod words;

@@ -1,6 +1,6 @@
 //! Protocol between drawing and physics, through a channel or a worker's messages.
 
-use palpate_loop::live::{Choice, Holding};
+use palpate_loop::live::{Choice, Holding, Nodule};
 use serde::{Deserialize, Serialize};
 
 /// Time of silence after which the other side counts as gone: the loop ends the force, the screen
@@ -120,6 +120,9 @@ pub struct Body {
     pub friction: f32,
     /// It is a block: a nodule can be put into it.
     pub block: bool,
+    /// Nodules of the scene itself, whatever is inside now; of other tissue than a block, their
+    /// depth counts from z = 0.
+    pub own_nodules: Vec<Nodule>,
     /// Number of places that it was calibrated at; 0 if it comes from formulas alone.
     pub fitted_places: u32,
 }
@@ -169,7 +172,7 @@ pub struct Frame {
     pub mode: u8,
     /// Latched fault, by its number; 0 for none.
     pub fault: u8,
-    /// ClampFlags, as bits.
+    /// Limiters that acted, as bits of `ClampFlags`.
     pub limiters: u8,
     /// Force on the device [N].
     pub force_n: [f32; 3],

@@ -3,7 +3,7 @@
 use eframe::egui::{ComboBox, RichText, Slider, SliderClamping, Ui};
 use palpate_loop::closed_loop::device::PROFILES;
 use palpate_loop::closed_loop::hand::HANDS;
-use palpate_loop::live::{Choice, Nodule, SIZES};
+use palpate_loop::live::{Choice, Inside, Nodule, SIZES};
 
 use crate::app::App;
 use crate::controls::{presets, short};
@@ -13,6 +13,9 @@ use crate::words;
 
 /// A slider rounds what it shows; what was not touched keeps its value.
 const EDITS: SliderClamping = SliderClamping::Edits;
+
+/// Effect of the exercise on what is pressed now.
+const HIDE: &str = "Hides a nodule somewhere in the plain block; this scene and its own nodule are left for that.";
 
 /// As much of a file's name as fits beside the mesh.
 fn clipped(name: &str) -> String {
@@ -35,54 +38,59 @@ impl App {
         ui.separator();
         self.recording(ui);
         ui.separator();
-        ui.collapsing("Keys", |ui| {
+        let keys = ui.collapsing("Keys", |ui| {
             for line in KEYS {
                 ui.label(RichText::new(line).size(12.0));
             }
             ui.label(RichText::new("Tab: fields and sliders, arrows change, Esc leaves").size(12.0));
         });
+        keys.header_response.on_hover_text("Lists the keys of every control.");
     }
 
     fn tissue(&mut self, ui: &mut Ui) {
         ui.strong("Tissue");
         let mut preset = None;
         ui.horizontal(|ui| {
-            ComboBox::from_id_salt("preset").selected_text(clipped(short(&self.controls.choice.scene))).show_ui(ui, |ui| {
+            let scenes = ComboBox::from_id_salt("preset").selected_text(clipped(short(&self.controls.choice.scene)));
+            let scenes = scenes.show_ui(ui, |ui| {
                 for name in presets() {
                     if ui.selectable_label(self.controls.choice.scene == name, name).clicked() {
                         preset = Some(Choice::preset(name));
                     }
                 }
             });
+            scenes.response.on_hover_text("Tissue to press (keys 1 to 9).");
             if self.controls.block {
                 let nodes = self.shape.body.rest_m.len();
-                ComboBox::from_id_salt("nodes").selected_text(format!("{nodes} nodes")).width(90.0).show_ui(ui, |ui| {
+                let sizes = ComboBox::from_id_salt("nodes").selected_text(format!("{nodes} nodes")).width(90.0);
+                let sizes = sizes.show_ui(ui, |ui| {
                     for size in SIZES {
                         if ui.selectable_label(nodes == size, format!("{size} nodes")).clicked() {
                             preset = Some(Choice { nodes: Some(size), ..self.controls.choice.clone() });
                         }
                     }
                 });
+                sizes.response.on_hover_text("Nodes of the mesh: more are more accurate and take longer per tick (M).");
             }
         });
         if let Some(choice) = preset {
             self.rechoose(choice);
         }
         let mut kpa = self.controls.stiffness_kpa;
-        if ui
-            .add(Slider::new(&mut kpa, 1.0..=100.0).logarithmic(true).fixed_decimals(1).clamping(EDITS).text("stiffness kPa"))
-            .changed()
-        {
+        let stiffness = Slider::new(&mut kpa, 1.0..=100.0).logarithmic(true).fixed_decimals(1).clamping(EDITS);
+        let stiffness = ui.add(stiffness.text("stiffness kPa"));
+        if stiffness.on_hover_text("Young's modulus of the tissue in kPa ([ and ]).").changed() {
             self.stiffen(kpa);
         }
         let mut per_s = self.controls.damping_per_s;
-        if ui.add(Slider::new(&mut per_s, 0.0..=200.0).fixed_decimals(0).clamping(EDITS).text("damping 1/s")).changed() {
+        let damping = ui.add(Slider::new(&mut per_s, 0.0..=200.0).fixed_decimals(0).clamping(EDITS).text("damping 1/s"));
+        if damping.on_hover_text("Share of its speed that a node loses per second, in 1/s (comma and dot).").changed() {
             self.damp(per_s);
         }
         if self.frame.waits {
             ui.weak("changes when you let go");
         }
-        if self.controls.block && self.controls.exercise.is_none() {
+        if self.controls.exercise.is_none() {
             self.nodule(ui);
         }
         let fitted = match self.shape.body.fitted_places {
@@ -95,23 +103,39 @@ impl App {
     }
 
     fn nodule(&mut self, ui: &mut Ui) {
-        let mut there = self.controls.nodule.is_some();
-        if ui.checkbox(&mut there, "nodule inside").changed() {
+        let (own, mut there) = (self.controls.own.len(), !self.controls.nodules().is_empty());
+        if !self.controls.block {
+            if own > 0 {
+                ui.weak(format!("{}: in a block it can be changed", words::own_nodules(own)));
+            }
+            return;
+        }
+        let name = match self.controls.inside {
+            Inside::Own if own > 0 => words::own_nodules(own),
+            _ => "nodule inside".into(),
+        };
+        let tip = if own > 0 {
+            "Takes the scene's own nodule out, and puts it back (O)."
+        } else {
+            "Puts a stiffer ball into the block, and takes it out (O)."
+        };
+        if ui.checkbox(&mut there, name).on_hover_text(tip).changed() {
             self.put_nodule(there);
         }
-        let Some(mut nodule) = self.controls.nodule else { return };
+        // several have no place on one set of sliders
+        let &[mut nodule] = self.controls.nodules() else { return };
         let (mut moved, mut released) = (false, false);
         let [mut x, mut y] = nodule.place_m.map(|m| m * 1e3);
         let (mut depth, mut radius) = (nodule.depth_m * 1e3, nodule.radius_m * 1e3);
-        for (value, range, name) in [
-            (&mut x, -20.0..=20.0, "x mm"),
-            (&mut y, -20.0..=20.0, "y mm"),
-            (&mut depth, 4.0..=25.0, "depth mm"),
-            (&mut radius, 3.0..=12.0, "radius mm"),
-            (&mut nodule.ratio, 0.2..=20.0, "times as stiff"),
+        for (value, range, name, tip) in [
+            (&mut x, -20.0..=20.0, "x mm", "Place of the nodule towards you, in mm from the middle."),
+            (&mut y, -20.0..=20.0, "y mm", "Place of the nodule to the right, in mm from the middle."),
+            (&mut depth, 4.0..=25.0, "depth mm", "Depth of the nodule's centre below the surface, in mm."),
+            (&mut radius, 3.0..=12.0, "radius mm", "Radius of the nodule in mm."),
+            (&mut nodule.ratio, 0.2..=20.0, "times as stiff", "Stiffness of the nodule over that of the tissue (1)."),
         ] {
             let before = *value;
-            let response = ui.add(Slider::new(value, range).fixed_decimals(1).clamping(EDITS).text(name));
+            let response = ui.add(Slider::new(value, range).fixed_decimals(1).clamping(EDITS).text(name)).on_hover_text(tip);
             let changed = (*value - before).abs() > 1e-6;
             moved |= changed;
             // the patch is rebuilt once, not at every pixel
@@ -119,7 +143,7 @@ impl App {
         }
         if moved {
             nodule = Nodule { place_m: [x * 1e-3, y * 1e-3], depth_m: depth * 1e-3, radius_m: radius * 1e-3, ..nodule };
-            self.controls.nodule = Some(nodule);
+            self.controls.inside = Inside::Nodule(nodule);
         }
         if released {
             self.choose();
@@ -132,23 +156,28 @@ impl App {
         let holding = &mut self.controls.holding;
         let device = holding.device.clone().unwrap_or_else(|| "pointer".into());
         ui.horizontal(|ui| {
-            ComboBox::from_id_salt("device").width(110.0).selected_text(device).show_ui(ui, |ui| {
+            let devices = ComboBox::from_id_salt("device").width(110.0).selected_text(device);
+            let devices = devices.show_ui(ui, |ui| {
                 ui.selectable_value(&mut holding.device, None, "pointer");
                 for (name, _) in PROFILES {
                     ui.selectable_value(&mut holding.device, Some(name.to_owned()), name);
                 }
             });
+            devices.response.on_hover_text("Emulated device between hand and tissue; the pointer has no mass (D).");
             if holding.device.is_some() {
-                ComboBox::from_id_salt("hand").width(110.0).selected_text(holding.hand.clone()).show_ui(ui, |ui| {
+                let hands = ComboBox::from_id_salt("hand").width(110.0).selected_text(holding.hand.clone());
+                let hands = hands.show_ui(ui, |ui| {
                     for hand in &HANDS[1..] {
                         ui.selectable_value(&mut holding.hand, hand.id.to_owned(), format!("{} {}", hand.id, hand.name));
                     }
                 });
+                hands.response.on_hover_text("Emulated hand that holds the device (H).");
             }
         });
         if holding.device.is_some() {
             let mut delay = holding.delay_ticks.unwrap_or(1);
-            if ui.add(Slider::new(&mut delay, 0..=7).text("delay ms")).changed() {
+            let slider = ui.add(Slider::new(&mut delay, 0..=7).text("delay ms"));
+            if slider.on_hover_text("Time from a force to the device's amplifier, in ms.").changed() {
                 holding.delay_ticks = Some(delay);
             }
         } else {
@@ -162,23 +191,32 @@ impl App {
     fn shown(&mut self, ui: &mut Ui) {
         ui.strong("View");
         ui.horizontal(|ui| {
-            for (colour, name) in [(Colour::Displacement, "moved"), (Colour::J, "J"), (Colour::Pressure, "pressure")] {
-                if ui.selectable_label(self.controls.shown.colour == colour, name).clicked() {
+            for (colour, name, tip) in [
+                (Colour::Displacement, "moved", "Colour by displacement in mm (J)."),
+                (Colour::J, "J", "Colour by volume over volume at rest (J)."),
+                (Colour::Pressure, "pressure", "Colour by the probe's pressure in kPa (J)."),
+            ] {
+                if ui.selectable_label(self.controls.shown.colour == colour, name).on_hover_text(tip).clicked() {
                     self.colour(colour);
                 }
             }
-            if ui.button("reset").clicked() {
+            if ui.button("reset").on_hover_text("Puts the eye back to where it began (Home).").clicked() {
                 self.camera.reset();
             }
         });
+        let shown = &mut self.controls.shown;
         ui.horizontal(|ui| {
-            ui.checkbox(&mut self.controls.shown.springs, "springs");
-            ui.checkbox(&mut self.controls.shown.rim, "edge");
-            if ui.button(if self.controls.light { "dark" } else { "light" }).clicked() {
-                let ctx = ui.ctx().clone();
-                self.theme(&ctx);
-            }
+            ui.checkbox(&mut shown.cut, "cut-away")
+                .on_hover_text("Cuts the tissue through the tip: the dent and the mesh below it are seen (V).");
+            ui.checkbox(&mut shown.springs, "springs").on_hover_text("Draws every spring of the mesh (S).");
+            ui.checkbox(&mut shown.rim, "edge")
+                .on_hover_text("Marks fixed nodes in black, and those with a far field behind them in orange (E).");
         });
+        let other = if self.controls.light { "dark" } else { "light" };
+        if ui.button(other).on_hover_text("Changes between light and dark (T).").clicked() {
+            let ctx = ui.ctx().clone();
+            self.theme(&ctx);
+        }
         if self.controls.shown.colour == Colour::Pressure {
             ui.label(words::contact(self.frame.map.as_ref()));
         }
@@ -189,10 +227,10 @@ impl App {
         if let Some(search) = &self.controls.exercise {
             ui.label(format!("{:.0} s, strongest press {:.2} N", search.taken_s(), search.peak_n));
             ui.label("Press around; where it is stiffest, press Enter.");
-            if ui.button("give up").clicked() {
+            if ui.button("give up").on_hover_text("Ends the search without a score (N).").clicked() {
                 self.search();
             }
-        } else if ui.button("hide one (N)").clicked() {
+        } else if ui.button("hide one (N)").on_hover_text(HIDE).clicked() {
             self.search();
         }
         if let Some((found, ..)) = &self.controls.found {
@@ -210,28 +248,28 @@ impl App {
                 Some(ticks) => format!("stop ({:.1} s)", f64::from(ticks) * 1e-3),
                 None => "record (R)".into(),
             };
-            if ui.button(label).clicked() {
+            if ui.button(label).on_hover_text("Records every tick of 1 ms, up to ten minutes (R).").clicked() {
                 self.record();
             }
-            if ui.button("picture").clicked() {
+            if ui.button("picture").on_hover_text("Writes the window as a PNG (P).").clicked() {
                 self.files.photograph(ui.ctx());
             }
         });
         if self.files.has_trace() {
             ui.horizontal(|ui| {
-                if ui.button("replay").clicked() {
+                if ui.button("replay").on_hover_text("Repeats the recording and compares every bit (L).").clicked() {
                     self.said = self.files.replay(&mut *self.link);
                 }
-                if ui.button("save").clicked() {
+                if ui.button("save").on_hover_text("Writes the recording as a trace (W).").clicked() {
                     self.said = self.files.save();
                 }
-                if ui.button("CSV").clicked() {
+                if ui.button("CSV").on_hover_text("Writes a row per tick, in s, m and N (X).").clicked() {
                     self.said = self.files.tabulate(&mut *self.link);
                 }
             });
         }
         ui.horizontal(|ui| {
-            if ui.button("open (F)").clicked() {
+            if ui.button("open (F)").on_hover_text("Opens a trace or a scene (.toml).").clicked() {
                 self.ask_for_a_file();
             }
             ui.weak("or drop a trace, a scene");

@@ -23,8 +23,9 @@ pub struct Physics {
     body: u32,
     target_m: Vector3<f64>,
     heard_s: f64,
-    /// Real time of tick zero [s].
-    start_s: f64,
+    /// Real time of tick zero [s]; none before the first call of [`Self::advance`], for a patch
+    /// takes its time to prepare.
+    start_s: Option<f64>,
     ticks: u64,
     dropped: u64,
     second: Second,
@@ -56,7 +57,7 @@ impl Physics {
             live,
             body: 1,
             heard_s: now_s,
-            start_s: now_s,
+            start_s: None,
             ticks: 0,
             dropped: 0,
             second: Second { from_s: now_s, ..Second::default() },
@@ -99,6 +100,7 @@ impl Physics {
             stiffening_b: params.stiffening_b,
             friction: params.friction,
             block: self.live.choice().scene().is_ok_and(|s| s.tissue.block_m.is_some()),
+            own_nodules: self.live.choice().own_nodules().unwrap_or_default(),
             fitted_places: tissue.patch().fitted_places(),
         }))
     }
@@ -109,7 +111,7 @@ impl Physics {
         let now_s = clock();
         self.follow(request, now_s, answer);
         let spent_s = clock() - now_s;
-        self.start_s += spent_s;
+        self.start_s = self.start_s.map(|start_s| start_s + spent_s);
         self.heard_s += spent_s;
     }
 
@@ -169,7 +171,8 @@ impl Physics {
     /// Runs the ticks that are due; `clock` gives real time [s].
     pub fn advance(&mut self, clock: &dyn Fn() -> f64, answer: &mut dyn FnMut(Answer)) {
         let now_s = clock();
-        let due = (((now_s - self.start_s) * 1e3) as u64).saturating_sub(self.ticks + self.dropped);
+        let start_s = *self.start_s.get_or_insert(now_s);
+        let due = (((now_s - start_s) * 1e3) as u64).saturating_sub(self.ticks + self.dropped);
         let run = due.min(MOST_BEHIND);
         self.dropped += due - run;
         let heard = now_s - self.heard_s < SILENCE_S;

@@ -3,8 +3,10 @@
 
 use eframe::egui::{Color32, Mesh, Painter, Pos2, Rect, Shape as Drawn, Stroke, pos2, vec2};
 use palpate::Vector3;
+use palpate_loop::live::Nodule;
 
 use crate::camera::Lens;
+use crate::cut::{self, Corner, Cut};
 use crate::drawn_body::DrawnBody;
 use crate::message::{Frame, Tip};
 
@@ -26,6 +28,8 @@ pub enum Colour {
 pub struct Shown {
     /// Quantity that the colour shows.
     pub colour: Colour,
+    /// Cut through the tip.
+    pub cut: bool,
     /// Springs.
     pub springs: bool,
     /// Edge: fixed nodes, and nodes with a far field behind them.
@@ -68,14 +72,20 @@ struct Facet {
     far_m: f32,
 }
 
-/// Draws all; returns how many triangles.
-pub fn draw(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, shown: &Shown) -> usize {
+/// Draws all, with the `nodules` that may be seen; returns how many triangles.
+pub fn draw(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, shown: &Shown, nodules: &[Nodule]) -> usize {
     if frame.nodes_m.len() != shape.body.rest_m.len() || frame.nodes_m.is_empty() {
         return 0;
     }
+    let cut = shown.cut.then(|| Cut::through(frame.tip_m.into(), &shape.body.axis.into(), lens));
+    let shares: Vec<f32> = match shown.colour {
+        Colour::Displacement => shape.moved_m(&frame.nodes_m).iter().map(|m| m / shown.most_m).collect(),
+        Colour::J => shape.j(&frame.nodes_m).iter().map(|j| (1.0 - j) / (1.0 - LEAST_J)).collect(),
+        Colour::Pressure => shape.pressure_pa(frame).iter().map(|pa| pa / shown.most_pa).collect(),
+    };
     let mut facets = Vec::with_capacity(shape.boundary.len() + 200);
-    tissue(&mut facets, lens, shape, frame, shown);
-    probe(&mut facets, lens, shape, frame);
+    tissue(&mut facets, lens, shape, frame, &shares, cut.as_ref());
+    let parts = probe(&mut facets, lens, shape, frame, cut.as_ref());
     facets.sort_unstable_by(|a, b| b.far_m.total_cmp(&a.far_m));
     let mut mesh = Mesh::default();
     mesh.reserve_triangles(facets.len());
@@ -86,11 +96,17 @@ pub fn draw(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, sh
         mesh.add_triangle(at, at + 1, at + 2);
     }
     painter.add(Drawn::mesh(mesh));
+    if let Some(cut) = &cut {
+        // all that is kept lies behind it: nothing hides it
+        parts.iter().for_each(|part| cut::metal(painter, lens, cut, part));
+        cut::face(painter, lens, cut, shape, frame, shown, &shares, nodules);
+    }
+    let kept = |x: &V| cut.is_none_or(|cut| cut.ahead_m(x) <= 0.0);
     if shown.springs {
-        springs(painter, lens, shape, frame, shown);
+        springs(painter, lens, shape, frame, shown, &kept);
     }
     if shown.rim {
-        rim(painter, lens, shape, frame);
+        rim(painter, lens, shape, frame, &kept);
     }
     if shown.colour == Colour::Pressure {
         ellipse(painter, lens, frame);
@@ -99,14 +115,9 @@ pub fn draw(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, sh
     facets.len()
 }
 
-fn tissue(facets: &mut Vec<Facet>, lens: &Lens, shape: &DrawnBody, frame: &Frame, shown: &Shown) {
+fn tissue(facets: &mut Vec<Facet>, lens: &Lens, shape: &DrawnBody, frame: &Frame, shares: &[f32], cut: Option<&Cut>) {
     let nodes_m: Vec<V> = frame.nodes_m.iter().map(|x| V::from(*x)).collect();
     let normals = shape.normals(&nodes_m);
-    let shares: Vec<f32> = match shown.colour {
-        Colour::Displacement => shape.moved_m(&frame.nodes_m).iter().map(|m| m / shown.most_m).collect(),
-        Colour::J => shape.j(&frame.nodes_m).iter().map(|j| (1.0 - j) / (1.0 - LEAST_J)).collect(),
-        Colour::Pressure => shape.pressure_pa(frame).iter().map(|pa| pa / shown.most_pa).collect(),
-    };
     let light = lens.light();
     for (&corners, own) in shape.boundary.iter().zip(&normals) {
         let [a, b, c] = corners.map(|n| nodes_m[n]);
@@ -118,20 +129,31 @@ fn tissue(facets: &mut Vec<Facet>, lens: &Lens, shape: &DrawnBody, frame: &Frame
         let vertex = |n: usize| {
             let normal = shape.normal(n, &own, &normals);
             let lit = 0.48 + 0.52 * normal.dot(&light).max(0.0);
-            lens.project(&nodes_m[n]).map(|(pixel, far_m)| ((pixel, screen(scale(shares[n]).map(|k| k * lit))), far_m))
+            (nodes_m[n], scale(shares[n]).map(|k| k * lit))
         };
-        push(facets, corners.map(vertex));
+        push(facets, lens, corners.map(vertex), cut);
     }
 }
 
-fn push(facets: &mut Vec<Facet>, corners: [Option<((Pos2, Color32), f32)>; 3]) {
-    if let [Some(a), Some(b), Some(c)] = corners {
-        facets.push(Facet { corners: [a.0, b.0, c.0], far_m: (a.1 + b.1 + c.1) / 3.0 });
+/// Adds what the cut leaves of a triangle.
+fn push(facets: &mut Vec<Facet>, lens: &Lens, corners: [Corner; 3], cut: Option<&Cut>) {
+    let mut add = |corners: [Corner; 3]| {
+        let drawn = corners.map(|(x, colour)| lens.project(&x).map(|(pixel, far_m)| ((pixel, screen(colour)), far_m)));
+        if let [Some(a), Some(b), Some(c)] = drawn {
+            facets.push(Facet { corners: [a.0, b.0, c.0], far_m: (a.1 + b.1 + c.1) / 3.0 });
+        }
+    };
+    match cut {
+        None => add(corners),
+        Some(cut) => {
+            let kept = cut.kept(&corners);
+            kept.windows(2).skip(1).for_each(|pair| add([kept[0], pair[0], pair[1]]));
+        }
     }
 }
 
-/// The tip and a handle.
-fn probe(facets: &mut Vec<Facet>, lens: &Lens, shape: &DrawnBody, frame: &Frame) {
+/// The tip and a handle; returns the triangles of each, all around.
+fn probe(facets: &mut Vec<Facet>, lens: &Lens, shape: &DrawnBody, frame: &Frame, cut: Option<&Cut>) -> [Vec<[V; 3]>; 2] {
     const ROUND: usize = 32;
     let (axis, radius_m, tip_m) = (V::from(shape.body.axis), shape.body.radius_m, V::from(frame.tip_m));
     let aside = if axis.x.abs() < 0.9 { V::x() } else { V::y() };
@@ -173,13 +195,16 @@ fn probe(facets: &mut Vec<Facet>, lens: &Lens, shape: &DrawnBody, frame: &Frame)
     };
     type Place<'a> = &'a dyn Fn((f32, f32), usize) -> V;
     let parts: [(&[(f32, f32)], Place<'_>); 2] = [(&body, &on_body), (&handle, &on_handle)];
-    for (pair, at) in parts.into_iter().flat_map(|(rings, at)| rings.windows(2).map(move |pair| (pair, at))) {
+    let mut around = [Vec::new(), Vec::new()];
+    let strips = parts.into_iter().enumerate();
+    for (part, pair, at) in strips.flat_map(|(part, (rings, at))| rings.windows(2).map(move |pair| (part, pair, at))) {
         for k in 0..ROUND {
             let [a, b, c, d] = [at(pair[0], k), at(pair[0], k + 1), at(pair[1], k + 1), at(pair[1], k)];
             for corners in [[a, c, b], [a, d, c]] {
                 let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
                 let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
                 let Some(mut normal) = normal.try_normalize(1e-12) else { continue };
+                around[part].push(corners);
                 let mut out = middle - (tip_m + axis * (axis.dot(&(middle - tip_m))).max(radius_m));
                 if let Tip::Capsule { half_m } = shape.body.tip {
                     let half_m = V::from(half_m);
@@ -193,20 +218,25 @@ fn probe(facets: &mut Vec<Facet>, lens: &Lens, shape: &DrawnBody, frame: &Frame)
                     continue;
                 }
                 let lit = 0.35 + 0.65 * normal.dot(&light).max(0.0);
-                let colour = screen([0.62, 0.66, 0.72].map(|k| k * lit));
-                push(facets, corners.map(|x| lens.project(&x).map(|(pixel, far_m)| ((pixel, colour), far_m))));
+                let colour = [0.62, 0.66, 0.72].map(|k| k * lit);
+                push(facets, lens, corners.map(|x| (x, colour)), cut);
             }
         }
     }
+    around
 }
 
-fn springs(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, shown: &Shown) {
+/// Whether a place [m] is on the side of the cut that is drawn.
+type Kept<'a> = &'a dyn Fn(&V) -> bool;
+
+fn springs(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, shown: &Shown, kept: Kept<'_>) {
     let ink = if shown.dark {
         Color32::from_rgba_unmultiplied(235, 240, 245, 70)
     } else {
         Color32::from_rgba_unmultiplied(20, 24, 30, 70)
     };
-    let at = |n: u16| frame.nodes_m.get(usize::from(n)).and_then(|x| lens.project(&V::from(*x)));
+    let places = |n: u16| frame.nodes_m.get(usize::from(n)).map(|x| V::from(*x));
+    let at = |n: u16| places(n).filter(kept).and_then(|x| lens.project(&x));
     for [i, j] in &shape.body.springs {
         if let (Some((a, _)), Some((b, _))) = (at(*i), at(*j)) {
             painter.line_segment([a, b], Stroke::new(0.6, ink));
@@ -214,10 +244,11 @@ fn springs(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, sho
     }
 }
 
-fn rim(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame) {
+fn rim(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, kept: Kept<'_>) {
     let dots = |nodes: &[u16], colour: Color32| {
         for n in nodes {
-            if let Some((pixel, _)) = frame.nodes_m.get(usize::from(*n)).and_then(|x| lens.project(&V::from(*x))) {
+            let place = frame.nodes_m.get(usize::from(*n)).map(|x| V::from(*x)).filter(kept);
+            if let Some((pixel, _)) = place.and_then(|x| lens.project(&x)) {
                 painter.circle_filled(pixel, 2.6, colour);
             }
         }

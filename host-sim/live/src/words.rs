@@ -64,11 +64,24 @@ pub fn terms(lasting_share: f32, stiffening_b: f32, friction: f32) -> String {
     if said.is_empty() { "elastic, without friction".into() } else { said.join("; ") }
 }
 
+/// Nodules that a scene has of its own.
+#[must_use]
+pub fn own_nodules(count: usize) -> String {
+    match count {
+        1 => "the scene's own nodule".into(),
+        _ => format!("the scene's own {count} nodules"),
+    }
+}
+
 /// A contact map in a line.
 #[must_use]
 pub fn contact(map: Option<&Contact>) -> String {
     let Some(map) = map.filter(|map| map.area_m2 > 0.0) else { return "no contact".into() };
     let [a, b] = map.half_axes_m.map(|axis| Vector3::from(axis).norm() * 1e3);
     let [x, y, _] = map.centre_m.map(|c| c * 1e3);
-    format!("{:.0} mm2, axes {a:.1} and {b:.1} mm, centre {x:.1}, {y:.1} mm, peak {:.2} kPa", map.area_m2 * 1e6, map.peak_pa * 1e-3)
+    format!(
+        "{:.0} mm2, axes {a:.1} and {b:.1} mm, centre {x:.1}, {y:.1} mm, peak {:.2} kPa",
+        map.area_m2 * 1e6,
+        map.peak_pa * 1e-3
+    )
 }

@@ -104,7 +104,7 @@ fn the_window_is_pressed_and_its_trace_repeats() {
     if let Some(folder) = std::env::var_os("PALPATE_LIVE_PICTURES") {
         std::fs::copy(&picture, Path::new(&folder).join("live-window.png")).unwrap();
     }
-    assert!(std::fs::metadata(picture).unwrap().len() > 20_000, "an empty picture");
+    assert!(std::fs::metadata(&picture).unwrap().len() > 20_000, "an empty picture");
     window.x("mouseup 1");
     window.until("let go", |s| number(s, "force_n") == 0.0);
     window.x("key bracketright key bracketright key bracketright");
@@ -123,6 +123,20 @@ fn the_window_is_pressed_and_its_trace_repeats() {
     let again = palpate_loop::live::replay::replay(&palpate_loop::live::trace::Trace::read(&bytes).unwrap()).unwrap();
     assert_eq!(again.differs, None);
     assert!(again.telemetry.iter().any(|t| f64::from(t.applied_n.norm()) > number(&soft, "force_n")));
+    // the preset with a nodule, nearer and cut through the tip
+    window.x("key 4");
+    let nodule = |s: &Value| s["controls"]["scene"] == "nodule" && s["controls"]["nodule"] == true;
+    window.until("a nodule of the scene's own", |s| nodule(s) && s["mode"].as_str().is_some_and(|m| m.starts_with("active")));
+    (0..3).for_each(|_| window.x("key plus"));
+    window.x("key v mousemove 480 180 mousedown 1");
+    window.until("the cut", |s| s["controls"]["cut"] == true && number(s, "depth_m") > 2.9e-3);
+    std::thread::sleep(Duration::from_secs(1));
+    std::fs::remove_file(&picture).unwrap();
+    window.x("key p");
+    let cut = written(window.folder.path(), ".png");
+    if let Some(folder) = std::env::var_os("PALPATE_LIVE_PICTURES") {
+        std::fs::copy(&cut, Path::new(&folder).join("live-cut.png")).unwrap();
+    }
     println!(
         "{} ticks/s, {} frames/s, longest tick {} us",
         stiff["ticks_per_s"], stiff["frames_per_s"], stiff["longest_tick_us"]

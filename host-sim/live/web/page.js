@@ -4,8 +4,14 @@ let stopped = false;
 const stop = (text) => { stopped = true; tell(text); };
 // packed in the folder: every server sends it small, whether it compresses or not; from one that says so it comes unpacked
 const file = "palpate_live.wasm.gz";
+// a page of one file brings its parts along
+const parts = window.parts ?? {
+  bindings: () => import("./palpate_live.js"),
+  worker: () => new Worker("worker.js", { type: "module" }),
+  packed: () => fetch(file),
+};
 const unpacked = async () => {
-  const sent = await fetch(file);
+  const sent = await parts.packed();
   if (!sent.ok) throw new Error(`the server answers ${sent.status}: put the whole folder there`);
   const [head, body] = sent.body.tee();
   const reader = head.getReader();
@@ -15,19 +21,23 @@ const unpacked = async () => {
   const first = value?.[0];
   if (first !== 0x1f && first !== 0) throw new Error(`what the server sends is something else: put the folder's own there`);
   const bytes = first === 0 ? body : body.pipeThrough(new DecompressionStream("gzip"));
-  const module = new Response(bytes, { headers: { "Content-Type": "application/wasm" } });
+  return new Response(bytes, { headers: { "Content-Type": "application/wasm" } });
+};
+const compiled = async () => {
+  const module = await unpacked();
   return WebAssembly.compileStreaming(module).catch((why) => { throw new Error(`it came damaged or cut off (${why.message})`); });
 };
 const named = (why) => { throw new Error(`${file}: ${why.message}`); };
 try {
   const lacks = ["WebAssembly", "DecompressionStream", "WebGLRenderingContext", "Worker"].filter((name) => !(name in window));
   if (lacks.length) throw new Error(`this browser has no ${lacks.join(", no ")}: take a newer one`);
-  const [bindings, module] = await Promise.all([import("./palpate_live.js"), unpacked().catch(named)]);
-  const worker = new Worker("worker.js", { type: "module" });
+  const [bindings, module] = await Promise.all([parts.bindings(), compiled().catch(named)]);
+  const worker = parts.worker();
   worker.onerror = ({ message }) => stop(`The physics stopped (${message || "worker.js does not start"}): reload the page, or take another browser.`);
   // a sentence; what is drawn comes as bytes
   worker.addEventListener("message", ({ data }) => { if (typeof data === "string") stop(data); });
-  worker.postMessage(module);
+  // from a page on the disk no module reaches its worker: it gets the bytes
+  worker.postMessage(window.parts ? await (await unpacked()).arrayBuffer() : module);
   await bindings.default({ module_or_path: module });
   const picture = document.getElementById("picture");
   await bindings.draw(picture, worker);

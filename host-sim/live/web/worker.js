@@ -5,7 +5,7 @@ const post = (bytes) => self.postMessage(bytes, [bytes.buffer]);
 let physics, timer;
 const waiting = [];
 const take = async (data) => {
-  if (data instanceof WebAssembly.Module) {
+  if (data instanceof WebAssembly.Module || data instanceof ArrayBuffer) {
     await init({ module_or_path: data });
     physics = new PagePhysics(post, clock());
     waiting.splice(0).forEach((bytes) => physics.take(bytes, clock));

@@ -19,7 +19,7 @@ pub mod replay;
 mod tissue;
 pub mod trace;
 
-pub use choice::{Choice, Nodule, SIZES};
+pub use choice::{Choice, Inside, Nodule, SIZES};
 pub use device::{Holding, POINTER_FORCE_N};
 pub use exercise::{Exercise, Found};
 pub use palpation::{CLEAR_M, Live, Told};

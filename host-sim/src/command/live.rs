@@ -1,5 +1,6 @@
 //! `palpate live`: builds the window or the page, which are a package of their own, and starts it.
 
+mod display;
 mod serve;
 
 use std::path::{Path, PathBuf};
@@ -36,6 +37,13 @@ pub(super) struct LiveArgs {
 
 impl LiveArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
+        // a window that cannot be shown is not built
+        let silent = if self.page {
+            None
+        } else {
+            Scene::load(&self.scene)?;
+            display::look()?
+        };
         // the package is in the repository, not in the binary
         let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("live");
         if !package.join("Cargo.toml").is_file() {
@@ -46,11 +54,10 @@ impl LiveArgs {
             .into());
         }
         let tools = Tools::in_use(package);
-        if self.page { self.page(&tools) } else { self.window(&tools) }
+        if self.page { self.page(&tools) } else { self.window(&tools, silent) }
     }
 
-    fn window(&self, tools: &Tools) -> Result<(), Error> {
-        Scene::load(&self.scene)?;
+    fn window(&self, tools: &Tools, silent: Option<&str>) -> Result<(), Error> {
         let scene = std::fs::canonicalize(&self.scene).unwrap_or_else(|_| self.scene.clone().into());
         eprintln!("building the window; the first time takes some minutes");
         let started = Instant::now();
@@ -58,7 +65,11 @@ impl LiveArgs {
         say_built(started);
         let out = self.out.as_deref().unwrap_or(Path::new("out/live"));
         let name = window.display().to_string();
-        ended(run(Command::new(&window).arg("--scene").arg(scene).arg("--out").arg(out), &name)?, &name)
+        let mut program = Command::new(&window);
+        if let Some(variable) = silent {
+            program.env_remove(variable);
+        }
+        ended(run(program.arg("--scene").arg(scene).arg("--out").arg(out), &name)?, &name)
     }
 
     fn page(&self, tools: &Tools) -> Result<(), Error> {
@@ -71,9 +82,10 @@ impl LiveArgs {
         let out = self.out.as_deref().unwrap_or(Path::new("out/live-page"));
         let folder = OutputFolder::open(out)?;
         eprintln!("binding and packing the page: some seconds");
-        ended(run(Command::new(&bind).arg(&module).arg(folder.draft()), "binding the page")?, "binding the page")?;
+        let web = tools.package.join("web");
+        ended(run(Command::new(&bind).arg(&module).arg(folder.draft()).arg(&web), "binding the page")?, "binding the page")?;
         for name in ["index.html", "page.js", "worker.js"] {
-            let from = tools.package.join("web").join(name);
+            let from = web.join(name);
             let bytes = std::fs::read(&from).map_err(|source| TissueError::Read { path: from, source })?;
             folder.write(name, &bytes)?;
         }
@@ -83,6 +95,7 @@ impl LiveArgs {
             out.display(),
             serve::bytes(out) as f64 * 1e-6
         );
+        println!("{}: the same as one file, which a browser opens from the disk", out.join("palpate-live.html").display());
         if self.no_serve { Ok(()) } else { serve::serve(out) }
     }
 }

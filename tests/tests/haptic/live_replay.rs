@@ -5,7 +5,7 @@ use palpate::Vector3;
 use palpate::haptic::mode::Mode;
 use palpate_loop::live::replay::replay;
 use palpate_loop::live::trace::{Trace, TraceError, VERSION};
-use palpate_loop::live::{Choice, Exercise, Holding, Live, Nodule};
+use palpate_loop::live::{Choice, Exercise, Holding, Inside, Live, Nodule};
 
 const UP: f64 = 5e-3;
 
@@ -87,7 +87,8 @@ fn another_way_of_the_probe_gives_another_force() {
 #[test]
 fn a_nodule_is_felt_where_it_is() {
     let nodule = Nodule { place_m: [0.008, 0.0], depth_m: 9e-3, radius_m: 6e-3, ratio: 10.0 };
-    let mut live = Live::new(&Choice { nodule: Some(nodule), nodes: Some(410), ..small() }, &Holding::default()).unwrap();
+    let mut live =
+        Live::new(&Choice { inside: Inside::Nodule(nodule), nodes: Some(410), ..small() }, &Holding::default()).unwrap();
     let mut force_n = |x_m: f64| {
         to(&mut live, x_m, -UP, 800);
         to(&mut live, x_m, 4e-3, 600)

@@ -1,7 +1,7 @@
 //! Requests from the controls to the physics.
 
 use eframe::egui;
-use palpate_loop::live::{Choice, Exercise};
+use palpate_loop::live::{Choice, Exercise, Inside};
 
 use super::App;
 use crate::controls::{NODULE, Search};
@@ -12,8 +12,11 @@ impl App {
     /// Sends the present choices to the physics.
     pub(crate) fn choose(&mut self) {
         let controls = &mut self.controls;
-        controls.choice.nodule =
-            controls.exercise.as_ref().map(|s| s.exercise.hidden).or(controls.nodule.filter(|_| controls.block));
+        controls.choice.inside = match &controls.exercise {
+            Some(search) => Inside::Nodule(search.exercise.hidden),
+            None if controls.block => controls.inside,
+            None => Inside::Own,
+        };
         self.link.send(Request::Choose(controls.choice.clone(), controls.holding.clone()));
     }
 
@@ -21,7 +24,7 @@ impl App {
         let controls = &mut self.controls;
         let same = choice.same_patch(&controls.choice);
         controls.choice = choice;
-        controls.nodule = controls.choice.nodule;
+        controls.inside = controls.choice.inside;
         if let (true, Ok(scene)) = (same, controls.choice.scene()) {
             // no other tissue follows: this one gets its own values back
             controls.stiffness_kpa = scene.tissue.youngs_modulus_pa as f32 * 1e-3;
@@ -41,11 +44,17 @@ impl App {
         self.choose();
     }
 
-    /// The nodule of the sliders, or none; in a block, and not while one is searched.
+    /// The scene's own nodules or else that of the sliders, or none; in a block, and not while one
+    /// is searched.
     pub(crate) fn put_nodule(&mut self, there: bool) {
         let controls = &mut self.controls;
         if controls.block && controls.exercise.is_none() {
-            (controls.nodule, controls.found) = (there.then_some(NODULE), None);
+            controls.found = None;
+            controls.inside = match (there, controls.own.is_empty()) {
+                (true, true) => Inside::Nodule(NODULE),
+                (false, false) => Inside::Nothing,
+                _ => Inside::Own,
+            };
             self.choose();
         }
     }
@@ -66,7 +75,9 @@ impl App {
             controls.exercise = Some(Search { exercise, begun: None, peak_n: 0.0 });
             let nodes = controls.choice.nodes;
             controls.choice = Choice { nodes, ..Choice::preset("block") };
-            (controls.shown.springs, controls.nodule) = (false, None);
+            (controls.shown.springs, controls.shown.cut, controls.inside) = (false, false, Inside::Own);
+            // of the plain block, whatever the scene before had
+            controls.own.clear();
         }
         self.choose();
     }
@@ -91,7 +102,7 @@ impl App {
         );
         self.controls.found = Some((found, place_m, search.exercise.hidden));
         // the nodule stays, so that it can be felt again
-        self.controls.nodule = Some(search.exercise.hidden);
+        self.controls.inside = Inside::Nodule(search.exercise.hidden);
     }
 
     pub(crate) fn record(&mut self) {

@@ -10,6 +10,8 @@ use eframe::egui::{self, Event, Key, Modifiers, PointerButton, Pos2, RawInput, R
 use super::*;
 use crate::physics::Physics;
 
+mod panel;
+
 /// Over the site, and over the panel.
 const MIDDLE: Pos2 = pos2(480.0, 250.0);
 const PANEL: Pos2 = pos2(1150.0, 330.0);
@@ -39,6 +41,10 @@ struct Screen {
     ctx: egui::Context,
     app: App,
     now_s: Rc<Cell<f64>>,
+    /// Texts of the last frame.
+    texts: Vec<String>,
+    /// Description of the last frame for a screen reader, where that is on.
+    described: Option<egui::accesskit::TreeUpdate>,
 }
 
 impl Screen {
@@ -49,7 +55,7 @@ impl Screen {
         let answers = Rc::new(RefCell::new(vec![physics.body()]));
         let link = Here { physics, now_s: Rc::clone(&now_s), answers };
         let app = App::new(&ctx, Box::new(link), choice, Holding::default()).into_folder(folder.into());
-        let mut screen = Self { ctx, app, now_s };
+        let mut screen = Self { ctx, app, now_s, texts: Vec::new(), described: None };
         screen.frame(vec![Event::PointerMoved(MIDDLE)]);
         screen.until_active();
         screen
@@ -71,6 +77,12 @@ impl Screen {
         let mut drawn = self.ctx.run_ui(input, |ui| app.show(ui));
         // nobody draws; epaint asserts that somebody has
         drawn.textures_delta.clear();
+        self.described = drawn.platform_output.accesskit_update.take();
+        self.texts = drawn.shapes.iter().filter_map(|clipped| text_of(&clipped.shape)).collect();
+    }
+
+    fn shows(&self, text: &str) -> bool {
+        self.texts.iter().any(|shown| shown.contains(text))
     }
 
     fn frames(&mut self, count: usize) {
@@ -121,6 +133,14 @@ impl Screen {
     }
 }
 
+fn text_of(shape: &egui::Shape) -> Option<String> {
+    match shape {
+        egui::Shape::Text(text) => Some(text.galley.text().to_owned()),
+        egui::Shape::Vec(all) => Some(all.iter().filter_map(text_of).collect::<Vec<_>>().join("\n")).filter(|t| !t.is_empty()),
+        _ => None,
+    }
+}
+
 #[test]
 fn nothing_is_wider_than_the_panel() {
     let folder = tempfile::tempdir().unwrap();
@@ -131,7 +151,7 @@ fn nothing_is_wider_than_the_panel() {
         screen.key(Key::CloseBracket, Modifiers::NONE);
         fits(&screen, &format!("stiffened {kpa} times"));
     }
-    for key in [Key::O, Key::D, Key::R, Key::R, Key::N] {
+    for key in [Key::V, Key::O, Key::D, Key::R, Key::R, Key::N] {
         screen.key(key, Modifiers::NONE);
         screen.frames(5);
         fits(&screen, &format!("{key:?}"));
@@ -268,6 +288,10 @@ fn a_hold_of_beef_fades_and_a_slide_on_skin_drags() {
     screen.frames(150);
     let held_n = screen.force_n();
     assert!(peak_n > 0.2 && held_n < 0.4 * peak_n, "{peak_n} N, {held_n} N after 3 s: {}", screen.app.numbers());
+    let touch = screen.app.touch.numbers();
+    let left = touch["left"].as_f64().unwrap() as f32;
+    assert!((left - held_n / peak_n).abs() < 0.05 && touch["since_s"].as_f64() > Some(3.0), "{touch}");
+    assert!(screen.shows(&format!("force since touch: {:.0} % of its peak", left * 100.0)), "{:?}", screen.texts);
     screen.button(false);
 
     let mut screen = Screen::of(Choice::preset("abdomen"), folder.path());
@@ -282,6 +306,7 @@ fn a_hold_of_beef_fades_and_a_slide_on_skin_drags() {
     let moved_m = Vector3::from(screen.app.frame.tip_m) - from_m;
     let drag_n = -along_n(&screen).dot(&moved_m.normalize());
     assert!(screen.app.panel_fits && drag_n > 0.3 * screen.force_n(), "{moved_m} m, {drag_n} N: {}", screen.app.numbers());
+    assert!(screen.shows("along / into: "), "{:?}", screen.texts);
     screen.button(false);
     screen.frames(30);
     assert_eq!(along_n(&screen), Vector3::zeros(), "{}", screen.app.numbers());
@@ -291,6 +316,7 @@ fn a_hold_of_beef_fades_and_a_slide_on_skin_drags() {
 fn the_contact_map_comes_when_its_colour_is_chosen() {
     let folder = tempfile::tempdir().unwrap();
     let mut screen = Screen::block(folder.path());
+    screen.over_the_site();
     screen.button(true);
     screen.frames(80);
     assert!(screen.force_n() > 0.05 && screen.app.frame.map.is_none(), "{}", screen.app.numbers());

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use crate::driver::{Browser, serve};
-use crate::{active, empty, page, until};
+use crate::{MIDDLE, active, empty, let_go, page, press, repeated, until};
 
 /// The page's sentence, once it is not the first any more.
 fn sentence(browser: &mut Browser) -> String {
@@ -43,6 +43,28 @@ fn a_server_that_unpacks_what_is_packed_is_no_obstacle() {
     let Some((mut browser, folder)) = empty() else { return };
     browser.go(&serve(&folder, true));
     active(&mut browser);
+}
+
+#[test]
+fn as_one_file_the_page_needs_no_server() {
+    let Some((mut browser, _)) = empty() else { return };
+    let Some(file) = std::env::var_os("PALPATE_LIVE_ONE_FILE") else {
+        println!("skipped: PALPATE_LIVE_ONE_FILE names no file: host-sim/live/test makes it");
+        return;
+    };
+    // alone: nothing is taken from beside it
+    let alone = tempfile::tempdir().unwrap();
+    let page = alone.path().join("page.html");
+    std::fs::copy(file, &page).unwrap();
+    browser.go(&format!("file://{}", page.display()));
+    active(&mut browser);
+    browser.key("r");
+    until(&mut browser, "recording", 20, |s| s["recorded_ticks"].as_u64().is_some_and(|t| t > 800));
+    press(&mut browser, MIDDLE, 3e-3);
+    let_go(&mut browser, MIDDLE);
+    browser.key("r");
+    until(&mut browser, "recorded", 20, |s| s["recorded_ticks"].is_null());
+    assert!(repeated(&browser.trace()).telemetry.iter().any(|t| t.applied_n.norm() > 0.05));
 }
 
 #[test]

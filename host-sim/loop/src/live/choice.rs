@@ -26,12 +26,31 @@ pub struct Nodule {
 }
 
 impl Nodule {
+    /// Converts a scene's, in a block whose top is at z = 0.
+    #[must_use]
+    pub fn of(ball: &Inclusion) -> Self {
+        let [x, y, z] = ball.center_m;
+        Self { place_m: [x, y], depth_m: -z, radius_m: ball.radius_m, ratio: ball.stiffness_ratio }
+    }
+
     /// As an inclusion of a scene, in a block whose top is at z = 0.
     #[must_use]
     pub fn inclusion(&self) -> Inclusion {
         let [x, y] = self.place_m;
         Inclusion { center_m: [x, y, -self.depth_m], radius_m: self.radius_m, stiffness_ratio: self.ratio }
     }
+}
+
+/// Nodules in a block.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
+pub enum Inside {
+    /// Those of the scene.
+    #[default]
+    Own,
+    /// None, also where the scene has some.
+    Nothing,
+    /// This one, in place of the scene's.
+    Nodule(Nodule),
 }
 
 /// Scene to press, and the changes to it.
@@ -47,8 +66,8 @@ pub struct Choice {
     pub youngs_modulus_pa: Option<f64>,
     /// Damping of the nodes [1/s]; the scene's own if `None`.
     pub node_damping_per_s: Option<f64>,
-    /// In place of the scene's inclusions, in a block; `None` leaves the scene's.
-    pub nodule: Option<Nodule>,
+    /// Nodules, in a block; other tissue keeps the scene's.
+    pub inside: Inside,
 }
 
 impl Choice {
@@ -61,7 +80,7 @@ impl Choice {
             nodes: None,
             youngs_modulus_pa: None,
             node_damping_per_s: None,
-            nodule: None,
+            inside: Inside::Own,
         }
     }
 
@@ -77,11 +96,22 @@ impl Choice {
         }
         tissue.youngs_modulus_pa = self.youngs_modulus_pa.unwrap_or(tissue.youngs_modulus_pa);
         tissue.node_damping_per_s = self.node_damping_per_s.unwrap_or(tissue.node_damping_per_s);
-        if let (Some(nodule), true) = (self.nodule, tissue.block_m.is_some()) {
-            tissue.inclusion = vec![nodule.inclusion()];
+        match self.inside {
+            Inside::Nothing if tissue.block_m.is_some() => tissue.inclusion.clear(),
+            Inside::Nodule(nodule) if tissue.block_m.is_some() => tissue.inclusion = vec![nodule.inclusion()],
+            _ => {}
         }
         scene.check()?;
         Ok(scene)
+    }
+
+    /// The scene's own nodules, whatever is inside now.
+    ///
+    /// # Errors
+    /// As [`Self::scene`].
+    pub fn own_nodules(&self) -> Result<Vec<Nodule>, Error> {
+        let own = Self { inside: Inside::Own, ..self.clone() };
+        Ok(own.scene()?.tissue.inclusion.iter().map(Nodule::of).collect())
     }
 
     /// Returns whether both choices are equal except for what [`LiveTissue::retune`] can change.

@@ -1,4 +1,7 @@
-//! `palpate-live-page MODULE.wasm FOLDER`: writes the module and its JavaScript.
+//! `palpate-live-page MODULE.wasm FOLDER [WEB]`: writes the module and its JavaScript; with the
+//! folder of the page's own files also the whole page as one file, which needs no server.
+
+mod one_file;
 
 use std::io::Write;
 use std::path::Path;
@@ -6,16 +9,25 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [module, folder] = arguments.as_slice() else {
-        eprintln!("palpate-live-page: give the module and the folder");
-        return ExitCode::from(2);
+    let (module, folder, web) = match arguments.as_slice() {
+        [module, folder] => (module, folder, None),
+        [module, folder, web] => (module, folder, Some(web)),
+        _ => {
+            eprintln!("palpate-live-page: give the module, the folder and, for one file as well, that of the page's own files");
+            return ExitCode::from(2);
+        }
     };
     let mut bindgen = wasm_bindgen_cli_support::Bindgen::new();
     let made = bindgen
         .input_path(Path::new(module))
         .web(true)
         .and_then(|b| b.typescript(false).remove_producers_section(true).remove_name_section(true).generate(folder));
-    match made.map_err(|why| format!("{why:#}")).and_then(|()| pack(Path::new(folder)).map_err(|why| why.to_string())) {
+    let made = made.map_err(|why| format!("{why:#}")).and_then(|()| {
+        let folder = Path::new(folder);
+        pack(folder).map_err(|why| why.to_string())?;
+        web.map_or(Ok(()), |web| one_file::write(folder, Path::new(web)))
+    });
+    match made {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
             eprintln!("palpate-live-page: {module}: {why}");

@@ -1,0 +1,41 @@
+//! Time that the loop could not keep up with: told, and then forgotten.
+
+/// Shown for this long after the last of it [s].
+const TOLD_S: f64 = 5.0;
+/// Less than this is counted, and gets no sentence [ms].
+const WORTH_A_SENTENCE_MS: u64 = 200;
+
+/// Ticks dropped of late.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Lapse {
+    /// All that were dropped since the start.
+    counted: u64,
+    /// Those that are told [ms].
+    ms: u64,
+    until_s: f64,
+}
+
+impl Lapse {
+    /// Counts on to `dropped` ticks since the start.
+    pub fn count(&mut self, dropped: u64, now_s: f64) {
+        let more = dropped.saturating_sub(self.counted);
+        self.counted = dropped;
+        if more > 0 {
+            self.ms = more + self.ms(now_s).unwrap_or(0);
+            self.until_s = now_s + TOLD_S;
+        }
+    }
+
+    /// Dropped time, while it is told [ms].
+    #[must_use]
+    pub fn ms(&self, now_s: f64) -> Option<u64> {
+        (now_s < self.until_s).then_some(self.ms)
+    }
+
+    /// A sentence about it, while it is told and long enough to be felt.
+    #[must_use]
+    pub fn sentence(&self, now_s: f64) -> Option<String> {
+        let ms = self.ms(now_s).filter(|ms| *ms > WORTH_A_SENTENCE_MS)?;
+        Some(format!("{ms} ms of the tissue's time were dropped: machine busy or asleep."))
+    }
+}
