@@ -178,6 +178,13 @@ mod tests {
             assert_eq!(judge(displacement_m, ticks), Ok(()));
         }
         assert_eq!(judge(0.0, 1), Err(Fault::SensorFault));
+        // a reading may be missing before the third equal one
+        let mut freeze = Freeze::default();
+        let mut last = |displacement_m: f32, ticks| {
+            freeze.judge(&limits(), &Vector3::zeros(), &Vector3::new(0.0, 0.0, displacement_m), ticks, true)
+        };
+        (0..4).for_each(|_| assert_eq!(last(0.3e-3, 1), Ok(())));
+        assert_eq!([last(0.0, 1), last(0.0, 1), last(0.0, 2)], [Ok(()), Ok(()), Err(Fault::SensorFault)]);
         // one count less than before is still even
         assert_eq!(ends([0.33e-3, 0.33e-3, 0.33e-3, 0.275e-3]), Err(Fault::SensorFault));
     }
