@@ -131,4 +131,11 @@ mod tests {
         assert_eq!(Port::with_limits(limits).limits(), limits);
         assert_eq!(Port::with_limits(limits).with_operator_switch(true).limits(), limits);
     }
+
+    #[test]
+    fn a_home_pose_is_known_until_it_is_forgotten_or_another_device_comes() {
+        assert!(Port::DESKTOP.homed());
+        assert!(!Port::DESKTOP.without_home().homed());
+        assert!(!Port::DESKTOP.with_device(Device::AXES.without_home()).homed());
+    }
 }

@@ -214,6 +214,21 @@ mod tests {
     }
 
     #[test]
+    fn on_a_fine_encoder_a_slow_reading_ends_the_motion_and_a_hand_that_slowed_down_is_not_stuck() {
+        let ends = |ways_m: [f32; 4]| {
+            let device = DeviceSpec { count_m: 10e-6, ..device() };
+            let limits = LoopLimits::build(&LoopLimitSettings::DESKTOP, &device, 1e-3).unwrap();
+            let mut freeze = Freeze::default();
+            let mut judge =
+                |displacement_m: f32| freeze.judge(&limits, &Vector3::zeros(), &Vector3::new(displacement_m, 0.0, 0.0), 1, true);
+            ways_m.into_iter().chain([0.0; 3]).try_for_each(&mut judge)
+        };
+        assert_eq!(ends([0.21e-3, 0.21e-3, 0.21e-3, 0.21e-3]), Err(Fault::SensorFault));
+        assert_eq!(ends([0.21e-3, 0.195e-3, 0.195e-3, 0.195e-3]), Ok(()));
+        assert_eq!(ends([0.5e-3, 0.45e-3, 0.36e-3, 0.25e-3]), Ok(()));
+    }
+
+    #[test]
     fn two_counts_per_tick_of_a_coarse_encoder_are_not_fast() {
         let ends = |counts: [f32; 4]| {
             let device = DeviceSpec { count_m: 0.2e-3, ..device() };

@@ -187,10 +187,15 @@ impl Renderer for Slab {
     fn reset(&mut self) {}
 }
 
-/// A loop on such a board that arms by itself.
+/// A loop on such a board.
 pub fn haptic_loop(arming: Arming) -> HapticLoop<Mock> {
-    let settings = Settings::safe(&Port::DESKTOP.limits());
-    HapticLoop::new(Mock::default(), Controller::build(&settings, Port::DESKTOP, arming).unwrap())
+    haptic_loop_on(Port::DESKTOP, arming)
+}
+
+/// A loop on such a board with this device.
+pub fn haptic_loop_on(port: Port, arming: Arming) -> HapticLoop<Mock> {
+    let settings = Settings::safe(&port.limits());
+    HapticLoop::new(Mock::default(), Controller::build(&settings, port, arming).unwrap())
 }
 
 /// A good reading.

@@ -1,14 +1,15 @@
 //! Effects of one tick on the pins and on the watchdog.
 
 use palpate::Fault;
-use palpate::haptic::cycle::Command;
+use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::mode::Mode;
 use palpate_controller::controller::Arming;
 use palpate_controller::force_out::{DacCode, Outputs};
 use palpate_controller::haptic_loop::HapticLoop;
 use palpate_controller::link::Record;
+use palpate_controller::port::Port;
 
-use super::mock::{Mock, Slab, at, haptic_loop};
+use super::mock::{Mock, Slab, at, haptic_loop, haptic_loop_on};
 
 /// Start-up, calm ticks and ramp-in.
 const START_UP_TICKS: u32 = 700;
@@ -41,9 +42,13 @@ impl Bench {
     }
 
     fn tick(&mut self, z_m: f32) -> Record {
+        self.ask(z_m, Command::HEARD)
+    }
+
+    fn ask(&mut self, z_m: f32, command: Command) -> Record {
         self.tick += 1;
         self.haptic.board.period = self.tick;
-        self.haptic.tick(&mut Slab, at(z_m, self.tick), Command::HEARD, Some(self.tick))
+        self.haptic.tick(&mut Slab, at(z_m, self.tick), command, Some(self.tick))
     }
 }
 
@@ -147,4 +152,26 @@ fn a_board_that_is_not_healthy_never_arms() {
         assert!(!bench.tick(1e-3).enabled);
     }
     assert_eq!(bench.haptic.seen().fault, Some(Fault::SelfTestFailed));
+}
+
+#[test]
+fn a_released_operator_switch_of_the_board_ends_the_force_and_without_its_pin_the_host_s_word_counts() {
+    for pin in [Some(true), None] {
+        let port = Port::DESKTOP.with_operator_switch(true);
+        let mut bench = Bench { haptic: haptic_loop_on(port, Arming::OnRequest), tick: 0 };
+        let absent = Command { operator_absent: pin.is_none(), ..Command::HEARD };
+        bench.haptic.board.operator_absent = pin.map(|_| false);
+        for n in 0..START_UP_TICKS {
+            let asked = (n == 100).then_some(Ask::Arm);
+            bench.ask(1e-3, Command { asked, ..Command::HEARD });
+        }
+        for n in 0..200 {
+            bench.tick(1e-3 - 3e-3 * (n as f32 / 200.0));
+        }
+        assert!(bench.tick(-2e-3).applied_n[2] > 0.3, "{pin:?}");
+        bench.haptic.board.operator_absent = pin;
+        let ramped = (0..200).map(|_| bench.ask(-2e-3, absent)).last().unwrap();
+        assert_eq!((ramped.applied_n, ramped.enabled), ([0.0; 3], false), "{pin:?}");
+        assert_ne!(bench.haptic.controller.mode(), Mode::Active);
+    }
 }
