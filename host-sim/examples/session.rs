@@ -1,4 +1,5 @@
-//! A scene and a device's profile, by name or by file, in a program of your own: 1 000 ticks of the haptic loop.
+//! A scene and a device's profile, by name or by file, in a program of your own: 1 000 ticks of the
+//! haptic loop.
 
 use palpate_loop::haptic_session::{HapticSession, Input};
 
@@ -10,10 +11,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (site_m, outward) = (session.tissue().patch().site_m(), session.tissue().params().probe.axis);
     session.arm()?;
     for tick in 0..1000_u16 {
-        // the position of your device comes in here [m]; this one waits outside for 700 ticks, then goes 3 mm deep
+        // the position of your device comes in here [m]; this one waits outside for 700 ticks, then
+        // goes 3 mm deep
         let depth_m = 4e-3 * f32::from(tick.saturating_sub(700)) / 300.0 - 1e-3;
         let telemetry = session.tick(&Input::at(site_m - outward * depth_m));
-        // and the force goes to its motors from here [N]; then your program waits for the next millisecond
+        // the force goes to its motors from here [N]; then your program waits for the next
+        // millisecond
         let force_n = telemetry.applied_n;
         if tick % 100 == 99 {
             println!("{tick:>4} ms: {:?}, {:.2} mm deep, {:.3} N", telemetry.mode, depth_m.max(0.0) * 1e3, force_n.norm());

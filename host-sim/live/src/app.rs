@@ -19,9 +19,10 @@ use crate::files::Files;
 use crate::link::Link;
 use crate::message::{Answer, Ended, Frame, Request, SILENCE_S};
 use crate::pointer::Pointer;
+use crate::shown::Shown;
 use crate::strips::Strips;
 use crate::touch::Touch;
-use crate::view::{self, Shown};
+use crate::view;
 use crate::words;
 
 /// Everything on the screen.

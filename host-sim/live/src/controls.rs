@@ -9,7 +9,7 @@ use web_time::Instant;
 use crate::camera::Lens;
 use crate::drawn_body::DrawnBody;
 use crate::message::{Body, Frame};
-use crate::view::{Colour, LEAST_J, Shown, scale, screen};
+use crate::shown::{Colour, LEAST_J, Shown, scale, screen};
 
 /// A nodule as the slider begins with it.
 pub(crate) const NODULE: Nodule = Nodule { place_m: [0.004, 0.0], depth_m: 9e-3, radius_m: 6e-3, ratio: 10.0 };

@@ -8,7 +8,7 @@ use palpate_loop::live::Nodule;
 use crate::camera::Lens;
 use crate::drawn_body::DrawnBody;
 use crate::message::Frame;
-use crate::view::{Shown, scale, screen};
+use crate::shown::{Shown, scale, screen};
 
 type V = Vector3<f32>;
 /// A place [m] and the colour there, 0 .. 1.

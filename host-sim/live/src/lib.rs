@@ -23,6 +23,7 @@ mod page;
 mod panel;
 pub mod physics;
 mod pointer;
+mod shown;
 mod strips;
 mod touch;
 mod view;

@@ -8,7 +8,7 @@ use palpate_loop::live::{Choice, Inside, Nodule, SIZES};
 use crate::app::App;
 use crate::controls::{presets, short};
 use crate::keys::KEYS;
-use crate::view::Colour;
+use crate::shown::Colour;
 use crate::words;
 
 /// A slider rounds what it shows; what was not touched keeps its value.

@@ -9,62 +9,12 @@ use crate::camera::Lens;
 use crate::cut::{self, Corner, Cut};
 use crate::drawn_body::DrawnBody;
 use crate::message::{Frame, Tip};
+use crate::shown::{Colour, LEAST_J, Shown, scale, screen};
 
 type V = Vector3<f32>;
 
-/// Quantity that the colour shows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Colour {
-    /// How far it moved.
-    Displacement,
-    /// Volume over rest volume.
-    J,
-    /// Pressure of the probe, with the ellipse of the contact.
-    Pressure,
-}
-
-/// Display options of the picture.
-#[derive(Clone, Copy, Debug)]
-pub struct Shown {
-    /// Quantity that the colour shows.
-    pub colour: Colour,
-    /// Cut through the tip.
-    pub cut: bool,
-    /// Springs.
-    pub springs: bool,
-    /// Edge: fixed nodes, and nodes with a far field behind them.
-    pub rim: bool,
-    /// On a dark ground.
-    pub dark: bool,
-    /// Displacement at the end of the scale [m].
-    pub most_m: f32,
-    /// Pressure at the end of the scale [Pa].
-    pub most_pa: f32,
-}
-
-/// Compression at the end of the scale (1).
-pub const LEAST_J: f32 = 0.9;
 /// Length of the force arrow for a newton, in probe radii.
 const RADII_PER_N: f32 = 6.0;
-const TISSUE: [f32; 3] = [0.84, 0.60, 0.55];
-/// Perceptually even, from the tissue's own colour to deep blue.
-const SCALE: [[f32; 3]; 5] = [TISSUE, [0.93, 0.76, 0.42], [0.45, 0.75, 0.55], [0.16, 0.52, 0.66], [0.16, 0.20, 0.52]];
-
-/// A share of the scale, as a colour of 0 .. 1.
-#[must_use]
-pub fn scale(share: f32) -> [f32; 3] {
-    let at = share.clamp(0.0, 1.0) * (SCALE.len() - 1) as f32;
-    let low = (at as usize).min(SCALE.len() - 2);
-    let t = at - low as f32;
-    [0, 1, 2].map(|k| SCALE[low][k] * (1.0 - t) + SCALE[low + 1][k] * t)
-}
-
-/// Converts a colour of 0 .. 1 to one for a screen.
-#[must_use]
-pub fn screen([r, g, b]: [f32; 3]) -> Color32 {
-    let byte = |c: f32| (c.clamp(0.0, 1.0) * 255.0) as u8;
-    Color32::from_rgb(byte(r), byte(g), byte(b))
-}
 
 /// A triangle on its way to the screen.
 struct Facet {

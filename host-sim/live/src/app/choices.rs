@@ -6,7 +6,7 @@ use palpate_loop::live::{Choice, Exercise, Inside};
 use super::App;
 use crate::controls::{NODULE, Search};
 use crate::message::Request;
-use crate::view::Colour;
+use crate::shown::Colour;
 
 impl App {
     /// Sends the present choices to the physics.
