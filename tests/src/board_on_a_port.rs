@@ -39,8 +39,7 @@ const AWAY: Duration = Duration::from_millis(400);
 /// Such a time for an armed board, which is longer: on a busy machine the host may wait for half a
 /// second.
 const AWAY_FROM_FORCE: Duration = Duration::from_secs(10);
-/// Longest wait. Longest wait for an event, which takes a second or two: a missing one must not
-/// hang the tests.
+/// Longest wait for an event, which takes a second or two: a missing one must not hang the tests.
 const LONGEST: Duration = Duration::from_secs(300);
 /// Outside of every workspace, and too far for a tick.
 const ASTRAY_M: [f32; 3] = [1.0, 0.0, 0.0];

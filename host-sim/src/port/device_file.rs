@@ -10,6 +10,7 @@ use palpate_controller::kinematics::{DIMENSIONS, Kind, MechanismError, Mechanism
 use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_tissue::Error;
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 /// `[mechanism]` as written by the user: a value per joint, and the kind's dimensions by name.
 #[derive(Deserialize)]
@@ -32,8 +33,16 @@ struct Written {
     homing: bool,
     /// Counts of absolute encoders in the home pose.
     home_counts: Option<Vec<i32>>,
+    /// Everything else, so that a misspelt key is named.
     #[serde(flatten)]
-    dimensions: BTreeMap<String, f64>,
+    dimensions: BTreeMap<String, Dimension>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Dimension {
+    Number(f64),
+    Other(IgnoredAny),
 }
 
 /// Loads a device by name or from a file: its data for the loop, and the board's checked profile.
@@ -45,7 +54,7 @@ pub fn load(name_or_file: &str) -> Result<(DeviceProfile, Profile), Error> {
     // its own centre is the site
     let limits = device.limits(Vector3::zeros());
     let settings = Settings { limits: device.limit_values(), ..Settings::safe(&limits) };
-    let mut profile = Profile::of(&settings, &limits);
+    let mut profile = Profile { operator_switch: device.operator_switch, ..Profile::of(&settings, &limits) };
     let place = |what: String| Error::Usage(format!("{name_or_file}: [mechanism]: {what}"));
     if let Some(table) = &device.mechanism {
         let written: Written = table.clone().try_into().map_err(|cause| place(cause.message().trim().into()))?;
@@ -70,7 +79,7 @@ fn taken(written: &Written) -> Result<(MechanismProfile, [i32; 3]), String> {
     let joints = kind.joints();
     let per_joint = |key: &str, given: &[f64]| -> Result<[f64; 3], String> {
         if given.len() != joints {
-            return Err(format!("{key} has {} values: a {} has {joints} joints, give one for each", given.len(), kind.name()));
+            return Err(number_of_values(key, given.len(), kind));
         }
         let mut all = [0.0; 3];
         all.iter_mut().zip(given).for_each(|(place, value)| *place = *value);
@@ -99,8 +108,12 @@ fn taken(written: &Written) -> Result<(MechanismProfile, [i32; 3]), String> {
     let home = per_joint("home_deg", &written.home_deg)?;
     let each = |value: &dyn Fn(usize) -> f64| std::array::from_fn(|joint| if joint < joints { value(joint) as f32 } else { 0.0 });
     let mut home_counts = [0; 3];
-    let given = written.home_counts.as_deref().unwrap_or(&[]);
-    home_counts.iter_mut().zip(given).for_each(|(place, counts)| *place = *counts);
+    if let Some(given) = &written.home_counts {
+        if given.len() != joints {
+            return Err(number_of_values("home_counts", given.len(), kind));
+        }
+        home_counts.iter_mut().zip(given).for_each(|(place, counts)| *place = *counts);
+    }
     let mechanism = MechanismProfile {
         kind,
         rad_per_count: each(&|joint| encoder[joint] * std::f64::consts::TAU / (counts[joint] * gear[joint])),
@@ -112,15 +125,23 @@ fn taken(written: &Written) -> Result<(MechanismProfile, [i32; 3]), String> {
     Ok((mechanism, home_counts))
 }
 
+fn number_of_values(key: &str, values: usize, kind: Kind) -> String {
+    format!("{key} has {values} values: a {} has {} joints, give one for each", kind.name(), kind.joints())
+}
+
 /// Dimensions in the kind's order.
-fn dimensions(kind: Kind, given: &BTreeMap<String, f64>) -> Result<[f32; DIMENSIONS], String> {
+fn dimensions(kind: Kind, given: &BTreeMap<String, Dimension>) -> Result<[f32; DIMENSIONS], String> {
     let names = kind.dimension_names();
     if let Some(unknown) = given.keys().find(|key| !names.contains(&key.as_str())) {
         return Err(format!("{unknown} is no key of a {}: it has {}", kind.name(), names.join(", ")));
     }
     let mut all = [0.0; DIMENSIONS];
     for (place, name) in all.iter_mut().zip(names) {
-        *place = *given.get(*name).ok_or_else(|| format!("{name} is missing: a {} needs it", kind.name()))? as f32;
+        *place = match given.get(*name) {
+            Some(Dimension::Number(number)) => *number as f32,
+            Some(Dimension::Other(_)) => return Err(format!("{name} is not a number: give one, in SI units")),
+            None => return Err(format!("{name} is missing: a {} needs it", kind.name())),
+        };
     }
     Ok(all)
 }

@@ -237,6 +237,9 @@ fn whatever_is_no_board_of_ours_is_refused_in_a_line_and_told_nothing() {
         refused(&outcome, words);
         assert_eq!(told, b"", "bytes went to a stranger");
     }
+    let (outcome, told) = peer(Some(garbage), false, &["self-test"]);
+    refused(&outcome, "no report of a self-test image among them");
+    assert_eq!(told, b"", "bytes went to a stranger");
     let desk = Desk::default();
     desk.put("a.file", "text");
     refused(&board(&desk, "/dev/no-such-port", &["status"]), "there is no such port");

@@ -28,6 +28,14 @@ fn a_paddle_is_given_its_profile_shown_its_home_pose_armed_and_felt() {
     assert!(weak.code == Some(2) && weak.stderr.contains("weak.toml: [mechanism]: the motors are too weak"), "{weak:?}");
     assert_eq!(weak.stderr.lines().count(), 1, "{weak:?}");
 
+    // nobody holds the switch: the board stays idle, and the command does not wait for ever
+    desk.put("switch.toml", std::fs::read_to_string(&file).unwrap().replacen("axes = 1", "axes = 1\noperator_switch = true", 1));
+    assert_eq!(board(&["profile", "--device", "switch.toml"]).code, Some(0));
+    assert_eq!(board(&["home"]).code, Some(0));
+    let idle = board(&["arm", "--seconds", "60", "--out", "idle.csv"]);
+    assert!(idle.code == Some(2) && idle.stderr.contains("Hold the operator's switch"), "{idle:?}");
+    assert_eq!(on.truth().largest_n, 0.0);
+
     let taken = board(&["profile", "--device", file.to_str().unwrap()]);
     assert!(taken.code == Some(0) && taken.stdout.contains("run `palpate board home"), "{taken:?}");
     let early = board(&["arm", "--seconds", "1"]);

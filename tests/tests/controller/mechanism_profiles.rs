@@ -48,6 +48,9 @@ fn what_cannot_be_is_named_in_one_line() {
         ("gear_ratio = [12.0]", "gear_ratio = [12.0, 12.0]", "gear_ratio has 2 values: a paddle has 1 joints"),
         ("counts_per_turn = [4096]", "counts_per_turn = [410]", "count_m is not what one count moves the probe by"),
         ("motor_sign = [1]", "motor_sign = [2]", "motor_sign has 2: give 1 or -1"),
+        ("encoder_sign = [1]", "encoder_sing = [1]", "encoder_sing is no key of a paddle"),
+        ("arm_m = 0.09", "arm_m = \"0.09\"", "arm_m is not a number"),
+        ("homing = true", "homing = false\nhome_counts = [1, 2]", "home_counts has 2 values: a paddle has 1 joints"),
         ("full_scale_a = [2.0]", "full_scale_a = [0.2]", "too weak for max_force_n"),
         ("home_deg = [15.0]", "home_deg = [50.0]", "home pose"),
         ("homing = true", "", "homing"),
@@ -66,6 +69,17 @@ fn what_cannot_be_is_named_in_one_line() {
         let said = refused(&pantograph.replacen(from, to, 1));
         assert!(said.contains(says), "{to}: {said}");
     }
+}
+
+#[test]
+fn a_profile_may_ask_for_an_operator_s_switch() {
+    let desk = Desk::default();
+    let load = |text: String| {
+        desk.put("mine.toml", text);
+        device_file::load(desk.folder().join("mine.toml").to_str().unwrap()).unwrap().1
+    };
+    assert!(!load(text("paddle")).operator_switch);
+    assert!(load(text("paddle").replacen("axes = 1", "axes = 1\noperator_switch = true", 1)).operator_switch);
 }
 
 fn joints(counts: [i32; 3], sequence: u32) -> Reading {

@@ -60,7 +60,7 @@ fn what_no_device_is_and_what_leaves_it_is_refused() {
     desk.put("small.toml", touch.replace("workspace_m = [0.16, 0.12, 0.12]", "workspace_m = [0.16, 0.12, 0.02]"));
     desk.put("typed.toml", touch.replace("friction_n", "fricton_n"));
     for (arguments, says) in [
-        (["loop", "--device", "nope"].as_slice(), ["--device nope", "give one of touch"]),
+        (["loop", "--device", "nope"].as_slice(), ["device \"nope\" is no profile", "give one of touch"]),
         (&["loop", "--device", "nope.toml"], ["nope.toml", "check the path"]),
         (&["loop", "--device", "heavy.toml"], ["heavy.toml:", "mass_kg = -0.045"]),
         (&["loop", "--device", "typed.toml"], ["typed.toml:", "fricton_n"]),

@@ -51,6 +51,10 @@ pub struct DeviceProfile {
     pub delay_ticks: u8,
     /// Sides of the workspace [m], centred on the site.
     pub workspace_m: [f64; 3],
+    /// A hand switch or a pedal is wired to the board and has to be held for any force; the
+    /// desktop's loop leaves it out.
+    #[serde(default)]
+    pub operator_switch: bool,
     /// Joints, motors and dimensions for a board that reads its encoders; the desktop's loop uses
     /// the probe alone.
     #[serde(default)]
@@ -70,7 +74,7 @@ impl DeviceProfile {
         if path.extension().is_none_or(|e| e != "toml") {
             let names: Vec<&str> = PROFILES.iter().map(|p| p.0).collect();
             return Err(Error::Usage(format!(
-                "--device {name_or_file} is no profile: give one of {}, or the path of a .toml file",
+                "device \"{name_or_file}\" is no profile: give one of {}, or the path of a .toml file",
                 names.join(", ")
             )));
         }

@@ -21,6 +21,9 @@ use crate::port::{PortError, Session};
 
 /// A fault is cleared after good poses only.
 const CLEARED: Duration = Duration::from_secs(2);
+/// A board that was asked to arm is no longer idle in the next tick; records that are older than the
+/// request may wait in the line.
+const STAYS_IDLE_TICKS: u32 = 2_000;
 /// Longest wait for a record before the signs of life are checked again.
 const STEP: Duration = Duration::from_millis(100);
 
@@ -178,6 +181,14 @@ fn follow(
             // the first records may be older than the request
             if mode.is_some_and(|mode| mode != Mode::Idle) {
                 *held = mode;
+            }
+            let ticks = seen.first.map_or(0, |first| record.tick.wrapping_sub(first.tick));
+            if held.is_none() && ticks > STAYS_IDLE_TICKS {
+                break Err(undone(
+                    session,
+                    "not armed: the board stays idle. Hold the operator's switch, if its profile has one, and try again; after three crashes within a minute it arms only once its power was off"
+                        .into(),
+                ));
             }
         }
     };

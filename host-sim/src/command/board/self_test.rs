@@ -138,8 +138,10 @@ fn heard(port: &str) -> Result<(Report, String), Error> {
         }
     }
     Err(match text.len() {
-        0 => PortError::Mute(port.into()),
-        bytes => PortError::Foreign { port: port.into(), bytes },
-    }
-    .into())
+        0 => PortError::Mute(port.into()).into(),
+        bytes => TissueError::Usage(format!(
+            "{port}: {bytes} bytes came and no report of a self-test image among them: flash one (`cargo fw-selftest-f446` and its sisters); `palpate board list {port}` tells who speaks"
+        ))
+        .into(),
+    })
 }
