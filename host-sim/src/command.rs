@@ -122,11 +122,16 @@ enum Command {
     /// --tolerance-pct, and suggests a remedy.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Fit(FitArgs),
-    /// Put the shards of a campaign together: the result that one run of all cases writes.
+    /// Put together what runs with --shard left, on one machine or many: the result that one run of
+    /// all cases writes.
     ///
-    /// Every command with --shard leaves shards. Fails (exit code 2) if one is missing, duplicate,
-    /// damaged, or of another program, seed, scene or other options, and says which to run again;
-    /// nothing is removed. The checks of the command itself are made here, on the whole.
+    /// A shard is a share of a command's cases: `palpate faults --shard 1/2 --out out/parts` runs
+    /// the first half and leaves it in out/parts/shard-1-of-2, `--shard 2/2` the other half, maybe
+    /// on another machine; `palpate merge out/parts` makes one result of both, and prints what
+    /// `palpate faults` prints. accept, chart, faults, loop, stability, and fit and plan with
+    /// --scenes have --shard. Fails (exit code 2) if a shard is missing, duplicate, damaged, or of
+    /// another program, seed, scene or other options, and says which to run again; nothing is
+    /// removed. The checks of the command itself are made here, on the whole.
     Merge(merge::MergeArgs),
     /// Check a mesh or surface file, fill a surface with tets.
     #[command(subcommand)]
@@ -144,7 +149,7 @@ enum Command {
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Cut(CutArgs),
     /// Regenerate the tables and figures of a paper this project implements, and say which of its
-    /// claims held.
+    /// claims held: minutes, with --quick half a minute.
     #[cfg_attr(feature = "full", command(subcommand))]
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Paper(PaperCommand),
@@ -253,6 +258,9 @@ enum Command {
 const AFTER_HELP: &str = "\
 Built when first used, which takes some minutes: fit, reference, calibrate, cut, plan, board, emulate, accept, chart, far-field, stability, paper, score, and
 the options --emulated.
+
+Times in the help of a command are processor time, all cores together: an idle machine with two cores may take half as long, a busy one takes
+longer. Progress is told after the first seconds.
 
 Exit code: 0 if what the command promises held, 1 if a check failed, 2 on bad input.
 

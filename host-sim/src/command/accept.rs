@@ -11,7 +11,7 @@ use super::progress::Status;
 use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_charts::{self as charts, LineSeries, Lines, Scale, ScaledAxis};
-use palpate_lab::accept::{Outcome, Picture, Row, TESTS, Test};
+use palpate_lab::accept::{Figure, Outcome, Picture, Row, TESTS, Test};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
@@ -106,7 +106,9 @@ impl Campaign for Accept {
         self.tests.iter().for_each(|(name, what, _)| println!("{name}: against {what}"));
         rows.iter().filter(|row| all || !row.accepted()).for_each(print);
         if !all {
-            rows.iter().filter(|row| row.accepted()).for_each(|row| println!("  accepted  {} {}", row.test, row.data));
+            println!("\naccepted: every figure is in its range, and without the term that is tested at least one is not;");
+            println!("behind each data set the figure that came nearest to an end of its range");
+            rows.iter().filter(|row| row.accepted()).for_each(print_nearest);
             println!("--all prints the figures of each");
         }
         let out = folder.publish()?;
@@ -136,6 +138,21 @@ fn refusal(row: &Row) -> String {
         }
         None => format!("{}: everything holds without {} as well, so it shows nothing", row.data, row.term),
     }
+}
+
+/// The figure of a row that is nearest to the end of its range.
+fn print_nearest(row: &Row) {
+    // an error is best at zero, anything else in the middle
+    let used = |figure: &Figure| match figure.accepted {
+        [0.0, high] => figure.ours / high,
+        [low, high] => ((figure.ours - low.midpoint(high)) / (0.5 * (high - low))).abs(),
+    };
+    let nearest = row.figures.iter().max_by(|a, b| used(a).total_cmp(&used(b)));
+    let nearest = nearest.map_or(String::new(), |figure| {
+        let [low, high] = figure.accepted;
+        format!("; nearest {}: {:.3}, {low:.3} to {high:.3} are accepted", figure.what, figure.ours)
+    });
+    println!("  accepted  {} {}: {} figures{nearest}", row.test, row.data, row.figures.len());
 }
 
 fn print(row: &Row) {

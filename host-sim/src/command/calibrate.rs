@@ -60,7 +60,7 @@ pub(super) struct CalibrateArgs {
     /// Fit nothing: press the patches that ship, or the scene's own, at held-out depths and places.
     #[arg(long)]
     check: bool,
-    /// A small fit: 130 nodes over 40 places, under a minute.
+    /// A small fit: 130 nodes over 40 places, 4 s of processor time.
     #[arg(long, conflicts_with_all = ["nodes", "check", "places", "rounds"])]
     quick: bool,
 }

@@ -45,7 +45,7 @@ pub(super) struct FaultsArgs {
     /// one breaks an invariant or ends honest motion.
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(10..=MOST_CASES), conflicts_with_all = ["runs", "soak_s"])]
     paths: Option<u64>,
-    /// Fewer runs, or at most 4000 paths, under a minute.
+    /// Fewer runs: 6000, or at most 4000 paths (12 and 32 s of processor time).
     #[arg(long)]
     quick: bool,
     /// Output folder, made if it is not there; replaces an earlier result in it when the run is
@@ -278,17 +278,23 @@ const FOLLOWS: [(&str, &str); 6] = [
 /// A row per reaction: all kinds of fault that it has to follow.
 fn print_by_reaction(table: &Table) {
     println!(
-        "\n{:<35} {:>5} {:>7} {:>9} {:>12} {:>15} {:>15}",
-        "what has to follow", "kinds", "runs", "injected", "latest ticks", "reacted wrongly", "broke invariant"
+        "\nlatest: ticks of 1 ms from the fault to no force, or to a falling one, in the slowest run; allowed: the most for that kind of fault (-: no limit); wrong and broken runs: none may be"
+    );
+    println!(
+        "{:<35} {:>5} {:>7} {:>9} {:>7} {:>8} {:>6} {:>7}",
+        "what has to follow", "kinds", "runs", "injected", "latest", "allowed", "wrong", "broken"
     );
     for (follows, words) in FOLLOWS {
-        let rows: Vec<_> = table.kinds().filter(|(kind, _)| must(&kind.expected) == follows).map(|(_, row)| row).collect();
+        let kinds: Vec<_> = table.kinds().filter(|(kind, _)| must(&kind.expected) == follows).collect();
+        let rows: Vec<_> = kinds.iter().map(|(_, row)| *row).collect();
         if rows.is_empty() {
             continue;
         }
-        let latest = rows.iter().filter_map(|row| row.latest_ticks()).max().map_or("-".into(), |ticks| ticks.to_string());
+        let slowest = kinds.iter().filter_map(|(kind, row)| Some((row.latest_ticks()?, allowed(&kind.expected)))).max();
+        let number = |ticks: Option<u32>| ticks.map_or("-".into(), |ticks| ticks.to_string());
+        let (latest, allowed) = (number(slowest.map(|s| s.0)), number(slowest.and_then(|s| s.1)));
         println!(
-            "{words:<35} {:>5} {:>7} {:>9} {latest:>12} {:>15} {:>15}",
+            "{words:<35} {:>5} {:>7} {:>9} {latest:>7} {allowed:>8} {:>6} {:>7}",
             rows.len(),
             rows.iter().map(|row| row.runs).sum::<u64>(),
             rows.iter().map(|row| row.injected).sum::<u64>(),
@@ -317,14 +323,15 @@ fn print_kinds(table: &Table, all: bool) {
         return;
     }
     println!(
-        "\n{:<11} {:<38} {:<8} {:>5} {:>5} {:>6} {:>6} {:>7} {:>6} {:>5}  number of fault: runs",
-        "id", "fault", "must", "runs", "came", "faults", "latest", "peak N", "broken", "wrong"
+        "\n{:<11} {:<38} {:<8} {:>5} {:>5} {:>6} {:>6} {:>7} {:>7} {:>6} {:>5}  number of fault: runs",
+        "id", "fault", "must", "runs", "came", "faults", "latest", "allowed", "peak N", "broken", "wrong"
     );
     let numbers: BTreeSet<u8> = shown.iter().flat_map(|(_, row)| row.faults.keys().copied()).collect();
     for (kind, row) in shown {
-        let latest = row.latest_ticks().map_or("-".into(), |t| t.to_string());
+        let number = |ticks: Option<u32>| ticks.map_or("-".into(), |ticks| ticks.to_string());
+        let (latest, allowed) = (number(row.latest_ticks()), number(allowed(&kind.expected)));
         println!(
-            "{:<11} {:<38} {:<8} {:>5} {:>5} {:>6} {latest:>6} {:>7.3} {:>6} {:>5}  {}",
+            "{:<11} {:<38} {:<8} {:>5} {:>5} {:>6} {latest:>6} {allowed:>7} {:>7.3} {:>6} {:>5}  {}",
             kind.id,
             kind.name,
             must(&kind.expected),
@@ -340,7 +347,7 @@ fn print_kinds(table: &Table, all: bool) {
     println!();
     fault_paths::name_faults(numbers);
     println!(
-        "\nmust: what has to follow. came: runs in which the fault was injected; faults: those that ended in one; latest: ticks to no force, or to a falling one"
+        "\nmust: what has to follow. came: runs in which the fault was injected; faults: those that ended in one; latest: ticks to no force, or to a falling one; allowed: the most that they may be (-: no limit)"
     );
     println!(
         "broken: an invariant of the loop; wrong: not what must follow, or too late. bounded: a fault need not be told, the invariants hold\n"

@@ -24,7 +24,8 @@ use palpate_tissue::shard::{FILE, complete, program};
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct MergeArgs {
-    /// Folders of shards, or folders that hold such folders: what --out was with --shard.
+    /// Folders of shards (shard-I-of-N), or folders that hold such folders: what --out was with
+    /// --shard.
     #[arg(value_name = "FOLDER", required = true)]
     folders: Vec<PathBuf>,
     /// Output folder of the whole, made if it is not there; replaces an earlier result in it.

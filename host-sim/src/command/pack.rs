@@ -97,12 +97,13 @@ fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), 
     let out = folder.publish()?;
     let file = out.join(name);
     let verdict = Verdict::ok(format!(
-        "{} for {}: a tick takes about {:.0} of the {:.0} {} that it may take (estimate)",
+        "{} for {}: a tick takes about {:.0} of the {:.0} {} that it may take (estimate); {}",
         file.display(),
         machine.name,
         cost.units,
         cost.budget,
-        machine.unit
+        machine.unit,
+        Standing::of(&scene, &session.patch).short()
     ))
     .first();
     print_warnings(&scene);

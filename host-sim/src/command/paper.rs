@@ -32,7 +32,8 @@ pub(super) struct LocalCompressionArgs {
     /// host-sim/scenes/abdomen-press.toml [default: both].
     #[arg(long, value_name = "NAME|FILE")]
     scene: Option<String>,
-    /// Few forces, few trials at each temperature, coarse organs: under a minute.
+    /// Few forces, few trials at each temperature, coarse organs: 25 s of processor time, in
+    /// place of some minutes.
     #[arg(long)]
     quick: bool,
     /// Output folder, made if it is not there; replaces an earlier result in it when the run is
@@ -46,7 +47,7 @@ pub(super) struct PaperArgs {
     /// The preset, or the path of a scene file like host-sim/scenes/hanging-liver.toml.
     #[arg(long, value_name = "NAME|FILE", default_value = volume_preserved::scene::PRESET)]
     scene: String,
-    /// The sparse resolution only: under a minute.
+    /// The sparse resolution only: 25 s of processor time, in place of some minutes.
     #[arg(long)]
     quick: bool,
     /// Solve the finite elements of the full resolution anew instead of taking the shipped answer:

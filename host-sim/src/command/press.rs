@@ -141,14 +141,18 @@ fn print_report(scene: &Scene, session: &Session) {
             ball.stiffness_ratio
         );
     }
-    print!("  worst tet {} (quality {:.3}, 1 is regular)", r.worst_tet, r.worst_tet_quality);
+    print!("  worst tet {} (quality {:.3}; 1 is regular, 0 is flat)", r.worst_tet, r.worst_tet_quality);
     match r.flipped_tets {
         0 => println!(),
         n => println!("; {n} tets turned round on import"),
     }
     println!(
-        "  step      stable to {:.2} ms at rest, {:.2} ms pressed to {:.1} mm: {} substep(s) a tick; mass floor x{:.2}",
-        r.stable_rest_ms, r.stable_pressed_ms, r.depth_limit_mm, r.substeps, r.mass_floor_ratio
+        "  step      stable to {:.2} ms at rest, {:.2} ms pressed to {:.1} mm: {} substep(s) in a tick of 1 ms",
+        r.stable_rest_ms, r.stable_pressed_ms, r.depth_limit_mm, r.substeps
+    );
+    println!(
+        "  mass      nodes that move carry {:.2} times their share of the mass, so that the tick is stable",
+        r.mass_floor_ratio
     );
     if let Some(moving) = r.moving {
         let MovingReport { speed_m_per_s, rms_pct, allowed_pct } = moving;
@@ -200,17 +204,16 @@ fn print_moving(errors: &[RampError]) {
         return;
     }
     println!(
-        "\nforce while moving, against finite elements with true masses: error of the force there, rms over the ramp and peak [%]"
+        "\non ramps down to 4 mm: how far the force is off finite elements that move, in % (rms in % of the peak force, at most {DEFAULT_ERROR_PCT} is good)"
     );
-    println!("{:>10} {:>8} {:>8} {:>8} {:>8} {:>9} {:>8}", "mm/s", "at 1 mm", "2 mm", "3 mm", "4 mm", "rms/peak", "peak");
+    println!("{:>10} {:>8} {:>8} {:>8} {:>8} {:>9} {:>8}", "mm/s", "at 1 mm", "at 2 mm", "at 3 mm", "at 4 mm", "rms", "at peak");
     for e in errors {
         let [a, b, c, d] = e.at_pct;
         println!("{:>10} {a:>+8.1} {b:>+8.1} {c:>+8.1} {d:>+8.1} {:>9.1} {:>+8.1}", e.speed_mm_per_s, e.rms_pct, e.peak_pct);
     }
     if errors.iter().any(|e| e.rms_pct > DEFAULT_ERROR_PCT) {
         println!(
-            "{:>10} these ramps ran with this scene's substeps; a scene with a faster drive takes more (moving_error_pct under [solver])",
-            ""
+            "these ramps ran with this scene's substeps; a scene with a faster drive takes more (moving_error_pct under [solver])"
         );
     }
 }
@@ -221,7 +224,10 @@ pub(super) fn print_holds(scene: &Scene, press: &Press) {
         _ => "target mm",
     };
     if !press.holds.is_empty() {
-        println!("\n{target:>10} {:>9} {:>9} {:>8} {:>9} {:>18}", "depth mm", "force N", "min J", "volume %", "FEM force N");
+        println!(
+            "\nheld still; FEM: finite elements and how far ours is off; J: volume over that at rest, of the tet squeezed most (0 is flat)"
+        );
+        println!("{target:>10} {:>9} {:>9} {:>8} {:>9} {:>18}", "depth mm", "force N", "min J", "volume %", "FEM force N");
     }
     for hold in &press.holds {
         let shown = match scene.drive {
@@ -239,17 +245,17 @@ pub(super) fn print_holds(scene: &Scene, press: &Press) {
     }
     let [p50, p99, max] = press.tick_us();
     println!(
-        "\n{} ticks, {} deadline misses; tick {p50:.1} us median, {p99:.1} us p99, {max:.1} us max ({}{})",
+        "\n{} ticks, {} took more than their 1 ms (none may); half take at most {p50:.1} us, 99 % at most {p99:.1} us, the slowest took {max:.1} us, {:.1} % of 1 ms ({}{})",
         press.ticks.len(),
         press.deadline_misses,
+        f64::from(max) * 0.1,
         if press.timed_on == processor() { "CPU time, " } else { "" },
         timed_on(press)
     );
     println!(
-        "after release {:.4} mm left; state {:016x}; worst tick {:.1} % of 1 ms",
+        "after release a dent of {:.4} mm is left; checksum of every node's state at the end {:016x}, equal on every machine",
         press.residual_m * 1e3,
-        press.state_hash,
-        f64::from(max) * 0.1
+        press.state_hash
     );
 }
 

@@ -19,7 +19,7 @@ use palpate_tissue::scene::{Drive, Scene};
 pub(super) struct ReferenceArgs {
     #[command(flatten)]
     common: Common,
-    /// Coarser meshes: under a minute on two cores.
+    /// Coarser meshes: 4 s of processor time for the block.
     #[arg(long)]
     quick: bool,
     /// Compute anew the answers that ship with the project.
@@ -40,7 +40,7 @@ impl ReferenceArgs {
         })?;
         spinner.clear();
         let report = Report::new(&scene, &study);
-        let verdict = Verdict::of(judge(&scene, &study), || in_words(&study))?.first();
+        let verdict = Verdict::of(judge(&scene, &study), || in_words(&study, &report))?.first();
         report.print();
         write(&folder, &scene, &study, &report)?;
         let out = folder.publish()?;
@@ -64,10 +64,14 @@ fn judge(scene: &Scene, study: &Study) -> Result<(), Error> {
     }
 }
 
-fn in_words(study: &Study) -> String {
+fn in_words(study: &Study, report: &Report) -> String {
     let finest = study.levels.last();
+    let error = match report.worst_error_pct() {
+        pct if pct.is_nan() => "how far they are off is not known".into(),
+        pct => format!("their {} are off by {pct:.2} % at most (estimate)", report.solved_for()),
+    };
     format!(
-        "all {} holds converged on {} meshes, the finest of {} nodes",
+        "all {} holds converged on {} meshes; {error}, on the finest of {} nodes",
         finest.map_or(0, |level| level.holds.len()),
         study.levels.len(),
         finest.map_or(0, |level| level.nodes)
@@ -96,6 +100,9 @@ struct Report<'a> {
     youngs_modulus_pa: f64,
     poisson_ratio: f64,
     place_m: [f64; 3],
+    /// Depths were solved for forces.
+    #[serde(skip)]
+    by_force: bool,
     levels: Vec<LevelReport>,
     holds: Vec<HoldReport>,
 }
@@ -159,6 +166,7 @@ impl<'a> Report<'a> {
             youngs_modulus_pa: modulus_pa,
             poisson_ratio: scene.tissue.poisson_ratio,
             place_m: study.place_m,
+            by_force,
             holds: holds.collect(),
             levels: study.levels.iter().map(level).collect(),
         }
@@ -182,7 +190,11 @@ impl<'a> Report<'a> {
             );
         }
         println!(
-            "\n{:>9} {:>10} {:>10} {:>10} {:>13} {:>12}",
+            "\nthe same holds on each mesh, each finer than the one before; extrapolated: the {} at vanishing element size; est. error: how far mesh 3 may be off",
+            if self.by_force { "depth in metres" } else { "force in newtons" }
+        );
+        println!(
+            "{:>9} {:>10} {:>10} {:>10} {:>13} {:>12}",
             "depth mm", "mesh 1 N", "mesh 2 N", "mesh 3 N", "extrapolated", "est. error %"
         );
         for hold in &self.holds {
@@ -199,8 +211,18 @@ impl<'a> Report<'a> {
         }
     }
 
+    /// Largest estimated error of the finest mesh [%]; NaN without an estimate.
+    fn worst_error_pct(&self) -> f64 {
+        self.holds.iter().filter_map(|h| h.estimated_error_pct).fold(f64::NAN, f64::max)
+    }
+
+    /// What the holds were solved for, in words.
+    fn solved_for(&self) -> &'static str {
+        if self.by_force { "depths" } else { "forces" }
+    }
+
     fn caption(&self) -> String {
-        let worst = self.holds.iter().filter_map(|h| h.estimated_error_pct).fold(f64::NAN, f64::max);
+        let worst = self.worst_error_pct();
         let kpa = self.youngs_modulus_pa * 1e-3;
         format!("neo-Hookean, E {kpa} kPa, nu {}; estimated error of the finest mesh at most {worst:.2} %", self.poisson_ratio)
     }

@@ -11,7 +11,7 @@ use super::progress::Progress;
 use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_lab::stability::loop_matrix::{self, LoopSummary};
-use palpate_lab::stability::model;
+use palpate_lab::stability::model::{self, LEAST_J};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
@@ -36,7 +36,8 @@ pub(super) struct Options {
     /// The loop alone, without the methods.
     #[arg(long = "loop")]
     only_loop: bool,
-    /// A smaller mesh, two stiffnesses, five ways to press, one device: under a minute.
+    /// A smaller mesh, two stiffnesses, five ways to press, one device: 90 s of processor
+    /// time.
     #[arg(long)]
     quick: bool,
     /// The loop on every shipped device too, at its own delay.
@@ -172,12 +173,14 @@ impl Summary {
     fn in_words(&self) -> String {
         let model = self.model.as_ref().map(|model| {
             format!(
-                "all {} presses that ours promises to stand hold, smallest J {:.3}",
+                "all {} presses that ours promises to stand hold, the tet squeezed most keeps {:.3} of its volume (more than {LEAST_J} promised)",
                 model.product.cells, model.product.lowest_j
             )
         });
-        let of_loop =
-            self.of_loop.as_ref().map(|_| "our loop holds 400 N/m without energy in every hand that it promises".to_owned());
+        let of_loop = self
+            .of_loop
+            .as_ref()
+            .map(|_| "our loop holds a wall of 400 N/m in each of seven hands, neither shaking nor giving energy".to_owned());
         [model, of_loop].into_iter().flatten().collect::<Vec<_>>().join("; ")
     }
 }
@@ -191,16 +194,23 @@ impl Stability {
 /// Rows of the product, or of every method.
 fn print_model(matrix: &model::Matrix, summary: &model::Summary, all: bool) {
     let moduli: Vec<String> = matrix.scope.moduli_pa.iter().map(|pa| (pa * 1e-3).to_string()).collect();
-    println!("{}; verdicts of {} cells a row", summary.scene, matrix.scope.moduli_pa.len() * matrix.scope.cases.len());
-    println!("{:<28} {:<18} verdicts", "method", format!("steps {} kPa", moduli.join("/")));
+    println!(
+        "{}; each row in {} presses and taps: how many ended in which way (good: pass, and held, where our guard stopped the tip)",
+        summary.scene,
+        matrix.scope.moduli_pa.len() * matrix.scope.cases.len()
+    );
+    println!("{:<28} {:<22} ended in", "method", format!("substeps {} kPa", moduli.join("/")));
     let ours: Vec<String> = matrix.scope.rows.iter().filter(|row| row.is_promised()).map(model::Row::name).collect();
     for row in summary.rows.iter().filter(|row| all || ours.contains(&row.row)) {
         let substeps: Vec<String> = row.substeps.iter().map(u16::to_string).collect();
         let verdicts: Vec<String> = row.verdicts.iter().map(|(v, n)| format!("{n} {}", v.name())).collect();
-        println!("{:<28} {:<18} {}", row.row, substeps.join("/"), verdicts.join(", "));
+        println!("{:<28} {:<22} {}", row.row, substeps.join("/"), verdicts.join(", "));
     }
     println!(
-        "\n{:<28} {:>5} {:>18} {:>18} {:>18} {:>18}",
+        "\nmargins: a press to 8 mm and a tap of 0.5 m/s at a tick of 1 ms are good; how far one of these can go before it fails, and how (≥: it did not fail)"
+    );
+    println!(
+        "{:<28} {:>5} {:>18} {:>18} {:>18} {:>18}",
         "passes up to", "kPa", "tick [ms]", "depth [mm]", "tap [m/s]", "E [kPa]"
     );
     for cells in matrix.margins.chunks(model::Axis::ALL.len()) {
@@ -213,7 +223,7 @@ fn print_model(matrix: &model::Matrix, summary: &model::Summary, all: bool) {
     }
     let worst = summary.product;
     println!(
-        "\nproduct, {} promised cells: smallest J {:.3} in a tick, {:.3} in a hold; {:.4} mm left; force falls by {:.2} % at most, {:.0} % with jitter",
+        "\nours, in the {} presses that it promises to stand, at worst: J (volume of a tet over that at rest, 0 is flat) {:.3} in a tick, {:.3} in a hold; {:.4} mm of dent left; force falls by {:.2} % on the way down, {:.0} % with jitter\n",
         worst.cells, worst.lowest_j, worst.held_j, worst.residual_mm, worst.drop_pct, worst.jitter_drop_pct
     );
     for line in &summary.broken {

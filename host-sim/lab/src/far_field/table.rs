@@ -246,14 +246,30 @@ impl Table {
             if row.lowest_m.is_none_or(|l| l <= 0.0) {
                 broken.push(format!("{named} are not positive"));
             }
-            let worst = errors.centred_pct[..presses::PROMISED_DEPTHS].iter().chain(&errors.aside_pct);
-            let worst = worst.map(|e| e.map_or(f64::INFINITY, f64::abs)).fold(0.0, f64::max);
-            if row.radius_m >= (PROMISED_RADII - 1e-9) * probe_radius_m && worst > PROMISED_PCT {
+            let worst = worst_pct(errors);
+            if is_promised(row, probe_radius_m) && worst > PROMISED_PCT {
                 broken.push(format!("{named} are {worst:.2} % off dense S, promised {PROMISED_PCT} %"));
             }
         }
         broken
     }
+
+    /// Largest error of rim springs where one is promised [%].
+    #[must_use]
+    pub fn worst_promised_pct(&self, probe_radius_m: f64) -> f64 {
+        let ours = self.rows.iter().filter(|r| r.kind == Kind::Patch(RimMethod::RimSprings) && is_promised(r, probe_radius_m));
+        ours.filter_map(|row| row.against_dense.as_ref()).map(worst_pct).fold(0.0, f64::max)
+    }
+}
+
+fn is_promised(row: &Row, probe_radius_m: f64) -> bool {
+    row.radius_m >= (PROMISED_RADII - 1e-9) * probe_radius_m
+}
+
+/// Largest error of the presses that a promise covers [%].
+fn worst_pct(errors: &Errors) -> f64 {
+    let promised = errors.centred_pct[..presses::PROMISED_DEPTHS].iter().chain(&errors.aside_pct);
+    promised.map(|e| e.map_or(f64::INFINITY, f64::abs)).fold(0.0, f64::max)
 }
 
 impl Setting {

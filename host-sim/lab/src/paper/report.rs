@@ -89,7 +89,7 @@ pub fn verdict(claims: &[Claim], broken: &[String]) -> String {
     }
     let count = |held: Option<bool>| claims.iter().filter(|claim| claim.held == held).count();
     format!(
-        "ok: of {} claims of the paper {} held here, {} did not, {} cannot be tried",
+        "ok: of {} claims of the paper {} held here, {} did not (no failure of palpate), {} cannot be tried",
         claims.len(),
         count(Some(true)),
         count(Some(false)),
@@ -99,7 +99,9 @@ pub fn verdict(claims: &[Claim], broken: &[String]) -> String {
 
 /// Prints which claims held, and the path of the report.
 pub fn print_claims(claims: &[Claim], out: &Path) {
-    println!();
+    println!(
+        "\nclaims of the paper, with its equations as printed; one that does not hold is a finding about them, and no failure here:"
+    );
     for claim in claims {
         let verdict = claim.held.map_or("cannot be tried", |held| if held { "held" } else { "did not hold" });
         println!("{verdict:>15}: {} - here: {}", claim.printed, claim.found);

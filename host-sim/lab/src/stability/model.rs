@@ -27,6 +27,6 @@ pub use load_case::{CASES, CaseTissue, LoadCase, Promise, QUICK_CASES, Stimulus}
 pub use margin::{Axis, Margin, largest, margin};
 pub use matrix::{Cell, MarginCell, Matrix, Part, Scope, run};
 pub use press::{Loading, Trace, press};
-pub use promise::promises;
+pub use promise::{LEAST_J, promises};
 pub use report::{Summary, write};
 pub use verdict::{Figures, Verdict, judge};

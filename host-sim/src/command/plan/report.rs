@@ -220,7 +220,16 @@ fn draw(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), E
 fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth], all: bool) {
     let (name, per) = unit(bench.machine);
     println!(
-        "{:<26} {:>5} {:>6} {:>8} {:>6} {:>8} {:>9} {:>9} {:>7} {:>8} {:>8} {:>8} {:>8}",
+        "the force is judged {:.2} to {:.2} mm deep, at places that no fit saw within a probe radius of the site: its error there in rms % and worst %,",
+        bench.judge.depths_m.first().copied().unwrap_or_default() * 1e3,
+        bench.judge.depths_m.last().copied().unwrap_or_default() * 1e3
+    );
+    println!(
+        "at the site alone in centred % (rms); shear %: of a glued disc, by the patch's edge alone; {name}: a tick, by estimate"
+    );
+    println!("radius of the patch and size of its elements in probe radii; points of contact on each surface triangle\n");
+    println!(
+        "{:<26} {:>5} {:>6} {:>8} {:>6} {:>8} {:>9} {:>9} {:>7} {:>8} {:>9} {:>8} {:>8}",
         "",
         "nodes",
         "radius",
@@ -231,14 +240,14 @@ fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth], all: bool) {
         "RAM+flash",
         "rms %",
         "worst %",
-        "centred",
+        "centred %",
         "shear %",
         "moving %"
     );
     let row = |what: &str, t: &JudgedCandidate| {
         let c = &t.candidate;
         println!(
-            "{what:<26} {:>5} {:>6} {:>8} {:>6} {:>8} {:>9.1} {:>6.1} kB {:>7.2} {:>+8.2} {:>8.2} {:>8} {:>8}",
+            "{what:<26} {:>5} {:>6} {:>8} {:>6} {:>8} {:>9.1} {:>6.1} kB {:>7.2} {:>+8.2} {:>9.2} {:>8} {:>8}",
             t.counts.nodes,
             c.radius_radii,
             c.element_radii,
@@ -264,6 +273,21 @@ fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth], all: bool) {
             row(what, trial);
         }
     }
+    let (tolerance_pct, shown) = (bench.tolerance_pct, outcome.chosen.as_ref().or(outcome.tightest.as_ref()));
+    println!(
+        "{:<26} {:>5} {:>6} {:>8} {:>6} {:>8} {:>9.1} {:>9} {tolerance_pct:>7.2} {:>8.2} {:>9} {tolerance_pct:>8.2} {:>8}",
+        "at most",
+        "",
+        "",
+        "",
+        "",
+        "",
+        bench.machine.budget() / per,
+        "",
+        WORST_RATIO * tolerance_pct,
+        "",
+        shown.and_then(|t| t.moving).map_or_else(|| "-".into(), |m| format!("{:.2}", m.allowed_pct))
+    );
     let less = outcome.trials.iter().filter(|t| t.terms.rim && t.terms != Terms::ALL || t.edge != RimTreatment::RimSprings);
     for trial in less.filter(|_| all) {
         let mut what = kind(trial);
@@ -295,17 +319,18 @@ fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth], all: bool) {
     }
     let fits = outcome.trials.len();
     println!(
-        "\n{fits} models tried{}. Radius and elements in probe radii; points: of the foundation on a triangle; budget {:.1} {name}; errors at unseen places within a probe radius, {:.2} to {:.2} mm deep; shear: by the edge alone",
+        "\n{fits} models tried{}{}",
         if all { "" } else { " (--all prints those without a term)" },
-        bench.machine.budget() / per,
-        bench.judge.depths_m.first().copied().unwrap_or_default() * 1e3,
-        bench.judge.depths_m.last().copied().unwrap_or_default() * 1e3
+        if outcome.chosen.is_some() {
+            ": the chosen one is the cheapest found that keeps every limit in the row *at most*"
+        } else {
+            ""
+        }
     );
     if let Some(moving) = outcome.chosen.as_ref().and_then(|t| t.moving) {
         println!(
-            "moving: the chosen one on the way down at {:.0} mm/s against itself with almost true masses; {} % allowed",
-            moving.speed_m_per_s * 1e3,
-            moving.allowed_pct
+            "moving %: on the way down at {:.0} mm/s, against the same patch with almost true masses",
+            moving.speed_m_per_s * 1e3
         );
     }
     for Worth { term, cost_pct, error } in terms {

@@ -143,7 +143,12 @@ fn expectation(expected: Option<&Expected>) -> String {
         None => "how wrong is unknown, no trial is like it".into(),
         Some(e) => {
             let about = if e.alike { "expect about" } else { "no trial is much like it; the nearest was" };
-            format!("{about} {:.0} % rms, up to {:+.0} % (trial {})", e.rms_pct.ceil(), e.worst_pct, e.trial)
+            format!(
+                "{about} {:.0} % rms off finite elements, up to {:+.0} % (measured on trial {}, the scene most like it in host-sim/scenes/trials)",
+                e.rms_pct.ceil(),
+                e.worst_pct,
+                e.trial
+            )
         }
     }
 }

@@ -190,6 +190,9 @@ fn walk(found: &Found) -> Walk {
 /// A short table on the terminal: every method under one force, on every scene.
 pub fn print(block: &OnBlock, organs: &[OnOrgan]) {
     const FORCE_N: f64 = 1.6;
+    println!(
+        "depth error: from our static finite elements, over all forces; to rest: processor time until the press stands still"
+    );
     println!("{:<16} {:<28} {:>18} {:>22} {:>12}", "scene", "method", "depth at 1.6 N mm", "depth error, rms %", "to rest ms");
     let scenes = std::iter::once(("block", &block.curves)).chain(organs.iter().map(|o| (o.scene.name.as_str(), &o.curves)));
     for (scene, curves) in scenes {

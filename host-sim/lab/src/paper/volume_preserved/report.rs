@@ -461,6 +461,13 @@ fn csv(findings: &Findings, folder: &OutputFolder) -> Result<(), Error> {
 
 fn print(findings: &Findings, claims: &[Claim], broken: &[String], out: &Path) {
     println!("{}", verdict(claims, broken));
+    println!(
+        "mean distance from our finite elements, after each of two lifts; J: volume of the worst tet over that at rest, negative is inside out"
+    );
+    println!(
+        "palpate promises, at full resolution: landmarks within {} mm, every J above 0",
+        PROMISED_M.map(|most| (most * 1e3).to_string()).join(" / ")
+    );
     println!("{:<60} {:>7} {:>17} {:>15} {:>11}", "method", "mesh", "landmarks mm", "surface mm", "min J");
     for r in rows(findings).into_iter().chain(weighed_rows(findings)) {
         println!(

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::ceiling::Ceiling;
-use super::{Cell, Climb, HELD_N_PER_M, LoopSummary, MOST_CREATED_J, STEP, SWEPT};
+use super::{Cell, Climb, HELD_N_PER_M, LoopSummary, MOST_CREATED_J, MOST_STATIC_ERROR, STEP, SWEPT};
 use crate::error::Error;
 use palpate_charts::{
     CreatedEnergy, EnergyRow, MatrixCell, MatrixGroup, MatrixRow, StiffnessMatrix, created_energy, stiffness_matrix,
@@ -79,15 +79,22 @@ pub fn print(summary: &LoopSummary, all: bool) {
     let names = HANDS.map(|h| format!("{} {}", h.id, h.name)).join(", ");
     let hands = HANDS.map(|h| format!("{:>6}", h.id)).join("");
     println!(
-        "stiffest wall without a limit cycle [N/m], tap 0.2 m/s and hold; climbed from 50 in steps of 12 %, stopped at the first that shakes (>: none shook)"
+        "by hand: the stiffest wall that is tapped at 0.2 m/s and held without shaking [N/m], in steps of 12 % from 50 (>: none shook); 400 and more is promised"
     );
-    println!("at 400 N/m: energy created in the worst hand [mJ], hands that it shakes, static error in the others [%]");
+    println!(
+        "at 400 N/m, over all hands: mJ given to the worst (at most {:.2} promised), how many shake (none), static error % in the others (at most {:.1})",
+        MOST_CREATED_J * 1e3,
+        MOST_STATIC_ERROR * 100.0
+    );
     println!("hands: {names}\n");
     for device in SWEPT {
         for delay in DELAYS {
             let Some(first) = summary.cells.iter().find(|c| c.device == device && c.delay_ticks == delay) else { continue };
-            println!("{device}, {delay} ticks late; closed form of the device alone: {:.0} N/m", first.passive_n_per_m);
-            println!("  {:<18}{hands}{:>10}{:>8}{:>8}", "", "created", "shaken", "error");
+            println!(
+                "{device}, force {delay} ticks late (the device alone, in any hand, by theory: {:.0} N/m)",
+                first.passive_n_per_m
+            );
+            println!("  {:<18}{hands}{:>10}{:>8}{:>8}", "", "mJ given", "shaken", "error %");
             for control in &shown {
                 let cells: Vec<&Cell> = summary.row(device, delay, control).collect();
                 let stiffest: String = cells.iter().map(|c| said(c.climb)).collect();
@@ -101,13 +108,15 @@ pub fn print(summary: &LoopSummary, all: bool) {
 }
 
 fn print_ceilings(ceilings: &[Ceiling]) {
-    println!("encoder: contact stiffness from which one count is felt, slope of the block under the probe at its deepest press,");
-    println!("stiffest tissue that is held quietly [kPa]; slopes above the ceiling are marked *");
+    println!("limit of the encoder, whatever the controller; felt: contact stiffness from which one count of it is felt;");
+    println!(
+        "then the stiffness of blocks under the probe at their deepest press (*: above that), and the stiffest tissue held quietly by hand"
+    );
     let hands = ceilings.first().map(|c| c.held_pa.as_slice()).unwrap_or_default();
     let names: String = hands.iter().map(|(hand, _)| format!("{:>7}", format!("{hand} kPa"))).collect();
     println!(
-        "  {:<14}{:>8}{:>9}{:>10}{:>12}{:>12}{:>12}  {names}",
-        "", "count um", "limit N", "felt N/m", "3.5 kPa", "20 kPa", "100 kPa"
+        "  {:<14}{:>8}{:>9}{:>10}{:>14}{:>14}{:>14}  {names}",
+        "", "count um", "limit N", "felt N/m", "3.5 kPa N/m", "20 kPa", "100 kPa"
     );
     for c in ceilings {
         let deepest = |e: f64| {
@@ -120,7 +129,7 @@ fn print_ceilings(ceilings: &[Ceiling]) {
         let [soft, middle, stiff] = super::ceiling::TABLED_PA.map(deepest);
         let held: String = c.held_pa.iter().map(|(_, e)| format!("{:>7.0}", e * 1e-3)).collect();
         let (count, limit, felt) = (c.count_m * 1e6, c.limit_n, c.felt_n_per_m);
-        println!("  {:<14}{count:>8.0}{limit:>9.1}{felt:>10.0}{soft:>12}{middle:>12}{stiff:>12}  {held}", c.device);
+        println!("  {:<14}{count:>8.0}{limit:>9.1}{felt:>10.0}{soft:>14}{middle:>14}{stiff:>14}  {held}", c.device);
     }
 }
 

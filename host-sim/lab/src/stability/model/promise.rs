@@ -7,7 +7,7 @@ use super::verdict::Verdict;
 /// Stiffnesses for which it promises anything [Pa].
 const PROMISED_PA: [f64; 2] = [3.5e3, 100e3];
 /// Least volume of any tet over its rest volume (1).
-pub(super) const LEAST_J: f64 = 0.2;
+pub const LEAST_J: f64 = 0.2;
 
 /// Every promise that did not hold, one line each.
 #[must_use]
