@@ -34,7 +34,8 @@ pub struct Prepared {
     /// RMS error of taps at 0.2 and 0.5 m/s (1); NaN where the mesh has no reference with true
     /// masses.
     pub tap_errors: [f64; TAPS.len()],
-    /// Smallest volume of a tet in a tap as deep as the tissue may be pressed, over its rest volume (1).
+    /// Smallest volume of a tet in a tap as deep as the tissue may be pressed, over its rest volume
+    /// (1).
     pub lowest_j: f64,
     /// Every tap is within its limit, and crushes no tet.
     pub taps_held: bool,

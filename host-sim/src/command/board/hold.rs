@@ -21,8 +21,8 @@ use crate::port::{PortError, Session};
 
 /// A fault is cleared after good poses only.
 const CLEARED: Duration = Duration::from_secs(2);
-/// A board that was asked to arm is no longer idle in the next tick; records that are older than the
-/// request may wait in the line.
+/// A board that was asked to arm is no longer idle in the next tick; records that are older than
+/// the request may wait in the line.
 const STAYS_IDLE_TICKS: u32 = 2_000;
 /// Longest wait for a record before the signs of life are checked again.
 const STEP: Duration = Duration::from_millis(100);
