@@ -18,7 +18,8 @@ pub struct Outcome {
     pub code: Option<i32>,
     /// Standard output.
     pub stdout: String,
-    /// Standard error.
+    /// Standard error, without the progress that a command reports every ten seconds: how long it
+    /// takes is the machine's.
     pub stderr: String,
 }
 
@@ -76,7 +77,18 @@ pub fn palpate(scratch: &str, folder: &Path, arguments: &[&str]) -> Outcome {
     let after_out = arguments.iter().position(|argument| *argument == "--out").and_then(|at| arguments.get(at + 1));
     schema::check_all(&folder.join(after_out.unwrap_or(&"out")));
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    Outcome { code: output.status.code(), stdout: text(&output.stdout), stderr: text(&output.stderr) }
+    let stderr = text(&output.stderr).split_inclusive('\n').filter(|line| !is_progress(line)).collect();
+    Outcome { code: output.status.code(), stdout: text(&output.stdout), stderr }
+}
+
+/// Whether a line is one that long work writes off a terminal, such as "after 20 s: mesh 2 of 3";
+/// errors begin with the program's name.
+fn is_progress(line: &str) -> bool {
+    let seconds = |rest: &str| {
+        let after_digits = rest.trim_start_matches(|c: char| c.is_ascii_digit());
+        after_digits.len() < rest.len() && after_digits.starts_with(" s")
+    };
+    !line.starts_with("palpate") && line.split("after ").skip(1).any(seconds)
 }
 
 impl Default for Desk {
@@ -104,5 +116,22 @@ impl Desk {
         let mut names: Vec<_> = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
         names.sort();
         names
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_progress;
+
+    #[test]
+    fn progress_is_told_from_errors() {
+        for line in
+            ["after 11 s: mesh 2 of 3, 0.50 mm deep\n", "3 of 12 presses after 20 s\n", "fit: 3 of 12 after 20 s, press 3\n"]
+        {
+            assert!(is_progress(line), "{line}");
+        }
+        for line in ["palpate: no answer after 2 s\n", "the force has none after 140 ms\n", "named after somebody\n"] {
+            assert!(!is_progress(line), "{line}");
+        }
     }
 }

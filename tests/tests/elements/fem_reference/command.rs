@@ -37,8 +37,7 @@ fn a_press_that_cannot_converge_says_how_far_it_got_and_keeps_what_did() {
     let run = palpate(SCRATCH, desk.folder(), &["reference", "--quick", "--scene", "pad.toml"]);
     assert_eq!(run.code, Some(1), "{}{}", run.stdout, run.stderr);
     assert!(run.stderr.contains("2 of 3 holds converged") && run.stderr.contains("press less deep"), "{}", run.stderr);
-    // a line every ten seconds besides, on a machine that is busy
-    assert_eq!(run.stderr.lines().filter(|line| line.starts_with("palpate:")).count(), 1, "{}", run.stderr);
+    assert_eq!(run.stderr.trim_end().lines().count(), 1, "{}", run.stderr);
     let answer = Answer::load(&desk.folder().join("out/reference/answer.json")).expect("kept");
     assert_eq!(answer.holds.iter().map(|h| h.depth_m).collect::<Vec<_>>(), [0.0005, 0.001]);
     assert!(answer.holds[1].force_over_e_m2 > answer.holds[0].force_over_e_m2);
