@@ -216,7 +216,7 @@ impl<'a> Report<'a> {
         self.holds.iter().filter_map(|h| h.estimated_error_pct).fold(f64::NAN, f64::max)
     }
 
-    /// What the holds were solved for, in words.
+    /// Quantity that the holds were solved for, in words.
     fn solved_for(&self) -> &'static str {
         if self.by_force { "depths" } else { "forces" }
     }
