@@ -158,8 +158,18 @@ fn a_straight_press_beyond_the_depth_limit_comes_back_the_way_it_went_in() {
     let end_m = Vector3::new(0.0, 0.0, -limit_m - 3e-3);
     go(&mut tissue, end_m, end_m + Vector3::new(0.0, 0.0, 2e-3), 0.04e-3, |_, output| assert!(!output.outside));
     let back = tissue.high(-limit_m - 1e-3);
-    assert!((pressed.depth_m - back.depth_m).abs() < 0.05e-3, "{} m deep, then {}", pressed.depth_m, back.depth_m);
+    assert!((pressed.depth_m - back.depth_m).abs() < 0.02e-3, "{} m deep, then {}", pressed.depth_m, back.depth_m);
     assert!((pressed.force_n.z - back.force_n.z).abs() < 0.05 * pressed.force_n.z, "{} then {}", pressed.force_n, back.force_n);
+    // the same beside the first press: where the hand met the limit before is forgotten above it
+    let above_m = Vector3::new(0.0, 0.0, 2e-3 - limit_m);
+    let beside_m = Vector3::new(3e-3, 0.0, 0.0);
+    let rest = |tissue: &mut Tissue, at_m: Vector3<f32>| (0..200).map(|_| tissue.at(at_m)).last().expect("ticks").depth_m;
+    go(&mut tissue, end_m + Vector3::new(0.0, 0.0, 2e-3), above_m, 0.04e-3, |_, _| ());
+    go(&mut tissue, above_m, above_m + beside_m, 0.04e-3, |_, _| ());
+    go(&mut tissue, above_m + beside_m, end_m + beside_m, 0.3e-3, |_, _| ());
+    let pressed_m = rest(&mut tissue, end_m + beside_m);
+    let back_m = rest(&mut tissue, end_m + beside_m + Vector3::new(0.0, 0.0, 2.8e-3));
+    assert!((pressed_m - back_m).abs() < 0.05e-3, "beside: {pressed_m} m deep, then {back_m}");
 }
 
 #[test]
@@ -180,6 +190,11 @@ fn a_hand_that_slid_beyond_the_depth_limit_comes_back_as_far_as_it_moves() {
     let slid_m = leg(&mut tissue, Vector3::new(2e-3, 0.0, 0.0));
     let back_m = leg(&mut tissue, Vector3::new(0.0, 0.0, 2e-3));
     assert!((slid_m - back_m - 2e-3).abs() < 0.3e-3, "{slid_m} m deep, then {back_m}");
+    // deeper than ever: the limit holds, and again every millimetre back counts
+    let deepest_m = leg(&mut tissue, Vector3::new(0.0, 0.0, -5e-3));
+    assert!((deepest_m - slid_m).abs() < 0.3e-3, "{slid_m} m deep, then {deepest_m}");
+    let back_m = leg(&mut tissue, Vector3::new(0.0, 0.0, 2e-3));
+    assert!((deepest_m - back_m - 2e-3).abs() < 0.3e-3, "{deepest_m} m deep, then {back_m}");
 }
 
 #[test]
