@@ -250,6 +250,12 @@ mod tests {
         assert!((held(-0.5, 0.5).x + 0.5).abs() < 1e-6, "it slips");
         assert_eq!(held(-0.3, 0.0), Vector3::new(-0.3, 0.0, 1.0), "no friction: passed on as it is");
         assert!((held(-0.1, 0.5).z - 1.0).abs() < 1e-6, "nothing along the normal");
+        assert!((held(-0.6, 0.5).x + 0.6).abs() < 1e-6, "the model's own force is not cut");
+        // going in as well, under another push: the part along the surface stays what it was
+        let sinking = moving(&DampingSettings::safe(1e-3, 1e-3), velocity - Vector3::z() * 0.05);
+        let output = Output { grip_n: 0.5, ..contact(Vector3::new(-0.1, 0.0, 2.0), Vector3::z(), 2e-3) };
+        let found = sinking.damp(&output, 400.0);
+        assert!((found - Vector3::new(-0.1 - added_n, 0.0, 2.0 + 2.5 * added_n)).norm() < 1e-5, "{found}");
     }
 
     #[test]
