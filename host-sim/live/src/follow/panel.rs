@@ -16,7 +16,10 @@ const COMPUTED: &str = "The shape of the tissue and the force under this heading
 const KEYS: [&str; 3] = ["V cut · S springs · E edge · J colour", "T light, dark · P picture", "+ - zoom · Home: reset the view"];
 
 fn vector(numbers: [f32; 3], factor: f32, digits: usize) -> String {
-    numbers.map(|n| format!("{:.*}", digits, n * factor)).join(", ")
+    // a part that is rounded away has no sign
+    let least = 0.5 * 0.1_f32.powi(digits as i32);
+    let round = |n: f32| if n.abs() < least { 0.0 } else { n };
+    numbers.map(|n| format!("{:.*}", digits, round(n * factor))).join(", ")
 }
 
 impl Follow {
@@ -84,8 +87,8 @@ impl Follow {
             if let Some(fault) = row.fault_words() {
                 ui.label(RichText::new(fault).color(warn).strong());
             }
-        } else if let Some([says, _]) = words::absence(&self.phase(), self.silent_s(), &self.path) {
-            ui.label(RichText::new(says).color(warn));
+        } else {
+            self.absence(ui);
         }
     }
 
@@ -136,5 +139,16 @@ impl Follow {
             ui.checkbox(&mut shown.rim, "edge")
                 .on_hover_text("Marks fixed nodes in black, and those with a far field behind them in orange (E).");
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::vector;
+
+    #[test]
+    fn a_part_that_is_rounded_away_has_no_sign() {
+        assert_eq!(vector([-0.0004, 0.0006, -0.0006], 1.0, 3), "0.000, 0.001, -0.001");
+        assert_eq!(vector([0.001, -0.0, -0.0023], 1e3, 2), "1.00, 0.00, -2.30");
     }
 }

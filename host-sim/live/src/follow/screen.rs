@@ -20,8 +20,8 @@ use crate::shown::{Colour, Shown};
 use crate::view;
 
 /// Hint of the mouse, in the picture's corner.
-const HOW: &str = "the board's tip · drag: orbit · wheel: zoom";
-const DIM: Color32 = Color32::from_rgba_premultiplied(20, 24, 30, 150);
+const HOW: &str = "tip and arrow: measured by the board · shape: computed here · drag: orbit · wheel: zoom";
+const DIM: Color32 = Color32::from_rgba_premultiplied(20, 24, 30, 190);
 
 /// Everything on the screen.
 pub struct Follow {
@@ -165,9 +165,7 @@ impl Follow {
             ui.label(RichText::new(words::force(self.present(), |row| row.applied_n)).strong().size(16.0));
             let warn = ui.visuals().error_fg_color;
             let Some(row) = self.present() else {
-                if let Some([says, _]) = words::absence(&self.phase(), self.silent_s(), &self.path) {
-                    ui.label(RichText::new(says).color(warn));
-                }
+                self.absence(ui);
                 return;
             };
             ui.label(format!("at {:.2} mm", row.depth_m * 1e3));
@@ -181,6 +179,16 @@ impl Follow {
                 ui.label(RichText::new(limited).color(Color32::from_rgb(190, 120, 20)));
             }
         });
+    }
+
+    /// Why nothing is present: bad news only where something was there before.
+    pub(super) fn absence(&self, ui: &mut Ui) {
+        let phase = self.phase();
+        if let Some([says, _]) = words::absence(&phase, self.silent_s(), &self.path) {
+            let says = RichText::new(says);
+            let bad = matches!(phase, Phase::Silent | Phase::Bad(_));
+            ui.label(if bad { says.color(ui.visuals().error_fg_color) } else { says });
+        }
     }
 
     fn bottom(&self, ui: &mut Ui) {

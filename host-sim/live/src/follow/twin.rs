@@ -82,6 +82,11 @@ impl Twin {
             self.forget();
             return Answer { force_n: None, differs_n: Err(Apart::Rests) };
         }
+        if row.limited_by(ClampFlags::BURIED) {
+            // the board's patch gives no force before the tip has been outside
+            self.forget();
+            return Answer { force_n: None, differs_n: Err(Apart::HeldBack) };
+        }
         let own = self.checksum == Some(row.patch_checksum);
         let tuned = !own || self.tune(row);
         let to_m = V::from(row.tip_m);

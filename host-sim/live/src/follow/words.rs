@@ -44,7 +44,8 @@ pub fn absence(phase: &Phase, silent_s: f64, path: &str) -> Option<[String; 2]> 
             format!("No record for {}: no force is shown.", span(silent_s)),
             "palpate board has ended, or lost its port; a file that begins anew is followed".into(),
         ]),
-        Phase::Bad(why) => Some(["This is no table of a board's records.".into(), why.clone()]),
+        // the window's font has no backquote
+        Phase::Bad(why) => Some(["This is no table of a board's records.".into(), why.replace('`', "\"")]),
     }
 }
 
@@ -96,7 +97,7 @@ mod tests {
         assert!(said(&Phase::Absent).unwrap()[1].contains("board arm --stream out/felt.csv"));
         assert!(said(&Phase::Begun).unwrap()[0].starts_with("No record yet"));
         assert_eq!(said(&Phase::Silent).unwrap()[0], "No record for 12 s: no force is shown.");
-        assert_eq!(said(&Phase::Bad("felt.csv:1: why".into())).unwrap()[1], "felt.csv:1: why");
+        assert_eq!(said(&Phase::Bad("felt.csv:1: why: give `it`".into())).unwrap()[1], "felt.csv:1: why: give \"it\"");
     }
 
     #[test]
