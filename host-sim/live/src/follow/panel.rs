@@ -106,7 +106,9 @@ impl Follow {
         if let Some(force_n) = answer.force_n {
             ui.label(format!("its force at the board's tip: {:.3} N", words::length(force_n)));
         }
-        ui.label(words::difference(answer.differs_n, words::length(row.model_n)));
+        let difference = ui.label(words::difference(answer.differs_n, words::length(row.model_n)));
+        difference
+            .on_hover_text("From the force of the board's patch. A tap between two records is not straight: it differs more.");
     }
 
     fn view(&mut self, ui: &mut Ui) {
