@@ -5,7 +5,7 @@ mod lapse;
 
 use std::path::PathBuf;
 
-use eframe::egui::{self, CentralPanel, Color32, FontData, FontDefinitions, FontFamily, Panel, RichText, Ui};
+use eframe::egui::{self, CentralPanel, Color32, Panel, RichText, Ui};
 use palpate::Vector3;
 use palpate_loop::live::{Choice, Holding};
 use web_time::{Duration, Instant};
@@ -17,6 +17,7 @@ use crate::controls::Controls;
 use crate::drawn_body::DrawnBody;
 use crate::files::Files;
 use crate::link::Link;
+use crate::look::{dress, ground, legend};
 use crate::message::{Answer, Ended, Frame, Request, SILENCE_S};
 use crate::pointer::Pointer;
 use crate::shown::Shown;
@@ -51,6 +52,8 @@ pub struct App {
     heard_s: f64,
 }
 
+/// Hint of the mouse, in the picture's corner.
+const HOW: &str = "button: press · drag: slide · wheel: how deep · right drag: orbit · Ctrl wheel: zoom";
 /// Longest wait for a recording when the window closes.
 const LAST_WORD: Duration = Duration::from_secs(3);
 
@@ -58,16 +61,7 @@ impl App {
     /// On a context, with a link to a physics that was given `choice` and `holding`.
     #[must_use]
     pub fn new(ctx: &egui::Context, link: Box<dyn Link>, choice: Choice, holding: Holding) -> Self {
-        let mut fonts = FontDefinitions::empty();
-        let bytes = include_bytes!("../font/NotoSans-subset.ttf");
-        fonts.font_data.insert("noto".into(), std::sync::Arc::new(FontData::from_static(bytes)));
-        for family in [FontFamily::Proportional, FontFamily::Monospace] {
-            fonts.families.insert(family, vec!["noto".into()]);
-        }
-        ctx.set_fonts(fonts);
-        // less important text must still be readable, especially on a dark background
-        ctx.all_styles_mut(|style| style.visuals.weak_text_alpha = 0.85);
-        ctx.set_theme(egui::Theme::Light);
+        dress(ctx);
         Self {
             link,
             files: Files::default(),
@@ -246,21 +240,11 @@ impl App {
         let lens = self.camera.lens(rect);
         let dark = ui.visuals().dark_mode;
         let painter = ui.painter_at(rect);
-        let (low, high) = if dark { ((30, 34, 40), (44, 50, 58)) } else { ((236, 239, 243), (252, 253, 254)) };
-        let ground = |c: (u8, u8, u8)| Color32::from_rgb(c.0, c.1, c.2);
-        let mut mesh = egui::Mesh::default();
-        for (at, colour) in
-            [(rect.left_top(), high), (rect.right_top(), high), (rect.right_bottom(), low), (rect.left_bottom(), low)]
-        {
-            mesh.colored_vertex(at, ground(colour));
-        }
-        mesh.add_triangle(0, 1, 2);
-        mesh.add_triangle(0, 2, 3);
-        painter.add(egui::Shape::mesh(mesh));
+        ground(&painter, rect, dark);
         let shown = Shown { dark, most_pa: self.controls.stiffness_kpa * 1e3, ..self.controls.shown };
         view::draw(&painter, &lens, &self.shape, &self.frame, &shown, self.controls.nodules());
         self.touch.draw(&painter, rect, dark, self.shape.body.friction);
-        self.controls.legend(&painter, rect, dark);
+        legend(&painter, rect, &shown, HOW);
         self.controls.marks(&painter, &lens, &self.shape);
     }
 

@@ -1,6 +1,6 @@
 //! Choices of the user and their consequences; choices are made with `panel` and `keys`.
 
-use eframe::egui::{self, Align2, Color32, FontId, Painter, Rect, Stroke, pos2, vec2};
+use eframe::egui::{self, Align2, Color32, FontId, Painter, Stroke, vec2};
 use palpate::Vector3;
 use palpate_loop::live::{Choice, Exercise, Found, Holding, Inside, Nodule};
 use palpate_tissue::scene::PRESETS;
@@ -9,13 +9,10 @@ use web_time::Instant;
 use crate::camera::Lens;
 use crate::drawn_body::DrawnBody;
 use crate::message::{Body, Frame};
-use crate::shown::{Colour, LEAST_J, Shown, scale, screen};
+use crate::shown::{Colour, Shown};
 
 /// A nodule as the slider begins with it.
 pub(crate) const NODULE: Nodule = Nodule { place_m: [0.004, 0.0], depth_m: 9e-3, radius_m: 6e-3, ratio: 10.0 };
-
-/// A narrower picture has no room for hints beside its legend [points].
-const LEAST_FOR_HINTS: f32 = 660.0;
 
 /// Choices of the user.
 pub struct Controls {
@@ -169,42 +166,6 @@ impl Controls {
         if let Some(search) = &mut self.exercise {
             search.peak_n = search.peak_n.max(Vector3::from(frame.force_n).norm());
         }
-    }
-
-    /// The colours' scale.
-    pub fn legend(&self, painter: &Painter, rect: Rect, dark: bool) {
-        let ink = if dark { Color32::from_gray(225) } else { Color32::from_gray(50) };
-        let (title, ends) = match self.shown.colour {
-            Colour::Displacement => ("moved by, mm", ["0".into(), format!("{:.1}", self.shown.most_m * 1e3)]),
-            Colour::Pressure => ("pressure, kPa", ["0".into(), format!("{:.1}", self.stiffness_kpa)]),
-            Colour::J => ("J, volume / rest volume", ["1".into(), format!("{LEAST_J}")]),
-        };
-        let bar = Rect::from_min_size(rect.left_top() + vec2(14.0, 30.0), vec2(150.0, 10.0));
-        painter.text(bar.left_top() - vec2(0.0, 4.0), Align2::LEFT_BOTTOM, title, FontId::proportional(13.0), ink);
-        for k in 0..50_u8 {
-            let x = bar.left() + f32::from(k) * 3.0;
-            let piece = Rect::from_min_size(pos2(x, bar.top()), vec2(3.0, 10.0));
-            painter.rect_filled(piece, 0.0, screen(scale(f32::from(k) / 49.0)));
-        }
-        let [low, high] = ends;
-        painter.text(bar.left_bottom() + vec2(0.0, 2.0), Align2::LEFT_TOP, low, FontId::proportional(12.0), ink);
-        painter.text(bar.right_bottom() + vec2(0.0, 2.0), Align2::RIGHT_TOP, high, FontId::proportional(12.0), ink);
-        if self.shown.cut {
-            let below = bar.left_bottom() + vec2(0.0, 20.0);
-            let lines = "cut through the tip; white: the surface at rest";
-            painter.text(below, Align2::LEFT_TOP, lines, FontId::proportional(12.0), ink);
-        }
-        if rect.width() < LEAST_FOR_HINTS {
-            return;
-        }
-        let how = "button: press · drag: slide · wheel: how deep · right drag: orbit · Ctrl wheel: zoom";
-        painter.text(
-            rect.right_top() + vec2(-12.0, 8.0),
-            Align2::RIGHT_TOP,
-            how,
-            FontId::proportional(12.0),
-            ink.gamma_multiply(0.7),
-        );
     }
 
     /// Where the answer was, and where the nodule.

@@ -7,16 +7,20 @@
 //!
 //! Physics ([`physics`]) runs beside the drawing: a thread of a desktop, a worker of a page
 //! ([`link`]); [`message`] is all that passes between them. The loop itself, its traces and their
-//! replay are `palpate_loop::live`.
+//! replay are `palpate_loop::live`. In place of all that, [`follow`] shows what a board measured.
 
 pub mod app;
+mod body;
 mod camera;
 mod controls;
 mod cut;
 mod drawn_body;
 mod files;
+#[cfg(not(target_family = "wasm"))]
+pub mod follow;
 mod keys;
 pub mod link;
+mod look;
 pub mod message;
 #[cfg(target_family = "wasm")]
 mod page;

@@ -10,34 +10,62 @@ fn main() {}
 
 #[cfg(not(target_family = "wasm"))]
 mod window {
+    use std::path::{Path, PathBuf};
     use std::process::ExitCode;
+    use std::sync::PoisonError;
 
     use clap::Parser;
     use eframe::egui;
     use palpate_live::app::App;
+    use palpate_live::follow::{Feed, Follow, Given};
     use palpate_live::link::thread::Thread;
+    use palpate_loop::board_trace;
     use palpate_loop::live::{Choice, Holding};
 
-    /// Press tissue with the mouse.
+    /// Press tissue with the mouse, or follow a board.
     #[derive(Parser)]
     #[command(name = "palpate live")]
     struct Arguments {
-        /// A preset or the path of a scene file (.toml).
-        #[arg(long, value_name = "NAME|FILE", default_value = "block")]
-        scene: String,
+        /// A preset or the path of a scene file (.toml) [default: block; with --follow the patch of
+        /// the board, if it ships].
+        #[arg(long, value_name = "NAME|FILE")]
+        scene: Option<String>,
+        /// Shows what a board measured, from the file that `palpate board arm --stream` is writing.
+        #[arg(long, value_name = "FILE.csv")]
+        follow: Option<PathBuf>,
+        /// Patch file of the board that is followed.
+        #[arg(long, value_name = "PATCH", requires = "follow", conflicts_with = "scene")]
+        patch: Option<PathBuf>,
         /// Where recordings, tables and pictures go.
         #[arg(long, value_name = "FOLDER", default_value = "out/live")]
-        out: std::path::PathBuf,
+        out: PathBuf,
         /// Writes the shown numbers to this file four times per second, for scripts that drive the
         /// window.
         #[arg(long, value_name = "FILE", hide = true)]
-        numbers: Option<std::path::PathBuf>,
+        numbers: Option<PathBuf>,
+    }
+
+    /// A window whose numbers can be told.
+    trait Numbered: eframe::App {
+        fn numbers(&self) -> String;
+    }
+
+    impl Numbered for App {
+        fn numbers(&self) -> String {
+            App::numbers(self).to_string()
+        }
+    }
+
+    impl Numbered for Follow {
+        fn numbers(&self) -> String {
+            Follow::numbers(self).to_string()
+        }
     }
 
     /// The app, with its numbers written to a file.
     struct Told {
-        app: App,
-        numbers: Option<std::path::PathBuf>,
+        app: Box<dyn Numbered>,
+        numbers: Option<PathBuf>,
         next: std::time::Instant,
     }
 
@@ -50,9 +78,7 @@ mod window {
                 self.next = std::time::Instant::now();
                 // complete or not at all: it may be read at any time
                 let part = file.with_extension("part");
-                if let Err(why) =
-                    std::fs::write(&part, self.app.numbers().to_string()).and_then(|()| std::fs::rename(&part, file))
-                {
+                if let Err(why) = std::fs::write(&part, self.app.numbers()).and_then(|()| std::fs::rename(&part, file)) {
                     eprintln!("palpate: {}: {why}", file.display());
                 }
             }
@@ -65,31 +91,56 @@ mod window {
 
     pub fn open() -> ExitCode {
         let arguments = Arguments::parse();
-        let (choice, holding) = (Choice::preset(&arguments.scene), Holding::default());
-        if let Err(error) = choice.scene() {
+        let shown = match &arguments.follow {
+            Some(file) => board(file, &arguments),
+            None => tissue(&arguments),
+        };
+        shown.unwrap_or_else(|error| {
             eprintln!("palpate: {error}");
-            return ExitCode::from(2);
+            ExitCode::from(2)
+        })
+    }
+
+    /// Shows tissue under the mouse.
+    fn tissue(arguments: &Arguments) -> Result<ExitCode, String> {
+        let scene = arguments.scene.as_deref().unwrap_or("block");
+        let (choice, holding) = (Choice::preset(scene), Holding::default());
+        choice.scene().map_err(|error| error.to_string())?;
+        let (link, out) = (Thread::start(choice.clone(), holding.clone()), arguments.out.clone());
+        window("Palpate live", arguments, move |ctx| Box::new(App::new(ctx, Box::new(link), choice, holding).into_folder(out)))?;
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// Shows a board, by the file that is written of it.
+    fn board(file: &Path, arguments: &Arguments) -> Result<ExitCode, String> {
+        let given = Given::of(arguments.scene.as_deref(), arguments.patch.as_deref())?;
+        board_trace::check_head(file)?;
+        let (feed, name, out) = (Feed::start(file, given), file.display().to_string(), arguments.out.clone());
+        let refused = feed.refused();
+        window("Palpate live: board", arguments, move |ctx| Box::new(Follow::new(ctx, feed, name, out)))?;
+        match refused.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            // it was replaced by another table, which the window said
+            Some(why) => Err(why),
+            None => Ok(ExitCode::SUCCESS),
         }
+    }
+
+    fn window(title: &str, arguments: &Arguments, app: impl FnOnce(&egui::Context) -> Box<dyn Numbered>) -> Result<(), String> {
         let size = egui::vec2(1280.0, 720.0);
-        let viewport = egui::ViewportBuilder::default().with_inner_size(size).with_title("Palpate live").with_app_id("palpate");
+        let viewport = egui::ViewportBuilder::default().with_inner_size(size).with_title(title).with_app_id("palpate");
         let options = eframe::NativeOptions { viewport, ..eframe::NativeOptions::default() };
-        let link = Thread::start(choice.clone(), holding.clone());
-        let made = eframe::run_native(
-            "Palpate live",
-            options,
-            Box::new(|cc| {
-                let app = App::new(&cc.egui_ctx, Box::new(link), choice, holding).into_folder(arguments.out);
-                Ok(Box::new(Told { app, numbers: arguments.numbers, next: std::time::Instant::now() }))
-            }),
-        );
-        match made {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(error) => {
-                // a screen that is missing is reported with a place in a library's source
-                let error = error.to_string().lines().next().unwrap_or_default().trim_end_matches(':').to_owned();
-                eprintln!("palpate: no window: {error}: start it on a desktop, or take the page, `palpate live --page`");
-                ExitCode::from(2)
-            }
-        }
+        let numbers = arguments.numbers.clone();
+        let told = |cc: &eframe::CreationContext<'_>| -> Result<Box<dyn eframe::App>, _> {
+            Ok(Box::new(Told { app: app(&cc.egui_ctx), numbers, next: std::time::Instant::now() }))
+        };
+        eframe::run_native(title, options, Box::new(told)).map_err(|error| {
+            // a screen that is missing is reported with a place in a library's source
+            let error = error.to_string().lines().next().unwrap_or_default().trim_end_matches(':').to_owned();
+            let fix = match arguments.follow {
+                Some(_) => "start it on a desktop",
+                None => "start it on a desktop, or take the page, `palpate live --page`",
+            };
+            format!("no window: {error}: {fix}")
+        })
     }
 }

@@ -2,13 +2,12 @@
 
 use palpate::Vector3;
 use palpate::haptic::cycle::Ask;
-use palpate::{Probe, ProbeShape};
 use palpate_loop::live::replay::{Replayed, replay, table};
 use palpate_loop::live::trace::{MOST_TICKS, Trace};
 use palpate_loop::live::{CLEAR_M, Choice, Holding, Live};
 use palpate_tissue::error::Error;
 
-use crate::message::{Answer, Body, Contact, Ended, Frame, Request, SILENCE_S, Sample, Tip};
+use crate::message::{Answer, Body, Contact, Ended, Frame, Request, SILENCE_S, Sample};
 
 /// Largest number of overdue ticks that are run at once; the rest is dropped and reported.
 pub const MOST_BEHIND: u64 = 60;
@@ -78,31 +77,7 @@ impl Physics {
     /// Returns the body to draw.
     #[must_use]
     pub fn body(&self) -> Answer {
-        let tissue = self.live.tissue();
-        let (model, params) = (tissue.patch().model(), tissue.params());
-        Answer::Body(Box::new(Body {
-            number: self.body,
-            choice: Some(self.live.choice().clone()),
-            rest_m: model.nodes.iter().map(|n| n.rest_m).collect(),
-            skin: model.triangles.iter().map(|t| t.node).collect(),
-            tets: model.tets.iter().map(|t| t.node).collect(),
-            springs: model.springs.iter().map(|s| [s.i, s.j]).collect(),
-            rim: model.rim_nodes.iter().map(|r| r.node as u16).collect(),
-            anchors: model.anchors.to_vec(),
-            site_m: tissue.patch().site_m().into(),
-            axis: params.probe.axis.into(),
-            radius_m: params.probe.radius_m,
-            tip: drawn(&params.probe),
-            depth_limit_m: model.depth_limit_m,
-            youngs_modulus_pa: params.youngs_modulus_pa,
-            node_damping_per_s: params.node_damping_per_s,
-            lasting_share: 1.0 - params.relaxation.iter().map(|term| term.share).sum::<f32>(),
-            stiffening_b: params.stiffening_b,
-            friction: params.friction,
-            block: self.live.choice().scene().is_ok_and(|s| s.tissue.block_m.is_some()),
-            own_nodules: self.live.choice().own_nodules().unwrap_or_default(),
-            fitted_places: tissue.patch().fitted_places(),
-        }))
+        Answer::Body(Box::new(Body::of(self.live.tissue(), self.body, Some(self.live.choice()))))
     }
 
     /// Answers a request; `clock` gives real time [s]. Long work, such as preparing a patch or
@@ -246,18 +221,6 @@ fn mapped(live: &mut Live) -> Contact {
     let (map, pressure_pa) = live.contact();
     let half_axes_m = [0, 1].map(|k| (map.axes[k] * map.half_lengths_m[k]).into());
     Contact { area_m2: map.area_m2, centre_m: map.centre_m.into(), half_axes_m, peak_pa: map.peak_pressure_pa, pressure_pa }
-}
-
-/// The tip as it is drawn.
-fn drawn(probe: &Probe) -> Tip {
-    match probe.shape {
-        ProbeShape::Hemisphere | ProbeShape::Sphere => Tip::Ball,
-        ProbeShape::Flat => Tip::Flat,
-        ProbeShape::Capsule { length_m, along } => Tip::Capsule { half_m: (along * (0.5 * length_m)).into() },
-        ProbeShape::Ellipsoid { semi_axes_m: [a, b], along } => {
-            Tip::Ellipsoid { semi_axes_m: [(along * a).into(), (probe.axis.cross(&along) * b).into()] }
-        }
-    }
 }
 
 /// Runs a trace again, here.

@@ -1,5 +1,5 @@
 //! The window under Xvfb, driven by xdotool's mouse and keys: pressed, stiffened, recorded; the
-//! trace repeats bit for bit.
+//! trace repeats bit for bit. A window that follows a board, by a file that grows.
 //!
 //! Skipped, saying so, where Xvfb or xdotool are not installed.
 
@@ -18,6 +18,11 @@ struct Window {
 
 impl Window {
     fn open() -> Option<Self> {
+        Self::open_with(|_| Vec::new())
+    }
+
+    /// With arguments of its own, which may name files of its folder.
+    fn open_with(arguments: impl Fn(&Path) -> Vec<String>) -> Option<Self> {
         Command::new("xdotool").arg("version").stdout(Stdio::null()).stderr(Stdio::null()).status().ok()?;
         let folder = tempfile::tempdir().ok()?;
         static NEXT: std::sync::atomic::AtomicU32 = std::sync::atomic::AtomicU32::new(0);
@@ -31,6 +36,7 @@ impl Window {
             .env("DISPLAY", &display)
             .env_remove("WAYLAND_DISPLAY")
             .env("LIBGL_ALWAYS_SOFTWARE", "1")
+            .args(arguments(folder.path()))
             .arg("--out")
             .arg(folder.path());
         let program = quiet(program.arg("--numbers").arg(folder.path().join("numbers.json")))?;
@@ -198,4 +204,56 @@ fn a_window_bears_a_mouse_that_leaves_and_no_size_and_its_keys_reach_everything(
     if let Some(folder) = std::env::var_os("PALPATE_LIVE_PICTURES") {
         std::fs::copy(&picture, Path::new(&folder).join("live-window-dark.png")).unwrap();
     }
+}
+
+#[test]
+fn a_board_is_followed_in_a_file_that_grows_stops_and_begins_anew() {
+    let file = |folder: &Path| folder.join("felt.csv");
+    let Some(mut window) = Window::open_with(|folder| vec!["--follow".into(), file(folder).display().to_string()]) else {
+        println!("skipped: Xvfb or xdotool is missing: install them (Debian: xvfb xdotool libgl1-mesa-dri)");
+        return;
+    };
+    let path = file(window.folder.path());
+    window.until("it waits", |s| s["phase"] == "Absent" && s["says"].as_str().is_some_and(|s| s.starts_with("No file yet")));
+    let bytes = include_bytes!("../../../firmware/patches/block-m4f-168.patch");
+    let patch = palpate::PatchFile::checksum(bytes).unwrap();
+    let head = format!("{}\n", palpate_loop::board_trace::COLUMNS.join(","));
+    // down to 3 mm within a second and held there
+    let line = move |n: u32| {
+        let z_m = 0.003 - 0.006 * (f64::from(n) / 50.0).min(1.0);
+        let tick = 20 * n;
+        format!("{tick},4,0,0,0,{z_m},{},0,0,0.09,0,0,0.08,1,0,0,0,9,0,0,0,230.00,{patch:08x},3500\n", (-z_m).max(0.0))
+    };
+    std::fs::write(&path, &head).unwrap();
+    window.until("it waits for a record", |s| s["phase"] == "Begun");
+    let mut growing = std::fs::OpenOptions::new().append(true).open(&path).unwrap();
+    let writes = std::thread::spawn(move || {
+        for n in 0..250 {
+            // in two pieces: a reader may come between them
+            let row = line(n);
+            for piece in [&row[..7], &row[7..]] {
+                std::io::Write::write_all(&mut growing, piece.as_bytes()).unwrap();
+                std::thread::sleep(Duration::from_millis(10));
+            }
+        }
+    });
+    let pressed = window.until("the board's press", |s| number(s, "depth_m") > 2.9e-3 && number(s, "differs_n").is_finite());
+    assert_eq!((number(&pressed, "force_n") * 1e3).round(), 80.0, "the file's force: {pressed}");
+    assert!((number(&pressed, "arrow_n") - 0.08).abs() < 1e-6 && pressed["patch"] == "block-m4f-168", "{pressed}");
+    assert!((number(&pressed, "twin_n") - 0.09).abs() < 0.02 && number(&pressed, "moved_m") > 1e-3, "{pressed}");
+    writes.join().unwrap();
+    let silent = window.until("silence", |s| s["phase"] == "Silent");
+    assert!(silent["force_n"].is_null() && number(&silent, "arrow_n") == 0.0 && silent["records"] == 250, "{silent}");
+    // begun anew by a board with a fault, whose records go on while they are waited for
+    let faulty = |n: usize| format!("{},7,8,0,0,0.01,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,,{patch:08x},3500\n", 20 * n);
+    let rows = std::cell::Cell::new(0);
+    let anew = window.until("a new file", |s| {
+        rows.set(rows.get() + 1);
+        std::fs::write(&path, (0..rows.get()).fold(head.clone(), |text, n| text + &faulty(n))).unwrap();
+        s["phase"] == "Live" && s["records"].as_u64().is_some_and(|records| (1..250).contains(&records)) && !s["fault"].is_null()
+    });
+    assert!(anew["fault"].as_str().is_some_and(|f| f.starts_with("fault 8: ")) && number(&anew, "force_n") == 0.0, "{anew}");
+    std::fs::write(&path, "t_s,probe_x_m\n0,0\n").unwrap();
+    window
+        .until("another table", |s| s["phase"].as_str().is_some_and(|p| p.contains("no column tick")) && s["force_n"].is_null());
 }

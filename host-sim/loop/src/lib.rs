@@ -7,8 +7,9 @@
 //!
 //! [`closed_loop`] closes it over emulated hands, devices and faults; [`live`] is the same loop,
 //! driven by a window or a page; [`haptic_session`] leaves the device to its caller, in any
-//! language.
+//! language. [`board_trace`] is the table in which a board's records are kept.
 
+pub mod board_trace;
 pub mod closed_loop;
 pub mod haptic_session;
 pub mod live;

@@ -11,18 +11,28 @@ use clap::Args;
 
 use super::tools::{Tools, ended, run};
 use crate::error::Error;
+use palpate_loop::board_trace;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
+use palpate_tissue::session::packed::unpack;
 
 /// Target triple that the page is built for.
 const PAGE: &str = "wasm32-unknown-unknown";
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct LiveArgs {
-    /// A preset or the path of a scene file (.toml).
-    #[arg(long, value_name = "NAME|FILE", default_value = "block", conflicts_with = "page")]
-    scene: String,
+    /// A preset or the path of a scene file (.toml) [default: block; with --follow the board's own
+    /// patch, if it ships].
+    #[arg(long, value_name = "NAME|FILE", conflicts_with = "page")]
+    scene: Option<String>,
+    /// Show what a board measured in place of the mouse's press: follows the file that `palpate
+    /// board arm --stream FILE.csv` is writing. Nothing is sent to the board.
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "page")]
+    follow: Option<PathBuf>,
+    /// Patch file of the board that is followed, if it is none of those that ship.
+    #[arg(long, value_name = "PATCH", requires = "follow", conflicts_with = "scene")]
+    patch: Option<PathBuf>,
     /// Build the page in place of the window, and serve it on this machine.
     #[arg(long)]
     page: bool,
@@ -41,8 +51,8 @@ impl LiveArgs {
         let silent = if self.page {
             None
         } else {
-            Scene::load(&self.scene)?;
-            display::look()?
+            self.check()?;
+            display::look(self.follow.is_none())?
         };
         // the package is in the repository, not in the binary
         let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("live");
@@ -57,8 +67,22 @@ impl LiveArgs {
         if self.page { self.page(&tools) } else { self.window(&tools, silent) }
     }
 
+    /// Refuses files that the window would refuse after minutes of building.
+    fn check(&self) -> Result<(), Error> {
+        if let Some(scene) = &self.scene {
+            Scene::load(scene)?;
+        }
+        if let Some(path) = &self.patch {
+            let bytes = std::fs::read(path).map_err(|source| TissueError::Read { path: path.clone(), source })?;
+            unpack(&bytes).map_err(|cause| TissueError::Patch { path: path.clone(), cause })?;
+        }
+        if let Some(path) = &self.follow {
+            board_trace::check_head(path).map_err(TissueError::Usage)?;
+        }
+        Ok(())
+    }
+
     fn window(&self, tools: &Tools, silent: Option<&str>) -> Result<(), Error> {
-        let scene = std::fs::canonicalize(&self.scene).unwrap_or_else(|_| self.scene.clone().into());
         eprintln!("building the window; the first time takes some minutes");
         let started = Instant::now();
         let window = tools.build(&["--release"], "palpate-live")?;
@@ -69,7 +93,15 @@ impl LiveArgs {
         if let Some(variable) = silent {
             program.env_remove(variable);
         }
-        ended(run(program.arg("--scene").arg(scene).arg("--out").arg(out), &name)?, &name)
+        if let Some(scene) = &self.scene {
+            program.arg("--scene").arg(std::fs::canonicalize(scene).unwrap_or_else(|_| scene.into()));
+        }
+        for (option, file) in [("--follow", &self.follow), ("--patch", &self.patch)] {
+            if let Some(file) = file {
+                program.arg(option).arg(file);
+            }
+        }
+        ended(run(program.arg("--out").arg(out), &name)?, &name)
     }
 
     fn page(&self, tools: &Tools) -> Result<(), Error> {

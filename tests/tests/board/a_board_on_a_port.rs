@@ -88,6 +88,11 @@ fn column(csv: &str, name: &str) -> Vec<f64> {
     csv.lines().skip(1).map(|row| row.split(',').nth(at).unwrap().parse().unwrap()).collect()
 }
 
+/// A growing file up to the end of its last whole line.
+fn whole_lines(csv: &str) -> &str {
+    csv.rfind('\n').map_or("", |end| &csv[..=end])
+}
+
 #[test]
 fn a_board_is_found_told_of_and_given_another_patch_without_a_force() {
     let (desk, on) = (Desk::default(), started(PATIENT));
@@ -136,8 +141,11 @@ fn a_board_is_found_told_of_and_given_another_patch_without_a_force() {
 #[test]
 fn a_press_is_streamed_and_a_held_port_is_refused() {
     let (desk, on) = (Desk::default(), started(PATIENT));
-    let arming = Arming::start(&desk, on.port(), &["--out", "press.csv"]);
+    let arming = Arming::start(&desk, on.port(), &["--out", "press.csv", "--stream", "growing.csv"]);
     on.wait_for_force();
+    let growing = || std::fs::read_to_string(desk.folder().join("growing.csv")).unwrap();
+    let felt_n = || column(whole_lines(&growing()), "applied_z_n").into_iter().fold(0.0, f64::max);
+    on.wait_for("its row in the file that grows", |_| felt_n() > 0.05);
     refused(&board(&desk, on.port(), &["status"]), "another program has this port open");
     assert!(on.truth().record.enabled, "who may not have the port disturbs nobody");
     assert!(!desk.listing().contains(&"press.csv".to_owned()), "it appears when it is done");
@@ -151,13 +159,15 @@ fn a_press_is_streamed_and_a_held_port_is_refused() {
     let force_n = column(&csv, "applied_z_n").into_iter().fold(0.0, f64::max);
     assert!((force_n - f64::from(on.truth().largest_n)).abs() < 0.05, "{force_n} of {}", on.truth().largest_n);
     assert!(column(&csv, "tick").windows(2).all(|pair| pair[1] - pair[0] == 20.0), "a row every 20 ticks");
-    assert_eq!(desk.listing(), ["press.csv"]);
+    assert_eq!(growing(), csv, "the file that grew has the same rows");
+    assert_eq!(column(&csv, "youngs_modulus_pa").first(), Some(&3500.0));
+    assert_eq!(desk.listing(), ["growing.csv", "press.csv"]);
 }
 
 #[test]
 fn a_force_ends_when_its_host_is_killed_or_its_cable_pulled() {
     let (desk, on) = (Desk::default(), started(PATIENT));
-    let killed = Arming::start(&desk, on.port(), &["--out", "killed.csv"]);
+    let killed = Arming::start(&desk, on.port(), &["--out", "killed.csv", "--stream", "growing.csv"]);
     on.wait_for_force();
     killed.signal("-KILL");
     assert_eq!(killed.outcome().code, None);
@@ -165,6 +175,8 @@ fn a_force_ends_when_its_host_is_killed_or_its_cable_pulled() {
     let took = on.wait_for_no_force(GONE_TICKS);
     println!("killed: no force {took} ticks later");
     assert!(!desk.listing().contains(&"killed.csv".to_owned()));
+    let growing = std::fs::read_to_string(desk.folder().join("growing.csv")).unwrap();
+    assert!(column(whole_lines(&growing), "applied_z_n").iter().any(|n| *n > 0.05), "what came before the kill is there");
     on.wait_for("idle", |truth| truth.mode() == Some(Mode::Idle));
 
     let cut = Arming::start(&desk, on.port(), &["--out", "cut.csv"]);

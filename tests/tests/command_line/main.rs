@@ -8,6 +8,7 @@ mod drives_reach_their_targets;
 mod every_preset_presses;
 mod every_scene_key_acts;
 mod fit_goes_on;
+mod live_follows_a_board;
 mod live_looks_for_a_display;
 mod mistyped_command_lines_name_the_help;
 mod pictures;

@@ -12,7 +12,7 @@ use palpate_controller::link::{FromBoard, Record, ToBoard};
 use palpate_controller::words;
 use palpate_tissue::Error as TissueError;
 
-use self::stream::Rows;
+use self::stream::Files;
 use super::{Port, status};
 use crate::command::progress::Lines;
 use crate::error::Error;
@@ -36,6 +36,10 @@ pub(in crate::command) struct Stream {
     /// the port is lost.
     #[arg(long, value_name = "FILE.csv")]
     out: Option<std::path::PathBuf>,
+    /// Also write the records to this CSV file as they come, for `palpate live --follow` or another
+    /// reader: begun anew, and kept whatever ends the command.
+    #[arg(long, value_name = "FILE.csv")]
+    stream: Option<std::path::PathBuf>,
 }
 
 impl Stream {
@@ -90,17 +94,20 @@ pub(super) fn arm(port: &Port, stream: &Stream) -> Result<(), Error> {
 
 fn run(port: &Port, stream: &Stream, arm: bool) -> Result<(), Error> {
     let until = stream.until()?;
-    let mut rows = stream.out.as_deref().map(Rows::begin).transpose()?;
     end_at_ctrl_c()?;
     let mut session = port.open()?;
     if arm {
         armable(&session)?;
+    }
+    // an earlier stream stays where there is no board to write another
+    let mut files = Files::begin(stream.out.as_deref(), stream.stream.as_deref())?;
+    if arm {
         session.send(&ToBoard::Ask(HostAsk::Arm))?;
         session.keep_alive = true;
         eprintln!("arming: hold the tip still, outside the tissue; Ctrl-C stops. If this command dies, {}", released_by_itself());
     }
     let (mut seen, mut held) = (Seen::default(), None);
-    let ended = follow(&mut session, until, arm, &mut rows, &mut seen, &mut held);
+    let ended = follow(&mut session, until, arm, &mut files, &mut seen, &mut held);
     if arm && !matches!(ended, Err(Error::Port(PortError::Lost { .. }))) {
         session.stop()?;
     }
@@ -113,8 +120,7 @@ fn run(port: &Port, stream: &Stream, arm: bool) -> Result<(), Error> {
             seen.largest_n,
             seen.deepest_m * 1e3
         );
-        if let (Some(rows), Some(path)) = (rows, &stream.out) {
-            rows.publish()?;
+        for path in files.publish()? {
             println!("wrote {}", path.display());
         }
         if arm {
@@ -150,7 +156,7 @@ fn follow(
     session: &mut Session,
     until: Option<Duration>,
     arm: bool,
-    rows: &mut Option<Rows>,
+    files: &mut Files,
     seen: &mut Seen,
     held: &mut Option<Mode>,
 ) -> Result<(), Error> {
@@ -169,9 +175,7 @@ fn follow(
             _ => continue,
         };
         seen.take(&record);
-        if let Some(rows) = rows {
-            rows.add(&record, &session.identity)?;
-        }
+        files.add(&record, &session.identity)?;
         lines.say(|| format!("{}; {}, {:.2} mm deep", status::mode(&record), force_words(&record), record.depth_m * 1e3));
         if arm {
             let mode = record.mode();

@@ -5,20 +5,25 @@ use palpate_tissue::Error as TissueError;
 /// Variable that names the display that a window asks first.
 const WAYLAND: &str = "WAYLAND_DISPLAY";
 /// Fix that every refusal names.
-const FIX: &str = "start it on a desktop, or take the page, `palpate live --page`";
+const FIX: &str = "start it on a desktop";
+/// And another, where a page can show it.
+const OR_PAGE: &str = ", or take the page, `palpate live --page`";
 
 /// Checks that a display answers. Returns the variable of one that does not, for a window that took
-/// it would not look for the other.
+/// it would not look for the other. `page`: a page could show it.
 ///
 /// # Errors
 /// One line: which display was asked for, and what to do without one.
-pub(super) fn look() -> Result<Option<&'static str>, TissueError> {
+pub(super) fn look(page: bool) -> Result<Option<&'static str>, TissueError> {
     // macOS and Windows have one display, and no variable that names it
     if !cfg!(all(unix, not(target_os = "macos"))) {
         return Ok(None);
     }
     let named = |name: &str| std::env::var(name).ok().filter(|value| !value.is_empty());
-    answering(&named, &answers).map_err(|why| TissueError::Usage(format!("no window: {why}: {FIX}")))
+    answering(&named, &answers).map_err(|why| {
+        let or_page = if page { OR_PAGE } else { "" };
+        TissueError::Usage(format!("no window: {why}: {FIX}{or_page}"))
+    })
 }
 
 /// Whether one of the displays that the environment names answers, and as [`look`]; why not, where

@@ -1,0 +1,25 @@
+//! A board is followed: the window shows what `palpate board` wrote of it, while it writes.
+//!
+//! ```text
+//! palpate board ─ growing CSV ─ tail ─ following ─┬─ screen: tip, mode, fault, force of the board
+//!                                                 └─ twin: this machine's patch at the same tips
+//! ```
+//!
+//! Nothing is sent to the board, and nothing shown as the board's is computed here: the shape of
+//! the tissue and a second force are, by the [`twin`], and are named as such. A thread
+//! ([`feed`]) reads and computes; the [`screen`] draws. It is a program of a desktop: a page has no
+//! file to follow.
+
+mod feed;
+mod following;
+mod panel;
+mod patches;
+mod screen;
+mod strips;
+mod tail;
+mod twin;
+mod words;
+
+pub use feed::Feed;
+pub use patches::Given;
+pub use screen::Follow;

@@ -1,0 +1,155 @@
+//! This machine's patch at the tips that a board measured: the shape of the tissue, and a force to
+//! compare the board's with.
+//!
+//! Between two records nothing was measured. The patch goes straight from one tip to the next, a
+//! tick of its own per tick of the board; its force is that at the measured tip.
+
+use palpate::haptic::cycle::Renderer;
+use palpate::haptic::mode::Mode;
+use palpate::{ClampFlags, Output, Params, Placement, ProbePose, Vector3};
+use palpate_loop::board_trace::Row;
+use palpate_loop::live::{CLEAR_M, LiveTissue};
+
+use super::following::Step;
+use super::patches::Chosen;
+use crate::message::Frame;
+
+type V = Vector3<f32>;
+
+/// Ticks of the way to a tip whose past is unknown, and the most of the way between two records.
+const WAY_TICKS: u32 = 200;
+/// Records after an unknown part of the way until the patch has forgotten it.
+const SETTLING: u32 = 10;
+
+/// Reason for which two forces are not compared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Apart {
+    /// The board's patch does not run in this mode.
+    Rests,
+    /// It is another patch than the board's.
+    OtherPatch,
+    /// The board's Young's modulus [Pa] is none that this patch can have.
+    Modulus(f32),
+    /// Part of the way to this tip is unknown: the first records, or after lost ones.
+    UnknownWay,
+    /// Board or patch saw the tip elsewhere: too fast, or begun inside the tissue.
+    HeldBack,
+    /// The patch stopped here.
+    Stopped,
+}
+
+/// Answer of this machine's patch to a record.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Answer {
+    /// Its force in the frame of the device [N]; none where it gives no answer.
+    pub force_n: Option<[f32; 3]>,
+    /// Length of the difference from the force of the board's patch [N], or why there is none.
+    pub differs_n: Result<f32, Apart>,
+}
+
+/// The patch, placed under the device as on the board.
+pub struct Twin {
+    tissue: LiveTissue,
+    placement: Placement,
+    checksum: Option<u32>,
+    /// Tip in the frame of the device [m]; none at rest.
+    tip_m: Option<V>,
+    settling: u32,
+    output: Output,
+}
+
+impl Twin {
+    /// At rest.
+    #[must_use]
+    pub fn of(chosen: Chosen) -> Self {
+        let Chosen { tissue, checksum, .. } = chosen;
+        let placement = Placement::new(tissue.patch().site_m(), tissue.params().probe.axis);
+        Self { tissue, placement, checksum, tip_m: None, settling: 0, output: Output::NONE }
+    }
+
+    /// At rest, with nothing known of the way.
+    pub fn forget(&mut self) {
+        self.tissue.restart();
+        (self.tip_m, self.output) = (None, Output::NONE);
+    }
+
+    /// Goes on to the tip of a record.
+    pub fn go(&mut self, step: &Step) -> Answer {
+        let row = &step.row;
+        let runs = Mode::ALL.get(usize::from(row.mode)).is_some_and(|mode| mode.runs_patch());
+        if !runs {
+            // as on the board, whose patch is put to rest before it runs again
+            self.forget();
+            return Answer { force_n: None, differs_n: Err(Apart::Rests) };
+        }
+        if row.limited_by(ClampFlags::BURIED) {
+            // the board's patch gives no force before the tip has been outside
+            self.forget();
+            return Answer { force_n: None, differs_n: Err(Apart::HeldBack) };
+        }
+        let own = self.checksum == Some(row.patch_checksum);
+        let tuned = !own || self.tune(row);
+        let to_m = V::from(row.tip_m);
+        let known = self.tip_m.filter(|_| step.ticks.is_some());
+        self.settling = if known.is_some() && step.lost() == 0 { self.settling.saturating_sub(1) } else { SETTLING };
+        let (from_m, ticks) = match (known, step.ticks) {
+            (Some(from_m), Some(ticks)) => (from_m, ticks.clamp(1, WAY_TICKS)),
+            _ => {
+                // from straight above: begun inside, it would give no force
+                self.forget();
+                (to_m + V::z() * (row.depth_m.max(0.0) + CLEAR_M as f32), WAY_TICKS)
+            }
+        };
+        let mut limiters = ClampFlags::DEFAULT;
+        for tick in 1..=ticks {
+            let share = tick as f32 / ticks as f32;
+            let at_m = if tick == ticks { to_m } else { from_m + (to_m - from_m) * share };
+            self.output = self.tissue.render(self.placement.pose_to_patch(ProbePose { tip_m: at_m }));
+            limiters.set(self.output.limiters);
+        }
+        // a patch that has stopped begins anew with the next record
+        self.tip_m = self.output.fault.is_none().then_some(to_m);
+        let stopped = self.output.fault.is_some();
+        let force_n = self.placement.turn_to_device(self.output.force_n);
+        let held_back = |flag: ClampFlags| limiters.contains(flag) || row.limited_by(flag);
+        let differs_n = match () {
+            () if !own => Err(Apart::OtherPatch),
+            () if !tuned => Err(Apart::Modulus(row.youngs_modulus_pa)),
+            () if stopped => Err(Apart::Stopped),
+            () if self.settling > 0 => Err(Apart::UnknownWay),
+            () if held_back(ClampFlags::SPEED) || held_back(ClampFlags::BURIED) => Err(Apart::HeldBack),
+            () => Ok((force_n - V::from(row.model_n)).norm()),
+        };
+        Answer { force_n: (!stopped).then(|| force_n.into()), differs_n }
+    }
+
+    /// Takes the board's modulus; false if that cannot be.
+    fn tune(&mut self, row: &Row) -> bool {
+        let params = *self.tissue.params();
+        let youngs_modulus_pa = row.youngs_modulus_pa;
+        params.youngs_modulus_pa == youngs_modulus_pa || self.tissue.retune(Params { youngs_modulus_pa, ..params }).is_ok()
+    }
+
+    /// The picture: the board's tip and force, in the frame of the patch, and the nodes of this
+    /// patch.
+    #[must_use]
+    pub fn frame(&self, row: &Row, body: u32) -> Frame {
+        let tip_m = self.placement.to_patch(row.tip_m.into());
+        let touches = self.output.normal != V::zeros();
+        Frame {
+            body,
+            nodes_m: self.tissue.nodes().iter().map(|n| n.position_m().into()).collect(),
+            tip_m: tip_m.into(),
+            mode: row.mode,
+            fault: row.fault,
+            limiters: row.limiters,
+            force_n: self.placement.turn_to_patch(row.applied_n.into()).into(),
+            depth_m: row.depth_m,
+            contact_m: if touches { self.output.point_m.into() } else { tip_m.into() },
+            ..Frame::default()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
