@@ -5,6 +5,8 @@ use palpate::Fault;
 
 use crate::config::Flash;
 use crate::force_out::Outputs;
+use crate::link::Log;
+use crate::log::Event;
 use crate::patch::Budget;
 use crate::probe_in::Reading;
 
@@ -23,6 +25,8 @@ pub struct About {
     pub built_day: u16,
     /// Counts of [`Board::clock_counts`] in a second.
     pub clock_hz: u32,
+    /// Checksum of the image's sources and features; 0 is unknown.
+    pub image: u32,
 }
 
 /// Clock, pins, watchdog and link of a board. No function waits, except [`Board::next_period`] and
@@ -96,4 +100,15 @@ pub trait Board {
 
     /// Writes a frame to the host, or drops it whole.
     fn link_write(&mut self, frame: &[u8]);
+
+    /// Bytes that [`Self::link_write`] would take now.
+    fn link_room(&self) -> usize;
+
+    /// Encodes an event for the log, without waiting. A board without a log drops it.
+    fn log(&mut self, _: Event) {}
+
+    /// Takes what waits of the log, as much as a message holds.
+    fn take_log(&mut self) -> Option<Log> {
+        None
+    }
 }

@@ -24,6 +24,7 @@ pub mod force_out;
 pub mod haptic_loop;
 pub mod kinematics;
 pub mod link;
+pub mod log;
 pub mod patch;
 pub mod port;
 pub mod probe_in;

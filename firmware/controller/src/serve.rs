@@ -9,7 +9,9 @@
 
 use crate::link::frame::FRAME_BYTES;
 use crate::link::inbox::Reply;
+use crate::link::log::LOG_BYTES;
 use crate::link::{Change, FromBoard, Identity, Inbox, Receiver, Refusal, ToBoard, Upload, encode};
+use crate::log::{Event, Told};
 use crate::patch::{Memory, Patch, PatchSlot};
 use palpate::BuildError;
 use palpate::haptic::device::{Sensed, SensorStatus};
@@ -24,6 +26,15 @@ use crate::probe_in::Reading;
 /// In timed mode, number of ticks between records: 50 records per second, half of the capacity of a
 /// link of 115 200 baud.
 const RECORD_TICKS: u32 = 20;
+/// In timed mode, number of ticks between pieces of the log, of at most 109 bytes: a quarter of that
+/// capacity. The rest is for answers.
+pub const LOG_TICKS: u32 = 40;
+/// Tick of these in which a piece goes out: halfway between two records.
+const LOG_AT: u32 = 10;
+/// Room that the link must have for a piece, so that the next record and an answer still fit.
+const LOG_ROOM: usize = 2 * FRAME_BYTES + LOG_BYTES;
+/// A host that was heard within this many ticks listens: only then does the log leave the board.
+pub const LISTENS_TICKS: u32 = 2_000;
 /// After this many ticks of silence a host may return with any sequence number.
 const FORGET_TICKS: u32 = 100;
 
@@ -99,6 +110,10 @@ struct Line {
     bytes: [u8; FRAME_BYTES],
     read: usize,
     taken: usize,
+    /// Ticks since a host was last heard; the largest number before the first.
+    silent_ticks: u32,
+    /// What the log has told of the loop.
+    told: Told,
 }
 
 impl Line {
@@ -116,6 +131,7 @@ impl Line {
 
     #[inline(never)]
     fn refuse(&mut self, board: &mut impl Board, refusal: Refusal) {
+        board.log(Event::Refused(refusal));
         self.send(board, &FromBoard::Refused(refusal));
     }
 
@@ -124,6 +140,16 @@ impl Line {
         if let Some(frame) = encoded(self.sequence, message, &mut out) {
             self.sequence = self.sequence.wrapping_add(1);
             board.link_write(frame);
+        }
+    }
+
+    /// Sends a piece of the log, if a host listens and the link has room to spare.
+    fn send_log(&mut self, board: &mut impl Board) {
+        if self.silent_ticks < LISTENS_TICKS
+            && board.link_room() >= LOG_ROOM
+            && let Some(log) = board.take_log()
+        {
+            self.send(board, &FromBoard::Log(log));
         }
     }
 }
@@ -153,7 +179,15 @@ fn encoded<'out>(sequence: u16, message: &FromBoard, out: &'out mut [u8; FRAME_B
 /// Serves a host. Timed, it never returns; in lock-step it returns with the outputs off when the
 /// host has gone. `in_flash` is the patch that the image holds.
 pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: &mut Memory, upload: &mut Upload, pace: Pace) {
-    let mut line = Line { receiver: Receiver::NEW, sequence: 0, bytes: [0; FRAME_BYTES], read: 0, taken: 0 };
+    let mut line = Line {
+        receiver: Receiver::NEW,
+        sequence: 0,
+        bytes: [0; FRAME_BYTES],
+        read: 0,
+        taken: 0,
+        silent_ticks: u32::MAX,
+        told: Told::NOTHING,
+    };
     let mut offer = Offer { source: Source::Flash, modulus_pa: None, before_pa: None, opened: false, asked: false };
     let mut inbox = Inbox::default();
     loop {
@@ -162,8 +196,11 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
             Ok(Some(bytes)) => match open(&mut haptic.board, bytes, memory, offer.modulus_pa) {
                 Ok(patch) => {
                     let mut tissue = PatchSlot(Some(patch));
+                    let nodes = tissue.state().0 as u32;
+                    let (checksum, youngs_modulus_pa) = tissue.identity();
+                    haptic.board.log(Event::PatchOpened { nodes, checksum, youngs_modulus_pa });
                     if offer.asked {
-                        line.send(&mut haptic.board, &FromBoard::PatchTaken(tissue.state().0 as u32));
+                        line.send(&mut haptic.board, &FromBoard::PatchTaken(nodes));
                     }
                     (offer.before_pa, offer.opened) = (offer.modulus_pa, true);
                     Ok(serve(haptic, &mut tissue, None, &mut inbox, &mut line, pace).await)
@@ -175,7 +212,12 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
         offer.asked = false;
         let changed = match wanted {
             Ok(None) => return,
-            Ok(Some(change)) => offer.change(change, upload),
+            Ok(Some(change)) => {
+                if let Change::MakeRoom(bytes) = change {
+                    haptic.board.log(Event::UploadBegun(bytes));
+                }
+                offer.change(change, upload)
+            }
             Err(refusal) => {
                 offer.withdraw();
                 Err(refusal)
@@ -213,7 +255,6 @@ async fn serve<B: Board>(
 ) -> Option<Change> {
     let failed = Sensed { position_m: palpate::Vector3::zeros(), sequence: 0, status: SensorStatus::Failed };
     let mut newest = Reading::Tip(failed);
-    let mut silent_ticks = 0_u32;
     loop {
         let period = match pace {
             Pace::Timed => Some(haptic.board.next_period().await),
@@ -250,15 +291,21 @@ async fn serve<B: Board>(
                         let (settings, edge) = profile.split();
                         haptic.controller.restart(&settings, edge).map(|()| generation).map_err(|_| Refusal::ProfileRange)
                     });
-                    line.send(&mut haptic.board, &kept.map_or_else(FromBoard::Refused, FromBoard::Stored));
+                    match kept {
+                        Ok(generation) => {
+                            haptic.board.log(Event::Profile(generation));
+                            line.send(&mut haptic.board, &FromBoard::Stored(generation));
+                        }
+                        Err(refusal) => line.refuse(&mut haptic.board, refusal),
+                    }
                 }
                 Reply::Home => {
-                    let answer = if haptic.controller.show_home(&newest) {
-                        FromBoard::Homed
+                    if haptic.controller.show_home(&newest) {
+                        haptic.board.log(Event::Homed);
+                        line.send(&mut haptic.board, &FromBoard::Homed);
                     } else {
-                        FromBoard::Refused(Refusal::NoEncoders)
-                    };
-                    line.send(&mut haptic.board, &answer);
+                        line.refuse(&mut haptic.board, Refusal::NoEncoders);
+                    }
                 }
                 // scanning the stack takes a third of a tick: neither is done while a force acts
                 Reply::Report | Reply::Identify if pace == Pace::Timed && haptic.controller.mode().allows_force() => {
@@ -269,8 +316,8 @@ async fn serve<B: Board>(
             }
         }
         let (reading, command) = inbox.clear();
-        silent_ticks = if command.heard { 0 } else { silent_ticks.saturating_add(1) };
-        if silent_ticks == FORGET_TICKS {
+        line.silent_ticks = if command.heard { 0 } else { line.silent_ticks.saturating_add(1) };
+        if line.silent_ticks == FORGET_TICKS {
             line.receiver.forget();
         }
         newest = haptic.board.sense().or(reading).unwrap_or(newest);
@@ -280,6 +327,13 @@ async fn serve<B: Board>(
         tissue.settle(haptic.controller.in_contact());
         if pace == Pace::LockStep || record.tick.is_multiple_of(RECORD_TICKS) {
             line.send(&mut haptic.board, &FromBoard::Record(record));
+        }
+        let log_is_due = record.tick % LOG_TICKS == LOG_AT;
+        while let Some(event) = line.told.next(haptic.seen(), log_is_due) {
+            haptic.board.log(event);
+        }
+        if pace == Pace::Timed && log_is_due {
+            line.send_log(&mut haptic.board);
         }
     }
 }

@@ -13,6 +13,7 @@ use palpate_controller::words;
 use palpate_tissue::Error as TissueError;
 
 use self::stream::Rows;
+use super::log::{LISTENING, Log};
 use super::{Port, status};
 use crate::command::progress::Lines;
 use crate::error::Error;
@@ -25,7 +26,7 @@ const CLEARED: Duration = Duration::from_secs(2);
 /// the request may wait in the line.
 const STAYS_IDLE_TICKS: u32 = 2_000;
 /// Longest wait for a record before the signs of life are checked again.
-const STEP: Duration = Duration::from_millis(100);
+const STEP: Duration = LISTENING;
 
 #[derive(Args, Clone, Debug)]
 pub(in crate::command) struct Stream {
@@ -90,17 +91,29 @@ pub(super) fn arm(port: &Port, stream: &Stream) -> Result<(), Error> {
 
 fn run(port: &Port, stream: &Stream, arm: bool) -> Result<(), Error> {
     let until = stream.until()?;
-    let mut rows = stream.out.as_deref().map(Rows::begin).transpose()?;
+    let rows = stream.out.as_deref().map(Rows::begin).transpose()?;
     end_at_ctrl_c()?;
-    let mut session = port.open()?;
+    let (mut session, mut log) = port.open()?;
+    let outcome = hold(&mut session, &mut log, (stream, until), rows, arm);
+    log.end(&mut session);
+    outcome
+}
+
+fn hold(
+    session: &mut Session,
+    log: &mut Log,
+    (stream, until): (&Stream, Option<Duration>),
+    mut rows: Option<Rows>,
+    arm: bool,
+) -> Result<(), Error> {
     if arm {
-        armable(&session)?;
+        armable(session)?;
         session.send(&ToBoard::Ask(HostAsk::Arm))?;
         session.keep_alive = true;
         eprintln!("arming: hold the tip still, outside the tissue; Ctrl-C stops. If this command dies, {}", released_by_itself());
     }
     let (mut seen, mut held) = (Seen::default(), None);
-    let ended = follow(&mut session, until, arm, &mut rows, &mut seen, &mut held);
+    let ended = follow((session, log), until, arm, &mut rows, &mut seen, &mut held);
     if arm && !matches!(ended, Err(Error::Port(PortError::Lost { .. }))) {
         session.stop()?;
     }
@@ -118,7 +131,7 @@ fn run(port: &Port, stream: &Stream, arm: bool) -> Result<(), Error> {
             println!("wrote {}", path.display());
         }
         if arm {
-            tell_stopped(&session);
+            tell_stopped(session);
         }
     }
     ended
@@ -147,7 +160,7 @@ fn undone(session: &Session, what: String) -> Error {
 
 /// Takes records until the end; armed, also watches that the board stays so.
 fn follow(
-    session: &mut Session,
+    (session, log): (&mut Session, &mut Log),
     until: Option<Duration>,
     arm: bool,
     rows: &mut Option<Rows>,
@@ -160,11 +173,19 @@ fn follow(
         if ENDED.load(Ordering::Relaxed) || until.is_some_and(|until| begun.elapsed() >= until) {
             break Ok(());
         }
+        if !arm && session.last_sent().elapsed() >= LISTENING {
+            session.send(&ToBoard::Heartbeat)?;
+        }
         let left = until.map_or(STEP, |until| until.saturating_sub(begun.elapsed()).min(STEP));
         let record = match session.next(left)? {
             Some(FromBoard::Record(record)) => record,
             Some(FromBoard::Refused(refusal)) if arm => {
                 break Err(PortError::Refused { port: session.port().into(), refusal }.into());
+            }
+            Some(FromBoard::Log(_)) => {
+                let told = log.lines(session);
+                lines.above(|| told.iter().for_each(|line| eprintln!("log: {line}")));
+                continue;
             }
             _ => continue,
         };

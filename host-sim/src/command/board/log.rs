@@ -1,0 +1,128 @@
+//! The log of a board in the terminal.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use palpate::haptic::mode::Mode;
+use palpate_board::defmt_log::LogTable;
+use palpate_board::image::repository;
+use palpate_controller::link::{FromBoard, ToBoard};
+use palpate_controller::serve::LOG_TICKS;
+use palpate_tissue::Error as TissueError;
+
+use crate::error::Error;
+use crate::port::Session;
+
+/// Where `cargo fw-...` leaves images, from the target folder on.
+const IMAGES: [&str; 2] =
+    ["thumbv7em-none-eabihf/firmware/palpate-firmware", "thumbv8m.main-none-eabihf/firmware/palpate-firmware"];
+/// A board that has nothing more to tell was silent for so long: from the record before one piece to
+/// the one after the next.
+const QUIET_TICKS: u32 = LOG_TICKS + 20;
+/// Longest wait for the rest of a log.
+const GATHERED: Duration = Duration::from_secs(2);
+/// Between two signs of life to a board at rest, whose log stays with it unless a host listens.
+pub(super) const LISTENING: Duration = Duration::from_millis(20);
+
+/// Turns what comes of the log into lines.
+pub(super) struct Log {
+    /// Checksum of the board's image.
+    board: u32,
+    table: Table,
+    /// Lost frames that were told.
+    lost: u32,
+    /// Frames that nothing explains.
+    unread: usize,
+}
+
+enum Table {
+    /// Looked for when the first frame comes.
+    Unsought,
+    Found(LogTable),
+    Missing,
+}
+
+impl Log {
+    /// Of the board on this session, by the ELF file that the command line names.
+    pub(super) fn of(given: Option<&Path>, session: &Session) -> Result<Self, Error> {
+        let board = session.identity.image;
+        let table = match given {
+            None => Table::Unsought,
+            Some(path) => match LogTable::of_board(path.into(), board) {
+                Ok(table) => Table::Found(table),
+                Err(error) => return Err(TissueError::Usage(format!("--image {error}")).into()),
+            },
+        };
+        Ok(Self { board, table, lost: 0, unread: 0 })
+    }
+
+    /// Lines of what has come since the last call.
+    pub(super) fn lines(&mut self, session: &mut Session) -> Vec<String> {
+        let mut lines = Vec::new();
+        for log in session.log.drain(..) {
+            if log.lost > self.lost {
+                lines.push(format!("({} lines lost on the board: its memory for them was full)", log.lost - self.lost));
+                self.lost = log.lost;
+            }
+            let frames = log.frames.bytes();
+            if frames.is_empty() {
+                continue;
+            }
+            if matches!(self.table, Table::Unsought) {
+                self.table = built(self.board).map_or(Table::Missing, Table::Found);
+            }
+            match &self.table {
+                Table::Found(table) => lines.extend(table.lines(frames)),
+                _ => self.unread += frames.iter().filter(|byte| **byte == 0).count(),
+            }
+        }
+        lines
+    }
+
+    /// How to read a log that nothing here explains, if one came.
+    pub(super) fn unread(&self) -> Option<String> {
+        (self.unread > 0).then(|| {
+            format!(
+                "{} lines came and no image here explains them: give the ELF file that was flashed with --image ELF",
+                self.unread
+            )
+        })
+    }
+
+    /// Waits for the rest of the log, as long as the board is at rest: a sign of life, which keeps
+    /// the log coming, must not prolong a force.
+    pub(super) fn gather(session: &mut Session) {
+        let begun = Instant::now();
+        let mut since = session.record.tick;
+        while at_rest(session) && begun.elapsed() < GATHERED && session.record.tick.wrapping_sub(since) < QUIET_TICKS {
+            if session.last_sent().elapsed() >= LISTENING && session.send(&ToBoard::Heartbeat).is_err() {
+                return; // the command's own outcome says more
+            }
+            match session.next(LISTENING) {
+                Ok(Some(FromBoard::Log(_))) => since = session.record.tick,
+                Ok(_) => {}
+                Err(_) => return,
+            }
+        }
+    }
+
+    /// Gathers and prints what is left.
+    pub(super) fn end(&mut self, session: &mut Session) {
+        Self::gather(session);
+        for line in self.lines(session).into_iter().chain(self.unread()) {
+            eprintln!("log: {line}");
+        }
+    }
+}
+
+fn at_rest(session: &Session) -> bool {
+    !session.record.enabled && matches!(session.record.mode(), Some(Mode::Idle | Mode::Fault))
+}
+
+/// The image that was built last in the repository around the working folder, if it is the board's.
+fn built(board: u32) -> Option<LogTable> {
+    let root = repository().ok()?;
+    let target =
+        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |folder| root.join(PathBuf::from(folder)));
+    IMAGES.iter().find_map(|image| LogTable::of_board(target.join(image), board).ok())
+}
