@@ -84,8 +84,10 @@ unsafe impl defmt::Logger for Logger {
         encoder.start_frame(|bytes| put(to_link.then_some(&mut *ring), bytes));
     }
 
+    // SAFETY: nothing waits in the logger itself.
     unsafe fn flush() {}
 
+    // SAFETY: defmt calls it once after each `acquire`.
     unsafe fn release() {
         // SAFETY: interrupts are off since `acquire`.
         let State { encoder, ring, to_link, begun, were_on } = unsafe { &mut *SHARED.0.get() };
@@ -98,6 +100,7 @@ unsafe impl defmt::Logger for Logger {
         }
     }
 
+    // SAFETY: defmt calls it between `acquire` and `release`.
     unsafe fn write(bytes: &[u8]) {
         write(bytes);
     }

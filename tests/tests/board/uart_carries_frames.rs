@@ -16,9 +16,14 @@ use palpate_tests::emulator::build_firmware;
 /// the tests.
 const LONGEST: Duration = Duration::from_secs(300);
 
-/// The next message of the board.
+/// The next message of the board that is no piece of its log.
 fn next(inbox: &Inbox<FromBoard>) -> FromBoard {
-    inbox.recv_timeout(LONGEST).expect("the board fell silent")
+    loop {
+        let message = inbox.recv_timeout(LONGEST).expect("the board fell silent");
+        if !matches!(message, FromBoard::Log(_)) {
+            return message;
+        }
+    }
 }
 
 /// The next report among the records that come by themselves; counts those.

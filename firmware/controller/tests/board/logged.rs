@@ -38,8 +38,11 @@ fn timed(ticks: u32, messages: &[ToBoard<'_>], set: impl FnOnce(&mut Mock)) -> M
     haptic.board
 }
 
-/// Records and pieces of the log, each with the period in which it was sent.
-fn sent(board: Mock) -> (Vec<(u32, Record)>, Vec<(u32, Log)>) {
+/// Messages with the period in which each was sent.
+type Sent<T> = Vec<(u32, T)>;
+
+/// Records and pieces of the log.
+fn sent(board: Mock) -> (Sent<Record>, Sent<Log>) {
     let (mut records, mut logs) = (Vec::new(), Vec::new());
     for (period, frame) in board.sent_at.iter().zip(board.to_host) {
         assert!(frame.len() <= FRAME_BYTES);
