@@ -8,7 +8,7 @@
 //! ```text
 //! host -> board   pose (ends a lock-step tick), heartbeat, ask, lower limits, modulus,
 //!                 patch begin / part / end, supply low, report, identify,
-//!                 joints (as pose), store a profile, home
+//!                 joints (as pose), store a profile, home, listen to the log
 //! board -> host   record of a tick, refusal, patch taken, profile stored, state, identity, homed,
 //!                 log
 //! ```

@@ -33,8 +33,9 @@ pub const LOG_TICKS: u32 = 40;
 const LOG_AT: u32 = 10;
 /// Room that the link must have for a piece, so that the next record and an answer still fit.
 const LOG_ROOM: usize = 2 * FRAME_BYTES + LOG_BYTES;
-/// A host that was heard within this many ticks listens: only then does the log leave the board.
-pub const LISTENS_TICKS: u32 = 2_000;
+/// A host that asks for the log gets it for this many ticks: lines that nobody reads stay on the
+/// board.
+pub const LISTENS_TICKS: u32 = 250;
 /// After this many ticks of silence a host may return with any sequence number.
 const FORGET_TICKS: u32 = 100;
 
@@ -110,8 +111,8 @@ struct Line {
     bytes: [u8; FRAME_BYTES],
     read: usize,
     taken: usize,
-    /// Ticks since a host was last heard; the largest number before the first.
-    silent_ticks: u32,
+    /// Ticks for which a host still takes the log.
+    listens_ticks: u32,
     /// What the log has told of the loop.
     told: Told,
 }
@@ -145,7 +146,7 @@ impl Line {
 
     /// Sends a piece of the log, if a host listens and the link has room to spare.
     fn send_log(&mut self, board: &mut impl Board) {
-        if self.silent_ticks < LISTENS_TICKS
+        if self.listens_ticks > 0
             && board.link_room() >= LOG_ROOM
             && let Some(log) = board.take_log()
         {
@@ -185,7 +186,7 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
         bytes: [0; FRAME_BYTES],
         read: 0,
         taken: 0,
-        silent_ticks: u32::MAX,
+        listens_ticks: 0,
         told: Told::NOTHING,
     };
     let mut offer = Offer { source: Source::Flash, modulus_pa: None, before_pa: None, opened: false, asked: false };
@@ -255,6 +256,7 @@ async fn serve<B: Board>(
 ) -> Option<Change> {
     let failed = Sensed { position_m: palpate::Vector3::zeros(), sequence: 0, status: SensorStatus::Failed };
     let mut newest = Reading::Tip(failed);
+    let mut silent_ticks = 0_u32;
     loop {
         let period = match pace {
             Pace::Timed => Some(haptic.board.next_period().await),
@@ -274,6 +276,7 @@ async fn serve<B: Board>(
             match reply {
                 Reply::Tick if pace == Pace::LockStep => break,
                 Reply::None | Reply::Tick => {}
+                Reply::Listen(listens) => line.listens_ticks = if listens { LISTENS_TICKS } else { 0 },
                 Reply::Refused(refusal) => line.refuse(&mut haptic.board, refusal),
                 Reply::Change(change) => return Some(change),
                 Reply::Modulus(pascal) => {
@@ -316,8 +319,8 @@ async fn serve<B: Board>(
             }
         }
         let (reading, command) = inbox.clear();
-        line.silent_ticks = if command.heard { 0 } else { line.silent_ticks.saturating_add(1) };
-        if line.silent_ticks == FORGET_TICKS {
+        silent_ticks = if command.heard { 0 } else { silent_ticks.saturating_add(1) };
+        if silent_ticks == FORGET_TICKS {
             line.receiver.forget();
         }
         newest = haptic.board.sense().or(reading).unwrap_or(newest);
@@ -335,6 +338,7 @@ async fn serve<B: Board>(
         if pace == Pace::Timed && log_is_due {
             line.send_log(&mut haptic.board);
         }
+        line.listens_ticks = line.listens_ticks.saturating_sub(1);
     }
 }
 

@@ -34,8 +34,8 @@ pub(super) struct Port {
 impl Port {
     /// Opens the port.
     fn open(&self) -> Result<(Session, Log), Error> {
-        let session = Session::open(&self.port, PATIENCE)?;
-        let log = Log::of(self.image.as_deref(), &session)?;
+        let mut session = Session::open(&self.port, PATIENCE)?;
+        let log = Log::of(self.image.as_deref(), &mut session)?;
         Ok((session, log))
     }
 

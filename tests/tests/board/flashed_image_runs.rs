@@ -124,10 +124,11 @@ struct Period {
     says: Option<ToBoard<'static>>,
 }
 
-/// A host that sends signs of life and requests the force once.
+/// A host that sends signs of life, takes the log and requests the force once.
 fn host(period: u32, arm_at: u32) -> Option<ToBoard<'static>> {
     match period {
         _ if period == arm_at => Some(ToBoard::Ask(HostAsk::Arm)),
+        _ if period.is_multiple_of(10 * HEARTBEAT) => Some(ToBoard::Listen(true)),
         _ if period.is_multiple_of(HEARTBEAT) => Some(ToBoard::Heartbeat),
         _ => None,
     }
@@ -193,7 +194,7 @@ fn on_desktop(periods: &[Period], rows: &[Row]) -> Vec<Record> {
         for byte in &row.taken {
             let Some(message) = receiver.push::<ToBoard<'_>>(*byte) else { continue };
             match inbox.take(&message.unwrap(), &mut haptic.controller, None) {
-                Reply::None => {}
+                Reply::None | Reply::Listen(_) => {}
                 Reply::Store(profile) => {
                     let (settings, port) = profile.split();
                     haptic.controller.restart(&settings, port).unwrap();

@@ -54,6 +54,8 @@ fn says(lines: &[&str], words: &[&str]) {
 fn a_board_tells_its_start_uploads_refusals_and_faults_once() {
     let (desk, on, elf) = (Desk::default(), started(), image().to_str().unwrap());
     let run = |arguments: &[&str]| board(desk.folder(), &on, &[arguments, &["--image", elf]].concat());
+    // asks who the board is and takes no log
+    assert_eq!(palpate(SCRATCH, desk.folder(), &["board", "list", on.port()]).code, Some(0));
     let watched = run(&["watch", "--seconds", "2"]);
     assert_eq!(watched.code, Some(0), "{watched:?}");
     let lines = logged(&watched.stderr);
@@ -88,7 +90,9 @@ fn a_board_tells_its_start_uploads_refusals_and_faults_once() {
         "INFO mode fault, was active",
     ];
     assert_eq!(ended.status.code(), Some(1), "{text}");
-    says(&logged(&text), &told);
+    let lines = logged(&text);
+    println!("{lines:#?}"); // an instruction takes 4 ns there: a line's cost is the time to the next one of its tick
+    says(&lines, &told);
     on.hand_astray(false);
     let status = run(&["status"]);
     assert!(status.stdout.contains("mode    fault") && status.stdout.contains("log     nothing since"), "{status:?}");

@@ -16,14 +16,9 @@ use palpate_tests::emulator::build_firmware;
 /// the tests.
 const LONGEST: Duration = Duration::from_secs(300);
 
-/// The next message of the board that is no piece of its log.
+/// The next message of the board.
 fn next(inbox: &Inbox<FromBoard>) -> FromBoard {
-    loop {
-        let message = inbox.recv_timeout(LONGEST).expect("the board fell silent");
-        if !matches!(message, FromBoard::Log(_)) {
-            return message;
-        }
-    }
+    inbox.recv_timeout(LONGEST).expect("the board fell silent")
 }
 
 /// The next report among the records that come by themselves; counts those.

@@ -71,6 +71,8 @@ pub enum ToBoard<'a> {
     },
     /// The device is in its home pose now, in `Idle`.
     Home,
+    /// Whether the host takes the log: if so, for the next [`crate::serve::LISTENS_TICKS`].
+    Listen(bool),
 }
 
 /// Requests of a host to the mode machine; start-up is the board's own.

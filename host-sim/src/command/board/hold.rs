@@ -168,13 +168,15 @@ fn follow(
     held: &mut Option<Mode>,
 ) -> Result<(), Error> {
     let begun = Instant::now();
+    let mut asked = begun;
     let mut lines = Lines::default();
     let outcome = loop {
         if ENDED.load(Ordering::Relaxed) || until.is_some_and(|until| begun.elapsed() >= until) {
             break Ok(());
         }
-        if !arm && session.last_sent().elapsed() >= LISTENING {
-            session.send(&ToBoard::Heartbeat)?;
+        if asked.elapsed() >= LISTENING {
+            session.send(&ToBoard::Listen(true))?;
+            asked = Instant::now();
         }
         let left = until.map_or(STEP, |until| until.saturating_sub(begun.elapsed()).min(STEP));
         let record = match session.next(left)? {

@@ -21,7 +21,7 @@ const IMAGES: [&str; 2] =
 const QUIET_TICKS: u32 = LOG_TICKS + 20;
 /// Longest wait for the rest of a log.
 const GATHERED: Duration = Duration::from_secs(2);
-/// Between two signs of life to a board at rest, whose log stays with it unless a host listens.
+/// Between two requests for the log, which stays on the board unless a host listens.
 pub(super) const LISTENING: Duration = Duration::from_millis(20);
 
 /// Turns what comes of the log into lines.
@@ -43,8 +43,9 @@ enum Table {
 }
 
 impl Log {
-    /// Of the board on this session, by the ELF file that the command line names.
-    pub(super) fn of(given: Option<&Path>, session: &Session) -> Result<Self, Error> {
+    /// Of the board on this session, by the ELF file that the command line names; asks the board
+    /// for it.
+    pub(super) fn of(given: Option<&Path>, session: &mut Session) -> Result<Self, Error> {
         let board = session.identity.image;
         let table = match given {
             None => Table::Unsought,
@@ -53,6 +54,7 @@ impl Log {
                 Err(error) => return Err(TissueError::Usage(format!("--image {error}")).into()),
             },
         };
+        session.send(&ToBoard::Listen(true))?;
         Ok(Self { board, table, lost: 0, unread: 0 })
     }
 
@@ -89,13 +91,13 @@ impl Log {
         })
     }
 
-    /// Waits for the rest of the log, as long as the board is at rest: a sign of life, which keeps
-    /// the log coming, must not prolong a force.
+    /// Waits for the rest of the log, as long as the board is at rest: what keeps the log coming is
+    /// a sign of life, too, and must not prolong a force.
     pub(super) fn gather(session: &mut Session) {
         let begun = Instant::now();
         let mut since = session.record.tick;
         while at_rest(session) && begun.elapsed() < GATHERED && session.record.tick.wrapping_sub(since) < QUIET_TICKS {
-            if session.last_sent().elapsed() >= LISTENING && session.send(&ToBoard::Heartbeat).is_err() {
+            if session.last_sent().elapsed() >= LISTENING && session.send(&ToBoard::Listen(true)).is_err() {
                 return; // the command's own outcome says more
             }
             match session.next(LISTENING) {
@@ -106,9 +108,18 @@ impl Log {
         }
     }
 
+    /// Later lines stay on the board. One that gives a force is not told: it notices by itself.
+    pub(super) fn leave(session: &mut Session) {
+        if at_rest(session) {
+            // the command's own outcome says whether the port has gone
+            let _ = session.send(&ToBoard::Listen(false));
+        }
+    }
+
     /// Gathers and prints what is left.
     pub(super) fn end(&mut self, session: &mut Session) {
         Self::gather(session);
+        Self::leave(session);
         for line in self.lines(session).into_iter().chain(self.unread()) {
             eprintln!("log: {line}");
         }

@@ -46,6 +46,7 @@ pub(super) fn run(port: &Port) -> Result<(), Error> {
         None => println!("patch   not said"),
     }
     Log::gather(&mut session);
+    Log::leave(&mut session);
     let lines: Vec<String> = log.lines(&mut session).into_iter().chain(log.unread()).collect();
     if lines.is_empty() {
         println!("log     nothing since it was last read");
