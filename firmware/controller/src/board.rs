@@ -3,6 +3,7 @@
 
 use palpate::Fault;
 
+pub use crate::about::About;
 use crate::config::Flash;
 use crate::force_out::Outputs;
 use crate::link::Log;
@@ -14,20 +15,6 @@ use crate::probe_in::Reading;
 /// ms within which the actuators must be off, and more than two late ticks in a row take, which
 /// release the force themselves.
 pub const WATCHDOG_US: u32 = 4_500;
-
-/// Image and clock of a board, for hosts that search for one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct About {
-    /// Board and version of the image, separated by a space, in ASCII; truncated after
-    /// [`crate::link::message::NAME_BYTES`].
-    pub name: &'static str,
-    /// Day on which the image was built, counted from 1970-01-01; 0 is unknown.
-    pub built_day: u16,
-    /// Counts of [`Board::clock_counts`] in a second.
-    pub clock_hz: u32,
-    /// Checksum of the image's sources and features; 0 is unknown.
-    pub image: u32,
-}
 
 /// Clock, pins, watchdog and link of a board. No function waits, except [`Board::next_period`] and
 /// the read of a lock-step link.

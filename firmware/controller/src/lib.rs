@@ -16,6 +16,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod about;
 pub mod board;
 pub mod config;
 pub mod controller;

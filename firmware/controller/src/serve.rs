@@ -26,8 +26,8 @@ use crate::probe_in::Reading;
 /// In timed mode, number of ticks between records: 50 records per second, half of the capacity of a
 /// link of 115 200 baud.
 const RECORD_TICKS: u32 = 20;
-/// In timed mode, number of ticks between pieces of the log, of at most 109 bytes: a quarter of that
-/// capacity. The rest is for answers.
+/// In timed mode, number of ticks between pieces of the log, of at most 109 bytes: a quarter of
+/// that capacity. The rest is for answers.
 pub const LOG_TICKS: u32 = 40;
 /// Tick of these in which a piece goes out: halfway between two records.
 const LOG_AT: u32 = 10;
@@ -113,7 +113,7 @@ struct Line {
     taken: usize,
     /// Ticks for which a host still takes the log.
     listens_ticks: u32,
-    /// What the log has told of the loop.
+    /// State of the loop as the log has told it.
     told: Told,
 }
 

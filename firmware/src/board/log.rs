@@ -114,7 +114,7 @@ pub fn start(duty: &Duty) {
     interrupt::free(|_| unsafe { (*SHARED.0.get()).to_link = matches!(duty, Duty::Serve(Pace::Timed)) });
 }
 
-/// What waits for the link, as much as a message holds.
+/// Takes frames that wait for the link, as many as a message holds.
 pub fn take() -> Option<Log> {
     // SAFETY: interrupts are off.
     interrupt::free(|_| unsafe { (*SHARED.0.get()).ring.take() })

@@ -27,8 +27,8 @@
 //! * `idle(duty)`, which waits for the next interrupt;
 //! * for the self-test `CLOCK_KIND`, the clock's unit in words, `chip_id()`, the chip's own
 //!   identification, `led(on)`, and `after_report(passed)`, which ends an emulated run;
-//! * `print(line)`, plain text at the end of a run; `debug_start(duty)` and `debug_write(bytes)`, where
-//!   the log goes beside the link, and `link_room()`, the bytes that the link would take now;
+//! * `print(line)`, plain text at the end of a run; `debug_start(duty)` and `debug_write(bytes)`,
+//!   where the log goes beside the link, and `link_room()`, the bytes that the link would take now;
 //! * the handlers of `HardFault` and of unclaimed interrupts, both ending in [`stop`].
 //!
 //! Nothing outside this folder is `unsafe`.

@@ -24,7 +24,7 @@ pub enum LogError {
     NoImage {
         /// The file.
         path: PathBuf,
-        /// What is missing.
+        /// The missing part.
         cause: String,
     },
     /// It is another image.

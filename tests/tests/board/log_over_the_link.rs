@@ -123,7 +123,7 @@ fn without_the_image_the_lines_are_counted_and_a_wrong_one_is_named() {
         assert!(outcome.stderr.contains(words) && outcome.stderr.contains(file), "{outcome:?}");
     }
 
-    // the image that was built last is taken, if it is the board's, and otherwise it is as if it was not there
+    // the image that was built last is taken if it is the board's, and is otherwise no image
     let place = desk.folder().join("target/thumbv7em-none-eabihf/firmware");
     std::fs::create_dir_all(&place).unwrap();
     std::fs::create_dir_all(desk.folder().join("firmware")).unwrap();

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::log::Log;
 use super::record::Record;
 use super::wire_limits::WireLimits;
-use crate::board::About;
+use crate::about::About;
 use crate::config::{Profile, ProfileError, StoreError};
 use crate::kinematics::MechanismError;
 

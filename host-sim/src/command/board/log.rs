@@ -16,8 +16,8 @@ use crate::port::Session;
 /// Where `cargo fw-...` leaves images, from the target folder on.
 const IMAGES: [&str; 2] =
     ["thumbv7em-none-eabihf/firmware/palpate-firmware", "thumbv8m.main-none-eabihf/firmware/palpate-firmware"];
-/// A board that has nothing more to tell was silent for so long: from the record before one piece to
-/// the one after the next.
+/// A board that has nothing more to tell was silent for so long: from the record before one piece
+/// to the one after the next.
 const QUIET_TICKS: u32 = LOG_TICKS + 20;
 /// Longest wait for the rest of a log.
 const GATHERED: Duration = Duration::from_secs(2);
