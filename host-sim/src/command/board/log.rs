@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use palpate::haptic::mode::Mode;
 use palpate_board::defmt_log::LogTable;
 use palpate_board::image::repository;
-use palpate_controller::link::{FromBoard, ToBoard};
+use palpate_controller::link::{FromBoard, Log as Piece, ToBoard};
 use palpate_controller::serve::LOG_TICKS;
 use palpate_tissue::Error as TissueError;
 
@@ -60,23 +60,23 @@ impl Log {
 
     /// Lines of what has come since the last call.
     pub(super) fn lines(&mut self, session: &mut Session) -> Vec<String> {
+        session.log.drain(..).flat_map(|piece| self.piece(&piece)).collect()
+    }
+
+    /// Lines of a piece.
+    fn piece(&mut self, piece: &Piece) -> Vec<String> {
         let mut lines = Vec::new();
-        for log in session.log.drain(..) {
-            if log.lost > self.lost {
-                lines.push(format!("({} lines lost on the board: its memory for them was full)", log.lost - self.lost));
-                self.lost = log.lost;
-            }
-            let frames = log.frames.bytes();
-            if frames.is_empty() {
-                continue;
-            }
-            if matches!(self.table, Table::Unsought) {
-                self.table = built(self.board).map_or(Table::Missing, Table::Found);
-            }
-            match &self.table {
-                Table::Found(table) => lines.extend(table.lines(frames)),
-                _ => self.unread += frames.iter().filter(|byte| **byte == 0).count(),
-            }
+        if piece.lost > self.lost {
+            lines.push(format!("({} lines lost on the board: its memory for them was full)", piece.lost - self.lost));
+            self.lost = piece.lost;
+        }
+        let frames = piece.frames.bytes();
+        if !frames.is_empty() && matches!(self.table, Table::Unsought) {
+            self.table = built(self.board).map_or(Table::Missing, Table::Found);
+        }
+        match &self.table {
+            Table::Found(table) => lines.extend(table.lines(frames)),
+            _ => self.unread += frames.iter().filter(|byte| **byte == 0).count(),
         }
         lines
     }
@@ -136,4 +136,23 @@ fn built(board: u32) -> Option<LogTable> {
     let target =
         std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |folder| root.join(PathBuf::from(folder)));
     IMAGES.iter().find_map(|image| LogTable::of_board(target.join(image), board).ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use palpate_controller::link::log::Frames;
+
+    use super::{Log, Piece, Table};
+
+    #[test]
+    fn lost_lines_are_told_once_and_lines_without_an_image_are_counted() {
+        let mut log = Log { board: 7, table: Table::Missing, lost: 0, unread: 0 };
+        let piece = |lost, bytes: &[u8]| Piece { lost, frames: Frames::of(bytes.iter().copied()) };
+        assert!(log.piece(&piece(0, &[1, 2, 0])).is_empty() && log.unread().unwrap().starts_with("1 lines came"));
+        assert_eq!(log.piece(&piece(3, &[])), ["(3 lines lost on the board: its memory for them was full)"]);
+        assert!(log.piece(&piece(3, &[1, 0, 1, 0])).is_empty(), "told once");
+        assert_eq!(log.piece(&piece(5, &[])), ["(2 lines lost on the board: its memory for them was full)"]);
+        let says = log.unread().unwrap();
+        assert!(says.starts_with("3 lines came") && says.contains("--image ELF"), "{says}");
+    }
 }
