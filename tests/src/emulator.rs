@@ -118,9 +118,12 @@ pub fn build_firmware_with(target: &Path, features: &[&str], patch: &Path) -> Re
     variant(target, features, Some(patch))
 }
 
-/// The image with overflow checks and debug assertions, from libraries of its own.
-pub fn build_checked_firmware(target: &Path, features: &[&str]) -> Result<PathBuf, EmulatorError> {
-    build_with(target, None, "firmware-checked", features, None, "palpate-firmware")
+/// The image with overflow checks and debug assertions, from libraries of its own: never flashed.
+pub fn build_checked_firmware(target: &Path) -> Result<PathBuf, EmulatorError> {
+    let checks = ["CARGO_PROFILE_FIRMWARE_OVERFLOW_CHECKS", "CARGO_PROFILE_FIRMWARE_DEBUG_ASSERTIONS"];
+    let mut command = image_at(&target.join("checked"), Some(target), &[], None, "palpate-firmware");
+    command.envs(checks.map(|check| (check, "true")));
+    built(command, target.join("checked").join(TARGET).join("firmware/palpate-firmware"))
 }
 
 /// The image of the NUCLEO-H743ZI with a patch file, an absolute path, by `cargo fw-h743`.
@@ -150,7 +153,7 @@ fn variant(target: &Path, features: &[&str], patch: Option<&Path>) -> Result<Pat
     let libraries = target;
     let target = target.join("variants");
     let own = [&["variant"], features].concat();
-    let elf = build_with(&target, Some(libraries), "firmware", &own, patch, "palpate-firmware")?;
+    let elf = build_with(&target, Some(libraries), &own, patch, "palpate-firmware")?;
     let patch = patch.and_then(Path::file_stem).map(|stem| stem.display().to_string());
     let named = target.join(features.iter().copied().map(str::to_owned).chain(patch).collect::<Vec<_>>().join("-") + ".elf");
     std::fs::copy(&elf, &named).map_err(|cause| EmulatorError::NotBuilt(format!("{}: {cause}", named.display())))?;
@@ -158,7 +161,7 @@ fn variant(target: &Path, features: &[&str], patch: Option<&Path>) -> Result<Pat
 }
 
 fn build(target: &Path, features: &[&str], patch: Option<&Path>, image: &str) -> Result<PathBuf, EmulatorError> {
-    build_with(target, None, "firmware", features, patch, image)
+    build_with(target, None, features, patch, image)
 }
 
 /// Builds an image below `target`; its libraries are kept there too, or in another target
@@ -166,11 +169,15 @@ fn build(target: &Path, features: &[&str], patch: Option<&Path>, image: &str) ->
 fn build_with(
     target: &Path,
     libraries: Option<&Path>,
-    profile: &str,
     features: &[&str],
     patch: Option<&Path>,
     image: &str,
 ) -> Result<PathBuf, EmulatorError> {
+    built(image_at(target, libraries, features, patch, image), target.join(TARGET).join("firmware").join(image))
+}
+
+/// The command that builds it.
+fn image_at(target: &Path, libraries: Option<&Path>, features: &[&str], patch: Option<&Path>, image: &str) -> Command {
     let mut command = Command::new(std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()));
     match patch {
         Some(patch) => command.env("PALPATE_PATCH", patch),
@@ -180,10 +187,10 @@ fn build_with(
         command.env("CARGO_BUILD_BUILD_DIR", libraries);
     }
     command
-        .args(["build", "--package", "palpate-firmware", "--profile", profile, "--target", TARGET])
+        .args(["build", "--package", "palpate-firmware", "--profile", "firmware", "--target", TARGET])
         .args(["--bin", image, "--features", &[&["mps2"], features].concat().join(","), "--target-dir"])
         .arg(target);
-    built(command, target.join(TARGET).join(profile).join(image))
+    command
 }
 
 /// Runs cargo in the repository; the image that it then has built.

@@ -41,6 +41,24 @@ fn a_request_that_the_mode_does_not_know_is_refused() {
 }
 
 #[test]
+fn a_request_that_is_refused_under_force_disturbs_no_contact() {
+    let mut bench = Bench::new(400.0).idle();
+    bench.arm();
+    bench.ticks(10);
+    bench.wall.answer = Some(pushing(1e-3, 1.0));
+    bench.ticks(600);
+    let (before, resets) = (bench.tick(), bench.wall.resets);
+    for asked in [Ask::Arm, Ask::Clear] {
+        let record = bench.ask(asked);
+        assert!(record.refused && record.applied_n == before.applied_n, "{asked:?}");
+        assert_eq!(bench.wall.resets, resets, "{asked:?} leaves the tissue as it lies");
+        assert!(bench.cycle.in_contact());
+    }
+    assert!(!bench.ask(Ask::Stop).refused);
+    assert_eq!(bench.wall.resets, resets, "the force fades out of the tissue as it lies");
+}
+
+#[test]
 fn a_hundred_calm_ticks_arm() {
     let mut bench = Bench::new(400.0).idle();
     assert_eq!(bench.arm(), 99, "the tick that asked is the first");

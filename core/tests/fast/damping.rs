@@ -58,6 +58,18 @@ fn the_velocity_lags_by_no_more_than_a_count_per_tick() {
 }
 
 #[test]
+fn a_finer_encoder_lets_the_velocity_lag_less() {
+    // 0.5 mm of travel, then back: the lag after the turn is in proportion to the count
+    for count_m in [5e-6, 20e-6, 80e-6] {
+        let mut damping = moving(DampingSettings::safe(1e-3, TICK_S), Vector3::new(0.0, 0.0, 0.05), count_m);
+        let end_m = 0.05 * TICK_S * 299.0;
+        damping.track(Vector3::new(0.0, 0.0, end_m - 0.3 * TICK_S));
+        let behind = (damping.velocity_m_per_s().z + 0.3).abs();
+        assert!(behind <= 1.25 * count_m / TICK_S, "{count_m} m: {behind} m/s behind");
+    }
+}
+
+#[test]
 fn a_count_that_comes_and_goes_is_less_than_a_count_of_motion() {
     let count_m = 50e-6;
     let settings = DampingSettings { velocity_share: 1.0, ..DampingSettings::NONE };

@@ -41,10 +41,14 @@ fn the_push_is_reported_apart_from_friction() {
 
 #[test]
 fn the_longest_force_clamps_push_and_friction_as_one() {
-    let mut tissue = Tissue::with(|params| (params.friction, params.limits.max_force_n) = (0.8, 0.05));
-    tissue.press(3e-3);
-    let slid = (1..=300_u16).map(|n| tissue.at(Vector3::new(1e-5 * f32::from(n), 0.0, -3e-3))).last().expect("ticks");
+    let [slid, free] = [0.05, 5.0].map(|max_force_n| {
+        let mut tissue = Tissue::with(|params| (params.friction, params.limits.max_force_n) = (0.8, max_force_n));
+        tissue.press(3e-3);
+        (1..=300_u16).map(|n| tissue.at(Vector3::new(1e-5 * f32::from(n), 0.0, -3e-3))).last().expect("ticks")
+    });
     assert!((slid.force_n.norm() - 0.05).abs() < 1e-6 && slid.force_n.x < -0.02, "{slid:?}");
+    let share = 0.05 / free.force_n.norm();
+    assert!(share < 0.9 && (slid.grip_n / (share * free.grip_n) - 1.0).abs() < 1e-3, "{slid:?} of {free:?}");
 }
 
 #[test]

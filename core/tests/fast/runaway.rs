@@ -86,6 +86,41 @@ fn what_a_late_tick_catches_up_with_is_no_speed_that_is_gained() {
 }
 
 #[test]
+fn late_ticks_hide_no_runaway() {
+    let faulted = |late: &[u16]| {
+        let mut bench = Bench::new(100.0).idle();
+        bench.device.sensed.position_m.z = 0.05;
+        bench.ticks(3);
+        bench.arm();
+        bench.ticks(600);
+        // an even press first: it proves the sign
+        bench.wall.answer = Some(pushing(20e-3, 1.5));
+        for _ in 0..40 {
+            bench.device.sensed.position_m.z -= 0.1 * TICK_S;
+            bench.tick();
+        }
+        bench.wall.answer = None;
+        bench.ticks(50);
+        bench.wall.answer = Some(pushing(20e-3, 1.5));
+        (0..200_u16).find(|n| {
+            let late_ticks = u16::from(late.contains(n));
+            let m_per_s = 0.6 * f32::from(*n).min(40.0) / 40.0;
+            bench.device.sensed.position_m.z -= m_per_s * TICK_S * f32::from(late_ticks + 1);
+            match bench.run(Command { late_ticks, ..Command::HEARD }).fault {
+                None => false,
+                fault => fault == Some(Fault::Runaway) || panic!("{fault:?} in tick {n}"),
+            }
+        })
+    };
+    let in_time = faulted(&[]).unwrap();
+    assert!((50..80).contains(&in_time), "tick {in_time}");
+    // as many as are tolerated, just before
+    let late = [8, 6, 4, 2].map(|before| in_time - before);
+    let found = faulted(&late).unwrap();
+    assert!((in_time - 8..=in_time).contains(&found), "tick {found} instead of {in_time}");
+}
+
+#[test]
 fn speed_gained_in_a_slide_is_no_runaway() {
     // 0.8 m/s are gained along the normal; the sideways travel decides
     for (aside, fault) in [(0.0, true), (0.3, true), (0.7, false), (2.0, false)] {

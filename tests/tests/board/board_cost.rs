@@ -286,6 +286,7 @@ fn items(model: &Model) -> [usize; 7] {
 
 /// The costs in `plan` and `pack` agree with the emulator's counts.
 #[test]
+#[ignore = "long: two more images and their logs"]
 fn the_budget_knows_what_a_rim_costs() {
     let whole = packed::pack(&packed::cut_block(), scratch(), "rim-whole.patch");
     let bare = packed::without_rim_edges(&whole, "rim-bare.patch");

@@ -46,7 +46,7 @@ fn on_desktop() -> RunResult {
 
 #[test]
 fn a_checked_image_runs_the_script_to_its_end_in_the_state_of_the_desktop() {
-    let outcome = run(&build_checked_firmware(&target(), &[]).unwrap(), TICKS);
+    let outcome = run(&build_checked_firmware(&target()).unwrap(), TICKS);
     assert_eq!(outcome.result().unwrap(), on_desktop(), "{}", outcome.text);
     assert_eq!(outcome.exit_status, Some(0));
     println!("longest tick: {} ns at {} ns an instruction", outcome.number("longest_tick_ns").unwrap(), 1 << SHIFT);
@@ -58,6 +58,6 @@ fn the_checked_image_checks_its_sums_and_the_flashed_one_does_not() {
         let image = std::fs::read(elf).unwrap();
         image.windows(28).any(|text| text == b"attempt to add with overflow")
     };
-    assert!(says(&build_checked_firmware(&target(), &[]).unwrap()));
+    assert!(says(&build_checked_firmware(&target()).unwrap()));
     assert!(!says(&build_firmware(&target(), &[]).unwrap()));
 }

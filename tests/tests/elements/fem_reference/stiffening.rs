@@ -8,6 +8,7 @@ use palpate_fit::reference::probe::RigidProbe;
 use palpate_fit::reference::quadratic::QuadraticMesh;
 use palpate_fit::reference::shape::TetRule;
 use palpate_tests::bench::Noise;
+use palpate_tests::share::Share;
 use palpate_tissue::mesh::{BlockSpec, block};
 use palpate_tissue::scene::Shape;
 
@@ -31,7 +32,8 @@ fn cube(poisson_ratio: f64, stiffening_b: f64, fixed: impl Fn(&Vector3<f64>) -> 
 fn a_squeezed_bar_follows_the_closed_form_of_fung_and_demiray() {
     // the closed form keeps the volume; at b = 10 the stress is 40 mu
     let poisson_ratio = 0.499_999;
-    for b in [0.3, 3.0, 10.0] {
+    let mut share = Share::one_in(2);
+    for b in [0.3, 3.0, 10.0].into_iter().filter(|_| share.takes()) {
         let body = cube(poisson_ratio, b, |x| [x.x == 0.0, x.y == 0.0, x.z <= -SIDE_M * (1.0 - 1e-9)]);
         let place = Vector3::new(0.5 * SIDE_M, 0.5 * SIDE_M, 0.0);
         let probe = RigidProbe::new(Shape::Flat, 2.0 * SIDE_M, place, Vector3::z());
