@@ -10,7 +10,7 @@
 use crate::link::frame::FRAME_BYTES;
 use crate::link::inbox::Reply;
 use crate::link::log::LOG_BYTES;
-use crate::link::{Change, FromBoard, Identity, Inbox, Receiver, Refusal, ToBoard, Upload, encode};
+use crate::link::{Change, FromBoard, Identity, Inbox, Log, Receiver, Refusal, ToBoard, Upload, encode};
 use crate::log::{Event, Told};
 use crate::patch::{Memory, Patch, PatchSlot};
 use palpate::BuildError;
@@ -113,6 +113,8 @@ struct Line {
     taken: usize,
     /// Ticks for which a host still takes the log.
     listens_ticks: u32,
+    /// It has asked since the last piece: one without a frame tells it that nothing waits.
+    asked: bool,
     /// State of the loop as the log has told it.
     told: Told,
 }
@@ -148,8 +150,9 @@ impl Line {
     fn send_log(&mut self, board: &mut impl Board) {
         if self.listens_ticks > 0
             && board.link_room() >= LOG_ROOM
-            && let Some(log) = board.take_log()
+            && let Some(log) = board.take_log().or(self.asked.then_some(Log::NOTHING))
         {
+            self.asked = false;
             self.send(board, &FromBoard::Log(log));
         }
     }
@@ -187,6 +190,7 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
         read: 0,
         taken: 0,
         listens_ticks: 0,
+        asked: false,
         told: Told::NOTHING,
     };
     let mut offer = Offer { source: Source::Flash, modulus_pa: None, before_pa: None, opened: false, asked: false };
@@ -276,7 +280,7 @@ async fn serve<B: Board>(
             match reply {
                 Reply::Tick if pace == Pace::LockStep => break,
                 Reply::None | Reply::Tick => {}
-                Reply::Listen(listens) => line.listens_ticks = if listens { LISTENS_TICKS } else { 0 },
+                Reply::Listen(asked) => (line.asked, line.listens_ticks) = (asked, if asked { LISTENS_TICKS } else { 0 }),
                 Reply::Refused(refusal) => line.refuse(&mut haptic.board, refusal),
                 Reply::Change(change) => return Some(change),
                 Reply::Modulus(pascal) => {

@@ -12,10 +12,15 @@ pub const LOG_BYTES: usize = 96;
 /// Whole frames of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Log {
-    /// Frames since the board's start that its memory had no room for.
+    /// Frames since the board's start that its memory had no room for; 0 if nothing waits.
     pub lost: u32,
     /// The frames, oldest first.
     pub frames: Frames,
+}
+
+impl Log {
+    /// Nothing waits.
+    pub const NOTHING: Self = Self { lost: 0, frames: Frames::NONE };
 }
 
 /// Bytes of whole frames, at most [`LOG_BYTES`].

@@ -90,6 +90,19 @@ fn a_link_without_room_to_spare_carries_records_alone() {
 }
 
 #[test]
+fn a_host_that_asks_is_told_once_that_nothing_waits() {
+    let (_, logs) = sent(timed(200, &[ToBoard::Listen(true)], |_| {}));
+    let empty: Vec<u32> = logs.iter().filter(|(_, log)| *log == Log::NOTHING).map(|(period, _)| *period).collect();
+    let (last, _) = logs.last().unwrap();
+    assert!(empty.is_empty() && *last > 10, "the lines of the start answer: {logs:?}");
+    let asked = |board: &mut Mock| board.quiet = true;
+    let (_, logs) = sent(timed(200, &[ToBoard::Listen(true)], asked));
+    assert_eq!(logs, [(10, Log::NOTHING)]);
+    let (_, logs) = sent(timed(200, &[ToBoard::Listen(true), ToBoard::Listen(false)], asked));
+    assert!(logs.is_empty());
+}
+
+#[test]
 fn the_log_stays_on_the_board_until_a_host_listens_and_when_it_does_not_any_more() {
     for messages in [&[][..], &[ToBoard::Heartbeat, ToBoard::Identify], &[ToBoard::Listen(true), ToBoard::Listen(false)]] {
         let mut board = timed(400, messages, |board| board.chatty = true);

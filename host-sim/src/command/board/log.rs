@@ -7,7 +7,6 @@ use palpate::haptic::mode::Mode;
 use palpate_board::defmt_log::LogTable;
 use palpate_board::image::repository;
 use palpate_controller::link::{FromBoard, Log as Piece, ToBoard};
-use palpate_controller::serve::LOG_TICKS;
 use palpate_tissue::Error as TissueError;
 
 use crate::error::Error;
@@ -16,9 +15,6 @@ use crate::port::Session;
 /// Where `cargo fw-...` leaves images, from the target folder on.
 const IMAGES: [&str; 2] =
     ["thumbv7em-none-eabihf/firmware/palpate-firmware", "thumbv8m.main-none-eabihf/firmware/palpate-firmware"];
-/// A board that has nothing more to tell was silent for so long: from the record before one piece
-/// to the one after the next.
-const QUIET_TICKS: u32 = LOG_TICKS + 20;
 /// Longest wait for the rest of a log.
 const GATHERED: Duration = Duration::from_secs(2);
 /// Between two requests for the log, which stays on the board unless a host listens.
@@ -95,13 +91,13 @@ impl Log {
     /// a sign of life, too, and must not prolong a force.
     pub(super) fn gather(session: &mut Session) {
         let begun = Instant::now();
-        let mut since = session.record.tick;
-        while at_rest(session) && begun.elapsed() < GATHERED && session.record.tick.wrapping_sub(since) < QUIET_TICKS {
+        while at_rest(session) && begun.elapsed() < GATHERED {
             if session.last_sent().elapsed() >= LISTENING && session.send(&ToBoard::Listen(true)).is_err() {
                 return; // the command's own outcome says more
             }
             match session.next(LISTENING) {
-                Ok(Some(FromBoard::Log(_))) => since = session.record.tick,
+                // a piece without a frame: nothing waits
+                Ok(Some(FromBoard::Log(piece))) if piece.frames.bytes().is_empty() => return,
                 Ok(_) => {}
                 Err(_) => return,
             }
