@@ -12,6 +12,8 @@ use std::{
 const PATCH: &str = "PALPATE_PATCH";
 const DEFAULT_PATCH: &str = "firmware/patches/block-m4f-168.patch";
 
+#[path = "build/fingerprint.rs"]
+mod fingerprint;
 #[path = "build/memory.rs"]
 mod memory;
 
@@ -26,6 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(env::var("OUT_DIR")?);
     take_patch(&out)?;
     tell_day(&out)?;
+    fingerprint::tell(&out)?;
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
     }

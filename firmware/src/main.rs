@@ -38,6 +38,7 @@ fn main() -> ! {
     let memory = MEMORY.take();
     let (haptic, background) = board::start_executors();
     let duty = board::duty();
+    board::log::start(&duty);
     let arming = match duty {
         _ if board::barred() => Arming::Barred,
         Duty::Script(_) => Arming::ByItself,
@@ -82,6 +83,7 @@ fn haptic_loop(arming: Arming) -> &'static mut HapticLoop<ThisBoard> {
     let mut this = ThisBoard::default();
     let kept = config::load(this.profile_memory());
     let known = kept.is_some();
+    board::log::started(known, arming == Arming::Barred);
     let (settings, edge) = kept.map_or_else(Profile::desktop, |kept| kept.0).split();
     let edge = if known { edge } else { edge.without_home() };
     let controller = or_stop(Controller::build(&settings, edge, arming).map_err(Refusal::from), "no controller");

@@ -3,8 +3,11 @@
 
 use palpate::Fault;
 
+pub use crate::about::About;
 use crate::config::Flash;
 use crate::force_out::Outputs;
+use crate::link::Log;
+use crate::log::Event;
 use crate::patch::Budget;
 use crate::probe_in::Reading;
 
@@ -12,18 +15,6 @@ use crate::probe_in::Reading;
 /// ms within which the actuators must be off, and more than two late ticks in a row take, which
 /// release the force themselves.
 pub const WATCHDOG_US: u32 = 4_500;
-
-/// Image and clock of a board, for hosts that search for one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct About {
-    /// Board and version of the image, separated by a space, in ASCII; truncated after
-    /// [`crate::link::message::NAME_BYTES`].
-    pub name: &'static str,
-    /// Day on which the image was built, counted from 1970-01-01; 0 is unknown.
-    pub built_day: u16,
-    /// Counts of [`Board::clock_counts`] in a second.
-    pub clock_hz: u32,
-}
 
 /// Clock, pins, watchdog and link of a board. No function waits, except [`Board::next_period`] and
 /// the read of a lock-step link.
@@ -96,4 +87,15 @@ pub trait Board {
 
     /// Writes a frame to the host, or drops it whole.
     fn link_write(&mut self, frame: &[u8]);
+
+    /// Bytes that [`Self::link_write`] would take now.
+    fn link_room(&self) -> usize;
+
+    /// Encodes an event for the log, without waiting. A board without a log drops it.
+    fn log(&mut self, _: Event) {}
+
+    /// Takes what waits of the log, as much as a message holds.
+    fn take_log(&mut self) -> Option<Log> {
+        None
+    }
 }

@@ -16,6 +16,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod about;
 pub mod board;
 pub mod config;
 pub mod controller;
@@ -24,6 +25,7 @@ pub mod force_out;
 pub mod haptic_loop;
 pub mod kinematics;
 pub mod link;
+pub mod log;
 pub mod patch;
 pub mod port;
 pub mod probe_in;

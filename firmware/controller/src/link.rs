@@ -8,12 +8,14 @@
 //! ```text
 //! host -> board   pose (ends a lock-step tick), heartbeat, ask, lower limits, modulus,
 //!                 patch begin / part / end, supply low, report, identify,
-//!                 joints (as pose), store a profile, home
-//! board -> host   record of a tick, refusal, patch taken, profile stored, state, identity, homed
+//!                 joints (as pose), store a profile, home, listen to the log
+//! board -> host   record of a tick, refusal, patch taken, profile stored, state, identity, homed,
+//!                 log
 //! ```
 
 pub mod frame;
 pub mod inbox;
+pub mod log;
 pub mod message;
 pub mod receiver;
 pub mod record;
@@ -23,6 +25,7 @@ pub mod wire_limits;
 
 pub use frame::{FRAME_BYTES, FrameError, encode};
 pub use inbox::{Change, Inbox};
+pub use log::Log;
 pub use message::{FromBoard, Identity, Refusal, ToBoard};
 pub use receiver::Receiver;
 pub use record::Record;

@@ -9,7 +9,9 @@
 
 use crate::link::frame::FRAME_BYTES;
 use crate::link::inbox::Reply;
-use crate::link::{Change, FromBoard, Identity, Inbox, Receiver, Refusal, ToBoard, Upload, encode};
+use crate::link::log::LOG_BYTES;
+use crate::link::{Change, FromBoard, Identity, Inbox, Log, Receiver, Refusal, ToBoard, Upload, encode};
+use crate::log::{Event, Told};
 use crate::patch::{Memory, Patch, PatchSlot};
 use palpate::BuildError;
 use palpate::haptic::device::{Sensed, SensorStatus};
@@ -24,6 +26,16 @@ use crate::probe_in::Reading;
 /// In timed mode, number of ticks between records: 50 records per second, half of the capacity of a
 /// link of 115 200 baud.
 const RECORD_TICKS: u32 = 20;
+/// In timed mode, number of ticks between pieces of the log, of at most 109 bytes: a quarter of
+/// that capacity. The rest is for answers.
+pub const LOG_TICKS: u32 = 40;
+/// Tick of these in which a piece goes out: halfway between two records.
+const LOG_AT: u32 = 10;
+/// Room that the link must have for a piece, so that the next record and an answer still fit.
+const LOG_ROOM: usize = 2 * FRAME_BYTES + LOG_BYTES;
+/// A host that asks for the log gets it for this many ticks: lines that nobody reads stay on the
+/// board.
+pub const LISTENS_TICKS: u32 = 250;
 /// After this many ticks of silence a host may return with any sequence number.
 const FORGET_TICKS: u32 = 100;
 
@@ -99,6 +111,12 @@ struct Line {
     bytes: [u8; FRAME_BYTES],
     read: usize,
     taken: usize,
+    /// Ticks for which a host still takes the log.
+    listens_ticks: u32,
+    /// It has asked since the last piece: one without a frame tells it that nothing waits.
+    asked: bool,
+    /// State of the loop as the log has told it.
+    told: Told,
 }
 
 impl Line {
@@ -116,6 +134,7 @@ impl Line {
 
     #[inline(never)]
     fn refuse(&mut self, board: &mut impl Board, refusal: Refusal) {
+        board.log(Event::Refused(refusal));
         self.send(board, &FromBoard::Refused(refusal));
     }
 
@@ -124,6 +143,17 @@ impl Line {
         if let Some(frame) = encoded(self.sequence, message, &mut out) {
             self.sequence = self.sequence.wrapping_add(1);
             board.link_write(frame);
+        }
+    }
+
+    /// Sends a piece of the log, if a host listens and the link has room to spare.
+    fn send_log(&mut self, board: &mut impl Board) {
+        if self.listens_ticks > 0
+            && board.link_room() >= LOG_ROOM
+            && let Some(log) = board.take_log().or(self.asked.then_some(Log::NOTHING))
+        {
+            self.asked = false;
+            self.send(board, &FromBoard::Log(log));
         }
     }
 }
@@ -153,7 +183,16 @@ fn encoded<'out>(sequence: u16, message: &FromBoard, out: &'out mut [u8; FRAME_B
 /// Serves a host. Timed, it never returns; in lock-step it returns with the outputs off when the
 /// host has gone. `in_flash` is the patch that the image holds.
 pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: &mut Memory, upload: &mut Upload, pace: Pace) {
-    let mut line = Line { receiver: Receiver::NEW, sequence: 0, bytes: [0; FRAME_BYTES], read: 0, taken: 0 };
+    let mut line = Line {
+        receiver: Receiver::NEW,
+        sequence: 0,
+        bytes: [0; FRAME_BYTES],
+        read: 0,
+        taken: 0,
+        listens_ticks: 0,
+        asked: false,
+        told: Told::NOTHING,
+    };
     let mut offer = Offer { source: Source::Flash, modulus_pa: None, before_pa: None, opened: false, asked: false };
     let mut inbox = Inbox::default();
     loop {
@@ -162,8 +201,11 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
             Ok(Some(bytes)) => match open(&mut haptic.board, bytes, memory, offer.modulus_pa) {
                 Ok(patch) => {
                     let mut tissue = PatchSlot(Some(patch));
+                    let nodes = tissue.state().0 as u32;
+                    let (checksum, youngs_modulus_pa) = tissue.identity();
+                    haptic.board.log(Event::PatchOpened { nodes, checksum, youngs_modulus_pa });
                     if offer.asked {
-                        line.send(&mut haptic.board, &FromBoard::PatchTaken(tissue.state().0 as u32));
+                        line.send(&mut haptic.board, &FromBoard::PatchTaken(nodes));
                     }
                     (offer.before_pa, offer.opened) = (offer.modulus_pa, true);
                     Ok(serve(haptic, &mut tissue, None, &mut inbox, &mut line, pace).await)
@@ -175,7 +217,12 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
         offer.asked = false;
         let changed = match wanted {
             Ok(None) => return,
-            Ok(Some(change)) => offer.change(change, upload),
+            Ok(Some(change)) => {
+                if let Change::MakeRoom(bytes) = change {
+                    haptic.board.log(Event::UploadBegun(bytes));
+                }
+                offer.change(change, upload)
+            }
             Err(refusal) => {
                 offer.withdraw();
                 Err(refusal)
@@ -233,6 +280,7 @@ async fn serve<B: Board>(
             match reply {
                 Reply::Tick if pace == Pace::LockStep => break,
                 Reply::None | Reply::Tick => {}
+                Reply::Listen(asked) => (line.asked, line.listens_ticks) = (asked, if asked { LISTENS_TICKS } else { 0 }),
                 Reply::Refused(refusal) => line.refuse(&mut haptic.board, refusal),
                 Reply::Change(change) => return Some(change),
                 Reply::Modulus(pascal) => {
@@ -250,15 +298,21 @@ async fn serve<B: Board>(
                         let (settings, edge) = profile.split();
                         haptic.controller.restart(&settings, edge).map(|()| generation).map_err(|_| Refusal::ProfileRange)
                     });
-                    line.send(&mut haptic.board, &kept.map_or_else(FromBoard::Refused, FromBoard::Stored));
+                    match kept {
+                        Ok(generation) => {
+                            haptic.board.log(Event::Profile(generation));
+                            line.send(&mut haptic.board, &FromBoard::Stored(generation));
+                        }
+                        Err(refusal) => line.refuse(&mut haptic.board, refusal),
+                    }
                 }
                 Reply::Home => {
-                    let answer = if haptic.controller.show_home(&newest) {
-                        FromBoard::Homed
+                    if haptic.controller.show_home(&newest) {
+                        haptic.board.log(Event::Homed);
+                        line.send(&mut haptic.board, &FromBoard::Homed);
                     } else {
-                        FromBoard::Refused(Refusal::NoEncoders)
-                    };
-                    line.send(&mut haptic.board, &answer);
+                        line.refuse(&mut haptic.board, Refusal::NoEncoders);
+                    }
                 }
                 // scanning the stack takes a third of a tick: neither is done while a force acts
                 Reply::Report | Reply::Identify if pace == Pace::Timed && haptic.controller.mode().allows_force() => {
@@ -281,6 +335,14 @@ async fn serve<B: Board>(
         if pace == Pace::LockStep || record.tick.is_multiple_of(RECORD_TICKS) {
             line.send(&mut haptic.board, &FromBoard::Record(record));
         }
+        let log_is_due = record.tick % LOG_TICKS == LOG_AT;
+        while let Some(event) = line.told.next(haptic.seen(), log_is_due) {
+            haptic.board.log(event);
+        }
+        if pace == Pace::Timed && log_is_due {
+            line.send_log(&mut haptic.board);
+        }
+        line.listens_ticks = line.listens_ticks.saturating_sub(1);
     }
 }
 

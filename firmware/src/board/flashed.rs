@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use rtt_target::{ChannelMode, UpChannel, rtt_init};
+
 use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
 #[cfg(not(feature = "self-test"))]
 use palpate_controller::serve::Pace;
@@ -17,6 +19,23 @@ pub fn duty() -> Duty {
 /// Waits for the next interrupt.
 pub fn idle(_: &Duty) {
     cortex_m::asm::wfi();
+}
+
+/// Opens the channel from which a debug probe reads the log. Nothing waits for a probe: without one
+/// the channel fills, and later bytes are dropped.
+pub fn debug_start(_: &Duty) {
+    rtt_init! {
+        up: { 0: { size: 1024, mode: ChannelMode::NoBlockTrim, name: "defmt" } }
+    };
+}
+
+/// Writes bytes of a frame, with interrupts off.
+pub fn debug_write(bytes: &[u8]) {
+    // SAFETY: the channel that `debug_start` has opened; before that there is none. Nothing else
+    // writes to it, and interrupts are off.
+    if let Some(mut channel) = unsafe { UpChannel::conjure(0) } {
+        channel.write(bytes);
+    }
 }
 
 /// Words for the debugger's log; lost without one.

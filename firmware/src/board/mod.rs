@@ -27,7 +27,8 @@
 //! * `idle(duty)`, which waits for the next interrupt;
 //! * for the self-test `CLOCK_KIND`, the clock's unit in words, `chip_id()`, the chip's own
 //!   identification, `led(on)`, and `after_report(passed)`, which ends an emulated run;
-//! * `print(line)`, plain text at the end of a run;
+//! * `print(line)`, plain text at the end of a run; `debug_start(duty)` and `debug_write(bytes)`,
+//!   where the log goes beside the link, and `link_room()`, the bytes that the link would take now;
 //! * the handlers of `HardFault` and of unclaimed interrupts, both ending in [`stop`].
 //!
 //! Nothing outside this folder is `unsafe`.
@@ -55,6 +56,8 @@ pub enum Duty {
     SelfTest,
 }
 
+#[expect(unsafe_code, reason = "a logger is unsafe to write, and its state is shared with fault handlers")]
+pub mod log;
 #[expect(unsafe_code, reason = "memory that outlives a reset is no plain static")]
 mod resets;
 mod this_board;
@@ -69,6 +72,7 @@ pub use stack::{STACK_BYTES, stack_used_bytes};
 mod fast_memory;
 
 #[cfg(not(feature = "mps2"))]
+#[expect(unsafe_code, reason = "the debug channel is memory that a probe reads")]
 mod flashed;
 
 #[cfg(feature = "pico2")]
@@ -94,7 +98,7 @@ compile_error!("name a board: --features mps2, nucleo-h743zi, nucleo-f446re, nuc
 
 pub use family::{
     NAME, ProfileMemory, after_crash, barred, budget, clock_counts, clock_hz, counts_to_ns, emergency_stop, exit, feed_watchdog,
-    healthy, idle, link_read, link_write, operator_absent, outputs, outputs_off, print, sense, since_period_counts,
+    healthy, idle, link_read, link_room, link_write, operator_absent, outputs, outputs_off, print, sense, since_period_counts,
     start_executors, start_tick_timer, supply_low, write_outputs,
 };
 
@@ -111,7 +115,7 @@ pub fn duty() -> Duty {
 
 /// Image and clock, for hosts. The build script knows the day.
 pub fn about() -> About {
-    About { name: NAME, built_day: BUILT_DAY, clock_hz: clock_hz() }
+    About { name: NAME, built_day: BUILT_DAY, clock_hz: clock_hz(), image: log::image() }
 }
 
 /// Releases the force, then prints the reason and leaves the rest to the board: the watchdog's

@@ -14,7 +14,6 @@ use cortex_m::{
     peripheral::{NVIC, Peripherals},
 };
 use cortex_m_rt::exception;
-use defmt_semihosting as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use palpate::Fault;
 use palpate_controller::board::WATCHDOG_US;
@@ -26,13 +25,15 @@ use palpate_controller::serve::Pace;
 use super::Duty;
 use crate::period;
 
+mod debug;
 mod hand;
 mod link;
 mod profile;
 mod uart;
+pub use debug::{debug_start, debug_write};
 #[cfg(not(feature = "self-test"))]
 pub use link::duty;
-pub use link::{link_read, link_write};
+pub use link::{link_read, link_room, link_write};
 pub use profile::ProfileMemory;
 
 /// Board and version, for hosts.

@@ -28,7 +28,6 @@ use cortex_m::peripheral::scb::SystemHandler;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{DWT, SYST};
 use cortex_m_rt::exception;
-use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_rp::clocks::clk_sys_freq;
 use embassy_rp::gpio::{Input, Level, Output, Pin, Pull};
@@ -49,7 +48,7 @@ use palpate_controller::patch::Budget;
 use super::fast_memory;
 #[cfg(not(feature = "self-test"))]
 pub use super::flashed::duty;
-pub use super::flashed::{ProfileMemory, after_crash, exit, idle, print};
+pub use super::flashed::{ProfileMemory, after_crash, debug_start, debug_write, exit, idle, print};
 use crate::period;
 
 mod encoders;
@@ -294,6 +293,11 @@ pub fn budget() -> Budget {
 pub fn link_read(bytes: &mut [u8]) -> usize {
     send_waiting();
     bytes.iter_mut().map_while(|byte| (!UART0.uartfr().read().rxfe()).then(|| *byte = UART0.uartdr().read().data())).count()
+}
+
+/// Bytes that the queue has room for.
+pub fn link_room() -> usize {
+    OUT.free_capacity()
 }
 
 /// Puts bytes in the queue. A frame that does not fit is not begun.

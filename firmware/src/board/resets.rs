@@ -18,6 +18,7 @@ static mut CAUSE: MaybeUninit<u32> = MaybeUninit::uninit();
 
 static STARTED: AtomicBool = AtomicBool::new(false);
 static BARRED: AtomicBool = AtomicBool::new(false);
+static AFTER_CRASH: AtomicBool = AtomicBool::new(false);
 
 /// Whether crashes came too often. The first call counts this start; it comes from `main`, before
 /// anything else runs. `by_watchdog`: the watchdog has reset the board.
@@ -28,8 +29,14 @@ pub fn barred(by_watchdog: bool) -> bool {
         let (resets, cause) = unsafe { (&mut *(&raw mut RESETS).cast::<Resets>(), &mut *(&raw mut CAUSE).cast::<u32>()) };
         let cause = if core::mem::take(cause) == CRASHED || by_watchdog { Cause::Crash } else { Cause::Power };
         BARRED.store(resets.start(cause), Ordering::Relaxed);
+        AFTER_CRASH.store(cause == Cause::Crash, Ordering::Relaxed);
     }
     BARRED.load(Ordering::Relaxed)
+}
+
+/// Whether a crash caused this start, once it was counted.
+pub fn crashed() -> bool {
+    AFTER_CRASH.load(Ordering::Relaxed)
 }
 
 /// A tick has passed.

@@ -19,7 +19,6 @@
 //! also cut the amplifiers' power by itself: no pin of a chip can stop a shorted transistor. Enable
 //! line and magnitudes are to be pulled down at the amplifiers: the pins of a chip in reset float.
 
-use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pin as AnyPin, Pull, Speed};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
@@ -34,7 +33,7 @@ use palpate_controller::patch::Budget;
 use super::fast_memory;
 #[cfg(not(feature = "self-test"))]
 pub use super::flashed::duty;
-pub use super::flashed::{ProfileMemory, after_crash, exit, idle, print};
+pub use super::flashed::{ProfileMemory, after_crash, debug_start, debug_write, exit, idle, print};
 use crate::period;
 
 // one row for each board
@@ -50,7 +49,7 @@ mod pin;
 
 pub use bridge::{emergency_stop, healthy, outputs, outputs_off, write_outputs};
 pub use encoders::sense;
-pub use link::{read as link_read, write as link_write};
+pub use link::{read as link_read, room as link_room, write as link_write};
 use pin::Pin;
 use this::This;
 

@@ -3,12 +3,15 @@
 use palpate::Fault;
 use palpate_controller::board::{About, Board};
 use palpate_controller::force_out::Outputs;
+use palpate_controller::link::Log;
+use palpate_controller::log::Event;
 use palpate_controller::patch::Budget;
 use palpate_controller::probe_in::Reading;
 
 use super::{
-    ProfileMemory, about, budget, clock_counts, count_millisecond, emergency_stop, feed_watchdog, healthy, link_read, link_write,
-    operator_absent, outputs, outputs_off, sense, since_period_counts, stack_used_bytes, supply_low, write_outputs,
+    ProfileMemory, about, budget, clock_counts, count_millisecond, emergency_stop, feed_watchdog, healthy, link_read, link_room,
+    link_write, log, operator_absent, outputs, outputs_off, sense, since_period_counts, stack_used_bytes, supply_low,
+    write_outputs,
 };
 use crate::period;
 
@@ -103,5 +106,17 @@ impl Board for ThisBoard {
 
     fn link_write(&mut self, frame: &[u8]) {
         link_write(frame);
+    }
+
+    fn link_room(&self) -> usize {
+        link_room()
+    }
+
+    fn log(&mut self, event: Event) {
+        log::event(event);
+    }
+
+    fn take_log(&mut self) -> Option<Log> {
+        log::take()
     }
 }

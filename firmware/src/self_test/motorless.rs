@@ -110,4 +110,8 @@ impl Board for Motorless {
     fn link_write(&mut self, frame: &[u8]) {
         self.this.link_write(frame);
     }
+
+    fn link_room(&self) -> usize {
+        self.this.link_room()
+    }
 }

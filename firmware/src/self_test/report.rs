@@ -105,7 +105,7 @@ impl Report {
     }
 
     fn write(&mut self, found: &Findings) -> fmt::Result {
-        let About { name, built_day, clock_hz } = board::about();
+        let About { name, built_day, clock_hz, .. } = board::about();
         let Snapshot { longest_tick_counts, overruns, missed_periods, faults, fault, mode, .. } = found.seen;
         write!(
             self,

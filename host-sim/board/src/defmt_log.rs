@@ -1,27 +1,111 @@
 //! Decodes the image's log to text: its frames refer to format strings in the ELF file.
 
-use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use defmt_decoder::{DecodeError, Table};
+use object::{Object, ObjectSection, ObjectSymbol};
 
-/// One message per line with its time; a frame that cannot be decoded is marked in its place.
+/// Symbol of an image's checksum, which a board tells in its identity.
+const IMAGE: &str = "PALPATE_IMAGE";
+
+/// Why an ELF file cannot explain a board's log.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// It cannot be read.
+    #[error("{path}: {source}: give the ELF file that was flashed, as `cargo fw-...` leaves it", path = .path.display())]
+    Unread {
+        /// The file.
+        path: PathBuf,
+        /// Error of the operating system.
+        source: std::io::Error,
+    },
+    /// It is no image with a log.
+    #[error("{path}: no image of palpate with a log ({cause}): give the ELF file that was flashed", path = .path.display())]
+    NoImage {
+        /// The file.
+        path: PathBuf,
+        /// The missing part.
+        cause: String,
+    },
+    /// It is another image.
+    #[error(
+        "{path}: not the image that the board runs ({found:08x}, the board's is {board:08x}): give the ELF file that was flashed",
+        path = .path.display()
+    )]
+    Other {
+        /// The file.
+        path: PathBuf,
+        /// Its checksum.
+        found: u32,
+        /// That of the board's image.
+        board: u32,
+    },
+}
+
+/// Format strings of an image.
+pub struct LogTable(Table);
+
+impl LogTable {
+    /// Reads them from an ELF file; `Err` says what is missing.
+    ///
+    /// # Errors
+    /// There are none, or they are of another version of defmt.
+    pub fn parse(elf: &[u8]) -> Result<Self, String> {
+        match Table::parse(elf) {
+            Ok(Some(table)) => Ok(Self(table)),
+            Ok(None) => Err("it holds no defmt table".into()),
+            Err(error) => Err(format!("its defmt table is unreadable: {error:#}")),
+        }
+    }
+
+    /// Reads those of the image that a board runs, whose checksum the board tells.
+    ///
+    /// # Errors
+    /// The file is not that image, or none.
+    pub fn of_board(path: PathBuf, board: u32) -> Result<Self, LogError> {
+        let elf = match std::fs::read(&path) {
+            Ok(elf) => elf,
+            Err(source) => return Err(LogError::Unread { path, source }),
+        };
+        match checksum(&elf) {
+            None => Err(LogError::NoImage { path, cause: format!("it holds no {IMAGE}") }),
+            Some(found) if found != board => Err(LogError::Other { path, found, board }),
+            Some(_) => Self::parse(&elf).map_err(|cause| LogError::NoImage { path, cause }),
+        }
+    }
+
+    /// One line per frame with its time and level; a frame that cannot be decoded is marked in its
+    /// place.
+    #[must_use]
+    pub fn lines(&self, frames: &[u8]) -> Vec<String> {
+        let mut decoder = self.0.new_stream_decoder();
+        decoder.received(frames);
+        let mut lines = Vec::new();
+        loop {
+            match decoder.decode() {
+                Ok(frame) => lines.push(frame.display(false).to_string()),
+                Err(DecodeError::Malformed) => lines.push("(a frame that does not decode)".into()),
+                Err(DecodeError::UnexpectedEof) => return lines,
+            }
+        }
+    }
+}
+
+/// Checksum of an image's sources and features, from its ELF file.
+#[must_use]
+pub fn checksum(elf: &[u8]) -> Option<u32> {
+    let file = object::File::parse(elf).ok()?;
+    let symbol = file.symbols().find(|symbol| symbol.name() == Ok(IMAGE))?;
+    let section = file.section_by_index(symbol.section_index()?).ok()?;
+    let at = usize::try_from(symbol.address().checked_sub(section.address())?).ok()?;
+    section.data().ok()?.get(at..)?.first_chunk().map(|bytes| u32::from_le_bytes(*bytes))
+}
+
+/// The lines of a log, each ended; in place of a log that cannot be decoded, why.
 #[must_use]
 pub fn decode(elf: &[u8], frames: &[u8]) -> String {
-    let table = match Table::parse(elf) {
-        Ok(Some(table)) => table,
-        Ok(None) => return "(the image holds no defmt table)\n".into(),
-        Err(error) => return format!("(the image's defmt table is unreadable: {error:#})\n"),
-    };
-    let mut decoder = table.new_stream_decoder();
-    decoder.received(frames);
-    let mut lines = String::new();
-    loop {
-        match decoder.decode() {
-            Ok(frame) => {
-                let _ = writeln!(lines, "{}", frame.display(false)); // writing to a string does not fail
-            }
-            Err(DecodeError::Malformed) => lines.push_str("(a frame that does not decode)\n"),
-            Err(DecodeError::UnexpectedEof) => return lines,
-        }
+    match LogTable::parse(elf) {
+        Ok(table) => table.lines(frames).into_iter().map(|line| line + "\n").collect(),
+        Err(cause) => format!("(the log is lost: {cause})\n"),
     }
 }

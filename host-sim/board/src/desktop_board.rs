@@ -101,7 +101,7 @@ impl Board for DesktopBoard {
     }
 
     fn about(&self) -> About {
-        About { name: concat!("desktop ", env!("CARGO_PKG_VERSION")), built_day: 0, clock_hz: 0 }
+        About { name: concat!("desktop ", env!("CARGO_PKG_VERSION")), built_day: 0, clock_hz: 0, image: 0 }
     }
 
     fn stack_used_bytes(&self) -> usize {
@@ -117,4 +117,8 @@ impl Board for DesktopBoard {
     }
 
     fn link_write(&mut self, _: &[u8]) {}
+
+    fn link_room(&self) -> usize {
+        0
+    }
 }

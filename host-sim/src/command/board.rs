@@ -2,6 +2,7 @@
 
 mod hold;
 mod list;
+mod log;
 mod self_test;
 mod status;
 mod transfer;
@@ -11,6 +12,7 @@ use std::time::Duration;
 
 use clap::{Args, Subcommand};
 
+use self::log::Log;
 use crate::error::Error;
 use crate::port::Session;
 
@@ -23,11 +25,26 @@ pub(super) struct Port {
     /// The board's serial port, such as /dev/ttyACM0 or COM3; `palpate board list` finds it.
     #[arg(long, value_name = "PORT")]
     port: String,
+    /// The ELF file that was flashed, which explains the board's log [default: the image that
+    /// `cargo fw...` built last here, if it is the board's].
+    #[arg(long, value_name = "ELF")]
+    image: Option<PathBuf>,
 }
 
 impl Port {
-    fn open(&self) -> Result<Session, Error> {
-        Ok(Session::open(&self.port, PATIENCE)?)
+    /// Opens the port.
+    fn open(&self) -> Result<(Session, Log), Error> {
+        let mut session = Session::open(&self.port, PATIENCE)?;
+        let log = Log::of(self.image.as_deref(), &mut session)?;
+        Ok((session, log))
+    }
+
+    /// Runs a command on it, and prints the log that comes meanwhile.
+    fn with(&self, run: impl FnOnce(&mut Session) -> Result<(), Error>) -> Result<(), Error> {
+        let (mut session, mut log) = self.open()?;
+        let outcome = run(&mut session);
+        log.end(&mut session);
+        outcome
     }
 }
 
@@ -48,7 +65,8 @@ pub(super) enum BoardCommand {
     ///
     /// Nothing is sent. Fails (exit code 1) if the bits differ or the board's run did not pass.
     SelfTest(self_test::SelfTest),
-    /// Show image, mode, fault, force, patch, time of a tick and stack of a board. Changes nothing.
+    /// Show image, mode, fault, force, patch, time of a tick, stack and log of a board. Changes
+    /// nothing.
     Status {
         #[command(flatten)]
         port: Port,
@@ -132,16 +150,16 @@ impl BoardCommand {
         match self {
             Self::List { ports } => list::run(ports),
             Self::SelfTest(test) => test.run(),
-            Self::Status { port } => status::run(port.open()?),
+            Self::Status { port } => status::run(port),
             Self::Arm { port, stream } => hold::arm(port, stream),
             Self::Watch { port, stream } => hold::watch(port, stream),
-            Self::Stop { port } => hold::stop(&mut port.open()?),
-            Self::Clear { port } => hold::clear(&mut port.open()?),
+            Self::Stop { port } => port.with(hold::stop),
+            Self::Clear { port } => port.with(hold::clear),
             Self::Upload { patch, port } => transfer::upload(patch, port),
-            Self::Modulus { pascal, port } => transfer::modulus(*pascal, &mut port.open()?),
+            Self::Modulus { pascal, port } => port.with(|session| transfer::modulus(*pascal, session)),
             Self::Profile { device, port } => transfer::profile(device, port),
-            Self::Home { port } => transfer::home(&mut port.open()?),
-            Self::Ping { port, count } => transfer::ping(*count, &mut port.open()?),
+            Self::Home { port } => port.with(transfer::home),
+            Self::Ping { port, count } => port.with(|session| transfer::ping(*count, session)),
         }
     }
 }

@@ -136,6 +136,14 @@ impl Lines {
         }
     }
 
+    /// Prints above the spinner.
+    pub(super) fn above(&self, print: impl FnOnce()) {
+        match &self.spinner.bar {
+            Some(bar) => bar.suspend(print),
+            None => print(),
+        }
+    }
+
     /// Leaves the terminal clean.
     pub(super) fn clear(&self) {
         self.spinner.clear();

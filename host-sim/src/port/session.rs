@@ -7,7 +7,7 @@ use palpate::haptic::cycle::ArmingSettings;
 use palpate::haptic::mode::Mode;
 use palpate_controller::link::message::HostAsk;
 use palpate_controller::link::receiver::Counts;
-use palpate_controller::link::{FromBoard, Identity, Record, ToBoard};
+use palpate_controller::link::{FromBoard, Identity, Log, Record, ToBoard};
 
 use super::line::Gone;
 use super::{Line, PortError};
@@ -30,6 +30,8 @@ pub struct Session {
     pub identity: Identity,
     /// The newest record.
     pub record: Record,
+    /// Pieces of the log that nobody has taken yet.
+    pub log: Vec<Log>,
     heard: Instant,
     /// Send signs of life while nothing else is sent.
     pub keep_alive: bool,
@@ -45,9 +47,11 @@ impl Session {
     pub fn open(port: &str, patience: Duration) -> Result<Self, PortError> {
         let mut line = Line::open(port)?;
         let begun = Instant::now();
+        let mut log = Vec::new();
         let record = loop {
             match line.receive(patience.saturating_sub(begun.elapsed())) {
                 Ok(Some(FromBoard::Record(record))) => break record,
+                Ok(Some(FromBoard::Log(piece))) => log.push(piece),
                 Ok(Some(_)) => {}
                 Ok(None) if line.heard_bytes() == 0 => return Err(PortError::Mute(port.into())),
                 Ok(None) => return Err(PortError::Foreign { port: port.into(), bytes: line.heard_bytes() }),
@@ -58,8 +62,8 @@ impl Session {
                 return Err(PortError::Foreign { port: port.into(), bytes: line.heard_bytes() });
             }
         };
-        let nobody = Identity { name: [0; 32], built_day: 0, clock_hz: 0, patch_checksum: 0, youngs_modulus_pa: 0.0 };
-        let mut session = Self { line, identity: nobody, record, heard: Instant::now(), keep_alive: false };
+        let nobody = Identity { name: [0; 32], built_day: 0, clock_hz: 0, patch_checksum: 0, youngs_modulus_pa: 0.0, image: 0 };
+        let mut session = Self { line, identity: nobody, record, log, heard: Instant::now(), keep_alive: false };
         session.identity = session.identify()?.ok_or_else(|| PortError::Deaf(port.into()))?;
         Ok(session)
     }
@@ -68,6 +72,12 @@ impl Session {
     #[must_use]
     pub fn port(&self) -> &str {
         self.line.name()
+    }
+
+    /// When the last message was sent.
+    #[must_use]
+    pub fn last_sent(&self) -> Instant {
+        self.line.last_sent()
     }
 
     /// Frames of the board so far.
@@ -140,8 +150,10 @@ impl Session {
             match self.line.receive(slice) {
                 Ok(Some(message)) => {
                     self.heard = Instant::now();
-                    if let FromBoard::Record(record) = message {
-                        self.record = record;
+                    match message {
+                        FromBoard::Record(record) => self.record = record,
+                        FromBoard::Log(piece) => self.log.push(piece),
+                        _ => {}
                     }
                     return Ok(Some(message));
                 }

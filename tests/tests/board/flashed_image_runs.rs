@@ -10,6 +10,7 @@ use std::process::Command;
 use palpate::haptic::cycle::Settings;
 use palpate::haptic::device::{HapticDevice, SensorStatus};
 use palpate::haptic::mode::Mode;
+use palpate_board::defmt_log::{self, LogTable};
 use palpate_board::desktop_board::DesktopBoard;
 use palpate_controller::controller::{Arming, Controller};
 use palpate_controller::force_out::{DacCode, bridge::Bridge};
@@ -110,6 +111,7 @@ impl Row {
 }
 
 struct Journal {
+    image: PathBuf,
     period_steps: u16,
     watchdog_ms: f64,
     /// The first row is the start-up.
@@ -122,10 +124,11 @@ struct Period {
     says: Option<ToBoard<'static>>,
 }
 
-/// A host that sends signs of life and requests the force once.
+/// A host that sends signs of life, takes the log and requests the force once.
 fn host(period: u32, arm_at: u32) -> Option<ToBoard<'static>> {
     match period {
         _ if period == arm_at => Some(ToBoard::Ask(HostAsk::Arm)),
+        _ if period.is_multiple_of(10 * HEARTBEAT) => Some(ToBoard::Listen(true)),
         _ if period.is_multiple_of(HEARTBEAT) => Some(ToBoard::Heartbeat),
         _ => None,
     }
@@ -167,6 +170,7 @@ fn run(name: &str, periods: &[Period], hang: &Value) -> Option<Journal> {
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     let read: Value = serde_json::from_slice(&std::fs::read(&journal).unwrap()).unwrap();
     Some(Journal {
+        image,
         period_steps: u16::try_from(read["period_steps"].as_u64().unwrap()).unwrap(),
         watchdog_ms: read["watchdog_ms"].as_f64().unwrap(),
         rows: read["rows"].as_array().unwrap().iter().map(Row::of).collect(),
@@ -190,7 +194,7 @@ fn on_desktop(periods: &[Period], rows: &[Row]) -> Vec<Record> {
         for byte in &row.taken {
             let Some(message) = receiver.push::<ToBoard<'_>>(*byte) else { continue };
             match inbox.take(&message.unwrap(), &mut haptic.controller, None) {
-                Reply::None => {}
+                Reply::None | Reply::Listen(_) => {}
                 Reply::Store(profile) => {
                     let (settings, port) = profile.split();
                     haptic.controller.restart(&settings, port).unwrap();
@@ -235,6 +239,7 @@ fn agree(periods: &[Period], journal: &Journal) -> (Vec<Record>, Vec<FromBoard>)
                 assert!(here.into_iter().any(|here| there.first_difference(here).is_none()), "tick {}", there.tick);
                 told += 1;
             }
+            Some(Ok(FromBoard::Log(_))) => {} // see `log`
             Some(Ok(other)) => others.push(other),
             Some(Err(error)) => panic!("{error}"),
             None => {}
@@ -242,6 +247,27 @@ fn agree(periods: &[Period], journal: &Journal) -> (Vec<Record>, Vec<FromBoard>)
     }
     assert!(told > rows.len() / 20 - 5, "{told} records");
     (records, others)
+}
+
+/// Lines of the log that the image sent in these rows, by its own ELF file.
+fn log(journal: &Journal, rows: &[Row]) -> Vec<String> {
+    let elf = std::fs::read(&journal.image).unwrap();
+    let image = defmt_log::checksum(&elf).unwrap();
+    let table = LogTable::of_board(journal.image.clone(), image).unwrap();
+    let (mut receiver, mut lines) = (Receiver::NEW, Vec::new());
+    for byte in rows.iter().flat_map(|row| &row.sent) {
+        if let Some(Ok(FromBoard::Log(log))) = receiver.push::<FromBoard>(*byte) {
+            assert_eq!(log.lost, 0);
+            lines.extend(table.lines(log.frames.bytes()));
+        }
+    }
+    lines
+}
+
+/// Whether the first lines say this.
+fn begins(lines: &[String], words: &[&str]) {
+    let agree = lines.len() >= words.len() && lines.iter().zip(words).all(|(line, words)| line.contains(words));
+    assert!(agree, "{lines:#?} do not begin with {words:#?}");
 }
 
 fn felt(records: &[Record]) -> f32 {
@@ -257,6 +283,17 @@ fn it_boots_arms_and_presses_like_the_desktop_to_the_bit() {
     let Some(journal) = run("press", &periods, &Value::Null) else { return };
     let (records, others) = agree(&periods, &journal);
     assert_eq!(others, [FromBoard::Homed]);
+    let told = [
+        "started after power-on or the reset button",
+        "no profile found: three axes, not homed",
+        "patch opened: 56 nodes, checksum ",
+        "mode self-test, was boot",
+        "mode idle, was self-test",
+        "home pose taken",
+        "mode arming, was idle",
+        "mode active, was arming",
+    ];
+    begins(&log(&journal, &journal.rows), &told);
     let armed = records.iter().position(|record| record.enabled).unwrap();
     assert!(armed as u32 > ARM_AT, "armed in tick {armed}, before the host asked");
     println!("{} ticks, armed in tick {armed}, {:.4} N at most", records.len(), felt(&records));
@@ -325,6 +362,7 @@ fn a_hang_under_force_ends_with_the_pins_off() {
             let said = receiver.push::<FromBoard>(*byte);
             refused |= matches!(said, Some(Ok(FromBoard::Refused(Refusal::NotHomed))));
         }
+        begins(&log(&journal, &rows[hung + off..]), &["WARN started after a crash or the watchdog's reset"]);
         assert!(refused, "asked for the force again, it lacks its home pose: it forgot what it was");
     }
 }

@@ -15,6 +15,7 @@ mod image_fits_the_board;
 mod image_has_no_double_precision_and_no_allocator;
 mod late_ticks_release_the_force;
 mod live_trace_on_the_board;
+mod log_over_the_link;
 mod mechanisms_on_the_board;
 #[cfg(unix)]
 mod paddle_on_a_port;

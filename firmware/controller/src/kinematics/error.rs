@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Why a mechanism is impossible, or cannot move as its profile says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum MechanismError {
     /// No joint turns that far in one count, or that little.
     Encoder,

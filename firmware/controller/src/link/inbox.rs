@@ -44,6 +44,8 @@ pub enum Reply {
     Store(Profile),
     /// Use the pose as the home pose.
     Home,
+    /// The host takes the log, or does not any more.
+    Listen(bool),
 }
 
 /// Messages since the last tick.
@@ -113,6 +115,7 @@ impl Inbox {
             }
             ToBoard::Report => Reply::Report,
             ToBoard::Identify => Reply::Identify,
+            ToBoard::Listen(listens) => Reply::Listen(listens),
             ToBoard::Store(profile) if controller.mode().accepts(Request::Config) => Reply::Store(profile),
             ToBoard::Home if controller.mode().accepts(Request::Config) => Reply::Home,
             ToBoard::Store(_) | ToBoard::Home => Reply::Refused(Refusal::NotIdle),

@@ -5,9 +5,10 @@ use core::fmt;
 use palpate::haptic::cycle::Ask;
 use serde::{Deserialize, Serialize};
 
+use super::log::Log;
 use super::record::Record;
 use super::wire_limits::WireLimits;
-use crate::board::About;
+use crate::about::About;
 use crate::config::{Profile, ProfileError, StoreError};
 use crate::kinematics::MechanismError;
 
@@ -70,6 +71,8 @@ pub enum ToBoard<'a> {
     },
     /// The device is in its home pose now, in `Idle`.
     Home,
+    /// Whether the host takes the log: if so, for the next [`crate::serve::LISTENS_TICKS`].
+    Listen(bool),
 }
 
 /// Requests of a host to the mode machine; start-up is the board's own.
@@ -120,6 +123,8 @@ pub enum FromBoard {
     Identity(Identity),
     /// The home pose is taken.
     Homed,
+    /// A piece of the log, between two records.
+    Log(Log),
 }
 
 /// Longest name of a board with its image's version [bytes].
@@ -138,6 +143,9 @@ pub struct Identity {
     pub patch_checksum: u32,
     /// Young's modulus of the patch [Pa]; 0 while there is no patch.
     pub youngs_modulus_pa: f32,
+    /// Checksum of the image's sources and features, which its ELF file holds too: whose log this
+    /// is. 0 is unknown.
+    pub image: u32,
 }
 
 impl Identity {
@@ -146,12 +154,13 @@ impl Identity {
     pub fn new(about: &About, (patch_checksum, youngs_modulus_pa): (u32, f32)) -> Self {
         let mut name = [0; NAME_BYTES];
         name.iter_mut().zip(about.name.bytes()).for_each(|(place, byte)| *place = byte);
-        Self { name, built_day: about.built_day, clock_hz: about.clock_hz, patch_checksum, youngs_modulus_pa }
+        Self { name, built_day: about.built_day, clock_hz: about.clock_hz, patch_checksum, youngs_modulus_pa, image: about.image }
     }
 }
 
 /// Why a request was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Refusal {
     /// Patches and profiles are accepted in `Idle` only, a parameter also under force.
     NotIdle,

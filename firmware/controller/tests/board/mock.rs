@@ -10,6 +10,8 @@ use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
 use palpate_controller::controller::{Arming, Controller};
 use palpate_controller::force_out::Outputs;
 use palpate_controller::haptic_loop::HapticLoop;
+use palpate_controller::link::Log;
+use palpate_controller::log::{Event, Ring};
 use palpate_controller::patch::Budget;
 use palpate_controller::port::Port;
 use palpate_controller::probe_in::Reading;
@@ -31,7 +33,20 @@ pub struct Mock {
     pub healthy: bool,
     pub from_host: VecDeque<Vec<u8>>,
     pub to_host: Vec<Vec<u8>>,
+    /// Period of each frame to the host.
+    pub sent_at: Vec<u32>,
     pub slots: Slots,
+    /// Room of the link [bytes].
+    pub room: usize,
+    /// Every event that was logged, and the frames that wait.
+    pub events: Vec<Event>,
+    pub ring: Ring,
+    /// Periods after which the timer stands still; without, it never does.
+    pub last_period: Option<u32>,
+    /// Logs a line in every period.
+    pub chatty: bool,
+    /// Keeps no line for the link.
+    pub quiet: bool,
 }
 
 /// Two slots that keep what is written.
@@ -54,7 +69,14 @@ impl Default for Mock {
             healthy: true,
             from_host: VecDeque::new(),
             to_host: Vec::new(),
+            sent_at: Vec::new(),
             slots: Slots::default(),
+            room: 1024,
+            events: Vec::new(),
+            ring: Ring::EMPTY,
+            last_period: None,
+            chatty: false,
+            quiet: false,
         }
     }
 }
@@ -91,7 +113,13 @@ impl Board for Mock {
     }
 
     async fn next_period(&mut self) -> u32 {
+        if self.last_period == Some(self.period) {
+            std::future::pending::<()>().await;
+        }
         self.period += 1;
+        if self.chatty {
+            self.log(Event::Homed);
+        }
         self.period
     }
 
@@ -144,7 +172,7 @@ impl Board for Mock {
     }
 
     fn about(&self) -> About {
-        About { name: "mock 1.2.3", built_day: 20_000, clock_hz: 1_000_000 }
+        About { name: "mock 1.2.3", built_day: 20_000, clock_hz: 1_000_000, image: 77 }
     }
 
     fn stack_used_bytes(&self) -> usize {
@@ -163,6 +191,26 @@ impl Board for Mock {
 
     fn link_write(&mut self, frame: &[u8]) {
         self.to_host.push(frame.to_vec());
+        self.sent_at.push(self.period);
+    }
+
+    fn link_room(&self) -> usize {
+        self.room
+    }
+
+    fn log(&mut self, event: Event) {
+        self.events.push(event);
+        if self.quiet {
+            return;
+        }
+        // a frame as long as defmt's may be
+        self.ring.begin();
+        self.ring.push(&[[self.events.len() as u8; 40].as_slice(), &[0]].concat());
+        self.ring.end();
+    }
+
+    fn take_log(&mut self) -> Option<Log> {
+        self.ring.take()
     }
 }
 

@@ -18,11 +18,11 @@ use super::mock::{Mock, haptic_loop};
 
 /// Its masses are relative to neighbours, so opening it takes 128 passes over its springs, twice.
 static RELATIVE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m7-480.patch"));
-static BLOCK: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m4f-168.patch"));
+pub static BLOCK: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m4f-168.patch"));
 
 /// Runs the service on the messages of a host that then disconnects; returns the answers and the
 /// board.
-fn answers(messages: &[ToBoard<'_>]) -> (Vec<Vec<u8>>, Mock) {
+pub fn answers(messages: &[ToBoard<'_>]) -> (Vec<Vec<u8>>, Mock) {
     answers_of(haptic_loop(Arming::OnRequest), messages)
 }
 
@@ -44,11 +44,11 @@ fn answers_of(mut haptic: HapticLoop<Mock>, messages: &[ToBoard<'_>]) -> (Vec<Ve
     (std::mem::take(&mut haptic.board.to_host), haptic.board)
 }
 
-fn pose(sequence: u32, z_m: f32) -> ToBoard<'static> {
+pub fn pose(sequence: u32, z_m: f32) -> ToBoard<'static> {
     ToBoard::Pose { position_m: [0.0, 0.0, z_m], sequence, good: true }
 }
 
-fn decoded<T>(mut frame: Vec<u8>, then: impl FnOnce(FromBoard) -> T) -> T {
+pub fn decoded<T>(mut frame: Vec<u8>, then: impl FnOnce(FromBoard) -> T) -> T {
     // without the zero byte that ends a frame
     let end = frame.iter().position(|byte| *byte == 0).unwrap_or(frame.len());
     then(decode(&mut frame[..end]).unwrap().1)

@@ -100,6 +100,11 @@ fn paced(input: &mut File, bytes: &mut [u8]) -> usize {
     }
 }
 
+/// Bytes that would go to the host now. A file takes as many as there are.
+pub fn link_room() -> usize {
+    if FILES.lock(|link| link.borrow().is_some()) { usize::MAX } else { uart::room() }
+}
+
 /// Bytes to the host.
 pub fn link_write(bytes: &[u8]) {
     // a host that has stopped reading is noticed at the next read

@@ -41,6 +41,11 @@ pub fn read(bytes: &mut [u8]) -> usize {
     bytes.iter_mut().map_while(|byte| IN.try_receive().ok().map(|came| *byte = came)).count()
 }
 
+/// Bytes that the queue has room for.
+pub fn room() -> usize {
+    OUT.free_capacity()
+}
+
 /// Puts bytes in the queue, without waiting. A frame that does not fit is not begun.
 pub fn write(bytes: &[u8]) {
     if OUT.free_capacity() < bytes.len() {

@@ -13,6 +13,7 @@ use palpate_controller::words;
 use palpate_tissue::Error as TissueError;
 
 use self::stream::Files;
+use super::log::{LISTENING, Log};
 use super::{Port, status};
 use crate::command::progress::Lines;
 use crate::error::Error;
@@ -25,7 +26,7 @@ const CLEARED: Duration = Duration::from_secs(2);
 /// the request may wait in the line.
 const STAYS_IDLE_TICKS: u32 = 2_000;
 /// Longest wait for a record before the signs of life are checked again.
-const STEP: Duration = Duration::from_millis(100);
+const STEP: Duration = LISTENING;
 
 #[derive(Args, Clone, Debug)]
 pub(in crate::command) struct Stream {
@@ -95,9 +96,15 @@ pub(super) fn arm(port: &Port, stream: &Stream) -> Result<(), Error> {
 fn run(port: &Port, stream: &Stream, arm: bool) -> Result<(), Error> {
     let until = stream.until()?;
     end_at_ctrl_c()?;
-    let mut session = port.open()?;
+    let (mut session, mut log) = port.open()?;
+    let outcome = hold(&mut session, &mut log, (stream, until), arm);
+    log.end(&mut session);
+    outcome
+}
+
+fn hold(session: &mut Session, log: &mut Log, (stream, until): (&Stream, Option<Duration>), arm: bool) -> Result<(), Error> {
     if arm {
-        armable(&session)?;
+        armable(session)?;
     }
     // an earlier stream stays where there is no board to write another
     let mut files = Files::begin(stream.out.as_deref(), stream.stream.as_deref())?;
@@ -107,7 +114,7 @@ fn run(port: &Port, stream: &Stream, arm: bool) -> Result<(), Error> {
         eprintln!("arming: hold the tip still, outside the tissue; Ctrl-C stops. If this command dies, {}", released_by_itself());
     }
     let (mut seen, mut held) = (Seen::default(), None);
-    let ended = follow(&mut session, until, arm, &mut files, &mut seen, &mut held);
+    let ended = follow((session, log), until, arm, &mut files, &mut seen, &mut held);
     if arm && !matches!(ended, Err(Error::Port(PortError::Lost { .. }))) {
         session.stop()?;
     }
@@ -124,7 +131,7 @@ fn run(port: &Port, stream: &Stream, arm: bool) -> Result<(), Error> {
             println!("wrote {}", path.display());
         }
         if arm {
-            tell_stopped(&session);
+            tell_stopped(session);
         }
     }
     ended
@@ -153,7 +160,7 @@ fn undone(session: &Session, what: String) -> Error {
 
 /// Takes records until the end; armed, also watches that the board stays so.
 fn follow(
-    session: &mut Session,
+    (session, log): (&mut Session, &mut Log),
     until: Option<Duration>,
     arm: bool,
     files: &mut Files,
@@ -161,16 +168,26 @@ fn follow(
     held: &mut Option<Mode>,
 ) -> Result<(), Error> {
     let begun = Instant::now();
+    let mut asked = begun;
     let mut lines = Lines::default();
     let outcome = loop {
         if ENDED.load(Ordering::Relaxed) || until.is_some_and(|until| begun.elapsed() >= until) {
             break Ok(());
+        }
+        if asked.elapsed() >= LISTENING {
+            session.send(&ToBoard::Listen(true))?;
+            asked = Instant::now();
         }
         let left = until.map_or(STEP, |until| until.saturating_sub(begun.elapsed()).min(STEP));
         let record = match session.next(left)? {
             Some(FromBoard::Record(record)) => record,
             Some(FromBoard::Refused(refusal)) if arm => {
                 break Err(PortError::Refused { port: session.port().into(), refusal }.into());
+            }
+            Some(FromBoard::Log(_)) => {
+                let told = log.lines(session);
+                lines.above(|| told.iter().for_each(|line| eprintln!("log: {line}")));
+                continue;
             }
             _ => continue,
         };

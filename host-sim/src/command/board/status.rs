@@ -6,8 +6,9 @@ use palpate::haptic::mode::Mode;
 use palpate_controller::link::{FromBoard, Identity, Record, ToBoard};
 use palpate_controller::words;
 
+use super::Port;
+use super::log::Log;
 use crate::error::Error;
-use crate::port::Session;
 use crate::port::session::force_words;
 
 /// A scan of the stack takes a third of a tick.
@@ -15,7 +16,8 @@ const ANSWER: Duration = Duration::from_millis(500);
 /// A tick [us].
 const TICK_US: f64 = 1e3;
 
-pub(super) fn run(mut session: Session) -> Result<(), Error> {
+pub(super) fn run(port: &Port) -> Result<(), Error> {
+    let (mut session, mut log) = port.open()?;
     let state = session.ask(&ToBoard::Report, ANSWER, |message| match message {
         FromBoard::State { stack_used_bytes, bad_frames, nodes, .. } => Some((stack_used_bytes, bad_frames, nodes)),
         _ => None,
@@ -43,6 +45,13 @@ pub(super) fn run(mut session: Session) -> Result<(), Error> {
         }
         None => println!("patch   not said"),
     }
+    Log::gather(&mut session);
+    Log::leave(&mut session);
+    let lines: Vec<String> = log.lines(&mut session).into_iter().chain(log.unread()).collect();
+    if lines.is_empty() {
+        println!("log     nothing since it was last read");
+    }
+    lines.iter().for_each(|line| println!("log     {line}"));
     Ok(())
 }
 

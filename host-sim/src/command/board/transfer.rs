@@ -4,7 +4,9 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use palpate::PatchFile;
+use palpate_controller::config::Profile;
 use palpate_controller::link::{FromBoard, Refusal, ToBoard, upload};
+use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_tissue::Error as TissueError;
 
 use super::Port;
@@ -27,11 +29,14 @@ pub(super) fn upload(path: &Path, port: &Port) -> Result<(), Error> {
     let patch = &bytemuck::cast_slice::<_, u8>(&words)[..bytes.len()];
     // found here, not after a second of sending
     PatchFile::open(patch).map_err(|cause| TissueError::Patch { path: path.into(), cause })?;
-    let mut session = port.open()?;
+    port.with(|session| send_patch(path, patch, session))
+}
+
+fn send_patch(path: &Path, patch: &[u8], session: &mut Session) -> Result<(), Error> {
     let begun = Instant::now();
     let mut nodes = Err(Refusal::PatchPieces);
     for _ in 0..SENDINGS {
-        nodes = sent(&mut session, patch)?;
+        nodes = sent(session, patch)?;
         if nodes != Err(Refusal::PatchPieces) {
             break;
         }
@@ -46,7 +51,7 @@ pub(super) fn upload(path: &Path, port: &Port) -> Result<(), Error> {
     println!(
         "{}: {} bytes in {seconds:.1} s; the board holds {nodes} nodes, checksum {:08x}, until its power goes",
         path.display(),
-        bytes.len(),
+        patch.len(),
         session.identity.patch_checksum
     );
     Ok(())
@@ -99,8 +104,11 @@ pub(super) fn modulus(pascal: f32, session: &mut Session) -> Result<(), Error> {
 
 pub(super) fn profile(device: &str, port: &Port) -> Result<(), Error> {
     let (device, profile) = device_file::load(device)?;
-    let mut session = port.open()?;
-    session.send(&ToBoard::Store(profile))?;
+    port.with(|session| send_profile(&device, &profile, session))
+}
+
+fn send_profile(device: &DeviceProfile, profile: &Profile, session: &mut Session) -> Result<(), Error> {
+    session.send(&ToBoard::Store(*profile))?;
     let begun = Instant::now();
     while let Some(came) = session.next(ANSWER.saturating_sub(begun.elapsed()))? {
         match came {

@@ -24,7 +24,14 @@ const RECORD: Record = Record {
 };
 
 fn identity() -> Identity {
-    Identity { name: [0; 32], built_day: 0, clock_hz: 100_000_000, patch_checksum: 0x0bad_cafe, youngs_modulus_pa: 3500.0 }
+    Identity {
+        name: [0; 32],
+        built_day: 0,
+        clock_hz: 100_000_000,
+        image: 0,
+        patch_checksum: 0x0bad_cafe,
+        youngs_modulus_pa: 3500.0,
+    }
 }
 
 #[test]
