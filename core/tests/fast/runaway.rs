@@ -50,6 +50,20 @@ fn a_hand_that_comes_to_rest_within_twenty_five_millimetres_is_no_runaway() {
 }
 
 #[test]
+fn a_reading_that_comes_late_is_no_speed_that_is_gained() {
+    // every tenth reading is missing, and the next displacement is twice as long: the low-pass
+    // stands for all of the contact, not for its beginning alone
+    for m_per_s in [0.4, 0.6, 0.9] {
+        let speeds = (0..250).map(|n| match n % 10 {
+            8 => 0.0,
+            9 => 2.0 * m_per_s,
+            _ => m_per_s,
+        });
+        assert_eq!(pushed(Vector3::z(), 1.0, speeds), None, "{m_per_s} m/s");
+    }
+}
+
+#[test]
 fn a_force_that_was_interrupted_starts_the_count_anew() {
     let mut runaway = Runaway::default();
     for n in 0..400 {
