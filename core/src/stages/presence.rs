@@ -85,18 +85,22 @@ impl Plane {
         }
     }
 
-    /// Whether the probe at this tip is at the plane and near the triangle, with the tip on the
-    /// outer side.
+    /// Whether the probe at this tip is at the plane and no further beyond the triangle's edges than
+    /// it reaches, with the tip on the outer side.
     fn holds(&self, probe: &Probe, tip_m: Vector3<f32>) -> bool {
         let lift_m = if probe.shape == ProbeShape::Flat { 0.0 } else { probe.radius_m };
-        let off_m = tip_m + probe.axis * lift_m - self.middle_m;
-        let mut longest = 0.0;
-        for arm_m in self.corners_m.map(|corner_m| corner_m - self.middle_m) {
-            let square = arm_m.dot(&arm_m);
-            longest = if square > longest { square } else { longest };
+        let end_m = tip_m + probe.axis * lift_m;
+        let [a, b, c] = self.corners_m;
+        let mut beyond_m = 0.0_f32;
+        for (from_m, to_m) in [(a, b), (b, c), (c, a)] {
+            // in the plane, away from the triangle: a circle around it would hold a probe beside a
+            // long triangle, where there is no tissue
+            let out = (to_m - from_m).cross(&self.normal);
+            let off_m = (end_m - from_m).dot(&out) / sqrt(out.dot(&out));
+            beyond_m = if off_m > beyond_m { off_m } else { beyond_m };
         }
-        let near_m = sqrt(longest) + probe.reach_m() + SURFACE_M;
-        self.depth_m(tip_m) <= SURFACE_M && self.probe_depth_m(probe, tip_m) >= -SURFACE_M && off_m.dot(&off_m) <= near_m * near_m
+        let near_m = probe.reach_m() + SURFACE_M;
+        self.depth_m(tip_m) <= SURFACE_M && self.probe_depth_m(probe, tip_m) >= -SURFACE_M && beyond_m <= near_m
     }
 }
 

@@ -138,7 +138,7 @@ fn a_plane_is_steep_beyond_forty_five_degrees() {
 }
 
 #[test]
-fn over_the_triangle_touched_last_contact_is_possible_up_to_a_millimetre_and_no_further_aside_than_the_ball_reaches() {
+fn over_the_triangle_touched_last_contact_is_possible_up_to_a_millimetre_and_no_further_beyond_its_edges_than_the_ball_reaches() {
     for tissue in [Tissue::new, Tissue::fine] {
         for [x_m, y_m] in middles(&tissue()) {
             let over = |above_m: Vector3<f32>| {
@@ -148,17 +148,26 @@ fn over_the_triangle_touched_last_contact_is_possible_up_to_a_millimetre_and_no_
             };
             let (tissue, plane) = touched(tissue(), x_m, y_m);
             let radius_m = tissue.file.params.probe.radius_m;
-            let corner_m = (0..tissue.file.model.triangles.len())
+            let near_m = radius_m + SURFACE_M;
+            let touched_m = (0..tissue.file.model.triangles.len())
                 .map(|triangle| corners(&tissue, triangle))
                 .find(|[a, b, c]| (plane.middle_m - (a + b + c) / 3.0).norm() < 1e-6)
-                .map(|corners| corners.map(|corner| (corner - plane.middle_m).norm()).into_iter().fold(0.0, f32::max));
-            let near_m = corner_m.unwrap() + radius_m + SURFACE_M;
+                .unwrap();
             assert_eq!(over(Vector3::new(0.0, 0.0, 0.95e-3)), (Presence::AtSurface, false), "{x_m} {y_m}");
             assert_eq!(over(Vector3::new(0.0, 0.0, 1.05e-3)), (Presence::Outside, true), "{x_m} {y_m}");
-            // the ball's centre is a radius above the tip
             let high_m = 0.5e-3;
-            let aside_m = (near_m * near_m - (radius_m + high_m) * (radius_m + high_m)).sqrt();
             for way in [Vector3::x(), -Vector3::x(), Vector3::y(), -Vector3::y()] {
+                // the edge that is left behind first
+                let [a, b, c] = touched_m;
+                let aside_m = [(a, b), (b, c), (c, a)]
+                    .map(|(p, q)| {
+                        let out = Vector3::new((q - p).y, -(q - p).x, 0.0).normalize();
+                        let out = if out.dot(&(plane.middle_m - p)) < 0.0 { out } else { -out };
+                        let speed = out.dot(&way);
+                        if speed > 0.0 { (near_m - out.dot(&(plane.middle_m - p))) / speed } else { f32::INFINITY }
+                    })
+                    .into_iter()
+                    .fold(f32::INFINITY, f32::min);
                 let at = |off_m: f32| over(way * (aside_m + off_m) + Vector3::new(0.0, 0.0, high_m)).0;
                 assert_eq!((at(-0.05e-3), at(0.05e-3)), (Presence::AtSurface, Presence::Outside), "{x_m} {y_m} {way}");
             }

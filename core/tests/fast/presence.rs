@@ -3,7 +3,7 @@
 
 use palpate::haptic::mode::Mode;
 use palpate::stages::presence::{Presence, locate};
-use palpate::{ClampFlags, Fault, Output, Vector3};
+use palpate::{ClampFlags, Fault, Output, ProbeShape, Vector3};
 
 use crate::bench::{Bench, pushing};
 use crate::guard::Tissue;
@@ -147,6 +147,31 @@ fn a_tip_that_wanders_through_the_tissue_is_located_in_every_tick() {
     }
     // in the other ticks the probe touches a side with its tip outside
     assert!(located * 10 > ticks * 8, "{located} of {ticks} ticks");
+}
+
+#[test]
+fn a_flat_tip_below_the_tissue_feels_nothing() {
+    // the block ends 40 mm below its site; its sides and its underside have long triangles
+    for (radius_m, x_m) in [(3e-3, 25e-3), (4e-3, 12e-3), (4e-3, -25e-3), (2e-3, 0.0)] {
+        for z_m in [-42e-3, -46e-3, -50e-3, -55e-3] {
+            for stops_m in [45e-3, 40.2e-3, 36e-3] {
+                let mut tissue =
+                    Tissue::with(|params| (params.probe.shape, params.probe.radius_m) = (ProbeShape::Flat, radius_m));
+                let turns =
+                    [[70e-3, 20e-3], [70e-3, z_m], [30e-3, z_m], [stops_m, z_m]].map(|[y_m, z_m]| Vector3::new(x_m, y_m, z_m));
+                let mut forced = 0;
+                for leg in turns.windows(2) {
+                    go(&mut tissue, leg[0], leg[1], 0.05e-3, |at_m, output| {
+                        let below = at_m.z < -41e-3 && output.force_n != Vector3::zeros();
+                        forced = if below { forced + 1 } else { 0 };
+                        assert!(forced <= 5, "{radius_m} m, {at_m}: {output:?}");
+                    });
+                }
+                let rest = (0..50).map(|_| tissue.at(turns[3])).last().expect("ticks");
+                assert_eq!(rest.force_n, Vector3::zeros(), "{radius_m} m, {}", turns[3]);
+            }
+        }
+    }
 }
 
 #[test]

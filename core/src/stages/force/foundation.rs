@@ -373,7 +373,9 @@ pub(crate) fn penetration(probe: &Probe, shaft: bool, mut d: Vector3<f32>) -> Op
             let edge = FLAT_EDGE * r;
             let off_axis = d - probe.axis * along;
             let square = off_axis.dot(&off_axis);
-            if along <= 0.0 || square >= r * r {
+            // without a shaft the cylinder is as long as it is wide: below the tissue it touches
+            // nothing from behind
+            if along <= 0.0 || square >= r * r || (!shaft && along > r) {
                 return None;
             }
             let inner = r - edge;
