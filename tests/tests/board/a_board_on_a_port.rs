@@ -169,14 +169,16 @@ fn a_force_ends_when_its_host_is_killed_or_its_cable_pulled() {
     let (desk, on) = (Desk::default(), started(PATIENT));
     let killed = Arming::start(&desk, on.port(), &["--out", "killed.csv", "--stream", "growing.csv"]);
     on.wait_for_force();
+    let growing = || std::fs::read_to_string(desk.folder().join("growing.csv")).unwrap();
+    let felt = || column(whole_lines(&growing()), "applied_z_n").iter().any(|n| *n > 0.05);
+    on.wait_for("its row in the file that grows", |_| felt());
     killed.signal("-KILL");
     assert_eq!(killed.outcome().code, None);
     on.host_is_gone();
     let took = on.wait_for_no_force(GONE_TICKS);
     println!("killed: no force {took} ticks later");
     assert!(!desk.listing().contains(&"killed.csv".to_owned()));
-    let growing = std::fs::read_to_string(desk.folder().join("growing.csv")).unwrap();
-    assert!(column(whole_lines(&growing), "applied_z_n").iter().any(|n| *n > 0.05), "what came before the kill is there");
+    assert!(felt(), "what came before the kill is there");
     on.wait_for("idle", |truth| truth.mode() == Some(Mode::Idle));
 
     let cut = Arming::start(&desk, on.port(), &["--out", "cut.csv"]);
