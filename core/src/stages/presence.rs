@@ -85,8 +85,8 @@ impl Plane {
         }
     }
 
-    /// Whether the probe at this tip is at the plane and no further beyond the triangle's edges than
-    /// it reaches, with the tip on the outer side.
+    /// Whether the probe at this tip is at the plane and no further beyond the triangle's edges
+    /// than it reaches, with the tip on the outer side.
     fn holds(&self, probe: &Probe, tip_m: Vector3<f32>) -> bool {
         let lift_m = if probe.shape == ProbeShape::Flat { 0.0 } else { probe.radius_m };
         let end_m = tip_m + probe.axis * lift_m;
