@@ -4,9 +4,9 @@
 //! The tick locates the sensed tip ([`crate::stages::presence`]) and gives no force outside the
 //! tissue. Where that location says outside, this stage discards any force of the renderer, and one
 //! that still acts on the hand there for [`TICKS`] ticks in a row is a fault. A wrong location
-//! passes it: the tests judge that by a geometry of their own. It is also a fault if the cycle gives
-//! the patch another tip than the sensor read: the filter of [`super::toggle`] may lag by one count
-//! per axis, and anything more means that the patch answers for another place.
+//! passes it: the tests judge that by a geometry of their own. It is also a fault if the cycle
+//! gives the patch another tip than the sensor read: the filter of [`super::toggle`] may lag by one
+//! count per axis, and anything more means that the patch answers for another place.
 //!
 //! * in: sensed and shown tip [m], the renderer's answer, the force that acts [N]
 //! * out: whether a force may be felt
