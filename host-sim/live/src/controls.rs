@@ -9,7 +9,7 @@ use web_time::Instant;
 use crate::camera::Lens;
 use crate::drawn_body::DrawnBody;
 use crate::message::{Body, Frame};
-use crate::shown::{Colour, Shown};
+use crate::shown::Shown;
 
 /// A nodule as the slider begins with it.
 pub(crate) const NODULE: Nodule = Nodule { place_m: [0.004, 0.0], depth_m: 9e-3, radius_m: 6e-3, ratio: 10.0 };
@@ -69,21 +69,12 @@ impl Controls {
     /// As it was sent to the physics.
     #[must_use]
     pub fn new(choice: Choice, holding: Holding) -> Self {
-        let shown = Shown {
-            colour: Colour::Displacement,
-            cut: false,
-            springs: false,
-            rim: false,
-            dark: false,
-            most_m: 4e-3,
-            most_pa: 3.5e3,
-        };
         Self {
             inside: choice.inside,
             own: Vec::new(),
             choice,
             holding,
-            shown,
+            shown: Shown::FIRST,
             stiffness_kpa: 3.5,
             damping_per_s: 40.0,
             block: true,

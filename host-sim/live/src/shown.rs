@@ -32,6 +32,12 @@ pub struct Shown {
     pub most_pa: f32,
 }
 
+impl Shown {
+    /// The view with which a window begins.
+    pub const FIRST: Self =
+        Self { colour: Colour::Displacement, cut: false, springs: false, rim: false, dark: false, most_m: 4e-3, most_pa: 3.5e3 };
+}
+
 /// Compression at the end of the scale (1).
 pub const LEAST_J: f32 = 0.9;
 const TISSUE: [f32; 3] = [0.84, 0.60, 0.55];

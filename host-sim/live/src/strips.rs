@@ -8,7 +8,7 @@ use egui_plot::{HLine, Line, Plot, PlotPoints};
 use crate::message::Sample;
 
 /// Time span of a strip [s].
-const SPAN_S: f64 = 8.0;
+pub const SPAN_S: f64 = 8.0;
 /// A part that stays below this is not drawn [N].
 const LEAST_PART_N: f64 = 1e-3;
 /// The tick's budget [us].
@@ -112,18 +112,7 @@ impl Strips {
         let points = self.points(strip.value, newest_s);
         // without friction there is no such force, and rounding is not drawn
         let part = strip.part.map(|part| self.points(part, newest_s)).filter(|points| points.iter().any(|p| p[1] > LEAST_PART_N));
-        let plot = Plot::new(strip.title)
-            .height(height)
-            .show_x(false)
-            .show_y(false)
-            .allow_zoom(false)
-            .allow_drag(false)
-            .allow_scroll(false)
-            .allow_boxed_zoom(false)
-            .allow_double_click_reset(false)
-            .x_axis_formatter(|mark, _| format!("{:.0} s", mark.value))
-            .set_margin_fraction(egui::vec2(0.0, 0.0));
-        plot.show(ui, |plot| {
+        still_plot(strip.title, height).show(ui, |plot| {
             plot.set_plot_bounds_x(-SPAN_S..=0.0);
             plot.set_plot_bounds_y(0.0..=most);
             if strip.least > BUDGET_US {
@@ -147,4 +136,19 @@ impl Strips {
         }
         points
     }
+}
+
+/// A plot of the last seconds that the pointer neither moves nor scales, `height` points high.
+pub fn still_plot(title: &str, height: f32) -> Plot<'_> {
+    Plot::new(title)
+        .height(height)
+        .show_x(false)
+        .show_y(false)
+        .allow_zoom(false)
+        .allow_drag(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_double_click_reset(false)
+        .x_axis_formatter(|mark, _| format!("{:.0} s", mark.value))
+        .set_margin_fraction(egui::vec2(0.0, 0.0))
 }

@@ -17,7 +17,7 @@ const SHIPPED: [(&str, &[u8]); 4] = [
 /// Patch that the user gave.
 #[derive(Clone, Debug)]
 pub enum Given {
-    /// None: that of the board, if it ships.
+    /// Nothing was given: the board's own patch is taken, if it is one that ships.
     Nothing,
     /// That of a scene.
     Scene(Choice),

@@ -51,15 +51,6 @@ impl Follow {
     #[must_use]
     pub fn new(ctx: &egui::Context, feed: Feed, path: String, folder: PathBuf) -> Self {
         dress(ctx);
-        let shown = Shown {
-            colour: Colour::Displacement,
-            cut: false,
-            springs: false,
-            rim: false,
-            dark: false,
-            most_m: 4e-3,
-            most_pa: 3.5e3,
-        };
         Self {
             feed,
             path,
@@ -70,7 +61,7 @@ impl Follow {
             patch: Err(String::new()),
             frame: Frame::default(),
             camera: Camera::of(Vector3::zeros(), 0.08),
-            shown,
+            shown: Shown::FIRST,
             strips: Strips::default(),
             files: Files::of(folder),
             said: (String::new(), false),

@@ -2,13 +2,12 @@
 
 use std::collections::VecDeque;
 
-use eframe::egui::{self, Color32, RichText, Ui};
-use egui_plot::{Line, LineStyle, Plot, PlotPoints, Points};
+use eframe::egui::{Color32, RichText, Ui};
+use egui_plot::{Line, LineStyle, PlotPoints, Points};
 
 use super::feed::Dot;
+use crate::strips::{SPAN_S, still_plot};
 
-/// Time span of a strip [s].
-const SPAN_S: f64 = 8.0;
 /// Force of this machine's patch.
 const HERE: Color32 = Color32::from_rgb(120, 120, 130);
 
@@ -121,18 +120,7 @@ impl Strips {
         };
         let (board, here) = (points(strip.value), strip.here.map(points).unwrap_or_default());
         let most = board.iter().chain(&here).map(|point| point[1]).fold(strip.least, f64::max) * 1.08;
-        let plot = Plot::new(strip.title)
-            .height(height)
-            .show_x(false)
-            .show_y(false)
-            .allow_zoom(false)
-            .allow_drag(false)
-            .allow_scroll(false)
-            .allow_boxed_zoom(false)
-            .allow_double_click_reset(false)
-            .x_axis_formatter(|mark, _| format!("{:.0} s", mark.value))
-            .set_margin_fraction(egui::vec2(0.0, 0.0));
-        plot.show(ui, |plot| {
+        still_plot(strip.title, height).show(ui, |plot| {
             plot.set_plot_bounds_x(-SPAN_S..=0.0);
             plot.set_plot_bounds_y(0.0..=most);
             plot.points(Points::new("board", PlotPoints::from(board)).color(strip.colour).radius(1.6));
