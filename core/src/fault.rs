@@ -276,7 +276,8 @@ impl ClampFlags {
     /// The force was longer than `max_force_n`; it was shortened, its direction kept.
     pub const FORCE: Self = Self(4);
 
-    /// The probe began inside the tissue: there is no force until it has been outside once.
+    /// The probe began inside the tissue, or the surface closed over it: there is no force until it
+    /// has been outside once.
     pub const BURIED: Self = Self(8);
     /// The force on the hand was limited by the slew rate.
     pub const SLEW: Self = Self(16);

@@ -101,5 +101,5 @@ fn run(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, method:
         method.correct(model, tuned, state);
         total.add(&load);
     }
-    output::read(tuned, state, &motion, &total, active)
+    output::read(model, tuned, state, &motion, &total, active)
 }

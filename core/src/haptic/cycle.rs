@@ -260,7 +260,7 @@ impl Cycle {
             record.limiters.set(ClampFlags::FORCE);
         }
         record.wanted_n = self.damping.damp(&Output { force_n, ..output }, renderer.tangent_n_per_m(&output));
-        let max_force_n = self.limits.values().max_force_n;
+        let max_force_n = self.relief * self.limits.values().max_force_n;
         self.stillness.judge(&displacement_m, &self.limiter.last_n(), max_force_n, self.touched);
         self.follow(&output);
 

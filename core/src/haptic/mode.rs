@@ -182,7 +182,7 @@ impl Machine {
         self.mode
     }
 
-    /// The first fault since the last clearing.
+    /// The first fault since the last clearing, or the emergency stop that followed it.
     #[must_use]
     pub fn fault(&self) -> Option<Fault> {
         self.fault
@@ -213,10 +213,13 @@ impl Machine {
         }
     }
 
-    /// Stops everything for this reason; a fault that is already there stays.
+    /// Stops everything for this reason. A fault that is already there stays, except that an
+    /// emergency stop replaces it: as long as it acts, clearing the other one does not help.
     pub fn fail(&mut self, fault: Fault) {
         if let Some(mode) = next(self.mode, Event::Faulted) {
             (self.mode, self.ticks, self.fault) = (mode, 0, Some(fault));
+        } else if fault == Fault::EmergencyStop {
+            self.fault = Some(fault);
         }
     }
 }

@@ -7,12 +7,14 @@
 //! device's friction, 1 to 4 % of its maximum force on desktop devices. So, above half of the
 //! maximum force and above 1 N, the force fades to zero within one second after five seconds
 //! without a single count on any axis. Weaker forces stay: friction may hide their fluctuation.
+//! Where a saturated contact has been relieved, half of the relieved maximum is the threshold:
+//! otherwise the relief itself would bring a strong force below it.
 //!
 //! A new count ends the fading, and the force stays at its reduced gain, as after saturation. It
 //! returns with the next contact, after the probe has moved outside the tissue.
 //!
-//! * in: displacement of the tick [m], force sent last and maximum force [N], whether the patch is
-//!   touched
+//! * in: displacement of the tick [m], force sent last and maximum force after relief [N], whether
+//!   the patch is touched
 //! * out: gain (1)
 //! * cost: 20 instructions of a Cortex-M4F, estimated
 //! * may fail: never; the mode becomes `Degraded`, the limiter says `GAIN`

@@ -10,9 +10,11 @@ use nalgebra::Vector3;
 
 use crate::fault::{ClampFlags, Fault};
 use crate::lanes::sqrt;
+use crate::model::Model;
 use crate::params::Tuned;
 use crate::stages::force::foundation::Load;
 use crate::stages::force::friction::Rubbed;
+use crate::stages::presence::Plane;
 use crate::stages::probe::Motion;
 use crate::state::{State, TouchPlane};
 
@@ -65,7 +67,14 @@ impl Output {
 /// # Errors
 /// [`Fault::ForceNotFinite`].
 #[cfg_attr(feature = "stage-cost", inline(never))]
-pub fn read(tuned: &Tuned, state: &mut State, motion: &Motion, load: &Load, active_nodes: u16) -> Result<Output, Fault> {
+pub fn read(
+    model: &Model,
+    tuned: &Tuned,
+    state: &mut State,
+    motion: &Motion,
+    load: &Load,
+    active_nodes: u16,
+) -> Result<Output, Fault> {
     let mut out = Output {
         active_nodes,
         limiters: motion.limiters,
@@ -74,6 +83,9 @@ pub fn read(tuned: &Tuned, state: &mut State, motion: &Motion, load: &Load, acti
         outside: motion.outside,
         ..Output::NONE
     };
+    if load.covered {
+        return Ok(buried(state, out));
+    }
     if load.push == 0.0 {
         state.touch = None;
         return Ok(out);
@@ -91,6 +103,9 @@ pub fn read(tuned: &Tuned, state: &mut State, motion: &Motion, load: &Load, acti
     }
     let length = sqrt(square);
     let normal = force_n * (1.0 / length);
+    if !tuned.probe.shape.has_handle() && Plane::of(model, load.strongest.1).is_some_and(|at| at.normal.dot(&normal) < 0.0) {
+        return Ok(buried(state, out));
+    }
     if tuned.remembers && tuned.rubs() {
         (force_n, out.grip_n) = rub(tuned, &state.rubbed, force_n);
         let square = force_n.dot(&force_n);
@@ -117,6 +132,15 @@ pub fn read(tuned: &Tuned, state: &mut State, motion: &Motion, load: &Load, acti
     out.point_m = load.point * per_push;
     out.normal = normal;
     Ok(out)
+}
+
+/// A tip without a handle that is below the surface: where elements are as wide as it is, it slips
+/// past them, and their push points anywhere. There is no force before it has been outside.
+#[inline(never)]
+fn buried(state: &mut State, mut out: Output) -> Output {
+    (state.touch, state.been_outside) = (None, false);
+    out.limiters.set(ClampFlags::BURIED);
+    out
 }
 
 /// Force with friction [N], and the largest force that friction could bear [N].

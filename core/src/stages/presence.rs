@@ -58,7 +58,7 @@ pub struct Plane {
 
 impl Plane {
     /// The plane of the triangle with this index.
-    fn of(model: &Model, triangle: u16) -> Option<Self> {
+    pub(crate) fn of(model: &Model, triangle: u16) -> Option<Self> {
         let triangle = model.triangles.get(usize::from(triangle))?;
         let [a, b, c] = triangle.node.map(|n| rest_m(model.nodes, n));
         let middle_m = (a + b + c) * (1.0 / 3.0);

@@ -3,7 +3,7 @@
 
 use palpate::stages::force::foundation::Load;
 use palpate::stages::{output, probe};
-use palpate::{ClampFlags, Fault, Output, ProbePose, Vector3};
+use palpate::{ClampFlags, Fault, Output, ProbePose, ProbeShape, Vector3};
 
 use crate::guard::Tissue;
 
@@ -13,17 +13,41 @@ const POINT_M: Vector3<f32> = Vector3::new(2e-3, -1e-3, -0.5e-3);
 
 /// Output of the stage for a load on the tissue [N] of this weight, 2 mm below the rest surface.
 fn read(force_n: Vector3<f32>, push: f32) -> Result<Output, Fault> {
+    read_under(ProbeShape::Hemisphere, Load { force: force_n, push, ..Load::NONE })
+}
+
+/// The same under this tip; the load's force in newtons.
+fn read_under(shape: ProbeShape, load: Load) -> Result<Output, Fault> {
     let mut tissue = Tissue::with(|params| {
         params.substeps = 2;
         params.limits.max_force_n = 3.0;
+        params.probe.shape = shape;
     });
     let pascal = tissue.tuned.youngs_modulus_pa() / 2.0;
     let at_m = tissue.file.site_m - Vector3::new(0.0, 0.0, 2e-3);
     let motion = probe::admit(&tissue.file.model, &tissue.tuned, &mut tissue.state, ProbePose { tip_m: at_m })?;
-    let rest = (tissue.file.site_m + REST_M) * push;
-    let point = (tissue.file.site_m + POINT_M) * push;
-    let load = Load { force: force_n / pascal, push, point, rest, ..Load::NONE };
-    output::read(&tissue.tuned, &mut tissue.state, &motion, &load, 7)
+    let rest = (tissue.file.site_m + REST_M) * load.push;
+    let point = (tissue.file.site_m + POINT_M) * load.push;
+    let load = Load { force: load.force / pascal, point, rest, ..load };
+    output::read(&tissue.file.model, &tissue.tuned, &mut tissue.state, &motion, &load, 7)
+}
+
+/// Elements as wide as a small sphere let it through: up to 0.15 N then pointed into the tissue.
+#[test]
+fn a_sphere_below_the_surface_feels_nothing() {
+    let sinks = Load { force: Vector3::new(0.3, 0.0, 0.01), push: 1.0, ..Load::NONE };
+    let holds = Load { force: Vector3::new(0.3, 0.0, -0.01), ..sinks };
+    for (shape, load, feels) in [
+        (ProbeShape::Sphere, sinks, false),
+        (ProbeShape::Sphere, holds, true),
+        (ProbeShape::Sphere, Load { covered: true, ..holds }, false),
+        (ProbeShape::Hemisphere, sinks, true),
+    ] {
+        let out = read_under(shape, load).unwrap();
+        assert_eq!(out.force_n != Vector3::zeros(), feels, "{shape:?} {out:?}");
+        assert_eq!(out.limiters.contains(ClampFlags::BURIED), !feels);
+        assert!(feels || out.depth_m == 0.0, "{out:?}");
+    }
 }
 
 #[test]

@@ -69,6 +69,18 @@ fn an_encoder_that_dies_under_a_strong_force_gives_none_after_six_seconds() {
     assert!(rig.go(site_m - normal * 3e-3, 0.05).unwrap() > 1.5, "the next contact is whole");
 }
 
+/// Relief halves the force within a second, before the five seconds are over: the remaining half was
+/// below the threshold and stayed for ever.
+#[test]
+fn an_encoder_that_dies_at_the_force_limit_gives_none_either() {
+    let (mut rig, _) = pressed(100e3);
+    let deep_m = rig.site_m - rig.normal * 4e-3;
+    rig.go(deep_m, 0.05).unwrap();
+    let still = |rig: &mut Rig, ticks| (0..ticks).map(|_| rig.tick(Command::HEARD).applied_n.norm()).last();
+    assert!(still(&mut rig, 1_000).is_some_and(|force_n| (1.3..1.7).contains(&force_n)), "relieved");
+    assert_eq!(still(&mut rig, 5_500), Some(0.0));
+}
+
 #[test]
 fn a_strong_force_on_a_hand_that_trembles_stays_for_a_minute() {
     let (mut rig, at_m) = pressed(100e3);

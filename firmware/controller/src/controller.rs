@@ -132,8 +132,8 @@ impl Controller {
         if matches!(telemetry.fault, Some(Fault::SensorFault | Fault::OverSpeed | Fault::OutOfWorkspace | Fault::UnitMismatch)) {
             self.edge.device().forget_home();
         }
-        // used up by arming, whatever ends it, and by every mode that follows
-        self.fresh &= matches!(telemetry.mode, Mode::Boot | Mode::SelfTest | Mode::Idle);
+        // used up by arming, whatever ends it, by every mode that follows, and by a stop
+        self.fresh &= matches!(telemetry.mode, Mode::Boot | Mode::SelfTest | Mode::Idle) && command.asked != Some(Ask::Stop);
         telemetry
     }
 
@@ -251,6 +251,35 @@ mod tests {
         board.restart(&settings, Port::DESKTOP).unwrap();
         ticks(&mut board, 300, Command::HEARD, true);
         assert_eq!(board.mode(), Mode::Idle, "nor is a new profile a sign");
+    }
+
+    #[test]
+    fn a_stop_in_idle_takes_back_the_request_of_power_on() {
+        let asks = |asked| Command { asked: Some(asked), ..Command::HEARD };
+        let mut board = controller(Arming::ByItself, Port::DESKTOP);
+        let in_idle = (0..10).find(|_| {
+            ticks(&mut board, 1, Command::HEARD, true);
+            board.mode() == Mode::Idle
+        });
+        assert!(in_idle.is_some());
+        ticks(&mut board, 1, asks(Ask::Stop), true);
+        ticks(&mut board, 1_000, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Idle);
+        ticks(&mut board, 1, asks(Ask::Arm), true);
+        ticks(&mut board, 300, Command::HEARD, true);
+        assert_eq!(board.mode(), Mode::Active);
+    }
+
+    #[test]
+    fn an_emergency_stop_behind_another_fault_is_told_and_latches() {
+        let found = |fault| Command { found: Some(fault), ..Command::HEARD };
+        let mut board = controller(Arming::ByItself, Port::DESKTOP);
+        ticks(&mut board, 300, Command::HEARD, true);
+        ticks(&mut board, 1, found(Fault::SupplyLow), true);
+        let telemetry = ticks(&mut board, 1, found(Fault::EmergencyStop), true);
+        assert_eq!((telemetry.mode, telemetry.fault), (Mode::Fault, Some(Fault::EmergencyStop)));
+        let telemetry = ticks(&mut board, 1, found(Fault::SupplyLow), true);
+        assert_eq!(telemetry.fault, Some(Fault::EmergencyStop));
     }
 
     #[test]

@@ -37,7 +37,7 @@ struct Summary<'a> {
     outside_with_force_m: f64,
     outside_with_force_ticks: u32,
     force_into_tissue_n: f64,
-    chatter_ticks: u32,
+    chatter_turns: u32,
     energy_created_mj: f64,
     runs_that_create_energy: u64,
     /// Runs with motion that a hand can make; the two fields below count among these.
@@ -105,7 +105,7 @@ impl Campaign for Paths {
             outside_with_force_m: total.outside_m,
             outside_with_force_ticks: total.outside_ticks,
             force_into_tissue_n: total.into_n,
-            chatter_ticks: total.chatter_ticks,
+            chatter_turns: total.chatter_turns,
             energy_created_mj: total.created_j * 1e3,
             runs_that_create_energy: total.creating,
             runs_by_hand: total.by_hand,
@@ -157,15 +157,15 @@ fn counted<K: std::fmt::Display>(counts: &BTreeMap<K, u64>) -> String {
 
 fn csv(table: &PathTable) -> String {
     let mut text = String::from(
-        "kind,paths,ticks,ticks_with_force,outside_m,outside_ticks,into_tissue_n,chatter_ticks,created_mj,creating,by_hand,created_by_hand_mj,creating_by_hand,peak_force_n,broken,honest_faults,faults\n",
+        "kind,paths,ticks,ticks_with_force,outside_m,outside_ticks,into_tissue_n,chatter_turns,created_mj,creating,by_hand,created_by_hand_mj,creating_by_hand,peak_force_n,broken,honest_faults,faults\n",
     );
     for ((_, name), row) in KINDS.iter().zip(&table.rows) {
-        let PathRow { runs, ticks, ticks_with_force, outside_m, outside_ticks, into_n, chatter_ticks, creating, peak_n, .. } =
+        let PathRow { runs, ticks, ticks_with_force, outside_m, outside_ticks, into_n, chatter_turns, creating, peak_n, .. } =
             row;
         // writing to a string cannot fail
         let _ = writeln!(
             text,
-            "{name},{runs},{ticks},{ticks_with_force},{outside_m},{outside_ticks},{into_n},{chatter_ticks},{},{creating},{},{},{},{peak_n},{},{},{}",
+            "{name},{runs},{ticks},{ticks_with_force},{outside_m},{outside_ticks},{into_n},{chatter_turns},{},{creating},{},{},{},{peak_n},{},{},{}",
             row.created_j * 1e3,
             row.by_hand,
             row.created_by_hand_j * 1e3,
@@ -197,7 +197,7 @@ fn print(table: &PathTable, total: &PathRow, all: bool) {
             row.outside_m * 1e3,
             row.outside_ticks,
             row.into_n,
-            row.chatter_ticks,
+            row.chatter_turns,
             row.created_j * 1e3,
             row.peak_n,
             counted(&row.broken),
@@ -207,9 +207,7 @@ fn print(table: &PathTable, total: &PathRow, all: bool) {
     }
     name_faults(total.faults.keys().copied());
     println!("\nout: farthest that the sensed tip was outside the tissue with a force, and ticks in a row over 1 mm (5 allowed)");
-    println!(
-        "in: largest force into the tissue. chatter: ticks in a row in which the force turned round at rest (under 10 allowed)"
-    );
+    println!("in: largest force into the tissue. chatter: turns in a row of a force that swung at rest (under 10 allowed)");
     println!("created: by the worst contact, from true positions; {} paths over 0.01 mJ", total.creating);
     println!(
         "of the {} paths that a hand can make (to 1.5 m/s and 200 m/s^2) {} are over 0.01 mJ, the worst {:.3} mJ",

@@ -69,6 +69,9 @@ fn a_fault_takes_every_mode_and_only_clearing_ends_it() {
     machine.fail(Fault::PoseStale);
     machine.fail(Fault::OverSpeed);
     assert_eq!(machine.fault(), Some(Fault::PoseStale), "the first one is kept");
+    machine.fail(Fault::EmergencyStop);
+    machine.fail(Fault::OverSpeed);
+    assert_eq!((machine.mode(), machine.fault()), (Mode::Fault, Some(Fault::EmergencyStop)), "the stop is told");
     assert!(machine.handle(Event::Cleared) && machine.fault().is_none());
 }
 

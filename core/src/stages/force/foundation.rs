@@ -59,11 +59,13 @@ pub struct Load {
     /// Largest push on one surface triangle over E [N/Pa], and that triangle; that of the last tick
     /// counts a quarter more.
     pub strongest: (f32, u16),
+    /// The surface has closed over a tip without a handle.
+    pub covered: bool,
 }
 
 impl Load {
     /// Nothing touched.
-    pub const NONE: Self = Self { force: ZERO, push: 0.0, point: ZERO, rest: ZERO, strongest: (0.0, 0) };
+    pub const NONE: Self = Self { force: ZERO, push: 0.0, point: ZERO, rest: ZERO, strongest: (0.0, 0), covered: false };
 
     /// Sums the loads of a tick's substeps.
     #[inline(always)]
@@ -72,6 +74,7 @@ impl Load {
         self.push += other.push;
         self.point += other.point;
         self.rest += other.rest;
+        self.covered |= other.covered;
         if other.strongest.0 > self.strongest.0 {
             self.strongest = other.strongest;
         }
@@ -102,6 +105,9 @@ pub(crate) fn push<const STIFFENED: bool>(model: &Model, tuned: &Tuned, state: &
     match model.points_per_triangle() == NINE.len() {
         true => press_points::<Nine, 9, STIFFENED>(model, tuned, state, tip_m, centre, &mut load),
         false => press_points::<Four, 4, STIFFENED>(model, tuned, state, tip_m, centre, &mut load),
+    }
+    if !tuned.probe.shape.has_handle() {
+        load.covered = covered(model, state, centre, &tuned.probe);
     }
     load
 }
@@ -339,6 +345,20 @@ pub(crate) fn turned_away([a, b, c]: [Vector3<f32>; 3], lift: Vector3<f32>, prob
         _ => a - lift,
     };
     down || arm.dot(&normal) > 0.0
+}
+
+/// Whether the surface has slipped past the widest part of the probe and closed above it: the axis
+/// leaves the centre through a triangle, within a radius.
+#[inline(never)]
+fn covered(model: &Model, state: &State, centre: Vector3<f32>, probe: &Probe) -> bool {
+    let near = state.candidates.iter().take(state.near).filter_map(|&index| model.triangles.get(usize::from(index)));
+    let mut corners = near.map(|triangle| triangle.node.map(|n| vector(&node(state.nodes, n).x) - centre));
+    corners.any(|[a, b, c]| {
+        let normal = (b - a).cross(&(c - a));
+        let (rise, above) = (normal.dot(&probe.axis), a.dot(&normal));
+        let around = [(a, b), (b, c), (c, a)].iter().all(|(from, to)| from.cross(to).dot(&probe.axis) >= 0.0);
+        around && above > 0.0 && above < probe.radius_m * rise
+    })
 }
 
 /// Whether any foundation point is inside the probe.

@@ -9,7 +9,7 @@
 //! by one; I11 energy is that of the force that acted, and a contact that created too much is faded
 //! out. I6, no allocation and no panic, is proven on the image and not checked here. I12 to I14
 //! determine contact from the sensed tip and geometry at rest, never from the renderer: no force
-//! without contact, none into the tissue, none that alternates from tick to tick at rest.
+//! without contact, none into the tissue, none that swings at rest.
 
 mod box_tree;
 mod by_geometry;
@@ -22,7 +22,7 @@ use palpate::haptic::cycle::{Ask, Command, Settings, Telemetry};
 use palpate::haptic::device::{DeviceSpec, Sensed, SensorStatus};
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
-use palpate::{ClampFlags, Vector3};
+use palpate::{ClampFlags, Fault, Vector3};
 use std::sync::Arc;
 
 /// Rounding of a force of a few newtons [N].
@@ -264,7 +264,8 @@ impl Watch {
 
         let healed = from == Mode::Fault && to != Mode::Fault;
         hold("I4", "latched", !healed || (now.command.asked == Some(Ask::Clear) && self.good >= 100))?;
-        hold("I4", "first fault", from != Mode::Fault || healed || telemetry.fault == before.telemetry.fault)?;
+        let first = telemetry.fault == before.telemetry.fault || telemetry.fault == Some(Fault::EmergencyStop);
+        hold("I4", "first fault", from != Mode::Fault || healed || first)?;
         self.good = if from == Mode::Fault && now.command.found.is_none() { self.good + 1 } else { 0 };
 
         let fresh = now.reading.sequence.wrapping_sub(before.reading.sequence).cast_signed() > 0;

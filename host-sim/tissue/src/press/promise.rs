@@ -23,7 +23,7 @@ impl Press {
         }
         if self.ticks.last().is_some_and(|t| t.output.limiters.contains(ClampFlags::BURIED)) {
             return broken(
-                "the probe started inside the tissue and was never outside, so there was no force: start it outside".into(),
+                "the probe started inside the tissue, or slipped through its surface, and was not outside after that, so there was no force: start it outside, or press less deep".into(),
             );
         }
         if self.deadline_misses > 0 {

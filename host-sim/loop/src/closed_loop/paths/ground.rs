@@ -1,8 +1,10 @@
 //! Every shipped patch with its geometry at rest, and every device, for the paths to run on.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
-use palpate::{BuildError, Params, Probe, Vector3};
+use palpate::{BuildError, Params, Probe, ProbeShape, Vector3};
+use rayon::prelude::*;
 
 use crate::closed_loop::device::{DeviceProfile, PROFILES};
 use crate::closed_loop::stimulus::Site;
@@ -14,6 +16,12 @@ use palpate_tissue::session::packed;
 
 /// Static force at the guard's depth, as a multiple of the device's maximum force (1).
 const GUARD_SHARE: f64 = 1.09;
+
+/// Tips that touch every patch: its own, and two of half its radius that the finite elements of no
+/// shipped patch know. Of five paths on a patch, the number that each takes.
+const TIPS: [(Option<ProbeShape>, u32); 3] = [(None, 3), (Some(ProbeShape::Sphere), 1), (Some(ProbeShape::Flat), 1)];
+/// Radius of the other tips, as a share of the own one (1).
+const OTHER_TIP: f32 = 0.5;
 
 /// The shipped patches, and the share of 1000 paths that run on each: the large ones cost ten times
 /// as much per tick.
@@ -36,7 +44,7 @@ pub struct PathPatch {
     pub patch: Patch,
     /// Parameters that it was packed with.
     pub params: Params,
-    /// Paths of 1000 that run on it.
+    /// Paths of 5000 that run on it under this tip.
     pub share: u32,
     /// Its geometry at rest.
     pub shape: Arc<RestSolid>,
@@ -48,10 +56,10 @@ pub struct PathPatch {
     curve: Vec<(f64, f64)>,
 }
 
-/// Every patch and every device.
+/// Every patch under every tip, and every device.
 #[derive(Clone, Debug)]
 pub struct PathGround {
-    /// The shipped patches.
+    /// The shipped patches, each under its own tip and then under the others.
     pub patches: Vec<PathPatch>,
     /// The devices.
     pub devices: Vec<DeviceProfile>,
@@ -63,19 +71,21 @@ impl PathGround {
     /// # Errors
     /// A patch or a profile that the core refuses.
     pub fn load() -> Result<Self, Error> {
-        let patches: Result<Vec<PathPatch>, BuildError> =
-            SHIPPED.iter().map(|(name, bytes, share)| PathPatch::of(name, bytes, *share)).collect();
+        let pairs: Vec<_> = SHIPPED.iter().flat_map(|shipped| TIPS.iter().map(move |tip| (shipped, tip))).collect();
+        let patch = |((name, bytes, share), (shape, of_five)): &(&(&'static str, &[u8], u32), &(Option<ProbeShape>, u32))| {
+            let (patch, mut params) = packed::unpack(bytes)?;
+            if let Some(shape) = *shape {
+                params.probe = Probe { shape, radius_m: OTHER_TIP * params.probe.radius_m, ..params.probe };
+            }
+            PathPatch::under(name, patch, params, share * of_five)
+        };
+        let patches: Result<Vec<PathPatch>, BuildError> = pairs.par_iter().map(patch).collect();
         let devices: Result<Vec<DeviceProfile>, Error> = PROFILES.iter().map(|(name, _)| DeviceProfile::load(name)).collect();
         Ok(Self { patches: patches?, devices: devices? })
     }
 }
 
 impl PathPatch {
-    fn of(name: &'static str, bytes: &[u8], share: u32) -> Result<Self, BuildError> {
-        let (patch, params) = packed::unpack(bytes)?;
-        Self::under(name, patch, params, share)
-    }
-
     /// The patch under another probe.
     ///
     /// # Errors
@@ -92,6 +102,16 @@ impl PathPatch {
         let curve =
             static_curve(&patch, &params)?.into_iter().map(|(depth_m, force_n)| (depth_m, force_n * per_pascal)).collect();
         Ok(Self { name, patch, params, share, shape, site, extent_m, curve })
+    }
+
+    /// Patch and tip in words.
+    #[must_use]
+    pub fn label(&self) -> Cow<'static, str> {
+        let Probe { shape, radius_m, .. } = self.params.probe;
+        match shape {
+            ProbeShape::Hemisphere => self.name.into(),
+            _ => format!("{} under {shape:?} of {:.1} mm", self.name, 1e3 * radius_m).into(),
+        }
     }
 
     /// Depth of the guard for a device: where the static force is 1.09 times the device's largest

@@ -30,8 +30,8 @@ pub struct PathRow {
     pub outside_ticks: u32,
     /// Largest force into the tissue [N].
     pub into_n: f64,
-    /// Longest run of ticks in which the force alternated at rest.
-    pub chatter_ticks: u32,
+    /// Most turns in a row of a force that swung at rest.
+    pub chatter_turns: u32,
     /// Runs that broke an invariant, by its id.
     pub broken: BTreeMap<Cow<'static, str>, u64>,
     /// Runs ended by a fault, by its number; and those among them with motion that a hand can make.
@@ -80,7 +80,7 @@ impl PathRow {
         self.outside_m = self.outside_m.max(other.outside_m);
         self.outside_ticks = self.outside_ticks.max(other.outside_ticks);
         self.into_n = self.into_n.max(other.into_n);
-        self.chatter_ticks = self.chatter_ticks.max(other.chatter_ticks);
+        self.chatter_turns = self.chatter_turns.max(other.chatter_turns);
         self.created_j = self.created_j.max(other.created_j);
         self.creating += other.creating;
         self.by_hand += other.by_hand;
@@ -111,7 +111,7 @@ impl PathTable {
             outside_m: seen.outside_m,
             outside_ticks: seen.outside_ticks,
             into_n: seen.into_n,
-            chatter_ticks: seen.chatter_ticks,
+            chatter_turns: seen.chatter_turns,
             created_j: outcome.created_j,
             creating: u64::from(outcome.created_j > CREATED_J),
             by_hand: u64::from(outcome.by_hand),
@@ -132,7 +132,7 @@ impl PathTable {
                 examples.push(case.telemetry(ground, outcome));
             }
         }
-        *self.patches.entry(ground.patches[case.patch].name.into()).or_default() += 1;
+        *self.patches.entry(ground.patches[case.patch].label()).or_default() += 1;
         if let Some(mine) = self.rows.get_mut(case.kind) {
             mine.add(&row);
         }
@@ -166,7 +166,7 @@ impl PathCase {
             self.number,
             self.seed,
             KINDS[self.kind].1,
-            ground.patches[self.patch].name,
+            ground.patches[self.patch].label(),
             self.youngs_modulus_pa * 1e-3,
             ground.devices[self.device].name,
             if self.guarded { ", guarded" } else { "" },
@@ -175,7 +175,7 @@ impl PathCase {
             if outcome.honest { " (honest)" } else { "" },
             outcome.seen.outside_m * 1e3,
             outcome.seen.outside_ticks,
-            outcome.seen.chatter_ticks,
+            outcome.seen.chatter_turns,
             outcome.seen.into_n,
             outcome.peak_n,
             outcome.created_j * 1e3

@@ -24,10 +24,12 @@ const INTO_N: f64 = 0.02;
 const TRAIL_TICKS: usize = 64;
 /// Ticks with the same reading after which the tip counts as at rest.
 const REST_TICKS: u32 = 50;
-/// Change of the force from tick to tick that counts [N] ...
+/// Change of the force between two turns that counts [N] ...
 const CHATTER_N: f32 = 0.02;
-/// ... if it alternates this many ticks in a row.
-const CHATTER_TICKS: u32 = 10;
+/// ... if the force turns this many times in a row ...
+const CHATTER_TURNS: u32 = 10;
+/// ... with no more than this many ticks between two turns: swings of 2.5 Hz and faster.
+const TURN_TICKS: u32 = 200;
 
 /// Extremes over a run, whether or not they break an invariant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,8 +42,8 @@ pub struct Seen {
     pub outside_ticks: u32,
     /// Largest force into the tissue [N].
     pub into_n: f64,
-    /// Longest run of ticks in which the force alternated at rest.
-    pub chatter_ticks: u32,
+    /// Most turns in a row of a force that swung at rest.
+    pub chatter_turns: u32,
 }
 
 /// Checks tick by tick. [`super::Watch::over`] includes it, and it can be used alone where only
@@ -55,11 +57,7 @@ pub struct ByGeometry {
     /// The last readings, the newest at the back.
     trail_m: VecDeque<Vector3<f64>>,
     outside: u32,
-    rest: u32,
-    turns: u32,
-    last_m: Vector3<f32>,
-    last_n: Vector3<f32>,
-    last_change_n: Vector3<f32>,
+    swing: Swing,
     seen: Seen,
 }
 
@@ -67,10 +65,8 @@ impl ByGeometry {
     /// Before the first tick, on this shape.
     #[must_use]
     pub fn over(shape: Arc<dyn RestShape>) -> Self {
-        let zero = Vector3::zeros();
-        let (last_m, last_n, last_change_n, seen) = (zero, zero, zero, Seen::default());
         let trail_m = VecDeque::with_capacity(TRAIL_TICKS);
-        Self { shape, entry: Vec::new(), trail_m, outside: 0, rest: 0, turns: 0, last_m, last_n, last_change_n, seen }
+        Self { shape, entry: Vec::new(), trail_m, outside: 0, swing: Swing::default(), seen: Seen::default() }
     }
 
     /// The extremes so far.
@@ -84,7 +80,8 @@ impl ByGeometry {
     /// # Errors
     /// The first invariant that it breaks.
     pub fn check(&mut self, reading: &Sensed, force_n: Vector3<f32>) -> Result<(), Broken> {
-        let chatter = self.chatters(reading.position_m, force_n);
+        let turns = self.swing.turns(reading.position_m, force_n);
+        self.seen.chatter_turns = self.seen.chatter_turns.max(turns);
         if self.trail_m.len() == TRAIL_TICKS {
             self.trail_m.pop_front();
         }
@@ -125,7 +122,7 @@ impl ByGeometry {
         match () {
             () if self.outside > OUTSIDE_TICKS => Err(Broken { id: "I12", what: "force without contact" }),
             () if into_n > INTO_N => Err(Broken { id: "I13", what: "force into the tissue" }),
-            () if chatter => Err(Broken { id: "I14", what: "chatter at rest" }),
+            () if turns >= CHATTER_TURNS => Err(Broken { id: "I14", what: "chatter at rest" }),
             () => Ok(()),
         }
     }
@@ -143,16 +140,80 @@ impl ByGeometry {
         }
         end_m
     }
+}
 
-    /// Whether the force has alternated from tick to tick for too long while the tip rests.
-    fn chatters(&mut self, at_m: Vector3<f32>, force_n: Vector3<f32>) -> bool {
-        let change_n = force_n - self.last_n;
+/// Swings of the force while the tip rests.
+#[derive(Clone, Debug, Default)]
+struct Swing {
+    last_m: Vector3<f32>,
+    /// Ticks with the same reading.
+    rest: u32,
+    /// Force at the last turn, and the one farthest from it since [N].
+    turn_n: Vector3<f32>,
+    far_n: Vector3<f32>,
+    /// Ticks since the last turn.
+    since: u32,
+    turns: u32,
+}
+
+impl Swing {
+    /// Turns in a row up to this tick, of a reading and the force that came out.
+    fn turns(&mut self, at_m: Vector3<f32>, force_n: Vector3<f32>) -> u32 {
         self.rest = if at_m == self.last_m { self.rest + 1 } else { 0 };
-        let (before, now) = (self.last_change_n.norm(), change_n.norm());
-        let turned = change_n.dot(&self.last_change_n) < 0.0 && before > CHATTER_N && now > CHATTER_N;
-        self.turns = if turned && self.rest > REST_TICKS { self.turns + 1 } else { 0 };
-        (self.last_m, self.last_n, self.last_change_n) = (at_m, force_n, change_n);
-        self.seen.chatter_ticks = self.seen.chatter_ticks.max(self.turns);
-        self.turns >= CHATTER_TICKS
+        self.last_m = at_m;
+        if self.rest <= REST_TICKS {
+            (self.turn_n, self.far_n, self.since, self.turns) = (force_n, force_n, 0, 0);
+            return 0;
+        }
+        self.since += 1;
+        if self.since > TURN_TICKS {
+            self.turns = 0;
+        }
+        let (swing_n, back_n) = (self.far_n - self.turn_n, force_n - self.far_n);
+        if swing_n.norm() > CHATTER_N && back_n.norm() > CHATTER_N && back_n.dot(&swing_n) < 0.0 {
+            (self.turn_n, self.far_n, self.since) = (self.far_n, force_n, 0);
+            self.turns += 1;
+        } else if (force_n - self.turn_n).norm() > swing_n.norm() {
+            self.far_n = force_n;
+        }
+        self.turns
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Turns that are counted of a force which swings by `swing_n` with a half period of this many
+    /// ticks, under a reading that changes every `moves` ticks.
+    fn turns(swing_n: f32, half_ticks: u32, moves: u32) -> u32 {
+        let mut swing = Swing::default();
+        let step = |n: u32| {
+            let at_m = Vector3::new(0.0, 0.0, (n / moves) as f32 * 55e-6);
+            let share = (std::f32::consts::PI * n as f32 / half_ticks as f32).cos();
+            swing.turns(at_m, Vector3::new(0.1, 0.0, 1.0 + 0.5 * swing_n * share))
+        };
+        (0..3_000).map(step).max().unwrap_or_default()
+    }
+
+    #[test]
+    fn a_force_that_swings_at_rest_is_chatter_whatever_its_frequency() {
+        for half_ticks in [1, 2, 7, 40, 190] {
+            assert!(turns(0.045, half_ticks, 10_000) >= CHATTER_TURNS, "half a period of {half_ticks} ticks");
+            assert_eq!(turns(0.019, half_ticks, 10_000), 0, "too small: {half_ticks} ticks");
+            assert!(turns(0.5, half_ticks, 45) == 0, "the tip moves: {half_ticks} ticks");
+        }
+        assert!(turns(0.5, 300, 10_000) < CHATTER_TURNS, "slower than any loop's own swing");
+    }
+
+    #[test]
+    fn a_force_that_fades_or_settles_is_none() {
+        let mut swing = Swing::default();
+        for n in 0..4_000_u32 {
+            let t = n as f32;
+            // a creep of half a newton, and a ringing that dies out within 60 ms
+            let force_n = 1.0 + 0.5 * (-t / 800.0).exp() + 0.1 * (-t / 30.0).exp() * (t / 3.0).cos();
+            assert!(swing.turns(Vector3::zeros(), Vector3::new(0.0, 0.0, force_n)) < 4, "tick {n}");
+        }
     }
 }
