@@ -261,7 +261,7 @@ impl Cycle {
         }
         record.wanted_n = self.damping.damp(&Output { force_n, ..output }, renderer.tangent_n_per_m(&output));
         let max_force_n = self.relief * self.limits.values().max_force_n;
-        self.stillness.judge(&displacement_m, &self.limiter.last_n(), max_force_n, self.touched);
+        self.stillness.judge(&displacement_m, &force_n, &self.limiter.last_n(), max_force_n, self.touched);
         self.follow(&output);
 
         let gain = self.gain(record);

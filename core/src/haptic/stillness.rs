@@ -1,4 +1,5 @@
-//! Fades out a strong force if no encoder counts any more.
+//! Fades out a force that no hand at rest would feel: a strong one without a single count, and one
+//! that swings.
 //!
 //! An encoder that dies while the hand rests cannot be distinguished at once from a hand that
 //! rests, and the force would stay as it was for ever. But nobody holds a strong force without
@@ -10,13 +11,19 @@
 //! Where a saturated contact has been relieved, half of the relieved maximum is the threshold:
 //! otherwise the relief itself would bring a strong force below it.
 //!
+//! The force of tissue under a probe at rest creeps or settles. A probe that is narrower than an
+//! element, or that rests at the tissue's edge, may lose and catch a foundation point again and
+//! again: the force then swings for ever, by newtons at worst. While no encoder counts, a force
+//! that turns [`MOST_TURNS`] times, without its swings becoming smaller, is not the hand's doing
+//! and fades within [`SWING_FADE_S`].
+//!
 //! A new count ends the fading, and the force stays at its reduced gain, as after saturation. It
 //! returns with the next contact, after the probe has moved outside the tissue.
 //!
-//! * in: displacement of the tick [m], force sent last and maximum force after relief [N], whether
-//!   the patch is touched
+//! * in: displacement of the tick [m], force that the tissue asks for, force sent last and maximum
+//!   force after relief [N], whether the patch is touched
 //! * out: gain (1)
-//! * cost: 20 instructions of a Cortex-M4F, estimated
+//! * cost: 20 instructions of a Cortex-M4F while the probe moves, 60 at rest, estimated
 //! * may fail: never; the mode becomes `Degraded`, the limiter says `GAIN`
 
 use nalgebra::Vector3;
@@ -31,31 +38,117 @@ pub const STILL_S: f32 = 5.0;
 /// Duration of the fading [s].
 pub const FADE_S: f32 = 1.0;
 
+/// Turns of the force in a row, without a count, after which it fades.
+pub const MOST_TURNS: u8 = 6;
+/// Duration of that fading [s].
+pub const SWING_FADE_S: f32 = 0.02;
+/// Change between two turns that counts [N].
+const SWING_N: f32 = 0.02;
+/// Share of the swing before (1) below which a swing dies out.
+const DIES_OUT: f32 = 0.8;
+/// Ticks without a count after which swings are counted.
+const REST_TICKS: u16 = 20;
+/// Most ticks between two turns of one oscillation.
+const TURN_TICKS: u16 = 250;
+
 /// Watches the counts of a contact.
 #[derive(Clone, Copy, Debug)]
 pub struct Stillness {
     /// Ticks after which the force fades.
     most_ticks: f32,
     fade_per_tick: f32,
+    swing_fade_per_tick: f32,
     /// Ticks without a count under a strong force.
     still_ticks: f32,
+    swing: Swing,
     gain: f32,
+}
+
+/// Swings of the force since the last count.
+#[derive(Clone, Copy, Debug)]
+struct Swing {
+    /// Ticks without a count, up to [`REST_TICKS`].
+    rest: u16,
+    /// Ticks since the last turn.
+    since: u16,
+    turns: u8,
+    /// Force at the last turn, and the one farthest from it since [N].
+    turn_n: Vector3<f32>,
+    far_n: Vector3<f32>,
+    /// Square of the swing before [N^2].
+    square: f32,
+}
+
+impl Swing {
+    const NONE: Self = Self {
+        rest: 0,
+        since: 0,
+        turns: 0,
+        turn_n: Vector3::new(0.0, 0.0, 0.0),
+        far_n: Vector3::new(0.0, 0.0, 0.0),
+        square: 0.0,
+    };
+
+    /// A tick without a count; true if the force swings.
+    fn judge(&mut self, force_n: &Vector3<f32>) -> bool {
+        if self.rest < REST_TICKS {
+            *self = Self { rest: self.rest + 1, turn_n: *force_n, far_n: *force_n, ..Self::NONE };
+            return false;
+        }
+        self.since = self.since.saturating_add(1);
+        if self.since > TURN_TICKS {
+            self.turns = 0;
+        }
+        let (swing_n, back_n) = (self.far_n - self.turn_n, force_n - self.far_n);
+        let (swing, back) = (swing_n.dot(&swing_n), back_n.dot(&back_n));
+        if swing > SWING_N * SWING_N && back > SWING_N * SWING_N && back_n.dot(&swing_n) < 0.0 {
+            let lasts = swing >= DIES_OUT * DIES_OUT * self.square;
+            self.turns = self.turns.saturating_add(u8::from(lasts));
+            (self.turn_n, self.far_n, self.square, self.since) = (self.far_n, *force_n, swing, 0);
+        } else {
+            let out_n = force_n - self.turn_n;
+            if out_n.dot(&out_n) > swing {
+                self.far_n = *force_n;
+            }
+        }
+        self.turns >= MOST_TURNS
+    }
 }
 
 impl Stillness {
     /// Of a loop with this tick [s].
     #[must_use]
     pub fn build(tick_s: f32) -> Self {
-        Self { most_ticks: STILL_S / tick_s, fade_per_tick: tick_s / FADE_S, still_ticks: 0.0, gain: 1.0 }
+        Self {
+            most_ticks: STILL_S / tick_s,
+            fade_per_tick: tick_s / FADE_S,
+            swing_fade_per_tick: tick_s / SWING_FADE_S,
+            still_ticks: 0.0,
+            swing: Swing::NONE,
+            gain: 1.0,
+        }
     }
 
     /// One tick.
-    pub fn judge(&mut self, displacement_m: &Vector3<f32>, applied_n: &Vector3<f32>, max_force_n: f32, touched: bool) {
+    pub fn judge(
+        &mut self,
+        displacement_m: &Vector3<f32>,
+        asked_n: &Vector3<f32>,
+        applied_n: &Vector3<f32>,
+        max_force_n: f32,
+        touched: bool,
+    ) {
         if *displacement_m != Vector3::zeros() {
             self.still_ticks = 0.0;
+            self.swing = Swing::NONE;
             if !touched {
                 self.gain = 1.0;
             }
+            return;
+        }
+        if self.swing.judge(asked_n) {
+            let gain = self.gain - self.swing_fade_per_tick;
+            self.gain = if gain > 0.0 { gain } else { 0.0 };
             return;
         }
         // a force that has begun to fade goes on fading below the threshold
@@ -81,7 +174,7 @@ impl Stillness {
 
     /// As built.
     pub fn reset(&mut self) {
-        (self.still_ticks, self.gain) = (0.0, 1.0);
+        (self.still_ticks, self.swing, self.gain) = (0.0, Swing::NONE, 1.0);
     }
 }
 
@@ -95,7 +188,7 @@ mod tests {
         for n in 1..=ticks {
             let displacement_m = if every > 0 && n.is_multiple_of(every) { COUNT } else { Vector3::zeros() };
             let applied_n = Vector3::new(0.0, 0.0, push_n * still.gain());
-            still.judge(&displacement_m, &applied_n, 2.0, touched);
+            still.judge(&displacement_m, &applied_n, &applied_n, 2.0, touched);
         }
     }
 
@@ -141,9 +234,42 @@ mod tests {
         for (push_n, gain) in [(3.9, 1.0), (4.1, 0.0)] {
             let mut still = Stillness::build(1e-3);
             for _ in 0..7_000 {
-                still.judge(&Vector3::zeros(), &Vector3::new(0.0, 0.0, push_n), 8.0, true);
+                let push_n = Vector3::new(0.0, 0.0, push_n);
+                still.judge(&Vector3::zeros(), &push_n, &push_n, 8.0, true);
             }
             assert_eq!(still.gain(), gain, "{push_n} N of 8 N");
         }
+    }
+
+    /// Gain after this many ticks at rest of a force that swings around 1 N; `keeps` is what a tick
+    /// leaves of the amplitude.
+    fn swung(amplitude_n: f32, half_ticks: u32, keeps: f32, ticks: u32, every: u32) -> f32 {
+        let mut still = Stillness::build(1e-3);
+        let mut left_n = amplitude_n;
+        for n in 1..=ticks {
+            let displacement_m = if n.is_multiple_of(every) { COUNT } else { Vector3::zeros() };
+            let up = (n / half_ticks).is_multiple_of(2);
+            let asked_n = Vector3::new(0.2, 0.0, 1.0 + if up { left_n } else { -left_n });
+            left_n *= keeps;
+            still.judge(&displacement_m, &asked_n, &(asked_n * still.gain()), 8.0, true);
+        }
+        still.gain()
+    }
+
+    #[test]
+    fn a_force_that_swings_without_a_count_is_gone_after_six_turns() {
+        for half_ticks in [1, 2, 9, 60, 240] {
+            let turns = u32::from(MOST_TURNS) + 1;
+            assert_eq!(swung(0.05, half_ticks, 1.0, 20 + turns * half_ticks + 25, 100_000), 0.0, "{half_ticks} ticks");
+            assert_eq!(swung(0.05, half_ticks, 1.0, 20 + 4 * half_ticks, 100_000), 1.0, "not at once: {half_ticks} ticks");
+        }
+    }
+
+    #[test]
+    fn a_swing_that_is_small_slow_dies_out_or_is_the_hand_s_stays() {
+        assert_eq!(swung(0.009, 9, 1.0, 4_000, 100_000), 1.0, "small");
+        assert_eq!(swung(0.5, 300, 1.0, 4_000, 100_000), 1.0, "slow");
+        assert_eq!(swung(0.5, 9, 0.97, 4_000, 100_000), 1.0, "dies out");
+        assert_eq!(swung(0.5, 9, 1.0, 4_000, 40), 1.0, "counts between");
     }
 }
