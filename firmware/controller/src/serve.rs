@@ -7,11 +7,12 @@
 //!   ever late. The emulator stops while the board waits for the host, so a run is the same to the
 //!   bit whatever else the machine does.
 
-use crate::link::frame::FRAME_BYTES;
+mod line;
+mod offer;
+
 use crate::link::inbox::Reply;
-use crate::link::log::LOG_BYTES;
-use crate::link::{Change, FromBoard, Identity, Inbox, Log, Receiver, Refusal, ToBoard, Upload, encode};
-use crate::log::{Event, Told};
+use crate::link::{Change, FromBoard, Identity, Inbox, Receiver, Refusal, ToBoard, Upload};
+use crate::log::Event;
 use crate::patch::{Memory, Patch, PatchSlot};
 use palpate::BuildError;
 use palpate::haptic::device::{Sensed, SensorStatus};
@@ -23,6 +24,9 @@ use crate::force_out::Outputs;
 use crate::haptic_loop::HapticLoop;
 use crate::probe_in::Reading;
 
+use self::line::Line;
+use self::offer::Offer;
+
 /// In timed mode, number of ticks between records: 50 records per second, half of the capacity of a
 /// link of 115 200 baud.
 const RECORD_TICKS: u32 = 20;
@@ -31,8 +35,6 @@ const RECORD_TICKS: u32 = 20;
 pub const LOG_TICKS: u32 = 40;
 /// Tick of these in which a piece goes out: halfway between two records.
 const LOG_AT: u32 = 10;
-/// Room that the link must have for a piece, so that the next record and an answer still fit.
-const LOG_ROOM: usize = 2 * FRAME_BYTES + LOG_BYTES;
 /// A host that asks for the log gets it for this many ticks: lines that nobody reads stay on the
 /// board.
 pub const LISTENS_TICKS: u32 = 250;
@@ -46,116 +48,6 @@ pub enum Pace {
     Timed,
     /// The host's pose.
     LockStep,
-}
-
-/// Where the patch is stored.
-#[derive(Clone, Copy)]
-enum Source {
-    Flash,
-    Uploaded,
-    /// Being uploaded, or refused.
-    Nowhere,
-}
-
-/// The patch that is opened next.
-struct Offer {
-    source: Source,
-    /// Young's modulus [Pa]; without one, the patch's own.
-    modulus_pa: Option<f32>,
-    /// The modulus to return to when another one is refused.
-    before_pa: Option<f32>,
-    /// This patch was open, with that modulus.
-    opened: bool,
-    /// The host requested it and waits for an answer.
-    asked: bool,
-}
-
-impl Offer {
-    /// The bytes of the patch; none while it is being uploaded.
-    fn bytes<'a>(&self, in_flash: &'a [u8], upload: &'a Upload) -> Result<Option<&'a [u8]>, Refusal> {
-        match self.source {
-            Source::Flash => Ok(Some(in_flash)),
-            Source::Uploaded => upload.whole().map(Some),
-            Source::Nowhere => Ok(None),
-        }
-    }
-
-    /// Sets the patch that the host wants as the next one.
-    fn change(&mut self, change: Change, upload: &mut Upload) -> Result<(), Refusal> {
-        match change {
-            Change::MakeRoom(bytes) => {
-                upload.begin(bytes)?;
-                (self.source, self.modulus_pa) = (Source::Nowhere, None);
-            }
-            Change::Take => (self.source, self.opened, self.asked) = (Source::Uploaded, false, true),
-            Change::Modulus(pascal) => (self.modulus_pa, self.asked) = (Some(pascal), true),
-        }
-        Ok(())
-    }
-
-    /// Handles a refusal: returns to the previous patch, if there was one. Otherwise there is no
-    /// patch, and arming is refused.
-    fn withdraw(&mut self) {
-        if self.opened {
-            (self.modulus_pa, self.opened) = (self.before_pa, false);
-        } else {
-            self.source = Source::Nowhere;
-        }
-    }
-}
-
-/// The link to the host.
-struct Line {
-    receiver: Receiver,
-    sequence: u16,
-    bytes: [u8; FRAME_BYTES],
-    read: usize,
-    taken: usize,
-    /// Ticks for which a host still takes the log.
-    listens_ticks: u32,
-    /// It has asked since the last piece: one without a frame tells it that nothing waits.
-    asked: bool,
-    /// State of the loop as the log has told it.
-    told: Told,
-}
-
-impl Line {
-    /// The next byte, if there is one. In lock-step the call waits for it, and returns none when
-    /// the host has gone.
-    fn byte(&mut self, board: &mut impl Board) -> Option<u8> {
-        if self.taken >= self.read {
-            self.read = board.link_read(&mut self.bytes);
-            self.taken = 0;
-        }
-        let byte = self.bytes.get(..self.read)?.get(self.taken).copied()?;
-        self.taken += 1;
-        Some(byte)
-    }
-
-    #[inline(never)]
-    fn refuse(&mut self, board: &mut impl Board, refusal: Refusal) {
-        board.log(Event::Refused(refusal));
-        self.send(board, &FromBoard::Refused(refusal));
-    }
-
-    fn send(&mut self, board: &mut impl Board, message: &FromBoard) {
-        let mut out = [0; FRAME_BYTES];
-        if let Some(frame) = encoded(self.sequence, message, &mut out) {
-            self.sequence = self.sequence.wrapping_add(1);
-            board.link_write(frame);
-        }
-    }
-
-    /// Sends a piece of the log, if a host listens and the link has room to spare.
-    fn send_log(&mut self, board: &mut impl Board) {
-        if self.listens_ticks > 0
-            && board.link_room() >= LOG_ROOM
-            && let Some(log) = board.take_log().or(self.asked.then_some(Log::NOTHING))
-        {
-            self.asked = false;
-            self.send(board, &FromBoard::Log(log));
-        }
-    }
 }
 
 /// Takes a byte of the link; returns the reply to the message that it completes. Not generic, so
@@ -174,26 +66,10 @@ fn replied(
     }
 }
 
-/// A frame; not generic for the same reason.
-#[inline(never)]
-fn encoded<'out>(sequence: u16, message: &FromBoard, out: &'out mut [u8; FRAME_BYTES]) -> Option<&'out [u8]> {
-    encode(sequence, message, out).ok()
-}
-
 /// Serves a host. Timed, it never returns; in lock-step it returns with the outputs off when the
 /// host has gone. `in_flash` is the patch that the image holds.
 pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: &mut Memory, upload: &mut Upload, pace: Pace) {
-    let mut line = Line {
-        receiver: Receiver::NEW,
-        sequence: 0,
-        bytes: [0; FRAME_BYTES],
-        read: 0,
-        taken: 0,
-        listens_ticks: 0,
-        asked: false,
-        told: Told::NOTHING,
-    };
-    let mut offer = Offer { source: Source::Flash, modulus_pa: None, before_pa: None, opened: false, asked: false };
+    let (mut line, mut offer) = (Line::silent(), Offer::IN_FLASH);
     let mut inbox = Inbox::default();
     loop {
         let wanted = match offer.bytes(in_flash, upload) {
@@ -207,7 +83,7 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
                     if offer.asked {
                         line.send(&mut haptic.board, &FromBoard::PatchTaken(nodes));
                     }
-                    (offer.before_pa, offer.opened) = (offer.modulus_pa, true);
+                    offer.taken();
                     Ok(serve(haptic, &mut tissue, None, &mut inbox, &mut line, pace).await)
                 }
                 Err(error) => Err(error.into()),

@@ -1,0 +1,84 @@
+//! A board's end of the link: bytes in, frames out.
+
+use crate::board::Board;
+use crate::link::frame::FRAME_BYTES;
+use crate::link::log::LOG_BYTES;
+use crate::link::{FromBoard, Log, Receiver, Refusal, encode};
+use crate::log::{Event, Told};
+
+/// Room that the link must have for a piece, so that the next record and an answer still fit.
+const LOG_ROOM: usize = 2 * FRAME_BYTES + LOG_BYTES;
+
+/// The link to the host.
+pub(super) struct Line {
+    pub(super) receiver: Receiver,
+    sequence: u16,
+    bytes: [u8; FRAME_BYTES],
+    read: usize,
+    taken: usize,
+    /// Ticks for which a host still takes the log.
+    pub(super) listens_ticks: u32,
+    /// It has asked since the last piece: one without a frame tells it that nothing waits.
+    pub(super) asked: bool,
+    /// State of the loop as the log has told it.
+    pub(super) told: Told,
+}
+
+impl Line {
+    /// Nothing was heard or said.
+    pub(super) fn silent() -> Self {
+        Self {
+            receiver: Receiver::NEW,
+            sequence: 0,
+            bytes: [0; FRAME_BYTES],
+            read: 0,
+            taken: 0,
+            listens_ticks: 0,
+            asked: false,
+            told: Told::NOTHING,
+        }
+    }
+
+    /// The next byte, if there is one. In lock-step the call waits for it, and returns none when
+    /// the host has gone.
+    pub(super) fn byte(&mut self, board: &mut impl Board) -> Option<u8> {
+        if self.taken >= self.read {
+            self.read = board.link_read(&mut self.bytes);
+            self.taken = 0;
+        }
+        let byte = self.bytes.get(..self.read)?.get(self.taken).copied()?;
+        self.taken += 1;
+        Some(byte)
+    }
+
+    #[inline(never)]
+    pub(super) fn refuse(&mut self, board: &mut impl Board, refusal: Refusal) {
+        board.log(Event::Refused(refusal));
+        self.send(board, &FromBoard::Refused(refusal));
+    }
+
+    pub(super) fn send(&mut self, board: &mut impl Board, message: &FromBoard) {
+        let mut out = [0; FRAME_BYTES];
+        if let Some(frame) = encoded(self.sequence, message, &mut out) {
+            self.sequence = self.sequence.wrapping_add(1);
+            board.link_write(frame);
+        }
+    }
+
+    /// Sends a piece of the log, if a host listens and the link has room to spare.
+    pub(super) fn send_log(&mut self, board: &mut impl Board) {
+        if self.listens_ticks > 0
+            && board.link_room() >= LOG_ROOM
+            && let Some(log) = board.take_log().or(self.asked.then_some(Log::NOTHING))
+        {
+            self.asked = false;
+            self.send(board, &FromBoard::Log(log));
+        }
+    }
+}
+
+/// A frame. Not generic, so that its code is compiled in this crate, which images build for size.
+#[inline(never)]
+fn encoded<'out>(sequence: u16, message: &FromBoard, out: &'out mut [u8; FRAME_BYTES]) -> Option<&'out [u8]> {
+    encode(sequence, message, out).ok()
+}

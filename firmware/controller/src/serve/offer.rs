@@ -1,0 +1,68 @@
+//! The patch that a board opens next.
+
+use crate::link::{Change, Refusal, Upload};
+
+/// Where the patch is stored.
+#[derive(Clone, Copy)]
+enum Source {
+    Flash,
+    Uploaded,
+    /// Being uploaded, or refused.
+    Nowhere,
+}
+
+/// The patch that is opened next.
+pub(super) struct Offer {
+    source: Source,
+    /// Young's modulus [Pa]; without one, the patch's own.
+    pub(super) modulus_pa: Option<f32>,
+    /// The modulus to return to when another one is refused.
+    before_pa: Option<f32>,
+    /// This patch was open, with that modulus.
+    opened: bool,
+    /// The host requested it and waits for an answer.
+    pub(super) asked: bool,
+}
+
+impl Offer {
+    /// The patch that the image holds.
+    pub(super) const IN_FLASH: Self =
+        Self { source: Source::Flash, modulus_pa: None, before_pa: None, opened: false, asked: false };
+
+    /// The bytes of the patch; none while it is being uploaded.
+    pub(super) fn bytes<'a>(&self, in_flash: &'a [u8], upload: &'a Upload) -> Result<Option<&'a [u8]>, Refusal> {
+        match self.source {
+            Source::Flash => Ok(Some(in_flash)),
+            Source::Uploaded => upload.whole().map(Some),
+            Source::Nowhere => Ok(None),
+        }
+    }
+
+    /// Sets the patch that the host wants as the next one.
+    pub(super) fn change(&mut self, change: Change, upload: &mut Upload) -> Result<(), Refusal> {
+        match change {
+            Change::MakeRoom(bytes) => {
+                upload.begin(bytes)?;
+                (self.source, self.modulus_pa) = (Source::Nowhere, None);
+            }
+            Change::Take => (self.source, self.opened, self.asked) = (Source::Uploaded, false, true),
+            Change::Modulus(pascal) => (self.modulus_pa, self.asked) = (Some(pascal), true),
+        }
+        Ok(())
+    }
+
+    /// Records that the patch is open, with that modulus.
+    pub(super) fn taken(&mut self) {
+        (self.before_pa, self.opened) = (self.modulus_pa, true);
+    }
+
+    /// Handles a refusal: returns to the previous patch, if there was one. Otherwise there is no
+    /// patch, and arming is refused.
+    pub(super) fn withdraw(&mut self) {
+        if self.opened {
+            (self.modulus_pa, self.opened) = (self.before_pa, false);
+        } else {
+            self.source = Source::Nowhere;
+        }
+    }
+}
