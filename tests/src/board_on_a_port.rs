@@ -23,6 +23,7 @@ use palpate_controller::kinematics::MechanismProfile;
 use palpate_controller::link::{FromBoard, Receiver, Record};
 use palpate_controller::script::{self, LEAD_TICKS, sensed};
 
+use crate::disassembly::variable;
 use crate::joint_hand::counts_at;
 use crate::pseudo_terminal::PseudoTerminal;
 
@@ -41,6 +42,10 @@ const AWAY: Duration = Duration::from_millis(400);
 const AWAY_FROM_FORCE: Duration = Duration::from_secs(10);
 /// Longest wait for an event, which takes a second or two: a missing one must not hang the tests.
 const LONGEST: Duration = Duration::from_secs(300);
+/// Marks in the memory that a reset does not touch, as `firmware/controller/src/resets.rs` and
+/// `firmware/src/board/resets.rs` write them.
+const RESETS_MAGIC: u32 = 0x5A1E_0B07;
+const CRASHED: u32 = 0xC4A5_4ED0;
 /// Outside of every workspace, and too far for a tick.
 const ASTRAY_M: [f32; 3] = [1.0, 0.0, 0.0];
 /// Largest number of bytes waiting for a host: half of a terminal's buffer.
@@ -142,12 +147,30 @@ impl BoardOnAPort {
         Self::start_with(elf, machine, pace, Hand::Tip)
     }
 
+    /// Starts an image whose memory says that three crashes have just reset the board.
+    ///
+    /// # Panics
+    /// There is no emulator or no pseudo-terminal.
+    #[must_use]
+    pub fn start_after_crashes(elf: &Path, machine: EmulatedBoard, pace: Pace) -> Self {
+        let [resets, cause] = ["resets::RESETS", "resets::CAUSE"].map(|name| variable(elf, name));
+        let words = |at: u64, words: &[u32]| -> Vec<(u64, u32)> { (at..).step_by(4).zip(words.iter().copied()).collect() };
+        let check = RESETS_MAGIC ^ 3_u32.rotate_left(3);
+        let kept = [words(resets, &[RESETS_MAGIC, 0, 0, 0, 0, 3, check]), words(cause, &[CRASHED])].concat();
+        Self::launch(elf, machine, pace, Hand::Tip, &kept)
+    }
+
     /// Starts an image with a hand.
     ///
     /// # Panics
     /// There is no emulator or no pseudo-terminal.
     #[must_use]
     pub fn start_with(elf: &Path, machine: EmulatedBoard, pace: Pace, hand: Hand) -> Self {
+        Self::launch(elf, machine, pace, hand, &[])
+    }
+
+    /// `kept`: words that the memory kept over a reset, with their addresses.
+    fn launch(elf: &Path, machine: EmulatedBoard, pace: Pace, hand: Hand, kept: &[(u64, u32)]) -> Self {
         static RUNNING: Mutex<()> = Mutex::new(());
         let one_at_a_time = held(&RUNNING);
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -160,6 +183,7 @@ impl BoardOnAPort {
         let child = Command::new("qemu-system-arm")
             .args(["-machine", name, "-cpu", cpu, "-nographic", "-monitor", "none", "-serial", "null"])
             .args(["-semihosting-config", &format!("enable=on,target=native,{words}"), "-icount", "shift=2,sleep=off"])
+            .args(kept.iter().flat_map(|(at, word)| ["-device".into(), format!("loader,addr={at:#x},data={word:#x},data-len=4")]))
             .arg("-kernel")
             .arg(elf)
             .stdin(Stdio::null())

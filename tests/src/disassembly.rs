@@ -39,3 +39,16 @@ pub fn sections(elf: &Path) -> Vec<(String, u64, u64)> {
     };
     text.lines().filter_map(row).collect()
 }
+
+/// Address of the variable whose path ends so.
+///
+/// # Panics
+/// When the toolchain has no `llvm-tools`, or the image has no such variable.
+#[must_use]
+pub fn variable(elf: &Path, end: &str) -> u64 {
+    let output = Command::new(tool("llvm-nm")).arg("-C").arg(elf).output().expect("llvm-nm runs");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let row = text.lines().find(|line| line.split("::h").any(|path| path.ends_with(end))).expect("the variable is in the image");
+    let address = row.split_whitespace().next().and_then(|digits| u64::from_str_radix(digits, 16).ok());
+    address.expect("its row begins with its address")
+}

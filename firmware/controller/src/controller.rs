@@ -92,6 +92,12 @@ impl Controller {
         self.edge.outputs()
     }
 
+    /// Whether nothing arms it before a power cycle: see [`Arming::Barred`].
+    #[must_use]
+    pub fn barred(&self) -> bool {
+        self.arming == Arming::Barred
+    }
+
     /// Whether the device's home pose is known; before that nothing arms.
     #[must_use]
     pub fn homed(&self) -> bool {

@@ -243,6 +243,14 @@ fn whatever_is_no_board_of_ours_is_refused_in_a_line_and_told_nothing() {
     let garbage: &[u8] = b"AT+GMR\r\nOK\r\n\0\x07\x11garbage\0";
     let arm = ["arm", "--out", "x.csv"];
     for (says, echoes, words) in [
+#[test]
+fn a_board_that_crashed_too_often_refuses_to_arm_in_words() {
+    let _built = (binary(SCRATCH), image());
+    let (desk, on) = (Desk::default(), BoardOnAPort::start_after_crashes(image(), EmulatedBoard::M4f, PATIENT));
+    refused(&board(&desk, on.port(), &["arm", "--seconds", "60"]), "the board refuses: the board crashed three times");
+    assert_eq!((on.truth().mode(), on.truth().largest_n), (Some(Mode::Idle), 0.0));
+}
+
         (None, false, "nothing is heard"),
         (None, true, "nothing is heard"),
         (Some(garbage), false, "no frame of ours among them"),

@@ -74,6 +74,7 @@ impl Inbox {
                 self.reading = Some(Reading::Joints(JointReading { counts: counts.map(EncoderCounts), sequence, status }));
                 Reply::Tick
             }
+            ToBoard::Ask(HostAsk::Arm) if controller.barred() => Reply::Refused(Refusal::Barred),
             ToBoard::Ask(HostAsk::Arm) if upload.is_some() => Reply::Refused(Refusal::NoPatch),
             ToBoard::Ask(HostAsk::Arm) if !controller.homed() => Reply::Refused(Refusal::NotHomed),
             // a stop is followed, whatever arrives after it before the next tick
@@ -226,6 +227,19 @@ mod tests {
         let settings = Settings::safe(&Port::DESKTOP.limits());
         let mut boot = Controller::build(&settings, Port::DESKTOP, Arming::OnRequest).unwrap();
         assert_eq!(inbox.take(&modulus, &mut boot, None), Reply::Refused(Refusal::NotIdle));
+    }
+
+    #[test]
+    fn a_board_that_crashed_too_often_says_that_it_does_not_arm() {
+        let settings = Settings::safe(&Port::DESKTOP.limits());
+        let mut inbox = Inbox::default();
+        // without a home pose as well: it would be lost again with the power
+        for edge in [Port::DESKTOP, Port::DESKTOP.without_home()] {
+            let mut barred = Controller::build(&settings, edge, Arming::Barred).unwrap();
+            assert_eq!(inbox.take(&ToBoard::Ask(HostAsk::Arm), &mut barred, None), Reply::Refused(Refusal::Barred));
+            assert_eq!(inbox.take(&ToBoard::Ask(HostAsk::Stop), &mut barred, None), Reply::None);
+            assert_eq!(inbox.clear().1.asked, Some(Ask::Stop), "a stop is taken in every state");
+        }
     }
 
     #[test]

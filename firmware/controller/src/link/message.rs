@@ -202,6 +202,8 @@ pub enum Refusal {
     NoEncoders,
 }
 
+    /// Crashes came too often: only power-on or the reset button lets it arm again.
+    Barred,
 impl From<StoreError> for Refusal {
     fn from(error: StoreError) -> Self {
         match error {
@@ -220,6 +222,9 @@ impl fmt::Display for Refusal {
             Self::NoEncoders => "no encoder of this board answers: check the wiring, or send the board its readings",
             Self::NotIdle => "the board is not idle: stop it first, or clear its fault",
             Self::LimitRises => "a limit would rise or is no number: limits can only be lowered",
+            Self::Barred => {
+                "the board crashed three times within a minute and arms no more: switch it off and on, and see its log for the cause"
+            }
             Self::ModulusOutOfRange => "Young's modulus must be between half and twice that of the patch: pack another patch",
             Self::PatchTooLong => {
                 "the patch is longer than the board's memory for one: take a smaller patch, or build it into the image"

@@ -207,8 +207,7 @@ fn follow(
             if held.is_none() && ticks > STAYS_IDLE_TICKS {
                 break Err(undone(
                     session,
-                    "not armed: the board stays idle. Hold the operator's switch, if its profile has one, and try again; after three crashes within a minute it arms only once its power was off"
-                        .into(),
+                    "not armed: the board stays idle. Hold the operator's switch, if its profile has one, and try again".into(),
                 ));
             }
         }
