@@ -10,7 +10,7 @@
 //!                 patch begin / part / end, supply low, report, identify,
 //!                 joints (as pose), store a profile, home, listen to the log
 //! board -> host   record of a tick, refusal, patch taken, profile stored, state, identity, homed,
-//!                 log
+//!                 log, modulus taken
 //! ```
 
 pub mod frame;

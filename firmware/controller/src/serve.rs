@@ -159,11 +159,10 @@ async fn serve<B: Board>(
                 Reply::Listen(asked) => (line.asked, line.listens_ticks) = (asked, if asked { LISTENS_TICKS } else { 0 }),
                 Reply::Refused(refusal) => line.refuse(&mut haptic.board, refusal),
                 Reply::Change(change) => return Some(change),
-                Reply::Modulus(pascal) => {
-                    if let Err(refusal) = tissue.ask_modulus(pascal) {
-                        line.refuse(&mut haptic.board, refusal);
-                    }
-                }
+                Reply::Modulus(pascal) => match tissue.ask_modulus(pascal) {
+                    Ok(()) => line.send(&mut haptic.board, &FromBoard::Modulus(pascal)),
+                    Err(refusal) => line.refuse(&mut haptic.board, refusal),
+                },
                 Reply::Store(profile) => {
                     // a board that cannot store it uses it until power-off: number 0
                     let kept = match config::store(haptic.board.profile_memory(), &profile) {

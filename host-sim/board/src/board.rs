@@ -185,6 +185,18 @@ impl Board {
         }
     }
 
+    /// The answer to a modulus under force.
+    ///
+    /// # Errors
+    /// [`EmulateError::Refused`] in words.
+    pub fn modulus_taken(&mut self) -> Result<(), EmulateError> {
+        match self.receive()? {
+            FromBoard::Modulus(_) => Ok(()),
+            FromBoard::Refused(refusal) => Err(EmulateError::Refused(refusal)),
+            other => Err(EmulateError::OutOfTurn(format!("{other:?}"))),
+        }
+    }
+
     /// Waits until there is something to read.
     fn wait(&mut self) -> Result<(), EmulateError> {
         let begun = Instant::now();

@@ -162,6 +162,7 @@ impl There {
     fn answer(&mut self, command: Command) -> Result<Record, EmulateError> {
         if let Some(pascal) = self.asked.take() {
             self.board.send(&ToBoard::YoungsModulus(pascal))?;
+            self.board.modulus_taken()?;
         }
         match command.asked {
             Some(Ask::Arm) => self.board.send(&ToBoard::Ask(HostAsk::Arm))?,

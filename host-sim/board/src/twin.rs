@@ -217,6 +217,7 @@ impl<'a> Twin<'a> {
         self.board.send(message)?;
         if let Reply::Modulus(pascal) = self.inbox.take(message, &mut self.haptic.controller, None) {
             self.patch.ask_modulus(pascal)?;
+            self.board.modulus_taken()?;
         }
         Ok(())
     }

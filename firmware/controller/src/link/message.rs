@@ -125,6 +125,8 @@ pub enum FromBoard {
     Homed,
     /// A piece of the log, between two records.
     Log(Log),
+    /// The answer to [`ToBoard::YoungsModulus`] under force: this one [Pa] was taken.
+    Modulus(f32),
 }
 
 /// Longest name of a board with its image's version [bytes].
@@ -200,10 +202,10 @@ pub enum Refusal {
     NotHomed,
     /// The device's joints have no encoders.
     NoEncoders,
-}
-
     /// Crashes came too often: only power-on or the reset button lets it arm again.
     Barred,
+}
+
 impl From<StoreError> for Refusal {
     fn from(error: StoreError) -> Self {
         match error {
@@ -220,11 +222,11 @@ impl fmt::Display for Refusal {
             Self::Mechanism(error) => return error.fmt(f),
             Self::NotHomed => "the home pose is not known: hold the device in it and run `palpate board home`",
             Self::NoEncoders => "no encoder of this board answers: check the wiring, or send the board its readings",
-            Self::NotIdle => "the board is not idle: stop it first, or clear its fault",
-            Self::LimitRises => "a limit would rise or is no number: limits can only be lowered",
             Self::Barred => {
                 "the board crashed three times within a minute and arms no more: switch it off and on, and see its log for the cause"
             }
+            Self::NotIdle => "the board is not idle: stop it first, or clear its fault",
+            Self::LimitRises => "a limit would rise or is no number: limits can only be lowered",
             Self::ModulusOutOfRange => "Young's modulus must be between half and twice that of the patch: pack another patch",
             Self::PatchTooLong => {
                 "the patch is longer than the board's memory for one: take a smaller patch, or build it into the image"

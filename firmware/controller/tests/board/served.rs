@@ -93,6 +93,19 @@ fn a_report_tells_the_state_and_a_modulus_out_of_range_is_refused() {
 }
 
 #[test]
+fn under_a_force_a_modulus_is_answered_as_well() {
+    let mut messages: Vec<ToBoard> = (1..=3).map(|n| pose(n, 2e-3)).collect();
+    messages.push(ToBoard::Ask(HostAsk::Arm));
+    messages.extend((4..=800).map(|n| pose(n, 2e-3)));
+    messages.extend([ToBoard::YoungsModulus(4e3), pose(801, 2e-3), ToBoard::YoungsModulus(9e3), pose(802, 2e-3)]);
+    let (frames, _) = answers(&messages);
+    let said = |frame: &Vec<u8>| decoded(frame.clone(), |message| message);
+    assert!(matches!(said(&frames[799]), FromBoard::Record(record) if record.mode() == Some(Mode::Active)));
+    let answers: Vec<FromBoard> = frames.iter().map(said).filter(|message| !matches!(message, FromBoard::Record(_))).collect();
+    assert_eq!(answers, [FromBoard::Modulus(4e3), FromBoard::Refused(Refusal::ModulusOutOfRange)]);
+}
+
+#[test]
 fn damaged_bytes_are_counted_and_the_next_frame_is_taken() {
     let mut haptic = haptic_loop(Arming::OnRequest);
     haptic.board.from_host.push_back(vec![7, 7, 7, 0]);
