@@ -5,8 +5,8 @@
 //! command/board ─ session ─ line ─ serial port
 //! ```
 //!
-//! One thread does everything: it reads, it sends the signs of life that keep a force, and it
-//! writes the files. A host that hangs anywhere is silent, and a silent host's force ends.
+//! One thread reads and sends the signs of life that keep a force: a host that hangs there is
+//! silent, and a silent host's force ends. Files are written by another, for a disk may stall.
 
 pub mod device_file;
 pub mod line;

@@ -1,7 +1,8 @@
 //! `palpate board` against the emulated board on a pseudo-terminal: its commands, and every way in
 //! which a force can lose its host.
 
-use std::io::Write;
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
@@ -166,6 +167,31 @@ fn a_press_is_streamed_and_a_held_port_is_refused() {
 
 #[test]
 fn a_force_ends_when_its_host_is_killed_or_its_cable_pulled() {
+/// A pipe that nobody reads takes what some hundred records need, and then nothing, as a disk does
+/// that stalls.
+#[test]
+fn a_disk_that_stalls_ends_no_force() {
+    let (desk, on) = (Desk::default(), started(PATIENT));
+    let pipe = desk.folder().join("slow.csv");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    // for reading and writing: opening one end would wait for the other
+    let unread = OpenOptions::new().read(true).write(true).open(&pipe).unwrap();
+    let arming = Arming::start(&desk, on.port(), &["--stream", "slow.csv"]);
+    let at = on.wait_for_force().records;
+    on.wait_for("a full pipe", |truth| truth.records > at + 450 || !truth.record.enabled);
+    assert!(on.truth().record.enabled, "{:?}", on.truth());
+    arming.signal("-INT");
+    let mut reader = File::open(&pipe).unwrap();
+    drop(unread);
+    let mut csv = String::new();
+    reader.read_to_string(&mut csv).unwrap();
+    let outcome = arming.outcome();
+    assert_eq!(outcome.code, Some(0), "{outcome:?}");
+    let ticks = column(&csv, "tick");
+    assert!(ticks.len() > 450 && csv.len() > 1 << 16, "{} rows of {} bytes: it was never full", ticks.len(), csv.len());
+    assert!(ticks.windows(2).all(|pair| pair[1] - pair[0] == 20.0), "and no row is missing");
+}
+
     let (desk, on) = (Desk::default(), started(PATIENT));
     let killed = Arming::start(&desk, on.port(), &["--out", "killed.csv", "--stream", "growing.csv"]);
     on.wait_for_force();

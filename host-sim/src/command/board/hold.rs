@@ -1,6 +1,7 @@
 //! `palpate board arm`, `watch`, `stop` and `clear`.
 
 mod stream;
+mod writer;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -13,6 +14,7 @@ use palpate_controller::words;
 use palpate_tissue::Error as TissueError;
 
 use self::stream::Files;
+use self::writer::{Writer, Written};
 use super::log::{LISTENING, Log};
 use super::{Port, status};
 use crate::command::progress::Lines;
@@ -107,7 +109,7 @@ fn hold(session: &mut Session, log: &mut Log, (stream, until): (&Stream, Option<
         armable(session)?;
     }
     // an earlier stream stays where there is no board to write another
-    let mut files = Files::begin(stream.out.as_deref(), stream.stream.as_deref())?;
+    let mut files = Writer::start(Files::begin(stream.out.as_deref(), stream.stream.as_deref())?);
     if arm {
         session.send(&ToBoard::Ask(HostAsk::Arm))?;
         session.keep_alive = true;
@@ -115,8 +117,13 @@ fn hold(session: &mut Session, log: &mut Log, (stream, until): (&Stream, Option<
     }
     let (mut seen, mut held) = (Seen::default(), None);
     let ended = follow((session, log), until, arm, &mut files, &mut seen, &mut held);
-    if arm && !matches!(ended, Err(Error::Port(PortError::Lost { .. }))) {
-        session.stop()?;
+    let lost = matches!(ended, Err(Error::Port(PortError::Lost { .. })));
+    let stopped = if arm && !lost { session.stop() } else { Ok(()) };
+    // no force acts any more that a slow disk could end
+    let written = files.end();
+    stopped?;
+    if let Some(gap) = written.as_ref().ok().and_then(Written::gap) {
+        eprintln!("{gap}");
     }
     if matches!(ended, Ok(()) | Err(Error::Tissue(TissueError::Check(_)))) {
         println!(
@@ -127,7 +134,7 @@ fn hold(session: &mut Session, log: &mut Log, (stream, until): (&Stream, Option<
             seen.largest_n,
             seen.deepest_m * 1e3
         );
-        for path in files.publish()? {
+        for path in written?.sink.publish()? {
             println!("wrote {}", path.display());
         }
         if arm {
@@ -163,7 +170,7 @@ fn follow(
     (session, log): (&mut Session, &mut Log),
     until: Option<Duration>,
     arm: bool,
-    files: &mut Files,
+    files: &mut Writer<Files>,
     seen: &mut Seen,
     held: &mut Option<Mode>,
 ) -> Result<(), Error> {
@@ -192,7 +199,9 @@ fn follow(
             _ => continue,
         };
         seen.take(&record);
-        files.add(&record, &session.identity)?;
+        if !files.add(&record, &session.identity) {
+            break Ok(()); // the end says why
+        }
         lines.say(|| format!("{}; {}, {:.2} mm deep", status::mode(&record), force_words(&record), record.depth_m * 1e3));
         if arm {
             let mode = record.mode();

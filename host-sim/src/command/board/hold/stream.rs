@@ -10,6 +10,7 @@ use palpate_tissue::Error as TissueError;
 use tempfile::NamedTempFile;
 
 use super::super::status::spent_us;
+use super::writer::Sink;
 use crate::error::Error;
 
 /// The files of a run.
@@ -31,14 +32,6 @@ impl Files {
         Ok(Self { whole: whole.map(Rows::begin).transpose()?, growing: growing.map(Growing::begin).transpose()? })
     }
 
-    /// A row in each.
-    pub(super) fn add(&mut self, record: &Record, identity: &Identity) -> Result<(), Error> {
-        if let Some(growing) = &mut self.growing {
-            growing.add(record, identity)?;
-        }
-        self.whole.as_mut().map_or(Ok(()), |whole| whole.add(record, identity))
-    }
-
     /// Ends the run; returns the files that are there.
     pub(super) fn publish(self) -> Result<Vec<PathBuf>, Error> {
         let mut written: Vec<PathBuf> = self.growing.into_iter().map(|growing| growing.0.path).collect();
@@ -47,6 +40,16 @@ impl Files {
             whole.publish()?;
         }
         Ok(written)
+    }
+}
+
+impl Sink for Files {
+    /// A row in each.
+    fn add(&mut self, record: &Record, identity: &Identity) -> Result<(), Error> {
+        if let Some(growing) = &mut self.growing {
+            growing.add(record, identity)?;
+        }
+        self.whole.as_mut().map_or(Ok(()), |whole| whole.add(record, identity))
     }
 }
 
@@ -148,5 +151,7 @@ impl<W: Write> Table<W> {
     }
 }
 
+#[cfg(test)]
+pub(super) mod example;
 #[cfg(test)]
 mod tests;
