@@ -59,6 +59,17 @@ fn take_patch(out: &Path) -> Result<(), Box<dyn Error>> {
     let bytes = fs::read(&file)
         .map_err(|cause| format!("{PATCH}: {}: {cause}; pack one with `palpate pack --out firmware/patches`", file.display()))?;
     fs::write(out.join("packed.patch"), bytes)?;
+    // how wrong it is, if it was fitted: for hosts
+    let mut name = file.into_os_string();
+    name.push(".json");
+    let record = match fs::read(&name) {
+        Ok(record) => {
+            println!("cargo:rerun-if-changed={}", Path::new(&name).display());
+            record
+        }
+        Err(_) => Vec::new(),
+    };
+    fs::write(out.join("packed.patch.json"), record)?;
     Ok(())
 }
 

@@ -117,6 +117,8 @@ impl Memories {
         let large = self.large.map_or(none("large"), |_| section("large", upload, "> LARGE"));
         let block = "SECTIONS { .start_block : ALIGN(4) { KEEP(*(.start_block)); } > FLASH } INSERT AFTER .vector_table;\n\
                      _stext = ADDR(.start_block) + SIZEOF(.start_block);\n";
-        fast + &large + if self.boot_block { block } else { "" }
+        // in the ELF file and in no memory
+        let record = "SECTIONS { .palpate_record 0 (INFO) : { KEEP(*(.palpate_record)); } }\n";
+        fast + &large + if self.boot_block { block } else { "" } + record
     }
 }

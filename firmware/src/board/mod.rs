@@ -56,6 +56,8 @@ pub enum Duty {
     SelfTest,
 }
 
+#[expect(unsafe_code, reason = "a section of its own")]
+mod fit_record;
 #[expect(unsafe_code, reason = "a logger is unsafe to write, and its state is shared with fault handlers")]
 pub mod log;
 #[expect(unsafe_code, reason = "memory that outlives a reset is no plain static")]

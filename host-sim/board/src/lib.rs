@@ -12,7 +12,7 @@
 //!
 //! Cost of a tick: `exec_log` (instructions executed), `firmware_image` (whose code they are),
 //! `thumb` (their class), `instruction_mix` (cycles), `timing`; start times and late ticks:
-//! `timed`; log of the image: `defmt_log`.
+//! `timed`; log of the image: `defmt_log`; errors of its patch: `patch_record`.
 
 pub mod board;
 pub mod campaign;
@@ -25,6 +25,7 @@ pub mod in_loop;
 pub mod instruction_mix;
 pub mod live_trace;
 pub mod one_core;
+pub mod patch_record;
 pub mod press;
 pub mod thumb;
 pub mod timed;

@@ -148,6 +148,34 @@ pub struct Judged {
     pub surface: Option<JudgedSurface>,
 }
 
+impl Judged {
+    /// In a sentence.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let lost = match self.lost_places {
+            0 => String::new(),
+            lost => format!("; {lost} more could not be judged, the patch found no balance there"),
+        };
+        let bump = self.bump.map_or(String::new(), |bump| {
+            format!("; the force that its inclusions add {:.1} % rms off, {:+.1} % at worst", bump.rms_pct, bump.worst_pct)
+        });
+        let glued = self.glued.map_or(String::new(), |glued| {
+            format!("; glued discs {:.1} % rms off, {:+.1} % at worst", glued.rms_pct, glued.worst_pct)
+        });
+        let surface = self.surface.map_or(String::new(), |surface| {
+            format!("; the surface {:.3} mm off on average {:.2} mm deep", surface.mean_m * 1e3, surface.depth_m * 1e3)
+        });
+        format!(
+            "{:.1} % rms off, {:+.1} % at worst, at {} places that the fit did not see, {:.2} to {:.2} mm deep{bump}{glued}{surface}{lost}",
+            self.rms_pct,
+            self.worst_pct,
+            self.places,
+            self.from_m * 1e3,
+            self.to_m * 1e3
+        )
+    }
+}
+
 /// Errors of another quantity than the force: the force added by inclusions, over its highest at
 /// the depth, or the stiffness of glued discs.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
@@ -192,6 +220,17 @@ impl FitRecord {
         let mut name = OsString::from(patch);
         name.push(RECORD_SUFFIX);
         name.into()
+    }
+
+    /// The fit and its errors, for a reader who has the patch alone.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        format!(
+            "calibrated to finite elements of scene {} at {} places: {}",
+            self.scene,
+            self.fitted_places,
+            self.judged.sentence()
+        )
     }
 
     /// Writes the record beside the patch file `name`.

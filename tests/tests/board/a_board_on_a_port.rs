@@ -100,7 +100,7 @@ fn a_board_is_found_told_of_and_given_another_patch_without_a_force() {
     let port = on.port();
     let list = palpate(SCRATCH, desk.folder(), &["board", "list", port]);
     assert!(list.code == Some(0) && list.stdout.contains(port) && list.stdout.contains("mps2 0.1.0, built "), "{list:?}");
-    let status = done(&desk, port, &["status"]);
+    let status = done(&desk, port, &["status", "--image", image().to_str().unwrap()]);
     for says in [
         "mode    idle",
         "fault   none",
@@ -109,6 +109,7 @@ fn a_board_is_found_told_of_and_given_another_patch_without_a_force() {
         "3500 Pa",
         " MHz",
         "stack   ",
+        "error   calibrated to finite elements of scene block at 100 places: 4.5 % rms off, -33.8 % at worst",
     ] {
         assert!(status.contains(says), "\"{says}\" is not in {status}");
     }
@@ -123,8 +124,9 @@ fn a_board_is_found_told_of_and_given_another_patch_without_a_force() {
     assert!(done(&desk, port, &["status"]).contains("4000 Pa"), "a refused modulus changes nothing");
     let patch = repository().join("firmware/patches/liver-m4f-168.patch");
     let sent = done(&desk, port, &["upload", patch.to_str().unwrap()]);
-    assert!(sent.contains("the board holds 42 nodes"), "{sent}");
-    assert!(done(&desk, port, &["status"]).contains("patch   42 nodes"));
+    assert!(sent.contains("the board holds 42 nodes") && sent.contains("no record of its fit"), "{sent}");
+    let other = done(&desk, port, &["status", "--image", image().to_str().unwrap()]);
+    assert!(other.contains("patch   42 nodes") && other.contains("error   unknown: "), "{other}");
     desk.put("cut.patch", &std::fs::read(&patch).unwrap()[..5_000]);
     refused(&board(&desk, port, &["upload", "cut.patch"]), "checksum");
     assert!(done(&desk, port, &["stop"]).contains("stopped: idle, 0.000 N, outputs off"));
@@ -165,8 +167,6 @@ fn a_press_is_streamed_and_a_held_port_is_refused() {
     assert_eq!(desk.listing(), ["growing.csv", "press.csv"]);
 }
 
-#[test]
-fn a_force_ends_when_its_host_is_killed_or_its_cable_pulled() {
 /// A pipe that nobody reads takes what some hundred records need, and then nothing, as a disk does
 /// that stalls.
 #[test]
@@ -192,6 +192,8 @@ fn a_disk_that_stalls_ends_no_force() {
     assert!(ticks.windows(2).all(|pair| pair[1] - pair[0] == 20.0), "and no row is missing");
 }
 
+#[test]
+fn a_force_ends_when_its_host_is_killed_or_its_cable_pulled() {
     let (desk, on) = (Desk::default(), started(PATIENT));
     let killed = Arming::start(&desk, on.port(), &["--out", "killed.csv", "--stream", "growing.csv"]);
     on.wait_for_force();
@@ -241,6 +243,14 @@ fn a_fault_is_told_in_words_until_it_is_cleared() {
     assert_eq!(on.truth().mode(), Some(Mode::Idle), "nothing is enabled by it");
 }
 
+#[test]
+fn a_board_that_crashed_too_often_refuses_to_arm_in_words() {
+    let _built = (binary(SCRATCH), image());
+    let (desk, on) = (Desk::default(), BoardOnAPort::start_after_crashes(image(), EmulatedBoard::M4f, PATIENT));
+    refused(&board(&desk, on.port(), &["arm", "--seconds", "60"]), "the board refuses: the board crashed three times");
+    assert_eq!((on.truth().mode(), on.truth().largest_n), (Some(Mode::Idle), 0.0));
+}
+
 /// A peer that is not a Palpate board.
 fn peer(says: Option<&'static [u8]>, echoes: bool, arguments: &[&str]) -> (Outcome, Vec<u8>) {
     let mut terminal = PseudoTerminal::open().unwrap();
@@ -269,14 +279,6 @@ fn whatever_is_no_board_of_ours_is_refused_in_a_line_and_told_nothing() {
     let garbage: &[u8] = b"AT+GMR\r\nOK\r\n\0\x07\x11garbage\0";
     let arm = ["arm", "--out", "x.csv"];
     for (says, echoes, words) in [
-#[test]
-fn a_board_that_crashed_too_often_refuses_to_arm_in_words() {
-    let _built = (binary(SCRATCH), image());
-    let (desk, on) = (Desk::default(), BoardOnAPort::start_after_crashes(image(), EmulatedBoard::M4f, PATIENT));
-    refused(&board(&desk, on.port(), &["arm", "--seconds", "60"]), "the board refuses: the board crashed three times");
-    assert_eq!((on.truth().mode(), on.truth().largest_n), (Some(Mode::Idle), 0.0));
-}
-
         (None, false, "nothing is heard"),
         (None, true, "nothing is heard"),
         (Some(garbage), false, "no frame of ours among them"),

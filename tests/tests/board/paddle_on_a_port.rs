@@ -13,6 +13,15 @@ use palpate_tests::palpate_command::{Desk, Outcome, binary, palpate, repository}
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 
 #[test]
+fn the_guide_takes_at_most_ten_lines_and_its_patch_is_calibrated() {
+    let guide = std::fs::read_to_string(repository().join("firmware/controller/README.md")).unwrap();
+    let lines: Vec<&str> = guide.split("```sh\n").nth(1).unwrap().split("```").next().unwrap().lines().collect();
+    assert!(lines.len() <= 10 && lines[1].contains(" -- cut --scene block "), "{lines:?}");
+    let steps = lines.iter().filter_map(|line| line.split(" -- board ").nth(1)?.split(' ').next());
+    assert_eq!(steps.collect::<Vec<_>>(), ["status", "profile", "home", "arm"], "those of the test below");
+}
+
+#[test]
 fn a_paddle_is_given_its_profile_shown_its_home_pose_armed_and_felt() {
     let image = build_firmware(Path::new(SCRATCH).parent().unwrap(), &[]).unwrap();
     let _built = binary(SCRATCH);
@@ -23,6 +32,8 @@ fn a_paddle_is_given_its_profile_shown_its_home_pose_armed_and_felt() {
     let board = |arguments: &[&str]| -> Outcome {
         palpate(SCRATCH, desk.folder(), &[&["board"], arguments, &["--port", on.port()]].concat())
     };
+    let status = board(&["status", "--image", image.to_str().unwrap()]);
+    assert!(status.code == Some(0) && status.stdout.contains("error   calibrated to finite elements"), "{status:?}");
     desk.put("weak.toml", std::fs::read_to_string(&file).unwrap().replace("full_scale_a = [2.0]", "full_scale_a = [0.2]"));
     let weak = board(&["profile", "--device", "weak.toml"]);
     assert!(weak.code == Some(2) && weak.stderr.contains("weak.toml: [mechanism]: the motors are too weak"), "{weak:?}");

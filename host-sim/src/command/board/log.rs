@@ -128,10 +128,16 @@ fn at_rest(session: &Session) -> bool {
 
 /// The image that was built last in the repository around the working folder, if it is the board's.
 fn built(board: u32) -> Option<LogTable> {
-    let root = repository().ok()?;
-    let target =
-        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |folder| root.join(PathBuf::from(folder)));
-    IMAGES.iter().find_map(|image| LogTable::of_board(target.join(image), board).ok())
+    images().find_map(|image| LogTable::of_board(image, board).ok())
+}
+
+/// Where images are that were built in the repository around the working folder.
+pub(super) fn images() -> impl Iterator<Item = PathBuf> {
+    repository().into_iter().flat_map(|root| {
+        let target =
+            std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |folder| root.join(PathBuf::from(folder)));
+        IMAGES.map(|image| target.join(image))
+    })
 }
 
 #[cfg(test)]

@@ -3,11 +3,12 @@
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use palpate::haptic::mode::Mode;
+use palpate_board::patch_record;
 use palpate_controller::link::{FromBoard, Identity, Record, ToBoard};
 use palpate_controller::words;
 
 use super::Port;
-use super::log::Log;
+use super::log::{Log, images};
 use crate::error::Error;
 use crate::port::session::force_words;
 
@@ -39,6 +40,7 @@ pub(super) fn run(port: &Port) -> Result<(), Error> {
                 "patch   {nodes} nodes, checksum {:08x}, Young's modulus {} Pa",
                 identity.patch_checksum, identity.youngs_modulus_pa
             );
+            println!("error   {}", error(port, identity));
             println!("tick    {}", tick(record, identity));
             println!("stack   {stack} bytes at the deepest since power-on");
             println!("link    {bad_frames} frames dropped there, {} here", session.counts().bad);
@@ -53,6 +55,23 @@ pub(super) fn run(port: &Port) -> Result<(), Error> {
     }
     lines.iter().for_each(|line| println!("log     {line}"));
     Ok(())
+}
+
+/// How wrong the board's patch is, by the record in its image's ELF file.
+fn error(port: &Port, identity: &Identity) -> String {
+    let found = port
+        .image
+        .clone()
+        .into_iter()
+        .chain(images())
+        .find_map(|image| patch_record::of_board(&image, identity.image, identity.patch_checksum));
+    found.map_or_else(
+        || {
+            "unknown: the image has no record of a fit of this patch; one that was sent has it beside its file (.patch.json)"
+                .into()
+        },
+        |record| record.sentence(),
+    )
 }
 
 /// Board, version and age of an image.

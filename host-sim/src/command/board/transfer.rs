@@ -8,6 +8,7 @@ use palpate_controller::config::Profile;
 use palpate_controller::link::{FromBoard, Refusal, ToBoard, upload};
 use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_tissue::Error as TissueError;
+use palpate_tissue::fit_record::FitRecord;
 
 use super::Port;
 use crate::error::Error;
@@ -54,6 +55,10 @@ fn send_patch(path: &Path, patch: &[u8], session: &mut Session) -> Result<(), Er
         patch.len(),
         session.identity.patch_checksum
     );
+    match FitRecord::of_file(path) {
+        Some(record) => println!("{}", record.sentence()),
+        None => println!("how wrong it is is unknown: there is no record of its fit (.patch.json) beside it"),
+    }
     Ok(())
 }
 
@@ -94,15 +99,15 @@ pub(super) fn modulus(pascal: f32, session: &mut Session) -> Result<(), Error> {
                 println!("Young's modulus {} Pa, was {was} Pa; {nodes} nodes", session.identity.youngs_modulus_pa);
                 return Ok(());
             }
+            FromBoard::Modulus(taken) => {
+                println!("Young's modulus {taken} Pa as soon as nothing touches, was {was} Pa");
+                return Ok(());
+            }
             FromBoard::Refused(refusal) => return Err(PortError::Refused { port: session.port().into(), refusal }.into()),
             _ => {}
         }
     }
     let what = format!("the board did not say that it took a modulus of {pascal} Pa: try again");
-            FromBoard::Modulus(taken) => {
-                println!("Young's modulus {taken} Pa as soon as nothing touches, was {was} Pa");
-                return Ok(());
-            }
     Err(PortError::Undone { port: session.port().into(), what }.into())
 }
 

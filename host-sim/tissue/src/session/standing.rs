@@ -73,31 +73,10 @@ impl Standing {
     pub fn sentence(&self) -> String {
         match self {
             Self::Calibrated { record } => {
-                let judged = record.judged;
-                let lost = match judged.lost_places {
-                    0 => String::new(),
-                    lost => format!("; {lost} more could not be judged, the patch found no balance there"),
-                };
-                let bump = judged.bump.map_or(String::new(), |bump| {
-                    format!(
-                        "; the force that its inclusions add {:.1} % rms off, {:+.1} % at worst",
-                        bump.rms_pct, bump.worst_pct
-                    )
-                });
-                let glued = judged.glued.map_or(String::new(), |glued| {
-                    format!("; glued discs {:.1} % rms off, {:+.1} % at worst", glued.rms_pct, glued.worst_pct)
-                });
-                let surface = judged.surface.map_or(String::new(), |surface| {
-                    format!("; the surface {:.3} mm off on average {:.2} mm deep", surface.mean_m * 1e3, surface.depth_m * 1e3)
-                });
                 format!(
-                    "calibrated to finite elements over {} places of this scene: {:.1} % rms off, {:+.1} % at worst, at {} places that the fit did not see, {:.2} to {:.2} mm deep{bump}{glued}{surface}{lost}",
+                    "calibrated to finite elements over {} places of this scene: {}",
                     record.fitted_places,
-                    judged.rms_pct,
-                    judged.worst_pct,
-                    judged.places,
-                    judged.from_m * 1e3,
-                    judged.to_m * 1e3
+                    record.judged.sentence()
                 )
             }
             Self::CalibratedForAnother { differs, expected, .. } => {

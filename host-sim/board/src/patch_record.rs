@@ -1,0 +1,24 @@
+//! The record of the fit of an image's patch, from its ELF file.
+
+use std::path::Path;
+
+use object::{Object, ObjectSection};
+use palpate_tissue::fit_record::FitRecord;
+
+use super::defmt_log::checksum;
+
+/// Section of the record, which is not loaded.
+const SECTION: &str = ".palpate_record";
+
+/// The record of the patch of this checksum, in the image that a board runs, whose checksum the
+/// board tells; none in an image of another patch or of one without a record.
+#[must_use]
+pub fn of_board(path: &Path, image: u32, patch: u32) -> Option<FitRecord> {
+    let elf = std::fs::read(path).ok()?;
+    if checksum(&elf) != Some(image) {
+        return None;
+    }
+    let file = object::File::parse(&*elf).ok()?;
+    let json = file.section_by_name(SECTION)?.data().ok()?;
+    serde_json::from_slice(json).ok().filter(|record: &FitRecord| record.patch_crc32 == patch)
+}
