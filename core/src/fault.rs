@@ -217,7 +217,7 @@ impl Fault {
         Self::WrongSign,
     ];
 
-    /// In words.
+    /// Words for the fault.
     #[must_use]
     pub fn text(self) -> &'static str {
         match self {
@@ -242,7 +242,7 @@ impl Fault {
         }
     }
 
-    /// How to remove the cause, where it lies in the set-up of the device.
+    /// Way to remove the cause, where it lies in the set-up of the device.
     #[must_use]
     pub fn remedy(self) -> Option<&'static str> {
         match self {

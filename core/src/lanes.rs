@@ -90,15 +90,15 @@ pub trait Lanes<const W: usize>:
     + SubAssign
     + MulAssign
 {
-    /// One number in every lane.
+    /// Puts one number into every lane.
     fn splat(x: f32) -> Self;
-    /// One number per lane.
+    /// Puts one number into each lane.
     fn from_array(x: [f32; W]) -> Self;
     /// The lanes as numbers.
     fn to_array(self) -> [f32; W];
     /// Square root of lanes that are sums of squares.
     fn root(self) -> Self;
-    /// Where a lane is negative, the lane; zero elsewhere.
+    /// Keeps lanes that are negative and makes the others zero.
     fn negative_part(self) -> Self;
     /// The larger of each lane and `floor`.
     fn at_least(self, floor: f32) -> Self;

@@ -75,7 +75,7 @@ const RELAXES: u32 = 1 << 4;
 const RUBS: u32 = 1 << 5;
 const STIFFENS: u32 = 1 << 6;
 const SMOOTH_MASS: u32 = 1 << 7;
-/// Where the checksummed part begins: after magic, version and checksum.
+/// Offset of the checksummed part, which begins after magic, version and checksum.
 const CHECKED_FROM: usize = 16;
 
 /// A patch file, opened where it lies.
@@ -103,7 +103,7 @@ pub struct PatchFile<'a> {
     pub model: Model<'a>,
     /// The parameters it was packed with.
     pub params: Params,
-    /// Where on the rest surface the probe presses [m].
+    /// Place of the press on the rest surface [m].
     pub site_m: Vector3<f32>,
     /// Longest stable substep, measured on the pressed patch when it was packed [s].
     pub stable_dt_s: f32,

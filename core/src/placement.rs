@@ -80,7 +80,7 @@ impl Placement {
         self.x * vector.x + self.y * vector.y + self.z * vector.z
     }
 
-    /// A force [N] or a direction of the patch's frame in the device's.
+    /// Turns a force [N] or a direction from the patch's frame into the device's.
     #[inline(always)]
     #[must_use]
     pub fn turn_to_device(&self, vector: Vector3<f32>) -> Vector3<f32> {

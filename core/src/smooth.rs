@@ -106,7 +106,7 @@ fn ends<'a>(spring: &Spring, node_step: &'a [NodeStep]) -> Option<(&'a NodeStep,
     Some((a, b, spring.k * (a.added + b.added) * (1.0 / NEIGHBOUR)))
 }
 
-/// One round: every node takes its neighbours' mean.
+/// Runs one round: every node takes its neighbours' mean.
 #[inline(never)]
 fn average(model: &Model, node_step: &mut [NodeStep], field: usize) {
     for node in node_step.iter_mut() {

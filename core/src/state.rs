@@ -67,7 +67,7 @@ pub(crate) fn node(nodes: &[Node], index: u16) -> &Node {
     nodes.get(usize::from(index)).unwrap_or(&Node::ZERO)
 }
 
-/// Where the probe touched in the last tick.
+/// Plane that the probe touched in the last tick.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TouchPlane {
     /// Point of the *undeformed* surface under the probe [m].
@@ -126,7 +126,7 @@ pub struct State<'a> {
     pub(crate) bristles: &'a mut [Bristle],
     /// Surface triangles near the probe in this tick.
     pub(crate) candidates: &'a mut [u16],
-    /// How many of `candidates` are valid.
+    /// Number of valid entries in `candidates`.
     pub(crate) near: usize,
     /// Probe tip that the patch saw last [m].
     pub(crate) tip_m: Option<Vector3<f32>>,
@@ -151,7 +151,7 @@ pub struct State<'a> {
     pub(crate) seat: Seat,
     /// Tet at which the probe's body was located last.
     pub(crate) body: Seat,
-    /// How many of `bristles` touched in the last substep.
+    /// Number of entries in `bristles` that touched in the last substep.
     pub(crate) rubbing: usize,
     /// Friction of this tick; zero without friction.
     pub(crate) rubbed: Rubbed,
@@ -291,7 +291,7 @@ impl<'a> State<'a> {
         }
     }
 
-    /// Back to rest; clears a latched fault.
+    /// Returns to rest and clears a latched fault.
     pub fn reset(&mut self, model: &Model) {
         for (node, rest) in self.nodes.iter_mut().zip(model.nodes) {
             node.put_to_rest(rest.rest_m.into());
@@ -451,7 +451,7 @@ impl TetShapes {
     }
 }
 
-/// Where the walk of [`crate::stages::presence`] ended in the last tick.
+/// Tet in which the walk of [`crate::stages::presence`] ended in the last tick.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seat {
     /// Tet in which the last walk ended.

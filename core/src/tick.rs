@@ -28,7 +28,7 @@ use crate::stages::probe::ProbePose;
 use crate::stages::{contact, output, probe};
 use crate::state::State;
 
-/// One tick of the product.
+/// Runs one tick of the product.
 ///
 /// ```
 /// use palpate::{Memory, PatchFile, ProbePose, tick};
@@ -61,7 +61,7 @@ pub fn tick(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) ->
     tick_with(model, tuned, state, pose, &mut Product)
 }
 
-/// One tick of another method: see [`crate::method`] for what it may do differently.
+/// Runs one tick of another method: see [`crate::method`] for what it may do differently.
 pub fn tick_with(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, method: &mut impl Method) -> Output {
     let answer = match state.fault {
         None => run(model, tuned, state, pose, method),

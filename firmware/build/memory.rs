@@ -33,7 +33,7 @@ pub const MPS2: Memories = Memories {
     boot_block: false,
 };
 
-/// From the chip's own description: flash and RAM begin where every STM32 has them and extend over
+/// Reads the chip's own description: flash and RAM begin where every STM32 has them and extend over
 /// all adjoining regions.
 #[cfg(feature = "stm32")]
 pub fn of_chip() -> Option<Memories> {
@@ -76,7 +76,7 @@ pub fn of_chip() -> Option<Memories> {
     Some(Memories { flash, ram, fast_code: Some(Region { bytes: 0, ..ram }), large: None, boot_block: true })
 }
 
-/// No description of this chip.
+/// Memories of the chip; `None` if no description of it exists.
 #[cfg(not(any(feature = "pico2", feature = "stm32")))]
 pub fn of_chip() -> Option<Memories> {
     None

@@ -16,7 +16,7 @@ pub enum Error {
     Trace {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// Cause of the failure.
         cause: palpate_loop::live::trace::TraceError,
     },
     /// A picture that cannot be drawn.

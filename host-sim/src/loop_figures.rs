@@ -74,7 +74,7 @@ pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Si
     lines(folder.draft(), &format!("{name}_spectrum"), &Lines { title, below, x, y, series: &series, levels: &[] })
 }
 
-/// From shortly before the touch to shortly after the handle came to rest.
+/// Rows from shortly before the touch to shortly after the handle came to rest.
 fn shown<'a>(run: &'a Run, site: &Site) -> &'a [Row] {
     let depth_m = |row: &Row| -(row.at_m - site.at_m).dot(&site.normal);
     let touch = run.rows.iter().position(|r| depth_m(r) > 0.0).unwrap_or(0);

@@ -21,7 +21,7 @@ use palpate_controller::link::Refusal;
 /// Why a request to a board on a port failed.
 #[derive(Debug, thiserror::Error)]
 pub enum PortError {
-    /// No port of this name.
+    /// The system has no port of this name.
     #[error("{0}: there is no such port: `palpate board list` names the boards that answer; is the cable in?")]
     Missing(String),
     /// Another program has it open.
@@ -40,7 +40,7 @@ pub enum PortError {
         /// Words of the operating system.
         cause: String,
     },
-    /// Nothing came.
+    /// The port stays silent.
     #[error(
         "{0}: nothing is heard, and every board of ours speaks: is it powered, flashed with an image of palpate, and is this its port?"
     )]
@@ -65,7 +65,7 @@ pub enum PortError {
     Lost {
         /// Name of the port.
         port: String,
-        /// How it ended.
+        /// Reason why the connection ended.
         what: &'static str,
         /// The force that acted, and how it ends.
         after: String,
@@ -75,7 +75,7 @@ pub enum PortError {
     Refused {
         /// Name of the port.
         port: String,
-        /// Why.
+        /// Cause of the failure.
         refusal: Refusal,
     },
     /// A request was not carried out in time.

@@ -1,4 +1,4 @@
-//! How a result was made: `provenance` in every `summary.json`.
+//! Origin of a result: `provenance` in every `summary.json`.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -12,7 +12,7 @@ use serde_json::Value;
 const ELSEWHERE: [&str; 2] = ["--out", "--shard"];
 const PRINTED: &str = "--all";
 
-/// How a result was made.
+/// Origin of a result.
 #[derive(Debug, Serialize)]
 struct Provenance<'a> {
     /// Version of the program.

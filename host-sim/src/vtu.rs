@@ -42,7 +42,7 @@ pub struct Array {
 }
 
 impl Array {
-    /// Of rows of as many components each.
+    /// Writes a data array of rows with equal numbers of components.
     pub fn of<T: std::fmt::Display, const N: usize>(kind: &str, name: &str, rows: impl IntoIterator<Item = [T; N]>) -> Self {
         let mut text = format!("<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{N}\" format=\"ascii\">\n");
         for row in rows {

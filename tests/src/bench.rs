@@ -136,7 +136,7 @@ impl Noise {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// Three of them.
+    /// A vector of three random numbers.
     pub fn vector(&mut self) -> Vector3<f64> {
         Vector3::from_fn(|_, _| self.uniform())
     }

@@ -16,7 +16,7 @@ pub enum Language {
 }
 
 impl Language {
-    /// By the name of a file.
+    /// Chooses the language by the name of a file.
     #[must_use]
     pub fn of(file: &Path) -> Self {
         if file.extension() == Some(OsStr::new("c")) { Self::C } else { Self::Cpp }

@@ -78,7 +78,8 @@ pub enum Crash {
     Hangs,
     /// The tick timer stops, and a loop without end.
     StopsTheTimer,
-    /// No crash: this many turns of a loop of two instructions, then normal execution.
+    /// No crash: the code runs through this many turns of a loop of two instructions, then goes on
+    /// normally.
     Dawdles(u32),
 }
 

@@ -26,9 +26,9 @@ const NEIGHBOUR: f64 = 2.0;
 /// A probe in motion.
 #[derive(Clone, Copy, Debug)]
 pub struct Tip {
-    /// Where [m].
+    /// Position [m].
     pub at_m: Vector,
-    /// How fast [m/s].
+    /// Velocity [m/s].
     pub velocity_m_per_s: Vector,
 }
 
@@ -269,8 +269,8 @@ impl<'a> Oracle<'a> {
         (0..force_n.len()).map(|n| if self.anchored[n] { Vector::zeros() } else { of(n) }).collect()
     }
 
-    /// One tick as documented: the tip goes straight from one place to the other, the probe's force
-    /// [N] is the mean over the substeps.
+    /// Runs one tick as documented: the tip goes straight from one place to the other, the probe's
+    /// force [N] is the mean over the substeps.
     pub fn tick(&self, x: &mut [Vector], v: &mut [Vector], from_m: Vector, to_m: Vector) -> Vector {
         let (tick_s, substeps) = (f64::from(self.params.tick_s), self.params.substeps);
         let dt_s = tick_s / f64::from(substeps);

@@ -73,7 +73,7 @@ pub fn executed(
 }
 
 impl Listing {
-    /// Of an image.
+    /// Reads the instructions of an image.
     #[must_use]
     pub fn of(elf: &Path) -> Self {
         Self(disassembly::of(elf).lines().filter_map(parse).collect())
@@ -185,7 +185,7 @@ impl Line {
         self.mnemonic.starts_with("it") && self.mnemonic.chars().skip(1).all(|letter| matches!(letter, 't' | 'e'))
     }
 
-    /// Without its condition, two letters before the first dot.
+    /// The mnemonic without its condition, two letters before the first dot.
     fn unconditional(&self) -> Self {
         let (name, kind) = self.mnemonic.split_once('.').map_or((&*self.mnemonic, String::new()), |(n, k)| (n, format!(".{k}")));
         let name = name.get(..name.len().saturating_sub(2)).unwrap_or_default();

@@ -74,7 +74,7 @@ impl Table {
 /// A finished press.
 #[derive(Debug)]
 pub struct PressRun {
-    /// Where it ran.
+    /// Machine on which it ran.
     pub desk: Desk,
     /// Output folder.
     pub out: PathBuf,

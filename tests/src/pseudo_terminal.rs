@@ -9,8 +9,8 @@ use rustix::fs::{Mode, OFlags};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
-/// Both ends. The host's is kept open, so that the port is there between two hosts. No program that
-/// a test starts inherits an end, so that dropping this pulls the cable.
+/// Both ends of a pseudo-terminal. The host's end is kept open, so that the port exists between two
+/// hosts. No program that a test starts inherits an end, so that dropping this pulls the cable.
 #[derive(Debug)]
 pub struct PseudoTerminal {
     /// The device's end.

@@ -10,7 +10,7 @@ use palpate::{Model, Params, Vector3};
 /// Largest relative error of one operation in `f32`.
 pub const UNIT: f64 = 1.0 / (1 << 24) as f64;
 
-/// How many standard deviations are allowed.
+/// Number of standard deviations that are allowed.
 pub const SIGMAS: f64 = 6.0;
 /// Operations from a coordinate to a spring's force: subtraction, squares and sums, root, division,
 /// compensation, product.
@@ -112,7 +112,7 @@ impl Star {
 #[derive(Clone, Copy, Default)]
 struct Pressure {
     size: f64,
-    /// Of its error.
+    /// Square of its error.
     square: f64,
 }
 

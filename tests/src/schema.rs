@@ -42,7 +42,7 @@ pub fn check_all(folder: &Path) {
     }
 }
 
-/// Where and how a summary departs from the schema.
+/// Places and ways in which a summary departs from the schema.
 #[must_use]
 pub fn defects(summary: &Value) -> Vec<String> {
     let mut defects = Vec::new();

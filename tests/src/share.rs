@@ -19,7 +19,7 @@ pub struct Share {
 }
 
 impl Share {
-    /// One case in `one_in`, or all in the long form.
+    /// Takes one case in `one_in`, or all in the long form.
     #[must_use]
     pub fn one_in(one_in: usize) -> Self {
         Self { one_in: if long() { 1 } else { one_in }, seen: 0 }

@@ -59,7 +59,7 @@ impl Triangles {
         self
     }
 
-    /// Both surfaces in one file.
+    /// Puts both surfaces into one file.
     #[must_use]
     pub fn and(mut self, other: &Self) -> Self {
         let first = self.corners_mm.len();

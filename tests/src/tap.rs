@@ -20,7 +20,7 @@ const REST_S: f64 = 0.6;
 /// Ticks at the end of the hold and of the rest that are evaluated.
 const LAST: usize = 50;
 
-/// How the probe goes down and up again.
+/// Motion of the probe down and up again.
 #[derive(Clone, Copy, Debug)]
 pub struct Tap {
     /// Depth of the hold [m].
@@ -49,7 +49,7 @@ pub struct Outcome {
 }
 
 impl Tap {
-    /// Down, 0.35 s there, out, 0.6 s.
+    /// Moves down, stays for 0.35 s, moves out and waits for 0.6 s.
     ///
     /// # Panics
     /// Parameters that the core refuses.

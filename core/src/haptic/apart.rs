@@ -33,7 +33,7 @@ pub struct Apart {
 }
 
 impl Apart {
-    /// For a device with this encoder count at the probe [m].
+    /// Creates the check for a device with this encoder count at the probe [m].
     #[must_use]
     pub fn new(count_m: f32) -> Self {
         Self { lag_m: LAG_COUNTS * count_m + ROUNDING_M, ticks: 0 }

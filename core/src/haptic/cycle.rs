@@ -119,7 +119,7 @@ pub struct Cycle {
 }
 
 impl Cycle {
-    /// In [`Mode::Boot`].
+    /// Creates a cycle in [`Mode::Boot`].
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting, of the device or of the loop.
@@ -181,7 +181,7 @@ impl Cycle {
         Ok(())
     }
 
-    /// One cycle, every tick.
+    /// Runs one cycle, every tick.
     pub fn tick(&mut self, device: &mut impl HapticDevice, renderer: &mut impl Renderer, command: Command) -> Telemetry {
         self.ticks = self.ticks.wrapping_add(1);
         self.machine.count();

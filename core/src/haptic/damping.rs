@@ -106,7 +106,7 @@ pub struct Damping {
 }
 
 impl Damping {
-    /// At rest; `count_m` is one count of the encoder [m].
+    /// Creates the damping at rest; `count_m` is one count of the encoder [m].
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting.

@@ -38,8 +38,8 @@ impl Default for Deadline {
 }
 
 impl Deadline {
-    /// One cycle, given the periods that were missed before it. True for a single miss, which is
-    /// tolerated.
+    /// Runs one cycle, given the periods that were missed before it. True for a single miss, which
+    /// is tolerated.
     ///
     /// # Errors
     /// [`Fault::DeadlineMissed`].

@@ -139,7 +139,7 @@ pub struct Sensed {
 /// assert_eq!(slider.steps, 150);
 /// ```
 pub trait HapticDevice {
-    /// Its limits.
+    /// Limits of the device.
     fn limits(&self) -> DeviceSpec;
 
     /// Newest reading, without waiting.

@@ -99,8 +99,8 @@ impl LoopLimitSettings {
         ]
     }
 
-    /// Every limit between the least and that of `highest`: NaN, zero, negative and infinite ones
-    /// are refused.
+    /// Checks that every limit lies between the least and that of `highest`: NaN, zero, negative
+    /// and infinite ones are refused.
     #[inline(never)]
     fn check_below(&self, highest: &Self) -> Result<(), BuildError> {
         let bounds = LEAST.iter().zip(highest.numbers());

@@ -158,7 +158,7 @@ pub const TRANSITIONS: [(Mode, Event, Mode); 24] = [
     (Mode::Fault, Event::Cleared, Mode::SelfTest),
 ];
 
-/// Where an event leads; `None` if the mode does not accept it.
+/// The mode that an event leads to; `None` if the present mode does not accept it.
 #[must_use]
 pub fn next(mode: Mode, event: Event) -> Option<Mode> {
     TRANSITIONS.iter().find(|(from, on, _)| (*from, *on) == (mode, event)).map(|&(_, _, to)| to)

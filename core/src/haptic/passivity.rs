@@ -31,7 +31,7 @@ const FADE: f32 = 0.8;
 /// Below this gain there is no force (1).
 const FADED: f32 = 0.01;
 
-/// When the observer intervenes.
+/// Thresholds at which the observer intervenes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassivitySettings {
     /// Energy that a contact may give beyond what it took [J].

@@ -28,7 +28,7 @@ use crate::fault::Fault;
 const PUSH_N: f32 = 0.5;
 /// Speed gained against it that is a fault [m/s].
 const GAINED_M_PER_S: f32 = 0.5;
-/// Travel into the tissue while it is gained [m].
+/// Travel into the tissue in which that speed is gained [m].
 const GONE_M: f32 = 25e-3;
 /// Square of the least cosine between that travel and the normal (1): within 26 degrees.
 const STRAIGHT: f32 = 0.81;
@@ -57,8 +57,8 @@ pub struct Runaway {
 }
 
 impl Runaway {
-    /// One cycle, `1 / per_s` after the one before: `applied_n` is the force sent last, `normal`
-    /// points out of the tissue.
+    /// Runs one cycle, `1 / per_s` after the one before: `applied_n` is the force sent last,
+    /// `normal` points out of the tissue.
     ///
     /// # Errors
     /// [`Fault::Runaway`].

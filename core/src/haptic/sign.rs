@@ -60,8 +60,9 @@ pub struct SignWatch {
 }
 
 impl SignWatch {
-    /// One cycle; `inward_m_per_s` is the low-passed speed against the contact's normal, `given_j`
-    /// the energy given to the hand since the touch, negative while the tissue stores energy.
+    /// Runs one cycle; `inward_m_per_s` is the low-passed speed against the contact's normal,
+    /// `given_j` the energy given to the hand since the touch, negative while the tissue stores
+    /// energy.
     ///
     /// # Errors
     /// [`Fault::WrongSign`].

@@ -116,7 +116,7 @@ impl Swing {
 }
 
 impl Stillness {
-    /// Of a loop with this tick [s].
+    /// Creates the watch for a loop with this tick [s].
     #[must_use]
     pub fn build(tick_s: f32) -> Self {
         Self {
@@ -129,7 +129,7 @@ impl Stillness {
         }
     }
 
-    /// One tick.
+    /// Runs one tick.
     pub fn judge(
         &mut self,
         displacement_m: &Vector3<f32>,

@@ -61,7 +61,8 @@ pub struct Toggle {
 }
 
 impl Toggle {
-    /// For a sensor with this count [m]; zero for an ideal one, which never toggles.
+    /// Creates the filter for a sensor with this count [m]; zero for an ideal one, which never
+    /// toggles.
     #[must_use]
     pub const fn new(count_m: f32) -> Self {
         Self { count_m, axes: None, force_n: Vector3::new(0.0, 0.0, 0.0), shakes_n: 0.0 }

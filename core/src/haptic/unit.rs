@@ -67,7 +67,7 @@ pub struct UnitWatch {
 const PASSED: u8 = u8::MAX;
 
 impl UnitWatch {
-    /// For an encoder with this count [m]; zero if the profile gives none.
+    /// Creates the watch for an encoder with this count [m]; zero if the profile gives none.
     #[must_use]
     pub fn build(count_m: f32) -> Self {
         let (shortest_m, longest_m) = (count_m / FACTOR, count_m * FACTOR);
@@ -86,7 +86,8 @@ impl UnitWatch {
         watch
     }
 
-    /// One reading, `displacement_m` from the one before; `held` if the reading repeats that one.
+    /// Judges one reading, displaced by `displacement_m` from the one before; `held` if the reading
+    /// repeats that one.
     ///
     /// # Errors
     /// [`Fault::UnitMismatch`].
@@ -201,7 +202,7 @@ mod tests {
         assert_eq!(moved(3), Err(Fault::UnitMismatch), "a tenth of a count from rest to rest");
     }
 
-    /// This many motions of these steps [counts], each from rest to rest.
+    /// Runs this many motions of these steps [counts], each from rest to rest.
     fn motions(watch: &mut UnitWatch, times: u8, steps: [f32; 2]) -> Result<(), Fault> {
         (0..times).try_for_each(|_| {
             [0.0; 3]

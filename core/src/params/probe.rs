@@ -58,7 +58,7 @@ const MOST_LENGTH_M: f32 = 1.0;
 const LEANS: f32 = 1e-3;
 
 impl ProbeShape {
-    /// It has a handle, which tissue touches where the tip went in.
+    /// Whether the probe has a handle, which tissue touches where the tip went in.
     #[inline(always)]
     pub(crate) fn has_handle(self) -> bool {
         match self {

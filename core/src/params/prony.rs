@@ -68,7 +68,7 @@ pub(super) fn check(terms: &[PronyTerm; MOST_TERMS], tick_s: f32) -> Result<(), 
 /// hold.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Prony {
-    /// How many terms act; zero without relaxation.
+    /// Number of terms that act; zero without relaxation.
     pub terms: usize,
     /// Share of a force that never fades, `1 - sum g`.
     pub stays: f32,

@@ -34,7 +34,7 @@ const STEPS: u16 = 8;
 /// Tets tested in the first tick after a reset, when the tip may be anywhere.
 const FIRST_STEPS: u16 = 512;
 
-/// Where the sensed tip is.
+/// Position of the sensed tip relative to the tissue at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Presence {
     /// In the rest volume, entered through the touchable surface.

@@ -33,7 +33,7 @@ const SLID_M: f32 = 1e-3;
 /// it.
 const ROUNDING_M: f32 = 1e-7;
 
-/// Where the probe is.
+/// Pose of the probe that the patch is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbePose {
     /// Tip [m], patch frame.

@@ -94,7 +94,7 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// In `Boot`, tip clear of a wall of `n_per_m`.
+    /// Creates a loop in `Boot`, tip clear of a wall of `n_per_m`.
     pub fn new(n_per_m: f32) -> Self {
         Self::with(n_per_m, stylus(), |_| ())
     }
@@ -115,39 +115,39 @@ impl Bench {
         }
     }
 
-    /// One cycle with a new reading where the tip is.
+    /// Runs one cycle with a new reading where the tip is.
     pub fn run(&mut self, command: Command) -> Telemetry {
         self.device.sensed.sequence = self.device.sensed.sequence.wrapping_add(1);
         self.repeat(command)
     }
 
-    /// One cycle without a new reading.
+    /// Runs one cycle without a new reading.
     pub fn repeat(&mut self, command: Command) -> Telemetry {
         self.cycle.tick(&mut self.device, &mut self.wall, command)
     }
 
-    /// One cycle with a sign of life from the host.
+    /// Runs one cycle with a sign of life from the host.
     pub fn tick(&mut self) -> Telemetry {
         self.run(Command::HEARD)
     }
 
-    /// One cycle with the tip at this height [m].
+    /// Runs one cycle with the tip at this height [m].
     pub fn at(&mut self, z_m: f32) -> Telemetry {
         self.device.sensed.position_m.z = z_m;
         self.tick()
     }
 
-    /// One cycle with a request.
+    /// Runs one cycle with a request.
     pub fn ask(&mut self, asked: Ask) -> Telemetry {
         self.run(Command { asked: Some(asked), ..Command::HEARD })
     }
 
-    /// This many cycles with the tip at its place; returns the last record.
+    /// Runs this many cycles with the tip at its place; returns the last record.
     pub fn ticks(&mut self, ticks: usize) -> Telemetry {
         (0..ticks).map(|_| self.tick()).last().expect("at least one")
     }
 
-    /// Started up, in `Idle`.
+    /// Starts the loop up; it is in `Idle` then.
     pub fn idle(mut self) -> Self {
         self.ask(Ask::Booted);
         self.ask(Ask::TestPassed);
@@ -155,7 +155,7 @@ impl Bench {
         self
     }
 
-    /// Armed, `Active`, at full gain, clear of the wall.
+    /// Arms the loop; it is `Active` then, at full gain, clear of the wall.
     pub fn active(self) -> Self {
         let mut bench = self.idle();
         bench.arm();
@@ -193,7 +193,7 @@ impl Bench {
         self.run(Command { found: Some(fault), ..Command::HEARD })
     }
 
-    /// One cycle after this many missed periods.
+    /// Runs one cycle after this many missed periods.
     pub fn late(&mut self, late_ticks: u16) -> Telemetry {
         self.run(Command { late_ticks, ..Command::HEARD })
     }

@@ -14,7 +14,7 @@ fn z(length: f32) -> Vector3<f32> {
     Vector3::new(0.0, 0.0, length)
 }
 
-/// One tick: the probe moves, then a force is sent [m, N].
+/// Runs one tick: the probe moves, then a force is sent [m, N].
 fn step(observer: &mut PassivityObserver, moved_m: f32, touched: bool, force_n: f32) -> Result<(), Fault> {
     let answer = observer.observe(&z(moved_m), touched);
     observer.sent(z(force_n));

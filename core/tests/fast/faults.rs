@@ -8,7 +8,7 @@ use palpate::{Fault, Output, Vector3};
 
 use crate::bench::{Bench, CLEAR_M, pushing, stylus};
 
-/// Pressed with 2 N.
+/// A bench that is pressed with 2 N.
 fn pressed() -> Bench {
     let mut bench = Bench::new(400.0).active();
     bench.press_n(2.0);

@@ -23,7 +23,7 @@ pub struct Tissue {
 }
 
 impl Tissue {
-    /// At rest, not yet touched.
+    /// Creates the tissue at rest, not yet touched.
     pub fn new() -> Self {
         Self::with(|_| ())
     }
@@ -55,12 +55,12 @@ impl Tissue {
         Self { file, tuned, state }
     }
 
-    /// One tick with the tip at this place above the site [m].
+    /// Runs one tick with the tip at this place above the site [m].
     pub fn at(&mut self, above_m: Vector3<f32>) -> Output {
         tick(&self.file.model, &self.tuned, &mut self.state, ProbePose { tip_m: self.file.site_m + above_m })
     }
 
-    /// One tick with the tip this high above the site [m].
+    /// Runs one tick with the tip this high above the site [m].
     pub fn high(&mut self, z_m: f32) -> Output {
         self.at(Vector3::new(0.0, 0.0, z_m))
     }

@@ -5,7 +5,7 @@ use palpate::{ClampFlags, Fault, Vector3};
 
 use crate::bench::limits;
 
-/// One tick of the limiter without a cap of its own [N].
+/// Runs one tick of the limiter without a cap of its own [N].
 fn limit(limiter: &mut ForceLimiter, wanted_n: [f32; 3]) -> (Vector3<f32>, ClampFlags) {
     let limited = limiter.limit(&limits(), wanted_n.into(), 20.0).unwrap();
     (limited.force_n, limited.limiters)

@@ -8,7 +8,7 @@ use palpate::{ProbePose, Vector3};
 use crate::bench::{Bench, Device, pushing, stylus};
 use crate::guard::Tissue;
 
-/// One cycle with the tip this high above the patch's site [m].
+/// Runs one cycle with the tip this high above the patch's site [m].
 fn run(cycle: &mut Cycle, device: &mut Device, tissue: &mut Tissue, z_m: f32, asked: Option<Ask>) -> Telemetry {
     device.sensed.position_m = tissue.file.site_m + Vector3::new(0.0, 0.0, z_m);
     device.sensed.sequence += 1;

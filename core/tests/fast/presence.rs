@@ -269,7 +269,7 @@ fn a_force_outside_is_dropped_in_the_same_tick_and_a_fault_if_it_goes_on() {
     }
     let record = bench.tick();
     assert_eq!((record.fault, record.mode), (Some(Fault::TipApart), Mode::Fault));
-    // outside without a force is free space
+    // a tip that is outside and feels no force is in free space, which is no fault
     let mut bench = Bench::new(400.0).active();
     bench.wall.answer = Some(Output { outside: true, ..Output::NONE });
     assert_eq!(bench.ticks(200).fault, None);

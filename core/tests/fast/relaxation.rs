@@ -13,7 +13,7 @@ fn left(t_s: f32) -> f32 {
     TERMS.iter().fold(1.0, |left, term| left - term.share * (1.0 - libm::expf(-t_s / term.time_s)))
 }
 
-/// 3 mm deep within some ticks, held: the force in every tick [N].
+/// Presses 3 mm deep within some ticks and holds; returns the force of every tick [N].
 fn held(terms: [PronyTerm; MOST_TERMS]) -> Vec<f32> {
     let mut tissue = Tissue::with(|params| params.relaxation = terms);
     tissue.high(5e-3);

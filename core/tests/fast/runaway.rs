@@ -6,15 +6,15 @@ use palpate::{Fault, Vector3};
 
 use crate::bench::{Bench, TICK_S, pushing};
 
-/// Pushed outwards along `normal` with this force [N] while it moves in at these speeds [m/s], tick
-/// by tick.
+/// Judges a probe that is pushed outwards along `normal` with this force [N] while it moves in at
+/// these speeds [m/s], tick by tick.
 fn pushed(normal: Vector3<f32>, force_n: f32, speeds: impl Iterator<Item = f32>) -> Option<usize> {
     let mut runaway = Runaway::default();
     let mut judge = |inward: f32| runaway.judge(&(normal * (-inward * TICK_S)), 1.0 / TICK_S, &normal, &(normal * force_n));
     speeds.enumerate().find(|(_, inward)| judge(*inward) == Err(Fault::Runaway)).map(|(tick, _)| tick)
 }
 
-/// From one speed to another within 50 ticks, then constant [m/s].
+/// Speeds that go from one speed to another within 50 ticks, then constant [m/s].
 fn gains(from: f32, to: f32) -> impl Iterator<Item = f32> {
     (0..250_u8).map(move |n| from + (to - from) * (f32::from(n) / 50.0).min(1.0))
 }

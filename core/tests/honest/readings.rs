@@ -8,7 +8,7 @@ use crate::rig::{CLEAR_M, Rig};
 
 const PATCH: &str = "firmware/patches/block-m4f-168.patch";
 
-/// Pressed to 3 mm at this stiffness.
+/// A rig that is pressed to 3 mm at this stiffness.
 fn pressed(youngs_modulus_pa: f32) -> (Rig, Vector3<f32>) {
     let mut rig = Rig::armed(PATCH, youngs_modulus_pa, 55e-6);
     let at_m = rig.site_m - rig.normal * 3e-3;

@@ -7,9 +7,9 @@ use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::mode::Mode;
 use palpate::{Fault, Model, Node, NodeStep, Params, PatchFile, State, TetShapes, Tuned, Vector3};
 
-/// Where the probe waits above the surface [m].
+/// Height above the surface at which the probe waits [m].
 pub const CLEAR_M: f32 = 5e-3;
-/// How fast the hand loses speed, and gains it unless another is set [m/s^2].
+/// Deceleration of the hand, and its acceleration unless another is set [m/s^2].
 const M_PER_S2: f32 = 60.0;
 /// Amplitude of the tremor of a hand at rest [m].
 const TREMOR_M: f32 = 60e-6;
@@ -65,7 +65,7 @@ pub struct Rig {
     pub site_m: Vector3<f32>,
     pub normal: Vector3<f32>,
     pub along: Vector3<f32>,
-    /// How fast the hand gains speed [m/s^2].
+    /// Acceleration of the hand [m/s^2].
     pub m_per_s2: f32,
 }
 
@@ -102,7 +102,7 @@ impl Rig {
         Self { model, tuned, state, device, cycle, site_m, normal, along, m_per_s2: M_PER_S2 }
     }
 
-    /// Armed and ramped in.
+    /// Creates a rig that is armed and ramped in.
     pub fn armed(patch: &str, youngs_modulus_pa: f32, count_m: f32) -> Self {
         let mut rig = Self::powered(patch, youngs_modulus_pa, count_m);
         assert_eq!(rig.arm(700), None);
@@ -121,7 +121,7 @@ impl Rig {
         fault
     }
 
-    /// One tick of a hand at rest, with its tremor of 9 Hz and slow drift.
+    /// Runs one tick of a hand at rest, with its tremor of 9 Hz and slow drift.
     pub fn tremble(&mut self, at_m: Vector3<f32>, tick: u32) -> Telemetry {
         let t_s = 1e-3 * (tick % 100_000) as f32;
         let aside_m = TREMOR_M * ((56.5 * t_s).sin() + 2.0 * (1.9 * t_s).sin());
@@ -129,7 +129,7 @@ impl Rig {
         self.tick(Command::HEARD)
     }
 
-    /// One tick.
+    /// Runs one tick.
     pub fn tick(&mut self, command: Command) -> Telemetry {
         let mut patch = PatchRenderer { model: self.model, tuned: &self.tuned, state: &mut self.state };
         self.cycle.tick(&mut self.device, &mut patch, command)

@@ -25,7 +25,7 @@ pub enum Arming {
     /// new request: from the host, or by releasing and pressing the operator's switch. With such a
     /// switch power-on is no request: a jammed switch would arm the board.
     ByItself,
-    /// Never: repeated resets by the watchdog or after a crash; needs a power cycle or the reset
+    /// Never, after repeated crashes or resets by the watchdog, until a power cycle or the reset
     /// button.
     Barred,
 }
@@ -43,7 +43,7 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// In `Boot`.
+    /// Creates a controller in `Boot`.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting.
@@ -118,7 +118,7 @@ impl Controller {
         self.cycle.lower_limits(values)
     }
 
-    /// One tick. `healthy` is the board's own check of its outputs and memory; it decides the
+    /// Runs one tick. `healthy` is the board's own check of its outputs and memory; it decides the
     /// self-test.
     pub fn tick(
         &mut self,
@@ -204,7 +204,7 @@ mod tests {
         Controller::build(&Settings::safe(&Port::DESKTOP.limits()), edge, arming).unwrap()
     }
 
-    /// This many ticks of the same command in free space.
+    /// Runs this many ticks of the same command in free space.
     fn ticks(controller: &mut Controller, ticks: u32, command: Command, healthy: bool) -> Telemetry {
         let mut telemetry = None;
         for _ in 0..ticks {

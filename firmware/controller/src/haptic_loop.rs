@@ -35,7 +35,7 @@ pub struct HapticLoop<B> {
 }
 
 impl<B: Board> HapticLoop<B> {
-    /// Before its first tick.
+    /// Creates the loop before its first tick.
     #[must_use]
     pub fn new(board: B, controller: Controller) -> Self {
         Self {
@@ -50,7 +50,7 @@ impl<B: Board> HapticLoop<B> {
         }
     }
 
-    /// One tick.
+    /// Runs one tick.
     ///
     /// * **Trigger**: the hardware tick timer, every millisecond; `period` is the one that began.
     ///   In lock-step the host's pose, and no period.

@@ -179,7 +179,7 @@ mod tests {
         ring.end();
     }
 
-    /// Everything that waits, message by message.
+    /// Takes everything that waits, message by message.
     fn drain(ring: &mut Ring) -> Vec<(u32, Vec<u8>)> {
         core::iter::from_fn(|| ring.take()).map(|log| (log.lost, log.frames.bytes().to_vec())).collect()
     }

@@ -225,8 +225,8 @@ impl Renderer for Patch<'_> {
         self.placement.output_to_device(palpate::tick(&self.model, &self.tuned, &mut self.state, pose))
     }
 
-    /// Done by the next tick in place of its answer: one period has no time for both, and the first
-    /// tick of arming gives no force.
+    /// Asks for a reset, which the next tick makes in place of its answer: one period has no time
+    /// for both, and the first tick of arming gives no force.
     fn reset(&mut self) {
         self.resting = true;
     }

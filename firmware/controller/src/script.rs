@@ -22,7 +22,7 @@ const BRAKING: [i32; 5] = [432, 445, 454, 459, CLEAR + DEEP];
 /// Ticks of the tap before it brakes.
 const STEADY: i32 = 18;
 
-/// How long the scripted hand presses.
+/// Press of the scripted hand, and its duration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Script {
     /// Ticks until the run ends.
@@ -38,8 +38,8 @@ pub fn sensed(tick: u32, lead_ticks: u32) -> Sensed {
     Sensed { position_m, sequence: tick, status: SensorStatus::Good }
 }
 
-/// After the wait, a tap of 0.23 m/s to 4 mm, a hold, a slow retreat, then a slow press that slides
-/// 3 mm to and fro in x.
+/// The reading of a tick: after the wait, a tap of 0.23 m/s to 4 mm, a hold, a slow retreat, then a
+/// slow press that slides 3 mm to and fro in x.
 #[must_use]
 pub fn counts(tick: u32, lead_ticks: u32) -> [EncoderCounts; 3] {
     let Some(pressing) = tick.checked_sub(lead_ticks) else { return [EncoderCounts(0), EncoderCounts(0), EncoderCounts(CLEAR)] };

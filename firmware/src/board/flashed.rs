@@ -38,12 +38,13 @@ pub fn debug_write(bytes: &[u8]) {
     }
 }
 
-/// Words for the debugger's log; lost without one.
+/// Prints words to the debugger's log; lost without one.
 pub fn print(line: fmt::Arguments<'_>) {
     defmt::error!("{}", defmt::Display2Format(&line));
 }
 
-/// There is nowhere to return to: the outputs are off, and the watchdog restarts the board.
+/// Waits for the reset, for there is nowhere to return to: the outputs are off, and the watchdog
+/// restarts the board.
 pub fn exit(_: bool) -> ! {
     after_crash()
 }

@@ -62,7 +62,7 @@ fn put(ring: Option<&mut Ring>, bytes: &[u8]) {
     family::debug_write(bytes);
 }
 
-/// Frame by frame: where it begins, its bytes, and where it ends.
+/// Writes bytes of the frame that was begun.
 fn write(bytes: &[u8]) {
     // SAFETY: defmt calls it between `acquire`, which turns interrupts off, and `release`.
     let State { encoder, ring, to_link, .. } = unsafe { &mut *SHARED.0.get() };
@@ -107,8 +107,8 @@ unsafe impl defmt::Logger for Logger {
     }
 }
 
-/// Opens the debug channel. The ring fills if a host is served in time; in lock-step the link
-/// carries no log, so that runs stay the same to the bit.
+/// Opens the debug channel. Frames also go into the ring where a host is served in real time; in
+/// lock-step the link carries no log, so that runs stay the same to the bit.
 pub fn start(duty: &Duty) {
     family::debug_start(duty);
     // SAFETY: interrupts are off.

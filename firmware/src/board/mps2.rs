@@ -79,7 +79,8 @@ unsafe impl InterruptNumber for Interrupt {
     }
 }
 
-/// Smaller preempts larger. Only the top three bits are used, as on the coarsest parts.
+/// An interrupt with a smaller number preempts one with a larger number. Only the top three bits
+/// are used, as on the coarsest parts.
 const fn priority(interrupt: Interrupt) -> u8 {
     match interrupt {
         Interrupt::TickTimer => 0x20,
@@ -172,10 +173,10 @@ pub fn start_tick_timer() {
     }
 }
 
-/// When the watchdog was last fed [counts].
+/// Time at which the watchdog was last fed [counts].
 static FED: AtomicU32 = AtomicU32::new(0);
 
-/// A completed, checked tick.
+/// Feeds the watchdog, after a completed and checked tick.
 pub fn feed_watchdog() {
     FED.store(now(), Ordering::Relaxed);
     // SAFETY: any write reloads the watchdog, which nothing but this file touches.
@@ -207,9 +208,9 @@ pub fn counts_to_ns(counts: u32) -> u32 {
 
 defmt::timestamp!("{=u32:us}", clock_counts() / (CLOCK_HZ / 1_000_000));
 
-/// Until the next interrupt. The core waits awake: QEMU counts sleep twice, so 1 ms of the tick
-/// timer would be 2 ms of the clock, or else its clock would follow the machine's and skip ticks
-/// when that is busy. Nops cost it nothing. In lock-step no time passes.
+/// Waits until the next interrupt. The core waits awake: QEMU counts sleep twice, so 1 ms of the
+/// tick timer would be 2 ms of the clock, or else its clock would follow the machine's and skip
+/// ticks when that is busy. Nops cost it nothing. In lock-step no time passes.
 pub fn idle(duty: &Duty) {
     match duty {
         Duty::Serve(Pace::LockStep) => cortex_m::asm::wfi(),
@@ -281,7 +282,7 @@ pub fn emergency_stop() -> Option<Fault> {
     None
 }
 
-/// Nor a pin for the operator's switch.
+/// These images have no pin for the operator's switch.
 pub fn operator_absent() -> Option<bool> {
     None
 }

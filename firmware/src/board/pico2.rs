@@ -288,14 +288,14 @@ pub fn budget() -> Budget {
     Budget { cycles: WORTH * Budget::M4F_168.cycles / 168e6 * clock_hz() as f32 }
 }
 
-/// Bytes received; also sends waiting ones. Once per tick is often enough for queues of 32 at 115
-/// 200 baud.
+/// Reads the bytes received; also sends waiting ones. Once per tick is often enough for queues of
+/// 32 at 115 200 baud.
 pub fn link_read(bytes: &mut [u8]) -> usize {
     send_waiting();
     bytes.iter_mut().map_while(|byte| (!UART0.uartfr().read().rxfe()).then(|| *byte = UART0.uartdr().read().data())).count()
 }
 
-/// Bytes that the queue has room for.
+/// Number of bytes that the queue has room for.
 pub fn link_room() -> usize {
     OUT.free_capacity()
 }

@@ -98,7 +98,7 @@ pub fn time(bytes: &[u8], memory: &mut Memory, times: &mut Times) {
     }
 }
 
-/// One tap of a patch at rest.
+/// Runs one tap of a patch at rest.
 #[inline(never)]
 fn tap(
     bytes: &[u8],

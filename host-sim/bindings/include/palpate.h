@@ -251,8 +251,7 @@ const char *palpate_mode_text(int32_t mode);
 // A fault of a report in words; never NULL.
 const char *palpate_fault_text(int32_t fault);
 
-// Message of the last call of this thread that failed: what was wrong, on one line; empty
-// before one.
+// Says in one line why the last failed call of this thread failed; empty if none has failed.
 // Never NULL; valid in this thread, until its next call that fails.
 const char *palpate_last_message(void);
 

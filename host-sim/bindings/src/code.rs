@@ -61,7 +61,7 @@ impl PalpateCode {
         Self::Internal,
     ];
 
-    /// In words.
+    /// Words for the code.
     #[must_use]
     pub fn text(self) -> &'static std::ffi::CStr {
         match self {

@@ -273,8 +273,7 @@ pub extern "C" fn palpate_fault_text(fault: i32) -> *const c_char {
     .as_ptr()
 }
 
-/// Message of the last call of this thread that failed: what was wrong, on one line; empty
-/// before one.
+/// Says in one line why the last failed call of this thread failed; empty if none has failed.
 /// Never NULL; valid in this thread, until its next call that fails.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpate_last_message() -> *const c_char {

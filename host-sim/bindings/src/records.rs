@@ -64,7 +64,7 @@ pub struct PalpateInput {
 }
 
 impl PalpateInput {
-    /// In the core's precision.
+    /// Converts the input to the core's precision.
     pub(crate) fn to_core(self) -> Input {
         Input {
             stale: self.stale != 0,
@@ -114,7 +114,7 @@ pub struct PalpateReport {
 }
 
 impl PalpateReport {
-    /// Of a session's last tick.
+    /// Copies the last tick of a session.
     pub(crate) fn of(session: &HapticSession) -> Result<Self, Failure> {
         let Telemetry { tick, mode, fault, position_m, output, applied_n, energy, limiters, refused, .. } =
             session.telemetry().ok_or(Failure::NoTick)?;
@@ -166,7 +166,7 @@ pub struct PalpateInfo {
 }
 
 impl PalpateInfo {
-    /// Of a session.
+    /// Copies the properties of a session.
     pub(crate) fn of(session: &HapticSession) -> Self {
         let (tissue, device) = (session.tissue(), session.device());
         let (patch, params) = (tissue.patch(), tissue.params());

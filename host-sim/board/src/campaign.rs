@@ -13,7 +13,7 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use super::twin::Reading;
 use super::{EmulateError, Twin};
 
-/// Where the hand waits [m].
+/// Height above the surface at which the hand waits [m].
 const CLEAR_M: f32 = 1e-3;
 /// Ticks of one press and slide.
 const PRESS_TICKS: u32 = 400;

@@ -74,8 +74,8 @@ impl LogTable {
         }
     }
 
-    /// One line per frame with its time and level; a frame that cannot be decoded is marked in its
-    /// place.
+    /// Decodes the frames: one line each with its time and level; a frame that cannot be decoded is
+    /// marked in its place.
     #[must_use]
     pub fn lines(&self, frames: &[u8]) -> Vec<String> {
         let mut decoder = self.0.new_stream_decoder();

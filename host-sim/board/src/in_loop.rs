@@ -86,8 +86,8 @@ impl InLoop {
         Ok(PatchSurface { patch: Patch::open(self.patch(), memory, None)?, probe, youngs_modulus_pa: self.youngs_modulus_pa })
     }
 
-    /// One run, on a board that has just been started; in the device's frame, whose centre is the
-    /// site.
+    /// Runs the loop on a board that has just been started; in the device's frame, whose centre is
+    /// the site.
     ///
     /// # Errors
     /// [`EmulateError::Differs`] if board and desktop differ.
@@ -141,7 +141,7 @@ impl There {
         Self { board, youngs_modulus_pa, sensed: None, asked: None, failed: None }
     }
 
-    /// Another Young's modulus, sent with the next tick [Pa].
+    /// Sends another Young's modulus [Pa] with the next tick.
     pub(super) fn modulus(&mut self, youngs_modulus_pa: f32) {
         self.asked = Some(youngs_modulus_pa);
     }

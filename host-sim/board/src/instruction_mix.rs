@@ -27,7 +27,7 @@ pub enum MixError {
     /// An opcode that is not in the table.
     #[error("opcode {first:#06x} {second:#06x} at {address:#010x} is in no class; add it to thumb.rs")]
     UnknownOpcode {
-        /// Where it is.
+        /// Address in the image.
         address: u32,
         /// First halfword.
         first: u16,
@@ -136,7 +136,7 @@ impl InstructionMix {
         self.by_address.entry(image.function_at(address).map_or(0, |f| f.address)).or_default()
     }
 
-    /// Only now is it known whether the previous instruction jumped.
+    /// Counts a jump of the previous instruction, which is known only now.
     fn note_jump(&mut self, image: &FirmwareImage, previous: Option<(u32, Instruction)>, address: u32) {
         if let Some((from, Instruction { class: Class::Branch | Class::Load, bytes, .. })) = previous
             && from + bytes != address

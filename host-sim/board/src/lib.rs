@@ -58,7 +58,7 @@ pub enum EmulateError {
     /// The firmware was not built.
     #[error("the firmware was not built; `cargo fw` says why: {0}")]
     NotBuilt(String),
-    /// No image at that place.
+    /// There is no image at that path.
     #[error("cannot read {0}: build one with `cargo fw`")]
     NoImage(PathBuf),
     /// There is no patch small enough for the board.
@@ -69,7 +69,7 @@ pub enum EmulateError {
     /// The link broke.
     #[error("the link to the emulated board broke: {0}")]
     Link(#[from] std::io::Error),
-    /// No answer.
+    /// The board gives no answer.
     #[error("the emulated board does not answer (is the image one of `cargo fw`?); its last words: \"{0}\"")]
     Silent(String),
     /// A frame arrived damaged, which must not happen on a lock-step link.

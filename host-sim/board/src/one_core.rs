@@ -9,7 +9,8 @@ pub struct OneCore {
 }
 
 impl OneCore {
-    /// From now on. On a system without this function, nothing changes.
+    /// Keeps this thread on its core from now on. On a system without this function, nothing
+    /// changes.
     #[must_use]
     pub fn stay() -> Self {
         #[cfg(target_os = "linux")]

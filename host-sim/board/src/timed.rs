@@ -86,7 +86,7 @@ pub fn run(image: &Path, machine: EmulatedBoard, shift: u32, ticks: u32) -> Resu
     })
 }
 
-/// Ever slower cores, down to ticks of some twenty periods.
+/// Runs the image on ever slower cores, down to ticks of some twenty periods.
 ///
 /// # Errors
 /// As [`run`].

@@ -30,7 +30,7 @@ pub struct Difference {
     pub tick: u32,
     /// Name of the first quantity that differs.
     pub what: &'static str,
-    /// On the board, and here.
+    /// Value on the board, and value on this machine.
     pub values: [f32; 2],
 }
 
@@ -149,7 +149,7 @@ impl<'a> Twin<'a> {
         self.haptic.controller.mode()
     }
 
-    /// One tick on both, with or without a request.
+    /// Runs one tick on both, with or without a request.
     ///
     /// # Errors
     /// The board has crashed.

@@ -93,7 +93,7 @@ impl Axis {
         Self::over(low..high + headroom * span, ticks)
     }
 
-    /// From zero to the first tick that `most` [display unit] does not pass.
+    /// Extends the axis from zero to the first tick that `most` [display unit] does not pass.
     pub fn to_a_tick(most: f64, ticks: usize) -> Self {
         let short = Self::from_zero([most], 0.0, ticks);
         let points = RangedCoordf64::from(short.range.clone()).key_points(ticks);

@@ -88,7 +88,7 @@ struct Summary {
 }
 
 impl Summary {
-    /// Of at least one value.
+    /// Computes the quartiles of at least one value.
     fn of(values: &[f64]) -> Self {
         let mut sorted = values.to_vec();
         sorted.sort_by(f64::total_cmp);

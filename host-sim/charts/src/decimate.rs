@@ -5,8 +5,8 @@ use super::Sample;
 /// Runs of samples drawn; about two to a pixel column.
 const RUNS: usize = 2000;
 
-/// At most six samples of each of `RUNS` runs: its first and last, and the extremes of depth and
-/// force. A trace of no more than six times `RUNS` samples comes back whole.
+/// Keeps at most six samples of each of `RUNS` runs: its first and last, and the extremes of depth
+/// and force. A trace of no more than six times `RUNS` samples comes back whole.
 pub fn decimate(trace: &[Sample]) -> Vec<Sample> {
     if trace.len() <= 6 * RUNS {
         return trace.to_vec();

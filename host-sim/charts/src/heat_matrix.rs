@@ -66,7 +66,7 @@ pub struct HeatGroup {
 pub struct HeatRow {
     /// Name.
     pub name: String,
-    /// A gap above it.
+    /// Whether a gap separates it from the row above.
     pub apart: bool,
     /// One cell for each column of all groups.
     pub cells: Vec<HeatCell>,
@@ -75,9 +75,9 @@ pub struct HeatRow {
 /// Data and labels of a heat matrix.
 #[derive(Clone, Copy, Debug)]
 pub struct HeatMatrix<'a> {
-    /// First line.
+    /// First line above the matrix.
     pub title: &'a str,
-    /// Second line.
+    /// Second line above the matrix.
     pub below: &'a str,
     /// Columns.
     pub groups: &'a [HeatGroup],
@@ -195,7 +195,7 @@ impl Drawing<'_> {
         area.draw_text(&cell.sign, &style, (px(x + wide / 2.0), px(y + high / 2.0)))
     }
 
-    /// One line: cells with what they mean.
+    /// Draws the key, one line of cells with their meaning.
     fn key<DB: DrawingBackend>(&self, area: &Area<DB>, y: f64) -> Drawn<DB> {
         let style = text(TICK_PX - 1.0, INK, (HPos::Left, VPos::Center));
         let mut x = MARGIN_PX;

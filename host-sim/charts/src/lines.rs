@@ -21,7 +21,7 @@ use super::tick_time::histogram::round_points;
 use super::tick_time::plain;
 use super::{ChartError, check_series};
 
-/// How values lie along an axis.
+/// Spacing of values along an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Evenly; from zero where the data come near it.
@@ -35,7 +35,7 @@ pub enum Scale {
 pub struct ScaledAxis<'a> {
     /// Quantity and unit, such as `depth [mm]`.
     pub title: &'a str,
-    /// How values lie along it.
+    /// Scale along it.
     pub scale: Scale,
 }
 
@@ -108,7 +108,7 @@ struct Ruler {
     scale: Scale,
     /// Plotted quantities: values, or their decimal logarithms.
     range: Range<f64>,
-    /// Where ticks are, in the picture.
+    /// Ticks of the axis, in the picture.
     ticks: Vec<f64>,
     axis: Axis,
 }

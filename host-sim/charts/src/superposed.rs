@@ -27,7 +27,7 @@ use super::surface::whole_units;
 use super::{ChartError, check, check_series};
 use ghost::{Wire, outline, wires};
 
-/// How a surface is drawn.
+/// Style in which a surface is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Look {
     /// An opaque, shaded skin.
@@ -56,7 +56,7 @@ pub struct Layer<'a> {
 pub struct Landmark<'a> {
     /// Beside the point, where there is room; may be empty.
     pub label: &'a str,
-    /// Where [m].
+    /// Position [m].
     pub at_m: [f64; 3],
 }
 
@@ -160,7 +160,7 @@ impl Drawing<'_> {
         View::from_eye(self.eye, self.up, &points.iter().copied(), frame)
     }
 
-    /// Everything that hides something else, farthest first.
+    /// All pieces that may hide others, farthest first.
     fn pieces(&self, view: &View) -> Vec<Piece> {
         let mut all = Vec::new();
         for layer in self.data.layers {

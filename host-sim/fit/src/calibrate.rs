@@ -56,7 +56,7 @@ pub struct Settings {
     pub rounds: usize,
     /// The fit ends with a round that gains less than this share of the objective (1).
     pub least_gain: f64,
-    /// How to fit.
+    /// Method of the fit.
     pub fit: Fit,
 }
 

@@ -105,7 +105,7 @@ impl HalfSpace {
 }
 
 impl Chain {
-    /// One step with the probe at `probe_m` inside; returns the push over the stiffness [m].
+    /// Runs one step with the probe at `probe_m` inside; returns the push over the stiffness [m].
     fn step(&mut self, terms: &[(f64, f64)], probe_m: f64, dt_s: f64) -> f64 {
         let steps = |time_s: f64| {
             let kept = (-dt_s / time_s).exp();
@@ -139,7 +139,7 @@ mod tests {
         HalfSpace { radius_m: 8e-3, plane_modulus_pa: 4e3, terms: vec![(0.26, 0.4), (0.31, 4.4)] }
     }
 
-    /// To 4 mm in 0.4 s, held for 2 s, out in 0.4 s.
+    /// Depths of a press to 4 mm in 0.4 s that is held for 2 s and leaves in 0.4 s.
     fn motion() -> Vec<f64> {
         (0..2900).map(|n| 1e-5 * f64::from(n.min(400)).min(f64::from(2800 - n)).max(-50.0)).collect()
     }

@@ -48,14 +48,14 @@ use palpate_tissue::patch::{Material, Memory, Patch};
 
 /// A method running on one block.
 pub trait RunningMethod {
-    /// One millisecond with the tip there at its end [m]. Force on the probe [N], out of the
-    /// tissue.
+    /// Runs one millisecond that ends with the tip at `tip_m` [m]. Returns the force on the probe
+    /// [N], out of the tissue.
     ///
     /// # Errors
     /// The method diverged or is not finite, and must not be used any further.
     fn tick(&mut self, tip_m: Vector3<f32>) -> Result<Vector3<f32>, Fault>;
 
-    /// Where a node is [m].
+    /// Position of a node [m].
     fn position_m(&self, node: usize) -> Vector3<f32>;
 
     /// Returns the inputs that a guard before the method clamped in the last tick; none if there is

@@ -63,7 +63,7 @@ impl Weights {
         if positive && (sum - 1.0).abs() <= 1e-9 { Ok(Self(shares)) } else { Err(ScoreError::Weights { shares, sum }) }
     }
 
-    /// Three numbers between commas.
+    /// Reads three numbers between commas.
     ///
     /// # Errors
     /// Not three numbers, or as [`Self::new`].

@@ -48,7 +48,7 @@ pub struct App {
     /// From the start to the first force that was felt [s].
     pub(crate) first_touch_s: Option<f64>,
     lapse: Lapse,
-    /// When the physics last answered [s].
+    /// Time at which the physics last answered [s].
     heard_s: f64,
 }
 
@@ -58,7 +58,7 @@ const HOW: &str = "button: press · drag: slide · wheel: how deep · right drag
 const LAST_WORD: Duration = Duration::from_secs(3);
 
 impl App {
-    /// On a context, with a link to a physics that was given `choice` and `holding`.
+    /// Creates the window; `link` leads to a physics that was given `choice` and `holding`.
     #[must_use]
     pub fn new(ctx: &egui::Context, link: Box<dyn Link>, choice: Choice, holding: Holding) -> Self {
         dress(ctx);
@@ -83,7 +83,7 @@ impl App {
         }
     }
 
-    /// With a folder for recordings, on a desktop.
+    /// Adds a folder for recordings, on a desktop.
     #[must_use]
     pub fn into_folder(mut self, folder: PathBuf) -> Self {
         self.files = Files::of(folder);
@@ -248,7 +248,7 @@ impl App {
         self.controls.marks(&painter, &lens, &self.shape);
     }
 
-    /// One drawn frame.
+    /// Draws one frame.
     pub(crate) fn show(&mut self, ui: &mut Ui) {
         let now_s = self.begun.elapsed().as_secs_f64();
         self.drawn.retain(|t| *t > now_s - 1.0);

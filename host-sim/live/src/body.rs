@@ -6,7 +6,8 @@ use palpate_loop::live::{Choice, LiveTissue};
 use crate::message::{Body, Tip};
 
 impl Body {
-    /// Of a tissue, under a number of its own; `choice` is none where its patch came from a file.
+    /// Describes a tissue under a number of its own; `choice` is `None` where its patch came from a
+    /// file.
     #[must_use]
     pub fn of(tissue: &LiveTissue, number: u32, choice: Option<&Choice>) -> Self {
         let (model, params) = (tissue.patch().model(), tissue.params());

@@ -95,13 +95,14 @@ impl Lens {
         self.eye_m
     }
 
-    /// From the eye over its left shoulder.
+    /// Direction of the light, which comes from over the eye's left shoulder.
     #[must_use]
     pub fn light(&self) -> V {
         (-self.forward * 0.8 + self.up * 0.7 - self.right * 0.35).normalize()
     }
 
-    /// To the right and up on the screen, along the plane across `axis`: what arrow keys move.
+    /// Directions in which the arrow keys move: right and up on the screen, in the plane across
+    /// `axis`.
     #[must_use]
     pub fn along(&self, axis: &V) -> [V; 2] {
         let flat = |v: V| (v - axis * v.dot(axis)).try_normalize(1e-3);

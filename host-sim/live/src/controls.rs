@@ -159,7 +159,7 @@ impl Controls {
         }
     }
 
-    /// Where the answer was, and where the nodule.
+    /// Marks the place of the answer and that of the nodule.
     pub fn marks(&self, painter: &Painter, lens: &Lens, shape: &DrawnBody) {
         let Some((_, answer, nodule)) = &self.found else { return };
         let top_m = shape.body.site_m[2] + 0.5e-3;

@@ -21,7 +21,7 @@ pub struct DrawnBody {
 }
 
 impl DrawnBody {
-    /// Of a body.
+    /// Prepares a body for drawing.
     #[must_use]
     pub fn of(body: Body) -> Self {
         let tets: Vec<[u32; 4]> = body.tets.iter().map(|t| t.map(u32::from)).collect();
@@ -92,7 +92,7 @@ impl DrawnBody {
         nodes_m.iter().zip(&self.body.rest_m).map(|(x, rest)| (V::from(*x) - V::from(*rest)).norm()).collect()
     }
 
-    /// Where a ray first meets the skin at rest, from the probe's side [m].
+    /// Place at which a ray first meets the skin at rest, from the probe's side [m].
     #[must_use]
     pub fn meets(&self, from_m: &V, ray: &V) -> Option<V> {
         let axis = V::from(self.body.axis);

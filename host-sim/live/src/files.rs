@@ -25,7 +25,7 @@ pub struct Files {
 type Arrived = Arc<Mutex<Vec<(String, Vec<u8>)>>>;
 
 impl Files {
-    /// With a folder of a desktop's disk.
+    /// Keeps files in a folder of a desktop's disk.
     #[must_use]
     pub fn of(folder: PathBuf) -> Self {
         Self { folder, ..Self::default() }
@@ -57,13 +57,13 @@ impl Files {
         (put(&self.folder, &format!("live-{}.{ending}", self.last), bytes), self.last)
     }
 
-    /// Its bytes.
+    /// Bytes of the recorded trace.
     #[must_use]
     pub fn trace(&self) -> &[u8] {
         self.trace.as_deref().unwrap_or_default()
     }
 
-    /// There is one.
+    /// Whether there is a recorded trace.
     #[must_use]
     pub fn has_trace(&self) -> bool {
         self.trace.is_some()

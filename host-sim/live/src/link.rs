@@ -1,4 +1,4 @@
-//! Where the physics runs: a thread of its own, or a worker of the page.
+//! The place where the physics runs: a thread of its own, or a worker of the page.
 
 use crate::message::{Answer, Request};
 

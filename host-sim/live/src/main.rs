@@ -36,7 +36,7 @@ mod window {
         /// Patch file of the board that is followed.
         #[arg(long, value_name = "PATCH", requires = "follow", conflicts_with = "scene")]
         patch: Option<PathBuf>,
-        /// Where recordings, tables and pictures go.
+        /// Folder of recordings, tables and pictures.
         #[arg(long, value_name = "FOLDER", default_value = "out/live")]
         out: PathBuf,
         /// Writes the shown numbers to this file four times per second, for scripts that drive the

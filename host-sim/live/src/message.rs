@@ -34,7 +34,7 @@ pub enum Request {
 pub enum Answer {
     /// Another tissue is there.
     Body(Box<Body>),
-    /// How it is now.
+    /// State of the simulation to be drawn.
     Frame(Box<Frame>),
     /// A trace, whole, and why it ended.
     Trace(Vec<u8>, Ended),
@@ -98,7 +98,7 @@ pub struct Body {
     pub rim: Vec<u16>,
     /// Fixed nodes.
     pub anchors: Vec<u16>,
-    /// Where the probe presses by default [m].
+    /// Default place of the press [m].
     pub site_m: [f32; 3],
     /// From the tip to the handle.
     pub axis: [f32; 3],
@@ -159,7 +159,7 @@ pub struct Contact {
     pub pressure_pa: Vec<f32>,
 }
 
-/// How it is now.
+/// State of the simulation to be drawn.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct Frame {
     /// The body that this is of.

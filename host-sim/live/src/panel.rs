@@ -24,7 +24,7 @@ fn clipped(name: &str) -> String {
 }
 
 impl App {
-    /// Everything that can be chosen, from the tissue down to the keys.
+    /// Draws all controls, from the tissue down to the keys.
     pub(crate) fn controls(&mut self, ui: &mut Ui) {
         // with the longest name and number beside it, a slider is as wide as the panel
         ui.spacing_mut().slider_width = 104.0;

@@ -22,7 +22,7 @@ const ALONG_M_PER_S: f32 = 25e-3;
 /// Place and depth of the tip that presses.
 #[derive(Clone, Copy, Debug)]
 pub struct Pointer {
-    /// On the surface [m].
+    /// Place on the surface [m].
     place_m: V,
     /// Depth by the wheel, beyond the surface; a button adds to it [m].
     pub press_m: f32,
@@ -43,12 +43,12 @@ impl Default for Pointer {
 }
 
 impl Pointer {
-    /// Over the site of another body.
+    /// Puts the pointer over the site of another body.
     pub fn begin(&mut self, body: &Body) {
         *self = Self { place_m: body.site_m.into(), press_m: self.press_m, ..Self::default() };
     }
 
-    /// Where it is on the surface [m].
+    /// Place of the pointer on the surface [m].
     #[must_use]
     pub fn place_m(&self) -> V {
         self.place_m

@@ -5,7 +5,7 @@ use eframe::egui::Color32;
 /// Quantity that the colour shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Colour {
-    /// How far it moved.
+    /// Displacement of the surface.
     Displacement,
     /// Volume over rest volume.
     J,
@@ -24,7 +24,7 @@ pub struct Shown {
     pub springs: bool,
     /// Edge: fixed nodes, and nodes with a far field behind them.
     pub rim: bool,
-    /// On a dark ground.
+    /// Whether the ground is dark.
     pub dark: bool,
     /// Displacement at the end of the scale [m].
     pub most_m: f32,

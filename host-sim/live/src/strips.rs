@@ -83,7 +83,7 @@ impl Strips {
         }
     }
 
-    /// Another loop begins.
+    /// Clears the strips, because another loop begins.
     pub fn clear(&mut self) {
         self.samples.clear();
     }

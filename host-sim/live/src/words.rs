@@ -21,7 +21,7 @@ pub fn mode(number: u8) -> &'static str {
     }
 }
 
-/// In this mode a force may be felt.
+/// Whether a force may be felt in this mode.
 #[must_use]
 pub fn felt(number: u8) -> bool {
     matches!(Mode::ALL.get(usize::from(number)), Some(Mode::Active | Mode::Degraded | Mode::SafeRamp))
@@ -52,7 +52,7 @@ pub fn limiters(bits: u8) -> Vec<&'static str> {
     .collect()
 }
 
-/// How a tissue differs from an elastic one under a probe that slides freely.
+/// Words for how a tissue differs from an elastic one under a probe that slides freely.
 #[must_use]
 pub fn terms(lasting_share: f32, stiffening_b: f32, friction: f32) -> String {
     let said = [

@@ -21,7 +21,7 @@ impl Window {
         Self::open_with(|_| Vec::new())
     }
 
-    /// With arguments of its own, which may name files of its folder.
+    /// Opens the window with arguments of its own, which may name files of its folder.
     fn open_with(arguments: impl Fn(&Path) -> Vec<String>) -> Option<Self> {
         Command::new("xdotool").arg("version").stdout(Stdio::null()).stderr(Stdio::null()).status().ok()?;
         let folder = tempfile::tempdir().ok()?;

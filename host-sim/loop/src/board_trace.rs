@@ -116,7 +116,7 @@ pub fn check_head(path: &Path) -> Result<(), String> {
 /// Places of the columns in the lines of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Columns {
-    /// Of those in [`COLUMNS`].
+    /// Positions of [`COLUMNS`] in a row of the file.
     at: [usize; COLUMNS.len()],
     /// Cells of a line.
     cells: usize,

@@ -142,7 +142,8 @@ impl HapticSession {
         })
     }
 
-    /// One tick, every millisecond. The force [N] for the device is in [`Telemetry::applied_n`].
+    /// Runs one tick, every millisecond. The force [N] for the device is in
+    /// [`Telemetry::applied_n`].
     pub fn tick(&mut self, input: &Input) -> &Telemetry {
         self.settle();
         let mode = self.cycle.mode();

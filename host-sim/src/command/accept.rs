@@ -129,7 +129,7 @@ fn in_words(rows: &[Row]) -> String {
     format!("all {} data sets of real tissue accepted: {figures} figures within the range that was fixed before", rows.len())
 }
 
-/// Why a row is not accepted.
+/// Says why a row is not accepted.
 fn refusal(row: &Row) -> String {
     match row.figures.iter().find(|figure| !figure.holds()) {
         Some(figure) => {
@@ -178,7 +178,7 @@ fn print(row: &Row) {
     }
 }
 
-/// One row a figure. Texts contain commas, so they are quoted.
+/// The table as CSV, one row per figure. Texts contain commas, so they are quoted.
 fn csv(rows: &[Row]) -> String {
     let mut text = String::from("test,data,term,figure,low,high,ours,without_term,holds,needs_term\n");
     for row in rows {

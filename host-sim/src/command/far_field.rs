@@ -133,7 +133,7 @@ fn pct(value: Option<f64>) -> String {
     value.map_or("-".into(), |v| if v.abs() < 9.95 { format!("{v:+.2}") } else { format!("{v:+.0}") })
 }
 
-/// One line per row, short enough for a terminal; everything is in the CSV.
+/// Prints one line per row, short enough for a terminal; everything is in the CSV.
 fn print_table(setting: &Setting, table: &Table, summary: &Summary, all: bool) {
     let mm = |m: f64| format!("{:.3}", m * 1e3).trim_end_matches('0').trim_end_matches('.').to_owned();
     let [_, _, half, full] = setting.depths_m().map(mm);

@@ -55,7 +55,7 @@ pub(super) struct FitArgs {
     shards: Shards,
 }
 
-/// How a scene is fitted.
+/// Options of a fit.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 pub(super) struct FitOptions {
     /// Nodes of the patch [default: the scene's of a block, 100 of a piece of an organ].

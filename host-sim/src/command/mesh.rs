@@ -69,7 +69,7 @@ fn print_tets(file: &Path, report: &ImportReport) {
     }
 }
 
-/// A surface file in two or three lines.
+/// Prints two or three lines about a surface file.
 fn print_surface(file: &Path, report: &SurfaceReport) {
     let [x, y, z] = report.size_m.map(|m| m * 1e3);
     println!("{}: {}", file.display(), report.format);

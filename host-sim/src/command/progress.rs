@@ -27,13 +27,13 @@ pub(super) struct Progress {
     length: u64,
     done: AtomicU64,
     began: Instant,
-    /// When the last line was written [s]; unused on a terminal.
+    /// Time of the last line [s]; unused on a terminal.
     told_s: AtomicU64,
     terminal: bool,
 }
 
 impl Progress {
-    /// Of this many steps; `what` is their plural.
+    /// Begins a count up to `length`; `what` is the plural of its steps.
     pub(super) fn new(length: u64, what: &'static str) -> Self {
         let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::hidden());
         if let Ok(style) = ProgressStyle::with_template(&format!("{{bar:30}} {{pos}}/{{len}} {what}, {{eta}} left")) {
@@ -43,7 +43,7 @@ impl Progress {
         Self { bar, what, length, done: AtomicU64::new(0), began: Instant::now(), told_s: AtomicU64::new(0), terminal }
     }
 
-    /// This many more are done.
+    /// Counts this many more steps as done.
     pub(super) fn inc(&self, steps: u64) {
         let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
         let spent = self.began.elapsed();
@@ -71,13 +71,13 @@ impl Progress {
 #[derive(Default)]
 pub(super) struct Spinner {
     began: Option<Instant>,
-    /// When the last line was written [s]; unused on a terminal.
+    /// Time of the last line [s]; unused on a terminal.
     told_s: u64,
     bar: Option<ProgressBar>,
 }
 
 impl Spinner {
-    /// One turn, beside a message.
+    /// Shows one turn of the spinner beside a message.
     pub(super) fn show(&mut self, message: impl FnOnce() -> String) {
         let spent = self.began.get_or_insert_with(Instant::now).elapsed();
         if spent < QUIET {
@@ -244,7 +244,7 @@ impl Drop for Status {
 pub(super) struct Steps {
     stage: &'static str,
     began: Instant,
-    /// On a terminal.
+    /// The bar that a terminal shows.
     bar: Option<ProgressBar>,
     count: Mutex<Count>,
 }
@@ -253,7 +253,7 @@ pub(super) struct Steps {
 struct Count {
     done: usize,
     total: usize,
-    /// When the last line was written.
+    /// Time at which the last line was written.
     written: Instant,
 }
 
@@ -272,7 +272,7 @@ impl Steps {
         Self { stage, began: now, bar, count: Mutex::new(Count { done: 0, total, written: now }) }
     }
 
-    /// One more step is done; `step` names it.
+    /// Counts one more step as done; `step` names it.
     pub(super) fn one(&self, step: &str) {
         self.update(|count| count.done += 1, step);
     }

@@ -115,14 +115,14 @@ struct LevelReport {
     share: f64,
     newton_iterations: usize,
     holds_converged: usize,
-    /// Where it stopped, if it did.
+    /// Depth at which it stopped, if it did.
     reached_m: Option<f64>,
 }
 
 #[derive(Serialize)]
 struct HoldReport {
     target: f64,
-    /// On every level that has the hold.
+    /// Depth on every level that has the hold.
     depth_m: Vec<f64>,
     force_n: Vec<f64>,
     penetration_share_of_depth: f64,

@@ -10,7 +10,7 @@ use crate::error::Error;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::shard::scene_checksum;
 
-/// In place of the checksum of a file that cannot be read: its scene fails, and no other's.
+/// Stands for the checksum of a file that cannot be read: its scene alone fails.
 const UNREADABLE: &str = "unreadable";
 
 /// Every scene file (.toml) of a folder, by name, with its checksum.
@@ -86,8 +86,8 @@ impl Ended {
     }
 }
 
-/// Why a scene missed or failed, in a line of its row. Its file and those beside it are named as
-/// they are in the folder: a shard may see the folder in another place.
+/// Says why a scene missed or failed, in a line of its row. Its file and those beside it are named
+/// as they are in the folder: a shard may see the folder in another place.
 pub(super) fn why(error: &Error, name: &str, file: &str) -> String {
     let why = match error {
         Error::Tissue(TissueError::Check(why)) => why.clone(),

@@ -159,7 +159,7 @@ fn print_check(check: &table_1::Check) {
     }
 }
 
-/// Three decimals, or two digits where those would all be zero.
+/// Writes three decimals, or two digits where those would all be zero.
 fn short(p: f64) -> String {
     if p >= 1e-3 { format!("{p:.3}") } else { format!("{p:.1e}") }
 }

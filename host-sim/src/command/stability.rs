@@ -48,13 +48,13 @@ pub(super) struct Options {
 /// Methods and loops.
 pub(super) struct Stability {
     options: Options,
-    /// Nothing with `--loop`.
+    /// Scope of the models; `None` with `--loop`.
     model: Option<model::Scope>,
-    /// Nothing with `--model`.
+    /// Scope of the loop; `None` with `--model`.
     of_loop: Option<loop_matrix::Scope>,
 }
 
-/// Of some cases.
+/// Counts over some cases.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Counts {
     model: model::Part,

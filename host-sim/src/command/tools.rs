@@ -11,7 +11,7 @@ use palpate_tissue::Error as TissueError;
 
 const INSTALL: &str = "install the toolchain from https://rustup.rs";
 
-/// Of the toolchain in use.
+/// Tools of the toolchain in use.
 pub(super) struct Tools {
     pub package: PathBuf,
     cargo: OsString,

@@ -54,7 +54,7 @@ impl Line {
         })
     }
 
-    /// Its name.
+    /// Name of the port.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -72,7 +72,7 @@ impl Line {
         self.receiver.counts()
     }
 
-    /// When the last message was sent.
+    /// Time at which the last message was sent.
     #[must_use]
     pub fn last_sent(&self) -> Instant {
         self.last_sent
@@ -143,7 +143,7 @@ impl Line {
     }
 }
 
-/// Why a port was not opened, in uniform words, since those of operating systems differ.
+/// Says why a port was not opened, in uniform words, since those of operating systems differ.
 fn refused(name: &str, error: &serialport::Error) -> PortError {
     use serialport::ErrorKind as Kind;
     let cause = error.to_string();

@@ -85,9 +85,9 @@ pub struct Difference {
     pub tick: u32,
     /// Its name.
     pub word: &'static str,
-    /// On the board.
+    /// Value on the board.
     pub board: String,
-    /// On this machine.
+    /// Value on this machine.
     pub here: String,
 }
 

@@ -74,7 +74,7 @@ impl Session {
         self.line.name()
     }
 
-    /// When the last message was sent.
+    /// Time at which the last message was sent.
     #[must_use]
     pub fn last_sent(&self) -> Instant {
         self.line.last_sent()
@@ -231,7 +231,7 @@ fn after(record: &Record) -> String {
     )
 }
 
-/// How a board ends the force when it does not hear its host.
+/// Words for how a board ends the force when it does not hear its host.
 #[must_use]
 pub fn released_by_itself() -> String {
     let ArmingSettings { silence_ticks, ramp_ticks, .. } = ArmingSettings::DEFAULT;

@@ -24,7 +24,7 @@ const SAME_M: f64 = 1e-7;
 pub struct Answer {
     /// Tissue that was pressed.
     pub tissue: AnswerTissue,
-    /// With what.
+    /// Probe that pressed it.
     pub probe: AnswerProbe,
     /// Every place and depth.
     pub holds: Vec<HoldAnswer>,
@@ -60,7 +60,7 @@ fn is_zero(value: &f64) -> bool {
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct HoldAnswer {
-    /// Where the tip first touches, on the rest surface [m].
+    /// Place at which the tip first touches, on the rest surface [m].
     pub place_m: [f64; 3],
     /// Depth of the tip below that place [m].
     pub depth_m: f64,

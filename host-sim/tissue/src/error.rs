@@ -24,7 +24,7 @@ pub enum Error {
     Patch {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// Cause of the failure.
         cause: palpate::BuildError,
     },
     /// A file that cannot be written.
@@ -32,7 +32,7 @@ pub enum Error {
     Write {
         /// Path to be written.
         path: PathBuf,
-        /// Why not.
+        /// Cause of the failure.
         source: std::io::Error,
     },
     /// An output folder that another run is writing.
@@ -46,7 +46,7 @@ pub enum Error {
     Read {
         /// Path to be read.
         path: PathBuf,
-        /// Why not.
+        /// Cause of the failure.
         source: std::io::Error,
     },
     /// Options that do not fit together.

@@ -36,7 +36,7 @@ struct Leg {
     hold: Option<usize>,
 }
 
-/// How the finger follows its targets.
+/// Rule by which the finger follows its targets.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     /// The tip is at the target.

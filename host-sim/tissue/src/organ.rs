@@ -82,7 +82,7 @@ pub struct Fine {
     pub growth: f64,
 }
 
-/// How an organ is meshed.
+/// Parameters of an organ's meshing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Spec {
     /// Edge of the lattice's cube [m], the same everywhere.
@@ -108,7 +108,7 @@ impl Organ {
         })
     }
 
-    /// Its name in scenes.
+    /// Name in scenes.
     #[must_use]
     pub fn name(&self) -> &'static str {
         self.name
@@ -120,7 +120,7 @@ impl Organ {
         self.box_m
     }
 
-    /// Its materials, ids from 1 without gaps.
+    /// Materials of the organ, ids from 1 without gaps.
     #[must_use]
     pub fn regions(&self) -> &'static [Region] {
         self.regions
@@ -167,8 +167,8 @@ impl Organ {
         self.foot(at_m.into()).0.into()
     }
 
-    /// Where a ray first crosses the surface [m]; `None` if it misses, or has no direction. It may
-    /// miss parts thinner than a four-thousandth of its length.
+    /// Place at which a ray first crosses the surface [m]; `None` if it misses, or has no
+    /// direction. It may miss parts thinner than a four-thousandth of its length.
     #[must_use]
     pub fn surface_point(&self, from_m: [f64; 3], direction: [f64; 3]) -> Option<[f64; 3]> {
         self.crossing(from_m.into(), direction.into()).map(Into::into)

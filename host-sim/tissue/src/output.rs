@@ -37,7 +37,7 @@ struct Signed<'a, T> {
     provenance: Option<&'a serde_json::Value>,
 }
 
-/// How a result enters its folder.
+/// Way in which a result enters its folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
     /// The whole folder is replaced.
@@ -55,7 +55,7 @@ pub struct OutputFolder {
     mode: Mode,
     /// Patches of an earlier run that this one replaces.
     dropped: Vec<String>,
-    /// How this run was made, for its summary.
+    /// Origin of this run, for its summary.
     provenance: Option<serde_json::Value>,
     // released last
     _lock: Lock,

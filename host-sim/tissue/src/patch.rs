@@ -27,16 +27,16 @@ use stiffness::Elastic;
 /// Positive factors on the formulas' values; all 1 without calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Multipliers {
-    /// On each spring, in the order of [`surface::edges`], shape \[edges\].
+    /// Multiplier of each spring, in the order of [`surface::edges`], shape \[edges\].
     pub edge: Vec<f64>,
-    /// On each node's volume stiffness, shape \[nodes\].
+    /// Multiplier of each node's volume stiffness, shape \[nodes\].
     pub node: Vec<f64>,
-    /// On each foundation point, shape [skin triangles][points], triangles in the order of
-    /// [`Tissue::skin`].
+    /// Multiplier of each foundation point, shape [skin triangles][points], triangles in the order
+    /// of [`Tissue::skin`].
     pub point: Vec<Vec<f64>>,
-    /// On the volume stiffness that acts per tet.
+    /// Multiplier of the volume stiffness that acts per tet.
     pub bulk: f64,
-    /// On the stiffening of the foundation.
+    /// Multiplier of the foundation's stiffening.
     pub stiffening: f64,
 }
 

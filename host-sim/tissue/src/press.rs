@@ -73,9 +73,9 @@ pub struct Hold {
 /// A run.
 #[derive(Clone, Debug)]
 pub struct Press {
-    /// Every tick.
+    /// One row per tick.
     pub ticks: Vec<TickRow>,
-    /// Every hold.
+    /// One entry per hold.
     pub holds: Vec<Hold>,
     /// Largest displacement left after the release [m].
     pub residual_m: f64,
@@ -207,7 +207,7 @@ pub fn hold(model: &Model, probe: &Probe, state: &State, target: f64, force_n: f
 }
 
 impl Press {
-    /// Nothing has run yet.
+    /// Creates the record of a run before its first tick.
     pub fn empty(timed_on: String) -> Self {
         Self {
             ticks: Vec::new(),

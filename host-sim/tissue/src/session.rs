@@ -210,7 +210,8 @@ fn most_stiffening(machine: &Machine, patch: &Patch, params: &Params) -> Option<
     Some((fits / digit).floor() * digit)
 }
 
-/// Halvings of an exponent until one runs, and then of the range in which the largest is sought.
+/// Number of times an exponent is halved until it runs, and number of times the range that holds
+/// the largest such exponent is then halved.
 const MOST_HALVINGS: i32 = 10;
 const HALVINGS: usize = 3;
 

@@ -41,7 +41,7 @@ impl Shard {
         (of <= MOST && (1..=of).contains(&number)).then_some(Self { number, of })
     }
 
-    /// Its number, from 1.
+    /// Number of the shard, from 1.
     #[must_use]
     pub fn number(self) -> u64 {
         self.number
@@ -53,8 +53,8 @@ impl Shard {
         self.of
     }
 
-    /// Its cases out of `total`: consecutive, and as many as any other shard's, or one fewer. Empty
-    /// if there are fewer cases than shards.
+    /// Cases of the shard out of `total`: consecutive, and as many as any other shard's, or one
+    /// fewer. Empty if there are fewer cases than shards.
     #[must_use]
     pub fn cases(self, total: u64) -> Range<u64> {
         let border = |shards: u64| (u128::from(total) * u128::from(shards) / u128::from(self.of)) as u64;

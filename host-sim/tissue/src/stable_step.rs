@@ -45,9 +45,9 @@ pub fn limits(patch: &Patch, tick_s: f64) -> GuardLimits {
     GuardLimits { max_sink_m_per_s, ..GuardLimits::HIGHEST }
 }
 
-/// Another tick with the masses, the foundation and the damping of this one: a patch that is stable
-/// at a tick 15 % longer has a margin of 1.15 at this one. At a shorter one the dashpot is at most
-/// what a substep can carry.
+/// Parameters for another tick with the masses, the foundation and the damping of this one: a patch
+/// that is stable at a tick 15 % longer has a margin of 1.15 at this one. At a shorter one the
+/// dashpot is at most what a substep can carry.
 #[must_use]
 pub fn with_tick(params: &Params, tick_s: f32) -> Params {
     let longer = tick_s / params.tick_s;

@@ -7,7 +7,7 @@ use std::ops::{Add, Div, Mul, Sub};
 pub trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> {
     /// A constant.
     fn of(value: f64) -> Self;
-    /// Its value.
+    /// Value without derivatives.
     fn value(self) -> f64;
     /// Square root.
     fn root(self) -> Self;

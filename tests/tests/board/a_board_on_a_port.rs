@@ -38,7 +38,7 @@ fn board(desk: &Desk, port: &str, arguments: &[&str]) -> Outcome {
     palpate(SCRATCH, desk.folder(), &[&["board"], arguments, &["--port", port]].concat())
 }
 
-/// Its output, of a command that succeeds.
+/// Output of a command that succeeds.
 fn done(desk: &Desk, port: &str, arguments: &[&str]) -> String {
     let outcome = board(desk, port, arguments);
     assert_eq!(outcome.code, Some(0), "{arguments:?}: {}{}", outcome.stdout, outcome.stderr);
@@ -52,7 +52,7 @@ fn refused(outcome: &Outcome, says: &str) {
     assert!(lines.len() == 1 && lines[0].contains(says), "\"{says}\" is not in {:?}", outcome.stderr);
 }
 
-/// `palpate board arm`, running.
+/// A `palpate board arm` that is running.
 struct Arming(Option<Child>);
 
 impl Arming {

@@ -264,7 +264,7 @@ fn log(journal: &Journal, rows: &[Row]) -> Vec<String> {
     lines
 }
 
-/// Whether the first lines say this.
+/// Asserts that each of the first lines contains the words at its index.
 fn begins(lines: &[String], words: &[&str]) {
     let agree = lines.len() >= words.len() && lines.iter().zip(words).all(|(line, words)| line.contains(words));
     assert!(agree, "{lines:#?} do not begin with {words:#?}");

@@ -11,7 +11,7 @@ const DEPTH_M: f64 = 0.006;
 /// Presses with an equilibrium for each one without: more than the fifty that are required.
 const SOUND: usize = 60;
 
-/// Where the springs of this mesh buckle between two shapes, 6 mm deep.
+/// Place at which the springs of this mesh buckle between two shapes, 6 mm deep.
 fn buckles() -> Vector {
     let (radius_m, angle) = (0.0125 * (133.5_f64 / 250.0).sqrt(), 2.399_963 * 133.0_f64);
     Vector::new(radius_m * angle.cos(), radius_m * angle.sin(), 0.0)

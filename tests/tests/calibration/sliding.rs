@@ -103,7 +103,7 @@ fn rim_springs_answer_as_the_dense_outside_all_along_the_stroke() {
     let found = Measured::of(&one, &trajectory(0.1), &[0.1], &map()).unwrap();
     assert!(found.rim_pct.unwrap().abs() <= 0.5, "{:?}", found.rim_pct);
     assert!(found.rest_pct.unwrap()[0].abs() <= 5.0, "{:?}", found.rest_pct);
-    // at some speed a moving probe is beyond a reference at rest
+    // a fast probe leaves the force that the reference has at rest
     assert!(found.leaves_at_mm_per_s.is_some_and(|v| v > 100.0), "{:?}", found.leaves_at_mm_per_s);
     assert!(found.trace.ways().all(|r| matches!(r.pose.leg, Leg::Forth | Leg::Back)));
 }

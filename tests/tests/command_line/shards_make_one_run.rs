@@ -43,8 +43,8 @@ fn shards(desk: &Desk, command: &[&str], groups: &[&[&str]]) {
     }
 }
 
-/// One run of a command and its shards, merged, leave the same files with the same bytes; both end
-/// with `code`. The result of one run is in `whole` below its folder.
+/// Asserts that one run of a command and its shards, merged, leave the same files with the same
+/// bytes; both end with `code`. The result of one run is in `whole` below its folder.
 #[track_caller]
 fn are_one(desk: &Desk, code: i32, command: &[&str], groups: &[&[&str]], whole: &str) {
     ends(desk, code, &[command, &["--out", "one"]].concat());

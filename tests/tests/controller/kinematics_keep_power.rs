@@ -34,7 +34,8 @@ pub fn power_is_kept<M: Mechanism + Clone>(mechanism: &M, poses_rad: &[[f32; 3]]
     assert!(met > poses_rad.len(), "no force met a motion: nothing was proved");
 }
 
-/// That of Campion, Wang and Hayward: 63, 75 and 25 mm, its centre in the middle of the workspace.
+/// The pantograph of Campion, Wang and Hayward: 63, 75 and 25 mm, its centre in the middle of the
+/// workspace.
 fn pantograph() -> Pantograph {
     Pantograph::build([0.063, 0.075, 0.025, -0.0125, 0.11]).unwrap()
 }

@@ -32,7 +32,7 @@ impl Random {
     }
 }
 
-/// One of every message a host sends.
+/// The n-th kind of message that a host sends.
 fn message<'a>(n: usize, bytes: &'a [u8], random: &mut Random) -> ToBoard<'a> {
     let word = random.next();
     let real = f32::from_bits(word as u32);

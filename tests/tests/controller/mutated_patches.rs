@@ -68,7 +68,7 @@ const EXTREME: [f32; 14] = [
     1e9,
 ];
 
-/// One to three changes of a patch file. `header` is where its arrays begin.
+/// Makes one to three changes to a patch file. `header` is where its arrays begin.
 fn mutate(bytes: &mut Vec<u8>, header: usize, random: &mut Random) {
     for _ in 0..=random.below(3) {
         // half of the mutations meet the header, where each word decides most

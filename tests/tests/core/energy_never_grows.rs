@@ -19,7 +19,7 @@ fn snapshot(state: &State) -> Snapshot {
     state.nodes().iter().map(|n| (n.position_m().cast::<f64>(), n.velocity_m_per_s().cast::<f64>())).unzip()
 }
 
-/// How the tissue was set in motion.
+/// Initial motion of the tissue.
 #[derive(Clone, Copy, Debug)]
 enum Start {
     /// A press of 4 mm, then the probe is withdrawn in steps of the speed limit.

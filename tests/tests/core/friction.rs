@@ -31,7 +31,7 @@ impl<'a> Rig<'a> {
         output
     }
 
-    /// Down to a depth at 20 mm/s, and rest there.
+    /// Presses to a depth at 20 mm/s and rests there.
     fn pressed(&mut self, depth_m: f64) -> Output {
         let mut last = Output::NONE;
         for n in 0..2000 {

@@ -159,7 +159,7 @@ impl Files {
     }
 }
 
-/// Everything that imports lead to.
+/// All modules that imports lead to.
 fn reached<'m>(arrows: &BTreeMap<&'m Module, BTreeSet<&'m Module>>, from: &'m Module) -> BTreeSet<&'m Module> {
     let (mut seen, mut next) = (BTreeSet::new(), vec![from]);
     while let Some(now) = next.pop() {
@@ -238,7 +238,7 @@ fn tree(text: &str, prefix: &[String], found: &mut impl FnMut(Vec<String>)) {
     }
 }
 
-/// Without comments, the content of strings, and unit tests.
+/// The text without comments, the content of strings, and unit tests.
 fn without_words(text: &str) -> String {
     let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
     let lines = text.lines().map(|line| line.split("//").next().unwrap_or_default());

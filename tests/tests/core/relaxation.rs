@@ -130,7 +130,7 @@ struct Retreat {
     rms: f64,
 }
 
-/// In at 10 mm/s, held, out at `out_m_per_s`.
+/// Presses at 10 mm/s, holds, and leaves at `out_m_per_s`.
 fn retreat(bench: &Bench, depth_m: f64, hold: usize, out_m_per_s: f64) -> Retreat {
     const IN_M: f64 = 1e-5;
     let loading = (depth_m / IN_M).round() as usize;

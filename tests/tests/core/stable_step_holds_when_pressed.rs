@@ -31,7 +31,7 @@ fn asked(bench: &Bench) -> u16 {
     substeps_for_taps(&model, &bench.params, bench.patch.site_m(), least).unwrap().expect("a patch that stands taps")
 }
 
-/// How a press ended.
+/// End of a press.
 struct Outcome {
     /// Defect at the end of the hold or of the run, or fault that stopped it.
     wrong: Option<String>,
@@ -39,7 +39,7 @@ struct Outcome {
     lowest_j: f64,
 }
 
-/// Down to the depth limit, 0.3 s there, out, a second.
+/// Presses to the depth limit, stays for 0.3 s, moves out and waits for a second.
 fn press(bench: &Bench, speed_m_per_s: f32) -> Outcome {
     let mut lowest_j = f64::INFINITY;
     let wrong = what_goes_wrong(bench, speed_m_per_s, &mut lowest_j);

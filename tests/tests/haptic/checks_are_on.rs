@@ -10,7 +10,8 @@ const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 /// Set for a whole run, and inherited by every cargo that a test starts.
 const SWITCHES: [&str; 2] = ["CARGO_PROFILE_RELEASE_OVERFLOW_CHECKS", "CARGO_PROFILE_RELEASE_DEBUG_ASSERTIONS"];
 
-/// Without them a single test, run by hand, is built as a user's `palpate` is.
+/// Whether the checks are on: without them a single test, run by hand, is built as a user's
+/// `palpate` is.
 fn switched_on() -> bool {
     let on = SWITCHES.iter().all(|name| std::env::var(name).is_ok_and(|value| value == "true"));
     if !on {

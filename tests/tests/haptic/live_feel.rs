@@ -31,7 +31,7 @@ impl Felt {
         felt
     }
 
-    /// Ticks towards a depth at the place; none may break an invariant of the loop.
+    /// Moves towards a depth at the place for some ticks; none may break an invariant of the loop.
     fn at(&mut self, depth_m: f64, ticks: u32) -> Told {
         let target_m = self.place_m - self.axis * depth_m;
         (0..ticks).map(|_| self.tick(target_m)).last().unwrap()
@@ -44,7 +44,7 @@ impl Felt {
         told
     }
 
-    /// Down to a depth at a hand's speed; the records of all ticks, the last at that depth.
+    /// Presses to a depth at a hand's speed; the records of all ticks, the last at that depth.
     fn press(&mut self, depth_m: f64) -> Vec<Told> {
         self.at(0.0, 100);
         let ticks = (depth_m / INTO_M_PER_S * 1e3) as u32;

@@ -40,7 +40,7 @@ fn sources(folder: &Path, into: &mut String) {
     }
 }
 
-/// Why something in backquotes is not there.
+/// Says why something in backquotes is not there.
 fn missing(name: &str, code: &str) -> Option<String> {
     let words: Vec<&str> = name.split(' ').collect();
     let there = match words[..] {

@@ -2,7 +2,7 @@
 
 use palpate_tests::palpate_command::repository;
 
-/// Everything below `tests` and in unit tests, as one text.
+/// All code below `tests` and in unit tests, as one text.
 fn all_tests() -> String {
     let mut text = String::new();
     let mut folders = vec![repository().join("tests"), repository().join("core/src"), repository().join("host-sim")];

@@ -10,10 +10,10 @@ use crate::tick::tick;
 
 /// A model that answers a pose with a force: the patch, or a simpler one to compare it with.
 pub trait Renderer {
-    /// One tick.
+    /// Runs one tick.
     fn render(&mut self, pose: ProbePose) -> Output;
 
-    /// Back to rest; a fault of the renderer is cleared.
+    /// Returns to rest and clears a fault of the renderer.
     fn reset(&mut self);
 
     /// Stiffness along the normal at its latest answer [N/m].

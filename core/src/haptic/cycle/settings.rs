@@ -7,7 +7,7 @@ use crate::haptic::limits::LoopLimitSettings;
 use crate::haptic::passivity::PassivitySettings;
 use crate::haptic::{Range, each_within};
 
-/// When a force may begin, and how it is ramped down.
+/// Conditions under which a force may begin, and the fall with which it ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmingSettings {
     /// Arming continues only below this model force [N].
@@ -20,7 +20,7 @@ pub struct ArmingSettings {
     pub ramp_in_per_tick: f32,
     /// Fall of the gain per tick at the force limit (1).
     pub relief_per_tick: f32,
-    /// Where that fall ends (1).
+    /// Smallest factor of the force at which that fall ends (1).
     pub least_relief: f32,
     /// Ticks of silence after which the host is lost.
     pub silence_ticks: u16,
@@ -87,7 +87,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Safe on anything, for this device, at 1 kHz: damping for its delay, limits within its force.
+    /// Settings that are safe on any tissue with this device at 1 kHz: damping for its delay,
+    /// limits within its force.
     #[must_use]
     pub fn safe(device: &DeviceSpec) -> Self {
         let tick_s = 1e-3;

@@ -110,7 +110,7 @@ impl ForceLimiter {
         self.last_n
     }
 
-    /// At the limit for longer than `saturated_ticks`.
+    /// Whether the force was at the limit for longer than `saturated_ticks`.
     #[must_use]
     pub fn strained(&self, limits: &LoopLimits) -> bool {
         self.saturated > limits.values.saturated_ticks

@@ -59,7 +59,7 @@ const TOO_MANY: u16 = 500;
 struct Share(u16);
 
 impl Share {
-    /// One tick; true if it happened too often lately.
+    /// Runs one tick; true if it happened too often lately.
     fn count(&mut self, bad: bool) -> bool {
         self.0 = self.0.saturating_sub(1);
         if bad && self.0 <= TOO_MANY {
@@ -84,7 +84,7 @@ impl PoseGate {
         answer
     }
 
-    /// Periods passed without a cycle: a hand may have moved further.
+    /// Counts periods that passed without a cycle, in which the hand may have moved further.
     pub fn skip(&mut self, late_ticks: u16) {
         self.since_ticks = self.since_ticks.saturating_add(late_ticks);
     }

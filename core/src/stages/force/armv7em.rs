@@ -93,7 +93,8 @@ pub(super) fn springs(model: &Model, nodes: &mut [Node], onset: f32, chi: f32) {
     unsafe { pull_rows(&rows, onset, chi) }
 }
 
-/// False at the first tet with a node beyond `last`, which is stored in both halves of its word.
+/// Stops and returns false at the first tet with a node beyond `last`, which is stored in both
+/// halves of its word.
 #[unsafe(naked)]
 unsafe extern "C" fn measure_tets(tets: *const Tet, count: usize, nodes: *mut Node, last: u32) -> bool {
     // r0 tet, r1 tets left, r2 x of the first node, r3 last, r6 r7 r8 r12 corners a b c d, lr size

@@ -27,7 +27,7 @@ use crate::params::Tuned;
 /// The bristle of a node.
 #[derive(Clone, Copy, Debug)]
 pub struct Bristle {
-    /// Where on the probe it is rooted, from the probe's centre [m].
+    /// Root on the probe, from the probe's centre [m].
     root_m: Vector3<f32>,
     /// Its stiffness over E in the last substep [m]; zero at the touch.
     slope: f32,

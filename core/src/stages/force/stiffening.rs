@@ -66,7 +66,7 @@ pub(super) fn accumulate(
     load
 }
 
-/// Half of every node's factor, in `node.p`, which must be zero before.
+/// Writes half of every node's factor, in `node.p`, which must be zero before.
 #[inline(always)]
 pub(crate) fn measure(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) {
     spring::store(model, tuned, state);

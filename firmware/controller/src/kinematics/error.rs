@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum MechanismError {
-    /// No joint turns that far in one count, or that little.
+    /// The joint's angle per count is implausibly large or small.
     Encoder,
-    /// No motor gives that much torque, or that little.
+    /// The motor's torque is implausibly large or small.
     Motor,
-    /// No such mechanism has these dimensions.
+    /// The dimensions of the arms are those of no such mechanism.
     Arms,
     /// The home pose is impossible, or lies outside the workspace.
     Home,

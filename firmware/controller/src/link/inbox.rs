@@ -195,7 +195,7 @@ mod tests {
         fn reset(&mut self) {}
     }
 
-    /// In `Idle`, or armed and clear of everything.
+    /// A controller in `Idle`, or armed and clear of everything.
     fn started(arm: bool) -> Controller {
         let settings = Settings::safe(&Port::DESKTOP.limits());
         let mut controller = Controller::build(&settings, Port::DESKTOP, Arming::OnRequest).unwrap();

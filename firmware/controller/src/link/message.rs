@@ -151,7 +151,7 @@ pub struct Identity {
 }
 
 impl Identity {
-    /// Of a board with a patch of this checksum and Young's modulus [Pa].
+    /// Creates the identity of a board with a patch of this checksum and Young's modulus [Pa].
     #[must_use]
     pub fn new(about: &About, (patch_checksum, youngs_modulus_pa): (u32, f32)) -> Self {
         let mut name = [0; NAME_BYTES];

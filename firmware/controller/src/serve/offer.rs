@@ -2,12 +2,12 @@
 
 use crate::link::{Change, Refusal, Upload};
 
-/// Where the patch is stored.
+/// Memory in which the patch is stored.
 #[derive(Clone, Copy)]
 enum Source {
     Flash,
     Uploaded,
-    /// Being uploaded, or refused.
+    /// No patch: it is being uploaded, or was refused.
     Nowhere,
 }
 

@@ -28,7 +28,7 @@ pub fn to(words: &[u8; 12], counted: bool) {
     READINGS.store(READINGS.load(Ordering::Relaxed).wrapping_add(1).max(1), Ordering::Relaxed);
 }
 
-/// Its newest reading.
+/// The newest reading of the hand.
 pub fn sense() -> Option<Reading> {
     let sequence = READINGS.load(Ordering::Relaxed);
     if sequence == 0 {

@@ -61,8 +61,8 @@ pub fn duty() -> Duty {
 /// The two ends of a lock-step link, from the host's file system. Without one the link is the UART.
 static FILES: Mutex<CriticalSectionRawMutex, RefCell<Option<(File, File)>>> = Mutex::new(RefCell::new(None));
 
-/// Bytes from the host. In lock-step the whole machine stops until there are some, and 0 means that
-/// the host has gone.
+/// Reads bytes from the host. In lock-step the whole machine stops until there are some, and 0
+/// means that the host has gone.
 pub fn link_read(bytes: &mut [u8]) -> usize {
     let from_file = FILES.lock(|link| {
         link.borrow_mut()
@@ -100,12 +100,12 @@ fn paced(input: &mut File, bytes: &mut [u8]) -> usize {
     }
 }
 
-/// Bytes that would go to the host now. A file takes as many as there are.
+/// Number of bytes that would go to the host now. A file takes as many as there are.
 pub fn link_room() -> usize {
     if FILES.lock(|link| link.borrow().is_some()) { usize::MAX } else { uart::room() }
 }
 
-/// Bytes to the host.
+/// Sends bytes to the host.
 pub fn link_write(bytes: &[u8]) {
     // a host that has stopped reading is noticed at the next read
     let to_file = FILES.lock(|link| link.borrow_mut().as_mut().map(|(_, output)| output.write_all(bytes)));

@@ -36,12 +36,12 @@ pub fn start() {
     }
 }
 
-/// Bytes received so far, without waiting.
+/// Reads the bytes received so far, without waiting.
 pub fn read(bytes: &mut [u8]) -> usize {
     bytes.iter_mut().map_while(|byte| IN.try_receive().ok().map(|came| *byte = came)).count()
 }
 
-/// Bytes that the queue has room for.
+/// Number of bytes that the queue has room for.
 pub fn room() -> usize {
     OUT.free_capacity()
 }

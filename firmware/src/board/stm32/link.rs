@@ -31,14 +31,14 @@ pub fn start<T: Instance>(usart: Peri<'static, T>, rx: Peri<'static, impl RxPin<
     unsafe { This::LINK_INTERRUPT.enable() };
 }
 
-/// Bytes received. The interrupt is pended as well: if an error flag has hidden its cause, the
-/// queues continue in the next tick.
+/// Reads the bytes received. The interrupt is pended as well: if an error flag has hidden its
+/// cause, the queues continue in the next tick.
 pub fn read(bytes: &mut [u8]) -> usize {
     This::LINK_INTERRUPT.pend();
     bytes.iter_mut().map_while(|byte| IN.try_receive().ok().map(|came| *byte = came)).count()
 }
 
-/// Bytes that the queue has room for.
+/// Number of bytes that the queue has room for.
 pub fn room() -> usize {
     OUT.free_capacity()
 }

@@ -2,7 +2,7 @@
 
 use plotters::style::RGBColor;
 
-/// How a method's points look.
+/// Marker and colour of a method's points.
 #[derive(Clone, Copy)]
 pub struct Look {
     pub color: RGBColor,
@@ -106,7 +106,7 @@ pub fn outline(shape: Marker, (x, y): (i32, i32), radius: i32) -> Vec<(i32, i32)
         .collect()
 }
 
-/// Two bars across each other, upright or turned by an eighth.
+/// Outline of two bars across each other, upright or turned by an eighth.
 fn bars(turned: bool, (x, y): (i32, i32), radius: f64) -> Vec<(i32, i32)> {
     let (long, half) = (1.45 * radius, 0.45 * radius);
     let quarter = [(half, long), (half, half), (long, half)];

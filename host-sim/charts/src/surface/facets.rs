@@ -36,7 +36,7 @@ pub struct Skin<'a> {
     pub scale_m: f64,
     /// Toward the lamp, unit vector.
     pub lamp: V3,
-    /// No part has a longer side [px]; infinite where only colour and light count.
+    /// Longest side that a part may have [px]; infinite where only colour and light count.
     pub largest_px: f64,
 }
 

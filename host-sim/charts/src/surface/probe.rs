@@ -27,7 +27,7 @@ pub enum ProbeShape {
     },
 }
 
-/// Where the probe is.
+/// Pose of the probe.
 #[derive(Clone, Copy, Debug)]
 pub struct Probe {
     /// Shape of the end.

@@ -11,7 +11,7 @@ pub fn across(axis: V3, wish: V3) -> V3 {
     across(wish).or_else(|| across(wish.yzx())).unwrap_or_else(V3::z)
 }
 
-/// Where the eye is and how the picture lies on the canvas.
+/// Position of the eye and of the picture on the canvas.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     /// Right on the canvas, unit vector.

@@ -105,7 +105,7 @@ impl Walk {
         self.schedule.temperature(self.trial, self.trials)
     }
 
-    /// Its present place, and the cost there.
+    /// Present place of the walk, and the cost there.
     #[must_use]
     pub fn here(&self) -> (&[f64], f64) {
         (&self.place, self.cost)

@@ -2,7 +2,7 @@
 
 use super::error::DynamicError;
 
-/// How finely a motion is computed.
+/// Resolution in space and time at which a motion is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Corner nodes of the piece that is meshed: of a quarter, a half or the whole block.

@@ -148,7 +148,7 @@ pub(crate) fn deepest_hold_m(scene: &Scene) -> Option<f64> {
     }
 }
 
-/// How a patch is made from a scene.
+/// Choices by which a patch is made from a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Recipe {
     /// Its size and its elements.

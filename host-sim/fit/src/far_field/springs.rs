@@ -140,7 +140,7 @@ fn eigen(matrix: &Mat<f64>, least: f64) -> Vec<(f64, Mat<f64>)> {
 struct Pattern {
     /// `[i, j]`, `i <= j`, ascending.
     place: Vec<[usize; 2]>,
-    /// Of each rim node, the neighbours and their blocks, itself included.
+    /// For each rim node the neighbours, itself included, and their blocks.
     row: Vec<Vec<(usize, usize)>>,
 }
 

@@ -259,7 +259,7 @@ mod tests {
 
     const RADIUS_M: f64 = 0.008;
 
-    /// Two squares of 80 mm that meet at x = 0, the one with x > 0 lower and sloping.
+    /// The map of two squares of 80 mm that meet at x = 0, the one with x > 0 lower and sloping.
     fn surface(lower_m: f64, slope: f64) -> SurfaceMap {
         let wide = 10.0 * RADIUS_M;
         let square = |near: f64, far: f64, [z_near, z_far]: [f64; 2]| {

@@ -108,7 +108,7 @@ pub struct Supply<'a> {
 }
 
 impl<'a> Supply<'a> {
-    /// Of a scene on a board.
+    /// Prepares the plan of a scene on a board.
     #[must_use]
     pub fn of(scene: &'a Scene, machine: &'a Machine, quick: bool) -> Self {
         let (radii, elements): (&[f64], &[f64]) = if quick { (&QUICK_RADII, &QUICK_ELEMENTS) } else { (&RADII, &ELEMENTS) };

@@ -55,7 +55,7 @@ pub struct JudgedCandidate {
     /// Terms of the tick that act.
     #[serde(serialize_with = "by_name")]
     pub terms: Terms,
-    /// How it was fitted.
+    /// Effort of its fit.
     pub effort: Effort,
     /// Parameters of the fit.
     #[serde(skip)]

@@ -147,8 +147,7 @@ impl Ladder<'_> {
         (step, None)
     }
 
-    /// Of the full fits with fewer nodes that do not keep the tolerance within the budget, the
-    /// largest.
+    /// Returns the largest of the full fits with fewer nodes that miss the tolerance or the budget.
     fn fewer_nodes(&self, step: usize) -> Option<JudgedCandidate> {
         let nodes = self.steps[step].weighed.counts.nodes;
         let misses = |t: &&JudgedCandidate| !(t.keeps(self.bench.tolerance_pct) && t.fits);

@@ -86,7 +86,7 @@ impl Pattern {
         self.add(values, i, j, &Matrix3::from_diagonal_element(value));
     }
 
-    /// Where entry `c` of the diagonal of node `n` is.
+    /// Index of entry `c` of the diagonal of node `n`.
     fn diagonal(&self, n: usize, c: usize) -> usize {
         let (start, end) = (self.block_start[n], self.block_start[n + 1]);
         9 * start + c * 3 * (end - start) + c

@@ -88,7 +88,7 @@ pub struct Body {
     pub fixed: Vec<[bool; 3]>,
     /// Triangles that may touch the probe, indices into the mesh's.
     pub touchable: Vec<usize>,
-    /// How many mirror images of this piece make up the whole.
+    /// Number of mirror images of this piece that make up the whole.
     pub copies: f64,
     pub(crate) pattern: Pattern,
     points: Vec<Point>,

@@ -15,7 +15,7 @@ use palpate_tissue::tissue::UNDERSIDE_COSINE;
 pub struct BlockCase {
     /// Sides [m]; the top is centred on the origin, the bottom is fixed.
     pub size_m: [f64; 3],
-    /// Where on the top the probe presses [m].
+    /// Place of the press on the top [m].
     pub place_m: [f64; 2],
     /// Material of the block.
     pub material: Material,
@@ -36,7 +36,7 @@ pub struct BlockBody {
     pub body: Body,
     /// Whether it ends at x = 0 and at y = 0, its mirror images being the rest.
     pub mirror: [bool; 2],
-    /// Where the probe presses [m].
+    /// Place of the press [m].
     pub place_m: Vector3<f64>,
 }
 

@@ -65,7 +65,7 @@ impl Potential for Weighed<'_> {
 }
 
 impl<'a> Hanging<'a> {
-    /// At rest, without weight.
+    /// Prepares the suspension at rest, without weight.
     ///
     /// # Errors
     /// Nothing is held, or memory for the factor runs out.

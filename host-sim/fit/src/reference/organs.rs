@@ -55,7 +55,7 @@ impl Organ {
         Self { nodes: 0..mesh.nodes_m.len(), tets: 0..mesh.tets.len(), triangles: 0..mesh.triangles.len() }
     }
 
-    /// Its volume under a displacement of the mesh's nodes [m].
+    /// Volume of the organ under a displacement of the mesh's nodes [m].
     #[must_use]
     pub fn volume(&self, mesh: &QuadraticMesh, displacement_m: &[Vector3<f64>]) -> Volume {
         // J is a cubic within a tet: integrated exactly

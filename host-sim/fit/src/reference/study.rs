@@ -43,7 +43,7 @@ pub struct Level {
     pub nodes: usize,
     /// Its tets.
     pub tets: usize,
-    /// How many mirror images of the piece make up the whole.
+    /// Number of mirror images of the piece that make up the whole.
     pub copies: f64,
     /// Newton iterations.
     pub iterations: usize,

@@ -60,7 +60,7 @@ impl Point<'_> {
         self.gap.normal * (self.penalty_per_m * self.area_m2 * self.gap.gap_m)
     }
 
-    /// Its second derivative [m], with or without the probe's curvature; without it the
+    /// Second derivative [m], with or without the probe's curvature; without it the
     /// contribution is never indefinite.
     pub fn stiffness_m(&self, curved: bool) -> Matrix3<f64> {
         // the curvature makes the tangent indefinite where the tissue has not yet followed a step:

@@ -54,7 +54,7 @@ pub struct OrganPresses {
     pub answer: Answer,
     /// Those for the evaluation alone.
     pub unseen: Answer,
-    /// How far the force at the site may be off, of all depths the most (1).
+    /// Largest allowed error of the force at the site, over all depths (1).
     pub error: f64,
     /// Nodes of the finest quadratic mesh.
     pub nodes: usize,

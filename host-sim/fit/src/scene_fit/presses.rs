@@ -38,7 +38,7 @@ const MOST_MORE: f64 = 2.5;
 /// Depths up to this share of the deepest have meshes of their own, finer.
 const SHALLOW: f64 = 0.26;
 
-/// How fine the finite elements are.
+/// Resolution of the finite elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Level {
     /// Meshes of a published fit.
@@ -50,7 +50,7 @@ pub enum Level {
 /// One mesh, pressed to several depths: what is solved, stored and found again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PressJob {
-    /// Where on the top [m].
+    /// Place on the top [m].
     pub place_m: [f64; 2],
     /// Rising [m].
     pub depths_m: Vec<f64>,
@@ -160,7 +160,7 @@ fn more_nodes(scene: &Scene, nodes: usize, depth_m: f64) -> usize {
     (nodes as f64 * (tip.contact_radius_m(depth_m) / ball_m).clamp(1.0, MOST_MORE)) as usize
 }
 
-/// To tenths of a micrometre, so that files and scenes agree to the last bit.
+/// Rounds to tenths of a micrometre, so that files and scenes agree to the last bit.
 fn rounded(m: f64) -> f64 {
     (m * 1e7).round() / 1e7
 }

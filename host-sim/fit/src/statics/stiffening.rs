@@ -19,7 +19,7 @@ pub(super) fn steepness(params: &Params) -> f64 {
 
 /// Factors of a deformed patch.
 pub(super) struct Stiffer {
-    /// Of every node (1).
+    /// Factor of every node (1).
     factor: Vec<f64>,
     /// Slope of every factor along the energy at its node over E [1/m^3]; zero at the cap.
     steeper: Vec<f64>,

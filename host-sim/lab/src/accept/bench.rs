@@ -66,7 +66,7 @@ pub(super) struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// At rest, the probe a millimetre above it.
+    /// Starts the patch at rest, with the probe a millimetre above it.
     pub fn start(model: &'a Model<'a>, params: &Params, memory: &'a mut Memory) -> Result<Self, Error> {
         let (tuned, state) = memory.start(model, params)?;
         let mut run = Self { model, tuned, state };
@@ -74,7 +74,7 @@ impl<'a> Run<'a> {
         Ok(run)
     }
 
-    /// One tick with the tip at a place and depth below the surface at rest.
+    /// Runs one tick with the tip at a place and depth below the surface at rest.
     pub fn at(&mut self, place_m: [f64; 2], depth_m: f64) -> Result<Output, Error> {
         let tip_m = Vector3::new(place_m[0], place_m[1], -depth_m).cast();
         let output = palpate::tick(self.model, &self.tuned, &mut self.state, ProbePose { tip_m });

@@ -92,7 +92,7 @@ fn lost_m(depths_m: &[f64], force_n: &[f64]) -> f64 {
     ticks.into_iter().find(|tick| force_n[*tick] == 0.0).map_or(f64::NAN, |tick| depths_m[tick])
 }
 
-/// One depth: its row and its picture.
+/// Compares at one depth; returns its row and its picture.
 fn compare(params: &Params, depth_m: f64, elastic_n: &[f64], ours_n: &[f64]) -> (Row, Picture) {
     let depths_m = motion(depth_m);
     let nu = f64::from(params.poisson_ratio);

@@ -10,7 +10,7 @@ pub struct StiffeningFit {
     pub youngs_modulus_pa: f64,
     /// Stiffening exponent b (1).
     pub stiffening_b: f64,
-    /// How much deeper than recorded each depth is [m].
+    /// Depth added to each recorded depth [m].
     pub offset_m: f64,
     /// Root mean square of the residual, over the largest fitted force (1).
     pub rms: f64,
@@ -77,9 +77,9 @@ impl Curves {
 /// Values tried for exponent and offset: least, largest, and number of steps.
 #[derive(Clone, Copy, Debug)]
 pub struct Tried {
-    /// Of the exponent.
+    /// Range of the exponent and number of values tried.
     pub b: (f64, f64, usize),
-    /// Of the offset [m].
+    /// Range of the offset [m] and number of values tried.
     pub offset_m: (f64, f64, usize),
 }
 

@@ -92,7 +92,7 @@ pub fn measure(tasks: &[Task], block: &Block, reference: &Reference, moving: boo
     Ok(runs)
 }
 
-/// One row, with the number of substeps that survives without refinement.
+/// Measures one row, with the number of substeps that survives without refinement.
 fn of_task(
     task: Task,
     block: &Block,

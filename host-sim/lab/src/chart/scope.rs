@@ -31,7 +31,7 @@ pub struct Scope {
 const REFINEMENTS: [u16; 3] = [1, 2, 4];
 
 impl Scope {
-    /// Everything: 4 sizes, 3.5 and 20 kPa; 100 kPa as well where the probe moves.
+    /// The whole chart: 4 sizes, 3.5 and 20 kPa; 100 kPa as well where the probe moves.
     #[must_use]
     pub fn full(moving: bool) -> Self {
         let moduli_pa = [3500.0, 20_000.0, 100_000.0];

@@ -15,7 +15,7 @@ use crate::methods::{Block, DEEPEST_M, Method, RunningMethod};
 pub const MOST_SUBSTEPS: u16 = 64;
 /// Speed of the press [m/s].
 pub(super) const SPEED_M_PER_S: f64 = 0.1;
-/// Where the tip starts and ends above the surface [m].
+/// Height above the surface at which the tip starts and ends [m].
 pub const CLEAR_M: f64 = 5e-4;
 /// Ticks in the hold and after the release.
 pub(super) const WAIT_TICKS: usize = 400;
@@ -58,7 +58,7 @@ pub enum Failure {
 /// A press that was tried.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PressResult {
-    /// Why it failed, if so.
+    /// Reason for the failure, if it failed.
     pub failure: Option<Failure>,
     /// Smallest tet volume over its rest volume at the end of the hold; NaN if that was not
     /// reached.

@@ -160,7 +160,7 @@ impl Terms {
     }
 }
 
-/// From above the surface down to a depth; the force then [N].
+/// Moves the tip from above the surface down to a depth; returns the force there [N].
 fn go_down(block: &Block, running: &mut dyn RunningMethod, depth_m: f64) -> Option<Vector3<f64>> {
     let step_m = IN_M_PER_S * f64::from(block.params.tick_s);
     let ticks = ((depth_m + CLEAR_M) / step_m).ceil() as usize;

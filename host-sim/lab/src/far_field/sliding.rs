@@ -95,7 +95,7 @@ pub struct Smallest {
     pub nodes: usize,
     /// Largest force error over its meshes [%].
     pub worst_pct: f64,
-    /// How many meshes were tried.
+    /// Number of meshes that were tried.
     pub meshes: usize,
 }
 

@@ -48,14 +48,14 @@ pub struct Scope {
 }
 
 impl Scope {
-    /// Two finenesses: a patch of two probe radii has about 75 nodes, or 165.
+    /// The whole table, at two finenesses: a patch of two probe radii has about 75 nodes, or 165.
     #[must_use]
     pub fn full() -> Self {
         let fine = vec![(0.575, 0.45), (0.4, 0.4)];
         Self { fine, radii: vec![1.5, 2.0, 2.5, 3.0, 4.0], directions: 8, awake_nodes: vec![130, 410] }
     }
 
-    /// One fineness and four radii: under a minute.
+    /// A short table of one fineness and four radii, which takes less than a minute.
     #[must_use]
     pub fn quick() -> Self {
         Self { fine: vec![(0.5, 0.45)], radii: vec![1.5, 2.0, 2.5, 3.0], directions: 4, awake_nodes: vec![130] }

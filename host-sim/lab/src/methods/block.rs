@@ -58,7 +58,7 @@ impl Block {
         Some(Self::of_mesh(patch.mesh(), youngs_modulus_pa, |x| x[2] <= -BLOCK_M[2] * (1.0 - 1e-6)))
     }
 
-    /// Any mesh under the standard probe, pressed at the origin.
+    /// A block's test on any mesh under the standard probe, pressed at the origin.
     #[must_use]
     pub fn of_mesh(mesh: TetMesh, youngs_modulus_pa: f64, fixed: impl Fn(&[f64; 3]) -> bool) -> Self {
         let anchors = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| fixed(x)).map(|(n, _)| n).collect();
@@ -85,7 +85,7 @@ impl Block {
         self
     }
 
-    /// Its tissue without inclusions.
+    /// Tissue of the block without inclusions.
     #[must_use]
     pub fn even_tissue(&self) -> Tissue {
         Tissue { stiffness_ratio: vec![1.0; self.tissue.mesh.tets.len()], ..self.tissue.clone() }

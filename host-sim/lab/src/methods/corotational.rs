@@ -16,8 +16,8 @@ use super::rest_tet::{Matrix, RestTet, diagonal_m};
 
 /// Largest number of rotations in one evaluation; a slow press needs one.
 const TURNS: usize = 4;
-/// Squared angle below which a rotation is the last [rad^2]: its error, relative to it of the order
-/// of the strain, is left to the next substep.
+/// Squared angle below which no further rotation is applied [rad^2]. The error that is left, of the
+/// order of the angle times the strain, is removed by the next substep.
 const LAST: f32 = 1e-6;
 /// Squared angle below which a rotation is skipped: the force error is mu times the angle.
 const NONE: f32 = 1e-11;
@@ -39,7 +39,7 @@ impl Corotational {
     /// Floating-point operations of a tet with one turn, counted in this file.
     pub const FLOPS_PER_TET: f64 = 310.0;
 
-    /// At rest.
+    /// Creates the method at rest.
     #[must_use]
     pub fn new(block: &Block) -> Self {
         let tets = RestTet::of(block);

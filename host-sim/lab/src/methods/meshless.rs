@@ -68,10 +68,10 @@ pub struct Meshless {
 impl Meshless {
     /// Floating-point operations of a cell, counted in this file, a logarithm as 20.
     pub const FLOPS_PER_CELL: f64 = 95.0;
-    /// Of a node in a cell.
+    /// Operations for one node in one cell.
     pub const FLOPS_PER_PART: f64 = 36.0;
 
-    /// At rest.
+    /// Creates the method at rest.
     ///
     /// # Errors
     /// Flat tets: the nodes around one span no volume.

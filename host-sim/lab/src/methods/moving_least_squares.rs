@@ -31,8 +31,8 @@ pub struct ShapeFunctions {
 }
 
 impl ShapeFunctions {
-    /// Of a mesh's nodes. A node reaches `reach` times as far as the farthest integration point of
-    /// its tets; must be above 1.
+    /// Creates the shape functions of a mesh's nodes. A node reaches `reach` times as far as the
+    /// farthest integration point of its tets; must be above 1.
     #[must_use]
     pub fn new(mesh: &TetMesh, reach: f64) -> Self {
         let node_m: Vec<_> = mesh.nodes_m.iter().map(|x| Vector3::from(*x)).collect();
@@ -48,7 +48,7 @@ impl ShapeFunctions {
         Self { node_m, reach_m }
     }
 
-    /// Those that are not zero at a point at rest [m], by rising node.
+    /// Shape functions that are not zero at a point at rest [m], by rising node.
     ///
     /// # Errors
     /// Fewer than four nodes reach it, or all that do lie in a plane.
@@ -89,8 +89,8 @@ impl ShapeFunctions {
     }
 }
 
-/// Half way from a triangle's middle to its corners: equal weights integrate quadratic polynomials
-/// exactly.
+/// Points half way from a triangle's middle to its corners: equal weights integrate quadratic
+/// polynomials exactly.
 #[must_use]
 pub fn integration_points_m(corners_m: &[Vector3<f64>; 3]) -> [Vector3<f64>; 3] {
     let middle_m = (corners_m[0] + corners_m[1] + corners_m[2]) / 3.0;
@@ -104,7 +104,7 @@ pub(super) fn summed<T: Copy + std::ops::Add<Output = T>>(mut parts: Vec<(u32, T
     parts.chunk_by(|a, b| a.0 == b.0).map(of_one).collect()
 }
 
-/// Of the squared distance over the reach.
+/// Weight at a squared distance, relative to the squared reach.
 fn weight(square: f64) -> f64 {
     let pole = |s: f64| (s + SOFTENING).powi(-2);
     pole(square) - pole(1.0)

@@ -43,7 +43,7 @@ impl NeoHookean {
     /// logarithm.
     pub const FLOPS_NODAL: f64 = 70.0;
 
-    /// At rest.
+    /// Creates the method at rest.
     #[must_use]
     pub fn new(block: &Block, volume: Volume) -> Self {
         let tets = RestTet::of(block);

@@ -103,7 +103,7 @@ pub struct LowRankRim {
 }
 
 impl LowRankRim {
-    /// `stiffness` between the rim's `node`s.
+    /// Couples the rim's nodes `node` by `stiffness`.
     #[must_use]
     pub fn new(model: &Model, tuned: &Tuned, params: &Params, node: &[usize], stiffness: &LowRank) -> Self {
         Self {

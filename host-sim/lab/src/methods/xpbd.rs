@@ -71,7 +71,7 @@ impl Xpbd {
         }
     }
 
-    /// One pass over all constraints.
+    /// Runs one pass over all constraints.
     fn project(&mut self) {
         let (x, w) = (&mut self.position_m, &self.inverse_mass);
         for edge in &self.edges {

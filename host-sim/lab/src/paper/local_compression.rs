@@ -40,7 +40,7 @@ pub struct Options {
     pub quick: bool,
     /// One scene, a preset or a file; both presets without.
     pub scene: Option<String>,
-    /// How the report is made, for its summary.
+    /// Origin of the report, for its summary.
     pub provenance: serde_json::Value,
 }
 

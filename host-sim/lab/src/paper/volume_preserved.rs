@@ -71,7 +71,7 @@ pub struct Options {
     pub quick: bool,
     /// Recompute the finite elements of the full resolution instead of using the shipped answer.
     pub solve: bool,
-    /// How the report is made, for its summary.
+    /// Origin of the report, for its summary.
     pub provenance: serde_json::Value,
 }
 

@@ -15,7 +15,7 @@ pub struct Dampers<'a> {
     pub damping_m_s: &'a [f32],
 }
 
-/// How the damping constant of a spring follows from its stiffness k, its masses and its length.
+/// Law by which the damping constant of a spring follows from its stiffness k, masses and length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DampingLaw {
     /// `2 sqrt(k (m_i + m_j)) / l0`, l0 in metres: (12) as printed. Its unit is kg/(s m), not kg/s.

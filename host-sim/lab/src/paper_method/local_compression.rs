@@ -20,7 +20,7 @@ pub struct LocalCompression<'a> {
     pub dampers: Option<Dampers<'a>>,
     /// Volume force (2).
     pub volume: Option<BarycentreForce>,
-    /// How far the region reaches (7)-(8); all nodes without it.
+    /// Extent of the region (7)-(8); without it all nodes belong to it.
     pub region: Option<StressRule>,
     /// The step (9)-(10).
     pub step: VelocityVerlet,

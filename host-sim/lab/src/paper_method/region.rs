@@ -89,7 +89,7 @@ struct Seen {
 }
 
 impl StressRule {
-    /// Nothing touched yet.
+    /// Creates the rule before anything was touched.
     #[must_use]
     pub fn new(least_stress_pa: f32, poisson_ratio: f32, pressure: ContactPressure) -> Self {
         Self { least_stress_pa, poisson_ratio, pressure, seen: None }

@@ -23,7 +23,7 @@ pub struct Cell {
 pub struct Change {
     /// Label of the group.
     pub group: String,
-    /// Of the changes.
+    /// Spread of the changes.
     #[serde(flatten)]
     pub spread: Spread,
 }
@@ -56,7 +56,7 @@ pub struct Analysis {
 }
 
 impl Analysis {
-    /// Of any number of values.
+    /// Analyses any number of evaluations.
     #[must_use]
     pub fn of(all: &[Evaluation]) -> Self {
         let groups = groups(all);

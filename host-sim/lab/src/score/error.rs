@@ -10,7 +10,7 @@ pub enum ScoreError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// Cause of the failure.
         source: std::io::Error,
     },
     /// No header, or no row below it.

@@ -203,7 +203,7 @@ impl LoopSummary {
         Self { step: STEP, stiffest_tried_n_per_m, cells: all.cells, ceilings, broken }
     }
 
-    /// The promise.
+    /// Checks the promises of the matrix.
     ///
     /// # Errors
     /// The promises that did not hold.

@@ -26,7 +26,7 @@ impl App {
         controls.choice = choice;
         controls.inside = controls.choice.inside;
         if let (true, Ok(scene)) = (same, controls.choice.scene()) {
-            // no other tissue follows: this one gets its own values back
+            // the tissue stays as it is, so its own values are restored here
             controls.stiffness_kpa = scene.tissue.youngs_modulus_pa as f32 * 1e-3;
             controls.damping_per_s = scene.tissue.node_damping_per_s as f32;
             self.said = (format!("{} is as it began.", controls.title()), false);

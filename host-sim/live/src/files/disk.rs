@@ -54,7 +54,7 @@ pub fn choose(_arrived: &Arrived) -> bool {
     false
 }
 
-/// Why it could not be read.
+/// Says why the file could not be read.
 pub fn read(path: &str, arrived: &Arrived) -> Option<String> {
     match std::fs::read(path) {
         Ok(bytes) => {

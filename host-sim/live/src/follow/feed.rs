@@ -133,7 +133,7 @@ pub struct Follower {
 }
 
 impl Follower {
-    /// Of a file that may not be there yet.
+    /// Starts to follow a file that may not exist yet.
     #[must_use]
     pub fn of(path: &Path, given: Given) -> Self {
         Self {

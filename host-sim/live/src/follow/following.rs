@@ -51,7 +51,7 @@ impl Step {
 #[derive(Debug, Default)]
 pub struct Following {
     last: Option<Row>,
-    /// When the last row was written [s].
+    /// Time at which the last row was written [s].
     written_s: f64,
     bad: Option<String>,
     begun: bool,
@@ -182,7 +182,7 @@ mod tests {
         assert_eq!(ticks, [None, Some(20), Some(20), Some(80), None, Some(20)]);
         assert_eq!(steps.iter().map(Step::lost).collect::<Vec<_>>(), [0, 0, 0, 3, 0, 0]);
         assert_eq!((following.records, following.lost), (6, 3));
-        // from one look to the next, too
+        // a gap between two looks at the file is counted, too
         assert_eq!(following.take(found(&[63]), 0.1)[0].ticks, Some(40));
         assert_eq!(following.lost, 4);
     }

@@ -29,7 +29,7 @@ pub struct Follow {
     /// File that is followed, as the user named it.
     pub(super) path: String,
     pub(super) state: State,
-    /// When the thread was last heard [s].
+    /// Time of the thread's last message [s].
     heard_s: f64,
     begun: Instant,
     pub(super) shape: DrawnBody,
@@ -47,7 +47,7 @@ pub struct Follow {
 }
 
 impl Follow {
-    /// On a context, with a feed of `path`; pictures go into `folder`.
+    /// Creates the screen for `feed`, which reads `path`; pictures go into `folder`.
     #[must_use]
     pub fn new(ctx: &egui::Context, feed: Feed, path: String, folder: PathBuf) -> Self {
         dress(ctx);
@@ -173,7 +173,7 @@ impl Follow {
         });
     }
 
-    /// Why nothing is present: bad news only where something was there before.
+    /// Says why nothing is present: bad news only where something was there before.
     pub(super) fn absence(&self, ui: &mut Ui) {
         let phase = self.phase();
         if let Some([says, _]) = words::absence(&phase, self.silent_s(), &self.path) {
@@ -250,7 +250,7 @@ impl Follow {
         ctx.set_theme(if self.shown.dark { egui::Theme::Dark } else { egui::Theme::Light });
     }
 
-    /// One drawn frame.
+    /// Draws one frame.
     pub(super) fn show(&mut self, ui: &mut Ui) {
         self.hear();
         self.keys(ui.ctx());
@@ -271,7 +271,7 @@ impl Follow {
     }
 }
 
-/// Sentences over a picture that shows nothing present.
+/// Draws two sentences over a picture that shows nothing current.
 fn over(painter: &egui::Painter, rect: Rect, [says, how]: &[String; 2]) {
     let font = |size| FontId::proportional(size);
     let width = (rect.width() - 60.0).max(80.0);

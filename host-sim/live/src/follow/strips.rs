@@ -78,7 +78,7 @@ impl Strips {
         }
     }
 
-    /// Another file begins.
+    /// Clears the strips, because another file begins.
     pub fn clear(&mut self) {
         self.dots.clear();
     }

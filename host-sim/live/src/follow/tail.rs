@@ -46,12 +46,12 @@ pub struct Tail {
     /// Lines read so far.
     lines: u64,
     columns: Option<Columns>,
-    /// Nothing is read on after a line that cannot be: until the file begins anew.
+    /// A line that cannot be read: nothing behind it is read until the file begins anew.
     bad: Option<String>,
 }
 
 impl Tail {
-    /// Of a file that may not be there yet.
+    /// Starts to follow a file that may not exist yet.
     #[must_use]
     pub fn of(path: &Path) -> Self {
         Self { path: path.into(), offset: 0, kept: Vec::new(), part: Vec::new(), lines: 0, columns: None, bad: None }

@@ -59,7 +59,7 @@ pub struct Twin {
 }
 
 impl Twin {
-    /// At rest.
+    /// Puts the chosen patch to rest.
     #[must_use]
     pub fn of(chosen: Chosen) -> Self {
         let Chosen { tissue, checksum, .. } = chosen;
@@ -67,7 +67,7 @@ impl Twin {
         Self { tissue, placement, checksum, tip_m: None, settling: 0, output: Output::NONE }
     }
 
-    /// At rest, with nothing known of the way.
+    /// Puts the patch to rest and forgets the path so far.
     pub fn forget(&mut self) {
         self.tissue.restart();
         (self.tip_m, self.output) = (None, Output::NONE);

@@ -19,7 +19,7 @@ pub struct Browser {
 }
 
 impl Browser {
-    /// Without a page yet; `None` if there is no browser.
+    /// Starts a browser without a page; `None` if there is no browser.
     pub fn start() -> Option<Self> {
         let port = TcpListener::bind("127.0.0.1:0").ok()?.local_addr().ok()?.port();
         let mut driver = Command::new("chromedriver");
@@ -55,7 +55,7 @@ impl Browser {
         Some(browser)
     }
 
-    /// Another page.
+    /// Opens another page.
     pub fn go(&mut self, url: &str) {
         self.command("POST", "/url", Some(&json!({"url": url})));
     }
@@ -91,7 +91,7 @@ impl Browser {
         self.command("POST", "/goog/cdp/execute", Some(&json!({"cmd": command, "params": parameters})))
     }
 
-    /// Another tab in front of the page, for a while.
+    /// Puts another tab in front of the page, for a while.
     pub fn behind_another_tab(&mut self, seconds: u64) {
         let page = self.command("GET", "/window", None);
         let other = self.command("POST", "/window/new", Some(&json!({"type": "tab"})));

@@ -78,7 +78,7 @@ fn let_go(browser: &mut Browser, [x, y]: [u32; 2]) {
     until(browser, "let go", 20, |s| number(s, "force_n") == 0.0);
 }
 
-/// On this machine: what the page recorded has the desktop's bits.
+/// Repeats a recording on this machine: what the page recorded has the desktop's bits.
 fn repeated(trace: &[u8]) -> Replayed {
     let again = replay(&Trace::read(trace).unwrap()).unwrap();
     assert_eq!(again.differs, None, "the browser's bits are not this machine's");

@@ -42,7 +42,7 @@ impl Map {
     }
 }
 
-/// Where the tip is with the mouse over a pixel [m].
+/// Place of the tip with the mouse over a pixel [m].
 fn at(browser: &mut Browser, [x, y]: [u32; 2]) -> [f64; 2] {
     browser.mouse(x, y, None);
     std::thread::sleep(Duration::from_millis(500));

@@ -47,14 +47,14 @@ pub struct Ground<'a> {
     pub device: &'a DeviceProfile,
     /// The patch.
     pub patch: &'a Patch,
-    /// Its parameters.
+    /// Parameters of the patch.
     pub params: &'a Params,
-    /// Its force at [`DEPTH_M`] [N].
+    /// Force of the patch at [`DEPTH_M`] [N].
     pub patch_n: f64,
 }
 
 impl<'a> Ground<'a> {
-    /// This device over this patch.
+    /// Prepares a campaign of this device over this patch.
     #[must_use]
     pub fn new(device: &'a DeviceProfile, light: &'a LightPatch) -> Self {
         Self { device, patch: &light.patch, params: &light.params, patch_n: light.static_n }
@@ -111,7 +111,7 @@ pub struct LightPatch {
     pub patch: Patch,
     /// One step per tick, as on the board: the faults are the loop's, not the patch's.
     pub params: Params,
-    /// Its force at [`DEPTH_M`] [N].
+    /// Force of the patch at [`DEPTH_M`] [N].
     pub static_n: f64,
 }
 

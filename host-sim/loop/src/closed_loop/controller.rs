@@ -36,7 +36,7 @@ use super::watch::RestShape;
 /// The tick [s].
 const TICK_S: f32 = palpate_tissue::scene::TICK_S as f32;
 
-/// How the loop is kept free of vibration.
+/// Method by which the loop is kept free of vibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Controller {
     /// The product: [`Settings::safe`].
@@ -148,7 +148,7 @@ struct Seen {
     depth_m: f32,
     /// Force of the model, out of the tissue [N].
     model_n: f32,
-    /// Stiffness of the model there [N/m].
+    /// Stiffness of the model at this depth [N/m].
     tangent_n_per_m: f32,
 }
 
@@ -179,7 +179,7 @@ impl Velocity {
         Self { share, depth_m: None, m_per_s: 0.0 }
     }
 
-    /// In every tick, also outside.
+    /// Called in every tick, also outside.
     fn track(&mut self, depth_m: f32) -> f32 {
         let last_m = self.depth_m.replace(depth_m).unwrap_or(depth_m);
         self.m_per_s += self.share * ((depth_m - last_m) / TICK_S - self.m_per_s);

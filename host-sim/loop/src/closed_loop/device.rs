@@ -141,7 +141,7 @@ impl DeviceProfile {
         }
     }
 
-    /// Its limits of the loop.
+    /// Limits of the loop on this device.
     #[must_use]
     pub fn limit_values(&self) -> LoopLimitSettings {
         LoopLimitSettings { max_force_n: self.force_limit_n as f32, ..LoopLimitSettings::DESKTOP }

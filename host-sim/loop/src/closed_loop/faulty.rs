@@ -72,7 +72,7 @@ pub enum Drive {
 /// Injected behaviour of a host.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Host {
-    /// Nothing at all.
+    /// The host sends nothing.
     Silent,
     /// It makes this request in every tick.
     Asks(Ask),
@@ -104,7 +104,7 @@ pub enum TissueFault {
 /// Fault to inject, by the place where it enters the loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Injection {
-    /// Nothing: in these runs nothing may happen.
+    /// No fault is planted: in these runs nothing may trip.
     None,
     /// Into the readings.
     Reading(Reading),
@@ -125,7 +125,7 @@ pub enum Injection {
     Tissue(TissueFault),
 }
 
-/// How a run begins.
+/// Opening of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Opening {
     /// Armed and ramped in, outside.
@@ -176,13 +176,13 @@ pub struct FaultType {
     pub id: &'static str,
     /// Description of the fault, such as `encoder stuck for 100 ms`.
     pub name: &'static str,
-    /// How the run begins.
+    /// Opening of the run.
     pub opening: Opening,
     /// Fault to inject.
     pub injection: Injection,
     /// Duration in ticks.
     pub ticks: u32,
-    /// When it may begin.
+    /// Condition under which it may begin.
     pub needs: Needs,
     /// Required reaction.
     pub expected: Expected,

@@ -12,7 +12,7 @@ use palpate_tissue::finger::{FINGER, Impedance};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
-/// How a hand holds the handle.
+/// Grip of a hand on the handle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Grip {
     /// Not at all: a constant push only, without mass or damping.
@@ -40,7 +40,7 @@ pub struct Hand {
     pub id: &'static str,
     /// Name of the hand, such as `firm fingertip`.
     pub name: &'static str,
-    /// How it holds on.
+    /// Its grip on the handle.
     pub grip: Grip,
 }
 
@@ -79,7 +79,7 @@ impl Hand {
         HANDS.into_iter().find(|h| h.id.eq_ignore_ascii_case(name) || h.name == name)
     }
 
-    /// How much deeper than the handle its target must be to push with this force at rest [m].
+    /// Depth of its target below the handle with which it pushes with this force at rest [m].
     #[must_use]
     pub fn reach_m(&self, push_n: f64) -> f64 {
         match self.grip {

@@ -47,7 +47,7 @@ const fn unit(name: &'static str, unit: f32) -> Mistake {
     Mistake { name, sign: [1.0; 3], unit }
 }
 
-/// No mistake first, then every mistake that is tried.
+/// All mistakes that are tried; the first entry is a loop without one.
 pub const MISTAKES: [Mistake; 10] = [
     mirrored("none", [1.0; 3]),
     mirrored("x mirrored", [-1.0, 1.0, 1.0]),

@@ -86,7 +86,7 @@ impl Plant {
         self.at_m
     }
 
-    /// Its velocity [m/s].
+    /// Velocity of the handle [m/s].
     #[must_use]
     pub fn velocity_m_per_s(&self) -> Vector3<f64> {
         self.velocity_m_per_s
@@ -124,8 +124,8 @@ impl Plant {
         self.velocity_m_per_s = Vector3::zeros();
     }
 
-    /// One tick. `touched`: the loop is in contact; when it is not, and no force is still to act,
-    /// the contact is over.
+    /// Runs one tick. `touched`: the loop is in contact; when it is not, and no force is still to
+    /// act, the contact is over.
     pub fn step(&mut self, aim: &Aim, touched: bool) {
         if !touched && self.line_n.iter().all(|f| *f == Vector3::zeros()) && self.acting_n.norm() < 1e-4 {
             self.energy.leave();

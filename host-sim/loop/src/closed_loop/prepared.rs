@@ -19,7 +19,7 @@ pub const DEPTH_M: f64 = 4e-3;
 pub const FORCE_SHARE: f64 = 0.85;
 /// The guard holds the probe where the static force is this many times the largest permitted (1).
 pub const GUARD_SHARE: f64 = 1.09;
-/// No press rests nearer to the surface [m].
+/// Smallest depth at which a press may rest [m].
 const SHALLOWEST_M: f64 = 0.25e-3;
 /// Sideways distance of a drag [m].
 const ASIDE_M: f64 = 8e-3;
@@ -43,7 +43,7 @@ pub struct Prepared {
     pub substeps_chosen: bool,
     /// Static force over depth [m, N].
     pub curve: Vec<(f64, f64)>,
-    /// Where presses rest [m].
+    /// Depth at which presses rest [m].
     pub depth_m: f64,
     /// Force there [N].
     pub static_n: f64,

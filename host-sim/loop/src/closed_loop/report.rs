@@ -43,7 +43,7 @@ impl Target {
         }
     }
 
-    /// Where it is pressed.
+    /// Site of the press.
     #[must_use]
     pub fn site(&self) -> Site {
         match self {
@@ -52,7 +52,7 @@ impl Target {
         }
     }
 
-    /// One run, set up.
+    /// Sets up one run.
     #[must_use]
     pub fn setup<'a>(&self, device: &'a DeviceProfile, hand: Hand, stimulus: Stimulus) -> Setup<'a> {
         let (depth_m, static_n, _) = self.rest(device);
@@ -61,7 +61,7 @@ impl Target {
         Setup { device, hand, stimulus, settings, depth_m, static_n }
     }
 
-    /// One run.
+    /// Runs one hand with one motion.
     ///
     /// # Errors
     /// Propagates build errors of the core.
@@ -145,7 +145,7 @@ impl Row {
         }
     }
 
-    /// Nothing is felt besides the tissue.
+    /// Whether nothing is felt besides the tissue.
     #[must_use]
     pub fn good(&self) -> bool {
         matches!(self.verdict.as_str(), "quiet" | "a count toggles")

@@ -33,7 +33,7 @@ pub struct Setup<'a> {
     pub settings: Settings,
     /// Depth at which a press rests [m].
     pub depth_m: f64,
-    /// Force of the tissue there [N].
+    /// Force of the tissue at that depth [N].
     pub static_n: f64,
 }
 
@@ -80,7 +80,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// Nothing but the tissue is felt.
+    /// Whether nothing is felt but the tissue.
     #[must_use]
     pub fn quiet(&self) -> bool {
         self.fault.is_none() && self.broken.is_empty() && !self.hold.is_some_and(|h| h.limit_cycle())

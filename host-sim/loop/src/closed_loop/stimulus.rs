@@ -148,7 +148,7 @@ impl Stimulus {
 /// Site and directions of the press.
 #[derive(Clone, Copy, Debug)]
 pub struct Site {
-    /// On the rest surface [m].
+    /// Place on the rest surface [m].
     pub at_m: Vector3<f64>,
     /// Out of the tissue.
     pub normal: Vector3<f64>,
@@ -187,7 +187,7 @@ pub struct Trajectory {
     pub site: Site,
     /// Depth at which a press rests [m].
     pub depth_m: f64,
-    /// How much deeper the hand's target is then [m].
+    /// Depth of the hand's target below the handle then [m].
     pub reach_m: f64,
     /// Push of a released hand then [N]; zero for the others.
     pub push_n: f64,
@@ -266,8 +266,8 @@ impl Trajectory {
         if depth_m > 0.0 { depth_m * self.depth_m / deep } else { depth_m }
     }
 
-    /// From 0 to 1 and back, at rising frequency from 0.5 to 20 Hz over 4 s once pressed; 0 before
-    /// and after.
+    /// Share of the motion, from 0 to 1 and back, at rising frequency from 0.5 to 20 Hz over 4 s
+    /// once pressed; 0 before and after.
     fn sine(&self, t_s: f64) -> f64 {
         let s = t_s - self.press_s(0.05) - SETTLE_S;
         if !(0.0..4.0).contains(&s) {
@@ -349,7 +349,8 @@ fn sweep(s: f64, seconds: f64, from_hz: f64, to_hz: f64) -> f64 {
     std::f64::consts::TAU * from_hz * ((rate * s).exp() - 1.0) / rate
 }
 
-/// To one side, to the other, back to the middle, at a constant speed; zero before and after [m].
+/// Displacement to one side, to the other, back to the middle, at a constant speed; zero before and
+/// after [m].
 fn zigzag(s: f64, m_per_s: f64, half_m: f64) -> f64 {
     match m_per_s * s / half_m {
         legs if legs < 0.0 => 0.0,

@@ -17,10 +17,10 @@ use palpate_tissue::patch::{Memory, Patch};
 
 /// A surface with a force, a position, and changes.
 pub trait Surface: Renderer {
-    /// Where it is pressed.
+    /// Site of the press.
     fn site(&self) -> Site;
 
-    /// Its geometry at rest, for the watch.
+    /// Geometry at rest, for the watch.
     fn rest_shape(&self) -> Arc<dyn RestShape>;
 
     /// Requests a change. Softening applies at once; stiffening waits until [`Surface::settle`]
@@ -160,7 +160,7 @@ pub fn with_tissue<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut Tis
 }
 
 impl TissueSurface<'_> {
-    /// Its nodes, in the model's order.
+    /// Nodes of the patch, in the model's order.
     #[must_use]
     pub fn nodes(&self) -> &[palpate::Node] {
         self.state.nodes()

@@ -47,7 +47,7 @@ impl Hold {
         }
     }
 
-    /// It fails.
+    /// Whether the run ends in a limit cycle, which fails it.
     #[must_use]
     pub fn limit_cycle(&self) -> bool {
         // written so that NaN fails

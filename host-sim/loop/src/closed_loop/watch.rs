@@ -119,7 +119,7 @@ struct Settled {
     play_m: f32,
 }
 
-/// No limit is higher than it was.
+/// Whether no limit is higher than it was.
 fn lower(now: &LoopLimitSettings, before: &LoopLimitSettings) -> bool {
     now.max_force_n <= before.max_force_n
         && now.max_slew_n_per_s <= before.max_slew_n_per_s
@@ -133,7 +133,7 @@ fn allows_force(mode: Mode) -> bool {
 }
 
 impl Watch {
-    /// Also checks ramp-in and energy, for a loop with these settings.
+    /// Creates a watch that also checks ramp-in and energy, for a loop with these settings.
     #[must_use]
     pub fn of(settings: &Settings, device: &DeviceSpec) -> Self {
         let settled = Settled {
@@ -145,7 +145,7 @@ impl Watch {
         Self { settled: Some(settled), ..Self::default() }
     }
 
-    /// Also checks the force against the geometry of the surface.
+    /// Makes the watch also check the force against the geometry of the surface.
     #[must_use]
     pub fn over(self, shape: Arc<dyn RestShape>) -> Self {
         Self { by_geometry: Some(ByGeometry::over(shape)), ..self }

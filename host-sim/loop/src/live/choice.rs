@@ -47,7 +47,7 @@ pub enum Inside {
     /// Those of the scene.
     #[default]
     Own,
-    /// None, also where the scene has some.
+    /// No nodule, even where the scene has some.
     Nothing,
     /// This one, in place of the scene's.
     Nodule(Nodule),

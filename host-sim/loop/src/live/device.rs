@@ -48,7 +48,7 @@ pub(super) struct Pointer {
 }
 
 impl Port {
-    /// At rest at `start_m`, above the site.
+    /// Creates the device at rest at `start_m`, above the site.
     ///
     /// # Errors
     /// A device or hand of an unknown name.
@@ -86,7 +86,7 @@ impl Port {
         }
     }
 
-    /// One tick towards a target.
+    /// Runs one tick towards a target.
     pub(super) fn step(&mut self, target_m: Vector3<f64>, velocity_m_per_s: Vector3<f64>, touched: bool) {
         match self {
             Self::Pointer(pointer) => pointer.at_m = target_m,

@@ -33,7 +33,7 @@ fn followed(apart_m: Vector3<f64>) -> Vector3<f64> {
 /// Result of a tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Told {
-    /// Where the tip is [m].
+    /// Position of the tip [m].
     pub at_m: Vector3<f64>,
     /// Telemetry of the loop.
     pub telemetry: Telemetry,
@@ -211,8 +211,8 @@ impl Live {
         self.recorder.take().map(|recorder| recorder.finish(hash))
     }
 
-    /// One tick towards a target [m]. `heard`: the host gave a sign of life; without one the force
-    /// ends.
+    /// Runs one tick towards a target [m]. `heard`: the host gave a sign of life; without one the
+    /// force ends.
     pub fn tick(&mut self, target_m: Vector3<f64>, heard: bool) -> Told {
         // softening applies at once; stiffening under the probe would create energy
         let softens = self.waiting.is_some_and(|p| p.youngs_modulus_pa <= self.tissue.params().youngs_modulus_pa);

@@ -25,8 +25,8 @@ pub struct Replayed {
 
 /// A second controller with the same inputs.
 pub trait Witness {
-    /// Another Young's modulus after the next tick [Pa]: a board recomputes its masses after the
-    /// force is output.
+    /// Takes another Young's modulus after the next tick [Pa]: a board recomputes its masses after
+    /// the force is output.
     fn retuned(&mut self, youngs_modulus_pa: f32);
 
     /// Called once per tick with what was read, asked, reported and applied to the device [N];
@@ -122,7 +122,7 @@ fn coming_pa(pieces: &[Piece]) -> Option<f32> {
     retuned.last()
 }
 
-/// On a 4-byte boundary, where the core reads a patch in place.
+/// Copies bytes to a 4-byte boundary, where the core reads a patch in place.
 pub fn aligned(bytes: &[u8]) -> Vec<u32> {
     let mut words = vec![0_u32; bytes.len().div_ceil(4)];
     bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(bytes);
@@ -168,7 +168,7 @@ impl HapticDevice for Replay {
     }
 }
 
-/// One row per tick, as CSV.
+/// The table as CSV, with one row per tick.
 #[must_use]
 pub fn table(replayed: &Replayed) -> String {
     use std::fmt::Write;

@@ -30,7 +30,7 @@ pub struct LiveTissue {
 }
 
 impl LiveTissue {
-    /// At rest.
+    /// Creates the tissue at rest.
     ///
     /// # Errors
     /// Propagates errors from [`Params::build`].
@@ -63,19 +63,19 @@ impl LiveTissue {
         &self.patch
     }
 
-    /// Its parameters.
+    /// Parameters of the patch.
     #[must_use]
     pub fn params(&self) -> &Params {
         &self.params
     }
 
-    /// Its geometry at rest, for the checks.
+    /// Geometry at rest, for the checks.
     #[must_use]
     pub fn rest_shape(&self) -> Arc<dyn RestShape> {
         Arc::new(RestSolid::of(&self.patch.model(), &self.params.probe))
     }
 
-    /// Its nodes, in the patch's order.
+    /// Nodes of the patch, in the patch's order.
     #[must_use]
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
@@ -118,7 +118,7 @@ impl LiveTissue {
         self.with_state(|_, state| state.hash()).unwrap_or_default()
     }
 
-    /// At rest at once, as when it was made.
+    /// Puts the tissue to rest at once, as when it was made.
     pub fn restart(&mut self) {
         self.resting = false;
         self.rest();

@@ -154,7 +154,7 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// From the first tick of a loop on.
+    /// Begins a trace, from the first tick of a loop on.
     #[must_use]
     pub fn new(head: &Head, settings: &Settings, device: &DeviceSpec, tissue: &LiveTissue) -> Self {
         let mut bytes = MAGIC.to_vec();

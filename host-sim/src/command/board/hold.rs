@@ -225,7 +225,7 @@ fn follow(
     outcome
 }
 
-/// Why there is no force any more, if the board has ended it.
+/// Says why there is no force any more, if the board has ended it.
 fn ended_by_board(record: &Record, before: Option<Mode>) -> Option<String> {
     match (before, record.mode()?) {
         (_, Mode::Fault) => Some(format!("the board ended the force: {}; no force acts", status::fault(record))),

@@ -76,7 +76,7 @@ fn product(kind: &SerialPortType) -> String {
     words.into_iter().flatten().collect::<Vec<_>>().join(" ").replace(char::is_control, " ")
 }
 
-/// Why not, in a few words.
+/// Says in a few words why a port does not answer as a board.
 fn short(error: &PortError) -> &'static str {
     match error {
         PortError::Missing(_) => "no such port",

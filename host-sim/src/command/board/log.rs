@@ -12,7 +12,7 @@ use palpate_tissue::Error as TissueError;
 use crate::error::Error;
 use crate::port::Session;
 
-/// Where `cargo fw-...` leaves images, from the target folder on.
+/// Folders below the target folder in which `cargo fw-...` leaves images.
 const IMAGES: [&str; 2] =
     ["thumbv7em-none-eabihf/firmware/palpate-firmware", "thumbv8m.main-none-eabihf/firmware/palpate-firmware"];
 /// Longest wait for the rest of a log.
@@ -39,8 +39,8 @@ enum Table {
 }
 
 impl Log {
-    /// Of the board on this session, by the ELF file that the command line names; asks the board
-    /// for it.
+    /// Opens the log of the board on this session, by the ELF file that the command line names;
+    /// asks the board for it.
     pub(super) fn of(given: Option<&Path>, session: &mut Session) -> Result<Self, Error> {
         let board = session.identity.image;
         let table = match given {
@@ -59,7 +59,7 @@ impl Log {
         session.log.drain(..).flat_map(|piece| self.piece(&piece)).collect()
     }
 
-    /// Lines of a piece.
+    /// Decodes the frames of one piece into lines.
     fn piece(&mut self, piece: &Piece) -> Vec<String> {
         let mut lines = Vec::new();
         if piece.lost > self.lost {
@@ -77,7 +77,7 @@ impl Log {
         lines
     }
 
-    /// How to read a log that nothing here explains, if one came.
+    /// Advice on reading a log that nothing here explains, if one came.
     pub(super) fn unread(&self) -> Option<String> {
         (self.unread > 0).then(|| {
             format!(

@@ -13,7 +13,7 @@ use crate::port::{Line, PortError};
 
 /// The run lasts four seconds, and the report comes every other second.
 const PATIENCE: Duration = Duration::from_secs(12);
-/// Where patches that ship are, from the repository on.
+/// Folder of the patches that ship, from the repository on.
 const SHIPPED: &str = "firmware/patches";
 
 #[derive(Args, Clone, Debug)]

@@ -110,7 +110,7 @@ pub(super) fn fault(record: &Record) -> String {
     }
 }
 
-/// From the sensors to the converters.
+/// Time of a tick, from the sensors to the converters.
 fn tick(record: &Record, identity: &Identity) -> String {
     let Some(us) = spent_us(record, identity) else { return "not timed by this board".into() };
     format!(

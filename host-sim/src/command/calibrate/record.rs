@@ -55,7 +55,7 @@ pub(super) fn write(
     record.write(folder, name)
 }
 
-/// Without the rounding of the radius in single precision.
+/// Metres, without the rounding of the radius in single precision.
 fn metres(mm: f64) -> f64 {
     (mm * 1e4).round() / 1e7
 }

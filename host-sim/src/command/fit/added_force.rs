@@ -6,9 +6,9 @@ use serde::Serialize;
 /// Judged bump of a patch.
 #[derive(Serialize)]
 pub(super) struct BumpReport {
-    /// Of the block's fit with the inclusions scaled in.
+    /// Verdict on the block's fit with the inclusions scaled in.
     pub scaled_in: BumpVerdict,
-    /// Of the fitted patch.
+    /// Verdict on the fitted patch.
     pub fitted: BumpVerdict,
     /// Estimated error of the finite elements' bump, over the highest [%].
     pub reference_error_pct: f64,

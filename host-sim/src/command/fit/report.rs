@@ -35,7 +35,7 @@ pub(super) struct Report<'a> {
     pub before: &'a Verdict,
     pub verdict: &'a Verdict,
     pub trials: &'a [Trial],
-    /// Of a block with inclusions.
+    /// Added force of a block's inclusions.
     pub bump: Option<&'a BumpReport>,
     /// Whether the fit was taken over from an earlier run.
     pub reused_fit: bool,

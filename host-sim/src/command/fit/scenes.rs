@@ -48,7 +48,7 @@ pub(in super::super) struct Row {
     trials: Vec<Trial>,
 }
 
-/// Of a scene with a patch.
+/// Fit of one scene.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Fit {
     /// From the folder of the scenes' fits.
@@ -150,7 +150,7 @@ fn judge(rows: &[Row], missed: usize, failed: usize) -> Result<(), Error> {
 }
 
 impl FitScenes {
-    /// One scene. An error is recorded in its row and does not end the others' fits.
+    /// Fits one scene. An error is recorded in its row and does not end the others' fits.
     fn fit(&self, name: &str, file: &str) -> Result<Row, Error> {
         println!("\n{file}");
         let out = self.options.out.join(FITS).join(name);

@@ -72,7 +72,7 @@ impl StoredFit {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Stages {
     presses: Vec<StoredPress>,
-    /// Of the block, and of its inclusions.
+    /// Fits of the block, and of its inclusions.
     #[serde(default)]
     fits: Vec<StoredFit>,
 }
@@ -146,7 +146,7 @@ fn fit_name(problem: u64) -> String {
     format!("fit-{problem:016x}.json")
 }
 
-/// Of a note: one for each mesh and place.
+/// File name of a note: one for each mesh and place.
 fn name(job: &PressJob) -> String {
     let [x, y] = job.place_m.map(|x| (x * 1e7).round());
     let deepest = job.depths_m.last().map_or(0.0, |d| (d * 1e7).round());

@@ -31,7 +31,7 @@ pub(super) fn bytes(folder: &Path) -> u64 {
     FILES.iter().filter_map(|(name, _)| std::fs::metadata(folder.join(name)).ok()).map(|m| m.len()).sum()
 }
 
-/// Until it is stopped.
+/// Serves the folder until the process is stopped.
 pub(super) fn serve(folder: &Path) -> Result<(), Error> {
     let listener = TcpListener::bind("127.0.0.1:8710").or_else(|_| TcpListener::bind("127.0.0.1:0"));
     let unserved = |why: std::io::Error| TissueError::Usage(format!("cannot serve {}: {why}: take --no-serve", folder.display()));

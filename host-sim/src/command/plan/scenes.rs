@@ -44,7 +44,7 @@ pub(in super::super) struct Row {
     scene: String,
     board: String,
     ended: Ended,
-    /// Where nothing was found.
+    /// Reason why nothing was found.
     why: Option<String>,
     plan: Option<Plan>,
 }
@@ -162,7 +162,8 @@ fn judge(rows: &[Row], missed: usize, failed: usize) -> Result<(), Error> {
 }
 
 impl PlanScenes {
-    /// One scene for one board. An error is recorded in its row and does not end the others' plans.
+    /// Plans one scene for one board. An error is recorded in its row and does not end the others'
+    /// plans.
     fn plan(&self, name: &str, file: &str, board: &str) -> Result<Row, Error> {
         println!("\n{file} on {board}");
         let machine = machine(board)?;

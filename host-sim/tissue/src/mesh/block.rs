@@ -46,7 +46,7 @@ pub struct BlockSpec {
     pub size_m: [f64; 3],
     /// Exact number of nodes of the mesh, corners included.
     pub nodes: usize,
-    /// Where on the top face the elements are smallest [m].
+    /// Place on the top face at which the elements are smallest [m].
     pub fine_at_m: [f64; 2],
     /// Radius around that spot within which elements keep their smallest size [m]; outside they
     /// grow with the distance.

@@ -33,8 +33,8 @@ pub fn nearest_on_triangle(corners: &[Vector3<f64>; 3], point: &Vector3<f64>) ->
 /// through an edge must not pass between the two triangles by rounding.
 const EDGE: f64 = 1e-9;
 
-/// How far along a ray it enters a triangle from outside [m] (Moeller and Trumbore 1997); `None` if
-/// it misses.
+/// Distance along a ray at which it enters a triangle from outside [m] (Moeller and Trumbore 1997);
+/// `None` if it misses.
 #[must_use]
 pub fn entry_m([a, b, c]: [Vector3<f64>; 3], from: &Vector3<f64>, direction: &Vector3<f64>) -> Option<f64> {
     let (u, v, w) = (b - a, c - a, from - a);

@@ -38,7 +38,7 @@ pub(super) const NEIGHBOURS: [[i32; 3]; 14] = [
     [1, 1, 1],
 ];
 
-/// How many of [`NEIGHBOURS`] are long.
+/// Number of long edges in [`NEIGHBOURS`].
 pub(super) const LONG: usize = 6;
 
 /// A box of lattice points; each is named by its place in the box.
@@ -46,7 +46,7 @@ pub(super) struct Lattice {
     pub spacing_m: f64,
     at: V3,
     growth: Option<Growth>,
-    /// Lowest triple, and how many there are, per axis.
+    /// Lowest index along each axis, and the number of indices.
     low: [i32; 3],
     size: [usize; 3],
 }
@@ -120,7 +120,7 @@ impl Lattice {
         self.size.iter().product()
     }
 
-    /// Where a point is [m].
+    /// Position of a lattice point [m].
     pub fn place(&self, triple: [i32; 3]) -> V3 {
         let [i, j, k] = triple.map(f64::from);
         let from = 0.5 * self.spacing_m * V3::new(i, j, k);

@@ -49,7 +49,7 @@ pub(super) fn pear(x: V3, a: V3, b: V3, at_a: f64, at_b: f64) -> f64 {
     }
 }
 
-/// Both bodies, the groove between them filled over about `blend`.
+/// Distance to both bodies joined, with the groove between them filled over about `blend`.
 pub(super) fn join(a: f64, b: f64, blend: f64) -> f64 {
     let overlap = (1.0 - (a - b).abs() / blend).max(0.0);
     a.min(b) - 0.25 * blend * overlap * overlap

@@ -6,12 +6,12 @@
 //! face's long edge, and if that is not cut, at its even end. A quadrilateral on the surface takes
 //! the shorter diagonal where both fit.
 
-/// Where a corner is.
+/// Side of the surface on which a corner lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Side {
     In,
     Out,
-    /// On the surface.
+    /// The corner is on the surface.
     On,
 }
 

@@ -23,7 +23,7 @@ const NEAR_SHORT: f64 = 0.41189;
 /// Halvings of an edge: to the last bit of a position that matters.
 const HALVINGS: u32 = 44;
 
-/// Where the surface crosses a lattice edge.
+/// Point at which the surface crosses a lattice edge.
 struct Cut {
     at: V3,
     /// Share of the edge from its point with the lower name.

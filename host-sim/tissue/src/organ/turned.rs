@@ -49,7 +49,7 @@ impl Turned {
         Ok(mesh)
     }
 
-    /// From the lattice's frame to the shape's.
+    /// Rotation from the lattice's frame to the shape's.
     fn turn(&self) -> Matrix3<f64> {
         let up = V3::from(self.axis).normalize();
         let [along, across] = tangents(self.axis).map(V3::from);

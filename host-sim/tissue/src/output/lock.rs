@@ -52,7 +52,7 @@ fn is_at(file: &File, path: &std::path::Path) -> bool {
     held.is_ok_and(|held| there.is_ok_and(|there| held == there))
 }
 
-/// On other systems an open file cannot be removed.
+/// Always true: on other systems an open file cannot be removed.
 #[cfg(not(unix))]
 fn is_at(_: &File, _: &std::path::Path) -> bool {
     true

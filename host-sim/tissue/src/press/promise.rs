@@ -10,8 +10,8 @@ use crate::scene::Drive;
 const FORCE_TOLERANCE: f64 = 0.02;
 
 impl Press {
-    /// No fault, no deadline miss, no inverted tet, and a force at every hold that rises with depth
-    /// and, for a force drive, equals its target.
+    /// Checks that there is no fault, no deadline miss, no inverted tet, and a force at every hold
+    /// that rises with depth and, for a force drive, equals its target.
     ///
     /// # Errors
     /// The first promise that did not hold.

@@ -99,7 +99,7 @@ fn entry<'a>(list: &'a mut [Value], name: &str) -> Result<&'a mut Value, String>
 }
 
 impl Scene {
-    /// Its keys as read and changed, for records of a result.
+    /// Keys of the scene as read and changed, for records of a result.
     #[must_use]
     pub fn as_read(&self) -> serde_json::Value {
         // the text was read before

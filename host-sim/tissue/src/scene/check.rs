@@ -166,7 +166,7 @@ impl Scene {
         }
     }
 
-    /// One source of tissue, with the keys that belong to it.
+    /// Checks that there is one source of tissue, with the keys that belong to it.
     fn check_source(&self) -> Result<(), SceneError> {
         let (tissue, probe) = (&self.tissue, &self.probe);
         match (tissue.block_m.is_some(), tissue.mesh.is_some(), tissue.organ.is_some()) {
@@ -243,7 +243,7 @@ impl Scene {
         self.check_site("an organ")
     }
 
-    /// Where `what` is pressed.
+    /// Checks the site at which `what` is pressed.
     fn check_site(&self, what: &str) -> Result<(), SceneError> {
         if self.probe.position_m.is_some() {
             return self.bad("probe.position_m", &format!("belongs to a block; {what} has site = [x, y, z]: use that"));

@@ -30,7 +30,7 @@ pub enum SceneError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// Cause of the failure.
         source: std::io::Error,
     },
     /// A file of another kind of scene cannot be read.
@@ -38,7 +38,7 @@ pub enum SceneError {
     ReadOther {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// Cause of the failure.
         source: std::io::Error,
         /// The preset of that kind.
         preset: &'static str,

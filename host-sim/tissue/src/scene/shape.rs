@@ -149,7 +149,7 @@ impl Shape {
         }
     }
 
-    /// In the core's form; `axis` leads from the tip to the handle.
+    /// The shape in the core's form; `axis` leads from the tip to the handle.
     #[must_use]
     pub fn of_core(self, axis: [f64; 3]) -> ProbeShape {
         let level = |along| level(along, axis.into()).cast::<f32>();

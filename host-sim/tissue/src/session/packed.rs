@@ -34,7 +34,7 @@ pub fn unpack(bytes: &[u8]) -> Result<(Patch, Params), BuildError> {
     Ok((Patch::of_file(&file), file.params))
 }
 
-/// On a 4-byte boundary, where the core reads a patch in place.
+/// Copies bytes to a 4-byte boundary, where the core reads a patch in place.
 fn words(bytes: &[u8]) -> Vec<u32> {
     let mut words = vec![0_u32; bytes.len().div_ceil(4)];
     bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(bytes);

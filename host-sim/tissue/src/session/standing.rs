@@ -13,7 +13,7 @@ use crate::trials::{Expected, expected};
 /// Relative difference below which depths and lengths count as equal (1).
 const SAME: f64 = 1e-6;
 
-/// How far a patch can be trusted in a scene.
+/// Trust that a patch deserves in a scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "standing", rename_all = "kebab-case")]
 pub enum Standing {
@@ -68,7 +68,7 @@ impl Standing {
         }
     }
 
-    /// In a sentence or two.
+    /// Says it in a sentence or two.
     #[must_use]
     pub fn sentence(&self) -> String {
         match self {

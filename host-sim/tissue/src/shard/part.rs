@@ -64,7 +64,7 @@ pub enum PartError {
     /// It is missing or cannot be read.
     #[error("cannot be read ({0})")]
     Unreadable(#[from] io::Error),
-    /// Of another program.
+    /// A file of another program.
     #[error("is no shard of this form")]
     NotAShard,
     /// It was truncated or changed.
@@ -77,7 +77,7 @@ pub enum PartError {
 }
 
 impl Heading {
-    /// Of this program on this machine.
+    /// Describes a part that this program computes on this machine.
     ///
     /// # Errors
     /// The program's own file cannot be read.

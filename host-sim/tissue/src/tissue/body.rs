@@ -13,7 +13,7 @@ pub struct Tissue {
     pub skin: Vec<[u32; 3]>,
     /// Fixed nodes, ascending.
     pub anchors: Vec<u32>,
-    /// Where the probe presses, on the rest surface [m].
+    /// Place of the press, on the rest surface [m].
     pub site_m: [f64; 3],
     /// Deepest press that the patch must answer [m].
     pub depth_limit_m: f64,

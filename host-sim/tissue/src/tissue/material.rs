@@ -15,7 +15,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Of a scene.
+    /// Reads the material of a scene.
     ///
     /// # Errors
     /// A region that the organ does not have, or that is given twice.
@@ -41,7 +41,7 @@ impl Layout {
         Ok(Self { organ, by_region, inclusions: tissue.inclusion.clone() })
     }
 
-    /// At a point [m]: that of the region, times that of the ball there.
+    /// Ratio at a point [m]: that of the region, times that of the ball there.
     #[must_use]
     pub fn ratio_at(&self, at_m: [f64; 3]) -> f64 {
         let ball = self.inclusions.iter().rev().find(|ball| ball.holds(at_m)).map_or(1.0, |ball| ball.stiffness_ratio);
@@ -54,7 +54,7 @@ impl Layout {
         self.by_region.is_empty() && self.inclusions.is_empty()
     }
 
-    /// Of a tet: blended over it.
+    /// Stiffness of a tet, averaged over it.
     #[must_use]
     pub fn of_tet(&self, mesh: &TetMesh, tet: &[u32; 4]) -> f64 {
         if self.by_region.is_empty() { ratio_of(mesh, tet, &self.inclusions) } else { blended(mesh, tet, |x| self.ratio_at(x)) }

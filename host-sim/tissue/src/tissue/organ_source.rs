@@ -25,7 +25,7 @@ pub enum OrganSource {
     Organ(Organ),
 }
 
-/// Where a shape is pressed.
+/// Site at which a shape is pressed.
 #[derive(Clone, Copy, Debug)]
 pub struct Site {
     /// Surface point [m].

@@ -183,7 +183,7 @@ fn normal_and_curvature_are_slopes_of_the_gap() {
         for n in 0..300 {
             let turn = f64::from(n);
             let way = Vector3::new((1.3 * turn).sin(), (2.1 * turn).cos(), (0.7 * turn).sin()).normalize();
-            // around the surface, where contact is
+            // points near the surface of the probe, where contact occurs
             let out = way * 0.011 + axis * 0.006;
             let here = probe.gap(&out);
             let at_m = out - here.normal * (here.gap_m + 1e-3 * (0.9 * turn).sin());

@@ -42,7 +42,7 @@ pub fn regular(cells: [usize; 3]) -> TetMesh {
     TetMesh { nodes_m, tets, regions }
 }
 
-/// Up to 2 x 2 x 2 cubes; nodes moved, nodes and tets shuffled, regions drawn.
+/// A mesh of up to 2 x 2 x 2 cubes; nodes moved, nodes and tets shuffled, regions drawn.
 pub fn any() -> impl Strategy<Value = TetMesh> {
     let cells = [1..=2_usize, 1..=2, 1..=2];
     cells.prop_map(regular).prop_flat_map(|mesh| {

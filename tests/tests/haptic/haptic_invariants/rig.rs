@@ -107,12 +107,12 @@ impl Rig {
         }
     }
 
-    /// One tick with a request.
+    /// Runs one tick with a request.
     pub fn ask(&mut self, asked: Ask) -> Tick {
         self.tick(Command { asked: Some(asked), ..Command::HEARD }, true)
     }
 
-    /// One tick; a `fresh` reading or the last one again.
+    /// Runs one tick; a `fresh` reading or the last one again.
     pub fn tick(&mut self, command: Command, fresh: bool) -> Tick {
         if fresh {
             self.device.reading.sequence = self.device.reading.sequence.wrapping_add(1);
@@ -174,7 +174,7 @@ impl Rig {
         assert_eq!(tick.telemetry.applied_n, Vector3::zeros());
     }
 
-    /// No invariant was broken.
+    /// Asserts that no invariant was broken.
     #[track_caller]
     pub fn expect_clean(&self) {
         assert!(self.broken.is_empty(), "{:?}; last {:?}", self.broken, self.last);

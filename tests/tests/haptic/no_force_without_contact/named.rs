@@ -51,7 +51,7 @@ fn count_m(device: &str) -> f64 {
     }
 }
 
-/// Nothing broke, no fault, and at rest outside there is no force at all.
+/// Asserts that nothing broke, no fault, and at rest outside there is no force at all.
 #[track_caller]
 fn expect_quiet(what: &str, (outcome, rest_n): &(PathOutcome, f32)) {
     assert!(

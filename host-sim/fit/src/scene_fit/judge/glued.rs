@@ -1,4 +1,4 @@
-//! How far the stiffness of a glued disc is from that of the finite elements.
+//! Difference of a glued disc's stiffness from that of the finite elements.
 
 use serde::{Deserialize, Serialize};
 

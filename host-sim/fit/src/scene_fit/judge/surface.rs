@@ -1,4 +1,4 @@
-//! How far the surface of a pressed patch is from that of the finite elements.
+//! Distance of the surface of a pressed patch from that of the finite elements.
 
 use serde::{Deserialize, Serialize};
 

@@ -9,7 +9,7 @@ const NODES: usize = 410;
 const STUCK_NODES: [usize; 3] = [130, 410, 1020];
 /// Ticks of a press.
 const PRESSED: usize = 1500;
-/// Depth of a flat end [m], which has no edge that digs in.
+/// Depth of a flat end [m], so small that its edge does not dig in.
 const FLAT_M: f64 = 2e-4;
 /// Step of a slide [m], and its ticks.
 const SLIDE_M: f64 = 2e-6;

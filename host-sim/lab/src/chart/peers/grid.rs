@@ -73,7 +73,7 @@ mod tests {
             assert!(mesh.tets.iter().all(|t| six(t) > 0.0));
             let volume: f64 = mesh.tets.iter().map(six).sum::<f64>() / 6.0;
             assert!((volume / BLOCK_M.iter().product::<f64>() - 1.0).abs() < 1e-12);
-            // faces that no other tet has are those of the six sides: two to a square
+            // faces that belong to one tet alone make up the six sides, two for each square
             let squares = cells[0] * cells[1] + cells[1] * cells[2] + cells[2] * cells[0];
             assert_eq!(palpate_tissue::mesh::surface::surface(&mesh.tets).len(), 4 * squares);
         }

@@ -32,7 +32,7 @@ pub struct BoardShare {
     pub machine: &'static str,
     /// Units it counts.
     pub unit: &'static str,
-    /// How many.
+    /// Number of these units.
     pub units: f64,
     /// Share of the millisecond [%].
     pub share_pct: f64,

@@ -149,8 +149,8 @@ pub(super) fn draw(folder: &OutputFolder, sliding: &Sliding, reference: &impl Re
     Ok(lines(path, "sliding_speed", &picture)?)
 }
 
-/// One of each kind, and the two highest thresholds of the stress rule: as many as one picture can
-/// distinguish.
+/// Picks one method of each kind, and the two highest thresholds of the stress rule: as many as one
+/// picture can distinguish.
 fn shown(methods: &[Measured]) -> Vec<&Measured> {
     let mut shown: Vec<&Measured> = Vec::new();
     for kind in [Kind::Stroke, Kind::Fixed, Kind::Stays, Kind::Round, Kind::Whole] {

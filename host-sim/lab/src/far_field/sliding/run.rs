@@ -51,7 +51,7 @@ impl Method for Stressed {
 /// One tick of a slide.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
-    /// Where the probe was.
+    /// Pose of the probe.
     pub pose: Pose,
     /// Force on the probe [N].
     pub force_n: Vector,

@@ -56,7 +56,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// In a table.
+    /// Name in a table.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -70,7 +70,7 @@ impl Kind {
         }
     }
 
-    /// In a legend.
+    /// Name in a legend.
     fn short(self) -> &'static str {
         match self {
             Self::Stroke => "stroke patch (ours)",
@@ -94,7 +94,7 @@ pub struct StudyMethod {
     pub kind: Kind,
     /// Unique in a table.
     pub name: String,
-    /// In a legend.
+    /// Name in a legend.
     pub short: String,
     /// The patch.
     pub patch: Patch,
@@ -108,7 +108,7 @@ pub struct StudyMethod {
     pub exact: Option<Statics>,
 }
 
-/// How a patch with rim springs is made.
+/// Choices by which a patch with rim springs is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrokeRecipe {
     /// Patch and elements, with the stroke.

@@ -27,7 +27,7 @@ use palpate_tissue::tissue::Tissue;
 
 /// Shares of the free nodes that are awake (1).
 const SHARES: [f64; 17] = [0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95];
-/// Of patches with rim springs.
+/// Shares of the nodes that patches with rim springs have.
 const PATCH_SHARES: [f64; 5] = [0.2, 0.3, 0.4, 0.5, 0.6];
 /// Distances of the presses from the site along the block [probe radii].
 const PLACES_RADII: [f64; 3] = [0.0, 1.5, 2.5];
@@ -127,9 +127,9 @@ pub struct Stress {
 /// All regions.
 #[derive(Clone, Debug, Default)]
 pub struct Awake {
-    /// Frozen ones and those with rim springs.
+    /// Frozen regions, and patches with rim springs.
     pub regions: Vec<Frozen>,
-    /// Shares of nodes that must be awake.
+    /// Shares of the nodes that have to be awake.
     pub needed: Vec<Needed>,
     /// Regions that the stress rule picks.
     pub stress: Vec<Stress>,

@@ -85,7 +85,7 @@ impl Cost {
     }
 }
 
-/// Of a patch without anything at its edge.
+/// Cycles per tick of a patch without anything at its edge.
 fn bare_cycles(setting: &Setting, patch: &Patch) -> f64 {
     let model = patch.model();
     let touched = triangles_in_reach(&model, patch.site_m().into(), setting.params.probe.reach_m());

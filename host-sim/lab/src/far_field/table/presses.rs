@@ -30,7 +30,7 @@ const GLUED: [[f64; 3]; 2] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]];
 pub struct Setting {
     /// Parameters of the scene.
     pub params: Params,
-    /// Where the probe presses [m].
+    /// Place of the press [m].
     pub site_m: Vector,
     directions: usize,
     radius_m: f64,
@@ -58,7 +58,7 @@ pub struct Errors {
     /// The largest over the directions, with its sign, by distance; `None` where one direction is
     /// not known.
     pub aside_pct: [Option<f64>; ASIDES],
-    /// Of a glued disc: pressed, sheared.
+    /// Error of a glued disc's stiffness, pressed and sheared.
     pub glued_pct: [Option<f64>; 2],
 }
 
@@ -88,7 +88,7 @@ impl Presses {
 }
 
 impl Setting {
-    /// Of a scene with a block.
+    /// Plans the presses of a scene with a block.
     ///
     /// # Errors
     /// The scene has no block.

@@ -106,7 +106,7 @@ impl RowSummary {
 }
 
 impl Summary {
-    /// Of everything.
+    /// Collects the parts of the report.
     #[must_use]
     pub fn of(scene: &str, setting: &Setting, table: &Table, awake: &Awake) -> Self {
         let radius_m = setting.radius_m();

@@ -39,7 +39,7 @@ pub struct Times {
 }
 
 impl Times {
-    /// Of one treatment [us]; `None` if its tick failed.
+    /// Time of a tick with one treatment of the edge [us]; `None` if its tick failed.
     #[must_use]
     pub fn of(&self, edge: RimMethod) -> Option<f64> {
         let at = RimMethod::ALL.iter().position(|e| *e == edge)?;

@@ -1,4 +1,4 @@
-//! Where the paper's formulas fail, on the standard block: the position correction against the
+//! Failures of the paper's formulas on the standard block: the position correction against the
 //! step, the region against its threshold, the volume force.
 
 pub mod barycentre;

@@ -22,7 +22,7 @@ pub const HELD_M: f64 = 0.003;
 /// Damping of the masses in presses whose end alone counts [1/s]: equilibria do not depend on it.
 const SETTLING_PER_S: f64 = 60.0;
 
-/// How the finger is moved, and when key points are taken.
+/// Motion of the finger, and the moment at which key points are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drive {
     /// The tip is held [`HELD_M`] deep; key points are taken at rest.
@@ -36,7 +36,7 @@ pub enum Drive {
 /// Displacement of key points when k or d is changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
-    /// How the finger is moved.
+    /// Motion of the finger.
     pub drive: Drive,
     /// Hausdorff distance [mm] to the key points with the given k and d, for k/2, 2k, d/4, 4d; NaN
     /// where it has no answer.
@@ -84,9 +84,9 @@ pub fn seen(target: &Target, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> 
 const STEPS_S: [f64; 2] = [2e-8, 8e-3];
 /// Number of steps without growth after which free vibration counts as stable.
 const TRIAL_STEPS: usize = 1500;
-/// It starts with nodes this far from rest [m] ..
+/// Initial displacement of each node in such a trial [m].
 const START_M: f32 = 1e-6;
-/// .. and has grown if one moves this many times further.
+/// The vibration has grown if a node moves further than this multiple of `START_M`.
 const GROWN: f32 = 20.0;
 /// Shortest tick of the core [s]; shorter steps are substeps of it.
 const SHORTEST_TICK_S: f64 = 1e-5;

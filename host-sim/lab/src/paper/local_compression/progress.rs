@@ -14,19 +14,19 @@ pub struct AnnealingProgress<'a> {
 }
 
 impl<'a> AnnealingProgress<'a> {
-    /// Before the first of this many trials of the annealing.
+    /// Begins the display before the first of this many trials of the annealing.
     #[must_use]
     pub fn new(display: &'a dyn Progress, trials: usize) -> Self {
         Self { display, doing: Mutex::default(), tried: AtomicUsize::new(0), trials }
     }
 
-    /// Another part of the work begins.
+    /// Says that another part of the work begins.
     pub fn say(&self, doing: impl Into<String>) {
         *self.doing.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = doing.into();
         self.show();
     }
 
-    /// This many more trials are done.
+    /// Counts this many more trials as done.
     pub fn tried(&self, trials: usize) {
         self.tried.fetch_add(trials, Ordering::Relaxed);
         self.show();

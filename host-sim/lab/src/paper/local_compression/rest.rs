@@ -85,7 +85,7 @@ impl Push {
         self.depth_m
     }
 
-    /// One tick of a method: the tip moves, the tissue answers.
+    /// Runs one tick of a method: the tip moves, the tissue answers.
     ///
     /// # Errors
     /// [`NoRest::Diverged`], [`NoRest::Sunk`].
@@ -144,7 +144,7 @@ pub fn to_rest(block: &Block, running: &mut dyn RunningMethod, force_n: f64) -> 
     Err(NoRest::Restless { seconds: LONGEST_MS as f64 * 1e-3, tip_um: displacement_m(&tips[LONGEST_MS - STILL_MS..]) * 1e6 })
 }
 
-/// From the shallowest to the deepest [m].
+/// Distance from the shallowest to the deepest tip [m].
 fn displacement_m(tips: &[f64]) -> f64 {
     let (low, high) = tips.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| (l.min(*t), h.max(*t)));
     high - low

@@ -39,7 +39,7 @@ pub struct PressScene {
     pub region: Vec<RegionScene>,
     /// The finger.
     pub finger: FingerScene,
-    /// How the organ is meshed; a mesh file has its own elements.
+    /// Meshing of the organ; a mesh file has its own elements.
     pub mesh: Option<MeshScene>,
 }
 
@@ -61,7 +61,7 @@ pub struct RegionScene {
 pub struct FingerScene {
     /// Radius [m].
     pub radius_m: f64,
-    /// Where the ray starts [m].
+    /// Start of the ray [m].
     pub from_m: [f64; 3],
     /// Direction of the finger's motion and of its press; any length.
     pub direction: [f64; 3],

@@ -36,7 +36,7 @@ const PICTURE_GROWTH: f64 = 0.4;
 /// Ten groups of pressure in 0 .. 4 N.
 pub const FORCES_N: [f64; 10] = [0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.6, 4.0];
 
-/// How much is computed.
+/// Amount of work: how many cases are computed.
 #[derive(Clone, Copy, Debug)]
 pub struct Size {
     /// Trials of each of the two walks on the block, and of that on an organ.
@@ -118,7 +118,7 @@ fn fingerprint(block: &Block) -> u64 {
     hash.finish()
 }
 
-/// One fit: a walk, continued from a saved one if there is one.
+/// Runs one fit: a walk, continued from a saved one if there is one.
 fn anneal(
     folder: &OutputFolder,
     name: &str,

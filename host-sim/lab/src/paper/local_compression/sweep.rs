@@ -103,8 +103,8 @@ pub fn region_for(block: &Block, fitted: Fitted, step_s: f64, force_n: f64) -> R
     Ok(None)
 }
 
-/// One method under every force; the first that does not come to rest ends it. `None` if it is not
-/// available.
+/// Measures one method under every force; the first that does not come to rest ends it. `None` if
+/// it is not available.
 ///
 /// # Errors
 /// Model or parameters that the core or the method rejects.

@@ -36,7 +36,7 @@ pub struct Assembly<'a> {
     /// All of them as quadratic tets: corners are the nodes of `meshes`, followed by the middles of
     /// edges.
     pub quadratic: QuadraticMesh,
-    /// Where each organ is in `quadratic`.
+    /// Index range of each organ in `quadratic`.
     pub organs: Vec<Organ>,
     /// Nodes of `quadratic` that do not move.
     pub fixed: Vec<u32>,

@@ -21,7 +21,7 @@ pub struct Network {
     pub held: Vec<(usize, Vector3<f64>)>,
 }
 
-/// How organs are joined.
+/// Way in which organs are joined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Joints {
     /// Each node to the nearest node of the other organ, as in paper 000.

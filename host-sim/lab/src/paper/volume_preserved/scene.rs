@@ -79,7 +79,7 @@ pub struct JointScene {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FixedScene {
-    /// Of which organ.
+    /// Name of the organ.
     pub organ: String,
     /// Lowest and highest corner of the box it is in [m].
     pub box_m: [[f64; 3]; 2],
@@ -91,7 +91,7 @@ pub struct FixedScene {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Attachment {
-    /// Of which organ.
+    /// Name of the organ.
     pub organ: String,
     /// One end [m].
     pub from_m: [f64; 3],

@@ -29,9 +29,9 @@ pub struct Truth {
 /// tet cut into eight.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Shipped {
-    /// Of the full resolution.
+    /// Answer at full resolution.
     pub full: Answer,
-    /// Of the sparse one, subdivided, at its own points.
+    /// Answer of the subdivided sparse mesh, at the points of the sparse one.
     pub sparse_subdivided: Answer,
 }
 

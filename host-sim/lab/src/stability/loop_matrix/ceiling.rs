@@ -35,9 +35,9 @@ const NODES: usize = 130;
 const DEEP_M: f32 = 8e-3;
 /// Tissues whose slope is tabulated [Pa].
 pub const TABLED_PA: [f64; 3] = [3.5e3, 20e3, 100e3];
-/// Depths there [m].
+/// Depths at which it is tabulated [m].
 pub const TABLED_M: [f64; 4] = [1e-3, 2e-3, 3e-3, 4e-3];
-/// Climb of the tissue that is held [Pa], its step (1).
+/// Range of Young's moduli that are tried [Pa], and the factor from one to the next (1).
 const SOFTEST_PA: f64 = 3.5e3;
 const STIFFEST_PA: f64 = 200e3;
 const STEP: f64 = 1.25;

@@ -53,8 +53,8 @@ impl TapResult {
     }
 }
 
-/// No limit cycle, no fault, no invariant broken, and without weakening: the energy alarm never
-/// acted.
+/// Whether a run has no limit cycle, no fault, no broken invariant and no weakening: the energy
+/// alarm never acted.
 #[must_use]
 pub fn quiet(run: &Run) -> bool {
     run.quiet() && !run.rows.iter().any(|row| row.telemetry.limiters.contains(ClampFlags::ENERGY))

@@ -24,7 +24,7 @@ const FIDELITY_DEPTH_M: f64 = 4e-3;
 /// Depth limit of methods without a guard: the bottom of the block.
 const NO_LIMIT_M: f64 = BLOCK_M[2];
 
-/// How a method is set up.
+/// Construction of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Build {
     /// With the substeps that it derives or needs; the product with its guard.
@@ -38,7 +38,7 @@ pub enum Build {
 pub struct Row {
     /// Method.
     pub method: Method,
-    /// How it is set up.
+    /// Construction of the method.
     pub build: Build,
 }
 

@@ -1,4 +1,4 @@
-//! How the tip moves: the columns of the matrix, as data.
+//! Motions of the tip: the columns of the matrix, as data.
 
 use palpate::Params;
 use palpate_tissue::scene::Inclusion as Ball;
@@ -83,7 +83,7 @@ pub struct LoadCase {
     pub name: &'static str,
     /// Two lines over the column.
     pub label: [&'static str; 2],
-    /// How the tip moves.
+    /// Motion of the tip.
     pub stimulus: Stimulus,
     /// Tissue that is pressed.
     pub tissue: CaseTissue,

@@ -1,5 +1,4 @@
-//! How much more a method withstands before it fails: one quantity grows until a press or a tap no
-//! longer passes.
+//! Margin of a method before it fails: one quantity grows until a press or a tap no longer passes.
 
 use serde::{Deserialize, Serialize};
 

@@ -53,7 +53,7 @@ pub struct MarginCell {
     pub substeps: u16,
     /// Quantity that grew.
     pub axis: Axis,
-    /// How far.
+    /// Margin to failure.
     pub margin: Margin,
 }
 
@@ -100,7 +100,8 @@ impl Scope {
         }
     }
 
-    /// Two stiffnesses and eight columns on the block of 130 nodes, margins at one.
+    /// The short matrix: two stiffnesses and eight columns on the block of 130 nodes, margins at
+    /// one.
     #[must_use]
     pub fn quick() -> Self {
         Self {

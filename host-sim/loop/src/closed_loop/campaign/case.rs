@@ -36,14 +36,14 @@ impl Motion {
         Stimulus::named(self.id)
     }
 
-    /// Where in its trajectory the run begins [s]: a slow approach is cut short.
+    /// Time in the trajectory at which the run begins [s]: a slow approach is cut short.
     #[must_use]
     pub fn from_s(&self) -> f64 {
         (4.0e-3 / self.m_per_s - 0.02).max(0.0)
     }
 }
 
-/// When the fault begins.
+/// Moment at which the fault begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Moment {
     /// Before the touch.
@@ -52,7 +52,7 @@ pub enum Moment {
     Touch,
     /// Deep in the tissue.
     Deep,
-    /// On the way out, or when the hand lets go.
+    /// The fault begins on the way out, or when the hand lets go.
     Release,
 }
 
@@ -69,11 +69,11 @@ pub struct Case {
     pub hand: Hand,
     /// Motion of the hand.
     pub motion: Motion,
-    /// When the fault begins.
+    /// Moment at which the fault begins.
     pub moment: Moment,
     /// Ticks after that moment.
     pub after_ticks: u32,
-    /// On the patch, not on the wall.
+    /// Whether the run is on the patch; otherwise it is on the wall.
     pub on_patch: bool,
     /// Random share for the start in the tissue and similar choices (0 .. 1).
     pub share: f64,

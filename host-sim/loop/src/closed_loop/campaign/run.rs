@@ -65,7 +65,7 @@ impl<'a> Bed<'a> {
         Ok(Self { device, settings, static_n, ready: armed, fresh })
     }
 
-    /// One run.
+    /// Runs one case.
     ///
     /// # Errors
     /// Propagates errors from [`Cycle::build`].

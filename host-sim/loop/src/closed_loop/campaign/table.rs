@@ -88,7 +88,7 @@ impl Table {
         }
     }
 
-    /// Each kind with its row.
+    /// All kinds, each with its row.
     pub fn kinds(&self) -> impl Iterator<Item = (&'static FaultType, &Row)> {
         FAULTS.iter().zip(&self.rows)
     }
@@ -99,7 +99,7 @@ impl Table {
         self.rows.iter().map(|r| r.broken + r.wrong).sum()
     }
 
-    /// Some of them.
+    /// Some of the failures.
     #[must_use]
     pub fn examples(&self) -> Vec<&str> {
         self.rows.iter().flat_map(|r| &r.examples).map(|(_, text)| text.as_str()).collect()

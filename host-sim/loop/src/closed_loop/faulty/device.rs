@@ -38,8 +38,8 @@ pub struct Faulty<D> {
 }
 
 impl<D: HapticDevice> Faulty<D> {
-    /// No fault yet. A fault moves a reading in the plane of `normal` and `along`; wrong signs are
-    /// relative to `site_m`.
+    /// Wraps a device, at first without a fault. A fault moves a reading in the plane of `normal`
+    /// and `along`; wrong signs are relative to `site_m`.
     pub fn new(device: D, site_m: Vector3<f32>, normal: Vector3<f32>, along: Vector3<f32>, random: SplitMix64) -> Self {
         Self {
             device,
@@ -68,7 +68,7 @@ impl<D: HapticDevice> Faulty<D> {
         self.number_offset = number;
     }
 
-    /// From the next reading on.
+    /// Applies a fault from the next reading on.
     pub fn break_reading(&mut self, fault: Option<Reading>) {
         self.reading = fault;
         if let Some(last) = self.past.back() {
@@ -76,7 +76,7 @@ impl<D: HapticDevice> Faulty<D> {
         }
     }
 
-    /// From the next force on.
+    /// Applies a fault from the next force on.
     pub fn break_drive(&mut self, fault: Option<Drive>) {
         self.drive = fault;
         self.line_n.clear();

@@ -20,12 +20,12 @@ pub struct FaultyTissue<'a, S> {
 }
 
 impl<'a, S: Surface> FaultyTissue<'a, S> {
-    /// No fault yet.
+    /// Wraps a surface, at first without a fault.
     pub fn new(surface: &'a mut S) -> Self {
         Self { surface, fault: None, last_m: Vector3::zeros() }
     }
 
-    /// From the next tick on; a change of nodes is applied once.
+    /// Applies a fault from the next tick on; a change of nodes is applied once.
     pub fn break_it(&mut self, fault: Option<TissueFault>) {
         match fault {
             Some(TissueFault::NodeSpeed(speed)) => self.surface.strike(None, Some(speed), false),

@@ -7,7 +7,7 @@ use palpate_tissue::scene::TICK_S;
 /// One straight leg, then a stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leg {
-    /// Where it ends [m].
+    /// End point [m].
     pub to_m: Vector3<f64>,
     /// Speed [m/s].
     pub m_per_s: f64,

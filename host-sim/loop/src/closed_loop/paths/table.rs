@@ -36,7 +36,7 @@ pub struct PathRow {
     pub broken: BTreeMap<Cow<'static, str>, u64>,
     /// Runs ended by a fault, by its number; and those among them with motion that a hand can make.
     pub faults: BTreeMap<u8, u64>,
-    /// Of these, runs with motion that a hand can make.
+    /// Those among them with motion that a hand can make.
     pub honest_faults: BTreeMap<u8, u64>,
     /// Energy created by the worst contact [J].
     pub created_j: f64,
@@ -46,7 +46,7 @@ pub struct PathRow {
     pub by_hand: u64,
     /// Energy created by the worst contact of these [J].
     pub created_by_hand_j: f64,
-    /// Of these, runs in which a contact created more than is allowed.
+    /// Those among them in which a contact created more energy than is allowed.
     pub creating_by_hand: u64,
     /// Strongest force [N].
     pub peak_n: f32,

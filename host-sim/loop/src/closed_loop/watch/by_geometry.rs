@@ -62,7 +62,7 @@ pub struct ByGeometry {
 }
 
 impl ByGeometry {
-    /// Before the first tick, on this shape.
+    /// Creates the watch over this shape, before the first tick.
     #[must_use]
     pub fn over(shape: Arc<dyn RestShape>) -> Self {
         let trail_m = VecDeque::with_capacity(TRAIL_TICKS);

@@ -13,7 +13,8 @@ use palpate::{Model, Probe, ProbeShape, Vector3};
 use super::box_tree::{BoxTree, around};
 use palpate_tissue::mesh::surface;
 
-/// How far below the touchable surface, beside the tissue, a ball may still touch its edge [m].
+/// Depth below the touchable surface, beside the tissue, to which a ball may still touch its edge
+/// [m].
 const BELOW_M: f64 = 1e-3;
 /// Rounding at the face between two tets [m].
 const FACE_M: f64 = 1e-9;
@@ -248,7 +249,7 @@ impl RestSolid {
 }
 
 impl RestSolid {
-    /// Between a capsule around `end_m` and the tissue. A contact between two samples of the
+    /// Gap between a capsule around `end_m` and the tissue. A contact between two samples of the
     /// segment is nearer than either, by Pythagoras.
     fn capsule_gap_m(&self, end_m: &Vector3<f64>, length_m: f64, along: &Vector3<f64>) -> f64 {
         let spacing_m = length_m / (SEGMENT - 1) as f64;
@@ -258,8 +259,8 @@ impl RestSolid {
         (between_m - f64::from(self.probe.radius_m)).max(0.0)
     }
 
-    /// Between an ellipsoid around `end_m` and the tissue: zero if they overlap, otherwise at most
-    /// the gap.
+    /// Gap between an ellipsoid around `end_m` and the tissue: zero if they overlap, otherwise at
+    /// most the gap.
     fn ellipsoid_gap_m(&self, end_m: &Vector3<f64>) -> f64 {
         let Some(stretched) = self.stretched.as_ref().filter(|_| !self.contains(end_m)) else { return 0.0 };
         let end = stretched.into * end_m;

@@ -211,7 +211,8 @@ mod tests {
     use super::super::seed::Side;
     use super::*;
 
-    /// Two tets around the long edge 0-1; 2 and 3 lie on the hull to either side of it, 4 inside.
+    /// A cloud with two tets around the long edge 0-1; 2 and 3 lie on the hull to either side of
+    /// it, 4 inside.
     fn wedge(pinned: [bool; 3]) -> Cloud {
         let at = vec![[0.0, 0.0, -3.0], [0.0, 0.0, 3.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.9, 0.9, 0.0]];
         Cloud { pinned: vec![pinned; at.len()], side: vec![Side::Outside; at.len()], at }

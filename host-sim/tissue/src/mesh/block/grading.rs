@@ -38,7 +38,7 @@ pub(super) struct Grading {
     pub growth: f64,
 }
 
-/// How many nodes lie inside each edge, each face, on the shell (its circle in the top face apart)
+/// Numbers of nodes inside each edge, each face, on the shell (its circle in the top face apart)
 /// and in the volume.
 #[derive(Debug)]
 pub(super) struct Budget {
@@ -200,7 +200,7 @@ impl RealBudget {
 /// The face z = 0 among those of [`face_axes`].
 const TOP: usize = 5;
 
-/// How a face, an edge or the volume extends along one axis.
+/// Extent of a face, an edge or the volume along one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Span {
     Low,

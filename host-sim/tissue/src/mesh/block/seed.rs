@@ -38,7 +38,7 @@ pub(super) struct Cloud {
 pub(super) enum Domain {
     /// An edge, a face or the volume of the block, off the shell.
     Block([Span; 3]),
-    /// Where the shell meets the top face.
+    /// The circle in which the shell meets the top face.
     Circle,
     /// The shell below the top face.
     Shell,

@@ -64,7 +64,7 @@ fn smooth(complex: &mut Complex, grading: &Grading) -> bool {
     moved
 }
 
-/// Of the 26 neighbours of a cube's centre, those that a node may step to.
+/// Directions in which a node may step, among those to the 26 neighbours of a cube's centre.
 fn directions(pinned: [bool; 3]) -> Vec<Vec3> {
     let mut all = vec![];
     for code in 0..27 {

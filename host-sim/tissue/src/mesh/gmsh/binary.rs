@@ -167,8 +167,8 @@ fn tet_nodes(
     }
 }
 
-/// Four counts, then the entities; a volume reads `i32 tag, f64 x6, count, i32 physical..., count,
-/// i32 surfaces...`, counts being 64 bit wide.
+/// Reads four counts, then the entities; a volume reads `i32 tag, f64 x6, count, i32 physical...,
+/// count, i32 surfaces...`, counts being 64 bit wide.
 fn entities(bytes: &mut Bytes) -> Result<Regions, MeshError> {
     let mut counts = [0; 4];
     for count in &mut counts {

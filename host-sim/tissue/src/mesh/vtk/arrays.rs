@@ -13,7 +13,7 @@ use crate::mesh::bytes::Order;
 use crate::mesh::error::{Defect, quoted};
 use crate::mesh::file::MAX_FILE_MIB;
 
-/// How a file writes numbers that are not text.
+/// Encoding of numbers that a file does not write as text.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Encoding {
     pub order: Order,

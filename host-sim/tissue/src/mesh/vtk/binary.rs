@@ -101,7 +101,7 @@ fn skip_array(bytes: &mut Bytes) -> Result<(), MeshError> {
     bytes.skip(components.saturating_mul(tuples), size, "the end of a FIELD")
 }
 
-/// Up to version 4: `count` times `i32 nodes, i32 node...`, `size` numbers in all.
+/// Reads cells up to version 4: `count` times `i32 nodes, i32 node...`, `size` numbers in all.
 fn with_counts(bytes: &mut Bytes, count: u64, size: u64) -> Result<Cells, MeshError> {
     let mut cells = Cells::default();
     for _ in 0..count {
@@ -115,7 +115,7 @@ fn with_counts(bytes: &mut Bytes, count: u64, size: u64) -> Result<Cells, MeshEr
     Ok(cells)
 }
 
-/// From version 5.1: `count` offsets, the last one the end, then `size` nodes.
+/// Reads cells from version 5.1 on: `count` offsets, the last one the end, then `size` nodes.
 fn with_offsets(bytes: &mut Bytes, count: u64, size: u64) -> Result<Cells, MeshError> {
     let offsets = list(bytes, "OFFSETS", count)?;
     let nodes = list(bytes, "CONNECTIVITY", size)?;

@@ -30,7 +30,7 @@ impl Cells {
         }
     }
 
-    /// Up to version 4: `n` times `count nodes...`, `size` numbers in all.
+    /// Reads cells up to version 4: `n` times `count nodes...`, `size` numbers in all.
     fn with_counts(words: &mut Words, mut first: Option<Word>, count: u64, size: u64) -> Result<Self, MeshError> {
         let mut cells = Self::default();
         for found in 0..count {
@@ -80,7 +80,7 @@ impl Cells {
         Err(Defect::Disagree { what: "the last offset", says: first as u64, found: nodes.len() as u64 })
     }
 
-    /// From version 5.1: `n` offsets, the last one the end, then `size` nodes.
+    /// Reads cells from version 5.1 on: `n` offsets, the last one the end, then `size` nodes.
     fn with_offsets(words: &mut Words, count: u64, size: u64) -> Result<Self, MeshError> {
         words.required("the type of OFFSETS")?;
         let mut offsets = Vec::new();
@@ -133,7 +133,7 @@ impl Cells {
         Ok(())
     }
 
-    /// Each cell has a type.
+    /// Checks that each cell has a type.
     pub fn as_many_types(&self, announced: u64) -> Result<(), Defect> {
         let found = self.cells.len() as u64;
         if announced == found { Ok(()) } else { Err(Defect::Disagree { what: "CELL_TYPES", says: announced, found }) }

@@ -106,7 +106,7 @@ impl<'a> Reader<'a> {
         Ok(mesh)
     }
 
-    /// How the file writes numbers that are not text.
+    /// Reads how the file encodes numbers that are not text.
     fn encoding(&self, root: Node) -> Result<Encoding, MeshError> {
         let order = match root.attribute("byte_order") {
             None | Some("LittleEndian") => Order::Little,
