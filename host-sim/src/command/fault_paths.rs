@@ -12,7 +12,7 @@ use super::campaign::Campaign;
 use super::progress::Progress;
 use super::verdict::Verdict;
 use crate::error::Error;
-use palpate_loop::closed_loop::paths::{KINDS, PathGround, PathRow, PathTable, paths};
+use palpate_loop::closed_loop::paths::{KINDS, PatchRow, PathGround, PathRow, PathTable, paths};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
@@ -45,7 +45,7 @@ struct Summary<'a> {
     energy_created_by_hand_mj: f64,
     runs_by_hand_that_create_energy: u64,
     peak_force_n: f32,
-    patches: &'a BTreeMap<Cow<'static, str>, u64>,
+    patches: &'a BTreeMap<Cow<'static, str>, PatchRow>,
     bad: &'a [String],
     creating: &'a [String],
 }
@@ -215,7 +215,10 @@ fn print(table: &PathTable, total: &PathRow, all: bool) {
         total.creating_by_hand,
         total.created_by_hand_j * 1e3
     );
-    println!("paths on each patch: {}", counted(&table.patches));
+    println!("paths on each patch and tip, those of them that a hand can make, and those of these over 0.01 mJ:");
+    for (label, PatchRow { runs, by_hand, creating_by_hand }) in &table.patches {
+        println!("  {label:<36} {runs:>7} {by_hand:>7} {creating_by_hand:>4}");
+    }
     for bad in table.examples.iter().take(PRINTED) {
         println!("bad: {bad}");
     }

@@ -15,7 +15,7 @@ pub use case::{KINDS, PathCase, PathKind};
 pub use ground::{PathGround, PathPatch};
 pub use route::{Leg, Route};
 pub use run::{PathOutcome, Track};
-pub use table::{PathRow, PathTable};
+pub use table::{PatchRow, PathRow, PathTable};
 
 use std::ops::Range;
 

@@ -52,13 +52,32 @@ pub struct PathRow {
     pub peak_n: f32,
 }
 
+/// Runs on one patch under one tip.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PatchRow {
+    /// Number of runs.
+    pub runs: u64,
+    /// Runs with motion that a hand can make.
+    pub by_hand: u64,
+    /// Of these, runs in which a contact created more energy than is allowed.
+    pub creating_by_hand: u64,
+}
+
+impl PatchRow {
+    fn add(&mut self, other: &Self) {
+        self.runs += other.runs;
+        self.by_hand += other.by_hand;
+        self.creating_by_hand += other.creating_by_hand;
+    }
+}
+
 /// One row for each kind of path.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PathTable {
     /// The rows, in the order of [`KINDS`].
     pub rows: Vec<PathRow>,
-    /// Runs on each patch.
-    pub patches: BTreeMap<Cow<'static, str>, u64>,
+    /// Runs on each patch and tip.
+    pub patches: BTreeMap<Cow<'static, str>, PatchRow>,
     /// The first runs that broke an invariant or ended motion that a hand can make, as text.
     pub examples: Vec<String>,
     /// The first runs by hand in which a contact created more than is allowed, as text.
@@ -132,7 +151,8 @@ impl PathTable {
                 examples.push(case.telemetry(ground, outcome));
             }
         }
-        *self.patches.entry(ground.patches[case.patch].label()).or_default() += 1;
+        let here = PatchRow { runs: 1, by_hand: row.by_hand, creating_by_hand: row.creating_by_hand };
+        self.patches.entry(ground.patches[case.patch].label()).or_default().add(&here);
         if let Some(mine) = self.rows.get_mut(case.kind) {
             mine.add(&row);
         }
@@ -141,7 +161,7 @@ impl PathTable {
     /// Adds another table.
     pub fn add(&mut self, other: &Self) {
         self.rows.iter_mut().zip(&other.rows).for_each(|(mine, theirs)| mine.add(theirs));
-        other.patches.iter().for_each(|(name, count)| *self.patches.entry(name.clone()).or_default() += count);
+        other.patches.iter().for_each(|(label, row)| self.patches.entry(label.clone()).or_default().add(row));
         for (mine, theirs) in [(&mut self.examples, &other.examples), (&mut self.creating, &other.creating)] {
             mine.extend(theirs.iter().cloned());
             mine.truncate(SHOWN);
