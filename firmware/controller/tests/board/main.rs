@@ -1,7 +1,11 @@
 //! The tick of a board and the service of its host, on a mock board: deadline, read-back of the
-//! outputs, watchdog, link. Takes milliseconds, without an emulator.
+//! outputs, watchdog, link. And the mechanisms of its devices. Takes milliseconds, without an emulator.
 
+mod devices;
+mod hosts;
+mod kinematics_keep_power;
 mod logged;
+mod mechanisms;
 mod mock;
 mod served;
 mod ticks;

@@ -1,7 +1,7 @@
 //! Every mechanism: its torques are the transpose of the derivative of its tip, by finite
 //! differences, so motors and hand have the same power.
 
-use nalgebra::Vector3;
+use palpate::Vector3;
 use palpate_controller::kinematics::{DIMENSIONS, Mechanism, Paddle, Pantograph};
 
 /// Angle that a joint is moved for a difference, to both sides [rad].

@@ -1,0 +1,99 @@
+//! Hosts of a board that runs by its timer: what waits until no force may act, and who may return
+//! with which sequence number.
+
+use std::future::Future;
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+
+use palpate_controller::controller::Arming;
+use palpate_controller::link::message::HostAsk;
+use palpate_controller::link::{FRAME_BYTES, FromBoard, Refusal, ToBoard, Upload, encode};
+use palpate_controller::patch::Memory;
+use palpate_controller::serve::{Pace, run};
+
+use super::mock::haptic_loop;
+use super::served::{BLOCK, decoded, pose};
+
+/// Start-up, calm ticks and ramp-in.
+const START_UP_TICKS: u32 = 700;
+
+/// A message with its sequence number.
+type Numbered = (u16, ToBoard<'static>);
+
+/// Answers that are no records, with the period of each, of a board whose host says this in each
+/// period.
+fn answers(ticks: &[Vec<Numbered>]) -> Vec<(u32, String)> {
+    let mut haptic = haptic_loop(Arming::OnRequest);
+    haptic.board.last_period = Some(ticks.len() as u32);
+    for messages in ticks {
+        for (sequence, message) in messages {
+            haptic.board.from_host.push_back(encode(*sequence, message, &mut [0; FRAME_BYTES]).unwrap().to_vec());
+        }
+        // nothing more arrives in this period
+        haptic.board.from_host.push_back(Vec::new());
+    }
+    let (mut memory, mut upload) = (Box::new(Memory::RESERVED), Box::new(Upload::RESERVED));
+    {
+        let service = pin!(run(&mut haptic, &BLOCK.0, &mut memory, &mut upload, Pace::Timed));
+        assert_eq!(service.poll(&mut Context::from_waker(Waker::noop())), Poll::Pending, "the timer stops");
+    }
+    let frames = std::mem::take(&mut haptic.board.to_host).into_iter().zip(haptic.board.sent_at);
+    let told = frames.map(|(frame, period)| {
+        let said = decoded(frame, |message| match message {
+            FromBoard::Record(_) => None,
+            FromBoard::State { .. } => Some("state".to_owned()),
+            FromBoard::Identity(_) => Some("identity".to_owned()),
+            other => Some(format!("{other:?}")),
+        });
+        (period, said)
+    });
+    told.filter_map(|(period, said)| said.map(|said| (period, said))).collect()
+}
+
+#[test]
+fn a_report_and_a_name_wait_until_no_force_may_act() {
+    let mut sequence = 0;
+    let mut next = |message| {
+        sequence += 1;
+        (sequence, message)
+    };
+    let mut ticks = Vec::new();
+    for tick in 1..=START_UP_TICKS + 220 {
+        let mut messages = vec![next(pose(tick, 5e-3))];
+        messages.extend((tick == 8).then(|| next(ToBoard::Ask(HostAsk::Arm))));
+        messages.extend((tick == START_UP_TICKS + 5).then(|| next(ToBoard::Ask(HostAsk::Stop))));
+        if [4, START_UP_TICKS, START_UP_TICKS + 215].contains(&tick) {
+            messages.extend([next(ToBoard::Report), next(ToBoard::Identify)]);
+        }
+        ticks.push(messages);
+    }
+    let refused = format!("{:?}", FromBoard::Refused(Refusal::NotIdle));
+    let told = answers(&ticks);
+    let expected = [
+        (4, "state"),
+        (4, "identity"),
+        (START_UP_TICKS, refused.as_str()),
+        (START_UP_TICKS, refused.as_str()),
+        (START_UP_TICKS + 215, "state"),
+        (START_UP_TICKS + 215, "identity"),
+    ];
+    assert_eq!(told.iter().map(|(period, said)| (*period, said.as_str())).collect::<Vec<_>>(), expected);
+}
+
+#[test]
+fn a_host_that_was_silent_for_a_hundred_ticks_may_begin_with_any_number() {
+    for (silent_ticks, answered) in [(50, false), (99, false), (100, true), (101, true), (150, true)] {
+        let mut ticks = vec![vec![(500, ToBoard::Heartbeat)]];
+        ticks.extend(std::iter::repeat_n(Vec::new(), silent_ticks));
+        ticks.push(vec![(7, ToBoard::Report)]);
+        let told = answers(&ticks);
+        assert_eq!(told.len(), usize::from(answered), "{silent_ticks}: {told:?}");
+    }
+    // whoever is heard now and then is not forgotten
+    let mut ticks = vec![vec![(500, ToBoard::Heartbeat)]];
+    ticks.extend(std::iter::repeat_n(Vec::new(), 60));
+    ticks.push(vec![(501, ToBoard::Heartbeat)]);
+    ticks.extend(std::iter::repeat_n(Vec::new(), 60));
+    ticks.push(vec![(7, ToBoard::Report)]);
+    assert!(answers(&ticks).is_empty());
+}
