@@ -87,3 +87,6 @@ pub fn cycles(file: &PatchFile<'_>, touched: usize) -> f32 {
         + of(touched, TOUCHED + of(points, EXTRA_POINT) + rubbed);
     TICK + of(model.triangles.len(), PASSED) + f32::from(file.params.substeps) * substep
 }
+
+#[cfg(test)]
+mod tests;

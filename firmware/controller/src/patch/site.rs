@@ -48,3 +48,6 @@ fn in_reach<'f>(file: &'f PatchFile<'_>) -> impl Iterator<Item = [Vector3<f32>; 
     };
     file.model.triangles.iter().map(move |triangle| corners(&file.model, triangle.node)).filter(move |c| c.iter().any(near))
 }
+
+#[cfg(test)]
+mod tests;

@@ -210,3 +210,6 @@ fn add(sums: &mut [f32], node: u16, value: f32) {
         *sum += value;
     }
 }
+
+#[cfg(test)]
+mod tests;
