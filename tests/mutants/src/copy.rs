@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use crate::list::Mutant;
 
 /// Folders and files that the two packages build from.
-const PARTS: [&str; 10] = [
+const PARTS: [&str; 11] = [
     "core/Cargo.toml",
+    "core/build.rs",
     "core/examples",
     "core/src",
     "core/tests/fast",
