@@ -61,7 +61,7 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RU
     /// Puts a patch at rest into this memory; the previous patch is lost.
     ///
     /// # Errors
-    /// As [`Params::build`]; [`BuildError::TooLarge`] names the memory that is too small.
+    /// Errors of [`Params::build`]; [`BuildError::TooLarge`] names the memory that is too small.
     pub fn start(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, State<'_>), BuildError> {
         self.start_in_rounds(model, params, &mut || {})
     }
@@ -69,7 +69,7 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RU
     /// [`Memory::start`] with [`Params::build_in_rounds`].
     ///
     /// # Errors
-    /// As [`Memory::start`].
+    /// Errors of [`Memory::start`].
     pub fn start_in_rounds(
         &mut self,
         model: &Model,
@@ -104,7 +104,7 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RU
     /// [`Params::build_in_rounds`].
     ///
     /// # Errors
-    /// As [`Params::build`]; [`BuildError::TooLarge`] names the memory that is too small.
+    /// Errors of [`Params::build`]; [`BuildError::TooLarge`] names the memory that is too small.
     pub fn judge(
         &mut self,
         model: &Model,

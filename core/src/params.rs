@@ -284,7 +284,7 @@ impl Params {
     /// after each of the rounds in which the smooth fields are found, 128 passes over the springs.
     ///
     /// # Errors
-    /// As [`Params::build`].
+    /// Errors of [`Params::build`].
     pub fn build_in_rounds<'a>(
         &self,
         model: &Model,

@@ -178,7 +178,7 @@ impl<'a> State<'a> {
     /// Resumes a state where [`Self::held`] left it, in the same memory.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// Errors of [`Self::new`].
     pub fn resume(
         model: &Model,
         nodes: &'a mut [Node],

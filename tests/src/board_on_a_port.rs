@@ -128,9 +128,9 @@ struct Switches {
     astray: AtomicBool,
     /// The host was ended and is not waited for.
     host_gone: AtomicBool,
-    /// The board may give a force.
+    /// The board is arming, or may give a force.
     armed: AtomicBool,
-    /// It may now.
+    /// The board may give a force now.
     felt: AtomicBool,
     records: AtomicU64,
     /// The newest tick in which a host was heard.

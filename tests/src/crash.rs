@@ -66,7 +66,7 @@ pub enum Crash {
     Panics,
     /// A read from an unmapped address.
     ReadsNowhere,
-    /// No instruction.
+    /// A word that is no instruction.
     RunsNoInstruction,
     /// A jump to an even address, which is no Thumb code.
     JumpsNowhere,

@@ -26,7 +26,7 @@ const LOADED_M: f64 = 0.012;
 /// A patch in `firmware/patches`, by its file name; an absolute path.
 ///
 /// # Panics
-/// There is none of this name.
+/// No patch that ships has this name.
 #[must_use]
 pub fn shipped(name: &str) -> PathBuf {
     repository().join("firmware/patches").join(name).canonicalize().expect("a patch that ships")

@@ -109,10 +109,10 @@ pub fn press(scratch: &str, scene: &str) -> PressRun {
     press_at(scratch, Desk::default(), scene, &[])
 }
 
-/// As [`press`], on a desk that holds the files that the scene names, with more options.
+/// Like [`press`], on a desk that holds the files that the scene names, with more options.
 ///
 /// # Panics
-/// As [`press`].
+/// Panics of [`press`].
 #[must_use]
 pub fn press_at(scratch: &str, desk: Desk, scene: &str, options: &[&str]) -> PressRun {
     desk.put("scene.toml", scene);
@@ -123,7 +123,7 @@ pub fn press_at(scratch: &str, desk: Desk, scene: &str, options: &[&str]) -> Pre
 /// Presses a preset from the repository's root, where its mesh is found.
 ///
 /// # Panics
-/// As [`press`].
+/// Panics of [`press`].
 #[must_use]
 pub fn press_preset(scratch: &str, name: &str) -> PressRun {
     let desk = Desk::default();

@@ -172,7 +172,7 @@ impl Stillness {
         self.gain
     }
 
-    /// As built.
+    /// Returns to the state in which it was built.
     pub fn reset(&mut self) {
         (self.still_ticks, self.swing, self.gain) = (0.0, Swing::NONE, 1.0);
     }

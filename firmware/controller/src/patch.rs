@@ -65,7 +65,7 @@ impl<'a> Patch<'a> {
     /// [`Patch::open_within`] for the largest board: what the desktop opens.
     ///
     /// # Errors
-    /// As [`Patch::open_within`].
+    /// Errors of [`Patch::open_within`].
     pub fn open(bytes: &'a [u8], memory: &'a mut Memory, youngs_modulus_pa: Option<f32>) -> Result<Self, BuildError> {
         Self::open_within(&Budget::M7_480, bytes, memory, youngs_modulus_pa, &mut || {})
     }
@@ -181,7 +181,7 @@ impl PatchSlot<'_> {
         self.0.as_ref().map_or((0, 0.0), |patch| (patch.checksum, patch.params.youngs_modulus_pa))
     }
 
-    /// As [`Patch::ask_modulus`].
+    /// Like [`Patch::ask_modulus`].
     ///
     /// # Errors
     /// [`Patch::ask_modulus`], or a refusal because there is no patch.
@@ -189,7 +189,7 @@ impl PatchSlot<'_> {
         Ok(self.0.as_mut().ok_or(Refusal::NoPatch)?.ask_modulus(youngs_modulus_pa)?)
     }
 
-    /// As [`Patch::settle`].
+    /// Like [`Patch::settle`].
     pub fn settle(&mut self, in_contact: bool) {
         if let Some(patch) = &mut self.0 {
             patch.settle(in_contact);

@@ -1,5 +1,5 @@
 //! An image that only links if no tick can panic: its panic handler calls a function that does not
-//! exist. Never run.
+//! exist. The image is never run.
 //!
 //! It contains everything that a tick contains, from the message to the outputs: frame, inbox,
 //! controller with its haptic cycle, patch, converter codes. Executors and log are left out; they

@@ -30,7 +30,7 @@ pub fn build() -> Result<PathBuf, EmulateError> {
 /// Builds the image as [`build`] does, with another patch in its flash if one is given.
 ///
 /// # Errors
-/// As [`build`].
+/// Errors of [`build`].
 pub fn build_with(patch: Option<&Path>) -> Result<PathBuf, EmulateError> {
     let root = repository()?;
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
@@ -60,7 +60,7 @@ pub fn build_with(patch: Option<&Path>) -> Result<PathBuf, EmulateError> {
 /// The image to run: the one given, or a new one.
 ///
 /// # Errors
-/// As [`build`], or there is no file at the given path.
+/// Errors of [`build`], or there is no file at the given path.
 pub fn find(given: Option<&Path>) -> Result<PathBuf, EmulateError> {
     match given {
         Some(path) if path.is_file() => Ok(path.into()),

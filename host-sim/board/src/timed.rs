@@ -89,7 +89,7 @@ pub fn run(image: &Path, machine: EmulatedBoard, shift: u32, ticks: u32) -> Resu
 /// Runs the image on ever slower cores, down to ticks of some twenty periods.
 ///
 /// # Errors
-/// As [`run`].
+/// Errors of [`run`].
 pub fn overruns(image: &Path, machine: EmulatedBoard) -> Result<Vec<Timed>, EmulateError> {
     SLOW_SHIFTS.into_iter().map(|shift| run(image, machine, shift, SLOW_TICKS)).collect()
 }

@@ -167,7 +167,7 @@ fn check(what: &'static str, values: impl IntoIterator<Item = f64>) -> Result<()
     Ok(())
 }
 
-/// As [`check`], for one series of several; `positive` where the axis is logarithmic.
+/// Like [`check`], for one series of several; `positive` where the axis is logarithmic.
 fn check_series(
     series: &str,
     what: &'static str,

@@ -37,9 +37,9 @@ pub struct MatrixCell {
 /// One row.
 #[derive(Clone, Debug)]
 pub struct MatrixRow {
-    /// At its left.
+    /// Name at the left of the row.
     pub name: String,
-    /// One a column.
+    /// One cell per column.
     pub cells: Vec<MatrixCell>,
     /// A closed form: set off, one cell for neighbours of one value.
     pub closed: bool,

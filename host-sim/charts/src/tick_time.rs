@@ -134,7 +134,7 @@ impl Picture for TickTime<'_> {
         for (row, (name, t, color)) in marks.into_iter().enumerate() {
             let foot = chart.backend_coord(&(t, floor));
             let y = rows + px(14.0 + 21.0 * row as f64);
-            // each line ends at its own label: no line further right cuts a label further left
+            // each line ends at its own label, so that it does not cross the labels below it
             let top = (foot.0, y - px(8.0));
             area.draw(&PathElement::new([foot, top], line(color, 1.6)))?;
             let style = text(LABEL_PX, color, (HPos::Left, VPos::Center));

@@ -70,7 +70,7 @@ pub fn compute(scene: &Scene, motion: &Motion, settings: &Settings) -> Result<Hi
 /// Computes as [`compute`] does; `progress` is called with the time [s] after every step.
 ///
 /// # Errors
-/// As [`compute`].
+/// Errors of [`compute`].
 pub fn compute_with(
     scene: &Scene,
     motion: &Motion,

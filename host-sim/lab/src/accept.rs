@@ -126,7 +126,7 @@ pub type Test = (&'static str, &'static str, fn() -> Result<Outcome, Error>);
 pub const TESTS: [Test; 5] = [
     ("T1", "beef, indented and held", beef::run),
     ("T2", "pig liver, indented", liver::run),
-    ("T3", "silicone, squeezed", silicone::run),
-    ("T4", "a relaxing half-space, pressed and left", retreat::run),
-    ("T5", "a half-space and a disc, rubbed", drag::run),
+    ("T3", "silicones, squeezed between plates", silicone::run),
+    ("T4", "the closed form of a half-space that relaxes, pressed and released", retreat::run),
+    ("T5", "the closed forms of friction, and a glued disc of finite elements", drag::run),
 ];

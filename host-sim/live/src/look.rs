@@ -23,7 +23,7 @@ pub fn dress(ctx: &Context) {
     ctx.set_theme(eframe::egui::Theme::Light);
 }
 
-/// Behind the tissue: lighter above.
+/// Paints the ground behind the tissue, which is lighter above.
 pub fn ground(painter: &Painter, rect: Rect, dark: bool) {
     let (low, high) = if dark { ((30, 34, 40), (44, 50, 58)) } else { ((236, 239, 243), (252, 253, 254)) };
     let ground = |c: (u8, u8, u8)| Color32::from_rgb(c.0, c.1, c.2);

@@ -32,7 +32,7 @@ pub struct Pointer {
     over: bool,
     /// The keyboard moved it last: the mouse is elsewhere.
     by_key: bool,
-    /// It presses now.
+    /// Whether it presses now.
     pub pressing: bool,
 }
 

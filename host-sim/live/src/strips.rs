@@ -14,7 +14,7 @@ const LEAST_PART_N: f64 = 1e-3;
 /// The tick's budget [us].
 pub const BUDGET_US: f64 = 1000.0;
 
-/// The last seconds.
+/// Plots of the last seconds.
 #[derive(Debug, Default)]
 pub struct Strips {
     samples: VecDeque<Sample>,

@@ -103,7 +103,7 @@ impl HapticSession {
     /// A patch file alone: tissue, probe and site are those that it was packed with.
     ///
     /// # Errors
-    /// As [`Self::open`].
+    /// Errors of [`Self::open`].
     pub fn open_patch(path: &Path, device: &str) -> Result<Self, Error> {
         let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
         Self::of_patch_bytes(&bytes, device).map_err(|error| match error {
@@ -112,10 +112,10 @@ impl HapticSession {
         })
     }
 
-    /// As [`Self::open_patch`], from the file's bytes.
+    /// Like [`Self::open_patch`], from the file's bytes.
     ///
     /// # Errors
-    /// As [`Self::open`].
+    /// Errors of [`Self::open`].
     pub fn of_patch_bytes(bytes: &[u8], device: &str) -> Result<Self, Error> {
         let device = DeviceProfile::load(device)?;
         let (patch, params) = packed::unpack(bytes)?;

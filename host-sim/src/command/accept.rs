@@ -107,7 +107,7 @@ impl Campaign for Accept {
         rows.iter().filter(|row| all || !row.accepted()).for_each(print);
         if !all {
             println!("\naccepted: every figure is in its range, and without the term that is tested at least one is not;");
-            println!("behind each data set the figure that came nearest to an end of its range");
+            println!("behind each data set stands the figure that came nearest to an end of its range, ours first");
             rows.iter().filter(|row| row.accepted()).for_each(print_nearest);
             println!("--all prints the figures of each");
         }
@@ -126,7 +126,7 @@ fn judge(rows: &[Row]) -> Result<(), Error> {
 
 fn in_words(rows: &[Row]) -> String {
     let figures: usize = rows.iter().map(|row| row.figures.len()).sum();
-    format!("all {} data sets of real tissue accepted: {figures} figures within the range that was fixed before", rows.len())
+    format!("all {} data sets accepted: {figures} figures within the ranges that were fixed beforehand", rows.len())
 }
 
 /// Says why a row is not accepted.
@@ -134,7 +134,7 @@ fn refusal(row: &Row) -> String {
     match row.figures.iter().find(|figure| !figure.holds()) {
         Some(figure) => {
             let [low, high] = figure.accepted;
-            format!("{}, {}: {:.3}, {low} to {high} are accepted", row.data, figure.what, figure.ours)
+            format!("{}, {}: {:.3}, where {low} to {high} is accepted", row.data, figure.what, figure.ours)
         }
         None => format!("{}: everything holds without {} as well, so it shows nothing", row.data, row.term),
     }
@@ -150,7 +150,7 @@ fn print_nearest(row: &Row) {
     let nearest = row.figures.iter().max_by(|a, b| used(a).total_cmp(&used(b)));
     let nearest = nearest.map_or(String::new(), |figure| {
         let [low, high] = figure.accepted;
-        format!("; nearest {}: {:.3}, {low:.3} to {high:.3} are accepted", figure.what, figure.ours)
+        format!("; {}: {:.3}, where {low:.3} to {high:.3} is accepted", figure.what, figure.ours)
     });
     println!("  accepted  {} {}: {} figures{nearest}", row.test, row.data, row.figures.len());
 }

@@ -253,24 +253,26 @@ fn lacking(scene: &Scene) -> Error {
 }
 
 fn print_accuracy(name: &str, accuracy: &Accuracy) {
-    println!("\n{name}: force error against finite elements, random places unknown to the fit");
-    println!("{:>9} {:>10} {:>10} {:>10}", "depth mm", "centred %", "disc rms %", "worst %");
+    println!(
+        "\n{name}: force error against finite elements, pressed at the centre, and at random places within 1.5 probe radii that the fit did not see"
+    );
+    println!("{:>9} {:>10} {:>12} {:>10}", "depth mm", "centred %", "places rms %", "worst %");
     let or_dash =
         |v: Option<f64>, signed: bool| v.map_or("-".into(), |v| if signed { format!("{v:+.2}") } else { format!("{v:.2}") });
     for f in &accuracy.forces {
         let (rms, worst) = (or_dash(f.disc_rms_pct, false), or_dash(f.disc_worst_pct, true));
-        println!("{:>9.2} {:>+10.2} {rms:>10} {worst:>10}", f.depth_mm, f.centred_pct);
+        println!("{:>9.2} {:>+10.2} {rms:>12} {worst:>10}", f.depth_mm, f.centred_pct);
     }
     for d in &accuracy.dents {
         println!(
-            "surface at {:.0} mm: {:.4} mm off on average, {:.3} at most (nodes alone {:.4})",
+            "surface of a press of {:.0} mm: {:.4} mm off on average, {:.3} at most ({:.4} on average at the nodes)",
             d.depth_mm, d.surface_mean_mm, d.surface_max_mm, d.nodes_mean_mm
         );
     }
     for g in &accuracy.glued {
         let ([x, y, _], [i, j, k]) = (g.place_mm, g.direction);
         println!(
-            "disc of {:.0} mm glued at ({x:.0}, {y:.0}) mm and moved along ({i:.0}, {j:.0}, {k:.0}): {:+.2} %",
+            "stiffness of a disc of {:.0} mm glued at ({x:.0}, {y:.0}) mm and moved along ({i:.0}, {j:.0}, {k:.0}): {:+.2} % off",
             g.radius_mm, g.error_pct
         );
     }

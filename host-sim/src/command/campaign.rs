@@ -122,7 +122,7 @@ pub(super) trait Campaign: Sized {
             return Err(unreadable(PartError::Damaged));
         }
         let file = folder.publish()?.join(FILE);
-        println!("shard {shard}: cases {} up to {} of {total}, {}", cases.start, cases.end, file.display());
+        println!("ok: shard {shard} has cases {} up to {} of {total}; wrote {}", cases.start, cases.end, file.display());
         Ok(())
     }
 

@@ -89,7 +89,7 @@ pub(super) struct Options {
     changes: Vec<Change>,
     #[serde(flatten)]
     runs: RunOptions,
-    /// Not for shards.
+    /// Not recorded: a shard cannot have this option.
     #[serde(skip)]
     emulated: bool,
     #[serde(skip)]
@@ -361,7 +361,7 @@ fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus], all: bool) {
     );
     if let Some([slow, fast]) = report.tap_error_pct {
         println!(
-            "  substeps  {} a tick: taps at 0.2 and 0.5 m/s are {slow:.1} and {fast:.1} % off true masses (at most 2 and 7.5)",
+            "  substeps  {} per tick: taps at 0.2 and 0.5 m/s are {slow:.1} and {fast:.1} % off the same patch with its true masses (at most 2 and 7.5 allowed)",
             report.substeps
         );
     }
@@ -388,7 +388,7 @@ fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus], all: bool) {
     );
     let worst = |number: Option<f64>, digits: usize| number.map_or("-".into(), |n| format!("{n:.digits$}"));
     println!(
-        "worst: created {} mJ, slow press {} mN above 50 Hz, hold {} mN, static error {} %, turn {} degrees a tick (-: in none of these runs)",
+        "worst of all runs: {} mJ created; force above 50 Hz {} mN in a slow press, {} mN in a hold; force at rest {} % off; force turns by {} degrees per tick (-: not in these runs)",
         worst(report.most(|r| Some(r.created_mj)), 4),
         worst(report.most(|r| r.buzz_mn), 1),
         worst(report.most(|r| r.hold_buzz_mn), 1),

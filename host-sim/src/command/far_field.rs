@@ -139,10 +139,10 @@ fn print_table(setting: &Setting, table: &Table, summary: &Summary, all: bool) {
     let [_, _, half, full] = setting.depths_m().map(mm);
     let aside = mm(summary.aside_distances_m.iter().copied().fold(0.0, f64::max));
     println!(
-        "how far the force is off, in %, in four presses: at the centre {half} and {full} mm deep, aside (the worst {aside} mm off it, {half} mm deep), and a glued disc sheared"
+        "force error in % of four loads: {half} and {full} mm deep at the centre; aside: {half} mm deep, {aside} mm off the centre, worst direction; shear: a glued disc"
     );
     println!(
-        "judged is the edge alone, against the exact outside, at the centre to {half} mm and aside; the rest is for comparison"
+        "the verdict is on the edge alone, against the exact stiffness of the outside, at the centre to {half} mm and aside; the other columns are for comparison"
     );
     println!("{:40} {:^27}  {:^27}", "", "against the exact outside", "against whole springs");
     let presses =
@@ -160,10 +160,10 @@ fn print_table(setting: &Setting, table: &Table, summary: &Summary, all: bool) {
         println!("left out: {left_out}");
     }
     println!(
-        "el.: element under the probe; r: radius of the patch; rim: nodes at its edge; FE rms: against finite elements at the centre, mostly of the uncalibrated springs inside"
+        "el.: element size under the probe; r: radius of the patch; rim: nodes at its edge; FE rms: % against finite elements at the centre, most of it due to the uncalibrated springs inside"
     );
     println!(
-        "us: a tick here; x ours: its cost over that of rim springs; kcyc: thousands of estimated Cortex-M4F cycles a tick; {}; {}",
+        "us: time of a tick on this machine; x ours: its cost over that of rim springs; kcyc: thousands of Cortex-M4F cycles per tick (estimate); {}; {}",
         summary.machine, summary.build
     );
 }
@@ -198,10 +198,10 @@ fn print_row(row: &Row) {
 
 fn print_awake(awake: &Awake) {
     println!(
-        "\nshare of the nodes that must move for the force to be within so many % (less is cheaper), pressed so many mm off the centre, if the rest"
+        "\nleast share of the nodes that has to be simulated for a force error within so many % (a smaller share is cheaper), pressed so many mm off the centre;"
     );
     println!(
-        "stands still, or has rim springs in its place, fitted to its springs or, as ours are, to elements (-: more than was tried)"
+        "the other nodes stand still, or rim springs replace them, fitted to the springs of the whole or, as ours are, to its finite elements (-: more than was tried)"
     );
     println!(
         "{:>5} {:>7} {:>8} {:>18} {:>12} {:>20}",

@@ -61,7 +61,7 @@ pub(super) struct FaultsArgs {
 pub(super) struct Options {
     runs: u64,
     seed: u64,
-    /// Not for shards.
+    /// Not recorded: a shard cannot have this option.
     #[serde(skip)]
     soak_s: u32,
 }

@@ -161,6 +161,7 @@ impl FitArgs {
         }
         // the error falls about with the root of the node count
         let would_do = match nodes as f64 * (keeps / asked).powi(2) {
+            _ if self.options.quick => "leave out --quick, or ask for".to_owned(),
             n if n > MOST_NODES => "more nodes than a block is meshed with would (an estimate): ask for".to_owned(),
             n => format!("try --nodes {:.0} (an estimate), or", (n / 10.0).ceil() * 10.0),
         };

@@ -97,12 +97,10 @@ fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), 
     let out = folder.publish()?;
     let file = out.join(name);
     let verdict = Verdict::ok(format!(
-        "{} for {}: a tick takes about {:.0} of the {:.0} {} that it may take (estimate); {}",
-        file.display(),
+        "{} nodes for {}: a tick takes {:.0} % of what it may (estimate); {}",
+        model.nodes.len(),
         machine.name,
-        cost.units,
-        cost.budget,
-        machine.unit,
+        100.0 * cost.units / cost.budget,
         Standing::of(&scene, &session.patch).short()
     ))
     .first();
@@ -115,6 +113,7 @@ fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), 
         model.tets.len(),
         bytes.len()
     );
+    println!("about {:.0} of at most {:.0} {} per tick on {} (estimate)", cost.units, cost.budget, machine.unit, machine.name);
     println!("model: {}", Standing::of(&scene, &session.patch).sentence());
     println!("{}", boards::runs_on(machine));
     verdict.last()

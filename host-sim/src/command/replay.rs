@@ -92,7 +92,11 @@ impl ReplayArgs {
         .first();
         let seconds = f64::from(trace.ticks) * 1e-3;
         println!("{}: {} with {}, {seconds:.1} s", self.file.display(), trace.head.scene, trace.head.device);
-        println!("  strongest {peak_force_n:.3} N, deepest {:.2} mm; nodes {:016x}", deepest_m * 1e3, again.hash);
+        println!(
+            "  strongest {peak_force_n:.3} N, deepest {:.2} mm; checksum of every node's state at the end {:016x}",
+            deepest_m * 1e3,
+            again.hash
+        );
         println!("\nwrote {}: summary.json, trace.csv", folder.publish()?.display());
         verdict.last()
     }

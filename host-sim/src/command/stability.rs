@@ -173,7 +173,7 @@ impl Summary {
     fn in_words(&self) -> String {
         let model = self.model.as_ref().map(|model| {
             format!(
-                "all {} presses that ours promises to stand hold, the tet squeezed most keeps {:.3} of its volume (more than {LEAST_J} promised)",
+                "all {} presses that our patches promise to survive are survived; the tet squeezed most keeps {:.3} of its volume (more than {LEAST_J} promised)",
                 model.product.cells, model.product.lowest_j
             )
         });
@@ -207,7 +207,7 @@ fn print_model(matrix: &model::Matrix, summary: &model::Summary, all: bool) {
         println!("{:<28} {:<22} {}", row.row, substeps.join("/"), verdicts.join(", "));
     }
     println!(
-        "\nmargins: a press to 8 mm and a tap of 0.5 m/s at a tick of 1 ms are good; how far one of these can go before it fails, and how (≥: it did not fail)"
+        "\nmargins: a press to 8 mm and a tap of 0.5 m/s pass at a tick of 1 ms; below, how far one of these numbers can go before the method fails, and in which way (≥: it did not fail)"
     );
     println!(
         "{:<28} {:>5} {:>18} {:>18} {:>18} {:>18}",
@@ -223,7 +223,7 @@ fn print_model(matrix: &model::Matrix, summary: &model::Summary, all: bool) {
     }
     let worst = summary.product;
     println!(
-        "\nours, in the {} presses that it promises to stand, at worst: J (volume of a tet over that at rest, 0 is flat) {:.3} in a tick, {:.3} in a hold; {:.4} mm of dent left; force falls by {:.2} % on the way down, {:.0} % with jitter\n",
+        "\nours, at worst in the {} presses that it promises to survive: J (volume of a tet over that at rest, 0 is flat) {:.3} in a tick and {:.3} in a hold; a dent of {:.4} mm is left; on the way down the force falls by {:.2} %, or {:.0} % where the pose jitters",
         worst.cells, worst.lowest_j, worst.held_j, worst.residual_mm, worst.drop_pct, worst.jitter_drop_pct
     );
     for line in &summary.broken {

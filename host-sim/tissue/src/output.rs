@@ -72,7 +72,7 @@ impl OutputFolder {
         Self::begin(path, Mode::Replace)
     }
 
-    /// As [`Self::open`], but the files of this run are added to whatever the folder holds: for
+    /// Like [`Self::open`], but the files of this run are added to whatever the folder holds: for
     /// commands whose files are each a result of their own, such as patches.
     ///
     /// # Errors
@@ -168,7 +168,7 @@ impl OutputFolder {
     /// Writes a value as JSON.
     ///
     /// # Errors
-    /// As [`Self::write`].
+    /// Errors of [`Self::write`].
     pub fn write_json(&self, name: &str, value: &impl serde::Serialize) -> Result<(), Error> {
         self.write(name, json(name, value)?.as_bytes())
     }
@@ -177,7 +177,7 @@ impl OutputFolder {
     /// made.
     ///
     /// # Errors
-    /// As [`Self::write`].
+    /// Errors of [`Self::write`].
     pub fn write_summary(&self, summary: &impl serde::Serialize) -> Result<(), Error> {
         self.write_json(SUMMARY, &Signed { summary, provenance: self.provenance.as_ref() })
     }
@@ -185,7 +185,7 @@ impl OutputFolder {
     /// Writes rows as CSV under a header.
     ///
     /// # Errors
-    /// As [`Self::write`].
+    /// Errors of [`Self::write`].
     pub fn write_csv<const COLUMNS: usize>(
         &self,
         name: &str,
@@ -199,7 +199,7 @@ impl OutputFolder {
     /// Writes rows of cells as CSV under a header; no cell holds a comma, a quote or a line end.
     ///
     /// # Errors
-    /// As [`Self::write`].
+    /// Errors of [`Self::write`].
     pub fn write_table<const COLUMNS: usize>(
         &self,
         name: &str,

@@ -108,7 +108,7 @@ pub fn run(scene: &Scene, session: &Session, progress: impl FnMut(usize)) -> Res
 /// Runs a scene; `see` is called with the state after every tick.
 ///
 /// # Errors
-/// As [`run`].
+/// Errors of [`run`].
 pub fn run_seen(
     scene: &Scene,
     session: &Session,

@@ -302,7 +302,7 @@ pub enum Method {
 }
 
 impl Method {
-    /// As in scene files.
+    /// Name in scene files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -335,7 +335,7 @@ impl Scene {
     /// Reads the text of a scene; `file` names it in errors.
     ///
     /// # Errors
-    /// As [`Self::load`].
+    /// Errors of [`Self::load`].
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
         let mut scene: Self = toml::from_str(text).map_err(|e| SceneError::of_toml(file, text, &e))?;
         scene.file = file.into();

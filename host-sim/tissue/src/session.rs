@@ -89,10 +89,10 @@ impl Session {
         Self::prepare_on(&MACHINES[0], scene)
     }
 
-    /// As [`Self::prepare`], in the form that a machine runs.
+    /// Like [`Self::prepare`], in the form that a machine runs.
     ///
     /// # Errors
-    /// As [`Self::prepare`].
+    /// Errors of [`Self::prepare`].
     pub fn prepare_on(machine: &Machine, scene: &Scene) -> Result<Self, Error> {
         let tips_m = read_tips(&scene.drive)?;
         if let Some(path) = scene.solver.patch.as_deref().filter(|p| p.as_os_str() != NO_PATCH) {

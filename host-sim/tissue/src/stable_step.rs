@@ -62,9 +62,9 @@ pub fn with_tick(params: &Params, tick_s: f32) -> Params {
 /// Limits of the substep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StableStep {
-    /// At rest [s].
+    /// Longest stable substep at rest [s].
     pub rest_s: f64,
-    /// During the press to the depth limit [s]: the decisive one.
+    /// Longest stable substep during the press to the depth limit [s]: the decisive one.
     pub pressed_s: f64,
 }
 

@@ -15,7 +15,7 @@ pub fn out(text: Arguments<'_>) {
 /// Writes to standard error.
 ///
 /// # Panics
-/// As [`out`].
+/// Panics of [`out`].
 pub fn err(text: Arguments<'_>) {
     kept(std::io::stderr().write_fmt(text));
 }

@@ -53,7 +53,7 @@ pub fn place(scene: &Scene, tips_m: &[[f32; 3]]) -> Result<Placed, Error> {
 /// within `fine_radii` probe radii of the site.
 ///
 /// # Errors
-/// As [`place`].
+/// Errors of [`place`].
 pub fn place_fine(scene: &Scene, tips_m: &[[f32; 3]], fine_radii: f64) -> Result<Placed, Error> {
     // a region that the organ does not have is refused before anything is meshed
     Layout::of(scene)?;

@@ -17,7 +17,7 @@ use palpate_tests::palpate_command::{Desk, Outcome, binary, palpate, repository}
 use palpate_tests::pseudo_terminal::PseudoTerminal;
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
-/// On a busy machine no host loses its board; three times real time.
+/// Pace at three times real time, at which no host loses its board on a busy machine.
 const PATIENT: Pace = Pace::ByHost(15);
 /// Ticks after the host's last message within which the force is gone, with a margin of two
 /// records.

@@ -37,7 +37,7 @@ pub fn pull(model: &Model, tuned: &Tuned, state: &mut State) {
     }
 }
 
-/// As [`pull`], with every spring stiffened by the factors of its ends; half of each factor is in
+/// Like [`pull`], with every spring stiffened by the factors of its ends; half of each factor is in
 /// `node.p`.
 #[cfg(not(target_os = "none"))]
 #[cfg_attr(feature = "stage-cost", inline(never))]

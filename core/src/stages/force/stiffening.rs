@@ -35,7 +35,7 @@ use crate::state::State;
 /// Largest logarithm of the factor.
 pub const CAP: f32 = 4.0;
 
-/// As [`super::accumulate`], in tissue that stiffens. The pushes of the foundation are summed
+/// Like [`super::accumulate`], in tissue that stiffens. The pushes of the foundation are summed
 /// before the volume term, which overwrites the factors.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub(super) fn accumulate(

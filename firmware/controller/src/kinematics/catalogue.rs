@@ -38,7 +38,7 @@ macro_rules! catalogue {
             /// Builds a mechanism of this kind.
             ///
             /// # Errors
-            /// As [`Mechanism::build`].
+            /// Errors of [`Mechanism::build`].
             pub fn build(self, dimensions: [f32; DIMENSIONS]) -> Result<Linkage, MechanismError> {
                 match self { $(Self::$mechanism => $mechanism::build(dimensions).map(Linkage::$mechanism)),+ }
             }
@@ -51,19 +51,19 @@ macro_rules! catalogue {
         }
 
         impl Linkage {
-            /// As [`Mechanism::tip_m`].
+            /// Like [`Mechanism::tip_m`].
             #[must_use]
             pub fn tip_m(&mut self, joints_rad: [f32; 3]) -> Option<Vector3<f32>> {
                 match self { $(Self::$mechanism(it) => it.tip_m(joints_rad)),+ }
             }
 
-            /// As [`Mechanism::torques_n_m`].
+            /// Like [`Mechanism::torques_n_m`].
             #[must_use]
             pub fn torques_n_m(&self, force_n: Vector3<f32>) -> [f32; 3] {
                 match self { $(Self::$mechanism(it) => it.torques_n_m(force_n)),+ }
             }
 
-            /// As [`Mechanism::reaches`].
+            /// Like [`Mechanism::reaches`].
             #[must_use]
             pub fn reaches(&self, tip_m: Vector3<f32>) -> bool {
                 match self { $(Self::$mechanism(it) => it.reaches(tip_m)),+ }

@@ -68,9 +68,9 @@ pub struct GluedError {
 /// All errors of a patch.
 #[derive(Clone, Debug, Serialize)]
 pub struct Accuracy {
-    /// By depth.
+    /// Force errors by depth.
     pub forces: Vec<DepthError>,
-    /// Dents.
+    /// Errors of the dented surface.
     pub dents: Vec<DentError>,
     /// Glued discs, if the reference has them.
     pub glued: Vec<GluedError>,

@@ -24,7 +24,7 @@ pub trait Computed {
     /// Computes the truth; `progress` is called with the time [s] after every step.
     ///
     /// # Errors
-    /// As [`super::compute`].
+    /// Errors of [`super::compute`].
     fn compute(&self, settings: &Settings, progress: impl FnMut(f64)) -> Result<History, DynamicError>;
 
     /// Reads a history of this truth at the table's spacing. The press must be along z.

@@ -74,7 +74,7 @@ impl Truth {
         Self::kept(scene, placed, None, progress)
     }
 
-    /// As [`Self::of`], reusing finite elements that were `solved` before.
+    /// Like [`Self::of`], reusing finite elements that were `solved` before.
     ///
     /// # Errors
     /// Errors of [`organ_reference_kept`].
@@ -289,7 +289,7 @@ fn refuse_odd(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
 
 /// Meshing takes minutes well before a mesh is too large for any board.
 fn refuse_too_fine(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
-    // nodes of a half ball of regular tets, sqrt(2) to a cube of the edge
+    // regular tets in half a ball: there are sqrt(2) nodes per cube of the edge length
     let half_ball_m3 = 2.0 / 3.0 * std::f64::consts::PI * sizes.fine_radius_m.min(sizes.radius_m).powi(3);
     let nodes = half_ball_m3 * std::f64::consts::SQRT_2 / sizes.fine_m.powi(3);
     if nodes <= MOST_FINE_NODES {

@@ -90,10 +90,10 @@ pub fn organ_reference(
     organ_reference_kept(scene, placed, offsets_m, depths_m, None, progress)
 }
 
-/// As [`organ_reference`], reusing answers that were `solved` before.
+/// Like [`organ_reference`], reusing answers that were `solved` before.
 ///
 /// # Errors
-/// As [`organ_reference`].
+/// Errors of [`organ_reference`].
 pub fn organ_reference_kept(
     scene: &Scene,
     placed: &Placed,

@@ -80,7 +80,7 @@ impl BlockCase {
         self.support_with(mesh, mirror, |_, x| self.material.at(x))
     }
 
-    /// As [`Self::support`], the stiffness given for each tet (by its index) and point (rest
+    /// Like [`Self::support`], the stiffness given for each tet (by its index) and point (rest
     /// position [m]).
     #[must_use]
     pub fn support_with(

@@ -79,7 +79,7 @@ impl ShapeFunctions {
     /// Means over a triangle at rest, by rising node.
     ///
     /// # Errors
-    /// As [`Self::at`].
+    /// Errors of [`Self::at`].
     pub fn mean(&self, corners_m: &[Vector3<f64>; 3]) -> Result<Vec<Share>, Error> {
         let mut parts = Vec::new();
         for at_m in integration_points_m(corners_m) {

@@ -73,7 +73,7 @@ pub enum ScoreError {
         /// Phase of the training in both rows.
         phase: &'static str,
     },
-    /// Not a table.
+    /// The file is not a table.
     #[error("{path}:{line}: {what}: write six cells separated by commas, UTF-8")]
     Table {
         /// The file.

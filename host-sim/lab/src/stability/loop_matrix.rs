@@ -37,7 +37,7 @@ use palpate_tissue::Error as TissueError;
 
 /// First stiffness of a climb [N/m].
 pub const SOFTEST_N_PER_M: f64 = 50.0;
-/// Its step (1).
+/// Factor from one stiffness of a climb to the next (1).
 pub const STEP: f64 = 1.12;
 /// Stiffest wall [N/m].
 pub const STIFFEST_N_PER_M: f64 = 6000.0;
@@ -76,7 +76,7 @@ pub struct Cell {
     pub climb: Climb,
     /// Closed form for the device alone [N/m].
     pub passive_n_per_m: f64,
-    /// At [`HELD_N_PER_M`].
+    /// Result of a tap on a wall of [`HELD_N_PER_M`].
     pub held: TapResult,
 }
 

@@ -20,7 +20,7 @@ pub fn free(_folder: &Path, least: u32) -> u32 {
     least
 }
 
-/// As a download.
+/// Saves bytes as a download.
 pub fn put(_folder: &Path, name: &str, bytes: &[u8]) -> (String, bool) {
     match download(name, bytes) {
         Some(()) => (format!("Saved {name} with your downloads."), false),

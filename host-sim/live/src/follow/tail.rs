@@ -14,9 +14,9 @@ const KEPT: usize = 512;
 /// Outcome of a look at the file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Found {
-    /// There is no file.
+    /// The file does not exist.
     Absent,
-    /// There is one.
+    /// The file has these rows.
     Rows(Rows),
     /// It is no table of a board's records: file and line, why, and how to fix it.
     Bad(String),

@@ -128,7 +128,7 @@ pub enum Injection {
 /// Opening of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Opening {
-    /// Armed and ramped in, outside.
+    /// The loop is armed and ramped in, and the probe is outside.
     Active,
     /// Power comes on with the probe in the tissue.
     Inside,

@@ -66,7 +66,7 @@ pub type Id = &'static str;
 /// Reads the id of a hand that is known.
 ///
 /// # Errors
-/// It is not.
+/// No hand has this name.
 pub fn id<'de, D: Deserializer<'de>>(from: D) -> Result<Id, D::Error> {
     let name = String::deserialize(from)?;
     Hand::named(&name).map(|known| known.id).ok_or_else(|| D::Error::custom(format!("no hand is called {name}")))

@@ -64,7 +64,7 @@ impl Prepared {
     /// board computes in a tick.
     ///
     /// # Errors
-    /// As [`Self::of`].
+    /// Errors of [`Self::of`].
     pub fn as_packed(scene: &Scene, device: &DeviceProfile) -> Result<Self, Error> {
         Self::prepare(scene, device, false)
     }
@@ -103,7 +103,7 @@ impl Prepared {
     /// A patch pressed to its own depth limit at most, with the substeps in `params`.
     ///
     /// # Errors
-    /// As [`Self::of_patch`].
+    /// Errors of [`Self::of_patch`].
     pub fn of_fitted(patch: Patch, params: &Params, device: &DeviceProfile) -> Result<Self, Error> {
         let deepest_m = f64::from(patch.model().depth_limit_m);
         Self::with(patch, params, deepest_m, device, false)

@@ -190,7 +190,7 @@ pub fn pairs(device: &DeviceProfile, hands: &[Hand], stimuli: &[Stimulus]) -> Ve
 /// Performs each of these runs with `run`.
 ///
 /// # Errors
-/// Its first.
+/// The first error of a run.
 pub fn rows<E: Send>(
     target: &Target,
     device: &DeviceProfile,

@@ -86,7 +86,7 @@ pub type Id = &'static str;
 /// Reads the id of a stimulus that is known.
 ///
 /// # Errors
-/// It is not.
+/// No stimulus has this name.
 pub fn id<'de, D: Deserializer<'de>>(from: D) -> Result<Id, D::Error> {
     let name = String::deserialize(from)?;
     Stimulus::named(&name).map(|known| known.id).ok_or_else(|| D::Error::custom(format!("no stimulus is called {name}")))

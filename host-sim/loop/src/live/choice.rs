@@ -108,7 +108,7 @@ impl Choice {
     /// The scene's own nodules, whatever is inside now.
     ///
     /// # Errors
-    /// As [`Self::scene`].
+    /// Errors of [`Self::scene`].
     pub fn own_nodules(&self) -> Result<Vec<Nodule>, Error> {
         let own = Self { inside: Inside::Own, ..self.clone() };
         Ok(own.scene()?.tissue.inclusion.iter().map(Nodule::of).collect())

@@ -146,7 +146,7 @@ impl Live {
     /// stiffness and damping starts a new loop and ends a recording, whose bytes are returned.
     ///
     /// # Errors
-    /// As [`Self::new`]; nothing changes then, and a recording goes on.
+    /// Errors of [`Self::new`]; nothing changes then, and a recording goes on.
     pub fn choose(&mut self, choice: &Choice, holding: &Holding) -> Result<Option<Vec<u8>>, Error> {
         if *holding == self.holding && choice.same_patch(&self.choice) {
             let scene = choice.scene()?;
@@ -186,7 +186,7 @@ impl Live {
     /// Starts a recording, from the first tick of a loop, since a trace begins in a known state.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// Errors of [`Self::new`].
     pub fn record(&mut self) -> Result<(), Error> {
         let mut fresh = Self::of_tissue(self.choice.clone(), self.fresh()?, &self.holding)?;
         let head = Head {

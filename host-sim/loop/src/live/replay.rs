@@ -52,7 +52,7 @@ pub fn replay(trace: &Trace) -> Result<Replayed, Error> {
 /// Runs a trace again as [`replay`] does, with a witness.
 ///
 /// # Errors
-/// As [`replay`].
+/// Errors of [`replay`].
 pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replayed, Error> {
     let mut cycle = Cycle::build(&trace.settings, &trace.device)?;
     let mut device = Replay { limits: trace.device, reading: UNREAD, got_n: None };

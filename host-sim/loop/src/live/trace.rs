@@ -76,7 +76,7 @@ pub enum Piece {
 /// A trace that was read.
 #[derive(Clone, Debug)]
 pub struct Trace {
-    /// In words.
+    /// Head of the trace, as text.
     pub head: Head,
     /// Settings of the loop.
     pub settings: Settings,

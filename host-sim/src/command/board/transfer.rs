@@ -28,7 +28,7 @@ pub(super) fn upload(path: &Path, port: &Port) -> Result<(), Error> {
     let mut words = vec![0_u32; bytes.len().div_ceil(4)];
     bytemuck::cast_slice_mut::<_, u8>(&mut words)[..bytes.len()].copy_from_slice(&bytes);
     let patch = &bytemuck::cast_slice::<_, u8>(&words)[..bytes.len()];
-    // found here, not after a second of sending
+    // a damaged file is found here, and not after a second of sending
     PatchFile::open(patch).map_err(|cause| TissueError::Patch { path: path.into(), cause })?;
     port.with(|session| send_patch(path, patch, session))
 }

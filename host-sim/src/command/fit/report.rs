@@ -243,7 +243,11 @@ impl Report<'_> {
             println!("{} more places could not be judged: no balance was found there", v.lost_places);
         }
         if let Some(moving) = record.moving {
-            println!("moving at {:.0} mm/s {:.1} % more", moving.speed_m_per_s * 1e3, moving.rms_pct);
+            println!(
+                "moving at {:.0} mm/s: {:.1} % off the same patch with almost true masses",
+                moving.speed_m_per_s * 1e3,
+                moving.rms_pct
+            );
         }
     }
 }

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 /// Rises when a stage computes another result from the same input.
 const FORM: u32 = 3;
-/// In the result.
+/// File of the stages in the result.
 const STAGES: &str = "stages.json";
 
 /// The tissue and the tip that were pressed.

@@ -220,14 +220,12 @@ fn draw(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), E
 fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth], all: bool) {
     let (name, per) = unit(bench.machine);
     println!(
-        "the force is judged {:.2} to {:.2} mm deep, at places that no fit saw within a probe radius of the site: its error there in rms % and worst %,",
+        "force error at places that no fit saw, within a probe radius of the site, {:.2} to {:.2} mm deep: rms % and worst %; centred %: rms at the site",
         bench.judge.depths_m.first().copied().unwrap_or_default() * 1e3,
         bench.judge.depths_m.last().copied().unwrap_or_default() * 1e3
     );
-    println!(
-        "at the site alone in centred % (rms); shear %: of a glued disc, by the patch's edge alone; {name}: a tick, by estimate"
-    );
-    println!("radius of the patch and size of its elements in probe radii; points of contact on each surface triangle\n");
+    println!("shear %: error that the patch's edge makes on a glued disc; {name}: cost of a tick (estimate)");
+    println!("radius: of the patch, and elements: their size, in probe radii; points: contact points per surface triangle\n");
     println!(
         "{:<26} {:>5} {:>6} {:>8} {:>6} {:>8} {:>9} {:>9} {:>7} {:>8} {:>9} {:>8} {:>8}",
         "",
@@ -329,7 +327,7 @@ fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth], all: bool) {
     );
     if let Some(moving) = outcome.chosen.as_ref().and_then(|t| t.moving) {
         println!(
-            "moving %: on the way down at {:.0} mm/s, against the same patch with almost true masses",
+            "moving %: force error on the way down at {:.0} mm/s, against the same patch with almost true masses",
             moving.speed_m_per_s * 1e3
         );
     }

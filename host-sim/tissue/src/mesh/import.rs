@@ -84,7 +84,7 @@ pub fn open(path: &Path, unit_m: f64) -> Result<MeshFile, MeshError> {
 /// Reads, checks and orients the mesh in the file at `path`, `unit_m` metres per file unit.
 ///
 /// # Errors
-/// As [`open`], and if the file holds a surface.
+/// Errors of [`open`], and if the file holds a surface.
 pub fn import(path: &Path, unit_m: f64) -> Result<Imported, MeshError> {
     match open(path, unit_m)? {
         MeshFile::Tets(imported) => Ok(imported),

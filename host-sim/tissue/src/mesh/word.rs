@@ -6,7 +6,7 @@ use super::error::{Defect, MeshError, quoted};
 #[derive(Clone, Copy)]
 pub(super) struct At<'a> {
     pub file: &'a str,
-    /// From 1.
+    /// Line number, from 1.
     pub line: usize,
 }
 

@@ -61,7 +61,7 @@ impl Ramp {
     /// The stored ramp of this name.
     ///
     /// # Errors
-    /// As [`Self::of`], and an unknown name.
+    /// Errors of [`Self::of`], and an unknown name.
     pub fn named(name: &str) -> Result<Self, TruthError> {
         Self::of(Truth::named(name)?)
     }
@@ -70,7 +70,7 @@ impl Ramp {
     /// does not matter. Empty where no dynamic truth is stored.
     ///
     /// # Errors
-    /// As [`Self::of`].
+    /// Errors of [`Self::of`].
     pub fn of_scene(scene: &Scene) -> Result<Vec<Self>, TruthError> {
         let ramps = TRUTHS.into_iter().filter(|truth| matches!(truth.trajectory, Trajectory::Ramp { .. }) && truth.is_of(scene));
         let mut ramps = ramps.map(Self::of).collect::<Result<Vec<_>, _>>()?;

@@ -109,7 +109,7 @@ impl Scene {
     /// Reads a preset or a scene file as [`Self::load`] does, with some of its keys changed.
     ///
     /// # Errors
-    /// As [`Self::load`], and a changed key that is unknown or has an impossible value.
+    /// Errors of [`Self::load`], and a changed key that is unknown or has an impossible value.
     pub fn load_with(name_or_path: &str, changes: &[Change]) -> Result<Self, SceneError> {
         let scene = Self::load(name_or_path)?;
         if changes.is_empty() {
@@ -164,6 +164,7 @@ mod tests {
     fn what_cannot_be_changed_is_named() {
         for (change, says) in [
             ("tissue.youngs_modulus=5000", "did you mean \"youngs_modulus_pa\"?"),
+            ("tissue.youngs=5000", "did you mean \"youngs_modulus_pa\"?"),
             ("tisue.nodes=100", "did you mean \"tissue\"?"),
             ("tissue.nodes=many", "expected a whole number"),
             ("tissue.poisson_ratio=0.7", "poisson_ratio"),

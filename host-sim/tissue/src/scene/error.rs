@@ -167,6 +167,7 @@ fn unknown<'a>(message: &'a str, prefix: &str) -> Option<(&'a str, Option<&'a st
     Some((word, nearest(word, expected.split('`').skip(1).step_by(2))))
 }
 
+/// The known word that begins as `word` does, or else the one with the most similar spelling.
 fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    known.min_by_key(|k| strsim::damerau_levenshtein(word, k))
+    known.min_by_key(|k| (word.is_empty() || !k.starts_with(word), strsim::damerau_levenshtein(word, k)))
 }

@@ -87,7 +87,7 @@ impl Session {
         self.with_motion(approach, times, report)
     }
 
-    /// As [`Self::for_motion`], but without a budget, for a plan that compares models.
+    /// Like [`Self::for_motion`], but without a budget, for a plan that compares models.
     ///
     /// # Errors
     /// A model that the core refuses.

@@ -107,7 +107,11 @@ impl Standing {
             }
             Self::CalibratedForAnother { expected: Some(e), .. } | Self::Uncalibrated { expected: Some(e) } => {
                 let about = if e.alike { "about" } else { "perhaps" };
-                format!("not calibrated for this scene, {about} {:.0} % off", e.rms_pct.ceil())
+                format!(
+                    "not calibrated for this scene, {about} {:.0} % rms off and {:+.0} % at worst",
+                    e.rms_pct.ceil(),
+                    e.worst_pct
+                )
             }
             Self::CalibratedForAnother { expected: None, .. } | Self::Uncalibrated { expected: None } => {
                 "not calibrated for this scene, how far off is unknown".into()

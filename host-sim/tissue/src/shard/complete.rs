@@ -52,7 +52,9 @@ pub fn complete(folders: &[PathBuf]) -> Result<Vec<Part>, Error> {
     let missing: Vec<u64> = (1..=of).filter(absent).collect();
     let lines: Vec<String> = [
         (!bad.is_empty()).then(|| listed(&bad)),
-        (!missing.is_empty()).then(|| format!("{} of {of} shards are missing: {}", missing.len(), again(&missing, of))),
+        (!missing.is_empty()).then(|| {
+            format!("{} of {of} shards are missing: {}: run the command again with each", missing.len(), again(&missing, of))
+        }),
     ]
     .into_iter()
     .flatten()

@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// Writes a number as text, whether it is finite or not: the shortest that reads as the same bits.
 ///
 /// # Errors
-/// Of the serializer.
+/// Errors of the serializer.
 pub fn serialize<S: Serializer>(number: &f64, to: S) -> Result<S::Ok, S::Error> {
     to.collect_str(&format_args!("{number:e}"))
 }
@@ -26,7 +26,7 @@ pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> 
 /// NaN.
 ///
 /// # Errors
-/// It is neither.
+/// The value is neither a number nor null.
 pub fn or_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::<f64>::deserialize(from)?.unwrap_or(f64::NAN))
 }
@@ -49,7 +49,7 @@ pub mod clamp_flags {
     /// Writes the byte.
     ///
     /// # Errors
-    /// Of the serializer.
+    /// Errors of the serializer.
     pub fn serialize<S: Serializer>(flags: &ClampFlags, to: S) -> Result<S::Ok, S::Error> {
         to.serialize_u8(flags.bits())
     }
@@ -73,7 +73,7 @@ pub mod fault {
     /// Writes the number of a fault.
     ///
     /// # Errors
-    /// Of the serializer.
+    /// Errors of the serializer.
     pub fn serialize<S: Serializer, T: Serialize>(result: &Option<Result<T, Fault>>, to: S) -> Result<S::Ok, S::Error> {
         result.as_ref().map(|result| result.as_ref().map_err(|fault| *fault as u8)).serialize(to)
     }

@@ -13,7 +13,7 @@ use serde_json::Value;
 use super::Shard;
 use crate::machine;
 
-/// Its name.
+/// Name of a shard's file.
 pub const FILE: &str = "shard.jsonl";
 /// Rises when the meaning of the lines changes.
 const FORM: u32 = 1;

@@ -150,7 +150,7 @@ pub fn ticking<T>(
 /// Times all treatments of a patch and the whole organ.
 ///
 /// # Errors
-/// As [`ticking`].
+/// Errors of [`ticking`].
 pub fn tick_times(setting: &Setting, edges: &RimMethods, patch: &Patch, whole: &Patch) -> Result<Times, Error> {
     let mut fastest = ticking(setting, edges, patch, whole, |methods| {
         for slot in methods.iter_mut() {

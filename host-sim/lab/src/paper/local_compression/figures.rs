@@ -61,7 +61,7 @@ pub fn curves(
 /// Fig. 7: k and d against temperature.
 ///
 /// # Errors
-/// As [`curves`].
+/// Errors of [`curves`].
 pub fn annealing(folder: &OutputFolder, below: &str, walks: &[Found]) -> Result<(), Error> {
     let of = |pick: fn(&super::fit::Step) -> f64| -> Vec<(String, Vec<(f64, f64)>)> {
         let walk = |(n, found): (usize, &Found)| {
@@ -86,7 +86,7 @@ pub fn annealing(folder: &OutputFolder, below: &str, walks: &[Found]) -> Result<
 /// Fig. 8: force against displacement.
 ///
 /// # Errors
-/// As [`curves`].
+/// Errors of [`curves`].
 pub fn force_displacement(folder: &OutputFolder, scene: &str, below: &str, found: &[Curve]) -> Result<(), Error> {
     let with_origin = |c: &Curve| {
         let points = c.points.iter().map(|p| (p.depth_m * 1e3, p.force_n));
@@ -102,7 +102,7 @@ pub fn force_displacement(folder: &OutputFolder, scene: &str, below: &str, found
 /// Fig. 9: CPU time from load to rest.
 ///
 /// # Errors
-/// As [`curves`].
+/// Errors of [`curves`].
 pub fn time_to_rest(folder: &OutputFolder, scene: &str, below: &str, found: &[Curve]) -> Result<(), Error> {
     let points = |c: &Curve| (c.name.to_owned(), c.points.iter().map(|p| (p.force_n, p.cpu_s * 1e3)).collect());
     let all: Vec<(String, Vec<(f64, f64)>)> = found.iter().filter(|c| !c.points.is_empty()).map(points).collect();
@@ -115,7 +115,7 @@ pub fn time_to_rest(folder: &OutputFolder, scene: &str, below: &str, found: &[Cu
 /// within some finger radii.
 ///
 /// # Errors
-/// As [`curves`].
+/// Errors of [`curves`].
 pub fn pressed(
     folder: &OutputFolder,
     name: &str,

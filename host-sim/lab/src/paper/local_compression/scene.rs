@@ -102,7 +102,7 @@ impl PressScene {
     /// Reads the text of a scene; `file` names it in errors.
     ///
     /// # Errors
-    /// As [`Self::load`].
+    /// Errors of [`Self::load`].
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
         let mut scene: Self = toml::from_str(text).map_err(|e| SceneError::of_toml(file, text, &e))?;
         scene.file = file.into();

@@ -191,9 +191,9 @@ fn walk(found: &Found) -> Walk {
 pub fn print(block: &OnBlock, organs: &[OnOrgan]) {
     const FORCE_N: f64 = 1.6;
     println!(
-        "depth error: from our static finite elements, over all forces; to rest: processor time until the press stands still"
+        "depth error: from our static finite elements, over all forces; ms to rest: processor time until the press stands still"
     );
-    println!("{:<16} {:<28} {:>18} {:>22} {:>12}", "scene", "method", "depth at 1.6 N mm", "depth error, rms %", "to rest ms");
+    println!("{:<16} {:<28} {:>18} {:>22} {:>12}", "scene", "method", "mm deep at 1.6 N", "depth error, rms %", "ms to rest");
     let scenes = std::iter::once(("block", &block.curves)).chain(organs.iter().map(|o| (o.scene.name.as_str(), &o.curves)));
     for (scene, curves) in scenes {
         let truth = named(curves, STATIC);

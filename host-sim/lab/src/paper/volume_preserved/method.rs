@@ -129,7 +129,7 @@ pub fn hang(assembly: &Assembly, setup: &Setup, progress: impl FnMut(usize, f64)
 /// Hangs the organs as [`hang`] does, with a given network instead of the method's own.
 ///
 /// # Errors
-/// As [`hang`].
+/// Errors of [`hang`].
 pub fn hang_network(
     assembly: &Assembly,
     network: &Network,

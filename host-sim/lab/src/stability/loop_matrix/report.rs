@@ -91,7 +91,7 @@ pub fn print(summary: &LoopSummary, all: bool) {
         for delay in DELAYS {
             let Some(first) = summary.cells.iter().find(|c| c.device == device && c.delay_ticks == delay) else { continue };
             println!(
-                "{device}, force {delay} ticks late (the device alone, in any hand, by theory: {:.0} N/m)",
+                "{device}, force {delay} ticks late (by theory the device holds {:.0} N/m in any hand without a controller)",
                 first.passive_n_per_m
             );
             println!("  {:<18}{hands}{:>10}{:>8}{:>8}", "", "mJ given", "shaken", "error %");
@@ -108,7 +108,7 @@ pub fn print(summary: &LoopSummary, all: bool) {
 }
 
 fn print_ceilings(ceilings: &[Ceiling]) {
-    println!("limit of the encoder, whatever the controller; felt: contact stiffness from which one count of it is felt;");
+    println!("limit of the encoder, whatever the controller; felt: the contact stiffness from which one encoder count is felt;");
     println!(
         "then the stiffness of blocks under the probe at their deepest press (*: above that), and the stiffest tissue held quietly by hand"
     );

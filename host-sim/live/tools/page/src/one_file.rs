@@ -51,7 +51,7 @@ fn whole(index: &str, page: &str, worker: &str, bindings: &str, packed: &[u8]) -
             Err(format!("{name} does not hold `{from}` once: adapt tools/page/src/one_file.rs"))
         }
     };
-    // the bindings' own names are there where they stand before the worker's lines
+    // the bindings come first, so that the worker's lines can use their names
     let worker = plain(bindings) + &once(worker, IMPORT, "const init = __wbg_init;", "worker.js")?;
     for (name, script) in [("page.js", page), ("worker.js", &worker)] {
         if script.contains("</script") {
