@@ -169,14 +169,14 @@ enum Command {
     /// felt, energy is created or an invariant is broken; above the encoder's ceiling a toggling
     /// count is reported and is not a failure.
     Loop(closed_loop::LoopArgs),
-    /// Table of treatments of a patch's edge in place of the organ: radius of the patch, edge
-    /// treatment, force error, cost.
+    /// Compare ways to replace the organ outside a patch: force error and cost, by the radius of
+    /// the patch.
     ///
-    /// Fixed edge, Winkler springs, cut-off S, rim springs, modes, low rank, dense S and the whole
-    /// organ on a block, and how much of it must be awake if the rest is frozen. Writes
-    /// summary.json, its tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if rim
-    /// springs are further than 0.5 % from dense S on a patch of two probe radii or more, or not
-    /// positive.
+    /// Fixed edge, Winkler springs, truncated stiffness, rim springs, modes, low rank, the exact
+    /// condensed stiffness and the whole organ, on a block; and the share of its nodes that has to
+    /// be simulated if the rest is frozen. Writes summary.json, its tables as CSV and pictures as
+    /// SVG and PNG. Fails (exit code 1) if rim springs are further than 0.5 % from the exact
+    /// stiffness on a patch of two probe radii or more, or not positive.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     FarField(FarFieldArgs),
     /// Inject every kind of fault into the haptic loop, in every hand, at every moment of a touch,
@@ -223,8 +223,8 @@ enum Command {
     /// Writes summary.json and trace.csv (one row per tick). Fails (exit code 1) at the first bit
     /// that differs.
     Replay(replay::ReplayArgs),
-    /// Compare the model with raw measurements of real tissue: fitted and predicted quantities, and
-    /// the prediction without the term.
+    /// Compare the model with raw measurements of tissue and with closed forms: what is fitted,
+    /// what is predicted, and the prediction without the term that is tested.
     ///
     /// Writes summary.json, accept.csv (one row per figure), <data set>.csv and a picture of every
     /// data set as SVG and PNG. Fails (exit code 1) if a figure lies outside its measured range, or

@@ -30,9 +30,9 @@ pub enum Event {
     UploadBegun(u32),
     /// The mode has changed.
     Mode {
-        /// To this one.
+        /// The new mode.
         to: Mode,
-        /// From that one.
+        /// The mode before.
         from: Mode,
     },
     /// A fault is latched.

@@ -41,7 +41,7 @@ impl Shown {
 /// Compression at the end of the scale (1).
 pub const LEAST_J: f32 = 0.9;
 const TISSUE: [f32; 3] = [0.84, 0.60, 0.55];
-/// Perceptually even, from the tissue's own colour to deep blue.
+/// Colours in perceptually even steps, from the tissue's own colour to deep blue.
 const SCALE: [[f32; 3]; 5] = [TISSUE, [0.93, 0.76, 0.42], [0.45, 0.75, 0.55], [0.16, 0.52, 0.66], [0.16, 0.20, 0.52]];
 
 /// A share of the scale, as a colour of 0 .. 1.

@@ -1,5 +1,5 @@
-//! Commands that this build does not contain: `palpate-full` contains them. It is built when one is
-//! first used, and run with the same arguments.
+//! Commands that this build does not contain. `palpate-full` contains them; it is built when one of
+//! them is first used, and run with the same arguments.
 
 use std::path::Path;
 use std::process::Command;

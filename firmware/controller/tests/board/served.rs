@@ -16,7 +16,8 @@ use palpate_controller::serve::{Pace, run};
 
 use super::mock::{Mock, haptic_loop};
 
-/// Its masses are relative to neighbours, so opening it takes 128 passes over its springs, twice.
+/// A patch whose masses are relative to neighbours: opening it takes 128 passes over its springs,
+/// twice.
 static RELATIVE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m7-480.patch"));
 pub static BLOCK: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m4f-168.patch"));
 

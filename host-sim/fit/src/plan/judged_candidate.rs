@@ -41,7 +41,7 @@ pub struct Bench<'a> {
     pub tolerance_pct: f64,
     /// Fewer and smaller candidates.
     pub quick: bool,
-    /// Called with the progress.
+    /// Receives the progress in words.
     pub progress: &'a dyn Fn(&str),
 }
 

@@ -30,11 +30,11 @@ pub(super) const SETTLE_TICKS: usize = 60;
 /// Time of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TickTime {
-    /// In the fastest batch [us].
+    /// Time in the fastest batch [us].
     pub min_us: f64,
-    /// In the middle one [us].
+    /// Time in the median batch [us].
     pub median_us: f64,
-    /// Over that of plain springs with one substep on the same mesh: median of neighbouring
+    /// Time over that of plain springs with one substep on the same mesh: median of neighbouring
     /// batches.
     pub times_springs: f64,
     /// Floating-point operations in solves of the last tick of batch `LEAST_BATCHES`: counted

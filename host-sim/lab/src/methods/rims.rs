@@ -21,9 +21,9 @@ struct RimNodes {
     rest_m: Vec<Vector3<f32>>,
     /// Change of a node's velocity per force over E [m/s per N/Pa].
     step: Vec<f32>,
-    /// Displacement [m], then nothing else; shape [3 rim nodes].
+    /// Displacements of the rim nodes [m], shape [3 rim nodes].
     moved_m: Vec<f32>,
-    /// Force over E on them [N/Pa], shape [3 rim nodes].
+    /// Forces on the rim nodes over E [N/Pa], shape [3 rim nodes].
     force: Vec<f32>,
 }
 

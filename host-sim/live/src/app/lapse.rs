@@ -2,15 +2,15 @@
 
 /// Shown for this long after the last of it [s].
 const TOLD_S: f64 = 5.0;
-/// Less than this is counted, and gets no sentence [ms].
+/// Shorter lapses are counted, but are not worth a sentence [ms].
 const WORTH_A_SENTENCE_MS: u64 = 200;
 
-/// Ticks dropped of late.
+/// Ticks that were dropped recently.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Lapse {
-    /// All that were dropped since the start.
+    /// Ticks that were dropped since the start.
     counted: u64,
-    /// Those that are told [ms].
+    /// Dropped time that is told [ms].
     ms: u64,
     until_s: f64,
 }

@@ -69,7 +69,7 @@ impl Cell {
         order.sort_by_key(|k| self.sides[*k]);
         let swaps = (0..4).flat_map(|a| (a + 1..4).map(move |b| (a, b))).filter(|(a, b)| order[*a] > order[*b]).count();
         if swaps % 2 == 1 {
-            // if two are alike, or all but the first are treated alike
+            // exchanges two corners on the same side, so that the tet keeps its orientation
             if self.sides[order[1]] == Side::In { order.swap(0, 1) } else { order.swap(2, 3) }
         }
         order

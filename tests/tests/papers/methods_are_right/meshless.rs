@@ -130,7 +130,7 @@ fn inner_forces_have_no_sum_and_no_torque() {
     assert!(torque.norm() < 1e-6 * 0.04 * size, "{torque:?} of {size} at 40 mm");
 }
 
-/// Against quadratic finite elements. Refined, it comes closer.
+/// Compared with quadratic finite elements, the method gets closer as it is refined.
 #[test]
 fn it_nears_the_reference_as_nodes_are_added() {
     let rms = [57, 410].map(|nodes| {

@@ -15,9 +15,9 @@ use crate::methods::{Block, Method};
 
 /// Nodes of the patch found by the search.
 const NODES: usize = 410;
-/// Its contact dashpot [substeps].
+/// Contact dashpot of that patch [substeps].
 const CONTACT_DAMPING: f32 = 1.0;
-/// Splits of its substeps: two are best at 3.5 kPa, four at 20 kPa.
+/// Factors by which its substeps are split: two is best at 3.5 kPa, four at 20 kPa.
 const REFINEMENTS: [u16; 2] = [2, 4];
 
 /// Runs the patch of the search at every stiffness that the peers have and `runs` has too.

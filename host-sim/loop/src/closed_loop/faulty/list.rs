@@ -188,7 +188,7 @@ pub const FAULTS: &[FaultType] = &[
     tissue("N3-inf", "force infinite", TissueFault::Force(f32::INFINITY), 1, Expected::Fault(NAN_FORCE, 1)),
     tissue("N3-20", "force 20 N", TissueFault::Force(20.0), FOR_EVER, Expected::Fault(LONG_FORCE, 16)),
     tissue("N3-short", "force 20 N for 9 ticks", TissueFault::Force(20.0), 9, Expected::Bounded(WRONG_WAY)),
-    tissue("N3-12", "force 12 N, on and on", TissueFault::Force(12.0), FOR_EVER, Expected::Degraded(208)), // a probe that is pushed out takes five more
+    tissue("N3-12", "force 12 N, on and on", TissueFault::Force(12.0), FOR_EVER, Expected::Degraded(208)), // a probe that is pushed out takes five ticks more
     tissue("N4", "every speed denormal", TissueFault::Denormal(1e-41), 1, Expected::Ridden),
     tissue("N5", "force turned aside by 2 N", TissueFault::Aside(2.0), FOR_EVER, Expected::Bounded(WRONG_WAY)),
     tissue("C9-x3", "tissue three times as stiff in contact", TissueFault::Scaled(3.0), FOR_EVER, Expected::Bounded(WRONG_WAY)),

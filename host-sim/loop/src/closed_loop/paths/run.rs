@@ -56,7 +56,7 @@ pub struct Track {
     pub at_m: Vector3<f64>,
     /// The loop's record of this tick.
     pub telemetry: Telemetry,
-    /// Created by the contact so far [J].
+    /// Energy created by the contact so far [J].
     pub created_j: f64,
 }
 
