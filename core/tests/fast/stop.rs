@@ -67,7 +67,7 @@ fn twenty_silent_ticks_lose_the_host_and_a_sign_of_life_starts_the_count_anew() 
     assert_eq!(lost, Some(20));
     // a host that comes back does not get its force back
     assert_eq!(bench.ticks(200).mode, Mode::Idle);
-    // arming ends as well; `Idle` does not
+    // silence ends arming as well; it does not change `Idle`
     bench.move_to(CLEAR_M, 0.1);
     bench.ask(Ask::Arm);
     let lost = (1..100).find(|_| bench.run(silent).mode == Mode::Idle);

@@ -68,9 +68,9 @@ pub struct Lines<'a> {
     pub title: &'a str,
     /// Second line.
     pub below: &'a str,
-    /// Along the bottom.
+    /// Axis along the bottom.
     pub x: ScaledAxis<'a>,
-    /// Along the left side.
+    /// Axis along the left side.
     pub y: ScaledAxis<'a>,
     /// Curves, in the order of the legend.
     pub series: &'a [LineSeries<'a>],

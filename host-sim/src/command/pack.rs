@@ -116,6 +116,9 @@ fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), 
     println!("about {:.0} of at most {:.0} {} per tick on {} (estimate)", cost.units, cost.budget, machine.unit, machine.name);
     println!("model: {}", Standing::of(&scene, &session.patch).sentence());
     println!("{}", boards::runs_on(machine));
+    if machine.name != "desktop" && !matches!(Standing::of(&scene, &session.patch), Standing::Calibrated { .. }) {
+        println!("palpate cut --board {} with the same scene makes a calibrated patch that fits this board", machine.name);
+    }
     verdict.last()
 }
 

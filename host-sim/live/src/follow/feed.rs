@@ -43,7 +43,7 @@ pub struct State {
     pub frame: Option<Frame>,
     /// Points of the strips since the last look.
     pub dots: Vec<Dot>,
-    /// The file began anew: earlier dots are another's.
+    /// The file began anew: earlier dots belong to another recording.
     pub anew: bool,
     /// Records read of this file, and those of it that did not come.
     pub records: [u64; 2],

@@ -65,7 +65,7 @@ impl Browser {
         self.run("return window.palpate ? window.palpate.shown() : {said: document.body.innerText};")
     }
 
-    /// Since the page began to load [s].
+    /// Time since the page began to load [s].
     pub fn seconds_since_load(&mut self) -> f64 {
         self.run("return performance.now() * 1e-3;").as_f64().unwrap_or(f64::NAN)
     }

@@ -92,14 +92,14 @@ pub struct Needed {
     pub aside_m: f64,
     /// Allowed error of the force [%].
     pub tolerance_pct: f64,
-    /// Least share from which on the error stays within it with the rest frozen (1); `None` if not
-    /// even 95 % do.
+    /// Least share of the nodes that keeps the tolerance with the rest frozen (1); `None` if 95 % do
+    /// not keep it.
     pub frozen_share: Option<f64>,
-    /// Least share from which on the error stays within it with rim springs fitted to the springs
-    /// of the rest (1); `None` if none of the patches tried does.
+    /// Least share that keeps the tolerance with rim springs fitted to the springs of the rest (1);
+    /// `None` if none of the patches that were tried does.
     pub rim_springs_share: Option<f64>,
-    /// Least share from which on the error stays within it with the product's rim springs, fitted
-    /// to elements (1).
+    /// Least share that keeps the tolerance with the product's rim springs, fitted to finite
+    /// elements (1).
     pub rim_springs_from_elements_share: Option<f64>,
 }
 
