@@ -16,7 +16,7 @@ fn read(force_n: Vector3<f32>, push: f32) -> Result<Output, Fault> {
     read_under(ProbeShape::Hemisphere, Load { force: force_n, push, ..Load::NONE })
 }
 
-/// The same under this tip; the load's force in newtons.
+/// Output of the stage under this tip, for a load whose force is in newtons.
 fn read_under(shape: ProbeShape, load: Load) -> Result<Output, Fault> {
     let mut tissue = Tissue::with(|params| {
         params.substeps = 2;

@@ -92,8 +92,8 @@ pub struct Needed {
     pub aside_m: f64,
     /// Allowed error of the force [%].
     pub tolerance_pct: f64,
-    /// Least share of the nodes that keeps the tolerance with the rest frozen (1); `None` if 95 % do
-    /// not keep it.
+    /// Least share of the nodes that keeps the tolerance with the rest frozen (1); `None` if 95 %
+    /// do not keep it.
     pub frozen_share: Option<f64>,
     /// Least share that keeps the tolerance with rim springs fitted to the springs of the rest (1);
     /// `None` if none of the patches that were tried does.
