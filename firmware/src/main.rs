@@ -90,8 +90,8 @@ fn haptic_loop(arming: Arming) -> &'static mut HapticLoop<ThisBoard> {
     LOOP.init(HapticLoop::new(this, controller))
 }
 
-/// Returns the value, or stops the program, which cannot run without it. The error goes by its name,
-/// as in the log: sentences for all of them take more flash than names.
+/// Returns the value, or stops the program, which cannot run without it. The error goes by its
+/// name, as in the log: sentences for all of them take more flash than names.
 fn or_stop<T>(result: Result<T, impl fmt::Debug>, what: &str) -> T {
     result.unwrap_or_else(|error| board::stop(format_args!("{what}: {error:?}")))
 }

@@ -74,7 +74,7 @@ impl<S: Sink> Writer<S> {
 }
 
 impl<S> Written<S> {
-    /// What is missing, in words.
+    /// Rows that are missing, in words.
     pub(super) fn gap(&self) -> Option<String> {
         (self.dropped > 0).then(|| {
             format!(
