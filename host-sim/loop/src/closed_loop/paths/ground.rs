@@ -17,15 +17,20 @@ use palpate_tissue::session::packed;
 /// Static force at the guard's depth, as a multiple of the device's maximum force (1).
 const GUARD_SHARE: f64 = 1.09;
 
+/// Tip of a path, `None` for the patch's own, and the number of paths of five that it takes.
+type Tip = (Option<ProbeShape>, u32);
+/// Name, bytes and share of a shipped patch.
+type Shipped = (&'static str, &'static [u8], u32);
+
 /// Tips that touch every patch: its own, and two of half its radius that the finite elements of no
 /// shipped patch know. Of five paths on a patch, the number that each takes.
-const TIPS: [(Option<ProbeShape>, u32); 3] = [(None, 3), (Some(ProbeShape::Sphere), 1), (Some(ProbeShape::Flat), 1)];
+const TIPS: [Tip; 3] = [(None, 3), (Some(ProbeShape::Sphere), 1), (Some(ProbeShape::Flat), 1)];
 /// Radius of the other tips, as a share of the own one (1).
 const OTHER_TIP: f32 = 0.5;
 
 /// The shipped patches, and the share of 1000 paths that run on each: the large ones cost ten times
 /// as much per tick.
-const SHIPPED: [(&str, &[u8], u32); 7] = [
+const SHIPPED: [Shipped; 7] = [
     ("block-m4f-168", include_bytes!("../../../../../firmware/patches/block-m4f-168.patch"), 400),
     ("liver-m4f-168", include_bytes!("../../../../../firmware/patches/liver-m4f-168.patch"), 400),
     ("block-m7-480", include_bytes!("../../../../../firmware/patches/block-m7-480.patch"), 100),
@@ -72,7 +77,7 @@ impl PathGround {
     /// A patch or a profile that the core refuses.
     pub fn load() -> Result<Self, Error> {
         let pairs: Vec<_> = SHIPPED.iter().flat_map(|shipped| TIPS.iter().map(move |tip| (shipped, tip))).collect();
-        let patch = |((name, bytes, share), (shape, of_five)): &(&(&'static str, &[u8], u32), &(Option<ProbeShape>, u32))| {
+        let patch = |((name, bytes, share), (shape, of_five)): &(&Shipped, &Tip)| {
             let (patch, mut params) = packed::unpack(bytes)?;
             if let Some(shape) = *shape {
                 params.probe = Probe { shape, radius_m: OTHER_TIP * params.probe.radius_m, ..params.probe };
