@@ -1,5 +1,6 @@
 //! The tick of a board and the service of its host, on a mock board: deadline, read-back of the
-//! outputs, watchdog, link. And the mechanisms of its devices. Takes milliseconds, without an emulator.
+//! outputs, watchdog, link, and the mechanisms of its devices. It takes milliseconds, without an
+//! emulator.
 
 mod devices;
 mod hosts;

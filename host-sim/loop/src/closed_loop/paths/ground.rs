@@ -17,7 +17,7 @@ use palpate_tissue::session::packed;
 /// Static force at the guard's depth, as a multiple of the device's maximum force (1).
 const GUARD_SHARE: f64 = 1.09;
 
-/// Tip of a path, `None` for the patch's own, and the number of paths of five that it takes.
+/// A tip, `None` for the patch's own, and the number of paths in five that use it.
 type Tip = (Option<ProbeShape>, u32);
 /// Name, bytes and share of a shipped patch.
 type Shipped = (&'static str, &'static [u8], u32);
