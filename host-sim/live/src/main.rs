@@ -45,7 +45,7 @@ mod window {
         numbers: Option<PathBuf>,
     }
 
-    /// A window whose numbers can be told.
+    /// A window whose numbers can be printed.
     trait Numbered: eframe::App {
         fn numbers(&self) -> String;
     }

@@ -46,7 +46,7 @@ const FITTED_RADII: f64 = 1.15;
 /// Forces of the whole organ.
 #[derive(Clone, Debug)]
 pub struct OrganPresses {
-    /// Between the places and depths for the fit.
+    /// Map that interpolates between the places and depths for the fit.
     pub known: SurfaceMap,
     /// Depths of those [m], rising.
     pub fitted_m: Vec<f64>,

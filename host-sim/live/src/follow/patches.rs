@@ -19,7 +19,7 @@ const SHIPPED: [(&str, &[u8]); 4] = [
 pub enum Given {
     /// Nothing was given: the board's own patch is taken, if it is one that ships.
     Nothing,
-    /// That of a scene.
+    /// The patch of a scene.
     Scene(Choice),
     /// A patch file: name and content.
     File(String, Vec<u8>),
