@@ -21,7 +21,9 @@ use nalgebra::Vector3;
 use crate::lanes::{ROW, vector};
 use crate::model::Model;
 use crate::params::Tuned;
-use crate::stages::force::foundation::{Four, NINE, Nine, Points, centre_m, penetration, push, turned_away};
+#[cfg(not(target_os = "none"))]
+use crate::stages::force::foundation::Sixteen;
+use crate::stages::force::foundation::{Four, Nine, Points, centre_m, penetration, push, turned_away};
 #[cfg(not(target_os = "none"))]
 use crate::stages::force::stiffening;
 use crate::state::{State, node};
@@ -96,9 +98,11 @@ fn of_patch<const STIFFENED: bool>(
         // what has faded at a node is a share of the sum of its pushes
         push::<STIFFENED>(model, tuned, state, tip_m);
     }
-    let map = match model.points_per_triangle() == NINE.len() {
-        true => of_points::<Nine, 9, STIFFENED>(model, tuned, state, tip_m, pressure_pa),
-        false => of_points::<Four, 4, STIFFENED>(model, tuned, state, tip_m, pressure_pa),
+    let map = match model.points_per_triangle() {
+        #[cfg(not(target_os = "none"))]
+        16 => of_points::<Sixteen, 16, STIFFENED>(model, tuned, state, tip_m, pressure_pa),
+        9 => of_points::<Nine, 9, STIFFENED>(model, tuned, state, tip_m, pressure_pa),
+        _ => of_points::<Four, 4, STIFFENED>(model, tuned, state, tip_m, pressure_pa),
     };
     if tuned.relaxes() {
         state.nodes.iter_mut().for_each(|node| (node.pass, node.slope) = ([0.0; ROW], 0.0));

@@ -137,10 +137,15 @@ impl Model<'_> {
     /// In place of a neighbour: a side, an underside, or where the patch was cut.
     pub const HIDDEN: u32 = u32::MAX;
 
-    /// Foundation points of a triangle: 9, or else 4.
+    /// Foundation points of a triangle: 9, not on a board 16, or else 4.
     #[must_use]
     #[inline(always)]
     pub fn points_per_triangle(&self) -> usize {
+        // a board's image has no room for sixteen: there the check of the sizes refuses them
+        #[cfg(not(target_os = "none"))]
+        if self.foundation.len() == 16 * self.triangles.len() {
+            return 16;
+        }
         if self.foundation.len() == 9 * self.triangles.len() { 9 } else { 4 }
     }
 

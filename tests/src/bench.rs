@@ -36,10 +36,10 @@ impl Bench {
         Self::build(nodes, 1.0, true, 4)
     }
 
-    /// The default block with nine foundation points on a triangle.
+    /// The default block with 4, 9 or 16 foundation points on a triangle.
     #[must_use]
-    pub fn with_nine_points(nodes: usize) -> Self {
-        Self::build(nodes, 1.0, true, 9)
+    pub fn with_points(nodes: usize, points_per_triangle: usize) -> Self {
+        Self::build(nodes, 1.0, true, points_per_triangle)
     }
 
     /// A calibrated patch that ships.

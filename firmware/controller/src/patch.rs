@@ -58,6 +58,8 @@ pub const DASHPOT: &str = "contact_damping of the patch";
 const LEAST_DASHPOT: f32 = 0.25;
 /// Name of the exponent of stiffening in [`BuildError::OutOfRange`]: boards leave that term out.
 pub const EXPONENT: &str = "stiffening_b of the patch";
+/// Most foundation points on a triangle: no board's image has room for sixteen.
+const MOST_POINTS: usize = 9;
 /// Name of Young's modulus in [`BuildError::OutOfRange`] when it is too far from the patch's own.
 pub const MODULUS: &str = "youngs_modulus_pa of the patch";
 
@@ -94,6 +96,11 @@ impl<'a> Patch<'a> {
         BuildError::within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
         BuildError::within(DASHPOT, params.contact_damping, LEAST_DASHPOT, 1.0)?;
         BuildError::within(EXPONENT, params.stiffening_b, 0.0, 0.0)?;
+        if model.points_per_triangle() > MOST_POINTS {
+            // as on a board, whose core does not know them and finds the lengths wrong
+            let need = MOST_POINTS * model.triangles.len();
+            return Err(BuildError::LengthMismatch { item: "foundation", need, have: model.foundation.len() });
+        }
         let packed_pa = params.youngs_modulus_pa;
         let (mut tuned, scratch) = memory.judge(&model, &params, after_round)?;
         if model.spring_rows.is_empty() {

@@ -29,7 +29,7 @@ pub use bump::{Bumps, solve_bumps};
 pub use bump_fit::{BumpDepth, BumpFit, BumpVerdict, Bumped};
 pub use check::{check, check_block, refuse_beyond_the_guard};
 pub use discs::GluedDiscs;
-pub use fit::{FINE_RADII, PLACES_RANGE, Prepared, prepare, top_nodes};
+pub use fit::{FINE_RADII, PLACES_RANGE, Prepared, checked_points, prepare, top_nodes};
 pub use judge::{DepthVerdict, GluedVerdict, Judging, SurfaceVerdict, Verdict};
 pub use known::Known;
 pub use organ::{OrganPresses, PIECE_JUDGED_RADII, PIECE_RADII, element_for, solve_organ, tissue_of};

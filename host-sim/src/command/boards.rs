@@ -1,5 +1,6 @@
 //! Names of boards on the command line, and which patch runs on which.
 
+use palpate::Model;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::{CHIPS, MACHINES, Machine};
 
@@ -8,6 +9,9 @@ use crate::error::Error;
 /// A board and the budget of its chip.
 const BOARDS: [(&str, &str); 4] =
     [("nucleo-f446re", "m4f-180"), ("nucleo-g474re", "m4f-170"), ("nucleo-h743zi", "m7-480"), ("pico2", "m33-150")];
+
+/// Most foundation points on a triangle that a board's image knows.
+const MOST_POINTS: usize = 9;
 
 /// The budget of a board, or the budget of this name.
 pub(super) fn machine(board: &str) -> Result<&'static Machine, Error> {
@@ -18,6 +22,19 @@ pub(super) fn machine(board: &str) -> Result<&'static Machine, Error> {
         let names: Vec<String> = budgets.chain(boards).collect();
         TissueError::Usage(format!("no board \"{board}\": choose one of {}", names.join(", ")))
     })?)
+}
+
+/// Refuses a patch with more foundation points on a triangle than boards' images know.
+pub(super) fn refuse_points(model: &Model, board: &str) -> Result<(), Error> {
+    match model.points_per_triangle() {
+        points if points > MOST_POINTS => {
+            let why = format!(
+                "solver.patch: it has {points} foundation points on a triangle, and the image of {board} has no room for more than {MOST_POINTS}: fit it with palpate fit --points {MOST_POINTS}"
+            );
+            Err(TissueError::Usage(why).into())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Boards that a patch with this budget runs on, in words: those of the same core with a clock of
@@ -40,7 +57,25 @@ pub(super) fn runs_on(machine: &Machine) -> String {
 
 #[cfg(test)]
 mod tests {
+    use palpate_tissue::patch::{Material, Patch};
+    use palpate_tissue::scene::{PRESETS, Scene};
+    use palpate_tissue::tissue::place;
+
     use super::*;
+
+    #[test]
+    fn no_board_takes_sixteen_foundation_points() {
+        let mut scene = Scene::parse("block", PRESETS[0].1).unwrap();
+        scene.tissue.nodes = Some(60);
+        let tissue = place(&scene, &[]).unwrap().tissue;
+        let refused = |points_per_triangle: usize| {
+            let patch = Patch::build(&tissue, &Material { points_per_triangle, ..Material::default() }, None);
+            refuse_points(&patch.model(), "m7-480").err().map(|e| e.to_string())
+        };
+        assert_eq!((refused(4), refused(9)), (None, None));
+        let why = refused(16).unwrap();
+        assert!(why.contains("m7-480") && why.contains("--points 9"), "{why}");
+    }
 
     #[test]
     fn every_board_has_a_budget_and_every_budget_runs_somewhere() {

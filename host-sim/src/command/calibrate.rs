@@ -43,8 +43,8 @@ pub(super) struct CalibrateArgs {
     /// Rounds of the fit at most (evaluations of the objective, for annealing).
     #[arg(long, value_name = "COUNT")]
     rounds: Option<usize>,
-    /// Foundation points on a surface triangle, 4 or 9 [default: 9 where elements are larger than
-    /// 0.4 of the probe's radius].
+    /// Foundation points on a surface triangle, 4, 9 or 16 [default: 9 where elements are larger
+    /// than 0.4 of the probe's radius, else 4]. No board runs 16.
     #[arg(long, value_name = "COUNT")]
     points: Option<usize>,
     /// How to fit. The two others minimise the same objective and are there to be compared with.

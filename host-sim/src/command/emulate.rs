@@ -9,9 +9,9 @@ use clap::Args;
 use palpate_controller::patch::Memory;
 
 use self::print::{Emulated, print, write_timing};
-use super::Common;
 use super::press::{print_holds, with_progress};
 use super::verdict::Verdict;
+use super::{Common, boards};
 use crate::error::Error;
 use crate::press_report;
 use palpate_board::one_core::OneCore;
@@ -68,6 +68,7 @@ impl EmulateArgs {
         };
         press_packed(&mut scene, &patch_file);
         let session = Session::prepare(&scene)?;
+        boards::refuse_points(&session.patch.model(), "a board")?;
         let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
         let words = words(&bytes);
         let patch = &bytemuck::cast_slice(&words)[..bytes.len()];

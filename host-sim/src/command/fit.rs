@@ -22,7 +22,7 @@ use super::{Common, print_warnings};
 use crate::error::Error;
 use palpate_fit::calibrate::{Fit, Settings};
 use palpate_fit::plan::WORST_RATIO;
-use palpate_fit::scene_fit::{PLACES_RANGE, Verdict, check};
+use palpate_fit::scene_fit::{PLACES_RANGE, Verdict, check, checked_points};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::fit_record::FitRecord;
 use palpate_tissue::scene::{NO_PATCH, Scene};
@@ -69,6 +69,11 @@ pub(super) struct FitOptions {
     /// 250: the fewer nodes, the more].
     #[arg(long, value_name = "COUNT")]
     places: Option<usize>,
+    /// Foundation points on a surface triangle, 4, 9 or 16 [default: of a block 16 where elements
+    /// are larger than 1.85 radii of the shallowest contact; else 9 where they are larger than 0.4
+    /// of the probe's radius, else 4]. No board runs 16.
+    #[arg(long, value_name = "COUNT")]
+    points: Option<usize>,
     /// Force error that is asked for, at places and depths that the fit never saw [%]: root mean
     /// square; a single press may be 2.5 times as far off.
     #[arg(long, value_name = "PERCENT", default_value_t = 2.0, allow_negative_numbers = true)]
@@ -121,9 +126,10 @@ impl FitArgs {
         }
     }
 
-    fn print_scene(&self, scene: &Scene, nodes: usize, fitted_m: &[f64]) {
+    fn print_scene(&self, scene: &Scene, nodes: usize, points: usize, fitted_m: &[f64]) {
+        let beside = if points > 9 { ", which no board runs (--points 9 for a board)" } else { "" };
         println!(
-            "scene {}: {nodes} nodes, nu {}, {}, {:.2} to {:.2} mm deep",
+            "scene {}: {nodes} nodes, nu {}, {}, {:.2} to {:.2} mm deep, {points} foundation points on a triangle{beside}",
             scene.name,
             scene.tissue.poisson_ratio,
             scene.probe.tip(),
@@ -180,6 +186,7 @@ impl FitOptions {
             let (first, last) = (PLACES_RANGE.start(), PLACES_RANGE.end());
             return Err(TissueError::Usage(format!("--places {places}: take {first} to {last}")).into());
         }
+        self.points.map(checked_points).transpose()?;
         if !(self.tolerance_pct > 0.0 && self.tolerance_pct <= 100.0) {
             let why = format!("--tolerance-pct {}: give a percentage above 0, at most 100", self.tolerance_pct);
             return Err(TissueError::Usage(why).into());

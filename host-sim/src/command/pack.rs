@@ -75,6 +75,9 @@ fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), 
     };
     let Packed { session, cost, touched } = packed;
     let model = session.patch.model();
+    if machine.is_board() {
+        boards::refuse_points(&model, machine.name)?;
+    }
     if cost.units > cost.budget {
         return Err(TissueError::TooSlow(format!(
             "{} nodes take about {:.0} {} a tick, {:.0} fit on {}: take fewer nodes or a faster board",

@@ -66,7 +66,7 @@ pub struct Material {
     pub foundation_stiffness: f64,
     /// Foundation stiffening times element size (1).
     pub foundation_stiffening: f64,
-    /// Foundation points on a triangle, 4 or 9.
+    /// Foundation points on a triangle: 4, 9 or, not for boards, 16.
     pub points_per_triangle: usize,
 }
 

@@ -203,6 +203,7 @@ fn scenes_that_no_fit_can_be_made_of() {
     let with = |option: &'static str| ["fit", "--scene", "scene.toml", "--out", "out", option];
     refused(&desk, &with("--places=3"), &["--places 3", "20 to 2000"]);
     refused(&desk, &with("--tolerance-pct=0"), &["--tolerance-pct 0", "above 0"]);
+    refused(&desk, &with("--points=10"), &["--points 10", "4, 9 or 16"]);
     refused(&desk, &with("--nodes=7"), &["nodes", "7"]);
     refused(&desk, &with("--radius-m=0.02"), &["--radius", "is a block", "leave it out"]);
     let organ = |option: &'static str| ["fit", "--scene", "organ-liver", "--out", "out", option];

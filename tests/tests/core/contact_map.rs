@@ -43,7 +43,8 @@ fn kinds() -> Vec<(&'static str, Bench)> {
     let block = || Bench::block(230).with(damped);
     vec![
         ("hemisphere", block()),
-        ("nine points", Bench::with_nine_points(230).with(damped)),
+        ("nine points", Bench::with_points(230, 9).with(damped)),
+        ("sixteen points", Bench::with_points(230, 16).with(damped)),
         ("calibrated", Bench::calibrated(410)),
         ("sphere", block().with(|p| p.probe.shape = ProbeShape::Sphere)),
         ("flat", block().with(|p| p.probe.shape = ProbeShape::Flat)),

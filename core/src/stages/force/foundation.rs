@@ -1,11 +1,12 @@
 //! Contact as a soft sub-element foundation.
 //!
-//! Four fixed points on every surface triangle, or nine where triangles are large beside the probe.
-//! A point inside the probe by `pen` is pushed out along the probe's normal by `f/E = k pen (1 + s
-//! pen)`; the push is shared to the triangle's nodes and its opposite is the force on the probe. It
-//! represents the local indentation that a flat element cannot have: it is part of the tissue, not
-//! a penalty, and it is smooth when the probe slides over nodes (node projection ripples 10-36 %,
-//! this 2-6 %).
+//! Four fixed points on every surface triangle, nine where triangles are large beside the probe,
+//! sixteen where they are large beside the smallest contact (not on boards, whose images have no
+//! room for a third copy). A point inside the probe by `pen` is pushed out along the probe's normal
+//! by `f/E = k pen (1 + s pen)`; the push is shared to the triangle's nodes and its opposite is the
+//! force on the probe. It represents the local indentation that a flat element cannot have: it is
+//! part of the tissue, not a penalty, and it is smooth when the probe slides over nodes (node
+//! projection ripples 10-36 %, this 2-6 %).
 //!
 //! The pushes are summed at the nodes, and there the sum is taken at the *end* of the substep
 //! (`implicit`): contact neither sets the step nor needs a mass of its own. Its dashpot acts
@@ -31,8 +32,10 @@ use nalgebra::Vector3;
 
 #[cfg(not(target_os = "none"))]
 pub(super) use energy::store;
+#[cfg(not(target_os = "none"))]
+pub(crate) use points::Sixteen;
 pub use points::point_weights;
-pub(crate) use points::{Four, NINE, Nine, Points};
+pub(crate) use points::{Four, Nine, Points};
 
 use super::friction::{self, Touch};
 use super::relaxation;
@@ -102,9 +105,11 @@ pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32
 pub(crate) fn push<const STIFFENED: bool>(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> Load {
     let centre = centre_m(&tuned.probe, tip_m);
     let mut load = Load::NONE;
-    match model.points_per_triangle() == NINE.len() {
-        true => press_points::<Nine, 9, STIFFENED>(model, tuned, state, tip_m, centre, &mut load),
-        false => press_points::<Four, 4, STIFFENED>(model, tuned, state, tip_m, centre, &mut load),
+    match model.points_per_triangle() {
+        #[cfg(not(target_os = "none"))]
+        16 => press_points::<Sixteen, 16, STIFFENED>(model, tuned, state, tip_m, centre, &mut load),
+        9 => press_points::<Nine, 9, STIFFENED>(model, tuned, state, tip_m, centre, &mut load),
+        _ => press_points::<Four, 4, STIFFENED>(model, tuned, state, tip_m, centre, &mut load),
     }
     if !tuned.probe.shape.has_handle() {
         load.covered = covered(model, state, centre, &tuned.probe);
@@ -152,7 +157,7 @@ fn press_points<P: Points<Q>, const Q: usize, const STIFFENED: bool>(
         let [a, b, c] = triangle.node.map(usize::from);
         let (Some(na), Some(nb), Some(nc)) = (state.nodes.get(a), state.nodes.get(b), state.nodes.get(c)) else { continue };
         let corners = [vector(&na.x) - centre, vector(&nb.x) - centre, vector(&nc.x) - centre];
-        // computing the penetration twice is cheaper than storing nine of them
+        // computing the penetration twice is cheaper than storing it
         let points = P::at(corners);
         if !points.iter().any(|d| penetration(probe, shaft, *d).is_some()) || turned_away(corners, lift, probe) {
             continue;
@@ -368,9 +373,11 @@ pub(crate) fn touches(model: &Model, tuned: &Tuned, state: &State, tip_m: Vector
     let near = state.candidates.iter().take(state.near).filter_map(|&index| model.triangles.get(usize::from(index)));
     let mut corners = near.map(|triangle| triangle.node.map(|n| vector(&node(state.nodes, n).x) - centre));
     let inside = |d| penetration(probe, shaft, d).is_some();
-    match model.points_per_triangle() == NINE.len() {
-        true => corners.any(|c| Nine::at(c).into_iter().any(inside)),
-        false => corners.any(|c| Four::at(c).into_iter().any(inside)),
+    match model.points_per_triangle() {
+        #[cfg(not(target_os = "none"))]
+        16 => corners.any(|c| Sixteen::at(c).into_iter().any(inside)),
+        9 => corners.any(|c| Nine::at(c).into_iter().any(inside)),
+        _ => corners.any(|c| Four::at(c).into_iter().any(inside)),
     }
 }
 
@@ -451,5 +458,6 @@ mod tests {
     fn points_are_the_weighted_corners_and_share_by_the_same_weights() {
         check::<Four, 4>();
         check::<Nine, 9>();
+        check::<Sixteen, 16>();
     }
 }

@@ -1,7 +1,7 @@
 use std::boxed::Box;
 use std::vec::Vec;
 
-use palpate::Vector3;
+use palpate::{FoundationPoint, Vector3};
 
 use super::*;
 
@@ -72,6 +72,20 @@ fn cost_and_mass_are_the_boards_own_word() {
 fn checked(bytes: &'static [u8]) -> Result<(), BuildError> {
     let mut memory = Box::new(Memory::RESERVED);
     Patch::open_within(&Budget::M7_480, bytes, &mut memory, None, &mut || {}).map(|_| ())
+}
+
+#[test]
+fn sixteen_foundation_points_on_a_triangle_are_refused() {
+    let with = |points: usize| {
+        let model = PatchFile::open(&BLOCK.0).unwrap().model;
+        let share = model.points_per_triangle() as f32 / points as f32;
+        let laws = model.foundation.chunks(model.points_per_triangle());
+        let laws = laws.flat_map(|laws| std::vec![FoundationPoint { k: share * laws[0].k }; points]).collect();
+        let laws = Vec::leak(laws);
+        changed(|file| file.model.foundation = laws)
+    };
+    assert_eq!(opened(&Budget::M7_480, with(9)), Ok(()));
+    assert_eq!(opened(&Budget::M7_480, with(16)), Err(Refusal::PatchTooLarge), "an image does not know sixteen");
 }
 
 #[test]

@@ -153,7 +153,7 @@ pub(crate) fn deepest_hold_m(scene: &Scene) -> Option<f64> {
 pub struct Recipe {
     /// Its size and its elements.
     pub sizes: Sizes,
-    /// Foundation points on a triangle, 4 or 9.
+    /// Foundation points on a triangle: 4, 9 or, not for boards, 16.
     pub points_per_triangle: usize,
     /// Places and rounds of the fit.
     pub settings: Settings,

@@ -17,6 +17,9 @@ pub const FINE_RADII: f64 = 1.25;
 /// Elements larger than this share of the probe's radius get nine foundation points per triangle
 /// instead of four.
 const NINE_ABOVE: f64 = 0.4;
+/// Elements larger than this multiple of the radius of the shallowest contact get sixteen points: a
+/// contact that covers few of them is stiffer or softer as it passes over them.
+const SIXTEEN_ABOVE: f64 = 1.85;
 /// Range of the requested number of places: 20 over-fit.
 pub const PLACES_RANGE: std::ops::RangeInclusive<usize> = 20..=2000;
 /// Difference below which depths count as equal [m].
@@ -74,19 +77,39 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, Error> {
     Ok(Prepared { tissue: placed.tissue, material: Material { points_per_triangle, ..material }, params })
 }
 
+/// Foundation points on a triangle, as they were asked for.
+///
+/// # Errors
+/// A count other than 4, 9 and 16.
+pub fn checked_points(count: usize) -> Result<usize, Error> {
+    match count {
+        4 | 9 | 16 => Ok(count),
+        _ => Err(Error::Usage(format!("--points {count}: a triangle has 4, 9 or 16 points"))),
+    }
+}
+
 impl Prepared {
     /// Returns the patch with this many foundation points on a surface triangle, if a number is
     /// given.
     ///
     /// # Errors
-    /// A count other than 4 and 9.
+    /// A count other than 4, 9 and 16.
     pub fn with_points(mut self, points: Option<usize>) -> Result<Self, Error> {
-        self.material.points_per_triangle = match points {
-            None => self.material.points_per_triangle,
-            Some(count @ (4 | 9)) => count,
-            Some(count) => return Err(Error::Usage(format!("--points {count}: a triangle has 4 or 9 points"))),
-        };
+        if let Some(points) = points {
+            self.material.points_per_triangle = checked_points(points)?;
+        }
         Ok(self)
+    }
+
+    /// Returns the patch with sixteen foundation points on a triangle where its elements are large
+    /// beside the shallowest contact. No board runs them.
+    #[must_use]
+    pub fn with_enough_points(mut self, scene: &Scene, presses: &Presses) -> Self {
+        let contact_m = presses.fitted_m.first().map_or(f64::INFINITY, |m| scene.probe.tip().contact_radius_m(*m));
+        if self.uncalibrated().element_m() > SIXTEEN_ABOVE * contact_m {
+            self.material.points_per_triangle = 16;
+        }
+        self
     }
 
     /// The patch with constants from formulas alone.
@@ -154,4 +177,77 @@ pub(super) fn aside_of(asked: usize, probe: &Probe, depths: &[(f64, f64)]) -> Ve
         ((times * asked as f64) as usize, vec![(*depth_m, TOLERANCE)])
     };
     depths.iter().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::places::random;
+    use crate::pressed_patch::rms;
+    use crate::scene_fit::Level;
+    use crate::statics::Statics;
+    use palpate_tissue::scene::PRESETS;
+
+    const RADIUS_M: f64 = 0.008;
+
+    fn block(nodes: usize) -> (Scene, Prepared) {
+        let mut scene = Scene::parse("block", PRESETS[0].1).unwrap();
+        scene.tissue.nodes = Some(nodes);
+        let prepared = prepare(&scene).unwrap();
+        (scene, prepared)
+    }
+
+    #[test]
+    fn a_fit_takes_more_points_where_its_shallowest_contact_is_small_beside_an_element() {
+        for (nodes, calibrated, fitted) in [(130, 9, 16), (410, 9, 9)] {
+            let (scene, prepared) = block(nodes);
+            assert_eq!(prepared.material.points_per_triangle, calibrated, "calibrate, {nodes} nodes");
+            let mut presses = Presses::of(&scene, &prepared.tissue, Level::Full);
+            // a twelfth of 6 mm, whatever the scene's own holds
+            presses.fitted_m[0] = 0.0005;
+            let enough = prepared.clone().with_enough_points(&scene, &presses);
+            assert_eq!(enough.material.points_per_triangle, fitted, "fit, {nodes} nodes");
+            for asked in [4, 9, 16] {
+                assert_eq!(enough.clone().with_points(Some(asked)).unwrap().material.points_per_triangle, asked);
+            }
+            let refused = enough.with_points(Some(10)).unwrap_err().to_string();
+            assert!(refused.contains("4, 9 or 16"), "{refused}");
+        }
+    }
+
+    /// The foundation alone, on tissue that does not yield: what its points leave of a sphere's
+    /// push, at places all over the fine elements of 130 nodes, against the integral.
+    #[test]
+    fn sixteen_points_integrate_a_small_contact_better_than_nine() {
+        let (_, prepared) = block(130);
+        let scatter_pct = |points: usize, depth_m: f64| {
+            let patch = prepared.clone().with_points(Some(points)).unwrap().uncalibrated();
+            let mut statics = Statics::of(&patch.model(), &prepared.params).unwrap();
+            statics.stiffening_per_m = 0.0;
+            for triangle in &mut statics.triangles {
+                let [a, b, c] = triangle.node.map(|n| statics.rest_m[n]);
+                triangle.k.fill(0.5 * (b - a).cross(&(c - a)).norm() / points as f64);
+            }
+            let push = |r_m: f64| {
+                let away_m = r_m.hypot(RADIUS_M - depth_m);
+                (RADIUS_M - away_m).max(0.0) * (RADIUS_M - depth_m) / away_m
+            };
+            let rings = 2000;
+            let ring = |n: usize| (n as f64 + 0.5) * RADIUS_M / f64::from(rings as u32);
+            let width_m = RADIUS_M / f64::from(rings as u32);
+            let wanted: f64 = (0..rings).map(|n| std::f64::consts::TAU * ring(n) * push(ring(n)) * width_m).sum();
+            let errors: Vec<f64> = random(200, RADIUS_M, 7)
+                .into_iter()
+                .map(|[x, y]| {
+                    let tip_m = Vector::new(x, y, -depth_m);
+                    100.0 * (statics.slope(&statics.rest_m, tip_m).1 / wanted - 1.0)
+                })
+                .collect();
+            rms(&errors)
+        };
+        for depth_m in [0.0005, 0.001] {
+            let [four, nine, sixteen] = [4, 9, 16].map(|points| scatter_pct(points, depth_m));
+            assert!(sixteen < 0.65 * nine && nine < 0.65 * four, "{depth_m} m: {four} {nine} {sixteen} %");
+        }
+    }
 }

@@ -35,10 +35,11 @@ impl FitArgs {
         let prepared = prepare(&plain)?;
         let level = if self.options.quick { Level::Quick } else { Level::Full };
         let presses = Presses::of(&plain, &prepared.tissue, level);
+        let prepared = prepared.with_enough_points(&plain, &presses).with_points(self.options.points)?;
         let path = self.common.folder("fit");
         let folder = self.common.open("fit", scene)?;
         let store = Store::of(&path, &folder, scene);
-        self.print_scene(scene, prepared.tissue.mesh.nodes_m.len(), &presses.fitted_m);
+        self.print_scene(scene, prepared.tissue.mesh.nodes_m.len(), prepared.material.points_per_triangle, &presses.fitted_m);
         let kept = solved::Solved::beside(&path);
         let (solved, reused_presses) = reference(&plain, &presses, level, &store, &kept)?;
         let known = Known::of(&solved.known)

@@ -21,7 +21,8 @@ impl FitArgs {
     pub(super) fn fit_organ(&self, scene: &Scene) -> Result<Fitted, Error> {
         let radius_m = self.options.radius_m.unwrap_or(PIECE_RADII * scene.probe.radius_m);
         let element_m = element_for(scene, radius_m, self.options.nodes.unwrap_or(NODES))?;
-        let recipe = Recipe::new(radius_m, element_m, scene.probe.radius_m);
+        let mut recipe = Recipe::new(radius_m, element_m, scene.probe.radius_m);
+        recipe.points_per_triangle = self.options.points.unwrap_or(recipe.points_per_triangle);
         let prepared = fitted::Prepared::of(scene, &recipe)?;
         let piece = prepared.patch();
         let nodes = piece.model().nodes.len();
@@ -34,7 +35,7 @@ impl FitArgs {
         let presses =
             solve_organ(scene, &prepared.placed, level, &kept, |done, all| steps.show(done, all, "presses of the whole"))?;
         steps.finish();
-        self.print_scene(scene, nodes, &presses.fitted_m);
+        self.print_scene(scene, nodes, recipe.points_per_triangle, &presses.fitted_m);
         kept.said().iter().for_each(|line| println!("{line}"));
         let stages = Stages { scene, known: &presses.known, store: &store, what: "fit" };
         let settings = self.settings(nodes, LEAST_GAIN);

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use super::points::{Four, NINE, Nine, Points};
+use super::points::{Four, Nine, Points, Sixteen};
 use super::{centre_m, penetration, turned_away};
 use crate::lanes::vector;
 use crate::model::Model;
@@ -13,9 +13,10 @@ use crate::state::{State, node};
 /// Adds half of the energy over E of every point to `node.p` of its nodes [m^3].
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub(in crate::stages::force) fn store(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) {
-    match model.points_per_triangle() == NINE.len() {
-        true => store_points::<Nine, 9>(model, tuned, state, tip_m),
-        false => store_points::<Four, 4>(model, tuned, state, tip_m),
+    match model.points_per_triangle() {
+        16 => store_points::<Sixteen, 16>(model, tuned, state, tip_m),
+        9 => store_points::<Nine, 9>(model, tuned, state, tip_m),
+        _ => store_points::<Four, 4>(model, tuned, state, tip_m),
     }
 }
 

@@ -115,7 +115,7 @@ pub struct StrokeRecipe {
     pub sizes: Sizes,
     /// Arrangement of the mesh.
     pub variant: u32,
-    /// Foundation points on a triangle, 4 or 9.
+    /// Foundation points on a triangle: 4, 9 or, not for boards, 16.
     pub points_per_triangle: usize,
     /// Places and rounds of the fit.
     pub settings: Settings,
