@@ -151,7 +151,8 @@ fn a_profile_is_accepted_at_either_sign_of_its_encoders_and_motors() {
 #[test]
 fn a_value_out_of_range_and_one_for_a_joint_that_is_not_there_are_refused_by_name() {
     use MechanismError::{Arms, Encoder, Home, Motor};
-    let table: [(MechanismError, fn(&mut MechanismProfile)); 13] = [
+    type Spoil = fn(&mut MechanismProfile);
+    let table: [(MechanismError, Spoil); 13] = [
         (Arms, |profile| profile.dimensions[0] = 2.0),
         (Encoder, |profile| profile.rad_per_count[0] = 0.11),
         (Encoder, |profile| profile.rad_per_count[0] = 0.9e-7),
