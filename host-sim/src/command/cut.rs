@@ -89,7 +89,7 @@ impl CutArgs {
         };
         let recipe = recipe(fine_m);
         let prepared = Prepared::of(&scene, &recipe)?;
-        let before = cost(&prepared.patch(), machine, probe_m, 1);
+        let before = cost(&prepared.patch(), &scene, machine, probe_m, 1);
         if before.units > before.budget {
             return Err(too_slow(&prepared.patch(), &before, machine));
         }
@@ -106,7 +106,7 @@ impl CutArgs {
             status.say(format!("fit: round {rounds}, force error {:.2} % rms", r.force_rms_pct));
         })?;
         let session = Session::of_fitted(machine, fitted.patch.clone(), fitted.params)?;
-        let cost = cost(&session.patch, machine, scene.probe.tip().reach_m(), session.params.substeps);
+        let cost = cost(&session.patch, &scene, machine, scene.probe.tip().reach_m(), session.params.substeps);
         status.clear();
         solved.said().iter().for_each(|line| println!("{line}"));
         if cost.units > cost.budget {
@@ -123,12 +123,13 @@ impl CutArgs {
     }
 }
 
-fn cost(patch: &Patch, machine: &Machine, radius_m: f64, substeps: u16) -> Cost {
+/// Cost of a tick with the scene's relaxation and friction, which the fit knows nothing of.
+fn cost(patch: &Patch, scene: &Scene, machine: &Machine, radius_m: f64, substeps: u16) -> Cost {
     let radius_m = radius_m as f32;
     let model = patch.model();
     let site_m = patch.site_m();
     let touched = triangles_in_reach(&model, site_m.into(), radius_m);
-    machine.cost(&model, touched, substeps)
+    machine.cost_with(&model, &scene.params([0.0, 0.0, 1.0]), touched, substeps)
 }
 
 fn too_slow(patch: &Patch, cost: &Cost, machine: &Machine) -> Error {
@@ -153,7 +154,7 @@ fn smallest_element(
     let fits = |fine_m: f64| {
         status.say(format!("elements of {:.2} mm", fine_m * 1e3));
         let patch = Prepared::of(scene, &recipe(fine_m))?.patch();
-        let cost = cost(&patch, machine, probe_m, 1);
+        let cost = cost(&patch, scene, machine, probe_m, 1);
         if cost.units <= cost.budget { Ok(()) } else { Err(too_slow(&patch, &cost, machine)) }
     };
     let [mut small, mut large] = ELEMENTS_RADII.map(|r| r * probe_m);
@@ -309,4 +310,24 @@ fn model_radius_m(session: &Session) -> f64 {
     let site = session.patch.site_m();
     let model = session.patch.model();
     f64::from(model.nodes.iter().map(|n| (palpate::Vector3::from(n.rest_m) - site).norm()).fold(0.0, f32::max))
+}
+
+#[cfg(test)]
+mod tests {
+    use palpate_tissue::session::calibrated;
+
+    use super::*;
+
+    #[test]
+    fn relaxation_and_friction_of_the_scene_are_counted() {
+        let patch = calibrated::sized(130).unwrap().0;
+        let machine = Machine::named("m4f-168").unwrap();
+        let of = |name: &str, friction: f64| {
+            let mut scene = Scene::load(name).unwrap();
+            scene.probe.friction = friction;
+            cost(&patch, &scene, machine, 8e-3, 1).units
+        };
+        let [plain, relaxes, both] = [("block", 0.0), ("beef", 0.0), ("beef", 0.5)].map(|(name, friction)| of(name, friction));
+        assert!(relaxes > plain + 1e4 && both > relaxes + 1e3, "{plain}, {relaxes}, {both}");
+    }
 }
