@@ -437,27 +437,4 @@ pub(crate) fn penetration(probe: &Probe, shaft: bool, mut d: Vector3<f32>) -> Op
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn check<P: Points<Q>, const Q: usize>() {
-        let corners = [[1.0, 0.0, 0.5], [0.0, 3.0, 0.25], [-2.0, 0.5, 7.0]].map(Vector3::from);
-        let weights = point_weights(Q);
-        for (point, w) in P::at(corners).iter().zip(weights) {
-            let expected = corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2];
-            assert!((point - expected).norm() < 1e-5, "{point} {expected}");
-        }
-        let on: [f32; Q] = core::array::from_fn(|n| 1.0 + (n * n) as f32);
-        for (k, shared) in P::shared(on).iter().enumerate() {
-            let expected: f32 = on.iter().zip(weights).map(|(f, w)| f * w[k]).sum();
-            assert!((shared - expected).abs() < 1e-4, "{shared} {expected}");
-        }
-    }
-
-    #[test]
-    fn points_are_the_weighted_corners_and_share_by_the_same_weights() {
-        check::<Four, 4>();
-        check::<Nine, 9>();
-        check::<Sixteen, 16>();
-    }
-}
+mod tests;
