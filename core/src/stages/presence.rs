@@ -100,6 +100,10 @@ impl Plane {
             beyond_m = if off_m > beyond_m { off_m } else { beyond_m };
         }
         let near_m = probe.reach_m() + SURFACE_M;
+        if probe.shape == ProbeShape::Flat && self.steep(probe.axis) {
+            // a flat end pushes along its axis alone: below a wall it would catch the wall's points
+            return false;
+        }
         self.depth_m(tip_m) <= SURFACE_M && self.probe_depth_m(probe, tip_m) >= -SURFACE_M && beyond_m <= near_m
     }
 }

@@ -174,6 +174,25 @@ fn a_flat_tip_below_the_tissue_feels_nothing() {
     }
 }
 
+/// A wall's points behind a flat end pushed it up: 3 N, 2.3 mm below the block.
+#[test]
+fn a_flat_tip_that_comes_up_along_a_wall_feels_nothing_below_the_block() {
+    for radius_m in [4e-3, 5e-3, 6e-3] {
+        for x_m in [26e-3, 16e-3, 0.0, -11e-3] {
+            let mut tissue = Tissue::with(|params| (params.probe.shape, params.probe.radius_m) = (ProbeShape::Flat, radius_m));
+            let turns = [[70.0, 20.0], [70.0, -46.0], [39.6, -43.8], [40.5, -40.8], [41.0, -30.0]];
+            let turns = turns.map(|[y_mm, z_mm]: [f32; 2]| Vector3::new(x_m, y_mm * 1e-3, z_mm * 1e-3));
+            for leg in turns.windows(2) {
+                go(&mut tissue, leg[0], leg[1], 0.05e-3, |at_m, output| {
+                    // outside, the cycle drops a force
+                    let felt = !output.outside && output.force_n != Vector3::zeros();
+                    assert!(at_m.z >= -41e-3 || !felt, "{radius_m} m, {at_m}: {output:?}");
+                });
+            }
+        }
+    }
+}
+
 #[test]
 fn a_straight_press_beyond_the_depth_limit_comes_back_the_way_it_went_in() {
     let mut tissue = Tissue::new();
