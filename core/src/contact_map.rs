@@ -78,25 +78,29 @@ impl ContactMap {
         #[cfg(not(target_os = "none"))]
         if tuned.stiffens() {
             state.nodes.iter_mut().for_each(|node| node.p = 0.0);
-            stiffening::measure(model, tuned, state, tip_m);
-            return of_patch::<true>(model, tuned, state, tip_m, pressure_pa);
+            let touching = stiffening::measure(model, tuned, state, tip_m);
+            return of_patch::<true>(model, tuned, state, tip_m, touching, pressure_pa);
         }
-        of_patch::<false>(model, tuned, state, tip_m, pressure_pa)
+        of_patch::<false>(model, tuned, state, tip_m, state.near, pressure_pa)
     }
 }
 
 const ZERO: Vector3<f32> = Vector3::new(0.0, 0.0, 0.0);
 
+/// `pushing` is the number of leading candidates among which all that push are.
 fn of_patch<const STIFFENED: bool>(
     model: &Model,
     tuned: &Tuned,
     state: &mut State,
     tip_m: Vector3<f32>,
+    pushing: usize,
     pressure_pa: &mut [f32],
 ) -> ContactMap {
     if tuned.relaxes() {
         // what has faded at a node is a share of the sum of its pushes
+        let near = core::mem::replace(&mut state.near, pushing);
         push::<STIFFENED>(model, tuned, state, tip_m);
+        state.near = near;
     }
     let map = match model.points_per_triangle() {
         #[cfg(not(target_os = "none"))]

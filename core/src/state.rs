@@ -117,7 +117,7 @@ impl Faded {
 #[derive(Debug)]
 pub struct State<'a> {
     pub(crate) nodes: &'a mut [Node],
-    /// Memory of the volume stage between its passes.
+    /// Memory of the volume stage between its passes, and of stiffening springs between theirs.
     #[cfg_attr(target_os = "none", expect(dead_code, reason = "the board computes it twice"))]
     pub(crate) shapes: &'a mut [TetShapes],
     /// Memory of the relaxation, shape \[nodes\]; may be empty where nothing relaxes.
@@ -424,7 +424,8 @@ impl Fnv {
     }
 }
 
-/// Gradients and volumes of four tets, which the volume forces use twice in a substep. On a desktop
+/// Gradients and volumes of four tets, which the volume forces use twice in a substep; before that,
+/// in tissue that stiffens, the forces of twelve springs in place of the gradients. On a desktop
 /// storing it saves a quarter of the tick over computing it twice; on the board RAM is scarcer than
 /// cycles (117 k against 118 k cycles measured for 435 tets), so there it is empty.
 #[derive(Clone, Copy, Debug)]

@@ -118,7 +118,7 @@ pub const MACHINES: [Machine; 3] = [
         node: 4.0,
         relaxing: [0.6, 0.5],
         rubbed: 12.0,
-        stiffening: [2.2, 1.5, 30.0],
+        stiffening: [1.0, 0.8, 15.0],
         touched: 60.0,
         extra_point: 12.0,
         passed: 3.0,

@@ -100,7 +100,8 @@ pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32
     load
 }
 
-/// Sums the pushes at the nodes; if `STIFFENED`, half of every node's factor is in `node.p`.
+/// Sums the pushes at the nodes; if `STIFFENED`, half of every node's factor is in `node.p`, all
+/// candidates touch, and whether the probe is covered is left to the caller.
 #[inline(always)]
 pub(crate) fn push<const STIFFENED: bool>(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> Load {
     let centre = centre_m(&tuned.probe, tip_m);
@@ -111,7 +112,7 @@ pub(crate) fn push<const STIFFENED: bool>(model: &Model, tuned: &Tuned, state: &
         9 => press_points::<Nine, 9, STIFFENED>(model, tuned, state, tip_m, centre, &mut load),
         _ => press_points::<Four, 4, STIFFENED>(model, tuned, state, tip_m, centre, &mut load),
     }
-    if !tuned.probe.shape.has_handle() {
+    if !STIFFENED && !tuned.probe.shape.has_handle() {
         load.covered = covered(model, state, centre, &tuned.probe);
     }
     load
@@ -159,7 +160,8 @@ fn press_points<P: Points<Q>, const Q: usize, const STIFFENED: bool>(
         let corners = [vector(&na.x) - centre, vector(&nb.x) - centre, vector(&nc.x) - centre];
         // computing the penetration twice is cheaper than storing it
         let points = P::at(corners);
-        if !points.iter().any(|d| penetration(probe, shaft, *d).is_some()) || turned_away(corners, lift, probe) {
+        let touches = STIFFENED || points.iter().any(|d| penetration(probe, shaft, *d).is_some());
+        if !touches || !STIFFENED && turned_away(corners, lift, probe) {
             continue;
         }
         // half of the stiffening factor of the tissue around, and half of the unstiffened one
@@ -355,7 +357,7 @@ pub(crate) fn turned_away([a, b, c]: [Vector3<f32>; 3], lift: Vector3<f32>, prob
 /// Whether the surface has slipped past the widest part of the probe and closed above it: the axis
 /// leaves the centre through a triangle, within a radius.
 #[inline(never)]
-fn covered(model: &Model, state: &State, centre: Vector3<f32>, probe: &Probe) -> bool {
+pub(super) fn covered(model: &Model, state: &State, centre: Vector3<f32>, probe: &Probe) -> bool {
     let near = state.candidates.iter().take(state.near).filter_map(|&index| model.triangles.get(usize::from(index)));
     let mut corners = near.map(|triangle| triangle.node.map(|n| vector(&node(state.nodes, n).x) - centre));
     corners.any(|[a, b, c]| {

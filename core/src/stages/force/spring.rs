@@ -43,8 +43,8 @@ pub fn pull(model: &Model, tuned: &Tuned, state: &mut State) {
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub(super) fn pull_stiffened(model: &Model, tuned: &Tuned, state: &mut State) {
     match tuned.terms.compensation {
-        true => stiffened::run::<true>(model, tuned, state.nodes),
-        false => stiffened::run::<false>(model, tuned, state.nodes),
+        true => stiffened::pull::<true>(model, tuned, state),
+        false => stiffened::pull::<false>(model, tuned, state),
     }
 }
 
@@ -53,8 +53,8 @@ pub(super) fn pull_stiffened(model: &Model, tuned: &Tuned, state: &mut State) {
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub(super) fn store(model: &Model, tuned: &Tuned, state: &mut State) {
     match tuned.terms.compensation {
-        true => stiffened::store::<true>(model, tuned, state.nodes),
-        false => stiffened::store::<false>(model, tuned, state.nodes),
+        true => stiffened::store::<true>(model, tuned, state),
+        false => stiffened::store::<false>(model, tuned, state),
     }
 }
 
@@ -76,8 +76,8 @@ fn run<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]
 #[inline(always)]
 fn run<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {
     let (fours, rest) = model.springs.as_chunks::<4>();
-    groups::by_groups::<wide::f32x4, 4, COMPENSATED, false>(fours, tuned, nodes);
-    groups::by_groups::<f32, 1, COMPENSATED, false>(rest.as_chunks().0, tuned, nodes);
+    groups::by_groups::<wide::f32x4, 4, COMPENSATED>(fours, tuned, nodes);
+    groups::by_groups::<f32, 1, COMPENSATED>(rest.as_chunks().0, tuned, nodes);
 }
 
 /// Springs of one node at a time, with that node's sum in registers: fewest loads and stores, for
@@ -165,8 +165,8 @@ mod tests {
         let tuned = params.derive(&mut [], [0.0; 4]);
         let (mut a, mut b) = (nodes, nodes);
         by_rows::<true>(&model, &tuned, &mut a);
-        by_groups::<wide::f32x4, 4, true, false>(springs.as_chunks().0, &tuned, &mut b);
-        by_groups::<f32, 1, true, false>(springs.as_chunks::<4>().1.as_chunks().0, &tuned, &mut b);
+        by_groups::<wide::f32x4, 4, true>(springs.as_chunks().0, &tuned, &mut b);
+        by_groups::<f32, 1, true>(springs.as_chunks::<4>().1.as_chunks().0, &tuned, &mut b);
         for (n, (a, b)) in a.iter().zip(&b).enumerate() {
             assert_eq!(a.f.map(f32::to_bits), b.f.map(f32::to_bits), "node {n}");
         }

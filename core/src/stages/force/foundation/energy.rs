@@ -10,9 +10,10 @@ use crate::model::Model;
 use crate::params::Tuned;
 use crate::state::{State, node};
 
-/// Adds half of the energy over E of every point to `node.p` of its nodes [m^3].
+/// Adds half of the energy over E of every point to `node.p` of its nodes [m^3]. Puts the
+/// candidates that touch the probe before the others and returns their number.
 #[cfg_attr(feature = "stage-cost", inline(never))]
-pub(in crate::stages::force) fn store(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) {
+pub(in crate::stages::force) fn store(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> usize {
     match model.points_per_triangle() {
         16 => store_points::<Sixteen, 16>(model, tuned, state, tip_m),
         9 => store_points::<Nine, 9>(model, tuned, state, tip_m),
@@ -20,14 +21,16 @@ pub(in crate::stages::force) fn store(model: &Model, tuned: &Tuned, state: &mut 
     }
 }
 
-fn store_points<P: Points<Q>, const Q: usize>(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) {
+fn store_points<P: Points<Q>, const Q: usize>(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> usize {
     let laws = model.foundation.as_chunks::<Q>().0;
     let (probe, shaft) = (&tuned.probe, state.shaft);
     let centre = centre_m(probe, tip_m);
     let lift = tip_m + probe.axis * probe.radius_m - centre;
     let third = model.stiffening_per_m * (1.0 / 3.0);
-    for &index in state.candidates.iter().take(state.near) {
-        let index = usize::from(index);
+    let mut touching = 0;
+    for at in 0..state.near {
+        let Some(&candidate) = state.candidates.get(at) else { break };
+        let index = usize::from(candidate);
         let (Some(triangle), Some(points_law)) = (model.triangles.get(index), laws.get(index)) else { continue };
         let corners = triangle.node.map(|n| vector(&node(state.nodes, n).x) - centre);
         let points = P::at(corners);
@@ -45,5 +48,13 @@ fn store_points<P: Points<Q>, const Q: usize>(model: &Model, tuned: &Tuned, stat
                 node.p += energy;
             }
         }
+        if let Some(first) = state.candidates.get_mut(touching) {
+            let other = core::mem::replace(first, candidate);
+            if let Some(slot) = state.candidates.get_mut(at) {
+                *slot = other;
+            }
+            touching += 1;
+        }
     }
+    touching
 }

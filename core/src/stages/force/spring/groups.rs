@@ -1,15 +1,14 @@
 //! Springs several at a time, whatever nodes they join: for processors with wide registers.
 
 use super::force_per_length;
-use crate::lanes::{Lanes, add, difference, scaled, subtract};
+use crate::lanes::{Lanes, ROW, Row, add, difference, scaled, subtract};
 use crate::model::Spring;
 use crate::params::Tuned;
 use crate::state::{Node, node};
 
-/// Adds the forces of `W` springs at a time; if `STIFFENED`, each is stiffened by the factors of
-/// its ends, half of each of which is in `node.p`.
+/// Adds the forces of `W` springs at a time.
 #[inline(always)]
-pub(super) fn by_groups<L: Lanes<W>, const W: usize, const COMPENSATED: bool, const STIFFENED: bool>(
+pub(super) fn by_groups<L: Lanes<W>, const W: usize, const COMPENSATED: bool>(
     groups: &[[Spring; W]],
     tuned: &Tuned,
     nodes: &mut [Node],
@@ -23,11 +22,7 @@ pub(super) fn by_groups<L: Lanes<W>, const W: usize, const COMPENSATED: bool, co
         let d = L::from_rows(along);
         let k = L::from_array(group.each_ref().map(|s| s.k));
         let k_rest = L::from_array(group.each_ref().map(|s| s.k_rest));
-        let plain = force_per_length::<L, W, COMPENSATED>(d, k, k_rest, tuned);
-        let q = match STIFFENED {
-            true => plain * L::from_array(group.each_ref().map(|s| node(nodes, s.i).p + node(nodes, s.j).p)),
-            false => plain,
-        };
+        let q = force_per_length::<L, W, COMPENSATED>(d, k, k_rest, tuned);
         for ((s, d), q) in group.iter().zip(&along).zip(q.to_array()) {
             let f = scaled(d, q);
             if let Some(node) = nodes.get_mut(usize::from(s.i)) {
@@ -38,4 +33,23 @@ pub(super) fn by_groups<L: Lanes<W>, const W: usize, const COMPENSATED: bool, co
             }
         }
     }
+}
+
+/// Nodes at both ends of each spring: `Some` for a checked model. Tested once and passed on by
+/// value, they save a test at every access.
+#[inline(always)]
+pub(super) fn ends<const W: usize>(group: &[Spring; W], nodes: &[Node]) -> Option<[[usize; 2]; W]> {
+    let ends = group.each_ref().map(|s| [usize::from(s.i), usize::from(s.j)]);
+    ends.as_flattened().iter().all(|n| *n < nodes.len()).then_some(ends)
+}
+
+/// From the first to the second end of each spring [m].
+#[inline(always)]
+pub(super) fn along<const W: usize>(ends: [[usize; 2]; W], nodes: &[Node]) -> [Row; W] {
+    let at = |n: usize| nodes.get(n).map_or([0.0; ROW], |node| node.x);
+    let mut along = [[0.0; ROW]; W];
+    for (along, [i, j]) in along.iter_mut().zip(ends) {
+        *along = difference(&at(j), &at(i));
+    }
+    along
 }
