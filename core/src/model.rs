@@ -117,6 +117,11 @@ pub struct Model<'a> {
     pub tets: &'a [Tet],
     /// The surface that a probe can touch.
     pub triangles: &'a [Triangle],
+    /// How steeply the tissue at each node stiffens (1): its exponent over the patch's
+    /// ([`crate::Params::stiffening_b`]) and over its stiffness ratio, shape \[nodes\]. Empty where
+    /// it is 1 everywhere; boards run no tissue that stiffens.
+    #[cfg(not(target_os = "none"))]
+    pub steepness: &'a [f32],
     /// Foundation points, shape [triangles][4] or [triangles][9], flat.
     pub foundation: &'a [FoundationPoint],
     /// Tet across the face opposite each corner, shape \[tets\]; [`Model::TOUCHABLE`] or
@@ -179,6 +184,13 @@ impl Model<'_> {
             positive("node stiffness", n, node.stiffness_m)?;
             positive("node volume reciprocal", n, node.six_volume_reciprocal)?;
             finite("node", n, &[node.pressure])?;
+        }
+        #[cfg(not(target_os = "none"))]
+        for (n, steepness) in self.steepness.iter().enumerate() {
+            finite("node steepness", n, &[*steepness])?;
+            if *steepness < 0.0 {
+                return Err(BuildError::NotPositive { item: "node steepness", index: n });
+            }
         }
         for (n, &a) in self.anchors.iter().enumerate() {
             outside("anchor", n, a)?;
@@ -267,6 +279,10 @@ impl Model<'_> {
         };
         same("tet neighbours", self.tets.len(), self.neighbours.len())?;
         same("owners of surface triangles", self.triangles.len(), self.owners.len())?;
+        #[cfg(not(target_os = "none"))]
+        if !self.steepness.is_empty() {
+            same("node steepnesses", self.nodes.len(), self.steepness.len())?;
+        }
         same("foundation", self.points_per_triangle() * self.triangles.len(), self.foundation.len())?;
         if !self.spring_rows.is_empty() {
             same("spring rows", self.nodes.len(), self.spring_rows.len())?;

@@ -71,7 +71,8 @@ pub struct Params {
     /// speed, with 0 it lags by a substep.
     pub contact_damping: f32,
     /// Stiffening exponent b of Fung and Demiray (1): the energy density w of a deformation becomes
-    /// `mu/2b (exp(2 b w / mu) - 1)`. Zero leaves it out. Tissue data: a patch serves any value.
+    /// `mu/2b (exp(2 b w / mu) - 1)`. Zero leaves it out. Tissue data: a patch serves any value. Of
+    /// tissue with regions the largest one; the others are in [`Model::steepness`].
     pub stiffening_b: f32,
     /// How forces fade while the tissue is held, terms with a share of zero left out. Tissue data:
     /// a patch serves any value.

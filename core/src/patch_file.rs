@@ -6,7 +6,8 @@
 //! caller may change before [`Params::build`], Poisson's ratio and the probe's place excepted.
 //!
 //! After the arrays come the shares and times of a tissue that relaxes, the coefficient of a probe
-//! with friction, and the exponent of a tissue that stiffens, each announced by a bit in `terms`.
+//! with friction, the exponent of a tissue that stiffens, and the steepness of its nodes where
+//! regions differ, each announced by a bit in `terms`.
 //! For a capsule or an ellipsoid, as given by `probe_shape`, direction and lengths follow at the
 //! end. Other files are unchanged, and a reader that does not know the term or the shape refuses
 //! such a file.
@@ -58,8 +59,8 @@ struct Header {
     max_sink_m_per_s: f32,
     max_force_n: f32,
     /// Bit 0 volume, 1 compensation, 2 rim, 3 relative mass, 7 smooth mass; and of what follows the
-    /// arrays, in this order: 4 relaxation, shares and times, 5 friction, 6 stiffening. The others
-    /// are zero.
+    /// arrays, in this order: 4 relaxation, shares and times, 5 friction, 6 stiffening, 8 the
+    /// steepness of every node. The others are zero.
     terms: u32,
     /// Number of places that the constants were fitted at; 0 if they come from formulas alone.
     fitted_places: u32,
@@ -75,6 +76,12 @@ const RELAXES: u32 = 1 << 4;
 const RUBS: u32 = 1 << 5;
 const STIFFENS: u32 = 1 << 6;
 const SMOOTH_MASS: u32 = 1 << 7;
+const UNEVENLY: u32 = 1 << 8;
+/// Bits of `terms` that are known.
+#[cfg(not(target_os = "none"))]
+const KNOWN: u32 = 15 | RELAXES | RUBS | STIFFENS | SMOOTH_MASS | UNEVENLY;
+#[cfg(target_os = "none")]
+const KNOWN: u32 = 15 | RELAXES | RUBS | STIFFENS | SMOOTH_MASS;
 /// Offset of the checksummed part, which begins after magic, version and checksum.
 const CHECKED_FROM: usize = 16;
 
@@ -135,7 +142,7 @@ impl<'a> PatchFile<'a> {
         if found != header.crc {
             return Err(BuildError::Checksum { expected: header.crc, found });
         }
-        if header.terms & !(15 | RELAXES | RUBS | STIFFENS | SMOOTH_MASS) != 0 {
+        if header.terms & !KNOWN != 0 {
             return Err(BuildError::NotAPatch);
         }
         if header.reserved != 0 {
@@ -143,7 +150,8 @@ impl<'a> PatchFile<'a> {
         }
         let [nodes, springs, tets, neighbours, triangles, owners, foundation, rim_nodes, rim_edges, anchors, rows] =
             header.counts;
-        let model = Model {
+        #[cfg_attr(target_os = "none", expect(unused_mut, reason = "boards run no tissue that stiffens"))]
+        let mut model = Model {
             poisson_ratio: header.poisson_ratio,
             stiffening_per_m: header.stiffening_per_m,
             depth_limit_m: header.depth_limit_m,
@@ -152,6 +160,8 @@ impl<'a> PatchFile<'a> {
             tets: section(&mut body, tets)?,
             neighbours: section(&mut body, neighbours)?,
             triangles: section(&mut body, triangles)?,
+            #[cfg(not(target_os = "none"))]
+            steepness: &[],
             owners: section(&mut body, owners)?,
             foundation: section(&mut body, foundation)?,
             rim_nodes: section(&mut body, rim_nodes)?,
@@ -171,6 +181,10 @@ impl<'a> PatchFile<'a> {
             0 => 0.0,
             _ => value(&mut body)?,
         };
+        #[cfg(not(target_os = "none"))]
+        if header.terms & UNEVENLY != 0 {
+            model.steepness = section(&mut body, nodes)?;
+        }
         let shape = match header.probe_shape {
             0 => ProbeShape::Hemisphere,
             1 => ProbeShape::Sphere,
@@ -238,6 +252,10 @@ impl<'a> PatchFile<'a> {
         let (model, params) = (&self.model, &self.params);
         let stiffens = params.terms.stiffening && params.stiffening_b != 0.0;
         let stiffening: &[u8] = if stiffens { bytemuck::bytes_of(&params.stiffening_b) } else { &[] };
+        #[cfg(not(target_os = "none"))]
+        let steepness: &[u8] = if stiffens { bytemuck::cast_slice(model.steepness) } else { &[] };
+        #[cfg(target_os = "none")]
+        let steepness: &[u8] = &[];
         let relaxes = params.terms.relaxation && params.relaxation.iter().any(|term| term.share != 0.0);
         let relaxation: Relaxation = params.relaxation.map(|term| [term.share, term.time_s]);
         let relaxation = if relaxes { bytemuck::bytes_of(&relaxation) } else { &[] };
@@ -287,7 +305,8 @@ impl<'a> PatchFile<'a> {
                 | if relaxes { RELAXES } else { 0 }
                 | if rubs { RUBS } else { 0 }
                 | if stiffens { STIFFENS } else { 0 }
-                | if params.terms.smooth_mass { SMOOTH_MASS } else { 0 },
+                | if params.terms.smooth_mass { SMOOTH_MASS } else { 0 }
+                | if steepness.is_empty() { 0 } else { UNEVENLY },
             fitted_places: self.fitted_places,
         };
         let mut digest = CRC.digest();
@@ -299,6 +318,7 @@ impl<'a> PatchFile<'a> {
         digest.update(relaxation);
         digest.update(friction);
         digest.update(stiffening);
+        digest.update(steepness);
         digest.update(tip);
         header.crc = digest.finalize();
         sink(bytemuck::bytes_of(&header));
@@ -309,6 +329,7 @@ impl<'a> PatchFile<'a> {
         sink(relaxation);
         sink(friction);
         sink(stiffening);
+        sink(steepness);
         sink(tip);
     }
 }
@@ -371,6 +392,7 @@ mod tests {
             springs: &[],
             tets: &[],
             triangles: &[],
+            steepness: &[],
             neighbours: &[],
             owners: &[],
             foundation: &[],

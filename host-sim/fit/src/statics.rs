@@ -88,7 +88,9 @@ pub struct Statics {
     /// Active terms of the energy besides springs.
     pub(crate) volume_acts: bool,
     pub(crate) compensation_acts: bool,
-    /// Logarithm of a node's stiffness factor over its energy density over E (1).
+    /// Steepness of every node, as [`palpate::Model::steepness`]; may be empty.
+    steepness_of: Vec<f64>,
+    /// Logarithm of a node's stiffness factor over its energy density over E (1), without that.
     pub(crate) steepness: f64,
     /// Elastic support of the rim nodes, if there is any.
     pub rim: Option<Rim>,
@@ -145,6 +147,7 @@ impl Statics {
             compensation_threshold: f64::from(params.compensation_threshold),
             volume_acts: params.terms.volume,
             compensation_acts: params.terms.compensation,
+            steepness_of: model.steepness.iter().map(|s| f64::from(*s)).collect(),
             steepness: stiffening::steepness(params),
             rim: Rim::of(model),
             probe: params.probe,

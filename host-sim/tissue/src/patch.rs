@@ -23,6 +23,7 @@ use crate::scene::Inclusion;
 use crate::tissue::{Joint, Tissue, ratio_of};
 pub use rim::RimSprings;
 use stiffness::Elastic;
+pub(crate) use stiffness::six_volume;
 
 /// Positive factors on the formulas' values; all 1 without calibration.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,6 +103,7 @@ pub struct Patch {
     tets: Vec<Tet>,
     neighbours: Vec<[u32; 4]>,
     triangles: Vec<Triangle>,
+    steepness: Vec<f32>,
     owners: Vec<u32>,
     foundation: Vec<FoundationPoint>,
     rim_nodes: Vec<RimNode>,
@@ -143,6 +145,7 @@ impl Patch {
             spring_rows,
             springs,
             triangles: law.triangles,
+            steepness: Vec::new(),
             foundation: law.points,
             rim_nodes: Vec::new(),
             rim_edges: Vec::new(),
@@ -176,6 +179,7 @@ impl Patch {
             neighbours: model.neighbours.to_vec(),
             owners: model.owners.to_vec(),
             triangles: model.triangles.to_vec(),
+            steepness: model.steepness.to_vec(),
             foundation: model.foundation.to_vec(),
             rim_nodes: model.rim_nodes.to_vec(),
             rim_edges: model.rim_edges.to_vec(),
@@ -207,6 +211,7 @@ impl Patch {
             neighbours: &self.neighbours,
             owners: &self.owners,
             triangles: &self.triangles,
+            steepness: &self.steepness,
             foundation: &self.foundation,
             rim_nodes: &self.rim_nodes,
             rim_edges: &self.rim_edges,
@@ -239,6 +244,11 @@ impl Patch {
         for (node, ratio) in self.nodes.iter_mut().zip(ratio) {
             node.volume_m3 = (f64::from(node.volume_m3) * ratio) as f32;
         }
+    }
+
+    /// Sets how steeply the tissue at each node stiffens: see [`Model::steepness`].
+    pub fn set_steepness(&mut self, steepness: Vec<f32>) {
+        self.steepness = steepness;
     }
 
     /// Moves the site of the press [m].

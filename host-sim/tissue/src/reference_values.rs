@@ -10,7 +10,7 @@ use crate::scene::Scene;
 #[must_use]
 pub fn of(scene: &Scene) -> Vec<(f64, f64)> {
     let answer = Answer::block();
-    let elastic = scene.tissue.relaxation.is_empty() && scene.tissue.stiffening_b == 0.0 && scene.probe.friction == 0.0;
+    let elastic = scene.tissue.relaxation.is_empty() && scene.tissue.most_stiffening_b() == 0.0 && scene.probe.friction == 0.0;
     if !elastic || !answer.is_for(scene) || scene.probe.position_m.unwrap_or_default() != [0.0, 0.0] {
         return Vec::new();
     }

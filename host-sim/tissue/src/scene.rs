@@ -150,6 +150,32 @@ pub struct TissueScene {
     pub relaxation: Vec<RelaxationScene>,
 }
 
+impl TissueScene {
+    /// The largest stiffening exponent of the tissue, its regions and its balls (1), and its key.
+    #[must_use]
+    pub fn most_stiffening(&self) -> (String, f64) {
+        let regions = self.region.iter().map(|region| region.stiffening_b).enumerate().map(|(n, b)| ("region", n, b));
+        let balls = self.inclusion.iter().map(|ball| ball.stiffening_b).enumerate().map(|(n, b)| ("inclusion", n, b));
+        let own = ("tissue.stiffening_b".to_owned(), self.stiffening_b);
+        regions.chain(balls).fold(own, |most, (table, n, b)| match b {
+            Some(b) if b > most.1 => (format!("tissue.{table}[{n}].stiffening_b"), b),
+            _ => most,
+        })
+    }
+
+    /// The largest stiffening exponent of the tissue, its regions and its balls (1).
+    #[must_use]
+    pub fn most_stiffening_b(&self) -> f64 {
+        self.most_stiffening().1
+    }
+
+    /// The balls without exponents of their own.
+    #[must_use]
+    pub fn elastic_inclusions(&self) -> Vec<Inclusion> {
+        self.inclusion.iter().map(Inclusion::elastic).collect()
+    }
+}
+
 fn default_damping() -> f64 {
     f64::from(palpate::Params::default().node_damping_per_s)
 }
@@ -168,9 +194,21 @@ pub struct Inclusion {
     ///
     /// * range: above 0
     pub stiffness_ratio: f64,
+    /// Stiffening exponent b of the ball (1).
+    ///
+    /// * range: 0 to 100
+    /// * default: that of the tissue around
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffening_b: Option<f64>,
 }
 
 impl Inclusion {
+    /// The ball without an exponent of its own: what a patch is fitted with.
+    #[must_use]
+    pub fn elastic(&self) -> Self {
+        Self { stiffening_b: None, ..*self }
+    }
+
     /// Whether a point [m] is in it.
     #[must_use]
     pub fn holds(&self, at_m: [f64; 3]) -> bool {
@@ -190,6 +228,11 @@ pub struct RegionScene {
     /// * range: 1 to 1e9
     /// * source: beside each value in `abdomen-press.toml` and `foot-press.toml`
     pub youngs_modulus_pa: f64,
+    /// Stiffening exponent b of the region (1).
+    ///
+    /// * range: 0 to 100
+    /// * default: that of the tissue
+    pub stiffening_b: Option<f64>,
 }
 
 /// The probe.

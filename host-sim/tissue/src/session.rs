@@ -14,7 +14,7 @@ use crate::patch::{Material, Patch};
 use crate::recorded_tips::read_tips;
 use crate::scene::{NO_PATCH, Scene, TICK_S, Tip};
 use crate::stable_step::{MARGIN, StableStep, limits, substeps_for_taps};
-use crate::tissue::{DEFAULT_NODES, place};
+use crate::tissue::{DEFAULT_NODES, Layout, place};
 
 /// A scene ready to run.
 #[derive(Clone, Debug)]
@@ -100,7 +100,8 @@ impl Session {
             // a patch fitted as a whole block is homogeneous; any other was packed with its
             // inclusions
             let homogeneous = patch.fitted_places() > 0 && patch.model().rim_nodes.is_empty();
-            let patch = if homogeneous { patch.with_inclusions(&scene.tissue.inclusion) } else { patch };
+            let mut patch = if homogeneous { patch.with_inclusions(&scene.tissue.inclusion) } else { patch };
+            steepen(scene, &mut patch)?;
             let params = fitted(scene, &packed);
             return Self::of_patch(machine, patch, params, tips_m, 0);
         }
@@ -110,12 +111,15 @@ impl Session {
         {
             patch.set_site_m(placed.tissue.site_m);
             patch.set_depth_limit_m(placed.tissue.depth_limit_m as f32);
+            steepen(scene, &mut patch)?;
             return Self::of_patch(machine, patch, fitted(scene, &packed), tips_m, 0);
         }
         let params = scene.params(placed.axis);
         let material = Material { poisson_ratio: f64::from(params.poisson_ratio), ..Material::default() };
         let flipped = placed.import.as_ref().map_or(0, |i| i.flipped_tets);
-        let mut session = Self::of_patch(machine, Patch::build(&placed.tissue, &material, None), params, tips_m, flipped)?;
+        let mut patch = Patch::build(&placed.tissue, &material, None);
+        steepen(scene, &mut patch)?;
+        let mut session = Self::of_patch(machine, patch, params, tips_m, flipped)?;
         session.report.surface_cm3 = placed.surface.map(|surface| surface.volume_m3 * 1e6);
         Ok(session)
     }
@@ -188,6 +192,16 @@ impl Session {
     pub fn tip_m(&self, depth_m: f64) -> Vector3<f32> {
         self.patch.site_m() - self.params.probe.axis * depth_m as f32
     }
+}
+
+/// Gives the nodes of a scene with regions their steepness; of tissue that is the same everywhere
+/// a packed patch keeps its own.
+fn steepen(scene: &Scene, patch: &mut Patch) -> Result<(), Error> {
+    let layout = Layout::of(scene)?;
+    if !layout.is_uniform() {
+        patch.set_steepness(layout.steepness(&patch.mesh(), scene.tissue.most_stiffening_b()));
+    }
+    Ok(())
 }
 
 /// The largest stiffening exponent with which a patch can run, rounded down to two digits; `None`

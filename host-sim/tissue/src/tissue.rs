@@ -5,6 +5,7 @@ mod body;
 mod material;
 pub mod organ;
 pub mod organ_source;
+mod steepness;
 
 use crate::error::Error;
 use crate::mesh::{BlockError, BlockSpec, ImportReport, SurfaceReport, TetMesh, block, surface};
@@ -14,6 +15,7 @@ pub use material::Layout;
 use nalgebra::Vector3;
 pub use organ::DEFAULT_ORGAN_NODES;
 use organ_source::OrganSource;
+pub use steepness::steepness;
 
 /// A mesh rests on its underside: surface triangles whose outward normal has less than this cosine
 /// with the press axis are fixed.
@@ -232,7 +234,7 @@ pub fn blended(mesh: &TetMesh, tet: &[u32; 4], stiffness: impl Fn([f64; 3]) -> f
 }
 
 /// Points spread evenly over a tet [m].
-fn samples(mesh: &TetMesh, tet: &[u32; 4]) -> impl Iterator<Item = [f64; 3]> {
+pub(crate) fn samples(mesh: &TetMesh, tet: &[u32; 4]) -> impl Iterator<Item = [f64; 3]> {
     const STEPS: usize = 6;
     let corners = tet.map(|n| mesh.nodes_m[n as usize]);
     let triples = (0..STEPS).flat_map(|i| (0..STEPS - i).flat_map(move |j| (0..STEPS - i - j).map(move |k| [i, j, k])));

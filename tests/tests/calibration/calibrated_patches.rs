@@ -165,7 +165,7 @@ fn stiffness_does_not_matter() {
 fn a_nodule_is_mapped() {
     let answer = answer(include_str!("../../../host-sim/references/nodule.json"));
     let (patch, params) = calibrated::sized(410).unwrap();
-    let ball = Inclusion { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0 };
+    let ball = Inclusion { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0, stiffening_b: None };
     assert_eq!(answer.tissue.inclusion, [ball]);
     let patch = patch.with_inclusions(&[ball]);
     let mut worst = 0.0_f64;

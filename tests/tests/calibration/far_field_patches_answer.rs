@@ -9,7 +9,7 @@ use palpate_tissue::scene::Inclusion;
 const SIZE: (f64, f64) = (0.017, 0.0052);
 const DEPTHS_M: [f64; 4] = [0.001, 0.002, 0.004, 0.006];
 /// Ten times as stiff outside of the patch, under its rim.
-const OUTSIDE: Inclusion = Inclusion { center_m: [0.0, 0.0, -0.026], radius_m: 0.008, stiffness_ratio: 10.0 };
+const OUTSIDE: Inclusion = Inclusion { center_m: [0.0, 0.0, -0.026], radius_m: 0.008, stiffness_ratio: 10.0, stiffening_b: None };
 
 /// Forces over E of centred presses [m^2].
 fn forces(statics: &Statics) -> Vec<f64> {

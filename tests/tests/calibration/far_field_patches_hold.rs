@@ -21,8 +21,9 @@ const MARGIN: f32 = 1.15;
 /// Largest force over the static one.
 const PEAK: f64 = 3.0;
 /// A nodule, 12 mm deep under the site, and one across the rim.
-const INSIDE: Inclusion = Inclusion { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0 };
-const ACROSS: Inclusion = Inclusion { center_m: [0.012, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0 };
+const INSIDE: Inclusion = Inclusion { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0, stiffening_b: None };
+const ACROSS: Inclusion =
+    Inclusion { center_m: [0.012, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0, stiffening_b: None };
 
 fn tap(speed_m_per_s: f64, jitter: f64) -> Tap {
     Tap { deep_m: DEEP_M.into(), speed_m_per_s, jitter }

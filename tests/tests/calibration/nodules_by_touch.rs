@@ -129,7 +129,7 @@ fn solved(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
 fn an_unsteady_hand_finds_by_the_map_what_it_misses_by_force() {
     let (patch, packed) = calibrated::sized(410).unwrap();
     let params = Params { limits: limits(&patch, 1e-3), substeps: 2, node_damping_per_s: 60.0, ..packed };
-    let nodule = Inclusion { center_m: [0.0, 0.0, -10e-3], radius_m: 4e-3, stiffness_ratio: 10.0 };
+    let nodule = Inclusion { center_m: [0.0, 0.0, -10e-3], radius_m: 4e-3, stiffness_ratio: 10.0, stiffening_b: None };
     let lines = [patch.clone(), patch.with_inclusions(&[nodule])].map(|patch| touches(&patch, &params));
     let mut noise = Noise::new(1);
     // noise of force, area and peak (shares) and of the centre [m], of two tactile arrays

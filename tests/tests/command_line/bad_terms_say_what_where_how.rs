@@ -46,7 +46,14 @@ fn a_stiffening_that_cannot_be() {
         let says = &["tissue.stiffening_b", "outside 0 .. 100"];
         refused_edit("nodes = 129", &format!("nodes = 129\nstiffening_b = {value}"), says);
     }
+    let ball = "[[tissue.inclusion]]\ncenter_m = [0.0, 0.0, -0.012]\nradius_m = 0.006\nstiffness_ratio = 10.0\nstiffening_b = ";
+    for value in ["-0.3", "nan", "inf", "101.0"] {
+        let says = &["tissue.inclusion[0].stiffening_b", "must be from 0 to 100"];
+        refused_edit("[probe]", &format!("{ball}{value}\n[probe]"), says);
+    }
     let desk = Desk::default();
+    desk.put("scene.toml", edited(SMALL_BLOCK, "[probe]", &format!("{ball}3.0\n[probe]")));
+    refused(&desk, &["calibrate", "--scene", "scene.toml"], &["tissue.inclusion[0].stiffening_b = 3", "fitted without it"]);
     desk.put("scene.toml", edited(SMALL_BLOCK, "nodes = 129", "nodes = 129\nstiffening_b = 3.0"));
     let on_a_board = |arguments: &[&str], board: &str| {
         refused(&desk, arguments, &["scene.toml: ", "tissue.stiffening_b = 3", board, "has no time", "leave it out"]);

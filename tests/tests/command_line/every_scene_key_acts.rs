@@ -171,6 +171,18 @@ fn inclusion_acts_where_it_is() {
 }
 
 #[test]
+fn inclusion_stiffens_by_an_exponent_of_its_own() {
+    let ball = |b: &str| {
+        let table =
+            format!("[[tissue.inclusion]]\ncenter_m = [0.0, 0.0, -0.006]\nradius_m = 0.005\nstiffness_ratio = 0.5\n{b}\n[probe]");
+        changed("[probe]", &table)
+    };
+    let ratios = ratios(&ball("stiffening_b = 20.0"), &ball(""));
+    println!("a ball that stiffens by 20: {ratios:.4?}");
+    assert!(ratios.first().is_some_and(|r| *r > 1.001) && ratios.windows(2).all(|pair| pair[1] > pair[0]), "{ratios:?}");
+}
+
+#[test]
 fn smaller_probe_presses_less() {
     // Hertz: the square root of the radius
     let ratios = ratios(&changed("radius_m = 0.008", "radius_m = 0.004"), &small());
@@ -340,7 +352,12 @@ fn organ_has_its_shape_its_nodes_and_its_regions() {
     let all = ["skin", "fat pad", "deep tissue"].map(|name| format!("{{ name = \"{name}\", youngs_modulus_pa = 7000.0 }}"));
     let all = ratios(&foot(&format!("nodes = 300\nregion = [{}]", all.join(", "))), &plain);
     let fat = ratios(&foot("nodes = 300\nregion = [{ name = \"fat pad\", youngs_modulus_pa = 7000.0 }]"), &plain);
-    println!("all regions twice as stiff {all:.4?}, fat alone {fat:.4?}");
+    let stiffening = ratios(
+        &foot("nodes = 300\nregion = [{ name = \"fat pad\", youngs_modulus_pa = 7000.0, stiffening_b = 10.0 }]"),
+        &foot("nodes = 300\nregion = [{ name = \"fat pad\", youngs_modulus_pa = 7000.0 }]"),
+    );
+    println!("all regions twice as stiff {all:.4?}, fat alone {fat:.4?}, that stiffens {stiffening:.4?}");
+    assert!(stiffening.iter().all(|r| *r > 1.001) && stiffening.is_sorted_by(|a, b| a < b), "{stiffening:?}");
     // every stiffness doubled except the contact's, which follows the scene's own modulus and is in
     // series
     assert!(all.iter().all(|r| (1.3..2.0).contains(r)) && all.is_sorted_by(|a, b| a < b));

@@ -5,7 +5,7 @@
 use palpate::stages::force;
 use palpate::stages::force::stiffening::CAP;
 use palpate::stages::probe::ProbePose;
-use palpate::{GuardLimits, Model, Params, State, Vector3, tick};
+use palpate::{BuildError, GuardLimits, Model, Params, PatchFile, State, Vector3, tick};
 use palpate_fit::statics::{Solver, Statics, Vector};
 use palpate_tests::bench::{Bench, Deformation, at_depth};
 use palpate_tests::oracle::Oracle;
@@ -16,8 +16,8 @@ use palpate_tissue::session::Session;
 use palpate_tissue::stable_step::{substeps_for_taps, with_tick};
 
 /// Energy over E [m^3] of everything that stiffens, from the documented law: `sum V mu/2b (exp(2 b
-/// w / mu) - 1)`, w half the energy of the springs and of the pushes at a node over its volume, and
-/// the other half of the pushes; straight beyond the cap.
+/// w / mu) - 1)`, w half the energy of the springs and of the pushes at a node over its volume, b
+/// times the node's steepness, and the other half of the pushes; straight beyond the cap.
 fn stiffening_energy(model: &Model, params: &Params, x: &[Vector], tip_m: Option<Vector>) -> f64 {
     let mut half = vec![0.0; x.len()];
     for s in model.springs {
@@ -38,13 +38,17 @@ fn stiffening_energy(model: &Model, params: &Params, x: &[Vector], tip_m: Option
         }
     }
     let (b, mu) = (f64::from(params.stiffening_b), 0.5 / (1.0 + f64::from(params.poisson_ratio)));
-    let of_node = |(energy, node): (&f64, &palpate::NodeRest)| {
+    let of_node = |((n, energy), node): ((usize, &f64), &palpate::NodeRest)| {
         let (volume_m3, cap) = (f64::from(node.volume_m3), f64::from(CAP));
+        let b = b * model.steepness.get(n).map_or(1.0, |steepness| f64::from(*steepness));
+        if b == 0.0 {
+            return *energy;
+        }
         let ln = 2.0 * b * energy / volume_m3 / mu;
         let beyond = (ln - cap).max(0.0) * cap.exp();
         volume_m3 * mu / (2.0 * b) * (ln.min(cap).exp_m1() + beyond)
     };
-    half.iter().zip(model.nodes).map(of_node).sum::<f64>() + outside
+    half.iter().enumerate().zip(model.nodes).map(of_node).sum::<f64>() + outside
 }
 
 /// Slope of an energy along one node, by central differences.
@@ -63,11 +67,19 @@ fn stiffening(nodes: usize, b: f32) -> Bench {
     Bench::block(nodes).with(|p| p.stiffening_b = b)
 }
 
+/// Every node has another steepness, one of them none.
+fn uneven(mut bench: Bench) -> Bench {
+    let nodes = bench.patch.model().nodes.len();
+    bench.patch.set_steepness((0..nodes).map(|n| (n * 7 % 11) as f32 * 0.2).collect());
+    bench
+}
+
 #[test]
 fn inner_forces_are_slopes_of_the_energy() {
     // in the first one many nodes are beyond the cap
     for (nodes, b, strain, seed) in [(60, 20.0, 0.15, 1), (60, 20.0, 0.04, 2), (129, 3.0, 0.1, 3), (129, 0.3, 0.15, 4)] {
         let bench = stiffening(nodes, b).with(|p| p.terms.volume = false);
+        let bench = if seed % 2 == 0 { uneven(bench) } else { bench };
         let model = bench.patch.wide_model();
         let mut memory = bench.memory();
         let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
@@ -104,7 +116,7 @@ fn oracle_modulus(bench: &Bench) -> f64 {
 /// Energy and statics share no code; the statics also contain foundation and volume.
 #[test]
 fn statics_are_slopes_of_the_energy_under_the_probe() {
-    let bench = stiffening(129, 10.0).with(|p| p.terms.volume = false);
+    let bench = uneven(stiffening(129, 10.0)).with(|p| p.terms.volume = false);
     let model = bench.patch.wide_model();
     let statics = Statics::of(&model, &bench.params).unwrap();
     let tip_m = Vector::new(1.3e-3, 0.7e-3, -2e-3);
@@ -231,6 +243,31 @@ fn taps_hold_with_a_margin_of_15_percent() {
         assert_eq!(found, Some(substeps), "{nodes} nodes, {youngs_modulus_pa} Pa, b = {b}");
         assert!(substeps > 1, "{nodes} nodes, b = {b}: one substep shows nothing of the bound");
     }
+}
+
+#[test]
+fn a_patch_file_keeps_the_steepness_of_its_nodes_where_it_has_one() {
+    let words = |bench: &Bench| {
+        let bytes = bench.patch.pack(&bench.params, 1e-3);
+        let mut words = vec![0_u32; bytes.len() / 4];
+        bytemuck::cast_slice_mut(&mut words).copy_from_slice(&bytes);
+        words
+    };
+    let even = stiffening(60, 5.0);
+    let uneven = uneven(even.clone());
+    let (plain, with) = (words(&even), words(&uneven));
+    assert_eq!(with.len() - plain.len(), even.patch.model().nodes.len());
+    for (bench, words) in [(&even, &plain), (&uneven, &with)] {
+        let file = PatchFile::open(bytemuck::cast_slice(words)).unwrap();
+        assert_eq!(file.model.steepness, bench.patch.model().steepness);
+        assert_eq!(file.model.check(), Ok(()));
+    }
+    // without stiffening nobody asks for it
+    let plain = |bench: &Bench| words(&bench.clone().with(|p| p.stiffening_b = 0.0));
+    assert_eq!(plain(&uneven), plain(&even));
+    let short = [1.0; 3];
+    let model = Model { steepness: &short, ..even.patch.model() };
+    assert!(matches!(model.check(), Err(BuildError::LengthMismatch { item: "node steepnesses", .. })));
 }
 
 #[test]

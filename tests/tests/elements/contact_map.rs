@@ -115,7 +115,7 @@ fn areas_and_peaks_are_those_of_finite_elements() {
 fn a_nodule_beside_the_probe_draws_the_centre_as_in_finite_elements() {
     // 8 mm across, ten times as stiff, its middle 10 mm deep and 4 mm beside the press; the patch's
     // elements of 3 mm blur it
-    let nodule = Inclusion { center_m: [4e-3, 0.0, -10e-3], radius_m: 4e-3, stiffness_ratio: 10.0 };
+    let nodule = Inclusion { center_m: [4e-3, 0.0, -10e-3], radius_m: 4e-3, stiffness_ratio: 10.0, stiffening_b: None };
     let depths_m = [2e-3, 3e-3];
     let solve = |inclusions| {
         let material = Material { poisson_ratio: 0.45, stiffening_b: 0.0, inclusions };

@@ -11,5 +11,6 @@ mod organ_meshes;
 mod solved_again;
 mod statics_agree;
 mod stiffening_agrees;
+mod stiffening_regions;
 mod surface_files;
 mod whole_organ;

@@ -155,6 +155,7 @@ mod tests {
             springs: &springs,
             tets: &[],
             triangles: &[],
+            steepness: &[],
             neighbours: &[],
             owners: &[],
             foundation: &[],

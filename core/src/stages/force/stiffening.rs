@@ -8,6 +8,9 @@
 //! changes: one calibrated patch serves every b. The bulk term is unchanged: Demiray's exponent
 //! depends on the change of shape alone.
 //!
+//! A region of another stiffness or another exponent has a steepness of its own: the logarithm of
+//! the factor at its nodes is multiplied by [`Model::steepness`], and the energy divided by it.
+//!
 //! The foundation is tissue too, the part of it that elements cannot resolve. It counts as any
 //! spring does, half to each end: half of a point's energy goes to its node, and half of its push
 //! is multiplied by the factor there. The other end lies at the probe and has no volume. Without
@@ -84,6 +87,9 @@ pub(crate) fn measure(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Ve
 /// Turns the energy over E at every node into half of its factor.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 fn stiffen(model: &Model, tuned: &Tuned, state: &mut State) {
+    for (node, steepness) in state.nodes.iter_mut().zip(model.steepness) {
+        node.p *= steepness;
+    }
     let (nodes, others) = state.nodes.as_chunks_mut::<AT_ONCE>();
     let (rest, rest_of_others) = model.nodes.as_chunks::<AT_ONCE>();
     for (nodes, rest) in nodes.iter_mut().zip(rest) {

@@ -24,7 +24,7 @@ const CHUNK: usize = 64;
 pub struct Material {
     /// Poisson's ratio (1).
     pub poisson_ratio: f64,
-    /// Stiffening exponent b (1); zero is neo-Hookean.
+    /// Stiffening exponent b (1) of all but the balls that have their own; zero is neo-Hookean.
     pub stiffening_b: f64,
     /// Balls of another stiffness; where they overlap the last one counts.
     pub inclusions: Vec<Inclusion>,
@@ -38,7 +38,7 @@ impl Material {
         Stiffness {
             ratio: ball.map_or(1.0, |ball| ball.stiffness_ratio),
             poisson_ratio: self.poisson_ratio,
-            stiffening_b: self.stiffening_b,
+            stiffening_b: ball.and_then(|ball| ball.stiffening_b).unwrap_or(self.stiffening_b),
         }
     }
 }

@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn the_ball_has_its_volume_and_the_block_its_own_in_closed_upright_tets() {
         for (centre, edge_m) in [([0.0, 0.0, -0.01], 0.0032), ([0.0031, -0.0017, -0.0123], 0.0044)] {
-            let ball = Inclusion { center_m: centre, radius_m: 0.004, stiffness_ratio: 10.0 };
+            let ball = Inclusion { center_m: centre, radius_m: 0.004, stiffness_ratio: 10.0, stiffening_b: None };
             let before = fine_block(edge_m, centre);
             let (mesh, ratios) = conform(&before, &[ball]);
             assert!(mesh.tets.iter().all(|t| volume(&mesh, t) > 0.0));
@@ -213,7 +213,12 @@ mod tests {
 
     #[test]
     fn of_overlapping_balls_the_last_counts_and_one_through_the_surface_leaves_the_block_whole() {
-        let ball = |z: f64, ratio: f64| Inclusion { center_m: [0.0, 0.0, z], radius_m: 0.004, stiffness_ratio: ratio };
+        let ball = |z: f64, ratio: f64| Inclusion {
+            center_m: [0.0, 0.0, z],
+            radius_m: 0.004,
+            stiffness_ratio: ratio,
+            stiffening_b: None,
+        };
         let before = fine_block(0.0032, [0.0, 0.0, -0.01]);
         let (mesh, ratios) = conform(&before, &[ball(-0.010, 10.0), ball(-0.013, 3.0), ball(0.001, 5.0)]);
         let all: f64 = mesh.tets.iter().map(|t| volume(&mesh, t)).sum();

@@ -63,7 +63,8 @@ struct Moved {
     ratio: bool,
 }
 
-const NODULE: [Inclusion; 1] = [Inclusion { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0 }];
+const NODULE: [Inclusion; 1] =
+    [Inclusion { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0, stiffening_b: None }];
 
 /// Every shipped answer.
 pub const SHIPPED: [Shipped; 4] = [

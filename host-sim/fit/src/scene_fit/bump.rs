@@ -321,7 +321,7 @@ mod tests {
     use super::*;
 
     fn bumps(ratio: impl Fn([f64; 2], f64) -> f64) -> Bumps {
-        let ball = |x: f64| Inclusion { center_m: [x, 0.001, -0.01], radius_m: 0.004, stiffness_ratio: 10.0 };
+        let ball = |x: f64| Inclusion { center_m: [x, 0.001, -0.01], radius_m: 0.004, stiffness_ratio: 10.0, stiffening_b: None };
         let mut places_m = vec![[0.0; 2]];
         places_m.extend(sunflower(KNOWN_PLACES, 0.0132));
         let known_places = places_m.len();

@@ -53,14 +53,14 @@ impl Statics {
             let node = self.triangles[push.triangle].node;
             node.iter().zip(push.weights).for_each(|(&n, w)| energy[n] += w * HALF * push.energy);
         }
-        let of_node = |(energy, reciprocal): (&f64, &f64)| {
+        let of_node = |((n, energy), reciprocal): ((usize, &f64), &f64)| {
             // the volume of a node is a quarter of its tets'
-            let per_energy = self.steepness * 24.0 * reciprocal;
+            let per_energy = self.steepness * self.steepness_of.get(n).unwrap_or(&1.0) * 24.0 * reciprocal;
             let ln = energy * per_energy;
             let factor = ln.min(f64::from(CAP)).exp();
             (factor, if ln < f64::from(CAP) { factor * per_energy } else { 0.0 })
         };
-        let (factor, steeper) = energy.iter().zip(&self.six_volume_reciprocal).map(of_node).unzip();
+        let (factor, steeper) = energy.iter().enumerate().zip(&self.six_volume_reciprocal).map(of_node).unzip();
         Some(Stiffer { factor, steeper })
     }
 

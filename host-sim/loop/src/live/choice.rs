@@ -37,7 +37,7 @@ impl Nodule {
     #[must_use]
     pub fn inclusion(&self) -> Inclusion {
         let [x, y] = self.place_m;
-        Inclusion { center_m: [x, y, -self.depth_m], radius_m: self.radius_m, stiffness_ratio: self.ratio }
+        Inclusion { center_m: [x, y, -self.depth_m], radius_m: self.radius_m, stiffness_ratio: self.ratio, stiffening_b: None }
     }
 }
 

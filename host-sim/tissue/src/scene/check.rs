@@ -11,6 +11,8 @@ const SIDE_M: std::ops::RangeInclusive<f64> = 1e-3..=2.0;
 /// organ's regions.
 const ORGAN_NODES: std::ops::RangeInclusive<usize> = 100..=5000;
 pub(super) const MODULUS_PA: std::ops::RangeInclusive<f64> = 1.0..=1e9;
+/// Range of the stiffening exponent of a region or a ball.
+const STIFFENING: std::ops::RangeInclusive<f64> = 0.0..=100.0;
 /// Cosine between the long side of a tip and the press beyond which it does not lie on the surface.
 const STEEP: f64 = 0.5;
 /// Files that hold a surface.
@@ -105,12 +107,12 @@ impl Scene {
     /// # Errors
     /// The exponent.
     pub fn refuse_stiffening(&self) -> Result<(), SceneError> {
-        let b = self.tissue.stiffening_b;
+        let (key, b) = self.tissue.most_stiffening();
         if b == 0.0 {
             return Ok(());
         }
         let why = format!("= {b}: a patch is fitted without it and serves any: leave it out here, give it to press");
-        self.bad("tissue.stiffening_b", &why)
+        self.bad(&key, &why)
     }
 
     /// Refuses, for a board, the terms that no board's image has: tissue that stiffens, a capsule
@@ -126,12 +128,12 @@ impl Scene {
             );
             return self.bad("probe.shape", &why);
         }
-        let b = self.tissue.stiffening_b;
+        let (key, b) = self.tissue.most_stiffening();
         if b == 0.0 {
             return Ok(());
         }
         let why = format!("= {b}: {board} has no time for tissue that stiffens: leave it out, or take --board desktop");
-        self.bad("tissue.stiffening_b", &why)
+        self.bad(&key, &why)
     }
 
     /// The direction of a capsule or an ellipsoid; returns an axis along which it must not lie:
@@ -234,6 +236,7 @@ impl Scene {
         }
         self.check_nodes()?;
         for (n, region) in tissue.region.iter().enumerate() {
+            self.check_exponent(&format!("tissue.region[{n}]"), region.stiffening_b)?;
             let e = region.youngs_modulus_pa;
             if !MODULUS_PA.contains(&e) {
                 let why = format!("= {e} is out of range: give {} .. {}", MODULUS_PA.start(), MODULUS_PA.end());
@@ -283,6 +286,7 @@ impl Scene {
                         .bad(&format!("tissue.inclusion[{n}].{key}"), &format!("= {value} must be above zero and finite"));
                 }
             }
+            self.check_exponent(&format!("tissue.inclusion[{n}]"), ball.stiffening_b)?;
             if !ball.center_m.iter().all(|c| c.is_finite()) {
                 let why = format!("= {:?} is not finite: give x, y, z in metres", ball.center_m);
                 return self.bad(&format!("tissue.inclusion[{n}].center_m"), &why);
@@ -302,6 +306,17 @@ impl Scene {
             }
         }
         Ok(())
+    }
+
+    /// Refuses a stiffening exponent of a region or a ball that cannot be.
+    fn check_exponent(&self, table: &str, b: Option<f64>) -> Result<(), SceneError> {
+        match b {
+            Some(b) if !STIFFENING.contains(&b) => {
+                let why = format!("= {b} must be from {} to {}", STIFFENING.start(), STIFFENING.end());
+                self.bad(&format!("{table}.stiffening_b"), &why)
+            }
+            _ => Ok(()),
+        }
     }
 
     fn check_drive(&self) -> Result<(), SceneError> {

@@ -15,7 +15,7 @@ impl Scene {
             density_kg_per_m3: tissue.density_kg_per_m3 as f32,
             node_damping_per_s: tissue.node_damping_per_s as f32,
             gravity_m_per_s2: tissue.gravity_m_per_s2.map(|g| g as f32),
-            stiffening_b: tissue.stiffening_b as f32,
+            stiffening_b: tissue.most_stiffening_b() as f32,
             relaxation: tissue.relaxation(),
             friction: self.probe.friction as f32,
             tick_s: crate::scene::TICK_S as f32,

@@ -101,7 +101,7 @@ fn agree_with_its_organ(scene: &Scene, path: &Path) -> Result<(), SceneError> {
 fn agree_with_its_inclusions(scene: &Scene, path: &Path) -> Result<(), SceneError> {
     let Some(record) = FitRecord::of_file(path) else { return Ok(()) };
     let fitted = &record.tissue.inclusion;
-    if record.judged.bump.is_none() || *fitted == scene.tissue.inclusion {
+    if record.judged.bump.is_none() || *fitted == scene.tissue.elastic_inclusions() {
         return Ok(());
     }
     let balls = fitted.iter().map(|ball| format!("{:?}, {} m, {} times", ball.center_m, ball.radius_m, ball.stiffness_ratio));

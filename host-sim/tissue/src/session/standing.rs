@@ -151,11 +151,11 @@ fn differs(scene: &Scene, patch: &Patch, record: &FitRecord) -> Vec<String> {
         differs.push("calibrated for another block".into());
     }
     // a piece of an organ contains the inclusions that it was cut with, and a scene may not add any
-    if patch.model().rim_nodes.is_empty() && tissue.inclusion != record.tissue.inclusion {
+    if patch.model().rim_nodes.is_empty() && tissue.elastic_inclusions() != record.tissue.inclusion {
         let what = if record.tissue.inclusion.is_empty() { "without its inclusions" } else { "with other inclusions" };
         differs.push(format!("calibrated {what}"));
     }
-    if tissue.stiffening_b != record.tissue.stiffening_b {
+    if tissue.most_stiffening_b() != record.tissue.stiffening_b {
         differs.push("calibrated for tissue that does not stiffen".into());
     }
     if probe.friction > 0.0 {

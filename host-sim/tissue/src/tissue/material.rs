@@ -1,16 +1,19 @@
 //! Material of a scene's tissue at every point: regions of an organ, and balls in it.
 
-use super::{blended, ratio_of};
+use super::{blended, ratio_of, steepness};
 use crate::mesh::TetMesh;
 use crate::organ::Organ;
 use crate::scene::{Inclusion, Scene, SceneError};
 
-/// Stiffness over the scene's Young's modulus.
+/// Stiffness over the scene's Young's modulus, and stiffening.
 #[derive(Clone, Debug)]
 pub struct Layout {
     organ: Option<Organ>,
     /// Region and its stiffness over the scene's; regions that are not named have the scene's.
     by_region: Vec<(u32, f64)>,
+    /// Region and its stiffening exponent, where that is not the tissue's.
+    exponent_by_region: Vec<(u32, f64)>,
+    stiffening_b: f64,
     inclusions: Vec<Inclusion>,
 }
 
@@ -24,6 +27,7 @@ impl Layout {
         let named = tissue.organ.as_deref().map(Organ::named).transpose();
         let organ = named.map_err(|cause| SceneError::value(&scene.file, "tissue.organ:", &cause.to_string()))?;
         let mut by_region: Vec<(u32, f64)> = Vec::new();
+        let mut exponent_by_region = Vec::new();
         if let Some(organ) = &organ {
             for (n, region) in tissue.region.iter().enumerate() {
                 let key = format!("tissue.region[{n}].name");
@@ -36,16 +40,40 @@ impl Layout {
                     return scene.bad(&key, &format!("= {:?} is there twice: remove one", region.name));
                 }
                 by_region.push((found.id, region.youngs_modulus_pa / tissue.youngs_modulus_pa));
+                exponent_by_region.extend(region.stiffening_b.map(|b| (found.id, b)));
             }
         }
-        Ok(Self { organ, by_region, inclusions: tissue.inclusion.clone() })
+        let (stiffening_b, inclusions) = (tissue.stiffening_b, tissue.inclusion.clone());
+        Ok(Self { organ, by_region, exponent_by_region, stiffening_b, inclusions })
     }
 
     /// Ratio at a point [m]: that of the region, times that of the ball there.
     #[must_use]
     pub fn ratio_at(&self, at_m: [f64; 3]) -> f64 {
-        let ball = self.inclusions.iter().rev().find(|ball| ball.holds(at_m)).map_or(1.0, |ball| ball.stiffness_ratio);
-        self.region_at(at_m) * ball
+        let ball = self.ball_at(at_m).map_or(1.0, |ball| ball.stiffness_ratio);
+        self.of_region(&self.by_region, at_m).unwrap_or(1.0) * ball
+    }
+
+    /// Stiffening exponent at a point [m] (1): that of the ball there, of the region, or of the
+    /// tissue, the first that has one.
+    #[must_use]
+    pub fn exponent_at(&self, at_m: [f64; 3]) -> f64 {
+        let of_ball = self.ball_at(at_m).and_then(|ball| ball.stiffening_b);
+        of_ball.or_else(|| self.of_region(&self.exponent_by_region, at_m)).unwrap_or(self.stiffening_b)
+    }
+
+    /// Steepness of every node of a mesh (1), for a patch whose exponent is `most_b`; empty where
+    /// nothing stiffens or all stiffens alike.
+    #[must_use]
+    pub fn steepness(&self, mesh: &TetMesh, most_b: f64) -> Vec<f32> {
+        match self.is_uniform() || most_b == 0.0 {
+            true => Vec::new(),
+            false => steepness(mesh, |x| [self.ratio_at(x), self.exponent_at(x) / most_b]),
+        }
+    }
+
+    fn ball_at(&self, at_m: [f64; 3]) -> Option<&Inclusion> {
+        self.inclusions.iter().rev().find(|ball| ball.holds(at_m))
     }
 
     /// Whether it is the same everywhere.
@@ -60,9 +88,8 @@ impl Layout {
         if self.by_region.is_empty() { ratio_of(mesh, tet, &self.inclusions) } else { blended(mesh, tet, |x| self.ratio_at(x)) }
     }
 
-    fn region_at(&self, at_m: [f64; 3]) -> f64 {
-        let Some(organ) = self.organ.as_ref().filter(|_| !self.by_region.is_empty()) else { return 1.0 };
-        let id = organ.region_at(at_m);
-        self.by_region.iter().find(|(region, _)| *region == id).map_or(1.0, |(_, ratio)| *ratio)
+    fn of_region(&self, values: &[(u32, f64)], at_m: [f64; 3]) -> Option<f64> {
+        let id = self.organ.as_ref().filter(|_| !values.is_empty())?.region_at(at_m);
+        values.iter().find(|(region, _)| *region == id).map(|(_, value)| *value)
     }
 }

@@ -19,7 +19,9 @@ fn base(table: &str, key: &str) -> Table {
         _ => "shape = \"hemisphere\"\nradius_m = 0.008",
     };
     let (source, site) = match table {
-        "[[tissue.region]]" => ("organ = \"foot\"\nregion = [{ name = \"skin\" }]", "site = [-0.075, 0.0, 0.032]"),
+        "[[tissue.region]]" => {
+            ("organ = \"foot\"\nregion = [{ name = \"skin\", youngs_modulus_pa = 7e3 }]", "site = [-0.075, 0.0, 0.032]")
+        }
         "[[tissue.inclusion]]" => (
             "block_m = [0.08, 0.08, 0.04]\ninclusion = [{ center_m = [0.0, 0.0, -0.012], radius_m = 0.006, stiffness_ratio = 10.0 }]",
             "",

@@ -101,7 +101,8 @@ const FASTEST_M_PER_S: f64 = 1.0;
 const DEEP_M: f64 = 8e-3;
 
 /// Ten times stiffer, 12 mm deep: the scene `nodule`.
-pub(super) const INCLUSION: Ball = Ball { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0 };
+pub(super) const INCLUSION: Ball =
+    Ball { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0, stiffening_b: None };
 
 /// The standard slow press.
 pub(super) const PRESS: Stimulus = Stimulus { depth_m: DEEP_M, in_m_per_s: SLOW_M_PER_S, out_m_per_s: SLOW_M_PER_S, jitter: 0.0 };
