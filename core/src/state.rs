@@ -462,6 +462,8 @@ pub(crate) struct Seat {
     /// The tip was outside, over a face of that tet that a probe can touch and that faces its
     /// handle.
     pub(crate) above: bool,
+    /// The walk has not ended: it goes on in the next tick.
+    pub(crate) walking: bool,
     /// Steps taken, wrapping: varies the choice between several exit faces, so that no walk cycles.
     pub(crate) steps: u8,
 }

@@ -151,7 +151,7 @@ pub fn buried(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f3
     let probe = &tuned.probe;
     let deepest_m = model.depth_limit_m + SURFACE_M;
     let above_m = if probe.radius_m > deepest_m { probe.radius_m } else { deepest_m };
-    if state.seat.inside && !state.body.inside {
+    if state.seat.inside && !state.body.inside && !state.body.walking {
         state.body.tet = state.seat.tet;
     }
     walk(model, &mut state.body, tip_m + probe.axis * above_m, probe.axis, STEPS);
@@ -161,7 +161,7 @@ pub fn buried(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f3
 /// Walks towards the tip; ends inside a tet, or at one whose faces towards the tip are all
 /// boundary.
 fn walk(model: &Model, seat: &mut Seat, tip_m: Vector3<f32>, axis: Vector3<f32>, most: u16) {
-    (seat.inside, seat.above) = (false, false);
+    (seat.inside, seat.above, seat.walking) = (false, false, false);
     for _ in 0..most {
         let index = seat.tet as usize;
         let (Some(tet), Some(across)) = (model.tets.get(index), model.neighbours.get(index)) else {
@@ -200,6 +200,7 @@ fn walk(model: &Model, seat: &mut Seat, tip_m: Vector3<f32>, axis: Vector3<f32>,
             }
         }
     }
+    seat.walking = true;
 }
 
 /// Outward normal, of any length, of the face opposite corner `k` of a tet.
