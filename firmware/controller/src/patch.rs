@@ -63,6 +63,30 @@ const MOST_POINTS: usize = 9;
 /// Name of Young's modulus in [`BuildError::OutOfRange`] when it is too far from the patch's own.
 pub const MODULUS: &str = "youngs_modulus_pa of the patch";
 
+/// Judges a patch as the board would run it, up to the largest modulus that may be requested.
+///
+/// # Errors
+/// Those of [`Patch::open_within`].
+// apart from the start, which would keep these masses and parameters on the stack
+#[inline(never)]
+fn judge(budget: &Budget, file: &PatchFile, memory: &mut Memory, after_round: &mut dyn FnMut()) -> Result<(), BuildError> {
+    let (model, params) = (&file.model, &file.params);
+    let (mut tuned, scratch) = memory.judge(model, params, after_round)?;
+    if model.spring_rows.is_empty() {
+        // the board processes springs by rows: without rows it would process none
+        return Err(BuildError::LengthMismatch { item: "spring rows", need: model.nodes.len(), have: 0 });
+    }
+    budget.check(file, site::check(file)?)?;
+    after_round();
+    // twice the packed modulus may be requested later
+    let stiffest = Params { youngs_modulus_pa: 2.0 * params.youngs_modulus_pa, ..*params };
+    // as the board then runs it: the fields stay, their gains are recomputed
+    stiffest.retune(model, &mut tuned);
+    step::check(model, &stiffest, &tuned, scratch)?;
+    after_round();
+    Ok(())
+}
+
 impl<'a> Patch<'a> {
     /// [`Patch::open_within`] for the largest board: what the desktop opens.
     ///
@@ -102,19 +126,7 @@ impl<'a> Patch<'a> {
             return Err(BuildError::LengthMismatch { item: "foundation", need, have: model.foundation.len() });
         }
         let packed_pa = params.youngs_modulus_pa;
-        let (mut tuned, scratch) = memory.judge(&model, &params, after_round)?;
-        if model.spring_rows.is_empty() {
-            // the board processes springs by rows: without rows it would process none
-            return Err(BuildError::LengthMismatch { item: "spring rows", need: model.nodes.len(), have: 0 });
-        }
-        budget.check(&file, site::check(&file)?)?;
-        after_round();
-        // twice the packed modulus may be requested later
-        let stiffest = Params { youngs_modulus_pa: 2.0 * packed_pa, ..params };
-        // as the board then runs it: the fields stay, their gains are recomputed
-        stiffest.retune(&model, &mut tuned);
-        step::check(&model, &stiffest, &tuned, scratch)?;
-        after_round();
+        judge(budget, &file, memory, after_round)?;
         if let Some(asked) = youngs_modulus_pa {
             BuildError::within(MODULUS, asked, 0.5 * packed_pa, 2.0 * packed_pa)?;
             params.youngs_modulus_pa = asked;
