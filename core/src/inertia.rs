@@ -29,3 +29,18 @@ impl NodeStep {
     /// Initial value of reserved memory.
     pub const ZERO: Self = Self { step: 0.0, added: 0.0, smooth: [0.0; FIELDS], next: 0.0 };
 }
+
+/// Power that the mass floor takes in a tick: see `stages/integrate.rs`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Floored {
+    /// Sum over the substeps of the power that the masses took beyond the true ones, over E
+    /// [W/Pa]; negative where they give it back.
+    pub power: f32,
+    /// Square of the fastest node's speed [m^2/s^2].
+    pub fastest: f32,
+}
+
+impl Floored {
+    /// Nothing moves.
+    pub const NONE: Self = Self { power: 0.0, fastest: 0.0 };
+}

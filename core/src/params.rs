@@ -159,6 +159,8 @@ pub struct Tuned<'a> {
     pub(crate) ticks_per_s: f32,
     /// `1 - alpha dt`.
     pub(crate) keep: f32,
+    /// Density over `E dt` [s/m^2].
+    pub(crate) density_rate: f32,
     /// `1 - tau_c`.
     pub(crate) onset: f32,
     pub(crate) compensation: f32,
@@ -404,6 +406,7 @@ impl Params {
             substep_share: 1.0 / f32::from(self.substeps),
             ticks_per_s: 1.0 / self.tick_s,
             keep: 1.0 - self.node_damping_per_s * dt,
+            density_rate: self.density_kg_per_m3 / (e * dt),
             onset: 1.0 - self.compensation_threshold,
             compensation: self.compensation,
             contact_damping_s: self.contact_damping * dt,

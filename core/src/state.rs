@@ -4,6 +4,7 @@
 use nalgebra::Vector3;
 
 use crate::fault::{BuildError, Fault};
+use crate::inertia::Floored;
 use crate::lanes::{ROW, Row, add, row, vector};
 use crate::model::Model;
 use crate::params::MOST_TERMS;
@@ -155,6 +156,8 @@ pub struct State<'a> {
     pub(crate) rubbing: usize,
     /// Friction of this tick; zero without friction.
     pub(crate) rubbed: Rubbed,
+    /// Power that the mass floor takes in this tick.
+    pub(crate) floored: Floored,
     pub(crate) fault: Option<Fault>,
 }
 
@@ -229,6 +232,7 @@ impl<'a> State<'a> {
             body,
             rubbing,
             rubbed: Rubbed::NONE,
+            floored: Floored::NONE,
             fault,
         })
     }
@@ -309,7 +313,7 @@ impl<'a> State<'a> {
         self.shaft = false;
         self.seat = Seat::default();
         self.body = Seat::default();
-        (self.rubbing, self.rubbed) = (0, Rubbed::NONE);
+        (self.rubbing, self.rubbed, self.floored) = (0, Rubbed::NONE, Floored::NONE);
         self.fault = None;
     }
 
@@ -339,7 +343,7 @@ impl<'a> State<'a> {
         self.shaft = other.shaft;
         self.seat = other.seat;
         self.body = other.body;
-        (self.rubbing, self.rubbed) = (other.rubbing, other.rubbed);
+        (self.rubbing, self.rubbed, self.floored) = (other.rubbing, other.rubbed, other.floored);
         self.fault = other.fault;
     }
 

@@ -18,6 +18,7 @@
 //! way but its surface gets none from that tick on ([`crate::stages::presence`]).
 
 use crate::fault::Fault;
+use crate::inertia::Floored;
 use crate::method::{Method, Product};
 use crate::model::Model;
 use crate::params::Tuned;
@@ -85,6 +86,7 @@ fn run(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, method:
         }
         state.rubbed = Rubbed::NONE;
     }
+    state.floored = Floored::NONE;
     let mut motion = probe::admit(model, tuned, state, pose)?;
     contact::find(model, tuned, state, &mut motion);
     if !tuned.rubs() {

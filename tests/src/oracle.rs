@@ -270,12 +270,12 @@ impl<'a> Oracle<'a> {
     }
 
     /// Runs one tick as documented: the tip goes straight from one place to the other, the probe's
-    /// force [N] is the mean over the substeps.
+    /// force [N] is the mean over the substeps, without the masses that the floor adds.
     pub fn tick(&self, x: &mut [Vector], v: &mut [Vector], from_m: Vector, to_m: Vector) -> Vector {
         let (tick_s, substeps) = (f64::from(self.params.tick_s), self.params.substeps);
         let dt_s = tick_s / f64::from(substeps);
         let velocity_m_per_s = (to_m - from_m) / tick_s;
-        let mut force_n = Vector::zeros();
+        let (mut force_n, mut power_w, mut fastest) = (Vector::zeros(), 0.0, velocity_m_per_s.norm_squared());
         for substep in 1..=substeps {
             let at_m = from_m + (to_m - from_m) * (f64::from(substep) / f64::from(substeps));
             let inner = self.forces_n(x);
@@ -284,12 +284,23 @@ impl<'a> Oracle<'a> {
             let all: Vec<Vector> = inner.iter().zip(&contact).map(|(a, b)| a + b).collect();
             let accelerations = self.accelerations(&all, &left);
             for n in (0..x.len()).filter(|&n| !self.anchored[n]) {
-                v[n] = v[n] * (1.0 - f64::from(self.params.node_damping_per_s) * dt_s) + accelerations[n] * dt_s;
+                let before = v[n];
+                let kept = before * (1.0 - f64::from(self.params.node_damping_per_s) * dt_s);
+                v[n] = kept + accelerations[n] * dt_s;
                 x[n] += v[n] * dt_s;
+                let true_mass_kg = f64::from(self.params.density_kg_per_m3) * f64::from(self.model.nodes[n].volume_m3);
+                let lacks = all[n] - (v[n] - kept) * (true_mass_kg / dt_s);
+                power_w += lacks.dot(&(before + v[n])) / 2.0 / f64::from(substeps);
+                fastest = fastest.max(v[n].norm_squared());
             }
             force_n -= contact.iter().sum::<Vector>() / f64::from(substeps);
         }
-        force_n
+        let push_n = force_n.norm();
+        if push_n == 0.0 || fastest == 0.0 {
+            return force_n;
+        }
+        let gain_n = power_w * velocity_m_per_s.dot(&force_n) / push_n / fastest;
+        force_n * (1.0 + gain_n.clamp(-push_n, push_n) / push_n)
     }
 
     /// Slope of the energy over E along the coordinates of one node.

@@ -17,10 +17,15 @@
 //! sum over neighbours, the smoothest field is added to the diagonal alone (`Terms::smooth_mass`).
 //! Statics do not depend on mass at all.
 //!
+//! What the approximate masses take beyond the true ones is known at every node, without knowing
+//! the matrix: `r = f - m (v' - (1 - alpha dt) v) / dt`. Its power `sum r . (v + v') / 2` is the
+//! rate at which the hand fills masses that tissue does not have, and [`crate::stages::output`]
+//! takes it out of the force.
+//!
 //! * in: `node.f`
-//! * out: `node.v`, `node.x`
-//! * cost (M4F, estimated): about 60 cycles per node, with one field 90; with relative masses about
-//!   70 more per spring and 90 per node
+//! * out: `node.v`, `node.x`; the power of the false masses, `State::floored`
+//! * cost (M4F, estimated): about 95 cycles per node, with one field 125; with relative masses
+//!   about 70 more per spring and 90 per node
 //! * may fail: [`Fault::Diverged`], when a node is not finite or faster than [`FASTEST_M_PER_S`]
 
 use crate::fault::Fault;
@@ -46,14 +51,21 @@ pub fn advance(model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, F
     match (tuned.relative_mass, tuned.fields) {
         (true, _) => {
             let moved = accelerate(model, tuned, state);
-            drift::<true, true>(tuned, state, &moved)
+            drift::<true, true>(model, tuned, state, &moved)
         }
         (false, true) => {
             let moved = smoothest(tuned, state);
-            drift::<false, true>(tuned, state, &moved)
+            drift::<false, true>(model, tuned, state, &moved)
         }
-        (false, false) => drift::<false, false>(tuned, state, &[[0.0; ROW]; FIELDS]),
+        (false, false) => drift::<false, false>(model, tuned, state, &[[0.0; ROW]; FIELDS]),
     }
+}
+
+/// Twice the power over E that a true mass takes in a substep, damping included, per volume and per
+/// square of its speed after the substep and, subtracted, before it [s/m^2].
+#[inline(always)]
+fn true_power(tuned: &Tuned) -> (f32, f32) {
+    (tuned.density_rate * (1.5 - 0.5 * tuned.keep), tuned.density_rate * (1.5 * tuned.keep - 0.5))
 }
 
 /// Velocity of the smoothest field alone.
@@ -77,13 +89,15 @@ fn smoothest(tuned: &Tuned, state: &State) -> [Row; FIELDS] {
 /// smooth fields, one velocity per field; otherwise the first field alone moves, if there is one.
 #[inline(always)]
 fn drift<const ACCELERATED: bool, const FIELDS_MOVE: bool>(
+    model: &Model,
     tuned: &Tuned,
     state: &mut State,
     moved: &[Row; FIELDS],
 ) -> Result<u16, Fault> {
     let (keep, dt) = (tuned.keep, tuned.substep_s);
-    let mut active = 0;
-    for (node, inertia) in state.nodes.iter_mut().zip(tuned.node_step.iter()) {
+    let (gains, had) = true_power(tuned);
+    let (mut active, mut power, mut fastest) = (0, 0.0, 0.0);
+    for ((node, inertia), rest) in state.nodes.iter_mut().zip(tuned.node_step.iter()).zip(model.nodes) {
         let step = inertia.step;
         if ACCELERATED {
             node.pass = [0.0; ROW];
@@ -92,7 +106,7 @@ fn drift<const ACCELERATED: bool, const FIELDS_MOVE: bool>(
             continue;
         }
         active += 1;
-        let mut square = 0.0;
+        let (mut before, mut square, mut gained) = (0.0, 0.0, 0.0);
         let free = node.free;
         if FIELDS_MOVE {
             node.free = 1.0;
@@ -105,15 +119,25 @@ fn drift<const ACCELERATED: bool, const FIELDS_MOVE: bool>(
                 (false, true) => node.v[k] * keep + node.f[k] * step + free * (moved[0][k] * p),
                 (false, false) => node.v[k] * keep + node.f[k] * step,
             };
+            let mut twice_mean = v;
+            if !ACCELERATED {
+                before += node.v[k] * node.v[k];
+                twice_mean += node.v[k];
+            }
             node.v[k] = v;
             node.x[k] += v * dt;
             square += v * v;
+            gained += node.f[k] * twice_mean;
         }
+        power += gained - rest.volume_m3 * (gains * square - had * before);
+        fastest = if square > fastest { square } else { fastest };
         #[expect(clippy::neg_cmp_op_on_partial_ord, reason = "a NaN is not slower than the limit")]
         if !(square <= FASTEST_M_PER_S * FASTEST_M_PER_S) {
             return Err(Fault::Diverged);
         }
     }
+    state.floored.power += 0.5 * power;
+    state.floored.fastest = if fastest > state.floored.fastest { fastest } else { state.floored.fastest };
     Ok(active)
 }
 
@@ -123,9 +147,14 @@ fn drift<const ACCELERATED: bool, const FIELDS_MOVE: bool>(
 fn accelerate(model: &Model, tuned: &Tuned, state: &mut State) -> [Row; FIELDS] {
     let keep = tuned.keep;
     let mut moved = [[0.0; ROW]; FIELDS];
-    for (node, inertia) in state.nodes.iter_mut().zip(tuned.node_step.iter()) {
+    let (_, had) = true_power(tuned);
+    let mut power = 0.0;
+    for ((node, inertia), rest) in state.nodes.iter_mut().zip(tuned.node_step.iter()).zip(model.nodes) {
+        let (mut before, mut gained) = (0.0, 0.0);
         for k in 0..ROW {
             let f = node.f[k];
+            before += node.v[k] * node.v[k];
+            gained += f * node.v[k];
             let y = f * inertia.step;
             node.pass[k] = y;
             node.v[k] = node.v[k] * keep + y;
@@ -133,7 +162,9 @@ fn accelerate(model: &Model, tuned: &Tuned, state: &mut State) -> [Row; FIELDS] 
                 sum[k] += f * smooth;
             }
         }
+        power += gained + rest.volume_m3 * had * before;
     }
+    state.floored.power += 0.5 * power;
     for (sum, gain) in moved.iter_mut().zip(tuned.gains) {
         for part in sum {
             *part *= gain;

@@ -87,7 +87,7 @@ const M4F_168: Machine = Machine {
     smooth: 110.0,
     field: 34.0,
     tet: 215.0,
-    node: 130.0,
+    node: 165.0,
     relaxing: [50.0, 30.0],
     rubbed: 240.0,
     stiffening: [0.0; 3],

@@ -3,8 +3,8 @@
 //!
 //! The constants of the moving tick were chosen on the centred ramps of 40 and 200 mm/s at 3.5 kPa;
 //! the number of smooth fields on those at 20 and 100 kPa too. 100 and 500 mm/s and the place off
-//! the centre were not used. The bounds are the measured values, rounded up: in the first
-//! millimetre of fast ramps the floored masses are felt, and LIMITS.md says so.
+//! the centre were not used. What the output takes out for the floored masses has no constant. The
+//! bounds are the measured values, rounded up; LIMITS.md says where they are large.
 
 use palpate::{PatchFile, Vector3};
 use palpate_tests::bench::Bench;
@@ -25,32 +25,32 @@ fn shipped(name: &str) -> Bench {
 type CourseBound = (&'static str, f64, f64);
 
 const COURSES_OF_410: &[CourseBound] = &[
-    ("tap-3.5kpa-200", 3.5, 2.5),
-    ("tap-20kpa-200", 6.0, 6.0),
-    ("tap-aside-20kpa-100", 2.5, 1.5),
-    ("tap-100kpa-200", 7.0, 7.5),
-    ("swing-3.5kpa-10hz", 1.5, 0.5),
-    ("swing-20kpa-10hz", 1.5, 0.5),
-    ("swing-100kpa-10hz", 1.5, 1.0),
+    ("tap-3.5kpa-200", 3.0, 2.5),
+    ("tap-20kpa-200", 5.0, 6.0),
+    ("tap-aside-20kpa-100", 2.0, 1.5),
+    ("tap-100kpa-200", 5.5, 7.5),
+    ("swing-3.5kpa-10hz", 1.5, 1.5),
+    ("swing-20kpa-10hz", 1.5, 1.5),
+    ("swing-100kpa-10hz", 1.5, 1.5),
     ("drag-3.5kpa-60", 1.5, 3.0),
 ];
 const COURSES_OF_130: &[CourseBound] = &[
     ("tap-3.5kpa-200", 3.0, 4.0),
-    ("tap-20kpa-200", 4.0, 2.0),
-    ("tap-aside-20kpa-100", 2.0, 1.0),
-    ("tap-100kpa-200", 5.0, 5.0),
+    ("tap-20kpa-200", 3.0, 2.0),
+    ("tap-aside-20kpa-100", 1.5, 1.0),
+    ("tap-100kpa-200", 3.5, 4.5),
     ("swing-3.5kpa-10hz", 2.5, 3.5),
-    ("swing-20kpa-10hz", 1.0, 1.0),
-    ("swing-100kpa-10hz", 1.5, 0.5),
+    ("swing-20kpa-10hz", 1.0, 0.5),
+    ("swing-100kpa-10hz", 1.0, 1.5),
     ("drag-3.5kpa-60", 1.5, 1.0),
 ];
 const COURSES_OF_THE_BOARD: &[CourseBound] = &[
     ("tap-3.5kpa-200", 4.5, 9.0),
-    ("tap-20kpa-200", 5.0, 6.5),
-    ("tap-100kpa-200", 6.5, 5.0),
+    ("tap-20kpa-200", 4.0, 5.5),
+    ("tap-100kpa-200", 5.0, 3.0),
     ("swing-3.5kpa-10hz", 3.5, 5.5),
-    ("swing-20kpa-10hz", 2.0, 2.0),
-    ("swing-100kpa-10hz", 2.0, 1.5),
+    ("swing-20kpa-10hz", 1.5, 1.0),
+    ("swing-100kpa-10hz", 1.5, 0.5),
     ("drag-3.5kpa-60", 2.5, 1.5),
 ];
 
@@ -89,19 +89,19 @@ fn four_hundred_and_ten_nodes() {
         &Bench::calibrated(410),
         &[
             ("centre-3.5kpa-40", 2.0, 0.5, 0.5),
-            ("centre-3.5kpa-100", 4.5, 1.0, 0.5),
-            ("centre-3.5kpa-200", 17.0, 2.0, 2.5),
-            ("centre-3.5kpa-500", 11.0, 6.5, 10.5),
-            ("aside-3.5kpa-40", 2.5, 1.0, 1.0),
-            ("aside-3.5kpa-200", 13.5, 2.5, 3.5),
-            ("centre-20kpa-40", 1.5, 0.5, 2.0),
-            ("centre-20kpa-200", 39.0, 3.5, 6.0),
-            ("centre-20kpa-500", 98.0, 13.0, 4.0),
-            ("aside-20kpa-200", 35.0, 3.0, 2.5),
-            ("centre-100kpa-40", 1.5, 0.5, 2.5),
-            ("centre-100kpa-200", 48.0, 3.5, 7.5),
-            ("centre-100kpa-500", 170.0, 17.0, 16.0),
-            ("aside-100kpa-200", 46.0, 3.5, 5.5),
+            ("centre-3.5kpa-100", 5.0, 1.5, 1.0),
+            ("centre-3.5kpa-200", 9.0, 2.5, 2.5),
+            ("centre-3.5kpa-500", 16.0, 7.0, 16.0),
+            ("aside-3.5kpa-40", 3.0, 1.0, 1.0),
+            ("aside-3.5kpa-200", 9.0, 3.0, 4.0),
+            ("centre-20kpa-40", 2.0, 0.5, 2.0),
+            ("centre-20kpa-200", 8.0, 3.0, 6.0),
+            ("centre-20kpa-500", 49.5, 11.5, 4.0),
+            ("aside-20kpa-200", 9.0, 3.5, 2.5),
+            ("centre-100kpa-40", 2.0, 0.5, 2.5),
+            ("centre-100kpa-200", 7.5, 3.0, 7.5),
+            ("centre-100kpa-500", 93.0, 15.0, 15.5),
+            ("aside-100kpa-200", 7.5, 3.5, 5.0),
         ],
     );
 }
@@ -112,18 +112,18 @@ fn a_hundred_and_thirty_nodes() {
         "130 nodes",
         &Bench::calibrated(130),
         &[
-            ("centre-3.5kpa-40", 3.5, 1.0, 1.0),
+            ("centre-3.5kpa-40", 3.0, 1.0, 1.0),
             ("centre-3.5kpa-100", 5.5, 2.5, 2.5),
-            ("centre-3.5kpa-200", 12.0, 3.0, 4.0),
-            ("centre-3.5kpa-500", 16.0, 5.5, 5.0),
-            ("aside-3.5kpa-40", 1.5, 1.0, 1.0),
-            ("aside-3.5kpa-200", 9.0, 3.5, 2.0),
-            ("centre-20kpa-40", 2.0, 1.0, 1.5),
-            ("centre-20kpa-200", 45.0, 4.0, 3.0),
-            ("centre-20kpa-500", 74.0, 14.5, 9.5),
-            ("centre-100kpa-40", 2.5, 1.0, 1.5),
-            ("centre-100kpa-200", 55.0, 4.0, 5.0),
-            ("centre-100kpa-500", 139.0, 19.0, 12.5),
+            ("centre-3.5kpa-200", 7.5, 3.0, 4.0),
+            ("centre-3.5kpa-500", 20.0, 6.0, 4.0),
+            ("aside-3.5kpa-40", 1.5, 0.5, 0.5),
+            ("aside-3.5kpa-200", 7.5, 3.0, 2.0),
+            ("centre-20kpa-40", 1.5, 0.5, 1.5),
+            ("centre-20kpa-200", 11.5, 2.0, 2.5),
+            ("centre-20kpa-500", 48.5, 7.0, 1.0),
+            ("centre-100kpa-40", 1.0, 0.5, 1.5),
+            ("centre-100kpa-200", 9.0, 1.5, 4.5),
+            ("centre-100kpa-500", 93.0, 11.5, 7.5),
         ],
     );
 }
@@ -135,14 +135,14 @@ fn the_boards_own_patch() {
         "board",
         &shipped("block-m4f-168.patch"),
         &[
-            ("centre-3.5kpa-40", 3.5, 1.0, 2.0),
-            ("centre-3.5kpa-100", 8.0, 3.5, 5.5),
+            ("centre-3.5kpa-40", 3.5, 1.0, 1.5),
+            ("centre-3.5kpa-100", 7.5, 3.5, 5.5),
             ("centre-3.5kpa-200", 9.0, 5.0, 9.0),
-            ("centre-3.5kpa-500", 12.5, 7.5, 4.5),
-            ("centre-20kpa-40", 3.0, 0.5, 1.0),
-            ("centre-20kpa-200", 35.0, 5.5, 6.5),
-            ("centre-100kpa-40", 3.5, 1.0, 1.5),
-            ("centre-100kpa-200", 52.0, 6.0, 5.5),
+            ("centre-3.5kpa-500", 7.0, 7.5, 4.5),
+            ("centre-20kpa-40", 2.0, 0.5, 1.0),
+            ("centre-20kpa-200", 13.0, 4.5, 5.5),
+            ("centre-100kpa-40", 1.5, 0.5, 1.0),
+            ("centre-100kpa-200", 18.0, 3.5, 3.0),
         ],
     );
 }
@@ -180,10 +180,10 @@ fn taps_swings_and_drags() {
 /// the same patch is several times larger.
 #[test]
 fn a_floor_on_every_node_is_seen() {
-    let own = Bench::calibrated(410).with(|p| p.terms.relative_mass = false);
-    let truth = "centre-3.5kpa-200";
+    let own = Bench::calibrated(410).with(|p| (p.terms.relative_mass, p.terms.smooth_mass) = (false, false));
+    let truth = "centre-20kpa-200";
     let (relative, absolute) = (errors(&Bench::calibrated(410), truth), errors(&own, truth));
-    assert!(absolute.rms_pct > 4.0 * relative.rms_pct, "{absolute:?} beside {relative:?}");
+    assert!(absolute.rms_pct > 3.0 * relative.rms_pct, "{absolute:?} beside {relative:?}");
 }
 
 /// Without a reference, a patch is compared with itself at much shorter substeps. Up to 200 mm/s,
@@ -226,7 +226,7 @@ fn substeps_are_as_many_as_the_motion_needs() {
         (3.5, 0.04, None, true),
         (20.0, 0.04, None, true),
         (100.0, 0.2, Some(50.0), true),
-        (20.0, 0.2, Some(2.5), false),
+        (20.0, 0.4, Some(3.0), false),
         (100.0, 0.4, None, false),
     ] {
         let scene = scene(kpa, m_per_s, asked);

@@ -117,7 +117,8 @@ proptest! {
         prop_assert!((on_tissue - on_probe).norm() <= allowed, "{on_tissue:?} is not {on_probe:?} within {allowed}");
     }
 
-    /// Momentum a tick adds = force on the tissue times the tick. Node damping takes `alpha dt` of
+    /// Momentum a tick adds = force on the tissue times the tick, under a probe at rest: the force
+    /// on a moving one is without the masses that the floor adds. Node damping takes `alpha dt` of
     /// the momentum it finds, in each substep.
     #[test]
     fn a_tick_changes_momentum_by_force_times_time(seed: u64, depth_m in 1e-3_f32..4e-3, substeps in 1_u16..4) {
@@ -134,7 +135,7 @@ proptest! {
         tick(&model, &tuned, &mut state, ProbePose { tip_m: at_depth(-0.5e-3) });
         place(&mut state, &model, Deformation { seed, strain: 0.01, jitter: 0.02 }, 0.05);
         let (mut start, mut output) = (Vec::new(), Output::NONE);
-        for n in 0..=5_u8 {
+        for n in [0, 1, 2, 3, 4, 5, 5_u8] {
             start = velocities(&state);
             output = tick(&model, &tuned, &mut state, ProbePose { tip_m: at_depth(depth_m * f32::from(n) / 5.0) });
         }

@@ -143,7 +143,7 @@ fn opening_a_large_patch_feeds_the_watchdog_while_the_outputs_are_off() {
             _ => None,
         })
     });
-    assert_eq!(taken, Some(141));
+    assert_eq!(taken, Some(138));
     assert!(board.fed >= 10 + 2 * 128, "fed {} times", board.fed);
     // the pins never went off: nothing proves the outputs to be off, so the watchdog has to act
     let mut stuck = haptic_loop(Arming::OnRequest);
