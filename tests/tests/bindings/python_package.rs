@@ -47,7 +47,8 @@ fn install() -> Option<PathBuf> {
         .args(["--no-build-isolation", "--no-deps", "--force-reinstall"])
         .arg(&package)
         .env("PATH", path.ok()?)
-        .env("CARGO_TARGET_DIR", scratch.with_file_name("python")));
+        // beside the libraries of the tests, which it shares
+        .env("CARGO_TARGET_DIR", scratch.parent()?));
     Some(python)
 }
 

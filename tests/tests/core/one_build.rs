@@ -1,5 +1,5 @@
-//! `palpate`, `palpate-full` and the tests share one build of every crate, and that of `palpate` is
-//! small.
+//! `palpate`, `palpate-full`, the Python package and the tests share one build of every crate, and
+//! that of `palpate` is small.
 
 use std::collections::BTreeSet;
 use std::process::Command;
@@ -26,16 +26,26 @@ fn is_external(line: &str) -> bool {
 }
 
 /// A different feature anywhere below `core` causes all crates to be built again: under the tests,
-/// once more for the `palpate-full` that they run, once more when a user first needs that program.
+/// once more for the `palpate-full` that they run, once more when a user first needs that program,
+/// once more for the Python package.
 #[test]
 fn no_crate_is_built_twice_for_a_feature() {
     let palpate = crates(&PALPATE);
     let full = crates(&[&PALPATE[..], &["--features", "full"]].concat());
+    let python = crates(&["--package", "palpate-python", "--edges", "normal,build"]);
     let tests = crates(&["--workspace", "--edges", "normal,build,dev"]);
     let alone = |line: &&String| !line.starts_with("palpate-sim ");
-    for (smaller, larger, names) in [(&palpate, &full, "palpate, palpate-full"), (&full, &tests, "palpate-full, the tests")] {
+    let pairs = [
+        (&palpate, &full, "palpate, palpate-full"),
+        (&full, &tests, "palpate-full, the tests"),
+        (&python, &tests, "the Python package, the tests"),
+    ];
+    for (smaller, larger, names) in pairs {
         let twice: Vec<_> = smaller.difference(larger).filter(alone).collect();
-        assert!(twice.is_empty(), "with other features in {names}: {twice:?}; name them in host-sim/Cargo.toml");
+        assert!(
+            twice.is_empty(),
+            "with other features in {names}: {twice:?}; name them in host-sim/Cargo.toml or host-sim/bindings/python/Cargo.toml"
+        );
     }
 }
 
