@@ -58,10 +58,10 @@ fn tick(
     inbox: &mut Inbox,
     deadline: &mut Deadline,
 ) {
-    if let Some(Ok(message)) = receiver.push::<ToBoard<'_>>(black_box(0)) {
-        if let Reply::Modulus(pascal) = black_box(inbox.take(&message, controller, Some(unknown::<Upload>()))) {
-            black_box(tissue.ask_modulus(pascal).is_ok());
-        }
+    if let Some(Ok(message)) = receiver.push::<ToBoard<'_>>(black_box(0))
+        && let Reply::Modulus(pascal) = black_box(inbox.take(&message, controller, Some(unknown::<Upload>())))
+    {
+        black_box(tissue.ask_modulus(pascal).is_ok());
     }
     #[cfg(feature = "panic-proof-bites")]
     assert!(black_box(true), "shows that the proof bites");
@@ -70,7 +70,7 @@ fn tick(
     let telemetry = controller.tick(tissue, reading, command, black_box(true));
     let outputs = controller.outputs();
     black_box(controller.show_home(&reading));
-    black_box((deadline.judge(black_box(1)), controller.sound(&telemetry)));
+    black_box((deadline.judge(black_box(1)).is_ok(), controller.sound(&telemetry)));
     tissue.settle(controller.in_contact());
     let mut out = [0; FRAME_BYTES];
     let record = FromBoard::Record(Record::new(&telemetry, outputs, black_box(7)));
