@@ -17,10 +17,10 @@
 //! sum over neighbours, the smoothest field is added to the diagonal alone (`Terms::smooth_mass`).
 //! Statics do not depend on mass at all.
 //!
-//! What the approximate masses take beyond the true ones is known at every node, without knowing
-//! the matrix: `r = f - m (v' - (1 - alpha dt) v) / dt`. Its power `sum r . (v + v') / 2` is the
-//! rate at which the hand fills masses that tissue does not have, and [`crate::stages::output`]
-//! takes it out of the force.
+//! The force that the approximate masses take beyond the true ones is known at every node, without
+//! knowing the matrix: `r = f - m (v' - (1 - alpha dt) v) / dt`. Its power `sum r . (v + v') / 2` is
+//! the rate at which the hand drives masses that tissue does not have, and
+//! [`crate::stages::output`] takes it out of the force.
 //!
 //! * in: `node.f`
 //! * out: `node.v`, `node.x`; the power of the false masses, `State::floored`

@@ -148,8 +148,9 @@ fn buried(state: &mut State, mut out: Output) -> Output {
 
 /// Gain of the push [N] if the hand does not feel the masses that the floor added: their power over
 /// the probe's speed, along the push. The work on the hand is then that of true masses, as far as
-/// the tissue moves as it would with them. Tissue that is faster than the probe moves by itself, and
-/// only the probe's share of that power counts. The push may vanish or double; its direction stays.
+/// the tissue moves as it would with them. Tissue that is faster than the probe moves by itself,
+/// and only the probe's share of that power counts. The push may vanish or double; its direction
+/// stays.
 #[inline(always)]
 fn without_floor(tuned: &Tuned, floored: &Floored, probe_m_per_s: Vector3<f32>, normal: Vector3<f32>, push_n: f32) -> f32 {
     let power_w = floored.power * tuned.youngs_modulus_pa * tuned.substep_share;

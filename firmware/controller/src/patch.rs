@@ -22,7 +22,7 @@ pub struct WordAligned<Bytes: ?Sized>(pub Bytes);
 
 /// Everything that the tick writes, and the data that it reads outside the flash: 480 nodes and
 /// 1024 surface triangles, 160 nodes where the tissue relaxes, 48 of them under a probe with
-/// friction. The largest patch that a board has time for has 141.
+/// friction. The largest patch that a board has time for has 138.
 pub type Memory = palpate::Memory<480, 1024, 160, 48>;
 
 #[cfg(target_os = "none")]

@@ -18,7 +18,7 @@ use palpate::BuildError;
 use palpate::haptic::device::{Sensed, SensorStatus};
 
 use crate::board::Board;
-use crate::config::{self, StoreError};
+use crate::config::{self, Profile, StoreError};
 use crate::controller::Controller;
 use crate::force_out::Outputs;
 use crate::haptic_loop::HapticLoop;
@@ -163,24 +163,13 @@ async fn serve<B: Board>(
                     Ok(()) => line.send(&mut haptic.board, &FromBoard::Modulus(pascal)),
                     Err(refusal) => line.refuse(&mut haptic.board, refusal),
                 },
-                Reply::Store(profile) => {
-                    // a board that cannot store it uses it until power-off: number 0
-                    let kept = match config::store(haptic.board.profile_memory(), &profile) {
-                        Err(StoreError::Flash) => Ok(0),
-                        kept => kept.map_err(Refusal::from),
-                    };
-                    let kept = kept.and_then(|generation| {
-                        let (settings, edge) = profile.split();
-                        haptic.controller.restart(&settings, edge).map(|()| generation).map_err(|_| Refusal::ProfileRange)
-                    });
-                    match kept {
-                        Ok(generation) => {
-                            haptic.board.log(Event::Profile(generation));
-                            line.send(&mut haptic.board, &FromBoard::Stored(generation));
-                        }
-                        Err(refusal) => line.refuse(&mut haptic.board, refusal),
+                Reply::Store(profile) => match store(haptic, &profile) {
+                    Ok(generation) => {
+                        haptic.board.log(Event::Profile(generation));
+                        line.send(&mut haptic.board, &FromBoard::Stored(generation));
                     }
-                }
+                    Err(refusal) => line.refuse(&mut haptic.board, refusal),
+                },
                 Reply::Home => {
                     if haptic.controller.show_home(&newest) {
                         haptic.board.log(Event::Homed);
@@ -219,6 +208,20 @@ async fn serve<B: Board>(
         }
         line.listens_ticks = line.listens_ticks.saturating_sub(1);
     }
+}
+
+/// Stores a profile, starts the controller with it and returns its number: 0 on a board that cannot
+/// store it and uses it until power-off.
+// apart from the loop, whose stack frame exists during every tick
+#[inline(never)]
+fn store<B: Board>(haptic: &mut HapticLoop<B>, profile: &Profile) -> Result<u32, Refusal> {
+    let generation = match config::store(haptic.board.profile_memory(), profile) {
+        Err(StoreError::Flash) => 0,
+        kept => kept.map_err(Refusal::from)?,
+    };
+    let (settings, edge) = profile.split();
+    haptic.controller.restart(&settings, edge).map_err(|_| Refusal::ProfileRange)?;
+    Ok(generation)
 }
 
 fn report(tissue: &PatchSlot<'_>, board: &mut impl Board, line: &mut Line) {
