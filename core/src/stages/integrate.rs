@@ -18,8 +18,8 @@
 //! Statics do not depend on mass at all.
 //!
 //! The force that the approximate masses take beyond the true ones is known at every node, without
-//! knowing the matrix: `r = f - m (v' - (1 - alpha dt) v) / dt`. Its power `sum r . (v + v') / 2` is
-//! the rate at which the hand drives masses that tissue does not have, and
+//! knowing the matrix: `r = f - m (v' - (1 - alpha dt) v) / dt`. Its power `sum r . (v + v') / 2`
+//! is the rate at which the hand drives masses that tissue does not have, and
 //! [`crate::stages::output`] takes it out of the force.
 //!
 //! * in: `node.f`
