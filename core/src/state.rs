@@ -94,6 +94,7 @@ pub struct Parked {
     seat: Seat,
     body: Seat,
     rubbing: usize,
+    moved_m_per_s: Vector3<f32>,
     fault: Option<Fault>,
 }
 
@@ -158,6 +159,8 @@ pub struct State<'a> {
     pub(crate) rubbed: Rubbed,
     /// Power that the mass floor takes in this tick.
     pub(crate) floored: Floored,
+    /// The probe's velocity in the last tick [m/s].
+    pub(crate) moved_m_per_s: Vector3<f32>,
     pub(crate) fault: Option<Fault>,
 }
 
@@ -210,6 +213,7 @@ impl<'a> State<'a> {
             seat,
             body,
             rubbing,
+            moved_m_per_s,
             fault,
         } = held;
         Ok(Self {
@@ -233,6 +237,7 @@ impl<'a> State<'a> {
             rubbing,
             rubbed: Rubbed::NONE,
             floored: Floored::NONE,
+            moved_m_per_s,
             fault,
         })
     }
@@ -274,6 +279,7 @@ impl<'a> State<'a> {
             seat,
             body,
             rubbing,
+            moved_m_per_s,
             fault,
             ..
         } = *self;
@@ -291,6 +297,7 @@ impl<'a> State<'a> {
             seat,
             body,
             rubbing,
+            moved_m_per_s,
             fault,
         }
     }
@@ -314,6 +321,7 @@ impl<'a> State<'a> {
         self.seat = Seat::default();
         self.body = Seat::default();
         (self.rubbing, self.rubbed, self.floored) = (0, Rubbed::NONE, Floored::NONE);
+        self.moved_m_per_s = Vector3::zeros();
         self.fault = None;
     }
 
@@ -344,6 +352,7 @@ impl<'a> State<'a> {
         self.seat = other.seat;
         self.body = other.body;
         (self.rubbing, self.rubbed, self.floored) = (other.rubbing, other.rubbed, other.floored);
+        self.moved_m_per_s = other.moved_m_per_s;
         self.fault = other.fault;
     }
 

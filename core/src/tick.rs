@@ -103,5 +103,7 @@ fn run(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, method:
         method.correct(model, tuned, state);
         total.add(&load);
     }
-    output::read(model, tuned, state, &motion, &total, active)
+    let output = output::read(model, tuned, state, &motion, &total, active);
+    state.moved_m_per_s = motion.velocity_m_per_s;
+    output
 }

@@ -271,7 +271,9 @@ impl<'a> Oracle<'a> {
 
     /// Runs one tick as documented: the tip goes straight from one place to the other, the probe's
     /// force [N] is the mean over the substeps, without the masses that the floor adds.
-    pub fn tick(&self, x: &mut [Vector], v: &mut [Vector], from_m: Vector, to_m: Vector) -> Vector {
+    ///
+    /// `moved_m` is the displacement of the tip in the tick before.
+    pub fn tick(&self, x: &mut [Vector], v: &mut [Vector], moved_m: Vector, from_m: Vector, to_m: Vector) -> Vector {
         let (tick_s, substeps) = (f64::from(self.params.tick_s), self.params.substeps);
         let dt_s = tick_s / f64::from(substeps);
         let velocity_m_per_s = (to_m - from_m) / tick_s;
@@ -296,7 +298,7 @@ impl<'a> Oracle<'a> {
             force_n -= contact.iter().sum::<Vector>() / f64::from(substeps);
         }
         let push_n = force_n.norm();
-        if push_n == 0.0 || fastest == 0.0 {
+        if push_n == 0.0 || fastest == 0.0 || moved_m.dot(&velocity_m_per_s) <= 0.0 {
             return force_n;
         }
         let gain_n = power_w * velocity_m_per_s.dot(&force_n) / push_n / fastest;

@@ -95,7 +95,7 @@ fn drift<const ACCELERATED: bool, const FIELDS_MOVE: bool>(
     moved: &[Row; FIELDS],
 ) -> Result<u16, Fault> {
     let (keep, dt) = (tuned.keep, tuned.substep_s);
-    let (gains, had) = true_power(tuned);
+    let (after, earlier) = true_power(tuned);
     let (mut active, mut power, mut fastest) = (0, 0.0, 0.0);
     for ((node, inertia), rest) in state.nodes.iter_mut().zip(tuned.node_step.iter()).zip(model.nodes) {
         let step = inertia.step;
@@ -129,7 +129,7 @@ fn drift<const ACCELERATED: bool, const FIELDS_MOVE: bool>(
             square += v * v;
             gained += node.f[k] * twice_mean;
         }
-        power += gained - rest.volume_m3 * (gains * square - had * before);
+        power += gained - rest.volume_m3 * (after * square - earlier * before);
         fastest = if square > fastest { square } else { fastest };
         #[expect(clippy::neg_cmp_op_on_partial_ord, reason = "a NaN is not slower than the limit")]
         if !(square <= FASTEST_M_PER_S * FASTEST_M_PER_S) {
@@ -147,7 +147,7 @@ fn drift<const ACCELERATED: bool, const FIELDS_MOVE: bool>(
 fn accelerate(model: &Model, tuned: &Tuned, state: &mut State) -> [Row; FIELDS] {
     let keep = tuned.keep;
     let mut moved = [[0.0; ROW]; FIELDS];
-    let (_, had) = true_power(tuned);
+    let (_, earlier) = true_power(tuned);
     let mut power = 0.0;
     for ((node, inertia), rest) in state.nodes.iter_mut().zip(tuned.node_step.iter()).zip(model.nodes) {
         let (mut before, mut gained) = (0.0, 0.0);
@@ -162,7 +162,7 @@ fn accelerate(model: &Model, tuned: &Tuned, state: &mut State) -> [Row; FIELDS] 
                 sum[k] += f * smooth;
             }
         }
-        power += gained + rest.volume_m3 * had * before;
+        power += gained + rest.volume_m3 * earlier * before;
     }
     state.floored.power += 0.5 * power;
     for (sum, gain) in moved.iter_mut().zip(tuned.gains) {

@@ -107,10 +107,18 @@ pub fn read(
     if !tuned.probe.shape.has_handle() && Plane::of(model, load.strongest.1).is_some_and(|at| at.normal.dot(&normal) < 0.0) {
         return Ok(buried(state, out));
     }
-    length += without_floor(tuned, &state.floored, motion.velocity_m_per_s, normal, length);
+    let bare_n = length;
+    if motion.velocity_m_per_s.dot(&state.moved_m_per_s) > 0.0 {
+        length += without_floor(tuned, &state.floored, motion.velocity_m_per_s, normal, length);
+    }
+    if !length.is_finite() {
+        return Err(Fault::ForceNotFinite);
+    }
     force_n = normal * length;
     if tuned.remembers && tuned.rubs() {
-        (force_n, out.grip_n) = rub(tuned, &state.rubbed, force_n);
+        // friction is lost with the push that bears it
+        let kept = if length < bare_n { length / bare_n } else { 1.0 };
+        (force_n, out.grip_n) = rub(tuned, &state.rubbed, force_n, kept);
         let square = force_n.dot(&force_n);
         if !square.is_finite() {
             return Err(Fault::ForceNotFinite);
@@ -151,6 +159,10 @@ fn buried(state: &mut State, mut out: Output) -> Output {
 /// the tissue moves as it would with them. Tissue that is faster than the probe moves by itself,
 /// and only the probe's share of that power counts. The push may vanish or double; its direction
 /// stays.
+///
+/// The power is that of the nodes' mean velocity in the substep, so it says nothing about a probe
+/// that has just stopped or turned round, nor about one that trembles by a count: there is no gain
+/// unless two ticks in a row go the same way.
 #[inline(always)]
 fn without_floor(tuned: &Tuned, floored: &Floored, probe_m_per_s: Vector3<f32>, normal: Vector3<f32>, push_n: f32) -> f32 {
     let power_w = floored.power * tuned.youngs_modulus_pa * tuned.substep_share;
@@ -170,9 +182,10 @@ fn without_floor(tuned: &Tuned, floored: &Floored, probe_m_per_s: Vector3<f32>, 
     }
 }
 
-/// Force with friction [N], and the largest force that friction could bear [N].
+/// Force with friction [N], and the largest force that friction could bear [N], where a share of
+/// the push is `kept`.
 #[inline(never)]
-fn rub(tuned: &Tuned, rubbed: &Rubbed, push_n: Vector3<f32>) -> (Vector3<f32>, f32) {
-    let newtons = tuned.youngs_modulus_pa * tuned.substep_share;
+fn rub(tuned: &Tuned, rubbed: &Rubbed, push_n: Vector3<f32>, kept: f32) -> (Vector3<f32>, f32) {
+    let newtons = tuned.youngs_modulus_pa * tuned.substep_share * kept;
     (push_n - rubbed.force * newtons, rubbed.most * newtons)
 }

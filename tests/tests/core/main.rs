@@ -4,6 +4,7 @@
 mod contact_map;
 mod docs_name_the_thing;
 mod energy_never_grows;
+mod floored_power_leaves_the_force;
 mod friction;
 mod golden_force_traces;
 mod imports_run_down;

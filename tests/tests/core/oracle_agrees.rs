@@ -247,12 +247,14 @@ fn a_press_in_double_precision_gives_the_same_force() {
     let allowed_n = 100.0 * 50.0 * 1.9e-9 + 1e-6;
     let mut worst = 0.0_f64;
     let mut from = at_depth(-0.5e-3);
+    let mut moved_m = Vector3::zeros();
     let mut last = 0.0;
     for n in 0..300 {
         // 40 mm/s from 0.5 mm above the surface to 1 mm below, then a hold
         let to = at_depth((-0.5e-3 + 40e-6 * n as f32).min(1e-3));
         let output = tick(&model, &tuned, &mut state, ProbePose { tip_m: to });
-        let wanted = oracle.tick(&mut x, &mut v, from.cast(), to.cast());
+        let wanted = oracle.tick(&mut x, &mut v, moved_m, from.cast(), to.cast());
+        moved_m = (to - from).cast();
         from = to;
         let off = (output.force_n.cast() - wanted).norm();
         assert!(off <= allowed_n, "tick {n}: {:?} is not {wanted:?}", output.force_n);
