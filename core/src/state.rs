@@ -94,7 +94,7 @@ pub struct Parked {
     seat: Seat,
     body: Seat,
     rubbing: usize,
-    moved_m_per_s: Vector3<f32>,
+    previous_m_per_s: Vector3<f32>,
     fault: Option<Fault>,
 }
 
@@ -160,7 +160,7 @@ pub struct State<'a> {
     /// Power that the mass floor takes in this tick.
     pub(crate) floored: Floored,
     /// The probe's velocity in the last tick [m/s].
-    pub(crate) moved_m_per_s: Vector3<f32>,
+    pub(crate) previous_m_per_s: Vector3<f32>,
     pub(crate) fault: Option<Fault>,
 }
 
@@ -213,7 +213,7 @@ impl<'a> State<'a> {
             seat,
             body,
             rubbing,
-            moved_m_per_s,
+            previous_m_per_s,
             fault,
         } = held;
         Ok(Self {
@@ -237,7 +237,7 @@ impl<'a> State<'a> {
             rubbing,
             rubbed: Rubbed::NONE,
             floored: Floored::NONE,
-            moved_m_per_s,
+            previous_m_per_s,
             fault,
         })
     }
@@ -279,7 +279,7 @@ impl<'a> State<'a> {
             seat,
             body,
             rubbing,
-            moved_m_per_s,
+            previous_m_per_s,
             fault,
             ..
         } = *self;
@@ -297,7 +297,7 @@ impl<'a> State<'a> {
             seat,
             body,
             rubbing,
-            moved_m_per_s,
+            previous_m_per_s,
             fault,
         }
     }
@@ -321,7 +321,7 @@ impl<'a> State<'a> {
         self.seat = Seat::default();
         self.body = Seat::default();
         (self.rubbing, self.rubbed, self.floored) = (0, Rubbed::NONE, Floored::NONE);
-        self.moved_m_per_s = Vector3::zeros();
+        self.previous_m_per_s = Vector3::zeros();
         self.fault = None;
     }
 
@@ -352,7 +352,7 @@ impl<'a> State<'a> {
         self.seat = other.seat;
         self.body = other.body;
         (self.rubbing, self.rubbed, self.floored) = (other.rubbing, other.rubbed, other.floored);
-        self.moved_m_per_s = other.moved_m_per_s;
+        self.previous_m_per_s = other.previous_m_per_s;
         self.fault = other.fault;
     }
 

@@ -10,6 +10,8 @@
 //! In tissue that stiffens (desktop only), the energy of springs and foundation is computed before
 //! their forces. Under a probe with friction the foundation also holds the touched nodes along the
 //! surface. In tissue that relaxes, the last force term fades the sum of the others at each node.
+//! The mass that the floor adds slows the nodes but not the hand: `integrate` measures its power,
+//! and `output` takes that out of the force.
 //!
 //! A tick answers one sensed pose with one force. It runs every millisecond from the device's timer
 //! and must end before the next one. It allocates nothing, cannot panic, and whatever goes wrong
@@ -104,6 +106,6 @@ fn run(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, method:
         total.add(&load);
     }
     let output = output::read(model, tuned, state, &motion, &total, active);
-    state.moved_m_per_s = motion.velocity_m_per_s;
+    state.previous_m_per_s = motion.velocity_m_per_s;
     output
 }

@@ -108,7 +108,7 @@ pub fn read(
         return Ok(buried(state, out));
     }
     let bare_n = length;
-    if motion.velocity_m_per_s.dot(&state.moved_m_per_s) > 0.0 {
+    if motion.velocity_m_per_s.dot(&state.previous_m_per_s) > 0.0 {
         length += without_floor(tuned, &state.floored, motion.velocity_m_per_s, normal, length);
     }
     if !length.is_finite() {
