@@ -13,7 +13,7 @@ pub enum BuildError {
     NodeOutOfRange {
         /// Kind of item.
         item: &'static str,
-        /// Its index.
+        /// Index of the item.
         index: usize,
         /// The node it names.
         node: u16,
@@ -22,21 +22,21 @@ pub enum BuildError {
     NotFinite {
         /// Kind of item or name of the parameter.
         item: &'static str,
-        /// Its index (0 for a parameter).
+        /// Index of the item (0 for a parameter).
         index: usize,
     },
     /// A number that must be positive is not.
     NotPositive {
         /// Kind of item.
         item: &'static str,
-        /// Its index.
+        /// Index of the item.
         index: usize,
     },
     /// An item that joins a node to itself or is in the wrong row.
     Degenerate {
         /// Kind of item.
         item: &'static str,
-        /// Its index.
+        /// Index of the item.
         index: usize,
     },
     /// Two lists that belong together differ in length.

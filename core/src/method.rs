@@ -51,7 +51,7 @@ pub trait Method {
     #[inline(always)]
     fn begin(&mut self, _tuned: &Tuned, _state: &State) {}
 
-    /// Sums the forces on the nodes over E [N/Pa]; the load on the probe is returned.
+    /// Sums the forces on the nodes over E [N/Pa] and returns the load on the probe.
     #[inline(always)]
     fn force(
         &mut self,

@@ -117,8 +117,8 @@ pub struct Model<'a> {
     pub tets: &'a [Tet],
     /// The surface that a probe can touch.
     pub triangles: &'a [Triangle],
-    /// How steeply the tissue at each node stiffens (1): its exponent over the patch's
-    /// ([`crate::Params::stiffening_b`]) and over its stiffness ratio, shape \[nodes\]. Empty where
+    /// How steeply the tissue at each node stiffens (1): its exponent, divided by the patch's
+    /// ([`crate::Params::stiffening_b`]) and by its stiffness ratio, shape \[nodes\]. Empty where
     /// it is 1 everywhere; boards run no tissue that stiffens.
     #[cfg(not(target_os = "none"))]
     pub steepness: &'a [f32],

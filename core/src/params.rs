@@ -168,7 +168,8 @@ pub struct Tuned<'a> {
     /// Displacement of a substep over the velocity that it adds, with the safety factor of lumping
     /// [s].
     pub(crate) lumping_s: f32,
-    /// Logarithm of a node's stiffness factor over its energy over E, times six volumes (1).
+    /// Logarithm of a node's stiffness factor, divided by the node's energy over E and multiplied
+    /// by six times its volume (1).
     pub(crate) steepness: f32,
     /// How forces fade.
     pub(crate) prony: Prony,

@@ -1,5 +1,5 @@
-//! A checksum of everything written here that makes an image's log: hosts compare the one that a
-//! board tells with the one in an ELF file.
+//! A checksum of everything written here that makes an image's log. Hosts compare the checksum that
+//! a board reports with the one in an ELF file.
 
 use core::error::Error;
 use std::{

@@ -20,7 +20,7 @@ pub fn periods_begun() -> u32 {
     PERIODS_BEGUN.load(Ordering::Relaxed)
 }
 
-/// Waits for the next period of the tick timer; its number.
+/// Waits for the next period of the tick timer and returns its number.
 pub async fn next_period() -> u32 {
     PERIOD.wait().await
 }

@@ -44,7 +44,7 @@ pub fn of(scene: Option<&Scene>) -> Value {
     told(&command_line(), Machine { processor: processor(), cores: cores() }, scene)
 }
 
-/// Provenance of merged shards: as of a single run of all cases, except for the date.
+/// Provenance of merged shards: the same as that of a single run of all cases, except for the date.
 pub fn of_shards(shards: &[Part], scene: Option<&Scene>) -> Value {
     let mut processors: Vec<&str> = shards.iter().map(|shard| shard.heading.processor.as_str()).collect();
     processors.dedup();

@@ -21,7 +21,7 @@ const DEPTH_LIMIT_M: f64 = 5e-3;
 pub struct Bench {
     /// The patch.
     pub patch: Patch,
-    /// Its parameters.
+    /// Parameters of the patch.
     pub params: Params,
 }
 

@@ -224,7 +224,7 @@ impl BoardOnAPort {
         &self.port
     }
 
-    /// Pulls the cable; the board runs on.
+    /// Pulls the cable, while the board runs on.
     pub fn unplug(&self) {
         *held(&self.plug) = None;
         self.host_is_gone();

@@ -193,7 +193,7 @@ fn image_at(target: &Path, libraries: Option<&Path>, features: &[&str], patch: O
     command
 }
 
-/// Runs cargo in the repository; the image that it then has built.
+/// Runs cargo in the repository and returns the image that it has built.
 fn built(mut command: Command, image: PathBuf) -> Result<PathBuf, EmulatorError> {
     let output = command
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))

@@ -18,9 +18,9 @@ use crate::bench::Bench;
 pub struct FarPatch {
     scene: Scene,
     recipe: Recipe,
-    /// Before the fit.
+    /// The patch before the fit.
     pub prepared: Prepared,
-    /// After it.
+    /// The patch after the fit.
     pub fitted: Fitted,
 }
 

@@ -18,12 +18,12 @@ use crate::palpate_command::repository;
 
 /// Patch radius of [`cut_block`] [m].
 const RADIUS_M: f64 = 0.017;
-/// Its elements at the site [m]: some fifty nodes.
+/// Size of the elements at the site of that patch [m]: some fifty nodes.
 const ELEMENT_M: f64 = 0.0058;
 /// Radius around the site within which surface nodes are loaded when a rim is refitted [m].
 const LOADED_M: f64 = 0.012;
 
-/// A patch in `firmware/patches`, by its file name; an absolute path.
+/// Absolute path of a patch in `firmware/patches`, by its file name.
 ///
 /// # Panics
 /// No patch that ships has this name.

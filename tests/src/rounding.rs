@@ -18,8 +18,8 @@ const SPRING_OPERATIONS: f64 = 16.0;
 /// From a coordinate to six times a tet's volume: two products of edges with their sums, and one
 /// more with its sum.
 const VOLUME_OPERATIONS: f64 = 16.0;
-/// From a pressure and two edges to a corner's force; the first corner takes the sum of the other
-/// three.
+/// Roundings on the way from a pressure and two edges to a corner's force; the first corner takes
+/// the sum of the other three.
 const CORNER_OPERATIONS: f64 = 12.0;
 
 /// Bound on the rounding of the internal force at each node, without rim and contact [N].

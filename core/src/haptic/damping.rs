@@ -117,8 +117,8 @@ impl Damping {
         Ok(Self { settings: *settings, ticks_per_s, count_m, played_m: None, velocity_m_per_s: Vector3::zeros() })
     }
 
-    /// Takes the pose of this tick [m]; in every tick, also in free space, so that the velocity is
-    /// right at the touch.
+    /// Takes the pose of this tick [m]. It has to be called in every tick, also in free space, so
+    /// that the velocity is right at the touch.
     pub fn track(&mut self, position_m: Vector3<f32>) {
         let last_m = self.played_m.unwrap_or(position_m);
         let play_m = PLAY_COUNTS * self.count_m;

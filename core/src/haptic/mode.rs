@@ -30,13 +30,13 @@ pub enum Mode {
     SelfTest = 1,
     /// No force; patches and configuration are accepted.
     Idle = 2,
-    /// The patch answers poses, no force is output: waits for a calm probe outside the tissue.
+    /// The patch answers poses and no force is output, until the probe is calm outside the tissue.
     Arming = 3,
     /// The force is felt.
     Active = 4,
-    /// Felt, and scaled down for the rest of this contact.
+    /// The force is felt, scaled down for the rest of this contact.
     Degraded = 5,
-    /// Felt while it falls to nothing.
+    /// The force is felt while it falls to zero.
     SafeRamp = 6,
     /// No force until cleared.
     Fault = 7,

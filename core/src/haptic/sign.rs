@@ -118,8 +118,9 @@ impl SignWatch {
 mod tests {
     use super::*;
 
-    /// Work in steps that double it, with this growth of the square of the speed per work after the
-    /// first, from `from_m_per_s` on; the answer, and whether the force is off.
+    /// Feeds the watch with work that doubles from step to step, while the square of the speed
+    /// grows by `per_work` per work after the first step, from `from_m_per_s` on. Returns the
+    /// answer, and whether the force is off.
     fn contact(watch: &mut SignWatch, from_m_per_s: f32, per_work: &[f32]) -> (Result<(), Fault>, bool) {
         let (mut taken_j, mut square) = (FIRST_J, from_m_per_s * from_m_per_s);
         let mut answer = watch.judge(from_m_per_s, -taken_j, true);

@@ -114,7 +114,8 @@ fn the_gain_rises_over_five_hundred_ticks_in_free_space_and_not_in_contact() {
     bench.device.sensed.position_m.z = 0.1e-3;
     bench.ticks(5);
     bench.arm();
-    // the tick that armed counts: its gain was still that of the mode before
+    // the tick in which the loop armed is one of the 500, although it still had the gain of the
+    // mode before
     let record = bench.ticks(249);
     assert!(set(&record, ClampFlags::GAIN));
     let force_n = bench.press_n(2.0).applied_n.z;

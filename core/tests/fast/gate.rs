@@ -176,8 +176,8 @@ fn after_a_fault_the_next_good_reading_is_believed_where_it_is() {
     assert_eq!(gate.read(Vector3::new(0.05, 0.0, 0.0)).map(|pose| pose.held), Ok(false));
 }
 
-/// The answer to a motion along an axis, in steps [m] from a place [m]; a step of zero repeats the
-/// reading.
+/// Moves along an axis in steps [m] that end at a place [m] and returns the step at which the gate
+/// answers with a fault. A step of zero repeats the reading.
 fn stops(axis: usize, from_m: f32, steps_m: &[f32], force_acts: bool) -> Option<usize> {
     let mut gate = Gate { force_acts, ..Gate::new() };
     let mut at_m = Vector3::zeros();

@@ -140,8 +140,8 @@ impl Rig {
         self.along * turned.cos() + self.normal.cross(&self.along) * turned.sin()
     }
 
-    /// Moves the probe in a straight line, with a hand's acceleration at both ends; the strongest
-    /// force [N].
+    /// Moves the probe in a straight line, with a hand's acceleration at both ends, and returns the
+    /// strongest force [N].
     ///
     /// # Errors
     /// The fault that stopped it.

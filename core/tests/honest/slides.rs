@@ -25,7 +25,8 @@ struct Slide {
     to_m: f32,
 }
 
-/// Presses at one end, slides to the other, lifts off; the strongest force of the slide [N].
+/// Presses at one end, slides to the other, lifts off, and returns the strongest force of the slide
+/// [N].
 fn slide(rig: &mut Rig, slide: &Slide) -> Result<f32, Fault> {
     let (site_m, normal, heading) = (rig.site_m, rig.normal, rig.heading(slide.turned));
     let at = |along_m: f32, out_m: f32| site_m + heading * along_m + normal * out_m;

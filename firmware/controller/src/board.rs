@@ -33,7 +33,7 @@ pub trait Board {
     /// so that a tick that is still busy is seen as late.
     fn periods_begun(&self) -> u32;
 
-    /// Waits for the next period; its number.
+    /// Waits for the next period and returns its number.
     async fn next_period(&mut self) -> u32;
 
     /// Drops a period that began while a tick was late: the next tick starts on an edge.

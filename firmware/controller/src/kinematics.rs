@@ -42,7 +42,7 @@ pub trait Mechanism: Sized {
     /// Names of its dimensions in profile files, with their units; at most [`DIMENSIONS`].
     const DIMENSION_NAMES: &'static [&'static str];
 
-    /// Builds it from its dimensions, in the order of their names; the rest are zero.
+    /// Builds the mechanism from its dimensions, in the order of their names; the rest are zero.
     ///
     /// # Errors
     /// [`MechanismError::Arms`], if such a mechanism is impossible.

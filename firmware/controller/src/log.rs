@@ -19,7 +19,7 @@ pub const RING_BYTES: usize = 512;
 pub enum Event {
     /// A patch is ready, at rest.
     PatchOpened {
-        /// Its nodes.
+        /// Number of nodes.
         nodes: u32,
         /// Checksum of its file.
         checksum: u32,
@@ -52,7 +52,7 @@ pub enum Event {
     Homed,
 }
 
-/// State of the haptic loop as the log has told it.
+/// State of the haptic loop as the log has reported it.
 #[derive(Clone, Copy, Debug)]
 pub struct Told {
     mode: Mode,
@@ -62,12 +62,12 @@ pub struct Told {
 }
 
 impl Told {
-    /// Nothing was told yet.
+    /// Nothing was reported yet.
     pub const NOTHING: Self = Self { mode: Mode::Boot, fault: None, overruns: 0, missed_periods: 0 };
 
-    /// The next event that the log has not told; late ticks only if `late` asks for them, because
-    /// each of them would be one. Not generic, so that its code is compiled in this crate, which
-    /// images build for size.
+    /// The next event that the log has not reported; late ticks only if `late` asks for them,
+    /// because each of them would be an event. Not generic, so that its code is compiled in this
+    /// crate, which images build for size.
     #[inline(never)]
     pub fn next(&mut self, now: &Snapshot, late: bool) -> Option<Event> {
         let Self { mode: from, fault, overruns, missed_periods } = *self;
@@ -100,10 +100,10 @@ pub struct Ring {
     waiting: usize,
     /// Bytes of the frame that is being written, behind them.
     begun: usize,
-    /// It has not fitted.
+    /// Whether the frame has not fitted.
     cut: bool,
     lost: u32,
-    /// Lost frames that were told.
+    /// Lost frames that were reported.
     told: u32,
 }
 
@@ -144,7 +144,7 @@ impl Ring {
         self.begin();
     }
 
-    /// Takes as many whole frames as a message holds; none if nothing is to be told.
+    /// Takes as many whole frames as a message holds; none if nothing is to be reported.
     pub fn take(&mut self) -> Option<Log> {
         if self.waiting == 0 && self.told == self.lost {
             return None;

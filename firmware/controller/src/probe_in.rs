@@ -43,7 +43,7 @@ pub struct JointReading {
     pub counts: [EncoderCounts; 3],
     /// Number of the reading, one more for every new one, wrapping.
     pub sequence: u32,
-    /// Whether to believe it.
+    /// Whether the reading can be trusted.
     pub status: SensorStatus,
 }
 

@@ -323,7 +323,7 @@ pub fn chip_id() -> u32 {
     unsafe { (*cortex_m::peripheral::CPUID::PTR).base.read() }
 }
 
-/// The second light; the first one is the enable line.
+/// Turns the second light on or off; the first one is the enable line.
 #[cfg(feature = "self-test")]
 pub fn led(on: bool) {
     // SAFETY: a register that nothing but this file touches; the enable line stays as it is.

@@ -51,7 +51,7 @@ impl From<Mode> for PalpateMode {
 pub struct PalpateInput {
     /// Tip of the probe [m].
     pub tip_m: [f64; 3],
-    /// Periods of 1 ms that went by without a tick since the last one.
+    /// Periods of 1 ms that went by without a tick since the last tick.
     pub late_ticks: u32,
     /// Not zero: the position is an old one, no new reading came.
     pub stale: u8,

@@ -11,7 +11,7 @@ use crate::code::Failure;
 /// Sessions that can be open at once.
 pub const MOST_SESSIONS: usize = 64;
 
-/// Place of a session.
+/// A place that holds one session at a time.
 struct Place {
     /// Sessions that were here; the upper half of a handle.
     count: u32,
@@ -20,7 +20,7 @@ struct Place {
 
 static PLACES: [Mutex<Place>; MOST_SESSIONS] = [const { Mutex::new(Place { count: 0, session: None }) }; MOST_SESSIONS];
 
-/// Takes a session in; its handle, never zero.
+/// Stores a session and returns its handle, which is never zero.
 pub fn insert(session: HapticSession) -> Result<u64, Failure> {
     let session = Box::new(session);
     for (n, place) in (1_u64..).zip(&PLACES) {

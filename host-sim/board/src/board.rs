@@ -15,8 +15,8 @@ use tempfile::TempDir;
 
 use super::EmulateError;
 
-/// Longest wait for an answer: one takes a tick's emulation, far under a millisecond, so a board
-/// that is silent this long has crashed.
+/// Longest wait for an answer. An answer takes the emulation of one tick, far under a millisecond,
+/// so a board that is silent for this long has crashed.
 const PATIENCE: Duration = Duration::from_secs(20);
 /// Longest silence when every instruction is logged: opening a patch takes seconds, on a busy
 /// machine half a minute.
@@ -222,7 +222,7 @@ impl Board {
         lines.join("; ")
     }
 
-    /// Sends a patch; the board is idle. Its nodes.
+    /// Sends a patch to the board, which has to be idle. Its nodes.
     ///
     /// # Errors
     /// [`EmulateError::Refused`] in words.

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use defmt_decoder::{DecodeError, Table};
 use object::{Object, ObjectSection, ObjectSymbol};
 
-/// Symbol of an image's checksum, which a board tells in its identity.
+/// Symbol of an image's checksum, which a board reports in its identity.
 const IMAGE: &str = "PALPATE_IMAGE";
 
 /// Why an ELF file cannot explain a board's log.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("{path}: {source}: give the ELF file that was flashed, as `cargo fw-...` leaves it", path = .path.display())]
     Unread {
         /// The file.
@@ -19,7 +19,7 @@ pub enum LogError {
         /// Error of the operating system.
         source: std::io::Error,
     },
-    /// It is no image with a log.
+    /// The file is no image with a log.
     #[error("{path}: no image of palpate with a log ({cause}): give the ELF file that was flashed", path = .path.display())]
     NoImage {
         /// The file.
@@ -27,7 +27,7 @@ pub enum LogError {
         /// The missing part.
         cause: String,
     },
-    /// It is another image.
+    /// The file is another image than the board's.
     #[error(
         "{path}: not the image that the board runs ({found:08x}, the board's is {board:08x}): give the ELF file that was flashed",
         path = .path.display()
@@ -35,7 +35,7 @@ pub enum LogError {
     Other {
         /// The file.
         path: PathBuf,
-        /// Its checksum.
+        /// Checksum of the image in the file.
         found: u32,
         /// That of the board's image.
         board: u32,
@@ -58,7 +58,7 @@ impl LogTable {
         }
     }
 
-    /// Reads those of the image that a board runs, whose checksum the board tells.
+    /// Reads the words of the image that a board runs, whose checksum the board reports.
     ///
     /// # Errors
     /// The file is not that image, or none.
@@ -101,7 +101,7 @@ pub fn checksum(elf: &[u8]) -> Option<u32> {
     section.data().ok()?.get(at..)?.first_chunk().map(|bytes| u32::from_le_bytes(*bytes))
 }
 
-/// The lines of a log, each ended; in place of a log that cannot be decoded, why.
+/// The lines of a log, each with its line end, or the reason why the log cannot be decoded.
 #[must_use]
 pub fn decode(elf: &[u8], frames: &[u8]) -> String {
     match LogTable::parse(elf) {

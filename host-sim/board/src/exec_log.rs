@@ -42,7 +42,7 @@ enum Event {
 }
 
 impl<Input: BufRead> ExecLog<Input> {
-    /// Reads from the start of a log; a pipe will do.
+    /// Reads a log from its start. The input may be a pipe.
     pub const fn new(input: Input) -> Self {
         Self { input, line: 0, started: None, text: String::new() }
     }

@@ -86,8 +86,8 @@ impl InLoop {
         Ok(PatchSurface { patch: Patch::open(self.patch(), memory, None)?, probe, youngs_modulus_pa: self.youngs_modulus_pa })
     }
 
-    /// Runs the loop on a board that has just been started; in the device's frame, whose centre is
-    /// the site.
+    /// Runs the loop on a board that has just been started. Positions are in the device's frame,
+    /// whose centre is the site.
     ///
     /// # Errors
     /// [`EmulateError::Differs`] if board and desktop differ.

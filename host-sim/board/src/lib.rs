@@ -45,7 +45,7 @@ pub enum EmulateError {
     /// A program is missing.
     #[error("{program} does not start: {source}; install it ({})", if *program == "cargo" { "https://rustup.rs" } else { "Debian: apt-get install qemu-system-arm" })]
     NotStarted {
-        /// Its name.
+        /// Name of the program.
         program: &'static str,
         /// I/O error of the operating system.
         source: std::io::Error,
@@ -93,7 +93,7 @@ pub enum EmulateError {
     /// Executed instructions cannot be classified.
     #[error("{0}")]
     Mix(#[from] instruction_mix::MixError),
-    /// A scene or patch of this machine.
+    /// The scene or the patch cannot be used on this machine.
     #[error("{0}")]
     Tissue(#[from] palpate_tissue::Error),
     /// This machine refuses the patch or the settings of the board.

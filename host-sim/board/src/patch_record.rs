@@ -10,8 +10,8 @@ use super::defmt_log::checksum;
 /// Section of the record, which is not loaded.
 const SECTION: &str = ".palpate_record";
 
-/// The record of the patch of this checksum, in the image that a board runs, whose checksum the
-/// board tells; none in an image of another patch or of one without a record.
+/// The record of the patch with checksum `patch`, in the image that a board runs, whose checksum
+/// the board reports. `None` if the file is another image, or if it has no record of this patch.
 #[must_use]
 pub fn of_board(path: &Path, image: u32, patch: u32) -> Option<FitRecord> {
     let elf = std::fs::read(path).ok()?;

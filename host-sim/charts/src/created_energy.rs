@@ -1,5 +1,5 @@
-//! Energy that each control creates: bars on a logarithmic axis, static error and shaken hands
-//! beside.
+//! Energy that each control creates, as bars on a logarithmic axis, with two columns beside them:
+//! its static error and the hands that it shakes.
 
 use std::path::Path;
 
@@ -19,11 +19,11 @@ use super::{ChartError, check};
 /// One control.
 #[derive(Clone, Debug)]
 pub struct EnergyRow {
-    /// Its name.
+    /// Name of the control.
     pub name: String,
     /// Energy created on each device [J].
     pub created_j: Vec<f64>,
-    /// Two columns beside the bars: static error, hands that it shakes.
+    /// Text of the two columns beside the bars: static error, and hands that the control shakes.
     pub beside: [String; 2],
 }
 

@@ -108,13 +108,13 @@ pub enum ChartError {
     /// A named series that has no values.
     #[error("series \"{series}\" has no values: leave it out, or find why nothing was measured")]
     EmptySeries {
-        /// Its name.
+        /// Name of the series.
         series: String,
     },
     /// A value of a named series that has no place on the axes.
     #[error("series \"{series}\": {what}[{index}] is {value}, which cannot be drawn: {fix}")]
     InSeries {
-        /// Its name.
+        /// Name of the series.
         series: String,
         /// The list that holds the value.
         what: &'static str,

@@ -27,7 +27,7 @@ const AXIS_PX: f64 = 44.0;
 /// One kind of fault.
 #[derive(Clone, Debug)]
 pub struct ReactionBar<'a> {
-    /// Its name.
+    /// Name of the fault.
     pub name: &'a str,
     /// Fastest, middle and slowest reaction [ticks], at least one.
     pub ticks: [f64; 3],

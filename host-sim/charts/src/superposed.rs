@@ -32,7 +32,7 @@ use ghost::{Wire, outline, wires};
 pub enum Look {
     /// An opaque, shaded skin.
     Solid,
-    /// Its edges and its outline.
+    /// The edges and the outline of the surface.
     Wire,
 }
 

@@ -104,7 +104,8 @@ impl SurfacePicture<'_> {
             let share = facet.moved_m * self.unit.per_si / self.scale.range.end;
             shaded(colour(share), facet.light)
         };
-        // ground of the mean colour with a seam of it all round: no white shows between polygons
+        // the whole face is filled and outlined in its mean colour first, so that no white shows
+        // between polygons
         let ground = fill(&face.whole);
         let corners = face.whole.corners.map(whole_units);
         let [a, b, c] = corners;

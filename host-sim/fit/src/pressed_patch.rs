@@ -8,11 +8,11 @@ use palpate_tissue::patch::Patch;
 /// A patch ready to be pressed in static equilibrium.
 #[derive(Debug)]
 pub struct PressedPatch {
-    /// Its energies.
+    /// Energies of the patch.
     pub statics: Statics,
-    /// The solver of its equilibrium.
+    /// Solver of the patch's equilibrium.
     pub solver: Solver,
-    /// Its own site [m].
+    /// The patch's own site [m].
     pub site_m: Vector,
     rest: Balance,
 }

@@ -50,7 +50,7 @@ impl Phase {
 pub struct Weights([f64; 3]);
 
 impl Weights {
-    /// Those of paper 004.
+    /// The weights of paper 004.
     pub const PAPER: Self = Self([0.45, 0.35, 0.20]);
 
     /// Shares that are above zero and sum to 1.

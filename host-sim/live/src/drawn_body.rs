@@ -13,7 +13,7 @@ type V = Vector3<f32>;
 pub struct DrawnBody {
     /// The body.
     pub body: Body,
-    /// Its whole boundary, counter-clockwise seen from outside.
+    /// Whole boundary of the body, counter-clockwise seen from outside.
     pub boundary: Vec<[usize; 3]>,
     /// Boundary triangles at each node.
     around: Vec<Vec<usize>>,

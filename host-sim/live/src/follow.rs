@@ -1,4 +1,4 @@
-//! A board is followed: the window shows what `palpate board` wrote of it, while it writes.
+//! Follows a board: the window shows the file that `palpate board` writes, while it grows.
 //!
 //! ```text
 //! palpate board ─ growing CSV ─ tail ─ following ─┬─ screen: tip, mode, fault, force of the board

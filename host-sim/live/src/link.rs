@@ -32,7 +32,7 @@ pub mod thread {
     }
 
     impl Thread {
-        /// Starts it; a scene that does not fit is an answer.
+        /// Starts the physics. A scene that cannot be used is reported as an answer.
         #[must_use]
         pub fn start(choice: Choice, holding: Holding) -> Self {
             let (requests, asked) = channel();

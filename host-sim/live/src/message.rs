@@ -104,7 +104,7 @@ pub struct Body {
     pub axis: [f32; 3],
     /// Probe radius [m].
     pub radius_m: f32,
-    /// Its tip.
+    /// Shape of the probe's tip.
     pub tip: Tip,
     /// Deepest press that the patch answers [m].
     pub depth_limit_m: f32,
@@ -118,7 +118,7 @@ pub struct Body {
     pub stiffening_b: f32,
     /// Coefficient of friction (1); zero slides freely.
     pub friction: f32,
-    /// It is a block: a nodule can be put into it.
+    /// Whether the tissue is a block, into which a nodule can be put.
     pub block: bool,
     /// Nodules of the scene itself, whatever is inside now; of other tissue than a block, their
     /// depth counts from z = 0.
@@ -134,7 +134,7 @@ pub struct Sample {
     pub t_s: f64,
     /// Force on the device [N].
     pub force_n: f32,
-    /// Its part along the surface [N].
+    /// Part of the force along the surface [N].
     pub along_n: f32,
     /// Depth [m].
     pub depth_m: f32,
@@ -176,7 +176,7 @@ pub struct Frame {
     pub limiters: u8,
     /// Force on the device [N].
     pub force_n: [f32; 3],
-    /// Its part along the surface [N].
+    /// Part of the force along the surface [N].
     pub along_n: [f32; 3],
     /// Depth [m].
     pub depth_m: f32,

@@ -27,9 +27,10 @@ use crate::closed_loop::device::DeviceProfile;
 use crate::closed_loop::prepared::Prepared;
 use crate::live::LiveTissue;
 
-/// Young's modulus may be set between this share of the opened one ...
+/// Smallest Young's modulus that may be set, as a share of the patch's own.
 const SOFTEST: f32 = 0.5;
-/// ... and this one, if the substeps remain stable: as on a board.
+/// Largest Young's modulus that may be set, as a share of the patch's own, if the substeps remain
+/// stable: as on a board.
 const STIFFEST: f32 = 2.0;
 
 /// Input of a tick.
@@ -227,8 +228,8 @@ impl HapticSession {
         Ok(())
     }
 
-    /// Sets Young's modulus [Pa], from the next tick on; a stiffer one once nothing is touched,
-    /// since stiffening under the probe would give energy to the hand.
+    /// Sets Young's modulus [Pa] from the next tick on. A stiffer one waits until nothing is
+    /// touched, since stiffening under the probe would give energy to the hand.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`]: not between half and twice the opened one, or not stable with

@@ -130,7 +130,8 @@ pub(super) enum BoardCommand {
         port: Port,
     },
     /// Take the pose of the device as its home pose, on an idle board: for encoders that count from
-    /// where they were at power-on. Before that a board whose profile asks for it does not arm.
+    /// where they were at power-on. A board whose profile asks for a home pose does not arm before
+    /// it has one.
     Home {
         #[command(flatten)]
         port: Port,

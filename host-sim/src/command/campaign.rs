@@ -19,7 +19,7 @@ use palpate_tissue::shard::{FILE, Heading, Part, PartError, Shard};
 /// The part of the cases that this process runs, and the printed rows.
 #[derive(Args, Clone, Debug, Default)]
 pub(super) struct Shards {
-    /// Print every row. Without it those alone that failed, and what all come to.
+    /// Print every row. Without this option only the rows that failed are printed, and the totals.
     #[arg(long)]
     pub all: bool,
     /// Run only part I of N of the cases, and leave its counts in a folder of its own below --out,

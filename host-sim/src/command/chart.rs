@@ -50,17 +50,17 @@ pub(super) struct Options {
     #[arg(long)]
     quick: bool,
     /// Also measure the force while the probe moves, against finite elements with true masses, and
-    /// try shorter substeps: three times the rows, and 100 kPa besides.
+    /// try shorter substeps: three times the rows, and 100 kPa as well.
     #[arg(long)]
     moving: bool,
     /// Also measure every method in tissue that relaxes, stiffens and rubs; the others have no such
     /// terms, and their errors say what that costs.
     #[arg(long)]
     terms: bool,
-    /// Only this Young's modulus, of those of the chart [kPa].
+    /// Measure only this one of the chart's Young's moduli [kPa].
     #[arg(long, value_name = "KPA")]
     kpa: Option<f64>,
-    /// Only these numbers of nodes, of those of the chart.
+    /// Measure only these of the chart's numbers of nodes.
     #[arg(long, value_name = "N", value_delimiter = ',')]
     nodes: Vec<usize>,
     /// Also draw and compare what engines of other people did at this press: the peers.csv that

@@ -36,7 +36,7 @@ pub(super) struct FaultsArgs {
     /// Another draw of hands, motions and moments.
     #[arg(long, value_name = "NUMBER", default_value_t = 1)]
     seed: u64,
-    /// So many seconds of normal use besides, in which nothing may trip. One long run: not with
+    /// Run so many seconds of normal use as well, in which nothing may trip. One long run: not with
     /// --shard.
     #[arg(conflicts_with = "shard", long = "soak-s", value_name = "SECONDS", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     soak_s: u32,

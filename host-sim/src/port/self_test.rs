@@ -83,7 +83,7 @@ pub struct Check {
 pub struct Difference {
     /// Ticks after which it was taken; the fingerprints before it agree.
     pub tick: u32,
-    /// Its name.
+    /// Name of the word.
     pub word: &'static str,
     /// Value on the board.
     pub board: String,

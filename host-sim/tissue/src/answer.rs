@@ -76,7 +76,7 @@ pub struct HoldAnswer {
 pub struct GluedAnswer {
     /// Centre of the disc on the rest surface [m].
     pub place_m: [f64; 3],
-    /// Its radius [m].
+    /// Radius of the disc [m].
     pub radius_m: f64,
     /// Direction of the disc's motion, a unit vector.
     pub direction: [f64; 3],

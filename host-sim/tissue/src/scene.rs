@@ -51,7 +51,7 @@ pub struct Scene {
     /// The preset or file it came from, for messages.
     #[serde(skip)]
     pub file: String,
-    /// Its TOML as read, with the keys in it that the command line changed.
+    /// TOML of the scene as read, with the keys in it that the command line changed.
     #[serde(skip)]
     pub text: String,
     /// Name of the scene in tables, pictures and file names.

@@ -23,7 +23,7 @@ pub struct Session {
     pub patch: Patch,
     /// Parameters, with the substeps the patch needs.
     pub params: Params,
-    /// Its limits.
+    /// Stable step of the patch, as measured.
     pub stable: StableStep,
     /// Probe tips of a recorded trace [m]; empty for a finger.
     pub tips_m: Vec<[f32; 3]>,
@@ -59,7 +59,7 @@ pub struct Report {
     pub triangles: usize,
     /// Index of the flattest tet.
     pub worst_tet: usize,
-    /// Its volume over the cube of its longest edge, 1 for the regular tet.
+    /// Volume of that tet, divided by the cube of its longest edge; 1 for the regular tet.
     pub worst_tet_quality: f64,
     /// Element size at the site [mm].
     pub element_mm: f64,
@@ -194,8 +194,8 @@ impl Session {
     }
 }
 
-/// Gives the nodes of a scene with regions their steepness; of tissue that is the same everywhere
-/// a packed patch keeps its own.
+/// Gives the nodes of a scene with regions their steepness. Where the tissue is the same
+/// everywhere, a packed patch keeps its own.
 fn steepen(scene: &Scene, patch: &mut Patch) -> Result<(), Error> {
     let layout = Layout::of(scene)?;
     if !layout.is_uniform() {

@@ -27,7 +27,7 @@ const OTHER_SHAPE: f64 = 3.0;
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Trial {
-    /// Its scene.
+    /// Scene of the trial.
     pub scene: String,
     /// Sides of the block [m].
     pub block_m: [f64; 3],

@@ -12,8 +12,8 @@ use palpate_controller::link::frame::FRAME_BYTES;
 use palpate_controller::link::{FromBoard, Receiver, ToBoard, encode};
 use palpate_tests::emulator::build_firmware;
 
-/// Longest wait for a message. It comes within milliseconds; a board that fell silent must not hang
-/// the tests.
+/// Longest wait for a message. A message comes within milliseconds; a board that fell silent must
+/// not hang the tests.
 const LONGEST: Duration = Duration::from_secs(300);
 
 /// The next message of the board.
@@ -21,7 +21,7 @@ fn next(inbox: &Inbox<FromBoard>) -> FromBoard {
     inbox.recv_timeout(LONGEST).expect("the board fell silent")
 }
 
-/// The next report among the records that come by themselves; counts those.
+/// Returns the next report and collects the ticks of the records that come before it.
 fn report(inbox: &Inbox<FromBoard>, records: &mut Vec<u32>) -> (u32, u32) {
     loop {
         match next(inbox) {
@@ -40,8 +40,8 @@ fn reports_come_back_and_a_damaged_frame_is_counted() {
     assert!(records.windows(2).all(|pair| pair[1] > pair[0] && pair[1] % 20 == 0), "{records:?}");
 }
 
-/// Talks to a board that has just started; the ticks of its records. The emulator's clock is its
-/// own: how busy this machine is changes nothing on the board.
+/// Talks to a board that has just started and returns the ticks of its records. The emulator's
+/// clock is its own: how busy this machine is changes nothing on the board.
 fn talk(elf: &Path) -> Vec<u32> {
     let folder = tempfile::tempdir().unwrap();
     let [to, from] = ["serial.in", "serial.out"].map(|name| folder.path().join(name));

@@ -118,8 +118,8 @@ fn run(chosen: impl Fn(&str) -> bool, least: usize) {
     assert!(commands.len() >= least, "README and book show only {commands:?}");
     let out = tempfile::tempdir().unwrap();
     let lines = commands.iter().enumerate().map(|(n, command)| as_run(command, &out.path().join(n.to_string())));
-    // two at a time; those that link or start the board's image after each other, for it is one
-    // file
+    // two commands run at a time, except those that link or start the board's image, which is one
+    // file: they run one after the other
     let (board, others): (Vec<String>, Vec<String>) =
         lines.partition(|line| line.contains("cargo fw") || line.contains("emulate"));
     let (others, failed) = (Mutex::new(others), Mutex::new(Vec::new()));

@@ -89,7 +89,7 @@ fn faults_in_shards_are_one_run_and_what_is_amiss_is_refused() {
     std::fs::write(desk.folder().join("shards/copy").join(FILE), &second).unwrap();
     refused(&desk, &merge, &["shard 2/3 is there twice: ", "copy/shard.jsonl and ", "give one"]);
     std::fs::remove_dir_all(desk.folder().join("shards/copy")).unwrap();
-    // beside those of another division
+    // the shard lies beside those of another division of the campaign
     ends(&desk, 0, &[&faults[..], &["--shard", "1/4", "--out", "shards"]].concat());
     refused(&desk, &merge, &["shard-1-of-4/shard.jsonl: its number of shards is 4, not 3"]);
     std::fs::remove_dir_all(desk.folder().join("shards/shard-1-of-4")).unwrap();

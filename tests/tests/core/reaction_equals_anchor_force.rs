@@ -14,7 +14,7 @@ use palpate_tissue::session::Session;
 
 const ALLOWED: f64 = 0.01;
 
-/// Runs the scene; the force at the end of each hold [N].
+/// Runs the scene and returns the force at the end of each hold [N].
 fn balanced_holds(scene: &Scene) -> Vec<f64> {
     let session = Session::prepare(scene).unwrap();
     let model = session.patch.wide_model();

@@ -55,7 +55,8 @@ fn rms(errors: &[f64]) -> f64 {
     (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt()
 }
 
-/// Largest error, rms, at the centre and at places that no fit saw [%], by nodes and exponent.
+/// Largest accepted rms error at the centre and at places that no fit saw [%], by number of nodes
+/// and exponent.
 const ACCEPTED: [(usize, f64, [f64; 2]); 15] = [
     (410, 0.0, [1.5, 3.0]),
     (410, 0.3, [1.5, 3.0]),

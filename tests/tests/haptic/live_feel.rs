@@ -44,14 +44,16 @@ impl Felt {
         told
     }
 
-    /// Presses to a depth at a hand's speed; the records of all ticks, the last at that depth.
+    /// Presses to a depth at a hand's speed and returns the records of all ticks, the last at that
+    /// depth.
     fn press(&mut self, depth_m: f64) -> Vec<Told> {
         self.at(0.0, 100);
         let ticks = (depth_m / INTO_M_PER_S * 1e3) as u32;
         (1..=ticks).map(|n| self.at(depth_m * f64::from(n) / f64::from(ticks), 1)).collect()
     }
 
-    /// Along the surface, in this direction and over this distance; the records of all ticks.
+    /// Slides along the surface, in this direction and over this distance, and returns the records
+    /// of all ticks.
     fn slide(&mut self, depth_m: f64, way: V, far_m: f64) -> Vec<Told> {
         let (from_m, ticks) = (self.place_m, (far_m / ALONG_M_PER_S * 1e3) as u32);
         let mut told = Vec::new();

@@ -9,7 +9,8 @@ use palpate_loop::live::{Choice, Exercise, Holding, Inside, Live, Nodule};
 
 const UP: f64 = 5e-3;
 
-/// Ticks towards a place on the block's top, this deep [m]; the force at the end [N].
+/// Moves for some ticks towards a place below the block's top [m] and returns the force at the end
+/// [N].
 fn to(live: &mut Live, x_m: f64, depth_m: f64, ticks: u32) -> f32 {
     let target_m = Vector3::new(x_m, 0.0, -depth_m);
     (0..ticks).map(|_| live.tick(target_m, true).telemetry.applied_n.norm()).last().unwrap_or_default()

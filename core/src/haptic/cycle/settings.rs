@@ -12,7 +12,7 @@ use crate::haptic::{Range, each_within};
 pub struct ArmingSettings {
     /// Arming continues only below this model force [N].
     pub weak_n: f32,
-    /// ... and below this speed of the probe [m/s].
+    /// Arming continues only below this speed of the probe [m/s].
     pub slow_m_per_s: f32,
     /// Calm ticks in a row that arming and clearing a fault require.
     pub calm_ticks: u16,

@@ -29,9 +29,9 @@ use crate::params::Tuned;
 pub struct Bristle {
     /// Root on the probe, from the probe's centre [m].
     root_m: Vector3<f32>,
-    /// Its stiffness over E in the last substep [m]; zero at the touch.
+    /// Stiffness of the bristle over E in the last substep [m]; zero at the touch.
     slope: f32,
-    /// Its node.
+    /// Node that the bristle pulls.
     node: u16,
 }
 
@@ -90,7 +90,7 @@ impl Rubbed {
 pub(super) struct Touch {
     /// The node from the probe's centre [m].
     pub from_centre_m: Vector3<f32>,
-    /// Its push at the end of the substep over E [N/Pa].
+    /// Push on the node at the end of the substep, divided by E [N/Pa].
     pub push: Vector3<f32>,
     /// Length of that push.
     pub length: f32,

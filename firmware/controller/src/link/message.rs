@@ -172,29 +172,29 @@ pub enum Refusal {
     ModulusOutOfRange,
     /// The patch is longer than the memory for it.
     PatchTooLong,
-    /// A piece of it is missing, out of order, or none was announced.
+    /// A piece of the patch is missing or out of order, or no patch was announced.
     PatchPieces,
-    /// Its checksum does not match.
+    /// The checksum of the patch does not match.
     PatchDamaged,
-    /// It is no patch of this version.
+    /// The bytes are no patch of this version.
     PatchVersion,
-    /// It has more nodes or triangles than the memory holds.
+    /// The patch has more nodes or triangles than the memory holds.
     PatchTooLarge,
-    /// It needs a shorter step than the board makes.
+    /// The patch needs a shorter step than the board makes.
     PatchStep,
-    /// Its mesh or its parameters are wrong.
+    /// The mesh or the parameters of the patch are wrong.
     PatchInvalid,
     /// There is no patch yet.
     NoPatch,
     /// A number of the profile is out of its range.
     ProfileRange,
-    /// The profile memory cannot store it.
+    /// The profile memory cannot store the profile.
     FlashFailed,
-    /// A tick of it costs more than the board's budget.
+    /// A tick of the patch costs more than the board's budget.
     PatchCost,
-    /// Its site, axis or depth limit does not lie on its own surface.
+    /// The site, the axis or the depth limit of the patch does not lie on its own surface.
     PatchSite,
-    /// Its probe is a capsule or an ellipsoid, which the image leaves out.
+    /// The probe of the patch is a capsule or an ellipsoid, which the image leaves out.
     PatchTip,
     /// The mechanism of the profile is impossible, or cannot move like that.
     Mechanism(MechanismError),

@@ -30,8 +30,8 @@ impl Receiver {
     pub const NEW: Self =
         Self { frame: [0; FRAME_BYTES], length: 0, sequence: None, counts: Counts { good: 0, bad: 0, lost: 0 } };
 
-    /// Takes a byte; a message with the zero that ends its frame. A frame too long is dropped up to
-    /// its zero.
+    /// Takes a byte. Returns a message with the zero that ends its frame. A frame that is too long
+    /// is dropped up to its zero.
     ///
     /// # Errors
     /// Why the frame that just ended was dropped. It is counted.

@@ -14,7 +14,7 @@ pub const AXIS_LENGTH: &str = "square of the length of probe.axis";
 /// Difference from a unit vector that rounding explains (1).
 const UNIT: f32 = 1e-5;
 
-/// Surface triangles that a press to the depth limit can touch.
+/// Checks site, axis and depth limit; returns the number of surface triangles near the site.
 ///
 /// # Errors
 /// [`BuildError::OutOfRange`] with [`SITE`], [`DEPTH`], [`AXIS`] or [`AXIS_LENGTH`].

@@ -18,9 +18,10 @@ pub(super) struct Line {
     taken: usize,
     /// Ticks for which a host still takes the log.
     pub(super) listens_ticks: u32,
-    /// It has asked since the last piece: one without a frame tells it that nothing waits.
+    /// Whether the host has asked since the last piece: a piece without a frame tells it that
+    /// nothing waits.
     pub(super) asked: bool,
-    /// State of the loop as the log has told it.
+    /// State of the loop as the log has reported it.
     pub(super) told: Told,
 }
 

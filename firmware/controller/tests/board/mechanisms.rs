@@ -126,7 +126,7 @@ fn a_kind_is_the_mechanism_of_its_name() {
     {
         assert_eq!((kind.name(), kind.joints(), kind.dimension_names().len()), (name, joints, dimensions));
     }
-    // the same through the kind as of itself
+    // a linkage that its kind builds computes the same as the paddle itself
     let (mut linkage, mut device) = (Kind::Paddle.build([0.09, 0.0, 0.0, 0.0, 0.0]).unwrap(), paddle_of());
     let joints = [0.4, 0.0, 0.0];
     assert_eq!(linkage.tip_m(joints), device.tip_m(joints));

@@ -41,7 +41,7 @@ pub struct Mock {
     /// Every event that was logged, and the frames that wait.
     pub events: Vec<Event>,
     pub ring: Ring,
-    /// Periods after which the timer stands still; without, it never does.
+    /// Periods after which the timer stands still; `None` if it never does.
     pub last_period: Option<u32>,
     /// Logs a line in every period.
     pub chatty: bool,

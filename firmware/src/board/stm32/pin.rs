@@ -9,9 +9,9 @@ use palpate_controller::force_out::bridge::Line;
 /// A pin of the chip.
 #[derive(Clone, Copy)]
 pub struct Pin {
-    /// Its port.
+    /// Port of the pin.
     pub port: Gpio,
-    /// Its number in the port, 0 to 15.
+    /// Number of the pin in the port, 0 to 15.
     pub number: usize,
 }
 

@@ -8,7 +8,7 @@ use crate::surface::view::{V3, View};
 pub struct Corner {
     /// Place [m].
     pub at: V3,
-    /// Its displacement [m].
+    /// Displacement of the corner [m].
     pub moved_m: f64,
 }
 

@@ -17,7 +17,8 @@ pub struct Slice {
     pub light: f64,
 }
 
-/// Direction of the longer side, at right angles to the axis; of a round tip the operator's right.
+/// Direction of the longer side, at right angles to the axis. For a round tip it is the operator's
+/// right.
 pub fn long_side(probe: &Probe) -> V3 {
     let axis = probe.direction();
     match probe.shape {

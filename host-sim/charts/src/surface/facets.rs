@@ -7,7 +7,7 @@ use crate::style::FINE;
 pub struct Face {
     /// The face in its mean colour.
     pub whole: Facet,
-    /// Its parts where it takes more than one colour.
+    /// The face in pieces, where it takes more than one colour.
     pub parts: Vec<Facet>,
 }
 

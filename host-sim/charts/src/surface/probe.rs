@@ -15,12 +15,12 @@ pub enum ProbeShape {
     Capsule {
         /// Length of the segment [m].
         length_m: f64,
-        /// Its direction, any length but zero.
+        /// Direction of the segment, of any length but zero.
         along: [f64; 3],
     },
-    /// A whole ellipsoid, the radius its semi-axis along the probe's axis.
+    /// A whole ellipsoid, whose semi-axis along the probe's axis is the radius.
     Ellipsoid {
-        /// The two others [m], the first along `along`.
+        /// The two other semi-axes [m], the first along `along`.
         semi_axes_m: [f64; 2],
         /// A direction, any length but zero.
         along: [f64; 3],

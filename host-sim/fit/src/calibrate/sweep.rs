@@ -61,7 +61,7 @@ impl<'a> Objective<'a> {
         Ok(Self { base, unknowns, targets, solver, last, z, evaluations: 0, started: Instant::now() })
     }
 
-    /// Returns it with start positions near those of its own presses.
+    /// Returns the sweep with start positions near those of its own presses.
     #[must_use]
     pub fn starting_near(mut self, positions: Positions) -> Self {
         self.last = positions;

@@ -63,9 +63,9 @@ pub struct PlaceTarget {
 /// A disc glued to the surface and moved slightly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GluedTarget {
-    /// Its centre on the rest surface [m].
+    /// Centre of the disc on the rest surface [m].
     pub place_m: Vector,
-    /// Its radius [m].
+    /// Radius of the disc [m].
     pub radius_m: f64,
     /// Direction of its motion, a unit vector.
     pub direction: Vector,

@@ -50,7 +50,8 @@ const CHI: usize = 5;
 const TAU: usize = 6;
 
 impl Unknowns {
-    /// Unknowns of a patch; foundation points within `reach_m` of the site.
+    /// Unknowns of a patch: every spring, every node, and the foundation points within `reach_m` of
+    /// the site.
     #[must_use]
     pub fn of(statics: &Statics, tissue: &Tissue, reach_m: f64) -> Self {
         let site = crate::statics::Vector::from(tissue.site_m);

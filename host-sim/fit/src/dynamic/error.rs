@@ -13,7 +13,7 @@ pub enum DynamicError {
     Motion {
         /// Name of the parameter, with its unit.
         key: &'static str,
-        /// Its value.
+        /// Value of the parameter.
         value: f64,
         /// The values that are allowed.
         range: &'static str,
@@ -23,7 +23,7 @@ pub enum DynamicError {
     Setting {
         /// Name of the setting, with its unit.
         key: &'static str,
-        /// Its value.
+        /// Value of the setting.
         value: f64,
         /// The values that are allowed.
         range: &'static str,

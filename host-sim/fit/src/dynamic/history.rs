@@ -11,7 +11,7 @@ pub struct Sample {
     pub depth_m: f64,
     /// Force of the tissue on the probe [N].
     pub force_n: [f64; 3],
-    /// Its component along the press, positive out of the tissue [N].
+    /// Component of the force along the press, positive out of the tissue [N].
     pub normal_n: f64,
     /// Deepest penetration of the surface into the probe [m], which the penalty contact allows.
     pub penetration_m: f64,

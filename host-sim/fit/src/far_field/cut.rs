@@ -34,7 +34,7 @@ pub enum CutError {
 /// The rest of an organ around a patch.
 #[derive(Clone, Debug)]
 pub struct Outside {
-    /// Its mesh.
+    /// Mesh of the rest of the organ.
     pub mesh: TetMesh,
     /// Stiffness of each tet as a multiple of the tissue's, shape \[tets\].
     pub stiffness_ratio: Vec<f64>,

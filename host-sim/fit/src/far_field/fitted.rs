@@ -151,7 +151,7 @@ pub(crate) fn deepest_hold_m(scene: &Scene) -> Option<f64> {
 /// Choices by which a patch is made from a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Recipe {
-    /// Its size and its elements.
+    /// Size of the patch and of its elements.
     pub sizes: Sizes,
     /// Foundation points on a triangle: 4, 9 or, not for boards, 16.
     pub points_per_triangle: usize,
@@ -367,7 +367,7 @@ pub struct Fitted {
     pub params: Params,
     /// Rounds of the fit.
     pub rounds: Vec<Round>,
-    /// Its accuracy at places and depths that were not fitted.
+    /// Accuracy at places and depths that were not fitted.
     pub accuracy: Accuracy,
 }
 
@@ -383,7 +383,7 @@ pub struct Short {
 }
 
 impl Fitted {
-    /// The errors in short; the disc's from `from_m` to `to_m` deep [m].
+    /// The most important errors, those of the disc over the depths from `from_m` to `to_m` [m].
     #[must_use]
     pub fn short(&self, from_m: f64, to_m: f64) -> Short {
         let inside = |mm: f64| (from_m..=to_m).contains(&(mm * 1e-3));

@@ -50,7 +50,7 @@ pub struct Bench<'a> {
 pub struct JudgedCandidate {
     /// Point of the search.
     pub candidate: Candidate,
-    /// Its edge.
+    /// Treatment of the patch's rim.
     pub edge: RimTreatment,
     /// Terms of the tick that act.
     #[serde(serialize_with = "by_name")]

@@ -52,7 +52,7 @@ pub enum GluedError {
 /// A glued disc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disc {
-    /// Its centre, on the surface [m].
+    /// Centre of the disc, on the surface [m].
     pub place_m: Vector3<f64>,
     /// Outward unit normal of the surface there: triangles that face the other way are not glued.
     pub axis: Vector3<f64>,

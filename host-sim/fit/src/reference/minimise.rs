@@ -164,8 +164,8 @@ impl Minimiser {
         Some(step.chunks_exact(3).map(Vector3::from_column_slice).collect())
     }
 
-    /// Newton's step, with the kept factor if there is one; a fixed component's is minus its
-    /// residual.
+    /// Newton's step, with the kept factor if there is one. The step of a fixed component is minus
+    /// its residual.
     fn direction(&mut self, body: &Body, state: Option<State>, now: &mut Assembled) -> Option<Vec<f64>> {
         self.iterations += 1;
         if self.kept.is_none() {

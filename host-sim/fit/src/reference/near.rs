@@ -120,18 +120,18 @@ pub(crate) struct State<'a> {
     pub displacement_m: &'a [Vector3<f64>],
 }
 
-/// Stiffness over Young's modulus between the near nodes.
+/// Stiffness between the near nodes, divided by Young's modulus.
 pub(crate) struct Stiffness {
     /// Cholesky factor of the whole stiffness, contact included.
     lower: Mat<f64>,
-    /// Without the contact [m]; symmetric.
+    /// Stiffness without the contact [m]; symmetric.
     matrix: Mat<f64>,
 }
 
 impl Stiffness {
-    /// Takes it from a factor that ends with the near nodes and subtracts the contact: tissue that
-    /// is pressed hard and released has no positive definite tangent. Neither contains the probe's
-    /// curvature, which makes the first tangent of a step indefinite.
+    /// Takes the stiffness from a factor that ends with the near nodes and subtracts the contact:
+    /// tissue that is pressed hard and released has no positive definite tangent. Neither contains
+    /// the probe's curvature, which makes the first tangent of a step indefinite.
     pub fn of(factor: &Cholesky, near: &Near, state: Option<&State>) -> Self {
         let size = 3 * near.nodes.len();
         let lower = factor.last(size);

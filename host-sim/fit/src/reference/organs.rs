@@ -10,9 +10,9 @@ use super::shape::{TetRule, tet_gradients, tet_slopes};
 /// Position of an organ in a mesh of several that share no node.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Organ {
-    /// Its nodes.
+    /// Nodes of the organ.
     pub nodes: Range<usize>,
-    /// Its tets.
+    /// Tets of the organ.
     pub tets: Range<usize>,
     /// The triangles of its surface.
     pub triangles: Range<usize>,

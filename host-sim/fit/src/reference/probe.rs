@@ -26,9 +26,9 @@ pub struct RigidProbe {
 pub struct Gap {
     /// Distance [m], negative inside the probe.
     pub gap_m: f64,
-    /// Its gradient: the unit normal out of the probe.
+    /// Gradient of the distance: the unit normal out of the probe.
     pub normal: Vector3<f64>,
-    /// Its second derivative [1/m].
+    /// Second derivative of the distance [1/m].
     pub curvature_per_m: Matrix3<f64>,
 }
 

@@ -41,7 +41,7 @@ pub struct Study {
 pub struct Level {
     /// Nodes of the quadratic mesh, of the piece that is computed.
     pub nodes: usize,
-    /// Its tets.
+    /// Tets of that mesh.
     pub tets: usize,
     /// Number of mirror images of the piece that make up the whole.
     pub copies: f64,

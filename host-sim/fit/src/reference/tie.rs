@@ -21,8 +21,8 @@ use super::shape::{triangle_points, triangle_shape};
 pub struct Tie {
     /// Nodes of the triangle on the one surface, then of that on the other.
     pub nodes: [u32; 12],
-    /// Shape functions there; those of the second are negative: the sum over the nodes'
-    /// displacements is the stretch.
+    /// Shape functions at the two points. Those of the second triangle are negative, so that the
+    /// sum over the nodes' displacements is the stretch.
     pub shape: [f64; 12],
     /// Stiffness over Young's modulus [m]: of the layer per area [1/m], times the point's area at
     /// rest.

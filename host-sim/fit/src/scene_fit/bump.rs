@@ -64,7 +64,7 @@ const FINE: Edges = Edges { contact: 1.2, ball: 0.55, growth: 0.75 };
 /// Both for a trial of the command.
 const QUICK: [Edges; 2] = [Edges { contact: 2.0, ball: 1.4, growth: 1.2 }, Edges { contact: 1.4, ball: 1.0, growth: 1.0 }];
 
-/// Forces with the inclusions over those without.
+/// Ratios of the forces with the inclusions to those without them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bumps {
     /// Places from the centre of the top [m]: the centre, others for the fit, the line, and others
@@ -76,9 +76,9 @@ pub struct Bumps {
     pub line_places: usize,
     /// Depths [m], rising.
     pub depths_m: Vec<f64>,
-    /// Those for the fit [m].
+    /// Depths for the fit [m].
     pub fitted_m: Vec<f64>,
-    /// Forces with the inclusions over those without (1), shape \[places\]\[depths\].
+    /// Force with the inclusions, divided by that without them (1), shape \[places\]\[depths\].
     pub ratio: Vec<Vec<f64>>,
     /// Root mean square deviation of the solved bumps from their interpolation, over the highest
     /// (1).

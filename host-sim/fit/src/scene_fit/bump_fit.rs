@@ -246,7 +246,7 @@ impl BumpFit<'_> {
     }
 }
 
-/// Forces of a block with its inclusions: those without, times the bump's ratio.
+/// Forces of a block with its inclusions: those of the block without them, times the bump's ratio.
 #[derive(Clone, Copy)]
 pub struct Bumped<'a> {
     known: &'a Known,

@@ -29,9 +29,10 @@ const UNSEEN: [[f64; 3]; 4] = [[0.4, -1.0, 1.0], [-0.6, -0.3, 0.85], [0.9, 0.2, 
 const FITTED: usize = 24;
 const FITTED_AROUND: f64 = 1.125;
 const FITTED_RADII: [f64; 2] = [0.65, 1.1];
-/// Step of the radii between those, less whole steps: the most even one.
+/// Step between the radii of successive discs, as a share of their range and taken modulo 1: the
+/// step that spreads them most evenly.
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
-/// Directions in which each is moved.
+/// Directions in which each disc is moved.
 const DIRECTIONS: [[f64; 3]; 3] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 /// Corner nodes before refinement, how far around the disc they are dense [disc radii], and edges
 /// at its rim [disc radii]: within 0.3 % of meshes with edges a fifth as long.
@@ -50,8 +51,8 @@ pub struct GluedDiscs {
 }
 
 impl GluedDiscs {
-    /// Solves those of a scene's block that `kept` does not contain; `told` is called with the
-    /// number done and the total.
+    /// Solves the discs of a scene's block that `kept` does not contain; `told` is called with the
+    /// number of discs done and the total.
     ///
     /// # Errors
     /// A mesh that cannot be made or solved.

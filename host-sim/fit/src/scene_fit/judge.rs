@@ -42,18 +42,18 @@ pub struct DepthVerdict {
 pub struct Verdict {
     /// Errors at each depth, shallow first.
     pub depths: Vec<DepthVerdict>,
-    /// Root mean square and the largest, of the presses that were solved by finite elements at
-    /// places or depths that the fit did not see [%].
+    /// Root mean square error of the presses that were solved by finite elements at places or
+    /// depths that the fit did not see [%].
     pub unseen_rms_pct: f64,
     /// The largest of them, with its sign [%].
     pub unseen_worst_pct: f64,
-    /// Count of those presses.
+    /// Number of presses that the fit did not see.
     pub unseen_presses: usize,
     /// Root mean square over random places of the disc at all depths, between solved places [%].
     pub disc_rms_pct: f64,
     /// The largest of them, with its sign [%].
     pub disc_worst_pct: f64,
-    /// Count of those places.
+    /// Number of random places of the disc.
     pub disc_places: usize,
     /// Places that could not be evaluated because the patch has no equilibrium there.
     pub lost_places: usize,
@@ -155,7 +155,8 @@ impl Judging<'_> {
     }
 }
 
-/// Errors by depth; of the centre the press that was solved there, where there is one.
+/// Errors by depth. The error at the centre is that of the press that was solved there, if there is
+/// one.
 fn by_depth(depths_m: &[f64], fitted_m: &[f64], direct: &[(f64, f64)], disc: &[Vec<f64>], centred: &[f64]) -> Vec<DepthVerdict> {
     let at_depth = |(n, depth_m): (usize, &f64)| {
         let column: Vec<f64> = disc.iter().filter_map(|row| row.get(n).copied()).collect();

@@ -48,11 +48,11 @@ const FITTED_RADII: f64 = 1.15;
 pub struct OrganPresses {
     /// Map that interpolates between the places and depths for the fit.
     pub known: SurfaceMap,
-    /// Depths of those [m], rising.
+    /// Depths of the fit [m], rising.
     pub fitted_m: Vec<f64>,
-    /// All of them; places count from the site.
+    /// All solved presses; their places count from the site.
     pub answer: Answer,
-    /// Those for the evaluation alone.
+    /// Places and forces for the evaluation alone.
     pub unseen: Answer,
     /// Largest allowed error of the force at the site, over all depths (1).
     pub error: f64,

@@ -11,7 +11,8 @@ use super::{Statics, Vector};
 /// Share of a foundation point's energy that counts at its nodes: its other end is the probe.
 const HALF: f64 = 0.5;
 
-/// Logarithm of a factor over the energy density over E (1); zero if the tissue does not stiffen.
+/// Ratio of the logarithm of a stiffness factor to the energy density divided by E (1); zero if the
+/// tissue does not stiffen.
 pub(super) fn steepness(params: &Params) -> f64 {
     let mu = 0.5 / (1.0 + f64::from(params.poisson_ratio));
     if params.terms.stiffening { 2.0 * f64::from(params.stiffening_b) / mu } else { 0.0 }
@@ -21,7 +22,8 @@ pub(super) fn steepness(params: &Params) -> f64 {
 pub(super) struct Stiffer {
     /// Factor of every node (1).
     factor: Vec<f64>,
-    /// Slope of every factor along the energy at its node over E [1/m^3]; zero at the cap.
+    /// Derivative of every factor with respect to the energy at its node, divided by E [1/m^3];
+    /// zero at the cap.
     steeper: Vec<f64>,
 }
 

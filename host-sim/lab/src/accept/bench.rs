@@ -28,7 +28,7 @@ const DEPTH_LIMIT_M: f64 = 5e-3;
 pub(super) struct Bench {
     /// The patch.
     pub patch: Patch,
-    /// Its parameters.
+    /// Parameters of the patch.
     pub params: Params,
 }
 

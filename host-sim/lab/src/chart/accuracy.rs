@@ -34,7 +34,7 @@ pub(super) const MOST_MEANS: usize = 40;
 pub struct Accuracy {
     /// Force at each of [`DEPTHS_M`] [N].
     pub force_n: [f64; 4],
-    /// Its error [%]; `None` without a reference.
+    /// Error of the force at each depth [%]; `None` without a reference.
     pub force_error_pct: [Option<f64>; 4],
     /// Mean distance between its surface and the reference's at each of [`SURFACE_DEPTHS_M`] [mm].
     pub surface_error_mm: [Option<f64>; 2],

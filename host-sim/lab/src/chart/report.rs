@@ -65,9 +65,9 @@ pub struct MovingPoint {
 pub struct Front {
     /// Young's modulus [Pa].
     pub youngs_modulus_pa: f64,
-    /// Cost along the front.
+    /// Name of the cost that the front is drawn over.
     pub cost: &'static str,
-    /// Error along the front.
+    /// Name of the error that the front minimises.
     pub error: &'static str,
     /// By rising cost.
     pub points: Vec<FrontPoint>,

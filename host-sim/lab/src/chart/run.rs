@@ -28,7 +28,7 @@ pub struct Run {
 /// Measured values of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
-    /// Substeps of a tick.
+    /// Substeps per tick.
     pub substeps: u16,
     /// The deepest press.
     pub trial: PressResult,

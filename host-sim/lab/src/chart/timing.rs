@@ -15,7 +15,7 @@ use palpate_tissue::clock::thread_time;
 
 /// Depth about which the tip moves [m].
 pub(super) const DEPTH_M: f64 = 0.004;
-/// Its displacement per tick [m]: 20 mm/s.
+/// Displacement of the tip per tick [m]: 20 mm/s.
 pub(super) const STEP_M: f64 = 2e-5;
 /// Ticks of a batch: half down, half up.
 pub(super) const BATCH_TICKS: usize = 10;

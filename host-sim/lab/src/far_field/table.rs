@@ -94,7 +94,7 @@ pub struct Row {
     pub radius_m: f64,
     /// Model that is pressed.
     pub kind: Kind,
-    /// Its nodes, tets, rim nodes and rim edges.
+    /// Numbers of nodes, tets, rim nodes and rim edges of the model.
     pub size: Size,
     /// Forces.
     pub presses: Presses,

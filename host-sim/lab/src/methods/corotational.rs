@@ -73,7 +73,7 @@ impl Law for Corotational {
     }
 }
 
-/// Turns `q` toward the rotation of `f`; its matrix by rows.
+/// Turns `q` toward the rotation of `f` and returns its matrix by rows.
 #[inline(always)]
 fn follow(q: &mut Quaternion, f: &Matrix) -> Matrix {
     let f_columns = [0, 1, 2].map(|k| Vector3::new(f[0][k], f[1][k], f[2][k]));

@@ -81,7 +81,7 @@ impl Implicit {
         })
     }
 
-    /// Runs one substep; the force on the tissue over E [N/Pa].
+    /// Runs one substep and returns the force on the tissue over E [N/Pa].
     fn step(&mut self, tip_m: Vector3<f32>) -> Result<Vector3<f32>, Fault> {
         for ((ahead, x), v) in self.ahead_m.iter_mut().zip(&self.x_m).zip(&self.v_m_per_s) {
             *ahead = x + v * self.dt_s;

@@ -97,7 +97,7 @@ pub fn integration_points_m(corners_m: &[Vector3<f64>; 3]) -> [Vector3<f64>; 3] 
     corners_m.map(|corner_m| middle_m.lerp(&corner_m, 0.5))
 }
 
-/// Sums the values of the same node; by rising node.
+/// Sums the values of each node and returns the sums by rising node.
 pub(super) fn summed<T: Copy + std::ops::Add<Output = T>>(mut parts: Vec<(u32, T)>) -> Vec<(u32, T)> {
     parts.sort_by_key(|(n, _)| *n);
     let of_one = |run: &[(u32, T)]| (run[0].0, run[1..].iter().fold(run[0].1, |sum, (_, part)| sum + *part));

@@ -24,9 +24,9 @@ const REACH: f64 = 1.25;
 /// The touchable nodes and their compliance.
 pub(super) struct NodeContact {
     probe: Probe,
-    /// Their indices in the mesh.
+    /// Indices of the touchable nodes in the mesh.
     pub nodes: Vec<u32>,
-    /// Compliance times E between them [1/m], shape \[3 nodes\]\[3 nodes\].
+    /// Compliance between the touchable nodes, times E [1/m], shape \[3 nodes\]\[3 nodes\].
     w: Vec<f32>,
     /// Position without contact [m]; to be filled before each solve.
     pub free_m: Vec<Vector3<f32>>,
@@ -84,7 +84,7 @@ impl NodeContact {
         }
     }
 
-    /// Presses; the sum of the forces on the tissue over E [N/Pa].
+    /// Solves the contact and returns the sum of the forces on the tissue over E [N/Pa].
     pub fn solve(&mut self, tip_m: Vector3<f32>) -> Vector3<f32> {
         let centre = tip_m + self.probe.axis * self.probe.radius_m;
         self.flops = 0.0;

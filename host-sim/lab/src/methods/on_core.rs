@@ -32,7 +32,7 @@ pub struct OnCore<'a, M> {
     pub tuned: &'a Tuned<'a>,
     /// Positions and velocities.
     pub state: State<'a>,
-    /// Its stages.
+    /// Stages of the method.
     pub method: M,
 }
 
@@ -47,7 +47,7 @@ impl<M: Method> RunningMethod for OnCore<'_, M> {
     }
 }
 
-/// The forces of a law.
+/// A method of the core whose forces on the nodes are those of a law.
 struct Forced<L> {
     law: L,
     position_m: Vec<Vector3<f32>>,

@@ -38,7 +38,7 @@ use study::{Size, on_block, on_organ};
 pub struct Options {
     /// Few forces, few trials, coarser organs: under a minute.
     pub quick: bool,
-    /// One scene, a preset or a file; both presets without.
+    /// One scene, a preset or a file; `None` for both presets.
     pub scene: Option<String>,
     /// Origin of the report, for its summary.
     pub provenance: serde_json::Value,

@@ -10,9 +10,9 @@ use super::shares;
 ///
 /// The paper gives the constraint and says that its update follows as that of (6). With `C =
 /// theta - phi`, `phi` the angle, its gradient at the ends is `-t/l` and `t/l`, t the unit vector
-/// across the spring toward its old direction; the step that closes C is then `-C l/2 t`, averaged
-/// over a node's springs as in (7). A spring that points exactly backwards has no such t and is
-/// left alone.
+/// across the spring toward its old direction; the step that brings C to zero is then `-C l/2 t`,
+/// averaged over a node's springs as in (7). A spring that points exactly backwards has no such t
+/// and is left alone.
 #[derive(Debug)]
 pub struct SpringDirection<'a> {
     /// Critical angle theta [rad], above 0 and below pi.

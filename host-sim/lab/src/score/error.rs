@@ -36,7 +36,7 @@ pub enum ScoreError {
     OddColumn {
         /// The file.
         path: String,
-        /// As written.
+        /// Name of the column, as written.
         column: String,
         /// Reason why it is refused.
         what: &'static str,
@@ -50,7 +50,7 @@ pub enum ScoreError {
         line: u64,
         /// Name of the column.
         column: &'static str,
-        /// As written.
+        /// Content of the cell, as written.
         cell: String,
         /// Instruction on how to correct it.
         fix: &'static str,
@@ -62,9 +62,9 @@ pub enum ScoreError {
     Duplicate {
         /// The file.
         path: String,
-        /// The second row.
+        /// Line of the second row.
         line: u64,
-        /// The first row.
+        /// Line of the first row.
         first: u64,
         /// Name of the intern in both rows.
         intern: String,
@@ -89,15 +89,15 @@ pub enum ScoreError {
         shares[0], shares[1], shares[2], (sum * 1e9).round() / 1e9
     )]
     Weights {
-        /// As given.
+        /// The three weights, as given.
         shares: [f64; 3],
-        /// Their sum.
+        /// Sum of the three weights.
         sum: f64,
     },
     /// Weights that are not three numbers.
     #[error("--weights {text}: not three numbers: give three shares above zero that sum to 1, such as 0.45,0.35,0.20")]
     WeightsUnread {
-        /// As given.
+        /// Text of the option, as given.
         text: String,
     },
 }

@@ -65,7 +65,7 @@ pub fn passive_n_per_m(device: &DeviceProfile) -> f64 {
 pub struct Cell {
     /// Name of the device's profile.
     pub device: String,
-    /// Its delay [ticks].
+    /// Delay of the device [ticks].
     pub delay_ticks: u8,
     /// H0 .. H6.
     #[serde(deserialize_with = "hand::id")]

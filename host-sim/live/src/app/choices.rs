@@ -44,8 +44,8 @@ impl App {
         self.choose();
     }
 
-    /// The scene's own nodules or else that of the sliders, or none; in a block, and not while one
-    /// is searched.
+    /// Puts the scene's own nodules into a block, or else the nodule of the sliders, or removes
+    /// them; not while a nodule is searched.
     pub(crate) fn put_nodule(&mut self, there: bool) {
         let controls = &mut self.controls;
         if controls.block && controls.exercise.is_none() {
@@ -117,7 +117,7 @@ impl App {
         });
     }
 
-    /// Colours by another quantity; the contact map is requested only if it is shown.
+    /// Colours the tissue by another quantity. The contact map is requested only if it is shown.
     pub(crate) fn colour(&mut self, colour: Colour) {
         self.controls.shown.colour = colour;
         self.link.send(Request::Map(colour == Colour::Pressure));

@@ -1,6 +1,6 @@
-//! Time that the loop could not keep up with: told, and then forgotten.
+//! Time that the loop could not keep up with. It is shown for some seconds and then forgotten.
 
-/// Shown for this long after the last of it [s].
+/// Time for which dropped time is shown after the last dropped tick [s].
 const TOLD_S: f64 = 5.0;
 /// Shorter lapses are counted, but are not worth a sentence [ms].
 const WORTH_A_SENTENCE_MS: u64 = 200;
@@ -10,7 +10,7 @@ const WORTH_A_SENTENCE_MS: u64 = 200;
 pub(crate) struct Lapse {
     /// Ticks that were dropped since the start.
     counted: u64,
-    /// Dropped time that is told [ms].
+    /// Dropped time that is shown [ms].
     ms: u64,
     until_s: f64,
 }
@@ -26,13 +26,14 @@ impl Lapse {
         }
     }
 
-    /// Dropped time, while it is told [ms].
+    /// Dropped time, as long as it is shown [ms].
     #[must_use]
     pub fn ms(&self, now_s: f64) -> Option<u64> {
         (now_s < self.until_s).then_some(self.ms)
     }
 
-    /// A sentence about it, while it is told and long enough to be felt.
+    /// A sentence about the dropped time, as long as it is shown and if it is long enough to be
+    /// felt.
     #[must_use]
     pub fn sentence(&self, now_s: f64) -> Option<String> {
         let ms = self.ms(now_s).filter(|ms| *ms > WORTH_A_SENTENCE_MS)?;

@@ -39,13 +39,13 @@ pub struct State {
     pub row: Option<Row>,
     /// Answer of this machine's patch to it.
     pub answer: Option<Answer>,
-    /// The picture of it; none where nothing came since the last look.
+    /// The picture of the newest record; none if nothing came since the last look.
     pub frame: Option<Frame>,
     /// Points of the strips since the last look.
     pub dots: Vec<Dot>,
     /// The file began anew: earlier dots belong to another recording.
     pub anew: bool,
-    /// Records read of this file, and those of it that did not come.
+    /// Records of this file that were read, and records that are missing in it.
     pub records: [u64; 2],
 }
 

@@ -41,7 +41,7 @@ pub enum Apart {
 /// Answer of this machine's patch to a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
-    /// Its force in the frame of the device [N]; none where it gives no answer.
+    /// Force of the patch in the frame of the device [N]; none where the patch gives no answer.
     pub force_n: Option<[f32; 3]>,
     /// Length of the difference from the force of the board's patch [N], or why there is none.
     pub differs_n: Result<f32, Apart>,

@@ -61,7 +61,8 @@ pub fn length(vector: [f32; 3]) -> f32 {
     vector.iter().map(|part| part * part).sum::<f32>().sqrt()
 }
 
-/// Difference of two forces: of which, by how much and by what share, or why none is told.
+/// A sentence on the difference of the two forces: how large it is, absolutely and as a share, or
+/// why it is not known.
 #[must_use]
 pub fn difference(differs_n: Result<f32, Apart>, model_n: f32) -> String {
     /// A share of less than this says nothing [N].

@@ -226,8 +226,8 @@ fn base64(text: &str) -> Vec<u8> {
     digits.chunks(4).flat_map(bytes).collect()
 }
 
-/// Serves a folder; its address. A server that knows `.gz` sets the header, and the browser unpacks
-/// it before the page receives it.
+/// Serves a folder and returns its address. A server that knows `.gz` sets the header, and the
+/// browser unpacks it before the page receives it.
 pub fn serve(folder: &Path, knows_gz: bool) -> String {
     let folder = folder.to_path_buf();
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();

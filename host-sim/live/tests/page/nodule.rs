@@ -24,7 +24,7 @@ impl Map {
         Self { per_pixel_m: [per(right), per(down)] }
     }
 
-    /// Moves the mouse there; the pixel.
+    /// Moves the mouse to a place and returns its pixel.
     fn go(&self, browser: &mut Browser, place_m: [f64; 2]) -> [u32; 2] {
         let [a, b] = self.per_pixel_m;
         let det = a[0] * b[1] - a[1] * b[0];

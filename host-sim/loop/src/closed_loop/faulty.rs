@@ -74,11 +74,11 @@ pub enum Drive {
 pub enum Host {
     /// The host sends nothing.
     Silent,
-    /// It makes this request in every tick.
+    /// The host makes this request in every tick.
     Asks(Ask),
-    /// It halves the maximum force, in place.
+    /// The host halves the maximum force, in place.
     Lowers,
-    /// It tries to raise this limit, or to set it to NaN.
+    /// The host tries to raise this limit, or to set it to NaN.
     Raises(u8),
 }
 
@@ -141,7 +141,7 @@ pub enum Opening {
 /// Condition that must hold when the fault begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
-    /// It may begin at any time.
+    /// The fault may begin at any time.
     Nothing,
     /// A force above 0.3 N acts.
     Force,

@@ -40,7 +40,7 @@ pub struct Hand {
     pub id: &'static str,
     /// Name of the hand, such as `firm fingertip`.
     pub name: &'static str,
-    /// Its grip on the handle.
+    /// Grip of the hand on the handle.
     pub grip: Grip,
 }
 
@@ -122,7 +122,7 @@ fn bone_n_per_m() -> f64 {
 pub struct Aim {
     /// Target [m].
     pub at_m: Vector3<f64>,
-    /// Its velocity [m/s].
+    /// Velocity of the target [m/s].
     pub velocity_m_per_s: Vector3<f64>,
     /// Additional push [N]; for a released hand the only one.
     pub push_n: Vector3<f64>,

@@ -13,9 +13,10 @@ use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
 
-/// A press rests at this depth at most [m] ...
+/// Largest depth at which a press may rest [m].
 pub const DEPTH_M: f64 = 4e-3;
-/// ... and at this share of the loop's maximum force: saturation is another matter (1).
+/// Largest share of the loop's maximum force at which a press may rest (1); saturation has its own
+/// runs.
 pub const FORCE_SHARE: f64 = 0.85;
 /// The guard holds the probe where the static force is this many times the largest permitted (1).
 pub const GUARD_SHARE: f64 = 1.09;

@@ -18,16 +18,16 @@ const STILL_S: f64 = 3.0;
 const TREMOR: (f64, f64) = (0.1e-3, 9.0);
 const DRIFT: (f64, f64) = (0.08, 0.2);
 
-/// Factors by which stiffness or far field change, and the times after the press [s] ...
+/// Times after the press at which stiffness or far field change [s], and the factors.
 const CHANGES: [(f64, f64); 3] = [(0.0, 2.0), (1.7, 0.5), (2.4, 1.0)];
-/// ... and meanwhile the hand leaves the tissue twice, from and to [s]: stiffening waits for that,
-/// softening does not.
+/// Times after the press between which the hand is out of the tissue [s]: stiffening waits until it
+/// leaves, softening does not.
 const LEAVES_S: [[f64; 2]; 2] = [[0.2, 1.4], [2.6, 3.8]];
 
 /// Something that happens to the tissue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Change {
-    /// Its stiffness becomes this many times the first one.
+    /// The stiffness of the tissue becomes this many times the first one.
     Stiffness(f64),
     /// Another organ lies behind the patch: its far field becomes this many times as stiff. Without
     /// a far field the tissue itself becomes so much stiffer.
@@ -194,7 +194,7 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// Duration [s]; the last [`HOLD_S`] are steady.
+    /// Duration of the stimulus [s], of which the last [`HOLD_S`] are steady.
     #[must_use]
     pub fn seconds(&self) -> f64 {
         let displacement_m = CLEAR_M + self.depth_m + self.reach_m;

@@ -61,8 +61,8 @@ fn swing_m(at_m: &[Vector3<f64>]) -> f64 {
     (high - low).max()
 }
 
-/// RMS of a force above a frequency [N], from a tick on; a Butterworth high-pass of fourth order
-/// that starts with the first sample.
+/// RMS of a force above a frequency [N], from a tick on, after a Butterworth high-pass of fourth
+/// order that starts with the first sample.
 #[must_use]
 pub fn rms_above(force_n: &[Vector3<f64>], hz: f64, from: usize) -> f64 {
     let Some(first) = force_n.first() else { return 0.0 };

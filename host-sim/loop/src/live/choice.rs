@@ -15,7 +15,7 @@ pub const SIZES: [usize; 4] = [130, 230, 410, 1020];
 /// A stiffer ball.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Nodule {
-    /// Its centre: position on the surface, and depth below it [m].
+    /// Centre of the ball: position on the surface, and depth below it [m].
     pub place_m: [f64; 2],
     /// Depth of the centre [m].
     pub depth_m: f64,
@@ -44,12 +44,12 @@ impl Nodule {
 /// Nodules in a block.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub enum Inside {
-    /// Those of the scene.
+    /// The nodules of the scene.
     #[default]
     Own,
     /// No nodule, even where the scene has some.
     Nothing,
-    /// This one, in place of the scene's.
+    /// This nodule, in place of the scene's.
     Nodule(Nodule),
 }
 

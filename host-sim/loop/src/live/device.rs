@@ -26,7 +26,7 @@ pub struct Holding {
 }
 
 impl Default for Holding {
-    /// The pointer; a firm fingertip once a device is chosen.
+    /// The pointer without a device, and a firm fingertip as the hand once a device is chosen.
     fn default() -> Self {
         Self { device: None, hand: "H2".into(), delay_ticks: None }
     }

@@ -14,9 +14,9 @@ use crate::closed_loop::watch::{Broken, Tick, Watch};
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::TICK_S;
 
-/// A pointer moves in jumps of a frame; the hand follows with this time constant [s] ...
+/// Time constant with which the hand follows the pointer, which jumps from frame to frame [s].
 const FOLLOW_S: f64 = 8e-3;
-/// ... and no faster [m/s].
+/// Largest speed with which the hand follows the pointer [m/s].
 const FASTEST_M_PER_S: f64 = 0.5;
 
 /// Displacement in a tick towards a target at this distance [m]; none if it is not finite.

@@ -95,9 +95,9 @@ pub enum TraceError {
     NotATrace,
     /// Written by another version.
     Version(u32),
-    /// It ends too early.
+    /// The trace ends too early.
     Cut,
-    /// Its checksum does not match.
+    /// The checksum of the trace does not match.
     Damaged,
 }
 

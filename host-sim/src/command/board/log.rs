@@ -25,7 +25,7 @@ pub(super) struct Log {
     /// Checksum of the board's image.
     board: u32,
     table: Table,
-    /// Lost frames that were told.
+    /// Lost frames that were reported.
     lost: u32,
     /// Frames that nothing explains.
     unread: usize,
@@ -39,8 +39,8 @@ enum Table {
 }
 
 impl Log {
-    /// Opens the log of the board on this session, by the ELF file that the command line names;
-    /// asks the board for it.
+    /// Opens the log of the board on this session, with the ELF file that the command line names,
+    /// and asks the board to send it.
     pub(super) fn of(given: Option<&Path>, session: &mut Session) -> Result<Self, Error> {
         let board = session.identity.image;
         let table = match given {
@@ -104,7 +104,8 @@ impl Log {
         }
     }
 
-    /// Later lines stay on the board. One that gives a force is not told: it notices by itself.
+    /// Asks the board to keep later lines. A board that gives a force is not asked: it notices by
+    /// itself.
     pub(super) fn leave(session: &mut Session) {
         if at_rest(session) {
             // the command's own outcome says whether the port has gone

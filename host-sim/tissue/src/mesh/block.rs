@@ -95,7 +95,7 @@ pub enum BlockError {
     UnsoundPatch { value: f64 },
 }
 
-/// Meshes the block; the same bits for the same spec on every machine.
+/// Meshes the block. The same spec gives the same bits on every machine.
 ///
 /// # Errors
 /// A spec out of bounds, or too few nodes for its proportions.

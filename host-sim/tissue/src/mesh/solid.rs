@@ -20,7 +20,7 @@ pub(super) struct Solid {
 /// Origin of a node or a tet in the file.
 #[derive(Clone, Copy)]
 pub(super) struct Origin {
-    /// Its number in the file.
+    /// Number of the node or tet in the file.
     pub number: u64,
     /// `None` in a binary file.
     pub line: Option<usize>,

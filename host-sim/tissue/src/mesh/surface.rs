@@ -9,12 +9,12 @@ const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
 /// One tet's side of a face.
 pub(crate) struct FaceSide {
-    /// Its nodes in rising order: the same for both sides of a face.
+    /// Nodes of the face in rising order: the same for both sides.
     pub key: [u32; 3],
     pub tet: usize,
     /// Index among the tet's faces: that of the opposite corner.
     pub face: usize,
-    /// Its nodes, counter-clockwise seen from outside the tet.
+    /// Nodes of the face, counter-clockwise seen from outside the tet.
     pub corners: [u32; 3],
 }
 

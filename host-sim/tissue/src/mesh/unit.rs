@@ -12,7 +12,7 @@ pub struct LengthUnit {
 }
 
 impl LengthUnit {
-    /// Those with a name, the likeliest first [m].
+    /// Units that have a name, the likeliest first [m].
     pub const NAMED: [(&str, f64); 4] = [("m", 1.0), ("mm", 1e-3), ("cm", 1e-2), ("um", 1e-6)];
 
     /// A unit of this many metres.

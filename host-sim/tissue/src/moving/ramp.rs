@@ -25,7 +25,7 @@ const AFTER_TAP_TICKS: i32 = 20;
 /// A stored ramp, ready for comparison.
 #[derive(Clone, Debug)]
 pub struct Ramp {
-    /// Its stored reference.
+    /// Stored reference of the ramp.
     pub truth: Truth,
     /// Speed [mm/s].
     pub speed_mm_per_s: u32,

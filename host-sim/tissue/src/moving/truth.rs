@@ -65,7 +65,7 @@ impl Trajectory {
 /// A stored truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
-    /// Its name, which is also that of its file.
+    /// Name of the truth, which is also that of its file.
     pub name: &'static str,
     /// Tissue and place.
     pub site: Site,

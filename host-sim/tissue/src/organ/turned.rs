@@ -14,7 +14,7 @@ use crate::mesh::TetMesh;
 /// A lattice turned to a surface, finest along a segment on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turned {
-    /// Its finest place, and its growth from there.
+    /// Place where the lattice is finest, and how its cubes grow from there.
     pub fine: Fine,
     /// Outward unit normal there.
     pub axis: [f64; 3],

@@ -25,7 +25,7 @@ impl Lock {
                 Err(TryLockError::WouldBlock) => return Ok(None),
                 Err(TryLockError::Error(error)) => return Err(error),
             }
-            // between opening and locking, the run that held it may have removed it
+            // between opening and locking, the run that held the lock may have removed its file
             if is_at(&file, &path) {
                 return Ok(Some(Self { path, made, _file: file }));
             }

@@ -43,7 +43,7 @@ pub enum SceneError {
         /// The preset of that kind.
         preset: &'static str,
     },
-    /// Neither a preset nor a file.
+    /// The name is neither that of a preset nor of a file.
     #[error("no scene \"{name}\": did you mean \"{nearest}\"? Presets: {}; or give the path of a .toml file", presets())]
     UnknownName {
         /// The requested name.
@@ -66,7 +66,7 @@ pub enum SceneError {
     Parameter {
         /// The file.
         file: String,
-        /// Its table, with the dot, where the core's name has none.
+        /// Table of the key, with the dot, where the core's name has none.
         table: &'static str,
         /// Name, value, range.
         cause: palpate::BuildError,

@@ -64,7 +64,7 @@ fn allowed_pct(scene: &Scene) -> f64 {
 impl Session {
     /// Takes the fewest substeps, and none beyond the machine's budget, with which a ramp of the
     /// scene's own speed keeps its moving error. If the scene gives no error and the default cannot
-    /// be kept, the closest is used: [`super::Report::moving`] tells.
+    /// be kept, the closest is used, and [`super::Report::moving`] says so.
     ///
     /// # Errors
     /// The scene's own error cannot be kept: with the substeps or the nodes that would keep it.
@@ -130,8 +130,8 @@ impl Session {
         Ok(Some((approach, tried)))
     }
 
-    /// The scene's own ramp; for a trace, its fastest approach. `None` where the deepest hold is
-    /// not below the surface.
+    /// The approach with the speed of the scene's ramp, or of the fastest approach of a trace.
+    /// `None` where the deepest hold is not below the surface.
     fn approach(&self, scene: &Scene) -> Option<Approach> {
         let axis = self.params.probe.axis;
         let along = |pair: &[[f32; 3]]| {

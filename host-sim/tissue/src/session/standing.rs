@@ -19,14 +19,14 @@ const SAME: f64 = 1e-6;
 pub enum Standing {
     /// Fitted to this scene, with measured errors.
     Calibrated {
-        /// Its fit, and the measured error.
+        /// Record of the fit, with the measured error.
         record: FitRecord,
     },
     /// Fitted, but to another scene.
     CalibratedForAnother {
         /// Differences, in words.
         differs: Vec<String>,
-        /// Its fit.
+        /// Record of the fit.
         record: FitRecord,
         /// Error of the nearest trial.
         expected: Option<Expected>,

@@ -30,7 +30,7 @@ pub struct Heading {
     pub program: String,
     /// Command, as given on the command line.
     pub command: String,
-    /// Its options, including the seed, without those for where and how to run.
+    /// Options of the command, including the seed, without those for where and how to run.
     pub options: BTreeMap<String, Value>,
     /// Checksum of each file or scene that the cases use.
     pub inputs: BTreeMap<String, String>,
@@ -61,13 +61,13 @@ pub struct Part {
 /// Why a file is not a shard's.
 #[derive(Debug, thiserror::Error)]
 pub enum PartError {
-    /// It is missing or cannot be read.
+    /// The file is missing or cannot be read.
     #[error("cannot be read ({0})")]
     Unreadable(#[from] io::Error),
     /// A file of another program.
     #[error("is no shard of this form")]
     NotAShard,
-    /// It was truncated or changed.
+    /// The file was truncated or changed.
     #[error("is cut short or damaged")]
     Damaged,
     /// It was split from its campaign by another rule: it may leave a gap, or overlap its

@@ -1,4 +1,4 @@
-//! The glued disc: against exact solutions, and against the shipped answer.
+//! Compares the glued disc with exact solutions and with the shipped answer.
 
 use palpate::Vector3;
 use palpate_fit::reference::body::Stiffness;
@@ -148,7 +148,7 @@ fn discs_of_a_fit_are_what_other_meshes_say() {
         (scene.tissue.block_m, scene.tissue.poisson_ratio) = (Some(size_m), poisson_ratio);
         let kept = Solved::beside(&folder.path().join("out"));
         let discs = GluedDiscs::solve(&scene, Level::Full, &kept, |_, _| {}).expect("solved");
-        // the law's own discs, of which none was solved, and those of the evaluation
+        // some of the law's own discs, of which none was solved, and all discs of the evaluation
         let some = discs.known.chunks(3).step_by(6).chain(discs.unseen.chunks(3).step_by(2));
         for disc in some {
             let own = Disc { place_m: disc[0].place_m.into(), axis: Vector3::z(), radius_m: disc[0].radius_m };

@@ -112,7 +112,7 @@ impl Rig {
         self.tick(Command { asked: Some(asked), ..Command::HEARD }, true)
     }
 
-    /// Runs one tick; a `fresh` reading or the last one again.
+    /// Runs one tick, with a `fresh` reading or with the last one again.
     pub fn tick(&mut self, command: Command, fresh: bool) -> Tick {
         if fresh {
             self.device.reading.sequence = self.device.reading.sequence.wrapping_add(1);

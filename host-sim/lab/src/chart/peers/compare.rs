@@ -19,7 +19,7 @@ pub const RAMPS_MM_PER_S: [u32; 2] = [40, 200];
 /// nothing as accurate, or nothing as cheap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compared<'a> {
-    /// Their row.
+    /// Row of the other engine.
     pub peer: &'a Peer,
     /// Held force.
     pub held: Factors,
@@ -34,7 +34,8 @@ pub struct Compared<'a> {
 /// Factors between a row of theirs and the best of ours.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Factors {
-    /// Their cost over that of our cheapest model with at most the same error (1).
+    /// Cost of the other engine, divided by that of our cheapest model with at most the same error
+    /// (1).
     pub cheaper: Option<f64>,
     /// Their error over that of our most accurate model that costs no more (1).
     pub nearer: Option<f64>,

@@ -10,7 +10,7 @@ use palpate_tissue::Error as TissueError;
 
 /// Version of the files.
 const VERSION: &str = "1";
-/// Columns before those of forces and errors, and the single column after them.
+/// Columns in front of those of forces and errors, and the single column behind them.
 const FIRST: [&str; 12] = [
     "engine",
     "version",

@@ -52,7 +52,7 @@ pub struct Elsewhere {
 /// Everything measured on a method.
 #[derive(Clone, Debug, Serialize)]
 pub struct Measured {
-    /// Its name.
+    /// Name of the method.
     pub name: String,
     /// Name in a legend.
     #[serde(skip)]
@@ -69,7 +69,7 @@ pub struct Measured {
     pub rim: [usize; 2],
     /// Substeps of a tick.
     pub substeps: u16,
-    /// Its stable step [ms].
+    /// Stable step of the method [ms].
     pub stable_ms: f64,
     /// Worst tick on the boards.
     pub boards: Vec<BoardShare>,

@@ -18,9 +18,9 @@ use palpate_tissue::patch::{Memory, Patch};
 pub enum Awake {
     /// All of them: the product.
     All,
-    /// Those that the stress rule of paper 004 (7)-(8) keeps; the rest are frozen in place.
+    /// Nodes that the stress rule of paper 004 (7)-(8) keeps; the rest are frozen in place.
     Stressed(StressRule),
-    /// Those that do not rest: [`Sleeping`] with this threshold [m].
+    /// Nodes that do not rest: [`Sleeping`] with this threshold [m].
     Moving(f64),
 }
 

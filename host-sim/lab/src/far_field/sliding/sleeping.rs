@@ -24,9 +24,9 @@ pub struct Sleeping {
 struct Sleeper {
     /// Ticks in a row that were quiet.
     quiet: u16,
-    /// Its place while it sleeps [m].
+    /// Position of the node while it sleeps [m].
     at_m: Option<Vector3<f32>>,
-    /// Its place when its travel was last measured [m].
+    /// Position of the node when its travel was last measured [m].
     was_m: Vector3<f32>,
 }
 

@@ -100,7 +100,7 @@ pub struct StudyMethod {
     pub patch: Patch,
     /// Parameters, with the substeps that it needs.
     pub params: Params,
-    /// Its stable step [s].
+    /// Stable step of the method [s].
     pub stable_s: f64,
     /// Nodes that move.
     pub awake: Awake,

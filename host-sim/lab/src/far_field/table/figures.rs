@@ -24,7 +24,7 @@ struct Curve {
     promised: bool,
 }
 
-/// Draws them; their names without ending.
+/// Draws the figures and returns their names without ending.
 ///
 /// # Errors
 /// A picture cannot be drawn or written.

@@ -22,7 +22,7 @@ pub struct Summary {
     pub depths_m: [f64; DEPTHS],
     /// Depth of presses beside the site [m].
     pub aside_depth_m: f64,
-    /// Their distances from it [m].
+    /// Distances of these presses from the site [m].
     pub aside_distances_m: Vec<f64>,
     /// Error limit of rim springs relative to dense S [%], from patches of this many probe radii
     /// on.

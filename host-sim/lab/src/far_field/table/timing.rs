@@ -20,7 +20,7 @@ use palpate_tissue::stable_step::limits;
 
 /// Depth about which the tip moves [probe radii].
 const DEPTH_RADII: f64 = 0.5;
-/// Its displacement per tick [m]: 20 mm/s, and 50 mm/s during loading.
+/// Displacement of the tip per tick [m]: 20 mm/s, and 50 mm/s during loading.
 const STEP_M: f64 = 2e-5;
 const WAY_IN_M: f64 = 5e-5;
 /// Ticks of a batch: half down, half up.

@@ -121,12 +121,12 @@ impl StudyMethod {
         Ok(why.map(Err))
     }
 
-    /// Presses from rest until nothing moves, `runs` times; the least CPU time of them. `None` if
-    /// it is not available.
+    /// Presses from rest until nothing moves, `runs` times, and returns the least CPU time. `None`
+    /// if it is not available.
     ///
     /// # Errors
-    /// Model or parameters that the core or the method rejects; the inner error tells why it does
-    /// not come to rest.
+    /// Model or parameters that the core or the method rejects; the inner error says why the
+    /// model does not come to rest.
     pub fn press(&self, block: &Block, tick_s: f64, force_n: f64, runs: usize) -> Result<Option<Result<AtRest, NoRest>>, Error> {
         let block = self.block(block, tick_s);
         let mut best: Option<AtRest> = None;

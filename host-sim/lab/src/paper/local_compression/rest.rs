@@ -25,7 +25,7 @@ const CLEAR_M: f64 = 1e-5;
 /// A finger pushed by a constant force against the force it feels.
 #[derive(Clone, Copy, Debug)]
 pub struct Push {
-    /// Its force [N].
+    /// Force of the finger [N].
     pub force_n: f64,
     depth_m: f64,
     speed_m_per_s: f64,

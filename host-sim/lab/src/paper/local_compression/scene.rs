@@ -77,7 +77,7 @@ pub struct MeshScene {
     pub fine_radius_m: f64,
     /// Edge of the lattice's cube there [m].
     pub spacing_m: f64,
-    /// Their growth outside (1).
+    /// Growth of the cubes outside that radius (1).
     pub growth: f64,
 }
 

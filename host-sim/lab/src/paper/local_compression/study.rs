@@ -47,7 +47,8 @@ pub struct Size {
     pub coarser: f64,
     /// Steps of the correction's chart: halvings of 0.5 ms.
     pub halvings: u32,
-    /// Longest edge [m] near the finger and most nodes of the layered reference; none without.
+    /// Longest edge [m] near the finger and most nodes of the layered reference; `None` to leave it
+    /// out.
     pub layered: Option<(f64, usize)>,
 }
 
@@ -89,7 +90,7 @@ pub struct OnBlock {
 
 /// Results on an organ.
 pub struct OnOrgan {
-    /// Its scene.
+    /// Scene of the organ.
     pub scene: PressScene,
     /// The organ.
     pub site: Site,

@@ -42,7 +42,7 @@ pub struct Point {
 pub struct Curve {
     /// Method.
     pub name: &'static str,
-    /// Its step [s].
+    /// Step of the method [s].
     pub step_s: Option<f64>,
     /// Presses that came to rest.
     pub points: Vec<Point>,
@@ -103,8 +103,8 @@ pub fn region_for(block: &Block, fitted: Fitted, step_s: f64, force_n: f64) -> R
     Ok(None)
 }
 
-/// Measures one method under every force; the first that does not come to rest ends it. `None` if
-/// it is not available.
+/// Measures one method under every force, up to the first under which it does not come to rest.
+/// `None` if it is not available.
 ///
 /// # Errors
 /// Model or parameters that the core or the method rejects.

@@ -65,9 +65,10 @@ pub struct JointScene {
     pub organ: String,
     /// Organ it is joined to.
     pub onto: String,
-    /// Lowest and highest corner of a box that contains it [m].
+    /// Lowest and highest corner of a box that contains the joined surface [m].
     pub box_m: [[f64; 3]; 2],
-    /// Its outward normal is within 60 degrees of this.
+    /// Direction from which the outward normal of the joined surface turns away by at most 60
+    /// degrees.
     pub facing: [f64; 3],
     /// Largest distance from the other surface at rest [m].
     pub reach_m: f64,
@@ -81,9 +82,10 @@ pub struct JointScene {
 pub struct FixedScene {
     /// Name of the organ.
     pub organ: String,
-    /// Lowest and highest corner of the box it is in [m].
+    /// Lowest and highest corner of a box that contains the fixed surface [m].
     pub box_m: [[f64; 3]; 2],
-    /// Its outward normal is within 60 degrees of this.
+    /// Direction from which the outward normal of the fixed surface turns away by at most 60
+    /// degrees.
     pub facing: [f64; 3],
 }
 
@@ -99,9 +101,9 @@ pub struct Attachment {
     pub to_m: [f64; 3],
     /// Distance from the line within which nodes move with it [m].
     pub radius_m: f64,
-    /// Its moves [m].
+    /// Displacements of the line [m], one per move.
     pub moves_m: Vec<[f64; 3]>,
-    /// Their names.
+    /// Names of the moves.
     pub names: Vec<String>,
 }
 

@@ -31,7 +31,7 @@ use palpate_tissue::stable_step::limits;
 
 /// Nodes of the calibrated block that is pressed.
 const NODES: usize = 130;
-/// Its depth limit [m].
+/// Depth limit of that block [m].
 const DEEP_M: f32 = 8e-3;
 /// Tissues whose slope is tabulated [Pa].
 pub const TABLED_PA: [f64; 3] = [3.5e3, 20e3, 100e3];

@@ -146,7 +146,7 @@ fn shaken(cells: &[&Cell]) -> usize {
     cells.iter().filter(|c| !c.held.quiet).count()
 }
 
-/// The one furthest from zero of those that hold, with its sign (1).
+/// Error furthest from zero among the cells that hold, with its sign (1).
 fn worst_error(cells: &[&Cell]) -> f64 {
     cells
         .iter()

@@ -34,13 +34,13 @@ pub enum Promise {
 /// Tissue of a case: the standard block, or with one thing added to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CaseTissue {
-    /// As it is.
+    /// The standard block as it is.
     Plain,
     /// With a ball in it: ten times stiffer, 12 mm deep.
     Inclusion,
     /// The probe rubs on it, with a coefficient of 0.5.
     Frictional,
-    /// It stiffens, with an exponent of 20.
+    /// The tissue stiffens, with an exponent of 20.
     Stiffening,
 }
 
@@ -93,11 +93,11 @@ pub struct LoadCase {
 
 /// Slow: a scene's ramp [m/s].
 const SLOW_M_PER_S: f64 = 0.04;
-/// The tap that is promised [m/s].
+/// Speed of the tap for which the product promises its behaviour [m/s].
 const TAP_M_PER_S: f64 = 0.5;
 /// Fastest retreat that the guard passes on [m/s].
 const FASTEST_M_PER_S: f64 = 1.0;
-/// The depth that is promised [m], a fifth of the block.
+/// Depth for which the product promises its behaviour [m], a fifth of the block's height.
 const DEEP_M: f64 = 8e-3;
 
 /// Ten times stiffer, 12 mm deep: the scene `nodule`.

@@ -36,7 +36,7 @@ pub struct Counts {
     pub verdicts: Vec<(Verdict, usize)>,
 }
 
-/// Extremes of the promised cells.
+/// Extremes over the cells for which the product promises its behaviour.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Worst {
     /// Cells that a promise covers.

@@ -1,7 +1,7 @@
 use super::super::patches::Given;
 use super::*;
 
-/// Shipped patches of boards; the second lies aslant, away from the centre.
+/// Shipped patches for boards; the second is tilted and lies away from the centre.
 const BOARDS: [&str; 2] = ["block-m4f-168", "liver-m4f-168"];
 
 fn chosen(name: &str) -> Chosen {

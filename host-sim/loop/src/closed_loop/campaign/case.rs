@@ -61,7 +61,7 @@ const MOMENTS: [Moment; 4] = [Moment::Free, Moment::Touch, Moment::Deep, Moment:
 /// One run.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// Its number in the campaign.
+    /// Number of the run in the campaign.
     pub number: u64,
     /// Index of the planted fault in [`FAULTS`].
     pub fault: usize,

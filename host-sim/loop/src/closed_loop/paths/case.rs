@@ -60,7 +60,7 @@ pub const KINDS: [(PathKind, &str); 10] = [
 /// One run.
 #[derive(Clone, Debug)]
 pub struct PathCase {
-    /// Its number and the seed of the draw.
+    /// Number of the run, and the seed of the draw.
     pub number: u64,
     /// Seed of the draw.
     pub seed: u64,

@@ -47,11 +47,11 @@ pub struct PathPatch {
     pub name: &'static str,
     /// The patch.
     pub patch: Patch,
-    /// Parameters that it was packed with.
+    /// Parameters that the patch was packed with.
     pub params: Params,
-    /// Paths of 5000 that run on it under this tip.
+    /// Number of paths of 5000 that run on this patch and tip.
     pub share: u32,
-    /// Its geometry at rest.
+    /// Geometry of the patch at rest.
     pub shape: Arc<RestSolid>,
     /// Site of the press, and axes.
     pub site: Site,

@@ -34,9 +34,9 @@ pub struct PathRow {
     pub chatter_turns: u32,
     /// Runs that broke an invariant, by its id.
     pub broken: BTreeMap<Cow<'static, str>, u64>,
-    /// Runs ended by a fault, by its number; and those among them with motion that a hand can make.
+    /// Runs ended by a fault, by its number.
     pub faults: BTreeMap<u8, u64>,
-    /// Those among them with motion that a hand can make.
+    /// Runs ended by a fault during motion that a hand can make, by its number.
     pub honest_faults: BTreeMap<u8, u64>,
     /// Energy created by the worst contact [J].
     pub created_j: f64,
@@ -44,9 +44,9 @@ pub struct PathRow {
     pub creating: u64,
     /// Runs with motion that a hand can make.
     pub by_hand: u64,
-    /// Energy created by the worst contact of these [J].
+    /// Energy created by the worst contact of the runs with such motion [J].
     pub created_by_hand_j: f64,
-    /// Those among them in which a contact created more energy than is allowed.
+    /// Runs with such motion in which a contact created more energy than is allowed.
     pub creating_by_hand: u64,
     /// Strongest force [N].
     pub peak_n: f32,
@@ -59,7 +59,7 @@ pub struct PatchRow {
     pub runs: u64,
     /// Runs with motion that a hand can make.
     pub by_hand: u64,
-    /// Of these, runs in which a contact created more energy than is allowed.
+    /// Runs with such motion in which a contact created more energy than is allowed.
     pub creating_by_hand: u64,
 }
 

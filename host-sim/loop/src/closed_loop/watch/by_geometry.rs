@@ -13,10 +13,10 @@ use palpate::haptic::device::{Sensed, SensorStatus};
 use super::Broken;
 use super::rest_shape::RestShape;
 
-/// Distance from the tissue at rest beyond which the sensed tip may not be while a force acts [m]
-/// ...
+/// Distance from the tissue at rest beyond which the sensed tip may not be while a force acts [m],
+/// except for [`OUTSIDE_TICKS`].
 const OUTSIDE_M: f64 = 1e-3;
-/// ... for more than this many ticks before it returns.
+/// Ticks for which the tip may be further outside than [`OUTSIDE_M`] before it returns.
 const OUTSIDE_TICKS: u32 = 5;
 /// Largest share of the force that may point into the tissue [N].
 const INTO_N: f64 = 0.02;
@@ -24,11 +24,11 @@ const INTO_N: f64 = 0.02;
 const TRAIL_TICKS: usize = 64;
 /// Ticks with the same reading after which the tip counts as at rest.
 const REST_TICKS: u32 = 50;
-/// Change of the force between two turns that counts [N] ...
+/// Least change of the force between two turns that counts as a swing of chatter [N].
 const CHATTER_N: f32 = 0.02;
-/// ... if the force turns this many times in a row ...
+/// Turns of the force in a row that count as chatter.
 const CHATTER_TURNS: u32 = 10;
-/// ... with no more than this many ticks between two turns: swings of 2.5 Hz and faster.
+/// Most ticks between two turns of chatter: swings of 2.5 Hz and faster.
 const TURN_TICKS: u32 = 200;
 
 /// Extremes over a run, whether or not they break an invariant.

@@ -21,7 +21,7 @@ pub(super) struct Files {
 }
 
 impl Files {
-    /// Begins those that are asked for.
+    /// Begins the files that are asked for.
     pub(super) fn begin(whole: Option<&Path>, growing: Option<&Path>) -> Result<Self, Error> {
         if let (Some(whole), Some(growing)) = (whole, growing)
             && whole == growing
@@ -81,7 +81,8 @@ impl Rows {
     }
 }
 
-/// A file in its place, which others read while it grows.
+/// A stream that is written under its final name, so that other programs can read it while it
+/// grows.
 struct Growing(Table<File>);
 
 impl Growing {
@@ -94,7 +95,7 @@ impl Growing {
         Ok(Self(table))
     }
 
-    /// A row, which a reader finds at once.
+    /// Adds a row, which a reader finds at once.
     fn add(&mut self, record: &Record, identity: &Identity) -> Result<(), Error> {
         self.0.add(record, identity)?;
         self.0.flush()

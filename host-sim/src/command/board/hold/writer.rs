@@ -104,7 +104,8 @@ mod tests {
     use super::super::stream::example::{RECORD, identity};
     use super::*;
 
-    /// A disk that tells of every row that it is given, and takes one for every word.
+    /// A disk that reports every row that it is given, and takes a row for every word that it
+    /// receives.
     struct Disk {
         given: Sender<u32>,
         words: Receiver<()>,

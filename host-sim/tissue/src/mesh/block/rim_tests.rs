@@ -73,8 +73,8 @@ fn measure(mesh: &TetMesh, at_m: [f64; 2], sizes: &Sizes) -> Patch {
     }
 }
 
-/// Radius [mm], size [mm], growth, and the least and most nodes: close to those that worked well
-/// for patches with jagged rims.
+/// Radius [mm], size [mm], growth, and the least and most nodes: close to the values that worked
+/// well for patches with jagged rims.
 const RECIPES: [(f64, f64, f64, [usize; 2]); 3] =
     [(17.0, 5.2, 0.45, [60, 75]), (18.0, 4.0, 0.45, [105, 130]), (20.0, 3.0, 0.36, [210, 260])];
 

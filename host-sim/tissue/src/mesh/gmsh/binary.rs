@@ -132,7 +132,7 @@ fn elements_2(bytes: &mut Bytes, mesh: &mut RawMesh) -> Result<(), MeshError> {
 #[derive(Clone, Copy)]
 enum Element {
     Tet,
-    /// Its kind and number of nodes.
+    /// Another element, by its kind and number of nodes.
     Other(&'static str, u64),
 }
 

@@ -24,7 +24,7 @@ pub(super) struct Closed {
 
 /// One triangle's side of an edge.
 struct Side {
-    /// Its vertices in rising order: the same for both sides of an edge.
+    /// Vertices of the edge in rising order: the same for both sides.
     key: [u32; 2],
     triangle: usize,
     /// The triangle has them in this order.
@@ -91,7 +91,7 @@ fn weld(vertices: &[[f64; 3]], triangles: &[[u32; 3]], tolerance: f64) -> (Vec<[
             for y in &steps {
                 for z in &steps {
                     let there = in_cell([own[0] + x, own[1] + y, own[2] + z]);
-                    // Those of a cell rise.
+                    // the vertices of a cell are in rising order
                     first = there.take_while(|other| *other < first).find(|other| near(*other, vertex)).unwrap_or(first);
                 }
             }
