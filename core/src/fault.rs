@@ -15,7 +15,7 @@ pub enum BuildError {
         item: &'static str,
         /// Index of the item.
         index: usize,
-        /// The node it names.
+        /// The node that the item names.
         node: u16,
     },
     /// A number is NaN or infinite.
@@ -45,7 +45,7 @@ pub enum BuildError {
         item: &'static str,
         /// Length that fits the model.
         need: usize,
-        /// Length it has.
+        /// Length of the list.
         have: usize,
     },
     /// More items than the reserved memory or the index type holds.

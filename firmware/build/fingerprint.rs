@@ -13,7 +13,7 @@ const SOURCES: [&str; 8] =
 /// Level of the log.
 const LEVEL: &str = "DEFMT_LOG";
 
-/// Writes it as a constant.
+/// Writes the checksum as a constant.
 pub fn tell(out: &Path) -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-env-changed={LEVEL}");
     let mut files = Vec::new();

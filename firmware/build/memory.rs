@@ -13,7 +13,7 @@ pub struct Region {
 /// Memories of a chip.
 pub struct Memories {
     flash: Region,
-    /// For stack and statics.
+    /// RAM for stack and statics.
     ram: Region,
     /// Memory for code that the core reads without waiting; zero bytes if that is the RAM itself.
     fast_code: Option<Region>,
@@ -83,7 +83,7 @@ pub fn of_chip() -> Option<Memories> {
 }
 
 impl Memories {
-    /// The linker's list of them.
+    /// The memories as a list for the linker.
     pub fn regions(&self) -> String {
         let line = |name: &str, region: Region| format!("{name} : ORIGIN = {:#x}, LENGTH = {}\n", region.origin, region.bytes);
         let stack = Region { bytes: STACK_BYTES, ..self.ram };

@@ -16,7 +16,7 @@ const FELT_FROM_HZ: f64 = 20.0;
 const NYQUIST_HZ: f64 = 500.0;
 /// `FELT_N` over the root of that band.
 const LIMIT_MN_PER_SQRT_HZ: f64 = 0.913;
-/// It rests within this share of the deepest press (1).
+/// A press rests within this share of its largest depth (1).
 const RESTS: f64 = 0.02;
 
 /// Draws `<name>_force`, `_depth`, `_energy` and `_spectrum` as SVG and PNG.

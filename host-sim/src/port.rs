@@ -24,12 +24,12 @@ pub enum PortError {
     /// The system has no port of this name.
     #[error("{0}: there is no such port: `palpate board list` names the boards that answer; is the cable in?")]
     Missing(String),
-    /// Another program has it open.
+    /// Another program has the port open.
     #[error(
         "{0}: another program has this port open: end it with Ctrl-C, or kill it, and any force that it holds ends with it; then try again"
     )]
     InUse(String),
-    /// The system does not allow it.
+    /// The system does not allow opening the port.
     #[error("{0}: this user may not open the port: on Linux join the group that owns it (often dialout) and log in again")]
     Denied(String),
     /// A file, or a device of another kind.

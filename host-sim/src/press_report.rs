@@ -21,7 +21,7 @@ use palpate_tissue::trace_file;
 struct Summary<'a> {
     scene: &'a str,
     method: &'static str,
-    /// Calibrated to this very scene.
+    /// Whether the patch was calibrated to this very scene.
     calibrated: bool,
     /// The scene that the patch was fitted to, and the error to expect.
     model: Standing,
@@ -41,7 +41,7 @@ struct Summary<'a> {
     limiters: Vec<&'static str>,
     fault: Option<String>,
     state_hash: String,
-    /// At the deepest tip; absent unless requested and in contact.
+    /// Contact where the tip is deepest; absent unless requested and in contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     contact: Option<ContactSummary>,
     report: &'a Report,

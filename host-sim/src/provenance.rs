@@ -17,11 +17,11 @@ const PRINTED: &str = "--all";
 struct Provenance<'a> {
     /// Version of the program.
     version: &'static str,
-    /// Commit that it was built from, with `-dirty` where files were changed since.
+    /// Commit that the program was built from, with `-dirty` where files were changed since.
     commit: Option<&'static str>,
     /// Build profile.
     profile: &'static str,
-    /// Command that made it.
+    /// Command that made the result.
     command: &'a str,
     /// Arguments of the program that decide the result.
     command_line: &'a [String],

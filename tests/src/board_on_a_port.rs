@@ -27,7 +27,8 @@ use crate::disassembly::variable;
 use crate::joint_hand::counts_at;
 use crate::pseudo_terminal::PseudoTerminal;
 
-/// From outside the tissue, long enough to be armed there, through the script's presses.
+/// Ticks of a round: from outside the tissue, long enough to be armed there, through the script's
+/// presses.
 const ROUND_TICKS: u32 = LEAD_TICKS + 2_000;
 /// Ticks between records.
 const RECORD_TICKS: u64 = 20;
@@ -56,7 +57,7 @@ const TICK: Duration = Duration::from_millis(1);
 const COUNTED: u8 = 0x80;
 /// Counts of the encoders at power-on, in the home pose.
 const POWER_ON_COUNTS: [i32; 3] = [1_234, -567, 89];
-/// From the home pose to the script's first place.
+/// Ticks from the home pose to the script's first place.
 const APPROACH_TICKS: u32 = 500;
 
 /// The hand on the board's sensors.
@@ -120,7 +121,7 @@ pub struct BoardOnAPort {
     _one_at_a_time: MutexGuard<'static, ()>,
 }
 
-/// For the thread that drives the board.
+/// Switches of the thread that drives the board.
 #[derive(Default)]
 struct Switches {
     ended: AtomicBool,

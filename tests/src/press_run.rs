@@ -89,11 +89,11 @@ pub struct PressRun {
 /// A hold of `summary.json`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hold {
-    /// As in the scene: depth or hand place [m], or force [N].
+    /// Target as in the scene: depth or hand place [m], or force [N].
     pub target: f64,
-    /// Reached [m].
+    /// Depth that was reached [m].
     pub depth_m: f64,
-    /// Along the press [N].
+    /// Force along the press [N].
     pub force_n: f64,
     /// Smallest tet volume over its rest volume (1).
     pub min_j: f64,

@@ -1,7 +1,7 @@
 //! Short and long forms of tests over tables of cases: `./test` runs a share of the cases,
 //! `./test --long` every one of them.
 
-/// Set by `./test --long`.
+/// Environment variable that `./test --long` sets.
 const LONG: &str = "PALPATE_LONG";
 
 /// Whether every case is to be run.

@@ -87,7 +87,7 @@ pub struct Sensed {
     /// Number of the reading, one more for every new one, wrapping: a reading that repeats or goes
     /// back is old.
     pub sequence: u32,
-    /// Whether to believe it.
+    /// Whether the reading can be trusted.
     pub status: SensorStatus,
 }
 

@@ -27,8 +27,8 @@ pub struct LoopLimitSettings {
     pub max_slew_n_per_s: f32,
     /// Fastest probe that is believed [m/s].
     pub max_speed_m_per_s: f32,
-    /// Readings in a row beyond that speed that are a fault while a force acts. Fewer are treated
-    /// as glitches, and the last good pose is held.
+    /// Readings in a row beyond `max_speed_m_per_s` that are a fault while a force acts. Fewer are
+    /// treated as glitches, and the last good pose is held.
     pub odd_poses: u16,
     /// Greatest age of a pose that is still rendered [ticks].
     pub max_age_ticks: u16,

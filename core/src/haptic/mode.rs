@@ -100,7 +100,7 @@ pub enum Event {
     HostLost,
     /// The operator let go of the hand switch or left the pedal.
     OperatorLeft,
-    /// At the force limit for long, or energy created.
+    /// The contact was at the force limit for long, or it created energy.
     Strained,
     /// The contact that was scaled down is over.
     Recovered,

@@ -26,7 +26,7 @@ use crate::fault::Fault;
 
 /// Force that a probe does not speed up against [N].
 const PUSH_N: f32 = 0.5;
-/// Speed gained against it that is a fault [m/s].
+/// Speed gained against the force that is a fault [m/s].
 const GAINED_M_PER_S: f32 = 0.5;
 /// Travel into the tissue in which that speed is gained [m].
 const GONE_M: f32 = 25e-3;
@@ -39,11 +39,11 @@ const SHARE: f32 = 0.1718;
 /// The moment from which the gain in speed is measured.
 #[derive(Clone, Copy, Debug)]
 struct Slowest {
-    /// Normal at that moment.
+    /// Normal when the probe was slowest.
     normal: Vector3<f32>,
-    /// Speed into the tissue then, at least zero [m/s].
+    /// Speed into the tissue at that moment, at least zero [m/s].
     inward_m_per_s: f32,
-    /// Displacement since then [m].
+    /// Displacement since that moment [m].
     gone_m: Vector3<f32>,
 }
 

@@ -31,7 +31,8 @@ const FIRST_J: f32 = 0.1e-3;
 const DOUBLINGS: u8 = 4;
 /// Least growth of the square of the speed in each (1).
 const GROWTH: f32 = 1.1;
-/// Least and largest growth of that square per work [1/kg]: two over 2 kg and over 25 g.
+/// Least and largest growth of the square of the speed per work [1/kg]: two over 2 kg and two over
+/// 25 g.
 const PER_WORK: [f32; 2] = [1.0, 80.0];
 /// Least growth per work, as a share of that in the doubling before (1): a mass stays the same,
 /// whereas a hand that speeds up by itself does so whatever the work is.
@@ -51,7 +52,8 @@ pub struct SignWatch {
     /// Work that the force should have taken, and the signed square of the speed then [J, m^2/s^2].
     taken_j: f32,
     square: f32,
-    /// Growth of that square per work in the last doubling in which speed grew [1/kg].
+    /// Growth of the square of the speed per work in the last doubling in which the speed grew
+    /// [1/kg].
     per_work: f32,
     /// Doublings in a row in which speed grew.
     doublings: u8,

@@ -40,9 +40,9 @@ pub const FADE_S: f32 = 1.0;
 
 /// Turns of the force in a row, without a count, after which it fades.
 pub const MOST_TURNS: u8 = 6;
-/// Duration of that fading [s].
+/// Time in which a force that turns fades [s].
 pub const SWING_FADE_S: f32 = 0.02;
-/// Change between two turns that counts [N].
+/// Least change of the force between two turns [N].
 const SWING_N: f32 = 0.02;
 /// Share of the swing before (1) below which a swing dies out.
 const DIES_OUT: f32 = 0.8;

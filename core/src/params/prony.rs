@@ -37,7 +37,7 @@ pub struct PronyTerm {
 }
 
 impl PronyTerm {
-    /// Left out.
+    /// A term that is left out.
     pub const NONE: Self = Self { share: 0.0, time_s: 0.0 };
 }
 

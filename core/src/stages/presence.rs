@@ -48,7 +48,7 @@ pub enum Presence {
 /// Rest plane of a surface triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Plane {
-    /// A point of it: the triangle's middle [m].
+    /// A point of the plane: the triangle's middle [m].
     pub middle_m: Vector3<f32>,
     /// Outward unit normal.
     pub normal: Vector3<f32>,

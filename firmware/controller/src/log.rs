@@ -21,7 +21,7 @@ pub enum Event {
     PatchOpened {
         /// Number of nodes.
         nodes: u32,
-        /// Checksum of its file.
+        /// Checksum of the patch file.
         checksum: u32,
         /// Young's modulus [Pa].
         youngs_modulus_pa: f32,

@@ -3,7 +3,7 @@
 
 /// Crashes within [`WINDOW_MS`] after which arming is barred until power-on or the reset button.
 pub const TOO_MANY: usize = 3;
-/// Time in which they count [ms].
+/// Time in which crashes count [ms].
 pub const WINDOW_MS: u32 = 60_000;
 /// Mark of memory that kept its content over a reset; after power-on it is missing.
 const MAGIC: u32 = 0x5A1E_0B07;

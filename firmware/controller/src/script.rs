@@ -17,7 +17,7 @@ const DEEP: i32 = 400;
 
 /// Counts per tick of the tap.
 const TAP: i32 = 23;
-/// Depths of its last ticks: a hand brakes; only a broken encoder stops dead.
+/// Depths of the tap's last ticks: a hand brakes; only a broken encoder stops dead.
 const BRAKING: [i32; 5] = [432, 445, 454, 459, CLEAR + DEEP];
 /// Ticks of the tap before it brakes.
 const STEADY: i32 = 18;

@@ -33,7 +33,7 @@ const RECORD_TICKS: u32 = 20;
 /// In timed mode, number of ticks between pieces of the log, of at most 109 bytes: a quarter of
 /// that capacity. The rest is for answers.
 pub const LOG_TICKS: u32 = 40;
-/// Tick of these in which a piece goes out: halfway between two records.
+/// Tick of every [`LOG_TICKS`] in which a piece goes out: halfway between two records.
 const LOG_AT: u32 = 10;
 /// A host that asks for the log gets it for this many ticks: lines that nobody reads stay on the
 /// board.

@@ -37,7 +37,7 @@ struct State {
     to_link: bool,
     /// A frame is being written.
     begun: bool,
-    /// Interrupts were on before it.
+    /// Whether interrupts were on before the frame was begun.
     were_on: bool,
 }
 

@@ -92,7 +92,7 @@ pub trait Stm32Board {
     fn start_caches() {}
     /// Starts a second watchdog, where the board needs one.
     fn start_second_watchdog() {}
-    /// Feeds it.
+    /// Feeds the second watchdog.
     fn feed_second_watchdog() {}
 }
 

@@ -38,7 +38,7 @@ pub struct Findings {
     pub checksum: u32,
     /// Fingerprints along the run.
     pub checks: [Check; CHECKS],
-    /// Counters at its end.
+    /// Counters at the end of the run.
     pub seen: Snapshot,
     /// The loop ended in a mode with force.
     pub reached_force: bool,

@@ -58,9 +58,9 @@ typedef enum palpate_mode {
   PALPATE_MODE_ARMING = 3,
   // The force is felt.
   PALPATE_MODE_ACTIVE = 4,
-  // Felt, and scaled down for the rest of this contact.
+  // The force is felt, scaled down for the rest of this contact.
   PALPATE_MODE_DEGRADED = 5,
-  // Felt while it falls to nothing.
+  // The force is felt while it falls to zero.
   PALPATE_MODE_SAFE_RAMP = 6,
   // No force until `palpate_clear`.
   PALPATE_MODE_FAULT = 7,
@@ -70,13 +70,13 @@ typedef enum palpate_mode {
 typedef struct palpate_input {
   // Tip of the probe [m].
   double tip_m[3];
-  // Periods of 1 ms that went by without a tick since the last one.
+  // Periods of 1 ms that went by without a tick since the last tick.
   uint32_t late_ticks;
-  // Not zero: the position is an old one, no new reading came.
+  // Not zero if the position is an old one, because no new reading came.
   uint8_t stale;
-  // Not zero: the device says that its reading cannot be trusted.
+  // Not zero if the device says that its reading cannot be trusted.
   uint8_t sensor_failed;
-  // Not zero: the hand switch is open, so no force, and no arming.
+  // Not zero if the hand switch is open: then there is no force and no arming.
   uint8_t operator_absent;
   // Zero.
   uint8_t reserved;

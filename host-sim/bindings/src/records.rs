@@ -22,9 +22,9 @@ pub enum PalpateMode {
     Arming = 3,
     /// The force is felt.
     Active = 4,
-    /// Felt, and scaled down for the rest of this contact.
+    /// The force is felt, scaled down for the rest of this contact.
     Degraded = 5,
-    /// Felt while it falls to nothing.
+    /// The force is felt while it falls to zero.
     SafeRamp = 6,
     /// No force until `palpate_clear`.
     Fault = 7,
@@ -53,11 +53,11 @@ pub struct PalpateInput {
     pub tip_m: [f64; 3],
     /// Periods of 1 ms that went by without a tick since the last tick.
     pub late_ticks: u32,
-    /// Not zero: the position is an old one, no new reading came.
+    /// Not zero if the position is an old one, because no new reading came.
     pub stale: u8,
-    /// Not zero: the device says that its reading cannot be trusted.
+    /// Not zero if the device says that its reading cannot be trusted.
     pub sensor_failed: u8,
-    /// Not zero: the hand switch is open, so no force, and no arming.
+    /// Not zero if the hand switch is open: then there is no force and no arming.
     pub operator_absent: u8,
     /// Zero.
     pub reserved: u8,

@@ -37,7 +37,7 @@ pub enum LogError {
         path: PathBuf,
         /// Checksum of the image in the file.
         found: u32,
-        /// That of the board's image.
+        /// Checksum of the board's image.
         board: u32,
     },
 }

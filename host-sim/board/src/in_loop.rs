@@ -38,7 +38,7 @@ const START_UP_TICKS: u32 = 3;
 pub struct InLoop {
     image: PathBuf,
     machine: EmulatedBoard,
-    /// On a 4-byte boundary.
+    /// The patch file, aligned to 4 bytes.
     words: Vec<u32>,
     bytes: usize,
     youngs_modulus_pa: f32,

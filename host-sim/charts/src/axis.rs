@@ -8,7 +8,7 @@ use plotters::coord::types::RangedCoordf64;
 /// The unit an axis is labelled in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
-    /// Written behind the number, or in brackets behind the quantity.
+    /// Symbol of the unit, written behind the number, or in brackets behind the quantity.
     pub symbol: &'static str,
     /// Display units in one SI unit.
     pub per_si: f64,

@@ -46,7 +46,7 @@ pub struct PersonValue<'a> {
     pub person: &'a str,
     /// Before or after the training.
     pub phase: Phase,
-    /// From 0 to 1.
+    /// Value from 0 to 1.
     pub value: f64,
 }
 

@@ -24,16 +24,16 @@ use super::{ChartError, check_series};
 pub struct LabelledValues<'a> {
     /// Name in the legend; boxes of one name have one colour.
     pub name: &'a str,
-    /// In the unit of the axis, in any order.
+    /// Values in the unit of the axis, in any order.
     pub values: &'a [f64],
 }
 
 /// Boxes side by side over one label.
 #[derive(Clone, Debug)]
 pub struct BoxCluster<'a> {
-    /// Below the boxes.
+    /// Text below the boxes.
     pub label: &'a str,
-    /// From left to right.
+    /// Boxes from left to right.
     pub boxes: Vec<LabelledValues<'a>>,
 }
 
@@ -46,7 +46,7 @@ pub struct BoxPlot<'a> {
     pub below: &'a str,
     /// Quantity and unit, such as `error [mm]`.
     pub quantity: &'a str,
-    /// From left to right.
+    /// Clusters from left to right.
     pub clusters: &'a [BoxCluster<'a>],
 }
 

@@ -28,7 +28,7 @@ pub struct Contact<'a> {
     pub corners_m: &'a [[[f64; 3]; 3]],
     /// Pressure on each [Pa], shape \[triangles\].
     pub pressure_pa: &'a [f64],
-    /// From the tissue to the eye, any length but zero.
+    /// Direction from the tissue to the eye, of any length but zero.
     pub axis: [f64; 3],
     /// Centre of pressure [m].
     pub centre_m: [f64; 3],

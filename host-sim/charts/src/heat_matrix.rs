@@ -21,11 +21,11 @@ use super::style::{INK, MUTED, TICK_PX, px, text};
 /// From good to bad; lighter is better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
-    /// As it should be.
+    /// The value is as it should be.
     Good,
     /// A second good outcome, in another colour.
     Calm,
-    /// Barely as it should be.
+    /// The value is barely as it should be.
     Thin,
     /// A small fault.
     Slight,
@@ -48,7 +48,7 @@ pub enum Tone {
 pub struct HeatCell {
     /// Colour.
     pub tone: Tone,
-    /// Text in it.
+    /// Text in the cell.
     pub sign: String,
 }
 
@@ -57,7 +57,7 @@ pub struct HeatCell {
 pub struct HeatGroup {
     /// Two lines above.
     pub label: [String; 2],
-    /// Below each column; empty where there is no text.
+    /// Text below each column; empty where there is none.
     pub feet: Vec<String>,
 }
 
@@ -66,7 +66,7 @@ pub struct HeatGroup {
 pub struct HeatRow {
     /// Name.
     pub name: String,
-    /// Whether a gap separates it from the row above.
+    /// Whether a gap separates the row from the one above.
     pub apart: bool,
     /// One cell for each column of all groups.
     pub cells: Vec<HeatCell>,

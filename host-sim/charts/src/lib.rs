@@ -128,11 +128,11 @@ pub enum ChartError {
     /// A surface triangle or a tet names a node that does not exist.
     #[error("{what}[{item}] names node {node}, but there are {node_count} nodes: take it from the mesh that the nodes belong to")]
     NoSuchNode {
-        /// The list that names it.
+        /// The list that names the node.
         what: &'static str,
         /// Index of the triangle or tet.
         item: usize,
-        /// The node it names.
+        /// The node that the list names.
         node: u32,
         /// Nodes that have both a rest and a deformed position.
         node_count: usize,

@@ -26,7 +26,7 @@ use super::{ChartError, check_series};
 pub enum Scale {
     /// Evenly; from zero where the data come near it.
     Linear,
-    /// By their logarithm; values are above zero.
+    /// Values are drawn by their logarithm; they are above zero.
     Log,
 }
 
@@ -35,7 +35,7 @@ pub enum Scale {
 pub struct ScaledAxis<'a> {
     /// Quantity and unit, such as `depth [mm]`.
     pub title: &'a str,
-    /// Scale along it.
+    /// Scale along the axis.
     pub scale: Scale,
 }
 
@@ -46,7 +46,7 @@ pub struct LineSeries<'a> {
     pub name: &'a str,
     /// (x, y) in drawing order, in the units of the axes.
     pub points: Vec<(f64, f64)>,
-    /// Joined by a line.
+    /// Whether the points are joined by a line.
     pub joined: bool,
     /// A marker at every point.
     pub marked: bool,

@@ -13,7 +13,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// True where the two share area.
+    /// Whether the two boxes share area.
     pub fn meets(&self, other: &Self) -> bool {
         self.low.0 < other.high.0 && other.low.0 < self.high.0 && self.low.1 < other.high.1 && other.low.1 < self.high.1
     }

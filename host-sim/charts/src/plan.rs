@@ -49,17 +49,17 @@ pub struct PlanChart<'a> {
 /// A model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanDot {
-    /// Place of its kind.
+    /// Index of the model's kind in `kinds`.
     pub kind: usize,
     /// Cost, above 0.
     pub cost: f64,
     /// Error, above 0.
     pub error: f64,
-    /// Hollow if not.
+    /// Whether the model was fitted in full; drawn hollow if not.
     pub full: bool,
-    /// Ringed.
+    /// Whether the dot has a ring around it.
     pub chosen: bool,
-    /// Words beside it; may be empty.
+    /// Words beside the dot; may be empty.
     pub label: String,
 }
 

@@ -42,7 +42,7 @@ pub struct ReactionTimes<'a> {
     pub title: &'a str,
     /// Second line.
     pub below: &'a str,
-    /// From top to bottom, then the second column.
+    /// Bars from top to bottom, then those of the second column.
     pub bars: &'a [ReactionBar<'a>],
 }
 

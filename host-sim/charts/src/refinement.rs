@@ -30,7 +30,7 @@ pub struct Refinement<'a> {
     pub scene: &'a str,
     /// The line below the title.
     pub caption: &'a str,
-    /// From coarse to fine.
+    /// Levels from coarse to fine.
     pub levels: &'a [RefinementLevel],
 }
 

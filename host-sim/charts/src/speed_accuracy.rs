@@ -51,7 +51,7 @@ pub struct SpeedAccuracy<'a> {
 pub struct MethodPoints<'a> {
     /// Name.
     pub name: &'a str,
-    /// By rising size.
+    /// Points by rising size.
     pub points: Vec<MethodPoint>,
 }
 
@@ -66,7 +66,7 @@ pub struct MethodPoint {
     pub cost: f64,
     /// Error, above 0.
     pub error: f64,
-    /// Drawn hollow if not.
+    /// Whether the method survived; drawn hollow if not.
     pub survived: bool,
 }
 

@@ -19,7 +19,7 @@ use super::{ChartError, check};
 /// Columns that belong together.
 #[derive(Clone, Debug)]
 pub struct MatrixGroup {
-    /// Above its columns.
+    /// Name above the group's columns.
     pub name: String,
     /// Names of the columns, and the stiffness that the device of each must hold [N/m].
     pub columns: Vec<(String, f64)>,

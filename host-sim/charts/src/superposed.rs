@@ -54,7 +54,7 @@ pub struct Layer<'a> {
 /// A point drawn over the surfaces.
 #[derive(Clone, Copy, Debug)]
 pub struct Landmark<'a> {
-    /// Beside the point, where there is room; may be empty.
+    /// Label beside the point, where there is room; may be empty.
     pub label: &'a str,
     /// Position [m].
     pub at_m: [f64; 3],
@@ -71,7 +71,7 @@ pub struct Superposed<'a> {
     pub layers: &'a [Layer<'a>],
     /// Points; may be empty.
     pub landmarks: &'a [Landmark<'a>],
-    /// From the body toward the eye, any length but zero.
+    /// Direction from the body toward the eye, of any length but zero.
     pub eye: [f64; 3],
     /// Direction that is up in the picture, any length but zero.
     pub up: [f64; 3],

@@ -98,7 +98,7 @@ pub struct Calibration {
     pub multipliers: Multipliers,
     /// The parameters with the fitted scalars.
     pub params: Params,
-    /// The patch built with them.
+    /// The patch built with these multipliers and parameters.
     pub patch: Patch,
     /// Every round.
     pub rounds: Vec<Round>,

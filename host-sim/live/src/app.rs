@@ -45,7 +45,7 @@ pub struct App {
     pub(crate) panel_fits: bool,
     begun: Instant,
     drawn: Vec<f64>,
-    /// From the start to the first force that was felt [s].
+    /// Time from the start to the first force that was felt [s].
     pub(crate) first_touch_s: Option<f64>,
     lapse: Lapse,
     /// Time at which the physics last answered [s].

@@ -8,7 +8,7 @@ type V = Vector3<f32>;
 /// An eye that looks at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
-    /// Point that it looks at [m].
+    /// Point that the eye looks at [m].
     at_m: V,
     /// Turn about the vertical, 0 from the front (+x) [rad].
     pub turn: f32,

@@ -49,7 +49,7 @@ pub(crate) fn presets() -> impl Iterator<Item = &'static str> {
 /// A running exercise.
 pub(crate) struct Search {
     pub(crate) exercise: Exercise,
-    /// Time at which its tissue appeared.
+    /// Time at which the tissue of the exercise appeared.
     pub(crate) begun: Option<Instant>,
     pub(crate) peak_n: f32,
 }
@@ -66,7 +66,7 @@ pub(crate) fn short(scene: &str) -> &str {
 }
 
 impl Controls {
-    /// As it was sent to the physics.
+    /// Creates the controls with the choice that was sent to the physics.
     #[must_use]
     pub fn new(choice: Choice, holding: Holding) -> Self {
         Self {

@@ -16,7 +16,7 @@ pub(crate) type Corner = (V, [f32; 3]);
 
 /// Light on the cut, a little less than on the surface.
 const LIT: f32 = 0.86;
-/// Probe's metal where it is cut.
+/// Colour of the probe's metal where it is cut.
 const METAL: [f32; 3] = [0.40, 0.44, 0.50];
 
 /// A plane; what lies in front of it is not drawn.

@@ -69,7 +69,7 @@ impl Files {
         self.trace.is_some()
     }
 
-    /// Repeats it, here.
+    /// Repeats the recorded trace on this machine.
     pub fn replay(&self, link: &mut dyn Link) -> (String, bool) {
         let Some(trace) = &self.trace else { return nothing() };
         link.send(Request::Replay(trace.clone()));
@@ -81,7 +81,7 @@ impl Files {
         self.trace.as_ref().map_or_else(nothing, |bytes| put(&self.folder, &format!("live-{}.trace", self.number), bytes))
     }
 
-    /// Requests a table of its ticks, which the physics repeats for that.
+    /// Requests a table of the trace's ticks, for which the physics repeats them.
     pub fn tabulate(&self, link: &mut dyn Link) -> (String, bool) {
         let Some(bytes) = &self.trace else { return nothing() };
         link.send(Request::Table(bytes.clone()));

@@ -21,7 +21,7 @@ pub enum Request {
     Clear,
     /// Start a recording.
     Record,
-    /// End it: answered by an [`Answer::Trace`].
+    /// End the recording: answered by an [`Answer::Trace`].
     Finish,
     /// Repeat a trace: answered by an [`Answer::Said`].
     Replay(Vec<u8>),
@@ -29,7 +29,7 @@ pub enum Request {
     Table(Vec<u8>),
 }
 
-/// From the physics.
+/// An answer of the physics.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum Answer {
     /// Another tissue is there.
@@ -44,18 +44,18 @@ pub enum Answer {
     Said(String),
     /// A sentence for the user, about something that was refused.
     Refused(String),
-    /// With it: what is still pressed, and by whom.
+    /// Sent with a refusal: what is still pressed, and by whom.
     Kept(Box<(Choice, Holding)>),
 }
 
 /// Why a recording ended.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
 pub enum Ended {
-    /// As requested.
+    /// The recording ended as requested.
     Asked,
     /// Other tissue or another device came.
     Changed,
-    /// It is as long as one may be.
+    /// The recording is as long as one may be.
     Full,
 }
 
@@ -84,7 +84,7 @@ pub enum Tip {
 pub struct Body {
     /// Counts bodies.
     pub number: u32,
-    /// Choice that it was made from.
+    /// Choice that the body was made from.
     pub choice: Option<Choice>,
     /// Nodes at rest [m].
     pub rest_m: Vec<[f32; 3]>,
@@ -100,7 +100,7 @@ pub struct Body {
     pub anchors: Vec<u16>,
     /// Default place of the press [m].
     pub site_m: [f32; 3],
-    /// From the tip to the handle.
+    /// Unit vector from the tip to the handle.
     pub axis: [f32; 3],
     /// Probe radius [m].
     pub radius_m: f32,
@@ -108,9 +108,9 @@ pub struct Body {
     pub tip: Tip,
     /// Deepest press that the patch answers [m].
     pub depth_limit_m: f32,
-    /// Young's modulus that it began with [Pa].
+    /// Initial Young's modulus [Pa].
     pub youngs_modulus_pa: f32,
-    /// Damping of the nodes that it began with [1/s].
+    /// Initial damping of the nodes [1/s].
     pub node_damping_per_s: f32,
     /// Share of a held force that stays (1); 1 where nothing relaxes.
     pub lasting_share: f32,
@@ -123,7 +123,7 @@ pub struct Body {
     /// Nodules of the scene itself, whatever is inside now; of other tissue than a block, their
     /// depth counts from z = 0.
     pub own_nodules: Vec<Nodule>,
-    /// Number of places that it was calibrated at; 0 if it comes from formulas alone.
+    /// Number of places at which the patch was calibrated; 0 if it comes from formulas alone.
     pub fitted_places: u32,
 }
 

@@ -14,9 +14,9 @@ type V = Vector3<f32>;
 const PRESS_M: f32 = 3e-3;
 /// A notch of the wheel [m].
 const NOTCH_M: f32 = 0.5e-3;
-/// Speed into the tissue: a careful press [m/s].
+/// Speed into the tissue, that of a careful press [m/s].
 const INTO_M_PER_S: f32 = 12e-3;
-/// Speed along it of a held key [m/s].
+/// Speed along the surface while a key is held [m/s].
 const ALONG_M_PER_S: f32 = 25e-3;
 
 /// Place and depth of the tip that presses.
@@ -28,11 +28,11 @@ pub struct Pointer {
     pub press_m: f32,
     /// Present depth; it changes at a hand's speed [m].
     depth_m: f32,
-    /// The tip is over the tissue.
+    /// Whether the tip is over the tissue.
     over: bool,
-    /// The keyboard moved it last: the mouse is elsewhere.
+    /// Whether the keyboard moved the tip last, so that the mouse is elsewhere.
     by_key: bool,
-    /// Whether it presses now.
+    /// Whether the tip presses now.
     pub pressing: bool,
 }
 

@@ -23,7 +23,7 @@ pub struct Strips {
 struct Strip {
     title: &'static str,
     value: fn(&Sample) -> f64,
-    /// A part of it, drawn thin in the same colour where there is any.
+    /// A part of the value, drawn thin in the same colour where there is any.
     part: Option<fn(&Sample) -> f64>,
     colour: Color32,
     /// The scale is at least this high.
@@ -88,7 +88,7 @@ impl Strips {
         self.samples.clear();
     }
 
-    /// Draws them side by side.
+    /// Draws the strips side by side.
     pub fn show(&self, ui: &mut Ui) {
         let newest_s = self.samples.back().map_or(0.0, |s| s.t_s);
         let (width, height) = (ui.available_width() / STRIPS.len() as f32 - 8.0, ui.available_height());

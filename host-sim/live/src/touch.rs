@@ -33,7 +33,7 @@ struct Point {
 }
 
 impl Point {
-    /// Force along the surface over that into it (1): what friction bounds.
+    /// Ratio of the force along the surface to that into it (1), which friction bounds.
     fn drag(&self) -> f32 {
         let into_n = (self.force_n.powi(2) - self.along_n.powi(2)).max(0.0).sqrt();
         if into_n < LEAST_N { 0.0 } else { self.along_n / into_n }
@@ -89,7 +89,7 @@ impl Touch {
         })
     }
 
-    /// Draws it into a corner of the picture; `friction` is the coefficient, zero for none.
+    /// Draws the touch into a corner of the picture; `friction` is the coefficient, zero for none.
     pub fn draw(&self, painter: &Painter, picture: Rect, dark: bool, friction: f32) {
         let Some(last) = self.points.last().filter(|last| last.since_s >= LEAST_S) else { return };
         let ink = if dark { Color32::from_gray(225) } else { Color32::from_gray(50) };

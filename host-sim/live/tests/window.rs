@@ -77,7 +77,7 @@ fn number(shown: &Value, key: &str) -> f64 {
     shown[key].as_f64().unwrap_or(f64::NAN)
 }
 
-/// The file with this ending that was written, once it is there.
+/// Waits for a file with this ending and returns its path.
 fn written(folder: &Path, ending: &str) -> std::path::PathBuf {
     let end = Instant::now() + Duration::from_secs(20);
     loop {

@@ -39,7 +39,7 @@ impl Port {
         Ok((session, log))
     }
 
-    /// Runs a command on it, and prints the log that comes meanwhile.
+    /// Runs a command on the board, and prints the log that comes meanwhile.
     fn with(&self, run: impl FnOnce(&mut Session) -> Result<(), Error>) -> Result<(), Error> {
         let (mut session, mut log) = self.open()?;
         let outcome = run(&mut session);

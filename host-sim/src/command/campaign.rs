@@ -36,11 +36,11 @@ impl Shards {
 
 /// A command whose work is numbered cases.
 pub(super) trait Campaign: Sized {
-    /// Everything that determines its cases.
+    /// Everything that determines the campaign's cases.
     type Options: Serialize + DeserializeOwned;
     /// The counts that some of the cases leave.
     type Counts: Serialize + DeserializeOwned + Debug;
-    /// As on the command line.
+    /// Name of the command, as on the command line.
     const COMMAND: &'static str;
 
     /// Reads the files named by the options.
@@ -67,7 +67,7 @@ pub(super) trait Campaign: Sized {
 
     fn options(&self) -> &Self::Options;
 
-    /// Number of its cases.
+    /// Number of the campaign's cases.
     fn cases(&self) -> u64;
 
     /// Checksums of the inputs that do not ship with the program.

@@ -253,7 +253,7 @@ fn named(row: &Row, hands: &[Hand], stimuli: &[Stimulus]) -> String {
 struct Felt {
     name: String,
     target: Target,
-    /// Answers for it, if it is emulated.
+    /// The emulated board that answers for the target, if there is one.
     board: Option<HardwareInLoop>,
     scene: Option<Scene>,
 }

@@ -27,7 +27,7 @@ use palpate_tissue::session::Session;
 
 /// Element sizes that are tried when none is given [probe radii].
 const ELEMENTS_RADII: [f64; 2] = [0.3, 0.9];
-/// Halvings between them: a few tenths of a millimetre.
+/// Number of halvings between these sizes: a few tenths of a millimetre.
 const HALVINGS: usize = 5;
 /// Largest error of an accepted fit [%].
 const WORST_RMS_PCT: f64 = 10.0;
@@ -276,7 +276,7 @@ fn write(
     verdict.last()
 }
 
-/// The record beside the patch.
+/// The record that is written beside the patch.
 fn record(scene: &Scene, session: &Session, errors: &Short, patch_crc32: u32) -> FitRecord {
     let radius_m = scene.probe.radius_m;
     FitRecord {

@@ -87,7 +87,7 @@ pub(super) struct FitOptions {
 struct Fitted {
     record: FitRecord,
     trials: Vec<Trial>,
-    /// If it misses the tolerance: a remedy.
+    /// A remedy, if the patch misses the tolerance.
     missed: Option<String>,
 }
 

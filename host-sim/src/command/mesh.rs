@@ -20,7 +20,7 @@ pub(super) enum MeshCommand {
     Check {
         /// The mesh or surface file.
         file: PathBuf,
-        /// Unit of its coordinates: m, cm, mm, um, or the metres in one.
+        /// Unit of the mesh's coordinates: m, cm, mm, um, or the metres in one.
         #[arg(long, alias = "unit-m", value_name = "UNIT", default_value = "m")]
         unit: LengthUnit,
     },

@@ -154,7 +154,7 @@ impl Lines {
 #[cfg(feature = "full")]
 pub(super) struct Status {
     bar: ProgressBar,
-    /// Without a terminal.
+    /// Prints the activity where there is no terminal.
     teller: Option<Teller>,
 }
 
@@ -162,7 +162,7 @@ pub(super) struct Status {
 #[cfg(feature = "full")]
 struct Teller {
     doing: Arc<Mutex<String>>,
-    /// Ends the thread when it goes.
+    /// Ends the thread when it is dropped.
     end: Sender<()>,
     thread: JoinHandle<()>,
 }

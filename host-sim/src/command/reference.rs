@@ -115,7 +115,7 @@ struct LevelReport {
     share: f64,
     newton_iterations: usize,
     holds_converged: usize,
-    /// Depth at which it stopped, if it did.
+    /// Depth at which the press stopped, if it did.
     reached_m: Option<f64>,
 }
 

@@ -11,8 +11,8 @@ pub(super) struct SceneArgs {
     /// The preset or the scene file (.toml) to print. Without it the presets are listed.
     #[arg(value_name = "NAME|FILE")]
     scene: Option<String>,
-    /// Change a key of it, such as `tissue.youngs_modulus_pa=5000`. May be given several times;
-    /// what is printed then has no comments.
+    /// Change a key of the scene, such as `tissue.youngs_modulus_pa=5000`. May be given several
+    /// times; what is printed then has no comments.
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "scene")]
     changes: Vec<Change>,
 }

@@ -70,9 +70,9 @@ impl SceneList {
 pub(super) enum Ended {
     /// Within the tolerance.
     Kept,
-    /// Beyond it.
+    /// The patch is beyond the tolerance.
     Missed,
-    /// Without a result.
+    /// The scene has no result.
     Failed,
 }
 

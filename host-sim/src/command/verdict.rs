@@ -28,15 +28,15 @@ impl Verdict {
         }
     }
 
-    /// Prints it before the details.
+    /// Prints the verdict before the details.
     #[must_use]
     pub(super) fn first(self) -> Self {
         println!("{self}");
         self
     }
 
-    /// Prints it after the details. On a terminal the line of the failed check is already visible,
-    /// on standard error.
+    /// Prints the verdict after the details. On a terminal the line of the failed check is already
+    /// visible, on standard error.
     ///
     /// # Errors
     /// The check that failed.

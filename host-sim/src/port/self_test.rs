@@ -81,7 +81,7 @@ pub struct Check {
 /// The first word in which a board and this machine differ.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// Ticks after which it was taken; the fingerprints before it agree.
+    /// Ticks after which the word was taken; the fingerprints before it agree.
     pub tick: u32,
     /// Name of the word.
     pub word: &'static str,

@@ -16,7 +16,7 @@ use super::{Line, PortError};
 const HEARTBEAT: Duration = Duration::from_millis(5);
 /// A Palpate board sends 50 records per second unasked.
 const SILENCE: Duration = Duration::from_secs(2);
-/// Between two tries of a request.
+/// Time between two tries of a request.
 const AGAIN: Duration = Duration::from_millis(50);
 /// A board that heard another host accepts a new one after 100 ticks.
 const ANSWER: Duration = Duration::from_millis(1_500);

@@ -24,7 +24,7 @@ const SAME_M: f64 = 1e-7;
 pub struct Answer {
     /// Tissue that was pressed.
     pub tissue: AnswerTissue,
-    /// Probe that pressed it.
+    /// Probe that pressed the tissue.
     pub probe: AnswerProbe,
     /// Every place and depth.
     pub holds: Vec<HoldAnswer>,

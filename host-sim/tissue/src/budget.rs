@@ -35,7 +35,7 @@ pub struct Machine {
     stiffening: [f64; 3],
     /// A surface triangle that the probe presses, with four foundation points.
     touched: f64,
-    /// Each further point on it.
+    /// Cost of each further point on a pressed triangle.
     extra_point: f64,
     /// A surface triangle that is not pressed, per tick.
     passed: f64,
@@ -168,7 +168,7 @@ pub struct Counts {
     pub triangles: usize,
     /// Surface triangles that the probe can touch.
     pub touched: usize,
-    /// Foundation points on each of them.
+    /// Foundation points on each of these triangles.
     pub points: usize,
     /// Rim nodes.
     pub rim_nodes: usize,
@@ -206,7 +206,7 @@ impl Machine {
         MACHINES.iter().chain(&CHIPS).find(|m| m.name == name)
     }
 
-    /// Whether it is a board, with memory of its own size.
+    /// Whether the machine is a board, with memory of its own size.
     #[must_use]
     pub fn is_board(&self) -> bool {
         self.room.is_some()

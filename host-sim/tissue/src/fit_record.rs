@@ -37,7 +37,7 @@ pub struct FitRecord {
     pub probe: AnswerProbe,
     /// Number of places around the centre at which it was fitted.
     pub fitted_places: u32,
-    /// Depths that it was fitted at [m], rising.
+    /// Depths at which the patch was fitted [m], rising.
     pub fitted_depths_m: Vec<f64>,
     /// Error at places that were not in the fit.
     pub judged: Judged,
@@ -123,7 +123,7 @@ impl OrganRecord {
 pub struct Judged {
     /// Root mean square over places and depths [%].
     pub rms_pct: f64,
-    /// The largest, with its sign [%].
+    /// Largest error, with its sign [%].
     pub worst_pct: f64,
     /// Shallowest press [m].
     pub from_m: f64,
@@ -131,7 +131,7 @@ pub struct Judged {
     pub to_m: f64,
     /// Count of places.
     pub places: usize,
-    /// Places beside them at which the patch found no balance.
+    /// Further places, at which the patch found no balance.
     #[serde(default, skip_serializing_if = "is_none")]
     pub lost_places: usize,
     /// Largest distance of the places from the centre [m].
@@ -149,7 +149,7 @@ pub struct Judged {
 }
 
 impl Judged {
-    /// In a sentence.
+    /// The errors in a sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
         let lost = match self.lost_places {
@@ -183,7 +183,7 @@ impl Judged {
 pub struct JudgedPart {
     /// Root mean square [%].
     pub rms_pct: f64,
-    /// The largest, with its sign [%].
+    /// Largest error, with its sign [%].
     pub worst_pct: f64,
 }
 

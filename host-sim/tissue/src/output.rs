@@ -49,7 +49,7 @@ enum Mode {
 /// A result being written.
 #[derive(Debug)]
 pub struct OutputFolder {
-    /// As given on the command line.
+    /// Path as given on the command line.
     shown: PathBuf,
     place: Place,
     mode: Mode,

@@ -1,4 +1,4 @@
-//! The fast tests of a package, run in the copy.
+//! Runs the fast tests of a package in the copy of the sources.
 
 use std::fmt;
 use std::process::{Child, Command, Stdio};

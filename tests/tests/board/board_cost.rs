@@ -113,9 +113,9 @@ struct Worst {
 struct Estimates {
     /// Sum over the table of a Cortex-M4F.
     table: f64,
-    /// With one cycle for each result that is read by the next instruction.
+    /// Cycles with one more for each result that is read by the next instruction.
     stalled: f64,
-    /// By LLVM's models, where `llvm-mca` is there.
+    /// Cycles by LLVM's models, where `llvm-mca` is there.
     models: Option<[f64; 2]>,
 }
 

@@ -9,9 +9,9 @@ use palpate_tests::disassembly::sections;
 use palpate_tests::emulator::{Run, build_firmware};
 use palpate_tests::flash_patch::in_flash;
 
-/// Without the patch [bytes].
+/// Flash of the image without the patch [bytes].
 const FLASH: u64 = 124 * 1024;
-/// With everything reserved, including the stack [bytes].
+/// RAM with everything reserved, including the stack [bytes].
 const RAM: u64 = 128 * 1024;
 
 fn image() -> PathBuf {

@@ -32,7 +32,7 @@ use palpate_tests::palpate_command::repository;
 const POWER_ON_COUNTS: [i32; 3] = [2_345, -777, 31];
 /// The script's tap, hold, retreat and slide, after its wait.
 const TICKS: u32 = script::LEAD_TICKS + 2_000;
-/// From the home pose to the script's first place.
+/// Ticks from the home pose to the script's first place.
 const APPROACH_TICKS: u32 = 400;
 
 fn image() -> PathBuf {

@@ -31,13 +31,13 @@ fn largest_difference_n(a: &PressRun, b: &PressRun) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// Same answer at rest, another before that.
+/// Checks that a changed key leaves the force at rest and changes the force before that.
 #[track_caller]
 fn dynamics_only(key: &str, from: &str, to: &str) {
     let (plain, other) = (small(), changed(from, to));
     let (ratios, on_the_way_n) = (ratios(&other, &plain), largest_difference_n(&other, &plain));
     println!("{key}: holds {ratios:.5?}, on the way up to {on_the_way_n:.5} N");
-    // the motion left after 0.3 s
+    // the tolerance covers the motion that is left after 0.3 s
     assert!(ratios.iter().all(|r| (r - 1.0).abs() < 0.005), "{key}: {ratios:?}");
     assert!(on_the_way_n > 1e-3 * plain.forces_n()[2], "{key}: {on_the_way_n} N");
 }

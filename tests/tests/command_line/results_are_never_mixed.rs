@@ -245,7 +245,8 @@ fn a_run_restores_the_result_whenever_the_one_before_was_killed() {
         let desk = Desk::default();
         let at = |name: &str| desk.folder().join(name);
         write(&at("out"), "1 N", earlier);
-        // a copy of the earlier result has the same record; the later one rises it
+        // a copy of the earlier result has the same record; the later result has a higher run
+        // number
         std::fs::create_dir(at("copy")).unwrap();
         content(&at("out"))
             .iter()

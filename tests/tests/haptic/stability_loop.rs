@@ -15,8 +15,8 @@ fn held(control: Controller, device: &DeviceProfile, hand: Hand) -> TapResult {
 }
 #[test]
 fn a_raw_loop_ends_where_another_simulation_found_it() {
-    // an independent simulation with one axis at 100 kHz; the arm, for which the count does not
-    // matter
+    // an independent simulation with one axis at 100 kHz found these; the last is the arm (H3), for
+    // which the count does not matter
     for (delay, hand, count_m, found_n_per_m) in
         [(0, 0, 55e-6, 678.0), (1, 0, 55e-6, 139.0), (1, 1, 55e-6, 952.0), (1, 3, 1e-6, 5836.0)]
     {

@@ -133,7 +133,7 @@ fn boxes_stand_where_their_values_are() -> Checked {
         ];
         box_plot(folder.path(), "x", &boxes(&all))?;
         let rgb = pixels(&folder.path().join("x.png"))?;
-        // blue of the first series, in the left half of the plot
+        // a row counts if it has the blue of the first series in the left half of the plot
         let blue = |p: &[u8]| u32::from(p[2]) > u32::from(p[0]) + 60;
         Ok(rgb.chunks(3000).enumerate().filter(|(_, row)| row.chunks(3).take(500).any(blue)).map(|(y, _)| y).collect())
     };

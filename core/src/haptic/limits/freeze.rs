@@ -20,9 +20,10 @@ use crate::fault::Fault;
 
 /// Speed along an axis that cannot come to rest within a tick [m/s].
 const FAST_M_PER_S: f32 = 0.2;
-/// Readings in a row that have to be that fast, in one direction.
+/// Readings in a row that have to be as fast as [`FAST_M_PER_S`], in one direction.
 const MOVING: u8 = 3;
-/// That speed in counts per tick (1): a coarse encoder makes a slow hand look fast now and then.
+/// The same least speed in counts per tick (1): a coarse encoder makes a slow hand look fast now
+/// and then.
 const FAST_COUNTS: f32 = 2.5;
 /// Next displacement, extrapolated from the last two, up to which equal readings are plausible, in
 /// counts (1): less than one count, plus an extrapolation error of less than three.

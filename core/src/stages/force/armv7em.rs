@@ -24,7 +24,7 @@ use super::compensation::{BARRIER_BELOW, BARRIER_SLOPE};
 use crate::model::{Model, Spring, Tet};
 use crate::state::{Node, State};
 
-/// From one node to the next [bytes].
+/// Distance from one node to the next [bytes].
 const NODE: usize = size_of::<Node>();
 
 const _: () = assert!(offset_of!(Node, x) == offset_of!(Node, f) + 12 && offset_of!(Node, p) == offset_of!(Node, x) + 12);

@@ -13,8 +13,8 @@ use crate::lanes::Lanes;
 
 /// Below this share of its rest volume a tet is pushed open.
 pub const BARRIER_BELOW: f32 = 0.4;
-/// One over it: the barrier grows linearly, since with growth as `1 / J` the step would be too long
-/// for it just when a tap needs it.
+/// Slope of the barrier, one over [`BARRIER_BELOW`]: the barrier grows linearly, since with growth
+/// as `1 / J` the step would be too long for it just when a tap needs it.
 pub(super) const BARRIER_SLOPE: f32 = 1.0 / BARRIER_BELOW;
 
 /// Extra force per length over E of a spring shorter than `onset` times its rest length: `chi k

@@ -212,7 +212,7 @@ fn settle_remembering(
 
 /// Takes the push at every touched node at the end of the substep. If `RELAXING`, it is left in
 /// `node.pass` for [`relaxation::fade`]: what fades is the elastic force alone. If `RUBBING`, the
-/// force along the surface is treated likewise; the load on the probe has the push alone.
+/// force along the surface is treated likewise; the load on the probe contains the push alone.
 #[inline(always)]
 fn settle<const RELAXING: bool, const RUBBING: bool>(
     model: &Model,

@@ -92,9 +92,9 @@ pub(super) struct Touch {
     pub from_centre_m: Vector3<f32>,
     /// Push on the node at the end of the substep, divided by E [N/Pa].
     pub push: Vector3<f32>,
-    /// Length of that push.
+    /// Length of the push.
     pub length: f32,
-    /// Slope of the foundation there over E [m].
+    /// Slope of the foundation at the node over E [m].
     pub slope: f32,
     /// Displacement per force of the node [m per (N/Pa)].
     pub yields: f32,
@@ -102,7 +102,7 @@ pub(super) struct Touch {
     pub moves_m: Vector3<f32>,
     /// Sum of the other forces on the node over E [N/Pa].
     pub others: Vector3<f32>,
-    /// Forces that have faded there over E [N/Pa].
+    /// Forces that have faded at the node over E [N/Pa].
     pub faded: Vector3<f32>,
 }
 

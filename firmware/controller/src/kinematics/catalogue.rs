@@ -29,7 +29,7 @@ macro_rules! catalogue {
                 match self { $(Self::$mechanism => $mechanism::JOINTS),+ }
             }
 
-            /// Names of its dimensions in profile files.
+            /// Names of the kind's dimensions in profile files.
             #[must_use]
             pub fn dimension_names(self) -> &'static [&'static str] {
                 match self { $(Self::$mechanism => $mechanism::DIMENSION_NAMES),+ }

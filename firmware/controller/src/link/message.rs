@@ -37,9 +37,9 @@ pub enum ToBoard<'a> {
     YoungsModulus(f32),
     /// A patch of this many bytes will follow, in `Idle`.
     PatchBegin(u32),
-    /// A piece of it; pieces come in order.
+    /// A piece of the patch; pieces come in order.
     PatchPart {
-        /// Bytes before it.
+        /// Bytes of the patch before this piece.
         at: u32,
         /// The piece.
         #[serde(borrow)]

@@ -18,9 +18,9 @@ pub(super) struct Offer {
     pub(super) modulus_pa: Option<f32>,
     /// The modulus to return to when another one is refused.
     before_pa: Option<f32>,
-    /// This patch was open, with that modulus.
+    /// Whether this patch was open with the modulus in `before_pa`.
     opened: bool,
-    /// The host requested it and waits for an answer.
+    /// Whether the host requested the patch and waits for an answer.
     pub(super) asked: bool,
 }
 

@@ -9,7 +9,8 @@ use crate::board::Duty;
 
 static OUT: Mutex<CriticalSectionRawMutex, RefCell<Option<Stdout>>> = Mutex::new(RefCell::new(None));
 
-/// Opens it. A board that serves a host has no other: each write stops the emulator.
+/// Opens the debug output. A board that serves a host has none, because each write stops the
+/// emulator.
 pub fn debug_start(duty: &Duty) {
     if !matches!(duty, Duty::Serve(_)) {
         OUT.lock(|out| *out.borrow_mut() = io::stdout().ok());

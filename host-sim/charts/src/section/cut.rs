@@ -27,7 +27,7 @@ pub struct Window {
     pub site_m: V3,
     /// Right in the picture, unit vector.
     pub right: V3,
-    /// From the tip to the handle, unit vector.
+    /// Unit vector from the tip to the handle.
     pub axis: V3,
     /// Normal of the cut toward the eye, unit vector.
     pub front: V3,

@@ -10,7 +10,7 @@ use crate::surface::view::{V3, View};
 pub struct Wire {
     /// Ends [canvas units].
     pub ends: [(f64, f64); 2],
-    /// Distance of its middle toward the eye [m].
+    /// Distance of the edge's middle toward the eye [m].
     pub near: f64,
 }
 

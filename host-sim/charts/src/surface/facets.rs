@@ -19,7 +19,7 @@ pub struct Facet {
     pub moved_m: f64,
     /// Light from 0 (dark) to 1.
     pub light: f64,
-    /// Distance of its middle toward the eye [m].
+    /// Distance of the facet's middle toward the eye [m].
     pub near: f64,
 }
 

@@ -36,7 +36,7 @@ pub struct Probe {
     pub radius_m: f64,
     /// Foremost point [m].
     pub tip_m: [f64; 3],
-    /// From the tip to the handle, any length but zero.
+    /// Direction from the tip to the handle, of any length but zero.
     pub axis: [f64; 3],
 }
 

@@ -32,9 +32,9 @@ pub struct DepthError {
     pub depth_mm: f64,
     /// Error of a centred press [%].
     pub centred_pct: f64,
-    /// Root mean square and worst over the places [%].
+    /// Root mean square error over the places [%].
     pub disc_rms_pct: Option<f64>,
-    /// The largest of them, with its sign [%].
+    /// Largest error over the places, with its sign [%].
     pub disc_worst_pct: Option<f64>,
 }
 
@@ -61,7 +61,7 @@ pub struct GluedError {
     pub radius_mm: f64,
     /// Direction of the disc's motion, a unit vector.
     pub direction: [f64; 3],
-    /// Error of its force [%].
+    /// Error of the disc's force [%].
     pub error_pct: f64,
 }
 

@@ -94,9 +94,9 @@ pub struct Targets {
 /// of error (1).
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiscPresses {
-    /// At the centre, shallow first.
+    /// Presses at the centre, shallow first.
     pub centre: Vec<(f64, f64)>,
-    /// Off the centre: numbers of places, and the depths at each of them.
+    /// Presses off the centre: numbers of places, and the depths at each of them.
     pub aside: Vec<(usize, Vec<(f64, f64)>)>,
     /// Depths [m] at which the dent at the centre counts, among those of the centre, each with the
     /// share of the depth that counts as one unit of error (1).

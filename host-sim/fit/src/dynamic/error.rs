@@ -39,7 +39,7 @@ pub enum DynamicError {
     Stalled {
         /// Time of the last solution [s].
         t_s: f64,
-        /// Depth of the tip there [m].
+        /// Depth of the tip at that time [m].
         depth_m: f64,
     },
 }

@@ -27,7 +27,7 @@ use palpate_tissue::tissue::Tissue;
 const DISC_RADII: f64 = 1.15;
 /// Radius of the disc over which a patch is evaluated [probe radii].
 pub const JUDGED_RADII: f64 = 1.0;
-/// Number of places over it, in no fit.
+/// Number of places over that disc, none of which is in a fit.
 pub const JUDGED_PLACES: usize = 60;
 /// Radii that a patch may have [probe radii].
 const RADII: [f64; 2] = [1.25, 4.0];
@@ -38,8 +38,8 @@ const HALF_WIDTH_RADII: f64 = 0.5;
 /// Factor on the weight of presses at the centre: it is one place of a hundred, and the one pressed
 /// most often.
 const CENTRE_WEIGHT: f64 = 3.0;
-/// Depths of the presses there [probe radii], between those at which a patch is evaluated: with
-/// five of them a fit met these and varied by 2-4 % between them.
+/// Depths of the presses at the centre [probe radii], between those at which a patch is evaluated:
+/// with five depths a fit met these and varied by 2-4 % between them.
 const CENTRE_DEPTHS_RADII: [f64; 12] = [0.0625, 0.0885, 0.125, 0.156, 0.21875, 0.25, 0.3125, 0.4375, 0.5, 0.625, 0.8125, 1.0];
 /// Depth below which presses around the site [probe radii], except the shallowest, are weighted
 /// more, and the factor: they rest on a few foundation points and are the worst of the unseen
@@ -53,7 +53,7 @@ const RING: usize = 4;
 /// around it [probe radii].
 const SOLVED_PLACES: usize = 10;
 const SOLVED_RADII: f64 = 1.2;
-/// Depths of these presses, as shares of the deepest hold.
+/// Depths at which an organ is pressed, as shares of the deepest hold.
 const SOLVED_DEPTHS: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
 
 /// Reference for fitting and evaluating a patch of a scene.
@@ -101,7 +101,7 @@ impl Truth {
             .ok_or_else(|| Error::Check("the finite elements gave no smooth surface of forces".into()))
     }
 
-    /// Queries it.
+    /// Calls `question` with the truth as a reference.
     pub fn ask<R>(&self, question: impl FnOnce(&dyn Reference) -> R) -> R {
         match self {
             Self::Block(answer) => match ReferenceMap::of(answer) {
@@ -114,7 +114,7 @@ impl Truth {
 }
 
 impl Truth {
-    /// Uses it on another mesh of the same organ.
+    /// Calls `question` with the truth as a reference on another mesh of the same organ.
     pub fn ask_on<R>(&self, placed: &Placed, question: impl FnOnce(&dyn Reference) -> R) -> R {
         match self {
             Self::Block(_) => self.ask(question),
@@ -378,7 +378,7 @@ pub struct Short {
     pub centred_rms_pct: f64,
     /// Root mean square over unseen places and depths from an eighth of the probe's radius.
     pub disc_rms_pct: f64,
-    /// Worst of them.
+    /// Largest error over these places and depths.
     pub disc_worst_pct: f64,
 }
 

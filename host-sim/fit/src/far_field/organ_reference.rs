@@ -45,7 +45,7 @@ const MOST_NODES: usize = 6000;
 /// Forces of presses at several places and depths.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrganReference {
-    /// In the requested order, shape \[places\].
+    /// Forces in the requested order, shape \[places\].
     pub places: Vec<PlaceForces>,
     /// Depths [m], rising, shape \[depths\].
     pub depths_m: Vec<f64>,
@@ -63,7 +63,7 @@ pub struct PlaceForces {
     pub offset_m: [f64; 2],
     /// Place on the surface [m], at which the depth of the tip is zero.
     pub place_m: [f64; 3],
-    /// Along the site's axis, over the scene's Young's modulus [m^2], shape \[depths\].
+    /// Force along the site's axis, over the scene's Young's modulus [m^2], shape \[depths\].
     pub force_over_e_m2: Vec<f64>,
 }
 

@@ -38,7 +38,7 @@ pub struct SurfaceMap {
     triangles_m: Vec<[Vector; 3]>,
     /// Solved depths [m], rising.
     depths_m: Vec<f64>,
-    /// Quadratic at each of them.
+    /// Quadratic over the surface at each depth.
     terms: Vec<SVector<f64, TERMS>>,
     length_m: f64,
     tip: Tip,

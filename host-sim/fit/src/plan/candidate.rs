@@ -66,7 +66,7 @@ impl Weighed {
         self.far.as_ref().map_or(&self.placed.tissue, |far| &far.cut.patch)
     }
 
-    /// Whether it fits the board in time and memory.
+    /// Whether the candidate fits the board in time and memory.
     #[must_use]
     pub fn fits(&self, machine: &Machine) -> bool {
         self.units <= machine.budget() && machine.has_room(&self.counts, self.patch_bytes)

@@ -35,11 +35,11 @@ pub struct Judge {
 pub struct Judged {
     /// Root mean square over places and depths; with several sets of places, the largest.
     pub rms_pct: f64,
-    /// Largest single one.
+    /// Largest single error.
     pub worst_pct: f64,
     /// Root mean square of the centred presses.
     pub centred_rms_pct: f64,
-    /// Largest of them.
+    /// Largest error of the centred presses.
     pub centred_worst_pct: f64,
     /// Number of evaluated places.
     pub places: usize,

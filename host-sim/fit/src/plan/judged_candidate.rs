@@ -55,7 +55,7 @@ pub struct JudgedCandidate {
     /// Terms of the tick that act.
     #[serde(serialize_with = "by_name")]
     pub terms: Terms,
-    /// Effort of its fit.
+    /// Effort of the fit.
     pub effort: Effort,
     /// Parameters of the fit.
     #[serde(skip)]
@@ -70,11 +70,11 @@ pub struct JudgedCandidate {
     pub ram_bytes: usize,
     /// Patch file [bytes].
     pub patch_bytes: usize,
-    /// Whether it fits the board in time and memory.
+    /// Whether the candidate fits the board in time and memory.
     pub fits: bool,
     /// Force errors.
     pub judged: Judged,
-    /// The tightest tolerance it keeps [%].
+    /// The tightest tolerance that the candidate keeps [%].
     pub keeps_pct: f64,
     /// Shear stiffness error of a glued disc, caused by the edge alone [%].
     pub shear_error_pct: Option<f64>,
@@ -99,13 +99,13 @@ impl JudgedCandidate {
         self.keeps_pct <= tolerance_pct && self.edge_keeps(tolerance_pct) && moving
     }
 
-    /// Whether the edge alone keeps it in shear.
+    /// Whether the edge alone keeps the tolerance in shear.
     #[must_use]
     pub fn edge_keeps(&self, tolerance_pct: f64) -> bool {
         self.shear_error_pct.is_some_and(|e| e.abs() <= tolerance_pct)
     }
 
-    /// The slowest named board that runs it.
+    /// The slowest named board that runs the candidate.
     #[must_use]
     pub fn slowest_board(&self) -> Option<&'static Machine> {
         // the desktop comes first in the list and is the fastest

@@ -11,11 +11,11 @@ use palpate_tissue::error::Error;
 /// Result of a search.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// The smallest that keeps the tolerance within the budget.
+    /// The smallest model that keeps the tolerance within the budget.
     pub chosen: Option<JudgedCandidate>,
-    /// The next smaller: it misses the tolerance. None if the chosen one is the smallest of all.
+    /// The next smaller model, which misses the tolerance.
     pub smaller: Option<JudgedCandidate>,
-    /// The next larger: it keeps the tolerance, or leaves the budget.
+    /// The next larger model, which keeps the tolerance or exceeds the budget.
     pub larger: Option<JudgedCandidate>,
     /// Everything that was fitted, in that order.
     pub trials: Vec<JudgedCandidate>,

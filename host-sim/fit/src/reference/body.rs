@@ -46,7 +46,8 @@ impl Material {
 /// Stiffness at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stiffness {
-    /// Young's modulus there over the one that everything is over (1).
+    /// Young's modulus at the point, divided by the one by which all energies and forces are
+    /// divided (1).
     pub ratio: f64,
     /// Poisson's ratio (1), below 0.5.
     pub poisson_ratio: f64,
@@ -100,7 +101,7 @@ pub struct Body {
 
 /// Energy and its derivatives at one displacement.
 pub struct Assembled {
-    /// Over Young's modulus [m^3].
+    /// Energy over Young's modulus [m^3].
     pub energy_m3: f64,
     /// Gradient of the energy [m^2], which has to vanish at free components.
     pub residual_m2: Vec<Vector3<f64>>,

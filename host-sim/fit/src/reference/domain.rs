@@ -34,7 +34,7 @@ pub struct BlockCase {
 pub struct BlockBody {
     /// The piece.
     pub body: Body,
-    /// Whether it ends at x = 0 and at y = 0, its mirror images being the rest.
+    /// Whether the piece ends at x = 0 and at y = 0, its mirror images being the rest.
     pub mirror: [bool; 2],
     /// Place of the press [m].
     pub place_m: Vector3<f64>,

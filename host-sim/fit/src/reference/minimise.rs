@@ -25,7 +25,7 @@ pub(crate) trait Potential {
     /// The body.
     fn body(&self) -> &Body;
 
-    /// The probe that touches it.
+    /// The contact with a probe, if one touches the body.
     fn contact(&self) -> Option<&Contact> {
         None
     }
@@ -42,7 +42,7 @@ pub(crate) trait Potential {
 
 /// Residual at some displacement.
 struct Balance {
-    /// Without the contact near the probe.
+    /// Energy and its derivatives without the contact near the probe.
     sum: Assembled,
     /// Force that the residual is compared with, over Young's modulus [m^2].
     force: f64,

@@ -35,7 +35,7 @@ const NOT_NEAR: u32 = u32::MAX;
 pub(crate) struct Near {
     /// Triangles near the probe, indices into the mesh's.
     pub triangles: Vec<usize>,
-    /// Others that may touch it.
+    /// Other triangles that may touch the probe.
     pub others: Vec<usize>,
     /// Nodes of the triangles near the probe, ascending.
     pub nodes: Vec<u32>,

@@ -12,7 +12,7 @@ pub struct Nearest {
     pub triangle: usize,
     /// Area coordinates.
     pub at: [f64; 3],
-    /// Distance to it [m].
+    /// Distance to that point [m].
     pub distance_m: f64,
 }
 

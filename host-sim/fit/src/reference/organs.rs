@@ -14,16 +14,16 @@ pub struct Organ {
     pub nodes: Range<usize>,
     /// Tets of the organ.
     pub tets: Range<usize>,
-    /// The triangles of its surface.
+    /// Triangles of the organ's surface.
     pub triangles: Range<usize>,
 }
 
 /// An organ's volume, deformed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Volume {
-    /// At rest [m^3].
+    /// Volume at rest [m^3].
     pub rest_m3: f64,
-    /// Now [m^3].
+    /// Present volume [m^3].
     pub now_m3: f64,
     /// Least local volume ratio J at the quadrature points (1).
     pub least_j: f64,

@@ -29,22 +29,22 @@ pub struct Touch {
 pub struct Pressed {
     /// Place on the deformed surface [m].
     pub at_m: Vector3<f64>,
-    /// Deformed area that it represents, of the whole [m^2].
+    /// Deformed area that the point represents, of the whole [m^2].
     pub area_m2: f64,
-    /// Pressure there over Young's modulus (1).
+    /// Pressure at the point over Young's modulus (1).
     pub pressure_over_e: f64,
 }
 
 /// A quadrature point of the surface that is inside the probe.
 pub(super) struct Point<'a> {
-    /// Nodes of its triangle.
+    /// Nodes of the point's triangle.
     pub nodes: &'a [u32; 6],
-    /// Shape functions there.
+    /// Shape functions at the point.
     pub shape: &'a [f64; 6],
     /// Index of the point in the rule, and its share of the triangle.
     rule: usize,
     share: f64,
-    /// Rest area that it represents [m^2].
+    /// Rest area that the point represents [m^2].
     area_m2: f64,
     gap: Gap,
     penalty_per_m: f64,

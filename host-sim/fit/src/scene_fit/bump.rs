@@ -86,8 +86,8 @@ pub struct Bumps {
     /// Factors of the terms between the places, shape \[depths\]\[inclusions x terms\].
     terms: Vec<Vec<f64>>,
     inclusions: Vec<Inclusion>,
-    /// Estimated error of the bump near its maximum, over the bump, the largest over all depths
-    /// (1): the finer of two meshes against their extrapolated limit.
+    /// Estimated relative error of the bump near its maximum (1), the largest of all depths: the
+    /// finer of two meshes is compared with their extrapolated limit.
     pub error: f64,
 }
 

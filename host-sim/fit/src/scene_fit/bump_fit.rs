@@ -40,20 +40,21 @@ pub struct BumpDepth {
     pub fitted_depth: bool,
     /// The highest bump of all places, over the force without the inclusions there [%].
     pub highest_pct: f64,
-    /// Root mean square over places, of the highest bump [%].
+    /// Root mean square error over places, as a share of the highest bump [%].
     pub rms_pct: f64,
-    /// The largest, with its sign, of the highest bump [%].
+    /// Largest error, with its sign, as a share of the highest bump [%].
     pub worst_pct: f64,
 }
 
 /// Errors of a patch's bump at unseen places.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BumpVerdict {
-    /// Shallow first.
+    /// Errors by depth, shallow first.
     pub depths: Vec<BumpDepth>,
-    /// Root mean square over places and depths, of the highest bump at the depth [%].
+    /// Root mean square error over places and depths, as a share of the highest bump at the depth
+    /// [%].
     pub rms_pct: f64,
-    /// The largest, with its sign [%].
+    /// Largest of these errors, with its sign [%].
     pub worst_pct: f64,
     /// Number of places.
     pub places: usize,
@@ -64,7 +65,7 @@ pub struct BumpVerdict {
 pub struct BumpFit<'a> {
     /// Block without the inclusions.
     pub prepared: &'a Prepared,
-    /// The patch fitted to it, and its parameters.
+    /// The patch fitted to that block, and its parameters.
     pub plain: (&'a Patch, &'a Params),
     /// Forces without the inclusions.
     pub known: &'a Known,

@@ -24,7 +24,7 @@ const SIXTEEN_ABOVE: f64 = 1.85;
 pub const PLACES_RANGE: std::ops::RangeInclusive<usize> = 20..=2000;
 /// Difference below which depths count as equal [m].
 const SAME_M: f64 = 1e-6;
-/// Deviation of a force that counts as one unit of error (1), at the centre and around it.
+/// Deviation of a force that counts as one unit of error (1), at the centre and off the centre.
 pub(super) const CENTRE_TOLERANCE: f64 = 0.002;
 const TOLERANCE: f64 = 0.005;
 /// Least factor on the requested places at each depth, per probe radius over the depth: then enough
@@ -33,7 +33,8 @@ const PER_CONTACT: f64 = 0.1875;
 /// Depths of the fit at the centre, as shares of the deepest hold: with the solved depths alone a
 /// fit oscillates between them.
 const CENTRE: [f64; 9] = [1.0 / 12.0, 0.103, 1.0 / 6.0, 0.21, 1.0 / 3.0, 0.42, 2.0 / 3.0, 0.75, 1.0];
-/// Depths around it, each at its own places, and the factor on the requested number.
+/// Depths of the fit off the centre, each at its own places, and the factor on the requested
+/// number.
 const ASIDE: [(f64, f64); 5] = [(1.0 / 12.0, 3.0), (1.0 / 6.0, 2.5), (1.0 / 3.0, 1.25), (2.0 / 3.0, 0.75), (1.0, 0.6)];
 /// Under a flat end, whose edge makes an equilibrium hard to find from a distant start, places are
 /// pressed to one depth after the other; factor on the number of shallow ones.

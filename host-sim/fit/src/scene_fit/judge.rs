@@ -31,9 +31,9 @@ pub struct DepthVerdict {
     pub fitted_depth: bool,
     /// Error of a centred press [%].
     pub centred_pct: f64,
-    /// Root mean square over places [%].
+    /// Root mean square error over places [%].
     pub rms_pct: f64,
-    /// The largest, with its sign [%].
+    /// Largest error over places, with its sign [%].
     pub worst_pct: f64,
 }
 

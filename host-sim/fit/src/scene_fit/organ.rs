@@ -39,7 +39,8 @@ const UNSEEN: [f64; 2] = [0.375, 0.75];
 /// Depths of the fit at the site, as shares of the deepest hold: between them a fit to
 /// the solved depths alone swings by 2-4 %.
 const CENTRE: [f64; 8] = [0.125, 0.177, 0.25, 0.354, 0.5, 0.625, 0.8, 1.0];
-/// Depths around it, each at its own places, and the factor on the requested number.
+/// Depths of the fit around the site, each at its own places, and the factor on the requested
+/// number.
 const ASIDE: [(f64, f64); 5] = [(0.125, 3.0), (0.25, 2.5), (0.5, 1.75), (0.75, 1.25), (1.0, 1.0)];
 /// Places of the fit are spread this far around the site [probe radii].
 const FITTED_RADII: f64 = 1.15;

@@ -36,7 +36,8 @@ pub struct Accuracy {
     pub force_n: [f64; 4],
     /// Error of the force at each depth [%]; `None` without a reference.
     pub force_error_pct: [Option<f64>; 4],
-    /// Mean distance between its surface and the reference's at each of [`SURFACE_DEPTHS_M`] [mm].
+    /// Mean distance between the method's surface and the reference's at each of
+    /// [`SURFACE_DEPTHS_M`] [mm].
     pub surface_error_mm: [Option<f64>; 2],
 }
 

@@ -19,7 +19,7 @@ use crate::methods::{Block, Size};
 pub struct Run {
     /// Task that was run.
     pub task: Task,
-    /// Counts of its mesh.
+    /// Counts of the mesh.
     pub size: Size,
     /// Measured values; otherwise the reason why there are none.
     pub outcome: Result<Measured, String>,

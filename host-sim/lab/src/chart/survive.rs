@@ -19,7 +19,7 @@ pub(super) const SPEED_M_PER_S: f64 = 0.1;
 pub const CLEAR_M: f64 = 5e-4;
 /// Ticks in the hold and after the release.
 pub(super) const WAIT_TICKS: usize = 400;
-/// Ticks over which it must be at rest.
+/// Ticks over which the tissue must be at rest.
 pub(super) const STILL_TICKS: usize = 20;
 /// Largest displacement of a node in that time [m], and largest change of the force.
 pub(super) const STILL_M: f64 = 5e-5;
@@ -58,7 +58,7 @@ pub enum Failure {
 /// A press that was tried.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PressResult {
-    /// Reason for the failure, if it failed.
+    /// Reason for the failure, if the press failed.
     pub failure: Option<Failure>,
     /// Smallest tet volume over its rest volume at the end of the hold; NaN if that was not
     /// reached.
@@ -71,7 +71,7 @@ pub struct PressResult {
 pub struct Survival {
     /// Fewest substeps that survive; if none do, the fewest that stay finite.
     pub substeps: u16,
-    /// The press with them.
+    /// The press with these substeps.
     pub trial: PressResult,
 }
 

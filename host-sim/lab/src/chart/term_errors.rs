@@ -44,7 +44,7 @@ pub struct TermErrors {
     pub method: Method,
     /// Nodes.
     pub nodes: usize,
-    /// Whether it runs with the terms.
+    /// Whether the method runs with the terms.
     pub has_terms: bool,
     /// Substeps of a tick, in elastic tissue and in tissue that stiffens.
     pub substeps: [u16; 2],

@@ -89,11 +89,11 @@ pub struct Sliding {
 /// The smallest stroke patch that keeps the promise.
 #[derive(Clone, Debug, Serialize)]
 pub struct Smallest {
-    /// One of its meshes.
+    /// Name of one of the patch's meshes.
     pub name: String,
-    /// Nodes of the largest of its meshes.
+    /// Nodes of the largest of the patch's meshes.
     pub nodes: usize,
-    /// Largest force error over its meshes [%].
+    /// Largest force error over the patch's meshes [%].
     pub worst_pct: f64,
     /// Number of meshes that were tried.
     pub meshes: usize,

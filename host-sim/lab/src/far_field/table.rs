@@ -67,9 +67,9 @@ impl Scope {
 pub enum Kind {
     /// A patch with an edge treatment.
     Patch(RimMethod),
-    /// All of it as springs.
+    /// The whole organ as springs.
     Whole,
-    /// All of it as finite elements.
+    /// The whole organ as finite elements.
     Elements,
 }
 
@@ -119,7 +119,7 @@ pub struct Size {
     pub tets: usize,
     /// Free nodes on the cut.
     pub rim_nodes: usize,
-    /// Edges between them.
+    /// Edges between these nodes.
     pub rim_edges: usize,
 }
 

@@ -40,14 +40,14 @@ const REACH: f64 = 1.05;
 #[derive(Clone, Copy, Debug)]
 struct Part {
     node: u32,
-    /// Mean gradient of its shape function [1/m].
+    /// Mean gradient of the node's shape function [1/m].
     gradient: Vector3<f32>,
 }
 
 /// An integration cell.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
-    /// End of its parts; they begin at the end of the previous cell's.
+    /// End of the cell's parts, which begin at the end of the previous cell's.
     end: usize,
     /// Volume times stiffness as a multiple of the tissue's.
     stiff_volume_m3: f32,

@@ -17,7 +17,7 @@ pub struct Claim {
     pub printed: String,
     /// Result found here.
     pub found: String,
-    /// Whether it held; `None` if it cannot be tested.
+    /// Whether the claim held; `None` if it cannot be tested.
     pub held: Option<bool>,
 }
 

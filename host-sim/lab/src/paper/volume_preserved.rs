@@ -160,8 +160,8 @@ fn at_resolution<'a>(
     Ok(resolution)
 }
 
-/// Finite elements of the sparse resolution with every tet cut into eight; only if they ship or are
-/// requested.
+/// Finite elements of the sparse resolution with every tet cut into eight; `None` unless they ship
+/// or are requested.
 fn subdivided(sparse: &Resolution, solve_anew: bool, progress: &dyn Progress) -> Result<Option<Truth>, Error> {
     if solve_anew {
         let finer = sparse.assembly.subdivided();

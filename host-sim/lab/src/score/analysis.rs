@@ -39,12 +39,12 @@ pub struct Contrast {
     pub second: String,
     /// Difference of the means.
     pub difference: f64,
-    /// Two-sided test of it.
+    /// Two-sided test of that difference.
     #[serde(flatten)]
     pub test: Permutation,
 }
 
-/// All of it, groups in the order they first appear.
+/// The whole analysis, with groups in the order in which they first appear.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Analysis {
     /// Groups times phases.

@@ -38,7 +38,7 @@ pub enum ScoreError {
         path: String,
         /// Name of the column, as written.
         column: String,
-        /// Reason why it is refused.
+        /// Reason why the column is refused.
         what: &'static str,
     },
     /// A cell that cannot be used.
@@ -52,7 +52,7 @@ pub enum ScoreError {
         column: &'static str,
         /// Content of the cell, as written.
         cell: String,
-        /// Instruction on how to correct it.
+        /// Instruction on how to correct the cell.
         fix: &'static str,
     },
     /// An intern marked twice in the same phase.
@@ -80,7 +80,7 @@ pub enum ScoreError {
         path: String,
         /// Line, from 1.
         line: u64,
-        /// Reason why it cannot be read.
+        /// Reason why the row cannot be read.
         what: String,
     },
     /// Weights that are not shares.

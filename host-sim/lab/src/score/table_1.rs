@@ -65,7 +65,7 @@ pub struct Column {
     pub group: &'static str,
     /// Phase of the column.
     pub phase: Phase,
-    /// Spread of its values.
+    /// Spread of the values.
     #[serde(flatten)]
     pub spread: Spread,
     /// Values that (14) gives for some whole marks.

@@ -43,9 +43,9 @@ pub const STEP: f64 = 1.12;
 pub const STIFFEST_N_PER_M: f64 = 6000.0;
 /// Stiffness that a device of the Touch class must hold [N/m]: its maker's ceiling.
 pub const HELD_N_PER_M: f64 = 400.0;
-/// Energy that ours may create there [J].
+/// Energy that our controller may create on such a wall [J].
 pub const MOST_CREATED_J: f64 = 0.01e-3;
-/// Static error that our controller may have there (1): rounding and a toggling count.
+/// Static error that our controller may have on such a wall (1): rounding and a toggling count.
 pub const MOST_STATIC_ERROR: f64 = 1e-3;
 /// Deepest press [m], and share of the force limit that a press may take (1).
 const DEPTH_M: f64 = 4e-3;
@@ -72,7 +72,7 @@ pub struct Cell {
     pub hand: hand::Id,
     /// Name of the control that keeps the loop quiet.
     pub control: String,
-    /// Result of its climb.
+    /// Result of the climb with that control.
     pub climb: Climb,
     /// Closed form for the device alone [N/m].
     pub passive_n_per_m: f64,

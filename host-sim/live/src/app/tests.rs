@@ -12,7 +12,7 @@ use crate::physics::Physics;
 
 mod panel;
 
-/// Over the site, and over the panel.
+/// Positions of the mouse over the site, and over the panel.
 const MIDDLE: Pos2 = pos2(480.0, 250.0);
 const PANEL: Pos2 = pos2(1150.0, 330.0);
 /// A drawn frame [s].

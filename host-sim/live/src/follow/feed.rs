@@ -14,10 +14,10 @@ use super::twin::{Answer, Twin};
 use super::words::length;
 use crate::message::{Body, Frame};
 
-/// Between two looks at the file: shorter than between two records.
+/// Time between two looks at the file: shorter than that between two records.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// For the screen.
+/// A message to the screen.
 #[derive(Clone, Debug)]
 pub enum Heard {
     /// Another patch is shown: its body and its name.
@@ -37,7 +37,7 @@ pub struct State {
     pub silent_s: f64,
     /// The last record, however old it is.
     pub row: Option<Row>,
-    /// Answer of this machine's patch to it.
+    /// Answer of this machine's patch to that record.
     pub answer: Option<Answer>,
     /// The picture of the newest record; none if nothing came since the last look.
     pub frame: Option<Frame>,
@@ -73,7 +73,7 @@ pub struct Feed {
 }
 
 impl Feed {
-    /// Starts it; it ends with the value.
+    /// Starts the thread, which ends when this value is dropped.
     #[must_use]
     pub fn start(path: &Path, given: Given) -> Self {
         let (telling, heard) = channel();

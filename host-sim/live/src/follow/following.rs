@@ -7,8 +7,8 @@ use crate::message::SILENCE_S;
 
 /// A board sends a record every so many ticks.
 pub const RECORD_TICKS: u32 = 20;
-/// Rows that are shown of a file that was there before the window, or that came while it was busy:
-/// the last second.
+/// Number of rows that are shown if many are there at once, because the file is older than the
+/// window or the window was busy: those of the last second.
 const MOST_ROWS: usize = 50;
 /// A tick that is this far ahead of the last one comes from a board that has started anew.
 const FAR_TICKS: u32 = 1 << 31;
@@ -57,9 +57,9 @@ pub struct Following {
     begun: bool,
     /// Records read of this file.
     pub records: u64,
-    /// Records of it that did not come.
+    /// Records that are missing in this file.
     pub lost: u64,
-    /// Times that a file began.
+    /// Number of times that a file began.
     pub files: u64,
 }
 

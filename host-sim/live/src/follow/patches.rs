@@ -26,7 +26,7 @@ pub enum Given {
 }
 
 impl Given {
-    /// Reads and checks it.
+    /// Reads and checks what the command line names.
     ///
     /// # Errors
     /// One line: which file, why, and how to fix it.
@@ -65,11 +65,11 @@ impl Given {
 pub struct Chosen {
     /// The patch.
     pub tissue: LiveTissue,
-    /// Scene that it was made from.
+    /// Scene that the patch was made from.
     pub choice: Option<Choice>,
     /// Name for the user.
     pub name: String,
-    /// Checksum of its file; none of a scene's.
+    /// Checksum of the patch file; `None` for the patch of a scene.
     pub checksum: Option<u32>,
 }
 

@@ -93,7 +93,7 @@ impl Strips {
         self.dots.back().map_or(0.0, |dot| dot.t_s)
     }
 
-    /// Draws them side by side; `live` is false where the last value is no present one.
+    /// Draws the strips side by side; `live` is false where the last value is an old one.
     pub fn show(&self, ui: &mut Ui, live: bool) {
         let (width, height) = (ui.available_width() / STRIPS.len() as f32 - 8.0, ui.available_height());
         if width < 40.0 || height < 40.0 {

@@ -39,7 +39,7 @@ pub struct Tail {
     path: PathBuf,
     /// Bytes read so far.
     offset: u64,
-    /// The last of them.
+    /// The last of these bytes.
     kept: Vec<u8>,
     /// A line whose end is not there yet.
     part: Vec<u8>,

@@ -94,7 +94,7 @@ fn a_page_that_cannot_start_says_why() {
     }
 }
 
-/// A worker that fails as it starts, in a promise.
+/// The module of a page whose worker fails, in a promise, as it starts.
 fn planted(bytes: Vec<u8>) -> Option<Vec<u8>> {
     let script = String::from_utf8(bytes).unwrap();
     let failing = script.replace("await init(", "throw new Error('planted'); await init(");

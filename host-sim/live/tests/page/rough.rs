@@ -8,7 +8,7 @@ use serde_json::json;
 
 use crate::{MIDDLE, active, let_go, number, page, press, recorded_here, repeated, says, until};
 
-/// Without a force for this long in the recording [ticks].
+/// Ticks without a force in the recording.
 const ASLEEP: usize = 2000;
 
 #[test]

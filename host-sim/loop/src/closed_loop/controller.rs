@@ -96,7 +96,7 @@ impl Controller {
         }
     }
 
-    /// The cycle's settings under it.
+    /// Settings of the cycle under this controller.
     #[must_use]
     pub fn settings(self, device: &DeviceProfile) -> Settings {
         let safe = Settings::safe(&device.limits(Vector3::zeros()));
@@ -108,7 +108,7 @@ impl Controller {
         }
     }
 
-    /// A surface under it.
+    /// A surface under this controller.
     pub fn over<S: Surface>(self, surface: S, device: &DeviceProfile) -> Controlled<S> {
         let max_force_n = self.settings(device).limits.max_force_n;
         let device = Known {

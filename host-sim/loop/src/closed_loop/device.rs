@@ -29,13 +29,14 @@ pub struct DeviceProfile {
     pub name: String,
     /// Source of the numbers.
     pub source: String,
-    /// Axes that it moves along: 3, or 1 for a paddle, which moves along the press.
+    /// Number of axes along which the device moves: 3, or 1 for a paddle, which moves along the
+    /// press.
     pub axes: u8,
     /// Maximum force in every direction [N].
     pub max_force_n: f64,
     /// Largest force that the loop outputs [N].
     pub force_limit_n: f64,
-    /// Stiffest spring that its maker specifies [N/m].
+    /// Stiffest spring that the maker specifies [N/m].
     pub stiffness_ceiling_n_per_m: f64,
     /// One encoder count at the probe [m]; zero for an ideal sensor.
     pub count_m: f64,

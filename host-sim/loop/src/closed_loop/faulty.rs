@@ -182,7 +182,7 @@ pub struct FaultType {
     pub injection: Injection,
     /// Duration in ticks.
     pub ticks: u32,
-    /// Condition under which it may begin.
+    /// Condition under which the fault may begin.
     pub needs: Needs,
     /// Required reaction.
     pub expected: Expected,

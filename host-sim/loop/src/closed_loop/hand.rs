@@ -79,7 +79,7 @@ impl Hand {
         HANDS.into_iter().find(|h| h.id.eq_ignore_ascii_case(name) || h.name == name)
     }
 
-    /// Depth of its target below the handle with which it pushes with this force at rest [m].
+    /// Depth of the hand's target below the handle at which it pushes with this force at rest [m].
     #[must_use]
     pub fn reach_m(&self, push_n: f64) -> f64 {
         match self.grip {

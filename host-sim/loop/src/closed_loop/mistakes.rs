@@ -23,7 +23,7 @@ pub const TOUCHES: usize = 4;
 const PRESSED_TICKS: u32 = 600;
 const BACK_M_PER_S: f64 = 0.1;
 const PAUSE_TICKS: u32 = 100;
-/// Time constant with which it brakes before it retreats [s].
+/// Time constant with which the hand brakes before it retreats [s].
 const BRAKE_S: f64 = 0.02;
 /// Tremor of a hand at rest: amplitude [m] and angular frequency [rad/s].
 const TREMOR: (f64, f64) = (80e-6, 56.5);
@@ -64,7 +64,7 @@ pub const MISTAKES: [Mistake; 10] = [
 /// Outcome of the first touches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FirstTouches {
-    /// Fault that ended them.
+    /// Fault that ended the touches.
     pub fault: Option<Fault>,
     /// Ticks from the first force to its removal, by a fault or for the rest of a contact; zero if
     /// there was no force.

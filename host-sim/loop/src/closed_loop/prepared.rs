@@ -46,9 +46,9 @@ pub struct Prepared {
     pub curve: Vec<(f64, f64)>,
     /// Depth at which presses rest [m].
     pub depth_m: f64,
-    /// Force there [N].
+    /// Force at that depth [N].
     pub static_n: f64,
-    /// Slope there [N/m].
+    /// Slope at that depth [N/m].
     pub slope_n_per_m: f64,
 }
 

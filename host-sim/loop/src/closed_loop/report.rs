@@ -161,9 +161,9 @@ pub struct Report {
     pub target: String,
     /// Depth of presses [mm].
     pub depth_mm: f64,
-    /// Force there [N].
+    /// Force at that depth [N].
     pub static_n: f64,
-    /// Slope there [N/m].
+    /// Slope at that depth [N/m].
     pub slope_n_per_m: f64,
     /// Slope up to which one count is not felt [N/m].
     pub encoder_ceiling_n_per_m: f64,

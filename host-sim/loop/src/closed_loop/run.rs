@@ -75,7 +75,7 @@ pub struct Run {
     pub peak_n: f64,
     /// Invariants broken, each once.
     pub broken: Vec<Broken>,
-    /// The fault that ended it, if any.
+    /// The fault that ended the run, if any.
     pub fault: Option<Fault>,
 }
 

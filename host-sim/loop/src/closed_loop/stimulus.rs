@@ -120,25 +120,26 @@ impl Stimulus {
         }
     }
 
-    /// Whether its end is a hold in contact, in which a limit cycle would show.
+    /// Whether the stimulus ends with a hold in contact, in which a limit cycle would show.
     #[must_use]
     pub fn ends_in_hold(&self) -> bool {
         self.kind != Kind::Release
     }
 
-    /// Whether it presses slowly, so that any shaking comes from the loop.
+    /// Whether the stimulus presses slowly, so that any shaking comes from the loop.
     #[must_use]
     pub fn is_slow_press(&self) -> bool {
         self.kind == Kind::SlowPress
     }
 
-    /// Whether it changes the tissue behind the patch.
+    /// Whether the stimulus changes the tissue behind the patch.
     #[must_use]
     pub fn swaps_the_far_field(&self) -> bool {
         self.kind == Kind::Swap
     }
 
-    /// Whether it crosses the edges of elements, where the direction of the force must not jump.
+    /// Whether the stimulus crosses the edges of elements, where the direction of the force must
+    /// not jump.
     #[must_use]
     pub fn crosses_edges(&self) -> bool {
         matches!(self.kind, Kind::Drag | Kind::Crossing)

@@ -34,7 +34,7 @@ pub trait Surface: Renderer {
     /// axis]; a surface without nodes is unchanged.
     fn strike(&mut self, _at_m: Option<f32>, _speed_m_per_s: Option<f32>, _all: bool) {}
 
-    /// Returns the defect of its state, if any: not finite, or impossibly far away.
+    /// Returns the defect of the surface's state, if any: not finite, or impossibly far away.
     fn unsound(&self) -> Option<&'static str> {
         None
     }
@@ -44,7 +44,7 @@ pub trait Surface: Renderer {
 #[derive(Clone, Copy, Debug)]
 pub struct Wall {
     n_per_m: f32,
-    /// Largest depth that it answers, as with a patch's guard [m].
+    /// Largest depth that the surface answers, as with a patch's guard [m].
     depth_limit_m: f32,
     ratio: f32,
     wanted: f32,

@@ -33,7 +33,7 @@ impl Nodule {
         Self { place_m: [x, y], depth_m: -z, radius_m: ball.radius_m, ratio: ball.stiffness_ratio }
     }
 
-    /// As an inclusion of a scene, in a block whose top is at z = 0.
+    /// The nodule as an inclusion of a scene, in a block whose top is at z = 0.
     #[must_use]
     pub fn inclusion(&self) -> Inclusion {
         let [x, y] = self.place_m;

@@ -35,7 +35,7 @@ pub struct Exercise {
 /// Result of the exercise.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Found {
-    /// From the answer to the nodule, along the surface [m].
+    /// Vector from the answer to the nodule, along the surface [m].
     pub apart_m: f64,
     /// The answer lies over the nodule. Without this rule the other marks alone would give half of
     /// the score.

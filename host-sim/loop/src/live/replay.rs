@@ -140,7 +140,7 @@ pub fn unpack(bytes: &[u8]) -> Result<LiveTissue, Error> {
     Ok(LiveTissue::new(Patch::of_file(&file), file.params)?)
 }
 
-/// Before the first tick.
+/// Reading before the first tick.
 const UNREAD: Sensed = Sensed { position_m: Vector3::new(0.0, 0.0, 0.0), sequence: 0, status: SensorStatus::Good };
 
 /// A device that repeats the recorded readings.

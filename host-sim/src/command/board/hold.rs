@@ -35,8 +35,8 @@ pub(in crate::command) struct Stream {
     /// Seconds after which to end [default: at Ctrl-C].
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     seconds: Option<f64>,
-    /// Also write the records, 50 a second, to a CSV file: there when the command is done, not if
-    /// the port is lost.
+    /// Also write the records, 50 a second, to a CSV file: the file is there when the command is
+    /// done, but not if the port is lost.
     #[arg(long, value_name = "FILE.csv")]
     out: Option<std::path::PathBuf>,
     /// Also write the records to this CSV file as they come, for `palpate live --follow` or another

@@ -32,7 +32,7 @@ pub(super) struct Log {
 }
 
 enum Table {
-    /// Looked for when the first frame comes.
+    /// The table is looked for when the first frame comes.
     Unsought,
     Found(LogTable),
     Missing,

@@ -62,7 +62,7 @@ fn send_patch(path: &Path, patch: &[u8], session: &mut Session) -> Result<(), Er
     Ok(())
 }
 
-/// Sends a patch once: its nodes, or why not.
+/// Sends a patch once; returns its number of nodes, or why it was refused.
 fn sent(session: &mut Session, patch: &[u8]) -> Result<Result<u32, Refusal>, Error> {
     let answer = |message| match message {
         FromBoard::PatchTaken(nodes) => Some(Ok(nodes)),

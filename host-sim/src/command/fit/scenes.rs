@@ -42,7 +42,7 @@ pub(in super::super) struct Row {
     /// Name of the file, without `.toml`.
     scene: String,
     ended: Ended,
-    /// Reason if it missed the tolerance or failed.
+    /// Reason, if the fit missed the tolerance or failed.
     why: Option<String>,
     fit: Option<Fit>,
     trials: Vec<Trial>,
@@ -51,7 +51,7 @@ pub(in super::super) struct Row {
 /// Fit of one scene.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Fit {
-    /// From the folder of the scenes' fits.
+    /// Path of the patch, from the folder of the scenes' fits.
     patch: String,
     patch_crc32: u32,
     nodes: usize,
@@ -70,7 +70,7 @@ struct Summary<'a> {
     kept: usize,
     missed: usize,
     failed: usize,
-    /// Over the scenes that have a patch.
+    /// Largest error over the scenes that have a patch.
     largest_rms_pct: Option<f64>,
     fit: &'a FitOptions,
     rows: &'a [Row],

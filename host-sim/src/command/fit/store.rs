@@ -120,7 +120,7 @@ impl<'a> Store<'a> {
         self.folder.write_note(&name(job), &stored)
     }
 
-    /// The fit, if it was made from the same.
+    /// The stored fit, if it was made from the same problem.
     pub(super) fn fit(&self, problem: &str) -> Option<StoredFit> {
         let problem = checksum(problem);
         let noted = || serde_json::from_str(&self.folder.read_note(&fit_name(problem))?).ok();

@@ -17,7 +17,7 @@ const FILES: [(&str, &str); 5] = [
     ("palpate_live.wasm.gz", "application/gzip"),
 ];
 
-/// Served at once.
+/// Number of clients that are served at once.
 const CLIENTS: usize = 16;
 
 /// Time after which a silent client is dropped.

@@ -25,7 +25,7 @@ struct Promise<'a> {
     centred_rms_pct: f64,
     centred_worst_pct: f64,
     unseen_places: usize,
-    /// While the probe moves at the scene's speed.
+    /// Error while the probe moves at the scene's speed.
     moving: Option<MovingReport>,
     holds: bool,
 }
@@ -51,7 +51,7 @@ struct Summary<'a> {
     trials: &'a [JudgedCandidate],
 }
 
-/// Writes and prints it; returns the name of the patch file, if a model was found.
+/// Writes and prints the report; returns the name of the patch file, if a model was found.
 pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome, all: bool) -> Result<Option<String>, Error> {
     let (scene, machine) = (bench.scene, bench.machine);
     let mut patch = None;

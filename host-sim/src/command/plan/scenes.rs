@@ -52,7 +52,7 @@ pub(in super::super) struct Row {
 /// The model that was chosen.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Plan {
-    /// From the folder of the scenes' plans.
+    /// Path of the patch, from the folder of the scenes' plans.
     patch: String,
     patch_crc32: Option<u32>,
     nodes: usize,

@@ -14,7 +14,7 @@ pub(super) struct Worth {
     pub term: &'static str,
     /// Change of the cost of a tick [%], negative.
     pub cost_pct: f64,
-    /// Error of leaving it out, in words.
+    /// Error of leaving the term out, in words.
     pub error: String,
 }
 

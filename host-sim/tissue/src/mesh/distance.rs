@@ -49,7 +49,7 @@ pub(super) struct Bounds {
 pub struct Foot {
     /// The point [m].
     pub at_m: [f64; 3],
-    /// Distance to it [m], negative inside.
+    /// Distance to the surface [m], negative inside.
     pub distance_m: f64,
 }
 

@@ -27,17 +27,17 @@ pub struct SurfaceReport {
     pub format: &'static str,
     /// Triangles of the surface.
     pub triangles: usize,
-    /// Corners that its triangles share.
+    /// Corners that the triangles share.
     pub vertices: usize,
     /// Triangles that faced inward and were reversed.
     pub turned_triangles: usize,
     /// Triangles left out because two of their corners coincide.
     pub left_out: usize,
-    /// Closed surfaces inside, around hollows.
+    /// Closed surfaces inside, which bound hollows.
     pub hollows: usize,
     /// Extents along x, y, z [m].
     pub size_m: [f64; 3],
-    /// Volume that it encloses, without the hollows [m^3].
+    /// Volume that the surface encloses, without the hollows [m^3].
     pub volume_m3: f64,
 }
 

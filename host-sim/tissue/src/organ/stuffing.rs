@@ -35,7 +35,7 @@ struct Stuffing<'a> {
     sides: Vec<Side>,
     /// Points that were moved.
     moved: BTreeMap<u32, V3>,
-    /// By the names of both ends, the lower first.
+    /// Cuts by the names of both ends, the lower first.
     cuts: BTreeMap<[u32; 2], Cut>,
 }
 

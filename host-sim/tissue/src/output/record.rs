@@ -11,7 +11,7 @@ const HEAD: &str = "files that palpate wrote; the next run into this folder repl
 /// Names of the files that palpate wrote, and how many runs have written here.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Record {
-    /// Rises with every result: distinguishes a result from the one that it replaces.
+    /// Rises with every result and so distinguishes a result from the one that it replaces.
     pub(super) run: u64,
     pub(super) names: BTreeSet<String>,
 }
@@ -24,7 +24,7 @@ impl Record {
         Some(Self { run: head.strip_prefix(HEAD)?.parse().ok()?, names: names.lines().map(str::to_owned).collect() })
     }
 
-    /// Writes it, completely or not at all.
+    /// Writes the record, completely or not at all.
     pub(super) fn write(&self, folder: &Path) -> io::Result<()> {
         let mut text = format!("{HEAD}{}\n", self.run);
         for name in &self.names {

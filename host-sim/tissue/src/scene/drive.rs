@@ -12,7 +12,7 @@ pub enum Drive {
     Depth {
         /// Depths [m].
         holds_m: Vec<f64>,
-        /// Speed between them [m/s].
+        /// Speed between the holds [m/s].
         ramp_m_per_s: f64,
         /// Time at each [s].
         hold_s: f64,

@@ -17,12 +17,12 @@ const SAME: f64 = 1e-6;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "standing", rename_all = "kebab-case")]
 pub enum Standing {
-    /// Fitted to this scene, with measured errors.
+    /// The patch was fitted to this scene, with measured errors.
     Calibrated {
         /// Record of the fit, with the measured error.
         record: FitRecord,
     },
-    /// Fitted, but to another scene.
+    /// The patch was fitted to another scene.
     CalibratedForAnother {
         /// Differences, in words.
         differs: Vec<String>,
@@ -31,7 +31,7 @@ pub enum Standing {
         /// Error of the nearest trial.
         expected: Option<Expected>,
     },
-    /// Fitted under unknown conditions: the patch file has no record.
+    /// The patch was fitted under unknown conditions: its file has no record.
     Unrecorded {
         /// Number of places that it was fitted at.
         fitted_places: u32,

@@ -43,7 +43,7 @@ pub(super) fn ends<const W: usize>(group: &[Spring; W], nodes: &[Node]) -> Optio
     ends.as_flattened().iter().all(|n| *n < nodes.len()).then_some(ends)
 }
 
-/// From the first to the second end of each spring [m].
+/// Vector from the first to the second end of each spring [m].
 #[inline(always)]
 pub(super) fn along<const W: usize>(ends: [[usize; 2]; W], nodes: &[Node]) -> [Row; W] {
     let at = |n: usize| nodes.get(n).map_or([0.0; ROW], |node| node.x);

@@ -9,11 +9,11 @@ use crate::statics::{Unbalanced, Vector};
 /// Discs glued to the surface where the fit has not looked, pressed and sheared.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GluedVerdict {
-    /// Root mean square over discs and directions [%].
+    /// Root mean square error over discs and directions [%].
     pub rms_pct: f64,
-    /// The largest, with its sign [%].
+    /// Largest error over discs and directions, with its sign [%].
     pub worst_pct: f64,
-    /// Count of discs and directions.
+    /// Number of discs times directions.
     pub count: usize,
 }
 

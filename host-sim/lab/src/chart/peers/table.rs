@@ -57,9 +57,9 @@ pub enum PeerError {
         file: PathBuf,
         /// Number of the column, from 1.
         at: usize,
-        /// Name there, in quotes, or that there is none.
+        /// Name found at that column, in quotes, or that there is none.
         found: String,
-        /// Name that belongs there, in quotes, or that none does.
+        /// Name that belongs at that column, in quotes, or that none does.
         wanted: String,
     },
     /// A row that cannot be read.
@@ -71,7 +71,7 @@ pub enum PeerError {
         line: u64,
         /// Column.
         column: String,
-        /// Value there.
+        /// Value in that column.
         found: String,
         /// Rule that the value breaks.
         wanted: String,
@@ -142,7 +142,7 @@ impl Peer {
         Some((sum / self.moving_pct.len() as f64).sqrt())
     }
 
-    /// Whether it survived the deepest press.
+    /// Whether the peer survived the deepest press.
     #[must_use]
     pub fn survived(&self) -> bool {
         self.survives == "yes"
@@ -152,7 +152,7 @@ impl Peer {
 /// A table, as its first lines describe it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Peers {
-    /// Processor on which it was measured.
+    /// Processor on which the table was measured.
     pub machine: String,
     /// Day.
     pub date: String,

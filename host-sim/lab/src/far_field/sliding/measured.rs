@@ -30,7 +30,7 @@ const ELSEWHERE: [(f64, f64); 4] = [(1.0 / 3.0, 0.0), (2.0 / 3.0, 0.0), (4.0 / 3
 pub struct BoardShare {
     /// Name of the machine.
     pub machine: &'static str,
-    /// Units it counts.
+    /// Unit in which the machine counts cost.
     pub unit: &'static str,
     /// Number of these units.
     pub units: f64,
@@ -73,11 +73,11 @@ pub struct Measured {
     pub stable_ms: f64,
     /// Worst tick on the boards.
     pub boards: Vec<BoardShare>,
-    /// At rest along the path against the reference: largest error, with its sign, and root mean
-    /// square [%]. `None` if nodes are frozen.
+    /// Errors at rest along the path against the reference: the largest, with its sign, and the
+    /// root mean square [%]. `None` if nodes are frozen.
     pub rest_pct: Option<[f64; 2]>,
-    /// Largest part of it that is due to the rim springs, relative to the dense condensed outside
-    /// [%].
+    /// Largest part of these errors that is due to the rim springs, relative to the dense condensed
+    /// outside [%].
     pub rim_pct: Option<f64>,
     /// Every speed; `None` after a fault.
     pub slides: Vec<(f64, Option<Figures>)>,

@@ -16,7 +16,7 @@ use palpate_tissue::patch::{Memory, Patch};
 /// Nodes of a patch that move while the probe slides.
 #[derive(Clone, Copy, Debug)]
 pub enum Awake {
-    /// All of them: the product.
+    /// All nodes: the product.
     All,
     /// Nodes that the stress rule of paper 004 (7)-(8) keeps; the rest are frozen in place.
     Stressed(StressRule),
@@ -68,7 +68,7 @@ pub struct Slide {
     pub trajectory: Trajectory,
     /// Every tick, up to the fault if there was one.
     pub rows: Vec<Row>,
-    /// Fault that ended it early.
+    /// Fault that ended the run early.
     pub fault: Option<Fault>,
 }
 

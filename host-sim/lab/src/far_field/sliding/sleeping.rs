@@ -7,7 +7,7 @@ use palpate::{Fault, Model, State, Tuned, Vector3};
 
 /// Number of quiet ticks after which a node falls asleep.
 const QUIET_TICKS: u16 = 20;
-/// Number of ticks over which its travel is measured.
+/// Number of ticks over which a node's travel is measured.
 const TRAVEL_TICKS: u64 = 10;
 
 /// The product's forces and step on the nodes that are awake.

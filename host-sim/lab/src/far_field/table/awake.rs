@@ -72,7 +72,7 @@ pub struct Frozen {
     pub whole_nodes: usize,
     /// Distance of the press from the site [m].
     pub aside_m: f64,
-    /// Boundary condition around it.
+    /// Boundary condition around the region.
     pub held: Surroundings,
     /// Radius of the region [m].
     pub radius_m: f64,

@@ -10,7 +10,7 @@ use palpate_charts::{
 };
 use palpate_tissue::output::OutputFolder;
 
-/// Smaller errors are drawn there [%].
+/// Error at which smaller ones are drawn [%].
 const FLOOR_PCT: f64 = 0.01;
 
 /// An error of a row [%].
@@ -20,7 +20,7 @@ type Pick = fn(&Row) -> Option<f64>;
 struct Curve {
     title: String,
     pick: Pick,
-    /// Whether it has a limit for rim springs.
+    /// Whether rim springs have a promised limit of this error.
     promised: bool,
 }
 

@@ -15,7 +15,7 @@ use palpate_tissue::scene::Scene;
 /// Depths at the site [probe radii]: 1, 2, 4 and 8 mm under a radius of 8 mm.
 pub const DEPTHS_RADII: [f64; DEPTHS] = [0.125, 0.25, 0.5, 1.0];
 pub const DEPTHS: usize = 4;
-/// Number of them, from the shallowest on, that are promised.
+/// Number of these depths, from the shallowest on, for which an error is promised.
 pub const PROMISED_DEPTHS: usize = 3;
 /// Depth of presses beside the site [probe radii].
 pub const ASIDE_DEPTH_RADII: f64 = 0.5;
@@ -41,9 +41,9 @@ pub struct Setting {
 /// Forces over E along the probe's axis [m^2]; `None` where no equilibrium was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Presses {
-    /// At the site, by depth.
+    /// Forces at the site, by depth.
     pub centred: [Option<f64>; DEPTHS],
-    /// Beside it, by distance and direction.
+    /// Forces beside the site, by distance and direction.
     pub aside: [Vec<Option<f64>>; ASIDES],
     /// Stiffness over E of a disc of the probe's radius glued to the site and pressed, and of one
     /// sheared [m].
@@ -53,7 +53,7 @@ pub struct Presses {
 /// Errors of a force [%].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Errors {
-    /// At the site, by depth; `None` if one of the two forces is not known.
+    /// Errors at the site, by depth; `None` if one of the two forces is not known.
     pub centred_pct: [Option<f64>; DEPTHS],
     /// The largest over the directions, with its sign, by distance; `None` where one direction is
     /// not known.

@@ -27,9 +27,9 @@ pub struct Summary {
     /// Error limit of rim springs relative to dense S [%], from patches of this many probe radii
     /// on.
     pub promised_pct: f64,
-    /// See there.
+    /// Radius from which on that limit holds [probe radii].
     pub promised_from_probe_radii: f64,
-    /// Where they do not keep it; empty if they do.
+    /// Rows in which rim springs exceed that limit; empty if there are none.
     pub broken: Vec<String>,
     /// Patches that could not be cut, and why.
     pub left_out: Vec<String>,

@@ -10,7 +10,7 @@ use palpate_tissue::output::OutputFolder;
 /// Contents of a checkpoint file.
 #[derive(Deserialize, Serialize)]
 struct Checkpoint {
-    /// Fit of the walk, so that another fit does not continue it.
+    /// Name of the fit that walks, so that another fit does not continue the walk.
     of: String,
     walk: Walk,
     steps: Vec<[f64; 4]>,

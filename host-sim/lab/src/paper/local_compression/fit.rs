@@ -55,7 +55,7 @@ pub struct Step {
     pub stiffness_n_per_m: f64,
     /// d [N s/m].
     pub damping_n_s_per_m: f64,
-    /// Objective there [mm].
+    /// Objective with these values [mm].
     pub distance_mm: f64,
 }
 

@@ -68,7 +68,7 @@ impl StudyMethod {
         }
     }
 
-    /// Whether its masses are floored, so that a millisecond is its step.
+    /// Whether the masses are floored, so that the method can step by a millisecond.
     fn is_floored(&self) -> bool {
         matches!(self, Self::Charted(Method::Palpate | Method::Calibrated))
     }
@@ -100,8 +100,8 @@ impl StudyMethod {
         }
     }
 
-    /// The largest step with which it comes to rest under a force [s], or why it does not with the
-    /// shortest tried. `None` if it is not available.
+    /// The largest step with which the method comes to rest under a force [s], or why it does not
+    /// come to rest with the shortest tried. `None` if it is not available.
     ///
     /// # Errors
     /// Model or parameters that the core or the method rejects.

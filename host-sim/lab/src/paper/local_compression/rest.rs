@@ -37,7 +37,7 @@ pub struct Push {
 pub struct AtRest {
     /// Force on the finger [N].
     pub force_n: f64,
-    /// Depth of its tip below the rest surface [m].
+    /// Depth of the finger's tip below the rest surface [m].
     pub depth_m: f64,
     /// Virtual time to rest [s].
     pub virtual_s: f64,

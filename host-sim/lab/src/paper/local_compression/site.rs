@@ -63,7 +63,7 @@ impl Site {
     /// layers should not be blended.
     ///
     /// # Errors
-    /// None that [`Self::of`] did not have.
+    /// The errors of [`Self::of`] alone.
     pub fn refined(&self, scene: &PressScene, edge_m: f64, most_nodes: usize) -> Result<Self, Error> {
         let tissue = &self.block.tissue;
         let (place, reach_m) = (Vector3::from(tissue.site_m), 1.2 * scene.finger.radius_m);

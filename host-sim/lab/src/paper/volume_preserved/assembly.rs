@@ -48,7 +48,7 @@ pub struct Assembly<'a> {
     pub onto: Vec<usize>,
     /// Named points of the first organ at rest [m].
     pub landmarks: Vec<(String, Vector3<f64>)>,
-    /// Points of its upper surface at rest [m].
+    /// Points of the first organ's upper surface at rest [m].
     pub surface: Vec<Vector3<f64>>,
 }
 

@@ -61,7 +61,7 @@ pub struct Rest {
     pub measured: Measured,
     /// Steps since the previous move.
     pub steps: usize,
-    /// Whether it came to rest within the time allowed.
+    /// Whether the organs came to rest within the time allowed.
     pub at_rest: bool,
     /// CPU time [s].
     pub cpu_s: f64,

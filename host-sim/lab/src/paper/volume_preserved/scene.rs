@@ -26,7 +26,7 @@ pub struct HangingScene {
     pub poisson_ratio: f64,
     /// The organs; stiffnesses are relative to the first one's modulus.
     pub organ: Vec<OrganScene>,
-    /// Connecting tissue that joins them.
+    /// Connecting tissue that joins two of the organs.
     pub joint: JointScene,
     /// Surfaces that are fixed.
     pub fixed: Vec<FixedScene>,
@@ -63,7 +63,7 @@ pub struct OrganScene {
 pub struct JointScene {
     /// Organ whose surface is joined, point by point.
     pub organ: String,
-    /// Organ it is joined to.
+    /// Organ to which that organ is joined.
     pub onto: String,
     /// Lowest and highest corner of a box that contains the joined surface [m].
     pub box_m: [[f64; 3]; 2],

@@ -35,13 +35,13 @@ const NODES: usize = 130;
 const DEEP_M: f32 = 8e-3;
 /// Tissues whose slope is tabulated [Pa].
 pub const TABLED_PA: [f64; 3] = [3.5e3, 20e3, 100e3];
-/// Depths at which it is tabulated [m].
+/// Depths at which the slope is tabulated [m].
 pub const TABLED_M: [f64; 4] = [1e-3, 2e-3, 3e-3, 4e-3];
 /// Range of Young's moduli that are tried [Pa], and the factor from one to the next (1).
 const SOFTEST_PA: f64 = 3.5e3;
 const STIFFEST_PA: f64 = 200e3;
 const STEP: f64 = 1.25;
-/// Hands that hold it: H1 to H3.
+/// Hands that hold a device: H1 to H3.
 const HOLDING: std::ops::Range<usize> = 1..4;
 
 /// Slope of a tissue under the probe.
@@ -51,7 +51,7 @@ pub struct Slope {
     pub youngs_modulus_pa: f64,
     /// [m]
     pub depth_m: f64,
-    /// Force there [N].
+    /// Force at that depth [N].
     pub force_n: f64,
     /// [N/m]
     pub n_per_m: f64,
@@ -60,7 +60,7 @@ pub struct Slope {
 /// A device's ceiling.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Ceiling {
-    /// Name of its profile.
+    /// Name of the device's profile.
     pub device: String,
     /// One count [m].
     pub count_m: f64,
@@ -128,7 +128,7 @@ impl Scope {
         Ok(Self { devices, climb_pa })
     }
 
-    /// Every device in every hand that holds it.
+    /// Number of devices times hands that hold them.
     pub(super) fn cases(&self) -> usize {
         self.devices.len() * HOLDING.len()
     }

@@ -36,9 +36,9 @@ pub enum Promise {
 pub enum CaseTissue {
     /// The standard block as it is.
     Plain,
-    /// With a ball in it: ten times stiffer, 12 mm deep.
+    /// The standard block with a ball in it, ten times stiffer, 12 mm deep.
     Inclusion,
-    /// The probe rubs on it, with a coefficient of 0.5.
+    /// The probe rubs on the block, with a coefficient of 0.5.
     Frictional,
     /// The tissue stiffens, with an exponent of 20.
     Stiffening,

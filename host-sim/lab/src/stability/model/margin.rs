@@ -95,7 +95,7 @@ fn both(method: &BuiltMethod) -> Result<Verdict, Error> {
 pub struct Margin {
     /// Largest value that passes; `None` if neither the standard nor the smallest does.
     pub passes: Option<f64>,
-    /// Verdict just beyond it; `None` if the largest tried passes.
+    /// Verdict just beyond that value; `None` if the largest value tried passes.
     pub beyond: Option<Verdict>,
 }
 

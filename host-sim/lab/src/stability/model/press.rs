@@ -40,7 +40,7 @@ pub struct Trace {
     pub held_n: f64,
     /// Largest displacement of a node in the last 20 ms of the hold [m].
     pub moved_m: f64,
-    /// Change of the force in that time over its largest (1).
+    /// Change of the force in these 20 ms, divided by the largest force (1).
     pub force_change: f64,
     /// Largest displacement of a node half a second after the release [m].
     pub residual_m: f64,
@@ -84,7 +84,7 @@ impl Watch {
         Self { tets, position_m: rest_m.clone(), rest_m, trace }
     }
 
-    /// The depth where it diverged, if so.
+    /// Runs a whole stimulus; the error is the depth at which the method diverged [m].
     fn whole(&mut self, block: &Block, running: &mut dyn RunningMethod, stimulus: &Stimulus) -> Result<(), f64> {
         let tick_s = f64::from(block.params.tick_s);
         let ticks = |seconds: f64| (seconds / tick_s).ceil() as usize;

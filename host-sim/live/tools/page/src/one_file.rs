@@ -28,7 +28,7 @@ const PARTS: &str = r#"<script>
 </script>
 "#;
 
-/// Writes it beside the module and its JavaScript, from the page's own files in `web`.
+/// Writes the single file beside the module and its JavaScript, from the page's own files in `web`.
 pub fn write(folder: &Path, web: &Path) -> Result<(), String> {
     let read = |path: &Path| std::fs::read(path).map_err(|why| format!("{}: {why}", path.display()));
     let text = |path: &Path| String::from_utf8(read(path)?).map_err(|why| format!("{}: {why}", path.display()));

@@ -12,11 +12,11 @@ use crate::closed_loop::watch::Broken;
 /// Result of a campaign run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// The moment of its fault came.
+    /// Whether the moment of the case's fault came.
     pub injected: bool,
     /// Ticks from the injection to the required reaction; 1 in the same tick.
     pub reaction_ticks: Option<u32>,
-    /// Fault that ended it.
+    /// Fault that ended the run.
     pub fault: Option<Fault>,
     /// Strongest force from the injection on [N].
     pub peak_n: f32,

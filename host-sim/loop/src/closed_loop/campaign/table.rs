@@ -23,7 +23,7 @@ pub struct Row {
     pub detected: u64,
     /// Number of runs by ticks until the reaction.
     pub reaction_ticks: BTreeMap<u32, u64>,
-    /// Strongest force after it [N].
+    /// Strongest force after the injected fault [N].
     pub peak_n: f32,
     /// Runs that broke an invariant.
     pub broken: u64,

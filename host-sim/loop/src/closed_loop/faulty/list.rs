@@ -13,8 +13,9 @@ const FAST: &[Fault] = &[Fault::OverSpeed];
 const FAR: &[Fault] = &[Fault::OverSpeed, Fault::OutOfWorkspace];
 const LATE: &[Fault] = &[Fault::DeadlineMissed];
 const NAN_FORCE: &[Fault] = &[Fault::ForceNotFinite];
-/// It lasts ten ticks, or it has pushed the probe out earlier and asks for five more there: no
-/// force of it acts.
+/// Faults that end a force far above the limit: the first one after ten ticks, the second one if
+/// that force has pushed the probe out earlier and is still asked for in five ticks outside, where
+/// none of it acts.
 const LONG_FORCE: &[Fault] = &[Fault::ForceImplausible, Fault::TipApart];
 const NODE: &[Fault] = &[Fault::Diverged, Fault::ForceNotFinite];
 const AWAY: &[Fault] = &[Fault::Runaway, Fault::WrongSign];

@@ -36,7 +36,7 @@ pub struct PathOutcome {
     pub seen: Seen,
     /// Invariants broken, each once, with the tick along the path.
     pub broken: Vec<(Broken, u32)>,
-    /// Fault that ended it.
+    /// Fault that ended the path.
     pub fault: Option<Fault>,
     /// Until its end the tip was no faster than a hand, and no corner was so sharp that the encoder
     /// may rightly be called stuck.

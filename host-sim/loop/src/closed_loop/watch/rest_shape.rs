@@ -70,7 +70,7 @@ impl RestShape for HalfSpace {
 pub struct Placed {
     /// The shape in its own frame.
     pub shape: Arc<dyn RestShape>,
-    /// From the caller's frame to the shape's own.
+    /// Rotation from the caller's frame to the shape's own.
     pub turn: Matrix3<f64>,
     /// Origin of the caller's frame in the shape's frame [m].
     pub shift_m: Vector3<f64>,

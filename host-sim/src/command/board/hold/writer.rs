@@ -14,7 +14,7 @@ use crate::error::Error;
 const QUEUE: usize = 500;
 /// Longest wait for the disk at the end, when there is no force any more.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// Between two looks at whether it is done.
+/// Time between two looks at whether the writer is done.
 const LOOK: Duration = Duration::from_millis(1);
 
 /// Where rows go.

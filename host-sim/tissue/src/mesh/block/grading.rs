@@ -63,7 +63,7 @@ impl Grading {
         size.min(self.max_size()).min(self.room(p))
     }
 
-    /// The thinnest side: a block is at least one element thick.
+    /// Largest size of an element: the thinnest side, since a block is at least one element thick.
     fn max_size(&self) -> f64 {
         let side = |k: usize| self.high[k] - self.low[k];
         side(0).min(side(1)).min(side(2))
