@@ -30,7 +30,7 @@ fn main() {
             println!("cargo::rerun-if-changed={path}");
         }
     }
-    // outside a repository there is none, and results say that
+    // outside a repository there is no commit, and results say that
     let commit = git(&["describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]);
     println!("cargo::rustc-env=PALPATE_COMMIT={}", commit.unwrap_or_default());
 }

@@ -92,8 +92,8 @@ pub enum BuildError {
         /// Bits of the word.
         found: u32,
     },
-    /// The probe is a capsule or an ellipsoid, which this build leaves out: it has not the feature
-    /// `long-tips`.
+    /// The probe is a capsule or an ellipsoid, which this build leaves out: its feature `long-tips`
+    /// is off.
     NoSuchTip,
 }
 

@@ -66,14 +66,14 @@ impl Placement {
         self.site_m + self.turn_to_patch(point_m)
     }
 
-    /// A point of the patch's frame in the device's [m].
+    /// Moves a point from the patch's frame into the device's [m].
     #[inline(always)]
     #[must_use]
     pub fn to_device(&self, point_m: Vector3<f32>) -> Vector3<f32> {
         self.turn_to_device(point_m - self.site_m)
     }
 
-    /// A force [N] or a direction of the device's frame in the patch's.
+    /// Turns a force [N] or a direction from the device's frame into the patch's.
     #[inline(always)]
     #[must_use]
     pub fn turn_to_patch(&self, vector: Vector3<f32>) -> Vector3<f32> {

@@ -276,7 +276,7 @@ impl BoardOnAPort {
     /// line when it ends.
     ///
     /// # Panics
-    /// One still acts then.
+    /// A force still acts then.
     pub fn wait_for_no_force(&self, ticks: u64) -> u64 {
         let begun = self.truth().records;
         let truth = self.wait_for("an end of the force", |truth| truth.force_n() == 0.0 && !truth.record.enabled);

@@ -52,7 +52,7 @@ pub fn has(tool: &str, asked: &str, skipped: &str) -> bool {
 /// The static library, which cargo built beside this test.
 ///
 /// # Panics
-/// It is not there.
+/// The library was not built.
 #[must_use]
 pub fn library() -> PathBuf {
     let own = std::env::current_exe().expect("a test knows its own program");

@@ -54,7 +54,7 @@ impl Debugger {
     /// Reads words of memory.
     ///
     /// # Errors
-    /// Nothing is there.
+    /// No memory is at this address.
     pub fn read(&mut self, address: u32, words: usize) -> io::Result<Vec<u32>> {
         let answer = self.ask(&format!("m{address:x},{:x}", 4 * words))?;
         let bytes = bytes(&answer).filter(|bytes| bytes.len() == 4 * words).ok_or_else(|| refused("read", &answer))?;
@@ -64,7 +64,7 @@ impl Debugger {
     /// Writes bytes into memory, also into code.
     ///
     /// # Errors
-    /// Nothing is there.
+    /// No memory is at this address.
     pub fn write(&mut self, address: u32, bytes: &[u8]) -> io::Result<()> {
         self.expect(&format!("M{address:x},{:x}:{}", bytes.len(), hex(bytes)), "OK")
     }

@@ -40,7 +40,7 @@ pub fn sections(elf: &Path) -> Vec<(String, u64, u64)> {
     text.lines().filter_map(row).collect()
 }
 
-/// Address of the variable whose path ends so.
+/// Address of the variable whose path ends with `name`.
 ///
 /// # Panics
 /// When the toolchain has no `llvm-tools`, or the image has no such variable.

@@ -104,7 +104,7 @@ impl Desk {
         self.0.path()
     }
 
-    /// Puts a file there.
+    /// Puts a file into the folder.
     pub fn put(&self, name: &str, content: impl AsRef<[u8]>) {
         std::fs::write(self.0.path().join(name), content).expect("a temporary folder can be written");
     }

@@ -1,4 +1,5 @@
-//! The JSON schema of summaries, checked: the keywords that it uses, and no others.
+//! Checks summaries against the JSON schema, of whose language it knows the keywords in use and no
+//! others.
 
 use std::path::Path;
 use std::sync::OnceLock;

@@ -49,7 +49,8 @@ pub struct SignWatch {
     proven: bool,
     /// Contacts in a row in which the force accelerated the probe.
     driven: u8,
-    /// Work that the force should have taken, and the signed square of the speed then [J, m^2/s^2].
+    /// Work that the force should have taken when the speed was last recorded, and the signed
+    /// square of that speed [J, m^2/s^2].
     taken_j: f32,
     square: f32,
     /// Growth of the square of the speed per work in the last doubling in which the speed grew

@@ -57,9 +57,11 @@ pub struct UnitWatch {
     change_m: Vector3<f32>,
     /// Displacement since the last rest [m].
     gone_m: Vector3<f32>,
-    /// Steps that were too long; [`u8::MAX`] once one was not, or there is nothing to compare with.
+    /// Steps that were too long; [`u8::MAX`] once one was not too long, or if there is nothing to
+    /// compare with.
     long: u8,
-    /// Motions that were too short; [`u8::MAX`] likewise.
+    /// Motions that were too short; [`u8::MAX`] once one was not too short, or if there is nothing
+    /// to compare with.
     short: u8,
 }
 
@@ -128,7 +130,7 @@ impl UnitWatch {
         }
     }
 
-    /// Judges anew.
+    /// Begins to judge again.
     pub fn reset(&mut self) {
         let counted = if self.longest_m2 > 0.0 { 0 } else { PASSED };
         (self.equal, self.long, self.short) = (0, counted, counted);

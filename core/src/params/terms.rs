@@ -9,11 +9,11 @@ pub struct Terms {
     pub compensation: bool,
     /// Rim springs, the far field.
     pub rim: bool,
-    /// The mass floor acts on the motion of neighbours relative to each other. Off, it acts on each
-    /// node by itself.
+    /// The mass floor acts on the motion of neighbours relative to each other. When this is off, it
+    /// acts on each node by itself.
     pub relative_mass: bool,
-    /// Where that is off: the mass floor leaves out the smoothest common motion, on one field and
-    /// without a sum over neighbours, for boards that have no time for the sum.
+    /// Where `relative_mass` is off, the mass floor leaves out the smoothest common motion, on one
+    /// field and without a sum over neighbours, for boards that have no time for the sum.
     pub smooth_mass: bool,
     /// Tissue stiffens by [`super::Params::stiffening_b`]. If that is zero, the term costs nothing.
     pub stiffening: bool,

@@ -170,7 +170,7 @@ fn without_floor(tuned: &Tuned, floored: &Floored, probe_m_per_s: Vector3<f32>, 
     let fastest = if square > floored.fastest { square } else { floored.fastest };
     let gain_n = power_w * probe_m_per_s.dot(&normal);
     let most_n = push_n * fastest;
-    // without a division: a probe and a tissue at rest gain nothing
+    // compared without a division, so that a probe and a tissue at rest gain nothing
     if gain_n > most_n {
         push_n
     } else if gain_n < -most_n {

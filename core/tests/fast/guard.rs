@@ -65,7 +65,7 @@ impl Tissue {
         self.at(Vector3::new(0.0, 0.0, z_m))
     }
 
-    /// Approaches from free space and presses this deep at 40 mm/s, then waits [m].
+    /// Approaches from free space, presses to a depth [m] at 40 mm/s, and waits.
     pub fn press(&mut self, depth_m: f32) -> Output {
         self.high(5e-3);
         let ticks = ((5e-3 + depth_m) / 40e-6) as usize;

@@ -128,7 +128,7 @@ fn late_ticks_hide_no_runaway() {
     };
     let in_time = faulted(&[]).unwrap();
     assert!((50..80).contains(&in_time), "tick {in_time}");
-    // as many as are tolerated, just before
+    // as many late ticks as are tolerated, just before that tick
     let late = [8, 6, 4, 2].map(|before| in_time - before);
     let found = faulted(&late).unwrap();
     assert!((in_time - 8..=in_time).contains(&found), "tick {found} instead of {in_time}");

@@ -1,5 +1,5 @@
 //! The interface of a board to the controller. `firmware/src/board/` implements it for real and
-//! emulated boards, tests for a mock board.
+//! emulated boards, and the tests implement it for a mock board.
 
 use palpate::Fault;
 

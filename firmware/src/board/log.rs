@@ -77,7 +77,7 @@ unsafe impl defmt::Logger for Logger {
         // SAFETY: interrupts are off.
         let state = unsafe { &mut *SHARED.0.get() };
         if state.begun {
-            state.encoder = Encoder::new(); // of a frame that a fault cut
+            state.encoder = Encoder::new(); // the old one belongs to a frame that a fault cut off
         }
         (state.begun, state.were_on) = (true, were_on);
         let State { encoder, ring, to_link, .. } = state;

@@ -81,7 +81,7 @@ pub fn stiffness_matrix(folder: &Path, name: &str, matrix: &StiffnessMatrix) -> 
     save(folder, name, matrix)
 }
 
-/// Left of the columns, above the rows, below them [px].
+/// Margins left of the columns, above the rows and below them [px].
 const LEFT_PX: f64 = 168.0;
 const TOP_PX: f64 = 126.0;
 const BELOW_PX: f64 = 66.0;

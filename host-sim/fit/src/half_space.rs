@@ -6,7 +6,7 @@
 //! then relaxes alone. Loading and hold are Lee and Radok's solution (1960), the retreat is Ting's
 //! (1966); both are also given as integrals, to check the row.
 //!
-//! Double precision, nothing of the patch's code.
+//! Everything is computed in double precision, and nothing uses the patch's code.
 
 /// A ball that presses a half-space which relaxes.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,7 +38,7 @@ impl HalfSpace {
         self.terms.iter().fold(1.0, |left, (share, time_s)| left - share * (1.0 - (-t_s / time_s).exp()))
     }
 
-    /// Force of the row [N] at each of these depths [m], `dt_s` apart, from rest: any motion.
+    /// Force of the row [N] at each of these depths [m], `dt_s` apart, for any motion from rest.
     #[must_use]
     pub fn forces_n(&self, depths_m: &[f64], dt_s: f64) -> Vec<f64> {
         let deepest_m = depths_m.iter().copied().fold(0.0, f64::max);

@@ -95,7 +95,7 @@ impl Solved {
     /// and stored.
     ///
     /// # Errors
-    /// Those of `solve`. Failing to read or store an answer is not an error.
+    /// The errors of `solve`. Failing to read or store an answer is not an error.
     pub fn answer<E>(&self, problem: &str, count: usize, solve: impl FnOnce() -> Result<Vec<f64>, E>) -> Result<Vec<f64>, E> {
         let problem = format!("elements {:016x}\n{problem}", elements());
         let file = self.folder.join(format!("{:016x}.txt", checksum(&problem)));

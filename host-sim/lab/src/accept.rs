@@ -1,9 +1,9 @@
-//! The model against raw measurements that others made, and against closed forms of contact: for
-//! each data set what is fitted, what is predicted, and what the same prediction is without the
-//! term that it tests.
+//! Compares the model with raw measurements that others made, and with closed forms of contact. For
+//! each data set it shows what is fitted, what is predicted, and what the same prediction is
+//! without the term that is tested.
 //!
-//! A row is accepted if every figure lies where it was measured and if at least one of them does
-//! not without the term: a test that passes either way says nothing about the term.
+//! A row is accepted if every figure lies where it was measured, and if at least one of them lies
+//! elsewhere without the term: a test that passes either way says nothing about the term.
 
 mod beef;
 mod bench;

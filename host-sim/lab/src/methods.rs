@@ -64,7 +64,8 @@ pub trait RunningMethod {
         ClampFlags::DEFAULT
     }
 
-    /// Floating-point operations that the last tick spent in solves; 0 for methods without.
+    /// Floating-point operations that the last tick spent in solves; 0 for methods without a
+    /// solver.
     fn solver_flops(&self) -> f64 {
         0.0
     }

@@ -1,5 +1,5 @@
-//! The two papers this project implements, run: every figure and table of theirs that can be
-//! reproduced without their data, with the claims that held and those that did not.
+//! Runs the two papers that this project implements: every figure and table that can be reproduced
+//! without their data, with the claims that held and those that did not.
 //!
 //! 000: *volume preserved mass-spring model* (liver and gallbladder, hung). 004: *local compression
 //! deformation of soft tissue* (abdomen and foot, pressed).

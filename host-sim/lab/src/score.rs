@@ -56,7 +56,7 @@ impl Weights {
     /// Shares that are above zero and sum to 1.
     ///
     /// # Errors
-    /// One is not above zero, or the sum is not 1 within 1e-9.
+    /// A share is not above zero, or the sum is not 1 within 1e-9.
     pub fn new(shares: [f64; 3]) -> Result<Self, ScoreError> {
         let sum: f64 = shares.iter().sum();
         let positive = shares.iter().all(|w| *w > 0.0);

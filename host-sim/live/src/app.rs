@@ -138,7 +138,7 @@ impl App {
                         self.camera = Camera::of(at_m, size_m);
                     }
                     self.pointer.begin(&self.shape.body);
-                    // what was felt of another tissue is over
+                    // the force of another tissue is no longer shown
                     self.frame = Frame {
                         body: self.shape.body.number,
                         nodes_m: self.shape.body.rest_m.clone(),

@@ -1,4 +1,4 @@
-//! The body to draw, of a tissue.
+//! The body of a tissue, for drawing.
 
 use palpate::{Probe, ProbeShape};
 use palpate_loop::live::{Choice, LiveTissue};

@@ -119,7 +119,7 @@ mod window {
         let refused = feed.refused();
         window("Palpate live: board", arguments, move |ctx| Box::new(Follow::new(ctx, feed, name, out)))?;
         match refused.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            // it was replaced by another table, which the window said
+            // the file was replaced by another table, as the window said
             Some(why) => Err(why),
             None => Ok(ExitCode::SUCCESS),
         }

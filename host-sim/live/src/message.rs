@@ -32,7 +32,7 @@ pub enum Request {
 /// An answer of the physics.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum Answer {
-    /// Another tissue is there.
+    /// The tissue was replaced by another one.
     Body(Box<Body>),
     /// State of the simulation to be drawn.
     Frame(Box<Frame>),

@@ -1,5 +1,5 @@
-//! The touch under way, or else the last one: what is left of its force with time, which a hold
-//! lets fade, and how much of it drags along the surface.
+//! The touch under way, or else the last one: how its force fades in a hold, and how much of the
+//! force drags along the surface.
 
 use eframe::egui::{Align2, Color32, FontId, Painter, Rect, Shape as Drawn, Stroke, pos2, vec2};
 

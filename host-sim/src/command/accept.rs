@@ -142,7 +142,7 @@ fn refusal(row: &Row) -> String {
 
 /// The figure of a row that is nearest to the end of its range.
 fn print_nearest(row: &Row) {
-    // an error is best at zero, anything else in the middle
+    // an error is best at zero, any other figure in the middle of its range
     let used = |figure: &Figure| match figure.accepted {
         [0.0, high] => figure.ours / high,
         [low, high] => ((figure.ours - low.midpoint(high)) / (0.5 * (high - low))).abs(),

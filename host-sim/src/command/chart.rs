@@ -222,7 +222,7 @@ impl Chart {
         Ok(runs)
     }
 
-    /// Methods of these numbers in tissue with terms, on the block of 20 kPa.
+    /// Measures the methods of these numbers in tissue with terms, on the block of 20 kPa.
     fn terms(&self, methods: Range<usize>) -> Result<Vec<TermErrors>, Error> {
         let nodes = if self.options.quick { QUICK_NODES } else { NODES };
         let steps = Steps::new("terms", methods.len());

@@ -22,7 +22,7 @@ pub(super) enum PaperCommand {
     /// fail.
     ///
     /// Writes report.md, summary.json, every curve as CSV and pictures as SVG and PNG. The
-    /// annealing writes down where it is: stopped, the same command goes on.
+    /// annealing saves its state at intervals: if it is stopped, the same command continues it.
     LocalCompression(LocalCompressionArgs),
 }
 

@@ -67,7 +67,7 @@ impl Tools {
     fn command(&self, program: &OsString) -> Command {
         let mut command = Command::new(program);
         command.current_dir(&self.package);
-        // relative to the user's working folder, not to the package
+        // these paths are relative to the user's working folder, not to the package
         for variable in ["CARGO_TARGET_DIR", "CARGO_BUILD_TARGET_DIR"] {
             if let Some(folder) = std::env::var_os(variable).filter(|f| !f.is_empty())
                 && let Ok(folder) = std::path::absolute(folder)

@@ -48,7 +48,8 @@ enum Dimension {
 /// Loads a device by name or from a file: its data for the loop, and the board's checked profile.
 ///
 /// # Errors
-/// No such device or file; a key or number that is wrong; a mechanism that cannot move so.
+/// No such device or file; a key or number that is wrong; a mechanism that cannot move as the
+/// device does.
 pub fn load(name_or_file: &str) -> Result<(DeviceProfile, Profile), Error> {
     let device = DeviceProfile::load(name_or_file)?;
     // its own centre is the site

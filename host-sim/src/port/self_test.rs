@@ -15,7 +15,7 @@ use palpate_controller::patch::{Memory, Patch};
 use palpate_controller::script::{self, LEAD_TICKS};
 use serde::Deserialize;
 
-/// Begins every report, after the brace.
+/// Key that begins every report, after the brace.
 const KEY: &str = "{\"palpate_self_test\":";
 /// Largest number of ticks that are run here for a report: a minute of the board's time.
 const MOST_TICKS: u32 = 60_000;

@@ -223,7 +223,8 @@ pub struct RegionScene {
     /// Name of the region: `skin`, `fat`, `muscle` or `viscera` of the abdomen; `skin`, `fat pad`
     /// or `deep tissue` of the foot.
     pub name: String,
-    /// Young's modulus of the region [Pa]: the long-term one where the tissue's is given so.
+    /// Young's modulus of the region [Pa]: the long-term one where that of the tissue is a
+    /// long-term one.
     ///
     /// * range: 1 to 1e9
     /// * source: beside each value in `abdomen-press.toml` and `foot-press.toml`

@@ -68,7 +68,7 @@ impl Edit {
 /// Reads the list.
 ///
 /// # Errors
-/// It is not readable, or two mistakes have one name.
+/// The list is not readable, or two mistakes have one name.
 pub fn read(root: &Path) -> Result<Vec<Mutant>, String> {
     let text = fs::read_to_string(root.join(LIST)).map_err(|error| format!("{LIST}: {error}"))?;
     let list: List = toml::from_str(&text).map_err(|error| format!("{LIST}: {error}"))?;

@@ -16,7 +16,7 @@ pub enum Verdict {
     Endless,
     /// Every test passed.
     Survived,
-    /// The compiler refused it: it proves nothing.
+    /// The compiler refused the mistake, which proves nothing.
     Unbuilt,
 }
 

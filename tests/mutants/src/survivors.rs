@@ -49,7 +49,7 @@ impl Survivor {
 /// Reads the list.
 ///
 /// # Errors
-/// It is not readable, or an entry has no reason.
+/// The list is not readable, or an entry has no reason.
 pub fn read(root: &Path) -> Result<Vec<Survivor>, String> {
     let text = fs::read_to_string(root.join(SURVIVORS)).map_err(|error| format!("{SURVIVORS}: {error}"))?;
     let list: List = toml::from_str(&text).map_err(|error| format!("{SURVIVORS}: {error}"))?;

@@ -41,7 +41,7 @@ const LEAVES_AT: u32 = 20;
 const ARM_AT: u32 = 40;
 /// Ticks outside the tissue: arming, ramp-in, and the transfer of the bytes.
 const LEAD_TICKS: u32 = script::LEAD_TICKS + 50;
-/// Through the tap and into its hold; the long form continues through the slide.
+/// Ticks through the tap and into its hold; the long form of the test continues through the slide.
 const PRESSED_TICKS: u32 = LEAD_TICKS + 100;
 /// No force acts longer than this after the last completed tick [ms].
 const OFF_MS: u32 = 5;

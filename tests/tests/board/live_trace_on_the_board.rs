@@ -21,7 +21,7 @@ fn choice(nodes: usize) -> Choice {
     Choice { nodes: Some(nodes), ..Choice::preset("block") }
 }
 
-/// A press, a stiffer tissue, a slide.
+/// Records a press, a stiffer tissue and a slide.
 fn recorded(choice: &Choice, holding: &Holding, stiffer_pa: f64) -> Trace {
     let mut live = Live::new(choice, holding).unwrap();
     live.record().unwrap();

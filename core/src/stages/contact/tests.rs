@@ -1,4 +1,4 @@
-//! The candidates against every triangle's box, on a shipped patch, for every shape of probe.
+//! Compares the candidates with every triangle's box, on a shipped patch, for every shape of probe.
 
 extern crate std;
 

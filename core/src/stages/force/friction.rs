@@ -240,7 +240,8 @@ mod tests {
         assert!((at(1e-3, 1.0) - 0.25 * pulled).abs() < 1e-9, "they leave and take their share");
     }
 
-    /// Nodes with a bristle, in order, each with its slope, after the nodes touched in this order.
+    /// Claims a bristle for each of `nodes` in this order, adds one to its slope, and returns how
+    /// many were claimed.
     fn met(bristles: &mut [Bristle], live: &mut usize, nodes: &[u16]) -> usize {
         let mut met = 0;
         for &node in nodes {

@@ -145,8 +145,8 @@ pub struct Identity {
     pub patch_checksum: u32,
     /// Young's modulus of the patch [Pa]; 0 while there is no patch.
     pub youngs_modulus_pa: f32,
-    /// Checksum of the image's sources and features, which its ELF file holds too: whose log this
-    /// is. 0 is unknown.
+    /// Checksum of the image's sources and features, which its ELF file holds too. It identifies
+    /// the image whose log this is. 0 is unknown.
     pub image: u32,
 }
 

@@ -1,4 +1,4 @@
-//! A host on the link of such a board.
+//! A host on the link of a mock board.
 
 use std::future::Future;
 use std::pin::pin;

@@ -15,9 +15,9 @@ type Column = fn(&TickRow) -> f64;
 
 /// Presses a scene, a preset's name or the path of a scene file, as `palpate press` does.
 ///
-/// A dict: `t_s`, `tip_m`, `command_m`, `force_n`, `depth_m` and `tick_us` have a row for every
-/// tick; `hold_target`, `hold_force_n` and `hold_depth_m` one for every hold; besides `residual_m`,
-/// `state_hash` and `fault`.
+/// Returns a dict: `t_s`, `tip_m`, `command_m`, `force_n`, `depth_m` and `tick_us` have a row for
+/// every tick; `hold_target`, `hold_force_n` and `hold_depth_m` have one for every hold;
+/// `residual_m`, `state_hash` and `fault` are single values.
 #[pyfunction]
 pub fn press<'py>(py: Python<'py>, scene: &str) -> PyResult<Bound<'py, PyDict>> {
     let pressed = py.detach(|| {

@@ -32,7 +32,7 @@ pub fn room<DB: DrawingBackend>(area: &Area<DB>, data: &SpeedAccuracy) -> Result
     Ok(room)
 }
 
-/// Draws the column with its upper left corner there.
+/// Draws the column with its upper left corner at a point.
 pub fn draw<DB: DrawingBackend>(area: &Area<DB>, data: &SpeedAccuracy, left: i32, top: i32) -> Drawn<DB> {
     let mut y = top + px(8.0);
     let say = |words: &str, x: f64, y: i32, color| {

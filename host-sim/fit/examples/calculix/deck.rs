@@ -29,7 +29,7 @@ pub const DRAG_DEPTH_MM: f64 = 2.0;
 pub const DRAGS_MM: [f64; 4] = [0.1, 0.25, 0.5, 1.0];
 /// Relaxation of a hold: shares of the shear modulus, and times [s].
 pub const TERMS: [[f64; 2]; 2] = [[0.3, 0.5], [0.2, 5.0]];
-/// Times of a hold [s]; it is pressed within the first thousandth.
+/// Times in a hold at which forces are read [s]; the press takes the first thousandth of a second.
 pub const HOLDS_S: [f64; 2] = [1.0, 10.0];
 pub const PRESSED_S: f64 = 1e-3;
 

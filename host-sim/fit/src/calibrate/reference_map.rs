@@ -1,4 +1,4 @@
-//! The reference between its solved depths and places.
+//! Interpolates the reference between its solved depths and places.
 //!
 //! Over depth, the force divided by depth^1.5 (Hertz) varies smoothly and slowly, and is
 //! interpolated by a cubic through the four nearest depths. Over the top of a homogeneous block the

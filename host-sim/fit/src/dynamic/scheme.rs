@@ -81,7 +81,7 @@ impl Scheme {
         Nodes { displacement_m, velocity_m_per_s: velocity.collect(), acceleration_m_per_s2: acceleration }
     }
 
-    /// Displacements at the end of the step without an acceleration there [m].
+    /// Displacements at the end of the step if the acceleration there is zero [m].
     fn free(&self, nodes: &Nodes, step_s: f64) -> Vec<Vector3<f64>> {
         let all = nodes.displacement_m.iter().zip(&nodes.velocity_m_per_s).zip(&nodes.acceleration_m_per_s2);
         all.map(|((u, v), a)| u + v * step_s + a * (step_s * step_s * (0.5 - self.beta))).collect()

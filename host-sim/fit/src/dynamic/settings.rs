@@ -44,7 +44,7 @@ impl Settings {
     /// Checks every setting against its range.
     ///
     /// # Errors
-    /// The first one outside, by name, with the range.
+    /// The first setting outside its range, by name.
     pub fn check(&self) -> Result<(), DynamicError> {
         let ranges = [
             ("step_s", self.step_s, 1e-6, 1e-1, "from 1e-6 to 0.1 s"),

@@ -1,4 +1,4 @@
-//! The reference of an organ between its solved places and depths.
+//! Interpolates the reference of an organ between its solved places and depths.
 //!
 //! A mesh has flat facets, and a small contact is sensitive to its position among them. The
 //! geometric part of that is removed first: the *effective depth* of a press is the depth at which

@@ -255,7 +255,7 @@ pub fn search(bench: &Bench, supply: &mut Supply) -> Result<Outcome, Error> {
         (outcome.trials, outcome.unfitted) = (ladder.trials, ladder.unfitted);
         return Ok(outcome);
     }
-    // the best that this board reaches: the best two, fitted in full
+    // no candidate was chosen: the best two are fitted in full, to say what this board reaches
     let mut known: Vec<(usize, f64)> =
         inside.iter().filter_map(|s| Some((*s, ladder.trials[ladder.steps[*s].screened.flatten()?].keeps_pct))).collect();
     known.sort_by(|a, b| a.1.total_cmp(&b.1));

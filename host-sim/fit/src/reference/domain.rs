@@ -105,8 +105,8 @@ impl BlockCase {
     }
 }
 
-/// An imported mesh on its underside: triangles that face away from the press, other than in a
-/// hollow inside, are fixed, all others may touch the probe.
+/// An imported mesh on its underside. Triangles that face away from the press, other than in a
+/// hollow inside, are fixed; all others may touch the probe.
 #[must_use]
 pub fn mesh_body(mesh: &TetMesh, axis: &Vector3<f64>, material: &Material, rule: TetRule) -> Body {
     // corners keep their numbers

@@ -135,7 +135,7 @@ pub fn solve_bumps(
     let mut ratio: Vec<Vec<f64>> = tasks.par_iter().with_max_len(1).map(one).collect::<Result<_, _>>()?;
     let fine = ratio.remove(0);
     let coarse = ratio.get(highest).cloned().unwrap_or_default();
-    // second order in the edge in the ball, as facets are chords
+    // the error is of second order in the edge length in the ball, because facets are chords
     let gain = (coarser.ball / finer.ball).powi(2) - 1.0;
     let changes = || fine.iter().zip(&coarse).map(|(f, c)| ((f - c) / gain, f - 1.0));
     let error = changes().map(|(change, bump)| (change / bump).abs()).fold(0.0, f64::max);
@@ -169,9 +169,9 @@ pub fn solve_bumps(
 }
 
 impl Bumps {
-    /// Returns them with their terms: the sum over the inclusions of `c_k / (1 + (s / z)^2)^k`, s
-    /// the distance from the point above an inclusion z deep. Such is the force that a ball in a
-    /// half-space leaves on its surface, whatever the press.
+    /// Returns the bumps with their terms: the sum over the inclusions of `c_k / (1 + (s /
+    /// z)^2)^k`, s the distance from the point above an inclusion z deep. The force that a ball in
+    /// a half-space adds on its surface has this form, whatever the press.
     fn between(mut self) -> Option<Self> {
         let known = self.places_m.get(..self.known_places)?;
         let rows: Vec<Vec<f64>> = known.iter().map(|place| self.shapes(*place)).collect();

@@ -68,7 +68,7 @@ pub fn top_nodes(tissue: &Tissue) -> Vec<(usize, Vector)> {
 /// Meshes the block of a scene for its patch.
 ///
 /// # Errors
-/// A block that cannot be meshed so.
+/// A block that cannot be meshed with these elements.
 pub fn prepare(scene: &Scene) -> Result<Prepared, Error> {
     let placed = place_fine(scene, &[], FINE_RADII)?;
     let params = scene.params(placed.axis);

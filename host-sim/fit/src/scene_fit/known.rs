@@ -1,4 +1,4 @@
-//! The known presses between their places and depths.
+//! Interpolates the known presses between their places and depths.
 //!
 //! Over depth the logarithm of the force changes slowly against depth^1.5 (Hertz), of a flat end
 //! against the depth: a cubic of the depth's logarithm through the four nearest solved depths. Over

@@ -65,7 +65,7 @@ pub struct OrganPresses {
 /// nodes.
 ///
 /// # Errors
-/// A count that no edge gives, or an organ that cannot be cut so.
+/// A count that no edge gives, or an organ that cannot be cut at this radius.
 pub fn element_for(scene: &Scene, radius_m: f64, nodes: usize) -> Result<f64, Error> {
     let count = |edge_m: f64| -> Result<usize, Error> {
         let sizes = fitted::Recipe::new(radius_m, edge_m, scene.probe.radius_m).sizes;

@@ -60,7 +60,8 @@ pub struct PressJob {
     pub nodes: usize,
     /// Elements are smallest this far around the place [m].
     pub fine_radius_m: f64,
-    /// The whole block, the nodes around the probe moved to the place; else what symmetry leaves.
+    /// Whether the whole block is solved, with the nodes around the probe moved to the place;
+    /// otherwise the piece that symmetry leaves.
     pub whole: bool,
 }
 

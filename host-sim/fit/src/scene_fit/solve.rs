@@ -47,7 +47,7 @@ pub trait Watch: Sync {
     /// A press is done, computed `anew` or read from storage.
     ///
     /// # Errors
-    /// It cannot be stored.
+    /// The press cannot be stored.
     fn done(&self, job: &PressJob, forces: &Forces, anew: bool) -> Result<(), Error>;
 }
 

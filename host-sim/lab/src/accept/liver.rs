@@ -30,8 +30,9 @@ const TRIED_B: (f64, f64, usize) = (0.0, 10.0, 200);
 /// Depths at which the force is computed.
 const STEP_M: f64 = 2.5e-4;
 const DEPTHS: usize = 17;
-/// The ball touched before contact was declared. Without the term it may also have touched later,
-/// so that the misfit does not depend on the range of contact places.
+/// Offsets of the first contact that are tried [m] and their number: the ball touched before
+/// contact was declared. Without the term it may also have touched later, so that the misfit does
+/// not depend on the range of contact places.
 const OFFSETS_M: (f64, f64, usize) = (0.0, 1.25e-3, 125);
 const ANY_OFFSET_M: (f64, f64, usize) = (-1.5e-3, 1.25e-3, 275);
 

@@ -30,13 +30,13 @@ pub(super) const RETURNED_M: f64 = 2.5e-4;
 /// Why a press was not survived.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error, Serialize, Deserialize)]
 pub enum Failure {
-    /// Not finite, or faster than any tissue.
+    /// A node is not finite, or faster than any tissue.
     #[error("diverges at {depth_mm:.1} mm")]
     Diverged {
-        /// Depth of the tip then [mm].
+        /// Depth of the tip when the method diverged [mm].
         depth_mm: f64,
     },
-    /// Still moving after the hold.
+    /// The tissue still moves after the hold.
     #[error("does not come to rest: {moved_mm:.2} mm and {force_pct:.0} % of the force in 20 ms")]
     Restless {
         /// Largest displacement of a node [mm].
@@ -46,7 +46,7 @@ pub enum Failure {
         #[serde(with = "exact")]
         force_pct: f64,
     },
-    /// Deformed after the release.
+    /// The tissue is still deformed after the release.
     #[error("does not return: {left_mm:.2} mm left after the release")]
     Deformed {
         /// Largest displacement [mm].

@@ -55,7 +55,7 @@ impl RimNodes {
     }
 }
 
-/// Row by row in single precision.
+/// The matrix row by row in single precision.
 fn flat(m: &Mat<f64>) -> Vec<f32> {
     (0..m.nrows()).flat_map(|r| (0..m.ncols()).map(move |c| m[(r, c)] as f32)).collect()
 }

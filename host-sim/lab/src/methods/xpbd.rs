@@ -19,7 +19,7 @@ struct Edge {
     rest_m: f32,
     /// Compliance over dt^2 [1/kg].
     compliance: f32,
-    /// One over inverse masses plus compliance [kg].
+    /// Reciprocal of the sum of inverse masses and compliance [kg].
     gain: f32,
 }
 

@@ -15,13 +15,13 @@ use super::region::{Region, advance_within};
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VelocityVerlet {
     under_way: bool,
-    /// Nodes that move; all of them without one.
+    /// Nodes that move; all nodes if `None`.
     pub region: Option<Region>,
 }
 
 impl VelocityVerlet {
-    /// Moves the region's nodes by one substep; returns how many. Nodes outside stop: their step
-    /// ends.
+    /// Moves the region's nodes by one substep; returns how many. Nodes outside the region stop:
+    /// their step ends.
     ///
     /// # Errors
     /// [`Fault::Diverged`].

@@ -85,8 +85,8 @@ pub struct Check {
     /// Difference of the means, group 1 minus 2, after; and the probability of such a difference by
     /// chance.
     pub after: (f64, f64),
-    /// Share of pairs (one intern of each group) in which that of group 1 is above that of group 2,
-    /// after.
+    /// Share of pairs (one intern of each group) in which the intern of group 1 has the higher
+    /// value after the training.
     pub pairs_above_after: f64,
 }
 

@@ -19,13 +19,13 @@ pub enum Phase {
     /// There is no file.
     #[default]
     Absent,
-    /// There is one, without a record.
+    /// The file has no record yet.
     Begun,
     /// Records come.
     Live,
     /// Records came, and none comes any more.
     Silent,
-    /// It is no table of a board's records: why.
+    /// The file is no table of a board's records, for this reason.
     Bad(String),
 }
 

@@ -47,7 +47,7 @@ impl Given {
     /// Makes the patch to show for a board with a patch of this checksum.
     ///
     /// # Errors
-    /// A scene that does not fit, in a line.
+    /// A scene that cannot be used, with the reason in one line.
     pub fn chosen(&self, board: u32) -> Result<Chosen, String> {
         match self {
             Self::File(name, bytes) => Chosen::packed(name, bytes),

@@ -95,7 +95,7 @@ impl Twin {
         let (from_m, ticks) = match (known, step.ticks) {
             (Some(from_m), Some(ticks)) => (from_m, ticks.clamp(1, WAY_TICKS)),
             _ => {
-                // from straight above: begun inside, it would give no force
+                // the tip comes from straight above: a patch that begins inside would give no force
                 self.forget();
                 (to_m + V::z() * (row.depth_m.max(0.0) + CLEAR_M as f32), WAY_TICKS)
             }

@@ -1,5 +1,5 @@
-//! Loading of the page: from servers of several kinds, or failing. Then a sentence tells the
-//! reason, and the page does not "prepare" indefinitely.
+//! Loading of the page: from servers of several kinds, or failing. If it fails, a sentence gives
+//! the reason, and the page does not "prepare" indefinitely.
 
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -188,9 +188,9 @@ pub struct Trajectory {
     pub site: Site,
     /// Depth at which a press rests [m].
     pub depth_m: f64,
-    /// Depth of the hand's target below the handle then [m].
+    /// Depth of the hand's target below the handle in that press [m].
     pub reach_m: f64,
-    /// Push of a released hand then [N]; zero for the others.
+    /// Push of a released hand in that press [N]; zero for the others.
     pub push_n: f64,
 }
 

@@ -239,7 +239,7 @@ impl Watch {
         let hold = |id, what, holds: bool| if holds { Ok(()) } else { Err(Broken { id, what }) };
         let (telemetry, force_n, last_n) = (&now.telemetry, now.force_n(), before.force_n());
 
-        // some share of the last force, plus at most the slew
+        // the force is some share of the last one, plus at most the slew
         let square = last_n.norm_squared();
         let share = if square > 0.0 { (force_n.dot(&last_n) / square).clamp(0.0, 1.0) } else { 0.0 };
         hold("I2", "slew", (force_n - last_n * share).norm() <= now.limits.max_slew_n_per_s * 1e-3 + 10.0 * ROUNDING_N)?;

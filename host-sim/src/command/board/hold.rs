@@ -165,7 +165,7 @@ fn undone(session: &Session, what: String) -> Error {
     PortError::Undone { port: session.port().into(), what }.into()
 }
 
-/// Takes records until the end; armed, also watches that the board stays so.
+/// Takes records until the end. If the board was armed, also watches that it stays armed.
 fn follow(
     (session, log): (&mut Session, &mut Log),
     until: Option<Duration>,

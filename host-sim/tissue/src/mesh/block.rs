@@ -24,7 +24,7 @@ use self::sliver::remove_slivers;
 use super::TetMesh;
 use thiserror::Error;
 
-/// Longest over shortest side that is meshed.
+/// Largest ratio of the longest to the shortest side that is meshed.
 const MAX_ASPECT: f64 = 20.0;
 const NODES: std::ops::RangeInclusive<usize> = 30..=5000;
 /// Least radius ratio of any tet of a finished mesh.

@@ -16,7 +16,7 @@ pub struct DeepestContact {
     pub map: ContactMap,
     /// Pressure on every surface triangle [Pa], shape \[triangles\].
     pub pressure_pa: Vec<f32>,
-    /// Node positions then [m], shape \[nodes\].
+    /// Node positions in that tick [m], shape \[nodes\].
     pub nodes_m: Vec<Vector3<f32>>,
 }
 

@@ -119,7 +119,7 @@ impl Scene {
     /// or an ellipsoid.
     ///
     /// # Errors
-    /// The exponent, or the shape.
+    /// A stiffening exponent, or the shape of a tip, that no board has.
     pub fn refuse_what_boards_lack(&self, board: &str) -> Result<(), SceneError> {
         if !self.probe.shape.is_round() {
             let why = format!(

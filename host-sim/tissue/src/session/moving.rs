@@ -149,7 +149,7 @@ impl Session {
         (depth_m > 0.0).then_some(Approach { site_m: self.patch.site_m(), speed_m_per_s, depth_m })
     }
 
-    /// `None` where the patch is not stable so, or does not survive the ramp.
+    /// `None` where the patch is not stable with these substeps, or does not survive the ramp.
     fn try_substeps(&self, machine: &Machine, check: &SelfCheck, times: u16) -> Result<Option<Tried>, Error> {
         let params = with_substeps(&self.params, times);
         let (model, site_m) = (self.patch.wide_model(), self.patch.site_m());

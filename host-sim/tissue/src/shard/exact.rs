@@ -17,7 +17,7 @@ pub fn serialize<S: Serializer>(number: &f64, to: S) -> Result<S::Ok, S::Error> 
 /// crate of the build enables arbitrary precision in `serde_json`, numbers do not pass through one.
 ///
 /// # Errors
-/// It is no number.
+/// The text is no number.
 pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     String::deserialize(from)?.parse().map_err(D::Error::custom)
 }
@@ -57,7 +57,7 @@ pub mod clamp_flags {
     /// Reads the byte.
     ///
     /// # Errors
-    /// It is no byte.
+    /// The number is no byte.
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<ClampFlags, D::Error> {
         let bits = u8::deserialize(from)?;
         let mut flags = ClampFlags::DEFAULT;

@@ -170,7 +170,7 @@ impl Part {
     /// Reads a shard's file.
     ///
     /// # Errors
-    /// It is missing, of another form, cut short or damaged.
+    /// The file is missing, of another form, cut short or damaged.
     pub fn read(path: &Path) -> Result<Self, PartError> {
         let text = String::from_utf8(std::fs::read(path)?).map_err(|_| PartError::Damaged)?;
         let (first, rest) = text.split_once('\n').ok_or(PartError::Damaged)?;
@@ -194,7 +194,7 @@ impl Part {
     /// The counts of the cases.
     ///
     /// # Errors
-    /// They are of another kind.
+    /// The counts are of another kind.
     pub fn counts<T: DeserializeOwned>(&self) -> serde_json::Result<T> {
         serde_json::from_str(&self.counts)
     }

@@ -93,7 +93,7 @@ impl OrganSource {
     /// The site, which must be within a probe radius of the surface.
     ///
     /// # Errors
-    /// It is not; the message gives the nearest surface point.
+    /// The site is further away; the message gives the nearest surface point.
     pub fn near_site(&self, scene: &Scene) -> Result<Site, SceneError> {
         let site = self.site(scene)?;
         // a NaN is not a distance

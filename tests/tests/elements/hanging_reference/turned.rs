@@ -9,7 +9,7 @@ use palpate_fit::reference::tie::layer;
 
 use crate::hanging_reference::{bar, body, nodes_where};
 
-/// A quarter turn and a half about y, in steps.
+/// Steps of a turn of 129 degrees about y.
 const STEPS: usize = 9;
 const STEP_RAD: f64 = 0.25;
 

@@ -157,7 +157,7 @@ pub fn gmsh_4(mesh: &TetMesh, order: Order) -> Vec<u8> {
     out.bytes
 }
 
-/// Legacy VTK; with offsets from version 5.1.
+/// A legacy VTK file: with `offsets` of version 5.1, otherwise of 3.0.
 pub fn vtk(mesh: &TetMesh, offsets: bool) -> Vec<u8> {
     let mut out = Out::new(Order::Big);
     let version = if offsets { "5.1" } else { "3.0" };

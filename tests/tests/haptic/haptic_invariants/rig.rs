@@ -92,7 +92,7 @@ impl Rig {
         Self { device, tissue, cycle, defect: None, broken, last: None, modes, limiters, watch: Watch::default() }
     }
 
-    /// Booted, tested, armed and ramped in, 5 mm outside.
+    /// A rig that is booted, tested, armed and ramped in, 5 mm outside the tissue.
     pub fn active() -> Self {
         let mut rig = Self::at(-5e-3);
         rig.arm();

@@ -241,7 +241,7 @@ fn a_fast_hand_or_a_force_in_free_space_does_not_arm() {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(6), cases: 1000, ..ProptestConfig::default() })]
 
-    /// Power-on inside the tissue, anywhere: nothing, until the probe has been outside.
+    /// After power-on inside the tissue, anywhere, no force acts until the probe has been outside.
     #[test]
     fn power_on_inside_is_nothing_until_the_probe_has_left(depth_m in 1e-5_f32..0.06, aside in [-0.05_f32..0.05, -0.05..0.05, -0.05..0.05], ticks in 150_u32..400) {
         let aside = Vector3::from(aside);

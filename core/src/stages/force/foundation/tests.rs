@@ -1,4 +1,5 @@
-//! Pushes against sums in double precision over every point, and the shapes by their geometry.
+//! Compares the pushes with sums in double precision over every point, and checks the shapes by
+//! their geometry.
 
 #![expect(clippy::disallowed_types, reason = "the sums are in double precision, and no part of the image")]
 

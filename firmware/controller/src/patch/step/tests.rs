@@ -1,4 +1,5 @@
-//! Against sums in double precision, with the gradients of a tet by displacing its corners.
+//! Compares the check with sums in double precision, with the gradients of a tet by displacing its
+//! corners.
 
 use std::boxed::Box;
 use std::vec::Vec;

@@ -1,4 +1,5 @@
-//! The stiffness of a glued disc over its radius and place: a polynomial through some solved ones.
+//! The stiffness of a glued disc as a function of its radius and place: a polynomial through some
+//! solved discs.
 
 use nalgebra::{SMatrix, SVector};
 

@@ -1,5 +1,5 @@
-//! Our results against theirs: how much cheaper at the same error, how much more accurate at the
-//! same cost.
+//! Our results against those of other engines: how much cheaper at the same error, and how much
+//! more accurate at the same cost.
 
 use palpate_tissue::output::OutputFolder;
 

@@ -1,4 +1,5 @@
-//! Pictures of their results and ours: cost of a tick against held and against moving error.
+//! Pictures of our results and those of other engines: cost of a tick against held and against
+//! moving error.
 
 use palpate_charts::{MethodPoint, MethodPoints, SpeedAccuracy, speed_accuracy};
 use palpate_tissue::output::OutputFolder;

@@ -50,13 +50,13 @@ pub struct AtRest {
 /// Why there is no rest.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoRest {
-    /// Not finite, or faster than any tissue.
+    /// A node is not finite, or faster than any tissue.
     #[error("diverges {depth_mm:.1} mm deep")]
     Diverged {
-        /// Depth of the tip then [mm].
+        /// Depth of the tip when the model diverged [mm].
         depth_mm: f64,
     },
-    /// Still moving.
+    /// The tip still moves.
     #[error("still moves after {seconds} s: the tip by {tip_um:.1} um in {STILL_MS} ms")]
     Restless {
         /// Virtual time [s].

@@ -1,4 +1,4 @@
-//! Everything the report needs, computed: fits, sweeps, failures.
+//! Computes everything that the report needs: fits, sweeps, failures.
 
 use palpate::{Fnv, Vector3};
 

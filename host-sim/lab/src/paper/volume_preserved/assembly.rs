@@ -27,7 +27,7 @@ const FACING: f64 = 0.5;
 /// side.
 const OUTSIDE: f64 = 0.03;
 
-/// Organs meshed, with the scene's sets on them.
+/// The meshed organs, with the scene's sets of nodes and triangles.
 pub struct Assembly<'a> {
     /// The scene.
     pub scene: &'a HangingScene,

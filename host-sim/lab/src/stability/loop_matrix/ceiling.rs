@@ -83,7 +83,7 @@ fn held<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<(hand::Id, f64)>, D::E
     Ok(Vec::<Held>::deserialize(from)?.into_iter().map(|Held(hand, pa)| (hand, pa)).collect())
 }
 
-/// Ceilings of one hand each, in the order of devices and hands, as ceilings of all hands.
+/// Joins ceilings of one hand each, in the order of devices and hands, to ceilings of all hands.
 pub(super) fn joined(parts: Vec<Ceiling>) -> Vec<Ceiling> {
     let mut joined: Vec<Ceiling> = Vec::new();
     for part in parts {

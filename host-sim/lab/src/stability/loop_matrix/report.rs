@@ -17,7 +17,7 @@ use palpate_tissue::output::OutputFolder;
 const DELAYS: [u8; 3] = [0, 1, 2];
 /// Delay at which energy is drawn [ticks]: that of the shipped devices.
 const DRAWN_DELAY: u8 = 1;
-/// Static error that is called one (1).
+/// Least static error that is reported as one (1).
 const SEEN_ERROR: f64 = 5e-3;
 
 /// Writes `stability_loop.csv` and `ceilings.csv`.

@@ -31,7 +31,7 @@ pub enum Verdict {
     NonMonotone,
     /// The tissue is not back at rest half a second after the release.
     Deformed,
-    /// Still moving at the end of the hold.
+    /// The tissue still moves at the end of the hold.
     Restless,
     /// No force is left at the end of the hold: the probe went through the surface.
     Pierced,
@@ -90,7 +90,7 @@ pub struct Figures {
     /// Largest displacement of a node at the end of the hold [mm].
     #[serde(with = "exact")]
     pub moved_mm: f64,
-    /// Change of the force then [%].
+    /// Change of the force in that time [%].
     #[serde(with = "exact")]
     pub force_change_pct: f64,
     /// Force at the end of the hold [N].

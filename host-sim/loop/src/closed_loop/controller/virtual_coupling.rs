@@ -4,7 +4,7 @@
 
 use super::{Law, Seen, Velocity};
 
-/// Stiffest that the hand can feel [N/m].
+/// Stiffness of the coupling, the largest that the hand can feel [N/m].
 const N_PER_M: f32 = 500.0;
 /// [N s/m]
 const N_S_PER_M: f32 = 2.0;

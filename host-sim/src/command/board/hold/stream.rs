@@ -86,7 +86,7 @@ impl Rows {
 struct Growing(Table<File>);
 
 impl Growing {
-    /// Begins the file anew.
+    /// Begins the file, without earlier rows.
     fn begin(path: &Path) -> Result<Self, Error> {
         folder_of(path, "--stream")?;
         let file = File::create(path).map_err(|source| TissueError::Write { path: path.into(), source })?;

@@ -1,4 +1,4 @@
-//! Plain 3-vectors; only `+ - * / sqrt`, so every machine gets the same bits.
+//! Plain 3-vectors with `+ - * / sqrt` alone, so that every machine gets the same bits.
 
 pub(super) type Vec3 = [f64; 3];
 

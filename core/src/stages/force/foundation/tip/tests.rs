@@ -1,4 +1,4 @@
-//! Checked against the nearest point found by a search in double precision.
+//! Compares the penetration with the nearest point that a search in double precision finds.
 
 #![expect(clippy::disallowed_types, reason = "the search is in double precision, and no part of the image")]
 
