@@ -241,11 +241,11 @@ enum Command {
     /// Find where methods and loops fail, and the margin to failure.
     ///
     /// Models: every method at stiffnesses from 1 to 200 kPa, pressed, tapped, jittered, with an
-    /// inclusion, released. Loops: hand by delay by device, the largest stiffness that ours and
-    /// nine other controllers hold, and the limit of the encoder. Writes summary.json, its tables
-    /// as CSV and pictures as SVG and PNG. Fails (exit code 1) if the product does not withstand 8
-    /// mm, a tap of 0.5 m/s, jitter, a ten times stiffer inclusion and a release from 3.5 to 100
-    /// kPa, or if our loop does not hold 400 N/m in every hand.
+    /// inclusion, released. Loops: hand by delay by device, the largest stiffness that our
+    /// controller and nine others hold, and the limit of the encoder. Writes summary.json, its
+    /// tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if the product does not
+    /// withstand 8 mm, a tap of 0.5 m/s, jitter, a ten times stiffer inclusion and a release from
+    /// 3.5 to 100 kPa, or if our loop does not hold 400 N/m in every hand.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Stability(StabilityArgs),
     /// Print a script with which a shell completes the words of this command.

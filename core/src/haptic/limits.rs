@@ -153,7 +153,7 @@ impl LoopLimits {
         Ok(Self::derive(values, &self.device, self.tick_s))
     }
 
-    /// Never inlined: it has two callers, and neither is in a tick.
+    /// This is never inlined, because it has two callers and neither is in a tick.
     #[inline(never)]
     fn derive(values: &LoopLimitSettings, device: &DeviceSpec, tick_s: f32) -> Self {
         let margin_m = (device.workspace_high_m - device.workspace_low_m) * values.workspace_margin;

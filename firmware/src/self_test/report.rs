@@ -88,7 +88,8 @@ impl Report {
     /// Nothing yet.
     pub const EMPTY: Self = Self { bytes: [0; BYTES], length: 0 };
 
-    /// Writes it down. A report that does not fit is truncated, and no reader takes it as complete.
+    /// Writes the findings down. A report that does not fit is truncated, and no reader takes it as
+    /// complete.
     #[inline(never)]
     pub fn fill(&mut self, findings: &Findings) {
         let _ = self.write(findings);

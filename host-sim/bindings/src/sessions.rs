@@ -13,7 +13,7 @@ pub const MOST_SESSIONS: usize = 64;
 
 /// A place that holds one session at a time.
 struct Place {
-    /// Sessions that were here; the upper half of a handle.
+    /// Number of sessions that this place has held; it is the upper half of a handle.
     count: u32,
     session: Option<Box<HapticSession>>,
 }

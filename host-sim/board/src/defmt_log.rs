@@ -46,7 +46,7 @@ pub enum LogError {
 pub struct LogTable(Table);
 
 impl LogTable {
-    /// Reads them from an ELF file; `Err` says what is missing.
+    /// Reads the format strings from an ELF file; `Err` says what is missing.
     ///
     /// # Errors
     /// There are none, or they are of another version of defmt.

@@ -41,7 +41,8 @@ pub struct MatrixRow {
     pub name: String,
     /// One cell per column.
     pub cells: Vec<MatrixCell>,
-    /// A closed form: set off, one cell for neighbours of one value.
+    /// Whether the row is a closed form. It is then set off, and neighbours of equal value share
+    /// one cell.
     pub closed: bool,
 }
 

@@ -28,7 +28,7 @@ pub(crate) struct Cut {
 }
 
 impl Cut {
-    /// Through a point and along an axis, facing the eye.
+    /// The cut through a point and along an axis, facing the eye.
     pub fn through(at_m: V, axis: &V, lens: &Lens) -> Self {
         let to_eye = lens.eye_m() - at_m;
         let across = to_eye - axis * to_eye.dot(axis);

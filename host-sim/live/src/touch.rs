@@ -5,7 +5,7 @@ use eframe::egui::{Align2, Color32, FontId, Painter, Rect, Shape as Drawn, Strok
 
 use crate::message::Sample;
 
-/// Points kept; with more, every other one goes.
+/// Most points that are kept; when there are more, every other one is dropped.
 const MOST: usize = 512;
 /// A touch is drawn once it is this long [s].
 const LEAST_S: f32 = 0.3;

@@ -163,7 +163,7 @@ impl Campaign for Chart {
     }
 }
 
-/// Number of survivors, and number of unbeaten points that are ours.
+/// Number of survivors, and number of points on the front that belong to our models.
 fn in_words(summary: &Summary) -> String {
     let points = || summary.fronts.iter().filter(|front| front.cost == "tick_us").flat_map(|front| &front.points);
     let ours = points().filter(|point| point.method.starts_with("palpate")).count();

@@ -12,7 +12,7 @@ use palpate_lab::far_field::table::{Awake, Errors, Kind, Row, Scope, Setting, Su
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
-/// Treatment of the edge that a patch of ours has.
+/// Treatment of the edge that the product's patches have.
 const OURS: &str = "rim-springs";
 
 #[derive(Args, Clone, Debug)]
@@ -26,7 +26,8 @@ pub(super) struct FarFieldArgs {
     /// and on other methods.
     #[arg(long)]
     sliding: bool,
-    /// Print every treatment of the edge. Without it rim springs alone, which are ours.
+    /// Print every treatment of the edge. Without this option only rim springs are printed, the
+    /// product's own.
     #[arg(long)]
     all: bool,
 }

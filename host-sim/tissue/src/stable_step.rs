@@ -137,8 +137,8 @@ pub fn substeps_for_taps(model: &Model, params: &Params, site_m: Vector3<f32>, l
     Ok(without_fault)
 }
 
-/// Tip depths [m] from just outside to the depth limit, tick by tick. From outside: a probe that
-/// starts inside gets no force.
+/// Tip depths [m] from just outside to the depth limit, tick by tick. The tip starts outside, since
+/// a probe that starts inside gets no force.
 fn way_down(model: &Model, params: &Params, speed_m_per_s: f32) -> impl Iterator<Item = f32> {
     let step_m = speed_m_per_s * params.tick_s;
     let (start_m, end_m) = (-2.0 * step_m, model.depth_limit_m);
@@ -177,7 +177,7 @@ impl ModeShape {
     /// Square of the highest angular frequency about the state [1/s^2]. Contact is implicit and
     /// left out, except where the tissue stiffens under it. The effect of a shape on the forces (`K
     /// u`) and on the velocities after a substep (`dt M^-1 K u`) are both read off the tick's own
-    /// stages, so that the mass matrix is theirs.
+    /// stages, so that the mass matrix is that of these stages.
     fn highest_square(&mut self, model: &Model, tuned: &Tuned, state: &State, trial: &mut State, tip_m: Vector3<f32>) -> f64 {
         let size = extent(model);
         // tissue under the probe is stiffer because of it, even though contact has no share

@@ -21,9 +21,9 @@ struct List {
 pub struct Mutant {
     /// The mistake in a few words.
     pub name: String,
-    /// Replacements that make it.
+    /// Replacements that make the mistake.
     pub edit: Vec<Edit>,
-    /// Reason why no test can notice it; without one it must be noticed.
+    /// Reason why no test can notice the mistake; without a reason it must be noticed.
     pub equivalent: Option<String>,
 }
 

@@ -297,7 +297,7 @@ fn whatever_is_no_board_of_ours_is_refused_in_a_line_and_told_nothing() {
     refused(&board(&desk, "/dev/no-such-port", &["arm", "--seconds", "-1"]), "--seconds -1");
 }
 
-/// Armed, pressed and streamed for this many ticks of the board's time, all in one run.
+/// Arms, presses and streams for this many ticks of the board's time, all in one run.
 fn held_for(ticks: u64) {
     let (desk, on) = (Desk::default(), started(PATIENT));
     let arming = Arming::start(&desk, on.port(), &["--out", "long.csv"]);

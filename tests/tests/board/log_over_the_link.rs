@@ -43,8 +43,8 @@ fn logged(text: &str) -> Vec<&str> {
     text.lines().filter_map(|line| line.strip_prefix("log: ")).collect()
 }
 
-/// Asserts that the lines contain these words, one after the other. Lines that tell of missed
-/// periods are left out.
+/// Asserts that the lines contain these words, one after the other. Lines about missed periods are
+/// left out.
 fn says(lines: &[&str], words: &[&str]) {
     let lines: Vec<&&str> = lines.iter().filter(|line| !line.contains(LATE)).collect();
     let agree = lines.len() == words.len() && lines.iter().zip(words).all(|(line, words)| line.contains(words));

@@ -59,7 +59,7 @@ fn as_run(command: &str, out: &Path) -> String {
     }
 }
 
-/// Runs it; returns the error, if any.
+/// Runs a command line; returns the error, if any.
 fn failure(line: &str) -> Option<String> {
     let begun = Instant::now();
     let run = Command::new("sh").args(["-c", line]).current_dir(repository()).output().expect("sh starts");

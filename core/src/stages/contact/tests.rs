@@ -54,8 +54,8 @@ fn turned(shape: ProbeShape, along: Vector3<f32>) -> ProbeShape {
     }
 }
 
-/// Places, and by how much [m] the box around a probe at each of `ends` is wider than they are: of
-/// a ball, of balls at both ends of a segment, of the corners of a box around an ellipsoid.
+/// Points whose box, widened by a distance [m] on every side, is the box around a probe at all of
+/// `ends`: centres of balls, both ends of a capsule's segments, or corners around an ellipsoid.
 fn spread(probe: &Probe, ends: Vec<Vector3<f32>>) -> (Vec<Vector3<f32>>, f32) {
     #[cfg(feature = "long-tips")]
     let both =

@@ -39,8 +39,8 @@ const LOOKS: [Look; 14] = [
     Look { color: RGBColor(0x7a, 0x52, 0x36), shape: Marker::Up },
 ];
 
-/// Further series, behind the methods: ours once more, then engines of other people, whose points
-/// are crosses and bright shapes that no method has.
+/// Looks of further series, behind the methods: our own models once more, then engines of other
+/// people, whose points are crosses and bright shapes that no method has.
 const FURTHER: [Look; 11] = [
     Look { color: RGBColor(0x5b, 0xa3, 0xe0), shape: Marker::Square },
     Look { color: RGBColor(0x96, 0x4b, 0x20), shape: Marker::Cross },

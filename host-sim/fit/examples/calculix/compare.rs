@@ -16,7 +16,7 @@ const HELD: f64 = 5.0;
 /// mesh of `CalculiX` it is not known which of the two is wrong.
 const DRAGGED: f64 = f64::INFINITY;
 
-/// A figure of `CalculiX` and ours, each with its largest accepted difference [%].
+/// A figure of `CalculiX`, and the two of ours, each with its largest accepted difference [%].
 struct Row {
     name: String,
     theirs: f64,
@@ -25,7 +25,7 @@ struct Row {
 }
 
 impl Row {
-    /// Prints it; false if one of ours differs by more than allowed.
+    /// Prints the row; returns false if one of our figures differs by more than allowed.
     fn print(&self) -> bool {
         let mut passed = true;
         let mut cells = [String::new(), String::new()];

@@ -331,8 +331,8 @@ pub fn fit_tissue(
     calibrate(tissue, material, rim, params, &targets, settings, progress).map_err(|cause| unfitted(&cause))
 }
 
-/// Solved discs at the site, and interpolated ones on a ring: the stiffness there is changed by the
-/// square of the fractional radius.
+/// Solved discs at the site, and interpolated ones on a ring, whose stiffness differs from that at
+/// the site by the square of the fractional radius.
 fn glued_around(solved: &[GluedAnswer], probe_m: f64) -> Vec<GluedAnswer> {
     let away = |disc: &GluedAnswer| disc.place_m[0].hypot(disc.place_m[1]);
     let mut discs = Vec::new();

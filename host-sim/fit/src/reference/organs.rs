@@ -49,7 +49,7 @@ pub fn join(meshes: &[QuadraticMesh]) -> (QuadraticMesh, Vec<Organ>) {
 }
 
 impl Organ {
-    /// All of a mesh.
+    /// The organ that consists of a whole mesh.
     #[must_use]
     pub fn whole(mesh: &QuadraticMesh) -> Self {
         Self { nodes: 0..mesh.nodes_m.len(), tets: 0..mesh.tets.len(), triangles: 0..mesh.triangles.len() }

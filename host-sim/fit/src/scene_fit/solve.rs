@@ -25,7 +25,7 @@ const KEPT_RADII: f64 = 1.0;
 /// Forces and surfaces of a press.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Forces {
-    /// Along the press over E [m^2], shape \[depths\].
+    /// Force along the press over E [m^2], shape \[depths\].
     pub force_over_e_m2: Vec<f64>,
     /// Surfaces at the depths for which one was requested.
     pub surfaces: Vec<SurfaceGrid>,

@@ -19,8 +19,8 @@ pub(super) const ERROR_WORDS: [(&str, &str); 3] = [
     ("force while the probe moves", "RMS force error in ramps of 40, 100, 200 and a tap of 500 mm/s [% of the peak]"),
 ];
 
-/// Draws them for rows whose times were measured on `processor`; returns the names of the written
-/// pictures, without ending. A quantity without a reference has no picture.
+/// Draws the pictures for rows whose times were measured on `processor`; returns the names of the
+/// written pictures, without ending. A quantity without a reference has no picture.
 ///
 /// # Errors
 /// A picture cannot be drawn or written.

@@ -154,7 +154,7 @@ fn front_of(runs: &[Run], youngs_modulus_pa: f64, cost: Quantity, error: Quantit
     front(&points).into_iter().map(named).collect()
 }
 
-/// Rows that survive with all of tick time, held and moving error.
+/// Points of the rows that survive and have a tick time, a held and a moving error.
 fn moving_points(runs: &[Run], youngs_modulus_pa: f64) -> Vec<MovingPoint> {
     let of_run = |run: &Run| {
         let m = run.survived()?;

@@ -45,7 +45,7 @@ use palpate_tissue::scene::Scene;
 /// Largest step of the force between ticks that a change of region may make [N], and the energy
 /// that it may make [mJ].
 pub const STEP_N: f64 = 0.02;
-/// Energy that a closed path may make [mJ].
+/// Energy that a closed path may create [mJ].
 pub const WORK_MJ: f64 = 0.05;
 /// Length of the path and depth of the probe [m].
 const STROKE_M: f64 = 0.03;

@@ -68,9 +68,9 @@ pub struct Column {
     /// Spread of the values.
     #[serde(flatten)]
     pub spread: Spread,
-    /// Values that (14) gives for some whole marks.
+    /// Number of values that (14) gives for some whole marks.
     pub attainable: usize,
-    /// Values that it does not give.
+    /// Values that (14) does not give for any.
     pub unattainable: Vec<f64>,
 }
 

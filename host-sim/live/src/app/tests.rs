@@ -48,7 +48,7 @@ struct Screen {
 }
 
 impl Screen {
-    /// Active, with the pointer over the site.
+    /// A screen with an active loop and the pointer over the site.
     fn of(choice: Choice, folder: &Path) -> Self {
         let (ctx, now_s) = (egui::Context::default(), Rc::new(Cell::new(0.0)));
         let physics = Physics::new(&choice, &Holding::default(), 0.0).unwrap();

@@ -191,13 +191,13 @@ impl Recorder {
         self.ticks += 1;
     }
 
-    /// A hash of all nodes is due.
+    /// Whether a hash of all nodes is due.
     #[must_use]
     pub fn hash_due(&self) -> bool {
         self.ticks.is_multiple_of(HASHED_EVERY)
     }
 
-    /// All nodes here.
+    /// Records the hash of all nodes at this point.
     pub fn hash(&mut self, hash: u64) {
         self.flush();
         self.piece(b'H', &hash.to_le_bytes());

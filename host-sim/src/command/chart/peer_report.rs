@@ -7,7 +7,8 @@ use palpate_lab::chart::peers::{
 use palpate_lab::chart::{Reference, Run};
 use palpate_tissue::output::OutputFolder;
 
-/// Runs ours on their meshes, writes `peers.csv` and the pictures, prints the comparison.
+/// Runs our model on the meshes of the other engines, writes `peers.csv` and the pictures, and
+/// prints the comparison.
 pub fn add(folder: &OutputFolder, peers: &Peers, runs: &[Run], moving: bool) -> Result<(), Error> {
     let reference = Reference::block();
     let on_grids = same_meshes(&peers.rows, &reference, moving)?;

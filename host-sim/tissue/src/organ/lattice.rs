@@ -238,7 +238,7 @@ mod tests {
     type Edge = [[i32; 3]; 2];
 
     /// Tets on every edge, counted on a block of the lattice; only edges around its middle have all
-    /// of theirs.
+    /// of their tets.
     fn tets_on_edges() -> BTreeMap<Edge, u32> {
         let mut count = BTreeMap::new();
         let range = || (-4..=4).step_by(2);

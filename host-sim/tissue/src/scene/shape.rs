@@ -230,10 +230,10 @@ impl Tip {
         }
     }
 
-    /// Force on a half-space of this plane modulus over E, over E [m^2]: Hertz for a sphere, the
-    /// rigid punch for a flat end. The others add up the stiffness `2 E* sqrt(A / pi)` of a round
-    /// punch as large as the contact, which is exact for the sphere and a few percent low for a
-    /// long contact (Barber and Billings, Int. J. Mech. Sci. 32, 1990).
+    /// Force over E [m^2] on a half-space whose plane modulus is `plane` times E: Hertz for a
+    /// sphere, the rigid punch for a flat end. The others add up the stiffness `2 E* sqrt(A / pi)`
+    /// of a round punch as large as the contact, which is exact for the sphere and a few percent
+    /// low for a long contact (Barber and Billings, Int. J. Mech. Sci. 32, 1990).
     #[must_use]
     pub fn half_space_m2(&self, plane: f64, depth_m: f64) -> f64 {
         let radius_m = self.radius_m;

@@ -68,7 +68,7 @@ impl Standing {
         }
     }
 
-    /// Says it in a sentence or two.
+    /// Says in a sentence or two how the patch was fitted.
     #[must_use]
     pub fn sentence(&self) -> String {
         match self {

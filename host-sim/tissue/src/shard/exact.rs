@@ -78,7 +78,7 @@ pub mod fault {
         result.as_ref().map(|result| result.as_ref().map_err(|fault| *fault as u8)).serialize(to)
     }
 
-    /// Reads it.
+    /// Reads what [`serialize`] wrote.
     ///
     /// # Errors
     /// No fault has the number.

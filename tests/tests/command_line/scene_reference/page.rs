@@ -46,7 +46,7 @@ pub struct Table {
 pub struct Key {
     /// Name of the key.
     pub name: String,
-    /// First paragraph of its docs, without the unit.
+    /// First paragraph of the key's docs, without the unit.
     pub meaning: String,
     unit: String,
     /// Range, as the docs have it.

@@ -58,7 +58,7 @@ fn an_absurd_binary_count_is_refused_without_allocating_for_it() {
             } else {
                 continue;
             }
-            // A mesh only where the number was no count, but a node or a tet.
+            // the import gives a mesh only where the number was no count, but a node or a tet
             let _ = import_bytes(name, &damaged).map_err(|error| assert!(error.to_string().len() < 500, "{error}"));
         }
     }

@@ -14,7 +14,7 @@ pub const NORMAL: Vector3<f32> = Vector3::new(0.48, 0.6, 0.64);
 /// A half-space below the plane through the origin, with injected errors.
 pub struct HalfSpace {
     pub n_per_m: f32,
-    /// Added to the force of the next tick alone.
+    /// Force that is added to that of the next tick alone.
     pub sick_n: Option<Vector3<f32>>,
 }
 
@@ -82,7 +82,7 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// Powered on at this depth [m]; 400 N/m.
+    /// A rig that is powered on at this depth [m] in tissue of 400 N/m.
     pub fn at(depth_m: f32) -> Self {
         let reading = Sensed { position_m: NORMAL * -depth_m, sequence: 0, status: SensorStatus::Good };
         let device = Scripted { reading, got_n: None };

@@ -148,7 +148,7 @@ fn the_region_follows_the_load() {
 }
 
 /// Equations (9) and (10) as printed, in double precision, with forces from (1) without dampers;
-/// ours keeps the velocity at the half step.
+/// our implementation keeps the velocity at the half step.
 #[test]
 fn eq_9_and_10_velocity_verlet() {
     let bench = bench();

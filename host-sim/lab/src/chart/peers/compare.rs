@@ -15,8 +15,8 @@ use crate::methods::Method;
 /// tap.
 pub const RAMPS_MM_PER_S: [u32; 2] = [40, 200];
 
-/// Factors between a row of theirs and the best of ours, above 1 in our favour; `None` if ours has
-/// nothing as accurate, or nothing as cheap.
+/// Factors between a row of another engine and the best of our models, above 1 in our favour;
+/// `None` if no model of ours is as accurate, or none is as cheap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compared<'a> {
     /// Row of the other engine.
@@ -27,21 +27,22 @@ pub struct Compared<'a> {
     pub moving: Option<Factors>,
     /// Each of the ramps of 40 and 200 mm/s alone.
     pub ramps: [Option<Factors>; RAMPS_MM_PER_S.len()],
-    /// Ours on the same mesh: tick [us], held and moving error [%].
+    /// Our model on the same mesh: tick [us], held and moving error [%].
     pub same_mesh: Option<[Option<f64>; 3]>,
 }
 
-/// Factors between a row of theirs and the best of ours.
+/// Factors between a row of another engine and the best of our models.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Factors {
     /// Cost of the other engine, divided by that of our cheapest model with at most the same error
     /// (1).
     pub cheaper: Option<f64>,
-    /// Their error over that of our most accurate model that costs no more (1).
+    /// Error of the other engine, divided by that of our most accurate model that costs no more
+    /// (1).
     pub nearer: Option<f64>,
 }
 
-/// Runs ours on their grids of these names, uncalibrated: the same meshes, as far as such a mesh is
+/// Runs our uncalibrated model on the grids that the other engines used, as far as such a grid is
 /// available.
 ///
 /// # Errors
@@ -61,7 +62,8 @@ pub fn same_meshes(peers: &[Peer], reference: &Reference, moving: bool) -> Resul
     Ok(runs)
 }
 
-/// Compares every row of theirs with ours of the same stiffness; none if ours was not run at it.
+/// Compares every row of the other engines with our models at the same stiffness, if these were run
+/// at it.
 #[must_use]
 pub fn compare<'a>(peers: &'a [Peer], runs: &[Run], on_grids: &[Run]) -> Vec<Compared<'a>> {
     let of_peer = |peer: &'a Peer| {

@@ -11,7 +11,7 @@ use crate::chart::run::Measured;
 use crate::error::Error;
 use crate::methods::Method;
 
-/// An error of a measured run of ours, and of a row of theirs.
+/// An error, as read from a measured run of our models and from a row of another engine.
 struct Quantity {
     name: &'static str,
     words: &'static str,
@@ -68,8 +68,9 @@ pub fn draw_peers(
     Ok(names)
 }
 
-/// Ours in the same order, and so with the same markers, as in the other pictures; ours on their
-/// grids; ours with the contact parameters searched; each of their models.
+/// Our models in the same order, and so with the same markers, as in the other pictures; our model
+/// on the other engines' grids; our model with the contact parameters searched; each model of the
+/// other engines.
 fn series<'a>(
     quantity: &Quantity,
     modulus_pa: f64,

@@ -31,7 +31,7 @@ struct Sleeper {
 }
 
 impl Sleeping {
-    /// All awake.
+    /// Creates the method with all nodes awake.
     #[must_use]
     pub fn new(threshold_m: f64, model: &Model) -> Self {
         let awake = |n: &palpate::NodeRest| Sleeper { quiet: 0, at_m: None, was_m: n.rest_m.into() };

@@ -234,8 +234,8 @@ pub fn on_organ(
     Ok(OnOrgan { scene, site, pictured: (smooth, pictured), walk, fitted, curves, layered })
 }
 
-/// Fitted values with the region that costs little; it is looked for with damped masses, so that
-/// all presses come to rest.
+/// Adds to the fitted values the region that costs little. It is searched with damped masses, so
+/// that all presses come to rest.
 fn with_region(block: &Block, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Result<Fitted, Error> {
     let fitted = Fitted::new(stiffness_n_per_m, damping_n_s_per_m);
     let damped = Fitted { node_damping_per_s: NODE_DAMPING_PER_S, ..fitted };

@@ -63,8 +63,8 @@ impl Curve {
         self.points.iter().find(|p| (p.force_n - force_n).abs() < 1e-9)
     }
 
-    /// Root mean square over the forces that both have of depth over that of `truth`, less one (1);
-    /// `None` without any, and the number of forces.
+    /// Root mean square of the relative deviation in depth from `truth` (1), over the forces that
+    /// both curves have, and the number of these forces; `None` if there are none.
     #[must_use]
     pub fn depth_error(&self, truth: &Self) -> Option<(f64, usize)> {
         let both = self.points.iter().filter_map(|p| truth.at(p.force_n).map(|t| p.depth_m / t.depth_m - 1.0));

@@ -100,7 +100,7 @@ const FASTEST_M_PER_S: f64 = 1.0;
 /// Depth for which the product promises its behaviour [m], a fifth of the block's height.
 const DEEP_M: f64 = 8e-3;
 
-/// Ten times stiffer, 12 mm deep: the scene `nodule`.
+/// The inclusion of the scene `nodule`: ten times stiffer, 12 mm deep.
 pub(super) const INCLUSION: Ball =
     Ball { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0, stiffening_b: None };
 
