@@ -73,7 +73,7 @@ const ALL: [Class; CLASSES] = [
 /// Instructions that one function executed, its callees not included.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
-    /// Number of times it was entered.
+    /// Number of times that the function was entered.
     pub calls: u64,
     counts: [u64; CLASSES],
     words: u64,

@@ -188,7 +188,7 @@ impl<'a> Twin<'a> {
         Ok(there)
     }
 
-    /// A request to both, before the next tick.
+    /// Makes a request to the board and to its twin, before the next tick.
     ///
     /// # Errors
     /// The board has crashed.
@@ -196,7 +196,7 @@ impl<'a> Twin<'a> {
         self.tell(&ToBoard::Ask(asked))
     }
 
-    /// The next tick finds the actuators' supply too low, on both.
+    /// Lets the next tick find the actuators' supply too low, on the board and on its twin.
     ///
     /// # Errors
     /// The board has crashed.

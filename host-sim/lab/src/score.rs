@@ -32,7 +32,7 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// Both, in order.
+    /// Both phases, in order.
     pub const ALL: [Self; 2] = [Self::Before, Self::After];
 
     /// As written in files.

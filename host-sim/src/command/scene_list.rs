@@ -86,8 +86,8 @@ impl Ended {
     }
 }
 
-/// Says why a scene missed or failed, in a line of its row. Its file and those beside it are named
-/// as they are in the folder: a shard may see the folder in another place.
+/// Says why a scene missed or failed, in a line of its row. The scene's file and those beside it
+/// are named as they are in the folder: a shard may see the folder in another place.
 pub(super) fn why(error: &Error, name: &str, file: &str) -> String {
     let why = match error {
         Error::Tissue(TissueError::Check(why)) => why.clone(),

@@ -7,7 +7,7 @@ use std::hint::black_box;
 use palpate_tests::palpate_command::{binary, repository};
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
-/// Set for a whole run, and inherited by every cargo that a test starts.
+/// Variables that are set for a whole run, and inherited by every cargo that a test starts.
 const SWITCHES: [&str; 2] = ["CARGO_PROFILE_RELEASE_OVERFLOW_CHECKS", "CARGO_PROFILE_RELEASE_DEBUG_ASSERTIONS"];
 
 /// Whether the checks are on: without them a single test, run by hand, is built as a user's

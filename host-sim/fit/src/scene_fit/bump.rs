@@ -61,7 +61,7 @@ struct Edges {
 
 const COARSE: Edges = Edges { contact: 1.4, ball: 0.9, growth: 0.9 };
 const FINE: Edges = Edges { contact: 1.2, ball: 0.55, growth: 0.75 };
-/// Both for a trial of the command.
+/// Edges of the coarser and of the finer mesh for a trial of the command.
 const QUICK: [Edges; 2] = [Edges { contact: 2.0, ball: 1.4, growth: 1.2 }, Edges { contact: 1.4, ball: 1.0, growth: 1.0 }];
 
 /// Ratios of the forces with the inclusions to those without them.

@@ -33,7 +33,7 @@ const CENTRE_NODES: [usize; 2] = [300, 600];
 const WHOLE_NODES: usize = 300;
 const COARSE_CENTRE_NODES: [usize; 2] = [60, 110];
 const COARSE_WHOLE_NODES: usize = 80;
-/// Most times the nodes for a contact that is longer than wide.
+/// Largest factor on the number of nodes for a contact that is longer than wide.
 const MOST_MORE: f64 = 2.5;
 /// Depths up to this share of the deepest have meshes of their own, finer.
 const SHALLOW: f64 = 0.26;

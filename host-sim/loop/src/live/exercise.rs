@@ -46,7 +46,7 @@ pub struct Found {
     pub time_s: f64,
     /// Marks from 0 to 10: place, gentleness, time.
     pub marks: [f64; 3],
-    /// Equation (14), from 0 to 1.
+    /// Score by equation (14), from 0 to 1.
     pub score: f64,
 }
 

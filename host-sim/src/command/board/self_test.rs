@@ -106,7 +106,7 @@ fn shipped() -> Vec<PathBuf> {
     paths
 }
 
-/// A file from a word's address on.
+/// Reads a file into memory that is aligned to words.
 fn on_words(path: &Path) -> Result<Vec<u32>, Error> {
     let bytes = std::fs::read(path).map_err(|source| TissueError::Read { path: path.into(), source })?;
     let mut words = vec![0_u32; bytes.len().div_ceil(4)];

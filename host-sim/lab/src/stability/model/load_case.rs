@@ -23,9 +23,10 @@ pub struct Stimulus {
 pub enum Promise {
     /// The patch withstands the case.
     Pass,
-    /// The patch refuses the depth and holds.
+    /// The guard holds the tip at the depth limit, and nothing goes wrong.
     Hold,
-    /// The patch refuses the depth, and two probe radii beyond it releases the hand without force.
+    /// The guard holds the tip at the depth limit, and a hand two probe radii beyond it is released
+    /// without force.
     LetThrough,
     /// Nothing is promised.
     None,
@@ -91,7 +92,7 @@ pub struct LoadCase {
     pub promise: Promise,
 }
 
-/// Slow: a scene's ramp [m/s].
+/// Speed of a slow press, that of a scene's ramp [m/s].
 const SLOW_M_PER_S: f64 = 0.04;
 /// Speed of the tap for which the product promises its behaviour [m/s].
 const TAP_M_PER_S: f64 = 0.5;

@@ -4,7 +4,7 @@ use super::load_case::Promise;
 use super::matrix::{Cell, Matrix};
 use super::verdict::Verdict;
 
-/// Stiffnesses for which it promises anything [Pa].
+/// Stiffnesses for which the product promises anything [Pa].
 const PROMISED_PA: [f64; 2] = [3.5e3, 100e3];
 /// Least volume of any tet over its rest volume (1).
 pub const LEAST_J: f64 = 0.2;
@@ -15,7 +15,7 @@ pub fn promises(matrix: &Matrix) -> Vec<String> {
     matrix.cells.iter().filter(|c| is_promised(c)).filter_map(broken).collect()
 }
 
-/// Whether the product promises anything here.
+/// Whether the product promises anything for this cell.
 #[must_use]
 pub fn is_promised(cell: &Cell) -> bool {
     let [softest_pa, stiffest_pa] = PROMISED_PA;
