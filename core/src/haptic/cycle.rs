@@ -132,7 +132,7 @@ impl Cycle {
             damping: Damping::build(&settings.damping, settings.tick_s, device.count_m)?,
             gate: PoseGate::default(),
             limiter: ForceLimiter::default(),
-            observer: PassivityObserver::build(&settings.passivity, device)?,
+            observer: PassivityObserver::build(&settings.passivity, device, settings.tick_s)?,
             deadline: Deadline::default(),
             runaway: Runaway::default(),
             stillness: Stillness::build(settings.tick_s),
@@ -266,7 +266,9 @@ impl Cycle {
 
         let gain = self.gain(record);
         let cap_n = if late { self.half_n(record) } else { self.cap_n() };
-        let limited = self.limiter.limit(&self.limits, record.wanted_n * gain, cap_n)?;
+        let gained_n = record.wanted_n * gain;
+        let share = self.observer.share(&gained_n, &self.damping.velocity_m_per_s());
+        let limited = self.limiter.limit(&self.limits, gained_n * share, cap_n)?;
         record.limiters.set(limited.limiters);
         if self.mode() == Mode::SafeRamp && limited.force_n == Vector3::zeros() {
             self.enter(Event::RampEnded);

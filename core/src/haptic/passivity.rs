@@ -12,9 +12,16 @@
 //! the gain: stiffness falls until the loop holds, and doubles again with every good contact.
 //! Several contacts in a row that end in the alarm are a fault.
 //!
-//! * in: displacement of the probe [m], the force sent [N], whether the patch is touched
-//! * out: energy [J], gain (0 .. 1) on the force
-//! * cost: up to 190 instructions of a Cortex-M4F
+//! The alarm is the last resort. Before it, a force along the probe's velocity is shortened until
+//! the work that it can do while it acts is within what the contact has taken, as in the
+//! energy-bounding algorithm (Kim and Ryu, Robotics and Autonomous Systems 58, 2010). Theirs bounds
+//! the change of the force in each sample from the hand's own damping; ours bounds the force by the
+//! observed sum, over the time from sending a force to its end.
+//!
+//! * in: displacement and velocity of the probe [m, m/s], the force sent [N], whether the patch is
+//!   touched
+//! * out: energy [J], gain and share (0 .. 1) on the force
+//! * cost: up to 230 instructions of a Cortex-M4F
 //! * may fail: [`Fault::EnergyCreated`]
 
 use nalgebra::Vector3;
@@ -34,29 +41,33 @@ const FADED: f32 = 0.01;
 /// Thresholds at which the observer intervenes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassivitySettings {
-    /// Energy that a contact may give beyond what it took [J].
+    /// Energy beyond what a contact took that its force may give before it is shortened [J].
+    pub allowance_j: f32,
+    /// Energy beyond what a contact took that raises the alarm [J].
     pub alarm_j: f32,
     /// Contacts in a row with an alarm that are a fault.
     pub alarms: u16,
 }
 
-static RANGES: [Range; 2] = [
+static RANGES: [Range; 3] = [
+    ("passivity.allowance_j", 0.0, PassivitySettings::HIGHEST.allowance_j),
     ("passivity.alarm_j", 1e-6, PassivitySettings::HIGHEST.alarm_j),
     ("passivity.alarms", 1.0, PassivitySettings::HIGHEST.alarms as f32),
 ];
 
 impl PassivitySettings {
-    /// Half a millijoule: three times what 3 N and counts of 55 um can fake. Five contacts.
-    pub const DEFAULT: Self = Self { alarm_j: 0.5e-3, alarms: 5 };
-    /// Upper bounds of both settings.
-    pub const HIGHEST: Self = Self { alarm_j: 0.1, alarms: 100 };
+    /// No allowance. The alarm at half a millijoule: three times what 3 N and counts of 55 um can
+    /// fake. Five contacts.
+    pub const DEFAULT: Self = Self { allowance_j: 0.0, alarm_j: 0.5e-3, alarms: 5 };
+    /// Upper bounds of the settings.
+    pub const HIGHEST: Self = Self { allowance_j: 0.1, alarm_j: 0.1, alarms: 100 };
 
-    /// Checks both.
+    /// Checks each.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names it.
     pub fn check(&self) -> Result<(), BuildError> {
-        each_within(&RANGES, [self.alarm_j, f32::from(self.alarms)])
+        each_within(&RANGES, [self.allowance_j, self.alarm_j, f32::from(self.alarms)])
     }
 }
 
@@ -87,6 +98,8 @@ pub struct PassivityObserver {
     next: u8,
     /// Ticks between sending and acting.
     delay_ticks: u8,
+    /// Time from sending a force to its end [s]: whole ticks, the lag, and the tick it is held.
+    acts_s: f32,
     /// Ticks since a force was sent.
     idle_ticks: u8,
     energy: Energy,
@@ -104,7 +117,7 @@ impl PassivityObserver {
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting or `device.delay_ticks`.
-    pub fn build(settings: &PassivitySettings, device: &DeviceSpec) -> Result<Self, BuildError> {
+    pub fn build(settings: &PassivitySettings, device: &DeviceSpec, tick_s: f32) -> Result<Self, BuildError> {
         settings.check()?;
         device.check()?;
         let delay_ticks = device.delay_ticks;
@@ -118,6 +131,7 @@ impl PassivityObserver {
             line_n,
             next: 0,
             delay_ticks,
+            acts_s: device.delay_s(tick_s) + tick_s,
             idle_ticks: u8::MAX,
             energy,
             gain: 1.0,
@@ -163,6 +177,21 @@ impl PassivityObserver {
             self.leave();
         }
         Ok(())
+    }
+
+    /// Share of a force [N] (0 .. 1) to send to a probe with this velocity [m/s]: while it acts, it
+    /// does no more work than this contact took.
+    #[must_use]
+    pub fn share(&self, force_n: &Vector3<f32>, velocity_m_per_s: &Vector3<f32>) -> f32 {
+        let work_j = force_n.dot(velocity_m_per_s) * self.acts_s;
+        let left_j = self.settings.allowance_j - self.energy.given_j;
+        if work_j <= 0.0 || work_j <= left_j {
+            1.0
+        } else if left_j > 0.0 {
+            left_j / work_j
+        } else {
+            0.0
+        }
     }
 
     /// The contact is over.
@@ -222,7 +251,7 @@ mod tests {
     }
 
     fn counting(delay_ticks: u8, count_m: f32) -> PassivityObserver {
-        PassivityObserver::build(&PassivitySettings::DEFAULT, &DeviceSpec { delay_ticks, count_m, ..device() }).unwrap()
+        PassivityObserver::build(&PassivitySettings::DEFAULT, &DeviceSpec { delay_ticks, count_m, ..device() }, 1e-3).unwrap()
     }
 
     /// Presses a spring of `k` N/m with a sine of `depth_m` in and out in 100 ticks; returns the

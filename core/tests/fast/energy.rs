@@ -7,7 +7,7 @@ use palpate::{Fault, Vector3};
 use crate::bench::stylus;
 
 fn observer(delay_ticks: u8, count_m: f32) -> PassivityObserver {
-    PassivityObserver::build(&PassivitySettings::DEFAULT, &DeviceSpec { delay_ticks, count_m, ..stylus() }).unwrap()
+    PassivityObserver::build(&PassivitySettings::DEFAULT, &DeviceSpec { delay_ticks, count_m, ..stylus() }, 1e-3).unwrap()
 }
 
 fn z(length: f32) -> Vector3<f32> {
@@ -177,4 +177,34 @@ fn clearing_forgets_the_alarms_and_keeps_the_total() {
     assert_eq!((observer.gain(), energy.given_j, energy.created_j), (1.0, 0.0, 0.0));
     assert!((energy.total_created_j - 4.2e-3).abs() < 1e-6, "{energy:?}");
     (0..4).for_each(|_| assert_eq!(contact(&mut observer, 1e-3), Ok(())));
+}
+
+#[test]
+fn a_force_is_shortened_to_the_work_that_the_contact_took() {
+    let build = |allowance_j: f32, delay_ticks: u8, lag_s: f32| {
+        let settings = PassivitySettings { allowance_j, ..PassivitySettings::DEFAULT };
+        PassivityObserver::build(&settings, &DeviceSpec { delay_ticks, lag_s, count_m: 0.0, ..stylus() }, 1e-3).unwrap()
+    };
+    let near = |share: f32, right: f32| assert!((share - right).abs() < 1e-5, "{share}, not {right}");
+    // a contact that took nothing gives nothing to a probe that leaves, and all of the force to one
+    // that rests, comes or slides
+    let fresh = build(0.0, 0, 0.0);
+    near(fresh.share(&z(1.0), &z(0.1)), 0.0);
+    for velocity_m_per_s in [z(0.0), z(-0.1), Vector3::new(0.3, -0.2, 0.0)] {
+        near(fresh.share(&z(1.0), &velocity_m_per_s), 1.0);
+    }
+    // 0.1 mJ taken, and 2 N for a tick at 0.2 m/s are 0.4 mJ; the delay and the lag act as long
+    for (delay_ticks, lag_s, right) in [(0, 0.0, 0.25), (1, 0.0, 0.125), (0, 3e-3, 0.0625), (3, 4e-3, 0.03125)] {
+        let mut observer = build(0.0, delay_ticks, lag_s);
+        for _ in 0..=delay_ticks {
+            step(&mut observer, 0.0, true, 1.0).unwrap();
+        }
+        step(&mut observer, -0.1e-3, true, 0.0).unwrap();
+        near(observer.share(&z(2.0), &z(0.2)), right);
+        near(observer.share(&Vector3::new(5.0, 0.0, 2.0), &z(0.2)), right);
+        // a quarter of that speed, or of that force, gives no more than was taken
+        near(observer.share(&z(2.0 * right), &z(0.199)), 1.0);
+        near(observer.share(&z(1.99), &z(0.2 * right)), 1.0);
+    }
+    near(build(0.1e-3, 0, 0.0).share(&z(2.0), &z(0.2)), 0.25);
 }

@@ -126,13 +126,14 @@ fn every_number_of_the_damping_has_its_range() {
 
 #[test]
 fn every_number_of_the_energy_watch_has_its_range() {
-    let check = |settings: PassivitySettings| named(PassivityObserver::build(&settings, &stylus()));
+    let check = |settings: PassivitySettings| named(PassivityObserver::build(&settings, &stylus(), 1e-3));
+    bounds("passivity.allowance_j", 0.0, 0.1, |x| check(PassivitySettings { allowance_j: x, ..PassivitySettings::DEFAULT }));
     bounds("passivity.alarm_j", 1e-6, 0.1, |x| check(PassivitySettings { alarm_j: x, ..PassivitySettings::DEFAULT }));
     for (alarms, refused) in [(0, true), (1, false), (100, false), (101, true)] {
         assert_eq!(check(PassivitySettings { alarms, ..PassivitySettings::DEFAULT }), refused.then_some("passivity.alarms"));
     }
     let slow = DeviceSpec { delay_ticks: 8, ..stylus() };
-    assert_eq!(named(PassivityObserver::build(&PassivitySettings::DEFAULT, &slow)), Some("device.delay_ticks"));
+    assert_eq!(named(PassivityObserver::build(&PassivitySettings::DEFAULT, &slow, 1e-3)), Some("device.delay_ticks"));
 }
 
 #[test]

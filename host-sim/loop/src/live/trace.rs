@@ -25,8 +25,8 @@ use super::tissue::LiveTissue;
 /// First bytes of every trace.
 pub const MAGIC: [u8; 8] = *b"PALPLIVE";
 /// Version written and read. Before version 2 a patch was put to rest within a tick, not in a
-/// separate one.
-pub const VERSION: u32 = 2;
+/// separate one; before version 3 the energy watch had no allowance.
+pub const VERSION: u32 = 3;
 /// Longest recording [ticks]: ten minutes, about 17 MB.
 pub const MOST_TICKS: u32 = 600_000;
 /// Bytes of a row.
@@ -34,7 +34,7 @@ const ROW: usize = 29;
 /// Rows between two hashes of all nodes.
 const HASHED_EVERY: u32 = 256;
 /// Numbers of settings and device.
-const NUMBERS: usize = 33;
+const NUMBERS: usize = 34;
 
 /// Description of a recording, in words.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -340,7 +340,7 @@ fn numbers(settings: &Settings, device: &DeviceSpec) -> [f32; NUMBERS] {
         l.max_force_n, l.max_slew_n_per_s, l.max_speed_m_per_s, l.odd_poses.into(), l.max_age_ticks.into(),
         l.workspace_margin, l.implausible_ratio, l.implausible_ticks.into(), l.saturated_ticks.into(),
         d.tau_s, d.constant_n_s_per_m, d.velocity_share,
-        p.alarm_j, p.alarms.into(),
+        p.allowance_j, p.alarm_j, p.alarms.into(),
         a.weak_n, a.slow_m_per_s, a.calm_ticks.into(), a.ramp_in_per_tick, a.relief_per_tick, a.least_relief,
         a.silence_ticks.into(), a.ramp_ticks.into(),
         device.max_force_n, low.x, low.y, low.z, high.x, high.y, high.z,
@@ -366,6 +366,7 @@ fn of_numbers(n: &[f32; NUMBERS]) -> (Settings, DeviceSpec) {
         tau_s,
         constant_n_s_per_m,
         velocity_share,
+        allowance_j,
         alarm_j,
         alarms,
         weak_n,
@@ -401,7 +402,7 @@ fn of_numbers(n: &[f32; NUMBERS]) -> (Settings, DeviceSpec) {
             saturated_ticks: saturated_ticks as u16,
         },
         damping: DampingSettings { tau_s, constant_n_s_per_m, velocity_share },
-        passivity: PassivitySettings { alarm_j, alarms: alarms as u16 },
+        passivity: PassivitySettings { allowance_j, alarm_j, alarms: alarms as u16 },
         arming: ArmingSettings {
             weak_n,
             slow_m_per_s,

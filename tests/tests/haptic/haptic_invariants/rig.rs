@@ -4,6 +4,7 @@ use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
+use palpate::haptic::passivity::PassivitySettings;
 use palpate::stages::probe::ProbePose;
 use palpate::{ClampFlags, Fault, Output, Vector3};
 use palpate_loop::closed_loop::watch::{Broken, Tick, Watch};
@@ -84,9 +85,13 @@ pub struct Rig {
 impl Rig {
     /// A rig that is powered on at this depth [m] in tissue of 400 N/m.
     pub fn at(depth_m: f32) -> Self {
+        Self::with(depth_m, |settings| settings)
+    }
+
+    fn with(depth_m: f32, change: fn(Settings) -> Settings) -> Self {
         let reading = Sensed { position_m: NORMAL * -depth_m, sequence: 0, status: SensorStatus::Good };
         let device = Scripted { reading, got_n: None };
-        let cycle = Cycle::build(&Settings::safe(&device.limits()), &device.limits()).unwrap();
+        let cycle = Cycle::build(&change(Settings::safe(&device.limits())), &device.limits()).unwrap();
         let tissue = HalfSpace { n_per_m: 400.0, sick_n: None };
         let (broken, modes, limiters) = (Vec::new(), Vec::new(), ClampFlags::default());
         Self { device, tissue, cycle, defect: None, broken, last: None, modes, limiters, watch: Watch::default() }
@@ -94,10 +99,23 @@ impl Rig {
 
     /// A rig that is booted, tested, armed and ramped in, 5 mm outside the tissue.
     pub fn active() -> Self {
-        let mut rig = Self::at(-5e-3);
-        rig.arm();
-        assert_eq!(rig.hold(700), Mode::Active);
-        rig
+        Self::at(-5e-3).activated()
+    }
+
+    /// [`Rig::active`] with a contact that may give more energy than it took, so that the alarm is
+    /// reached.
+    pub fn active_with_allowance() -> Self {
+        let change = |s: Settings| {
+            let allowance_j = PassivitySettings::HIGHEST.allowance_j;
+            Settings { passivity: PassivitySettings { allowance_j, ..s.passivity }, ..s }
+        };
+        Self::with(-5e-3, change).activated()
+    }
+
+    fn activated(mut self) -> Self {
+        self.arm();
+        assert_eq!(self.hold(700), Mode::Active);
+        self
     }
 
     /// Asks for everything between power-on and arming.

@@ -194,7 +194,7 @@ fn a_touch_while_the_gain_ramps_in_keeps_its_gain_and_creates_nothing() {
 
 #[test]
 fn contacts_that_create_energy_are_weakened_and_then_a_fault_that_can_be_cleared() {
-    let mut rig = Rig::active();
+    let mut rig = Rig::active_with_allowance();
     let mut peaks_n = Vec::new();
     while rig.cycle.mode() != Mode::Fault && peaks_n.len() < 10 {
         rig.go(-1e-3, 0.1);
@@ -218,6 +218,28 @@ fn contacts_that_create_energy_are_weakened_and_then_a_fault_that_can_be_cleared
     rig.hold(200);
     assert!((rig.last.unwrap().force_n().norm() - 1.2).abs() < 0.01, "at full gain again");
     rig.expect_clean();
+}
+
+#[test]
+fn a_force_that_pushes_a_leaving_hand_gives_no_more_than_the_contact_took() {
+    // 1 mm in at 0.1 m/s, then out at 1 m/s while the tissue pushes with 2 N beyond its spring
+    let given_j = |mut rig: Rig| {
+        rig.go(-1e-3, 0.1);
+        let (mut last_n, mut given_j) = (Vector3::zeros(), 0.0);
+        for _ in 0..10 {
+            rig.tissue.sick_n = Some(NORMAL * 2.0);
+            rig.device.reading.position_m += NORMAL * 1e-3;
+            let force_n = rig.tick(Command::HEARD, true).force_n();
+            given_j += last_n.dot(&(NORMAL * 1e-3));
+            last_n = force_n;
+        }
+        rig.expect_clean();
+        given_j
+    };
+    let (ours_j, allowed_j) = (given_j(Rig::active()), given_j(Rig::active_with_allowance()));
+    // the spring's energy at 1 mm, and what damping added on the way in
+    assert!(ours_j < 0.5e-3, "{ours_j} J");
+    assert!(allowed_j > 2e-3, "{allowed_j} J without the bound");
 }
 
 #[test]
