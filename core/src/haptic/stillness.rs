@@ -44,8 +44,8 @@ pub const MOST_TURNS: u8 = 6;
 pub const SWING_FADE_S: f32 = 0.02;
 /// Least change of the force between two turns [N].
 const SWING_N: f32 = 0.02;
-/// Share of the swing before (1) below which a swing dies out.
-const DIES_OUT: f32 = 0.8;
+/// Share of the last swing in the same direction (1) below which a swing dies out.
+const DIES_OUT: f32 = 0.64;
 /// Ticks without a count after which swings are counted.
 const REST_TICKS: u16 = 20;
 /// Most ticks between two turns of one oscillation.
@@ -62,6 +62,8 @@ pub struct Stillness {
     still_ticks: f32,
     swing: Swing,
     gain: f32,
+    /// The gain fell in this tick.
+    fades: bool,
 }
 
 /// Swings of the force since the last count.
@@ -75,8 +77,8 @@ struct Swing {
     /// Force at the last turn, and the one farthest from it since [N].
     turn_n: Vector3<f32>,
     far_n: Vector3<f32>,
-    /// Square of the swing before [N^2].
-    square: f32,
+    /// Squares of the last two swings [N^2], the older first: that of the same direction.
+    squares: [f32; 2],
 }
 
 impl Swing {
@@ -86,7 +88,7 @@ impl Swing {
         turns: 0,
         turn_n: Vector3::new(0.0, 0.0, 0.0),
         far_n: Vector3::new(0.0, 0.0, 0.0),
-        square: 0.0,
+        squares: [0.0, 0.0],
     };
 
     /// A tick without a count; true if the force swings.
@@ -101,10 +103,12 @@ impl Swing {
         }
         let (swing_n, back_n) = (self.far_n - self.turn_n, force_n - self.far_n);
         let (swing, back) = (swing_n.dot(&swing_n), back_n.dot(&back_n));
-        if swing > SWING_N * SWING_N && back > SWING_N * SWING_N && back_n.dot(&swing_n) < 0.0 {
-            let lasts = swing >= DIES_OUT * DIES_OUT * self.square;
+        if back > SWING_N * SWING_N && back_n.dot(&swing_n) < 0.0 {
+            // the first swing may begin in the middle of an oscillation, and be only half of one
+            let [same, other] = self.squares;
+            let lasts = swing > SWING_N * SWING_N && swing >= DIES_OUT * DIES_OUT * same;
             self.turns = self.turns.saturating_add(u8::from(lasts));
-            (self.turn_n, self.far_n, self.square, self.since) = (self.far_n, *force_n, swing, 0);
+            (self.turn_n, self.far_n, self.squares, self.since) = (self.far_n, *force_n, [other, swing], 0);
         } else {
             let out_n = force_n - self.turn_n;
             if out_n.dot(&out_n) > swing {
@@ -126,6 +130,7 @@ impl Stillness {
             still_ticks: 0.0,
             swing: Swing::NONE,
             gain: 1.0,
+            fades: false,
         }
     }
 
@@ -138,6 +143,7 @@ impl Stillness {
         max_force_n: f32,
         touched: bool,
     ) {
+        self.fades = false;
         if *displacement_m != Vector3::zeros() {
             self.still_ticks = 0.0;
             self.swing = Swing::NONE;
@@ -147,8 +153,7 @@ impl Stillness {
             return;
         }
         if self.swing.judge(asked_n) {
-            let gain = self.gain - self.swing_fade_per_tick;
-            self.gain = if gain > 0.0 { gain } else { 0.0 };
+            self.fade(self.swing_fade_per_tick);
             return;
         }
         // a force that has begun to fade goes on fading below the threshold
@@ -156,8 +161,7 @@ impl Stillness {
         let strong_n = if strong_n > STRONG_N { strong_n } else { STRONG_N };
         if applied_n.dot(applied_n) > strong_n * strong_n || self.gain < 1.0 {
             if self.still_ticks >= self.most_ticks {
-                let gain = self.gain - self.fade_per_tick;
-                self.gain = if gain > 0.0 { gain } else { 0.0 };
+                self.fade(self.fade_per_tick);
             } else {
                 self.still_ticks += 1.0;
             }
@@ -166,15 +170,28 @@ impl Stillness {
         }
     }
 
+    fn fade(&mut self, per_tick: f32) {
+        let gain = self.gain - per_tick;
+        self.gain = if gain > 0.0 { gain } else { 0.0 };
+        self.fades = true;
+    }
+
     /// Gain on the force (1).
     #[must_use]
     pub fn gain(&self) -> f32 {
         self.gain
     }
 
+    /// Whether the force is fading out now: until a count ends that, it must not rise, although the
+    /// tissue's force may.
+    #[must_use]
+    pub fn fades(&self) -> bool {
+        self.fades
+    }
+
     /// Returns to the state in which it was built.
     pub fn reset(&mut self) {
-        (self.still_ticks, self.swing, self.gain) = (0.0, Swing::NONE, 1.0);
+        (self.still_ticks, self.swing, self.gain, self.fades) = (0.0, Swing::NONE, 1.0, false);
     }
 }
 
@@ -263,6 +280,35 @@ mod tests {
             assert_eq!(swung(0.05, half_ticks, 1.0, 20 + turns * half_ticks + 25, 100_000), 0.0, "{half_ticks} ticks");
             assert_eq!(swung(0.05, half_ticks, 1.0, 20 + 4 * half_ticks, 100_000), 1.0, "not at once: {half_ticks} ticks");
         }
+    }
+
+    #[test]
+    fn a_swing_is_counted_whole_wherever_it_began() {
+        // 0.03 N from end to end; the probe came to rest in its middle, from where it is half of that
+        for first in [0.0_f32, 0.5, 1.0, 1.6] {
+            let mut still = Stillness::build(1e-3);
+            for n in 0..400_u16 {
+                // the tissue settles before it swings
+                let phase = first + f32::from(n.saturating_sub(60)) * core::f32::consts::PI / 8.0;
+                let asked_n = Vector3::new(0.0, 0.0, 0.3 + 0.015 * libm::sinf(phase));
+                still.judge(&Vector3::zeros(), &asked_n, &asked_n, 3.0, true);
+            }
+            assert_eq!(still.gain(), 0.0, "{first}");
+        }
+    }
+
+    #[test]
+    fn large_and_small_swings_in_turn_are_all_counted() {
+        let mut still = Stillness::build(1e-3);
+        // 0.47 N down and up, and a ripple of 0.04 N on the way
+        let ticks = (0..12).flat_map(|_| [0.21_f32, 0.68, 0.46, 0.5].map(|n| [n; 5])).flatten();
+        let gone = ticks.enumerate().find(|(_, force_n)| {
+            let asked_n = Vector3::new(0.0, 0.0, *force_n);
+            still.judge(&Vector3::zeros(), &asked_n, &asked_n, 3.0, true);
+            still.gain() == 0.0
+        });
+        // 20 ticks of rest, seven turns of five, 20 ticks of fading
+        assert!(gone.is_some_and(|(tick, _)| tick <= 20 + 35 + 21), "{gone:?}");
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! Saturation and created energy, and the force until the contact is over.
 
+use palpate::haptic::cycle::Settings;
 use palpate::haptic::mode::Mode;
 use palpate::{ClampFlags, Vector3};
 
-use crate::bench::{Bench, CLEAR_M, pushing, set};
+use crate::bench::{Bench, CLEAR_M, pushing, set, stylus};
 
 #[test]
 fn a_force_at_its_limit_is_relieved_to_a_half_and_comes_back_with_the_next_contact() {
@@ -61,8 +62,34 @@ fn contact(bench: &mut Bench, given_j: f32) {
 }
 
 #[test]
-fn created_energy_fades_the_force_and_degrades_until_a_good_contact() {
+fn a_probe_that_leaves_is_pushed_by_no_more_than_it_brought() {
     let mut bench = Bench::new(400.0).active();
+    bench.wall.answer = Some(pushing(1e-3, 1.0));
+    assert!((bench.ticks(5).applied_n.z - 1.0).abs() < 1e-5, "at rest, with nothing taken");
+    let start_m = bench.device.sensed.position_m.z;
+    let way = |bench: &mut Bench, step_m: f32| {
+        let mut work_j = 0.0;
+        for _ in 0..10 {
+            let force_n = bench.at(bench.device.sensed.position_m.z + step_m).applied_n.z;
+            work_j += force_n * step_m;
+        }
+        work_j
+    };
+    assert_eq!(way(&mut bench, 0.1e-3), 0.0, "nothing was taken");
+    // 1 N over 1 mm, and damping
+    let taken_j = -way(&mut bench, -0.1e-3);
+    assert!((0.8e-3..1.5e-3).contains(&taken_j), "{taken_j}");
+    let given_j = way(&mut bench, 0.1e-3) + way(&mut bench, 0.1e-3);
+    assert!((0.3 * taken_j..taken_j).contains(&given_j), "{given_j} of {taken_j}");
+    assert_eq!(way(&mut bench, 0.1e-3), 0.0, "all is given back");
+    assert!((bench.device.sensed.position_m.z - start_m - 3e-3).abs() < 1e-6);
+}
+
+#[test]
+fn created_energy_fades_the_force_and_degrades_until_a_good_contact() {
+    // without the allowance no force would reach the alarm
+    let allow = |settings: &mut Settings| settings.passivity.allowance_j = 0.1;
+    let mut bench = Bench::with(400.0, stylus(), allow).active();
     contact(&mut bench, 0.9e-3);
     let record = bench.tick();
     assert!(record.energy.total_created_j > 0.5e-3, "{:?}", record.energy);
@@ -97,4 +124,19 @@ fn a_strong_force_without_any_motion_of_the_encoder_is_gone_after_six_seconds() 
     bench.move_to(CLEAR_M, 0.05);
     assert_eq!(bench.cycle.mode(), Mode::Active);
     assert!((bench.press_n(1.0).applied_n.z - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn a_force_that_fades_because_it_swings_does_not_rise_again() {
+    let mut bench = Bench::new(400.0).active();
+    let (mut last_n, mut fades) = (f32::INFINITY, false);
+    for n in 0..400_u16 {
+        let force_n = if n / 9 % 2 == 0 { 0.3 } else { 1.2 };
+        bench.wall.answer = Some(pushing(1e-3, force_n));
+        let record = bench.tick();
+        fades |= set(&record, ClampFlags::GAIN);
+        assert!(!fades || record.applied_n.z <= last_n * (1.0 + 1e-6), "{} after {last_n} in tick {n}", record.applied_n.z);
+        last_n = record.applied_n.z;
+    }
+    assert!(fades && last_n == 0.0, "{last_n}");
 }

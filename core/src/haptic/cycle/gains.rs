@@ -31,6 +31,7 @@ impl Cycle {
     /// never rises.
     pub(super) fn cap_n(&self) -> f32 {
         match self.mode() {
+            Mode::Active | Mode::Degraded if self.stillness.fades() => length(&self.limiter.last_n()),
             Mode::Active | Mode::Degraded => self.limits.values().max_force_n,
             Mode::SafeRamp => {
                 let ticks_left = u32::from(self.arming.ramp_ticks).saturating_sub(self.machine.ticks());

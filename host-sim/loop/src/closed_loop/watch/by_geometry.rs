@@ -170,9 +170,10 @@ impl Swing {
             self.turns = 0;
         }
         let (swing_n, back_n) = (self.far_n - self.turn_n, force_n - self.far_n);
-        if swing_n.norm() > CHATTER_N && back_n.norm() > CHATTER_N && back_n.dot(&swing_n) < 0.0 {
+        if back_n.norm() > CHATTER_N && back_n.dot(&swing_n) < 0.0 {
             (self.turn_n, self.far_n, self.since) = (self.far_n, force_n, 0);
-            self.turns += 1;
+            // the first swing may begin in the middle of an oscillation, and be only half of one
+            self.turns += u32::from(swing_n.norm() > CHATTER_N);
         } else if (force_n - self.turn_n).norm() > swing_n.norm() {
             self.far_n = force_n;
         }
@@ -185,12 +186,17 @@ mod tests {
     use super::*;
 
     /// Turns that are counted of a force which swings by `swing_n` with a half period of this many
-    /// ticks, under a reading that changes every `moves` ticks.
+    /// ticks, under a reading that changes every `moves` ticks. The force begins at its highest.
     fn turns(swing_n: f32, half_ticks: u32, moves: u32) -> u32 {
+        turns_from(0.0, swing_n, half_ticks, moves)
+    }
+
+    /// [`turns`] of a force that begins at another phase [rad].
+    fn turns_from(first: f32, swing_n: f32, half_ticks: u32, moves: u32) -> u32 {
         let mut swing = Swing::default();
         let step = |n: u32| {
             let at_m = Vector3::new(0.0, 0.0, (n / moves) as f32 * 55e-6);
-            let share = (std::f32::consts::PI * n as f32 / half_ticks as f32).cos();
+            let share = (first + std::f32::consts::PI * n as f32 / half_ticks as f32).cos();
             swing.turns(at_m, Vector3::new(0.1, 0.0, 1.0 + 0.5 * swing_n * share))
         };
         (0..3_000).map(step).max().unwrap_or_default()
@@ -204,6 +210,14 @@ mod tests {
             assert!(turns(0.5, half_ticks, 45) == 0, "the tip moves: {half_ticks} ticks");
         }
         assert!(turns(0.5, 300, 10_000) < CHATTER_TURNS, "slower than any loop's own swing");
+    }
+
+    #[test]
+    fn a_swing_is_counted_whole_wherever_it_began() {
+        for first in [0.0, 0.7, 1.57, 3.0, 4.71] {
+            assert!(turns_from(first, 0.03, 8, 10_000) >= CHATTER_TURNS, "{first}");
+            assert_eq!(turns_from(first, 0.019, 8, 10_000), 0, "{first}");
+        }
     }
 
     #[test]
