@@ -110,7 +110,9 @@ impl PathCase {
             let telemetry =
                 cycle.tick(&mut device, &mut PatchRenderer { model: &model, tuned: &tuned, state: &mut state }, Command::HEARD);
             let tick = Tick { limits, ..device.tick(&cycle, None, telemetry) };
-            device.energy.push(tick.force_n().cast(), telemetry.output.depth_m > 0.0);
+            // damping may cancel what the tissue still pushes with: the contact is not over then
+            let touches = telemetry.output.depth_m > 0.0 || telemetry.output.force_n != Vector3::zeros();
+            device.energy.push(tick.force_n().cast(), touches);
             if let Err(broken) = watch.check(&tick)
                 && !outcome.broken.iter().any(|(b, _)| *b == broken)
             {
