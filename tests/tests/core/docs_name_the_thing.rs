@@ -1,6 +1,8 @@
 //! Docs begin with the thing they document: no sentence is headed by "What", "Which" or the like.
 //! Comments are narrow enough to be read next to code.
 
+use std::path::PathBuf;
+
 use palpate_tests::palpate_command::repository;
 
 /// Widest line of a comment [columns].
@@ -18,8 +20,45 @@ fn no_comment_is_wider_than_a_hundred_columns() {
     assert!(found.is_empty(), "break at {WIDEST} columns:\n{}", found.join("\n"));
 }
 
+/// `doctest = false` in a manifest saves rustdoc's run over the crate, and would hide an example.
+#[test]
+fn an_example_in_docs_is_run() {
+    let (mut off, mut on) = (0, 0);
+    for manifest in files("Cargo.toml") {
+        let sources = manifest.with_file_name("src");
+        let examples = files(".rs").into_iter().filter(|path| path.starts_with(&sources));
+        let examples: Vec<_> = examples.filter(|path| has_example(&std::fs::read_to_string(path).unwrap())).collect();
+        if std::fs::read_to_string(&manifest).unwrap().contains("doctest = false") {
+            assert!(examples.is_empty(), "take `doctest = false` out of {}: {examples:?}", manifest.display());
+            off += 1;
+        } else {
+            on += examples.len();
+        }
+    }
+    assert!(off > 5 && on > 2, "{off} crates without, {on} files with examples");
+    assert!(has_example("/// ```\n/// f();\n/// ```") && has_example("//! ```text\n//! ```\n    /// ```no_run"));
+    assert!(!has_example("/// ```text\n/// ```\n//! ```toml\n//! ```"));
+}
+
+/// Whether a block in a file's docs is an example for rustdoc: one without a language, or in Rust.
+fn has_example(text: &str) -> bool {
+    let docs = text.lines().map(str::trim_start).filter(|line| line.starts_with("///") || line.starts_with("//!"));
+    let fences = docs.filter_map(|line| line[3..].trim_start().strip_prefix("```"));
+    fences.step_by(2).any(|language| !["text", "toml", "sh", "ignore"].contains(&language))
+}
+
 /// Lines of every source file, with their places.
 fn lines_that(is_bad: fn(&str) -> bool) -> Vec<String> {
+    let bad = |path: PathBuf| {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let bad = text.lines().enumerate().filter(|(_, line)| is_bad(line));
+        bad.map(|(n, line)| format!("{}:{}: {line}", path.display(), n + 1)).collect::<Vec<_>>()
+    };
+    files(".rs").into_iter().flat_map(bad).collect()
+}
+
+/// Files of the source tree whose names end so.
+fn files(end: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut folders = ["core", "firmware", "host-sim", "tests"].map(|folder| repository().join(folder)).to_vec();
     while let Some(folder) = folders.pop() {
@@ -27,10 +66,8 @@ fn lines_that(is_bad: fn(&str) -> bool) -> Vec<String> {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 folders.extend(Some(path).filter(|path| !path.ends_with("target")));
-            } else if path.extension().is_some_and(|e| e == "rs") {
-                let text = std::fs::read_to_string(&path).unwrap();
-                let bad = text.lines().enumerate().filter(|(_, line)| is_bad(line));
-                found.extend(bad.map(|(n, line)| format!("{}:{}: {line}", path.display(), n + 1)));
+            } else if path.to_string_lossy().ends_with(end) {
+                found.push(path);
             }
         }
     }

@@ -8,7 +8,13 @@ mod named;
 mod shapes;
 mod watch;
 
+use std::sync::LazyLock;
+
 use palpate_loop::closed_loop::paths::PathGround;
+
+/// Every shipped patch under every tip. Each is pressed once for the depth of its guard, which
+/// takes some seconds of processor time, so all tests share them.
+static GROUND: LazyLock<PathGround> = LazyLock::new(|| PathGround::load().unwrap());
 
 /// The index of a patch by name.
 fn patch_named(ground: &PathGround, name: &str) -> usize {

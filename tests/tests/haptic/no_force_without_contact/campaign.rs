@@ -4,6 +4,8 @@
 
 use palpate_loop::closed_loop::paths::{KINDS, PathCase, PathGround, PathTable, paths};
 
+use crate::no_force_without_contact::GROUND;
+
 const PATHS: u64 = 2_000;
 
 fn run(ground: &PathGround, runs: u64, seed: u64) -> PathTable {
@@ -24,8 +26,8 @@ fn twenty_thousand_paths_break_no_invariant_and_honest_motion_trips_nothing() {
 }
 
 fn break_nothing(paths: u64, seed: u64) {
-    let ground = PathGround::load().unwrap();
-    let table = run(&ground, paths, seed);
+    let ground = &*GROUND;
+    let table = run(ground, paths, seed);
     let total = table.total();
     println!("{total:#?}");
     let ended: u64 = total.faults.values().sum();
@@ -54,11 +56,11 @@ fn break_nothing(paths: u64, seed: u64) {
 
 #[test]
 fn the_same_number_gives_the_same_run() {
-    let ground = PathGround::load().unwrap();
+    let ground = &*GROUND;
     for number in 0..2 * KINDS.len() as u64 {
         let of = |seed| {
-            let case = PathCase::draw(&ground, number, seed);
-            (case.follow(&ground, |_| ()).unwrap(), case.route)
+            let case = PathCase::draw(ground, number, seed);
+            (case.follow(ground, |_| ()).unwrap(), case.route)
         };
         assert_eq!(of(5), of(5));
         assert_ne!(of(5).1, of(6).1);

@@ -4,7 +4,7 @@ use palpate::{Probe, ProbeShape, Vector3};
 use palpate_loop::closed_loop::paths::{PathGround, paths};
 use palpate_loop::closed_loop::watch::{RestShape, RestSolid};
 
-use crate::no_force_without_contact::patch_named;
+use crate::no_force_without_contact::{GROUND, patch_named};
 
 const PATHS: u64 = 120;
 
@@ -17,10 +17,11 @@ fn tips(axis: Vector3<f32>, wish: Vector3<f32>) -> [Probe; 2] {
 
 #[test]
 fn paths_break_no_invariant_under_a_capsule_and_an_ellipsoid() {
-    let shipped = PathGround::load().unwrap();
+    // each patch once: its tip is replaced
+    let shipped = GROUND.patches.iter().filter(|patch| patch.params.probe.shape == ProbeShape::Hemisphere);
     for (n, wish) in [Vector3::new(0.2, 0.9, 0.1), Vector3::new(-0.7, 0.4, 0.5)].into_iter().enumerate() {
-        let patches = shipped.patches.iter().map(|patch| patch.with_probe(tips(patch.params.probe.axis, wish)[n]).unwrap());
-        let ground = PathGround { patches: patches.collect(), devices: shipped.devices.clone() };
+        let patches = shipped.clone().map(|patch| patch.with_probe(tips(patch.params.probe.axis, wish)[n]).unwrap());
+        let ground = PathGround { patches: patches.collect(), devices: GROUND.devices.clone() };
         let total = paths(&ground, 0..PATHS, 3, |_| ()).unwrap();
         let (examples, total) = (total.examples.clone(), total.total());
         println!("{total:?}");
@@ -62,8 +63,8 @@ fn gap_by_points_m(probe: &Probe, tip_m: Vector3<f64>) -> f64 {
 /// less.
 #[test]
 fn the_gap_of_a_long_tip_is_that_of_its_points() {
-    let ground = PathGround::load().unwrap();
-    let block = &ground.patches[patch_named(&ground, "block-130")];
+    let ground = &*GROUND;
+    let block = &ground.patches[patch_named(ground, "block-130")];
     let (mut free, mut touching) = (0, 0);
     // tilted, so that an end goes in before the tip does
     for probe in tips(Vector3::new(0.28, 0.0, 0.96), Vector3::new(0.3, 0.8, 0.0)) {

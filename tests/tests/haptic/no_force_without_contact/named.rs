@@ -5,7 +5,7 @@ use palpate::{Fault, Vector3};
 use palpate_loop::closed_loop::paths::{Leg, PathCase, PathGround, PathOutcome, Route};
 use palpate_tests::share::Share;
 
-use crate::no_force_without_contact::patch_named;
+use crate::no_force_without_contact::{GROUND, patch_named};
 
 /// Ticks of rest at the end of every path.
 const REST_TICKS: usize = 2000;
@@ -64,16 +64,16 @@ fn expect_quiet(what: &str, (outcome, rest_n): &(PathOutcome, f32)) {
 /// indefinitely at 3.5 kPa, 3 N at 25 kPa.
 #[test]
 fn out_through_the_side_leaves_no_force() {
-    let ground = PathGround::load().unwrap();
+    let ground = &*GROUND;
     let corners = [[-31.8, 2.8, 15.0], [25.6, -0.7, -1.8], [-70.0, 23.2, -25.8]];
     for kpa in [3.5, 25.0] {
-        expect_quiet(&format!("{kpa} kPa"), &follow(&ground, "block-m7-480", kpa, "inverse3", path(&corners, 0.064)));
+        expect_quiet(&format!("{kpa} kPa"), &follow(ground, "block-m7-480", kpa, "inverse3", path(&corners, 0.064)));
     }
 }
 
 #[test]
 fn out_through_the_side_leaves_no_force_at_other_speeds_places_patches_and_devices() {
-    let ground = PathGround::load().unwrap();
+    let ground = &*GROUND;
     let (mut bad, mut share) = (Vec::new(), Share::one_in(3));
     for patch in ["block-m4f-168", "block-m7-480", "nodule-m7-480", "liver-m4f-168", "block-130"] {
         for (kpa, device) in [(1.0, "touch"), (3.5, "inverse3"), (25.0, "falcon"), (100.0, "inverse3")] {
@@ -82,10 +82,10 @@ fn out_through_the_side_leaves_no_force_at_other_speeds_places_patches_and_devic
                     if !share.takes() {
                         continue;
                     }
-                    let on = &ground.patches[patch_named(&ground, patch)];
+                    let on = &ground.patches[patch_named(ground, patch)];
                     let mut route = path(&[[0.0, 1.0, 4.0], [6.0, -0.7, -3.8], side], m_per_s);
                     route.at_m.iter_mut().for_each(|x| *x = on.point_m(&(*x).into()));
-                    let (outcome, rest_n) = follow(&ground, patch, kpa, device, route);
+                    let (outcome, rest_n) = follow(ground, patch, kpa, device, route);
                     // a dead stop from 0.2 m/s and more is left to the check for a frozen encoder
                     let tripped = outcome.fault.is_some_and(|f| f != Fault::SensorFault || m_per_s < 0.2);
                     if !outcome.broken.is_empty() || tripped || rest_n > 0.0 {
@@ -105,10 +105,10 @@ fn out_through_the_side_leaves_no_force_at_other_speeds_places_patches_and_devic
 /// to 82 ticks.
 #[test]
 fn fast_and_sharp_round_the_tissue_is_free_space() {
-    let ground = PathGround::load().unwrap();
+    let ground = &*GROUND;
     let mut bad = Vec::new();
     for patch in ["block-m4f-168", "block-m7-480", "nodule-m7-480", "liver-m4f-168", "block-130", "block-410"] {
-        let on = &ground.patches[patch_named(&ground, patch)];
+        let on = &ground.patches[patch_named(ground, patch)];
         let [low, high] = on.extent_m.map(|corner| corner.map(|c| 1e3 * c));
         for out_mm in [12.0, 25.0] {
             for axis in [0, 1] {
@@ -119,7 +119,7 @@ fn fast_and_sharp_round_the_tissue_is_free_space() {
                     let corners = [at(left, above + 30.0), at(left, below), at(left, above), at(right, above), at(right, below)];
                     let mut route = path(&corners, m_per_s);
                     route.at_m.iter_mut().for_each(|x| *x = on.point_m(&(*x).into()));
-                    let (outcome, rest_n) = follow(&ground, patch, 3.5, "touch", route);
+                    let (outcome, rest_n) = follow(ground, patch, 3.5, "touch", route);
                     if outcome.peak_n > 0.0 || outcome.fault.is_some() || !outcome.broken.is_empty() {
                         bad.push(format!(
                             "{patch} {out_mm} mm, axis {axis}, {m_per_s} m/s: {} N, {rest_n} N at rest, {} ticks, {:?} {:?}",

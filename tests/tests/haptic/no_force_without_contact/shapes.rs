@@ -1,10 +1,9 @@
 //! The geometry used by the checks agrees with geometry computed by hand.
 
 use palpate::Vector3;
-use palpate_loop::closed_loop::paths::PathGround;
 use palpate_loop::closed_loop::watch::{HalfSpace, RestShape};
 
-use crate::no_force_without_contact::patch_named;
+use crate::no_force_without_contact::{GROUND, patch_named};
 
 fn at(mm: [f64; 3]) -> Vector3<f64> {
     Vector3::from(mm) * 1e-3
@@ -14,8 +13,8 @@ fn at(mm: [f64; 3]) -> Vector3<f64> {
 /// below: distances are those of a box.
 #[test]
 fn the_block_is_a_box() {
-    let ground = PathGround::load().unwrap();
-    let block = &ground.patches[patch_named(&ground, "block-130")].shape;
+    let ground = &*GROUND;
+    let block = &ground.patches[patch_named(ground, "block-130")].shape;
     let radius_m = 8e-3;
     let box_m = |p: Vector3<f64>| {
         let out = |k: usize, low: f64, high: f64| (low - p[k]).max(p[k] - high).max(0.0);
@@ -51,8 +50,8 @@ fn the_block_is_a_box() {
 
 #[test]
 fn the_normals_are_those_of_the_touchable_faces_that_the_ball_can_press() {
-    let ground = PathGround::load().unwrap();
-    let block = &ground.patches[patch_named(&ground, "block-130")].shape;
+    let ground = &*GROUND;
+    let block = &ground.patches[patch_named(ground, "block-130")].shape;
     let [x, z] = [Vector3::x(), Vector3::z()];
     for (inside, faces) in [([0.0, 0.0, -1.0], vec![z]), ([35.0, -20.0, -20.0], vec![x]), ([35.0, -20.0, -4.0], vec![x, z])] {
         let normals = block.normals(&at(inside));
@@ -72,7 +71,7 @@ fn the_normals_are_those_of_the_touchable_faces_that_the_ball_can_press() {
 
 #[test]
 fn every_patch_holds_its_site_and_a_ball_above_it_is_outside_by_its_height() {
-    let ground = PathGround::load().unwrap();
+    let ground = &*GROUND;
     for patch in &ground.patches {
         let point = |out_m: f64| patch.point_m(&[0.0, 0.0, out_m]);
         assert!(patch.shape.contains(&point(-1e-3)), "{}", patch.name);
