@@ -94,7 +94,8 @@ const NAMES_PX: f64 = 236.0;
 const GAP_PX: f64 = 7.0;
 const HEAD_PX: f64 = 40.0;
 const FEET_PX: f64 = 22.0;
-const KEY_PX: f64 = 44.0;
+const KEY_PX: f64 = 46.0;
+const KEY_LINE_PX: f64 = 21.0;
 /// Text in cells and under them [px].
 const SIGN_PX: f64 = 11.5;
 const FOOT_PX: f64 = 10.0;
@@ -195,14 +196,25 @@ impl Drawing<'_> {
         area.draw_text(&cell.sign, &style, (px(x + wide / 2.0), px(y + high / 2.0)))
     }
 
-    /// Draws the key, one line of cells with their meaning.
+    /// Draws the key, cells with their meaning, on one line or on two if they do not fit.
     fn key<DB: DrawingBackend>(&self, area: &Area<DB>, y: f64) -> Drawn<DB> {
         let style = text(TICK_PX - 1.0, INK, (HPos::Left, VPos::Center));
-        let mut x = MARGIN_PX;
-        for (cell, meaning) in self.matrix.key {
+        let most_px = f64::from(area.dim_in_pixel().0) / f64::from(px(1.0)) - MARGIN_PX;
+        let mut places = Vec::with_capacity(self.matrix.key.len());
+        let (mut x, mut line) = (MARGIN_PX, 0.0);
+        for (_, meaning) in self.matrix.key {
+            let wide = 23.0 + f64::from(width(area, meaning, &style)?) / f64::from(px(1.0));
+            if x + wide > most_px && x > MARGIN_PX {
+                (x, line) = (MARGIN_PX, line + 1.0);
+            }
+            places.push((x, line));
+            x += wide + 12.0;
+        }
+        let first = y - 0.5 * KEY_LINE_PX * line;
+        for ((cell, meaning), (x, line)) in self.matrix.key.iter().zip(places) {
+            let y = first + KEY_LINE_PX * line;
             self.cell(area, cell, [x, y - 9.0], [18.0, 18.0])?;
             area.draw_text(meaning, &style, (px(x + 23.0), px(y)))?;
-            x += 23.0 + f64::from(width(area, meaning, &style)?) / f64::from(px(1.0)) + 12.0;
         }
         Ok(())
     }
