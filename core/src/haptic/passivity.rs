@@ -1,27 +1,34 @@
-//! Observes the energy that the loop gives to the hand, in every tick, and intervenes as the last
-//! resort if it is too much.
+//! Observes the energy that the loop gives to the hand, in every tick; bounds the force of a probe
+//! that leaves, and fades a contact that gave too much all the same.
 //!
 //! The observer of Hannaford and Ryu (Time-domain passivity control of haptic interfaces, IEEE
 //! Trans. Robotics and Automation 18, 2002) sums `F dx` with the force that really acted during the
 //! displacement: the one sent `delay` ticks before. A spring takes energy during loading and gives
 //! it back; energy that it gives beyond that, counted from the touch, was created. Ours differs in
 //! the controller: theirs injects damping as soon as the sum is negative, which makes a quantised
-//! encoder buzz. Ours leaves the force alone up to an alarm threshold, above what quantisation can
-//! fake (about `F_max` times one count), then fades the contact's force out until the probe has
-//! left. By then most of a bounce's energy is out, so the next contact begins, and stays, at half
-//! the gain: stiffness falls until the loop holds, and doubles again with every good contact.
-//! Several contacts in a row that end in the alarm are a fault.
+//! encoder buzz. Ours shortens a force along the probe's velocity until the work that it can do
+//! while it acts is within what the contact has taken, as in the energy-bounding algorithm (Kim and
+//! Ryu, Robotics and Autonomous Systems 58, 2010). Theirs bounds the change of the force in each
+//! sample from the hand's own damping; ours bounds the force by the observed sum, over the time
+//! from sending a force to its end.
 //!
-//! The alarm is the last resort. Before it, a force along the probe's velocity is shortened until
-//! the work that it can do while it acts is within what the contact has taken, as in the
-//! energy-bounding algorithm (Kim and Ryu, Robotics and Autonomous Systems 58, 2010). Theirs bounds
-//! the change of the force in each sample from the hand's own damping; ours bounds the force by the
-//! observed sum, over the time from sending a force to its end.
+//! The last resort is an alarm, at a threshold above what quantisation can fake (about `F_max`
+//! times one count): it fades the contact's force out until the probe has left. By then most of a
+//! bounce's energy is out, so the next contact begins, and stays, at half the gain: stiffness falls
+//! until the loop holds, and doubles again with every good contact. Several contacts in a row that
+//! end in the alarm are a fault.
+//!
+//! A sensor with counts reports a displacement after the probe made it, in the ticks since the last
+//! count. So the work of a displacement is that of the *mean* force along its axis since that axis
+//! was displaced last. The tissue's force after a count is larger on the way in, and smaller on the
+//! way out, than the settled force in the tick of the next count. With the latter alone the
+//! observer misses energy that the tissue takes in both directions, and a hand that kneads slowly
+//! seems to have spent its contact within a minute.
 //!
 //! * in: displacement and velocity of the probe [m, m/s], the force sent [N], whether the patch is
 //!   touched
 //! * out: energy [J], gain and share (0 .. 1) on the force
-//! * cost: up to 230 instructions of a Cortex-M4F
+//! * cost: up to 290 instructions of a Cortex-M4F, estimated
 //! * may fail: [`Fault::EnergyCreated`]
 
 use nalgebra::Vector3;
@@ -37,6 +44,11 @@ const LINE: usize = DeviceSpec::MOST_DELAY_TICKS as usize + 1;
 const FADE: f32 = 0.8;
 /// Below this gain there is no force (1).
 const FADED: f32 = 0.01;
+/// Ticks over which the force is averaged at most (1): a force that fades or relaxes is forgotten.
+const MEAN_TICKS: f32 = 100.0;
+/// Share of a count (1). A probe whose displacement while the force acts is shorter is at rest: the
+/// low-passed velocity after a count takes 0.5 s to become zero exactly.
+const REST_COUNTS: f32 = 0.02;
 
 /// Thresholds at which the observer intervenes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,10 +74,10 @@ impl PassivitySettings {
     /// Upper bounds of the settings.
     pub const HIGHEST: Self = Self { allowance_j: 0.1, alarm_j: 0.1, alarms: 100 };
 
-    /// Checks each.
+    /// Checks every setting.
     ///
     /// # Errors
-    /// [`BuildError::OutOfRange`] names it.
+    /// [`BuildError::OutOfRange`] names the setting.
     pub fn check(&self) -> Result<(), BuildError> {
         each_within(&RANGES, [self.allowance_j, self.alarm_j, f32::from(self.alarms)])
     }
@@ -90,12 +102,18 @@ pub struct PassivityObserver {
     /// Backlash applied to the displacement [m], so that a flipping count adds no energy while the
     /// hand rests.
     play_m: f32,
+    /// Largest displacement of a probe at rest while a force acts [m].
+    rest_m: f32,
     /// Position of the probe in that backlash (0 .. `play_m`) [m].
     slack_m: Vector3<f32>,
     /// Ring of the forces sent.
     line_n: [Vector3<f32>; LINE],
     /// Where the next force goes.
     next: u8,
+    /// Mean of the force that acted since the last displacement along each axis [N], and the number
+    /// of ticks that it covers (1).
+    mean_n: Vector3<f32>,
+    mean_ticks: Vector3<f32>,
     /// Ticks between sending and acting.
     delay_ticks: u8,
     /// Time from sending a force to its end [s]: whole ticks, the lag, and the tick it is held.
@@ -127,9 +145,12 @@ impl PassivityObserver {
             settings: *settings,
             // rounding in the last bit of a position is no count
             play_m: 1.01 * device.count_m,
+            rest_m: REST_COUNTS * device.count_m,
             slack_m: Vector3::zeros(),
             line_n,
             next: 0,
+            mean_n: Vector3::zeros(),
+            mean_ticks: Vector3::zeros(),
             delay_ticks,
             acts_s: device.delay_s(tick_s) + tick_s,
             idle_ticks: u8::MAX,
@@ -149,7 +170,8 @@ impl PassivityObserver {
     pub fn observe(&mut self, displacement_m: &Vector3<f32>, touched: bool) -> Result<(), Fault> {
         let behind = self.delay_ticks;
         let acting = usize::from(self.next.wrapping_sub(1 + behind)) % LINE;
-        let force_n = self.line_n.get(acting).copied().unwrap_or_default();
+        let acting_n = self.line_n.get(acting).copied().unwrap_or_default();
+        let force_n = self.mean_n(&acting_n, displacement_m, touched);
         let moved_m = self.slack_m + displacement_m;
         let slack_m = moved_m.map(|at| between(at, 0.0, self.play_m));
         let displacement_m = moved_m - slack_m;
@@ -179,13 +201,25 @@ impl PassivityObserver {
         Ok(())
     }
 
-    /// Share of a force [N] (0 .. 1) to send to a probe with this velocity [m/s]: while it acts, it
-    /// does no more work than this contact took.
+    /// Mean force since the last displacement along each axis [N], this tick's included. A sensor
+    /// without counts reports every displacement in its own tick.
+    fn mean_n(&mut self, acting_n: &Vector3<f32>, displacement_m: &Vector3<f32>, touched: bool) -> Vector3<f32> {
+        let ticks = self.mean_ticks.map(|ticks| between(ticks + 1.0, 1.0, MEAN_TICKS));
+        let mean_n = self.mean_n + (acting_n - self.mean_n).component_div(&ticks);
+        let begins = !touched || self.play_m == 0.0;
+        self.mean_ticks = ticks.zip_map(displacement_m, |ticks, moved_m| if begins || moved_m != 0.0 { 0.0 } else { ticks });
+        self.mean_n = mean_n;
+        mean_n
+    }
+
+    /// Share of a force [N] (0 .. 1) to send to a probe with this velocity [m/s], so that while it
+    /// acts it does no more work than this contact took. A probe at rest gets the whole force.
     #[must_use]
     pub fn share(&self, force_n: &Vector3<f32>, velocity_m_per_s: &Vector3<f32>) -> f32 {
         let work_j = force_n.dot(velocity_m_per_s) * self.acts_s;
         let left_j = self.settings.allowance_j - self.energy.given_j;
-        if work_j <= 0.0 || work_j <= left_j {
+        let rests = work_j * work_j <= force_n.dot(force_n) * (self.rest_m * self.rest_m);
+        if work_j <= 0.0 || work_j <= left_j || rests {
             1.0
         } else if left_j > 0.0 {
             left_j / work_j

@@ -62,7 +62,7 @@ pub struct Stillness {
     still_ticks: f32,
     swing: Swing,
     gain: f32,
-    /// The gain fell in this tick.
+    /// True if the gain fell in this tick.
     fades: bool,
 }
 
@@ -77,7 +77,8 @@ struct Swing {
     /// Force at the last turn, and the one farthest from it since [N].
     turn_n: Vector3<f32>,
     far_n: Vector3<f32>,
-    /// Squares of the last two swings [N^2], the older first: that of the same direction.
+    /// Squares of the last two swings [N^2], the older first. The swing that follows has the
+    /// direction of the older one.
     squares: [f32; 2],
 }
 
@@ -104,7 +105,8 @@ impl Swing {
         let (swing_n, back_n) = (self.far_n - self.turn_n, force_n - self.far_n);
         let (swing, back) = (swing_n.dot(&swing_n), back_n.dot(&back_n));
         if back > SWING_N * SWING_N && back_n.dot(&swing_n) < 0.0 {
-            // the first swing may begin in the middle of an oscillation, and be only half of one
+            // the first swing may begin in the middle of an oscillation and be half as large as the
+            // others, so it may be too small to be counted
             let [same, other] = self.squares;
             let lasts = swing > SWING_N * SWING_N && swing >= DIES_OUT * DIES_OUT * same;
             self.turns = self.turns.saturating_add(u8::from(lasts));
@@ -182,8 +184,8 @@ impl Stillness {
         self.gain
     }
 
-    /// Whether the force is fading out now: until a count ends that, it must not rise, although the
-    /// tissue's force may.
+    /// Whether the force is fading in this tick. A force that fades must not rise, even where the
+    /// tissue's force does; a count ends the fading.
     #[must_use]
     pub fn fades(&self) -> bool {
         self.fades

@@ -208,3 +208,61 @@ fn a_force_is_shortened_to_the_work_that_the_contact_took() {
     }
     near(build(0.1e-3, 0, 0.0).share(&z(2.0), &z(0.2)), 0.25);
 }
+
+/// Moves by counts of 55 um, one in five ticks; the force is `first_n` in the tick after each count
+/// and 1 N in the others. The probe slides besides.
+fn by_counts(observer: &mut PassivityObserver, counts: u16, count_m: f32, first_n: f32) {
+    for n in 0..5 * counts {
+        let moved_m = if n % 5 == 0 { count_m } else { 0.0 };
+        observer.observe(&Vector3::new(1e-4, 0.0, moved_m), true).unwrap();
+        observer.sent(z(if n % 5 == 0 { first_n } else { 1.0 }));
+    }
+}
+
+#[test]
+fn the_work_of_a_count_is_that_of_the_mean_force_since_the_last_one() {
+    let mut observer = observer(0, 55e-6);
+    step(&mut observer, 0.0, true, 1.0).unwrap();
+    // tissue that takes energy in both directions: 3 N after each count in, 0 N after each one out
+    by_counts(&mut observer, 20, -55e-6, 3.0);
+    let taken_j = -observer.energy().given_j;
+    assert!((taken_j / (55e-6 * (19.0 * 1.4 + 0.5)) - 1.0).abs() < 1e-3, "{taken_j}");
+    by_counts(&mut observer, 20, 55e-6, 0.0);
+    // the first count out is within the play
+    let given_j = observer.energy().given_j + taken_j;
+    assert!((given_j / (55e-6 * (18.99 * 0.8)) - 1.0).abs() < 2e-2, "{given_j}");
+}
+
+#[test]
+fn the_mean_force_is_of_this_contact_and_forgets_a_force_that_faded() {
+    let fresh = || observer(0, 55e-6);
+    let mut faded = fresh();
+    (0..1000).for_each(|_| step(&mut faded, 0.0, true, 3.0).unwrap());
+    (0..400).for_each(|_| step(&mut faded, 0.0, true, 1.0).unwrap());
+    step(&mut faded, -55e-6, true, 0.0).unwrap();
+    assert!((-faded.energy().given_j / 55e-6 - 1.0).abs() < 0.05, "{:?}", faded.energy());
+    let mut touched = fresh();
+    (0..50).for_each(|_| step(&mut touched, 0.0, false, 0.0).unwrap());
+    step(&mut touched, 0.0, false, 1.0).unwrap();
+    step(&mut touched, -55e-6, true, 0.0).unwrap();
+    assert!((-touched.energy().given_j / 55e-6 - 1.0).abs() < 1e-5, "{:?}", touched.energy());
+}
+
+#[test]
+fn the_remainder_of_a_low_passed_count_is_rest() {
+    let share = |count_m: f32, m_per_s: f32| {
+        let mut observer = observer(1, count_m);
+        contact_of(&mut observer, 1e-4);
+        observer.share(&z(2.0), &z(m_per_s))
+    };
+    // 2 % of a count in the two ticks until the force has ended
+    for (count_m, m_per_s, right) in [(55e-6, 0.54e-3, 1.0), (55e-6, 0.56e-3, 0.0), (0.0, 1e-9, 0.0), (0.0, 0.0, 1.0)] {
+        assert_eq!(share(count_m, m_per_s), right, "{count_m} {m_per_s}");
+    }
+}
+
+/// 1 N pushes the probe this far out [m]; the contact lasts.
+fn contact_of(observer: &mut PassivityObserver, moved_m: f32) {
+    (0..2).for_each(|_| step(observer, 0.0, true, 1.0).unwrap());
+    step(observer, moved_m, true, 1.0).unwrap();
+}

@@ -1,6 +1,7 @@
 //! Saturation and created energy, and the force until the contact is over.
 
 use palpate::haptic::cycle::Settings;
+use palpate::haptic::device::DeviceSpec;
 use palpate::haptic::mode::Mode;
 use palpate::{ClampFlags, Vector3};
 
@@ -139,4 +140,19 @@ fn a_force_that_fades_because_it_swings_does_not_rise_again() {
         last_n = record.applied_n.z;
     }
     assert!(fades && last_n == 0.0, "{last_n}");
+}
+
+#[test]
+fn a_hand_that_comes_to_rest_with_its_contact_spent_feels_the_force_again_at_once() {
+    let count_m = 55e-6;
+    let mut bench = Bench::with(400.0, DeviceSpec { count_m, ..stylus() }, |_| ()).active();
+    bench.wall.answer = Some(pushing(1e-3, 1.0));
+    bench.ticks(5);
+    for _ in 0..10 {
+        bench.at(bench.device.sensed.position_m.z + count_m);
+    }
+    assert_eq!(bench.tick().applied_n.z, 0.0, "nothing was taken");
+    let ticks = (1..1000).find(|_| bench.tick().applied_n.z > 0.0);
+    assert!(ticks.is_some_and(|ticks| ticks < 30), "{ticks:?}");
+    assert!((bench.ticks(5).applied_n.z - 1.0).abs() < 1e-2);
 }

@@ -27,8 +27,8 @@ impl Cycle {
         gain * self.observer.gain()
     }
 
-    /// Maximum force that the mode allows [N]. In `SafeRamp` it falls to zero in a fixed time and
-    /// never rises.
+    /// Maximum force that the mode allows [N]. A force that fades because the hand is at rest does
+    /// not rise. In `SafeRamp` the maximum falls to zero in a fixed time and never rises.
     pub(super) fn cap_n(&self) -> f32 {
         match self.mode() {
             Mode::Active | Mode::Degraded if self.stillness.fades() => length(&self.limiter.last_n()),

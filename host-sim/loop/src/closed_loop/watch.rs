@@ -62,6 +62,9 @@ pub struct Broken {
     pub what: &'static str,
 }
 
+/// Ticks over which the loop averages a force at most (1).
+const MOST_MEAN_TICKS: f32 = 100.0;
+
 /// Checks tick by tick.
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
@@ -82,6 +85,8 @@ pub struct Watch {
     /// Position of each axis in the backlash of the energy's displacement [m]; unknown after a
     /// fault.
     slack_m: [Slack; 3],
+    /// Force along each axis since its last displacement.
+    since: [Since; 3],
     by_geometry: Option<ByGeometry>,
 }
 
@@ -107,6 +112,25 @@ impl Slack {
         let place_m = (at_m + displacement_m).clamp(0.0, play_m);
         self.0 = Some(place_m);
         Some(at_m + displacement_m - place_m)
+    }
+}
+
+/// Sum of the force along an axis since its last displacement [N], and its ticks.
+#[derive(Clone, Copy, Debug, Default)]
+struct Since {
+    sum_n: f32,
+    ticks: f32,
+}
+
+impl Since {
+    /// Mean force with that of this tick; a new mean begins after a displacement and outside of
+    /// contact.
+    fn mean_n(&mut self, force_n: f32, ends: bool) -> f32 {
+        // beyond this the loop forgets the oldest
+        let kept = if self.ticks < MOST_MEAN_TICKS { 1.0 } else { 1.0 - 1.0 / MOST_MEAN_TICKS };
+        let (sum_n, ticks) = (self.sum_n * kept + force_n, (self.ticks + 1.0).min(MOST_MEAN_TICKS));
+        *self = if ends { Self::default() } else { Self { sum_n, ticks } };
+        sum_n / ticks
     }
 }
 
@@ -286,7 +310,7 @@ impl Watch {
     fn energy(&mut self, now: &Tick, before: &Tick) -> Result<(), Broken> {
         let Some(settled) = self.settled else { return Ok(()) };
         if now.telemetry.fault.is_some() || before.telemetry.fault.is_some() {
-            self.slack_m = [Slack(None); 3];
+            (self.slack_m, self.since) = ([Slack(None); 3], [Since::default(); 3]);
             return Ok(());
         }
         let displacement_m = now.telemetry.position_m - before.telemetry.position_m;
@@ -294,13 +318,20 @@ impl Watch {
         for ((passed, slack), way) in passed_m.iter_mut().zip(&mut self.slack_m).zip(displacement_m.iter()) {
             *passed = slack.pass(*way, settled.play_m);
         }
-        let [Some(x), Some(y), Some(z)] = passed_m else { return Ok(()) };
         let Some(acted) = self.past.get(settled.delay_ticks).copied().flatten() else { return Ok(()) };
         let force_n = acted.force_n();
+        let output = before.telemetry.output;
+        let free = output.depth_m <= 0.0 && output.force_n == Vector3::zeros();
+        let mut mean_n = force_n;
+        for axis in 0..3 {
+            let ends = free || settled.play_m == 0.0 || displacement_m[axis] != 0.0;
+            mean_n[axis] = self.since[axis].mean_n(force_n[axis], ends);
+        }
+        let [Some(x), Some(y), Some(z)] = passed_m else { return Ok(()) };
         if force_n == Vector3::zeros() {
             return Ok(());
         }
-        let work_j = force_n.dot(&Vector3::new(x, y, z));
+        let work_j = mean_n.dot(&Vector3::new(x, y, z));
         let counted_j = now.telemetry.energy.given_j - before.telemetry.energy.given_j;
         match (counted_j - work_j).abs() <= 1e-7 + 1e-3 * work_j.abs() + 1e-5 * now.telemetry.energy.given_j.abs() {
             true => Ok(()),
