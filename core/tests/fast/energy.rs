@@ -259,6 +259,8 @@ fn the_remainder_of_a_low_passed_count_is_rest() {
     for (count_m, m_per_s, right) in [(55e-6, 0.54e-3, 1.0), (55e-6, 0.56e-3, 0.0), (0.0, 1e-9, 0.0), (0.0, 0.0, 1.0)] {
         assert_eq!(share(count_m, m_per_s), right, "{count_m} {m_per_s}");
     }
+    // a probe that comes back into an overdrawn contact takes less than was given in excess
+    assert_eq!(share(55e-6, -0.001), 1.0);
 }
 
 /// 1 N pushes the probe this far out [m]; the contact lasts.
