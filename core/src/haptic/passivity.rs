@@ -95,6 +95,32 @@ pub struct Energy {
     pub total_created_j: f32,
 }
 
+/// Displacement and force along an axis.
+#[derive(Clone, Copy, Debug, Default)]
+struct Axis {
+    /// Position of the probe in the backlash (0 .. `play_m`) [m].
+    slack_m: f32,
+    /// Mean of the force that acted since the last displacement [N].
+    mean_n: f32,
+    /// Ticks that the mean covers (1).
+    mean_ticks: f32,
+}
+
+impl Axis {
+    /// Work of this tick [J] of a force [N] that acted over a displacement [m]. A sensor without
+    /// counts (no `play_m`) reports every displacement in its own tick, and the mean is the force.
+    #[inline(never)] // three copies take 200 bytes of the board's flash more
+    fn work_j(&mut self, acting_n: f32, displacement_m: f32, play_m: f32, touched: bool) -> f32 {
+        let ticks = between(self.mean_ticks + 1.0, 1.0, MEAN_TICKS);
+        self.mean_n += (acting_n - self.mean_n) / ticks;
+        let begins = !touched || play_m == 0.0 || displacement_m != 0.0;
+        self.mean_ticks = if begins { 0.0 } else { ticks };
+        let moved_m = self.slack_m + displacement_m;
+        self.slack_m = between(moved_m, 0.0, play_m);
+        self.mean_n * (moved_m - self.slack_m)
+    }
+}
+
 /// Watches the energy.
 #[derive(Clone, Copy, Debug)]
 pub struct PassivityObserver {
@@ -104,16 +130,11 @@ pub struct PassivityObserver {
     play_m: f32,
     /// Largest displacement of a probe at rest while a force acts [m].
     rest_m: f32,
-    /// Position of the probe in that backlash (0 .. `play_m`) [m].
-    slack_m: Vector3<f32>,
+    axes: [Axis; 3],
     /// Ring of the forces sent.
     line_n: [Vector3<f32>; LINE],
     /// Where the next force goes.
     next: u8,
-    /// Mean of the force that acted since the last displacement along each axis [N], and the number
-    /// of ticks that it covers (1).
-    mean_n: Vector3<f32>,
-    mean_ticks: Vector3<f32>,
     /// Ticks between sending and acting.
     delay_ticks: u8,
     /// Time from sending a force to its end [s]: whole ticks, the lag, and the tick it is held.
@@ -146,11 +167,9 @@ impl PassivityObserver {
             // rounding in the last bit of a position is no count
             play_m: 1.01 * device.count_m,
             rest_m: REST_COUNTS * device.count_m,
-            slack_m: Vector3::zeros(),
+            axes: [Axis::default(); 3],
             line_n,
             next: 0,
-            mean_n: Vector3::zeros(),
-            mean_ticks: Vector3::zeros(),
             delay_ticks,
             acts_s: device.delay_s(tick_s) + tick_s,
             idle_ticks: u8::MAX,
@@ -171,13 +190,12 @@ impl PassivityObserver {
         let behind = self.delay_ticks;
         let acting = usize::from(self.next.wrapping_sub(1 + behind)) % LINE;
         let acting_n = self.line_n.get(acting).copied().unwrap_or_default();
-        let force_n = self.mean_n(&acting_n, displacement_m, touched);
-        let moved_m = self.slack_m + displacement_m;
-        let slack_m = moved_m.map(|at| between(at, 0.0, self.play_m));
-        let displacement_m = moved_m - slack_m;
-        self.slack_m = slack_m;
+        let mut work_j = 0.0;
+        for ((axis, force_n), moved_m) in self.axes.iter_mut().zip(acting_n.iter()).zip(displacement_m.iter()) {
+            work_j += axis.work_j(*force_n, *moved_m, self.play_m, touched);
+        }
         let energy = &mut self.energy;
-        energy.given_j += force_n.dot(&displacement_m);
+        energy.given_j += work_j;
         if energy.given_j > energy.created_j {
             energy.created_j = energy.given_j;
         }
@@ -199,17 +217,6 @@ impl PassivityObserver {
             self.leave();
         }
         Ok(())
-    }
-
-    /// Mean force since the last displacement along each axis [N], this tick's included. A sensor
-    /// without counts reports every displacement in its own tick.
-    fn mean_n(&mut self, acting_n: &Vector3<f32>, displacement_m: &Vector3<f32>, touched: bool) -> Vector3<f32> {
-        let ticks = self.mean_ticks.map(|ticks| between(ticks + 1.0, 1.0, MEAN_TICKS));
-        let mean_n = self.mean_n + (acting_n - self.mean_n).component_div(&ticks);
-        let begins = !touched || self.play_m == 0.0;
-        self.mean_ticks = ticks.zip_map(displacement_m, |ticks, moved_m| if begins || moved_m != 0.0 { 0.0 } else { ticks });
-        self.mean_n = mean_n;
-        mean_n
     }
 
     /// Share of a force [N] (0 .. 1) to send to a probe with this velocity [m/s], so that while it
