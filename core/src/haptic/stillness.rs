@@ -286,7 +286,8 @@ mod tests {
 
     #[test]
     fn a_swing_is_counted_whole_wherever_it_began() {
-        // 0.03 N from end to end; the probe came to rest in its middle, from where it is half of that
+        // 0.03 N from end to end; the probe came to rest in its middle, from where it is half of
+        // that
         for first in [0.0_f32, 0.5, 1.0, 1.6] {
             let mut still = Stillness::build(1e-3);
             for n in 0..400_u16 {

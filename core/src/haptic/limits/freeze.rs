@@ -22,8 +22,8 @@ use crate::fault::Fault;
 const FAST_M_PER_S: f32 = 0.2;
 /// Readings in a row that have to be as fast as [`FAST_M_PER_S`], in one direction.
 const MOVING: u8 = 3;
-/// The same least speed in counts per tick (1): a coarse encoder makes a slow hand look fast now
-/// and then.
+/// Least such speed in counts per tick (1): a coarse encoder makes a slow hand look fast now and
+/// then.
 const FAST_COUNTS: f32 = 2.5;
 /// Next displacement, extrapolated from the last two, up to which equal readings are plausible, in
 /// counts (1): less than one count, plus an extrapolation error of less than three.
