@@ -286,7 +286,8 @@ impl ClampFlags {
     /// The force was scaled down: ramp-in, relief after saturation, or an encoder that no longer
     /// counts.
     pub const GAIN: Self = Self(64);
-    /// The force was scaled down because the contact gave energy to the hand.
+    /// The force was scaled down because the contact gave energy to the hand, or would have given
+    /// it within the delay of the loop.
     pub const ENERGY: Self = Self(128);
 
     /// Adds flags.

@@ -15,8 +15,6 @@ mod period;
 mod self_test;
 mod telemetry;
 
-use core::fmt;
-
 use board::{Duty, ThisBoard};
 use cortex_m_rt::entry;
 use palpate_controller::board::Board;
@@ -90,8 +88,11 @@ fn haptic_loop(arming: Arming) -> &'static mut HapticLoop<ThisBoard> {
     LOOP.init(HapticLoop::new(this, controller))
 }
 
-/// Returns the value, or stops the program, which cannot run without it. The error goes by its
-/// name, as in the log: sentences for all of them take more flash than names.
-fn or_stop<T>(result: Result<T, impl fmt::Debug>, what: &str) -> T {
-    result.unwrap_or_else(|error| board::stop(format_args!("{what}: {error:?}")))
+/// Returns the value, or stops the program, which cannot run without it. The log has the error, for
+/// it stores names on the host: as text they take 2 KB of flash.
+fn or_stop<T, E: defmt::Format>(result: Result<T, E>, what: &str) -> T {
+    result.unwrap_or_else(|error| {
+        defmt::error!("{}: {}", what, error);
+        board::stop(format_args!("{what}: the log says why"))
+    })
 }

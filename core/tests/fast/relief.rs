@@ -77,8 +77,11 @@ fn a_probe_that_leaves_is_pushed_by_no_more_than_it_brought() {
         work_j
     };
     assert_eq!(way(&mut bench, 0.1e-3), 0.0, "nothing was taken");
+    assert!(set(&bench.at(bench.device.sensed.position_m.z + 0.1e-3), ClampFlags::ENERGY), "and the record says so");
     // 1 N over 1 mm, and damping
+    bench.move_to(start_m + 1e-3, 0.1);
     let taken_j = -way(&mut bench, -0.1e-3);
+    assert!(!set(&bench.at(bench.device.sensed.position_m.z), ClampFlags::ENERGY), "a force that takes is whole");
     assert!((0.8e-3..1.5e-3).contains(&taken_j), "{taken_j}");
     let given_j = way(&mut bench, 0.1e-3) + way(&mut bench, 0.1e-3);
     assert!((0.3 * taken_j..taken_j).contains(&given_j), "{given_j} of {taken_j}");

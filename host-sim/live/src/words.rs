@@ -44,7 +44,7 @@ pub fn limiters(bits: u8) -> Vec<&'static str> {
         (ClampFlags::SLEW, "force growing as fast as it may"),
         (ClampFlags::HELD, "an older pose"),
         (ClampFlags::GAIN, "scaled: ramp-in or relief"),
-        (ClampFlags::ENERGY, "scaled: energy was given"),
+        (ClampFlags::ENERGY, "scaled: the contact took too little energy"),
     ]
     .into_iter()
     .filter(|(flag, _)| bits & flag.bits() == flag.bits())
