@@ -191,10 +191,10 @@ enum Command {
     ///
     /// Searches patch radius, element size, foundation, substeps and terms. Prints the model, the
     /// next smaller one that misses the tolerance and the next larger one that keeps it or leaves
-    /// the budget. Writes <scene>-<board>.patch, summary.json (with the promise), searched.csv and
-    /// the chart of the search as SVG and PNG. Fails (exit code 1) if nothing fits, and names a
-    /// board that would do. A scene that is not the standard block is solved by finite elements
-    /// first.
+    /// the budget. Writes <scene>-<board>.patch, the record of its fit beside it (.patch.json),
+    /// summary.json (with the promise), searched.csv and the chart of the search as SVG and PNG.
+    /// Fails (exit code 1) if nothing fits, and names a board that would do. A scene that is not
+    /// the standard block is solved by finite elements first.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Plan(PlanArgs),
     /// Use a flashed board on a serial port: find it, arm, stop, record, send patches.

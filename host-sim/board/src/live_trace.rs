@@ -116,7 +116,10 @@ fn packed(trace: &Trace) -> Result<(Vec<u8>, Params), EmulateError> {
 
 /// Opens a patch as a board does: a patch for an image is refused here, in words, and not by a
 /// board that then stays idle.
-fn fits(packed: &[u8]) -> Result<(), BuildError> {
+///
+/// # Errors
+/// The board's reason.
+pub fn fits(packed: &[u8]) -> Result<(), BuildError> {
     let words = aligned(packed);
     let mut memory = Box::new(palpate_controller::patch::Memory::RESERVED);
     palpate_controller::patch::Patch::open(&bytemuck::cast_slice(&words)[..packed.len()], &mut memory, None).map(|_| ())

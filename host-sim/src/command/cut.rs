@@ -1,6 +1,7 @@
 //! `palpate cut`: a patch cut out of a whole organ, with its far field, calibrated.
 
 use clap::Args;
+use palpate::{BuildError, Params};
 use serde::Serialize;
 
 use super::Common;
@@ -9,6 +10,9 @@ use super::pack::BoardArg;
 use super::progress::Status;
 use super::verdict::Verdict;
 use crate::error::Error;
+use palpate_board::live_trace;
+use palpate_controller::link::Refusal;
+use palpate_controller::patch::step;
 use palpate_fit::calibrate::Round;
 use palpate_fit::calibrate::accuracy::Accuracy;
 use palpate_fit::calibrate::targets::DEPTHS_RADII;
@@ -19,7 +23,7 @@ use palpate_fit::solved::Solved;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::AnswerProbe;
 use palpate_tissue::budget::{Cost, Machine, triangles_in_reach};
-use palpate_tissue::fit_record::{FitRecord, Judged, OrganRecord, checksum};
+use palpate_tissue::fit_record::{FitRecord, Judged, Moving, OrganRecord, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::Scene;
@@ -33,6 +37,10 @@ const HALVINGS: usize = 5;
 const WORST_RMS_PCT: f64 = 10.0;
 /// Range of depths of the summarised error [probe radii].
 const JUDGED_DEPTHS_RADII: [f64; 2] = [0.125, 0.5];
+
+/// Largest factor, and least one of a step, by which the mass floor of a fitted patch is raised (1).
+const MOST_FLOOR_RAISE: f32 = 2.0;
+const FLOOR_STEP: f32 = 1.05;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct CutArgs {
@@ -105,7 +113,7 @@ impl CutArgs {
             rounds += 1;
             status.say(format!("fit: round {rounds}, force error {:.2} % rms", r.force_rms_pct));
         })?;
-        let session = Session::of_fitted(machine, fitted.patch.clone(), fitted.params)?;
+        let session = on_board(&fitted.patch, fitted.params, machine)?;
         let cost = cost(&session.patch, &scene, machine, scene.probe.tip().reach_m(), session.params.substeps);
         status.clear();
         solved.said().iter().for_each(|line| println!("{line}"));
@@ -141,6 +149,29 @@ fn too_slow(patch: &Patch, cost: &Cost, machine: &Machine) -> Error {
         cost.budget,
         machine.name
     )))
+}
+
+/// A session of a fitted patch with a mass floor that a board accepts: multipliers of a fit make
+/// nodes stiffer, and then the floor's masses may be too light for one step of 1 ms. Held forces do
+/// not depend on masses.
+fn on_board(patch: &Patch, mut params: Params, machine: &Machine) -> Result<Session, Error> {
+    let most = MOST_FLOOR_RAISE * params.mass_floor;
+    loop {
+        let session = Session::of_fitted(machine, patch.clone(), params)?;
+        if !machine.is_board() || session.params.mass_floor >= most {
+            return Ok(session);
+        }
+        let raise = match live_trace::fits(&packed(&session)) {
+            Err(BuildError::OutOfRange { parameter: step::FLOOR, value, min, .. }) if value > 0.0 => min / value,
+            _ if session.params.substeps > 1 => 1.0,
+            _ => return Ok(session),
+        };
+        params.mass_floor = (params.mass_floor * raise.max(FLOOR_STEP)).min(most);
+    }
+}
+
+fn packed(session: &Session) -> Vec<u8> {
+    session.patch.pack(&session.params, session.stable.pressed_s as f32)
 }
 
 /// The smallest element with which a patch fits the machine in one substep.
@@ -199,12 +230,10 @@ fn write(
     machine: &Machine,
     cost: &Cost,
 ) -> Result<(), Error> {
-    let name = format!("{}-{}.patch", scene.name, machine.name);
-    let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
-    folder.write(&name, &bytes)?;
     let model = session.patch.model();
     let radius_m = scene.probe.radius_m;
     let errors = fitted.short(0.124 * radius_m, 0.51 * radius_m);
+    let (name, length) = write_patch(&folder, scene, session, machine, judged(&errors, radius_m), None)?;
     let rows = fitted
         .accuracy
         .forces
@@ -233,9 +262,6 @@ fn write(
         rounds: &fitted.rounds,
         accuracy: &fitted.accuracy,
     })?;
-    if let Some(patch_crc32) = checksum(&bytes) {
-        record(scene, session, &errors, patch_crc32).write(&folder, &name)?;
-    }
     let out = folder.publish()?;
     let verdict = Verdict::ok(format!(
         "{} nodes, {:.2} % rms off finite elements of the whole (at most {WORST_RMS_PCT} % allowed) and {:+.2} % at worst, at places that the fit did not see; a tick takes {:.0} % of what it may on {} (estimate)",
@@ -252,7 +278,7 @@ fn write(
         model.nodes.len(),
         model.springs.len(),
         model.tets.len(),
-        bytes.len()
+        length
     );
     println!(
         "at its edge {} nodes, and springs along {} edges between them, stand in for the rest of the organ, {} tets that are not in the patch",
@@ -276,8 +302,50 @@ fn write(
     verdict.last()
 }
 
-/// The record that is written beside the patch.
-fn record(scene: &Scene, session: &Session, errors: &Short, patch_crc32: u32) -> FitRecord {
+/// Writes a patch of `cut` or `plan` and the record of its fit beside it; returns the name of its
+/// file and its length [bytes]. A patch that a board would refuse is not written.
+pub(super) fn write_patch(
+    folder: &OutputFolder,
+    scene: &Scene,
+    session: &Session,
+    machine: &Machine,
+    judged: Judged,
+    moving: Option<Moving>,
+) -> Result<(String, usize), Error> {
+    let name = format!("{}-{}.patch", scene.name, machine.name);
+    let bytes = packed(session);
+    if machine.is_board() {
+        live_trace::fits(&bytes).map_err(|cause| {
+            TissueError::Check(format!(
+                "{name}: {}; nothing is written, and smaller or larger elements may pass",
+                Refusal::from(cause)
+            ))
+        })?;
+    }
+    folder.write(&name, &bytes)?;
+    if let Some(patch_crc32) = checksum(&bytes) {
+        record(scene, session, judged, moving, patch_crc32).write(folder, &name)?;
+    }
+    Ok((name, bytes.len()))
+}
+
+/// The errors of a cut patch, as its record has them.
+fn judged(errors: &Short, radius_m: f64) -> Judged {
+    Judged {
+        rms_pct: errors.disc_rms_pct,
+        worst_pct: errors.disc_worst_pct,
+        from_m: JUDGED_DEPTHS_RADII[0] * radius_m,
+        to_m: JUDGED_DEPTHS_RADII[1] * radius_m,
+        places: JUDGED_PLACES,
+        lost_places: 0,
+        disc_radius_m: JUDGED_RADII * radius_m,
+        bump: None,
+        glued: None,
+        surface: None,
+    }
+}
+
+fn record(scene: &Scene, session: &Session, judged: Judged, moving: Option<Moving>, patch_crc32: u32) -> FitRecord {
     let radius_m = scene.probe.radius_m;
     FitRecord {
         patch_crc32,
@@ -288,19 +356,8 @@ fn record(scene: &Scene, session: &Session, errors: &Short, patch_crc32: u32) ->
         probe: AnswerProbe { shape: scene.probe.shape, radius_m },
         fitted_places: session.patch.fitted_places(),
         fitted_depths_m: DEPTHS_RADII.iter().map(|depth| depth * radius_m).collect(),
-        judged: Judged {
-            rms_pct: errors.disc_rms_pct,
-            worst_pct: errors.disc_worst_pct,
-            from_m: JUDGED_DEPTHS_RADII[0] * radius_m,
-            to_m: JUDGED_DEPTHS_RADII[1] * radius_m,
-            places: JUDGED_PLACES,
-            lost_places: 0,
-            disc_radius_m: JUDGED_RADII * radius_m,
-            bump: None,
-            glued: None,
-            surface: None,
-        },
-        moving: None,
+        judged,
+        moving,
         reference_error_pct: None,
     }
 }
@@ -329,5 +386,39 @@ mod tests {
         };
         let [plain, relaxes, both] = [("block", 0.0), ("beef", 0.0), ("beef", 0.5)].map(|(name, friction)| of(name, friction));
         assert!(relaxes > plain + 1e4 && both > relaxes + 1e3, "{plain}, {relaxes}, {both}");
+    }
+    #[test]
+    fn a_floor_that_is_too_light_for_a_board_is_raised() {
+        let (patch, mut params) = calibrated::sized(130).unwrap();
+        let machine = Machine::named("m7-480").unwrap();
+        let opened = |session: &Session| live_trace::fits(&packed(session)).map_err(Refusal::from);
+        let kept = on_board(&patch, params, machine).unwrap();
+        assert_eq!((kept.params.mass_floor, opened(&kept)), (params.mass_floor, Ok(())));
+        params.mass_floor *= 0.5;
+        let light = Session::of_fitted(machine, patch.clone(), params).unwrap();
+        assert_eq!(opened(&light), Err(Refusal::PatchStep));
+        let raised = on_board(&patch, params, machine).unwrap();
+        assert!(raised.params.mass_floor > params.mass_floor && opened(&raised) == Ok(()), "{}", raised.params.mass_floor);
+    }
+
+    #[test]
+    fn a_patch_has_the_record_of_its_fit_and_is_not_written_for_a_board_that_refuses_it() {
+        let disk = tempfile::tempdir().unwrap();
+        let scene = Scene::load("block").unwrap();
+        let errors = Short { centred_rms_pct: 0.5, disc_rms_pct: 1.5, disc_worst_pct: -4.0 };
+        let written = |board: &str, mass_floor: f32| {
+            let (patch, params) = calibrated::sized(130).unwrap();
+            let machine = Machine::named(board).unwrap();
+            let desktop = Machine::named("desktop").unwrap();
+            let mut session = Session::of_fitted(desktop, patch, params).unwrap();
+            session.params.mass_floor = mass_floor;
+            let folder = OutputFolder::open(&disk.path().join(board)).unwrap();
+            let wrote = write_patch(&folder, &scene, &session, machine, judged(&errors, 8e-3), None);
+            wrote.map(|(name, _)| folder.publish().unwrap().join(name))
+        };
+        let record = FitRecord::of_file(&written("desktop", 3.5).unwrap()).unwrap();
+        assert_eq!((record.nodes, record.judged), (130, judged(&errors, 8e-3)));
+        let refused = written("m7-480", 0.1).unwrap_err().to_string();
+        assert!(refused.contains("more substeps or a larger mass floor; nothing is written"), "{refused}");
     }
 }

@@ -3,13 +3,16 @@
 use palpate::Terms;
 use serde::Serialize;
 
+use super::super::cut::write_patch;
 use super::super::verdict::Verdict;
 use super::unit;
 use super::worth::{self, Worth};
 use crate::error::Error;
 use palpate_charts::{PlanChart, PlanDot, plan};
-use palpate_fit::plan::{Bench, Effort, JudgedCandidate, Outcome, RimTreatment, WORST_RATIO};
+use palpate_fit::far_field::fitted::JUDGED_RADII;
+use palpate_fit::plan::{self as planned, Bench, Effort, Judge, JudgedCandidate, Outcome, RimTreatment, WORST_RATIO};
 use palpate_tissue::budget::Machine;
+use palpate_tissue::fit_record::{Judged, Moving};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::session::moving::MovingReport;
 
@@ -54,16 +57,18 @@ struct Summary<'a> {
 /// Writes and prints the report; returns the name of the patch file, if a model was found.
 pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome, all: bool) -> Result<Option<String>, Error> {
     let (scene, machine) = (bench.scene, bench.machine);
-    let mut patch = None;
-    if let Some(session) = outcome.chosen.as_ref().and_then(|t| t.session.as_ref()) {
-        let name = format!("{}-{}.patch", scene.name, machine.name);
-        folder.write(&name, &session.patch.pack(&session.params, session.stable.pressed_s as f32))?;
-        patch = Some(name);
-    }
+    let chosen = outcome.chosen.as_ref().and_then(|t| Some((t, t.session.as_ref()?)));
+    let patch = chosen
+        .map(|(chosen, session)| {
+            let judged = in_record(bench.judge, &chosen.judged, scene.probe.radius_m);
+            let moving = chosen.moving.map(|m| Moving { speed_m_per_s: m.speed_m_per_s, rms_pct: m.rms_pct });
+            write_patch(&folder, scene, session, machine, judged, moving).map(|(name, _)| name)
+        })
+        .transpose()?;
     let promise = outcome.chosen.as_ref().map(|t| Promise {
         tolerance_pct: bench.tolerance_pct,
         worst_tolerance_pct: WORST_RATIO * bench.tolerance_pct,
-        radius_m: palpate_fit::far_field::fitted::JUDGED_RADII * scene.probe.radius_m,
+        radius_m: JUDGED_RADII * scene.probe.radius_m,
         depths_m: &bench.judge.depths_m,
         rms_pct: t.judged.rms_pct,
         worst_pct: t.judged.worst_pct,
@@ -120,6 +125,24 @@ pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome, all:
         summary.patch.as_ref().map_or_else(String::new, |name| format!("{name}, "))
     );
     Ok(summary.patch)
+}
+
+/// The errors of the chosen patch, as its record has them. The larger one counts of those at the
+/// centre and elsewhere.
+fn in_record(judge: &Judge, found: &planned::Judged, probe_radius_m: f64) -> Judged {
+    let worst_pct = if found.centred_worst_pct.abs() > found.worst_pct.abs() { found.centred_worst_pct } else { found.worst_pct };
+    Judged {
+        rms_pct: found.rms_pct.max(found.centred_rms_pct),
+        worst_pct,
+        from_m: judge.depths_m.first().copied().unwrap_or_default(),
+        to_m: judge.depths_m.last().copied().unwrap_or_default(),
+        places: found.places,
+        lost_places: 0,
+        disc_radius_m: JUDGED_RADII * probe_radius_m,
+        bump: None,
+        glued: None,
+        surface: None,
+    }
 }
 
 /// The model that was chosen, or why none was.
