@@ -60,7 +60,7 @@ impl Rows {
     /// Begins the file.
     fn begin(path: &Path) -> Result<Self, Error> {
         let folder = folder_of(path, "--out")?;
-        let file = NamedTempFile::new_in(folder).map_err(|source| TissueError::Write { path: path.into(), source })?;
+        let file = readable(folder).map_err(|source| TissueError::Write { path: path.into(), source })?;
         Ok(Self(Table::begin(path, BufWriter::new(file))?))
     }
 
@@ -100,6 +100,18 @@ impl Growing {
         self.0.add(record, identity)?;
         self.0.flush()
     }
+}
+
+/// A temporary file with the permissions of any new file, not those of a secret one.
+#[cfg(unix)]
+fn readable(folder: &Path) -> std::io::Result<NamedTempFile> {
+    use std::os::unix::fs::PermissionsExt;
+    tempfile::Builder::new().permissions(std::fs::Permissions::from_mode(0o666)).tempfile_in(folder)
+}
+
+#[cfg(not(unix))]
+fn readable(folder: &Path) -> std::io::Result<NamedTempFile> {
+    NamedTempFile::new_in(folder)
 }
 
 /// Folder of a file that an option names, made if it is missing.

@@ -46,6 +46,8 @@ fn both_files_have_the_same_rows_and_may_not_be_the_same() {
     files.add(&RECORD, &identity()).unwrap();
     files.publish().unwrap();
     assert_eq!(std::fs::read(&whole).unwrap(), std::fs::read(&growing).unwrap());
+    let permissions = |path| std::fs::metadata(path).unwrap().permissions();
+    assert_eq!(permissions(&whole), permissions(&growing), "others read both or none");
     let why = Files::begin(Some(&whole), Some(&whole)).err().unwrap().to_string();
     assert!(why.ends_with("--out and --stream name the same file: give them two"), "{why}");
     assert_eq!(std::fs::read_to_string(&whole).unwrap().lines().count(), 2, "what was there stays");
