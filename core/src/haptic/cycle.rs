@@ -267,11 +267,11 @@ impl Cycle {
         let gain = self.gain(record);
         let cap_n = if late { self.half_n(record) } else { self.cap_n() };
         let gained_n = record.wanted_n * gain;
-        let share = self.observer.share(&gained_n, &self.damping.velocity_m_per_s());
-        if share < 1.0 {
+        let bound_n = self.observer.bound(&gained_n, &self.damping.velocity_m_per_s());
+        if bound_n != gained_n {
             record.limiters.set(ClampFlags::ENERGY);
         }
-        let limited = self.limiter.limit(&self.limits, gained_n * share, cap_n)?;
+        let limited = self.limiter.limit(&self.limits, bound_n, cap_n)?;
         record.limiters.set(limited.limiters);
         if self.mode() == Mode::SafeRamp && limited.force_n == Vector3::zeros() {
             self.enter(Event::RampEnded);

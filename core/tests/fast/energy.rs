@@ -21,12 +21,12 @@ fn step(observer: &mut PassivityObserver, moved_m: f32, touched: bool, force_n: 
     answer
 }
 
-/// A contact in which 1 N pushes the probe this far out [m], or in where it is negative; then free
-/// space.
+/// A contact in which 1 N pushes the probe this far out [m], or in where it is negative; then 30
+/// ticks in free space.
 fn contact(observer: &mut PassivityObserver, moved_m: f32) -> Result<(), Fault> {
     step(observer, 0.0, true, 1.0)?;
     let answer = step(observer, moved_m, true, 0.0);
-    for _ in 0..4 {
+    for _ in 0..30 {
         step(observer, 0.0, false, 0.0)?;
     }
     answer
@@ -179,6 +179,14 @@ fn clearing_forgets_the_alarms_and_keeps_the_total() {
     (0..4).for_each(|_| assert_eq!(contact(&mut observer, 1e-3), Ok(())));
 }
 
+/// Share of the work of a force [N] at a velocity [m/s] that its bounded form does (1).
+fn share(observer: &PassivityObserver, force_n: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> f32 {
+    let bound_n = observer.bound(&force_n, &velocity_m_per_s);
+    let across = (bound_n - force_n).cross(&velocity_m_per_s).norm();
+    assert!(across < 1e-6, "{bound_n} of {force_n}: the force across the velocity does no work");
+    if bound_n == force_n { 1.0 } else { bound_n.dot(&velocity_m_per_s) / force_n.dot(&velocity_m_per_s) }
+}
+
 #[test]
 fn a_force_is_shortened_to_the_work_that_the_contact_took() {
     let build = |allowance_j: f32, delay_ticks: u8, lag_s: f32| {
@@ -189,9 +197,9 @@ fn a_force_is_shortened_to_the_work_that_the_contact_took() {
     // a contact that took nothing gives nothing to a probe that leaves, and all of the force to one
     // that rests, comes or slides
     let fresh = build(0.0, 0, 0.0);
-    near(fresh.share(&z(1.0), &z(0.1)), 0.0);
+    near(share(&fresh, z(1.0), z(0.1)), 0.0);
     for velocity_m_per_s in [z(0.0), z(-0.1), Vector3::new(0.3, -0.2, 0.0)] {
-        near(fresh.share(&z(1.0), &velocity_m_per_s), 1.0);
+        near(share(&fresh, z(1.0), velocity_m_per_s), 1.0);
     }
     // 0.1 mJ taken, and 2 N for a tick at 0.2 m/s are 0.4 mJ; the delay and the lag act as long
     for (delay_ticks, lag_s, right) in [(0, 0.0, 0.25), (1, 0.0, 0.125), (0, 3e-3, 0.0625), (3, 4e-3, 0.03125)] {
@@ -200,13 +208,35 @@ fn a_force_is_shortened_to_the_work_that_the_contact_took() {
             step(&mut observer, 0.0, true, 1.0).unwrap();
         }
         step(&mut observer, -0.1e-3, true, 0.0).unwrap();
-        near(observer.share(&z(2.0), &z(0.2)), right);
-        near(observer.share(&Vector3::new(5.0, 0.0, 2.0), &z(0.2)), right);
+        near(share(&observer, z(2.0), z(0.2)), right);
+        near(share(&observer, Vector3::new(5.0, 0.0, 2.0), z(0.2)), right);
         // a quarter of that speed, or of that force, gives no more than was taken
-        near(observer.share(&z(2.0 * right), &z(0.199)), 1.0);
-        near(observer.share(&z(1.99), &z(0.2 * right)), 1.0);
+        near(share(&observer, z(2.0 * right), z(0.199)), 1.0);
+        near(share(&observer, z(1.99), z(0.2 * right)), 1.0);
     }
-    near(build(0.1e-3, 0, 0.0).share(&z(2.0), &z(0.2)), 0.25);
+    near(share(&build(0.1e-3, 0, 0.0), z(2.0), z(0.2)), 0.25);
+}
+
+#[test]
+fn tissue_that_follows_a_probe_soon_gives_what_it_took() {
+    // the tissue took 0.1 mJ; then nothing was sent for some ticks, with the probe out of it
+    let left = |idle_ticks: u8, moved_m: f32| {
+        let mut observer = observer(1, 0.0);
+        contact_of(&mut observer, moved_m);
+        (0..idle_ticks).for_each(|_| step(&mut observer, 0.0, false, 0.0).unwrap());
+        let share = share(&observer, z(1.0), z(0.1));
+        (observer.energy(), share)
+    };
+    for idle_ticks in [3, 10, 22] {
+        let (energy, share) = left(idle_ticks, -0.1e-3);
+        assert!((energy.given_j / -0.1e-3 - 1.0).abs() < 1e-5 && energy.created_j == 0.0, "{idle_ticks}: {energy:?}");
+        assert!((share - 0.5).abs() < 1e-5, "0.2 mJ in the two ticks that it acts: {share}");
+    }
+    let (energy, share) = left(23, -0.1e-3);
+    assert_eq!((energy, share), (Energy::default(), 0.0), "later it has forgotten");
+    // what a contact created is counted, and the next one has no debt
+    let (energy, _) = left(3, 0.1e-3);
+    assert!(energy.given_j == 0.0 && energy.created_j == 0.0 && energy.total_created_j > 0.9e-4, "{energy:?}");
 }
 
 /// Moves by counts of 55 um, one in five ticks; the force is `first_n` in the tick after each count
@@ -253,11 +283,11 @@ fn the_remainder_of_a_low_passed_count_is_rest() {
     let share = |count_m: f32, m_per_s: f32| {
         let mut observer = observer(1, count_m);
         contact_of(&mut observer, 1e-4);
-        observer.share(&z(2.0), &z(m_per_s))
+        share(&observer, z(2.0), z(m_per_s))
     };
-    // 2 % of a count in the two ticks until the force has ended
-    for (count_m, m_per_s, right) in [(55e-6, 0.54e-3, 1.0), (55e-6, 0.56e-3, 0.0), (0.0, 1e-9, 0.0), (0.0, 0.0, 1.0)] {
-        assert_eq!(share(count_m, m_per_s), right, "{count_m} {m_per_s}");
+    // 2 % of a count in the two ticks until the force has ended, and 1 um/s without counts
+    for (count_m, m_per_s, right) in [(55e-6, 0.54e-3, 1.0), (55e-6, 0.56e-3, 0.0), (0.0, 1.1e-6, 0.0), (0.0, 0.9e-6, 1.0)] {
+        assert!((share(count_m, m_per_s) - right).abs() < 1e-6, "{count_m} {m_per_s}");
     }
     // a probe that comes back into an overdrawn contact takes less than was given in excess
     assert_eq!(share(55e-6, -0.001), 1.0);

@@ -1,7 +1,7 @@
 //! A probe with friction, on a shipped patch: the force opposes the sliding direction by mu times
 //! the push and ends with the contact, and a patch file carries the coefficient.
 
-use palpate::{MOST_TERMS, PatchFile, PronyTerm, Vector3};
+use palpate::{MOST_TERMS, PatchFile, ProbeShape, PronyTerm, Vector3};
 
 use super::guard::Tissue;
 use super::relaxation::{TERMS, written};
@@ -26,6 +26,38 @@ fn friction_opposes_the_way_and_ends_with_the_contact() {
         }
         let away = tissue.high(2e-2);
         assert_eq!((away.force_n, away.grip_n), (Vector3::zeros(), 0.0));
+    }
+}
+
+/// An encoder moves the probe by counts: it jumps, and rests until the next one.
+#[test]
+fn a_slide_by_counts_bears_what_a_smooth_one_bears() {
+    for (shape, depth_m) in [(ProbeShape::Hemisphere, 2e-3), (ProbeShape::Flat, 0.5e-3)] {
+        for (friction, relaxation) in [(0.1, [PronyTerm::NONE; MOST_TERMS]), (0.4, TERMS), (0.4, [PronyTerm::NONE; MOST_TERMS])] {
+            for speed_m_per_s in [1e-3_f32, 3e-3, 20e-3] {
+                let dragged = |count_m: f32| {
+                    let mut tissue = Tissue::with(|p| (p.friction, p.relaxation, p.probe.shape) = (friction, relaxation, shape));
+                    tissue.press(depth_m);
+                    let (mut along_n, mut push_n) = (0.0, 0.0);
+                    let ticks = (4.0 / speed_m_per_s.max(2e-3)) as u16;
+                    for n in 0..ticks {
+                        let aside_m = speed_m_per_s * 1e-3 * f32::from(n);
+                        let seen_m = if count_m > 0.0 { libm::floorf(aside_m / count_m) * count_m } else { aside_m };
+                        let felt = tissue.at(Vector3::new(seen_m, 0.0, -depth_m)).force_n;
+                        if n > ticks / 2 {
+                            (along_n, push_n) = (along_n - felt.x, push_n + felt.z);
+                        }
+                    }
+                    along_n / push_n
+                };
+                let smooth = dragged(0.0);
+                for count_m in [10e-6, 55e-6] {
+                    let by_counts = dragged(count_m);
+                    let case = (shape, friction, speed_m_per_s, count_m);
+                    assert!((by_counts - smooth).abs() < 0.1 * friction, "{case:?}: {by_counts}, smooth {smooth}");
+                }
+            }
+        }
     }
 }
 

@@ -250,7 +250,8 @@ fn settle<const RELAXING: bool, const RUBBING: bool>(
                         length: push,
                         slope: node.slope,
                         yields: tuned.lumping_s * inertia.step,
-                        moves_m: vector(&node.v) * (tuned.substep_s * tuned.keep) - velocity_m_per_s * tuned.contact_damping_s,
+                        moves_m: vector(&node.v) * (tuned.substep_s * tuned.keep),
+                        damps_m: velocity_m_per_s * tuned.contact_damping_s,
                         others: vector(&node.f),
                         faded: faded.map_or(ZERO, Faded::sum),
                     };

@@ -98,8 +98,10 @@ pub(super) struct Touch {
     pub slope: f32,
     /// Displacement per force of the node [m per (N/Pa)].
     pub yields: f32,
-    /// Displacement in the substep by the velocities of node and probe [m].
+    /// Displacement in the substep by the node's velocity [m].
     pub moves_m: Vector3<f32>,
+    /// Displacement of the probe that the dashpot between probe and node adds to the bristle [m].
+    pub damps_m: Vector3<f32>,
     /// Sum of the other forces on the node over E [N/Pa].
     pub others: Vector3<f32>,
     /// Forces that have faded at the node over E [N/Pa].
@@ -126,13 +128,15 @@ pub(super) fn rub(bristle: &mut Bristle, touch: &Touch, tuned: &Tuned) -> Vector
         if grows { stretched * (bristle.slope / slope) } else { stretched }
     };
     let resists = 1.0 + at_once * slope * touch.yields;
-    let moves = along(touch.moves_m + touch.others * (at_once * touch.yields)) + faded * touch.yields;
+    let moves = along(touch.moves_m - touch.damps_m + touch.others * (at_once * touch.yields)) + faded * touch.yields;
     let mut force = ((stretched + moves) * (-at_once * slope) - faded) * (1.0 / resists);
     let mut left = stretched;
     let (square, most) = (force.dot(&force), tuned.friction * touch.length);
     if square > most * most {
         force *= most / sqrt(square);
-        left = (force + faded) * (-1.0 / (at_once * slope)) - (moves + force * touch.yields);
+        // the dashpot acts in this substep alone: stretched against it, a bristle would turn round
+        // in the next, in which a probe that moves by counts rests
+        left = (force + faded) * (-1.0 / (at_once * slope)) - (moves + along(touch.damps_m) + force * touch.yields);
     }
     bristle.root_m = touch.from_centre_m - left;
     if grows || slope < bristle.slope {
@@ -173,6 +177,7 @@ mod tests {
                     slope,
                     yields: 0.0,
                     moves_m: Vector3::zeros(),
+                    damps_m: Vector3::zeros(),
                     others: Vector3::zeros(),
                     faded: Vector3::zeros(),
                 };
@@ -219,6 +224,34 @@ mod tests {
     }
 
     #[test]
+    fn a_bristle_that_a_jump_has_stretched_pulls_on_while_the_probe_rests() {
+        // a count of 55 um, of which the dashpot adds 1.5 times as much for one substep
+        let tuned = Params { friction: 0.3, ..Params::default() }.derive(&mut [], [0.0; 4]);
+        let mut bristle = Bristle::ZERO;
+        let mut at = |from_centre_m: f32, damps_m: f32| {
+            let touch = Touch {
+                from_centre_m: Vector3::new(from_centre_m, 0.0, 0.0),
+                push: Vector3::new(0.0, 0.0, -1e-5),
+                length: 1e-5,
+                slope: 1.0,
+                yields: 0.1,
+                moves_m: Vector3::zeros(),
+                damps_m: Vector3::new(damps_m, 0.0, 0.0),
+                others: Vector3::zeros(),
+                faded: Vector3::zeros(),
+            };
+            rub(&mut bristle, &touch, &tuned).x
+        };
+        at(0.0, 0.0);
+        for count in 1..4_u8 {
+            let at_m = -55e-6 * f32::from(count);
+            assert!((at(at_m, 82e-6) / 3e-6 - 1.0).abs() < 1e-5);
+            // the node goes where its force leads it
+            assert!((at(at_m + 0.1 * 3e-6, 0.0) / 3e-6 - 1.0).abs() < 0.15, "the probe rests");
+        }
+    }
+
+    #[test]
     fn more_slope_keeps_the_force_and_less_of_it_keeps_the_bristle() {
         let tuned = Params { friction: 5.0, ..Params::default() }.derive(&mut [], [0.0; 4]);
         let touch = |at_m: f32, slope: f32| Touch {
@@ -228,6 +261,7 @@ mod tests {
             slope,
             yields: 0.0,
             moves_m: Vector3::zeros(),
+            damps_m: Vector3::zeros(),
             others: Vector3::zeros(),
             faded: Vector3::zeros(),
         };
