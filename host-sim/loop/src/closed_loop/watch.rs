@@ -2,14 +2,15 @@
 //! the force on the device.
 //!
 //! I1 the force is finite and no longer than the limit; I2 it grows no faster than the slew and
-//! keeps its direction; I3 no force without a mode that allows it, in `SafeRamp` only a falling
-//! one, after arming a rising share, after a late tick at most half; I4 a fault stays until it is
-//! cleared, after good poses; I5 the tissue's state is finite and near its patch; I7 nothing old is
-//! rendered; I8 limits only go down; I9 the reported force is the one applied; I10 ticks count up
-//! by one; I11 energy is that of the force that acted, and a contact that created too much is faded
-//! out. I6, no allocation and no panic, is proven on the image and not checked here. I12 to I14
-//! determine contact from the sensed tip and geometry at rest, never from the renderer: no force
-//! without contact, none into the tissue, none that swings at rest.
+//! keeps its direction, but for the part that the bound on its work takes; I3 no force without a
+//! mode that allows it, in `SafeRamp` only a falling one, after arming a rising share, after a late
+//! tick at most half; I4 a fault stays until it is cleared, after good poses; I5 the tissue's state
+//! is finite and near its patch; I7 nothing old is rendered; I8 limits only go down; I9 the reported
+//! force is the one applied; I10 ticks count up by one; I11 energy is that of the force that acted,
+//! and a contact that created too much is faded out. I6, no allocation and no panic, is proven on
+//! the image and not checked here. I12 to I14 determine contact from the sensed tip and geometry at
+//! rest, never from the renderer: no force without contact, none into the tissue, none that swings
+//! at rest.
 
 mod box_tree;
 mod by_geometry;
@@ -232,12 +233,11 @@ impl Watch {
         let pushes = telemetry.output.force_n.dot(&telemetry.output.normal) >= 0.0;
         hold("I1", "pull", !pushes || force_n.dot(&telemetry.output.normal) >= -telemetry.output.grip_n - ROUNDING_N)?;
         if !telemetry.limiters.contains(ClampFlags::SLEW) && length_n > 1e-3 {
-            let aside = force_n.cross(&telemetry.wanted_n).norm();
-            hold(
-                "I2",
-                "direction",
-                aside <= 0.03 * length_n * telemetry.wanted_n.norm() && force_n.dot(&telemetry.wanted_n) > 0.0,
-            )?;
+            let (aside, along) = (force_n.cross(&telemetry.wanted_n).norm(), force_n.dot(&telemetry.wanted_n));
+            // shortened along the probe's velocity, it ends inside the sphere on the wanted force
+            let bounded = telemetry.limiters.contains(ClampFlags::ENERGY) && along >= 0.99 * length_n * length_n;
+            let keeps = aside <= 0.03 * length_n * telemetry.wanted_n.norm() && along > 0.0;
+            hold("I2", "direction", keeps || bounded)?;
         }
         let wanted_n = telemetry.wanted_n.norm();
         hold("I2", "longer than wanted", length_n <= 1.0001 * wanted_n + ROUNDING_N || telemetry.mode == Mode::Fault)?;
