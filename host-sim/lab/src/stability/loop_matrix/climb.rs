@@ -1,6 +1,6 @@
 //! One loop against one wall after the other, softest first.
 
-use palpate::haptic::cycle::Renderer;
+use palpate::haptic::cycle::{Renderer, Settings};
 use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, ClampFlags, Vector3};
 use serde::{Deserialize, Serialize};
@@ -53,11 +53,12 @@ impl TapResult {
     }
 }
 
-/// Whether a run has no limit cycle, no fault, no broken invariant and no weakening: the energy
-/// alarm never acted.
+/// Whether a run has no limit cycle, no fault, no broken invariant and no weakening: no contact
+/// created the energy of the alarm. The bound on the work of a leaving probe may act: it leaves the
+/// stiffness at rest as it is.
 #[must_use]
-pub fn quiet(run: &Run) -> bool {
-    run.quiet() && !run.rows.iter().any(|row| row.telemetry.limiters.contains(ClampFlags::ENERGY))
+pub fn quiet(run: &Run, settings: &Settings) -> bool {
+    run.quiet() && !run.rows.iter().any(|row| row.telemetry.energy.created_j > settings.passivity.alarm_j)
 }
 
 /// The force at the end is weaker than the requested one.
@@ -92,8 +93,12 @@ impl LoopSetup<'_> {
         let setup = Setup { device: self.device, hand: self.hand, stimulus, settings, depth_m, static_n: n_per_m * depth_m };
         let wall = Wall::new(n_per_m, limit_n, Vector3::z());
         let run = run(&setup, &mut self.control.over(wall, self.device))?;
-        let mut trial =
-            TapResult { quiet: quiet(&run), weakened: weakened(&run), created_mj: run.created_j * 1e3, static_error: None };
+        let mut trial = TapResult {
+            quiet: quiet(&run, &setup.settings),
+            weakened: weakened(&run),
+            created_mj: run.created_j * 1e3,
+            static_error: None,
+        };
         trial.static_error = trial.holds().then(|| static_error(&run, wall));
         Ok(trial)
     }
