@@ -38,7 +38,8 @@ const WORST_RMS_PCT: f64 = 10.0;
 /// Range of depths of the summarised error [probe radii].
 const JUDGED_DEPTHS_RADII: [f64; 2] = [0.125, 0.5];
 
-/// Largest factor, and least one of a step, by which the mass floor of a fitted patch is raised (1).
+/// Largest factor, and least one of a step, by which the mass floor of a fitted patch is raised
+/// (1).
 const MOST_FLOOR_RAISE: f32 = 2.0;
 const FLOOR_STEP: f32 = 1.05;
 

@@ -6,11 +6,11 @@
 //! mode that allows it, in `SafeRamp` only a falling one, after arming a rising share, after a late
 //! tick at most half; I4 a fault stays until it is cleared, after good poses; I5 the tissue's state
 //! is finite and near its patch; I7 nothing old is rendered; I8 limits only go down; I9 the force
-//! reported is the one applied; I10 ticks count up by one; I11 energy is that of the force that acted,
-//! and a contact that created too much is faded out. I6, no allocation and no panic, is proven on
-//! the image and not checked here. I12 to I14 determine contact from the sensed tip and geometry at
-//! rest, never from the renderer: no force without contact, none into the tissue, none that swings
-//! at rest.
+//! reported is the one applied; I10 ticks count up by one; I11 energy is that of the force that
+//! acted, and a contact that created too much is faded out. I6, no allocation and no panic, is
+//! proven on the image and not checked here. I12 to I14 determine contact from the sensed tip and
+//! geometry at rest, never from the renderer: no force without contact, none into the tissue, none
+//! that swings at rest.
 
 mod box_tree;
 mod by_geometry;
