@@ -267,7 +267,7 @@ impl Cycle {
         let gain = self.gain(record);
         let cap_n = if late { self.half_n(record) } else { self.cap_n() };
         let gained_n = record.wanted_n * gain;
-        let bound_n = self.observer.bound(&gained_n, &self.damping.velocity_m_per_s());
+        let bound_n = self.observer.bound(&gained_n, &self.damping.velocity_m_per_s(), &output.normal);
         if bound_n != gained_n {
             record.limiters.set(ClampFlags::ENERGY);
         }

@@ -49,8 +49,6 @@ const MEAN_TICKS: f32 = 100.0;
 /// Share of a count (1). A probe whose displacement while the force acts is shorter is at rest: the
 /// low-passed velocity after a count takes 0.5 s to become zero exactly.
 const REST_COUNTS: f32 = 0.02;
-/// Square of the speed of 1 um/s, below which a probe is at rest [(m/s)^2].
-const SLOWEST_SQUARE: f32 = 1e-12;
 /// Ticks without a force for which energy that a contact took may still be given: a count on the
 /// way out lifts the shown tip off tissue that follows within some ticks.
 const KEPT_TICKS: u8 = 20;
@@ -229,20 +227,30 @@ impl PassivityObserver {
         Ok(())
     }
 
-    /// The force [N] to send to a probe with this velocity [m/s]: its part along the velocity is
-    /// shortened until it does no more work than this contact took, for as long as it acts. The
-    /// part across the velocity does none, and stays. A probe at rest gets the whole force.
+    /// The force [N] to send to a probe with this velocity [m/s], on a surface with this normal: the
+    /// work that it does while it acts is no more than this contact took. The push gives way first,
+    /// then what acts along the surface, so that friction is not lost with the push and nothing
+    /// pulls. A probe at rest gets the whole force.
     #[must_use]
-    pub fn bound(&self, force_n: &Vector3<f32>, velocity_m_per_s: &Vector3<f32>) -> Vector3<f32> {
+    pub fn bound(&self, force_n: &Vector3<f32>, velocity_m_per_s: &Vector3<f32>, normal: &Vector3<f32>) -> Vector3<f32> {
         let work_j = force_n.dot(velocity_m_per_s) * self.acts_s;
         let left_j = self.settings.allowance_j - self.energy.given_j;
         let left_j = if left_j > 0.0 { left_j } else { 0.0 };
-        let square = velocity_m_per_s.dot(velocity_m_per_s);
-        let rests = square < SLOWEST_SQUARE || work_j * work_j <= force_n.dot(force_n) * (self.rest_m * self.rest_m);
+        let rests = work_j * work_j <= force_n.dot(force_n) * (self.rest_m * self.rest_m);
         if work_j <= left_j || rests {
             return *force_n;
         }
-        let bound_n = force_n - velocity_m_per_s * ((work_j - left_j) / (self.acts_s * square));
+        let push_n = force_n.dot(normal);
+        if push_n <= 0.0 {
+            return force_n * (left_j / work_j);
+        }
+        let (left_w, along_n) = (left_j / self.acts_s, force_n - normal * push_n);
+        let (leaves_m_per_s, along_w) = (velocity_m_per_s.dot(normal), along_n.dot(velocity_m_per_s));
+        let kept_n = if leaves_m_per_s > 0.0 { (left_w - along_w) / leaves_m_per_s } else { push_n };
+        let kept_n = between(kept_n, 0.0, push_n);
+        let may_w = left_w - kept_n * leaves_m_per_s;
+        let share = if along_w > may_w { may_w / along_w } else { 1.0 };
+        let bound_n = along_n * between(share, 0.0, 1.0) + normal * kept_n;
         // a remainder of rounding is no force
         if bound_n.dot(&bound_n) > 1e-12 * force_n.dot(force_n) { bound_n } else { Vector3::zeros() }
     }

@@ -234,7 +234,7 @@ impl Watch {
         hold("I1", "pull", !pushes || force_n.dot(&telemetry.output.normal) >= -telemetry.output.grip_n - ROUNDING_N)?;
         if !telemetry.limiters.contains(ClampFlags::SLEW) && length_n > 1e-3 {
             let (aside, along) = (force_n.cross(&telemetry.wanted_n).norm(), force_n.dot(&telemetry.wanted_n));
-            // shortened along the probe's velocity, it ends inside the sphere on the wanted force
+            // a force that is shortened ends inside the sphere on the wanted one
             let bounded = telemetry.limiters.contains(ClampFlags::ENERGY) && along >= 0.99 * length_n * length_n;
             let keeps = aside <= 0.03 * length_n * telemetry.wanted_n.norm() && along > 0.0;
             hold("I2", "direction", keeps || bounded)?;
