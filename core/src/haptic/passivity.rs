@@ -6,7 +6,7 @@
 //! displacement: the one sent `delay` ticks before. A spring takes energy during loading and gives
 //! it back; energy that it gives beyond that, counted from the touch, was created. Ours differs in
 //! the controller: theirs injects damping as soon as the sum is negative, which makes a quantised
-//! encoder buzz. Ours shortens the force along the probe's velocity until the work that it can do
+//! encoder buzz. Ours shortens the force on a probe that leaves until the work that it can do
 //! while it acts is within what the contact has taken, as in the energy-bounding algorithm (Kim and
 //! Ryu, Robotics and Autonomous Systems 58, 2010). Theirs bounds the change of the force in each
 //! sample from the hand's own damping; ours bounds the force by the observed sum, over the time
