@@ -250,9 +250,7 @@ impl PassivityObserver {
         let kept_n = between(kept_n, 0.0, push_n);
         let may_w = left_w - kept_n * leaves_m_per_s;
         let share = if along_w > may_w { may_w / along_w } else { 1.0 };
-        let bound_n = along_n * between(share, 0.0, 1.0) + normal * kept_n;
-        // a remainder of rounding is no force
-        if bound_n.dot(&bound_n) > 1e-12 * force_n.dot(force_n) { bound_n } else { Vector3::zeros() }
+        along_n * share + normal * kept_n
     }
 
     /// The contact is over. One that follows soon may give what it took.

@@ -243,6 +243,32 @@ fn the_push_gives_way_before_the_force_along_the_surface_and_nothing_pulls() {
 }
 
 #[test]
+fn a_force_into_the_tissue_is_shortened_as_a_whole_and_one_that_takes_is_not() {
+    let settings = PassivitySettings { allowance_j: 1e-5, ..PassivitySettings::DEFAULT };
+    let device = DeviceSpec { delay_ticks: 0, lag_s: 0.0, count_m: 0.0, ..stylus() };
+    let allowed = PassivityObserver::build(&settings, &device, 1e-3).unwrap();
+    let force_n = Vector3::new(0.4, 0.0, -0.1);
+    let bound_n = allowed.bound(&force_n, &Vector3::new(0.1, 0.0, 0.0), &Vector3::z());
+    assert!((bound_n - force_n * 0.25).norm() < 1e-6, "10 of 40 uJ: {bound_n}");
+    // a probe that comes back into an overdrawn contact feels friction as well
+    let mut overdrawn = observer(0, 0.0);
+    contact_of(&mut overdrawn, 0.1e-3);
+    let force_n = Vector3::new(0.4, 0.0, 1.0);
+    assert_eq!(overdrawn.bound(&force_n, &z(-1e-3), &Vector3::z()), force_n);
+}
+
+#[test]
+fn a_contact_that_raised_the_alarm_leaves_nothing_to_the_next() {
+    let mut observer = observer(0, 0.0);
+    step(&mut observer, 0.0, true, 1.0).unwrap();
+    step(&mut observer, 1e-3, true, 1.0).unwrap();
+    step(&mut observer, -3e-3, true, 0.0).unwrap();
+    assert!(observer.energy().given_j < -1.9e-3);
+    (0..3).for_each(|_| step(&mut observer, 0.0, false, 0.0).unwrap());
+    assert_eq!((observer.energy().given_j, observer.gain()), (0.0, 0.5));
+}
+
+#[test]
 fn tissue_that_follows_a_probe_soon_gives_what_it_took() {
     // the tissue took 0.1 mJ; then nothing was sent for some ticks, with the probe out of it
     let left = |idle_ticks: u8, moved_m: f32| {

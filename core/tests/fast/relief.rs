@@ -90,6 +90,22 @@ fn a_probe_that_leaves_is_pushed_by_no_more_than_it_brought() {
 }
 
 #[test]
+fn friction_outlasts_the_push_on_a_probe_that_slides_out() {
+    let mut bench = Bench::new(400.0).active();
+    let force_n = Vector3::new(-0.4, 0.0, 1.0);
+    bench.wall.answer = Some(palpate::Output { force_n, grip_n: 0.4, ..pushing(1e-3, 1.0) });
+    bench.ticks(5);
+    let slid = (0..40).map(|_| {
+        bench.device.sensed.position_m.x += 0.05e-3;
+        bench.at(bench.device.sensed.position_m.z + 0.1e-3)
+    });
+    let slid = slid.last().expect("ticks");
+    // friction takes 0.4 N along half of the way that the push gives
+    assert!((slid.applied_n - Vector3::new(-0.4, 0.0, 0.2)).norm() < 0.03, "{slid:?}");
+    assert!(set(&slid, ClampFlags::ENERGY));
+}
+
+#[test]
 fn created_energy_fades_the_force_and_degrades_until_a_good_contact() {
     // without the allowance no force would reach the alarm
     let allow = |settings: &mut Settings| settings.passivity.allowance_j = 0.1;
