@@ -146,7 +146,10 @@ impl FitArgs {
         check(&scene)?;
         // the scene may already name the patch that is about to be fitted
         scene.solver.patch = Some(NO_PATCH.into());
-        scene.tissue.nodes = self.options.nodes.or(scene.tissue.nodes);
+        // elsewhere these are the nodes of the piece, not those of the tissue
+        if scene.tissue.block_m.is_some() {
+            scene.tissue.nodes = self.options.nodes.or(scene.tissue.nodes);
+        }
         Ok(scene)
     }
 

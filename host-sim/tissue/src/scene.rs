@@ -186,7 +186,7 @@ fn default_damping() -> f64 {
 pub struct Inclusion {
     /// Centre of the ball [m], in the frame of the tissue. Some of the ball must lie in the tissue.
     pub center_m: [f64; 3],
-    /// Radius of the ball [m].
+    /// Radius of the ball [m], which may not hold the whole tissue.
     ///
     /// * range: above 0
     pub radius_m: f64,

@@ -164,9 +164,13 @@ fn finish(
     Ok(Tissue::closed(mesh, stiffness_ratio, anchors, site_m, depth_limit_m))
 }
 
-/// Refuses a ball that overlaps no tet: the sign of a coordinate or a unit is wrong.
+/// Refuses a ball that overlaps no tet or holds all of them: the sign of a coordinate or a unit is
+/// wrong.
 fn refuse_inclusions_outside(scene: &Scene, mesh: &TetMesh) -> Result<(), SceneError> {
     for (n, ball) in scene.tissue.inclusion.iter().enumerate() {
+        if mesh.nodes_m.iter().all(|node| ball.holds(*node)) {
+            return scene.refuse_all_inclusion(n);
+        }
         if filled(mesh, ball).0 > 0 {
             continue;
         }

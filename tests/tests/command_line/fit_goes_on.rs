@@ -4,6 +4,7 @@
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
+use palpate_tests::cube_mesh::cube;
 use palpate_tests::palpate_command::{Desk, binary, palpate, repository};
 use palpate_tests::press_run::{SMALL_BLOCK, edited};
 use serde_json::Value;
@@ -209,6 +210,12 @@ fn scenes_that_no_fit_can_be_made_of() {
     let organ = |option: &'static str| ["fit", "--scene", "organ-liver", "--out", "out", option];
     refused(&desk, &organ("--radius-m=0.005"), &["organ-liver: a patch of 0.005 m", "give a radius"]);
     refused(&desk, &organ("--nodes=3"), &["--nodes 3", "at the nearest", "--radius"]);
+    // a mesh file has nodes of its own, its piece has those asked for
+    desk.put("box.msh", cube(10, 0.08));
+    let mesh = edited(SMALL_BLOCK, "block_m = [0.08, 0.08, 0.04]", "mesh = \"box.msh\"\nlength_unit = \"m\"");
+    let mesh = edited(&edited(&mesh, "nodes = 129\n", ""), "position_m = [0.0, 0.0]", "site = [0.04, 0.04, 0.08]");
+    desk.put("scene.toml", mesh);
+    refused(&desk, &with("--nodes=3"), &["--nodes 3", "at the nearest", "--radius"]);
 }
 
 /// The shipped patches have their records, and for a scene without a patch of its own a trial is

@@ -74,6 +74,8 @@ fn a_surface_that_cannot_be_filled_or_pressed() {
         edited(&scene(source), "[probe]", &table)
     };
     refused_scene(&desk, &nodule("20.0"), &["tissue.inclusion[0].center_m", "fills no tet", "z -0.0", "metres"]);
+    let whole = edited(&nodule("0.0"), "radius_m = 0.005", "radius_m = 5.0");
+    refused_scene(&desk, &whole, &["tissue.inclusion[0].radius_m = 5", "the whole tissue", "5 mm is 0.005"]);
 }
 
 #[test]
@@ -86,6 +88,8 @@ fn a_nodule_outside_the_block_is_refused_and_one_inside_counted() {
     for at in ["[0.0, 0.0, 0.012]", "[0.0, 0.0, -12.0]", "[0.05, 0.0, -0.01]", "[0.0, -0.0461, -0.01]"] {
         refused_scene(&desk, &nodule(at), &["tissue.inclusion[0].center_m", "outside the block", "metres", "0 (top)"]);
     }
+    let whole = edited(&nodule("[0.0, 0.0, -0.012]"), "radius_m = 0.006", "radius_m = 6.0");
+    refused_scene(&desk, &whole, &["tissue.inclusion[0].radius_m = 6", "the whole tissue", "6 mm is 0.006"]);
     desk.put("scene.toml", nodule("[0.0, 0.0, -0.012]"));
     let said = run(&desk, &["press", "--scene", "scene.toml", "--out", "out"]).stdout;
     let line = said.lines().find(|line| line.trim_start().starts_with("inclusion 1 is in ")).expect("a line on the nodule");

@@ -304,8 +304,25 @@ impl Scene {
                 );
                 return self.bad(&format!("tissue.inclusion[{n}].center_m"), &why);
             }
+            let farthest = [a.abs() + 0.5 * x, b.abs() + 0.5 * y, c.abs().max((c + z).abs())];
+            if farthest.iter().map(|d| d * d).sum::<f64>() <= ball.radius_m * ball.radius_m {
+                return self.refuse_all_inclusion(n);
+            }
         }
         Ok(())
+    }
+
+    /// Refuses an inclusion that holds the whole tissue.
+    ///
+    /// # Errors
+    /// Always.
+    pub(crate) fn refuse_all_inclusion(&self, n: usize) -> Result<(), SceneError> {
+        let radius_m = self.tissue.inclusion.get(n).map_or(f64::NAN, |ball| ball.radius_m);
+        let why = format!(
+            "= {radius_m}: the ball holds the whole tissue: give metres ({radius_m} mm is {}), or change youngs_modulus_pa",
+            radius_m / 1e3
+        );
+        self.bad(&format!("tissue.inclusion[{n}].radius_m"), &why)
     }
 
     /// Refuses a stiffening exponent of a region or a ball that cannot be.
