@@ -94,10 +94,14 @@ struct Fitted {
 impl Fitted {
     fn verdict(&self, tolerance_pct: f64) -> Result<Line, Error> {
         let judged = self.record.judged;
+        let known = match self.record.reference_error_pct {
+            Some(pct) if pct > judged.rms_pct => format!("; the finite elements themselves are known to {pct:.2} % only"),
+            _ => String::new(),
+        };
         let check = self.missed.as_ref().map_or(Ok(()), |missed| Err(TissueError::Check(missed.clone())));
         Line::of(check, || {
             format!(
-                "{} nodes, {:.2} % rms off finite elements at {} places that the fit did not see, {:+.2} % at worst ({tolerance_pct} % asked for)",
+                "{} nodes, {:.2} % rms off finite elements at {} places that the fit did not see, {:+.2} % at worst ({tolerance_pct} % asked for){known}",
                 self.record.nodes, judged.rms_pct, judged.places, judged.worst_pct
             )
         })
