@@ -321,8 +321,8 @@ impl Params {
         *tuned = self.derive(node_step, gains);
     }
 
-    /// Gains of the smooth fields under masses as [`Self::weigh`] left them. Where no sum over
-    /// neighbours is taken, the tick has no mass between them.
+    /// Gains of the smooth fields for the masses that [`Self::weigh`] computed. Without the term of
+    /// relative mass the tick has no mass between neighbours, so `added` is set to zero.
     fn gains(&self, model: &Model, node_step: &mut [NodeStep]) -> Gains {
         let gains = smooth::gains(model, node_step, self.terms.relative_mass);
         if !self.terms.relative_mass {

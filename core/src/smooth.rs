@@ -2,8 +2,9 @@
 //!
 //! With the two terms of the inverse mass matrix that [`crate::stages::integrate`] takes, nodes
 //! that move together still feel a third of the floor, and stiff tissue needs a floor of ten to a
-//! hundred times its mass. Only a few fields are that smooth, and a hand moves just those: on
-//! `FIELDS` of them the part that the series leaves out is added, `a += phi gain (phi . f)`.
+//! hundred times its mass. Only a few fields are that smooth, and they are the ones that a hand
+//! moves. For `FIELDS` of them, the part that the series leaves out is added:
+//! `a += phi gain (phi . f)`.
 //!
 //! A field starts as 1, x, y or z, and each round every node takes its neighbours' mean, weighed by
 //! the mass between them: the power iteration of `1 - D^-1 A`, whose slowest fields are those of

@@ -62,7 +62,7 @@ impl Node {
 }
 
 /// A node by index; past the end, which no checked model reaches, a node at rest at the origin.
-/// Without a branch that can panic.
+/// The access has no branch that can panic.
 #[inline(always)]
 pub(crate) fn node(nodes: &[Node], index: u16) -> &Node {
     nodes.get(usize::from(index)).unwrap_or(&Node::ZERO)
@@ -243,8 +243,8 @@ impl<'a> State<'a> {
     }
 
     /// Gives the state memory for a relaxing tissue, at least one entry per node: zero in a patch
-    /// at rest, or its contents when the state was parked. Without it a relaxing patch is
-    /// [`Fault::SizeMismatch`].
+    /// at rest, or its contents when the state was parked. Without it the tick of a relaxing
+    /// patch fails with [`Fault::SizeMismatch`].
     ///
     /// # Errors
     /// [`BuildError::TooLarge`]: an entry per node does not fit.

@@ -88,8 +88,8 @@ fn haptic_loop(arming: Arming) -> &'static mut HapticLoop<ThisBoard> {
     LOOP.init(HapticLoop::new(this, controller))
 }
 
-/// Returns the value, or stops the program, which cannot run without it. The log has the error, for
-/// it stores names on the host: as text they take 2 KB of flash.
+/// Returns the value, or stops the program, which cannot run without it. Only the log names the
+/// error, because its words are stored on the host: as text on the board they take 2 KB of flash.
 fn or_stop<T, E: defmt::Format>(result: Result<T, E>, what: &str) -> T {
     result.unwrap_or_else(|error| {
         defmt::error!("{}: {}", what, error);

@@ -48,7 +48,7 @@ pub struct UnitWatch {
     /// Square of the shortest and longest step that fits [m^2].
     shortest_m2: f32,
     longest_m2: f32,
-    /// Number of steps too long that is a fault.
+    /// Number of steps beyond the longest at which the watch raises its fault.
     most_long: u8,
     /// Equal readings in a row.
     equal: u8,

@@ -140,7 +140,7 @@ pub trait Flash {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FlashError;
 
-/// One of the two.
+/// One of the two places in flash that hold a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slot {
     /// The first.

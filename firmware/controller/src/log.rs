@@ -111,7 +111,7 @@ impl Ring {
     /// Nothing waits.
     pub const EMPTY: Self = Self { bytes: [0; RING_BYTES], first: 0, waiting: 0, begun: 0, cut: false, lost: 0, told: 0 };
 
-    /// Begins a frame. One that was begun and not ended is forgotten.
+    /// Begins a frame. A frame that was begun and not ended is discarded.
     pub fn begin(&mut self) {
         (self.begun, self.cut) = (0, false);
     }

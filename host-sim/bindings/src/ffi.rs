@@ -37,9 +37,9 @@ pub unsafe extern "C" fn palpate_open_scene(
     device: *const c_char,
     session: *mut Session,
 ) -> PalpateCode {
-    // SAFETY: the caller's promise, for all four pointers
+    // SAFETY: the caller guarantees all four pointers
     let texts = unsafe { (text("scene", scene), maybe_text("patch", patch), maybe_text("device", device)) };
-    // SAFETY: the caller's promise
+    // SAFETY: the caller guarantees the pointer
     unsafe {
         open(session, || {
             let (scene, patch, device) = (texts.0?, texts.1?, texts.2?);
@@ -55,9 +55,9 @@ pub unsafe extern "C" fn palpate_open_scene(
 /// Texts end with a zero byte; `session` points to one handle.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpate_open_patch(path: *const c_char, device: *const c_char, session: *mut Session) -> PalpateCode {
-    // SAFETY: the caller's promise
+    // SAFETY: the caller guarantees the pointer
     let texts = unsafe { (text("path", path), maybe_text("device", device)) };
-    // SAFETY: the caller's promise
+    // SAFETY: the caller guarantees the pointer
     unsafe {
         open(session, || {
             let (path, device) = (texts.0?, texts.1?);
@@ -77,9 +77,9 @@ pub unsafe extern "C" fn palpate_open_patch_bytes(
     device: *const c_char,
     session: *mut Session,
 ) -> PalpateCode {
-    // SAFETY: the caller's promise
+    // SAFETY: the caller guarantees the pointer
     let (bytes, device) = unsafe { (array("bytes", bytes, length), maybe_text("device", device)) };
-    // SAFETY: the caller's promise
+    // SAFETY: the caller guarantees the pointer
     unsafe { open(session, || Ok(HapticSession::of_patch_bytes(bytes?, device?.unwrap_or(DEFAULT_DEVICE))?)) }
 }
 
@@ -97,10 +97,10 @@ pub extern "C" fn palpate_close(session: Session) -> PalpateCode {
 /// `tip_m` and `force_n` point to three doubles each.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpate_tick(session: Session, tip_m: *const f64, force_n: *mut f64) -> PalpateCode {
-    // SAFETY: the caller's promise
+    // SAFETY: the caller guarantees the pointer
     let tip_m = unsafe { read::<[f64; 3]>("tip_m", tip_m.cast()) };
     let input = tip_m.map(|tip_m| PalpateInput { tip_m, ..PalpateInput::default() });
-    // SAFETY: the caller's promise
+    // SAFETY: the caller guarantees the pointer
     unsafe { tick(session, input, force_n) }
 }
 
@@ -117,9 +117,9 @@ pub unsafe extern "C" fn palpate_tick_with(
     force_n: *mut f64,
 ) -> PalpateCode {
     let sized = fits::<PalpateInput>("input_bytes", input_bytes);
-    // SAFETY: the caller's promise, and the size is ours
+    // SAFETY: the caller guarantees the pointer, and the size is ours
     let input = sized.and_then(|()| unsafe { read("input", input) });
-    // SAFETY: the caller's promise
+    // SAFETY: the caller guarantees the pointer
     unsafe { tick(session, input, force_n) }
 }
 
@@ -132,7 +132,7 @@ pub unsafe extern "C" fn palpate_read_report(session: Session, report: *mut Palp
     code(|| {
         fits::<PalpateReport>("report_bytes", report_bytes)?;
         let record = sessions::with(session, |session| PalpateReport::of(session))?;
-        // SAFETY: the caller's promise, and the size is ours
+        // SAFETY: the caller guarantees the pointer, and the size is ours
         unsafe { write("report", report, record) }
     })
 }
@@ -146,7 +146,7 @@ pub unsafe extern "C" fn palpate_read_info(session: Session, info: *mut PalpateI
     code(|| {
         fits::<PalpateInfo>("info_bytes", info_bytes)?;
         let record = sessions::with(session, |session| Ok(PalpateInfo::of(session)))?;
-        // SAFETY: the caller's promise, and the size is ours
+        // SAFETY: the caller guarantees the pointer, and the size is ours
         unsafe { write("info", info, record) }
     })
 }
@@ -167,7 +167,7 @@ pub unsafe extern "C" fn palpate_read_nodes(session: Session, positions_m: *mut 
             }
             let mut place = positions_m.cast::<[f64; 3]>();
             for node in nodes {
-                // SAFETY: the caller's promise, and there is room for each of them
+                // SAFETY: the caller guarantees the pointer, and there is room for every node
                 unsafe { write("positions_m", place, wide(&node.position_m()))? };
                 place = place.wrapping_add(1);
             }
@@ -184,7 +184,7 @@ pub unsafe extern "C" fn palpate_read_nodes(session: Session, positions_m: *mut 
 pub unsafe extern "C" fn palpate_state_hash(session: Session, hash: *mut u64) -> PalpateCode {
     code(|| {
         let found = sessions::with(session, |session| Ok(session.hash()))?;
-        // SAFETY: the caller's promise
+        // SAFETY: the caller guarantees the pointer
         unsafe { write("hash", hash, found) }
     })
 }
@@ -303,10 +303,10 @@ fn code(call: impl FnOnce() -> Result<(), Failure>) -> PalpateCode {
 /// `handle` is NULL or points to one handle.
 unsafe fn open(handle: *mut u64, work: impl FnOnce() -> Result<HapticSession, Failure>) -> PalpateCode {
     code(|| {
-        // SAFETY: the caller's promise
+        // SAFETY: the caller guarantees the pointer
         unsafe { write("session", handle, 0)? };
         let opened = sessions::insert(work()?)?;
-        // SAFETY: the caller's promise
+        // SAFETY: the caller guarantees the pointer
         unsafe { write("session", handle, opened) }
     })
 }
@@ -315,7 +315,7 @@ unsafe fn open(handle: *mut u64, work: impl FnOnce() -> Result<HapticSession, Fa
 /// `force_n` is NULL or points to three doubles.
 unsafe fn tick(session: Session, input: Result<PalpateInput, Failure>, force_n: *mut f64) -> PalpateCode {
     code(|| {
-        // SAFETY: the caller's promise; whatever fails from here on, there is no force
+        // SAFETY: the caller guarantees the pointer; whatever fails from here on, there is no force
         let room = unsafe { write("force_n", force_n.cast(), [0.0_f64; 3]) };
         let failed = Input { sensor_failed: true, ..PalpateInput::default().to_core() };
         let read = if room.is_ok() { input.as_ref().map_or(failed, |input| input.to_core()) } else { failed };
@@ -325,7 +325,7 @@ unsafe fn tick(session: Session, input: Result<PalpateInput, Failure>, force_n: 
         })?;
         room.and(input.map(drop))?;
         faultless(fault)?;
-        // SAFETY: the caller's promise
+        // SAFETY: the caller guarantees the pointer
         unsafe { write("force_n", force_n.cast(), applied_n) }
     })
 }
@@ -345,14 +345,14 @@ unsafe fn text<'a>(item: &'static str, pointer: *const c_char) -> Result<&'a str
     if pointer.is_null() {
         return Err(Failure::Null(item));
     }
-    // SAFETY: it is not NULL, and the rest is the caller's promise
+    // SAFETY: it is not NULL, and the caller guarantees the rest
     unsafe { CStr::from_ptr(pointer) }.to_str().map_err(|_| Failure::NotText(item))
 }
 
 /// # Safety
 /// As [`text`].
 unsafe fn maybe_text<'a>(item: &'static str, pointer: *const c_char) -> Result<Option<&'a str>, Failure> {
-    // SAFETY: the caller's promise
+    // SAFETY: the caller guarantees the pointer
     if pointer.is_null() { Ok(None) } else { unsafe { text(item, pointer) }.map(Some) }
 }
 
@@ -362,7 +362,7 @@ unsafe fn array<'a>(item: &'static str, pointer: *const u8, length: usize) -> Re
     match pointer.is_null() {
         true => Err(Failure::Null(item)),
         false if isize::try_from(length).is_err() => Err(Failure::TooSmall { item, need: length, have: isize::MAX as usize }),
-        // SAFETY: not NULL, no longer than memory can be, and the rest is the caller's promise
+        // SAFETY: not NULL, no longer than memory can be, and the caller guarantees the rest
         false => Ok(unsafe { std::slice::from_raw_parts(pointer, length) }),
     }
 }
@@ -370,7 +370,7 @@ unsafe fn array<'a>(item: &'static str, pointer: *const u8, length: usize) -> Re
 /// # Safety
 /// `pointer` is NULL or points to a `T`, aligned or not.
 unsafe fn read<T: Copy>(item: &'static str, pointer: *const T) -> Result<T, Failure> {
-    // SAFETY: it is not NULL, and the rest is the caller's promise
+    // SAFETY: it is not NULL, and the caller guarantees the rest
     if pointer.is_null() { Err(Failure::Null(item)) } else { Ok(unsafe { pointer.read_unaligned() }) }
 }
 
@@ -380,7 +380,7 @@ unsafe fn write<T>(item: &'static str, pointer: *mut T, value: T) -> Result<(), 
     if pointer.is_null() {
         return Err(Failure::Null(item));
     }
-    // SAFETY: it is not NULL, and the rest is the caller's promise
+    // SAFETY: it is not NULL, and the caller guarantees the rest
     unsafe { pointer.write_unaligned(value) };
     Ok(())
 }

@@ -63,7 +63,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Sums up all ticks of a run. A tick far below the longest did not run the patch.
+    /// Summarises all ticks of a run. A tick far below the longest did not run the patch.
     #[must_use]
     pub fn of(instructions: &[u64]) -> Self {
         let max = instructions.iter().copied().max().unwrap_or(0);

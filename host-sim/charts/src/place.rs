@@ -76,7 +76,7 @@ impl Page {
     /// side is taken, because an unlabelled point reads better than two labels on each other.
     pub fn place(&mut self, at: BackendCoord, size: (i32, i32), gap: i32) -> Option<(BackendCoord, (HPos, VPos))> {
         let (w, h) = size;
-        // above left first: a press curve bends upward and leaves that side free
+        // above left is tried first: a press curve bends upward and leaves that side free
         let mut sides = [gap, 2 * gap, 4 * gap].into_iter().flat_map(|gap| {
             [
                 (HPos::Right, (at.0 - gap - w, at.1 - gap - h)),

@@ -1,4 +1,4 @@
-//! `chart`: every method at the same press, cost of a tick against error.
+//! `chart`: presses every method in the same way and plots the cost of a tick against the error.
 //!
 //! For each method, size and stiffness: the substeps it needs to survive the deepest press
 //! (`survive`), what force and shape it then gives against the converged reference (`accuracy`),

@@ -15,7 +15,7 @@ pub enum Request {
     Aim(Option<[f64; 3]>),
     /// Other tissue, another device.
     Choose(Choice, Holding),
-    /// Whether frames shall have a contact map; none do at first.
+    /// Whether frames contain a contact map; initially they do not.
     Map(bool),
     /// Forget the fault.
     Clear,
@@ -127,7 +127,7 @@ pub struct Body {
     pub fitted_places: u32,
 }
 
-/// One of a few samples per frame, for the strips.
+/// A sample of the plotted strips; a frame has a few of them.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Sample {
     /// Virtual time [s].

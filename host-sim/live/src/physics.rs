@@ -135,7 +135,7 @@ impl Physics {
         }
     }
 
-    /// Straight above the target.
+    /// Position clear of the tissue, straight above the target [m].
     fn away_m(&self) -> Vector3<f64> {
         let axis = self.live.tissue().params().probe.axis.cast();
         let clear_m = self.clear_m();

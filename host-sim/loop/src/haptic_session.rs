@@ -278,7 +278,7 @@ impl HapticSession {
             false => self.waiting_pa.take(),
         };
         if let Some(youngs_modulus_pa) = taken {
-            // its range was checked at the request
+            // its range was checked when it was requested
             let _in_range = self.tissue.retune(Params { youngs_modulus_pa, ..params });
         }
     }

@@ -20,9 +20,9 @@ use palpate_tissue::Error as TissueError;
 use palpate_tissue::fit_record::press_packed;
 use palpate_tissue::session::Session;
 
-/// Ticks of contact, faults and recovery beside the press.
+/// Ticks of contact, faults and recovery after the scene's own press.
 const TICKS: u32 = 10_000;
-/// Ticks of contact, faults and recovery beside the press in a quick run.
+/// Ticks of contact, faults and recovery after the press in a quick run.
 const QUICK_TICKS: u32 = 2_000;
 
 /// Ticks over which the jitter of their start is looked at.

@@ -189,8 +189,8 @@ fn supports(scene: &Scene, nodes: usize, fixed_mm: [[f64; 3]; 2]) -> String {
     format!("{nodes} nodes, {whichever}: {}", box_mm(fixed_mm))
 }
 
-/// The session's patch on every ramp with a stored reference; a ramp that it does not survive is
-/// left out.
+/// Errors of the session's patch on every ramp with a stored reference; a ramp that it does not
+/// survive is left out.
 fn judge_ramps(ramps: &[Ramp], session: &Session) -> Result<Vec<RampError>, Error> {
     let mut errors = Vec::new();
     for ramp in ramps {

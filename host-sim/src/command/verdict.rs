@@ -1,4 +1,4 @@
-//! Verdict of a command in one line, the first and the last on standard output.
+//! Verdict of a command in one line, which is both the first and the last on standard output.
 
 use std::fmt;
 use std::io::IsTerminal;

@@ -219,7 +219,7 @@ pub fn force_words(record: &Record) -> String {
     words
 }
 
-/// The end of a force when the host is no longer heard.
+/// Says whether a force acted, and how it ends once the board no longer hears its host.
 fn after(record: &Record) -> String {
     if !record.mode().is_some_and(Mode::allows_force) {
         return "no force acted; plug it in, then `palpate board status` tells".into();

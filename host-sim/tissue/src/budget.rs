@@ -298,8 +298,8 @@ impl Machine {
     }
 }
 
-/// Surface triangles that a probe of this radius, pressed to the patch's depth limit at `site_m`,
-/// can touch.
+/// Number of surface triangles that a probe of this radius can touch when it is pressed to the
+/// patch's depth limit at `site_m`.
 #[must_use]
 pub fn triangles_in_reach(model: &Model, site_m: [f32; 3], radius_m: f32) -> usize {
     let near = |n: u16| {

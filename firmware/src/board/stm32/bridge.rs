@@ -60,7 +60,7 @@ fn arm_break_input() {
         w.set_bke(0, true);
         w.set_bkf(0, FilterValue::NO_FILTER); // unfiltered it acts without a clock
         w.set_aoe(false);
-        // without main output the pins are driven low, not released
+        // while the main output is off, the pins are driven low, not released
         w.set_ossi(Ossi::IDLE_LEVEL);
         w.set_ossr(Ossr::IDLE_LEVEL);
     });

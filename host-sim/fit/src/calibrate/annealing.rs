@@ -2,9 +2,9 @@
 //! [`super::gauss_newton`] on the same objective.
 //!
 //! There are two unknowns, as in the paper: one multiplier on all springs and one on all nodal
-//! volume. The paper's second unknown is the damping, which does not affect a press at rest. Its
-//! objective is the Hausdorff distance; here it is the cost that all fits share, so a temperature
-//! is in units of that cost. The walk starts at the uncalibrated patch, not at random.
+//! volume stiffnesses. The paper's second unknown is the damping, which does not affect a press at
+//! rest. Its objective is the Hausdorff distance; here it is the cost that all fits share, so a
+//! temperature is in units of that cost. The walk starts at the uncalibrated patch, not at random.
 //!
 //! The schedule and the walk are [`super::schedule`]'s: `argmin`'s annealing cools after every
 //! trial and accepts a worse place with another probability than Metropolis's.

@@ -155,7 +155,7 @@ pub struct Recipe {
     pub sizes: Sizes,
     /// Foundation points on a triangle: 4, 9 or, not for boards, 16.
     pub points_per_triangle: usize,
-    /// Places and rounds of the fit.
+    /// Settings of the fit, such as its number of places and rounds.
     pub settings: Settings,
 }
 

@@ -115,8 +115,9 @@ impl<'a> Supply<'a> {
         Self { scene, machine, radii, elements, next: 0, both_foundations: !quick, refused: None }
     }
 
-    /// The next smaller elements in patches of all radii, without those of more than `most_nodes`
-    /// or `most_units` per substep. `None` if all are too large, or no smaller elements are left.
+    /// Patches of all radii with the next smaller elements, except those of more than `most_nodes`
+    /// nodes or `most_units` per substep. `None` if all are too large, or no smaller elements are
+    /// left.
     pub fn next(&mut self, most_units: f64, most_nodes: usize) -> Option<Vec<Weighed>> {
         let element_radii = *self.elements.get(self.next)?;
         let made: Vec<Result<Vec<Weighed>, Error>> =
@@ -192,7 +193,7 @@ impl<'a> Supply<'a> {
     }
 }
 
-/// Places and rounds of a fit.
+/// Settings of a fit with this number of places and rounds.
 #[must_use]
 pub fn settings(places: usize, rounds: usize) -> Settings {
     Settings { places, rounds, ..Settings::default() }

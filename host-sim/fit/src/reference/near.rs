@@ -162,7 +162,7 @@ struct Model<'a> {
     contact: &'a Contact,
     displacement_m: &'a [Vector3<f64>],
     kept: &'a Stiffness,
-    /// Slope of the quadratic model at its start [m^2].
+    /// Gradient of the quadratic model at its start [m^2].
     slope_m2: Col<f64>,
 }
 
@@ -204,7 +204,7 @@ impl Model<'_> {
         self.kept.of_all(&step) + &self.slope_m2
     }
 
-    /// Slope of the quadratic model.
+    /// Gradient of the quadratic model.
     fn forces(&self, step: &Col<f64>) -> Col<f64> {
         &self.kept.matrix * step + &self.slope_m2
     }
@@ -222,7 +222,7 @@ impl Model<'_> {
         step.transpose() * bends + self.body.contact_energy_m3(&self.near.triangles, there, self.contact)
     }
 
-    /// Slope of the contact's energy.
+    /// Gradient of the contact energy.
     fn slope(&self, there: &[Vector3<f64>]) -> Col<f64> {
         let mut slope = Col::zeros(self.slope_m2.nrows());
         self.body.each_touch(&self.near.triangles, there, self.contact, |touch| {

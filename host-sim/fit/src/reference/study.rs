@@ -31,7 +31,7 @@ const GRID_REACH_M: f64 = 0.022;
 
 /// A scene on several meshes.
 pub struct Study {
-    /// From coarse to fine.
+    /// The meshes and their answers, from coarse to fine.
     pub levels: Vec<Level>,
     /// Site of the press on the rest surface [m].
     pub place_m: [f64; 3],

@@ -55,7 +55,7 @@ impl Point<'_> {
         0.5 * self.penalty_per_m * self.area_m2 * self.gap.gap_m * self.gap.gap_m
     }
 
-    /// Slope of the energy along the point's displacement [m^2].
+    /// Gradient of the energy by the point's displacement [m^2].
     pub fn push_m2(&self) -> Vector3<f64> {
         self.gap.normal * (self.penalty_per_m * self.area_m2 * self.gap.gap_m)
     }
@@ -114,7 +114,7 @@ impl Body {
         });
     }
 
-    /// Adds the slope of the energy of contact to that of all nodes.
+    /// Adds the gradient of the contact energy to that of all nodes.
     pub(super) fn add_push(
         &self,
         triangles: &[usize],

@@ -45,13 +45,13 @@ pub struct Verdict {
     /// Root mean square error of the presses that were solved by finite elements at places or
     /// depths that the fit did not see [%].
     pub unseen_rms_pct: f64,
-    /// The largest of them, with its sign [%].
+    /// The largest of these errors, with its sign [%].
     pub unseen_worst_pct: f64,
     /// Number of presses that the fit did not see.
     pub unseen_presses: usize,
     /// Root mean square over random places of the disc at all depths, between solved places [%].
     pub disc_rms_pct: f64,
-    /// The largest of them, with its sign [%].
+    /// The largest of these errors, with its sign [%].
     pub disc_worst_pct: f64,
     /// Number of random places of the disc.
     pub disc_places: usize,

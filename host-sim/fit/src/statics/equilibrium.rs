@@ -184,8 +184,8 @@ fn norm(v: &[Vector]) -> f64 {
 }
 
 impl Statics {
-    /// Slope of the energy over E along every node [m^2] (zero at anchors), and the force on the
-    /// probe along its axis over E [m^2].
+    /// Gradient of the energy over E by every node's position [m^2] (zero at anchors), and the
+    /// force on the probe along its axis over E [m^2].
     #[must_use]
     pub fn slope(&self, x: &[Vector], tip_m: Vector) -> (Vec<Vector>, f64) {
         let mut slope = vec![Vector::zeros(); x.len()];

@@ -37,7 +37,7 @@ impl Rim {
         (!node.is_empty()).then_some(Self { node, stiffness_m: full })
     }
 
-    /// Adds the slope of the energy over E [m^2].
+    /// Adds the gradient of the energy over E [m^2].
     pub(super) fn add_slope(&self, rest_m: &[Vector], x_m: &[Vector], slope: &mut [Vector]) {
         let moved: Vec<Vector> = self.node.iter().map(|n| x_m[*n] - rest_m[*n]).collect();
         for (i, n) in self.node.iter().enumerate() {

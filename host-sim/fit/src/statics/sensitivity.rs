@@ -1,7 +1,7 @@
 //! Derivatives of the force, or of a displacement, with respect to every constant of the patch: the
 //! adjoint of the equilibrium.
 //!
-//! At balance the slope of the energy is zero: `g(x, p) = 0`. For an output `y(x, p)` with `b =
+//! At balance the gradient of the energy is zero: `g(x, p) = 0`. For an output `y(x, p)` with `b =
 //! dy/dx`, `K l = b` gives `dy/dp = dp y - l . dp g`, whatever the number of constants. For the
 //! probe's force, `l` is also how the tissue follows the press, with opposite sign.
 

@@ -1,5 +1,5 @@
-//! Treatments of the rim that can replace the outside at the cut: ours and others,
-//! all made from the same condensed stiffness S.
+//! Boundary conditions at the rim of a patch that stand for the tissue outside the cut: ours and
+//! others, all derived from the same condensed stiffness S.
 //!
 //! Written as matrices between the rim nodes, every one of them can be pressed in
 //! [`palpate_fit::statics`]; [`crate::methods`] has the ticks of those that are not springs. Shapes

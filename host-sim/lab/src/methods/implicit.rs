@@ -3,9 +3,10 @@
 //!
 //! One Newton step from the inertial prediction, `x^ = x + dt v`: `(M (1 + alpha dt)/dt^2 + K_0) d
 //! = f(x^) - alpha M (x^ - x)/dt`, `x = x^ + d`, f the corotational forces, `K_0` linear
-//! elasticity. The factor is single precision (`faer`). Contact is solved at the nodes on the same
-//! inverse, of which the touched columns are kept. True masses, no floor. With the stiffness frozen
-//! it is stable only while the tissue is at most about twice as stiff as at rest.
+//! elasticity. The factor is single precision (`faer`). Contact is solved at the nodes with the
+//! same inverse, of which the columns of touched nodes are kept. The masses are the true ones,
+//! without a floor. With the stiffness frozen it is stable only while the tissue is at most about
+//! twice as stiff as at rest.
 
 use palpate::stages::integrate::FASTEST_M_PER_S;
 use palpate::{Fault, Params, Vector3};

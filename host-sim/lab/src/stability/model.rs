@@ -1,5 +1,5 @@
-//! The model half: every method of the chart pressed, tapped, jittered and released at five
-//! stiffnesses, without a device in the loop.
+//! The part of `stability` without a device in the loop: every method of the chart is pressed,
+//! tapped, jittered and released at five stiffnesses.
 //!
 //! A [`LoadCase`] says how the tip moves; a [`BuiltMethod`] is a method with the substeps that it
 //! needs; [`press`] applies the case to the method and records a [`Trace`]; [`judge`] classifies

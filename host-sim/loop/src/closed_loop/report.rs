@@ -202,7 +202,7 @@ pub fn rows<E: Send>(
     pairs.par_iter().map(|(hand, stimulus)| Ok(Row::of(&run(*hand, *stimulus)?, *hand, *stimulus, count_n))).collect()
 }
 
-/// The promises over all runs.
+/// Judges the promises over all runs.
 #[must_use]
 pub fn report(name: &str, target: &Target, device: &DeviceProfile, runs: Vec<Row>) -> Report {
     let (depth_m, static_n, slope_n_per_m) = target.rest(device);

@@ -28,7 +28,7 @@ pub(super) fn run(named: &[String]) -> Result<(), Error> {
         )
         .into());
     }
-    // side by side: each port is listened to for its own time
+    // in parallel, because every port is listened to for up to `PATIENCE`
     let found: Vec<Result<Session, PortError>> = std::thread::scope(|scope| {
         let listening: Vec<_> =
             candidates.iter().map(|candidate| scope.spawn(|| Session::open(&candidate.name, PATIENCE))).collect();

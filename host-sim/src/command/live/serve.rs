@@ -8,7 +8,7 @@ use std::time::Duration;
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
 
-/// The files of the page, and what they are.
+/// Files of the page and their media types.
 const FILES: [(&str, &str); 5] = [
     ("index.html", "text/html"),
     ("page.js", "text/javascript"),

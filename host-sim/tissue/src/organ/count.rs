@@ -60,7 +60,7 @@ impl Organ {
         }
     }
 
-    /// Volume [m^3] by counting the centres of boxes inside: within a percent.
+    /// Volume [m^3], within one percent: counts the boxes whose centres are inside.
     fn volume_m3(&self) -> f64 {
         let [low, high] = self.box_m.map(V3::from);
         let cell = (high - low) / f64::from(GRID);

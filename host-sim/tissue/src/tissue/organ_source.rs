@@ -21,7 +21,7 @@ pub enum OrganSource {
     File(ClosedSurface, TetMesh, ImportReport),
     /// Surface file, flat facets, with what its import found.
     Surface(ClosedSurface, SurfaceReport),
-    /// One of our own.
+    /// An organ of our own shape.
     Organ(Organ),
 }
 

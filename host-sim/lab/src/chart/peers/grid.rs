@@ -50,7 +50,7 @@ pub fn grid(cells: [usize; 3]) -> TetMesh {
     TetMesh { nodes_m, tets, regions }
 }
 
-/// The tet with a positive volume.
+/// Orders the nodes of a tet such that its volume is positive.
 fn upright(tet: [u32; 4], nodes_m: &[[f64; 3]]) -> [u32; 4] {
     let at = tet.map(|n| nalgebra::Vector3::from(nodes_m[n as usize]));
     let six = (at[1] - at[0]).dot(&(at[2] - at[0]).cross(&(at[3] - at[0])));

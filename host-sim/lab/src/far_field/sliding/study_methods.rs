@@ -6,7 +6,7 @@
 //! solution. Not built: a patch that travels with the probe (no ripple up to 50 mm/s, but for
 //! homogeneous flat tissue only; if it includes the frame's velocity, it pushes the probe on and
 //! creates energy), and far fields blended from place to place (a tick would have to mix blocks,
-//! and the elements do not move along).
+//! and the elements would still stay in place).
 
 use crate::paper_method::region::{ContactPressure, StressRule};
 use palpate::Params;
@@ -117,7 +117,7 @@ pub struct StrokeRecipe {
     pub variant: u32,
     /// Foundation points on a triangle: 4, 9 or, not for boards, 16.
     pub points_per_triangle: usize,
-    /// Places and rounds of the fit.
+    /// Settings of the fit, such as its number of places and rounds.
     pub settings: Settings,
 }
 

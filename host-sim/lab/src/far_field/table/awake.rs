@@ -83,7 +83,7 @@ pub struct Frozen {
     pub error_pct: [Option<f64>; 2],
 }
 
-/// Share that must be awake, half a probe radius deep.
+/// Least shares of the nodes that must be awake to keep a tolerance, half a probe radius deep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Needed {
     /// Nodes of the whole mesh.

@@ -66,7 +66,7 @@ pub struct RowSummary {
     tick_m4f_cycles: Option<f64>,
 }
 
-/// A share that must be awake.
+/// Least shares of the nodes that must be awake to keep a tolerance.
 #[derive(Clone, Debug, Serialize)]
 pub struct NeededSummary {
     whole_nodes: usize,

@@ -51,9 +51,9 @@ impl Fitted {
 /// A method at work.
 #[derive(Clone, Copy, Debug)]
 pub enum StudyMethod {
-    /// The paper's.
+    /// The paper's method.
     LocalCompression(Fitted),
-    /// One of the chart.
+    /// A method of the chart.
     Charted(Method),
 }
 

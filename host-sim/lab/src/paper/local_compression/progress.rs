@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::paper::Progress;
 
-/// A display with the share of the annealing; several threads may count at once.
+/// Displays the share of the annealing that is done; several threads may count at once.
 pub struct AnnealingProgress<'a> {
     display: &'a dyn Progress,
     doing: Mutex<String>,

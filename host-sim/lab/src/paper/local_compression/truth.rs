@@ -74,7 +74,7 @@ impl Truth {
     }
 
     /// Presses with rising forces, one after the other from rest; ends before the first that has no
-    /// equilibrium. CPU times are those of one thread if the caller provides only one.
+    /// equilibrium. CPU times are those of one thread only where the caller provides just one.
     ///
     /// # Errors
     /// Memory for the factor runs out.

@@ -10,7 +10,7 @@ use palpate_tissue::mesh::TetMesh;
 use palpate_tissue::patch::{Material, Patch};
 use palpate_tissue::tissue::{Joint, Tissue};
 
-/// A patch of all organs.
+/// One patch that contains all organs.
 #[derive(Clone, Debug)]
 pub struct Network {
     /// Springs, tets, masses.

@@ -15,7 +15,7 @@ use palpate_tissue::output::OutputFolder;
 
 /// Delays of the devices that are swept [ticks].
 const DELAYS: [u8; 3] = [0, 1, 2];
-/// Delay at which energy is drawn [ticks]: that of the shipped devices.
+/// Delay for which the created energy is plotted [ticks]: that of the shipped devices.
 const DRAWN_DELAY: u8 = 1;
 /// Least static error that is reported as one (1).
 const SEEN_ERROR: f64 = 5e-3;

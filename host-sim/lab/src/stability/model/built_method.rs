@@ -151,7 +151,7 @@ impl BuiltMethod {
         Ok(Some(Self { row, block, substeps, guarded: Some(patch) }))
     }
 
-    /// Returns the method at another tick [s], with the masses and the foundation of this one.
+    /// Returns the method with another tick length [s] and the masses and foundation of this one.
     #[must_use]
     pub fn with_tick(&self, tick_s: f32) -> Self {
         let params = with_tick(&self.block.params, tick_s);

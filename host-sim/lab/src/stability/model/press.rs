@@ -131,7 +131,8 @@ impl Watch {
         Ok(())
     }
 
-    /// Runs one tick: force along the handle [N] and smallest J; the depth where it diverged [m].
+    /// Runs one tick and returns the force along the handle [N] and the smallest J; the error is
+    /// the depth at which the method diverged [m].
     fn tick(&mut self, block: &Block, running: &mut dyn RunningMethod, depth_m: f64) -> Result<(f64, f64), f64> {
         let force = running.tick(block.tip_m(depth_m)).map_err(|_| depth_m)?;
         let force_n = f64::from(force.dot(&block.params.probe.axis));

@@ -106,7 +106,8 @@ pub struct Figures {
     pub limiters: ClampFlags,
 }
 
-/// Classifies a press. `slow`: the force during the descent is the tissue's, and must not fall.
+/// Classifies a press. If it is `slow`, the force during the descent is the tissue's and must not
+/// fall.
 #[must_use]
 pub fn judge(trace: &Trace, slow: bool) -> Figures {
     let drop = largest_drop(&trace.loading);

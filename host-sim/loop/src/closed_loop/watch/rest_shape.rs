@@ -47,7 +47,7 @@ pub trait RestShape: Debug + Send + Sync {
 pub struct HalfSpace {
     /// A point on the plane [m].
     pub at_m: Vector3<f64>,
-    /// Out of the tissue.
+    /// Unit normal of the plane, which points out of the tissue.
     pub normal: Vector3<f64>,
 }
 

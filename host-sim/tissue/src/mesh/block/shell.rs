@@ -16,7 +16,7 @@ const LAYER: f64 = 0.125;
 const SAMPLES: usize = 1024;
 
 impl Grading {
-    /// Distance to the stroke of the spot.
+    /// Distance to the line along which the spot travels.
     pub fn away(&self, p: Vec3) -> f64 {
         distance(p, self.nearest(p))
     }
@@ -45,7 +45,7 @@ impl Grading {
         sides.fold(p[2] - self.low[2], f64::min)
     }
 
-    /// Distance from the stroke of the spot to the nearest wall.
+    /// Distance from the line along which the spot travels to the nearest wall.
     pub fn way_to_wall(&self) -> f64 {
         let end = |s: f64| self.wall_distance(add_scaled(self.spot, s, self.half_stroke));
         end(-1.0).min(end(1.0))

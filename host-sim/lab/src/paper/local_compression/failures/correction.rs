@@ -1,6 +1,6 @@
 //! Over-compression correction (11)-(13): the force on a held finger against the time step.
 //!
-//! A node goes C/2 in every step, however short: a speed of C/(2 dt) that does not enter the
+//! A node moves by C/2 in every step, however short: a speed of C/(2 dt) that does not enter the
 //! tissue's forces, since the velocities are unchanged. The force on the finger then depends on the
 //! step and not on the tissue.
 
