@@ -179,8 +179,8 @@ fn clearing_forgets_the_alarms_and_keeps_the_total() {
     (0..4).for_each(|_| assert_eq!(contact(&mut observer, 1e-3), Ok(())));
 }
 
-/// Share of the work of a force [N] at a velocity [m/s] that its bounded form does (1), on a surface
-/// whose normal is z.
+/// Share of the work of a force [N] at a velocity [m/s] that its bounded form does (1). The normal
+/// is z.
 fn share(observer: &PassivityObserver, force_n: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> f32 {
     let bound_n = observer.bound(&force_n, &velocity_m_per_s, &Vector3::z());
     if bound_n == force_n { 1.0 } else { bound_n.dot(&velocity_m_per_s) / force_n.dot(&velocity_m_per_s) }
