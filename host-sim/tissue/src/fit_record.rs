@@ -12,11 +12,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::answer::{AnswerProbe, AnswerTissue};
 use crate::error::Error;
-use crate::output::OutputFolder;
+use crate::output::{OutputFolder, RECORD_SUFFIX};
 use crate::scene::Scene;
-
-/// Added to the name of the patch file.
-pub const RECORD_SUFFIX: &str = ".json";
 
 /// Scene that a patch was fitted to, and its measured error.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]

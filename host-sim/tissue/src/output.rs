@@ -28,6 +28,9 @@ use record::Record;
 /// Name of the file with a result in numbers.
 pub const SUMMARY: &str = "summary.json";
 
+/// Suffix that the record of a fit adds to the name of its patch file.
+pub const RECORD_SUFFIX: &str = ".json";
+
 /// A summary with its provenance.
 #[derive(serde::Serialize)]
 struct Signed<'a, T> {

@@ -36,16 +36,53 @@ const LAYERS: [(&str, &str, &[&str]); 13] = [
     ("palpate-live", "host-sim/live", &["palpate", "palpate-loop", "palpate-tissue"]),
 ];
 
+/// Packages that no other one may depend on; they may depend on all.
+const ON_TOP: [&str; 4] = ["tests", "tests/bench", "tests/mutants", "host-sim/live/tools/page"];
+
 #[test]
 fn no_crate_stands_on_one_above_it() {
     for (package, folder, allowed) in LAYERS {
         let manifest = std::fs::read_to_string(repository().join(folder).join("Cargo.toml")).unwrap();
         assert!(manifest.contains(&format!("name = \"{package}\"")), "{folder} is not {package}");
-        let own =
-            manifest.lines().filter_map(|line| line.split(['.', ' ', '=']).next()).filter(|name| name.starts_with("palpate"));
-        for name in own {
-            assert!(allowed.contains(&name), "{package} stands on {name}, which is not below it");
+        for name in own_dependencies(&manifest) {
+            assert!(allowed.contains(&name.as_str()), "{package} stands on {name}, which is not below it");
         }
+    }
+}
+
+#[test]
+fn every_crate_has_a_place() {
+    let workspace: toml::Table = std::fs::read_to_string(repository().join("Cargo.toml")).unwrap().parse().unwrap();
+    let members = workspace["workspace"]["members"].as_array().unwrap();
+    for member in members {
+        let member = member.as_str().unwrap();
+        let placed = LAYERS.iter().any(|(_, folder, _)| *folder == member) || ON_TOP.contains(&member);
+        assert!(placed, "{member} has no place in the order of crates");
+    }
+}
+
+/// Packages of the repository that a manifest depends on, in any section and under any name.
+fn own_dependencies(manifest: &str) -> Vec<String> {
+    let manifest: toml::Table = manifest.parse().unwrap();
+    let targets = manifest.get("target").and_then(toml::Value::as_table);
+    let sections =
+        std::iter::once(&manifest).chain(targets.into_iter().flat_map(|t| t.values().filter_map(toml::Value::as_table)));
+    let kinds = ["dependencies", "dev-dependencies", "build-dependencies"];
+    let tables = sections.flat_map(|section| kinds.map(|kind| section.get(kind).and_then(toml::Value::as_table)));
+    let named = tables.flatten().flatten().map(|(name, spec)| spec.get("package").and_then(toml::Value::as_str).unwrap_or(name));
+    named.filter(|name| name.starts_with("palpate")).map(str::to_owned).collect()
+}
+
+#[test]
+fn a_dependency_is_seen_however_it_is_written() {
+    let written = [
+        "[dependencies]\npalpate-lab.workspace = true",
+        "[dependencies.palpate-lab]\npath = \"../lab\"",
+        "[dependencies]\nlab = { package = \"palpate-lab\", path = \"../lab\" }",
+        "[target.'cfg(unix)'.dev-dependencies]\npalpate-lab = { path = \"../lab\" }",
+    ];
+    for manifest in written {
+        assert_eq!(own_dependencies(manifest), ["palpate-lab"], "{manifest}");
     }
 }
 
@@ -77,6 +114,8 @@ fn a_circle_is_found_and_a_file_with_its_folder_is_none() {
     assert_eq!(inline.circles(), [["a", "b"]]);
     let folder = files(&[("a", "mod b; use b::B; pub struct A;"), ("a/b", "use super::A; pub struct B;")]);
     assert!(folder.circles().is_empty());
+    let through = files(&[("a", "mod b; use b::B;"), ("a/b", "use crate::c::C;"), ("c", "use crate::a::A;")]);
+    assert_eq!(through.circles(), [["a", "a/b"], ["a", "c"], ["a/b", "c"]]);
 }
 
 type Module = Vec<String>;
@@ -106,8 +145,8 @@ impl Files {
         Self { text }
     }
 
-    /// Pairs of files that reach each other by imports. A folder's own file is not counted with
-    /// those in the folder.
+    /// Pairs of files that reach each other by imports. What a file in a folder imports from the
+    /// folder's own file is not counted.
     fn circles(&self) -> Vec<[String; 2]> {
         let code: BTreeMap<&Module, String> = self.text.iter().map(|(m, text)| (m, without_words(text))).collect();
         let imports: BTreeMap<&Module, Vec<Import>> = code.iter().map(|(m, code)| (*m, Import::all(code))).collect();
@@ -115,7 +154,7 @@ impl Files {
         for (module, own) in &imports {
             for import in own.iter().filter(|import| !import.public) {
                 let found = self.resolved(&imports, &code, module, &import.path, 0);
-                let other = found.filter(|to| !to.starts_with(module) && !module.starts_with(to));
+                let other = found.filter(|to| !module.starts_with(to));
                 arrows.entry(module).or_default().extend(other);
             }
         }
@@ -240,8 +279,37 @@ fn tree(text: &str, prefix: &[String], found: &mut impl FnMut(Vec<String>)) {
 
 /// The text without comments, the content of strings, and unit tests.
 fn without_words(text: &str) -> String {
-    let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
-    let lines = text.lines().map(|line| line.split("//").next().unwrap_or_default());
-    let code = lines.collect::<Vec<_>>().join("\n");
-    code.split('"').step_by(2).collect::<Vec<_>>().join("\"\"")
+    let mut rest = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let mut code = String::new();
+    while let Some(at) = rest.find(['/', '"', '\'']) {
+        let raw = rest[..at].trim_end_matches('#');
+        let hashes = &rest[raw.len()..at];
+        let raw = raw.strip_suffix('r').map(|before| before.strip_suffix('b').unwrap_or(before));
+        let is_raw = rest[at..].starts_with('"') && raw.is_some_and(|before| !before.ends_with(char::is_alphanumeric));
+        code.push_str(&rest[..at]);
+        let (kept, behind) = match rest.as_bytes()[at..] {
+            [b'/', b'/', ..] => ("", rest[at..].find('\n').unwrap_or(rest.len() - at)),
+            [b'"', ..] if is_raw => ("\"\"", 1 + end_of(&rest[at + 1..], &format!("\"{hashes}"), false)),
+            [b'"', ..] => ("\"\"", 1 + end_of(&rest[at + 1..], "\"", true)),
+            [b'\'', b'\\', ..] => ("", 3 + end_of(&rest[at + 3..], "'", false)),
+            [b'\'', _, b'\'', ..] => ("", 3),
+            _ => (&rest[at..=at], 1),
+        };
+        code.push_str(kept);
+        rest = &rest[at + behind..];
+    }
+    code + rest
+}
+
+/// Bytes to the end of a string, its mark included.
+fn end_of(text: &str, mark: &str, escapes: bool) -> usize {
+    let escaped = |at: usize| escapes && at % 2 != text[..at].trim_end_matches('\\').len() % 2;
+    text.match_indices(mark).find(|(at, _)| !escaped(*at)).map_or(text.len(), |(at, mark)| at + mark.len())
+}
+
+#[test]
+fn words_are_left_out_and_code_behind_them_is_kept() {
+    let text = r##"a("https://b"); c("d \" e \\"); f('"', '\'', '\\', 'é'); g(r#"h " i"#); // "j
+k<'l>()"##;
+    assert_eq!(without_words(text), "a(\"\"); c(\"\"); f(, , , 'é'); g(r#\"\"); \nk<'l>()");
 }

@@ -6,10 +6,9 @@ use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use super::Record;
 use super::record::RECORD;
+use super::{RECORD_SUFFIX, Record};
 use crate::error::Error;
-use crate::fit_record::RECORD_SUFFIX;
 
 /// The folder of a result and its neighbours, as absolute paths without links.
 #[derive(Debug)]
