@@ -47,12 +47,8 @@ fn main() -> Result<(), BuildError> {
         let mut patch = PatchRenderer { model: &model, tuned: &tuned, state: &mut state };
         let telemetry = cycle.tick(&mut handle, &mut patch, Command { asked, ..Command::HEARD });
         if tick % 100 == 99 {
-            println!(
-                "{tick:>4} ms: {:?}, {:.2} mm deep, {:.3} N",
-                telemetry.mode,
-                telemetry.output.depth_m * 1e3,
-                handle.force_n.z
-            );
+            let (mode, depth_mm) = (telemetry.mode, telemetry.output.depth_m * 1e3);
+            println!("{tick:>4} ms: {mode:?}, {depth_mm:.2} mm deep, {:.3} N", handle.force_n.z);
         }
     }
     assert!(handle.force_n.z > 0.02, "3 mm deep the handle is pushed out");

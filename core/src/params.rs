@@ -89,7 +89,7 @@ pub struct Params {
     pub probe: Probe,
     /// Active terms.
     pub terms: Terms,
-    /// Limits.
+    /// Speeds and force that a tick does not exceed.
     pub limits: GuardLimits,
 }
 

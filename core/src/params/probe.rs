@@ -39,7 +39,7 @@ pub enum ProbeShape {
 /// The probe. Its position always means that of its **tip**, the point furthest along `-axis`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Probe {
-    /// Shape.
+    /// Form of the end that presses.
     pub shape: ProbeShape,
     /// Radius [m].
     pub radius_m: f32,

@@ -19,7 +19,7 @@ pub struct Snapshot {
     /// From the tick timer's edge to the tick, least and most so far, in counts of the board's
     /// clock.
     pub starts: Option<[u32; 2]>,
-    /// Mode.
+    /// State of the haptic loop after the last tick.
     pub mode: Mode,
     /// Reason of the mode `Fault`.
     pub fault: Option<Fault>,

@@ -158,11 +158,11 @@ pub struct Cost {
 /// Items of a patch that cost time, by count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Counts {
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Springs.
+    /// Number of springs.
     pub springs: usize,
-    /// Tets.
+    /// Number of tets.
     pub tets: usize,
     /// Surface triangles.
     pub triangles: usize,

@@ -47,13 +47,13 @@ pub struct Report {
     /// Mass that the tick moves, with the mass floor, over the true mass of the nodes that move
     /// (1).
     pub mass_floor_ratio: f64,
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
     /// Fixed nodes.
     pub anchors: usize,
-    /// Springs.
+    /// Number of springs.
     pub springs: usize,
-    /// Tets.
+    /// Number of tets.
     pub tets: usize,
     /// Surface triangles.
     pub triangles: usize,

@@ -78,9 +78,9 @@ pub struct Settings {
     pub tick_s: f32,
     /// Limits, from the device's profile.
     pub limits: LoopLimitSettings,
-    /// Damping.
+    /// Gains of the damping in contact.
     pub damping: DampingSettings,
-    /// Passivity.
+    /// Bounds on the energy given to the hand.
     pub passivity: PassivitySettings,
     /// Arming and ramps.
     pub arming: ArmingSettings,

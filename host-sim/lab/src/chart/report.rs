@@ -48,7 +48,7 @@ pub struct MovingFront {
 pub struct MovingPoint {
     /// Method.
     pub method: &'static str,
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
     /// Substeps of a tick.
     pub substeps: u16,
@@ -78,7 +78,7 @@ pub struct Front {
 pub struct FrontPoint {
     /// Method.
     pub method: &'static str,
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
     /// Substeps of a tick.
     pub substeps: u16,

@@ -42,7 +42,7 @@ const AVERAGED_M: f64 = 3e-3;
 pub struct TermErrors {
     /// Method.
     pub method: Method,
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
     /// Whether the method runs with the terms.
     pub has_terms: bool,

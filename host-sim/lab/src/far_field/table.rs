@@ -113,9 +113,9 @@ pub struct Row {
 /// How large a patch is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Size {
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Tets.
+    /// Number of tets.
     pub tets: usize,
     /// Free nodes on the cut.
     pub rim_nodes: usize,

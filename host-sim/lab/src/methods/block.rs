@@ -32,11 +32,11 @@ pub struct Block {
 /// Counts that costs depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Size {
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Edges.
+    /// Number of edges.
     pub edges: usize,
-    /// Tets.
+    /// Number of tets.
     pub tets: usize,
 }
 

@@ -103,9 +103,9 @@ pub struct Peer {
     pub model: String,
     /// Name of the mesh, as in press.json.
     pub mesh: String,
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Tets.
+    /// Number of tets.
     pub tets: usize,
     /// Young's modulus [Pa].
     pub youngs_modulus_pa: f64,

@@ -59,11 +59,11 @@ pub struct Measured {
     pub short: String,
     /// Kind of method.
     pub kind: Kind,
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Springs.
+    /// Number of springs.
     pub springs: usize,
-    /// Tets.
+    /// Number of tets.
     pub tets: usize,
     /// Rim nodes and rim edges.
     pub rim: [usize; 2],

@@ -18,9 +18,9 @@ const STROKES_M: [f64; 5] = [0.0, 0.01, 0.02, 0.03, 0.04];
 pub struct StrokeLength {
     /// Stroke [mm].
     pub stroke_mm: f64,
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Tets.
+    /// Number of tets.
     pub tets: usize,
     /// Share of a tick without rim springs, with one substep, for each machine [%].
     pub share_pct: Vec<(&'static str, f64)>,
