@@ -28,9 +28,8 @@ pub use unknowns::Unknowns;
 use palpate::Params;
 use thiserror::Error;
 
-use crate::far_field::RimSprings;
 use crate::statics::{Statics, Unbalanced};
-use palpate_tissue::patch::{Material, Multipliers, Patch};
+use palpate_tissue::patch::{Material, Multipliers, Patch, RimSprings};
 use palpate_tissue::tissue::Tissue;
 
 /// Why a calibration ended without a result.

@@ -157,6 +157,10 @@ impl Files {
                 let other = found.filter(|to| !module.starts_with(to));
                 arrows.entry(module).or_default().extend(other);
             }
+            // a file calls its modules without an import
+            let inner =
+                self.text.keys().filter(|to| to.len() == module.len() + 1 && !module.is_empty() && to.starts_with(module));
+            arrows.entry(module).or_default().extend(inner);
         }
         let reach: BTreeMap<&Module, BTreeSet<&Module>> = self.text.keys().map(|m| (m, reached(&arrows, m))).collect();
         let both = |a: &&Module, b: &&Module| a < b && reach[*a].contains(*b) && reach[*b].contains(*a);
