@@ -3,7 +3,7 @@
 //!
 //! The mass floor falls with the square of the substep, so with many substeps the patch moves with
 //! almost its true masses. It does not include the errors that both share, above all those of the
-//! mesh: 2 % of the peak on the shipped patches up to 200 mm/s, more in faster taps.
+//! mesh: 3 % of the peak on the shipped patches up to 200 mm/s, more in faster taps.
 
 use palpate::{GuardLimits, Params, ProbePose, Vector3, tick};
 
