@@ -229,8 +229,8 @@ impl PassivityObserver {
 
     /// The force [N] to send to a probe with this velocity [m/s], on a surface with this normal:
     /// while it acts it does no more work than this contact took. The push is shortened first, then
-    /// what acts along the surface, so friction is not lost with the push and nothing pulls. A probe
-    /// at rest gets the whole force.
+    /// what acts along the surface, so friction is not lost with the push and nothing pulls. A
+    /// probe at rest gets the whole force.
     #[must_use]
     pub fn bound(&self, force_n: &Vector3<f32>, velocity_m_per_s: &Vector3<f32>, normal: &Vector3<f32>) -> Vector3<f32> {
         let work_j = force_n.dot(velocity_m_per_s) * self.acts_s;
