@@ -250,7 +250,8 @@ impl PassivityObserver {
         let kept_n = between(kept_n, 0.0, push_n);
         let may_w = left_w - kept_n * leaves_m_per_s;
         let share = if along_w > may_w { may_w / along_w } else { 1.0 };
-        along_n * share + normal * kept_n
+        // without a force along the surface, rounding may leave less than nothing over zero
+        along_n * between(share, 0.0, 1.0) + normal * kept_n
     }
 
     /// The contact is over. One that follows soon may give what it took.

@@ -243,6 +243,23 @@ fn the_push_gives_way_before_the_force_along_the_surface_and_nothing_pulls() {
 }
 
 #[test]
+fn a_bounded_force_is_finite_and_does_the_work_that_is_left() {
+    let settings = PassivitySettings { allowance_j: 1e-5, ..PassivitySettings::DEFAULT };
+    let device = DeviceSpec { delay_ticks: 0, lag_s: 0.0, count_m: 0.0, ..stylus() };
+    let allowed = PassivityObserver::build(&settings, &device, 1e-3).unwrap();
+    for n in 1..4000_u16 {
+        let v = f32::from(n) * 1.37e-4;
+        for force_n in [z(1.0), Vector3::new(0.3, 0.0, 1.0), Vector3::new(-0.3, 0.1, 1.0)] {
+            for velocity_m_per_s in [z(v), Vector3::new(0.7 * v, 0.0, v), Vector3::new(v, 0.0, -0.1 * v)] {
+                let bound_n = allowed.bound(&force_n, &velocity_m_per_s, &Vector3::z());
+                let work_j = bound_n.dot(&velocity_m_per_s) * 1e-3;
+                assert!(work_j <= 1e-5 * 1.00001 + 1e-10, "{force_n} at {velocity_m_per_s}: {bound_n}");
+            }
+        }
+    }
+}
+
+#[test]
 fn a_force_into_the_tissue_is_shortened_as_a_whole_and_one_that_takes_is_not() {
     let settings = PassivitySettings { allowance_j: 1e-5, ..PassivitySettings::DEFAULT };
     let device = DeviceSpec { delay_ticks: 0, lag_s: 0.0, count_m: 0.0, ..stylus() };
