@@ -39,8 +39,8 @@ impl Tissue {
     }
 
     /// A block of smaller tets.
-    pub fn fine() -> Self {
-        Self::of(&FINE_BLOCK.0, |_| ())
+    pub fn fine(change: impl Fn(&mut Params)) -> Self {
+        Self::of(&FINE_BLOCK.0, change)
     }
 
     fn of(bytes: &'static [u8], change: impl Fn(&mut Params)) -> Self {

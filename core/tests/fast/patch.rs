@@ -3,7 +3,7 @@
 use palpate::haptic::cycle::{Ask, Command, Cycle, PatchRenderer, Renderer, Settings, Telemetry};
 use palpate::haptic::device::{DeviceSpec, Sensed, SensorStatus};
 use palpate::haptic::mode::Mode;
-use palpate::{ProbePose, Vector3};
+use palpate::{ProbePose, ProbeShape, Vector3};
 
 use crate::bench::{Bench, Device, pushing, stylus};
 use crate::guard::Tissue;
@@ -37,6 +37,29 @@ fn a_press_is_felt_and_over_when_the_probe_has_left() {
     assert!((held.applied_n - held.output.force_n).norm() < 1e-3, "at rest nothing is added");
     let left = (0..100).map(|n| at(-3e-3 + 0.1e-3 * f32::from(n as u8))).last().expect("ticks");
     assert_eq!((left.applied_n, left.fault), (Vector3::zeros(), None));
+}
+
+/// A flat tip goes into stiff tissue at 20 mm/s and stops dead, as a coarse encoder sees it: tissue
+/// rings for 0.1 s, and the force that holds the tip is neither faded nor shortened.
+#[test]
+fn a_press_that_stops_dead_keeps_its_force_while_the_tissue_rings() {
+    let count_m = 55e-6;
+    let limits = DeviceSpec { count_m, max_force_n: 6.0, ..stylus() };
+    for shift_m in [5e-6, 25e-6, 45e-6] {
+        let mut tissue = Tissue::fine(|p| (p.youngs_modulus_pa, p.probe.shape) = (100e3, ProbeShape::Flat));
+        let sensed = Sensed { position_m: Vector3::zeros(), sequence: 0, status: SensorStatus::Good };
+        let mut device = Device { limits, sensed, drive_n: None };
+        let mut cycle = Cycle::build(&Settings::safe(&limits), &limits).unwrap();
+        for n in 0..2_075_u16 {
+            let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(usize::from(n)).copied();
+            let z_m = (5e-3 - 20e-6 * f32::from(n.saturating_sub(1000))).max(-0.5e-3) + shift_m;
+            let record = run(&mut cycle, &mut device, &mut tissue, libm::floorf(z_m / count_m) * count_m, asked);
+            if n >= 1_300 {
+                let held = record.mode == Mode::Active && record.applied_n.z > 0.5;
+                assert!(held, "{shift_m} m, {} ms after the stop: {record:?}", n - 1_275);
+            }
+        }
+    }
 }
 
 /// A hand that trembles in soft contact: 0.5 mm deep, 0.2 mm up and down at 6 Hz, counts of 55 um.

@@ -62,7 +62,7 @@ fn middles(tissue: &Tissue) -> Vec<[f32; 2]> {
 
 #[test]
 fn the_plane_is_that_of_a_triangle_under_the_tip() {
-    for tissue in [Tissue::new, Tissue::fine] {
+    for tissue in [Tissue::new, || Tissue::fine(|_| ())] {
         for [x_m, y_m] in middles(&tissue()) {
             let (tissue, plane) = touched(tissue(), x_m, y_m);
             let found = (0..tissue.file.model.triangles.len()).any(|triangle| {
@@ -139,7 +139,7 @@ fn a_plane_is_steep_beyond_forty_five_degrees() {
 
 #[test]
 fn over_the_triangle_touched_last_contact_is_possible_up_to_a_millimetre_and_no_further_beyond_its_edges_than_the_ball_reaches() {
-    for tissue in [Tissue::new, Tissue::fine] {
+    for tissue in [Tissue::new, || Tissue::fine(|_| ())] {
         for [x_m, y_m] in middles(&tissue()) {
             let over = |above_m: Vector3<f32>| {
                 let (mut tissue, plane) = touched(tissue(), x_m, y_m);
@@ -180,7 +180,7 @@ fn a_body_is_buried_when_no_press_can_have_brought_it_there() {
     // the point above the tip that stays outside in every press: one radius, or a millimetre more
     // than the deepest press
     let small = |params: &mut Params| params.probe.radius_m = 2e-3;
-    for (mut tissue, above_m) in [(Tissue::new(), 8e-3), (Tissue::with(small), 6e-3), (Tissue::fine(), 8e-3)] {
+    for (mut tissue, above_m) in [(Tissue::new(), 8e-3), (Tissue::with(small), 6e-3), (Tissue::fine(|_| ()), 8e-3)] {
         let limit_m = tissue.file.model.depth_limit_m;
         assert!((limit_m - 5e-3).abs() < 1e-6);
         for (deep_m, is) in [(above_m - 0.1e-3, false), (above_m + 0.1e-3, true), (30e-3, true), (3e-3, false), (-5e-3, false)] {
