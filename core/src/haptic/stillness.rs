@@ -321,7 +321,7 @@ mod tests {
 
     #[test]
     fn the_ringing_of_a_stop_stays_however_its_modes_beat() {
-        // a flat tip of 8 mm, 0.5 mm deep in 100 kPa, stopped dead: swings of 0.03 N grow and shrink
+        // a flat tip of 8 mm, 0.5 mm deep in 100 kPa, stopped dead: swings of 0.03 N beat
         for (first_ticks, second_ticks, settles_ticks) in [(8.2, 10.5, 35.0), (7.0, 8.0, 45.0), (12.0, 15.0, 50.0)] {
             let mut still = Stillness::build(1e-3);
             for n in 0..1_000_u16 {
