@@ -49,8 +49,9 @@ const MEAN_TICKS: f32 = 100.0;
 /// Share of a count (1). A probe whose displacement while the force acts is shorter is at rest: the
 /// low-passed velocity after a count takes 0.5 s to become zero exactly.
 const REST_COUNTS: f32 = 0.02;
-/// Ticks without a force for which energy that a contact took may still be given: a count on the
-/// way out lifts the shown tip off tissue that follows within some ticks.
+/// Ticks after the last force in which a new touch belongs to the same contact. A count on the way
+/// out lifts the shown tip off tissue that follows within some ticks. No hand taps so fast: touches
+/// that follow each other sooner are a limit cycle, and the energy that each creates adds up.
 const KEPT_TICKS: u8 = 20;
 
 /// Thresholds at which the observer intervenes.
@@ -218,11 +219,8 @@ impl PassivityObserver {
                 return Err(Fault::EnergyCreated);
             }
         }
-        if !touched && self.idle_ticks > self.delay_ticks {
+        if !touched && self.idle_ticks > self.delay_ticks + KEPT_TICKS {
             self.leave();
-            if self.idle_ticks > self.delay_ticks + KEPT_TICKS {
-                self.energy.given_j = 0.0;
-            }
         }
         Ok(())
     }
@@ -254,15 +252,14 @@ impl PassivityObserver {
         along_n * between(share, 0.0, 1.0) + normal * kept_n
     }
 
-    /// The contact is over. One that follows soon may give what it took.
+    /// The contact is over.
     fn leave(&mut self) {
         if !self.open {
             return;
         }
         self.open = false;
         let total_created_j = self.energy.total_created_j + self.energy.created_j;
-        let given_j = if self.energy.given_j < 0.0 && !self.fading { self.energy.given_j } else { 0.0 };
-        self.energy = Energy { given_j, total_created_j, ..Energy::default() };
+        self.energy = Energy { total_created_j, ..Energy::default() };
         if self.fading {
             self.touch_gain *= 0.5;
         } else {
@@ -369,7 +366,7 @@ mod tests {
             last = observer.gain();
         }
         assert_eq!(last, 0.0);
-        for _ in 0..3 {
+        for _ in 0..23 {
             observer.sent(Vector3::zeros());
             observer.observe(&Vector3::zeros(), false).unwrap();
         }

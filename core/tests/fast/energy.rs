@@ -67,10 +67,8 @@ fn created_is_the_most_that_was_given_beyond_what_was_taken() {
         assert!((energy.given_j - given_j).abs() < 1e-8 && (energy.created_j - created_j).abs() < 1e-8, "{energy:?}");
     }
     assert_eq!(observer.gain(), 1.0, "below the alarm");
-    // free space: the contact is over once its last force has acted
-    step(&mut observer, 0.0, false, 0.0).unwrap();
-    step(&mut observer, 0.0, false, 0.0).unwrap();
-    step(&mut observer, 0.0, false, 0.0).unwrap();
+    // free space: the contact is over 20 ticks after its last force has acted
+    (0..22).for_each(|_| step(&mut observer, 0.0, false, 0.0).unwrap());
     let energy = observer.energy();
     assert!((energy.total_created_j - 0.4e-3).abs() < 1e-8, "{energy:?}");
     assert_eq!((energy.given_j, energy.created_j), (0.0, 0.0));
@@ -87,17 +85,37 @@ fn a_contact_lasts_until_its_last_force_has_acted() {
     }
     step(&mut observer, 0.3e-3, false, 0.0).unwrap();
     assert!((observer.energy().total_created_j + observer.energy().created_j - 0.3e-3).abs() < 1e-8, "{:?}", observer.energy());
-    // a force sent and cancelled: three ticks later the contact is still the same
+    // a force sent and cancelled: three ticks later it has acted, and 20 more are the same contact
     let mut observer = self::observer(3, 0.0);
     step(&mut observer, 0.0, true, 1.0).unwrap();
     (0..3).for_each(|_| step(&mut observer, 0.0, true, 1.0).unwrap());
     step(&mut observer, 0.2e-3, true, 0.0).unwrap();
-    for n in 0..3 {
+    for n in 0..23 {
         step(&mut observer, 0.0, false, 0.0).unwrap();
-        assert!((observer.energy().created_j - 0.2e-3).abs() < 1e-8, "tick {n}: forces are on their way");
+        assert!((observer.energy().created_j - 0.2e-3).abs() < 1e-8, "tick {n}");
     }
     step(&mut observer, 0.0, false, 0.0).unwrap();
     assert_eq!(observer.energy().created_j, 0.0);
+}
+
+#[test]
+fn bounces_that_follow_each_other_soon_are_one_contact_and_raise_the_alarm() {
+    // 10 uJ are created in each touch; the probe is off the tissue for `idle_ticks` after it
+    let gain_after = |bounces: u16, idle_ticks: u16| {
+        let mut observer = observer(1, 0.0);
+        for _ in 0..bounces {
+            step(&mut observer, 0.0, true, 0.25).unwrap();
+            step(&mut observer, 0.0, true, 0.0).unwrap();
+            step(&mut observer, 40e-6, false, 0.0).unwrap();
+            (1..idle_ticks).for_each(|_| step(&mut observer, 0.0, false, 0.0).unwrap());
+        }
+        observer.gain()
+    };
+    for idle_ticks in [3, 10, 20] {
+        assert_eq!(gain_after(49, idle_ticks), 1.0, "0.49 mJ, {idle_ticks} ticks apart");
+        assert!(gain_after(52, idle_ticks) < 0.8, "0.52 mJ, {idle_ticks} ticks apart");
+    }
+    assert_eq!(gain_after(500, 40), 1.0, "touches of a hand that trembles are contacts of their own");
 }
 
 #[test]
@@ -281,7 +299,7 @@ fn a_contact_that_raised_the_alarm_leaves_nothing_to_the_next() {
     step(&mut observer, 1e-3, true, 1.0).unwrap();
     step(&mut observer, -3e-3, true, 0.0).unwrap();
     assert!(observer.energy().given_j < -1.9e-3);
-    (0..3).for_each(|_| step(&mut observer, 0.0, false, 0.0).unwrap());
+    (0..21).for_each(|_| step(&mut observer, 0.0, false, 0.0).unwrap());
     assert_eq!((observer.energy().given_j, observer.gain()), (0.0, 0.5));
 }
 
@@ -303,7 +321,9 @@ fn tissue_that_follows_a_probe_soon_gives_what_it_took() {
     let (energy, share) = left(23, -0.1e-3);
     assert_eq!((energy, share), (Energy::default(), 0.0), "later it has forgotten");
     // what a contact created is counted, and the next one has no debt
-    let (energy, _) = left(3, 0.1e-3);
+    let (energy, _) = left(22, 0.1e-3);
+    assert!((energy.given_j / 0.1e-3 - 1.0).abs() < 1e-5, "the same contact still: {energy:?}");
+    let (energy, _) = left(23, 0.1e-3);
     assert!(energy.given_j == 0.0 && energy.created_j == 0.0 && energy.total_created_j > 0.9e-4, "{energy:?}");
 }
 

@@ -111,7 +111,7 @@ fn created_energy_fades_the_force_and_degrades_until_a_good_contact() {
     let allow = |settings: &mut Settings| settings.passivity.allowance_j = 0.1;
     let mut bench = Bench::with(400.0, stylus(), allow).active();
     contact(&mut bench, 0.9e-3);
-    let record = bench.tick();
+    let record = bench.ticks(25);
     assert!(record.energy.total_created_j > 0.5e-3, "{:?}", record.energy);
     assert_eq!(record.mode, Mode::Degraded, "free space, and the next contact is to be half as strong");
     assert!(set(&record, ClampFlags::ENERGY));
@@ -119,9 +119,9 @@ fn created_energy_fades_the_force_and_degrades_until_a_good_contact() {
     let force_n = bench.ticks(10).applied_n;
     assert!((force_n - Vector3::new(0.0, 0.0, 0.5)).norm() < 1e-5, "{force_n}");
     bench.wall.answer = Some(palpate::Output::NONE);
-    bench.ticks(5);
+    bench.ticks(25);
     contact(&mut bench, -0.3e-3);
-    let record = bench.ticks(5);
+    let record = bench.ticks(25);
     assert_eq!((record.mode, set(&record, ClampFlags::ENERGY)), (Mode::Active, false));
 }
 
