@@ -101,8 +101,8 @@ pub struct Calibration {
     pub patch: Patch,
     /// Every round.
     pub rounds: Vec<Round>,
-    /// Presses off the centre that the fit left out because the uncalibrated patch has no
-    /// equilibrium there.
+    /// Presses off the centre that have no equilibrium on the fitted patch, and did not count in
+    /// the last round.
     pub lost_presses: usize,
 }
 
@@ -123,28 +123,15 @@ pub fn calibrate(
     let patch = built(tissue, material, rim, None);
     let statics = Statics::of(&patch.model(), params)?;
     let unknowns = Unknowns::of(&statics, tissue, targets.reach_m());
-    let mut objective = Objective::new(statics.clone(), unknowns.clone(), targets)?;
-    let mut minimise = |objective: &mut Objective| match settings.fit {
-        Fit::GaussNewton => gauss_newton::fit(objective, settings, progress),
-        Fit::Annealing => annealing::fit(objective, settings.rounds, progress),
-    };
-    // only the first evaluation can fail like this: later ones shorten their step
-    let (balanced, lost_presses);
-    let rounds = match minimise(&mut objective) {
-        Err(CalibrateError::Press(_)) => {
-            (balanced, lost_presses) = targets.in_balance(&statics)?;
-            objective = Objective::new(statics, unknowns, &balanced)?;
-            minimise(&mut objective)?
-        }
-        rounds => {
-            lost_presses = 0;
-            rounds?
-        }
+    let mut objective = Objective::new(statics, unknowns, targets)?;
+    let rounds = match settings.fit {
+        Fit::GaussNewton => gauss_newton::fit(&mut objective, settings, progress)?,
+        Fit::Annealing => annealing::fit(&mut objective, settings.rounds, progress)?,
     };
     let (multipliers, params) = objective.unknowns().result(objective.statics(), objective.place(), params);
     let mut patch = built(tissue, material, rim, Some(&multipliers));
     patch.set_fitted_places(settings.places as u32);
-    Ok(Calibration { multipliers, params, patch, rounds, lost_presses })
+    Ok(Calibration { multipliers, params, patch, rounds, lost_presses: objective.lost_presses() })
 }
 
 fn built(tissue: &Tissue, material: &Material, rim: Option<&RimSprings>, multipliers: Option<&Multipliers>) -> Patch {

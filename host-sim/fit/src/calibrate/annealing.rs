@@ -42,8 +42,9 @@ pub fn fit(
         let there = walk.propose();
         let mut full = start.clone();
         moved.iter().zip(&there).for_each(|(&k, x)| full[k] = *x);
-        // a press without equilibrium is never accepted
-        let tried = objective.evaluate(&full, false).ok().map(|(sweep, found)| (objective.round(&sweep, &full), found));
+        // the cost must count every press that it counted at the start
+        let tried = objective.evaluate(&full, false).ok().filter(|(there, _)| there.lost.iter().all(|n| sweep.lost.contains(n)));
+        let tried = tried.map(|(sweep, found)| (objective.round(&sweep, &full), found));
         let verdict = walk.judge(there, tried.as_ref().map(|(round, _)| round.cost));
         if let (Verdict::Best, Some((round, found))) = (verdict, tried) {
             objective.accept(full, found);

@@ -46,18 +46,20 @@ pub fn fit(
             if tries > 0 && promised < settings.least_gain * before {
                 break;
             }
-            // a press without equilibrium means that the step was too long
-            if let Ok((sweep, found)) = objective.evaluate(&there, true) {
-                let round = objective.round(&sweep, &there);
-                if round.cost < before {
-                    kept = (before - round.cost) / promised;
-                    better = Some((there, sweep, found, round));
+            // many presses without equilibrium mean that the step was too long; a few count in
+            // neither cost
+            if let Ok((next, found)) = objective.evaluate(&there, true) {
+                let round = objective.round(&next, &there);
+                let gained = before - sweep.known_here_alone(&next) - (round.cost - next.known_here_alone(&sweep));
+                if gained > 0.0 {
+                    kept = gained / promised;
+                    better = Some((there, next, found, round, gained));
                     break;
                 }
             }
             hold *= LONGER_HOLD;
         }
-        let Some((there, next, found, round)) = better else { break };
+        let Some((there, next, found, round, gained)) = better else { break };
         hold *= if kept > GOOD {
             0.2
         } else if kept > FAIR {
@@ -71,7 +73,7 @@ pub fn fit(
         progress(&round);
         rounds.push(round);
         // a short step gains little; the fit ends only if a free step gains little
-        if hold < FREE && round.cost > (1.0 - settings.least_gain) * before {
+        if hold < FREE && gained < settings.least_gain * before {
             break;
         }
     }

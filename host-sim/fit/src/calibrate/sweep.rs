@@ -9,6 +9,10 @@ use super::targets::{GluedTarget, PlaceTarget, Targets};
 use super::{Measurement, Round, Unknowns};
 use crate::statics::{Balance, CLEAR_M, Solver, Statics, Unbalanced, Vector};
 
+/// One press in this many may have no equilibrium, where springs buckle between two shapes or a
+/// point lies on the edge of a flat tip: such places must not end a fit.
+const MOST_LOST: usize = 50;
+
 /// Errors in units of their tolerance, one per measured number, and their derivatives with respect
 /// to the unknowns, row by row.
 #[derive(Clone, Debug, Default)]
@@ -17,12 +21,23 @@ pub struct Sweep {
     pub residuals: Vec<f64>,
     /// Derivatives, shape \[residuals\] [unknowns]; empty unless requested.
     pub rows: Vec<Vec<f64>>,
+    /// Indices of the errors that are unknown because the press has no equilibrium; their residual
+    /// and their derivatives are zero.
+    pub lost: Vec<usize>,
     /// Errors of the same evaluation in plain units.
     pub measurement: Measurement,
 }
 
 /// Node positions [m] of every press, shape \[places\]\[depths\]\[nodes\].
 pub type Positions = Vec<Vec<Vec<Vector>>>;
+
+impl Sweep {
+    /// Squared errors of this sweep that the other one has lost, in units of their tolerance.
+    #[must_use]
+    pub fn known_here_alone(&self, other: &Self) -> f64 {
+        other.lost.iter().filter_map(|&n| self.residuals.get(n)).map(|r| r * r).sum()
+    }
+}
 
 /// The objective of a calibration, with the number of evaluations and the latest solutions as
 /// starting points for the next.
@@ -45,6 +60,8 @@ struct PlaceSweep {
     sweep: Sweep,
     forces: Vec<f64>,
     dents_m: Vec<Vec<f64>>,
+    /// Why its deepest presses are lost, if they are.
+    unbalanced: Option<Unbalanced>,
 }
 
 impl<'a> Objective<'a> {
@@ -92,16 +109,23 @@ impl<'a> Objective<'a> {
         self.evaluations
     }
 
+    /// Presses without an equilibrium at the accepted unknowns.
+    #[must_use]
+    pub fn lost_presses(&self) -> usize {
+        self.targets.presses() - self.last.iter().map(Vec::len).sum::<usize>()
+    }
+
     /// Accepts unknowns: later evaluations start from the solutions found there.
     pub fn accept(&mut self, z: Vec<f64>, found: Found) {
         self.z = z;
         self.last = found.0;
     }
 
-    /// Errors, and slopes if `with_slopes`, at `z`.
+    /// Errors, and slopes if `with_slopes`, at `z`. At most one press in fifty may have no
+    /// equilibrium, none of them at the centre.
     ///
     /// # Errors
-    /// A press without equilibrium.
+    /// More presses without equilibrium.
     pub fn evaluate(&mut self, z: &[f64], with_slopes: bool) -> Result<(Sweep, Found), Unbalanced> {
         self.evaluations += 1;
         let statics = self.unknowns.apply(&self.base, z);
@@ -112,14 +136,23 @@ impl<'a> Objective<'a> {
             .par_iter()
             .zip(&self.last)
             .map(|(place, last)| self.place_sweep(&statics, &rest, place, last, with_slopes))
-            .collect::<Result<_, _>>()?;
-        let (mut sweep, mut found) = (Sweep::default(), Vec::new());
+            .collect();
+        let (mut sweep, mut found, mut unbalanced) = (Sweep::default(), Vec::new(), None);
         for place in places {
+            unbalanced = unbalanced.or(place.unbalanced);
+            if let Some(error) = place.unbalanced.filter(|_| found.is_empty()) {
+                return Err(error);
+            }
+            let before = sweep.residuals.len();
+            sweep.lost.extend(place.sweep.lost.iter().map(|n| n + before));
             sweep.residuals.extend(place.sweep.residuals);
             sweep.rows.extend(place.sweep.rows);
             sweep.measurement.forces.push(place.forces);
             sweep.measurement.dents_m.extend(place.dents_m);
             found.push(place.positions);
+        }
+        if let Some(error) = unbalanced.filter(|_| MOST_LOST * sweep.lost.len() > self.targets.presses()) {
+            return Err(error);
         }
         let glued: Vec<(f64, Vec<f64>)> = self
             .targets
@@ -145,16 +178,30 @@ impl<'a> Objective<'a> {
         place: &PlaceTarget,
         last: &[Vec<Vector>],
         with_slopes: bool,
-    ) -> Result<PlaceSweep, Unbalanced> {
-        let mut out = PlaceSweep { positions: Vec::new(), sweep: Sweep::default(), forces: Vec::new(), dents_m: Vec::new() };
+    ) -> PlaceSweep {
+        let mut out = PlaceSweep {
+            positions: Vec::new(),
+            sweep: Sweep::default(),
+            forces: Vec::new(),
+            dents_m: Vec::new(),
+            unbalanced: None,
+        };
         let row = || vec![0.0; self.unknowns.len()];
         let mut here = rest.with_tip(place.place_m + statics.axis() * CLEAR_M);
         for (n, target) in place.forces.iter().enumerate() {
             let tip_m = place.place_m - statics.axis() * target.depth_m;
             let again = last.get(n).and_then(|x| self.solver.balance(statics, x.clone(), tip_m, target.depth_m).ok());
-            here = match again {
-                Some(balance) => balance,
-                None => self.solver.press(statics, &here, tip_m, target.depth_m)?,
+            here = match again.map_or_else(|| self.solver.press(statics, &here, tip_m, target.depth_m), Ok) {
+                Ok(balance) => balance,
+                Err(error) => {
+                    // the deeper presses at this place would start from this one
+                    let lost = place.forces.len() - n;
+                    out.sweep.lost = (out.sweep.residuals.len()..).take(lost).collect();
+                    out.sweep.residuals.extend(vec![0.0; lost]);
+                    out.sweep.rows.extend(vec![row(); if with_slopes { lost } else { 0 }]);
+                    out.unbalanced = Some(error);
+                    return out;
+                }
             };
             let error = here.force / target.force - 1.0;
             out.forces.push(error);
@@ -186,7 +233,7 @@ impl<'a> Objective<'a> {
             }
             out.positions.push(here.x_m.clone());
         }
-        Ok(out)
+        out
     }
 
     /// Stiffness over E [m] of a glued disc, and the derivatives of its error; empty unless

@@ -1,10 +1,8 @@
 //! Targets of a calibration: forces over a disc of places, dents at its centre, and discs glued to
 //! the surface.
 
-use rayon::prelude::*;
-
 use super::places::sunflower;
-use crate::statics::{CLEAR_M, Solver, Statics, Unbalanced, Vector};
+use crate::statics::Vector;
 use palpate_tissue::answer::GluedAnswer;
 
 /// Radius of the disc over which places are spread for a whole block [probe radii]: slightly more
@@ -23,9 +21,6 @@ const STROKE_ENDS_RADII: f64 = 0.125;
 const DENT_DEPTHS_RADII: [f64; 2] = [0.25, 0.5];
 /// Radius around the centre in which a dent is measured [probe radii].
 const DENT_RADII: f64 = 2.5;
-
-/// One press in this many may have no equilibrium on the patch as built, and be left out of a fit.
-const MOST_LOST: usize = 50;
 
 /// Force at one depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,38 +122,10 @@ pub trait Reference: Sync {
 }
 
 impl Targets {
-    /// Returns the targets without the presses off the centre that have no equilibrium on the patch
-    /// as built, and their number: one place in hundreds, where springs buckle between two shapes,
-    /// must not end a fit. With a press the deeper ones at its place are left out as well.
-    ///
-    /// # Errors
-    /// More than one press in fifty without equilibrium, or one at the centre.
-    pub fn in_balance(&self, statics: &Statics) -> Result<(Self, usize), Unbalanced> {
-        let failed = Unbalanced { depth_mm: 0.0, steps: 0 };
-        let solver = Solver::of(statics).ok_or(failed)?;
-        let rest = solver.rest(statics, self.centre_m, CLEAR_M)?;
-        let borne = |place: &PlaceTarget| {
-            let mut here = rest.with_tip(place.place_m + statics.axis() * CLEAR_M);
-            let press = |target: &ForceTarget| {
-                here = solver.press(statics, &here, place.place_m - statics.axis() * target.depth_m, target.depth_m)?;
-                Ok(())
-            };
-            let pressed: Vec<Result<(), Unbalanced>> = place.forces.iter().map(press).collect();
-            let lost = pressed.iter().position(Result::is_err);
-            (lost.unwrap_or(pressed.len()), pressed.into_iter().find_map(Result::err))
-        };
-        let borne: Vec<(usize, Option<Unbalanced>)> = self.places.par_iter().map(borne).collect();
-        let all: usize = self.places.iter().map(|place| place.forces.len()).sum();
-        let lost = all - borne.iter().map(|(count, _)| count).sum::<usize>();
-        let first = borne.iter().find_map(|(_, error)| *error);
-        match first {
-            Some(error) if MOST_LOST * lost > all || borne[0].1.is_some() => return Err(error),
-            _ => {}
-        }
-        let mut kept = self.clone();
-        kept.places.iter_mut().zip(borne).for_each(|(place, (count, _))| place.forces.truncate(count));
-        kept.places.retain(|place| !place.forces.is_empty());
-        Ok((kept, lost))
+    /// Number of presses.
+    #[must_use]
+    pub fn presses(&self) -> usize {
+        self.places.iter().map(|place| place.forces.len()).sum()
     }
 
     /// Presses at the centre and at `places` more over `disc_radii` probe radii, to all depths of

@@ -8,9 +8,14 @@ use super::{Statics, Vector, elastic};
 /// Share of the probe's force to which the remaining nodal forces must fall for equilibrium.
 const TOLERANCE: f64 = 1e-7;
 const MOST_STEPS: usize = 60;
+/// Steps in a row without gain after which an iteration has stalled. Of 2 021 balances under a flat
+/// tip that were found, two stalled for longer.
+const STALLED_STEPS: usize = 12;
 /// Such a share at an edge of the probe, where no position has a slope of zero and the remaining
 /// forces fall no lower.
 const ON_AN_EDGE: f64 = 1e-3;
+/// Share of the imbalance after the last gain (1) below which a step has gained.
+const GAINS: f64 = 0.9;
 /// Share of the imbalance that each step may leave while a factor is reused.
 const STILL_GOOD: f64 = 0.25;
 /// Largest distance from the equilibrium at which a factor is used for its derivatives [m].
@@ -95,10 +100,16 @@ impl Solver {
         let mut factored_at = Vec::new();
         let (mut slope, mut force) = statics.slope(&x_m, tip_m);
         let mut least = (f64::INFINITY, Vec::new(), 0.0);
+        let (mut gained_at, mut stalled, mut steps) = (f64::INFINITY, 0, 0);
         for step in 0..MOST_STEPS {
+            steps = step;
             let left = norm(&slope);
+            (gained_at, stalled) = if left < GAINS * gained_at { (left, 0) } else { (gained_at, stalled + 1) };
             if left < least.0 {
                 least = (left, x_m.clone(), force);
+            }
+            if stalled > STALLED_STEPS {
+                break;
             }
             if left <= TOLERANCE * force.max(1e-12) {
                 let near =
@@ -145,10 +156,10 @@ impl Solver {
         }
         let (left, x_m, force) = least;
         if left > ON_AN_EDGE * force {
-            return Err(failed(MOST_STEPS));
+            return Err(failed(steps));
         }
         let factor = SHIFTS.iter().find_map(|&shift| statics.factor(&self.pattern, &x_m, Some(tip_m), shift).ok());
-        Ok(Balance { x_m, tip_m, force, factor: factor.ok_or_else(|| failed(MOST_STEPS))? })
+        Ok(Balance { x_m, tip_m, force, factor: factor.ok_or_else(|| failed(steps))? })
     }
 }
 

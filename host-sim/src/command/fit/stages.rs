@@ -51,7 +51,7 @@ impl Stages<'_> {
         let fit = make(&mut |r: &Round| steps.one(&format!("force error {:.2} % rms", r.force_rms_pct)))?;
         steps.finish();
         if fit.lost_presses > 0 {
-            println!("{} presses left out of the fit: the patch before it finds no balance there", fit.lost_presses);
+            println!("{} presses left out of the last round: the patch finds no balance there", fit.lost_presses);
         }
         let stable = StableStep::measure(&fit.patch.wide_model(), &fit.params, fit.patch.site_m()).map_err(TissueError::from)?;
         let patch = fit.patch.pack(&fit.params, stable.map_or(0.0, |s| s.pressed_s) as f32);
