@@ -7,13 +7,17 @@ use palpate::stages::force::stiffening::CAP;
 use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, GuardLimits, Model, Params, PatchFile, State, Vector3, tick};
 use palpate_fit::statics::{Solver, Statics, Vector};
+use palpate_loop::closed_loop::device::DeviceProfile;
+use palpate_loop::closed_loop::prepared::Prepared;
 use palpate_tests::bench::{Bench, Deformation, at_depth};
 use palpate_tests::oracle::Oracle;
 use palpate_tests::oracle::energy::{depth_inside, of_foundation, of_spring};
 use palpate_tests::share::Share;
+use palpate_tests::tap::Tap;
+use palpate_tissue::patch::{Memory, Patch};
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
-use palpate_tissue::stable_step::{substeps_for_taps, with_tick};
+use palpate_tissue::stable_step::with_tick;
 
 /// Energy over E [m^3] of everything that stiffens, from the documented law: `sum V mu/2b (exp(2 b
 /// w / mu) - 1)`, w half the energy of the springs and of the pushes at a node over its volume, b
@@ -224,23 +228,67 @@ fn a_light_touch_is_that_of_tissue_that_keeps_its_stiffness() {
     assert!((touch - 1.0).abs() < 0.01 && press > 1.3, "{touch} at 0.1 mm, {press} at 4 mm");
 }
 
-/// Taps to the depth limit at a tick 15 % longer, with the masses of this one: both the substeps of
-/// the session and its bound hold.
+fn scene(nodes: usize, youngs_modulus_pa: f64, b: f64) -> Scene {
+    let text = format!(
+        "name = \"tap\"\n[tissue]\nblock_m = [0.08, 0.08, 0.04]\nyoungs_modulus_pa = {youngs_modulus_pa:?}\n\
+         poisson_ratio = 0.45\ndensity_kg_per_m3 = 1060.0\nnodes = {nodes}\nstiffening_b = {b:?}\n[probe]\n\
+         shape = \"hemisphere\"\nradius_m = 0.008\n[drive]\nkind = \"depth\"\nholds_m = [0.006]\n\
+         ramp_m_per_s = 0.04\nhold_s = 0.5\n"
+    );
+    Scene::parse("tap", &text).unwrap()
+}
+
+/// Number of taps of 1 m/s to the depth limit, held for 50 ms, that diverge; they start at every
+/// eighth of a tick.
+fn faults_of_fast_taps(patch: &Patch, params: &Params) -> usize {
+    const STEP_M: f32 = 1e-3;
+    let model = patch.wide_model();
+    let diverges = |phase: &u8| {
+        let mut memory = Memory::for_model(&model);
+        let (tuned, mut state) = memory.start(&model, params).unwrap();
+        let start_m = -STEP_M * (2.0 + f32::from(*phase) / 8.0);
+        (0..60_u8).any(|n| {
+            let depth_m = (start_m + STEP_M * f32::from(n)).min(model.depth_limit_m);
+            let tip_m = patch.site_m() - params.probe.axis * depth_m;
+            tick(&model, &tuned, &mut state, ProbePose { tip_m }).fault.is_some()
+        })
+    };
+    (0..8).filter(diverges).count()
+}
+
+/// A tap of 1 m/s is as fast as the shear waves of tissue at 3.5 kPa and stiffens it most. It needs
+/// more substeps than a tap of 0.5 m/s: in a session, and in a loop, whose masses are lighter.
+#[test]
+fn the_fastest_taps_do_not_diverge() {
+    let touch = DeviceProfile::load("touch").unwrap();
+    for (youngs_modulus_pa, b) in [(1e3, 5.0), (3.5e3, 5.0), (3.5e3, 10.0), (7e3, 20.0)] {
+        let scene = scene(130, youngs_modulus_pa, b);
+        let (session, prepared) = (Session::prepare(&scene).unwrap(), Prepared::of(&scene, &touch).unwrap());
+        for (who, patch, params) in [("session", session.patch, session.params), ("loop", prepared.patch, prepared.params)] {
+            let label = format!("{youngs_modulus_pa} Pa, b = {b}: {} substeps in a {who}", params.substeps);
+            println!("{label}");
+            assert_eq!(faults_of_fast_taps(&patch, &params), 0, "{label}");
+            let half = Params { substeps: params.substeps / 2, ..params };
+            assert!(faults_of_fast_taps(&patch, &half) > 0, "{label}: half of them are enough");
+        }
+    }
+}
+
+/// Taps to the depth limit come to rest with the substeps of the session at a tick 15 % longer,
+/// with the masses of this one.
 #[test]
 fn taps_hold_with_a_margin_of_15_percent() {
     for (nodes, youngs_modulus_pa, b) in [(130, 3500.0, 20.0), (130, 20e3, 3.0), (410, 3500.0, 20.0), (410, 20e3, 10.0)] {
-        let text = format!(
-            "name = \"tap\"\n[tissue]\nblock_m = [0.08, 0.08, 0.04]\nyoungs_modulus_pa = {youngs_modulus_pa:?}\n\
-             poisson_ratio = 0.45\ndensity_kg_per_m3 = 1060.0\nnodes = {nodes}\nstiffening_b = {b:?}\n[probe]\n\
-             shape = \"hemisphere\"\nradius_m = 0.008\n[drive]\nkind = \"depth\"\nholds_m = [0.006]\n\
-             ramp_m_per_s = 0.04\nhold_s = 0.5\n"
-        );
-        let session = Session::prepare(&Scene::parse("tap", &text).unwrap()).unwrap();
-        let (model, site_m, substeps) = (session.patch.wide_model(), session.patch.site_m(), session.params.substeps);
-        let longer = with_tick(&session.params, 1.15e-3);
-        let found = substeps_for_taps(&model, &longer, site_m, substeps).unwrap();
-        println!("{nodes} nodes, {youngs_modulus_pa} Pa, b = {b}: {substeps} substeps, {found:?} at a tick 15 % longer");
-        assert_eq!(found, Some(substeps), "{nodes} nodes, {youngs_modulus_pa} Pa, b = {b}");
+        let session = Session::prepare(&scene(nodes, youngs_modulus_pa, b)).unwrap();
+        let (bench, substeps) = (Bench { patch: session.patch, params: session.params }, session.params.substeps);
+        let longer = with_tick(&bench.params, 1.15e-3);
+        for speed_m_per_s in [0.5, 1.0] {
+            let deep_m = bench.patch.model().depth_limit_m.into();
+            let outcome = Tap { deep_m, speed_m_per_s, jitter: 0.0 }.run(&bench, &longer);
+            let label = format!("{nodes} nodes, {youngs_modulus_pa} Pa, b = {b}, {substeps} substeps, {speed_m_per_s} m/s");
+            println!("{label}: {outcome:?} at a tick 15 % longer");
+            assert_eq!(outcome.wrong, None, "{label}");
+        }
         assert!(substeps > 1, "{nodes} nodes, b = {b}: one substep shows nothing of the bound");
     }
 }

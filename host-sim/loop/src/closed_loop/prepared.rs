@@ -12,6 +12,7 @@ use palpate_tissue::error::Error;
 use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
+use palpate_tissue::stable_step::substeps_for_fast_taps;
 
 /// Largest depth at which a press may rest [m].
 pub const DEPTH_M: f64 = 4e-3;
@@ -130,8 +131,20 @@ impl Prepared {
         let params = if fidelity.errors.iter().any(|e| e.is_nan()) { *params } else { fidelity.params };
         let curve = static_curve(&patch, &params)?;
         patch.set_depth_limit_m(depth_at_m(&curve, GUARD_SHARE * device.force_limit_n) as f32);
+        // these masses are lighter than the session's, and the limit may be deeper
+        let substeps = match substeps_chosen {
+            true => substeps_for_fast_taps(&patch.wide_model(), &params, patch.site_m(), params.substeps)?,
+            false => Some(params.substeps),
+        };
+        let raised = Params { substeps: substeps.unwrap_or(params.substeps), ..params };
+        let has_reference = fidelity.errors.iter().all(|e| e.is_finite());
+        let fidelity = match has_reference && raised.substeps > params.substeps {
+            true => fidelity::as_it_is(&patch, &raised, depth_m)?,
+            false => fidelity,
+        };
+        let (params, taps_held) = (raised, fidelity.held && substeps.is_some());
         let (static_n, slope_n_per_m) = rest(&curve, depth_m);
-        let (tap_errors, lowest_j, taps_held) = (fidelity.errors, fidelity.lowest_j, fidelity.held);
+        let (tap_errors, lowest_j) = (fidelity.errors, fidelity.lowest_j);
         Ok(Self { patch, params, tap_errors, lowest_j, taps_held, substeps_chosen, curve, depth_m, static_n, slope_n_per_m })
     }
 }
