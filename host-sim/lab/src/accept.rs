@@ -13,6 +13,7 @@ mod prony_fit;
 mod retreat;
 mod silicone;
 mod stiffening_fit;
+pub mod table;
 mod uniform;
 
 use std::borrow::Cow;

@@ -11,7 +11,7 @@ use super::progress::Status;
 use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_charts::{self as charts, LineSeries, Lines, Scale, ScaledAxis};
-use palpate_lab::accept::{Figure, Outcome, Picture, Row, TESTS, Test};
+use palpate_lab::accept::{Outcome, Picture, Row, TESTS, Test, table};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
@@ -102,6 +102,7 @@ impl Campaign for Accept {
         };
         folder.write_summary(&summary)?;
         folder.write("accept.csv", csv(&rows).as_bytes())?;
+        folder.write("against_reality.md", (table::HEAD.to_owned() + &table::lines(&rows).concat()).as_bytes())?;
         let verdict = Verdict::of(judge(&rows), || in_words(&rows))?.first();
         self.tests.iter().for_each(|(name, what, _)| println!("{name}: against {what}"));
         rows.iter().filter(|row| all || !row.accepted()).for_each(print);
@@ -112,7 +113,7 @@ impl Campaign for Accept {
             println!("--all prints the figures of each");
         }
         let out = folder.publish()?;
-        println!("\nwrote {}: summary.json, accept.csv, a CSV and a picture of every data set as SVG and PNG", out.display());
+        println!("\nwrote {}: summary.json, accept.csv, against_reality.md, a CSV and a picture of every data set as SVG and PNG", out.display());
         verdict.last()
     }
 }
@@ -142,13 +143,7 @@ fn refusal(row: &Row) -> String {
 
 /// The figure of a row that is nearest to the end of its range.
 fn print_nearest(row: &Row) {
-    // an error is best at zero, any other figure in the middle of its range
-    let used = |figure: &Figure| match figure.accepted {
-        [0.0, high] => figure.ours / high,
-        [low, high] => ((figure.ours - low.midpoint(high)) / (0.5 * (high - low))).abs(),
-    };
-    let nearest = row.figures.iter().max_by(|a, b| used(a).total_cmp(&used(b)));
-    let nearest = nearest.map_or(String::new(), |figure| {
+    let nearest = row.nearest().map_or(String::new(), |figure| {
         let [low, high] = figure.accepted;
         format!("; {}: {:.3}, where {low:.3} to {high:.3} is accepted", figure.what, figure.ours)
     });

@@ -1,7 +1,7 @@
 //! `palpate accept`: every row of the table "against reality" is accepted, and none without its
 //! term.
 
-use palpate_lab::accept::{Figure, Row, TESTS};
+use palpate_lab::accept::{Figure, Row, TESTS, table};
 use palpate_tests::palpate_command::{Desk, palpate};
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
@@ -24,6 +24,10 @@ fn rows_are_accepted(chosen: impl Fn(&str) -> bool) {
     for (name, what, test) in TESTS.into_iter().filter(|(name, ..)| chosen(name)) {
         let found = test().unwrap();
         assert!(!found.rows.is_empty() && !found.pictures.is_empty(), "{name}: {what}");
+        let readme = std::fs::read_to_string("../README.md").unwrap();
+        for line in table::lines(&found.rows) {
+            assert!(readme.contains(&line), "README.md should have this line:\n{line}");
+        }
         for row in found.rows {
             println!("{name}: {}: {}", row.data, row.fitted);
             for figure in &row.figures {
@@ -37,6 +41,14 @@ fn rows_are_accepted(chosen: impl Fn(&str) -> bool) {
             assert!(row.accepted());
         }
     }
+}
+
+#[test]
+fn the_readme_has_a_line_of_every_test() {
+    let readme = std::fs::read_to_string("../README.md").unwrap();
+    let (_, table) = readme.split_once(table::HEAD).expect("the head of the table");
+    let tests: Vec<&str> = table.lines().map_while(|line| line.strip_prefix("| ")?.split(' ').next()).collect();
+    assert_eq!(tests, TESTS.map(|(name, ..)| name));
 }
 
 #[test]
@@ -65,7 +77,7 @@ fn the_command_writes_table_curves_and_pictures() {
     for words in ["against", "fitted", "predicted", "without relaxation", "topside"] {
         assert!(outcome.stdout.contains(words), "{words}: {outcome:?}");
     }
-    for file in ["summary.json", "accept.csv", "beef_topside.csv", "beef_topside.svg", "beef_topside.png"] {
+    for file in ["summary.json", "accept.csv", "against_reality.md", "beef_topside.csv", "beef_topside.svg", "beef_topside.png"] {
         assert!(desk.folder().join("out").join(file).is_file(), "{file}");
     }
     let unknown = palpate(SCRATCH, desk.folder(), &["accept", "T9"]);
