@@ -27,13 +27,13 @@ struct Provenance<'a> {
     command_line: &'a [String],
     /// Scene as read, with the keys that --set changed.
     scene: Option<Value>,
-    machine: Machine,
+    machine: Computer,
     /// Universal time at which the run began.
     date: String,
 }
 
 #[derive(Debug, Serialize)]
-struct Machine {
+struct Computer {
     processor: String,
     /// Processors available to the run.
     cores: usize,
@@ -41,7 +41,7 @@ struct Machine {
 
 /// Provenance of this process's results, with the scene if there is one.
 pub fn of(scene: Option<&Scene>) -> Value {
-    told(&command_line(), Machine { processor: processor(), cores: cores() }, scene)
+    told(&command_line(), Computer { processor: processor(), cores: cores() }, scene)
 }
 
 /// Provenance of merged shards: the same as that of a single run of all cases, except for the date.
@@ -49,11 +49,11 @@ pub fn of_shards(shards: &[Part], scene: Option<&Scene>) -> Value {
     let mut processors: Vec<&str> = shards.iter().map(|shard| shard.heading.processor.as_str()).collect();
     processors.dedup();
     let first = shards.first().map(|shard| &shard.heading);
-    let machine = Machine { processor: processors.join("; "), cores: first.map_or(1, |heading| heading.cores) };
+    let machine = Computer { processor: processors.join("; "), cores: first.map_or(1, |heading| heading.cores) };
     told(first.map_or(&[], |heading| &heading.command_line), machine, scene)
 }
 
-fn told(command_line: &[String], machine: Machine, scene: Option<&Scene>) -> Value {
+fn told(command_line: &[String], machine: Computer, scene: Option<&Scene>) -> Value {
     let commit = env!("PALPATE_COMMIT");
     let provenance = Provenance {
         version: env!("CARGO_PKG_VERSION"),

@@ -28,7 +28,7 @@ use super::deadline::Deadline;
 use super::device::{DeviceSpec, HapticDevice};
 use super::length;
 use super::limits::{ForceLimiter, LoopLimitSettings, LoopLimits, PoseGate};
-use super::mode::{Event, Machine, Mode};
+use super::mode::{Event, Mode, ModeMachine};
 use super::passivity::PassivityObserver;
 use super::runaway::Runaway;
 use super::sign::SignWatch;
@@ -102,7 +102,7 @@ pub struct Cycle {
     unit: UnitWatch,
     sign: SignWatch,
     apart: Apart,
-    machine: Machine,
+    machine: ModeMachine,
     ticks: u32,
     position_m: Option<Vector3<f32>>,
     touched: bool,
@@ -140,7 +140,7 @@ impl Cycle {
             unit: UnitWatch::build(device.count_m),
             sign: SignWatch::default(),
             apart: Apart::new(device.count_m),
-            machine: Machine::BOOT,
+            machine: ModeMachine::BOOT,
             ticks: 0,
             position_m: None,
             touched: false,

@@ -166,13 +166,13 @@ pub fn next(mode: Mode, event: Event) -> Option<Mode> {
 
 /// The machine: a mode, how long it has lasted, and the fault that ended it.
 #[derive(Clone, Copy, Debug)]
-pub struct Machine {
+pub struct ModeMachine {
     mode: Mode,
     fault: Option<Fault>,
     ticks: u32,
 }
 
-impl Machine {
+impl ModeMachine {
     /// Just powered.
     pub const BOOT: Self = Self { mode: Mode::Boot, fault: None, ticks: 0 };
 

@@ -12,7 +12,7 @@ use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::{BuildError, ClampFlags, Fault};
 
-use crate::force_out::{Drive, Outputs};
+use crate::force_out::{ActuatorCommand, Outputs};
 use crate::port::Port;
 use crate::probe_in::Reading;
 
@@ -82,7 +82,7 @@ impl Controller {
 
     /// Command to the actuators after the last tick.
     #[must_use]
-    pub fn drive(&self) -> Drive {
+    pub fn drive(&self) -> ActuatorCommand {
         self.edge.drive()
     }
 
@@ -148,8 +148,8 @@ impl Controller {
     #[must_use]
     pub fn sound(&self, record: &Telemetry) -> bool {
         match self.edge.drive() {
-            Drive::Off => true,
-            Drive::Force(force_n) => {
+            ActuatorCommand::Off => true,
+            ActuatorCommand::Force(force_n) => {
                 let most_n = self.limits().max_force_n * 1.000_01; // the limiter rounds
                 record.mode.allows_force() && record.fault.is_none() && force_n.dot(&force_n) <= most_n * most_n
             }

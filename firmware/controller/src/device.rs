@@ -9,7 +9,7 @@
 use palpate::Vector3;
 use palpate::haptic::device::{Sensed, SensorStatus};
 
-use crate::force_out::{self, DacCode, Drive, Outputs};
+use crate::force_out::{self, ActuatorCommand, DacCode, Outputs};
 use crate::kinematics::{Linkage, MechanismProfile};
 use crate::probe_in::{EncoderCounts, JointReading, Reading, pose};
 
@@ -146,10 +146,12 @@ impl Device {
     /// Converter codes for a command, for the joints as last read. Where a joint needs more than
     /// its converter gives, all are scaled down alike: the force keeps its direction.
     #[must_use]
-    pub fn outputs(&self, drive: Drive) -> Outputs {
+    pub fn outputs(&self, drive: ActuatorCommand) -> Outputs {
         match (&self.drivetrain, drive) {
             (Drivetrain::Axes, drive) => force_out::outputs(drive),
-            (Drivetrain::Driven(driven), Drive::Force(force_n)) => Outputs { enabled: true, codes: driven.codes(force_n) },
+            (Drivetrain::Driven(driven), ActuatorCommand::Force(force_n)) => {
+                Outputs { enabled: true, codes: driven.codes(force_n) }
+            }
             (Drivetrain::Driven(_) | Drivetrain::Invalid, _) => Outputs::OFF,
         }
     }

@@ -6,7 +6,7 @@ use palpate::Vector3;
 
 /// Command to the actuators.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Drive {
+pub enum ActuatorCommand {
     /// No force, and the enable line off.
     Off,
     /// A force on the hand [N], device frame; enable line on.
@@ -66,10 +66,10 @@ impl Outputs {
 
 /// The outputs of three orthogonal axes.
 #[must_use]
-pub fn outputs(drive: Drive) -> Outputs {
+pub fn outputs(drive: ActuatorCommand) -> Outputs {
     match drive {
-        Drive::Off => Outputs::OFF,
-        Drive::Force(force_n) => Outputs { enabled: true, codes: <[f32; 3]>::from(force_n).map(DacCode::from_force_n) },
+        ActuatorCommand::Off => Outputs::OFF,
+        ActuatorCommand::Force(force_n) => Outputs { enabled: true, codes: <[f32; 3]>::from(force_n).map(DacCode::from_force_n) },
     }
 }
 

@@ -5,7 +5,7 @@ use palpate::Vector3;
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 
 use crate::device::Device;
-use crate::force_out::{DacCode, Drive, Outputs};
+use crate::force_out::{ActuatorCommand, DacCode, Outputs};
 use crate::probe_in::{EncoderCounts, Reading};
 
 /// One device's reading and output.
@@ -14,7 +14,7 @@ pub struct Port {
     limits: DeviceSpec,
     device: Device,
     sensed: Sensed,
-    drive: Drive,
+    drive: ActuatorCommand,
     operator_switch: bool,
 }
 
@@ -32,7 +32,7 @@ impl Port {
         },
         device: Device::AXES,
         sensed: Sensed { position_m: Vector3::new(0.0, 0.0, 0.0), sequence: 0, status: SensorStatus::Failed },
-        drive: Drive::Off,
+        drive: ActuatorCommand::Off,
         operator_switch: false,
     };
 
@@ -96,7 +96,7 @@ impl Port {
 
     /// Command to the actuators.
     #[must_use]
-    pub fn drive(&self) -> Drive {
+    pub fn drive(&self) -> ActuatorCommand {
         self.drive
     }
 }
@@ -113,11 +113,11 @@ impl HapticDevice for Port {
     }
 
     fn actuate(&mut self, force_n: Vector3<f32>) {
-        self.drive = Drive::Force(force_n);
+        self.drive = ActuatorCommand::Force(force_n);
     }
 
     fn release(&mut self) {
-        self.drive = Drive::Off;
+        self.drive = ActuatorCommand::Off;
     }
 }
 

@@ -11,7 +11,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use super::twin::Reading;
-use super::{EmulateError, Twin};
+use super::{EmulateError, Lockstep};
 
 /// Height above the surface at which the hand waits [m].
 const CLEAR_M: f32 = 1e-3;
@@ -63,7 +63,7 @@ pub struct Met {
 ///
 /// # Errors
 /// The board has crashed.
-pub fn run(twin: &mut Twin<'_>, ticks: u32, deepest_m: f32, mut progress: impl FnMut(u32)) -> Result<Met, EmulateError> {
+pub fn run(twin: &mut Lockstep<'_>, ticks: u32, deepest_m: f32, mut progress: impl FnMut(u32)) -> Result<Met, EmulateError> {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(7);
     let mut share = || (random.next_u32() >> 8) as f32 / (1 << 24) as f32;
     let mut met = Met::default();

@@ -17,7 +17,7 @@ use palpate::stages::probe::ProbePose;
 use palpate::{Output, PatchFile, Probe, Vector3};
 use palpate_controller::config::Profile;
 use palpate_controller::force_out;
-use palpate_controller::force_out::Drive;
+use palpate_controller::force_out::ActuatorCommand;
 use palpate_controller::link::message::HostAsk;
 use palpate_controller::link::{FromBoard, Record, Refusal, ToBoard};
 use palpate_controller::patch::{Memory, Patch};
@@ -199,7 +199,7 @@ impl Beside for There {
         if self.failed.is_some() {
             return None;
         }
-        let drive = got_n.map_or(Drive::Off, Drive::Force);
+        let drive = got_n.map_or(ActuatorCommand::Off, ActuatorCommand::Force);
         let here = Record::new(telemetry, force_out::outputs(drive), 0);
         let checked = self.answer(command).and_then(|there| match there.first_difference(&here) {
             None => Ok(there),

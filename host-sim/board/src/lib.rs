@@ -33,7 +33,7 @@ pub mod timing;
 pub mod twin;
 
 pub use board::{Board, EmulatedBoard};
-pub use twin::{Difference, Twin};
+pub use twin::{Difference, Lockstep};
 
 use std::path::PathBuf;
 

@@ -10,7 +10,7 @@ use palpate::{ClampFlags, Output, Vector3};
 use palpate_controller::link::Record;
 
 use super::twin::Reading;
-use super::{EmulateError, EmulatedBoard, Twin};
+use super::{EmulateError, EmulatedBoard, Lockstep};
 use palpate_tissue::finger::Finger;
 use palpate_tissue::press::{Press, SETTLE_S, TickRow, clear_m, hold};
 use palpate_tissue::scene::Scene;
@@ -34,7 +34,7 @@ pub fn estimated_us(instructions: u64, machine: EmulatedBoard) -> f32 {
 pub fn run(
     scene: &Scene,
     session: &Session,
-    twin: &mut Twin<'_>,
+    twin: &mut Lockstep<'_>,
     mut progress: impl FnMut(usize),
 ) -> Result<Press, EmulateError> {
     let clear_m = clear_m(scene, session);
@@ -83,7 +83,7 @@ fn device_m(depth_m: f64) -> Vector3<f32> {
 
 /// A record as a row of `press`: forces and places in the patch's frame, the force that of the
 /// device.
-fn row(record: &Record, twin: &Twin<'_>, position_m: Vector3<f32>, n: usize) -> TickRow {
+fn row(record: &Record, twin: &Lockstep<'_>, position_m: Vector3<f32>, n: usize) -> TickRow {
     let placement = twin.patch().placement();
     let instructions = twin.instructions.last().copied().unwrap_or(0);
     TickRow {

@@ -14,7 +14,7 @@ use super::exec_log::ExecLog;
 use super::firmware_image::FirmwareImage;
 use super::instruction_mix::calls_of;
 use super::twin::Reading;
-use super::{Board, EmulateError, EmulatedBoard, Twin};
+use super::{Board, EmulateError, EmulatedBoard, Lockstep};
 
 /// The core's tick in the image.
 const TICK: &str = "palpate::tick::tick";
@@ -35,7 +35,7 @@ pub fn cycles_per_instruction(image: &Path, machine: EmulatedBoard, patch: &[u8]
     let folder = tempfile::tempdir()?;
     let log = folder.path().join("executed");
     let mut memory = Box::new(Memory::RESERVED);
-    let mut twin = Twin::new(Board::start(image, machine, Some(&log))?, patch, &mut memory)?;
+    let mut twin = Lockstep::new(Board::start(image, machine, Some(&log))?, patch, &mut memory)?;
     for n in 0..WAIT_TICKS + TAP_TICKS {
         let down_m = STEP_M * n.saturating_sub(WAIT_TICKS) as f32;
         twin.tick(Reading::at(Vector3::new(0.0, 0.0, CLEAR_M - down_m)), (n == 0).then_some(HostAsk::Arm))?;

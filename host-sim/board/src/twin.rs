@@ -35,7 +35,7 @@ pub struct Difference {
 }
 
 /// Board and desktop.
-pub struct Twin<'a> {
+pub struct Lockstep<'a> {
     board: Board,
     machine: EmulatedBoard,
     haptic: HapticLoop<DesktopBoard>,
@@ -84,7 +84,7 @@ impl Reading {
     }
 }
 
-impl<'a> Twin<'a> {
+impl<'a> Lockstep<'a> {
     /// Uploads a patch to a board that has just started, and opens the same one here.
     ///
     /// # Errors

@@ -52,7 +52,7 @@ pub mod truths;
 
 use error::DynamicError;
 use history::History;
-use march::Drive;
+use march::MovingScene;
 use motion::Motion;
 use palpate_tissue::scene::Scene;
 use piece::Piece;
@@ -80,5 +80,5 @@ pub fn compute_with(
     motion.check()?;
     settings.check()?;
     let piece = Piece::of(scene, motion, settings)?;
-    Drive::new(scene, motion, settings, &piece)?.run(progress)
+    MovingScene::new(scene, motion, settings, &piece)?.run(progress)
 }

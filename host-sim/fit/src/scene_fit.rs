@@ -34,4 +34,4 @@ pub use judge::{DepthVerdict, GluedVerdict, Judging, SurfaceVerdict, Verdict};
 pub use known::Known;
 pub use organ::{OrganPresses, PIECE_JUDGED_RADII, PIECE_RADII, element_for, solve_organ, tissue_of};
 pub use presses::{JUDGED_RADII, Level, PressJob, Presses};
-pub use solve::{Forces, Watch, solve_all};
+pub use solve::{Forces, PressListener, solve_all};

@@ -113,7 +113,10 @@ impl Campaign for Accept {
             println!("--all prints the figures of each");
         }
         let out = folder.publish()?;
-        println!("\nwrote {}: summary.json, accept.csv, against_reality.md, a CSV and a picture of every data set as SVG and PNG", out.display());
+        println!(
+            "\nwrote {}: summary.json, accept.csv, against_reality.md, a CSV and a picture of every data set as SVG and PNG",
+            out.display()
+        );
         verdict.last()
     }
 }

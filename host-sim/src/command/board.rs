@@ -21,7 +21,7 @@ use crate::port::Session;
 const PATIENCE: Duration = Duration::from_secs(2);
 
 #[derive(Args, Clone, Debug)]
-pub(super) struct Port {
+pub(super) struct PortArgs {
     /// The board's serial port, such as /dev/ttyACM0 or COM3; `palpate board list` finds it.
     #[arg(long, value_name = "PORT")]
     port: String,
@@ -31,7 +31,7 @@ pub(super) struct Port {
     image: Option<PathBuf>,
 }
 
-impl Port {
+impl PortArgs {
     /// Opens the port.
     fn open(&self) -> Result<(Session, Log), Error> {
         let mut session = Session::open(&self.port, PATIENCE)?;
@@ -69,7 +69,7 @@ pub(super) enum BoardCommand {
     /// nothing.
     Status {
         #[command(flatten)]
-        port: Port,
+        port: PortArgs,
     },
     /// Enable the force and hold it until Ctrl-C, then stop.
     ///
@@ -78,26 +78,26 @@ pub(super) enum BoardCommand {
     /// Fails (exit code 1) if the board ends the force by itself.
     Arm {
         #[command(flatten)]
-        port: Port,
+        port: PortArgs,
         #[command(flatten)]
         stream: hold::Stream,
     },
     /// Stream a board's records without enabling anything, until Ctrl-C.
     Watch {
         #[command(flatten)]
-        port: Port,
+        port: PortArgs,
         #[command(flatten)]
         stream: hold::Stream,
     },
     /// End the force: ask for a stop until the board says that its outputs are off.
     Stop {
         #[command(flatten)]
-        port: Port,
+        port: PortArgs,
     },
     /// Clear a latched fault, when its cause is gone. Enables nothing.
     Clear {
         #[command(flatten)]
-        port: Port,
+        port: PortArgs,
     },
     /// Send a patch to an idle board. It is forgotten with the power.
     Upload {
@@ -105,7 +105,7 @@ pub(super) enum BoardCommand {
         #[arg(value_name = "PATCH")]
         patch: PathBuf,
         #[command(flatten)]
-        port: Port,
+        port: PortArgs,
     },
     /// Set Young's modulus of the board's patch, between half and twice its own. It is forgotten
     /// with the power.
@@ -114,7 +114,7 @@ pub(super) enum BoardCommand {
         #[arg(value_name = "PA", allow_negative_numbers = true)]
         pascal: f32,
         #[command(flatten)]
-        port: Port,
+        port: PortArgs,
     },
     /// Give an idle board the profile of a device: its limits, workspace, encoders and mechanism,
     /// kept without power.
@@ -127,19 +127,19 @@ pub(super) enum BoardCommand {
         #[arg(long, value_name = "NAME|FILE")]
         device: String,
         #[command(flatten)]
-        port: Port,
+        port: PortArgs,
     },
     /// Take the pose of the device as its home pose, on an idle board: for encoders that count from
     /// where they were at power-on. A board whose profile asks for a home pose does not arm before
     /// it has one.
     Home {
         #[command(flatten)]
-        port: Port,
+        port: PortArgs,
     },
     /// Measure the round trip of a message to an idle board.
     Ping {
         #[command(flatten)]
-        port: Port,
+        port: PortArgs,
         /// Round trips.
         #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
         count: u32,

@@ -2,7 +2,7 @@
 
 use palpate::Model;
 use palpate_tissue::Error as TissueError;
-use palpate_tissue::budget::{CHIPS, MACHINES, Machine};
+use palpate_tissue::budget::{CHIPS, CostModel, MACHINES};
 
 use crate::error::Error;
 
@@ -14,9 +14,9 @@ const BOARDS: [(&str, &str); 4] =
 const MOST_POINTS: usize = 9;
 
 /// The budget of a board, or the budget of this name.
-pub(super) fn machine(board: &str) -> Result<&'static Machine, Error> {
+pub(super) fn machine(board: &str) -> Result<&'static CostModel, Error> {
     let budget = BOARDS.iter().find(|(name, _)| *name == board).map_or(board, |(_, budget)| budget);
-    Ok(Machine::named(budget).ok_or_else(|| {
+    Ok(CostModel::named(budget).ok_or_else(|| {
         let budgets = MACHINES.iter().chain(&CHIPS).map(|m| m.name.to_owned());
         let boards = BOARDS.iter().map(|(name, budget)| format!("{name} (takes {budget})"));
         let names: Vec<String> = budgets.chain(boards).collect();
@@ -39,13 +39,13 @@ pub(super) fn refuse_points(model: &Model, board: &str) -> Result<(), Error> {
 
 /// Boards that a patch with this budget runs on, in words: those of the same core with a clock of
 /// at least its own.
-pub(super) fn runs_on(machine: &Machine) -> String {
+pub(super) fn runs_on(machine: &CostModel) -> String {
     if !machine.is_board() {
         return "runs on this machine".into();
     }
     let core = |name: &str| name.split('-').next().map(str::to_owned);
     let fast_enough = |budget: &str| {
-        Machine::named(budget).is_some_and(|own| core(own.name) == core(machine.name) && own.per_ms >= machine.per_ms)
+        CostModel::named(budget).is_some_and(|own| core(own.name) == core(machine.name) && own.per_ms >= machine.per_ms)
     };
     let boards: Vec<&str> = BOARDS.iter().filter(|(_, budget)| fast_enough(budget)).map(|(name, _)| *name).collect();
     let emulated = match MACHINES.iter().any(|m| m.name == machine.name) {

@@ -22,7 +22,7 @@ use palpate_fit::scene_fit::{PLACES_RANGE, tissue_of};
 use palpate_fit::solved::Solved;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::AnswerProbe;
-use palpate_tissue::budget::{Cost, Machine, triangles_in_reach};
+use palpate_tissue::budget::{Cost, CostModel, triangles_in_reach};
 use palpate_tissue::fit_record::{FitRecord, Judged, Moving, OrganRecord, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::patch::Patch;
@@ -133,7 +133,7 @@ impl CutArgs {
 }
 
 /// Cost of a tick with the scene's relaxation and friction, which the fit knows nothing of.
-fn cost(patch: &Patch, scene: &Scene, machine: &Machine, radius_m: f64, substeps: u16) -> Cost {
+fn cost(patch: &Patch, scene: &Scene, machine: &CostModel, radius_m: f64, substeps: u16) -> Cost {
     let radius_m = radius_m as f32;
     let model = patch.model();
     let site_m = patch.site_m();
@@ -141,7 +141,7 @@ fn cost(patch: &Patch, scene: &Scene, machine: &Machine, radius_m: f64, substeps
     machine.cost_with(&model, &scene.params([0.0, 0.0, 1.0]), touched, substeps)
 }
 
-fn too_slow(patch: &Patch, cost: &Cost, machine: &Machine) -> Error {
+fn too_slow(patch: &Patch, cost: &Cost, machine: &CostModel) -> Error {
     Error::Tissue(TissueError::TooSlow(format!(
         "{} nodes take about {:.0} {} a tick, {:.0} fit on {}: take a larger --element, a smaller --radius or a faster board",
         patch.model().nodes.len(),
@@ -155,7 +155,7 @@ fn too_slow(patch: &Patch, cost: &Cost, machine: &Machine) -> Error {
 /// A session of a fitted patch with a mass floor that a board accepts: multipliers of a fit make
 /// nodes stiffer, and then the floor's masses may be too light for one step of 1 ms. Held forces do
 /// not depend on masses.
-fn on_board(patch: &Patch, mut params: Params, machine: &Machine) -> Result<Session, Error> {
+fn on_board(patch: &Patch, mut params: Params, machine: &CostModel) -> Result<Session, Error> {
     let most = MOST_FLOOR_RAISE * params.mass_floor;
     loop {
         let session = Session::of_fitted(machine, patch.clone(), params)?;
@@ -178,7 +178,7 @@ fn packed(session: &Session) -> Vec<u8> {
 /// The smallest element with which a patch fits the machine in one substep.
 fn smallest_element(
     scene: &Scene,
-    machine: &Machine,
+    machine: &CostModel,
     probe_m: f64,
     recipe: &impl Fn(f64) -> Recipe,
     status: &Status,
@@ -228,7 +228,7 @@ fn write(
     prepared: &Prepared,
     fitted: &Fitted,
     session: &Session,
-    machine: &Machine,
+    machine: &CostModel,
     cost: &Cost,
 ) -> Result<(), Error> {
     let model = session.patch.model();
@@ -309,7 +309,7 @@ pub(super) fn write_patch(
     folder: &OutputFolder,
     scene: &Scene,
     session: &Session,
-    machine: &Machine,
+    machine: &CostModel,
     judged: Judged,
     moving: Option<Moving>,
 ) -> Result<(String, usize), Error> {
@@ -379,7 +379,7 @@ mod tests {
     #[test]
     fn relaxation_and_friction_of_the_scene_are_counted() {
         let patch = calibrated::sized(130).unwrap().0;
-        let machine = Machine::named("m4f-168").unwrap();
+        let machine = CostModel::named("m4f-168").unwrap();
         let of = |name: &str, friction: f64| {
             let mut scene = Scene::load(name).unwrap();
             scene.probe.friction = friction;
@@ -391,7 +391,7 @@ mod tests {
     #[test]
     fn a_floor_that_is_too_light_for_a_board_is_raised() {
         let (patch, mut params) = calibrated::sized(130).unwrap();
-        let machine = Machine::named("m7-480").unwrap();
+        let machine = CostModel::named("m7-480").unwrap();
         let opened = |session: &Session| live_trace::fits(&packed(session)).map_err(Refusal::from);
         let kept = on_board(&patch, params, machine).unwrap();
         assert_eq!((kept.params.mass_floor, opened(&kept)), (params.mass_floor, Ok(())));
@@ -409,8 +409,8 @@ mod tests {
         let errors = Short { centred_rms_pct: 0.5, disc_rms_pct: 1.5, disc_worst_pct: -4.0 };
         let written = |board: &str, mass_floor: f32| {
             let (patch, params) = calibrated::sized(130).unwrap();
-            let machine = Machine::named(board).unwrap();
-            let desktop = Machine::named("desktop").unwrap();
+            let machine = CostModel::named(board).unwrap();
+            let desktop = CostModel::named("desktop").unwrap();
             let mut session = Session::of_fitted(desktop, patch, params).unwrap();
             session.params.mass_floor = mass_floor;
             let folder = OutputFolder::open(&disk.path().join(board)).unwrap();

@@ -15,7 +15,7 @@ use super::{Common, boards};
 use crate::error::Error;
 use crate::press_report;
 use palpate_board::one_core::OneCore;
-use palpate_board::{self, Board, EmulatedBoard, Twin, campaign, timed, timing};
+use palpate_board::{self, Board, EmulatedBoard, Lockstep, campaign, timed, timing};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::fit_record::press_packed;
 use palpate_tissue::session::Session;
@@ -77,7 +77,7 @@ impl EmulateArgs {
         let turns = OneCore::stay();
         let board = Board::start(&image, machine, None)?;
         let mut memory = Box::new(Memory::RESERVED);
-        let mut twin = Twin::new(board, patch, &mut memory)?;
+        let mut twin = Lockstep::new(board, patch, &mut memory)?;
         // not before scene, image and patch are known to be good: bad input leaves nothing behind
         let folder = self.common.open("emulate", &scene)?;
 

@@ -6,7 +6,7 @@ use super::verdict::Verdict;
 use super::{Common, boards, print_warnings};
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
-use palpate_tissue::budget::{Cost, Machine, triangles_in_reach};
+use palpate_tissue::budget::{Cost, CostModel, triangles_in_reach};
 use palpate_tissue::fit_record::{FitRecord, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
@@ -46,12 +46,12 @@ pub(super) struct BoardArg {
 }
 
 impl BoardArg {
-    pub(super) fn machine(&self) -> Result<&'static Machine, Error> {
+    pub(super) fn machine(&self) -> Result<&'static CostModel, Error> {
         boards::machine(&self.board)
     }
 }
 
-fn pack(common: &Common, machine: &Machine, nodes: Option<usize>) -> Result<(), Error> {
+fn pack(common: &Common, machine: &CostModel, nodes: Option<usize>) -> Result<(), Error> {
     let scene = common.load()?;
     if machine.is_board() {
         scene.refuse_what_boards_lack(machine.name)?;
@@ -133,7 +133,7 @@ struct Packed {
 }
 
 impl Packed {
-    fn of(scene: &Scene, machine: &Machine) -> Result<Self, Error> {
+    fn of(scene: &Scene, machine: &CostModel) -> Result<Self, Error> {
         let session = Session::prepare_on(machine, scene)?;
         // only on request: shorter substeps take nodes from a board
         let session = match scene.solver.moving_error_pct {

@@ -19,7 +19,7 @@ use crate::error::Error;
 use crate::provenance;
 use palpate_fit::plan::{Bench, Known, Outcome, Supply, search};
 use palpate_tissue::Error as TissueError;
-use palpate_tissue::budget::Machine;
+use palpate_tissue::budget::CostModel;
 use palpate_tissue::output::OutputFolder;
 
 /// Steps of a quick search, in words.
@@ -96,7 +96,7 @@ impl PlanOptions {
     fn plan(
         &self,
         common: &Common,
-        machine: &'static Machine,
+        machine: &'static CostModel,
         out: &Path,
         all: bool,
     ) -> Result<(Outcome, Option<String>), Error> {
@@ -134,6 +134,6 @@ impl PlanOptions {
 
 /// Returns the name of the unit of a cost in tables and charts, and the number that the cost is
 /// divided by there.
-fn unit(machine: &Machine) -> (&'static str, f64) {
+fn unit(machine: &CostModel) -> (&'static str, f64) {
     if machine.unit == "ns" { ("us", 1e3) } else { ("k cycles", 1e3) }
 }

@@ -9,7 +9,7 @@ use palpate::{Model, Params, Terms};
 
 /// Cost of one item in one substep, and what a tick may cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Machine {
+pub struct CostModel {
     /// Name on the command line.
     pub name: &'static str,
     /// Name of the units: "cycles" or "ns".
@@ -78,7 +78,7 @@ const SMALL_FLASH: Room = Room { flash_bytes: 3 * 128 * 1024, ..LEAST_BOARD };
 const NODE_BYTES: usize = 15 * 4 + 7 * 4 + 2 * 4;
 const TRIANGLE_BYTES: usize = 2;
 
-const M4F_168: Machine = Machine {
+const M4F_168: CostModel = CostModel {
     name: "m4f-168",
     unit: "cycles",
     spring: 80.0,
@@ -105,8 +105,8 @@ const M4F_168: Machine = Machine {
 };
 
 /// Machines known to `pack --board` and the press budget.
-pub const MACHINES: [Machine; 3] = [
-    Machine {
+pub const MACHINES: [CostModel; 3] = [
+    CostModel {
         name: "desktop",
         unit: "ns",
         spring: 2.0,
@@ -133,17 +133,17 @@ pub const MACHINES: [Machine; 3] = [
     },
     M4F_168,
     // the M4F's cycle table, since none is public for the M7: dual issue can only make it faster
-    Machine { name: "m7-480", per_ms: 480e3, relative_mass: true, ..M4F_168 },
+    CostModel { name: "m7-480", per_ms: 480e3, relative_mass: true, ..M4F_168 },
 ];
 
 /// Chips with a Cortex-M4F's instructions at another clock, which `--board` accepts as well: the
 /// boards of `firmware/PORTING.md`. The M33 processes springs and tets in compiled loops, a quarter
 /// slower than the others' assembly: a cycle of its 150 MHz counts as 0.8.
-pub const CHIPS: [Machine; 4] = [
-    Machine { name: "m7-400", per_ms: 400e3, relative_mass: true, ..M4F_168 },
-    Machine { name: "m4f-180", per_ms: 180e3, room: Some(SMALL_FLASH), ..M4F_168 },
-    Machine { name: "m4f-170", per_ms: 170e3, room: Some(SMALL_FLASH), ..M4F_168 },
-    Machine { name: "m33-150", per_ms: 120e3, ..M4F_168 },
+pub const CHIPS: [CostModel; 4] = [
+    CostModel { name: "m7-400", per_ms: 400e3, relative_mass: true, ..M4F_168 },
+    CostModel { name: "m4f-180", per_ms: 180e3, room: Some(SMALL_FLASH), ..M4F_168 },
+    CostModel { name: "m4f-170", per_ms: 170e3, room: Some(SMALL_FLASH), ..M4F_168 },
+    CostModel { name: "m33-150", per_ms: 120e3, ..M4F_168 },
 ];
 
 /// Worst-case cost of a tick of a patch.
@@ -199,7 +199,7 @@ impl Counts {
     }
 }
 
-impl Machine {
+impl CostModel {
     /// The machine of this name.
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {

@@ -7,7 +7,7 @@ pub mod standing;
 
 use palpate::{GuardLimits, Params, Terms, Vector3};
 
-use crate::budget::{MACHINES, Machine, triangles_in_reach};
+use crate::budget::{CostModel, MACHINES, triangles_in_reach};
 use crate::error::Error;
 use crate::mesh::{WorstTet, worst};
 use crate::patch::{Material, Patch};
@@ -93,7 +93,7 @@ impl Session {
     ///
     /// # Errors
     /// Errors of [`Self::prepare`].
-    pub fn prepare_on(machine: &Machine, scene: &Scene) -> Result<Self, Error> {
+    pub fn prepare_on(machine: &CostModel, scene: &Scene) -> Result<Self, Error> {
         let tips_m = read_tips(&scene.drive)?;
         if let Some(path) = scene.solver.patch.as_deref().filter(|p| p.as_os_str() != NO_PATCH) {
             let (patch, packed) = packed::open(scene, path)?;
@@ -128,12 +128,12 @@ impl Session {
     ///
     /// # Errors
     /// A model that cannot keep 1 kHz: with the numbers.
-    pub fn of_fitted(machine: &Machine, patch: Patch, params: Params) -> Result<Self, Error> {
+    pub fn of_fitted(machine: &CostModel, patch: Patch, params: Params) -> Result<Self, Error> {
         Self::of_patch(machine, patch, params, Vec::new(), 0)
     }
 
     fn of_patch(
-        machine: &Machine,
+        machine: &CostModel,
         patch: Patch,
         params: Params,
         tips_m: Vec<[f32; 3]>,
@@ -156,7 +156,7 @@ impl Session {
     }
 
     fn try_patch(
-        machine: &Machine,
+        machine: &CostModel,
         patch: Patch,
         params: Params,
         tips_m: Vec<[f32; 3]>,
@@ -206,7 +206,7 @@ fn steepen(scene: &Scene, patch: &mut Patch) -> Result<(), Error> {
 
 /// The largest stiffening exponent with which a patch can run, rounded down to two digits; `None`
 /// if it cannot run even without stiffening.
-fn most_stiffening(machine: &Machine, patch: &Patch, params: &Params) -> Option<f32> {
+fn most_stiffening(machine: &CostModel, patch: &Patch, params: &Params) -> Option<f32> {
     let runs = |b: f32| {
         let params = Params { stiffening_b: b, ..*params };
         Session::try_patch(machine, patch.clone(), params, Vec::new(), 0).is_ok()
@@ -256,7 +256,7 @@ fn fitted(scene: &Scene, packed: &Params) -> Params {
 }
 
 fn refuse_if_too_slow(
-    machine: &Machine,
+    machine: &CostModel,
     model: &palpate::Model,
     params: &Params,
     touched: usize,

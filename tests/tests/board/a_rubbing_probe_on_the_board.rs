@@ -5,7 +5,7 @@ use std::path::Path;
 
 use palpate::{MOST_TERMS, PatchFile, PronyTerm};
 use palpate_board::timing::Spread;
-use palpate_board::{Board, EmulatedBoard, Twin, campaign};
+use palpate_board::{Board, EmulatedBoard, Lockstep, campaign};
 use palpate_controller::patch::{Memory, cost};
 use palpate_tests::emulator::build_firmware;
 use palpate_tests::packed;
@@ -30,7 +30,7 @@ fn run(patch: &'static [u8]) -> Spread {
     let image = build_firmware(Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap(), &[]).unwrap();
     let mut memory = Box::new(Memory::RESERVED);
     let board = Board::start(&image, EmulatedBoard::M4f, None).unwrap();
-    let mut twin = Twin::new(board, patch, &mut memory).unwrap();
+    let mut twin = Lockstep::new(board, patch, &mut memory).unwrap();
     let met = campaign::run(&mut twin, TICKS, 4e-3, |_| ()).unwrap();
     assert_eq!(twin.difference, None);
     assert!(met.felt > 200 && met.recovered > 0, "{met:?}");

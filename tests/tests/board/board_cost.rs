@@ -16,7 +16,7 @@ use palpate_tests::firmware_image::FirmwareImage;
 use palpate_tests::instruction_mix::{Cost, InstructionMix, calls_of};
 use palpate_tests::packed;
 use palpate_tests::pipeline_model::{Core, Listing, executed};
-use palpate_tissue::budget::{Machine as Board, triangles_in_reach};
+use palpate_tissue::budget::{CostModel as Board, triangles_in_reach};
 
 /// At 32 ns per instruction the 40 ns of a clock count resolve it to one or two, and no tick meets
 /// the watchdog.

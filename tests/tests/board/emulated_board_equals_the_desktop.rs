@@ -11,7 +11,7 @@ use palpate::haptic::mode::Mode;
 use palpate::{Fault, Vector3};
 use palpate_board::timing::Spread;
 use palpate_board::twin::Reading;
-use palpate_board::{Board, EmulateError, EmulatedBoard, Twin, campaign};
+use palpate_board::{Board, EmulateError, EmulatedBoard, Lockstep, campaign};
 use palpate_controller::config::Profile;
 use palpate_controller::link::message::HostAsk;
 use palpate_controller::link::wire_limits::WireLimits;
@@ -39,7 +39,7 @@ fn image() -> PathBuf {
 fn equal_through_faults(patch: &str, machine: EmulatedBoard) -> Vec<u64> {
     let mut memory = Box::new(Memory::RESERVED);
     let board = Board::start(&image(), machine, None).unwrap();
-    let mut twin = Twin::new(board, packed::on_words(&packed::shipped(patch)), &mut memory).unwrap();
+    let mut twin = Lockstep::new(board, packed::on_words(&packed::shipped(patch)), &mut memory).unwrap();
     let met = campaign::run(&mut twin, TICKS, 4e-3, |_| ()).unwrap();
     let (_, stack_bytes) = twin.state_hash().unwrap();
     assert_eq!(twin.difference, None);
@@ -129,7 +129,7 @@ fn rewrite() {
 fn bad_frames_are_counted_and_the_next_good_one_is_taken() {
     let mut memory = Box::new(Memory::RESERVED);
     let board = Board::start(&image(), EmulatedBoard::M4f, None).unwrap();
-    let mut twin = Twin::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
+    let mut twin = Lockstep::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
     twin.arm(OUTSIDE_M).unwrap();
     let rubbish: Vec<u8> = (0..700_u32).map(|n| (n * 89 % 255 + 1) as u8).collect();
     for sent in [&b"\x03\x01\x00"[..], &rubbish, &[0, 0, 0], &[7, 7, 7, 0]] {
@@ -223,7 +223,7 @@ fn a_stop_is_not_taken_back_by_what_comes_behind_it() {
     for behind in [HostAsk::Arm, HostAsk::Clear] {
         let mut memory = Box::new(Memory::RESERVED);
         let board = Board::start(&image(), EmulatedBoard::M4f, None).unwrap();
-        let mut twin = Twin::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
+        let mut twin = Lockstep::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
         twin.arm(OUTSIDE_M).unwrap();
         twin.ask(HostAsk::Stop).unwrap();
         twin.tick(Reading::at(OUTSIDE_M), Some(behind)).unwrap();
@@ -236,7 +236,7 @@ fn a_stop_is_not_taken_back_by_what_comes_behind_it() {
 fn a_modulus_that_is_refused_leaves_the_one_before() {
     let mut memory = Box::new(Memory::RESERVED);
     let board = Board::start(&image(), EmulatedBoard::M4f, None).unwrap();
-    let mut twin = Twin::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
+    let mut twin = Lockstep::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
     let board = twin.board();
     board.send(&ToBoard::YoungsModulus(5e3)).unwrap();
     assert!(matches!(board.receive().unwrap(), FromBoard::PatchTaken(_)));
@@ -263,7 +263,7 @@ fn refused_begin(board: &mut Board) -> Refusal {
 fn nothing_in_active_accepts_a_mesh() {
     let mut memory = Box::new(Memory::RESERVED);
     let board = Board::start(&image(), EmulatedBoard::M4f, None).unwrap();
-    let mut twin = Twin::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
+    let mut twin = Lockstep::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
     twin.arm(OUTSIDE_M).unwrap();
     assert_eq!(refused_begin(twin.board()), Refusal::NotIdle);
     twin.tick(Reading::at(OUTSIDE_M), Some(HostAsk::Stop)).unwrap();
@@ -274,11 +274,11 @@ fn nothing_in_active_accepts_a_mesh() {
 fn a_softer_tissue_comes_at_once_and_a_stiffer_one_when_nothing_touches() {
     let mut memory = Box::new(Memory::RESERVED);
     let board = Board::start(&image(), EmulatedBoard::M4f, None).unwrap();
-    let mut twin = Twin::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
+    let mut twin = Lockstep::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
     twin.arm(OUTSIDE_M).unwrap();
     // from outside to 3 mm at 0.05 m/s, and back
     let way = |n: u32| Vector3::new(0.0, 0.0, (2e-3 - 5e-5 * n as f32).max(-3e-3));
-    let hold = |twin: &mut Twin<'_>, ticks: std::ops::Range<u32>| {
+    let hold = |twin: &mut Lockstep<'_>, ticks: std::ops::Range<u32>| {
         ticks.map(|n| twin.tick(Reading::at(way(n)), None).unwrap().model_n[2]).last().unwrap()
     };
     let first_n = hold(&mut twin, 0..300);

@@ -10,7 +10,7 @@ use palpate_fit::plan::{Bench, Known, Outcome, Supply, WORST_RATIO, search};
 use palpate_fit::statics::{Solver, Statics};
 use palpate_tests::palpate_command::Desk;
 use palpate_tests::press_run::{SMALL_BLOCK, edited};
-use palpate_tissue::budget::Machine;
+use palpate_tissue::budget::CostModel;
 use palpate_tissue::patch::Memory;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
@@ -28,7 +28,7 @@ fn scene(text: &str) -> Scene {
 }
 
 fn planned(scene: &Scene, known: &Known, board: &str, tolerance_pct: f64) -> Outcome {
-    let machine = Machine::named(board).unwrap();
+    let machine = CostModel::named(board).unwrap();
     let bench = Bench { scene, machine, truth: &known.truth, judge: &known.judge, tolerance_pct, quick: true, progress: &|_| {} };
     search(&bench, &mut Supply::of(scene, machine, true)).unwrap()
 }
@@ -89,7 +89,7 @@ fn ticked_n(Session { patch, params, .. }: &Session, depth_m: f64) -> f64 {
 /// Checks the promises of a plan; the depths are chosen here, between the scene's and shallower.
 fn holds(scene: &Scene, known: &Known, board: &str, tolerance_pct: f64, depths_m: &[f64]) -> Outcome {
     let outcome = planned(scene, known, board, tolerance_pct);
-    let machine = Machine::named(board).unwrap();
+    let machine = CostModel::named(board).unwrap();
     let chosen = outcome.check(machine, tolerance_pct).unwrap();
     assert!(chosen.fits && chosen.units <= machine.budget());
     let session = read(scene, &file(&outcome));
@@ -148,7 +148,7 @@ fn a_tolerance_beyond_a_board_says_what_would_do() {
     let scene = scene(SMALL_BLOCK);
     let known = Known::of(&scene, 0.4, |_| {}).unwrap();
     let outcome = planned(&scene, &known, "m4f-168", 0.4);
-    let machine = Machine::named("m4f-168").unwrap();
+    let machine = CostModel::named("m4f-168").unwrap();
     let refusal = outcome.check(machine, 0.4).unwrap_err();
     println!("{refusal}");
     let tightest = outcome.tightest.as_ref().unwrap();

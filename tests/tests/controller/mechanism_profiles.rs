@@ -3,7 +3,7 @@
 
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
 use palpate_controller::device::Device;
-use palpate_controller::force_out::{Drive, Outputs};
+use palpate_controller::force_out::{ActuatorCommand, Outputs};
 use palpate_controller::kinematics::Kind;
 use palpate_controller::probe_in::{EncoderCounts, JointReading, Reading};
 use palpate_sim::port::device_file;
@@ -93,13 +93,13 @@ fn a_force_beyond_the_converters_keeps_its_direction() {
     let mut device = Device::new(profile.mechanism.as_ref(), [0; 3]);
     assert!(device.show_home(&joints([5, 6, 7], 1)) && device.homed());
     assert_eq!(device.sensed(&joints([5, 6, 7], 2)).position_m, palpate::Vector3::zeros());
-    let of = |force_n: [f32; 3]| device.outputs(Drive::Force(force_n.into())).codes.map(|code| i32::from(code.0));
+    let of = |force_n: [f32; 3]| device.outputs(ActuatorCommand::Force(force_n.into())).codes.map(|code| i32::from(code.0));
     let within = of([10.0, -20.0, 5.0]);
     assert_eq!(within[1], -2 * -within[0], "the x motor is turned round");
     let beyond = of([100.0, -200.0, 50.0]);
     assert_eq!(beyond[1], -32_767);
     assert!((beyond[0] + 16_384).abs() <= 1 && (beyond[2] - 8_192).abs() <= 1, "{beyond:?}");
-    assert_eq!(device.outputs(Drive::Off), Outputs::OFF);
+    assert_eq!(device.outputs(ActuatorCommand::Off), Outputs::OFF);
     assert_eq!(of([f32::NAN, 1.0, 1.0]), [0; 3]);
 }
 
@@ -117,5 +117,5 @@ fn a_tip_without_joints_and_a_mechanism_that_was_never_checked_are_failed_sensor
     unchecked.dimensions[0] = f32::NAN;
     let mut device = Device::new(Some(&unchecked), [0; 3]);
     assert_eq!(device.sensed(&joints([0; 3], 1)).status, SensorStatus::Failed);
-    assert_eq!(device.outputs(Drive::Force(palpate::Vector3::z())), Outputs::OFF);
+    assert_eq!(device.outputs(ActuatorCommand::Force(palpate::Vector3::z())), Outputs::OFF);
 }

@@ -7,14 +7,14 @@ use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::mode::Mode;
 use palpate::{Output, PatchFile, Probe, ProbePose, ProbeShape, Terms, Vector3};
 use palpate_controller::controller::{Arming, Controller};
-use palpate_controller::force_out::Drive;
+use palpate_controller::force_out::ActuatorCommand;
 use palpate_controller::link::frame::FRAME_BYTES;
 use palpate_controller::link::{Inbox, Receiver, Refusal, ToBoard, Upload, encode, inbox::Reply};
 use palpate_controller::patch::{Budget, Memory, Patch};
 use palpate_controller::port::Port;
 use palpate_controller::script::{self, LEAD_TICKS};
 use palpate_tests::packed;
-use palpate_tissue::budget::{Counts, Machine};
+use palpate_tissue::budget::{CostModel, Counts};
 
 const MUTANTS: usize = 100_000;
 /// Magic, version and checksum, which a mutation does not touch, so that the rest is read.
@@ -148,7 +148,7 @@ fn press_by_controller(mut patch: Patch<'_>) {
         let record = controller.tick(&mut patch, script::sensed(tick, LEAD_TICKS), Command::HEARD, true);
         assert!(controller.sound(&record));
         assert!(record.applied_n.norm() <= controller.limits().max_force_n * 1.000_1);
-        assert!(record.mode != Mode::Fault || controller.drive() == Drive::Off);
+        assert!(record.mode != Mode::Fault || controller.drive() == ActuatorCommand::Off);
     }
 }
 
@@ -170,7 +170,7 @@ fn run(name: &str, shape: Option<ProbeShape>, mutants: usize, seed: u64) -> Seen
     let header = original.windows(first.len()).position(|window| window == first).unwrap();
     let (mut random, mut seen, table) = (Random(seed), Seen::default(), table());
     let (mut memory, mut upload) = (Box::new(Memory::RESERVED), Box::new(Upload::RESERVED));
-    let machine = Machine::named("m7-480").unwrap();
+    let machine = CostModel::named("m7-480").unwrap();
     for n in 0..mutants {
         let mut bytes = original.clone();
         mutate(&mut bytes, header, &mut random);

@@ -6,7 +6,7 @@ use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::mode::Mode;
 use palpate::{ClampFlags, Vector3};
 use palpate_controller::controller::{Arming, Controller};
-use palpate_controller::force_out::Drive;
+use palpate_controller::force_out::ActuatorCommand;
 use palpate_controller::patch::{Memory, Patch};
 use palpate_controller::port::Port;
 use palpate_tests::flash_patch::in_flash;
@@ -33,7 +33,7 @@ fn no_force_at_any_of_a_thousand_places_inside() {
             let record = controller.tick(&mut patch, sensed(place, sequence), Command::HEARD, true);
             assert!(record.fault.is_none() && record.mode != Mode::Active, "{place:?}: {:?} {:?}", record.mode, record.fault);
             assert_eq!(record.applied_n, Vector3::zeros(), "{place:?}");
-            assert_eq!(controller.drive(), Drive::Off, "{place:?}");
+            assert_eq!(controller.drive(), ActuatorCommand::Off, "{place:?}");
             if record.mode == Mode::Arming && sequence > 10 {
                 assert!(record.output.limiters.contains(ClampFlags::BURIED), "{place:?}: it is not inside, this proves nothing");
             }

@@ -25,7 +25,7 @@ fn no_pair_stands_twice_and_the_machine_follows_the_table() {
         for event in Event::ALL {
             let rows = TRANSITIONS.iter().filter(|(from, on, _)| (*from, *on) == (mode, event));
             assert!(rows.count() <= 1, "{mode:?} {event:?}");
-            let mut machine = Machine { mode, fault: None, ticks: 7 };
+            let mut machine = ModeMachine { mode, fault: None, ticks: 7 };
             if event == Event::Faulted {
                 assert!(!machine.handle(event), "a fault needs its reason");
                 machine.fail(Fault::Diverged);
@@ -65,7 +65,7 @@ fn a_fault_takes_every_mode_and_only_clearing_ends_it() {
     for event in Event::ALL {
         assert_eq!(next(Mode::Fault, event), (event == Event::Cleared).then_some(Mode::SelfTest));
     }
-    let mut machine = Machine::BOOT;
+    let mut machine = ModeMachine::BOOT;
     machine.fail(Fault::PoseStale);
     machine.fail(Fault::OverSpeed);
     assert_eq!(machine.fault(), Some(Fault::PoseStale), "the first one is kept");

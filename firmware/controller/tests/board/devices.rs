@@ -7,7 +7,7 @@ use palpate::haptic::mode::Mode;
 use palpate::{ClampFlags, Fault};
 use palpate_controller::controller::{Arming, Controller};
 use palpate_controller::device::Device;
-use palpate_controller::force_out::{DacCode, Drive, Outputs, outputs};
+use palpate_controller::force_out::{ActuatorCommand, DacCode, Outputs, outputs};
 use palpate_controller::kinematics::{Kind, MechanismProfile};
 use palpate_controller::port::Port;
 use palpate_controller::probe_in::{EncoderCounts, JointReading, Reading};
@@ -70,7 +70,7 @@ fn three_axes_count_from_their_home() {
     assert_eq!(lost.sensed(&Reading::Tip(tip)), tip);
     assert!(lost.homed(), "a tip is in the device's frame");
     assert!(!lost.show_home(&joints([0; 3], 1, SensorStatus::Failed)), "of a failed sensor");
-    let drive = Drive::Force(Vector3::new(1.0, -2.0, 3.0));
+    let drive = ActuatorCommand::Force(Vector3::new(1.0, -2.0, 3.0));
     assert_eq!(device.outputs(drive), outputs(drive));
 }
 
@@ -79,7 +79,7 @@ fn torques_become_shares_of_the_converters_and_are_shortened_alike() {
     let mut device = Device::new(Some(&spindles()), [0; 3]);
     device.show_home(&good([0; 3], 1));
     device.sensed(&good([0; 3], 2));
-    let codes = |force_n: [f32; 3]| device.outputs(Drive::Force(force_n.into()));
+    let codes = |force_n: [f32; 3]| device.outputs(ActuatorCommand::Force(force_n.into()));
     // 4 N on 5 mm are 20 of 50 mN m; 5 N on 4 mm 20 of -80; 6 N on 6 mm 36 of 60
     let within = codes([4.0, 5.0, 6.0]);
     assert!(within.enabled);
@@ -94,7 +94,7 @@ fn torques_become_shares_of_the_converters_and_are_shortened_alike() {
     for bad in [[f32::NAN, 1.0, 1.0], [1.0, f32::INFINITY, 1.0], [1.0, 1.0, f32::NEG_INFINITY]] {
         assert_eq!(codes(bad).codes, [DacCode::ZERO; 3], "{bad:?}");
     }
-    assert_eq!(device.outputs(Drive::Off), Outputs::OFF);
+    assert_eq!(device.outputs(ActuatorCommand::Off), Outputs::OFF);
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn a_joint_without_a_motor_gets_no_code() {
     let mut device = Device::new(Some(&paddle()), [0; 3]);
     device.show_home(&good([0; 3], 1));
     device.sensed(&good([0; 3], 2));
-    let codes = device.outputs(Drive::Force(Vector3::new(0.0, 2.0, 1.0))).codes.map(|code| code.0);
+    let codes = device.outputs(ActuatorCommand::Force(Vector3::new(0.0, 2.0, 1.0))).codes.map(|code| code.0);
     // 1 N on a lever of 86.9 mm, of 564 mN m
     assert!((f32::from(codes[0]) / 32_767.0 - 0.0869 / 0.564).abs() < 1e-3, "{codes:?}");
     assert_eq!(codes[1..], [0, 0]);

@@ -92,7 +92,7 @@ impl<'a> March<'a> {
 }
 
 /// A scene with a moving probe.
-pub(super) struct Drive<'a> {
+pub(super) struct MovingScene<'a> {
     scene: &'a Scene,
     motion: &'a Motion,
     settings: &'a Settings,
@@ -100,7 +100,7 @@ pub(super) struct Drive<'a> {
     march: March<'a>,
 }
 
-impl<'a> Drive<'a> {
+impl<'a> MovingScene<'a> {
     pub fn new(scene: &'a Scene, motion: &'a Motion, settings: &'a Settings, piece: &'a Piece) -> Result<Self, DynamicError> {
         let inertia = Inertia {
             density_s2_per_m2: scene.tissue.density_kg_per_m3 / scene.tissue.youngs_modulus_pa,

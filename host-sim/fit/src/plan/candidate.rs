@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::calibrate::Settings;
 use crate::far_field::FarField;
 use crate::far_field::fitted::{Prepared, Recipe};
-use palpate_tissue::budget::{Counts, Machine, triangles_in_reach};
+use palpate_tissue::budget::{CostModel, Counts, triangles_in_reach};
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::{Material, Patch};
 use palpate_tissue::scene::Scene;
@@ -68,7 +68,7 @@ impl Weighed {
 
     /// Whether the candidate fits the board in time and memory.
     #[must_use]
-    pub fn fits(&self, machine: &Machine) -> bool {
+    pub fn fits(&self, machine: &CostModel) -> bool {
         self.units <= machine.budget() && machine.has_room(&self.counts, self.patch_bytes)
     }
 
@@ -78,7 +78,7 @@ impl Weighed {
         far: Option<FarField>,
         material: Material,
         params: Params,
-        machine: &Machine,
+        machine: &CostModel,
     ) -> Result<Self, Error> {
         let patch = match &far {
             Some(far) => far.patch(&material),
@@ -98,7 +98,7 @@ impl Weighed {
 /// All candidates of a scene, generated one after the other.
 pub struct Supply<'a> {
     scene: &'a Scene,
-    machine: &'a Machine,
+    machine: &'a CostModel,
     radii: &'static [f64],
     elements: &'static [f64],
     next: usize,
@@ -110,7 +110,7 @@ pub struct Supply<'a> {
 impl<'a> Supply<'a> {
     /// Prepares the plan of a scene on a board.
     #[must_use]
-    pub fn of(scene: &'a Scene, machine: &'a Machine, quick: bool) -> Self {
+    pub fn of(scene: &'a Scene, machine: &'a CostModel, quick: bool) -> Self {
         let (radii, elements): (&[f64], &[f64]) = if quick { (&QUICK_RADII, &QUICK_ELEMENTS) } else { (&RADII, &ELEMENTS) };
         Self { scene, machine, radii, elements, next: 0, both_foundations: !quick, refused: None }
     }

@@ -7,7 +7,7 @@ use super::candidate::{Candidate, Weighed, settings};
 use super::judge::{Judge, Judged};
 use super::rim_treatment::RimTreatment;
 use crate::far_field::fitted::{Truth, fit_tissue};
-use palpate_tissue::budget::{Counts, MACHINES, Machine};
+use palpate_tissue::budget::{CostModel, Counts, MACHINES};
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
@@ -32,7 +32,7 @@ pub struct Bench<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The board.
-    pub machine: &'static Machine,
+    pub machine: &'static CostModel,
     /// Reference for fitting and evaluating trials.
     pub truth: &'a Truth,
     /// Depths.
@@ -107,7 +107,7 @@ impl JudgedCandidate {
 
     /// The slowest named board that runs the candidate.
     #[must_use]
-    pub fn slowest_board(&self) -> Option<&'static Machine> {
+    pub fn slowest_board(&self) -> Option<&'static CostModel> {
         // the desktop comes first in the list and is the fastest
         let [desktop, boards @ ..] = &MACHINES;
         boards.iter().chain([desktop]).find(|m| {

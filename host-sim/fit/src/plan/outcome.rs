@@ -5,7 +5,7 @@ use palpate::Terms;
 use super::candidate::Candidate;
 use super::judged_candidate::JudgedCandidate;
 use super::rim_treatment::RimTreatment;
-use palpate_tissue::budget::Machine;
+use palpate_tissue::budget::CostModel;
 use palpate_tissue::error::Error;
 
 /// Result of a search.
@@ -33,7 +33,7 @@ impl Outcome {
     /// # Errors
     /// There is none: names a board that would be fast enough, and the tolerance that this one
     /// keeps.
-    pub fn check(&self, machine: &Machine, tolerance_pct: f64) -> Result<&JudgedCandidate, Error> {
+    pub fn check(&self, machine: &CostModel, tolerance_pct: f64) -> Result<&JudgedCandidate, Error> {
         if let Some(chosen) = &self.chosen {
             return Ok(chosen);
         }

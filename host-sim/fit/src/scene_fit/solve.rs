@@ -37,7 +37,7 @@ pub struct Forces {
 type Starts = Vec<(f64, Vec<Vector3<f64>>)>;
 
 /// Listener to the progress of presses.
-pub trait Watch: Sync {
+pub trait PressListener: Sync {
     /// The forces of a press, if an earlier run solved it.
     fn stored(&self, job: &PressJob) -> Option<Forces>;
 
@@ -55,7 +55,7 @@ pub trait Watch: Sync {
 ///
 /// # Errors
 /// A mesh that cannot be made, a press that does not converge, or one that cannot be stored.
-pub fn solve_all(scene: &Scene, presses: &Presses, watch: &impl Watch) -> Result<Vec<(PressJob, Forces)>, Error> {
+pub fn solve_all(scene: &Scene, presses: &Presses, watch: &impl PressListener) -> Result<Vec<(PressJob, Forces)>, Error> {
     let one = |job: &PressJob, starts: &Starts| {
         let stored = watch.stored(job);
         let anew = stored.is_none();
@@ -85,7 +85,7 @@ pub fn solve_all(scene: &Scene, presses: &Presses, watch: &impl Watch) -> Result
 }
 
 /// Solves a press of the scene's block with its probe, from `starts` if it contains the depth.
-fn solve(scene: &Scene, job: &PressJob, starts: &Starts, watch: &impl Watch) -> Result<(Forces, Starts), Error> {
+fn solve(scene: &Scene, job: &PressJob, starts: &Starts, watch: &impl PressListener) -> Result<(Forces, Starts), Error> {
     let file = &scene.file;
     let size_m = scene.tissue.block_m.unwrap_or_default();
     let radius_m = scene.probe.radius_m;

@@ -3,7 +3,8 @@
 use super::{Figure, Row};
 
 /// Head of the table. Behind each test stands the figure that came nearest to an end of its range.
-pub const HEAD: &str = "| test | data | figure nearest to its bound | accepted | ours | without the term |\n|---|---|---|---|---|---|\n";
+pub const HEAD: &str =
+    "| test | data | figure nearest to its bound | accepted | ours | without the term |\n|---|---|---|---|---|---|\n";
 
 impl Figure {
     /// Share of its range that the product's value has used up (1): an error is best at zero, any

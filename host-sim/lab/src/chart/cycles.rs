@@ -5,7 +5,7 @@
 //! own figures for nodes and contact where they run on it. None of them was run on a board.
 
 use crate::methods::{Block, Corotational, Meshless, Method, NeoHookean, Xpbd};
-use palpate_tissue::budget::{Machine, triangles_in_reach};
+use palpate_tissue::budget::{CostModel, triangles_in_reach};
 use palpate_tissue::patch::{Material, Patch};
 
 /// Cycles of a floating-point operation with its loads and stores, from our own tet kernel (291
@@ -22,7 +22,7 @@ const CORRECTION_FLOPS: f64 = 50.0;
 /// [`crate::methods::RunningMethod::solver_flops`] counts them.
 #[must_use]
 pub fn m4f_cycles(method: Method, block: &Block, substeps: u16, solver_flops: f64) -> Option<f64> {
-    let machine = Machine::named("m4f-168")?;
+    let machine = CostModel::named("m4f-168")?;
     let patch = Patch::build(&block.tissue, &Material::default(), None);
     let model = patch.wide_model();
     let touched = triangles_in_reach(&model, patch.site_m().into(), block.params.probe.reach_m());

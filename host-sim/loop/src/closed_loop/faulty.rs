@@ -52,7 +52,7 @@ pub enum Reading {
 
 /// Fault in a force on its way to the hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Drive {
+pub enum ForceFault {
     /// The force on each axis saturates at this value [N].
     Saturated(f32),
     /// The last force stays, whatever is commanded; a release still removes the power.
@@ -109,7 +109,7 @@ pub enum Injection {
     /// Into the readings.
     Reading(Reading),
     /// Into the forces.
-    Drive(Drive),
+    ForceFault(ForceFault),
     /// Into the host's messages.
     Host(Host),
     /// A number of periods is missed, at intervals of a number of ticks.

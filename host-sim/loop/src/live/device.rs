@@ -34,7 +34,7 @@ impl Default for Holding {
 
 /// The pointer as a device, or an emulated device in an emulated hand.
 #[derive(Clone, Debug)]
-pub(super) enum Port {
+pub(super) enum LiveDevice {
     Pointer(Pointer),
     Held(Box<Plant>),
 }
@@ -47,7 +47,7 @@ pub(super) struct Pointer {
     sequence: u32,
 }
 
-impl Port {
+impl LiveDevice {
     /// Creates the device at rest at `start_m`, above the site.
     ///
     /// # Errors
@@ -98,7 +98,7 @@ impl Port {
     }
 }
 
-impl HapticDevice for Port {
+impl HapticDevice for LiveDevice {
     fn limits(&self) -> DeviceSpec {
         match self {
             Self::Pointer(pointer) => pointer.limits,

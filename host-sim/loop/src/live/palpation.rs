@@ -6,7 +6,7 @@ use palpate::haptic::mode::Mode;
 use palpate::{ContactMap, Params, Vector3};
 
 use super::choice::{Choice, axis};
-use super::device::{Holding, Port};
+use super::device::{Holding, LiveDevice};
 use super::tissue::LiveTissue;
 use super::trace::{Head, Recorder};
 pub use crate::closed_loop::stimulus::CLEAR_M;
@@ -57,7 +57,7 @@ pub struct Live {
     choice: Choice,
     holding: Holding,
     tissue: LiveTissue,
-    port: Port,
+    port: LiveDevice,
     settings: Settings,
     cycle: Cycle,
     watch: Watch,
@@ -80,7 +80,7 @@ impl Live {
     fn of_tissue(choice: Choice, tissue: LiveTissue, holding: &Holding) -> Result<Self, Error> {
         let site_m = tissue.patch().site_m();
         let start_m = site_m.cast() + axis(&tissue) * CLEAR_M;
-        let (port, max_force_n) = Port::new(holding, site_m, tissue.params().probe.axis, start_m)?;
+        let (port, max_force_n) = LiveDevice::new(holding, site_m, tissue.params().probe.axis, start_m)?;
         let mut settings = Settings::safe(&port.limits());
         settings.limits.max_force_n = max_force_n;
         let cycle = Cycle::build(&settings, &port.limits())?;
@@ -252,7 +252,7 @@ impl Live {
 
 /// A device whose readings are recorded.
 struct Listened<'a> {
-    port: &'a mut Port,
+    port: &'a mut LiveDevice,
     reading: Option<Sensed>,
     got_n: Option<Vector3<f32>>,
 }

@@ -16,7 +16,7 @@ use palpate_tissue::Error as TissueError;
 use self::stream::Files;
 use self::writer::{Writer, Written};
 use super::log::{LISTENING, Log};
-use super::{Port, status};
+use super::{PortArgs, status};
 use crate::command::progress::Lines;
 use crate::error::Error;
 use crate::port::session::{force_words, released_by_itself};
@@ -87,15 +87,15 @@ impl Seen {
     }
 }
 
-pub(super) fn watch(port: &Port, stream: &Stream) -> Result<(), Error> {
+pub(super) fn watch(port: &PortArgs, stream: &Stream) -> Result<(), Error> {
     run(port, stream, false)
 }
 
-pub(super) fn arm(port: &Port, stream: &Stream) -> Result<(), Error> {
+pub(super) fn arm(port: &PortArgs, stream: &Stream) -> Result<(), Error> {
     run(port, stream, true)
 }
 
-fn run(port: &Port, stream: &Stream, arm: bool) -> Result<(), Error> {
+fn run(port: &PortArgs, stream: &Stream, arm: bool) -> Result<(), Error> {
     let until = stream.until()?;
     end_at_ctrl_c()?;
     let (mut session, mut log) = port.open()?;

@@ -14,7 +14,7 @@ use crate::port::{PortError, Session};
 const PATIENCE: Duration = Duration::from_millis(600);
 
 /// A port, and the product behind it as USB names it.
-struct Candidate {
+struct FoundPort {
     name: String,
     product: String,
 }
@@ -56,17 +56,17 @@ pub(super) fn run(named: &[String]) -> Result<(), Error> {
     .into())
 }
 
-fn of_name(name: &str) -> Candidate {
+fn of_name(name: &str) -> FoundPort {
     let known = serialport::available_ports().unwrap_or_default().into_iter().find(|port| port.port_name == name);
-    Candidate { name: name.into(), product: known.map(|port| product(&port.port_type)).unwrap_or_default() }
+    FoundPort { name: name.into(), product: known.map(|port| product(&port.port_type)).unwrap_or_default() }
 }
 
-fn usb_ports() -> Result<Vec<Candidate>, Error> {
+fn usb_ports() -> Result<Vec<FoundPort>, Error> {
     let ports = serialport::available_ports().map_err(|cause| {
         TissueError::Usage(format!("the system does not name its serial ports ({cause}): name one with --port"))
     })?;
     let usb = ports.into_iter().filter(|port| matches!(port.port_type, SerialPortType::UsbPort(_)));
-    Ok(usb.map(|port| Candidate { product: product(&port.port_type), name: port.port_name }).collect())
+    Ok(usb.map(|port| FoundPort { product: product(&port.port_type), name: port.port_name }).collect())
 }
 
 /// The product as USB names it, with its maker.

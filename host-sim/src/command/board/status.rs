@@ -7,7 +7,7 @@ use palpate_board::patch_record;
 use palpate_controller::link::{FromBoard, Identity, Record, ToBoard};
 use palpate_controller::words;
 
-use super::Port;
+use super::PortArgs;
 use super::log::{Log, images};
 use crate::error::Error;
 use crate::port::session::force_words;
@@ -17,7 +17,7 @@ const ANSWER: Duration = Duration::from_millis(500);
 /// A tick [us].
 const TICK_US: f64 = 1e3;
 
-pub(super) fn run(port: &Port) -> Result<(), Error> {
+pub(super) fn run(port: &PortArgs) -> Result<(), Error> {
     let (mut session, mut log) = port.open()?;
     let state = session.ask(&ToBoard::Report, ANSWER, |message| match message {
         FromBoard::State { stack_used_bytes, bad_frames, nodes, .. } => Some((stack_used_bytes, bad_frames, nodes)),
@@ -58,7 +58,7 @@ pub(super) fn run(port: &Port) -> Result<(), Error> {
 }
 
 /// How wrong the board's patch is, by the record in its image's ELF file.
-fn error(port: &Port, identity: &Identity) -> String {
+fn error(port: &PortArgs, identity: &Identity) -> String {
     let found = port
         .image
         .clone()

@@ -10,7 +10,7 @@ use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::fit_record::FitRecord;
 
-use super::Port;
+use super::PortArgs;
 use crate::error::Error;
 use crate::port::{PortError, Session, device_file};
 
@@ -23,7 +23,7 @@ const SENDINGS: usize = 3;
 /// Longest transit time of a message.
 const ROUND_TRIP: Duration = Duration::from_secs(1);
 
-pub(super) fn upload(path: &Path, port: &Port) -> Result<(), Error> {
+pub(super) fn upload(path: &Path, port: &PortArgs) -> Result<(), Error> {
     let bytes = std::fs::read(path).map_err(|source| TissueError::Read { path: path.into(), source })?;
     let mut words = vec![0_u32; bytes.len().div_ceil(4)];
     bytemuck::cast_slice_mut::<_, u8>(&mut words)[..bytes.len()].copy_from_slice(&bytes);
@@ -111,7 +111,7 @@ pub(super) fn modulus(pascal: f32, session: &mut Session) -> Result<(), Error> {
     Err(PortError::Undone { port: session.port().into(), what }.into())
 }
 
-pub(super) fn profile(device: &str, port: &Port) -> Result<(), Error> {
+pub(super) fn profile(device: &str, port: &PortArgs) -> Result<(), Error> {
     let (device, profile) = device_file::load(device)?;
     port.with(|session| send_profile(&device, &profile, session))
 }

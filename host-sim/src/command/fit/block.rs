@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use palpate_fit::scene_fit::{
-    Forces, GluedDiscs, JUDGED_RADII, Judging, Known, Level, Prepared, PressJob, Presses, Solved, Verdict, Watch, answer,
+    Forces, GluedDiscs, JUDGED_RADII, Judging, Known, Level, Prepared, PressJob, PressListener, Presses, Solved, Verdict, answer,
     check_block, prepare, solve_all,
 };
 use palpate_fit::solved;
@@ -149,7 +149,7 @@ struct Watched<'a> {
     reused: AtomicUsize,
 }
 
-impl Watch for Watched<'_> {
+impl PressListener for Watched<'_> {
     fn stored(&self, job: &PressJob) -> Option<Forces> {
         self.store.press(job)
     }

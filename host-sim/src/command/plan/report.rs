@@ -11,7 +11,7 @@ use crate::error::Error;
 use palpate_charts::{PlanChart, PlanDot, plan};
 use palpate_fit::far_field::fitted::JUDGED_RADII;
 use palpate_fit::plan::{self as planned, Bench, Effort, Judge, JudgedCandidate, Outcome, RimTreatment, WORST_RATIO};
-use palpate_tissue::budget::Machine;
+use palpate_tissue::budget::CostModel;
 use palpate_tissue::fit_record::{Judged, Moving};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::session::moving::MovingReport;
@@ -146,7 +146,7 @@ fn in_record(judge: &Judge, found: &planned::Judged, probe_radius_m: f64) -> Jud
 }
 
 /// The model that was chosen, or why none was.
-pub(super) fn verdict(outcome: &Outcome, machine: &Machine, tolerance_pct: f64) -> Result<Verdict, Error> {
+pub(super) fn verdict(outcome: &Outcome, machine: &CostModel, tolerance_pct: f64) -> Result<Verdict, Error> {
     let found = outcome.check(machine, tolerance_pct);
     let words = found.as_ref().map_or_else(
         |_| String::new(),
@@ -218,7 +218,7 @@ fn draw(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), E
     let dots: Vec<PlanDot> = outcome.trials.iter().map(dot).collect();
     let title = format!("{}: what keeps {} % on {}", scene.name, bench.tolerance_pct, machine.name);
     let below = format!(
-        "Budget {:.0} {name} a tick (estimate). Filled: fitted in full and judged at {} unseen places; hollow: tried with a short fit. R: probe radius",
+        "CostModel {:.0} {name} a tick (estimate). Filled: fitted in full and judged at {} unseen places; hollow: tried with a short fit. R: probe radius",
         machine.budget() / per,
         palpate_fit::far_field::fitted::JUDGED_PLACES * 4
     );

@@ -2,7 +2,7 @@
 //! and the error of leaving it out.
 
 use palpate::{Params, Terms};
-use palpate_tissue::budget::{Counts, Machine};
+use palpate_tissue::budget::{CostModel, Counts};
 
 /// Times after which an elastic hold is compared with one that relaxes [s].
 const HELD_S: [f32; 2] = [1.0, 10.0];
@@ -19,7 +19,7 @@ pub(super) struct Worth {
 }
 
 /// The active terms of `params`, with their costs on `machine`.
-pub(super) fn of(machine: &Machine, counts: &Counts, params: &Params) -> Vec<Worth> {
+pub(super) fn of(machine: &CostModel, counts: &Counts, params: &Params) -> Vec<Worth> {
     let cost = |terms: Terms| machine.cost_of(counts, &Params { terms, ..*params }, params.substeps).units;
     let (with, terms) = (cost(params.terms), params.terms);
     let cost_pct = |without: Terms| (cost(without) / with - 1.0) * 100.0;
@@ -57,13 +57,13 @@ mod tests {
 
     #[test]
     fn a_plain_scene_has_nothing_to_leave_out() {
-        let machine = Machine::named("m4f-168").unwrap();
+        let machine = CostModel::named("m4f-168").unwrap();
         assert_eq!(of(machine, &COUNTS, &Params::default()), []);
     }
 
     #[test]
     fn each_term_says_what_it_costs_and_what_it_is_worth() {
-        let machine = Machine::named("m4f-168").unwrap();
+        let machine = CostModel::named("m4f-168").unwrap();
         let none = PronyTerm::NONE;
         let relaxation = [PronyTerm { share: 0.5, time_s: 1.0 }, none, none];
         let params = Params { relaxation, friction: 0.46, ..Params::default() };

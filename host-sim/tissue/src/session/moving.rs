@@ -6,7 +6,7 @@
 use serde::Serialize;
 
 use super::Session;
-use crate::budget::{Cost, Machine, triangles_in_reach};
+use crate::budget::{Cost, CostModel, triangles_in_reach};
 use crate::error::Error;
 use crate::moving::{Approach, SelfCheck, with_substeps};
 use crate::scene::{Drive, Scene, TICK_S};
@@ -68,7 +68,7 @@ impl Session {
     ///
     /// # Errors
     /// The scene's own error cannot be kept: with the substeps or the nodes that would keep it.
-    pub fn for_motion(self, machine: &Machine, scene: &Scene) -> Result<Self, Error> {
+    pub fn for_motion(self, machine: &CostModel, scene: &Scene) -> Result<Self, Error> {
         let unjudged = |session: Self| match scene.solver.moving_error_pct {
             None => Ok(session),
             Some(pct) => Err(Error::TooSlow(format!(
@@ -91,7 +91,7 @@ impl Session {
     ///
     /// # Errors
     /// A model that the core refuses.
-    pub fn for_motion_at_any_cost(self, machine: &Machine, scene: &Scene) -> Result<Self, Error> {
+    pub fn for_motion_at_any_cost(self, machine: &CostModel, scene: &Scene) -> Result<Self, Error> {
         let Some((approach, tried)) = self.tried(machine, scene)? else { return Ok(self) };
         let Some(best) = tried.iter().min_by(|a, b| a.rms_pct.total_cmp(&b.rms_pct)) else { return Ok(self) };
         let (times, report) = (best.times, best.report(scene, approach));
@@ -111,7 +111,7 @@ impl Session {
 
     /// Multiples of the substeps, rising, up to the first that keeps the error. `None` where there
     /// is no approach, or nothing to compare with.
-    fn tried(&self, machine: &Machine, scene: &Scene) -> Result<Option<(Approach, Vec<Tried>)>, Error> {
+    fn tried(&self, machine: &CostModel, scene: &Scene) -> Result<Option<(Approach, Vec<Tried>)>, Error> {
         let Some(approach) = self.approach(scene) else { return Ok(None) };
         let allowed_pct = allowed_pct(scene);
         let Some(check) = SelfCheck::of(&self.patch, &self.params, approach)? else { return Ok(None) };
@@ -150,7 +150,7 @@ impl Session {
     }
 
     /// `None` where the patch is not stable with these substeps, or does not survive the ramp.
-    fn try_substeps(&self, machine: &Machine, check: &SelfCheck, times: u16) -> Result<Option<Tried>, Error> {
+    fn try_substeps(&self, machine: &CostModel, check: &SelfCheck, times: u16) -> Result<Option<Tried>, Error> {
         let params = with_substeps(&self.params, times);
         let (model, site_m) = (self.patch.wide_model(), self.patch.site_m());
         if times > 1 {

@@ -11,7 +11,7 @@ use crate::error::Error;
 use palpate_fit::calibrate::targets::Reference;
 use palpate_fit::statics::{CLEAR_M, Solver, Statics, Unbalanced, Vector};
 use palpate_tissue::Error as TissueError;
-use palpate_tissue::budget::{MACHINES, Machine, triangles_in_reach};
+use palpate_tissue::budget::{CostModel, MACHINES, triangles_in_reach};
 
 /// Spacing of the presses at rest along the path [m].
 const SPACING_M: f64 = 5e-4;
@@ -194,7 +194,7 @@ fn no_balance(cause: Unbalanced) -> Error {
     Error::Tissue(TissueError::Check(format!("along the stroke: {cause}")))
 }
 
-fn board(machine: &Machine, method: &StudyMethod, trajectory: &Trajectory) -> BoardShare {
+fn board(machine: &CostModel, method: &StudyMethod, trajectory: &Trajectory) -> BoardShare {
     let model = method.patch.model();
     let half_m = 0.5 * trajectory.stroke_m.norm();
     let touched = [-1.0, -0.5, 0.0, 0.5, 1.0].map(|share| {

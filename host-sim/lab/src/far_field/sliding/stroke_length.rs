@@ -36,7 +36,7 @@ pub(super) fn measure(scene: &Scene, recipe: &StrokeRecipe) -> Result<Vec<Stroke
         let patch = Patch::build(&cut.patch, &material, None);
         let model = patch.model();
         let touched = triangles_in_reach(&model, patch.site_m().into(), scene.probe.radius_m as f32);
-        let share = |m: &'static palpate_tissue::budget::Machine| {
+        let share = |m: &'static palpate_tissue::budget::CostModel| {
             let cost = m.cost(&model, touched, 1);
             (m.name, 100.0 * m.load * cost.units / cost.budget)
         };

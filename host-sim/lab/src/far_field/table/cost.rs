@@ -9,7 +9,7 @@ use super::timing::Times;
 use super::{Setting, Size};
 use crate::far_field::rim_method::RimMethod;
 use crate::methods::{DenseRim, LowRankRim, ModeRim};
-use palpate_tissue::budget::{Machine, triangles_in_reach};
+use palpate_tissue::budget::{CostModel, triangles_in_reach};
 use palpate_tissue::patch::Patch;
 
 const CYCLES_PER_FLOP: f64 = 2.2;
@@ -51,7 +51,7 @@ impl RimMethod {
 /// Estimated cycles of an edge on a Cortex-M4F in a substep.
 #[must_use]
 pub fn m4f_rim_cycles(edge: RimMethod, rim_nodes: usize, rim_edges: usize) -> f64 {
-    let machine = Machine::named("m4f-168");
+    let machine = CostModel::named("m4f-168");
     let rim = |nodes: usize, edges: usize| machine.map_or(0.0, |m| m.rim(nodes, edges));
     let (flops, bytes) = edge.work(rim_nodes, rim_edges);
     let constants = bytes as f64 / 4.0;
@@ -89,5 +89,5 @@ impl Cost {
 fn bare_cycles(setting: &Setting, patch: &Patch) -> f64 {
     let model = patch.model();
     let touched = triangles_in_reach(&model, patch.site_m().into(), setting.params.probe.reach_m());
-    Machine::named("m4f-168").map_or(0.0, |m| m.cost(&model, touched, setting.params.substeps).units)
+    CostModel::named("m4f-168").map_or(0.0, |m| m.cost(&model, touched, setting.params.substeps).units)
 }

@@ -24,7 +24,7 @@ const SETTLING_PER_S: f64 = 60.0;
 
 /// Motion of the finger, and the moment at which key points are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Drive {
+pub enum Loading {
     /// The tip is held [`HELD_M`] deep; key points are taken at rest.
     Held,
     /// A constant force; key points are taken at rest.
@@ -37,7 +37,7 @@ pub enum Drive {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
     /// Motion of the finger.
-    pub drive: Drive,
+    pub drive: Loading,
     /// Hausdorff distance [mm] to the key points with the given k and d, for k/2, 2k, d/4, 4d; NaN
     /// where it has no answer.
     pub moved_mm: [f64; 4],
@@ -52,9 +52,9 @@ pub fn seen(target: &Target, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> 
     let changed = [[k / 2.0, d], [2.0 * k, d], [k, d / 4.0], [k, 4.0 * d]];
     let keys = key_nodes(&target.block);
     let mut on_the_way = target.simulator();
-    let mut moved = |drive: Drive| -> Result<Seen, Error> {
+    let mut moved = |drive: Loading| -> Result<Seen, Error> {
         let mut shape = |[k, d]: [f64; 2]| -> Result<Option<Vec<Vec<Vector3<f64>>>>, Error> {
-            if drive == Drive::ForceOnTheWay {
+            if drive == Loading::ForceOnTheWay {
                 return Ok(on_the_way.trajectory(k, d));
             }
             let mut block = target.block.clone();
@@ -63,7 +63,7 @@ pub fn seen(target: &Target, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> 
             block.params.tick_s *= 0.5;
             let model = StudyMethod::LocalCompression(Fitted::new(k, d));
             let found = model.run(&block, |running| match drive {
-                Drive::Held => hold(&block, running, HELD_M).map(|held| held.position_m).ok(),
+                Loading::Held => hold(&block, running, HELD_M).map(|held| held.position_m).ok(),
                 _ => to_rest(&block, running, target.force_n).map(|rest| rest.position_m).ok(),
             })?;
             Ok(found.flatten().map(|x| vec![keys.iter().map(|n| x[*n]).collect()]))
@@ -77,7 +77,7 @@ pub fn seen(target: &Target, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> 
         }
         Ok(Seen { drive, moved_mm })
     };
-    Ok([moved(Drive::Held)?, moved(Drive::ForceAtRest)?, moved(Drive::ForceOnTheWay)?])
+    Ok([moved(Loading::Held)?, moved(Loading::ForceAtRest)?, moved(Loading::ForceOnTheWay)?])
 }
 
 /// Range of steps searched for the largest stable one [s].

@@ -6,7 +6,7 @@ use super::failures::region::{Awake, least_awake};
 use super::failures::{barycentre, correction};
 use super::figures::{Words, curves, force_displacement, pressed, time_to_rest};
 use super::fit::TIMES_MS;
-use super::identifiability::{Drive, HELD_M};
+use super::identifiability::{HELD_M, Loading};
 use super::rest::{STILL_MS, STILL_NODE_M_PER_S, STILL_TIP_M};
 use super::study::{BLOCK_PA, FIT_N, FIT_STEPS_S, OnBlock, OnOrgan, named, product};
 use super::sweep::{Curve, STATIC};
@@ -134,9 +134,9 @@ pub fn annealing(report: &mut Report, folder: &OutputFolder, found: &OnBlock, or
     ));
     let rows = found.seen.iter().map(|seen| {
         let name = match seen.drive {
-            Drive::Held => "tip held, at rest",
-            Drive::ForceAtRest => "force, at rest",
-            Drive::ForceOnTheWay => "force, on the way",
+            Loading::Held => "tip held, at rest",
+            Loading::ForceAtRest => "force, at rest",
+            Loading::ForceOnTheWay => "force, on the way",
         };
         let cell = |moved: f64| if moved.is_nan() { "-".into() } else { format!("{moved:.4}") };
         let [a, b, c, d] = seen.moved_mm.map(cell);

@@ -50,21 +50,21 @@ pub struct Trace {
 
 /// Presses, holds, releases. Ticks are those of the block's parameters.
 pub fn press(block: &Block, running: &mut dyn RunningMethod, stimulus: &Stimulus) -> Trace {
-    let mut watch = Watch::new(block);
+    let mut watch = Recorder::new(block);
     if let Err(depth_m) = watch.whole(block, running, stimulus) {
         watch.trace.diverged_at_m = Some(depth_m);
     }
     watch.trace
 }
 
-struct Watch {
+struct Recorder {
     tets: Vec<([u32; 4], f64)>,
     rest_m: Vec<Vector3<f64>>,
     position_m: Vec<Vector3<f64>>,
     trace: Trace,
 }
 
-impl Watch {
+impl Recorder {
     fn new(block: &Block) -> Self {
         let mesh = &block.tissue.mesh;
         let rest_m: Vec<Vector3<f64>> = mesh.nodes_m.iter().map(|x| Vector3::from(*x)).collect();

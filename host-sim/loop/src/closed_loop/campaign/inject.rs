@@ -4,18 +4,18 @@ use palpate::haptic::cycle::Command;
 use palpate::haptic::limits::LoopLimitSettings;
 
 use super::state::Scene;
-use crate::closed_loop::faulty::{Drive, Host, Injection};
+use crate::closed_loop::faulty::{ForceFault, Host, Injection};
 use crate::closed_loop::surface::Surface;
 
 /// Starts the fault; returns an immediate violation, if any.
 pub(super) fn begin<S: Surface>(injection: Injection, scene: &mut Scene<'_, S>) -> Option<&'static str> {
     match injection {
         Injection::Reading(fault) => scene.device.break_reading(Some(fault)),
-        Injection::Drive(fault) => {
+        Injection::ForceFault(fault) => {
             scene.device.break_drive(Some(fault));
             match fault {
-                Drive::Lag(lag_s) => scene.plant().device_mut().amplifier_lag_s = lag_s,
-                Drive::Friction(ratio) => scene.plant().device_mut().friction_n *= ratio,
+                ForceFault::Lag(lag_s) => scene.plant().device_mut().amplifier_lag_s = lag_s,
+                ForceFault::Friction(ratio) => scene.plant().device_mut().friction_n *= ratio,
                 _ => {}
             }
         }

@@ -7,7 +7,7 @@ use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::Rng;
 
-use super::{Drive, Reading};
+use super::{ForceFault, Reading};
 
 /// Readings that are stored for delayed ones.
 const KEPT: usize = 16;
@@ -23,7 +23,7 @@ pub struct Faulty<D> {
     along: Vector3<f32>,
     site_m: Vector3<f32>,
     reading: Option<Reading>,
-    drive: Option<Drive>,
+    drive: Option<ForceFault>,
     /// True readings, newest last.
     past: VecDeque<Sensed>,
     /// Reading that the loop received last.
@@ -77,7 +77,7 @@ impl<D: HapticDevice> Faulty<D> {
     }
 
     /// Applies a fault from the next force on.
-    pub fn break_drive(&mut self, fault: Option<Drive>) {
+    pub fn break_drive(&mut self, fault: Option<ForceFault>) {
         self.drive = fault;
         self.line_n.clear();
     }
@@ -148,15 +148,15 @@ impl<D: HapticDevice> HapticDevice for Faulty<D> {
 
     fn actuate(&mut self, force_n: Vector3<f32>) {
         let given_n = match self.drive {
-            Some(Drive::Saturated(most_n)) => force_n.map(|c| c.clamp(-most_n, most_n)),
-            Some(Drive::Stuck) => self.given_n,
-            Some(Drive::Scaled(times)) => force_n * times,
-            Some(Drive::Dropped) => Vector3::zeros(),
-            Some(Drive::Late(ticks)) => {
+            Some(ForceFault::Saturated(most_n)) => force_n.map(|c| c.clamp(-most_n, most_n)),
+            Some(ForceFault::Stuck) => self.given_n,
+            Some(ForceFault::Scaled(times)) => force_n * times,
+            Some(ForceFault::Dropped) => Vector3::zeros(),
+            Some(ForceFault::Late(ticks)) => {
                 self.line_n.push_back(force_n);
                 if self.line_n.len() > ticks { self.line_n.pop_front().unwrap_or_default() } else { self.given_n }
             }
-            Some(Drive::Lag(_) | Drive::Friction(_)) | None => force_n,
+            Some(ForceFault::Lag(_) | ForceFault::Friction(_)) | None => force_n,
         };
         self.given_n = given_n;
         self.device.actuate(given_n);

@@ -3,7 +3,7 @@
 use palpate::Fault;
 use palpate::haptic::cycle::Ask;
 
-use super::{Drive, Expected, FaultType, Host, Injection, Needs, Opening, Reading, TissueFault};
+use super::{Expected, FaultType, ForceFault, Host, Injection, Needs, Opening, Reading, TissueFault};
 
 const FOR_EVER: u32 = u32::MAX;
 const SENSOR: &[Fault] = &[Fault::SensorFault];
@@ -58,8 +58,8 @@ const fn reading(
     with(id, name, Injection::Reading(fault), ticks, needs, expected)
 }
 
-const fn drive(id: &'static str, name: &'static str, fault: Drive, ticks: u32, expected: Expected) -> FaultType {
-    with(id, name, Injection::Drive(fault), ticks, Needs::Force, expected)
+const fn drive(id: &'static str, name: &'static str, fault: ForceFault, ticks: u32, expected: Expected) -> FaultType {
+    with(id, name, Injection::ForceFault(fault), ticks, Needs::Force, expected)
 }
 
 const fn host(id: &'static str, name: &'static str, fault: Host, expected: Expected) -> FaultType {
@@ -123,14 +123,14 @@ pub const FAULTS: &[FaultType] = &[
     reading("P12-slow", "one axis frozen, any time", Reading::Frozen, FOR_EVER, Needs::Nothing, Expected::Bounded(WRONG_WAY)),
     reading("P13", "noise of ten counts", Reading::Noise(10), FOR_EVER, Needs::Nothing, Expected::Bounded(NOISY)),
     // forces
-    drive("A1", "actuators end at 0.5 N", Drive::Saturated(0.5), FOR_EVER, Expected::Ridden),
-    drive("A2", "actuators stuck at their force", Drive::Stuck, FOR_EVER, Expected::Bounded(WRONG_WAY)),
-    drive("A2-drop", "forces lost for 20 ticks", Drive::Dropped, 20, Expected::Bounded(AWAY)),
-    drive("A3", "force of the wrong sign", Drive::Scaled(-1.0), FOR_EVER, Expected::Bounded(WRONG_WAY)),
+    drive("A1", "actuators end at 0.5 N", ForceFault::Saturated(0.5), FOR_EVER, Expected::Ridden),
+    drive("A2", "actuators stuck at their force", ForceFault::Stuck, FOR_EVER, Expected::Bounded(WRONG_WAY)),
+    drive("A2-drop", "forces lost for 20 ticks", ForceFault::Dropped, 20, Expected::Bounded(AWAY)),
+    drive("A3", "force of the wrong sign", ForceFault::Scaled(-1.0), FOR_EVER, Expected::Bounded(WRONG_WAY)),
     with(
         "A3-free",
         "wrong sign, nobody holds",
-        Injection::Drive(Drive::Scaled(-1.0)),
+        Injection::ForceFault(ForceFault::Scaled(-1.0)),
         FOR_EVER,
         Needs::NobodysForce,
         // it may be through the tissue, and the force gone, before it is too fast
@@ -139,17 +139,17 @@ pub const FAULTS: &[FaultType] = &[
     with(
         "A3-weak",
         "wrong sign, a third, nobody holds",
-        Injection::Drive(Drive::Scaled(-0.33)),
+        Injection::ForceFault(ForceFault::Scaled(-0.33)),
         FOR_EVER,
         Needs::NobodysForce,
         // it may be through the tissue, and the force gone, before a runaway is certain
         Expected::Bounded(AWAY),
     ),
-    drive("A7-1ms", "amplifier lag of 1 ms", Drive::Lag(1e-3), FOR_EVER, Expected::Ridden),
-    drive("A7-5ms", "amplifier lag of 5 ms", Drive::Lag(5e-3), FOR_EVER, Expected::Bounded(WRONG_WAY)),
-    drive("A7-late", "forces two ticks later", Drive::Late(2), FOR_EVER, Expected::Bounded(WRONG_WAY)),
-    drive("A8-none", "no friction", Drive::Friction(0.0), FOR_EVER, Expected::Ridden),
-    drive("A8-high", "ten times the friction", Drive::Friction(10.0), FOR_EVER, Expected::Ridden),
+    drive("A7-1ms", "amplifier lag of 1 ms", ForceFault::Lag(1e-3), FOR_EVER, Expected::Ridden),
+    drive("A7-5ms", "amplifier lag of 5 ms", ForceFault::Lag(5e-3), FOR_EVER, Expected::Bounded(WRONG_WAY)),
+    drive("A7-late", "forces two ticks later", ForceFault::Late(2), FOR_EVER, Expected::Bounded(WRONG_WAY)),
+    drive("A8-none", "no friction", ForceFault::Friction(0.0), FOR_EVER, Expected::Ridden),
+    drive("A8-high", "ten times the friction", ForceFault::Friction(10.0), FOR_EVER, Expected::Ridden),
     with("A5", "supply low", Injection::Found(Fault::SupplyLow), 1, Needs::Nothing, Expected::Fault(&[Fault::SupplyLow], 1)),
     with(
         "A4",
