@@ -12,6 +12,7 @@ use web_time::{Duration, Instant};
 
 use lapse::Lapse;
 
+use crate::accepted;
 use crate::camera::Camera;
 use crate::controls::Controls;
 use crate::drawn_body::DrawnBody;
@@ -244,6 +245,7 @@ impl App {
         let shown = Shown { dark, most_pa: self.controls.stiffness_kpa * 1e3, ..self.controls.shown };
         view::draw(&painter, &lens, &self.shape, &self.frame, &shown, self.controls.nodules());
         self.touch.draw(&painter, rect, dark, self.shape.body.friction);
+        accepted::draw(&painter, rect, dark, &self.controls.choice.scene);
         legend(&painter, rect, &shown, HOW);
         self.controls.marks(&painter, &lens, &self.shape);
     }

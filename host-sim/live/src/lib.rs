@@ -9,6 +9,7 @@
 //! ([`link`]); [`message`] is all that passes between them. The loop itself, its traces and their
 //! replay are `palpate_loop::live`. In place of all that, [`follow`] shows what a board measured.
 
+mod accepted;
 pub mod app;
 mod body;
 mod camera;

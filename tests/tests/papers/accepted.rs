@@ -1,10 +1,15 @@
 //! `palpate accept`: every row of the table "against reality" is accepted, and none without its
 //! term.
 
-use palpate_lab::accept::{Figure, Row, TESTS, table};
+use palpate_lab::accept::{Figure, Picture, Row, TESTS, table};
 use palpate_tests::palpate_command::{Desk, palpate};
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
+
+/// Curves of pictures that `live` shows beside the tissue.
+const SHOWN: [&str; 2] = ["beef_topside", "liver_region_1"];
+/// Points of a curve in `live`, at most.
+const MOST_POINTS: usize = 60;
 
 /// Fits, and blocks of 5000 nodes against closed forms: a minute of two cores.
 const LONG: [&str; 3] = ["T2", "T4", "T5"];
@@ -28,6 +33,11 @@ fn rows_are_accepted(chosen: impl Fn(&str) -> bool) {
         for line in table::lines(&found.rows) {
             assert!(readme.contains(&line), "README.md should have this line:\n{line}");
         }
+        for picture in found.pictures.iter().filter(|picture| SHOWN.contains(&picture.name.as_str())) {
+            let (path, now) = shown(picture);
+            let file = std::fs::read_to_string(&path).unwrap();
+            assert!(near(&file, &now), "{path} is not what accept draws: rewrite_the_curves_of_live\n{now}");
+        }
         for row in found.rows {
             println!("{name}: {}: {}", row.data, row.fitted);
             for figure in &row.figures {
@@ -39,6 +49,38 @@ fn rows_are_accepted(chosen: impl Fn(&str) -> bool) {
                 assert!(!rms || figure.without_term > 0.034, "{name}, {}: {figure:?}", row.data);
             }
             assert!(row.accepted());
+        }
+    }
+}
+
+/// File of a picture's curves in `live`, and its text: some points of each curve, rounded.
+fn shown(picture: &Picture) -> (String, String) {
+    let mut text = String::from("curve,x,y\n");
+    for curve in &picture.curves {
+        let every = curve.points.len().div_ceil(MOST_POINTS);
+        for (x, y) in curve.points.iter().step_by(every) {
+            text.push_str(&format!("{},{x:.2},{y:.4}\n", curve.name.replace(',', ";")));
+        }
+    }
+    (format!("../host-sim/live/accepted/{}.csv", picture.name), text)
+}
+
+/// Whether two such texts are the same but for rounding.
+fn near(a: &str, b: &str) -> bool {
+    let cell = |(a, b): (&str, &str)| match (a.parse::<f64>(), b.parse::<f64>()) {
+        (Ok(a), Ok(b)) => (a - b).abs() <= 2e-3,
+        _ => a == b,
+    };
+    a.lines().count() == b.lines().count() && a.split([',', '\n']).zip(b.split([',', '\n'])).all(cell)
+}
+
+#[test]
+#[ignore = "writes host-sim/live/accepted"]
+fn rewrite_the_curves_of_live() {
+    for (_, _, test) in TESTS.into_iter().take(2) {
+        for picture in test().unwrap().pictures.iter().filter(|picture| SHOWN.contains(&picture.name.as_str())) {
+            let (path, text) = shown(picture);
+            std::fs::write(path, text).unwrap();
         }
     }
 }
