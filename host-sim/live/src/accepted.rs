@@ -7,8 +7,8 @@ use eframe::egui::{Align2, Color32, FontId, Painter, Rect, Shape as Drawn, Strok
 struct Chart {
     preset: &'static str,
     title: &'static str,
+    dots: &'static str,
     across: &'static str,
-    up: &'static str,
     /// Curves of the picture that `accept` draws, as `curve,x,y`, thinned and rounded.
     curves: &'static str,
 }
@@ -16,16 +16,16 @@ struct Chart {
 const CHARTS: [Chart; 2] = [
     Chart {
         preset: "beef",
-        title: "held beef: 72 cuts of topside, 4 s ramp",
-        across: "s after the ramp",
-        up: "force left",
+        title: "force left in a hold: 72 cuts of topside",
+        dots: "dots: measured, median and 10-90 % (T1)",
+        across: "s after a ramp of 4 s",
         curves: include_str!("../accepted/beef_topside.csv"),
     },
     Chart {
         preset: "pig-liver",
-        title: "pig liver under a ball of 4 mm: 72 sites",
+        title: "force in N under a ball of 4 mm: 72 sites",
+        dots: "dots: measured, median (T2)",
         across: "mm deep",
-        up: "force, N",
         curves: include_str!("../accepted/liver_region_1.csv"),
     },
 ];
@@ -70,16 +70,15 @@ pub fn draw(painter: &Painter, picture: Rect, dark: bool, preset: &str) {
     let all = curves(chart.curves);
     let most = |axis: usize| all.iter().flat_map(|(_, points)| points).map(|p| p[axis]).fold(0.0, f32::max);
     let (most_x, most_y) = (most(0), most(1));
-    let plot = Rect::from_min_max(frame.left_top() + vec2(30.0, 52.0), frame.right_bottom() - vec2(12.0, 20.0));
+    let plot = Rect::from_min_max(frame.left_top() + vec2(30.0, 60.0), frame.right_bottom() - vec2(12.0, 20.0));
     let at = |[x, y]: [f32; 2]| pos2(plot.left() + plot.width() * x / most_x, plot.bottom() - plot.height() * y / most_y);
     let axis = Stroke::new(1.0, ink.gamma_multiply(0.6));
     painter.line_segment([plot.left_bottom(), plot.right_bottom()], axis);
     painter.line_segment([plot.left_bottom(), plot.left_top()], axis);
     write(plot.left_top() - vec2(4.0, 0.0), Align2::RIGHT_CENTER, &format!("{most_y:.1}"), ink);
     write(plot.left_bottom() - vec2(4.0, 0.0), Align2::RIGHT_CENTER, "0", ink);
-    write(plot.left_top() + vec2(4.0, 0.0), Align2::LEFT_TOP, chart.up, ink);
     write(plot.right_bottom() + vec2(0.0, 3.0), Align2::RIGHT_TOP, &format!("{most_x:.1} {}", chart.across), ink);
-    write(frame.left_top() + vec2(6.0, 19.0), Align2::LEFT_TOP, "dots: measured, median and 10-90 %", ink);
+    write(frame.left_top() + vec2(6.0, 19.0), Align2::LEFT_TOP, chart.dots, ink);
     for (name, points) in &all {
         let line: Vec<_> = points.iter().map(|p| at(*p)).collect();
         match *name {
