@@ -1,10 +1,10 @@
 //! A press without equilibrium on the uncalibrated patch is left out of a fit and does not end it.
 
 use palpate_fit::calibrate::targets::PlaceTarget;
-use palpate_fit::calibrate::{CalibrateError, Fit, ForceTarget, Settings, Targets, calibrate};
+use palpate_fit::calibrate::{CalibrateError, Fit, ForceTarget, Objective, Settings, Targets, Unknowns, calibrate};
 use palpate_fit::pressed_patch::PressedPatch;
 use palpate_fit::scene_fit::prepare;
-use palpate_fit::statics::Vector;
+use palpate_fit::statics::{Statics, Vector};
 use palpate_tissue::scene::Scene;
 
 const DEPTH_M: f64 = 0.006;
@@ -23,15 +23,38 @@ fn place(place_m: Vector, depths_m: impl Iterator<Item = f64>) -> PlaceTarget {
     PlaceTarget { place_m, forces, dents: Vec::new() }
 }
 
+/// `sound` presses at the centre, and two where the deeper one has no balance.
+fn targets(sound: usize) -> Targets {
+    let depths = (1..=sound).map(|n| 0.004 * n as f64 / sound as f64);
+    let places = vec![place(Vector::zeros(), depths), place(buckles(), [0.004, DEPTH_M].into_iter())];
+    Targets { places, glued: Vec::new(), centre_m: Vector::zeros(), radius_m: 0.008, disc_radii: 1.65 }
+}
+
 fn fitted(sound: usize) -> Result<usize, CalibrateError> {
     let scene = Scene::load("../host-sim/scenes/trials/nu25-130.toml").unwrap();
     let prepared = prepare(&scene).unwrap();
-    let depths = (1..=sound).map(|n| 0.004 * n as f64 / sound as f64);
-    let places = vec![place(Vector::zeros(), depths), place(buckles(), [0.004, DEPTH_M].into_iter())];
-    let targets = Targets { places, glued: Vec::new(), centre_m: Vector::zeros(), radius_m: 0.008, disc_radii: 1.65 };
     let settings = Settings { places: 1, rounds: 0, least_gain: 0.03, fit: Fit::GaussNewton };
-    calibrate(&prepared.tissue, &prepared.material, None, &prepared.params, &targets, &settings, &mut |_| ())
+    calibrate(&prepared.tissue, &prepared.material, None, &prepared.params, &targets(sound), &settings, &mut |_| ())
         .map(|fit| fit.lost_presses)
+}
+
+/// Otherwise a fit would end where a step loses one press of hundreds, or gain by losing it.
+#[test]
+fn a_lost_press_counts_in_neither_of_two_costs() {
+    let scene = Scene::load("../host-sim/scenes/trials/nu25-130.toml").unwrap();
+    let prepared = prepare(&scene).unwrap();
+    let statics = Statics::of(&prepared.uncalibrated().model(), &prepared.params).unwrap();
+    let targets = targets(SOUND);
+    let unknowns = Unknowns::of(&statics, &prepared.tissue, targets.reach_m());
+    let mut objective = Objective::new(statics, unknowns, &targets).unwrap();
+    let (lost, _) = objective.evaluate(&objective.place().to_vec(), true).unwrap();
+    let last = SOUND + 1;
+    assert_eq!((lost.lost.as_slice(), lost.residuals.len(), lost.residuals[last]), ([last].as_slice(), SOUND + 2, 0.0));
+    assert!(lost.rows[last].iter().all(|slope| *slope == 0.0) && lost.rows[last].len() == lost.rows[0].len());
+    let mut found = lost.clone();
+    found.lost.clear();
+    found.residuals[last] = 3.0;
+    assert_eq!((found.known_here_alone(&lost), lost.known_here_alone(&found)), (9.0, 0.0));
 }
 
 #[test]
