@@ -1,4 +1,4 @@
-//! A chart of measurements beside the tissue that was fitted to them, with what `palpate accept`
+//! A chart of measurements beside the tissue of their preset, with what `palpate accept`
 //! predicts and what it would predict without the term that is tested.
 
 use eframe::egui::{Align2, Color32, FontId, Painter, Rect, Shape as Drawn, Stroke, pos2, vec2};
@@ -16,7 +16,7 @@ struct Chart {
 const CHARTS: [Chart; 2] = [
     Chart {
         preset: "beef",
-        title: "force left in a hold: 72 cuts of topside",
+        title: "force left in a hold: 72 tests of topside",
         dots: "dots: measured, median and 10-90 % (T1)",
         across: "s after a ramp of 4 s",
         curves: include_str!("../accepted/beef_topside.csv"),

@@ -89,10 +89,10 @@ pub fn shipped() -> Vec<Trial> {
 }
 
 /// Error to expect of a scene on a block with `nodes` nodes: uncalibrated, or with a patch fitted
-/// to another tip on the same tissue. `None` if there is no trial of that kind.
+/// to another tip on the same tissue. `None` if there is no trial of that kind: no trial stiffens.
 #[must_use]
 pub fn expected(scene: &Scene, nodes: usize, fitted: Option<&FitRecord>) -> Option<Expected> {
-    let size_m = scene.tissue.block_m?;
+    let size_m = scene.tissue.block_m.filter(|_| scene.tissue.most_stiffening_b() == 0.0)?;
     let own = scene.probe.tip();
     let of_kind = |trial: &Trial| match fitted {
         None => trial.fitted.is_none(),

@@ -294,7 +294,7 @@ fn a_hold_of_beef_fades_and_a_slide_on_skin_drags() {
     assert!(screen.shows(&format!("force since touch: {:.0} % of its peak", left * 100.0)), "{:?}", screen.texts);
     screen.button(false);
 
-    assert!(screen.shows("force left in a hold: 72 cuts of topside"), "{:?}", screen.texts);
+    assert!(screen.shows("force left in a hold: 72 tests of topside"), "{:?}", screen.texts);
 
     let mut screen = Screen::of(Choice::preset("abdomen"), folder.path());
     assert!(!screen.shows("dots: measured"), "{:?}", screen.texts);

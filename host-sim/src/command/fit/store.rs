@@ -16,7 +16,7 @@ use palpate_tissue::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 /// Rises when a stage computes another result from the same input.
-const FORM: u32 = 4;
+const FORM: u32 = 5;
 /// File of the stages in the result.
 const STAGES: &str = "stages.json";
 
