@@ -47,7 +47,8 @@ fn a_lost_press_counts_in_neither_of_two_costs() {
     let targets = targets(SOUND);
     let unknowns = Unknowns::of(&statics, &prepared.tissue, targets.reach_m());
     let mut objective = Objective::new(statics, unknowns, &targets).unwrap();
-    let (lost, _) = objective.evaluate(&objective.place().to_vec(), true).unwrap();
+    let start = objective.place().to_vec();
+    let (lost, _) = objective.evaluate(&start, true).unwrap();
     let last = SOUND + 1;
     assert_eq!((lost.lost.as_slice(), lost.residuals.len(), lost.residuals[last]), ([last].as_slice(), SOUND + 2, 0.0));
     assert!(lost.rows[last].iter().all(|slope| *slope == 0.0) && lost.rows[last].len() == lost.rows[0].len());
