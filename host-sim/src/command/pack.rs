@@ -117,7 +117,7 @@ fn pack(common: &Common, machine: &CostModel, nodes: Option<usize>) -> Result<()
         bytes.len()
     );
     println!("about {:.0} of at most {:.0} {} per tick on {} (estimate)", cost.units, cost.budget, machine.unit, machine.name);
-    println!("model: {}", Standing::of(&scene, &session.patch).sentence());
+    println!("model: {}", Standing::of(&scene, &session.patch).sentence(&scene));
     println!("{}", boards::runs_on(machine));
     if machine.name != "desktop" && !matches!(Standing::of(&scene, &session.patch), Standing::Calibrated { .. }) {
         println!("palpate cut --board {} with the same scene makes a calibrated patch that fits this board", machine.name);

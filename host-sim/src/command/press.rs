@@ -175,7 +175,7 @@ fn print_report(scene: &Scene, session: &Session) {
             scene.probe.radius_m * 1e3
         );
     }
-    println!("  model     {}", Standing::of(scene, &session.patch).sentence());
+    println!("  model     {}", Standing::of(scene, &session.patch).sentence(scene));
 }
 
 /// The supports of the tissue, in words.

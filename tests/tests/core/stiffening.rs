@@ -9,6 +9,7 @@ use palpate::{BuildError, GuardLimits, Model, Params, PatchFile, State, Vector3,
 use palpate_fit::statics::{Solver, Statics, Vector};
 use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_loop::closed_loop::prepared::Prepared;
+use palpate_loop::closed_loop::report::{Target, report};
 use palpate_tests::bench::{Bench, Deformation, at_depth};
 use palpate_tests::oracle::Oracle;
 use palpate_tests::oracle::energy::{depth_inside, of_foundation, of_spring};
@@ -271,6 +272,17 @@ fn the_fastest_taps_do_not_diverge() {
             let half = Params { substeps: params.substeps / 2, ..params };
             assert!(faults_of_fast_taps(&patch, &half) > 0, "{label}: half of them are enough");
         }
+    }
+}
+
+#[test]
+fn a_loop_says_that_no_substeps_hold_the_fastest_taps() {
+    let touch = DeviceProfile::load("touch").unwrap();
+    let prepared = Prepared::of(&scene(130, 3.5e3, 10.0), &touch).unwrap();
+    for held in [true, false] {
+        let prepared = Prepared { fast_taps_held: held, ..prepared.clone() };
+        let broken = report("b = 10", &Target::Tissue(Box::new(prepared), 3.5e3), &touch, Vec::new()).broken;
+        assert_eq!(broken.iter().any(|words| words.contains("taps of 1 m/s diverge")), !held, "{broken:?}");
     }
 }
 

@@ -109,16 +109,16 @@ pub fn solve_organ(
 ) -> Result<OrganPresses, Error> {
     let radius_m = scene.probe.radius_m;
     let deepest_m = fitted::deepest_hold_m(scene).unwrap_or(placed.tissue.depth_limit_m);
-    let knaside_of = if level == Level::Quick { QUICK_PLACES } else { KNOWN_PLACES };
+    let places_aside = if level == Level::Quick { QUICK_PLACES } else { KNOWN_PLACES };
     let mut offsets_m = vec![[0.0; 2]];
-    offsets_m.extend(sunflower(knaside_of, KNOWN_RADII * radius_m));
+    offsets_m.extend(sunflower(places_aside, KNOWN_RADII * radius_m));
     offsets_m.extend(random(UNSEEN_PLACES, PIECE_JUDGED_RADII * radius_m, UNSEEN_SEED));
     let fitted_m = FITTED.map(|share| share * deepest_m).to_vec();
     let mut depths_m = fitted_m.clone();
     depths_m.extend(UNSEEN.map(|share| share * deepest_m));
     depths_m.sort_by(f64::total_cmp);
     let all = organ_reference_kept(scene, placed, &offsets_m, &depths_m, Some(solved), progress)?;
-    let map = SurfaceMap::of(&known_of(&all, &fitted_m, knaside_of), placed, &scene.probe);
+    let map = SurfaceMap::of(&known_of(&all, &fitted_m, places_aside), placed, &scene.probe);
     let known = map.ok_or_else(|| Error::Check("the finite elements gave no smooth surface of forces".into()))?;
     let holds = |n: usize, place: &PlaceForces| -> Vec<(usize, HoldAnswer)> {
         let place_m = std::array::from_fn(|k| place.place_m[k] - placed.tissue.site_m[k]);
@@ -128,7 +128,7 @@ pub fn solve_organ(
         at.map(|at| (n, hold(at))).collect()
     };
     let holds: Vec<(usize, HoldAnswer)> = all.places.iter().enumerate().flat_map(|(n, place)| holds(n, place)).collect();
-    let is_unseen = |(n, hold): &&(usize, HoldAnswer)| *n > knaside_of || (*n == 0 && !fitted_m.contains(&hold.depth_m));
+    let is_unseen = |(n, hold): &&(usize, HoldAnswer)| *n > places_aside || (*n == 0 && !fitted_m.contains(&hold.depth_m));
     let unseen = holds.iter().filter(is_unseen).map(|(_, hold)| hold.clone()).collect();
     let answer = Answer {
         tissue: tissue_of(scene),

@@ -41,6 +41,8 @@ pub struct Prepared {
     pub lowest_j: f64,
     /// Every tap is within its limit, and crushes no tet.
     pub taps_held: bool,
+    /// Tissue that stiffens does not diverge under taps of 1 m/s, or it does not stiffen.
+    pub fast_taps_held: bool,
     /// The substeps are those that answer taps; a patch for a board keeps its own.
     pub substeps_chosen: bool,
     /// Static force over depth [m, N].
@@ -142,10 +144,20 @@ impl Prepared {
             true => fidelity::as_it_is(&patch, &raised, depth_m)?,
             false => fidelity,
         };
-        let (params, taps_held) = (raised, fidelity.held && substeps.is_some());
         let (static_n, slope_n_per_m) = rest(&curve, depth_m);
-        let (tap_errors, lowest_j) = (fidelity.errors, fidelity.lowest_j);
-        Ok(Self { patch, params, tap_errors, lowest_j, taps_held, substeps_chosen, curve, depth_m, static_n, slope_n_per_m })
+        Ok(Self {
+            patch,
+            params: raised,
+            tap_errors: fidelity.errors,
+            lowest_j: fidelity.lowest_j,
+            taps_held: fidelity.held,
+            fast_taps_held: substeps.is_some(),
+            substeps_chosen,
+            curve,
+            depth_m,
+            static_n,
+            slope_n_per_m,
+        })
     }
 }
 

@@ -239,15 +239,22 @@ impl Report {
             broken.push(format!("the controller changes the static force by {error_pct:.2} %"));
         }
         let Target::Tissue(tissue, youngs_modulus_pa) = target else { return broken };
+        if !tissue.fast_taps_held {
+            broken.push(format!(
+                "taps of 1 m/s diverge with any number of substeps tried: a smaller stiffening_b (now {}) or less depth",
+                tissue.params.stiffening_b
+            ));
+        }
         if tissue.substeps_chosen && !tissue.taps_held {
             let [slow, fast] = tissue.tap_errors.map(|e| e * 100.0);
             if tissue.tap_errors.iter().zip(TAPS).any(|(e, (_, most))| *e > most) {
                 broken.push(format!("taps at 0.2 and 0.5 m/s are {slow:.1} and {fast:.1} % off (2 and 7.5 are promised)"));
             }
             if tissue.lowest_j <= LEAST_J {
+                let without = if tissue.params.stiffening_b > 0.0 { " without stiffening_b" } else { "" };
                 broken.push(format!(
                     "a tap of 0.5 m/s as deep as the probe's radius, or as the patch allows, crushes a tet to {:.2} of its volume (more than {LEAST_J} is \
-                     promised): press the patch that palpate fit makes of this scene",
+                     promised): press the patch that palpate fit makes of this scene{without}",
                     tissue.lowest_j
                 ));
             }

@@ -68,9 +68,13 @@ impl Standing {
         }
     }
 
-    /// Says in a sentence or two how the patch was fitted.
+    /// Says in a sentence or two how the patch of this scene was fitted.
     #[must_use]
-    pub fn sentence(&self) -> String {
+    pub fn sentence(&self, scene: &Scene) -> String {
+        let advice = match scene.tissue.most_stiffening_b() > 0.0 {
+            true => "palpate fit calibrates the tissue without stiffening_b, which serves any",
+            false => "palpate fit calibrates this scene",
+        };
         match self {
             Self::Calibrated { record } => {
                 format!(
@@ -80,7 +84,7 @@ impl Standing {
                 )
             }
             Self::CalibratedForAnother { differs, expected, .. } => {
-                format!("{}: {}; palpate fit calibrates this scene", differs.join(", "), expectation(expected.as_ref()))
+                format!("{}: {}; {advice}", differs.join(", "), expectation(expected.as_ref()))
             }
             Self::Unrecorded { fitted_places } => {
                 format!(
@@ -88,10 +92,7 @@ impl Standing {
                 )
             }
             Self::Uncalibrated { expected } => {
-                format!(
-                    "uncalibrated, constants from formulas alone: {}; palpate fit calibrates it",
-                    expectation(expected.as_ref())
-                )
+                format!("uncalibrated, constants from formulas alone: {}; {advice}", expectation(expected.as_ref()))
             }
         }
     }
