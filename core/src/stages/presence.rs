@@ -114,6 +114,7 @@ impl Plane {
 pub fn locate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> (Presence, Option<Plane>) {
     let before = state.seat;
     if !before.inside
+        && !before.walking
         && let Some(&tet) = state.over.and_then(|triangle| model.owners.get(usize::from(triangle)))
     {
         state.seat.tet = tet;

@@ -19,3 +19,4 @@ mod stable_step_holds_when_pressed;
 mod stiffening;
 mod taps_hold_at_one_step;
 mod tick_never_allocates;
+mod wide_tips_keep_their_force;
