@@ -22,5 +22,6 @@ pub mod plan;
 pub mod pressed_patch;
 pub mod reference;
 pub mod scene_fit;
+pub mod settled;
 pub mod solved;
 pub mod statics;

@@ -44,15 +44,31 @@ impl PressedPatch {
         &self,
         offset_m: Vector,
         depths_m: impl IntoIterator<Item = f64>,
-        mut of: impl FnMut(f64, &Balance) -> T,
+        of: impl FnMut(f64, &Balance) -> T,
     ) -> Result<Vec<T>, Unbalanced> {
+        let (found, lost) = self.press_while_balanced(offset_m, depths_m, of);
+        lost.map_or(Ok(found), Err)
+    }
+
+    /// Like [`Self::press`], but also returns the results of the shallower presses if a deeper one
+    /// has no equilibrium.
+    pub fn press_while_balanced<T>(
+        &self,
+        offset_m: Vector,
+        depths_m: impl IntoIterator<Item = f64>,
+        mut of: impl FnMut(f64, &Balance) -> T,
+    ) -> (Vec<T>, Option<Unbalanced>) {
         let (place_m, axis) = (self.site_m + offset_m, self.statics.axis());
         let mut here = self.rest.with_tip(place_m + axis * CLEAR_M);
-        let press = |depth_m: f64| {
-            here = self.solver.press(&self.statics, &here, place_m - axis * depth_m, depth_m)?;
-            Ok(of(depth_m, &here))
-        };
-        depths_m.into_iter().map(press).collect()
+        let mut found = Vec::new();
+        for depth_m in depths_m {
+            match self.solver.press(&self.statics, &here, place_m - axis * depth_m, depth_m) {
+                Ok(next) => here = next,
+                Err(unbalanced) => return (found, Some(unbalanced)),
+            }
+            found.push(of(depth_m, &here));
+        }
+        (found, None)
     }
 }
 

@@ -172,7 +172,7 @@ impl CalibrateArgs {
             .map_err(|cause| TissueError::Check(cause.to_string()))?;
         print_accuracy(&name, &accuracy);
         write_accuracy(&folder, &accuracy)?;
-        record::write(&folder, &name, &bytes, scene, answer, &accuracy)?;
+        record::write(&folder, &name, &bytes, scene, answer, &accuracy, calibration.lost_presses)?;
         folder.write_summary(&Summary {
             scene: &scene.name,
             nodes: patch.model().nodes.len(),
@@ -221,7 +221,7 @@ impl CalibrateArgs {
             print_accuracy(&format!("{} nodes, fitted over {fitted} places", session.report.nodes), &accuracy);
             folder.write_json(&format!("accuracy-{nodes}.json"), &accuracy)?;
             if let Some(bytes) = calibrated::bytes(nodes).filter(|_| scene.solver.patch.is_none()) {
-                record::write(&folder, &format!("block-{nodes}.patch"), bytes, &scene, answer, &accuracy)?;
+                record::write(&folder, &format!("block-{nodes}.patch"), bytes, &scene, answer, &accuracy, 0)?;
             }
         }
         folder.publish()?;

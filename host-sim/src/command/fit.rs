@@ -22,7 +22,7 @@ use super::{Common, print_warnings};
 use crate::error::Error;
 use palpate_fit::calibrate::{Fit, Settings};
 use palpate_fit::plan::WORST_RATIO;
-use palpate_fit::scene_fit::{PLACES_RANGE, Verdict, check, checked_points};
+use palpate_fit::scene_fit::{MOST_LOST, PLACES_RANGE, Verdict, check, checked_points};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::fit_record::FitRecord;
 use palpate_tissue::scene::{NO_PATCH, Scene};
@@ -164,30 +164,42 @@ impl FitArgs {
         Settings { places, rounds, least_gain, fit: Fit::GaussNewton }
     }
 
-    /// Compares the error with the requested one; if it is larger, suggests a remedy.
+    /// The written patch, with a remedy if it misses the tolerance.
     fn judged(&self, (record, trials): (FitRecord, Vec<Trial>), verdict: &Verdict) -> Fitted {
-        let (asked, nodes) = (self.options.tolerance_pct, record.nodes);
-        let (rms, worst) = (verdict.rms_pct(), verdict.worst_pct());
-        let keeps = rms.max(worst.abs() / WORST_RATIO);
-        if keeps <= asked {
-            return Fitted { record, trials, missed: None };
-        }
-        // the error falls about with the root of the node count
-        let would_do = match nodes as f64 * (keeps / asked).powi(2) {
-            _ if self.options.quick => "leave out --quick, or ask for".to_owned(),
-            n if n > MOST_NODES => "more nodes than a block is meshed with would (an estimate): ask for".to_owned(),
-            n => format!("try --nodes {:.0} (an estimate), or", (n / 10.0).ceil() * 10.0),
-        };
-        let missed = format!(
-            "{rms:.2} % rms and {worst:+.2} % at the worst unseen press, {asked} % rms and {:.1} % were asked for; all is written: {would_do} --tolerance-pct {:.1}",
-            WORST_RATIO * asked,
-            (keeps * 10.0).ceil() / 10.0
-        );
-        Fitted { record, trials, missed: Some(missed) }
+        let missed = self.options.missed(record.nodes, verdict);
+        Fitted { record, trials, missed }
     }
 }
 
 impl FitOptions {
+    /// Compares the error with the requested one; if it is larger, or too many presses have none,
+    /// suggests a remedy.
+    fn missed(&self, nodes: usize, verdict: &Verdict) -> Option<String> {
+        let (rms, worst) = (verdict.rms_pct(), verdict.worst_pct());
+        let (lost, presses) = (verdict.lost_presses, verdict.presses);
+        if lost as f64 > MOST_LOST * presses as f64 {
+            return Some(format!(
+                "{lost} of {presses} presses could not be judged, because the patch does not come to rest there; the others are {rms:.2} % rms off, {worst:+.2} % at worst; all is written: try another --nodes, or press less deep"
+            ));
+        }
+        let asked = self.tolerance_pct;
+        let keeps = rms.max(worst.abs() / WORST_RATIO);
+        if keeps <= asked {
+            return None;
+        }
+        // the error falls about with the root of the node count
+        let would_do = match nodes as f64 * (keeps / asked).powi(2) {
+            _ if self.quick => "leave out --quick, or ask for".to_owned(),
+            n if n > MOST_NODES => "more nodes than a block is meshed with would (an estimate): ask for".to_owned(),
+            n => format!("try --nodes {:.0} (an estimate), or", (n / 10.0).ceil() * 10.0),
+        };
+        Some(format!(
+            "{rms:.2} % rms and {worst:+.2} % at the worst unseen press, {asked} % rms and {:.1} % were asked for; all is written: {would_do} --tolerance-pct {:.1}",
+            WORST_RATIO * asked,
+            (keeps * 10.0).ceil() / 10.0
+        ))
+    }
+
     fn check(&self) -> Result<(), Error> {
         if let Some(places) = self.places.filter(|places| !PLACES_RANGE.contains(places)) {
             let (first, last) = (PLACES_RANGE.start(), PLACES_RANGE.end());
@@ -199,5 +211,33 @@ impl FitOptions {
             return Err(TissueError::Usage(why).into());
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_verdict_that_leaves_out_many_presses_is_not_ok_however_small_its_error() {
+        let options = FitOptions { nodes: None, radius_m: None, places: None, points: None, tolerance_pct: 2.0, quick: false };
+        let verdict = |lost_presses| Verdict {
+            depths: Vec::new(),
+            unseen_rms_pct: 1.0,
+            unseen_worst_pct: 2.0,
+            unseen_presses: 100 - lost_presses,
+            disc_rms_pct: 1.0,
+            disc_worst_pct: 2.0,
+            disc_places: 0,
+            settled_presses: 0,
+            lost_presses,
+            presses: 100,
+            disc_radius_m: 0.01,
+            surfaces: Vec::new(),
+            glued: None,
+        };
+        assert_eq!([0, 2].map(|lost| options.missed(60, &verdict(lost))), [None, None]);
+        let missed = options.missed(60, &verdict(3)).unwrap();
+        assert!(missed.starts_with("3 of 100 presses could not be judged"), "{missed}");
     }
 }

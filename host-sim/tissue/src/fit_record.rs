@@ -34,6 +34,10 @@ pub struct FitRecord {
     pub probe: AnswerProbe,
     /// Number of places around the centre at which it was fitted.
     pub fitted_places: u32,
+    /// Presses of the fit that did not count in its last round, because the patch has no static
+    /// equilibrium there.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub lost_fit_presses: usize,
     /// Depths at which the patch was fitted [m], rising.
     pub fitted_depths_m: Vec<f64>,
     /// Error at places that were not in the fit.
@@ -128,9 +132,9 @@ pub struct Judged {
     pub to_m: f64,
     /// Count of places.
     pub places: usize,
-    /// Further places, at which the patch found no balance.
+    /// Presses at these places that could not be judged: the patch does not come to rest there.
     #[serde(default, skip_serializing_if = "is_none")]
-    pub lost_places: usize,
+    pub lost_presses: usize,
     /// Largest distance of the places from the centre [m].
     pub disc_radius_m: f64,
     /// Error of the force added by the inclusions, if that was fitted.
@@ -149,9 +153,10 @@ impl Judged {
     /// The errors in a sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let lost = match self.lost_places {
+        let lost = match self.lost_presses {
             0 => String::new(),
-            lost => format!("; {lost} more could not be judged, the patch found no balance there"),
+            1 => "; one press could not be judged, the patch does not come to rest there".to_owned(),
+            lost => format!("; {lost} presses could not be judged, the patch does not come to rest there"),
         };
         let bump = self.bump.map_or(String::new(), |bump| {
             format!("; the force that its inclusions add {:.1} % rms off, {:+.1} % at worst", bump.rms_pct, bump.worst_pct)

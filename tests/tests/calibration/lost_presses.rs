@@ -4,6 +4,7 @@ use palpate_fit::calibrate::targets::PlaceTarget;
 use palpate_fit::calibrate::{CalibrateError, Fit, ForceTarget, Objective, Settings, Targets, Unknowns, calibrate};
 use palpate_fit::pressed_patch::PressedPatch;
 use palpate_fit::scene_fit::prepare;
+use palpate_fit::settled::{PressForce, SettledPatch};
 use palpate_fit::statics::{Statics, Vector};
 use palpate_tissue::scene::Scene;
 
@@ -72,4 +73,40 @@ fn one_press_without_balance_ends_no_fit() {
 fn many_presses_without_balance_end_it() {
     let refused = fitted(10).unwrap_err();
     assert!(matches!(refused, CalibrateError::Press(_)), "{refused}");
+}
+
+/// Otherwise a verdict leaves out the places where the patch is worst.
+#[test]
+fn a_press_without_balance_is_judged_by_the_running_patch() {
+    let scene = Scene::load("../host-sim/scenes/trials/nu25-130.toml").unwrap();
+    let prepared = prepare(&scene).unwrap();
+    let patch = prepared.uncalibrated();
+    let settled = SettledPatch::of(&patch, &prepared.params).unwrap();
+    let forces = |place: Vector| settled.press(place, &[0.004, DEPTH_M]);
+    let here = forces(buckles());
+    assert!(matches!(here[..], [PressForce::Balanced(_), PressForce::Settled(_)]), "{here:?}");
+    let beside = [-1.0, 1.0].map(|side| forces(buckles() + Vector::new(0.0, side * 3e-4, 0.0))[1]);
+    let beside = beside.map(|force| match force {
+        PressForce::Balanced(force_m2) => force_m2,
+        other => panic!("these places serve no longer: {other:?}"),
+    });
+    let ratio = here[1].found_m2().unwrap() / (0.5 * (beside[0] + beside[1]));
+    assert!((ratio - 1.0).abs() < 0.02, "{ratio}: {here:?} {beside:?}");
+}
+
+/// The two ways to the same force; the second place lies below the rest surface, as the rim of a
+/// flat tip does where tissue is curved.
+#[test]
+fn the_running_patch_settles_at_the_force_of_the_equilibrium() {
+    for (scene, depth_m) in [("nu25-130", 0.004), ("flat8-410", 0.001)] {
+        let scene = Scene::load(&format!("../host-sim/scenes/trials/{scene}.toml")).unwrap();
+        let prepared = prepare(&scene).unwrap();
+        let patch = prepared.uncalibrated();
+        let settled = SettledPatch::of(&patch, &prepared.params).unwrap();
+        for place in [Vector::new(0.003, -0.002, 0.0), Vector::new(-0.001, 0.004, -0.0005)] {
+            let [PressForce::Balanced(balanced_m2)] = settled.press(place, &[depth_m])[..] else { panic!("{place:?}") };
+            let settled_m2 = settled.settled_m2(place, depth_m).unwrap();
+            assert!((settled_m2 / balanced_m2 - 1.0).abs() < 2e-3, "{}: {place:?} {settled_m2} {balanced_m2}", scene.name);
+        }
+    }
 }

@@ -16,6 +16,7 @@ use crate::calibrate::places::sunflower;
 use crate::calibrate::targets::{ForceTarget, PlaceTarget, Reference, Targets};
 use crate::calibrate::{CalibrateError, Calibration, Objective, Positions, Round, Settings, Unknowns, gauss_newton};
 use crate::pressed_patch::{NOT_BEGUN, PressedPatch, larger, rms, worst};
+use crate::settled::{PressForce, SettledPatch};
 use crate::statics::{Balance, Statics, Unbalanced, Vector};
 use palpate_tissue::answer::{Answer, AnswerProbe, HoldAnswer};
 use palpate_tissue::error::Error;
@@ -30,6 +31,9 @@ const TOLERANCE: f64 = 0.01;
 const TIMES: [f64; 3] = [2.0, 1.5, 1.0];
 /// Share of the force below which bumps are not felt, and not fitted more exactly (1).
 const LEAST_BUMP: f64 = 1e-3;
+
+/// Bump of a patch over E [m^2], and that of the finite elements.
+type Pair = Option<(f64, f64)>;
 
 /// Error of the bump at one depth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,6 +62,10 @@ pub struct BumpVerdict {
     pub worst_pct: f64,
     /// Number of places.
     pub places: usize,
+    /// Presses that could not be evaluated, because the patch does not come to rest there.
+    pub lost_presses: usize,
+    /// Number of all presses.
+    pub presses: usize,
 }
 
 /// The homogeneous patch, and the effect of inclusions on its block.
@@ -124,16 +132,17 @@ impl BumpFit<'_> {
         let base = Patch::build(&tissue, material, Some(&own));
         let statics = Statics::of(&base.model(), params).map_err(|cause| failed(cause.into()))?;
         let unknowns = Unknowns::of(&statics, &tissue, 0.0).only(&statics, &near(&tissue));
-        let (targets, starts) = self.targets(settings.places).map_err(|cause| failed(cause.into()))?;
+        let (targets, starts, lost_targets) = self.targets(settings.places).map_err(|cause| failed(cause.into()))?;
         let objective = Objective::new(statics, unknowns, &targets).map_err(|cause| failed(cause.into()))?;
         let mut objective = objective.starting_near(starts);
         let rounds = gauss_newton::fit(&mut objective, settings, progress).map_err(failed)?;
         let (multipliers, params) = objective.unknowns().result(objective.statics(), objective.place(), params);
         let multipliers = own.times(&multipliers);
+        let lost_presses = lost_targets + objective.lost_presses();
         let mut patch = Patch::build(&tissue, material, Some(&multipliers));
         patch.set_fitted_places(settings.places as u32);
         patch.set_scaled();
-        Ok(Calibration { multipliers, params, patch, rounds, lost_presses: 0 })
+        Ok(Calibration { multipliers, params, patch, rounds, lost_presses })
     }
 
     /// The block with its inclusions.
@@ -162,9 +171,10 @@ impl BumpFit<'_> {
             .fold((0.0, 1.0), |best, own| if own.0.abs() > best.0.abs() { own } else { best })
     }
 
-    /// Presses at many places, as between few of them a fit swings; and the nodes' positions at
-    /// each without the inclusions [m].
-    fn targets(&self, asked: usize) -> Result<(Targets, Positions), Unbalanced> {
+    /// Presses at many places, as between few of them a fit swings; the nodes' positions at each
+    /// without the inclusions [m]; and how many presses are left out, because the patch without
+    /// inclusions has no equilibrium there.
+    fn targets(&self, asked: usize) -> Result<(Targets, Positions, usize), Unbalanced> {
         let (patch, params) = self.plain;
         let pressed = PressedPatch::of(patch, params)?;
         let radius_m = f64::from(params.probe.radius_m);
@@ -184,36 +194,40 @@ impl BumpFit<'_> {
                 Some(ForceTarget { depth_m, force, tolerance: unit_m2 / force })
             };
             let both = |depth_m: f64, here: &Balance| Some((target(depth_m, here.force)?, here.x_m.clone()));
-            let found = pressed.press(offset_m, depths.iter().copied(), both)?;
+            let (found, _) = pressed.press_while_balanced(offset_m, depths.iter().copied(), both);
             let (forces, starts) = found.into_iter().collect::<Option<Vec<_>>>().ok_or(NOT_BEGUN)?.into_iter().unzip();
             Ok((PlaceTarget { place_m: pressed.site_m + offset_m, forces, dents: Vec::new() }, starts))
         };
         let found: Vec<(PlaceTarget, Vec<Vec<Vector>>)> = all.par_iter().map(place).collect::<Result<_, Unbalanced>>()?;
-        let (places, starts) = found.into_iter().unzip();
-        Ok((Targets { places, glued: Vec::new(), centre_m: pressed.site_m, radius_m, disc_radii: KNOWN_RADII }, starts))
+        let (places, starts): (Vec<PlaceTarget>, Positions) = found.into_iter().unzip();
+        let lost =
+            all.iter().map(|(_, depths)| depths.len()).sum::<usize>() - places.iter().map(|p| p.forces.len()).sum::<usize>();
+        Ok((Targets { places, glued: Vec::new(), centre_m: pressed.site_m, radius_m, disc_radii: KNOWN_RADII }, starts, lost))
     }
 
     /// Bumps of a patch over E at the places of the line, shape \[depths\]\[places\] [m^2], and
-    /// those of the finite elements.
+    /// those of the finite elements; NaN where the patch does not come to rest.
     ///
     /// # Errors
-    /// A press without equilibrium.
+    /// A patch without equilibrium at rest.
     pub fn along_the_line(&self, patch: &Patch, params: &Params) -> Result<Vec<Vec<(f64, f64)>>, Unbalanced> {
         let places = self.pairs(patch, params, self.bumps.line_m())?;
         let depths = 0..self.bumps.depths_m.len();
-        Ok(depths.map(|n| places.iter().filter_map(|place| place.get(n).copied()).collect()).collect())
+        let at = |place: &Vec<Pair>, n: usize| place.get(n).copied().flatten().unwrap_or((f64::NAN, f64::NAN));
+        Ok(depths.map(|n| places.iter().map(|place| at(place, n)).collect()).collect())
     }
 
     /// Evaluates the bump of a patch, at rest on its own site, at unseen places.
     ///
     /// # Errors
-    /// A press without equilibrium.
+    /// A patch without equilibrium at rest.
     pub fn judge(&self, patch: &Patch, params: &Params) -> Result<BumpVerdict, Unbalanced> {
         let places = self.pairs(patch, params, self.bumps.unseen_m())?;
         let at_depth = |(n, depth_m): (usize, &f64)| {
             let (highest_m2, plain_m2) = self.highest_m2(*depth_m);
-            let error = |place: &Vec<(f64, f64)>| place.get(n).map(|(own, wanted)| 100.0 * (own - wanted) / highest_m2.abs());
-            let errors: Vec<f64> = places.iter().filter_map(error).collect();
+            let found = |place: &Vec<Pair>| place.get(n).copied().flatten();
+            let error = |(own, wanted): (f64, f64)| 100.0 * (own - wanted) / highest_m2.abs();
+            let errors: Vec<f64> = places.iter().filter_map(found).map(error).collect();
             BumpDepth {
                 depth_mm: depth_m * 1e3,
                 fitted_depth: self.bumps.fitted_m.contains(depth_m),
@@ -228,22 +242,31 @@ impl BumpFit<'_> {
             rms_pct: rms(&all),
             worst_pct: depths.iter().map(|d| d.worst_pct).fold(0.0, larger),
             places: places.len(),
+            lost_presses: places.iter().flatten().filter(|pair| pair.is_none()).count(),
+            presses: places.iter().map(Vec::len).sum(),
             depths,
         })
     }
 
-    /// Bump of a patch and of the finite elements, over E, shape \[places\]\[depths\] [m^2].
-    fn pairs(&self, patch: &Patch, params: &Params, places_m: &[[f64; 2]]) -> Result<Vec<Vec<(f64, f64)>>, Unbalanced> {
-        let (plain, own) = (PressedPatch::of(self.plain.0, self.plain.1)?, PressedPatch::of(patch, params)?);
+    /// Bump of a patch and of the finite elements, over E, shape \[places\]\[depths\] [m^2]; `None`
+    /// where the patch does not come to rest with the inclusions or without.
+    fn pairs(&self, patch: &Patch, params: &Params, places_m: &[[f64; 2]]) -> Result<Vec<Vec<Pair>>, Unbalanced> {
+        let (plain, own) = (SettledPatch::of(self.plain.0, self.plain.1)?, SettledPatch::of(patch, params)?);
+        let depths_m = &self.bumps.depths_m;
         let place = |place: &[f64; 2]| {
             let offset_m = Vector::new(place[0], place[1], 0.0);
-            let forces = |patch: &PressedPatch| patch.press(offset_m, self.bumps.depths_m.iter().copied(), |_, here| here.force);
-            let (without, with) = (forces(&plain)?, forces(&own)?);
-            let pair = |((depth_m, without), with): ((&f64, f64), f64)| Some((with - without, self.bump_m2(*place, *depth_m)?));
-            let pairs = self.bumps.depths_m.iter().zip(without).zip(with).map(pair);
-            pairs.collect::<Option<Vec<_>>>().ok_or(NOT_BEGUN)
+            let pair = |((depth_m, without), with): ((&f64, PressForce), PressForce)| {
+                let bump_m2 = match (without, with) {
+                    (PressForce::Balanced(without_m2), PressForce::Balanced(with_m2)) => with_m2 - without_m2,
+                    // a small difference needs both forces by one method
+                    _ => own.settled_m2(offset_m, *depth_m)? - plain.settled_m2(offset_m, *depth_m)?,
+                };
+                Some((bump_m2, self.bump_m2(*place, *depth_m)?))
+            };
+            let forces = plain.press(offset_m, depths_m).into_iter().zip(own.press(offset_m, depths_m));
+            depths_m.iter().zip(forces).map(|(depth_m, (without, with))| pair(((depth_m, without), with))).collect()
         };
-        places_m.par_iter().map(place).collect()
+        Ok(places_m.par_iter().map(place).collect())
     }
 }
 

@@ -4,6 +4,7 @@ mod glued;
 mod surface;
 
 pub use glued::GluedVerdict;
+use surface::CENTRED_M;
 pub use surface::SurfaceVerdict;
 
 use palpate::Params;
@@ -12,8 +13,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibrate::places::random;
 use crate::calibrate::targets::Reference;
-use crate::pressed_patch::{NOT_BEGUN, PressedPatch, error_pct, larger, rms, worst};
-use crate::statics::{Balance, Unbalanced};
+use crate::pressed_patch::{NOT_BEGUN, error_pct, larger, rms, worst};
+use crate::settled::{PressForce, SettledPatch};
+use crate::statics::{Unbalanced, Vector};
 use palpate_tissue::answer::Answer;
 use palpate_tissue::patch::Patch;
 
@@ -21,6 +23,8 @@ use palpate_tissue::patch::Patch;
 /// the unseen presses, and their seed, which no fit uses.
 const PLACES: usize = 40;
 const SEED: u64 = 2026;
+/// A verdict from which more than this share of the presses is missing says too little (1).
+pub const MOST_LOST: f64 = 0.02;
 
 /// Errors at one depth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,8 +59,13 @@ pub struct Verdict {
     pub disc_worst_pct: f64,
     /// Number of random places of the disc.
     pub disc_places: usize,
-    /// Places that could not be evaluated because the patch has no equilibrium there.
-    pub lost_places: usize,
+    /// Presses where the static solver found no equilibrium, so that the running patch was pressed
+    /// and held.
+    pub settled_presses: usize,
+    /// Presses that could not be evaluated: the running patch does not come to rest there either.
+    pub lost_presses: usize,
+    /// Number of all presses, those at random places included.
+    pub presses: usize,
     /// Radius of the disc [m].
     pub disc_radius_m: f64,
     /// Surfaces of centred presses, shallow first, if the finite elements have them.
@@ -92,85 +101,117 @@ pub struct Judging<'a> {
     pub disc_radii: f64,
 }
 
+/// Force error of one press.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct PressError {
+    place_m: [f64; 3],
+    depth_m: f64,
+    /// Force of the patch.
+    found: PressForce,
+    /// Error [%]; `None` if the patch has no force there.
+    pct: Option<f64>,
+}
+
 impl Judging<'_> {
-    /// Presses a patch, at rest on its own site, as in the unseen presses and over the disc. A
-    /// place off the centre without equilibrium is counted and not evaluated.
+    /// Presses a patch, at rest on its own site, as in the unseen presses and over the disc.
     ///
     /// # Errors
-    /// A press at the centre has no equilibrium.
+    /// The patch has no equilibrium at rest, or nothing is known about a place of the disc.
     pub fn judge(&self, patch: &Patch, params: &Params) -> Result<Verdict, Unbalanced> {
-        let pressed = PressedPatch::of(patch, params)?;
+        let settled = SettledPatch::of(patch, params)?;
         let mut places: Vec<[f64; 3]> = Vec::new();
         for hold in &self.unseen.holds {
             if !places.contains(&hold.place_m) {
                 places.push(hold.place_m);
             }
         }
-        let asked = places.len() + PLACES;
-        // the centre must have an equilibrium; under a flat end a place off it may not
-        let direct: Vec<Vec<(f64, f64)>> =
-            places.into_par_iter().filter_map(|at| self.errors_of_unseen(&pressed, at).ok()).collect();
+        let direct: Vec<PressError> = places.into_par_iter().flat_map_iter(|at| self.errors_of_unseen(&settled, at)).collect();
         // depths of the answers; a place has some of them
         let mut depths_m: Vec<f64> = self.unseen.holds.iter().map(|h| h.depth_m).chain(self.fitted_m.iter().copied()).collect();
         depths_m.sort_by(f64::total_cmp);
         depths_m.dedup();
         let radius_m = self.disc_radii * f64::from(params.probe.radius_m);
-        let over_disc = |at: [f64; 2]| self.errors_of_known(&pressed, &depths_m, at);
-        let disc: Vec<Vec<f64>> = random(PLACES, radius_m, SEED).into_par_iter().filter_map(|at| over_disc(at).ok()).collect();
-        let lost_places = asked - direct.len() - disc.len();
-        let direct: Vec<(f64, f64)> = direct.into_iter().flatten().collect();
-        let errors: Vec<f64> = direct.iter().map(|(_, e)| *e).collect();
-        let all: Vec<f64> = disc.iter().flatten().copied().collect();
+        let over_disc = |at: [f64; 2]| self.errors_of_known(&settled, &depths_m, at);
+        let disc: Vec<PressError> =
+            random(PLACES, radius_m, SEED).into_par_iter().map(over_disc).collect::<Result<Vec<_>, _>>()?.concat();
+        let all = || direct.iter().chain(&disc);
+        let [unseen_pct, disc_pct] = [&direct, &disc].map(|of| of.iter().filter_map(|press| press.pct).collect::<Vec<f64>>());
         Ok(Verdict {
             depths: by_depth(&depths_m, self.fitted_m, &direct, &disc, &over_disc([0.0; 2])?),
-            unseen_rms_pct: rms(&errors),
-            unseen_worst_pct: worst(&errors),
-            unseen_presses: errors.len(),
-            disc_rms_pct: rms(&all),
-            disc_worst_pct: worst(&all),
-            disc_places: disc.len(),
-            lost_places,
+            unseen_rms_pct: rms(&unseen_pct),
+            unseen_worst_pct: worst(&unseen_pct),
+            unseen_presses: unseen_pct.len(),
+            disc_rms_pct: rms(&disc_pct),
+            disc_worst_pct: worst(&disc_pct),
+            disc_places: PLACES,
+            settled_presses: all().filter(|press| matches!(press.found, PressForce::Settled(_))).count(),
+            lost_presses: all().filter(|press| press.pct.is_none()).count(),
+            presses: all().count(),
             disc_radius_m: radius_m,
-            surfaces: self.surfaces(&pressed)?,
-            glued: self.glued(&pressed)?,
+            surfaces: self.surfaces(&settled.balanced)?,
+            glued: self.glued(&settled.balanced)?,
         })
     }
 
-    /// Depth [m] and force error [%] of every unseen press at a place.
-    fn errors_of_unseen(&self, pressed: &PressedPatch, at_m: [f64; 3]) -> Result<Vec<(f64, f64)>, Unbalanced> {
-        let here = self.unseen.holds.iter().filter(|h| h.place_m == at_m);
+    /// Errors of every unseen press at a place, shallow first.
+    fn errors_of_unseen(&self, settled: &SettledPatch, place_m: [f64; 3]) -> Vec<PressError> {
+        let here = self.unseen.holds.iter().filter(|h| h.place_m == place_m);
         let mut holds: Vec<(f64, f64)> = here.map(|h| (h.depth_m, h.force_over_e_m2)).collect();
         holds.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let forces = pressed.press(at_m.into(), holds.iter().map(|h| h.0), |_, here| here.force)?;
-        Ok(holds.iter().zip(forces).map(|((depth_m, wanted), force)| (*depth_m, error_pct(force, *wanted))).collect())
+        errors(settled, place_m.into(), &holds)
     }
 
-    /// Force errors [%] at a place against what is known between solved places, shape \[depths\].
-    fn errors_of_known(&self, pressed: &PressedPatch, depths_m: &[f64], place_m: [f64; 2]) -> Result<Vec<f64>, Unbalanced> {
+    /// Errors at a place against the forces known between solved places, shape \[depths\].
+    fn errors_of_known(
+        &self,
+        settled: &SettledPatch,
+        depths_m: &[f64],
+        place_m: [f64; 2],
+    ) -> Result<Vec<PressError>, Unbalanced> {
         let offset_m = self.known.place_m(place_m).ok_or(NOT_BEGUN)?;
-        let error = |depth_m, here: &Balance| {
-            self.known.force(offset_m, depth_m).map(|wanted| error_pct(here.force, wanted)).ok_or(NOT_BEGUN)
-        };
-        pressed.press(offset_m, depths_m.iter().copied(), error)?.into_iter().collect()
+        let wanted = |depth_m: &f64| self.known.force(offset_m, *depth_m).map(|force_m2| (*depth_m, force_m2)).ok_or(NOT_BEGUN);
+        let wanted = depths_m.iter().map(wanted).collect::<Result<Vec<_>, _>>()?;
+        Ok(errors(settled, offset_m, &wanted))
     }
+}
+
+/// Errors at an offset from the site [m], for depths [m] and their wanted forces over E [m^2].
+fn errors(settled: &SettledPatch, offset_m: Vector, wanted: &[(f64, f64)]) -> Vec<PressError> {
+    let depths_m: Vec<f64> = wanted.iter().map(|(depth_m, _)| *depth_m).collect();
+    let pressed = settled.press(offset_m, &depths_m);
+    let error = |((depth_m, wanted_m2), found): (&(f64, f64), PressForce)| PressError {
+        place_m: offset_m.into(),
+        depth_m: *depth_m,
+        found,
+        pct: found.found_m2().map(|found_m2| error_pct(found_m2, *wanted_m2)),
+    };
+    wanted.iter().zip(pressed).map(error).collect()
 }
 
 /// Errors by depth. The error at the centre is that of the press that was solved there, if there is
 /// one.
-fn by_depth(depths_m: &[f64], fitted_m: &[f64], direct: &[(f64, f64)], disc: &[Vec<f64>], centred: &[f64]) -> Vec<DepthVerdict> {
-    let at_depth = |(n, depth_m): (usize, &f64)| {
-        let column: Vec<f64> = disc.iter().filter_map(|row| row.get(n).copied()).collect();
+fn by_depth(
+    depths_m: &[f64],
+    fitted_m: &[f64],
+    direct: &[PressError],
+    disc: &[PressError],
+    centred: &[PressError],
+) -> Vec<DepthVerdict> {
+    let at_depth = |depth_m: &f64| {
+        let column: Vec<f64> = disc.iter().filter(|press| press.depth_m == *depth_m).filter_map(|press| press.pct).collect();
         let fitted_depth = fitted_m.contains(depth_m);
-        // the centre is the first of the unseen presses
-        let solved = direct.iter().find(|(depth, _)| depth == depth_m && !fitted_depth).map(|(_, error)| *error);
-        let between = centred.get(n).copied().unwrap_or(f64::NAN);
+        let solved = direct
+            .iter()
+            .filter(|_| !fitted_depth)
+            .find(|press| press.depth_m == *depth_m && Vector::from(press.place_m).norm() < CENTRED_M);
+        let centre = solved.or_else(|| centred.iter().find(|press| press.depth_m == *depth_m));
         DepthVerdict {
             depth_mm: depth_m * 1e3,
             fitted_depth,
-            centred_pct: solved.unwrap_or(between),
+            centred_pct: centre.and_then(|press| press.pct).unwrap_or(f64::NAN),
             rms_pct: rms(&column),
             worst_pct: worst(&column),
         }
     };
-    depths_m.iter().enumerate().map(at_depth).collect()
+    depths_m.iter().map(at_depth).collect()
 }

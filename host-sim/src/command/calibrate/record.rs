@@ -12,7 +12,8 @@ use palpate_tissue::session::packed;
 /// The finite elements of the answer that ships were solved on three meshes and agree to this [%].
 const REFERENCE_ERROR_PCT: f64 = 0.3;
 
-/// Writes the record of the patch file `name`.
+/// Writes the record of the patch file `name`; `lost_fit_presses` is the number of presses that did
+/// not count in the last round of its fit.
 pub(super) fn write(
     folder: &OutputFolder,
     name: &str,
@@ -20,6 +21,7 @@ pub(super) fn write(
     scene: &Scene,
     answer: &Answer,
     accuracy: &Accuracy,
+    lost_fit_presses: usize,
 ) -> Result<(), Error> {
     let Some(patch_crc32) = checksum(bytes) else { return Ok(()) };
     let (patch, _) = packed::unpack(bytes)?;
@@ -36,6 +38,7 @@ pub(super) fn write(
         organ: None,
         probe: answer.probe,
         fitted_places: patch.fitted_places(),
+        lost_fit_presses,
         fitted_depths_m: DEPTHS_RADII.iter().map(|depth| depth * radius_m).collect(),
         judged: Judged {
             rms_pct,
@@ -43,7 +46,7 @@ pub(super) fn write(
             from_m: depths_mm.first().copied().map_or(0.0, metres),
             to_m: depths_mm.last().copied().map_or(0.0, metres),
             places: PLACES,
-            lost_places: 0,
+            lost_presses: 0,
             disc_radius_m: DISC_RADII * radius_m,
             bump: None,
             glued: None,

@@ -55,5 +55,11 @@ impl BumpReport {
             self.scaled_in.worst_pct,
             self.reference_error_pct
         );
+        if self.fitted.lost_presses > 0 {
+            println!(
+                "{} of {} presses could not be judged: the patch does not come to rest there",
+                self.fitted.lost_presses, self.fitted.presses
+            );
+        }
     }
 }

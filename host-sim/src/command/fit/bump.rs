@@ -128,7 +128,8 @@ fn draw(scene: &Scene, folder: &OutputFolder, bump: &BumpReport) -> Result<(), E
     for (line, names) in shown.iter().zip(&names) {
         let curves = [&line.finite_elements_n, &line.fitted_n, &line.scaled_in_n];
         for (n, (name, force_n)) in names.iter().zip(curves).enumerate() {
-            let points = line.x_m.iter().zip(force_n).map(|(x_m, force_n)| (x_m * 1e3, force_n * 1e3)).collect();
+            let found = line.x_m.iter().zip(force_n).filter(|(_, force_n)| force_n.is_finite());
+            let points = found.map(|(x_m, force_n)| (x_m * 1e3, force_n * 1e3)).collect();
             series.push(LineSeries { name, points, joined: n > 0, marked: n == 0 });
         }
     }

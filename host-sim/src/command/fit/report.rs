@@ -58,6 +58,8 @@ struct Summary<'a> {
     reference_error_pct: f64,
     fitted_places: usize,
     fitted_depths_m: &'a [f64],
+    /// Presses that did not count in the last round, because the patch has no equilibrium there.
+    lost_fit_presses: usize,
     uncalibrated: &'a Verdict,
     calibrated: &'a Verdict,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -88,6 +90,7 @@ impl Report<'_> {
             reference_error_pct: 100.0 * self.reference_error,
             fitted_places: self.places,
             fitted_depths_m: self.fitted_m,
+            lost_fit_presses: self.fit.lost_presses,
             uncalibrated: self.before,
             calibrated: self.verdict,
             bump: self.bump,
@@ -124,6 +127,7 @@ impl Report<'_> {
             organ: OrganRecord::of(scene),
             probe: AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m },
             fitted_places: self.places as u32,
+            lost_fit_presses: self.fit.lost_presses,
             fitted_depths_m: self.fitted_m.to_vec(),
             judged: Judged {
                 rms_pct: verdict.rms_pct(),
@@ -131,7 +135,7 @@ impl Report<'_> {
                 from_m: depths().fold(f64::INFINITY, f64::min),
                 to_m: depths().fold(0.0, f64::max),
                 places: verdict.disc_places,
-                lost_places: verdict.lost_places,
+                lost_presses: verdict.lost_presses,
                 disc_radius_m: verdict.disc_radius_m,
                 bump: self.bump.map(|bump| JudgedPart { rms_pct: bump.fitted.rms_pct, worst_pct: bump.fitted.worst_pct }),
                 glued: verdict.glued.filter(|_| plain).map(|g| JudgedPart { rms_pct: g.rms_pct, worst_pct: g.worst_pct }),
@@ -239,8 +243,14 @@ impl Report<'_> {
         if let Some(bump) = self.bump {
             bump.print();
         }
-        if v.lost_places > 0 {
-            println!("{} more places could not be judged: no balance was found there", v.lost_places);
+        if v.settled_presses > 0 {
+            println!(
+                "{} of {} presses: no static equilibrium was found, their force is that of the running patch after it settled",
+                v.settled_presses, v.presses
+            );
+        }
+        if v.lost_presses > 0 {
+            println!("{} of {} presses could not be judged: the patch does not come to rest there", v.lost_presses, v.presses);
         }
         if let Some(moving) = record.moving {
             println!(

@@ -45,17 +45,16 @@ impl Stages<'_> {
         refuse_beyond_the_guard(self.scene, force)?;
         if let Some(stored) = self.store.fit(problem) {
             println!("{}: as an earlier run left it", self.what);
+            stored.print_lost();
             return Ok((stored, true));
         }
         let steps = Steps::new(self.what, settings.rounds + 1);
         let fit = make(&mut |r: &Round| steps.one(&format!("force error {:.2} % rms", r.force_rms_pct)))?;
         steps.finish();
-        if fit.lost_presses > 0 {
-            println!("{} presses left out of the last round: the patch finds no balance there", fit.lost_presses);
-        }
         let stable = StableStep::measure(&fit.patch.wide_model(), &fit.params, fit.patch.site_m()).map_err(TissueError::from)?;
         let patch = fit.patch.pack(&fit.params, stable.map_or(0.0, |s| s.pressed_s) as f32);
-        let stored = StoredFit::new(problem, &patch, fit.rounds);
+        let stored = StoredFit::new(problem, &patch, fit.rounds, fit.lost_presses);
+        stored.print_lost();
         self.store.keep_fit(&stored)?;
         Ok((stored, false))
     }

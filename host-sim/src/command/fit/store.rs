@@ -16,7 +16,7 @@ use palpate_tissue::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 /// Rises when a stage computes another result from the same input.
-const FORM: u32 = 5;
+const FORM: u32 = 6;
 /// File of the stages in the result.
 const STAGES: &str = "stages.json";
 
@@ -45,20 +45,29 @@ pub(super) struct StoredFit {
     /// The patch file, in hexadecimal digits.
     patch: String,
     pub rounds: Vec<Round>,
+    /// Presses that did not count in the last round, because the patch has no equilibrium there.
+    pub lost_presses: usize,
 }
 
 impl StoredFit {
-    pub(super) fn new(problem: &str, patch: &[u8], rounds: Vec<Round>) -> Self {
+    pub(super) fn new(problem: &str, patch: &[u8], rounds: Vec<Round>, lost_presses: usize) -> Self {
         let mut digits = String::with_capacity(2 * patch.len());
         for byte in patch {
             let _infallible = write!(digits, "{byte:02x}");
         }
-        Self { problem: checksum(problem), patch: digits, rounds }
+        Self { problem: checksum(problem), patch: digits, rounds, lost_presses }
     }
 
     /// Checksum of all inputs of the fit.
     pub(super) fn problem(&self) -> u64 {
         self.problem
+    }
+
+    /// Says how many presses the last round left out.
+    pub(super) fn print_lost(&self) {
+        if self.lost_presses > 0 {
+            println!("presses left out of the last round, where the patch has no static equilibrium: {}", self.lost_presses);
+        }
     }
 
     /// Bytes of the patch file; none if the digits were damaged.

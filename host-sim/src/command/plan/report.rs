@@ -137,7 +137,7 @@ fn in_record(judge: &Judge, found: &planned::Judged, probe_radius_m: f64) -> Jud
         from_m: judge.depths_m.first().copied().unwrap_or_default(),
         to_m: judge.depths_m.last().copied().unwrap_or_default(),
         places: found.places,
-        lost_places: 0,
+        lost_presses: 0,
         disc_radius_m: JUDGED_RADII * probe_radius_m,
         bump: None,
         glued: None,

@@ -12,7 +12,7 @@ const AROUND: f64 = 2.5;
 /// A node of the top lies this close to its plane [m].
 const TOP_M: f64 = 1e-9;
 /// Places closer to the centre than this are the centre [m].
-const CENTRED_M: f64 = 1e-9;
+pub(super) const CENTRED_M: f64 = 1e-9;
 
 /// Surface under a centred press, at the nodes of the top: under the tip the foundation's outer
 /// face, elsewhere the node itself.
