@@ -1,4 +1,4 @@
-//! Results of a converged solution, as a file.
+//! Results of a converged finite-element solution, stored in a file.
 
 use std::path::Path;
 
@@ -14,11 +14,11 @@ pub use surface_grid::SurfaceGrid;
 
 /// The block 80 x 80 x 40 mm, nu = 0.45, under a hemisphere of 8 mm.
 const BLOCK: &str = include_str!("../../references/block.json");
-/// Places and depths that differ by less are the same [m].
+/// Difference below which two places or two depths count as the same [m].
 const SAME_M: f64 = 1e-7;
 
-/// Forces and displacements of one tissue under one probe. All values are divided by Young's
-/// modulus, so they apply to any.
+/// Forces and displacements of one tissue under one probe. Forces are divided by Young's modulus,
+/// so that the answer applies to any modulus.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Answer {
@@ -26,10 +26,10 @@ pub struct Answer {
     pub tissue: AnswerTissue,
     /// Probe that pressed the tissue.
     pub probe: AnswerProbe,
-    /// Every place and depth.
+    /// Solution at every place and depth.
     pub holds: Vec<HoldAnswer>,
-    /// Discs glued to the surface and moved slightly, if they were solved; the probe is not
-    /// involved.
+    /// Responses of discs that are glued to the surface and moved slightly, if they were solved.
+    /// They do not depend on the probe.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub glued: Vec<GluedAnswer>,
 }
@@ -40,14 +40,14 @@ pub struct Answer {
 pub struct AnswerTissue {
     /// Sides of the block [m]; top at z = 0, bottom fixed.
     pub block_m: Option<[f64; 3]>,
-    /// The mesh file in place of a block, as the scene names it.
+    /// Mesh file of a tissue that is not a block, as the scene names it.
     pub mesh: Option<String>,
     /// Poisson's ratio (1).
     pub poisson_ratio: f64,
     /// Stiffening exponent b (1).
     #[serde(default, skip_serializing_if = "is_zero")]
     pub stiffening_b: f64,
-    /// Stiffer or softer balls inside.
+    /// Balls of another stiffness inside the tissue.
     pub inclusion: Vec<Inclusion>,
 }
 
@@ -66,11 +66,11 @@ pub struct HoldAnswer {
     pub depth_m: f64,
     /// Force along the press over Young's modulus [m^2], positive out of the tissue.
     pub force_over_e_m2: f64,
-    /// Displacement of the top surface around the place.
+    /// Displacement of the top surface around the place, if it was stored.
     pub surface: Option<SurfaceGrid>,
 }
 
-/// Response of a disc glued to the surface, to first order: see [`super::glued`].
+/// Response of a disc glued to the surface, to first order (`reference/glued.rs` of the fits).
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct GluedAnswer {
@@ -88,16 +88,16 @@ impl Answer {
     /// The shipped answer: block 80 x 80 x 40 mm, nu = 0.45, hemisphere R = 8 mm.
     ///
     /// # Panics
-    /// Never returned: the tests read the shipped file.
+    /// Never in a released program: the tests read the shipped file.
     #[must_use]
     pub fn block() -> Self {
         serde_json::from_str(BLOCK).expect("the shipped answer is well-formed")
     }
 
-    /// Reads an answer.
+    /// Reads an answer file and checks its values.
     ///
     /// # Errors
-    /// The file cannot be read, or is not an answer.
+    /// The file cannot be read, or it is not a valid answer.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
         let refuse = |cause: String| Error::Usage(format!("{}: {cause}: write it anew with palpate reference", path.display()));
@@ -122,7 +122,7 @@ impl Answer {
         Ok(answer)
     }
 
-    /// Writes `name` into a folder; the same answer gives the same bytes.
+    /// Writes the answer to the file `name` in a folder; equal answers give equal bytes.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -135,8 +135,8 @@ impl Answer {
         folder.write(name, text.as_bytes())
     }
 
-    /// Whether the answer is for a scene's tissue and probe, at any stiffness, place and depth.
-    /// There is no answer with gravity.
+    /// Whether the answer is for a scene's tissue and probe, whatever the modulus, place and depth.
+    /// No answer is for a scene with gravity.
     #[must_use]
     pub fn is_for(&self, scene: &Scene) -> bool {
         let (own, tissue) = (&self.tissue, &scene.tissue);

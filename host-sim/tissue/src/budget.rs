@@ -1,68 +1,68 @@
 //! Cost of a tick on each machine, estimated from the patch's size.
 //!
-//! Board figures: cycles per item from exact instruction counts in the emulator times the
-//! Cortex-M4F's documented cycle table; **not hardware cycles** (`cargo test -p palpate-tests
-//! --release --test board board_cost -- --nocapture` measures them again). Desktop: measured, see
-//! the README.
+//! The figures for boards are cycles per item: exact instruction counts from the emulator, times
+//! the documented cycle table of the Cortex-M4F. They are **not hardware cycles** (`cargo test -p
+//! palpate-tests --release --test board board_cost -- --nocapture` measures them again). The
+//! figures for the desktop are measured, see the README.
 
 use palpate::{Model, Params, Terms};
 
-/// Cost of one item in one substep, and what a tick may cost.
+/// Cost of each kind of item in one substep, and the budget of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CostModel {
     /// Name on the command line.
     pub name: &'static str,
-    /// Name of the units: "cycles" or "ns".
+    /// Unit of the costs: "cycles" or "ns".
     pub unit: &'static str,
     spring: f64,
-    /// Compensation's part of a spring's cost: zero on the M4F, where one loop serves both cases. A
-    /// tet's barrier is not counted.
+    /// Part of a spring's cost that is due to compensation: zero on the M4F, where one loop serves
+    /// both cases. A tet's barrier is not counted.
     compensation: f64,
     /// Addition to a spring's cost if the mass floor is relative to neighbours.
     neighbour: f64,
     /// Addition to a node's cost in that case: its share of the smooth fields.
     smooth: f64,
-    /// Addition to a node's cost if only one field is used.
+    /// Addition to a node's cost if only one smooth field is used.
     field: f64,
     tet: f64,
     node: f64,
-    /// A node whose forces fade, and each term of its relaxation.
+    /// Additions to a node's cost if forces relax: a constant, and one for each term.
     relaxing: [f64; 2],
-    /// Addition for a triangle under friction.
+    /// Addition to the cost of a pressed triangle under friction.
     rubbed: f64,
-    /// Additions for a spring, a node and a pressed triangle of tissue that stiffens; boards run
-    /// none.
+    /// Additions to the costs of a spring, a node and a pressed triangle if the tissue stiffens;
+    /// zero on boards, which do not have the term.
     stiffening: [f64; 3],
-    /// A surface triangle that the probe presses, with four foundation points.
+    /// Cost of a surface triangle that the probe presses, with four foundation points.
     touched: f64,
     /// Cost of each further point on a pressed triangle.
     extra_point: f64,
-    /// A surface triangle that is not pressed, per tick.
+    /// Cost of the contact search for each surface triangle, per tick.
     passed: f64,
     rim_node: f64,
     rim_edge: f64,
-    /// Constant part, per tick.
+    /// Constant part of the cost, per tick.
     tick: f64,
-    /// Units per 1 ms.
+    /// Units of the machine in 1 ms.
     pub per_ms: f64,
-    /// Share of the millisecond that the tick may use.
+    /// Share of the millisecond that a tick may use (1).
     pub load: f64,
     /// Memory; `None` if it is not limited.
     room: Option<Room>,
-    /// The mass floor may be relative to neighbours here. The M4F has time for one smooth field
-    /// only, and at 3.5 kPa its patches hardly have a floored node.
+    /// Whether the mass floor may act relative to neighbours on this machine. The M4F has time for
+    /// only one smooth field, and at 3.5 kPa its patches have hardly any floored nodes.
     relative_mass: bool,
-    /// Least dashpot of the foundation ([`Params::contact_damping`]). With large elements only a
-    /// full dashpot prevents created energy.
+    /// Least damping of the foundation ([`Params::contact_damping`]). With large elements, only a
+    /// full dashpot keeps the contact from creating energy.
     contact_damping: f32,
 }
 
 /// Capacity that a board's firmware keeps for a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Room {
-    /// Nodes and surface triangles whose state the firmware reserves
-    /// (`firmware/controller/src/patch.rs`).
+    /// Number of nodes whose state the firmware reserves (`firmware/controller/src/patch.rs`).
     nodes: usize,
+    /// Number of surface triangles whose state the firmware reserves.
     triangles: usize,
     /// Flash for the patch file [bytes]: that of `memory.x` less an eighth for the program.
     flash_bytes: usize,
@@ -70,12 +70,12 @@ struct Room {
 
 /// The smallest board: 1 MB of flash, 128 KB of RAM.
 const LEAST_BOARD: Room = Room { nodes: 480, triangles: 1024, flash_bytes: 7 * 128 * 1024 };
-/// 512 KB of flash, of which the program takes a quarter.
+/// A board with 512 KB of flash, of which the program takes a quarter.
 const SMALL_FLASH: Room = Room { flash_bytes: 3 * 128 * 1024, ..LEAST_BOARD };
-/// State of a node and of a surface triangle on the board [bytes]: position, velocity, force,
-/// push, pressure, slope, share in contact, inertia with its smooth fields and the memory of the
-/// check at the start; candidate.
+/// State of a node on a board [bytes]: position, velocity, force, push, pressure, slope, share in
+/// contact, inertia with its smooth fields, and the memory of the check at the start.
 const NODE_BYTES: usize = 15 * 4 + 7 * 4 + 2 * 4;
+/// State of a surface triangle on a board [bytes]: its place in the list of contact candidates.
 const TRIANGLE_BYTES: usize = 2;
 
 const M4F_168: CostModel = CostModel {
@@ -132,13 +132,14 @@ pub const MACHINES: [CostModel; 3] = [
         contact_damping: 0.0,
     },
     M4F_168,
-    // the M4F's cycle table, since none is public for the M7: dual issue can only make it faster
+    // costs by the M4F's cycle table, since none is public for the M7, whose dual issue can only
+    // make it faster
     CostModel { name: "m7-480", per_ms: 480e3, relative_mass: true, ..M4F_168 },
 ];
 
 /// Chips with a Cortex-M4F's instructions at another clock, which `--board` accepts as well: the
-/// boards of `firmware/PORTING.md`. The M33 processes springs and tets in compiled loops, a quarter
-/// slower than the others' assembly: a cycle of its 150 MHz counts as 0.8.
+/// boards of `firmware/PORTING.md`. The M33 runs compiled loops for springs and tets, which are a
+/// quarter slower than the assembly of the others: each cycle of its 150 MHz counts as 0.8.
 pub const CHIPS: [CostModel; 4] = [
     CostModel { name: "m7-400", per_ms: 400e3, relative_mass: true, ..M4F_168 },
     CostModel { name: "m4f-180", per_ms: 180e3, room: Some(SMALL_FLASH), ..M4F_168 },
@@ -149,13 +150,13 @@ pub const CHIPS: [CostModel; 4] = [
 /// Worst-case cost of a tick of a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
-    /// Units of the machine.
+    /// Worst-case cost of the tick, in units of the machine.
     pub units: f64,
-    /// Units that a tick may use.
+    /// Budget of the tick, in units of the machine.
     pub budget: f64,
 }
 
-/// Items of a patch that cost time, by count.
+/// Numbers of a patch's items that cost time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Counts {
     /// Number of nodes.
@@ -164,20 +165,20 @@ pub struct Counts {
     pub springs: usize,
     /// Number of tets.
     pub tets: usize,
-    /// Surface triangles.
+    /// Number of surface triangles.
     pub triangles: usize,
-    /// Surface triangles that the probe can touch.
+    /// Number of surface triangles that the probe can touch.
     pub touched: usize,
-    /// Foundation points on each of these triangles.
+    /// Number of foundation points on each of these triangles.
     pub points: usize,
-    /// Rim nodes.
+    /// Number of rim nodes.
     pub rim_nodes: usize,
-    /// Rim edges.
+    /// Number of rim edges.
     pub rim_edges: usize,
 }
 
 impl Counts {
-    /// The counts of a model with `touched` triangles under the probe.
+    /// Counts the items of a model, with `touched` triangles under the probe.
     #[must_use]
     pub fn of(model: &Model, touched: usize) -> Self {
         Self {
@@ -192,7 +193,7 @@ impl Counts {
         }
     }
 
-    /// State that a tick changes, on a board [bytes].
+    /// Memory for the state that a tick changes, on a board [bytes].
     #[must_use]
     pub fn ram_bytes(&self) -> usize {
         NODE_BYTES * self.nodes + TRIANGLE_BYTES * self.triangles
@@ -200,19 +201,19 @@ impl Counts {
 }
 
 impl CostModel {
-    /// The machine of this name.
+    /// The machine or chip with this name.
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         MACHINES.iter().chain(&CHIPS).find(|m| m.name == name)
     }
 
-    /// Whether the machine is a board, with memory of its own size.
+    /// Whether the machine is a board, with limited memory.
     #[must_use]
     pub fn is_board(&self) -> bool {
         self.room.is_some()
     }
 
-    /// The parameters with the form of masses and contact that this machine runs.
+    /// The parameters with the variants of masses and contact that this machine runs.
     #[must_use]
     pub fn adapt(&self, params: &Params) -> Params {
         let relative_mass = params.terms.relative_mass && self.relative_mass;
@@ -221,27 +222,28 @@ impl CostModel {
         Params { terms: Terms { relative_mass, smooth_mass, ..params.terms }, contact_damping, ..*params }
     }
 
-    /// Cost of this many rim springs in a substep.
+    /// Cost of rim springs in a substep, for this many rim nodes and rim edges.
     #[must_use]
     pub fn rim(&self, nodes: usize, edges: usize) -> f64 {
         nodes as f64 * self.rim_node + edges as f64 * self.rim_edge
     }
 
-    /// Cost of a tick with `touched` triangles under the probe: tissue that neither relaxes nor
-    /// stiffens, and a probe that does not rub.
+    /// Cost of a tick with `touched` triangles under the probe, for tissue that neither relaxes nor
+    /// stiffens and a probe without friction.
     #[must_use]
     pub fn cost(&self, model: &Model, touched: usize, substeps: u16) -> Cost {
         self.cost_with(model, &Params::default(), touched, substeps)
     }
 
-    /// Cost of a tick of the tissue and the probe of `params`, in the form that this machine runs.
+    /// Cost of a tick for the tissue and the probe of `params`, with the mass floor of this
+    /// machine.
     #[must_use]
     pub fn cost_with(&self, model: &Model, params: &Params, touched: usize, substeps: u16) -> Cost {
         let terms = Terms { relative_mass: self.relative_mass, smooth_mass: !self.relative_mass, ..Terms::ALL };
         self.cost_of(&Counts::of(model, touched), &Params { terms, ..*params }, substeps)
     }
 
-    /// Returns the cost of a tick by counts, with some terms off.
+    /// Cost of a tick from the counts of a patch, with only the terms that `params` has on.
     #[must_use]
     pub fn cost_of(&self, counts: &Counts, params: &Params, substeps: u16) -> Cost {
         let terms = params.terms;
@@ -264,7 +266,7 @@ impl CostModel {
         Cost { units, budget: self.load * self.per_ms }
     }
 
-    /// Time that relaxation, friction and stiffening add to a substep.
+    /// Cost that relaxation, friction and stiffening add to a substep.
     fn added(&self, counts: &Counts, params: &Params) -> f64 {
         let of = |count: usize, each: f64| count as f64 * each;
         let fading = params.relaxation.iter().filter(|term| params.terms.relaxation && term.share > 0.0).count();
@@ -283,7 +285,7 @@ impl CostModel {
         units
     }
 
-    /// Whether state and patch file (`patch_bytes` long) fit the memory.
+    /// Whether the state and a patch file of `patch_bytes` fit into the memory.
     #[must_use]
     pub fn has_room(&self, counts: &Counts, patch_bytes: usize) -> bool {
         self.room.is_none_or(|room| {
@@ -291,15 +293,15 @@ impl CostModel {
         })
     }
 
-    /// Returns the cost that a tick may have on this machine.
+    /// Budget of a tick on this machine, in its units.
     #[must_use]
     pub fn budget(&self) -> f64 {
         self.load * self.per_ms
     }
 }
 
-/// Number of surface triangles that a probe of this radius can touch when it is pressed to the
-/// patch's depth limit at `site_m`.
+/// Number of surface triangles with a corner within `radius_m` of `site_m` at rest: those that a
+/// probe of this radius can touch when it is pressed there to the patch's depth limit.
 #[must_use]
 pub fn triangles_in_reach(model: &Model, site_m: [f32; 3], radius_m: f32) -> usize {
     let near = |n: u16| {

@@ -1,9 +1,9 @@
-//! Cost of a tick: CPU time of this thread if the system provides it, so that a busy machine does
-//! not count as a slow tick.
+//! Clock for the cost of a tick: CPU time of this thread if the system provides it, so that a tick
+//! does not look slow because the machine is busy with other work.
 
 use std::time::Duration;
 
-/// CPU time of this thread so far.
+/// CPU time that this thread has used so far.
 #[cfg(unix)]
 #[must_use]
 pub fn thread_time() -> Duration {
@@ -11,7 +11,7 @@ pub fn thread_time() -> Duration {
     Duration::new(now.tv_sec.unsigned_abs(), now.tv_nsec as u32)
 }
 
-/// Wall time, if thread time is not available.
+/// Wall-clock time since the first call, on systems without a CPU clock for threads.
 #[cfg(not(unix))]
 #[must_use]
 pub fn thread_time() -> Duration {

@@ -1,4 +1,5 @@
-//! Bad input and failed checks: one line that says what, where, and how to fix it.
+//! Errors for bad input and for failed checks. Each message is one line that says what is wrong,
+//! where, and how to fix it.
 
 use std::path::PathBuf;
 
@@ -13,7 +14,7 @@ pub enum Error {
     /// A mesh that cannot be used.
     #[error("{0}")]
     Mesh(#[from] MeshError),
-    /// A stored truth of a moving probe that cannot be used.
+    /// A stored dynamic reference of a moving probe that cannot be used.
     #[error("{0}")]
     Truth(#[from] crate::moving::TruthError),
     /// Parameters or a model that the core refuses.
@@ -22,7 +23,7 @@ pub enum Error {
     /// A patch file that cannot be used.
     #[error("{path}: {cause}")]
     Patch {
-        /// The file.
+        /// Path of the patch file.
         path: PathBuf,
         /// Cause of the failure.
         cause: palpate::BuildError,
@@ -38,7 +39,7 @@ pub enum Error {
     /// An output folder that another run is writing.
     #[error("{path}: another run of palpate writes there: wait until it is done or choose another folder with --out")]
     InUse {
-        /// The folder.
+        /// Path of the output folder.
         path: PathBuf,
     },
     /// A file that cannot be read.
@@ -49,19 +50,19 @@ pub enum Error {
         /// Cause of the failure.
         source: std::io::Error,
     },
-    /// Options that do not fit together.
+    /// Command-line options that exclude each other, or an option that cannot be used here.
     #[error("{0}")]
     Usage(String),
-    /// A model that cannot keep 1 kHz.
+    /// A model whose tick takes too long for 1 kHz.
     #[error("{0}")]
     TooSlow(String),
-    /// A promise that did not hold; the files are written nevertheless.
+    /// A check that failed; the output files are written nevertheless.
     #[error("check failed: {0}")]
     Check(String),
 }
 
 impl Error {
-    /// 1 when a check failed, 2 on bad input.
+    /// Exit code of the program: 1 if a check failed, 2 on bad input.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {

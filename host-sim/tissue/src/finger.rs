@@ -4,31 +4,30 @@
 
 use crate::scene::Drive;
 
-/// Mass that moves with the handle [kg], damping [N s/m] and stiffness [N/m] towards the hand's
-/// target.
+/// Impedance of a finger that holds the handle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impedance {
-    /// [kg]
+    /// Mass that moves with the handle [kg].
     pub mass_kg: f64,
-    /// [N s/m]
+    /// Damping of the tip's speed [N s/m].
     pub damping_n_s_per_m: f64,
-    /// [N/m]
+    /// Stiffness of the spring between the tip and the hand's target [N/m].
     pub stiffness_n_per_m: f64,
 }
 
-/// A firm fingertip (order of Hajian & Howe 1997, grip scaled up).
+/// A firm fingertip (order of magnitude of Hajian & Howe 1997, scaled up for a grip).
 pub const FINGER: Impedance = Impedance { mass_kg: 0.020, damping_n_s_per_m: 4.0, stiffness_n_per_m: 800.0 };
 
 /// Motion of the finger in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
-    /// Tip depth commanded [m].
+    /// Commanded depth of the tip [m].
     pub depth_m: f64,
     /// Index of the hold that ends with this tick.
     pub hold_ends: Option<usize>,
 }
 
-/// One leg of the motion: go to a target, wait there.
+/// One leg of the motion: the way to a target and the wait there.
 #[derive(Clone, Copy, Debug)]
 struct Leg {
     target: f64,
@@ -39,16 +38,17 @@ struct Leg {
 /// Rule by which the finger follows its targets.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
-    /// The tip is at the target.
+    /// The tip follows the target exactly.
     Stiff,
-    /// Targets are forces [N]; a mass pushed by the target against the tissue, critically damped
-    /// for the stiffness it feels.
+    /// Targets are forces [N]. The target force pushes a mass against the tissue, with critical
+    /// damping for the stiffness of the contact.
     Pushed,
-    /// Targets are hand positions; a mass on a spring and damper between hand and tissue.
+    /// Targets are positions of the hand [m]. A spring pulls a damped mass towards the hand, and
+    /// the tissue pushes it back.
     Compliant,
 }
 
-/// A moving finger.
+/// The emulated finger: its program of targets and its present state.
 #[derive(Clone, Debug)]
 pub struct Finger {
     kind: Kind,
@@ -58,7 +58,7 @@ pub struct Finger {
     ramp_m_per_s: f64,
     tick_s: f64,
     clear_m: f64,
-    /// Target reached so far (hand position or force).
+    /// Commanded position reached so far [m]: of the tip, or of a compliant finger's hand.
     command: f64,
     depth_m: f64,
     speed_m_per_s: f64,
@@ -93,8 +93,8 @@ impl Finger {
         })
     }
 
-    /// The next tick, given the last one's answer: force along the line [N], positive if it pushes
-    /// the finger out. `None` at the end.
+    /// Advances by one tick; `force_n` is the force of the last tick along the line [N], positive
+    /// if it pushes the finger out. Returns `None` once the motion has ended.
     pub fn next(&mut self, force_n: f64) -> Option<Step> {
         let leg = *self.legs.get(self.leg)?;
         let there = match self.kind {
@@ -110,7 +110,7 @@ impl Finger {
                 self.accelerate(push / mass);
                 there
             }
-            // the retreat is a motion, not a force
+            // the retreat is commanded as a motion, not as a force
             Kind::Pushed if leg.hold.is_none() => {
                 self.command = self.depth_m;
                 let there = self.approach(-self.clear_m);

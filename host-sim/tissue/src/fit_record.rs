@@ -1,8 +1,8 @@
 //! The record beside a patch file: the conditions of its fit, and the measured errors.
 //!
-//! `block-410.patch` has `block-410.patch.json`. The patch itself, which a board loads unchanged,
-//! is not affected. The record contains the checksum of its patch, so that it cannot be taken for
-//! another's.
+//! The record of `block-410.patch` is `block-410.patch.json`. The patch file, which a board loads,
+//! is not changed by it. The record contains the checksum of its patch, so that it cannot be
+//! mistaken for the record of another.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -23,16 +23,16 @@ pub struct FitRecord {
     pub patch_crc32: u32,
     /// Name of the scene.
     pub scene: String,
-    /// Nodes of the patch.
+    /// Number of nodes of the patch.
     pub nodes: usize,
-    /// Tissue of the fit.
+    /// Tissue that the patch was fitted to.
     pub tissue: AnswerTissue,
     /// Organ or mesh that the patch is a piece of.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub organ: Option<OrganRecord>,
-    /// Tip of the fit.
+    /// Tip that the patch was fitted to.
     pub probe: AnswerProbe,
-    /// Number of places around the centre at which it was fitted.
+    /// Number of places around the centre at which the patch was fitted.
     pub fitted_places: u32,
     /// Presses of the fit that did not count in its last round, because the patch has no static
     /// equilibrium there.
@@ -50,8 +50,8 @@ pub struct FitRecord {
     pub reference_error_pct: Option<f64>,
 }
 
-/// Puts a packed patch in place of a scene's tissue. If the record beside it names no organ, the
-/// scene's organ is left out: the patch need not be a piece of it.
+/// Makes a scene press a packed patch. If the record beside the patch names no organ, the scene's
+/// organ and mesh are left out, since the patch need not be a piece of them.
 pub fn press_packed(scene: &mut Scene, patch: &Path) {
     if FitRecord::of_file(patch).is_none_or(|record| record.organ.is_none()) {
         (scene.tissue.organ, scene.tissue.mesh) = (None, None);
@@ -59,18 +59,18 @@ pub fn press_packed(scene: &mut Scene, patch: &Path) {
     scene.solver.patch = Some(patch.to_owned());
 }
 
-/// Organ or mesh behind a patch.
+/// Organ or mesh that a patch is a piece of.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct OrganRecord {
-    /// The organ's name, or the mesh file's without its folder.
+    /// Name of the organ, or of the mesh file without its folder.
     pub name: String,
     /// Checksum of the mesh file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh_crc32: Option<u32>,
-    /// Site that the scene presses [m].
+    /// Site of the scene's press [m].
     pub site_m: [f64; 3],
-    /// Regions: name, and Young's modulus over the tissue's (1).
+    /// Regions of the organ: name, and Young's modulus over the tissue's (1).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub regions: Vec<(String, f64)>,
 }
@@ -130,7 +130,7 @@ pub struct Judged {
     pub from_m: f64,
     /// Deepest press [m].
     pub to_m: f64,
-    /// Count of places.
+    /// Number of places.
     pub places: usize,
     /// Presses at these places that could not be judged: the patch does not come to rest there.
     #[serde(default, skip_serializing_if = "is_none")]
@@ -150,7 +150,7 @@ pub struct Judged {
 }
 
 impl Judged {
-    /// The errors in a sentence.
+    /// Describes the errors in a sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
         let lost = match self.lost_presses {
@@ -178,8 +178,8 @@ impl Judged {
     }
 }
 
-/// Errors of another quantity than the force: the force added by inclusions, over its highest at
-/// the depth, or the stiffness of glued discs.
+/// Errors of a quantity other than the force: of the force added by inclusions, relative to its
+/// highest value at that depth, or of the stiffness of glued discs.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct JudgedPart {
@@ -189,15 +189,15 @@ pub struct JudgedPart {
     pub worst_pct: f64,
 }
 
-/// Distance between surfaces at their nodes.
+/// Distance between the deformed surfaces of patch and finite elements, at the nodes.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct JudgedSurface {
     /// Depth of the press [m].
     pub depth_m: f64,
-    /// Mean over the nodes around the press [m].
+    /// Mean distance over the nodes around the press [m].
     pub mean_m: f64,
-    /// The largest [m].
+    /// Largest distance [m].
     pub most_m: f64,
 }
 
@@ -205,13 +205,13 @@ fn is_none(count: &usize) -> bool {
     *count == 0
 }
 
-/// Force error of floored masses under a moving probe.
+/// Force error that floored masses cause under a moving probe.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Moving {
     /// Speed of the ramp [m/s].
     pub speed_m_per_s: f64,
-    /// Root mean square over the ramp, of its largest force [%].
+    /// Root mean square over the ramp, relative to the largest force of the ramp [%].
     pub rms_pct: f64,
 }
 
@@ -224,7 +224,7 @@ impl FitRecord {
         name.into()
     }
 
-    /// The fit and its errors, for a reader who has the patch alone.
+    /// Describes the fit and its errors in a sentence, for a reader who has only the patch.
     #[must_use]
     pub fn sentence(&self) -> String {
         format!(
@@ -243,7 +243,8 @@ impl FitRecord {
         folder.write_json(&format!("{name}{RECORD_SUFFIX}"), self)
     }
 
-    /// The record of a patch file, if it has one that is its own.
+    /// Reads the record of a patch file; `None` if there is none, or if it belongs to another
+    /// patch.
     #[must_use]
     pub fn of_file(patch: &Path) -> Option<Self> {
         let record: Self = serde_json::from_str(&std::fs::read_to_string(Self::path(patch)).ok()?).ok()?;

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! A [`scene`] describes the tissue, the probe and its motion. [`tissue`] meshes it ([`mesh`],
-//! [`organ`]), [`patch`] derives springs, tets and the foundation, [`stable_step`] finds the
-//! substeps, and [`session`] holds what a run needs. [`press`] runs it tick by tick with a
+//! [`organ`]), [`patch`] derives springs, tets and the foundation, [`stable_step`] finds the number
+//! of substeps, and [`session`] bundles all that a run needs. [`press`] runs it tick by tick with a
 //! [`finger`].
 
 pub mod answer;

@@ -1,6 +1,6 @@
 //! Names of the processor and of the build, for tables of measured times.
 
-/// The system's name for the processor.
+/// Model name of the processor, as the system reports it.
 #[must_use]
 pub fn processor() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
@@ -8,13 +8,13 @@ pub fn processor() -> String {
     name.unwrap_or_else(|| format!("{} {}", std::env::consts::OS, std::env::consts::ARCH))
 }
 
-/// Processors available to this process.
+/// Number of processors available to this process.
 #[must_use]
 pub fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
-/// Cargo profile this program was built with. Published times are those of `measure`.
+/// Cargo profile with which this program was built. Published times were measured with `measure`.
 pub const PROFILE: &str = env!("PALPATE_PROFILE");
 
 /// Version, profile and vector instructions of this program.

@@ -1,4 +1,5 @@
-//! Tetrahedral meshes: the built-in graded block, files, checks, surface and distance to it.
+//! Tetrahedral meshes: the built-in graded block, import from files, checks, the surface, and the
+//! distance to it.
 
 pub mod block;
 mod bytes;
@@ -44,7 +45,7 @@ pub struct TetMesh {
 }
 
 impl TetMesh {
-    /// Sum over the tets [m^3].
+    /// Volume of the mesh, the sum over its tets [m^3].
     #[must_use]
     pub fn volume_m3(&self) -> f64 {
         self.tets.iter().map(|&tet| quality::six_volumes(quality::corners(&self.nodes_m, tet))).sum::<f64>() / 6.0

@@ -1,9 +1,9 @@
 //! Accuracy of the force on a moving probe.
 //!
-//! A held press does not show it: floored masses push against a moving probe and not against one at
-//! rest. If a dynamic reference is stored ([`truth`], [`table`]), a ramp is compared with it
-//! ([`ramp`]), and so is any other motion ([`trajectory`]); otherwise it is compared with the same
-//! patch with much shorter substeps ([`self_check`]), which carry almost the true masses.
+//! A held press does not show the error of floored masses: they resist a moving probe, but not one
+//! at rest. If a dynamic reference is stored ([`truth`], [`table`]), ramps ([`ramp`]) and other
+//! motions ([`trajectory`]) are compared with it. Otherwise the patch is compared with itself at
+//! much shorter substeps, which need almost no added mass ([`self_check`]).
 
 pub mod error;
 pub mod ramp;

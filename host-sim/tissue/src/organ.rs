@@ -1,8 +1,8 @@
 //! Organs as closed smooth shapes, and their tetrahedral meshes.
 //!
-//! A shape is an implicit function of space, negative inside, composed of few parts ([`Organ`]); a
-//! mesh of it is cut out of a body-centred cubic lattice by isosurface stuffing (Labelle and
-//! Shewchuk 2007). Metres, z up; x and y as each organ's file says.
+//! A shape ([`Organ`]) is an implicit function of space, negative inside, composed of a few parts.
+//! Its mesh is cut out of a body-centred cubic lattice by isosurface stuffing (Labelle and Shewchuk
+//! 2007). Lengths are in metres and z points up; the file of each organ says what x and y are.
 
 mod abdomen;
 mod count;
@@ -25,13 +25,14 @@ use crate::mesh::TetMesh;
 use lattice::Lattice;
 use parts::V3;
 
-/// Mean edge of an even lattice, in spacings (1): six edges of one and eight of `sqrt(3)/2` at each
-/// node.
+/// Mean edge of a uniform lattice over its spacing (1): each node has six edges of length one and
+/// eight of `sqrt(3)/2`.
 pub const MEAN_EDGE: f64 = (6.0 + 8.0 * 0.866_025_403_784_438_6) / 14.0;
 
-/// A mesh of any closed shape with elements of one size: the shape is where `implicit_m` is
-/// negative, within `bounds_m`. Every tet is positively oriented, the mesh is one piece, every node
-/// in use, regions 0. `name` is for messages; `spacing_m` is that of the lattice.
+/// Meshes any closed shape with elements of one size: the part of the box `bounds_m` where
+/// `implicit_m` is negative. Every tet is positively oriented, the mesh is one piece, every node
+/// belongs to a tet, and all regions are 0. `name` is used in messages; `spacing_m` is that of the
+/// lattice.
 ///
 /// # Errors
 /// A spacing that is not positive, too coarse for the shape or too fine for memory.
@@ -48,13 +49,13 @@ pub fn even_mesh(
 /// A part of an organ with its own material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Region {
-    /// Number in [`TetMesh::regions`].
+    /// Number of the part in [`TetMesh::regions`].
     pub id: u32,
     /// Name of the part, as scenes give it.
     pub name: &'static str,
 }
 
-/// An organ: its shape, its regions, its bones.
+/// An organ: its shape, its regions and its bones.
 #[derive(Clone, Copy, Debug)]
 pub struct Organ {
     name: &'static str,
@@ -66,38 +67,38 @@ pub struct Organ {
     bone: Option<fn(V3) -> f64>,
 }
 
-/// Elements smallest around a place.
+/// Grading of a mesh that is finest around a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fine {
-    /// The place [m]; a node lies there.
+    /// Place at which the elements are smallest [m]; a node lies there.
     pub at_m: [f64; 3],
-    /// Distance from it within which elements are smallest [m].
+    /// Distance from the place within which elements keep their smallest size [m].
     pub radius_m: f64,
-    /// Edge of the lattice's cube there [m]: nodes are at least 0.87 of it apart, and edges 0.92 of
-    /// it long on average.
+    /// Edge of the lattice's cubes there [m]: nodes are at least 0.87 of it apart, and edges are
+    /// 0.92 of it long on average.
     pub spacing_m: f64,
-    /// Growth of elements outside (1): none with 0; with 1, at n radii from the place, an edge
-    /// toward it is about `2 n^(2/3)` times as long as there, and one across `0.7 n^(2/3)` times.
-    /// Larger values stretch them more.
+    /// Growth of the elements outside that distance (1). At 0 they do not grow. At 1, n radii from
+    /// the place, an edge toward the place is about `2 n^(2/3)` times as long as there, and one
+    /// across `0.7 n^(2/3)` times. Larger values stretch the elements more.
     pub growth: f64,
 }
 
 /// Parameters of an organ's meshing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Spec {
-    /// Edge of the lattice's cube [m], the same everywhere.
+    /// Edge of the lattice's cubes [m], the same everywhere.
     Spacing(f64),
-    /// The uniform spacing with the number of tets nearest to this.
+    /// Number of tets, to which the uniform spacing comes as near as it can.
     Tets(usize),
-    /// Fine around a place, coarser away from it.
+    /// Fine around a place, and coarser away from it.
     Fine(Fine),
 }
 
 impl Organ {
-    /// Every organ.
+    /// All organs.
     pub const ALL: [Self; 4] = [liver::LIVER, gallbladder::GALLBLADDER, abdomen::ABDOMEN, foot::FOOT];
 
-    /// The organ of this name.
+    /// Finds the organ of this name.
     ///
     /// # Errors
     /// There is no such organ; the message lists the known ones.
@@ -108,36 +109,37 @@ impl Organ {
         })
     }
 
-    /// Name in scenes.
+    /// Name of the organ in scenes.
     #[must_use]
     pub fn name(&self) -> &'static str {
         self.name
     }
 
-    /// Lowest and highest corner [m] of a box around it, some millimetres wider than it is.
+    /// Lowest and highest corner [m] of a box around the organ, some millimetres larger than the
+    /// organ.
     #[must_use]
     pub fn bounds_m(&self) -> [[f64; 3]; 2] {
         self.box_m
     }
 
-    /// Materials of the organ, ids from 1 without gaps.
+    /// Regions of the organ; their ids run from 1 without gaps.
     #[must_use]
     pub fn regions(&self) -> &'static [Region] {
         self.regions
     }
 
-    /// The implicit function [m]: negative inside, zero on the surface, near the distance close to
-    /// it.
+    /// Implicit function at a point [m]: negative inside, zero on the surface, and close to the
+    /// signed distance near the surface.
     #[must_use]
     pub fn implicit_m(&self, at_m: [f64; 3]) -> f64 {
         self.value(at_m.into())
     }
 
     /// Signed distance to the surface [m], negative inside; its magnitude is never less than the
-    /// true one. Measured against fine meshes: within 0.1 mm down to 10 mm in the foot and 30 mm in
-    /// the abdomen, where their layers are. Deeper in the liver and the foot, at about equal
-    /// distances from two sides, the point found may be on the other side, some millimetres
-    /// further.
+    /// true one. Compared with fine meshes it is right within 0.1 mm down to 10 mm in the foot and
+    /// 30 mm in the abdomen, the depths of their layers. Deeper in the liver and the foot, at about
+    /// equal distances from two sides, the nearest point may be taken on the wrong side, some
+    /// millimetres further away.
     #[must_use]
     pub fn distance_m(&self, at_m: [f64; 3]) -> f64 {
         self.distance(at_m.into())
@@ -149,7 +151,7 @@ impl Organ {
         self.gradient(at_m.into()).normalize().into()
     }
 
-    /// Id of the region at a point inside; outside, of the nearest layer.
+    /// Id of the region at a point; for a point outside, that of the nearest layer.
     #[must_use]
     pub fn region_at(&self, at_m: [f64; 3]) -> u32 {
         (self.region)(self, at_m.into())
@@ -167,18 +169,19 @@ impl Organ {
         self.foot(at_m.into()).0.into()
     }
 
-    /// Place at which a ray first crosses the surface [m]; `None` if it misses, or has no
-    /// direction. It may miss parts thinner than a four-thousandth of its length.
+    /// Point at which a ray first crosses the surface [m]; `None` if the ray misses the organ, or
+    /// has no direction. Parts thinner than a four-thousandth of the ray's length may be missed.
     #[must_use]
     pub fn surface_point(&self, from_m: [f64; 3], direction: [f64; 3]) -> Option<[f64; 3]> {
         self.crossing(from_m.into(), direction.into()).map(Into::into)
     }
 
-    /// A mesh of the organ: every tet positively oriented, the surface one closed sphere, every
-    /// node in use, regions by tet centroid. The same on every machine.
+    /// Meshes the organ. Every tet is positively oriented, the surface is one closed sphere in
+    /// topology, every node belongs to a tet, and each tet has the region at its centroid. The mesh
+    /// is the same on every machine.
     ///
     /// # Errors
-    /// Numbers that are not sizes, a spacing too coarse for the shape or too fine for memory, or a
+    /// A size that is out of range, a spacing too coarse for the shape or too fine for memory, or a
     /// number of tets that no spacing gives.
     pub fn mesh(&self, spec: &Spec) -> Result<TetMesh, OrganError> {
         let mut mesh = match *spec {

@@ -1,4 +1,4 @@
-//! The output folder: a result appears complete, in place of an earlier one, or not at all.
+//! Output folder of a run: a result appears complete, in place of an earlier one, or not at all.
 //!
 //! A run writes into a draft beside the folder and moves it into place at the end. An error, a kill
 //! or a full disk before that leaves the earlier result as it was. For `--out out/press`:
@@ -25,7 +25,7 @@ use lock::Lock;
 use place::Place;
 use record::Record;
 
-/// Name of the file with a result in numbers.
+/// Name of the file with the numbers of a result.
 pub const SUMMARY: &str = "summary.json";
 
 /// Suffix that the record of a fit adds to the name of its patch file.
@@ -49,7 +49,7 @@ enum Mode {
     Add,
 }
 
-/// A result being written.
+/// A result that is being written.
 #[derive(Debug)]
 pub struct OutputFolder {
     /// Path as given on the command line.
@@ -58,25 +58,25 @@ pub struct OutputFolder {
     mode: Mode,
     /// Patches of an earlier run that this one replaces.
     dropped: Vec<String>,
-    /// Origin of this run, for its summary.
+    /// Provenance of this run, for its summary.
     provenance: Option<serde_json::Value>,
-    // released last
+    // declared last, so that it is released last
     _lock: Lock,
 }
 
 impl OutputFolder {
     /// Locks the folder, cleans up after a killed run, and begins an empty draft. [`Self::publish`]
-    /// replaces the earlier result. Patch files of earlier runs, and files that were put beside a
-    /// result, stay.
+    /// replaces the earlier result. Patch files of earlier runs are kept, and so are files that
+    /// palpate did not write.
     ///
     /// # Errors
-    /// The folder cannot be written, is in use, or has files but no result.
+    /// The folder cannot be written, is in use, or has files but no result of palpate.
     pub fn open(path: &Path) -> Result<Self, Error> {
         Self::begin(path, Mode::Replace)
     }
 
-    /// Like [`Self::open`], but the files of this run are added to whatever the folder holds: for
-    /// commands whose files are each a result of their own, such as patches.
+    /// Opens a folder as [`Self::open`] does, but adds the files of this run to those in the
+    /// folder: for commands whose files are each a result of their own, such as patches.
     ///
     /// # Errors
     /// The folder cannot be written or is in use.
@@ -96,7 +96,7 @@ impl OutputFolder {
             folder.place.refuse_foreign(path)?;
         }
         if folder.place.folder().exists() {
-            // a result that was deliberately made read-only stays
+            // a result in a folder that was deliberately made read-only stays
             tempfile::tempfile_in(folder.place.folder()).map_err(refuse)?;
         }
         std::fs::create_dir(folder.place.draft()).map_err(refuse)?;
@@ -116,10 +116,11 @@ impl OutputFolder {
         self.place.draft()
     }
 
-    /// Moves the result into place; returns the folder as it was given on the command line.
+    /// Moves the result into place; returns the path of the folder as given on the command line.
     ///
     /// # Errors
-    /// The disk is full, or the folder changed during the run. The earlier result is still there.
+    /// The disk is full, or the folder changed during the run. The earlier result is then still
+    /// there.
     pub fn publish(self) -> Result<PathBuf, Error> {
         let refuse = |source| Error::Write { path: self.shown.clone(), source };
         match self.mode {
@@ -129,12 +130,12 @@ impl OutputFolder {
             }
             Mode::Add => self.place.add().map_err(refuse)?,
         }
-        // a note that remains is read only by the same run
+        // a note that remains would be read only by a run that repeats this one
         let _ = std::fs::remove_dir_all(self.place.notes());
         Ok(self.shown.clone())
     }
 
-    /// Marks a patch of an earlier run for removal with the rest of its result.
+    /// Marks a patch of an earlier run for removal with the rest of the earlier result.
     pub fn drop_earlier(&mut self, name: &str) {
         self.dropped.push(name.to_owned());
     }
@@ -142,13 +143,13 @@ impl OutputFolder {
     /// Writes a file of the result.
     ///
     /// # Errors
-    /// The disk is full, or the draft has gone.
+    /// The disk is full, or the draft has been removed.
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), Error> {
         std::fs::write(self.draft().join(name), bytes).map_err(|source| Error::Write { path: self.shown.join(name), source })
     }
 
-    /// Writes a note for a later run, in case this one is stopped: complete or not at all, and not
-    /// part of the result.
+    /// Writes a note from which a later run can resume if this one is stopped. It is written
+    /// completely or not at all, and is not part of the result.
     ///
     /// # Errors
     /// The disk is full.
@@ -162,7 +163,7 @@ impl OutputFolder {
         Ok(())
     }
 
-    /// The note of a run that was stopped, if there is one.
+    /// Reads the note that a stopped run left, if there is one.
     #[must_use]
     pub fn read_note(&self, name: &str) -> Option<String> {
         std::fs::read_to_string(self.place.notes().join(name)).ok()
@@ -195,11 +196,12 @@ impl OutputFolder {
         header: [&str; COLUMNS],
         rows: impl IntoIterator<Item = [f64; COLUMNS]>,
     ) -> Result<(), Error> {
-        // the shortest decimal that reads back as the same number
+        // each number is the shortest decimal that reads back as the same number
         self.write_table(name, header, rows.into_iter().map(|row| row.map(|v| v.to_string())))
     }
 
-    /// Writes rows of cells as CSV under a header; no cell holds a comma, a quote or a line end.
+    /// Writes rows of cells as CSV under a header; no cell may contain a comma, a quote or a line
+    /// end.
     ///
     /// # Errors
     /// Errors of [`Self::write`].
@@ -226,7 +228,7 @@ impl Drop for OutputFolder {
     }
 }
 
-/// Final path of a file in a draft.
+/// Path that a file in a draft has once it is published.
 pub fn published(file: &Path) -> PathBuf {
     place::published(file).unwrap_or_else(|| file.to_owned())
 }

@@ -1,9 +1,9 @@
-//! From a tet mesh to a patch: rest data per pascal of Young's modulus, in `f64` until the last
-//! rounding.
+//! Builds a patch from a tet mesh: rest data per pascal of Young's modulus, computed in `f64` and
+//! rounded at the end.
 //!
-//! Springs (paper 000, eq 11) times `1/(0.8 (1 + nu))`, so that their shear modulus is the
-//! tissue's; nodal and per-tet volume stiffness for the remainder; foundation points on the
-//! surface; masses. Calibration fits multipliers for each edge, node and foundation point.
+//! A patch has springs (paper 000, eq 11, times `1/(0.8 (1 + nu))`, so that their shear modulus is
+//! the tissue's), nodal and per-tet volume stiffness for the remainder, foundation points on the
+//! surface, and masses. Calibration fits multipliers for each edge, node and foundation point.
 
 mod foundation;
 mod neighbours;
@@ -25,7 +25,7 @@ pub use rim::RimSprings;
 use stiffness::Elastic;
 pub(crate) use stiffness::six_volume;
 
-/// Positive factors on the formulas' values; all 1 without calibration.
+/// Positive factors on the values that the formulas give; all are 1 without calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Multipliers {
     /// Multiplier of each spring, in the order of [`surface::edges`], shape \[edges\].
@@ -61,9 +61,9 @@ impl Multipliers {
 pub struct Material {
     /// Poisson's ratio (1).
     pub poisson_ratio: f64,
-    /// Share of the volume stiffness that acts per tet (beta).
+    /// Share of the volume stiffness that acts per tet, beta (1).
     pub per_tet_share: f64,
-    /// Foundation stiffness times element size over E (1).
+    /// Foundation stiffness per area, times element size, over E (1).
     pub foundation_stiffness: f64,
     /// Foundation stiffening times element size (1).
     pub foundation_stiffening: f64,
@@ -92,8 +92,8 @@ pub struct Patch {
     site_m: [f32; 3],
     element_m: f64,
     fitted_places: u32,
-    /// Inclusions were scaled into a fitted patch: packed, it no longer counts as a patch of the
-    /// homogeneous block.
+    /// Whether inclusions were scaled into a fitted patch. If so, its file no longer counts as a
+    /// patch of the homogeneous block.
     scaled: bool,
     nodes: Vec<NodeRest>,
     anchors: Vec<u16>,
@@ -111,15 +111,15 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// Builds the patch of a tissue. The mesh must have passed its check; more than 65 535 nodes
-    /// are refused there.
+    /// Builds the patch of a tissue. The mesh must have passed its check, which refuses more than
+    /// 65 535 nodes.
     #[must_use]
     pub fn build(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>) -> Self {
         Self::build_joined(tissue, material, multipliers, &[])
     }
 
     /// Builds the patch of a tissue as [`Self::build`] does, with springs that join nodes of
-    /// different organs, which must not coincide.
+    /// different organs. The two nodes of such a spring must not coincide.
     #[must_use]
     pub fn build_joined(tissue: &Tissue, material: &Material, multipliers: Option<&Multipliers>, joints: &[Joint]) -> Self {
         let elastic = Elastic::of(tissue, material, multipliers, joints);
@@ -152,7 +152,7 @@ impl Patch {
         }
     }
 
-    /// Takes over a packed patch.
+    /// Copies the patch out of a patch file.
     #[must_use]
     pub fn of_file(file: &PatchFile) -> Self {
         let model = &file.model;
@@ -186,7 +186,7 @@ impl Patch {
         }
     }
 
-    /// The patch's mesh, as rounded for the core.
+    /// Mesh of the patch, with positions as they were rounded for the core.
     #[must_use]
     pub fn mesh(&self) -> TetMesh {
         TetMesh {
@@ -218,8 +218,8 @@ impl Patch {
         }
     }
 
-    /// The patch as the desktop runs it: springs scheduled so that neighbours in the list share no
-    /// node. Same bits.
+    /// The patch as the desktop runs it: springs are scheduled so that neighbours in the list share
+    /// no node. The bits of the forces are the same.
     #[must_use]
     pub fn wide_model(&self) -> Model<'_> {
         Model { spring_rows: &[], springs: &self.scheduled, ..self.model() }
@@ -231,22 +231,22 @@ impl Patch {
         self.site_m.into()
     }
 
-    /// Element size at the site: the side of the equilateral triangle of the nearest triangle's
-    /// area [m].
+    /// Element size at the site [m]: the side of an equilateral triangle with the area of the
+    /// surface triangle nearest to the site.
     #[must_use]
     pub fn element_m(&self) -> f64 {
         self.element_m
     }
 
-    /// Makes nodes heavier or lighter: their weight and inertia times `ratio`, shape \[nodes\].
-    /// Volumes that resist compression stay.
+    /// Multiplies the weight and the inertia of each node by `ratio`, shape \[nodes\]. The volumes
+    /// that resist compression do not change.
     pub fn scale_masses(&mut self, ratio: &[f64]) {
         for (node, ratio) in self.nodes.iter_mut().zip(ratio) {
             node.volume_m3 = (f64::from(node.volume_m3) * ratio) as f32;
         }
     }
 
-    /// Sets how steeply the tissue at each node stiffens: see [`Model::steepness`].
+    /// Sets the steepness with which the tissue stiffens at each node: see [`Model::steepness`].
     pub fn set_steepness(&mut self, steepness: Vec<f32>) {
         self.steepness = steepness;
     }
@@ -256,8 +256,8 @@ impl Patch {
         self.site_m = site_m.map(|c| c as f32);
     }
 
-    /// Returns the patch with stiffer or softer balls inside: every constant times the ball's
-    /// factor on its formula.
+    /// Returns the patch with balls of another stiffness inside: every constant is multiplied by
+    /// the factor by which the balls change its formula.
     #[must_use]
     pub fn with_inclusions(mut self, inclusions: &[Inclusion]) -> Self {
         if inclusions.is_empty() {
@@ -285,7 +285,7 @@ impl Patch {
             own.k_rest *= ratio;
         }
         self.scheduled = order::schedule(&self.springs);
-        // the far field's part of a rim node does not belong to the tissue
+        // the stiffness that the far field adds to a rim node does not scale with the tissue
         let mut rim_m = vec![0.0; self.nodes.len()];
         self.rim_nodes.iter().for_each(|rim| rim_m[rim.node as usize] = mean_diagonal(&rim.block_m));
         for (((own, a), b), rim_m) in self.nodes.iter_mut().zip(&plain.nodes).zip(&stiffened.nodes).zip(rim_m) {
@@ -303,11 +303,11 @@ impl Patch {
         self
     }
 
-    /// The factors that turn the constants of `formula`, a patch on the same mesh, into those of
-    /// this one.
+    /// The factors that turn the constants of `formula`, an uncalibrated patch on the same mesh,
+    /// into those of this patch.
     #[must_use]
     pub fn multipliers_over(&self, formula: &Self) -> Multipliers {
-        // springs alone are a solid of nu = 1/4: nothing is left for the volume terms to multiply
+        // at nu = 1/4 the springs alone are the solid, and the volume terms are zero
         let ratio = |own: f32, of: f32| if of == 0.0 { 1.0 } else { f64::from(own) / f64::from(of) };
         let points: Vec<f64> = self.foundation.iter().zip(&formula.foundation).map(|(own, of)| ratio(own.k, of.k)).collect();
         Multipliers {
@@ -319,18 +319,18 @@ impl Patch {
         }
     }
 
-    /// Records that inclusions are part of the constants: no scene may add them again.
+    /// Records that inclusions are part of the constants, so that no scene may add them again.
     pub fn set_scaled(&mut self) {
         self.scaled = true;
     }
 
-    /// Number of places that the constants were fitted at; 0 if they come from formulas alone.
+    /// Number of places at which the constants were fitted; 0 if they come from formulas alone.
     #[must_use]
     pub fn fitted_places(&self) -> u32 {
         self.fitted_places
     }
 
-    /// Replaces the far field around the patch and nothing else.
+    /// Replaces the far field around the patch, and leaves all else as it is.
     pub fn set_rim(&mut self, rim: &RimSprings) {
         for old in &self.rim_nodes {
             self.nodes[old.node as usize].stiffness_m -= mean_diagonal(&old.block_m);
@@ -350,17 +350,17 @@ impl Patch {
         }
     }
 
-    /// Records the number of places that the constants were fitted at.
+    /// Records the number of places at which the constants were fitted.
     pub fn set_fitted_places(&mut self, places: u32) {
         self.fitted_places = places;
     }
 
-    /// Changes the deepest press the patch answers [m].
+    /// Changes the depth limit of the patch [m].
     pub fn set_depth_limit_m(&mut self, depth_limit_m: f32) {
         self.depth_limit_m = depth_limit_m;
     }
 
-    /// Bytes of the patch file.
+    /// Bytes of a patch file with this patch and its parameters.
     #[must_use]
     pub fn pack(&self, params: &Params, stable_dt_s: f32) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -380,7 +380,7 @@ fn mean_diagonal([xx, yy, zz, ..]: &[f32; 6]) -> f32 {
     (xx + yy + zz) / 3.0
 }
 
-/// Memory of a running patch: what the board reserves in statics, allocated once.
+/// Memory of a running patch, allocated once; a board reserves the same arrays as statics.
 #[derive(Clone, Debug)]
 pub struct Memory {
     nodes: Vec<Node>,
@@ -392,7 +392,7 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// Enough for a model.
+    /// Allocates enough memory for a model.
     #[must_use]
     pub fn for_model(model: &Model) -> Self {
         let (nodes, triangles) = (model.nodes.len(), model.triangles.len());
@@ -406,7 +406,8 @@ impl Memory {
         }
     }
 
-    /// Splits into the two halves of a running patch.
+    /// Starts a patch at rest: returns its derived constants and its state, which borrow this
+    /// memory.
     ///
     /// # Errors
     /// Parameters, a model or a memory that [`Params::build`] refuses.

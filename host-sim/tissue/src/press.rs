@@ -1,7 +1,7 @@
 //! `press`: an emulated finger presses the scene at 1 kHz in virtual time.
 //!
-//! One tick follows the other without waiting; the tick's own CPU time is compared with the
-//! millisecond.
+//! The ticks follow each other without waiting; the CPU time of each is compared with the budget of
+//! 1 ms.
 
 pub mod contact;
 mod promise;
@@ -18,72 +18,74 @@ use crate::scene::Scene;
 use crate::scene::TICK_S;
 use crate::session::Session;
 
-/// Time after the release in which the tissue must come back [s].
+/// Time after the release within which the tissue should return to its rest shape [s].
 pub const SETTLE_S: f64 = 0.5;
-/// Height at which the finger starts and ends, as a share of the probe's radius.
+/// Height above the surface at which the finger starts and ends, as a share of the probe's radius
+/// (1).
 const CLEAR_RADII: f64 = 1.0 / 16.0;
 
-/// Time that a tick may take [us].
+/// Time budget of a tick [us].
 const BUDGET_US: f32 = TICK_S as f32 * 1e6;
-/// A tick over the budget is run again from the same state, to the same bits: a tick that is really
-/// too slow is slow every time, unlike one that was interrupted by other processes.
+/// Number of times that a tick over the budget is repeated from the same state, with the same bits:
+/// a tick that is really too slow is slow every time, unlike one that was interrupted by other
+/// processes.
 const REPEATS: usize = 3;
 
 /// One tick of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct TickRow {
-    /// Start of the tick [s].
+    /// Time of the run at which the tick starts [s].
     pub t_s: f64,
-    /// Tip as commanded [m].
+    /// Commanded position of the tip [m].
     pub tip_m: Vector3<f32>,
     /// Commanded depth of the tip below the rest surface along the press, negative above [m].
     pub command_m: f64,
     /// Output of the core.
     pub output: Output,
-    /// CPU time [us].
+    /// CPU time of the tick, the shortest if it was repeated [us].
     pub tick_us: f32,
 }
 
-/// End of a hold.
+/// State at the end of a hold.
 #[derive(Clone, Debug)]
 pub struct Hold {
-    /// Depth [m], force [N] or hand target [m], as the drive's kind says.
+    /// Target of the hold: depth [m], force [N] or position of the hand [m], by the kind of drive.
     pub target: f64,
-    /// Depth of the tip along the press, as commanded [m].
+    /// Commanded depth of the tip along the press [m].
     pub command_m: f64,
     /// Depth reached, along the contact normal [m].
     pub depth_m: f64,
     /// Force along the press [N], positive out of the tissue.
     pub force_n: f64,
-    /// Smallest tet volume over its rest volume.
+    /// Smallest ratio of a tet's volume to its rest volume (1).
     pub min_j: f64,
     /// Change of the total volume [%].
     pub volume_change_pct: f64,
-    /// Time of its last tick [s].
+    /// Start of the last tick of the hold [s].
     pub t_s: f64,
-    /// Tip at that time [m].
+    /// Commanded position of the tip in that tick [m].
     pub tip_m: Vector3<f32>,
     /// Displacement of every node [m].
     pub displacement_m: Vec<Vector3<f32>>,
-    /// Displacement of every node [m]; at a surface node inside the probe, that of the foundation's
-    /// outer face, which lies on the probe.
+    /// Displacement of every node [m]; for a surface node inside the probe, the displacement of the
+    /// foundation's outer face, which touches the probe.
     pub surface_displacement_m: Vec<Vector3<f32>>,
 }
 
-/// A run.
+/// Record of a run.
 #[derive(Clone, Debug)]
 pub struct Press {
     /// One row per tick.
     pub ticks: Vec<TickRow>,
     /// One entry per hold.
     pub holds: Vec<Hold>,
-    /// Largest displacement left after the release [m].
+    /// Largest displacement of a node that remains at the end of the run [m].
     pub residual_m: f64,
-    /// Ticks that took more than the millisecond.
+    /// Number of ticks that took longer than 1 ms.
     pub deadline_misses: usize,
-    /// The fault that ended it.
+    /// Fault that ended the run.
     pub fault: Option<Fault>,
-    /// All quantities that were clamped in any tick.
+    /// All quantities that were clamped in at least one tick.
     pub limiters: ClampFlags,
     /// Hash of the final state.
     pub state_hash: u64,
@@ -91,13 +93,13 @@ pub struct Press {
     pub timed_on: String,
 }
 
-/// Source of the tips of a run.
+/// Source of the tip positions of a run.
 enum Tips {
     Finger(Finger),
     Recorded(std::vec::IntoIter<[f32; 3]>),
 }
 
-/// Runs a scene.
+/// Runs a scene; `progress` is called after every tick with the number of ticks so far.
 ///
 /// # Errors
 /// A model or parameters that the core refuses to build.
@@ -105,7 +107,8 @@ pub fn run(scene: &Scene, session: &Session, progress: impl FnMut(usize)) -> Res
     run_seen(scene, session, progress, |_, _, _, _| ())
 }
 
-/// Runs a scene; `see` is called with the state after every tick.
+/// Runs a scene as [`run`] does; `see` is called after every tick with the state and the tick's
+/// row.
 ///
 /// # Errors
 /// Errors of [`run`].
@@ -175,14 +178,14 @@ pub fn run_seen(
     Ok(press)
 }
 
-/// Height above the surface at which the finger starts [m]: at least two steps of the ramp, since a
-/// first pose that is not outside counts as a start inside the tissue.
+/// Height above the surface at which the finger starts [m]: at least two ticks at the speed of the
+/// ramp, since a run whose first pose is not outside counts as started inside the tissue.
 pub fn clear_m(scene: &Scene, session: &Session) -> f64 {
     let ramp_step_m = scene.drive.ramp_m_per_s().unwrap_or(0.0) * TICK_S;
     (CLEAR_RADII * f64::from(session.params.probe.radius_m)).max(2.0 * ramp_step_m)
 }
 
-/// Returns the record of a hold's end.
+/// Creates the record of a hold at its end.
 pub fn hold(model: &Model, probe: &Probe, state: &State, target: f64, force_n: f64, row: &TickRow) -> Hold {
     let (min_j, volume_change_pct) = measure::volumes(model, state);
     let displacement_m = measure::displacements(model, state);

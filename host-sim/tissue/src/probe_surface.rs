@@ -11,7 +11,8 @@ pub use ellipsoid::ellipsoid;
 
 use crate::scene::level;
 
-/// Penetration [m], its outward direction (1), and the curvature of the penetration [1/m].
+/// Penetration of a point [m], the outward direction along which it decreases (1), and its second
+/// derivative [1/m].
 pub type Inside = (f64, Vector3<f64>, Matrix3<f64>);
 
 /// Position of the surface at a point of the mesh [m]: inside the probe the foundation is

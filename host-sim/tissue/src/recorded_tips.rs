@@ -1,17 +1,18 @@
-//! Probe tips of a recorded run, for a scene that repeats it.
+//! Probe tips of a recorded run, for a scene that repeats the run.
 
 use std::path::Path;
 
 use crate::error::Error;
 use crate::scene::{Drive, SceneError, TICK_S};
 
-/// Largest coordinate of a probe in the scene's frame [m].
+/// Largest coordinate of a probe in the scene's frame [m]; a larger one means a wrong unit.
 const FARTHEST_M: f32 = 10.0;
 
-/// Probe tips of a recorded run [m].
+/// Reads the probe tips of a recorded run [m]; empty for a drive that is not a trace.
 ///
 /// # Errors
-/// The file cannot be read, a column is missing, a number does not parse.
+/// The file cannot be read, a column is missing, a number does not parse, or the rows are not one
+/// tick apart.
 pub fn read_tips(drive: &Drive) -> Result<Vec<[f32; 3]>, Error> {
     let Drive::Trace { trace, .. } = drive else { return Ok(Vec::new()) };
     let text = std::fs::read_to_string(trace).map_err(|source| Error::Read { path: trace.clone(), source })?;
@@ -41,7 +42,7 @@ fn parse_tips(path: &Path, text: &str) -> Result<Vec<[f32; 3]>, Error> {
             }
         }
         tips.push(tip);
-        // a column of times is optional; if there is one, every row is one tick
+        // a column of times is optional; if there is one, consecutive rows must be one tick apart
         let Some(cell) = time.map(|t| cells.get(t).copied().unwrap_or_default()) else { continue };
         let now_s = cell.parse().ok().filter(|t: &f64| t.is_finite());
         let now_s = now_s.ok_or_else(|| bad(n + 2, format!("\"{cell}\" is not a time: use a trace.csv of `press`")))?;

@@ -1,11 +1,11 @@
-//! Force of the scenes whose finite-element answer ships.
+//! Forces of the scenes for which a finite-element answer is shipped.
 
 use crate::answer::Answer;
 use crate::scene::Scene;
 
-/// Depth [m] and force [N] of the scene's press, shallow first, if the shipped answer contains it:
-/// the standard block and probe at any stiffness, pressed at the centre. Empty otherwise, and if
-/// the tissue relaxes or stiffens or the probe has friction: the answer is neo-Hookean and
+/// Depths [m] and forces [N] of the shipped answer, shallow first, if it is for this scene: the
+/// standard block and probe with any modulus, pressed at the centre. Empty for any other scene, and
+/// if the tissue relaxes or stiffens or the probe has friction, since the answer is neo-Hookean and
 /// frictionless.
 #[must_use]
 pub fn of(scene: &Scene) -> Vec<(f64, f64)> {

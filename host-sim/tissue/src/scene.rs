@@ -1,5 +1,5 @@
-//! Scene files: what is pressed, with what, and how. SI units, every key named with its unit; an
-//! unknown key is an error.
+//! Scene files: the tissue that is pressed, the probe and its motion. Values are in SI units, which
+//! most keys name (`youngs_modulus_pa`). An unknown key is an error.
 
 mod change;
 mod check;
@@ -24,10 +24,11 @@ pub use shape::{Shape, Tip, level};
 /// The device's tick [s].
 pub const TICK_S: f64 = 1e-3;
 
-/// In place of a patch file: the scene's formulas alone, even where a calibrated patch ships.
+/// Value of `solver.patch` that builds the patch from the scene by formulas, even if a calibrated
+/// patch that fits the scene is shipped.
 pub const NO_PATCH: &str = "none";
 
-/// The presets, by name.
+/// Scenes that come with the program: name and text.
 pub const PRESETS: [(&str, &str); 10] = [
     ("block", include_str!("../../scenes/block.toml")),
     ("block-deep", include_str!("../../scenes/block-deep.toml")),
@@ -41,17 +42,17 @@ pub const PRESETS: [(&str, &str); 10] = [
     ("pig-liver", include_str!("../../scenes/pig-liver.toml")),
 ];
 
-/// A scene.
+/// A press of a tissue, as a scene file describes it.
 ///
-/// The list at the end of the docs of a key (range, default, source) is a row of the page
-/// `host-sim/book/src/scene-reference.md`. Tests hold each range and default against the parser.
+/// The list at the end of a key's documentation (range, default, source) becomes a row of the page
+/// `host-sim/book/src/scene-reference.md`. Tests check each range and default against the parser.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// The preset or file it came from, for messages.
+    /// Preset or file from which the scene was read, for messages.
     #[serde(skip)]
     pub file: String,
-    /// TOML of the scene as read, with the keys in it that the command line changed.
+    /// TOML text of the scene as read, with the changes from the command line.
     #[serde(skip)]
     pub text: String,
     /// Name of the scene in tables, pictures and file names.
@@ -69,23 +70,23 @@ pub struct Scene {
     pub solver: Solver,
 }
 
-/// The tissue: a block or an organ made here, or a mesh from a file.
+/// Tissue: a block or an organ built by Palpate, or a mesh from a file.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct TissueScene {
     /// Sides of a block along x, y and z [m]; its top is at z = 0, its bottom is fixed. One of
-    /// `block_m`, `organ` and `mesh` is given, or a patch.
+    /// `block_m`, `organ` and `mesh` is required, unless `solver.patch` names a patch.
     ///
     /// * range: 0.001 to 2
     /// * source: 0.08, 0.08, 0.04 in the presets, the block of the reference answers
     pub block_m: Option<[f64; 3]>,
-    /// An organ of our own shape by its name: `liver`, `gallbladder`, `abdomen` or `foot`. Its
-    /// underside and its bones are fixed.
+    /// Name of a built-in organ: `liver`, `gallbladder`, `abdomen` or `foot`. Its underside and its
+    /// bones are fixed.
     pub organ: Option<String>,
     /// Regions of the organ that have another stiffness than the rest, one table each.
     #[serde(default)]
     pub region: Vec<RegionScene>,
-    /// Nodes of the mesh of a block, exactly; of an organ or a surface file, about.
+    /// Number of nodes of the mesh: exact for a block, approximate for an organ or a surface file.
     ///
     /// * range: 30 to 5000 of a block, 100 to 5000 of an organ or a surface
     /// * default: 410 of a block, 600 of an organ or a surface
@@ -96,9 +97,9 @@ pub struct TissueScene {
     /// Unit of the coordinates in the mesh file: `"m"`, `"cm"`, `"mm"`, `"um"`, or the length of
     /// one unit in metres. Required with `mesh`.
     pub length_unit: Option<LengthUnit>,
-    /// Young's modulus [Pa]. Contact follows from it: of an organ in layers, give that of the
-    /// tissue touched. With relaxation it is the instantaneous one, and may be left out where the
-    /// long-term one is given.
+    /// Young's modulus [Pa]. It also sets the stiffness of the contact: for an organ in layers,
+    /// give the modulus of the layer that the probe touches. With relaxation it is the
+    /// instantaneous modulus, and may be left out if the long-term modulus is given.
     ///
     /// * range: 1 to 1e9
     /// * source: 3500 in `block`, porcine liver at small strain (paper 000, its reference 12);
@@ -106,11 +107,12 @@ pub struct TissueScene {
     /// * default: none; it or `long_term_modulus_pa` is required
     #[serde(default = "relaxation::not_given")]
     pub youngs_modulus_pa: f64,
-    /// Young's modulus after a hold without end [Pa], in place of `youngs_modulus_pa`.
+    /// Young's modulus that remains after an infinitely long hold [Pa], given in place of
+    /// `youngs_modulus_pa`.
     ///
     /// * range: 1 to 1e9
     pub long_term_modulus_pa: Option<f64>,
-    /// Poisson's ratio (1). Above about 0.49 the tissue locks under the probe.
+    /// Poisson's ratio (1). Above about 0.49 the elements lock under the probe.
     ///
     /// * range: 0.25 to 0.4999
     /// * source: 0.45 in the presets, chosen, not measured
@@ -120,24 +122,26 @@ pub struct TissueScene {
     /// * range: 1 to 30000
     /// * source: 1060 in the presets, liver (paper 000, its reference 2)
     pub density_kg_per_m3: f64,
-    /// Mass-proportional damping [1/s]: the share of its velocity that a node loses per second.
+    /// Mass-proportional damping [1/s]: the rate at which the velocity of a free node decays.
     ///
     /// * range: 0 to 999.9
     /// * default: 40
-    /// * source: critical for the slowest shear mode of an organ 80 to 100 mm high (DECISIONS.md)
+    /// * source: critical damping of the slowest shear mode of an organ 80 to 100 mm high
+    ///   (DECISIONS.md)
     #[serde(default = "default_damping")]
     pub node_damping_per_s: f64,
-    /// Gravity along x, y and z [m/s^2]; zero means that the rest shape is the shape under gravity.
+    /// Gravitational acceleration along x, y and z [m/s^2]; zero means that the rest shape is
+    /// already the shape under gravity.
     ///
     /// * range: -100 to 100
     /// * default: 0, 0, 0
     #[serde(default)]
     pub gravity_m_per_s2: [f64; 3],
-    /// Stiffer or softer balls inside, one table each.
+    /// Balls of another stiffness inside the tissue, one table each.
     #[serde(default)]
     pub inclusion: Vec<Inclusion>,
-    /// Stiffening exponent b (1): the tangent modulus grows exponentially with the energy of the
-    /// strain. Zero leaves it out. Boards leave the term out.
+    /// Stiffening exponent b (1): the tangent modulus grows exponentially with the strain energy.
+    /// Zero switches the term off. Boards do not have it.
     ///
     /// * range: 0 to 100
     /// * default: 0
@@ -145,13 +149,15 @@ pub struct TissueScene {
     ///   thickness (T2)
     #[serde(default)]
     pub stiffening_b: f64,
-    /// Fading of forces while the tissue is held: up to three terms, one table each.
+    /// Relaxation, the fading of forces while the tissue is held: up to three terms, one table
+    /// each.
     #[serde(default)]
     pub relaxation: Vec<RelaxationScene>,
 }
 
 impl TissueScene {
-    /// The largest stiffening exponent of the tissue, its regions and its balls (1), and its key.
+    /// Key and value of the largest stiffening exponent among the tissue, its regions and its balls
+    /// (1).
     #[must_use]
     pub fn most_stiffening(&self) -> (String, f64) {
         let regions = self.region.iter().map(|region| region.stiffening_b).enumerate().map(|(n, b)| ("region", n, b));
@@ -163,13 +169,13 @@ impl TissueScene {
         })
     }
 
-    /// The largest stiffening exponent of the tissue, its regions and its balls (1).
+    /// Largest stiffening exponent among the tissue, its regions and its balls (1).
     #[must_use]
     pub fn most_stiffening_b(&self) -> f64 {
         self.most_stiffening().1
     }
 
-    /// The balls without exponents of their own.
+    /// The balls without stiffening exponents of their own.
     #[must_use]
     pub fn elastic_inclusions(&self) -> Vec<Inclusion> {
         self.inclusion.iter().map(Inclusion::elastic).collect()
@@ -180,13 +186,13 @@ fn default_damping() -> f64 {
     f64::from(palpate::Params::default().node_damping_per_s)
 }
 
-/// A ball of another stiffness inside the tissue: a nodule. Any number.
+/// A nodule: a ball of another stiffness inside the tissue. Any number of them may be given.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Inclusion {
-    /// Centre of the ball [m], in the frame of the tissue. Some of the ball must lie in the tissue.
+    /// Centre of the ball [m], in the frame of the tissue. Part of the ball must lie in the tissue.
     pub center_m: [f64; 3],
-    /// Radius of the ball [m], which may not hold the whole tissue.
+    /// Radius of the ball [m]. The ball must not contain the whole tissue.
     ///
     /// * range: above 0
     pub radius_m: f64,
@@ -197,34 +203,34 @@ pub struct Inclusion {
     /// Stiffening exponent b of the ball (1).
     ///
     /// * range: 0 to 100
-    /// * default: that of the tissue around
+    /// * default: that of the surrounding tissue
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffening_b: Option<f64>,
 }
 
 impl Inclusion {
-    /// The ball without an exponent of its own: what a patch is fitted with.
+    /// The ball without a stiffening exponent of its own, for fits, which leave stiffening out.
     #[must_use]
     pub fn elastic(&self) -> Self {
         Self { stiffening_b: None, ..*self }
     }
 
-    /// Whether a point [m] is in it.
+    /// Whether a point [m] lies inside the ball.
     #[must_use]
     pub fn holds(&self, at_m: [f64; 3]) -> bool {
         (0..3).map(|k| (at_m[k] - self.center_m[k]).powi(2)).sum::<f64>() <= self.radius_m * self.radius_m
     }
 }
 
-/// A region of an organ that is stiffer or softer than the rest. Any number.
+/// A region of an organ that is stiffer or softer than the rest. Any number of them may be given.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct RegionScene {
     /// Name of the region: `skin`, `fat`, `muscle` or `viscera` of the abdomen; `skin`, `fat pad`
     /// or `deep tissue` of the foot.
     pub name: String,
-    /// Young's modulus of the region [Pa]: the long-term one where that of the tissue is a
-    /// long-term one.
+    /// Young's modulus of the region [Pa]: the long-term one if the tissue's modulus is given as
+    /// the long-term one, else the instantaneous one.
     ///
     /// * range: 1 to 1e9
     /// * source: beside each value in `abdomen-press.toml` and `foot-press.toml`
@@ -236,19 +242,21 @@ pub struct RegionScene {
     pub stiffening_b: Option<f64>,
 }
 
-/// The probe.
+/// Probe of a scene, with the place of the press.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
 #[serde(try_from = "ProbeKeys")]
 pub struct ProbeScene {
-    /// Shape.
+    /// Shape of the tip, with its other dimensions.
     pub shape: Shape,
-    /// Radius [m].
+    /// Radius of the tip [m]; for an ellipsoid, its semi-axis along the press.
     pub radius_m: f64,
-    /// Where on the block's top [m].
+    /// Place of the press on the top of a block, x and y [m].
     pub position_m: Option<[f64; 2]>,
-    /// Where on a mesh or an organ [m]: the nearest surface point is pressed, along its normal.
+    /// Place of the press on a mesh or an organ [m]: the nearest surface point is pressed, along
+    /// its normal.
     pub site: Option<[f64; 3]>,
-    /// Coulomb's coefficient of friction on the tissue (1); zero slides freely.
+    /// Coulomb's coefficient of friction between probe and tissue (1); at zero the probe slides
+    /// freely.
     pub friction: f64,
 }
 
@@ -258,7 +266,7 @@ pub struct ProbeScene {
 struct ProbeKeys {
     /// Shape of the tip.
     shape: shape::Name,
-    /// Radius of the tip [m]; an ellipsoid has `semi_axes_m` in its place.
+    /// Radius of the tip [m]; for an ellipsoid, give `semi_axes_m` instead.
     ///
     /// * range: above 0 to 1
     /// * source: 0.008 in the presets, a fingertip
@@ -271,7 +279,7 @@ struct ProbeKeys {
     ///
     /// * range: above 0, two of them at most a factor of 4 apart
     semi_axes_m: Option<[f64; 3]>,
-    /// Direction of the long side of a capsule or an ellipsoid (1); its length does not count.
+    /// Direction of the long side of a capsule or an ellipsoid (1); its length is ignored.
     along: Option<[f64; 3]>,
     /// Place of the press on the top of a block, x and y [m].
     ///
@@ -281,7 +289,8 @@ struct ProbeKeys {
     /// Place of the press on a mesh or an organ [m]: the nearest surface point is pressed, along
     /// its normal. Required with `mesh` and `organ`.
     site: Option<[f64; 3]>,
-    /// Coulomb's coefficient of friction between probe and tissue (1); zero slides freely.
+    /// Coulomb's coefficient of friction between probe and tissue (1); at zero the probe slides
+    /// freely.
     ///
     /// * range: 0 to 5
     /// * default: 0
@@ -301,14 +310,14 @@ impl TryFrom<ProbeKeys> for ProbeScene {
 }
 
 impl ProbeScene {
-    /// Shape and radius.
+    /// Shape and radius of the tip.
     #[must_use]
     pub fn tip(&self) -> Tip {
         Tip { shape: self.shape, radius_m: self.radius_m }
     }
 }
 
-/// Method and its input.
+/// Method that computes the force, and its input.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
@@ -316,14 +325,16 @@ pub struct Solver {
     ///
     /// * default: palpate
     pub method: Method,
-    /// Patch file to press instead of building one; `"none"` keeps even a shipped one away.
+    /// Patch file to press instead of a patch built from the scene; `"none"` builds one even if a
+    /// shipped patch fits the scene.
     ///
-    /// * default: the shipped patch that fits the scene, if one does
+    /// * default: the shipped patch that fits the scene, if there is one
     pub patch: Option<PathBuf>,
-    /// Largest force error by floored masses while the probe moves at the drive's speed: root mean
-    /// square over the ramp, of its largest force [%]; the mesh's own error comes on top. `press`,
-    /// `pack` and `plan` choose their substeps by it. Without this key `press` and `plan` aim at 5,
-    /// and a press that cannot keep it runs with a warning. `loop` chooses by taps of its own.
+    /// Largest force error [%] that floored masses may cause while the probe moves at the drive's
+    /// speed: the root mean square over the ramp, relative to the largest force of the ramp. The
+    /// error of the mesh itself comes on top. `press`, `pack` and `plan` choose their substeps by
+    /// this bound. Without this key `press` and `plan` aim at 5 %, and a press that cannot meet the
+    /// bound runs with a warning. `loop` chooses its substeps by taps that it simulates.
     ///
     /// * range: above 0 to 100
     pub moving_error_pct: Option<f64>,
@@ -339,9 +350,9 @@ impl Default for Solver {
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// The product: all terms of its tick.
+    /// Palpate's own method, with all terms of the tick.
     Palpate,
-    /// Springs, masses and contact only: the papers' plain model.
+    /// Springs, masses and contact only: the plain model of the papers.
     Springs,
 }
 
@@ -360,7 +371,8 @@ impl Scene {
     /// Reads a preset by name or a scene file by path.
     ///
     /// # Errors
-    /// Unknown name, unreadable file, bad TOML, unknown key, impossible value: with the place.
+    /// An unknown name, an unreadable file, bad TOML, an unknown key or an impossible value; the
+    /// message names the place.
     pub fn load(name_or_path: &str) -> Result<Self, SceneError> {
         if let Some((_, text)) = PRESETS.iter().find(|(name, _)| *name == name_or_path) {
             return Self::parse(name_or_path, text);
@@ -389,7 +401,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Files that the scene names besides itself: mesh, patch, trace.
+    /// Files that the scene refers to: mesh, patch and trace.
     #[must_use]
     pub fn files(&self) -> Vec<&Path> {
         let patch = self.solver.patch.as_deref().filter(|p| p.as_os_str() != NO_PATCH);
@@ -397,7 +409,8 @@ impl Scene {
         self.tissue.mesh.as_deref().into_iter().chain(patch).chain(trace).collect()
     }
 
-    /// Paths in a scene file are relative to it, those of a preset to the working folder.
+    /// Resolves relative paths: those in a scene file against its folder, those in a preset against
+    /// the working directory.
     fn resolve_paths_of(&mut self, name_or_path: &str) {
         let preset = PRESETS.iter().any(|(name, _)| *name == name_or_path);
         let Some(folder) = Path::new(name_or_path).parent().filter(|_| !preset) else { return };

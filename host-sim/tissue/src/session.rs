@@ -1,4 +1,4 @@
-//! A scene prepared to run: patch, parameters, stable step, start-up report.
+//! A scene prepared to run, with its patch, parameters, stable step and start-up report.
 
 pub mod calibrated;
 pub mod moving;
@@ -19,64 +19,63 @@ use crate::tissue::{DEFAULT_NODES, Layout, place};
 /// A scene ready to run.
 #[derive(Clone, Debug)]
 pub struct Session {
-    /// The patch.
+    /// Patch of the scene's tissue.
     pub patch: Patch,
-    /// Parameters, with the substeps the patch needs.
+    /// Parameters of the core, with the number of substeps that the patch needs.
     pub params: Params,
-    /// Stable step of the patch, as measured.
+    /// Longest stable substeps, measured on the patch.
     pub stable: StableStep,
-    /// Probe tips of a recorded trace [m]; empty for a finger.
+    /// Recorded tip positions of a trace [m]; empty if a finger presses.
     pub tips_m: Vec<[f32; 3]>,
     /// Start-up report that a user should see before anything moves.
     pub report: Report,
 }
 
-/// Start-up report, in which a wrong unit shows.
+/// Start-up report, in which a wrong unit is easily noticed.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Report {
-    /// Sides of the bounding box [mm].
+    /// Sides of the patch's bounding box [mm].
     pub size_mm: [f64; 3],
-    /// Volume of the tets [cm^3].
+    /// Sum of the tets' volumes [cm^3].
     pub volume_cm3: f64,
     /// Volume that the surface file encloses, if the tets were made from one [cm^3].
     pub surface_cm3: Option<f64>,
-    /// Box around the fixed nodes, lowest and highest corner [mm]; none if no node is fixed.
+    /// Box around the fixed nodes, lowest and highest corner [mm]; `None` if no node is fixed.
     pub fixed_mm: Option<[[f64; 3]; 2]>,
     /// Mass of the tissue [g].
     pub mass_g: f64,
-    /// Mass that the tick moves, with the mass floor, over the true mass of the nodes that move
-    /// (1).
+    /// Mass of the nodes that move, with the mass floor, over their true mass (1).
     pub mass_floor_ratio: f64,
     /// Number of nodes.
     pub nodes: usize,
-    /// Fixed nodes.
+    /// Number of fixed nodes.
     pub anchors: usize,
     /// Number of springs.
     pub springs: usize,
     /// Number of tets.
     pub tets: usize,
-    /// Surface triangles.
+    /// Number of surface triangles.
     pub triangles: usize,
     /// Index of the flattest tet.
     pub worst_tet: usize,
-    /// Volume of that tet, divided by the cube of its longest edge; 1 for the regular tet.
+    /// Volume of that tet over the cube of its longest edge (1), scaled to 1 for the regular tet.
     pub worst_tet_quality: f64,
     /// Element size at the site [mm].
     pub element_mm: f64,
-    /// Tets reversed on import.
+    /// Number of tets whose orientation the import reversed.
     pub flipped_tets: usize,
-    /// Stable substep at rest [ms].
+    /// Longest stable substep at rest [ms].
     pub stable_rest_ms: f64,
-    /// Stable substep pressed [ms].
+    /// Longest stable substep during the press to the depth limit [ms].
     pub stable_pressed_ms: f64,
-    /// Deepest press the patch answers [mm].
+    /// Depth limit of the patch [mm].
     pub depth_limit_mm: f64,
-    /// Substeps of a tick.
+    /// Number of substeps per tick.
     pub substeps: u16,
-    /// The error while the probe moves; none before [`Session::for_motion`] was called.
+    /// Force error while the probe moves; `None` until [`Session::for_motion`] has judged it.
     pub moving: Option<moving::MovingReport>,
-    /// Force expected at 1 mm [N]: Hertz for a sphere, the rigid punch for a flat end, on a
-    /// half-space.
+    /// Force expected at a depth of 1 mm on a half-space [N]: Hertz for a sphere, the rigid punch
+    /// for a flat end.
     pub half_space_force_at_1mm_n: f64,
 }
 
@@ -84,12 +83,13 @@ impl Session {
     /// Builds the patch of a scene and measures its stable step.
     ///
     /// # Errors
-    /// Bad input, or a model that cannot keep 1 kHz: with the numbers.
+    /// Bad input, or a model that is too slow for 1 kHz; the message gives the numbers.
     pub fn prepare(scene: &Scene) -> Result<Self, Error> {
         Self::prepare_on(&MACHINES[0], scene)
     }
 
-    /// Like [`Self::prepare`], in the form that a machine runs.
+    /// Prepares a scene as [`Self::prepare`] does, with the variants of the model that `machine`
+    /// runs.
     ///
     /// # Errors
     /// Errors of [`Self::prepare`].
@@ -124,10 +124,10 @@ impl Session {
         Ok(session)
     }
 
-    /// A patch made elsewhere, with its parameters.
+    /// Prepares a patch that was built elsewhere, with its parameters.
     ///
     /// # Errors
-    /// A model that cannot keep 1 kHz: with the numbers.
+    /// A model that is too slow for 1 kHz; the message gives the numbers.
     pub fn of_fitted(machine: &CostModel, patch: Patch, params: Params) -> Result<Self, Error> {
         Self::of_patch(machine, patch, params, Vec::new(), 0)
     }
@@ -187,15 +187,15 @@ impl Session {
         Ok(Self { patch, params, stable, tips_m, report })
     }
 
-    /// Tip position for a depth along the press [m].
+    /// Position of the tip for a depth along the press [m].
     #[must_use]
     pub fn tip_m(&self, depth_m: f64) -> Vector3<f32> {
         self.patch.site_m() - self.params.probe.axis * depth_m as f32
     }
 }
 
-/// Gives the nodes of a scene with regions their steepness. Where the tissue is the same
-/// everywhere, a packed patch keeps its own.
+/// Sets the steepness of each node if the scene has regions or inclusions. Otherwise a packed patch
+/// keeps its own steepness.
 fn steepen(scene: &Scene, patch: &mut Patch) -> Result<(), Error> {
     let layout = Layout::of(scene)?;
     if !layout.is_uniform() {
@@ -224,12 +224,13 @@ fn most_stiffening(machine: &CostModel, patch: &Patch, params: &Params) -> Optio
     Some((fits / digit).floor() * digit)
 }
 
-/// Number of times an exponent is halved until it runs, and number of times the range that holds
-/// the largest such exponent is then halved.
+/// Largest number of times that an exponent is halved, in search of one with which the patch runs.
 const MOST_HALVINGS: i32 = 10;
+/// Number of bisections between that exponent and the one before.
 const HALVINGS: usize = 3;
 
-/// The scene's parameters with those that were fitted or lowered in a packed patch.
+/// Parameters of the scene, except those that were fitted or lowered for a packed patch: they come
+/// from its file.
 fn fitted(scene: &Scene, packed: &Params) -> Params {
     let own = scene.params(packed.probe.axis.map(f64::from).into());
     // a patch fitted without a term must run without it

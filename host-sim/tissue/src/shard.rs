@@ -1,12 +1,12 @@
-//! A campaign of numbered cases in parts: which cases a part holds, the file that it leaves, and
-//! whether files make up the whole.
+//! Splits a campaign of numbered cases into parts: the cases of a part, the file that it leaves,
+//! and the check that such files make up the whole campaign.
 //!
 //! ```text
 //! --shard 1/2 ─ Shard::cases ─ run ─ Part (shard.jsonl) ┐
 //! --shard 2/2 ─ Shard::cases ─ run ─ Part (shard.jsonl) ┴ complete ─ palpate merge ─ as one run
 //! ```
 //!
-//! Any scheduler can start the parts: they do not speak with each other.
+//! Any scheduler can start the parts: they do not communicate.
 
 mod complete;
 pub mod exact;
@@ -23,7 +23,8 @@ pub use complete::complete;
 pub use inputs::scene_checksum;
 pub use part::{FILE, Heading, Part, PartError, checksum, program};
 
-/// Most parts of a campaign: more than any scheduler takes, and few enough to go through.
+/// Largest number of parts of a campaign: more than any scheduler takes, and few enough to iterate
+/// over.
 const MOST: u64 = 10_000_000;
 
 /// Part `number` of `of`, counted from 1; written `7/1000`.
@@ -35,13 +36,13 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// Part `number` of `of`; `None` unless `1 <= number <= of`, and `of` is at most ten million.
+    /// Part `number` of `of`; `None` unless `1 <= number <= of` and `of` is at most ten million.
     #[must_use]
     pub fn new(number: u64, of: u64) -> Option<Self> {
         (of <= MOST && (1..=of).contains(&number)).then_some(Self { number, of })
     }
 
-    /// Number of the shard, from 1.
+    /// Number of the part, counted from 1.
     #[must_use]
     pub fn number(self) -> u64 {
         self.number
@@ -53,8 +54,8 @@ impl Shard {
         self.of
     }
 
-    /// Cases of the shard out of `total`: consecutive, and as many as any other shard's, or one
-    /// fewer. Empty if there are fewer cases than shards.
+    /// Cases of the part out of `total`: consecutive, and as many as in any other part, or one
+    /// fewer. Empty if there are fewer cases than parts.
     #[must_use]
     pub fn cases(self, total: u64) -> Range<u64> {
         let border = |shards: u64| (u128::from(total) * u128::from(shards) / u128::from(self.of)) as u64;

@@ -1,16 +1,16 @@
 //! Longest stable substep, measured on the *pressed* patch, not at rest.
 //!
-//! Tissue stiffens under the probe: the limit there is well below the limit at rest. So the patch
-//! is pressed to its depth limit with safely small substeps, and meanwhile the highest frequency of
-//! its tangent stiffness is found by power iteration. Symplectic Euler is stable while `dt w < 2`.
+//! Tissue stiffens under the probe, so the limit is much lower there than at rest. The patch is
+//! therefore pressed to its depth limit with safely small substeps, while power iteration finds the
+//! highest frequency of its tangent stiffness. Symplectic Euler is stable while `dt w < 2`.
 //! Relaxation is left out: the immediate response is that of the elastic stiffness. Contact is
-//! implicit and does not affect it. A tap compresses more for a few milliseconds, so the substeps
-//! from this bound are then tried on a tap, and increased by one until the patch comes to rest
-//! during it and after it.
+//! implicit and does not affect the limit. A tap compresses the tissue further for a few
+//! milliseconds. The number of substeps from this bound is therefore tried on a tap, and raised by
+//! one until the patch comes to rest under the tip and again after its release.
 //!
 //! Tissue that stiffens is tried on faster taps first. At 1 m/s the probe is as fast as the shear
 //! waves of soft tissue (1.07 m/s at 3.5 kPa): it squeezes the first elements before the next ones
-//! move, and under the exponential law their stiffness rises up to 55 times (`stiffening::CAP`).
+//! move, and by the exponential law their stiffness rises up to 55 times (`stiffening::CAP`).
 //! Within four ticks `dt w` then rises from 0.4 at rest past the limit of 2, before any tet is
 //! inverted.
 
@@ -20,7 +20,7 @@ use palpate::{BuildError, GuardLimits, Model, Params, ProbePose, State, Terms, T
 use crate::organ::tangents;
 use crate::patch::{Memory, Patch};
 
-/// Substeps of the measuring run: far below the limit of any patch that is worth running.
+/// Substeps per tick of the measuring run: each is far shorter than the limit of any usable patch.
 const CAREFUL_SUBSTEPS: u16 = 16;
 /// Speed of the measuring press [m/s]: slow enough that inertia does not squeeze the tissue.
 const PRESS_M_PER_S: f32 = 0.1;
@@ -30,13 +30,14 @@ const TAP_M_PER_S: f32 = 0.5;
 const SAMPLE_EVERY: usize = 5;
 /// Ticks within which a patch must come to rest after a tap and after its release.
 const REST_TICKS: usize = 400;
-/// Share of the tap's speed below which every node counts as at rest.
+/// Share of the tap's speed (1): a patch is at rest if no node is faster.
 const REST_SHARE: f32 = 0.01;
-/// Number of substeps beyond the bound that are tried on a tap.
+/// Largest number of substeps that are added to the bound.
 const MOST_ADDED: u16 = 4;
-/// Fast taps: places beside the site, in radii of the probe (1), and how much further outside they
-/// start, in steps of a tick (1). Whether a tap near the limit diverges depends on how the nodes
-/// lie under the probe and on when within a tick they are struck.
+/// Fast taps: place of each beside the site along two tangents, in probe radii (1), and extra
+/// distance from the surface at which it starts, in ticks at the tap's speed (1). Whether a tap
+/// near the limit diverges depends on the nodes under the probe and on the instant within a tick at
+/// which they are struck.
 const FAST_TAPS: [([f32; 2], f32); 12] = [
     ([0.0, 0.0], 0.0),
     ([0.0, 0.0], 0.25),
@@ -51,31 +52,32 @@ const FAST_TAPS: [([f32; 2], f32); 12] = [
     ([0.43, 0.25], 0.5),
     ([-0.43, 0.25], 0.75),
 ];
-/// Ticks for which fast taps are held, and ticks of their retreat.
+/// Ticks for which a fast tap is held, and ticks of its retreat.
 const FAST_TICKS: [usize; 2] = [20, 15];
-/// Tick over the patch's own at which fast taps must not diverge either (1).
+/// Longer tick at which fast taps must not diverge either, over the patch's own tick (1).
 const LONGER: f32 = 1.15;
+/// Number of power iterations for each sample.
 const ITERATIONS: usize = 30;
-/// Share of the limit that is used.
+/// Share of the longest stable substep that is used (1).
 pub const MARGIN: f64 = 0.9;
 
-/// Share of an element's size that the tip may sink per tick. Waves of the floored masses cross
-/// about 0.4 (shear) to 1.2 elements (volume) per tick. At this share, with implicit contact, every
-/// tet of the shipped patches keeps a fifth of its volume in a tap to the probe's radius. At 0.29,
-/// which is 1 m/s on the finer patches, tets turn inside out.
+/// Share of an element's size by which the tip may sink per tick (1). Waves of the floored masses
+/// cross about 0.4 (shear) to 1.2 elements (volume) per tick. At this share, with implicit contact,
+/// every tet of the shipped patches keeps a fifth of its volume in a tap as deep as the probe's
+/// radius. At 0.29, which is 1 m/s on the finer patches, tets turn inside out.
 const SINK_SHARE: f64 = 0.16;
 
-/// The limits that a patch's elements set, whatever its stiffness: floored masses carry waves at
-/// element size over tick.
+/// The guard's limits that follow from the size of a patch's elements, whatever its stiffness: with
+/// floored masses, waves travel about one element per tick.
 #[must_use]
 pub fn limits(patch: &Patch, tick_s: f64) -> GuardLimits {
     let max_sink_m_per_s = GuardLimits::HIGHEST.max_sink_m_per_s.min((SINK_SHARE * patch.element_m() / tick_s) as f32);
     GuardLimits { max_sink_m_per_s, ..GuardLimits::HIGHEST }
 }
 
-/// Parameters for another tick with the masses, the foundation and the damping of this one: a patch
-/// that is stable at a tick 15 % longer has a margin of 1.15 at this one. At a shorter one the
-/// dashpot is at most what a substep can carry.
+/// Parameters for another tick, with masses, foundation and damping unchanged: a patch that is
+/// stable at a tick 15 % longer has a margin of 1.15 at its own tick. At a shorter tick the
+/// contact's damping is limited to 1, the most that a substep can apply.
 #[must_use]
 pub fn with_tick(params: &Params, tick_s: f32) -> Params {
     let longer = tick_s / params.tick_s;
@@ -87,7 +89,7 @@ pub fn with_tick(params: &Params, tick_s: f32) -> Params {
     }
 }
 
-/// Limits of the substep.
+/// Longest stable substeps of a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StableStep {
     /// Longest stable substep at rest [s].
@@ -97,13 +99,14 @@ pub struct StableStep {
 }
 
 impl StableStep {
-    /// Substeps that a tick needs to stay within `MARGIN` of the limit.
+    /// Number of substeps per tick that keeps a substep within `MARGIN` of the limit.
     #[must_use]
     pub fn substeps(&self, tick_s: f64) -> f64 {
         (tick_s / (MARGIN * self.pressed_s)).ceil()
     }
 
-    /// Measures a patch. `None` when the patch does not even survive the measuring press.
+    /// Measures the limits of a patch. Returns `None` if the patch does not survive the measuring
+    /// press.
     ///
     /// # Errors
     /// Parameters or a model that [`Params::build`] refuses.
@@ -132,10 +135,11 @@ impl StableStep {
     }
 }
 
-/// The fewest substeps, from `least` on, with which a patch taken to its depth limit in a tap comes
-/// to rest there and after the release; if none does (tissue that sags slowly, or a press beyond
-/// its limits), the fewest without a fault. `None` if all have one. Tissue that stiffens also
-/// withstands fast taps ([`substeps_for_fast_taps`]).
+/// The smallest number of substeps, from `least` on, with which a patch that is tapped to its depth
+/// limit comes to rest there and again after the release. If no number does (tissue that sags
+/// slowly, or a press beyond the patch's limits), the smallest number without a fault; `None` if
+/// every number has one. Tissue that stiffens must also survive fast taps
+/// ([`substeps_for_fast_taps`]).
 ///
 /// # Errors
 /// Parameters or a model that [`Params::build`] refuses.
@@ -167,11 +171,11 @@ pub fn substeps_for_taps(model: &Model, params: &Params, site_m: Vector3<f32>, l
     Ok(without_fault)
 }
 
-/// The fewest substeps, from `least` on, with which tissue that stiffens survives taps to its depth
-/// limit at the fastest speed that the guard shows a patch, at the site and within half a radius of
-/// it, also at a tick 15 % longer. The masses stay the same. `None` if no number up to twice
-/// `least` and a few more is enough. Tissue that does not stiffen gets `least`: with it no tap of
-/// 1 m/s diverges from 1 to 100 kPa.
+/// The smallest number of substeps, from `least` on, with which tissue that stiffens survives taps
+/// to its depth limit. The taps are as fast as the guard lets a tip move, at the site and within
+/// half a probe radius of it, at the patch's own tick and at one 15 % longer with the same masses.
+/// `None` if no number up to twice `least` and a few more is enough. Tissue that does not stiffen
+/// gets `least`: no tap of 1 m/s diverges with it, from 1 to 100 kPa.
 ///
 /// # Errors
 /// Parameters or a model that [`Params::build`] refuses.
@@ -214,9 +218,9 @@ fn survives_fast_taps(model: &Model, params: &Params, site_m: Vector3<f32>) -> R
     Ok(true)
 }
 
-/// Tip depths [m] from just outside to the depth limit, tick by tick; `phase` is how much further
-/// outside the tip starts, in steps. It starts outside, since a probe that starts inside gets no
-/// force.
+/// Depths of the tip [m], one per tick, from just outside to the depth limit; `phase` is the extra
+/// distance of the start from the surface, in ticks at this speed (1). The tip starts outside,
+/// since a probe that starts inside gets no force.
 fn way_down(model: &Model, params: &Params, speed_m_per_s: f32, phase: f32) -> impl Iterator<Item = f32> {
     let step_m = speed_m_per_s * params.tick_s;
     let (start_m, end_m) = (-(2.0 + phase) * step_m, model.depth_limit_m);
@@ -224,23 +228,23 @@ fn way_down(model: &Model, params: &Params, speed_m_per_s: f32, phase: f32) -> i
     (0..=ticks).map(move |n| (start_m + n as f32 * step_m).min(end_m))
 }
 
-/// The parameters without relaxation, which alone would keep a patch from coming to rest after a
-/// tap.
+/// The parameters without relaxation and friction: relaxation alone would keep a patch from coming
+/// to rest after a tap.
 fn elastic(params: &Params) -> Params {
     Params { terms: Terms { relaxation: false, friction: false, ..params.terms }, ..*params }
 }
 
-/// Returns limits at their highest, except for the sink speed: the patch's stability is measured
+/// The guard's limits at their highest values, except for the sink speed: stability is measured
 /// without a force limit, but with the product's limit on the speed of a tap.
 fn unbounded_but_sink(params: &Params) -> GuardLimits {
     GuardLimits { max_sink_m_per_s: params.limits.max_sink_m_per_s, ..GuardLimits::HIGHEST }
 }
 
-/// The shape of the highest mode, kept from sample to sample.
+/// Shape of the mode with the highest frequency; each sample starts from that of the last one.
 struct ModeShape(Vec<[f64; 3]>);
 
 impl ModeShape {
-    /// A shape that contains all modes; deterministic.
+    /// A shape that contains all modes, from a generator with a fixed seed.
     fn seeded(nodes: usize) -> Self {
         let mut x = 0x9e37_79b9_7f4a_7c15_u64;
         let mut next = || {
@@ -253,18 +257,18 @@ impl ModeShape {
     }
 
     /// Square of the highest angular frequency about the state [1/s^2]. Contact is implicit and
-    /// left out, except where the tissue stiffens under it. The effect of a shape on the forces (`K
-    /// u`) and on the velocities after a substep (`dt M^-1 K u`) are both read off the tick's own
-    /// stages, so that the mass matrix is that of these stages.
+    /// left out, except that tissue that stiffens does so under the tip at `tip_m`. The tick's own
+    /// stages give both the forces that a shape causes (`K u`) and the velocities after a substep
+    /// (`dt M^-1 K u`), so that the mass matrix is the one that they use.
     fn highest_square(&mut self, model: &Model, tuned: &Tuned, state: &State, trial: &mut State, tip_m: Vector3<f32>) -> f64 {
         let size = extent(model);
-        // tissue under the probe is stiffer because of it, even though contact has no share
+        // tissue that stiffens is stiffer under the probe, even though contact itself is left out
         let seen_m = if tuned.stiffens() { tip_m } else { tuned.probe().axis * (100.0 * size as f32) };
         let mut square = 0.0;
         for _ in 0..ITERATIONS {
             let largest = self.0.iter().flatten().fold(0.0_f64, |a, &c| a.max(c.abs()));
             self.0.iter_mut().flatten().for_each(|c| *c /= largest);
-            // small for the tissue, large for f32
+            // small against the tissue, large against the rounding of f32
             let step = 1e-4 * size;
             let [Some(up), Some(down)] = [step, -step].map(|step| response(model, tuned, state, trial, &self.0, seen_m, step))
             else {
@@ -284,9 +288,9 @@ impl ModeShape {
     }
 }
 
-/// Force [N] on each node with the shape added to the state, and its velocity [m/s] one substep
-/// later, from rest, with the probe's tip at `tip_m`. Forces on anchors are zero. `None` when a
-/// node is too fast to be tissue.
+/// Force on each node with the shape added to the state [N], and the node's velocity one substep
+/// later, from rest [m/s], with the tip of the probe at `tip_m`. Forces on anchors are zero. `None`
+/// if a node is so fast that the integration has diverged.
 fn response(
     model: &Model,
     tuned: &Tuned,

@@ -1,5 +1,5 @@
-//! From a scene to a tissue: mesh (`shape`, `organ` for an organ), material ([`Layout`]), fixed
-//! nodes, site of the press.
+//! Builds the tissue of a scene: its mesh ([`organ`] and [`organ_source`] if it is not a block),
+//! its material ([`Layout`]), its fixed nodes and the site of the press.
 
 mod body;
 mod material;
@@ -17,28 +17,28 @@ pub use organ::DEFAULT_ORGAN_NODES;
 use organ_source::OrganSource;
 pub use steepness::steepness;
 
-/// A mesh rests on its underside: surface triangles whose outward normal has less than this cosine
-/// with the press axis are fixed.
+/// A mesh rests on its underside. A surface triangle is fixed if the cosine between its outward
+/// normal and the axis of the press is below this value (1).
 pub const UNDERSIDE_COSINE: f64 = -0.5;
 /// Depth limit of the patch as a multiple of the deepest hold.
 pub const DEPTH_MARGIN: f64 = 1.25;
-/// Deepest press of a force drive, and of a trace that never touches, in probe radii: the depth to
-/// which the contact law was measured.
+/// Deepest press that is assumed for a force drive, and for a trace that never touches, in probe
+/// radii (1): the depth up to which the contact law was measured.
 const DEFAULT_DEPTH_RADII: f64 = 0.75;
 
-/// Nodes of a block if the scene gives none.
+/// Number of nodes of a block if the scene gives none.
 pub const DEFAULT_NODES: usize = 410;
 
-/// A tissue with its press direction.
+/// A tissue with the direction of the press.
 #[derive(Clone, Debug)]
 pub struct Placed {
     /// Tissue that is pressed.
     pub tissue: Tissue,
-    /// From the tip to the handle: the outward normal of the surface at the site.
+    /// Unit vector from the tip to the handle: the outward normal of the surface at the site.
     pub axis: [f64; 3],
-    /// Findings of the import, for a mesh file.
+    /// Report of the import, for a mesh file.
     pub import: Option<ImportReport>,
-    /// Findings of the import, for a surface file.
+    /// Report of the import, for a surface file.
     pub surface: Option<SurfaceReport>,
 }
 
@@ -77,18 +77,18 @@ pub fn place_fine(scene: &Scene, tips_m: &[[f32; 3]], fine_radii: f64) -> Result
     place_block(scene, tips_m, mesh)
 }
 
-/// Mesh of a block.
+/// Makes the tissue of a block from its mesh.
 pub fn place_block(scene: &Scene, tips_m: &[[f32; 3]], mesh: TetMesh) -> Result<Placed, Error> {
     let size_m = scene.tissue.block_m.unwrap_or_default();
     let [x, y] = scene.probe.position_m.unwrap_or_default();
-    // the generator puts the bottom nodes exactly there
+    // the generator places the bottom nodes at exactly this height
     let anchors = anchored(&mesh, |x| x[2] <= -size_m[2] * (1.0 - 1e-9));
     let axis = [0.0, 0.0, 1.0];
     let tissue = finish(scene, tips_m, mesh, anchors, [x, y, 0.0], axis)?;
     Ok(Placed { tissue, axis, import: None, surface: None })
 }
 
-/// The file's own mesh.
+/// Makes the tissue from the mesh of a file as it is.
 fn place_imported(scene: &Scene, tips_m: &[[f32; 3]], mesh: TetMesh, report: ImportReport) -> Result<Placed, Error> {
     let site = scene.probe.site.unwrap_or_default();
     let (site_m, axis) = nearest_on_surface(&boundary(&mesh), site, scene.probe.radius_m);
@@ -103,7 +103,7 @@ fn place_imported(scene: &Scene, tips_m: &[[f32; 3]], mesh: TetMesh, report: Imp
     Ok(Placed { tissue, axis, import: Some(report), surface: None })
 }
 
-/// A mesh of a shape, fixed where the shape is fixed.
+/// Makes the tissue from a mesh of a shape, fixed where the shape is fixed.
 pub fn on_shape(
     scene: &Scene,
     tips_m: &[[f32; 3]],
@@ -130,7 +130,8 @@ fn not_meshed(scene: &Scene, cause: BlockError) -> SceneError {
     SceneError::value(&scene.file, key, &cause.to_string())
 }
 
-/// Deepest press the patch must answer [m].
+/// Depth limit of the patch [m]: the deepest press of the drive with a margin, or the limit that a
+/// trace gives.
 fn depth_limit_m(scene: &Scene, tips_m: &[[f32; 3]], site_m: [f64; 3], axis: [f64; 3]) -> f64 {
     let deepest = match &scene.drive {
         Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.iter().copied().fold(0.0, f64::max),
@@ -164,7 +165,7 @@ fn finish(
     Ok(Tissue::closed(mesh, stiffness_ratio, anchors, site_m, depth_limit_m))
 }
 
-/// Refuses a ball that overlaps no tet or holds all of them: the sign of a coordinate or a unit is
+/// Refuses a ball that overlaps no tet or contains all nodes: a unit or the sign of a coordinate is
 /// wrong.
 fn refuse_inclusions_outside(scene: &Scene, mesh: &TetMesh) -> Result<(), SceneError> {
     for (n, ball) in scene.tissue.inclusion.iter().enumerate() {
@@ -192,7 +193,7 @@ fn anchored(mesh: &TetMesh, fixed: impl Fn(&[f64; 3]) -> bool) -> Vec<u32> {
     (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| fixed(x)).map(|(n, _)| n).collect()
 }
 
-/// Whether a triangle of the surface is part of the underside of a press along `axis`.
+/// Whether a surface triangle is part of the underside, which faces away from a press along `axis`.
 pub(crate) fn faces_away(triangle: [Vector3<f64>; 3], axis: [f64; 3]) -> bool {
     let n = normal(triangle);
     n.dot(&Vector3::from(axis)) < UNDERSIDE_COSINE * n.dot(&n).sqrt()
@@ -203,8 +204,8 @@ fn boundary(mesh: &TetMesh) -> Vec<[Vector3<f64>; 3]> {
     surface::surface(&mesh.tets).iter().map(|t| corners(mesh, t)).collect()
 }
 
-/// Nodes of the surface that faces away from a press along `axis`, ascending. The roof of a hollow
-/// does not belong to it.
+/// Nodes of the surface that faces away from a press along `axis`, ascending. The roof of an
+/// internal cavity is not part of that surface.
 pub fn underside(mesh: &TetMesh, axis: [f64; 3]) -> Vec<u32> {
     let hollow = surface::hollow(mesh);
     let away = |t: &[u32; 3]| !hollow[t[0] as usize] && faces_away(corners(mesh, t), axis);
@@ -214,7 +215,7 @@ pub fn underside(mesh: &TetMesh, axis: [f64; 3]) -> Vec<u32> {
     nodes
 }
 
-/// Stiffness of a tet with balls in it: see [`blended`].
+/// Stiffness ratio of a tet that may contain balls (1), averaged by [`blended`].
 pub fn ratio_of(mesh: &TetMesh, tet: &[u32; 4], inclusions: &[Inclusion]) -> f64 {
     if inclusions.is_empty() {
         return 1.0;
@@ -222,10 +223,10 @@ pub fn ratio_of(mesh: &TetMesh, tet: &[u32; 4], inclusions: &[Inclusion]) -> f64
     blended(mesh, tet, |x| inclusions.iter().rev().find(|ball| ball.holds(x)).map_or(1.0, |ball| ball.stiffness_ratio))
 }
 
-/// Stiffness of a tet: blended over a fine sample of it, so that a small ball or a thin layer is
-/// not lost between centroids and its effective size does not jump with the mesh. The blend is
-/// Hill's (1952), half way between equal strain and equal stress: with equal strain alone a ball
-/// smaller than the elements is 8 % too stiff.
+/// Stiffness of a tet, averaged over many points in it, so that a small ball or a thin layer
+/// between the centroids is not missed and its effective size does not jump with the mesh. The
+/// average is Hill's (1952), half way between equal strain and equal stress: with equal strain
+/// alone a ball smaller than the elements is 8 % too stiff.
 pub fn blended(mesh: &TetMesh, tet: &[u32; 4], stiffness: impl Fn([f64; 3]) -> f64) -> f64 {
     let (mut sum, mut inverse, mut count) = (0.0, 0.0, 0.0);
     for at in samples(mesh, tet) {
@@ -295,8 +296,8 @@ fn normal([a, b, c]: [Vector3<f64>; 3]) -> Vector3<f64> {
     (b - a).cross(&(c - a))
 }
 
-/// Nearest point of a triangle: its plane's point if that is inside, else the nearest point of its
-/// sides.
+/// Point of a triangle that is nearest to `p` [m]: the foot of the perpendicular on its plane if
+/// that is inside, else the nearest point of its sides.
 fn nearest_on_triangle(corners: [Vector3<f64>; 3], p: Vector3<f64>) -> Vector3<f64> {
     let n = normal(corners);
     let height = (p - corners[0]).dot(&n) / n.dot(&n);

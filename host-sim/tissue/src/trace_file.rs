@@ -8,7 +8,7 @@ use crate::press::Press;
 const COLUMNS: [&str; 10] =
     ["t_s", "probe_x_m", "probe_y_m", "probe_z_m", "depth_m", "force_x_n", "force_y_n", "force_z_n", "active_nodes", "tick_us"];
 
-/// Writes a run. Each number is the shortest decimal that reads back as the same one, in single
+/// Writes a run. Each number is the shortest decimal that reads back as the same number, in single
 /// precision except for the time.
 ///
 /// # Errors

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Displacement of the top surface at a square grid around the place, rounded to nanometres.
+/// Displacement of the top surface on a square grid around the place of the press, rounded to
+/// nanometres.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceGrid {
@@ -10,12 +11,13 @@ pub struct SurfaceGrid {
     pub spacing_m: f64,
     /// The grid has `2 half_count + 1` points per side, the middle one at the place.
     pub half_count: usize,
-    /// Displacement [nm], shape \[(2n+1)^2\]\[3\], x fastest, from the corner of least x and y.
+    /// Displacement [nm], shape \[(2n+1)^2\]\[3\], x fastest, from the corner of smallest x and y.
     pub displacement_nm: Vec<[i32; 3]>,
 }
 
 impl SurfaceGrid {
-    /// Samples a displacement field `at` [m] given by the offset from the place [m].
+    /// Samples a displacement field; `at` gives the displacement [m] at an offset from the place
+    /// [m].
     #[must_use]
     pub fn sample(spacing_m: f64, half_count: usize, at: impl Fn([f64; 2]) -> [f64; 3]) -> Self {
         let side = 2 * half_count + 1;
@@ -53,7 +55,7 @@ impl SurfaceGrid {
     }
 }
 
-/// Weights of the four points around the cell in which `t` runs from 0 to 1.
+/// Weights of four consecutive points, between the middle two of which `t` runs from 0 to 1.
 fn weights(t: f64) -> [f64; 4] {
     let (t2, t3) = (t * t, t * t * t);
     [0.5 * (-t3 + 2.0 * t2 - t), 0.5 * (3.0 * t3 - 5.0 * t2 + 2.0), 0.5 * (-3.0 * t3 + 4.0 * t2 + t), 0.5 * (t3 - t2)]

@@ -1,8 +1,8 @@
 //! The built-in block: a graded, unstructured tet mesh with an exact number of nodes, fine where a
 //! probe presses.
 //!
-//! Nodes are seeded at the wanted density, relaxed like a truss, joined by Delaunay tets and rid of
-//! slivers.
+//! Nodes are seeded at the wanted density, relaxed like a truss and joined by Delaunay tets; then
+//! slivers are removed.
 
 mod delaunay;
 mod flip;
@@ -24,19 +24,19 @@ use self::sliver::remove_slivers;
 use super::TetMesh;
 use thiserror::Error;
 
-/// Largest ratio of the longest to the shortest side that is meshed.
+/// Largest ratio of the longest to the shortest side of a block (1).
 const MAX_ASPECT: f64 = 20.0;
 const NODES: std::ops::RangeInclusive<usize> = 30..=5000;
-/// Least radius ratio of any tet of a finished mesh.
+/// Smallest radius ratio of a tet in a finished mesh (1).
 const MIN_QUALITY: f64 = 0.1;
 
-/// Largest number of nodes around a patch: the range of a patch file's indices.
+/// Largest number of nodes of a block around a patch, given by the indices of a patch file.
 const MAX_NODES: usize = u16::MAX as usize;
-/// Steepest growth of the element size per distance around a patch: neighbours then differ by at
-/// most a factor 2.
+/// Largest growth of the element size per distance around a patch (1): neighbours then differ by at
+/// most a factor of 2.
 const MAX_GROWTH: f64 = 1.0;
 
-/// Coordinates in units of the longest side are multiples of 2^-40.
+/// Inverse of the step to which coordinates are rounded, in units of the longest side: 2^40.
 const ROUNDING: f64 = 1_099_511_627_776.0;
 
 /// A block of tissue centred on x = y = 0, its top face at z = 0.
@@ -48,7 +48,7 @@ pub struct BlockSpec {
     pub nodes: usize,
     /// Place on the top face at which the elements are smallest [m].
     pub fine_at_m: [f64; 2],
-    /// Radius around that spot within which elements keep their smallest size [m]; outside they
+    /// Radius around that place within which elements keep their smallest size [m]; outside they
     /// grow with the distance.
     pub fine_radius_m: f64,
 }
@@ -95,7 +95,7 @@ pub enum BlockError {
     UnsoundPatch { value: f64 },
 }
 
-/// Meshes the block. The same spec gives the same bits on every machine.
+/// Meshes a block. The same spec gives the same bits on every machine.
 ///
 /// # Errors
 /// A spec out of bounds, or too few nodes for its proportions.
@@ -172,7 +172,8 @@ fn to_metres(size_m: [f64; 3], cloud: &Cloud, tets: Vec<[u32; 4]>) -> TetMesh {
     let longest = size_m.into_iter().fold(0.0, f64::max);
     let high = [0.5 * size_m[0], 0.5 * size_m[1], 0.0];
     let low = [-high[0], -high[1], -size_m[2]];
-    // Face nodes get the face's exact coordinate, not one that was converted to the unit and back.
+    // Face nodes get the face's exact coordinate, which conversion to the unit and back would
+    // round.
     let coordinate = |i: usize, k: usize| match (cloud.pinned[i][k], cloud.at[i][k] == cloud.at[0][k]) {
         (true, true) => low[k],
         (true, false) => high[k],

@@ -1,4 +1,4 @@
-//! A binary mesh file, read from the start.
+//! Reads a binary mesh file from start to end.
 
 use super::error::{Defect, MeshError, quoted};
 
@@ -10,7 +10,7 @@ pub(super) enum Order {
 }
 
 /// The bytes not yet read. A count from the file is used only as a loop bound or as a length that
-/// is checked against the remaining bytes: nothing is allocated for it.
+/// is checked against the remaining bytes: no memory is allocated for it.
 pub(super) struct Bytes<'a> {
     pub file: &'a str,
     pub order: Order,
@@ -22,12 +22,12 @@ impl<'a> Bytes<'a> {
         Self { file, order, rest: data }
     }
 
-    /// A defect that belongs to no line.
+    /// An error for a defect that belongs to no line.
     pub fn error(&self, defect: Defect) -> MeshError {
         MeshError { file: self.file.to_owned(), line: None, defect }
     }
 
-    /// `found` in place of `what`.
+    /// An error: the file has `found` where `what` is expected.
     pub fn unexpected(&self, what: &'static str, found: &str) -> MeshError {
         self.error(Defect::Expected { what, found: quoted(found) })
     }
@@ -58,7 +58,7 @@ impl<'a> Bytes<'a> {
         self.number(what).map(i32::from_le_bytes)
     }
 
-    /// An `i32` that is a count, number or code: at least 0.
+    /// Reads an `i32` that is a count, number or code: at least 0.
     pub fn whole_i32(&mut self, what: &'static str) -> Result<u64, MeshError> {
         let value = self.i32(what)?;
         u64::try_from(value).map_err(|_| self.unexpected(what, &value.to_string()))
@@ -68,7 +68,7 @@ impl<'a> Bytes<'a> {
         self.number(what).map(u64::from_le_bytes)
     }
 
-    /// A finite coordinate in file units, in single or double precision.
+    /// Reads a finite coordinate in file units, in single or double precision.
     pub fn coordinate(&mut self, double: bool) -> Result<f64, MeshError> {
         let what = "a coordinate";
         let value =
@@ -94,7 +94,7 @@ impl<'a> Bytes<'a> {
         String::from_utf8_lossy(line).trim().to_owned()
     }
 
-    /// The next line, which the format requires.
+    /// The next line, without which the file is incomplete.
     pub fn required(&mut self, what: &'static str) -> Result<String, MeshError> {
         self.line().ok_or_else(|| self.error(Defect::Truncated { what }))
     }

@@ -1,4 +1,5 @@
-//! Whether a solid can be simulated: its size, its nodes, the shape and orientation of its tets.
+//! Checks that a solid can be simulated: its size, its nodes, the shape and orientation of its
+//! tets.
 
 use super::error::{Defect, MeshError};
 use super::quality::{corners, quality, six_volumes};
@@ -6,16 +7,17 @@ use super::solid::Solid;
 use super::topology;
 use super::unit::LengthUnit;
 
-/// Largest extent below which the length unit must be wrong [m]: a probe tip is millimetres wide,
-/// and an organ in metres read as millimetres comes out at 0.1 mm.
+/// Lower bound of a mesh's largest extent [m]: below it the length unit must be wrong. A probe tip
+/// is millimetres wide, and an organ in metres that is read as millimetres is 0.1 mm long.
 pub const MIN_SIZE_M: f64 = 1e-3;
 
-/// Largest extent above which the length unit must be wrong [m]: nothing palpated exceeds a body,
-/// and an organ in millimetres read as metres comes out at 100 m.
+/// Upper bound of a mesh's largest extent [m]: above it the length unit must be wrong. Nothing that
+/// is palpated is larger than a body, and an organ in millimetres that is read as metres is 100 m
+/// long.
 pub const MAX_SIZE_M: f64 = 2.0;
 
-/// Least quality of a tet (1 for the regular one). In an organ a hundred edges wide, rounding to
-/// `f32` moves a node by 1e-5 of an edge: a flatter tet could turn inside out before it is touched.
+/// Least quality of a tet (1); the regular tet has 1. In an organ a hundred edges wide, rounding to
+/// `f32` moves a node by 1e-5 of an edge: a flatter tet could be inside out before it is touched.
 pub const MIN_QUALITY: f64 = 1e-4;
 
 /// Results of the check of a sound solid.
@@ -28,7 +30,8 @@ pub(super) struct Findings {
     pub worst: (usize, f64),
 }
 
-/// Orients every tet positively; fails on the first kind of defect present.
+/// Checks a solid and orients its tets positively; fails with the first kind of defect that is
+/// present.
 pub(super) fn check(solid: &mut Solid, unit_m: f64) -> Result<Findings, MeshError> {
     let size_m = size(&solid.mesh.nodes_m, unit_m).map_err(|defect| solid.error(defect))?;
     no_coincident_nodes(solid)?;
@@ -73,7 +76,7 @@ pub(super) fn size(nodes_m: &[[f64; 3]], unit_m: f64) -> Result<[f64; 3], Defect
     })
 }
 
-/// A length [m] as millimetres in few digits.
+/// A length as text in millimetres, with few digits.
 fn millimetres(length_m: f64) -> String {
     let mm = 1e3 * length_m;
     if (0.01..1e6).contains(&mm) {
@@ -133,7 +136,7 @@ fn no_duplicate_tets(solid: &Solid) -> Result<(), MeshError> {
     }
 }
 
-/// Index and quality of the flattest tet, if it is sound.
+/// Index and quality of the flattest tet; an error if it is too flat.
 fn no_flat_tets(solid: &Solid) -> Result<(usize, f64), MeshError> {
     let mesh = &solid.mesh;
     let mut worst = (0, f64::INFINITY);

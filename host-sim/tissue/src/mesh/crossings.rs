@@ -1,4 +1,4 @@
-//! Whether a surface passes through itself.
+//! Checks whether a surface passes through itself.
 
 use nalgebra::Vector3;
 use robust::{Coord3D, orient3d};
@@ -7,8 +7,8 @@ use super::distance::{ClosedSurface, Facet};
 
 type V3 = Vector3<f64>;
 
-/// Number of pairs of triangles that cross, and a corner near the first of them [m]; `None` if none
-/// do. Triangles that merely touch, or lie in one plane, do not cross.
+/// Number of pairs of triangles that cross, and a corner near the first of them [m]; `None` if no
+/// triangles cross. Triangles that merely touch, or lie in one plane, do not cross.
 pub(super) fn crossings(surface: &ClosedSurface) -> Option<(usize, [f64; 3])> {
     let mut found = None;
     for (index, facet) in surface.facets.iter().enumerate() {
@@ -56,7 +56,7 @@ fn pierces(a: &Facet, b: &Facet) -> bool {
     })
 }
 
-/// The side of the plane of `a`, `b`, `c` that `d` lies on: -1, 0 or 1, exactly.
+/// Side of the plane of `a`, `b`, `c` on which `d` lies: -1, 0 or 1, exactly.
 fn side(a: &V3, b: &V3, c: &V3, d: &V3) -> f64 {
     let point = |at: &V3| Coord3D { x: at.x, y: at.y, z: at.z };
     let volume = orient3d(point(a), point(b), point(c), point(d));

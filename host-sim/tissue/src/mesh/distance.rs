@@ -1,9 +1,10 @@
-//! Signed distance to the closed surface of a tet mesh, and rays onto it.
+//! Signed distance to a closed surface of triangles, such as that of a tet mesh.
 //!
 //! The nearest triangle is found in a hierarchy of boxes. The sign is that of the angle-weighted
-//! normal of the corner, side or face it is nearest at (Baerentzen and Aanaes 2005, "Signed
-//! distance computation using the angle weighted pseudonormal", IEEE TVCG 11:243): correct in front
-//! of any edge of a closed surface, where the normal of a single triangle is not.
+//! normal at the nearest point, which is a corner or lies on a side or a face (Baerentzen and
+//! Aanaes 2005, "Signed distance computation using the angle weighted pseudonormal", IEEE TVCG
+//! 11:243). It is correct in front of any edge of a closed surface, where the normal of a single
+//! triangle may give the wrong sign.
 
 use std::collections::BTreeMap;
 
@@ -27,15 +28,16 @@ pub struct ClosedSurface {
 #[derive(Clone, Debug)]
 pub(super) struct Facet {
     pub corners: [V3; 3],
-    /// Outward unit normal of the face; sums of normals for side `k` (from corner `k` to the next)
-    /// and for corner `k`.
+    /// Outward unit normal of the face.
     normal: V3,
+    /// For side `k`, from corner `k` to the next: the sum of the normals of its two faces.
     at_sides: [V3; 3],
+    /// For each corner, the sum of the normals of the faces around it, weighted by their angles.
     at_corners: [V3; 3],
 }
 
-/// A box of the hierarchy with its run of facets; its first half follows it, `second` is its other
-/// half, 0 in a leaf.
+/// A box of the hierarchy with its range of facets. Its first half is the next box in the list,
+/// `second` is the index of its other half, or 0 for a box that is not divided.
 #[derive(Clone, Debug)]
 pub(super) struct Bounds {
     pub low: V3,
@@ -44,24 +46,25 @@ pub(super) struct Bounds {
     pub second: usize,
 }
 
-/// The surface's point nearest to a place.
+/// Point of a surface that is nearest to a given point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Foot {
-    /// The point [m].
+    /// Position of the nearest point [m].
     pub at_m: [f64; 3],
     /// Distance to the surface [m], negative inside.
     pub distance_m: f64,
 }
 
 impl ClosedSurface {
-    /// The surface of a mesh whose tets are positively oriented; `None` if it has none.
+    /// The surface of a mesh whose tets are positively oriented; `None` if there are no tets.
     #[must_use]
     pub fn of(mesh: &TetMesh) -> Option<Self> {
         Self::of_triangles(&mesh.nodes_m, &surface::surface(&mesh.tets))
     }
 
-    /// The surface of triangles that are counter-clockwise seen from outside, each edge of them in
-    /// two; `None` if there are none. A triangle without area has no normal of its own.
+    /// The surface of triangles that are counter-clockwise seen from outside, and each of whose
+    /// edges is in two of them; `None` if there are no triangles. A triangle without area has no
+    /// normal of its own.
     #[must_use]
     pub fn of_triangles(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Option<Self> {
         let place = |n: u32| V3::from(nodes_m[n as usize]);
@@ -96,7 +99,7 @@ impl ClosedSurface {
         Some(own)
     }
 
-    /// Lowest and highest corner [m] of the box around it.
+    /// Lowest and highest corner [m] of the box around the surface.
     #[must_use]
     pub fn bounds_m(&self) -> [[f64; 3]; 2] {
         [self.boxes[0].low.into(), self.boxes[0].high.into()]
@@ -107,7 +110,7 @@ impl ClosedSurface {
         self.facets.iter().map(|facet| facet.corners)
     }
 
-    /// Nearest point and signed distance.
+    /// Nearest point of the surface, and signed distance to it.
     #[must_use]
     pub fn foot(&self, at_m: [f64; 3]) -> Foot {
         let point = V3::from(at_m);
@@ -171,7 +174,7 @@ impl Facet {
         self.corners[0] * at[0] + self.corners[1] * at[1] + self.corners[2] * at[2]
     }
 
-    /// Three times the middle's coordinate.
+    /// Three times the coordinate of the facet's centroid along an axis.
     fn middle(&self, axis: usize) -> f64 {
         self.corners.iter().map(|x| x[axis]).sum()
     }

@@ -1,14 +1,15 @@
-//! Defects of a mesh file, and where they are.
+//! Defects of a mesh file, with their places.
 
 use std::io;
 
-/// A mesh file that cannot be used. Displays as one line: where, what, how to fix it.
+/// A mesh file that cannot be used. Displays as one line that says where the defect is, what it is,
+/// and how to fix it.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {defect}", place(file, *line))]
 pub struct MeshError {
     /// Path as the caller gave it, control characters replaced.
     pub file: String,
-    /// Line in `file`, from 1; `None` where the defect belongs to no single line.
+    /// Line in `file`, counted from 1; `None` if the defect belongs to no single line.
     pub line: Option<usize>,
     /// Defect that was found.
     pub defect: Defect,
@@ -111,7 +112,7 @@ pub enum Defect {
     UnknownNode {
         tet: u64,
         node: u64,
-        /// Nodes in the file.
+        /// Number of nodes in the file.
         nodes: usize,
         /// Highest node number in the file.
         last: u64,
@@ -143,12 +144,12 @@ pub enum Defect {
     Parts { parts: usize, sizes: String, tet: u64 },
 }
 
-/// The line of an item in a text file, in brackets.
+/// The line of an item in a text file, in brackets; empty for a binary file.
 fn in_line(line: Option<usize>) -> String {
     line.map_or_else(String::new, |line| format!(" (line {line})"))
 }
 
-/// Explains a missing `node`: past the last of a gapless numbering, or merely not defined.
+/// Explains why a node does not exist: it is beyond a gapless numbering, or merely not defined.
 fn no_such_node(node: u64, nodes: usize, last: u64) -> String {
     if node > last && last.abs_diff(nodes as u64) <= 1 {
         format!("the file has {nodes} nodes")

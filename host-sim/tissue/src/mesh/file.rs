@@ -1,15 +1,15 @@
-//! The bytes of a mesh file, and its name in messages.
+//! Bytes of a mesh file, and its name in messages.
 
 use std::path::Path;
 use std::{fs, io};
 
 use super::error::{Defect, MeshError, printable};
 
-/// Largest number of bytes read from a file. 65 535 nodes and their tets take some 30 MB as text;
-/// the rest is room for results saved along with them.
+/// Largest number of bytes that is read from a file [MiB]. 65 535 nodes and their tets take some 30
+/// MB as text; the rest leaves room for results that were saved with the mesh.
 pub(super) const MAX_FILE_MIB: u64 = 512;
 
-/// The bytes of a file that is not empty. Bytes that should be text and are not appear as
+/// Reads a file, which must not be empty. Bytes that are not text where text is expected appear as
 /// replacement characters: harmless in a title, an error in a number.
 pub(super) fn content(path: &Path) -> Result<Vec<u8>, MeshError> {
     let unreadable = |error: io::Error| whole_file(path, Defect::Read(error));

@@ -27,7 +27,7 @@ pub(super) fn read(file: &str, data: &[u8]) -> Result<RawMesh, MeshError> {
     if is_binary(data) { binary::read(file, data) } else { read_text(file, &String::from_utf8_lossy(data)) }
 }
 
-/// The second word under `$MeshFormat` is 1.
+/// Whether the second word under `$MeshFormat` is 1.
 fn is_binary(data: &[u8]) -> bool {
     let mut lines = data.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii).filter(|line| !line.is_empty());
     let format = lines.next().filter(|line| *line == b"$MeshFormat").and_then(|_| lines.next());
@@ -100,7 +100,7 @@ fn version(text: &str) -> Result<(Version, &'static str), Defect> {
     }
 }
 
-/// `version file-type data-size`, file type 0 being text.
+/// Reads `version file-type data-size`; file type 0 is text.
 fn format(lines: &mut Lines) -> Result<(Version, &'static str), MeshError> {
     let mut line = lines.required("the Gmsh version")?;
     let word = line.word("the Gmsh version")?;
@@ -112,7 +112,7 @@ fn format(lines: &mut Lines) -> Result<(Version, &'static str), MeshError> {
     }
 }
 
-/// Format 1 and 2 alike: the number of nodes, then `number x y z` each.
+/// Reads the nodes of format 1 or 2: their number, then `number x y z` for each.
 fn numbered_nodes(lines: &mut Lines, mesh: &mut RawMesh, section: &'static str) -> Result<(), MeshError> {
     let count = lone_count(lines, "the number of nodes")?;
     lines.rows(section, "nodes", count, |mut line| {
@@ -129,7 +129,7 @@ fn lone_count(lines: &mut Lines, what: &'static str) -> Result<u64, MeshError> {
     Ok(count)
 }
 
-/// The line that ends a section of `count` records.
+/// Reads the line that ends a section of `count` records.
 fn section_end(lines: &mut Lines, section: &'static str, items: &'static str, count: u64) -> Result<(), MeshError> {
     let line = lines.required("the end of the section")?;
     let (at, text) = (line.at, line.text);
@@ -142,7 +142,7 @@ fn section_end(lines: &mut Lines, section: &'static str, items: &'static str, co
     Err(at.error(Defect::TooMany { section, items, announced: count }))
 }
 
-/// The line `tag`, which ends a section without records.
+/// Reads the line `tag`, which ends a section without records.
 fn end(lines: &mut Lines, tag: &'static str) -> Result<(), MeshError> {
     let line = lines.required(tag)?;
     if line.text == tag {
@@ -152,7 +152,7 @@ fn end(lines: &mut Lines, tag: &'static str) -> Result<(), MeshError> {
     Err(Word { at, text }.unexpected(tag))
 }
 
-/// Skips a section that the solid does not need: names, periodicity, results.
+/// Skips a section that the mesh does not need: names, periodicity, results.
 fn skip_section(lines: &mut Lines, start: &Line) -> Result<(), MeshError> {
     let (at, text) = (start.at, start.text);
     let Some(name) = text.strip_prefix('$') else {
@@ -164,13 +164,13 @@ fn skip_section(lines: &mut Lines, start: &Line) -> Result<(), MeshError> {
     Err(at.error(Defect::Truncated { what: "this section ends" }))
 }
 
-/// The name after `$End`, or after `$END` in format 1.
+/// Name of the section that a line ends: the text after `$End`, or after `$END` in format 1.
 fn ended_section(text: &str) -> Option<&str> {
     text.strip_prefix("$End").or_else(|| text.strip_prefix("$END"))
 }
 
-/// A physical group as a region. Gmsh uses a negative group to reverse its elements, which says
-/// nothing about the material.
+/// Reads a physical group as a region. A negative group, by which Gmsh reverses elements, is the
+/// same region, since the sign says nothing about the material.
 fn physical_group(word: Word) -> Result<u32, MeshError> {
     let text = word.text.strip_prefix('-').unwrap_or(word.text);
     Word { text, ..word }.region()

@@ -27,21 +27,22 @@ pub struct Imported {
 pub struct ImportReport {
     /// Name and version of the file format.
     pub format: &'static str,
-    /// Nodes in use.
+    /// Number of nodes in use.
     pub nodes: usize,
-    /// Tets of the mesh.
+    /// Number of tets.
     pub tets: usize,
-    /// Inverted tets of the file, two of whose nodes were swapped.
+    /// Number of inverted tets in the file, of which two nodes were swapped.
     pub flipped_tets: usize,
-    /// Elements left out, by kind: triangles, lines, but also hexahedra and other solids.
+    /// Number of elements left out, by kind: triangles and lines, but also hexahedra and other
+    /// solids.
     pub ignored: BTreeMap<&'static str, usize>,
-    /// Nodes left out because no tet names them.
+    /// Number of nodes left out because no tet names them.
     pub unused_nodes: usize,
     /// Extents along x, y, z [m].
     pub size_m: [f64; 3],
-    /// Sum over the tets [m^3].
+    /// Sum of the tets' volumes [m^3].
     pub volume_m3: f64,
-    /// The flattest tet.
+    /// The tet of lowest quality.
     pub worst_tet: WorstTet,
 }
 
@@ -57,7 +58,7 @@ pub enum MeshFile {
 /// Reads and checks the mesh or the surface in the file at `path`, `unit_m` metres per file unit.
 ///
 /// # Errors
-/// The first defect met: of the file, of its text, of a number in it, of the mesh.
+/// The first defect that is found: of the file, of its text, of a number in it, or of the mesh.
 pub fn open(path: &Path, unit_m: f64) -> Result<MeshFile, MeshError> {
     if !(unit_m > 0.0 && unit_m.is_finite()) {
         return Err(whole_file(path, Defect::LengthUnit(unit_m)));
@@ -84,7 +85,7 @@ pub fn open(path: &Path, unit_m: f64) -> Result<MeshFile, MeshError> {
 /// Reads, checks and orients the mesh in the file at `path`, `unit_m` metres per file unit.
 ///
 /// # Errors
-/// Errors of [`open`], and if the file holds a surface.
+/// Errors of [`open`]; also if the file contains a surface.
 pub fn import(path: &Path, unit_m: f64) -> Result<Imported, MeshError> {
     match open(path, unit_m)? {
         MeshFile::Tets(imported) => Ok(imported),

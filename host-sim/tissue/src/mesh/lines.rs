@@ -47,7 +47,8 @@ impl<'a> Line<'a> {
         Ok(())
     }
 
-    /// A line joined to the next one must not be accepted as a short one.
+    /// Checks that no words are left, since a line that was joined to the next one must not be
+    /// accepted.
     pub fn finish(mut self) -> Result<(), MeshError> {
         match self.next() {
             None => Ok(()),
@@ -77,7 +78,7 @@ impl<'a> Lines<'a> {
         Self { file, numbered: text.lines().enumerate(), reached: 0 }
     }
 
-    /// The line read last.
+    /// Place of the line that was read last.
     pub fn at(&self) -> At<'a> {
         At { file: self.file, line: self.reached.max(1) }
     }
@@ -89,13 +90,13 @@ impl<'a> Lines<'a> {
         Some(Line { at: self.at(), text: line.trim(), words: line.split_whitespace() })
     }
 
-    /// The next line, which the format requires.
+    /// The next line, without which the file is incomplete.
     pub fn required(&mut self, what: &'static str) -> Result<Line<'a>, MeshError> {
         self.next().ok_or_else(|| self.at().error(Defect::Truncated { what }))
     }
 
-    /// Gives the next `count` lines to `read`. A line that starts with `$` ends a Gmsh section,
-    /// so it is never one of them. The count is only a loop bound: nothing is allocated for it.
+    /// Passes the next `count` lines to `read`. A line that starts with `$` ends a Gmsh section, so
+    /// it is never one of them. The count is only a loop bound: no memory is allocated for it.
     pub fn rows(
         &mut self,
         section: &'static str,

@@ -2,7 +2,7 @@
 
 use std::f64::consts::SQRT_2;
 
-/// The flattest tet of a mesh.
+/// The tet of lowest quality in a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorstTet {
     /// Index in `TetMesh::tets`.

@@ -1,21 +1,21 @@
-//! A mesh as in its file: in file units, with the file's own numbers, nothing checked yet.
+//! A mesh as it is in its file: in file units, with the file's own numbers, and not checked yet.
 
 use std::collections::BTreeMap;
 
-/// Nodes and tets under the numbers of their file.
+/// Nodes and tets with the numbers that they have in their file.
 pub(super) struct RawMesh {
     pub format: &'static str,
     /// Name of the file, for messages.
     pub file: String,
     pub nodes: Vec<RawNode>,
     pub tets: Vec<RawTet>,
-    /// Elements that are not tets, by kind.
+    /// Number of elements that are not tets, by kind.
     pub ignored: BTreeMap<&'static str, usize>,
 }
 
 pub(super) struct RawNode {
     pub number: u64,
-    /// `None` in a binary file.
+    /// Line in the file, counted from 1; `None` in a binary file.
     pub line: Option<usize>,
     /// Position in file units.
     pub position: [f64; 3],
@@ -23,9 +23,9 @@ pub(super) struct RawNode {
 
 pub(super) struct RawTet {
     pub number: u64,
-    /// `None` in a binary file.
+    /// Line in the file, counted from 1; `None` in a binary file.
     pub line: Option<usize>,
-    /// Node numbers.
+    /// Numbers of its four nodes.
     pub nodes: [u64; 4],
     pub region: u32,
 }

@@ -1,14 +1,14 @@
-//! From the file's numbers to indices, from file units to metres.
+//! Converts the file's numbers to indices, and file units to metres.
 
 use super::TetMesh;
 use super::error::{Defect, MeshError};
 use super::raw::{RawMesh, RawNode};
 use super::solid::{Origin, Solid};
 
-/// Node indices are `u16` in the core.
+/// Largest number of nodes, since node indices are `u16` in the core.
 const MAX_NODES: usize = u16::MAX as usize;
 
-/// Keeps the nodes in use, in the order of the file.
+/// Resolves a mesh, keeping the nodes that tets name, in the order of the file.
 pub(super) fn resolve(raw: &RawMesh, unit_m: f64) -> Result<Solid, MeshError> {
     let tets = tet_indices(raw)?;
     let mut in_use = vec![false; raw.nodes.len()];
@@ -38,7 +38,7 @@ pub(super) fn resolve(raw: &RawMesh, unit_m: f64) -> Result<Solid, MeshError> {
     })
 }
 
-/// Places of every tet's nodes in `raw.nodes`, shape `[tets][4]`.
+/// Indices in `raw.nodes` of the nodes of every tet, shape `[tets][4]`.
 fn tet_indices(raw: &RawMesh) -> Result<Vec<[usize; 4]>, MeshError> {
     if raw.tets.is_empty() {
         return Err(no_tets(raw));
@@ -65,7 +65,7 @@ fn tet_indices(raw: &RawMesh) -> Result<Vec<[usize; 4]>, MeshError> {
     Ok(tets)
 }
 
-/// Number and place of every node, in rising order of the numbers.
+/// Number and index of every node, in rising order of the numbers.
 fn nodes_by_number(raw: &RawMesh) -> Result<Vec<(u64, usize)>, MeshError> {
     let mut by_number: Vec<_> = raw.nodes.iter().enumerate().map(|(index, node)| (node.number, index)).collect();
     by_number.sort_unstable();

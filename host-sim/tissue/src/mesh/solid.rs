@@ -1,4 +1,4 @@
-//! A mesh between reading and checking: indices and metres, with references back to the file.
+//! A mesh between reading and checking: it has indices and metres, and refers back to the file.
 
 use super::TetMesh;
 use super::error::{Defect, MeshError};
@@ -9,11 +9,11 @@ pub(super) struct Solid {
     pub mesh: TetMesh,
     /// Name of the file, for messages.
     pub file: String,
-    /// Shape `[nodes]`.
+    /// Origin of each node in the file, shape `[nodes]`.
     pub node_origins: Vec<Origin>,
-    /// Shape `[tets]`.
+    /// Origin of each tet in the file, shape `[tets]`.
     pub tet_origins: Vec<Origin>,
-    /// Nodes of the file that no tet names, left out of `mesh`.
+    /// Number of nodes in the file that no tet names; they are left out of `mesh`.
     pub unused_nodes: usize,
 }
 
@@ -22,7 +22,7 @@ pub(super) struct Solid {
 pub(super) struct Origin {
     /// Number of the node or tet in the file.
     pub number: u64,
-    /// `None` in a binary file.
+    /// Line in the file, counted from 1; `None` in a binary file.
     pub line: Option<usize>,
 }
 

@@ -7,18 +7,18 @@ use super::TetMesh;
 /// Faces of a positively oriented tet, counter-clockwise seen from outside it.
 const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
-/// One tet's side of a face.
+/// A face as seen from one of its tets.
 pub(crate) struct FaceSide {
-    /// Nodes of the face in rising order: the same for both sides.
+    /// Nodes of the face in rising order, the same from both sides.
     pub key: [u32; 3],
     pub tet: usize,
-    /// Index among the tet's faces: that of the opposite corner.
+    /// Index of the face in the tet: that of the opposite corner.
     pub face: usize,
     /// Nodes of the face, counter-clockwise seen from outside the tet.
     pub corners: [u32; 3],
 }
 
-/// All sides of all faces, those of one face next to each other, in the order of their tets.
+/// The sides of all faces; those of one face follow each other, in the order of their tets.
 pub(crate) fn face_sides(tets: &[[u32; 4]]) -> Vec<FaceSide> {
     let mut sides = Vec::with_capacity(4 * tets.len());
     for (tet, nodes) in tets.iter().enumerate() {
@@ -33,8 +33,8 @@ pub(crate) fn face_sides(tets: &[[u32; 4]]) -> Vec<FaceSide> {
     sides
 }
 
-/// Boundary triangles, shape `[triangles][3]`: the faces of one tet only, in the order of the tets.
-/// Counter-clockwise seen from outside if every tet is positively oriented.
+/// Boundary triangles, shape `[triangles][3]`: the faces that belong to only one tet, in the order
+/// of the tets. They are counter-clockwise seen from outside if every tet is positively oriented.
 #[must_use]
 pub fn surface(tets: &[[u32; 4]]) -> Vec<[u32; 3]> {
     let sides = face_sides(tets);
@@ -49,7 +49,7 @@ pub fn surface(tets: &[[u32; 4]]) -> Vec<[u32; 3]> {
     open.into_iter().map(|(_, _, corners)| corners).collect()
 }
 
-/// Number of pieces that are connected by faces.
+/// Number of pieces; two tets are connected if they share a face.
 #[must_use]
 pub fn pieces(tets: &[[u32; 4]]) -> usize {
     let mut parent: Vec<usize> = (0..tets.len()).collect();
@@ -72,8 +72,8 @@ pub fn pieces(tets: &[[u32; 4]]) -> usize {
     (0..tets.len()).filter(|t| first(*t, None) == *t).count()
 }
 
-/// Whether each node lies on the boundary of a hollow inside, shape `[nodes]`: on a connected piece
-/// of the boundary that, seen from outside, encloses a negative volume.
+/// Whether each node lies on the surface of an internal cavity, shape `[nodes]`: on a connected
+/// piece of the boundary that, by its orientation, encloses a negative volume.
 #[must_use]
 pub fn hollow(mesh: &TetMesh) -> Vec<bool> {
     let boundary = surface(&mesh.tets);
@@ -158,7 +158,7 @@ mod tests {
 
     #[test]
     fn a_lone_tet_shows_its_four_faces_outward() {
-        // Seen along -x, -y, -z and from (1, 1, 1) on the corner of the unit cube.
+        // One face is seen from (1, 1, 1), the others from -x, -y and -z.
         assert_eq!(surface(&[[0, 1, 2, 3]]), [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]);
     }
 

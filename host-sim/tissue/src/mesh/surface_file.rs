@@ -25,27 +25,27 @@ pub struct ImportedSurface {
 pub struct SurfaceReport {
     /// Name of the file format.
     pub format: &'static str,
-    /// Triangles of the surface.
+    /// Number of triangles of the surface.
     pub triangles: usize,
-    /// Corners that the triangles share.
+    /// Number of corners, each of which several triangles share.
     pub vertices: usize,
-    /// Triangles that faced inward and were reversed.
+    /// Number of triangles that faced inward and were reversed.
     pub turned_triangles: usize,
-    /// Triangles left out because two of their corners coincide.
+    /// Number of triangles left out because two of their corners coincide.
     pub left_out: usize,
-    /// Closed surfaces inside, which bound hollows.
+    /// Number of closed surfaces inside the outer one, each of which bounds a cavity.
     pub hollows: usize,
     /// Extents along x, y, z [m].
     pub size_m: [f64; 3],
-    /// Volume that the surface encloses, without the hollows [m^3].
+    /// Volume that the surface encloses, without the cavities [m^3].
     pub volume_m3: f64,
 }
 
-/// Triangles as in their file: in file units, nothing checked yet.
+/// Triangles as they are in their file: in file units, and not checked yet.
 struct RawSurface {
     format: &'static str,
     vertices: Vec<[f64; 3]>,
-    /// Indices of vertices.
+    /// Indices of each triangle's vertices.
     triangles: Vec<[u32; 3]>,
 }
 
@@ -58,12 +58,12 @@ pub(super) enum Format {
 }
 
 impl Format {
-    /// The format by the content or, if that is ambiguous, by the extension; `None` for anything
-    /// else.
+    /// Determines the format by the content or, if that is ambiguous, by the extension; `None` for
+    /// anything else.
     pub fn of(path: &Path, data: &[u8]) -> Option<Self> {
         let extension = path.extension().map(|e| e.to_ascii_lowercase());
         let has_extension = |name: &str| extension.as_ref().is_some_and(|e| e == name);
-        // Some programs begin a binary file with `solid` as well: its length decides.
+        // Some programs begin a binary file with `solid` as well, so its length decides.
         if stl::is_binary(data) {
             Some(Self::StlBinary)
         } else if data.trim_ascii_start().get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid")) {

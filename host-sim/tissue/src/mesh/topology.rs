@@ -5,8 +5,8 @@ use super::error::{Defect, MeshError};
 use super::solid::Solid;
 use super::surface::{FaceSide, face_sides};
 
-/// Needs positively oriented tets. Orienting them hides a node that was pulled through its
-/// surroundings, but leaves a face with both tets on one side.
+/// Checks a solid whose tets are positively oriented. Orienting the tets hides that a node was
+/// pulled through its surroundings, but then there is a face with both tets on one side.
 pub(super) fn check(solid: &Solid) -> Result<(), MeshError> {
     let sides = face_sides(&solid.mesh.tets);
     let mut parts = Parts::new(solid.mesh.tets.len());
@@ -21,8 +21,8 @@ pub(super) fn check(solid: &Solid) -> Result<(), MeshError> {
     one_piece(solid, &mut parts)
 }
 
-/// Whether the corners are an even permutation of their rising order. The two sides of a face
-/// list it in opposite directions: one even, one odd.
+/// Whether the corners are an even permutation of their rising order. The two sides of a face list
+/// its corners in opposite directions, so that one is even and the other odd.
 fn is_even([a, b, c]: [u32; 3]) -> bool {
     (a < b) ^ (b < c) ^ (a < c)
 }
@@ -42,8 +42,8 @@ fn crowded(solid: &Solid, last: &FaceSide, tets: usize) -> MeshError {
     solid.error_at_tet(last.tet, defect)
 }
 
-/// A shared face joins two tets into one piece. A shared node or edge does not: it is a hinge,
-/// about which springs allow free rotation.
+/// Checks that the tets form one piece. A shared face joins two tets into one piece; a shared node
+/// or edge does not, since it is a hinge about which springs allow free rotation.
 fn one_piece(solid: &Solid, parts: &mut Parts) -> Result<(), MeshError> {
     let mut found = parts.sizes();
     if found.len() < 2 {
@@ -63,7 +63,7 @@ fn one_piece(solid: &Solid, parts: &mut Parts) -> Result<(), MeshError> {
     ))
 }
 
-/// Disjoint sets of tets; the lowest index stands for its set.
+/// Disjoint sets of tets; the lowest index represents its set.
 struct Parts {
     parent: Vec<usize>,
 }

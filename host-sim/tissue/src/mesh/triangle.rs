@@ -1,13 +1,13 @@
-//! The point of a triangle that is nearest to a given one, and where a ray enters it.
+//! Nearest point of a triangle, and the point at which a ray enters it.
 
 use nalgebra::Vector3;
 
-/// Sides of a triangle by their corners.
+/// Sides of a triangle, each as a pair of its corners.
 const SIDES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 
-/// Area coordinates of a triangle's point that is nearest to `point`: the foot of the perpendicular
-/// if it lies within, else on a side. A coordinate is exactly 0 where the point lies on a side or a
-/// corner.
+/// Area coordinates of the point of a triangle that is nearest to `point`: the foot of the
+/// perpendicular if that lies within the triangle, else a point on a side. For a point on a side or
+/// at a corner, the coordinates that vanish there are exactly 0.
 #[must_use]
 pub fn nearest_on_triangle(corners: &[Vector3<f64>; 3], point: &Vector3<f64>) -> [f64; 3] {
     let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
@@ -29,8 +29,8 @@ pub fn nearest_on_triangle(corners: &[Vector3<f64>; 3], point: &Vector3<f64>) ->
     sides.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(foot, |side| side.1)
 }
 
-/// Tolerance outside an edge within which a ray still hits, as a share of the triangle: a ray
-/// through an edge must not pass between the two triangles by rounding.
+/// Tolerance outside an edge within which a ray still hits, as a share of the triangle (1): a ray
+/// through an edge must not, by rounding, miss both triangles of that edge.
 const EDGE: f64 = 1e-9;
 
 /// Distance along a ray at which it enters a triangle from outside [m] (Moeller and Trumbore 1997);

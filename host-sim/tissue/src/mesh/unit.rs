@@ -1,4 +1,4 @@
-//! The unit of length of a file.
+//! Unit of length of a file.
 
 use std::str::FromStr;
 
@@ -12,13 +12,13 @@ pub struct LengthUnit {
 }
 
 impl LengthUnit {
-    /// Units that have a name, the likeliest first [m].
+    /// Units that have a name, with their lengths [m], the most likely unit first.
     pub const NAMED: [(&str, f64); 4] = [("m", 1.0), ("mm", 1e-3), ("cm", 1e-2), ("um", 1e-6)];
 
-    /// A unit of this many metres.
+    /// Makes a unit from its length in metres.
     ///
     /// # Errors
-    /// Zero, a negative or an infinite number.
+    /// The length is zero, negative or not finite.
     pub fn of_metres(metres: f64) -> Result<Self, String> {
         if metres.is_finite() && metres > 0.0 {
             Ok(Self { metres })

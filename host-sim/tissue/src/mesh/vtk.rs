@@ -1,8 +1,8 @@
 //! VTK: legacy files with `DATASET UNSTRUCTURED_GRID`, as text (free in its line breaks after the
 //! header) or binary, and `UnstructuredGrid` in XML.
 //!
-//! Legacy cells come as `count nodes...` up to file version 4, as `OFFSETS` and `CONNECTIVITY` from
-//! 5.1. Points and cells count from 0. Attributes are not read.
+//! Legacy cells are written as `count nodes...` up to file version 4, and as `OFFSETS` and
+//! `CONNECTIVITY` from 5.1 on. Points and cells are counted from 0. Attributes are not read.
 
 mod arrays;
 mod binary;
@@ -51,7 +51,7 @@ fn read_text(file: &str, text: &str) -> Result<RawMesh, MeshError> {
                 cells.take_tets(&mut words, &mut mesh)?;
                 has_types = true;
             }
-            // CELL_DATA or POINT_DATA.
+            // This is CELL_DATA or POINT_DATA, which is not read.
             _ => break,
         }
     }
@@ -67,7 +67,7 @@ fn repeated(word: Word, section: &'static str) -> MeshError {
     word.at.error(Defect::RepeatedSection { section })
 }
 
-/// `# vtk DataFile Version x.x`, a title, `ASCII`.
+/// Reads `# vtk DataFile Version x.x`, a title, and `ASCII`.
 fn header(lines: &mut Lines) -> Result<(), MeshError> {
     let first = lines.required("the VTK version")?;
     version_is_known(first.text).map_err(|defect| first.at.error(defect))?;
@@ -78,7 +78,7 @@ fn header(lines: &mut Lines) -> Result<(), MeshError> {
     if encoding.text.eq_ignore_ascii_case("ASCII") { line.finish() } else { Err(encoding.unexpected("the word ASCII or BINARY")) }
 }
 
-/// The first line of a legacy file ends with its version.
+/// Checks the version at the end of the first line of a legacy file.
 fn version_is_known(line: &str) -> Result<(), Defect> {
     let version = line.split_whitespace().last().unwrap_or("");
     let major = version.split('.').next().unwrap_or("");
@@ -92,7 +92,7 @@ fn data_set_is_known(kind: &str) -> Result<(), Defect> {
     if kind.eq_ignore_ascii_case("UNSTRUCTURED_GRID") { Ok(()) } else { Err(Defect::DataSet { found: quoted(kind) }) }
 }
 
-/// Whether `double`, not `float`; `None` if neither.
+/// True for `double`, false for `float`, `None` for any other type.
 fn number_is_double(name: &str) -> Option<bool> {
     match name.to_ascii_lowercase().as_str() {
         "double" => Some(true),
@@ -110,7 +110,7 @@ fn data_set(words: &mut Words) -> Result<(), MeshError> {
     data_set_is_known(kind.text).map_err(|defect| kind.at.error(defect))
 }
 
-/// `POINTS n float|double`, then 3 n coordinates.
+/// Reads `POINTS n float|double`, then 3 n coordinates.
 fn points(words: &mut Words, mesh: &mut RawMesh) -> Result<(), MeshError> {
     let count = words.whole("the number of points")?;
     let number_type = words.required("the type float or double")?;

@@ -1,12 +1,12 @@
-//! One word of a mesh file: its place and its possible meanings.
+//! One word of a mesh file, with its place and its possible meanings.
 
 use super::error::{Defect, MeshError, quoted};
 
-/// A place in a file.
+/// A line of a file, as a place for messages.
 #[derive(Clone, Copy)]
 pub(super) struct At<'a> {
     pub file: &'a str,
-    /// Line number, from 1.
+    /// Line number, counted from 1.
     pub line: usize,
 }
 
@@ -24,12 +24,12 @@ pub(super) struct Word<'a> {
 }
 
 impl Word<'_> {
-    /// The word as a count, number or code: whole, at least 0.
+    /// Reads the word as a count, number or code: a whole number of at least 0.
     pub fn whole(self, what: &'static str) -> Result<u64, MeshError> {
         self.text.parse().map_err(|_| self.unexpected(what))
     }
 
-    /// The word as a region; a whole number may be written as a real.
+    /// Reads the word as a region; a whole number may be written as a real.
     pub fn region(self) -> Result<u32, MeshError> {
         let whole = match self.text.split_once('.') {
             Some((whole, fraction)) if fraction.bytes().all(|digit| digit == b'0') => whole,
@@ -38,7 +38,7 @@ impl Word<'_> {
         whole.parse().map_err(|_| self.unexpected("a region number (whole, from 0)"))
     }
 
-    /// The word as a finite coordinate, in file units.
+    /// Reads the word as a finite coordinate, in file units.
     pub fn coordinate(self) -> Result<f64, MeshError> {
         let what = "a coordinate";
         let value = self.text.parse::<f64>().map_err(|_| self.unexpected(what))?;

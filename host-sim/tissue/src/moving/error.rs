@@ -1,28 +1,28 @@
-//! Reasons for which a stored truth cannot be used.
+//! Errors of the stored dynamic references.
 
-/// Why a table cannot be used.
+/// Why a stored reference cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TruthError {
-    /// The stored table of truths cannot be read.
+    /// The file of a reference cannot be read.
     #[error("{file}, line {line}: {why}")]
     Table {
         /// Name of the file.
         file: String,
         /// Line, counted from 1.
         line: usize,
-        /// Reason.
+        /// Defect of the line, and how to fix it.
         why: &'static str,
     },
-    /// The stored table of truths has no entry of that name.
+    /// No stored reference has this name.
     #[error("no truth is called {name}: see TRUTHS for the names")]
     Unknown {
         /// The requested name.
         name: String,
     },
-    /// A drag where a ramp is needed.
+    /// A motion other than a ramp, where a ramp is needed.
     #[error("{name} is no ramp")]
     NoRamp {
-        /// Name of the truth.
+        /// Name of the reference.
         name: &'static str,
     },
 }

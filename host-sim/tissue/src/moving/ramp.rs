@@ -1,4 +1,4 @@
-//! Force error of one ramp against its stored truth.
+//! Force error on a ramp, against the stored dynamic reference.
 
 use palpate::{Fault, Params, ProbePose, Vector3, tick};
 use serde::{Deserialize, Serialize};
@@ -14,20 +14,22 @@ use crate::scene::Scene;
 const DEPTH_M: f64 = 0.004;
 /// Depths at which errors are reported separately [m].
 pub const AT_M: [f64; 4] = [0.001, 0.002, 0.003, 0.004];
-/// Ticks above the surface before the ramp, and of the hold after it.
+/// Ticks above the surface before the ramp.
 const LEAD_TICKS: i32 = 5;
+/// Ticks of the hold after the ramp.
 const HOLD_TICKS: i32 = 40;
-/// Speed from which a ramp counts as a tap [mm/s], and the number of ticks after its stop that are
-/// then evaluated as well: most of a tap follows the stop.
+/// Speed from which a ramp counts as a tap [mm/s].
 const TAP_MM_PER_S: u32 = 500;
+/// Number of ticks after the stop of a tap that are evaluated as well: most of its response follows
+/// the stop.
 const AFTER_TAP_TICKS: i32 = 20;
 
-/// A stored ramp, ready for comparison.
+/// A stored ramp with its table, ready for comparison.
 #[derive(Clone, Debug)]
 pub struct Ramp {
     /// Stored reference of the ramp.
     pub truth: Truth,
-    /// Speed [mm/s].
+    /// Speed of the ramp [mm/s].
     pub speed_mm_per_s: u32,
     table: Table,
 }
@@ -35,22 +37,22 @@ pub struct Ramp {
 /// Force errors of a ramp to 4 mm, and of the hold after it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RampError {
-    /// Speed [mm/s].
+    /// Speed of the ramp [mm/s].
     pub speed_mm_per_s: u32,
-    /// Error at each of [`AT_M`], relative to the true force there [%].
+    /// Error at each of [`AT_M`], relative to the reference force there [%].
     pub at_pct: [f64; 4],
-    /// Root mean square over the ramp, relative to its largest true force [%]; for a tap (500 mm/s)
-    /// including the 20 ms after its stop.
+    /// Root mean square over the ramp, relative to its largest reference force [%]; for a tap (500
+    /// mm/s) including the 20 ms after its stop.
     pub rms_pct: f64,
-    /// Error of the largest force, hold included [%].
+    /// Error of the largest force, including the hold [%].
     pub peak_pct: f64,
 }
 
 impl Ramp {
-    /// Reads the table of a truth.
+    /// Reads the table of a stored ramp.
     ///
     /// # Errors
-    /// A drag, or a table that cannot be read.
+    /// The motion is not a ramp, or the table cannot be read.
     pub fn of(truth: Truth) -> Result<Self, TruthError> {
         let Trajectory::Ramp { speed_mm_per_s, .. } = truth.trajectory else {
             return Err(TruthError::NoRamp { name: truth.name });
@@ -58,7 +60,7 @@ impl Ramp {
         Ok(Self { truth, speed_mm_per_s, table: truth.stored()? })
     }
 
-    /// The stored ramp of this name.
+    /// Reads the stored ramp of this name.
     ///
     /// # Errors
     /// Errors of [`Self::of`], and an unknown name.
@@ -66,8 +68,8 @@ impl Ramp {
         Self::of(Truth::named(name)?)
     }
 
-    /// The stored ramps of a scene's tissue, probe and place, slowest first. The scene's own drive
-    /// does not matter. Empty where no dynamic truth is stored.
+    /// The stored ramps with a scene's tissue, probe and place, slowest first. The scene's own
+    /// drive does not matter. Empty if no dynamic reference is stored for the scene.
     ///
     /// # Errors
     /// Errors of [`Self::of`].
@@ -79,20 +81,20 @@ impl Ramp {
     }
 
     /// Depths of the tip at the end of each millisecond [m], in the order in which [`Self::judge`]
-    /// goes through them.
+    /// commands them.
     #[must_use]
     pub fn depths_m(&self) -> Vec<f64> {
         (-LEAD_TICKS..=self.ticks() + HOLD_TICKS).map(|n| self.depth_m(n)).collect()
     }
 
-    /// True force over Young's modulus at each tick that is evaluated [m^2]: those after the touch
-    /// of the rest surface.
+    /// Reference force over Young's modulus at each tick that is evaluated [m^2]; the first is the
+    /// tick after the touch.
     #[must_use]
     pub fn judged_force_over_e_m2(&self) -> Vec<f64> {
         (1..=self.judged_ticks()).map(|n| self.table.force_over_e_m2(f64::from(n) * 1e-3)[2]).collect()
     }
 
-    /// Ticks from the touch to the stop.
+    /// Number of ticks from the touch to the stop.
     fn ticks(&self) -> i32 {
         (DEPTH_M / self.step_m()).round() as i32
     }
@@ -110,8 +112,9 @@ impl Ramp {
         (self.step_m() * f64::from(tick)).min(DEPTH_M)
     }
 
-    /// Moves a probe as in the reference. `tick` takes the depth of the tip at the end of each
-    /// millisecond [m] and returns the force on the probe along the press [N].
+    /// Moves a probe as in the reference and compares the forces. `tick` receives the depth of the
+    /// tip at the end of each millisecond [m] and returns the force on the probe along the press
+    /// [N].
     ///
     /// # Errors
     /// The first error of `tick`.
@@ -147,7 +150,7 @@ impl Ramp {
         })
     }
 
-    /// Presses a patch at a place of its surface [m].
+    /// Judges a patch that is pressed at a place of its surface [m].
     ///
     /// # Errors
     /// A model that the core refuses; the inner error is the fault of a patch that does not survive

@@ -1,9 +1,10 @@
-//! Moving error of a patch without a dynamic reference: relative to the same patch with much
-//! shorter substeps.
+//! Moving error of a patch for which no dynamic reference is stored: the deviation from the same
+//! patch with much shorter substeps.
 //!
-//! The mass floor falls with the square of the substep, so with many substeps the patch moves with
-//! almost its true masses. It does not include the errors that both share, above all those of the
-//! mesh: 3 % of the peak on the shipped patches up to 200 mm/s, more in faster taps.
+//! The mass floor falls with the square of the substep, so that with many substeps the patch moves
+//! with almost its true masses. The deviation does not include errors that both runs share, above
+//! all those of the mesh: 3 % of the peak on the shipped patches up to 200 mm/s, more in faster
+//! taps.
 
 use palpate::{GuardLimits, Params, ProbePose, Vector3, tick};
 
@@ -11,13 +12,13 @@ use crate::error::Error;
 use crate::patch::{Memory, Patch};
 use crate::scene::TICK_S;
 
-/// Ratio of the reference's substeps to the patch's.
+/// Number of substeps of the reference, over that of the patch.
 const FINER: u16 = 12;
 /// Ticks above the surface before the ramp.
 const LEAD_TICKS: i32 = 5;
 
-/// Multiplies the substeps, with the masses floored for the shorter substep: lighter by the square
-/// of that factor. The probe may sink faster by that factor.
+/// Multiplies the number of substeps by `times`. The mass floor is that of the shorter substep,
+/// lower by the square of `times`, and the probe may sink faster by `times`.
 #[must_use]
 pub fn with_substeps(params: &Params, times: u16) -> Params {
     let n = f32::from(times);
@@ -35,13 +36,13 @@ pub fn with_substeps(params: &Params, times: u16) -> Params {
 pub struct Approach {
     /// Place of the surface above which the tip starts [m].
     pub site_m: Vector3<f32>,
-    /// Speed [m/s].
+    /// Speed of the tip [m/s].
     pub speed_m_per_s: f64,
-    /// Depth at which it ends [m].
+    /// Depth at which the approach ends [m].
     pub depth_m: f64,
 }
 
-/// Forces of a patch with almost true masses, to which others are compared.
+/// Forces of a patch with almost true masses, with which other runs are compared.
 #[derive(Clone, Debug)]
 pub struct SelfCheck {
     approach: Approach,
@@ -50,8 +51,8 @@ pub struct SelfCheck {
 }
 
 impl SelfCheck {
-    /// Presses the reference of a patch. `None` if it does not survive the approach or gives no
-    /// force.
+    /// Runs a patch with much shorter substeps as the reference. `None` if it does not survive the
+    /// approach or gives no force.
     ///
     /// # Errors
     /// A model that the core refuses.
@@ -73,7 +74,7 @@ impl SelfCheck {
     }
 }
 
-/// Force along the press after every tick of an approach [N].
+/// Force along the press after every tick of an approach [N]; `None` if a fault ends the approach.
 fn press(patch: &Patch, params: &Params, approach: Approach) -> Result<Option<Vec<f64>>, Error> {
     let Approach { site_m, speed_m_per_s, depth_m } = approach;
     let model = patch.wide_model();

@@ -5,17 +5,17 @@ use std::fmt::Write as _;
 use super::error::TruthError;
 
 const COLUMNS: &str = "t_s,depth_m,across_m,force_x_over_e_m2,force_y_over_e_m2,force_normal_over_e_m2";
-/// Unit of the written forces [m^2], and their digits after the point.
+/// Digits after the point of the written forces [m^2].
 const DIGITS: usize = 4;
 
-/// One instant.
+/// Tip and force at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
-    /// Time since the tip left the rest surface [s].
+    /// Time since the tip passed the rest surface [s].
     pub t_s: f64,
     /// Depth of the tip [m].
     pub depth_m: f64,
-    /// Displacement of the tip across the press, along the first direction [m].
+    /// Displacement of the tip across the press, along x [m].
     pub across_m: f64,
     /// Force on the probe over Young's modulus: along x, along y, along the press [m^2].
     pub force_over_e_m2: [f64; 3],
@@ -29,7 +29,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Version of the files.
+    /// Version of the file format.
     pub const VERSION: u32 = 1;
 
     /// Force on the probe over Young's modulus at a time [m^2], linear between rows.
@@ -38,7 +38,7 @@ impl Table {
         self.at(t_s).force_over_e_m2
     }
 
-    /// The instant at a time, linear between rows; beyond them the nearest row.
+    /// Tip and force at a time, linear between rows; beyond the ends, the nearest row.
     #[must_use]
     pub fn at(&self, t_s: f64) -> Row {
         let next = self.rows.partition_point(|row| row.t_s < t_s);

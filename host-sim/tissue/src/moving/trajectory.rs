@@ -1,4 +1,4 @@
-//! Force error along any stored motion: taps that come back, swings, drags.
+//! Force error along any stored motion: ramps, taps that return, swings and drags.
 
 use palpate::{Fault, Params, ProbePose, Vector3, tick};
 use serde::Serialize;
@@ -7,23 +7,24 @@ use super::truth::Truth;
 use crate::error::Error;
 use crate::patch::{Memory, Patch};
 
-/// Ticks above the surface before the motion begins, at its initial speed.
+/// Ticks above the surface before the motion begins, at the initial speed of the motion.
 const LEAD_TICKS: i32 = 5;
 
-/// Force error over a whole motion, the rests within it included.
+/// Force error over a whole motion, including the pauses in it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CourseError {
-    /// Root mean square of the error along the press, of the largest true force [%].
+    /// Root mean square of the error along the press, relative to the largest reference force [%].
     pub rms_pct: f64,
-    /// Root mean square of the error across the press, of the largest true force [%].
+    /// Root mean square of the error across the press, relative to the largest reference force [%].
     pub across_rms_pct: f64,
     /// Error of the largest force along the press [%].
     pub peak_pct: f64,
 }
 
 impl CourseError {
-    /// Moves a patch's probe as in the reference, one pose per tick, and compares the forces after
-    /// every tick. `site_m` is the reference's place on this patch, in the frame of the block [m].
+    /// Moves the probe on a patch as in the reference, one pose per tick, and compares the forces
+    /// after every tick. `site_m` is the reference's place on this patch, in the frame of the block
+    /// [m].
     ///
     /// # Errors
     /// A reference that cannot be read, or a model that the core refuses; the inner error is the

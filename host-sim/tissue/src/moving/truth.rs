@@ -8,32 +8,33 @@ use super::error::TruthError;
 use super::table::Table;
 use crate::scene::{Scene, SceneError, TissueScene};
 
-/// Tissue and place of a stored truth.
+/// Tissue and place of a stored reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Site {
     /// The preset block, pressed at its centre.
     Centre,
     /// The preset block, pressed 7.85 mm off its centre along x.
     Aside,
-    /// The preset block, pressed as far off its centre, but along no plane of symmetry.
+    /// The preset block, pressed at the same distance from its centre, but off its planes of
+    /// symmetry.
     Askew,
     /// The preset nodule, pressed above the stiff ball.
     Nodule,
 }
 
-/// Motion of a stored truth.
+/// Motion of a stored reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Trajectory {
-    /// Ramp to 4 mm, and a hold.
+    /// Ramp to 4 mm, followed by a hold.
     Ramp {
-        /// Speed [mm/s].
+        /// Speed of the ramp [mm/s].
         speed_mm_per_s: u32,
-        /// Time held [ms].
+        /// Duration of the hold [ms].
         hold_ms: u32,
     },
     /// Ramp to 4 mm, 20 ms there, back to the rest surface at the same speed, and 20 ms there.
     Tap {
-        /// Speed [mm/s].
+        /// Speed in both directions [mm/s].
         speed_mm_per_s: u32,
     },
     /// Two swings by 1.5 mm about a depth of 2.5 mm, after a ramp at 40 mm/s and 50 ms of rest.
@@ -43,13 +44,13 @@ pub enum Trajectory {
     },
     /// Drag of 12 mm at 3 mm depth, after a ramp at 40 mm/s and 50 ms of rest.
     Drag {
-        /// Speed across [mm/s].
+        /// Speed of the drag [mm/s].
         speed_mm_per_s: u32,
     },
 }
 
 impl Trajectory {
-    /// Largest speed of its main part [mm/s], rounded down.
+    /// Largest speed of the main part of the motion [mm/s], rounded down.
     #[must_use]
     pub fn speed_mm_per_s(self) -> u32 {
         match self {
@@ -62,18 +63,18 @@ impl Trajectory {
     pub const SWING_M: [f64; 2] = [0.0025, 0.0015];
 }
 
-/// A stored truth.
+/// A stored dynamic reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
-    /// Name of the truth, which is also that of its file.
+    /// Name of the reference, which is also that of its file.
     pub name: &'static str,
-    /// Tissue and place.
+    /// Tissue and place of the press.
     pub site: Site,
-    /// Young's modulus [Pa].
+    /// Young's modulus of the tissue [Pa].
     pub youngs_modulus_pa: f64,
-    /// Movement.
+    /// Motion of the probe.
     pub trajectory: Trajectory,
-    /// Text of its file.
+    /// Text of its CSV file.
     text: &'static str,
 }
 
@@ -89,7 +90,7 @@ macro_rules! truth {
     };
 }
 
-/// Every stored truth.
+/// All stored references.
 pub const TRUTHS: [Truth; 29] = [
     truth!("centre-3.5kpa-40", Centre, 3.5, Ramp { speed_mm_per_s: 40, hold_ms: 100 }),
     truth!("centre-3.5kpa-100", Centre, 3.5, Ramp { speed_mm_per_s: 100, hold_ms: 100 }),
@@ -123,7 +124,7 @@ pub const TRUTHS: [Truth; 29] = [
 ];
 
 impl Truth {
-    /// Finds a stored truth by its name.
+    /// Finds a stored reference by its name.
     ///
     /// # Errors
     /// [`TruthError::Unknown`].
@@ -131,7 +132,7 @@ impl Truth {
         TRUTHS.into_iter().find(|truth| truth.name == name).ok_or_else(|| TruthError::Unknown { name: name.to_owned() })
     }
 
-    /// Scene whose tissue and place the truth has.
+    /// Scene with the tissue and the place of the reference.
     ///
     /// # Errors
     /// A preset that cannot be read.
@@ -147,7 +148,8 @@ impl Truth {
         Ok(scene)
     }
 
-    /// Whether a scene has this truth's tissue, probe and place; its mesh and drive do not matter.
+    /// Whether a scene has the tissue, probe and place of this reference; its number of nodes and
+    /// its drive do not matter.
     #[must_use]
     pub fn is_of(&self, scene: &Scene) -> bool {
         self.scene().is_ok_and(|own| {
@@ -159,7 +161,7 @@ impl Truth {
         })
     }
 
-    /// Reads the stored table.
+    /// Reads the stored table of the reference.
     ///
     /// # Errors
     /// [`TruthError::Table`].

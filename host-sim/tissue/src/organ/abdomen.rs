@@ -1,9 +1,9 @@
 //! An abdomen on its back: a segment of a torso, layered from the skin inward.
 //!
-//! About 300 mm wide (x), 260 mm long (y), 210 mm deep (z), the belly up. Layers by depth under the
-//! surface: skin 2 mm, subcutaneous fat 12 mm, abdominal wall 11 mm (rectus or the three oblique
-//! muscles together, ultrasound of adults), viscera inside. The ends, where a body would continue,
-//! are rounded off and covered with skin like the rest.
+//! It is about 300 mm wide (x), 260 mm long (y) and 210 mm deep (z), with the belly up. Layers by
+//! depth under the surface: skin 2 mm, subcutaneous fat 12 mm, abdominal wall 11 mm (rectus or the
+//! three oblique muscles together, ultrasound of adults), viscera inside. The ends, where a body
+//! would continue, are rounded off and covered with skin like the rest.
 
 use super::parts::{V3, mm};
 use super::{Organ, Region};
@@ -31,7 +31,8 @@ pub(super) const ABDOMEN: Organ = Organ {
 };
 
 fn shape(x: V3) -> f64 {
-    // an ellipse blown out to the corners: near the superellipse of exponent 2.6, without powers
+    // an ellipse widened toward its corners: close to the superellipse of exponent 2.6, without
+    // powers
     let (u, w) = (x.x / mm(150.0), x.z / mm(105.0));
     let round = (u * u + w * w).sqrt();
     let square = (u * u * u * u + w * w * w * w).sqrt().sqrt();

@@ -9,16 +9,17 @@ use crate::mesh::TetMesh;
 const WORST_SHARE: f64 = 0.1;
 /// Deviation at which the search stops (1).
 const GOOD_SHARE: f64 = 0.004;
-/// Halvings of the bracket, then spacings tried around the end of it: the number of tets jumps by a
-/// percent from one to the next.
+/// Number of bisections of the spacing.
 const HALVINGS: u32 = 10;
+/// Number of spacings that are then tried around the result: the number of tets jumps by a percent
+/// from one to the next.
 const TRIES: u32 = 64;
-/// Half-width of the last search (1).
+/// Half-width of the range of these spacings, as a share of the result (1).
 const WINDOW: f64 = 0.03;
-/// Shift of the lattice between two of these, as a share of the spacing: on a symmetric shape whole
-/// layers would otherwise appear and vanish at once.
+/// Shift of the lattice from one of these spacings to the next, as a share of the spacing: on a
+/// symmetric shape whole layers would otherwise appear and vanish at once.
 const SHIFT: f64 = 0.382;
-/// Samples along an axis for the volume.
+/// Number of samples along each axis for the volume.
 const GRID: u32 = 48;
 
 impl Organ {
@@ -27,7 +28,7 @@ impl Organ {
             let organ = self.name.to_owned();
             return Err(OrganError::Number { organ, what: "number of tets", value: 0.0, wanted: "one or more" });
         }
-        // twelve tets fill a cube; those cut at the surface add some
+        // twelve tets fill a cube of the lattice; tets that are cut at the surface add some
         let guess_m = (12.0 * self.volume_m3() / wanted as f64).cbrt();
         let (mut low, mut high) = (0.8 * guess_m, 2.0 * guess_m);
         let mut best = Best { wanted, mesh: None, nearest: 0 };
@@ -50,7 +51,8 @@ impl Organ {
         })
     }
 
-    /// `None` if nothing of the organ is left.
+    /// Mesh for a spacing and a shift of the lattice, with unchecked topology; `None` if nothing of
+    /// the organ is left or tets are inverted.
     fn unchecked(&self, spacing_m: f64, shift: f64) -> Result<Option<TetMesh>, OrganError> {
         let lattice = Lattice::uniform(spacing_m, self.box_m, shift).map_err(|refusal| refusal.of(self.name))?;
         match stuffing::cut_out(self.name, &self.implicit, &lattice) {
@@ -60,7 +62,8 @@ impl Organ {
         }
     }
 
-    /// Volume [m^3], within one percent: counts the boxes whose centres are inside.
+    /// Volume of the organ [m^3], within one percent, from the boxes of a grid whose centres are
+    /// inside.
     fn volume_m3(&self) -> f64 {
         let [low, high] = self.box_m.map(V3::from);
         let cell = (high - low) / f64::from(GRID);
@@ -72,7 +75,7 @@ impl Organ {
     }
 }
 
-/// The sound mesh whose number of tets is nearest to the wanted.
+/// The sound mesh whose number of tets is nearest to the wanted number.
 struct Best {
     wanted: usize,
     mesh: Option<TetMesh>,
@@ -80,7 +83,8 @@ struct Best {
 }
 
 impl Best {
-    /// Number of tets of the mesh offered, sound or not.
+    /// Keeps a mesh if it is sound and better than the last; returns its number of tets in any
+    /// case.
     fn offer(&mut self, mesh: Option<TetMesh>) -> usize {
         let Some(mesh) = mesh else { return 0 };
         let tets = mesh.tets.len();

@@ -4,12 +4,14 @@ use super::Organ;
 use super::parts::V3;
 
 /// Step of the central differences [m]: their error is far below a micrometre per metre on organs
-/// bent over centimetres.
+/// whose surfaces curve over centimetres.
 const STEP_M: f64 = 1e-6;
-/// Rounds of the search for the nearest surface point, and of Newton's method in each.
+/// Number of rounds of the search for the nearest surface point.
 const ROUNDS: usize = 8;
+/// Largest number of Newton steps in each round.
 const NEWTON: usize = 6;
-/// Number of samples of a ray through twice the organ's box: thinner parts are missed.
+/// Number of samples along a ray that is long enough to pass through the organ's box; parts that
+/// lie between two samples are missed.
 const RAY_STEPS: u32 = 4000;
 
 impl Organ {
@@ -17,7 +19,7 @@ impl Organ {
         (self.implicit)(at)
     }
 
-    /// Slope of the implicit function (1): along the outward normal at the surface.
+    /// Gradient of the implicit function (1); at the surface it points along the outward normal.
     pub(super) fn gradient(&self, at: V3) -> V3 {
         V3::from_fn(|axis, _| {
             let mut step = V3::zeros();
@@ -26,7 +28,7 @@ impl Organ {
         })
     }
 
-    /// Moves to the surface along the gradient.
+    /// Moves a point to the surface along the gradient, by Newton's method.
     fn settle(&self, mut at: V3) -> V3 {
         for _ in 0..NEWTON {
             let (value, slope) = (self.value(at), self.gradient(at));
@@ -39,10 +41,10 @@ impl Organ {
         at
     }
 
-    /// Nearest surface point and signed distance to it [m], negative inside. The point is moved
-    /// along the surface until the connecting line is normal (Hartmann's foot-point iteration):
-    /// exact if the point is nearer than the surface's radius of curvature, otherwise an upper
-    /// bound.
+    /// Nearest surface point and signed distance to it [m], negative inside. The surface point is
+    /// moved along the surface until the connecting line is normal (Hartmann's foot-point
+    /// iteration). The distance is exact if it is less than the surface's radius of curvature, and
+    /// otherwise an upper bound.
     pub(super) fn foot(&self, at: V3) -> (V3, f64) {
         let mut foot = self.settle(at);
         let mut least = (at - foot).norm();

@@ -1,6 +1,7 @@
-//! Why an organ has no mesh.
+//! Errors of the meshing of organs.
 
-/// An organ that cannot be meshed as requested. Displays as one line: what, where, how to fix it.
+/// An organ that cannot be meshed as requested. Displays as one line that says what is wrong,
+/// where, and how to fix it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "each message names what its fields hold")]
 pub enum OrganError {

@@ -1,7 +1,8 @@
 //! A gallbladder: a pear in the fossa of the liver.
 //!
-//! 7-10 cm long, 3-4 cm wide, 30-60 ml (Gray's Anatomy, "The biliary apparatus"). The fundus looks
-//! to the front (+x), the neck back and down: the fossa ends where the neck leaves it, 42 x 22 mm.
+//! It is 7-10 cm long and 3-4 cm wide, and contains 30-60 ml (Gray's Anatomy, "The biliary
+//! apparatus"). The fundus points to the front (+x), the neck back and down: the fossa ends where
+//! the neck leaves it, and measures 42 x 22 mm.
 
 use super::parts::{V3, mm, mm3, pear};
 use super::{Organ, Region};

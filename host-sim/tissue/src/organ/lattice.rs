@@ -1,26 +1,27 @@
-//! The body-centred cubic lattice that organs are cut out of, even or growing away from a place.
+//! The body-centred cubic lattice that organs are cut out of, uniform or growing away from a place.
 //!
-//! Points are the integer triples of one parity, all even or all odd, in half edges of the cube. A
-//! point has 14 neighbours: 6 at a whole edge (*long*), 8 at `sqrt(3)/2` of it (*short*). Every tet
-//! has two opposite long edges and four short ones; 12 tets fill a cube.
+//! Its points are the integer triples that are all even or all odd, in units of half a cube's edge.
+//! A point has 14 neighbours: 6 at the length of an edge (*long*), 8 at `sqrt(3)/2` of it
+//! (*short*). Every tet has two opposite long edges and four short ones; 12 tets fill a cube.
 //!
-//! The lattice matters to the springs: with the stiffness of paper 000, eq 11 (`k` proportional to
-//! the number of tets on the edge, here 4 and 6) it is an exactly isotropic solid, `C11 = 3 C12 = 3
-//! C44`, so `lambda = mu` (nu = 1/4), of 1.008 times the requested Young's modulus.
+//! The lattice suits the springs: with the stiffness of paper 000, eq 11 (`k` proportional to the
+//! number of tets on the edge, here 4 and 6) the uniform lattice is an exactly isotropic solid,
+//! `C11 = 3 C12 = 3 C44`, so `lambda = mu` (nu = 1/4), of 1.008 times the requested Young's
+//! modulus.
 //!
-//! Growing: a point at distance `rho` from the place is moved along its ray to `r = R (1 + w + g
-//! (w^2 + w^3/3))`, `w = rho/R - 1`, `R` the fine radius, `g` the growth; inside `R` it is not
-//! moved. With `g = 1` that is `R ((rho/R)^3 + 2)/3`. No radial map preserves angles: at depth an
-//! element is up to three times as long along the ray as across.
+//! In a growing lattice, a point at distance `rho` from the place is moved along its ray to `r = R
+//! (1 + w + g (w^2 + w^3/3))`, with `w = rho/R - 1`, the fine radius `R` and the growth `g`; inside
+//! `R` it is not moved. With `g = 1`, `r` is `R ((rho/R)^3 + 2)/3`. No radial map preserves angles:
+//! at depth an element is up to three times as long along the ray as across.
 
 use super::parts::V3;
 use super::{Fine, OrganError};
 
-/// Largest number of integer triples in a lattice: a desktop's memory holds them easily.
+/// Largest number of integer triples in a lattice's box, which fit easily into a desktop's memory.
 const MOST_POINTS: usize = 8_000_000;
 
-/// Neighbours of a point in half edges: the first 6 at a whole edge, the other 8 at `sqrt(3)/2` of
-/// it.
+/// Steps to the neighbours of a point in half edges: the first 6 have the length of an edge, the
+/// other 8 `sqrt(3)/2` of it.
 pub(super) const NEIGHBOURS: [[i32; 3]; 14] = [
     [-2, 0, 0],
     [2, 0, 0],
@@ -41,7 +42,7 @@ pub(super) const NEIGHBOURS: [[i32; 3]; 14] = [
 /// Number of long edges in [`NEIGHBOURS`].
 pub(super) const LONG: usize = 6;
 
-/// A box of lattice points; each is named by its place in the box.
+/// The lattice points in a box; the name of a point is its index in the box.
 pub(super) struct Lattice {
     pub spacing_m: f64,
     at: V3,
@@ -57,11 +58,11 @@ struct Growth {
     factor: f64,
     /// Largest stretch along the ray (1).
     most: f64,
-    /// Half of the segment that represents the place, from its middle.
+    /// Vector from the middle to an end of the segment around which the lattice is finest.
     half_stroke: V3,
 }
 
-/// An impossible lattice; [`Refusal::of`] names the organ.
+/// Why a lattice cannot be built; [`Refusal::of`] adds the name of the organ.
 #[derive(Debug)]
 pub(super) enum Refusal {
     Number { what: &'static str, value: f64, wanted: &'static str },
@@ -70,22 +71,22 @@ pub(super) enum Refusal {
 
 impl Lattice {
     /// Builds a lattice with one spacing everywhere in the box. A point lies in the middle of the
-    /// box, or up to half a spacing off with a `shift` of 0 to 1.
+    /// box, or, for a `shift` of 0 to 1, up to half a spacing from it.
     pub fn uniform(spacing_m: f64, [low, high]: [[f64; 3]; 2], shift: f64) -> Result<Self, Refusal> {
         let (low, high) = (V3::from(low), V3::from(high));
         let half: [f64; 3] = (0.5 * (high - low)).into();
-        // along no axis of the lattice
+        // the shift is along no axis of the lattice
         let middle = 0.5 * (low + high) + 0.5 * shift * spacing_m * V3::new(1.0, 0.6, 0.3);
         Self::around(spacing_m, middle, None, [half, half])
     }
 
-    /// Spacing growing away from a place.
+    /// Builds a lattice with spacing that grows away from a place.
     pub fn fine(fine: &Fine, bounds: [[f64; 3]; 2]) -> Result<Self, Refusal> {
         Self::along(fine, [0.0; 3], f64::INFINITY, bounds)
     }
 
-    /// Builds a lattice with spacing growing away from a segment, `stroke_m` long and centred on
-    /// the place, elements along a ray not longer than `coarsest_m`.
+    /// Builds a lattice with spacing that grows away from a segment, `stroke_m` from end to end and
+    /// centred on the place. Elements along a ray are at most `coarsest_m` long.
     pub fn along(fine: &Fine, stroke_m: [f64; 3], coarsest_m: f64, [low, high]: [[f64; 3]; 2]) -> Result<Self, Refusal> {
         length("radius_m", fine.radius_m)?;
         if !(0.0..=100.0).contains(&fine.growth) {
@@ -102,10 +103,11 @@ impl Lattice {
         Self::around(fine.spacing_m, fine.at_m.into(), Some(growth), reach)
     }
 
-    /// `reach` is its extent below and above its middle, before growing [m].
+    /// Builds a lattice around a point; `reach` is its extent below and above that point, before
+    /// growth [m].
     fn around(spacing_m: f64, at: V3, growth: Option<Growth>, reach: [[f64; 3]; 2]) -> Result<Self, Refusal> {
         length("spacing_m", spacing_m)?;
-        // three more, for the neighbours of every point inside and the shift
+        // three more, for the neighbours of every inner point and for the shift
         let steps = reach.map(|side| side.map(|r| (2.0 * r / spacing_m).ceil() + 3.0));
         let size: [f64; 3] = std::array::from_fn(|k| steps[0][k] + steps[1][k] + 1.0);
         let points = size[0] * size[1] * size[2];
@@ -115,7 +117,7 @@ impl Lattice {
         Ok(Self { spacing_m, at, growth, low: steps[0].map(|s| -(s as i32)), size: size.map(|s| s as usize) })
     }
 
-    /// Triples in the box, lattice points or not.
+    /// Number of integer triples in the box, including those that are not lattice points.
     pub fn len(&self) -> usize {
         self.size.iter().product()
     }
@@ -134,7 +136,7 @@ impl Lattice {
         }
     }
 
-    /// Every lattice point, also in the outer two layers, in rising order of its name.
+    /// All lattice points, including those in the outer two layers, in rising order of their names.
     pub fn points(&self) -> impl Iterator<Item = [i32; 3]> {
         let [nx, ny, nz] = self.size.map(|n| n as i32);
         let [x, y, z] = self.low;
@@ -142,7 +144,7 @@ impl Lattice {
         all.filter(|[i, j, k]| (i ^ j) & 1 == 0 && (j ^ k) & 1 == 0)
     }
 
-    /// The name of a point; `None` outside the box.
+    /// Name of a point; `None` outside the box.
     pub fn name(&self, triple: [i32; 3]) -> Option<u32> {
         let mut name = 0;
         for ((t, low), size) in triple.into_iter().zip(self.low).zip(self.size) {
@@ -152,7 +154,7 @@ impl Lattice {
         Some(name as u32)
     }
 
-    /// The triple of a name.
+    /// Point with this name.
     pub fn triple(&self, name: u32) -> [i32; 3] {
         let (name, [_, ny, nz]) = (name as usize, self.size);
         let places = [name / (ny * nz), name / nz % ny, name % nz];
@@ -161,8 +163,8 @@ impl Lattice {
 }
 
 /// The four tets around the long edge from an all-even `point` along an axis: every tet of the
-/// lattice belongs to one such edge. Positively oriented, the first two corners on one long edge,
-/// the last two on the other.
+/// lattice belongs to one such edge. Each is positively oriented, with the first two corners on one
+/// long edge and the last two on the other.
 pub(super) fn tets_around(point: [i32; 3], axis: usize) -> [[[i32; 3]; 4]; 4] {
     let (right, up) = ((axis + 1) % 3, (axis + 2) % 3);
     let at = |along: i32, u: i32, v: i32| {
@@ -176,7 +178,7 @@ pub(super) fn tets_around(point: [i32; 3], axis: usize) -> [[[i32; 3]; 4]; 4] {
     std::array::from_fn(|k| [point, at(2, 0, 0), ring[k], ring[(k + 1) % 4]])
 }
 
-/// A property in which the two ends of a long edge differ.
+/// Parity that differs between the two ends of a long edge.
 pub(super) fn is_even([i, j, k]: [i32; 3]) -> bool {
     (i + j + k).div_euclid(2) & 1 == 0
 }
@@ -188,20 +190,21 @@ impl Growth {
             return 1.0;
         }
         let w = before / self.radius - 1.0;
-        // where the stretch along the ray, 1 + g (2 w + w^2), is at its limit
+        // value of w at which the stretch along the ray, 1 + g (2 w + w^2), reaches its limit
         let limit = if self.factor > 0.0 { (1.0 + (self.most - 1.0) / self.factor).sqrt() - 1.0 } else { f64::INFINITY };
         let grown = w.min(limit);
         let beyond = if w > limit { self.most * (w - limit) } else { 0.0 };
         self.radius * (1.0 + grown + self.factor * grown * grown * (1.0 + grown / 3.0) + beyond) / before
     }
 
-    /// The segment's point nearest to a given one, both relative to its middle.
+    /// Point of the segment nearest to a given point, both relative to the segment's middle.
     fn nearest(self, from: V3) -> V3 {
         let square = self.half_stroke.norm_squared();
         if square > 0.0 { self.half_stroke * (from.dot(&self.half_stroke) / square).clamp(-1.0, 1.0) } else { V3::zeros() }
     }
 
-    /// Distance before the map, from that after it, by bisection, outside the fine radius.
+    /// Distance before the map of a point that the map brings to the distance `after`, by
+    /// bisection.
     fn unmoved(self, after: f64) -> f64 {
         let (mut low, mut high) = (0.0, after);
         for _ in 0..60 {
@@ -237,8 +240,8 @@ mod tests {
 
     type Edge = [[i32; 3]; 2];
 
-    /// Tets on every edge, counted on a block of the lattice; only edges around its middle have all
-    /// of their tets.
+    /// Number of tets on every edge of a block of the lattice; only edges around its middle have
+    /// all of their tets.
     fn tets_on_edges() -> BTreeMap<Edge, u32> {
         let mut count = BTreeMap::new();
         let range = || (-4..=4).step_by(2);
@@ -308,7 +311,7 @@ mod tests {
     fn a_stretch_at_its_limit_stays_there_and_a_segment_is_followed() {
         let growth = Growth { radius: 0.01, factor: 1.0, most: 4.0, half_stroke: V3::new(0.0, 0.02, 0.0) };
         let slope = |at: f64| ((at + 1e-6) * growth.stretch(at + 1e-6) - (at - 1e-6) * growth.stretch(at - 1e-6)) / 2e-6;
-        // (rho/R)^2 along the ray, until it is 4
+        // the stretch along the ray is (rho/R)^2, until it reaches 4
         for (at, expected) in [(0.005, 1.0), (0.015, 2.25), (0.0199, 3.9601), (0.021, 4.0), (0.1, 4.0)] {
             assert!((slope(at) - expected).abs() < 1e-6, "{at}: {}", slope(at));
         }

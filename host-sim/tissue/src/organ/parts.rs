@@ -1,38 +1,38 @@
-//! Building blocks of organ shapes: implicit bodies, negative inside, near the distance [m] at
-//! their surface.
+//! Building blocks of organ shapes: implicit functions that are negative inside a body and close to
+//! the signed distance [m] near its surface.
 //!
-//! Only `+ - * /` and square roots, so that a mesh made from them has the same nodes and tets on
-//! every machine. Blends are the quadratic minimum of two distances.
+//! They use only `+ - * /` and square roots, so that a mesh made from them has the same nodes and
+//! tets on every machine. Blends are the quadratic minimum of two distances.
 
 use nalgebra::Vector3;
 
 pub(super) type V3 = Vector3<f64>;
 
-/// A length in millimetres [m].
+/// Converts millimetres to metres.
 pub(super) const fn mm(length: f64) -> f64 {
     1e-3 * length
 }
 
-/// A vector in millimetres [m].
+/// Vector in metres from coordinates in millimetres.
 pub(super) const fn mm3(x: f64, y: f64, z: f64) -> V3 {
     V3::new(1e-3 * x, 1e-3 * y, 1e-3 * z)
 }
 
-/// Ellipsoid with axes along the frame. Its value over its gradient: exact at the surface, too
-/// small far away.
+/// Ellipsoid with axes along the frame: the value of its equation over the gradient, which is exact
+/// at the surface and too small far away.
 pub(super) fn ellipsoid(x: V3, center: V3, radii: V3) -> f64 {
     let u = (x - center).component_div(&radii);
     let slope = u.component_div(&radii).norm();
     if slope > 0.0 { u.norm() * (u.norm() - 1.0) / slope } else { -radii.min() }
 }
 
-/// Ball of `radius` swept from `a` to `b`: exact distance.
+/// Ball of `radius` swept from `a` to `b`; the distance is exact.
 pub(super) fn capsule(x: V3, a: V3, b: V3, radius: f64) -> f64 {
     pear(x, a, b, radius, radius)
 }
 
-/// Ball whose radius changes from `at_a` to `at_b` between `a` and `b`: exact distance to the two
-/// balls and the cone that touches both.
+/// Ball whose radius changes from `at_a` to `at_b` between `a` and `b`; the distance is exact, to
+/// the two balls and the cone that touches both.
 pub(super) fn pear(x: V3, a: V3, b: V3, at_a: f64, at_b: f64) -> f64 {
     let length = (b - a).norm();
     let along = (x - a).dot(&(b - a)) / length;
@@ -49,13 +49,15 @@ pub(super) fn pear(x: V3, a: V3, b: V3, at_a: f64, at_b: f64) -> f64 {
     }
 }
 
-/// Distance to both bodies joined, with the groove between them filled over about `blend`.
+/// Union of two bodies, given by their distances, with the groove between them filled over about
+/// `blend`.
 pub(super) fn join(a: f64, b: f64, blend: f64) -> f64 {
     let overlap = (1.0 - (a - b).abs() / blend).max(0.0);
     a.min(b) - 0.25 * blend * overlap * overlap
 }
 
-/// Returns the intersection of both bodies, the ridge between them rounded over about `blend`.
+/// Intersection of two bodies, given by their distances, with the ridge between them rounded over
+/// about `blend`.
 pub(super) fn meet(a: f64, b: f64, blend: f64) -> f64 {
     -join(-a, -b, blend)
 }

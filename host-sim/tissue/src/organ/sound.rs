@@ -1,4 +1,4 @@
-//! Checks that a mesh is one solid with the topology of a ball, as every organ here.
+//! Checks that a mesh is one solid with the topology of a ball, as every organ is.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use crate::mesh::{TetMesh, surface};
 
 type Edges = BTreeMap<[u32; 2], Vec<usize>>;
 
-/// Triangles at every edge; `None` unless every edge has exactly two.
+/// Triangles at every edge; `None` unless every edge has exactly two triangles.
 fn sides(triangles: &[[u32; 3]]) -> Option<Edges> {
     let mut edges = Edges::new();
     for (index, &[a, b, c]) in triangles.iter().enumerate() {
@@ -17,8 +17,8 @@ fn sides(triangles: &[[u32; 3]]) -> Option<Edges> {
     edges.values().all(|sides| sides.len() == 2).then_some(edges)
 }
 
-/// Returns the defect of a solid that may have holes through it and hollows, if any: it must be one
-/// piece, every edge of its surface in two triangles.
+/// Defect, if any, of a solid that may have holes through it and internal cavities: it must be one
+/// piece, and every edge of its surface must be in two triangles.
 pub(super) fn torn(tets: &[[u32; 4]]) -> Option<&'static str> {
     if sides(&surface::surface(tets)).is_none() {
         return Some("touches itself along an edge");
@@ -26,8 +26,8 @@ pub(super) fn torn(tets: &[[u32; 4]]) -> Option<&'static str> {
     (surface::pieces(tets) != 1).then_some("is in pieces")
 }
 
-/// Returns the defect of the surface, if any: it must be one sphere, every edge of it in two
-/// triangles.
+/// Defect, if any, of a solid that must have the topology of a ball: its surface must be one
+/// sphere, and every edge of it must be in two triangles.
 pub(super) fn defect(tets: &[[u32; 4]]) -> Option<&'static str> {
     let triangles = surface::surface(tets);
     let Some(edges) = sides(&triangles) else {
@@ -53,8 +53,8 @@ pub(super) fn defect(tets: &[[u32; 4]]) -> Option<&'static str> {
     if seen.contains(&false) {
         return Some("is in pieces or hollow");
     }
-    // one closed piece without a hole through it: vertices - edges + faces = 2; less with handles
-    // or pinched nodes
+    // one closed surface without a hole through it has vertices - edges + faces = 2; handles and
+    // pinched nodes make it less
     (nodes.len() + triangles.len() != edges.len() + 2).then_some("has a hole through it or touches itself at a node")
 }
 

@@ -1,10 +1,10 @@
-//! How the surface cuts a lattice tet: the stencils of isosurface stuffing (Labelle and Shewchuk
+//! Cuts a lattice tet along the surface: the stencils of isosurface stuffing (Labelle and Shewchuk
 //! 2007, section 3), by rule instead of a table.
 //!
-//! The remainder of a tet is a tet, a pyramid over a quadrilateral, or a prism. Quadrilaterals on a
-//! lattice face are halved alike from both sides: by the diagonal that ends at the cut of the
-//! face's long edge, and if that is not cut, at its even end. A quadrilateral on the surface takes
-//! the shorter diagonal where both fit.
+//! The part of a tet that remains is a tet, a pyramid over a quadrilateral, or a prism. A
+//! quadrilateral on a lattice face must be halved alike from both sides: by the diagonal that ends
+//! at the cut of the face's long edge or, if that edge is not cut, at its even end. A quadrilateral
+//! on the surface is halved by the shorter diagonal if both are possible.
 
 /// Side of the surface on which a corner lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -15,24 +15,24 @@ pub(super) enum Side {
     On,
 }
 
-/// A corner of a part: one of the tet's, or the cut on the edge from an inner corner to an outer
-/// one.
+/// A corner of a remaining part: a corner of the tet, or the cut on the edge from an inner corner
+/// to an outer one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
     Corner(usize),
     Cut(usize, usize),
 }
 
-/// A lattice tet, positively oriented; edges 01 and 23 are long.
+/// A lattice tet, positively oriented; its edges 01 and 23 are long.
 pub(super) struct Cell {
     pub sides: [Side; 4],
-    /// Differs between the ends of a long edge.
+    /// Parity of each corner, which differs between the ends of a long edge.
     pub even: [bool; 4],
 }
 
 impl Cell {
-    /// The parts inside, positively oriented. `shorter` says whether the first of two diagonals is
-    /// not the longer one.
+    /// Positively oriented tets that fill the part inside. `shorter` says whether the first of two
+    /// diagonals is at most as long as the second.
     pub fn inside(&self, shorter: impl Fn([Part; 2], [Part; 2]) -> bool) -> Vec<[Part; 4]> {
         use Part::{Corner, Cut};
         let [p, q, r, s] = self.sorted();
@@ -63,7 +63,8 @@ impl Cell {
         }
     }
 
-    /// Corners with the inner ones first, then the outer ones, in a positive order.
+    /// Corners in a positive order: first the inner ones, then the outer ones, then those on the
+    /// surface.
     fn sorted(&self) -> [usize; 4] {
         let mut order = [0, 1, 2, 3];
         order.sort_by_key(|k| self.sides[*k]);
@@ -76,7 +77,7 @@ impl Cell {
     }
 
     /// Whether the quadrilateral of the inner corners `a`, `b` and their cuts toward `out` is
-    /// halved from `a`, not from `b`.
+    /// halved by the diagonal from `a`, not by that from `b`.
     fn halved_at_first(&self, a: usize, b: usize, out: usize) -> bool {
         let long = |i: usize, j: usize| i / 2 == j / 2;
         if long(b, out) {
@@ -89,8 +90,9 @@ impl Cell {
     }
 }
 
-/// A prism of columns `bottom[k]`-`top[k]`. `before` says for the pairs 01, 02, 12 of columns that
-/// the diagonal between them starts at the bottom of the first; the three are never cyclic.
+/// Tets of a prism with columns `bottom[k]`-`top[k]`. The flags say for the pairs 01, 02, 12 of
+/// columns that the diagonal between them starts at the bottom of the first; the three are never
+/// cyclic.
 fn prism(bottom: [Part; 3], top: [Part; 3], [b01, b02, b12]: [bool; 3]) -> Vec<[Part; 4]> {
     let bottoms = [u8::from(b01) + u8::from(b02), u8::from(!b01) + u8::from(b12), u8::from(!b02) + u8::from(!b12)];
     let mut order = [0, 1, 2];
@@ -153,7 +155,7 @@ mod tests {
         }
     }
 
-    /// Faces that only one tet has.
+    /// Faces that belong to only one tet.
     fn open_faces(tets: &[[Part; 4]]) -> Vec<[Part; 3]> {
         let mut open: Vec<[Part; 3]> = Vec::new();
         for &[a, b, c, d] in tets {

@@ -1,11 +1,11 @@
-//! Isosurface stuffing: a lattice cut to an implicit shape (Labelle and Shewchuk, "Isosurface
+//! Isosurface stuffing: cuts a lattice to an implicit shape (Labelle and Shewchuk, "Isosurface
 //! Stuffing: Fast Tetrahedral Meshes with Good Dihedral Angles", 2007).
 //!
 //! Every lattice edge from inside to outside has a cut point, here found on the straight edge by
-//! bisection. A lattice point with a cut too near moves onto the nearest of them; then the tets are
-//! cut ([`split`]). The thresholds are the paper's, for which it proves dihedral angles of 10.7 to
-//! 164.8 degrees on an even lattice whatever the shape. For a growing lattice there is no such
-//! bound.
+//! bisection. A lattice point that is too near to cuts moves onto the nearest of them. Then the
+//! tets are cut ([`split`]). The thresholds are the paper's, for which it proves dihedral angles of
+//! 10.7 to 164.8 degrees on a uniform lattice, whatever the shape. For a growing lattice there is
+//! no such bound.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,30 +16,32 @@ use super::sound;
 use super::split::{Cell, Part, Side};
 use crate::mesh::TetMesh;
 
-/// A cut nearer than this share of a long or a short edge attracts the lattice point.
+/// Share of a long edge within which a cut attracts the lattice point (1).
 const NEAR_LONG: f64 = 0.24999;
+/// Share of a short edge within which a cut attracts the lattice point (1).
 const NEAR_SHORT: f64 = 0.41189;
 
-/// Halvings of an edge: to the last bit of a position that matters.
+/// Number of bisections of an edge: they locate the cut to the last bits of a position.
 const HALVINGS: u32 = 44;
 
 /// Point at which the surface crosses a lattice edge.
 struct Cut {
     at: V3,
-    /// Share of the edge from its point with the lower name.
+    /// Position of the cut, as a share of the edge from its end with the lower name (1).
     share: f64,
 }
 
 struct Stuffing<'a> {
     lattice: &'a Lattice,
     sides: Vec<Side>,
-    /// Points that were moved.
+    /// Lattice points that were moved onto a cut, with their new positions.
     moved: BTreeMap<u32, V3>,
-    /// Cuts by the names of both ends, the lower first.
+    /// Cuts by the names of both ends of their edges, the lower name first.
     cuts: BTreeMap<[u32; 2], Cut>,
 }
 
-/// The mesh of the inside, with regions 0, checked to be sound.
+/// Meshes the inside of a shape, with regions 0, and checks that the mesh has the topology of a
+/// ball.
 pub(super) fn stuff(organ: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice) -> Result<TetMesh, OrganError> {
     let mesh = cut_out(organ, implicit, lattice)?;
     match sound::defect(&mesh.tets) {
@@ -48,8 +50,8 @@ pub(super) fn stuff(organ: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice
     }
 }
 
-/// Returns the mesh of the inside, with regions 0, checked to be sound, for a shape that may have
-/// holes and hollows.
+/// Meshes the inside of a shape that may have holes through it and internal cavities, with regions
+/// 0, and checks that the mesh is one piece and nowhere touches itself along an edge.
 pub(super) fn stuff_any(name: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice) -> Result<TetMesh, OrganError> {
     let mesh = cut_out(name, implicit, lattice)?;
     match sound::torn(&mesh.tets) {
@@ -58,7 +60,7 @@ pub(super) fn stuff_any(name: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Latt
     }
 }
 
-/// Returns the mesh of the inside, with regions 0, without checking its topology.
+/// Meshes the inside of a shape, with regions 0, without checking its topology.
 pub(super) fn cut_out(organ: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice) -> Result<TetMesh, OrganError> {
     let mut sides = vec![Side::Out; lattice.len()];
     for triple in lattice.points() {
@@ -118,8 +120,8 @@ impl Stuffing<'_> {
         self.cuts = cuts;
     }
 
-    /// Moves points onto cuts that are too near, one by one; the edges of a moved point are no
-    /// longer cut.
+    /// Moves points, one by one, onto cuts that are too near to them; the edges of a moved point
+    /// are no longer cut.
     fn draw_points(&mut self) {
         let ends: BTreeSet<u32> = self.cuts.keys().flatten().copied().collect();
         for name in ends {
@@ -171,7 +173,7 @@ impl Stuffing<'_> {
         }
     }
 
-    /// Nodes in use, in rising order of their names.
+    /// Numbers the nodes in use, in rising order of their names.
     fn numbered(&self, tets: &[[Node; 4]]) -> TetMesh {
         let mut nodes: Vec<Node> = tets.iter().flatten().copied().collect();
         nodes.sort_unstable();

@@ -1,8 +1,8 @@
-//! Any closed shape, cut out of a lattice that is aligned with the surface at a place.
+//! Meshes any closed shape on a lattice that is aligned with the surface at a place.
 //!
-//! The lattice's densest planes, `(110)`, consist of whole faces of its tets. Turned so that one of
-//! them is tangent at the place, a flat surface there needs no cut tets, and a curved one only
-//! slight cuts.
+//! The lattice's densest planes, `(110)`, consist of whole faces of its tets. If one of them is
+//! turned so that it is tangent to the surface at the place, a flat surface there cuts no tets, and
+//! a curved one cuts them only slightly.
 
 use nalgebra::Matrix3;
 
@@ -11,25 +11,26 @@ use super::parts::V3;
 use super::{Fine, OrganError, stuffing};
 use crate::mesh::TetMesh;
 
-/// A lattice turned to a surface, finest along a segment on it.
+/// A lattice that is aligned with a surface and finest along a segment on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turned {
     /// Place where the lattice is finest, and how its cubes grow from there.
     pub fine: Fine,
-    /// Outward unit normal there.
+    /// Outward unit normal of the surface at the place.
     pub axis: [f64; 3],
-    /// The segment, centred on the place [m]; zero for the place alone.
+    /// The segment from end to end, centred on the place [m]; zero if it is only the place.
     pub stroke_m: [f64; 3],
-    /// Largest length of an element along a ray from there [m].
+    /// Largest length of an element along a ray from the place [m].
     pub coarsest_m: f64,
 }
 
 impl Turned {
-    /// A mesh of the shape where `implicit_m` is negative and which `bounds_m` contains, regions 0:
-    /// every tet positively oriented, one piece, every node in use. `name` is for messages.
+    /// Meshes the shape where `implicit_m` is negative, which must lie within `bounds_m`. Every tet
+    /// is positively oriented, the mesh is one piece, every node belongs to a tet, and all regions
+    /// are 0. `name` is used in messages.
     ///
     /// # Errors
-    /// Numbers that are not sizes, or a spacing too coarse for the shape or too fine for memory.
+    /// A size that is out of range, or a spacing too coarse for the shape or too fine for memory.
     pub fn mesh(&self, name: &str, implicit_m: &dyn Fn([f64; 3]) -> f64, bounds_m: [[f64; 3]; 2]) -> Result<TetMesh, OrganError> {
         let turn = self.turn();
         let at = V3::from(self.fine.at_m);
@@ -59,9 +60,9 @@ impl Turned {
     }
 }
 
-/// Two unit vectors that make a right-handed frame with a unit normal, `[first, second, normal]`: x
-/// and y if that is z, otherwise with the first as near to x as possible (to y, if the normal is
-/// nearly x).
+/// Two unit vectors that form a right-handed frame with a unit normal, `[first, second, normal]`: x
+/// and y if the normal is z, otherwise with the first as near to x as possible (to y, if the normal
+/// is nearly x).
 #[must_use]
 pub fn tangents(normal: [f64; 3]) -> [[f64; 3]; 2] {
     let up = V3::from(normal).normalize();

@@ -1,16 +1,15 @@
-//! One run at a time per output folder.
+//! Lock of an output folder, into which only one run at a time may write.
 
 use std::fs::{File, TryLockError};
 use std::io;
 use std::path::PathBuf;
 
-/// A file that is locked while a run writes, and removed after it. The system releases the lock of
-/// a run that was killed.
+/// A file that is locked while a run writes, and removed afterwards. If a run is killed, the system
+/// releases its lock.
 #[derive(Debug)]
 pub(super) struct Lock {
     path: PathBuf,
-    /// Folders made for this run, innermost first: they are removed if the run leaves nothing in
-    /// them.
+    /// Folders made for this run, innermost first; they are removed if the run leaves them empty.
     made: Vec<PathBuf>,
     _file: File,
 }
@@ -38,7 +37,7 @@ impl Drop for Lock {
         // removed while still locked: a run that opened it earlier notices that it is gone
         let _ = std::fs::remove_file(&self.path);
         for folder in &self.made {
-            // keeps folders that are not empty
+            // folders that are not empty cannot be removed and stay
             let _ = std::fs::remove_dir(folder);
         }
     }

@@ -10,7 +10,7 @@ use super::record::RECORD;
 use super::{RECORD_SUFFIX, Record};
 use crate::error::Error;
 
-/// The folder of a result and its neighbours, as absolute paths without links.
+/// Paths of a result's folder and its draft, absolute and without links.
 #[derive(Debug)]
 pub(super) struct Place {
     folder: PathBuf,
@@ -18,7 +18,7 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// Resolves a path and makes its parents; returns those that were made, innermost first.
+    /// Resolves a path and creates its parents; returns those that were created, innermost first.
     pub(super) fn of(path: &Path) -> io::Result<(Self, Vec<PathBuf>)> {
         let mut made = Vec::new();
         let folder = if path.symlink_metadata().is_ok() {
@@ -63,7 +63,8 @@ impl Place {
         self.beside("old")
     }
 
-    /// Hidden, and on the same file system, so that a rename can exchange them.
+    /// Path of a hidden neighbour of the folder, on the same file system, so that a rename can
+    /// exchange them.
     fn beside(&self, role: &str) -> PathBuf {
         let mut name = OsString::from(".");
         name.push(self.folder.file_name().unwrap_or_default());
@@ -94,7 +95,7 @@ impl Place {
         Ok(())
     }
 
-    /// Removes the remains of a killed run, whatever its step.
+    /// Removes the remains of a killed run, at whatever step it was killed.
     pub(super) fn recover(&self) -> io::Result<()> {
         let old = self.old();
         if old.exists() {
@@ -108,7 +109,7 @@ impl Place {
         Ok(())
     }
 
-    /// Exchanges draft and folder, then moves the files that outlive the earlier result.
+    /// Exchanges draft and folder, then moves the files that are kept from the earlier result.
     pub(super) fn replace(&self, dropped: &[String]) -> io::Result<()> {
         let earlier = Record::read(&self.folder).unwrap_or_default();
         let mut record = Record { run: earlier.run + 1, names: flushed(&self.draft)? };
@@ -117,7 +118,7 @@ impl Place {
                 return Err(io::Error::new(ErrorKind::IsADirectory, format!("{name} is a folder")));
             }
         }
-        // a patch stays with the record of its fit
+        // a patch and the record of its fit are kept together
         let patch = |name: &&String| {
             let patch = name.strip_suffix(RECORD_SUFFIX).unwrap_or(name);
             patch.ends_with(".patch") && !dropped.iter().any(|gone| gone == patch)
@@ -125,10 +126,10 @@ impl Place {
         record.names.extend(earlier.names.iter().filter(patch).cloned());
         record.write(&self.draft)?;
         if !self.folder.join(RECORD).exists() {
-            // there is nothing yet, or an empty folder
+            // the folder does not exist or is empty
             return fs::rename(&self.draft, &self.folder);
         }
-        // a private folder stays private
+        // the folder keeps its permissions: a private one stays private
         fs::set_permissions(&self.draft, self.folder.metadata()?.permissions())?;
         if exchange(&self.draft, &self.folder).is_ok() {
             return self.settle(&self.draft);
@@ -143,7 +144,7 @@ impl Place {
         fs::create_dir_all(&self.folder)?;
         let names = flushed(&self.draft)?;
         let earlier = Record::read(&self.folder);
-        // a folder with foreign files never becomes replaceable
+        // a folder with foreign files gets no record, so that no result ever replaces it
         if earlier.is_some() || fs::read_dir(&self.folder)?.next().is_none() {
             let mut record = earlier.unwrap_or_default();
             record.names.extend(names.iter().cloned());
@@ -152,9 +153,9 @@ impl Place {
         names.iter().try_for_each(|name| fs::rename(self.draft.join(name), self.folder.join(name)))
     }
 
-    /// Empties a replaced result: its files are deleted; foreign files and patches to be kept move
-    /// to the folder. `from` is the earlier result after an exchange, or a newer one that never
-    /// reached its place, which has nothing to keep.
+    /// Empties and removes the folder of a replaced result: its files are deleted; foreign files
+    /// and patches to be kept move to the new folder. `from` is the earlier result after an
+    /// exchange, or a newer one that was never moved into place, of which nothing is kept.
     fn settle(&self, from: &Path) -> io::Result<()> {
         let ours = Record::read(from).unwrap_or_default();
         let kept = Record::read(&self.folder).filter(|now| now.run > ours.run).unwrap_or_default();
@@ -187,7 +188,8 @@ pub(super) fn published(file: &Path) -> Option<PathBuf> {
     Some(draft.with_file_name(name).join(file.file_name()?))
 }
 
-/// Names of the files in a draft, once they are on the disk: a full disk may be reported only now.
+/// Writes the files of a draft through to the disk, since a full disk may be reported only then;
+/// returns their names.
 fn flushed(draft: &Path) -> io::Result<BTreeSet<String>> {
     let mut names = BTreeSet::new();
     for entry in fs::read_dir(draft)? {

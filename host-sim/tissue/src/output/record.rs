@@ -1,23 +1,23 @@
-//! The record in an output folder: which of its files are results of palpate.
+//! Record in an output folder that tells which of its files palpate wrote.
 
 use std::collections::BTreeSet;
 use std::io;
 use std::path::Path;
 
-/// Name of the record.
+/// File name of the record.
 pub(super) const RECORD: &str = ".palpate";
 const HEAD: &str = "files that palpate wrote; the next run into this folder replaces them; run ";
 
-/// Names of the files that palpate wrote, and how many runs have written here.
+/// Names of the files that palpate wrote, and the number of runs that have written here.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Record {
-    /// Rises with every result and so distinguishes a result from the one that it replaces.
+    /// Rises with every result, and so distinguishes a result from the one that it replaces.
     pub(super) run: u64,
     pub(super) names: BTreeSet<String>,
 }
 
 impl Record {
-    /// The record of a folder; `None` if it holds no result.
+    /// Reads the record of a folder; `None` if the folder has no result.
     pub(super) fn read(folder: &Path) -> Option<Self> {
         let text = std::fs::read_to_string(folder.join(RECORD)).ok()?;
         let (head, names) = text.split_once('\n')?;

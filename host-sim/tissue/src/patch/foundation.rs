@@ -1,4 +1,5 @@
-//! The foundation law of a surface: a stiffness of about E over the element size, per point.
+//! Foundation of a surface: its stiffness per area is a few times E over the element size, divided
+//! among the points of each triangle.
 
 use palpate::stages::force::foundation::point_weights;
 use palpate::{FoundationPoint, Triangle};
@@ -19,7 +20,7 @@ pub(super) fn of(tissue: &Tissue, material: &Material, multipliers: Option<&Mult
     let nodes = &tissue.mesh.nodes_m;
     let corners = |t: &[u32; 3]| t.map(|n| nodes[n as usize]);
     let areas: Vec<f64> = surface.iter().map(|t| area(corners(t))).collect();
-    // one stiffening for the patch: the element size at the site
+    // the patch has one value of stiffening, by the element size at the site
     let nearest = surface.iter().zip(&areas).min_by(|(s, _), (t, _)| {
         distance_squared(centroid(corners(s)), tissue.site_m).total_cmp(&distance_squared(centroid(corners(t)), tissue.site_m))
     });
@@ -41,7 +42,7 @@ pub(super) fn of(tissue: &Tissue, material: &Material, multipliers: Option<&Mult
     Foundation { triangles, points, stiffening_per_m: stiffening, element_m }
 }
 
-/// Edge of the equilateral triangle of this area [m].
+/// Side of the equilateral triangle with this area [m].
 pub(super) fn element_size(area_m2: f64) -> f64 {
     (4.0 * area_m2 / 3.0_f64.sqrt()).sqrt()
 }

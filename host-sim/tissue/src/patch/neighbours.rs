@@ -1,4 +1,4 @@
-//! Connectivity of a patch's tets, for the core's walk to the sensed tip.
+//! Connectivity of a patch's tets, for the core's walk from tet to tet to the sensed tip.
 
 use std::collections::HashMap;
 

@@ -1,18 +1,19 @@
-//! The order of springs and tets. It defines the bits, and it decides how well a processor can
-//! overlap the work.
+//! Order of springs and tets in a patch. It determines the bits of the forces, and how well a
+//! processor can overlap successive items.
 
 use palpate::{Spring, Tet};
 
 use super::stiffness::RestSpring;
 
-/// Distance in the list within which tets share no node, if the mesh allows it: a sum just stored
-/// is not loaded at once.
+/// Distance in the list within which tets share no node, if the mesh allows it: a processor then
+/// does not load a sum that it has only just stored.
 const TET_DISTANCE: usize = 6;
 /// Distance in the list within which springs share no node on wide processors, if the order at
 /// every node allows it.
 const SPRING_DISTANCE: usize = 8;
 
-/// Springs in rows: sorted by first node, with the length of each row. This is the patch's order.
+/// Sorts springs into rows by their first node, and returns them with the length of each row. This
+/// is the order in a patch file.
 pub(super) fn rows(rest: &[RestSpring], nodes: usize) -> (Vec<Spring>, Vec<u16>) {
     let mut counts = vec![0_u16; nodes];
     let mut springs: Vec<Spring> = rest
@@ -27,10 +28,10 @@ pub(super) fn rows(rest: &[RestSpring], nodes: usize) -> (Vec<Spring>, Vec<u16>)
     (springs, counts)
 }
 
-/// Returns the springs with neighbours in the list apart, **with the order at every node kept**:
-/// the sums, and so the bits, are the same.
+/// Reorders springs so that neighbours in the list share no node, **with the order at every node
+/// kept**: the sums, and so the bits, are the same.
 ///
-/// List scheduling: each place gets the first spring that is next in line at both of its nodes and
+/// List scheduling: each place in the list gets a spring that is next at both of its nodes and
 /// whose nodes were not used recently.
 pub(super) fn schedule(springs: &[Spring]) -> Vec<Spring> {
     let nodes = springs.iter().map(|s| usize::from(s.i.max(s.j)) + 1).max().unwrap_or(0);
@@ -52,7 +53,7 @@ pub(super) fn schedule(springs: &[Spring]) -> Vec<Spring> {
             let of = |v: u16| last_used[usize::from(v)].map_or(usize::MAX, |at: usize| here - at);
             of(springs[n].i).min(of(springs[n].j))
         };
-        // nodes with the longest queues first: they determine the length of the tail
+        // nodes with the longest queues first, since these determine the length of the tail
         let length = |n: usize| queue[usize::from(springs[n].i)].len() + queue[usize::from(springs[n].j)].len();
         let best = ready
             .iter()
@@ -74,7 +75,7 @@ pub(super) fn schedule(springs: &[Spring]) -> Vec<Spring> {
     order
 }
 
-/// Tets in an order where the next one shares no node with the last few. One order for all
+/// Orders tets so that each shares no node with the few before it. The order is the same for all
 /// machines.
 pub(super) fn interleave(tets: &[Tet]) -> Vec<Tet> {
     let nodes = tets.iter().flat_map(|t| t.node).max().map_or(0, |n| usize::from(n) + 1);

@@ -1,4 +1,4 @@
-//! Springs, volume stiffness and node data of a mesh, over E.
+//! Springs, volume stiffness and node data of a mesh, divided by Young's modulus.
 
 use palpate::{NodeRest, Tet, Vector3};
 
@@ -13,22 +13,22 @@ pub(super) struct RestSpring {
     pub length_m: f64,
 }
 
-/// Everything elastic, over E.
+/// Elastic constants of a mesh, divided by Young's modulus.
 pub(super) struct Elastic {
     pub springs: Vec<RestSpring>,
     pub tets: Vec<Tet>,
     /// Volume of the tets around each node [m^3].
     around_m3: Vec<f64>,
-    /// kappa over E of each node (1).
+    /// Volume stiffness kappa of each node over E (1).
     kappa: Vec<f64>,
     /// Mean diagonal stiffness over E of each node [m].
     diagonal_m: Vec<f64>,
     per_tet_share: f64,
-    /// Share that acts per tet, with its multiplier.
+    /// `per_tet_share`, times its multiplier (1).
     bulk_share: f64,
 }
 
-/// Edges of a tet by its corners.
+/// Edges of a tet, each as a pair of its corners.
 const TET_EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
 impl Elastic {
@@ -78,15 +78,16 @@ impl Elastic {
         elastic
     }
 
-    /// A third of the trace of each node's diagonal block of the rest stiffness over E [m].
+    /// Mean diagonal stiffness of each node over E [m]: a third of the trace of its diagonal block
+    /// of the rest stiffness.
     fn diagonal(&self, tissue: &Tissue, volumes: &[f64], kappa: f64) -> Vec<f64> {
         let mesh = &tissue.mesh;
         let mut trace = vec![0.0; mesh.nodes_m.len()];
         for s in &self.springs {
             s.nodes.iter().for_each(|&n| trace[n as usize] += s.k);
         }
-        // nodal volume: energy kappa V/2 (J - 1)^2 with V a quarter of the volume around; d J_n / d
-        // x_i sums over the tets of both
+        // nodal volume: the energy is kappa V/2 (J - 1)^2, with V a quarter of the volume around
+        // the node; d J_n / d x_i is a sum over the tets that contain both n and i
         let mut slopes: std::collections::BTreeMap<(u32, u32), [f64; 3]> = std::collections::BTreeMap::new();
         for ((tet, &v), ratio) in mesh.tets.iter().zip(volumes).zip(&tissue.stiffness_ratio) {
             let gradients = volume_gradients(mesh, tet);
@@ -125,8 +126,8 @@ impl Elastic {
 }
 
 /// Paper 000, eq 11: `k = sum over the edge's tets of 2 sqrt(2)/25 l_e E`, `l_e = (12 V /
-/// sqrt(2))^(1/3)`, times `1/(0.8 (1 + nu))`: as printed the network's shear modulus is that of nu
-/// = 1/4.
+/// sqrt(2))^(1/3)`, times `1/(0.8 (1 + nu))`: as printed, the network has the shear modulus of a
+/// solid with nu = 1/4.
 fn springs(tissue: &Tissue, volumes: &[f64], nu: f64, multipliers: Option<&Multipliers>) -> Vec<RestSpring> {
     let mesh = &tissue.mesh;
     let edges = surface::edges(&mesh.tets);

@@ -4,15 +4,15 @@ use palpate::{ContactMap, Model, State, Tuned, Vector3};
 
 use super::TickRow;
 
-/// Contact map of the tick with the deepest tip; of several equally deep ones the last, which has
-/// settled most.
+/// Contact map of the tick with the deepest tip. Of several equally deep ticks it is the last, in
+/// which the tissue has settled most.
 #[derive(Clone, Debug)]
 pub struct DeepestContact {
     /// Start of that tick [s].
     pub t_s: f64,
     /// Commanded depth of the tip [m].
     pub depth_m: f64,
-    /// Moments of the contact.
+    /// Contact map of that tick: force, centre of pressure, area and axes.
     pub map: ContactMap,
     /// Pressure on every surface triangle [Pa], shape \[triangles\].
     pub pressure_pa: Vec<f32>,
@@ -21,8 +21,8 @@ pub struct DeepestContact {
 }
 
 impl DeepestContact {
-    /// Inspects a tick that has just run: its map replaces `deepest` unless an earlier tick was
-    /// deeper.
+    /// Inspects a tick that has just run: its map replaces `deepest`, unless an earlier tick was
+    /// deeper or the probe does not touch.
     pub fn see(deepest: &mut Option<Self>, model: &Model, tuned: &Tuned, state: &mut State, row: &TickRow) {
         let beaten = deepest.as_ref().is_some_and(|before| row.command_m < before.depth_m);
         if beaten || !state.in_contact() {

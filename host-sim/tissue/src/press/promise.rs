@@ -1,4 +1,4 @@
-//! Promises of `press`. A run that breaks a promise still writes its files and exits with 1.
+//! Checks that a `press` must pass. A run that fails one still writes its files and exits with 1.
 
 use palpate::ClampFlags;
 
@@ -6,15 +6,17 @@ use super::{Hold, Press};
 use crate::error::Error;
 use crate::scene::Drive;
 
-/// Largest deviation of a hold of a force drive from its target, as a share of it.
+/// Largest accepted deviation of a force from its target at the end of a hold, as a share of the
+/// target (1).
 const FORCE_TOLERANCE: f64 = 0.02;
 
 impl Press {
-    /// Checks that there is no fault, no deadline miss, no inverted tet, and a force at every hold
-    /// that rises with depth and, for a force drive, equals its target.
+    /// Checks that the run has no fault, no start inside the tissue, no deadline miss and no
+    /// inverted tet, and that the force at the holds is positive, rises with depth and, for a force
+    /// drive, equals its target.
     ///
     /// # Errors
-    /// The first promise that did not hold.
+    /// The first check that fails.
     pub fn check(&self, drive: &Drive) -> Result<(), Error> {
         let broken = |what: String| Err(Error::Check(what));
         if let Some(fault) = self.fault {

@@ -2,20 +2,21 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Most Newton steps; four to eight are enough for ratios of the semi-axes up to four.
+/// Largest number of Newton steps; four to eight are enough for ratios of the semi-axes up to four.
 const MOST_STEPS: usize = 60;
-/// The iteration ends at a step this small relative to the least squared semi-axis.
+/// Step at which the iteration ends, over the least squared semi-axis (1).
 const SETTLED: f64 = 1e-15;
-/// Least distance of a point from each plane of symmetry, over the least semi-axis: in these
-/// planes, near the middle, two ways out are equally near, and the equation does not select one.
+/// Least distance that a point is given from each plane of symmetry, over the least semi-axis (1):
+/// in these planes, near the middle, two surface points are equally near, and the equation does not
+/// select one.
 const ASIDE: f64 = 1e-12;
 
 /// Signed distance [m], the unit normal out of the ellipsoid, and the distance's second derivative
-/// [1/m], of a point `x` along the three semi-axes [m].
+/// [1/m], at a point with coordinates `x` along the three semi-axes [m].
 ///
-/// The nearest point of the surface is `a_i^2 x_i / (t + a_i^2)`, t the only root above `-min
+/// The nearest point of the surface is `a_i^2 x_i / (t + a_i^2)`, with t the only root above `-min
 /// a_i^2` of `sum (a_i x_i / (t + a_i^2))^2 = 1` (Eberly, Distance from a point to an ellipsoid,
-/// 2013), found from below by Newton's steps on the inverse root of the sum.
+/// 2013). It is found from below by Newton's method on the inverse root of the sum.
 #[must_use]
 pub fn ellipsoid(semi_axes_m: [f64; 3], x: Vector3<f64>) -> (f64, Vector3<f64>, Matrix3<f64>) {
     let semi = Vector3::from(semi_axes_m);
@@ -25,8 +26,8 @@ pub fn ellipsoid(semi_axes_m: [f64; 3], x: Vector3<f64>) -> (f64, Vector3<f64>, 
     let x = x.map(|c| if c.abs() < aside_m { aside_m.copysign(if c > 0.0 { c } else { -1.0 }) } else { c });
     let part = semi.component_mul(&x);
     let beyond = square.map(|s| s - least);
-    // counted from the least squared semi-axis, starting at the largest value known to be below the
-    // root
+    // t is counted from minus the least squared semi-axis, and starts at the largest value known to
+    // be below the root
     let mut t = (part.norm() - (most - least)).max((part.abs() - beyond).max());
     for _ in 0..MOST_STEPS {
         let place = beyond.add_scalar(t);
@@ -41,7 +42,7 @@ pub fn ellipsoid(semi_axes_m: [f64; 3], x: Vector3<f64>) -> (f64, Vector3<f64>, 
     let steep = slope.norm();
     let normal = slope / steep;
     let distance_m = (t - least) * steep;
-    // the surface's own curvature at the nearest point, and the parallel surface's through x
+    // curvature of the surface at the nearest point, then of the parallel surface through x
     let flat = Matrix3::identity() - normal * normal.transpose();
     let own = flat * Matrix3::from_diagonal(&square.map(|s| 1.0 / s)) * flat / steep;
     let parallel = (Matrix3::identity() + own * distance_m).try_inverse().map_or_else(Matrix3::zeros, |inverse| own * inverse);
@@ -52,8 +53,8 @@ pub fn ellipsoid(semi_axes_m: [f64; 3], x: Vector3<f64>) -> (f64, Vector3<f64>, 
 mod tests {
     use super::*;
 
-    /// Distance of the nearest point of the surface, which lies in the octant of `x`: over a grid
-    /// of directions there, refined around the best.
+    /// Distance to the surface by search: the nearest surface point lies in the octant of `x`, in
+    /// which a grid of directions is refined around the best direction.
     fn nearest(semi: [f64; 3], x: &Vector3<f64>) -> f64 {
         let x = x.abs();
         let at = |u: f64, v: f64| Vector3::new(semi[0] * u.cos() * v.cos(), semi[1] * u.sin() * v.cos(), semi[2] * v.sin());

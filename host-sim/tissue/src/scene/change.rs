@@ -1,4 +1,4 @@
-//! Keys of a scene that the command line changes: `tissue.youngs_modulus_pa=5000`.
+//! Changes of a scene's keys on the command line: `tissue.youngs_modulus_pa=5000`.
 
 use std::str::FromStr;
 
@@ -11,7 +11,7 @@ use super::{Scene, SceneError};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub struct Change {
-    /// Key with its tables; a number is an entry of a list, from 0.
+    /// Tables and key, outermost table first; a number is an index into a list, counted from 0.
     path: Vec<String>,
     /// The change as given, for messages.
     text: String,
@@ -28,7 +28,7 @@ impl FromStr for Change {
         if path.iter().any(String::is_empty) {
             return Err(form());
         }
-        // a name needs no quotes here
+        // on the command line a text value needs no quotes
         let one = |text: String| text.parse::<Table>().ok().filter(|t| t.len() == 1)?.remove("value");
         let value = one(format!("value = {value}")).unwrap_or_else(|| Value::String(value.trim().to_owned()));
         Ok(Self { path, text: text.to_owned(), value })
@@ -61,14 +61,14 @@ impl Change {
     }
 }
 
-/// A table or a list of the scene.
+/// A table or a list of the scene, in which a key or an entry can be changed.
 enum Place<'a> {
     Table(&'a mut Table),
     List(&'a mut Vec<Value>),
 }
 
 impl<'a> Place<'a> {
-    /// The table or list of this name; a table that is missing is made.
+    /// Enters the table or list with this name; creates a table that is missing.
     fn enter(self, name: &str) -> Result<Self, String> {
         let inner = match self {
             Self::Table(table) => table.entry(name).or_insert_with(|| Value::Table(Table::new())),
@@ -99,10 +99,10 @@ fn entry<'a>(list: &'a mut [Value], name: &str) -> Result<&'a mut Value, String>
 }
 
 impl Scene {
-    /// Keys of the scene as read and changed, for records of a result.
+    /// Keys of the scene as read and changed, for the records of results.
     #[must_use]
     pub fn as_read(&self) -> serde_json::Value {
-        // the text was read before
+        // the text has been parsed once already, so this does not fail
         toml::from_str(&self.text).unwrap_or_default()
     }
 
@@ -121,7 +121,7 @@ impl Scene {
         changes.iter().try_for_each(|change| change.apply(&mut table))?;
         let text = toml::to_string(&table).map_err(|e| refuse(e.to_string()))?;
         let mut changed = Self::parse(name_or_path, &text).map_err(|error| match error {
-            // it has no line in a file
+            // a changed key has no line in a file
             SceneError::Toml { what, .. } => refuse(what),
             SceneError::Parameter { table, cause, .. } => refuse(format!("{table}{cause}")),
             SceneError::Value { key, why, .. } => refuse(format!("{key} {why}")),

@@ -1,31 +1,33 @@
-//! Checks beyond those of the types, before anything is built or written.
+//! Checks of values that the types do not limit, made before anything is built or written.
 
 use palpate::{BuildError, GuardLimits};
 
 use super::{Drive, Scene, SceneError};
 
-/// Smallest and largest side of a block [m]: beyond it a unit is wrong. A mesh file has the same
-/// range.
+/// Smallest and largest side of a block [m]: a value outside means a wrong unit. A mesh file has
+/// the same range.
 const SIDE_M: std::ops::RangeInclusive<f64> = 1e-3..=2.0;
-/// Range of nodes for the mesh of an organ or a surface file, and Young's modulus [Pa] of an
-/// organ's regions.
+/// Smallest and largest number of nodes for the mesh of an organ or a surface file.
 const ORGAN_NODES: std::ops::RangeInclusive<usize> = 100..=5000;
+/// Smallest and largest Young's modulus [Pa], long-term or of an organ's region.
 pub(super) const MODULUS_PA: std::ops::RangeInclusive<f64> = 1.0..=1e9;
-/// Range of the stiffening exponent of a region or a ball.
+/// Smallest and largest stiffening exponent of a region or a ball (1).
 const STIFFENING: std::ops::RangeInclusive<f64> = 0.0..=100.0;
-/// Cosine between the long side of a tip and the press beyond which it does not lie on the surface.
+/// Cosine between the long side of a tip and the axis of the press above which the long side does
+/// not lie on the surface.
 const STEEP: f64 = 0.5;
-/// Files that hold a surface.
+/// Extensions of surface files.
 const SURFACES: [&str; 2] = ["stl", "obj"];
-/// Young's modulus below which the unit is probably wrong [Pa]: no organ is softer.
+/// Young's modulus [Pa] below which the unit is probably wrong: no organ is softer.
 const SOFTEST_PA: f64 = 100.0;
-/// Share of a block's narrower side beyond which a probe's width is probably wrong (1).
+/// Width of a probe, as a share of a block's narrower side, above which a unit is probably wrong
+/// (1).
 const WIDEST_SHARE: f64 = 1.0 / 3.0;
-/// Longest run, in tissue time [s].
+/// Longest run, in simulated time [s].
 const LONGEST_S: f64 = 1000.0;
 
 impl Scene {
-    /// Checks every value that the types let pass.
+    /// Checks every value that the types do not limit.
     ///
     /// # Errors
     /// The first value outside its range, with its key.
@@ -41,7 +43,7 @@ impl Scene {
         self.check_drive()
     }
 
-    /// Values that are allowed but probably in a wrong unit: one line each.
+    /// Warnings about values that are allowed but probably in a wrong unit, one line each.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
@@ -64,12 +66,12 @@ impl Scene {
         warnings
     }
 
-    /// An error at a key.
+    /// Returns an error about the value of a key.
     pub fn bad<T>(&self, key: &str, why: &str) -> Result<T, SceneError> {
         Err(SceneError::value(&self.file, key, why))
     }
 
-    /// Refuses holds deeper than `most_m`; `because` continues the sentence with "than ..".
+    /// Refuses holds deeper than `most_m`; `because` ends the message after "is deeper than".
     pub fn refuse_deeper_than(&self, most_m: f64, because: &str) -> Result<(), SceneError> {
         let (Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. }) = &self.drive else { return Ok(()) };
         match holds_m.iter().position(|h| *h > most_m) {
@@ -81,7 +83,7 @@ impl Scene {
         }
     }
 
-    /// The name is printed in tables and is part of file names.
+    /// Checks the name, which is printed in tables and is part of file names.
     fn check_name(&self) -> Result<(), SceneError> {
         if self.name.is_empty() || self.name.contains(|c: char| c.is_control() || c == '/' || c == '\\') {
             return self.bad("name", "must be one line of text without slashes, it becomes part of file names: rename the scene");
@@ -89,10 +91,10 @@ impl Scene {
         Ok(())
     }
 
-    /// Refuses a tip that is not round; `what` needs a round one.
+    /// Refuses a tip that is not round; `what` names the command that needs a round one.
     ///
     /// # Errors
-    /// The shape.
+    /// The tip is a capsule or an ellipsoid.
     pub fn refuse_long_tip(&self, what: &str) -> Result<(), SceneError> {
         if self.probe.shape.is_round() {
             return Ok(());
@@ -101,11 +103,11 @@ impl Scene {
         self.bad("probe.shape", &why)
     }
 
-    /// Refuses a tissue that stiffens where a patch is fitted: fits are those of neo-Hookean
-    /// tissue.
+    /// Refuses tissue that stiffens, for commands that fit a patch: patches are fitted to
+    /// neo-Hookean tissue.
     ///
     /// # Errors
-    /// The exponent.
+    /// A stiffening exponent is above zero.
     pub fn refuse_stiffening(&self) -> Result<(), SceneError> {
         let (key, b) = self.tissue.most_stiffening();
         if b == 0.0 {
@@ -115,11 +117,11 @@ impl Scene {
         self.bad(&key, &why)
     }
 
-    /// Refuses, for a board, the terms that no board's image has: tissue that stiffens, a capsule
-    /// or an ellipsoid.
+    /// Refuses the terms that no board's image contains: tissue that stiffens, a capsule or an
+    /// ellipsoid.
     ///
     /// # Errors
-    /// A stiffening exponent, or the shape of a tip, that no board has.
+    /// A stiffening exponent is above zero, or the tip is a capsule or an ellipsoid.
     pub fn refuse_what_boards_lack(&self, board: &str) -> Result<(), SceneError> {
         if !self.probe.shape.is_round() {
             let why = format!(
@@ -136,8 +138,9 @@ impl Scene {
         self.bad(&key, &why)
     }
 
-    /// The direction of a capsule or an ellipsoid; returns an axis along which it must not lie:
-    /// that of a block, or any if the surface decides.
+    /// Checks the direction of a capsule or an ellipsoid. Returns an axis of the press for the
+    /// core's checks: that of a block, or, where the surface decides, one that the long side is not
+    /// along.
     fn check_along(&self) -> Result<[f64; 3], SceneError> {
         let (x, up) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
         let Some(along) = self.probe.shape.along() else { return Ok(up) };
@@ -157,7 +160,7 @@ impl Scene {
         }
     }
 
-    /// The moving error that is allowed.
+    /// Checks the bound on the moving error.
     fn check_solver(&self) -> Result<(), SceneError> {
         match self.solver.moving_error_pct {
             Some(pct) if !(pct > 0.0 && pct <= 100.0) => {
@@ -168,7 +171,7 @@ impl Scene {
         }
     }
 
-    /// Checks that there is one source of tissue, with the keys that belong to it.
+    /// Checks that the scene has one source of tissue, and only keys that belong to it.
     fn check_source(&self) -> Result<(), SceneError> {
         let (tissue, probe) = (&self.tissue, &self.probe);
         match (tissue.block_m.is_some(), tissue.mesh.is_some(), tissue.organ.is_some()) {
@@ -212,7 +215,7 @@ impl Scene {
         self.check_site("a mesh")
     }
 
-    /// A mesh file of tets has its own nodes.
+    /// Refuses a number of nodes for a mesh file of tets, which has its own nodes.
     pub(crate) fn refuse_nodes<T>(&self) -> Result<T, SceneError> {
         self.bad(
             "tissue.nodes",
@@ -228,7 +231,7 @@ impl Scene {
         Ok(())
     }
 
-    /// An organ with its regions.
+    /// Checks the keys of an organ and its regions.
     fn check_organ(&self) -> Result<(), SceneError> {
         let tissue = &self.tissue;
         if tissue.length_unit.is_some() {
@@ -246,7 +249,7 @@ impl Scene {
         self.check_site("an organ")
     }
 
-    /// Checks the site at which `what` is pressed.
+    /// Checks the place of the press; `what` names the tissue in the message.
     fn check_site(&self, what: &str) -> Result<(), SceneError> {
         if self.probe.position_m.is_some() {
             return self.bad("probe.position_m", &format!("belongs to a block; {what} has site = [x, y, z]: use that"));
@@ -312,10 +315,10 @@ impl Scene {
         Ok(())
     }
 
-    /// Refuses an inclusion that holds the whole tissue.
+    /// Refuses an inclusion that contains the whole tissue.
     ///
     /// # Errors
-    /// Always.
+    /// In every case.
     pub(crate) fn refuse_all_inclusion(&self, n: usize) -> Result<(), SceneError> {
         let radius_m = self.tissue.inclusion.get(n).map_or(f64::NAN, |ball| ball.radius_m);
         let why = format!(
@@ -325,7 +328,7 @@ impl Scene {
         self.bad(&format!("tissue.inclusion[{n}].radius_m"), &why)
     }
 
-    /// Refuses a stiffening exponent of a region or a ball that cannot be.
+    /// Refuses a stiffening exponent of a region or a ball that is out of range.
     fn check_exponent(&self, table: &str, b: Option<f64>) -> Result<(), SceneError> {
         match b {
             Some(b) if !STIFFENING.contains(&b) => {
@@ -369,7 +372,7 @@ impl Scene {
         if !((0.001..=60.0).contains(&hold_s)) {
             return self.bad("drive.hold_s", &format!("= {hold_s} must be from 0.001 to 60"));
         }
-        // a force drive moves by its force; its retreat is at most as long as the probe is wide
+        // the path of a force drive is not known; its retreat is taken as one probe radius long
         let displacement_m = match &self.drive {
             Drive::Force { .. } => self.probe.radius_m,
             _ => holds.iter().fold((0.0, 0.0), |(sum, from): (f64, f64), to| (sum + (to - from).abs(), *to)).0,
@@ -385,7 +388,7 @@ impl Scene {
 }
 
 impl SceneError {
-    /// A parameter that the core refuses, by its key in the scene.
+    /// An error for a parameter that the core refuses, named by its key in the scene.
     pub(crate) fn parameter(file: &str, cause: BuildError) -> Self {
         let table = match cause {
             BuildError::OutOfRange { parameter, .. } if parameter.starts_with("probe.") => "",

@@ -1,47 +1,47 @@
-//! How the scene is pressed.
+//! Motion of the probe in a scene.
 
 use std::path::PathBuf;
 
 use serde::Deserialize;
 
-/// The press.
+/// Motion of the probe, by its kind.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(try_from = "Table")]
 pub enum Drive {
-    /// The tip goes to each depth and waits there.
+    /// The tip moves to each depth in turn and waits there.
     Depth {
-        /// Depths [m].
+        /// Depths of the holds [m].
         holds_m: Vec<f64>,
         /// Speed between the holds [m/s].
         ramp_m_per_s: f64,
-        /// Time at each [s].
+        /// Duration of each hold [s].
         hold_s: f64,
     },
-    /// A finger pushes with each force and waits.
+    /// A finger pushes with each force in turn and holds it.
     Force {
-        /// Forces [N].
+        /// Forces of the holds [N].
         holds_n: Vec<f64>,
-        /// Fastest approach [m/s].
+        /// Largest speed of the approach [m/s].
         ramp_m_per_s: f64,
-        /// Time at each [s].
+        /// Duration of each hold [s].
         hold_s: f64,
     },
-    /// A compliant finger whose hand goes to each depth.
+    /// A compliant finger, whose hand moves to each depth in turn.
     Hand {
         /// Depths of the hand's target [m].
         holds_m: Vec<f64>,
         /// Speed of the target [m/s].
         ramp_m_per_s: f64,
-        /// Time at each [s].
+        /// Duration of each hold [s].
         hold_s: f64,
     },
-    /// The tip repeats the probe columns of a `trace.csv`.
+    /// The tip follows the probe columns of a `trace.csv`.
     Trace {
-        /// The file, relative to the scene file.
+        /// Path of the trace, relative to the scene file.
         trace: PathBuf,
-        /// Deepest press that the patch answers [m]. It decides the substeps, so a run has the
-        /// recorded one's bits only with its limit (`report.depth_limit_mm` in its summary.json);
-        /// without this key it follows from the trace's deepest tip.
+        /// Depth limit of the patch [m]. It determines the substeps, so that a run reproduces the
+        /// recorded bits only with the depth limit of the recorded run (`report.depth_limit_mm` in
+        /// its summary.json). Without this key the limit follows from the deepest tip of the trace.
         depth_limit_m: Option<f64>,
     },
 }
@@ -70,32 +70,34 @@ impl Drive {
 }
 
 /// Motion of the probe. A whole run takes at most 1000 s.
-// `[drive]` as it is written: a tagged enum would lose the line of a value of the wrong type.
+// The keys of `[drive]` as they are written: with a tagged enum, serde would lose the line of a
+// value of the wrong type.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Table {
     /// Kind of motion.
     kind: Kind,
-    /// Depths at which the probe waits (`depth`), or the hand's target (`hand`), in order [m].
+    /// Depths of the probe (`depth`) or of the hand's target (`hand`) at each hold, in order [m].
     ///
     /// * range: above 0
     holds_m: Option<Vec<f64>>,
-    /// Forces at which the finger waits (`force`), in order [N].
+    /// Forces with which the finger pushes at each hold (`force`), in order [N].
     ///
     /// * range: above 0 to 12
     holds_n: Option<Vec<f64>>,
-    /// Speed between holds; of a force drive the fastest approach [m/s].
+    /// Speed between holds [m/s]; for `force`, the largest speed of the approach.
     ///
     /// * range: above 0 to 1
     ramp_m_per_s: Option<f64>,
-    /// Time at each hold [s].
+    /// Duration of each hold [s].
     ///
     /// * range: 0.001 to 60
     hold_s: Option<f64>,
-    /// File with the probe's columns of a `trace.csv` (`trace`), relative to the scene file.
+    /// File with the probe columns of a `trace.csv`, relative to the scene file (`trace`).
     trace: Option<PathBuf>,
-    /// Deepest press that the patch answers [m], of a `trace`. It decides the substeps: a run has
-    /// the bits of the recorded one only with its limit (`report.depth_limit_mm` in summary.json).
+    /// Depth limit of the patch [m] (`trace`). It determines the substeps: a run reproduces the
+    /// recorded bits only with the depth limit of the recorded run (`report.depth_limit_mm` in its
+    /// summary.json).
     ///
     /// * range: above 0
     /// * default: from the deepest tip of the trace
@@ -105,11 +107,11 @@ struct Table {
 #[derive(Clone, Copy, Deserialize, PartialEq)]
 #[serde(rename_all = "lowercase")]
 enum Kind {
-    /// The tip goes to each depth and waits there.
+    /// The tip moves to each depth in turn and waits there.
     Depth,
-    /// A finger pushes with each force and waits.
+    /// A finger pushes with each force in turn and holds it.
     Force,
-    /// A compliant finger whose hand goes to each depth.
+    /// A compliant finger, whose hand moves to each depth in turn.
     Hand,
     /// The tip repeats a recorded trace.
     Trace,
@@ -120,7 +122,7 @@ impl TryFrom<Table> for Drive {
 
     fn try_from(table: Table) -> Result<Self, String> {
         let Table { kind, holds_m, holds_n, ramp_m_per_s, hold_s, trace, depth_limit_m } = table;
-        // (key, whether it is there, kinds that take it)
+        // (key, whether the scene gives it, kinds that accept it)
         let keys = [
             ("holds_m", holds_m.is_some(), [Kind::Depth, Kind::Hand].as_slice()),
             ("holds_n", holds_n.is_some(), &[Kind::Force]),

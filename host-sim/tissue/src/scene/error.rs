@@ -1,4 +1,4 @@
-//! Errors of scene files, with line and a suggestion.
+//! Errors of scene files, with the line and a suggestion.
 
 use std::path::PathBuf;
 
@@ -28,19 +28,19 @@ pub enum SceneError {
     /// The file cannot be read.
     #[error("cannot read scene {path}: {source}: check the path, or use a preset ({})", presets())]
     Read {
-        /// The file.
+        /// Path of the scene file.
         path: PathBuf,
         /// Cause of the failure.
         source: std::io::Error,
     },
-    /// A file of another kind of scene cannot be read.
+    /// A scene file of a command that has scenes of another kind cannot be read.
     #[error("cannot read scene {path}: {source}: check the path, or leave it out for \"{preset}\"")]
     ReadOther {
-        /// The file.
+        /// Path of the scene file.
         path: PathBuf,
         /// Cause of the failure.
         source: std::io::Error,
-        /// The preset of that kind.
+        /// Preset of that kind, which is used if no file is given.
         preset: &'static str,
     },
     /// The name is neither that of a preset nor of a file.
@@ -48,15 +48,15 @@ pub enum SceneError {
     UnknownName {
         /// The requested name.
         name: String,
-        /// The preset spelled most like it.
+        /// The preset with the most similar spelling.
         nearest: &'static str,
     },
     /// Bad TOML, a missing or unknown key, a value of the wrong kind.
     #[error("{file}:{line}: {what}")]
     Toml {
-        /// The file.
+        /// Name of the scene in messages: preset or path.
         file: String,
-        /// Line, from 1.
+        /// Line number, counted from 1.
         line: usize,
         /// Defect and how to fix it.
         what: String,
@@ -64,17 +64,18 @@ pub enum SceneError {
     /// A parameter that the core refuses.
     #[error("{file}: {table}{cause}")]
     Parameter {
-        /// The file.
+        /// Name of the scene in messages: preset or path.
         file: String,
-        /// Table of the key, with the dot, where the core's name has none.
+        /// Table of the key with its dot; empty if the core's name for the parameter already has
+        /// one.
         table: &'static str,
-        /// Name, value, range.
+        /// The core's message: parameter, value and range.
         cause: palpate::BuildError,
     },
-    /// A key that the command line cannot change like that.
+    /// A change on the command line that cannot be applied.
     #[error("--set {changes}: {what}")]
     Change {
-        /// The changes, as given.
+        /// The changes as given on the command line.
         changes: String,
         /// Defect and how to fix it.
         what: String,
@@ -82,7 +83,7 @@ pub enum SceneError {
     /// An impossible value.
     #[error("{file}: {key} {why}")]
     Value {
-        /// The file.
+        /// Name of the scene in messages: preset or path.
         file: String,
         /// Key with its table.
         key: String,
@@ -101,20 +102,20 @@ impl SceneError {
         Self::UnknownName { name: name.into(), nearest }
     }
 
-    /// A value of `key` in `file` that cannot be used, and why.
+    /// An error for a value of `key` in `file` that cannot be used; `why` gives the reason.
     #[must_use]
     pub fn value(file: &str, key: &str, why: &str) -> Self {
         Self::Value { file: file.into(), key: key.into(), why: why.into() }
     }
 
-    /// A TOML error of `file`, with its line and a suggestion.
+    /// An error for bad TOML in `file`, with the line and a suggestion.
     #[must_use]
     pub fn of_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
         let mut line = error.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
         let at = text.lines().nth(line - 1).unwrap_or_default();
         let message = error.message().lines().collect::<Vec<_>>().join(" ");
         let what = if let Some((key, near)) = unknown(&message, "unknown field `") {
-            // serde points at the table
+            // serde reports the line of the table, not that of the key
             line += text.lines().skip(line - 1).position(|l| key_of(l) == Some(key)).unwrap_or(0);
             near.map_or(format!("unknown key \"{key}\": remove it"), |near| {
                 format!("unknown key \"{key}\": did you mean \"{near}\"?")
@@ -132,7 +133,7 @@ impl SceneError {
     }
 }
 
-/// A word that is not a variant; the names of charted methods get their own hint.
+/// Message for a word that is not a variant; for a charted method, it says which commands run it.
 fn not_known(word: &str, near: &str) -> String {
     if CHARTED_METHODS.contains(&word) {
         let names = CHARTED_METHODS.join(", ");
@@ -161,13 +162,13 @@ fn in_toml_words(message: &str) -> String {
     .fold(message.to_owned(), |text, (rust, toml)| text.replace(rust, toml))
 }
 
-/// The word unknown to serde, and the known one with the most similar spelling.
+/// The word that serde does not know, and the known word with the most similar spelling.
 fn unknown<'a>(message: &'a str, prefix: &str) -> Option<(&'a str, Option<&'a str>)> {
     let (word, expected) = message.strip_prefix(prefix)?.split_once('`')?;
     Some((word, nearest(word, expected.split('`').skip(1).step_by(2))))
 }
 
-/// The known word that begins as `word` does, or else the one with the most similar spelling.
+/// The known word that begins with `word`, or else the one with the most similar spelling.
 fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     known.min_by_key(|k| (word.is_empty() || !k.starts_with(word), strsim::damerau_levenshtein(word, k)))
 }

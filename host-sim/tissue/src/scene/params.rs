@@ -1,11 +1,11 @@
-//! Core parameters that a scene sets.
+//! Parameters of the core that a scene sets.
 
 use palpate::{Params, Probe, Terms};
 
 use super::{Method, Scene};
 
 impl Scene {
-    /// Parameters of the core; `axis` leads from the tip to the handle.
+    /// Parameters of the core; `axis` is the unit vector from the tip to the handle.
     #[must_use]
     pub fn params(&self, axis: [f64; 3]) -> Params {
         let tissue = &self.tissue;

@@ -1,4 +1,4 @@
-//! Relaxation of a scene's tissue, and which of its two moduli the scene gives.
+//! Relaxation of a scene's tissue, given with its instantaneous or its long-term modulus.
 
 use palpate::{MOST_TERMS, PronyTerm};
 use serde::Deserialize;
@@ -6,7 +6,8 @@ use serde::Deserialize;
 use super::check::MODULUS_PA;
 use super::{Scene, SceneError, TissueScene};
 
-/// One term of the relaxation: a share of every force fades with a time constant. Up to three.
+/// One term of the relaxation: a share of every force fades with a time constant. Up to three terms
+/// may be given.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct RelaxationScene {
@@ -22,7 +23,7 @@ pub struct RelaxationScene {
     pub time_s: f64,
 }
 
-/// Placeholder for a modulus that the scene has not given.
+/// Placeholder for a modulus that the scene does not give.
 const NOT_GIVEN: f64 = f64::NEG_INFINITY;
 
 pub(super) fn not_given() -> f64 {
@@ -30,7 +31,7 @@ pub(super) fn not_given() -> f64 {
 }
 
 impl TissueScene {
-    /// The terms in the core's form; terms in excess are left to the check.
+    /// The first three terms as parameters of the core; `check_relaxation` refuses more.
     #[must_use]
     pub fn relaxation(&self) -> [PronyTerm; MOST_TERMS] {
         let mut terms = [PronyTerm::NONE; MOST_TERMS];
@@ -40,7 +41,7 @@ impl TissueScene {
         terms
     }
 
-    /// Share of a force that stays after an infinitely long hold (1).
+    /// Share of a force that remains after an infinitely long hold (1).
     #[must_use]
     pub fn lasting_share(&self) -> f64 {
         1.0 - self.relaxation.iter().map(|term| term.share).sum::<f64>()
@@ -48,8 +49,8 @@ impl TissueScene {
 }
 
 impl Scene {
-    /// Sets Young's modulus, the instantaneous one, from the long-term one if the scene gives that.
-    /// A scene gives one of the two.
+    /// Computes the instantaneous Young's modulus if the scene gives the long-term one. A scene
+    /// gives exactly one of the two.
     pub(super) fn take_modulus(&mut self, file: &str, text: &str) -> Result<(), SceneError> {
         let lasting = self.tissue.lasting_share();
         let given = self.tissue.youngs_modulus_pa != NOT_GIVEN;
@@ -69,10 +70,10 @@ impl Scene {
                 self.bad("tissue.long_term_modulus_pa", &why)
             }
             Some(long_pa) => {
-                // shares that leave no elastic force are refused by name
+                // checked first, so that shares that leave no elastic force are named as the cause
                 self.check_relaxation()?;
                 self.tissue.youngs_modulus_pa = long_pa / lasting;
-                // moduli of regions are of the same kind as the tissue's
+                // the moduli of regions are long-term ones, too
                 for region in &mut self.tissue.region {
                     region.youngs_modulus_pa /= lasting;
                 }
@@ -81,7 +82,8 @@ impl Scene {
         }
     }
 
-    /// Number of terms and their shares; their times depend on the tick and are left to the core.
+    /// Checks the number of terms and their shares. The core checks the times, whose range depends
+    /// on the tick.
     pub(super) fn check_relaxation(&self) -> Result<(), SceneError> {
         let terms = &self.tissue.relaxation;
         if terms.len() > MOST_TERMS {
@@ -107,5 +109,5 @@ impl Scene {
     }
 }
 
-/// Smallest share of a force that stays (1): the core's bound.
+/// Smallest share of a force that must remain (1): the bound of the core.
 const LEAST_LASTING: f64 = 0.01;

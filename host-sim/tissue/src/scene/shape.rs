@@ -1,4 +1,4 @@
-//! Shape of the probe, as scene files and answers have it.
+//! Shape of the probe in scene files and stored results.
 
 use std::fmt;
 
@@ -15,18 +15,19 @@ pub enum Shape {
     Sphere,
     /// Cylinder with a flat end.
     Flat,
-    /// A rounded finger that lies on the tissue: everything within the radius of a segment.
+    /// A rounded finger that lies on the tissue: all points within the radius of a line segment.
     Capsule {
         /// Length of the segment, without the rounded ends [m].
         length_m: f64,
-        /// Direction of the segment; its part at right angles to the probe's axis counts.
+        /// Direction of the segment; only its component at right angles to the probe's axis counts.
         along: [f64; 3],
     },
-    /// Full ellipsoid; the radius is its semi-axis along the probe's axis.
+    /// Full ellipsoid; `radius_m` of the tip is its semi-axis along the probe's axis.
     Ellipsoid {
         /// Semi-axes along `along`, and at right angles to it and to the probe's axis [m].
         semi_axes_m: [f64; 2],
-        /// Direction of the first; its part at right angles to the probe's axis counts.
+        /// Direction of the first semi-axis; only its component at right angles to the probe's axis
+        /// counts.
         along: [f64; 3],
     },
 }
@@ -35,13 +36,13 @@ pub enum Shape {
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(try_from = "TipKeys", into = "TipKeys")]
 pub struct Tip {
-    /// Shape.
+    /// Shape of the tip, with the dimensions that only this shape has.
     pub shape: Shape,
-    /// Radius [m].
+    /// Radius of the tip [m]; for an ellipsoid, its semi-axis along the probe's axis.
     pub radius_m: f64,
 }
 
-/// The words for a shape.
+/// Names of the shapes in scene files.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Name {
@@ -51,13 +52,13 @@ pub(super) enum Name {
     Sphere,
     /// Cylinder with a flat end.
     Flat,
-    /// Rounded finger that lies on the tissue. Not on boards.
+    /// Rounded finger that lies on the tissue. Boards do not have it.
     Capsule,
-    /// Full ellipsoid. Not on boards.
+    /// Full ellipsoid. Boards do not have it.
     Ellipsoid,
 }
 
-/// The keys of a tip in a file.
+/// Keys of a tip in a file.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct TipKeys {
@@ -76,7 +77,7 @@ impl TryFrom<TipKeys> for Tip {
     type Error = String;
 
     fn try_from(keys: TipKeys) -> Result<Self, String> {
-        // in serde's words: errors of scene files name the table and the line
+        // in serde's words, so that errors of scene files name the table and the line
         fn needed<T>(key: &str, value: Option<T>) -> Result<T, String> {
             value.ok_or_else(|| format!("missing field `{key}`"))
         }
@@ -122,7 +123,7 @@ impl From<Tip> for TipKeys {
 }
 
 impl Shape {
-    /// Whether it is symmetric under rotation about the probe's axis.
+    /// Whether the shape is symmetric under rotation about the probe's axis.
     #[must_use]
     pub fn is_round(self) -> bool {
         match self {
@@ -131,7 +132,7 @@ impl Shape {
         }
     }
 
-    /// Whether the planes x = 0 and y = 0 through its axis, which is z, mirror it.
+    /// Whether the shape is symmetric about the planes x = 0 and y = 0 if the probe's axis is z.
     #[must_use]
     pub fn mirrors(self) -> [bool; 2] {
         match self.along() {
@@ -140,7 +141,7 @@ impl Shape {
         }
     }
 
-    /// Direction of the longer side, if the shape has one.
+    /// Direction of the long side; `None` for a round shape.
     #[must_use]
     pub fn along(self) -> Option<[f64; 3]> {
         match self {
@@ -165,18 +166,18 @@ impl Shape {
     }
 }
 
-/// The part of a direction at right angles to a unit axis, at length one; the direction itself if
-/// nothing remains.
+/// Component of a direction at right angles to a unit axis, scaled to length one; the direction
+/// itself if that component vanishes.
 #[must_use]
 pub fn level(along: [f64; 3], axis: Vector3<f64>) -> Vector3<f64> {
     let along = Vector3::from(along);
     let across = along - axis * axis.dot(&along);
-    // a direction along the axis is refused by its angle
+    // the core refuses a direction along the axis by the angle between them
     across.try_normalize(1e-6 * along.norm()).unwrap_or(along)
 }
 
 impl Tip {
-    /// The shape of a probe of the core.
+    /// The tip of a probe as the core describes it.
     #[must_use]
     pub fn of_core(probe: &Probe) -> Self {
         let given = |along: palpate::Vector3<f32>| along.cast::<f64>().into();
@@ -192,7 +193,7 @@ impl Tip {
         Self { shape, radius_m: f64::from(probe.radius_m) }
     }
 
-    /// Half of the tip's width along its direction and at right angles to it [m].
+    /// Half-widths of the tip along its long side and at right angles to it [m].
     #[must_use]
     pub fn half_widths_m(&self) -> [f64; 2] {
         match self.shape {
@@ -202,22 +203,22 @@ impl Tip {
         }
     }
 
-    /// Radius of a disc as wide as the tip on average [m].
+    /// Radius of a disc as wide as the tip on average [m]: the geometric mean of its half-widths.
     #[must_use]
     pub fn mean_radius_m(&self) -> f64 {
         let [a, b] = self.half_widths_m();
         if self.shape.is_round() { self.radius_m } else { (a * b).sqrt() }
     }
 
-    /// Furthest that a point of it lies from its axis [m].
+    /// Largest distance of a point of the tip from its axis [m].
     #[must_use]
     pub fn reach_m(&self) -> f64 {
         let [a, b] = self.half_widths_m();
         a.max(b)
     }
 
-    /// Furthest point of the contact from the axis [m]: the place where a paraboloid of the tip's
-    /// curvature is as deep as half of the press, or at most the tip's own end.
+    /// Largest distance of the contact from the axis [m]: the radius at which a paraboloid of the
+    /// tip's curvature rises by half of the depth, or the tip's own edge if that is nearer.
     #[must_use]
     pub fn contact_radius_m(&self, depth_m: f64) -> f64 {
         let radius_m = self.radius_m;
@@ -230,10 +231,11 @@ impl Tip {
         }
     }
 
-    /// Force over E [m^2] on a half-space whose plane modulus is `plane` times E: Hertz for a
-    /// sphere, the rigid punch for a flat end. The others add up the stiffness `2 E* sqrt(A / pi)`
-    /// of a round punch as large as the contact, which is exact for the sphere and a few percent
-    /// low for a long contact (Barber and Billings, Int. J. Mech. Sci. 32, 1990).
+    /// Force over E [m^2] on a half-space whose plane-strain modulus is `plane` times E: Hertz for
+    /// a sphere, the rigid punch for a flat end. For the other shapes, the stiffness `2 E* sqrt(A /
+    /// pi)` of a round punch with the area of the contact is integrated over the depth. That is
+    /// exact for the sphere and a few percent low for a long contact (Barber and Billings, Int. J.
+    /// Mech. Sci. 32, 1990).
     #[must_use]
     pub fn half_space_m2(&self, plane: f64, depth_m: f64) -> f64 {
         let radius_m = self.radius_m;
@@ -243,7 +245,7 @@ impl Tip {
             Shape::Hemisphere | Shape::Sphere => ball_m2,
             Shape::Ellipsoid { semi_axes_m: [a, b], .. } => ball_m2 * (a * b).sqrt() / radius_m,
             Shape::Capsule { length_m, .. } => {
-                // over the half-width w of the contact, depth w^2 / R
+                // integrated over the half-width w of the contact, whose depth is w^2 / R
                 let rate = |w: f64| (w * w + 2.0 * length_m * w / std::f64::consts::PI).sqrt() * w;
                 let (widest_m, panels) = ((radius_m * depth_m).sqrt(), 64);
                 let step = widest_m / f64::from(panels);
@@ -256,7 +258,7 @@ impl Tip {
 
 impl fmt::Display for Tip {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // to micrometres: a tip of the core was rounded to single precision
+        // rounded to micrometres, because a tip from the core has been through single precision
         let mm = |m: f64| (m * 1e6).round() / 1e3;
         match self.shape {
             Shape::Hemisphere => write!(f, "hemisphere R {} mm", mm(self.radius_m)),

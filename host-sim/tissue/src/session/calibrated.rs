@@ -1,4 +1,4 @@
-//! The shipped calibrated patches: a scene on their block gets one automatically.
+//! The calibrated patches that are shipped: a scene on their block uses one automatically.
 
 use palpate::Params;
 
@@ -8,7 +8,7 @@ use crate::patch::Patch;
 use crate::scene::{Method, Scene, Shape};
 use crate::tissue::DEFAULT_NODES;
 
-/// Node counts for which one exists.
+/// Numbers of nodes for which a calibrated patch is shipped.
 pub const SIZES: [usize; 3] = [130, 410, 1020];
 
 const PATCHES: [&[u8]; 3] = [
@@ -17,23 +17,25 @@ const PATCHES: [&[u8]; 3] = [
     include_bytes!("../../../patches/block-1020.patch"),
 ];
 
-/// Records of these patches, which `palpate calibrate --check` writes.
+/// Records of the fits of these patches, which `palpate calibrate --check` writes.
 const RECORDS: [&str; 3] = [
     include_str!("../../../patches/block-130.patch.json"),
     include_str!("../../../patches/block-410.patch.json"),
     include_str!("../../../patches/block-1020.patch.json"),
 ];
 
-/// Conditions that the patches were fitted under: block [m], Poisson's ratio, probe radius [m], and
-/// the largest distance from the block's centre [probe radii].
+/// Sides of the block that the patches were fitted to [m].
 const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
+/// Poisson's ratio that the patches were fitted with (1).
 const POISSON_RATIO: f64 = 0.45;
+/// Radius of the hemisphere that the patches were fitted with [m].
 const RADIUS_M: f64 = 0.008;
+/// Largest distance of the fitted places from the block's centre, in probe radii (1).
 const FITTED_RADII: f64 = 1.5;
 
-/// The patch for a scene and the parameters fitted with it, if block, Poisson's ratio, probe and
-/// node count are those of a shipped one and the probe presses within the fitted region. Any
-/// stiffness; inclusions are scaled in.
+/// The shipped patch for a scene and the parameters fitted with it, if the scene has the block,
+/// Poisson's ratio, probe and number of nodes of a shipped patch and presses within the fitted
+/// region. Young's modulus may have any value; inclusions are scaled in.
 pub(super) fn of(scene: &Scene, default_nodes: usize) -> Option<(Patch, Params)> {
     let (tissue, probe) = (&scene.tissue, &scene.probe);
     let [x, y] = probe.position_m.unwrap_or_default();
@@ -48,8 +50,8 @@ pub(super) fn of(scene: &Scene, default_nodes: usize) -> Option<(Patch, Params)>
     Some((patch.with_inclusions(&tissue.inclusion), params))
 }
 
-/// The patch for a scene exactly as it ships: its limits were measured when it was packed. `None`
-/// if anything has to be measured.
+/// The shipped patch for a scene without any change: its limits were measured when it was packed.
+/// `None` if the scene changes the patch, so that the limits have to be measured again.
 pub fn as_shipped(scene: &Scene) -> Option<(Patch, Params)> {
     let unchanged = scene.tissue.inclusion.is_empty()
         && scene.solver.patch.is_none()
@@ -58,20 +60,20 @@ pub fn as_shipped(scene: &Scene) -> Option<(Patch, Params)> {
     Some((patch, Params { substeps: packed.substeps, ..super::fitted(scene, &packed) }))
 }
 
-/// The shipped patch of a size.
+/// The shipped patch with this number of nodes, and the parameters that it was packed with.
 #[must_use]
 pub fn sized(nodes: usize) -> Option<(Patch, Params)> {
     let size = SIZES.iter().position(|n| *n == nodes)?;
     packed::unpack(PATCHES[size]).ok()
 }
 
-/// The shipped patch file of a size.
+/// The shipped patch file with this number of nodes.
 #[must_use]
 pub fn bytes(nodes: usize) -> Option<&'static [u8]> {
     SIZES.iter().position(|n| *n == nodes).map(|size| PATCHES[size])
 }
 
-/// The record of the shipped patch of a size.
+/// Record of the fit of the shipped patch with this number of nodes.
 #[must_use]
 pub fn record(nodes: usize) -> Option<FitRecord> {
     let size = SIZES.iter().position(|n| *n == nodes)?;

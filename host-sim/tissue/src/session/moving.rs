@@ -1,7 +1,9 @@
-//! Substeps for a moving probe: the fewest that keep the moving error within the scene's limit.
+//! Chooses the substeps for a moving probe: the smallest number that keeps the moving error within
+//! the scene's limit.
 //!
-//! A patch that is stable with its substeps is given shorter ones, and with them lighter floored
-//! masses, until its answer to a ramp at the scene's speed is accurate enough.
+//! The search starts from the number of substeps with which the patch is stable. It then tries
+//! shorter substeps, with which floored masses are lighter, until the force on a ramp at the
+//! scene's speed is accurate enough.
 
 use serde::Serialize;
 
@@ -13,27 +15,27 @@ use crate::scene::{Drive, Scene, TICK_S};
 use crate::stable_step::{StableStep, substeps_for_taps};
 use crate::tissue::DEPTH_MARGIN;
 
-/// Moving error that is aimed at if a scene gives none [%].
+/// Limit of the moving error if the scene gives none [%].
 pub const DEFAULT_ERROR_PCT: f64 = 5.0;
-/// Slower probes are checked at this speed [m/s]: no hand palpates more slowly, and floored masses
-/// are hardly felt at it.
+/// Lowest speed at which a patch is checked [m/s]: no hand palpates more slowly, and at this speed
+/// floored masses are hardly felt.
 const LEAST_SPEED_M_PER_S: f64 = 0.02;
-/// Multiples of the stable substeps that are tried.
+/// Multiples of the stable number of substeps that are tried.
 const TRIED: [u16; 5] = [1, 2, 3, 4, 6];
 
-/// Error at the scene's own motion.
+/// Moving error at the speed of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MovingReport {
     /// Speed of the ramp that was tried [m/s].
     pub speed_m_per_s: f64,
-    /// Root mean square over the ramp, against the same patch with much shorter substeps, of its
-    /// largest force [%].
+    /// Root mean square over the ramp of the force's deviation from the same patch with much
+    /// shorter substeps, relative to the largest force [%].
     pub rms_pct: f64,
     /// Largest error that the scene allows [%].
     pub allowed_pct: f64,
 }
 
-/// A multiple of the substeps that was tried.
+/// A multiple of the substeps that was tried, and its result.
 struct Tried {
     times: u16,
     substeps: u16,
@@ -49,7 +51,7 @@ impl Tried {
 }
 
 impl MovingReport {
-    /// Whether the scene allows the error.
+    /// Whether the error is within the limit.
     #[must_use]
     pub fn keeps(&self) -> bool {
         self.rms_pct <= self.allowed_pct
@@ -62,12 +64,14 @@ fn allowed_pct(scene: &Scene) -> f64 {
 }
 
 impl Session {
-    /// Takes the fewest substeps, and none beyond the machine's budget, with which a ramp of the
-    /// scene's own speed keeps its moving error. If the scene gives no error and the default cannot
-    /// be kept, the closest is used, and [`super::Report::moving`] says so.
+    /// Chooses the smallest number of substeps within the machine's budget with which a ramp at the
+    /// scene's speed stays within the limit of the moving error. If the scene gives no limit and
+    /// the default cannot be met, the number with the smallest error is used, and
+    /// [`super::Report::moving`] records the error.
     ///
     /// # Errors
-    /// The scene's own error cannot be kept: with the substeps or the nodes that would keep it.
+    /// The limit that the scene gives cannot be met; the message says how many substeps or nodes
+    /// would meet it.
     pub fn for_motion(self, machine: &CostModel, scene: &Scene) -> Result<Self, Error> {
         let unjudged = |session: Self| match scene.solver.moving_error_pct {
             None => Ok(session),
@@ -87,7 +91,8 @@ impl Session {
         self.with_motion(approach, times, report)
     }
 
-    /// Like [`Self::for_motion`], but without a budget, for a plan that compares models.
+    /// Chooses the substeps as [`Self::for_motion`] does, but without a budget, for a plan that
+    /// compares models.
     ///
     /// # Errors
     /// A model that the core refuses.
@@ -109,8 +114,8 @@ impl Session {
         Ok(self)
     }
 
-    /// Multiples of the substeps, rising, up to the first that keeps the error. `None` where there
-    /// is no approach, or nothing to compare with.
+    /// Tries multiples of the substeps in rising order, up to the first that meets the limit.
+    /// `None` if there is no approach, or no reference to compare with.
     fn tried(&self, machine: &CostModel, scene: &Scene) -> Result<Option<(Approach, Vec<Tried>)>, Error> {
         let Some(approach) = self.approach(scene) else { return Ok(None) };
         let allowed_pct = allowed_pct(scene);
@@ -121,8 +126,8 @@ impl Session {
             let keeps = one.rms_pct <= allowed_pct;
             let too_slow = one.cost.units > one.cost.budget;
             tried.push(one);
-            // beyond the budget the search continues only for a scene with an error of its own, to
-            // report what would keep it
+            // beyond the budget the search continues only if the scene gives a limit, to report
+            // what would meet it
             if keeps || too_slow && scene.solver.moving_error_pct.is_none() {
                 break;
             }
@@ -130,8 +135,8 @@ impl Session {
         Ok(Some((approach, tried)))
     }
 
-    /// The approach with the speed of the scene's ramp, or of the fastest approach of a trace.
-    /// `None` where the deepest hold is not below the surface.
+    /// The approach at the speed of the scene's ramp, or at the largest inward speed of a trace.
+    /// `None` if the deepest hold is not below the surface.
     fn approach(&self, scene: &Scene) -> Option<Approach> {
         let axis = self.params.probe.axis;
         let along = |pair: &[[f32; 3]]| {
@@ -149,7 +154,8 @@ impl Session {
         (depth_m > 0.0).then_some(Approach { site_m: self.patch.site_m(), speed_m_per_s, depth_m })
     }
 
-    /// `None` where the patch is not stable with these substeps, or does not survive the ramp.
+    /// Tries a multiple of the substeps. `None` if the patch is not stable with it or does not
+    /// survive the ramp.
     fn try_substeps(&self, machine: &CostModel, check: &SelfCheck, times: u16) -> Result<Option<Tried>, Error> {
         let params = with_substeps(&self.params, times);
         let (model, site_m) = (self.patch.wide_model(), self.patch.site_m());

@@ -1,4 +1,4 @@
-//! A packed patch in place of a built one, which must match the scene.
+//! Reads a packed patch, which replaces a patch built from the scene and must match the scene.
 
 use std::path::Path;
 
@@ -9,11 +9,11 @@ use crate::fit_record::{FitRecord, OrganRecord};
 use crate::patch::Patch;
 use crate::scene::{Scene, SceneError, Tip};
 
-/// How far the packed tissue may be from the scene's, as a share of the block's side or of the
-/// probe's radius: well above single precision.
+/// Largest difference between the packed tissue and the scene's, as a share of the block's side or
+/// of the probe's radius (1): well above the rounding to single precision.
 const ROUNDING: f64 = 1e-4;
 
-/// Reads the patch and the parameters that it was packed with.
+/// Reads a patch file, with the parameters that it was packed with.
 pub(super) fn open(scene: &Scene, path: &Path) -> Result<(Patch, Params), Error> {
     let bytes = std::fs::read(path).map_err(|source| Error::Read { path: path.into(), source })?;
     let in_file = |cause| Error::Patch { path: path.into(), cause };
@@ -41,7 +41,7 @@ fn words(bytes: &[u8]) -> Vec<u32> {
     words
 }
 
-/// Checks that everything both packed and in the scene is the same in both.
+/// Checks that each value that is in both the file and the scene is the same in both.
 fn agree(scene: &Scene, path: &Path, file: &PatchFile) -> Result<(), SceneError> {
     let path = path.display();
     let packed = file.model.poisson_ratio;
@@ -49,7 +49,7 @@ fn agree(scene: &Scene, path: &Path, file: &PatchFile) -> Result<(), SceneError>
         let why = format!("= {}, but {path} was packed for {packed}: use that or pack it again", scene.tissue.poisson_ratio);
         return scene.bad("tissue.poisson_ratio", &why);
     }
-    // a patch with a far field is smaller than what it answers for
+    // a patch with a far field is smaller than the tissue that it represents
     let whole = file.model.rim_nodes.is_empty();
     for (axis, side) in scene.tissue.block_m.iter().filter(|_| whole).flatten().enumerate() {
         let (low, high) =
@@ -73,8 +73,8 @@ fn agree(scene: &Scene, path: &Path, file: &PatchFile) -> Result<(), SceneError>
     scene.refuse_deeper_than(f64::from(file.model.depth_limit_m), &format!("{path} answers"))
 }
 
-/// A scene with both an organ and a patch presses the piece of that organ, at its site: the record
-/// beside the patch names the organ.
+/// Checks a scene that has both an organ and a patch: by the record beside it, the patch must be a
+/// piece of that organ at the scene's site.
 fn agree_with_its_organ(scene: &Scene, path: &Path) -> Result<(), SceneError> {
     if let Some(mesh) = scene.tissue.mesh.as_ref().filter(|mesh| !mesh.is_file()) {
         let why = format!("= {} is not there: check the path, or leave it out, the patch needs it no more", mesh.display());
@@ -96,8 +96,8 @@ fn agree_with_its_organ(scene: &Scene, path: &Path) -> Result<(), SceneError> {
     }
 }
 
-/// A patch of a block that was fitted with inclusions has them in its constants: a scene can
-/// neither leave them out nor move them.
+/// Checks the inclusions of a scene against those that its patch of a block was fitted with. They
+/// are part of the patch's constants: a scene can neither leave them out nor move them.
 fn agree_with_its_inclusions(scene: &Scene, path: &Path) -> Result<(), SceneError> {
     let Some(record) = FitRecord::of_file(path) else { return Ok(()) };
     let fitted = &record.tissue.inclusion;
@@ -113,7 +113,8 @@ fn agree_with_its_inclusions(scene: &Scene, path: &Path) -> Result<(), SceneErro
     scene.bad("tissue.inclusion", &why)
 }
 
-/// Whether two probes are one; the direction of a long one was rounded with the axis.
+/// Whether two probes are the same. The directions of long tips are compared with a tolerance,
+/// since they were rounded together with the axis.
 fn same_tip(packed: &Probe, own: &Probe) -> bool {
     let near = |a: &Vector3<f32>, b: &Vector3<f32>| (a - b).norm() < 1e-5;
     let same = match (packed.shape, own.shape) {
@@ -128,8 +129,8 @@ fn same_tip(packed: &Probe, own: &Probe) -> bool {
     same && packed.radius_m == own.radius_m
 }
 
-/// A patch with a far field answers for the organ, the probe and the inclusions that it was cut and
-/// fitted with; the organ itself is not in the file.
+/// Checks a patch with a far field against the scene. It represents the organ, the probe and the
+/// inclusions that it was cut and fitted with; the organ itself is not in the file.
 fn agree_with_its_fit(scene: &Scene, path: &str, file: &PatchFile) -> Result<(), SceneError> {
     let packed = file.params.probe;
     let own = scene.params(packed.axis.map(f64::from).into()).probe;

@@ -1,5 +1,5 @@
-//! How far the force of a scene's patch can be trusted: the conditions of its fit, the scene's
-//! differences from them, and the expected error.
+//! Judges how far the force of a scene's patch can be trusted: the conditions of its fit, the
+//! scene's differences from them, and the expected error.
 
 use serde::Serialize;
 
@@ -13,7 +13,7 @@ use crate::trials::{Expected, expected};
 /// Relative difference below which depths and lengths count as equal (1).
 const SAME: f64 = 1e-6;
 
-/// Trust that a patch deserves in a scene.
+/// Evidence for the force of a patch in a scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "standing", rename_all = "kebab-case")]
 pub enum Standing {
@@ -24,27 +24,27 @@ pub enum Standing {
     },
     /// The patch was fitted to another scene.
     CalibratedForAnother {
-        /// Differences, in words.
+        /// Differences between the scene and the fit, in words.
         differs: Vec<String>,
         /// Record of the fit.
         record: FitRecord,
-        /// Error of the nearest trial.
+        /// Error of the trial that is most like the scene; `None` if no trial is like it.
         expected: Option<Expected>,
     },
     /// The patch was fitted under unknown conditions: its file has no record.
     Unrecorded {
-        /// Number of places that it was fitted at.
+        /// Number of places at which it was fitted.
         fitted_places: u32,
     },
-    /// Constants from formulas alone.
+    /// The constants come from formulas alone.
     Uncalibrated {
-        /// Error of the nearest trial.
+        /// Error of the trial that is most like the scene; `None` if no trial is like it.
         expected: Option<Expected>,
     },
 }
 
 impl Standing {
-    /// The standing of a scene's patch.
+    /// Judges the patch of a scene.
     #[must_use]
     pub fn of(scene: &Scene, patch: &Patch) -> Self {
         let fitted_places = patch.fitted_places();
@@ -68,7 +68,7 @@ impl Standing {
         }
     }
 
-    /// Says in a sentence or two how the patch of this scene was fitted.
+    /// A sentence or two that say how the patch of this scene was fitted.
     #[must_use]
     pub fn sentence(&self, scene: &Scene) -> String {
         let advice = match scene.tissue.most_stiffening_b() > 0.0 {
@@ -99,7 +99,7 @@ impl Standing {
 }
 
 impl Standing {
-    /// The error to expect, in a few words.
+    /// The expected error, in a few words.
     #[must_use]
     pub fn short(&self) -> String {
         match self {
@@ -137,7 +137,7 @@ fn expectation(expected: Option<&Expected>) -> String {
     }
 }
 
-/// Differences between a scene and what its patch was fitted to, the tip first.
+/// Differences between a scene and the conditions of its patch's fit, the tip first.
 fn differs(scene: &Scene, patch: &Patch, record: &FitRecord) -> Vec<String> {
     let (tissue, probe) = (&scene.tissue, &scene.probe);
     let mut differs = Vec::new();

@@ -1,4 +1,4 @@
-//! Checks that shards make up a campaign.
+//! Checks that shards make up a whole campaign.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -10,12 +10,12 @@ use crate::error::Error;
 /// Largest number of shards that a message names individually.
 const NAMED: usize = 8;
 
-/// Reads every shard in these folders, each that of a shard or a folder of shards, and returns them
-/// in the order of their cases.
+/// Reads every shard in these folders and returns them in the order of their cases. Each folder is
+/// that of a shard, or contains the folders of shards.
 ///
 /// # Errors
-/// One line that names unusable, duplicate and missing shards, in a form that can be passed to the
-/// command.
+/// Shards that are unusable, duplicate or missing. One line names them, in a form that can be
+/// passed to the command.
 pub fn complete(folders: &[PathBuf]) -> Result<Vec<Part>, Error> {
     let files = files(folders)?;
     let mut bad: Vec<String> = Vec::new();
@@ -65,7 +65,7 @@ pub fn complete(folders: &[PathBuf]) -> Result<Vec<Part>, Error> {
     Err(Error::Usage(lines.join("; ")))
 }
 
-/// A heading of the campaign to which most of the parts belong; with a tie, the first.
+/// Heading of the campaign to which most of the parts belong; with a tie, that of the first.
 fn usual(parts: &[(PathBuf, Part)]) -> Option<Heading> {
     let mut campaigns: BTreeMap<String, (usize, usize)> = BTreeMap::new();
     for (n, (_, part)) in parts.iter().enumerate() {
@@ -75,8 +75,8 @@ fn usual(parts: &[(PathBuf, Part)]) -> Option<Heading> {
     Some(parts.get(first)?.1.heading.clone())
 }
 
-/// Every shard's file in a folder or one below it, sorted. What a run is writing, or left when it
-/// was killed, lies in a hidden folder and is no shard's yet.
+/// The file of every shard in these folders or one level below them, sorted. A hidden folder is
+/// left out: a run is still writing it, or was killed.
 fn files(folders: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
     let mut files = Vec::new();
     for folder in folders {
@@ -114,7 +114,7 @@ fn listed(bad: &[String]) -> String {
     if more > 0 { format!("{named}; and {more} more") } else { named }
 }
 
-/// Shards as options to pass on, and as the tasks of a job array.
+/// Missing shards as options to pass on, and as the tasks of a job array.
 fn again(missing: &[u64], of: u64) -> String {
     let options: Vec<String> = missing.iter().take(NAMED).map(|n| format!("--shard {n}/{of}")).collect();
     let more = if missing.len() > NAMED { " ..." } else { "" };
@@ -162,7 +162,7 @@ mod tests {
         with
     }
 
-    /// A folder of shards; each file as its heading says, with its number as the counts.
+    /// A folder of shards; each file has its heading, and its number as the results.
     struct Shelf(tempfile::TempDir);
 
     impl Shelf {
@@ -193,7 +193,7 @@ mod tests {
             files(&[self.0.path().to_owned()]).unwrap().into_iter().map(|f| (f.clone(), std::fs::read(f).unwrap())).collect()
         }
 
-        /// The message that refuses the folder; nothing in it is changed.
+        /// Checks that the folder is refused and nothing in it changed; returns the message.
         #[track_caller]
         fn refused(&self, says: &[&str]) -> String {
             let before = self.content();
@@ -207,7 +207,7 @@ mod tests {
             line
         }
 
-        /// Part 3 of another campaign is named, and requested again.
+        /// Checks that part 3, if it is of another campaign, is named and requested again.
         #[track_caller]
         fn odd(change: impl Fn(&mut Heading), says: &str) {
             let shelf = Self::whole();
@@ -228,7 +228,7 @@ mod tests {
     #[test]
     fn whole_campaigns_come_in_the_order_of_their_cases() {
         let shelf = Shelf::whole();
-        // from several folders, whatever their names
+        // parts in several folders, whatever the folders' names
         let one = Shelf::new([heading(2)]);
         std::fs::remove_dir_all(shelf.file("shard-2").parent().unwrap()).unwrap();
         let parts = complete(&[shelf.0.path().into(), one.0.path().join("shard-2")]).unwrap();

@@ -1,11 +1,12 @@
-//! Values in a shard's file without a JSON form: numbers that are not finite, and types of the
-//! core.
+//! Forms in a shard's file for values that JSON does not have: numbers that are not finite, and
+//! types of the core.
 
 use palpate::{ClampFlags, Fault};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Writes a number as text, whether it is finite or not: the shortest that reads as the same bits.
+/// Writes a number as text, whether it is finite or not: the shortest text that reads back as the
+/// same bits.
 ///
 /// # Errors
 /// Errors of the serializer.
@@ -13,8 +14,8 @@ pub fn serialize<S: Serializer>(number: &f64, to: S) -> Result<S::Ok, S::Error> 
     to.collect_str(&format_args!("{number:e}"))
 }
 
-/// Reads what [`serialize`] wrote. An untagged choice between number and text is not used: if a
-/// crate of the build enables arbitrary precision in `serde_json`, numbers do not pass through one.
+/// Reads what [`serialize`] wrote. There is no untagged choice between number and text: if a crate
+/// of the build enables arbitrary precision in `serde_json`, such a choice cannot read numbers.
 ///
 /// # Errors
 /// The text is no number.
@@ -31,7 +32,7 @@ pub fn or_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::<f64>::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
-/// Clamped inputs, as their byte.
+/// Flags of clamped quantities, as one byte.
 pub mod clamp_flags {
     use super::{ClampFlags, Deserialize, Deserializer, Serializer};
 
@@ -46,7 +47,7 @@ pub mod clamp_flags {
         ClampFlags::ENERGY,
     ];
 
-    /// Writes the byte.
+    /// Writes the flags as a byte.
     ///
     /// # Errors
     /// Errors of the serializer.
@@ -54,10 +55,10 @@ pub mod clamp_flags {
         to.serialize_u8(flags.bits())
     }
 
-    /// Reads the byte.
+    /// Reads the flags from a byte.
     ///
     /// # Errors
-    /// The number is no byte.
+    /// The value is not a byte.
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<ClampFlags, D::Error> {
         let bits = u8::deserialize(from)?;
         let mut flags = ClampFlags::DEFAULT;
@@ -70,7 +71,7 @@ pub mod clamp_flags {
 pub mod fault {
     use super::{Deserialize, Deserializer, Error, Fault, Serialize, Serializer};
 
-    /// Writes the number of a fault.
+    /// Writes a result, with the number of a fault in place of the fault.
     ///
     /// # Errors
     /// Errors of the serializer.

@@ -15,7 +15,7 @@ use crate::machine;
 
 /// Name of a shard's file.
 pub const FILE: &str = "shard.jsonl";
-/// Rises when the meaning of the lines changes.
+/// Version of the format, which rises when the meaning of the lines changes.
 const FORM: u32 = 1;
 const CHECKSUM: crc::Crc<u64, crc::Table<16>> = crc::Crc::<u64, crc::Table<16>>::new(&crc::CRC_64_XZ);
 
@@ -30,27 +30,27 @@ pub struct Heading {
     pub program: String,
     /// Command, as given on the command line.
     pub command: String,
-    /// Options of the command, including the seed, without those for where and how to run.
+    /// Options of the command, including the seed, except those that say where and how to run.
     pub options: BTreeMap<String, Value>,
     /// Checksum of each file or scene that the cases use.
     pub inputs: BTreeMap<String, String>,
-    /// Cases of the whole campaign.
+    /// Number of cases of the whole campaign.
     pub cases: u64,
-    /// The part.
+    /// Number of the part, and number of parts.
     pub shard: Shard,
-    /// First case of the part, and the first that is not in it.
+    /// First case of the part, and the first case after it.
     pub range: [u64; 2],
-    /// Arguments of the command for one run of all cases; not compared.
+    /// Arguments with which one run computes all cases; not compared.
     #[serde(default)]
     pub command_line: Vec<String>,
     /// Processors available to the run; not compared.
     #[serde(default)]
     pub cores: usize,
-    /// Processor that it ran on. A hint if bytes differ; shards may differ in it.
+    /// Processor that computed the part: a hint if bytes differ. Parts may differ in it.
     pub processor: String,
 }
 
-/// A shard's file, read.
+/// Content of a shard's file.
 #[derive(Clone, Debug)]
 pub struct Part {
     /// Names the campaign and the part of its cases.
@@ -58,20 +58,20 @@ pub struct Part {
     counts: String,
 }
 
-/// Why a file is not a shard's.
+/// Why a file is not a shard's file.
 #[derive(Debug, thiserror::Error)]
 pub enum PartError {
     /// The file is missing or cannot be read.
     #[error("cannot be read ({0})")]
     Unreadable(#[from] io::Error),
-    /// A file of another program.
+    /// The file is not a shard's file, or it has another version of the format.
     #[error("is no shard of this form")]
     NotAShard,
     /// The file was truncated or changed.
     #[error("is cut short or damaged")]
     Damaged,
-    /// It was split from its campaign by another rule: it may leave a gap, or overlap its
-    /// neighbours.
+    /// The cases are not those that belong to the number of the part: parts may overlap or leave a
+    /// gap.
     #[error("holds other cases than its number says")]
     OtherCases,
 }
@@ -105,7 +105,7 @@ impl Heading {
         })
     }
 
-    /// Everything that the shards of a campaign share.
+    /// Text of all that the parts of a campaign share.
     pub(super) fn campaign(&self) -> String {
         let Self { form, version, program, command, options, inputs, cases, shard, .. } = self;
         format!("{form} {version} {program} {command} {options:?} {inputs:?} {cases} {}", shard.of())
@@ -157,10 +157,10 @@ fn first_difference<'a, V: PartialEq>(
 }
 
 impl Part {
-    /// The file of a shard.
+    /// Text of a shard's file.
     ///
     /// # Errors
-    /// Numbers that JSON does not have.
+    /// The results contain numbers that JSON does not have.
     pub fn write(heading: &Heading, counts: &impl Serialize) -> serde_json::Result<String> {
         let lines = format!("{}\n{}\n", serde_json::to_string(heading)?, serde_json::to_string(counts)?);
         let sum = checksum(lines.as_bytes());
@@ -191,10 +191,10 @@ impl Part {
         Ok(Self { heading, counts: counts.to_owned() })
     }
 
-    /// The counts of the cases.
+    /// Reads the results of the cases.
     ///
     /// # Errors
-    /// The counts are of another kind.
+    /// The results are of another type.
     pub fn counts<T: DeserializeOwned>(&self) -> serde_json::Result<T> {
         serde_json::from_str(&self.counts)
     }
@@ -206,13 +206,13 @@ pub fn checksum(bytes: &[u8]) -> String {
     format!("{:016x}", CHECKSUM.checksum(bytes))
 }
 
-/// Fingerprint of the program that runs: the checksum of its file. From the same sources another
-/// compiler, profile or machine may round differently; the same program file does not.
+/// Fingerprint of the running program: the checksum of its file. Programs from the same sources may
+/// round differently if compiler, profile or machine differ; the same program file does not.
 ///
 /// # Errors
 /// The file cannot be read.
 pub fn program() -> io::Result<String> {
-    // the running file, even if it has been replaced since
+    // the file that runs, even if its path has been replaced since
     let running = Path::new("/proc/self/exe");
     let mut file = if running.exists() { File::open(running)? } else { File::open(std::env::current_exe()?)? };
     let mut digest = CHECKSUM.digest();

@@ -2,14 +2,14 @@
 
 use crate::mesh::{TetMesh, surface};
 
-/// A mesh ready to become a patch.
+/// A mesh with all that is needed to make a patch of it.
 #[derive(Clone, Debug)]
 pub struct Tissue {
-    /// The mesh.
+    /// Tetrahedral mesh of the whole tissue.
     pub mesh: TetMesh,
-    /// Stiffness of each tet as a multiple of the tissue's, shape \[tets\].
+    /// Stiffness of each tet over that of the tissue (1), shape \[tets\].
     pub stiffness_ratio: Vec<f64>,
-    /// The surface that a probe can touch, counter-clockwise seen from outside.
+    /// Surface triangles that a probe can touch, counter-clockwise seen from outside.
     pub skin: Vec<[u32; 3]>,
     /// Fixed nodes, ascending.
     pub anchors: Vec<u32>,
@@ -29,11 +29,11 @@ impl Tissue {
 }
 
 /// A spring between nodes that share no tet, to join two organs (paper 000, "repulsive springs").
-/// Its rest length is their distance.
+/// Its rest length is the distance between these nodes at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Joint {
-    /// Ends.
+    /// Nodes at the two ends.
     pub nodes: [u32; 2],
-    /// Stiffness over E [m].
+    /// Stiffness divided by Young's modulus [m].
     pub k_m: f64,
 }

@@ -1,17 +1,18 @@
-//! Material of a scene's tissue at every point: regions of an organ, and balls in it.
+//! Material of a scene's tissue at every point, from the regions of an organ and the balls in it.
 
 use super::{blended, ratio_of, steepness};
 use crate::mesh::TetMesh;
 use crate::organ::Organ;
 use crate::scene::{Inclusion, Scene, SceneError};
 
-/// Stiffness over the scene's Young's modulus, and stiffening.
+/// Stiffness ratio and stiffening exponent at every point of the tissue.
 #[derive(Clone, Debug)]
 pub struct Layout {
     organ: Option<Organ>,
-    /// Region and its stiffness over the scene's; regions that are not named have the scene's.
+    /// Regions that the scene names, with their stiffness over that of the tissue. The other
+    /// regions have the tissue's stiffness.
     by_region: Vec<(u32, f64)>,
-    /// Region and its stiffening exponent, where that is not the tissue's.
+    /// Regions with a stiffening exponent of their own, with that exponent.
     exponent_by_region: Vec<(u32, f64)>,
     stiffening_b: f64,
     inclusions: Vec<Inclusion>,
@@ -47,23 +48,23 @@ impl Layout {
         Ok(Self { organ, by_region, exponent_by_region, stiffening_b, inclusions })
     }
 
-    /// Ratio at a point [m]: that of the region, times that of the ball there.
+    /// Stiffness ratio at a point [m]: that of the region, times that of the ball there.
     #[must_use]
     pub fn ratio_at(&self, at_m: [f64; 3]) -> f64 {
         let ball = self.ball_at(at_m).map_or(1.0, |ball| ball.stiffness_ratio);
         self.of_region(&self.by_region, at_m).unwrap_or(1.0) * ball
     }
 
-    /// Stiffening exponent at a point [m] (1): that of the ball there, of the region, or of the
-    /// tissue, the first that has one.
+    /// Stiffening exponent at a point [m] (1): the exponent of the ball there if it has one, else
+    /// that of the region, else that of the tissue.
     #[must_use]
     pub fn exponent_at(&self, at_m: [f64; 3]) -> f64 {
         let of_ball = self.ball_at(at_m).and_then(|ball| ball.stiffening_b);
         of_ball.or_else(|| self.of_region(&self.exponent_by_region, at_m)).unwrap_or(self.stiffening_b)
     }
 
-    /// Steepness of every node of a mesh (1), for a patch whose exponent is `most_b`; empty where
-    /// nothing stiffens or all stiffens alike.
+    /// Steepness of every node of a mesh (1), for a patch whose exponent is `most_b`; empty if
+    /// nothing stiffens or everything stiffens alike.
     #[must_use]
     pub fn steepness(&self, mesh: &TetMesh, most_b: f64) -> Vec<f32> {
         match self.is_uniform() || most_b == 0.0 {
@@ -76,13 +77,13 @@ impl Layout {
         self.inclusions.iter().rev().find(|ball| ball.holds(at_m))
     }
 
-    /// Whether it is the same everywhere.
+    /// Whether the material is the same everywhere.
     #[must_use]
     pub fn is_uniform(&self) -> bool {
         self.by_region.is_empty() && self.inclusions.is_empty()
     }
 
-    /// Stiffness of a tet, averaged over it.
+    /// Stiffness ratio of a tet, averaged over its volume (1).
     #[must_use]
     pub fn of_tet(&self, mesh: &TetMesh, tet: &[u32; 4]) -> f64 {
         if self.by_region.is_empty() { ratio_of(mesh, tet, &self.inclusions) } else { blended(mesh, tet, |x| self.ratio_at(x)) }

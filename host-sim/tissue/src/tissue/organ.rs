@@ -1,26 +1,26 @@
-//! One of our organs as the scene's tissue, on a mesh graded away from the site.
+//! Mesh of an organ or a closed surface for a scene, graded so that it is finest at the site.
 
 use super::organ_source::{OrganSource, Site};
 use crate::mesh::TetMesh;
 use crate::organ::{Fine, OrganError, Turned};
 use crate::scene::{Scene, SceneError};
 
-/// Nodes of an organ if the scene gives none.
+/// Number of nodes of an organ if the scene gives none.
 pub const DEFAULT_ORGAN_NODES: usize = 600;
-/// Distance from the site within which elements are smallest [probe radii], and their growth
-/// beyond.
+/// Distance from the site within which elements are smallest, in probe radii (1).
 const FINE_RADII: f64 = 1.25;
 const GROWTH: f64 = 1.0;
-/// Least number of lattice cubes through the organ under the site; nodes lie half a cube apart, so
-/// each makes at least two elements.
+/// Least number of lattice cubes through the organ under the site (1). Nodes lie half a cube apart,
+/// so that each cube gives at least two elements.
 pub const THROUGH: f64 = 2.0;
-/// Smallest and largest spacing that is tried, in probe radii, and the number of bisections.
+/// Smallest and largest spacing that is tried, in probe radii (1).
 const SPACING_RADII: [f64; 2] = [0.12, 3.0];
+/// Number of bisections of the spacing.
 const HALVINGS: u32 = 12;
 /// Largest accepted deviation from the wanted number of nodes (1).
 const WORST_SHARE: f64 = 0.15;
 
-/// A mesh of about the scene's number of nodes.
+/// Meshes a shape with about the number of nodes that the scene asks for.
 pub(super) fn graded(scene: &Scene, shape: &OrganSource, site: &Site) -> Result<TetMesh, SceneError> {
     let wanted = scene.tissue.nodes.unwrap_or(DEFAULT_ORGAN_NODES);
     let radius_m = scene.probe.radius_m;

@@ -1,5 +1,5 @@
-//! A closed shape that can be remeshed: a surface file, the surface of a mesh file, or an organ of
-//! [`crate::organ`]; with its site and its fixed parts.
+//! A closed shape that can be remeshed (a surface file, the surface of a mesh file, or an organ of
+//! [`crate::organ`]), with its site and its fixed parts.
 
 use nalgebra::Vector3;
 
@@ -12,16 +12,16 @@ use crate::scene::{PRESETS, Scene, SceneError};
 
 type V3 = Vector3<f64>;
 
-/// Number of samples along the path through the shape.
+/// Number of samples along the path on which the thickness is measured.
 const STEPS: u32 = 400;
 
-/// A closed shape.
+/// A closed shape, by its source.
 pub enum OrganSource {
-    /// Surface of a mesh file, flat facets, with the mesh and what its import found.
+    /// Surface of a mesh file, with flat facets, and the mesh with the report of its import.
     File(ClosedSurface, TetMesh, ImportReport),
-    /// Surface file, flat facets, with what its import found.
+    /// Surface file, with flat facets, and the report of its import.
     Surface(ClosedSurface, SurfaceReport),
-    /// An organ of our own shape.
+    /// A built-in organ.
     Organ(Organ),
 }
 
@@ -30,9 +30,9 @@ pub enum OrganSource {
 pub struct Site {
     /// Surface point [m].
     pub at_m: [f64; 3],
-    /// Outward unit normal.
+    /// Outward unit normal there.
     pub axis: [f64; 3],
-    /// Distance from there to the scene's site [m].
+    /// Distance from there to the site that the scene gives [m].
     pub off_m: f64,
 }
 
@@ -64,7 +64,7 @@ impl OrganSource {
         }
     }
 
-    /// Returns the name that messages use.
+    /// Name of the shape in messages.
     pub fn name(&self) -> &str {
         match self {
             Self::File(..) => "the mesh's surface",
@@ -73,8 +73,8 @@ impl OrganSource {
         }
     }
 
-    /// The surface point nearest to the scene's site, and the normal there; for facets, their mean
-    /// within a probe radius.
+    /// Surface point nearest to the scene's site, and the outward normal there; for a faceted
+    /// surface, the mean normal within a probe radius.
     pub fn site(&self, scene: &Scene) -> Result<Site, SceneError> {
         let Some(wanted) = scene.probe.site else { return scene.bad("probe.site", "is missing: give x, y, z in metres") };
         let (at_m, axis) = match self {
@@ -96,7 +96,7 @@ impl OrganSource {
     /// The site is further away; the message gives the nearest surface point.
     pub fn near_site(&self, scene: &Scene) -> Result<Site, SceneError> {
         let site = self.site(scene)?;
-        // a NaN is not a distance
+        // written so that a distance that is not a number is refused
         if site.off_m <= scene.probe.radius_m {
             return Ok(site);
         }
@@ -108,7 +108,7 @@ impl OrganSource {
         scene.bad("probe.site", &why)
     }
 
-    /// Negative inside, zero on the surface [m].
+    /// Implicit function of the shape [m]: negative inside, zero on the surface.
     pub fn value_m(&self, at_m: [f64; 3]) -> f64 {
         match self {
             Self::File(surface, ..) | Self::Surface(surface, _) => surface.foot(at_m).distance_m,
@@ -116,7 +116,7 @@ impl OrganSource {
         }
     }
 
-    /// A mesh of it, regions by tet centroid.
+    /// A mesh of the shape; all regions are 0.
     pub fn mesh(&self, turned: &Turned) -> Result<TetMesh, OrganError> {
         match self {
             Self::File(surface, ..) | Self::Surface(surface, _) => {
@@ -126,7 +126,7 @@ impl OrganSource {
         }
     }
 
-    /// Thickness inward from a site [m].
+    /// Thickness of the shape along the inward normal at a site [m].
     pub fn thickness_m(&self, site: &Site) -> f64 {
         let [low, high] = match self {
             Self::File(surface, ..) | Self::Surface(surface, _) => surface.bounds_m(),
@@ -139,11 +139,12 @@ impl OrganSource {
         depth_m((1..=STEPS).take_while(inside).last().unwrap_or(1))
     }
 
-    /// Nodes of its mesh that are fixed when it is pressed along `axis`: its underside and nodes
-    /// inside a bone; ascending.
+    /// Nodes of a mesh of the shape that are fixed when it is pressed along `axis`, ascending:
+    /// those on the underside and those inside a bone.
     pub fn anchors(&self, mesh: &TetMesh, axis: [f64; 3]) -> Vec<u32> {
         match self {
-            // the downward face of a trimmed edge or corner is not fixed
+            // a shape without an underside is refused, even if trimming gave the mesh downward
+            // faces
             Self::File(_, own, _) if underside(own, axis).is_empty() => Vec::new(),
             Self::Surface(surface, _) if !surface.triangles_m().any(|t| faces_away(t, axis)) => Vec::new(),
             Self::File(..) | Self::Surface(..) => underside(mesh, axis),
@@ -152,8 +153,8 @@ impl OrganSource {
     }
 }
 
-/// Nodes of a mesh that are fixed when it is pressed along `axis`: its underside and nodes inside a
-/// bone of the organ; ascending.
+/// Nodes of a mesh that are fixed when it is pressed along `axis`, ascending: those on the
+/// underside and those inside a bone of the organ.
 pub fn held(mesh: &TetMesh, axis: [f64; 3], organ: Option<&Organ>) -> Vec<u32> {
     let mut anchors = underside(mesh, axis);
     if let Some(organ) = organ {

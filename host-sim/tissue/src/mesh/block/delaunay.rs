@@ -30,15 +30,16 @@ struct Triangulation<'a> {
     tets: Vec<[u32; 4]>,
     /// Neighbour across the face opposite each corner, shape [tets][4]; `OUTSIDE` on the hull.
     neighbours: Vec<[u32; 4]>,
-    /// Result of the current insertion, shape [tets]: `2 p` conflicts with point p, `2 p + 1` does
-    /// not.
+    /// Result of the test against point p in the current insertion, shape [tets]: `2 p` if the tet
+    /// conflicts with p, `2 p + 1` if it does not.
     verdict: Vec<u32>,
     /// Slots of removed tets.
     free: Vec<u32>,
     /// The newest tet, where the next search starts.
     last: u32,
     cavity: Vec<u32>,
-    /// Faces of new tets that wait for their twin: the edge away from the new point, tet, corner.
+    /// Faces of new tets whose neighbour is not there yet: the edge opposite the new point, the
+    /// tet, and the corner opposite the face.
     open: Vec<([u32; 2], u32, usize)>,
 }
 
@@ -69,8 +70,8 @@ impl<'a> Triangulation<'a> {
         insphere(self.at(b), self.at(a), self.at(c), self.at(d), self.at(p)) > 0.0
     }
 
-    /// Visibility walk: cross any face that has `p` strictly behind it (ends, since the tets are
-    /// Delaunay).
+    /// Finds the tet that contains `p` by a visibility walk: it crosses any face that has `p`
+    /// strictly behind it, and ends because the tets are Delaunay.
     fn locate(&self, p: u32) -> Option<u32> {
         let mut tet = self.last;
         for _ in 0..=self.tets.len() {
@@ -103,7 +104,7 @@ impl<'a> Triangulation<'a> {
         Some(())
     }
 
-    /// Collects the tets whose circumsphere holds `p`: a face-connected set around `start`.
+    /// Collects the tets whose circumsphere contains `p`: a face-connected set around `start`.
     fn carve(&mut self, start: u32, p: u32) {
         self.cavity.clear();
         self.cavity.push(start);
@@ -135,8 +136,8 @@ impl<'a> Triangulation<'a> {
         } else if self.verdict[beyond as usize] == 2 * p {
             return;
         }
-        // `insert` frees the cavity's slots only when all its faces are closed, so none is taken
-        // here.
+        // `insert` frees the cavity's slots only when all its faces are closed, so none of them is
+        // reused here.
         let new = self.free.pop().unwrap_or_else(|| {
             self.tets.push([0; 4]);
             self.neighbours.push([OUTSIDE; 4]);
@@ -173,7 +174,7 @@ fn with_corner(mut tet: [u32; 4], corner: usize, node: u32) -> [u32; 4] {
     tet
 }
 
-/// The two nodes of a tet at neither corner, smaller first.
+/// The two nodes of a tet other than those at corners `i` and `j`, the smaller first.
 fn away_from(tet: [u32; 4], i: usize, j: usize) -> [u32; 2] {
     let mut rest = (0..4).filter(|k| *k != i && *k != j).map(|k| tet[k]);
     let (a, b) = (rest.next().unwrap_or(0), rest.next().unwrap_or(0));

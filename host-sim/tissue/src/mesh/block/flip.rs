@@ -1,16 +1,18 @@
-//! Topological flips that raise the worst tet: edge removal (3-2, 4-4, ...; Freitag and
-//! Ollivier-Gooch 1997, with the dynamic programme of Klincsek 1980) and its inverse 2-3. The hull
-//! keeps its planes.
+//! Topological flips that improve the worst tet: edge removal (3-2, 4-4, ...; Freitag and
+//! Ollivier-Gooch 1997, with the dynamic programme of Klincsek 1980) and its inverse 2-3. Hull
+//! faces stay in their planes.
 
 use super::radius_ratio::radius_ratio;
 use super::seed::Cloud;
 use super::vector::{Vec3, distance};
 
-/// Longest ring of tets around an edge that is re-triangulated.
+/// Largest number of tets around an edge that is removed.
 const MAX_RING: usize = 9;
-/// A flip must raise the worst tet by this share, else rounding could flip back and forth for ever.
+/// Factor by which a flip must raise the worst quality (1), so that rounding cannot flip back and
+/// forth for ever.
 const GAIN: f64 = 1.0 + 1e-6;
-/// Quality of a tet that crosses the shell, as a share of its shape quality: it is removed first.
+/// Quality of a tet that crosses the shell, as a share of its shape quality (1): such tets are
+/// removed first.
 const CROSSING: f64 = 0.25;
 const DEAD: [u32; 4] = [u32::MAX; 4];
 
@@ -35,8 +37,8 @@ impl<'a> Complex<'a> {
         self.tets.into_iter().filter(|t| *t != DEAD).collect()
     }
 
-    /// Worst tet around `node` if the node were `there`; an edge below `short` also lowers a tet's
-    /// quality.
+    /// Quality of the worst tet around `node` if the node were at `there`; an edge shorter than
+    /// `short` also lowers a tet's quality.
     pub fn worst_around(&self, node: usize, there: Vec3, short: f64) -> f64 {
         let corner = |n: u32| if n as usize == node { there } else { self.cloud.at[n as usize] };
         let score = |t: &u32| {
@@ -59,7 +61,7 @@ impl<'a> Complex<'a> {
         let mut flipped = false;
         let mut t = 0;
         while t < self.tets.len() {
-            // New tets go to the end, so they are visited too.
+            // New tets are appended, so that they are visited too.
             if self.tets[t] != DEAD && self.quality[t] < good {
                 flipped |= self.flip_one(self.tets[t]);
             }
@@ -111,8 +113,8 @@ impl<'a> Complex<'a> {
 
     /// 2-3 flip of the face opposite `apex`.
     fn remove_face(&mut self, tet: [u32; 4], apex: usize) -> bool {
-        // Even permutations that bring each corner last: (a, b, c) turns positively around (below,
-        // top).
+        // Even permutations that bring each corner last: (a, b, c) then turns positively around
+        // (below, top).
         const LAST: [[usize; 4]; 4] = [[1, 3, 2, 0], [0, 2, 3, 1], [0, 3, 1, 2], [0, 1, 2, 3]];
         let [a, b, c, top] = LAST[apex].map(|k| tet[k]);
         let old = self.star(&[a, b, c]);
@@ -133,8 +135,8 @@ impl<'a> Complex<'a> {
         let Some(ring) = self.ring(a, b, &old) else { return false };
         let worst = self.worst_of(&old);
         let (n, floor) = (ring.len(), GAIN * worst);
-        // best[i][j]: worst tet of the best triangulation of ring i..=j, and the node that closes
-        // i-j.
+        // best[i][j]: worst quality in the best triangulation of ring i..=j, and the node that
+        // forms a triangle with i and j in it.
         let mut best = [[(1.0_f64, 0_usize); MAX_RING]; MAX_RING];
         for (span, i) in (2..n).flat_map(|span| (0..n - span).map(move |i| (span, i))) {
             let j = i + span;
@@ -166,8 +168,8 @@ impl<'a> Complex<'a> {
         gains
     }
 
-    /// The nodes around `a`-`b`, turning positively; an open ring (a hull edge) only if both hull
-    /// faces share a plane.
+    /// The nodes around the edge `a`-`b`, in the positive sense of rotation. An open ring, which a
+    /// hull edge has, is returned only if both hull faces share a plane.
     fn ring(&self, a: u32, b: u32, star: &[u32]) -> Option<Vec<u32>> {
         let links: Vec<_> = star.iter().map(|t| link(self.tets[*t as usize], a, b)).collect();
         let open_start = links.iter().find(|l| links.iter().all(|m| m[1] != l[0]));
@@ -230,8 +232,8 @@ mod tests {
 
     #[test]
     fn long_edge_within_one_block_face_is_swapped() {
-        // Same wedge opened flat: 0, 1, 2, 3 share the face x = 0, which the edge 0-1 crosses along
-        // its longer diagonal.
+        // The wedge, opened flat: 0, 1, 2, 3 share the face x = 0, which the edge 0-1
+        // crosses along its longer diagonal.
         let mut cloud = wedge([true, false, false]);
         cloud.at[2..].clone_from_slice(&[[0.0, -1.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]);
         let around = [[0, 1, 4, 2], [0, 1, 3, 4]];

@@ -3,22 +3,22 @@
 
 use super::vector::Vec3;
 
-/// Growth of the element size per distance is this times sqrt(fine size / fine radius), and at most
-/// `MAX_GROWTH`: more nodes refine the far side too. A block of 80 x 80 x 40 mm with 410 nodes and
-/// a radius of 8 mm gets 0.45.
+/// Growth of the element size per distance, over sqrt(fine size / fine radius) (1). The growth is
+/// at most `MAX_GROWTH`. It depends on the fine size so that more nodes refine the far side, too. A
+/// block of 80 x 80 x 40 mm with 410 nodes and a radius of 8 mm gets 0.45.
 const GROWTH: f64 = 0.75;
 const MAX_GROWTH: f64 = 0.8;
-/// Nodes per element area and per element volume in an isotropic Delaunay mesh whose mean edge is
-/// one element.
+/// Number of nodes per element area in an isotropic Delaunay mesh whose mean edge is one element.
 const PER_AREA: f64 = 1.1547;
+/// Number of nodes per element volume in such a mesh.
 const PER_VOLUME: f64 = 1.45;
-/// Factor by which elements around a patch are longer than the requested size: the fewest nodes
-/// that keep the mean edge within 15 % of it.
+/// Factor by which elements around a patch are longer than the requested size (1): the fewest nodes
+/// are then used that keep the mean edge within 15 % of that size.
 const LONGER: f64 = 1.09;
-/// Quadrature points per axis on each side of the fine spot.
+/// Number of quadrature points per axis on each side of the fine spot.
 const SAMPLES: usize = 12;
-/// Quadrature points per axis on each side of the fine spot with a shell, whose neighbourhood is
-/// not centred on the spot.
+/// Number of quadrature points per axis on each side of the fine spot if there is a shell, whose
+/// neighbourhood is not centred on the spot.
 const SHELL_SAMPLES: usize = 24;
 
 /// A box with a fine spot on its top.
@@ -27,19 +27,19 @@ pub(super) struct Grading {
     pub low: Vec3,
     pub high: Vec3,
     pub spot: Vec3,
-    /// The spot travels from `spot - half_stroke` to `spot + half_stroke`.
+    /// The spot moves from `spot - half_stroke` to `spot + half_stroke`.
     pub half_stroke: Vec3,
     /// Radius of the half sphere around that segment on which nodes are held.
     pub shell: Option<f64>,
     pub fine_radius: f64,
     /// Element size within the fine radius.
     pub fine_size: f64,
-    /// Element size gained per distance beyond it.
+    /// Growth of the element size per distance beyond the fine radius (1).
     pub growth: f64,
 }
 
-/// Numbers of nodes inside each edge, each face, on the shell (its circle in the top face apart)
-/// and in the volume.
+/// Numbers of nodes inside each edge and each face, on the circle where the shell meets the top
+/// face, on the shell below it, and in the volume.
 #[derive(Debug)]
 pub(super) struct Budget {
     pub edges: [usize; 12],
@@ -63,13 +63,15 @@ impl Grading {
         size.min(self.max_size()).min(self.room(p))
     }
 
-    /// Largest size of an element: the thinnest side, since a block is at least one element thick.
+    /// Largest size of an element: the length of the thinnest side, since a block is at least one
+    /// element thick.
     fn max_size(&self) -> f64 {
         let side = |k: usize| self.high[k] - self.low[k];
         side(0).min(side(1)).min(side(2))
     }
 
-    /// Sets the fine element size so that `nodes` fit; `Err` is the least number of nodes that do.
+    /// Sets the fine element size so that `nodes` fit; `Err` is the least number of nodes that a
+    /// mesh needs.
     pub fn fit(&mut self, nodes: usize) -> Result<Budget, usize> {
         let (mut small, mut large) = (0.0, self.max_size());
         for _ in 0..40 {
@@ -104,8 +106,8 @@ impl Grading {
         RealBudget { edges, faces, volume: self.volume_nodes(&edges, &faces) }
     }
 
-    /// The budget in whole nodes, the rest going to the volume; `Err` is the number that edges and
-    /// faces alone need.
+    /// The budget in whole nodes, of which the rest goes to the volume; `Err` is the number that
+    /// corners, edges and faces alone need.
     fn round(&self, nodes: usize) -> Result<Budget, usize> {
         let edges: [f64; 12] = std::array::from_fn(|e| (self.integral(edge_axes(e)) - 0.5).max(0.0).floor());
         let faces: [f64; 6] = std::array::from_fn(|f| (self.face_nodes(f, &edges) + 0.5).floor());
@@ -138,7 +140,8 @@ impl Grading {
         budget
     }
 
-    /// A node on an edge fills half its cell of the face, a corner a quarter: those are subtracted.
+    /// Number of nodes inside a face. A node on one of its edges already fills half a cell of the
+    /// face, and a corner a quarter; these are subtracted.
     fn face_nodes(&self, face: usize, edges: &[f64; 12]) -> f64 {
         let rim: f64 = (0..12).filter(|e| edge_on_face(*e, face)).map(|e| edges[e]).sum();
         (PER_AREA * self.integral(face_axes(face)) - 0.5 * rim - 1.0).max(0.0)
@@ -149,8 +152,8 @@ impl Grading {
         (PER_VOLUME * self.integral([Span::Free; 3]) - skin).max(0.0)
     }
 
-    /// Integral of `size^-d` over the d free axes: elements along an edge, on a face, in the
-    /// volume.
+    /// Integral of `size^-d` over the d free axes: the number of elements along an edge, on a face
+    /// or in the volume.
     fn integral(&self, axes: [Span; 3]) -> f64 {
         let [xs, ys, zs] = std::array::from_fn(|k| self.samples(k, axes[k]));
         let free = axes.iter().filter(|a| **a == Span::Free).count();
@@ -166,7 +169,8 @@ impl Grading {
         sum
     }
 
-    /// Midpoint rule that crowds toward the fine spot: x = spot + reach t^2.
+    /// Points and weights of a midpoint rule that is denser toward the fine spot: x = spot + reach
+    /// t^2.
     fn samples(&self, axis: usize, span: Span) -> Vec<(f64, f64)> {
         let mut samples = vec![];
         let count = if self.shell.is_some() { SHELL_SAMPLES } else { SAMPLES };
@@ -197,7 +201,7 @@ impl RealBudget {
     }
 }
 
-/// The face z = 0 among those of [`face_axes`].
+/// Index of the face z = 0 for [`face_axes`].
 const TOP: usize = 5;
 
 /// Extent of a face, an edge or the volume along one axis.

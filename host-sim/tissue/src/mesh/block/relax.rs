@@ -8,17 +8,17 @@ use super::seed::Side;
 use super::vector::{Vec3, add_scaled, distance, sub};
 
 const ROUNDS: usize = 60;
-/// Bars are this much longer than wanted, so that they push everywhere.
+/// Factor by which bars are longer than wanted, so that they push everywhere (1).
 const OVERLENGTH: f64 = 1.15;
 /// Share of the computed displacement that is applied per round.
 const STEP: f64 = 0.15;
-/// A bar on the surface counts this many times: the triangles there matter most.
+/// Weight of a bar on the surface, where triangles matter most (1).
 const SURFACE_WEIGHT: f64 = 2.0;
 /// Least distance of a node from any face that it does not lie on, in elements.
 const MARGIN: f64 = 0.3;
 /// Least distance between the shell and a node that is not on it, in elements: about the height of
-/// a regular tet, so that the next layer rests on the shell. At 0.5 half of the coarse patches have
-/// Delaunay tets that cross it, at 0.8 none of 48 had.
+/// a regular tet, so that the next layer rests on the shell. At 0.5, half of the coarse patches
+/// have Delaunay tets that cross the shell; at 0.8, none of 48 had any.
 const OFF_SHELL: f64 = 0.8;
 
 /// Relaxes the cloud; returns the tets of the last positions, or `None` if two nodes coincide.

@@ -1,5 +1,5 @@
-//! The block around a patch: given element sizes, and nodes on the half sphere along which the
-//! patch is cut out.
+//! Meshes a block around a patch, with given element sizes, and with nodes on the half sphere along
+//! which the patch is cut out.
 
 use super::grading::Grading;
 use super::relax::relax;
@@ -18,17 +18,17 @@ pub struct Sizes {
     pub fine_m: f64,
     /// Distance from the site within which edges have that length [m].
     pub fine_radius_m: f64,
-    /// Growth of the edge length per distance beyond it (1).
+    /// Growth of the edge length per distance beyond that (1).
     pub growth: f64,
-    /// Length of the site's stroke [m], centred on the site: the patch is then everything within
-    /// `radius_m` of that segment. Zero for a fixed site.
+    /// Stroke of the site from end to end [m], centred on the site: the patch is then everything
+    /// within `radius_m` of that segment. Zero for a fixed site.
     pub stroke_m: [f64; 3],
 }
 
 /// Number of arrangements that are tried until no tet crosses the shell; otherwise the one with the
 /// fewest crossings is used.
 const ATTEMPTS: u32 = 6;
-/// Steps that halve the search for the nearest spec that works.
+/// Number of bisections in the search for the nearest sizes that work.
 const HALVINGS: usize = 24;
 
 /// Meshes a block (`size_m` along x, y, z, top face at z = 0) around a site on its top face.
@@ -40,8 +40,8 @@ const HALVINGS: usize = 24;
 /// the bits are the same for the same arguments on every machine.
 ///
 /// # Errors
-/// Sizes that are not lengths, do not fit the block, or require more nodes than a patch file can
-/// index.
+/// Sizes that are not positive, that do not fit the block, or that require more nodes than a patch
+/// file can index.
 pub fn block_with_rim(size_m: [f64; 3], at_m: [f64; 2], sizes: &Sizes, variant: u32) -> Result<TetMesh, BlockError> {
     let grading = checked(size_m, at_m, sizes)?;
     let budget = grading.with_shell();
@@ -125,7 +125,7 @@ fn check_nodes(grading: &Grading, sizes: &Sizes, most_m: f64) -> Result<(), Bloc
     Err(BlockError::TooEven { value: sizes.growth, nodes, least })
 }
 
-/// The least value that works, between one that does not and one that does.
+/// The least value that works, between `low`, which does not work, and `high`, which does.
 fn least(mut low: f64, mut high: f64, works: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);

@@ -1,4 +1,4 @@
-//! Patches are measured from the mesh alone, by their tets' centroids.
+//! The patches in these tests are measured from the mesh alone, by the centroids of their tets.
 
 use super::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,7 +17,7 @@ struct Patch {
     shell_share: f64,
     volume_m3: f64,
     worst: f64,
-    /// Mean edge within the fine radius.
+    /// Mean length of an edge within the fine radius [m].
     fine_edge_m: f64,
     rim_edge_m: f64,
 }
@@ -100,7 +100,7 @@ fn patches_have_the_nodes_asked_for_and_end_on_the_shell() {
     }
 }
 
-/// A triangle with edges s inscribed in a sphere lies s^2 / (8 R) below it on average.
+/// A triangle with edges of length s inscribed in a sphere lies s^2 / (8 R) below it on average.
 #[test]
 fn patch_volume_is_the_half_capsule_less_the_chords() {
     for stroke_mm in [0.0, 12.0] {

@@ -1,16 +1,17 @@
-//! Start positions of the nodes: corners, then edges, faces and the volume, each filled to its
-//! budget.
+//! Start positions of the nodes: corners, then edges, faces and the volume, each with the number of
+//! nodes that its budget gives.
 
 use super::grading::{Budget, Grading, Span, edge_axes, face_axes};
 use super::vector::{Vec3, distance};
 
-/// Candidates offered per node to place.
+/// Number of candidates for each node to be placed.
 const CANDIDATES: usize = 16;
-/// Powers of the inverse real root of x^5 = x + 1: a low-discrepancy sequence in four dimensions
-/// (Roberts 2018).
+/// Steps of a low-discrepancy sequence in four dimensions (Roberts 2018): powers of the inverse
+/// real root of x^5 = x + 1.
 const STEPS: [f64; 4] = [0.856_674_883_854_502_9, 0.733_891_856_627_126, 0.628_706_721_037_808_7, 0.538_597_257_223_610_1];
 
-/// Starts of the sequence for the next variant: irrational, so that no two variants start alike.
+/// Shift of the sequence's start from one variant to the next: irrational, so that no two variants
+/// start alike.
 const SHIFTS: [f64; 4] = [0.414_213_562_373_095_1, 0.732_050_807_568_877_2, 0.236_067_977_499_789_8, 0.645_751_311_064_590_6];
 /// Least distance between the shell and a node that starts off it, in elements.
 const OFF_SHELL: f64 = 0.5;
@@ -24,7 +25,7 @@ pub(super) enum Side {
     Outside,
 }
 
-/// Nodes of the block: where each is, and along which axes it may not move.
+/// Nodes of the block: the position of each, and the axes along which it may not move.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cloud {
     pub at: Vec<Vec3>,
@@ -44,7 +45,7 @@ pub(super) enum Domain {
     Shell,
 }
 
-/// Starts the nodes; another `variant` is another arrangement of as many.
+/// Places all nodes; another `variant` arranges the same number of nodes differently.
 pub(super) fn seed(grading: &Grading, budget: &Budget, variant: u32) -> Cloud {
     let mut cloud = Cloud::default();
     for i in 0..8 {
@@ -82,7 +83,7 @@ impl Cloud {
     }
 }
 
-/// The point of an edge, face or volume at fractions `t` of its free axes.
+/// Point of an edge, face or volume at fractions `t` of its free axes.
 fn place(grading: &Grading, axes: [Span; 3], t: Vec3) -> Vec3 {
     std::array::from_fn(|k| match axes[k] {
         Span::Low => grading.low[k],
@@ -95,7 +96,7 @@ fn pinned(axes: [Span; 3]) -> [bool; 3] {
     axes.map(|a| a != Span::Free)
 }
 
-/// `count` nodes that split an edge into pieces of equal length over size.
+/// Adds `count` nodes that divide an edge into pieces of equal length over element size.
 fn fill_edge(cloud: &mut Cloud, grading: &Grading, axes: [Span; 3], count: usize) {
     const STEPS: usize = 512;
     let density = |i: usize| 1.0 / grading.size_at(place(grading, axes, [(i as f64 + 0.5) / STEPS as f64; 3]));
@@ -116,7 +117,7 @@ fn fill_edge(cloud: &mut Cloud, grading: &Grading, axes: [Span; 3], count: usize
     }
 }
 
-/// `count` nodes, each the candidate farthest (in elements) from all nodes so far.
+/// Adds `count` nodes, each the candidate that is farthest (in elements) from all nodes so far.
 fn fill(cloud: &mut Cloud, grading: &Grading, domain: Domain, variant: u32, count: usize) {
     let mut candidates = candidates(grading, domain, variant, CANDIDATES * count);
     let mut gaps = vec![f64::INFINITY; candidates.len()];

@@ -1,8 +1,8 @@
-//! The half sphere (capsule, for a site that travels) under the top face along which a patch will
-//! be cut out of the block.
+//! The half sphere (half capsule, for a site with a stroke) under the top face, along which a patch
+//! will be cut out of the block.
 //!
-//! Nodes are held on it and the others kept off it, so that Delaunay tets respect it: a tet is then
-//! inside, or outside, never both.
+//! Some nodes are held on this shell and the others are kept off it, so that Delaunay tets respect
+//! it: each tet is then inside or outside, never both.
 
 use super::grading::Grading;
 use super::seed::{Domain, Side, points};
@@ -12,11 +12,11 @@ use std::f64::consts::PI;
 /// Half the thickness, in shell radii, of the layer whose points are projected onto the shell to
 /// sample it.
 const LAYER: f64 = 0.125;
-/// Points that sample the element size on the shell.
+/// Number of points that sample the element size on the shell.
 const SAMPLES: usize = 1024;
 
 impl Grading {
-    /// Distance to the line along which the spot travels.
+    /// Distance to the segment along which the spot moves.
     pub fn away(&self, p: Vec3) -> f64 {
         distance(p, self.nearest(p))
     }
@@ -30,8 +30,7 @@ impl Grading {
         add_scaled(self.spot, along.clamp(-1.0, 1.0), self.half_stroke)
     }
 
-    /// Largest element that fits twice between shell and wall through `p`; no limit without a
-    /// shell.
+    /// Largest element that fits twice between shell and wall at `p`; infinite without a shell.
     pub fn room(&self, p: Vec3) -> f64 {
         match self.shell {
             Some(radius) => 0.5 * (self.wall_distance(p) + (self.away(p) - radius).abs()),
@@ -45,24 +44,24 @@ impl Grading {
         sides.fold(p[2] - self.low[2], f64::min)
     }
 
-    /// Distance from the line along which the spot travels to the nearest wall.
+    /// Distance from the segment along which the spot moves to the nearest wall.
     pub fn way_to_wall(&self) -> f64 {
         let end = |s: f64| self.wall_distance(add_scaled(self.spot, s, self.half_stroke));
         end(-1.0).min(end(1.0))
     }
 
-    /// Smallest element anywhere.
+    /// Size of the smallest element anywhere.
     pub fn least_size(&self) -> f64 {
         let gap = self.shell.map_or(f64::INFINITY, |radius| self.way_to_wall() - radius);
         self.fine_size.min(0.5 * gap)
     }
 
-    /// Side of the shell that `p` is on; never `Shell`, which is assigned to nodes explicitly.
+    /// Side of the shell on which `p` lies; never `Shell`, which is assigned to nodes explicitly.
     pub fn side_of(&self, p: Vec3) -> Side {
         if self.shell.is_some_and(|radius| self.away(p) < radius) { Side::Inside } else { Side::Outside }
     }
 
-    /// Moves `p` radially: onto the shell, or to at least `off` from it on its own side.
+    /// Moves `p` radially: onto the shell, or to at least `off` from it on the given side.
     pub fn hold(&self, side: Side, p: Vec3, off: f64) -> Vec3 {
         let Some(radius) = self.shell else { return p };
         let away = self.away(p);
@@ -78,7 +77,7 @@ impl Grading {
         add_scaled(centre, target / away, sub(p, centre))
     }
 
-    /// The point of the shell next to `p`, if `p` is close to it.
+    /// Point of the shell nearest to `p`, if `p` is close to the shell.
     pub fn near_shell(&self, p: Vec3) -> Option<Vec3> {
         let radius = self.shell?;
         ((self.away(p) - radius).abs() < LAYER * radius).then(|| self.hold(Side::Shell, p, 0.0))
@@ -91,7 +90,8 @@ impl Grading {
         [std::array::from_fn(|k| self.spot[k] - side(k)), [self.spot[0] + side(0), self.spot[1] + side(1), self.spot[2]]]
     }
 
-    /// Elements along the circle where the shell meets the top face, and on the shell's area.
+    /// Numbers of elements along the circle where the shell meets the top face, and on the shell's
+    /// area.
     pub fn shell_elements(&self) -> [f64; 2] {
         let radius = self.shell.unwrap_or(0.0);
         let stroke = 2.0 * dot(self.half_stroke, self.half_stroke).sqrt();
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn shell_elements_are_length_and_area_over_the_size() {
-        // Size .05 + .4 * .1 on the whole shell; walls this far leave room for more.
+        // The size is .05 + .4 * .1 on the whole shell; walls this far away do not limit it.
         let grading = Grading { low: [-1.0; 3], high: [1.0, 1.0, 0.0], ..travelling() };
         let [circle, area] = grading.shell_elements();
         let size = 0.09;
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn two_elements_fit_between_shell_and_wall() {
         let grading = Grading { fine_size: 0.3, ..travelling() };
-        // Nearest wall: x = .5, the stroke ends at .2, the shell at .4.
+        // The nearest wall is at x = .5; the stroke ends at .2 and the shell at .4.
         for i in 0..=10 {
             let p = [0.4 + 0.01 * f64::from(i), 0.0, 0.0];
             assert!(grading.size_at(p) < 0.05 + 1e-12);

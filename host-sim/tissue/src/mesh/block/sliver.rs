@@ -1,4 +1,4 @@
-//! Raises the worst tets: flips what can be flipped, moves what can be moved, until neither helps.
+//! Improves the worst tets by flips and by moves of nodes, until neither helps.
 
 use super::flip::Complex;
 use super::grading::Grading;
@@ -7,18 +7,19 @@ use super::vector::{Vec3, add_scaled};
 
 /// Tets at or above this radius ratio are left alone.
 const GOOD: f64 = 0.55;
-/// Edges below this many elements count as a fault, so that no small tet shortens the stable time
-/// step.
+/// Length of an edge, in elements, below which it counts as a fault, so that no small tet shortens
+/// the stable time step.
 const SHORT_EDGE: f64 = 0.6;
-/// Rounds of flips and moves; most blocks need fewer.
+/// Largest number of rounds of flips and moves; most blocks need fewer.
 const PASSES: usize = 12;
-/// First and last step of a move, in elements.
+/// First step of a move, in elements.
 const FIRST_STEP: f64 = 0.2;
+/// Step below which a move ends, in elements.
 const LAST_STEP: f64 = 0.01;
 /// Least distance between the shell and a node that is not on it, in elements.
 const OFF_SHELL: f64 = 0.35;
 
-/// Improves the tets of a cloud and moves its nodes; no hull face leaves its plane, no tet is
+/// Improves the tets of a cloud and moves its nodes; hull faces stay in their planes, and no tet is
 /// inverted.
 pub(super) fn remove_slivers(cloud: &mut Cloud, grading: &Grading, tets: Vec<[u32; 4]>) -> Vec<[u32; 4]> {
     let mut complex = Complex::new(cloud, tets);
@@ -99,7 +100,7 @@ mod tests {
             growth: 0.0,
         };
         let budget = grading.fit(200).unwrap();
-        // Not relaxed: plenty of slivers.
+        // The cloud is not relaxed, so that there are plenty of slivers.
         let mut cloud = seed(&grading, &budget, 0);
         let tets = delaunay(&cloud.at).unwrap();
         let worst = |cloud: &Cloud, tets: &[[u32; 4]]| {

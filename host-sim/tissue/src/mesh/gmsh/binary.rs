@@ -1,5 +1,5 @@
-//! Gmsh `.msh`, binary: format 2.x and 4.1. Section names stay lines of text; their content is
-//! numbers without separators.
+//! Gmsh `.msh`, binary: format 2.x and 4.1. Section names are lines of text; the content of a
+//! section is numbers without separators.
 
 use super::kind::{Kind, kind, nodes_of};
 use super::v4::Regions;
@@ -66,7 +66,7 @@ fn once(bytes: &Bytes, seen: &mut bool, section: &'static str) -> Result<(), Mes
     if std::mem::replace(seen, true) { Err(bytes.error(Defect::RepeatedSection { section })) } else { Ok(()) }
 }
 
-/// `version 1 data-size` as text, then the `i32` 1, which shows the order of the bytes.
+/// Reads `version 1 data-size` as text, then the `i32` 1, which shows the order of the bytes.
 fn format(bytes: &mut Bytes, mesh: &mut RawMesh) -> Result<Version, MeshError> {
     bytes.required("$MeshFormat")?;
     let line = bytes.required("the Gmsh version")?;
@@ -93,7 +93,7 @@ fn count_line(bytes: &mut Bytes, what: &'static str) -> Result<u64, MeshError> {
     line.parse().map_err(|_| bytes.unexpected(what, &line))
 }
 
-/// A count as text, then `i32 number, f64 x y z` each.
+/// Reads a count as text, then `i32 number, f64 x y z` for each node.
 fn nodes_2(bytes: &mut Bytes, mesh: &mut RawMesh) -> Result<(), MeshError> {
     for _ in 0..count_line(bytes, "the number of nodes")? {
         let number = bytes.whole_i32("a node number")?;
@@ -102,8 +102,8 @@ fn nodes_2(bytes: &mut Bytes, mesh: &mut RawMesh) -> Result<(), MeshError> {
     Ok(())
 }
 
-/// A count as text, then blocks `i32 type count tags`, and for each element `i32 number tags...
-/// nodes...`; the first tag is the physical group.
+/// Reads a count as text, then blocks `i32 type count tags`, each followed by `i32 number tags...
+/// nodes...` for each element; the first tag is the physical group.
 fn elements_2(bytes: &mut Bytes, mesh: &mut RawMesh) -> Result<(), MeshError> {
     let announced = count_line(bytes, "the number of elements")?;
     let mut found = 0;
@@ -136,7 +136,7 @@ enum Element {
     Other(&'static str, u64),
 }
 
-/// The type code that comes next.
+/// Reads the type code of the next element.
 fn element(bytes: &mut Bytes) -> Result<Element, MeshError> {
     let code = bytes.whole_i32("an element type")?;
     match (kind(code), nodes_of(code)) {
@@ -150,8 +150,8 @@ fn element(bytes: &mut Bytes) -> Result<Element, MeshError> {
     }
 }
 
-/// The nodes of an element: the four of a tetrahedron, or the kind of another one, which is
-/// skipped.
+/// Reads the nodes of an element: returns the four of a tet; skips those of another element and
+/// returns its kind.
 fn tet_nodes(
     bytes: &mut Bytes,
     kind: Element,
@@ -167,8 +167,8 @@ fn tet_nodes(
     }
 }
 
-/// Reads four counts, then the entities; a volume reads `i32 tag, f64 x6, count, i32 physical...,
-/// count, i32 surfaces...`, counts being 64 bit wide.
+/// Reads four counts, then the entities; a volume is `i32 tag, f64 x6, count, i32 physical...,
+/// count, i32 surfaces...`. Counts are 64 bits wide.
 fn entities(bytes: &mut Bytes) -> Result<Regions, MeshError> {
     let mut counts = [0; 4];
     for count in &mut counts {
@@ -195,15 +195,15 @@ fn entities(bytes: &mut Bytes) -> Result<Regions, MeshError> {
     Ok(regions)
 }
 
-/// `blocks count min max`.
+/// Reads `blocks count min max`.
 fn header_4(bytes: &mut Bytes) -> Result<(u64, u64), MeshError> {
     let (blocks, count) = (bytes.u64("the number of blocks")?, bytes.u64("the number of entries")?);
     bytes.skip(2, 8, "the lowest and the highest tag")?;
     Ok((blocks, count))
 }
 
-/// Blocks: `i32 dimension entity parametric`, a count, that many tags, that many `f64 x y z [u v
-/// w]`.
+/// Reads blocks of `i32 dimension entity parametric`, a count, that many tags, and that many `f64 x
+/// y z [u v w]`.
 fn nodes_4(bytes: &mut Bytes, mesh: &mut RawMesh) -> Result<(), MeshError> {
     let (blocks, announced) = header_4(bytes)?;
     for _ in 0..blocks {
@@ -227,7 +227,8 @@ fn nodes_4(bytes: &mut Bytes, mesh: &mut RawMesh) -> Result<(), MeshError> {
     agree(bytes, "$Nodes", "nodes", announced, mesh.nodes.len() as u64)
 }
 
-/// Blocks: `i32 dimension entity type`, a count, that many `number nodes...`, all 64 bit.
+/// Reads blocks of `i32 dimension entity type`, a count, and that many `number nodes...`, all 64
+/// bits wide.
 fn elements_4(bytes: &mut Bytes, mesh: &mut RawMesh, regions: Option<&Regions>) -> Result<(), MeshError> {
     let (blocks, announced) = header_4(bytes)?;
     let mut found = 0_u64;

@@ -1,6 +1,6 @@
 //! Gmsh element type codes, the same in every format.
 
-/// Kind of element that a type code stands for.
+/// Kind of element, as far as it matters here.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Kind {
     Tet,
@@ -8,7 +8,7 @@ pub(super) enum Kind {
     Other(&'static str),
 }
 
-/// The kind behind a code.
+/// Kind of element with this type code.
 pub(super) fn kind(code: u64) -> Kind {
     match code {
         4 => Kind::Tet,

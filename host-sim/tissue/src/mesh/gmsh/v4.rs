@@ -1,5 +1,5 @@
-//! Gmsh 4.1: nodes and elements in blocks, one block per geometric entity. The physical group of
-//! a tet is the one `$Entities` gives its volume.
+//! Gmsh 4.1: nodes and elements in blocks, one block per geometric entity. The physical group of a
+//! tet is the one that `$Entities` gives to its volume.
 
 use std::collections::BTreeMap;
 
@@ -13,8 +13,8 @@ use crate::mesh::word::Word;
 /// Region of every volume that `$Entities` lists, by volume tag.
 pub(super) type Regions = BTreeMap<u64, u32>;
 
-/// `points curves surfaces volumes`, then one line each; a volume reads
-/// `tag min-xyz max-xyz physical-count physical-tags... surface-count surface-tags...`.
+/// Reads `points curves surfaces volumes`, then one line for each entity; that of a volume is `tag
+/// min-xyz max-xyz physical-count physical-tags... surface-count surface-tags...`.
 pub(super) fn regions(lines: &mut Lines) -> Result<Regions, MeshError> {
     let mut line = lines.required("the entity counts")?;
     let points = line.whole("the number of points")?;
@@ -41,8 +41,8 @@ pub(super) fn regions(lines: &mut Lines) -> Result<Regions, MeshError> {
     Ok(regions)
 }
 
-/// `blocks nodes min-tag max-tag`, then blocks: `dimension entity parametric count`,
-/// that many tags, that many `x y z [u v w]`.
+/// Reads `blocks nodes min-tag max-tag`, then for each block `dimension entity parametric count`,
+/// that many tags, and that many `x y z [u v w]`.
 pub(super) fn nodes(lines: &mut Lines, mesh: &mut RawMesh) -> Result<(), MeshError> {
     let (blocks, count) = header(lines, "nodes")?;
     for _ in 0..blocks {
@@ -75,7 +75,7 @@ pub(super) fn nodes(lines: &mut Lines, mesh: &mut RawMesh) -> Result<(), MeshErr
     agree(lines, "$Nodes", "nodes", count, mesh.nodes.len() as u64)
 }
 
-/// `blocks elements min-tag max-tag`, then blocks: `dimension entity type count`,
+/// Reads `blocks elements min-tag max-tag`, then for each block `dimension entity type count` and
 /// that many `number nodes...`.
 pub(super) fn elements(lines: &mut Lines, mesh: &mut RawMesh, regions: Option<&Regions>) -> Result<(), MeshError> {
     let (blocks, count) = header(lines, "elements")?;
@@ -110,7 +110,7 @@ pub(super) fn elements(lines: &mut Lines, mesh: &mut RawMesh, regions: Option<&R
     agree(lines, "$Elements", "elements", count, found)
 }
 
-/// A file may omit `$Entities`; if it is there, it lists every volume.
+/// Region of a volume. A file may omit `$Entities`; if the section is there, it lists every volume.
 fn region_of(entity: Word, regions: Option<&Regions>) -> Result<u32, MeshError> {
     let volume = entity.whole("a volume tag")?;
     match regions {
@@ -129,7 +129,7 @@ fn header(lines: &mut Lines, items: &'static str) -> Result<(u64, u64), MeshErro
     Ok((blocks, count))
 }
 
-/// The section ends here and holds as many entries as its header says.
+/// Checks that the section ends here and has as many entries as its header says.
 fn agree(lines: &mut Lines, section: &'static str, items: &'static str, announced: u64, found: u64) -> Result<(), MeshError> {
     section_end(lines, section, items, announced)?;
     if found < announced {

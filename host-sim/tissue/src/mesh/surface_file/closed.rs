@@ -1,4 +1,4 @@
-//! From loose triangles to one closed surface that faces outward.
+//! Makes one closed surface that faces outward from loose triangles.
 
 use super::RawSurface;
 use crate::mesh::distance::ClosedSurface;
@@ -7,7 +7,7 @@ use crate::mesh::error::Defect;
 /// Distance, as a share of the largest extent, below which corners are merged (1): a few rounding
 /// errors in STL's single precision.
 const WELD: f64 = 1e-6;
-/// Largest number of closed surfaces of an organ with hollows.
+/// Largest number of closed surfaces of an organ with cavities.
 const MOST_PIECES: usize = 64;
 
 /// A closed surface in file units.
@@ -18,23 +18,23 @@ pub(super) struct Closed {
     pub turned_triangles: usize,
     pub left_out: usize,
     pub hollows: usize,
-    /// In cubes of the file unit.
+    /// Enclosed volume, in cubes of the file unit.
     pub volume: f64,
 }
 
-/// One triangle's side of an edge.
+/// An edge as seen from one of its triangles.
 struct Side {
-    /// Vertices of the edge in rising order: the same for both sides.
+    /// Vertices of the edge in rising order, the same from both sides.
     key: [u32; 2],
     triangle: usize,
-    /// The triangle has them in this order.
+    /// Whether the triangle has the vertices in this order.
     rises: bool,
 }
 
 /// Merges corners at the same place and turns all triangles outward.
 ///
 /// # Errors
-/// There are no triangles, an edge does not have two, the triangles cannot be oriented
+/// There are no triangles, an edge does not belong to two of them, the triangles cannot be oriented
 /// consistently, or there are several bodies.
 pub(super) fn close(raw: &RawSurface) -> Result<Closed, Defect> {
     let exact = weld(&raw.vertices, &raw.triangles, 0.0);
@@ -53,7 +53,7 @@ pub(super) fn close(raw: &RawSurface) -> Result<Closed, Defect> {
     Ok(Closed { vertices, triangles, turned_triangles, left_out, hollows, volume })
 }
 
-/// A place in the form for messages, in file units.
+/// A place as text for messages, in file units.
 pub(super) fn place(at: [f64; 3]) -> String {
     let [x, y, z] = at.map(|c| format!("{c:.4}").trim_end_matches('0').trim_end_matches('.').to_owned());
     format!("({x}, {y}, {z})")
@@ -67,8 +67,9 @@ fn tolerance(vertices: &[[f64; 3]]) -> f64 {
     WELD * extent(0).max(extent(1)).max(extent(2))
 }
 
-/// Vertices in use, each place once, and the triangles on them that still have three corners. With
-/// a `tolerance` above zero, vertices within it of an earlier one are merged with that.
+/// Merges vertices at the same place; returns those in use, and the triangles that still have three
+/// corners. With a `tolerance` above zero, a vertex within it of an earlier one is merged with
+/// that.
 fn weld(vertices: &[[f64; 3]], triangles: &[[u32; 3]], tolerance: f64) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     // Adding zero makes -0 and 0 equal.
     let cell = |at: &[f64; 3]| at.map(|x| if tolerance > 0.0 { (x / tolerance).floor() } else { x + 0.0 });
@@ -124,7 +125,7 @@ fn weld(vertices: &[[f64; 3]], triangles: &[[u32; 3]], tolerance: f64) -> (Vec<[
     (kept, out)
 }
 
-/// All sides of all edges, those of one edge next to each other.
+/// The sides of all edges; those of one edge follow each other.
 fn sides(triangles: &[[u32; 3]]) -> Vec<Side> {
     let of = |(triangle, [a, b, c]): (usize, &[u32; 3])| {
         [[*a, *b], [*b, *c], [*c, *a]].map(|[i, j]| Side { key: [i.min(j), i.max(j)], triangle, rises: i < j })
@@ -134,7 +135,7 @@ fn sides(triangles: &[[u32; 3]]) -> Vec<Side> {
     sides
 }
 
-/// The neighbours of every triangle, and whether each must be turned to face as it does.
+/// Neighbours of every triangle, and whether each must be reversed to face as the triangle does.
 fn neighbours(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<Vec<Vec<(usize, bool)>>, Defect> {
     let mut around = vec![Vec::with_capacity(3); triangles.len()];
     let (mut open, mut crowded) = (Vec::new(), Vec::new());
@@ -160,8 +161,8 @@ fn neighbours(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<Vec<Vec<(
     }
 }
 
-/// The piece that every triangle belongs to, and whether it must be turned to face as the first of
-/// its piece.
+/// Piece that every triangle belongs to, and whether the triangle must be reversed to face as the
+/// first one of its piece.
 fn orient(
     vertices: &[[f64; 3]],
     triangles: &[[u32; 3]],
@@ -202,8 +203,8 @@ fn turn(triangles: &mut [[u32; 3]], turned: &[bool]) {
     }
 }
 
-/// Turns the outer piece outward and those inside it to their hollows; how many of them there are,
-/// and the volume between.
+/// Turns the outer piece outward, and each piece inside it toward the cavity that it bounds.
+/// Returns the number of cavities and the volume of the body.
 fn outward(
     vertices: &[[f64; 3]],
     triangles: &mut [[u32; 3]],
@@ -243,7 +244,8 @@ fn outward(
                 let distance = surfaces[outer].as_ref().map_or(0.0, |s| s.foot(vertices[first as usize]).distance_m);
                 if outer == largest { distance < 0.0 } else { distance > 0.0 }
             };
-            // A body in a hollow of another, or in it without a hollow, would be one more.
+            // An inner piece bounds a cavity only if it lies in the outer piece and in no other
+            // inner one.
             let is_hollow = is_in(largest) && !(0..pieces).any(|n| n != largest && n != inner && !is_in(n));
             if !is_hollow {
                 return Err(several(first));

@@ -1,5 +1,5 @@
-//! Wavefront OBJ: `v x y z`, and faces of three or more vertices, which are cut into triangles from
-//! their first. Everything else (normals, textures, groups) is skipped.
+//! Wavefront OBJ: `v x y z`, and faces of three or more vertices, which are divided into triangles
+//! that share the first vertex. All other lines (normals, textures, groups) are skipped.
 
 use super::RawSurface;
 use crate::mesh::error::{Defect, MeshError};
@@ -39,7 +39,8 @@ pub(super) fn read(file: &str, text: &str) -> Result<RawSurface, MeshError> {
     Ok(surface)
 }
 
-/// The vertex of `vertex[/texture[/normal]]`, counted from 1, or backward from the last with -1.
+/// Index of the vertex in `vertex[/texture[/normal]]`, counted from 1, or backward from the last
+/// with -1.
 fn vertex(word: Word, vertices: usize) -> Result<u32, MeshError> {
     let unexpected = || word.unexpected("the number of a vertex above this line");
     let number: i64 = word.text.split('/').next().unwrap_or("").parse().map_err(|_| unexpected())?;

@@ -6,18 +6,19 @@ use crate::mesh::bytes::{Bytes, Order};
 use crate::mesh::error::{Defect, MeshError, quoted};
 use crate::mesh::lines::Lines;
 
-/// Bytes before the number of triangles, and of a triangle.
+/// Number of bytes before the number of triangles.
 const HEADER: usize = 80;
+/// Number of bytes of a triangle.
 const TRIANGLE: usize = 50;
 
-/// Whether the file has the length of a binary one with the number of triangles that it announces.
+/// Whether the file has the length of a binary file with the number of triangles that it announces.
 pub(super) fn is_binary(data: &[u8]) -> bool {
     let count = data.get(HEADER..HEADER + 4).and_then(|bytes| bytes.try_into().ok()).map(u32::from_le_bytes);
     count.is_some_and(|count| count > 0 && data.len() as u64 == (HEADER + 4) as u64 + TRIANGLE as u64 * u64::from(count))
 }
 
-/// A header of 80 bytes, the number of triangles, then for each a normal, three corners and two
-/// bytes more.
+/// Reads a header of 80 bytes, the number of triangles, then for each triangle a normal, three
+/// corners and two bytes more.
 pub(super) fn read_binary(file: &str, data: &[u8]) -> Result<RawSurface, MeshError> {
     let mut bytes = Bytes::new(file, data, Order::Little);
     bytes.skip(1, HEADER, "the end of the STL header")?;
@@ -34,8 +35,8 @@ pub(super) fn read_binary(file: &str, data: &[u8]) -> Result<RawSurface, MeshErr
     Ok(surface)
 }
 
-/// `facet normal ..`, `outer loop`, three times `vertex x y z`, `endloop`, `endfacet`, between
-/// `solid` and `endsolid`.
+/// Reads `facet normal ..`, `outer loop`, three times `vertex x y z`, `endloop`, `endfacet`,
+/// between `solid` and `endsolid`.
 pub(super) fn read_text(file: &str, text: &str) -> Result<RawSurface, MeshError> {
     let mut lines = Lines::new(file, text);
     let mut surface = RawSurface { format: "STL", vertices: Vec::new(), triangles: Vec::new() };

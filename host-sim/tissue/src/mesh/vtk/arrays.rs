@@ -1,7 +1,8 @@
-//! A `DataArray` of XML VTK: the numbers of its text or its bytes.
+//! Decodes a `DataArray` of XML VTK, from its text or its bytes.
 //!
-//! Bytes have a header: their length; or, compressed, how many blocks there are, the length of a
-//! block and of the last one unpacked, and the packed length of each.
+//! Bytes begin with a header. Without compression it is their length. With compression it has the
+//! number of blocks, the unpacked lengths of a block and of the last block, and the packed length
+//! of each block.
 
 use std::io::Read;
 
@@ -17,7 +18,7 @@ use crate::mesh::file::MAX_FILE_MIB;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Encoding {
     pub order: Order,
-    /// Headers are 64, not 32 bit wide.
+    /// Whether headers are 64 bits wide, not 32.
     pub wide: bool,
     pub zlib: bool,
 }
@@ -45,7 +46,7 @@ enum Kind {
 }
 
 impl Array<'_> {
-    /// `count` finite numbers.
+    /// Decodes `count` finite numbers.
     pub fn reals(&self, count: u64) -> Result<Vec<f64>, Defect> {
         let Kind::Real(size) = self.kind else {
             return Err(Defect::Expected { what: "coordinates of type Float32 or Float64", found: "whole numbers".into() });
@@ -64,7 +65,7 @@ impl Array<'_> {
         }
     }
 
-    /// `count` numbers that are whole and at least 0.
+    /// Decodes `count` numbers that are whole and at least 0.
     pub fn wholes(&self, count: u64) -> Result<Vec<u64>, Defect> {
         let what = "a whole number from 0";
         let (size, signed) = match self.kind {
@@ -126,7 +127,7 @@ impl Array<'_> {
         for _ in 0..blocks {
             packed.push(self.header(source)?);
         }
-        // The last block may be a full one, for which the header has 0.
+        // The last block may be a full one; the header then has 0 for its length.
         let total = if last == 0 {
             blocks.checked_mul(block)
         } else {
@@ -155,7 +156,7 @@ impl Array<'_> {
 }
 
 impl<'a> Data<'a> {
-    /// The array with the type of its numbers; `None` if it does not hold numbers.
+    /// Combines the data with the type of its numbers; `None` if the type is not one of numbers.
     pub fn of_type(self, name: &str, encoding: Encoding) -> Option<Array<'a>> {
         let kind = match name {
             "Float32" => Kind::Real(4),
@@ -200,7 +201,8 @@ fn words<T: std::str::FromStr>(text: &str, count: u64, what: &'static str) -> Re
     }
 }
 
-/// Decodes base64. VTK ends the code after a header and begins again: `=` may occur anywhere.
+/// Decodes base64. VTK ends the code after a header and begins again, so that `=` may occur
+/// anywhere.
 struct Base64<'a> {
     rest: &'a [u8],
     decoded: [u8; 3],
@@ -213,12 +215,12 @@ impl<'a> Base64<'a> {
         Self { rest, decoded: [0; 3], left: 0..0 }
     }
 
-    /// Decodes four more characters, white space between them or not.
+    /// Decodes the next four characters, skipping white space between them.
     fn refill(&mut self) -> std::io::Result<()> {
         let (mut quad, mut have) = ([0; 4], 0);
         while have < quad.len() {
             let Some((byte, rest)) = self.rest.split_first() else { break };
-            // The end of an appended array, or of all of them.
+            // `<` ends an appended array, or all of them.
             if *byte == b'<' {
                 break;
             }

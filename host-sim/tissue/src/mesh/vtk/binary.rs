@@ -1,5 +1,5 @@
-//! Legacy binary VTK: keywords are lines of text, each list of numbers follows its line, the
-//! highest byte first.
+//! Legacy binary VTK: keywords are lines of text, and the numbers that belong to a keyword follow
+//! its line, each with the highest byte first.
 
 use super::cells::Cells;
 use super::{data_set_is_known, number_is_double, version_is_known};
@@ -60,7 +60,7 @@ pub(super) fn read(file: &str, data: &[u8]) -> Result<RawMesh, MeshError> {
                 has_types = true;
             }
             "CELL_DATA" | "POINT_DATA" => break,
-            // Ends at a blank line.
+            // The section ends at a blank line.
             "METADATA" => while !bytes.any_line().is_empty() {},
             "FIELD" => {
                 words.next();
@@ -85,7 +85,7 @@ fn whole_of(bytes: &Bytes, word: Option<&str>) -> Result<u64, MeshError> {
     word.parse().map_err(|_| bytes.unexpected("a count", word))
 }
 
-/// An array of a FIELD: `name components tuples type`, then its numbers.
+/// Skips an array of a FIELD: `name components tuples type`, then its numbers.
 fn skip_array(bytes: &mut Bytes) -> Result<(), MeshError> {
     let line = bytes.required("an array of the FIELD")?;
     let mut words = line.split_whitespace().skip(1);
@@ -115,7 +115,8 @@ fn with_counts(bytes: &mut Bytes, count: u64, size: u64) -> Result<Cells, MeshEr
     Ok(cells)
 }
 
-/// Reads cells from version 5.1 on: `count` offsets, the last one the end, then `size` nodes.
+/// Reads cells from version 5.1 on: `count` offsets, of which the last is the end, then `size`
+/// nodes.
 fn with_offsets(bytes: &mut Bytes, count: u64, size: u64) -> Result<Cells, MeshError> {
     let offsets = list(bytes, "OFFSETS", count)?;
     let nodes = list(bytes, "CONNECTIVITY", size)?;
@@ -125,7 +126,7 @@ fn with_offsets(bytes: &mut Bytes, count: u64, size: u64) -> Result<Cells, MeshE
     Cells::of_lists(nodes, ends).map_err(|defect| bytes.error(defect))
 }
 
-/// A line `keyword type`, then numbers.
+/// Reads a line `keyword type`, then the numbers.
 fn list(bytes: &mut Bytes, keyword: &'static str, count: u64) -> Result<Vec<u64>, MeshError> {
     let line = bytes.required(keyword)?;
     let mut words = line.split_whitespace();

@@ -13,14 +13,14 @@ pub(super) struct Cells {
 
 #[derive(Clone, Copy)]
 struct Cell {
-    /// `None` in a file without lines.
+    /// Line in the file, counted from 1; `None` in a file without lines.
     line: Option<usize>,
     first: usize,
     end: usize,
 }
 
 impl Cells {
-    /// `CELLS n size`, in the layout that the next word shows.
+    /// Reads `CELLS n size`, in the layout that the next word shows.
     pub fn read(words: &mut Words) -> Result<Self, MeshError> {
         let count = words.whole("the number of cells")?;
         let size = words.whole("the size of the cell list")?;
@@ -49,7 +49,8 @@ impl Cells {
         Ok(cells)
     }
 
-    /// The size that version 4 announces counts the nodes, and once each cell.
+    /// Checks the size that version 4 announces: the number of nodes in all cells, plus one for
+    /// each cell.
     pub fn has_size(&self, size: u64) -> Result<(), Defect> {
         let total = (self.nodes.len() + self.cells.len()) as u64;
         if total == size { Ok(()) } else { Err(Defect::Disagree { what: "CELLS size", says: size, found: total }) }
@@ -61,7 +62,7 @@ impl Cells {
         self.cells.push(Cell { line, first, end: self.nodes.len() });
     }
 
-    /// Cells whose nodes follow each other in `nodes`, each up to its end.
+    /// Makes cells whose nodes follow each other in `nodes`, each up to its entry in `ends`.
     pub fn of_lists(nodes: Vec<u64>, ends: &[u64]) -> Result<Self, Defect> {
         let mut cells = Vec::new();
         let mut first = 0;
@@ -80,7 +81,8 @@ impl Cells {
         Err(Defect::Disagree { what: "the last offset", says: first as u64, found: nodes.len() as u64 })
     }
 
-    /// Reads cells from version 5.1 on: `n` offsets, the last one the end, then `size` nodes.
+    /// Reads cells from version 5.1 on: `n` offsets, of which the last is the end, then `size`
+    /// nodes.
     fn with_offsets(words: &mut Words, count: u64, size: u64) -> Result<Self, MeshError> {
         words.required("the type of OFFSETS")?;
         let mut offsets = Vec::new();
@@ -111,7 +113,7 @@ impl Cells {
             let line = lines.get(first).copied().unwrap_or(word.at.line);
             cells.push(Cell { line: Some(line), first, end });
         }
-        // Each cell begins where the previous one ends, so no entry is left out.
+        // Each cell begins where the previous one ends, so that no entry is left out.
         let (start, end) = (offsets.first(), offsets.last());
         if let Some(&(word, 1..)) = start {
             return Err(word.unexpected("the first offset 0"));
@@ -122,7 +124,7 @@ impl Cells {
         }
     }
 
-    /// `CELL_TYPES n`, then one code per cell; the tets among them go to `mesh`.
+    /// Reads `CELL_TYPES n`, then one code per cell, and adds the tets to `mesh`.
     pub fn take_tets(&self, words: &mut Words, mesh: &mut RawMesh) -> Result<(), MeshError> {
         let announced = words.whole("the number of cell types")?;
         self.as_many_types(announced).map_err(|defect| words.at().error(defect))?;
@@ -139,7 +141,8 @@ impl Cells {
         if announced == found { Ok(()) } else { Err(Defect::Disagree { what: "CELL_TYPES", says: announced, found }) }
     }
 
-    /// Puts the cell of this number into `mesh` if its type is that of a tet, else counts it there.
+    /// Adds the cell of this number to `mesh` if its type is that of a tet; else counts it as left
+    /// out.
     pub fn take(&self, number: u64, code: u64, mesh: &mut RawMesh) -> Result<(), Defect> {
         match code {
             TET => {
@@ -158,7 +161,7 @@ impl Cells {
     }
 }
 
-/// `VTK_TETRA`.
+/// Type code of `VTK_TETRA`.
 const TET: u64 = 10;
 
 fn kind(code: u64) -> &'static str {

@@ -1,4 +1,4 @@
-//! A VTK file as one run of words.
+//! A VTK file as a sequence of words, whatever its line breaks.
 
 use super::{Line, Lines, Word};
 use crate::mesh::error::{Defect, MeshError};
@@ -17,7 +17,7 @@ impl<'a> Words<'a> {
         Self { lines, line: None }
     }
 
-    /// The line read last.
+    /// Place of the line that was read last.
     pub fn at(&self) -> At<'a> {
         self.lines.at()
     }
@@ -31,7 +31,7 @@ impl<'a> Words<'a> {
     }
 
     /// The next value of entry `found` out of `announced`; a keyword in its place means that the
-    /// section is short.
+    /// section is too short.
     pub fn value(
         &mut self,
         section: &'static str,

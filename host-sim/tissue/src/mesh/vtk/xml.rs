@@ -1,5 +1,5 @@
-//! XML VTK, `UnstructuredGrid` (`.vtu`): one piece, its arrays as text, as base64 or appended, also
-//! compressed by zlib. Attributes of points and cells are not read.
+//! XML VTK, `UnstructuredGrid` (`.vtu`): one piece, with arrays as text, as base64 or appended,
+//! which may be compressed by zlib. Attributes of points and cells are not read.
 
 use roxmltree::{Document, Node};
 
@@ -9,7 +9,7 @@ use crate::mesh::bytes::Order;
 use crate::mesh::error::{Defect, MeshError, printable, quoted};
 use crate::mesh::raw::{RawMesh, RawNode};
 
-/// Start of the data of appended arrays, which are not XML if they are raw.
+/// Start of the element with appended arrays, which is not XML if they are raw.
 const APPENDED: &[u8] = b"<AppendedData";
 
 /// Reads a `.vtu` file.
@@ -31,7 +31,7 @@ pub(in crate::mesh) fn read(file: &str, data: &[u8]) -> Result<RawMesh, MeshErro
     Reader { file, document: &document, appended }.mesh()
 }
 
-/// The appended data after its `_`.
+/// The appended data, without the `_` before them.
 #[derive(Clone, Copy)]
 struct Appended<'a> {
     is_raw: bool,
@@ -106,7 +106,7 @@ impl<'a> Reader<'a> {
         Ok(mesh)
     }
 
-    /// Reads how the file encodes numbers that are not text.
+    /// Encoding of the numbers that the file does not write as text.
     fn encoding(&self, root: Node) -> Result<Encoding, MeshError> {
         let order = match root.attribute("byte_order") {
             None | Some("LittleEndian") => Order::Little,
@@ -134,7 +134,7 @@ impl<'a> Reader<'a> {
         text.trim().parse().map_err(|_| self.expected(piece, name, text))
     }
 
-    /// An array of a section, and its place for error messages.
+    /// An array of a section, and its element for error messages.
     fn array(
         &self,
         piece: Node<'a, 'a>,
