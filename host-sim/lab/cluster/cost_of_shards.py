@@ -2,10 +2,10 @@
 
     python cost_of_shards.py PALPATE [--shards 1000] [--runs 100000] [--pair 10000]
 
-One run of all against its shards merged (bytes compared), the cost of a shard without cases, that
-of the merge, and two shards at once against one after the other. Times are processor times of the
-child processes (user and system), which another load of the machine changes least. Leaves
-shard-times.json, which schedule.py reads.
+Compares one run of all cases with the merge of its shards, byte for byte, and measures the cost of
+a shard without cases, the cost of the merge, and two shards at once against one after the other.
+Times are processor times of the child processes (user and system), which depend least on other
+load of the machine. Writes shard-times.json, which schedule.py reads.
 """
 
 import argparse
@@ -24,13 +24,13 @@ TURNS = 3
 
 
 def start(command):
-    # a date of its own would set each summary apart
+    # otherwise the date would make each summary different
     env = {**os.environ, "RAYON_NUM_THREADS": "1", "SOURCE_DATE_EPOCH": "0"}
     return subprocess.Popen([str(part) for part in command], env=env, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 def end(process):
-    """Processor time [s] of a process that must succeed."""
+    """Waits for a process that must succeed; returns its processor time [s]."""
     _, status, used = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
@@ -39,7 +39,7 @@ def end(process):
 
 
 def run(*command):
-    """Processor time and wall-clock time [s]."""
+    """Runs a command; returns its processor time and wall-clock time [s]."""
     begun = time.monotonic()
     used = end(start(command))
     return used, time.monotonic() - begun
@@ -79,7 +79,7 @@ with tempfile.TemporaryDirectory() as work:
     found["empty_shard_cpu_s"] = statistics.median(used for used, _ in empty)
     found["empty_shard_wall_s"] = statistics.median(wall for _, wall in empty)
 
-    # long shards, two after each other and two at once, in turn: other load meets both
+    # long shards, two after each other and two at once, in turn: other load affects both alike
     pair = [palpate, "faults", "--runs", 100 * args.pair, "--out"]
     alone, at_once = [], []
     for turn in range(TURNS):

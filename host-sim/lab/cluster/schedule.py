@@ -1,11 +1,11 @@
-"""A campaign on many cores, simulated from the times of shards on this machine:
+"""Simulates a campaign on many cores from the times of shards on this machine:
 
     python schedule.py shard-times.json [--runs 1e10] [--cores 1000]
 
-Each core takes the next shard when it is free; the scheduler starts a shard every so often; a core
-fails now and then and its shard runs again. The times of runs are drawn from those that
-cost_of_shards.py measured, the speed of nodes of 32 cores from a spread that is assumed. Prints where the
-core-hours go. No cluster was asked.
+Each core takes the next shard when it is free; the scheduler needs a fixed time for each start; a
+core fails at random, and its shard runs again. The times of runs are drawn from the distribution
+that cost_of_shards.py measured, the speeds of nodes of 32 cores from an assumed one. Prints the use
+of the core-hours. The results were not compared with a real cluster.
 """
 
 import argparse
@@ -30,7 +30,7 @@ of_a_shard = measured["runs_of_a_shard"]
 start_s = measured["empty_shard_cpu_s"]
 merge_s = measured["merge_cpu_s"] / measured["shards"]
 run_s = (statistics.mean(measured["cpu_s"]) - start_s) / of_a_shard
-# shards of few runs scatter; runs are independent, so a long shard scatters less by the root
+# runs are independent, so the relative scatter decreases with the square root of their number
 scatter = statistics.stdev(measured["cpu_s"]) / (run_s * of_a_shard)
 NODE = 32
 

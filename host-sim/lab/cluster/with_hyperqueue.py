@@ -1,10 +1,11 @@
-"""A palpate campaign under HyperQueue on this machine, a shard per task:
+"""Runs a palpate campaign under HyperQueue on this machine, one shard per task:
 
     pip install hyperqueue==0.27.0
     python with_hyperqueue.py 1000 palpate-full faults --runs 100000000 --out faults
 
-First the number of shards, then the command with all of its options but --shard. A shard whose
-file is there already is not run again, so the same line after a failure runs what is missing.
+The arguments are the number of shards, then the command with all of its options except --shard. A
+shard whose file exists is not run again, so the same command line after a failure runs the shards
+that are missing.
 """
 
 import os
@@ -32,5 +33,5 @@ if not job.tasks:
 with LocalCluster() as cluster:
     cluster.start_worker(WorkerConfig(cores=os.cpu_count()))
     client = cluster.client()
-    # a shard that failed is named by the merge, with how to run it again
+    # the merge names a shard that failed, and says how to run it again
     client.wait_for_jobs([client.submit(job)], raise_on_error=False)

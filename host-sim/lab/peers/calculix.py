@@ -1,10 +1,10 @@
-"""CalculiX at the static press: the truth of this chart, asked of a solver that the project has no part in.
+"""Checks the static reference of the chart with CalculiX, a solver that is independent of this project.
 
     calculix.py press.json FOLDER
 
 Solves the decks that the example `calculix` of palpate-fit writes (cargo run --release -p palpate-fit --example
-calculix -- write FOLDER) with ccx, and prints its forces beside the reference that all engines here are judged by.
-Skipped with a sentence where ccx is missing.
+calculix -- write FOLDER) with ccx, and prints its forces next to the reference against which all engines are judged.
+Ends with a message if ccx is missing.
 """
 
 import json
@@ -13,13 +13,13 @@ import shutil
 import subprocess
 import sys
 
-# what the decks press: kPa, mm, and a quarter of the block, hence four times the force; see deck.rs
+# modulus [kPa] and depths [mm] of the decks; they model a quarter of the block, so the force is multiplied by four, see deck.rs
 MODULUS_KPA, DEPTHS_MM, COPIES = 3.5, (1.0, 2.0, 4.0), 4.0
 DECKS = {"press": "our law", "neo-hooke": "its own neo-Hookean law"}
 
 
 def forces_mn(path):
-    """Total force at the end of each step along the press [mN]."""
+    """Total force along the press at the end of each step [mN]."""
     lines = iter(path.read_text(encoding="utf-8").splitlines())
     found = []
     for line in lines:

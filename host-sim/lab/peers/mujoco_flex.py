@@ -1,7 +1,7 @@
-"""MuJoCo's flex: tets on nodes that slide along three joints each, pressed by a sphere of its own.
+"""MuJoCo's flex: tets whose nodes have three slide joints each, pressed by MuJoCo's own sphere.
 
-The sphere is a heavy body on one slide joint whose place and speed are given before every step, so that the contact
-knows how fast it comes; the force is what the contact does to that joint.
+The sphere is a heavy body on one slide joint whose position and velocity are set before every step, so that the contact
+takes the velocity into account; the force is the contact force on that joint.
 """
 
 import math
@@ -40,7 +40,7 @@ class Engine:
             for axis in np.eye(3):
                 body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis, damping=0.0)
             names.append(name)
-        # a node on a body sits at its origin; of the world, where it is
+        # a node on a body is at the origin of that body; a node of the world is at its own position
         local = [list(x) if mesh.fixed[n] else [0.0, 0.0, 0.0] for n, x in enumerate(mesh.nodes_m)]
         flex = spec.add_flex(name="tissue")
         flex.dim = 3
@@ -78,7 +78,7 @@ class Engine:
         speed = -(depth_m - before) / (self.step_s * self.substeps)
         self.depth = depth_m
         for k in range(self.substeps):
-            # where it is as the step begins, so that it ends where it should
+            # position at the start of the step, so that the probe ends at the requested depth
             data.qpos[self.q] = -(before + (depth_m - before) * k / self.substeps) - 0.02
             data.qvel[self.v] = speed
             mujoco.mj_step(model, data)
@@ -97,10 +97,11 @@ MESHES = ["patch-130", "grid-245", "patch-410", "grid-726", "grid-2025"]
 
 
 def settings(youngs_modulus_pa):
-    """Material and integrator (the stable neo-Hookean law takes the implicit one alone), and the time constant of the
-    contact: how far a node sinks into the probe, which makes up for coarse meshes as our foundation does. A contact is
-    an acceleration, so in stiffer tissue it sinks as far only with a time constant that falls with the root of E. A
-    damping of 2 ms in place of 0.5 ms, and contacts of 2 ms, were tried on two meshes at 3.5 kPa and won nowhere."""
+    """Settings of the search: material and integrator (the stable neo-Hookean law works only with the implicit one), and
+    the time constant of the contact. It determines how far a node sinks into the probe, which compensates for coarse
+    meshes as our foundation does. A contact is defined by its acceleration, so in stiffer tissue a node sinks in equally
+    far only if the time constant decreases with the square root of E. A damping of 2 ms instead of 0.5 ms, and contacts
+    of 2 ms, were tried on two meshes at 3.5 kPa and were never the best."""
     faster = math.sqrt(3500.0 / youngs_modulus_pa)
     laws = (("flex StVK explicit", 0, "euler"), ("flex StVK implicit", 0, "discrete"), ("flex NH implicit", 1, "discrete"))
     for model, material, integrator in laws:

@@ -1,8 +1,9 @@
-"""Newton on Warp's CPU device: stable neo-Hookean tets on particles, a sphere on a heavy body whose
-place and speed are given before every step.
+"""Newton on Warp's CPU device: stable neo-Hookean tets on particles, pressed by a sphere on a heavy body
+whose position and velocity are set before every step.
 
-Two solvers: semi-implicit (explicit forces, symplectic Euler), whose contact pushes the body, and vertex block descent
-(VBD, implicit), whose contact force is its own penalty law at the end of the step, added up here.
+There are two solvers: semi-implicit (explicit forces, symplectic Euler), whose contact force is read from the body, and
+vertex block descent (VBD, implicit), whose contact force is computed here by summing its penalty law over the particles
+at the end of the step.
 """
 
 import numpy as np
@@ -28,7 +29,7 @@ class Engine:
         nu = press.poisson_ratio
         mu, lam = youngs_modulus_pa / (2 * (1 + nu)), youngs_modulus_pa * nu / ((1 + nu) * (1 - 2 * nu))
         if settings["constants"] == "smith":
-            # the constants of Smith et al. (2018) that give these at small strain
+            # the constants of Smith et al. (2018) that give these moduli at small strain
             mu, lam = 4 / 3 * mu, lam + 5 / 6 * mu
         builder = newton.ModelBuilder(up_axis=newton.Axis.Z, gravity=(0.0, 0.0, 0.0))
         masses = mesh.node_masses_kg(press.density)
@@ -37,7 +38,7 @@ class Engine:
         for tet in mesh.tets:
             builder.add_tetrahedron(*(int(n) for n in tet), k_mu=mu, k_lambda=lam, k_damp=settings["damping"])
         start = wp.transform(wp.vec3(0.0, 0.0, self.radius + 0.02), wp.quat_identity())
-        # VBD wants a body with a joint; with one, the other solver keeps the body's force to itself
+        # VBD requires a body with a joint; with a joint, the other solver does not report the force on the body
         body = builder.add_body(xform=start, is_kinematic=True, mass=1.0) if self.vbd else builder.add_link(xform=start, mass=1e3)
         ke = settings["contact_n_per_m"]
         cfg = newton.ModelBuilder.ShapeConfig(density=0.0, ke=ke, kd=settings["contact_damping"], kf=0.0, mu=0.0, ka=0.0)
@@ -73,7 +74,7 @@ class Engine:
             q[0, :3] = (0.0, 0.0, tip + self.radius)
             qd[0] = (0.0, 0.0, speed, 0.0, 0.0, 0.0)
             if self.vbd:
-                # the body's motion is ours: VBD reads it at both ends of the step
+                # the motion of the body is prescribed: VBD reads it at both ends of the step
                 q_after, qd_after = after.body_q.numpy(), after.body_qd.numpy()
                 q_after[:], qd_after[:] = q, qd
             self.pipeline.collide(now, self.contacts)
@@ -81,7 +82,7 @@ class Engine:
             self.states = now, after = after, now
         if not self.vbd:
             return float(after.body_f.numpy()[0, 2])
-        # the law of its contact: force along the normal, ke times the depth of each particle
+        # penalty law of the contact: along the normal, ke times the depth of each particle in the ball
         x = now.particle_q.numpy()
         way = x - np.array([0.0, 0.0, -depth_m + self.radius], dtype=np.float32)
         far = np.linalg.norm(way, axis=1)
@@ -99,9 +100,9 @@ MESHES = ["patch-130", "grid-245", "patch-410", "grid-726", "grid-2025"]
 
 
 def settings(youngs_modulus_pa):
-    """Stiffness of the contact, which makes up for coarse meshes as our foundation does; VBD with 2
-    iterations (5 cost 2.5 times as much and gave the same errors). The
-    constants of the law are those that are right at small strain."""
+    """Settings of the search: the stiffness of the contact, which compensates for coarse meshes as our
+    foundation does. VBD runs with 2 iterations (5 cost 2.5 times as much and gave the same errors).
+    The constants of the law give the correct moduli at small strain."""
     for contact in (30.0, 60.0, 100.0, 300.0):
         contact *= youngs_modulus_pa / 3500.0
         yield "NH semi-implicit", {"solver": "semi", "constants": "smith", "damping": 1e-3, "contact_n_per_m": contact, "contact_damping": 0.0}

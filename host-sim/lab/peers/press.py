@@ -1,12 +1,12 @@
-"""The press of `palpate chart`, done to any engine: what press.json asks for, and no number of its own.
+"""The press of `palpate chart` for any engine; all numbers come from press.json.
 
 An engine is an object with
 
     tick(depth_m) -> force on the probe along the press [N], after one millisecond that ends at that depth
-    positions() -> array [nodes][3], m
-    cpu_s() -> processor time of its ticks so far [s], where it is not the time of this thread (else None)
+    positions() -> positions of the nodes [m], shape [nodes][3]
+    cpu_s() -> processor time of its ticks so far [s], or None if that is the time of this thread
 
-It steps as often within a tick as it was built to, and moves the probe evenly over those steps.
+An engine divides a tick into the number of steps with which it was built, and moves the probe evenly over them.
 """
 
 import json
@@ -46,7 +46,7 @@ class Mesh:
         return masses
 
     def top_triangles(self):
-        """Faces on the surface z = 0, seen from above."""
+        """Faces on the surface z = 0, counter-clockwise as seen from above."""
         found = []
         for tet in self.tets:
             for face in ((1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)):
@@ -57,7 +57,7 @@ class Mesh:
 
 
 class Diverged(Exception):
-    """Not finite, or thrown out of the tissue."""
+    """The force is not finite or too large, or a node is not finite or far from the block."""
 
 
 def go(engine, depth_m):
@@ -68,7 +68,7 @@ def go(engine, depth_m):
 
 
 def sound(engine, depth_m):
-    """A force of zero may hide that no node is anywhere any more, or far from the block."""
+    """Checks the positions: a force of zero may hide nodes that are not finite or far from the block."""
     x = engine.positions()
     if not np.isfinite(x).all() or np.abs(x).max() > 1.0:
         raise Diverged(f"diverges at {depth_m * 1e3:.1f} mm")
@@ -76,7 +76,7 @@ def sound(engine, depth_m):
 
 
 def survive(press, engine):
-    """None if the deepest press is survived, else why not."""
+    """Runs the deepest press; returns None if the engine survives it, else the reason why not."""
     s = press.all["survival"]
     step = s["speed_m_per_s"] * press.tick_s
     travel = round((s["deepest_m"] + s["clear_m"]) / step)
@@ -106,7 +106,7 @@ def survive(press, engine):
 
 
 def held_forces(press, engine):
-    """Settled force in each hold [N]; of the holds that come before the engine diverges."""
+    """Settled force [N] in each hold that the engine reaches before it diverges."""
     h = press.all["held"]
     step = h["speed_m_per_s"] * press.tick_s
     depth = -press.all["survival"]["clear_m"]
@@ -146,7 +146,7 @@ def rms(values):
 
 
 def moving_error_pct(ramp, engine):
-    """Root mean square over the ticks that are judged, of the largest true force in them [%]."""
+    """Root mean square error over the judged ticks, relative to the largest reference force in them [%]."""
     truths = np.array(ramp["judged_force_over_e_m2"])
     touch = next(n for n, d in enumerate(ramp["depths_m"]) if d > 1e-12)
     forces = np.array([go(engine, d) for d in ramp["depths_m"]])
@@ -162,7 +162,7 @@ class TickTime:
 
 
 def tick_time(press, engine):
-    """Processor time of a tick that moves gently about 4 mm, as our own methods are timed."""
+    """Processor time of a tick while the probe moves slowly about 4 mm deep, as our own methods are timed."""
     t = press.all["timing"]
     clear = press.all["survival"]["clear_m"]
     down = math.ceil((t["depth_m"] + clear) / t["approach_m"])

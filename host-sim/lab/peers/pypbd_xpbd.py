@@ -1,8 +1,8 @@
-"""pypbd's XPBD: a spring along every edge and a volume constraint in every tet, under a rigid sphere of its own.
+"""pypbd's XPBD: a spring along every edge and a volume constraint in every tet, pressed by a rigid sphere of pypbd.
 
-Springs and volumes have the stiffness that gives E and nu at small strain in an even mesh. The sphere is a rigid body
-of 1 kg whose place and speed are given before every step; the force is what a step does to its momentum. Gravity
-cannot be switched off from Python, so every step begins with the velocity that takes it back.
+Springs and volumes have the stiffnesses that give E and nu at small strain in a uniform mesh. The sphere is a rigid body
+of 1 kg whose position and velocity are set before every step; the force is the change of its momentum in a step. Gravity
+cannot be switched off from Python, so before every step a velocity is added that cancels it.
 """
 
 import importlib.metadata
@@ -19,7 +19,7 @@ GRAVITY = np.array([0.0, -9.81, 0.0])
 
 
 def sphere(radius, rings=6, around=12):
-    """Corners and triangles of a ball; contact goes by the exact distance, not by these."""
+    """Corners and triangles of a ball, which a rigid body needs; contact uses the exact distance instead."""
     points = [[0, 0, radius], [0, 0, -radius]]
     for i in range(1, rings):
         polar = math.pi * i / rings
@@ -38,7 +38,7 @@ def sphere(radius, rings=6, around=12):
 class Engine:
     def __init__(self, press, mesh, youngs_modulus_pa, substeps, settings):
         self.step_s, self.substeps, self.radius = press.tick_s / substeps, substeps, press.radius_m
-        # one simulation there is, made once; each engine brings its own model and stepper
+        # there is a single simulation, which is created once; each engine has its own model and stepper
         if not pypbd.Simulation.hasCurrent():
             pypbd.Simulation.getCurrent().initDefault()
         self.sim = pypbd.Simulation.getCurrent()
@@ -69,7 +69,8 @@ class Engine:
                 for j in range(i):
                     key = tuple(sorted((int(tet[i]), int(tet[j]))))
                     stiffness[key] = stiffness.get(key, 0.0) + volume
-        # stiffnesses are in N/m and Pa: in other units of length a spring keeps its number, a volume's falls by scale^4
+        # stiffnesses are in N/m and Pa; in other units of length that of a spring is unchanged, that of a volume is
+        # divided by scale^4
         for (i, j), volume in stiffness.items():
             length = np.linalg.norm(mesh.nodes_m[i] - mesh.nodes_m[j])
             self.model.addDistanceConstraint_XPBD(i, j, springs * volume / length**2)
@@ -112,7 +113,7 @@ class Engine:
                 self.particles.setVelocity(n, self.particles.getVelocity(n) + back)
             self.ball.setPosition(np.array([0, 0, (tip + self.radius) * self.scale]))
             self.ball.setVelocity(np.array([0, 0, speed]) + back)
-            # taking gravity back is no work of the engine's: its clock stands still meanwhile
+            # only the step is timed: cancelling gravity is not part of the engine's work
             started = time.thread_time()
             self.stepper.step(self.model)
             force = (self.ball.getVelocity()[2] - speed) / self.step_s / self.scale
@@ -130,8 +131,8 @@ MESHES = ["patch-130", "grid-245", "patch-410", "grid-726", "grid-2025"]
 
 
 def settings(youngs_modulus_pa):
-    """Iterations, and the stiffness of the contact, which makes up for coarse meshes as our foundation does: as stiff as the
-    tissue asks."""
+    """Settings of the search: iterations, and the stiffness of the contact, which compensates for coarse meshes as our
+    foundation does and is proportional to E."""
     for iterations in (5, 20):
         for contact in (100.0, 300.0, 1000.0, 3000.0):
             contact *= youngs_modulus_pa / 3500.0

@@ -1,6 +1,6 @@
-"""rapier3d's soft bodies: the program of rapier/, moved through a pipe; its own clock counts.
+"""rapier3d's soft bodies: drives the program in rapier/ through a pipe; the program itself times the ticks.
 
-The ball is a kinematic body; the force is the impulse of its contacts in the last step over the step.
+The ball is a kinematic body; the force is the impulse of its contacts in the last step divided by the time step.
 """
 
 import os
@@ -74,8 +74,9 @@ MESHES = ["patch-130", "grid-245", "patch-410", "grid-726", "grid-2025"]
 
 
 def settings(youngs_modulus_pa):
-    """Law and solver, and the stiffness of the contact, which makes up for coarse meshes as our foundation does. The
-    finite elements besides with a dense factor up to 3000 unknowns in place of conjugate gradients."""
+    """Settings of the search: law and solver, and the stiffness of the contact, which compensates for coarse meshes as our
+    foundation does. The finite elements also run with a dense factor, for up to 3000 unknowns, instead of conjugate
+    gradients."""
     common = {"cg_iterations": 20}
     contacts = {"length_unit": 0.1, "skin_m": 1e-4, "damping_ratio": 0.1, "pgs_iterations": 3}
     for contact in (1.0, 2.0, 4.0, 8.0):

@@ -1,11 +1,11 @@
-"""Runs the engines at the press of press.json and writes peers.csv.
+"""Runs the engines on the press of press.json and writes peers.csv.
 
     run.py press.json peers.csv [--only ENGINE] [--model MODEL] [--mesh NAME] [--kpa 3.5] [--from TABLE] [--again | --write]
 
-An engine that is not installed is skipped with one sentence. Every row that was tried goes to peers.csv.all beside the
-result, one JSON a line, as soon as it is there. --again takes the time of the rows that are kept anew, to stand beside
-a chart of the same minutes. --from takes the rows of an earlier table as measured. Options but the last two may be given
-several times.
+An engine that is not installed is skipped with a message. Every row that was tried is appended to peers.csv.all next to
+the result at once, as one line of JSON. --again measures the times of the kept rows again, so that they can be compared
+with a chart that is measured within the same minutes. --from reuses the rows of an earlier table. All options except
+--again and --write may be given several times.
 """
 
 import argparse
@@ -41,7 +41,7 @@ def cells(press, r):
 
 
 def read(press, path):
-    """Rows of a table of this press, as `search.row` gives them."""
+    """Reads the rows of a table that was measured with this press, in the form that `search.row` returns."""
     with open(path, encoding="utf-8", newline="") as file:
         lines = file.read().splitlines()
     if f"# scene = {press.hash}" not in lines:

@@ -1,9 +1,9 @@
-"""The stated search: every setting of an engine's short list, on every mesh; what nothing beats is kept.
+"""Search for the best settings: every setting of an engine's list is run on every mesh, and the best rows are kept.
 
-For each setting the fewest substeps are found that survive the deepest press, by doubling and bisection as for our own
-methods; where none does, the fewest that stay finite, and the row says how it fails. A number of substeps whose tick
-takes longer than MOST_TICK_S is not tried. Of the rows of one engine and model at one stiffness those are kept that no
-other beats in cost, held and moving error together.
+For each setting the smallest number of substeps with which the engine survives the deepest press is found by doubling
+and bisection, as for our own methods. If there is none, the smallest number that stays finite is used, and the row says
+how the engine fails. Numbers of substeps whose tick takes longer than MOST_TICK_S are not tried. Of the rows of one
+engine and model at one stiffness those are kept that no other row beats in cost, held error and moving error together.
 """
 
 import math
@@ -20,7 +20,7 @@ class TooSlow(Exception):
 
 
 def attempt(press, build, substeps):
-    """Whether the deepest press is survived with so many substeps; None if yes, else why not."""
+    """Runs the deepest press with this number of substeps; returns None if the engine survives, else the reason why not."""
     engine = build(substeps)
     began, ticks = time.thread_time(), 20
     own = engine.cpu_s()
@@ -36,7 +36,7 @@ def attempt(press, build, substeps):
 
 
 def least_substeps(press, build, most):
-    """(substeps, None or how they fail); None if nothing stays finite."""
+    """Returns (substeps, None or the way in which the engine fails with them); None if it always diverges."""
     tried, substeps = [], 1
     try:
         while substeps <= most:
@@ -62,7 +62,7 @@ def least_substeps(press, build, most):
 
 
 def row(press, module, model, settings, mesh, youngs_modulus_pa):
-    """One row of peers.csv, or None where the engine stands no press."""
+    """Measures one row of peers.csv; None if the engine cannot run the press."""
     build = lambda substeps: module.Engine(press, mesh, youngs_modulus_pa, substeps, settings)
     most = press.all["survival"]["most_substeps"] if settings.get("takes_substeps", True) else 1
     found = least_substeps(press, build, most)
@@ -104,7 +104,7 @@ def row(press, module, model, settings, mesh, youngs_modulus_pa):
 
 
 def timed_again(press, module, settings, mesh, old):
-    """The row with its time measured anew; its forces do not hang on the hour."""
+    """Returns the row with its time measured again; forces do not depend on the load of the machine."""
     took = P.tick_time(press, module.Engine(press, mesh, old["youngs_modulus_pa"], old["substeps"], settings))
     return {**old, "tick_min_us": took.min_us, "tick_median_us": took.median_us}
 
@@ -115,7 +115,7 @@ def moving_rms(row):
 
 
 def kept(rows):
-    """Rows that no other of the same engine, model and stiffness beats in cost and both errors."""
+    """Rows that no other row of the same engine, model and stiffness beats in cost and both errors."""
     def three(r):
         moving = moving_rms(r)
         return (r["tick_min_us"], r["held_rms_pct"], moving if math.isfinite(moving) else math.inf)

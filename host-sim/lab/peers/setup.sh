@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Makes the environment of the other engines: a Python venv with pinned versions in FOLDER, and the program of rapier/.
-# What cannot be installed is named in one sentence; run.py then skips it.
+# Creates the environment of the other engines: a Python venv with pinned versions in FOLDER, and the program in rapier/.
+# Reports each engine that cannot be installed in one sentence; run.py then skips it.
 set -euo pipefail
 folder=${1:?give a folder for the Python environment}
 here=$(cd "$(dirname "$0")" && pwd)

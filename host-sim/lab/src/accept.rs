@@ -1,9 +1,10 @@
 //! Compares the model with raw measurements that others made, and with closed forms of contact. For
-//! each data set it shows what is fitted, what is predicted, and what the same prediction is
-//! without the term that is tested.
+//! each data set it reports the fitted quantities, the predicted quantities, and the same
+//! prediction without the term under test.
 //!
-//! A row is accepted if every figure lies where it was measured, and if at least one of them lies
-//! elsewhere without the term: a test that passes either way says nothing about the term.
+//! A row is accepted if every figure is within its measured range and at least one of them leaves
+//! its range when the term is switched off: a test that passes with and without the term says
+//! nothing about the term.
 
 mod beef;
 mod bench;
@@ -31,10 +32,10 @@ pub struct Figure {
     pub what: String,
     /// Smallest and largest value that is accepted.
     pub accepted: [f64; 2],
-    /// Value of the product; NaN if it has none.
+    /// Value computed by the product; NaN if it has none.
     #[serde(deserialize_with = "or_null")]
     pub ours: f64,
-    /// Value of the product without the term.
+    /// Value computed by the product without the term.
     #[serde(deserialize_with = "or_null")]
     pub without_term: f64,
 }
@@ -46,7 +47,7 @@ impl Figure {
         self.accepts(self.ours)
     }
 
-    /// Whether it is not accepted without the term.
+    /// Whether the value without the term is outside the accepted range.
     #[must_use]
     pub fn needs_term(&self) -> bool {
         !self.accepts(self.without_term)
@@ -61,24 +62,24 @@ impl Figure {
 /// One row of the table "against reality".
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// Short name.
+    /// Short name of the test, such as "T1".
     pub test: Cow<'static, str>,
-    /// Data set.
+    /// Name of the data set.
     pub data: String,
     /// Source of the data.
     pub source: Cow<'static, str>,
     /// Term that is tested.
     pub term: Cow<'static, str>,
-    /// Quantities that were fitted, and to what.
+    /// Quantities that were fitted, and the data to which they were fitted.
     pub fitted: String,
     /// Quantities that were predicted.
     pub predicted: String,
-    /// Figures that decide.
+    /// Figures on which acceptance depends.
     pub figures: Vec<Figure>,
 }
 
 impl Row {
-    /// Every figure is accepted, and without the term not every one would be.
+    /// Whether every figure is accepted and at least one would not be without the term.
     #[must_use]
     pub fn accepted(&self) -> bool {
         self.figures.iter().all(Figure::holds) && self.figures.iter().any(Figure::needs_term)
@@ -92,35 +93,35 @@ pub struct Curve {
     pub name: String,
     /// Points in the units of the axes.
     pub points: Vec<(f64, f64)>,
-    /// Measured, not computed.
+    /// Whether the points were measured rather than computed.
     pub measured: bool,
 }
 
 /// The picture of a data set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Picture {
-    /// File name without ending.
+    /// File name without its extension.
     pub name: String,
-    /// First line.
+    /// First line of the heading.
     pub title: String,
-    /// Second line.
+    /// Second line of the heading.
     pub below: String,
     /// Quantity and unit of each axis.
     pub axes: [Cow<'static, str>; 2],
-    /// Measured values, ours, and ours without the term.
+    /// Measured values, those of the product, and those of the product without the term.
     pub curves: Vec<Curve>,
 }
 
-/// Result of a test.
+/// Rows and pictures of a test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Rows of the table.
     pub rows: Vec<Row>,
-    /// A picture of each data set.
+    /// One picture per data set.
     pub pictures: Vec<Picture>,
 }
 
-/// A test: its short name, one sentence for a progress line, and its function.
+/// A test: its short name, its description in a progress line, and its function.
 pub type Test = (&'static str, &'static str, fn() -> Result<Outcome, Error>);
 
 /// Every test, in the order of the table.

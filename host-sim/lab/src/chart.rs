@@ -1,10 +1,11 @@
 //! `chart`: presses every method in the same way and plots the cost of a tick against the error.
 //!
-//! For each method, size and stiffness: the substeps it needs to survive the deepest press
-//! (`survive`), what force and shape it then gives against the converged reference (`accuracy`),
-//! what a tick costs here (`timing`) and, estimated, on a Cortex-M4F (`cycles`); on request the
-//! force while the probe moves (`moving`), and the errors without the terms of relaxation,
-//! stiffening and friction (`term_errors`).
+//! For each method, size and stiffness the chart measures the number of substeps that the method
+//! needs to survive the deepest press (`survive`), the errors of its force and surface shape
+//! against the converged reference (`accuracy`), and the cost of a tick on this machine (`timing`);
+//! it estimates the cost on a Cortex-M4F (`cycles`). On request it also measures the force error
+//! while the probe moves (`moving`) and the errors of methods that lack relaxation, stiffening and
+//! friction (`term_errors`).
 
 mod accuracy;
 mod cycles;

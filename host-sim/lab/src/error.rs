@@ -1,20 +1,20 @@
-//! Why a comparison did not finish.
+//! Error type of the comparisons.
 
 use palpate_charts::ChartError;
 use palpate_tissue::Error as TissueError;
 
 use crate::score::ScoreError;
 
-/// Why a comparison did not finish, or which of its claims did not hold.
+/// Reason why a comparison did not finish, or the claim that it refuted.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A scene, patch, file or check.
+    /// A bad scene, patch or file, or a check that failed.
     #[error("{0}")]
     Tissue(#[from] TissueError),
     /// A picture that cannot be drawn.
     #[error("{0}")]
     Chart(ChartError),
-    /// Marks that cannot be used.
+    /// A file of training marks that cannot be used.
     #[error("{0}")]
     Score(#[from] ScoreError),
 }
@@ -22,7 +22,8 @@ pub enum Error {
 impl From<ChartError> for Error {
     fn from(error: ChartError) -> Self {
         match error {
-            // a picture is drawn into a draft; the user can choose its folder
+            // a picture is drawn into a draft folder; the error names the folder that the user
+            // chose
             ChartError::Write { path, source } => {
                 Self::Tissue(TissueError::Write { path: palpate_tissue::output::published(&path), source })
             }
@@ -31,7 +32,7 @@ impl From<ChartError> for Error {
     }
 }
 
-// converts for `?` in one step
+// lets `?` convert these errors in one step
 macro_rules! of_tissue {
     ($($error:ty),*) => {
         $(impl From<$error> for Error {

@@ -1,5 +1,5 @@
-//! Comparisons behind the project's claims: other methods, speed against accuracy, stability, the
-//! two papers.
+//! Comparisons that support the project's claims: other methods, speed against accuracy, stability,
+//! and the figures of the two papers.
 //!
 //! ```text
 //! methods ─ chart (speed against accuracy)
@@ -12,7 +12,7 @@
 //!
 //! No product code depends on this crate.
 
-// printing tolerates a closed pipe
+// this `println` tolerates a closed pipe
 #[macro_use(println)]
 extern crate palpate_tissue;
 

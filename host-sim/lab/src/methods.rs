@@ -1,11 +1,13 @@
-//! Published methods and ours on the same task: one file each, behind one trait, never in the core.
+//! Published methods and ours on the same task, each in one file and behind one trait. None of the
+//! others is part of the core.
 //!
-//! All press the same block on the same meshes, in single precision, with rest data computed
-//! beforehand and no allocation in a tick. The explicit ones run *on* the core: it gives them the
-//! guard, the contact (the same foundation points and law as ours), the integrator, the node
-//! damping and the mass floor `m >= f E D T^2` from their own rest stiffness; their own file is the
-//! internal force alone. The two that solve (implicit, compliance) take contact as such methods do:
-//! unilateral, at the nodes, without friction.
+//! All of them press the same block on the same meshes, in single precision, with rest data
+//! computed beforehand and without allocation in a tick. The explicit ones run *on* the core, which
+//! provides the guard, the contact (with the foundation points and the law of the product), the
+//! integrator, the node damping, and the mass floor `m >= f E D T^2` computed from their own rest
+//! stiffness; their file contains only the internal force. The two that solve a linear system
+//! (implicit, compliance) treat contact as such methods do: unilateral, at the nodes, without
+//! friction.
 
 mod block;
 mod compliance;
@@ -46,26 +48,25 @@ use palpate_tissue::error::Error;
 use palpate_tissue::moving::with_substeps;
 use palpate_tissue::patch::{Material, Memory, Patch};
 
-/// A method running on one block.
+/// A method that runs on one block.
 pub trait RunningMethod {
-    /// Runs one millisecond that ends with the tip at `tip_m` [m]. Returns the force on the probe
-    /// [N], out of the tissue.
+    /// Runs one millisecond, at the end of which the tip is at `tip_m` [m]. Returns the force on
+    /// the probe [N], which points out of the tissue.
     ///
     /// # Errors
-    /// The method diverged or is not finite, and must not be used any further.
+    /// The method diverged or its force is not finite; it must not be used any further.
     fn tick(&mut self, tip_m: Vector3<f32>) -> Result<Vector3<f32>, Fault>;
 
     /// Position of a node [m].
     fn position_m(&self, node: usize) -> Vector3<f32>;
 
-    /// Returns the inputs that a guard before the method clamped in the last tick; none if there is
-    /// no guard.
+    /// Inputs that a guard in front of the method clamped in the last tick; no flag is set if there
+    /// is no guard.
     fn limiters(&self) -> ClampFlags {
         ClampFlags::DEFAULT
     }
 
-    /// Floating-point operations that the last tick spent in solves; 0 for methods without a
-    /// solver.
+    /// Floating-point operations of the solver in the last tick; 0 for methods without a solver.
     fn solver_flops(&self) -> f64 {
         0.0
     }
@@ -88,25 +89,25 @@ pub enum Method {
     Palpate,
     /// The product with a calibrated patch.
     Calibrated,
-    /// Linear tets in the rotating frame of each.
+    /// Linear tets, each in its own rotating frame.
     Corotational,
     /// Total-Lagrangian neo-Hookean tets.
     NeoHookean,
     /// Total-Lagrangian neo-Hookean tets with the volume term averaged over nodes, which does not
     /// lock.
     NeoHookeanNodal,
-    /// Neo-Hookean energy on moving least squares, in cells without shape functions of their own.
+    /// Neo-Hookean energy on moving-least-squares shape functions, integrated in background cells.
     Meshless,
     /// Extended position-based dynamics.
     Xpbd,
-    /// Implicit Euler, corotational forces, matrix factored once at rest.
+    /// Implicit Euler with corotational forces and a matrix that is factored once, at rest.
     Implicit,
     /// Precomputed compliance of linear elasticity.
     Compliance,
 }
 
 impl Method {
-    /// In the order of legends and tables.
+    /// All methods in the order of legends and tables.
     pub const ALL: [Self; 14] = [
         Self::Springs,
         Self::VolumePreserved,
@@ -145,27 +146,27 @@ impl Method {
         }
     }
 
-    /// The method of this name.
+    /// The method called `name` in files.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|m| m.name() == name)
     }
 
-    /// True for the product's method, with or without some of its terms.
+    /// Whether the method is the product's, with all or some of its terms.
     #[must_use]
     pub fn is_ours(self) -> bool {
         matches!(self, Self::Springs | Self::SpringsVolumeTet | Self::SpringsVolumeNodal | Self::Palpate | Self::Calibrated)
     }
 
-    /// Whether more substeps can help it.
+    /// Whether more substeps can improve the method.
     #[must_use]
     pub fn takes_substeps(self) -> bool {
         self != Self::Compliance
     }
 
     /// Builds the method for a block and passes it to `work`; each of its `substeps` is split by
-    /// the block's refinement. `None` if it is not available: there is no calibrated patch of this
-    /// size.
+    /// the block's refinement. `None` if the method is not available, because no calibrated patch
+    /// of this size exists.
     ///
     /// # Errors
     /// Model or parameters that the core rejects, or a stiffness matrix that cannot be factored.
@@ -209,7 +210,8 @@ impl Method {
     }
 }
 
-/// The calibrated patch for a block and the parameters fitted with it, if there is one.
+/// The calibrated patch with as many nodes as the block, and the parameters fitted with it; `None`
+/// if there is none.
 #[must_use]
 pub fn calibrated(block: &Block) -> Option<(Patch, Params)> {
     let (mut patch, packed) = palpate_tissue::session::calibrated::sized(block.size().nodes)?;
@@ -223,7 +225,7 @@ fn own<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn RunningMeth
     on_core_alone(&patch.wide_model(), params, work)
 }
 
-/// The papers' plain model.
+/// Runs the plain model of the papers.
 fn springs_alone<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn RunningMethod) -> T) -> Result<T, Error> {
     let model = patch.wide_model();
     let springs = printed_springs(&model, params);
@@ -231,8 +233,8 @@ fn springs_alone<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn R
     on_core_alone(&Model { springs: &springs, ..model }, &params, work)
 }
 
-/// Springs (11) as printed: our factor `1/(0.8 (1 + nu))`, with which they are meant to carry the
-/// shear alone, is taken off again.
+/// Springs (11) as printed. The model's springs contain our factor `1/(0.8 (1 + nu))`, with which
+/// they carry the shear alone; it is removed here.
 fn printed_springs(model: &Model, params: &Params) -> Vec<Spring> {
     let factor = 0.8 * (1.0 + params.poisson_ratio);
     model.springs.iter().map(|s| Spring { k: s.k * factor, k_rest: s.k_rest * factor, ..*s }).collect()

@@ -1,19 +1,19 @@
-//! Runs the two papers that this project implements: every figure and table that can be reproduced
-//! without their data, with the claims that held and those that did not.
+//! Reproduces the two papers that this project implements: every figure and table that does not
+//! need their data, with a verdict on each claim.
 //!
-//! 000: *volume preserved mass-spring model* (liver and gallbladder, hung). 004: *local compression
-//! deformation of soft tissue* (abdomen and foot, pressed).
+//! Paper 000 is *volume preserved mass-spring model* (a liver and a gallbladder, suspended), paper
+//! 004 *local compression deformation of soft tissue* (an abdomen and a foot, pressed).
 
 pub mod local_compression;
 pub mod report;
 pub mod volume_preserved;
 
-/// A progress display for a waiting person.
+/// A progress display.
 pub trait Progress: Sync {
-    /// The next part of the run, in a few words.
+    /// Shows the part of the run that begins, in a few words.
     fn say(&self, doing: String);
 
-    /// The run is done and prints its findings.
+    /// Removes the display, because the run has finished and prints its findings.
     fn clear(&self);
 }
 

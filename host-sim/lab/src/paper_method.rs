@@ -8,8 +8,9 @@
 //! | correct | nothing | lengths (6)-(8), directions (9) | over-compression (11)-(13) |
 //!
 //! Guard, contact and output are the product's. Corrections move positions after a step and leave
-//! velocities, as both papers print it. They act as a stiffness of about m/dt^2, so the force
-//! depends on the time step; the product has none (see `palpate::stages::force::compensation`).
+//! velocities unchanged, as both papers print it. They act as a stiffness of about m/dt^2, so the
+//! force depends on the time step; the product has no such corrections (see
+//! `palpate::stages::force::compensation`).
 
 pub mod averaged;
 pub mod barycentre;
@@ -27,8 +28,8 @@ pub use volume_preserved::VolumePreserved;
 
 use palpate::Tuned;
 
-/// Shares of a correction that the two ends of a spring take. Where one end is fixed the free one
-/// takes all; the papers do not mention this case.
+/// Shares of a correction by which the two ends of a spring move (1). If one end is fixed, the free
+/// end moves by the whole correction; the papers do not mention this case.
 fn shares(tuned: &Tuned, i: usize, j: usize) -> [f32; 2] {
     let free = |n: usize| tuned.node_step().get(n).is_some_and(|node| node.step > 0.0);
     match (free(i), free(j)) {

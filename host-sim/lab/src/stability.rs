@@ -1,4 +1,4 @@
-//! `stability`: the limits of methods and loops, and the product's margin.
+//! `stability`: the limits of methods and loops, and the margin of the product.
 
 pub mod loop_matrix;
 pub mod model;

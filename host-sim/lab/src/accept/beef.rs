@@ -1,6 +1,6 @@
-//! T1: beef, indented for four seconds and held. Two Prony terms are fitted to the sirloin, in one
-//! dimension, with the patch's elastic loading; the patch with these terms is then pressed as in
-//! the tests and compared with the topside.
+//! T1: beef, indented for four seconds and held. Two Prony terms are fitted to the sirloin in one
+//! dimension, with the elastic force of the patch as the loading curve; the patch with these terms
+//! is then pressed as in the tests and compared with the topside.
 
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::press;
@@ -13,9 +13,9 @@ use crate::Error;
 
 const DATA: &str = include_str!("../../../../tests/data/beef_relaxation.toml");
 const SOURCE: &str = "tests/data/beef_relaxation.toml (Iaquinta et al., perineal_indentation, raw records)";
-/// Largest root mean square of the fitted and of the predicted figures (1).
+/// Largest accepted root mean square error of the fitted and of the predicted figures (1).
 const MOST_RMS: [f64; 2] = [0.01, 0.02];
-/// Number of ticks per row of a picture's curve.
+/// Number of ticks between neighbouring points of a picture's curve.
 const EVERY: usize = 20;
 
 #[derive(Deserialize)]
@@ -37,11 +37,12 @@ struct Cut {
     high: Vec<f64>,
 }
 
-/// A press and its hold.
+/// Forces of a press and of the hold after it.
 struct Held {
     /// Force in every tick of the loading [N].
     loading_n: Vec<f64>,
-    /// Force after the loading over the force at its end, as (time since [s], ratio).
+    /// Force during the hold, divided by the force at the end of the loading: (time since that end
+    /// [s], ratio).
     left: Vec<(f64, f64)>,
     /// Force at the end of the loading [N].
     peak_n: f64,
@@ -57,7 +58,8 @@ impl Held {
     }
 }
 
-/// Young's modulus of the scene [Pa]: ratios of forces are compared.
+/// Young's modulus of the scene [Pa]; its value does not matter, because ratios of forces are
+/// compared.
 const YOUNGS_MODULUS_PA: f64 = 20e3;
 
 impl Beef {
@@ -169,7 +171,7 @@ impl Beef {
     }
 }
 
-/// Runs the test.
+/// Runs T1.
 pub(super) fn run() -> Result<Outcome, Error> {
     let damaged = |what: &str| TissueError::Check(format!("tests/data/beef_relaxation.toml: {what}: take the file as it ships"));
     let beef: Beef = toml::from_str(DATA).map_err(|e| damaged(e.message()))?;

@@ -1,4 +1,4 @@
-//! Blocks under a ball, for comparison with closed forms, moved tick by tick.
+//! Blocks of tissue under a ball that is moved tick by tick, for comparison with closed forms.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{Model, Output, Params, ProbeShape, State, Tuned, Vector3};
@@ -11,29 +11,30 @@ use palpate_tissue::tissue::Tissue;
 
 use crate::Error;
 
-/// Sides of the large block [m]: ten times a contact, to be a half-space for it.
+/// Sides of the large block [m]: ten times the width of a contact, so that it acts as a half-space.
 const BLOCK_M: [f64; 3] = [0.16, 0.16, 0.08];
 /// Nodes of the large block, and the radius around the site within which they are densest [m].
 const NODES: usize = 5000;
 const FINE_RADIUS_M: f64 = 8e-3;
-/// Radius of the ball on the large block [m]: four to eight of its elements fit into a contact's.
+/// Radius of the ball on the large block [m]: a contact radius then spans four to eight elements.
 pub(super) const RADIUS_M: f64 = 16e-3;
-/// Young's modulus, high enough that a press of a second is free of waves [Pa]; both closed forms
-/// hold for any value.
+/// Young's modulus [Pa], high enough that a press that lasts a second excites no waves; both closed
+/// forms are valid for any modulus.
 const YOUNGS_MODULUS_PA: f32 = 20e3;
-/// Deepest press of the large block [m].
+/// Depth limit of the large block [m].
 const DEPTH_LIMIT_M: f64 = 5e-3;
 
-/// A patch with its parameters.
+/// A patch under a probe, with its parameters.
 pub(super) struct Bench {
-    /// The patch.
+    /// Patch that is pressed.
     pub patch: Patch,
     /// Parameters of the patch.
     pub params: Params,
 }
 
 impl Bench {
-    /// A large block under a large ball, by formulas alone: no patch of this size is calibrated.
+    /// A large block under a large ball, with stiffnesses from the formulas alone: no calibrated
+    /// patch of this size exists.
     pub fn large() -> Result<Self, Error> {
         let spec = BlockSpec { size_m: BLOCK_M, nodes: NODES, fine_at_m: [0.0; 2], fine_radius_m: FINE_RADIUS_M };
         let mesh = block(&spec).map_err(|cause| TissueError::Check(format!("the large block cannot be meshed: {cause}")))?;
@@ -48,7 +49,8 @@ impl Bench {
         Ok(Self { patch, params })
     }
 
-    /// A shipped patch under its own probe, or under a flat end as wide.
+    /// A shipped patch under the hemisphere of its own probe, or under a flat end of the same
+    /// radius.
     pub fn shipped(nodes: usize, shape: ProbeShape) -> Result<Self, Error> {
         let missing = || TissueError::Check(format!("no patch of {nodes} nodes ships"));
         let (patch, packed) = calibrated::sized(nodes).ok_or_else(missing)?;
@@ -74,7 +76,7 @@ impl<'a> Run<'a> {
         Ok(run)
     }
 
-    /// Runs one tick with the tip at a place and depth below the surface at rest.
+    /// Runs one tick with the tip at `place_m`, `depth_m` below the surface at rest.
     pub fn at(&mut self, place_m: [f64; 2], depth_m: f64) -> Result<Output, Error> {
         let tip_m = Vector3::new(place_m[0], place_m[1], -depth_m).cast();
         let output = palpate::tick(self.model, &self.tuned, &mut self.state, ProbePose { tip_m });
@@ -84,8 +86,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Replaces the parameters of the running patch, since a press with friction follows one
-    /// without.
+    /// Replaces the parameters of the running patch and returns the previous ones: a drag with
+    /// friction follows a press without friction.
     pub fn retune(&mut self, tuned: Tuned<'a>) -> Tuned<'a> {
         core::mem::replace(&mut self.tuned, tuned)
     }

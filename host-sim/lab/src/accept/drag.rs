@@ -1,10 +1,10 @@
-//! T5: a ball with friction that is pressed and dragged, against Cattaneo and Mindlin; a flat end
-//! that slides, against Coulomb's law; one that sticks, against a glued disc of finite elements; a
-//! ball that is held with a sideways force, over time.
+//! T5, friction: a ball that is pressed and dragged is compared with Cattaneo and Mindlin, a flat
+//! end that slides with Coulomb's law, and a flat end that sticks with a glued disc of finite
+//! elements. A ball held under a sideways force is followed for a minute to see whether it creeps.
 //!
-//! The closed form begins with no force along the surface. A press with friction leaves some, which
-//! at a small coefficient uses up much of the friction limit; so the ball is pressed without
-//! friction, which begins afterwards.
+//! The closed form starts without a force along the surface. A press with friction leaves such a
+//! force, which at a small coefficient uses up much of the friction limit; so the ball is pressed
+//! without friction, and friction is switched on afterwards.
 
 use palpate::{NodeStep, Output, Params, ProbeShape, Vector3};
 use palpate_fit::partial_slip::{PartialSlip, tilted};
@@ -20,43 +20,43 @@ mod shipped;
 
 const SOURCE: &str = "host-sim/fit/src/partial_slip.rs (Cattaneo 1938, Mindlin 1949)";
 const FRICTION: [f64; 4] = [0.1, 0.3, 0.6, 1.0];
-/// Depths [m]: to a quarter of the radius.
+/// Depths of the presses [m], up to a quarter of the radius.
 const DEPTHS_M: [f64; 3] = [1e-3, 2e-3, 4e-3];
-/// Depth of the picture, and of the drag without friction [m].
+/// Depth of the drags in the picture, and of the drag without friction [m].
 const SHOWN_M: f64 = 2e-3;
-/// Longest drag [m]: if full slip occurs only beyond it, nothing is compared.
+/// Largest length at which full slip may begin [m]; cases that need a longer drag are left out.
 const LONGEST_M: f64 = 5e-3;
-/// Length of a drag over the length at full slip (1).
+/// Length of a drag, divided by the length at which full slip begins (1).
 const BEYOND: f64 = 1.25;
-/// Ticks of the press, of the rest after it, and of a drag.
+/// Number of ticks of the press, of the pause after it, and of a drag.
 const PRESSED: usize = 500;
 const RESTED: usize = 800;
 const DRAGGED: usize = 1300;
-/// Ticks in which a drag accelerates: a jerk would shake the block.
+/// Number of ticks over which a drag accelerates: a sudden start would shake the block.
 const STARTED: usize = 160;
-/// Largest difference from the closed form over mu N (1).
+/// Largest accepted difference from the closed form, divided by mu N (1).
 const MOST: f64 = 0.03;
-/// Force of a full slide over its required value (1).
+/// Accepted range of the friction force in full slip, divided by its closed form (1).
 const SLIDES: [f64; 2] = [0.995, 1.005];
-/// Direction that is along no axis of the mesh [rad].
+/// Heading of the drags [rad], not along an axis of the mesh.
 const TURNED: f64 = 0.8;
 
-/// Force along the surface against a direction, and the push [N].
+/// Force along the surface, positive against the heading `turned` [rad], and normal force [N].
 fn parts(output: &Output, turned: f64) -> [f64; 2] {
     let (force, normal) = (output.force_n.cast::<f64>(), output.normal.cast::<f64>());
     let push = force.dot(&normal);
     [-(force - normal * push).dot(&Vector3::new(turned.cos(), turned.sin(), 0.0)), push]
 }
 
-/// Share of a drag's length that is done after these ticks (1).
+/// Share of a drag's length that is covered after `tick` ticks (1).
 fn done(tick: usize) -> f64 {
     let (n, started) = (tick as f64, STARTED as f64);
     let ticks = if tick < STARTED { n * n / (2.0 * started) } else { n - 0.5 * started };
     ticks / (DRAGGED as f64 - 0.5 * started)
 }
 
-/// Force along the surface and push [N] in every tick of a drag so far, after a press without
-/// friction.
+/// Force along the surface and normal force [N] in every tick of a drag of `length_m`, after a
+/// press without friction.
 fn drag(bench: &Bench, friction: f64, depth_m: f64, length_m: f64) -> Result<Vec<[f64; 2]>, Error> {
     let model = bench.patch.wide_model();
     let (mut memory, mut node_step) = (Memory::for_model(&model), vec![NodeStep::ZERO; model.nodes.len()]);
@@ -71,23 +71,24 @@ fn drag(bench: &Bench, friction: f64, depth_m: f64, length_m: f64) -> Result<Vec
     (1..=DRAGGED).map(|n| Ok(parts(&run.at(heading.map(|c| c * length_m * done(n)), depth_m)?, TURNED))).collect()
 }
 
-/// A drag over its coefficient, as (length over that at full slip, force over mu N).
+/// Normalises a drag: (length divided by that at full slip, force along the surface divided by mu
+/// N).
 fn shares(forces_n: &[[f64; 2]], friction: f64) -> Vec<(f64, f64)> {
     forces_n.iter().zip(1..).map(|([along, push], n)| (BEYOND * done(n), along / (friction * push))).collect()
 }
 
-/// Largest difference from partial slip (1).
+/// Largest difference from the closed form of partial slip, divided by mu N (1).
 fn off(shares: &[(f64, f64)]) -> f64 {
     let partial = shares.iter().filter(|(over_slips, _)| *over_slips < 1.0);
     partial.map(|(over_slips, share)| (share - PartialSlip::share(*over_slips)).abs()).fold(0.0, f64::max)
 }
 
-/// The one of these that is farthest from a value.
+/// The value that differs most from `from`.
 fn farthest(from: f64, values: impl Iterator<Item = f64>) -> f64 {
     values.fold(from, |worst, value| if (worst - from).abs() > (value - from).abs() { worst } else { value })
 }
 
-/// The ball on a large block.
+/// The row and the picture of the ball that is dragged over the large block.
 fn ball() -> Result<(Row, Picture), Error> {
     let bench = Bench::large()?;
     let poisson_ratio = f64::from(bench.params.poisson_ratio);
@@ -148,7 +149,7 @@ fn ball() -> Result<(Row, Picture), Error> {
     Ok((row, picture))
 }
 
-/// Runs the test.
+/// Runs T5.
 pub(super) fn run() -> Result<Outcome, Error> {
     let (row, picture) = ball()?;
     Ok(Outcome { rows: vec![row, shipped::flat()?, shipped::glued()?, shipped::held()?], pictures: vec![picture] })

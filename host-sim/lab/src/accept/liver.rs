@@ -1,5 +1,6 @@
-//! T2: pig liver, indented with a ball. Modulus, stiffening exponent and the place of first contact
-//! are fitted to every second depth with the patch's statics; the patch is then pressed to all ten.
+//! T2: pig liver, indented with a ball. Modulus, stiffening exponent and the depth of first contact
+//! are fitted to every second depth with the statics of the patch; the patch is then pressed to all
+//! ten depths.
 
 use palpate::Params;
 use palpate_fit::statics::{Solver, Statics, Vector};
@@ -15,24 +16,28 @@ use crate::Error;
 
 const DATA: &str = include_str!("../../../../tests/data/pig_liver_indentation.toml");
 const SOURCE: &str = "tests/data/pig_liver_indentation.toml (Wang et al., robot-palpation-data, raw records)";
-/// Largest root mean square of the predicted forces over the largest measured (1).
+/// Largest accepted root mean square error of the predicted forces, divided by the largest measured
+/// force (1).
 const MOST_RMS: f64 = 0.03;
-/// Largest difference of the last exponent (1).
+/// Largest accepted difference between the computed and the measured exponent of force over depth
+/// between the last two depths (1).
 const MOST_OFF: f64 = 0.25;
 
 /// Thickness of the liver [m], which the records do not give. The thinner the tissue, the smaller
-/// the exponent for the same curvature of the force; at 40 mm no exponent gives that of region 1.
+/// the exponent that gives the same curvature of the force; at a thickness of 40 mm no exponent
+/// gives the curvature of region 1.
 const THICKNESS_M: f64 = 0.01;
 const SIDE_M: f64 = 0.04;
-/// Exponents for which the force is computed, and the values tried between them.
+/// Stiffening exponents at which the force is computed, and the range and number of those tried by
+/// interpolation (1).
 const EXPONENTS: [f64; 5] = [0.0, 2.5, 5.0, 7.5, 10.0];
 const TRIED_B: (f64, f64, usize) = (0.0, 10.0, 200);
-/// Depths at which the force is computed.
+/// Spacing [m] and number of the depths at which the force is computed.
 const STEP_M: f64 = 2.5e-4;
 const DEPTHS: usize = 17;
-/// Offsets of the first contact that are tried [m] and their number: the ball touched before
-/// contact was declared. Without the term it may also have touched later, so that the misfit does
-/// not depend on the range of contact places.
+/// Range [m] and number of the offsets of first contact that are tried, since the ball may have
+/// touched before contact was declared. The fit without the term may also place first contact
+/// later, so that its misfit is not due to the range of the offsets.
 const OFFSETS_M: (f64, f64, usize) = (0.0, 1.25e-3, 125);
 const ANY_OFFSET_M: (f64, f64, usize) = (-1.5e-3, 1.25e-3, 275);
 
@@ -51,7 +56,7 @@ struct Region {
     last_exponent: f64,
 }
 
-/// Every second value, the deepest among them.
+/// Every second value, the deepest included.
 fn to_fit(values: &[f64]) -> Vec<f64> {
     values.iter().skip(1).step_by(2).copied().collect()
 }
@@ -74,7 +79,7 @@ impl Liver {
         Ok(Scene::parse("liver", &text)?)
     }
 
-    /// Forces over E of the patch at rest, with an exponent [m^2].
+    /// Forces of the patch in equilibrium, divided by E [m^2], at stiffening exponent `b`.
     fn forces(&self, session: &Session, b: f64) -> Result<Vec<f64>, Error> {
         let failed = |what: String| TissueError::Check(format!("liver, b = {b}: {what}"));
         let params = Params { stiffening_b: b as f32, ..session.params };
@@ -98,7 +103,7 @@ impl Liver {
         Ok(Curves::new(STEP_M, &curves).ok_or_else(|| TissueError::Check("liver: a force is not positive".into()))?)
     }
 
-    /// Force of the running patch at the end of a hold at each depth [N]; none above the surface.
+    /// Force of the running patch at the end of a hold at each depth [N]; zero above the surface.
     fn press(&self, found: &StiffeningFit) -> Result<Vec<f64>, Error> {
         let depth_m: Vec<f64> = self.depth_m.iter().map(|d| d + found.offset_m).collect();
         let holds_m: Vec<f64> = depth_m.iter().copied().filter(|d| *d > 0.0).collect();
@@ -113,7 +118,8 @@ impl Liver {
     }
 
     fn fit(&self, curves: &Curves, tried: Tried, region: &Region) -> Option<StiffeningFit> {
-        // contact was declared no later than the first depth, at no more than its force
+        // contact was declared at the first depth at the latest, so under no more than the force
+        // there
         let most_at_contact_n = region.force_n.first()?;
         fit(curves, tried, &to_fit(&self.depth_m), &to_fit(&region.force_n), *most_at_contact_n)
     }
@@ -169,7 +175,8 @@ impl Liver {
 }
 
 impl Region {
-    /// Root mean square difference of prediction and measurement, over the largest force (1).
+    /// Root mean square difference between prediction and measurement, divided by the largest force
+    /// (1).
     fn rms(&self, force_n: &[f64]) -> f64 {
         let largest = self.force_n.iter().copied().fold(0.0, f64::max);
         let (ours, measured) = (to_predict(force_n), to_predict(&self.force_n));
@@ -190,7 +197,7 @@ impl StiffeningFit {
     }
 }
 
-/// Runs the test.
+/// Runs T2.
 pub(super) fn run() -> Result<Outcome, Error> {
     let damaged =
         |what: &str| TissueError::Check(format!("tests/data/pig_liver_indentation.toml: {what}: take the file as it ships"));

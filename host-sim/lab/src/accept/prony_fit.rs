@@ -1,26 +1,29 @@
-//! Two Prony terms from a hold, with the preceding loading taken into account.
+//! Fits two Prony terms to a hold, taking the preceding loading into account.
 //!
-//! A loading of seconds has already relaxed the fast part: shares read off a hold belong to the
-//! force at its end, not to the instantaneous one. Here the force of an elastic loading is relaxed
-//! in one dimension: nothing of a patch's relaxation is involved.
+//! During a loading that lasts seconds the fast part relaxes already: shares read directly off a
+//! hold refer to the force at the end of the loading, not to the instantaneous elastic force. The
+//! fit therefore relaxes the force of an elastic loading in one dimension; it does not use the
+//! relaxation code of the core.
 
-/// Time constants tried for either term, in a round, and the rounds: each halves the range.
+/// Number of time constants tried for each term in a round, and number of rounds, each of which
+/// halves the range.
 const TRIED: usize = 31;
 const ROUNDS: usize = 10;
 /// Shortest and longest time constant [s] that a hold of 0.5 to 9.5 s can determine.
 const TIMES_S: [f64; 2] = [0.1, 30.0];
 
-/// A fit.
+/// Two fitted Prony terms.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct PronyFit {
     /// Share (1) and time [s] of each term.
     pub terms: [(f64, f64); 2],
-    /// Root mean square of the residual (1).
+    /// Root mean square of the residual force ratio (1).
     pub rms: f64,
 }
 
-/// Fits the force left over the force at the end of a loading, at the times `time_s` after it.
-/// `loading` is the elastic force from zero to its largest, `dt_s` apart.
+/// Fits the ratios `left` of the force during a hold to the force at the end of the loading, at the
+/// times `time_s` after that end. `loading` holds the elastic force from zero to its largest value,
+/// in steps of `dt_s`.
 #[must_use]
 pub fn fit(loading: &[f64], dt_s: f64, time_s: &[f64], left: &[f64]) -> Option<PronyFit> {
     let mut range = [TIMES_S.map(f64::ln); 2];
@@ -53,7 +56,8 @@ pub fn fit(loading: &[f64], dt_s: f64, time_s: &[f64], left: &[f64]) -> Option<P
     best
 }
 
-/// Low-passed elastic force over its largest, at the end of the loading and at the times after it.
+/// Low-pass filtered elastic force, divided by its largest value, at the end of the loading and at
+/// the times of the hold.
 struct Lag {
     at_peak: f64,
     after: Vec<f64>,
@@ -64,15 +68,15 @@ impl Lag {
         let peak = loading.last().copied().unwrap_or(f64::NAN);
         let kept = (-dt_s / tau_s).exp();
         let rise = (1.0 - kept) * tau_s / dt_s;
-        // carried by a Maxwell chain of this time; the lag is the rest
+        // share carried by a Maxwell element with this time constant; the lag is the remainder
         let borne = loading.windows(2).fold(0.0, |borne, pair| kept * borne + rise * (pair[1] - pair[0]) / peak);
         let after = time_s.iter().map(|t_s| 1.0 - borne * (-t_s / tau_s).exp()).collect();
         Self { at_peak: 1.0 - borne, after }
     }
 }
 
-/// The best shares for two times: the remaining force is a quotient whose numerator and denominator
-/// are linear in them.
+/// The best shares for two given time constants: the remaining force is a quotient whose numerator
+/// and denominator are linear in the shares.
 fn shares(fast: &(f64, Lag), slow: &(f64, Lag), left: &[f64]) -> Option<PronyFit> {
     let (mut aa, mut ab, mut bb, mut ay, mut by) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (n, left) in left.iter().enumerate() {
@@ -82,7 +86,7 @@ fn shares(fast: &(f64, Lag), slow: &(f64, Lag), left: &[f64]) -> Option<PronyFit
     }
     let det = aa * bb - ab * ab;
     let (g, h) = ((ay * bb - by * ab) / det, (by * aa - ay * ab) / det);
-    // NaN is no share
+    // the negated form also rejects NaN
     if !(g > 0.0 && h > 0.0 && g + h < 0.95) {
         return None;
     }

@@ -1,11 +1,12 @@
-//! T4: a ball that is pressed into tissue which relaxes, held, and taken out, against the closed
-//! forms of a linear viscoelastic body: Lee and Radok's for loading and hold, Ting's for the
+//! T4: a ball that is pressed into tissue which relaxes, held, and withdrawn, compared with the
+//! closed forms of a linear viscoelastic body: Lee and Radok's for loading and hold, Ting's for the
 //! retreat.
 //!
-//! Both need the force of the *elastic* body during loading, and hold for any body. So they are
-//! used twice: with the elastic patch's own force, which tests relaxation alone, and with Hertz's,
-//! which tests the whole; the half-space's modulus is then the only fitted number. The depth at
-//! which the ball loses contact depends on no force at all.
+//! Both forms take the force of the *elastic* body during loading as input, and are valid for any
+//! body. They are therefore used twice: with the elastic patch's own force, which tests relaxation
+//! alone, and with Hertz's force, which tests contact and relaxation together; in the second case
+//! the modulus of the half-space is the only fitted number. The depth at which the ball loses
+//! contact does not depend on any force.
 
 use palpate::{MOST_TERMS, Params, PronyTerm};
 use palpate_fit::half_space::HalfSpace;
@@ -18,31 +19,32 @@ use super::{Curve, Figure, Outcome, Picture, Row};
 use crate::Error;
 
 const SOURCE: &str = "host-sim/fit/src/half_space.rs (Lee and Radok 1960, Ting 1966; Popov, Willert, Hess 2018)";
-/// Two terms as of meat, after Iaquinta et al.
+/// Two Prony terms like those of meat, after Iaquinta et al.
 const TERMS: [PronyTerm; MOST_TERMS] =
     [PronyTerm { share: 0.26, time_s: 0.4 }, PronyTerm { share: 0.31, time_s: 4.4 }, PronyTerm::NONE];
-/// An eighth and a quarter of the radius [m].
+/// Depths of the presses [m]: an eighth and a quarter of the radius.
 const DEPTHS_M: [f64; 2] = [2e-3, 4e-3];
-/// Ticks of loading, hold and retreat, and those above the surface afterwards.
+/// Number of ticks of loading, hold and retreat, and of the motion above the surface afterwards.
 const LOADING: usize = 1000;
 const HELD: usize = 2000;
 const LEAVING: usize = 2000;
 const ABOVE: usize = 40;
-/// Largest difference of loading, hold and retreat over a force (1).
+/// Largest accepted difference from a closed form during loading and hold, divided by the largest
+/// force, and during the retreat, divided by the force at the end of the hold (1).
 const MOST: f64 = 0.02;
-/// Depth of lift-off over Ting's (1).
+/// Accepted range of the depth at which contact ends, divided by Ting's (1).
 const LIFTS_OFF: [f64; 2] = [0.95, 1.05];
-/// Ticks between compared ones.
+/// Spacing of the compared ticks.
 const EVERY: usize = 20;
 
-/// Depth in every tick [m].
+/// Depth of the tip in every tick of a press to `depth_m` [m].
 fn motion(depth_m: f64) -> Vec<f64> {
     let way_in = (0..=LOADING).map(|n| depth_m * n as f64 / LOADING as f64);
     let way_out = (1..=LEAVING + ABOVE).map(|n| depth_m * (1.0 - n as f64 / LEAVING as f64));
     way_in.chain(std::iter::repeat_n(depth_m, HELD)).chain(way_out).collect()
 }
 
-/// Force in every tick [N].
+/// Force in every tick of the motion `depths_m` [N].
 fn press(bench: &Bench, relaxation: [PronyTerm; MOST_TERMS], depths_m: &[f64]) -> Result<Vec<f64>, Error> {
     let model = bench.patch.wide_model();
     let mut memory = Memory::for_model(&model);
@@ -50,7 +52,7 @@ fn press(bench: &Bench, relaxation: [PronyTerm; MOST_TERMS], depths_m: &[f64]) -
     depths_m.iter().map(|depth_m| Ok(f64::from(run.at([0.0; 2], *depth_m)?.force_n.z))).collect()
 }
 
-/// A body in closed form: its elastic forces during loading, relaxed.
+/// Closed form of a viscoelastic body, from its elastic force in every tick.
 struct Expected<'a> {
     space: &'a HalfSpace,
     depths_m: &'a [f64],
@@ -67,7 +69,8 @@ impl Expected<'_> {
         }
     }
 
-    /// Largest difference of loading and hold over the largest force (1).
+    /// Largest difference from the closed form during loading and hold, divided by the largest
+    /// force (1).
     fn off(&self, found_n: &[f64]) -> f64 {
         let ticks = (EVERY..=LOADING + HELD).step_by(EVERY);
         let (largest, off) = ticks.fold((0.0_f64, 0.0_f64), |(largest, off), tick| {
@@ -77,8 +80,8 @@ impl Expected<'_> {
         off / largest
     }
 
-    /// Root mean square of the difference during the retreat over the force at the end of the hold
-    /// (1).
+    /// Root mean square difference from the closed form during the retreat, divided by the force at
+    /// the end of the hold (1).
     fn out(&self, found_n: &[f64]) -> f64 {
         let ticks = (LOADING + HELD + EVERY..found_n.len()).step_by(EVERY);
         let squares: Vec<f64> = ticks.map(|tick| (found_n[tick] - self.at(tick)).powi(2)).collect();
@@ -92,7 +95,7 @@ fn lost_m(depths_m: &[f64], force_n: &[f64]) -> f64 {
     ticks.into_iter().find(|tick| force_n[*tick] == 0.0).map_or(f64::NAN, |tick| depths_m[tick])
 }
 
-/// Compares at one depth; returns its row and its picture.
+/// Compares a press to `depth_m` with the closed forms; returns its row and its picture.
 fn compare(params: &Params, depth_m: f64, elastic_n: &[f64], ours_n: &[f64]) -> (Row, Picture) {
     let depths_m = motion(depth_m);
     let nu = f64::from(params.poisson_ratio);
@@ -149,7 +152,7 @@ fn compare(params: &Params, depth_m: f64, elastic_n: &[f64], ours_n: &[f64]) -> 
     (row, picture)
 }
 
-/// Runs the test.
+/// Runs T4.
 pub(super) fn run() -> Result<Outcome, Error> {
     let bench = Bench::large()?;
     let cases: Vec<_> = DEPTHS_M.iter().flat_map(|d| [(*d, [PronyTerm::NONE; MOST_TERMS]), (*d, TERMS)]).collect();

@@ -1,5 +1,5 @@
-//! T3: silicone cylinders, squeezed to a third of their height. Modulus and stiffening exponent of
-//! each are fitted by the patch's law in uniform deformation.
+//! T3: silicone cylinders, squeezed to a third of their height. The modulus and the stiffening
+//! exponent of each are fitted with the law of the patch in uniform deformation.
 
 use palpate::Params;
 use palpate_tissue::Error as TissueError;
@@ -14,15 +14,15 @@ use crate::Error;
 
 const DATA: &str = include_str!("../../../../tests/data/silicone_phantoms.toml");
 const SOURCE: &str = "tests/data/silicone_phantoms.toml (Dawood et al. 2026, tissue-phantom-material-database, CC BY 4.0)";
-/// Largest root mean square of the residual over the largest stress (1).
+/// Largest accepted root mean square of the residual, divided by the largest stress (1).
 const MOST_RMS: f64 = 0.012;
-/// Silicone hardly changes its volume; nearer to 0.5 the bulk term of the patch is dominated by
-/// rounding.
+/// Poisson's ratio (1): silicone hardly changes its volume, but closer to 0.5 rounding dominates
+/// the bulk term of the patch.
 const POISSON_RATIO: f64 = 0.495;
-/// Exponents tried.
+/// Step between the exponents tried (1), and their number.
 const STEP_B: f64 = 0.005;
 const STEPS: usize = 120;
-/// A block around as high and wide as the cylinders, and its nodes.
+/// Sides of a block of about the height and width of the cylinders [m], and its number of nodes.
 const BLOCK_M: [f64; 3] = [0.05, 0.05, 0.03];
 const NODES: usize = 300;
 
@@ -38,7 +38,7 @@ struct Phantom {
     stress_pa: Vec<f64>,
 }
 
-/// A fit, and the one without the term.
+/// A fit with stiffening, and the residual of the fit without it.
 struct Fit {
     b: f64,
     youngs_modulus_pa: f64,
@@ -46,8 +46,8 @@ struct Fit {
     without_rms: f64,
 }
 
-/// Best modulus for stresses over it, and the root mean square of the residual over the largest
-/// stress.
+/// Best modulus [Pa] for stresses `over_e` that were divided by it, and the root mean square of the
+/// residual, divided by the largest stress (1).
 fn scaled(over_e: &[f64], stress_pa: &[f64]) -> (f64, f64) {
     let (ss, sp): (f64, f64) = over_e.iter().zip(stress_pa).fold((0.0, 0.0), |(ss, sp), (s, p)| (ss + s * s, sp + s * p));
     let e = sp / ss;
@@ -65,7 +65,7 @@ fn fit(stresses: &[Vec<f64>], phantom: &Phantom) -> Option<Fit> {
     tried.min_by(|a, b| a.rms.total_cmp(&b.rms))
 }
 
-/// Runs the test.
+/// Runs T3.
 pub(super) fn run() -> Result<Outcome, Error> {
     let damaged =
         |what: &str| TissueError::Check(format!("tests/data/silicone_phantoms.toml: {what}: take the file as it ships"));

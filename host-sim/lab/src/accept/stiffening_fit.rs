@@ -1,9 +1,11 @@
-//! Modulus, stiffening exponent and the place of first contact from forces of a press.
+//! Fits the modulus, the stiffening exponent and the depth of first contact to the forces of a
+//! press.
 //!
-//! The force over E is computed at a few exponents and depths and interpolated between: the
-//! modulus is then a quotient, exponent and offset are searched.
+//! The force divided by E is computed at a few exponents and depths and interpolated between them:
+//! for a given exponent and offset the best modulus follows directly, so only those two are
+//! searched.
 
-/// A fit.
+/// Fitted modulus, exponent and offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StiffeningFit {
     /// Young's modulus at rest [Pa].
@@ -12,35 +14,37 @@ pub struct StiffeningFit {
     pub stiffening_b: f64,
     /// Depth added to each recorded depth [m].
     pub offset_m: f64,
-    /// Root mean square of the residual, over the largest fitted force (1).
+    /// Root mean square of the residual, divided by the largest fitted force (1).
     pub rms: f64,
 }
 
-/// Force over Young's modulus over depth, at several exponents.
+/// Force divided by Young's modulus as a function of depth, at several exponents.
 #[derive(Clone, Debug)]
 pub struct Curves {
-    /// Spacing of the depths, and the first of them [m].
+    /// Spacing of the depths, which is also the first depth [m].
     step_m: f64,
-    /// Exponents, rising.
+    /// Exponents in ascending order (1).
     b: Vec<f64>,
-    /// `ln (F / d^1.5)` at every depth, for each exponent: nearly a straight line.
+    /// `ln (F / (E d^1.5))` at every depth, for each exponent; nearly a straight line over depth.
     ln: Vec<Vec<f64>>,
 }
 
-/// Weights of Lagrange's polynomial at `x`, with points at `at`.
+/// Weights of Lagrange interpolation at `x`, with nodes at `at`.
 fn lagrange(at: &[f64], x: f64) -> impl Iterator<Item = f64> {
     at.iter().map(move |a| at.iter().filter(|c| *c != a).map(|c| (x - c) / (a - c)).product())
 }
 
-/// First of `taken` neighbours out of `all`, rising, that surround `x` best.
+/// Index of the first of those `taken` neighbours in the ascending list `all` that best surround
+/// `x`.
 fn around(all: &[f64], taken: usize, x: f64) -> usize {
     let above = all.partition_point(|a| *a < x);
     above.saturating_sub(taken.div_ceil(2)).min(all.len() - taken)
 }
 
 impl Curves {
-    /// Takes the forces over E [m^2] at depths `step_m` apart, without zero, for each exponent.
-    /// `None` if there are fewer than three exponents or four depths, or a force is not positive.
+    /// Takes the forces divided by E [m^2] at the depths `step_m`, 2 `step_m` and so on, for each
+    /// exponent. `None` if there are fewer than three exponents or four depths, or a force is not
+    /// positive.
     #[must_use]
     pub fn new(step_m: f64, curves: &[(f64, Vec<f64>)]) -> Option<Self> {
         let scaled = |(n, force): (usize, &f64)| (force / ((n + 1) as f64 * step_m).powf(1.5)).ln();
@@ -51,7 +55,7 @@ impl Curves {
         (good && finite).then(|| Self { step_m, b: curves.iter().map(|(b, _)| *b).collect(), ln })
     }
 
-    /// Force over E [m^2]; zero above the surface, `None` deeper than computed.
+    /// Force divided by E [m^2]; zero above the surface, `None` beyond the deepest computed depth.
     #[must_use]
     pub fn force_m2(&self, b: f64, depth_m: f64) -> Option<f64> {
         let place: Vec<f64> = (1..=self.ln.first()?.len()).map(|n| n as f64).collect();
@@ -62,7 +66,7 @@ impl Curves {
         if depth_m <= 0.0 {
             return Some(0.0);
         }
-        // the power law of first contact continues above the first depth
+        // at smaller depths than the first the power law of first contact is used
         let x = x.max(1.0);
         let (i, j) = (around(&self.b, 3, b), around(&place, 4, x));
         let (b_at, place_at) = (self.b.get(i..i + 3)?, place.get(j..j + 4)?);
@@ -74,12 +78,12 @@ impl Curves {
     }
 }
 
-/// Values tried for exponent and offset: least, largest, and number of steps.
+/// Values tried for exponent and offset: smallest, largest, and number of steps between them.
 #[derive(Clone, Copy, Debug)]
 pub struct Tried {
-    /// Range of the exponent and number of values tried.
+    /// Range of the exponent (1) and number of steps.
     pub b: (f64, f64, usize),
-    /// Range of the offset [m] and number of values tried.
+    /// Range of the offset [m] and number of steps.
     pub offset_m: (f64, f64, usize),
 }
 
@@ -87,8 +91,9 @@ fn steps((low, high, count): (f64, f64, usize)) -> impl Iterator<Item = f64> {
     (0..=count).map(move |n| low + (high - low) * n as f64 / count.max(1) as f64)
 }
 
-/// Fits all three to forces [N] at depths [m]. Offsets that would make the force at depth zero
-/// larger than `most_at_contact_n` [N] or that the curves do not reach are left out.
+/// Fits modulus, exponent and offset to forces [N] at depths [m]. Offsets are left out if they make
+/// the force at recorded depth zero larger than `most_at_contact_n` [N], or if the curves do not
+/// reach that deep.
 #[must_use]
 pub fn fit(curves: &Curves, tried: Tried, depth_m: &[f64], force_n: &[f64], most_at_contact_n: f64) -> Option<StiffeningFit> {
     let largest = force_n.iter().copied().fold(0.0, f64::max);
@@ -113,7 +118,7 @@ pub fn fit(curves: &Curves, tried: Tried, depth_m: &[f64], force_n: &[f64], most
 mod tests {
     use super::*;
 
-    /// Lin et al. 2009: force over E of a ball of 4 mm [m^2].
+    /// Lin et al. 2009: force under a ball of radius 4 mm, divided by E [m^2].
     fn lin(b: f64, depth_m: f64) -> f64 {
         let a_m = (4e-3 * depth_m).sqrt();
         let l = 1.0 - 0.2 * a_m / 4e-3;

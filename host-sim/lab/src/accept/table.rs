@@ -1,14 +1,15 @@
-//! The table "against reality", one line per test, as Markdown.
+//! The table "against reality" as Markdown, one line per test.
 
 use super::{Figure, Row};
 
-/// Head of the table. Behind each test stands the figure that came nearest to an end of its range.
+/// Head of the table. Each test is represented by the figure that is closest to a bound of its
+/// accepted range.
 pub const HEAD: &str =
     "| test | data | figure nearest to its bound | accepted | ours | without the term |\n|---|---|---|---|---|---|\n";
 
 impl Figure {
-    /// Share of its range that the product's value has used up (1): an error is best at zero, any
-    /// other figure in the middle of its range.
+    /// Share of the accepted range that the product's value has used up (1): an error is best at
+    /// zero, any other figure at the middle of its range.
     #[must_use]
     pub fn used(&self) -> f64 {
         match self.accepted {
@@ -19,14 +20,14 @@ impl Figure {
 }
 
 impl Row {
-    /// The figure nearest to an end of its range.
+    /// The figure closest to a bound of its accepted range.
     #[must_use]
     pub fn nearest(&self) -> Option<&Figure> {
         self.figures.iter().max_by(|a, b| a.used().total_cmp(&b.used()))
     }
 }
 
-/// A line of the table for each test of these rows.
+/// One line of the table for each test in `rows`.
 #[must_use]
 pub fn lines(rows: &[Row]) -> Vec<String> {
     let tests = rows.chunk_by(|a, b| a.test == b.test);

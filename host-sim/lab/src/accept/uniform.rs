@@ -1,12 +1,14 @@
-//! The patch's law in uniform deformation: stress of a block that is compressed between
-//! frictionless platens, from the energies of springs and volume as the core documents them.
+//! The law of a patch in uniform deformation: the stress of a block that is compressed between
+//! frictionless platens, computed from the energies of springs and volume as the core documents
+//! them.
 
 use palpate::stages::force::compensation::BARRIER_BELOW;
 use palpate::stages::force::stiffening::CAP;
 use palpate::stages::force::volume::STRAIGHT_BELOW;
 use palpate::{Model, Params};
 
-/// A patch's springs, each with the cosine of its angle to the squeeze, and its volumes.
+/// The springs of a patch, each with the squared cosine of its angle to the axis of compression,
+/// and the volumes of its nodes.
 pub struct Uniform {
     springs: Vec<([usize; 2], f64, f64, f64)>,
     volume_m3: Vec<f64>,
@@ -18,11 +20,11 @@ pub struct Uniform {
     compensation: f64,
 }
 
-/// Iterations of the search for the stretch across.
+/// Number of bisections in the search for the lateral stretch.
 const HALVINGS: usize = 60;
 
 impl Uniform {
-    /// Converts a patch, to be compressed along z.
+    /// Converts a patch, which is then compressed along z.
     #[must_use]
     pub fn of(model: &Model, params: &Params) -> Self {
         let rest = |n: usize| nalgebra::Vector3::from(model.nodes[n].rest_m.map(f64::from));
@@ -47,7 +49,8 @@ impl Uniform {
         }
     }
 
-    /// Slopes of the energy over E [m^3] along the stretch of the height and of the width (1).
+    /// Derivatives of the energy, divided by E [m^3], with respect to the stretch of the height and
+    /// to that of the width.
     fn slopes(&self, b: f64, along: f64, across: f64) -> [f64; 2] {
         let mut energy = vec![0.0; self.volume_m3.len()];
         let mut tension = Vec::with_capacity(self.springs.len());
@@ -80,7 +83,7 @@ impl Uniform {
         slopes
     }
 
-    /// Engineering stress over E at an engineering strain, compression positive (1).
+    /// Engineering stress divided by E (1) at an engineering strain, both positive in compression.
     #[must_use]
     pub fn stress(&self, b: f64, strain: f64) -> f64 {
         let along = 1.0 - strain;

@@ -1,4 +1,4 @@
-//! Force and shape at rest in the holds, against the reference.
+//! Errors of the settled force and of the surface shape in the holds, against the reference.
 
 use palpate::{Fault, Vector3};
 use serde::{Deserialize, Serialize};
@@ -9,30 +9,31 @@ use crate::methods::{Block, RunningMethod};
 use palpate_tissue::mesh::surface::surface;
 use palpate_tissue::probe_surface::outer_face_m;
 
-/// Depths whose force counts [m].
+/// Depths at which the force is compared [m].
 pub const DEPTHS_M: [f64; 4] = [0.001, 0.002, 0.004, 0.008];
-/// Depths whose surface counts [m].
+/// Depths at which the surface is compared [m].
 pub const SURFACE_DEPTHS_M: [f64; 2] = [0.002, 0.004];
-/// Distance from the axis up to which the surface counts [m].
+/// Distance from the axis up to which the surface is compared [m].
 const SURFACE_RADIUS_M: f64 = 0.020;
 /// Spacing of the points at which surfaces are compared [m].
 const SPACING_M: f64 = 0.001;
 /// Speed between the holds [m/s].
 pub(super) const SPEED_M_PER_S: f64 = 0.04;
-/// Forces are averaged over this many ticks.
+/// Number of ticks over which a force is averaged.
 pub(super) const AVERAGED_TICKS: usize = 50;
-/// A hold ends when successive means differ by less than this share: with the mass floor the last
-/// percent takes long.
+/// Relative difference of successive means below which a hold counts as settled (1): with the mass
+/// floor the last percent takes long.
 pub(super) const SETTLED: f64 = 5e-4;
-/// Number of such means in a row: a slow oscillation is at rest at its extremes.
+/// Number of settled means in a row that end a hold: at its extremes even a slow oscillation looks
+/// settled.
 pub(super) const IN_A_ROW: usize = 4;
-/// Largest number of means.
+/// Largest number of means in a hold.
 pub(super) const MOST_MEANS: usize = 40;
 
-/// Errors of a method.
+/// Force and surface errors of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Accuracy {
-    /// Force at each of [`DEPTHS_M`] [N].
+    /// Settled force at each of [`DEPTHS_M`] [N].
     pub force_n: [f64; 4],
     /// Error of the force at each depth [%]; `None` without a reference.
     pub force_error_pct: [Option<f64>; 4],
@@ -42,7 +43,7 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
-    /// Presses from hold to hold.
+    /// Presses from one hold to the next, deeper one.
     ///
     /// # Errors
     /// The method diverged.
@@ -67,7 +68,7 @@ impl Accuracy {
         Ok(accuracy)
     }
 
-    /// Root of the mean square of the force errors [%], over the depths with a reference.
+    /// Root mean square of the force errors over the depths that have a reference [%].
     #[must_use]
     pub fn rms_pct(&self) -> Option<f64> {
         mean(self.force_error_pct.iter().flatten().map(|e| e * e)).map(f64::sqrt)
@@ -80,7 +81,7 @@ impl Accuracy {
     }
 }
 
-/// Mean force along the press [N] once it has settled.
+/// Mean force along the probe's axis once it has settled [N].
 fn hold(block: &Block, running: &mut dyn RunningMethod, depth_m: f64) -> Result<f64, Fault> {
     let (mut last_n, mut still) = (f64::NAN, 0);
     for _ in 0..MOST_MEANS {
@@ -103,9 +104,9 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0.0).then(|| sum / count)
 }
 
-/// Mean distance [mm] between the displaced positions of the same rest points by the mesh's surface
-/// and by the reference's, on a square grid: each part of the surface counts by its area, whatever
-/// the mesh.
+/// Mean distance between the displaced surfaces of the mesh and of the reference [mm], taken point
+/// by point on a square grid of rest positions: each part of the surface is weighted by its area,
+/// whatever the mesh.
 fn surface_error_mm(block: &Block, running: &dyn RunningMethod, reference: &Reference, depth_m: f64) -> Option<f64> {
     let mesh = &block.tissue.mesh;
     let moved = positions(running, mesh.nodes_m.len());
@@ -124,7 +125,8 @@ fn surface_error_mm(block: &Block, running: &dyn RunningMethod, reference: &Refe
             let held = top.iter().find_map(|t| weights(t.map(|n| rest[n]), at).map(|w| (t, w)));
             if let Some((t, w)) = held {
                 let sum = |of: &[Vector3<f64>]| t.iter().zip(w).map(|(&n, w)| of[n] * w).sum::<Vector3<f64>>();
-                // without a foundation the surface is already on the probe
+                // this leaves the surface unchanged for methods without a foundation: it is already
+                // on the probe
                 let own = outer_face_m(&block.params.probe, block.tip_m(depth_m).cast(), sum(&moved)) - sum(&rest);
                 distances.push((own - u).norm() * 1e3);
             }

@@ -1,25 +1,26 @@
 //! Estimated cost of a tick on a Cortex-M4F.
 //!
-//! Ours: the model of [`palpate_tissue::budget`], from exact instruction counts. Other methods:
-//! floating-point operations counted in their sources times [`CYCLES_PER_FLOP`], with the core's
-//! own figures for nodes and contact where they run on it. None of them was run on a board.
+//! For our methods the estimate is the model of [`palpate_tissue::budget`], which rests on exact
+//! instruction counts. For other methods it is the number of floating-point operations counted in
+//! their sources times [`CYCLES_PER_FLOP`], plus the core's own figures for nodes and contact where
+//! the method runs on the core. None of these methods was run on a board.
 
 use crate::methods::{Block, Corotational, Meshless, Method, NeoHookean, Xpbd};
 use palpate_tissue::budget::{CostModel, triangles_in_reach};
 use palpate_tissue::patch::{Material, Patch};
 
-/// Cycles of a floating-point operation with its loads and stores, from our own tet kernel (291
-/// cycles for about 100).
+/// Cycles per floating-point operation including its loads and stores, from our own tet kernel (291
+/// cycles for about 100 operations).
 pub const CYCLES_PER_FLOP: f64 = 2.9;
-/// Conversion of a node's position and kick between the core and a method.
+/// Operations to convert a node's position and force between the core and a method.
 const KICK_FLOPS: f64 = 12.0;
 
-/// Operations of a damper and of a correction of one spring, roots and divisions as ten.
+/// Operations of the damper and of one correction per spring; a root or a division counts as ten.
 const DAMPER_FLOPS: f64 = 45.0;
 const CORRECTION_FLOPS: f64 = 50.0;
 
-/// Estimated cycles of a tick on a Cortex-M4F at 168 MHz, `solver_flops` as
-/// [`crate::methods::RunningMethod::solver_flops`] counts them.
+/// Estimated cycles of a tick on a Cortex-M4F at 168 MHz; `solver_flops` is the count of
+/// [`crate::methods::RunningMethod::solver_flops`].
 #[must_use]
 pub fn m4f_cycles(method: Method, block: &Block, substeps: u16, solver_flops: f64) -> Option<f64> {
     let machine = CostModel::named("m4f-168")?;

@@ -1,4 +1,4 @@
-//! The chart's pictures: one for each stiffness, cost and error.
+//! The pictures of the chart: one for each combination of stiffness, cost and error.
 
 use super::report::{COSTS, ERRORS};
 use super::run::{Measured, Run};
@@ -7,12 +7,12 @@ use crate::methods::Method;
 use palpate_charts::{MethodPoint, MethodPoints, SpeedAccuracy, speed_accuracy};
 use palpate_tissue::output::OutputFolder;
 
-/// Words of a cost: axis, budget, its name.
+/// Each cost: label of its axis, budget in the unit of the axis, label of the budget.
 pub(super) const COST_WORDS: [(&str, f64, &str); 2] = [
     ("time of a 1 ms tick on one desktop core [µs]", 1000.0, "1 ms"),
     ("cycles of a 1 ms tick on a Cortex-M4F [thousands, estimated]", 168.0, "1 ms at 168 MHz"),
 ];
-/// Words of an error: title, axis.
+/// Each error: its part of the title, label of its axis.
 pub(super) const ERROR_WORDS: [(&str, &str); 3] = [
     ("force", "RMS force error at 1, 2, 4 and 8 mm [%]"),
     ("shape of the surface", "mean surface error, r < 20 mm, at 2 and 4 mm [mm]"),
@@ -20,7 +20,7 @@ pub(super) const ERROR_WORDS: [(&str, &str); 3] = [
 ];
 
 /// Draws the pictures for rows whose times were measured on `processor`; returns the names of the
-/// written pictures, without ending. A quantity without a reference has no picture.
+/// written pictures without their extension. A quantity without a reference has no picture.
 ///
 /// # Errors
 /// A picture cannot be drawn or written.
@@ -66,8 +66,8 @@ pub fn draw(folder: &OutputFolder, runs: &[Run], processor: &str) -> Result<Vec<
     Ok(names)
 }
 
-/// Moving over held error of everything that fits a millisecond, one picture per stiffness. The
-/// front consists of the models that no other one within the millisecond beats in both.
+/// Moving error over held error of every model whose tick takes at most a millisecond, one picture
+/// per stiffness. The front consists of those that none of the others beats in both errors.
 fn moving_pictures(folder: &OutputFolder, runs: &[Run], below: &str) -> Result<Vec<String>, Error> {
     let mut moduli: Vec<f64> = runs.iter().map(|r| r.task.youngs_modulus_pa).collect();
     moduli.dedup();

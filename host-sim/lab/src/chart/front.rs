@@ -1,7 +1,8 @@
-//! Pareto fronts: the points that no other beats in both cost and error, or in cost and two errors.
+//! Pareto fronts: the points that no other point beats in both cost and error, or in cost and two
+//! errors.
 
 /// Indices of the points (cost, error) that no other point beats, by rising cost. A point that is
-/// not finite is on no front; of equal points the first is.
+/// not finite is left out; of equal points the first one is kept.
 #[must_use]
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len()).filter(|&n| points[n].0.is_finite() && points[n].1.is_finite()).collect();
@@ -15,9 +16,9 @@ pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     order
 }
 
-/// Indices of the points (cost, error, error) that no other point matches in two of the three and
-/// beats in the third, by rising cost. A point that is not finite is on no front; of equal points
-/// the first is.
+/// Indices of the points (cost, error, error) that no other point matches in two of the three
+/// quantities and beats in the third, by rising cost. A point that is not finite is left out; of
+/// equal points the first one is kept.
 #[must_use]
 pub fn front_of_three(points: &[[f64; 3]]) -> Vec<usize> {
     let finite = |n: &usize| points[*n].iter().all(|v| v.is_finite());

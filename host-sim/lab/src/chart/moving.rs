@@ -1,5 +1,5 @@
-//! Force on a moving probe, against the dynamic reference: ramps of 40, 100 and 200 mm/s to 4 mm
-//! and a tap of 500 mm/s, each from rest.
+//! Force error on a moving probe, against the dynamic reference: ramps of 40, 100 and 200 mm/s to a
+//! depth of 4 mm and a tap of 500 mm/s, each starting with the tissue at rest.
 
 use palpate::Fault;
 use palpate_tissue::moving::{Ramp, RampError, TruthError};
@@ -11,20 +11,20 @@ use crate::methods::{Block, Method};
 /// Speeds of the ramps [mm/s]; the last is the tap.
 pub const SPEEDS_MM_PER_S: [u32; 4] = [40, 100, 200, 500];
 
-/// Errors of one method while the probe moves.
+/// Errors of one method in each ramp and in the tap.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Moving(pub [RampError; SPEEDS_MM_PER_S.len()]);
 
 impl Moving {
-    /// Root of the mean square over the ramps and the tap of their own errors, each of its largest
-    /// force [%].
+    /// Root mean square over the ramps and the tap [%]; each error is relative to the largest force
+    /// of its own ramp or tap.
     #[must_use]
     pub fn rms_pct(&self) -> f64 {
         (self.0.iter().map(|ramp| ramp.rms_pct.powi(2)).sum::<f64>() / self.0.len() as f64).sqrt()
     }
 
-    /// Presses every ramp. `None` for a stiffness without a dynamic reference, and for a method
-    /// that is not available.
+    /// Runs every ramp and the tap. `None` for a stiffness without a dynamic reference, and for a
+    /// method that is not available.
     ///
     /// # Errors
     /// A method that cannot be built; the inner error is the fault of one that diverges.
@@ -32,7 +32,7 @@ impl Moving {
         let kpa = f64::from(block.params.youngs_modulus_pa) * 1e-3;
         let mut errors = Vec::new();
         for speed in SPEEDS_MM_PER_S {
-            // the truths are of 3.5, 20 and 100 kPa
+            // dynamic references exist for 3.5, 20 and 100 kPa
             let ramp = match Ramp::named(&format!("centre-{kpa}kpa-{speed}")) {
                 Err(TruthError::Unknown { .. }) => return Ok(None),
                 other => other.map_err(palpate_tissue::Error::from)?,

@@ -1,8 +1,8 @@
-//! Other physics engines on the press of the chart.
+//! Comparison with other physics engines on the press of the chart.
 //!
-//! They run in separate scripts, in `host-sim/lab/peers`: `press` is their input, `grid` the meshes
-//! that they may use besides ours, `table` their output; `compare` and `picture` compare it with
-//! ours.
+//! The engines run in separate scripts, in `host-sim/lab/peers`. `press` writes their input, `grid`
+//! makes the meshes that they may use besides ours, `table` reads their output, and `compare` and
+//! `picture` compare it with our results.
 
 mod compare;
 mod grid;

@@ -1,16 +1,17 @@
-//! The converged answer of the standard press.
+//! The converged finite-element answer of the standard press.
 
 use palpate::Vector3;
 
 use crate::methods::BLOCK_M;
 use palpate_tissue::answer::Answer;
 
-/// Forces and shapes to compare with; everything scales with E.
+/// Reference forces and surface shapes; the forces are proportional to E, the shapes do not depend
+/// on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference(Answer);
 
 impl Reference {
-    /// The shipped one.
+    /// The shipped reference of the standard block.
     #[must_use]
     pub fn block() -> Self {
         let answer = Answer::block();
@@ -18,14 +19,14 @@ impl Reference {
         Self(answer)
     }
 
-    /// Force over E at a depth [m^2], where it is known.
+    /// Force over E at a depth [m^2]; `None` if the reference has no hold there.
     #[must_use]
     pub fn force_over_e_m2(&self, depth_m: f64) -> Option<f64> {
         self.0.hold([0.0; 3], depth_m).map(|h| h.force_over_e_m2)
     }
 
-    /// Displacement of the point of the top that rested at (x, y), at a depth [m], where it is
-    /// known.
+    /// Displacement [m] of the point of the top surface that was at (x, y) at rest, when the tip is
+    /// at `depth_m`; `None` where the reference does not have it.
     #[must_use]
     pub fn displacement_m(&self, depth_m: f64, at_m: [f64; 2]) -> Option<Vector3<f64>> {
         let surface = self.0.hold([0.0; 3], depth_m)?.surface.as_ref()?;

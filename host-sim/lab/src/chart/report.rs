@@ -12,75 +12,76 @@ use palpate_tissue::output::OutputFolder;
 /// Contents of `summary.json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
-    /// Scene that was pressed.
+    /// Name of the scene that was pressed.
     pub scene: &'static str,
-    /// Processor; in the file it is in the provenance.
+    /// Processor on which ticks were timed; the file states it in its provenance.
     #[serde(skip)]
     pub machine: String,
-    /// Version and profile.
+    /// Version and build profile; the file states them in its provenance.
     #[serde(skip)]
     pub build: String,
-    /// Conditions that all methods share, those in which they differ, and the origin of the cycles.
+    /// Conditions that all methods share, conditions in which they differ, and origin of the cycle
+    /// estimates.
     pub terms: [&'static str; 3],
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
-    /// Rows that survived the deepest press.
+    /// Number of rows that survived the deepest press.
     pub survived: usize,
-    /// Fronts of a cost against an error, one of each per stiffness.
+    /// Fronts, one for each combination of cost, error and stiffness.
     pub fronts: Vec<Front>,
-    /// Fronts of tick time, held and moving error together, one per stiffness; none if nothing
-    /// moved.
+    /// Fronts in tick time, held error and moving error together, one per stiffness; empty if
+    /// moving errors were not measured.
     pub moving_fronts: Vec<MovingFront>,
 }
 
-/// A front in three quantities: the points that no other matches in cost, held error and moving
-/// error at once.
+/// A front in three quantities: the points that no other point matches or beats in cost, held error
+/// and moving error at once.
 #[derive(Clone, Debug, Serialize)]
 pub struct MovingFront {
     /// Young's modulus [Pa].
     pub youngs_modulus_pa: f64,
-    /// By rising cost.
+    /// Points in order of rising cost.
     pub points: Vec<MovingPoint>,
 }
 
-/// A point of a front in three.
+/// A point of a front in three quantities.
 #[derive(Clone, Debug, Serialize)]
 pub struct MovingPoint {
-    /// Method.
+    /// Name of the method.
     pub method: &'static str,
     /// Number of nodes.
     pub nodes: usize,
-    /// Substeps of a tick.
+    /// Substeps per tick.
     pub substeps: u16,
     /// Time of a tick [us].
     pub tick_us: f64,
     /// Root mean square force error of held presses [%].
     pub held_rms_pct: f64,
-    /// Root mean square force error while moving, of the largest force [%].
+    /// Root mean square force error while the probe moves, relative to the largest force [%].
     pub moving_rms_pct: f64,
 }
 
-/// A front.
+/// A front of one cost against one error.
 #[derive(Clone, Debug, Serialize)]
 pub struct Front {
     /// Young's modulus [Pa].
     pub youngs_modulus_pa: f64,
-    /// Name of the cost that the front is drawn over.
+    /// Name of the cost on the horizontal axis.
     pub cost: &'static str,
     /// Name of the error that the front minimises.
     pub error: &'static str,
-    /// By rising cost.
+    /// Points in order of rising cost.
     pub points: Vec<FrontPoint>,
 }
 
 /// A point of a front.
 #[derive(Clone, Debug, Serialize)]
 pub struct FrontPoint {
-    /// Method.
+    /// Name of the method.
     pub method: &'static str,
     /// Number of nodes.
     pub nodes: usize,
-    /// Substeps of a tick.
+    /// Substeps per tick.
     pub substeps: u16,
     /// Cost in the unit of the front.
     pub cost: f64,
@@ -88,12 +89,12 @@ pub struct FrontPoint {
     pub error: f64,
 }
 
-/// A cost or an error of a row.
+/// Reads a cost or an error from a row.
 pub type Quantity = fn(&Measured) -> Option<f64>;
 
-/// Costs by name.
+/// Costs and their names in the files.
 pub const COSTS: [(&str, Quantity); 2] = [("tick_us", |m| Some(m.time.min_us)), ("m4f_cycles", |m| Some(m.m4f_cycles))];
-/// Errors by name.
+/// Errors and their names in the files.
 pub const ERRORS: [(&str, Quantity); 3] = [
     ("force_rms_pct", |m| m.accuracy.rms_pct()),
     ("surface_mm", |m| m.accuracy.surface_mm()),
@@ -101,7 +102,7 @@ pub const ERRORS: [(&str, Quantity); 3] = [
 ];
 
 impl Summary {
-    /// Draws the fronts of rows whose times were taken on this processor.
+    /// Computes the fronts of rows whose times were measured on `processor`.
     #[must_use]
     pub fn of(runs: &[Run], processor: &str) -> Self {
         let mut moduli: Vec<f64> = runs.iter().map(|r| r.task.youngs_modulus_pa).collect();
@@ -214,7 +215,7 @@ fn csv(runs: &[Run]) -> String {
     text
 }
 
-/// Formats the measured values, each with a comma before it.
+/// Formats the measured values as CSV cells, each preceded by a comma.
 fn values(m: &Measured) -> String {
     let a = &m.accuracy;
     let mut cells = vec![

@@ -1,4 +1,4 @@
-//! One row of the chart.
+//! Measurement of one row of the chart.
 
 use super::accuracy::Accuracy;
 use palpate::Fault;
@@ -19,9 +19,9 @@ use crate::methods::{Block, Size};
 pub struct Run {
     /// Task that was run.
     pub task: Task,
-    /// Counts of the mesh.
+    /// Numbers of nodes, edges and tets of the mesh.
     pub size: Size,
-    /// Measured values; otherwise the reason why there are none.
+    /// Measured values, or the reason why there are none.
     pub outcome: Result<Measured, String>,
 }
 
@@ -30,15 +30,15 @@ pub struct Run {
 pub struct Measured {
     /// Substeps per tick.
     pub substeps: u16,
-    /// The deepest press.
+    /// Outcome of the deepest press.
     pub trial: PressResult,
-    /// Errors.
+    /// Errors at rest.
     pub accuracy: Accuracy,
-    /// Errors while the probe moves, if requested and if a reference exists; or the fault of a
-    /// method that diverges in a ramp or a tap.
+    /// Errors while the probe moves, or the fault of a method that diverges in a ramp or the tap;
+    /// `None` if they were not requested or no reference exists.
     #[serde(with = "exact::fault")]
     pub moving: Option<Result<Moving, Fault>>,
-    /// Time of a tick.
+    /// Processor time of a tick.
     pub time: TickTime,
     /// Estimated cycles of a tick on a Cortex-M4F.
     #[serde(with = "exact")]
@@ -46,8 +46,8 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Root of the mean square error while the probe moves [%], where it was measured and the
-    /// method did not diverge.
+    /// Root mean square error while the probe moves [%]; `None` if it was not measured or the
+    /// method diverged.
     #[must_use]
     pub fn moving_rms_pct(&self) -> Option<f64> {
         self.moving?.ok().map(|moving| moving.rms_pct())
@@ -61,7 +61,7 @@ impl Run {
         self.outcome.as_ref().ok().filter(|m| m.trial.failure.is_none())
     }
 
-    /// "yes", or how it failed.
+    /// "yes" if the method survived the deepest press, else the way in which it failed.
     #[must_use]
     pub fn verdict(&self) -> String {
         match &self.outcome {
@@ -71,8 +71,8 @@ impl Run {
     }
 }
 
-/// Runs the rows of one method, mesh and stiffness, which differ in their refinement alone; none if
-/// the method is not available.
+/// Runs the rows of one method, mesh and stiffness, which differ only in their refinement; returns
+/// none of them if the method is not available.
 ///
 /// # Errors
 /// A method that cannot be built.
@@ -92,7 +92,7 @@ pub fn measure(tasks: &[Task], block: &Block, reference: &Reference, moving: boo
     Ok(runs)
 }
 
-/// Measures one row, with the number of substeps that survives without refinement.
+/// Measures one row, starting from the number of substeps that survives without refinement.
 fn of_task(
     task: Task,
     block: &Block,

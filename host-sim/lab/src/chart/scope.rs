@@ -1,4 +1,4 @@
-//! Scope of the chart: methods, sizes, stiffnesses.
+//! Scope of the chart: which methods, mesh sizes and stiffnesses are run.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,9 +7,9 @@ use crate::methods::Method;
 /// One row of the chart, to be measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Task {
-    /// Method.
+    /// Method to be measured.
     pub method: Method,
-    /// Nodes of the mesh.
+    /// Number of nodes of the mesh.
     pub nodes: usize,
     /// Young's modulus [Pa].
     pub youngs_modulus_pa: f64,
@@ -17,21 +17,22 @@ pub struct Task {
     pub refinement: u16,
 }
 
-/// Rows, mesh by mesh.
+/// The rows of a chart, and whether they include the moving error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scope {
-    /// Rows in the order of running: those of one mesh and stiffness together.
+    /// Rows in the order in which they are run; those of one mesh and stiffness are adjacent.
     pub tasks: Vec<Task>,
     /// Whether the moving error is measured too.
     pub moving: bool,
 }
 
-/// Splits of the substeps that a moving chart tries, to compare the gain of shorter substeps with
-/// that of more nodes.
+/// Numbers of parts into which a chart with moving errors splits the substeps, to compare the gain
+/// from shorter substeps with the gain from more nodes.
 const REFINEMENTS: [u16; 3] = [1, 2, 4];
 
 impl Scope {
-    /// The whole chart: 4 sizes, 3.5 and 20 kPa; 100 kPa as well where the probe moves.
+    /// The whole chart: 4 sizes at 3.5 and 20 kPa, and also at 100 kPa if moving errors are
+    /// measured.
     #[must_use]
     pub fn full(moving: bool) -> Self {
         let moduli_pa = [3500.0, 20_000.0, 100_000.0];

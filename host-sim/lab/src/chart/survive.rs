@@ -1,8 +1,8 @@
 //! Finds the number of substeps that a method needs to survive the deepest press of the chart.
 //!
-//! Pressed at 0.1 m/s, held, released: it survives if every number stays finite, the tissue comes
-//! to rest in the hold, and returns after the release. Being bounded is not enough: methods that
-//! never diverge can stay inside out.
+//! The tissue is pressed at 0.1 m/s, held and released. A method survives if every number stays
+//! finite, the tissue comes to rest in the hold, and it returns to its rest shape after the
+//! release. Bounded motion is not enough: methods that never diverge can leave tets inside out.
 
 use palpate::Vector3;
 use palpate_tissue::shard::exact;
@@ -11,72 +11,75 @@ use serde::{Deserialize, Serialize};
 use crate::error::Error;
 use crate::methods::{Block, DEEPEST_M, Method, RunningMethod};
 
-/// Largest number of substeps that is tried: a method that needs more is far beyond a millisecond.
+/// Largest number of substeps that is tried: a method that needs more takes far longer than a
+/// millisecond per tick.
 pub const MOST_SUBSTEPS: u16 = 64;
 /// Speed of the press [m/s].
 pub(super) const SPEED_M_PER_S: f64 = 0.1;
 /// Height above the surface at which the tip starts and ends [m].
 pub const CLEAR_M: f64 = 5e-4;
-/// Ticks in the hold and after the release.
+/// Number of ticks of the hold, and of the wait after the release.
 pub(super) const WAIT_TICKS: usize = 400;
-/// Ticks over which the tissue must be at rest.
+/// Number of ticks at the end of the hold over which the tissue must be at rest.
 pub(super) const STILL_TICKS: usize = 20;
-/// Largest displacement of a node in that time [m], and largest change of the force.
+/// Largest accepted displacement of a node over these ticks [m], and largest accepted change of the
+/// force as a share of its largest value (1).
 pub(super) const STILL_M: f64 = 5e-5;
 pub(super) const STILL_FORCE: f64 = 0.05;
-/// Largest displacement that may be left after the release [m].
+/// Largest accepted distance of a node from its rest position after the release [m].
 pub(super) const RETURNED_M: f64 = 2.5e-4;
 
-/// Why a press was not survived.
+/// Reason why a method did not survive a press.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error, Serialize, Deserialize)]
 pub enum Failure {
-    /// A node is not finite, or faster than any tissue.
+    /// The tick reported a fault, or the force is not finite.
     #[error("diverges at {depth_mm:.1} mm")]
     Diverged {
         /// Depth of the tip when the method diverged [mm].
         depth_mm: f64,
     },
-    /// The tissue still moves after the hold.
+    /// The tissue still moves at the end of the hold.
     #[error("does not come to rest: {moved_mm:.2} mm and {force_pct:.0} % of the force in 20 ms")]
     Restless {
-        /// Largest displacement of a node [mm].
+        /// Largest displacement of a node over the last 20 ticks [mm].
         #[serde(with = "exact")]
         moved_mm: f64,
-        /// Change of the force [%].
+        /// Change of the force over these ticks [%].
         #[serde(with = "exact")]
         force_pct: f64,
     },
     /// The tissue is still deformed after the release.
     #[error("does not return: {left_mm:.2} mm left after the release")]
     Deformed {
-        /// Largest displacement [mm].
+        /// Largest distance of a node from its rest position [mm].
         #[serde(with = "exact")]
         left_mm: f64,
     },
 }
 
-/// A press that was tried.
+/// Outcome of a press.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PressResult {
     /// Reason for the failure, if the press failed.
     pub failure: Option<Failure>,
-    /// Smallest tet volume over its rest volume at the end of the hold; NaN if that was not
-    /// reached.
+    /// Smallest ratio of a tet's volume to its rest volume at the end of the hold (1); NaN if the
+    /// method diverged before.
     #[serde(with = "exact")]
     pub min_j: f64,
 }
 
-/// Substeps that a method needs, and the press with them.
+/// Number of substeps that a method needs, and outcome of the press with that number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Survival {
-    /// Fewest substeps that survive; if none do, the fewest that stay finite.
+    /// Smallest number of substeps with which the method survives; if there is none, the smallest
+    /// with which it does not diverge.
     pub substeps: u16,
-    /// The press with these substeps.
+    /// Outcome of the press with that number of substeps.
     pub trial: PressResult,
 }
 
-/// The fewest substeps, by doubling, then bisection. `None` if the method is not available or
-/// diverges with every number tried.
+/// Searches the smallest number of substeps by doubling, then by bisection. `None` if the method is
+/// not available; the inner error is the failure of one that diverges with every number tried.
 ///
 /// # Errors
 /// A method that cannot be built.
@@ -112,7 +115,7 @@ pub fn least_substeps(method: Method, block: &Block) -> Result<Option<Result<Sur
     Ok(Some(Ok(best)))
 }
 
-/// Presses to the deepest, holds, releases.
+/// Presses to the largest depth, holds and releases.
 pub fn try_press(block: &Block, running: &mut dyn RunningMethod) -> PressResult {
     let mut trial = PressResult { failure: None, min_j: f64::NAN };
     let step_m = SPEED_M_PER_S * f64::from(block.params.tick_s);
@@ -157,7 +160,7 @@ pub fn try_press(block: &Block, running: &mut dyn RunningMethod) -> PressResult 
     }
     let rest = block.tissue.mesh.nodes_m.iter().map(|x| Vector3::from(*x));
     let left = positions(running, nodes).iter().zip(rest).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-    // positions are finite: a NaN is a fault of the tick
+    // positions are finite here: the tick reports a NaN as a fault
     if trial.failure.is_none() && left > RETURNED_M {
         trial.failure = Some(Failure::Deformed { left_mm: left * 1e3 });
     }
@@ -169,7 +172,7 @@ pub(super) fn positions(running: &dyn RunningMethod, nodes: usize) -> Vec<Vector
     (0..nodes).map(|n| running.position_m(n).cast()).collect()
 }
 
-/// Smallest tet volume over its rest volume.
+/// Smallest ratio of a tet's volume to its rest volume (1).
 fn min_j(block: &Block, positions_m: &[Vector3<f64>]) -> f64 {
     let six = |[a, b, c, d]: [Vector3<f64>; 4]| (b - a).dot(&(c - a).cross(&(d - a)));
     let mesh = &block.tissue.mesh;

@@ -1,9 +1,10 @@
-//! Errors of a method because of missing terms: a hold that fades, a deep press into tissue that
-//! stiffens, a slide.
+//! Errors of a method that lacks terms of the tissue model: in a hold whose force relaxes, in a
+//! deep press into tissue that stiffens, and in a slide with friction.
 //!
-//! Ours run with the term, the others unchanged: none of them has it. The references are the
-//! relaxation function of the preset `beef` times the elastic truth, finite elements of the
-//! Fung-Demiray law, and Coulomb's law times the computed push.
+//! Our methods run with the term in question, the others unchanged, since none of them has it. The
+//! references are the elastic finite-element force times the relaxation function of the preset
+//! `beef`, finite elements of the Fung-Demiray law, and Coulomb's law applied to the computed
+//! normal force.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,53 +17,56 @@ use palpate_tissue::error::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 
-/// Finite elements of the law, by exponent and place.
+/// Finite-element forces of the Fung-Demiray law, by exponent and place.
 const STIFFENING: &str = include_str!("../../../../tests/data/stiffening_reference.json");
-/// Exponent of the tissue that stiffens.
+/// Exponent b of the tissue that stiffens (1).
 const STIFFENING_B: f64 = 10.0;
-/// Depth of the deep press: three quarters of the radius [m].
+/// Depth of the deep press [m]: three quarters of the radius.
 const DEEP_M: f64 = 6e-3;
 /// Depth of the hold and of the slide [m].
 const DEPTH_M: f64 = 2e-3;
 /// Speed of loading [m/s].
 const IN_M_PER_S: f64 = 0.1;
-/// Times into the hold [s].
+/// Times after the start of the hold at which the force is compared [s].
 const HELD_S: [f64; 2] = [1.0, 10.0];
-/// Time to settle [s].
+/// Time for the force to settle before it is compared, or before the slide starts [s].
 const SETTLE_S: f64 = 0.4;
-/// Friction under the slide, its length [m] and its speed [m/s].
+/// Friction coefficient of the slide (1), its length [m] and its speed [m/s].
 const FRICTION: f64 = 0.46;
 const SLIDE_M: f64 = 6e-3;
 const SLIDE_M_PER_S: f64 = 0.02;
-/// Last part of the slide, over which the force is averaged: one element of the patch [m].
+/// Length of the last part of the slide, over which the force is averaged [m]: one element of the
+/// patch.
 const AVERAGED_M: f64 = 3e-3;
 
 /// Force errors of a method [%]; `None` where it diverges.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TermErrors {
-    /// Method.
+    /// Method that was measured.
     pub method: Method,
     /// Number of nodes.
     pub nodes: usize,
     /// Whether the method runs with the terms.
     pub has_terms: bool,
-    /// Substeps of a tick, in elastic tissue and in tissue that stiffens.
+    /// Substeps per tick in elastic tissue and in tissue that stiffens.
     pub substeps: [u16; 2],
-    /// After 1 and 10 s of holding 2 mm in tissue that relaxes as beef.
+    /// Error after 1 and 10 s of a hold 2 mm deep in tissue that relaxes like beef.
     pub held_pct: [Option<f64>; 2],
-    /// 6 mm deep, d/R = 0.75, in tissue that stiffens with b = 10.
+    /// Error 6 mm deep (d/R = 0.75) in tissue that stiffens with b = 10.
     pub stiffening_pct: Option<f64>,
-    /// Force along the surface in a slide of 20 mm/s, against a friction of 0.46 times the push.
+    /// Error of the force along the surface in a slide at 20 mm/s, against 0.46 times the normal
+    /// force.
     pub sideways_pct: Option<f64>,
 }
 
-/// Measures a method on a block. `None` if it is not available, or survives no press.
+/// Measures a method on a block. `None` if it is not available or diverges with every number of
+/// substeps that is tried.
 ///
 /// # Errors
 /// A method that cannot be built, or a damaged preset.
 pub fn term_errors(method: Method, block: &Block) -> Result<Option<TermErrors>, Error> {
     let terms = Terms::load()?;
-    // springs alone are a paper's model
+    // springs alone are the model of a paper, so they are not counted as ours here
     let ours = method.is_ours() && method != Method::Springs;
     let with = |change: fn(&Terms, Params) -> Params| {
         let params = if ours { change(&terms, block.params) } else { block.params };
@@ -110,7 +114,7 @@ pub fn write_term_errors(folder: &OutputFolder, errors: &[TermErrors]) -> Result
     Ok(folder.write("terms.csv", text.as_bytes())?)
 }
 
-/// The tissues that provide the terms, and their references.
+/// The relaxation terms and the reference of the stiffening tissue.
 struct Terms {
     relaxation: [PronyTerm; MOST_TERMS],
     /// Force over E of the deep press by finite elements [m^2].
@@ -141,8 +145,9 @@ impl Terms {
         Ok(Self { relaxation, stiffened_m2 })
     }
 
-    /// Share of the force that is left this long after a ramp of even speed [s] (1): the elastic
-    /// force rises with depth^1.5, and each increment fades from its own time on.
+    /// Share of the elastic force that is left (1) `held_s` after the end of a ramp of constant
+    /// speed: the elastic force rises with depth^1.5, and each increment relaxes from the time at
+    /// which it was added.
     fn left(&self, held_s: f64) -> f64 {
         const PARTS: i32 = 400;
         let ramp_s = DEPTH_M / IN_M_PER_S;
@@ -160,7 +165,7 @@ impl Terms {
     }
 }
 
-/// Moves the tip from above the surface down to a depth; returns the force there [N].
+/// Moves the tip from above the surface down to `depth_m`; returns the force there [N].
 fn go_down(block: &Block, running: &mut dyn RunningMethod, depth_m: f64) -> Option<Vector3<f64>> {
     let step_m = IN_M_PER_S * f64::from(block.params.tick_s);
     let ticks = ((depth_m + CLEAR_M) / step_m).ceil() as usize;
@@ -181,20 +186,21 @@ fn stay(block: &Block, running: &mut dyn RunningMethod, depth_m: f64, time_s: f6
     Some(force_n)
 }
 
-/// Force after each time of a hold [N].
+/// Force at each of [`HELD_S`] after the start of the hold [N].
 fn hold(block: &Block, running: &mut dyn RunningMethod) -> Option<[f64; 2]> {
     go_down(block, running, DEPTH_M)?;
     let first = stay(block, running, DEPTH_M, HELD_S[0])?;
     Some([first, stay(block, running, DEPTH_M, HELD_S[1] - HELD_S[0])?])
 }
 
-/// Settled force of the deep press [N].
+/// Force of the deep press along the probe's axis, after it has settled [N].
 fn deep(block: &Block, running: &mut dyn RunningMethod) -> Option<f64> {
     go_down(block, running, DEEP_M)?;
     stay(block, running, DEEP_M, SETTLE_S)
 }
 
-/// Force along the surface over the push, averaged over the last part of a slide (1).
+/// Force along the surface divided by the normal force, averaged over the last part of the slide
+/// (1).
 fn slide(block: &Block, running: &mut dyn RunningMethod) -> Option<f64> {
     go_down(block, running, DEPTH_M)?;
     stay(block, running, DEPTH_M, SETTLE_S)?;

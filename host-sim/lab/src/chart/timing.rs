@@ -1,8 +1,8 @@
-//! Cost of a tick on this machine: CPU time of the thread, in batches, while the tip moves gently
-//! about 4 mm.
+//! Cost of a tick on this machine: CPU time of the thread, measured in batches while the tip moves
+//! slowly about a depth of 4 mm.
 //!
-//! The tip moves because a warm-started solver has nothing to do in a hold. Batches of plain
-//! springs on the same mesh are timed in turn with the method's: the clock of a shared machine
+//! The tip moves because a warm-started solver has nothing left to solve in a hold. Batches of the
+//! method alternate with batches of plain springs on the same mesh: the clock of a shared machine
 //! drifts, but the ratio of neighbouring batches does not.
 
 use palpate::Fault;
@@ -15,30 +15,30 @@ use palpate_tissue::clock::thread_time;
 
 /// Depth about which the tip moves [m].
 pub(super) const DEPTH_M: f64 = 0.004;
-/// Displacement of the tip per tick [m]: 20 mm/s.
+/// Displacement of the tip per tick [m], which is 20 mm/s.
 pub(super) const STEP_M: f64 = 2e-5;
-/// Ticks of a batch: half down, half up.
+/// Number of ticks of a batch, of which half move down and half up.
 pub(super) const BATCH_TICKS: usize = 10;
-/// Displacement per tick towards that depth [m].
+/// Displacement per tick on the way to that depth [m].
 pub(super) const APPROACH_M: f64 = 1e-4;
-/// Least number of batches, and CPU time after which no more are begun [s].
+/// Smallest number of batches, and CPU time after which no further batch is started [s].
 pub(super) const LEAST_BATCHES: usize = 15;
 pub(super) const LONG_ENOUGH_S: f64 = 0.1;
-/// Ticks in which the press comes to rest before the clock starts.
+/// Number of ticks for which the press settles before timing starts.
 pub(super) const SETTLE_TICKS: usize = 60;
 
-/// Time of a tick.
+/// CPU time of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TickTime {
     /// Time in the fastest batch [us].
     pub min_us: f64,
     /// Time in the median batch [us].
     pub median_us: f64,
-    /// Time over that of plain springs with one substep on the same mesh: median of neighbouring
-    /// batches.
+    /// Time relative to that of plain springs with one substep on the same mesh (1): median over
+    /// pairs of neighbouring batches.
     pub times_springs: f64,
-    /// Floating-point operations in solves of the last tick of batch `LEAST_BATCHES`: counted
-    /// there, they do not depend on the number of batches that this machine has time for.
+    /// Floating-point operations of the solver in the last tick of batch number `LEAST_BATCHES`:
+    /// counted there, they do not depend on how many batches this machine completes.
     pub solver_flops: f64,
 }
 
@@ -86,7 +86,7 @@ fn settle(block: &Block, running: &mut dyn RunningMethod) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Time of a tick in one batch [us].
+/// Mean CPU time of a tick in one batch [us].
 fn batch_us(block: &Block, running: &mut dyn RunningMethod) -> Result<f64, Fault> {
     let started = thread_time();
     for n in 1..=BATCH_TICKS {

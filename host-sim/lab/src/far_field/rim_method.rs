@@ -1,9 +1,9 @@
-//! Boundary conditions at the rim of a patch that stand for the tissue outside the cut: ours and
+//! Boundary conditions at the rim of a patch that represent the tissue outside the cut: ours and
 //! others, all derived from the same condensed stiffness S.
 //!
-//! Written as matrices between the rim nodes, every one of them can be pressed in
-//! [`palpate_fit::statics`]; [`crate::methods`] has the ticks of those that are not springs. Shapes
-//! of the rim are the leading left singular vectors of its displacements under loads on the
+//! Each is written as a matrix between the rim nodes, so that all can be pressed in
+//! [`palpate_fit::statics`]; the ticks of those that are not springs are in [`crate::methods`]. The
+//! shapes of the rim are the leading left singular vectors of its displacements under loads on the
 //! surface.
 
 use faer::{Mat, Scale, Side};
@@ -14,38 +14,39 @@ use palpate_fit::statics::{Solver, Statics, Vector};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::patch::RimSprings;
 
-/// Penalty stiffness of slaved rims across their modes, in units of the mean diagonal of S: a
-/// larger one changes no force in four digits.
+/// Penalty stiffness of a slaved rim against motion outside its modes, in units of the mean
+/// diagonal of S (1): a larger value leaves the first four digits of every force unchanged.
 const HELD: f64 = 1e4;
-/// Share by which the block-diagonal stiffness exceeds the positivity limit, so that the subtracted
-/// matrix stays invertible.
+/// Relative margin of the block-diagonal stiffness above the limit of positivity (1), so that the
+/// subtracted matrix stays invertible.
 const ABOVE: f64 = 1e-6;
-/// Bracket of the Winkler factor; bisected [`HALVINGS`] times, in its logarithm.
+/// Bracket of the Winkler factor (1), whose logarithm is bisected [`HALVINGS`] times.
 const WINKLER: (f64, f64) = (1e-3, 10.0);
 const HALVINGS: usize = 24;
 
 /// Treatment of the rim of a cut patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RimMethod {
-    /// Rim nodes are fixed: what the papers do with the edge of a region.
+    /// Rim nodes are fixed, as the papers do at the edge of a region.
     Fixed,
-    /// Springs to the ground, one number for the whole rim: `c diag(S)`, c fitted to a press.
+    /// Springs to the ground, `c diag(S)`, with a single factor c for the whole rim that is fitted
+    /// to a press.
     Winkler,
     /// S restricted to the blocks of rim nodes and rim edges.
     Truncated,
-    /// Blocks of rim nodes and rim edges, fitted and positive: ours.
+    /// Fitted positive blocks of rim nodes and rim edges: the product's rim springs.
     RimSprings,
-    /// The rim moves in a limited number of shapes, with the stiffness of S along them.
+    /// The rim moves only in this number of shapes, with the stiffness of S along them.
     Modes(usize),
-    /// A block-diagonal stiffness above S less a low-rank matrix, equal to S along as many shapes;
-    /// across them rim nodes can move.
+    /// A block-diagonal stiffness above S minus a matrix of this rank. It equals S along the
+    /// shapes; in other directions the rim nodes can move.
     LowRank(usize),
-    /// S itself.
+    /// The full matrix S.
     Dense,
 }
 
 impl RimMethod {
-    /// In the order of tables and legends.
+    /// All treatments in the order of tables and legends.
     pub const ALL: [Self; 9] = [
         Self::Fixed,
         Self::Winkler,
@@ -73,7 +74,7 @@ impl RimMethod {
     }
 }
 
-/// A stiffness as `blocks - factor factor^T`, over E.
+/// A stiffness divided by E, written as `blocks - factor factor^T`.
 #[derive(Clone, Debug)]
 pub struct LowRank {
     /// A symmetric block per rim node [m].
@@ -94,13 +95,12 @@ pub struct RimMethods<'a> {
 }
 
 impl<'a> RimMethods<'a> {
-    /// Performs all fits. `free` is the patch with its rim free; the Winkler springs are the ones
-    /// with which a disc of radius `disc_m`, glued to the site and pressed, has the same stiffness
-    /// as with S: a single number can be right in one case only, and this is the case of a force
-    /// curve.
+    /// Performs all fits. `free` is the patch with its rim free. The Winkler factor is the one with
+    /// which a disc of radius `disc_m`, glued to the site and pressed, has the same stiffness as
+    /// with S: a single factor can match one case only, and this is the case of a force curve.
     ///
     /// # Errors
-    /// The patch with its far field is not stiff at rest.
+    /// The stiffness of the patch with its far field is not positive at rest.
     pub fn of(far: &'a FarField, free: &Statics, disc_m: f64) -> Result<Self, Error> {
         let squares = &far.answers_per_m * far.answers_per_m.transpose();
         let eigen = squares.self_adjoint_eigen(Side::Lower).map_err(|_| not_positive())?;
@@ -122,16 +122,16 @@ impl<'a> RimMethods<'a> {
         Ok(edges)
     }
 
-    /// Rim nodes.
+    /// Indices of the rim nodes in the patch.
     #[must_use]
     pub fn rim(&self) -> Vec<usize> {
         self.far.cut.rim.iter().map(|n| *n as usize).collect()
     }
 
-    /// The patch `free` with one of the treatments at its edge.
+    /// Statics of the patch `free` with one of the treatments at its rim.
     ///
     /// # Errors
-    /// A factor does not exist: S is not positive.
+    /// S is not positive, so that it has no factor.
     pub fn statics(&self, free: &Statics, edge: RimMethod) -> Result<Statics, Error> {
         let rim = self.rim();
         Ok(match edge {
@@ -150,7 +150,8 @@ impl<'a> RimMethods<'a> {
         })
     }
 
-    /// The treatments that are springs of the product's kind; `None` for the others.
+    /// The treatment as rim springs of the product's kind; `None` for the treatments that have
+    /// another form.
     #[must_use]
     pub fn sparse(&self, edge: RimMethod) -> Option<RimSprings> {
         let s = &self.far.exact_m;
@@ -207,7 +208,7 @@ impl<'a> RimMethods<'a> {
         let pulled = &rest * &phi;
         let inner = phi.transpose() * &pulled;
         let root = inner.llt(Side::Lower).map_err(|_| not_positive())?;
-        // factor = pulled L^-T
+        // `factor = pulled L^-T`
         let mut flat = pulled.transpose().to_owned();
         forward(root.L(), &mut flat);
         let blocks = (0..size / 3).map(|k| block(&diagonal, [k, k]).map(|row| row.map(|v| above * v))).collect();
@@ -225,7 +226,7 @@ fn block(m: &Mat<f64>, [i, j]: [usize; 2]) -> [[f64; 3]; 3] {
     [0, 1, 2].map(|a| [0, 1, 2].map(|b| m[(3 * i + a, 3 * j + b)]))
 }
 
-/// Solves `L X = right` in place, L lower triangular.
+/// Solves `L X = right` in place; L is lower triangular.
 fn forward(l: faer::MatRef<f64>, right: &mut Mat<f64>) {
     for c in 0..right.ncols() {
         for r in 0..l.nrows() {
@@ -235,7 +236,7 @@ fn forward(l: faer::MatRef<f64>, right: &mut Mat<f64>) {
     }
 }
 
-/// `L^-1 S L^-T`.
+/// Returns `L^-1 S L^-T`.
 fn within(l: faer::MatRef<f64>, s: &Mat<f64>) -> Mat<f64> {
     let mut half = s.clone();
     forward(l, &mut half);

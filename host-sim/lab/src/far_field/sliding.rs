@@ -3,20 +3,21 @@
 //!
 //! The chosen solution is a *stroke patch*: all elements within a radius of the path, rim springs
 //! fitted to the condensed outside, and constants fitted to presses along the path. Every node is
-//! awake all the time, so nothing changes from tick to tick but the pose: there is no moving region
-//! that could cause a step of the force or create energy. Paper 004 instead freezes everything
-//! outside a ball around the contact ([`crate::paper_method::region::StressRule`], its (7)-(8)):
-//! see [`study_methods`] for that and the other methods.
+//! active in every tick, so only the pose changes from one tick to the next: there is no moving
+//! region that could cause a step of the force or create energy. Paper 004 instead freezes
+//! everything outside a ball around the contact ([`crate::paper_method::region::StressRule`],
+//! equations (7)-(8)); [`study_methods`] lists that and the other methods.
 //!
-//! The reference is at rest at every place; the tick has inertia, floored masses and damping, so
-//! the tissue behind a moving probe lags: as the speed grows, the force falls and gains a component
-//! against the motion. That loss is measured too; it always dissipates energy. Two thirds of the
-//! drag at 100 mm/s are the foundation's damping, the rest floored masses.
+//! The reference is the equilibrium at every place, whereas the tick has inertia, floored masses
+//! and damping. The tissue behind a moving probe therefore lags: as the speed grows, the normal
+//! force falls and a drag against the motion appears. The drag is measured too; it always
+//! dissipates energy. At 100 mm/s two thirds of it come from the damping of the foundation, the
+//! rest from the floored masses.
 //!
-//! Limits: at 120-180 mm/s, depending on the mesh (radius 12 mm), the force error exceeds 5 %; 1 mm
-//! deep it does so at 100 mm/s, 2 mm deep on some meshes. The number of nodes grows with the
-//! stroke. A stroke is straight and its surface flat, because the reference is
-//! ([`palpate_fit::calibrate::Targets::over_a_stroke`]).
+//! Limits: on patches of radius 12 mm the force error exceeds 5 % from 120-180 mm/s on, depending
+//! on the mesh; at a depth of 1 mm it does so at 100 mm/s, and at 2 mm on some meshes. The number
+//! of nodes grows with the stroke. A stroke is straight and the surface flat, because the reference
+//! covers only that case ([`palpate_fit::calibrate::Targets::over_a_stroke`]).
 
 pub mod measured;
 mod report;
@@ -42,28 +43,28 @@ use palpate_tissue::answer::Answer;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 
-/// Largest step of the force between ticks that a change of region may make [N], and the energy
-/// that it may make [mJ].
+/// Largest accepted change of the force vector between two ticks [N].
 pub const STEP_N: f64 = 0.02;
-/// Energy that a closed path may create [mJ].
+/// Largest accepted energy created on a closed path [mJ].
 pub const WORK_MJ: f64 = 0.05;
 /// Length of the path and depth of the probe [m].
 const STROKE_M: f64 = 0.03;
 const DEPTH_M: f64 = 0.003;
-/// Speed for which the promise is made [m/s].
+/// Speed at which the promised tolerance applies [m/s].
 const SPEED_M_PER_S: f64 = 0.1;
-/// All speeds [m/s].
+/// Speeds at which every method slides [m/s].
 const SPEEDS_M_PER_S: [f64; 5] = [0.01, 0.05, 0.1, 0.2, 0.4];
-/// Radius and element [m] of the stroke patches, the chosen one first.
+/// Radius and element size of the stroke patches [m], the chosen one first.
 const STROKE_PATCHES_M: [[f64; 2]; 5] = [[0.012, 0.005], [0.010, 0.006], [0.012, 0.004], [0.012, 0.006], [0.010, 0.007]];
-/// Meshes of each in the full run.
+/// Number of meshes of each stroke patch in the full run.
 const VARIANTS: u32 = 3;
-/// Round patches: a stationary one, and one that contains the stroke.
+/// Radius and element size of the round patches [m]: one at the middle of the stroke, and one that
+/// contains the stroke.
 const STAYS_M: [f64; 2] = [0.018, 0.004];
 const ROUND_M: [f64; 2] = [0.027, 0.005];
 /// Radius of small elements in the round patch that contains the stroke [m].
 const ROUND_FINE_M: f64 = 0.020;
-/// Thresholds of the stress rule [Pa].
+/// Smallest stresses down to which the stress rule keeps nodes active [Pa].
 const LEAST_STRESSES_PA: [f64; 4] = [400.0, 200.0, 100.0, 50.0];
 
 /// All methods on one trajectory.
@@ -71,16 +72,15 @@ const LEAST_STRESSES_PA: [f64; 4] = [400.0, 200.0, 100.0, 50.0];
 pub struct Sliding {
     /// Length of the path [mm].
     pub stroke_mm: f64,
-    /// Depth [mm].
+    /// Depth of the tip [mm].
     pub depth_mm: f64,
-    /// Speed of the promise [mm/s].
+    /// Speed at which the promised tolerance applies [mm/s].
     pub speed_mm_per_s: f64,
     /// Allowed force error at that speed [%].
     pub tolerance_pct: f64,
-    /// Every method; the chosen one first.
+    /// Measurements of every method, the chosen one first.
     pub methods: Vec<Measured>,
-    /// The smallest stroke patch that keeps the promise on every mesh tried: radius and element
-    /// [mm], nodes.
+    /// The smallest stroke patch that keeps the promise on every mesh tried.
     pub smallest: Option<Smallest>,
     /// Cost of longer strokes.
     pub strokes: Vec<StrokeLength>,
@@ -100,13 +100,13 @@ pub struct Smallest {
 }
 
 /// Slides every method over the default block and writes `sliding.csv`, `sliding_stroke.csv`, a
-/// trace of each method's slide and the pictures. `quick` takes one mesh of the two smaller
-/// choices, and no large round patch. `progress` receives the number done, the total, and the next
-/// item.
+/// trace of each method's slide and the pictures. `quick` takes one mesh of each of the first two
+/// stroke patches and two thresholds of the stress rule, and leaves out the round patch that
+/// contains the stroke. `progress` receives the number done, the total, and the next item.
 ///
 /// # Errors
-/// A folder that cannot be written, or a patch that cannot be fitted. [`Sliding::check`] returns
-/// whether the promise holds.
+/// A folder that cannot be written, or a patch that cannot be fitted. A broken promise is not an
+/// error here: [`Sliding::check`] reports it.
 pub fn report(folder: &OutputFolder, quick: bool, progress: &mut dyn FnMut(usize, usize, &str)) -> Result<Sliding, Error> {
     let scene = Scene::load("block")?;
     let answer = Answer::block();
@@ -167,7 +167,8 @@ pub fn report(folder: &OutputFolder, quick: bool, progress: &mut dyn FnMut(usize
     Ok(sliding)
 }
 
-/// Stroke patches come size by size, `variants` meshes of each.
+/// Finds the smallest stroke patch that keeps the promise; `methods` lists them size by size, with
+/// `variants` meshes of each.
 fn smallest(methods: &[Measured], variants: usize) -> Option<Smallest> {
     let stroke: Vec<&Measured> = methods.iter().filter(|m| m.kind == Kind::Stroke).collect();
     let of = |meshes: &[&Measured]| {
@@ -184,10 +185,10 @@ fn smallest(methods: &[Measured], variants: usize) -> Option<Smallest> {
 }
 
 impl Sliding {
-    /// Whether the first method keeps the promise.
+    /// Checks that the first method keeps the promise.
     ///
     /// # Errors
-    /// [`Error::Check`], with the broken promise.
+    /// The broken promise, as a failed check.
     pub fn check(&self) -> Result<(), Error> {
         let failed = |what: String| Err(TissueError::Check(what).into());
         let Some(ours) = self.methods.first() else { return failed("no method was measured".into()) };

@@ -1,10 +1,11 @@
 //! The table "region radius x edge treatment -> force error, cost".
 //!
-//! A whole mesh of a block around every patch, every treatment of [`super::rim_method`] at its
-//! cut. Forces are equilibria of [`palpate_fit::statics`]; the error against dense S is the edge's
-//! alone, the one against the whole mesh of the same springs adds that the outside is linear and
-//! better resolved than those springs, the one against finite elements adds the springs inside,
-//! which are not calibrated here.
+//! Every patch is cut out of a mesh of the whole block, and every treatment of
+//! [`super::rim_method`] is applied to its rim. Forces are equilibria of [`palpate_fit::statics`].
+//! The error against dense S is due to the treatment alone. The error against the whole mesh of the
+//! same springs also contains the difference between those springs and the condensed outside, which
+//! is linear and better resolved. The error against finite elements also contains that of the
+//! springs inside, which are not calibrated here.
 
 mod awake;
 mod cost;
@@ -28,41 +29,42 @@ use palpate_tissue::patch::{Material, Patch};
 use palpate_tissue::scene::Scene;
 use palpate_tissue::tissue::Tissue;
 use palpate_tissue::tissue::place;
-/// Promised error of rim springs from [`PROMISED_RADII`] on [%].
+/// Largest error that is promised for rim springs on patches of at least [`PROMISED_RADII`] [%].
 pub const PROMISED_PCT: f64 = 0.5;
-/// Smallest patch with this promise [probe radii].
+/// Radius of the smallest patch to which this promise applies [probe radii].
 pub const PROMISED_RADII: f64 = 2.0;
 
 /// Scope of a run: meshes, patch radii and directions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scope {
     /// Edge length under the probe [probe radii] and its growth per distance (1), for each
-    /// fineness.
+    /// resolution.
     pub fine: Vec<(f64, f64)>,
     /// Radii of the patches [probe radii].
     pub radii: Vec<f64>,
-    /// Directions in which the probe goes off the centre.
+    /// Number of directions in which presses are offset from the centre.
     pub directions: usize,
-    /// Nodes of the whole meshes whose nodes are put to sleep.
+    /// Node counts of the whole meshes on which parts are frozen.
     pub awake_nodes: Vec<usize>,
 }
 
 impl Scope {
-    /// The whole table, at two finenesses: a patch of two probe radii has about 75 nodes, or 165.
+    /// The whole table at two resolutions, at which a patch of two probe radii has about 75 and 165
+    /// nodes.
     #[must_use]
     pub fn full() -> Self {
         let fine = vec![(0.575, 0.45), (0.4, 0.4)];
         Self { fine, radii: vec![1.5, 2.0, 2.5, 3.0, 4.0], directions: 8, awake_nodes: vec![130, 410] }
     }
 
-    /// A short table of one fineness and four radii, which takes less than a minute.
+    /// A short table of one resolution and four radii, which takes less than a minute.
     #[must_use]
     pub fn quick() -> Self {
         Self { fine: vec![(0.5, 0.45)], radii: vec![1.5, 2.0, 2.5, 3.0], directions: 4, awake_nodes: vec![130] }
     }
 }
 
-/// Model that represents the organ in a row.
+/// Model of the organ in a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// A patch with an edge treatment.
@@ -90,52 +92,54 @@ impl Kind {
 pub struct Row {
     /// Edge length under the probe [m].
     pub fine_m: f64,
-    /// Radius of the patch, or of the one that the mesh was made for [m].
+    /// Radius of the patch, or in other rows of the patch for which the mesh was made [m].
     pub radius_m: f64,
     /// Model that is pressed.
     pub kind: Kind,
     /// Numbers of nodes, tets, rim nodes and rim edges of the model.
     pub size: Size,
-    /// Forces.
+    /// Forces of all presses.
     pub presses: Presses,
-    /// Against the same patch with dense S.
+    /// Errors against the same patch with dense S.
     pub against_dense: Option<presses::Errors>,
-    /// Against the whole mesh of the same springs.
+    /// Errors against the whole mesh of the same springs.
     pub against_whole: Option<presses::Errors>,
-    /// Against finite elements, where the scene has them.
+    /// Errors against finite elements; `None` if the scene has no such answer.
     pub against_elements: Option<presses::Errors>,
-    /// Smallest eigenvalue of the treatment of the edge over E [m].
+    /// Smallest eigenvalue of the treatment's stiffness over E [m].
     pub lowest_m: Option<f64>,
     /// Cost of a tick.
     pub cost: Option<Cost>,
 }
 
-/// How large a patch is.
+/// Numbers of nodes, tets, rim nodes and rim edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Size {
     /// Number of nodes.
     pub nodes: usize,
     /// Number of tets.
     pub tets: usize,
-    /// Free nodes on the cut.
+    /// Number of free nodes on the cut.
     pub rim_nodes: usize,
-    /// Edges between these nodes.
+    /// Number of edges between these nodes.
     pub rim_edges: usize,
 }
 
-/// All rows, and the patches that could not be made.
+/// All rows, and the patches that could not be cut.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
-    /// Mesh by mesh, radius by radius.
+    /// Rows by mesh, then by radius.
     pub rows: Vec<Row>,
-    /// Patches that could not be cut, and why.
+    /// One sentence for each patch that could not be cut, with the reason.
     pub left_out: Vec<String>,
 }
 
-/// Fills the table. `progress` is called for each finished patch, with the total.
+/// Fills the table. `progress` is called before each patch with the number done, the total and the
+/// patch.
 ///
 /// # Errors
-/// A scene that is no block, a patch that is not stiff at rest, or no patch at all.
+/// A scene without a block, a patch whose stiffness is not positive at rest, or a table in which no
+/// patch could be cut.
 pub fn table(scene: &Scene, scope: &Scope, progress: &mut dyn FnMut(usize, usize, &str)) -> Result<Table, Error> {
     let setting = Setting::of(scene, scope.directions)?;
     let mut table = Table::default();
@@ -177,7 +181,7 @@ fn block_of(scene: &Scene) -> Result<[f64; 3], Error> {
 /// The scene's block, meshed with this many nodes.
 ///
 /// # Errors
-/// No block, or a node count that its proportions do not take.
+/// A scene without a block, or a number of nodes that is not possible for its proportions.
 pub fn graded(scene: &Scene, nodes: usize) -> Result<Tissue, Error> {
     block_of(scene)?;
     let mut sized = scene.clone();
@@ -185,7 +189,7 @@ pub fn graded(scene: &Scene, nodes: usize) -> Result<Tissue, Error> {
     Ok(place(&sized, &[])?.tissue)
 }
 
-/// Adds a row for each treatment of a patch, one for the whole mesh and one for finite elements.
+/// Adds a row for each treatment of a patch, one for the whole mesh, and one for finite elements.
 fn patch_rows(setting: &Setting, sizes: &Sizes, tissue: &Tissue, far: &FarField, rows: &mut Vec<Row>) -> Result<(), Error> {
     let whole = Patch::build(tissue, &setting.material(), None);
     let own = setting.press(&Statics::of(&whole.model(), &setting.params)?)?;
@@ -234,8 +238,8 @@ fn lowest(matrix: &faer::Mat<f64>) -> Option<f64> {
 }
 
 impl Table {
-    /// Rim springs that are not positive or deviate from dense S by more than promised, each as a
-    /// sentence.
+    /// One sentence for each row whose rim springs are not positive, or deviate from dense S by
+    /// more than promised.
     #[must_use]
     pub fn broken(&self, probe_radius_m: f64) -> Vec<String> {
         let ours = self.rows.iter().filter(|r| r.kind == Kind::Patch(RimMethod::RimSprings));
@@ -254,7 +258,7 @@ impl Table {
         broken
     }
 
-    /// Largest error of rim springs where one is promised [%].
+    /// Largest error of rim springs among the rows and presses to which the promise applies [%].
     #[must_use]
     pub fn worst_promised_pct(&self, probe_radius_m: f64) -> f64 {
         let ours = self.rows.iter().filter(|r| r.kind == Kind::Patch(RimMethod::RimSprings) && is_promised(r, probe_radius_m));
@@ -266,14 +270,14 @@ fn is_promised(row: &Row, probe_radius_m: f64) -> bool {
     row.radius_m >= (PROMISED_RADII - 1e-9) * probe_radius_m
 }
 
-/// Largest error of the presses that a promise covers [%].
+/// Largest error among the presses to which the promise applies [%].
 fn worst_pct(errors: &Errors) -> f64 {
     let promised = errors.centred_pct[..presses::PROMISED_DEPTHS].iter().chain(&errors.aside_pct);
     promised.map(|e| e.map_or(f64::INFINITY, f64::abs)).fold(0.0, f64::max)
 }
 
 impl Setting {
-    /// Returns the material of the tissue.
+    /// Material of the springs, with the Poisson's ratio of the scene.
     #[must_use]
     pub fn material(&self) -> Material {
         Material { poisson_ratio: f64::from(self.params.poisson_ratio), ..Material::default() }

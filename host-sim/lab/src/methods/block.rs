@@ -1,4 +1,4 @@
-//! The standard block, which every method presses.
+//! The standard block that every method presses.
 
 use palpate::{Params, ProbeShape, Vector3};
 
@@ -7,29 +7,29 @@ use palpate_tissue::mesh::{BlockSpec, TetMesh, block};
 use palpate_tissue::scene::{Inclusion, SceneError};
 use palpate_tissue::tissue::{DEPTH_MARGIN, Tissue, ratio_of};
 
-/// Sides [m]; the bottom is fixed, the top at z = 0.
+/// Sides of the block [m]; its bottom is fixed, and its top is at z = 0.
 pub const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
 /// Radius of the hemisphere over the centre of the top [m].
 pub const RADIUS_M: f64 = 8e-3;
-/// Deepest press [m].
+/// Depth of the deepest press [m].
 pub const DEEPEST_M: f64 = 8e-3;
 
 /// A tissue with the parameters that all methods share.
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// Mesh, anchors, site.
+    /// Mesh, anchors and site of the press.
     pub tissue: Tissue,
-    /// Stiffness, density, damping, mass floor, probe.
+    /// Stiffness, density, damping, mass floor and probe.
     pub params: Params,
-    /// Number of parts into which each substep is split, with the masses floored for the shorter
-    /// ones.
+    /// Number of parts into which each substep is split; the mass floor is that of the shorter
+    /// substeps.
     pub refinement: u16,
-    /// Dashpot of the contact in place of the calibrated patch's own [substeps]; see
+    /// Contact dashpot that replaces that of the calibrated patch [substeps]; see
     /// [`Params::contact_damping`].
     pub contact_damping: Option<f32>,
 }
 
-/// Counts that costs depend on.
+/// Numbers of nodes, edges and tets, on which costs depend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Size {
     /// Number of nodes.
@@ -44,7 +44,7 @@ impl Block {
     /// The standard block with an exact number of nodes.
     ///
     /// # Errors
-    /// Number of nodes that the mesh generator rejects.
+    /// A number of nodes that the mesh generator rejects.
     pub fn standard(nodes: usize, youngs_modulus_pa: f64) -> Result<Self, Error> {
         let spec = BlockSpec { size_m: BLOCK_M, nodes, fine_at_m: [0.0; 2], fine_radius_m: RADIUS_M };
         let mesh = block(&spec).map_err(|cause| SceneError::value("chart", "nodes:", &cause.to_string()))?;
@@ -58,7 +58,8 @@ impl Block {
         Some(Self::of_mesh(patch.mesh(), youngs_modulus_pa, |x| x[2] <= -BLOCK_M[2] * (1.0 - 1e-6)))
     }
 
-    /// A block's test on any mesh under the standard probe, pressed at the origin.
+    /// Any mesh under the standard probe, pressed at the origin; `fixed` selects the anchors by
+    /// their rest position [m].
     #[must_use]
     pub fn of_mesh(mesh: TetMesh, youngs_modulus_pa: f64, fixed: impl Fn(&[f64; 3]) -> bool) -> Self {
         let anchors = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| fixed(x)).map(|(n, _)| n).collect();
@@ -85,7 +86,7 @@ impl Block {
         self
     }
 
-    /// Tissue of the block without inclusions.
+    /// Tissue of the block with any inclusion removed.
     #[must_use]
     pub fn even_tissue(&self) -> Tissue {
         Tissue { stiffness_ratio: vec![1.0; self.tissue.mesh.tets.len()], ..self.tissue.clone() }
@@ -98,7 +99,7 @@ impl Block {
         Size { nodes: mesh.nodes_m.len(), edges: palpate_tissue::mesh::surface::edges(&mesh.tets).len(), tets: mesh.tets.len() }
     }
 
-    /// First and second Lamé constant over E (1).
+    /// First and second Lamé constants, divided by E (1).
     #[must_use]
     pub fn lame_over_modulus(&self) -> (f64, f64) {
         let nu = f64::from(self.params.poisson_ratio);
@@ -113,7 +114,7 @@ impl Block {
         fixed
     }
 
-    /// Tip at a depth below the site [m].
+    /// Position of the tip [m] when it is `depth_m` below the site.
     #[must_use]
     pub fn tip_m(&self, depth_m: f64) -> Vector3<f32> {
         Vector3::from(self.tissue.site_m.map(|c| c as f32)) - self.params.probe.axis * depth_m as f32

@@ -1,9 +1,9 @@
 //! Linear precomputed compliance (Cotin et al. 1999; James and Pai 1999): the response of all nodes
 //! to a unit force on each surface node is solved beforehand, and a tick solves only the contact.
 //!
-//! Linear tets at rest, factored in `f64`; single precision in the tick. No inertia: every tick is
-//! the static answer. Only the nodes that the probe can touch are moved by the tick; the positions
-//! of the others are computed when they are read.
+//! The stiffness matrix is that of linear tets at rest, factored in `f64`; the tick works in single
+//! precision. There is no inertia: every tick gives the static solution. The tick computes only the
+//! nodes that the probe can touch; the positions of the others are computed when they are read.
 
 use palpate::{Fault, Vector3};
 
@@ -11,18 +11,17 @@ use super::node_contact::NodeContact;
 use super::{Block, Factor, LinearElastic, RunningMethod};
 use palpate_tissue::error::Error;
 
-/// Condensed Green's functions.
+/// Precomputed response of all nodes, and the contact that is solved with it.
 pub struct Compliance {
     contact: NodeContact,
     rest_m: Vec<Vector3<f32>>,
-    /// Displacement of all nodes for a unit force over E on each of the touched nodes' coordinates
-    /// [1/m].
+    /// Displacement of all nodes per force over E on each coordinate of each touchable node [1/m].
     columns: Vec<Vec<Vector3<f32>>>,
     youngs_modulus_pa: f32,
 }
 
 impl Compliance {
-    /// Solves for all columns.
+    /// Computes the displacements for a unit force on each touchable node.
     ///
     /// # Errors
     /// A stiffness matrix that cannot be factored.
@@ -40,8 +39,8 @@ impl Compliance {
     }
 }
 
-/// Displacement of all nodes for unit forces on each coordinate of `nodes`; `solve` works in place
-/// on one right-hand side.
+/// Displacements of all nodes for a unit force on each coordinate of each of `nodes`; `solve`
+/// replaces a right-hand side by its solution.
 pub(super) fn columns<T: Copy + From<f32> + Into<f64>>(
     linear: &LinearElastic,
     nodes: &[u32],

@@ -1,12 +1,12 @@
 //! Corotational linear tets (Müller and Gross 2004; Etzmuss et al. 2003): linear elasticity in a
-//! frame that rotates with each tet.
+//! frame that rotates with the tet.
 //!
 //! `P = 2 mu (F - R) + lambda tr(R^T F - 1) R`, the exact gradient of `mu |F - R|^2 + lambda/2
-//! tr(R^T F - 1)^2` when R is the rotation of F. R is kept as a quaternion and follows by the
-//! iteration of Müller et al. 2016 ("A robust method to extract the rotational part of
-//! deformations"), warm-started, so that tets that turn inside out come back; ours rotates by the
-//! quaternion's tangent instead of its exponential, which needs no sine, and by 3/2 of theirs,
-//! which is Newton's step at small strains.
+//! tr(R^T F - 1)^2` when R is the rotation of F. R is stored as a quaternion and follows F by the
+//! warm-started iteration of Müller et al. 2016 ("A robust method to extract the rotational part of
+//! deformations"), so that tets that were turned inside out recover. Ours differs in two points: it
+//! rotates by the tangent of the quaternion instead of its exponential, which needs no sine, and by
+//! 3/2 of their angle, which is Newton's step at small strains.
 
 use palpate::Vector3;
 
@@ -16,10 +16,11 @@ use super::rest_tet::{Matrix, RestTet, diagonal_m};
 
 /// Largest number of rotations in one evaluation; a slow press needs one.
 const TURNS: usize = 4;
-/// Squared angle below which no further rotation is applied [rad^2]. The error that is left, of the
-/// order of the angle times the strain, is removed by the next substep.
+/// Squared angle below which no further rotation is applied [rad^2]. The remaining error, of the
+/// order of the angle times the strain, is removed in the next substep.
 const LAST: f32 = 1e-6;
-/// Squared angle below which a rotation is skipped: the force error is mu times the angle.
+/// Squared angle below which a rotation is skipped [rad^2]: the stress error is of the order of mu
+/// times the angle.
 const NONE: f32 = 1e-11;
 
 /// Quaternion (w, x, y, z).
@@ -36,7 +37,7 @@ pub struct Corotational {
 }
 
 impl Corotational {
-    /// Floating-point operations of a tet with one turn, counted in this file.
+    /// Floating-point operations per tet with one rotation, counted in this file.
     pub const FLOPS_PER_TET: f64 = 310.0;
 
     /// Creates the method at rest.
@@ -73,7 +74,7 @@ impl Law for Corotational {
     }
 }
 
-/// Turns `q` toward the rotation of `f` and returns its matrix by rows.
+/// Turns `q` towards the rotation of `f` and returns the rows of its matrix.
 #[inline(always)]
 fn follow(q: &mut Quaternion, f: &Matrix) -> Matrix {
     let f_columns = [0, 1, 2].map(|k| Vector3::new(f[0][k], f[1][k], f[2][k]));
@@ -95,7 +96,7 @@ fn follow(q: &mut Quaternion, f: &Matrix) -> Matrix {
     [0, 1, 2].map(|k| Vector3::new(r[0][k], r[1][k], r[2][k]))
 }
 
-/// `(1, turn/2) q`, normalised.
+/// Returns `(1, turn/2) q`, normalised.
 #[inline(always)]
 fn turned(q: &Quaternion, turn: &Vector3<f32>) -> Quaternion {
     let ([w, x, y, z], h) = (*q, turn * 0.5);
@@ -109,7 +110,7 @@ fn turned(q: &Quaternion, turn: &Vector3<f32>) -> Quaternion {
     p.map(|c| c * scale)
 }
 
-/// Columns of the quaternion's matrix.
+/// Columns of the rotation matrix of a unit quaternion.
 #[inline(always)]
 fn columns([w, x, y, z]: &Quaternion) -> Matrix {
     let (xx, yy, zz) = (x * x, y * y, z * z);

@@ -1,5 +1,5 @@
-//! A sparse matrix factored once (`faer`, Cholesky with fill-reducing order), then solved with in
-//! every tick without allocation.
+//! A sparse matrix that is factored once (`faer`, Cholesky with fill-reducing order) and then used
+//! for solves in every tick, without allocation.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::{
@@ -23,7 +23,7 @@ impl<T: RealField + Copy> Factor<T> {
     /// summed.
     ///
     /// # Errors
-    /// Not positive definite, or no memory.
+    /// The matrix is not positive definite, or memory ran out.
     pub fn new(rows: usize, lower: &[(usize, usize, T)]) -> Result<Self, Error> {
         let refused =
             |why: String| Error::TooSlow(format!("a stiffness matrix of {rows} rows cannot be factored: {why}: check the mesh"));
@@ -54,7 +54,7 @@ impl<T: RealField + Copy> Factor<T> {
         Ok(Self { symbolic, values, memory })
     }
 
-    /// Replaces a right-hand side by the solution, shape \[rows\].
+    /// Replaces a right-hand side by the solution; both have shape \[rows\].
     pub fn solve(&mut self, right_hand_side: &mut [T]) {
         let rows = right_hand_side.len();
         LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(
@@ -65,13 +65,13 @@ impl<T: RealField + Copy> Factor<T> {
         );
     }
 
-    /// Numbers kept, zeros in dense blocks included.
+    /// Number of stored entries of the factor, including zeros in dense blocks.
     #[must_use]
     pub fn len(&self) -> usize {
         self.values.len()
     }
 
-    /// True for a matrix without rows.
+    /// Whether the matrix has no rows.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()

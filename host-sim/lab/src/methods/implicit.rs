@@ -1,12 +1,13 @@
-//! Implicit Euler with a matrix factored once, at rest: one solve per substep (as in Baraff and
-//! Witkin 1998, with the stiffness frozen).
+//! Implicit Euler with one solve per substep (as in Baraff and Witkin 1998), but with a matrix that
+//! is factored once, at rest.
 //!
-//! One Newton step from the inertial prediction, `x^ = x + dt v`: `(M (1 + alpha dt)/dt^2 + K_0) d
-//! = f(x^) - alpha M (x^ - x)/dt`, `x = x^ + d`, f the corotational forces, `K_0` linear
-//! elasticity. The factor is single precision (`faer`). Contact is solved at the nodes with the
-//! same inverse, of which the columns of touched nodes are kept. The masses are the true ones,
-//! without a floor. With the stiffness frozen it is stable only while the tissue is at most about
-//! twice as stiff as at rest.
+//! A substep is one Newton step from the inertial prediction `x^ = x + dt v`: `(M (1 + alpha
+//! dt)/dt^2 + K_0) d = f(x^) - alpha M (x^ - x)/dt`, `x = x^ + d`, where f are the corotational
+//! forces and `K_0` is the stiffness matrix of linear elasticity. The factor is in single precision
+//! (`faer`). Contact is solved at the nodes with the same inverse, of which the columns of
+//! touchable nodes are stored. The masses are the true ones, without a floor. Because the stiffness
+//! is frozen, the method is stable only while the tissue is at most about twice as stiff as at
+//! rest.
 
 use palpate::stages::integrate::FASTEST_M_PER_S;
 use palpate::{Fault, Params, Vector3};
@@ -17,7 +18,7 @@ use super::on_core::Law;
 use super::{Block, Corotational, Factor, LinearElastic, RunningMethod};
 use palpate_tissue::error::Error;
 
-/// The factored matrix and the moving state.
+/// The factored matrix and the state of the nodes.
 pub struct Implicit {
     law: Corotational,
     linear: LinearElastic,
@@ -39,7 +40,7 @@ pub struct Implicit {
 }
 
 impl Implicit {
-    /// Factors.
+    /// Assembles and factors the matrix.
     ///
     /// # Errors
     /// A matrix that cannot be factored.

@@ -1,4 +1,4 @@
-//! Stiffness matrix of linear elasticity with linear tets, over E, on the nodes that are free.
+//! Stiffness matrix of linear elasticity with linear tets, divided by E, between the free nodes.
 
 use palpate::Vector3;
 
@@ -10,9 +10,9 @@ use super::{Block, RestTet};
 pub struct LinearElastic {
     /// First row of each node, `None` where it is fixed, shape \[nodes\].
     pub row: Vec<Option<usize>>,
-    /// Number of rows.
+    /// Number of rows: three per free node.
     pub rows: usize,
-    /// (row, column, value) of the lower triangle; duplicates are to be summed.
+    /// (row, column, value) in the lower triangle; the values of duplicates are to be summed.
     pub lower: Vec<(usize, usize, f64)>,
 }
 
@@ -49,7 +49,7 @@ impl LinearElastic {
         Self { row, rows, lower }
     }
 
-    /// Expands a solution to all nodes, with zero at fixed ones.
+    /// Expands a solution to all nodes; fixed nodes get zero.
     pub(super) fn spread<T: Copy + Into<f64>>(&self, solution: &[T], into: &mut [Vector3<f32>]) {
         for (row, u) in self.row.iter().zip(into) {
             *u = row.map_or(Vector3::zeros(), |r| Vector3::from_fn(|k, _| solution[r + k].into() as f32));

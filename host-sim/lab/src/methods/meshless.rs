@@ -1,28 +1,29 @@
-//! Meshless total-Lagrangian explicit dynamics (Horton, Wittek, Joldes and Miller 2010): moving
-//! least squares at rest, integrated in background cells.
+//! Meshless total-Lagrangian explicit dynamics (Horton, Wittek, Joldes and Miller 2010):
+//! moving-least-squares shape functions of the rest positions, integrated in background cells.
 //!
 //! `F = 1 + sum_n u_n grad phi_n`, neo-Hookean stress P as in [`super::NeoHookean`], `f_n -= V P
-//! grad phi_n`. The tets serve as cells of one stress each. Ours differs in two things, each
-//! because the plain form is wrong on meshes as coarse as these (rms force errors at 57 and 130
-//! nodes are given; ours are 10 and 7 %):
+//! grad phi_n`. The tets serve as cells, with one stress in each. Our version differs in two
+//! points, because on meshes as coarse as these the plain form is wrong. The rms force errors
+//! quoted below are those at 57 and 130 nodes; our version has 10 and 7 %:
 //!
-//! * gradients are means over a cell, by the divergence theorem from its faces (Chen et al. 2001,
-//!   there over nodal cells). Neighbours share faces, so a uniform stress gives exactly the
-//!   boundary forces, and linear fields stay exact. Gradients at the centroid do not integrate to
-//!   the boundary: 17 and 23 %, and at 57 nodes 8 mm turn tets inside out;
-//! * the weight nearly interpolates (see [`super::ShapeFunctions`]), so that contact and anchors,
-//!   which act on nodal values, act on the field: it misses them by less than 1e-10 m. With the
-//!   paper's quartic spline they act on parameters that the field smooths away: 65 and 24 %, all
-//!   too soft.
+//! * gradients are means over a cell, computed from its faces by the divergence theorem (Chen et
+//!   al. 2001, there over nodal cells). Neighbours share faces, so a uniform stress gives exactly
+//!   the boundary forces, and linear fields stay exact. Gradients taken at the centroid do not
+//!   integrate to the boundary: the errors are 17 and 23 %, and at 57 nodes a press of 8 mm turns
+//!   tets inside out;
+//! * the weight function makes the field nearly interpolate the nodal values, to within 1e-10 m
+//!   (see [`super::ShapeFunctions`]), so that contact and anchors, which act on nodal values, act
+//!   on the field. With the paper's quartic spline they act on parameters that the field smooths
+//!   away: the errors are 65 and 24 %, all of them too soft.
 //!
-//! The volume term stays in each cell: averaged over nodes, as linear tets need it, it is too soft
-//! here (26 and 16 %).
+//! The volume term is evaluated per cell: averaged over nodes, as linear tets need it, it is too
+//! soft here (26 and 16 %).
 //!
-//! The result remains too soft. On coarse meshes contact treats the surface between nodes as flat,
-//! whereas the field is curved: at 4 mm, within 8 mm of the axis, the middles of triangles lie
-//! 0.48, 0.09 and 0.00 mm less deep in the field than on the flat triangles, on average, at 57, 130
-//! and 410 nodes. The remaining 7 % at 410 nodes have another cause. The limit is the cost: 26
-//! nodes in a cell instead of 4.
+//! The result remains too soft. On coarse meshes one cause is that contact treats the surface
+//! between nodes as flat, whereas the field is curved: in a press of 4 mm, within 8 mm of the axis,
+//! the centres of triangles are on average 0.48, 0.09 and 0.00 mm less deep in the field than on
+//! the flat triangles at 57, 130 and 410 nodes. The remaining 7 % at 410 nodes have another cause.
+//! The method is limited by its cost: a cell has 26 nodes instead of 4.
 
 use palpate::Vector3;
 
@@ -32,11 +33,12 @@ use super::on_core::Law;
 use super::rest_tet::{Matrix, cofactors};
 use palpate_tissue::error::Error;
 
-/// Reach of a node over its farthest integration point. 1.2 takes up to a third more time; the
-/// error goes from 10.5 to 12.2 % at 57 nodes, from 7.4 to 6.2 % at 130.
+/// Reach of a node, divided by the distance of its farthest integration point (1). A value of 1.2
+/// takes up to a third more time and changes the error from 10.5 to 12.2 % at 57 nodes and from 7.4
+/// to 6.2 % at 130.
 const REACH: f64 = 1.05;
 
-/// A node's part in a cell.
+/// Contribution of a node to a cell.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     node: u32,
@@ -47,13 +49,13 @@ struct Part {
 /// An integration cell.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
-    /// End of the cell's parts, which begin at the end of the previous cell's.
+    /// End of the cell's range in `parts`, which begins where that of the previous cell ends.
     end: usize,
-    /// Volume times stiffness as a multiple of the tissue's.
+    /// Volume of the cell, times its stiffness as a multiple of the tissue's [m^3].
     stiff_volume_m3: f32,
 }
 
-/// Rest data.
+/// Cells with their gradients, computed at rest, and the state of a tick.
 #[derive(Clone, Debug)]
 pub struct Meshless {
     cells: Vec<Cell>,
@@ -66,15 +68,15 @@ pub struct Meshless {
 }
 
 impl Meshless {
-    /// Floating-point operations of a cell, counted in this file, a logarithm as 20.
+    /// Floating-point operations per cell, counted in this file; a logarithm counts as 20.
     pub const FLOPS_PER_CELL: f64 = 95.0;
-    /// Operations for one node in one cell.
+    /// Floating-point operations per node of a cell.
     pub const FLOPS_PER_PART: f64 = 36.0;
 
     /// Creates the method at rest.
     ///
     /// # Errors
-    /// Flat tets: the nodes around one span no volume.
+    /// A mesh so flat that the nodes around an integration point span no volume.
     pub fn new(block: &Block) -> Result<Self, Error> {
         let mesh = &block.tissue.mesh;
         let shape = ShapeFunctions::new(mesh, REACH);
@@ -106,7 +108,7 @@ impl Meshless {
         })
     }
 
-    /// Nodes in all cells together.
+    /// Sum of the numbers of nodes over all cells.
     #[must_use]
     pub fn parts(&self) -> usize {
         self.parts.len()
@@ -115,7 +117,8 @@ impl Meshless {
 
 impl Law for Meshless {
     fn forces(&mut self, position_m: &[Vector3<f32>], force: &mut [Vector3<f32>]) {
-        // sums of the positions themselves over this many nodes would lose one more digit
+        // displacements, because sums of the positions themselves over this many nodes would lose
+        // one more digit
         for ((u, x), rest) in self.displacement_m.iter_mut().zip(position_m).zip(&self.rest_m) {
             *u = x - rest;
         }
@@ -148,8 +151,8 @@ impl Law for Meshless {
     }
 }
 
-/// Mean diagonal stiffness over E of each node [m], `V (lambda + 4 mu) |g|^2 / 3` summed, as for
-/// tets.
+/// Mean diagonal stiffness over E of each node [m]: the sum of `V (lambda + 4 mu) |g|^2 / 3` over
+/// its cells, as for tets.
 fn diagonal_m(cells: &[Cell], parts: &[Part], nodes: usize, modulus: f32) -> Vec<f32> {
     let mut diagonal = vec![0.0_f32; nodes];
     let mut begin = 0;

@@ -1,12 +1,12 @@
-//! Moving-least-squares shape functions of scattered nodes (Lancaster and Salkauskas 1981; in
-//! Galerkin's method Belytschko, Lu and Gu 1994), linear basis.
+//! Moving-least-squares shape functions of scattered nodes with a linear basis (Lancaster and
+//! Salkauskas 1981; in Galerkin's method Belytschko, Lu and Gu 1994).
 //!
 //! `phi_n(x) = w(|X_n - x| / R_n) p_n^T A^-1 p(x)`, `A = sum_n w_n p_n p_n^T`, `p_n = (1, X_n -
-//! x)`, so `p(x) = (1, 0, 0, 0)`. Whatever the weights, they reproduce linear fields. The weight is
-//! that of Most and Bucher 2005, `(r^2 + e)^-2 - (1 + e)^-2`: so steep at its node that the field
-//! passes through the nodal values, which the usual splines do not give. Reaches follow the mesh:
-//! each node acts at every integration point of its own tets. At a face's points all corners of the
-//! adjacent tets act, which are not coplanar, so A can be inverted.
+//! x)`, so `p(x) = (1, 0, 0, 0)`. They reproduce linear fields whatever the weights. The weight is
+//! that of Most and Bucher 2005, `(r^2 + e)^-2 - (1 + e)^-2`, which is so steep at its node that
+//! the field passes through the nodal values; with the usual splines it does not. Reaches follow
+//! the mesh: each node acts at every integration point of its own tets. At the points of a face all
+//! corners of the adjacent tets act; these are not coplanar, so A can be inverted.
 
 use nalgebra::{Matrix4, Vector4};
 use palpate::Vector3;
@@ -14,16 +14,17 @@ use palpate::Vector3;
 use palpate_tissue::error::Error;
 use palpate_tissue::mesh::TetMesh;
 
-/// Softens the weight's pole: the field misses a nodal value by about its square.
+/// Regularisation e of the weight's pole (1): the field misses a nodal value by a relative error of
+/// about e^2.
 const SOFTENING: f64 = 1e-5;
 
-/// Faces of a tet, counter-clockwise seen from outside.
+/// Corners of the faces of a tet, counter-clockwise as seen from outside.
 pub(super) const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
-/// A node with the value of its shape function (1).
+/// A node and the value of its shape function (1).
 pub type Share = (u32, f64);
 
-/// Nodes at rest with the reach of their weights.
+/// Rest positions of the nodes, and the reach of their weights.
 #[derive(Clone, Debug)]
 pub struct ShapeFunctions {
     node_m: Vec<Vector3<f64>>,
@@ -32,7 +33,7 @@ pub struct ShapeFunctions {
 
 impl ShapeFunctions {
     /// Creates the shape functions of a mesh's nodes. A node reaches `reach` times as far as the
-    /// farthest integration point of its tets; must be above 1.
+    /// farthest integration point of its tets; `reach` must be above 1.
     #[must_use]
     pub fn new(mesh: &TetMesh, reach: f64) -> Self {
         let node_m: Vec<_> = mesh.nodes_m.iter().map(|x| Vector3::from(*x)).collect();
@@ -48,10 +49,11 @@ impl ShapeFunctions {
         Self { node_m, reach_m }
     }
 
-    /// Shape functions that are not zero at a point at rest [m], by rising node.
+    /// Shape functions that are not zero at a point of the rest configuration [m], in ascending
+    /// order of nodes.
     ///
     /// # Errors
-    /// Fewer than four nodes reach it, or all that do lie in a plane.
+    /// Fewer than four nodes reach the point, or all that reach it are coplanar.
     pub fn at(&self, at_m: &Vector3<f64>) -> Result<Vec<Share>, Error> {
         let mut near = Vec::new();
         let mut moment = Matrix4::zeros();
@@ -76,7 +78,8 @@ impl ShapeFunctions {
         Ok(near.into_iter().map(|(n, weight, basis)| (n, weight * coefficients.dot(&basis))).collect())
     }
 
-    /// Means over a triangle at rest, by rising node.
+    /// Means of the shape functions over a triangle of the rest configuration, in ascending order
+    /// of nodes.
     ///
     /// # Errors
     /// Errors of [`Self::at`].
@@ -89,15 +92,15 @@ impl ShapeFunctions {
     }
 }
 
-/// Points half way from a triangle's middle to its corners: equal weights integrate quadratic
-/// polynomials exactly.
+/// Points half way from the centre of a triangle to its corners, which with equal weights integrate
+/// quadratic polynomials exactly.
 #[must_use]
 pub fn integration_points_m(corners_m: &[Vector3<f64>; 3]) -> [Vector3<f64>; 3] {
     let middle_m = (corners_m[0] + corners_m[1] + corners_m[2]) / 3.0;
     corners_m.map(|corner_m| middle_m.lerp(&corner_m, 0.5))
 }
 
-/// Sums the values of each node and returns the sums by rising node.
+/// Sums the values of each node; returns the sums in ascending order of nodes.
 pub(super) fn summed<T: Copy + std::ops::Add<Output = T>>(mut parts: Vec<(u32, T)>) -> Vec<(u32, T)> {
     parts.sort_by_key(|(n, _)| *n);
     let of_one = |run: &[(u32, T)]| (run[0].0, run[1..].iter().fold(run[0].1, |sum, (_, part)| sum + *part));

@@ -1,9 +1,10 @@
 //! Total-Lagrangian explicit dynamics with neo-Hookean linear tets (TLED: Miller et al. 2007;
 //! average nodal pressure: Bonet and Burton 1998, in total-Lagrangian form Joldes et al. 2009).
 //!
-//! Energy `mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2`, the same as the reference's. Per tet the
-//! volume term locks; averaged over nodes it is `lambda/2 (ln J_n)^2` with `J_n` the volume of a
-//! node's tets over that at rest, weighted with a quarter of it.
+//! The energy density is that of the reference, `mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2`.
+//! Evaluated per tet, the volume term locks. Averaged over nodes it is `lambda/2 (ln J_n)^2`, where
+//! `J_n` is the volume of a node's tets divided by their rest volume, weighted with a quarter of
+//! that rest volume.
 
 use palpate::Vector3;
 
@@ -11,16 +12,16 @@ use super::Block;
 use super::on_core::Law;
 use super::rest_tet::{RestTet, cofactors, diagonal_m};
 
-/// Where the volume term acts.
+/// Domain over which the volume ratio of the volume term is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Volume {
-    /// In each tet: plain linear elements.
+    /// Each tet by itself: plain linear elements.
     PerTet,
-    /// In the tets around each node.
+    /// All tets around a node.
     Nodal,
 }
 
-/// Rest data.
+/// Tets at rest, and the nodal averages of a tick.
 #[derive(Clone, Debug)]
 pub struct NeoHookean {
     tets: Vec<RestTet>,
@@ -28,19 +29,19 @@ pub struct NeoHookean {
     lambda: f32,
     mu: f32,
     volume: Volume,
-    /// One over the volume of each node's tets [1/m^3].
+    /// Reciprocal of the rest volume of each node's tets [1/m^3].
     around_reciprocal: Vec<f32>,
-    /// lambda over E of each node: the mean of its tets by volume.
+    /// lambda over E of each node (1): the volume-weighted mean over its tets.
     node_lambda: Vec<f32>,
-    /// Volume, then pressure over E of each node.
+    /// For each node first the volume of its tets [m^3], then the pressure over E (1).
     node: Vec<f32>,
 }
 
 impl NeoHookean {
-    /// Floating-point operations of a tet, counted in this file, a logarithm as 20.
+    /// Floating-point operations per tet, counted in this file; a logarithm counts as 20.
     pub const FLOPS_PER_TET: f64 = 215.0;
-    /// Floating-point operations that averaging adds to a tet, with its share of a node's
-    /// logarithm.
+    /// Floating-point operations that averaging adds per tet, including its share of the logarithms
+    /// of the nodes.
     pub const FLOPS_NODAL: f64 = 70.0;
 
     /// Creates the method at rest.
@@ -54,7 +55,7 @@ impl NeoHookean {
             around[n] += t.volume_m3;
             stiff[n] += t.volume_m3 * t.stiffness_ratio;
         }
-        // nodal averaging only softens: the diagonal of plain tets is an upper bound of its own
+        // nodal averaging only softens, so the diagonal of plain tets is an upper bound
         Self {
             diagonal_m: diagonal_m(block, &tets, lambda, mu),
             tets,
@@ -67,7 +68,7 @@ impl NeoHookean {
         }
     }
 
-    /// Pressures `lambda ln J_n / J_n` of the nodes.
+    /// Computes the pressure `lambda ln J_n / J_n` of every node.
     fn average(&mut self, position_m: &[Vector3<f32>]) {
         self.node.fill(0.0);
         for tet in &self.tets {

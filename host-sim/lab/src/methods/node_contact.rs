@@ -1,24 +1,23 @@
-//! Frictionless unilateral contact at the nodes, solved on a compliance: Signorini's conditions by
-//! projected Gauss-Seidel.
+//! Frictionless unilateral contact at the nodes, given their compliance: Signorini's conditions are
+//! solved by projected Gauss-Seidel.
 //!
-//! `gap_i = (x_i - c) . n_i - R + sum_j D_ij lambda_j >= 0`, `lambda >= 0`, one of the two zero;
-//! `D_ij = n_i^T W_ij n_j`. The normals are those of the last solution, taken twice. Forces of the
-//! last tick are the first guess.
+//! `gap_i = (x_i - c) . n_i - R + sum_j D_ij lambda_j >= 0`, `lambda >= 0`, and one of the two is
+//! zero; `D_ij = n_i^T W_ij n_j`. The normals are those at the positions of the previous solution,
+//! and are updated once per solve. The forces of the last tick are the first guess.
 
 use palpate::{Probe, Vector3};
 
 use super::Block;
 
-/// Rounds with new normals.
+/// Number of rounds, each of which recomputes the normals.
 const ROUNDS: usize = 2;
-/// Sweeps of a round.
+/// Largest number of Gauss-Seidel sweeps in a round.
 const SWEEPS: usize = 40;
-/// Largest displacement of a node at which the sweeps end [m].
+/// Change of the gaps in a sweep below which the sweeps end [m].
 const SETTLED_M: f32 = 1e-8;
-/// Distance from the probe beyond which nodes are left out, in its radii.
+/// Distance from the probe's surface beyond which nodes are left out of a solve [probe radii].
 const NEAR: f32 = 0.25;
-/// Distance from the press within which nodes of the rest surface can be touched, in the probe's
-/// radii.
+/// Distance from the site within which surface nodes count as touchable [probe radii].
 const REACH: f64 = 1.25;
 
 /// The touchable nodes and their compliance.
@@ -28,9 +27,9 @@ pub(super) struct NodeContact {
     pub nodes: Vec<u32>,
     /// Compliance between the touchable nodes, times E [1/m], shape \[3 nodes\]\[3 nodes\].
     w: Vec<f32>,
-    /// Position without contact [m]; to be filled before each solve.
+    /// Position of each touchable node without contact [m]; the caller fills it before each solve.
     pub free_m: Vec<Vector3<f32>>,
-    /// Force on each node over E [N/Pa].
+    /// Force on each touchable node over E [N/Pa].
     pub force: Vec<Vector3<f32>>,
     lambda: Vec<f32>,
     normal: Vec<Vector3<f32>>,
@@ -42,7 +41,7 @@ pub(super) struct NodeContact {
 }
 
 impl NodeContact {
-    /// Nodes of the top near the site, before their compliance is known.
+    /// Surface nodes near the site, whose compliance [`Self::new`] then needs.
     pub fn nodes_of(block: &Block) -> Vec<u32> {
         let site = Vector3::from(block.tissue.site_m);
         let reach = REACH * f64::from(block.params.probe.radius_m);
@@ -57,8 +56,8 @@ impl NodeContact {
         nodes
     }
 
-    /// `columns[3 i + a]` is the displacement of all nodes over a unit force over E on node i along
-    /// axis a.
+    /// Creates the contact of `nodes`; `columns[3 i + a]` is the displacement of all nodes per
+    /// force over E on `nodes[i]` along axis a [1/m].
     pub fn new(block: &Block, nodes: Vec<u32>, columns: &[Vec<Vector3<f32>>]) -> Self {
         let count = nodes.len();
         let mut w = vec![0.0; 9 * count * count];
@@ -84,7 +83,7 @@ impl NodeContact {
         }
     }
 
-    /// Solves the contact and returns the sum of the forces on the tissue over E [N/Pa].
+    /// Solves the contact and returns the total force on the tissue over E [N/Pa].
     pub fn solve(&mut self, tip_m: Vector3<f32>) -> Vector3<f32> {
         let centre = tip_m + self.probe.axis * self.probe.radius_m;
         self.flops = 0.0;
@@ -122,7 +121,7 @@ impl NodeContact {
                 from_centre -= self.probe.axis * from_centre.dot(&self.probe.axis);
             }
             self.gap_m[i] = from_centre.dot(&self.normal[i]) - radius;
-            // a node is left out by an infinite gap
+            // an infinite gap excludes a node from the solve
             if length > (1.0 + NEAR) * radius {
                 self.gap_m[i] = f32::INFINITY;
                 self.lambda[i] = 0.0;
@@ -135,7 +134,7 @@ impl NodeContact {
         self.flops += (count * touching * 18) as f64;
     }
 
-    /// `W_ij f`.
+    /// Returns `W_ij f`.
     fn times(&self, i: usize, j: usize, count: usize, f: &Vector3<f32>) -> Vector3<f32> {
         Vector3::from_fn(|a, _| {
             let row = (3 * i + a) * 3 * count + 3 * j;
@@ -143,7 +142,7 @@ impl NodeContact {
         })
     }
 
-    /// The compliance along the normals.
+    /// Computes the compliance `D_ij` along the normals of the active nodes.
     fn reduce(&mut self) {
         let (count, active) = (self.nodes.len(), self.active.len());
         for (r, &i) in self.active.iter().enumerate() {

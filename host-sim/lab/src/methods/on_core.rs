@@ -1,10 +1,9 @@
-//! Explicit methods on the core: it moves the nodes and presses the surface, and the method gives
-//! the tissue's forces.
+//! Runs explicit methods on the core: the core moves the nodes and presses the surface, and the
+//! method provides the internal forces of the tissue.
 //!
-//! The core's tick runs with springs and volume off. After each of its substeps the method's force
-//! gives every node a kick `v += f dt / (m (1 - alpha dt))`: as the next substep begins with
-//! damping, `v (1 - alpha dt)`, and the contact's kick and then moves, both together are one step
-//! of symplectic Euler.
+//! The core's tick runs with springs and volume terms off. Its force stage adds the internal forces
+//! of the method to the nodes and then presses the surface with the product's contact; the core's
+//! step of symplectic Euler follows.
 
 use palpate::method::Method;
 use palpate::stages::force::{self, foundation::Load};
@@ -23,16 +22,16 @@ pub trait Law {
     fn diagonal_m(&self) -> &[f32];
 }
 
-/// The core running a method.
+/// A method together with the core that runs it.
 #[derive(Debug)]
 pub struct OnCore<'a, M> {
-    /// Mesh, masses, contact.
+    /// Mesh, springs, masses and surface.
     pub model: &'a Model<'a>,
-    /// Parameters.
+    /// Constants derived from model and parameters.
     pub tuned: &'a Tuned<'a>,
     /// Positions and velocities.
     pub state: State<'a>,
-    /// Stages of the method.
+    /// Stages of the tick that the method replaces.
     pub method: M,
 }
 
@@ -47,7 +46,7 @@ impl<M: Method> RunningMethod for OnCore<'_, M> {
     }
 }
 
-/// A method of the core whose forces on the nodes are those of a law.
+/// A method of the core whose internal forces are those of a law.
 struct Forced<L> {
     law: L,
     position_m: Vec<Vector3<f32>>,
@@ -67,7 +66,7 @@ impl<L: Law> Method for Forced<L> {
     }
 }
 
-/// Runs a law on a block.
+/// Builds the core for a block with the internal forces of a law, and passes it to `work`.
 pub(super) fn with_law<T>(
     block: &Block,
     params: &Params,
@@ -87,8 +86,9 @@ pub(super) fn with_law<T>(
     Ok(work(&mut OnCore { model: &model, tuned: &tuned, state, method }))
 }
 
-/// Returns the change of each node's velocity per force over E [m/s per N/Pa], before the damping
-/// that follows.
+/// Change of each node's velocity per force over E [m/s per N/Pa], for forces that are added after
+/// a substep: it contains `1 / (1 - alpha dt)`, because the next substep begins by damping the
+/// velocity by `1 - alpha dt`.
 pub(super) fn steps(tuned: &Tuned, params: &Params, nodes: usize) -> Vec<f32> {
     let dt_s = params.tick_s / f32::from(params.substeps);
     let mass = |n| tuned.mass_kg(n).unwrap_or(f32::INFINITY);

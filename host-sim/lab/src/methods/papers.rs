@@ -1,12 +1,13 @@
-//! The models of the two source papers as the chart runs every explicit method: with its contact,
-//! node damping and mass floor.
+//! The models of the two source papers, with the contact, node damping and mass floor that the
+//! chart gives every explicit method.
 //!
-//! `volume-preserved` (000): springs (11) as printed, corrections (6)-(9) with the paper's rates
-//! (tau = 0, theta = pi/3, a look every 100 steps), dampers of a tenth of critical, because (12) as
-//! printed has no step that a tick could take. `local-compression` (004): one stiffness for all
-//! springs, velocity Verlet, over-compression correction from 10 % on; no damper, since the fit of
-//! `palpate paper local-compression` ends at the lower bound; no region, which saves nothing at an
-//! error of 2 %; no volume force, whose coefficient is not printed.
+//! `volume-preserved` (000) has springs (11) as printed, corrections (6)-(9) with the paper's rates
+//! (tau = 0, theta = pi/3, checked every 100 steps), and dampers of a tenth of critical, because
+//! the stable step of (12) as printed is too short for a tick. `local-compression` (004) has one
+//! stiffness for all springs, velocity Verlet, and the over-compression correction from 10 % on. It
+//! has no damper, since the fit of `palpate paper local-compression` ends at the lower bound of d;
+//! no region, which saves nothing at an error of 2 %; and no volume force, whose coefficient is not
+//! printed.
 
 use crate::paper_method::averaged::Averaged;
 use crate::paper_method::damper::{Dampers, DampingLaw};
@@ -22,10 +23,10 @@ use super::{OnCore, RunningMethod, printed_springs};
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::{Memory, Patch};
 
-/// The fitted stiffness over the mean of (11), both on the block of 130 nodes and 20 kPa: `palpate
-/// paper local-compression` ends at 0.1816 N/mm, the mean is 0.1298.
+/// The fitted stiffness divided by the mean of (11), both on the block of 130 nodes at 20 kPa (1):
+/// `palpate paper local-compression` ends at 0.1816 N/mm, and the mean is 0.1298 N/mm.
 const FITTED_OVER_MEAN: f64 = 1.4;
-/// Critical compression ratio; the paper gives none.
+/// Critical compression ratio (1); the paper does not state it.
 const RATIO: f32 = 0.1;
 
 pub(super) fn volume_preserved<T>(
@@ -49,8 +50,8 @@ pub(super) fn volume_preserved<T>(
     run(&model, params, method, work)
 }
 
-/// `even` is the patch without inclusions: what they add to the springs of (11) they add to the one
-/// stiffness.
+/// Runs the model of paper 004. `even` is the patch without inclusions: the factor by which an
+/// inclusion stiffens a spring of (11) is applied to the single stiffness as well.
 pub(super) fn local_compression<T>(
     patch: &Patch,
     even: &Patch,

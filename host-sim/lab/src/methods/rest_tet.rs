@@ -1,4 +1,4 @@
-//! A linear tet at rest, as every finite-element method needs it.
+//! Rest data of a linear tet, which every finite-element method needs.
 
 use palpate::Vector3;
 
@@ -10,19 +10,19 @@ pub(super) type Matrix = [Vector3<f32>; 3];
 /// Rest data of one tet.
 #[derive(Clone, Copy, Debug)]
 pub struct RestTet {
-    /// Corners a, b, c, d.
+    /// Indices of the corners a, b, c, d.
     pub node: [u32; 4],
-    /// Volume [m^3].
+    /// Rest volume [m^3].
     pub volume_m3: f32,
-    /// Stiffness as a multiple of the tissue's.
+    /// Stiffness as a multiple of the tissue's (1).
     pub stiffness_ratio: f32,
     /// Gradients of the shape functions of b, c, d [1/m]: the rows of the inverse of (b-a, c-a,
-    /// d-a). That of a is minus their sum.
+    /// d-a). The gradient of a is minus their sum.
     pub gradient: [Vector3<f32>; 3],
 }
 
 impl RestTet {
-    /// All tets of a block.
+    /// Rest data of all tets of a block.
     #[must_use]
     pub fn of(block: &Block) -> Vec<Self> {
         let mesh = &block.tissue.mesh;
@@ -39,7 +39,7 @@ impl RestTet {
             .collect()
     }
 
-    /// Deformation gradient, its rows: `F = sum_n x_n g_n^T`.
+    /// Rows of the deformation gradient `F = sum_n x_n g_n^T`.
     #[inline(always)]
     pub(super) fn deformation(&self, position_m: &[Vector3<f32>]) -> Matrix {
         let [a, b, c, d] = self.node.map(|n| position_m[n as usize]);
@@ -47,7 +47,8 @@ impl RestTet {
         [0, 1, 2].map(|k| self.gradient[0] * edges[0][k] + self.gradient[1] * edges[1][k] + self.gradient[2] * edges[2][k])
     }
 
-    /// Adds the nodal forces of a first Piola-Kirchhoff stress (rows): `f_n -= V P g_n`.
+    /// Adds the nodal forces `f_n -= V P g_n` of a first Piola-Kirchhoff stress P, given by its
+    /// rows.
     #[inline(always)]
     pub(super) fn scatter(&self, stress: &Matrix, force: &mut [Vector3<f32>]) {
         let on = self.gradient.map(|g| Vector3::new(stress[0].dot(&g), stress[1].dot(&g), stress[2].dot(&g)) * -self.volume_m3);
@@ -59,15 +60,15 @@ impl RestTet {
     }
 }
 
-/// Cofactors of a matrix by rows, and its determinant.
+/// Rows of the cofactor matrix, and the determinant.
 #[inline(always)]
 pub(super) fn cofactors(f: &Matrix) -> (Matrix, f32) {
     let cofactors = [f[1].cross(&f[2]), f[2].cross(&f[0]), f[0].cross(&f[1])];
     (cofactors, f[0].dot(&cofactors[0]))
 }
 
-/// Mean diagonal stiffness over E of each node [m] of linear tets, `V (lambda + 4 mu) |g|^2 / 3`
-/// summed: with which the mass floor compares masses.
+/// Mean diagonal stiffness over E of each node of linear tets [m], the sum of `V (lambda + 4 mu)
+/// |g|^2 / 3` over its tets; the mass floor is proportional to it.
 pub(super) fn diagonal_m(block: &Block, tets: &[RestTet], lambda: f64, mu: f64) -> Vec<f32> {
     let mut diagonal = vec![0.0_f32; block.tissue.mesh.nodes_m.len()];
     for tet in tets {

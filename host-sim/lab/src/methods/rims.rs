@@ -1,10 +1,11 @@
-//! Rims other than springs, on the core's tick: the dense condensed outside, a low-rank form, and
-//! modes to which the rim is slaved.
+//! Rim treatments other than springs, on the core's tick: the dense condensed outside, a low-rank
+//! form of it, and modes to which the rim is slaved.
 //!
-//! The model they run on has no rim springs of its own; its rim nodes carry the mass floor of the
-//! stiffness that is attached here. Dense and low rank add their force as a kick after each
-//! substep, as the explicit methods of this folder do. Modes have floored masses `Phi^T m Phi` of
-//! the rim's nodes: a subspace of a system that is stable at this step is stable too.
+//! The model on which they run has no rim springs of its own; the mass floor of its rim nodes
+//! includes the stiffness that is attached here. Dense and low-rank rims add the effect of their
+//! force to the velocities after each substep; with the force of the next substep this is one step
+//! of symplectic Euler. Modes have the masses `Phi^T m Phi`, where m are the floored masses of the
+//! rim nodes: a system that is stable at a step remains stable when it is restricted to a subspace.
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
@@ -55,12 +56,12 @@ impl RimNodes {
     }
 }
 
-/// The matrix row by row in single precision.
+/// The matrix in row-major order and single precision.
 fn flat(m: &Mat<f64>) -> Vec<f32> {
     (0..m.nrows()).flat_map(|r| (0..m.ncols()).map(move |c| m[(r, c)] as f32)).collect()
 }
 
-/// The whole condensed matrix in every substep.
+/// The rim coupled by the whole condensed matrix.
 #[derive(Debug)]
 pub struct DenseRim {
     rim: RimNodes,
@@ -68,13 +69,15 @@ pub struct DenseRim {
 }
 
 impl DenseRim {
-    /// `stiffness_m` over E between the rim's `node`s, shape [3 rim nodes][3 rim nodes].
+    /// Couples the rim nodes `node` by `stiffness_m`, the stiffness over E, shape [3 rim nodes][3
+    /// rim nodes].
     #[must_use]
     pub fn new(model: &Model, tuned: &Tuned, params: &Params, node: &[usize], stiffness_m: &Mat<f64>) -> Self {
         Self { rim: RimNodes::of(model, tuned, params, node), stiffness_m: flat(stiffness_m) }
     }
 
-    /// Floating-point operations of a substep, and bytes that it reads, for this many rim nodes.
+    /// Floating-point operations per substep, and bytes of constants read per substep, for this
+    /// many rim nodes.
     #[must_use]
     pub fn cost(rim_nodes: usize) -> (usize, usize) {
         (18 * rim_nodes * rim_nodes, 36 * rim_nodes * rim_nodes)
@@ -92,18 +95,18 @@ impl Method for DenseRim {
     }
 }
 
-/// Blocks on the diagonal less a product of low rank.
+/// The rim coupled by blocks on the diagonal minus a matrix of low rank.
 #[derive(Debug)]
 pub struct LowRankRim {
     rim: RimNodes,
     blocks_m: Vec<[[f32; 3]; 3]>,
-    /// Shape [3 rim nodes][q].
+    /// Row-major, shape [3 rim nodes][q].
     factor: Vec<f32>,
     along: Vec<f32>,
 }
 
 impl LowRankRim {
-    /// Couples the rim's nodes `node` by `stiffness`.
+    /// Couples the rim nodes `node` by `stiffness`.
     #[must_use]
     pub fn new(model: &Model, tuned: &Tuned, params: &Params, node: &[usize], stiffness: &LowRank) -> Self {
         Self {
@@ -114,8 +117,8 @@ impl LowRankRim {
         }
     }
 
-    /// Floating-point operations of a substep, and bytes that it reads, for this many rim nodes and
-    /// a rank `q`.
+    /// Floating-point operations per substep, and bytes of constants read per substep, for this
+    /// many rim nodes and a rank `q`.
     #[must_use]
     pub fn cost(rim_nodes: usize, q: usize) -> (usize, usize) {
         (rim_nodes * (18 + 12 * q), 4 * rim_nodes * (9 + 3 * q))
@@ -140,16 +143,17 @@ impl Method for LowRankRim {
     }
 }
 
-/// The rim moves in a few shapes, each with an inertia of its own.
+/// A rim that moves only in a few shapes, which have their own inertia.
 #[derive(Debug)]
 pub struct ModeRim {
     rim: RimNodes,
-    /// Shape [3 rim nodes][q].
+    /// Row-major, shape [3 rim nodes][q].
     shapes: Vec<f32>,
-    /// Change of the modes' speeds in a substep per force over E on the rim, shape [3 rim
+    /// Change of the modes' velocities per substep and per force over E on the rim, shape [3 rim
     /// nodes][q].
     pushes: Vec<f32>,
-    /// Drop of the modes' speeds in a substep per displacement of the modes, shape [q][q].
+    /// Decrease of the modes' velocities per substep and per displacement of the modes, shape
+    /// [q][q].
     holds: Vec<f32>,
     place_m: Vec<f32>,
     speed: Vec<f32>,
@@ -159,8 +163,9 @@ pub struct ModeRim {
 }
 
 impl ModeRim {
-    /// Orthonormal `shapes` of the rim's `node`s, shape [3 rim nodes][q], with `stiffness_m` over E
-    /// of the outside. `None` if a shape has no mass.
+    /// Restricts the rim nodes `node` to the orthonormal `shapes`, shape [3 rim nodes][q], held by
+    /// the stiffness `stiffness_m` over E of the outside. `None` if the mass matrix of the shapes
+    /// is not positive definite.
     #[must_use]
     pub fn new(
         model: &Model,
@@ -193,11 +198,11 @@ impl ModeRim {
         })
     }
 
-    /// Floating-point operations of a substep, and bytes that it reads, for this many rim nodes and
-    /// `q` modes.
+    /// Floating-point operations per substep, and bytes of constants read per substep, for this
+    /// many rim nodes and `q` modes.
     #[must_use]
     pub fn cost(rim_nodes: usize, q: usize) -> (usize, usize) {
-        // velocities of the rim are its displacements' differences in time: one product gives both
+        // the velocities of the rim are differences of its displacements, so one product gives both
         (12 * rim_nodes * q + 2 * q * q, 4 * (6 * rim_nodes * q + q * q))
     }
 }

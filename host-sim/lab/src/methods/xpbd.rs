@@ -1,10 +1,11 @@
 //! Extended position-based dynamics (Macklin et al. 2016), one Gauss-Seidel pass per substep
 //! ("small steps", Macklin et al. 2019).
 //!
-//! Constraints: the length of every edge with compliance `1/k`, k the spring constant of our own
-//! model, and the volume of every tet with compliance `V / kappa`, kappa = lambda - mu: the same
-//! small-strain moduli as springs with per-tet volume. The core moves the nodes and presses the
-//! surface; then the constraints move them again, and this displacement is added to the velocity.
+//! The constraints are the length of every edge with compliance `1/k`, where k is the spring
+//! constant of our own model, and the volume of every tet with compliance `V / kappa`, where kappa
+//! = lambda - mu. The small-strain moduli are therefore those of springs with per-tet volume. The
+//! core moves the nodes and presses the surface; then the constraints move the nodes again, and
+//! this displacement is also added to the velocity.
 
 use palpate::method::Method;
 use palpate::stages::force::{self, foundation, foundation::Load};
@@ -30,20 +31,20 @@ struct Cell {
     compliance: f32,
 }
 
-/// Constraints and the positions they work on.
+/// Constraints, and the positions on which they act.
 pub struct Xpbd {
     edges: Vec<Edge>,
     cells: Vec<Cell>,
     inverse_mass: Vec<f32>,
     position_m: Vec<Vector3<f32>>,
     per_substep: f32,
-    /// One over E and the square of the substep.
+    /// Reciprocal of E times the square of the substep.
     per_dt2_e: f32,
 }
 
 impl Xpbd {
-    /// Floating-point operations of an edge and of a tet, counted in this file, a division or root
-    /// as 14 (the Cortex-M4F's cycles).
+    /// Floating-point operations per edge and per tet, counted in this file; a division or root
+    /// counts as 14, its number of cycles on the Cortex-M4F.
     pub const FLOPS: [f64; 2] = [55.0, 160.0];
 
     fn new(model: &Model, tuned: &Tuned, params: &Params) -> Self {
@@ -58,7 +59,7 @@ impl Xpbd {
         });
         let cells = model.tets.iter().map(|t| {
             let six_volume_m3 = 1.0 / t.six_volume_reciprocal;
-            // six times the per-tet stiffness is kappa over E; C is six times the volume change
+            // kappa over E is six times `bulk`; the constraint C is six times the change of volume
             Cell { node: t.node, six_volume_m3, compliance: 36.0 * per_dt2 * (six_volume_m3 / 6.0) / (6.0 * t.bulk) }
         });
         Self {
@@ -71,7 +72,7 @@ impl Xpbd {
         }
     }
 
-    /// Runs one pass over all constraints.
+    /// Runs one Gauss-Seidel pass over all constraints.
     fn project(&mut self) {
         let (x, w) = (&mut self.position_m, &self.inverse_mass);
         for edge in &self.edges {
@@ -97,8 +98,8 @@ impl Xpbd {
     }
 }
 
-/// The constraints, and their effect in the last substep as a force over E [N/Pa], since contact
-/// depends on the other forces on a node.
+/// The constraints, and their effect in the last substep as a force over E on each node [N/Pa],
+/// because contact needs the other forces on a node.
 struct Projection {
     xpbd: Xpbd,
     force: Vec<Vector3<f32>>,
@@ -130,7 +131,7 @@ impl Method for Projection {
     }
 }
 
-/// Runs the constraints of a patch built with all its volume stiffness per tet.
+/// Runs the constraints on a patch whose volume stiffness is entirely per tet.
 pub(super) fn with<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut dyn RunningMethod) -> T) -> Result<T, Error> {
     let whole = patch.wide_model();
     let mut memory = Memory::for_model(&whole);

@@ -1,8 +1,9 @@
-//! Paper 004: soft tissue under local compression. An abdomen and a foot in layers are pressed by a
-//! finger; Figs. 5 to 9, and where the formulas fail.
+//! Paper 004: soft tissue under local compression. A finger presses an abdomen and a foot with
+//! layers. Reproduces Figs. 5 to 9, and shows where the formulas fail.
 //!
-//! The paper's tomography is not public and its finite elements are another paper's: organs are our
-//! own shapes, the truth is our own reference. Table 1 and (14) are `palpate score`.
+//! The paper's tomography is not public, and its finite elements are those of another paper. The
+//! organs here are therefore our own shapes, and the reference is our own finite elements. Table 1
+//! and (14) are computed by `palpate score`.
 
 pub mod checkpoint;
 pub mod failures;
@@ -36,11 +37,11 @@ use study::{Size, on_block, on_organ};
 /// Options of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Few forces, few trials, coarser organs: under a minute.
+    /// Computes few forces, few trials and coarser organs, in less than a minute.
     pub quick: bool,
-    /// One scene, a preset or a file; `None` for both presets.
+    /// Name of a preset, or path of a scene file; `None` runs both presets.
     pub scene: Option<String>,
-    /// Origin of the report, for its summary.
+    /// Origin of the report, which its summary states.
     pub provenance: serde_json::Value,
 }
 
@@ -48,11 +49,11 @@ pub struct Options {
 /// scenes have been checked.
 ///
 /// # Errors
-/// An impossible scene, a refusal by the core or a method, or a folder that cannot be written.
+/// An invalid scene, a model that the core or a method rejects, or a folder that cannot be written.
 pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), Error> {
     let size = if options.quick { Size::quick() } else { Size::full() };
     let names = options.scene.clone().map_or_else(|| PRESETS.map(|(name, _)| name.to_owned()).to_vec(), |name| vec![name]);
-    // everything that can be refused is refused before anything is computed
+    // all scenes are checked before anything is computed
     let scenes = names.iter().map(|name| PressScene::load(name)).collect::<Result<Vec<_>, _>>()?;
     let sites = scenes.iter().map(|scene| Site::of(scene, size.coarser)).collect::<Result<Vec<_>, _>>()?;
     let folder = OutputFolder::open(out)?.made_by(options.provenance.clone());

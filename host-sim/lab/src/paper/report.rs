@@ -1,28 +1,28 @@
-//! A report: Markdown with tables and pictures, and the verdict on each printed claim.
+//! A report in Markdown with tables, pictures, and a verdict on each claim of the paper.
 
 use std::fmt::{Display, Write};
 use std::path::Path;
 
-/// Text in the making.
+/// A report that is being written.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
     text: String,
     claims: Vec<Claim>,
 }
 
-/// A claim of a paper, and the finding.
+/// A claim of a paper, and the result found here.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Claim {
-    /// Statement of the paper, with its place.
+    /// Statement of the paper, with its place in the text.
     pub printed: String,
     /// Result found here.
     pub found: String,
-    /// Whether the claim held; `None` if it cannot be tested.
+    /// Whether the result confirms the claim; `None` if it cannot be tested.
     pub held: Option<bool>,
 }
 
 impl Report {
-    /// A report with a title.
+    /// An empty report with a title.
     #[must_use]
     pub fn new(title: &str) -> Self {
         Self { text: format!("# {title}\n"), claims: Vec::new() }
@@ -38,7 +38,7 @@ impl Report {
         let _ = write!(self.text, "\n{paragraph}\n");
     }
 
-    /// Adds a table; the first column is text, the rest numbers.
+    /// Adds a table; the first column is left-aligned, the others are right-aligned.
     pub fn table<R: AsRef<[String]>>(&mut self, header: &[&str], rows: impl IntoIterator<Item = R>) {
         let rule = header.iter().enumerate().map(|(n, _)| if n == 0 { "---" } else { "---:" }).collect::<Vec<_>>();
         let _ = write!(self.text, "\n| {} |\n| {} |\n", header.join(" | "), rule.join(" | "));
@@ -47,12 +47,12 @@ impl Report {
         }
     }
 
-    /// Shows a picture that lies beside the report as `NAME.png`.
+    /// Shows the picture `NAME.png` from the folder of the report.
     pub fn picture(&mut self, name: &str, caption: &str) {
         let _ = write!(self.text, "\n![{caption}]({name}.png)\n");
     }
 
-    /// Records a claim of the paper and the finding.
+    /// Records a claim of the paper and the result found here.
     pub fn claim(&mut self, printed: impl Into<String>, found: impl Into<String>, held: Option<bool>) {
         self.claims.push(Claim { printed: printed.into(), found: found.into(), held });
     }
@@ -63,7 +63,7 @@ impl Report {
         &self.claims
     }
 
-    /// The text, claims last.
+    /// The complete text, with the table of claims at the end.
     #[must_use]
     pub fn finish(mut self) -> String {
         if !self.claims.is_empty() {
@@ -81,7 +81,8 @@ impl Report {
     }
 }
 
-/// The outcome in one line: the product's own promise, and the paper's claims.
+/// The outcome in one line: broken promises of the product if there are any, otherwise the number
+/// of claims of the paper that held.
 #[must_use]
 pub fn verdict(claims: &[Claim], broken: &[String]) -> String {
     if !broken.is_empty() {
@@ -97,7 +98,7 @@ pub fn verdict(claims: &[Claim], broken: &[String]) -> String {
     )
 }
 
-/// Prints which claims held, and the path of the report.
+/// Prints the verdict on each claim, and the path of the report.
 pub fn print_claims(claims: &[Claim], out: &Path) {
     println!(
         "\nclaims of the paper, with its equations as printed; one that does not hold is a finding about them, and no failure here:"

@@ -1,8 +1,8 @@
-//! Paper 000, section 3: a liver with its gallbladder hung by a thread, at two resolutions. Table
-//! 1, Fig. 2, Fig. 3 and section 3.4.
+//! Paper 000, section 3: a liver with its gallbladder, hung by a thread, at two resolutions.
+//! Reproduces Table 1, Fig. 2, Fig. 3 and section 3.4.
 //!
-//! The paper's truth is computed tomography of a pig's organs, which is not public; ours is finite
-//! elements of the same scene.
+//! The paper's reference is computed tomography of a pig's organs, which is not public; ours is
+//! finite elements of the same scene.
 
 pub mod assembly;
 mod figures;
@@ -30,14 +30,14 @@ use scene::HangingScene;
 use steps::Steps;
 use truth::{Shipped, Truth, solve};
 
-/// Largest mean landmark error of the product at full resolution that is promised, after each move
+/// Largest mean landmark error that is promised for the product at full resolution, after each move
 /// [m].
 pub const PROMISED_M: [f64; 2] = [1.0e-3, 2.0e-3];
 /// Largest change of each organ's volume that is promised, after each move [%]: the figure that the
 /// paper's authors report for a later version.
 pub const PROMISED_VOLUME_PCT: [f64; 2] = [0.03, 0.06];
 
-/// Methods, in the order of tables.
+/// Methods in the order of tables.
 pub const METHODS: [HangingMethod; 4] = [
     HangingMethod::Palpate,
     HangingMethod::VolumePreserved { rates: Some([0.0, 0.0]), damping: DampingLaw::PrintedMillimetres },
@@ -53,13 +53,13 @@ pub struct Resolution<'a> {
     pub assembly: Assembly<'a>,
     /// Finite elements on the same mesh.
     pub truth: Truth,
-    /// For each method and each move, the final state.
+    /// Setup and final states of each method.
     pub runs: Vec<MethodRun>,
-    /// CPU time of one picture [s].
+    /// CPU time to draw one picture [s].
     pub picture_s: f64,
 }
 
-/// A method's setup and, for each move, where it ended.
+/// Setup of a method, and its final state after each move or the fault that ended it.
 pub type MethodRun = (Setup, Vec<Result<Rest, Fault>>);
 
 /// Options of a run.
@@ -67,24 +67,25 @@ pub type MethodRun = (Setup, Vec<Result<Rest, Fault>>);
 pub struct Options {
     /// Preset or file of the scene.
     pub scene: String,
-    /// The sparse resolution alone.
+    /// Runs only the sparse resolution.
     pub quick: bool,
-    /// Recompute the finite elements of the full resolution instead of using the shipped answer.
+    /// Recomputes the finite elements instead of using the shipped answers.
     pub solve: bool,
-    /// Origin of the report, for its summary.
+    /// Origin of the report, which its summary states.
     pub provenance: serde_json::Value,
 }
 
-/// Longest virtual time for a method to come to rest after a move [s].
+/// Virtual time within which a method should come to rest after a move [s].
 const LONGEST_S: f64 = 6.0;
-/// Gravity that is applied in the second scene [m/s^2].
+/// Gravity in the additional runs under weight [m/s^2].
 const WEIGHT_M_PER_S2: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// Runs the paper's section 3 and writes the report into the folder `out`, which is made once the
 /// scene is known to be sound.
 ///
 /// # Errors
-/// Bad scene; finite elements that do not converge; a promise of the product that did not hold.
+/// A bad scene, finite elements that do not converge, or a promise of the product that did not
+/// hold.
 pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), Error> {
     let scene = HangingScene::load(&options.scene)?;
     let sizes: &[usize] = if options.quick { &[1] } else { &[0, 1] };
@@ -134,7 +135,8 @@ fn assemble(scene: &HangingScene, at: usize) -> Result<Assembly<'_>, Error> {
     Assembly::build(scene, &tets, scene.surface.points[at])
 }
 
-/// Finite elements, then every method.
+/// Solves the finite elements of one resolution or loads their shipped answer, then runs every
+/// method.
 fn at_resolution<'a>(
     assembly: Assembly<'a>,
     name: &'static str,
@@ -160,8 +162,8 @@ fn at_resolution<'a>(
     Ok(resolution)
 }
 
-/// Finite elements of the sparse resolution with every tet cut into eight; `None` unless they ship
-/// or are requested.
+/// Finite elements of the sparse resolution with every tet cut into eight; `None` unless they are
+/// shipped or requested.
 fn subdivided(sparse: &Resolution, solve_anew: bool, progress: &dyn Progress) -> Result<Option<Truth>, Error> {
     if solve_anew {
         let finer = sparse.assembly.subdivided();

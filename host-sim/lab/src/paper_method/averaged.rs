@@ -1,27 +1,28 @@
-//! Average of the corrections demanded by the springs of a node, paper 000, eq (7).
+//! Average of the corrections that the springs of a node require: paper 000, eq (7).
 
 use palpate::{NodeStep, State, Tuned, Vector3};
 
-/// Summed corrections of every node, and the number of springs that they come from.
+/// Sum of the corrections of every node, and number of springs from which they come.
 #[derive(Clone, Debug, Default)]
 pub struct Averaged {
     sums: Vec<(Vector3<f32>, f32)>,
 }
 
 impl Averaged {
-    /// Memory for `nodes` nodes, so that no step allocates.
+    /// Reserves memory for `nodes` nodes, so that no step allocates.
     #[must_use]
     pub fn for_nodes(nodes: usize) -> Self {
         Self { sums: vec![(Vector3::zeros(), 0.0); nodes] }
     }
 
-    /// Zero for `nodes` nodes. Memory grows only in a first step for which none was reserved.
+    /// Sets the sums of `nodes` nodes to zero. This allocates only in the first step, and only if
+    /// no memory was reserved.
     pub fn clear(&mut self, nodes: usize) {
         self.sums.clear();
         self.sums.resize(nodes, (Vector3::zeros(), 0.0));
     }
 
-    /// Adds the correction [m] that one spring demands of a node.
+    /// Adds the correction that one spring requires of a node [m].
     pub fn add(&mut self, node: usize, correction_m: Vector3<f32>) {
         if let Some((sum, count)) = self.sums.get_mut(node) {
             *sum += correction_m;
@@ -29,7 +30,7 @@ impl Averaged {
         }
     }
 
-    /// Moves the free nodes by the average of their springs' corrections.
+    /// Moves the free nodes by the average correction of their springs.
     pub fn apply(&self, tuned: &Tuned, state: &mut State) {
         for (n, (&(sum, count), &NodeStep { step, .. })) in self.sums.iter().zip(tuned.node_step()).enumerate() {
             if step > 0.0 && count > 0.0 {

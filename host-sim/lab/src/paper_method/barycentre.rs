@@ -1,18 +1,19 @@
 //! Volume force of paper 004, eq (2): each corner of a tet is pushed along the line from the tet's
 //! barycentre.
 //!
-//! `F_i = -sum_w c (V_w - V_w0) (p_i - b_w)/|p_i - b_w|`. Unit vectors do not add up to zero: the
-//! tet pushes itself, momentum is not kept. The print shows no coefficient c; without one the unit
-//! is m^3. Kept as the paper has it; the product's `volume` is the gradient of an energy.
+//! `F_i = -sum_w c (V_w - V_w0) (p_i - b_w)/|p_i - b_w|`. The unit vectors do not add up to zero,
+//! so the tet exerts a net force on itself and momentum is not conserved. The paper prints no
+//! coefficient c; without one the unit is m^3. The force is implemented as the paper has it; the
+//! product's `volume` is the gradient of an energy.
 //!
 //! * in: positions
-//! * out: adds to the forces
+//! * out: adds to the forces on the nodes
 //! * cost: about two springs per corner
 //! * may fail: never
 
 use palpate::{Model, State, Tet, Tuned, Vector3};
 
-/// The force of (2).
+/// Volume force of (2).
 #[derive(Clone, Copy, Debug)]
 pub struct BarycentreForce {
     /// Coefficient c [Pa/m].

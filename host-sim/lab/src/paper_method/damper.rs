@@ -1,9 +1,9 @@
-//! A damper parallel to every spring, with its own constant (paper 000, eqs 5 and 12; the damper of
-//! paper 004, eq 1).
+//! A damper parallel to every spring, each with its own constant (paper 000, eqs 5 and 12; the
+//! damper of paper 004, eq 1).
 //!
 //! * in: positions, velocities
-//! * out: adds to the forces
-//! * cost: about a spring pass
+//! * out: adds to the forces on the nodes
+//! * cost: about as much as the spring forces
 //! * may fail: never
 
 use palpate::{Model, Params, State};
@@ -18,22 +18,23 @@ pub struct Dampers<'a> {
 /// Law by which the damping constant of a spring follows from its stiffness k, masses and length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DampingLaw {
-    /// `2 sqrt(k (m_i + m_j)) / l0`, l0 in metres: (12) as printed. Its unit is kg/(s m), not kg/s.
+    /// `2 sqrt(k (m_i + m_j)) / l0` with l0 in metres: (12) as printed. Its unit is kg/(s m), not
+    /// kg/s.
     PrintedMetres,
-    /// The printed equation with l0 in millimetres, for use in millimetres.
+    /// The printed equation with l0 in millimetres, as if the whole model were in millimetres.
     PrintedMillimetres,
-    /// `2 sqrt(k (m_i + m_j))`: without the length the unit is right.
+    /// `2 sqrt(k (m_i + m_j))`: without the length, the unit is correct.
     WithoutLength,
     /// A share of `2 sqrt(k m_i m_j / (m_i + m_j))`, the critical damping of two masses on a
-    /// spring. At 1 it is the repaired form.
+    /// spring. At 1 it is the corrected form of (12).
     Critical(f32),
     /// One constant for all springs [N s/m] (paper 004, eq 1).
     Constant(f32),
 }
 
 impl DampingLaw {
-    /// Writes the constant of every spring over E [m s] into `damping_m_s`, shape \[springs\].
-    /// Masses are those of (10), without a floor.
+    /// Writes the damping constant of every spring over E [m s] into `damping_m_s`, shape
+    /// \[springs\]. Masses are those of (10), without a floor.
     pub fn fill(self, model: &Model, params: &Params, damping_m_s: &mut [f32]) {
         let e = params.youngs_modulus_pa;
         let mass_kg = |n: u16| model.nodes.get(usize::from(n)).map_or(0.0, |node| params.density_kg_per_m3 * node.volume_m3);
@@ -53,9 +54,9 @@ impl DampingLaw {
 }
 
 impl Dampers<'_> {
-    /// Adds the damping forces over E [N/Pa]. Where one end approaches the other the force is
-    /// outward on both, as (5) has it; (1) of paper 004, typed with the signs that its text kept,
-    /// would drive instead of damp.
+    /// Adds the damping forces over E [N/Pa]. If the ends approach each other, the force on both is
+    /// outward, as in (5); (1) of paper 004 with the signs that survive in its text would drive the
+    /// motion instead of damping it.
     pub fn resist(&self, model: &Model, state: &mut State) {
         for (s, &constant) in model.springs.iter().zip(self.damping_m_s) {
             let [i, j] = [s.i, s.j].map(usize::from);

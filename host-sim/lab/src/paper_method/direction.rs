@@ -1,4 +1,4 @@
-//! Direction correction of paper 000, eq (9): no spring rotates by more than theta between two
+//! Direction correction of paper 000, eq (9): a spring may rotate by at most theta between two
 //! checks.
 
 use palpate::{Model, State, Tuned, Vector3};
@@ -6,27 +6,29 @@ use palpate::{Model, State, Tuned, Vector3};
 use super::averaged::Averaged;
 use super::shares;
 
-/// Rotates springs back to within theta of their direction when positions `x^p` were last recorded.
+/// Rotates springs back to within theta of the direction that they had when the positions `x^p`
+/// were last recorded.
 ///
-/// The paper gives the constraint and says that its update follows as that of (6). With `C =
-/// theta - phi`, `phi` the angle, its gradient at the ends is `-t/l` and `t/l`, t the unit vector
-/// across the spring toward its old direction; the step that brings C to zero is then `-C l/2 t`,
-/// averaged over a node's springs as in (7). A spring that points exactly backwards has no such t
-/// and is left alone.
+/// The paper gives the constraint and says that its update follows like that of (6). With `C =
+/// theta - phi`, where phi is the angle of rotation, the gradients at the ends are `-t/l` and
+/// `t/l`, where t is the unit vector perpendicular to the spring towards its old direction. The
+/// step that brings C to zero is then `-C l/2 t`, averaged over the springs of a node as in (7).
+/// For a spring that points exactly backwards t is undefined; such a spring is not corrected.
 #[derive(Debug)]
 pub struct SpringDirection<'a> {
     /// Critical angle theta [rad], above 0 and below pi.
     pub angle_rad: f32,
-    /// Steps between two checks.
+    /// Number of steps between two checks.
     pub every: u16,
-    /// `x^p` [m], shape \[nodes\]; the caller fills it with the rest positions.
+    /// Recorded positions `x^p` [m], shape \[nodes\]; the caller initialises them with the rest
+    /// positions.
     pub before_m: &'a mut [[f32; 3]],
-    /// Steps since the last check.
+    /// Number of steps since the last check.
     pub age: u16,
 }
 
 impl SpringDirection<'_> {
-    /// Moves the free nodes.
+    /// Moves the free nodes, in steps in which a check is due.
     pub fn correct(&mut self, model: &Model, tuned: &Tuned, state: &mut State, averaged: &mut Averaged) {
         let least_cosine = libm::cosf(self.angle_rad);
         averaged.clear(state.nodes().len());
@@ -48,8 +50,8 @@ impl SpringDirection<'_> {
         }
     }
 
-    /// Displacement of end j relative to end i that rotates the spring back to theta [m]; zero
-    /// within theta.
+    /// Displacement of end j relative to end i that rotates the spring back to theta [m]; zero if
+    /// the angle is within theta.
     fn turn_back(&self, i: usize, j: usize, d: Vector3<f32>, least_cosine: f32) -> Vector3<f32> {
         let [a, b] = [i, j].map(|n| Vector3::from(self.before_m[n]));
         let old = b - a;
@@ -61,7 +63,7 @@ impl SpringDirection<'_> {
         if cosine >= least_cosine {
             return Vector3::zeros();
         }
-        // across the spring, toward its old direction
+        // perpendicular to the spring, towards its old direction
         let across = old * (1.0 / old_length) - d * (cosine / length);
         let sine = across.dot(&across).sqrt();
         if sine <= 1e-3 {

@@ -1,16 +1,17 @@
-//! Over-stretching and over-compressing corrections of paper 000, eqs (6)-(8): Jacobi, averaged
-//! over each node's springs.
+//! Over-stretching and over-compressing corrections of paper 000, eqs (6)-(8): a Jacobi iteration,
+//! averaged over the springs of each node.
 
 use palpate::{Model, State, Tuned, Vector3};
 
 use super::averaged::Averaged;
 use super::shares;
 
-/// Brings every spring back between `(1 - tau_c) l0` and `(1 + tau_s) l0`.
+/// Brings the length of every spring back between `(1 - tau_c) l0` and `(1 + tau_s) l0`.
 ///
-/// As printed the correction of a node is divided by the number of *all* its springs (7), whose
-/// letter m is not the mass: each end divides by another number, so momentum is not kept. A
-/// compressed spring is pushed apart; the paper prints only the stretched one's sign.
+/// As printed, the correction of a node is divided by the number of *all* its springs (7), whose
+/// symbol m is not the mass. The two ends of a spring divide by different numbers, so momentum is
+/// not conserved. The ends of a compressed spring are pushed apart; the paper prints only the sign
+/// for a stretched one.
 #[derive(Clone, Copy, Debug)]
 pub struct SpringLength {
     /// Critical stretching rate `tau_s` (1).

@@ -1,7 +1,7 @@
 //! `local-compression`: the model of paper 004 on the core's tick.
 //!
-//! Run it with [`SPRINGS_ONLY`](palpate::Terms::SPRINGS_ONLY), mass floor 0,
-//! springs of one stiffness: the paper has one `k` and one `d` for all edges.
+//! It is to be run with [`SPRINGS_ONLY`](palpate::Terms::SPRINGS_ONLY), a mass floor of 0, and
+//! springs of a single stiffness: the paper has one `k` and one `d` for all edges.
 
 use palpate::method::Method;
 use palpate::stages::force::{self, foundation::Load};
@@ -16,13 +16,13 @@ use super::velocity_verlet::VelocityVerlet;
 /// Springs, dampers, volume force, a region that follows the load, and one correction.
 #[derive(Debug, Default)]
 pub struct LocalCompression<'a> {
-    /// A damper for each spring (1).
+    /// Dampers of the springs (1).
     pub dampers: Option<Dampers<'a>>,
     /// Volume force (2).
     pub volume: Option<BarycentreForce>,
-    /// Extent of the region (7)-(8); without it all nodes belong to it.
+    /// Rule of the region (7)-(8); `None` keeps all nodes active.
     pub region: Option<StressRule>,
-    /// The step (9)-(10).
+    /// Time integration (9)-(10).
     pub step: VelocityVerlet,
     /// Over-compression correction (11)-(13).
     pub compression: Option<OverCompression>,

@@ -4,9 +4,9 @@ use palpate::{Model, State, Tuned};
 
 use super::shares;
 
-/// Pushes the ends of every spring shorter than `(1 - tau_c) l0` apart, one spring after the other,
-/// each end by half of what is missing: `p_i += -C/2 n`, `p_j += C/2 n`, `n = (p_i - p_j)/|p_i -
-/// p_j|`, `C < 0` (12)-(13; both lost in the text, reconstructed).
+/// Pushes the ends of every spring that is shorter than `(1 - tau_c) l0` apart, one spring after
+/// the other, each end by half of the missing length: `p_i += -C/2 n`, `p_j += C/2 n`, `n = (p_i -
+/// p_j)/|p_i - p_j|`, `C < 0` (12)-(13, which are missing from the text and were reconstructed).
 #[derive(Clone, Copy, Debug)]
 pub struct OverCompression {
     /// Critical compression ratio `tau_c` (1).

@@ -1,4 +1,4 @@
-//! Nodes that move in a tick: those near the contact (paper 004, section 2.3).
+//! Region of the nodes that are active in a tick: those near the contact (paper 004, section 2.3).
 //!
 //! * in: the contact of the last tick
 //! * out: the region
@@ -9,18 +9,18 @@ use palpate::stages::force::foundation::Load;
 use palpate::stages::integrate::FASTEST_M_PER_S;
 use palpate::{Fault, Model, NodeStep, State, Tuned, Vector3};
 
-/// Ball of the nodes that move, by their rest positions. The others are frozen in place.
+/// Ball that contains the rest positions of the active nodes. All other nodes are frozen in place.
 #[derive(Clone, Copy, Debug)]
 pub struct Region {
-    /// Centre: the contact, on the rest surface [m].
+    /// Centre of the ball: the contact, on the rest surface [m].
     pub centre_m: Vector3<f32>,
-    /// Radius squared [m^2].
+    /// Squared radius of the ball [m^2].
     pub radius_squared_m2: f32,
 }
 
-/// Moves the region's free nodes by one substep, all of them without a region; returns how many.
-/// `velocity` returns a component of the new velocity [m/s] from the old one, the force over E
-/// [N/Pa], and the change of velocity per force over E.
+/// Moves the free nodes of the region by one substep, or all free nodes if there is no region;
+/// returns their number. `velocity` returns a component of the new velocity [m/s] from the old one,
+/// the force over E [N/Pa], and the change of velocity per force over E.
 ///
 /// # Errors
 /// [`Fault::Diverged`].
@@ -52,8 +52,8 @@ pub fn advance_within(
     Ok(active)
 }
 
-/// How the contact pressure follows from force and depth (8). Both are free of the contact's
-/// radius; which was printed is unknown.
+/// Form of (8), by which the contact pressure follows from force and depth. Neither form contains
+/// the radius of the contact; it is unknown which of them was printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ContactPressure {
     /// Under a uniform load: `pi E^2 z^2 / (4 (1 - nu^2)^2 F)`.
@@ -62,22 +62,22 @@ pub enum ContactPressure {
     RigidPunch,
 }
 
-/// The region of paper 004: a ball around the contact, as deep as the vertical stress stays above a
-/// threshold.
+/// Rule for the region of paper 004: a ball around the contact that reaches as deep as the vertical
+/// stress stays above a threshold.
 ///
 /// `F_perp = F_c [1 - h^3/(h^2 + r^2)^(3/2)]` (7, lost in the text: Boussinesq's stress under the
 /// centre of a uniformly loaded disc) equals the threshold at `h_max = r sqrt(q/(1-q))`, `q = (1 -
-/// F_min/F_c)^(2/3)`. Stress falls as `1/h^2` but displacement as `1/h`: the rule cannot bound the
-/// force's error.
+/// F_min/F_c)^(2/3)`. Stress decreases as `1/h^2` but displacement as `1/h`, so the rule cannot
+/// bound the error of the force.
 #[derive(Clone, Copy, Debug)]
 pub struct StressRule {
-    /// Least vertical stress `F_min` [Pa].
+    /// Threshold of the vertical stress `F_min` [Pa].
     pub least_stress_pa: f32,
     /// Poisson's ratio (1).
     pub poisson_ratio: f32,
-    /// Pressure distribution (8).
+    /// Pressure distribution that (8) assumes.
     pub pressure: ContactPressure,
-    /// Contact of the last substep.
+    /// Contact in the last substep; `None` if there was none.
     seen: Option<Seen>,
 }
 
@@ -89,13 +89,13 @@ struct Seen {
 }
 
 impl StressRule {
-    /// Creates the rule before anything was touched.
+    /// Creates the rule without a contact.
     #[must_use]
     pub fn new(least_stress_pa: f32, poisson_ratio: f32, pressure: ContactPressure) -> Self {
         Self { least_stress_pa, poisson_ratio, pressure, seen: None }
     }
 
-    /// Contact pressure `F_c` [Pa] (8).
+    /// Contact pressure `F_c` of (8) [Pa].
     #[must_use]
     pub fn pressure_pa(&self, youngs_modulus_pa: f32, force_n: f32, depth_m: f32) -> f32 {
         let plane = youngs_modulus_pa * depth_m / (1.0 - self.poisson_ratio * self.poisson_ratio);
@@ -106,22 +106,24 @@ impl StressRule {
         factor * plane * plane / force_n
     }
 
-    /// Radius of the region [m] (7) under a contact pressure [Pa] on a disc of radius `radius_m`;
-    /// that radius itself where (7) gives less, down to nothing where even the contact is below the
-    /// threshold: our addition, so that touched nodes can move.
+    /// Radius of the region by (7) [m] under a contact pressure on a disc of radius `radius_m`.
+    /// Where (7) gives less than `radius_m`, or nothing because even the contact pressure is below
+    /// the threshold, the result is `radius_m`: this is our addition, so that touched nodes can
+    /// move.
     #[must_use]
     pub fn radius_m(&self, pressure_pa: f32, radius_m: f32) -> f32 {
         let share = self.least_stress_pa / pressure_pa;
         if share >= 1.0 {
             return radius_m;
         }
-        // cube root of 1 - s: the cosine of the disc's half angle seen from the depth
+        // the cube root of 1 - s is the cosine of the half angle that the disc subtends at the
+        // depth
         let cosine = libm::cbrtf(1.0 - share);
         let deep = radius_m * cosine / (1.0 - cosine * cosine).sqrt();
         if deep > radius_m { deep } else { radius_m }
     }
 
-    /// The region of this tick: none, so that all nodes move, until something was touched.
+    /// The region of this tick; `None`, which means that all nodes are active, without contact.
     #[must_use]
     pub fn select(&self, tuned: &Tuned, state: &State) -> Option<Region> {
         let seen = self.seen.filter(|_| state.in_contact())?;
@@ -130,7 +132,7 @@ impl StressRule {
         Some(Region { centre_m: seen.centre_m, radius_squared_m2: radius_m * radius_m })
     }
 
-    /// Takes note of the load on the probe.
+    /// Records the contact from the load on the probe.
     pub fn see(&mut self, tuned: &Tuned, load: &Load, tip_m: Vector3<f32>) {
         let square = load.force.dot(&load.force);
         if !(square > 0.0 && load.push > 0.0) {
@@ -145,7 +147,7 @@ impl StressRule {
 }
 
 impl Region {
-    /// True if a node with this rest position moves.
+    /// Whether a node with this rest position is active.
     fn contains(&self, rest_m: [f32; 3]) -> bool {
         let d = Vector3::from(rest_m) - self.centre_m;
         d.dot(&d) <= self.radius_squared_m2

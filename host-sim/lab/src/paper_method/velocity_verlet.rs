@@ -1,27 +1,27 @@
 //! Velocity Verlet of paper 004, eqs (9)-(10): `x += v dt + F dt^2/(2m)`, then `v += (F(t) +
 //! F(t+dt)) dt/(2m)`.
 //!
-//! A substep has one evaluation of the forces, F(t). So (10) of the step before is closed first,
-//! `v(t) = v(t-dt/2) + F(t) dt/(2m)`, then (9) is taken with `v(t+dt/2) = v(t) + F(t) dt/(2m)`: the
-//! same positions, and between steps the node keeps the half-step velocity. Dampers see that one,
-//! which breaks the circle that F(t+dt) needs v(t+dt) and v(t+dt) needs F(t+dt). After the first
-//! half step it differs from symplectic Euler by nothing.
+//! A substep evaluates the forces only once, at t. It therefore first completes (10) of the
+//! previous step, `v(t) = v(t-dt/2) + F(t) dt/(2m)`, and then performs (9) with `v(t+dt/2) = v(t) +
+//! F(t) dt/(2m)`. The positions are those of the paper; between steps a node stores the half-step
+//! velocity. Dampers use that velocity, which resolves the circular dependence between F(t+dt) and
+//! v(t+dt). After the first half step the method is identical to symplectic Euler.
 
 use palpate::{Fault, Model, State, Tuned};
 
 use super::region::{Region, advance_within};
 
-/// The step, and whether a step is open that is to be closed.
+/// Velocity Verlet, and whether the velocity update of a previous step has to be completed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VelocityVerlet {
     under_way: bool,
-    /// Nodes that move; all nodes if `None`.
+    /// Region of the active nodes; `None` makes all nodes active.
     pub region: Option<Region>,
 }
 
 impl VelocityVerlet {
-    /// Moves the region's nodes by one substep; returns how many. Nodes outside the region stop:
-    /// their step ends.
+    /// Moves the nodes of the region by one substep; returns their number. Nodes outside the region
+    /// lose their velocity.
     ///
     /// # Errors
     /// [`Fault::Diverged`].

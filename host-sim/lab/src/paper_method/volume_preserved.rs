@@ -1,8 +1,8 @@
 //! `volume-preserved`: the model of paper 000 on the core's tick.
 //!
-//! Run it with [`SPRINGS_ONLY`](palpate::Terms::SPRINGS_ONLY), mass floor 0.
-//! Springs joining two organs are springs of the model; attached nodes are anchors that the caller
-//! places before every tick.
+//! It is to be run with [`SPRINGS_ONLY`](palpate::Terms::SPRINGS_ONLY) and a mass floor of 0.
+//! Springs that join two organs are springs of the model; attached nodes are anchors that the
+//! caller places before every tick.
 
 use palpate::method::Method;
 use palpate::stages::force::{self, foundation::Load};
@@ -16,13 +16,13 @@ use super::length::SpringLength;
 /// Springs, dampers and three corrections of positions.
 #[derive(Debug, Default)]
 pub struct VolumePreserved<'a> {
-    /// A damper for each spring (5); `None` for none.
+    /// Dampers of the springs (5).
     pub dampers: Option<Dampers<'a>>,
     /// Over-stretching and over-compressing corrections (6)-(8).
     pub length: Option<SpringLength>,
     /// Direction correction (9).
     pub direction: Option<SpringDirection<'a>>,
-    /// Scratch memory of the corrections (7); its content is never read by the caller.
+    /// Scratch memory for the averages of (7); callers never read it.
     pub averaged: Averaged,
 }
 

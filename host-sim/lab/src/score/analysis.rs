@@ -1,5 +1,5 @@
-//! Statistics of the values: spread of each group and phase, change by the training, differences
-//! between groups.
+//! Statistics of the values: spread of each group in each phase, change due to the training, and
+//! differences between groups.
 
 use serde::Serialize;
 
@@ -18,7 +18,7 @@ pub struct Cell {
     pub spread: Spread,
 }
 
-/// After minus before, over the interns of a group that have both.
+/// Change of the value, after minus before, over the interns of a group who have both.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Change {
     /// Label of the group.
@@ -28,10 +28,10 @@ pub struct Change {
     pub spread: Spread,
 }
 
-/// First group minus second.
+/// Difference between two groups, first minus second.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Contrast {
-    /// `before`, `after` or `change`.
+    /// Compared quantity: `before`, `after` or `change`.
     pub what: &'static str,
     /// Label of the first group.
     pub first: String,
@@ -47,11 +47,11 @@ pub struct Contrast {
 /// The whole analysis, with groups in the order in which they first appear.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Analysis {
-    /// Groups times phases.
+    /// One cell for each group and phase.
     pub cells: Vec<Cell>,
-    /// One for each group that has interns marked in both phases.
+    /// One change for each group that has interns with marks in both phases.
     pub changes: Vec<Change>,
-    /// Every pair of groups, in each phase and in their change.
+    /// Contrasts of every pair of groups, in each phase and in the change.
     pub contrasts: Vec<Contrast>,
 }
 
@@ -84,7 +84,7 @@ impl Analysis {
     }
 }
 
-/// Labels in the order they first appear.
+/// Labels of the groups in the order in which they first appear.
 #[must_use]
 pub fn groups(all: &[Evaluation]) -> Vec<&str> {
     let mut groups: Vec<&str> = Vec::new();
@@ -96,7 +96,7 @@ pub fn groups(all: &[Evaluation]) -> Vec<&str> {
     groups
 }
 
-/// Values of one group in one phase, in file order.
+/// Values of one group in one phase, in the order of the file.
 #[must_use]
 pub fn values(all: &[Evaluation], group: &str, phase: Phase) -> Vec<f64> {
     all.iter().filter(|e| e.group == group && e.phase == phase).map(|e| e.value).collect()

@@ -1,14 +1,15 @@
-//! Errors in a file of marks: one line that says what, where, and how to fix it.
+//! Errors in a file of marks. Each message is one line that states the problem, its place, and how
+//! to fix it.
 
 use std::path::PathBuf;
 
-/// Why marks or weights were refused.
+/// Reason why marks or weights were refused.
 #[derive(Debug, thiserror::Error)]
 pub enum ScoreError {
     /// The file cannot be read.
     #[error("cannot read {}: {source}: check the path", path.display())]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Cause of the failure.
         source: std::io::Error,
@@ -18,7 +19,7 @@ pub enum ScoreError {
         "{path}: {what}: write the header group,phase,intern,chief,associate,attending and one row for each intern and phase"
     )]
     Empty {
-        /// The file.
+        /// Path of the file.
         path: String,
         /// Statement of what is missing.
         what: &'static str,
@@ -26,15 +27,15 @@ pub enum ScoreError {
     /// A column of the header is not there.
     #[error("{path}:1: column \"{column}\" is missing: the header is group,phase,intern,chief,associate,attending")]
     NoColumn {
-        /// The file.
+        /// Path of the file.
         path: String,
-        /// The missing one.
+        /// Name of the missing column.
         column: &'static str,
     },
-    /// A header that no column has, or has twice.
+    /// A column of the header that is unknown or occurs twice.
     #[error("{path}:1: column \"{column}\" {what}: the header is group,phase,intern,chief,associate,attending")]
     OddColumn {
-        /// The file.
+        /// Path of the file.
         path: String,
         /// Name of the column, as written.
         column: String,
@@ -44,7 +45,7 @@ pub enum ScoreError {
     /// A cell that cannot be used.
     #[error("{path}:{line}: {column} is \"{cell}\": {fix}")]
     Cell {
-        /// The file.
+        /// Path of the file.
         path: String,
         /// Line, from 1.
         line: u64,
@@ -55,12 +56,12 @@ pub enum ScoreError {
         /// Instruction on how to correct the cell.
         fix: &'static str,
     },
-    /// An intern marked twice in the same phase.
+    /// An intern who is marked twice in the same phase.
     #[error(
         "{path}:{line}: intern \"{intern}\" of group \"{group}\" is marked {phase} twice, first in line {first}: keep one row"
     )]
     Duplicate {
-        /// The file.
+        /// Path of the file.
         path: String,
         /// Line of the second row.
         line: u64,
@@ -76,7 +77,7 @@ pub enum ScoreError {
     /// The file is not a table.
     #[error("{path}:{line}: {what}: write six cells separated by commas, UTF-8")]
     Table {
-        /// The file.
+        /// Path of the file.
         path: String,
         /// Line, from 1.
         line: u64,

@@ -17,27 +17,28 @@ pub struct Marks {
     pub phase: Phase,
     /// Label of the intern, unique in the group.
     pub intern: String,
-    /// Chief, associate chief, attending; 0 to 10.
+    /// Marks of the chief, the associate chief and the attending physician, from 0 to 10.
     pub marks: [f64; 3],
 }
 
 const COLUMNS: [&str; 6] = ["group", "phase", "intern", "chief", "associate", "attending"];
 
-/// Reads a file.
+/// Reads the marks in a CSV file.
 ///
 /// # Errors
-/// The file cannot be read, or as [`parse`].
+/// A file that cannot be read, or the errors of [`parse`].
 pub fn read(path: &Path) -> Result<Vec<Marks>, ScoreError> {
     let bytes = std::fs::read(path).map_err(|source| ScoreError::Read { path: path.into(), source })?;
     parse(&path.display().to_string(), &bytes)
 }
 
-/// Reads a table; `path` only names it in errors.
+/// Reads the marks in the bytes of a CSV file; `path` names the file in errors.
 ///
 /// # Errors
-/// A missing column, a cell that cannot be used, an intern twice, or no row at all.
+/// A missing column, a cell that cannot be used, an intern who occurs twice in a phase, or a table
+/// without rows.
 pub fn parse(path: &str, bytes: &[u8]) -> Result<Vec<Marks>, ScoreError> {
-    // spreadsheets put a byte order mark first
+    // spreadsheets begin a file with a byte order mark
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut table = ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).from_reader(bytes);
     let odd = |error: csv::Error| odd_table(path, &error);
@@ -64,7 +65,7 @@ pub fn parse(path: &str, bytes: &[u8]) -> Result<Vec<Marks>, ScoreError> {
     Ok(all)
 }
 
-/// Place of each of [`COLUMNS`] in the header.
+/// Index of each of [`COLUMNS`] in the header.
 fn columns(path: &str, header: &StringRecord) -> Result<[usize; 6], ScoreError> {
     let mut places = [0; 6];
     for (place, column) in places.iter_mut().zip(COLUMNS) {

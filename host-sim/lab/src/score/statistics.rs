@@ -1,8 +1,8 @@
 //! Spread of a sample and the permutation test of a difference of means.
 //!
-//! Marks are discrete and bounded and groups are small, so no distribution is assumed: the test
-//! counts how many of the ways to deal the same values into groups of the same sizes differ in
-//! their means at least as much as the groups did (two-sided).
+//! Marks are discrete and bounded and groups are small, so no distribution is assumed. A deal is a
+//! way to divide the pooled values into two groups of the given sizes; the test counts the deals
+//! whose means differ at least as much as those of the actual groups (two-sided).
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -11,20 +11,20 @@ use serde::Serialize;
 /// Size, mean and spread of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Spread {
-    /// Values.
+    /// Number of values.
     pub count: usize,
-    /// Mean.
+    /// Mean of the values.
     pub mean: f64,
-    /// Standard deviation with n - 1; none for a single value.
+    /// Standard deviation with n - 1; `None` for a single value.
     pub sd: Option<f64>,
-    /// Smallest.
+    /// Smallest value.
     pub min: f64,
-    /// Largest.
+    /// Largest value.
     pub max: f64,
 }
 
 impl Spread {
-    /// `None` without values.
+    /// Spread of the values; `None` if there are none.
     #[must_use]
     pub fn of(values: &[f64]) -> Option<Self> {
         let count = values.len();
@@ -46,19 +46,20 @@ fn mean(values: &[f64]) -> f64 {
 /// Result of a permutation test.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Permutation {
-    /// Share of deals that differ at least as much.
+    /// Share of the deals whose means differ at least as much as the observed ones (1).
     pub p: f64,
     /// Number of deals examined.
     pub deals: u64,
-    /// True if those were all deals; otherwise they were drawn at random with a fixed seed.
+    /// Whether all deals were examined; otherwise they were drawn at random with a fixed seed.
     pub exact: bool,
 }
 
-/// Number of deals up to which all are examined.
+/// Largest number of possible deals at which all of them are examined.
 const ALL_DEALS: u64 = 1_000_000;
-/// Number of deals drawn if there are more.
+/// Number of deals that are drawn if there are more.
 const DRAWN: u64 = 200_000;
-/// Sums of the same values in another order differ by rounding; this is far below a mark.
+/// Tolerance for sums of the same values in another order, which differ by rounding; it is far
+/// below a mark.
 const SAME: f64 = 1e-9;
 
 /// Tests whether two samples differ in their means; `None` if one is empty.
@@ -86,16 +87,16 @@ pub fn permutation_test(a: &[f64], b: &[f64]) -> Option<Permutation> {
         }
         extreme += u64::from(distance(pool[..k].iter().sum()) >= found);
     }
-    // the observed deal is one of them, so p is never zero
+    // the observed deal is counted as one of them, so p is never zero
     Some(Permutation { p: (extreme + 1) as f64 / (DRAWN + 1) as f64, deals: DRAWN, exact: false })
 }
 
-/// Ways to take k of n; `None` beyond u64.
+/// Number of ways to choose k of n; `None` if it exceeds u64.
 fn choices(n: usize, k: usize) -> Option<u64> {
     (0..k.min(n - k)).try_fold(1_u64, |ways, i| Some(ways.checked_mul((n - i) as u64)? / (i as u64 + 1)))
 }
 
-/// Choices of `k` of `pool` whose sum, `so_far` added, is extreme.
+/// Number of choices of `k` values from `pool` whose sum plus `so_far` is extreme.
 fn count_deals(pool: &[f64], k: usize, so_far: f64, extreme: &impl Fn(f64) -> bool) -> u64 {
     if k == 0 {
         return u64::from(extreme(so_far));

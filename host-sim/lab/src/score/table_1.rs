@@ -1,16 +1,16 @@
 //! Table 1 of paper 004: the values of 20 interns before and after the training, as printed, and a
 //! check of equation (14) against them.
 //!
-//! The marks behind the values are not printed. What can be checked: every value is one that (14)
-//! gives for whole marks, the groups are alike before the training, and the first group (virtual
-//! training) is above the second (on a real abdomen) after it.
+//! The marks behind the values are not printed. Three statements can be checked: every value is one
+//! that (14) gives for integer marks; the groups do not differ before the training; and after it
+//! the first group (virtual training) is above the second (trained on a real abdomen).
 
 use serde::Serialize;
 
 use super::statistics::Spread;
 use super::{Analysis, Evaluation, Phase, Weights};
 
-/// Rows of Table 1: group 1 and 2 before, group 1 and 2 after.
+/// Rows of Table 1: groups 1 and 2 before the training, groups 1 and 2 after it.
 pub const PRINTED: [[f64; 4]; 10] = [
     [0.525, 0.400, 0.955, 0.790],
     [0.500, 0.460, 0.945, 0.795],
@@ -24,13 +24,13 @@ pub const PRINTED: [[f64; 4]; 10] = [
     [0.500, 0.480, 0.920, 0.795],
 ];
 
-/// Columns of [`PRINTED`].
+/// Group and phase of each column of [`PRINTED`].
 pub const COLUMNS: [(&str, Phase); 4] = [("1", Phase::Before), ("2", Phase::Before), ("1", Phase::After), ("2", Phase::After)];
 
-/// Printed values have three decimals.
+/// Rounding error of the printed values, which have three decimals.
 const ROUNDING: f64 = 5e-4;
 
-/// Groups count as different if chance alone gives such a difference less often than this.
+/// Probability below which a difference between groups is not attributed to chance.
 const SIGNIFICANT: f64 = 0.05;
 
 /// The printed values, group by group.
@@ -49,7 +49,8 @@ pub fn evaluations() -> Vec<Evaluation> {
     (0..4).flat_map(of).collect()
 }
 
-/// Whole marks for which (14) rounds to a printed value: how many of the 11^3, and the first.
+/// Number of the 11^3 combinations of integer marks for which (14) rounds to a printed value, and
+/// the first of them.
 #[must_use]
 pub fn marks_for(printed: f64, weights: &Weights) -> (usize, Option<[u8; 3]>) {
     let all = (0..=10_u8).flat_map(|a| (0..=10_u8).flat_map(move |b| (0..=10_u8).map(move |c| [a, b, c])));
@@ -68,9 +69,9 @@ pub struct Column {
     /// Spread of the values.
     #[serde(flatten)]
     pub spread: Spread,
-    /// Number of values that (14) gives for some whole marks.
+    /// Number of values that (14) gives for some integer marks.
     pub attainable: usize,
-    /// Values that (14) does not give for any.
+    /// Values that (14) does not give for any integer marks.
     pub unattainable: Vec<f64>,
 }
 
@@ -79,11 +80,11 @@ pub struct Column {
 pub struct Check {
     /// The four columns.
     pub columns: Vec<Column>,
-    /// Difference of the means, group 1 minus 2, before; and the probability of such a difference
-    /// by chance.
+    /// Difference of the means before the training, group 1 minus group 2, and the probability of
+    /// such a difference by chance.
     pub before: (f64, f64),
-    /// Difference of the means, group 1 minus 2, after; and the probability of such a difference by
-    /// chance.
+    /// Difference of the means after the training, group 1 minus group 2, and the probability of
+    /// such a difference by chance.
     pub after: (f64, f64),
     /// Share of pairs (one intern of each group) in which the intern of group 1 has the higher
     /// value after the training.
@@ -112,7 +113,7 @@ impl Check {
         }
     }
 
-    /// Claims of the paper and of (14), and whether the printed values bear them out.
+    /// Claims of the paper and of (14), and whether the printed values agree with them.
     #[must_use]
     pub fn claims(&self) -> [(&'static str, bool); 4] {
         [

@@ -1,19 +1,21 @@
-//! Hand x delay x device x control: the stiffest wall without a limit cycle, and the energy and
-//! error of holding and leaving 400 N/m.
+//! Matrix of hand, delay, device and control: the stiffest wall without a limit cycle, and the
+//! energy and the error when a wall of 400 N/m is held and left.
 //!
-//! Each cell climbs from [`SOFTEST_N_PER_M`] in steps of 12 % until the first wall that is not
-//! quiet. Bisecting would be wrong: a loop can shake at one stiffness and hold at a higher one,
-//! because friction, the force limit and the encoder's count enter at different ones.
+//! In each cell the stiffness climbs from [`SOFTEST_N_PER_M`] in steps of 12 % until the first wall
+//! that is not quiet. Bisection would be wrong: a loop can shake at one stiffness and be quiet at a
+//! higher one, because friction, the force limit and the encoder resolution take effect at
+//! different stiffnesses.
 //!
-//! An earlier, independent simulation with one axis found 139, 952, 2640 and 5836 N/m raw for H0 to
-//! H3 one tick late; here it is 155, 1066, 2357 and 2105. H2 and H3 end there because of the
-//! encoder: the handle moves by a few micrometres across the boundary of a count, which is 50-70
-//! mN. Whether a hold rests on such a boundary depends on the stiffness by chance (H3 is quiet
-//! again at 3312 and from 4653 on). With counts of 1 um H3 is quiet to the end and H2 to 3312. Two
-//! ticks late H0 ends at 99 against 70: the other simulation pushed with 0.5 N at every stiffness,
-//! and with that push it ends at 79.
+//! An earlier, independent simulation with one axis found limits of 139, 952, 2640 and 5836 N/m for
+//! the raw controller with H0 to H3 at a delay of one tick; here they are 155, 1066, 2357 and 2105
+//! N/m. H2 and H3 end there because of the encoder: the handle moves by a few micrometres across
+//! the boundary of a count, which changes the force by 50-70 mN. It is a matter of chance at which
+//! stiffnesses a hold comes to rest on such a boundary (H3 is quiet again at 3312 N/m and from 4653
+//! N/m on). With counts of 1 um H3 is quiet to the end of the climb and H2 up to 3312 N/m. At a
+//! delay of two ticks H0 ends at 99 N/m here and at 70 N/m there: the other simulation pushed with
+//! 0.5 N at every stiffness, and with that push ours ends at 79 N/m.
 //!
-//! [`ceiling`] gives the limit of the encoder, whatever the controller.
+//! [`ceiling`] gives the limit that the encoder sets for every controller.
 
 pub mod ceiling;
 mod climb;
@@ -39,61 +41,62 @@ use palpate_tissue::Error as TissueError;
 pub const SOFTEST_N_PER_M: f64 = 50.0;
 /// Factor from one stiffness of a climb to the next (1).
 pub const STEP: f64 = 1.12;
-/// Stiffest wall [N/m].
+/// Largest stiffness of a climb [N/m].
 pub const STIFFEST_N_PER_M: f64 = 6000.0;
-/// Stiffness that a device of the Touch class must hold [N/m]: its maker's ceiling.
+/// Stiffness that a device of the Touch class must hold [N/m]: the maximum that its maker states.
 pub const HELD_N_PER_M: f64 = 400.0;
-/// Energy that our controller may create on such a wall [J].
+/// Largest energy that our controller may create on such a wall [J].
 pub const MOST_CREATED_J: f64 = 0.01e-3;
-/// Static error that our controller may have on such a wall (1): rounding and a toggling count.
+/// Largest static error that our controller may have on such a wall (1), which allows for rounding
+/// and for one toggling count.
 pub const MOST_STATIC_ERROR: f64 = 1e-3;
-/// Deepest press [m], and share of the force limit that a press may take (1).
+/// Largest depth of a press [m], and share of the force limit that a press may reach (1).
 const DEPTH_M: f64 = 4e-3;
 const FORCE_SHARE: f64 = 0.85;
 
-/// Stiffest spring [N/m] that any passive hand can hold without the loop creating energy: `K = b /
-/// (T / 2 + t_d)` (Colgate and Schenkel, J. Robotic Systems 14, 1997; with a delay after Gil, Hulin
-/// and others), `b` the device's own damping alone.
+/// Largest stiffness of a spring [N/m] that any passive hand can hold without the loop creating
+/// energy: `K = b / (T / 2 + t_d)` (Colgate and Schenkel, J. Robotic Systems 14, 1997; with a delay
+/// after Gil, Hulin and others), `b` the device's own damping alone.
 #[must_use]
 pub fn passive_n_per_m(device: &DeviceProfile) -> f64 {
     let late_s = f64::from(device.delay_ticks) * 1e-3 + device.amplifier_lag_s;
     device.damping_n_s_per_m / (0.5e-3 + late_s)
 }
 
-/// One cell.
+/// One cell of the matrix.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Cell {
     /// Name of the device's profile.
     pub device: String,
     /// Delay of the device [ticks].
     pub delay_ticks: u8,
-    /// H0 .. H6.
+    /// Hand, H0 .. H6.
     #[serde(deserialize_with = "hand::id")]
     pub hand: hand::Id,
-    /// Name of the control that keeps the loop quiet.
+    /// Name of the controller.
     pub control: String,
-    /// Result of the climb with that control.
+    /// Result of the climb.
     pub climb: Climb,
-    /// Closed form for the device alone [N/m].
+    /// Closed form [`passive_n_per_m`] for the device [N/m].
     pub passive_n_per_m: f64,
     /// Result of a tap on a wall of [`HELD_N_PER_M`].
     pub held: TapResult,
 }
 
-/// Scope of the measurements: loop cases and encoder ceilings.
+/// Scope of the measurements: cells of the matrix and encoder ceilings.
 #[derive(Clone, Debug)]
 pub struct Scope {
-    /// Every device under every control; the shipped ones at delays 0, 1 and 2, then, on request,
-    /// all at their own.
+    /// Names and profiles of the devices: the swept ones at delays of 0, 1 and 2 ticks, then on
+    /// request every shipped one at its own delay.
     cases: Vec<(String, DeviceProfile)>,
     ceilings: ceiling::Scope,
 }
 
-/// Devices that run at every delay.
+/// Devices that are run at every delay.
 const SWEPT: [&str; 2] = ["touch", "frictionless"];
 
 impl Scope {
-    /// `quick`: the Touch alone; `full`: every shipped profile too, at its own delay.
+    /// `quick` runs the Touch alone; `full` adds every shipped profile at its own delay.
     ///
     /// # Errors
     /// A profile that cannot be read.
@@ -113,13 +116,13 @@ impl Scope {
         Ok(Self { cases, ceilings: ceiling::Scope::new(quick, full)? })
     }
 
-    /// Cells and ceilings: the numbered cases of [`Part::measure`].
+    /// Number of cases, cells first and then ceilings, by which [`Part::measure`] numbers them.
     #[must_use]
     pub fn cases(&self) -> usize {
         self.cells() + self.ceilings.cases()
     }
 
-    /// Steps that [`Part::measure`] reports one by one.
+    /// Number of steps that [`Part::measure`] reports for these cases.
     #[must_use]
     pub fn steps(&self, cases: Range<usize>) -> usize {
         let [cells, ceilings] = self.split(cases);
@@ -130,7 +133,7 @@ impl Scope {
         self.cases.len() * HANDS.len() * CONTROLLERS.len()
     }
 
-    /// Numbers among the cells, and among the ceilings.
+    /// Splits case numbers into those of cells and those of ceilings.
     fn split(&self, cases: Range<usize>) -> [Range<usize>; 2] {
         let cells = self.cells();
         let beyond = |n: usize| n.saturating_sub(cells);
@@ -141,32 +144,32 @@ impl Scope {
 /// Results of some of the cases.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Part {
-    /// Cells.
+    /// Measured cells.
     pub cells: Vec<Cell>,
-    /// Ceilings, each with the tissue that one hand held.
+    /// Measured ceilings, each with the stiffest tissue that one hand held.
     pub ceilings: Vec<Ceiling>,
 }
 
-/// Everything measured.
+/// All results of the loop matrix.
 #[derive(Clone, Debug, Serialize)]
 pub struct LoopSummary {
-    /// Step of a climb (1), its end [N/m].
+    /// Factor from one stiffness of a climb to the next (1).
     pub step: f64,
-    /// [N/m]
+    /// Largest stiffness of a climb that was tried [N/m].
     pub stiffest_tried_n_per_m: f64,
-    /// Every cell.
+    /// Cells of the matrix, by device, delay, hand and controller.
     pub cells: Vec<Cell>,
     /// Ceilings that the encoders allow.
     pub ceilings: Vec<Ceiling>,
-    /// Promises that did not hold.
+    /// Promises that did not hold, one sentence each.
     pub broken: Vec<String>,
 }
 
 impl Part {
-    /// Measures cases; `done` is called after every step.
+    /// Measures the cases with these numbers; `done` is called after every step.
     ///
     /// # Errors
-    /// A device or a patch that the loop refuses.
+    /// A device or a patch that the loop rejects.
     pub fn measure(scope: &Scope, cases: Range<usize>, done: &(impl Fn() + Sync)) -> Result<Self, Error> {
         let [cells, ceilings] = scope.split(cases);
         let all = scope
@@ -194,7 +197,7 @@ impl Part {
 }
 
 impl LoopSummary {
-    /// All cases together.
+    /// Summarises the results of all cases.
     #[must_use]
     pub fn of(all: Part) -> Self {
         let broken = broken(&all.cells);
@@ -211,14 +214,15 @@ impl LoopSummary {
         if self.broken.is_empty() { Ok(()) } else { Err(TissueError::Check(self.broken.join("; ")).into()) }
     }
 
-    /// Cells of a device, a delay and a controller, one per hand.
+    /// Cells of a device, a delay and a controller, one for each hand.
     fn row<'a>(&'a self, device: &'a str, delay_ticks: u8, control: &'a str) -> impl Iterator<Item = &'a Cell> {
         self.cells.iter().filter(move |c| c.device == device && c.delay_ticks == delay_ticks && c.control == control)
     }
 }
 
-/// Ours holds [`HELD_N_PER_M`] without energy and without static error, in every hand: on the Touch
-/// up to two ticks late, without friction up to one.
+/// Cells that break the promise: our controller holds [`HELD_N_PER_M`] in every hand without
+/// creating energy and without static error, on the Touch at delays up to two ticks, on the
+/// frictionless device up to one.
 fn broken(cells: &[Cell]) -> Vec<String> {
     let promised =
         |c: &&Cell| c.control == Controller::Ours.name() && (c.device == SWEPT[0] || c.device == SWEPT[1] && c.delay_ticks <= 1);

@@ -1,15 +1,15 @@
-//! The part of `stability` without a device in the loop: every method of the chart is pressed,
-//! tapped, jittered and released at five stiffnesses.
+//! The part of `stability` without a device in the loop: every method of the chart runs presses,
+//! taps, jittered presses and releases at five stiffnesses.
 //!
-//! A [`LoadCase`] says how the tip moves; a [`BuiltMethod`] is a method with the substeps that it
-//! needs; [`press`] applies the case to the method and records a [`Trace`]; [`judge`] classifies
-//! the first failure; [`margin`] finds how much more it withstands; [`promises`] checks the
-//! product's promises.
+//! A [`LoadCase`] defines the motion of the tip and the tissue; a [`BuiltMethod`] is a method with
+//! the substeps that it needs; [`press`] applies the case to the method and records a [`Trace`];
+//! [`judge`] classifies the worst failure; [`margin`] finds the limit up to which the method still
+//! passes; [`promises`] checks the promises of the product.
 //!
 //! Every method gets the substeps that it needs for the chart's press on the same tissue; the
-//! product those that a session derives. The product runs with its guard: the depth limit, and the
-//! sinking speed that its elements allow. The other methods have no depth limit; all of them except
-//! the implicit ones and `compliance` are given a tip that moves at 1 m/s at most.
+//! product gets those that a session derives. The product runs with its guard: the depth limit, and
+//! the sinking speed that its elements allow. The other methods have no depth limit; for all of
+//! them except `implicit` and `compliance` the core limits the speed of the tip to 1 m/s.
 
 mod built_method;
 mod figures;

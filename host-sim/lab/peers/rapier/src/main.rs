@@ -1,11 +1,12 @@
-//! A block of rapier3d's soft body under a ball, moved line by line from standard input.
+//! A block of rapier3d's soft body under a ball that is moved by lines on standard input.
 //!
-//! First lines: `key value` pairs, then `nodes N` with N lines `x y z mass fixed`, `tets T` with T
-//! lines of four indices, and `go`. Then each line `t FROM TO` moves the tip between two depths [m]
-//! within a millisecond and answers `FORCE CPU`, newtons and seconds; `p` answers with all
-//! positions.
+//! The input begins with `key value` pairs, `nodes N` with N lines `x y z mass fixed`, `tets T`
+//! with T lines of four indices, and `go`. After that each line `t FROM TO` moves the tip between
+//! two depths [m] within a millisecond; the answer is `FORCE CPU`, the force [N] and the processor
+//! time of all ticks so far [s]. To the line `p` the answer is the positions of all nodes [m].
 //!
-//! Lengths in this program are decimetres: rapier drops cells of less than 1.2e-7 cubic units.
+//! Lengths in this program are in decimetres, because rapier drops cells of less than 1.2e-7 cubic
+//! units.
 
 use std::collections::HashMap;
 use std::error::Error;
@@ -14,7 +15,7 @@ use std::io::{Lines, StdinLock, Write, stdin, stdout};
 use cpu_time::ThreadTime;
 use rapier3d::prelude::*;
 
-/// Units of length in a metre.
+/// Units of length per metre.
 const UNITS: f32 = 10.0;
 
 type Input = Lines<StdinLock<'static>>;
@@ -73,7 +74,7 @@ fn read(input: &mut Input) -> Result<Press, Failure> {
     let skin = of("skin_m")? * UNITS;
     let radius = of("radius_m")? * UNITS;
     let material = SoftBodyMaterial {
-        // force per area in kg/(dm s^2)
+        // in kg/(dm s^2), the unit of stress when lengths are in decimetres
         young_modulus: of("youngs_modulus_pa")? / UNITS,
         poisson_ratio: of("poisson_ratio")?,
         elastic_damping_ratio: of("damping_ratio")?,
@@ -106,7 +107,7 @@ fn read(input: &mut Input) -> Result<Press, Failure> {
         .additional_pgs_iterations(of("pgs_iterations")? as usize)
         .can_sleep(false);
     let body = world.insert_soft_body(body);
-    // the surface has the thickness of its skin: the ball is smaller by that much
+    // the surface has a skin of this thickness, so the ball is smaller by it
     let (probe, ball) = world.insert(
         RigidBodyBuilder::kinematic_position_based().translation(Vector::new(0.0, 0.0, radius + 0.1)),
         ColliderBuilder::ball(radius - skin).friction(0.0).friction_combine_rule(CoefficientCombineRule::Min),
@@ -115,7 +116,7 @@ fn read(input: &mut Input) -> Result<Press, Failure> {
 }
 
 impl Press {
-    /// Force along the press [N] after moving the tip between two depths [m].
+    /// Moves the tip between two depths [m]; returns the force along the press [N].
     fn tick(&mut self, from_m: f32, to_m: f32) -> f32 {
         let mut force = 0.0;
         for k in 1..=self.steps {

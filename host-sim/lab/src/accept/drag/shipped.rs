@@ -1,42 +1,46 @@
-//! The shipped patches under a probe that slides, sticks, and is held with a sideways force for a
-//! minute.
+//! The shipped patches under a probe that slides, under one that sticks, and under one that is held
+//! under a sideways force for a minute.
 
 use super::{Answer, Bench, Error, FRICTION, Figure, Memory, Params, ProbeShape, Row, Run, SLIDES, parts};
 use rayon::prelude::*;
 
-/// Nodes of the patch on which it slides or is held, and of those on which it sticks.
+/// Number of nodes of the patch on which the probe slides or is held, and of those on which it
+/// sticks.
 const NODES: usize = 410;
 const STUCK_NODES: [usize; 3] = [130, 410, 1020];
-/// Ticks of a press.
+/// Number of ticks of a press and of the pause after it.
 const PRESSED: usize = 1500;
 /// Depth of a flat end [m], so small that its edge does not dig in.
 const FLAT_M: f64 = 2e-4;
-/// Step of a slide [m], and its ticks.
+/// Displacement per tick of a slide [m], and its number of ticks.
 const SLIDE_M: f64 = 2e-6;
 const SLIDE: usize = 1500;
-/// Step of a sticking probe [m], its ticks, and those including the rest after it.
+/// Displacement per tick of a sticking probe [m], number of ticks of that motion, and number of
+/// ticks with the pause after it.
 const STICK_M: f64 = 2e-7;
 const STICK: usize = 100;
 const STUCK: usize = 1000;
-/// Friction high enough that nothing slips.
+/// Friction coefficient so high that nothing slips (1).
 const STICKS: f32 = 5.0;
-/// Stiffness of the sticking probe over that of the glued disc (1).
+/// Accepted range of the sticking probe's stiffness, divided by that of the glued disc (1).
 const GLUED: [f64; 2] = [0.97, 1.03];
-/// Directions that are averaged, since the mesh is not isotropic [rad].
+/// Headings over which the stiffness is averaged [rad], since the mesh is not isotropic.
 const HEADINGS: [f64; 3] = [0.0, 0.8, 2.1];
-/// A hold: depth [m], pull over the friction limit, ticks until it has settled and after that.
+/// A hold: its depth [m], the pull divided by the friction limit (1), the number of ticks until it
+/// has settled, and the number of ticks for which it is then observed.
 const HOLD_M: f64 = 2e-3;
 const PULL: f64 = 0.9;
 const SETTLED: usize = 5000;
 const HELD: usize = 60_000;
-/// Damper of the light handle that is pulled [N s/m].
+/// Damping of the massless handle to which the pull is applied [N s/m].
 const HANDLE_N_S_PER_M: f64 = 1.0;
-/// Displacement after which a probe counts as not held [m].
+/// Displacement beyond which a probe counts as lost [m].
 const LOST_M: f64 = 2e-3;
-/// Largest creep of a hold in a minute [um].
+/// Largest accepted creep in a minute [um].
 const CREEPS_UM: f64 = 1.0;
 
-/// Presses from the surface and rests; returns force along the surface and push [N].
+/// Presses from above the surface and waits; returns the force along the surface and the normal
+/// force [N].
 fn pressed(run: &mut Run, depth_m: f64, turned: f64) -> Result<[f64; 2], Error> {
     let mut last = [0.0; 2];
     for n in 0..PRESSED {
@@ -45,7 +49,7 @@ fn pressed(run: &mut Run, depth_m: f64, turned: f64) -> Result<[f64; 2], Error> 
     Ok(last)
 }
 
-/// A full slide under a flat end: force along the surface over the push.
+/// Force along the surface in the full slide of a flat end, divided by the normal force (1).
 fn slides(friction: f64) -> Result<f64, Error> {
     let bench = Bench::shipped(NODES, ProbeShape::Flat)?;
     let model = bench.patch.wide_model();
@@ -58,7 +62,7 @@ fn slides(friction: f64) -> Result<f64, Error> {
     Ok(last[0] / last[1])
 }
 
-/// The row of a flat end that slides.
+/// Row of the flat end that slides.
 pub(super) fn flat() -> Result<Row, Error> {
     let without = slides(0.0)?;
     let figure = |friction: &f64| -> Result<Figure, Error> {
@@ -80,7 +84,7 @@ pub(super) fn flat() -> Result<Row, Error> {
     })
 }
 
-/// Stiffness along the surface of a flat end over that of the glued disc (1).
+/// Stiffness along the surface under a flat end, divided by that of the glued disc (1).
 fn stuck(nodes: usize, friction: f32) -> Result<f64, Error> {
     let bench = Bench::shipped(nodes, ProbeShape::Flat)?;
     let answer = Answer::block();
@@ -102,7 +106,7 @@ fn stuck(nodes: usize, friction: f32) -> Result<f64, Error> {
     Ok(stiffness.iter().sum::<f64>() / stiffness.len() as f64 / right)
 }
 
-/// The row of a flat end that sticks.
+/// Row of the flat end that sticks.
 pub(super) fn glued() -> Result<Row, Error> {
     let figure = |nodes: &usize| -> Result<Figure, Error> {
         Ok(Figure {
@@ -123,8 +127,8 @@ pub(super) fn glued() -> Result<Row, Error> {
     })
 }
 
-/// Largest displacement of a ball, in the minute after the first five seconds [um], under a
-/// sideways pull of nine tenths of `bears` times the push; a probe that is not held is followed for
+/// Largest displacement of a ball in the minute after the first five seconds [um], under a sideways
+/// pull of 0.9 `bears` times the normal force. A probe that friction does not hold is followed for
 /// 2 mm only.
 fn creeps_um(friction: f64, bears: f64) -> Result<f64, Error> {
     let bench = Bench::shipped(NODES, ProbeShape::Hemisphere)?;
@@ -148,7 +152,7 @@ fn creeps_um(friction: f64, bears: f64) -> Result<f64, Error> {
     Ok(farthest_m * 1e6)
 }
 
-/// The row of a ball held with a sideways force.
+/// Row of the ball that is held under a sideways force.
 pub(super) fn held() -> Result<Row, Error> {
     let figure = |friction: &f64| -> Result<Figure, Error> {
         Ok(Figure {

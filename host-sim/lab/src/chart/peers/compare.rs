@@ -1,5 +1,5 @@
-//! Our results against those of other engines: how much cheaper at the same error, and how much
-//! more accurate at the same cost.
+//! Our results against those of other engines: how much cheaper our models are at the same error,
+//! and how much more accurate at the same cost.
 
 use palpate_tissue::output::OutputFolder;
 
@@ -11,23 +11,23 @@ use crate::chart::{Reference, Run, Task, measure};
 use crate::error::Error;
 use crate::methods::Method;
 
-/// Speeds of ramps that are compared alone as well [mm/s]; the common error is dominated by the
-/// tap.
+/// Speeds of the ramps that are also compared one by one [mm/s], because the tap dominates the root
+/// mean square over all of them.
 pub const RAMPS_MM_PER_S: [u32; 2] = [40, 200];
 
-/// Factors between a row of another engine and the best of our models, above 1 in our favour;
-/// `None` if no model of ours is as accurate, or none is as cheap.
+/// A row of another engine against the best of our models. A factor above 1 is in our favour; it is
+/// `None` if none of our models is as accurate, or none is as cheap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compared<'a> {
     /// Row of the other engine.
     pub peer: &'a Peer,
-    /// Held force.
+    /// Factors for the force error in the holds.
     pub held: Factors,
-    /// Force while the probe moves, if both have one.
+    /// Factors for the force error while the probe moves, if both sides have one.
     pub moving: Option<Factors>,
-    /// Each of the ramps of 40 and 200 mm/s alone.
+    /// Factors for each of the ramps of 40 and 200 mm/s by itself.
     pub ramps: [Option<Factors>; RAMPS_MM_PER_S.len()],
-    /// Our model on the same mesh: tick [us], held and moving error [%].
+    /// Our model on the same mesh: tick time [us], held error [%], moving error [%].
     pub same_mesh: Option<[Option<f64>; 3]>,
 }
 
@@ -42,8 +42,7 @@ pub struct Factors {
     pub nearer: Option<f64>,
 }
 
-/// Runs our uncalibrated model on the grids that the other engines used, as far as such a grid is
-/// available.
+/// Runs our uncalibrated model on every grid that the other engines used.
 ///
 /// # Errors
 /// A method that cannot be built.
@@ -62,8 +61,8 @@ pub fn same_meshes(peers: &[Peer], reference: &Reference, moving: bool) -> Resul
     Ok(runs)
 }
 
-/// Compares every row of the other engines with our models at the same stiffness, if these were run
-/// at it.
+/// Compares every row of the other engines with our models at the same stiffness; rows at a
+/// stiffness at which ours were not run are left out.
 #[must_use]
 pub fn compare<'a>(peers: &'a [Peer], runs: &[Run], on_grids: &[Run]) -> Vec<Compared<'a>> {
     let of_peer = |peer: &'a Peer| {
@@ -108,8 +107,8 @@ fn factors(ours: &[&Measured], peer: &Peer, error_pct: f64, error: impl Fn(&Meas
     Factors { cheaper: cost_us.map(|us| peer.tick_min_us / us), nearer: own_pct.map(|pct| error_pct / pct) }
 }
 
-/// The smallest factors over all rows, in cost and in error; `None` if there is no row, or one
-/// without a counterpart. `of` selects the quantity.
+/// The smallest factor in cost and the smallest in error over all rows; `None` if there is no row,
+/// or if a row has no counterpart among our models. `of` selects the quantity.
 #[must_use]
 pub fn least(compared: &[Compared], of: impl Fn(&Compared) -> Option<Factors>) -> Factors {
     let over = |factor: fn(Factors) -> Option<f64>| {

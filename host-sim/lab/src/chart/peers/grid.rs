@@ -1,15 +1,15 @@
-//! Even grids: the block's cells, five tets each. Explicit engines can take longer steps on them
-//! than on meshes that are fine under the probe.
+//! Uniform grids of the block, with five tets per cell. On these, explicit engines can take longer
+//! steps than on meshes that are refined under the probe.
 
 use palpate_tissue::mesh::TetMesh;
 
 use crate::methods::BLOCK_M;
 
-/// Cells along each side.
+/// Numbers of cells along x, y and z.
 pub const GRIDS: [[usize; 3]; 3] = [[6, 6, 4], [10, 10, 5], [14, 14, 8]];
 
-/// Corners of a cell that each of its five tets joins, as bits x, y, z; in a cell of the other kind
-/// x is mirrored, so that neighbours share the diagonals of their faces.
+/// Corners of the five tets of a cell; bits 0, 1 and 2 of a corner are its x, y and z. In every
+/// other cell x is mirrored, so that neighbours share the diagonals of their faces.
 const FIVE: [[usize; 4]; 5] = [[0, 1, 2, 4], [3, 2, 1, 7], [5, 1, 4, 7], [6, 4, 2, 7], [1, 2, 4, 7]];
 
 /// Name of a grid in press.json.
@@ -18,7 +18,7 @@ pub fn grid_name([x, y, z]: [usize; 3]) -> String {
     format!("grid-{}", (x + 1) * (y + 1) * (z + 1))
 }
 
-/// The standard block as a grid, top at z = 0, a node under the tip.
+/// The standard block as a grid, with its top at z = 0 and a node under the tip.
 #[must_use]
 pub fn grid(cells: [usize; 3]) -> TetMesh {
     let [nx, ny, nz] = cells;
@@ -50,7 +50,7 @@ pub fn grid(cells: [usize; 3]) -> TetMesh {
     TetMesh { nodes_m, tets, regions }
 }
 
-/// Orders the nodes of a tet such that its volume is positive.
+/// Orders the nodes of a tet so that its volume is positive.
 fn upright(tet: [u32; 4], nodes_m: &[[f64; 3]]) -> [u32; 4] {
     let at = tet.map(|n| nalgebra::Vector3::from(nodes_m[n as usize]));
     let six = (at[1] - at[0]).dot(&(at[2] - at[0]).cross(&(at[3] - at[0])));
@@ -73,7 +73,7 @@ mod tests {
             assert!(mesh.tets.iter().all(|t| six(t) > 0.0));
             let volume: f64 = mesh.tets.iter().map(six).sum::<f64>() / 6.0;
             assert!((volume / BLOCK_M.iter().product::<f64>() - 1.0).abs() < 1e-12);
-            // faces that belong to one tet alone make up the six sides, two for each square
+            // the faces that belong to a single tet cover the six sides, two for each square
             let squares = cells[0] * cells[1] + cells[1] * cells[2] + cells[2] * cells[0];
             assert_eq!(palpate_tissue::mesh::surface::surface(&mesh.tets).len(), 4 * squares);
         }

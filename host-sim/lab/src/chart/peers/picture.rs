@@ -1,5 +1,5 @@
-//! Pictures of our results and those of other engines: cost of a tick against held and against
-//! moving error.
+//! Pictures of our results and those of other engines: cost of a tick against held error, and
+//! against moving error.
 
 use palpate_charts::{MethodPoint, MethodPoints, SpeedAccuracy, speed_accuracy};
 use palpate_tissue::output::OutputFolder;
@@ -11,7 +11,7 @@ use crate::chart::run::Measured;
 use crate::error::Error;
 use crate::methods::Method;
 
-/// An error, as read from a measured run of our models and from a row of another engine.
+/// An error, and how to read it from a run of our models and from a row of another engine.
 struct Quantity {
     name: &'static str,
     words: &'static str,
@@ -37,8 +37,8 @@ const QUANTITIES: [Quantity; 2] = [
     },
 ];
 
-/// Draws `peers_held_<kpa>` and `peers_moving_<kpa>` for every stiffness that both have; returns
-/// the names of the pictures.
+/// Draws `peers_held_<kpa>` and `peers_moving_<kpa>` for every stiffness at which both sides were
+/// run; returns the names of the pictures.
 ///
 /// # Errors
 /// A picture cannot be drawn or written.
@@ -68,9 +68,9 @@ pub fn draw_peers(
     Ok(names)
 }
 
-/// Our models in the same order, and so with the same markers, as in the other pictures; our model
-/// on the other engines' grids; our model with the contact parameters searched; each model of the
-/// other engines.
+/// Lists the series of a picture: our models in the same order, and therefore with the same
+/// markers, as in the other pictures; our model on the grids of the other engines; our model with
+/// searched contact parameters; and each model of the other engines.
 fn series<'a>(
     quantity: &Quantity,
     modulus_pa: f64,

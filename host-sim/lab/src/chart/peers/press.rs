@@ -1,5 +1,5 @@
-//! The press of the chart as a file: everything that another engine needs for the same press, and
-//! the forces that it is compared with.
+//! The press of the chart as a file: everything that another engine needs to repeat the press, and
+//! the reference forces with which its results are compared.
 
 use palpate::{Fnv, Params};
 use palpate_tissue::Error as TissueError;
@@ -13,12 +13,12 @@ use crate::chart::{accuracy, moving, survive, timing};
 use crate::error::Error;
 use crate::methods::{BLOCK_M, Block, DEEPEST_M, RADIUS_M};
 
-/// Young's moduli at which peers press [Pa].
+/// Young's moduli at which the other engines are run [Pa].
 pub const MODULI_PA: [f64; 2] = [3500.0, 20_000.0];
-/// Nodes of the calibrated patches whose meshes peers may use.
+/// Node counts of the calibrated patches whose meshes the other engines may use.
 const PATCHES: [usize; 3] = [130, 410, 1020];
 
-/// Everything about the press but the meshes; lengths in metres, times in seconds.
+/// Everything about the press except the meshes; lengths in metres, times in seconds.
 #[derive(Clone, Debug, Serialize)]
 pub struct StandardPress {
     version: u32,
@@ -35,7 +35,8 @@ pub struct StandardPress {
     timing: Timing,
 }
 
-/// The press that must be survived; the fewest substeps that survive it are used.
+/// The press that an engine must survive; it is then run with the smallest number of substeps that
+/// survives.
 #[derive(Clone, Debug, Serialize)]
 struct Survival {
     speed_m_per_s: f64,
@@ -49,7 +50,7 @@ struct Survival {
     most_substeps: u16,
 }
 
-/// Presses from hold to hold; the force is averaged until it has settled.
+/// The presses from one hold to the next; in each hold the force is averaged until it has settled.
 #[derive(Clone, Debug, Serialize)]
 struct Held {
     speed_m_per_s: f64,
@@ -61,7 +62,8 @@ struct Held {
     force_over_e_m2: Vec<f64>,
 }
 
-/// A ramp: the depth at the end of each tick, and the true force at each tick after the touch.
+/// A ramp: the depth at the end of each tick, and the reference force of each tick after first
+/// contact.
 #[derive(Clone, Debug, Serialize)]
 struct Moving {
     youngs_modulus_pa: f64,
@@ -70,7 +72,7 @@ struct Moving {
     judged_force_over_e_m2: Vec<f64>,
 }
 
-/// Ticks whose processor time counts.
+/// The ticks whose processor time is measured.
 #[derive(Clone, Debug, Serialize)]
 struct Timing {
     depth_m: f64,
@@ -82,7 +84,7 @@ struct Timing {
     long_enough_s: f64,
 }
 
-/// A mesh that peers may use, with its bottom nodes fixed.
+/// A mesh that the other engines may use, with its bottom nodes fixed.
 #[derive(Clone, Debug, Serialize)]
 pub struct PeerMesh {
     name: String,
@@ -92,10 +94,10 @@ pub struct PeerMesh {
 }
 
 impl StandardPress {
-    /// The shipped press, with its references.
+    /// The standard press with its shipped references.
     ///
     /// # Errors
-    /// A damaged truth.
+    /// A shipped dynamic reference that is damaged.
     pub fn new() -> Result<Self, Error> {
         let (params, reference) = (Params::default(), Reference::block());
         let force = |d: &f64| reference.force_over_e_m2(*d);
@@ -151,10 +153,10 @@ impl StandardPress {
         })
     }
 
-    /// Checksum of the whole press, which a table quotes.
+    /// Checksum of the whole press without the meshes; a table of results quotes it.
     ///
     /// # Errors
-    /// A number that JSON cannot hold.
+    /// A number that JSON cannot represent.
     pub fn hash(&self) -> Result<String, Error> {
         let text = serde_json::to_string(self).map_err(|e| TissueError::Usage(format!("press.json: {e}")))?;
         let mut hash = Fnv::default();
@@ -187,7 +189,7 @@ impl StandardPress {
     }
 }
 
-/// Meshes of our calibrated patches, and even grids.
+/// Meshes of our calibrated patches, and uniform grids.
 #[must_use]
 pub fn meshes() -> Vec<PeerMesh> {
     let of = |name: String, block: Block| {
@@ -199,7 +201,7 @@ pub fn meshes() -> Vec<PeerMesh> {
     patches.chain(grids).collect()
 }
 
-/// The standard block on a grid.
+/// The standard block meshed as a grid of `cells`.
 pub fn on_grid(cells: [usize; 3], youngs_modulus_pa: f64) -> Block {
     Block::of_mesh(grid(cells), youngs_modulus_pa, |x| x[2] <= -BLOCK_M[2] * (1.0 - 1e-9))
 }

@@ -1,11 +1,11 @@
-//! Our calibrated patch with its contact parameters searched for the moving press, as those of the
-//! peers are.
+//! Our calibrated patch with its contact parameters tuned for the moving press by a search, as
+//! those of the other engines are.
 //!
-//! The shipped patches have the dashpot that keeps the loop passive with a hand at one substep.
-//! With two or more the masses need less floor, and a dashpot of a whole substep is best for a fast
-//! probe. Tried at 3.5 and 20 kPa: 130, 410 and 1020 nodes, 1 to 32 substeps, dashpots of 0 to 1
-//! substeps, node damping of 0 to 80 /s. The shipped node damping was best or within a tenth of the
-//! best.
+//! The shipped patches have the contact dashpot that keeps the loop with a hand passive at one
+//! substep per tick. With two or more substeps the masses need a lower floor, and a dashpot of a
+//! whole substep is best for a fast probe. The search covered 3.5 and 20 kPa, 130, 410 and 1020
+//! nodes, 1 to 32 substeps, dashpots of 0 to 1 substeps, and node damping of 0 to 80 /s. The
+//! shipped node damping was best or within a tenth of the best.
 
 use super::Peer;
 use crate::chart::run::Run;
@@ -13,14 +13,14 @@ use crate::chart::{Reference, Task, measure};
 use crate::error::Error;
 use crate::methods::{Block, Method};
 
-/// Nodes of the patch found by the search.
+/// Number of nodes of the patch that the search found best.
 const NODES: usize = 410;
 /// Contact dashpot of that patch [substeps].
 const CONTACT_DAMPING: f32 = 1.0;
-/// Factors by which its substeps are split: two is best at 3.5 kPa, four at 20 kPa.
+/// Numbers of parts into which its substeps are split: two is best at 3.5 kPa, four at 20 kPa.
 const REFINEMENTS: [u16; 2] = [2, 4];
 
-/// Runs the patch of the search at every stiffness that the peers have and `runs` has too.
+/// Runs this patch at every stiffness that occurs both in `peers` and in `runs`.
 ///
 /// # Errors
 /// A method that cannot be built.

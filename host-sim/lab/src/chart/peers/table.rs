@@ -1,5 +1,5 @@
-//! The table of other engines' results, `peers.csv`, refused unless it is complete and belongs to
-//! this press.
+//! Reads the table of other engines' results, `peers.csv`. A table is refused unless it is complete
+//! and was measured with this press.
 
 use std::path::{Path, PathBuf};
 
@@ -8,9 +8,9 @@ use crate::chart::{DEPTHS_M, Reference, moving};
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
 
-/// Version of the files.
+/// Version of the table format.
 const VERSION: &str = "1";
-/// Columns in front of those of forces and errors, and the single column behind them.
+/// Columns before those of the forces and errors, and the single column after them.
 const FIRST: [&str; 12] = [
     "engine",
     "version",
@@ -26,68 +26,69 @@ const FIRST: [&str; 12] = [
     "tick_median_us",
 ];
 const LAST: &str = "force_read";
-/// Largest difference between a given held error and the one that follows from its forces [%].
+/// Largest accepted difference between the held error in a row and the one that follows from the
+/// forces in it [%].
 const SAME_PCT: f64 = 0.05;
 
 /// Why a table of peers is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PeerError {
-    /// No version of these tables in the first lines.
+    /// The first lines do not state a version that can be read.
     #[error("{file}: is no table of peers of version {VERSION}: write it with host-sim/lab/peers/run.py")]
     Version {
-        /// The file.
+        /// Path of the table.
         file: PathBuf,
     },
-    /// Another press.
+    /// The table was measured with a different press.
     #[error(
         "{file}: was measured at press {found}, this chart's is {wanted}: give run.py the press.json of `palpate chart --press`, and measure again"
     )]
     Scene {
-        /// The file.
+        /// Path of the table.
         file: PathBuf,
         /// Hash in the file.
         found: String,
         /// Hash of the press of this program.
         wanted: String,
     },
-    /// Columns that are missing, foreign or in another order.
+    /// A column is missing, unknown or in the wrong place.
     #[error("{file}: column {at} is {found}, not {wanted}: write it with host-sim/lab/peers/run.py")]
     Column {
-        /// The file.
+        /// Path of the table.
         file: PathBuf,
         /// Number of the column, from 1.
         at: usize,
-        /// Name found at that column, in quotes, or that there is none.
+        /// Name found in that place, in quotes, or a phrase saying that there is none.
         found: String,
-        /// Name that belongs at that column, in quotes, or that none does.
+        /// Name expected in that place, in quotes, or a phrase saying that none is expected.
         wanted: String,
     },
-    /// A row that cannot be read.
+    /// A value in a row cannot be read or is implausible.
     #[error("{file}: line {line}: {column} is {found:?}, not {wanted}: measure that row again")]
     Value {
-        /// The file.
+        /// Path of the table.
         file: PathBuf,
-        /// Line.
+        /// Line in the file, from 1.
         line: u64,
-        /// Column.
+        /// Name of the column.
         column: String,
         /// Value in that column.
         found: String,
         /// Rule that the value breaks.
         wanted: String,
     },
-    /// Neither text nor a table.
+    /// The file is not text, or not a table.
     #[error("{file}: {cause}: write it with host-sim/lab/peers/run.py")]
     Table {
-        /// The file.
+        /// Path of the table.
         file: PathBuf,
-        /// Cause, in words.
+        /// Cause, as reported by the parser.
         cause: String,
     },
-    /// No rows.
+    /// The table has no rows.
     #[error("{file}: has no rows: let host-sim/lab/peers/run.py finish one engine")]
     Empty {
-        /// The file.
+        /// Path of the table.
         file: PathBuf,
     },
 }
@@ -95,7 +96,7 @@ pub enum PeerError {
 /// Row of the table: an engine with one setting on one mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Peer {
-    /// Engine and its version.
+    /// Name of the engine.
     pub engine: String,
     /// Version of the engine.
     pub version: String,
@@ -115,24 +116,26 @@ pub struct Peer {
     pub survives: String,
     /// Processor time of a tick in the fastest batch [us].
     pub tick_min_us: f64,
-    /// In the middle one [us].
+    /// Processor time of a tick in the median batch [us].
     pub tick_median_us: f64,
-    /// Root of the mean square of the force errors in the holds that were reached [%].
+    /// Root mean square of the force errors in the holds that were reached [%].
     pub held_rms_pct: f64,
-    /// Error in each ramp and the tap, of the largest force in it [%]; `None` where it diverged.
+    /// Error in each ramp and in the tap, relative to the largest force in it [%]; `None` where the
+    /// engine diverged.
     pub moving_pct: [Option<f64>; moving::SPEEDS_MM_PER_S.len()],
-    /// Source of the force.
+    /// Quantity of the engine from which the force was read.
     pub force_read: String,
 }
 
 impl Peer {
-    /// Engine and model.
+    /// Engine and model, separated by a space.
     #[must_use]
     pub fn name(&self) -> String {
         format!("{} {}", self.engine, self.model)
     }
 
-    /// Root of the mean square over the ramps and the tap [%], where it survived all of them.
+    /// Root mean square error over the ramps and the tap [%]; `None` unless the engine survived all
+    /// of them.
     #[must_use]
     pub fn moving_rms_pct(&self) -> Option<f64> {
         let mut sum = 0.0;
@@ -142,40 +145,40 @@ impl Peer {
         Some((sum / self.moving_pct.len() as f64).sqrt())
     }
 
-    /// Whether the peer survived the deepest press.
+    /// Whether the engine survived the deepest press.
     #[must_use]
     pub fn survived(&self) -> bool {
         self.survives == "yes"
     }
 }
 
-/// A table, as its first lines describe it.
+/// A table with the facts stated in its first lines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Peers {
     /// Processor on which the table was measured.
     pub machine: String,
-    /// Day.
+    /// Day of the measurement.
     pub date: String,
-    /// Rows.
+    /// Rows in the order of the file.
     pub rows: Vec<Peer>,
 }
 
 impl Peers {
-    /// Reads a table of the shipped press.
+    /// Reads a table that was measured with the standard press.
     ///
     /// # Errors
-    /// [`PeerError`]: the first thing that is wrong; or a file that cannot be read.
+    /// A file that cannot be read, or the first defect of the table, as a [`PeerError`] states it.
     pub fn load(file: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(file).map_err(|source| TissueError::Read { path: file.into(), source })?;
         let hash = StandardPress::new()?.hash()?;
         Self::parse(file, &text, &hash).map_err(|wrong| TissueError::Usage(wrong.to_string()).into())
     }
 
-    /// Reads the text of a table; `file` names it in errors, `hash` is the press that it must be
-    /// of.
+    /// Reads the text of a table; `file` names the table in errors; `hash` is the checksum of the
+    /// press with which it must have been measured.
     ///
     /// # Errors
-    /// The first thing that is wrong.
+    /// The first defect of the table.
     pub fn parse(file: &Path, text: &str, hash: &str) -> Result<Self, PeerError> {
         let said = |key: &str| {
             let lines = text.lines().take_while(|line| line.starts_with('#'));
@@ -263,7 +266,7 @@ impl Cells<'_> {
         value.ok_or_else(|| self.wrong(column, "a finite number above 0"))
     }
 
-    /// A value that may be missing.
+    /// A positive value, or `None` if the cell is empty.
     fn perhaps(&self, column: &str) -> Result<Option<f64>, PeerError> {
         if self.text(column).is_empty() { Ok(None) } else { self.positive(column).map(Some) }
     }
@@ -302,7 +305,7 @@ impl Cells<'_> {
         })
     }
 
-    /// Recomputes the errors of the row from its forces.
+    /// Recomputes the held error of the row from its forces.
     fn held_rms_pct(&self, youngs_modulus_pa: f64) -> Result<f64, PeerError> {
         let reference = Reference::block();
         let mut squares = Vec::new();
@@ -312,7 +315,7 @@ impl Cells<'_> {
             if text.is_empty() {
                 continue;
             }
-            // a force may have the wrong sign, which is merely a large error
+            // a force of the wrong sign is accepted: it merely gives a large error
             let force_n = text.parse().ok().filter(|v: &f64| v.is_finite());
             let force_n = force_n.ok_or_else(|| self.wrong(&column, "a finite number"))?;
             let truth_m2 = reference.force_over_e_m2(depth_m);
@@ -331,7 +334,7 @@ mod tests {
 
     const HASH: &str = "0123456789abcdef";
 
-    /// A table of one row whose forces are the reference's times a factor.
+    /// A table of one row whose forces are those of the reference times a factor.
     fn table(times: f64) -> String {
         let reference = Reference::block();
         let force = |d: &f64| format!("{:.8}", reference.force_over_e_m2(*d).unwrap() * 3500.0 * times);

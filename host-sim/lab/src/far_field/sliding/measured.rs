@@ -1,5 +1,5 @@
-//! Measurements of a method: its cost, its errors at rest along the path, at every speed, and at
-//! unseen places.
+//! Measurements of a method: its cost and its force errors at rest along the path, at every speed,
+//! and at places that the fit did not use.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -17,39 +17,39 @@ use palpate_tissue::budget::{CostModel, MACHINES, triangles_in_reach};
 const SPACING_M: f64 = 5e-4;
 /// Force error up to which a method counts as accurate [%].
 pub const TOLERANCE_PCT: f64 = 5.0;
-/// Speeds at which the limit of that is searched [mm/s].
+/// Step [mm/s] and number of the speeds at which the end of the tolerance is searched.
 const SPEED_STEP_MM_PER_S: f64 = 10.0;
 const SPEEDS_TRIED: usize = 50;
-/// Slides away from the trajectory: depth and sideways distance, in units of the trajectory's
-/// depth.
+/// Additional slides: depth and sideways distance from the trajectory, both in units of its depth
+/// (1).
 const ELSEWHERE: [(f64, f64); 4] = [(1.0 / 3.0, 0.0), (2.0 / 3.0, 0.0), (4.0 / 3.0, 0.0), (1.0, 4.0 / 3.0)];
 
-/// Share of the tick on a board [%], estimated: see [`palpate_tissue::budget`]. Triangles are
-/// counted with four points each.
+/// Estimated share of a millisecond that a tick takes on a board; see [`palpate_tissue::budget`].
+/// Triangles are counted with four foundation points each.
 #[derive(Clone, Debug, Serialize)]
 pub struct BoardShare {
     /// Name of the machine.
     pub machine: &'static str,
     /// Unit in which the machine counts cost.
     pub unit: &'static str,
-    /// Number of these units.
+    /// Cost of the tick in these units.
     pub units: f64,
     /// Share of the millisecond [%].
     pub share_pct: f64,
 }
 
-/// A slide at an unseen place.
+/// A slide at a place or depth that the fit did not use.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Elsewhere {
     /// Depth [mm].
     pub depth_mm: f64,
-    /// Distance from the trajectory to the side [mm].
+    /// Sideways distance from the trajectory [mm].
     pub aside_mm: f64,
     /// Largest force error at the trajectory's speed, with its sign [%]; `None` after a fault.
     pub worst_pct: Option<f64>,
 }
 
-/// Everything measured on a method.
+/// All measurements of a method.
 #[derive(Clone, Debug, Serialize)]
 pub struct Measured {
     /// Name of the method.
@@ -65,34 +65,35 @@ pub struct Measured {
     pub springs: usize,
     /// Number of tets.
     pub tets: usize,
-    /// Rim nodes and rim edges.
+    /// Numbers of rim nodes and rim edges.
     pub rim: [usize; 2],
-    /// Substeps of a tick.
+    /// Substeps per tick.
     pub substeps: u16,
     /// Stable step of the method [ms].
     pub stable_ms: f64,
-    /// Worst tick on the boards.
+    /// Cost of the most expensive tick on each board.
     pub boards: Vec<BoardShare>,
-    /// Errors at rest along the path against the reference: the largest, with its sign, and the
-    /// root mean square [%]. `None` if nodes are frozen.
+    /// Largest error, with its sign, and root mean square error of the force at rest along the path
+    /// [%]. `None` if nodes are frozen.
     pub rest_pct: Option<[f64; 2]>,
-    /// Largest part of these errors that is due to the rim springs, relative to the dense condensed
-    /// outside [%].
+    /// Largest deviation of the force at rest from that with the dense condensed outside [%], which
+    /// is the part of the error due to the rim springs. `None` for patches without a condensed
+    /// outside.
     pub rim_pct: Option<f64>,
-    /// Every speed; `None` after a fault.
+    /// Figures at every speed [mm/s]; `None` after a fault.
     pub slides: Vec<(f64, Option<Figures>)>,
-    /// Slowest speed at which the force leaves the tolerance [mm/s]; `None` if it never did up to
-    /// 500.
+    /// Lowest speed tried at which the force error exceeds the tolerance [mm/s]; `None` if no speed
+    /// up to 500 mm/s does.
     pub leaves_at_mm_per_s: Option<f64>,
-    /// Away from the trajectory.
+    /// Slides at other depths and beside the trajectory.
     pub elsewhere: Vec<Elsewhere>,
-    /// The slide at the trajectory's own speed.
+    /// Every tick of the slide at the trajectory's own speed.
     #[serde(skip)]
     pub trace: Slide,
 }
 
 impl Measured {
-    /// Slides a method at every speed [m/s].
+    /// Measures a method on a trajectory at every speed of `speeds_m_per_s`.
     ///
     /// # Errors
     /// Model or parameters that the core rejects, or a press without equilibrium.
@@ -164,15 +165,14 @@ impl Measured {
         })
     }
 
-    /// The slide at this speed [mm/s].
+    /// Figures of the slide at `speed_mm_per_s`.
     #[must_use]
     pub fn at(&self, speed_mm_per_s: f64) -> Option<&Figures> {
         self.slides.iter().find(|(v, _)| (v - speed_mm_per_s).abs() < 1e-6)?.1.as_ref()
     }
 }
 
-/// Force over E [m^2] of presses at rest along the path, each with its distance from the middle
-/// [m].
+/// Equilibrium force along the path: (signed distance from the middle [m], force over E [m^2]).
 fn at_rest(statics: &Statics, trajectory: &Trajectory) -> Result<Vec<(f64, f64)>, Unbalanced> {
     faer::set_global_parallelism(faer::Par::Seq);
     let solver = Solver::of(statics).ok_or(Unbalanced { depth_mm: 0.0, steps: 0 })?;

@@ -99,7 +99,7 @@ pub(super) fn draw(folder: &OutputFolder, sliding: &Sliding, reference: &impl Re
         (-30..=30).map(|n| f64::from(n) / 30.0 * half_mm).map(|mm| (mm, share * wanted_n(mm * 1e-3))).collect()
     };
     let line = |name, points| LineSeries { name, points, joined: true, marked: false };
-    // the outline of the band
+    // closed outline of the tolerance band
     let mut around = band(1.0 + 0.01 * TOLERANCE_PCT);
     around.extend(band(1.0 - 0.01 * TOLERANCE_PCT).into_iter().rev());
     around.extend(around.first().copied());
@@ -149,8 +149,8 @@ pub(super) fn draw(folder: &OutputFolder, sliding: &Sliding, reference: &impl Re
     Ok(lines(path, "sliding_speed", &picture)?)
 }
 
-/// Picks one method of each kind, and the two highest thresholds of the stress rule: as many as one
-/// picture can distinguish.
+/// Picks one method of each kind and the two highest thresholds of the stress rule: more curves
+/// could not be told apart in one picture.
 fn shown(methods: &[Measured]) -> Vec<&Measured> {
     let mut shown: Vec<&Measured> = Vec::new();
     for kind in [Kind::Stroke, Kind::Fixed, Kind::Stays, Kind::Round, Kind::Whole] {

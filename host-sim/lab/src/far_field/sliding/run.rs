@@ -1,4 +1,4 @@
-//! A slide in the tick, and its figures relative to the reference.
+//! Runs a slide tick by tick and computes its errors relative to the reference.
 
 use palpate::method::{Method, Product};
 use palpate::stages::{force, force::foundation::Load};
@@ -18,13 +18,14 @@ use palpate_tissue::patch::{Memory, Patch};
 pub enum Awake {
     /// All nodes: the product.
     All,
-    /// Nodes that the stress rule of paper 004 (7)-(8) keeps; the rest are frozen in place.
+    /// Nodes that the stress rule of paper 004 (7)-(8) keeps active; the others are frozen in
+    /// place.
     Stressed(StressRule),
-    /// Nodes that do not rest: [`Sleeping`] with this threshold [m].
+    /// Nodes that are not at rest: [`Sleeping`] with this threshold [m].
     Moving(f64),
 }
 
-/// The product's forces and step on the nodes that the stress rule keeps.
+/// The product's forces and time step, applied to the nodes that the stress rule keeps active.
 struct Stressed {
     rule: StressRule,
     region: Option<Region>,
@@ -42,7 +43,7 @@ impl Method for Stressed {
     }
 
     fn advance(&mut self, model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
-        // symplectic Euler, as the product
+        // symplectic Euler, as in the product
         let keep = tuned.velocity_kept();
         advance_within(self.region, model, tuned, state, |v, f, step| v * keep + f * step)
     }
@@ -55,56 +56,56 @@ pub struct Row {
     pub pose: Pose,
     /// Force on the probe [N].
     pub force_n: Vector,
-    /// Nodes that moved.
+    /// Number of nodes that were active.
     pub active_nodes: u16,
-    /// CPU time [us].
+    /// CPU time of the tick [us].
     pub tick_us: f64,
 }
 
-/// A slide, tick by tick.
+/// Record of a slide.
 #[derive(Clone, Debug)]
 pub struct Slide {
-    /// The requested trajectory.
+    /// Trajectory that was requested.
     pub trajectory: Trajectory,
-    /// Every tick, up to the fault if there was one.
+    /// One row per tick, up to the fault if there was one.
     pub rows: Vec<Row>,
     /// Fault that ended the run early.
     pub fault: Option<Fault>,
 }
 
-/// A slide in numbers, over the strokes forth and back.
+/// Figures of a slide over the strokes forth and back.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Figures {
     /// Speed [mm/s].
     pub speed_mm_per_s: f64,
-    /// Normal force against the reference: the largest error, with its sign [%].
+    /// Largest error of the normal force relative to the reference, with its sign [%].
     pub worst_pct: f64,
     /// Root mean square error of the normal force [%].
     pub rms_pct: f64,
-    /// Mean of the error [%]; the remainder is ripple.
+    /// Mean error of the normal force [%]; the deviation from this mean is ripple.
     pub mean_pct: f64,
     /// Largest change of the force vector between two ticks [N].
     pub step_n: f64,
-    /// Largest change of the force vector between two ticks where the set of nodes that move
+    /// Largest change of the force vector between two ticks in which the number of active nodes
     /// changed [N].
     pub region_step_n: f64,
-    /// Mean force along the path over the normal force [%]: below zero it drags, above zero it
-    /// pushes the probe on. The true value is near zero.
+    /// Mean force along the motion relative to the normal force [%]: a negative value is drag, a
+    /// positive one drives the probe on. The true value is near zero.
     pub lateral_pct: f64,
-    /// Largest force along the path, of either sign, over the normal force [%].
+    /// Largest force along the motion, of either sign, relative to the normal force [%].
     pub lateral_worst_pct: f64,
-    /// Work of the tissue on the probe from rest forth and back to rest in the same place [mJ]:
-    /// below zero it was lost, above zero it was created.
+    /// Work of the tissue on the probe over the closed path from rest, forth, and back to rest at
+    /// the same place [mJ]: negative if energy was dissipated, positive if it was created.
     pub work_mj: f64,
-    /// Least and mean share of the free nodes that moved [%].
+    /// Smallest and mean share of the free nodes that were active [%].
     pub awake_pct: [f64; 2],
-    /// Share of the free nodes that moved after a hold, before the first stroke [%].
+    /// Share of the free nodes that were active at the end of the hold before the first stroke [%].
     pub hold_awake_pct: f64,
     /// Median CPU time of a tick [us].
     pub tick_us: f64,
 }
 
-/// Slides a patch.
+/// Slides a patch with the active nodes chosen by `awake`.
 ///
 /// # Errors
 /// Model or parameters that the core rejects.
@@ -149,8 +150,8 @@ impl Slide {
         self.rows.iter().filter(|r| matches!(r.pose.leg, Leg::Forth | Leg::Back))
     }
 
-    /// The slide in numbers; `None` if it ended in a fault or the reference does not cover the
-    /// path. Forces are at `youngs_modulus_pa`.
+    /// Figures of the slide; `None` if it ended in a fault or the reference does not cover the
+    /// path. The reference force is scaled to `youngs_modulus_pa`.
     #[must_use]
     pub fn figures(&self, reference: &impl Reference, youngs_modulus_pa: f64, free_nodes: usize) -> Option<Figures> {
         if self.fault.is_some() {
@@ -173,7 +174,8 @@ impl Slide {
             if pair[0].active_nodes != pair[1].active_nodes {
                 region_step_n = region_step_n.max(change_n);
             }
-            // a device holds each force until the next: the effect of the tick's delay is included
+            // a device holds each force until the next tick: the work includes the effect of that
+            // delay
             work_j += pair[0].force_n.dot(&(pair[1].pose.tip_m - pair[0].pose.tip_m));
         }
         let share = |r: &Row| 100.0 * f64::from(r.active_nodes) / free_nodes as f64;
@@ -198,7 +200,7 @@ impl Slide {
     }
 }
 
-/// The entry of largest size, with its sign.
+/// The value of largest magnitude, with its sign.
 pub(super) fn largest(values: &[f64]) -> f64 {
     values.iter().copied().fold(0.0, |most: f64, v| if v.abs() > most.abs() { v } else { most })
 }
@@ -213,8 +215,8 @@ mod tests {
     use palpate_fit::calibrate::reference_map::ReferenceMap;
     use palpate_tissue::answer::Answer;
 
-    /// A probe that is pushed on both strokes gains 2 F s, one that is dragged loses it; a jump of
-    /// the force is found wherever it is.
+    /// A probe driven on by a force F on both strokes of length s gains 2 F s, one that is dragged
+    /// loses as much; a jump of the force is found wherever it occurs.
     #[test]
     fn work_and_steps_are_those_of_the_forces() {
         let answer = Answer::block();

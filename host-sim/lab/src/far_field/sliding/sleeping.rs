@@ -1,5 +1,5 @@
-//! Sleeping in place: a node at rest is frozen until the force on it would move it. The moving
-//! region then follows the motion, not the contact.
+//! Nodes that sleep in place: a node at rest is frozen until the force on it would move it. The
+//! active region then follows the motion, not the contact.
 
 use palpate::method::Method;
 use palpate::stages::integrate;
@@ -10,11 +10,12 @@ const QUIET_TICKS: u16 = 20;
 /// Number of ticks over which a node's travel is measured.
 const TRAVEL_TICKS: u64 = 10;
 
-/// The product's forces and step on the nodes that are awake.
+/// The product's forces and time step, applied to the nodes that are awake.
 #[derive(Clone, Debug)]
 pub struct Sleeping {
-    /// A sleeping node wakes when the force on it over its mean diagonal stiffness exceeds this
-    /// [m]; half of it, in force and in travel, is quiet.
+    /// A sleeping node wakes when the force on it, divided by its mean diagonal stiffness, exceeds
+    /// this threshold [m]. An awake node counts as quiet while that quotient and its travel both
+    /// stay below half the threshold.
     threshold_m: f32,
     nodes: Vec<Sleeper>,
     steps: u64,
@@ -22,9 +23,9 @@ pub struct Sleeping {
 
 #[derive(Clone, Copy, Debug)]
 struct Sleeper {
-    /// Ticks in a row that were quiet.
+    /// Number of quiet ticks in a row.
     quiet: u16,
-    /// Position of the node while it sleeps [m].
+    /// Position at which the node sleeps [m]; `None` while it is awake.
     at_m: Option<Vector3<f32>>,
     /// Position of the node when its travel was last measured [m].
     was_m: Vector3<f32>,

@@ -1,4 +1,4 @@
-//! Cost of a longer stroke: nodes, and the worst tick on the boards.
+//! Cost of a longer stroke: number of nodes, and cost of the most expensive tick on the boards.
 
 use serde::Serialize;
 
@@ -10,23 +10,24 @@ use palpate_tissue::budget::{MACHINES, triangles_in_reach};
 use palpate_tissue::patch::{Material, Patch};
 use palpate_tissue::scene::Scene;
 
-/// Strokes along the block's first side [m].
+/// Lengths of the strokes along the first side of the block [m].
 const STROKES_M: [f64; 5] = [0.0, 0.01, 0.02, 0.03, 0.04];
 
 /// A patch for a stroke. Rim springs are left out: they are 5-10 % of a tick.
 #[derive(Clone, Debug, Serialize)]
 pub struct StrokeLength {
-    /// Stroke [mm].
+    /// Length of the stroke [mm].
     pub stroke_mm: f64,
     /// Number of nodes.
     pub nodes: usize,
     /// Number of tets.
     pub tets: usize,
-    /// Share of a tick without rim springs, with one substep, for each machine [%].
+    /// Share of a millisecond that a tick with one substep takes on each machine, without rim
+    /// springs [%].
     pub share_pct: Vec<(&'static str, f64)>,
 }
 
-/// Cuts a patch by the recipe for every stroke; none is fitted.
+/// Cuts a patch by the recipe for every stroke, without fitting it.
 pub(super) fn measure(scene: &Scene, recipe: &StrokeRecipe) -> Result<Vec<StrokeLength>, Error> {
     let one = |stroke_m: &f64| {
         let sizes = Sizes { stroke_m: [*stroke_m, 0.0, 0.0], ..recipe.sizes };

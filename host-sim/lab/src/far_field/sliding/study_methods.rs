@@ -1,12 +1,13 @@
 //! Methods for sliding: patches long enough for the stroke, and alternatives.
 //!
-//! A stationary patch, too small for the stroke, shows the limits of a far field; a round one that
-//! is large enough shows the saving of the long shape; the stroke patch with a fixed rim shows the
-//! effect of the rim springs; the whole block with the frozen outside of paper 004 is the papers'
-//! solution. Not built: a patch that travels with the probe (no ripple up to 50 mm/s, but for
-//! homogeneous flat tissue only; if it includes the frame's velocity, it pushes the probe on and
-//! creates energy), and far fields blended from place to place (a tick would have to mix blocks,
-//! and the elements would still stay in place).
+//! A stationary patch that is too small for the stroke shows the limits of a far field. A round
+//! patch that is large enough shows how much the elongated shape saves. The stroke patch with a
+//! fixed rim shows the effect of the rim springs. The whole block with the frozen outside of paper
+//! 004 is the papers' solution. Two alternatives were not built. A patch that travels with the
+//! probe has no ripple up to 50 mm/s, but works in homogeneous flat tissue only, and if it includes
+//! the velocity of its frame, it drives the probe on and creates energy. With far fields blended
+//! from place to place a tick would have to mix their blocks, and the elements would still stay in
+//! place.
 
 use crate::paper_method::region::{ContactPressure, StressRule};
 use palpate::Params;
@@ -28,30 +29,31 @@ use palpate_tissue::session::calibrated::sized;
 use palpate_tissue::stable_step::{StableStep, limits, substeps_for_taps};
 use palpate_tissue::tissue::{Placed, place_block};
 
-/// Distance of fitted places to both sides of the path [probe radii]: about the contact's radius.
+/// Largest distance of fitted places from the path, to either side [probe radii]: about the radius
+/// of the contact.
 const HALF_WIDTH_RADII: f64 = 0.625;
-/// Radius of the disc of places of a stationary patch [probe radii].
+/// Radius of the disc of fitted places of a stationary patch [probe radii].
 const DISC_RADII: f64 = 1.15;
-/// Nodes of the shipped whole block.
+/// Number of nodes of the shipped whole block.
 const WHOLE_NODES: usize = 410;
 
 /// Kind of method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// A patch with rim springs as long as the stroke: ours.
+    /// A patch with rim springs, as long as the stroke: the product's method.
     Stroke,
     /// A patch as long as the stroke, with a fixed rim.
     Fixed,
     /// A round patch with rim springs at the middle of the stroke, fitted around its site.
     Stays,
-    /// A round patch with rim springs that holds the whole stroke, fitted along it.
+    /// A round patch with rim springs that contains the whole stroke, fitted along it.
     Round,
-    /// The whole block, all awake.
+    /// The whole block with every node active.
     Whole,
     /// The whole block, its outside frozen by the stress rule of paper 004.
     StressRule,
-    /// A stroke patch whose nodes sleep where they rest.
+    /// A stroke patch whose nodes sleep while they are at rest.
     Sleeping,
 }
 
@@ -84,46 +86,46 @@ impl Kind {
     }
 }
 
-/// A sleeping node wakes when it would move by this much [m].
+/// Displacement that the force on a sleeping node would cause for it to wake [m].
 const WAKES_M: f64 = 1e-5;
 
-/// A method that can slide.
+/// A patch, its parameters, and the choice of its active nodes.
 #[derive(Clone, Debug)]
 pub struct StudyMethod {
     /// Kind of method.
     pub kind: Kind,
-    /// Unique in a table.
+    /// Name in tables, unique among the methods.
     pub name: String,
     /// Name in a legend.
     pub short: String,
-    /// The patch.
+    /// Patch on which the probe slides.
     pub patch: Patch,
     /// Parameters, with the substeps that it needs.
     pub params: Params,
     /// Stable step of the method [s].
     pub stable_s: f64,
-    /// Nodes that move.
+    /// Choice of the nodes that are active.
     pub awake: Awake,
-    /// Statics of the patch with the dense condensed outside, where it has one.
+    /// Statics of the patch with the dense condensed outside; `None` for patches without one.
     pub exact: Option<Statics>,
 }
 
-/// Choices by which a patch with rim springs is made.
+/// Recipe of a patch with rim springs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrokeRecipe {
-    /// Patch and elements, with the stroke.
+    /// Sizes of the patch, of its elements and of the stroke.
     pub sizes: Sizes,
-    /// Arrangement of the mesh.
+    /// Number of the mesh among those of the same sizes.
     pub variant: u32,
-    /// Foundation points on a triangle: 4, 9 or, not for boards, 16.
+    /// Foundation points per triangle: 4 or 9, or 16, which boards do not support.
     pub points_per_triangle: usize,
     /// Settings of the fit, such as its number of places and rounds.
     pub settings: Settings,
 }
 
 impl StrokeRecipe {
-    /// A patch of radius and elements [m] for a stroke [m] under a probe of radius
-    /// `probe_radius_m`.
+    /// Recipe of a patch of radius `radius_m` with elements of size `fine_m` for the stroke
+    /// `stroke_m` under a probe of radius `probe_radius_m`.
     #[must_use]
     pub fn new(radius_m: f64, fine_m: f64, stroke_m: [f64; 3], probe_radius_m: f64) -> Self {
         Self {
@@ -135,7 +137,7 @@ impl StrokeRecipe {
     }
 }
 
-/// A patch with rim springs, fitted.
+/// A fitted patch with rim springs.
 #[derive(Clone, Debug)]
 pub struct StrokePatch {
     /// Cut, condensed outside and rim springs.
@@ -144,15 +146,15 @@ pub struct StrokePatch {
     pub material: Material,
     /// Multipliers that were fitted.
     pub multipliers: Multipliers,
-    /// The patch.
+    /// Patch on which the probe slides.
     pub patch: Patch,
     /// Parameters with the fitted scalars.
     pub params: Params,
 }
 
 impl StrokePatch {
-    /// Cuts a patch out of the block of a scene and fits it: along `trajectory` to both sides, or
-    /// around the site if there is none.
+    /// Cuts a patch out of the block of a scene and fits it to places along `trajectory` and to
+    /// both sides of it, or around the site if there is no trajectory.
     ///
     /// # Errors
     /// Sizes that do not fit the block, a reference that does not cover the path, or a patch that
@@ -203,7 +205,7 @@ impl StrokePatch {
     }
 }
 
-/// The block of a scene, meshed around the path of a patch.
+/// The block of a scene with a mesh refined along the stroke of the patch.
 pub(super) fn whole_block(scene: &Scene, recipe: &StrokeRecipe) -> Result<Placed, Error> {
     let size_m =
         scene.tissue.block_m.ok_or_else(|| TissueError::Usage(format!("{}: sliding is measured on a block", scene.file)))?;
@@ -214,7 +216,7 @@ pub(super) fn whole_block(scene: &Scene, recipe: &StrokeRecipe) -> Result<Placed
 }
 
 impl StudyMethod {
-    /// A patch with the limits and substeps that it needs.
+    /// Determines the limits and the number of substeps that the patch needs.
     ///
     /// # Errors
     /// A patch that does not survive a press.
@@ -238,8 +240,8 @@ impl StudyMethod {
         })
     }
 
-    /// A patch with rim springs along the path; with `and_others` also the same with a fixed rim,
-    /// and with sleeping nodes.
+    /// A patch with rim springs, fitted along the path; with `and_others` also that patch with a
+    /// fixed rim, and with sleeping nodes.
     pub(super) fn stroke(
         scene: &Scene,
         recipe: &StrokeRecipe,
@@ -268,8 +270,8 @@ impl StudyMethod {
         fitted.method(Kind::Stays, format!("patch that stays {}", size_of(recipe, &fitted.patch)))
     }
 
-    /// The shipped block, all awake and with its outside frozen by the stress rule at every
-    /// threshold [Pa].
+    /// The shipped block with every node active, and with its outside frozen by the stress rule at
+    /// each threshold [Pa].
     pub(super) fn whole(least_stresses_pa: &[f64]) -> Result<Vec<Self>, Error> {
         let missing = || TissueError::Check(format!("no block of {WHOLE_NODES} nodes is shipped"));
         let (patch, params) = sized(WHOLE_NODES).ok_or_else(missing)?;

@@ -1,16 +1,17 @@
-//! Trajectory of the tip: pressed in at one end of the stroke, held, forth, held, back, held.
+//! Trajectory of the tip: it is pressed in at one end of the stroke, held, moved forth, held, moved
+//! back, and held.
 
 use palpate_fit::statics::Vector;
 use palpate_tissue::scene::TICK_S;
 
 /// Speed of the press [m/s].
 const PRESS_M_PER_S: f64 = 0.04;
-/// Time at rest before the first stroke [s], in which node damping stops all motion.
+/// Duration of the hold before the first stroke [s], in which node damping stops all motion.
 const SETTLE_S: f64 = 0.4;
-/// Time at rest at the far end, and after the return [s].
+/// Duration of the hold at the far end, and of that after the return [s].
 const PAUSE_S: f64 = 0.2;
 
-/// A slide forth and back over a flat top, normal along z, at one depth.
+/// A slide forth and back at constant depth over a flat top with normal z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trajectory {
     /// Middle of the path, on the rest surface [m].
@@ -19,33 +20,33 @@ pub struct Trajectory {
     pub stroke_m: Vector,
     /// Depth of the tip [m].
     pub depth_m: f64,
-    /// Speed, from the first tick of a stroke to its last [m/s].
+    /// Speed, constant from the first tick of a stroke to the last [m/s].
     pub speed_m_per_s: f64,
 }
 
 /// Part of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Leg {
-    /// Down, and at rest until the first stroke.
+    /// The press, and the hold until the first stroke.
     Press,
     /// From the first end to the other.
     Forth,
-    /// At rest at the other end.
+    /// The hold at the other end.
     Turn,
-    /// The return.
+    /// From there to the first end again.
     Back,
-    /// At rest where the slide began.
+    /// The hold at the first end.
     End,
 }
 
 /// A pose of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Part of the slide.
+    /// Part of the trajectory to which the pose belongs.
     pub leg: Leg,
     /// Signed distance from the middle along the path [m].
     pub along_m: f64,
-    /// The tip [m].
+    /// Position of the tip [m].
     pub tip_m: Vector,
 }
 
@@ -62,7 +63,7 @@ impl Trajectory {
         self.centre_m + self.direction() * along_m
     }
 
-    /// Every tick of the trajectory. It starts outside the tissue.
+    /// Pose in every tick of the trajectory, which starts outside the tissue.
     #[must_use]
     pub fn poses(&self) -> Vec<Pose> {
         let half_m = 0.5 * self.stroke_m.norm();

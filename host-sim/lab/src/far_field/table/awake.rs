@@ -1,13 +1,13 @@
-//! A region whose outside is frozen: how much of an organ must be awake for an accurate force, and
-//! the regions selected by the papers' stress rule.
+//! Regions whose outside is frozen: the share of an organ that must be awake for an accurate force,
+//! and the regions that the papers' stress rule selects.
 //!
-//! The nodes nearest to the contact are free, all others are frozen at rest. For comparison:
-//! patches at the same place and of about the same size with rim springs, and the regions of
-//! (7)-(8) of paper 004 for several thresholds as shares of the contact pressure. Errors are
-//! against the whole mesh awake. Rim springs come in two kinds: fitted to the condensed *springs*
-//! of the outside, which leaves the error of the edge alone, and to its condensed elements, as the
-//! product's are, which also shows by how much coarse springs far from the contact are stiffer than
-//! elements.
+//! The nodes nearest to the contact are awake, all others are frozen at their rest positions. For
+//! comparison there are patches with rim springs at the same place and of about the same size, and
+//! the regions of (7)-(8) of paper 004 for several thresholds, which are shares of the contact
+//! pressure. Errors are relative to the whole mesh with every node awake. Rim springs come in two
+//! kinds. Those fitted to the condensed *springs* of the outside show the error of the rim alone.
+//! Those fitted to its condensed elements, as the product's are, also show by how much coarse
+//! springs far from the contact are stiffer than elements.
 
 use crate::paper_method::region::{ContactPressure, StressRule};
 use faer::Mat;
@@ -27,29 +27,31 @@ use palpate_tissue::tissue::Tissue;
 
 /// Shares of the free nodes that are awake (1).
 const SHARES: [f64; 17] = [0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95];
-/// Shares of the nodes that patches with rim springs have.
+/// Shares of the nodes that lie in the patches with rim springs (1).
 const PATCH_SHARES: [f64; 5] = [0.2, 0.3, 0.4, 0.5, 0.6];
-/// Distances of the presses from the site along the block [probe radii].
+/// Distances of the presses from the site along x [probe radii].
 const PLACES_RADII: [f64; 3] = [0.0, 1.5, 2.5];
-/// Depths [probe radii].
+/// Depths of the presses [probe radii].
 const DEPTHS_RADII: [f64; 2] = [0.25, 0.5];
-/// Errors for which the least share is searched [%].
+/// Errors for which the smallest share is searched [%].
 pub const TOLERANCES_PCT: [f64; 3] = [5.0, 2.0, 1.0];
-/// Least stresses of the rule, as shares of the contact pressure.
+/// Smallest stresses down to which the rule keeps nodes awake, as shares of the contact pressure
+/// (1).
 const THRESHOLDS: [f64; 7] = [0.5, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01];
-/// Springs that hold the rim of the outside while it is condensed [probe radii].
+/// Stiffness over E of the springs that hold the rim of the outside while it is condensed [probe
+/// radii].
 const HELD_RADII: f64 = 1.0;
-/// Radius around the site of the loads to which rims are fitted [probe radii].
+/// Radius around the site within which the loads of the rim fit act [probe radii].
 const LOADS_RADII: f64 = 1.5;
 
 /// Boundary condition around a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surroundings {
-    /// The rest is frozen.
+    /// All other nodes are frozen.
     Frozen,
-    /// Rim springs fitted to the condensed springs of the rest.
+    /// Rim springs fitted to the condensed springs of the outside.
     SpringsOfSprings,
-    /// Rim springs fitted to the condensed elements of the rest.
+    /// Rim springs fitted to the condensed elements of the outside.
     SpringsOfElements,
 }
 
@@ -65,10 +67,10 @@ impl Surroundings {
     }
 }
 
-/// A region of nodes.
+/// A frozen region or a patch with rim springs, and its force errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frozen {
-    /// Nodes of the whole mesh.
+    /// Number of nodes of the whole mesh.
     pub whole_nodes: usize,
     /// Distance of the press from the site [m].
     pub aside_m: f64,
@@ -83,30 +85,31 @@ pub struct Frozen {
     pub error_pct: [Option<f64>; 2],
 }
 
-/// Least shares of the nodes that must be awake to keep a tolerance, half a probe radius deep.
+/// Smallest shares of the nodes that must be awake to keep a tolerance at a depth of half a probe
+/// radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Needed {
-    /// Nodes of the whole mesh.
+    /// Number of nodes of the whole mesh.
     pub whole_nodes: usize,
     /// Distance of the press from the site [m].
     pub aside_m: f64,
     /// Allowed error of the force [%].
     pub tolerance_pct: f64,
-    /// Least share of the nodes that keeps the tolerance with the rest frozen (1); `None` if 95 %
-    /// do not keep it.
+    /// Smallest share that keeps the tolerance with all other nodes frozen (1); `None` if even 95 %
+    /// of the nodes do not keep it.
     pub frozen_share: Option<f64>,
-    /// Least share that keeps the tolerance with rim springs fitted to the springs of the rest (1);
-    /// `None` if none of the patches that were tried does.
+    /// Smallest share that keeps the tolerance with rim springs fitted to the springs of the
+    /// outside (1); `None` if no patch that was tried keeps it.
     pub rim_springs_share: Option<f64>,
-    /// Least share that keeps the tolerance with the product's rim springs, fitted to finite
-    /// elements (1).
+    /// Smallest share that keeps the tolerance with the product's rim springs, which are fitted to
+    /// finite elements (1); `None` if no patch that was tried keeps it.
     pub rim_springs_from_elements_share: Option<f64>,
 }
 
-/// A region of the stress rule.
+/// A region that the stress rule selects, and its force error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stress {
-    /// Nodes of the whole mesh.
+    /// Number of nodes of the whole mesh.
     pub whole_nodes: usize,
     /// Distance of the press from the site [m].
     pub aside_m: f64,
@@ -114,49 +117,49 @@ pub struct Stress {
     pub pressure: ContactPressure,
     /// Contact pressure of (8) under the force of the whole mesh [Pa].
     pub contact_pa: f64,
-    /// Least stress [Pa].
+    /// Smallest stress down to which the rule keeps nodes awake [Pa].
     pub least_stress_pa: f64,
     /// Radius that (7) gives [m].
     pub radius_m: f64,
     /// Awake share of the free nodes (1).
     pub share: f64,
-    /// Error of the force at half a probe radius of depth [%].
+    /// Error of the force at half a probe radius of depth [%]; `None` without equilibrium.
     pub error_pct: Option<f64>,
 }
 
-/// All regions.
+/// Results for all meshes and places.
 #[derive(Clone, Debug, Default)]
 pub struct Awake {
-    /// Frozen regions, and patches with rim springs.
+    /// Frozen regions and patches with rim springs.
     pub regions: Vec<Frozen>,
-    /// Shares of the nodes that have to be awake.
+    /// Smallest shares of the nodes that must be awake.
     pub needed: Vec<Needed>,
-    /// Regions that the stress rule picks.
+    /// Regions that the stress rule selects.
     pub stress: Vec<Stress>,
 }
 
-/// A press of one whole mesh.
+/// Press of one whole mesh at one place.
 struct Site<'a> {
     setting: &'a Setting,
     tissue: Tissue,
     statics: Statics,
     place_m: Vector,
     aside_m: f64,
-    /// Distance of each free node [m], nearest first.
+    /// Distance of each free node from the press [m], with its index, in ascending order.
     away: Vec<(f64, usize)>,
-    /// Force over E with everything awake [m^2], by depth.
+    /// Force over E with every node awake [m^2], by depth.
     all: Vec<Option<f64>>,
 }
 
-/// Presses every mesh of the scope at every place with ever more nodes awake.
+/// Presses every mesh of the scope at every place, with a rising share of its nodes awake.
 ///
 /// # Errors
-/// A scene that is no block, or one that cannot be meshed.
+/// A scene without a block, or one that cannot be meshed.
 pub fn awake(scene: &Scene, scope: &Scope, progress: &mut dyn FnMut(usize, usize, &str)) -> Result<Awake, Error> {
     let setting = Setting::of(scene, 0)?;
     faer::set_global_parallelism(faer::Par::Seq);
     let half = scene.tissue.block_m.map_or(0.0, |size| 0.5 * size[0]);
-    // the whole contact lies on the block
+    // the whole contact must be on the block
     let fits = |aside: &&f64| setting.site_m.x + (**aside + 1.0) * setting.radius_m() <= half;
     let places: Vec<f64> = PLACES_RADII.iter().filter(fits).map(|p| p * setting.radius_m()).collect();
     let mut found = Awake::default();
@@ -187,7 +190,7 @@ pub fn awake(scene: &Scene, scope: &Scope, progress: &mut dyn FnMut(usize, usize
     Ok(found)
 }
 
-/// The least share from which on all larger ones are within the tolerance.
+/// The smallest share from which on every larger one is within the tolerance.
 fn least(regions: &[Frozen], tolerance_pct: f64) -> Option<f64> {
     let within = |r: &&Frozen| r.error_pct[1].is_some_and(|e| e.abs() <= tolerance_pct);
     regions.iter().rev().take_while(within).last().map(|r| r.share)
@@ -196,7 +199,7 @@ fn least(regions: &[Frozen], tolerance_pct: f64) -> Option<f64> {
 impl<'a> Site<'a> {
     fn of(setting: &'a Setting, mut tissue: Tissue, aside_m: f64) -> Result<Self, Error> {
         let place_m = setting.site_m + Vector::new(aside_m, 0.0, 0.0);
-        // the foundation has one stiffness, that of an element at the site
+        // the foundation has a single stiffness, taken from the elements at the site
         tissue.site_m = place_m.into();
         let statics = Statics::of(&Patch::build(&tissue, &setting.material(), None).model(), &setting.params)?;
         let free = |n: &usize| tissue.anchors.binary_search(&(*n as u32)).is_err();
@@ -208,7 +211,7 @@ impl<'a> Site<'a> {
         Ok(Self { setting, tissue, statics, place_m, aside_m, away, all })
     }
 
-    /// Radius of the ball with this share of the free nodes [m].
+    /// Radius of the ball around the press that contains this share of the free nodes [m].
     fn radius_m(&self, share: f64) -> f64 {
         let count = (share * self.away.len() as f64).round() as usize;
         self.away[count.clamp(1, self.away.len()) - 1].0
@@ -225,14 +228,15 @@ impl<'a> Site<'a> {
         Frozen { whole_nodes: self.statics.rest_m.len(), aside_m: self.aside_m, held, radius_m, share, error_pct }
     }
 
-    /// The ball is awake, the rest is frozen.
+    /// Result with the nodes in the ball awake and all others frozen.
     fn frozen(&self, radius_m: f64) -> Result<Frozen, Error> {
         let asleep: Vec<usize> = self.away.iter().filter(|(away, _)| *away > radius_m).map(|(_, n)| *n).collect();
         let errors = self.errors(&self.statics.with_fixed(&asleep))?;
         Ok(self.region(radius_m, self.away.len() - asleep.len(), Surroundings::Frozen, errors))
     }
 
-    /// A patch of this radius with rim springs of both kinds; nothing if it cannot be cut.
+    /// Results of a patch of this radius with each of the two kinds of rim springs; empty if the
+    /// patch cannot be cut.
     fn held(&self, radius_m: f64) -> Result<Vec<Frozen>, Error> {
         let sizes = Sizes { radius_m, fine_m: 0.0, fine_radius_m: 0.0, growth: 0.0, stroke_m: [0.0; 3] };
         let setting = self.setting;
@@ -252,8 +256,9 @@ impl<'a> Site<'a> {
         Ok(found)
     }
 
-    /// The outside as springs, condensed to the rim: the compliance of a rim that is also supported
-    /// by springs to the ground, after removing these.
+    /// Stiffness over E [m] of the outside as springs, condensed to the rim. The compliance is
+    /// computed with the rim also held by springs to the ground, which are subtracted after the
+    /// inversion.
     fn condensed_springs(&self, far: &FarField) -> Result<Mat<f64>, Error> {
         let setting = self.setting;
         let outside = &far.cut.outside;
@@ -269,7 +274,7 @@ impl<'a> Site<'a> {
         let size = 3 * rim.len();
         let held_m = HELD_RADII * setting.radius_m();
         let held = free.with_rim(&rim, &Mat::from_fn(size, size, |r, c| if r == c { held_m } else { 0.0 }));
-        // its probe is far from it
+        // the probe is 1 m above the surface, so it does not touch
         let failed = |_| TissueError::Check("the outside is not stiff at rest: take another mesh".into());
         let rest = solver(&held)?.rest(&held, self.place_m, 1.0).map_err(failed)?;
         let mut compliance = Mat::zeros(size, size);
@@ -297,8 +302,8 @@ impl<'a> Site<'a> {
                 depth_m as f32,
             );
             for share in THRESHOLDS {
-                // one threshold for both forms: a share of the lower of the two pressures, which is
-                // the first
+                // both forms have the same threshold: a share of the lower of the two pressures,
+                // which is the first one
                 let least_stress_pa = found.first().map_or(f64::from(contact_pa), |s: &Stress| s.contact_pa) * share;
                 let rule = StressRule::new(least_stress_pa as f32, params.poisson_ratio, pressure);
                 let radius_m = f64::from(rule.radius_m(contact_pa, params.probe.radius_m));

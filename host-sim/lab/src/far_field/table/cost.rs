@@ -1,9 +1,9 @@
-//! Cost of an edge treatment in a tick: operations, bytes, time on this machine, cycles on the
+//! Cost of a rim treatment per tick: operations, bytes, time on this machine, and cycles on the
 //! board.
 //!
-//! Cycles of springs come from [`palpate_tissue::budget`]. Those of modes, low rank and dense S are
-//! estimates from their operations: 2.2 cycles per floating-point operation and 2 per load or
-//! store, a factor that stays in registers loaded once.
+//! Cycles of treatments that are springs come from [`palpate_tissue::budget`]. Those of modes, low
+//! rank and dense S are estimated from their operations, with 2.2 cycles per floating-point
+//! operation and 2 per load or store; a factor that stays in registers counts as loaded once.
 
 use super::timing::Times;
 use super::{Setting, Size};
@@ -15,30 +15,30 @@ use palpate_tissue::patch::Patch;
 const CYCLES_PER_FLOP: f64 = 2.2;
 const CYCLES_PER_LOAD: f64 = 2.0;
 
-/// Cost of a tick.
+/// Cost of a rim treatment, and of the whole tick with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
-    /// Floating-point operations of the edge.
+    /// Floating-point operations of the treatment per substep.
     pub rim_flops: usize,
-    /// Bytes of constants that the edge reads.
+    /// Bytes of constants that the treatment reads per substep.
     pub rim_bytes: usize,
-    /// Fastest batch of ticks on this machine [us]; `None` if the tick fails.
+    /// Time of a tick in the fastest batch on this machine [us]; `None` if the tick fails.
     pub tick_us: Option<f64>,
-    /// Tick time over that with rim springs, batches in turn (1).
+    /// Tick time relative to that with rim springs, from alternating batches (1).
     pub over_rim_springs: Option<f64>,
-    /// Estimated cycles of the edge on a Cortex-M4F.
+    /// Estimated cycles of the treatment per tick on a Cortex-M4F.
     pub rim_m4f_cycles: f64,
     /// Estimated cycles of the tick on a Cortex-M4F.
     pub tick_m4f_cycles: f64,
 }
 
 impl RimMethod {
-    /// Floating-point operations of a substep, and bytes of constants that it reads.
+    /// Floating-point operations per substep, and bytes of constants read per substep.
     #[must_use]
     pub fn work(self, rim_nodes: usize, rim_edges: usize) -> (usize, usize) {
         match self {
             Self::Fixed => (0, 0),
-            // six entries and a node index
+            // a symmetric block has six entries, to which a node index is added
             Self::Winkler => (18 * rim_nodes, 28 * rim_nodes),
             Self::Truncated | Self::RimSprings => (18 * rim_nodes + 36 * rim_edges, 28 * rim_nodes + 40 * rim_edges),
             Self::Modes(q) => ModeRim::cost(rim_nodes, q),
@@ -48,7 +48,7 @@ impl RimMethod {
     }
 }
 
-/// Estimated cycles of an edge on a Cortex-M4F in a substep.
+/// Estimated cycles of a treatment per substep on a Cortex-M4F.
 #[must_use]
 pub fn m4f_rim_cycles(edge: RimMethod, rim_nodes: usize, rim_edges: usize) -> f64 {
     let machine = CostModel::named("m4f-168");
@@ -56,7 +56,8 @@ pub fn m4f_rim_cycles(edge: RimMethod, rim_nodes: usize, rim_edges: usize) -> f6
     let (flops, bytes) = edge.work(rim_nodes, rim_edges);
     let constants = bytes as f64 / 4.0;
     let freedoms = 3.0 * rim_nodes as f64;
-    // in addition to the constants: displacements or forces read, forces or positions written
+    // loads and stores include, besides the constants, displacements or forces that are read and
+    // forces or positions that are written
     let loads = match edge {
         RimMethod::Fixed => return 0.0,
         RimMethod::Winkler => return rim(rim_nodes, 0),
@@ -85,7 +86,7 @@ impl Cost {
     }
 }
 
-/// Cycles per tick of a patch without anything at its edge.
+/// Estimated cycles per tick of a patch with nothing at its rim.
 fn bare_cycles(setting: &Setting, patch: &Patch) -> f64 {
     let model = patch.model();
     let touched = triangles_in_reach(&model, patch.site_m().into(), setting.params.probe.reach_m());

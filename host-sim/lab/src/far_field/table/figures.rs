@@ -1,4 +1,5 @@
-//! The table's pictures: error over radius, error over cost, error over the share that is awake.
+//! Pictures of the table: error over radius, error over cost, and error over the share of awake
+//! nodes.
 
 use super::presses::Setting;
 use super::{Awake, Kind, PROMISED_PCT, Row, Surroundings, Table};
@@ -10,21 +11,21 @@ use palpate_charts::{
 };
 use palpate_tissue::output::OutputFolder;
 
-/// Error at which smaller ones are drawn [%].
+/// Smallest error that is drawn; smaller ones are raised to it [%].
 const FLOOR_PCT: f64 = 0.01;
 
-/// An error of a row [%].
+/// Reads an error from a row [%].
 type Pick = fn(&Row) -> Option<f64>;
 
-/// Error that is drawn over the radius.
+/// An error that is drawn over the patch radius.
 struct Curve {
     title: String,
     pick: Pick,
-    /// Whether rim springs have a promised limit of this error.
+    /// Whether a limit of this error is promised for rim springs.
     promised: bool,
 }
 
-/// Draws the figures and returns their names without ending.
+/// Draws the pictures and returns their names without extension.
 ///
 /// # Errors
 /// A picture cannot be drawn or written.
@@ -69,7 +70,7 @@ pub fn draw(folder: &OutputFolder, scene: &str, setting: &Setting, table: &Table
     Ok(names)
 }
 
-/// A curve with its own name.
+/// A curve that owns its name.
 struct Labelled {
     name: String,
     points: Vec<(f64, f64)>,
@@ -86,7 +87,7 @@ fn drawn(error_pct: f64) -> f64 {
     error_pct.abs().max(FLOOR_PCT)
 }
 
-/// Name in a legend, in full.
+/// Full name in a legend.
 fn words(edge: RimMethod) -> String {
     match edge {
         RimMethod::Fixed => "fixed edge (papers)".into(),
@@ -135,7 +136,8 @@ fn over_radius(
     Ok(true)
 }
 
-/// Worst error one probe radius off the centre against dense S [%]: which distinguishes the edges.
+/// Largest error against dense S one probe radius off the centre [%], where the treatments differ
+/// most.
 fn worst_pct(row: &Row) -> Option<f64> {
     if row.kind == Kind::Patch(RimMethod::Dense) { Some(0.0) } else { row.against_dense?.aside_pct[1] }
 }
@@ -229,7 +231,7 @@ fn over_share(
             labelled.push(Labelled { name: format!("{what}, {}", at(aside_m)), points, joined: true });
         }
     }
-    // where the rule wakes everything, the picture shows nothing
+    // regions in which the rule keeps every node awake have no error, so they are left out
     let rule = awake.stress.iter().filter(|s| s.whole_nodes == nodes && s.aside_m == 0.0 && s.share < 1.0);
     let points = rule.filter_map(|s| Some((100.0 * s.share, drawn(s.error_pct?)))).collect();
     labelled.push(Labelled { name: "papers' stress rule, centre".into(), points, joined: false });

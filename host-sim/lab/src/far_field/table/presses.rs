@@ -1,4 +1,4 @@
-//! Presses of one patch: at the site at several depths, and around it.
+//! Presses of one patch: at the site to several depths, and at places around it.
 
 use palpate::Params;
 use rayon::prelude::*;
@@ -17,20 +17,20 @@ pub const DEPTHS_RADII: [f64; DEPTHS] = [0.125, 0.25, 0.5, 1.0];
 pub const DEPTHS: usize = 4;
 /// Number of these depths, from the shallowest on, for which an error is promised.
 pub const PROMISED_DEPTHS: usize = 3;
-/// Depth of presses beside the site [probe radii].
+/// Depth of the presses beside the site [probe radii].
 pub const ASIDE_DEPTH_RADII: f64 = 0.5;
-/// Distance beside the site [probe radii].
+/// Distances of these presses from the site [probe radii].
 pub const ASIDE_RADII: [f64; ASIDES] = [0.5, 1.0];
 pub const ASIDES: usize = 2;
-/// Motions of the glued disc: pressed, sheared.
+/// Unit displacements of the glued disc: pressed along z and sheared along x.
 const GLUED: [[f64; 3]; 2] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]];
 
-/// Setting that all rows share.
+/// Scene and presses that all rows of the table share.
 #[derive(Clone, Debug)]
 pub struct Setting {
     /// Parameters of the scene.
     pub params: Params,
-    /// Place of the press [m].
+    /// Place of the centred presses [m].
     pub site_m: Vector,
     directions: usize,
     radius_m: f64,
@@ -38,32 +38,33 @@ pub struct Setting {
     answer: Option<Answer>,
 }
 
-/// Forces over E along the probe's axis [m^2]; `None` where no equilibrium was found.
+/// Forces of all presses over E, along the probe's axis [m^2]; `None` where no equilibrium was
+/// found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Presses {
     /// Forces at the site, by depth.
     pub centred: [Option<f64>; DEPTHS],
     /// Forces beside the site, by distance and direction.
     pub aside: [Vec<Option<f64>>; ASIDES],
-    /// Stiffness over E of a disc of the probe's radius glued to the site and pressed, and of one
-    /// sheared [m].
+    /// Stiffness over E of a disc of the probe's radius that is glued to the site, when it is
+    /// pressed and when it is sheared [m].
     pub glued_m: [Option<f64>; 2],
 }
 
-/// Errors of a force [%].
+/// Errors of the forces and of the disc's stiffness [%].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Errors {
-    /// Errors at the site, by depth; `None` if one of the two forces is not known.
+    /// Errors at the site, by depth; `None` if one of the two forces is unknown.
     pub centred_pct: [Option<f64>; DEPTHS],
-    /// The largest over the directions, with its sign, by distance; `None` where one direction is
-    /// not known.
+    /// Largest error over the directions, with its sign, by distance; `None` if a force is unknown
+    /// in one of the directions.
     pub aside_pct: [Option<f64>; ASIDES],
-    /// Error of a glued disc's stiffness, pressed and sheared.
+    /// Errors of the stiffness of the glued disc, pressed and sheared.
     pub glued_pct: [Option<f64>; 2],
 }
 
 impl Errors {
-    /// Nothing known.
+    /// Errors of presses of which nothing is known.
     pub const NONE: Self = Self { centred_pct: [None; DEPTHS], aside_pct: [None; ASIDES], glued_pct: [None; 2] };
 }
 
@@ -72,7 +73,7 @@ fn error_pct(found: Option<f64>, wanted: Option<f64>) -> Option<f64> {
 }
 
 impl Presses {
-    /// Errors against other presses of the same setting.
+    /// Errors of these presses relative to `other` ones of the same setting.
     #[must_use]
     pub fn against(&self, other: &Self) -> Errors {
         let worst = |k: usize| -> Option<f64> {
@@ -118,15 +119,15 @@ impl Setting {
         DEPTHS_RADII.map(|d| d * self.radius_m())
     }
 
-    /// Places at a distance around the site [m].
+    /// Places around the site at a distance from it [m].
     fn around_m(&self, distance_m: f64) -> Vec<Vector> {
         let turn = std::f64::consts::TAU / self.directions.max(1) as f64;
-        // none of them along an axis of the block
+        // the offset keeps every direction off the axes of the block
         let angle = |n: usize| turn * (n as f64 + 0.3);
         (0..self.directions).map(|n| self.site_m + Vector::new(angle(n).cos(), angle(n).sin(), 0.0) * distance_m).collect()
     }
 
-    /// Forces of a press at `place_m` to ever deeper `depths_m`.
+    /// Forces over E of presses at `place_m` to the ascending depths `depths_m` [m^2].
     #[must_use]
     pub fn forces(statics: &Statics, solver: &Solver, place_m: Vector, depths_m: &[f64]) -> Vec<Option<f64>> {
         let mut here = solver.rest(statics, place_m, CLEAR_M).ok();
@@ -137,7 +138,7 @@ impl Setting {
         depths_m.iter().map(|d| press(*d)).collect()
     }
 
-    /// Presses a patch everywhere.
+    /// Presses a patch at all places and depths.
     ///
     /// # Errors
     /// The mesh is too large to be analysed.
@@ -163,7 +164,7 @@ impl Setting {
         })
     }
 
-    /// Returns the presses by finite elements, where the scene has them.
+    /// Presses of the finite-element answer; `None` if the scene has none.
     #[must_use]
     pub fn elements(&self) -> Option<Presses> {
         let map = ReferenceMap::of(self.answer.as_ref()?)?;
@@ -182,7 +183,7 @@ impl Setting {
         Some(Presses { centred, aside: std::array::from_fn(aside), glued_m: GLUED.map(glued) })
     }
 
-    /// Errors against finite elements, where the scene has them.
+    /// Errors relative to finite elements; `None` if the scene has no such answer.
     #[must_use]
     pub fn against_elements(&self, presses: &Presses) -> Option<Errors> {
         self.elements().map(|elements| presses.against(&elements))

@@ -7,37 +7,36 @@ use super::{Awake, PROMISED_PCT, PROMISED_RADII, Row, Table};
 use crate::error::Error;
 use palpate_tissue::output::OutputFolder;
 
-/// `summary.json`.
+/// Contents of `summary.json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
-    /// Scene.
+    /// Name of the scene.
     pub scene: String,
-    /// Processor; in the file it is in the provenance.
+    /// Processor on which ticks were timed; the file states it in its provenance.
     #[serde(skip)]
     pub machine: String,
-    /// Version and profile: times of another profile are not comparable.
+    /// Version and build profile; times of different profiles are not comparable.
     #[serde(skip)]
     pub build: String,
-    /// Depths of centred presses [m].
+    /// Depths of the centred presses [m].
     pub depths_m: [f64; DEPTHS],
-    /// Depth of presses beside the site [m].
+    /// Depth of the presses beside the site [m].
     pub aside_depth_m: f64,
     /// Distances of these presses from the site [m].
     pub aside_distances_m: Vec<f64>,
-    /// Error limit of rim springs relative to dense S [%], from patches of this many probe radii
-    /// on.
+    /// Largest error relative to dense S that is promised for rim springs [%].
     pub promised_pct: f64,
-    /// Radius from which on that limit holds [probe radii].
+    /// Radius of the smallest patch to which that limit applies [probe radii].
     pub promised_from_probe_radii: f64,
-    /// Rows in which rim springs exceed that limit; empty if there are none.
+    /// One sentence for each row in which rim springs exceed that limit or are not positive.
     pub broken: Vec<String>,
-    /// Patches that could not be cut, and why.
+    /// One sentence for each patch that could not be cut, with the reason.
     pub left_out: Vec<String>,
     /// Origin of the cycle figures.
     pub cycles: &'static str,
-    /// The table.
+    /// Rows of the table.
     pub rows: Vec<RowSummary>,
-    /// Share of nodes that must be awake.
+    /// Smallest shares of the nodes that must be awake.
     pub awake_needed: Vec<NeededSummary>,
 }
 
@@ -66,7 +65,7 @@ pub struct RowSummary {
     tick_m4f_cycles: Option<f64>,
 }
 
-/// Least shares of the nodes that must be awake to keep a tolerance.
+/// Smallest shares of the nodes that must be awake to keep a tolerance.
 #[derive(Clone, Debug, Serialize)]
 pub struct NeededSummary {
     whole_nodes: usize,

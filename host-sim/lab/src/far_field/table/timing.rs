@@ -1,8 +1,9 @@
-//! Ticks of one patch with every edge treatment, and of the whole organ, timed in turn.
+//! Times the ticks of one patch with every rim treatment, and those of the whole organ, in
+//! alternating batches.
 //!
-//! Methods that are not springs run as in [`crate::methods`]. Batches are short and alternate:
-//! disturbances of a shared machine affect all of them, and the fastest batch of each ran
-//! undisturbed.
+//! Treatments that are not springs run with the code in [`crate::methods`]. Because batches are
+//! short and alternate, disturbances of a shared machine affect all treatments alike, and the
+//! fastest batch of each ran undisturbed.
 
 use faer::Mat;
 use palpate::method::Product;
@@ -20,26 +21,26 @@ use palpate_tissue::stable_step::limits;
 
 /// Depth about which the tip moves [probe radii].
 const DEPTH_RADII: f64 = 0.5;
-/// Displacement of the tip per tick [m]: 20 mm/s, and 50 mm/s during loading.
+/// Displacement of the tip per tick [m], which is 20 mm/s, and during loading, which is 50 mm/s.
 const STEP_M: f64 = 2e-5;
 const WAY_IN_M: f64 = 5e-5;
-/// Ticks of a batch: half down, half up.
+/// Number of ticks of a batch, of which half move down and half up, and number of batches.
 const BATCH_TICKS: usize = 10;
 const BATCHES: usize = 25;
-/// Ticks in which the press comes to rest before the clock starts.
+/// Number of ticks for which the press settles before timing starts.
 const SETTLE_TICKS: usize = 40;
 
-/// Time of a tick with each treatment [us], in the order of [`RimMethod::ALL`], and of the whole
-/// organ.
+/// Time of a tick with each treatment, in the order of [`RimMethod::ALL`], and of a tick of the
+/// whole organ [us].
 #[derive(Clone, Debug)]
 pub struct Times {
     by_edge: Vec<Option<f64>>,
-    /// The whole organ [us].
+    /// Time of a tick of the whole organ [us]; `None` if its tick failed.
     pub whole_us: Option<f64>,
 }
 
 impl Times {
-    /// Time of a tick with one treatment of the edge [us]; `None` if its tick failed.
+    /// Time of a tick with one treatment [us]; `None` if its tick failed.
     #[must_use]
     pub fn of(&self, edge: RimMethod) -> Option<f64> {
         let at = RimMethod::ALL.iter().position(|e| *e == edge)?;
@@ -47,7 +48,7 @@ impl Times {
     }
 }
 
-/// A patch whose nodes have the mass floor of the treatment at its edge.
+/// The patch with the treatment's stiffness at its rim nodes included in the mass floor.
 fn patch_with(setting: &Setting, edges: &RimMethods, patch: &Patch, edge: RimMethod) -> Patch {
     if edge == RimMethod::Fixed {
         let mut tissue = edges.far.cut.patch.clone();
@@ -60,14 +61,14 @@ fn patch_with(setting: &Setting, edges: &RimMethods, patch: &Patch, edge: RimMet
     patch
 }
 
-/// The blocks of rim nodes alone: the part of a stiffness that the mass floor needs.
+/// Only the blocks of single rim nodes, which is the part of a stiffness that the mass floor needs.
 #[must_use]
 pub fn diagonal(rim: &[u32], stiffness_m: &Mat<f64>) -> RimSprings {
     let block = |k: usize| [0, 1, 2].map(|a| [0, 1, 2].map(|b| stiffness_m[(3 * k + a, 3 * k + b)]));
     RimSprings { node: rim.to_vec(), blocks: (0..rim.len()).map(|k| ([k, k], block(k))).collect(), mended: 0 }
 }
 
-/// Starts a treatment on the core.
+/// Creates the running method of a treatment on the core.
 fn running<'a>(
     edges: &RimMethods,
     edge: RimMethod,
@@ -95,12 +96,12 @@ fn running<'a>(
     })
 }
 
-/// Whether the core runs the rim itself.
+/// Whether the core itself computes the forces of this rim.
 fn own_rim(edge: RimMethod) -> bool {
     matches!(edge, RimMethod::Fixed | RimMethod::Winkler | RimMethod::Truncated | RimMethod::RimSprings)
 }
 
-/// Runs `work` on ticking patches, one for each treatment and the whole organ last.
+/// Runs `work` on running patches, one for each treatment, with the whole organ last.
 ///
 /// # Errors
 /// Model or parameters that the core rejects, or a matrix that cannot be factored.
@@ -117,8 +118,8 @@ pub fn ticking<T>(
         .iter_mut()
         .map(|p| {
             p.set_depth_limit_m((1.25 * setting.radius_m()) as f32);
-            // modes and dense matrices act against the ground, which the relative floor does not
-            // include
+            // modes and dense matrices act against the ground, whose stiffness the relative floor
+            // leaves out
             let terms = Terms { relative_mass: false, ..setting.params.terms };
             Params { limits: limits(p, f64::from(setting.params.tick_s)), terms, ..setting.params }
         })
@@ -147,7 +148,7 @@ pub fn ticking<T>(
     Ok(work(&mut methods))
 }
 
-/// Times all treatments of a patch and the whole organ.
+/// Times a tick with each treatment of a patch, and a tick of the whole organ.
 ///
 /// # Errors
 /// Errors of [`ticking`].
@@ -184,7 +185,7 @@ fn settle(setting: &Setting, running: &mut dyn RunningMethod) -> bool {
     (0..=down + SETTLE_TICKS).all(|n| running.tick(tip_m(setting, (n as f64 * WAY_IN_M - CLEAR_M).min(depth_m))).is_ok())
 }
 
-/// Time of a tick in one batch [us]; `None` if one fails.
+/// Mean CPU time of a tick in one batch [us]; `None` if a tick fails.
 fn batch_us(setting: &Setting, running: &mut dyn RunningMethod) -> Option<f64> {
     let depth_m = DEPTH_RADII * setting.radius_m();
     let started = thread_time();
@@ -203,8 +204,8 @@ mod tests {
     use palpate_fit::statics::Statics;
     use palpate_tissue::scene::Scene;
 
-    /// A settled press by ticks, with each rim's own algorithm, gives the equilibrium with its
-    /// matrix.
+    /// A press that settles tick by tick, with the algorithm of each treatment, reaches the
+    /// equilibrium that its matrix gives.
     #[test]
     fn ticks_of_every_treatment_settle_to_its_statics() {
         let scene = Scene::load("block").unwrap();
@@ -232,7 +233,7 @@ mod tests {
         let solver = |s: &Statics| super::super::presses::solver(s).unwrap();
         let mut seen = Vec::new();
         for (edge, found) in RimMethod::ALL.into_iter().zip(forces_n) {
-            // the elements are those of the patch that ran
+            // the springs and tets are those of the patch that ran
             let own = patch_with(&setting, &edges, &patch, edge);
             let free = Model { rim_nodes: &[], rim_edges: &[], ..own.model() };
             let statics = edges.statics(&Statics::of(&free, &setting.params).unwrap(), edge).unwrap();

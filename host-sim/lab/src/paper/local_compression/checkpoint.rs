@@ -1,4 +1,4 @@
-//! A walk saved at intervals, so that a stopped run continues where it was.
+//! Saves an annealing walk at intervals, so that an interrupted run can continue from there.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,13 +10,14 @@ use palpate_tissue::output::OutputFolder;
 /// Contents of a checkpoint file.
 #[derive(Deserialize, Serialize)]
 struct Checkpoint {
-    /// Name of the fit that walks, so that another fit does not continue the walk.
+    /// Description of the fit, so that a different fit does not continue its walk.
     of: String,
     walk: Walk,
     steps: Vec<[f64; 4]>,
 }
 
-/// Reads a walk of the same fit, if there is one; if it cannot be read, the walk starts again.
+/// Reads the saved walk of the same fit; `None` if there is none or it cannot be read, so that the
+/// walk starts again.
 #[must_use]
 pub fn read(folder: &OutputFolder, name: &str, of: &str, fresh: &Walk) -> Option<(Walk, Vec<Step>)> {
     let text = folder.read_note(name)?;
@@ -30,7 +31,7 @@ pub fn read(folder: &OutputFolder, name: &str, of: &str, fresh: &Walk) -> Option
     (found.of == of && found.walk.is_same(fresh)).then(|| (found.walk, steps.collect()))
 }
 
-/// Writes a walk.
+/// Writes a walk and its record.
 ///
 /// # Errors
 /// The folder cannot be written.

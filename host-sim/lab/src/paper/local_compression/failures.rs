@@ -1,5 +1,5 @@
-//! Failures of the paper's formulas on the standard block: the position correction against the
-//! step, the region against its threshold, the volume force.
+//! Failures of the paper's formulas on the standard block: the position correction for different
+//! time steps, the region for different thresholds, and the volume force.
 
 pub mod barycentre;
 pub mod correction;

@@ -1,4 +1,5 @@
-//! Charts and pictures of the report: each writes NAME.svg, NAME.png and, for curves, NAME.csv.
+//! Charts and pictures of the report. Each function writes NAME.svg and NAME.png, and for curves
+//! also NAME.csv.
 
 use std::fmt::Write;
 
@@ -12,18 +13,18 @@ use palpate_charts::{self as charts, Level, LineSeries, Lines, Probe, ProbeShape
 use palpate_tissue::mesh::surface::surface;
 use palpate_tissue::output::OutputFolder;
 
-/// A chart in words.
+/// Name, heading and axes of a chart.
 #[derive(Clone, Copy, Debug)]
 pub struct Words<'a> {
-    /// File.
+    /// File name without its extension.
     pub name: &'a str,
-    /// First line.
+    /// First line of the heading.
     pub title: &'a str,
-    /// Second line.
+    /// Second line of the heading.
     pub below: &'a str,
-    /// Quantity and unit, and whether its axis is logarithmic.
+    /// Quantity and unit of the horizontal axis, and its scale.
     pub x: (&'a str, Scale),
-    /// Quantity and unit of the vertical axis, and whether it is logarithmic.
+    /// Quantity and unit of the vertical axis, and its scale.
     pub y: (&'a str, Scale),
 }
 
@@ -111,8 +112,8 @@ pub fn time_to_rest(folder: &OutputFolder, scene: &str, below: &str, found: &[Cu
     curves(folder, &words, &all, &[])
 }
 
-/// Figs. 5 and 6: the organ with the finger, before and under a force; the whole organ, or the part
-/// within some finger radii.
+/// Figs. 5 and 6: the organ with the finger, before the press or under a force; shows the whole
+/// organ or the part within some finger radii of the site.
 ///
 /// # Errors
 /// Errors of [`curves`].

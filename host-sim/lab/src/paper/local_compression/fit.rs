@@ -1,13 +1,13 @@
-//! Annealing of k and d (section 2.2, Fig. 7): the Hausdorff distance (4)-(6) of key points of the
-//! mass-spring model to those of a finite-element one.
+//! Annealing of k and d (section 2.2, Fig. 7), which minimises the Hausdorff distance (4)-(6)
+//! between key points of the mass-spring model and those of a finite-element model.
 //!
-//! Key points are the free surface nodes around the site. The paper compares deformed shapes; at
-//! rest those do not depend on d at all (see [`super::identifiability`]), so ours are compared
-//! *during the motion*: a finger is released with a constant force, and the objective is the mean
-//! distance at four times, in millimetres; temperatures are in millimetres too. Finite elements of
-//! the same mesh (neo-Hookean, nodal pressure, true masses) perform the same motion. The unknowns
-//! are ln k and ln d, started at random. A trial that diverges at the step of the fit, or sinks, is
-//! never accepted.
+//! Key points are the free surface nodes around the site. The paper compares deformed shapes, which
+//! at rest do not depend on d at all (see [`super::identifiability`]). Here shapes are therefore
+//! compared *during the motion*: a finger is released with a constant force, and the objective is
+//! the mean distance at four times, in millimetres; temperatures are in millimetres too. Finite
+//! elements on the same mesh (neo-Hookean, nodal pressure, true masses) perform the same motion.
+//! The unknowns are ln k and ln d, with random initial values. A trial that diverges at the time
+//! step of the fit, or in which the finger sinks in too deep, is never accepted.
 
 use crate::paper_method::LocalCompression;
 use crate::paper_method::damper::{Dampers, DampingLaw};
@@ -25,20 +25,21 @@ use palpate_tissue::Error as TissueError;
 use palpate_tissue::mesh::surface::surface;
 use palpate_tissue::patch::{Material, Memory, Patch};
 
-/// Times at which key points are compared [ms].
+/// Times after the release at which key points are compared [ms].
 pub const TIMES_MS: [usize; 4] = [10, 20, 40, 80];
-/// Distance of key points from the site, in finger radii.
+/// Largest distance of key points from the site [finger radii].
 const REACH_RADII: f64 = 2.5;
 /// Bounds of k [N/m] and d [N s/m].
 pub const BOUNDS: [[f64; 2]; 2] = [[1.0, 1e4], [1e-4, 10.0]];
 
-/// Key points at [`TIMES_MS`].
+/// Positions of the key points [m] at each of [`TIMES_MS`].
 pub type Trajectory = Vec<Vec<Vector3<f64>>>;
 
-/// Target of a fit: a tissue under a force, and the key points to be matched.
+/// Target of a fit: a tissue under a force, and the trajectories of the key points that the model
+/// should match.
 #[derive(Clone, Debug)]
 pub struct Target {
-    /// The tissue, with the parameters that the model runs with.
+    /// The tissue, with the parameters with which the model runs.
     pub block: Block,
     /// Force on the finger [N].
     pub force_n: f64,
@@ -46,33 +47,33 @@ pub struct Target {
     truth: Trajectory,
 }
 
-/// Last place at one temperature.
+/// State of a walk after its last trial at one temperature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// Temperature [mm].
     pub temperature_mm: f64,
-    /// k [N/m].
+    /// Stiffness k of every spring [N/m].
     pub stiffness_n_per_m: f64,
-    /// d [N s/m].
+    /// Damping d of every spring [N s/m].
     pub damping_n_s_per_m: f64,
-    /// Objective with these values [mm].
+    /// Objective for these values [mm].
     pub distance_mm: f64,
 }
 
 /// Result of a fit.
 #[derive(Clone, Debug)]
 pub struct Found {
-    /// Place of the walk at the end of each temperature.
+    /// State of the walk at the end of each temperature.
     pub steps: Vec<Step>,
-    /// The best place.
+    /// The values with the smallest objective.
     pub best: Step,
-    /// Final place of the walk.
+    /// Final state of the walk.
     pub end: Step,
-    /// Number of simulations, and the number without an answer.
+    /// Number of simulations, and number of those that diverged or sank.
     pub simulations: [usize; 2],
 }
 
-/// Free nodes of the surface near the site.
+/// Free surface nodes near the site, which are the key points.
 #[must_use]
 pub fn key_nodes(block: &Block) -> Vec<usize> {
     let site = Vector3::from(block.tissue.site_m);
@@ -85,7 +86,7 @@ pub fn key_nodes(block: &Block) -> Vec<usize> {
     nodes
 }
 
-/// Releases a finger on a method at rest and records the key points.
+/// Releases a finger on tissue at rest and records the key points.
 ///
 /// # Errors
 /// [`NoRest::Diverged`], [`NoRest::Sunk`].
@@ -105,17 +106,17 @@ pub fn follow(block: &Block, running: &mut dyn RunningMethod, force_n: f64, keys
     Ok(trajectory)
 }
 
-/// Mean over the times of the distance of two motions [mm].
+/// Hausdorff distance between two motions, averaged over the times [mm].
 #[must_use]
 pub fn distance_mm(a: &Trajectory, b: &Trajectory) -> f64 {
     a.iter().zip(b).map(|(a, b)| 1e3 * hausdorff(a, b)).sum::<f64>() / a.len() as f64
 }
 
 impl Target {
-    /// Performs the motion with finite elements; `tick_s` is the step of the fit.
+    /// Computes the motion with finite elements; `tick_s` is the time step of the fit.
     ///
     /// # Errors
-    /// Finite elements that diverge, or a refusal by the core.
+    /// Finite elements that diverge, or a model that the core rejects.
     pub fn new(block: &Block, force_n: f64, tick_s: f64) -> Result<Self, Error> {
         let keys = key_nodes(block);
         let elements = StudyMethod::Charted(Method::NeoHookeanNodal);
@@ -133,7 +134,7 @@ impl Target {
         Ok(Self { block: StudyMethod::LocalCompression(any).block(block, tick_s), force_n, keys, truth })
     }
 
-    /// The model with its memory, to be run many times.
+    /// Creates a simulator, which can run the model many times.
     #[must_use]
     pub fn simulator(&self) -> Simulator<'_> {
         let patch = Patch::build(&self.block.tissue, &Material::default(), None);
@@ -142,17 +143,18 @@ impl Target {
     }
 }
 
-/// The model with its memory.
+/// The model with its memory, which every run reuses.
 pub struct Simulator<'a> {
     target: &'a Target,
     patch: Patch,
     memory: Memory,
-    /// Number of runs so far, and of those without an answer.
+    /// Number of runs so far, and number of those that diverged or sank.
     pub simulations: [usize; 2],
 }
 
 impl Simulator<'_> {
-    /// The motion of the model with one k [N/m] and one d [N s/m]; `None` if it diverges or sinks.
+    /// Motion of the model with stiffness k [N/m] and damping d [N s/m]; `None` if it diverges or
+    /// sinks.
     pub fn trajectory(&mut self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Option<Trajectory> {
         let Target { block, force_n, keys, .. } = self.target;
         let params: &Params = &block.params;
@@ -175,20 +177,22 @@ impl Simulator<'_> {
         trajectory
     }
 
-    /// Objective [mm] at (ln k, ln d).
+    /// Objective at (ln k, ln d) [mm]; `None` outside the bounds, or if the model diverges or
+    /// sinks.
     pub fn distance_mm(&mut self, place: &[f64]) -> Option<f64> {
         let inside = place.iter().zip(BOUNDS).all(|(x, [low, high])| (low.ln()..=high.ln()).contains(x));
         let [k, d] = [0, 1].map(|n| place.get(n).map_or(f64::NAN, |x| x.exp()));
         if inside { self.trajectory(k, d).map(|trajectory| distance_mm(&trajectory, &self.target.truth)) } else { None }
     }
 
-    /// A walk at a random place that has an answer; `None` if a hundred have none.
+    /// Starts a walk at random values with which the model runs; `None` if a hundred random values
+    /// fail.
     #[must_use]
     pub fn start(&mut self, schedule: Schedule, trials: usize, seed: u64) -> Option<Walk> {
         let middle = BOUNDS.map(|[low, high]| 0.5 * (low.ln() + high.ln()));
         let mut wander = Walk::start(Schedule { first: 1e300, ..schedule }, 400, seed, middle.to_vec(), 0.0);
         while !wander.is_done() {
-            // at this temperature every place within the bounds is accepted, so it ends anywhere
+            // at this temperature every trial within the bounds is accepted, so the end is random
             let place = wander.propose();
             let inside = place.iter().zip(BOUNDS).all(|(x, [low, high])| (low.ln()..=high.ln()).contains(x));
             let far_enough = wander.trials().0 > 60;
@@ -200,7 +204,7 @@ impl Simulator<'_> {
         None
     }
 
-    /// Continues a walk to its end; `saved` receives it at intervals, with the record.
+    /// Continues a walk to its end; `saved` is called at intervals with the walk and its record.
     pub fn anneal(&mut self, mut walk: Walk, mut steps: Vec<Step>, mut saved: impl FnMut(&Walk, &[Step])) -> Found {
         let per_save = 200;
         while !walk.is_done() {

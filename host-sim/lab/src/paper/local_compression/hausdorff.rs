@@ -1,5 +1,5 @@
-//! Hausdorff distance of two sets of points: paper 004, eqs (4)-(6), the formulas lost in the text
-//! and taken as the usual ones.
+//! Hausdorff distance between two sets of points: paper 004, eqs (4)-(6). The formulas are missing
+//! from the text and are taken to be the usual ones.
 
 use palpate::Vector3;
 
@@ -12,7 +12,7 @@ pub fn directed(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
         let mut nearest = f64::INFINITY;
         for to in b {
             nearest = nearest.min((from - to).norm_squared());
-            // nearer than the present maximum: this point cannot be the furthest
+            // closer than the present maximum, so this point cannot be the furthest
             if nearest <= furthest {
                 break;
             }

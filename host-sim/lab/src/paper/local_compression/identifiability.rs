@@ -1,5 +1,5 @@
-//! Sensitivity of the paper's objective to k and d, and the step with which its fitted values can
-//! be run.
+//! Sensitivity of the paper's objective to k and d, and the largest time step with which its fitted
+//! values can be run.
 
 use crate::paper_method::LocalCompression;
 use crate::paper_method::damper::{Dampers, DampingLaw};
@@ -19,31 +19,32 @@ use palpate_tissue::patch::{Material, Memory, Patch};
 pub const PRINTED: [f64; 2] = [910.0, 3.11];
 /// Depth of the held finger [m].
 pub const HELD_M: f64 = 0.003;
-/// Damping of the masses in presses whose end alone counts [1/s]: equilibria do not depend on it.
+/// Damping of the masses in presses of which only the equilibrium is used [1/s]; it does not depend
+/// on the damping.
 const SETTLING_PER_S: f64 = 60.0;
 
-/// Motion of the finger, and the moment at which key points are taken.
+/// Motion of the finger, and the time at which key points are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loading {
-    /// The tip is held [`HELD_M`] deep; key points are taken at rest.
+    /// The tip is held at depth [`HELD_M`]; key points are compared at rest.
     Held,
-    /// A constant force; key points are taken at rest.
+    /// The force is constant; key points are compared at rest.
     ForceAtRest,
-    /// A constant force; key points are taken during the motion.
+    /// The force is constant; key points are compared during the motion.
     ForceOnTheWay,
 }
 
-/// Displacement of key points when k or d is changed.
+/// Change of the key points when k or d is changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
     /// Motion of the finger.
     pub drive: Loading,
-    /// Hausdorff distance [mm] to the key points with the given k and d, for k/2, 2k, d/4, 4d; NaN
-    /// where it has no answer.
+    /// Hausdorff distance from the key points with the given k and d, for k/2, 2k, d/4 and 4d [mm];
+    /// NaN if a press diverges or does not come to rest.
     pub moved_mm: [f64; 4],
 }
 
-/// Changes k and d about fitted values.
+/// Measures the effect of changes of k and d from fitted values, for each loading.
 ///
 /// # Errors
 /// Model or parameters that the core rejects.
@@ -59,7 +60,7 @@ pub fn seen(target: &Target, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> 
             }
             let mut block = target.block.clone();
             block.params.node_damping_per_s = SETTLING_PER_S as f32;
-            // half the step, so that stiffer springs are stable too
+            // half the time step, so that stiffer springs are stable too
             block.params.tick_s *= 0.5;
             let model = StudyMethod::LocalCompression(Fitted::new(k, d));
             let found = model.run(&block, |running| match drive {
@@ -86,13 +87,13 @@ const STEPS_S: [f64; 2] = [2e-8, 8e-3];
 const TRIAL_STEPS: usize = 1500;
 /// Initial displacement of each node in such a trial [m].
 const START_M: f32 = 1e-6;
-/// The vibration has grown if a node moves further than this multiple of `START_M`.
+/// Multiple of `START_M` beyond which the displacement of a node counts as growth (1).
 const GROWN: f32 = 20.0;
 /// Shortest tick of the core [s]; shorter steps are substeps of it.
 const SHORTEST_TICK_S: f64 = 1e-5;
 
-/// The largest step with which springs of one k [N/m] with dampers of one d [N s/m] vibrate without
-/// growing [s], within 3 %, by bisection.
+/// Largest time step [s] with which the free vibration of springs of a single stiffness k [N/m]
+/// with dampers of a single d [N s/m] does not grow; found by bisection to within 3 %.
 ///
 /// # Errors
 /// Model or parameters that the core rejects.
@@ -121,7 +122,7 @@ fn vibrates(block: &Block, fitted: &Fitted, step_s: f64) -> Result<bool, Error> 
     let rest: Vec<Vector3<f32>> = model.nodes.iter().map(|n| n.rest_m.into()).collect();
     let free = |n: usize| tuned.mass_kg(n).is_some_and(f32::is_finite);
     for (n, x) in rest.iter().enumerate().filter(|(n, _)| free(*n)) {
-        // every mode has a share of signs that alternate from node to node
+        // displacements whose signs alternate from node to node excite every mode
         let sign = |k: u32| if (n >> k) & 1 == 0 { START_M } else { -START_M };
         state.place(n, x + Vector3::new(sign(0), sign(1), sign(2)), Vector3::zeros());
     }

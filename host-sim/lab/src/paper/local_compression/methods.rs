@@ -1,4 +1,4 @@
-//! The methods that are compared (Figs. 8 and 9), each with its own step and damping.
+//! The methods that Figs. 8 and 9 compare, each with its own time step and damping.
 //!
 //! | method | force | step |
 //! |---|---|---|
@@ -7,11 +7,13 @@
 //! | `meshless`, `neo-hookean-nodal` | moving least squares; finite elements | symplectic Euler |
 //! | `palpate`, `palpate-calibrated` | the product | symplectic Euler, 1 ms |
 //!
-//! Masses are (10) of paper 000, the product's with its floor. All damp the masses by 40/s, but
-//! `local-compression` "d alone"; `local-compression` has the d of each spring (1) as well.
+//! Masses are those of (10) in paper 000; the product's also have its mass floor. All methods damp
+//! the masses by 40/s, except `local-compression` with "d alone"; `local-compression` also has the
+//! damper d of each spring (1).
 //!
-//! All touch the finger by the core's contact. The step of a method is the largest of 1, 1/2, 1/4
-//! .. ms with which it comes to rest under the largest force that it survives.
+//! The contact with the finger is the core's in all of them. The time step of a method is the
+//! largest of 1, 1/2, 1/4 .. ms with which it comes to rest under the largest force that it
+//! survives.
 
 use crate::paper_method::LocalCompression;
 use crate::paper_method::damper::{Dampers, DampingLaw};
@@ -24,7 +26,7 @@ use crate::error::Error;
 use crate::methods::{Block, Method, OnCore, RunningMethod};
 use palpate_tissue::patch::{Material, Memory, Patch};
 
-/// Halvings of a millisecond that are tried.
+/// Largest number of times that the time step of a millisecond is halved.
 const MOST_HALVINGS: u32 = 6;
 
 /// The constants that the paper fits, and its region.
@@ -36,24 +38,24 @@ pub struct Fitted {
     pub damping_n_s_per_m: f64,
     /// Damping of the masses [1/s]; the paper has none.
     pub node_damping_per_s: f64,
-    /// Stress rule; all nodes move without it.
+    /// Stress rule of the region; `None` keeps all nodes awake.
     pub region: Option<StressRule>,
 }
 
 impl Fitted {
-    /// k [N/m] and d [N s/m] alone.
+    /// Constants k [N/m] and d [N s/m], without mass damping or region.
     #[must_use]
     pub fn new(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
         Self { stiffness_n_per_m, damping_n_s_per_m, node_damping_per_s: 0.0, region: None }
     }
 }
 
-/// A method at work.
+/// A method of the comparison.
 #[derive(Clone, Copy, Debug)]
 pub enum StudyMethod {
     /// The paper's method.
     LocalCompression(Fitted),
-    /// A method of the chart.
+    /// A method that the chart also has.
     Charted(Method),
 }
 
@@ -68,12 +70,12 @@ impl StudyMethod {
         }
     }
 
-    /// Whether the masses are floored, so that the method can step by a millisecond.
+    /// Whether the masses are floored, so that the time step can be a millisecond.
     fn is_floored(&self) -> bool {
         matches!(self, Self::Charted(Method::Palpate | Method::Calibrated))
     }
 
-    /// The tissue with the parameters that this method runs with.
+    /// The tissue with the parameters with which this method runs.
     #[must_use]
     pub fn block(&self, block: &Block, tick_s: f64) -> Block {
         let mut block = block.clone();
@@ -88,8 +90,8 @@ impl StudyMethod {
         block
     }
 
-    /// Builds the method for a tissue that [`Self::block`] gave. `None` if it is not available:
-    /// there is no calibrated patch of this mesh.
+    /// Builds the method for a tissue from [`Self::block`] and passes it to `work`. `None` if the
+    /// method is not available, because no calibrated patch of this mesh exists.
     ///
     /// # Errors
     /// Model or parameters that the core or the method rejects.
@@ -100,8 +102,8 @@ impl StudyMethod {
         }
     }
 
-    /// The largest step with which the method comes to rest under a force [s], or why it does not
-    /// come to rest with the shortest tried. `None` if it is not available.
+    /// Largest time step with which the method comes to rest under a force [s], or the reason why
+    /// it does not come to rest with any step tried. `None` if it is not available.
     ///
     /// # Errors
     /// Model or parameters that the core or the method rejects.
@@ -113,7 +115,7 @@ impl StudyMethod {
             match self.run(&block, |running| to_rest(&block, running, force_n))? {
                 None => return Ok(None),
                 Some(Ok(_)) => return Ok(Some(Ok(tick_s))),
-                // a shorter step damps no more
+                // a shorter time step does not damp more
                 Some(Err(restless @ NoRest::Restless { .. })) => return Ok(Some(Err(restless))),
                 Some(Err(failure)) => why = Some(failure),
             }
@@ -121,8 +123,8 @@ impl StudyMethod {
         Ok(why.map(Err))
     }
 
-    /// Presses from rest until nothing moves, `runs` times, and returns the least CPU time. `None`
-    /// if it is not available.
+    /// Presses from rest until nothing moves, `runs` times, and returns the press with the least
+    /// CPU time. `None` if it is not available.
     ///
     /// # Errors
     /// Model or parameters that the core or the method rejects; the inner error says why the
@@ -142,7 +144,7 @@ impl StudyMethod {
     }
 }
 
-/// Springs of one stiffness [N/m] in the place of a model's.
+/// The springs of a model with their stiffness replaced by a single one [N/m].
 #[must_use]
 pub fn springs_of(model: &Model, params: &Params, stiffness_n_per_m: f64) -> Vec<Spring> {
     let k = (stiffness_n_per_m / f64::from(params.youngs_modulus_pa)) as f32;

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::paper::Progress;
 
-/// Displays the share of the annealing that is done; several threads may count at once.
+/// Displays the completed share of the annealing; several threads may count at the same time.
 pub struct AnnealingProgress<'a> {
     display: &'a dyn Progress,
     doing: Mutex<String>,
@@ -14,19 +14,19 @@ pub struct AnnealingProgress<'a> {
 }
 
 impl<'a> AnnealingProgress<'a> {
-    /// Begins the display before the first of this many trials of the annealing.
+    /// Starts the display for an annealing of `trials` trials.
     #[must_use]
     pub fn new(display: &'a dyn Progress, trials: usize) -> Self {
         Self { display, doing: Mutex::default(), tried: AtomicUsize::new(0), trials }
     }
 
-    /// Says that another part of the work begins.
+    /// Shows that another part of the run begins.
     pub fn say(&self, doing: impl Into<String>) {
         *self.doing.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = doing.into();
         self.show();
     }
 
-    /// Counts this many more trials as done.
+    /// Adds to the number of completed trials.
     pub fn tried(&self, trials: usize) {
         self.tried.fetch_add(trials, Ordering::Relaxed);
         self.show();

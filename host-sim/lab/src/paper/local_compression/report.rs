@@ -1,4 +1,5 @@
-//! The report: findings on the block and the organs, in words, tables and pictures.
+//! The sections of the report: findings on the block and on the organs, in words, tables and
+//! pictures.
 
 use crate::paper_method::region::ContactPressure;
 
@@ -16,15 +17,15 @@ use crate::paper::report::Report;
 use palpate_charts::Scale;
 use palpate_tissue::output::OutputFolder;
 
-/// Reach of the close pictures, in finger radii.
+/// Distance from the site that the close-up pictures show [finger radii].
 const NEAR_RADII: f64 = 5.0;
-/// One number of a region.
+/// Reads a quantity of a region.
 type Pick = fn(&Awake) -> f64;
 
-/// Force errors of the region that are allowed (1).
+/// Largest accepted force error of the region (1).
 pub const REGION_ERROR: f64 = 0.02;
 
-/// Figs. 5 and 6.
+/// Writes the section on Figs. 5 and 6 and draws them.
 ///
 /// # Errors
 /// A picture that cannot be drawn or written.
@@ -82,7 +83,7 @@ pub fn pictures(report: &mut Report, folder: &OutputFolder, organs: &[OnOrgan]) 
     Ok(())
 }
 
-/// Fig. 7 and what is behind it.
+/// Writes the section on Fig. 7 and on the identifiability of k and d, and draws the figure.
 ///
 /// # Errors
 /// A picture that cannot be drawn or written.
@@ -164,7 +165,7 @@ pub fn annealing(report: &mut Report, folder: &OutputFolder, found: &OnBlock, or
     Ok(())
 }
 
-/// Figs. 8 and 9.
+/// Writes the section on Figs. 8 and 9 and draws them.
 ///
 /// # Errors
 /// A picture that cannot be drawn or written.
@@ -176,7 +177,7 @@ pub fn sweeps(
     organs: &[OnOrgan],
 ) -> Result<(), Error> {
     report.section("Figs. 8 and 9: force against displacement, and time from load to deformation");
-    // a few forces on coarse organs prove nothing
+    // few forces on coarse organs cannot decide a claim
     let quick = organs.iter().all(|o| o.layered.is_none());
     report.say(format!(
         "One finger (20 g, 4 N s/m) is let go at the surface with a constant force. Every method has the same mesh, the same tissue (`local-compression` has one k for all of it), starts at rest and stops when the tip went \
@@ -230,7 +231,7 @@ pub fn sweeps(
         ];
         report.table(&header, rows.collect::<Vec<_>>());
         let methods = [Method::Springs.name(), Method::Meshless.name(), Method::NeoHookeanNodal.name(), STATIC];
-        // a method that survives fewer forces does not count as more accurate
+        // a method that survives fewer forces ranks below one that survives more
         let score = |name: &str| {
             named(curves, name).zip(truth).and_then(|(c, t)| c.depth_error(t)).map(|(rms, count)| (usize::MAX - count, rms))
         };
@@ -283,7 +284,7 @@ pub fn sweeps(
     Ok(())
 }
 
-/// Equations (11)-(13), (7)-(8), (2).
+/// Writes the section on the failures of equations (11)-(13), (7)-(8) and (2).
 ///
 /// # Errors
 /// A picture that cannot be drawn or written.

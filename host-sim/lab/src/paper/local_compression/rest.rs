@@ -1,9 +1,9 @@
 //! From load to rest: a finger with a constant force is released at the surface, and time is
-//! counted until nothing moves.
+//! measured until nothing moves.
 //!
-//! The stop criterion is the same for every method that moves: within 10 ms of virtual time the tip
-//! goes less than a micrometre, and in the millisecond after that no node is faster than two
-//! millimetres a second. The clock is CPU time of the thread and runs in the ticks only.
+//! The stop criterion is the same for every dynamic method: the tip moves by less than a micrometre
+//! in 10 ms of virtual time, and in the following millisecond no node moves faster than two
+//! millimetres per second. The time is CPU time of the thread, measured in the ticks only.
 
 use palpate::Vector3;
 
@@ -11,28 +11,30 @@ use crate::methods::{Block, RunningMethod};
 use palpate_tissue::clock::thread_time;
 use palpate_tissue::finger::{FINGER, Impedance};
 
-/// The tip is at rest if it goes less than this [m] ..
+/// Displacement of the tip in [`STILL_MS`] below which it counts as at rest [m].
 pub const STILL_TIP_M: f64 = 1e-6;
-/// .. in this time [ms].
+/// Virtual time over which the displacement of the tip is measured [ms].
 pub const STILL_MS: usize = 10;
-/// And no node is faster [m/s].
+/// Largest mean speed of a node in the following millisecond at which the tissue counts as at rest
+/// [m/s].
 pub const STILL_NODE_M_PER_S: f64 = 2e-3;
-/// Longest time in which a deformation has to come to rest [ms].
+/// Virtual time within which a press must come to rest [ms].
 pub const LONGEST_MS: usize = 2000;
-/// The finger starts outside: a probe inside the tissue gets no force.
+/// Initial height of the tip above the surface [m]: the finger must start outside, because a probe
+/// that starts inside the tissue gets no force.
 const CLEAR_M: f64 = 1e-5;
 
-/// A finger pushed by a constant force against the force it feels.
+/// A finger that is driven by a constant force against the force of the tissue.
 #[derive(Clone, Copy, Debug)]
 pub struct Push {
-    /// Force of the finger [N].
+    /// Force that drives the finger [N].
     pub force_n: f64,
     depth_m: f64,
     speed_m_per_s: f64,
     felt_n: f64,
 }
 
-/// A press at rest.
+/// State of a press that has come to rest.
 #[derive(Clone, Debug)]
 pub struct AtRest {
     /// Force on the finger [N].
@@ -47,24 +49,24 @@ pub struct AtRest {
     pub position_m: Vec<Vector3<f64>>,
 }
 
-/// Why there is no rest.
+/// Reason why a press does not come to rest.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoRest {
-    /// A node is not finite, or faster than any tissue.
+    /// The tick reported a fault, or the force is not finite.
     #[error("diverges {depth_mm:.1} mm deep")]
     Diverged {
         /// Depth of the tip when the model diverged [mm].
         depth_mm: f64,
     },
-    /// The tip still moves.
+    /// The tip or a node still moves.
     #[error("still moves after {seconds} s: the tip by {tip_um:.1} um in {STILL_MS} ms")]
     Restless {
         /// Virtual time [s].
         seconds: f64,
-        /// Remaining motion of the tip [um].
+        /// Displacement of the tip in the last 10 ms [um].
         tip_um: f64,
     },
-    /// Through the tissue.
+    /// The tip exceeds the depth limit.
     #[error("sinks deeper than {depth_mm:.0} mm")]
     Sunk {
         /// Depth limit [mm].
@@ -73,7 +75,7 @@ pub enum NoRest {
 }
 
 impl Push {
-    /// The finger at the surface, not moving.
+    /// Starts a finger just above the surface, at zero speed.
     #[must_use]
     pub fn new(force_n: f64) -> Self {
         Self { force_n, depth_m: -CLEAR_M, speed_m_per_s: 0.0, felt_n: 0.0 }
@@ -85,14 +87,15 @@ impl Push {
         self.depth_m
     }
 
-    /// Runs one tick of a method: the tip moves, the tissue answers.
+    /// Moves the tip and runs one tick of a method.
     ///
     /// # Errors
     /// [`NoRest::Diverged`], [`NoRest::Sunk`].
     pub fn tick(&mut self, block: &Block, running: &mut dyn RunningMethod) -> Result<(), NoRest> {
         let Impedance { mass_kg, damping_n_s_per_m, .. } = FINGER;
         let tick_s = f64::from(block.params.tick_s);
-        // the finger's own damping is implicit in the new speed, so it is stable at any tick
+        // the finger's own damping is implicit in the new speed, so it is stable at any length of
+        // the tick
         let pushed = self.speed_m_per_s + (self.force_n - self.felt_n) / mass_kg * tick_s;
         self.speed_m_per_s = pushed / (1.0 + damping_n_s_per_m / mass_kg * tick_s);
         self.depth_m += self.speed_m_per_s * tick_s;
@@ -106,10 +109,10 @@ impl Push {
     }
 }
 
-/// Presses a method that is at rest and untouched.
+/// Presses tissue that is at rest and untouched.
 ///
 /// # Errors
-/// [`NoRest`].
+/// [`NoRest`], with the reason.
 pub fn to_rest(block: &Block, running: &mut dyn RunningMethod, force_n: f64) -> Result<AtRest, NoRest> {
     let ticks_per_ms = (1e-3 / f64::from(block.params.tick_s)).round().max(1.0) as usize;
     let nodes = block.tissue.mesh.nodes_m.len();
@@ -144,7 +147,7 @@ pub fn to_rest(block: &Block, running: &mut dyn RunningMethod, force_n: f64) -> 
     Err(NoRest::Restless { seconds: LONGEST_MS as f64 * 1e-3, tip_um: displacement_m(&tips[LONGEST_MS - STILL_MS..]) * 1e6 })
 }
 
-/// Distance from the shallowest to the deepest tip [m].
+/// Difference between the largest and the smallest depth of the tip [m].
 fn displacement_m(tips: &[f64]) -> f64 {
     let (low, high) = tips.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| (l.min(*t), h.max(*t)));
     high - low

@@ -1,4 +1,4 @@
-//! Scene of paper 004: an organ in layers, and a finger that presses it with given forces.
+//! Scene of paper 004: an organ with layers, and a finger that presses it with given forces.
 
 use std::path::{Path, PathBuf};
 
@@ -7,77 +7,77 @@ use serde::Deserialize;
 use palpate_tissue::organ::Organ;
 use palpate_tissue::scene::{LengthUnit, SceneError};
 
-/// The presets, by name.
+/// Presets, as pairs of name and text.
 pub const PRESETS: [(&str, &str); 2] = [
     ("abdomen-press", include_str!("../../../../scenes/abdomen-press.toml")),
     ("foot-press", include_str!("../../../../scenes/foot-press.toml")),
 ];
 
-/// Largest force [N]: ten groups of pressure in 0 .. 4 N are the paper's.
+/// Largest force of a scene [N]: the paper has ten groups of pressure in 0 .. 4 N.
 pub const LARGEST_FORCE_N: f64 = 4.0;
 
-/// A scene.
+/// A scene of paper 004.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PressScene {
-    /// The preset or file it came from, for messages.
+    /// Preset or file from which the scene was read, for messages.
     #[serde(skip)]
     pub file: String,
     /// Name in tables and pictures.
     pub name: String,
     /// Name of a shape of [`palpate_tissue::organ`].
     pub organ: Option<String>,
-    /// Or a mesh file whose tets have region numbers, relative to the scene file.
+    /// Mesh file whose tets have region numbers, instead of `organ`; relative to the scene file.
     pub mesh_file: Option<PathBuf>,
-    /// Unit of its coordinates.
+    /// Unit of the coordinates of the mesh file.
     pub length_unit: Option<LengthUnit>,
     /// Poisson's ratio (1) of all layers.
     pub poisson_ratio: f64,
     /// Density [kg/m^3] of all layers.
     pub density_kg_per_m3: f64,
-    /// Layers.
+    /// Layers and their stiffness.
     pub region: Vec<RegionScene>,
-    /// The finger.
+    /// Finger that presses the organ.
     pub finger: FingerScene,
-    /// Meshing of the organ; a mesh file has its own elements.
+    /// Sizes of the elements of `organ`; a mesh file has its own elements.
     pub mesh: Option<MeshScene>,
 }
 
-/// A layer.
+/// A layer of an organ or of a mesh file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RegionScene {
-    /// Name of the organ's region.
+    /// Name of a region of `organ`.
     pub name: Option<String>,
-    /// Or region number in the mesh file.
+    /// Region number in the mesh file, instead of `name`.
     pub number: Option<u32>,
     /// Young's modulus [Pa].
     pub youngs_modulus_pa: f64,
 }
 
-/// A hemisphere on a cylinder that comes along a ray.
+/// A hemisphere on a cylinder, which approaches along a ray.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FingerScene {
-    /// Radius [m].
+    /// Radius of the hemisphere [m].
     pub radius_m: f64,
-    /// Start of the ray [m].
+    /// Starting point of the ray [m].
     pub from_m: [f64; 3],
-    /// Direction of the finger's motion and of its press; any length.
+    /// Direction in which the finger moves and presses; the vector may have any length.
     pub direction: [f64; 3],
-    /// Forces of the pictures [N], rising.
+    /// Forces of the pictures in ascending order [N].
     pub forces_n: Vec<f64>,
 }
 
-/// Elements smallest around the site.
+/// Sizes of a mesh that is finest around the site.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeshScene {
-    /// Distance from the site within which elements are smallest [m].
+    /// Distance from the site within which elements have their smallest size [m].
     pub fine_radius_m: f64,
-    /// Edge of the lattice's cube there [m].
+    /// Edge length of the cubes of the lattice there [m].
     pub spacing_m: f64,
-    /// Growth of the cubes outside that radius (1).
+    /// Growth of the cubes per distance outside that radius (1).
     pub growth: f64,
 }
 
@@ -85,7 +85,7 @@ impl PressScene {
     /// Reads a preset by name or a scene file by path.
     ///
     /// # Errors
-    /// Unreadable file, bad TOML, unknown key, impossible value: with the place.
+    /// Unreadable file, bad TOML, unknown key, or impossible value; the error states the place.
     pub fn load(name_or_path: &str) -> Result<Self, SceneError> {
         if let Some((name, text)) = PRESETS.iter().find(|(name, _)| *name == name_or_path) {
             return Self::parse(name, text);
@@ -110,7 +110,7 @@ impl PressScene {
         Ok(scene)
     }
 
-    /// An error at a key.
+    /// Error about the value of a key.
     pub(super) fn bad(&self, key: &str, why: &str) -> SceneError {
         SceneError::value(&self.file, key, why)
     }

@@ -1,5 +1,5 @@
-//! From a scene of paper 004 to tissue under a finger: mesh, layers, support, the place that is
-//! pressed.
+//! Makes the tissue under a finger from a scene of paper 004: mesh, layers, support, and the place
+//! that is pressed.
 
 use palpate::{Params, ProbeShape, Vector3};
 
@@ -16,29 +16,30 @@ use palpate_tissue::tissue::Tissue;
 use palpate_tissue::tissue::blended;
 use palpate_tissue::tissue::organ_source::held;
 
-/// Depth limit in finger radii: beyond it the finger's shaft would touch too.
+/// Depth limit [finger radii]: beyond it the shaft of the finger would also touch.
 pub const DEEPEST_RADII: f64 = 3.0;
-/// Growth of the longest edge per distance from the finger, of the reference's mesh.
+/// Growth of the longest edge per distance from the finger in the mesh of the reference (1).
 const EDGE_GROWTH: f64 = 0.35;
 
-/// An organ that can be pressed.
+/// An organ that is ready to be pressed.
 #[derive(Clone, Debug)]
 pub struct Site {
-    /// Tissue and parameters, as the methods take them. Young's modulus is the mean within a
-    /// finger's radius of the site, so that contact, whose stiffness follows from it, is that of
-    /// the tissue touched.
+    /// Tissue and parameters for the methods. Young's modulus is the mean within a finger's radius
+    /// of the site, so that the stiffness of the contact, which follows from it, is that of the
+    /// tissue that is touched.
     pub block: Block,
-    /// Region and its Young's modulus [Pa].
+    /// Name and Young's modulus [Pa] of each layer.
     pub layers: Vec<(String, f64)>,
     organ: Option<Organ>,
     by_number: Vec<(u32, f64)>,
 }
 
 impl Site {
-    /// Meshes or reads the organ; `coarser` multiplies the spacing.
+    /// Meshes the organ or reads its mesh file; `coarser` multiplies the spacing of the lattice.
     ///
     /// # Errors
-    /// A ray that misses, a region without a stiffness, or a refusal by the mesher or the import.
+    /// A ray that misses the organ, a region without a stiffness, or a mesh that cannot be made or
+    /// read.
     pub fn of(scene: &PressScene, coarser: f64) -> Result<Self, Error> {
         let organ =
             scene.organ.as_deref().map(Organ::named).transpose().map_err(|cause| scene.bad("organ:", &cause.to_string()))?;
@@ -59,11 +60,11 @@ impl Site {
         Self::on_mesh(scene, organ, by_number, mesh, site_m, axis)
     }
 
-    /// Refines the mesh to elements near the site no longer than `edge_m`: for the reference, whose
-    /// layers should not be blended.
+    /// Refines the mesh until edges near the site are no longer than `edge_m`, for the reference,
+    /// in which the layers should not be blended. The mesh has at most `most_nodes` nodes.
     ///
     /// # Errors
-    /// The errors of [`Self::of`] alone.
+    /// Errors of [`Self::of`].
     pub fn refined(&self, scene: &PressScene, edge_m: f64, most_nodes: usize) -> Result<Self, Error> {
         let tissue = &self.block.tissue;
         let (place, reach_m) = (Vector3::from(tissue.site_m), 1.2 * scene.finger.radius_m);
@@ -126,7 +127,7 @@ impl Site {
         })
     }
 
-    /// Young's modulus at a point [Pa], where the tissue is a shape; a mesh file has it by tet.
+    /// Young's modulus at a point of an organ [Pa]; for a mesh file, that of the tet.
     #[must_use]
     pub fn youngs_modulus_at_pa(&self, tet: usize, at_m: [f64; 3]) -> f64 {
         let e = f64::from(self.block.params.youngs_modulus_pa);
@@ -165,7 +166,7 @@ fn moduli_pa(scene: &PressScene, organ: Option<&Organ>) -> Result<Vec<(u32, f64)
     found.collect()
 }
 
-/// The mesh file, and where the ray meets its surface.
+/// Reads the mesh file and finds the point at which the ray enters its surface.
 fn read(scene: &PressScene) -> Result<(TetMesh, [f64; 3]), Error> {
     let (Some(path), Some(unit)) = (&scene.mesh_file, scene.length_unit) else {
         return Err(scene.bad("organ", "or mesh_file: give one of the two").into());
@@ -178,7 +179,8 @@ fn read(scene: &PressScene) -> Result<(TetMesh, [f64; 3]), Error> {
     Ok((mesh, (from + direction * displacement_m).into()))
 }
 
-/// Mean over the volume of the tets that have a corner within `reach_m` of a place [Pa].
+/// Volume-weighted mean of Young's modulus over the tets that have a corner within `reach_m` of a
+/// place [Pa].
 fn mean_near(mesh: &TetMesh, per_tet_pa: &[f64], place_m: [f64; 3], reach_m: f64) -> f64 {
     let place = Vector3::from(place_m);
     let (mut sum, mut volume) = (0.0, 0.0);

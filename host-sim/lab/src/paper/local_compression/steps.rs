@@ -1,26 +1,26 @@
-//! A finger that goes to a depth and stays there.
+//! A finger that moves to a depth and is held there.
 
 use palpate::Vector3;
 
 use super::rest::NoRest;
 use crate::methods::{Block, RunningMethod};
 
-/// Its speed [m/s], and the duration of its stay [s].
+/// Speed of the finger [m/s], and duration of the hold [s].
 const SPEED_M_PER_S: f64 = 0.04;
 const STAY_S: f64 = 0.3;
-/// Time at the end over which the force is averaged [s].
+/// Time at the end of the hold over which the force is averaged [s].
 const READ_S: f64 = 0.02;
 
-/// A press at the end of its stay.
+/// State of a press at the end of the hold.
 #[derive(Clone, Debug)]
 pub struct RestingPress {
-    /// Mean force on the finger at the end [N].
+    /// Mean force on the finger at the end of the hold [N].
     pub force_n: f64,
     /// Node positions [m], shape \[nodes\].
     pub position_m: Vec<Vector3<f64>>,
 }
 
-/// Presses a method that is at rest and untouched to a depth.
+/// Presses tissue that is at rest and untouched to `depth_m` and holds the finger there.
 ///
 /// # Errors
 /// [`NoRest::Diverged`].

@@ -1,4 +1,4 @@
-//! Computes everything that the report needs: fits, sweeps, failures.
+//! Computes everything that the report needs: fits, sweeps over forces, and failures.
 
 use palpate::{Fnv, Vector3};
 
@@ -18,37 +18,38 @@ use palpate_fit::calibrate::schedule::Schedule;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
-/// Young's modulus of the block [Pa]: under an 8 mm tip the paper's forces press some 4 to 9 mm
-/// deep.
+/// Young's modulus of the block [Pa], at which the paper's forces press a tip of 8 mm radius some 4
+/// to 9 mm deep.
 pub const BLOCK_PA: f64 = 20e3;
-/// Nodes of the block: those of a calibrated patch.
+/// Number of nodes of the block, for which a calibrated patch exists.
 const BLOCK_NODES: usize = 130;
-/// Force of the fits [N], the middle one of the paper's.
+/// Force of the fits [N], from the middle of the paper's range.
 pub const FIT_N: f64 = 1.6;
 /// Force at which the region is chosen [N]: the paper's smallest, which most models survive.
 const REGION_N: f64 = 0.8;
-/// Steps of the fits [s], for the block and for organs. Their reciprocals bound the k and d that
-/// can be tried at all.
+/// Time steps of the fits [s], for the block and for organs. They limit the k and d that can be
+/// tried, because larger ones diverge.
 pub const FIT_STEPS_S: [f64; 2] = [2.5e-4, 1.25e-4];
-/// Growth of the elements in pictures, over that of the scene: so that the shape far from the
-/// finger is still visible.
+/// Growth of the elements in pictures, divided by that of the scene (1): with smaller elements the
+/// shape far from the finger remains visible.
 const PICTURE_GROWTH: f64 = 0.4;
-/// Ten groups of pressure in 0 .. 4 N.
+/// Forces of the sweeps [N]: ten groups of pressure in 0 .. 4 N, as in the paper.
 pub const FORCES_N: [f64; 10] = [0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.6, 4.0];
 
-/// Amount of work: how many cases are computed.
+/// Number and size of the cases that are computed.
 #[derive(Clone, Copy, Debug)]
 pub struct Size {
-    /// Trials of each of the two walks on the block, and of that on an organ.
+    /// Number of trials of each of the two walks on the block, and of the walk on an organ.
     pub trials: [usize; 2],
     /// Forces of the sweeps [N].
     pub forces_n: &'static [f64],
-    /// Factor by which lattices of organs are coarser.
+    /// Factor by which the lattices of organs are coarser than in the scene (1).
     pub coarser: f64,
-    /// Steps of the correction's chart: halvings of 0.5 ms.
+    /// Number of time steps in the chart of the correction, which begins at 0.5 ms and halves from
+    /// one to the next.
     pub halvings: u32,
-    /// Longest edge [m] near the finger and most nodes of the layered reference; `None` to leave it
-    /// out.
+    /// Longest edge near the finger [m] and largest number of nodes of the layered reference;
+    /// `None` leaves it out.
     pub layered: Option<(f64, usize)>,
 }
 
@@ -67,24 +68,24 @@ impl Size {
     }
 }
 
-/// Results on the block.
+/// Results of paper 004 on the standard block.
 pub struct OnBlock {
-    /// The block.
+    /// The standard block at [`BLOCK_PA`].
     pub block: Block,
-    /// Two walks.
+    /// The two annealing walks.
     pub walks: Vec<Found>,
-    /// Sensitivity of the objective to k and d, for each way of driving the finger.
+    /// Sensitivity of the objective to k and d, for each loading.
     pub seen: [Seen; 3],
-    /// k [N/m], d [N s/m], largest step [s]: fitted, fitted without d, the paper's without d, the
-    /// paper's.
+    /// Values k [N/m] and d [N s/m], and the largest stable time step with them [s]: fitted without
+    /// d, fitted, the paper's without d, the paper's.
     pub steps: Vec<([f64; 2], f64)>,
-    /// Methods under forces.
+    /// Curve of each method over the forces.
     pub curves: Vec<Curve>,
-    /// (11)-(13).
+    /// Forces with and without the correction (11)-(13).
     pub correction: Vec<correction::AgainstStep>,
-    /// (7)-(8).
+    /// Regions under (7)-(8).
     pub region: Vec<region::Awake>,
-    /// (2): net share, and presses.
+    /// Volume force (2): mean and largest net force of a tet (1), and presses at each coefficient.
     pub volume: ([f64; 2], Vec<barycentre::WithCoefficient>),
 }
 
@@ -92,17 +93,18 @@ pub struct OnBlock {
 pub struct OnOrgan {
     /// Scene of the organ.
     pub scene: PressScene,
-    /// The organ.
+    /// Tissue of the organ under the finger.
     pub site: Site,
-    /// The organ on a finer mesh, as in the pictures, with the product's presses.
+    /// The organ on the finer mesh of the pictures, with the product's presses.
     pub pictured: (Site, Curve),
-    /// The walk.
+    /// The annealing walk.
     pub walk: Found,
-    /// Region with an error of at most 2 %; none if all that were tried have more.
+    /// Fitted values, with the smallest region whose error is at most 2 %; without a region if none
+    /// was found.
     pub fitted: Fitted,
-    /// Methods under forces.
+    /// Curve of each method over the forces.
     pub curves: Vec<Curve>,
-    /// The reference with layers through its elements, and its nodes.
+    /// The reference whose layers run through its elements, and its number of nodes.
     pub layered: Option<(Curve, usize)>,
 }
 
@@ -119,7 +121,7 @@ fn fingerprint(block: &Block) -> u64 {
     hash.finish()
 }
 
-/// Runs one fit: a walk, continued from a saved one if there is one.
+/// Runs one fit, which continues its saved walk if there is one.
 fn anneal(
     folder: &OutputFolder,
     name: &str,
@@ -153,7 +155,8 @@ fn block() -> Result<Block, Error> {
     Ok(block)
 }
 
-/// Fits, presses and breaks the model on the block.
+/// Fits the model to the block, runs all methods under all forces, and measures the failures of the
+/// formulas.
 ///
 /// # Errors
 /// Model or parameters that the core or a method rejects.
@@ -189,10 +192,10 @@ pub fn on_block(folder: &OutputFolder, size: &Size, progress: &AnnealingProgress
     })
 }
 
-/// Fits and presses the model on an organ.
+/// Fits the model to an organ and runs all methods under all forces.
 ///
 /// # Errors
-/// An impossible scene, or a refusal by the core or a method.
+/// An invalid scene, or a model that the core or a method rejects.
 pub fn on_organ(
     folder: &OutputFolder,
     scene: PressScene,
@@ -234,8 +237,8 @@ pub fn on_organ(
     Ok(OnOrgan { scene, site, pictured: (smooth, pictured), walk, fitted, curves, layered })
 }
 
-/// Adds to the fitted values the region that costs little. It is searched with damped masses, so
-/// that all presses come to rest.
+/// Adds a region to the fitted values. The region is searched with damped masses, so that all
+/// presses come to rest.
 fn with_region(block: &Block, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Result<Fitted, Error> {
     let fitted = Fitted::new(stiffness_n_per_m, damping_n_s_per_m);
     let damped = Fitted { node_damping_per_s: NODE_DAMPING_PER_S, ..fitted };
@@ -255,13 +258,13 @@ fn curves(block: &Block, fitted: Fitted, size: &Size) -> Result<Vec<Curve>, Erro
     Ok(found)
 }
 
-/// The curve of a method, if it is available.
+/// The curve called `name`, if there is one.
 #[must_use]
 pub fn named<'a>(curves: &'a [Curve], name: &str) -> Option<&'a Curve> {
     curves.iter().find(|c| c.name == name)
 }
 
-/// The product's curve, calibrated if possible.
+/// The curve of the product, with a calibrated patch if there is one.
 #[must_use]
 pub fn product(curves: &[Curve]) -> Option<&Curve> {
     named(curves, Method::Calibrated.name()).or_else(|| named(curves, Method::Palpate.name()))

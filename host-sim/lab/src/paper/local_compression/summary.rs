@@ -1,4 +1,4 @@
-//! `summary.json`.
+//! Writes `summary.json` and prints a short table.
 
 use serde::Serialize;
 
@@ -187,7 +187,7 @@ fn walk(found: &Found) -> Walk {
     }
 }
 
-/// A short table on the terminal: every method under one force, on every scene.
+/// Prints a short table: every method under one force, on every scene.
 pub fn print(block: &OnBlock, organs: &[OnOrgan]) {
     const FORCE_N: f64 = 1.6;
     println!(

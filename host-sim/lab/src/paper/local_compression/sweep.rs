@@ -1,4 +1,4 @@
-//! Every method under every force, from load to rest: Fig. 8 takes its depths, Fig. 9 its times.
+//! Every method under every force, from load to rest; Fig. 8 shows the depths and Fig. 9 the times.
 
 use crate::paper_method::region::{ContactPressure, StressRule};
 use palpate::Vector3;
@@ -13,16 +13,16 @@ use palpate_tissue::Error as TissueError;
 pub const STATIC: &str = "fem-static";
 /// CPU time beyond which a press is not timed again [s].
 const LONG_S: f64 = 0.2;
-/// Number of times that a short one is timed.
+/// Number of times that a shorter press is timed.
 const RUNS: usize = 3;
-/// Damping of the masses of all methods but "d alone" [1/s].
+/// Damping of the masses of all methods except "d alone" [1/s].
 pub const NODE_DAMPING_PER_S: f64 = 40.0;
-/// Share of the force (1) that freezing nodes may cost.
+/// Largest accepted relative change of the depth when nodes are frozen (1).
 const REGION_ERROR: f64 = 0.02;
-/// Thresholds that are tried, as shares of the mean contact pressure under the force.
+/// Thresholds that are tried, as shares of the force over the cross-section of the finger (1).
 const THRESHOLDS: [f64; 8] = [0.3, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002];
 
-/// A press at rest.
+/// A press that has come to rest.
 #[derive(Clone, Debug)]
 pub struct Point {
     /// Requested force [N].
@@ -37,16 +37,16 @@ pub struct Point {
     pub position_m: Vec<Vector3<f64>>,
 }
 
-/// A method under rising forces.
+/// A method under ascending forces.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// Method.
+    /// Name of the method.
     pub name: &'static str,
     /// Step of the method [s].
     pub step_s: Option<f64>,
     /// Presses that came to rest.
     pub points: Vec<Point>,
-    /// Why the next one did not.
+    /// Reason why the press under the next force did not; `None` if there is no further force.
     pub ended: Option<String>,
 }
 
@@ -57,7 +57,7 @@ impl Curve {
         Self { name, step_s: None, points: Vec::new(), ended: None }
     }
 
-    /// The press at a force.
+    /// The press under a requested force; `None` if it did not come to rest.
     #[must_use]
     pub fn at(&self, force_n: f64) -> Option<&Point> {
         self.points.iter().find(|p| (p.force_n - force_n).abs() < 1e-9)
@@ -74,7 +74,7 @@ impl Curve {
     }
 }
 
-/// The methods of Fig. 9, and the product.
+/// The methods of Figs. 8 and 9, including the product.
 #[must_use]
 pub fn study_methods(fitted: Fitted) -> Vec<StudyMethod> {
     let charted = [Method::Springs, Method::Meshless, Method::NeoHookeanNodal, Method::Palpate, Method::Calibrated];
@@ -82,8 +82,8 @@ pub fn study_methods(fitted: Fitted) -> Vec<StudyMethod> {
     [fitted, with_masses].into_iter().map(StudyMethod::LocalCompression).chain(charted.map(StudyMethod::Charted)).collect()
 }
 
-/// The highest threshold (7) that costs at most 2 % of the depth under a force, and whether one
-/// did.
+/// The stress rule with the highest threshold of (7) that changes the depth under a force by at
+/// most 2 %; `None` if no threshold tried does.
 ///
 /// # Errors
 /// Model or parameters that the core rejects.
@@ -150,8 +150,8 @@ pub fn curve(method: &StudyMethod, block: &Block, forces_n: &[f64]) -> Result<Op
     Ok(Some(curve))
 }
 
-/// The static reference on the same mesh, on one thread. Its time to a force includes all smaller
-/// ones: it steps through them anyway.
+/// The static reference on the same mesh, on one thread. Its time for a force includes that of all
+/// smaller forces, through which it steps anyway.
 ///
 /// # Errors
 /// Memory for the factor runs out.

@@ -1,8 +1,8 @@
-//! The 3-D finite-element model that Fig. 8 is compared with: [`palpate_fit::reference`] on the
-//! same mesh, with 10-node tets and the layers at their quadrature points.
+//! The 3-D finite-element model with which Fig. 8 is compared: [`palpate_fit::reference`] on the
+//! same mesh, with 10-node tets whose stiffness is evaluated at their quadrature points.
 //!
-//! Static: Newton's method in steps of depth until the force is met. It has no time, so its stop
-//! criterion is the residual: 1e-8 of the contact force.
+//! The model is static: Newton's method advances in steps of depth until the force is reached.
+//! Since it has no time, its stop criterion is a residual of 1e-8 of the contact force.
 
 use palpate::Vector3;
 
@@ -19,16 +19,16 @@ use palpate_tissue::Error as TissueError;
 use palpate_tissue::clock::thread_time;
 use palpate_tissue::scene::Shape;
 
-/// A press of the reference at a force.
+/// Equilibrium of the reference under a force.
 #[derive(Clone, Debug)]
 pub struct ReferencePress {
-    /// Force [N].
+    /// Force on the finger [N].
     pub force_n: f64,
     /// Depth of the tip [m].
     pub depth_m: f64,
-    /// CPU time from rest [s].
+    /// CPU time since the undeformed state [s].
     pub cpu_s: f64,
-    /// Positions of the nodes of the mesh [m]; without those in the middle of edges.
+    /// Positions of the corner nodes [m]; mid-edge nodes are left out.
     pub position_m: Vec<Vector3<f64>>,
 }
 
@@ -40,7 +40,7 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Prepares tissue whose tets have one stiffness each, as the other methods press it.
+    /// Prepares tissue whose tets have one stiffness each, as in the other methods.
     #[must_use]
     pub fn same_mesh(block: &Block) -> Self {
         Self::new(block, |tet, _| block.tissue.stiffness_ratio[tet], TetRule::Four)
@@ -58,7 +58,7 @@ impl Truth {
         let corners = block.tissue.mesh.nodes_m.len();
         let mut held = block.fixed();
         held.resize(mesh.nodes_m.len(), false);
-        // the middle of an edge between two fixed nodes
+        // the mid-edge node between two fixed nodes is fixed too
         for tet in &mesh.tets {
             for (e, [i, j]) in TET_EDGES.into_iter().enumerate() {
                 held[tet[4 + e] as usize] |= held[tet[i] as usize] && held[tet[j] as usize];
@@ -73,8 +73,8 @@ impl Truth {
         Self { body, block: block.clone(), corners }
     }
 
-    /// Presses with rising forces, one after the other from rest; ends before the first that has no
-    /// equilibrium. CPU times are those of one thread only where the caller provides just one.
+    /// Presses with ascending forces, starting undeformed; ends before the first force without an
+    /// equilibrium. CPU times are those of one thread only if the caller provides a single thread.
     ///
     /// # Errors
     /// Memory for the factor runs out.

@@ -1,9 +1,10 @@
-//! The scene at one resolution: meshes side by side, and which of their nodes are fixed, held and
-//! joined.
+//! The scene at one resolution: the meshes of the organs, and the sets of nodes that are fixed,
+//! held and joined.
 //!
-//! Sets are found by geometry on the corners; a middle of an edge belongs to a set if both ends do.
-//! So springs and finite elements on one mesh have exactly the same scene: the position of a hinge
-//! or a grip matters more than the elements, and on two meshes it would differ by half an element.
+//! Sets are found geometrically among the corner nodes; a mid-edge node belongs to a set if both
+//! ends of its edge do. Springs and finite elements on one mesh therefore have exactly the same
+//! scene. That is important because the position of a hinge or a grip matters more than the
+//! elements, and on two different meshes it would differ by half an element.
 
 use std::collections::BTreeSet;
 
@@ -21,22 +22,22 @@ use palpate_tissue::mesh::import::import;
 use palpate_tissue::organ::{Organ as Shape, Spec};
 use palpate_tissue::scene::SceneError;
 
-/// Cosine between a surface's normal and its required direction: 60 degrees.
+/// Smallest cosine between the normal of a surface and its required direction (1), for 60 degrees.
 const FACING: f64 = 0.5;
-/// Largest distance of a landmark outside a faceted surface, as a share of the organ's largest
-/// side.
+/// Largest distance by which a landmark may be outside the faceted surface, as a share of the
+/// organ's largest side (1).
 const OUTSIDE: f64 = 0.03;
 
-/// The meshed organs, with the scene's sets of nodes and triangles.
+/// The meshed organs, with the sets of nodes and triangles of the scene.
 pub struct Assembly<'a> {
-    /// The scene.
+    /// Scene from which the assembly was built.
     pub scene: &'a HangingScene,
     /// Mesh of each organ.
     pub meshes: Vec<TetMesh>,
-    /// All of them as quadratic tets: corners are the nodes of `meshes`, followed by the middles of
-    /// edges.
+    /// All meshes combined into one mesh of quadratic tets. The nodes of each organ are those of
+    /// its mesh, followed by the mid-edge nodes.
     pub quadratic: QuadraticMesh,
-    /// Index range of each organ in `quadratic`.
+    /// Index ranges of each organ in `quadratic`.
     pub organs: Vec<Organ>,
     /// Nodes of `quadratic` that do not move.
     pub fixed: Vec<u32>,
@@ -44,7 +45,7 @@ pub struct Assembly<'a> {
     pub held: Vec<u32>,
     /// Triangles of `quadratic` that are joined to another organ.
     pub joined: Vec<usize>,
-    /// Triangles that these may be joined to.
+    /// Triangles of `quadratic` to which these may be joined.
     pub onto: Vec<usize>,
     /// Named points of the first organ at rest [m].
     pub landmarks: Vec<(String, Vector3<f64>)>,
@@ -53,12 +54,13 @@ pub struct Assembly<'a> {
 }
 
 impl<'a> Assembly<'a> {
-    /// Meshes the organs with about this many tets each and finds the sets; `points` of the upper
-    /// surface are sampled.
+    /// Meshes the organs with about `tets` tets each and finds the sets; `points` is the number of
+    /// points sampled on the upper surface.
     ///
     /// # Errors
     /// An organ that cannot be meshed, organs that do not touch, joints without a partner, a
-    /// landmark outside, nothing fixed or held: by name.
+    /// landmark outside its organ, or a set of fixed or held nodes that is empty; the error names
+    /// it.
     pub fn build(scene: &'a HangingScene, tets: &[usize], points: usize) -> Result<Self, Error> {
         let meshes = scene.organ.iter().zip(tets).map(|(organ, tets)| match (&organ.mesh, organ.length_unit) {
             (Some(path), Some(unit)) => Ok(import(path, unit.metres)?.mesh),
@@ -93,8 +95,8 @@ impl<'a> Assembly<'a> {
         }
     }
 
-    /// Returns the scene with every tet cut into eight: the same shape, supports, joints and
-    /// points.
+    /// Returns the scene with every tet cut into eight; shape, supports, joints and points do not
+    /// change.
     #[must_use]
     pub fn subdivided(&self) -> Self {
         let mut meshes = Vec::new();
@@ -106,7 +108,7 @@ impl<'a> Assembly<'a> {
             meshes.push(TetMesh { nodes_m, regions: vec![0; tets.len()], tets });
         }
         let mut finer = Self::of(self.scene, meshes);
-        // nodes of the coarse quadratic mesh are the corners of the finer, organ by organ
+        // the nodes of each organ in the coarse quadratic mesh are its corners in the finer mesh
         let corner = |n: u32| {
             let (old, new) = self.organs.iter().zip(&finer.organs).find(|(old, _)| old.nodes.contains(&(n as usize)))?;
             Some(n - old.nodes.start as u32 + new.nodes.start as u32)
@@ -131,7 +133,7 @@ impl<'a> Assembly<'a> {
         finer
     }
 
-    /// Adds the middles of edges whose ends are in a set of corners; sorts it.
+    /// Adds the mid-edge nodes of edges whose ends are both in a set of corners, and sorts the set.
     fn add_middles(&self, set: &mut Vec<u32>) {
         let corners: BTreeSet<u32> = set.iter().copied().collect();
         let mut all = corners.clone();
@@ -150,7 +152,7 @@ impl<'a> Assembly<'a> {
         &self.organs[at]
     }
 
-    /// Triangles of an organ's surface whose normal is within 60 degrees of a direction.
+    /// Triangles of an organ's surface whose normal is within 60 degrees of the direction `facing`.
     fn facing(&self, organ: &Organ, facing: [f64; 3]) -> impl Iterator<Item = usize> {
         let facing = Vector3::from(facing).normalize();
         organ.triangles.clone().filter(move |t| {
@@ -232,8 +234,8 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    /// Corner nodes of the joined surface that have a partner: node, its share of the joined area
-    /// [m^2], the other surface's nearest point.
+    /// Corner nodes of the joined surface that have a partner: the node, its share of the joined
+    /// area [m^2], and the nearest point of the other surface.
     #[must_use]
     pub fn joints(&self) -> Vec<(u32, f64, Nearest)> {
         let mut areas = std::collections::BTreeMap::new();
@@ -244,7 +246,8 @@ impl<'a> Assembly<'a> {
             nodes.iter().for_each(|n| *areas.entry(*n).or_insert(0.0) += third);
         }
         let partner = |(n, area): (u32, f64)| {
-            // a node at the rim of a joined triangle may be a little further off than its middle
+            // a corner of a joined triangle may be a little further from the other surface than its
+            // centre
             let reach_m = 2.0 * self.scene.joint.reach_m;
             let found = nearest(&self.quadratic, self.onto.iter().copied(), &self.quadratic.nodes_m[n as usize], reach_m)?;
             Some((n, area, found))
@@ -271,7 +274,7 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    /// Highest point of the first organ's surface at x, y [m].
+    /// Highest point of the first organ's surface at x, y [m]; `None` if there is none.
     fn top(&self, x: f64, y: f64) -> Option<Vector3<f64>> {
         let mut highest: Option<Vector3<f64>> = None;
         for t in self.organs[0].triangles.clone() {
@@ -307,7 +310,7 @@ impl<'a> Assembly<'a> {
         ))
     }
 
-    /// Whether a node of `quadratic` is one of the tet mesh.
+    /// Whether a node of `quadratic` is a corner node, that is, a node of `meshes`.
     #[must_use]
     pub fn is_corner(&self, node: u32) -> bool {
         let node = node as usize;
@@ -329,8 +332,8 @@ fn largest_side<'a>(nodes: impl Iterator<Item = &'a [f64; 3]>) -> f64 {
     (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max)
 }
 
-/// The eight tets that a 10-node tet is cut into; the inner octahedron along the line between its
-/// first and last middle.
+/// The eight tets into which a 10-node tet is cut; the inner octahedron is split along the line
+/// between the first and the last mid-edge node.
 fn eighths(tet: &[u32; 10]) -> Vec<[u32; 4]> {
     let middle = |i: usize, j: usize| {
         let edge = TET_EDGES.iter().position(|e| *e == [i, j] || *e == [j, i]).unwrap_or(0);

@@ -17,10 +17,10 @@ use palpate_tissue::output::OutputFolder;
 
 /// Short names of [`METHODS`] for legends.
 const SHORT: [&str; 4] = ["palpate", "paper, (12) with l0 in mm", "paper, 0.1 critical", "no length correction"];
-/// Methods that are drawn.
+/// Indices in [`METHODS`] of the methods that are drawn.
 const DRAWN: [usize; 2] = [0, 2];
 
-/// Rest and deformed organs superposed (Fig. 2), one picture for each move and method.
+/// Fig. 2: organs at rest and deformed, superposed; one picture for each move and method.
 pub fn fig_2(scene: &HangingScene, resolution: &Resolution, folder: &OutputFolder, report: &mut Report) -> Result<(), Error> {
     report.say("Fig. 2: rest (wire) and lifted organs, markers 1 to 7.");
     for (n, name) in scene.attachment.names.iter().enumerate() {
@@ -36,7 +36,7 @@ pub fn fig_2(scene: &HangingScene, resolution: &Resolution, folder: &OutputFolde
     Ok(())
 }
 
-/// CPU time of drawing and writing one picture of Fig. 2 [s]; NaN if nothing came to rest.
+/// CPU time to draw and write one picture of Fig. 2 [s]; NaN if every method diverged.
 pub fn time_of_one_s(resolution: &Resolution) -> Result<f64, Error> {
     let Some(rest) = resolution.runs.iter().find_map(|(_, rests)| rests.iter().find_map(|r| r.as_ref().ok())) else {
         return Ok(f64::NAN);
@@ -64,7 +64,8 @@ fn draw(resolution: &Resolution, measured: &Measured, title: &str, folder: &Outp
         assembly.quadratic.triangles[range].iter().map(|t| [t[0], t[1], t[2]]).collect()
     };
     let all: Vec<Vec<[u32; 3]>> = (0..assembly.organs.len()).map(triangles).collect();
-    // the paper's colours: lifted organs red and black, at rest pink and white
+    // the colours follow the paper's, in which lifted organs are red and black, those at rest pink
+    // and white
     const LIFTED: [[u8; 3]; 2] = [[178, 58, 48], [74, 92, 60]];
     const REST: [[u8; 3]; 2] = [[222, 150, 145], [150, 160, 150]];
     let names: Vec<[String; 2]> =
@@ -89,7 +90,7 @@ fn draw(resolution: &Resolution, measured: &Measured, title: &str, folder: &Outp
     Ok(superposed(folder.draft(), file, &picture)?)
 }
 
-/// Surface errors as boxes (Fig. 3).
+/// Fig. 3: box plot of the surface errors.
 pub fn fig_3(scene: &HangingScene, resolution: &Resolution, folder: &OutputFolder, report: &mut Report) -> Result<(), Error> {
     let mut errors = Vec::new();
     for (n, truth) in resolution.truth.moves.iter().enumerate() {
@@ -123,7 +124,7 @@ pub fn fig_3(scene: &HangingScene, resolution: &Resolution, folder: &OutputFolde
     Ok(())
 }
 
-/// Force of a press against the time step.
+/// Draws the force of a press over the time step.
 pub fn force_against_step(steps: &Steps, folder: &OutputFolder, report: &mut Report) -> Result<(), Error> {
     const NAMES: [&str; 3] = ["corrections, tau = 0", "corrections, tau = 0.1", "compensation as an energy"];
     let series: Vec<LineSeries> = NAMES
@@ -150,7 +151,8 @@ pub fn force_against_step(steps: &Steps, folder: &OutputFolder, report: &mut Rep
     Ok(())
 }
 
-/// The largest step against damping; the printed forms as levels.
+/// Draws the largest stable time step over the damping, with those of the printed forms as
+/// horizontal lines.
 pub fn stable_step(steps: &Steps, folder: &OutputFolder, report: &mut Report) -> Result<(), Error> {
     let points = steps.damped.iter().map(|(share, dt_s)| (*share, 1e3 * dt_s)).collect();
     let series = [LineSeries { name: "a share of critical", points, joined: true, marked: true }];

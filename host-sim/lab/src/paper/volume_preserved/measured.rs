@@ -1,13 +1,13 @@
-//! Measures of a deformation of the scene: displacements of landmarks and surface points, change of
-//! volume. Finite elements and springs are measured in the same way: a linear mesh is a quadratic
-//! one whose mid-edge nodes stay in the middle.
+//! Measures of a deformation of the scene: displacements of landmarks and surface points, and
+//! changes of volume. Finite elements and springs are measured in the same way: a linear mesh is
+//! treated as a quadratic one whose mid-edge nodes stay at the midpoints.
 
 use nalgebra::Vector3;
 
 use super::assembly::Assembly;
 use palpate_fit::reference::locate::Locator;
 
-/// One deformation.
+/// Measures of one deformation.
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// Displacement of each landmark [m].
@@ -16,14 +16,14 @@ pub struct Measured {
     pub surface_m: Vec<Vector3<f64>>,
     /// Change of volume of each organ [%].
     pub volume_change_pct: Vec<f64>,
-    /// Least local volume ratio (1); at or below zero something is inside out.
+    /// Smallest local volume ratio (1); at or below zero an element is inside out.
     pub min_j: f64,
     /// Displacement of every node of the quadratic mesh [m].
     pub displacement_m: Vec<Vector3<f64>>,
 }
 
 impl Measured {
-    /// Measures displacements of the nodes of `assembly.quadratic` [m].
+    /// Measures the deformation given by displacements of the nodes of `assembly.quadratic` [m].
     #[must_use]
     pub fn of(assembly: &Assembly, displacement_m: Vec<Vector3<f64>>) -> Self {
         let locator = Locator::new(&assembly.quadratic, &assembly.organs[0], f64::MAX);
@@ -38,7 +38,7 @@ impl Measured {
         }
     }
 
-    /// Measures displacements of the corners [m], organ after organ.
+    /// Measures the deformation given by displacements of the corner nodes [m], organ after organ.
     #[must_use]
     pub fn of_corners(assembly: &Assembly, corners_m: &[Vector3<f64>]) -> Self {
         let mut displacement_m = vec![Vector3::zeros(); assembly.quadratic.nodes_m.len()];
@@ -75,7 +75,7 @@ fn distances(found: &[Vector3<f64>], truth: &[Vector3<f64>]) -> Vec<f64> {
     found.iter().zip(truth).map(|(a, b)| (a - b).norm()).collect()
 }
 
-/// Mean of some values; zero of none.
+/// Mean of the values; zero if there are none.
 #[must_use]
 pub fn mean(values: &[f64]) -> f64 {
     if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }

@@ -1,4 +1,4 @@
-//! The methods that hang the organs, all on the core's tick.
+//! The methods with which the hanging organs are simulated, all on the core's tick.
 
 use crate::paper_method::VolumePreserved;
 use crate::paper_method::damper::{Dampers, DampingLaw};
@@ -14,56 +14,58 @@ use super::network::{Joints, Network};
 use crate::error::Error;
 use palpate_tissue::patch::{Material, Memory};
 
-/// Critical angle of (9) in the paper's experiments: pi/3.
+/// Critical angle of (9) in the paper's experiments [rad]: pi/3.
 pub const ANGLE_RAD: f32 = std::f32::consts::FRAC_PI_3;
-/// Steps between two checks of (9) there.
+/// Number of steps between two checks of (9) in the paper's experiments.
 pub const LOOK_EVERY: u16 = 100;
-/// Distance of a probe that touches nothing [m].
+/// Distance at which the probe is kept, so that it touches nothing [m].
 const AWAY_M: f32 = 10.0;
-/// The stick moves at this speed [m/s].
+/// Speed of the stick [m/s].
 const LIFT_M_PER_S: f64 = 0.1;
-/// At rest: no node moved more than this in [`REST_TICKS`] [m].
+/// Largest displacement of a node per 0.1 s at which the organs count as at rest [m], and number of
+/// ticks over which displacements are measured.
 const REST_M: f32 = 4e-6;
 const REST_TICKS: usize = 100;
 
-/// Model of the hanging bar, with its settings.
+/// A method of the comparison, with its settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum HangingMethod {
-    /// The product: springs, volume, compensation.
+    /// The product: springs, volume and compensation.
     Palpate,
-    /// Paper 000.
+    /// The method of paper 000.
     VolumePreserved {
-        /// Critical stretching and compressing rates `tau_s`, `tau_c`; `None` without (6)-(8).
+        /// Critical stretching and compressing rates `tau_s` and `tau_c` (1); `None` leaves out
+        /// (6)-(8).
         rates: Option<[f32; 2]>,
-        /// Dampers (12).
+        /// Law of the dampers, in place of (12).
         damping: DampingLaw,
     },
 }
 
-/// A method with a step.
+/// A method with its time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setup {
-    /// The method.
+    /// Method with its settings.
     pub method: HangingMethod,
     /// Time step [s].
     pub dt_s: f32,
-    /// Steps per tick if the tick sets the mass floor; otherwise as many as fill the core's
-    /// shortest tick.
+    /// Number of steps per tick for a method whose mass floor depends on the tick; `None` takes as
+    /// many as fill the core's shortest tick.
     pub substeps: Option<u16>,
-    /// Longest virtual time after a move [s].
+    /// Virtual time after which a move ends even without rest [s].
     pub longest_s: f64,
 }
 
-/// Final state of a move.
+/// Final state after a move.
 #[derive(Clone, Debug)]
 pub struct Rest {
     /// Measured deformation at the end of the move.
     pub measured: Measured,
-    /// Steps since the previous move.
+    /// Number of steps since the previous move.
     pub steps: usize,
-    /// Whether the organs came to rest within the time allowed.
+    /// Whether the organs came to rest within `longest_s`.
     pub at_rest: bool,
-    /// CPU time [s].
+    /// CPU time of the move [s].
     pub cpu_s: f64,
 }
 
@@ -87,7 +89,7 @@ impl HangingMethod {
         }
     }
 
-    /// The organs as this method's springs.
+    /// The organs as a spring network of this method.
     #[must_use]
     pub fn network(self, assembly: &Assembly) -> Network {
         match self {
@@ -109,16 +111,16 @@ impl HangingMethod {
     }
 }
 
-/// The per-tet part of the volume stiffness suppresses alternating modes, on the scale of the shear
-/// modulus; used for all of it, it would lock.
+/// Share of the volume stiffness that acts per tet (1). It must be of the order of the shear
+/// modulus to suppress alternating modes; a larger share would lock.
 fn per_tet_share(poisson_ratio: f64) -> f64 {
     let kappa = |nu: f64| nu / ((1.0 + nu) * (1.0 - 2.0 * nu)) - 0.5 / (1.0 + nu);
     let default = Material::default();
     default.per_tet_share * kappa(default.poisson_ratio) / kappa(poisson_ratio)
 }
 
-/// Hangs the organs with a method: one result for each completed move of the scene. `progress` is
-/// called with (move, virtual time [s]).
+/// Simulates the scene with a method; returns one result for each move, up to the first fault.
+/// `progress` is called with (move, virtual time [s]).
 ///
 /// # Errors
 /// Model or parameters that [`Params::build`] rejects.
@@ -126,7 +128,7 @@ pub fn hang(assembly: &Assembly, setup: &Setup, progress: impl FnMut(usize, f64)
     hang_network(assembly, &setup.method.network(assembly), setup, progress)
 }
 
-/// Hangs the organs as [`hang`] does, with a given network instead of the method's own.
+/// Simulates the scene like [`hang`], with a given network instead of the method's own.
 ///
 /// # Errors
 /// Errors of [`hang`].
@@ -167,8 +169,8 @@ pub fn hang_network(
     Ok(results)
 }
 
-/// Parameters with steps of `dt_s`: as many per tick as requested, otherwise one if the core
-/// accepts that tick.
+/// Parameters with steps of `dt_s` and `substeps` of them per tick; without `substeps` the smallest
+/// number for which the core accepts the tick.
 #[must_use]
 pub fn stepped(params: &Params, dt_s: f32, substeps: Option<u16>) -> Params {
     const SHORTEST_TICK_S: f32 = 1e-5;
@@ -177,7 +179,7 @@ pub fn stepped(params: &Params, dt_s: f32, substeps: Option<u16>) -> Params {
     Params { tick_s: dt_s * f32::from(substeps), substeps, ..*params }
 }
 
-/// The stages of paper 000 that a method asks for; `None` for the product.
+/// The stages of paper 000 that a method needs; `None` for the product.
 pub fn printed<'a>(method: HangingMethod, damping_m_s: &'a [f32], before_m: &'a mut [[f32; 3]]) -> Option<VolumePreserved<'a>> {
     let HangingMethod::VolumePreserved { rates, .. } = method else { return None };
     Some(VolumePreserved {
@@ -199,8 +201,8 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Moves the stick straight to `to` in equal iterations (paper 000, "attachment"), then waits
-    /// for rest.
+    /// Moves the stick in a straight line to the displacement `to` in equal increments (paper 000,
+    /// "attachment"), then waits for rest.
     fn go(
         &mut self,
         assembly: &Assembly,
@@ -235,7 +237,7 @@ impl Run<'_> {
                     furthest = furthest.max((now - *before).norm());
                     *before = now;
                 }
-                // the criterion is a speed, and so equally strict at every step
+                // the criterion is a speed, so it is equally strict at every time step
                 let allowed = REST_M * (REST_TICKS as f32 * self.params.tick_s) / 0.1;
                 at_rest = ticks > iterations + REST_TICKS && furthest <= allowed;
                 progress(ticks as f64 * tick_s);

@@ -1,5 +1,5 @@
-//! The scene as the core runs it: springs of both organs, their joints, masses of both densities,
-//! anchors that the stick moves.
+//! The scene as a model of the core: springs of both organs, their joints, masses with both
+//! densities, and anchors that the stick moves.
 
 use std::collections::BTreeSet;
 
@@ -13,27 +13,28 @@ use palpate_tissue::tissue::{Joint, Tissue};
 /// One patch that contains all organs.
 #[derive(Clone, Debug)]
 pub struct Network {
-    /// Springs, tets, masses.
+    /// Springs, tets and masses.
     pub patch: Patch,
-    /// Parameters; the method sets the rest.
+    /// Parameters of the scene; a method changes those of its own terms.
     pub params: Params,
-    /// Nodes of the patch that move with the stick, with their rest positions [m].
+    /// Nodes of the patch that move with the stick, and their rest positions [m].
     pub held: Vec<(usize, Vector3<f64>)>,
 }
 
 /// Way in which organs are joined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Joints {
-    /// Each node to the nearest node of the other organ, as in paper 000.
+    /// Each node is joined to the nearest node of the other organ, as in paper 000.
     Nearest,
-    /// Each node to the three nodes of the nearest triangle, stiffness by area coordinates: it
-    /// neither slides nor depends on the positions of nodes.
+    /// Each node is joined to the three nodes of the nearest triangle, with the stiffness shared by
+    /// area coordinates: the joint does not slide and does not depend on the positions of the
+    /// nodes.
     Triangle,
 }
 
 impl Network {
-    /// Builds the patch. The material's Poisson ratio is that of the springs: 0.25 is (11) as
-    /// printed.
+    /// Builds the patch. The Poisson's ratio of `material` is that of the springs; with 0.25 they
+    /// are (11) as printed.
     #[must_use]
     pub fn build(assembly: &Assembly, material: &Material, joints: Joints) -> Self {
         let scene = assembly.scene;
@@ -64,7 +65,8 @@ impl Network {
             density_kg_per_m3: first.density_kg_per_m3 as f32,
             gravity_m_per_s2: scene.gravity_m_per_s2.map(|g| g as f32),
             limits: GuardLimits::HIGHEST,
-            // organs are joined by very short springs, whose mass floor would prevent their rest
+            // the organs are joined by very short springs, whose relative mass floor would prevent
+            // them from coming to rest
             terms: Terms { rim: false, relative_mass: false, ..Terms::ALL },
             ..Params::default()
         };
@@ -72,7 +74,7 @@ impl Network {
     }
 }
 
-/// Node of the patch for each node of the quadratic mesh that is a corner.
+/// Index in the patch of each node of the quadratic mesh; `None` for mid-edge nodes.
 fn corners(assembly: &Assembly) -> Vec<Option<u32>> {
     let mut corner_of = vec![None; assembly.quadratic.nodes_m.len()];
     let mut next = 0;

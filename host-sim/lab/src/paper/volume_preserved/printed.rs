@@ -1,7 +1,8 @@
-//! Numbers printed in paper 000, for comparison with ours: Table 1 and sections 3.3, 3.4. Small
-//! move, then large.
+//! Numbers printed in paper 000, for comparison with ours: Table 1 and sections 3.3 and 3.4. Pairs
+//! of values belong to the small and to the large move.
 
-/// Table 1: distance by tomography, estimated distance, error, of markers 1 to 7 [mm].
+/// Table 1: for markers 1 to 7 and each move, displacement by tomography, estimated displacement
+/// and error [mm].
 pub const TABLE_1_MM: [[[f64; 3]; 2]; 7] = [
     [[28.7457, 31.2330, 2.7084], [58.4756, 61.6608, 4.4024]],
     [[14.7709, 15.7711, 1.5620], [38.9963, 41.4500, 3.4310]],
@@ -18,15 +19,16 @@ pub struct Printed {
     pub landmarks_mm: [f64; 2],
     /// Mean surface error [mm].
     pub surface_mm: [f64; 2],
-    /// Mean error of the two landmarks inside [mm], where it is given.
+    /// Mean error of the two landmarks inside the organ [mm]; `None` where the paper does not give
+    /// it.
     pub inside_mm: Option<[f64; 2]>,
     /// Change of the total volume [%].
     pub volume_pct: [f64; 2],
-    /// Frames a second.
+    /// Frames per second.
     pub frames_per_s: f64,
 }
 
-/// 12 958 + 5 423 tets.
+/// Full resolution: 12 958 + 5 423 tets.
 pub const FULL: Printed = Printed {
     landmarks_mm: [1.5024, 2.9317],
     surface_mm: [1.2905, 2.6400],
@@ -35,7 +37,7 @@ pub const FULL: Printed = Printed {
     frames_per_s: 15.0,
 };
 
-/// 1 698 + 1 157 tets.
+/// Sparse resolution: 1 698 + 1 157 tets.
 pub const SPARSE: Printed = Printed {
     landmarks_mm: [2.5879, 5.2715],
     surface_mm: [2.7279, 4.2015],

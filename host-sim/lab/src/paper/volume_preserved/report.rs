@@ -1,4 +1,4 @@
-//! The report: tables of the paper with its numbers next to ours, pictures, CSV, summary.
+//! The report: tables with the paper's numbers next to ours, pictures, CSV files and summary.
 
 use std::path::Path;
 
@@ -21,26 +21,26 @@ use palpate_tissue::output::OutputFolder;
 
 /// Everything that was measured.
 pub struct Findings<'a> {
-    /// The scene.
+    /// Scene that was simulated.
     pub scene: &'a HangingScene,
-    /// Full and sparse, or sparse alone.
+    /// Full and sparse resolution, or only the sparse one.
     pub resolutions: &'a [Resolution<'a>],
-    /// The sparse resolution under its weight, from a stress-free shape.
+    /// The sparse resolution under its weight, starting from a stress-free shape.
     pub weighed: Option<&'a Resolution<'a>>,
-    /// Finite elements of the sparse resolution, every tet cut into eight.
+    /// Finite elements of the sparse resolution with every tet cut into eight.
     pub subdivided: Option<&'a Truth>,
-    /// Time steps.
+    /// Largest stable time steps, and forces as a function of the step.
     pub steps: &'a Steps,
-    /// Sparse resolution only.
+    /// Whether only the sparse resolution was run.
     pub quick: bool,
-    /// Time taken [s].
+    /// Duration of the run [s].
     pub elapsed_s: f64,
 }
 
-/// Writes everything.
+/// Writes report, pictures, CSV files and summary, and prints the results.
 ///
 /// # Errors
-/// A folder that cannot be written; a promise of the product that did not hold.
+/// A folder that cannot be written, or a promise of the product that did not hold.
 pub fn write(findings: &Findings, folder: OutputFolder) -> Result<(), Error> {
     let scene = findings.scene;
     let mut report = Report::new("Paper 000: a liver and its gallbladder, hung by a thread");
@@ -280,8 +280,8 @@ fn means(findings: &Findings, report: &mut Report) {
     report.table(&header, ours.chain([printed("full", &FULL), printed("sparse", &SPARSE)]).collect::<Vec<_>>());
 }
 
-/// Frames a second of virtual real time: a thirtieth of a second of steps, without and with drawing
-/// and writing the picture.
+/// Frames per second that a simulation in real time reaches: one frame takes the steps of a
+/// thirtieth of a second, without and with drawing and writing the picture.
 fn frames(findings: &Findings, report: &mut Report) {
     const FRAME_S: f64 = 1.0 / 30.0;
     let rows = rows(findings).into_iter().zip(findings.resolutions.iter().flat_map(|r| r.runs.iter().map(move |_| r.picture_s)));
@@ -339,7 +339,7 @@ fn claims(findings: &Findings, report: &mut Report) {
             format!("{} mm against finite elements{}", joined(&r.landmarks_mm, 2), still_moving(r)),
             Some(held),
         );
-        // of all organs together, as printed
+        // volume change of all organs together, as in the paper
         let rest_m3 = rest_volumes_m3(&findings.resolutions[0].assembly);
         let whole_m3: f64 = rest_m3.iter().sum();
         let total: Vec<f64> =
@@ -390,8 +390,8 @@ fn rest_volumes_m3(assembly: &Assembly) -> Vec<f64> {
     assembly.organs.iter().map(|organ| organ.volume(&assembly.quadratic, &still).rest_m3).collect()
 }
 
-/// Lists the promises that the product did not keep, one line each. Limits on error and volume
-/// apply at full resolution only.
+/// Promises that the product did not keep, one sentence each. Limits on error and volume apply only
+/// at full resolution.
 fn broken_promises(findings: &Findings) -> Vec<String> {
     let mut broken = Vec::new();
     let Some(row) = product(findings) else { return broken };
@@ -403,7 +403,7 @@ fn broken_promises(findings: &Findings) -> Vec<String> {
         if row.min_j[n] <= 0.0 {
             broken.push(format!("a tet is inside out after the {name} move"));
         }
-        // the promises are those of the full resolution
+        // the promised limits are those of the full resolution
         if row.resolution != "full" {
             continue;
         }

@@ -1,5 +1,5 @@
-//! The hanging scene as a file: organs, their joints and supports, the lifting stick, and the
-//! points at which errors are measured. SI, unknown keys refused.
+//! The scene file of the hanging organs: organs, their joints and supports, the lifting stick, and
+//! the points at which errors are measured. Values are in SI units; unknown keys are refused.
 
 use std::path::PathBuf;
 
@@ -7,24 +7,24 @@ use serde::Deserialize;
 
 use palpate_tissue::scene::{LengthUnit, SceneError};
 
-/// The shipped scene.
+/// Name of the shipped scene.
 pub const PRESET: &str = "hanging-liver";
 const TEXT: &str = include_str!("../../../../scenes/hanging-liver.toml");
 
-/// Several organs, one of them lifted.
+/// Several organs, of which one is lifted.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HangingScene {
-    /// The preset or file it came from, for messages.
+    /// Preset or file from which the scene was read, for messages.
     #[serde(skip)]
     pub file: String,
     /// Name in tables and pictures.
     pub name: String,
-    /// Gravity [m/s^2]; the rest shape is free of it.
+    /// Gravity [m/s^2]; the rest shape is the one without gravity.
     pub gravity_m_per_s2: [f64; 3],
     /// Poisson's ratio of all organs (1).
     pub poisson_ratio: f64,
-    /// The organs; stiffnesses are relative to the first one's modulus.
+    /// Organs; in the model their stiffnesses are relative to the modulus of the first one.
     pub organ: Vec<OrganScene>,
     /// Connecting tissue that joins two of the organs.
     pub joint: JointScene,
@@ -38,13 +38,13 @@ pub struct HangingScene {
     pub surface: SurfaceSample,
 }
 
-/// An organ: a built-in one, or a mesh file.
+/// An organ: a built-in shape or a mesh file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OrganScene {
-    /// Name of a built-in shape, and of the organ.
+    /// Name of the organ, which is also that of its built-in shape.
     pub shape: String,
-    /// Mesh file to use instead of the built-in shape, relative to the scene file; the same at both
+    /// Mesh file instead of the built-in shape, relative to the scene file; it is used at both
     /// resolutions.
     pub mesh: Option<PathBuf>,
     /// Unit of the mesh file's coordinates.
@@ -53,7 +53,7 @@ pub struct OrganScene {
     pub youngs_modulus_pa: f64,
     /// Density [kg/m^3].
     pub density_kg_per_m3: f64,
-    /// Tets at full and at sparse resolution.
+    /// Approximate number of tets at full and at sparse resolution.
     pub tets: [usize; 2],
 }
 
@@ -61,47 +61,46 @@ pub struct OrganScene {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointScene {
-    /// Organ whose surface is joined, point by point.
+    /// Organ whose surface is joined.
     pub organ: String,
-    /// Organ to which that organ is joined.
+    /// Organ to whose surface `organ` is joined.
     pub onto: String,
     /// Lowest and highest corner of a box that contains the joined surface [m].
     pub box_m: [[f64; 3]; 2],
-    /// Direction from which the outward normal of the joined surface turns away by at most 60
+    /// Direction from which the outward normal of the joined surface deviates by at most 60
     /// degrees.
     pub facing: [f64; 3],
-    /// Largest distance from the other surface at rest [m].
+    /// Largest distance of joined points from the other surface at rest [m].
     pub reach_m: f64,
-    /// Stiffness per area [Pa/m].
+    /// Stiffness of the joint per area [Pa/m].
     pub stiffness_pa_per_m: f64,
 }
 
-/// Surface that is fixed.
+/// A surface that is fixed.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FixedScene {
-    /// Name of the organ.
+    /// Name of the organ to which it belongs.
     pub organ: String,
     /// Lowest and highest corner of a box that contains the fixed surface [m].
     pub box_m: [[f64; 3]; 2],
-    /// Direction from which the outward normal of the fixed surface turns away by at most 60
-    /// degrees.
+    /// Direction from which the outward normal of the fixed surface deviates by at most 60 degrees.
     pub facing: [f64; 3],
 }
 
-/// A stick along a line, and its moves.
+/// A stick that holds the nodes around a line, and its moves.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Attachment {
-    /// Name of the organ.
+    /// Name of the organ to which it belongs.
     pub organ: String,
-    /// One end [m].
+    /// One end of the line [m].
     pub from_m: [f64; 3],
-    /// The other end [m].
+    /// Other end of the line [m].
     pub to_m: [f64; 3],
-    /// Distance from the line within which nodes move with it [m].
+    /// Distance from the line within which nodes move with the stick [m].
     pub radius_m: f64,
-    /// Displacements of the line [m], one per move.
+    /// Displacement of the line from rest at the end of each move [m].
     pub moves_m: Vec<[f64; 3]>,
     /// Names of the moves.
     pub names: Vec<String>,
@@ -111,23 +110,23 @@ pub struct Attachment {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Landmark {
-    /// Name.
+    /// Name in tables and files.
     pub name: String,
-    /// The highest point of the surface at this x, y [m].
+    /// x and y of a landmark on the surface, at its highest point there [m].
     pub above_m: Option<[f64; 2]>,
-    /// A point inside [m].
+    /// Position of a landmark inside the organ, instead of `above_m` [m].
     pub inside_m: Option<[f64; 3]>,
 }
 
-/// Points of the first organ's upper surface, evenly spread over a rectangle.
+/// Sampled points of the first organ's upper surface, evenly spread over a rectangle.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceSample {
-    /// Corner of the rectangle, x and y [m].
+    /// x and y of the lower corner of the rectangle [m].
     pub low_m: [f64; 2],
-    /// Opposite corner [m].
+    /// x and y of the opposite corner [m].
     pub high_m: [f64; 2],
-    /// Number at full and at sparse resolution.
+    /// Number of points at full and at sparse resolution.
     pub points: [usize; 2],
 }
 
@@ -135,7 +134,7 @@ impl HangingScene {
     /// Reads the preset or a file.
     ///
     /// # Errors
-    /// Unreadable file, bad TOML, unknown key, impossible value: with the place.
+    /// Unreadable file, bad TOML, unknown key, or impossible value; the error states the place.
     pub fn load(name_or_path: &str) -> Result<Self, SceneError> {
         if name_or_path == PRESET {
             return Self::parse(PRESET, TEXT);
@@ -211,7 +210,7 @@ impl HangingScene {
         Ok(())
     }
 
-    /// Every place and direction is finite and of a body's size.
+    /// Checks that every position and direction is finite and of the size of a body.
     fn check_numbers(&self) -> Result<(), SceneError> {
         const FARTHEST_M: f64 = 2.0;
         let mut places: Vec<(String, &[f64])> = Vec::new();
@@ -261,7 +260,7 @@ impl HangingScene {
         Ok(())
     }
 
-    /// Names are there, differ, and can be parts of file names.
+    /// Checks that names are present and distinct, and can be parts of file names.
     fn check_names(&self) -> Result<(), SceneError> {
         let sets: [(&str, Vec<&str>); 3] = [
             ("organ.shape", self.organ.iter().map(|o| o.shape.as_str()).collect()),

@@ -1,5 +1,5 @@
-//! Time steps: the largest one that each form of the damper (12) survives, and the force of a press
-//! against the step where lengths are corrected.
+//! Time steps: the largest stable one with each form of the damper (12), and the force of a press
+//! as a function of the time step when lengths are corrected.
 
 use crate::paper_method::VolumePreserved;
 use crate::paper_method::damper::DampingLaw;
@@ -14,35 +14,37 @@ use palpate_tissue::Error as TissueError;
 use palpate_tissue::patch::{Material, Memory, Patch};
 use palpate_tissue::scene;
 
-/// The tick.
+/// Length of the tick [s].
 const TICK_S: f32 = scene::TICK_S as f32;
-/// Share of the limit that runs use.
+/// Share of the largest stable step that runs use (1).
 const MARGIN: f32 = 0.8;
-/// Steps without a divergence that count as survival.
+/// Number of steps without divergence after which a time step counts as stable.
 const TRIAL_STEPS: usize = 3000;
 /// Acceleration with which the organs are pushed in a trial [m/s^2].
 const PUSH_M_PER_S2: f32 = 0.1;
-/// Shortest step that is tried, and the ratio of successive ones.
+/// Ratio of successive time steps that are tried (1), and the longest and the shortest of them [s].
 const RATIO: f32 = 1.122;
 const LONGEST_S: f32 = 8e-3;
 const SHORTEST_S: f32 = 1e-9;
 
-/// Measured time steps: the largest stable ones, and the force of a press against the step.
+/// Largest stable time steps, and forces of a press as a function of the time step.
 #[derive(Clone, Debug)]
 pub struct Steps {
-    /// Form of the damper, largest step at the sparse resolution [s].
+    /// Form of the damper, and largest stable step with it at the sparse resolution [s].
     pub stable: Vec<(&'static str, f32)>,
-    /// Share of critical damping, largest step [s]: the cost of any damper along springs.
+    /// Share of critical damping (1), and largest stable step with it [s]: any damper along the
+    /// springs shortens the step.
     pub damped: Vec<(f64, f64)>,
-    /// Step [s], force at 2 mm of a block [N]: with (6)-(8) at tau = 0, at tau = 0.1, and with
-    /// compensation as an energy.
+    /// Time step [s], and force of a press 2 mm deep on a block [N]: with (6)-(8) at tau = 0, at
+    /// tau = 0.1, and with compensation as an energy.
     pub force: [Vec<(f64, f64)>; 3],
 }
 
-/// Forms of (12) among [`LAWS`] with a wrong unit or with summed masses.
+/// Forms among [`LAWS`] that follow the printed (12): with a wrong unit, or with the sum of the
+/// masses.
 pub const PRINTED_LAWS: [&str; 3] = ["2 sqrt(k (m1+m2)), without l0", "(12), l0 in mm", "(12) as printed, l0 in m"];
 
-/// Forms of the damper in tables.
+/// Forms of the damper and their names in tables.
 pub const LAWS: [(&str, DampingLaw); 6] = [
     ("none", DampingLaw::Critical(0.0)),
     ("0.1 of critical", DampingLaw::Critical(0.1)),
@@ -52,8 +54,8 @@ pub const LAWS: [(&str, DampingLaw); 6] = [
     ("(12) as printed, l0 in m", DampingLaw::PrintedMetres),
 ];
 
-/// The steps of a method: the product takes two per tick, the printed ones most of their limit, at
-/// most a tick.
+/// Setup with the time step that a method uses: the product takes two steps per tick, the printed
+/// methods 0.8 of their largest stable step, but at most a tick.
 ///
 /// # Errors
 /// Model or parameters that the core rejects.
@@ -67,15 +69,15 @@ pub fn working_setup(method: HangingMethod, assembly: &Assembly, longest_s: f64)
     })
 }
 
-/// The largest step with which the organs sway under a light push without a divergence.
+/// Largest time step with which the organs sway under a light push without divergence [s].
 ///
 /// # Errors
 /// Model or parameters that the core rejects.
 pub fn largest_step_s(method: HangingMethod, assembly: &Assembly) -> Result<f32, Error> {
     let network = method.network(assembly);
     let model = network.patch.wide_model();
-    // at rest the limit is that of the linear system: an upper bound, close for springs in tension
-    // but not in compression
+    // near rest the limit is that of the linear system: an upper bound, which is close for springs
+    // in tension but not for springs in compression
     let survives = |dt_s: f32| -> Result<bool, Error> {
         // a light push excites every mode and leaves springs near their rest lengths
         let params = Params { gravity_m_per_s2: [PUSH_M_PER_S2; 3], ..stepped(&network.params, dt_s, None) };
@@ -91,7 +93,7 @@ pub fn largest_step_s(method: HangingMethod, assembly: &Assembly) -> Result<f32,
         let ticks = TRIAL_STEPS / usize::from(params.substeps);
         let fault = (0..ticks).find_map(|_| tick_with(&model, &tuned, &mut state, away, &mut printed).fault);
         let fastest = state.nodes().iter().map(|n| n.velocity_m_per_s().norm()).fold(0.0, f32::max);
-        // nothing gets faster than in a free fall of that duration
+        // no node can become faster than in a free fall of that duration
         let fall_m_per_s = PUSH_M_PER_S2 * dt_s * TRIAL_STEPS as f32;
         Ok(fault.is_none() && fastest < 2.0 * fall_m_per_s)
     };
@@ -103,7 +105,7 @@ pub fn largest_step_s(method: HangingMethod, assembly: &Assembly) -> Result<f32,
 }
 
 impl Steps {
-    /// Measures both; `quick` takes fewer steps of the second.
+    /// Measures stable steps and forces; `quick` takes fewer dampings and fewer time steps.
     ///
     /// # Errors
     /// Model or parameters that the core rejects, or a block that the mesh generator rejects.
@@ -128,8 +130,8 @@ impl Steps {
     }
 }
 
-/// Force of a press 2 mm deep on the standard block of 130 nodes [N], the lengths corrected to
-/// within tau; `None` has compensation as an energy instead.
+/// Force of a press 2 mm deep on the standard block of 130 nodes [N], with lengths corrected to
+/// within `tau`; with `None` compensation is an energy instead.
 fn press_force_n(substeps: u16, tau: Option<f32>) -> Result<f64, Error> {
     const DEPTH_M: f64 = 2e-3;
     let block = Block::standard(130, 3500.0)?;

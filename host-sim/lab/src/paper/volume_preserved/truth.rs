@@ -1,4 +1,4 @@
-//! The finite-element answer, in place of the paper's computed tomography.
+//! The finite-element reference, in place of the paper's computed tomography.
 
 use nalgebra::Vector3;
 use palpate::Fnv;
@@ -14,41 +14,42 @@ use palpate_fit::reference::suspension::Suspension;
 use palpate_fit::reference::tie::layer;
 use palpate_tissue::Error as TissueError;
 
-/// The scene's moves, solved.
+/// Finite-element solution of the scene.
 #[derive(Clone, Debug)]
 pub struct Truth {
-    /// One for each move of the scene.
+    /// Deformation after each move of the scene.
     pub moves: Vec<Measured>,
-    /// Nodes and tets of the quadratic mesh.
+    /// Numbers of nodes and tets of the quadratic mesh.
     pub size: [usize; 2],
-    /// Newton iterations.
+    /// Number of Newton iterations.
     pub iterations: usize,
 }
 
-/// Shipped answers that take long to compute: the full resolution, and the sparse one with every
-/// tet cut into eight.
+/// Shipped solutions, which take long to compute: of the full resolution, and of the sparse one
+/// with every tet cut into eight.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Shipped {
-    /// Answer at full resolution.
+    /// Solution at full resolution.
     pub full: Answer,
-    /// Answer of the subdivided sparse mesh, at the points of the sparse one.
+    /// Solution on the subdivided sparse mesh, at the landmarks and surface points of the sparse
+    /// one.
     pub sparse_subdivided: Answer,
 }
 
-/// An answer at landmarks and surface points.
+/// A solution, reduced to landmarks and surface points.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Answer {
-    /// Fingerprint of scene and mesh that it belongs to.
+    /// Fingerprint of the scene and mesh to which it belongs.
     pub fingerprint: String,
-    /// Nodes and tets of the quadratic mesh.
+    /// Numbers of nodes and tets of the quadratic mesh.
     pub size: [usize; 2],
-    /// Newton iterations.
+    /// Number of Newton iterations.
     pub iterations: usize,
-    /// One for each move.
+    /// Deformation after each move.
     pub moves: Vec<AnswerMove>,
 }
 
-/// One move of an answer.
+/// Deformation after one move.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct AnswerMove {
     /// Displacement of each landmark [m].
@@ -57,12 +58,12 @@ pub struct AnswerMove {
     pub surface_m: Vec<[f64; 3]>,
     /// Change of volume of each organ [%].
     pub volume_change_pct: Vec<f64>,
-    /// Least local volume ratio (1).
+    /// Smallest local volume ratio (1).
     pub min_j: f64,
 }
 
 impl Shipped {
-    /// The answers in the repository; `None` if they cannot be read, which a test would find.
+    /// The solutions in the repository; `None` if they cannot be read, which a test would detect.
     #[must_use]
     pub fn load() -> Option<Self> {
         serde_json::from_str(include_str!("../../../../references/hanging-liver.json")).ok()
@@ -70,7 +71,7 @@ impl Shipped {
 }
 
 impl Answer {
-    /// Writes a reference.
+    /// Reduces a solution to landmarks and surface points.
     #[must_use]
     pub fn of(assembly: &Assembly, truth: &Truth) -> Self {
         let plain = |vectors: &[Vector3<f64>]| vectors.iter().map(|v| (*v).into()).collect();
@@ -83,7 +84,7 @@ impl Answer {
         Self { fingerprint: fingerprint(assembly), size: truth.size, iterations: truth.iterations, moves: moves.collect() }
     }
 
-    /// The truth, if it belongs to this assembly.
+    /// The solution, without node displacements; `None` if it does not belong to this assembly.
     #[must_use]
     pub fn for_assembly(&self, assembly: &Assembly) -> Option<Truth> {
         if self.fingerprint != fingerprint(assembly) {
@@ -101,7 +102,7 @@ impl Answer {
     }
 }
 
-/// Fingerprint of everything that an answer depends on: mesh, sets, materials, moves, points.
+/// Fingerprint of everything on which a solution depends: mesh, sets, materials, moves and points.
 fn fingerprint(assembly: &Assembly) -> String {
     let scene = assembly.scene;
     let mut hash = Fnv::default();

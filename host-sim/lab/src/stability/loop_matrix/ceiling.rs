@@ -1,11 +1,11 @@
-//! Ceiling that one count of the encoder allows: the stiffest contact in which a count is not felt,
-//! whatever the controller.
+//! Ceiling that the encoder resolution sets for every controller: the stiffest contact in which one
+//! count is not felt.
 //!
 //! A count that toggles changes the force by stiffness times count. The handle does not move while
-//! that is less than the friction can hold, `2 f_c` (Abbott and Okamura, IEEE Trans. Robotics 21,
-//! 2005: `K <= 2 f_c / count`), and a hand does not notice a variation of less than 20 mN to either
-//! side. It is compared with the slope of the tissue, and with the loop's behaviour: the stiffest
-//! tissue whose hold is quiet.
+//! that change is less than the friction can hold, `2 f_c` (Abbott and Okamura, IEEE Trans.
+//! Robotics 21, 2005: `K <= 2 f_c / count`), and a hand does not notice a variation of less than 20
+//! mN to either side. The ceiling is compared with the slope of the force-depth curve of tissues,
+//! and with the behaviour of the loop: the stiffest tissue that is held quietly.
 
 use std::ops::Range;
 
@@ -29,11 +29,11 @@ use palpate_tissue::patch::Patch;
 use palpate_tissue::session::calibrated;
 use palpate_tissue::stable_step::limits;
 
-/// Nodes of the calibrated block that is pressed.
+/// Number of nodes of the calibrated block that is pressed.
 const NODES: usize = 130;
 /// Depth limit of that block [m].
 const DEEP_M: f32 = 8e-3;
-/// Tissues whose slope is tabulated [Pa].
+/// Young's moduli of the tissues whose slope is tabulated [Pa].
 pub const TABLED_PA: [f64; 3] = [3.5e3, 20e3, 100e3];
 /// Depths at which the slope is tabulated [m].
 pub const TABLED_M: [f64; 4] = [1e-3, 2e-3, 3e-3, 4e-3];
@@ -41,28 +41,28 @@ pub const TABLED_M: [f64; 4] = [1e-3, 2e-3, 3e-3, 4e-3];
 const SOFTEST_PA: f64 = 3.5e3;
 const STIFFEST_PA: f64 = 200e3;
 const STEP: f64 = 1.25;
-/// Hands that hold a device: H1 to H3.
+/// Indices of the hands that hold a device, H1 to H3.
 const HOLDING: std::ops::Range<usize> = 1..4;
 
-/// Slope of a tissue under the probe.
+/// Contact stiffness of a tissue under the probe.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Slope {
-    /// Young's modulus [Pa].
+    /// Young's modulus of the tissue [Pa].
     pub youngs_modulus_pa: f64,
-    /// [m]
+    /// Depth of the tip [m].
     pub depth_m: f64,
     /// Force at that depth [N].
     pub force_n: f64,
-    /// [N/m]
+    /// Slope of the force over the depth at that point [N/m].
     pub n_per_m: f64,
 }
 
-/// A device's ceiling.
+/// Ceiling of a device.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Ceiling {
     /// Name of the device's profile.
     pub device: String,
-    /// One count [m].
+    /// Displacement of the tip per encoder count [m].
     pub count_m: f64,
     /// Coulomb friction [N].
     pub friction_n: f64,
@@ -70,9 +70,10 @@ pub struct Ceiling {
     pub limit_n: f64,
     /// Contact stiffness from which one count is felt [N/m].
     pub felt_n_per_m: f64,
-    /// The tabulated tissues up to 0.85 of the force limit.
+    /// Slopes of the tabulated tissues up to 0.85 of the force limit.
     pub slopes: Vec<Slope>,
-    /// The stiffest tissue that each hand held quietly [Pa], zero if it held none.
+    /// Young's modulus of the stiffest tissue that each hand held quietly [Pa]; zero if it held
+    /// none.
     #[serde(deserialize_with = "held")]
     pub held_pa: Vec<(hand::Id, f64)>,
 }
@@ -83,7 +84,8 @@ fn held<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<(hand::Id, f64)>, D::E
     Ok(Vec::<Held>::deserialize(from)?.into_iter().map(|Held(hand, pa)| (hand, pa)).collect())
 }
 
-/// Joins ceilings of one hand each, in the order of devices and hands, to ceilings of all hands.
+/// Combines ceilings of one hand each, which are in the order of devices and hands, into ceilings
+/// of all hands.
 pub(super) fn joined(parts: Vec<Ceiling>) -> Vec<Ceiling> {
     let mut joined: Vec<Ceiling> = Vec::new();
     for part in parts {
@@ -101,14 +103,15 @@ pub fn felt_n_per_m(device: &DeviceProfile) -> f64 {
     (2.0 * device.friction_n).max(2.0 * FELT_N) / device.count_m
 }
 
-/// Scope of the measurement: devices, and the tissues of the climb.
+/// Scope of the measurement: devices, and tissues of the climb.
 #[derive(Clone, Debug)]
 pub(super) struct Scope {
     devices: Vec<(&'static str, DeviceProfile)>,
     climb_pa: Vec<f64>,
 }
 
-/// A prepared tissue: substeps for its taps, and its static curve.
+/// A prepared tissue: patch, parameters with the substeps that its taps need, and static
+/// force-depth curve.
 #[derive(Debug)]
 struct Ready {
     youngs_modulus_pa: f64,
@@ -118,7 +121,7 @@ struct Ready {
 }
 
 impl Scope {
-    /// `quick`: the Touch on every other tissue of the climb.
+    /// `quick` takes only the Touch, on every other tissue of the climb.
     pub(super) fn new(quick: bool, full: bool) -> Result<Self, Error> {
         let swept = if quick { &super::SWEPT[..1] } else { &super::SWEPT[..] };
         let names = PROFILES.iter().map(|p| p.0).filter(|name| full || swept.contains(name));
@@ -128,13 +131,13 @@ impl Scope {
         Ok(Self { devices, climb_pa })
     }
 
-    /// Number of devices times hands that hold them.
+    /// Number of devices times number of hands that hold them.
     pub(super) fn cases(&self) -> usize {
         self.devices.len() * HOLDING.len()
     }
 
     pub(super) fn steps(&self, cases: Range<usize>) -> usize {
-        // the tissues are prepared once for all
+        // the tissues are prepared once for all cases
         let tissues = if cases.is_empty() { 0 } else { self.climb_pa.len() + TABLED_PA.len() };
         tissues + cases.len()
     }

@@ -1,4 +1,4 @@
-//! One loop against one wall after the other, softest first.
+//! A climb: one loop against walls of rising stiffness.
 
 use palpate::haptic::cycle::{Renderer, Settings};
 use palpate::stages::probe::ProbePose;
@@ -14,7 +14,7 @@ use palpate_loop::closed_loop::stimulus::Stimulus;
 use palpate_loop::closed_loop::surface::Wall;
 use palpate_loop::closed_loop::verdict::JUDGED;
 
-/// The walls of a climb [N/m].
+/// Stiffnesses of the walls of a climb [N/m].
 pub fn walls_n_per_m() -> impl Iterator<Item = f64> {
     std::iter::successors(Some(SOFTEST_N_PER_M), |k| Some(k * STEP)).take_while(|k| *k <= STIFFEST_N_PER_M)
 }
@@ -22,46 +22,46 @@ pub fn walls_n_per_m() -> impl Iterator<Item = f64> {
 /// A loop without its wall.
 #[derive(Clone, Copy, Debug)]
 pub struct LoopSetup<'a> {
-    /// The device, with its delay.
+    /// Device with its delay.
     pub device: &'a DeviceProfile,
     /// Hand that holds the device.
     pub hand: Hand,
-    /// Controller that keeps the loop quiet.
+    /// Controller of the loop.
     pub control: Controller,
 }
 
 /// Result of a tap on one wall.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TapResult {
-    /// [`quiet`].
+    /// Whether the run was quiet, as [`quiet`] defines it.
     pub quiet: bool,
-    /// The hand overshot into the force limit for so long that the loop renders a weaker wall:
-    /// neither a limit cycle nor the requested wall.
+    /// Whether the loop renders a weaker wall than requested, because the hand overshot into the
+    /// force limit for too long. This is not a limit cycle.
     pub weakened: bool,
-    /// Energy created by the worst contact [mJ].
+    /// Largest energy that a contact created [mJ].
     pub created_mj: f64,
-    /// Force in the last half second over that of the wall at the same readings, less one (1);
-    /// where it is quiet and whole.
+    /// Relative deviation of the force in the last half second from that of the wall at the same
+    /// readings (1); `None` if the run was not quiet or the wall was weakened.
     pub static_error: Option<f64>,
 }
 
 impl TapResult {
-    /// Quiet, with the requested wall.
+    /// Whether the run was quiet with the requested wall.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.quiet && !self.weakened
     }
 }
 
-/// Whether a run has no limit cycle, no fault, no broken invariant and no weakening: no contact
-/// created the energy of the alarm. The bound on the work of a leaving probe may act: it leaves the
-/// stiffness at rest as it is.
+/// Whether a run has no limit cycle, no fault and no broken invariant, and no contact created as
+/// much energy as raises the alarm, which would weaken the wall. The bound on the work of a leaving
+/// probe may act, since it does not change the stiffness at rest.
 #[must_use]
 pub fn quiet(run: &Run, settings: &Settings) -> bool {
     run.quiet() && !run.rows.iter().any(|row| row.telemetry.energy.created_j > settings.passivity.alarm_j)
 }
 
-/// The force at the end is weaker than the requested one.
+/// Whether the loop renders a weaker wall than requested at the end of a run.
 pub(super) fn weakened(run: &Run) -> bool {
     judged(run).iter().any(|row| row.telemetry.limiters.contains(ClampFlags::GAIN))
 }
@@ -73,18 +73,18 @@ fn judged(run: &Run) -> &[Row] {
 /// Result of a climb.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Climb {
-    /// Stiffest wall that was stable [N/m]; zero if the softest is unstable.
+    /// Stiffest wall that was held as requested [N/m]; zero if none was.
     pub n_per_m: f64,
-    /// No stiffness of the climb was unstable: the climb ended at [`STIFFEST_N_PER_M`], or at the
-    /// first stiffness whose force exceeds the force limit.
+    /// Whether no wall of the climb was unstable, so that it ended at [`STIFFEST_N_PER_M`]. Walls
+    /// that were weakened are passed over.
     pub at_least: bool,
 }
 
 impl LoopSetup<'_> {
-    /// Taps a wall at 0.2 m/s and holds.
+    /// Taps a wall at 0.2 m/s and holds the contact.
     ///
     /// # Errors
-    /// A device that the loop refuses.
+    /// A device that the loop rejects.
     pub fn tap(&self, n_per_m: f64) -> Result<TapResult, BuildError> {
         let settings = self.control.settings(self.device);
         let limit_n = f64::from(settings.limits.max_force_n);
@@ -103,10 +103,10 @@ impl LoopSetup<'_> {
         Ok(trial)
     }
 
-    /// Climbs until a wall shakes.
+    /// Climbs until the loop shakes on a wall.
     ///
     /// # Errors
-    /// A device that the loop refuses.
+    /// A device that the loop rejects.
     pub fn climb(&self) -> Result<Climb, BuildError> {
         let mut stiffest = 0.0;
         for n_per_m in walls_n_per_m() {
@@ -122,7 +122,8 @@ impl LoopSetup<'_> {
     }
 }
 
-/// Mean ratio of the force to the wall's own at the loop's readings, over the evaluated ticks.
+/// Relative deviation of the mean force from that of the wall at the loop's readings, over the
+/// evaluated ticks (1).
 fn static_error(run: &Run, mut wall: Wall) -> f64 {
     let (mut given_n, mut own_n) = (0.0, 0.0);
     for row in judged(run) {

@@ -13,11 +13,11 @@ use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
 use palpate_loop::closed_loop::hand::HANDS;
 use palpate_tissue::output::OutputFolder;
 
-/// Delays of the devices that are swept [ticks].
+/// Delays at which the swept devices are run [ticks].
 const DELAYS: [u8; 3] = [0, 1, 2];
-/// Delay for which the created energy is plotted [ticks]: that of the shipped devices.
+/// Delay for which the created energy is drawn [ticks], which is that of the shipped devices.
 const DRAWN_DELAY: u8 = 1;
-/// Least static error that is reported as one (1).
+/// Smallest static error that is reported (1).
 const SEEN_ERROR: f64 = 5e-3;
 
 /// Writes `stability_loop.csv` and `ceilings.csv`.
@@ -49,8 +49,8 @@ pub fn write(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> 
     Ok(folder.write("ceilings.csv", ceilings_csv(&summary.ceilings).as_bytes())?)
 }
 
-/// One row per device, tissue and depth; the stiffest tissues held are the same in every row of a
-/// device.
+/// Formats one row per device, tissue and depth; the stiffest tissues held are repeated in every
+/// row of a device.
 fn ceilings_csv(ceilings: &[Ceiling]) -> String {
     let mut text = String::from("device,count_m,friction_n,limit_n,felt_n_per_m,youngs_modulus_pa,depth_m,force_n,slope_n_per_m");
     let hands = ceilings.first().map(|c| c.held_pa.as_slice()).unwrap_or_default();
@@ -72,7 +72,7 @@ fn ceilings_csv(ceilings: &[Ceiling]) -> String {
     text
 }
 
-/// Prints the main results of our controller, or of all.
+/// Prints the main results of our controller, or of all controllers.
 pub fn print(summary: &LoopSummary, all: bool) {
     let shown: Vec<String> =
         CONTROLLERS.iter().filter(|c| all || **c == Controller::Ours).map(|controller| controller.name()).collect();
@@ -146,7 +146,7 @@ fn shaken(cells: &[&Cell]) -> usize {
     cells.iter().filter(|c| !c.held.quiet).count()
 }
 
-/// Error furthest from zero among the cells that hold, with its sign (1).
+/// Static error of largest magnitude among the cells that have one, with its sign (1).
 fn worst_error(cells: &[&Cell]) -> f64 {
     cells
         .iter()
@@ -154,8 +154,8 @@ fn worst_error(cells: &[&Cell]) -> f64 {
         .fold(0.0, |worst: f64, e| if e.abs() > worst.abs().max(1e-6) { e } else { worst })
 }
 
-/// Draws `stiffness_<device>` for every device that is swept, `stiffness_profiles` if all were run,
-/// `created_energy`.
+/// Draws `stiffness_<device>` for every swept device, `stiffness_profiles` if all profiles were
+/// run, and `created_energy`.
 ///
 /// # Errors
 /// A picture cannot be drawn or written.
@@ -223,7 +223,7 @@ fn swept(folder: &OutputFolder, summary: &LoopSummary, device: &str) -> Result<(
     Ok(stiffness_matrix(folder.draft(), &format!("stiffness_{device}"), &matrix)?)
 }
 
-/// Every profile at its own delay, its worst hand.
+/// Draws every profile at its own delay, with the hand that has the lowest limit.
 fn profiles(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
     let mut columns = Vec::new();
     let mut devices = Vec::new();
@@ -232,7 +232,7 @@ fn profiles(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
         columns.push((name.to_owned(), device.stiffness_ceiling_n_per_m));
         devices.push((name, device.delay_ticks));
     }
-    // of those that shake; a bound where none does
+    // lowest limit among the hands with which the loop shakes; a lower bound if it shakes with none
     let worst = |control: &str| -> Vec<MatrixCell> {
         let of = |(name, delay): &(&str, u8)| {
             let cells: Vec<MatrixCell> = summary.row(name, *delay, control).map(climbed).collect();

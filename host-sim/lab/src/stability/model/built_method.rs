@@ -1,4 +1,4 @@
-//! A method on a block with the substeps that it needs.
+//! A method on a block, with the substeps that it needs.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,15 +19,15 @@ use palpate_tissue::session::Session;
 use palpate_tissue::stable_step::{limits, with_tick};
 use palpate_tissue::tissue::DEPTH_MARGIN;
 
-/// Depth of the taps that a loop's substeps are derived from [m].
+/// Depth of the taps from which the substeps for a loop are derived [m].
 const FIDELITY_DEPTH_M: f64 = 4e-3;
-/// Depth limit of methods without a guard: the bottom of the block.
+/// Depth limit of methods without a guard [m], at the bottom of the block.
 const NO_LIMIT_M: f64 = BLOCK_M[2];
 
-/// Construction of a method.
+/// Configuration of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Build {
-    /// With the substeps that it derives or needs; the product with its guard.
+    /// The method with the substeps that it needs; the product with the derived ones and its guard.
     Derived,
     /// The product without its guard, to test the model alone.
     Unguarded,
@@ -36,13 +36,13 @@ pub enum Build {
 /// A row of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Row {
-    /// Method.
+    /// Method of the chart.
     pub method: Method,
-    /// Construction of the method.
+    /// Configuration of the method.
     pub build: Build,
 }
 
-/// Every row: the product first, then its parts, then the others in the chart's order.
+/// All rows: the product first, then its parts, then the other methods in the order of the chart.
 pub const ROWS: [Row; 15] = [
     row(Method::Palpate, Build::Derived),
     row(Method::Calibrated, Build::Derived),
@@ -76,7 +76,7 @@ impl Row {
         format!("{}{words}", self.method.name())
     }
 
-    /// True if the product makes promises for it.
+    /// Whether the product makes promises for this row.
     #[must_use]
     pub fn is_promised(&self) -> bool {
         self.is_product() && self.build == Build::Derived
@@ -90,18 +90,18 @@ impl Row {
 /// A row on one tissue.
 #[derive(Clone, Debug)]
 pub struct BuiltMethod {
-    /// The row.
+    /// Row of the matrix to which the method belongs.
     pub row: Row,
-    /// Tissue and parameters; substeps apart.
+    /// Tissue and parameters except the substeps.
     pub block: Block,
-    /// Substeps of a tick.
+    /// Substeps per tick.
     pub substeps: u16,
-    /// Patch and limits of the product with its guard.
+    /// Patch of the product with its guard; `None` for other rows.
     guarded: Option<Patch>,
 }
 
 impl BuiltMethod {
-    /// Sets a row up on the standard block, or on one with something added. `None` if the method is
+    /// Sets up a row on the standard block, with the addition of `tissue`. `None` if the method is
     /// not available, lacks the term that the tissue needs, or refuses the tissue.
     ///
     /// # Errors
@@ -133,7 +133,8 @@ impl BuiltMethod {
         let Some((patch, params)) = product(&block, row.method, inclusion) else { return Ok(None) };
         let params = Params { substeps: 1, limits: limits(&patch, f64::from(params.tick_s)), ..params };
         let params = if tissue == CaseTissue::Stiffening {
-            // the bound at the depth limit decides, as in `press`: exponents beyond it are refused
+            // as in the command `press`, exponents that exceed the bound at the depth limit are
+            // refused
             match Session::of_fitted(&MACHINES[0], patch.clone(), params) {
                 Ok(session) => session.params,
                 Err(TissueError::TooSlow(_)) => return Ok(None),
@@ -151,21 +152,21 @@ impl BuiltMethod {
         Ok(Some(Self { row, block, substeps, guarded: Some(patch) }))
     }
 
-    /// Returns the method with another tick length [s] and the masses and foundation of this one.
+    /// Returns the method with a tick of `tick_s`, and with masses and foundation unchanged.
     #[must_use]
     pub fn with_tick(&self, tick_s: f32) -> Self {
         let params = with_tick(&self.block.params, tick_s);
         Self { block: Block { params, ..self.block.clone() }, ..self.clone() }
     }
 
-    /// Returns the method in another stiffness [Pa], with the substeps of this one.
+    /// Returns the method with another Young's modulus [Pa] and the same substeps.
     #[must_use]
     pub fn with_modulus(&self, youngs_modulus_pa: f64) -> Self {
         let params = Params { youngs_modulus_pa: youngs_modulus_pa as f32, ..self.block.params };
         Self { block: Block { params, ..self.block.clone() }, ..self.clone() }
     }
 
-    /// Presses and classifies.
+    /// Runs a stimulus and classifies the result.
     ///
     /// # Errors
     /// A method that cannot be built.
@@ -173,7 +174,7 @@ impl BuiltMethod {
         Ok(judge(&self.press(stimulus)?, stimulus.is_slow()))
     }
 
-    /// Presses.
+    /// Runs a stimulus and records it.
     ///
     /// # Errors
     /// A method that cannot be built.
@@ -190,7 +191,7 @@ impl BuiltMethod {
     }
 }
 
-/// The product's patch of a block and its parameters.
+/// Patch and parameters of the product on a block; `None` if no calibrated patch exists.
 fn product(block: &Block, method: Method, inclusion: bool) -> Option<(Patch, Params)> {
     if method == Method::Calibrated {
         let (patch, params) = calibrated(block)?;

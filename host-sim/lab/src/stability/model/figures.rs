@@ -1,4 +1,4 @@
-//! The two pictures: verdicts, and margins.
+//! The two pictures of the model matrix: verdicts and margins.
 
 use super::built_method::Row;
 use super::margin::{Axis, Margin};
@@ -9,7 +9,7 @@ use crate::error::Error;
 use palpate_charts::{HeatCell, HeatGroup, HeatMatrix, HeatRow, Tone, heat_matrix};
 use palpate_tissue::output::OutputFolder;
 
-/// Below this multiple of the standard a margin is thin.
+/// Multiple of the standard value below which a margin is drawn as thin (1).
 const THIN: f64 = 1.25;
 
 /// Draws `stability_model` and `stability_margins`.
@@ -48,7 +48,8 @@ fn meaning(verdict: Verdict) -> &'static str {
     }
 }
 
-/// A sound press with a tet smaller than the product promises.
+/// Look of a cell; a press that passes with a tet below the promised volume ratio has a look of its
+/// own.
 fn cell_look(figures: &Figures) -> HeatCell {
     if figures.verdict == Verdict::Pass && figures.lowest_j <= LEAST_J { squeezed() } else { look(figures.verdict) }
 }
@@ -61,7 +62,8 @@ fn empty() -> HeatCell {
     HeatCell { tone: Tone::Empty, sign: String::new() }
 }
 
-/// The rows that were run; a gap before the product's other builds and before the other methods.
+/// Rows that were run, with a gap before the other configurations of the product and before the
+/// other methods.
 fn rows(matrix: &Matrix, cells: impl Fn(&Row) -> Vec<HeatCell>) -> Vec<HeatRow> {
     let run = |row: &&Row| matrix.cells.iter().any(|c| c.row == **row);
     let group = |row: &Row| (row.is_promised(), row.method.is_ours());
@@ -73,7 +75,7 @@ fn rows(matrix: &Matrix, cells: impl Fn(&Row) -> Vec<HeatCell>) -> Vec<HeatRow> 
     matrix.scope.rows.iter().filter(run).map(with_gap).collect()
 }
 
-/// "1 step", "1–8 steps".
+/// Range of the substeps of a row, such as "1 step" or "1–8 steps".
 fn steps(matrix: &Matrix, row: &Row) -> String {
     let substeps = matrix.cells.iter().filter(|c| c.row == *row).map(|c| c.substeps);
     let (least, most) = substeps.fold((u16::MAX, 0), |(least, most), n| (least.min(n), most.max(n)));
@@ -87,7 +89,7 @@ fn steps(matrix: &Matrix, row: &Row) -> String {
 fn verdicts(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
     let scope = &matrix.scope;
     let kpa = |pa: &f64| (pa * 1e-3).to_string();
-    // there is room for the first and the last of many
+    // there is room only for the first and the last of many labels
     let ends = [0, scope.moduli_pa.len().saturating_sub(1)];
     let foot = |(n, pa): (usize, &f64)| if ends.contains(&n) { kpa(pa) } else { String::new() };
     let group = |case: &super::LoadCase| HeatGroup {
@@ -172,7 +174,7 @@ fn margin_look(axis: Axis, youngs_modulus_pa: f64, margin: &Margin) -> HeatCell 
     let over = value / axis.standard(youngs_modulus_pa);
     let tone = match over {
         over if over >= THIN => Tone::Good,
-        // the search ends within its resolution of the standard
+        // the search may end below the standard by its resolution
         over if over >= 0.95 => Tone::Slight,
         _ => Tone::Failure,
     };

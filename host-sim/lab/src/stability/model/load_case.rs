@@ -1,11 +1,11 @@
-//! Motions of the tip: the columns of the matrix, as data.
+//! Motions of the tip, which are the columns of the matrix.
 
 use palpate::Params;
 use palpate_tissue::scene::Inclusion as Ball;
 
 use CaseTissue::{Frictional, Inclusion, Plain, Stiffening};
 
-/// Down at a speed, held, up at a speed.
+/// Motion of the tip: down at a constant speed, held, up at a constant speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stimulus {
     /// Depth of the hold [m].
@@ -14,7 +14,7 @@ pub struct Stimulus {
     pub in_m_per_s: f64,
     /// Speed of the retreat [m/s].
     pub out_m_per_s: f64,
-    /// Jitter of a pose's time, as a share of a tick (1).
+    /// Jitter of the times of the poses, as a share of a tick (1).
     pub jitter: f64,
 }
 
@@ -23,30 +23,30 @@ pub struct Stimulus {
 pub enum Promise {
     /// The patch withstands the case.
     Pass,
-    /// The guard holds the tip at the depth limit, and nothing goes wrong.
+    /// The guard holds the tip at the depth limit, and the patch does not fail.
     Hold,
-    /// The guard holds the tip at the depth limit, and a hand two probe radii beyond it is released
-    /// without force.
+    /// The guard holds the tip at the depth limit; once the hand is two probe radii beyond it, the
+    /// force is released.
     LetThrough,
     /// Nothing is promised.
     None,
 }
 
-/// Tissue of a case: the standard block, or with one thing added to it.
+/// Tissue of a case: the standard block, as it is or with one addition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CaseTissue {
     /// The standard block as it is.
     Plain,
-    /// The standard block with a ball in it, ten times stiffer, 12 mm deep.
+    /// The standard block with a ball 12 mm deep that is ten times stiffer.
     Inclusion,
-    /// The probe rubs on the block, with a coefficient of 0.5.
+    /// The standard block with a friction coefficient of 0.5.
     Frictional,
-    /// The tissue stiffens, with an exponent of 20.
+    /// The standard block of a tissue that stiffens with an exponent b of 20.
     Stiffening,
 }
 
 impl CaseTissue {
-    /// All of them.
+    /// All tissues.
     pub const ALL: [Self; 4] = [Self::Plain, Self::Inclusion, Self::Frictional, Self::Stiffening];
 
     /// Name in files.
@@ -66,7 +66,7 @@ impl CaseTissue {
         matches!(self, Self::Frictional | Self::Stiffening)
     }
 
-    /// The parameters of this tissue.
+    /// Adds the terms of this tissue to the parameters.
     #[must_use]
     pub const fn of(self, params: Params) -> Params {
         match self {
@@ -82,7 +82,7 @@ impl CaseTissue {
 pub struct LoadCase {
     /// Name in files.
     pub name: &'static str,
-    /// Two lines over the column.
+    /// Label above the column, in two lines.
     pub label: [&'static str; 2],
     /// Motion of the tip.
     pub stimulus: Stimulus,
@@ -92,7 +92,7 @@ pub struct LoadCase {
     pub promise: Promise,
 }
 
-/// Speed of a slow press, that of a scene's ramp [m/s].
+/// Speed of a slow press [m/s], which is that of a scene's ramp.
 const SLOW_M_PER_S: f64 = 0.04;
 /// Speed of the tap for which the product promises its behaviour [m/s].
 const TAP_M_PER_S: f64 = 0.5;
@@ -114,7 +114,7 @@ const fn deep(depth_m: f64) -> Stimulus {
     Stimulus { depth_m, ..PRESS }
 }
 
-/// Every column.
+/// All columns.
 pub const CASES: [LoadCase; 15] = [
     case("press-20", ["press", "20 %"], PRESS, Plain, Promise::Pass),
     case("press-40", ["press", "40 %"], deep(0.016), Plain, Promise::Hold),
@@ -148,8 +148,8 @@ const fn case(
 }
 
 impl Stimulus {
-    /// Slow and even enough that the force during the descent is due to the tissue's stiffness, not
-    /// to its inertia, and must not fall.
+    /// Whether the motion is so slow and smooth that the force during the descent is due to the
+    /// stiffness of the tissue rather than its inertia, and therefore must not fall.
     #[must_use]
     pub fn is_slow(&self) -> bool {
         self.in_m_per_s <= 0.1 && self.jitter == 0.0

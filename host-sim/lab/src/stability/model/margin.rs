@@ -1,4 +1,5 @@
-//! Margin of a method before it fails: one quantity grows until a press or a tap no longer passes.
+//! Margin of a method to failure: one quantity is increased until a press or a tap no longer
+//! passes.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,24 +8,25 @@ use super::load_case::{PRESS, Stimulus, TAP};
 use super::verdict::Verdict;
 use crate::error::Error;
 
-/// The largest value that passes is found within this share (1).
+/// Relative accuracy to which the largest value that passes is found (1).
 const RESOLUTION: f64 = 0.05;
 
-/// Quantity that grows.
+/// Quantity that is increased.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Axis {
-    /// The tick over 1 ms, with masses and foundation as they are: the press and the tap.
+    /// Length of the tick divided by 1 ms (1), with unchanged masses and foundation; tested with
+    /// the press and the tap.
     Tick,
-    /// The depth of the slow press [m].
+    /// Depth of the slow press [m].
     Depth,
-    /// The speed of the tap to 8 mm [m/s]. The core limits the tip of every method to 1 m/s.
+    /// Speed of the tap to a depth of 8 mm [m/s]. The core limits the speed of the tip to 1 m/s.
     Speed,
-    /// Young's modulus [Pa], with the substeps as they are: the press and the tap.
+    /// Young's modulus [Pa], with unchanged substeps; tested with the press and the tap.
     Stiffness,
 }
 
 impl Axis {
-    /// In the order of tables.
+    /// All quantities in the order of tables.
     pub const ALL: [Self; 4] = [Self::Tick, Self::Depth, Self::Speed, Self::Stiffness];
 
     /// Name in files, with the unit.
@@ -38,7 +40,7 @@ impl Axis {
         }
     }
 
-    /// Range of the search. The core refuses a tick over 2 ms.
+    /// Range of the search. The core rejects ticks longer than 2 ms.
     #[must_use]
     pub fn range(self) -> [f64; 2] {
         match self {
@@ -49,7 +51,7 @@ impl Axis {
         }
     }
 
-    /// The standard value, which must be reached at this stiffness [Pa].
+    /// Standard value, with which a method of this Young's modulus [Pa] must pass.
     #[must_use]
     pub fn standard(self, youngs_modulus_pa: f64) -> f64 {
         match self {
@@ -60,7 +62,8 @@ impl Axis {
         }
     }
 
-    /// A value in the unit of tables: ms, mm, m/s, kPa; `or_more` if nothing larger was tried.
+    /// Formats a value in the unit of tables (ms, mm, m/s or kPa); `or_more` says that no larger
+    /// value was tried.
     #[must_use]
     pub fn said(self, value: f64, or_more: bool) -> String {
         let number = match self {
@@ -81,7 +84,7 @@ impl Axis {
     }
 }
 
-/// The worse of the press and the tap.
+/// Verdict on the press, or on the tap if the press passes.
 fn both(method: &BuiltMethod) -> Result<Verdict, Error> {
     let press = method.stand(&PRESS)?.verdict;
     if press != Verdict::Pass {
@@ -90,18 +93,19 @@ fn both(method: &BuiltMethod) -> Result<Verdict, Error> {
     Ok(method.stand(&TAP)?.verdict)
 }
 
-/// The limit of the values that pass.
+/// Limit up to which a method passes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Margin {
-    /// Largest value that passes; `None` if neither the standard nor the smallest does.
+    /// Largest value that passes; `None` if neither the standard value nor the smallest value
+    /// passes.
     pub passes: Option<f64>,
     /// Verdict just beyond that value; `None` if the largest value tried passes.
     pub beyond: Option<Verdict>,
 }
 
-/// The largest value between the ends that passes, by bisection of the logarithm: up from the
-/// standard if that passes, else down from it. A method that fails at a value is assumed to fail at
-/// all larger ones.
+/// Finds the largest value between the ends that passes, by bisection of its logarithm: above the
+/// standard value if that passes, otherwise below it. A method that fails at a value is assumed to
+/// fail at all larger values.
 ///
 /// # Errors
 /// Any error of `verdict`.
@@ -132,7 +136,7 @@ pub fn largest(
     Ok(Margin { passes: Some(good), beyond: Some(beyond) })
 }
 
-/// The margin of a method along an axis.
+/// Margin of a method along an axis.
 ///
 /// # Errors
 /// A method that cannot be built.

@@ -1,4 +1,4 @@
-//! Runs every row at every stiffness through every case, and finds the margins.
+//! Runs every row through every case at every stiffness, and finds the margins.
 
 use std::ops::Range;
 
@@ -11,47 +11,48 @@ use super::margin::{Axis, Margin, margin};
 use super::verdict::Figures;
 use crate::error::Error;
 
-/// Scope of a run: rows, stiffnesses and columns, and where margins are searched.
+/// Scope of a run: rows, stiffnesses and columns, and the stiffnesses at which margins are
+/// searched.
 #[derive(Clone, Debug)]
 pub struct Scope {
-    /// Nodes of the block.
+    /// Number of nodes of the block.
     pub nodes: usize,
-    /// Rows.
+    /// Rows that are run.
     pub rows: Vec<Row>,
-    /// Stiffnesses [Pa].
+    /// Young's moduli that are run [Pa].
     pub moduli_pa: Vec<f64>,
-    /// Columns.
+    /// Columns that are run.
     pub cases: Vec<LoadCase>,
-    /// Stiffnesses at which margins are searched, of those above [Pa].
+    /// Young's moduli, among those of `moduli_pa`, at which margins are searched [Pa].
     pub margins_at_pa: Vec<f64>,
 }
 
-/// A verdict with its place.
+/// A verdict with its row, stiffness and column.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Cell {
-    /// Row.
+    /// Row of the matrix.
     pub row: Row,
-    /// Stiffness [Pa].
+    /// Young's modulus [Pa].
     pub youngs_modulus_pa: f64,
-    /// Column.
+    /// Column of the matrix.
     #[serde(serialize_with = "name", deserialize_with = "named")]
     pub case: LoadCase,
-    /// Substeps of a tick.
+    /// Substeps per tick.
     pub substeps: u16,
-    /// Figures of the press, with the verdict.
+    /// Figures of the press, including the verdict.
     pub figures: Figures,
 }
 
-/// A margin with its place.
+/// A margin with its row, stiffness and quantity.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct MarginCell {
-    /// Row.
+    /// Row of the matrix.
     pub row: Row,
-    /// Stiffness [Pa].
+    /// Young's modulus [Pa].
     pub youngs_modulus_pa: f64,
-    /// Substeps of a tick.
+    /// Substeps per tick.
     pub substeps: u16,
-    /// Quantity that grew.
+    /// Quantity that was increased.
     pub axis: Axis,
     /// Margin to failure.
     pub margin: Margin,
@@ -67,23 +68,23 @@ fn named<'de, D: Deserializer<'de>>(from: D) -> Result<LoadCase, D::Error> {
     known.ok_or_else(|| serde::de::Error::custom(format!("no column is called {name}")))
 }
 
-/// Results at some of the places, in the scope's order: rows, stiffnesses, columns.
+/// Results of some of the places, ordered by row, then stiffness, then column.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Part {
-    /// Verdicts.
+    /// Cells with their verdicts.
     pub cells: Vec<Cell>,
-    /// Margins.
+    /// Margins of the rows at the stiffnesses at which they are searched.
     pub margins: Vec<MarginCell>,
 }
 
-/// All results, in the scope's order: rows, stiffnesses, columns.
+/// All results, ordered by row, then stiffness, then column.
 #[derive(Clone, Debug)]
 pub struct Matrix {
-    /// The scope.
+    /// Scope of the run.
     pub scope: Scope,
-    /// Verdicts.
+    /// Cells with their verdicts.
     pub cells: Vec<Cell>,
-    /// Margins.
+    /// Margins of the rows at the stiffnesses at which they are searched.
     pub margins: Vec<MarginCell>,
 }
 
@@ -100,8 +101,8 @@ impl Scope {
         }
     }
 
-    /// The short matrix: two stiffnesses and eight columns on the block of 130 nodes, margins at
-    /// one.
+    /// The short matrix: two stiffnesses and eight columns on the block of 130 nodes, with margins
+    /// at one stiffness.
     #[must_use]
     pub fn quick() -> Self {
         Self {
@@ -113,13 +114,13 @@ impl Scope {
         }
     }
 
-    /// Places, each a row at a stiffness: the numbered cases of [`run`].
+    /// Number of places; a place is a row at a stiffness, and [`run`] numbers them.
     #[must_use]
     pub fn places(&self) -> usize {
         self.rows.len() * self.moduli_pa.len()
     }
 
-    /// Steps that [`run`] reports at these places.
+    /// Number of steps that [`run`] reports for these places.
     #[must_use]
     pub fn steps(&self, places: Range<usize>) -> usize {
         let margins = self.at(places.clone()).filter(|(_, pa)| self.margins_at_pa.contains(pa)).count();
@@ -131,13 +132,13 @@ impl Scope {
         all.take(places.end).skip(places.start)
     }
 
-    /// The tissues that the columns need.
+    /// Tissues that the columns need.
     fn tissues(&self) -> Vec<CaseTissue> {
         CaseTissue::ALL.into_iter().filter(|tissue| self.cases.iter().any(|c| c.tissue == *tissue)).collect()
     }
 }
 
-/// Runs places of a scope; `done` is called after every step.
+/// Runs the places with these numbers; `done` is called after every step.
 ///
 /// # Errors
 /// A method that cannot be built.

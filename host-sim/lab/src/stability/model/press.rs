@@ -1,4 +1,4 @@
-//! Moves the tip through a stimulus and records the data for a verdict.
+//! Moves the tip through a stimulus and records the data on which a verdict is based.
 
 use palpate::{ClampFlags, Vector3};
 use rand_xoshiro::SplitMix64;
@@ -8,16 +8,16 @@ use super::load_case::Stimulus;
 use crate::chart::CLEAR_M;
 use crate::methods::{Block, RunningMethod};
 
-/// Hold, and time to come to rest after the release [s].
+/// Duration of the hold, and time for the tissue to come to rest after the release [s].
 const HOLD_S: f64 = 0.35;
 const REST_S: f64 = 0.5;
-/// The end of the hold, during which the tissue must be at rest [s].
+/// Duration at the end of the hold over which the tissue must be at rest [s].
 const STILL_S: f64 = 0.02;
 
 /// One tick of the descent, before the tip slows down for the hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loading {
-    /// Depth of the tip as read by the device [m].
+    /// Commanded depth of the tip, before the guard [m].
     pub depth_m: f64,
     /// Force along the handle, out of the tissue [N].
     pub force_n: f64,
@@ -26,13 +26,14 @@ pub struct Loading {
 /// Record of a press.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
-    /// The descent, tick by tick.
+    /// Ticks of the descent.
     pub loading: Vec<Loading>,
-    /// Depth of the tip at divergence [m]; later values are then not measured.
+    /// Depth of the tip at divergence [m], after which nothing is measured; `None` without
+    /// divergence.
     pub diverged_at_m: Option<f64>,
-    /// Smallest volume of a tet over its rest volume in any tick (1).
+    /// Smallest ratio of a tet's volume to its rest volume in any tick (1).
     pub lowest_j: f64,
-    /// Smallest volume of a tet over its rest volume at the end of the hold (1).
+    /// Smallest ratio of a tet's volume to its rest volume at the end of the hold (1).
     pub held_j: f64,
     /// Largest force along the handle [N].
     pub peak_n: f64,
@@ -42,13 +43,13 @@ pub struct Trace {
     pub moved_m: f64,
     /// Change of the force in these 20 ms, divided by the largest force (1).
     pub force_change: f64,
-    /// Largest displacement of a node half a second after the release [m].
+    /// Largest distance of a node from its rest position half a second after the release [m].
     pub residual_m: f64,
-    /// Inputs that the guard clamped.
+    /// Inputs that the guard clamped in any tick.
     pub limiters: ClampFlags,
 }
 
-/// Presses, holds, releases. Ticks are those of the block's parameters.
+/// Presses, holds and releases, with the tick length of the block's parameters.
 pub fn press(block: &Block, running: &mut dyn RunningMethod, stimulus: &Stimulus) -> Trace {
     let mut watch = Recorder::new(block);
     if let Err(depth_m) = watch.whole(block, running, stimulus) {
@@ -89,7 +90,7 @@ impl Recorder {
         let tick_s = f64::from(block.params.tick_s);
         let ticks = |seconds: f64| (seconds / tick_s).ceil() as usize;
         let displacement_m = stimulus.depth_m + CLEAR_M;
-        // the same on every machine: uniform in -1 .. 1
+        // uniform in -1 .. 1, from a fixed seed, so that every machine gives the same result
         let mut random = SplitMix64::seed_from_u64(7);
         let mut late = || stimulus.jitter * ((random.next_u64() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0);
 
@@ -98,7 +99,7 @@ impl Recorder {
             let time_s = (n as f64 + late()) * tick_s;
             let depth_m = (time_s.max(0.0) * stimulus.in_m_per_s - CLEAR_M).min(stimulus.depth_m);
             let force_n = self.tick(block, running, depth_m)?.0;
-            // as the tip slows down, the force falls by its viscous part: this does not count as a
+            // as the tip slows down, the force falls by its viscous part, which does not count as a
             // fall during the descent
             if depth_m < stimulus.depth_m && !running.limiters().contains(ClampFlags::DEPTH) {
                 self.trace.loading.push(Loading { depth_m, force_n });
@@ -141,7 +142,7 @@ impl Recorder {
         }
         let j =
             self.tets.iter().map(|(tet, per_rest)| six_volume(tet, &self.position_m) * per_rest).fold(f64::INFINITY, f64::min);
-        // a NaN would pass through `min` unnoticed
+        // `min` would silently drop a NaN
         if !(force_n.is_finite() && self.position_m.iter().all(|x| x.iter().all(|c| c.is_finite()))) {
             return Err(depth_m);
         }

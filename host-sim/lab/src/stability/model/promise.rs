@@ -4,18 +4,18 @@ use super::load_case::Promise;
 use super::matrix::{Cell, Matrix};
 use super::verdict::Verdict;
 
-/// Stiffnesses for which the product promises anything [Pa].
+/// Smallest and largest Young's modulus for which the product makes promises [Pa].
 const PROMISED_PA: [f64; 2] = [3.5e3, 100e3];
-/// Least volume of any tet over its rest volume (1).
+/// Smallest ratio of a tet's volume to its rest volume that the product promises (1).
 pub const LEAST_J: f64 = 0.2;
 
-/// Every promise that did not hold, one line each.
+/// One sentence for each promise that did not hold.
 #[must_use]
 pub fn promises(matrix: &Matrix) -> Vec<String> {
     matrix.cells.iter().filter(|c| is_promised(c)).filter_map(broken).collect()
 }
 
-/// Whether the product promises anything for this cell.
+/// Whether the product makes a promise for this cell.
 #[must_use]
 pub fn is_promised(cell: &Cell) -> bool {
     let [softest_pa, stiffest_pa] = PROMISED_PA;

@@ -13,44 +13,44 @@ use palpate_tissue::output::OutputFolder;
 /// Contents of `summary.json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
-    /// Scene that was pressed.
+    /// Name of the scene that was pressed.
     pub scene: String,
-    /// Definitions of the terms.
+    /// Definitions of the terms that the report uses.
     pub terms: [&'static str; 5],
-    /// Cells of every row by verdict.
+    /// Number of cells of every row by verdict.
     pub rows: Vec<Counts>,
-    /// The worst figures of the product in promised cases.
+    /// Worst figures of the product in the cells for which it makes promises.
     pub product: Worst,
-    /// Promises that did not hold.
+    /// Promises that did not hold, one sentence each.
     pub broken: Vec<String>,
 }
 
-/// Cells of a row by verdict.
+/// Number of cells of a row by verdict.
 #[derive(Clone, Debug, Serialize)]
 pub struct Counts {
-    /// Row.
+    /// Name of the row.
     pub row: String,
-    /// Substeps at each stiffness, without the inclusion.
+    /// Substeps per tick at each stiffness, on the block without the inclusion.
     pub substeps: Vec<u16>,
-    /// Verdicts and how many cells have them.
+    /// Verdicts and the number of cells that have them.
     pub verdicts: Vec<(Verdict, usize)>,
 }
 
-/// Extremes over the cells for which the product promises its behaviour.
+/// Worst figures over the cells for which the product makes promises.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Worst {
-    /// Cells that a promise covers.
+    /// Number of cells to which a promise applies.
     pub cells: usize,
-    /// Smallest J in any tick (1).
+    /// Smallest volume ratio J of a tet in any tick (1).
     pub lowest_j: f64,
-    /// Smallest J at the end of a hold (1).
+    /// Smallest volume ratio J of a tet at the end of a hold (1).
     pub held_j: f64,
-    /// Largest remaining displacement half a second after a release [mm].
+    /// Largest distance of a node from its rest position half a second after a release [mm].
     pub residual_mm: f64,
-    /// Largest fall of the force in a slow press [% of its largest].
+    /// Largest fall of the force in a slow press, relative to the largest force [%].
     pub drop_pct: f64,
-    /// Largest fall of the force in a slow press with jittered poses [% of its largest]: the tip's
-    /// speed jumps from tick to tick, and the force with it.
+    /// Largest fall of the force in a slow press with jittered poses, relative to the largest force
+    /// [%]. The speed of the tip jumps from tick to tick, and the force jumps with it.
     pub jitter_drop_pct: f64,
     /// Largest change of the force in the last 20 ms of a hold [%].
     pub force_change_pct: f64,
@@ -184,7 +184,7 @@ fn margins(matrix: &Matrix) -> String {
     text
 }
 
-/// Empty where nothing was measured.
+/// Formats a value; the text is empty if nothing was measured.
 fn number(value: f64, digits: usize) -> String {
     if value.is_finite() { format!("{value:.digits$}") } else { String::new() }
 }

@@ -1,4 +1,4 @@
-//! Verdict on a press: the worst thing that went wrong, if any.
+//! Verdict on a press: its worst failure, if any.
 
 use palpate::ClampFlags;
 use palpate_tissue::shard::exact;
@@ -6,30 +6,30 @@ use serde::{Deserialize, Serialize};
 
 use super::press::{Loading, Trace};
 
-/// Volume ratio below which a tet counts as inside out (1).
+/// Volume ratio below which a tet counts as inverted (1).
 const LEAST_J: f64 = 0.05;
-/// Least force of a hold, as a share of the largest (1).
+/// Smallest force of a hold, as a share of the largest force (1).
 const LEAST_HELD: f64 = 0.01;
-/// Largest displacement of a node [m] and relative change of the force (1) in the last 20 ms of the
-/// hold, as in `chart`.
+/// Largest accepted displacement of a node [m] and relative change of the force (1) in the last 20
+/// ms of the hold, as in `chart`.
 const STILL_M: f64 = 5e-5;
 const STILL_FORCE: f64 = 0.05;
-/// Largest displacement that may be left after the release [m].
+/// Largest accepted distance of a node from its rest position after the release [m].
 const RETURNED_M: f64 = 5e-5;
-/// Largest fall of the force during the descent, as a share of its largest (1).
+/// Largest accepted fall of the force during the descent, as a share of the largest force (1).
 const MOST_DROP: f64 = 0.02;
 
-/// From good to bad.
+/// Verdicts in ascending order of severity.
 #[derive(Clone, Copy, Debug, Eq, Ord, PartialEq, PartialOrd, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
-    /// Nothing went wrong.
+    /// The press has no failure.
     Pass,
-    /// Nothing went wrong, at a depth where the guard held the tip.
+    /// The press has no failure, and the guard held the tip at the depth limit.
     Held,
     /// The force fell while the tip went deeper.
     NonMonotone,
-    /// The tissue is not back at rest half a second after the release.
+    /// The tissue has not returned to its rest shape half a second after the release.
     Deformed,
     /// The tissue still moves at the end of the hold.
     Restless,
@@ -42,7 +42,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// In the order of keys and counts.
+    /// All verdicts in the order of keys and counts.
     pub const ALL: [Self; 8] = [
         Self::Pass,
         Self::Held,
@@ -70,27 +70,27 @@ impl Verdict {
     }
 }
 
-/// Numbers of a press.
+/// Figures of a press.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
-    /// The verdict.
+    /// Worst failure of the press, if any.
     pub verdict: Verdict,
-    /// Smallest J in any tick (1).
+    /// Smallest volume ratio J of a tet in any tick (1).
     #[serde(with = "exact")]
     pub lowest_j: f64,
-    /// Smallest J at the end of the hold (1).
+    /// Smallest volume ratio J of a tet at the end of the hold (1).
     #[serde(with = "exact")]
     pub held_j: f64,
-    /// Largest displacement left [mm].
+    /// Largest distance of a node from its rest position after the release [mm].
     #[serde(with = "exact")]
     pub residual_mm: f64,
-    /// Fall of the force during the descent, as a share of its largest [%].
+    /// Fall of the force during the descent, relative to the largest force [%].
     #[serde(with = "exact")]
     pub drop_pct: f64,
-    /// Largest displacement of a node at the end of the hold [mm].
+    /// Largest displacement of a node in the last 20 ms of the hold [mm].
     #[serde(with = "exact")]
     pub moved_mm: f64,
-    /// Change of the force in that time [%].
+    /// Change of the force in the last 20 ms of the hold [%].
     #[serde(with = "exact")]
     pub force_change_pct: f64,
     /// Force at the end of the hold [N].
@@ -106,8 +106,8 @@ pub struct Figures {
     pub limiters: ClampFlags,
 }
 
-/// Classifies a press. If it is `slow`, the force during the descent is the tissue's and must not
-/// fall.
+/// Classifies a press. If the press is `slow`, the force during the descent is due to the stiffness
+/// of the tissue and must not fall.
 #[must_use]
 pub fn judge(trace: &Trace, slow: bool) -> Figures {
     let drop = largest_drop(&trace.loading);
@@ -144,7 +144,7 @@ pub fn judge(trace: &Trace, slow: bool) -> Figures {
     }
 }
 
-/// Largest fall of the force below its value at a smaller depth, over the largest force (1).
+/// Largest fall of the force below its value at a smaller depth, divided by the largest force (1).
 fn largest_drop(loading: &[Loading]) -> f64 {
     let (mut highest_n, mut drop_n) = (0.0_f64, 0.0_f64);
     for tick in loading {

@@ -1,5 +1,5 @@
-//! The volume force (2): the net force of a tet on itself, and the effect of its coefficient on the
-//! force.
+//! The volume force (2): the net force that it exerts on an isolated tet, and the effect of its
+//! coefficient on the force of a press.
 
 use crate::paper_method::LocalCompression;
 use crate::paper_method::barycentre::BarycentreForce;
@@ -14,24 +14,24 @@ use palpate_tissue::patch::{Material, Memory, Patch};
 
 /// Depth of the finger [m].
 pub const DEPTH_M: f64 = 0.004;
-/// Damping of the masses [1/s]: the force is read at rest.
+/// Damping of the masses [1/s]. Its value does not matter, because the force is read at rest.
 const SETTLING_PER_S: f32 = 60.0;
-/// Step of the springs [s].
+/// Time step of the springs [s].
 const STEP_S: f64 = 1.25e-4;
 
-/// A press with the volume force.
+/// Result of a press with the volume force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WithCoefficient {
     /// Coefficient c [Pa/m].
     pub coefficient_pa_per_m: f64,
-    /// Force on the finger [N]; `None` if it diverges.
+    /// Force on the finger [N]; `None` if the press diverges.
     pub force_n: Option<f64>,
-    /// Change of the tissue's volume [%]; NaN if it diverges.
+    /// Change of the tissue's volume [%]; NaN if the press diverges.
     pub volume_change_pct: f64,
 }
 
-/// Net force of a tet under (2) over the force on one of its corners (1): mean and largest over the
-/// tets at rest, each swollen a little.
+/// Net force of a tet under (2), divided by the force on one of its corners (1): mean and largest
+/// value over the tets in their rest shape, each swollen a little.
 ///
 /// The unit vectors from the barycentre to the corners do not add up to zero unless the tet is
 /// regular.
@@ -49,7 +49,7 @@ pub fn net_share(block: &Block) -> [f64; 2] {
     [sum / mesh.tets.len() as f64, most]
 }
 
-/// Holds springs of one k [N/m] with the force at every coefficient.
+/// Presses springs of a single stiffness k [N/m] with the volume force at every coefficient.
 ///
 /// # Errors
 /// Model or parameters that the core rejects.

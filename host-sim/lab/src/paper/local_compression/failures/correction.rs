@@ -1,8 +1,9 @@
-//! Over-compression correction (11)-(13): the force on a held finger against the time step.
+//! Over-compression correction (11)-(13): the force on a held finger as a function of the time
+//! step.
 //!
-//! A node moves by C/2 in every step, however short: a speed of C/(2 dt) that does not enter the
-//! tissue's forces, since the velocities are unchanged. The force on the finger then depends on the
-//! step and not on the tissue.
+//! A node moves by C/2 in every step, however short the step is. That is a speed of C/(2 dt) which
+//! no force of the tissue opposes, since the velocities are unchanged. The force on the finger then
+//! depends on the time step instead of the tissue.
 
 use crate::paper_method::LocalCompression;
 use crate::paper_method::over_compression::OverCompression;
@@ -17,31 +18,33 @@ use palpate_tissue::patch::{Material, Memory, Patch};
 
 /// Depth of the finger [m].
 pub const DEPTH_M: f64 = 0.004;
-/// Damping of the masses [1/s]. The correction feeds the tissue energy; with a tenth of this it
-/// diverges at longer steps.
+/// Damping of the masses [1/s]. The correction adds energy to the tissue; with a tenth of this
+/// damping it diverges at longer steps.
 const SETTLING_PER_S: f32 = 400.0;
 
 /// Mechanism that resists compression.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Compensation {
-    /// Springs alone.
+    /// None: springs alone.
     None,
     /// (11)-(13) with this `tau_c`.
     Printed(f32),
-    /// The product's: an energy of the springs beyond its threshold.
+    /// The product's compensation: an additional spring energy beyond a threshold of compression.
     Energy,
 }
 
-/// Forces [N] at steps [s] of one kind of compensation; a step without an answer is left out.
+/// Forces of one kind of compensation at several time steps; a step at which the press diverges is
+/// left out.
 #[derive(Clone, Debug)]
 pub struct AgainstStep {
     /// Mechanism that resists compression.
     pub compensation: Compensation,
-    /// (step [s], force [N]).
+    /// Pairs of time step [s] and force [N].
     pub points: Vec<(f64, f64)>,
 }
 
-/// Presses springs of one k [N/m] with every compensation at every step.
+/// Presses springs of a single stiffness k [N/m] with every kind of compensation at every time
+/// step.
 ///
 /// # Errors
 /// Model or parameters that the core rejects.

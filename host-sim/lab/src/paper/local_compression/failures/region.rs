@@ -1,5 +1,5 @@
-//! The dynamic region (7)-(8): its radius, the number of nodes that it keeps awake, and the force
-//! error of freezing the others.
+//! The dynamic region (7)-(8): its radius, the share of nodes that it keeps awake, and the force
+//! error that freezing the others causes.
 
 use crate::paper_method::LocalCompression;
 use crate::paper_method::region::{ContactPressure, StressRule};
@@ -19,22 +19,22 @@ const SETTLING_PER_S: f32 = 60.0;
 /// Step of the springs [s].
 const STEP_S: f64 = 1.25e-4;
 
-/// A region at rest.
+/// Region of a held press, and its force error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Awake {
     /// Form of equation (8).
     pub pressure: ContactPressure,
-    /// Least vertical stress [Pa].
+    /// Smallest vertical stress down to which nodes stay awake [Pa].
     pub least_stress_pa: f64,
     /// Radius of the region [m].
     pub radius_m: f64,
-    /// Share of the free nodes that move (1).
+    /// Share of the free nodes that are awake (1).
     pub share: f64,
-    /// Force over that with all nodes, less one (1).
+    /// Relative error of the force against that with all nodes awake (1).
     pub force_error: f64,
 }
 
-/// A method that counts the nodes that move.
+/// A running method that records the number of awake nodes.
 struct Counting<'a> {
     model: &'a Model<'a>,
     tuned: &'a Tuned<'a>,
@@ -55,8 +55,8 @@ impl RunningMethod for Counting<'_> {
     }
 }
 
-/// Holds springs of one k [N/m] with both forms of (8) at every threshold; one that diverges is
-/// left out.
+/// Presses springs of a single stiffness k [N/m] with both forms of (8) at every threshold; a press
+/// that diverges is left out.
 ///
 /// # Errors
 /// Model or parameters that the core rejects.
@@ -91,7 +91,8 @@ pub fn measure(block: &Block, stiffness_n_per_m: f64, least_stresses_pa: &[f64])
     Ok(found)
 }
 
-/// The smallest share awake with which the force stays within `most_error` (1), of one form of (8).
+/// The region with the smallest share of awake nodes, under one form of (8), whose force error is
+/// at most `most_error` (1).
 #[must_use]
 pub fn least_awake(found: &[Awake], pressure: ContactPressure, most_error: f64) -> Option<Awake> {
     let good = found.iter().filter(|a| a.pressure == pressure && a.force_error.abs() <= most_error);
