@@ -1,8 +1,8 @@
-//! Tells the crate which commit it is built from: results say so.
+//! Tells the crate from which commit it is built, since results name the commit.
 
 use std::process::Command;
 
-/// Sources that decide a result, from this folder.
+/// Sources on which a result depends, relative to this folder.
 const SOURCES: [&str; 14] = [
     "../Cargo.lock",
     "../Cargo.toml",
@@ -24,13 +24,13 @@ fn main() {
     for path in SOURCES {
         println!("cargo::rerun-if-changed={path}");
     }
-    // a commit moves one of these; in a work tree they are elsewhere
+    // a commit changes one of these files; in a work tree they are in another folder
     for name in ["HEAD", "logs/HEAD"] {
         if let Some(path) = git(&["rev-parse", "--git-path", name]) {
             println!("cargo::rerun-if-changed={path}");
         }
     }
-    // outside a repository there is no commit, and results say that
+    // outside a repository there is no commit, and results say so
     let commit = git(&["describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"]);
     println!("cargo::rustc-env=PALPATE_COMMIT={}", commit.unwrap_or_default());
 }

@@ -92,9 +92,10 @@ enum Command {
     /// 1 ms, an inverted tet, or a force that is lost or does not rise with depth.
     Press(press::PressArgs),
     /// Print a scene to start from, or list those that ship.
+    /// Print a scene to start from, or list those that ship.
     ///
-    /// `palpate scene nodule > mine.toml` makes a file to change; every command with --scene takes
-    /// it.
+    /// `palpate scene nodule > mine.toml` makes a file to change; every command with --scene
+    /// accepts it.
     Scene(scene::SceneArgs),
     /// Solve a scene by finite elements: the force and the surface that a press should have.
     ///
@@ -115,41 +116,42 @@ enum Command {
     ///
     /// Solves the presses that it needs by finite elements, meshes, fits, and presses the patch at
     /// places and depths that the fit never saw. A block is fitted whole; of an organ or a mesh
+    /// places and depths that the fit never saw. A block is fitted whole; for an organ or a mesh
     /// file the patch is the piece around the site, with rim springs for the rest. A stopped run
-    /// continues where it was when it is started again. Writes <scene>-<nodes>.patch, a record of
     /// the fit and its errors beside it (.patch.json), answer.json, summary.json, accuracy.csv,
     /// convergence.csv and pictures as SVG and PNG. Fails (exit code 1) if the error is larger than
     /// --tolerance-pct, and suggests a remedy.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Fit(FitArgs),
-    /// Put together what runs with --shard left, on one machine or many: the result that one run of
-    /// all cases writes.
+    /// Merge the shards of a campaign, from one machine or several: writes the result that one run
+    /// of all cases writes.
     ///
     /// A shard is a share of a command's cases: `palpate faults --shard 1/2 --out out/parts` runs
-    /// the first half and leaves it in out/parts/shard-1-of-2, `--shard 2/2` the other half, maybe
-    /// on another machine; `palpate merge out/parts` makes one result of both, and prints what
-    /// `palpate faults` prints. accept, chart, faults, loop, stability, and fit and plan with
-    /// --scenes have --shard. Fails (exit code 2) if a shard is missing, duplicate, damaged, or of
-    /// another program, seed, scene or other options, and says which to run again; nothing is
-    /// removed. The checks of the command itself are made here, on the whole.
+    /// the first half and writes it to out/parts/shard-1-of-2, and `--shard 2/2` runs the other
+    /// half, perhaps on another machine. `palpate merge out/parts` combines both into one result,
+    /// and prints what `palpate faults` prints. accept, chart, faults, loop, stability, and fit and
+    /// plan with --scenes have the option --shard. Fails (exit code 2) if a shard is missing,
+    /// duplicate or damaged, or comes from another program, seed, scene or set of options, and says
+    /// which shard to run again; nothing is removed. The command's own checks are made here, on the
+    /// merged result.
     Merge(merge::MergeArgs),
     /// Check a mesh or surface file, fill a surface with tets.
     #[command(subcommand)]
     Mesh(mesh::MeshCommand),
     /// Build a scene's patch and write it as a patch file for a board.
     ///
-    /// Writes <scene>-<board>.patch. The firmware takes it in, and a scene presses it with patch =
-    /// "FILE" under [solver].
+    /// Writes <scene>-<board>.patch. The firmware can load the file, and a scene presses it with
+    /// patch = "FILE" under [solver].
     Pack(pack::PackArgs),
     /// Cut a patch out of a whole organ, with rim springs for the rest, and calibrate it.
     ///
     /// Only the tissue around the site is meshed into the patch, graded to the organ's surface, and
     /// calibrated against finite elements of the whole organ. Writes <scene>-<board>.patch,
-    /// summary.json and accuracy.csv, with its accuracy.
+    /// summary.json and accuracy.csv.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Cut(CutArgs),
-    /// Regenerate the tables and figures of a paper this project implements, and say which of its
-    /// claims held: minutes, with --quick half a minute.
+    /// Regenerate the tables and figures of a paper that this project implements, and say which of
+    /// its claims held: takes minutes, with --quick half a minute.
     #[cfg_attr(feature = "full", command(subcommand))]
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Paper(PaperCommand),
@@ -157,30 +159,31 @@ enum Command {
     /// press.
     ///
     /// Writes chart.csv (one row per run), summary.json (with the Pareto fronts) and pictures as
-    /// SVG and PNG. A method that does not survive the press is a row that says how.
+    /// SVG and PNG. For a method that does not survive the press, the row says how it fails.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Chart(ChartArgs),
-    /// Close the loop over an emulated hand and device: what a person would feel besides the
-    /// tissue.
+    /// Close the loop over an emulated hand and device, and report what a person would feel besides
+    /// the tissue.
     ///
-    /// Every hand with every stimulus, every tick checked against the invariants; limit cycles,
-    /// energy, buzz, static error. Writes summary.json, runs.csv, and of the run that shakes most
-    /// trace.csv and pictures as SVG and PNG. Fails (exit code 1) if anything but the tissue is
-    /// felt, energy is created or an invariant is broken; above the encoder's ceiling a toggling
-    /// count is reported and is not a failure.
+    /// Runs every hand with every stimulus, checks every tick against the invariants, and evaluates
+    /// limit cycles, energy, buzz and static error. Writes summary.json, runs.csv, and, for the run
+    /// that shakes most, trace.csv and pictures as SVG and PNG. Fails (exit code 1) if anything but
+    /// the tissue is felt, energy is created or an invariant is broken; above the encoder's ceiling
+    /// a toggling count is reported and is not a failure.
     Loop(closed_loop::LoopArgs),
     /// Compare ways to replace the organ outside a patch: force error and cost, by the radius of
     /// the patch.
     ///
-    /// Fixed edge, Winkler springs, truncated stiffness, rim springs, modes, low rank, the exact
-    /// condensed stiffness and the whole organ, on a block; and the share of its nodes that has to
-    /// be simulated if the rest is frozen. Writes summary.json, its tables as CSV and pictures as
-    /// SVG and PNG. Fails (exit code 1) if rim springs are further than 0.5 % from the exact
-    /// stiffness on a patch of two probe radii or more, or not positive.
+    /// Compares a fixed edge, Winkler springs, truncated stiffness, rim springs, modes, low rank,
+    /// the exact condensed stiffness and the whole organ, on a block; also gives the share of the
+    /// block's nodes that has to be simulated if the rest is frozen. Writes summary.json, its
+    /// tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if the force of rim springs
+    /// is more than 0.5 % from that of the exact stiffness on a patch of two probe radii or more,
+    /// or if the stiffness of rim springs is not positive.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     FarField(FarFieldArgs),
-    /// Inject every kind of fault into the haptic loop, in every hand, at every moment of a touch,
-    /// and check the reaction.
+    /// Inject every kind of fault into the haptic loop, with every hand, at every moment of a
+    /// touch, and check the reaction.
     ///
     /// Writes faults.csv (one row per kind of fault), summary.json and a picture as SVG and PNG.
     /// Fails (exit code 1) if a run breaks an invariant of the loop, or if the reaction is missing,
@@ -204,19 +207,19 @@ enum Command {
     /// Run the firmware's image in the emulator, driven in lock-step by the scene's finger, and
     /// compare it with this machine bit for bit.
     ///
-    /// The board takes the scene's patch over its link, presses it, then meets random presses,
-    /// faults and recovery. Writes what `press` writes, with the force on the device and estimated
-    /// times of a Cortex-M4F, and emulated.json. Fails (exit code 1) at the first bit that differs,
-    /// and if `press` fails. Needs qemu-system-arm, and the repository unless --image and --patch
-    /// are given.
+    /// The scene's patch is uploaded to the board and pressed; random presses, faults and recovery
+    /// follow. Writes what `press` writes, with the force on the device and estimated times of a
+    /// Cortex-M4F, and emulated.json. Fails (exit code 1) at the first bit that differs, and if
+    /// `press` fails. Needs qemu-system-arm, and the repository unless --image and --patch are
+    /// given.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Emulate(EmulateArgs),
     /// Press tissue with the mouse: in a window, or in a browser.
     ///
-    /// Shows the tissue giving way, the force, and the state of the loop; stiffness, a nodule,
-    /// device and hand can be changed, a hidden nodule found and scored. Records traces for
-    /// `palpate replay`. Window and page are a package of their own, host-sim/live, built the first
-    /// time.
+    /// Shows how the tissue yields, the force, and the state of the loop. Stiffness, a nodule,
+    /// device and hand can be changed, and a hidden nodule can be searched for, with a score.
+    /// Records traces for `palpate replay`. Window and page are a package of their own,
+    /// host-sim/live, which is built at first use.
     Live(live::LiveArgs),
     /// Run a recorded trace of `palpate live` again and compare it bit for bit.
     ///
@@ -227,8 +230,8 @@ enum Command {
     /// what is predicted, and the prediction without the term that is tested.
     ///
     /// Writes summary.json, accept.csv (one row per figure), <data set>.csv and a picture of every
-    /// data set as SVG and PNG. Fails (exit code 1) if a figure lies outside its measured range, or
-    /// if all of a row would be accepted without the term that it tests.
+    /// data set as SVG and PNG. Fails (exit code 1) if a figure is outside its measured range, or
+    /// if all figures of a row would be accepted without the term that it tests.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Accept(AcceptArgs),
     /// Score a training by three physicians' marks of interns before and after it (paper 004,
@@ -241,17 +244,16 @@ enum Command {
     /// Find where methods and loops fail, and the margin to failure.
     ///
     /// Models: every method at stiffnesses from 1 to 200 kPa, pressed, tapped, jittered, with an
-    /// inclusion, released. Loops: hand by delay by device, the largest stiffness that our
-    /// controller and nine others hold, and the limit of the encoder. Writes summary.json, its
-    /// tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if the product does not
+    /// inclusion, released. Loops: hand by delay by device, with the largest stiffness that our
+    /// controller and nine others keep stable, and the limit of the encoder. Writes summary.json,
+    /// its tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if the product does not
     /// withstand 8 mm, a tap of 0.5 m/s, jitter, a ten times stiffer inclusion and a release from
-    /// 3.5 to 100 kPa, or if our loop does not hold 400 N/m in every hand.
+    /// 3.5 to 100 kPa, or if our loop is not stable at 400 N/m with every hand.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Stability(StabilityArgs),
     /// Print a script with which a shell completes the words of this command.
     ///
-    /// Options of the commands that are built when first used are in the script of palpate-full
-    /// alone.
+    /// Only the script of palpate-full has the options of the commands that are built at first use.
     Completions(completions::CompletionsArgs),
 }
 
@@ -279,13 +281,12 @@ struct Common {
     /// `tissue.inclusion.0.radius_m=0.004`. May be given several times.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     changes: Vec<Change>,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
-    /// done.
+    /// Output folder, created if missing; a finished run replaces an earlier result in it.
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
 
-/// Warns of values of a scene that are probably in a wrong unit.
+/// Warns of values in a scene that are probably in a wrong unit.
 fn print_warnings(scene: &Scene) {
     for warning in scene.warnings() {
         println!("  warning   {warning}");
@@ -293,17 +294,17 @@ fn print_warnings(scene: &Scene) {
 }
 
 impl Common {
-    /// A scene with its own keys, for an output folder.
+    /// Options for a scene without changes of its keys.
     fn of(scene: &str, out: Option<PathBuf>) -> Self {
         Self { scene: scene.to_owned(), changes: Vec::new(), out }
     }
 
-    /// The requested scene.
+    /// Loads the requested scene with the changes of its keys.
     fn load(&self) -> Result<Scene, Error> {
         Ok(Scene::load_with(&self.scene, &self.changes)?)
     }
 
-    /// The output folder of a command, locked, for a result of a scene.
+    /// Opens and locks the output folder of a command, for a result of a scene.
     fn open(&self, command: &str, scene: &Scene) -> Result<OutputFolder, Error> {
         Ok(OutputFolder::open(&self.folder(command))?.made_by(provenance::of(Some(scene))))
     }
@@ -317,7 +318,7 @@ impl Cli {
     /// Reads the command line.
     ///
     /// # Errors
-    /// Of clap: bad options, or the help or the version that was asked for.
+    /// Errors of clap: bad options, or a request for the help or the version.
     pub fn read() -> Result<Self, clap::Error> {
         let mut command = help::grouped(Self::command());
         let mut matches = command.try_get_matches_from_mut(std::env::args_os())?;
@@ -327,7 +328,7 @@ impl Cli {
     /// Runs the command.
     ///
     /// # Errors
-    /// Bad input or a failed check; [`Error::exit_code`] tells which.
+    /// Bad input or a failed check; [`Error::exit_code`] distinguishes them.
     pub fn run(&self) -> Result<(), Error> {
         match &self.command {
             None => press::PressArgs::default().run(),

@@ -1,4 +1,4 @@
-//! The contact map of a press: its table, its picture, its sentence.
+//! The contact map of a press: its table, its picture, and its description.
 
 use palpate_charts::{self as charts, Contact};
 use palpate_tissue::output::OutputFolder;
@@ -13,7 +13,7 @@ use crate::error::Error;
 #[derive(Debug, Serialize)]
 pub struct ContactSummary {
     t_s: f64,
-    /// Commanded depth of the tip.
+    /// Commanded depth of the tip [m].
     depth_m: f64,
     area_m2: f32,
     centre_m: [f32; 3],
@@ -43,7 +43,7 @@ impl ContactSummary {
     }
 }
 
-/// The contact in a line.
+/// Describes the contact in one line.
 #[must_use]
 pub fn sentence(contact: Option<&DeepestContact>) -> String {
     let Some(DeepestContact { depth_m, map, .. }) = contact else { return "nothing was touched: no contact map".into() };
@@ -58,7 +58,7 @@ pub fn sentence(contact: Option<&DeepestContact>) -> String {
     )
 }
 
-/// Writes contact.csv, the triangles that push, and the picture of them.
+/// Writes contact.csv, with the triangles that exert pressure, and their picture.
 ///
 /// # Errors
 /// The folder cannot be written.

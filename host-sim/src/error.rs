@@ -8,13 +8,13 @@ use palpate_tissue::Error as TissueError;
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A scene, patch, file or check.
+    /// An error of a scene, patch or file, or a failed check.
     #[error("{0}")]
     Tissue(#[from] TissueError),
-    /// A live trace that cannot be repeated.
+    /// A live trace that cannot be replayed.
     #[error("{path}: {cause}")]
     Trace {
-        /// The file.
+        /// Path of the trace.
         path: PathBuf,
         /// Cause of the failure.
         cause: palpate_loop::live::trace::TraceError,
@@ -50,7 +50,7 @@ impl Error {
 impl From<ChartError> for Error {
     fn from(error: ChartError) -> Self {
         match error {
-            // a picture is drawn into a draft; the user can choose its folder
+            // a picture is drawn into a draft folder; the user chose the published folder
             ChartError::Write { path, source } => {
                 Self::Tissue(TissueError::Write { path: palpate_tissue::output::published(&path), source })
             }
@@ -70,7 +70,7 @@ impl From<palpate_lab::Error> for Error {
     }
 }
 
-// converts for `?` in a command in one step
+// converts in one step, so that a command can use `?`
 macro_rules! of_tissue {
     ($($error:ty),*) => {
         $(impl From<$error> for Error {

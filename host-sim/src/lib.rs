@@ -1,4 +1,4 @@
-//! The command line `palpate`: it reads options, runs the crates below, writes results and prints
+//! The command line `palpate`: it reads options, calls the crates below, writes results and prints
 //! verdicts.
 //!
 //! ```text
@@ -6,7 +6,7 @@
 //!         └ fit, board, lab; port (a board on a serial port): with the feature `full`
 //! ```
 
-// printing tolerates a closed pipe
+// these macros tolerate a closed pipe
 #[macro_use(eprintln, print, println)]
 extern crate palpate_tissue;
 
@@ -34,7 +34,7 @@ pub fn run() -> ExitCode {
             tell(&one_line(&error.to_string()));
             return ExitCode::from(2);
         }
-        // help and version
+        // clap prints help and version
         Err(error) => error.exit(),
     };
     match cli.run() {
@@ -46,13 +46,13 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// A name in the message may hold a line end; the message stays one line.
+/// Prints a message in one line, even if a name in it contains a line end.
 fn tell(message: &str) {
     eprintln!("palpate: {}", message.replace(char::is_control, "\u{fffd}"));
 }
 
-/// Returns the error and the tip of clap's message on one line, without the usage below them, and
-/// names the help.
+/// Returns the error and the tip of clap's message on one line, without the usage that follows
+/// them, and refers to the help.
 fn one_line(message: &str) -> String {
     let lines = message.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more information"));
     let said: Vec<&str> = lines.filter(|l| !l.is_empty()).collect();

@@ -1,4 +1,4 @@
-//! One run in pictures: force and depth over time, energy, spectrum.
+//! Draws one run: force and depth over time, energy, spectrum.
 
 use palpate_charts::{ChartError, Level, LineSeries, Lines, Scale, ScaledAxis, lines};
 use palpate_loop::closed_loop::run::{Row, Run};
@@ -6,23 +6,25 @@ use palpate_loop::closed_loop::spectrum::density;
 use palpate_loop::closed_loop::stimulus::Site;
 use palpate_tissue::output::OutputFolder;
 
-/// Points of a curve: more would not be visible.
+/// Largest number of points of a curve: more would not be visible.
 const POINTS: usize = 2000;
-/// Ticks shown before the touch and after the handle has come to rest.
+/// Number of ticks shown before the touch, and after the handle has come to rest.
 const BEFORE_TICKS: usize = 100;
 const AFTER_TICKS: usize = 500;
-/// The verdict's limit, 20 mN rms above 20 Hz, as a density that is even up to half the tick rate.
+/// The verdict's limit, 20 mN rms above 20 Hz, as a density that is constant up to half the tick
+/// rate.
 const FELT_FROM_HZ: f64 = 20.0;
 const NYQUIST_HZ: f64 = 500.0;
-/// `FELT_N` over the root of that band.
+/// `FELT_N` over the square root of the width of that band.
 const LIMIT_MN_PER_SQRT_HZ: f64 = 0.913;
-/// A press rests within this share of its largest depth (1).
+/// Distance from its final position within which a handle counts as at rest, relative to its
+/// largest depth (1).
 const RESTS: f64 = 0.02;
 
 /// Draws `<name>_force`, `_depth`, `_energy` and `_spectrum` as SVG and PNG.
 ///
 /// # Errors
-/// A folder that cannot be written.
+/// The folder cannot be written.
 pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Site) -> Result<(), ChartError> {
     let shown = shown(run, site);
     let stride = shown.len().div_ceil(POINTS).max(1);
@@ -32,7 +34,7 @@ pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Si
         joined: true,
         marked: false,
     };
-    // where the mode allows no force, from the fault on
+    // from the fault on, the mode allows no force
     let fault = run.fault.and(shown.iter().find(|r| r.telemetry.fault.is_some()));
     let time = ScaledAxis { title: "time [s]", scale: Scale::Linear };
     let chart = |file: &str, title: &str, y: &str, series: &[LineSeries], levels: &[Level]| {
@@ -80,7 +82,7 @@ fn shown<'a>(run: &'a Run, site: &Site) -> &'a [Row] {
     let touch = run.rows.iter().position(|r| depth_m(r) > 0.0).unwrap_or(0);
     let deepest_m = run.rows.iter().map(depth_m).fold(0.0, f64::max);
     let rests_m = run.rows.last().map_or(site.at_m, |r| r.at_m);
-    // along the surface too: a drag begins long after the press has come to rest
+    // motion along the surface counts too: a drag begins long after the press has come to rest
     let moves = |row: &Row| (row.at_m - rests_m).norm() > RESTS * deepest_m;
     let end = run.rows.iter().rposition(moves).unwrap_or(run.rows.len());
     let end = end.max(touch).saturating_add(AFTER_TICKS).min(run.rows.len());

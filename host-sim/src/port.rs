@@ -1,12 +1,12 @@
-//! A board on a serial port, as its host: the frames of [`palpate_controller::link`] over the
-//! system's port.
+//! The host of a board on a serial port: it exchanges the frames of [`palpate_controller::link`]
+//! over the system's port.
 //!
 //! ```text
 //! command/board ─ session ─ line ─ serial port
 //! ```
 //!
-//! One thread reads and sends the signs of life that keep a force: a host that hangs there is
-//! silent, and a silent host's force ends. Files are written by another, for a disk may stall.
+//! One thread reads and sends the signs of life that keep a force on: if it hangs, the host is
+//! silent, and the board ends the force. Another thread writes files, since a disk may stall.
 
 pub mod device_file;
 pub mod line;
@@ -32,12 +32,12 @@ pub enum PortError {
     /// The system does not allow opening the port.
     #[error("{0}: this user may not open the port: on Linux join the group that owns it (often dialout) and log in again")]
     Denied(String),
-    /// A file, or a device of another kind.
+    /// The name is that of a file, or of a device of another kind.
     #[error("{port}: this is no serial port that can be used ({cause}): `palpate board list` names the boards that answer")]
     Unusable {
         /// Name of the port.
         port: String,
-        /// Words of the operating system.
+        /// Message of the operating system.
         cause: String,
     },
     /// The port stays silent.
@@ -52,7 +52,7 @@ pub enum PortError {
     Foreign {
         /// Name of the port.
         port: String,
-        /// Bytes that came.
+        /// Number of bytes that arrived.
         bytes: usize,
     },
     /// Frames arrived, but no answer.
@@ -75,7 +75,7 @@ pub enum PortError {
     Refused {
         /// Name of the port.
         port: String,
-        /// Cause of the failure.
+        /// The board's reason.
         refusal: Refusal,
     },
     /// A request was not carried out in time.

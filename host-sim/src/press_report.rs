@@ -21,9 +21,9 @@ use palpate_tissue::trace_file;
 struct Summary<'a> {
     scene: &'a str,
     method: &'static str,
-    /// Whether the patch was calibrated to this very scene.
+    /// Whether the patch was calibrated to exactly this scene.
     calibrated: bool,
-    /// The scene that the patch was fitted to, and the error to expect.
+    /// The scene to which the patch was fitted, and the error to expect.
     model: Standing,
     fitted_places: u32,
     nodes: usize,
@@ -35,13 +35,13 @@ struct Summary<'a> {
     deadline_misses: usize,
     tick_us: TickUs,
     holds: Vec<HoldSummary>,
-    /// Relative to the stored dynamic references of this scene; empty if there are none.
+    /// Errors against the stored dynamic references of this scene; empty if there are none.
     moving: &'a [RampError],
     residual_m: f64,
     limiters: Vec<&'static str>,
     fault: Option<String>,
     state_hash: String,
-    /// Contact where the tip is deepest; absent unless requested and in contact.
+    /// Contact at the deepest position of the tip; absent unless requested and in contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     contact: Option<ContactSummary>,
     report: &'a Report,
@@ -104,7 +104,7 @@ pub fn write(
             .iter()
             .map(|h| HoldSummary {
                 target: h.target,
-                // as in the trace
+                // in single precision, as in the trace
                 depth_m: h.depth_m as f32,
                 force_n: h.force_n as f32,
                 min_j: h.min_j,
@@ -154,7 +154,7 @@ fn draw(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Press) 
         .map(|t| Sample { t_s: t.t_s, depth_m: t.command_m, force_n: f64::from(t.output.force_n.dot(&axis)) })
         .collect();
     let holds: Vec<Sample> = press.holds.iter().map(|h| Sample { t_s: h.t_s, depth_m: h.depth_m, force_n: h.force_n }).collect();
-    // reference points beyond the press would only compress the curve
+    // reference points that are deeper than the press would only compress the curve
     let deepest = trace.iter().map(|s| s.depth_m).fold(0.0, f64::max);
     let mut reference = palpate_tissue::reference_values::of(scene);
     reference.retain(|(depth, _)| *depth <= 1.05 * deepest);

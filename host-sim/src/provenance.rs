@@ -8,7 +8,7 @@ use palpate_tissue::shard::Part;
 use serde::Serialize;
 use serde_json::Value;
 
-/// Options for the output folder, the shards or the printing of a result, which do not affect it.
+/// Options for the output folder, the shards or the printed rows, which do not affect the result.
 const ELSEWHERE: [&str; 2] = ["--out", "--shard"];
 const PRINTED: &str = "--all";
 
@@ -17,25 +17,25 @@ const PRINTED: &str = "--all";
 struct Provenance<'a> {
     /// Version of the program.
     version: &'static str,
-    /// Commit that the program was built from, with `-dirty` where files were changed since.
+    /// Commit from which the program was built, with `-dirty` if files were changed since.
     commit: Option<&'static str>,
     /// Build profile.
     profile: &'static str,
-    /// Command that made the result.
+    /// Command that produced the result.
     command: &'a str,
-    /// Arguments of the program that decide the result.
+    /// Arguments of the program that affect the result.
     command_line: &'a [String],
     /// Scene as read, with the keys that --set changed.
     scene: Option<Value>,
     machine: Computer,
-    /// Universal time at which the run began.
+    /// UTC time at which the run began.
     date: String,
 }
 
 #[derive(Debug, Serialize)]
 struct Computer {
     processor: String,
-    /// Processors available to the run.
+    /// Number of processors available to the run.
     cores: usize,
 }
 
@@ -44,7 +44,7 @@ pub fn of(scene: Option<&Scene>) -> Value {
     told(&command_line(), Computer { processor: processor(), cores: cores() }, scene)
 }
 
-/// Provenance of merged shards: the same as that of a single run of all cases, except for the date.
+/// Provenance of merged shards: that of a single run of all cases, except for the date.
 pub fn of_shards(shards: &[Part], scene: Option<&Scene>) -> Value {
     let mut processors: Vec<&str> = shards.iter().map(|shard| shard.heading.processor.as_str()).collect();
     processors.dedup();
@@ -59,7 +59,7 @@ fn told(command_line: &[String], machine: Computer, scene: Option<&Scene>) -> Va
         version: env!("CARGO_PKG_VERSION"),
         commit: (!commit.is_empty()).then_some(commit),
         profile: PROFILE,
-        // without arguments, a press
+        // without arguments the command is `press`
         command: command_line.first().map_or("press", String::as_str),
         command_line,
         scene: scene.map(Scene::as_read),
@@ -70,16 +70,15 @@ fn told(command_line: &[String], machine: Computer, scene: Option<&Scene>) -> Va
     serde_json::to_value(provenance).unwrap_or_default()
 }
 
-/// The time [s], or the one that a build asks for that wants the same bytes again
-/// (reproducible-builds.org).
+/// The present time [s since 1970-01-01], or the time set by a build that has to reproduce the same
+/// bytes (reproducible-builds.org).
 fn now_s() -> u64 {
     let asked = std::env::var("SOURCE_DATE_EPOCH").ok().and_then(|seconds| seconds.parse().ok());
     asked.unwrap_or_else(|| SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()))
 }
 
-/// Date and time of a number of seconds since 1970-01-01, in the Gregorian calendar. Years are
-/// counted from March, so that the day that a leap year adds is their last; 400 of them have
-/// 146 097 days.
+/// Date and time of a number of seconds since 1970-01-01, in the Gregorian calendar. Years begin in
+/// March, so that the day that a leap year adds is their last one; 400 years have 146 097 days.
 fn rfc3339(seconds: u64) -> String {
     let (days, second) = (seconds / 86_400 + 719_468, seconds % 86_400);
     let (era, day) = (days / 146_097, days % 146_097);
@@ -92,7 +91,7 @@ fn rfc3339(seconds: u64) -> String {
     format!("{:04}-{month:02}-{date:02}T{hour:02}:{minute:02}:{:02}Z", 400 * era + year + next, second % 60)
 }
 
-/// Arguments of this process that decide a result.
+/// Arguments of this process that affect a result.
 pub fn command_line() -> Vec<String> {
     deciding(std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()))
 }

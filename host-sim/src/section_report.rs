@@ -1,4 +1,4 @@
-//! The picture of the tissue cut open under the probe: at rest, halfway and deepest.
+//! Draws the tissue cut open under the probe: at rest, halfway and at its deepest.
 
 use palpate_charts::{self as charts, Moment, Probe, Section};
 use palpate_tissue::output::OutputFolder;
@@ -8,7 +8,8 @@ use palpate_tissue::session::Session;
 
 use crate::error::Error;
 
-/// Draws `section`, if the press has a hold; `probe_at` is the probe with its tip at a place [m].
+/// Draws `section`, if the press has a hold; `probe_at` returns the probe with its tip at a
+/// position [m].
 ///
 /// # Errors
 /// The folder cannot be written.

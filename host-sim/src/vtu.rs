@@ -1,4 +1,4 @@
-//! ParaView files, ASCII: tets with displacements and supports at the nodes, and the volume ratio
+//! ParaView files in ASCII: tets with displacements and supports at the nodes, and the volume ratio
 //! in the cells.
 
 use std::fmt::Write;
@@ -57,7 +57,7 @@ impl Array {
     }
 }
 
-/// The text of a `.vtu` of tets, positions in metres.
+/// The text of a `.vtu` file of tets, with positions in metres.
 #[must_use]
 pub fn document(points_m: &[[f64; 3]], tets: &[[u32; 4]], at_points: &[Array], in_cells: &[Array]) -> String {
     let text = |arrays: &[Array]| arrays.iter().map(|array| array.text.as_str()).collect::<String>();

@@ -1,5 +1,5 @@
-//! The emulator as a board: two FIFOs are its link. It stops while it waits for the host, so
-//! nothing here is timed.
+//! The emulator as a board, linked through two FIFOs. The emulator stops while it waits for the
+//! host, so nothing here is timed.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
@@ -15,16 +15,16 @@ use tempfile::TempDir;
 
 use super::EmulateError;
 
-/// Longest wait for an answer. An answer takes the emulation of one tick, far under a millisecond,
-/// so a board that is silent for this long has crashed.
+/// Longest wait for an answer. An answer needs the emulation of one tick, which takes far less than
+/// a millisecond, so a board that is silent for this long has crashed.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// Longest silence when every instruction is logged: opening a patch takes seconds, on a busy
-/// machine half a minute.
+/// Longest wait for an answer when every instruction is logged: opening a patch then takes seconds,
+/// and half a minute on a busy machine.
 const LOGGED_PATIENCE: Duration = Duration::from_secs(200);
-/// Time for an image to end by itself.
+/// Longest wait for an image to end by itself.
 const FAREWELL: Duration = Duration::from_secs(2);
-/// Every instruction takes 2^6 = 64 ns of virtual time, more than a count of the board's clock:
-/// counts resolve single instructions.
+/// Exponent of the virtual time of an instruction, 2^6 = 64 ns. That is more than a count of the
+/// board's clock, so counts resolve single instructions.
 pub const SHIFT: u32 = 6;
 /// One count of the board's clock [ns].
 const NS_PER_COUNT: u64 = 40;
@@ -41,7 +41,7 @@ pub enum EmulatedBoard {
 }
 
 impl EmulatedBoard {
-    /// Name on the command line: that of the budget for whose patches it is used.
+    /// Name on the command line: that of the budget whose patches the board runs.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -50,7 +50,7 @@ impl EmulatedBoard {
         }
     }
 
-    /// The emulator's names of machine and core.
+    /// The emulator's names of the machine and of its core.
     #[must_use]
     pub fn names(self) -> (&'static str, &'static str) {
         match self {
@@ -59,7 +59,7 @@ impl EmulatedBoard {
         }
     }
 
-    /// Clock of the chip that it represents [Hz].
+    /// Clock of the chip that the emulated board represents [Hz].
     #[must_use]
     pub fn clock_hz(self) -> f64 {
         match self {
@@ -68,7 +68,7 @@ impl EmulatedBoard {
         }
     }
 
-    /// Returns a label of the core and clock to which its estimated times refer.
+    /// Returns a label with the core and the clock to which its estimated times refer.
     #[must_use]
     pub fn timed_on(self) -> &'static str {
         match self {
@@ -93,7 +93,7 @@ pub struct Board {
     taken: usize,
 }
 
-/// Instructions that a span of the board's clock takes, exact to one.
+/// Number of instructions in a span of the board's clock, exact to one.
 #[must_use]
 pub fn instructions(counts: u32) -> u64 {
     (u64::from(counts) * NS_PER_COUNT) >> SHIFT
@@ -110,7 +110,8 @@ impl Board {
         for path in [&to_path, &from_path] {
             mknodat(CWD, path, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).map_err(std::io::Error::from)?;
         }
-        // for reading and writing: opening one end of a FIFO would wait for the other
+        // opened for reading and writing, since opening one end of a FIFO alone would block until
+        // the other is opened
         let open = |path: &Path| OpenOptions::new().read(true).write(true).open(path);
         let (to, from) = (open(&to_path)?, open(&from_path)?);
         let words = File::create(folder.path().join("words"))?;
@@ -141,7 +142,7 @@ impl Board {
         })
     }
 
-    /// The emulated board.
+    /// The kind of board that is emulated.
     #[must_use]
     pub fn machine(&self) -> EmulatedBoard {
         self.machine
@@ -185,10 +186,10 @@ impl Board {
         }
     }
 
-    /// The answer to a modulus under force.
+    /// Reads the answer to a change of Young's modulus under force.
     ///
     /// # Errors
-    /// [`EmulateError::Refused`] in words.
+    /// [`EmulateError::Refused`] gives the board's reason.
     pub fn modulus_taken(&mut self) -> Result<(), EmulateError> {
         match self.receive()? {
             FromBoard::Modulus(_) => Ok(()),
@@ -216,16 +217,16 @@ impl Board {
     #[must_use]
     pub fn last_words(&self) -> String {
         let text = std::fs::read(self.folder.path().join("words")).unwrap_or_default();
-        // without the registers that the emulator shows below
+        // without the registers that the emulator prints below them
         let lines: Vec<_> =
             String::from_utf8_lossy(&text).lines().take_while(|line| !line.is_empty()).map(str::to_owned).collect();
         lines.join("; ")
     }
 
-    /// Sends a patch to the board, which has to be idle. Its nodes.
+    /// Sends a patch to the board, which has to be idle, and returns the number of its nodes.
     ///
     /// # Errors
-    /// [`EmulateError::Refused`] in words.
+    /// [`EmulateError::Refused`] gives the board's reason.
     pub fn upload(&mut self, patch: &[u8]) -> Result<u32, EmulateError> {
         upload::messages(patch).try_for_each(|message| self.send(&message))?;
         match self.receive()? {
@@ -238,7 +239,7 @@ impl Board {
 
 impl Drop for Board {
     fn drop(&mut self) {
-        // without a host the image ends by itself, and its log is whole
+        // without a host the image ends by itself, and its log is complete
         if let (Ok(to), Ok(from)) = (File::open("/dev/null"), File::open("/dev/null")) {
             (self.to, self.from) = (to, from);
         }
@@ -249,7 +250,7 @@ impl Drop for Board {
             }
             std::thread::sleep(Duration::from_millis(1));
         }
-        // only the process that we started
+        // kills only the process that was started here
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

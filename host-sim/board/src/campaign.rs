@@ -1,8 +1,9 @@
 //! Contact, faults and recovery for any duration: situations that a press alone does not produce.
 //!
-//! Rounds of a press, a slide, a stop by request, a tissue that softens and one of the faults
-//! below, each followed by clearing and arming. Numbers come from a generator with a fixed seed, so
-//! that a run can be repeated to the bit.
+//! Each round is a press with a slide and at most one of the disturbances below: a fault, a stop by
+//! request, or a tissue that softens. After a fault or a stop the loop is cleared and armed again.
+//! Random numbers come from a generator with a fixed seed, so that a run can be repeated to the
+//! bit.
 
 use palpate::haptic::mode::Mode;
 use palpate::{ClampFlags, Vector3};
@@ -15,7 +16,7 @@ use super::{EmulateError, Lockstep};
 
 /// Height above the surface at which the hand waits [m].
 const CLEAR_M: f32 = 1e-3;
-/// Ticks of one press and slide.
+/// Duration of one press and slide [ticks].
 const PRESS_TICKS: u32 = 400;
 
 /// Disturbance injected into a round, if any.
@@ -47,19 +48,19 @@ const MISHAPS: [Mishap; 9] = [
 /// Counts of ticks and recoveries in a campaign.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Met {
-    /// Ticks.
+    /// Number of ticks.
     pub ticks: u32,
     /// Ticks in contact with a force on the hand.
     pub felt: u32,
     /// Ticks in the mode `Fault`.
     pub faulted: u32,
-    /// Ticks of falling force.
+    /// Ticks in which the force ramped down.
     pub ramping: u32,
     /// Number of times that the force returned after a fault or a stop.
     pub recovered: u32,
 }
 
-/// Runs for this many ticks; the deepest press is `deepest_m`.
+/// Runs the campaign for this many ticks; the deepest press is `deepest_m`.
 ///
 /// # Errors
 /// The board has crashed.
@@ -79,10 +80,10 @@ pub fn run(twin: &mut Lockstep<'_>, ticks: u32, deepest_m: f32, mut progress: im
         let mut was_away = twin.mode() != Mode::Active;
         while met.ticks < ticks && n < PRESS_TICKS {
             let active = matches!(twin.mode(), Mode::Active | Mode::Degraded);
-            // under force such a jump would count as too fast: the hand moves sideways before it
+            // under force such a jump would be detected as too fast, so the hand jumps before it
             // presses
             let straying = mishap == Mishap::OutsideWorkspace && active && strayed < 4;
-            // outside until the force is on at full gain, then one press
+            // the hand waits outside until the force is on at full gain, then presses once
             let pressing = !straying && (n > 0 || (active && calm > 0));
             let phase = n as f32 / PRESS_TICKS as f32;
             let down = (1.0 - (2.0 * phase - 1.0).abs()) * (depth_m + CLEAR_M);
@@ -102,7 +103,8 @@ pub fn run(twin: &mut Lockstep<'_>, ticks: u32, deepest_m: f32, mut progress: im
             if pressing && (at..at + 4).contains(&n) {
                 match mishap {
                     Mishap::None | Mishap::OutsideWorkspace => {}
-                    // softer under the probe, stiff again once it has left
+                    // the tissue softens under the probe, and becomes stiff again once the probe
+                    // has left
                     Mishap::Softer => twin.modulus(if n == at { 0.6 } else { 1.0 })?,
                     Mishap::NotANumber => reading.position_m.y = f32::NAN,
                     Mishap::SensorFails => reading.good = false,
@@ -128,7 +130,7 @@ pub fn run(twin: &mut Lockstep<'_>, ticks: u32, deepest_m: f32, mut progress: im
             if pressing {
                 n += 1;
                 if !matches!(mode, Some(Mode::Active | Mode::Degraded | Mode::SafeRamp)) {
-                    break; // out of the tissue, then the next round
+                    break; // the hand leaves the tissue, and the next round begins
                 }
             }
         }

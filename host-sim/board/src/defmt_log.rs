@@ -1,4 +1,5 @@
-//! Decodes the image's log to text: its frames refer to format strings in the ELF file.
+//! Decodes the image's log to text: the frames contain only references to format strings, which are
+//! in the ELF file.
 
 use std::path::PathBuf;
 
@@ -14,26 +15,26 @@ pub enum LogError {
     /// The file cannot be read.
     #[error("{path}: {source}: give the ELF file that was flashed, as `cargo fw-...` leaves it", path = .path.display())]
     Unread {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file is no image with a log.
+    /// The file is not an image with a log.
     #[error("{path}: no image of palpate with a log ({cause}): give the ELF file that was flashed", path = .path.display())]
     NoImage {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// The missing part.
         cause: String,
     },
-    /// The file is another image than the board's.
+    /// The file is not the image that the board runs.
     #[error(
         "{path}: not the image that the board runs ({found:08x}, the board's is {board:08x}): give the ELF file that was flashed",
         path = .path.display()
     )]
     Other {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Checksum of the image in the file.
         found: u32,
@@ -46,10 +47,10 @@ pub enum LogError {
 pub struct LogTable(Table);
 
 impl LogTable {
-    /// Reads the format strings from an ELF file; `Err` says what is missing.
+    /// Reads the format strings from an ELF file; `Err` names the missing part.
     ///
     /// # Errors
-    /// There are none, or they are of another version of defmt.
+    /// The file has no format strings, or they are of another version of defmt.
     pub fn parse(elf: &[u8]) -> Result<Self, String> {
         match Table::parse(elf) {
             Ok(Some(table)) => Ok(Self(table)),
@@ -58,10 +59,10 @@ impl LogTable {
         }
     }
 
-    /// Reads the words of the image that a board runs, whose checksum the board reports.
+    /// Reads the format strings of the image that a board runs, whose checksum the board reports.
     ///
     /// # Errors
-    /// The file is not that image, or none.
+    /// The file is not that image, or not an image with a log.
     pub fn of_board(path: PathBuf, board: u32) -> Result<Self, LogError> {
         let elf = match std::fs::read(&path) {
             Ok(elf) => elf,
@@ -74,7 +75,7 @@ impl LogTable {
         }
     }
 
-    /// Decodes the frames: one line each with its time and level; a frame that cannot be decoded is
+    /// Decodes the frames to one line each, with time and level; a frame that cannot be decoded is
     /// marked in its place.
     #[must_use]
     pub fn lines(&self, frames: &[u8]) -> Vec<String> {
@@ -101,7 +102,7 @@ pub fn checksum(elf: &[u8]) -> Option<u32> {
     section.data().ok()?.get(at..)?.first_chunk().map(|bytes| u32::from_le_bytes(*bytes))
 }
 
-/// The lines of a log, each with its line end, or the reason why the log cannot be decoded.
+/// Decodes a log to lines, each with its line end, or returns the reason why it cannot be decoded.
 #[must_use]
 pub fn decode(elf: &[u8], frames: &[u8]) -> String {
     match LogTable::parse(elf) {

@@ -1,5 +1,5 @@
-//! A board emulated by this machine: pins that keep their setting, no clock, no link of its own.
-//! The tick of the controller runs on it in lock-step.
+//! A board emulated by this machine: its pins keep the state that was set, and it has no clock and
+//! no link. The tick of the controller runs on it in lock-step.
 
 use palpate::Fault;
 use palpate_controller::board::{About, Board};
@@ -8,7 +8,7 @@ use palpate_controller::force_out::Outputs;
 use palpate_controller::patch::Budget;
 use palpate_controller::probe_in::Reading;
 
-/// The board.
+/// The emulated board.
 #[derive(Clone, Copy, Debug)]
 pub struct DesktopBoard {
     outputs: Outputs,

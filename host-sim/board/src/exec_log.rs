@@ -1,9 +1,9 @@
 //! The emulator's log of executed instructions.
 //!
 //! `qemu-system-arm -singlestep -d exec,nochain` writes one line before each instruction, with its
-//! address as the second of the numbers in brackets. Two kinds of lines cancel the instruction
-//! before them, because it will be started again: an access to a device that comes too early for
-//! the instruction counter, and an interrupt in between.
+//! address as the second of the numbers in brackets. Two kinds of line cancel the instruction
+//! before them, because it will be executed again: an access to a device that comes too early for
+//! the instruction counter, and an interrupt during the instruction.
 
 use std::io::BufRead;
 
@@ -13,7 +13,7 @@ pub enum LogError {
     /// The log could not be read.
     #[error("execution log, line {line}: {source}")]
     Read {
-        /// Line, from 1.
+        /// Number of the line, from 1.
         line: usize,
         /// I/O error of the operating system.
         source: std::io::Error,
@@ -21,9 +21,9 @@ pub enum LogError {
     /// A line in a form unknown to this reader.
     #[error("execution log, line {line}: no address in `{text}`; was it written with `-d exec,nochain` and `-singlestep`?")]
     Malformed {
-        /// Line, from 1.
+        /// Number of the line, from 1.
         line: usize,
-        /// The line.
+        /// Text of the line.
         text: String,
     },
 }

@@ -1,5 +1,5 @@
-//! The firmware's ELF file: which function an address belongs to, which opcode is there, and which
-//! symbols must not be linked in.
+//! The firmware's ELF file: it gives the function at an address, the opcode there, and the symbols
+//! that must not be linked in.
 
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 
@@ -8,10 +8,10 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 #[error("not a readable ELF image: {0}; build it with `cargo fw`")]
 pub struct ImageError(#[from] object::read::Error);
 
-/// One function.
+/// A function of the image.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Function {
-    /// First address.
+    /// Address of the first instruction.
     pub address: u32,
     /// Length [bytes]; 0 where the assembler gave none.
     pub bytes: u32,
@@ -45,7 +45,7 @@ impl FirmwareImage {
                 })
             })
             .collect();
-        // of several names for one address, the longest body and then the first name in the
+        // of several functions with one address, keep the longest, then the first name in the
         // alphabet
         functions.sort_by(|a, b| (a.address, b.bytes, &a.name).cmp(&(b.address, a.bytes, &b.name)));
         functions.dedup_by_key(|f| f.address);
@@ -58,20 +58,20 @@ impl FirmwareImage {
         Ok(Self { functions, code, symbols })
     }
 
-    /// Functions by address.
+    /// Functions in the order of their addresses.
     #[must_use]
     pub fn functions(&self) -> &[Function] {
         &self.functions
     }
 
-    /// The function an address lies in.
+    /// The function that contains an address.
     #[must_use]
     pub fn function_at(&self, address: u32) -> Option<&Function> {
         let at = self.functions.partition_point(|f| f.address <= address).checked_sub(1)?;
         self.functions.get(at).filter(|f| f.bytes == 0 || address - f.address < f.bytes)
     }
 
-    /// The only function with this path.
+    /// The function with this path, if there is exactly one.
     #[must_use]
     pub fn function_named(&self, name: &str) -> Option<&Function> {
         let mut named = self.functions.iter().filter(|f| f.name == name);
@@ -112,7 +112,7 @@ mod tests {
         let name = |address| image.function_at(address).map(|f| f.name.as_str());
         assert_eq!(name(0x0FE), None);
         assert_eq!(name(0x106), Some("a"));
-        assert_eq!(name(0x1FE), Some("b")); // without a size it extends to the next
+        assert_eq!(name(0x1FE), Some("b")); // a function without a size extends to the next
         assert_eq!(name(0x204), None);
     }
 

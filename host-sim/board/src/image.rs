@@ -1,4 +1,4 @@
-//! Where the firmware's image comes from.
+//! Finds or builds the firmware's image, and finds the patch for a board.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -6,10 +6,10 @@ use std::process::Command;
 use super::{EmulateError, EmulatedBoard};
 use palpate_tissue::scene::Scene;
 
-/// Ending of the names of patches for the larger board.
+/// End of the file names of patches for the larger board.
 const LARGE: &str = "m7-480.patch";
 
-/// The repository around the working folder.
+/// Finds the repository that contains the working folder.
 ///
 /// # Errors
 /// [`EmulateError::NoRepository`].
@@ -19,15 +19,15 @@ pub fn repository() -> Result<PathBuf, EmulateError> {
     here.ancestors().find(is_root).map(Path::to_path_buf).ok_or(EmulateError::NoRepository)
 }
 
-/// Builds the image with `cargo fw` in the repository around the working folder.
+/// Builds the image with `cargo fw` in the repository that contains the working folder.
 ///
 /// # Errors
-/// No repository, no cargo, or firmware that does not compile.
+/// There is no repository or no cargo, or the firmware does not compile.
 pub fn build() -> Result<PathBuf, EmulateError> {
     build_with(None)
 }
 
-/// Builds the image as [`build`] does, with another patch in its flash if one is given.
+/// Builds the image as [`build`] does; a patch that is given replaces the one in its flash.
 ///
 /// # Errors
 /// Errors of [`build`].
@@ -57,10 +57,10 @@ pub fn build_with(patch: Option<&Path>) -> Result<PathBuf, EmulateError> {
     executable.next_back().ok_or_else(|| EmulateError::NotBuilt("cargo named no image".into()))
 }
 
-/// The image to run: the one given, or a new one.
+/// Finds the image to run: the one given, or else a newly built one.
 ///
 /// # Errors
-/// Errors of [`build`], or there is no file at the given path.
+/// Errors of [`build`], or no file at the given path.
 pub fn find(given: Option<&Path>) -> Result<PathBuf, EmulateError> {
     match given {
         Some(path) if path.is_file() => Ok(path.into()),
@@ -69,16 +69,16 @@ pub fn find(given: Option<&Path>) -> Result<PathBuf, EmulateError> {
     }
 }
 
-/// The patch that represents a scene on a board: its own, or a shipped one.
+/// Finds the patch that represents a scene on a board: the scene's own, or a shipped one.
 ///
 /// # Errors
-/// No such patch, or no repository to find it in.
+/// There is no such patch, or no repository that contains it.
 pub fn patch_for(scene: &Scene) -> Result<PathBuf, EmulateError> {
     if let Some(path) = &scene.solver.patch {
         return Ok(path.clone());
     }
     let name = match scene {
-        // its nodule falls between the nodes of a small patch
+        // a small patch has no nodes where its nodule is
         Scene { name, tissue, .. } if name == "nodule" && !tissue.inclusion.is_empty() => "nodule-m7-480.patch",
         Scene { tissue, .. } if tissue.block_m.is_some() && tissue.inclusion.is_empty() => "block-m4f-168.patch",
         Scene { name, .. } if name.contains("liver") => "liver-m4f-168.patch",
@@ -87,7 +87,7 @@ pub fn patch_for(scene: &Scene) -> Result<PathBuf, EmulateError> {
     Ok(repository()?.join(Path::new("firmware/patches").join(name)))
 }
 
-/// The board that a patch is for, by its file's name.
+/// The board for which a patch is made, by the name of its file.
 #[must_use]
 pub fn machine_for(patch: &Path) -> EmulatedBoard {
     if patch.file_name().is_some_and(|name| name.to_string_lossy().ends_with(LARGE)) {

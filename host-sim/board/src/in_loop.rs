@@ -1,8 +1,8 @@
-//! The emulated board in the closed loop: an emulated hand on an emulated device, and what the hand
-//! feels is the board's answer.
+//! The emulated board in the closed loop: an emulated hand holds an emulated device and feels the
+//! force that the board answers.
 //!
-//! The loop's own controller runs beside it over the same patch file, and every tick must agree to
-//! the last bit, so the loop's files describe the board.
+//! The loop's own controller runs beside the board over the same patch file. Every tick must agree
+//! to the last bit, so the loop's files describe the board.
 //!
 //! * in: a prepared tissue, a device, a hand, a stimulus
 //! * out: a run of the closed loop, driven by the board
@@ -33,7 +33,7 @@ use palpate_tissue::stable_step::StableStep;
 /// Ticks from power-on to `Idle`.
 const START_UP_TICKS: u32 = 3;
 
-/// An image, ready to take part in any number of runs.
+/// An image that can take part in any number of runs.
 #[derive(Clone, Debug)]
 pub struct InLoop {
     image: PathBuf,
@@ -60,15 +60,16 @@ impl InLoop {
         Ok(Self { image, machine, words, bytes: packed.len(), youngs_modulus_pa: tissue.params.youngs_modulus_pa, has_far_field })
     }
 
-    /// Whether the link has no message for the change of this stimulus: the far field is part of
-    /// the mesh.
+    /// Whether the board cannot follow this stimulus: no message of the link changes the far field,
+    /// which is part of the mesh.
     #[must_use]
     pub fn cannot_follow(&self, stimulus: &Stimulus) -> bool {
         self.has_far_field && stimulus.swaps_the_far_field()
     }
 
-    /// Runs the setup without a board: this machine's controller alone, in the device's frame as
-    /// well. (`palpate loop` runs in the organ's, where readings round and count differently.)
+    /// Runs the setup without a board, on this machine's controller alone, but in the device's
+    /// frame as on the board. (`palpate loop` runs in the organ's frame, where readings are
+    /// quantised and rounded differently.)
     ///
     /// # Errors
     /// Inputs that the core refuses.
@@ -103,8 +104,8 @@ impl InLoop {
     }
 }
 
-/// Brings a board to the start of a loop: patch (if it has another one) and profile loaded, about
-/// to boot.
+/// Brings a board to the start of a loop: a patch is uploaded if one is given, the profile is
+/// loaded, and the board is about to boot.
 pub(super) fn started(
     mut board: Board,
     patch: Option<&[u8]>,
@@ -126,7 +127,7 @@ pub(super) fn started(
     }
 }
 
-/// The board, fed with what the loop's own controller reads.
+/// The board, which receives the readings of the loop's own controller.
 pub(super) struct There {
     board: Board,
     youngs_modulus_pa: f32,
@@ -146,7 +147,7 @@ impl There {
         self.asked = Some(youngs_modulus_pa);
     }
 
-    /// Checks that there was no error and that the board ends in the state with this hash.
+    /// Checks that no error occurred, and that the board's state has this hash at the end.
     pub(super) fn ended(mut self, hash: u64) -> Result<(), EmulateError> {
         if let Some(failed) = self.failed {
             return Err(failed);
@@ -217,7 +218,7 @@ impl Beside for There {
     }
 }
 
-/// Geometry at rest of a patch under the device, in the device's frame.
+/// Geometry at rest of a patch that is placed under the device, in the device's frame.
 pub(super) fn rest_shape(patch: &Patch, probe: &Probe) -> Arc<dyn RestShape> {
     let placement = patch.placement();
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| placement.turn_to_patch(axis).cast());
@@ -225,7 +226,7 @@ pub(super) fn rest_shape(patch: &Patch, probe: &Probe) -> Arc<dyn RestShape> {
     Arc::new(Placed { shape, turn: nalgebra::Matrix3::from_columns(&axes), shift_m: placement.to_patch(Vector3::zeros()).cast() })
 }
 
-/// The patch as the board has it, in the device's frame.
+/// The patch as it is on the board, in the device's frame.
 struct PatchSurface<'a> {
     patch: Patch<'a>,
     probe: Probe,
@@ -253,7 +254,7 @@ impl Surface for PatchSurface<'_> {
 
     fn change(&mut self, change: Change) {
         let (Change::Stiffness(ratio) | Change::FarField(ratio)) = change;
-        // within the range that the board accepts, or refused there
+        // the modulus is in the range that the board accepts, or the board refuses it
         let _ = self.patch.ask_modulus(self.youngs_modulus_pa * ratio as f32);
     }
 

@@ -1,11 +1,11 @@
-//! Instructions that a tick executes, function by function: exact counts, and the cycles a
-//! Cortex-M4F is estimated to take for them.
+//! Instructions that a tick executes, function by function: exact counts, and the estimated number
+//! of Cortex-M4F cycles.
 //!
 //! **Counts are exact, cycles are an estimate, neither is hardware timing.** The emulator has no
-//! pipeline, no flash wait states and no bus contention. The estimate adds up the cycles of Arm DDI
-//! 0439B (Cortex-M4 technical reference manual), tables 3-1 and 7-1, for every executed instruction
-//! on its own. It leaves out the overlap of back-to-back loads (too high) and stalls on results
-//! (too low).
+//! pipeline, no flash wait states and no bus contention. The estimate adds up the cycles of every
+//! executed instruction on its own, from Arm DDI 0439B (Cortex-M4 technical reference manual),
+//! tables 3-1 and 7-1. It leaves out the overlap of back-to-back loads, which makes it too high,
+//! and stalls on results, which makes it too low.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ use crate::{
 /// Why a log could not be turned into costs.
 #[derive(Debug, thiserror::Error)]
 pub enum MixError {
-    /// The log itself.
+    /// The log cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),
     /// Code that is not in the image.
@@ -39,8 +39,8 @@ pub enum MixError {
     NoFunction(String),
 }
 
-/// Pipeline refill of a taken branch [cycles]: one to three by the manual; 1.5 from the measured
-/// mixes.
+/// Pipeline refill of a taken branch [cycles]: one to three by the manual, and 1.5 from the
+/// measured mixes.
 const REFILL: f64 = 1.5;
 
 /// Cycles of one instruction that does not branch.
@@ -49,7 +49,7 @@ const fn cycles(class: Class) -> f64 {
         Class::FpDivide | Class::FpRoot => 14.0,
         Class::FpMultiplyAdd => 3.0,
         Class::IntegerDivide => 12.0, // two to twelve, ends early on small quotients
-        // transfers: one cycle here and one for each word
+        // transfers: one cycle here, and one more for each word
         _ => 1.0,
     }
 }
@@ -70,7 +70,7 @@ const ALL: [Class; CLASSES] = [
     Class::System,
 ];
 
-/// Instructions that one function executed, its callees not included.
+/// Instructions that one function executed, without those of its callees.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
     /// Number of times that the function was entered.
@@ -93,7 +93,7 @@ impl Cost {
         self.counts.iter().sum()
     }
 
-    /// Cortex-M4F cycles, estimated as the module's text says.
+    /// Estimated Cortex-M4F cycles, as described at the top of this module.
     #[must_use]
     pub fn cycles(&self) -> f64 {
         let own: f64 = ALL.iter().map(|class| self.count(*class) as f64 * cycles(*class)).sum();
@@ -110,7 +110,7 @@ impl Cost {
     }
 }
 
-/// Costs by function, of one call of the measured function and all it calls.
+/// Costs by function of one call of the measured function and everything that it calls.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InstructionMix {
     by_address: BTreeMap<u32, Cost>,
@@ -124,7 +124,7 @@ impl InstructionMix {
             .map(|(address, cost)| (image.function_at(*address).map_or("(no symbol)", |f| f.name.as_str()), cost))
     }
 
-    /// All functions together.
+    /// Sum over all functions.
     #[must_use]
     pub fn total(&self) -> Cost {
         let mut total = Cost::default();
@@ -136,7 +136,7 @@ impl InstructionMix {
         self.by_address.entry(image.function_at(address).map_or(0, |f| f.address)).or_default()
     }
 
-    /// Counts a jump of the previous instruction, which is known only now.
+    /// Counts a jump by the previous instruction, which is known only once the next address is.
     fn note_jump(&mut self, image: &FirmwareImage, previous: Option<(u32, Instruction)>, address: u32) {
         if let Some((from, Instruction { class: Class::Branch | Class::Load, bytes, .. })) = previous
             && from + bytes != address
@@ -156,8 +156,8 @@ impl InstructionMix {
     }
 }
 
-/// One entry for every completed call of `function` in the log, in order: what the call and
-/// everything below it executed.
+/// Returns one entry for every completed call of `function` in the log, in order: the instructions
+/// that the call executed, those of its callees included.
 pub fn calls_of(
     function: &str,
     image: &FirmwareImage,
@@ -199,7 +199,7 @@ mod tests {
     use super::{Cost, cycles};
     use crate::thumb::{Class, classify};
 
-    /// Cycles of a straight run of instructions, each given as one number.
+    /// Cycles of a straight sequence of instructions, each given as one number.
     fn estimate(codes: &[u32]) -> f64 {
         let mut cost = Cost::default();
         for code in codes {

@@ -1,18 +1,19 @@
-//! The firmware's image in the emulator, driven in lock-step: one pose in, one record out, and the
-//! same controller beside it on this machine.
+//! The firmware's image in the emulator, driven in lock-step: the host sends one pose and receives
+//! one record, and the same controller runs beside it on this machine.
 //!
 //! ```text
 //! image ─ board ─ twin ─ press, campaign, in_loop, live_trace
 //! ```
 //!
-//! `image` is built or given, `board` is the emulator and its link, `twin` runs board and desktop
-//! side by side, compared to the bit. Over it run `press` (the finger), `campaign` (contact, faults
-//! and recovery for as long as wanted), `in_loop` (the closed loop's hands) and `live_trace` (a
-//! recording of `palpate live`).
+//! `image` is built or given, `board` is the emulator and its link, and `twin` runs board and
+//! desktop side by side and compares them to the bit. `press` (the finger), `campaign` (contact,
+//! faults and recovery for any duration), `in_loop` (the closed loop's hands) and `live_trace` (a
+//! recording of `palpate live`) run on it.
 //!
-//! Cost of a tick: `exec_log` (instructions executed), `firmware_image` (whose code they are),
-//! `thumb` (their class), `instruction_mix` (cycles), `timing`; start times and late ticks:
-//! `timed`; log of the image: `defmt_log`; errors of its patch: `patch_record`.
+//! Cost of a tick: `exec_log` (instructions executed), `firmware_image` (the functions to which
+//! they belong), `thumb` (their classes), `instruction_mix` (cycles), `timing`; start times and
+//! late ticks: `timed`; log of the image: `defmt_log`; errors of the fit of its patch:
+//! `patch_record`.
 
 pub mod board;
 pub mod campaign;
@@ -66,7 +67,7 @@ pub enum EmulateError {
         "scene {0} has no patch for a board: give one with patch = \"FILE\" under [solver], or `emulate --patch FILE` (`palpate plan` and `palpate pack` make them)"
     )]
     NoPatch(String),
-    /// The link broke.
+    /// The link to the emulated board broke.
     #[error("the link to the emulated board broke: {0}")]
     Link(#[from] std::io::Error),
     /// The board gives no answer.
@@ -78,13 +79,13 @@ pub enum EmulateError {
     /// The board refused the request.
     #[error("the board refuses: {0}")]
     Refused(Refusal),
-    /// Something in a live trace that no board can do.
+    /// The trace asks for something that a board cannot do.
     #[error("the board cannot repeat this trace: {0}")]
     LiveTrace(String),
     /// Board and desktop differ.
     #[error("board and desktop part: {0}")]
     Differs(String),
-    /// Another answer than the one expected.
+    /// The board sent another answer than the expected one.
     #[error("the board answered out of turn: {0}")]
     OutOfTurn(String),
     /// The image cannot be read.

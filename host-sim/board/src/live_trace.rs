@@ -1,13 +1,14 @@
 //! Replay of a recording of `palpate live` on the emulated board.
 //!
-//! The patch of the trace goes onto the board with its site at the device's centre: for a patch
-//! that is pressed along z the device's frame is then that of the trace, and every bit can be
-//! compared. This machine replays it at the same time, and compares its replay with the trace.
+//! The patch of the trace is placed on the board with its site at the device's centre. If the patch
+//! is pressed along z, the device's frame is then that of the trace, and every bit can be compared.
+//! This machine replays the trace at the same time, and compares its replay with the recorded
+//! values.
 //!
 //! * in: a trace
 //! * out: this machine's replay, every tick of which the board answered with the same bits
-//! * may fail: for a trace that a board cannot repeat (a board hears its host in every tick and has
-//!   one patch of half to twice its stiffness), or with [`EmulateError::Differs`]
+//! * may fail: for a trace that a board cannot repeat (a board hears its host in every tick, and
+//!   has one patch, with half to twice its stiffness), or with [`EmulateError::Differs`]
 
 use std::path::{Path, PathBuf};
 
@@ -24,12 +25,12 @@ use palpate_loop::live::replay::{Replayed, Witness, aligned, replay_beside, unpa
 use palpate_loop::live::trace::{Piece, Trace};
 use palpate_tissue::stable_step::StableStep;
 
-/// Longest patch that goes over the link [bytes]; longer ones are built into an image.
+/// Longest patch that can be sent over the link [bytes]; longer ones are built into an image.
 const LONGEST_UPLOAD: usize = 4 * palpate_controller::link::upload::UPLOAD_WORDS;
-/// Requests that a board makes by itself, in its first ticks.
+/// Requests that a board makes by itself in its first ticks.
 const START_UP: [Ask; 2] = [Ask::Booted, Ask::TestPassed];
 
-/// Repeats a trace on an emulated board. Without an image one is built.
+/// Repeats a trace on an emulated board, and builds an image if none is given.
 ///
 /// # Errors
 /// A trace that the board cannot repeat, or a tick in which board and desktop differ.
@@ -50,7 +51,7 @@ pub fn replay(trace: &Trace, given: Option<&Path>, machine: EmulatedBoard) -> Re
     Ok(here)
 }
 
-/// An image with the patch in its flash.
+/// Builds an image with the patch in its flash.
 fn built_in(patch: &[u8]) -> Result<(tempfile::TempDir, PathBuf), EmulateError> {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("trace.patch");
@@ -59,7 +60,7 @@ fn built_in(patch: &[u8]) -> Result<(tempfile::TempDir, PathBuf), EmulateError> 
     Ok((folder, image))
 }
 
-/// The trace's patch in the form for a board.
+/// Packs the trace's patch for a board.
 fn packed(trace: &Trace) -> Result<(Vec<u8>, Params), EmulateError> {
     let refuse = |why: String| EmulateError::LiveTrace(why);
     let Some(Piece::Tissue(bytes)) = trace.pieces.first() else {
@@ -114,8 +115,8 @@ fn packed(trace: &Trace) -> Result<(Vec<u8>, Params), EmulateError> {
     Ok((packed, params))
 }
 
-/// Opens a patch as a board does: a patch for an image is refused here, in words, and not by a
-/// board that then stays idle.
+/// Opens a patch as a board does, so that an unsuitable patch is refused here with a reason, and
+/// not by a board that then stays idle.
 ///
 /// # Errors
 /// The board's reason.

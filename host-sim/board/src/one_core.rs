@@ -1,7 +1,8 @@
-//! Emulator and host take turns: on one core neither waits for another core to wake up, which would
-//! take as long as a small patch's tick.
+//! Keeps emulator and host on one core. They take turns, so neither then waits for another core to
+//! wake up, which would take as long as a tick of a small patch.
 
-/// While it exists, this thread and the programs that it starts stay on their present core.
+/// Keeps this thread and the programs that it starts on their present core, until this value is
+/// dropped.
 #[derive(Debug)]
 pub struct OneCore {
     #[cfg(target_os = "linux")]
@@ -9,8 +10,7 @@ pub struct OneCore {
 }
 
 impl OneCore {
-    /// Keeps this thread on its core from now on. On a system without this function, nothing
-    /// changes.
+    /// Keeps this thread on its core from now on; does nothing on a system without this function.
     #[must_use]
     pub fn stay() -> Self {
         #[cfg(target_os = "linux")]
@@ -18,7 +18,7 @@ impl OneCore {
             let before = rustix::thread::sched_getaffinity(None).ok();
             let mut here = rustix::thread::CpuSet::new();
             here.set(rustix::thread::sched_getcpu());
-            // a run that cannot choose its core is merely slower
+            // a run that cannot choose its core is only slower
             let stays = before.filter(|_| rustix::thread::sched_setaffinity(None, &here).is_ok());
             Self { before: stays }
         }

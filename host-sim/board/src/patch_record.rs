@@ -1,4 +1,4 @@
-//! The record of the fit of an image's patch, from its ELF file.
+//! Reads the record of the fit of an image's patch from the image's ELF file.
 
 use std::path::Path;
 
@@ -7,11 +7,12 @@ use palpate_tissue::fit_record::FitRecord;
 
 use super::defmt_log::checksum;
 
-/// Section of the record, which is not loaded.
+/// Section that contains the record; it is not loaded into the board's memory.
 const SECTION: &str = ".palpate_record";
 
-/// The record of the patch with checksum `patch`, in the image that a board runs, whose checksum
-/// the board reports. `None` if the file is another image, or if it has no record of this patch.
+/// The record of the patch with checksum `patch`, from the file of the image that a board runs,
+/// whose checksum the board reports as `image`. `None` if the file is another image, or has no
+/// record of this patch.
 #[must_use]
 pub fn of_board(path: &Path, image: u32, patch: u32) -> Option<FitRecord> {
     let elf = std::fs::read(path).ok()?;

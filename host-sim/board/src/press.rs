@@ -1,9 +1,9 @@
-//! The scene's finger presses the emulated board; what comes out is a [`Press`] like that of the
+//! The scene's finger presses the emulated board; the result is a [`Press`] like that of the
 //! desktop.
 //!
-//! The finger feels the force on the device, so with the cycle's damping and limits. Times are
-//! instructions of the board, exact, turned into microseconds by the mean cycles of an instruction:
-//! an estimate, not hardware timing.
+//! The finger feels the force that the device applies, which includes the cycle's damping and
+//! limits. Times are exact numbers of the board's instructions, converted into microseconds with
+//! the mean number of cycles per instruction: an estimate, not hardware timing.
 
 use palpate::haptic::mode::Mode;
 use palpate::{ClampFlags, Output, Vector3};
@@ -17,8 +17,8 @@ use palpate_tissue::scene::Scene;
 use palpate_tissue::scene::TICK_S;
 use palpate_tissue::session::Session;
 
-/// Cycles of an instruction of the tick on a Cortex-M4F, by the reference manual's table over the
-/// logged mix (`emulate --timing` measures it).
+/// Mean number of cycles per instruction of the tick on a Cortex-M4F, by the reference manual's
+/// table for the logged mix (`emulate --timing` measures it).
 pub const CYCLES_PER_INSTRUCTION: f64 = 1.45;
 
 /// Estimated time of this many instructions [us].
@@ -27,7 +27,7 @@ pub fn estimated_us(instructions: u64, machine: EmulatedBoard) -> f32 {
     (instructions as f64 * CYCLES_PER_INSTRUCTION / machine.clock_hz() * 1e6) as f32
 }
 
-/// Runs a scene on a twin that is armed `clear` above the surface.
+/// Runs a scene on a twin, which is armed `clear_m` above the surface.
 ///
 /// # Errors
 /// The board has crashed.
@@ -76,13 +76,14 @@ pub fn run(
     Ok(press)
 }
 
-/// The tip at a depth, in the device's frame: the site is its centre, the press goes along -z.
+/// Position of a tip at a depth, in the device's frame: the site is at its centre, and the press
+/// moves along -z.
 fn device_m(depth_m: f64) -> Vector3<f32> {
     Vector3::new(0.0, 0.0, -depth_m as f32)
 }
 
-/// A record as a row of `press`: forces and places in the patch's frame, the force that of the
-/// device.
+/// Converts a record to a row of `press`: forces and positions are in the patch's frame, and the
+/// force is the one that the device applied.
 fn row(record: &Record, twin: &Lockstep<'_>, position_m: Vector3<f32>, n: usize) -> TickRow {
     let placement = twin.patch().placement();
     let instructions = twin.instructions.last().copied().unwrap_or(0);

@@ -1,10 +1,10 @@
-//! Sorts Thumb-2 instructions into the classes that differ in cost on a Cortex-M4F.
+//! Sorts Thumb-2 instructions into classes that differ in cost on a Cortex-M4F.
 //!
-//! Encodings: Arm DDI 0403E (`ARMv7-M` architecture reference manual), chapters A5 and A6; the
-//! section is named beside every mask. `FPv5` and double-precision encodings are sorted too, so
-//! that an image built for the Cortex-M7 can be read.
+//! Encodings: Arm DDI 0403E (`ARMv7-M` architecture reference manual), chapters A5 and A6; every
+//! mask names its section. `FPv5` and double-precision encodings are sorted too, so that an image
+//! built for the Cortex-M7 can be read.
 
-/// Classes of instructions with equal cost. Words moved are counted separately.
+/// Classes of instructions with equal cost. Transferred words are counted separately.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Class {
     /// `vldr`, `vldm`, `vpop`
@@ -38,17 +38,17 @@ pub enum Class {
 /// Number of [`Class`]es.
 pub const CLASSES: usize = Class::System as usize + 1;
 
-/// One instruction, as far as its cost is concerned.
+/// Properties of an instruction that determine its cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Instruction {
-    /// Class of instructions that cost alike.
+    /// Class of the instruction.
     pub class: Class,
     /// Length [bytes]: 2 or 4.
     pub bytes: u32,
-    /// Cycles on top of the class's own: one for every 32-bit word to or from memory, one for a
-    /// second moved register.
+    /// Cycles in addition to those of the class: one for every 32-bit word to or from memory, and
+    /// one for a second register that is moved.
     pub words: u32,
-    /// Whether it leaves a return address in `lr`.
+    /// Whether the instruction leaves a return address in `lr`.
     pub calls: bool,
 }
 
@@ -58,14 +58,14 @@ impl Instruction {
     }
 }
 
-/// Whether a first halfword opens a 32-bit instruction (A5.1).
+/// Whether a first halfword begins a 32-bit instruction (A5.1).
 #[must_use]
 pub const fn is_wide(first: u16) -> bool {
     first >> 11 >= 0b11101
 }
 
-/// Sorts the instruction in `first` and, when [`is_wide`], `second`. `None` if the encoding is not
-/// in this table.
+/// Sorts the instruction in `first` and, if [`is_wide`], `second`. Returns `None` if the encoding
+/// is not in this table.
 #[must_use]
 pub fn classify(first: u16, second: u16) -> Option<Instruction> {
     if is_wide(first) {
@@ -210,7 +210,8 @@ fn coprocessor(first: u16, second: u16) -> Option<Instruction> {
 mod tests {
     use super::{Class, Instruction, classify, is_wide};
 
-    /// Class, words and length of an instruction written as one number, first halfword on top.
+    /// Class, transferred words and length of an instruction given as one number, with its first
+    /// halfword in the upper half.
     fn sorted(code: u32) -> (Class, u32, u32) {
         let halves = if code > 0xFFFF { ((code >> 16) as u16, code as u16) } else { (code as u16, 0) };
         assert_eq!(is_wide(halves.0), code > 0xFFFF);

@@ -1,12 +1,12 @@
-//! The image paced by its own tick timer, pressed by its scripted hand: when ticks start, and what
-//! happens when they take too long.
+//! The image runs at the pace of its own tick timer and is pressed by its scripted hand. This shows
+//! when ticks start, and what happens when they take too long.
 //!
 //! Every instruction takes 2^shift ns of virtual time, so a larger shift means a slower core.
 //! **Emulated counts, not hardware time.**
 //!
-//! * in: an image, which presses the patch built into it
-//! * out: starts of ticks after the timer's edge, late ticks, what turned the outputs off, and the
-//!   log
+//! * in: an image, which presses the patch that is built into it
+//! * out: delay of the start of a tick after the timer's edge, late ticks, the reason why the
+//!   outputs were turned off, and the log
 //! * may fail: an image that does not end
 
 use std::path::Path;
@@ -17,11 +17,12 @@ use serde::Serialize;
 
 use super::{EmulateError, EmulatedBoard, defmt_log};
 
-/// The shift at which a tick fits its period and the clock resolves five instructions.
+/// Shift at which a tick fits into its period, and the clock resolves five instructions.
 pub const IN_TIME_SHIFT: u32 = 3;
-/// Shifts of ever slower cores.
+/// Shifts for slower and slower cores.
 const SLOW_SHIFTS: [u32; 5] = [4, 5, 6, 7, 8];
-/// Ticks of a run with late ticks: the force is on after 700, and a late tick occurs by the third.
+/// Ticks of a run on a slow core: the force is on after 700 ticks, and one of the first three ticks
+/// is late.
 const SLOW_TICKS: u32 = 1_000;
 /// Time limit of a run, which takes seconds: a run that hangs must not block the caller.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -29,32 +30,32 @@ const PATIENCE: Duration = Duration::from_secs(120);
 /// Results of a timed run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Timed {
-    /// Every instruction took 2^shift ns.
+    /// Exponent of the virtual time of an instruction, which is 2^shift ns.
     pub shift: u32,
     /// Shortest and longest delay from the timer's edge to the start of a tick [instructions].
     pub start_instructions: Option<[f64; 2]>,
-    /// Longest tick over the period (1), where one was completed.
+    /// Longest completed tick, relative to the period (1).
     pub longest_over_period: Option<f64>,
-    /// Ticks run.
+    /// Number of ticks that ran.
     pub ticks: Option<u64>,
     /// Ticks that ended after their period.
     pub late_ticks: Option<u64>,
     /// Periods that passed during late ticks, as counted by the loop.
     pub missed_periods: Option<u64>,
-    /// Periods of the timer in excess of the ticks: those that passed during a tick, counted
-    /// outside the loop.
+    /// Timer periods in excess of the ticks: those that passed during a tick, counted outside the
+    /// loop.
     pub periods_without_tick: Option<u64>,
-    /// Mode and fault at the end.
+    /// Mode and fault at the end of the run.
     pub ended: String,
-    /// From the last completed tick to the watchdog's reset [us], if it acted.
+    /// Time from the last completed tick to the watchdog's reset [us], if it occurred.
     pub watchdog_us: Option<u64>,
-    /// Log of the image, a message per line.
+    /// Log of the image, one message per line.
     #[serde(skip)]
     pub log: String,
 }
 
 impl Timed {
-    /// Periods without a tick that the loop did not count; none are allowed.
+    /// Periods without a tick that the loop did not count; there must be none.
     #[must_use]
     pub fn uncounted(&self) -> Option<u64> {
         self.periods_without_tick.zip(self.missed_periods).map(|(seen, counted)| seen.abs_diff(counted))
@@ -64,7 +65,7 @@ impl Timed {
 /// Runs an image for this many ticks.
 ///
 /// # Errors
-/// No emulator, or an image that does not end.
+/// There is no emulator, or the image does not end.
 pub fn run(image: &Path, machine: EmulatedBoard, shift: u32, ticks: u32) -> Result<Timed, EmulateError> {
     let Printed { text, frames } = printed(image, machine, shift, ticks)?;
     let number = |key| value(&text, key).and_then(|word| word.parse::<u64>().ok());
@@ -86,7 +87,7 @@ pub fn run(image: &Path, machine: EmulatedBoard, shift: u32, ticks: u32) -> Resu
     })
 }
 
-/// Runs the image on ever slower cores, down to ticks of some twenty periods.
+/// Runs the image on slower and slower cores, up to ticks of some twenty periods.
 ///
 /// # Errors
 /// Errors of [`run`].
@@ -94,7 +95,7 @@ pub fn overruns(image: &Path, machine: EmulatedBoard) -> Result<Vec<Timed>, Emul
     SLOW_SHIFTS.into_iter().map(|shift| run(image, machine, shift, SLOW_TICKS)).collect()
 }
 
-/// Output of an image: printed text and logged frames.
+/// Output of an image: printed text, and frames of its log.
 struct Printed {
     text: String,
     /// defmt frames.
@@ -118,7 +119,7 @@ fn printed(image: &Path, machine: EmulatedBoard, shift: u32, ticks: u32) -> Resu
     let begun = Instant::now();
     while child.try_wait()?.is_none() {
         if begun.elapsed() > PATIENCE {
-            // only the process that we started
+            // kills only the process that was started here
             child.kill()?;
             child.wait()?;
             return Err(EmulateError::Silent(std::fs::read_to_string(&words).unwrap_or_default()));
@@ -128,7 +129,7 @@ fn printed(image: &Path, machine: EmulatedBoard, shift: u32, ticks: u32) -> Resu
     Ok(Printed { text: std::fs::read_to_string(&words)?, frames: std::fs::read(&frames)? })
 }
 
-/// The word after `key=`, the last one if there are several.
+/// The word after `key=`; the last one if there are several.
 fn value<'a>(text: &'a str, key: &str) -> Option<&'a str> {
     let pairs = text.split_whitespace().rev().filter_map(|word| word.split_once('='));
     pairs.into_iter().find_map(|(name, value)| (name == key).then_some(value))

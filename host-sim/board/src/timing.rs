@@ -16,21 +16,21 @@ use super::instruction_mix::calls_of;
 use super::twin::Reading;
 use super::{Board, EmulateError, EmulatedBoard, Lockstep};
 
-/// The core's tick in the image.
+/// Path of the core's tick in the image.
 const TICK: &str = "palpate::tick::tick";
-/// Ticks that are logged: the patch is put to rest, waits, and is tapped before the force is
-/// enabled.
+/// Number of ticks that are logged: the patch is put to rest, waits, and is tapped before the force
+/// is enabled.
 const WAIT_TICKS: u32 = 4;
 const TAP_TICKS: u32 = 22;
-/// Height at which the tap begins, and its displacement per tick [m].
+/// Height at which the tap begins, and displacement of the tip per tick [m].
 const CLEAR_M: f32 = 0.6e-3;
 const STEP_M: f32 = 0.23e-3;
 
-/// Mean cycles of an instruction of the costliest tick of a tap, by the reference manual's table
-/// for the executed instructions.
+/// Mean number of cycles per instruction in the costliest tick of a tap, by the reference manual's
+/// table for the executed instructions.
 ///
 /// # Errors
-/// The board has crashed, or the image has no such function.
+/// The board crashed, or the image does not have the function.
 pub fn cycles_per_instruction(image: &Path, machine: EmulatedBoard, patch: &[u8]) -> Result<f64, EmulateError> {
     let folder = tempfile::tempdir()?;
     let log = folder.path().join("executed");
@@ -49,21 +49,23 @@ pub fn cycles_per_instruction(image: &Path, machine: EmulatedBoard, patch: &[u8]
     Ok(cycles / instructions as f64)
 }
 
-/// Instructions of many ticks.
+/// Distribution of the instructions per tick over a run.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Spread {
-    /// Median of the ticks that run the patch.
+    /// Median over the ticks that run the patch.
     pub median: u64,
-    /// The longest tick.
+    /// Instructions of the longest tick.
     pub max: u64,
-    /// Longest over median (1).
+    /// Longest tick relative to the median (1).
     pub worst_over_median: f64,
-    /// Ticks without the patch: start-up, idle, fault. They are not in the median.
+    /// Number of ticks that do not run the patch (start-up, idle, fault); the median leaves them
+    /// out.
     pub without_patch: usize,
 }
 
 impl Spread {
-    /// Summarises all ticks of a run. A tick far below the longest did not run the patch.
+    /// Summarises all ticks of a run. A tick with at most half the instructions of the longest did
+    /// not run the patch.
     #[must_use]
     pub fn of(instructions: &[u64]) -> Self {
         let max = instructions.iter().copied().max().unwrap_or(0);

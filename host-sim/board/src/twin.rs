@@ -1,5 +1,5 @@
-//! The emulated board and the same controller on this machine, fed the same messages, compared tick
-//! by tick.
+//! The emulated board and the same controller on this machine receive the same messages and are
+//! compared tick by tick.
 
 use palpate::haptic::cycle::Settings;
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
@@ -23,10 +23,10 @@ use palpate_loop::closed_loop::watch::{Broken, ByGeometry};
 /// Ticks within which an undisturbed board must reach full gain.
 const START_UP_TICKS: u32 = 2_000;
 
-/// The point at which board and desktop differ.
+/// The first point at which board and desktop differ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
-    /// The tick.
+    /// Tick in which they differ.
     pub tick: u32,
     /// Name of the first quantity that differs.
     pub what: &'static str,
@@ -34,7 +34,7 @@ pub struct Difference {
     pub values: [f32; 2],
 }
 
-/// Board and desktop.
+/// The emulated board and its twin on this machine, in lock-step.
 pub struct Lockstep<'a> {
     board: Board,
     machine: EmulatedBoard,
@@ -45,11 +45,12 @@ pub struct Lockstep<'a> {
     readings: u32,
     /// The first difference; the run continues, to show its consequences.
     pub difference: Option<Difference>,
-    /// The first tick in which the board's force broke an invariant of geometry; see
-    /// [`ByGeometry`].
+    /// The first tick in which the board's force broke a geometric invariant, and that invariant;
+    /// see [`ByGeometry`].
     pub broken: Option<(u32, Broken)>,
     watch: ByGeometry,
-    /// Instructions of every tick so far, sensors to converters.
+    /// Number of instructions of every tick so far, from reading the sensors to setting the
+    /// converters.
     pub instructions: Vec<u64>,
     /// Faults that occurred, in order, one entry per occurrence.
     pub faults: Vec<Fault>,
@@ -57,7 +58,7 @@ pub struct Lockstep<'a> {
     packed_pa: f32,
 }
 
-/// The tip that a host sent.
+/// Tip position that a host sent, if it sent one.
 fn tip(reading: Option<probe_in::Reading>) -> Option<Sensed> {
     match reading {
         Some(probe_in::Reading::Tip(sensed)) => Some(sensed),
@@ -85,15 +86,15 @@ impl Reading {
 }
 
 impl<'a> Lockstep<'a> {
-    /// Uploads a patch to a board that has just started, and opens the same one here.
+    /// Uploads a patch to a board that has just started, and opens the same patch here.
     ///
     /// # Errors
-    /// Inputs that the board or this machine refuses.
+    /// The board or this machine refuses the inputs.
     pub fn new(mut board: Board, patch: &'a [u8], memory: &'a mut Memory) -> Result<Self, EmulateError> {
         let controller = Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::OnRequest)?;
         let mut haptic = HapticLoop::new(DesktopBoard::default(), controller);
         let mut patch_here = Patch::open(patch, memory, None)?;
-        // a patch is accepted in `Idle` only: three ticks of start-up
+        // a patch is accepted only in `Idle`, which is reached after three ticks of start-up
         let sensed = Sensed { position_m: Vector3::zeros(), sequence: 0, status: SensorStatus::Failed };
         let mut inbox = Inbox::default();
         let mut newest = sensed;
@@ -132,18 +133,18 @@ impl<'a> Lockstep<'a> {
         &self.patch
     }
 
-    /// The emulated board's kind.
+    /// The kind of board that is emulated.
     #[must_use]
     pub fn machine(&self) -> EmulatedBoard {
         self.machine
     }
 
-    /// The link, for everything but ticks.
+    /// The link to the board, for everything but ticks.
     pub fn board(&mut self) -> &mut Board {
         &mut self.board
     }
 
-    /// The mode.
+    /// Mode of the loop.
     #[must_use]
     pub fn mode(&self) -> Mode {
         self.haptic.controller.mode()
@@ -196,7 +197,7 @@ impl<'a> Lockstep<'a> {
         self.tell(&ToBoard::Ask(asked))
     }
 
-    /// Lets the next tick find the actuators' supply too low, on the board and on its twin.
+    /// Makes the next tick find the actuators' supply too low, on the board and on its twin.
     ///
     /// # Errors
     /// The board has crashed.
@@ -204,8 +205,8 @@ impl<'a> Lockstep<'a> {
         self.tell(&ToBoard::SupplyLow)
     }
 
-    /// Requests another Young's modulus of both under force, as a multiple of the packed one
-    /// between half and twice.
+    /// Requests another Young's modulus of both under force: the packed one times this ratio, which
+    /// is between half and two.
     ///
     /// # Errors
     /// The board has crashed.
@@ -222,7 +223,7 @@ impl<'a> Lockstep<'a> {
         Ok(())
     }
 
-    /// Holds a place outside the tissue until the force is on at full gain.
+    /// Keeps the tip at a position outside the tissue until the force is on at full gain.
     ///
     /// # Errors
     /// The board has crashed, or does not reach full gain.
@@ -242,7 +243,8 @@ impl<'a> Lockstep<'a> {
         Err(EmulateError::OutOfTurn(format!("it is still {:?} after {START_UP_TICKS} calm ticks", self.mode())))
     }
 
-    /// Hash of the board's state, checked against the one here.
+    /// Hash of the board's state, after checking it against the one here, and the stack that was
+    /// used [bytes].
     ///
     /// # Errors
     /// The board has crashed.

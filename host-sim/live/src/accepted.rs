@@ -1,5 +1,5 @@
-//! A chart of measurements beside the tissue of their preset, with what `palpate accept`
-//! predicts and what it would predict without the term that is tested.
+//! Chart that compares measurements with the tissue of their preset: the prediction of `palpate
+//! accept`, and the prediction without the term that is tested.
 
 use eframe::egui::{Align2, Color32, FontId, Painter, Rect, Shape as Drawn, Stroke, pos2, vec2};
 
@@ -9,7 +9,7 @@ struct Chart {
     title: &'static str,
     dots: &'static str,
     across: &'static str,
-    /// Curves of the picture that `accept` draws, as `curve,x,y`, thinned and rounded.
+    /// Curves of the picture that `accept` draws, as lines `curve,x,y`, thinned and rounded.
     curves: &'static str,
 }
 
@@ -32,13 +32,13 @@ const CHARTS: [Chart; 2] = [
 
 /// Size of the chart [points].
 const SIZE: [f32; 2] = [250.0, 150.0];
-/// Least size of the picture beside whose other charts it fits [points].
+/// Smallest picture in which the chart fits beside the other charts [points].
 const LEAST: [f32; 2] = [560.0, 330.0];
 
 /// Points of a curve by its name.
 type Curve = (&'static str, Vec<[f32; 2]>);
 
-/// Curves in the order of the file; lines that are no numbers are left out.
+/// Curves in the order of the file; lines without numbers are left out.
 fn curves(text: &'static str) -> Vec<Curve> {
     let mut all: Vec<Curve> = Vec::new();
     for line in text.lines().skip(1) {
@@ -53,7 +53,8 @@ fn curves(text: &'static str) -> Vec<Curve> {
     all
 }
 
-/// Draws the chart of this preset into a corner of the picture, if there is one and it fits.
+/// Draws the chart of this preset into a corner of the picture, if the preset has a chart and it
+/// fits.
 pub fn draw(painter: &Painter, picture: Rect, dark: bool, preset: &str) {
     let Some(chart) = CHARTS.iter().find(|chart| chart.preset == preset) else { return };
     if picture.width() < LEAST[0] || picture.height() < LEAST[1] {

@@ -38,28 +38,28 @@ pub struct App {
     pub(crate) strips: Strips,
     pub(crate) touch: Touch,
     pub(crate) controls: Controls,
-    /// The last sentence for the user, and whether it is bad news.
+    /// The last sentence for the user, and whether it reports a failure.
     pub(crate) said: (String, bool),
-    /// A path that is being typed.
+    /// A path that the user is typing.
     pub(crate) path: Option<String>,
-    /// Largest width of anything in the panel.
+    /// Whether the panel's contents fit into its width.
     pub(crate) panel_fits: bool,
     begun: Instant,
     drawn: Vec<f64>,
     /// Time from the start to the first force that was felt [s].
     pub(crate) first_touch_s: Option<f64>,
     lapse: Lapse,
-    /// Time at which the physics last answered [s].
+    /// Time of the last answer from the physics [s].
     heard_s: f64,
 }
 
 /// Hint of the mouse, in the picture's corner.
 const HOW: &str = "button: press · drag: slide · wheel: how deep · right drag: orbit · Ctrl wheel: zoom";
-/// Longest wait for a recording when the window closes.
+/// Longest wait for the recording when the window closes.
 const LAST_WORD: Duration = Duration::from_secs(3);
 
 impl App {
-    /// Creates the window; `link` leads to a physics that was given `choice` and `holding`.
+    /// Creates the window; `link` leads to a physics that was created with `choice` and `holding`.
     #[must_use]
     pub fn new(ctx: &egui::Context, link: Box<dyn Link>, choice: Choice, holding: Holding) -> Self {
         dress(ctx);
@@ -84,14 +84,14 @@ impl App {
         }
     }
 
-    /// Adds a folder for recordings, on a desktop.
+    /// Sets the folder for recordings, on a desktop.
     #[must_use]
     pub fn into_folder(mut self, folder: PathBuf) -> Self {
         self.files = Files::of(folder);
         self
     }
 
-    /// Frames drawn in the last second.
+    /// Number of frames drawn in the last second.
     pub(crate) fn frames_per_s(&self) -> usize {
         self.drawn.len()
     }
@@ -102,7 +102,7 @@ impl App {
         self.files.trace()
     }
 
-    /// Returns the shown state in numbers, as JSON: for scripts that drive it.
+    /// Returns the displayed state in numbers, as JSON, for scripts that drive the window.
     #[must_use]
     pub fn numbers(&self) -> serde_json::Value {
         let frame = &self.frame;
@@ -139,7 +139,7 @@ impl App {
                         self.camera = Camera::of(at_m, size_m);
                     }
                     self.pointer.begin(&self.shape.body);
-                    // the force of another tissue is no longer shown
+                    // the force of the previous tissue is no longer shown
                     self.frame = Frame {
                         body: self.shape.body.number,
                         nodes_m: self.shape.body.rest_m.clone(),
@@ -151,7 +151,7 @@ impl App {
                     self.touch = Touch::default();
                     self.said = (self.controls.ready(), false);
                 }
-                // of the tissue before: it is over
+                // this frame is of the previous tissue, which is gone
                 Answer::Frame(frame) if frame.body != self.shape.body.number => {}
                 Answer::Frame(frame) => {
                     self.strips.add(&frame.samples);
@@ -199,7 +199,7 @@ impl App {
             if let Some(fault) = words::fault(self.frame.fault) {
                 ui.label(RichText::new(fault).color(warn).strong());
             }
-            // while no force is output, none is limited
+            // no limiter is reported while no force is output
             let felt = words::felt(self.frame.mode);
             for limited in words::limiters(self.frame.limiters).into_iter().filter(|_| felt) {
                 ui.label(RichText::new(limited).color(Color32::from_rgb(190, 120, 20)));
@@ -210,7 +210,8 @@ impl App {
     fn bottom(&self, ui: &mut Ui) {
         ui.horizontal_wrapped(|ui| {
             let now_s = ui.input(|i| i.time);
-            // it says why for a while, and then what was said before is there again
+            // the reason for dropped time is shown for a while, then the last sentence appears
+            // again
             let lapse = self.lapse.sentence(now_s);
             let (text, bad) = lapse.as_ref().map_or((&self.said.0, self.said.1), |told| (told, true));
             let text = RichText::new(text);
@@ -232,7 +233,7 @@ impl App {
         let rect = ui.available_rect_before_wrap();
         let response = ui.allocate_rect(rect, egui::Sense::click_and_drag());
         if rect.width() < 2.0 || rect.height() < 2.0 {
-            // nothing to aim at in a window without a size
+            // a window without a size contains nothing to aim at
             self.link.send(Request::Aim(None));
             return;
         }

@@ -6,7 +6,7 @@ use palpate_loop::live::{Choice, LiveTissue};
 use crate::message::{Body, Tip};
 
 impl Body {
-    /// Describes a tissue under a number of its own; `choice` is `None` where its patch came from a
+    /// Describes a tissue as the body with this number; `choice` is `None` if its patch came from a
     /// file.
     #[must_use]
     pub fn of(tissue: &LiveTissue, number: u32, choice: Option<&Choice>) -> Self {
@@ -37,7 +37,7 @@ impl Body {
     }
 }
 
-/// The tip as it is drawn.
+/// Shape of the tip as it is drawn.
 fn drawn(probe: &Probe) -> Tip {
     match probe.shape {
         ProbeShape::Hemisphere | ProbeShape::Sphere => Tip::Ball,

@@ -1,28 +1,28 @@
-//! The camera: it orbits the tissue, and maps places to pixels and pixels to rays.
+//! The camera: it orbits the tissue, and maps positions to pixels and pixels to rays.
 
 use eframe::egui::{Pos2, Rect, Vec2, pos2};
 use palpate::Vector3;
 
 type V = Vector3<f32>;
 
-/// An eye that looks at a point.
+/// An eye that looks at a point, and orbits it.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
     /// Point that the eye looks at [m].
     at_m: V,
-    /// Turn about the vertical, 0 from the front (+x) [rad].
+    /// Angle about the vertical, 0 from the front (+x) [rad].
     pub turn: f32,
-    /// Height above the horizon [rad].
+    /// Elevation above the horizontal [rad].
     pub height: f32,
     /// Distance from the eye to its target [m].
     pub distance_m: f32,
     size_m: f32,
 }
 
-/// Half of the angle of view, vertical: tangent.
+/// Tangent of half of the vertical angle of view.
 const HALF_VIEW: f32 = 0.32;
 
-/// A camera that fills a rectangle of the screen.
+/// The camera's projection into a rectangle of the screen.
 #[derive(Clone, Copy, Debug)]
 pub struct Lens {
     eye_m: V,
@@ -34,29 +34,29 @@ pub struct Lens {
 }
 
 impl Camera {
-    /// Looks at the middle of a body of this size [m].
+    /// Creates a camera that looks at the middle of a body of this size [m].
     #[must_use]
     pub fn of(at_m: V, size_m: f32) -> Self {
         Self { at_m, turn: -0.65, height: 0.62, distance_m: 2.6 * size_m, size_m }
     }
 
-    /// Orbits by a drag in pixels.
+    /// Orbits by a drag [pixels].
     pub fn orbit(&mut self, by: Vec2) {
         self.turn -= by.x * 0.008;
         self.height = (self.height + by.y * 0.008).clamp(-1.5, 1.5);
     }
 
-    /// Nearer for a factor above 1.
+    /// Moves nearer for a factor above 1.
     pub fn zoom(&mut self, factor: f32) {
         self.distance_m = (self.distance_m / factor.clamp(0.2, 5.0)).clamp(0.4 * self.size_m, 6.0 * self.size_m);
     }
 
-    /// Initial position.
+    /// Returns to the initial position.
     pub fn reset(&mut self) {
         *self = Self::of(self.at_m, self.size_m);
     }
 
-    /// Looks through a rectangle.
+    /// Projection into a rectangle of the screen.
     #[must_use]
     pub fn lens(&self, rect: Rect) -> Lens {
         let (st, ct, sh, ch) = (self.turn.sin(), self.turn.cos(), self.height.sin(), self.height.cos());
@@ -69,7 +69,7 @@ impl Camera {
 }
 
 impl Lens {
-    /// Pixel and distance [m] of a place; `None` behind the eye.
+    /// Pixel of a position, and its distance along the line of sight [m]; `None` behind the eye.
     #[must_use]
     pub fn project(&self, at_m: &V) -> Option<(Pos2, f32)> {
         let from = at_m - self.eye_m;
@@ -101,8 +101,8 @@ impl Lens {
         (-self.forward * 0.8 + self.up * 0.7 - self.right * 0.35).normalize()
     }
 
-    /// Directions in which the arrow keys move: right and up on the screen, in the plane across
-    /// `axis`.
+    /// Directions in which the arrow keys move the tip: right and up on the screen, in the plane
+    /// perpendicular to `axis`.
     #[must_use]
     pub fn along(&self, axis: &V) -> [V; 2] {
         let flat = |v: V| (v - axis * v.dot(axis)).try_normalize(1e-3);

@@ -1,4 +1,4 @@
-//! Choices of the user and their consequences; choices are made with `panel` and `keys`.
+//! Choices of the user and their consequences; the user makes them with `panel` and `keys`.
 
 use eframe::egui::{self, Align2, Color32, FontId, Painter, Stroke, vec2};
 use palpate::Vector3;
@@ -11,7 +11,7 @@ use crate::drawn_body::DrawnBody;
 use crate::message::{Body, Frame};
 use crate::shown::Shown;
 
-/// A nodule as the slider begins with it.
+/// Nodule with which the sliders begin.
 pub(crate) const NODULE: Nodule = Nodule { place_m: [0.004, 0.0], depth_m: 9e-3, radius_m: 6e-3, ratio: 10.0 };
 
 /// Choices of the user.
@@ -25,7 +25,7 @@ pub struct Controls {
     /// Stiffness [kPa] and damping [1/s] on the sliders.
     pub(crate) stiffness_kpa: f32,
     pub(crate) damping_per_s: f32,
-    /// Nodules in the block; one that is searched is not here.
+    /// Nodules in the block; a nodule that is searched for is not among them.
     pub(crate) inside: Inside,
     /// Nodules of the scene itself.
     pub(crate) own: Vec<Nodule>,
@@ -34,14 +34,14 @@ pub struct Controls {
     pub(crate) found: Option<Answered>,
     pub(crate) seed: u64,
     pub(crate) light: bool,
-    /// Exercise and answer, kept while another scene is tried, in case it is refused.
+    /// Exercise and answer, kept while another scene is loading, in case it is refused.
     pub(crate) put_by: Option<(Option<Search>, Option<Answered>)>,
 }
 
-/// The result, the place of the answer, and that of the nodule.
+/// Result of the exercise, position of the answer [m], and the nodule.
 type Answered = (Found, [f64; 2], Nodule);
 
-/// Presets without a file beside them.
+/// Presets that need no file beside them.
 pub(crate) fn presets() -> impl Iterator<Item = &'static str> {
     PRESETS.iter().map(|(name, _)| *name).filter(|name| *name != "liver")
 }
@@ -60,7 +60,7 @@ impl Search {
     }
 }
 
-/// A preset's name, or that of a file without its folders.
+/// Name of a preset, or of a file without its folders.
 pub(crate) fn short(scene: &str) -> &str {
     scene.rsplit(['/', '\\']).next().unwrap_or(scene)
 }
@@ -113,7 +113,7 @@ impl Controls {
         (self.choice, self.holding) = (choice, holding);
     }
 
-    /// Nodules that are known to be inside; not the one that is searched.
+    /// Nodules that are known to be inside, without one that is searched for.
     #[must_use]
     pub fn nodules(&self) -> &[Nodule] {
         match &self.inside {
@@ -123,7 +123,7 @@ impl Controls {
         }
     }
 
-    /// Returns the choices in numbers, as JSON.
+    /// Returns the state of the controls in numbers, as JSON.
     #[must_use]
     pub fn numbers(&self) -> serde_json::Value {
         serde_json::json!({
@@ -134,7 +134,7 @@ impl Controls {
         })
     }
 
-    /// Returns a title: the running exercise, or else the short name of the scene.
+    /// Returns the title: that of the running exercise, or else the short name of the scene.
     #[must_use]
     pub fn title(&self) -> String {
         match &self.exercise {
@@ -143,7 +143,7 @@ impl Controls {
         }
     }
 
-    /// Returns the sentence that tells the user what to do with another body.
+    /// Returns the sentence that tells the user what to do with a new body.
     #[must_use]
     pub fn ready(&self) -> String {
         match &self.exercise {
@@ -159,11 +159,11 @@ impl Controls {
         }
     }
 
-    /// Marks the place of the answer and that of the nodule.
+    /// Marks the answer and the nodule on the surface.
     pub fn marks(&self, painter: &Painter, lens: &Lens, shape: &DrawnBody) {
         let Some((_, answer, nodule)) = &self.found else { return };
         let top_m = shape.body.site_m[2] + 0.5e-3;
-        // their names on either side, or one would hide the other
+        // their names are on opposite sides, since one would hide the other
         for (place, radius_m, colour, name, side) in [
             (nodule.place_m, nodule.radius_m as f32, Color32::from_rgb(200, 40, 40), "nodule", -1.0),
             (*answer, 1.5e-3, Color32::from_rgb(20, 60, 160), "your answer", 1.0),

@@ -1,5 +1,5 @@
-//! The cut-away: tissue and probe are cut through the tip, and the half nearer to the eye is left
-//! out. On the cut lie the mesh, the dent, the surface at rest and the nodule.
+//! The cut-away: tissue and probe are cut through the tip, and the half nearer to the eye is not
+//! drawn. The face of the cut shows the mesh, the dent, the surface at rest and the nodule.
 
 use eframe::egui::{Color32, FontId, Mesh, Painter, Pos2, Rect, Shape as Drawn, Stroke, vec2};
 use palpate::Vector3;
@@ -11,24 +11,24 @@ use crate::message::Frame;
 use crate::shown::{Shown, scale, screen};
 
 type V = Vector3<f32>;
-/// A place [m] and the colour there, 0 .. 1.
+/// A position [m] and its colour, 0 .. 1.
 pub(crate) type Corner = (V, [f32; 3]);
 
-/// Light on the cut, a little less than on the surface.
+/// Brightness of the cut, a little less than that of the surface.
 const LIT: f32 = 0.86;
 /// Colour of the probe's metal where it is cut.
 const METAL: [f32; 3] = [0.40, 0.44, 0.50];
 
-/// A plane; what lies in front of it is not drawn.
+/// A plane; everything in front of it is left out.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cut {
     at_m: V,
-    /// Towards the eye, across the probe's axis.
+    /// Normal towards the eye, perpendicular to the probe's axis.
     normal: V,
 }
 
 impl Cut {
-    /// The cut through a point and along an axis, facing the eye.
+    /// Creates the cut that contains a point and an axis, facing the eye.
     pub fn through(at_m: V, axis: &V, lens: &Lens) -> Self {
         let to_eye = lens.eye_m() - at_m;
         let across = to_eye - axis * to_eye.dot(axis);
@@ -40,7 +40,7 @@ impl Cut {
         (x - self.at_m).dot(&self.normal)
     }
 
-    /// Part of a convex polygon that is kept; nothing of one that lies in front.
+    /// The part of a convex polygon behind the plane; empty if the polygon is in front.
     pub fn kept(&self, corners: &[Corner]) -> Vec<Corner> {
         let mut kept = Vec::with_capacity(corners.len() + 1);
         for (k, (x, colour)) in corners.iter().enumerate() {
@@ -57,7 +57,7 @@ impl Cut {
         kept
     }
 
-    /// Ends of the line in which a triangle is cut [m].
+    /// Ends of the line along which the plane cuts a triangle [m].
     fn line(&self, corners: [V; 3]) -> Option<[V; 2]> {
         let crossed = [[0, 1], [1, 2], [2, 0]].into_iter().filter_map(|[a, b]| self.crossing(&corners[a], &corners[b]));
         match crossed.collect::<Vec<_>>().as_slice() {
@@ -66,21 +66,22 @@ impl Cut {
         }
     }
 
-    /// Place where an edge crosses the plane [m], and the share of the edge up to it.
+    /// Point at which an edge crosses the plane [m], and its distance along the edge as a share of
+    /// the edge.
     fn crossing(&self, a: &V, b: &V) -> Option<(V, f32)> {
         let (from_m, to_m) = (self.ahead_m(a), self.ahead_m(b));
         let share = from_m / (from_m - to_m);
         ((from_m <= 0.0) != (to_m <= 0.0)).then(|| (a + (b - a) * share, share))
     }
 
-    /// Polygon in which a tet is cut, in order: places [m] and their colours' shares. Empty where
-    /// it is not cut.
+    /// Polygon in which the plane cuts a tet, with corners in order: their positions [m] and
+    /// colours. Empty if the plane does not cut the tet.
     fn slice(&self, corners: [(V, f32); 4]) -> Vec<(V, f32)> {
         let (behind, ahead): (Vec<_>, Vec<_>) = corners.into_iter().partition(|(x, _)| self.ahead_m(x) <= 0.0);
         let pairs: &[[usize; 2]] = match (behind.len(), ahead.len()) {
             (1, 3) => &[[0, 0], [0, 1], [0, 2]],
             (3, 1) => &[[0, 0], [1, 0], [2, 0]],
-            // round the quadrilateral, not across it
+            // around the quadrilateral, not along its diagonals
             (2, 2) => &[[0, 0], [0, 1], [1, 1], [1, 0]],
             _ => &[],
         };
@@ -92,7 +93,7 @@ impl Cut {
     }
 }
 
-/// Draws the face of the cut; `shares` are the nodes' colours.
+/// Draws the face of the cut; `shares` are the colours of the nodes.
 #[expect(clippy::too_many_arguments, reason = "as much as a picture shows")]
 pub(crate) fn face(
     painter: &Painter,
@@ -121,7 +122,7 @@ pub(crate) fn face(
     }
     painter.add(Drawn::mesh(filled));
     painter.extend(edges);
-    // surface at rest, and as it is now: where it did not move, the second hides the first
+    // the surface at rest, then the present one, which covers it where it did not move
     let rest_m: Vec<V> = shape.body.rest_m.iter().map(|x| V::from(*x)).collect();
     let lines = |nodes_m: &[V], stroke: Stroke| {
         let triangles = shape.body.skin.iter().filter_map(|t| cut.line(t.map(|n| nodes_m[usize::from(n)])));
@@ -136,7 +137,7 @@ pub(crate) fn face(
     nodules.iter().for_each(|nodule| ball(painter, lens, cut, nodule, &nodes_m, &rest_m));
 }
 
-/// A nodule, as a ball that moves with the tissue in it.
+/// Draws a nodule as a ball that moves with the tissue inside it.
 fn ball(painter: &Painter, lens: &Lens, cut: &Cut, nodule: &Nodule, nodes_m: &[V], rest_m: &[V]) {
     let ([x, y], z) = (nodule.place_m, -nodule.depth_m);
     let (rest_of_it_m, radius_m) = (V::new(x as f32, y as f32, z as f32), nodule.radius_m as f32);
@@ -144,7 +145,7 @@ fn ball(painter: &Painter, lens: &Lens, cut: &Cut, nodule: &Nodule, nodes_m: &[V
         let inside = rest_m.iter().zip(nodes_m).filter(|(rest, _)| (**rest - rest_of_it_m).norm() <= near_m);
         inside.fold((V::zeros(), 0.0), |(sum, count), (rest, now)| (sum + (now - rest), count + 1.0))
     };
-    // a ball smaller than the elements around it has no node inside
+    // a ball smaller than the elements around it contains no node: the radius is then enlarged
     let all = [1.0, 2.0, 4.0].map(|times| moved(times * radius_m));
     let displacement_m = all.into_iter().find(|(_, count)| *count > 0.0).map_or(V::zeros(), |(sum, count)| sum / count);
     let centre_m = rest_of_it_m + displacement_m;
@@ -164,7 +165,7 @@ fn ball(painter: &Painter, lens: &Lens, cut: &Cut, nodule: &Nodule, nodes_m: &[V
     let red = Color32::from_rgb(170, 25, 25);
     painter.add(Drawn::line(ring.collect(), Stroke::new(2.0, red)));
     if let Some((pixel, _)) = lens.project(&(middle_m + aside * wide_m)) {
-        // on a ground of its own, or the mesh would cross its letters
+        // the name has a background, since the mesh would cross its letters
         let name = painter.layout_no_wrap("nodule".into(), FontId::proportional(13.0), red);
         let place = Rect::from_min_size(pixel + vec2(5.0, -0.5 * name.size().y), name.size());
         painter.rect_filled(place.expand(2.0), 3.0, Color32::from_white_alpha(200));
@@ -172,7 +173,7 @@ fn ball(painter: &Painter, lens: &Lens, cut: &Cut, nodule: &Nodule, nodes_m: &[V
     }
 }
 
-/// Draws the face of a convex part of the probe, of the triangles of its surface.
+/// Draws the cut face of a convex part of the probe, given the triangles of its surface.
 pub(crate) fn metal(painter: &Painter, lens: &Lens, cut: &Cut, triangles: &[[V; 3]]) {
     let mut round: Vec<V> = triangles.iter().filter_map(|corners| cut.line(*corners)).flatten().collect();
     if round.len() < 3 {
@@ -189,7 +190,7 @@ pub(crate) fn metal(painter: &Painter, lens: &Lens, cut: &Cut, triangles: &[[V; 
     painter.add(Drawn::mesh(filled));
 }
 
-/// A convex polygon as triangles.
+/// Adds a convex polygon as triangles.
 fn fan(mesh: &mut Mesh, corners: &[(Pos2, Color32)]) {
     let first = mesh.vertices.len() as u32;
     corners.iter().for_each(|(pixel, colour)| mesh.colored_vertex(*pixel, *colour));
@@ -212,11 +213,11 @@ mod tests {
 
     #[test]
     fn a_tet_is_cut_in_a_polygon_of_its_own_area() {
-        // two corners on either side
+        // two corners are on each side of the plane
         let slice = CUT.slice(CORNERS.map(|x| (x, x.x)));
         assert_eq!(slice.len(), 4);
         assert!(slice.iter().all(|(x, share)| (x.x - 0.25).abs() < 1e-6 && (share - 0.25).abs() < 1e-6), "{slice:?}");
-        // 0.75 wide where y = 0 .. and z = 0 .. 0.25: a rectangle, and no bow tie
+        // 0.75 wide along y and 0.25 along z: a rectangle, not a bow tie
         let area = area(&slice.iter().map(|(x, _)| *x).collect::<Vec<_>>());
         assert!((area - 0.75 * 0.25).abs() < 1e-6, "{area}");
         assert!(Cut { at_m: V::new(2.0, 0.0, 0.0), ..CUT }.slice(CORNERS.map(|x| (x, 0.0))).is_empty());

@@ -1,4 +1,4 @@
-//! The body on the screen: its boundary, displacement and compression of its nodes, and
+//! The body as it is drawn: its boundary, displacement and compression of its nodes, and its
 //! intersections with rays.
 
 use palpate::Vector3;
@@ -11,11 +11,11 @@ type V = Vector3<f32>;
 /// Geometry computed once from a body.
 #[derive(Clone, Debug, Default)]
 pub struct DrawnBody {
-    /// The body.
+    /// The body that is drawn.
     pub body: Body,
     /// Whole boundary of the body, counter-clockwise seen from outside.
     pub boundary: Vec<[usize; 3]>,
-    /// Boundary triangles at each node.
+    /// Indices of the boundary triangles at each node.
     around: Vec<Vec<usize>>,
     six_volumes_m3: Vec<f32>,
 }
@@ -34,7 +34,7 @@ impl DrawnBody {
         Self { body, boundary, around, six_volumes_m3 }
     }
 
-    /// Middle [m] and the longest side [m].
+    /// Middle [m] and longest side [m] of the body.
     #[must_use]
     pub fn extent_m(&self) -> (V, f32) {
         let all = || self.body.rest_m.iter().map(|x| V::from(*x));
@@ -43,20 +43,21 @@ impl DrawnBody {
         ((low + high) * 0.5, (high - low).max())
     }
 
-    /// Area normals of the boundary [m^2], twice the area long.
+    /// Area normals of the boundary [m^2]; their length is twice the area.
     #[must_use]
     pub fn normals(&self, nodes_m: &[V]) -> Vec<V> {
         self.boundary.iter().map(|&[a, b, c]| (nodes_m[b] - nodes_m[a]).cross(&(nodes_m[c] - nodes_m[a]))).collect()
     }
 
-    /// Normal at a node of a face: smooth where the surface is, sharp at an edge.
+    /// Normal at a node of a triangle with normal `own`: smooth where the surface is, but not
+    /// across a sharp edge.
     #[must_use]
     pub fn normal(&self, node: usize, own: &V, normals: &[V]) -> V {
         let near = self.around[node].iter().map(|f| normals[*f]).filter(|n| n.dot(own) > 0.7 * n.norm());
         near.sum::<V>().try_normalize(0.0).unwrap_or(*own)
     }
 
-    /// Volume over rest volume of each node's tets (1).
+    /// Volume of each node's tets over their volume at rest (1).
     #[must_use]
     pub fn j(&self, nodes_m: &[[f32; 3]]) -> Vec<f32> {
         let (mut now, mut rest) = (vec![0.0; nodes_m.len()], vec![0.0; nodes_m.len()]);
@@ -86,13 +87,13 @@ impl DrawnBody {
         sums.into_iter().map(|(sum, count)| if count > 0.0 { sum / count } else { 0.0 }).collect()
     }
 
-    /// Distance of each node from its place at rest [m].
+    /// Distance of each node from its position at rest [m].
     #[must_use]
     pub fn moved_m(&self, nodes_m: &[[f32; 3]]) -> Vec<f32> {
         nodes_m.iter().zip(&self.body.rest_m).map(|(x, rest)| (V::from(*x) - V::from(*rest)).norm()).collect()
     }
 
-    /// Place at which a ray first meets the skin at rest, from the probe's side [m].
+    /// Point at which a ray first meets the skin at rest, on the side of the probe [m].
     #[must_use]
     pub fn meets(&self, from_m: &V, ray: &V) -> Option<V> {
         let axis = V::from(self.body.axis);
@@ -120,7 +121,7 @@ fn six_volume_m3(tet: &[u16; 4], nodes_m: &[[f32; 3]]) -> f32 {
     (b - a).cross(&(c - a)).dot(&(d - a))
 }
 
-/// Moeller and Trumbore: the distance along a ray to a triangle.
+/// Distance along a ray to a triangle, after Moeller and Trumbore.
 fn along(from: &V, ray: &V, [a, b, c]: [V; 3]) -> Option<f32> {
     let (e1, e2) = (b - a, c - a);
     let p = ray.cross(&e2);

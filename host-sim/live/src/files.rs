@@ -1,5 +1,5 @@
-//! Traces, tables and pictures out; traces and scenes in: the disk of a desktop, the downloads of a
-//! page.
+//! Output of traces, tables and pictures, and input of traces and scenes: on the disk of a desktop,
+//! or as downloads of a page.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
@@ -9,7 +9,7 @@ use eframe::egui::{ColorImage, Context, ScreenshotCallback, ViewportCommand};
 use crate::link::Link;
 use crate::message::Request;
 
-/// The last recording, and where files go.
+/// The last recording, and the place for files.
 #[derive(Debug, Default)]
 pub struct Files {
     folder: PathBuf,
@@ -21,7 +21,7 @@ pub struct Files {
     arrived: Arrived,
 }
 
-/// Files read so far, by name: a browser reads asynchronously.
+/// Files that have been read, with their names: a browser reads asynchronously.
 type Arrived = Arc<Mutex<Vec<(String, Vec<u8>)>>>;
 
 impl Files {
@@ -31,8 +31,8 @@ impl Files {
         Self { folder, ..Self::default() }
     }
 
-    /// A recording ended: it is written at once, so that nothing is lost. A sentence, and whether
-    /// it is bad news.
+    /// Writes a recording as soon as it ends, so that nothing is lost. Returns a sentence, and
+    /// whether it reports a failure.
     pub fn recorded(&mut self, bytes: Vec<u8>) -> (String, bool) {
         let kb = bytes.len() / 1024;
         let message = match keeps_at_once() {
@@ -50,8 +50,8 @@ impl Files {
         message
     }
 
-    /// Writes a file under an unused number; returns a sentence, whether it is bad news, and the
-    /// number.
+    /// Writes a file under an unused number; returns a sentence, whether it reports a failure, and
+    /// the number.
     fn keep(&mut self, ending: &str, bytes: &[u8]) -> ((String, bool), u32) {
         self.last = free(&self.folder, self.last + 1);
         (put(&self.folder, &format!("live-{}.{ending}", self.last), bytes), self.last)
@@ -69,19 +69,19 @@ impl Files {
         self.trace.is_some()
     }
 
-    /// Repeats the recorded trace on this machine.
+    /// Replays the recorded trace on this machine.
     pub fn replay(&self, link: &mut dyn Link) -> (String, bool) {
         let Some(trace) = &self.trace else { return nothing() };
         link.send(Request::Replay(trace.clone()));
         ("Repeating the recording ...".into(), false)
     }
 
-    /// Writes the trace: a sentence, and whether it is bad news.
+    /// Writes the trace; returns a sentence, and whether it reports a failure.
     pub fn save(&self) -> (String, bool) {
         self.trace.as_ref().map_or_else(nothing, |bytes| put(&self.folder, &format!("live-{}.trace", self.number), bytes))
     }
 
-    /// Requests a table of the trace's ticks, for which the physics repeats them.
+    /// Requests a table of the trace's ticks, for which the physics replays the trace.
     pub fn tabulate(&self, link: &mut dyn Link) -> (String, bool) {
         let Some(bytes) = &self.trace else { return nothing() };
         link.send(Request::Table(bytes.clone()));
@@ -93,7 +93,7 @@ impl Files {
         put(&self.folder, &format!("live-{}.csv", self.number), table.as_bytes())
     }
 
-    /// Takes a picture of the next frame.
+    /// Requests a picture of the next frame.
     pub fn photograph(&self, ctx: &Context) {
         let (picture, ctx2) = (Arc::clone(&self.picture), ctx.clone());
         ctx.send_viewport_cmd(ViewportCommand::Screenshot(ScreenshotCallback::new(move |image| {
@@ -104,7 +104,7 @@ impl Files {
         })));
     }
 
-    /// Writes a picture that was taken.
+    /// Writes the requested picture once it has arrived.
     pub fn develop(&mut self) -> Option<(String, bool)> {
         let image = self.picture.lock().ok()?.take()?;
         Some(match png(&image) {
@@ -113,8 +113,8 @@ impl Files {
         })
     }
 
-    /// Lets the user choose a file: a browser shows its own chooser, a desktop has a line for the
-    /// path.
+    /// Lets the user choose a file; returns `false` on a desktop, where the user types a path
+    /// instead.
     pub fn ask(&self) -> bool {
         choose(&self.arrived)
     }
@@ -124,7 +124,7 @@ impl Files {
         read(path, &self.arrived)
     }
 
-    /// Files dropped or chosen, as they arrive: name and content.
+    /// Files that were dropped or chosen and have arrived: name and content.
     pub fn opened(&self, ctx: &Context) -> Vec<(String, Vec<u8>)> {
         for file in ctx.input(|i| i.raw.dropped_files.clone()) {
             fetch(&file, &self.arrived);

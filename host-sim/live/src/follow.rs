@@ -1,13 +1,13 @@
-//! Follows a board: the window shows the file that `palpate board` writes, while it grows.
+//! Follows a board: the window shows the file that `palpate board` is writing.
 //!
 //! ```text
 //! palpate board ─ growing CSV ─ tail ─ following ─┬─ screen: tip, mode, fault, force of the board
 //!                                                 └─ twin: this machine's patch at the same tips
 //! ```
 //!
-//! Nothing is sent to the board, and nothing shown as the board's is computed here: the shape of
-//! the tissue and a second force are, by the [`twin`], and are named as such. A thread
-//! ([`feed`]) reads and computes; the [`screen`] draws. It is a program of a desktop: a page has no
+//! Nothing is sent to the board, and no value shown as the board's is computed here. The shape of
+//! the tissue and a second force are computed by the [`twin`] and labelled accordingly. A thread
+//! ([`feed`]) reads and computes; the [`screen`] draws. This needs a desktop, since a page has no
 //! file to follow.
 
 mod feed;

@@ -1,4 +1,5 @@
-//! Keys: everything that the panel does without a slider; Tab and arrows reach the sliders.
+//! Keys for everything that the panel does without a slider; Tab and the arrow keys reach the
+//! sliders.
 
 use eframe::egui::{self, Key};
 use palpate_loop::closed_loop::device::PROFILES;
@@ -38,22 +39,22 @@ const GRADUAL: [Key; 9] = [
     Key::Plus,
 ];
 
-/// The entry after `now`; the first one after the last, or if `now` is not in the list.
+/// The entry after `now`, or the first entry if `now` is the last or is not in the list.
 fn next<T: Clone + PartialEq>(all: impl Iterator<Item = T> + Clone, now: &T) -> Option<T> {
     let (after, mut all) = (all.clone().skip_while(|one| one != now).nth(1), all);
     after.or_else(|| all.next())
 }
 
 impl App {
-    /// Keys, unless a field has the focus.
+    /// Handles the keys, unless a field has the focus.
     pub(crate) fn keys(&mut self, ctx: &egui::Context) {
         if ctx.memory(|m| m.focused().is_some()) {
             return;
         }
         let pressed = ctx.input(|i| {
             let down = |event: &egui::Event| match event {
-                // a held key goes on where more of it is more
-                // with Ctrl, Alt or Command it is the browser's or the desktop's
+                // A held key repeats only if its effect is gradual. With Ctrl, Alt or Command a key
+                // belongs to the browser or the desktop.
                 egui::Event::Key { modifiers, .. } if modifiers.ctrl || modifiers.alt || modifiers.command => None,
                 egui::Event::Key { key, pressed: true, repeat, .. } if !repeat || GRADUAL.contains(key) => Some(*key),
                 _ => None,

@@ -5,9 +5,9 @@
 //! pointer, keys, panel ─ app ─ message ─ link ─ physics (the loop) ─ message ─ view, strips
 //! ```
 //!
-//! Physics ([`physics`]) runs beside the drawing: a thread of a desktop, a worker of a page
-//! ([`link`]); [`message`] is all that passes between them. The loop itself, its traces and their
-//! replay are `palpate_loop::live`. In place of all that, [`follow`] shows what a board measured.
+//! The physics ([`physics`]) runs beside the drawing, in a thread on a desktop and in a worker in a
+//! page ([`link`]); only [`message`]s pass between them. The loop itself, its traces and their
+//! replay are in `palpate_loop::live`. Alternatively, [`follow`] shows what a board measured.
 
 mod accepted;
 pub mod app;

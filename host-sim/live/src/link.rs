@@ -1,4 +1,4 @@
-//! The place where the physics runs: a thread of its own, or a worker of the page.
+//! Connects the drawing to the physics, which runs in a thread, or in a worker of the page.
 
 use crate::message::{Answer, Request};
 
@@ -13,7 +13,7 @@ pub trait Link {
 
 #[cfg(not(target_family = "wasm"))]
 pub mod thread {
-    //! A thread, woken every millisecond.
+    //! The physics in a thread, which wakes every millisecond.
 
     use std::sync::mpsc::{Receiver, Sender, channel};
     use std::time::Duration;
@@ -25,7 +25,7 @@ pub mod thread {
     use crate::message::{Answer, Request};
     use crate::physics::Physics;
 
-    /// The thread's ends.
+    /// The drawing's ends of the channels to and from the thread.
     pub struct Thread {
         requests: Sender<Request>,
         answers: Receiver<Answer>,
@@ -44,7 +44,7 @@ pub mod thread {
 
     impl Link for Thread {
         fn send(&mut self, request: Request) {
-            // a thread that ended has reported the reason
+            // a thread that has ended has already reported the reason
             let _ended = self.requests.send(request);
         }
 

@@ -1,4 +1,4 @@
-//! Fonts, ground and the colours' scale, for every picture of a window or a page.
+//! Fonts, background and colour scale, for every picture of a window or a page.
 
 use eframe::egui::{
     Align2, Color32, Context, FontData, FontDefinitions, FontFamily, FontId, Mesh, Painter, Rect, Shape, pos2, vec2,
@@ -6,10 +6,10 @@ use eframe::egui::{
 
 use crate::shown::{Colour, LEAST_J, Shown, scale, screen};
 
-/// A narrower picture has no room for hints beside its legend [points].
+/// Width below which a picture has no room for hints beside its legend [points].
 const LEAST_FOR_HINTS: f32 = 660.0;
 
-/// The font, and the light theme.
+/// Sets the font and the light theme.
 pub fn dress(ctx: &Context) {
     let mut fonts = FontDefinitions::empty();
     let bytes = include_bytes!("../font/NotoSans-subset.ttf");
@@ -23,7 +23,7 @@ pub fn dress(ctx: &Context) {
     ctx.set_theme(eframe::egui::Theme::Light);
 }
 
-/// Paints the ground behind the tissue, which is lighter above.
+/// Paints the background behind the tissue, which is lighter at the top.
 pub fn ground(painter: &Painter, rect: Rect, dark: bool) {
     let (low, high) = if dark { ((30, 34, 40), (44, 50, 58)) } else { ((236, 239, 243), (252, 253, 254)) };
     let ground = |c: (u8, u8, u8)| Color32::from_rgb(c.0, c.1, c.2);
@@ -37,7 +37,7 @@ pub fn ground(painter: &Painter, rect: Rect, dark: bool) {
     painter.add(Shape::mesh(mesh));
 }
 
-/// The colours' scale, and a hint for the mouse where there is room.
+/// Draws the colour scale, and a hint for the mouse if there is room.
 pub fn legend(painter: &Painter, rect: Rect, shown: &Shown, how: &str) {
     let ink = if shown.dark { Color32::from_gray(225) } else { Color32::from_gray(50) };
     let (title, ends) = match shown.colour {

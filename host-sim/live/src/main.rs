@@ -1,4 +1,4 @@
-//! The window.
+//! Opens the window.
 
 #[cfg(not(target_family = "wasm"))]
 fn main() -> std::process::ExitCode {
@@ -76,7 +76,7 @@ mod window {
                 && self.next.elapsed().as_millis() >= 250
             {
                 self.next = std::time::Instant::now();
-                // complete or not at all: it may be read at any time
+                // the file is written completely or not at all, since it may be read at any time
                 let part = file.with_extension("part");
                 if let Err(why) = std::fs::write(&part, self.app.numbers()).and_then(|()| std::fs::rename(&part, file)) {
                     eprintln!("palpate: {}: {why}", file.display());
@@ -101,7 +101,7 @@ mod window {
         })
     }
 
-    /// Shows tissue under the mouse.
+    /// Shows tissue to press with the mouse.
     fn tissue(arguments: &Arguments) -> Result<ExitCode, String> {
         let scene = arguments.scene.as_deref().unwrap_or("block");
         let (choice, holding) = (Choice::preset(scene), Holding::default());
@@ -111,7 +111,7 @@ mod window {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// Shows a board, by the file that is written of it.
+    /// Shows a board, from the file to which its records are written.
     fn board(file: &Path, arguments: &Arguments) -> Result<ExitCode, String> {
         let given = Given::of(arguments.scene.as_deref(), arguments.patch.as_deref())?;
         board_trace::check_head(file)?;
@@ -119,7 +119,7 @@ mod window {
         let refused = feed.refused();
         window("Palpate live: board", arguments, move |ctx| Box::new(Follow::new(ctx, feed, name, out)))?;
         match refused.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            // the file was replaced by another table, as the window said
+            // the file was replaced by one that is not a board's table, as the window said
             Some(why) => Err(why),
             None => Ok(ExitCode::SUCCESS),
         }
@@ -134,7 +134,7 @@ mod window {
             Ok(Box::new(Told { app: app(&cc.egui_ctx), numbers, next: std::time::Instant::now() }))
         };
         eframe::run_native(title, options, Box::new(told)).map_err(|error| {
-            // a screen that is missing is reported with a place in a library's source
+            // the error of a missing display ends with a position in a library's source
             let error = error.to_string().lines().next().unwrap_or_default().trim_end_matches(':').to_owned();
             let fix = match arguments.follow {
                 Some(_) => "start it on a desktop",

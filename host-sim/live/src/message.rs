@@ -3,29 +3,29 @@
 use palpate_loop::live::{Choice, Holding, Nodule};
 use serde::{Deserialize, Serialize};
 
-/// Time of silence after which the other side counts as gone: the loop ends the force, the screen
-/// shows none. Longer than a frame of a machine that is busy [s].
+/// Silence after which each side takes the other as gone [s]: the loop then ends the force, and the
+/// screen shows none. It is longer than a frame on a busy machine.
 pub const SILENCE_S: f64 = 0.75;
 
 /// Requests of the drawing side.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub enum Request {
-    /// Target of the tip [m]; `None` away from the tissue. Once per drawn frame, and answered by an
-    /// [`Answer::Frame`].
+    /// Target of the tip [m]; `None` away from the tissue. It is sent once per drawn frame and
+    /// answered by an [`Answer::Frame`].
     Aim(Option<[f64; 3]>),
-    /// Other tissue, another device.
+    /// Changes the tissue or the device.
     Choose(Choice, Holding),
     /// Whether frames contain a contact map; initially they do not.
     Map(bool),
-    /// Forget the fault.
+    /// Clears the fault.
     Clear,
-    /// Start a recording.
+    /// Starts a recording.
     Record,
-    /// End the recording: answered by an [`Answer::Trace`].
+    /// Ends the recording; answered by an [`Answer::Trace`].
     Finish,
-    /// Repeat a trace: answered by an [`Answer::Said`].
+    /// Replays a trace; answered by an [`Answer::Said`].
     Replay(Vec<u8>),
-    /// The ticks of a trace as a table: answered by an [`Answer::Table`].
+    /// Requests the ticks of a trace as a table; answered by an [`Answer::Table`].
     Table(Vec<u8>),
 }
 
@@ -36,15 +36,15 @@ pub enum Answer {
     Body(Box<Body>),
     /// State of the simulation to be drawn.
     Frame(Box<Frame>),
-    /// A trace, whole, and why it ended.
+    /// A complete trace, and why it ended.
     Trace(Vec<u8>, Ended),
     /// Rows of comma-separated values.
     Table(String),
     /// A sentence for the user.
     Said(String),
-    /// A sentence for the user, about something that was refused.
+    /// A sentence for the user about a request that was refused.
     Refused(String),
-    /// Sent with a refusal: what is still pressed, and by whom.
+    /// Sent after a refusal: the choice and the holding that remain in use.
     Kept(Box<(Choice, Holding)>),
 }
 
@@ -53,26 +53,26 @@ pub enum Answer {
 pub enum Ended {
     /// The recording ended as requested.
     Asked,
-    /// Other tissue or another device came.
+    /// The tissue or the device was changed.
     Changed,
-    /// The recording is as long as one may be.
+    /// The recording reached its largest length.
     Full,
 }
 
 /// End of the probe, as it is drawn.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub enum Tip {
-    /// Half a ball, or a whole one.
+    /// A hemisphere or a ball.
     #[default]
     Ball,
     /// The flat end of a cylinder.
     Flat,
-    /// A ball drawn out by half of a length to either side.
+    /// A capsule: a ball that is extended by half of a length to either side.
     Capsule {
         /// Vector from the middle to either end [m].
         half_m: [f32; 3],
     },
-    /// A whole ellipsoid.
+    /// An ellipsoid.
     Ellipsoid {
         /// The two semi-axes that are not along the probe's axis [m].
         semi_axes_m: [[f32; 3]; 2],
@@ -82,7 +82,7 @@ pub enum Tip {
 /// Data for drawing a patch; constant while it lives.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct Body {
-    /// Counts bodies.
+    /// Number of the body, which rises by one with every new body.
     pub number: u32,
     /// Choice that the body was made from.
     pub choice: Option<Choice>,
@@ -92,13 +92,13 @@ pub struct Body {
     pub skin: Vec<[u16; 3]>,
     /// Nodes of each tet.
     pub tets: Vec<[u16; 4]>,
-    /// Ends of springs.
+    /// Nodes at the ends of each spring.
     pub springs: Vec<[u16; 2]>,
     /// Nodes with a far field behind them.
     pub rim: Vec<u16>,
     /// Fixed nodes.
     pub anchors: Vec<u16>,
-    /// Default place of the press [m].
+    /// Default site of the press [m].
     pub site_m: [f32; 3],
     /// Unit vector from the tip to the handle.
     pub axis: [f32; 3],
@@ -106,24 +106,24 @@ pub struct Body {
     pub radius_m: f32,
     /// Shape of the probe's tip.
     pub tip: Tip,
-    /// Deepest press that the patch answers [m].
+    /// Largest depth to which the patch responds [m].
     pub depth_limit_m: f32,
     /// Initial Young's modulus [Pa].
     pub youngs_modulus_pa: f32,
     /// Initial damping of the nodes [1/s].
     pub node_damping_per_s: f32,
-    /// Share of a held force that stays (1); 1 where nothing relaxes.
+    /// Share of a held force that remains (1); 1 if nothing relaxes.
     pub lasting_share: f32,
-    /// Stiffening exponent (1); zero where nothing stiffens.
+    /// Stiffening exponent (1); zero if nothing stiffens.
     pub stiffening_b: f32,
-    /// Coefficient of friction (1); zero slides freely.
+    /// Coefficient of friction (1); zero if the probe slides freely.
     pub friction: f32,
     /// Whether the tissue is a block, into which a nodule can be put.
     pub block: bool,
-    /// Nodules of the scene itself, whatever is inside now; of other tissue than a block, their
-    /// depth counts from z = 0.
+    /// Nodules of the scene itself, even if others replace them. In tissue other than a block their
+    /// depth is measured from z = 0.
     pub own_nodules: Vec<Nodule>,
-    /// Number of places at which the patch was calibrated; 0 if it comes from formulas alone.
+    /// Number of probe places at which the patch was calibrated; 0 if it was not calibrated.
     pub fitted_places: u32,
 }
 
@@ -134,20 +134,20 @@ pub struct Sample {
     pub t_s: f64,
     /// Force on the device [N].
     pub force_n: f32,
-    /// Part of the force along the surface [N].
+    /// Component of the force along the surface [N].
     pub along_n: f32,
-    /// Depth [m].
+    /// Depth of the tip [m].
     pub depth_m: f32,
     /// Energy given to the hand in this contact [J].
     pub energy_j: f32,
-    /// Mean time of the last ticks [us].
+    /// Mean duration of the last ticks [us].
     pub tick_us: f32,
 }
 
 /// Contact map of a frame; zeros without contact.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct Contact {
-    /// Area [m^2].
+    /// Area of the contact [m^2].
     pub area_m2: f32,
     /// Centre of pressure [m].
     pub centre_m: [f32; 3],
@@ -162,40 +162,40 @@ pub struct Contact {
 /// State of the simulation to be drawn.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct Frame {
-    /// The body that this is of.
+    /// Number of the body that this frame shows.
     pub body: u32,
-    /// Nodes [m].
+    /// Positions of the nodes [m].
     pub nodes_m: Vec<[f32; 3]>,
-    /// Tip [m].
+    /// Position of the tip [m].
     pub tip_m: [f32; 3],
-    /// Mode, by its number.
+    /// Number of the loop's mode.
     pub mode: u8,
-    /// Latched fault, by its number; 0 for none.
+    /// Number of the latched fault; 0 without a fault.
     pub fault: u8,
     /// Limiters that acted, as bits of `ClampFlags`.
     pub limiters: u8,
     /// Force on the device [N].
     pub force_n: [f32; 3],
-    /// Part of the force along the surface [N].
+    /// Component of the force along the surface [N].
     pub along_n: [f32; 3],
-    /// Depth [m].
+    /// Depth of the tip [m].
     pub depth_m: f32,
     /// Centre of the contact [m].
     pub contact_m: [f32; 3],
-    /// Contact map, if requested.
+    /// Contact map, if it was requested.
     pub map: Option<Contact>,
-    /// Since the last frame.
+    /// Samples since the last frame.
     pub samples: Vec<Sample>,
-    /// Ticks run.
+    /// Number of ticks that ran.
     pub ticks: u64,
-    /// Ticks that were due and never ran: the machine was too slow or asleep.
+    /// Number of ticks that were due but never ran, since the machine was too slow or asleep.
     pub dropped: u64,
-    /// Ticks of the last second of real time.
+    /// Number of ticks in the last second of real time.
     pub hz: f32,
-    /// Longest mean tick of a batch in the last second [us].
+    /// Longest mean duration of a tick in a batch in the last second [us].
     pub worst_us: f32,
-    /// Ticks recorded so far.
+    /// Number of ticks recorded so far; `None` without a recording.
     pub recorded: Option<u32>,
-    /// A change waits until nothing is touched.
+    /// Whether a change waits until nothing is touched.
     pub waits: bool,
 }

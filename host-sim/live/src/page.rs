@@ -1,4 +1,4 @@
-//! The page: one module for the drawing and, in a worker, for the physics.
+//! The page: one module draws and, in a worker, computes the physics.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -11,7 +11,7 @@ use crate::link::Link;
 use crate::message::{Answer, Request};
 use crate::physics::Physics;
 
-/// The worker's end in the page.
+/// The page's end of the connection to the worker.
 struct Worker {
     worker: web_sys::Worker,
     came: Rc<RefCell<Vec<Answer>>>,
@@ -23,7 +23,7 @@ impl Worker {
         let came = Rc::new(RefCell::new(Vec::new()));
         let arrivals = Rc::clone(&came);
         let listener = Closure::<dyn FnMut(web_sys::MessageEvent)>::new(move |event: web_sys::MessageEvent| {
-            // sentences are shown by page.js, not here
+            // page.js shows sentences; this handles only answers in bytes
             if let Ok(bytes) = event.data().dyn_into::<js_sys::Uint8Array>()
                 && let Ok(answer) = postcard::from_bytes(&bytes.to_vec())
             {
@@ -51,10 +51,10 @@ fn first() -> (Choice, Holding) {
     (Choice::preset("block"), Holding::default())
 }
 
-/// Draws into a canvas, with the physics in `worker`.
+/// Draws into a canvas; `worker` computes the physics.
 ///
 /// # Errors
-/// A browser without WebGL.
+/// The browser has no WebGL.
 #[wasm_bindgen]
 pub async fn draw(canvas: web_sys::HtmlCanvasElement, worker: web_sys::Worker) -> Result<(), JsValue> {
     let link = Worker::of(worker);
@@ -70,7 +70,7 @@ thread_local! {
     static RUNNER: RefCell<Option<eframe::WebRunner>> = const { RefCell::new(None) };
 }
 
-/// Numbers of what is shown, as JSON: for tests and the curious.
+/// Displayed state in numbers, as JSON, for tests and for the console.
 #[wasm_bindgen]
 #[must_use]
 pub fn shown() -> String {
@@ -81,7 +81,7 @@ pub fn shown() -> String {
     })
 }
 
-/// The bytes of the last recording; none if there is none.
+/// The bytes of the last recording; empty if there is none.
 #[wasm_bindgen]
 #[must_use]
 pub fn trace() -> Vec<u8> {
@@ -92,7 +92,7 @@ pub fn trace() -> Vec<u8> {
     })
 }
 
-/// The physics, in a worker.
+/// The physics in a worker.
 #[wasm_bindgen]
 pub struct PagePhysics {
     physics: Physics,
@@ -101,10 +101,11 @@ pub struct PagePhysics {
 
 #[wasm_bindgen]
 impl PagePhysics {
-    /// `post` takes the bytes of an answer; `now_s` is real time.
+    /// Creates the physics. `post` is called with the bytes of every answer; `now_s` is real time
+    /// [s].
     ///
     /// # Errors
-    /// A scene that does not fit.
+    /// The scene does not fit.
     #[wasm_bindgen(constructor)]
     pub fn new(post: js_sys::Function, now_s: f64) -> Result<PagePhysics, JsValue> {
         let (choice, holding) = first();
@@ -113,7 +114,7 @@ impl PagePhysics {
         Ok(Self { physics, post })
     }
 
-    /// A request came.
+    /// Handles the bytes of a request.
     pub fn take(&mut self, bytes: &[u8], clock: &js_sys::Function) {
         if let Ok(request) = postcard::from_bytes(bytes) {
             let post = &self.post;
@@ -128,7 +129,7 @@ impl PagePhysics {
     }
 }
 
-/// Real time [s].
+/// Reads real time from a JavaScript function [s].
 fn read(clock: &js_sys::Function) -> f64 {
     clock.call0(&JsValue::NULL).ok().and_then(|t| t.as_f64()).unwrap_or_default()
 }

@@ -11,13 +11,14 @@ use crate::keys::KEYS;
 use crate::shown::Colour;
 use crate::words;
 
-/// A slider rounds what it shows; what was not touched keeps its value.
+/// Clamping of a slider: it rounds the number that it displays, but changes only a value that the
+/// user moves.
 const EDITS: SliderClamping = SliderClamping::Edits;
 
-/// Effect of the exercise on what is pressed now.
+/// Text that says how the exercise affects the present scene.
 const HIDE: &str = "Hides a nodule somewhere in the plain block; this scene and its own nodule are left for that.";
 
-/// As much of a file's name as fits beside the mesh.
+/// The part of a file's name that fits beside the mesh.
 fn clipped(name: &str) -> String {
     const MOST: usize = 12;
     if name.chars().count() <= MOST { name.into() } else { name.chars().take(MOST - 2).collect::<String>() + ".." }
@@ -26,7 +27,7 @@ fn clipped(name: &str) -> String {
 impl App {
     /// Draws all controls, from the tissue down to the keys.
     pub(crate) fn controls(&mut self, ui: &mut Ui) {
-        // with the longest name and number beside it, a slider is as wide as the panel
+        // a slider with the longest name and number beside it is then as wide as the panel
         ui.spacing_mut().slider_width = 104.0;
         self.tissue(ui);
         ui.separator();
@@ -122,7 +123,7 @@ impl App {
         if ui.checkbox(&mut there, name).on_hover_text(tip).changed() {
             self.put_nodule(there);
         }
-        // several have no place on one set of sliders
+        // one set of sliders can show only one nodule
         let &[mut nodule] = self.controls.nodules() else { return };
         let (mut moved, mut released) = (false, false);
         let [mut x, mut y] = nodule.place_m.map(|m| m * 1e3);
@@ -138,7 +139,7 @@ impl App {
             let response = ui.add(Slider::new(value, range).fixed_decimals(1).clamping(EDITS).text(name)).on_hover_text(tip);
             let changed = (*value - before).abs() > 1e-6;
             moved |= changed;
-            // the patch is rebuilt once, not at every pixel
+            // the patch is rebuilt once when the slider is released, not at every pixel
             released |= response.drag_stopped() || (changed && !response.dragged());
         }
         if moved {

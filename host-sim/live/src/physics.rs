@@ -1,4 +1,4 @@
-//! The loop beside the drawing: virtual time paced to real time, requests in, frames out.
+//! The loop beside the drawing: paces virtual time to real time, takes requests and returns frames.
 
 use palpate::Vector3;
 use palpate::haptic::cycle::Ask;
@@ -9,26 +9,26 @@ use palpate_tissue::error::Error;
 
 use crate::message::{Answer, Body, Contact, Ended, Frame, Request, SILENCE_S, Sample};
 
-/// Largest number of overdue ticks that are run at once; the rest is dropped and reported.
+/// Largest number of overdue ticks that are run at once; further ones are dropped and reported.
 pub const MOST_BEHIND: u64 = 60;
 /// Ticks per sample of the strips.
 const SAMPLE_EVERY: u64 = 4;
-/// Samples kept for a frame that is late.
+/// Largest number of samples that are kept for a frame that is late.
 const MOST_SAMPLES: usize = 500;
 
-/// The loop and its pace.
+/// The loop, paced to real time.
 pub struct Physics {
     live: Live,
     body: u32,
     target_m: Vector3<f64>,
     heard_s: f64,
-    /// Real time of tick zero [s]; none before the first call of [`Self::advance`], for a patch
-    /// takes its time to prepare.
+    /// Real time of tick zero [s]; `None` before the first call of [`Self::advance`], since
+    /// preparing a patch takes time.
     start_s: Option<f64>,
     ticks: u64,
     dropped: u64,
     second: Second,
-    /// Frames have a contact map.
+    /// Whether frames contain a contact map.
     maps: bool,
     samples: Vec<Sample>,
     last: Frame,
@@ -45,7 +45,7 @@ struct Second {
 }
 
 impl Physics {
-    /// A loop about to arm.
+    /// Creates a loop that is about to arm.
     ///
     /// # Errors
     /// A scene that does not fit.
@@ -68,7 +68,7 @@ impl Physics {
         Ok(physics)
     }
 
-    /// Height at which the tip waits above the site [m].
+    /// Position at which the tip waits above the site [m].
     fn clear_m(&self) -> Vector3<f64> {
         let tissue = self.live.tissue();
         tissue.patch().site_m().cast() + tissue.params().probe.axis.cast() * CLEAR_M
@@ -80,8 +80,8 @@ impl Physics {
         Answer::Body(Box::new(Body::of(self.live.tissue(), self.body, Some(self.live.choice()))))
     }
 
-    /// Answers a request; `clock` gives real time [s]. Long work, such as preparing a patch or
-    /// repeating a trace, stops the tissue's time.
+    /// Handles a request; `clock` gives real time [s]. Long work, such as preparing a patch or
+    /// replaying a trace, stops the tissue's time.
     pub fn take(&mut self, request: Request, clock: &dyn Fn() -> f64, answer: &mut dyn FnMut(Answer)) {
         let now_s = clock();
         self.follow(request, now_s, answer);
@@ -108,7 +108,7 @@ impl Physics {
                     Ok(ended) => {
                         self.body += 1;
                         self.target_m = self.clear_m();
-                        // what was felt of the other one is over
+                        // the force on the previous tissue is no longer shown
                         self.samples.clear();
                         self.last = Frame::default();
                         answer(self.body());
@@ -177,7 +177,8 @@ impl Physics {
             self.last.contact_m = t.output.point_m.into();
         }
         if run > 0 {
-            // a browser's clock is too coarse for a single tick
+            // the time of a batch is divided by its ticks, since a browser's clock is too coarse
+            // for a single one
             let tick_us = ((clock() - now_s) * 1e6 / run as f64) as f32;
             self.samples.iter_mut().skip(first).for_each(|s| s.tick_us = tick_us);
             self.count(now_s, run, tick_us);
@@ -223,7 +224,7 @@ fn mapped(live: &mut Live) -> Contact {
     Contact { area_m2: map.area_m2, centre_m: map.centre_m.into(), half_axes_m, peak_pa: map.peak_pressure_pa, pressure_pa }
 }
 
-/// Runs a trace again, here.
+/// Replays a trace here.
 fn again(bytes: &[u8]) -> Result<(Trace, Replayed), String> {
     let trace = Trace::read(bytes).map_err(|cause| format!("{cause}."))?;
     let again = replay(&trace).map_err(|error| error.to_string())?;

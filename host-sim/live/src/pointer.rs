@@ -1,4 +1,4 @@
-//! Mouse and keys move the tip over the surface and into it, and the eye around it.
+//! Mouse and keys move the tip over the surface and into it, and move the eye around it.
 
 use eframe::egui::{Key, PointerButton, Response, Ui};
 use palpate::Vector3;
@@ -12,25 +12,25 @@ type V = Vector3<f32>;
 
 /// Initial depth of a press with the button [m].
 const PRESS_M: f32 = 3e-3;
-/// A notch of the wheel [m].
+/// Change of depth by one notch of the wheel [m].
 const NOTCH_M: f32 = 0.5e-3;
-/// Speed into the tissue, that of a careful press [m/s].
+/// Largest speed into the tissue, that of a careful press [m/s].
 const INTO_M_PER_S: f32 = 12e-3;
 /// Speed along the surface while a key is held [m/s].
 const ALONG_M_PER_S: f32 = 25e-3;
 
-/// Place and depth of the tip that presses.
+/// Position and depth of the tip that the user moves.
 #[derive(Clone, Copy, Debug)]
 pub struct Pointer {
-    /// Place on the surface [m].
+    /// Position on the surface [m].
     place_m: V,
-    /// Depth by the wheel, beyond the surface; a button adds to it [m].
+    /// Depth below the surface while a button presses [m]; the wheel sets it.
     pub press_m: f32,
-    /// Present depth; it changes at a hand's speed [m].
+    /// Present depth, which changes at the speed of a hand [m].
     depth_m: f32,
     /// Whether the tip is over the tissue.
     over: bool,
-    /// Whether the keyboard moved the tip last, so that the mouse is elsewhere.
+    /// Whether the keyboard moved the tip last; the position of the mouse is then ignored.
     by_key: bool,
     /// Whether the tip presses now.
     pub pressing: bool,
@@ -48,7 +48,7 @@ impl Pointer {
         *self = Self { place_m: body.site_m.into(), press_m: self.press_m, ..Self::default() };
     }
 
-    /// Place of the pointer on the surface [m].
+    /// Position of the pointer on the surface [m].
     #[must_use]
     pub fn place_m(&self) -> V {
         self.place_m
@@ -101,8 +101,8 @@ impl Pointer {
             self.by_key = false;
         }
         if !self.by_key {
-            // outside the window there is no place; a drag that leaves the picture ends the press
-            // as well
+            // outside the window the pointer has no position; a drag that leaves the picture ends
+            // the press as well
             let pixel = response.hover_pos().or(response.interact_pointer_pos()).filter(|p| response.rect.contains(*p));
             let inside = ui.input(|i| i.pointer.has_pointer());
             let place_m = pixel.filter(|_| inside).and_then(|p| shape.meets(&lens.eye_m(), &lens.ray(p)));
@@ -115,7 +115,7 @@ impl Pointer {
             self.depth_m = -CLEAR_M as f32;
             return None;
         }
-        // down to the surface at once, into it slowly, out of it at once
+        // the tip moves to the surface at once, into the tissue slowly, and out of it at once
         let goal_m = if self.pressing { self.press_m } else { -CLEAR_M as f32 };
         let most_m = self.depth_m.max(0.0) + INTO_M_PER_S * dt_s;
         self.depth_m = goal_m.min(most_m);

@@ -7,7 +7,7 @@ use eframe::egui::Color32;
 pub enum Colour {
     /// Displacement of the surface.
     Displacement,
-    /// Volume over rest volume.
+    /// Volume of a node's tets over their volume at rest.
     J,
     /// Pressure of the probe, with the ellipse of the contact.
     Pressure,
@@ -18,13 +18,13 @@ pub enum Colour {
 pub struct Shown {
     /// Quantity that the colour shows.
     pub colour: Colour,
-    /// Cut through the tip.
+    /// Whether the tissue is cut through the tip.
     pub cut: bool,
-    /// Springs.
+    /// Whether springs are drawn.
     pub springs: bool,
-    /// Edge: fixed nodes, and nodes with a far field behind them.
+    /// Whether the edge is marked: fixed nodes, and nodes with a far field behind them.
     pub rim: bool,
-    /// Whether the ground is dark.
+    /// Whether the background is dark.
     pub dark: bool,
     /// Displacement at the end of the scale [m].
     pub most_m: f32,
@@ -33,18 +33,18 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// The view with which a window begins.
+    /// The options with which a window begins.
     pub const FIRST: Self =
         Self { colour: Colour::Displacement, cut: false, springs: false, rim: false, dark: false, most_m: 4e-3, most_pa: 3.5e3 };
 }
 
-/// Compression at the end of the scale (1).
+/// Volume ratio at the end of the scale (1).
 pub const LEAST_J: f32 = 0.9;
 const TISSUE: [f32; 3] = [0.84, 0.60, 0.55];
-/// Colours in perceptually even steps, from the tissue's own colour to deep blue.
+/// Colour scale in perceptually even steps, from the tissue's own colour to deep blue.
 const SCALE: [[f32; 3]; 5] = [TISSUE, [0.93, 0.76, 0.42], [0.45, 0.75, 0.55], [0.16, 0.52, 0.66], [0.16, 0.20, 0.52]];
 
-/// A share of the scale, as a colour of 0 .. 1.
+/// Colour at a share of the scale, with components 0 .. 1.
 #[must_use]
 pub fn scale(share: f32) -> [f32; 3] {
     let at = share.clamp(0.0, 1.0) * (SCALE.len() - 1) as f32;
@@ -53,7 +53,7 @@ pub fn scale(share: f32) -> [f32; 3] {
     [0, 1, 2].map(|k| SCALE[low][k] * (1.0 - t) + SCALE[low + 1][k] * t)
 }
 
-/// Converts a colour of 0 .. 1 to one for a screen.
+/// Converts a colour with components 0 .. 1 to one for a screen.
 #[must_use]
 pub fn screen([r, g, b]: [f32; 3]) -> Color32 {
     let byte = |c: f32| (c.clamp(0.0, 1.0) * 255.0) as u8;

@@ -1,4 +1,4 @@
-//! Strips of the last seconds: force, depth, energy, tick time with its budget.
+//! Strips of the last seconds: force, depth, energy, and tick time with its budget.
 
 use std::collections::VecDeque;
 
@@ -9,9 +9,9 @@ use crate::message::Sample;
 
 /// Time span of a strip [s].
 pub const SPAN_S: f64 = 8.0;
-/// A part that stays below this is not drawn [N].
+/// Threshold below which a part is not drawn [N].
 const LEAST_PART_N: f64 = 1e-3;
-/// The tick's budget [us].
+/// Budget of a tick [us].
 pub const BUDGET_US: f64 = 1000.0;
 
 /// Plots of the last seconds.
@@ -23,12 +23,12 @@ pub struct Strips {
 struct Strip {
     title: &'static str,
     value: fn(&Sample) -> f64,
-    /// A part of the value, drawn thin in the same colour where there is any.
+    /// A component of the value, drawn thin in the same colour if it is not zero.
     part: Option<fn(&Sample) -> f64>,
     colour: Color32,
-    /// The scale is at least this high.
+    /// Least upper end of the scale.
     least: f64,
-    /// And at most: one late tick does not hide all others.
+    /// Largest upper end of the scale, so that one late tick does not hide all others.
     most: f64,
     digits: usize,
 }
@@ -54,7 +54,7 @@ const STRIPS: [Strip; 4] = [
     },
     Strip {
         title: "energy taken mJ",
-        // energy taken is negative energy given; a zero has no sign
+        // energy taken is the negative of energy given; 0.0 minus zero has no sign
         value: |s| 0.0 - f64::from(s.energy_j) * 1e3,
         part: None,
         colour: Color32::from_rgb(50, 140, 90),
@@ -110,7 +110,7 @@ impl Strips {
     fn strip(&self, ui: &mut Ui, strip: &Strip, newest_s: f64, height: f32) {
         let most = self.samples.iter().map(strip.value).fold(strip.least, f64::max).min(strip.most) * 1.08;
         let points = self.points(strip.value, newest_s);
-        // without friction there is no such force, and rounding is not drawn
+        // without friction there is no force along the surface, and rounding is not drawn
         let part = strip.part.map(|part| self.points(part, newest_s)).filter(|points| points.iter().any(|p| p[1] > LEAST_PART_N));
         still_plot(strip.title, height).show(ui, |plot| {
             plot.set_plot_bounds_x(-SPAN_S..=0.0);
@@ -125,7 +125,7 @@ impl Strips {
         });
     }
 
-    /// As many points as pixels, the largest of each bin: peaks stay.
+    /// One point per pixel: each is the largest value of its bin, so that peaks remain.
     fn points(&self, value: fn(&Sample) -> f64, newest_s: f64) -> Vec<[f64; 2]> {
         let bin = (self.samples.len() / 300).max(1);
         let mut points = Vec::with_capacity(300);
@@ -138,7 +138,7 @@ impl Strips {
     }
 }
 
-/// A plot of the last seconds that the pointer neither moves nor scales, `height` points high.
+/// A plot of the last seconds, `height` points high, which the pointer can neither move nor scale.
 pub fn still_plot(title: &str, height: f32) -> Plot<'_> {
     Plot::new(title)
         .height(height)

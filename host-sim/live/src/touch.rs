@@ -1,24 +1,24 @@
-//! The touch under way, or else the last one: how its force fades in a hold, and how much of the
-//! force drags along the surface.
+//! The current touch, or else the last one: how its force decays in a hold, and how large the share
+//! of the force along the surface is.
 
 use eframe::egui::{Align2, Color32, FontId, Painter, Rect, Shape as Drawn, Stroke, pos2, vec2};
 
 use crate::message::Sample;
 
-/// Most points that are kept; when there are more, every other one is dropped.
+/// Largest number of points that are kept; at that number every other one is dropped.
 const MOST: usize = 512;
-/// A touch is drawn once it is this long [s].
+/// Duration from which on a touch is drawn [s].
 const LEAST_S: f32 = 0.3;
-/// Force below this has no share along the surface [N].
+/// Force below which the share along the surface is taken as zero [N].
 const LEAST_N: f32 = 2e-3;
 
-/// Force since the surface was touched.
+/// Force since the probe touched the surface.
 #[derive(Clone, Debug, Default)]
 pub struct Touch {
     begun_s: f64,
     touching: bool,
     points: Vec<Point>,
-    /// One sample in so many is kept.
+    /// Number of samples of which one is kept.
     every: usize,
     skipped: usize,
     peak_n: f32,
@@ -33,7 +33,7 @@ struct Point {
 }
 
 impl Point {
-    /// Ratio of the force along the surface to that into it (1), which friction bounds.
+    /// Ratio of the force along the surface to the force into it (1), which friction bounds.
     fn drag(&self) -> f32 {
         let into_n = (self.force_n.powi(2) - self.along_n.powi(2)).max(0.0).sqrt();
         if into_n < LEAST_N { 0.0 } else { self.along_n / into_n }
@@ -44,7 +44,7 @@ impl Touch {
     /// Adds the samples that came with a frame.
     pub fn add(&mut self, samples: &[Sample]) {
         for sample in samples {
-            // a probe that rubs along a flank is pushed at no depth below its tip
+            // a probe that rubs along a flank has a force, but no depth below its tip
             let touches = sample.depth_m > 0.0 || sample.force_n > LEAST_N;
             if touches && !self.touching {
                 *self = Self { begun_s: sample.t_s, every: 1, ..Self::default() };
@@ -71,7 +71,7 @@ impl Touch {
         }
     }
 
-    /// Drops the points of the way out: what they have left says nothing of the tissue.
+    /// Drops the points of the retreat: the force that remains there is no property of the tissue.
     fn forget_the_lift(&mut self) {
         let lifts = |pair: &[Point]| matches!(pair, [.., before, last] if last.depth_m < before.depth_m);
         while lifts(&self.points) {
@@ -79,7 +79,7 @@ impl Touch {
         }
     }
 
-    /// Returns what is shown in numbers, as JSON.
+    /// Returns the displayed touch in numbers, as JSON.
     #[must_use]
     pub fn numbers(&self) -> serde_json::Value {
         let last = self.points.last();
@@ -89,7 +89,8 @@ impl Touch {
         })
     }
 
-    /// Draws the touch into a corner of the picture; `friction` is the coefficient, zero for none.
+    /// Draws the touch into a corner of the picture; `friction` is the coefficient, zero without
+    /// friction.
     pub fn draw(&self, painter: &Painter, picture: Rect, dark: bool, friction: f32) {
         let Some(last) = self.points.last().filter(|last| last.since_s >= LEAST_S) else { return };
         let ink = if dark { Color32::from_gray(225) } else { Color32::from_gray(50) };
@@ -112,7 +113,7 @@ impl Touch {
             write(frame.left_top() + vec2(6.0, 19.0), Align2::LEFT_TOP, drag, blue);
         }
         let plot = Rect::from_min_max(frame.left_top() + vec2(22.0, 5.0 + 16.0 * lines), frame.right_bottom() - vec2(8.0, 18.0));
-        // the drag has the same scale, or a higher one where friction is above 1
+        // the drag has the scale of the force, which is extended if friction is above 1
         let most = friction.max(1.0);
         let at = |since_s: f32, share: f32| {
             pos2(plot.left() + plot.width() * (since_s / last.since_s), plot.bottom() - plot.height() * (share / most).min(1.0))

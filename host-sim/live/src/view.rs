@@ -1,5 +1,5 @@
-//! The picture of the tissue: shaded triangles, far ones first, and over them probe, springs, rim
-//! and force.
+//! The picture of the tissue: shaded triangles, drawn from far to near, and over them probe,
+//! springs, rim and force.
 
 use eframe::egui::{Color32, Mesh, Painter, Pos2, Rect, Shape as Drawn, Stroke, pos2, vec2};
 use palpate::Vector3;
@@ -13,16 +13,16 @@ use crate::shown::{Colour, LEAST_J, Shown, scale, screen};
 
 type V = Vector3<f32>;
 
-/// Length of the force arrow for a newton, in probe radii.
+/// Length of the force arrow [probe radii per newton].
 const RADII_PER_N: f32 = 6.0;
 
-/// A triangle on its way to the screen.
+/// A triangle that is ready to be drawn.
 struct Facet {
     corners: [(Pos2, Color32); 3],
     far_m: f32,
 }
 
-/// Draws all, with the `nodules` that may be seen; returns how many triangles.
+/// Draws the picture with the `nodules` that may be visible; returns the number of triangles.
 pub fn draw(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, shown: &Shown, nodules: &[Nodule]) -> usize {
     if frame.nodes_m.len() != shape.body.rest_m.len() || frame.nodes_m.is_empty() {
         return 0;
@@ -47,7 +47,7 @@ pub fn draw(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, sh
     }
     painter.add(Drawn::mesh(mesh));
     if let Some(cut) = &cut {
-        // all that is kept lies behind it: nothing hides it
+        // everything that is kept is behind the cut, so nothing hides its face
         parts.iter().for_each(|part| cut::metal(painter, lens, cut, part));
         cut::face(painter, lens, cut, shape, frame, shown, &shares, nodules);
     }
@@ -85,7 +85,7 @@ fn tissue(facets: &mut Vec<Facet>, lens: &Lens, shape: &DrawnBody, frame: &Frame
     }
 }
 
-/// Adds what the cut leaves of a triangle.
+/// Adds the part of a triangle that the cut leaves.
 fn push(facets: &mut Vec<Facet>, lens: &Lens, corners: [Corner; 3], cut: Option<&Cut>) {
     let mut add = |corners: [Corner; 3]| {
         let drawn = corners.map(|(x, colour)| lens.project(&x).map(|(pixel, far_m)| ((pixel, screen(colour)), far_m)));
@@ -102,7 +102,7 @@ fn push(facets: &mut Vec<Facet>, lens: &Lens, corners: [Corner; 3], cut: Option<
     }
 }
 
-/// The tip and a handle; returns the triangles of each, all around.
+/// Adds the tip and its handle; returns all triangles of each, also those that are not visible.
 fn probe(facets: &mut Vec<Facet>, lens: &Lens, shape: &DrawnBody, frame: &Frame, cut: Option<&Cut>) -> [Vec<[V; 3]>; 2] {
     const ROUND: usize = 32;
     let (axis, radius_m, tip_m) = (V::from(shape.body.axis), shape.body.radius_m, V::from(frame.tip_m));
@@ -110,7 +110,7 @@ fn probe(facets: &mut Vec<Facet>, lens: &Lens, shape: &DrawnBody, frame: &Frame,
     let u = axis.cross(&aside).normalize();
     let w = axis.cross(&u);
     let arcs = |last: u8| (0..=last).map(|k| f32::from(k) * std::f32::consts::FRAC_PI_2 / 5.0).map(|a| (1.0 - a.cos(), a.sin()));
-    // (height above the tip, radius), from the tip up
+    // rings as (height above the tip, radius), from the tip upwards
     let body: Vec<(f32, f32)> = match shape.body.tip {
         Tip::Flat => vec![(0.0, 0.0), (0.0, 1.0), (1.7, 1.0)],
         Tip::Ball => arcs(5).chain([(1.7, 1.0)]).collect(),
@@ -176,7 +176,7 @@ fn probe(facets: &mut Vec<Facet>, lens: &Lens, shape: &DrawnBody, frame: &Frame,
     around
 }
 
-/// Whether a place [m] is on the side of the cut that is drawn.
+/// Returns whether a position [m] is on the side of the cut that is drawn.
 type Kept<'a> = &'a dyn Fn(&V) -> bool;
 
 fn springs(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, shown: &Shown, kept: Kept<'_>) {
@@ -207,7 +207,7 @@ fn rim(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, kept: K
     dots(&shape.body.rim, Color32::from_rgb(200, 75, 30));
 }
 
-/// The ellipse of the contact, over whatever hides it.
+/// Draws the ellipse of the contact, over everything that hides it.
 fn ellipse(painter: &Painter, lens: &Lens, frame: &Frame) {
     let Some(map) = frame.map.as_ref().filter(|map| map.area_m2 > 0.0) else { return };
     let [a, b] = map.half_axes_m.map(V::from);
@@ -218,8 +218,8 @@ fn ellipse(painter: &Painter, lens: &Lens, frame: &Frame) {
     painter.add(Drawn::line(ring.collect(), Stroke::new(2.0, Color32::from_rgb(190, 30, 20))));
 }
 
-/// Share of the line from `a` to `b` within the picture, so that the arrow of a strong force keeps
-/// its head and its number.
+/// Share of the line from `a` to `b` that is inside the picture, so that the arrow of a strong
+/// force keeps its head and its number.
 fn share_inside(rect: Rect, a: Pos2, b: Pos2) -> f32 {
     let along = |from: f32, to: f32, low: f32, high: f32| {
         let end = if to > high { high } else { low };
@@ -235,7 +235,7 @@ fn force(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, shown
         return;
     }
     let radius_m = shape.body.radius_m;
-    // beside the handle, or it would hide the arrow
+    // the arrow begins beside the handle, which would hide it
     let from_m = V::from(frame.contact_m);
     let displacement_m = force_n / length_n * (radius_m * (1.2 + RADII_PER_N * length_n).min(12.0));
     let (Some((a, _)), Some((b, _))) = (lens.project(&from_m), lens.project(&(from_m + displacement_m))) else { return };

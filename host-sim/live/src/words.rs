@@ -5,7 +5,7 @@ use palpate::{ClampFlags, Fault, Vector3};
 
 use crate::message::Contact;
 
-/// A mode.
+/// Name of the mode with this number.
 #[must_use]
 pub fn mode(number: u8) -> &'static str {
     match Mode::ALL.get(usize::from(number)) {
@@ -21,19 +21,19 @@ pub fn mode(number: u8) -> &'static str {
     }
 }
 
-/// Whether a force may be felt in this mode.
+/// Whether a force can act in this mode.
 #[must_use]
 pub fn felt(number: u8) -> bool {
     matches!(Mode::ALL.get(usize::from(number)), Some(Mode::Active | Mode::Degraded | Mode::SafeRamp))
 }
 
-/// A fault, by its number; `None` for 0.
+/// Description of the fault with this number; `None` for 0.
 #[must_use]
 pub fn fault(number: u8) -> Option<String> {
     Fault::ALL.into_iter().find(|f| *f as u8 == number).map(|f| f.to_string())
 }
 
-/// Returns the limiters that acted, in words.
+/// Returns the names of the limiters that acted.
 #[must_use]
 pub fn limiters(bits: u8) -> Vec<&'static str> {
     [
@@ -52,7 +52,7 @@ pub fn limiters(bits: u8) -> Vec<&'static str> {
     .collect()
 }
 
-/// Words for how a tissue differs from an elastic one under a probe that slides freely.
+/// Says how a tissue differs from an elastic one under a probe that slides freely.
 #[must_use]
 pub fn terms(lasting_share: f32, stiffening_b: f32, friction: f32) -> String {
     let said = [
@@ -64,7 +64,7 @@ pub fn terms(lasting_share: f32, stiffening_b: f32, friction: f32) -> String {
     if said.is_empty() { "elastic, without friction".into() } else { said.join("; ") }
 }
 
-/// Nodules that a scene has of its own.
+/// Names the nodules of a scene.
 #[must_use]
 pub fn own_nodules(count: usize) -> String {
     match count {
@@ -73,7 +73,7 @@ pub fn own_nodules(count: usize) -> String {
     }
 }
 
-/// A contact map in a line.
+/// Describes a contact map in one line.
 #[must_use]
 pub fn contact(map: Option<&Contact>) -> String {
     let Some(map) = map.filter(|map| map.area_m2 > 0.0) else { return "no contact".into() };

@@ -1,7 +1,8 @@
-//! The window under Xvfb, driven by xdotool's mouse and keys: pressed, stiffened, recorded; the
-//! trace repeats bit for bit. A window that follows a board, by a file that grows.
+//! The window under Xvfb, driven by xdotool's mouse and keys: the tissue is pressed, stiffened and
+//! recorded, and the trace repeats bit for bit. Another test opens a window that follows a board
+//! through a growing file.
 //!
-//! Skipped, saying so, where Xvfb or xdotool are not installed.
+//! The tests are skipped, with a message, if Xvfb or xdotool is not installed.
 
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -21,7 +22,7 @@ impl Window {
         Self::open_with(|_| Vec::new())
     }
 
-    /// Opens the window with arguments of its own, which may name files of its folder.
+    /// Opens the window with these arguments, which may name files in its folder.
     fn open_with(arguments: impl Fn(&Path) -> Vec<String>) -> Option<Self> {
         Command::new("xdotool").arg("version").stdout(Stdio::null()).stderr(Stdio::null()).status().ok()?;
         let folder = tempfile::tempdir().ok()?;
@@ -99,7 +100,7 @@ fn the_window_is_pressed_and_its_trace_repeats() {
         return;
     };
     window.until("the loop is active", |s| s["mode"].as_str().is_some_and(|m| m.starts_with("active")));
-    // without a window manager it has no keyboard focus
+    // without a window manager the window has no keyboard focus
     window.x("search --onlyvisible --name Palpate windowfocus");
     window.x("mousemove 480 250 mousedown 1");
     let soft = window.until("force", |s| number(s, "depth_m") > 2.9e-3);
@@ -129,7 +130,7 @@ fn the_window_is_pressed_and_its_trace_repeats() {
     let again = palpate_loop::live::replay::replay(&palpate_loop::live::trace::Trace::read(&bytes).unwrap()).unwrap();
     assert_eq!(again.differs, None);
     assert!(again.telemetry.iter().any(|t| f64::from(t.applied_n.norm()) > number(&soft, "force_n")));
-    // the preset with a nodule, nearer and cut through the tip
+    // the preset with a nodule, zoomed in and cut through the tip
     window.x("key 4");
     let nodule = |s: &Value| s["controls"]["scene"] == "nodule" && s["controls"]["nodule"] == true;
     window.until("a nodule of the scene's own", |s| nodule(s) && s["mode"].as_str().is_some_and(|m| m.starts_with("active")));
@@ -176,7 +177,7 @@ fn a_window_bears_a_mouse_that_leaves_and_no_size_and_its_keys_reach_everything(
     window.until("force after it", deep);
     window.x("mouseup 1");
 
-    // keys: device, hand, damping, nodule, mesh, preset, light and dark
+    // keys for device, hand, damping, nodule, mesh, preset, light and dark
     let chosen = |s: &Value, key: &str| s["controls"][key].clone();
     window.x("key d");
     window.until("a device", |s| chosen(s, "device") == "touch");
@@ -186,7 +187,7 @@ fn a_window_bears_a_mouse_that_leaves_and_no_size_and_its_keys_reach_everything(
     window.until("more damping", |s| chosen(s, "damping_per_s").as_f64().is_some_and(|d| (d - 50.0).abs() < 0.1));
     window.x("key m");
     window.until("another mesh", |s| s["nodes"].as_u64().is_some_and(|n| n > 800) && active(s));
-    // one after the other: a tissue takes time to load
+    // each tissue is awaited, since it takes time to load
     let body = |s: &Value| s["body"].as_u64().unwrap_or(0);
     let mut newest = 0;
     for (key, scene, nodule) in [("5", "abdomen", false), ("1", "block", false), ("o", "block", true)] {
@@ -218,7 +219,7 @@ fn a_board_is_followed_in_a_file_that_grows_stops_and_begins_anew() {
     let bytes = include_bytes!("../../../firmware/patches/block-m4f-168.patch");
     let patch = palpate::PatchFile::checksum(bytes).unwrap();
     let head = format!("{}\n", palpate_loop::board_trace::COLUMNS.join(","));
-    // down to 3 mm within a second and held there
+    // the tip moves down to 3 mm within a second and stays there
     let line = move |n: u32| {
         let z_m = 0.003 - 0.006 * (f64::from(n) / 50.0).min(1.0);
         let tick = 20 * n;
@@ -229,7 +230,7 @@ fn a_board_is_followed_in_a_file_that_grows_stops_and_begins_anew() {
     let mut growing = std::fs::OpenOptions::new().append(true).open(&path).unwrap();
     let writes = std::thread::spawn(move || {
         for n in 0..250 {
-            // in two pieces: a reader may come between them
+            // each row is written in two pieces, since a reader may come in between
             let row = line(n);
             for piece in [&row[..7], &row[7..]] {
                 std::io::Write::write_all(&mut growing, piece.as_bytes()).unwrap();
@@ -244,7 +245,8 @@ fn a_board_is_followed_in_a_file_that_grows_stops_and_begins_anew() {
     writes.join().unwrap();
     let silent = window.until("silence", |s| s["phase"] == "Silent");
     assert!(silent["force_n"].is_null() && number(&silent, "arrow_n") == 0.0 && silent["records"] == 250, "{silent}");
-    // begun anew by a board with a fault, whose records go on while they are waited for
+    // the file is begun anew by a board with a fault, which continues to write records during the
+    // wait
     let faulty = |n: usize| format!("{},7,8,0,0,0.01,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,,{patch:08x},3500\n", 20 * n);
     let rows = std::cell::Cell::new(0);
     let anew = window.until("a new file", |s| {

@@ -1,10 +1,12 @@
-// Draws here; the physics runs in a worker of its own, with its own instance of the same module. `tell` is the page's.
+// Draws here; the physics runs in a worker, with its own instance of the same module. `tell` is
+// defined by the page.
 window.started = true;
 let stopped = false;
 const stop = (text) => { stopped = true; tell(text); };
-// packed in the folder: every server sends it small, whether it compresses or not; from one that says so it comes unpacked
+// The module is compressed in the folder, so that every server sends little, whether it compresses
+// or not. From a server that sets the header of compressed content it arrives unpacked.
 const file = "palpate_live.wasm.gz";
-// a page of one file brings its parts along
+// a page of one file provides its parts itself
 const parts = window.parts ?? {
   bindings: () => import("./palpate_live.js"),
   worker: () => new Worker("worker.js", { type: "module" }),
@@ -34,16 +36,16 @@ try {
   const [bindings, module] = await Promise.all([parts.bindings(), compiled().catch(named)]);
   const worker = parts.worker();
   worker.onerror = ({ message }) => stop(`The physics stopped (${message || "worker.js does not start"}): reload the page, or take another browser.`);
-  // a sentence; what is drawn comes as bytes
+  // text is a sentence for the user; what is drawn arrives as bytes
   worker.addEventListener("message", ({ data }) => { if (typeof data === "string") stop(data); });
-  // from a page on the disk no module reaches its worker: it gets the bytes
+  // on a page from the disk no compiled module reaches the worker: it gets the bytes
   worker.postMessage(window.parts ? await (await unpacked()).arrayBuffer() : module);
   await bindings.default({ module_or_path: module });
   const picture = document.getElementById("picture");
   await bindings.draw(picture, worker);
   picture.focus();
   window.palpate = { shown: () => JSON.parse(bindings.shown()), trace: bindings.trace };
-  // a recording that runs would be lost
+  // a running recording would be lost
   addEventListener("beforeunload", (event) => {
     if (stopped || window.palpate.shown().recorded_ticks == null) return;
     event.preventDefault();

@@ -1,4 +1,5 @@
-// The loop at 1 kHz of virtual time. A timer in a worker goes on while the page is hidden; what is due is run when it fires.
+// Runs the loop at 1 kHz of virtual time. The timer of a worker goes on while the page is hidden;
+// the ticks that are due run when it fires.
 import init, { PagePhysics } from "./palpate_live.js";
 const clock = () => performance.now() * 1e-3;
 const post = (bytes) => self.postMessage(bytes, [bytes.buffer]);
@@ -17,7 +18,7 @@ const take = async (data) => {
     waiting.push(data);
   }
 };
-// the page never hears of a promise that failed: it is told, once
+// the page is not notified of a promise that failed, so it gets a message, once
 const stop = (why) => {
   clearInterval(timer);
   self.onmessage = null;

@@ -1,14 +1,15 @@
-//! Table of a board's records: `palpate board` writes it, `palpate live --follow` reads it.
+//! Table of the records that a board sends: `palpate board` writes it, `palpate live --follow`
+//! reads it.
 //!
-//! One row per record, in the frame of the device: the patch's site is at zero, z points out of the
-//! tissue. A row is whole once its line has ended.
+//! One row per record, in the device frame: the origin is the site of the patch, and z points out
+//! of the tissue. A row is complete once its line has ended.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 use palpate::{ClampFlags, Fault};
 
-/// Columns, with units.
+/// Column headings; a heading ends with the unit where the column has one.
 pub const COLUMNS: [&str; 24] = [
     "tick",
     "mode",
@@ -36,33 +37,33 @@ pub const COLUMNS: [&str; 24] = [
     "youngs_modulus_pa",
 ];
 
-/// Fix for every file that is no such table.
+/// Advice at the end of every error about a file that is not such a table.
 const FIX: &str = "give the file of `palpate board arm --stream FILE.csv`, or of its --out";
 
-/// A record, as far as it is shown.
+/// Fields of a board's record that the window shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Row {
-    /// Cycles begun, wrapping.
+    /// Number of control cycles begun; wraps around at 2^32.
     pub tick: u32,
-    /// Mode, by its number.
+    /// Number of the loop's mode.
     pub mode: u8,
-    /// Latched fault, by its number; 0 for none.
+    /// Number of the latched fault; 0 without a fault.
     pub fault: u8,
-    /// Tip [m].
+    /// Position of the tip [m].
     pub tip_m: [f32; 3],
     /// Depth of the tip [m].
     pub depth_m: f32,
-    /// Force of the board's patch [N].
+    /// Force that the board's patch computed [N].
     pub model_n: [f32; 3],
-    /// Force on the device [N].
+    /// Force that the loop applied to the device [N].
     pub applied_n: [f32; 3],
-    /// The outputs are enabled.
+    /// Whether the outputs to the motors are enabled.
     pub outputs_on: bool,
     /// Limiters that acted in loop and patch, as bits of `ClampFlags`.
     pub limiters: u8,
     /// Energy given to the hand in this contact [J].
     pub energy_given_j: f32,
-    /// Time of the tick [us]; none on a board without a clock for it.
+    /// Duration of the tick [us]; `None` on a board without a clock to measure it.
     pub tick_us: Option<f32>,
     /// Checksum of the board's patch file; zero without a patch.
     pub patch_checksum: u32,
@@ -79,21 +80,21 @@ impl Row {
         (self.fault != 0).then_some(words)
     }
 
-    /// Whether a limiter acted.
+    /// Whether this limiter acted in the tick.
     #[must_use]
     pub fn limited_by(&self, limiter: ClampFlags) -> bool {
         self.limiters & limiter.bits() == limiter.bits()
     }
 }
 
-/// Longest first line that is looked for [bytes].
+/// Length up to which the end of the first line is searched for [bytes].
 const LONGEST_HEAD: u64 = 1 << 16;
 
-/// Refuses a file that is no table of a board's records, by its first line; one that is not there
-/// yet, or has no whole line yet, may become one.
+/// Checks the first line of a file, and refuses a file that is not a table of a board's records. A
+/// file that does not exist yet, or has no complete line yet, is accepted, since it may become one.
 ///
 /// # Errors
-/// One line: file and line, why, and how to fix it.
+/// One line: file and line, the reason, and the fix.
 pub fn check_head(path: &Path) -> Result<(), String> {
     let place = path.display();
     let unreadable = |why: &dyn std::fmt::Display| format!("{place}: cannot be read: {why}: {FIX}");
@@ -113,12 +114,12 @@ pub fn check_head(path: &Path) -> Result<(), String> {
     }
 }
 
-/// Places of the columns in the lines of a file.
+/// Positions of the columns in the rows of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Columns {
     /// Positions of [`COLUMNS`] in a row of the file.
     at: [usize; COLUMNS.len()],
-    /// Cells of a line.
+    /// Number of cells in every row.
     cells: usize,
 }
 
@@ -126,7 +127,7 @@ impl Columns {
     /// Reads the first line of a file.
     ///
     /// # Errors
-    /// A column is missing: why, and how to fix it.
+    /// A column is missing; the message says which, and how to fix it.
     pub fn of(line: &str) -> Result<Self, String> {
         let names: Vec<&str> = line.trim_end_matches('\r').split(',').collect();
         let mut at = [0; COLUMNS.len()];
@@ -137,10 +138,10 @@ impl Columns {
         Ok(Self { at, cells: names.len() })
     }
 
-    /// Reads a further line.
+    /// Reads one of the rows after the first line.
     ///
     /// # Errors
-    /// A cell that is missing or no number: why, and how to fix it.
+    /// A cell is missing or is not a number; the message gives the reason and the fix.
     pub fn row(&self, line: &str) -> Result<Row, String> {
         let cells: Vec<&str> = line.trim_end_matches('\r').split(',').collect();
         if cells.len() != self.cells {

@@ -1,13 +1,14 @@
-//! The loop closed over an emulated hand and device: what a person would feel.
+//! Closes the loop over an emulated hand and device, to show what a person would feel.
 //!
 //! ```text
 //! stimulus ─ hand ─ plant ─ sense ─ core::haptic::cycle ─ actuate ─ plant
 //!                             every tick is watched against the invariants
 //! ```
 //!
-//! [`run::run`] runs it; [`campaign`] runs it with the faults of [`faulty`]. A [`device`] profile
-//! and a [`hand`] are data; a [`controller`] is the product's or another; a [`surface`] is a wall
-//! or the product's patch; the criteria of a [`verdict`] do not change.
+//! [`run::run`] runs the loop once; [`campaign`] runs it with the faults of [`faulty`]. A
+//! [`device`] profile and a [`hand`] are data. The [`controller`] is the product's or a rival; the
+//! [`surface`] is a wall or the product's patch. The criteria of the [`verdict`] are the same for
+//! all of them.
 
 pub mod campaign;
 pub mod controller;

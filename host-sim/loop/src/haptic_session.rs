@@ -38,18 +38,18 @@ const STIFFEST: f32 = 2.0;
 pub struct Input {
     /// Tip of the probe [m], scene frame.
     pub tip_m: Vector3<f32>,
-    /// The position is that of the previous tick: there was no new reading.
+    /// Whether there was no new reading: the position is then that of the previous tick.
     pub stale: bool,
-    /// The device reports that its reading cannot be trusted.
+    /// Whether the device reports that its reading cannot be trusted.
     pub sensor_failed: bool,
-    /// The hand switch is open: no force, and no arming.
+    /// Whether the hand switch is open: then there is no force, and no arming.
     pub operator_absent: bool,
     /// Periods that passed without a tick since the last one.
     pub late_ticks: u16,
 }
 
 impl Input {
-    /// A new, good reading in time.
+    /// A new, good reading at this position [m], in time.
     #[must_use]
     pub fn at(tip_m: Vector3<f32>) -> Self {
         Self { tip_m, stale: false, sensor_failed: false, operator_absent: false, late_ticks: 0 }
@@ -59,10 +59,10 @@ impl Input {
 /// A request that the session's mode does not allow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OutOfOrder {
-    /// Arming during a fault.
+    /// Arming was requested during a fault.
     #[error("a fault is latched: clear it before arming again")]
     Faulted,
-    /// Clearing without a fault.
+    /// Clearing was requested without a fault.
     #[error("no fault is latched: there is nothing to clear")]
     NoFault,
 }
@@ -77,17 +77,17 @@ pub struct HapticSession {
     telemetry: Option<Telemetry>,
     /// Bounds of Young's modulus [Pa].
     modulus_pa: [f32; 2],
-    /// Pending Young's modulus: a stiffer one waits until nothing is touched, any other until the
-    /// next tick.
+    /// Pending Young's modulus [Pa]: a higher one waits until nothing is touched, a lower one until
+    /// the next tick.
     waiting_pa: Option<f32>,
-    /// A request for the next tick.
+    /// Request that the next tick passes on.
     asked: Option<Ask>,
-    /// Arming will be requested once the mode is idle.
+    /// Whether arming is requested once the mode is idle.
     arms: bool,
 }
 
 impl HapticSession {
-    /// A scene, by preset or path, for a device; `patch` in place of the scene's own.
+    /// Opens a scene, given by preset or path, for a device; `patch` replaces the scene's own.
     ///
     /// # Errors
     /// A scene, patch or device that does not fit, or a model that cannot keep 1 kHz.
@@ -101,7 +101,7 @@ impl HapticSession {
         Self::of_prepared(Prepared::of(&scene, &device)?, &device)
     }
 
-    /// A patch file alone: tissue, probe and site are those that it was packed with.
+    /// Opens a patch file alone: tissue, probe and site are those with which it was packed.
     ///
     /// # Errors
     /// Errors of [`Self::open`].
@@ -143,7 +143,7 @@ impl HapticSession {
         })
     }
 
-    /// Runs one tick, every millisecond. The force [N] for the device is in
+    /// Runs one tick; the caller calls it every millisecond. The force [N] for the device is in
     /// [`Telemetry::applied_n`].
     pub fn tick(&mut self, input: &Input) -> &Telemetry {
         self.settle();
@@ -170,7 +170,7 @@ impl HapticSession {
         self.telemetry.as_ref()
     }
 
-    /// The mode.
+    /// Mode of the loop.
     #[must_use]
     pub fn mode(&self) -> Mode {
         self.cycle.mode()
@@ -200,8 +200,8 @@ impl HapticSession {
         self.tissue.hash()
     }
 
-    /// Requests arming: the force begins when the probe has been outside and calm for
-    /// [`palpate::haptic::cycle::ArmingSettings`]' time, and grows for half a second.
+    /// Requests arming: the force is enabled once the probe has been outside and calm for the time
+    /// in [`palpate::haptic::cycle::ArmingSettings`], and its gain rises for half a second.
     ///
     /// # Errors
     /// [`OutOfOrder::Faulted`].
@@ -215,8 +215,8 @@ impl HapticSession {
         (self.asked, self.arms) = (Some(Ask::Stop), false);
     }
 
-    /// Requests clearing the fault, in the next tick. Refused ([`Telemetry::refused`]) until
-    /// readings have been good for a tenth of a second.
+    /// Requests that the next tick clears the fault. The request is refused
+    /// ([`Telemetry::refused`]) until readings have been good for a tenth of a second.
     ///
     /// # Errors
     /// [`OutOfOrder::NoFault`].
@@ -228,12 +228,12 @@ impl HapticSession {
         Ok(())
     }
 
-    /// Sets Young's modulus [Pa] from the next tick on. A stiffer one waits until nothing is
+    /// Sets Young's modulus [Pa] from the next tick on. A higher one waits until nothing is
     /// touched, since stiffening under the probe would give energy to the hand.
     ///
     /// # Errors
-    /// [`BuildError::OutOfRange`]: not between half and twice the opened one, or not stable with
-    /// the substeps; nothing changes then.
+    /// [`BuildError::OutOfRange`]: the modulus is not between half and twice that of the opened
+    /// tissue, or is not stable with its substeps; nothing changes then.
     pub fn set_modulus(&mut self, youngs_modulus_pa: f32) -> Result<(), BuildError> {
         let [least_pa, most_pa] = self.modulus_pa;
         BuildError::within("youngs_modulus_pa", youngs_modulus_pa, least_pa, most_pa)?;
@@ -255,8 +255,8 @@ impl HapticSession {
         self.cycle.lower_limits(&LoopLimitSettings { max_force_n, ..*self.cycle.limits() })
     }
 
-    /// Starts anew: tissue at rest, no force, no fault, not armed. Young's modulus stays, and so do
-    /// limits that were lowered.
+    /// Restarts the session: tissue at rest, no force, no fault, not armed. Young's modulus and
+    /// lowered limits are kept.
     ///
     /// # Errors
     /// Only errors that opening can return.

@@ -7,7 +7,7 @@
 //!
 //! [`closed_loop`] closes it over emulated hands, devices and faults; [`live`] is the same loop,
 //! driven by a window or a page; [`haptic_session`] leaves the device to its caller, in any
-//! language. [`board_trace`] is the table in which a board's records are kept.
+//! language. [`board_trace`] is the table in which a board's records are stored.
 
 pub mod board_trace;
 pub mod closed_loop;

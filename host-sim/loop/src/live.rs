@@ -1,5 +1,5 @@
-//! Live: the loop of board and desktop, one tick per call, driven by the window or page that draws
-//! it; recorded at the core's interface and repeated bit for bit.
+//! The live loop is the loop of board and desktop, run one tick per call by the window or page that
+//! draws it. It is recorded at the core's interface and repeated bit for bit.
 //!
 //! ```text
 //! window, page (`host-sim/live`):
@@ -9,7 +9,7 @@
 //! trace ─ Cycle ─ same bits?
 //! ```
 //!
-//! No clock, file or thread here: the same code runs in a browser.
+//! It uses no clock, file or thread: the same code runs in a browser.
 
 mod choice;
 mod device;

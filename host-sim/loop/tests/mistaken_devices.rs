@@ -17,7 +17,7 @@ use palpate_loop::closed_loop::run::Setup;
 use palpate_loop::closed_loop::stimulus::Stimulus;
 use palpate_loop::closed_loop::surface::{Wall, with_tissue};
 
-/// A press rests this deep, or where the force is this share of the limit [m, 1].
+/// Depth at which a press rests [m], unless the force there exceeds this share of the limit (1).
 const DEPTH_M: f64 = 4e-3;
 const FORCE_SHARE: f64 = 0.85;
 
@@ -26,11 +26,11 @@ static LIGHT: LazyLock<LightPatch> = LazyLock::new(|| LightPatch::load().unwrap(
 /// Surface that is touched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Target {
-    /// A wall, its normal along z [N/m].
+    /// A wall of this stiffness, with its normal along z [N/m].
     Wall(f64),
-    /// A wall whose normal is tilted against every axis [N/m].
+    /// A wall of this stiffness, with its normal parallel to no axis [N/m].
     Leaning(f64),
-    /// The shipped patch of 130 nodes, its normal along z [Pa].
+    /// The shipped patch of 130 nodes with this Young's modulus, with its normal along z [Pa].
     Tissue(f64),
 }
 
@@ -59,7 +59,7 @@ fn touch(name: &str, hand: Hand, stimulus: Stimulus, mistake: Mistake, target: T
     }
 }
 
-/// Every hand and these stimuli, with each mistake.
+/// Runs every hand with these stimuli and each mistake.
 fn all(devices: &[&str], stimuli: &[&str], targets: &[Target]) -> Vec<(Mistake, Vec<(Hand, FirstTouches)>)> {
     let of = |mistake| {
         let mut runs = Vec::new();
@@ -97,7 +97,7 @@ fn a_wrong_unit_is_told_before_any_force_a_wrong_sign_at_the_first_touches_and_n
             let ended = share(&runs, |_, touched| touched.ended_ticks.is_some());
             let by_sign = share(&runs, |_, touched| touched.fault == Some(Fault::WrongSign));
             assert!(ended >= 0.7 && faulted >= 0.7 && by_sign >= 0.5, "{}: {ended} {faulted} {by_sign}", mistake.name);
-            // a released handle and a light hand are never left with it
+            // a released handle and a light hand are never left with the wrong force
             let light = |hand: &Hand| matches!(hand.id, "H0" | "H5");
             assert!(runs.iter().all(|(hand, t)| !light(hand) || t.ended_ticks.is_some()), "{}: {runs:?}", mistake.name);
         }

@@ -1,5 +1,5 @@
-//! Placeholder for a command that this build does not contain. It accepts any arguments and passes
-//! them on to the build that reads them.
+//! Placeholder for a command that this build does not contain. It accepts any arguments, since the
+//! build that contains the command reads them.
 
 use std::ffi::OsString;
 

@@ -1,4 +1,4 @@
-//! `palpate accept`.
+//! The command `palpate accept`.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -19,23 +19,22 @@ use palpate_tissue::output::OutputFolder;
 pub(super) struct AcceptArgs {
     #[command(flatten)]
     options: Options,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
-    /// done.
+    /// Output folder, created if missing; a finished run replaces an earlier result in it.
     #[arg(long, value_name = "FOLDER", default_value = "out/accept")]
     out: PathBuf,
     #[command(flatten)]
     shards: Shards,
 }
 
-/// The requested tests.
+/// Options that select the tests.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Options {
-    /// Run these tests alone [default: all].
+    /// Run only these tests [default: all].
     #[arg(value_name = "TEST", value_parser = TESTS.map(|(name, ..)| name))]
     tests: Vec<String>,
 }
 
-/// The tests that are run, each a case.
+/// The campaign of the selected tests, each of which is a case.
 pub(super) struct Accept {
     options: Options,
     tests: Vec<Test>,
@@ -144,7 +143,7 @@ fn refusal(row: &Row) -> String {
     }
 }
 
-/// The figure of a row that is nearest to the end of its range.
+/// Prints the figure of a row that is nearest to the end of its range.
 fn print_nearest(row: &Row) {
     let nearest = row.nearest().map_or(String::new(), |figure| {
         let [low, high] = figure.accepted;
@@ -162,7 +161,7 @@ fn print(row: &Row) {
     for figure in &row.figures {
         let [low, high] = figure.accepted;
         let mark = |good: bool| if good { ' ' } else { '!' };
-        // rounding below zero is not shown as -0.000
+        // a value that rounds to zero is not printed as -0.000
         let without_term = if figure.without_term.abs() < 5e-4 { 0.0 } else { figure.without_term };
         println!(
             "  {:<40} {:>16} {:>7.3}{} {:>19.3}{}",

@@ -1,4 +1,4 @@
-//! `palpate board`: a flashed board on its serial port.
+//! `palpate board`: commands for a flashed board on its serial port.
 
 mod hold;
 mod list;
@@ -16,8 +16,8 @@ use self::log::Log;
 use crate::error::Error;
 use crate::port::Session;
 
-/// A board of ours sends a record every 20 ms; opening a large patch after power-on takes it a
-/// second.
+/// Longest wait for a board: it sends a record every 20 ms, but opening a large patch after
+/// power-on takes a second.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 #[derive(Args, Clone, Debug)]
@@ -25,21 +25,21 @@ pub(super) struct PortArgs {
     /// The board's serial port, such as /dev/ttyACM0 or COM3; `palpate board list` finds it.
     #[arg(long, value_name = "PORT")]
     port: String,
-    /// The ELF file that was flashed, which explains the board's log [default: the image that
-    /// `cargo fw...` built last here, if it is the board's].
+    /// ELF file that was flashed, which explains the board's log [default: the image that `cargo
+    /// fw...` built last here, if it is the board's].
     #[arg(long, value_name = "ELF")]
     image: Option<PathBuf>,
 }
 
 impl PortArgs {
-    /// Opens the port.
+    /// Opens the port and the board's log.
     fn open(&self) -> Result<(Session, Log), Error> {
         let mut session = Session::open(&self.port, PATIENCE)?;
         let log = Log::of(self.image.as_deref(), &mut session)?;
         Ok((session, log))
     }
 
-    /// Runs a command on the board, and prints the log that comes meanwhile.
+    /// Runs a command on the board, and prints the log lines that arrive meanwhile.
     fn with(&self, run: impl FnOnce(&mut Session) -> Result<(), Error>) -> Result<(), Error> {
         let (mut session, mut log) = self.open()?;
         let outcome = run(&mut session);
@@ -50,18 +50,18 @@ impl PortArgs {
 
 #[derive(Clone, Debug, Subcommand)]
 pub(super) enum BoardCommand {
-    /// Find the boards: every USB serial port is listened to, and whoever speaks our frames is
-    /// asked who it is.
+    /// Find the boards: listen to every USB serial port, and identify every board of ours that
+    /// answers.
     ///
-    /// Nothing is sent to a port that does not speak them. Ports that are named are listened to in
-    /// place of the system's.
+    /// Nothing is sent to a port on which no frame of ours arrives. If ports are named, only those
+    /// are listened to.
     List {
         /// Ports to listen to [default: all USB serial ports].
         #[arg(value_name = "PORT")]
         ports: Vec<String>,
     },
-    /// Compare the report of a self-test image (`cargo fw-selftest-f446` and its sisters) with the
-    /// same run on this machine: same bits, or which word differs.
+    /// Compare the report of a self-test image (such as `cargo fw-selftest-f446` builds) with the
+    /// same run on this machine: say whether the bits agree, or which word differs.
     ///
     /// Nothing is sent. Fails (exit code 1) if the bits differ or the board's run did not pass.
     SelfTest(self_test::SelfTest),
@@ -73,9 +73,9 @@ pub(super) enum BoardCommand {
     },
     /// Enable the force and hold it until Ctrl-C, then stop.
     ///
-    /// The board arms once the tip has been still outside the tissue for 0.1 s. It takes the force
-    /// away by itself as soon as it does not hear this command any more, however that came about.
-    /// Fails (exit code 1) if the board ends the force by itself.
+    /// The board arms once the tip has been still outside the tissue for 0.1 s. It ends the force
+    /// by itself as soon as it no longer hears this command, for whatever reason. Fails (exit code
+    /// 1) if the board ends the force by itself.
     Arm {
         #[command(flatten)]
         port: PortArgs,
@@ -89,17 +89,17 @@ pub(super) enum BoardCommand {
         #[command(flatten)]
         stream: hold::Stream,
     },
-    /// End the force: ask for a stop until the board says that its outputs are off.
+    /// End the force: request a stop until the board reports that its outputs are off.
     Stop {
         #[command(flatten)]
         port: PortArgs,
     },
-    /// Clear a latched fault, when its cause is gone. Enables nothing.
+    /// Clear a latched fault once its cause is gone. Enables nothing.
     Clear {
         #[command(flatten)]
         port: PortArgs,
     },
-    /// Send a patch to an idle board. It is forgotten with the power.
+    /// Send a patch to an idle board, which keeps it until it loses power.
     Upload {
         /// Patch file of `palpate pack`, `fit`, `plan` or `cut`.
         #[arg(value_name = "PATCH")]
@@ -107,8 +107,8 @@ pub(super) enum BoardCommand {
         #[command(flatten)]
         port: PortArgs,
     },
-    /// Set Young's modulus of the board's patch, between half and twice its own. It is forgotten
-    /// with the power.
+    /// Set Young's modulus of the board's patch, between half and twice its own, until the board
+    /// loses power.
     Modulus {
         /// Young's modulus [Pa].
         #[arg(value_name = "PA", allow_negative_numbers = true)]
@@ -119,8 +119,8 @@ pub(super) enum BoardCommand {
     /// Give an idle board the profile of a device: its limits, workspace, encoders and mechanism,
     /// kept without power.
     ///
-    /// The board starts up anew with it. A Nucleo keeps none yet, uses it until its power goes, and
-    /// says so.
+    /// The board restarts with it. A Nucleo does not store profiles yet: it uses this one until it
+    /// loses power, and says so.
     Profile {
         /// A device (touch, omni, touch-x, falcon, omega3, inverse3, hapkit, frictionless) or the
         /// path of a profile (.toml, see host-sim/devices).
@@ -129,9 +129,9 @@ pub(super) enum BoardCommand {
         #[command(flatten)]
         port: PortArgs,
     },
-    /// Take the pose of the device as its home pose, on an idle board: for encoders that count from
-    /// where they were at power-on. A board whose profile asks for a home pose does not arm before
-    /// it has one.
+    /// Take the present pose of the device as its home pose, on an idle board: for encoders that
+    /// count from their position at power-on. A board whose profile asks for a home pose does not
+    /// arm without one.
     Home {
         #[command(flatten)]
         port: PortArgs,
@@ -140,7 +140,7 @@ pub(super) enum BoardCommand {
     Ping {
         #[command(flatten)]
         port: PortArgs,
-        /// Round trips.
+        /// Number of round trips.
         #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
         count: u32,
     },

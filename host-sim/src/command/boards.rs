@@ -1,4 +1,4 @@
-//! Names of boards on the command line, and which patch runs on which.
+//! Names of boards on the command line, and the boards on which a patch runs.
 
 use palpate::Model;
 use palpate_tissue::Error as TissueError;
@@ -10,10 +10,10 @@ use crate::error::Error;
 const BOARDS: [(&str, &str); 4] =
     [("nucleo-f446re", "m4f-180"), ("nucleo-g474re", "m4f-170"), ("nucleo-h743zi", "m7-480"), ("pico2", "m33-150")];
 
-/// Most foundation points on a triangle that a board's image knows.
+/// Largest number of foundation points per triangle for which a board's image is built.
 const MOST_POINTS: usize = 9;
 
-/// The budget of a board, or the budget of this name.
+/// The budget of a board with this name, or the budget with this name.
 pub(super) fn machine(board: &str) -> Result<&'static CostModel, Error> {
     let budget = BOARDS.iter().find(|(name, _)| *name == board).map_or(board, |(_, budget)| budget);
     Ok(CostModel::named(budget).ok_or_else(|| {
@@ -24,7 +24,7 @@ pub(super) fn machine(board: &str) -> Result<&'static CostModel, Error> {
     })?)
 }
 
-/// Refuses a patch with more foundation points on a triangle than boards' images know.
+/// Refuses a patch with more foundation points per triangle than the boards' images support.
 pub(super) fn refuse_points(model: &Model, board: &str) -> Result<(), Error> {
     match model.points_per_triangle() {
         points if points > MOST_POINTS => {
@@ -37,8 +37,8 @@ pub(super) fn refuse_points(model: &Model, board: &str) -> Result<(), Error> {
     }
 }
 
-/// Boards that a patch with this budget runs on, in words: those of the same core with a clock of
-/// at least its own.
+/// Names the boards on which a patch with this budget runs: those with the same core and at least
+/// the same clock.
 pub(super) fn runs_on(machine: &CostModel) -> String {
     if !machine.is_board() {
         return "runs on this machine".into();

@@ -1,4 +1,4 @@
-//! `palpate calibrate`.
+//! The command `palpate calibrate`.
 
 mod record;
 
@@ -25,7 +25,7 @@ use palpate_tissue::session::{Session, calibrated};
 use palpate_tissue::stable_step::StableStep;
 use palpate_tissue::tissue::Tissue;
 
-/// Range of the number of places.
+/// Range of the number of probe places.
 const PLACES_RANGE: std::ops::RangeInclusive<usize> = 1..=2000;
 /// Nodes, places and rounds of a fit with `--quick`.
 const QUICK: (usize, usize, usize) = (130, 40, 6);
@@ -37,27 +37,28 @@ pub(super) struct CalibrateArgs {
     /// Nodes of the mesh [default: the scene's].
     #[arg(long, value_name = "COUNT")]
     nodes: Option<usize>,
-    /// Places of the probe to fit over, beside the centre.
+    /// Places of the probe to fit, besides the centre.
     #[arg(long, value_name = "COUNT", default_value_t = Settings::default().places)]
     places: usize,
-    /// Rounds of the fit at most (evaluations of the objective, for annealing).
+    /// Largest number of rounds of the fit (of evaluations of the objective, for annealing).
     #[arg(long, value_name = "COUNT")]
     rounds: Option<usize>,
-    /// Foundation points on a surface triangle, 4, 9 or 16 [default: 9 where elements are larger
-    /// than 0.4 of the probe's radius, else 4]. No board runs 16.
+    /// Foundation points per surface triangle: 4, 9 or 16 [default: 9 where elements are larger
+    /// than 0.4 of the probe's radius, else 4]. No board supports 16.
     #[arg(long, value_name = "COUNT")]
     points: Option<usize>,
-    /// How to fit. The two others minimise the same objective and are there to be compared with.
+    /// Method of the fit; annealing minimises the same objective and is there for comparison.
     #[arg(long, value_enum, default_value_t = FitName::GaussNewton)]
     fit: FitName,
-    /// The finite-element answer to fit to, answer.json of `palpate reference` [default: the one
-    /// that ships].
+    /// Finite-element answer for the fit, answer.json of `palpate reference` [default: the one that
+    /// ships].
     #[arg(long, value_name = "FILE")]
     reference: Option<PathBuf>,
     /// Fit the answer's glued discs too, pressed and sheared.
     #[arg(long, conflicts_with = "check")]
     glued: bool,
-    /// Fit nothing: press the patches that ship, or the scene's own, at held-out depths and places.
+    /// Fit nothing: press the patches that ship, or the scene's own, at depths and places that the
+    /// fit did not see.
     #[arg(long)]
     check: bool,
     /// A small fit: 130 nodes over 40 places, 4 s of processor time.
@@ -67,7 +68,7 @@ pub(super) struct CalibrateArgs {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum FitName {
-    /// Gauss-Newton with adjoint slopes: what ships.
+    /// Gauss-Newton with adjoint gradients, with which the shipped patches were fitted.
     GaussNewton,
     /// Simulated annealing of two scalars, the schedule of paper 004.
     Annealing,

@@ -1,4 +1,5 @@
-//! Commands whose work is numbered cases: run as a whole, or shard by shard and merged.
+//! Commands whose work is numbered cases. They run all cases at once, or shards that are merged
+//! later.
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -16,13 +17,13 @@ use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::shard::{FILE, Heading, Part, PartError, Shard};
 
-/// The part of the cases that this process runs, and the printed rows.
+/// Selection of the cases that this process runs, and of the rows that it prints.
 #[derive(Args, Clone, Debug, Default)]
 pub(super) struct Shards {
-    /// Print every row. Without this option only the rows that failed are printed, and the totals.
+    /// Print every row; otherwise only the failed rows and the totals are printed.
     #[arg(long)]
     pub all: bool,
-    /// Run only part I of N of the cases, and leave its counts in a folder of its own below --out,
+    /// Run only part I of N of the cases, and write its counts to a folder of its own below --out,
     /// for `palpate merge`. May be given several times.
     #[arg(long, value_name = "I/N", help_heading = "Many machines")]
     shard: Vec<Shard>,
@@ -38,18 +39,18 @@ impl Shards {
 pub(super) trait Campaign: Sized {
     /// Everything that determines the campaign's cases.
     type Options: Serialize + DeserializeOwned;
-    /// The counts that some of the cases leave.
+    /// Counts over some of the cases.
     type Counts: Serialize + DeserializeOwned + Debug;
     /// Name of the command, as on the command line.
     const COMMAND: &'static str;
 
-    /// Reads the files named by the options.
+    /// Creates the campaign, and reads the files that the options name.
     ///
     /// # Errors
     /// Bad input.
     fn load(options: Self::Options) -> Result<Self, Error>;
 
-    /// The campaign of shards that ran elsewhere.
+    /// Creates the campaign of shards that ran elsewhere.
     ///
     /// # Errors
     /// Its input is missing or has changed.
@@ -67,22 +68,22 @@ pub(super) trait Campaign: Sized {
 
     fn options(&self) -> &Self::Options;
 
-    /// Number of the campaign's cases.
+    /// Number of cases in the campaign.
     fn cases(&self) -> u64;
 
-    /// Checksums of the inputs that do not ship with the program.
+    /// Checksums of the inputs that do not ship with the program, by name.
     fn inputs(&self) -> BTreeMap<String, String> {
         BTreeMap::new()
     }
 
-    /// Runs the cases of these numbers, each independently of the others.
+    /// Runs the cases with these numbers, each independently of the others.
     fn run(&self, cases: Range<u64>) -> Result<Self::Counts, Error>;
 
-    /// Adds the counts of the following cases exactly, without sums of rounded numbers.
+    /// Adds the counts of the cases that follow. The sum is exact: no rounded numbers are added.
     fn add(counts: &mut Self::Counts, next: Self::Counts);
 
-    /// Writes and publishes the result of all cases, prints it, and checks it. With `all` every row
-    /// is printed.
+    /// Writes and publishes the result of all cases, prints it, and checks it. With `all`, every
+    /// row is printed.
     fn report(&self, folder: OutputFolder, counts: Self::Counts, all: bool) -> Result<(), Error>;
 
     /// The scene of all cases, if they share one.
@@ -106,7 +107,7 @@ pub(super) trait Campaign: Sized {
         shards.shard.iter().try_for_each(|shard| campaign.run_shard(*shard, out))
     }
 
-    /// Runs a shard and leaves its counts. `merge` checks the whole.
+    /// Runs a shard and writes its counts; the checks are made by `merge`, on all of them.
     fn run_shard(&self, shard: Shard, out: &Path) -> Result<(), Error> {
         let (total, cases) = (self.cases(), shard.cases(self.cases()));
         let folder = OutputFolder::open(&out.join(format!("shard-{}-of-{}", shard.number(), shard.of())))?;
@@ -116,7 +117,7 @@ pub(super) trait Campaign: Sized {
         let counts = self.run(cases.clone())?;
         folder.write(FILE, Part::write(&heading, &counts).map_err(unwritable)?.as_bytes())?;
         let again: Self::Counts = Part::read(&folder.draft().join(FILE)).map_err(unreadable)?.counts().map_err(unwritable)?;
-        // JSON has no form for some numbers: an error here is better than a wrong byte after the
+        // JSON cannot represent every number: an error here is better than a wrong result after the
         // merge
         if format!("{again:?}") != format!("{counts:?}") {
             return Err(unreadable(PartError::Damaged));
@@ -131,7 +132,7 @@ pub(super) trait Campaign: Sized {
         Ok(value.as_object().into_iter().flatten().map(|(key, value)| (key.clone(), value.clone())).collect())
     }
 
-    /// Writes the result of a single run of all cases.
+    /// Writes the same result as a single run of all cases.
     fn merge(parts: Vec<Part>, out: &Path, all: bool) -> Result<(), Error> {
         let Some(heading) = parts.first().map(|part| part.heading.clone()) else { return Ok(()) };
         let unread = |shard: Shard| {

@@ -1,4 +1,4 @@
-//! `palpate chart`.
+//! The command `palpate chart`.
 
 mod peer_report;
 
@@ -31,19 +31,17 @@ const TERMS_PA: f64 = 20e3;
 pub(super) struct ChartArgs {
     #[command(flatten)]
     options: Options,
-    /// Only write press.json, what engines of other people must know to do the same press; see
-    /// host-sim/lab/peers.
+    /// Only write press.json, which describes the press for other engines; see host-sim/lab/peers.
     #[arg(long, conflicts_with_all = ["quick", "moving", "terms", "kpa", "nodes", "with", "shard"])]
     press: bool,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
-    /// done.
+    /// Output folder, created if missing; a finished run replaces an earlier result in it.
     #[arg(long, value_name = "FOLDER", default_value = "out/chart")]
     out: PathBuf,
     #[command(flatten)]
     shards: Shards,
 }
 
-/// The settings that decide the rows.
+/// The settings that determine the rows.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Options {
     /// Only the two smallest meshes at 3.5 kPa: 5 s of processor time.
@@ -53,8 +51,8 @@ pub(super) struct Options {
     /// try shorter substeps: three times the rows, and 100 kPa as well.
     #[arg(long)]
     moving: bool,
-    /// Also measure every method in tissue that relaxes, stiffens and rubs; the others have no such
-    /// terms, and their errors say what that costs.
+    /// Also measure every method in tissue that relaxes, stiffens and rubs. Other methods have no
+    /// such terms, and their errors show how much the terms matter.
     #[arg(long)]
     terms: bool,
     /// Measure only this one of the chart's Young's moduli [kPa].
@@ -63,24 +61,24 @@ pub(super) struct Options {
     /// Measure only these of the chart's numbers of nodes.
     #[arg(long, value_name = "N", value_delimiter = ',')]
     nodes: Vec<usize>,
-    /// Also draw and compare what engines of other people did at this press: the peers.csv that
+    /// Also draw and compare the results of other engines at this press: the peers.csv that
     /// host-sim/lab/peers/run.py wrote.
     #[arg(long, value_name = "FILE", conflicts_with = "shard")]
     with: Option<PathBuf>,
-    /// Processor that the ticks are timed on. Times of two kinds do not belong on one chart: shards
-    /// of another are refused.
+    /// Processor on which the ticks are timed. Times of two processors do not belong in one chart,
+    /// so shards of another processor are refused.
     #[arg(skip = machine::processor())]
     processor: String,
 }
 
-/// Every method at the same press.
+/// The campaign of all methods at the same press.
 pub(super) struct Chart {
     options: Options,
     scope: Scope,
     peers: Option<Peers>,
 }
 
-/// Rows of some cases. Times of a tick are passed on as they were read.
+/// Rows of some cases. The times of a tick are passed on unchanged.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Rows {
     runs: Vec<Run>,
@@ -125,7 +123,7 @@ impl Campaign for Chart {
     }
 
     fn run(&self, cases: Range<u64>) -> Result<Rows, Error> {
-        // groups of rows first, then terms
+        // the numbers of the cases count the groups of rows first, then the terms
         let (first, end, groups) = (cases.start as usize, cases.end as usize, self.groups().count());
         let runs = self.measure(first.min(groups)..end.min(groups))?;
         let terms = self.terms(first.saturating_sub(groups)..end.saturating_sub(groups))?;
@@ -163,7 +161,7 @@ impl Campaign for Chart {
     }
 }
 
-/// Number of survivors, and number of points on the front that belong to our models.
+/// Says how many methods survived, and how many points of the front belong to our models.
 fn in_words(summary: &Summary) -> String {
     let points = || summary.fronts.iter().filter(|front| front.cost == "tick_us").flat_map(|front| &front.points);
     let ours = points().filter(|point| point.method.starts_with("palpate")).count();
@@ -184,8 +182,8 @@ impl Options {
 }
 
 impl Chart {
-    /// Rows that share a method, a mesh and a stiffness, and with them the search for the substeps:
-    /// each group is a case.
+    /// Groups of rows that share a method, a mesh and a stiffness, and thus the search for the
+    /// substeps: each group is a case.
     fn groups(&self) -> impl Iterator<Item = &[Task]> {
         let key = |task: &Task| (task.method, task.nodes, task.youngs_modulus_pa);
         self.scope.tasks.chunk_by(move |a, b| key(a) == key(b))
@@ -204,7 +202,7 @@ impl Chart {
             steps.show(done, total, &format!("{} {} nodes", task.method.name(), task.nodes));
             done += tasks.len();
             if task.method == Method::Calibrated {
-                // its patch brings its own mesh
+                // a calibrated patch has its own mesh
                 if let Some(own) = Block::calibrated(task.nodes, task.youngs_modulus_pa) {
                     runs.extend(measure(tasks, &own, &reference, self.scope.moving)?);
                 }
@@ -222,7 +220,7 @@ impl Chart {
         Ok(runs)
     }
 
-    /// Measures the methods of these numbers in tissue with terms, on the block of 20 kPa.
+    /// Measures the methods with these numbers in tissue with terms, on the block of 20 kPa.
     fn terms(&self, methods: Range<usize>) -> Result<Vec<TermErrors>, Error> {
         let nodes = if self.options.quick { QUICK_NODES } else { NODES };
         let steps = Steps::new("terms", methods.len());
@@ -305,7 +303,7 @@ fn meaning(name: &str) -> &str {
     }
 }
 
-/// Tables of tick times, and with `all` of estimated cycles too.
+/// Prints tables of errors against tick time, and with `all` also against estimated cycles.
 fn print_fronts(summary: &Summary, all: bool) {
     println!("times are of {}; {}", summary.machine, summary.build);
     println!(

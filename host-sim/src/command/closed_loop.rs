@@ -1,4 +1,4 @@
-//! `palpate loop`.
+//! The command `palpate loop`.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -35,7 +35,7 @@ pub(super) struct LoopArgs {
     #[command(flatten)]
     runs: RunOptions,
     /// The hand feels the firmware's image in the emulator, with the scene's patch for a board;
-    /// every tick must be the desktop's to the bit.
+    /// every tick must agree with the desktop's to the bit.
     #[arg(long, conflicts_with_all = ["wall", "shard"])]
     emulated: bool,
     /// The firmware's image, with --emulated [default: built with `cargo fw`].
@@ -48,14 +48,15 @@ pub(super) struct LoopArgs {
 /// The requested runs.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 struct RunOptions {
-    /// A plain spring of this stiffness in N/m in place of the scene's tissue.
+    /// Press a plain spring of this stiffness in N/m in place of the scene's tissue.
     #[arg(long, allow_negative_numbers = true, value_name = "N/m", conflicts_with = "scene")]
     wall: Option<f64>,
     /// A device (touch, omni, touch-x, falcon, omega3, inverse3, hapkit, frictionless) or the path
     /// of a profile (.toml, see host-sim/devices).
     #[arg(long, value_name = "NAME|FILE", default_value = "touch")]
     device: String,
-    /// Whole ticks between computing a force and the amplifier getting it [default: the device's].
+    /// Delay from computing a force to its arrival at the amplifier, in whole ticks [default: the
+    /// device's].
     #[arg(long, allow_negative_numbers = true, value_name = "TICKS")]
     delay_ticks: Option<u8>,
     /// Amplifier's time constant in s [default: the device's].
@@ -64,24 +65,24 @@ struct RunOptions {
     /// One encoder count (10um, 0.01mm, 10e-6) [default: the device's].
     #[arg(long = "count", alias = "count-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
     count_m: Option<f64>,
-    /// Depth of presses (3mm, 0.3cm, 0.003) [default: 4mm, or where 85 % of the device's force
-    /// limit is met].
+    /// Depth of presses (3mm, 0.3cm, 0.003) [default: 4mm, or the depth at which 85 % of the
+    /// device's force limit is reached].
     #[arg(long = "depth", alias = "depth-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true, conflicts_with = "wall")]
     depth_m: Option<f64>,
     /// One hand, H0 to H6 [default: all].
     #[arg(long, value_name = "ID")]
     hand: Option<String>,
-    /// One stimulus [default: all]: S1-0.05, S1-0.2, S1-0.5, S1-1 tap at so many m/s, S2 slow
+    /// One stimulus [default: all]: S1-0.05, S1-0.2, S1-0.5, S1-1 tap at that speed in m/s, S2 slow
     /// press, S3 target jumps in, S4 hold, S5 sine 0.5-20 Hz, S6 drag, S7 let go, S8 chirp, S9
     /// random motion, S10 across edges of elements, S11 stiffness x2 and /2, S12 organ swapped.
     #[arg(long, value_name = "ID")]
     stimulus: Option<String>,
-    /// Hold for 3 s in place of a minute.
+    /// Hold for 3 s instead of a minute.
     #[arg(long)]
     quick: bool,
 }
 
-/// The settings that decide the runs.
+/// The settings that determine the runs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Options {
     scene: String,
@@ -89,14 +90,14 @@ pub(super) struct Options {
     changes: Vec<Change>,
     #[serde(flatten)]
     runs: RunOptions,
-    /// Not recorded: a shard cannot have this option.
+    /// Not recorded: this option cannot be combined with --shard.
     #[serde(skip)]
     emulated: bool,
     #[serde(skip)]
     image: Option<PathBuf>,
 }
 
-/// Hands and stimuli over a surface.
+/// The campaign of all hands and stimuli on one surface.
 pub(super) struct Loop {
     options: Options,
     device: DeviceProfile,
@@ -197,7 +198,7 @@ impl Campaign for Loop {
         let verdict = Verdict::of(judge(&report), || in_words(&report))?.first();
         print(&report, hands, stimuli, all);
         folder.write("runs.csv", table(&report.runs)?.as_bytes())?;
-        // shown in full: the only run, or the one that shakes most
+        // the run that is shown in full: the only one, or the one that shakes most
         let shown = report.runs.iter().max_by(|a, b| a.shake_mn.unwrap_or(0.0).total_cmp(&b.shake_mn.unwrap_or(0.0)));
         if let Some((row, run)) =
             shown.map(|row| again(row, stimuli, |hand, stimulus| self.make(hand, stimulus))).transpose()?.flatten()
@@ -242,7 +243,7 @@ fn in_words(report: &Report) -> String {
     )
 }
 
-/// Hand and stimulus of a run, with their names beside their numbers.
+/// Ids of hand and stimulus of a run, with their names.
 fn named(row: &Row, hands: &[Hand], stimuli: &[Stimulus]) -> String {
     let hand = hands.iter().find(|h| h.id == row.hand).map_or("", |h| h.name);
     let stimulus = stimuli.iter().find(|s| s.id == row.stimulus).map_or("", |s| s.name);
@@ -253,7 +254,7 @@ fn named(row: &Row, hands: &[Hand], stimuli: &[Stimulus]) -> String {
 struct Felt {
     name: String,
     target: Target,
-    /// The emulated board that answers for the target, if there is one.
+    /// The emulated board that computes the force, if there is one.
     board: Option<HardwareInLoop>,
     scene: Option<Scene>,
 }
@@ -286,7 +287,7 @@ impl Options {
         Ok(device)
     }
 
-    /// Tissue or wall.
+    /// Sets up the tissue or the wall.
     fn target(&self, device: &DeviceProfile) -> Result<Felt, Error> {
         let Some(n_per_m) = self.runs.wall else {
             let mut scene = Scene::load_with(&self.scene, &self.changes)?;
@@ -313,7 +314,7 @@ impl Options {
             ))
             .into());
         }
-        // a soft wall is pressed no deeper than a stiff one; a hand swings twice as far
+        // presses on a soft wall are at most `DEPTH_M` deep, and a hand swings twice as far
         fits(device, (device.force_limit_n / n_per_m).min(2.0 * DEPTH_M))?;
         Ok(Felt { name: format!("a wall of {n_per_m} N/m"), target: Target::Wall(n_per_m), board: None, scene: None })
     }
@@ -333,7 +334,7 @@ fn one_or_all<T: Copy>(
         .ok_or_else(|| TissueError::Usage(format!("{option} {name} is unknown: give one of {}", ids.join(", "))))?)
 }
 
-/// The run of a row once more, to show it.
+/// Repeats the run of a row, to show it in full.
 fn again<'a>(
     row: &'a Row,
     stimuli: &[Stimulus],
@@ -397,7 +398,7 @@ fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus], all: bool) {
     );
 }
 
-/// A mark per hand and stimulus, and the meaning of the marks and numbers.
+/// Prints a mark per hand and stimulus, and explains the marks and numbers.
 fn print_matrix(report: &Report, hands: &[Hand], stimuli: &[Stimulus]) {
     print!("{:<22}", "");
     for stimulus in stimuli {

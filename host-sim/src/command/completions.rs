@@ -1,4 +1,4 @@
-//! `palpate completions`.
+//! The command `palpate completions`.
 
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;
@@ -8,7 +8,7 @@ use crate::error::Error;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct CompletionsArgs {
-    /// The shell that completes.
+    /// Shell for which the script is written.
     #[arg(value_enum)]
     shell: Shell,
 }

@@ -1,4 +1,5 @@
-//! `palpate cut`: a patch cut out of a whole organ, with its far field, calibrated.
+//! `palpate cut`: cuts a patch out of a whole organ, with rim springs as its far field, and
+//! calibrates it.
 
 use clap::Args;
 use palpate::{BuildError, Params};
@@ -29,17 +30,17 @@ use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
 
-/// Element sizes that are tried when none is given [probe radii].
+/// Element sizes between which the smallest that fits is searched, if none is given [probe radii].
 const ELEMENTS_RADII: [f64; 2] = [0.3, 0.9];
-/// Number of halvings between these sizes: a few tenths of a millimetre.
+/// Number of halvings of this range, which leave a few tenths of a millimetre.
 const HALVINGS: usize = 5;
-/// Largest error of an accepted fit [%].
+/// Largest RMS error of an accepted fit [%].
 const WORST_RMS_PCT: f64 = 10.0;
-/// Range of depths of the summarised error [probe radii].
+/// Range of depths over which the error is summarised [probe radii].
 const JUDGED_DEPTHS_RADII: [f64; 2] = [0.125, 0.5];
 
-/// Largest factor, and least one of a step, by which the mass floor of a fitted patch is raised
-/// (1).
+/// Largest factor by which the mass floor of a fitted patch is raised, and smallest factor of one
+/// step (1).
 const MOST_FLOOR_RAISE: f32 = 2.0;
 const FLOOR_STEP: f32 = 1.05;
 
@@ -49,18 +50,18 @@ pub(super) struct CutArgs {
     common: Common,
     #[command(flatten)]
     board: BoardArg,
-    /// The patch holds what lies within this of the site (16mm, 1.6cm, 0.016), 1.5 to 2.5 probe
-    /// radii; rim springs stand in for the rest of the organ.
+    /// Radius of the patch around the site (16mm, 1.6cm, 0.016), 1.5 to 2.5 probe radii; rim
+    /// springs replace the rest of the organ.
     #[arg(long = "radius", alias = "radius-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
     radius_m: f64,
     /// Edge length of the elements at the site [default: the smallest that fits the board].
     #[arg(long = "element", alias = "element-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
     element_m: Option<f64>,
-    /// Stroke of the probe along x and y, centred on the site: the patch is then as long. The
-    /// default block only.
+    /// Stroke of the probe along x and y, centred on the site: the patch is lengthened for it. Only
+    /// for the default block.
     #[arg(long = "stroke", alias = "stroke-m", value_names = ["X", "Y"], value_delimiter = ',', num_args = 2, value_parser = metres, allow_negative_numbers = true)]
     stroke_m: Option<Vec<f64>>,
-    /// Places to calibrate over.
+    /// Number of places to calibrate over.
     #[arg(long, value_name = "COUNT", default_value_t = 100)]
     places: usize,
 }
@@ -132,7 +133,7 @@ impl CutArgs {
     }
 }
 
-/// Cost of a tick with the scene's relaxation and friction, which the fit knows nothing of.
+/// Cost of a tick with the scene's relaxation and friction, which the fit does not include.
 fn cost(patch: &Patch, scene: &Scene, machine: &CostModel, radius_m: f64, substeps: u16) -> Cost {
     let radius_m = radius_m as f32;
     let model = patch.model();
@@ -152,9 +153,9 @@ fn too_slow(patch: &Patch, cost: &Cost, machine: &CostModel) -> Error {
     )))
 }
 
-/// A session of a fitted patch with a mass floor that a board accepts: multipliers of a fit make
-/// nodes stiffer, and then the floor's masses may be too light for one step of 1 ms. Held forces do
-/// not depend on masses.
+/// Prepares a session of a fitted patch with a mass floor that a board accepts: the fit's
+/// multipliers make nodes stiffer, and the masses of the floor may then be too light for one step
+/// of 1 ms. Held forces do not depend on masses.
 fn on_board(patch: &Patch, mut params: Params, machine: &CostModel) -> Result<Session, Error> {
     let most = MOST_FLOOR_RAISE * params.mass_floor;
     loop {
@@ -175,7 +176,7 @@ fn packed(session: &Session) -> Vec<u8> {
     session.patch.pack(&session.params, session.stable.pressed_s as f32)
 }
 
-/// The smallest element with which a patch fits the machine in one substep.
+/// Finds the smallest element with which a patch fits the machine in one substep.
 fn smallest_element(
     scene: &Scene,
     machine: &CostModel,
@@ -303,8 +304,8 @@ fn write(
     verdict.last()
 }
 
-/// Writes a patch of `cut` or `plan` and the record of its fit beside it; returns the name of its
-/// file and its length [bytes]. A patch that a board would refuse is not written.
+/// Writes a patch of `cut` or `plan`, and the record of its fit beside it; returns the name of the
+/// patch file and its length [bytes]. A patch that a board would refuse is not written.
 pub(super) fn write_patch(
     folder: &OutputFolder,
     scene: &Scene,
@@ -330,7 +331,7 @@ pub(super) fn write_patch(
     Ok((name, bytes.len()))
 }
 
-/// The errors of a cut patch, as its record has them.
+/// Converts the errors of a cut patch to the form of its record.
 fn judged(errors: &Short, radius_m: f64) -> Judged {
     Judged {
         rms_pct: errors.disc_rms_pct,
@@ -364,7 +365,7 @@ fn record(scene: &Scene, session: &Session, judged: Judged, moving: Option<Movin
     }
 }
 
-/// Farthest node from the site [m].
+/// Distance of the farthest node from the site [m].
 fn model_radius_m(session: &Session) -> f64 {
     let site = session.patch.site_m();
     let model = session.patch.model();

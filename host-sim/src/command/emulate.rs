@@ -1,4 +1,4 @@
-//! `palpate emulate`.
+//! The command `palpate emulate`.
 
 mod print;
 
@@ -25,34 +25,33 @@ const TICKS: u32 = 10_000;
 /// Ticks of contact, faults and recovery after the press in a quick run.
 const QUICK_TICKS: u32 = 2_000;
 
-/// Ticks over which the jitter of their start is looked at.
+/// Number of ticks over which the jitter of their starts is measured.
 const STARTED_TICKS: u32 = 10_000;
 
-/// Share of the patch's depth limit that random presses reach.
+/// Depth of random presses, as a share of the patch's depth limit.
 const DEEPEST: f32 = 0.9;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct EmulateArgs {
     #[command(flatten)]
     common: Common,
-    /// The firmware's image [default: built with `cargo fw`].
+    /// Firmware image [default: built with `cargo fw`].
     #[arg(long, value_name = "FILE")]
     image: Option<PathBuf>,
-    /// The packed patch to upload [default: by scene, of firmware/patches: block-m4f-168,
-    /// nodule-m7-480, liver-m4f-168].
+    /// Packed patch to upload [default, by scene, from firmware/patches: block-m4f-168,
+    /// nodule-m7-480 or liver-m4f-168].
     #[arg(long, value_name = "FILE")]
     patch: Option<PathBuf>,
-    /// The emulated board [default: the one that the patch's file is named after, m4f-168 if it is
-    /// named after none].
+    /// Emulated board [default: the one in the name of the patch file, else m4f-168].
     #[arg(long, value_enum)]
     board: Option<EmulatedBoard>,
     /// Ticks of random presses, faults and recovery after the scene's own press [default: 10000].
     #[arg(long, allow_negative_numbers = true, value_name = "N")]
     ticks: Option<u32>,
-    /// Only the press and 2000 ticks.
+    /// Run only the press and 2000 ticks.
     #[arg(long)]
     quick: bool,
-    /// Also measure what a tick takes, its start's jitter and what happens to late ticks
+    /// Also measure the cost of a tick, the jitter of its start and the effect of late ticks
     /// (instructions.csv, overruns.csv, board.log, picture of all ticks).
     #[arg(long)]
     timing: bool,
@@ -78,7 +77,8 @@ impl EmulateArgs {
         let board = Board::start(&image, machine, None)?;
         let mut memory = Box::new(Memory::RESERVED);
         let mut twin = Lockstep::new(board, patch, &mut memory)?;
-        // not before scene, image and patch are known to be good: bad input leaves nothing behind
+        // the folder is opened once scene, image and patch are known to be good, so that bad input
+        // leaves nothing behind
         let folder = self.common.open("emulate", &scene)?;
 
         let started = Instant::now();

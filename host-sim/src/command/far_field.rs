@@ -1,4 +1,4 @@
-//! `palpate far-field`.
+//! The command `palpate far-field`.
 
 use clap::Args;
 
@@ -12,22 +12,22 @@ use palpate_lab::far_field::table::{Awake, Errors, Kind, Row, Scope, Setting, Su
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
-/// Treatment of the edge that the product's patches have.
+/// Name of the product's treatment of the edge.
 const OURS: &str = "rim-springs";
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct FarFieldArgs {
     #[command(flatten)]
     common: Common,
-    /// One mesh and fewer places: 8 s of processor time, with --sliding 20 s.
+    /// Use one mesh and fewer places: 8 s of processor time, with --sliding 20 s.
     #[arg(long)]
     quick: bool,
-    /// Where the contact moves: slide 30 mm over the default block on patches as long as the stroke
-    /// and on other methods.
+    /// Move the contact: slide 30 mm over the default block, on patches as long as the stroke and
+    /// with other methods.
     #[arg(long)]
     sliding: bool,
-    /// Print every treatment of the edge. Without this option only rim springs are printed, the
-    /// product's own.
+    /// Print every treatment of the edge; otherwise only rim springs, the product's own, are
+    /// printed.
     #[arg(long)]
     all: bool,
 }
@@ -134,7 +134,7 @@ fn pct(value: Option<f64>) -> String {
     value.map_or("-".into(), |v| if v.abs() < 9.95 { format!("{v:+.2}") } else { format!("{v:+.0}") })
 }
 
-/// Prints one line per row, short enough for a terminal; everything is in the CSV.
+/// Prints one line per row that fits a terminal; the CSV has every figure.
 fn print_table(setting: &Setting, table: &Table, summary: &Summary, all: bool) {
     let mm = |m: f64| format!("{:.3}", m * 1e3).trim_end_matches('0').trim_end_matches('.').to_owned();
     let [_, _, half, full] = setting.depths_m().map(mm);

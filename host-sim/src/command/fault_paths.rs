@@ -1,4 +1,4 @@
-//! `palpate faults --paths`.
+//! The command `palpate faults --paths`.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -16,9 +16,9 @@ use palpate_loop::closed_loop::paths::{KINDS, PatchRow, PathGround, PathRow, Pat
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
-/// Most paths with `--quick`.
+/// Largest number of paths with `--quick`.
 pub(super) const QUICK: u64 = 4_000;
-/// Bad paths that are printed.
+/// Number of bad paths that are printed.
 const PRINTED: usize = 10;
 
 /// `summary.json`.
@@ -28,11 +28,12 @@ struct Summary<'a> {
     seed: u64,
     ticks: u64,
     ticks_with_force: u64,
-    /// Runs by the invariant that they broke.
+    /// Number of runs that broke each invariant.
     invariants_broken: BTreeMap<Cow<'static, str>, u64>,
-    /// Runs by the number of the fault that ended them, with the tip no faster than 1.5 m/s.
+    /// Number of runs that each fault ended, by the number of the fault, with the tip no faster
+    /// than 1.5 m/s.
     faults_on_honest_motion: BTreeMap<u8, u64>,
-    /// Runs by the number of the fault that ended them, at any speed.
+    /// Number of runs that each fault ended, by the number of the fault, at any speed.
     faults: BTreeMap<u8, u64>,
     outside_with_force_m: f64,
     outside_with_force_ticks: u32,
@@ -40,7 +41,7 @@ struct Summary<'a> {
     chatter_turns: u32,
     energy_created_mj: f64,
     runs_that_create_energy: u64,
-    /// Runs with motion that a hand can make; the two fields below count among these.
+    /// Runs with motion that a hand can make; the next two fields refer to these runs.
     runs_by_hand: u64,
     energy_created_by_hand_mj: f64,
     runs_by_hand_that_create_energy: u64,
@@ -50,7 +51,7 @@ struct Summary<'a> {
     creating: &'a [String],
 }
 
-/// The settings that decide the paths.
+/// The settings that determine the paths.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Options {
     pub paths: u64,
@@ -142,7 +143,7 @@ fn judge(table: &PathTable, total: &PathRow) -> Result<(), Error> {
     }
 }
 
-/// Prints the words of faults that a table has by number.
+/// Prints the descriptions of faults that a table gives by number.
 pub(super) fn name_faults(numbers: impl IntoIterator<Item = u8>) {
     for number in numbers {
         if let Some(fault) = Fault::ALL.into_iter().find(|fault| *fault as u8 == number) {

@@ -1,4 +1,4 @@
-//! `palpate faults`.
+//! The command `palpate faults`.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -22,10 +22,11 @@ use palpate_loop::closed_loop::soak::{Soak, soak};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
-/// Largest distance of a node from its place after normal use [m].
+/// Largest distance of a node from its initial position after normal use [m].
 const DRIFT_M: f32 = 1e-6;
 
-/// Two months on a thousand cores: more is probably a typing error.
+/// Largest number of runs: two months on a thousand cores; a larger number is probably a typing
+/// error.
 const MOST_CASES: u64 = 100_000_000_000;
 
 #[derive(Args, Clone, Debug)]
@@ -33,40 +34,39 @@ pub(super) struct FaultsArgs {
     /// Runs, spread evenly over the kinds of fault [default: 100000, with --quick 6000].
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(100..=MOST_CASES))]
     runs: Option<u64>,
-    /// Another draw of hands, motions and moments.
+    /// Seed for the draw of hands, motions and moments.
     #[arg(long, value_name = "NUMBER", default_value_t = 1)]
     seed: u64,
-    /// Run so many seconds of normal use as well, in which nothing may trip. One long run: not with
-    /// --shard.
+    /// Also run this many seconds of normal use, in which no fault may occur. It is one long run,
+    /// so --shard excludes it.
     #[arg(conflicts_with = "shard", long = "soak-s", value_name = "SECONDS", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     soak_s: u32,
-    /// Instead: so many random paths (from 10) through, along, around and under every shipped
-    /// patch, at 1-100 kPa, on every device; leaves paths.csv and summary.json, and exits with 1 if
-    /// one breaks an invariant or ends honest motion.
+    /// Instead, run this many random paths (at least 10) through, along, around and under every
+    /// shipped patch, at 1-100 kPa, on every device. Writes paths.csv and summary.json; exits with
+    /// 1 if a path breaks an invariant, or a fault ends motion that a hand can make.
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(10..=MOST_CASES), conflicts_with_all = ["runs", "soak_s"])]
     paths: Option<u64>,
-    /// Fewer runs: 6000, or at most 4000 paths (12 and 32 s of processor time).
+    /// Run fewer: 6000 runs, or at most 4000 paths (12 and 32 s of processor time).
     #[arg(long)]
     quick: bool,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
-    /// done.
+    /// Output folder, created if missing; a finished run replaces an earlier result in it.
     #[arg(long, value_name = "FOLDER", default_value = "out/faults")]
     out: PathBuf,
     #[command(flatten)]
     shards: Shards,
 }
 
-/// The settings that decide the runs.
+/// The settings that determine the runs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Options {
     runs: u64,
     seed: u64,
-    /// Not recorded: a shard cannot have this option.
+    /// Not recorded: this option cannot be combined with --shard.
     #[serde(skip)]
     soak_s: u32,
 }
 
-/// The campaign of faults.
+/// The campaign of faults on one device.
 pub(super) struct Faults {
     options: Options,
     device: DeviceProfile,
@@ -164,7 +164,7 @@ impl Campaign for Faults {
 }
 
 impl Faults {
-    /// Normal use, if requested.
+    /// Runs normal use, if it was requested.
     fn soak(&self) -> Result<Option<Soak>, Error> {
         if self.options.soak_s == 0 {
             return Ok(None);
@@ -219,7 +219,7 @@ impl Faults {
     }
 }
 
-/// Longest reaction allowed [ticks].
+/// Longest reaction time allowed [ticks]; `None` if no reaction is required.
 fn allowed(expected: &Expected) -> Option<u32> {
     match *expected {
         Expected::Fault(_, ticks) | Expected::Ramp(ticks) | Expected::Degraded(ticks) => Some(ticks),
@@ -265,7 +265,7 @@ fn csv(table: &Table) -> String {
     text
 }
 
-/// Reactions that have to follow a fault, in words.
+/// Names and descriptions of the reactions that can be required.
 const FOLLOWS: [(&str, &str); 6] = [
     ("fault", "a numbered fault, zero force"),
     ("ramp", "the force fades to zero"),
@@ -275,7 +275,7 @@ const FOLLOWS: [(&str, &str); 6] = [
     ("nothing", "nothing: it is no fault"),
 ];
 
-/// A row per reaction: all kinds of fault that it has to follow.
+/// Prints a row per required reaction, over all kinds of fault that require it.
 fn print_by_reaction(table: &Table) {
     println!(
         "\nlatest: ticks of 1 ms from the fault to no force, or to a falling one, in the slowest run; allowed: the most for that kind of fault (-: no limit); wrong and broken runs: none may be"
@@ -315,7 +315,7 @@ fn print(table: &Table, summary: &Summary, all: bool) {
     }
 }
 
-/// A row per kind of fault: all of them, or those that went wrong.
+/// Prints a row per kind of fault, for all kinds or for those that failed.
 fn print_kinds(table: &Table, all: bool) {
     let shown: Vec<_> = table.kinds().filter(|(_, row)| all || row.broken + row.wrong > 0).collect();
     if shown.is_empty() {

@@ -30,14 +30,15 @@ use palpate_tissue::trials::Trial;
 
 /// Largest number of nodes of a block's mesh.
 const MOST_NODES: f64 = 5000.0;
-/// Places if none are given: patches of few nodes are fitted sooner and gain more by another place.
+/// Product of the numbers of places and nodes, if no number of places is given: patches of few
+/// nodes are fitted sooner, and gain more from another place.
 const PLACES_TIMES_NODES: usize = 33_000;
 const PLACES: std::ops::RangeInclusive<usize> = 80..=250;
-/// Most rounds of a fit: later ones gain little. With `--quick`.
+/// Largest number of rounds of a fit, without and with `--quick`: later rounds gain little.
 const ROUNDS: usize = 10;
 const QUICK_ROUNDS: usize = 3;
-/// Share of the objective below which a round's gain ends the fit: five more would bring the force
-/// error of 410 nodes from 0.88 to 0.84 %.
+/// Share of the objective that a round must gain for the fit to continue: five more rounds would
+/// bring the force error of 410 nodes from 0.88 to 0.84 %.
 const LEAST_GAIN: f64 = 0.03;
 
 #[derive(Args, Clone, Debug)]
@@ -46,9 +47,9 @@ pub(super) struct FitArgs {
     common: Common,
     #[command(flatten)]
     options: FitOptions,
-    /// Instead: fit every scene (.toml) of a folder, each into a folder of its own below --out, and
-    /// put what they came to in one table (fits.csv, summary.json, trials.json in --out/table). A
-    /// scene that cannot be fitted is a row that says why, and the exit code is 1.
+    /// Instead, fit every scene (.toml) of a folder, each into a folder of its own below --out, and
+    /// collect the results in one table (fits.csv, summary.json, trials.json in --out/table). For a
+    /// scene that cannot be fitted the row says why, and the exit code is 1.
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["scene", "changes"])]
     scenes: Option<PathBuf>,
     #[command(flatten)]
@@ -58,27 +59,27 @@ pub(super) struct FitArgs {
 /// Options of a fit.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 pub(super) struct FitOptions {
-    /// Nodes of the patch [default: the scene's of a block, 100 of a piece of an organ].
+    /// Nodes of the patch [default: the scene's for a block, 100 for a piece of an organ].
     #[arg(long, value_name = "COUNT")]
     nodes: Option<usize>,
-    /// Of an organ or a mesh, the patch holds what lies within this of the site (16mm, 1.6cm,
-    /// 0.016) [default: 2.125 probe radii].
+    /// Radius of the patch around the site, for an organ or a mesh (16mm, 1.6cm, 0.016) [default:
+    /// 2.125 probe radii].
     #[arg(long = "radius", alias = "radius-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
     radius_m: Option<f64>,
-    /// Places of the probe to fit over, beside the centre [default: 33 000 over the nodes, 80 to
-    /// 250: the fewer nodes, the more].
+    /// Places of the probe to fit, besides the centre [default: 33 000 divided by the nodes, within
+    /// 80 to 250].
     #[arg(long, value_name = "COUNT")]
     places: Option<usize>,
-    /// Foundation points on a surface triangle, 4, 9 or 16 [default: of a block 16 where elements
+    /// Foundation points per surface triangle: 4, 9 or 16 [default: for a block 16 where elements
     /// are larger than 1.85 radii of the shallowest contact; else 9 where they are larger than 0.4
-    /// of the probe's radius, else 4]. No board runs 16.
+    /// of the probe's radius, else 4]. No board supports 16.
     #[arg(long, value_name = "COUNT")]
     points: Option<usize>,
-    /// Force error that is asked for, at places and depths that the fit never saw [%]: root mean
-    /// square; a single press may be 2.5 times as far off.
+    /// Largest force error, at places and depths that the fit never saw [%]: root mean square; a
+    /// single press may be off by 2.5 times as much.
     #[arg(long, value_name = "PERCENT", default_value_t = 2.0, allow_negative_numbers = true)]
     tolerance_pct: f64,
-    /// Coarse finite elements and few rounds: a trial of the command, not a patch to rely on.
+    /// Coarse finite elements and few rounds, to try the command: do not rely on the patch.
     #[arg(long)]
     quick: bool,
 }
@@ -87,7 +88,7 @@ pub(super) struct FitOptions {
 struct Fitted {
     record: FitRecord,
     trials: Vec<Trial>,
-    /// A remedy, if the patch misses the tolerance.
+    /// A suggested remedy, if the patch misses the tolerance.
     missed: Option<String>,
 }
 
@@ -143,21 +144,21 @@ impl FitArgs {
         print_warnings(scene);
     }
 
-    /// The scene, if it can be fitted.
+    /// Loads the scene, and checks that it can be fitted.
     fn scene(&self) -> Result<Scene, Error> {
         let mut scene = self.common.load()?;
         self.options.check()?;
         check(&scene)?;
         // the scene may already name the patch that is about to be fitted
         scene.solver.patch = Some(NO_PATCH.into());
-        // elsewhere these are the nodes of the piece, not those of the tissue
+        // for an organ or a mesh the option gives the nodes of the piece, not those of the tissue
         if scene.tissue.block_m.is_some() {
             scene.tissue.nodes = self.options.nodes.or(scene.tissue.nodes);
         }
         Ok(scene)
     }
 
-    /// Time of a fit for this many nodes.
+    /// Settings of a fit for this many nodes.
     fn settings(&self, nodes: usize, least_gain: f64) -> Settings {
         let rounds = if self.options.quick { QUICK_ROUNDS } else { ROUNDS };
         let places = self.options.places.unwrap_or((PLACES_TIMES_NODES / nodes.max(1)).clamp(*PLACES.start(), *PLACES.end()));
@@ -187,7 +188,7 @@ impl FitOptions {
         if keeps <= asked {
             return None;
         }
-        // the error falls about with the root of the node count
+        // the error falls roughly with the square root of the number of nodes
         let would_do = match nodes as f64 * (keeps / asked).powi(2) {
             _ if self.quick => "leave out --quick, or ask for".to_owned(),
             n if n > MOST_NODES => "more nodes than a block is meshed with would (an estimate): ask for".to_owned(),

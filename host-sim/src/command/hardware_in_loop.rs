@@ -1,5 +1,5 @@
-//! The emulated board under an emulated hand, for `loop --emulated`; a build without the feature
-//! `board` has none.
+//! The emulated board under an emulated hand, for `loop --emulated`; only the full build contains
+//! it.
 
 use std::path::{Path, PathBuf};
 
@@ -12,13 +12,13 @@ use palpate_tissue::scene::Scene;
 
 use crate::error::Error;
 
-/// A board that answers for the tissue.
+/// A board that computes the force in place of the tissue.
 #[cfg(feature = "full")]
 pub(super) struct HardwareInLoop(InLoop);
 
 #[cfg(feature = "full")]
 impl HardwareInLoop {
-    /// The scene's patch for a board.
+    /// Finds the scene's patch for a board.
     pub(super) fn patch_for(scene: &Scene) -> Result<PathBuf, Error> {
         Ok(image::patch_for(scene)?)
     }
@@ -36,7 +36,7 @@ impl HardwareInLoop {
     }
 }
 
-/// Uninhabited in this build; [`super::on_demand`] starts the build that has the board.
+/// Cannot exist in this build; [`super::on_demand`] starts the build that contains the board.
 #[cfg(not(feature = "full"))]
 pub(super) enum HardwareInLoop {}
 

@@ -1,5 +1,5 @@
-//! `palpate --help` in two lists: commands for use, and commands that check the project's claims;
-//! an example and the default folder in the help of each command.
+//! `palpate --help` in two lists: commands for use, and commands that check the project's claims.
+//! The help of each command has an example and the default folder.
 
 use std::fmt::Write;
 
@@ -9,7 +9,7 @@ use clap::Command;
 const CHECKS: [&str; 10] =
     ["accept", "calibrate", "chart", "far-field", "faults", "merge", "paper", "reference", "score", "stability"];
 
-/// A command line for each command, and what it does.
+/// An example of each command, with its effect.
 const EXAMPLES: [(&str, &str, &str); 23] = [
     ("press", "palpate press --scene nodule --set probe.position_m=[0.01,0]", "press 10 mm beside the nodule"),
     ("scene", "palpate scene nodule > mine.toml", "a scene of your own to change"),
@@ -36,8 +36,7 @@ const EXAMPLES: [(&str, &str, &str); 23] = [
     ("completions", "palpate completions bash > ~/.local/share/bash-completion/completions/palpate", "for bash"),
 ];
 
-/// The command with its subcommands listed in two groups, each with an example and its own default
-/// folder.
+/// Lists the subcommands in two groups, and gives each an example and its own default folder.
 pub(super) fn grouped(command: Command) -> Command {
     let command = command.mut_subcommands(|listed| {
         let listed = with_default_folder(listed);
@@ -54,10 +53,10 @@ pub(super) fn grouped(command: Command) -> Command {
     command.help_template(template)
 }
 
-/// Names the folder that a result goes to if none is given.
+/// Adds to the help of `--out` the folder that is used if none is given.
 fn with_default_folder(command: Command) -> Command {
     let name = command.get_name().to_owned();
-    // a default of clap's, and one that depends on other options, are said already
+    // clap already names its own defaults, and the help names those that depend on other options
     let unsaid = command.get_arguments().any(|a| a.get_id() == "out" && a.get_default_values().is_empty());
     if !unsaid || name == "live" {
         return command;
@@ -68,7 +67,7 @@ fn with_default_folder(command: Command) -> Command {
     })
 }
 
-/// A line per subcommand that is `chosen`.
+/// Lists the subcommands that are `chosen`, one per line.
 fn list(command: &Command, chosen: impl Fn(&str) -> bool) -> String {
     let width = command.get_subcommands().map(|c| c.get_name().len()).max().unwrap_or(0);
     let mut lines = String::new();

@@ -6,7 +6,7 @@ use palpate_tissue::scene::LengthUnit;
 pub(super) fn metres(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let number = |text: &str| text.trim().parse::<f64>().ok();
-    // the longest name first: every one ends in m
+    // the longest name first, since every name ends in m
     let mut units = LengthUnit::NAMED;
     units.sort_by_key(|(name, _)| std::cmp::Reverse(name.len()));
     let with_unit = units.iter().find_map(|(name, metres)| Some(number(text.strip_suffix(name)?)? * metres));

@@ -1,4 +1,5 @@
-//! `palpate live`: builds the window or the page, which are a package of their own, and starts it.
+//! `palpate live`: builds the window or the page, which are a package of their own, and starts the
+//! one requested.
 
 mod display;
 mod serve;
@@ -17,7 +18,7 @@ use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::packed::unpack;
 
-/// Target triple that the page is built for.
+/// Target triple for which the page is built.
 const PAGE: &str = "wasm32-unknown-unknown";
 
 #[derive(Args, Clone, Debug)]
@@ -26,20 +27,20 @@ pub(super) struct LiveArgs {
     /// patch, if it ships].
     #[arg(long, value_name = "NAME|FILE", conflicts_with = "page")]
     scene: Option<String>,
-    /// Show what a board measured in place of the mouse's press: follows the file that `palpate
-    /// board arm --stream FILE.csv` is writing. Nothing is sent to the board.
+    /// Show what a board measured, instead of pressing with the mouse: follows the file that
+    /// `palpate board arm --stream FILE.csv` is writing. Nothing is sent to the board.
     #[arg(long, value_name = "FILE.csv", conflicts_with = "page")]
     follow: Option<PathBuf>,
-    /// Patch file of the board that is followed, if it is none of those that ship.
+    /// Patch file of the board that is followed, if it is not one that ships.
     #[arg(long, value_name = "PATCH", requires = "follow", conflicts_with = "scene")]
     patch: Option<PathBuf>,
-    /// Build the page in place of the window, and serve it on this machine.
+    /// Build the page instead of the window, and serve it on this machine.
     #[arg(long)]
     page: bool,
     /// Build the page and do not serve it.
     #[arg(long, requires = "page")]
     no_serve: bool,
-    /// Where the window's recordings and pictures go, or the page [default: out/live,
+    /// Folder for the window's recordings and pictures, or for the page [default: out/live,
     /// out/live-page].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -47,14 +48,14 @@ pub(super) struct LiveArgs {
 
 impl LiveArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
-        // a window that cannot be shown is not built
+        // a window is not built if it cannot be shown
         let silent = if self.page {
             None
         } else {
             self.check()?;
             display::look(self.follow.is_none())?
         };
-        // the package is in the repository, not in the binary
+        // the package is in the repository, and not in the binary
         let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("live");
         if !package.join("Cargo.toml").is_file() {
             let place = package.display();

@@ -1,4 +1,4 @@
-//! `palpate merge`.
+//! The command `palpate merge`.
 
 use std::path::PathBuf;
 
@@ -24,14 +24,14 @@ use palpate_tissue::shard::{FILE, complete, program};
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct MergeArgs {
-    /// Folders of shards (shard-I-of-N), or folders that hold such folders: what --out was with
-    /// --shard.
+    /// Folders of shards (shard-I-of-N), or folders that contain such folders, as given with --out
+    /// when the shards ran.
     #[arg(value_name = "FOLDER", required = true)]
     folders: Vec<PathBuf>,
-    /// Output folder of the whole, made if it is not there; replaces an earlier result in it.
+    /// Output folder of the merged result, created if missing; replaces an earlier result in it.
     #[arg(long, value_name = "FOLDER", default_value = "out/merged")]
     out: PathBuf,
-    /// Print every row, as --all of the campaign's command does.
+    /// Print every row, as the campaign's command does with --all.
     #[arg(long)]
     all: bool,
 }
@@ -49,7 +49,7 @@ impl MergeArgs {
         let Some(heading) = parts.first().map(|part| &part.heading) else { return Ok(()) };
         match heading.command.as_str() {
             Faults::COMMAND | Paths::COMMAND | Loop::COMMAND => {}
-            // built, and asked the same
+            // the command is built if this build lacks it, and run with the same arguments
             _ if cfg!(not(feature = "full")) => return super::on_demand::build_and_run(),
             _ => {}
         }

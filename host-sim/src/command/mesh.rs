@@ -1,4 +1,4 @@
-//! `palpate mesh check` and `palpate mesh tets`.
+//! The commands `palpate mesh check` and `palpate mesh tets`.
 
 mod tets;
 
@@ -13,22 +13,23 @@ use palpate_tissue::mesh::{ImportReport, LengthUnit, SurfaceReport};
 
 #[derive(Clone, Debug, Subcommand)]
 pub(super) enum MeshCommand {
-    /// Import a mesh or surface file and report what was found.
+    /// Import a mesh or surface file and report its contents.
     ///
     /// Reads tets of Gmsh (1, 2.2 and 4.1, text or binary) and VTK (legacy .vtk, text or binary;
     /// .vtu), and surfaces of STL (text or binary) and OBJ. Writes nothing.
     Check {
         /// The mesh or surface file.
         file: PathBuf,
-        /// Unit of the mesh's coordinates: m, cm, mm, um, or the metres in one.
+        /// Unit of the mesh's coordinates: m, cm, mm, um, or its length in metres.
         #[arg(long, alias = "unit-m", value_name = "UNIT", default_value = "m")]
         unit: LengthUnit,
     },
     /// Fill a closed surface (STL or OBJ) with tets of one size.
     ///
     /// Writes <surface>.msh for scenes and Gmsh, and <surface>.vtu for ParaView, both in metres,
-    /// and says what a press from above would rest on. A scene can also take the surface itself as
-    /// its mesh: its tets are then small under the probe and grow away from it.
+    /// and prints where the tissue is supported against a press from above. A scene can also use
+    /// the surface itself as its mesh: its tets are then small under the probe and grow away from
+    /// it.
     Tets(tets::TetsArgs),
 }
 
@@ -85,9 +86,9 @@ fn print_surface(file: &Path, report: &SurfaceReport) {
     }
 }
 
-/// A box in words, from its lowest and highest corner [mm].
+/// Describes a box by its lowest and highest corner [mm].
 pub(super) fn box_mm([low, high]: [[f64; 3]; 2]) -> String {
-    // adding zero makes -0 and 0 the same
+    // adding zero turns -0 into 0
     let rounded = |x: f64| (x * 10.0).round() / 10.0 + 0.0;
     let [x, y, z] = [0, 1, 2].map(|k| format!("{:.1} .. {:.1}", rounded(low[k]), rounded(high[k])));
     format!("x {x}, y {y}, z {z} mm")

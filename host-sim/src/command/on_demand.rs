@@ -1,5 +1,5 @@
 //! Commands that this build does not contain. `palpate-full` contains them; it is built when one of
-//! them is first used, and run with the same arguments.
+//! them is first used, and then runs with the same arguments.
 
 use std::path::Path;
 use std::process::Command;
@@ -11,8 +11,8 @@ use palpate_tissue::machine::PROFILE;
 use super::tools::Tools;
 use crate::error::Error;
 
-/// Builds `palpate-full` and runs it with the arguments of this process, in its place: who ends one
-/// ends the other, and with it the force that it may hold.
+/// Builds `palpate-full`, which then replaces this process and receives its arguments. A user who
+/// ends this process thus ends the other, and the force that it may keep on.
 pub(super) fn build_and_run() -> Result<(), Error> {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     if !package.join("Cargo.toml").is_file() {
@@ -31,15 +31,15 @@ pub(super) fn build_and_run() -> Result<(), Error> {
     Err(replaced_by(Command::new(&full).args(std::env::args_os().skip(1)), &full))
 }
 
-/// Puts a program in the place of this process. Returns only if it does not start.
+/// Replaces this process by a program; returns only if the program does not start.
 #[cfg(unix)]
 fn replaced_by(command: &mut Command, program: &Path) -> Error {
     let why = std::os::unix::process::CommandExt::exec(command);
     TissueError::Usage(format!("{} does not start: {why}: build it anew", program.display())).into()
 }
 
-/// Runs a program and exits with its code: this system puts no program in the place of another. A
-/// force must not outlive the process that a user ends, so `board` is not run.
+/// Runs a program and exits with its exit code, since on this system a process cannot be replaced.
+/// A force must not outlive the process that a user ends, so `board` is refused.
 #[cfg(not(unix))]
 fn replaced_by(command: &mut Command, program: &Path) -> Error {
     if std::env::args_os().nth(1).is_some_and(|name| name == "board") {
@@ -56,7 +56,7 @@ fn replaced_by(command: &mut Command, program: &Path) -> Error {
 mod tests {
     use super::*;
 
-    /// The name of a test, run by itself as a process of its own.
+    /// Name of the test that runs itself again as a separate process.
     const ITSELF: &str = "command::on_demand::tests::a_program_takes_the_place_of_this_process";
 
     #[test]

@@ -1,4 +1,4 @@
-//! `palpate pack`.
+//! The command `palpate pack`.
 
 use clap::Args;
 
@@ -14,9 +14,9 @@ use palpate_tissue::session::Session;
 use palpate_tissue::session::standing::Standing;
 use palpate_tissue::tissue::DEFAULT_NODES;
 
-/// Fewest nodes that the block generator meshes.
+/// Smallest number of nodes that the block generator can mesh.
 const LEAST_NODES: usize = 30;
-/// Counts tried beyond the bisection's answer.
+/// Numbers of nodes that are tried beyond the result of the bisection.
 const LOOK_AHEAD: usize = 4;
 
 #[derive(Args, Clone, Debug)]
@@ -25,7 +25,8 @@ pub(super) struct PackArgs {
     common: Common,
     #[command(flatten)]
     board: BoardArg,
-    /// Nodes of the block's mesh [default: the most that fit the board, up to the scene's].
+    /// Nodes of the block's mesh [default: the most that fit the board, but no more than the
+    /// scene's].
     #[arg(long, value_name = "COUNT")]
     nodes: Option<usize>,
 }
@@ -38,9 +39,9 @@ impl PackArgs {
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct BoardArg {
-    /// Board, or its budget, that a tick of the patch must meet: m4f-168 (Cortex-M4F, 168 MHz),
-    /// m4f-170, m4f-180, m7-480 (Cortex-M7, 480 MHz), m7-400, m33-150 or desktop; nucleo-f446re,
-    /// nucleo-g474re, nucleo-h743zi and pico2 name their own.
+    /// Board, or budget, for a tick of the patch: m4f-168 (Cortex-M4F, 168 MHz), m4f-170, m4f-180,
+    /// m7-480 (Cortex-M7, 480 MHz), m7-400, m33-150 or desktop; nucleo-f446re, nucleo-g474re,
+    /// nucleo-h743zi and pico2 select their own budget.
     #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
     board: String,
 }
@@ -93,7 +94,7 @@ fn pack(common: &Common, machine: &CostModel, nodes: Option<usize>) -> Result<()
     let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
     let name = format!("{}-{}.patch", scene.name, machine.name);
     folder.write(&name, &bytes)?;
-    // the constants are those of the fit, whatever was packed
+    // the errors of the record remain those of the fit, since its constants are packed unchanged
     if let (Standing::Calibrated { record }, Some(patch_crc32)) = (Standing::of(&scene, &session.patch), checksum(&bytes)) {
         FitRecord { patch_crc32, ..record }.write(&folder, &name)?;
     }
@@ -135,7 +136,7 @@ struct Packed {
 impl Packed {
     fn of(scene: &Scene, machine: &CostModel) -> Result<Self, Error> {
         let session = Session::prepare_on(machine, scene)?;
-        // only on request: shorter substeps take nodes from a board
+        // only on request, since with shorter substeps fewer nodes fit a board
         let session = match scene.solver.moving_error_pct {
             Some(_) => session.for_motion(machine, scene)?,
             None => session,
@@ -147,9 +148,9 @@ impl Packed {
     }
 }
 
-/// The most nodes, up to the scene's own, that fit the machine. Cost grows with the nodes but for a
-/// few percent of scatter between meshes, so the bisection is followed by a look at the next few
-/// counts.
+/// Finds the largest number of nodes, up to the scene's own, that fits the machine. The cost rises
+/// with the number of nodes except for a scatter of a few percent between meshes, so the bisection
+/// is followed by a try of the next few numbers.
 fn largest(sized: impl Fn(usize) -> Result<Packed, Error>, most: usize) -> Result<Packed, Error> {
     let fits = |n: usize| sized(n).ok().filter(|p| p.cost.units <= p.cost.budget);
     if let Some(packed) = fits(most) {

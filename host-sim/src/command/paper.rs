@@ -1,4 +1,4 @@
-//! `palpate paper`.
+//! The command `palpate paper`.
 
 use std::path::PathBuf;
 
@@ -11,15 +11,15 @@ use palpate_lab::paper::{Progress, local_compression, volume_preserved};
 
 #[derive(Clone, Debug, Subcommand)]
 pub(super) enum PaperCommand {
-    /// Paper 000: a liver with its gallbladder hung by a thread. Table 1, Fig. 2, Fig. 3, section
-    /// 3.4, and where its formulas fail.
+    /// Paper 000: a liver with its gallbladder on a thread. Table 1, Fig. 2, Fig. 3, section 3.4,
+    /// and the cases in which its formulas fail.
     ///
-    /// Writes report.md, summary.json, tables as CSV and pictures as SVG and PNG. Fails (exit
-    /// code 1) if the product's own promise at full resolution does not hold: landmarks within 1 mm
-    /// and 2 mm of finite elements.
+    /// Writes report.md, summary.json, tables as CSV and pictures as SVG and PNG. Fails (exit code
+    /// 1) if the product's own promise at full resolution does not hold: landmarks within 1 mm and
+    /// 2 mm of finite elements.
     VolumePreserved(PaperArgs),
-    /// Paper 004: a finger presses an abdomen and a foot. Figs. 5 to 9, and where its formulas
-    /// fail.
+    /// Paper 004: a finger presses an abdomen and a foot. Figs. 5 to 9, and the cases in which its
+    /// formulas fail.
     ///
     /// Writes report.md, summary.json, every curve as CSV and pictures as SVG and PNG. The
     /// annealing saves its state at intervals: if it is stopped, the same command continues it.
@@ -32,12 +32,12 @@ pub(super) struct LocalCompressionArgs {
     /// host-sim/scenes/abdomen-press.toml [default: both].
     #[arg(long, value_name = "NAME|FILE")]
     scene: Option<String>,
-    /// Few forces, few trials at each temperature, coarse organs: 25 s of processor time, in
-    /// place of some minutes.
+    /// Use few forces, few trials at each temperature and coarse organs: 25 s of processor time,
+    /// instead of some minutes.
     #[arg(long)]
     quick: bool,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
-    /// done [default: out/paper-local-compression].
+    /// Output folder, created if missing; a finished run replaces an earlier result in it [default:
+    /// out/paper-local-compression].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -47,15 +47,15 @@ pub(super) struct PaperArgs {
     /// The preset, or the path of a scene file like host-sim/scenes/hanging-liver.toml.
     #[arg(long, value_name = "NAME|FILE", default_value = volume_preserved::scene::PRESET)]
     scene: String,
-    /// The sparse resolution only: 25 s of processor time, in place of some minutes.
+    /// Use only the sparse resolution: 25 s of processor time, instead of some minutes.
     #[arg(long)]
     quick: bool,
-    /// Solve the finite elements of the full resolution anew instead of taking the shipped answer:
+    /// Solve the finite elements of the full resolution again instead of using the shipped answer:
     /// some 15 minutes more.
     #[arg(long)]
     solve: bool,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
-    /// done [default: out/paper-NAME].
+    /// Output folder, created if missing; a finished run replaces an earlier result in it [default:
+    /// out/paper-NAME].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }

@@ -1,4 +1,4 @@
-//! `palpate plan`.
+//! The command `palpate plan`.
 
 mod report;
 mod scenes;
@@ -22,7 +22,7 @@ use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::CostModel;
 use palpate_tissue::output::OutputFolder;
 
-/// Steps of a quick search, in words.
+/// Approximate number of steps of a quick search, in words.
 const QUICK_STEPS: &str = " of some 20";
 
 #[derive(Args, Clone, Debug)]
@@ -31,15 +31,15 @@ pub(super) struct PlanArgs {
     common: Common,
     #[command(flatten)]
     options: PlanOptions,
-    /// Board, or its budget, that a tick of the model must meet: m4f-168 (Cortex-M4F, 168 MHz),
-    /// m4f-170, m4f-180, m7-480 (Cortex-M7, 480 MHz), m7-400, m33-150 or desktop; nucleo-f446re,
-    /// nucleo-g474re, nucleo-h743zi and pico2 name their own. With --scenes it may be given several
+    /// Board, or budget, for a tick of the model: m4f-168 (Cortex-M4F, 168 MHz), m4f-170, m4f-180,
+    /// m7-480 (Cortex-M7, 480 MHz), m7-400, m33-150 or desktop; nucleo-f446re, nucleo-g474re,
+    /// nucleo-h743zi and pico2 select their own budget. With --scenes it may be given several
     /// times.
     #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
     board: Vec<String>,
-    /// Instead: plan every scene (.toml) of a folder for every board that is given, each into a
-    /// folder of its own below --out, and put what was found in one table (plans.csv and
-    /// summary.json in --out/table). A scene that cannot be planned is a row that says why, and the
+    /// Instead, plan every scene (.toml) of a folder for every board that is given, each into a
+    /// folder of its own below --out, and collect the results in one table (plans.csv and
+    /// summary.json in --out/table). For a scene that cannot be planned the row says why, and the
     /// exit code is 1.
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["scene", "changes"])]
     scenes: Option<PathBuf>,
@@ -50,11 +50,11 @@ pub(super) struct PlanArgs {
 /// Options of the search for a model.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 pub(super) struct PlanOptions {
-    /// Force error that is bearable [%]: root mean square over places and depths; single places may
-    /// be 2.5 times as far off.
+    /// Largest tolerable force error [%]: root mean square over places and depths; single places
+    /// may be off by 2.5 times as much.
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
     tolerance_pct: f64,
-    /// Fewer and smaller candidates: 30 s of processor time for a block; an organ is solved by
+    /// Try fewer and smaller candidates: 30 s of processor time for a block; an organ is solved by
     /// finite elements first, half a minute more.
     #[arg(long)]
     quick: bool,
@@ -91,8 +91,8 @@ impl PlanOptions {
         Err(TissueError::Usage(why).into())
     }
 
-    /// Plans one scene for one board and writes what was found into the folder `out`; returns the
-    /// name of its patch file as well. With `all` every model that was tried is printed.
+    /// Plans one scene for one board, and writes the result to the folder `out`; also returns the
+    /// name of the patch file. With `all`, every model that was tried is printed.
     fn plan(
         &self,
         common: &Common,
@@ -107,7 +107,7 @@ impl PlanOptions {
             scene.refuse_what_boards_lack(machine.name)?;
         }
         let mut folder = OutputFolder::open(out)?.made_by(provenance::of(Some(&scene)));
-        // an earlier plan's patch must not be mistaken for this one's
+        // removes the patch of an earlier plan, which could be mistaken for that of this one
         folder.drop_earlier(&format!("{}-{}.patch", scene.name, machine.name));
         let status = Status::start();
         let known = Known::of(&scene, asked, |what| status.say(what))?;
@@ -132,8 +132,8 @@ impl PlanOptions {
     }
 }
 
-/// Returns the name of the unit of a cost in tables and charts, and the number that the cost is
-/// divided by there.
+/// Returns the name of the unit of a cost in tables and charts, and the number by which the cost is
+/// divided to have this unit.
 fn unit(machine: &CostModel) -> (&'static str, f64) {
     if machine.unit == "ns" { ("us", 1e3) } else { ("k cycles", 1e3) }
 }

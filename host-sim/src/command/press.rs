@@ -1,4 +1,4 @@
-//! `palpate press`.
+//! The command `palpate press`.
 
 use clap::Args;
 
@@ -27,8 +27,8 @@ pub(super) struct PressArgs {
     /// Also write press_<k>.vtu for ParaView: the tissue at the end of hold k.
     #[arg(long)]
     vtu: bool,
-    /// Also write the contact map where the tip is deepest: contact.csv (pressure on each surface
-    /// triangle), a picture, and area, centre, axes and peak in summary.json.
+    /// Also write the contact map at the deepest position of the tip: contact.csv (pressure on each
+    /// surface triangle), a picture, and area, centre, axes and peak in summary.json.
     #[arg(long)]
     contact: bool,
 }
@@ -44,7 +44,7 @@ impl PressArgs {
         let scene = self.common.load()?;
         let session = Session::prepare(&scene)?.for_motion(&MACHINES[0], &scene)?;
         let ramps = Ramp::of_scene(&scene).map_err(palpate_tissue::Error::from)?;
-        // only once the scene has been checked: bad input leaves no files
+        // the folder is opened once the scene has been checked, so that bad input leaves no files
         let folder = self.common.open("press", &scene)?;
         let mut deepest = None;
         let press = with_progress(|progress| {
@@ -70,7 +70,7 @@ impl PressArgs {
     }
 }
 
-/// Accuracy and speed of a press.
+/// Describes accuracy and speed of a press.
 fn in_words(scene: &Scene, session: &Session, press: &Press) -> String {
     let furthest = press
         .holds
@@ -91,7 +91,7 @@ fn in_words(scene: &Scene, session: &Session, press: &Press) -> String {
     format!("{right}{moving}; the slowest tick took {:.1} % of its millisecond", f64::from(slowest_us) * 0.1)
 }
 
-/// The force of finite elements at a hold [N], where it is stored.
+/// Force of the finite elements at a hold [N], if it is stored.
 fn elements_n(scene: &Scene, hold: &Hold) -> Option<f64> {
     let of_depth = matches!(scene.drive, Drive::Depth { .. });
     let near = |depth: f64| of_depth && (depth - hold.target).abs() < 1e-6 * depth;
@@ -178,7 +178,7 @@ fn print_report(scene: &Scene, session: &Session) {
     println!("  model     {}", Standing::of(scene, &session.patch).sentence(scene));
 }
 
-/// The supports of the tissue, in words.
+/// Describes the supports of the tissue.
 fn supports(scene: &Scene, nodes: usize, fixed_mm: [[f64; 3]; 2]) -> String {
     let whichever = match &scene.tissue {
         tissue if tissue.block_m.is_some() => "the bottom of the block",
@@ -189,8 +189,8 @@ fn supports(scene: &Scene, nodes: usize, fixed_mm: [[f64; 3]; 2]) -> String {
     format!("{nodes} nodes, {whichever}: {}", box_mm(fixed_mm))
 }
 
-/// Errors of the session's patch on every ramp with a stored reference; a ramp that it does not
-/// survive is left out.
+/// Errors of the session's patch on every ramp with a stored reference; a ramp on which the patch
+/// fails is left out.
 fn judge_ramps(ramps: &[Ramp], session: &Session) -> Result<Vec<RampError>, Error> {
     let mut errors = Vec::new();
     for ramp in ramps {
@@ -259,7 +259,7 @@ pub(super) fn print_holds(scene: &Scene, press: &Press) {
     );
 }
 
-/// Machine and, for this one, the build: published times are of `--profile measure`.
+/// Names the machine, and the build unless it is the one of published times, `--profile measure`.
 fn timed_on(press: &Press) -> String {
     let machine = &press.timed_on;
     match PROFILE {

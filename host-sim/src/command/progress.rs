@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Shorter work prints nothing.
+/// Duration up to which work prints no progress.
 const QUIET: Duration = Duration::from_secs(2);
 /// Time between two lines without a terminal [s].
 const LINE_S: u64 = 10;
@@ -20,7 +20,7 @@ const LINE_S: u64 = 10;
 #[cfg(feature = "full")]
 const STEP_LINE: Duration = Duration::from_secs(4);
 
-/// Counts steps on standard error.
+/// Counts steps of work, on standard error.
 pub(super) struct Progress {
     bar: ProgressBar,
     what: &'static str,
@@ -43,7 +43,7 @@ impl Progress {
         Self { bar, what, length, done: AtomicU64::new(0), began: Instant::now(), told_s: AtomicU64::new(0), terminal }
     }
 
-    /// Counts this many more steps as done.
+    /// Adds this many steps to the count.
     pub(super) fn inc(&self, steps: u64) {
         let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
         let spent = self.began.elapsed();
@@ -61,13 +61,13 @@ impl Progress {
         }
     }
 
-    /// Leaves the terminal clean.
+    /// Removes the bar from the terminal.
     pub(super) fn finish(&self) {
         self.bar.finish_and_clear();
     }
 }
 
-/// Work of unknown length.
+/// Progress of work of unknown length.
 #[derive(Default)]
 pub(super) struct Spinner {
     began: Option<Instant>,
@@ -77,7 +77,7 @@ pub(super) struct Spinner {
 }
 
 impl Spinner {
-    /// Shows one turn of the spinner beside a message.
+    /// Turns the spinner by one step, with a message beside it.
     pub(super) fn show(&mut self, message: impl FnOnce() -> String) {
         let spent = self.began.get_or_insert_with(Instant::now).elapsed();
         if spent < QUIET {
@@ -98,7 +98,7 @@ impl Spinner {
         bar.tick();
     }
 
-    /// Leaves the terminal clean.
+    /// Removes the spinner from the terminal.
     pub(super) fn clear(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
@@ -106,8 +106,8 @@ impl Spinner {
     }
 }
 
-/// Work that lasts until it is ended: next to a spinner on a terminal, or in a line every few
-/// seconds without one.
+/// Progress of work that lasts until it is ended: beside a spinner on a terminal, or in a line
+/// every few seconds without one.
 #[cfg(feature = "full")]
 pub(super) struct Lines {
     spinner: Spinner,
@@ -126,7 +126,7 @@ impl Default for Lines {
 
 #[cfg(feature = "full")]
 impl Lines {
-    /// Sets the state in words.
+    /// Sets the description of the present state.
     pub(super) fn say(&mut self, how: impl FnOnce() -> String) {
         if self.terminal {
             self.spinner.show(how);
@@ -136,7 +136,7 @@ impl Lines {
         }
     }
 
-    /// Prints above the spinner.
+    /// Prints a line above the spinner.
     pub(super) fn above(&self, print: impl FnOnce()) {
         match &self.spinner.bar {
             Some(bar) => bar.suspend(print),
@@ -144,25 +144,25 @@ impl Lines {
         }
     }
 
-    /// Leaves the terminal clean.
+    /// Removes the spinner from the terminal.
     pub(super) fn clear(&self) {
         self.spinner.clear();
     }
 }
 
-/// Work that reports its current activity in words.
+/// Progress of work that describes its current activity.
 #[cfg(feature = "full")]
 pub(super) struct Status {
     bar: ProgressBar,
-    /// Prints the activity where there is no terminal.
+    /// Prints the activity if there is no terminal.
     teller: Option<Teller>,
 }
 
-/// Writes a line every few seconds, also while a single step takes longer.
+/// Writes a line every few seconds, even while a single step takes longer.
 #[cfg(feature = "full")]
 struct Teller {
     doing: Arc<Mutex<String>>,
-    /// Ends the thread when it is dropped.
+    /// The thread ends when this sender is dropped.
     end: Sender<()>,
     thread: JoinHandle<()>,
 }
@@ -191,7 +191,7 @@ impl Teller {
 
     fn stop(self) {
         drop(self.end);
-        // a thread that panicked has reported it
+        // a thread that panicked has already reported it
         let _ = self.thread.join();
     }
 }
@@ -208,7 +208,7 @@ impl Status {
         Self { bar, teller: None }
     }
 
-    /// The next part of the work.
+    /// Sets the description of the next part of the work.
     pub(super) fn say(&self, doing: impl Into<String>) {
         match &self.teller {
             Some(teller) => teller.say(doing.into()),
@@ -216,12 +216,12 @@ impl Status {
         }
     }
 
-    /// Prints above the line.
+    /// Prints a line above the bar.
     pub(super) fn above(&self, print: impl FnOnce()) {
         self.bar.suspend(print);
     }
 
-    /// Leaves the terminal clean.
+    /// Removes the bar from the terminal.
     pub(super) fn clear(&self) {
         self.bar.finish_and_clear();
         if let Some(teller) = &self.teller {
@@ -239,12 +239,12 @@ impl Drop for Status {
     }
 }
 
-/// Work that names each of its steps.
+/// Progress of work that names each of its steps.
 #[cfg(feature = "full")]
 pub(super) struct Steps {
     stage: &'static str,
     began: Instant,
-    /// The bar that a terminal shows.
+    /// The bar on a terminal; `None` without one.
     bar: Option<ProgressBar>,
     count: Mutex<Count>,
 }
@@ -259,7 +259,7 @@ struct Count {
 
 #[cfg(feature = "full")]
 impl Steps {
-    /// A stage of `total` steps.
+    /// Begins a stage of `total` steps.
     pub(super) fn new(stage: &'static str, total: usize) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
             let style = ProgressStyle::with_template("{prefix} {bar:30} {pos}/{len} {msg} {elapsed}");
@@ -277,12 +277,12 @@ impl Steps {
         self.update(|count| count.done += 1, step);
     }
 
-    /// Within the next step, `place` has been reached.
+    /// Names the position that the next step has reached.
     pub(super) fn at(&self, place: &str) {
         self.update(|_| (), place);
     }
 
-    /// `done` steps of `total` are done; `next` names the next one.
+    /// Sets the count to `done` steps of `total`; `next` names the next one.
     pub(super) fn show(&self, done: usize, total: usize, next: &str) {
         self.update(|count| (count.done, count.total) = (done, total), next);
     }
@@ -302,7 +302,7 @@ impl Steps {
         }
     }
 
-    /// Leaves the terminal clean.
+    /// Removes the bar from the terminal.
     pub(super) fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();

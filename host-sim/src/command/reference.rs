@@ -1,4 +1,4 @@
-//! `palpate reference`.
+//! The command `palpate reference`.
 
 use clap::Args;
 use serde::Serialize;
@@ -19,10 +19,10 @@ use palpate_tissue::scene::{Drive, Scene};
 pub(super) struct ReferenceArgs {
     #[command(flatten)]
     common: Common,
-    /// Coarser meshes: 4 s of processor time for the block.
+    /// Use coarser meshes: 4 s of processor time for the block.
     #[arg(long)]
     quick: bool,
-    /// Compute anew the answers that ship with the project.
+    /// Solve again the answers that ship with the project.
     #[arg(long, hide = true, conflicts_with_all = ["quick", "scene"])]
     shipped: bool,
 }
@@ -49,7 +49,7 @@ impl ReferenceArgs {
     }
 }
 
-/// Every hold of every mesh converged.
+/// Checks that every hold converged on every mesh.
 fn judge(scene: &Scene, study: &Study) -> Result<(), Error> {
     match study.levels.iter().find_map(|level| level.stopped.map(|s| (level, s))) {
         None => Ok(()),
@@ -100,7 +100,7 @@ struct Report<'a> {
     youngs_modulus_pa: f64,
     poisson_ratio: f64,
     place_m: [f64; 3],
-    /// Depths were solved for forces.
+    /// Whether the depths were solved for given forces.
     #[serde(skip)]
     by_force: bool,
     levels: Vec<LevelReport>,
@@ -111,23 +111,23 @@ struct Report<'a> {
 struct LevelReport {
     nodes: usize,
     tets: usize,
-    /// Share of the tissue that is computed, the rest being its mirror images.
+    /// Share of the tissue that is computed; the rest is its mirror images.
     share: f64,
     newton_iterations: usize,
     holds_converged: usize,
-    /// Depth at which the press stopped, if it did.
+    /// Depth at which the press stopped, if it did [m].
     reached_m: Option<f64>,
 }
 
 #[derive(Serialize)]
 struct HoldReport {
     target: f64,
-    /// Depth on every level that has the hold.
+    /// Depth on every level that has the hold [m].
     depth_m: Vec<f64>,
     force_n: Vec<f64>,
     penetration_share_of_depth: f64,
-    /// Force (of a force drive: depth) at vanishing element size, and how far the finest level may
-    /// be off.
+    /// Force (depth, for a force drive) extrapolated to vanishing element size, and estimated error
+    /// of the finest level.
     extrapolated: Option<f64>,
     estimated_error_pct: Option<f64>,
 }
@@ -216,7 +216,7 @@ impl<'a> Report<'a> {
         self.holds.iter().filter_map(|h| h.estimated_error_pct).fold(f64::NAN, f64::max)
     }
 
-    /// Quantity that the holds were solved for, in words.
+    /// Name of the quantity for which the holds were solved.
     fn solved_for(&self) -> &'static str {
         if self.by_force { "depths" } else { "forces" }
     }
@@ -240,7 +240,7 @@ fn write(folder: &OutputFolder, scene: &Scene, study: &Study, report: &Report) -
     });
     let header = ["mesh", "nodes", "hold", "depth_m", "force_n", "force_over_e_m2", "penetration_m"];
     folder.write_csv("forces.csv", header, rows)?;
-    // the finest level that has anything
+    // the finest level that solved any hold
     let finest = study.levels.iter().rev().find(|level| !level.holds.is_empty());
     let holds = finest.map_or(&[][..], |level| &level.holds);
     for (k, hold) in holds.iter().enumerate() {

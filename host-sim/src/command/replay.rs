@@ -1,4 +1,4 @@
-//! `palpate replay`.
+//! The command `palpate replay`.
 
 use std::path::PathBuf;
 
@@ -21,14 +21,13 @@ pub(super) struct ReplayArgs {
     /// Trace that `palpate live` recorded, in the window or in the page.
     #[arg(value_name = "TRACE")]
     file: PathBuf,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
-    /// done.
+    /// Output folder, created if missing; a finished run replaces an earlier result in it.
     #[arg(long, value_name = "FOLDER", default_value = "out/replay")]
     out: PathBuf,
-    /// Also on the emulated board, in lock-step: every tick must have the trace's bits.
+    /// Also replay it on the emulated board, in lock-step: every tick must have the trace's bits.
     #[arg(long)]
     emulated: bool,
-    /// The firmware's image [default: built with `cargo fw`, a large patch in its flash].
+    /// Firmware image [default: built with `cargo fw`, with a large patch in its flash].
     #[arg(long, value_name = "FILE", requires = "emulated")]
     image: Option<PathBuf>,
     /// The emulated board.
@@ -37,7 +36,7 @@ pub(super) struct ReplayArgs {
     board: EmulatedBoard,
 }
 
-/// Read by the build that holds the emulated board.
+/// Only the full build, which contains the emulated board, reads the name.
 #[cfg(not(feature = "full"))]
 type EmulatedBoard = String;
 
@@ -55,7 +54,7 @@ struct Summary<'a> {
     emulated_board: Option<String>,
     differs_at_tick: Option<u32>,
     differs_in: Option<&'static str>,
-    /// Invariants of the loop that the trace breaks.
+    /// Invariants of the loop that ticks of the trace break.
     invariants_broken: Vec<&'static str>,
 }
 

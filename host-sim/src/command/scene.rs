@@ -1,4 +1,4 @@
-//! `palpate scene`.
+//! The command `palpate scene`.
 
 use clap::Args;
 
@@ -8,11 +8,11 @@ use palpate_tissue::scene::{Change, PRESETS, Scene};
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct SceneArgs {
-    /// The preset or the scene file (.toml) to print. Without it the presets are listed.
+    /// Preset or scene file (.toml) to print; without it the presets are listed.
     #[arg(value_name = "NAME|FILE")]
     scene: Option<String>,
     /// Change a key of the scene, such as `tissue.youngs_modulus_pa=5000`. May be given several
-    /// times; what is printed then has no comments.
+    /// times; the printed scene then has no comments.
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "scene")]
     changes: Vec<Change>,
 }
@@ -21,7 +21,7 @@ impl SceneArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let Some(name) = &self.scene else { return list() };
         let scene = Scene::load_with(name, &self.changes)?;
-        // the file and nothing else, since it is redirected into the user's own file
+        // prints only the text of the file, since it is redirected into the user's own file
         print!("{}", scene.text);
         Ok(())
     }
@@ -34,7 +34,7 @@ fn list() -> Result<(), Error> {
     Verdict::ok(format!("{} presets; palpate scene NAME > mine.toml makes one yours", PRESETS.len())).last()
 }
 
-/// The first sentence of the comment that a preset begins with.
+/// The first sentence of the comment at the head of a preset.
 fn about(text: &str) -> String {
     let comment = text.lines().map_while(|line| line.strip_prefix('#')).map(str::trim).collect::<Vec<_>>().join(" ");
     comment.split_inclusive(". ").next().unwrap_or_default().trim().to_owned()

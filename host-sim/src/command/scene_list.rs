@@ -1,4 +1,4 @@
-//! The scenes of a folder, as the numbered cases of a campaign.
+//! The scenes of a folder as the numbered cases of a campaign.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -10,13 +10,13 @@ use crate::error::Error;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::shard::scene_checksum;
 
-/// Stands for the checksum of a file that cannot be read: its scene alone fails.
+/// Entry in place of the checksum of a file that cannot be read: only its own scene fails.
 const UNREADABLE: &str = "unreadable";
 
 /// Every scene file (.toml) of a folder, by name, with its checksum.
 #[derive(Clone, Debug)]
 pub(super) struct SceneList {
-    /// Unknown when shards are merged, which need no scene.
+    /// Empty when shards are merged, which needs no scene file.
     folder: PathBuf,
     checksums: BTreeMap<String, String>,
 }
@@ -43,7 +43,7 @@ impl SceneList {
         Ok(Self { folder: folder.to_owned(), checksums })
     }
 
-    /// The list as recorded in shards.
+    /// Creates the list that was recorded in shards.
     pub(super) fn noted(checksums: &BTreeMap<String, String>) -> Self {
         Self { folder: PathBuf::new(), checksums: checksums.clone() }
     }
@@ -56,7 +56,7 @@ impl SceneList {
         self.checksums.len() as u64
     }
 
-    /// Name and file of the scenes of these numbers.
+    /// Names and files of the scenes with these numbers.
     pub(super) fn files(&self, cases: Range<u64>) -> impl Iterator<Item = (&str, String)> {
         let (first, count) = (cases.start as usize, (cases.end - cases.start) as usize);
         let file = |name: &str| self.folder.join(format!("{name}.toml")).display().to_string();
@@ -64,11 +64,11 @@ impl SceneList {
     }
 }
 
-/// Result of the work on a scene.
+/// Outcome of the work on a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Ended {
-    /// Within the tolerance.
+    /// The patch is within the tolerance.
     Kept,
     /// The patch is beyond the tolerance.
     Missed,
@@ -86,8 +86,8 @@ impl Ended {
     }
 }
 
-/// Says why a scene missed or failed, in a line of its row. The scene's file and those beside it
-/// are named as they are in the folder: a shard may see the folder in another place.
+/// Says in one line of the row why a scene missed or failed. The scene's file and those beside it
+/// are named without the folder, which may be in another place for another shard.
 pub(super) fn why(error: &Error, name: &str, file: &str) -> String {
     let why = match error {
         Error::Tissue(TissueError::Check(why)) => why.clone(),
@@ -96,11 +96,12 @@ pub(super) fn why(error: &Error, name: &str, file: &str) -> String {
     named_as(&why, name, file)
 }
 
-/// A line of a row with the scene's file, and those that it names, as they are in the folder.
+/// Removes the folder from the names of the scene's file, and of those that it names, in a line of
+/// a row.
 pub(super) fn named_as(why: &str, name: &str, file: &str) -> String {
     let own = format!("{name}.toml");
     let Some(folder) = file.strip_suffix(&own).filter(|folder| !folder.is_empty()) else { return why.to_owned() };
-    // where a path begins: the folder's name may end another path's
+    // only where a path begins, since the name of the folder may end another path
     let mut said = String::new();
     let mut rest = why;
     while let Some(at) = rest.find(folder) {
@@ -115,7 +116,8 @@ pub(super) fn named_as(why: &str, name: &str, file: &str) -> String {
     said + rest
 }
 
-/// Whether all later cases would fail as well: an error of the disk, not of the scene.
+/// Whether all later cases would fail as well, because the error is one of the disk and not of the
+/// scene.
 pub(super) fn ends_all(error: &Error) -> bool {
     matches!(error, Error::Tissue(TissueError::Write { .. } | TissueError::InUse { .. }))
 }

@@ -1,4 +1,4 @@
-//! `palpate score`.
+//! The command `palpate score`.
 
 use std::path::PathBuf;
 
@@ -15,19 +15,18 @@ use palpate_tissue::output::OutputFolder;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct ScoreArgs {
-    /// Marks as CSV: header group,phase,intern,chief,associate,attending; phase is before or after,
-    /// marks go from 0 to 10.
+    /// Marks as CSV with the header group,phase,intern,chief,associate,attending; phase is before
+    /// or after, and marks are between 0 and 10.
     #[arg(value_name = "FILE", required_unless_present = "table_1", conflicts_with = "table_1")]
     file: Option<PathBuf>,
-    /// Weights of chief, associate chief and attending physician; above zero, sum 1 [default:
-    /// 0.45,0.35,0.20].
+    /// Weights of chief, associate chief and attending physician, each above zero, with sum 1
+    /// [default: 0.45,0.35,0.20].
     #[arg(long, value_name = "W,W,W", conflicts_with = "table_1", allow_hyphen_values = true)]
     weights: Option<String>,
-    /// Instead of a file: check the equation against the 40 values printed in Table 1 of paper 004.
+    /// Instead of a file, check the equation against the 40 values printed in Table 1 of paper 004.
     #[arg(long = "table-1")]
     table_1: bool,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
-    /// done.
+    /// Output folder, created if missing; a finished run replaces an earlier result in it.
     #[arg(long, value_name = "FOLDER", default_value = "out/score")]
     out: PathBuf,
 }
@@ -50,7 +49,7 @@ impl ScoreArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let weights = self.weights.as_deref().map_or(Ok(Weights::PAPER), Weights::parse)?;
         if let Some(file) = &self.file {
-            // read and checked completely before the folder is touched
+            // the file is read and checked completely before the folder is changed
             let values = evaluate(&read(file)?, &weights);
             let source = file.display().to_string();
             let found = self.write(&source, weights, &values, None)?;
@@ -101,7 +100,7 @@ fn drawn(one: &Evaluation) -> PersonValue<'_> {
     PersonValue { group: &one.group, person: &one.intern, phase, value: one.value }
 }
 
-/// Labels may contain commas and quotes; they are quoted as in the input.
+/// The table as CSV. Labels may contain commas and quotes, so they are quoted as in the input.
 fn csv(values: &[Evaluation]) -> String {
     let cell = |label: &str| {
         let plain = !label.contains([',', '"', '\n', '\r', '#']);
@@ -109,7 +108,7 @@ fn csv(values: &[Evaluation]) -> String {
     };
     let mut text = String::from("group,phase,intern,value\n");
     for v in values {
-        // rounded to the digits above the rounding noise of a sum of three products
+        // rounded to the digits above the rounding error of a sum of three products
         let value = (v.value * 1e12).round() / 1e12;
         text.push_str(&format!("{},{},{},{value}\n", cell(&v.group), v.phase.name(), cell(&v.intern)));
     }
@@ -159,7 +158,7 @@ fn print_check(check: &table_1::Check) {
     }
 }
 
-/// Writes three decimals, or two digits where those would all be zero.
+/// Formats with three decimals, or with two significant digits if the three decimals would be zero.
 fn short(p: f64) -> String {
     if p >= 1e-3 { format!("{p:.3}") } else { format!("{p:.1e}") }
 }

@@ -1,4 +1,4 @@
-//! `palpate stability`.
+//! The command `palpate stability`.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -19,8 +19,7 @@ use palpate_tissue::output::OutputFolder;
 pub(super) struct StabilityArgs {
     #[command(flatten)]
     options: Options,
-    /// Output folder, made if it is not there; replaces an earlier result in it when the run is
-    /// done.
+    /// Output folder, created if missing; a finished run replaces an earlier result in it.
     #[arg(long, value_name = "FOLDER", default_value = "out/stability")]
     out: PathBuf,
     #[command(flatten)]
@@ -30,22 +29,22 @@ pub(super) struct StabilityArgs {
 /// The settings of both matrices.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Options {
-    /// The methods alone, without a device in the loop.
+    /// Run only the methods, without a device in the loop.
     #[arg(long, conflicts_with = "only_loop")]
     model: bool,
-    /// The loop alone, without the methods.
+    /// Run only the loop, without the methods.
     #[arg(long = "loop")]
     only_loop: bool,
-    /// A smaller mesh, two stiffnesses, five ways to press, one device: 90 s of processor
+    /// Use a smaller mesh, two stiffnesses, five ways to press and one device: 90 s of processor
     /// time.
     #[arg(long)]
     quick: bool,
-    /// The loop on every shipped device too, at its own delay.
+    /// Also run the loop on every shipped device, at its own delay.
     #[arg(long, conflicts_with_all = ["quick", "model"])]
     full: bool,
 }
 
-/// Methods and loops.
+/// The campaign of methods and loops.
 pub(super) struct Stability {
     options: Options,
     /// Scope of the models; `None` with `--loop`.
@@ -96,7 +95,7 @@ impl Campaign for Stability {
     }
 
     fn run(&self, cases: Range<u64>) -> Result<Counts, Error> {
-        // methods first, then loops
+        // cases are numbered with the methods first, then the loops
         let (first, end, places) = (cases.start as usize, cases.end as usize, self.places());
         let mut counts = Counts { model: model::Part::default(), of_loop: loop_matrix::Part::default() };
         if let Some(scope) = &self.model {
@@ -191,7 +190,7 @@ impl Stability {
     }
 }
 
-/// Rows of the product, or of every method.
+/// Prints the rows of the product, or of every method.
 fn print_model(matrix: &model::Matrix, summary: &model::Summary, all: bool) {
     let moduli: Vec<String> = matrix.scope.moduli_pa.iter().map(|pa| (pa * 1e-3).to_string()).collect();
     println!(

@@ -1,4 +1,4 @@
-//! Cargo and rustup, run in a package's folder, where its settings are.
+//! Runs cargo and rustup in a package's folder, so that the settings in it apply.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use palpate_tissue::Error as TissueError;
 
 const INSTALL: &str = "install the toolchain from https://rustup.rs";
 
-/// Tools of the toolchain in use.
+/// Tools of the toolchain that is in use.
 pub(super) struct Tools {
     pub package: PathBuf,
     cargo: OsString,
@@ -25,8 +25,8 @@ impl Tools {
         Self { package, cargo: named("CARGO", "cargo"), rustc: named("RUSTC", "rustc"), rustup: "rustup".into() }
     }
 
-    /// Adds the standard library for `target`, if it is not there. A toolchain unknown to rustup
-    /// may have it as well.
+    /// Adds the standard library for `target` if it is missing. A toolchain that rustup does not
+    /// manage may have it as well.
     pub fn add_target(&self, target: &str) -> Result<(), Error> {
         let mut ask = self.command(&self.rustc);
         if let Ok(output) = ask.args(["--print", "target-libdir", "--target", target]).output()
@@ -50,7 +50,7 @@ impl Tools {
         }
     }
 
-    /// Builds, and asks cargo for the path of the output of `target`, since settings may name any
+    /// Builds, and asks cargo for the path of the output of `target`, since settings may choose any
     /// folder. Cargo shows its own progress.
     pub fn build(&self, arguments: &[&str], target: &str) -> Result<PathBuf, Error> {
         let what = format!("cargo build {} in {}", arguments.join(" "), self.package.display());
@@ -79,7 +79,7 @@ impl Tools {
     }
 }
 
-/// The program or the module that a line of cargo's messages names.
+/// Path of the program or module in a line of cargo's messages; `None` for other lines.
 fn file_of(target: &str, line: &str) -> Option<PathBuf> {
     let output: Value = serde_json::from_str(line).ok()?;
     if output["reason"] != "compiler-artifact" || output["target"]["name"] != target {
@@ -109,7 +109,7 @@ mod tests {
 
     const WASM: &str = "wasm32-unknown-unknown";
 
-    /// Tools that are scripts; a script without lines is missing.
+    /// Tools that are scripts with these lines; a script without lines is not created.
     fn scripts(rustc: &str, rustup: &str, cargo: &str) -> (tempfile::TempDir, Tools) {
         let folder = tempfile::tempdir().unwrap();
         let put = |name: &str, lines: &str| {
@@ -117,8 +117,8 @@ mod tests {
             if !lines.is_empty() {
                 let text = path.with_extension("text");
                 std::fs::write(&text, format!("#!/bin/sh\n{lines}\n")).unwrap();
-                // by a program of its own: a file that a test beside this one inherits open for
-                // writing does not start
+                // written by another program: a file that a test in parallel inherits open for
+                // writing cannot be executed
                 let made = Command::new("install").args(["-m", "755"]).args([&text, &path]).status().unwrap();
                 assert!(made.success());
             }

@@ -1,4 +1,4 @@
-//! Verdict of a command in one line, which is both the first and the last on standard output.
+//! Verdict of a command in one line, which is both the first and the last line on standard output.
 
 use std::fmt;
 use std::io::IsTerminal;
@@ -6,12 +6,12 @@ use std::io::IsTerminal;
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
 
-/// End of a command: the promise that it kept, or why it did not.
+/// Outcome of a command: the promise that it kept, or why it did not keep it.
 #[derive(Clone, Debug)]
 pub(super) struct Verdict(Result<String, String>);
 
 impl Verdict {
-    /// A kept promise, in words.
+    /// Verdict for a kept promise, described by `words`.
     pub(super) fn ok(words: impl Into<String>) -> Self {
         Self(Ok(words.into()))
     }
@@ -35,8 +35,8 @@ impl Verdict {
         self
     }
 
-    /// Prints the verdict after the details. On a terminal the line of the failed check is already
-    /// visible, on standard error.
+    /// Prints the verdict after the details. On a terminal a failed check is already visible on
+    /// standard error, so it is not repeated there.
     ///
     /// # Errors
     /// The check that failed.

@@ -1,5 +1,5 @@
-//! A device's profile file in the form for a board: limits, and the `[mechanism]` table if it has
-//! one.
+//! Converts a device's profile file to the form for a board: limits, and the `[mechanism]` table if
+//! there is one.
 
 use std::collections::BTreeMap;
 
@@ -12,28 +12,29 @@ use palpate_tissue::Error;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-/// `[mechanism]` as written by the user: a value per joint, and the kind's dimensions by name.
+/// `[mechanism]` as the user wrote it: one value per joint, and the dimensions of its kind by name.
 #[derive(Deserialize)]
 struct Written {
     kind: String,
-    /// Counts of the encoder in one turn of its shaft, all four edges.
+    /// Counts of the encoder per turn of its shaft, with all four edges counted.
     counts_per_turn: Vec<f64>,
-    /// Turns of motor and encoder in one turn of the joint.
+    /// Turns of motor and encoder per turn of the joint.
     gear_ratio: Vec<f64>,
     /// 1, or -1 where the encoder counts down as the joint's angle grows.
     encoder_sign: Option<Vec<f64>>,
     torque_constant_n_m_per_a: Vec<f64>,
-    /// Current of the amplifier at the largest code.
+    /// Current of the amplifier at the largest code [A].
     full_scale_a: Vec<f64>,
     /// 1, or -1 where a positive code lowers the joint's angle.
     motor_sign: Option<Vec<f64>>,
-    /// Joint angles in the home pose.
+    /// Joint angles in the home pose [degrees].
     home_deg: Vec<f64>,
-    /// Encoders count from where they were at power-on.
+    /// Whether the encoders count from their position at power-on, so that the board needs a home
+    /// pose.
     homing: bool,
     /// Counts of absolute encoders in the home pose.
     home_counts: Option<Vec<i32>>,
-    /// Everything else, so that a misspelt key is named.
+    /// All other keys, so that a misspelt one can be named.
     #[serde(flatten)]
     dimensions: BTreeMap<String, Dimension>,
 }
@@ -48,11 +49,11 @@ enum Dimension {
 /// Loads a device by name or from a file: its data for the loop, and the board's checked profile.
 ///
 /// # Errors
-/// No such device or file; a key or number that is wrong; a mechanism that cannot move as the
+/// There is no such device or file; a key or a number is wrong; or the mechanism cannot move as the
 /// device does.
 pub fn load(name_or_file: &str) -> Result<(DeviceProfile, Profile), Error> {
     let device = DeviceProfile::load(name_or_file)?;
-    // its own centre is the site
+    // the centre of the device is its site
     let limits = device.limits(Vector3::zeros());
     let settings = Settings { limits: device.limit_values(), ..Settings::safe(&limits) };
     let mut profile = Profile { operator_switch: device.operator_switch, ..Profile::of(&settings, &limits) };
@@ -61,7 +62,7 @@ pub fn load(name_or_file: &str) -> Result<(DeviceProfile, Profile), Error> {
         let written: Written = table.clone().try_into().map_err(|cause| place(cause.message().trim().into()))?;
         (profile.mechanism, profile.home_counts) = taken(&written).map(|(it, home)| (Some(it), home)).map_err(place)?;
     }
-    // found here, by its name; the board reports only that it is wrong
+    // the error is named here, since the board would report only that the profile is wrong
     match (profile.check(), &profile.mechanism) {
         (Ok(()), _) => Ok((device, profile)),
         (Err(ProfileError::Mechanism(cause @ MechanismError::Count)), Some(mechanism)) => {
@@ -130,7 +131,7 @@ fn number_of_values(key: &str, values: usize, kind: Kind) -> String {
     format!("{key} has {values} values: a {} has {} joints, give one for each", kind.name(), kind.joints())
 }
 
-/// Dimensions in the kind's order.
+/// Dimensions in the order of the mechanism's kind.
 fn dimensions(kind: Kind, given: &BTreeMap<String, Dimension>) -> Result<[f32; DIMENSIONS], String> {
     let names = kind.dimension_names();
     if let Some(unknown) = given.keys().find(|key| !names.contains(&key.as_str())) {

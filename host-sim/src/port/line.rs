@@ -1,4 +1,4 @@
-//! Frames over a serial port.
+//! Sends and receives frames over a serial port.
 
 use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
@@ -10,9 +10,9 @@ use serialport::{ClearBuffer, SerialPort};
 
 use super::PortError;
 
-/// Speed of every board's link [baud]; a port over USB alone ignores it.
+/// Speed of every board's link [baud]; a port that exists only over USB ignores it.
 const BAUD: u32 = 115_200;
-/// Longest that a frame waits for room in the system's queue.
+/// Longest wait of a frame for room in the system's queue.
 const WRITE_PATIENCE: Duration = Duration::from_millis(500);
 
 /// An open port.
@@ -33,13 +33,14 @@ pub struct Line {
 pub struct Gone;
 
 impl Line {
-    /// Opens a port for this program alone. Nothing is sent.
+    /// Opens a port for this program alone, without sending anything.
     ///
     /// # Errors
     /// There is no such port, or it is not available.
     pub fn open(name: &str) -> Result<Self, PortError> {
         let port = serialport::new(name, BAUD).timeout(WRITE_PATIENCE).open().map_err(|error| refused(name, &error))?;
-        // of an earlier program; a system that cannot do it leaves bytes that the checksum drops
+        // input of an earlier program is dropped; if the system cannot do so, the checksum rejects
+        // it
         let _ = port.clear(ClearBuffer::Input);
         Ok(Self {
             port,
@@ -60,13 +61,13 @@ impl Line {
         &self.name
     }
 
-    /// Bytes received so far.
+    /// Number of bytes received so far.
     #[must_use]
     pub fn heard_bytes(&self) -> usize {
         self.heard_bytes
     }
 
-    /// Frames received so far.
+    /// Counts of the frames received so far.
     #[must_use]
     pub fn counts(&self) -> Counts {
         self.receiver.counts()
@@ -81,7 +82,7 @@ impl Line {
     /// Sends a message.
     ///
     /// # Errors
-    /// The port has disappeared, or accepts nothing any more.
+    /// The port has disappeared, or no longer accepts data.
     pub fn send(&mut self, message: &ToBoard<'_>) -> Result<(), Gone> {
         let mut out = [0; FRAME_BYTES];
         // every message fits a frame
@@ -93,7 +94,8 @@ impl Line {
         Ok(())
     }
 
-    /// Text received within `wait`, from an image that sends text; invalid characters are replaced.
+    /// Returns the text received within `wait`, from an image that sends text; invalid characters
+    /// are replaced.
     ///
     /// # Errors
     /// The port has disappeared.
@@ -109,8 +111,8 @@ impl Line {
         }
     }
 
-    /// The board's next message, if one comes within `wait`. Damaged frames are counted and
-    /// dropped.
+    /// Returns the board's next message, if one arrives within `wait`. Damaged frames are counted
+    /// and dropped.
     ///
     /// # Errors
     /// The port has disappeared.
@@ -143,7 +145,7 @@ impl Line {
     }
 }
 
-/// Says why a port was not opened, in uniform words, since those of operating systems differ.
+/// Says why a port was not opened, with the same words on every operating system.
 fn refused(name: &str, error: &serialport::Error) -> PortError {
     use serialport::ErrorKind as Kind;
     let cause = error.to_string();

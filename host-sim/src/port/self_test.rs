@@ -1,4 +1,4 @@
-//! The report of a self-test image, and the same run on this machine.
+//! The report of a self-test image, and the comparison with the same run on this machine.
 //!
 //! ```text
 //! text of a port or a file ─ Report::find ─ compare (script, controller and patch run here)─ words
@@ -27,50 +27,51 @@ pub struct Report {
     pub palpate_self_test: u32,
     /// Board and version of its image.
     pub board: String,
-    /// Day of the build, counted from 1970-01-01; 0 is unknown.
+    /// Day of the build, counted from 1970-01-01; 0 if unknown.
     pub built_day: u32,
-    /// The chip's own identification: revision above, device below.
+    /// Identification that the chip itself gives: revision in the upper half, device in the lower
+    /// half.
     pub chip: String,
     /// Meaning of a count of the clock.
     pub clock: String,
-    /// Counts per second.
+    /// Counts of the clock per second.
     pub clock_hz: u32,
     /// Checksum of the patch file.
     pub patch_checksum: String,
     /// Nodes of the patch.
     pub nodes: u32,
-    /// Why nothing was run; empty if the test ran.
+    /// Reason why the test did not run; empty if it ran.
     pub error: String,
     /// Whether the run passed on the board.
     pub passed: bool,
-    /// Mode at the end.
+    /// Mode at the end of the run.
     pub mode: String,
-    /// Fault at the end.
+    /// Fault at the end of the run.
     pub fault: String,
-    /// Ticks of the run.
+    /// Number of ticks in the run.
     pub ticks: u32,
-    /// Ticks in the mode `Fault`.
+    /// Number of ticks in the mode `Fault`.
     pub faults: u32,
-    /// Ticks that ended late.
+    /// Number of ticks that ended late.
     pub overruns: u32,
-    /// Periods without a tick.
+    /// Number of periods without a tick.
     pub missed_periods: u32,
     /// Longest tick, from sensors to outputs [counts].
     pub worst_tick_counts: u32,
     /// Largest stack use [bytes].
     pub stack_used_bytes: u32,
-    /// Bytes of the stack.
+    /// Size of the stack [bytes].
     pub stack_bytes: u32,
-    /// Longest time of each stage [counts].
+    /// Longest duration of each stage [counts].
     pub stage_counts: BTreeMap<String, u32>,
-    /// Fingerprints along the run.
+    /// Fingerprints taken during the run.
     pub checks: Vec<Check>,
 }
 
 /// Fingerprints after this many ticks, as hexadecimal numbers.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 pub struct Check {
-    /// Ticks that were run.
+    /// Number of ticks before the fingerprint.
     pub tick: u32,
     /// Hash of the patch's state.
     pub state: String,
@@ -81,7 +82,7 @@ pub struct Check {
 /// The first word in which a board and this machine differ.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// Ticks after which the word was taken; the fingerprints before it agree.
+    /// Number of ticks before the word was taken; the fingerprints before it agree.
     pub tick: u32,
     /// Name of the word.
     pub word: &'static str,
@@ -92,7 +93,7 @@ pub struct Difference {
 }
 
 impl Report {
-    /// The last whole report in a text, and its line. Other text may surround it.
+    /// The last complete report in a text, and its line. Other text may surround the line.
     #[must_use]
     pub fn find(text: &str) -> Option<(Self, &str)> {
         text.lines().rev().find_map(|line| {
@@ -101,7 +102,7 @@ impl Report {
         })
     }
 
-    /// Runs the same script on this machine and returns the first difference; none means the same
+    /// Runs the same script on this machine and returns the first difference; `None` means the same
     /// bits. `patch` is the patch file, aligned to a word.
     ///
     /// # Errors
@@ -125,7 +126,8 @@ impl Report {
                 }
             }
         }
-        // a report whose fingerprints were not all reached, in order, proves nothing
+        // a report that lacks some of the fingerprints, or has them in another order, proves
+        // nothing
         Ok(checks.next().map(|check| Difference {
             tick: check.tick,
             word: "order of the fingerprints",
@@ -134,7 +136,7 @@ impl Report {
         }))
     }
 
-    /// The figures, one line each.
+    /// Describes the report, one figure per line.
     #[must_use]
     pub fn words(&self) -> String {
         let us = |counts: u32| f64::from(counts) / f64::from(self.clock_hz.max(1)) * 1e6;

@@ -1,4 +1,4 @@
-//! A connection to a board: found, identified, kept under force, released.
+//! A session with a board: it finds and identifies the board, keeps its force on, and releases it.
 
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
@@ -14,33 +14,33 @@ use super::{Line, PortError};
 
 /// Time between two signs of life: a quarter of the board's timeout.
 const HEARTBEAT: Duration = Duration::from_millis(5);
-/// A Palpate board sends 50 records per second unasked.
+/// Longest silence of a board, which sends 50 records per second without a request.
 const SILENCE: Duration = Duration::from_secs(2);
-/// Time between two tries of a request.
+/// Time between two attempts of a request.
 const AGAIN: Duration = Duration::from_millis(50);
-/// A board that heard another host accepts a new one after 100 ticks.
+/// Longest wait for an answer: a board that heard another host accepts a new one after 100 ticks.
 const ANSWER: Duration = Duration::from_millis(1_500);
-/// A stop: the ramp of the force takes 0.12 s, a busy machine the rest.
+/// Longest wait for a stop: the force ramps down in 0.12 s, and a busy machine may need the rest.
 const STOPPED: Duration = Duration::from_secs(2);
 
 /// A Palpate board on a port.
 pub struct Session {
     line: Line,
-    /// Image, clock and patch.
+    /// Image, clock and patch of the board.
     pub identity: Identity,
-    /// The newest record.
+    /// The newest record of the board.
     pub record: Record,
-    /// Pieces of the log that nobody has taken yet.
+    /// Pieces of the log that were not read yet.
     pub log: Vec<Log>,
     heard: Instant,
-    /// Send signs of life while nothing else is sent.
+    /// Whether signs of life are sent while nothing else is sent.
     pub keep_alive: bool,
 }
 
 impl Session {
-    /// Opens a port and waits `patience` for a Palpate board to send a frame. Nothing is sent
-    /// before, so that other devices are not disturbed. Then asks for its identification, which
-    /// changes nothing.
+    /// Opens a port and waits up to `patience` for a frame of a Palpate board. Nothing is sent
+    /// before one arrives, so that other devices are not disturbed. Then the board is asked for its
+    /// identification, which changes nothing.
     ///
     /// # Errors
     /// The port is not available, or there is no Palpate board.
@@ -57,7 +57,7 @@ impl Session {
                 Ok(None) => return Err(PortError::Foreign { port: port.into(), bytes: line.heard_bytes() }),
                 Err(Gone) => return Err(gone(port, None)),
             }
-            // a device that sends without end is no Palpate board either
+            // a device that sends other bytes without end is not a Palpate board
             if begun.elapsed() > patience {
                 return Err(PortError::Foreign { port: port.into(), bytes: line.heard_bytes() });
             }
@@ -80,14 +80,14 @@ impl Session {
         self.line.last_sent()
     }
 
-    /// Frames of the board so far.
+    /// Counts of the frames of the board so far.
     #[must_use]
     pub fn counts(&self) -> Counts {
         self.line.counts()
     }
 
-    /// Asks for the identification; `None` without an answer. Waits for a force that is still
-    /// falling.
+    /// Asks for the identification; returns `None` without an answer. If a force is still falling,
+    /// waits for its end.
     ///
     /// # Errors
     /// The port has disappeared.
@@ -133,11 +133,11 @@ impl Session {
         self.line.send(message).map_err(|Gone| gone(self.line.name(), Some(&self.record)))
     }
 
-    /// The board's next message, if one comes within `wait`; meanwhile the signs of life, if they
-    /// are on.
+    /// Returns the board's next message, if one arrives within `wait`; sends signs of life
+    /// meanwhile, if [`Self::keep_alive`] is set.
     ///
     /// # Errors
-    /// The port has gone, or the board has been silent for two seconds.
+    /// The port has disappeared, or the board has been silent for two seconds.
     pub fn next(&mut self, wait: Duration) -> Result<Option<FromBoard>, PortError> {
         let begun = Instant::now();
         loop {
@@ -165,10 +165,10 @@ impl Session {
         }
     }
 
-    /// Requests a stop until the board reports that its outputs are off.
+    /// Repeats the request for a stop until the board reports that its outputs are off.
     ///
     /// # Errors
-    /// The port has gone, or the outputs stay on.
+    /// The port has disappeared, or the outputs stay on.
     pub fn stop(&mut self) -> Result<(), PortError> {
         let off = self.ask(&ToBoard::Ask(HostAsk::Stop), STOPPED, |message| match message {
             FromBoard::Record(record) => (!record.enabled && !runs(&record)).then_some(()),
@@ -205,7 +205,7 @@ fn gone(port: &str, record: Option<&Record>) -> PortError {
     }
 }
 
-/// The force on the device, in words.
+/// Describes the force on the device.
 #[must_use]
 pub fn force_words(record: &Record) -> String {
     let [x, y, z] = record.applied_n;
@@ -219,7 +219,7 @@ pub fn force_words(record: &Record) -> String {
     words
 }
 
-/// Says whether a force acted, and how it ends once the board no longer hears its host.
+/// Says whether a force acted, and how it ends now that the board no longer hears its host.
 fn after(record: &Record) -> String {
     if !record.mode().is_some_and(Mode::allows_force) {
         return "no force acted; plug it in, then `palpate board status` tells".into();
@@ -231,7 +231,7 @@ fn after(record: &Record) -> String {
     )
 }
 
-/// Words for how a board ends the force when it does not hear its host.
+/// Says how a board ends the force when it does not hear its host.
 #[must_use]
 pub fn released_by_itself() -> String {
     let ArmingSettings { silence_ticks, ramp_ticks, .. } = ArmingSettings::DEFAULT;

@@ -26,7 +26,7 @@ impl App {
         controls.choice = choice;
         controls.inside = controls.choice.inside;
         if let (true, Ok(scene)) = (same, controls.choice.scene()) {
-            // the tissue stays as it is, so its own values are restored here
+            // the patch does not change, so no new body restores the sliders: they are set here
             controls.stiffness_kpa = scene.tissue.youngs_modulus_pa as f32 * 1e-3;
             controls.damping_per_s = scene.tissue.node_damping_per_s as f32;
             self.said = (format!("{} is as it began.", controls.title()), false);
@@ -44,8 +44,8 @@ impl App {
         self.choose();
     }
 
-    /// Puts the scene's own nodules into a block, or else the nodule of the sliders, or removes
-    /// them; not while a nodule is searched.
+    /// Puts the scene's own nodules into a block (or the nodule of the sliders if it has none), or
+    /// removes them; does nothing while a nodule is searched for.
     pub(crate) fn put_nodule(&mut self, there: bool) {
         let controls = &mut self.controls;
         if controls.block && controls.exercise.is_none() {
@@ -76,16 +76,16 @@ impl App {
             let nodes = controls.choice.nodes;
             controls.choice = Choice { nodes, ..Choice::preset("block") };
             (controls.shown.springs, controls.shown.cut, controls.inside) = (false, false, Inside::Own);
-            // of the plain block, whatever the scene before had
+            // the plain block has no nodules of its own, unlike the scene before, perhaps
             controls.own.clear();
         }
         self.choose();
     }
 
-    /// The place under the tip is the answer.
+    /// Takes the place under the tip as the answer of the exercise.
     pub(crate) fn answer(&mut self) {
         let place_m = self.pointer.place_m();
-        // before its tissue is there, there is nothing to answer
+        // there is nothing to answer before the tissue of the exercise has appeared
         let Some(search) = self.controls.exercise.take_if(|s| s.begun.is_some()) else { return };
         let place_m = [f64::from(place_m.x), f64::from(place_m.y)];
         let found = search.exercise.judge(place_m, search.peak_n.into(), search.taken_s());
@@ -117,7 +117,7 @@ impl App {
         });
     }
 
-    /// Colours the tissue by another quantity. The contact map is requested only if it is shown.
+    /// Colours the tissue by another quantity. A contact map is requested only while it is shown.
     pub(crate) fn colour(&mut self, colour: Colour) {
         self.controls.shown.colour = colour;
         self.link.send(Request::Map(colour == Colour::Pressure));
@@ -128,7 +128,7 @@ impl App {
         ctx.set_theme(if self.controls.light { egui::Theme::Light } else { egui::Theme::Dark });
     }
 
-    /// A dropped or opened file: a trace or a scene.
+    /// Opens files that were dropped or chosen: traces and scenes.
     pub(crate) fn opened(&mut self, ctx: &egui::Context) {
         for (name, bytes) in self.files.opened(ctx) {
             if bytes.starts_with(&palpate_loop::live::trace::MAGIC) {
@@ -153,7 +153,7 @@ impl App {
         }
     }
 
-    /// The line for a path, on a desktop.
+    /// Shows the line in which a path is typed, on a desktop.
     pub(crate) fn typed(&mut self, ctx: &egui::Context) {
         let Some(path) = &mut self.path else { return };
         let (mut open, mut given) = (true, false);

@@ -1,5 +1,5 @@
-//! The whole screen without a screen: events in, the physics in the same thread on a clock of its
-//! own.
+//! Tests of the whole screen without a display: they send events to the app, and run the physics in
+//! the same thread with a clock of its own.
 
 use std::cell::{Cell, RefCell};
 use std::path::Path;
@@ -12,10 +12,10 @@ use crate::physics::Physics;
 
 mod panel;
 
-/// Positions of the mouse over the site, and over the panel.
+/// Positions of the mouse over the site, and over the panel [points].
 const MIDDLE: Pos2 = pos2(480.0, 250.0);
 const PANEL: Pos2 = pos2(1150.0, 330.0);
-/// A drawn frame [s].
+/// Duration of a drawn frame [s].
 const FRAME_S: f64 = 0.02;
 
 struct Here {
@@ -41,9 +41,9 @@ struct Screen {
     ctx: egui::Context,
     app: App,
     now_s: Rc<Cell<f64>>,
-    /// Texts of the last frame.
+    /// Texts drawn in the last frame.
     texts: Vec<String>,
-    /// Description of the last frame for a screen reader, where that is on.
+    /// The last frame as described for a screen reader, where that is enabled.
     described: Option<egui::accesskit::TreeUpdate>,
 }
 
@@ -75,7 +75,7 @@ impl Screen {
         };
         let app = &mut self.app;
         let mut drawn = self.ctx.run_ui(input, |ui| app.show(ui));
-        // nobody draws; epaint asserts that somebody has
+        // nothing is displayed here, but epaint asserts that the textures were taken
         drawn.textures_delta.clear();
         self.described = drawn.platform_output.accesskit_update.take();
         self.texts = drawn.shapes.iter().filter_map(|clipped| text_of(&clipped.shape)).collect();
@@ -90,7 +90,7 @@ impl Screen {
     }
 
     fn until_active(&mut self) {
-        // and the force is ramped in: under a press it would not grow
+        // the force must also be ramped in, since it does not grow under a press
         let active = |app: &App| words::mode(app.frame.mode).starts_with("active") && app.frame.limiters == 0;
         for _ in 0..200 {
             self.frames(1);
@@ -116,13 +116,13 @@ impl Screen {
         Vector3::from(self.app.frame.force_n).norm()
     }
 
-    /// The pointer over the site of the tissue, wherever its picture has it.
+    /// The pixel of the pointer over the site of the tissue, wherever the picture shows it.
     fn over_the_site(&mut self) -> Pos2 {
         let site_m = Vector3::from(self.app.shape.body.site_m);
         let mut over = MIDDLE;
         for _ in 0..5 {
             self.frame(vec![Event::PointerMoved(over)]);
-            // the same error in both pixels, for the panels' sizes are not known here
+            // the sizes of the panels are unknown here, but their error cancels in the difference
             let lens = self.app.camera.lens(Rect::from_min_size(Pos2::ZERO, vec2(1008.0, 500.0)));
             let pixel = |place_m: &Vector3<f32>| lens.project(place_m).unwrap().0;
             over += pixel(&site_m) - pixel(&self.app.pointer.place_m());
@@ -214,7 +214,7 @@ fn with_a_modifier_a_key_is_somebody_elses() {
 fn beside_the_picture_or_without_a_pointer_there_is_no_force() {
     let folder = tempfile::tempdir().unwrap();
     let mut screen = Screen::block(folder.path());
-    // the tissue extends behind the panel as well
+    // zoomed in, so that the tissue extends behind the panel as well
     (0..12).for_each(|_| screen.key(Key::Plus, Modifiers::NONE));
     for leaves in [Event::PointerMoved(PANEL), Event::PointerGone] {
         screen.frame(vec![Event::PointerMoved(MIDDLE)]);
@@ -241,7 +241,7 @@ fn a_recording_is_kept_whatever_ends_it() {
     assert!(said.starts_with("The recording ended with the change. Wrote") && said.contains("live-1.trace"), "{said}");
     let first = file("live-1.trace").unwrap();
 
-    // a window after it, closed while it records
+    // another window is closed while it records
     let mut screen = Screen::block(folder.path());
     screen.key(Key::R, Modifiers::NONE);
     screen.frames(40);
@@ -249,7 +249,7 @@ fn a_recording_is_kept_whatever_ends_it() {
     assert_eq!(file("live-1.trace").unwrap(), first);
     assert!(palpate_loop::live::trace::Trace::read(&file("live-2.trace").unwrap()).unwrap().ticks > 700);
 
-    // its table, and the recording opened by its path
+    // the table of the recording, then the recording opened by its path
     screen.key(Key::X, Modifiers::NONE);
     screen.frames(2);
     assert!(file("live-2.csv").unwrap().starts_with(b"t_s,"), "{:?}", screen.app.said);
@@ -283,7 +283,7 @@ fn a_hold_of_beef_fades_and_a_slide_on_skin_drags() {
     let folder = tempfile::tempdir().unwrap();
     let mut screen = Screen::of(Choice::preset("beef"), folder.path());
     screen.button(true);
-    // 3 mm deep within 0.25 s of the surface, and the force at its longest
+    // the tip goes 3 mm deep within 0.25 s of the surface, where the force is largest
     let peak_n = (0..40).map(|_| (screen.frames(1), screen.force_n()).1).fold(0.0, f32::max);
     screen.frames(150);
     let held_n = screen.force_n();
@@ -323,7 +323,7 @@ fn the_contact_map_comes_when_its_colour_is_chosen() {
     screen.button(true);
     screen.frames(80);
     assert!(screen.force_n() > 0.05 && screen.app.frame.map.is_none(), "{}", screen.app.numbers());
-    // J, then pressure
+    // J colours by volume, and J again by pressure
     (0..2).for_each(|_| screen.key(Key::J, Modifiers::NONE));
     screen.frames(2);
     let map = screen.app.frame.map.clone().unwrap();

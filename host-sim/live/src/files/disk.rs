@@ -1,4 +1,4 @@
-//! A desktop has a folder for what is recorded.
+//! Files of a desktop, which has a folder for recordings.
 
 use std::io::{Error, Write};
 use std::path::Path;
@@ -11,14 +11,14 @@ pub fn keeps_at_once() -> bool {
     true
 }
 
-/// The first number from `least` on that no file of the folder has: recordings of an earlier window
-/// stay.
+/// The first number from `least` on that no file in the folder has, so that recordings of an
+/// earlier window are kept.
 pub fn free(folder: &Path, least: u32) -> u32 {
     let taken = |n: u32| ["trace", "csv", "png"].iter().any(|ending| folder.join(format!("live-{n}.{ending}")).exists());
     (least..u32::MAX).find(|n| !taken(*n)).unwrap_or(least)
 }
 
-/// Writes a file, completely or not at all: a sentence, and whether it is bad news.
+/// Writes a file completely or not at all; returns a sentence, and whether it reports a failure.
 pub fn put(folder: &Path, name: &str, bytes: &[u8]) -> (String, bool) {
     let path = folder.join(name);
     match whole(folder, name, bytes) {
@@ -37,7 +37,7 @@ fn whole(folder: &Path, name: &str, bytes: &[u8]) -> Result<(), Error> {
         .and_then(|mut file| file.write_all(bytes))
         .and_then(|()| std::fs::rename(&part, folder.join(name)));
     if written.is_err() {
-        // it may never have been there
+        // the file may not exist
         let _gone = std::fs::remove_file(&part);
     }
     written
@@ -49,12 +49,12 @@ pub fn fetch(file: &DroppedFileHandle, arrived: &Arrived) {
     }
 }
 
-/// A desktop asks for the path in a line of its own.
+/// Returns `false`: on a desktop the user types the path in a line.
 pub fn choose(_arrived: &Arrived) -> bool {
     false
 }
 
-/// Says why the file could not be read.
+/// Reads a file; if that fails, returns the reason.
 pub fn read(path: &str, arrived: &Arrived) -> Option<String> {
     match std::fs::read(path) {
         Ok(bytes) => {

@@ -1,4 +1,4 @@
-//! A page hands files to the browser, and gets them from it.
+//! Files of a page, which hands them to the browser and receives them from it.
 
 use std::path::Path;
 
@@ -10,12 +10,12 @@ use web_sys::{Document, HtmlAnchorElement, HtmlInputElement};
 
 use super::Arrived;
 
-/// A page asks before it writes.
+/// Returns `false`: a page asks the user before it writes.
 pub fn keeps_at_once() -> bool {
     false
 }
 
-/// A browser never writes over a download.
+/// Returns `least`, since a browser never overwrites a download.
 pub fn free(_folder: &Path, least: u32) -> u32 {
     least
 }
@@ -54,7 +54,7 @@ pub fn fetch(file: &DroppedFileHandle, arrived: &Arrived) {
     });
 }
 
-/// The browser's own chooser.
+/// Opens the browser's file chooser.
 pub fn choose(arrived: &Arrived) -> bool {
     let input = document().and_then(|d| d.create_element("input").ok()).and_then(|e| e.dyn_into::<HtmlInputElement>().ok());
     let Some(input) = input else { return false };

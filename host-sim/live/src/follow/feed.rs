@@ -14,7 +14,7 @@ use super::twin::{Answer, Twin};
 use super::words::length;
 use crate::message::{Body, Frame};
 
-/// Time between two looks at the file: shorter than that between two records.
+/// Time between two reads of the file, shorter than the interval between two records.
 const LOOK: Duration = Duration::from_millis(10);
 
 /// A message to the screen.
@@ -22,13 +22,13 @@ const LOOK: Duration = Duration::from_millis(10);
 pub enum Heard {
     /// Another patch is shown: its body and its name.
     Body(Box<Body>, String),
-    /// Why the patch that was asked for cannot be shown.
+    /// Why the requested patch cannot be shown.
     NoPatch(String),
-    /// State after a look.
+    /// State after a read of the file.
     State(Box<State>),
 }
 
-/// State after a look at the file.
+/// State after a read of the file.
 #[derive(Clone, Debug, Default)]
 pub struct State {
     /// State of the file.
@@ -39,20 +39,20 @@ pub struct State {
     pub row: Option<Row>,
     /// Answer of this machine's patch to that record.
     pub answer: Option<Answer>,
-    /// The picture of the newest record; none if nothing came since the last look.
+    /// Picture of the newest record; `None` if there is no new record since the last read.
     pub frame: Option<Frame>,
-    /// Points of the strips since the last look.
+    /// Points of the strips since the last read.
     pub dots: Vec<Dot>,
-    /// The file began anew: earlier dots belong to another recording.
+    /// Whether the file was started again: earlier points then belong to another recording.
     pub anew: bool,
-    /// Records of this file that were read, and records that are missing in it.
+    /// Number of records that were read from this file, and number that are missing in it.
     pub records: [u64; 2],
 }
 
-/// A record in the strips.
+/// One record in the strips.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dot {
-    /// Time of the board since the first record [s].
+    /// Time on the board's clock since the first record [s].
     pub t_s: f64,
     /// Force on the device [N].
     pub applied_n: f32,
@@ -60,13 +60,13 @@ pub struct Dot {
     pub model_n: f32,
     /// Force of this machine's patch [N].
     pub twin_n: Option<f32>,
-    /// Depth [m].
+    /// Depth of the tip [m].
     pub depth_m: f32,
-    /// Time of the tick [us].
+    /// Duration of the tick [us].
     pub tick_us: Option<f32>,
 }
 
-/// The thread's end in the window.
+/// The window's end of the connection to the thread.
 pub struct Feed {
     heard: Receiver<Heard>,
     refused: Arc<Mutex<Option<String>>>,
@@ -84,18 +84,18 @@ impl Feed {
         Self { heard, refused }
     }
 
-    /// Returns all that came since the last call.
+    /// Returns all messages that came since the last call.
     pub fn poll(&self) -> Vec<Heard> {
         self.heard.try_iter().collect()
     }
 
-    /// Hears nothing any more.
+    /// Closes the connection, so that no message arrives any more.
     #[cfg(test)]
     pub fn silenced(self) -> Self {
         Self { heard: channel().1, ..self }
     }
 
-    /// Line that says why the file is no table of a board's records, while it is none.
+    /// The line that says why the file is not a table of a board's records, as long as it is not.
     #[must_use]
     pub fn refused(&self) -> Arc<Mutex<Option<String>>> {
         Arc::clone(&self.refused)
@@ -118,13 +118,13 @@ fn run(mut follower: Follower, telling: &Sender<Heard>, refused: &Mutex<Option<S
     }
 }
 
-/// File and patch together.
+/// Reads the file and runs the patch beside it.
 pub struct Follower {
     tail: Tail,
     following: Following,
     given: Given,
     twin: Option<Twin>,
-    /// Checksum of the board's patch that the twin was chosen for.
+    /// Checksum of the board's patch for which the twin was chosen.
     chosen_for: Option<u32>,
     body: u32,
     answer: Option<Answer>,
@@ -148,7 +148,7 @@ impl Follower {
         }
     }
 
-    /// Looks at the file once.
+    /// Reads the file once and returns the messages for the screen.
     pub fn look(&mut self, now_s: f64) -> Vec<Heard> {
         let files = self.following.files;
         let steps = self.following.take(self.tail.read(), now_s);
@@ -171,7 +171,7 @@ impl Follower {
         heard
     }
 
-    /// Makes the patch for the board of a record, unless it is there.
+    /// Chooses the patch for the board of a record, unless it is already chosen.
     fn choose(&mut self, row: &Row) -> Option<Heard> {
         if self.chosen_for == Some(row.patch_checksum) {
             return None;
@@ -195,7 +195,7 @@ impl Follower {
 
     fn go(&mut self, step: &Step) -> Dot {
         self.answer = self.twin.as_mut().map(|twin| twin.go(step));
-        // a board that has started anew goes on beside what it did before
+        // the time axis continues when a board has restarted
         self.t_s += f64::from(step.ticks.unwrap_or(RECORD_TICKS)) * 1e-3;
         let row = &step.row;
         Dot {

@@ -1,16 +1,16 @@
-//! State of what is followed: rows in their order, gaps between them, and how old the last one is.
+//! State of the followed file: rows in order, gaps between them, and the age of the last row.
 
 use palpate_loop::board_trace::Row;
 
 use super::tail::Found;
 use crate::message::SILENCE_S;
 
-/// A board sends a record every so many ticks.
+/// Ticks between two records of a board.
 pub const RECORD_TICKS: u32 = 20;
-/// Number of rows that are shown if many are there at once, because the file is older than the
-/// window or the window was busy: those of the last second.
+/// Largest number of rows that are shown from one read: those of the last second. More arrive at
+/// once if the file is older than the window, or if the window was busy.
 const MOST_ROWS: usize = 50;
-/// A tick that is this far ahead of the last one comes from a board that has started anew.
+/// A tick at least this far ahead of the last one comes from a board that has restarted.
 const FAR_TICKS: u32 = 1 << 31;
 
 /// State of the file.
@@ -21,33 +21,33 @@ pub enum Phase {
     Absent,
     /// The file has no record yet.
     Begun,
-    /// Records come.
+    /// Records arrive.
     Live,
-    /// Records came, and none comes any more.
+    /// No record has arrived for a while.
     Silent,
-    /// The file is no table of a board's records, for this reason.
+    /// The file is not a table of a board's records, for this reason.
     Bad(String),
 }
 
-/// A row, and what is known of the time before it.
+/// A row, and the time since the row before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
-    /// The row.
+    /// Record of the board in this row.
     pub row: Row,
-    /// Ticks since the row before; `None` for the first one of a file or of a board that has
-    /// started anew, and after rows that are not shown.
+    /// Ticks since the row before; `None` for the first row of a file or of a board that has
+    /// restarted, and after rows that are not shown.
     pub ticks: Option<u32>,
 }
 
 impl Step {
-    /// Records between this row and the one before that did not come.
+    /// Number of records that are missing between this row and the one before.
     #[must_use]
     pub fn lost(&self) -> u32 {
         self.ticks.map_or(0, |ticks| ticks.saturating_sub(1) / RECORD_TICKS)
     }
 }
 
-/// Sum of the looks at a file.
+/// Accumulated result of all reads of a file.
 #[derive(Debug, Default)]
 pub struct Following {
     last: Option<Row>,
@@ -55,16 +55,16 @@ pub struct Following {
     written_s: f64,
     bad: Option<String>,
     begun: bool,
-    /// Records read of this file.
+    /// Number of records read from this file.
     pub records: u64,
-    /// Records that are missing in this file.
+    /// Number of records that are missing in this file.
     pub lost: u64,
     /// Number of times that a file began.
     pub files: u64,
 }
 
 impl Following {
-    /// Takes a look at the file; returns the rows that are to be shown, in their order.
+    /// Adds the result of a read of the file; returns the rows to show, in their order.
     pub fn take(&mut self, found: Found, now_s: f64) -> Vec<Step> {
         let rows = match found {
             Found::Absent => {
@@ -94,7 +94,7 @@ impl Following {
         let hidden = steps.len().saturating_sub(MOST_ROWS);
         let mut shown = steps.split_off(hidden);
         if let (1.., Some(first)) = (hidden, shown.first_mut()) {
-            // the rows before it are not shown: the way to it is unknown
+            // the rows before it are not shown, so the path of the tip to it is unknown
             first.ticks = None;
         }
         shown
@@ -155,7 +155,7 @@ mod tests {
         assert_eq!(following.phase(9.0), Phase::Begun);
         following.take(found(&[20]), 10.0);
         assert_eq!(following.phase(10.0 + 0.9 * SILENCE_S), Phase::Live);
-        // looks that find nothing new are no records
+        // reads that find nothing new do not count as records
         following.take(found(&[]), 10.7);
         assert_eq!(following.phase(10.0 + 1.1 * SILENCE_S), Phase::Silent);
         assert!((following.silent_s(17.5) - 7.5).abs() < 1e-12);
@@ -178,11 +178,11 @@ mod tests {
         let mut following = Following::default();
         let steps = following.take(anew(&[4_294_967_280, 4, 24, 104, 3, 23], 0), 0.0);
         let ticks: Vec<_> = steps.iter().map(|step| step.ticks).collect();
-        // the counter wraps, three records are lost, the board starts anew
+        // the counter wraps, three records are lost, and the board restarts
         assert_eq!(ticks, [None, Some(20), Some(20), Some(80), None, Some(20)]);
         assert_eq!(steps.iter().map(Step::lost).collect::<Vec<_>>(), [0, 0, 0, 3, 0, 0]);
         assert_eq!((following.records, following.lost), (6, 3));
-        // a gap between two looks at the file is counted, too
+        // a gap between two reads of the file is counted as well
         assert_eq!(following.take(found(&[63]), 0.1)[0].ticks, Some(40));
         assert_eq!(following.lost, 4);
     }

@@ -1,4 +1,4 @@
-//! The panel: figures of the board, of this machine's patch, and the view.
+//! The panel: figures of the board and of this machine's patch, and the view options.
 
 use eframe::egui::{Grid, RichText, Ui};
 
@@ -16,7 +16,7 @@ const COMPUTED: &str = "The shape of the tissue and the force under this heading
 const KEYS: [&str; 3] = ["V cut · S springs · E edge · J colour", "T light, dark · P picture", "+ - zoom · Home: reset the view"];
 
 fn vector(numbers: [f32; 3], factor: f32, digits: usize) -> String {
-    // a part that is rounded away has no sign
+    // a part that is rounded to zero has no sign
     let least = 0.5 * 0.1_f32.powi(digits as i32);
     let round = |n: f32| if n.abs() < least { 0.0 } else { n };
     numbers.map(|n| format!("{:.*}", digits, round(n * factor))).join(", ")

@@ -1,4 +1,4 @@
-//! The patch that this machine runs beside the board: the board's own where its file is known.
+//! The patch that this machine runs beside the board: the board's own if its file is known.
 
 use std::path::Path;
 
@@ -14,10 +14,10 @@ const SHIPPED: [(&str, &[u8]); 4] = [
     ("nodule-m7-480", include_bytes!("../../../../firmware/patches/nodule-m7-480.patch")),
 ];
 
-/// Patch that the user gave.
+/// The patch that the user named.
 #[derive(Clone, Debug)]
 pub enum Given {
-    /// Nothing was given: the board's own patch is taken, if it is one that ships.
+    /// No patch was named: the board's own patch is used, if it is one that ships.
     Nothing,
     /// The patch of a scene.
     Scene(Choice),
@@ -26,10 +26,10 @@ pub enum Given {
 }
 
 impl Given {
-    /// Reads and checks what the command line names.
+    /// Reads and checks the scene or patch that the command line names.
     ///
     /// # Errors
-    /// One line: which file, why, and how to fix it.
+    /// One line: the file, the reason, and the fix.
     pub fn of(scene: Option<&str>, patch: Option<&Path>) -> Result<Self, String> {
         if let Some(path) = patch {
             let place = path.display();
@@ -44,10 +44,10 @@ impl Given {
         Ok(Self::Scene(choice))
     }
 
-    /// Makes the patch to show for a board with a patch of this checksum.
+    /// Prepares the patch to show for a board whose patch has this checksum.
     ///
     /// # Errors
-    /// A scene that cannot be used, with the reason in one line.
+    /// The scene cannot be used; the reason is one line.
     pub fn chosen(&self, board: u32) -> Result<Chosen, String> {
         match self {
             Self::File(name, bytes) => Chosen::packed(name, bytes),
@@ -63,9 +63,9 @@ impl Given {
 /// A patch to show.
 #[derive(Clone, Debug)]
 pub struct Chosen {
-    /// The patch.
+    /// The tissue with this patch.
     pub tissue: LiveTissue,
-    /// Scene that the patch was made from.
+    /// Scene from which the patch was made, if any.
     pub choice: Option<Choice>,
     /// Name for the user.
     pub name: String,

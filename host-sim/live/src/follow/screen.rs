@@ -26,23 +26,23 @@ const DIM: Color32 = Color32::from_rgba_premultiplied(20, 24, 30, 190);
 /// Everything on the screen.
 pub struct Follow {
     pub(super) feed: Feed,
-    /// File that is followed, as the user named it.
+    /// File that is followed, with the path that the user gave.
     pub(super) path: String,
     pub(super) state: State,
-    /// Time of the thread's last message [s].
+    /// Time of the last message from the thread [s].
     heard_s: f64,
     begun: Instant,
     pub(super) shape: DrawnBody,
-    /// Name of this machine's patch; why there is none.
+    /// Name of this machine's patch, or why there is none.
     pub(super) patch: Result<String, String>,
     frame: Frame,
     pub(super) camera: Camera,
     pub(super) shown: Shown,
     strips: Strips,
     pub(super) files: Files,
-    /// The last sentence about a file of this window, and whether it is bad news.
+    /// The last sentence about a file of this window, and whether it reports a failure.
     pub(super) said: (String, bool),
-    /// Largest width of anything in the panel.
+    /// Whether the panel's contents fit into its width.
     panel_fits: bool,
 }
 
@@ -108,7 +108,7 @@ impl Follow {
         }
     }
 
-    /// State of the file; silent as well where this machine is too busy to look.
+    /// State of the file; it counts as silent also if this machine is too busy to read it.
     pub(super) fn phase(&self) -> Phase {
         match &self.state.phase {
             Phase::Live if self.now_s() - self.heard_s > SILENCE_S => Phase::Silent,
@@ -120,12 +120,12 @@ impl Follow {
         self.state.silent_s + (self.now_s() - self.heard_s)
     }
 
-    /// The record that is present: none where records do not come any more.
+    /// The current record; `None` if records no longer arrive.
     pub(super) fn present(&self) -> Option<&Row> {
         self.state.row.as_ref().filter(|_| self.phase() == Phase::Live)
     }
 
-    /// Returns the shown state in numbers, as JSON: for scripts that drive it.
+    /// Returns the displayed state in numbers, as JSON, for scripts that drive the window.
     #[must_use]
     pub fn numbers(&self) -> serde_json::Value {
         let (row, answer) = (self.present(), self.state.answer);
@@ -144,7 +144,7 @@ impl Follow {
         })
     }
 
-    /// The picture: without a force where none is present.
+    /// Frame to draw, with no force if there is no current record.
     fn drawn(&self) -> Frame {
         let force_n = if self.present().is_some() { self.frame.force_n } else { [0.0; 3] };
         Frame { force_n, ..self.frame.clone() }
@@ -173,7 +173,8 @@ impl Follow {
         });
     }
 
-    /// Says why nothing is present: bad news only where something was there before.
+    /// Says why there is no current record, in the colour of a failure only if there was one
+    /// before.
     pub(super) fn absence(&self, ui: &mut Ui) {
         let phase = self.phase();
         if let Some([says, _]) = words::absence(&phase, self.silent_s(), &self.path) {
@@ -271,7 +272,7 @@ impl Follow {
     }
 }
 
-/// Draws two sentences over a picture that shows nothing current.
+/// Draws two sentences over a picture that is not current.
 fn over(painter: &egui::Painter, rect: Rect, [says, how]: &[String; 2]) {
     let font = |size| FontId::proportional(size);
     let width = (rect.width() - 60.0).max(80.0);

@@ -1,4 +1,4 @@
-//! Strips of the last seconds: a dot per record, for nothing was measured between two.
+//! Strips of the last seconds, with one dot per record: nothing was measured between two records.
 
 use std::collections::VecDeque;
 
@@ -8,10 +8,10 @@ use egui_plot::{Line, LineStyle, PlotPoints, Points};
 use super::feed::Dot;
 use crate::strips::{SPAN_S, still_plot};
 
-/// Force of this machine's patch.
+/// Colour of the force of this machine's patch.
 const HERE: Color32 = Color32::from_rgb(120, 120, 130);
 
-/// The last seconds before the last record.
+/// Records of the last seconds before the newest record.
 #[derive(Debug, Default)]
 pub struct Strips {
     dots: VecDeque<Dot>,
@@ -20,11 +20,11 @@ pub struct Strips {
 struct Strip {
     title: &'static str,
     value: fn(&Dot) -> Option<f32>,
-    /// Result of this machine, drawn as a dashed line.
+    /// Value computed on this machine, drawn as a dashed line.
     here: Option<fn(&Dot) -> Option<f32>>,
     colour: Color32,
     factor: f64,
-    /// The scale is at least this high.
+    /// Least upper end of the scale.
     least: f64,
     digits: usize,
 }
@@ -83,7 +83,7 @@ impl Strips {
         self.dots.clear();
     }
 
-    /// Records that are shown.
+    /// Number of records that are shown.
     #[must_use]
     pub fn len(&self) -> usize {
         self.dots.len()
@@ -93,7 +93,7 @@ impl Strips {
         self.dots.back().map_or(0.0, |dot| dot.t_s)
     }
 
-    /// Draws the strips side by side; `live` is false where the last value is an old one.
+    /// Draws the strips side by side; `live` is false if the newest value is no longer current.
     pub fn show(&self, ui: &mut Ui, live: bool) {
         let (width, height) = (ui.available_width() / STRIPS.len() as f32 - 8.0, ui.available_height());
         if width < 40.0 || height < 40.0 {

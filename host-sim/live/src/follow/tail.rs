@@ -1,4 +1,4 @@
-//! Rows of a table that another program is writing, as they come.
+//! Reads the rows of a table while another program writes it.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
@@ -7,46 +7,46 @@ use std::time::{Duration, SystemTime};
 
 use palpate_loop::board_trace::{Columns, Row};
 
-/// Bytes before the place read up to that are compared again: in a file that was replaced they are
-/// others.
+/// Number of bytes before the position read so far that are compared again: they differ if the file
+/// was replaced.
 const KEPT: usize = 512;
 
-/// Outcome of a look at the file.
+/// Outcome of a read of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Found {
     /// The file does not exist.
     Absent,
-    /// The file has these rows.
+    /// The file has these new rows.
     Rows(Rows),
-    /// It is no table of a board's records: file and line, why, and how to fix it.
+    /// The file is not a table of a board's records: file and line, the reason, and the fix.
     Bad(String),
 }
 
-/// Rows that came since the last look.
+/// Rows that were added since the last read.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rows {
-    /// The file is another than at the last look, or begins anew.
+    /// Whether the file was replaced since the last read, or started again.
     pub anew: bool,
-    /// Whole rows alone, in their order.
+    /// Complete rows only, in their order.
     pub rows: Vec<Row>,
     /// Time since the file was last written to.
     pub age: Duration,
 }
 
-/// Place in a growing file.
+/// Position in a growing file.
 #[derive(Debug)]
 pub struct Tail {
     path: PathBuf,
-    /// Bytes read so far.
+    /// Number of bytes read so far.
     offset: u64,
-    /// The last of these bytes.
+    /// The last of the bytes read so far.
     kept: Vec<u8>,
-    /// A line whose end is not there yet.
+    /// Beginning of a line that is not complete yet.
     part: Vec<u8>,
-    /// Lines read so far.
+    /// Number of lines read so far.
     lines: u64,
     columns: Option<Columns>,
-    /// A line that cannot be read: nothing behind it is read until the file begins anew.
+    /// Error of a line that cannot be read; nothing after it is read until the file starts again.
     bad: Option<String>,
 }
 
@@ -57,7 +57,7 @@ impl Tail {
         Self { path: path.into(), offset: 0, kept: Vec::new(), part: Vec::new(), lines: 0, columns: None, bad: None }
     }
 
-    /// Reads on.
+    /// Reads the new rows.
     pub fn read(&mut self) -> Found {
         match self.look() {
             Ok(Some(mut found)) => {
@@ -78,7 +78,7 @@ impl Tail {
         }
     }
 
-    /// New bytes of the file; `None` if there is none.
+    /// New bytes of the file; `None` if there is no file.
     fn look(&self) -> std::io::Result<Option<Came>> {
         let file = match File::open(&self.path) {
             Err(why) if why.kind() == ErrorKind::NotFound => return Ok(None),
@@ -88,7 +88,7 @@ impl Tail {
         if about.is_dir() {
             return Err(std::io::Error::other("it is a folder"));
         }
-        // a clock that is behind the file's is no reason to doubt the file
+        // the file's time may be ahead of this machine's clock: its age is then zero
         let age = about.modified().ok().and_then(|at| SystemTime::now().duration_since(at).ok()).unwrap_or_default();
         let came = |bytes, anew| Ok(Some(Came { bytes, anew, age }));
         if about.len() == self.offset && self.offset > 0 && self.kept == bytes_from(&file, self.kept_from(), self.offset)? {

@@ -1,8 +1,8 @@
-//! This machine's patch at the tips that a board measured: the shape of the tissue, and a force to
-//! compare the board's with.
+//! This machine's patch, moved along the tips that a board measured: it gives the shape of the
+//! tissue, and a force to compare with the board's.
 //!
-//! Between two records nothing was measured. The patch goes straight from one tip to the next, a
-//! tick of its own per tick of the board; its force is that at the measured tip.
+//! Nothing was measured between two records. The patch moves straight from one tip to the next,
+//! with one tick per tick of the board; its force is that at the measured tip.
 
 use palpate::haptic::cycle::Renderer;
 use palpate::haptic::mode::Mode;
@@ -16,50 +16,54 @@ use crate::message::Frame;
 
 type V = Vector3<f32>;
 
-/// Ticks of the way to a tip whose past is unknown, and the most of the way between two records.
+/// Ticks of the approach to a tip whose past is unknown, and largest number of ticks between two
+/// records.
 const WAY_TICKS: u32 = 200;
-/// Records after an unknown part of the way until the patch has forgotten it.
+/// Number of records after an unknown part of the path until the patch has forgotten it.
 const SETTLING: u32 = 10;
 
-/// Reason for which two forces are not compared.
+/// Reason why the two forces are not compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Apart {
     /// The board's patch does not run in this mode.
     Rests,
-    /// It is another patch than the board's.
+    /// This machine's patch is not the board's.
     OtherPatch,
-    /// The board's Young's modulus [Pa] is none that this patch can have.
+    /// This machine's patch cannot have the board's Young's modulus [Pa].
     Modulus(f32),
-    /// Part of the way to this tip is unknown: the first records, or after lost ones.
+    /// Part of the path to this tip is unknown: these are the first records, or the first ones
+    /// after a gap.
     UnknownWay,
-    /// Board or patch saw the tip elsewhere: too fast, or begun inside the tissue.
+    /// Board or patch was shown another tip than the measured one, since the tip was too fast or
+    /// began inside the tissue.
     HeldBack,
-    /// The patch stopped here.
+    /// This machine's patch stopped with a fault.
     Stopped,
 }
 
 /// Answer of this machine's patch to a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
-    /// Force of the patch in the frame of the device [N]; none where the patch gives no answer.
+    /// Force of the patch in the frame of the device [N]; `None` if the patch gives no answer.
     pub force_n: Option<[f32; 3]>,
-    /// Length of the difference from the force of the board's patch [N], or why there is none.
+    /// Magnitude of the difference from the force of the board's patch [N], or why they are not
+    /// compared.
     pub differs_n: Result<f32, Apart>,
 }
 
-/// The patch, placed under the device as on the board.
+/// The patch, placed under the device as it is on the board.
 pub struct Twin {
     tissue: LiveTissue,
     placement: Placement,
     checksum: Option<u32>,
-    /// Tip in the frame of the device [m]; none at rest.
+    /// Tip in the frame of the device [m]; `None` for a patch at rest.
     tip_m: Option<V>,
     settling: u32,
     output: Output,
 }
 
 impl Twin {
-    /// Puts the chosen patch to rest.
+    /// Creates the twin of the chosen patch, at rest.
     #[must_use]
     pub fn of(chosen: Chosen) -> Self {
         let Chosen { tissue, checksum, .. } = chosen;
@@ -73,17 +77,17 @@ impl Twin {
         (self.tip_m, self.output) = (None, Output::NONE);
     }
 
-    /// Goes on to the tip of a record.
+    /// Moves to the tip of a record.
     pub fn go(&mut self, step: &Step) -> Answer {
         let row = &step.row;
         let runs = Mode::ALL.get(usize::from(row.mode)).is_some_and(|mode| mode.runs_patch());
         if !runs {
-            // as on the board, whose patch is put to rest before it runs again
+            // on the board, too, the patch is put to rest before it runs again
             self.forget();
             return Answer { force_n: None, differs_n: Err(Apart::Rests) };
         }
         if row.limited_by(ClampFlags::BURIED) {
-            // the board's patch gives no force before the tip has been outside
+            // the board's patch gives no force until the tip has been outside
             self.forget();
             return Answer { force_n: None, differs_n: Err(Apart::HeldBack) };
         }
@@ -95,7 +99,8 @@ impl Twin {
         let (from_m, ticks) = match (known, step.ticks) {
             (Some(from_m), Some(ticks)) => (from_m, ticks.clamp(1, WAY_TICKS)),
             _ => {
-                // the tip comes from straight above: a patch that begins inside would give no force
+                // the tip approaches from straight above: a patch whose tip begins inside would
+                // give no force
                 self.forget();
                 (to_m + V::z() * (row.depth_m.max(0.0) + CLEAR_M as f32), WAY_TICKS)
             }
@@ -107,7 +112,7 @@ impl Twin {
             self.output = self.tissue.render(self.placement.pose_to_patch(ProbePose { tip_m: at_m }));
             limiters.set(self.output.limiters);
         }
-        // a patch that has stopped begins anew with the next record
+        // a patch that has stopped begins again with the next record
         self.tip_m = self.output.fault.is_none().then_some(to_m);
         let stopped = self.output.fault.is_some();
         let force_n = self.placement.turn_to_device(self.output.force_n);
@@ -123,15 +128,15 @@ impl Twin {
         Answer { force_n: (!stopped).then(|| force_n.into()), differs_n }
     }
 
-    /// Takes the board's modulus; false if that cannot be.
+    /// Sets the board's modulus; returns false if the patch cannot have it.
     fn tune(&mut self, row: &Row) -> bool {
         let params = *self.tissue.params();
         let youngs_modulus_pa = row.youngs_modulus_pa;
         params.youngs_modulus_pa == youngs_modulus_pa || self.tissue.retune(Params { youngs_modulus_pa, ..params }).is_ok()
     }
 
-    /// The picture: the board's tip and force, in the frame of the patch, and the nodes of this
-    /// patch.
+    /// The picture in the frame of the patch: the board's tip and force, and the nodes of this
+    /// machine's patch.
     #[must_use]
     pub fn frame(&self, row: &Row, body: u32) -> Frame {
         let tip_m = self.placement.to_patch(row.tip_m.into());

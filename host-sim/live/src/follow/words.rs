@@ -1,4 +1,4 @@
-//! State of a board and of its comparison in words.
+//! The state of a board, and its comparison with this machine's patch, in words.
 
 use palpate::haptic::mode::Mode;
 use palpate_loop::board_trace::Row;
@@ -6,7 +6,7 @@ use palpate_loop::board_trace::Row;
 use super::following::Phase;
 use super::twin::Apart;
 
-/// Mode of the board.
+/// Name of the board's mode with this number.
 #[must_use]
 pub fn mode(number: u8) -> &'static str {
     match Mode::ALL.get(usize::from(number)) {
@@ -21,7 +21,7 @@ pub fn mode(number: u8) -> &'static str {
     }
 }
 
-/// A time span [s].
+/// A time span [s] in a suitable unit.
 #[must_use]
 pub fn span(s: f64) -> String {
     match s {
@@ -32,7 +32,7 @@ pub fn span(s: f64) -> String {
     }
 }
 
-/// Reason for which nothing of the board is present, and what to do; `None` while records come.
+/// Why there is no current record, and what to do about it; `None` while records arrive.
 #[must_use]
 pub fn absence(phase: &Phase, silent_s: f64, path: &str) -> Option<[String; 2]> {
     let arm = format!("palpate board arm --stream {path} --port PORT");
@@ -49,7 +49,7 @@ pub fn absence(phase: &Phase, silent_s: f64, path: &str) -> Option<[String; 2]> 
     }
 }
 
-/// Force of the board in numbers; a dash while none is present.
+/// Force of the board with its unit; a dash if there is no current record.
 #[must_use]
 pub fn force(row: Option<&Row>, of: fn(&Row) -> [f32; 3]) -> String {
     row.map_or_else(|| "-".into(), |row| format!("{:.3} N", length(of(row))))
@@ -61,11 +61,11 @@ pub fn length(vector: [f32; 3]) -> f32 {
     vector.iter().map(|part| part * part).sum::<f32>().sqrt()
 }
 
-/// A sentence on the difference of the two forces: how large it is, absolutely and as a share, or
-/// why it is not known.
+/// A sentence on the difference of the two forces: its value, absolute and relative, or why it is
+/// not known.
 #[must_use]
 pub fn difference(differs_n: Result<f32, Apart>, model_n: f32) -> String {
-    /// A share of less than this says nothing [N].
+    /// Least force for which the relative difference is given [N].
     const LEAST_N: f32 = 0.01;
     match differs_n {
         Ok(differs_n) if model_n >= LEAST_N => {

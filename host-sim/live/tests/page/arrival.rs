@@ -1,5 +1,5 @@
-//! Loading of the page: from servers of several kinds, or failing. If it fails, a sentence gives
-//! the reason, and the page does not "prepare" indefinitely.
+//! Loading of the page, from servers of several kinds. If it fails, the page gives the reason, and
+//! does not stay at "Preparing the tissue" for ever.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use crate::driver::{Browser, serve};
 use crate::{MIDDLE, active, empty, let_go, page, press, repeated, until};
 
-/// The page's sentence, once it is not the first any more.
+/// The sentence that the page shows, once it is no longer the first one.
 fn sentence(browser: &mut Browser) -> String {
     let end = Instant::now() + Duration::from_secs(20);
     loop {
@@ -22,10 +22,10 @@ fn sentence(browser: &mut Browser) -> String {
     }
 }
 
-/// Content that a file gets; `None` takes the file away.
+/// Maps the content of a file to its new content; `None` removes the file.
 type Change<'a> = &'a dyn Fn(Vec<u8>) -> Option<Vec<u8>>;
 
-/// The page's folder with one file changed.
+/// A copy of the page's folder with one file changed.
 fn changed(folder: &Path, name: &str, change: Change) -> tempfile::TempDir {
     let copy = tempfile::tempdir().unwrap();
     for file in std::fs::read_dir(folder).unwrap().flatten() {
@@ -52,7 +52,7 @@ fn as_one_file_the_page_needs_no_server() {
         println!("skipped: PALPATE_LIVE_ONE_FILE names no file: host-sim/live/test makes it");
         return;
     };
-    // alone: nothing is taken from beside it
+    // the file is in a folder of its own, so nothing beside it can be loaded
     let alone = tempfile::tempdir().unwrap();
     let page = alone.path().join("page.html");
     std::fs::copy(file, &page).unwrap();
@@ -94,7 +94,7 @@ fn a_page_that_cannot_start_says_why() {
     }
 }
 
-/// The module of a page whose worker fails, in a promise, as it starts.
+/// The page's script, with a worker that fails in a promise as it starts.
 fn planted(bytes: Vec<u8>) -> Option<Vec<u8>> {
     let script = String::from_utf8(bytes).unwrap();
     let failing = script.replace("await init(", "throw new Error('planted'); await init(");

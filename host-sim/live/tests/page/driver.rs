@@ -1,4 +1,4 @@
-//! A browser through the protocol of `chromedriver` (W3C `WebDriver`), and a server for the page's
+//! Drives a browser through the protocol of `chromedriver` (W3C `WebDriver`), and serves the page's
 //! folder.
 
 use std::io::{Read, Write};
@@ -60,7 +60,7 @@ impl Browser {
         self.command("POST", "/url", Some(&json!({"url": url})));
     }
 
-    /// Numbers that the page shows.
+    /// Displayed state of the page, in numbers.
     pub fn shown(&mut self) -> Value {
         self.run("return window.palpate ? window.palpate.shown() : {said: document.body.innerText};")
     }
@@ -76,7 +76,7 @@ impl Browser {
         bytes.as_array().unwrap().iter().map(|b| b.as_u64().unwrap() as u8).collect()
     }
 
-    /// Moves the mouse; presses its button, or lets go.
+    /// Moves the mouse, and presses its button or releases it.
     pub fn mouse(&mut self, x: u32, y: u32, down: Option<bool>) {
         let mut steps = vec![json!({"type": "pointerMove", "duration": 50, "x": x, "y": y})];
         if let Some(down) = down {
@@ -86,12 +86,12 @@ impl Browser {
         self.command("POST", "/actions", Some(&json!({"actions": [mouse]})));
     }
 
-    /// Commands of the browser's own protocol.
+    /// Sends a command of the browser's own protocol.
     pub fn devtools(&mut self, command: &str, parameters: &Value) -> Value {
         self.command("POST", "/goog/cdp/execute", Some(&json!({"cmd": command, "params": parameters})))
     }
 
-    /// Puts another tab in front of the page, for a while.
+    /// Puts another tab in front of the page for a number of seconds.
     pub fn behind_another_tab(&mut self, seconds: u64) {
         let page = self.command("GET", "/window", None);
         let other = self.command("POST", "/window/new", Some(&json!({"type": "tab"})));
@@ -101,7 +101,7 @@ impl Browser {
         self.command("POST", "/window", Some(&json!({"handle": page})));
     }
 
-    /// Calls so far.
+    /// Number of calls of the driver so far.
     pub fn calls(&self) -> u32 {
         self.calls
     }
@@ -123,7 +123,7 @@ impl Browser {
         processes.filter_map(|p| one(p.path())).sum::<f64>() * 1e-3
     }
 
-    /// A file is dropped on the picture.
+    /// Drops a file on the picture.
     pub fn drop_file(&mut self, name: &str, bytes: &[u8]) {
         let script = "const files = new DataTransfer();
             files.items.add(new File([new Uint8Array(arguments[1])], arguments[0]));
@@ -144,13 +144,13 @@ impl Browser {
         std::thread::sleep(Duration::from_millis(200));
     }
 
-    /// The picture, as PNG.
+    /// Screenshot of the page, as PNG.
     pub fn screenshot(&mut self) -> Vec<u8> {
         let text = self.command("GET", "/screenshot", None);
         base64(text.as_str().unwrap())
     }
 
-    /// The value of a script in the page.
+    /// Runs a script in the page and returns its value.
     pub fn run(&mut self, script: &str) -> Value {
         self.command("POST", "/execute/sync", Some(&json!({"script": script, "args": []})))
     }
@@ -179,8 +179,8 @@ impl Browser {
 }
 
 impl Drop for Browser {
-    /// The driver ends its browser; one that was left would go on drawing. No panic during a panic:
-    /// errors here are ignored.
+    /// Makes the driver end its browser, which would otherwise go on drawing. Errors are ignored,
+    /// since a panic during a panic would abort.
     fn drop(&mut self) {
         if let (false, Ok(mut stream)) = (self.session.is_empty(), TcpStream::connect(("127.0.0.1", self.port))) {
             let head = format!("DELETE /session/{} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n", self.session);
@@ -193,7 +193,7 @@ impl Drop for Browser {
     }
 }
 
-/// The body of an answer, of the length given in its header.
+/// Body of a response, with the length that its header gives.
 fn whole(stream: &mut TcpStream) -> Vec<u8> {
     let (mut all, mut part) = (Vec::new(), [0; 65536]);
     loop {
@@ -226,8 +226,8 @@ fn base64(text: &str) -> Vec<u8> {
     digits.chunks(4).flat_map(bytes).collect()
 }
 
-/// Serves a folder and returns its address. A server that knows `.gz` sets the header, and the
-/// browser unpacks it before the page receives it.
+/// Serves a folder and returns its address. If `knows_gz` is set, the server sends the header of
+/// compressed content for `.gz` files, and the browser unpacks them before the page receives them.
 pub fn serve(folder: &Path, knows_gz: bool) -> String {
     let folder = folder.to_path_buf();
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();

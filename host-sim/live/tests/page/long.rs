@@ -1,5 +1,5 @@
-//! Minutes of use by a script, in which memory does not grow, and the page's own counters. By
-//! `host-sim/live/test minutes` alone.
+//! Minutes of use by a script, during which memory and the page's own counters must not grow. Only
+//! `host-sim/live/test minutes` runs this test.
 
 use std::time::{Duration, Instant};
 
@@ -8,12 +8,12 @@ use serde_json::{Value, json};
 use crate::driver::Browser;
 use crate::{MIDDLE, active, let_go, number, page, press, says, until};
 
-/// Memory that each call of the driver leaves in the page's JavaScript, also where nobody touches
-/// it [MB].
+/// Memory that each call of the driver leaves in the page's JavaScript, even if nothing touches the
+/// page [MB].
 const LEFT_BY_A_CALL_MB: f64 = 0.7e-3;
 
-/// Megabytes after the collector ran: the page's JavaScript without what the driver left there; all
-/// of the page's processes by the system's account.
+/// Memory after garbage collection [MB]: of the page's JavaScript, without the memory that the
+/// driver left there, and of all processes of the page as the system counts it.
 fn memory_mb(browser: &mut Browser) -> [f64; 2] {
     browser.devtools("HeapProfiler.enable", &json!({}));
     browser.devtools("HeapProfiler.collectGarbage", &json!({}));

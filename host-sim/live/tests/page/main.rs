@@ -1,8 +1,8 @@
-//! The page in a real browser, driven by mouse and keys through `chromedriver`: it loads, is
-//! pressed, gives, stiffens, records and replays.
+//! The page in a real browser, driven by mouse and keys through `chromedriver`: the page loads, and
+//! the tissue yields to a press, is stiffened, and is recorded and replayed.
 //!
-//! Skipped, saying so, where `chromedriver` and `chromium` are not installed or the page is not
-//! built (`PALPATE_LIVE_PAGE` names its folder).
+//! The tests are skipped, with a message, if `chromedriver` or `chromium` is not installed, or if
+//! the page is not built (`PALPATE_LIVE_PAGE` names its folder).
 
 mod arrival;
 mod driver;
@@ -19,7 +19,7 @@ use palpate_loop::live::trace::Trace;
 use palpate_loop::live::{Choice, Holding, Live};
 use serde_json::Value;
 
-/// The pixel over the site.
+/// Pixel of the site.
 const MIDDLE: [u32; 2] = [504, 200];
 
 fn until(browser: &mut Browser, what: &str, seconds: u64, holds: impl Fn(&Value) -> bool) -> Value {
@@ -46,7 +46,7 @@ fn active(browser: &mut Browser) -> Value {
     until(browser, "the loop is active", 30, |s| s["mode"].as_str().is_some_and(|m| m.starts_with("active")))
 }
 
-/// The page, loaded and armed; `None`, saying why, where there is nothing to test it with.
+/// The page, loaded and armed; `None`, with a message, if the browser or the page is missing.
 fn page() -> Option<(Browser, PathBuf)> {
     let (mut browser, folder) = empty()?;
     browser.go(&driver::serve(&folder, false));
@@ -54,7 +54,8 @@ fn page() -> Option<(Browser, PathBuf)> {
     Some((browser, folder))
 }
 
-/// A browser that shows nothing yet, and the page's folder.
+/// A browser that shows nothing yet, and the page's folder; `None`, with a message, if one is
+/// missing.
 fn empty() -> Option<(Browser, PathBuf)> {
     let Some(folder) = std::env::var_os("PALPATE_LIVE_PAGE").map(PathBuf::from) else {
         println!("skipped: PALPATE_LIVE_PAGE names no page: palpate live --page --no-serve builds it");
@@ -67,7 +68,7 @@ fn empty() -> Option<(Browser, PathBuf)> {
     Some((browser, folder))
 }
 
-/// A press with the mouse until the tissue is `depth_m` deep.
+/// Presses with the mouse until the tip is `depth_m` deep in the tissue.
 fn press(browser: &mut Browser, [x, y]: [u32; 2], depth_m: f64) -> Value {
     browser.mouse(x, y, Some(true));
     until(browser, "a press", 30, |s| number(s, "depth_m") > depth_m - 1e-4 && number(s, "force_n") > 0.02)
@@ -78,7 +79,7 @@ fn let_go(browser: &mut Browser, [x, y]: [u32; 2]) {
     until(browser, "let go", 20, |s| number(s, "force_n") == 0.0);
 }
 
-/// Repeats a recording on this machine: what the page recorded has the desktop's bits.
+/// Replays a recording of the page on this machine, which must compute the same bits.
 fn repeated(trace: &[u8]) -> Replayed {
     let again = replay(&Trace::read(trace).unwrap()).unwrap();
     assert_eq!(again.differs, None, "the browser's bits are not this machine's");
@@ -95,7 +96,7 @@ fn the_page_is_pressed_and_replays_its_own_bits() {
     let ready = browser.seconds_since_load();
     let rest = browser.screenshot();
 
-    // the mouse presses; the tissue gives, in numbers and in pixels
+    // the mouse presses, and the tissue yields, in numbers and in pixels
     browser.mouse(MIDDLE[0], MIDDLE[1], Some(true));
     let soft = until(&mut browser, "force", 20, |s| number(s, "depth_m") > 2.9e-3);
     println!("ready {ready:.2} s after load; first touch {} s", soft["first_touch_s"]);
@@ -105,17 +106,17 @@ fn the_page_is_pressed_and_replays_its_own_bits() {
     browser.mouse(MIDDLE[0], MIDDLE[1], Some(false));
     until(&mut browser, "let go", 20, |s| number(s, "force_n") == 0.0);
 
-    // stiffer by the key, then pressed again
+    // the tissue is stiffened by the key, then pressed again
     (0..3).for_each(|_| browser.key("]"));
     browser.mouse(MIDDLE[0], MIDDLE[1], Some(true));
     let stiff = until(&mut browser, "stiffer force", 20, |s| number(s, "depth_m") > 2.9e-3);
     assert!(number(&stiff, "force_n") > 1.5 * number(&soft, "force_n"), "{stiff}");
-    // the mouse leaves the window: the force goes
+    // the mouse leaves the window: the force ends
     browser.mouse(1200, 400, None);
     until(&mut browser, "no force beside the tissue", 20, |s| number(s, "force_n") == 0.0);
     browser.mouse(1200, 400, Some(false));
 
-    // a recording, replayed in the page
+    // a recording is replayed in the page
     browser.key("r");
     until(&mut browser, "recording", 20, |s| s["recorded_ticks"].as_u64().is_some_and(|t| t > 800));
     browser.mouse(MIDDLE[0], MIDDLE[1], Some(true));
@@ -133,7 +134,7 @@ fn the_page_is_pressed_and_replays_its_own_bits() {
         std::fs::write(folder.join("page.trace"), &trace).unwrap();
     }
 
-    // and one of this machine, dropped on the page
+    // a recording of this machine is dropped on the page
     browser.drop_file("mine.trace", &recorded_here());
     let same = until(&mut browser, "a trace of this machine", 60, |s| says(s, "Replayed 1.2 s"));
     assert!(says(&same, "every bit the same") && same["refused"] == false, "{same}");

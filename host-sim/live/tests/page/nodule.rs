@@ -7,10 +7,10 @@ use serde_json::Value;
 use crate::driver::Browser;
 use crate::{MIDDLE, active, let_go, number, page, press, says, until};
 
-/// Pixels of places on the surface: from the displacement of the tip over a few pixels, corrected
-/// by the tip's resulting place.
+/// Maps positions on the surface to pixels: from the displacement of the tip over a few pixels,
+/// corrected by the tip's resulting position.
 struct Map {
-    /// A pixel to the right, a pixel down [m].
+    /// Displacement of the tip per pixel to the right, and per pixel down [m].
     per_pixel_m: [[f64; 2]; 2],
 }
 
@@ -24,7 +24,7 @@ impl Map {
         Self { per_pixel_m: [per(right), per(down)] }
     }
 
-    /// Moves the mouse to a place and returns its pixel.
+    /// Moves the mouse to a position on the surface and returns its pixel.
     fn go(&self, browser: &mut Browser, place_m: [f64; 2]) -> [u32; 2] {
         let [a, b] = self.per_pixel_m;
         let det = a[0] * b[1] - a[1] * b[0];
@@ -42,7 +42,7 @@ impl Map {
     }
 }
 
-/// Place of the tip with the mouse over a pixel [m].
+/// Position of the tip with the mouse over a pixel [m].
 fn at(browser: &mut Browser, [x, y]: [u32; 2]) -> [f64; 2] {
     browser.mouse(x, y, None);
     std::thread::sleep(Duration::from_millis(500));
@@ -50,7 +50,7 @@ fn at(browser: &mut Browser, [x, y]: [u32; 2]) -> [f64; 2] {
     [0, 1].map(|k| tip[k].as_f64().unwrap())
 }
 
-/// Force of a press at a place, and the actual place.
+/// Force of a press at a position [N], and the actual position [m].
 fn feel(browser: &mut Browser, map: &Map, place_m: [f64; 2]) -> ([f64; 2], f64) {
     let pixel = map.go(browser, place_m);
     press(browser, pixel, 4e-3);
@@ -60,8 +60,8 @@ fn feel(browser: &mut Browser, map: &Map, place_m: [f64; 2]) -> ([f64; 2], f64) 
     ([0, 1].map(|k| felt["tip_m"][k].as_f64().unwrap()), number(&felt, "force_n"))
 }
 
-/// Place of the stiffest press: the mean of the places, weighted by the force above that of the
-/// softest.
+/// Position of the stiffest press: the mean of the positions, weighted by the square of the force
+/// above the smallest one.
 fn stiffest(felt: &[([f64; 2], f64)]) -> [f64; 2] {
     let least_n = felt.iter().map(|f| f.1).fold(f64::MAX, f64::min);
     let weight = |force_n: f64| (force_n - least_n).powi(2);
@@ -98,7 +98,7 @@ fn a_nodule_is_found_by_pressing_and_not_by_guessing() {
         browser.key("t");
     }
 
-    // a quick and gentle guess at the edge of the block
+    // a quick and gentle guess at the edge of the block is made
     browser.key("n");
     until(&mut browser, "another nodule", 60, searching);
     map.go(&mut browser, [-25e-3, 0.0]);

@@ -1,5 +1,5 @@
-//! Mishaps of a page: a tab behind another, a mouse that leaves, no size, a foreign file. A
-//! sentence, no force, nothing lost.
+//! Mishaps of a page: a tab behind another, a mouse that leaves, a page without a size, a foreign
+//! file. Each time the page says what happened, no force acts, and nothing is lost.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use serde_json::json;
 
 use crate::{MIDDLE, active, let_go, number, page, press, recorded_here, repeated, says, until};
 
-/// Ticks without a force in the recording.
+/// Ticks in a row without a force that the recording must contain.
 const ASLEEP: usize = 2000;
 
 #[test]
@@ -98,7 +98,7 @@ fn foreign_files_get_a_sentence_and_take_nothing_away() {
         println!("{name}: {text}");
         assert!(shown["refused"] == true && !text.contains('\n') && number(&shown, "force_n") == 0.0, "{shown}");
     }
-    // what was there is there: the recording, the scene, and its sliders
+    // the recording, the scene and its sliders are unchanged
     let kept = browser.shown();
     assert!(kept["controls"]["scene"] == "block" && kept["recorded_ticks"].is_u64(), "{kept}");
     let soft = press(&mut browser, MIDDLE, 3e-3);

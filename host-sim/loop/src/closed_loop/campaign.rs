@@ -1,8 +1,9 @@
-//! The fault campaign: every kind of fault, in every hand, at every moment of a touch, on a wall
-//! and on a patch, with every tick checked.
+//! The fault campaign injects every kind of fault, with every hand, at every moment of a touch, on
+//! a wall and on a patch, and checks every tick.
 //!
-//! A [`Case`] is one run, derived from a number; a [`Bed`] is the loop that it runs on, armed once.
-//! Nothing in it reads a clock, and the same number gives the same run.
+//! A [`Case`] describes one run and is derived from its number; a [`Bed`] is a loop that is armed
+//! once and copied for every run. Nothing here reads a clock, so the same number and seed always
+//! give the same run.
 
 mod case;
 mod inject;
@@ -25,17 +26,18 @@ use super::device::DeviceProfile;
 use super::surface::{Wall, force_at_n, static_curve, with_tissue};
 use palpate_tissue::patch::Patch;
 
-/// Least and largest number of runs handed to a thread at a time: each batch arms a loop over its
-/// own wall and patch, which takes as long as four runs.
+/// Smallest and largest number of runs in the batch that a thread executes at a time. Each batch
+/// arms a loop over its own wall and patch, which takes as long as four runs.
 const BATCH: [u64; 2] = [64, 4096];
-/// Batches per thread, if there are enough runs: the last ones end at different times.
+/// Batches per thread, if there are enough runs: small batches let all threads finish at about the
+/// same time.
 const BATCHES_PER_THREAD: u64 = 32;
-/// Stiffness of the wall [N/m]: the ceiling of the default device.
+/// Stiffness of the wall [N/m]: the stiffness ceiling of the default device.
 pub const WALL_N_PER_M: f64 = 400.0;
 /// Depth at which a press rests [m].
 pub const DEPTH_M: f64 = 4e-3;
 
-/// The patch: nodes, stiffness [Pa], deepest press [m].
+/// Number of nodes, Young's modulus [Pa] and deepest press [m] of the patch.
 const NODES: usize = 130;
 const YOUNGS_MODULUS_PA: f32 = 20e3;
 const DEEPEST_M: f32 = 8e-3;
@@ -43,9 +45,9 @@ const DEEPEST_M: f32 = 8e-3;
 /// Device and patch that the runs use.
 #[derive(Clone, Copy, Debug)]
 pub struct Ground<'a> {
-    /// The device.
+    /// Profile of the device.
     pub device: &'a DeviceProfile,
-    /// The patch.
+    /// Patch that half of the runs touch.
     pub patch: &'a Patch,
     /// Parameters of the patch.
     pub params: &'a Params,
@@ -54,22 +56,24 @@ pub struct Ground<'a> {
 }
 
 impl<'a> Ground<'a> {
-    /// Prepares a campaign of this device over this patch.
+    /// Prepares a campaign with this device on this patch.
     #[must_use]
     pub fn new(device: &'a DeviceProfile, light: &'a LightPatch) -> Self {
         Self { device, patch: &light.patch, params: &light.params, patch_n: light.static_n }
     }
 }
 
-/// Runs the cases of these numbers and this seed, half of them on a wall, half on the patch; `done`
-/// is called for every batch. Tables of parts of a range add up to the table of the range.
+/// Runs the cases with these numbers and this seed, about half of them on a wall and the rest on
+/// the patch. `done` is called with the number of runs after every batch. The tables of parts of a
+/// range add up to the table of the whole range.
 ///
 /// # Errors
 /// Propagates build errors of the loop or the patch.
 pub fn campaign(ground: &Ground, cases: Range<u64>, seed: u64, done: impl Fn(u64) + Sync) -> Result<Table, BuildError> {
     let share = (cases.end - cases.start) / (BATCHES_PER_THREAD * rayon::current_num_threads() as u64);
     let length = share.clamp(BATCH[0], BATCH[1]);
-    // added as they arrive: one table per batch would fill the memory from some 1e8 runs on
+    // tables are added as they arrive: if all were stored, they would fill the memory at some 1e8
+    // runs
     batches(cases, length).map(|numbers| part(ground, numbers, seed, &done)).try_reduce(Table::default, |mut table, more| {
         table.add(&more);
         Ok(table)
@@ -104,20 +108,20 @@ fn part(ground: &Ground, numbers: Range<u64>, seed: u64, done: &(impl Fn(u64) + 
     Ok(table)
 }
 
-/// The patch of the campaign.
+/// A patch that is cheap enough for the campaign.
 #[derive(Clone, Debug)]
 pub struct LightPatch {
-    /// 130 nodes, calibrated.
+    /// Calibrated patch of 130 nodes.
     pub patch: Patch,
-    /// One step per tick, as on the board: the faults are the loop's, not the patch's.
+    /// One step per tick, as on the board: the campaign tests the loop, not the patch.
     pub params: Params,
     /// Force of the patch at [`DEPTH_M`] [N].
     pub static_n: f64,
 }
 
 impl LightPatch {
-    /// The shipped patch of 130 nodes at 20 kPa, one step per tick, cheap enough to run a hundred
-    /// million times.
+    /// Loads the shipped patch of 130 nodes at 20 kPa, with one step per tick, which is cheap
+    /// enough for a hundred million runs.
     ///
     /// # Errors
     /// The patch cannot be built.

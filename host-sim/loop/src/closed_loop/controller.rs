@@ -1,10 +1,11 @@
-//! Stabilising controllers that are compared: the product's, none, and published ones. Each works
-//! around any surface.
+//! Stabilising controllers for comparison: the product's own, no controller, and published ones.
+//! Each of them can be wrapped around any surface.
 //!
-//! Another controller changes what the surface answers; the cycle's own damping is off then and its
-//! last resort as late as it may be set. Its inputs are those of a real controller: the quantised
-//! depth, the model's force and stiffness, and the forces that it sent itself. All act along the
-//! contact's normal.
+//! A controller other than the product's modifies the force that the surface returns. The cycle's
+//! own damping is then off, and the threshold of its energy alarm is as high as the settings
+//! permit. The inputs are those of a real controller: the quantised depth, the model's force and
+//! stiffness, and the forces that the controller sent itself. All controllers act along the normal
+//! of the contact.
 
 mod constant_damping;
 mod energy_bounding;
@@ -33,39 +34,39 @@ use super::stimulus::{Change, Site};
 use super::surface::Surface;
 use super::watch::RestShape;
 
-/// The tick [s].
+/// Duration of a tick [s].
 const TICK_S: f32 = palpate_tissue::scene::TICK_S as f32;
 
 /// Method by which the loop is kept free of vibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Controller {
-    /// The product: [`Settings::safe`].
+    /// The product's controller, with [`Settings::safe`].
     Ours,
     /// The model's force, unchanged.
     Direct,
-    /// `F + B v`, the velocity low-passed at 50 Hz, in contact.
+    /// Constant damping in contact, `F + B v`, with the velocity low-passed at 50 Hz.
     ConstantDamping {
-        /// [N s/m]
+        /// Damping coefficient `B` [N s/m].
         n_s_per_m: f32,
     },
     /// Time-domain passivity control.
     TimeDomainPassivity,
-    /// Time-domain passivity control against the energy of the model itself.
+    /// Time-domain passivity control with the energy stored in the model as reference.
     ReferenceEnergy,
-    /// Energy bounding.
+    /// Energy bounding, after Kim and Ryu.
     EnergyBounding,
-    /// A spring and a damper between handle and a proxy that the model sees.
+    /// A spring and a damper between the handle and a proxy, at whose depth the model is evaluated.
     VirtualCoupling,
-    /// The force changes by at most this much per tick.
+    /// A limit on the change of the force per tick.
     Slew {
-        /// [N]
+        /// Largest change of the force per tick [N].
         n_per_tick: f32,
     },
-    /// The force through a low-pass of 50 Hz.
+    /// A low-pass of 50 Hz on the force.
     LowPass,
 }
 
-/// All controllers that are compared, ours first.
+/// All controllers that are compared, the product's first.
 pub const CONTROLLERS: [Controller; 10] = [
     Controller::Ours,
     Controller::Direct,
@@ -80,7 +81,7 @@ pub const CONTROLLERS: [Controller; 10] = [
 ];
 
 impl Controller {
-    /// Shown in tables and pictures.
+    /// Name in tables and pictures.
     #[must_use]
     pub fn name(self) -> String {
         match self {
@@ -108,7 +109,7 @@ impl Controller {
         }
     }
 
-    /// A surface under this controller.
+    /// Wraps a surface in this controller.
     pub fn over<S: Surface>(self, surface: S, device: &DeviceProfile) -> Controlled<S> {
         let max_force_n = self.settings(device).limits.max_force_n;
         let device = Known {
@@ -141,10 +142,10 @@ struct Known {
     delay_ticks: usize,
 }
 
-/// One tick along the normal.
+/// Inputs of a controller in one tick, along the normal.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
-    /// Counted depth of the handle, negative outside [m].
+    /// Depth of the handle as read by the encoder, negative outside the tissue [m].
     depth_m: f32,
     /// Force of the model, out of the tissue [N].
     model_n: f32,
@@ -152,9 +153,9 @@ struct Seen {
     tangent_n_per_m: f32,
 }
 
-/// Law of another controller, evaluated tick by tick.
+/// Control law of a controller other than the product's, evaluated once per tick.
 trait Law: std::fmt::Debug {
-    /// Depth that the model is shown [m] when the handle is at `depth_m`.
+    /// Depth at which the model is evaluated [m] when the handle is at `depth_m`.
     fn shown_m(&mut self, depth_m: f32) -> f32 {
         depth_m
     }
@@ -163,7 +164,7 @@ trait Law: std::fmt::Debug {
     fn force_n(&mut self, seen: &Seen) -> f32;
 }
 
-/// Velocity by difference, low-passed by one pole.
+/// Velocity from differences between ticks, low-passed by one pole.
 #[derive(Clone, Copy, Debug)]
 struct Velocity {
     share: f32,
@@ -179,7 +180,8 @@ impl Velocity {
         Self { share, depth_m: None, m_per_s: 0.0 }
     }
 
-    /// Called in every tick, also outside.
+    /// Updates and returns the velocity into the tissue [m/s]; called in every tick, also outside
+    /// the tissue.
     fn track(&mut self, depth_m: f32) -> f32 {
         let last_m = self.depth_m.replace(depth_m).unwrap_or(depth_m);
         self.m_per_s += self.share * ((depth_m - last_m) / TICK_S - self.m_per_s);
@@ -187,7 +189,7 @@ impl Velocity {
     }
 }
 
-/// A surface under a control.
+/// A surface wrapped in a controller.
 #[derive(Debug)]
 pub struct Controlled<S> {
     surface: S,
@@ -218,8 +220,8 @@ impl<S: Surface> Renderer for Controlled<S> {
         if force_n == model_n {
             return output;
         }
-        // a force that lingers outside is part of the comparison, so the product's rule does not
-        // cut it off
+        // a force that lingers outside the tissue is part of the comparison, so `outside` is false
+        // and the product's rule does not cut it off
         let force_n = output.force_n + self.normal * (force_n - model_n);
         Output { force_n, normal: self.normal, outside: false, ..output }
     }

@@ -21,22 +21,22 @@ pub const PROFILES: [(&str, &str); 8] = [
     ("frictionless", include_str!("../../../devices/frictionless.toml")),
 ];
 
-/// A device.
+/// Profile of a haptic device.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct DeviceProfile {
-    /// Shown in tables and pictures.
+    /// Name in tables and pictures.
     pub name: String,
     /// Source of the numbers.
     pub source: String,
-    /// Number of axes along which the device moves: 3, or 1 for a paddle, which moves along the
-    /// press.
+    /// Number of axes along which the device moves: 3, or 1 for a paddle, which moves only in the
+    /// direction of the press.
     pub axes: u8,
-    /// Maximum force in every direction [N].
+    /// Largest force that the device can exert in every direction [N].
     pub max_force_n: f64,
     /// Largest force that the loop outputs [N].
     pub force_limit_n: f64,
-    /// Stiffest spring that the maker specifies [N/m].
+    /// Largest stiffness that the manufacturer specifies [N/m].
     pub stiffness_ceiling_n_per_m: f64,
     /// One encoder count at the probe [m]; zero for an ideal sensor.
     pub count_m: f64,
@@ -48,25 +48,26 @@ pub struct DeviceProfile {
     pub friction_n: f64,
     /// Time constant of amplifier and motor [s].
     pub amplifier_lag_s: f64,
-    /// Whole ticks between computing a force and the amplifier getting it.
+    /// Delay from computing a force to its arrival at the amplifier, in whole ticks.
     pub delay_ticks: u8,
     /// Sides of the workspace [m], centred on the site.
     pub workspace_m: [f64; 3],
-    /// A hand switch or a pedal is wired to the board and has to be held for any force; the
-    /// desktop's loop leaves it out.
+    /// Whether a hand switch or a pedal is wired to the board and must be held for any force to
+    /// act; the desktop's loop ignores it.
     #[serde(default)]
     pub operator_switch: bool,
-    /// Joints, motors and dimensions for a board that reads its encoders; the desktop's loop uses
-    /// the probe alone.
+    /// Joints, motors and dimensions, for a board that reads the encoders of the joints; the
+    /// desktop's loop uses only the motion of the probe.
     #[serde(default)]
     pub mechanism: Option<toml::Table>,
 }
 
 impl DeviceProfile {
-    /// A profile by name, or from a file.
+    /// Loads a profile by name, or from a file.
     ///
     /// # Errors
-    /// No such profile, or a file with an unknown key or a number out of range, by name and line.
+    /// No profile has this name, or the file has an unknown key or a number out of range; the
+    /// message names key and line.
     pub fn load(name_or_file: &str) -> Result<Self, Error> {
         if let Some((name, text)) = PROFILES.iter().find(|(name, _)| *name == name_or_file) {
             return Self::parse(text, name);
@@ -95,10 +96,10 @@ impl DeviceProfile {
         Ok(profile)
     }
 
-    /// Checks every number; `place` gives the position of a key.
+    /// Checks that every number is in its range; `place` returns the position of a key in the file.
     ///
     /// # Errors
-    /// The first number out of range, by its position.
+    /// The first number that is out of range, with its position.
     pub fn check(&self, place: &dyn Fn(&str) -> String) -> Result<(), Error> {
         let sides = self.workspace_m.map(|side| ("workspace_m", side, 0.02, 2.0));
         for (key, value, least, most) in [
@@ -128,7 +129,7 @@ impl DeviceProfile {
         Ok(())
     }
 
-    /// Returns the device limits that the loop is given, with the workspace around a site [m].
+    /// Returns the device limits for the loop, with the workspace centred on a site [m].
     #[must_use]
     pub fn limits(&self, site_m: Vector3<f32>) -> DeviceSpec {
         let half = Vector3::from(self.workspace_m.map(|side| 0.5 * side as f32));

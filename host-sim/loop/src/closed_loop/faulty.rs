@@ -1,5 +1,5 @@
 //! Faults as data, and their injection: around a device ([`Faulty`]), around a tissue
-//! ([`FaultyTissue`]), into the host's messages.
+//! ([`FaultyTissue`]), and into the host's messages.
 //!
 //! An [`Injection`] begins at a tick and lasts for a number of ticks. Everything else is the loop
 //! as it ships: nothing in the core knows about the injection.
@@ -17,34 +17,34 @@ use palpate::haptic::cycle::Ask;
 /// Fault in a reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reading {
-    /// A coordinate has this value.
+    /// One coordinate has this value [m].
     Is(f32),
     /// Displaced by this much along the normal and sideways [m].
     Shifted {
-        /// Out of the tissue.
+        /// Displacement out of the tissue [m].
         out_m: f32,
-        /// Along the surface.
+        /// Displacement along the surface [m].
         aside_m: f32,
     },
-    /// The last reading again, with its number.
+    /// The last reading again, with its sequence number.
     Repeated,
     /// The sequence number is behind by this many; the position is new.
     Behind(u32),
-    /// The sensor says that it failed.
+    /// The sensor reports that it failed.
     Failed,
-    /// New sequence numbers, always the same position.
+    /// The sequence numbers advance, but the position stays the same.
     Stuck,
-    /// New sequence numbers, always the same position along one axis.
+    /// The sequence numbers advance, but one coordinate stays the same.
     Frozen,
-    /// Every coordinate, counted from the site, has the wrong sign.
+    /// Every coordinate, relative to the site, has the wrong sign.
     Mirrored,
-    /// One has.
+    /// One coordinate, relative to the site, has the wrong sign.
     MirroredAxis,
-    /// Random counts are added, up to this many.
+    /// Noise of up to this many counts in either direction is added to every coordinate.
     Noise(u8),
     /// The position of this many ticks ago.
     Late(usize),
-    /// Occasionally the position of the previous tick.
+    /// In one tick out of four, at random, the position of the previous tick.
     Jitter,
     /// Sequence numbers jump so far that they wrap every 16 readings.
     Wraps,
@@ -55,17 +55,17 @@ pub enum Reading {
 pub enum ForceFault {
     /// The force on each axis saturates at this value [N].
     Saturated(f32),
-    /// The last force stays, whatever is commanded; a release still removes the power.
+    /// The last force remains, whatever is commanded; a release still removes the power.
     Stuck,
-    /// The force times this factor (1); below zero the sign is wrong.
+    /// The force is multiplied by this factor (1); a negative factor reverses it.
     Scaled(f32),
-    /// Late by this many ticks.
+    /// The force is delayed by this many ticks.
     Late(usize),
     /// No force is output.
     Dropped,
     /// The amplifier has this time constant [s].
     Lag(f64),
-    /// Friction is multiplied by this (1).
+    /// Friction is multiplied by this factor (1).
     Friction(f64),
 }
 
@@ -76,65 +76,67 @@ pub enum Host {
     Silent,
     /// The host makes this request in every tick.
     Asks(Ask),
-    /// The host halves the maximum force, in place.
+    /// The host halves the maximum force while the loop runs.
     Lowers,
-    /// The host tries to raise this limit, or to set it to NaN.
+    /// The host requests a change that must be refused: 0 raises the maximum force, 1 sets it to
+    /// NaN, 2 raises the slew limit, and any other number makes the speed limit negative.
     Raises(u8),
 }
 
 /// Fault in the tissue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TissueFault {
-    /// A node moves with this speed along every axis [m/s].
+    /// The node under the probe moves with this speed along every axis [m/s].
     NodeSpeed(f32),
-    /// Every coordinate of a node has this value [m].
+    /// Every coordinate of the node under the probe has this value [m].
     NodeAt(f32),
     /// Every node's velocity has this value [m/s], a denormal number.
     Denormal(f32),
-    /// The force along the normal has this length [N], with or without contact.
+    /// The force has this magnitude along the normal [N], with or without contact.
     Force(f32),
-    /// A sideways component of the force is this [N], and the normal turns with it.
+    /// A sideways component is added to the force [N], and the normal turns with the force.
     Aside(f32),
-    /// The force is multiplied by this (1).
+    /// The force is multiplied by this factor (1).
     Scaled(f32),
-    /// It pushes harder by this much during retreat than during approach [N]: it creates energy.
+    /// The force is larger by this much during retreat than during approach [N], so the tissue
+    /// creates energy.
     Active(f32),
 }
 
 /// Fault to inject, by the place where it enters the loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Injection {
-    /// No fault is planted: in these runs nothing may trip.
+    /// No fault is injected: in these runs no check may trip.
     None,
-    /// Into the readings.
+    /// Fault in the readings.
     Reading(Reading),
-    /// Into the forces.
+    /// Fault in the forces.
     ForceFault(ForceFault),
-    /// Into the host's messages.
+    /// Fault in the host's messages.
     Host(Host),
-    /// A number of periods is missed, at intervals of a number of ticks.
+    /// Periods are missed at regular intervals.
     Late {
-        /// Periods without a force.
+        /// Number of periods that are missed each time.
         ticks: u16,
-        /// Interval between late ticks.
+        /// Interval between late ticks [ticks].
         every: u32,
     },
     /// The board reports this fault.
     Found(Fault),
-    /// Into the tissue.
+    /// Fault in the tissue.
     Tissue(TissueFault),
 }
 
-/// Opening of a run.
+/// State of loop and probe at the start of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Opening {
     /// The loop is armed and ramped in, and the probe is outside.
     Active,
-    /// Power comes on with the probe in the tissue.
+    /// The loop is powered on with the probe in the tissue.
     Inside,
     /// The probe is waved about while the loop arms.
     Waving,
-    /// Touched while the gain still ramps in.
+    /// The probe touches the tissue while the gain still ramps in.
     RampingIn,
 }
 
@@ -147,23 +149,23 @@ pub enum Needs {
     Force,
     /// A force acts, and the probe moves faster than 0.35 m/s: a fast tap.
     FastForce,
-    /// A force acts on a device that is not held.
+    /// A force above 0.3 N acts on a device that nobody holds.
     NobodysForce,
 }
 
 /// Reaction required of the loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Expected {
-    /// No force within this many ticks, for one of these reasons.
+    /// The loop removes the force within this many ticks, and latches one of these faults.
     Fault(&'static [Fault], u32),
-    /// Continue as if nothing had happened.
+    /// The loop continues as if nothing had happened.
     Ridden,
-    /// Cannot be distinguished from a hand with certainty: one of these faults, or none; the force
-    /// always stays within its limits.
+    /// The fault cannot be distinguished from a hand with certainty: the loop latches one of these
+    /// faults, or none, and the force always stays within its limits.
     Bounded(&'static [Fault]),
-    /// A falling force from then on, and none above 0.05 N after 150 ticks.
+    /// The force begins to ramp down within this many ticks, and is at most 0.05 N after 150 ticks.
     Ramp(u32),
-    /// Felt, but scaled down within this many ticks.
+    /// The force remains, but is scaled down within this many ticks.
     Degraded(u32),
     /// No force at any time.
     Nothing,
@@ -176,7 +178,7 @@ pub struct FaultType {
     pub id: &'static str,
     /// Description of the fault, such as `encoder stuck for 100 ms`.
     pub name: &'static str,
-    /// Opening of the run.
+    /// State of loop and probe at the start of the run.
     pub opening: Opening,
     /// Fault to inject.
     pub injection: Injection,

@@ -1,10 +1,10 @@
-//! Finds the number of substeps that a patch needs to answer a tap with the tissue's inertia, not
-//! with that of the floored masses.
+//! Finds the number of substeps with which a patch answers a tap with the inertia of the tissue,
+//! not with that of the floored masses.
 //!
 //! The mass floor keeps one step per millisecond stable; it does not affect statics, but it does
-//! affect a tap. With `n` substeps and the floor of the *substep* the added mass is `n^2` times
-//! smaller. The gain is measured when a patch is prepared: half-sine taps against the same patch
-//! with true masses and steps so small that they need no floor.
+//! affect a tap. With `n` substeps and the floor of the *substep*, the added mass is `n^2` times
+//! smaller. The gain is measured when a patch is prepared: half-sine taps are compared with those
+//! on the same patch with true masses, in steps so small that it needs no floor.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, GuardLimits, Params, tick};
@@ -18,12 +18,12 @@ use palpate_tissue::stable_step::StableStep;
 /// 10 % would be enough for the taps; a closer fit also weakens the kick of a single encoder count,
 /// which comes from the floored masses.
 pub const TAPS: [(f64, f64); 2] = [(0.2, 0.02), (0.5, 0.075)];
-/// Least volume of a tet in any tap, over its rest volume (1): between heavy neighbours it would be
-/// crushed.
+/// Smallest volume that a tet may have in any tap, relative to its rest volume (1): a tet between
+/// heavy neighbours is easily crushed.
 pub const LEAST_J: f64 = 0.2;
 /// Numbers of substeps that are tried.
 const TRIED: [u16; 8] = [1, 2, 3, 4, 6, 8, 12, 16];
-/// Largest number of substeps for true masses: a mesh with a sliver that needs more has no
+/// Largest number of substeps with true masses; a mesh with a sliver that needs more has no
 /// reference.
 const MOST_TRUE: f64 = 4000.0;
 
@@ -34,14 +34,14 @@ pub struct Fidelity {
     pub params: Params,
     /// RMS error of each of [`TAPS`] (1).
     pub errors: [f64; TAPS.len()],
-    /// Smallest volume of a tet in the deepest tap, over its rest volume (1).
+    /// Smallest volume of a tet in the deepest tap, relative to its rest volume (1).
     pub lowest_j: f64,
-    /// Every tap is within its limit, and no tap crushes a tet.
+    /// Whether every tap is within its limit, and no tap crushes a tet.
     pub held: bool,
 }
 
-/// The fewest substeps that answer [`TAPS`] to `depth_m` within the limits, or else the largest
-/// number tried. `params` are for one substep.
+/// Finds the smallest number of substeps with which the patch answers [`TAPS`] to `depth_m` within
+/// the limits; if none does, uses the largest number tried. `params` must be for one substep.
 ///
 /// # Errors
 /// Propagates errors from [`Params::build`].
@@ -70,7 +70,7 @@ pub fn as_it_is(patch: &Patch, params: &Params, depth_m: f64) -> Result<Fidelity
     judge(patch, params, depth_m, &true_answers(patch, &Params { substeps: 1, ..*params }, depth_m)?)
 }
 
-/// [`TAPS`] into the patch with true masses; none if it has no reference.
+/// Forces of [`TAPS`] on the patch with true masses; empty if it has no reference.
 fn true_answers(patch: &Patch, params: &Params, depth_m: f64) -> Result<Vec<Vec<f64>>, BuildError> {
     let Some(truth) = true_masses(patch, params)? else { return Ok(Vec::new()) };
     TAPS.iter().map(|(speed, _)| tap(patch, &truth, depth_m, *speed)).collect()
@@ -86,7 +86,8 @@ fn judge(patch: &Patch, tried: &Params, depth_m: f64, answers: &[Vec<f64>]) -> R
     Ok(Fidelity { params: *tried, errors, lowest_j, held })
 }
 
-/// The patch without a mass floor, in steps short enough to be stable.
+/// Parameters without a mass floor, in steps short enough to be stable; `None` if there would be
+/// too many steps.
 fn true_masses(patch: &Patch, params: &Params) -> Result<Option<Params>, BuildError> {
     let bare = Params { mass_floor: 0.0, limits: GuardLimits::HIGHEST, ..*params };
     let mut n = 16_u16;
@@ -119,8 +120,8 @@ fn tap(patch: &Patch, params: &Params, depth_m: f64, m_per_s: f64) -> Result<Vec
     Ok((-5..=ticks).map(|n| at(depth(n))).collect())
 }
 
-/// Smallest volume of a tet over its rest volume in any tick of the fastest tap to the patch's
-/// depth limit, held for 50 ms, and of its retreat (1).
+/// Smallest volume of a tet, relative to its rest volume (1), in any tick of the fastest tap to the
+/// patch's depth limit, of a hold of 50 ms there, and of the retreat.
 fn lowest_j(patch: &Patch, params: &Params) -> Result<f64, BuildError> {
     let model = patch.wide_model();
     let mut memory = Memory::for_model(&model);
@@ -139,7 +140,7 @@ fn lowest_j(patch: &Patch, params: &Params) -> Result<f64, BuildError> {
     Ok(lowest_j)
 }
 
-/// RMS difference over the largest true force (1).
+/// RMS difference, relative to the largest true force (1).
 fn rms_error(found: &[f64], truth: &[f64]) -> f64 {
     let most = truth.iter().copied().fold(0.0, f64::max);
     let square: f64 = found.iter().zip(truth).map(|(a, b)| (a - b) * (a - b)).sum();

@@ -3,9 +3,10 @@
 //! A hand is an impedance between its own target and the handle, the same along every axis; with H0
 //! nobody holds the handle. Values of H1 and H2 are of the order that Hajian and Howe (1997)
 //! measured for fingertips, with stiffness and damping rising with grip as Hasser and Cutkosky
-//! (2002) report; H3 is the arm of van Beek et al. (Sci. Rep. 2015, srep18004, fig. 3); H4 a soft
-//! arm of a public course model; H5's exponential pad and its relaxation have the shape of Pawluk
-//! and Howe (1999). A single mass and spring says little above 50 Hz: H5 is meant for that.
+//! (2002) report; H3 is the arm of van Beek et al. (Sci. Rep. 2015, srep18004, fig. 3); H4 is a
+//! soft arm of a public course model; H5's exponential pad and its relaxation have the shape of
+//! Pawluk and Howe (1999). A single mass and spring describes a finger poorly above 50 Hz; H5
+//! covers that range.
 
 use palpate::Vector3;
 use palpate_tissue::finger::{FINGER, Impedance};
@@ -15,20 +16,20 @@ use serde::{Deserialize, Deserializer};
 /// Grip of a hand on the handle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Grip {
-    /// Not at all: a constant push only, without mass or damping.
+    /// Nobody holds the handle: only a constant push acts, without mass or damping.
     Released,
-    /// By an impedance.
+    /// The hand is an impedance.
     Firm(Impedance),
-    /// Through a fingertip that stiffens exponentially and relaxes; it pushes and never pulls.
-    /// Sideways it is a light fingertip.
+    /// The hand is a fingertip pad, which stiffens exponentially and relaxes; it pushes and never
+    /// pulls. Along the surface it acts like a light fingertip.
     Pad,
-    /// Two impedances in turn.
+    /// Two impedances alternate.
     Changing {
         /// First half of every period.
         one: Impedance,
         /// Second half.
         other: Impedance,
-        /// Alternations per second [Hz].
+        /// Frequency of the alternation [Hz].
         hz: f64,
     },
 }
@@ -36,7 +37,7 @@ pub enum Grip {
 /// A named hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hand {
-    /// H0 .. H6.
+    /// Short name, H0 .. H6.
     pub id: &'static str,
     /// Name of the hand, such as `firm fingertip`.
     pub name: &'static str,
@@ -48,7 +49,7 @@ const LIGHT: Impedance = Impedance { mass_kg: 0.006, damping_n_s_per_m: 1.0, sti
 const ARM: Impedance = Impedance { mass_kg: 0.554, damping_n_s_per_m: 6.45, stiffness_n_per_m: 135.0 };
 const SOFT_ARM: Impedance = Impedance { mass_kg: 0.8, damping_n_s_per_m: 5.5, stiffness_n_per_m: 30.0 };
 
-/// Every hand. A promise must hold in all of them.
+/// Every hand. Each promise must hold with all of them.
 pub const HANDS: [Hand; 7] = [
     Hand { id: "H0", name: "released", grip: Grip::Released },
     Hand { id: "H1", name: "light fingertip", grip: Grip::Firm(LIGHT) },
@@ -59,11 +60,11 @@ pub const HANDS: [Hand; 7] = [
     Hand { id: "H6", name: "grip that changes", grip: Grip::Changing { one: LIGHT, other: FINGER, hz: 4.0 } },
 ];
 
-/// Id of a hand that is known. Looked up by name: serde would borrow a `&'static str` from the
-/// text.
+/// Id of a known hand. [`id`] reads it by looking the name up, since serde would borrow a `&'static
+/// str` from the text.
 pub type Id = &'static str;
 
-/// Reads the id of a hand that is known.
+/// Reads the id of a known hand.
 ///
 /// # Errors
 /// No hand has this name.
@@ -73,13 +74,14 @@ pub fn id<'de, D: Deserializer<'de>>(from: D) -> Result<Id, D::Error> {
 }
 
 impl Hand {
-    /// The hand of this id or name.
+    /// Finds the hand with this id or name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         HANDS.into_iter().find(|h| h.id.eq_ignore_ascii_case(name) || h.name == name)
     }
 
-    /// Depth of the hand's target below the handle at which it pushes with this force at rest [m].
+    /// Distance of the hand's target below the handle at which it pushes with this force at rest
+    /// [m].
     #[must_use]
     pub fn reach_m(&self, push_n: f64) -> f64 {
         match self.grip {
@@ -117,18 +119,18 @@ fn bone_n_per_m() -> f64 {
     PAD_FORCE_N / PAD_SCALE_M * (BONE_M / PAD_SCALE_M).exp()
 }
 
-/// The hand's target for the handle, and further actions.
+/// Target of a hand in one tick, and its further actions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aim {
-    /// Target [m].
+    /// Position of the target [m].
     pub at_m: Vector3<f64>,
     /// Velocity of the target [m/s].
     pub velocity_m_per_s: Vector3<f64>,
-    /// Additional push [N]; for a released hand the only one.
+    /// Additional push [N]; it is the only force of a released hand.
     pub push_n: Vector3<f64>,
-    /// The hand has let go.
+    /// Whether the hand has let go.
     pub let_go: bool,
-    /// The grip no longer changes or creeps: a hold that is evaluated.
+    /// Whether the grip no longer changes or creeps, as in a hold that is evaluated.
     pub steady: bool,
 }
 
@@ -164,7 +166,8 @@ impl HandState {
         self.impedance(aim, t_s).map_or(0.0, |i| i.mass_kg)
     }
 
-    /// Force on the handle [N] at a place [m] with a velocity [m/s]; relaxation advances by `dt_s`.
+    /// Force on the handle [N] at a position [m] and a velocity [m/s]; relaxation advances by
+    /// `dt_s`.
     pub fn force_n(
         &mut self,
         aim: &Aim,
@@ -194,7 +197,7 @@ impl HandState {
     /// Force of the pad [N] at this compression.
     fn pad_n(&mut self, squeezed_m: f64, dt_s: f64, steady: bool) -> f64 {
         let soft_m = squeezed_m.clamp(0.0, BONE_M);
-        // without compression the exponential is not needed
+        // the exponential is skipped where the pad is not compressed
         let stiffened = if soft_m > 0.0 { (soft_m / PAD_SCALE_M).exp() - 1.0 } else { 0.0 };
         let elastic_n = PAD_FORCE_N * stiffened + (squeezed_m - BONE_M).max(0.0) * bone_n_per_m();
         let elastic_n = elastic_n.min(MOST_PAD_N / (1.0 - RELAXING.iter().map(|r| r.0).sum::<f64>()));

@@ -1,10 +1,10 @@
 //! Devices that are set up wrongly: an axis has the wrong sign, or the readings come in another
-//! unit. [`first_touches`] follows such a device from arming through its first touches and returns
-//! what detected it, when, and what the hand had felt by then.
+//! unit. [`first_touches`] follows such a device from arming through its first touches. It returns
+//! the fault that detected the mistake, the time, and the force that the hand had felt by then.
 //!
-//! A sign is that of the motor relative to its encoder. In terms of the readings the force is
-//! mirrored, whichever of the two is wired wrongly. A frame in which encoders *and* motors are
-//! mirrored conserves power and has no effect that a loop can measure.
+//! The sign in question is that of a motor relative to its encoder: whichever of the two is wired
+//! wrongly, the force is mirrored in the frame of the readings. A frame in which encoders *and*
+//! motors are mirrored conserves power and has no effect that a loop can measure.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Telemetry};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed};
@@ -17,9 +17,10 @@ use super::stimulus::CLEAR_M;
 use super::surface::Surface;
 use palpate_tissue::scene::TICK_S;
 
-/// Touches of a run.
+/// Number of touches in a run.
 pub const TOUCHES: usize = 4;
-/// Duration of a touch [ticks]; then the hand retreats at this speed [m/s] and pauses.
+/// Duration of a touch [ticks], speed of the retreat after it [m/s], and pause before the next
+/// touch [ticks].
 const PRESSED_TICKS: u32 = 600;
 const BACK_M_PER_S: f64 = 0.1;
 const PAUSE_TICKS: u32 = 100;
@@ -66,8 +67,8 @@ pub const MISTAKES: [Mistake; 10] = [
 pub struct FirstTouches {
     /// Fault that ended the touches.
     pub fault: Option<Fault>,
-    /// Ticks from the first force to its removal, by a fault or for the rest of a contact; zero if
-    /// there was no force.
+    /// Ticks from the first force until the loop removed it, by a fault or for the rest of a
+    /// contact. Zero if a fault came before any force; `None` if the force was never removed.
     pub ended_ticks: Option<u32>,
     /// Strongest force on the hand until then [N].
     pub peak_n: f32,
@@ -104,7 +105,8 @@ impl HapticDevice for Mistaken<'_> {
     }
 }
 
-/// Arms, then touches [`TOUCHES`] times; `see` is called for every tick after arming.
+/// Arms the loop, then touches the surface [`TOUCHES`] times; `see` is called for every tick of
+/// these touches, but not of the retreats.
 ///
 /// # Errors
 /// Propagates errors from [`Cycle::build`].
@@ -136,7 +138,7 @@ pub fn first_touches(
             return Ok(FirstTouches { fault: telemetry.fault, ended_ticks: Some(0), ..outcome });
         }
     }
-    // since the first force: ticks, and the handle's position then
+    // ticks since the first force, and the position of the handle at that moment
     let mut felt: Option<(u32, Vector3<f64>)> = None;
     for _ in 0..TOUCHES {
         plant.put(start_m);
@@ -171,7 +173,7 @@ pub fn first_touches(
             }
             plant.step(&trajectory.aim(t_s), forced || touches);
         }
-        // the hand withdraws the probe, whatever pulls at it
+        // the hand withdraws the probe, whatever force acts on it
         let (from_m, drift_m) = (plant.at_m(), plant.velocity_m_per_s() * BRAKE_S);
         let ticks = ((start_m - from_m).norm() / (BACK_M_PER_S * TICK_S)).ceil() as u32;
         for n in 1..=ticks + PAUSE_TICKS {

@@ -2,8 +2,8 @@
 //! the tissue, off its edges and into its sides, over every shipped patch, at 1-100 kPa, with the
 //! counts, limits and delay of every device.
 //!
-//! The sensor is correct and no hand yields, so any violation is the loop's own. A [`PathCase`] is
-//! derived from a number: the same number gives the same run.
+//! The sensor is correct and no hand yields, so the loop itself causes any violation. A
+//! [`PathCase`] is derived from a number: the same number gives the same run.
 
 mod case;
 mod ground;
@@ -24,11 +24,11 @@ use rayon::prelude::*;
 
 use super::campaign::batches;
 
-/// Runs handed to a thread at a time.
+/// Number of runs that a thread executes at a time.
 const BATCH: u64 = 16;
 
-/// Runs the paths of these numbers and this seed; `done` is called for every batch. The tables of
-/// parts of a range, added in order, give the table of the whole range.
+/// Runs the paths with these numbers and this seed; `done` is called after every batch. The tables
+/// of parts of a range, added in order, give the table of the whole range.
 ///
 /// # Errors
 /// The loop or a patch refuses its settings.

@@ -12,7 +12,7 @@ use super::device::DeviceProfile;
 use super::hand::{Aim, Hand, HandState};
 use palpate_tissue::scene::TICK_S;
 
-/// Steps of the plant in a tick: 50 kHz.
+/// Number of steps of the plant per tick: it runs at 50 kHz.
 const STEPS: u32 = 50;
 
 /// Energy at the port between device and hand, contact by contact.
@@ -20,11 +20,11 @@ const STEPS: u32 = 50;
 pub struct PortEnergy {
     /// Given to the hand since the touch [J]; negative while the tissue stores energy.
     pub given_j: f64,
-    /// Largest value of that so far in this contact, at least zero: the created energy [J].
+    /// Largest value of `given_j` so far in this contact, at least zero: the energy created [J].
     pub created_j: f64,
-    /// Created by the worst contact [J].
+    /// Energy created by the worst contact [J].
     pub worst_j: f64,
-    /// Largest energy that the tissue took in any contact [J].
+    /// Largest energy that the tissue absorbed in any contact [J].
     pub taken_j: f64,
 }
 
@@ -41,14 +41,14 @@ impl PortEnergy {
     }
 }
 
-/// Device and hand.
+/// A device and the hand that holds it.
 #[derive(Clone, Debug)]
 pub struct Plant {
     device: DeviceProfile,
     limits: DeviceSpec,
     hand: HandState,
     normal: Vector3<f64>,
-    /// Handle [m] and its velocity [m/s].
+    /// Position [m] and velocity [m/s] of the handle.
     at_m: Vector3<f64>,
     velocity_m_per_s: Vector3<f64>,
     /// Forces not yet at the amplifier [N], the oldest first.
@@ -61,8 +61,8 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// The handle at rest at `start_m`, outside the tissue whose outward normal at `site_m` is
-    /// `normal`.
+    /// Creates a plant with the handle at rest at `start_m`, outside the tissue whose outward
+    /// normal at `site_m` is `normal`.
     #[must_use]
     pub fn new(device: &DeviceProfile, hand: Hand, site_m: Vector3<f32>, normal: Vector3<f32>, start_m: Vector3<f64>) -> Self {
         Self {
@@ -80,7 +80,7 @@ impl Plant {
         }
     }
 
-    /// Handle [m].
+    /// Position of the handle [m].
     #[must_use]
     pub fn at_m(&self) -> Vector3<f64> {
         self.at_m
@@ -97,7 +97,7 @@ impl Plant {
         self.velocity_m_per_s = velocity_m_per_s;
     }
 
-    /// Puts the handle at rest somewhere [m].
+    /// Moves the handle to a position [m], at rest.
     pub fn put(&mut self, at_m: Vector3<f64>) {
         (self.at_m, self.velocity_m_per_s) = (at_m, Vector3::zeros());
     }
@@ -113,19 +113,19 @@ impl Plant {
         self.acting_n
     }
 
-    /// Energy at the port.
+    /// Energy at the port between device and hand.
     #[must_use]
     pub fn energy(&self) -> PortEnergy {
         self.energy
     }
 
-    /// The handle is held still: one reading per tick, no motion.
+    /// Sets the velocity of the handle to zero, for ticks in which it is held still.
     pub fn rest(&mut self) {
         self.velocity_m_per_s = Vector3::zeros();
     }
 
-    /// Runs one tick. `touched`: the loop is in contact; when it is not, and no force is still to
-    /// act, the contact is over.
+    /// Runs one tick. `touched` says whether the loop is in contact. When it is not, and no
+    /// delayed force is left, the contact is over.
     pub fn step(&mut self, aim: &Aim, touched: bool) {
         if !touched && self.line_n.iter().all(|f| *f == Vector3::zeros()) && self.acting_n.norm() < 1e-4 {
             self.energy.leave();
@@ -137,7 +137,7 @@ impl Plant {
         };
         let asked_n = self.line_n.first().copied().unwrap_or_default();
         let workspace_m = [self.limits.workspace_low_m, self.limits.workspace_high_m].map(|corner_m| corner_m.cast());
-        // the mass of a hand changes in few steps, if at all
+        // values that depend on the mass are recomputed only when the mass of the hand changes
         let (mut moved_kg, mut per_force, mut friction_m_per_s) = (f64::NAN, 0.0, 0.0);
         for step in 0..STEPS {
             self.acting_n += (asked_n - self.acting_n) * lag;
@@ -149,7 +149,7 @@ impl Plant {
                 (moved_kg, per_force, friction_m_per_s) = (mass_kg, dt_s / mass_kg, self.device.friction_n * dt_s / mass_kg);
             }
             let mut velocity = self.velocity_m_per_s + (self.acting_n + hand_n - viscous_n) * per_force;
-            // friction takes speed away and ends at rest
+            // friction reduces the speed, at most to zero
             let speed = velocity.norm();
             let slower = (speed - friction_m_per_s).max(0.0);
             velocity = if speed > 0.0 { velocity * (slower / speed) } else { velocity };
@@ -199,7 +199,8 @@ impl HapticDevice for Plant {
         }
     }
 
-    /// The motors' power is off: delayed forces do not arrive, and no lag holds a force.
+    /// Cuts the motors' power: delayed forces do not arrive, and the amplifier's lag sustains no
+    /// force.
     fn release(&mut self) {
         self.line_n.fill(Vector3::zeros());
         self.acting_n = Vector3::zeros();

@@ -19,14 +19,15 @@ pub const DEPTH_M: f64 = 4e-3;
 /// Largest share of the loop's maximum force at which a press may rest (1); saturation has its own
 /// runs.
 pub const FORCE_SHARE: f64 = 0.85;
-/// The guard holds the probe where the static force is this many times the largest permitted (1).
+/// The guard limits the depth to that at which the static force is this many times the largest
+/// permitted force (1).
 pub const GUARD_SHARE: f64 = 1.09;
 /// Smallest depth at which a press may rest [m].
 const SHALLOWEST_M: f64 = 0.25e-3;
 /// Sideways distance of a drag [m].
 const ASIDE_M: f64 = 8e-3;
 
-/// A patch for a device.
+/// A patch that was prepared for a device.
 #[derive(Clone, Debug)]
 pub struct Prepared {
     /// The patch, with the depth limit of the guard.
@@ -36,14 +37,14 @@ pub struct Prepared {
     /// RMS error of taps at 0.2 and 0.5 m/s (1); NaN where the mesh has no reference with true
     /// masses.
     pub tap_errors: [f64; TAPS.len()],
-    /// Smallest volume of a tet in a tap as deep as the tissue may be pressed, over its rest volume
-    /// (1).
+    /// Smallest volume of a tet in a tap as deep as the tissue may be pressed, relative to its rest
+    /// volume (1).
     pub lowest_j: f64,
-    /// Every tap is within its limit, and crushes no tet.
+    /// Whether every tap is within its limit and crushes no tet.
     pub taps_held: bool,
-    /// Tissue that stiffens does not diverge under taps of 1 m/s, or it does not stiffen.
+    /// Whether the tissue stays stable under taps of 1 m/s; true for tissue that does not stiffen.
     pub fast_taps_held: bool,
-    /// The substeps are those that answer taps; a patch for a board keeps its own.
+    /// Whether the substeps were chosen to answer taps; a patch for a board keeps its own.
     pub substeps_chosen: bool,
     /// Static force over depth [m, N].
     pub curve: Vec<(f64, f64)>,
@@ -56,7 +57,7 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// A scene for a device.
+    /// Prepares a scene for a device.
     ///
     /// # Errors
     /// Bad input, or a model that cannot keep 1 kHz.
@@ -80,7 +81,7 @@ impl Prepared {
         Self::with(session.patch, &session.params, deepest_m, device, choose_substeps)
     }
 
-    /// Presses rest here instead [m].
+    /// Sets the depth at which presses rest [m].
     ///
     /// # Errors
     /// [`Error::Usage`]: deeper than the device's force limit allows, or hardly touching.
@@ -96,7 +97,7 @@ impl Prepared {
         Ok(())
     }
 
-    /// A patch pressed to `deepest_m` at most.
+    /// Prepares a patch that is pressed to `deepest_m` at most.
     ///
     /// # Errors
     /// A workspace too small for the stimuli, or parameters that the core refuses.
@@ -104,7 +105,8 @@ impl Prepared {
         Self::with(patch, params, deepest_m, device, true)
     }
 
-    /// A patch pressed to its own depth limit at most, with the substeps in `params`.
+    /// Prepares a patch that is pressed to its own depth limit at most, with the substeps in
+    /// `params`.
     ///
     /// # Errors
     /// Errors of [`Self::of_patch`].
@@ -133,7 +135,8 @@ impl Prepared {
         let params = if fidelity.errors.iter().any(|e| e.is_nan()) { *params } else { fidelity.params };
         let curve = static_curve(&patch, &params)?;
         patch.set_depth_limit_m(depth_at_m(&curve, GUARD_SHARE * device.force_limit_n) as f32);
-        // these masses are lighter than the session's, and the limit may be deeper
+        // taps are checked again: these masses are lighter than the session's, and the limit may be
+        // deeper
         let substeps = match substeps_chosen {
             true => substeps_for_fast_taps(&patch.wide_model(), &params, patch.site_m(), params.substeps)?,
             false => Some(params.substeps),
@@ -167,20 +170,20 @@ fn rest(curve: &[(f64, f64)], depth_m: f64) -> (f64, f64) {
     (static_n, (static_n - force_at_n(curve, depth_m - h_m)) / h_m)
 }
 
-/// Stiffness up to which one count of the encoder is not felt [N/m]: its force is hidden by the
-/// device's friction in both directions, or is too weak to be felt when the count toggles. Above it
-/// some depths have no count that balances the hand.
+/// Stiffness up to which one count of the encoder is not felt [N/m]: the device's friction hides
+/// its force in both directions, or the force is too weak to be felt when the count toggles. Above
+/// this stiffness no count balances the hand at some depths.
 #[must_use]
 pub fn encoder_ceiling_n_per_m(device: &DeviceProfile) -> f64 {
     if device.count_m > 0.0 { 2.0 * device.friction_n.max(FELT_N) / device.count_m } else { f64::INFINITY }
 }
 
-/// Every stimulus stays within the workspace.
+/// Checks that every stimulus stays within the workspace.
 ///
 /// # Errors
 /// [`Error::Usage`] names the excess.
 pub fn fits(device: &DeviceProfile, deepest_m: f64) -> Result<(), Error> {
-    // half as much more: a hand overshoots
+    // half as much again, since a hand overshoots
     let least_m = 3.0 * CLEAR_M.max(deepest_m).max(ASIDE_M);
     let sides: &[f64] = if device.axes == 1 { &device.workspace_m[2..] } else { &device.workspace_m };
     match sides.iter().find(|side| **side < least_m) {

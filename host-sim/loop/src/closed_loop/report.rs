@@ -1,4 +1,4 @@
-//! Runs of every hand with every stimulus, and their promises.
+//! Runs every hand with every stimulus, and checks the promises.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -16,22 +16,23 @@ use super::surface::{Wall, with_tissue};
 
 /// Energy that a contact may create [J].
 const CREATED_J: f64 = 0.01e-3;
-/// Largest force above 50 Hz in a slow press [N], up to a Young's modulus [Pa].
+/// Young's moduli [Pa], and the largest RMS force above 50 Hz in a slow press on tissue up to each
+/// [N].
 const BUZZ: [(f64, f64); 3] = [(3.5e3, 10e-3), (20e3, 25e-3), (100e3, 40e-3)];
-/// Force above 50 Hz in a hold below the encoder's ceiling [N].
+/// Largest RMS force above 50 Hz in a hold, for a slope below the encoder's ceiling [N].
 const HOLD_BUZZ_N: f64 = 20e-3;
 
 /// Surface to touch.
 #[derive(Clone, Debug)]
 pub enum Target {
-    /// A spring [N/m].
+    /// A wall of this stiffness [N/m].
     Wall(f64),
     /// A scene's patch and its Young's modulus [Pa].
     Tissue(Box<Prepared>, f64),
 }
 
 impl Target {
-    /// Depth of presses [m], force [N] and slope [N/m] there.
+    /// Depth at which presses rest [m], and force [N] and slope [N/m] at that depth.
     #[must_use]
     pub fn rest(&self, device: &DeviceProfile) -> (f64, f64, f64) {
         match self {
@@ -74,44 +75,47 @@ impl Target {
     }
 }
 
-/// A run in numbers.
+/// Figures of one run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Row {
-    /// Hand.
+    /// Id of the hand.
     #[serde(deserialize_with = "hand::id")]
     pub hand: hand::Id,
-    /// Stimulus.
+    /// Id of the stimulus.
     #[serde(deserialize_with = "stimulus::id")]
     pub stimulus: stimulus::Id,
-    /// Verdict on anything felt besides the tissue: `quiet`, or what first broke.
+    /// Verdict on anything felt besides the tissue: `quiet`, or the first violation.
     pub verdict: String,
     /// Peak-to-peak motion of the handle in the last half second [um].
     pub swing_um: Option<f64>,
-    /// Force above 20 Hz then, RMS [mN].
+    /// Force above 20 Hz in the last half second, RMS [mN].
     pub shake_mn: Option<f64>,
     /// Energy created by the worst contact [mJ].
     pub created_mj: f64,
     /// Force above 50 Hz in a slow press, RMS [mN].
     pub buzz_mn: Option<f64>,
-    /// Force above 50 Hz in the last half second [mN].
+    /// Force above 50 Hz in the last half second, RMS [mN].
     pub hold_buzz_mn: Option<f64>,
-    /// Force that the controller adds to the model's force at the end, relative to it [%].
+    /// Force that the controller adds to the model's force at the end, relative to the model's
+    /// force [%].
     pub static_error_pct: Option<f64>,
     /// Largest turn of the force in a tick [degrees].
     pub turn_deg: Option<f64>,
     /// Strongest force [N].
     pub peak_n: f64,
-    /// A count toggles because none balances the hand: not a fault of the loop.
+    /// Whether a count toggles because no count balances the hand, which is not a fault of the
+    /// loop.
     pub count_toggles: bool,
-    /// The contact was at the force limit for long, and is felt with less force until it ends.
+    /// Whether the force is scaled down until the contact ends, because the contact was at the
+    /// force limit for long.
     pub weakened: bool,
 }
 
 impl Row {
     fn of(run: &Run, hand: Hand, stimulus: Stimulus, count_n: Option<f64>) -> Self {
         let cycles = run.hold.is_some_and(|h| h.limit_cycle());
-        // within two counts, not growing, and no stronger than one count at this depth: one count
-        // more or less
+        // a count toggles if the motion is within two counts, does not grow, and has no more force
+        // than one count at this depth
         let count_toggles = count_n
             .is_some_and(|most_n| run.hold.is_some_and(|h| h.swing_m <= h.most_swing_m && !h.grows && h.shake_n <= most_n));
         let verdict = match (run.fault, run.broken.first()) {
@@ -152,7 +156,7 @@ impl Row {
     }
 }
 
-/// Every run, in the order of hands and stimuli.
+/// All runs of a device, in the order of hands and stimuli.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// The device's name.
@@ -167,19 +171,19 @@ pub struct Report {
     pub slope_n_per_m: f64,
     /// Slope up to which one count is not felt [N/m].
     pub encoder_ceiling_n_per_m: f64,
-    /// One count [m].
+    /// One encoder count [m].
     pub count_m: f64,
-    /// Substeps of a tick.
+    /// Substeps per tick.
     pub substeps: u16,
     /// RMS error of taps at 0.2 and 0.5 m/s [%].
     pub tap_error_pct: Option<[f64; 2]>,
-    /// The runs.
+    /// One row per run.
     pub runs: Vec<Row>,
     /// Promises that did not hold.
     pub broken: Vec<String>,
 }
 
-/// Every hand with every stimulus that the device has axes for.
+/// Every hand with every stimulus for which the device has enough axes.
 #[must_use]
 pub fn pairs(device: &DeviceProfile, hands: &[Hand], stimuli: &[Stimulus]) -> Vec<(Hand, Stimulus)> {
     let pairs = hands.iter().flat_map(|h| stimuli.iter().map(move |s| (*h, *s)));
@@ -187,7 +191,7 @@ pub fn pairs(device: &DeviceProfile, hands: &[Hand], stimuli: &[Stimulus]) -> Ve
     pairs.filter(|(_, s)| device.axes > 1 || !s.crosses_edges()).collect()
 }
 
-/// Performs each of these runs with `run`.
+/// Runs each of these pairs of hand and stimulus with `run`.
 ///
 /// # Errors
 /// The first error of a run.

@@ -20,16 +20,16 @@ const TURN_LEAST_N: f64 = 0.05;
 /// Largest push of a released hand [N].
 const RELEASED_PUSH_N: f64 = 0.5;
 
-/// A loop.
+/// Device, hand, motion and settings of one run.
 #[derive(Clone, Copy, Debug)]
 pub struct Setup<'a> {
-    /// The device.
+    /// Profile of the device.
     pub device: &'a DeviceProfile,
     /// Hand that holds the device.
     pub hand: Hand,
     /// Stimulus that the hand follows.
     pub stimulus: Stimulus,
-    /// The controller.
+    /// Settings of the controller.
     pub settings: Settings,
     /// Depth at which a press rests [m].
     pub depth_m: f64,
@@ -42,13 +42,13 @@ pub struct Setup<'a> {
 pub struct Row {
     /// Time from the start of the stimulus [s].
     pub t_s: f64,
-    /// Handle [m].
+    /// Position of the handle [m].
     pub at_m: Vector3<f64>,
     /// Target of the hand [m].
     pub target_m: Vector3<f64>,
     /// Force of the motors at the end of the tick [N].
     pub acting_n: Vector3<f64>,
-    /// Energy at the port.
+    /// Energy at the port between device and hand.
     pub energy: PortEnergy,
     /// Telemetry of the loop.
     pub telemetry: Telemetry,
@@ -67,13 +67,14 @@ pub struct Run {
     pub buzz_n: Option<f64>,
     /// Force above 50 Hz in the hold, RMS [N].
     pub hold_buzz_n: f64,
-    /// Force that the controller adds to the model's force at the end, over it (1).
+    /// Force that the controller adds to the model's force at the end, relative to the model's
+    /// force (1).
     pub static_error: f64,
     /// Largest rotation of the force in a tick [degrees], if the stimulus crosses edges.
     pub turn_deg: Option<f64>,
     /// Strongest force [N].
     pub peak_n: f64,
-    /// Invariants broken, each once.
+    /// Invariants that were broken, each once.
     pub broken: Vec<Broken>,
     /// The fault that ended the run, if any.
     pub fault: Option<Fault>,
@@ -87,7 +88,8 @@ impl Run {
     }
 }
 
-/// A second controller with the inputs of the loop's own, whose force goes to the device.
+/// A second controller, which receives the inputs of the loop's own and whose force goes to the
+/// device.
 pub trait Beside {
     /// Called if the tissue is to change before the next tick.
     fn change(&mut self, change: Change);
@@ -103,7 +105,7 @@ pub trait Beside {
     ) -> Option<Vector3<f32>>;
 }
 
-/// No second controller: the device gets the force of the loop's own.
+/// Without a second controller the device receives the force of the loop's own.
 impl Beside for () {
     fn change(&mut self, _: Change) {}
 
@@ -112,7 +114,7 @@ impl Beside for () {
     }
 }
 
-/// Runs a loop.
+/// Runs the loop once.
 ///
 /// # Errors
 /// Propagates errors from [`Cycle::build`].
@@ -120,7 +122,7 @@ pub fn run(setup: &Setup, surface: &mut impl Surface) -> Result<Run, BuildError>
     run_beside(setup, surface, &mut ())
 }
 
-/// Runs a loop with a second controller.
+/// Runs the loop once, with a second controller.
 ///
 /// # Errors
 /// Propagates errors from [`Cycle::build`].
@@ -169,7 +171,7 @@ pub fn run_beside(setup: &Setup, surface: &mut impl Surface, beside: &mut impl B
     Ok(judge(setup, &trajectory, rows, watched.broken))
 }
 
-/// The trajectory of a stimulus for this hand on this surface.
+/// Builds the trajectory of a stimulus for this hand on this surface.
 pub(super) fn trajectory_of(setup: &Setup, surface: &impl Surface) -> Trajectory {
     let push_n = if setup.hand.grip == Grip::Released { setup.static_n.min(RELEASED_PUSH_N) } else { 0.0 };
     Trajectory {
@@ -181,18 +183,18 @@ pub(super) fn trajectory_of(setup: &Setup, surface: &impl Surface) -> Trajectory
     }
 }
 
-/// A loop that is checked in every tick.
+/// Checks of a loop in every tick, and the invariants that it broke.
 #[derive(Clone, Default)]
 pub(super) struct Watched {
     watch: Watch,
     pub(super) broken: Vec<Broken>,
     ticks: u32,
-    /// The last reading: a cycle that fails earlier takes none.
+    /// The last reading; a cycle that ends before its sensor is read takes no new one.
     reading: Option<Sensed>,
 }
 
 impl Watched {
-    /// Start of the checks, for a loop with these settings on this surface.
+    /// Creates the checks for a loop with these settings on this surface.
     pub(super) fn of(settings: &Settings, device: &DeviceSpec, surface: &impl Surface) -> Self {
         Self { watch: Watch::of(settings, device).over(surface.rest_shape()), ..Self::default() }
     }
@@ -227,7 +229,7 @@ impl Watched {
         self.reading = reading.or(self.reading);
         self.ticks += 1;
         // reading every node is expensive, and a value that is not finite does not become finite
-        // again
+        // again: every 16th tick is enough
         let unsound = if self.ticks.is_multiple_of(16) { surface.unsound() } else { None };
         if let Some(reading) = self.reading
             && let Err(broken) = self.watch.check(&Tick { command, reading, limits, telemetry, got_n, unsound })
@@ -272,7 +274,7 @@ fn judge(setup: &Setup, trajectory: &Trajectory, rows: Vec<Row>, broken: Vec<Bro
     let ends = setup.stimulus.ends_in_hold();
     let fault = rows.last().and_then(|r| r.telemetry.fault);
     let held_from = rows.len().saturating_sub(super::verdict::JUDGED);
-    // from the first touch until the hand stops
+    // the press lasts from the first touch until the hand stops
     let pressing = || {
         let from = rows.iter().position(|r| r.telemetry.output.depth_m > 0.3e-3)?;
         let stop_s = trajectory.seconds() - super::stimulus::HOLD_S - 0.5;

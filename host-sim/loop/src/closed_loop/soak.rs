@@ -28,7 +28,7 @@ const USES: [(&str, f64); 9] = [
     ("S10", 4.0),
     ("S2", 4.0),
 ];
-/// Duration of the retreat after each, and of the rest outside [s].
+/// Duration of the retreat after each stimulus, and of the rest outside the tissue [s].
 const OUT_S: f64 = 0.8;
 const REST_S: f64 = 1.0;
 /// Speed of the retreat [m/s].
@@ -37,15 +37,15 @@ const OUT_M_PER_S: f64 = 0.05;
 /// Result of a soak run.
 #[derive(Clone, Debug, Default)]
 pub struct Soak {
-    /// Ticks.
+    /// Number of ticks.
     pub ticks: u64,
-    /// Touches.
+    /// Number of stimuli, each with one hand.
     pub uses: u64,
-    /// Faults: hand, use, fault.
+    /// Faults that occurred: hand, stimulus, fault.
     pub trips: Vec<(&'static str, &'static str, Fault)>,
-    /// Invariants broken.
+    /// Invariants that were broken, each once.
     pub broken: Vec<Broken>,
-    /// Largest distance of a node at rest from its first position [m].
+    /// Largest distance of a node at rest from its initial position [m].
     pub drift_m: f32,
     /// Largest number of denormal values in the tissue's state after any rest.
     pub denormals: usize,
@@ -66,7 +66,7 @@ impl Soak {
     }
 }
 
-/// Uses a wall and the patch for half of the time each.
+/// Runs on a wall and on the patch, each for half of the time [s].
 ///
 /// # Errors
 /// Propagates build errors of the loop or the patch.
@@ -82,7 +82,7 @@ pub fn soak(ground: &Ground, seconds: f64, done: impl Fn(u64) + Sync) -> Result<
     Ok(wall?.add(patch?))
 }
 
-/// One loop on one surface.
+/// A loop on a surface, with its checks.
 struct Loop<'s, S> {
     cycle: Cycle,
     watched: Watched,
@@ -100,7 +100,7 @@ impl<S: Surface> Loop<'_, S> {
         telemetry.output.depth_m > 0.0 || telemetry.applied_n != Vector3::zeros()
     }
 
-    /// Returns the device in another hand, with continuing sequence numbers.
+    /// Puts the device into another hand; its sequence numbers continue.
     fn held(&self, plant: Plant) -> Faulty<Plant> {
         let site = self.surface.site();
         let random = SplitMix64::seed_from_u64(0);
@@ -142,10 +142,10 @@ fn on<S: Surface>(
             let touched = held.tick(&mut device, None);
             device.device().step(&trajectory.aim(f64::from(n) * 1e-3), touched);
         }
-        // lifted out by a light finger, then released
+        // a light fingertip lifts the probe out and keeps it there
         let from_m = device.device().at_m();
         let mut device = held.held(plant(HANDS[1], from_m));
-        // a released device may have moved further: then it stays there
+        // a released device may be further out already: it then stays there
         let out_m = (CLEAR_M - (from_m - site.at_m).dot(&site.normal)).max(0.0);
         for n in 0..(1e3 * (OUT_S + REST_S)) as u32 {
             let touched = held.tick(&mut device, None);
@@ -156,7 +156,7 @@ fn on<S: Surface>(
         }
         held.seen.uses += 1;
         if let Mode::Fault = held.cycle.mode() {
-            // reported once, then armed again
+            // the fault is recorded once, then the loop is armed again
             let fault = held.trip(&mut device);
             held.seen.trips.extend(fault.map(|f| (hand.id, id, f)));
             let at_m = device.device().at_m();
@@ -174,7 +174,7 @@ fn on<S: Surface>(
 }
 
 impl<S: Surface> Loop<'_, S> {
-    /// Returns the fault that ended the tick, and clears it.
+    /// Returns the latched fault, and clears it.
     fn trip(&mut self, device: &mut Faulty<Plant>) -> Option<Fault> {
         let telemetry = self.watched.cycle(&mut self.cycle, device, self.surface, Command::HEARD);
         self.readings = self.readings.wrapping_add(1);
@@ -186,7 +186,7 @@ impl<S: Surface> Loop<'_, S> {
     }
 }
 
-/// Arms outside, from any state.
+/// Arms the loop with the probe outside, from any state.
 fn arm<S: Surface>(held: &mut Loop<'_, S>, plant: Plant) {
     let mut device = held.held(plant);
     for n in 0..ARMING_TICKS as usize {

@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-/// Samples of a segment; segments overlap by half a second.
+/// Samples per segment; each segment overlaps the one before by half.
 const SEGMENT: usize = 1024;
 
 /// Amplitude spectral density by Welch's method, Hann window, at 1 kHz: (frequency [Hz], density

@@ -1,4 +1,4 @@
-//! Stimuli of the hand: twelve, from a tap to an organ swapped under the probe.
+//! Stimuli of the hand: twelve kinds, from a tap to an organ that is swapped under the probe.
 
 use palpate::Vector3;
 use serde::de::Error as _;
@@ -6,38 +6,38 @@ use serde::{Deserialize, Deserializer};
 
 use super::hand::Aim;
 
-/// Height at which every trajectory begins and the loop arms, outside the tissue [m].
+/// Height above the tissue at which every trajectory begins and the loop arms [m].
 pub const CLEAR_M: f64 = 5e-3;
 /// Duration of the hold that is evaluated at the end of a trajectory [s].
 pub const HOLD_S: f64 = 2.0;
 /// Time for a press to settle [s].
 const SETTLE_S: f64 = 0.75;
-/// Longest time for which a hand holds without moving [s]; then the amplitude [m] and frequency
-/// [Hz] of its tremor, and the share (1) and frequency [Hz] of its force drift.
+/// Longest time for which a hand holds without moving [s]. After that time it has a tremor of this
+/// amplitude [m] and frequency [Hz], and its force drifts by this share (1) at this frequency [Hz].
 const STILL_S: f64 = 3.0;
 const TREMOR: (f64, f64) = (0.1e-3, 9.0);
 const DRIFT: (f64, f64) = (0.08, 0.2);
 
-/// Times after the press at which stiffness or far field change [s], and the factors.
+/// Times after the press at which stiffness or far field changes [s], and the factors.
 const CHANGES: [(f64, f64); 3] = [(0.0, 2.0), (1.7, 0.5), (2.4, 1.0)];
-/// Times after the press between which the hand is out of the tissue [s]: stiffening waits until it
-/// leaves, softening does not.
+/// Times after the press between which the hand is out of the tissue [s]: stiffening waits until
+/// the hand leaves, softening does not.
 const LEAVES_S: [[f64; 2]; 2] = [[0.2, 1.4], [2.6, 3.8]];
 
-/// Something that happens to the tissue.
+/// Change of the tissue during a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Change {
-    /// The stiffness of the tissue becomes this many times the first one.
+    /// The stiffness of the tissue becomes this multiple of its initial value.
     Stiffness(f64),
-    /// Another organ lies behind the patch: its far field becomes this many times as stiff. Without
-    /// a far field the tissue itself becomes so much stiffer.
+    /// Another organ is behind the patch: the stiffness of the far field becomes this multiple of
+    /// its initial value. Without a far field, that of the tissue itself does.
     FarField(f64),
 }
 
-/// A stimulus.
+/// Motion of the hand, or change of the tissue, that a run applies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stimulus {
-    /// S1 .. S12, with the speed of a tap after a dash.
+    /// Short name, S1 .. S12, with the speed of a tap after a dash.
     pub id: &'static str,
     /// Name of the stimulus, such as `slow press`.
     pub name: &'static str,
@@ -60,7 +60,7 @@ enum Kind {
     Swap,
 }
 
-/// Every stimulus. S4 is the long hold of a minute.
+/// Every stimulus. S4 is a hold of one minute.
 pub const STIMULI: [Stimulus; 15] = [
     Stimulus { id: "S1-0.05", name: "tap 0.05 m/s", kind: Kind::Tap { m_per_s: 0.05 } },
     Stimulus { id: "S1-0.2", name: "tap 0.2 m/s", kind: Kind::Tap { m_per_s: 0.2 } },
@@ -79,11 +79,11 @@ pub const STIMULI: [Stimulus; 15] = [
     Stimulus { id: "S12", name: "organ swapped", kind: Kind::Swap },
 ];
 
-/// Id of a stimulus that is known. Looked up by name: serde would borrow a `&'static str` from the
-/// text.
+/// Id of a known stimulus. [`id`] reads it by looking the name up, since serde would borrow a
+/// `&'static str` from the text.
 pub type Id = &'static str;
 
-/// Reads the id of a stimulus that is known.
+/// Reads the id of a known stimulus.
 ///
 /// # Errors
 /// No stimulus has this name.
@@ -93,19 +93,20 @@ pub fn id<'de, D: Deserializer<'de>>(from: D) -> Result<Id, D::Error> {
 }
 
 impl Stimulus {
-    /// The stimulus of this id or name.
+    /// Finds the stimulus with this id or name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         STIMULI.into_iter().find(|s| s.id.eq_ignore_ascii_case(name) || s.name == name)
     }
 
-    /// A tap of this speed [m/s] and a hold.
+    /// A tap at this speed [m/s], followed by a hold.
     #[must_use]
     pub fn tap(m_per_s: f64) -> Self {
         Self { id: "S1", name: "tap", kind: Kind::Tap { m_per_s } }
     }
 
-    /// A hold of this duration, which also ends every trajectory [s].
+    /// A press followed by a hold of this duration [s], then by the hold that ends every
+    /// trajectory.
     #[must_use]
     pub fn hold(s: f64) -> Self {
         Self { id: "S4", name: "hold", kind: Kind::Hold { s } }
@@ -149,16 +150,16 @@ impl Stimulus {
 /// Site and directions of the press.
 #[derive(Clone, Copy, Debug)]
 pub struct Site {
-    /// Place on the rest surface [m].
+    /// Position of the site on the rest surface [m].
     pub at_m: Vector3<f64>,
-    /// Out of the tissue.
+    /// Unit vector out of the tissue.
     pub normal: Vector3<f64>,
-    /// Along the surface.
+    /// Unit vector along the surface.
     pub along: Vector3<f64>,
 }
 
 impl Site {
-    /// The site and its normal; `along` is chosen.
+    /// Creates a site from its position and normal, with some direction along the surface.
     #[must_use]
     pub fn new(at_m: Vector3<f64>, normal: Vector3<f64>) -> Self {
         let helper = if normal.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
@@ -166,7 +167,7 @@ impl Site {
         Self { at_m, normal, along }
     }
 
-    /// Along the surface, perpendicular to `along`.
+    /// Direction along the surface, perpendicular to `along`.
     #[must_use]
     pub fn across(&self) -> Vector3<f64> {
         self.normal.cross(&self.along)
@@ -182,15 +183,15 @@ impl Site {
 /// A stimulus for a hand on a tissue.
 #[derive(Clone, Copy, Debug)]
 pub struct Trajectory {
-    /// The stimulus.
+    /// Stimulus that the hand follows.
     pub stimulus: Stimulus,
-    /// Place of the touch.
+    /// Site of the touch.
     pub site: Site,
     /// Depth at which a press rests [m].
     pub depth_m: f64,
     /// Depth of the hand's target below the handle in that press [m].
     pub reach_m: f64,
-    /// Push of a released hand in that press [N]; zero for the others.
+    /// Push of a released hand in that press [N]; zero for other hands.
     pub push_n: f64,
 }
 
@@ -222,7 +223,7 @@ impl Trajectory {
         }
     }
 
-    /// Hand target for a depth; the reach scales with it.
+    /// Target of the hand for a depth of the handle; the reach is proportional to the depth.
     fn target(&self, depth_m: f64, along_m: f64, across_m: f64) -> Vector3<f64> {
         let share = if self.depth_m > 0.0 { (depth_m / self.depth_m).max(0.0) } else { 0.0 };
         self.site.point_m(depth_m + self.reach_m * share, along_m, across_m)
@@ -245,7 +246,8 @@ impl Trajectory {
         Aim { at_m, velocity_m_per_s, push_n, let_go, steady: t_s > end_s - HOLD_S }
     }
 
-    /// A released hand swings with the sine; otherwise it pushes all the time.
+    /// Push of a released hand relative to the full one (1): it follows the sine, turns into a pull
+    /// while a hand would leave the tissue, and is 1 otherwise.
     fn push_share(&self, t_s: f64) -> f64 {
         match self.stimulus.kind {
             Kind::Sine => 1.0 - self.sine(t_s) * 0.5,
@@ -255,7 +257,7 @@ impl Trajectory {
         }
     }
 
-    /// Time of a press at a speed [s].
+    /// Duration [s] of a press at a speed [m/s], from the start to its full depth.
     fn press_s(&self, m_per_s: f64) -> f64 {
         (CLEAR_M + self.depth_m + self.reach_m) / m_per_s
     }
@@ -267,8 +269,8 @@ impl Trajectory {
         if depth_m > 0.0 { depth_m * self.depth_m / deep } else { depth_m }
     }
 
-    /// Share of the motion, from 0 to 1 and back, at rising frequency from 0.5 to 20 Hz over 4 s
-    /// once pressed; 0 before and after.
+    /// Displacement of the sine, from 0 to 1 and back, at a frequency that rises from 0.5 to 20 Hz
+    /// over 4 s once pressed; 0 before and after.
     fn sine(&self, t_s: f64) -> f64 {
         let s = t_s - self.press_s(0.05) - SETTLE_S;
         if !(0.0..4.0).contains(&s) {
@@ -277,7 +279,7 @@ impl Trajectory {
         0.5 - 0.5 * sweep(s, 4.0, 0.5, 20.0).cos()
     }
 
-    /// 1 while the hand has left the tissue, 0 while it presses, smoothly between.
+    /// 1 while the hand has left the tissue, 0 while it presses, with a smooth transition.
     fn left(&self, t_s: f64) -> f64 {
         let s = t_s - self.press_s(0.05) - SETTLE_S;
         let window = |[from, to]: &[f64; 2]| {
@@ -319,7 +321,7 @@ impl Trajectory {
             }
             Kind::Hold { s } => {
                 let held_s = t_s - self.press_s(0.05);
-                // not in the steady end, which is evaluated
+                // the steady end, which is evaluated, has no tremor
                 let on = ((held_s - STILL_S) / 0.5).min((s - held_s) / 0.5).clamp(0.0, 1.0);
                 let turns = std::f64::consts::TAU * (held_s - STILL_S);
                 let drift_m = DRIFT.0 * self.reach_m * (DRIFT.1 * turns).sin();
@@ -344,14 +346,14 @@ impl Trajectory {
     }
 }
 
-/// Phase of a sweep from one frequency to another, evenly in octaves [rad].
+/// Phase of a sweep from one frequency to another at a constant rate in octaves per second [rad].
 fn sweep(s: f64, seconds: f64, from_hz: f64, to_hz: f64) -> f64 {
     let rate = (to_hz / from_hz).ln() / seconds;
     std::f64::consts::TAU * from_hz * ((rate * s).exp() - 1.0) / rate
 }
 
-/// Displacement to one side, to the other, back to the middle, at a constant speed; zero before and
-/// after [m].
+/// Displacement to one side, to the other and back to the middle at a constant speed [m]; zero
+/// before and after.
 fn zigzag(s: f64, m_per_s: f64, half_m: f64) -> f64 {
     match m_per_s * s / half_m {
         legs if legs < 0.0 => 0.0,
@@ -362,8 +364,8 @@ fn zigzag(s: f64, m_per_s: f64, half_m: f64) -> f64 {
     }
 }
 
-/// Smooth noise between about -1 and 1 with nothing above 8 Hz, the same every time for a given
-/// seed.
+/// Smooth noise between about -1 and 1 without components above 8 Hz, the same every time for a
+/// given seed.
 fn noise(s: f64, seed: u32) -> f64 {
     let tones = 8;
     let of = |n: u32| {

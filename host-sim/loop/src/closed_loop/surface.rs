@@ -15,7 +15,7 @@ use super::stimulus::{Change, Site};
 use super::watch::{HalfSpace, RestShape, RestSolid};
 use palpate_tissue::patch::{Memory, Patch};
 
-/// A surface with a force, a position, and changes.
+/// A surface that exerts a force at a site, and whose stiffness can change.
 pub trait Surface: Renderer {
     /// Site of the press.
     fn site(&self) -> Site;
@@ -27,11 +27,11 @@ pub trait Surface: Renderer {
     /// reports no contact, since under the probe it would create energy.
     fn change(&mut self, change: Change);
 
-    /// A tick has ended, in contact or not.
+    /// Ends a tick, in contact or not; a change that waits is applied outside contact.
     fn settle(&mut self, in_contact: bool);
 
-    /// Puts one node, or all of them, at a place [m, every axis] or gives them a speed [m/s, every
-    /// axis]; a surface without nodes is unchanged.
+    /// Sets the coordinates of one node, or of all nodes, to this value on every axis [m], or their
+    /// velocity to this value on every axis [m/s]; a surface without nodes is unchanged.
     fn strike(&mut self, _at_m: Option<f32>, _speed_m_per_s: Option<f32>, _all: bool) {}
 
     /// Returns the defect of the surface's state, if any: not finite, or impossibly far away.
@@ -44,7 +44,7 @@ pub trait Surface: Renderer {
 #[derive(Clone, Copy, Debug)]
 pub struct Wall {
     n_per_m: f32,
-    /// Largest depth that the surface answers, as with a patch's guard [m].
+    /// Largest depth at which the surface still responds, as with a patch's guard [m].
     depth_limit_m: f32,
     ratio: f32,
     wanted: f32,
@@ -52,8 +52,9 @@ pub struct Wall {
 }
 
 impl Wall {
-    /// Stiffness [N/m], below the plane through the origin with this outward normal. Its guard is
-    /// that of a patch: no deeper than where the force is 1.09 times the largest permitted.
+    /// Creates a wall of this stiffness [N/m] below the plane through the origin with this outward
+    /// normal. Like a patch, it has a guard: the depth is limited to that at which the force is
+    /// 1.09 times the largest permitted.
     #[must_use]
     pub fn new(n_per_m: f64, max_force_n: f64, normal: Vector3<f32>) -> Self {
         let depth_limit_m = (1.09 * max_force_n / n_per_m) as f32;
@@ -106,7 +107,7 @@ impl Surface for Wall {
     }
 }
 
-/// Stiffness and far field, as multiples of the first ones.
+/// Stiffness and far field, as multiples of the initial ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Variant {
     stiffness: f64,
@@ -184,7 +185,7 @@ impl Renderer for TissueSurface<'_> {
         self.state.reset(model);
         match self.at {
             0 => self.untouched.reset(tuned),
-            // what is known is the motion of the first tissue
+            // the recorded motion is that of the initial tissue
             _ => self.untouched.disturb(),
         }
     }
@@ -220,7 +221,7 @@ impl Surface for TissueSurface<'_> {
     fn strike(&mut self, at_m: Option<f32>, speed_m_per_s: Option<f32>, all: bool) {
         let Some((model, _)) = self.variants.first() else { return };
         let far = |n: &usize| model.nodes.get(*n).map_or(f64::MAX, |r| (Vector3::from(r.rest_m).cast() - self.site.at_m).norm());
-        // one that is free: under the probe
+        // the node nearest to the site: it is free, and under the probe
         let count = self.state.nodes().len();
         let nearest = (0..count).min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or_default();
         let struck = if all { 0..count } else { nearest..nearest + 1 };
@@ -249,7 +250,7 @@ impl Surface for TissueSurface<'_> {
 }
 
 /// Static curve of a press: (depth [m], force along the normal [N]) up to the patch's depth limit,
-/// in steps of 0.25 mm, each held until it rests.
+/// in steps of 0.25 mm, each held until the patch is at rest.
 ///
 /// # Errors
 /// Propagates errors from [`Params::build`].
@@ -275,7 +276,7 @@ pub fn static_curve(patch: &Patch, params: &Params) -> Result<Vec<(f64, f64)>, B
     Ok(curve)
 }
 
-/// Depth at which a curve reaches a force [m]; its end if it never does.
+/// Depth at which a curve reaches a force [m]; the last depth if it never does.
 #[must_use]
 pub fn depth_at_m(curve: &[(f64, f64)], force_n: f64) -> f64 {
     let between = curve.windows(2).find(|w| w[1].1 >= force_n).map(|w| {

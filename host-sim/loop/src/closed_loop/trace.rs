@@ -1,4 +1,4 @@
-//! One run as a table.
+//! Writes one run as a table.
 
 use super::run::Run;
 use super::stimulus::Site;
@@ -6,7 +6,7 @@ use palpate_tissue::error::Error;
 use palpate_tissue::output::OutputFolder;
 
 /// Writes `trace.csv`: one row per tick. Each number is the shortest decimal that reads back as the
-/// same one; depth and force on the device have single precision.
+/// same value; depth and force on the device have single precision.
 ///
 /// # Errors
 /// The folder cannot be written.

@@ -13,17 +13,17 @@ pub const JUDGED: usize = 500;
 const WINDOW: usize = 100;
 /// Force above 20 Hz that counts as felt [N].
 pub const FELT_N: f64 = 0.020;
-/// Least swing that counts [m].
+/// Limit of the swing for an encoder with counts of less than half of this [m].
 const LEAST_SWING_M: f64 = 5e-6;
 
 /// Measurements over the last half second of a hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hold {
-    /// Peak to peak of the handle, largest of the axes [m].
+    /// Peak-to-peak motion of the handle, the largest over the axes [m].
     pub swing_m: f64,
     /// RMS of the force vector above 20 Hz [N].
     pub shake_n: f64,
-    /// The swing grew over three windows in a row.
+    /// Whether the swing grew over three windows in a row.
     pub grows: bool,
     /// Largest swing allowed [m].
     pub most_swing_m: f64,
@@ -61,8 +61,8 @@ fn swing_m(at_m: &[Vector3<f64>]) -> f64 {
     (high - low).max()
 }
 
-/// RMS of a force above a frequency [N], from a tick on, after a Butterworth high-pass of fourth
-/// order that starts with the first sample.
+/// RMS of a force above a frequency [N], from the tick `from` on, after a fourth-order Butterworth
+/// high-pass that starts with the first sample.
 #[must_use]
 pub fn rms_above(force_n: &[Vector3<f64>], hz: f64, from: usize) -> f64 {
     let Some(first) = force_n.first() else { return 0.0 };

@@ -1,16 +1,17 @@
 //! The invariants of the loop, checked from outside in every tick: from its inputs, its reports and
 //! the force on the device.
 //!
-//! I1 the force is finite and no longer than the limit; I2 it grows no faster than the slew and
-//! keeps its direction, but for the part that the bound on its work takes; I3 no force without a
-//! mode that allows it, in `SafeRamp` only a falling one, after arming a rising share, after a late
-//! tick at most half; I4 a fault stays until it is cleared, after good poses; I5 the tissue's state
-//! is finite and near its patch; I7 nothing old is rendered; I8 limits only go down; I9 the force
-//! reported is the one applied; I10 ticks count up by one; I11 energy is that of the force that
-//! acted, and a contact that created too much is faded out. I6, no allocation and no panic, is
-//! proven on the image and not checked here. I12 to I14 determine contact from the sensed tip and
-//! geometry at rest, never from the renderer: no force without contact, none into the tissue, none
-//! that swings at rest.
+//! I1 the force is finite and no longer than the limit; I2 it grows no faster than the slew limit
+//! and keeps its direction, except for the part that the bound on its work removes; I3 no force
+//! acts without a mode that allows it; in `SafeRamp` the force only falls, after arming it is a
+//! rising share, and after a late tick at most half; I4 a fault stays latched until it is cleared
+//! after good poses; I5 the tissue's state is finite and near its patch; I7 no old reading is
+//! rendered; I8 limits are never raised; I9 the force reported is the one applied; I10 ticks count
+//! up by one; I11 the energy account is the work of the force that acted, and a contact that
+//! created too much energy is faded out. I6, no allocation and no panic, is proven on the image and
+//! not checked here. I12 to I14 determine contact from the sensed tip and geometry at rest, never
+//! from the renderer: I12 no force acts without contact, I13 none points into the tissue, I14 none
+//! oscillates at rest.
 
 mod box_tree;
 mod by_geometry;
@@ -26,7 +27,7 @@ use palpate::haptic::mode::Mode;
 use palpate::{ClampFlags, Fault, Vector3};
 use std::sync::Arc;
 
-/// Rounding of a force of a few newtons [N].
+/// Allowance for rounding in a force of a few newtons [N].
 const ROUNDING_N: f32 = 2e-6;
 
 /// All inputs and outputs of the loop in one tick.
@@ -40,7 +41,7 @@ pub struct Tick {
     pub limits: LoopLimitSettings,
     /// Telemetry of the loop.
     pub telemetry: Telemetry,
-    /// Output to the device: a force [N], or its release.
+    /// Output to the device: a force [N], or `None` for its release.
     pub got_n: Option<Vector3<f32>>,
     /// Defect of the tissue's state, if any.
     pub unsound: Option<&'static str>,
@@ -57,16 +58,16 @@ impl Tick {
 /// An invariant that was broken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Broken {
-    /// I1 .. I14.
+    /// Number of the invariant, I1 .. I14.
     pub id: &'static str,
     /// Description of the violation.
     pub what: &'static str,
 }
 
-/// Ticks over which the loop averages a force at most (1).
+/// Largest number of ticks over which the loop averages a force.
 const MOST_MEAN_TICKS: f32 = 100.0;
 
-/// Checks tick by tick.
+/// Checks the invariants tick by tick.
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
     /// The last three ticks, newest first.
@@ -80,18 +81,18 @@ pub struct Watch {
     free: u32,
     /// Ticks in a row at the force limit in `Active`.
     saturated: u32,
-    /// Ticks in a row over the energy alarm.
+    /// Ticks in a row with a created energy above the alarm.
     alarmed: i32,
     settled: Option<Settled>,
-    /// Position of each axis in the backlash of the energy's displacement [m]; unknown after a
-    /// fault.
+    /// Position of each axis within the backlash that a displacement passes before it counts as
+    /// work [m]; unknown after a fault.
     slack_m: [Slack; 3],
     /// Force along each axis since its last displacement.
     since: [Since; 3],
     by_geometry: Option<ByGeometry>,
 }
 
-/// Position in a backlash, once it is known.
+/// Position within a backlash, once it is known.
 #[derive(Clone, Copy, Debug)]
 struct Slack(Option<f32>);
 
@@ -102,7 +103,7 @@ impl Default for Slack {
 }
 
 impl Slack {
-    /// Returns the part of a displacement behind the backlash; `None` while the position is
+    /// Returns the part of a displacement that passes the backlash; `None` while the position is
     /// unknown.
     fn pass(&mut self, displacement_m: f32, play_m: f32) -> Option<f32> {
         let Some(at_m) = self.0 else {
@@ -124,10 +125,10 @@ struct Since {
 }
 
 impl Since {
-    /// Mean force with that of this tick; a new mean begins after a displacement and outside of
-    /// contact.
+    /// Mean force, that of this tick included; a new mean begins after a displacement and outside
+    /// of contact.
     fn mean_n(&mut self, force_n: f32, ends: bool) -> f32 {
-        // beyond this the loop forgets the oldest
+        // beyond this number of ticks the loop forgets the oldest
         let kept = if self.ticks < MOST_MEAN_TICKS { 1.0 } else { 1.0 - 1.0 / MOST_MEAN_TICKS };
         let (sum_n, ticks) = (self.sum_n * kept + force_n, (self.ticks + 1.0).min(MOST_MEAN_TICKS));
         *self = if ends { Self::default() } else { Self { sum_n, ticks } };
@@ -182,10 +183,10 @@ impl Watch {
         self.by_geometry.as_ref().map(ByGeometry::seen).unwrap_or_default()
     }
 
-    /// The first invariant that this tick breaks.
+    /// Checks a tick against all invariants.
     ///
     /// # Errors
-    /// The invariant that broke.
+    /// The first invariant that this tick breaks.
     pub fn check(&mut self, now: &Tick) -> Result<(), Broken> {
         self.silent = if now.command.heard { 0 } else { self.silent + 1 };
         self.count(now);
@@ -234,7 +235,8 @@ impl Watch {
         hold("I1", "pull", !pushes || force_n.dot(&telemetry.output.normal) >= -telemetry.output.grip_n - ROUNDING_N)?;
         if !telemetry.limiters.contains(ClampFlags::SLEW) && length_n > 1e-3 {
             let (aside, along) = (force_n.cross(&telemetry.wanted_n).norm(), force_n.dot(&telemetry.wanted_n));
-            // a force that is shortened ends inside the sphere on the wanted one
+            // a force that the bound on its work shortens ends inside the sphere whose diameter is
+            // the wanted force
             let bounded = telemetry.limiters.contains(ClampFlags::ENERGY) && along >= 0.99 * length_n * length_n;
             let keeps = aside <= 0.03 * length_n * telemetry.wanted_n.norm() && along > 0.0;
             hold("I2", "direction", keeps || bounded)?;
@@ -306,7 +308,7 @@ impl Watch {
         Ok(())
     }
 
-    /// The loop's energy account equals the work of the force that acted.
+    /// Checks that the loop's energy account equals the work of the force that acted.
     fn energy(&mut self, now: &Tick, before: &Tick) -> Result<(), Broken> {
         let Some(settled) = self.settled else { return Ok(()) };
         if now.telemetry.fault.is_some() || before.telemetry.fault.is_some() {

@@ -12,21 +12,21 @@ use palpate_tissue::tissue::DEPTH_MARGIN;
 /// Node counts offered for the block: those with a calibrated patch, and one without.
 pub const SIZES: [usize; 4] = [130, 230, 410, 1020];
 
-/// A stiffer ball.
+/// A ball that is stiffer than the tissue around it.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Nodule {
-    /// Centre of the ball: position on the surface, and depth below it [m].
+    /// Position of the centre along the surface [m].
     pub place_m: [f64; 2],
     /// Depth of the centre [m].
     pub depth_m: f64,
-    /// Radius [m].
+    /// Radius of the ball [m].
     pub radius_m: f64,
     /// Stiffness as a multiple of the tissue's.
     pub ratio: f64,
 }
 
 impl Nodule {
-    /// Converts a scene's, in a block whose top is at z = 0.
+    /// Converts an inclusion of a scene, in a block whose top is at z = 0.
     #[must_use]
     pub fn of(ball: &Inclusion) -> Self {
         let [x, y, z] = ball.center_m;
@@ -56,7 +56,7 @@ pub enum Inside {
 /// Scene to press, and the changes to it.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Choice {
-    /// A preset's name, or the name of `text`.
+    /// Name of a preset, or of the scene file whose content is `text`.
     pub scene: String,
     /// Text of a scene file; empty for a preset.
     pub text: String,
@@ -66,7 +66,7 @@ pub struct Choice {
     pub youngs_modulus_pa: Option<f64>,
     /// Damping of the nodes [1/s]; the scene's own if `None`.
     pub node_damping_per_s: Option<f64>,
-    /// Nodules, in a block; other tissue keeps the scene's.
+    /// Nodules of a block; other tissue keeps those of the scene.
     pub inside: Inside,
 }
 
@@ -84,10 +84,10 @@ impl Choice {
         }
     }
 
-    /// The scene with every change in it, checked.
+    /// Returns the scene with every change applied, after checking it.
     ///
     /// # Errors
-    /// The first error in it, by its position.
+    /// The first error in the scene, with its position.
     pub fn scene(&self) -> Result<Scene, Error> {
         let mut scene = if self.text.is_empty() { Scene::load(&self.scene)? } else { Scene::parse(&self.scene, &self.text)? };
         let tissue = &mut scene.tissue;
@@ -105,7 +105,7 @@ impl Choice {
         Ok(scene)
     }
 
-    /// The scene's own nodules, whatever is inside now.
+    /// The scene's own nodules, even if `inside` replaces them.
     ///
     /// # Errors
     /// Errors of [`Self::scene`].
@@ -121,7 +121,7 @@ impl Choice {
         bare(self) == bare(other)
     }
 
-    /// Makes the patch.
+    /// Builds the tissue of this choice.
     ///
     /// # Errors
     /// A scene that does not fit, or a model that cannot keep 1 kHz.
@@ -130,8 +130,8 @@ impl Choice {
         if let Some((patch, params)) = calibrated::as_shipped(&scene) {
             return Ok(LiveTissue::new(patch, params)?);
         }
-        // pressed to the probe's radius, where the contact law was measured, whatever the scene's
-        // own drive
+        // the patch is prepared for presses as deep as the probe's radius, the depth up to which
+        // the contact law was measured, and not for the scene's own drive
         let deepest_m = scene.probe.radius_m as f32;
         if scene.tissue.block_m.is_some() {
             let holds_m = vec![scene.probe.radius_m / DEPTH_MARGIN];
@@ -146,7 +146,7 @@ impl Choice {
     }
 }
 
-/// Outward normal of a patch's press.
+/// Outward normal of the tissue at the site of the press.
 #[must_use]
 pub(super) fn axis(tissue: &LiveTissue) -> Vector3<f64> {
     tissue.params().probe.axis.cast()

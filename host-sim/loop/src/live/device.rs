@@ -1,5 +1,5 @@
-//! Device that the tip is fixed to: the pointer itself, or an emulated hand on an emulated device
-//! that follows it.
+//! Device to which the tip is fixed: the pointer itself, or an emulated hand on an emulated device
+//! that follows the pointer.
 
 use palpate::Vector3;
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
@@ -17,11 +17,12 @@ pub const POINTER_FORCE_N: f32 = 12.0;
 /// Device and hand that hold the probe.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Holding {
-    /// Device profile by name; `None`: the tip is at the pointer.
+    /// Name of the device profile; if `None`, the tip is at the pointer.
     pub device: Option<String>,
     /// Hand by its id, H1 .. H6.
     pub hand: String,
-    /// Ticks between a force and the amplifier getting it; the profile's own if `None`.
+    /// Delay from computing a force to its arrival at the amplifier [ticks]; the profile's own if
+    /// `None`.
     pub delay_ticks: Option<u8>,
 }
 
@@ -39,7 +40,7 @@ pub(super) enum LiveDevice {
     Held(Box<Plant>),
 }
 
-/// The tip is at the target; it has no mass and feels nothing.
+/// A tip that is always at its target: it has no mass, and no force moves it.
 #[derive(Clone, Debug)]
 pub(super) struct Pointer {
     limits: DeviceSpec,

@@ -1,9 +1,9 @@
 //! Find the nodule: a stiffer ball somewhere under the surface, found by pressing, scored by
 //! equation (14) of paper 004.
 //!
-//! The paper's three physicians mark from 0 to 10; here three measurements take their places and
-//! their weights: the distance of the answer (0.45, the chief's weight), the strongest press (0.35)
-//! and the time (0.20).
+//! The paper's three physicians give marks from 0 to 10; here three measurements replace them, with
+//! the same weights: the distance of the answer (0.45, the chief's weight), the strongest press
+//! (0.35) and the time (0.20).
 
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -15,14 +15,14 @@ use super::choice::Nodule;
 const FULL_MARK: f64 = 10.0;
 /// Weights of the three marks: chief, associate chief and attending physician of paper 004.
 const WEIGHTS: [f64; 3] = [0.45, 0.35, 0.20];
-/// The nodule lies within this distance of the middle, where the patch's mesh is fine [m].
+/// Largest distance of the nodule from the middle, where the patch's mesh is fine [m].
 const REACH_M: f64 = 14e-3;
-/// Distances of an answer for the full mark and for no mark [m]; an answer beside the nodule gets
-/// none either.
+/// Distance between answer and nodule up to which an answer earns the full mark, and from which on
+/// it earns none [m]; an answer that is not over the nodule earns none either.
 const NEAR_M: [f64; 2] = [3e-3, 9e-3];
-/// Strongest presses for the full mark and for no mark [N].
+/// Strongest press that earns the full mark, and weakest that earns none [N].
 const GENTLE_N: [f64; 2] = [0.4, 1.5];
-/// Times for the full mark and for no mark [s].
+/// Longest time that earns the full mark, and shortest that earns none [s].
 const SOON_S: [f64; 2] = [20.0, 120.0];
 
 /// A running exercise.
@@ -35,10 +35,10 @@ pub struct Exercise {
 /// Result of the exercise.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Found {
-    /// Vector from the answer to the nodule, along the surface [m].
+    /// Distance from the answer to the nodule, along the surface [m].
     pub apart_m: f64,
-    /// The answer lies over the nodule. Without this rule the other marks alone would give half of
-    /// the score.
+    /// Whether the answer is over the nodule. Without this rule the other marks alone would give
+    /// half of the score.
     pub found: bool,
     /// Strongest press [N].
     pub peak_n: f64,
@@ -61,7 +61,7 @@ impl Exercise {
         Self { hidden: Nodule { place_m, depth_m: 9e-3 + 2e-3 * share(), radius_m: 6e-3, ratio: 10.0 } }
     }
 
-    /// Judges an answer on the surface [m].
+    /// Scores an answer at a position on the surface [m].
     #[must_use]
     pub fn judge(&self, place_m: [f64; 2], peak_n: f64, time_s: f64) -> Found {
         let [x, y] = self.hidden.place_m;

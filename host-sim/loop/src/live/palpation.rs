@@ -19,7 +19,8 @@ const FOLLOW_S: f64 = 8e-3;
 /// Largest speed with which the hand follows the pointer [m/s].
 const FASTEST_M_PER_S: f64 = 0.5;
 
-/// Displacement in a tick towards a target at this distance [m]; none if it is not finite.
+/// Displacement of the hand per tick towards a target at this distance [m]; zero if the distance is
+/// not finite.
 fn followed(apart_m: Vector3<f64>) -> Vector3<f64> {
     let displacement_m = apart_m * (TICK_S / FOLLOW_S);
     let (length_m, most_m) = (displacement_m.norm(), FASTEST_M_PER_S * TICK_S);
@@ -37,13 +38,13 @@ pub struct Told {
     pub at_m: Vector3<f64>,
     /// Telemetry of the loop.
     pub telemetry: Telemetry,
-    /// The invariant of the loop that this tick broke.
+    /// The invariant of the loop that this tick broke, if any.
     pub broken: Option<Broken>,
 }
 
 impl Told {
-    /// Force on the device along the surface that is touched [N]: the part that friction adds to
-    /// the push.
+    /// Tangential component of the force on the device [N]: the part that friction adds to the
+    /// push.
     #[must_use]
     pub fn along_n(&self) -> Vector3<f32> {
         let (force_n, normal) = (self.telemetry.applied_n, self.telemetry.output.normal);
@@ -51,7 +52,7 @@ impl Told {
     }
 }
 
-/// A loop.
+/// A running loop.
 #[derive(Clone, Debug)]
 pub struct Live {
     choice: Choice,
@@ -69,7 +70,7 @@ pub struct Live {
 }
 
 impl Live {
-    /// A loop about to arm.
+    /// Creates a loop that is about to arm.
     ///
     /// # Errors
     /// A scene that does not fit, an unknown device, or parameters that the core refuses.
@@ -112,7 +113,7 @@ impl Live {
         &self.holding
     }
 
-    /// The tissue.
+    /// The tissue that is pressed.
     #[must_use]
     pub fn tissue(&self) -> &LiveTissue {
         &self.tissue
@@ -130,13 +131,13 @@ impl Live {
         self.port.limits()
     }
 
-    /// The mode.
+    /// Mode of the loop.
     #[must_use]
     pub fn mode(&self) -> Mode {
         self.cycle.mode()
     }
 
-    /// A change of stiffness or damping waits for the probe to leave.
+    /// Whether a change of stiffness or damping waits for the probe to leave.
     #[must_use]
     pub fn waits(&self) -> bool {
         self.waiting.is_some()
@@ -146,7 +147,7 @@ impl Live {
     /// stiffness and damping starts a new loop and ends a recording, whose bytes are returned.
     ///
     /// # Errors
-    /// Errors of [`Self::new`]; nothing changes then, and a recording goes on.
+    /// Errors of [`Self::new`]; nothing changes then, and a recording continues.
     pub fn choose(&mut self, choice: &Choice, holding: &Holding) -> Result<Option<Vec<u8>>, Error> {
         if *holding == self.holding && choice.same_patch(&self.choice) {
             let scene = choice.scene()?;
@@ -171,7 +172,7 @@ impl Live {
         Ok(ended)
     }
 
-    /// Returns the same patch at rest, with the pending parameters, if any.
+    /// Returns the patch at rest, with the pending parameters, if any.
     fn fresh(&self) -> Result<LiveTissue, Error> {
         let params = self.waiting.unwrap_or(*self.tissue.params());
         Ok(LiveTissue::new(self.tissue.patch().clone(), params)?)
@@ -183,7 +184,7 @@ impl Live {
         self.asked = Some(ask);
     }
 
-    /// Starts a recording, from the first tick of a loop, since a trace begins in a known state.
+    /// Starts a new loop and records it from its first tick, since a trace begins in a known state.
     ///
     /// # Errors
     /// Errors of [`Self::new`].
@@ -205,14 +206,14 @@ impl Live {
         self.recorder.as_ref().map(Recorder::ticks)
     }
 
-    /// Ends the recording: the bytes of the trace.
+    /// Ends the recording and returns the bytes of the trace.
     pub fn finish(&mut self) -> Option<Vec<u8>> {
         let hash = self.tissue.hash();
         self.recorder.take().map(|recorder| recorder.finish(hash))
     }
 
-    /// Runs one tick towards a target [m]. `heard`: the host gave a sign of life; without one the
-    /// force ends.
+    /// Runs one tick towards a target [m]. `heard` says whether the host gave a sign of life;
+    /// without one the force ends.
     pub fn tick(&mut self, target_m: Vector3<f64>, heard: bool) -> Told {
         // softening applies at once; stiffening under the probe would create energy
         let softens = self.waiting.is_some_and(|p| p.youngs_modulus_pa <= self.tissue.params().youngs_modulus_pa);

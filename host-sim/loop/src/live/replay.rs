@@ -13,7 +13,7 @@ use palpate_tissue::patch::Patch;
 /// Result of a replay.
 #[derive(Clone, Debug)]
 pub struct Replayed {
-    /// One per tick, as computed here.
+    /// Telemetry of every tick, as computed here.
     pub telemetry: Vec<Telemetry>,
     /// Hash of all nodes at the end.
     pub hash: u64,
@@ -25,23 +25,23 @@ pub struct Replayed {
 
 /// A second controller with the same inputs.
 pub trait Witness {
-    /// Takes another Young's modulus after the next tick [Pa]: a board recomputes its masses after
-    /// the force is output.
+    /// Changes Young's modulus after the next tick [Pa]: a board recomputes its masses after the
+    /// force is output.
     fn retuned(&mut self, youngs_modulus_pa: f32);
 
-    /// Called once per tick with what was read, asked, reported and applied to the device [N];
-    /// `None` is its release.
+    /// Called once per tick with what was read, asked, reported and applied to the device [N]; a
+    /// force of `None` is its release.
     fn tick(&mut self, reading: Sensed, command: Command, telemetry: &Telemetry, got_n: Option<Vector3<f32>>);
 }
 
-/// No second controller.
+/// Without a witness the calls have no effect.
 impl Witness for () {
     fn retuned(&mut self, _: f32) {}
 
     fn tick(&mut self, _: Sensed, _: Command, _: &Telemetry, _: Option<Vector3<f32>>) {}
 }
 
-/// Runs a trace again. It continues after a difference, so that the rest can be drawn.
+/// Replays a trace. The replay continues after a difference, so that the rest can be drawn.
 ///
 /// # Errors
 /// A patch or settings that the core refuses.
@@ -49,7 +49,7 @@ pub fn replay(trace: &Trace) -> Result<Replayed, Error> {
     replay_beside(trace, &mut ())
 }
 
-/// Runs a trace again as [`replay`] does, with a witness.
+/// Replays a trace as [`replay`] does, with a witness.
 ///
 /// # Errors
 /// Errors of [`replay`].
@@ -129,7 +129,7 @@ pub fn aligned(bytes: &[u8]) -> Vec<u32> {
     words
 }
 
-/// The tissue that a trace carries as a packed patch.
+/// Unpacks the tissue that a trace contains as a packed patch.
 ///
 /// # Errors
 /// A patch that the core refuses.
@@ -168,7 +168,7 @@ impl HapticDevice for Replay {
     }
 }
 
-/// The table as CSV, with one row per tick.
+/// Telemetry of a replay as CSV, with one row per tick.
 #[must_use]
 pub fn table(replayed: &Replayed) -> String {
     use std::fmt::Write;

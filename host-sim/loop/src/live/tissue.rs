@@ -11,7 +11,7 @@ use palpate::{
 use crate::closed_loop::watch::{RestShape, RestSolid};
 use palpate_tissue::patch::Patch;
 
-/// Patch, parameters and state, with every array of its own.
+/// A patch with its parameters and state, which owns all of its arrays.
 #[derive(Clone, Debug)]
 pub struct LiveTissue {
     patch: Patch,
@@ -24,8 +24,8 @@ pub struct LiveTissue {
     faded: Vec<Faded>,
     bristles: Vec<Bristle>,
     held: Parked,
-    /// The next tick puts the patch to rest, in place of its answer: as on the board; otherwise the
-    /// two would differ by that tick.
+    /// Whether the next tick resets the patch to rest and returns no force, as on the board;
+    /// otherwise the two would differ by that tick.
     resting: bool,
 }
 
@@ -57,7 +57,7 @@ impl LiveTissue {
         Ok(tissue)
     }
 
-    /// The patch.
+    /// The patch with its mesh and springs.
     #[must_use]
     pub fn patch(&self) -> &Patch {
         &self.patch
@@ -81,8 +81,8 @@ impl LiveTissue {
         &self.nodes
     }
 
-    /// Sets another stiffness or damping without stopping the motion. The smooth fields stay those
-    /// that the patch was made with, as on a board.
+    /// Sets another stiffness or damping without stopping the motion. The smooth fields of the mass
+    /// matrix remain those of the original parameters, as on a board.
     ///
     /// # Errors
     /// Parameters out of range; nothing changes then.
@@ -104,7 +104,7 @@ impl LiveTissue {
         let tuned = params.derive(node_step, *gains);
         let mut pressure_pa = vec![0.0; model.triangles.len()];
         let state = State::resume(&model, nodes, candidates, shapes, *held).and_then(|state| state.with_relaxation(faded));
-        // sizes were checked when it was built
+        // sizes were checked when the tissue was created
         let map = state.map_or(ContactMap::NONE, |state| {
             let mut state = state.with_friction(bristles);
             ContactMap::read(&model, &tuned, &mut state, &mut pressure_pa)
@@ -118,14 +118,14 @@ impl LiveTissue {
         self.with_state(|_, state| state.hash()).unwrap_or_default()
     }
 
-    /// Puts the tissue to rest at once, as when it was made.
+    /// Puts the tissue to rest at once, as when it was created.
     pub fn restart(&mut self) {
         self.resting = false;
         self.rest();
     }
 
     fn rest(&mut self) {
-        // sizes were checked when it was built
+        // sizes were checked when the tissue was created
         let _fits = self.with_state(|model, state| state.reset(model));
     }
 

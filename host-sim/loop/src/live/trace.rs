@@ -1,5 +1,4 @@
-//! The trace of a recording: everything that entered the cycle and everything that it answered, to
-//! the bit.
+//! The trace of a recording: every input and every output of the cycle, to the bit.
 //!
 //! ```text
 //! "PALPLIVE" version  ( kind length payload )*        little-endian
@@ -8,7 +7,8 @@
 //!   H  hash of all nodes                                    Z  ticks, FNV-1a of all before
 //! ```
 //!
-//! The patch itself is in it: made anew on another machine, it could differ in its last bits.
+//! The trace contains the patch itself: if it were built again on another machine, its last bits
+//! could differ.
 
 use std::fmt;
 
@@ -29,25 +29,25 @@ pub const MAGIC: [u8; 8] = *b"PALPLIVE";
 pub const VERSION: u32 = 3;
 /// Longest recording [ticks]: ten minutes, about 17 MB.
 pub const MOST_TICKS: u32 = 600_000;
-/// Bytes of a row.
+/// Length of a row [bytes].
 const ROW: usize = 29;
 /// Rows between two hashes of all nodes.
 const HASHED_EVERY: u32 = 256;
-/// Numbers of settings and device.
+/// Count of the numbers that describe settings and device.
 const NUMBERS: usize = 34;
 
 /// Description of a recording, in words.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Head {
-    /// Scene.
+    /// Name of the scene.
     pub scene: String,
-    /// Device profile.
+    /// Name of the device profile.
     pub device: String,
-    /// Hand.
+    /// Name of the hand.
     pub hand: String,
 }
 
-/// One tick.
+/// Inputs and outputs of one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// Position that the device read [m].
@@ -69,7 +69,7 @@ pub enum Piece {
     Retuned([f32; 2]),
     /// Ticks, one row each.
     Rows(Vec<Row>),
-    /// Hash of all nodes here.
+    /// Hash of all nodes at this point.
     Hash(u64),
 }
 
@@ -84,16 +84,16 @@ pub struct Trace {
     pub device: DeviceSpec,
     /// Recorded pieces, in order.
     pub pieces: Vec<Piece>,
-    /// Ticks in all.
+    /// Total number of ticks.
     pub ticks: u32,
 }
 
 /// Why bytes are not a valid trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TraceError {
-    /// Other bytes.
+    /// The bytes do not begin as a trace does.
     NotATrace,
-    /// Written by another version.
+    /// The trace has another version of the format.
     Version(u32),
     /// The trace ends too early.
     Cut,
@@ -119,7 +119,7 @@ impl fmt::Display for TraceError {
 
 impl std::error::Error for TraceError {}
 
-/// All reports of a tick besides the force, folded into 32 bits.
+/// Digest of everything that a tick reported besides the force, in 32 bits.
 #[must_use]
 pub fn digest(telemetry: &Telemetry) -> u32 {
     let o = &telemetry.output;
@@ -167,20 +167,20 @@ impl Recorder {
         recorder
     }
 
-    /// Ticks so far.
+    /// Number of ticks so far.
     #[must_use]
     pub fn ticks(&self) -> u32 {
         self.ticks
     }
 
-    /// The tissue received other parameters.
+    /// Records that the tissue received other parameters.
     pub fn retuned(&mut self, params: &Params) {
         self.flush();
         let bytes: Vec<u8> = [params.youngs_modulus_pa, params.node_damping_per_s].iter().flat_map(|n| n.to_le_bytes()).collect();
         self.piece(b'E', &bytes);
     }
 
-    /// A tick.
+    /// Records a tick.
     pub fn row(&mut self, reading: &Sensed, command: &Command, telemetry: &Telemetry) {
         let asked = command.asked.map_or(0, |a| 1 + a as u8);
         for v in [reading.position_m, telemetry.applied_n] {
@@ -203,7 +203,7 @@ impl Recorder {
         self.piece(b'H', &hash.to_le_bytes());
     }
 
-    /// The whole trace.
+    /// Ends the trace with this hash of all nodes, and returns its bytes.
     #[must_use]
     pub fn finish(mut self, hash: u64) -> Vec<u8> {
         self.hash(hash);
@@ -231,7 +231,7 @@ impl Trace {
     /// Reads a whole trace.
     ///
     /// # Errors
-    /// [`TraceError`].
+    /// The bytes are not a valid trace.
     pub fn read(bytes: &[u8]) -> Result<Self, TraceError> {
         let magic = bytes.get(..MAGIC.len()).ok_or(TraceError::NotATrace)?;
         if magic != MAGIC {

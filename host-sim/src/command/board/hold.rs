@@ -1,4 +1,4 @@
-//! `palpate board arm`, `watch`, `stop` and `clear`.
+//! The commands `palpate board arm`, `watch`, `stop` and `clear`.
 
 mod stream;
 mod writer;
@@ -22,10 +22,10 @@ use crate::error::Error;
 use crate::port::session::{force_words, released_by_itself};
 use crate::port::{PortError, Session};
 
-/// A fault is cleared after good poses only.
+/// Longest wait until a fault is cleared, which needs good poses first.
 const CLEARED: Duration = Duration::from_secs(2);
-/// A board that was asked to arm is no longer idle in the next tick; records that are older than
-/// the request may wait in the line.
+/// Ticks after which a board that is still idle has refused to arm. It leaves idle in the tick
+/// after the request, but records from before the request may still be on the line.
 const STAYS_IDLE_TICKS: u32 = 2_000;
 /// Longest wait for a record before the signs of life are checked again.
 const STEP: Duration = LISTENING;
@@ -35,12 +35,12 @@ pub(in crate::command) struct Stream {
     /// Seconds after which to end [default: at Ctrl-C].
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     seconds: Option<f64>,
-    /// Also write the records, 50 a second, to a CSV file: the file is there when the command is
+    /// Also write the records, 50 per second, to a CSV file, which appears when the command is
     /// done, but not if the port is lost.
     #[arg(long, value_name = "FILE.csv")]
     out: Option<std::path::PathBuf>,
-    /// Also write the records to this CSV file as they come, for `palpate live --follow` or another
-    /// reader: begun anew, and kept whatever ends the command.
+    /// Also write the records to this CSV file as they arrive, for `palpate live --follow` or
+    /// another reader. An earlier file is replaced, and the rows are kept however the command ends.
     #[arg(long, value_name = "FILE.csv")]
     stream: Option<std::path::PathBuf>,
 }
@@ -55,7 +55,7 @@ impl Stream {
     }
 }
 
-/// Set by Ctrl-C or the system's request to end.
+/// Set by Ctrl-C, or by the system's request to end.
 static ENDED: AtomicBool = AtomicBool::new(false);
 
 fn end_at_ctrl_c() -> Result<(), Error> {
@@ -64,7 +64,7 @@ fn end_at_ctrl_c() -> Result<(), Error> {
     })
 }
 
-/// Sum over a run.
+/// Totals over a run.
 #[derive(Default)]
 struct Seen {
     records: u64,
@@ -81,7 +81,7 @@ impl Seen {
         self.deepest_m = self.deepest_m.max(record.depth_m);
     }
 
-    /// Time on the board [s].
+    /// Time on the board since the first record [s].
     fn board_s(&self, last: &Record) -> f64 {
         f64::from(self.first.map_or(0, |first| last.tick.wrapping_sub(first.tick))) * 1e-3
     }
@@ -108,7 +108,7 @@ fn hold(session: &mut Session, log: &mut Log, (stream, until): (&Stream, Option<
     if arm {
         armable(session)?;
     }
-    // an earlier stream stays where there is no board to write another
+    // an earlier stream is kept if there is no board that would write another
     let mut files = Writer::start(Files::begin(stream.out.as_deref(), stream.stream.as_deref())?);
     if arm {
         session.send(&ToBoard::Ask(HostAsk::Arm))?;
@@ -119,7 +119,7 @@ fn hold(session: &mut Session, log: &mut Log, (stream, until): (&Stream, Option<
     let ended = follow((session, log), until, arm, &mut files, &mut seen, &mut held);
     let lost = matches!(ended, Err(Error::Port(PortError::Lost { .. })));
     let stopped = if arm && !lost { session.stop() } else { Ok(()) };
-    // no force acts any more that a slow disk could end
+    // from here on no force acts that a slow disk could end
     let written = files.end();
     stopped?;
     if let Some(gap) = written.as_ref().ok().and_then(Written::gap) {
@@ -144,7 +144,7 @@ fn hold(session: &mut Session, log: &mut Log, (stream, until): (&Stream, Option<
     ended
 }
 
-/// A board that is not idle does not arm, and says so only by its silence.
+/// Refuses a board that is not idle: it would not arm, and would not say so.
 fn armable(session: &Session) -> Result<(), Error> {
     let record = &session.record;
     match record.mode() {
@@ -165,7 +165,7 @@ fn undone(session: &Session, what: String) -> Error {
     PortError::Undone { port: session.port().into(), what }.into()
 }
 
-/// Takes records until the end. If the board was armed, also watches that it stays armed.
+/// Reads records until the end. If the board was armed, also checks that it stays armed.
 fn follow(
     (session, log): (&mut Session, &mut Log),
     until: Option<Duration>,
@@ -200,7 +200,7 @@ fn follow(
         };
         seen.take(&record);
         if !files.add(&record, &session.identity) {
-            break Ok(()); // the end says why
+            break Ok(()); // break Ok(()); // the reason is given at the end
         }
         lines.say(|| format!("{}; {}, {:.2} mm deep", status::mode(&record), force_words(&record), record.depth_m * 1e3));
         if arm {
@@ -225,7 +225,7 @@ fn follow(
     outcome
 }
 
-/// Says why there is no force any more, if the board has ended it.
+/// Says why the force has ended, if the board has ended it.
 fn ended_by_board(record: &Record, before: Option<Mode>) -> Option<String> {
     match (before, record.mode()?) {
         (_, Mode::Fault) => Some(format!("the board ended the force: {}; no force acts", status::fault(record))),

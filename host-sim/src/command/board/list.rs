@@ -1,4 +1,4 @@
-//! `palpate board list`.
+//! The command `palpate board list`.
 
 use std::time::Duration;
 
@@ -10,10 +10,10 @@ use super::status::image;
 use crate::error::Error;
 use crate::port::{PortError, Session};
 
-/// A Palpate board sends a record every 20 ms.
+/// Longest wait for a board, which sends a record every 20 ms.
 const PATIENCE: Duration = Duration::from_millis(600);
 
-/// A port, and the product behind it as USB names it.
+/// A port, and the product on it as USB names it.
 struct FoundPort {
     name: String,
     product: String,
@@ -69,7 +69,7 @@ fn usb_ports() -> Result<Vec<FoundPort>, Error> {
     Ok(usb.map(|port| FoundPort { product: product(&port.port_type), name: port.port_name }).collect())
 }
 
-/// The product as USB names it, with its maker.
+/// Maker and product as USB names them.
 fn product(kind: &SerialPortType) -> String {
     let SerialPortType::UsbPort(usb) = kind else { return String::new() };
     let words = [usb.manufacturer.as_deref(), usb.product.as_deref()];

@@ -12,27 +12,27 @@ use palpate_tissue::Error as TissueError;
 use crate::error::Error;
 use crate::port::Session;
 
-/// Folders below the target folder in which `cargo fw-...` leaves images.
+/// Folders below the target folder in which `cargo fw-...` puts images.
 const IMAGES: [&str; 2] =
     ["thumbv7em-none-eabihf/firmware/palpate-firmware", "thumbv8m.main-none-eabihf/firmware/palpate-firmware"];
 /// Longest wait for the rest of a log.
 const GATHERED: Duration = Duration::from_secs(2);
-/// Between two requests for the log, which stays on the board unless a host listens.
+/// Time between two requests for the log, which stays on the board unless a host listens.
 pub(super) const LISTENING: Duration = Duration::from_millis(20);
 
-/// Turns what comes of the log into lines.
+/// Decodes the log that arrives from a board to lines.
 pub(super) struct Log {
     /// Checksum of the board's image.
     board: u32,
     table: Table,
-    /// Lost frames that were reported.
+    /// Number of lost frames that were already reported.
     lost: u32,
-    /// Frames that nothing explains.
+    /// Number of frames that no image here explains.
     unread: usize,
 }
 
 enum Table {
-    /// The table is looked for when the first frame comes.
+    /// The table is searched for when the first frame arrives.
     Unsought,
     Found(LogTable),
     Missing,
@@ -54,7 +54,7 @@ impl Log {
         Ok(Self { board, table, lost: 0, unread: 0 })
     }
 
-    /// Lines of what has come since the last call.
+    /// Lines that have arrived since the last call.
     pub(super) fn lines(&mut self, session: &mut Session) -> Vec<String> {
         session.log.drain(..).flat_map(|piece| self.piece(&piece)).collect()
     }
@@ -77,7 +77,7 @@ impl Log {
         lines
     }
 
-    /// Advice on reading a log that nothing here explains, if one came.
+    /// Advice on how to read a log that no image here explains, if one arrived.
     pub(super) fn unread(&self) -> Option<String> {
         (self.unread > 0).then(|| {
             format!(
@@ -87,16 +87,16 @@ impl Log {
         })
     }
 
-    /// Waits for the rest of the log, as long as the board is at rest: what keeps the log coming is
-    /// a sign of life, too, and must not prolong a force.
+    /// Waits for the rest of the log while the board is at rest. Requests for the log are also
+    /// signs of life, and must not prolong a force.
     pub(super) fn gather(session: &mut Session) {
         let begun = Instant::now();
         while at_rest(session) && begun.elapsed() < GATHERED {
             if session.last_sent().elapsed() >= LISTENING && session.send(&ToBoard::Listen(true)).is_err() {
-                return; // the command's own outcome says more
+                return; // return; // the outcome of the command itself says more
             }
             match session.next(LISTENING) {
-                // a piece without a frame: nothing waits
+                // a piece without a frame means that no line waits
                 Ok(Some(FromBoard::Log(piece))) if piece.frames.bytes().is_empty() => return,
                 Ok(_) => {}
                 Err(_) => return,
@@ -104,16 +104,16 @@ impl Log {
         }
     }
 
-    /// Asks the board to keep later lines. A board that gives a force is not asked: it notices by
-    /// itself.
+    /// Asks the board to keep later lines. A board that exerts a force is not asked: it notices the
+    /// silence by itself.
     pub(super) fn leave(session: &mut Session) {
         if at_rest(session) {
-            // the command's own outcome says whether the port has gone
+            // the outcome of the command itself says whether the port has gone
             let _ = session.send(&ToBoard::Listen(false));
         }
     }
 
-    /// Gathers and prints what is left.
+    /// Gathers and prints the remaining lines.
     pub(super) fn end(&mut self, session: &mut Session) {
         Self::gather(session);
         Self::leave(session);
@@ -132,7 +132,7 @@ fn built(board: u32) -> Option<LogTable> {
     images().find_map(|image| LogTable::of_board(image, board).ok())
 }
 
-/// Where images are that were built in the repository around the working folder.
+/// Images that were built in the repository around the working folder.
 pub(super) fn images() -> impl Iterator<Item = PathBuf> {
     repository().into_iter().flat_map(|root| {
         let target =

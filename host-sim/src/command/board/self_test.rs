@@ -1,4 +1,5 @@
-//! `palpate board self-test`: the report of a self-test image, beside the same run here.
+//! `palpate board self-test`: compares the report of a self-test image with the same run on this
+//! machine.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -11,9 +12,10 @@ use crate::error::Error;
 use crate::port::self_test::Report;
 use crate::port::{Line, PortError};
 
-/// The run lasts four seconds, and the report comes every other second.
+/// Longest wait for a report: the run lasts four seconds, and the report is sent every other
+/// second.
 const PATIENCE: Duration = Duration::from_secs(12);
-/// Folder of the patches that ship, from the repository on.
+/// Folder of the patches that ship, relative to the repository.
 const SHIPPED: &str = "firmware/patches";
 
 #[derive(Args, Clone, Debug)]
@@ -21,13 +23,13 @@ pub(in crate::command) struct SelfTest {
     /// The board's serial port.
     #[arg(long, value_name = "PORT", required_unless_present = "report", conflicts_with = "report")]
     port: Option<String>,
-    /// A report that was kept, in place of a port: the board's line, with or without other text.
+    /// A stored report in place of a port: the board's line, with or without other text.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// The patch that was built into the image [default: the one that ships with its checksum].
     #[arg(long, value_name = "FILE")]
     patch: Option<PathBuf>,
-    /// Keep the report in this file, to send it.
+    /// Also write the report to this file, to send it to someone.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -67,7 +69,7 @@ impl SelfTest {
         .into())
     }
 
-    /// The patch file, as words.
+    /// Words of the patch file on which the board's run was made.
     fn patch_of(&self, report: &Report) -> Result<Vec<u32>, Error> {
         let wanted = u32::from_str_radix(&report.patch_checksum, 16).ok();
         let candidates = match &self.patch {
@@ -124,14 +126,14 @@ fn kept(path: &Path) -> Result<(Report, String), Error> {
     })
 }
 
-/// Listens until a whole report has come.
+/// Listens until a complete report has arrived.
 fn heard(port: &str) -> Result<(Report, String), Error> {
     let mut line = Line::open(port)?;
     let (begun, mut text) = (Instant::now(), String::new());
     while begun.elapsed() < PATIENCE {
         let gone = |_| PortError::Missing(port.into());
         text.push_str(&line.text(Duration::from_millis(100)).map_err(gone)?);
-        // a line that has not ended yet may still be cut
+        // the last line may be incomplete until it has ended
         let whole = text.rfind('\n').and_then(|end| text.get(..end));
         if let Some((report, line)) = whole.and_then(Report::find) {
             return Ok((report, line.to_owned()));

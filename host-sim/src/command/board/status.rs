@@ -1,4 +1,4 @@
-//! `palpate board status`.
+//! The command `palpate board status`.
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -12,9 +12,9 @@ use super::log::{Log, images};
 use crate::error::Error;
 use crate::port::session::force_words;
 
-/// A scan of the stack takes a third of a tick.
+/// Longest wait for the status: the board scans its stack, which takes a third of a tick.
 const ANSWER: Duration = Duration::from_millis(500);
-/// A tick [us].
+/// Period of a tick [us].
 const TICK_US: f64 = 1e3;
 
 pub(super) fn run(port: &PortArgs) -> Result<(), Error> {
@@ -23,7 +23,7 @@ pub(super) fn run(port: &PortArgs) -> Result<(), Error> {
         FromBoard::State { stack_used_bytes, bad_frames, nodes, .. } => Some((stack_used_bytes, bad_frames, nodes)),
         _ => None,
     })?;
-    // a record after the answer, for the time of a tick that had nothing else to do
+    // the record after the answer has the time of a tick without other work
     let wait = Duration::from_millis(100);
     while !matches!(session.next(wait)?, Some(FromBoard::Record(_)) | None) {}
     let (record, identity) = (&session.record, &session.identity);
@@ -57,7 +57,7 @@ pub(super) fn run(port: &PortArgs) -> Result<(), Error> {
     Ok(())
 }
 
-/// How wrong the board's patch is, by the record in its image's ELF file.
+/// Errors of the board's patch, from the record in the ELF file of its image.
 fn error(port: &PortArgs, identity: &Identity) -> String {
     let found = port
         .image
@@ -110,7 +110,7 @@ pub(super) fn fault(record: &Record) -> String {
     }
 }
 
-/// Time of a tick, from the sensors to the converters.
+/// Duration of a tick, from the sensors to the converters, in words.
 fn tick(record: &Record, identity: &Identity) -> String {
     let Some(us) = spent_us(record, identity) else { return "not timed by this board".into() };
     format!(
@@ -121,7 +121,7 @@ fn tick(record: &Record, identity: &Identity) -> String {
     )
 }
 
-/// Time of a tick [us], if the board has a clock for it.
+/// Duration of a tick [us], if the board has a clock to measure it.
 pub(super) fn spent_us(record: &Record, identity: &Identity) -> Option<f64> {
     (identity.clock_hz > 0).then(|| f64::from(record.spent_counts) / f64::from(identity.clock_hz) * 1e6)
 }

@@ -1,4 +1,4 @@
-//! `palpate board upload`, `modulus`, `profile` and `ping`.
+//! The commands `palpate board upload`, `modulus`, `profile` and `ping`.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -14,13 +14,14 @@ use super::PortArgs;
 use crate::error::Error;
 use crate::port::{PortError, Session, device_file};
 
-/// Opening a large patch lasts a second on a small board.
+/// Longest wait until a patch is opened, which takes a second for a large patch on a small board.
 const OPENED: Duration = Duration::from_secs(5);
-/// A modulus opens the patch anew; a profile is written to flash.
+/// Longest wait for an answer: a new modulus opens the patch again, and a profile is written to
+/// flash.
 const ANSWER: Duration = Duration::from_secs(5);
-/// Sendings of a patch, of which a poor line loses pieces.
+/// Number of attempts to send a patch; a poor line loses pieces of it.
 const SENDINGS: usize = 3;
-/// Longest transit time of a message.
+/// Longest round trip of a message.
 const ROUND_TRIP: Duration = Duration::from_secs(1);
 
 pub(super) fn upload(path: &Path, port: &PortArgs) -> Result<(), Error> {
@@ -28,7 +29,7 @@ pub(super) fn upload(path: &Path, port: &PortArgs) -> Result<(), Error> {
     let mut words = vec![0_u32; bytes.len().div_ceil(4)];
     bytemuck::cast_slice_mut::<_, u8>(&mut words)[..bytes.len()].copy_from_slice(&bytes);
     let patch = &bytemuck::cast_slice::<_, u8>(&words)[..bytes.len()];
-    // a damaged file is found here, and not after a second of sending
+    // a damaged file is detected here, not after it has been sent for one second
     PatchFile::open(patch).map_err(|cause| TissueError::Patch { path: path.into(), cause })?;
     port.with(|session| send_patch(path, patch, session))
 }
@@ -71,7 +72,7 @@ fn sent(session: &mut Session, patch: &[u8]) -> Result<Result<u32, Refusal>, Err
     };
     for message in upload::messages(patch) {
         session.send(&message)?;
-        // what came meanwhile, so that the system's queue does not run over
+        // reads what arrived meanwhile, so that the system's queue does not overflow
         while let Some(came) = session.next(Duration::ZERO)? {
             if let Some(answer) = answer(came) {
                 return Ok(answer);

@@ -9,7 +9,7 @@ use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::packed;
 
-/// The finite elements of the answer that ships were solved on three meshes and agree to this [%].
+/// Error of the shipped finite-element answer: the results on its three meshes agree to this [%].
 const REFERENCE_ERROR_PCT: f64 = 0.3;
 
 /// Writes the record of the patch file `name`; `lost_fit_presses` is the number of presses that did
@@ -26,7 +26,7 @@ pub(super) fn write(
     let Some(patch_crc32) = checksum(bytes) else { return Ok(()) };
     let (patch, _) = packed::unpack(bytes)?;
     let radius_m = scene.probe.radius_m;
-    // the disc, over all of its depths
+    // the errors over the disc of places, at all of its depths
     let disc: Vec<_> = accuracy.forces.iter().filter(|f| f.disc_rms_pct.is_some()).collect();
     let depths_mm: Vec<f64> = disc.iter().map(|f| f.depth_mm).collect();
     let (rms_pct, worst_pct) = accuracy.disc_pct(&depths_mm);
@@ -58,7 +58,7 @@ pub(super) fn write(
     record.write(folder, name)
 }
 
-/// Metres, without the rounding of the radius in single precision.
+/// Converts millimetres to metres, without the rounding of the radius in single precision.
 fn metres(mm: f64) -> f64 {
     (mm * 1e4).round() / 1e7
 }

@@ -1,4 +1,4 @@
-//! `palpate chart --with`: other engines compared with ours.
+//! `palpate chart --with`: compares other engines with ours.
 
 use crate::error::Error;
 use palpate_lab::chart::peers::{

@@ -1,4 +1,4 @@
-//! Result files and printed report of `palpate emulate` beside those of the press.
+//! Result files and printed report of `palpate emulate`, in addition to those of the press.
 
 use serde::Serialize;
 
@@ -22,7 +22,7 @@ pub struct Emulated {
     pub stack_used_bytes: u32,
     pub instructions: timing::Spread,
     pub cycles_per_instruction: Option<f64>,
-    /// The image's own patch, paced by the tick timer.
+    /// Run of the image's own patch at the pace of the tick timer.
     pub in_time: Option<Timed>,
     pub overruns: Vec<Timed>,
     pub campaign: campaign::Met,
@@ -38,15 +38,15 @@ impl Emulated {
         )
     }
 
-    /// Time of a tick on a slower core, over its period (1).
+    /// Duration of a tick on a slower core, relative to the period (1).
     fn tick_over_period(&self, run: &Timed) -> f64 {
         let in_time = self.in_time.as_ref().and_then(|timed| timed.longest_over_period).unwrap_or(f64::NAN);
         in_time * f64::from(run.shift.saturating_sub(IN_TIME_SHIFT)).exp2()
     }
 }
 
-/// Every tick of the run: how often how many instructions, and the picture; slower and slower
-/// cores.
+/// Writes the number of ticks for each number of instructions, the picture of all ticks, and the
+/// runs on slower and slower cores.
 pub fn write_timing(
     folder: &OutputFolder,
     scene: &Scene,
@@ -114,7 +114,7 @@ pub fn print(emulated: &Emulated) {
     }
 }
 
-/// Starts and late ticks of the image paced by its timer.
+/// Prints start times and late ticks of the image at the pace of its timer.
 fn print_timed(emulated: &Emulated) {
     let Some(in_time) = &emulated.in_time else { return };
     println!("\nthe image's own patch, paced by the tick timer (emulated counts, not hardware time):");

@@ -3,16 +3,16 @@
 use palpate_fit::scene_fit::BumpVerdict;
 use serde::Serialize;
 
-/// Judged bump of a patch.
+/// Errors of the force that inclusions add to a patch.
 #[derive(Serialize)]
 pub(super) struct BumpReport {
-    /// Verdict on the block's fit with the inclusions scaled in.
+    /// Verdict on the fit of the plain block, in which the inclusions are scaled in.
     pub scaled_in: BumpVerdict,
     /// Verdict on the fitted patch.
     pub fitted: BumpVerdict,
-    /// Estimated error of the finite elements' bump, over the highest [%].
+    /// Estimated error of the finite elements' added force, relative to the highest [%].
     pub reference_error_pct: f64,
-    /// Bumps along the line, shallow first.
+    /// Added force along the line, one entry per depth, the shallowest first.
     pub line: Vec<BumpLine>,
 }
 
@@ -20,16 +20,17 @@ pub(super) struct BumpReport {
 #[derive(Serialize)]
 pub(super) struct BumpLine {
     pub depth_m: f64,
-    /// Places [m].
+    /// Places along the line [m].
     pub x_m: Vec<f64>,
-    /// Force added [N]: of finite elements, of the fitted patch, and of inclusions scaled in.
+    /// Added force [N]: of the finite elements, of the fitted patch, and of the patch with the
+    /// inclusions scaled in.
     pub finite_elements_n: Vec<f64>,
     pub fitted_n: Vec<f64>,
     pub scaled_in_n: Vec<f64>,
 }
 
 impl BumpReport {
-    /// Prints the errors, depth by depth.
+    /// Prints the errors for every depth.
     pub(super) fn print(&self) {
         println!(
             "\nforce that the inclusions add, at {} places unknown to the fit, as a share of the highest",

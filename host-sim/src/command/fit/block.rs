@@ -29,7 +29,7 @@ impl FitArgs {
                 format!("--radius: the scene {} is a block, which is fitted whole: leave it out, or use palpate cut", scene.file);
             return Err(TissueError::Usage(why).into());
         }
-        // the bump of inclusions is fitted on top of the patch of the block without them
+        // the force that inclusions add is fitted on top of the patch of the block without them
         let mut plain = scene.clone();
         plain.tissue.inclusion.clear();
         let prepared = prepare(&plain)?;
@@ -84,7 +84,7 @@ impl FitArgs {
     }
 }
 
-/// The shipped patch of this size under this scene's tip, where the tissue is its own.
+/// Judges the shipped patch of this size under this scene's tip, if it is of the same tissue.
 fn other_tip(scene: &Scene, presses: &Presses, prepared: &Prepared, judging: &Judging) -> Option<Trial> {
     let nodes = prepared.tissue.mesh.nodes_m.len();
     let record = calibrated::record(nodes)?;
@@ -95,7 +95,7 @@ fn other_tip(scene: &Scene, presses: &Presses, prepared: &Prepared, judging: &Ju
     }
     let (patch, packed) = calibrated::sized(nodes)?;
     let params = palpate::Params { probe: prepared.params.probe, ..packed };
-    // a patch that is not pressed that deep is no trial
+    // a patch that cannot be pressed that deep does not count as a trial
     let verdict = judging.judge(&patch, &params).ok()?;
     Some(trial(scene, presses, prepared, Some(record.probe), &verdict))
 }
@@ -141,11 +141,11 @@ fn reference(
     Ok((solved, reused))
 }
 
-/// Presses are stored and reported.
+/// Stores and reports each press when it is solved.
 struct Watched<'a> {
     store: &'a Store<'a>,
     steps: &'a Steps,
-    /// Presses that an earlier run solved.
+    /// Number of presses that an earlier run solved.
     reused: AtomicUsize,
 }
 

@@ -1,4 +1,4 @@
-//! `palpate fit` of a block with inclusions: the force that they add, fitted to the patch of the
+//! `palpate fit` of a block with inclusions: the force that they add is fitted to the patch of the
 //! block without them.
 
 use palpate_charts::{LineSeries, Lines, Scale, ScaledAxis, lines};
@@ -19,15 +19,15 @@ use super::store::{Store, StoredFit};
 use super::{FitArgs, Fitted};
 use crate::error::Error;
 
-/// Places of the fit, the shallow depths at more; and its rounds. More gain little: 160 places
-/// bring the bump of a ball of 8 mm, 10 mm deep, from 1.8 to 1.6 % rms.
+/// Number of places of the fit (there are more at shallow depths), and of its rounds. More places
+/// gain little: 160 bring the added force of a ball of 8 mm, 10 mm deep, from 1.8 to 1.6 % rms.
 const PLACES: usize = 80;
 const ROUNDS: usize = 6;
 const QUICK_ROUNDS: usize = 2;
-/// A round that gains less than this share of the objective is the last.
+/// Share of the objective that a round must gain for the fit to continue.
 const LEAST_GAIN: f64 = 0.1;
 
-/// The block without its inclusions, fitted.
+/// The fitted block without its inclusions.
 pub(super) struct Block<'a> {
     pub prepared: &'a Prepared,
     pub presses: &'a Presses,
@@ -116,7 +116,7 @@ fn report(scene: &Scene, fitting: &BumpFit, bumps: &Bumps, fit: &StoredFit) -> R
     })
 }
 
-/// Force added along the line, at the middle and the deepest depth.
+/// Draws the added force along the line, at the middle and at the deepest depth.
 fn draw(scene: &Scene, folder: &OutputFolder, bump: &BumpReport) -> Result<(), Error> {
     let count = bump.line.len();
     let shown: Vec<&BumpLine> = [count / 2, count.saturating_sub(1)].iter().filter_map(|n| bump.line.get(*n)).collect();

@@ -1,4 +1,4 @@
-//! `palpate fit` of a piece of an organ or of a mesh.
+//! `palpate fit` of a piece of an organ or a mesh.
 
 use palpate_fit::far_field::fitted::{self, Recipe};
 use palpate_fit::scene_fit::{Judging, Level, PIECE_JUDGED_RADII, PIECE_RADII, element_for, solve_organ};
@@ -12,9 +12,9 @@ use super::store::Store;
 use super::{FitArgs, Fitted};
 use crate::error::Error;
 
-/// Nodes of a piece if none are given.
+/// Number of nodes of a piece if none is given.
 const NODES: usize = 100;
-/// A round that gains less than this share of the objective is the last; a round takes a second.
+/// Share of the objective that a round must gain for the fit to continue; a round takes a second.
 const LEAST_GAIN: f64 = 0.005;
 
 impl FitArgs {

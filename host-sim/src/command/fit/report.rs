@@ -21,13 +21,13 @@ use crate::error::Error;
 /// All results of a fit.
 pub(super) struct Report<'a> {
     pub scene: &'a Scene,
-    /// Depths of the fit [m].
+    /// Depths that were fitted [m].
     pub fitted_m: &'a [f64],
-    /// Forces of the fit.
+    /// Forces to which the patch was fitted.
     pub known: &'a dyn Reference,
-    /// Every press of the finite elements.
+    /// Finite-element answer with every press.
     pub answer: &'a Answer,
-    /// Nodes of their finest mesh, and the estimated error of their force at the centre (1).
+    /// Nodes of the finest finite-element mesh, and estimated error of its force at the centre (1).
     pub reference_nodes: usize,
     pub reference_error: f64,
     pub fit: &'a StoredFit,
@@ -35,11 +35,11 @@ pub(super) struct Report<'a> {
     pub before: &'a Verdict,
     pub verdict: &'a Verdict,
     pub trials: &'a [Trial],
-    /// Added force of a block's inclusions.
+    /// Errors of the force that a block's inclusions add.
     pub bump: Option<&'a BumpReport>,
-    /// Whether the fit was taken over from an earlier run.
+    /// Whether the fit is that of an earlier run.
     pub reused_fit: bool,
-    /// Number of presses taken over from an earlier run.
+    /// Number of presses that an earlier run solved.
     pub reused_presses: usize,
     pub places: usize,
     pub quick: bool,
@@ -104,7 +104,7 @@ impl Report<'_> {
             "\nwrote {}: what it was fitted to beside it, summary.json, accuracy.csv, convergence.csv, answer.json, pictures as SVG and PNG",
             file.display()
         );
-        // a block keeps its inclusions in the scene, a piece has them in the patch
+        // the scene still contains the inclusions of a block, but those of a piece are in the patch
         let inside = self.scene.tissue.block_m.is_none() && !self.scene.tissue.inclusion.is_empty();
         let without = if inside { ", without its [[tissue.inclusion]], which is in the patch" } else { "" };
         println!("press it with patch = \"{}\" under [solver] of the scene{without}", file.display());
@@ -117,7 +117,7 @@ impl Report<'_> {
             .ok_or_else(|| TissueError::Check("the stored fit is damaged: remove the output folder and fit again".into()))?;
         let depths = || verdict.depths.iter().map(|d| d.depth_mm * 1e-3);
         let reference_error_pct = 100.0 * self.reference_error;
-        // inclusions were fitted on top, and neither was evaluated with them
+        // inclusions were fitted on top: neither of these errors includes them
         let plain = self.bump.is_none();
         Ok(FitRecord {
             patch_crc32,

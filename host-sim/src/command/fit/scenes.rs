@@ -18,19 +18,19 @@ use super::super::verdict::Verdict;
 use super::{FitArgs, FitOptions, Fitted};
 use crate::error::Error;
 
-/// The settings that decide the fits.
+/// The settings that determine the fits.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(in super::super) struct Options {
     #[serde(flatten)]
     pub fit: FitOptions,
-    /// Folder of the scenes and folder of their fits, which do not affect the results.
+    /// Folder of the scenes and folder of their fits; neither affects the results.
     #[serde(skip)]
     pub scenes: PathBuf,
     #[serde(skip)]
     pub out: PathBuf,
 }
 
-/// Fits of many scenes.
+/// The campaign of the fits of a folder's scenes.
 pub(in super::super) struct FitScenes {
     options: Options,
     scenes: SceneList,
@@ -39,10 +39,10 @@ pub(in super::super) struct FitScenes {
 /// A row of the table.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(in super::super) struct Row {
-    /// Name of the file, without `.toml`.
+    /// Name of the scene file, without `.toml`.
     scene: String,
     ended: Ended,
-    /// Reason, if the fit missed the tolerance or failed.
+    /// Reason why the fit missed the tolerance or failed, if it did.
     why: Option<String>,
     fit: Option<Fit>,
     trials: Vec<Trial>,
@@ -51,7 +51,7 @@ pub(in super::super) struct Row {
 /// Fit of one scene.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Fit {
-    /// Path of the patch, from the folder of the scenes' fits.
+    /// Path of the patch, relative to the folder of all fits.
     patch: String,
     patch_crc32: u32,
     nodes: usize,
@@ -76,7 +76,7 @@ struct Summary<'a> {
     rows: &'a [Row],
 }
 
-/// Below --out: a folder a scene, and the table of all.
+/// Folders below --out: one for the fits, with a folder per scene, and one for the table of all.
 const FITS: &str = "fits";
 const TABLE: &str = "table";
 
@@ -150,7 +150,7 @@ fn judge(rows: &[Row], missed: usize, failed: usize) -> Result<(), Error> {
 }
 
 impl FitScenes {
-    /// Fits one scene. An error is recorded in its row and does not end the others' fits.
+    /// Fits one scene. An error is recorded in its row and does not end the other fits.
     fn fit(&self, name: &str, file: &str) -> Result<Row, Error> {
         println!("\n{file}");
         let out = self.options.out.join(FITS).join(name);

@@ -1,4 +1,4 @@
-//! Stages shared by blocks and organs: the fit, reused or new, and its evaluation.
+//! Stages shared by blocks and organs: the fit, new or from an earlier run, and its evaluation.
 
 use palpate_fit::calibrate::targets::Reference;
 use palpate_fit::calibrate::{Calibration, Round, Settings};
@@ -18,10 +18,10 @@ use crate::error::Error;
 /// Inputs that the stages share.
 pub(super) struct Stages<'a> {
     pub scene: &'a Scene,
-    /// Forces for the fit.
+    /// Forces to which the patch is fitted.
     pub known: &'a dyn Reference,
     pub store: &'a Store<'a>,
-    /// Name of the fit, for progress.
+    /// Name of the fit, for the progress display.
     pub what: &'static str,
 }
 
@@ -34,7 +34,8 @@ pub(super) struct JudgedFit {
 }
 
 impl Stages<'_> {
-    /// The fit of an earlier run to the same problem, or a new one; also returns which.
+    /// Returns the fit of an earlier run to the same problem, or a new one, and whether it is an
+    /// earlier one.
     pub(super) fn fit(
         &self,
         settings: &Settings,
@@ -59,7 +60,7 @@ impl Stages<'_> {
         Ok((stored, false))
     }
 
-    /// Judges the patch before the fit and after it.
+    /// Evaluates the patch before and after the fit.
     pub(super) fn judge(
         &self,
         judging: &Judging,

@@ -1,7 +1,7 @@
-//! Stages that earlier runs into the same folder have finished: each press, and the fit.
+//! Stages that earlier runs into the same folder have finished: each press, and each fit.
 //!
-//! A finished stage is a note beside the folder until the result is published, and in the result
-//! from then on. It is reused if all of its inputs are the same.
+//! Until the result is published, a finished stage is a note beside the folder; afterwards it is in
+//! the result. It is reused if all of its inputs are the same.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -15,12 +15,12 @@ use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use serde::{Deserialize, Serialize};
 
-/// Rises when a stage computes another result from the same input.
+/// Version of the stages: it rises when a stage computes another result from the same input.
 const FORM: u32 = 6;
-/// File of the stages in the result.
+/// File of the stages in a result.
 const STAGES: &str = "stages.json";
 
-/// The tissue and the tip that were pressed.
+/// The tissue that is pressed, and the tip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pressed {
     form: u32,
@@ -42,7 +42,7 @@ struct StoredPress {
 pub(super) struct StoredFit {
     /// Checksum of all inputs of the fit.
     problem: u64,
-    /// The patch file, in hexadecimal digits.
+    /// Patch file as hexadecimal digits.
     patch: String,
     pub rounds: Vec<Round>,
     /// Presses that did not count in the last round, because the patch has no equilibrium there.
@@ -70,7 +70,7 @@ impl StoredFit {
         }
     }
 
-    /// Bytes of the patch file; none if the digits were damaged.
+    /// Bytes of the patch file; cut short at the first damaged digit.
     pub(super) fn patch(&self) -> Vec<u8> {
         let pair = |n: usize| self.patch.get(n..n + 2).and_then(|pair| u8::from_str_radix(pair, 16).ok());
         (0..self.patch.len()).step_by(2).map_while(pair).collect()
@@ -81,12 +81,12 @@ impl StoredFit {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Stages {
     presses: Vec<StoredPress>,
-    /// Fits of the block, and of its inclusions.
+    /// Fits of the block, and of the force that its inclusions add.
     #[serde(default)]
     fits: Vec<StoredFit>,
 }
 
-/// Finished stages of this scene.
+/// Store of the finished stages of a scene.
 pub(super) struct Store<'a> {
     folder: &'a OutputFolder,
     pressed: Pressed,
@@ -108,12 +108,12 @@ impl<'a> Store<'a> {
         Self { folder, pressed, stages }
     }
 
-    /// The tissue and the tip.
+    /// The tissue that is pressed, and the tip.
     pub(super) fn pressed(&self) -> &Pressed {
         &self.pressed
     }
 
-    /// The forces of a press, if it was solved.
+    /// Forces of a press, if an earlier run has solved it.
     pub(super) fn press(&self, job: &PressJob) -> Option<Forces> {
         let stored = self.stages.presses.iter().find(|press| press.job == *job);
         if let Some(stored) = stored {
@@ -129,7 +129,7 @@ impl<'a> Store<'a> {
         self.folder.write_note(&name(job), &stored)
     }
 
-    /// The stored fit, if it was made from the same problem.
+    /// The stored fit, if it belongs to the same problem.
     pub(super) fn fit(&self, problem: &str) -> Option<StoredFit> {
         let problem = checksum(problem);
         let noted = || serde_json::from_str(&self.folder.read_note(&fit_name(problem))?).ok();
@@ -155,7 +155,7 @@ fn fit_name(problem: u64) -> String {
     format!("fit-{problem:016x}.json")
 }
 
-/// File name of a note: one for each mesh and place.
+/// File name of the note for a press: one for each mesh, place and depth.
 fn name(job: &PressJob) -> String {
     let [x, y] = job.place_m.map(|x| (x * 1e7).round());
     let deepest = job.depths_m.last().map_or(0.0, |d| (d * 1e7).round());

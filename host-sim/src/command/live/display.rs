@@ -1,19 +1,20 @@
-//! Looks for the display that a window needs, before minutes go into building one.
+//! Checks for the display that a window needs, before minutes are spent on building one.
 
 use palpate_tissue::Error as TissueError;
 
 /// Variable that names the display that a window asks first.
 const WAYLAND: &str = "WAYLAND_DISPLAY";
-/// Fix that every refusal names.
+/// Remedy that every refusal names.
 const FIX: &str = "start it on a desktop";
-/// And another, where a page can show it.
+/// Additional remedy, if a page can show the same.
 const OR_PAGE: &str = ", or take the page, `palpate live --page`";
 
-/// Checks that a display answers. Returns the variable of one that does not, for a window that took
-/// it would not look for the other. `page`: a page could show it.
+/// Checks that a display answers. Returns the variable of a display that does not answer while
+/// another one does: the window must not try it, since it would not try the other. `page` says
+/// whether a page could show the same.
 ///
 /// # Errors
-/// One line: which display was asked for, and what to do without one.
+/// One line: the display that was tried, and what to do without one.
 pub(super) fn look(page: bool) -> Result<Option<&'static str>, TissueError> {
     // macOS and Windows have one display, and no variable that names it
     if !cfg!(all(unix, not(target_os = "macos"))) {
@@ -26,10 +27,10 @@ pub(super) fn look(page: bool) -> Result<Option<&'static str>, TissueError> {
     })
 }
 
-/// Whether one of the displays that the environment names answers, and as [`look`]; why not, where
-/// none does.
+/// Returns the same as [`look`], for displays that `named` names; the error says why none of them
+/// answers.
 fn answering(named: &dyn Fn(&str) -> Option<String>, answers: &dyn Fn(&Socket) -> bool) -> Result<Option<&'static str>, String> {
-    // a socket that is open already needs no second look
+    // a socket that is already open needs no check
     if named("WAYLAND_SOCKET").is_some() {
         return Ok(None);
     }
@@ -55,7 +56,7 @@ fn answering(named: &dyn Fn(&str) -> Option<String>, answers: &dyn Fn(&Socket) -
 enum Socket {
     /// A socket in a file.
     File(String),
-    /// A socket of Linux under a name that is no file's.
+    /// A Linux socket whose name is not that of a file.
     Abstract(String),
     /// A host and a port.
     Tcp(String, u16),
@@ -67,11 +68,11 @@ fn sockets_of_wayland(name: &str, session: Option<String>) -> Vec<Socket> {
     vec![Socket::File(folder.map_or_else(|| name.to_owned(), |folder| format!("{folder}/{name}")))]
 }
 
-/// Addresses of an X display, `[HOST]:NUMBER[.SCREEN]`; none if the name is no display's.
+/// Addresses of an X display, `[HOST]:NUMBER[.SCREEN]`; empty if the name is not of this form.
 fn sockets_of_x11(name: &str) -> Vec<Socket> {
     let Some((host, rest)) = name.rsplit_once(':') else { return Vec::new() };
     let Ok(number) = rest.split('.').next().unwrap_or_default().parse::<u16>() else { return Vec::new() };
-    // XQuartz and others name the socket's file
+    // XQuartz and others give the path of the socket's file
     if host.starts_with('/') {
         return vec![Socket::File(name.into()), Socket::File(host.into())];
     }
@@ -131,7 +132,7 @@ mod tests {
         assert_eq!(asked(&[("DISPLAY", "far:2")], &[Socket::Tcp("far".into(), 6002)]), Ok(None));
         let wayland = ("WAYLAND_DISPLAY", "wayland-0");
         assert_eq!(asked(&[wayland, ("XDG_RUNTIME_DIR", "/run/me")], &[file("/run/me/wayland-0")]), Ok(None));
-        // XWayland beside a compositor that is gone
+        // XWayland answers, but the Wayland compositor is gone
         assert_eq!(asked(&[wayland, ("DISPLAY", ":3")], &x3), Ok(Some(WAYLAND)));
         let neither = "WAYLAND_DISPLAY=wayland-0 and DISPLAY=:4 do not answer";
         assert_eq!(asked(&[wayland, ("DISPLAY", ":4")], &x3), Err(neither.into()));

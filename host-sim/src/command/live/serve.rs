@@ -1,4 +1,4 @@
-//! The page's folder, shown to this machine's browsers.
+//! Serves the page's folder to browsers on this machine.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -23,10 +23,10 @@ const CLIENTS: usize = 16;
 /// Time after which a silent client is dropped.
 const SILENCE: Duration = Duration::from_secs(5);
 
-/// Longest head of a request that is read.
+/// Longest head of a request that is read [bytes].
 const HEAD_BYTES: u64 = 1 << 16;
 
-/// Size of the page; what else is in its folder does not count.
+/// Size of the page [bytes], without other files in its folder.
 pub(super) fn bytes(folder: &Path) -> u64 {
     FILES.iter().filter_map(|(name, _)| std::fs::metadata(folder.join(name)).ok()).map(|m| m.len()).sum()
 }
@@ -41,14 +41,14 @@ pub(super) fn serve(folder: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// A browser also connects in advance and sends nothing for seconds: such a client must not block
-/// the others.
+/// Answers requests on several threads. A browser also connects in advance and sends nothing for
+/// seconds: such a client must not block the others.
 fn answer(listener: &TcpListener, folder: &Path, silence: Duration) {
     std::thread::scope(|scope| {
         for _ in 0..CLIENTS {
             scope.spawn(|| {
                 for stream in listener.incoming().flatten() {
-                    // a browser that disconnects has what it needs
+                    // a browser that has disconnected needs no answer
                     let _gone = reply(stream, folder, silence);
                 }
             });
@@ -56,10 +56,11 @@ fn answer(listener: &TcpListener, folder: &Path, silence: Duration) {
     });
 }
 
-/// The files of a page, and no others.
+/// Answers one request; only the files of the page are served.
 fn reply(mut stream: TcpStream, folder: &Path, silence: Duration) -> std::io::Result<()> {
     stream.set_read_timeout(Some(silence))?;
-    // all of it: what is left unread when the connection closes can cost the client its answer
+    // the head is read completely: data left unread when the connection closes can cost the client
+    // its answer
     let lines = BufReader::new(stream.try_clone()?).take(HEAD_BYTES).split(b'\n').map_while(Result::ok);
     let head: Vec<_> = lines.take_while(|l| l.len() > 1).collect();
     let Some(first) = head.first().map(|l| String::from_utf8_lossy(l)) else { return Ok(()) };
@@ -81,8 +82,8 @@ mod tests {
 
     use super::*;
 
-    /// A silent client is kept for longer than any test lasts, so that one which holds up the
-    /// others ends the test at [`get`]'s own limit.
+    /// Time for which a silent client is kept, longer than any test lasts: a client that blocks the
+    /// others then ends the test at [`get`]'s own limit.
     const KEPT: Duration = Duration::from_secs(3600);
 
     /// Serves a folder for as long as the tests run.

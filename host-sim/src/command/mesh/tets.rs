@@ -1,4 +1,4 @@
-//! `palpate mesh tets`.
+//! The command `palpate mesh tets`.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -18,26 +18,26 @@ use palpate_tissue::organ::{MEAN_EDGE, OrganError, even_mesh};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::tissue::underside;
 
-/// Nodes aimed at without `--element`.
+/// Approximate number of nodes without `--element`.
 const DEFAULT_NODES: f64 = 3000.0;
-/// Node numbers are 16 bit wide.
+/// Largest number of nodes, since node numbers have 16 bits.
 const MOST_NODES: usize = u16::MAX as usize;
-/// Volume lost or gained beyond which elements are too coarse [%].
+/// Largest change of volume; beyond it the elements are too coarse [%].
 const WORST_VOLUME_PCT: f64 = 20.0;
-/// A press from above.
+/// Direction against which the press from above acts.
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
 #[derive(Args, Clone, Debug)]
 pub(in crate::command) struct TetsArgs {
     /// The surface file, .stl or .obj.
     surface: PathBuf,
-    /// Unit of its coordinates: m, cm, mm, um, or the metres in one.
+    /// Unit of its coordinates: m, cm, mm, um, or its length in metres.
     #[arg(long, alias = "unit-m", value_name = "UNIT")]
     unit: LengthUnit,
-    /// Mean edge of the tets (2mm, 0.2cm, 0.002) [default: what makes about 3000 nodes].
+    /// Mean edge of the tets (2mm, 0.2cm, 0.002) [default: the length that gives about 3000 nodes].
     #[arg(long = "element", alias = "element-m", value_name = "LENGTH", value_parser = metres)]
     element_m: Option<f64>,
-    /// Folder to write [default: out/tets].
+    /// Output folder [default: out/tets].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
@@ -74,7 +74,7 @@ impl TetsArgs {
         let name = self.surface.display().to_string();
         let volume_m3 = imported.report.volume_m3;
         let usage = |why: String| Error::from(TissueError::Usage(format!("{name}: {why}")));
-        // Two nodes in each cube of the lattice.
+        // a lattice has two nodes in each cube
         let spacing_for = |nodes: f64| (2.0 * volume_m3 / nodes).cbrt();
         let spacing_m = self.element_m.map_or(spacing_for(DEFAULT_NODES), |element_m| element_m / MEAN_EDGE);
         let element_mm = spacing_m * MEAN_EDGE * 1e3;
@@ -120,7 +120,7 @@ impl TetsArgs {
     }
 }
 
-/// Volume of the tets beyond that of the surface, of that [%].
+/// Difference between the volumes of tets and surface, relative to the surface's [%].
 fn off_pct(mesh: &TetMesh, imported: &ImportedSurface) -> f64 {
     (mesh.volume_m3() / imported.report.volume_m3 - 1.0) * 100.0
 }
@@ -147,8 +147,8 @@ fn print(imported: &ImportedSurface, mesh: &TetMesh, fixed: &[u32]) {
     );
 }
 
-/// Gmsh 2.2 as text: tets of the physical volume 1 "tissue", triangles of the physical surface 2
-/// "fixed".
+/// The mesh as Gmsh 2.2 text: tets in the physical volume 1 "tissue", triangles in the physical
+/// surface 2 "fixed".
 fn msh(mesh: &TetMesh, fixed: &[u32]) -> String {
     let is_fixed = |t: &[u32; 3]| t.iter().all(|n| fixed.binary_search(n).is_ok());
     let supports: Vec<[u32; 3]> = surface(&mesh.tets).into_iter().filter(is_fixed).collect();

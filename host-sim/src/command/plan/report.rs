@@ -20,7 +20,7 @@ use palpate_tissue::session::moving::MovingReport;
 struct Promise<'a> {
     tolerance_pct: f64,
     worst_tolerance_pct: f64,
-    /// Within this of the site.
+    /// Radius around the site in which the errors are judged [m].
     radius_m: f64,
     depths_m: &'a [f64],
     rms_pct: f64,
@@ -28,7 +28,7 @@ struct Promise<'a> {
     centred_rms_pct: f64,
     centred_worst_pct: f64,
     unseen_places: usize,
-    /// Error while the probe moves at the scene's speed.
+    /// Error while the probe moves at the speed that the scene gives.
     moving: Option<MovingReport>,
     holds: bool,
 }
@@ -44,7 +44,7 @@ struct Summary<'a> {
     patch: Option<String>,
     promise: Option<Promise<'a>>,
     chosen: Option<&'a JudgedCandidate>,
-    /// Terms of the scene that the chosen one could omit, and the error of doing so.
+    /// Terms of the scene, with the cost and the error of omitting each from the chosen model.
     terms: &'a [Worth],
     next_smaller: Option<&'a JudgedCandidate>,
     next_larger: Option<&'a JudgedCandidate>,
@@ -127,8 +127,8 @@ pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome, all:
     Ok(summary.patch)
 }
 
-/// The errors of the chosen patch, as its record has them. The larger one counts of those at the
-/// centre and elsewhere.
+/// Converts the errors of the chosen patch to the form of its record: of those at the centre and
+/// those elsewhere, the larger one counts.
 fn in_record(judge: &Judge, found: &planned::Judged, probe_radius_m: f64) -> Judged {
     let worst_pct = if found.centred_worst_pct.abs() > found.worst_pct.abs() { found.centred_worst_pct } else { found.worst_pct };
     Judged {
@@ -145,7 +145,7 @@ fn in_record(judge: &Judge, found: &planned::Judged, probe_radius_m: f64) -> Jud
     }
 }
 
-/// The model that was chosen, or why none was.
+/// Says which model was chosen, or why none was.
 pub(super) fn verdict(outcome: &Outcome, machine: &CostModel, tolerance_pct: f64) -> Result<Verdict, Error> {
     let found = outcome.check(machine, tolerance_pct);
     let words = found.as_ref().map_or_else(
@@ -165,13 +165,13 @@ pub(super) fn verdict(outcome: &Outcome, machine: &CostModel, tolerance_pct: f64
     Verdict::of(found.map(|_| ()), || words)
 }
 
-/// Returns the name of the group of trials that a trial belongs to in a chart.
+/// Returns the name of the group to which a trial belongs in a chart.
 fn kind(trial: &JudgedCandidate) -> String {
     named(trial.edge, trial.terms).unwrap_or_else(|| format!("radius {} R, rim springs", trial.candidate.radius_radii))
 }
 
-/// Returns the name of what `edge` and `terms` leave out or replace; `None` for rim springs with
-/// volume and compensation.
+/// Returns the name of what `edge` and `terms` omit or replace; `None` for rim springs with volume
+/// and compensation.
 fn named(edge: RimTreatment, terms: Terms) -> Option<String> {
     match edge {
         RimTreatment::RimSprings if !terms.volume => Some("without volume".into()),
@@ -185,7 +185,7 @@ fn draw(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), E
     let (machine, scene) = (bench.machine, bench.scene);
     let (name, per) = unit(machine);
     let mut kinds: Vec<String> = outcome.trials.iter().map(kind).collect();
-    // radii first, in their order, then what was left out
+    // radii come first, in their order, then the trials that omit something
     kinds.sort_by_key(|k| (!k.starts_with("radius"), k.clone()));
     kinds.dedup();
     let same = |a: &JudgedCandidate, b: &Option<JudgedCandidate>| {

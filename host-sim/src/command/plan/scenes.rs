@@ -18,20 +18,20 @@ use super::super::verdict::Verdict;
 use super::PlanOptions;
 use crate::error::Error;
 
-/// The settings that decide the plans.
+/// The settings that determine the plans.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(in super::super) struct Options {
     #[serde(flatten)]
     pub plan: PlanOptions,
     pub boards: Vec<String>,
-    /// Folder of the scenes and folder of their plans, which do not affect the results.
+    /// Folder of the scenes and folder of their plans; neither affects the results.
     #[serde(skip)]
     pub scenes: PathBuf,
     #[serde(skip)]
     pub out: PathBuf,
 }
 
-/// Plans of many scenes for some boards.
+/// The campaign of the plans of a folder's scenes for some boards.
 pub(in super::super) struct PlanScenes {
     options: Options,
     scenes: SceneList,
@@ -40,11 +40,11 @@ pub(in super::super) struct PlanScenes {
 /// A row of the table.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(in super::super) struct Row {
-    /// Name of the file, without `.toml`.
+    /// Name of the scene file, without `.toml`.
     scene: String,
     board: String,
     ended: Ended,
-    /// Reason why nothing was found.
+    /// Reason why no model was found, if none was.
     why: Option<String>,
     plan: Option<Plan>,
 }
@@ -52,12 +52,12 @@ pub(in super::super) struct Row {
 /// The model that was chosen.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Plan {
-    /// Path of the patch, from the folder of the scenes' plans.
+    /// Path of the patch, relative to the folder of all plans.
     patch: String,
     patch_crc32: Option<u32>,
     nodes: usize,
     substeps: u16,
-    /// Estimated cost of a tick, and what a tick may cost [units of the board].
+    /// Estimated cost of a tick, and its budget [units of the board].
     cost: f64,
     budget: f64,
     unit: String,
@@ -77,7 +77,8 @@ struct Summary<'a> {
     rows: &'a [Row],
 }
 
-/// Below --out: a folder per scene and board, and the table of all.
+/// Folders below --out: one for the plans, with a folder per scene and board, and one for the table
+/// of all.
 const PLANS: &str = "plans";
 const TABLE: &str = "table";
 
@@ -162,7 +163,7 @@ fn judge(rows: &[Row], missed: usize, failed: usize) -> Result<(), Error> {
 }
 
 impl PlanScenes {
-    /// Plans one scene for one board. An error is recorded in its row and does not end the others'
+    /// Plans one scene for one board. An error is recorded in its row and does not end the other
     /// plans.
     fn plan(&self, name: &str, file: &str, board: &str) -> Result<Row, Error> {
         println!("\n{file} on {board}");

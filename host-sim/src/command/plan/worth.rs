@@ -1,5 +1,5 @@
-//! Price and worth of the terms that a scene's tissue and probe have: cost of a tick without each,
-//! and the error of leaving it out.
+//! Cost and benefit of the terms that a scene's tissue and probe have: change of the cost of a tick
+//! without each term, and error of omitting it.
 
 use palpate::{Params, Terms};
 use palpate_tissue::budget::{CostModel, Counts};
@@ -7,18 +7,18 @@ use palpate_tissue::budget::{CostModel, Counts};
 /// Times after which an elastic hold is compared with one that relaxes [s].
 const HELD_S: [f32; 2] = [1.0, 10.0];
 
-/// A term of the scene, and a tick and its force without it.
+/// A term of the scene, and the effects of omitting it.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub(super) struct Worth {
     /// Name of the term.
     pub term: &'static str,
-    /// Change of the cost of a tick [%], negative.
+    /// Change of the cost of a tick without the term [%]; negative.
     pub cost_pct: f64,
-    /// Error of leaving the term out, in words.
+    /// Error of omitting the term, in words.
     pub error: String,
 }
 
-/// The active terms of `params`, with their costs on `machine`.
+/// The active terms of `params`, with their worth on `machine`.
 pub(super) fn of(machine: &CostModel, counts: &Counts, params: &Params) -> Vec<Worth> {
     let cost = |terms: Terms| machine.cost_of(counts, &Params { terms, ..*params }, params.substeps).units;
     let (with, terms) = (cost(params.terms), params.terms);
@@ -69,7 +69,7 @@ mod tests {
         let params = Params { relaxation, friction: 0.46, ..Params::default() };
         let found = of(machine, &COUNTS, &params);
         let [relaxes, rubs] = &found[..] else { panic!("{found:?}") };
-        // 1 - .5 (1 - 1/e) of the force remains after a second, half of it after ten
+        // 1 - .5 (1 - 1/e) of the force remains after one second, and half of it after ten
         assert_eq!(relaxes.error, "+46 % of force after 1 s of holding, +100 % of force after 10 s of holding");
         assert!(rubs.error.contains("0.46"), "{rubs:?}");
         for worth in &found {

@@ -1,4 +1,4 @@
-//! Panel and picture: what is said, for how long, and what a cut shows.
+//! Panel and picture: the sentences that are shown and for how long, and the contents of a cut.
 
 use palpate_loop::live::Inside;
 
@@ -11,7 +11,7 @@ fn dropped_time_is_told_and_then_forgotten() {
     screen.frames(3);
     let before = screen.app.said.0.clone();
     assert!(screen.shows(&before) && !screen.shows("dropped"), "{:?}", screen.texts);
-    // asleep for a second
+    // the machine sleeps for a second
     screen.now_s.set(screen.now_s.get() + 1.0);
     screen.frames(2);
     let told = "ms of the tissue's time were dropped";
@@ -58,7 +58,7 @@ fn the_panel_knows_the_nodule_of_a_preset() {
     let own = screen.app.controls.nodules().to_vec();
     assert!(own.len() == 1 && own[0].depth_m == 0.012 && own[0].ratio == 10.0, "{own:?}");
     let with_n = pressed_n(&mut screen);
-    // out, and back
+    // the nodule is removed, then put back
     screen.key(Key::O, Modifiers::NONE);
     screen.frames(3);
     assert!(screen.app.controls.nodules().is_empty() && screen.shows("nodule inside"), "{:?}", screen.texts);
@@ -68,7 +68,7 @@ fn the_panel_knows_the_nodule_of_a_preset() {
     screen.frames(3);
     assert_eq!((screen.app.controls.inside, screen.app.controls.nodules()), (Inside::Own, own.as_slice()));
     assert!(screen.app.panel_fits && (pressed_n(&mut screen) - with_n).abs() < 1e-3 * with_n);
-    // a search takes the plain block, and shows no nodule
+    // a search uses the plain block, and shows no nodule
     screen.key(Key::N, Modifiers::NONE);
     screen.frames(3);
     assert!(screen.app.controls.nodules().is_empty() && screen.shows("hidden in the plain block"), "{:?}", screen.texts);
@@ -81,15 +81,15 @@ fn every_control_of_the_panel_says_what_it_does() {
 
     let folder = tempfile::tempdir().unwrap();
     let mut screen = Screen::block(folder.path());
-    // a tooltip is what a screen reader reads of a control
+    // a screen reader reads the tooltip of a control as its description
     screen.ctx.enable_accesskit();
     let mut tips = std::collections::BTreeMap::new();
-    // with a device, a nodule, a recording, and while one is searched
+    // the controls differ with a device, a nodule, a recording, and a search
     for key in [Key::D, Key::O, Key::R, Key::R, Key::N] {
         screen.key(key, Modifiers::NONE);
         screen.frames(5);
         for (id, node) in &screen.described.as_ref().unwrap().nodes {
-            // the number beside a slider has its tooltip with it
+            // the number beside a slider has the slider's tooltip
             let reacts = matches!(node.role(), Role::Button | Role::CheckBox | Role::ComboBox | Role::Slider | Role::RadioButton);
             let name = node.label().or(node.value()).unwrap_or_default().to_owned();
             if reacts && !node.is_hidden() {
@@ -111,13 +111,13 @@ fn a_cut_draws_what_lies_behind_the_tip_and_the_nodule() {
     screen.button(true);
     screen.frames(80);
     let shapes = |screen: &Screen| screen.texts.iter().filter(|text| *text == "nodule").count();
-    // the title of the window has that name as well
+    // the title of the window contains that name as well
     let before = shapes(&screen);
     screen.key(Key::V, Modifiers::NONE);
     assert!(shapes(&screen) == before + 1 && screen.app.controls.shown.cut, "{:?}", screen.texts);
     screen.key(Key::V, Modifiers::NONE);
     assert_eq!(shapes(&screen), before);
-    // the answer is not to be seen while it is searched
+    // the nodule must not be visible while it is searched for
     screen.key(Key::V, Modifiers::NONE);
     screen.key(Key::N, Modifiers::NONE);
     screen.frames(5);

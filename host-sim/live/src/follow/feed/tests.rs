@@ -33,7 +33,7 @@ impl Followed {
         self.file.write_all(line.as_bytes()).unwrap();
     }
 
-    /// Names of the patches that came, and the state.
+    /// Names of the new patches, and the state.
     fn look(&mut self, now_s: f64) -> (Vec<String>, State) {
         let (mut names, mut states) = (Vec::new(), Vec::new());
         for heard in self.follower.look(now_s) {
@@ -62,7 +62,7 @@ fn the_first_record_brings_the_boards_own_patch_and_each_its_own_force() {
         let (names, state) = followed.look(f64::from(n) * 0.02);
         assert_eq!(names.len(), usize::from(n == 0), "{names:?}");
         let frame = state.frame.unwrap();
-        // what acts is the file's, not the patch's
+        // the force that acts comes from the file, not from the patch
         assert_eq!((frame.force_n, state.row.unwrap().applied_n[2]), ([0.0, 0.0, 0.04], 0.04));
         assert_eq!(state.dots.len(), 1);
     }

@@ -7,7 +7,7 @@ use super::super::twin::{Answer, Apart};
 use super::*;
 use crate::message::Body;
 
-/// A window whose file is not there: every state is given by the test.
+/// A window without a file: every state is given by the test.
 struct Screen {
     ctx: egui::Context,
     follow: Follow,
@@ -20,7 +20,7 @@ impl Screen {
         let (folder, ctx) = (tempfile::tempdir().unwrap(), egui::Context::default());
         let path = folder.path().join("none.csv");
         let mut follow = Follow::new(&ctx, Feed::start(&path, Given::Nothing), "out/felt.csv".into(), folder.path().into());
-        // the thread is not to speak in between
+        // the thread must not send messages in between
         follow.feed = Feed::start(&path, Given::Nothing).silenced();
         Self { ctx, follow, texts: Vec::new(), _folder: folder }
     }
@@ -35,7 +35,7 @@ impl Screen {
         assert!(follow.panel_fits, "{:?}", self.texts);
     }
 
-    /// Draws a state that was heard just now.
+    /// Draws a state as if it had arrived just now.
     fn given(&mut self, state: State) {
         self.follow.heard_s = self.follow.now_s();
         self.follow.take(Heard::State(Box::new(state)));
@@ -115,7 +115,7 @@ fn a_file_that_stops_has_no_force_on_the_screen() {
         assert!(!screen.shows(gone), "{gone} is in {:?}", screen.texts);
     }
     assert_eq!((screen.follow.drawn().force_n, screen.follow.numbers()["force_n"].is_null()), ([0.0; 3], true));
-    // a thread that is too busy to look is no better
+    // a thread that is too busy to read the file has the same effect
     screen.given(live());
     screen.follow.heard_s -= 2.0 * SILENCE_S;
     screen.frame(Vec::new());

@@ -36,7 +36,7 @@ impl Written {
         std::fs::OpenOptions::new().append(true).open(self.path()).unwrap().write_all(text.as_bytes()).unwrap();
     }
 
-    /// Whether the file begins anew, and the ticks that came.
+    /// Whether the file has started again, and the ticks of the new rows.
     fn read(&mut self) -> (bool, Vec<u32>) {
         match self.tail.read() {
             Found::Rows(rows) => (rows.anew, rows.rows.iter().map(|row| row.tick).collect()),
@@ -90,7 +90,7 @@ fn a_file_that_is_shortened_or_replaced_begins_anew() {
     assert_eq!(written.read(), (true, vec![30]), "as long");
     written.put(&(head() + &line(10) + &line(30) + &line(50)));
     assert_eq!(written.read(), (true, vec![10, 30, 50]), "longer");
-    // by another file under the name
+    // replaced by another file of the same name
     let other = written.folder.path().join("other");
     std::fs::write(&other, head() + &line(5) + &line(7) + &line(9) + &line(11)).unwrap();
     std::fs::rename(other, written.path()).unwrap();

@@ -1,7 +1,7 @@
 use super::super::patches::Given;
 use super::*;
 
-/// Shipped patches for boards; the second is tilted and lies away from the centre.
+/// Shipped patches for boards; the second one is tilted and away from the centre.
 const BOARDS: [&str; 2] = ["block-m4f-168", "liver-m4f-168"];
 
 fn chosen(name: &str) -> Chosen {
@@ -9,14 +9,14 @@ fn chosen(name: &str) -> Chosen {
     Given::of(None, Some(path.as_ref())).unwrap().chosen(0).unwrap()
 }
 
-/// Place of the tip in a press of 3 mm that also slides, in the frame of the device [m].
+/// Position of the tip in a press of 3 mm that also slides, in the frame of the device [m].
 fn pressed_m(tick: u32) -> V {
     let share = (f32::from(tick as u16) / 1000.0).min(1.0);
     let deep = 0.5 - 0.5 * (share * std::f32::consts::PI).cos();
     V::new(0.002 * share, -0.001 * share, 0.004 - 0.007 * deep)
 }
 
-/// Records of a board that is pressed so, with every tick of its own.
+/// Records of a board that is pressed along this path, computed from every tick.
 fn records(name: &str, youngs_modulus_pa: Option<f32>) -> Vec<Step> {
     let Chosen { mut tissue, checksum, .. } = chosen(name);
     let params = *tissue.params();
@@ -48,7 +48,8 @@ fn records(name: &str, youngs_modulus_pa: Option<f32>) -> Vec<Step> {
     steps
 }
 
-/// Largest force of the board, and largest difference from it where they are compared [N].
+/// Largest force of the board, largest difference where the forces are compared [N], and number of
+/// compared records.
 fn compared(twin: &mut Twin, steps: &[Step]) -> (f32, f32, usize) {
     let (mut most_n, mut apart_n, mut count) = (0.0_f32, 0.0_f32, 0);
     for step in steps {
@@ -131,7 +132,7 @@ fn what_cannot_be_compared_is_not() {
     let (buried, moved_m) = go(Row { limiters: ClampFlags::BURIED.bits(), ..pressed.row });
     let none = Answer { force_n: None, differs_n: Err(Apart::HeldBack) };
     assert_eq!((buried, moved_m), (none, 0.0), "the board's patch gives none either");
-    // 40 mm in a record, which the patch's guard does not follow
+    // 40 mm from one record to the next, which the patch's guard does not follow
     let far_m = [pressed.row.tip_m[0] + 0.04, pressed.row.tip_m[1], pressed.row.tip_m[2]];
     assert_eq!(go(Row { tip_m: far_m, ..pressed.row }).0.differs_n, Err(Apart::HeldBack));
 }
@@ -143,7 +144,7 @@ fn tip_and_force_stand_where_the_patch_is() {
         let (site_m, axis) = (twin.tissue.patch().site_m(), twin.tissue.params().probe.axis);
         let row = Row { tip_m: [0.0, 0.0, 0.003], applied_n: [0.0, 0.0, 0.25], ..Row::default() };
         let frame = twin.frame(&row, 7);
-        // outside along the axis of the press, 3 mm above the site
+        // the tip is outside, 3 mm above the site along the axis of the press
         assert!((V::from(frame.tip_m) - (site_m + axis * 0.003)).norm() < 1e-7, "{name}: {:?}", frame.tip_m);
         assert!((V::from(frame.force_n) - axis * 0.25).norm() < 1e-7, "{name}: {:?}", frame.force_n);
         assert_eq!((frame.body, frame.contact_m), (7, frame.tip_m));

@@ -1,5 +1,6 @@
-//! `palpate-live-page MODULE.wasm FOLDER [WEB]`: writes the module and its JavaScript; with the
-//! folder of the page's own files also the whole page as one file, which needs no server.
+//! `palpate-live-page MODULE.wasm FOLDER [WEB]`: writes the module and its JavaScript. With `WEB`,
+//! the folder of the page's own files, it also writes the whole page as one file, which needs no
+//! server.
 
 mod one_file;
 
@@ -36,7 +37,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// The module as the page loads it.
+/// Packs the module in the form that the page loads.
 fn pack(folder: &Path) -> std::io::Result<()> {
     let bound = folder.join("palpate_live_bg.wasm");
     let file = std::fs::File::create(folder.join("palpate_live.wasm.gz"))?;

@@ -1,17 +1,17 @@
-//! The page as one file: what it would fetch lies in it as text. A browser starts no script from
-//! beside a file on a disk, but one that is inside it.
+//! The page as one file, which contains as text the parts that the page would otherwise fetch. From
+//! a page on a disk a browser starts no script in another file, but it starts one inside the page.
 
 use std::path::Path;
 
 /// Name of the file.
 const NAME: &str = "palpate-live.html";
-/// First script of `index.html`: the parts come before it.
+/// First script of `index.html`, before which the parts are inserted.
 const FIRST: &str = "<script>\n  // Plain";
 /// The script that `index.html` fetches.
 const FETCHED: &str = r#"<script type="module" src="page.js"></script>"#;
-/// First line of `worker.js`, which a script that is no module cannot hold.
+/// The import in `worker.js`, which is not permitted in a script that is not a module.
 const IMPORT: &str = r#"import init, { PagePhysics } from "./palpate_live.js";"#;
-/// Parts that `page.js` takes in place of fetching them.
+/// Script that provides the parts which `page.js` uses instead of fetching them.
 const PARTS: &str = r#"<script>
   window.parts = (function () {
     var text = function (name) { return document.getElementById(name).textContent; };
@@ -64,8 +64,8 @@ fn whole(index: &str, page: &str, worker: &str, bindings: &str, packed: &[u8]) -
     once(&index, FETCHED, &format!("<script type=\"module\">\n{page}</script>"), "index.html")
 }
 
-/// Bindings as a script that is no module: on a page from the disk Chromium starts no worker of
-/// modules.
+/// Converts bindings to a script that is not a module, since Chromium starts no module worker on a
+/// page from a disk.
 fn plain(bindings: &str) -> String {
     let mut text = String::with_capacity(bindings.len());
     for line in bindings.lines().filter(|line| !line.starts_with("export {")) {
@@ -75,7 +75,7 @@ fn plain(bindings: &str) -> String {
     text
 }
 
-/// Bytes as letters: RFC 4648.
+/// Encodes bytes as base64 (RFC 4648).
 fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);

@@ -12,13 +12,13 @@ use crate::closed_loop::stimulus::Stimulus;
 /// Motion of the hand: a stimulus and the speed of its approach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// Name of one of [`crate::closed_loop::stimulus::STIMULI`].
+    /// Id of one of [`crate::closed_loop::stimulus::STIMULI`].
     pub id: &'static str,
     /// Speed of the approach [m/s].
     m_per_s: f64,
 }
 
-/// Taps, a slow press, a hold, a drag, a swing, a hand that lets go.
+/// The motions: two taps, a slow press, a hold, a sine, a drag, and a hand that lets go.
 pub const MOTIONS: [Motion; 7] = [
     Motion { id: "S1-0.2", m_per_s: 0.2 },
     Motion { id: "S1-0.5", m_per_s: 0.5 },
@@ -30,13 +30,13 @@ pub const MOTIONS: [Motion; 7] = [
 ];
 
 impl Motion {
-    /// The stimulus.
+    /// The stimulus with this id.
     #[must_use]
     pub fn stimulus(&self) -> Option<Stimulus> {
         Stimulus::named(self.id)
     }
 
-    /// Time in the trajectory at which the run begins [s]: a slow approach is cut short.
+    /// Time in the trajectory at which the run begins [s]: most of a slow approach is skipped.
     #[must_use]
     pub fn from_s(&self) -> f64 {
         (4.0e-3 / self.m_per_s - 0.02).max(0.0)
@@ -46,19 +46,19 @@ impl Motion {
 /// Moment at which the fault begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Moment {
-    /// Before the touch.
+    /// Before the probe touches the tissue.
     Free,
     /// At the first touch.
     Touch,
-    /// Deep in the tissue.
+    /// After 40 ticks of contact.
     Deep,
-    /// The fault begins on the way out, or when the hand lets go.
+    /// During the retreat, or when the hand lets go.
     Release,
 }
 
 const MOMENTS: [Moment; 4] = [Moment::Free, Moment::Touch, Moment::Deep, Moment::Release];
 
-/// One run.
+/// Description of one run.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// Number of the run in the campaign.
@@ -71,21 +71,22 @@ pub struct Case {
     pub motion: Motion,
     /// Moment at which the fault begins.
     pub moment: Moment,
-    /// Ticks after that moment.
+    /// Delay of the fault after that moment [ticks].
     pub after_ticks: u32,
     /// Whether the run is on the patch; otherwise it is on the wall.
     pub on_patch: bool,
-    /// Random share for the start in the tissue and similar choices (0 .. 1).
+    /// Random number (0 .. 1) that sets the depth and the sideways offset of a probe that is in the
+    /// tissue, or is waved about, during start-up.
     pub share: f64,
     /// Seed of the noise.
     pub noise: u64,
 }
 
 impl Case {
-    /// The wall is tilted, so that its normal is not along an axis.
+    /// Outward normal of the wall, which is tilted so that it is parallel to no axis.
     pub const WALL_NORMAL: Vector3<f32> = Vector3::new(0.48, 0.6, 0.64);
 
-    /// The run of this number.
+    /// Draws the run with this number.
     #[must_use]
     pub fn draw(number: u64, seed: u64) -> Self {
         let types = FAULTS.len() as u64;
@@ -117,7 +118,7 @@ impl Case {
         if case.kind().needs == Needs::NobodysForce {
             case.hand = HANDS[0];
         }
-        // a wall has no nodes
+        // a wall has no nodes, so a fault in a node needs the patch
         let nodes = matches!(
             case.kind().injection,
             Injection::Tissue(TissueFault::NodeAt(_) | TissueFault::NodeSpeed(_) | TissueFault::Denormal(_))
@@ -126,7 +127,7 @@ impl Case {
         case
     }
 
-    /// The fault.
+    /// Kind of the fault that this run injects.
     #[must_use]
     pub fn kind(&self) -> &'static FaultType {
         FAULTS.get(self.fault).unwrap_or(&FAULTS[0])

@@ -44,7 +44,8 @@ pub(super) fn begin<S: Surface>(injection: Injection, scene: &mut Scene<'_, S>) 
     None
 }
 
-/// Returns the command to the loop in the tick that is `since` ticks after the beginning.
+/// Returns the command to the loop in the tick that is `since` ticks after the fault began; `since`
+/// is `None` before the fault begins and after it ends.
 pub(super) fn command(injection: Injection, since: Option<u32>) -> Command {
     let Some(since) = since else { return Command::HEARD };
     match injection {

@@ -21,13 +21,13 @@ use crate::closed_loop::surface::Surface;
 
 /// Longest wait for the moment of a fault [ticks].
 const PATIENCE_TICKS: u32 = 1500;
-/// Ticks that are checked after a fault begins, and after the loop has stopped.
+/// Number of ticks that are checked after a fault begins, and after the loop has latched a fault.
 const AFTER_TICKS: u32 = 260;
 const AFTER_FAULT_TICKS: u32 = 80;
-/// Least force and speed that count as a force and as motion [N, m/s].
+/// Smallest force [N] and speed [m/s] that satisfy [`Needs::Force`] and [`Needs::FastForce`].
 const FORCE_N: f32 = 0.3;
 const FAST_M_PER_S: f64 = 0.35;
-/// Force below which a ramp must have fallen within [`RAMP_TICKS`] [N].
+/// Force to which a ramp must have fallen within [`RAMP_TICKS`] [N].
 const RAMP_END_N: f32 = 0.05;
 const RAMP_TICKS: u32 = 150;
 
@@ -36,13 +36,14 @@ pub struct Bed<'a> {
     device: &'a DeviceProfile,
     settings: Settings,
     static_n: f64,
-    /// State after ramp-in, and state right after arming.
+    /// State after ramp-in, and state at the end of arming, before the gain rises.
     ready: Armed,
     fresh: Armed,
 }
 
 impl<'a> Bed<'a> {
-    /// Arms a loop over this surface; `static_n` is its force where a press rests [N].
+    /// Arms a loop over this surface; `static_n` is the force of the surface at the depth where a
+    /// press rests [N].
     ///
     /// # Errors
     /// Propagates errors from [`Cycle::build`].
@@ -98,7 +99,8 @@ impl<'a> Bed<'a> {
         let mut scene = Scene { armed, device, tissue: FaultyTissue::new(surface) };
         let mut outcome = match case.kind().opening {
             Opening::Active | Opening::RampingIn => {
-                // the patch has seen the probe outside, as it had while arming
+                // the patch first receives a pose outside the tissue, as it did while the loop
+                // armed
                 palpate::haptic::cycle::Renderer::render(&mut scene.tissue, ProbePose { tip_m: begin.at_m.cast() });
                 follow(case, &trajectory, from_s, &mut scene)
             }
@@ -117,7 +119,7 @@ impl<'a> Bed<'a> {
     }
 }
 
-/// Switches on where no force may occur.
+/// Starts a loop in a state in which it must never produce a force, and checks that it does not.
 fn never_felt<S: Surface>(case: &Case, scene: &mut Scene<'_, S>) -> Outcome {
     let site = scene.tissue.site();
     let inside = case.kind().opening == Opening::Inside;
@@ -176,7 +178,8 @@ fn follow<S: Surface>(case: &Case, trajectory: &Trajectory, from_s: f64, scene: 
             scene.tissue.break_it(None);
         }
         let mut command = command(kind.injection, since.filter(|_| on));
-        // a fault must neither end nor change its reason
+        // a latched fault must survive an early request to clear it, and must keep its reason when
+        // the board reports another fault
         let ago = ended.map(|e| n - e);
         if ago.is_some_and(|a| matches!(a, 3 | 20)) {
             command.asked = Some(Ask::Clear);

@@ -12,15 +12,15 @@ use crate::closed_loop::watch::Broken;
 /// Result of a campaign run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Whether the moment of the case's fault came.
+    /// Whether the fault was injected: in some runs its moment never comes.
     pub injected: bool,
-    /// Ticks from the injection to the required reaction; 1 in the same tick.
+    /// Ticks from the injection to the required reaction; 1 if the loop reacts in the same tick.
     pub reaction_ticks: Option<u32>,
     /// Fault that ended the run.
     pub fault: Option<Fault>,
     /// Strongest force from the injection on [N].
     pub peak_n: f32,
-    /// Invariants broken.
+    /// Invariants that were broken, each once.
     pub broken: Vec<Broken>,
     /// Deviation from the required reaction, if any.
     pub wrong: Option<&'static str>,
@@ -30,7 +30,7 @@ pub struct Outcome {
 pub(super) struct Armed {
     pub(super) cycle: Cycle,
     pub(super) watched: Watched,
-    /// Readings so far.
+    /// Number of readings that the loop has taken.
     pub(super) readings: u32,
 }
 
@@ -46,7 +46,7 @@ impl<S: Surface> Scene<'_, S> {
         self.armed.watched.cycle(&mut self.armed.cycle, &mut self.device, &mut self.tissue, command)
     }
 
-    /// The plant.
+    /// The plant behind the fault injection.
     pub(super) fn plant(&mut self) -> &mut Plant {
         self.device.device()
     }

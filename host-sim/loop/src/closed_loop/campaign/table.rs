@@ -9,19 +9,20 @@ use super::state::Outcome;
 use crate::closed_loop::faulty::FaultType;
 use crate::closed_loop::faulty::list::FAULTS;
 
-/// Bad runs that are recorded, per kind.
+/// Number of bad runs that are recorded as text, per kind of fault.
 const SHOWN: usize = 3;
 
-/// One kind of fault. Counts and maxima alone: rows add up to the same in any order.
+/// Results for one kind of fault. All of them are counts or maxima, so the order in which rows are
+/// added does not matter.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// Runs.
+    /// Number of runs.
     pub runs: u64,
-    /// Runs in which the moment of the fault came.
+    /// Runs in which the fault was injected.
     pub injected: u64,
-    /// Runs that ended in a fault.
+    /// Runs that the loop ended with a fault.
     pub detected: u64,
-    /// Number of runs by ticks until the reaction.
+    /// Number of runs for each reaction time [ticks].
     pub reaction_ticks: BTreeMap<u32, u64>,
     /// Strongest force after the injected fault [N].
     pub peak_n: f32,
@@ -29,16 +30,16 @@ pub struct Row {
     pub broken: u64,
     /// Runs without the required reaction.
     pub wrong: u64,
-    /// By number of the fault.
+    /// Number of runs that ended in each fault, by the number of the fault.
     pub faults: BTreeMap<u8, u64>,
-    /// The first bad runs: number, description and violation.
+    /// The bad runs with the lowest numbers: number of the run, and description with the violation.
     pub examples: Vec<(u64, String)>,
 }
 
-/// One row per kind, in the order of [`FAULTS`].
+/// Results of a campaign.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Table {
-    /// The rows.
+    /// One row per kind of fault, in the order of [`FAULTS`].
     pub rows: Vec<Row>,
 }
 
@@ -69,7 +70,7 @@ impl Table {
         }
     }
 
-    /// Adds another table.
+    /// Adds the results of another table.
     pub fn add(&mut self, other: &Self) {
         for (row, more) in self.rows.iter_mut().zip(&other.rows) {
             row.runs += more.runs;
@@ -88,18 +89,18 @@ impl Table {
         }
     }
 
-    /// All kinds, each with its row.
+    /// All kinds of fault, each with its row.
     pub fn kinds(&self) -> impl Iterator<Item = (&'static FaultType, &Row)> {
         FAULTS.iter().zip(&self.rows)
     }
 
-    /// Bad runs: an invariant was broken, or the required reaction did not follow.
+    /// Runs that broke an invariant, plus runs without the required reaction.
     #[must_use]
     pub fn bad(&self) -> u64 {
         self.rows.iter().map(|r| r.broken + r.wrong).sum()
     }
 
-    /// Some of the failures.
+    /// Descriptions of the recorded bad runs.
     #[must_use]
     pub fn examples(&self) -> Vec<&str> {
         self.rows.iter().flat_map(|r| &r.examples).map(|(_, text)| text.as_str()).collect()
@@ -125,20 +126,21 @@ impl Case {
 }
 
 impl Row {
-    /// Keeps the bad runs of the lowest numbers, whichever came first.
+    /// Records bad runs and keeps those with the lowest numbers, whatever the order in which they
+    /// arrive.
     fn show(&mut self, examples: impl IntoIterator<Item = (u64, String)>) {
         self.examples.extend(examples);
         self.examples.sort();
         self.examples.truncate(SHOWN);
     }
 
-    /// The latest reaction [ticks].
+    /// Longest reaction time of any run [ticks].
     #[must_use]
     pub fn latest_ticks(&self) -> Option<u32> {
         self.reaction_ticks.keys().next_back().copied()
     }
 
-    /// The earliest, the median and the latest reaction [ticks]; `None` if no run had one.
+    /// Shortest, median and longest reaction time [ticks]; `None` if the loop reacted in no run.
     #[must_use]
     pub fn reaction_span_ticks(&self) -> Option<[u32; 3]> {
         let (first, _) = self.reaction_ticks.first_key_value()?;
@@ -151,7 +153,7 @@ impl Row {
         Some([*first, *median?.0, self.latest_ticks()?])
     }
 
-    /// Returns the faults that the runs ended in, as text: number of the fault and how often.
+    /// Returns the faults in which the runs ended, as pairs `number:count`.
     #[must_use]
     pub fn ends(&self) -> String {
         let of = |(fault, count): (&u8, &u64)| format!("{fault}:{count}");

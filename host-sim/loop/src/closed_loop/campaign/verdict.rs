@@ -1,4 +1,4 @@
-//! Whether the required reaction followed.
+//! Decides whether the required reaction followed.
 
 use palpate::haptic::cycle::Telemetry;
 use palpate::haptic::mode::Mode;
@@ -12,14 +12,14 @@ use crate::closed_loop::faulty::Expected;
 pub(super) fn reacted(expected: &Expected, telemetry: &Telemetry) -> bool {
     match expected {
         Expected::Ramp(_) => matches!(telemetry.mode, Mode::SafeRamp | Mode::Idle),
-        // a renderer that still asks for a force after it has pushed the probe out is detected by
-        // comparing the tips
+        // a renderer that still returns a force after that force has pushed the probe out is
+        // detected by the comparison of the shown tip with the sensed one
         Expected::Degraded(_) => telemetry.mode == Mode::Degraded || telemetry.fault == Some(Fault::TipApart),
         _ => telemetry.mode == Mode::Fault && telemetry.applied_n == Vector3::zeros(),
     }
 }
 
-/// Returns the deviation from the required reaction, if any; `mode` is the last one.
+/// Returns the deviation from the required reaction, if any; `mode` is the mode in the last tick.
 pub(super) fn verdict(case: &Case, outcome: &Outcome, mode: Mode) -> Option<&'static str> {
     let (fault, reaction) = (outcome.fault, outcome.reaction_ticks);
     let in_time = |within: u32| reaction.is_some_and(|r| r <= within);

@@ -18,7 +18,7 @@ impl ConstantDamping {
 impl Law for ConstantDamping {
     fn force_n(&mut self, seen: &Seen) -> f32 {
         let in_m_per_s = self.velocity.track(seen.depth_m);
-        // the damped force never pulls, and there is none in free space
+        // the damped force never pulls, and free space is not damped
         if seen.model_n > 0.0 { (seen.model_n + self.n_s_per_m * in_m_per_s).max(0.0) } else { seen.model_n }
     }
 }

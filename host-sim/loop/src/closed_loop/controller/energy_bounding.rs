@@ -23,7 +23,7 @@ impl EnergyBounding {
 
 impl Law for EnergyBounding {
     fn force_n(&mut self, seen: &Seen) -> f32 {
-        // a touch begins at the surface, not at the last depth outside
+        // motion outside the tissue does not count as displacement: a touch begins at the surface
         let displacement_m = seen.depth_m.max(0.0) - self.depth_m.max(0.0);
         let most_n = self.sent_n + self.most_n_per_m * displacement_m.max(0.0);
         self.sent_n = seen.model_n.min(most_n).clamp(0.0, self.max_force_n);

@@ -1,18 +1,19 @@
 //! Time-domain passivity control (Hannaford and Ryu, IEEE Trans. Robotics and Automation 18, 2002):
-//! as soon as the port has given more energy than it took, damping for this tick takes the rest
-//! back.
+//! as soon as the port has delivered more energy than it absorbed, damping in this tick dissipates
+//! the excess.
 //!
-//! Against the *reference energy* (Ryu, Preusche, Hannaford and Hirzinger, IEEE Trans. Control
-//! Systems Technology 13, 2005) the energy taken at the port may never fall below the energy stored
-//! in the model at that depth, so energy is not first stored and then lost.
+//! With a *reference energy* (Ryu, Preusche, Hannaford and Hirzinger, IEEE Trans. Control Systems
+//! Technology 13, 2005) the energy absorbed at the port may never fall below the energy that the
+//! model stores at that depth, so damping acts as soon as energy is created, not only when all
+//! stored energy has been returned.
 
 use std::collections::VecDeque;
 
 use super::{Known, Law, Seen, TICK_S, Velocity};
 
-/// Strongest damping [N s/m].
+/// Largest damping coefficient [N s/m].
 const MOST_N_S_PER_M: f32 = 5.0;
-/// Speed below which nothing is damped [m/s].
+/// Speed below which no damping is applied [m/s].
 const STILL_M_PER_S: f32 = 1e-4;
 
 #[derive(Clone, Debug)]
@@ -20,7 +21,7 @@ pub(super) struct TimeDomainPassivity {
     reference: bool,
     velocity: Velocity,
     max_force_n: f32,
-    /// Forces sent and not yet acting [N], the first to act first.
+    /// Forces that were sent but do not act yet [N], in the order in which they will act.
     line_n: VecDeque<f32>,
     depth_m: f32,
     model_n: f32,
@@ -48,7 +49,7 @@ impl Law for TimeDomainPassivity {
         let in_m_per_s = self.velocity.track(seen.depth_m);
         let displacement_m = seen.depth_m - self.depth_m;
         let acted_n = self.line_n.pop_front().unwrap_or(0.0);
-        // a contact begins: the energy account is zero
+        // at the start of a contact the energy account is reset to zero
         if seen.model_n > 0.0 && self.model_n == 0.0 && self.line_n.iter().all(|f| *f == 0.0) && acted_n == 0.0 {
             (self.taken_j, self.reference_j) = (0.0, 0.0);
         }

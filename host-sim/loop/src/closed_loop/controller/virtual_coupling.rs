@@ -6,13 +6,13 @@ use super::{Law, Seen, Velocity};
 
 /// Stiffness of the coupling, the largest that the hand can feel [N/m].
 const N_PER_M: f32 = 500.0;
-/// [N s/m]
+/// Damping of the coupling [N s/m].
 const N_S_PER_M: f32 = 2.0;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct VirtualCoupling {
     velocity: Velocity,
-    /// Depth of the proxy [m], the model's force and stiffness there.
+    /// Depth of the proxy [m], and the model's force [N] and stiffness [N/m] at that depth.
     proxy_m: f32,
     model_n: f32,
     tangent_n_per_m: f32,

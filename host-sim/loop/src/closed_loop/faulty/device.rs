@@ -9,16 +9,17 @@ use rand_xoshiro::rand_core::Rng;
 
 use super::{ForceFault, Reading};
 
-/// Readings that are stored for delayed ones.
+/// Number of past readings that are stored, for faults that return an old one.
 const KEPT: usize = 16;
-/// Sequence numbers skipped by a sensor that counts fast: it wraps every 16 readings.
+/// Step of the sequence number of a sensor that counts too fast: the number wraps every 16
+/// readings.
 const LEAP: u32 = 0x1000_0000;
 
 /// Any device, with a fault in its readings or its forces.
 #[derive(Clone, Debug)]
 pub struct Faulty<D> {
     device: D,
-    /// Out of the tissue, and along it.
+    /// Unit vectors out of the tissue, and along its surface.
     normal: Vector3<f32>,
     along: Vector3<f32>,
     site_m: Vector3<f32>,
@@ -30,7 +31,7 @@ pub struct Faulty<D> {
     telemetry: Option<Sensed>,
     /// Position at the start of the fault [m].
     stuck_m: Vector3<f32>,
-    /// Added to every sequence number.
+    /// Offset that is added to every sequence number.
     number_offset: u32,
     line_n: VecDeque<Vector3<f32>>,
     given_n: Vector3<f32>,
@@ -38,8 +39,8 @@ pub struct Faulty<D> {
 }
 
 impl<D: HapticDevice> Faulty<D> {
-    /// Wraps a device, at first without a fault. A fault moves a reading in the plane of `normal`
-    /// and `along`; wrong signs are relative to `site_m`.
+    /// Wraps a device, at first without a fault. A fault displaces a reading in the plane of
+    /// `normal` and `along`; coordinates of the wrong sign are mirrored at `site_m`.
     pub fn new(device: D, site_m: Vector3<f32>, normal: Vector3<f32>, along: Vector3<f32>, random: SplitMix64) -> Self {
         Self {
             device,
@@ -58,17 +59,17 @@ impl<D: HapticDevice> Faulty<D> {
         }
     }
 
-    /// The device itself.
+    /// The wrapped device.
     pub fn device(&mut self) -> &mut D {
         &mut self.device
     }
 
-    /// Adds to the sequence number of every reading, so that a device may replace another.
+    /// Sets the offset of all sequence numbers, so that this device can take over from another one.
     pub fn number_from(&mut self, number: u32) {
         self.number_offset = number;
     }
 
-    /// Applies a fault from the next reading on.
+    /// Applies a fault from the next reading on; `None` ends it.
     pub fn break_reading(&mut self, fault: Option<Reading>) {
         self.reading = fault;
         if let Some(last) = self.past.back() {
@@ -76,13 +77,14 @@ impl<D: HapticDevice> Faulty<D> {
         }
     }
 
-    /// Applies a fault from the next force on.
+    /// Applies a fault from the next force on; `None` ends it.
     pub fn break_drive(&mut self, fault: Option<ForceFault>) {
         self.drive = fault;
         self.line_n.clear();
     }
 
-    /// The axis along which the press moves most: a fault of a single axis affects this one.
+    /// Index of the axis closest to the direction of the press; a fault of a single axis affects
+    /// this one.
     fn axis(&self) -> usize {
         self.normal.iamax()
     }

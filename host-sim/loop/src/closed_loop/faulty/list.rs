@@ -1,4 +1,4 @@
-//! The faults of the campaign: the injection and the required reaction.
+//! The faults of the campaign, each with its injection and the required reaction.
 
 use palpate::Fault;
 use palpate::haptic::cycle::Ask;
@@ -13,9 +13,9 @@ const FAST: &[Fault] = &[Fault::OverSpeed];
 const FAR: &[Fault] = &[Fault::OverSpeed, Fault::OutOfWorkspace];
 const LATE: &[Fault] = &[Fault::DeadlineMissed];
 const NAN_FORCE: &[Fault] = &[Fault::ForceNotFinite];
-/// Faults that end a force far above the limit: the first one after ten ticks, the second one if
-/// that force has pushed the probe out earlier and is still asked for in five ticks outside, where
-/// none of it acts.
+/// Faults that end a force far above the limit: `ForceImplausible` after ten ticks, or `TipApart`
+/// if that force has pushed the probe out earlier and the renderer still returns it for five ticks
+/// outside, where none of it is applied.
 const LONG_FORCE: &[Fault] = &[Fault::ForceImplausible, Fault::TipApart];
 const NODE: &[Fault] = &[Fault::Diverged, Fault::ForceNotFinite];
 const AWAY: &[Fault] = &[Fault::Runaway, Fault::WrongSign];
@@ -32,7 +32,7 @@ const WRONG_WAY: &[Fault] = &[
     Fault::WrongSign,
 ];
 
-/// The steps of such noise do not fit the profile's count.
+/// Faults in which noise of many counts may end; its steps do not fit the profile's count.
 const NOISY: &[Fault] =
     &[Fault::UnitMismatch, Fault::OverSpeed, Fault::SensorFault, Fault::OutOfWorkspace, Fault::EnergyCreated, Fault::TipApart];
 
@@ -82,7 +82,7 @@ const fn shifted(out_m: f32, aside_m: f32) -> Reading {
     Reading::Shifted { out_m, aside_m }
 }
 
-/// Every type.
+/// Every kind of fault that the campaign injects.
 pub const FAULTS: &[FaultType] = &[
     with("F0", "nothing wrong", Injection::None, 0, Needs::Nothing, Expected::Ridden),
     // readings
@@ -133,7 +133,7 @@ pub const FAULTS: &[FaultType] = &[
         Injection::ForceFault(ForceFault::Scaled(-1.0)),
         FOR_EVER,
         Needs::NobodysForce,
-        // it may be through the tissue, and the force gone, before it is too fast
+        // the handle may have passed through the tissue, and have no force, before it is too fast
         Expected::Bounded(AWAY_FAST),
     ),
     with(
@@ -142,7 +142,8 @@ pub const FAULTS: &[FaultType] = &[
         Injection::ForceFault(ForceFault::Scaled(-0.33)),
         FOR_EVER,
         Needs::NobodysForce,
-        // it may be through the tissue, and the force gone, before a runaway is certain
+        // the handle may have passed through the tissue, and have no force, before a runaway is
+        // certain
         Expected::Bounded(AWAY),
     ),
     drive("A7-1ms", "amplifier lag of 1 ms", ForceFault::Lag(1e-3), FOR_EVER, Expected::Ridden),

@@ -25,7 +25,7 @@ impl<'a, S: Surface> FaultyTissue<'a, S> {
         Self { surface, fault: None, last_m: Vector3::zeros() }
     }
 
-    /// Applies a fault from the next tick on; a change of nodes is applied once.
+    /// Applies a fault from the next tick on; `None` ends it. A change of nodes is applied once.
     pub fn break_it(&mut self, fault: Option<TissueFault>) {
         match fault {
             Some(TissueFault::NodeSpeed(speed)) => self.surface.strike(None, Some(speed), false),

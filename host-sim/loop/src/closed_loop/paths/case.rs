@@ -8,42 +8,42 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use super::ground::{PathGround, PathPatch};
 use super::route::{Leg, Route};
 
-/// Ticks of motion, and of the rest at the end: at least two seconds.
+/// Duration of the motion and of the rest at its end [ticks]: together at least two seconds.
 const MOVING_TICKS: usize = 1400;
 const REST_TICKS: usize = 620;
-/// Speeds [m/s].
+/// Slowest and fastest speed of the tip [m/s].
 const SLOWEST_M_PER_S: f64 = 0.01;
 const FASTEST_M_PER_S: f64 = 3.0;
-/// Young's moduli [Pa].
+/// Smallest and largest Young's modulus [Pa].
 const SOFTEST_PA: f64 = 1e3;
 const STIFFEST_PA: f64 = 100e3;
 
 /// Kind of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PathKind {
-    /// In through the surface, out anywhere below it.
+    /// Enters through the surface, and leaves anywhere below it.
     Through,
-    /// Along the surface, pressed.
+    /// Slides along the surface while pressed in.
     Along,
-    /// Around the tissue, without a touch of the tip.
+    /// Passes around the tissue; the tip never touches it.
     Around,
-    /// Below the tissue, and up through it.
+    /// Passes below the tissue, then rises through it.
     Under,
-    /// Along the surface and off the edge of the patch.
+    /// Slides along the surface and off the edge of the patch.
     OffEdge,
-    /// In through the surface, out through the side.
+    /// Enters through the surface, and leaves through the side.
     OutOfSide,
-    /// In through the side.
+    /// Enters through the side.
     IntoSide,
-    /// Along the edge of the patch.
+    /// Follows the edge of the patch.
     Rim,
-    /// Taps in one place.
+    /// Taps the tissue in one place.
     Taps,
-    /// From point to point, anywhere.
+    /// Moves from point to point, anywhere.
     Wild,
 }
 
-/// Every kind, with its name.
+/// Every kind of path, with its name.
 pub const KINDS: [(PathKind, &str); 10] = [
     (PathKind::Through, "through"),
     (PathKind::Along, "along"),
@@ -57,10 +57,10 @@ pub const KINDS: [(PathKind, &str); 10] = [
     (PathKind::Wild, "anywhere"),
 ];
 
-/// One run.
+/// Description of one run.
 #[derive(Clone, Debug)]
 pub struct PathCase {
-    /// Number of the run, and the seed of the draw.
+    /// Number of the run.
     pub number: u64,
     /// Seed of the draw.
     pub seed: u64,
@@ -72,14 +72,14 @@ pub struct PathCase {
     pub device: usize,
     /// Young's modulus [Pa].
     pub youngs_modulus_pa: f64,
-    /// The depth limit is the guard's for this device, not the patch's own.
+    /// Whether the depth limit is that of the guard for this device, instead of the patch's own.
     pub guarded: bool,
-    /// The path.
+    /// Path of the tip over time.
     pub route: Route,
 }
 
 impl PathCase {
-    /// The run of this number.
+    /// Draws the run with this number.
     #[must_use]
     pub fn draw(ground: &PathGround, number: u64, seed: u64) -> Self {
         let mut draw = Draw(SplitMix64::seed_from_u64(seed ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
@@ -100,10 +100,10 @@ impl PathCase {
     }
 }
 
-/// Numbers and paths.
+/// Random source of numbers and paths.
 struct Draw(SplitMix64);
 
-/// A point by its distances along the site's axes, the last one out of the tissue [m].
+/// Coordinates of a point along the site's axes, the last of which points out of the tissue [m].
 type At = [f64; 3];
 
 impl Draw {
@@ -123,12 +123,12 @@ impl Draw {
         low + (high - low) * self.share()
     }
 
-    /// Uniform in the logarithm.
+    /// Draws a number between `low` and `high` whose logarithm is uniformly distributed.
     fn by_factor(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.share())
     }
 
-    /// A place in the footprint, reaching this many times its half sides.
+    /// Draws a place in the footprint of the patch, which is scaled by `reach` about its centre.
     fn place(&mut self, patch: &PathPatch, reach: f64) -> [f64; 2] {
         let [low, high] = patch.extent_m;
         std::array::from_fn(|k| {
@@ -137,13 +137,13 @@ impl Draw {
         })
     }
 
-    /// A place on the outline of the footprint, moved out by `out_m`.
+    /// Draws a place on the outline of the footprint, which is moved outwards by `out_m`.
     fn edge(&mut self, patch: &PathPatch, out_m: f64) -> [f64; 2] {
         let [low, high] = patch.extent_m;
         let (sin, cos) = self.between(0.0, TAU).sin_cos();
         let middle: [f64; 2] = std::array::from_fn(|k| 0.5 * (low[k] + high[k]));
         let half: [f64; 2] = std::array::from_fn(|k| 0.5 * (high[k] - low[k]) + out_m);
-        // in half of the cases as if the outline were round, in half as if it were a rectangle
+        // the outline is taken as round in half of the cases, and as a rectangle in the others
         let reach = if self.chance(0.5) { 1.0 } else { 1.0 / (cos.abs().max(sin.abs())) };
         [middle[0] + half[0] * cos * reach, middle[1] + half[1] * sin * reach]
     }
@@ -258,7 +258,8 @@ impl Draw {
         self.timed(patch, &at, top_m)
     }
 
-    /// Speeds, stops, smoothing: the first point is the start, lifted clear of the tissue.
+    /// Draws speeds, stops and smoothing for these points; the first point, raised clear of the
+    /// tissue, is the start.
     fn timed(&mut self, patch: &PathPatch, at: &[At], top_m: f64) -> Route {
         let [x, y, z] = at.first().copied().unwrap_or([0.0, 0.0, top_m]);
         let start = [x, y, z.max(top_m + 1.5e-3)];

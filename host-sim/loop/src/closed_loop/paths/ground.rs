@@ -17,19 +17,19 @@ use palpate_tissue::session::packed;
 /// Static force at the guard's depth, as a multiple of the device's maximum force (1).
 const GUARD_SHARE: f64 = 1.09;
 
-/// A tip, `None` for the patch's own, and the number of paths in five that use it.
+/// A tip (`None` is the patch's own), and the number of paths out of five that use it.
 type Tip = (Option<ProbeShape>, u32);
 /// Name, bytes and share of a shipped patch.
 type Shipped = (&'static str, &'static [u8], u32);
 
-/// Tips that touch every patch: its own, and two of half its radius that the finite elements of no
-/// shipped patch know. Of five paths on a patch, the number that each takes.
+/// Tips for every patch: its own, and two of half its radius with which no shipped patch was
+/// calibrated. Each has the number of paths out of five that use it.
 const TIPS: [Tip; 3] = [(None, 3), (Some(ProbeShape::Sphere), 1), (Some(ProbeShape::Flat), 1)];
-/// Radius of the other tips, as a share of the own one (1).
+/// Radius of the other tips, relative to the patch's own (1).
 const OTHER_TIP: f32 = 0.5;
 
-/// The shipped patches, and the share of 1000 paths that run on each: the large ones cost ten times
-/// as much per tick.
+/// The shipped patches, and the number of paths out of 1000 that run on each: a tick of the large
+/// ones costs ten times as much.
 const SHIPPED: [Shipped; 7] = [
     ("block-m4f-168", include_bytes!("../../../../../firmware/patches/block-m4f-168.patch"), 400),
     ("liver-m4f-168", include_bytes!("../../../../../firmware/patches/liver-m4f-168.patch"), 400),
@@ -43,21 +43,22 @@ const SHIPPED: [Shipped; 7] = [
 /// A patch, ready for paths.
 #[derive(Clone, Debug)]
 pub struct PathPatch {
-    /// File name without its ending.
+    /// File name of the patch, without its extension.
     pub name: &'static str,
-    /// The patch.
+    /// The patch as it was packed.
     pub patch: Patch,
     /// Parameters that the patch was packed with.
     pub params: Params,
-    /// Number of paths of 5000 that run on this patch and tip.
+    /// Number of paths out of 5000 that run on this patch with this tip.
     pub share: u32,
     /// Geometry of the patch at rest.
     pub shape: Arc<RestSolid>,
-    /// Site of the press, and axes.
+    /// Site of the press, with its axes.
     pub site: Site,
-    /// Extent along the site's axes `along`, `across`, `normal`, from the site [m].
+    /// Lower and upper corner of the patch along the site's axes `along`, `across`, `normal`,
+    /// relative to the site [m].
     pub extent_m: [[f64; 3]; 2],
-    /// Static force over depth, both per pascal as packed [m, N/Pa].
+    /// Static force against depth, with the force divided by Young's modulus [m, N/Pa].
     curve: Vec<(f64, f64)>,
 }
 
@@ -66,7 +67,7 @@ pub struct PathPatch {
 pub struct PathGround {
     /// The shipped patches, each under its own tip and then under the others.
     pub patches: Vec<PathPatch>,
-    /// The devices.
+    /// Every shipped device.
     pub devices: Vec<DeviceProfile>,
 }
 
@@ -91,7 +92,7 @@ impl PathGround {
 }
 
 impl PathPatch {
-    /// The patch under another probe.
+    /// Returns the same patch under another probe.
     ///
     /// # Errors
     /// A probe that the core refuses.
@@ -109,7 +110,7 @@ impl PathPatch {
         Ok(Self { name, patch, params, share, shape, site, extent_m, curve })
     }
 
-    /// Patch and tip in words.
+    /// Names of patch and tip, for tables.
     #[must_use]
     pub fn label(&self) -> Cow<'static, str> {
         let Probe { shape, radius_m, .. } = self.params.probe;
@@ -119,14 +120,14 @@ impl PathPatch {
         }
     }
 
-    /// Depth of the guard for a device: where the static force is 1.09 times the device's largest
-    /// [m].
+    /// Depth limit of the guard for a device [m]: the static force there is 1.09 times the device's
+    /// maximum force.
     #[must_use]
     pub fn guard_depth_m(&self, youngs_modulus_pa: f64, force_limit_n: f64) -> f64 {
         depth_at_m(&self.curve, GUARD_SHARE * force_limit_n / youngs_modulus_pa)
     }
 
-    /// A point by its distances along the site's axes [m].
+    /// Position of a point given by its coordinates along the site's axes [m].
     #[must_use]
     pub fn point_m(&self, at: &[f64; 3]) -> Vector3<f64> {
         self.site.point_m(-at[2], at[0], at[1])

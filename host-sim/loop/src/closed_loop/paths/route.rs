@@ -9,7 +9,7 @@ use palpate_tissue::scene::TICK_S;
 pub struct Leg {
     /// End point [m].
     pub to_m: Vector3<f64>,
-    /// Speed [m/s].
+    /// Speed of the tip on this leg [m/s].
     pub m_per_s: f64,
     /// Ticks for which the tip stays there.
     pub stop_ticks: u32,
@@ -23,9 +23,9 @@ pub struct Route {
 }
 
 impl Route {
-    /// The route from a start along its legs. It stops after `moving_ticks`, wherever it is, and
-    /// rests there for `rest_ticks`. Every position is the mean over `smooth_ticks`, which rounds
-    /// corners, starts and stops.
+    /// Builds the route from a start along its legs. It stops after `moving_ticks`, wherever it is,
+    /// and rests there for `rest_ticks`. Every position is the mean over `smooth_ticks`, which
+    /// rounds corners, starts and stops.
     #[must_use]
     pub fn along(start_m: Vector3<f64>, legs: &[Leg], moving_ticks: usize, rest_ticks: usize, smooth_ticks: usize) -> Self {
         let mut at_m = vec![start_m];

@@ -17,14 +17,14 @@ use crate::closed_loop::watch::{Broken, Seen, Tick, Watch};
 use palpate_tissue::patch::Memory;
 use palpate_tissue::scene::TICK_S;
 
-/// Ticks that still run after a fault.
+/// Number of ticks that are still run after a fault.
 const AFTER_FAULT_TICKS: u32 = 20;
 /// Half a side of the workspace: every path stays inside [m].
 const REACH_M: f32 = 0.5;
-/// Largest speed of motion that a hand can make, which no fault may end [m/s].
+/// Largest speed that a hand can reach [m/s]; no fault may end slower motion.
 const HONEST_M_PER_S: f64 = 1.5;
 /// Largest deceleration at a corner or stop that cannot be mistaken for a stuck encoder [m/s^2]: no
-/// hand gives a stylus more.
+/// hand decelerates a stylus faster.
 const SHARPEST_M_PER_S2: f64 = 200.0;
 
 /// Result of one path.
@@ -34,14 +34,14 @@ pub struct PathOutcome {
     pub ticks: u64,
     /// Extremes seen by the geometric watch.
     pub seen: Seen,
-    /// Invariants broken, each once, with the tick along the path.
+    /// Invariants that were broken, each once, with the tick along the path.
     pub broken: Vec<(Broken, u32)>,
     /// Fault that ended the path.
     pub fault: Option<Fault>,
-    /// Until its end the tip was no faster than a hand, and no corner was so sharp that the encoder
-    /// may rightly be called stuck.
+    /// Whether a fault on this path would be wrong: until the path ended the tip was no faster than
+    /// a hand, and no corner was so sharp that a fault of the encoder is justified.
     pub honest: bool,
-    /// The motion is within the speed and acceleration of a hand.
+    /// Whether the motion is within the speed and acceleration of a hand.
     pub by_hand: bool,
     /// Energy created by the worst contact, from true positions and the force that acted [J].
     pub created_j: f64,
@@ -110,7 +110,7 @@ impl PathCase {
             let telemetry =
                 cycle.tick(&mut device, &mut PatchRenderer { model: &model, tuned: &tuned, state: &mut state }, Command::HEARD);
             let tick = Tick { limits, ..device.tick(&cycle, None, telemetry) };
-            // damping may cancel what the tissue still pushes with: the contact is not over then
+            // damping may cancel a force that the tissue still exerts: the contact is not over then
             let touches = telemetry.output.depth_m > 0.0 || telemetry.output.force_n != Vector3::zeros();
             device.energy.push(tick.force_n().cast(), touches);
             if let Err(broken) = watch.check(&tick)
@@ -130,7 +130,7 @@ impl PathCase {
                 }
             }
         }
-        // no hand stops dead or starts by several counts at once; an encoder that sticks or has
+        // no hand stops dead or jumps by several counts at once; an encoder that sticks or has
         // another unit does
         let stuck = matches!(outcome.fault, Some(Fault::SensorFault | Fault::UnitMismatch))
             && sharpest_m > SHARPEST_M_PER_S2 * TICK_S * TICK_S;
@@ -142,7 +142,7 @@ impl PathCase {
     }
 }
 
-/// Free space.
+/// Free space, which exerts no force.
 struct Nothing;
 
 impl Renderer for Nothing {
@@ -199,8 +199,8 @@ impl HapticDevice for Scripted {
     }
 }
 
-/// Work of the true force, delayed by whole ticks and smoothed by the amplifier, along the true
-/// path, contact by contact.
+/// Work of the true force along the true path, separately for every contact. The force is delayed
+/// by whole ticks and smoothed by the amplifier.
 struct TrueEnergy {
     /// Forces not yet at the amplifier [N], the newest last.
     line_n: VecDeque<Vector3<f64>>,
@@ -218,7 +218,7 @@ impl TrueEnergy {
         Self { line_n, acting_n: Vector3::zeros(), lag_s, given_j: 0.0, created_j: 0.0, worst_j: 0.0 }
     }
 
-    /// The tip has moved by this in the last tick [m].
+    /// Adds the work along the displacement of the tip in the last tick [m].
     fn step(&mut self, displacement_m: &Vector3<f64>) {
         let to_n = self.line_n.front().copied().unwrap_or_default();
         let mut mean_n = to_n;
@@ -234,7 +234,8 @@ impl TrueEnergy {
         self.worst_j = self.worst_j.max(self.created_j);
     }
 
-    /// The loop sent a force [N].
+    /// Records a force that the loop sent [N]; the contact ends when nothing touches and no
+    /// delayed force is left.
     fn push(&mut self, force_n: Vector3<f64>, touches: bool) {
         self.line_n.pop_front();
         self.line_n.push_back(force_n);

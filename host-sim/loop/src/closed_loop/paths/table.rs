@@ -15,10 +15,10 @@ const SHOWN: usize = 40;
 /// Energy that a contact may create [J].
 pub const CREATED_J: f64 = 0.01e-3;
 
-/// Runs of one kind.
+/// Results for one kind of path.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PathRow {
-    /// Runs, and ticks along their paths.
+    /// Number of runs.
     pub runs: u64,
     /// Ticks along the paths.
     pub ticks: u64,
@@ -30,17 +30,18 @@ pub struct PathRow {
     pub outside_ticks: u32,
     /// Largest force into the tissue [N].
     pub into_n: f64,
-    /// Most turns in a row of a force that swung at rest.
+    /// Largest number of consecutive reversals of a force that oscillated while the tip was at
+    /// rest.
     pub chatter_turns: u32,
     /// Runs that broke an invariant, by its id.
     pub broken: BTreeMap<Cow<'static, str>, u64>,
-    /// Runs ended by a fault, by its number.
+    /// Runs ended by a fault, by the number of the fault.
     pub faults: BTreeMap<u8, u64>,
-    /// Runs ended by a fault during motion that a hand can make, by its number.
+    /// Runs ended by a fault during motion that a hand can make, by the number of the fault.
     pub honest_faults: BTreeMap<u8, u64>,
     /// Energy created by the worst contact [J].
     pub created_j: f64,
-    /// Runs in which a contact created more than is allowed.
+    /// Runs in which a contact created more energy than is allowed.
     pub creating: u64,
     /// Runs with motion that a hand can make.
     pub by_hand: u64,
@@ -80,7 +81,8 @@ pub struct PathTable {
     pub patches: BTreeMap<Cow<'static, str>, PatchRow>,
     /// The first runs that broke an invariant or ended motion that a hand can make, as text.
     pub examples: Vec<String>,
-    /// The first runs by hand in which a contact created more than is allowed, as text.
+    /// The first runs with motion that a hand can make, in which a contact created more energy than
+    /// is allowed, as text.
     pub creating: Vec<String>,
 }
 
@@ -158,7 +160,7 @@ impl PathTable {
         }
     }
 
-    /// Adds another table.
+    /// Adds the results of another table.
     pub fn add(&mut self, other: &Self) {
         self.rows.iter_mut().zip(&other.rows).for_each(|(mine, theirs)| mine.add(theirs));
         other.patches.iter().for_each(|(label, row)| self.patches.entry(label.clone()).or_default().add(row));
@@ -168,7 +170,7 @@ impl PathTable {
         }
     }
 
-    /// All kinds together.
+    /// Results of all kinds of path together.
     #[must_use]
     pub fn total(&self) -> PathRow {
         let mut total = PathRow::default();

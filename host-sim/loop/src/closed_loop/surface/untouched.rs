@@ -1,17 +1,17 @@
 //! Motion of a patch that nothing has touched since its reset.
 //!
-//! It depends on the number of substeps only: rounding and gravity move the nodes identically after
-//! every reset. It is computed once and copied afterwards, bit for bit. A campaign resets its patch
-//! before each run, and many of its ticks come before the first touch.
+//! This motion depends on the number of substeps only: rounding and gravity move the nodes
+//! identically after every reset. It is computed once and copied afterwards, bit for bit. A
+//! campaign resets its patch before each run, and many of its ticks come before the first touch.
 
 use palpate::method::{Method, Product};
 use palpate::stages::force::foundation::{self, Load};
 use palpate::{Fault, Model, State, Tuned, Vector3};
 
-/// Largest number of substeps that is stored: those of arming and of the slowest approach.
+/// Largest number of substeps that is stored, enough for arming and the slowest approach.
 const KEPT: usize = 2048;
 
-/// The nodes after a substep.
+/// State of the nodes after a substep.
 #[derive(Debug)]
 struct Moved {
     /// Number of free nodes that moved.
@@ -29,18 +29,20 @@ pub(super) struct Untouched {
 }
 
 impl Untouched {
-    /// The patch is at rest again. Tissue that relaxes is not replayed: its memory is not stored.
+    /// Starts again with a patch at rest. Tissue that relaxes is not replayed, since its relaxation
+    /// state is not stored.
     pub(super) fn reset(&mut self, tuned: &Tuned) {
         self.substeps = (!tuned.relaxes()).then_some(0);
     }
 
-    /// The nodes were moved, or the tissue was changed: until the next reset every substep is
+    /// Notes that nodes were moved or the tissue was changed: until the next reset every substep is
     /// computed.
     pub(super) fn disturb(&mut self) {
         self.substeps = None;
     }
 
-    /// The nodes after the coming substep, if it is known and nothing has touched the patch.
+    /// The recorded nodes after the next substep, if there are any and nothing has touched the
+    /// patch.
     fn next(&self) -> Option<&Moved> {
         self.known.get(self.substeps?)
     }
@@ -49,8 +51,8 @@ impl Untouched {
 impl Method for Untouched {
     fn force(&mut self, model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, m_per_s: Vector3<f32>) -> Load {
         if self.next().is_some() {
-            // changes no node unless a point of the surface is inside the probe, in which case it
-            // is pressed again below
+            // this changes no node unless a point of the surface is inside the probe; in that case
+            // the surface is pressed again below
             let load = foundation::press(model, tuned, state, tip_m, m_per_s);
             if load.strongest.0 == 0.0 {
                 return load;
@@ -91,14 +93,14 @@ mod tests {
 
     use crate::closed_loop::surface::{Surface, TissueSurface, with_tissue};
 
-    /// Depth of the tip in each tick [m]: above the surface for this time, then to 3 mm at 0.1 m/s
-    /// and out again.
+    /// Depth of the tip in each tick [m]: above the surface for `above` ticks, then to 3 mm at 0.1
+    /// m/s and out again.
     fn depths_m(above: u16) -> impl Iterator<Item = f32> {
         let press = (0..70).map(|n: u16| 1e-4 * f32::from(n.min(70 - n)) - 5e-4);
         std::iter::repeat_n(-5e-4, above.into()).chain(press)
     }
 
-    /// Forces and hashes of the plain tick.
+    /// Outputs and state hashes of the tick without recording or replay.
     fn plain(patch: &Patch, params: &Params, above: u16) -> Vec<(Output, u64)> {
         let model = patch.wide_model();
         let mut memory = Memory::for_model(&model);
@@ -123,7 +125,8 @@ mod tests {
         let (patch, one) = palpate_tissue::session::calibrated::sized(130).unwrap();
         for params in [Params { substeps: 1, ..one }, Params { substeps: 2, ..one }] {
             with_tissue(&patch, &params, |surface| {
-                // recorded, replayed, replayed and recorded further, replayed as far as the touch
+                // the motion is recorded, replayed, replayed and recorded further, replayed as far
+                // as the touch
                 for above in [20, 20, 60, 5] {
                     surface.reset();
                     assert!(on(surface, &patch, &params, above) == plain(&patch, &params, above), "{above} ticks above");

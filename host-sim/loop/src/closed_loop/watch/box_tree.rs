@@ -12,11 +12,11 @@ struct Branch {
     corners: Corners,
     /// First item of a leaf, or index of the second child; the first child follows its parent.
     at: u32,
-    /// Items of a leaf; zero for a branch.
+    /// Number of items in a leaf; zero for a branch.
     items: u32,
 }
 
-/// The tree.
+/// Branches of the tree, and the items in the order of its leaves.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BoxTree {
     branches: Vec<Branch>,
@@ -36,7 +36,7 @@ fn square_to(corners: &Corners, p: &[f64; 3]) -> f64 {
 }
 
 impl BoxTree {
-    /// A tree over these boxes; queries name an item by its index in `boxes`.
+    /// Builds a tree over these boxes; queries name an item by its index in `boxes`.
     pub(super) fn over(boxes: &[Corners]) -> Self {
         let mut tree = Self { branches: Vec::new(), order: (0..boxes.len() as u32).collect() };
         if !boxes.is_empty() {
@@ -64,12 +64,12 @@ impl BoxTree {
         self.grow(boxes, half, to);
     }
 
-    /// Whether `holds` is true for an item whose box, widened by `wider_m`, contains the point.
+    /// Whether `holds` is true for any item whose box, widened by `wider_m`, contains the point.
     pub(super) fn any(&self, p: &[f64; 3], wider_m: f64, mut holds: impl FnMut(usize) -> bool) -> bool {
         self.any_below(0, p, wider_m * wider_m, &mut holds)
     }
 
-    // by recursion, here and below: a list of open branches would be allocated for every query
+    // these searches are recursive: a list of open branches would be allocated for every query
     fn any_below(&self, at: usize, p: &[f64; 3], square_m2: f64, holds: &mut impl FnMut(usize) -> bool) -> bool {
         let Some(branch) = self.branches.get(at) else { return false };
         if square_to(&branch.corners, p) > square_m2 {
@@ -81,14 +81,16 @@ impl BoxTree {
         }
     }
 
-    /// The item nearest to a point and the square of its distance; `square_m2` measures one item.
+    /// The item nearest to a point, and the square of its distance; `square_m2` returns that square
+    /// for one item.
     pub(super) fn nearest(&self, p: &[f64; 3], mut square_m2: impl FnMut(usize) -> f64) -> Option<(usize, f64)> {
         let mut best = None;
         self.nearest_below((0, 0.0), p, &mut square_m2, &mut best);
         best
     }
 
-    /// Searches below a branch; the square of its distance is at least `least_m2`.
+    /// Searches below the branch at index `at`, the square of whose distance is at least
+    /// `least_m2`.
     fn nearest_below(
         &self,
         (at, least_m2): (usize, f64),
@@ -102,7 +104,7 @@ impl BoxTree {
         }
         if branch.items == 0 {
             let mut children = [branch.at as usize, at + 1].map(|n| (n, square_to(&self.branches[n].corners, p)));
-            // the nearer child first, the second one if both are equally near
+            // the nearer child is searched first; the second child if both are equally near
             if children[1].1 < children[0].1 {
                 children.swap(0, 1);
             }

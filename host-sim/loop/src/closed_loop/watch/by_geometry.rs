@@ -18,18 +18,18 @@ use super::rest_shape::RestShape;
 const OUTSIDE_M: f64 = 1e-3;
 /// Ticks for which the tip may be further outside than [`OUTSIDE_M`] before it returns.
 const OUTSIDE_TICKS: u32 = 5;
-/// Largest share of the force that may point into the tissue [N].
+/// Largest component of the force that may point into the tissue [N].
 const INTO_N: f64 = 0.02;
 /// Readings that are stored, to find where the tip entered if a force is delayed.
 const TRAIL_TICKS: usize = 64;
-/// Ticks with the same reading after which a force that turns is chatter: the ringing of a stop may
-/// turn thirty times, and is over by then.
+/// Ticks with the same reading after which a force that keeps reversing is chatter: the ringing
+/// after a stop may reverse thirty times, and is over by then.
 const REST_TICKS: u32 = 250;
-/// Least change of the force between two turns that counts as a swing of chatter [N].
+/// Smallest change of the force between two reversals that counts as a swing of chatter [N].
 const CHATTER_N: f32 = 0.02;
-/// Turns of the force in a row that count as chatter.
+/// Number of consecutive reversals of the force that count as chatter.
 const CHATTER_TURNS: u32 = 10;
-/// Most ticks between two turns of chatter: swings of 2.5 Hz and faster.
+/// Largest number of ticks between two reversals of chatter, which has swings of 2.5 Hz and faster.
 const TURN_TICKS: u32 = 200;
 
 /// Extremes over a run, whether or not they break an invariant.
@@ -43,12 +43,12 @@ pub struct Seen {
     pub outside_ticks: u32,
     /// Largest force into the tissue [N].
     pub into_n: f64,
-    /// Most turns in a row of a force that swung at rest.
+    /// Largest number of consecutive reversals of a force that oscillated at rest.
     pub chatter_turns: u32,
 }
 
-/// Checks tick by tick. [`super::Watch::over`] includes it, and it can be used alone where only
-/// readings and forces are known.
+/// Checks readings and forces against the geometry, tick by tick. [`super::Watch::over`] includes
+/// these checks; they can also be used alone, where only readings and forces are known.
 #[derive(Clone, Debug)]
 pub struct ByGeometry {
     shape: Arc<dyn RestShape>,
@@ -101,7 +101,7 @@ impl ByGeometry {
         self.seen.ticks_with_force += 1;
         let readable = reading.position_m.iter().all(|c| c.is_finite()) && reading.status == SensorStatus::Good;
         if !readable || !force_n.iter().all(|c| c.is_finite()) {
-            // I1 and I7 check these
+            // such values are checked by I1 and I7
             return Ok(());
         }
         let tip_m = reading.position_m.cast::<f64>();
@@ -149,16 +149,17 @@ struct Swing {
     last_m: Vector3<f32>,
     /// Ticks with the same reading.
     rest: u32,
-    /// Force at the last turn, and the one farthest from it since [N].
+    /// Force at the last reversal, and the force farthest from it since then [N].
     turn_n: Vector3<f32>,
     far_n: Vector3<f32>,
-    /// Ticks since the last turn.
+    /// Ticks since the last reversal.
     since: u32,
     turns: u32,
 }
 
 impl Swing {
-    /// Turns in a row up to this tick, of a reading and the force that came out.
+    /// Number of consecutive reversals up to this tick, whose reading is `at_m` [m] and whose
+    /// output is `force_n` [N].
     fn turns(&mut self, at_m: Vector3<f32>, force_n: Vector3<f32>) -> u32 {
         self.rest = if at_m == self.last_m { self.rest + 1 } else { 0 };
         self.last_m = at_m;
@@ -186,13 +187,14 @@ impl Swing {
 mod tests {
     use super::*;
 
-    /// Turns that are counted of a force which swings by `swing_n` with a half period of this many
-    /// ticks, under a reading that changes every `moves` ticks. The force begins at its highest.
+    /// Number of reversals that are counted for a force that swings by `swing_n` with a half period
+    /// of this many ticks, while the reading changes every `moves` ticks. The force begins at its
+    /// largest value.
     fn turns(swing_n: f32, half_ticks: u32, moves: u32) -> u32 {
         turns_from(0.0, swing_n, half_ticks, moves)
     }
 
-    /// [`turns`] of a force that begins at another phase [rad].
+    /// [`turns`] for a force that begins at another phase [rad].
     fn turns_from(first: f32, swing_n: f32, half_ticks: u32, moves: u32) -> u32 {
         let mut swing = Swing::default();
         let step = |n: u32| {
@@ -226,7 +228,8 @@ mod tests {
         let mut swing = Swing::default();
         for n in 0..4_000_u32 {
             let t = n as f32;
-            // a creep of half a newton, and a ringing that turns thirty times and dies out in 0.2 s
+            // a creep of half a newton, and a ringing that reverses thirty times and dies out in
+            // 0.2 s
             let force_n = 1.0 + 0.5 * (-t / 800.0).exp() + 0.1 * (-t / 60.0).exp() * (t / 2.0).cos();
             assert_eq!(swing.turns(Vector3::zeros(), Vector3::new(0.0, 0.0, force_n)), 0, "tick {n}");
         }

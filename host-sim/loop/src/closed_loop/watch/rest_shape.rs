@@ -20,7 +20,7 @@ const BELOW_M: f64 = 1e-3;
 const FACE_M: f64 = 1e-9;
 /// Triangles whose distances differ by less are equally near: those that meet at an edge [m].
 const EQUALLY_NEAR_M: f64 = 1e-7;
-/// Samples on the rim of a flat probe, and along the segment of a capsule.
+/// Number of samples on the rim of a flat probe, and along the segment of a capsule.
 const RIM: usize = 16;
 const SEGMENT: usize = 17;
 
@@ -65,7 +65,8 @@ impl RestShape for HalfSpace {
     }
 }
 
-/// A shape in another frame: a point `x` there is `turn * x + shift_m` here.
+/// A shape seen from another frame: the point `x` of the caller's frame is `turn * x + shift_m` in
+/// the shape's own.
 #[derive(Clone, Debug)]
 pub struct Placed {
     /// The shape in its own frame.
@@ -186,7 +187,7 @@ impl RestSolid {
         self.boundary_tree.nearest(&(*p).into(), square).map_or(f64::INFINITY, |(_, square)| square.sqrt())
     }
 
-    /// Lower and upper corner of the tissue [m], along three axes from a point.
+    /// Lower and upper corner of the tissue [m] along three axes, relative to a point.
     #[must_use]
     pub fn extent_m(&self, from_m: &Vector3<f64>, axes: &[Vector3<f64>; 3]) -> [[f64; 3]; 2] {
         let local = self.nodes_m.iter().map(|x| axes.map(|axis| (x - from_m).dot(&axis))).collect::<Vec<_>>();
@@ -259,8 +260,8 @@ impl RestSolid {
         (between_m - f64::from(self.probe.radius_m)).max(0.0)
     }
 
-    /// Gap between an ellipsoid around `end_m` and the tissue: zero if they overlap, otherwise at
-    /// most the gap.
+    /// Gap between an ellipsoid around `end_m` and the tissue [m], rounded down: zero if they
+    /// overlap, otherwise at most the true gap.
     fn ellipsoid_gap_m(&self, end_m: &Vector3<f64>) -> f64 {
         let Some(stretched) = self.stretched.as_ref().filter(|_| !self.contains(end_m)) else { return 0.0 };
         let end = stretched.into * end_m;

@@ -1,4 +1,5 @@
-//! Records of a board as CSV: a file that appears whole, and one that grows as they come.
+//! Records of a board as CSV: a file that appears when it is complete, and one that grows as
+//! records arrive.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -21,7 +22,7 @@ pub(super) struct Files {
 }
 
 impl Files {
-    /// Begins the files that are asked for.
+    /// Begins the requested files.
     pub(super) fn begin(whole: Option<&Path>, growing: Option<&Path>) -> Result<Self, Error> {
         if let (Some(whole), Some(growing)) = (whole, growing)
             && whole == growing
@@ -32,7 +33,7 @@ impl Files {
         Ok(Self { whole: whole.map(Rows::begin).transpose()?, growing: growing.map(Growing::begin).transpose()? })
     }
 
-    /// Ends the run; returns the files that are there.
+    /// Ends the run; returns the files that were written.
     pub(super) fn publish(self) -> Result<Vec<PathBuf>, Error> {
         let mut written: Vec<PathBuf> = self.growing.into_iter().map(|growing| growing.0.path).collect();
         if let Some(whole) = self.whole {
@@ -44,7 +45,7 @@ impl Files {
 }
 
 impl Sink for Files {
-    /// A row in each.
+    /// Adds a row to each file.
     fn add(&mut self, record: &Record, identity: &Identity) -> Result<(), Error> {
         if let Some(growing) = &mut self.growing {
             growing.add(record, identity)?;
@@ -53,23 +54,23 @@ impl Sink for Files {
     }
 }
 
-/// A file being written, under another name beside its place.
+/// A file that is written under a temporary name in its own folder.
 struct Rows(Table<BufWriter<NamedTempFile>>);
 
 impl Rows {
-    /// Begins the file.
+    /// Creates the temporary file and writes the column headings.
     fn begin(path: &Path) -> Result<Self, Error> {
         let folder = folder_of(path, "--out")?;
         let file = readable(folder).map_err(|source| TissueError::Write { path: path.into(), source })?;
         Ok(Self(Table::begin(path, BufWriter::new(file))?))
     }
 
-    /// A row.
+    /// Adds a row.
     fn add(&mut self, record: &Record, identity: &Identity) -> Result<(), Error> {
         self.0.add(record, identity)
     }
 
-    /// Puts the file in its place, over an earlier one.
+    /// Renames the file to its final name, in place of an earlier one.
     fn publish(self) -> Result<(), Error> {
         let path = self.0.path;
         let refuse = |source| TissueError::Write { path: path.clone(), source };
@@ -86,7 +87,7 @@ impl Rows {
 struct Growing(Table<File>);
 
 impl Growing {
-    /// Begins the file, without earlier rows.
+    /// Begins the file; earlier rows are removed.
     fn begin(path: &Path) -> Result<Self, Error> {
         folder_of(path, "--stream")?;
         let file = File::create(path).map_err(|source| TissueError::Write { path: path.into(), source })?;
@@ -95,14 +96,14 @@ impl Growing {
         Ok(Self(table))
     }
 
-    /// Adds a row, which a reader finds at once.
+    /// Adds a row, which a reader can read at once.
     fn add(&mut self, record: &Record, identity: &Identity) -> Result<(), Error> {
         self.0.add(record, identity)?;
         self.0.flush()
     }
 }
 
-/// A temporary file with the permissions of any new file, not those of a secret one.
+/// Creates a temporary file with the permissions of any new file, not those of a secret one.
 #[cfg(unix)]
 fn readable(folder: &Path) -> std::io::Result<NamedTempFile> {
     use std::os::unix::fs::PermissionsExt;
@@ -114,7 +115,7 @@ fn readable(folder: &Path) -> std::io::Result<NamedTempFile> {
     NamedTempFile::new_in(folder)
 }
 
-/// Folder of a file that an option names, made if it is missing.
+/// Folder of a file that an option names, created if it is missing.
 fn folder_of<'a>(path: &'a Path, option: &str) -> Result<&'a Path, Error> {
     if path.is_dir() {
         let why = format!("{}: this is a folder: give the name of a CSV file with {option}", path.display());

@@ -1,5 +1,5 @@
-//! Rows on their way to the files, on a thread of their own: a disk that stalls must not silence
-//! the thread whose signs of life keep the force.
+//! Writes rows to the files on a thread of its own: a disk that stalls must not silence the thread
+//! whose signs of life keep the force on.
 
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
@@ -10,30 +10,31 @@ use palpate_tissue::Error as TissueError;
 
 use crate::error::Error;
 
-/// Rows that wait for the disk: ten seconds of a board's records.
+/// Largest number of rows that wait for the disk: ten seconds of a board's records.
 const QUEUE: usize = 500;
-/// Longest wait for the disk at the end, when there is no force any more.
+/// Longest wait for the disk at the end, when no force acts any more.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// Time between two looks at whether the writer is done.
+/// Time between two checks whether the writer is done.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// Where rows go.
+/// Destination of rows.
 pub(super) trait Sink: Send + 'static {
-    /// Writes a row, for as long as that takes.
+    /// Writes a row; this may take any time.
     fn add(&mut self, record: &Record, identity: &Identity) -> Result<(), Error>;
 }
 
-/// A thread that writes. Without a call of [`Self::end`] it is left with what waits.
+/// A thread that writes rows. Unless [`Self::end`] is called, it goes on alone with the rows that
+/// wait.
 pub(super) struct Writer<S> {
     rows: SyncSender<(Record, Identity)>,
     thread: JoinHandle<Result<S, Error>>,
     dropped: usize,
 }
 
-/// A run whose rows are all written.
+/// A run of which every row has been written.
 pub(super) struct Written<S> {
     pub(super) sink: S,
-    /// Rows for which there was no room.
+    /// Number of rows that were dropped because the queue was full.
     pub(super) dropped: usize,
 }
 
@@ -43,8 +44,8 @@ impl<S: Sink> Writer<S> {
         Self { rows, thread: std::thread::spawn(move || write(sink, &waiting)), dropped: 0 }
     }
 
-    /// Passes a row on without waiting. False if nothing is written any more: [`Self::end`] says
-    /// why.
+    /// Passes a row on without waiting. Returns false if nothing is written any more; [`Self::end`]
+    /// returns the reason.
     #[must_use]
     pub(super) fn add(&mut self, record: &Record, identity: &Identity) -> bool {
         match self.rows.try_send((*record, *identity)) {
@@ -57,7 +58,7 @@ impl<S: Sink> Writer<S> {
         }
     }
 
-    /// Waits for what is still to be written.
+    /// Waits until all rows are written.
     pub(super) fn end(self) -> Result<Written<S>, Error> {
         drop(self.rows);
         let begun = Instant::now();
@@ -67,14 +68,14 @@ impl<S: Sink> Writer<S> {
             }
             std::thread::sleep(LOOK);
         }
-        // a panic there is one here
+        // a panic of the writing thread continues in this one
         let sink = self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
         Ok(Written { sink, dropped: self.dropped })
     }
 }
 
 impl<S> Written<S> {
-    /// Rows that are missing, in words.
+    /// Says how many rows are missing, if any.
     pub(super) fn gap(&self) -> Option<String> {
         (self.dropped > 0).then(|| {
             format!(
@@ -104,8 +105,8 @@ mod tests {
     use super::super::stream::example::{RECORD, identity};
     use super::*;
 
-    /// A disk that reports every row that it is given, and takes a row for every word that it
-    /// receives.
+    /// A disk that reports every row that it is asked to write, and writes one row for every word
+    /// that it receives.
     struct Disk {
         given: Sender<u32>,
         words: Receiver<()>,

@@ -21,7 +21,7 @@ fn a_growing_file_has_every_row_at_once_and_reads_back_as_it_was_written() {
     assert_eq!((row.model_n, row.applied_n), (RECORD.model_n, RECORD.applied_n));
     assert_eq!((row.limiters, row.energy_given_j, row.tick_us), (65, -1e-6, Some(2.0)));
     assert_eq!((row.patch_checksum, row.youngs_modulus_pa), (0x0bad_cafe, 3500.0));
-    // another run begins it anew
+    // another run starts the file again
     drop(growing);
     let _again = Growing::begin(&path).unwrap();
     assert_eq!(lines().len(), 1);
