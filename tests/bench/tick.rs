@@ -1,7 +1,8 @@
-//! Time of a tick on this machine, next to a plain-spring step of the same edges in the same run.
+//! Time of a tick on this machine, and of a step of plain springs on the same edges in the same
+//! run.
 //!
-//! `cargo bench -p palpate-bench` ends with a table of microseconds and ratios. Times
-//! are of one thread; the machine is named in the table.
+//! `cargo bench -p palpate-bench` ends with a table of microseconds and ratios. Times are those of
+//! one thread; the table names the machine.
 #![allow(missing_docs)] // reason: criterion's macros
 
 use std::hint::black_box;

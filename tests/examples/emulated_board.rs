@@ -1,12 +1,13 @@
-//! An emulated board: the image of `cargo fw` in the emulator, on a pseudo-terminal that `palpate
-//! board` uses as its serial port, until Ctrl-C.
+//! Runs an emulated board until Ctrl-C: the image of `cargo fw` in the emulator, on a
+//! pseudo-terminal that `palpate board` uses as its serial port.
 //!
 //! ```text
 //! cargo run --release -p palpate-tests --example emulated_board -- my-paddle.toml
 //! ```
 //!
-//! With the profile of a mechanism a scripted hand moves its encoders: in the home pose while no
-//! force may act, then through a press of 4 mm. Its port is linked as `target/board`.
+//! With the profile of a mechanism, a scripted hand moves the mechanism's encoders: it waits in the
+//! home pose while no force is allowed, then makes a press of 4 mm. The port is linked as
+//! `target/board`.
 
 use std::process::ExitCode;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! Blocks of tissue under a probe, and states that no press would reach.
+//! Patches to test with, and deformed states that no press would reach.
 
 use palpate::{Model, Params, Vector3};
 use palpate_fit::far_field::{FarField, Sizes};
@@ -13,7 +13,7 @@ use rand_xoshiro::rand_core::{Rng, SeedableRng};
 const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
 /// Radius of the default probe [m].
 const RADIUS_M: f64 = 8e-3;
-/// A quarter more than the default scene's deepest hold [m].
+/// The default scene's deepest hold, plus a quarter [m].
 const DEPTH_LIMIT_M: f64 = 5e-3;
 
 /// A patch with its parameters.
@@ -26,26 +26,26 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// The default block: 80 x 80 x 40 mm of 3.5 kPa, its bottom fixed, a hemisphere of 8 mm over
-    /// the centre of its top (the origin).
+    /// The default block: 80 x 80 x 40 mm of 3.5 kPa with a fixed bottom, under a hemisphere of 8
+    /// mm radius above the centre of its top (the origin).
     ///
     /// # Panics
-    /// A node count that the block generator refuses.
+    /// Panics if the block generator refuses the node count.
     #[must_use]
     pub fn block(nodes: usize) -> Self {
         Self::build(nodes, 1.0, true, 4)
     }
 
-    /// The default block with 4, 9 or 16 foundation points on a triangle.
+    /// The default block with 4, 9 or 16 foundation points per triangle.
     #[must_use]
     pub fn with_points(nodes: usize, points_per_triangle: usize) -> Self {
         Self::build(nodes, 1.0, true, points_per_triangle)
     }
 
-    /// A calibrated patch that ships.
+    /// A shipped calibrated patch of this node count.
     ///
     /// # Panics
-    /// There is no patch of this size.
+    /// Panics if no shipped patch has this node count.
     #[must_use]
     pub fn calibrated(nodes: usize) -> Self {
         let (patch, packed) = palpate_tissue::session::calibrated::sized(nodes).expect("a size that ships");
@@ -53,23 +53,23 @@ impl Bench {
         Self { patch, params }
     }
 
-    /// The default block with every length, the probe's too, times `scale`.
+    /// The default block with every length multiplied by `scale`, including the probe's radius.
     #[must_use]
     pub fn scaled(nodes: usize, scale: f64) -> Self {
         Self::build(nodes, scale, true, 4)
     }
 
-    /// The default block with nothing fixed.
+    /// The default block without fixed nodes.
     #[must_use]
     pub fn floating(nodes: usize) -> Self {
         Self::build(nodes, 1.0, false, 4)
     }
 
-    /// A patch of this radius [m] cut out of the default block of `nodes` nodes, supported only by
-    /// its rim springs.
+    /// A patch of this radius [m] cut out of the default block of `nodes` nodes. Only its rim
+    /// springs support it.
     ///
     /// # Panics
-    /// A node count that the block generator refuses, or a radius that leaves no outside.
+    /// Panics if the block generator refuses the node count or the patch covers the whole block.
     #[must_use]
     pub fn far_field(nodes: usize, radius_m: f64) -> Self {
         let whole = Self::tissue(nodes, 1.0, true);
@@ -107,31 +107,31 @@ impl Bench {
         self
     }
 
-    /// Memory to run it in.
+    /// Memory in which the patch runs.
     #[must_use]
     pub fn memory(&self) -> Memory {
         Memory::for_model(&self.patch.wide_model())
     }
 }
 
-/// Tip at this depth below the centre of the block's top [m].
+/// Position of a tip at this depth below the centre of the block's top [m].
 #[must_use]
 pub fn at_depth(depth_m: f32) -> Vector3<f32> {
     Vector3::new(0.0, 0.0, -depth_m)
 }
 
-/// Pseudo-random numbers, the same on every machine.
+/// Pseudo-random numbers that are the same on every machine.
 #[derive(Clone, Debug)]
 pub struct Noise(SplitMix64);
 
 impl Noise {
-    /// Starts a sequence.
+    /// Starts a sequence from a seed.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         Self(SplitMix64::seed_from_u64(seed))
     }
 
-    /// Uniform in -1 .. 1.
+    /// Uniform random number in -1 .. 1.
     pub fn uniform(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
@@ -142,19 +142,19 @@ impl Noise {
     }
 }
 
-/// A strain of the whole patch with jitter of every node on top.
+/// A uniform strain of the whole patch plus a random displacement of every node.
 #[derive(Clone, Copy, Debug)]
 pub struct Deformation {
-    /// Start of the noise.
+    /// Seed of the random numbers.
     pub seed: u64,
     /// Largest entry of the displacement gradient (1).
     pub strain: f64,
-    /// Largest jitter of a coordinate, as a share of the node's shortest edge (1).
+    /// Largest random displacement per coordinate, as a share of the node's shortest edge (1).
     pub jitter: f64,
 }
 
 impl Deformation {
-    /// Node positions [m], anchors moved too.
+    /// Deformed node positions [m]; anchors are moved as well.
     #[must_use]
     pub fn of(&self, model: &Model) -> Vec<Vector3<f32>> {
         let mut noise = Noise::new(self.seed);

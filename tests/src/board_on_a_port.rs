@@ -1,12 +1,12 @@
-//! The emulated board on a pseudo-terminal: to a host it is a board on a serial port.
+//! An emulated board on a pseudo-terminal, which a host uses like a board on a serial port.
 //!
 //! ```text
-//! host ─ pseudo-terminal ─ here ─ two FIFOs ─ image (`paced`) in the emulator
+//! host ─ pseudo-terminal ─ this module ─ two FIFOs ─ image (`paced`) in the emulator
 //! ```
 //!
 //! The image runs its own tick timer, sensors, host timeout and records. Its clock stops until it
-//! receives, tick by tick, the bytes of the link and the position of the hand, so its time cannot
-//! jump, and no tick is late, whatever this machine does.
+//! receives the next tick's link bytes and hand position. Its time therefore cannot jump, and no
+//! tick is late however busy this machine is.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
@@ -27,51 +27,52 @@ use crate::disassembly::variable;
 use crate::joint_hand::counts_at;
 use crate::pseudo_terminal::PseudoTerminal;
 
-/// Ticks of a round: from outside the tissue, long enough to be armed there, through the script's
-/// presses.
+/// Ticks of a round of the script: it starts outside the tissue, stays there until the board is
+/// armed, and ends after the presses.
 const ROUND_TICKS: u32 = LEAD_TICKS + 2_000;
 /// Ticks between records.
 const RECORD_TICKS: u64 = 20;
-/// Ticks of input that the emulator may receive ahead of its records.
+/// Number of ticks of input that may be sent to the emulator ahead of its records.
 const AHEAD_TICKS: u64 = 3 * RECORD_TICKS;
-/// Bytes of the link that reach the board in a tick; 115 200 baud bring 12.
+/// Largest number of link bytes that reach the board per tick; 115 200 baud transfer 12.
 const LINK_BYTES: usize = 40;
-/// Time of silence after which a host counts as gone for an idle board.
+/// Time of silence after which a disarmed board treats the host as gone.
 const AWAY: Duration = Duration::from_millis(400);
-/// Such a time for an armed board, which is longer: on a busy machine the host may wait for half a
-/// second.
+/// Time of silence after which an armed board treats the host as gone. It is longer because on a
+/// busy machine a host may be delayed by half a second.
 const AWAY_FROM_FORCE: Duration = Duration::from_secs(10);
-/// Longest wait for an event, which takes a second or two: a missing one must not hang the tests.
+/// Time limit for an event. Events take a second or two; a missing one must not hang the tests.
 const LONGEST: Duration = Duration::from_secs(300);
-/// Marks in the memory that a reset does not touch, as `firmware/controller/src/resets.rs` and
+/// Values in the memory that a reset does not clear, as `firmware/controller/src/resets.rs` and
 /// `firmware/src/board/resets.rs` write them.
 const RESETS_MAGIC: u32 = 0x5A1E_0B07;
 const CRASHED: u32 = 0xC4A5_4ED0;
-/// Outside of every workspace, and too far for a tick.
+/// A position outside every workspace, too far away to be reached within a tick.
 const ASTRAY_M: [f32; 3] = [1.0, 0.0, 0.0];
-/// Largest number of bytes waiting for a host: half of a terminal's buffer.
+/// Largest number of unread bytes on the host's side: half of a terminal's buffer.
 const LINE: u64 = 2048;
 const TICK: Duration = Duration::from_millis(1);
 
-/// Bit of a packet's length: the hand is counts of encoders.
+/// Flag in a packet's length byte: the hand is given in encoder counts.
 const COUNTED: u8 = 0x80;
-/// Counts of the encoders at power-on, in the home pose.
+/// Encoder counts at power-on, in the home pose.
 const POWER_ON_COUNTS: [i32; 3] = [1_234, -567, 89];
-/// Ticks from the home pose to the script's first place.
+/// Ticks of the motion from the home pose to the script's first position.
 const APPROACH_TICKS: u32 = 500;
 
-/// The hand on the board's sensors.
+/// Source of the board's sensor readings.
 #[derive(Clone, Copy, Debug)]
 pub enum Hand {
-    /// The script's tip, from the first tick on.
+    /// The script's tip position, from the first tick on.
     Tip,
-    /// The script's tip through the joints of a mechanism: in its home pose while no force may act.
+    /// Encoder counts of a mechanism whose tip follows the script. It stays in its home pose while
+    /// no force is allowed.
     Joints(MechanismProfile),
 }
 
 impl Hand {
-    /// Words of a packet, and the bit of its length that says that they are counts. `felt_ticks` is
-    /// the time for which a force has been allowed.
+    /// Returns the three words of a packet and the flag that marks them as counts. `felt_ticks` is
+    /// the number of ticks for which a force has been allowed.
     fn words(&self, tick: u32, felt_ticks: u32) -> ([u32; 3], u8) {
         let Self::Joints(mechanism) = self else {
             let tip_m: [f32; 3] = sensed(tick % ROUND_TICKS, LEAD_TICKS).position_m.into();
@@ -86,29 +87,29 @@ impl Hand {
     }
 }
 
-/// Speed of the board's time.
+/// Speed of the board's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// As this machine's, or slower.
+    /// At most as fast as this machine's clock.
     RealTime,
-    /// This many ticks follow each sign of life of a host at once; then the board waits for the
-    /// next one, as long as the host is there. A busy machine makes the run longer and loses no
-    /// host.
+    /// After each byte from a host, up to this many ticks run without a pause; then the board waits
+    /// for the next byte, as long as the host is connected. On a busy machine the run takes longer,
+    /// but the board does not time out.
     ByHost(u32),
 }
 
-/// State of the board from its own records, independent of other listeners.
+/// State of the board from its own records, independent of what the host sees.
 #[derive(Clone, Copy, Debug)]
 pub struct Truth {
-    /// The newest record.
+    /// Newest record.
     pub record: Record,
-    /// Largest force so far [N].
+    /// Largest force since the start [N].
     pub largest_n: f32,
-    /// Records so far; each stands for 20 ticks.
+    /// Number of records received; there is one every 20 ticks.
     pub records: u64,
 }
 
-/// A running board; ends with the value.
+/// A running board; dropping the value stops it.
 pub struct BoardOnAPort {
     child: Child,
     port: String,
@@ -117,41 +118,41 @@ pub struct BoardOnAPort {
     switches: Arc<Switches>,
     threads: Vec<JoinHandle<()>>,
     _folder: tempfile::TempDir,
-    // several emulators at once would starve each other's hosts
+    // held because several emulators at once would delay each other's hosts
     _one_at_a_time: MutexGuard<'static, ()>,
 }
 
-/// Switches of the thread that drives the board.
+/// Flags shared with the thread that drives the board.
 #[derive(Default)]
 struct Switches {
     ended: AtomicBool,
-    /// The hand is far away.
+    /// The hand is far outside the workspace.
     astray: AtomicBool,
-    /// The host was ended and is not waited for.
+    /// The host process has ended, so the board does not wait for it.
     host_gone: AtomicBool,
-    /// The board is arming, or may give a force.
+    /// The board is arming or may exert a force.
     armed: AtomicBool,
-    /// The board may give a force now.
+    /// The board may exert a force now.
     felt: AtomicBool,
     records: AtomicU64,
-    /// The newest tick in which a host was heard.
+    /// Last tick in which a byte of the host arrived.
     heard_tick: AtomicU64,
 }
 
 impl BoardOnAPort {
-    /// Starts an image.
+    /// Starts an image with a scripted tip.
     ///
     /// # Panics
-    /// There is no emulator or no pseudo-terminal.
+    /// Panics if there is no emulator or no pseudo-terminal.
     #[must_use]
     pub fn start(elf: &Path, machine: EmulatedBoard, pace: Pace) -> Self {
         Self::start_with(elf, machine, pace, Hand::Tip)
     }
 
-    /// Starts an image whose memory says that three crashes have just reset the board.
+    /// Starts an image whose retained memory says that three crashes in a row have reset the board.
     ///
     /// # Panics
-    /// There is no emulator or no pseudo-terminal.
+    /// Panics if there is no emulator or no pseudo-terminal.
     #[must_use]
     pub fn start_after_crashes(elf: &Path, machine: EmulatedBoard, pace: Pace) -> Self {
         let [resets, cause] = ["resets::RESETS", "resets::CAUSE"].map(|name| variable(elf, name));
@@ -161,16 +162,16 @@ impl BoardOnAPort {
         Self::launch(elf, machine, pace, Hand::Tip, &kept)
     }
 
-    /// Starts an image with a hand.
+    /// Starts an image with a given source of sensor readings.
     ///
     /// # Panics
-    /// There is no emulator or no pseudo-terminal.
+    /// Panics if there is no emulator or no pseudo-terminal.
     #[must_use]
     pub fn start_with(elf: &Path, machine: EmulatedBoard, pace: Pace, hand: Hand) -> Self {
         Self::launch(elf, machine, pace, hand, &[])
     }
 
-    /// `kept`: words that the memory kept over a reset, with their addresses.
+    /// `kept`: addresses and values of the words that the memory retained over a reset.
     fn launch(elf: &Path, machine: EmulatedBoard, pace: Pace, hand: Hand, kept: &[(u64, u32)]) -> Self {
         static RUNNING: Mutex<()> = Mutex::new(());
         let one_at_a_time = held(&RUNNING);
@@ -179,7 +180,7 @@ impl BoardOnAPort {
         assert!(Command::new("mkfifo").args([&to, &from]).status().expect("mkfifo").success());
         let (name, cpu) = machine.names();
         let words = format!("arg=palpate-firmware,arg=paced,arg={},arg={}", to.display(), from.display());
-        // for reading and writing: opening one end of a FIFO would wait for the other
+        // opened for reading and writing, since opening one end of a FIFO waits for the other
         let input = OpenOptions::new().read(true).write(true).open(&to).expect("the FIFO that was just made");
         let child = Command::new("qemu-system-arm")
             .args(["-machine", name, "-cpu", cpu, "-nographic", "-monitor", "none", "-serial", "null"])
@@ -219,41 +220,41 @@ impl BoardOnAPort {
         board
     }
 
-    /// Name of the port.
+    /// Path of the port.
     #[must_use]
     pub fn port(&self) -> &str {
         &self.port
     }
 
-    /// Pulls the cable, while the board runs on.
+    /// Disconnects the port while the board runs on.
     pub fn unplug(&self) {
         *held(&self.plug) = None;
         self.host_is_gone();
     }
 
-    /// The host was ended: the board's time goes on without it.
+    /// Tells the board's driver that the host process has ended, so that the board's clock runs on.
     pub fn host_is_gone(&self) {
         self.switches.host_gone.store(true, Ordering::Relaxed);
     }
 
-    /// Moves the hand a metre away within a tick, which is a fault, or back to its script.
+    /// Moves the hand a metre away within one tick, which is a fault, or back to the script.
     pub fn hand_astray(&self, astray: bool) {
         self.switches.astray.store(astray, Ordering::Relaxed);
     }
 
-    /// State of the board.
+    /// State of the board from its newest record.
     ///
     /// # Panics
-    /// It has not begun.
+    /// Panics if the board has not sent a record yet.
     #[must_use]
     pub fn truth(&self) -> Truth {
         held(&self.truth).expect("a record has come")
     }
 
-    /// Waits until the board is in this state.
+    /// Waits until the board's state meets the condition `is`.
     ///
     /// # Panics
-    /// It is not within five minutes.
+    /// Panics if it does not within five minutes.
     pub fn wait_for(&self, what: &str, is: impl Fn(&Truth) -> bool) -> Truth {
         let begun = Instant::now();
         loop {
@@ -266,17 +267,17 @@ impl BoardOnAPort {
         }
     }
 
-    /// Waits for a force that is felt.
+    /// Waits for a force above 0.1 N.
     pub fn wait_for_force(&self) -> Truth {
         self.wait_for("a force", |truth| truth.force_n() > 0.1)
     }
 
-    /// Waits until no force acts, for at most this many ticks of the board; returns its ticks since
-    /// the call, or since the host was last heard: on a busy machine its bytes may still be on the
-    /// line when it ends.
+    /// Waits until no force acts. Returns the number of the board's ticks since the call, or since
+    /// the last byte from the host if that arrived later: on a busy machine, bytes may still be in
+    /// transit when the host ends.
     ///
     /// # Panics
-    /// A force still acts then.
+    /// Panics if that number is larger than `ticks`.
     pub fn wait_for_no_force(&self, ticks: u64) -> u64 {
         let begun = self.truth().records;
         let truth = self.wait_for("an end of the force", |truth| truth.force_n() == 0.0 && !truth.record.enabled);
@@ -288,13 +289,13 @@ impl BoardOnAPort {
 }
 
 impl Truth {
-    /// Force on the device [N].
+    /// Magnitude of the force on the device [N].
     #[must_use]
     pub fn force_n(&self) -> f32 {
         self.record.applied_n.iter().map(|n| n * n).sum::<f32>().sqrt()
     }
 
-    /// The mode.
+    /// Mode in the record; `None` if its number is unknown.
     #[must_use]
     pub fn mode(&self) -> Option<Mode> {
         self.record.mode()
@@ -304,7 +305,7 @@ impl Truth {
 impl Drop for BoardOnAPort {
     fn drop(&mut self) {
         self.switches.ended.store(true, Ordering::Relaxed);
-        let _ = self.child.kill(); // the one that was started here
+        let _ = self.child.kill(); // the process that `launch` started
         let _ = self.child.wait();
         for thread in self.threads.drain(..) {
             let _ = thread.join();
@@ -312,12 +313,12 @@ impl Drop for BoardOnAPort {
     }
 }
 
-/// A poisoned lock still holds its value.
+/// Locks a mutex; a poisoned one still holds a valid value.
 fn held<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Passes the board's output to the port, and records its state.
+/// Copies the board's output to the port and updates the board's state from it.
 fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<Truth>>, switches: &Switches) {
     let Ok(mut from) = File::open(from) else { return };
     let (mut receiver, mut bytes) = (Receiver::NEW, [0; 4096]);
@@ -335,7 +336,7 @@ fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<
                 switches.felt.store(record.mode().is_some_and(Mode::allows_force), Ordering::Relaxed);
             }
         }
-        // an unread line loses bytes, as a real one does
+        // if the host does not read, bytes are lost, as on a real serial line
         if let Some(plug) = &mut *held(plug)
             && plug.unread_bytes().is_ok_and(|waiting| waiting < LINE)
         {
@@ -344,7 +345,7 @@ fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<
     }
 }
 
-/// Passes the input to the board tick by tick.
+/// Sends the board its input, tick by tick.
 fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, switches: &Switches, pace: Pace, hand: &Hand) {
     let is = |switch: &AtomicBool| switch.load(Ordering::Relaxed);
     let (mut due, mut heard) = (Instant::now(), None::<Instant>);
@@ -396,7 +397,7 @@ fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, switches: &Switc
     }
 }
 
-/// Bytes of the host that wait.
+/// Bytes from the host that have arrived.
 fn came(plug: &Mutex<Option<PseudoTerminal>>) -> Vec<u8> {
     held(plug).as_mut().and_then(|plug| plug.take().ok()).unwrap_or_default()
 }

@@ -1,4 +1,4 @@
-//! The machine's C and C++ compilers, for programs on the library of `host-sim/bindings`.
+//! The machine's C and C++ compilers, for programs that use the library of `host-sim/bindings`.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -6,23 +6,23 @@ use std::process::{Command, Output};
 
 use crate::palpate_command::repository;
 
-/// Language of a program.
+/// Language of a source file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Language {
-    /// C of 1999.
+    /// C99.
     C,
-    /// C++ of 2017.
+    /// C++17.
     Cpp,
 }
 
 impl Language {
-    /// Chooses the language by the name of a file.
+    /// Language of a file, by its extension.
     #[must_use]
     pub fn of(file: &Path) -> Self {
         if file.extension() == Some(OsStr::new("c")) { Self::C } else { Self::Cpp }
     }
 
-    /// The compiler: `CC` or `CXX`, or the system's.
+    /// Command of the compiler: the value of `CC` or `CXX`, or the system's default.
     #[must_use]
     pub fn compiler(self) -> String {
         let (variable, name) = match self {
@@ -32,14 +32,14 @@ impl Language {
         std::env::var(variable).unwrap_or_else(|_| name.into())
     }
 
-    /// Whether the machine has it; prints a message if not.
+    /// Whether the compiler is installed; prints a message if not.
     #[must_use]
     pub fn is_here(self) -> bool {
         has(&self.compiler(), "--version", "programs of that language are not tested")
     }
 }
 
-/// Whether a tool can be started; prints what is skipped if not.
+/// Whether `tool` starts and succeeds with the argument `asked`; if not, prints what is skipped.
 #[must_use]
 pub fn has(tool: &str, asked: &str, skipped: &str) -> bool {
     let started = Command::new(tool).arg(asked).output().is_ok_and(|output| output.status.success());
@@ -49,10 +49,10 @@ pub fn has(tool: &str, asked: &str, skipped: &str) -> bool {
     started
 }
 
-/// The static library, which cargo built beside this test.
+/// Path of the static library, which cargo built beside this test.
 ///
 /// # Panics
-/// The library was not built.
+/// Panics if the library was not built.
 #[must_use]
 pub fn library() -> PathBuf {
     let own = std::env::current_exe().expect("a test knows its own program");
@@ -61,11 +61,12 @@ pub fn library() -> PathBuf {
     path
 }
 
-/// Compiles a file, with every warning an error: to an object, or with `linked` to a program on the
-/// library. Results are exact, so products and sums stay apart.
+/// Compiles a file with all warnings as errors: to a program linked with the library if `linked`,
+/// otherwise to an object. Contraction to fused multiply-add is off, because results are compared
+/// exactly.
 ///
 /// # Panics
-/// The compiler refuses it.
+/// Panics if the compiler reports an error.
 #[must_use]
 pub fn compile(file: &Path, folder: &Path, name: &str, linked: bool, more: &[&str]) -> PathBuf {
     let (language, made) = (Language::of(file), folder.join(name));
@@ -84,10 +85,10 @@ pub fn compile(file: &Path, folder: &Path, name: &str, linked: bool, more: &[&st
     made
 }
 
-/// Runs a program to its end.
+/// Runs a program to its end and returns its standard output.
 ///
 /// # Panics
-/// It cannot be started, or fails.
+/// Panics if the program cannot be started or fails.
 #[must_use]
 pub fn run(command: &mut Command) -> String {
     let Output { status, stdout, stderr } = command.output().expect("the program was just built");

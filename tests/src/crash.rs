@@ -1,34 +1,35 @@
-//! Crashes of the image that is flashed. Before its clock runs, a debugger puts a branch at the
-//! start of one function and, beside the image, a few instructions that count the passes and crash
-//! at one of them. Nothing stops the clock, and the image contains no code for the tests.
+//! Crashes of the image that is flashed. Before the board's clock runs, a debugger overwrites the
+//! start of one function with a branch to a few instructions placed outside the image. They count
+//! the passes and crash at a chosen one. The clock is never stopped, and the image contains no test
+//! code.
 
 use std::io;
 
 use crate::debugger::Debugger;
 use crate::firmware_image::FirmwareImage;
 
-/// Behind the image, in the memory that holds its code: counts the passes.
+/// Address of the counting instructions, behind the image in its code memory.
 const BESIDE: u32 = 0x0030_0000;
-/// The crash itself.
+/// Address of the instructions that crash.
 pub const CRASH: u32 = BESIDE + 0x100;
 /// Address of the location that a panic reports.
 const LOCATION: u32 = BESIDE + 0x1C0;
-/// Passes left before the crash.
+/// Address of the number of passes left before the crash.
 const COUNTER: u32 = BESIDE + 0x1F0;
 /// File name that a panic reports.
 pub const FILE: &str = "debugger";
 
-/// The register of the enable line, and its bit.
+/// The register of the enable line.
 const LEDS: u32 = 0x4002_8000;
 const TIMER0_CTRL: u32 = 0x4000_0000;
 const NVIC_ENABLE: u32 = 0xE000_E100;
 const NVIC_PEND: u32 = 0xE000_E200;
-/// An address at which these images have no memory.
+/// An address at which the emulated boards have no memory.
 const NOWHERE: u32 = 0x6000_0000;
-/// An unclaimed interrupt.
+/// An interrupt without a handler.
 const STRAY: u32 = 20;
 
-// Thumb
+// Thumb instructions.
 const PUSH_R0_R1: u16 = 0xB403;
 const POP_R0_R1: u16 = 0xBC03;
 /// `ldr r1, [r0]` and `str r1, [r0]`.
@@ -36,8 +37,8 @@ const LOAD_PASSES: u16 = 0x6801;
 const STORE: u16 = 0x6001;
 const COUNT_R1_DOWN: u16 = 0x3901;
 const IF_NOT_ZERO: u16 = 0xD100;
-/// The return address and the mode that an exception stacked, with or without two words of our own
-/// above.
+/// `ldr r1, [sp, #36]`, the stacked xPSR above two words of our own; `lsls r1, r1, #23`, which
+/// keeps its exception number; `str r0, [sp, #24]`, the stacked return address.
 const LOAD_STACKED_MODE: u16 = 0x9909;
 const KEEP_EXCEPTION_NUMBER: u16 = 0x05C9;
 const STORE_RETURN_ADDRESS: u16 = 0x9006;
@@ -48,64 +49,64 @@ const GO_TO_R2: u16 = 0x4710;
 const GO_TO_R12: u16 = 0x4760;
 const FOREVER: u16 = 0xE7FE;
 
-/// Place in the control flow.
+/// Code in which the crash happens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// The haptic loop, before its tick.
     Tick,
     /// The tick timer's interrupt.
     Timer,
-    /// The thread under every interrupt.
+    /// Thread mode, which every interrupt preempts.
     Thread,
 }
 
-/// Failure that is provoked there, with the enable line on.
+/// Failure to provoke, with the enable line on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crash {
-    /// A panic.
+    /// Calls a panic.
     Panics,
-    /// A read from an unmapped address.
+    /// Reads from an unmapped address.
     ReadsNowhere,
-    /// A word that is no instruction.
+    /// Executes a word that is not an instruction.
     RunsNoInstruction,
-    /// A jump to an even address, which is no Thumb code.
+    /// Jumps to an even address, which is not Thumb code.
     JumpsNowhere,
-    /// A recursion without end.
+    /// Recurses without end.
     OverflowsTheStack,
-    /// An interrupt without a handler.
+    /// Sets an interrupt pending that has no handler.
     PendsAStrayInterrupt,
-    /// A loop without end.
+    /// Loops without end.
     Hangs,
-    /// The tick timer stops, and a loop without end.
+    /// Stops the tick timer, then loops without end.
     StopsTheTimer,
-    /// No crash: the code runs through this many turns of a loop of two instructions, then goes on
-    /// normally.
+    /// Does not crash: runs this many turns of a loop of two instructions, then continues normally.
     Dawdles(u32),
 }
 
-/// A crash to be made.
+/// A crash to plant in an image.
 #[derive(Clone, Copy, Debug)]
 pub struct Planned {
-    /// Place in the image that it happens at.
+    /// Code in which the crash happens.
     pub place: Place,
-    /// Number of the pass since the start.
+    /// Number of the pass at which the crash happens, counted from the start of the board.
     pub pass: u32,
     /// Failure to provoke.
     pub crash: Crash,
-    /// Number of starts of the board that it affects.
+    /// Number of consecutive starts of the board in which the crash is planted.
     pub starts: u32,
 }
 
-/// Prepares a board that has not started yet, starts it, and prepares it again after each reset:
-/// with a reset the emulator loads the image anew.
+/// Plants the crash in a board that has not started yet and starts the board. Does so again after
+/// each reset, because the emulator then loads the image anew.
 ///
 /// # Errors
-/// The image has no such place, or it does not begin as functions do.
+/// Returns an error if the image has no such code, or if its function begins with instructions that
+/// cannot be moved.
 pub fn plant(debugger: &mut Debugger, image: &FirmwareImage, planned: &Planned) -> io::Result<()> {
     let main = image.function_named("palpate_firmware::__cortex_m_rt_main").map(|main| main.address);
     let main = main.ok_or_else(|| io::Error::other("the image has no main"))?;
     for _ in 0..planned.starts {
-        // no timer runs yet: a stop there does not change the board's clock
+        // no timer runs yet, so a stop here does not affect the board's clock
         debugger.run_to(main)?;
         write(debugger, image, planned)?;
     }
@@ -129,7 +130,7 @@ fn write(debugger: &mut Debugger, image: &FirmwareImage, planned: &Planned) -> i
     let first: Vec<u16> =
         first.iter().flat_map(|word| [*word as u16, (word >> 16) as u16]).skip((address & 2) as usize / 2).collect();
     let [first, second, ..] = first[..] else { return Err(missing("start")) };
-    // push.w, or push and add r7, sp: they run anywhere
+    // `push.w`, or `push` and `add r7, sp`: position-independent, so they can be moved
     if first != 0xE92D && (first & 0xFF00 != 0xB500 || second & 0xFF00 != 0xAF00) {
         return Err(io::Error::other(format!("{address:#x} begins with {first:04x} {second:04x}, which cannot be moved")));
     }
@@ -143,7 +144,7 @@ fn write(debugger: &mut Debugger, image: &FirmwareImage, planned: &Planned) -> i
     debugger.write(address, &bytes(&branch(address, BESIDE)))
 }
 
-/// Whether an executed instruction was one of the crash.
+/// Whether an executed instruction belongs to the crash.
 #[must_use]
 pub fn is_of_crash(address: u32) -> bool {
     (CRASH..LOCATION).contains(&address)
@@ -151,21 +152,21 @@ pub fn is_of_crash(address: u32) -> bool {
 
 struct Trampoline {
     code: Vec<u16>,
-    /// Position of the displaced instructions in it.
+    /// Position of the displaced instructions in `code` [halfwords].
     displaced: usize,
 }
 
-/// Counts a pass; at the planned one it goes to the crash, otherwise it runs the `displaced`
-/// instructions and continues after them.
+/// Code that counts a pass. At the planned pass it continues in the crash; otherwise it runs the
+/// `displaced` instructions and returns to the code behind them, at `back`.
 fn trampoline(planned: &Planned, displaced: [u16; 2], back: u32) -> Trampoline {
     let thread = planned.place == Place::Thread;
-    // in an interrupt of the thread: the thread meets the crash when it continues
+    // this code runs in an interrupt of the thread: it changes the return address to the crash
     let hit = match thread {
         true => [&load(0, CRASH)[..], &[STORE_RETURN_ADDRESS]].concat(),
         false => [&load(12, CRASH | 1)[..], &[GO_TO_R12]].concat(),
     };
     let armed = [&[POP_R0_R1], &hit[..]].concat();
-    // over the pop of the other branch
+    // skips the pop of the other branch
     let armed = if thread { [&armed[..], &[0xE000]].concat() } else { armed };
     let count = [&load(0, COUNTER)[..], &[LOAD_PASSES, COUNT_R1_DOWN, STORE, skip(IF_NOT_ZERO, armed.len())]].concat();
     let rest = [&count[..], &armed].concat();
@@ -179,16 +180,16 @@ fn trampoline(planned: &Planned, displaced: [u16; 2], back: u32) -> Trampoline {
     Trampoline { code, displaced: place }
 }
 
-/// A conditional branch over this many halfwords.
+/// Conditional branch that skips this many halfwords.
 fn skip(condition: u16, halfwords: usize) -> u16 {
     condition | (halfwords as u16 - 1) & 0xFF
 }
 
-/// `b.w` from one address to a higher one.
+/// `b.w` to a higher address.
 fn branch(from: u32, to: u32) -> [u16; 2] {
     let offset = to.wrapping_sub(from + 4);
     let (high, low) = ((offset >> 12 & 0x3FF) as u16, (offset >> 1 & 0x7FF) as u16);
-    // bits 23 and 22 of a forward branch below 4 MB are zero: both J bits are set
+    // bits 23 and 22 of a forward branch below 4 MB are zero, so both J bits are set
     [0xF000 | high, 0xB800 | low]
 }
 
@@ -199,7 +200,7 @@ fn code(crash: Crash, panic: u32, displaced: u32) -> Vec<u16> {
         Crash::ReadsNowhere => [&load(0, NOWHERE)[..], &[LOAD]].concat(),
         Crash::RunsNoInstruction => vec![0xDE00],
         Crash::JumpsNowhere => [&load(0, 0x1000)[..], &[GO_TO_R0]].concat(),
-        // sub sp, #508; push {r0}; ldr r1, [sp]; bx r1: it continues as long as the stack keeps the
+        // sub sp, #508; push {r0}; ldr r1, [sp]; bx r1: continues as long as the stack retains the
         // address
         Crash::OverflowsTheStack => {
             let turn = CRASH + 2 * (enable.len() as u32 + 4);
@@ -223,7 +224,7 @@ fn bytes(code: &[u16]) -> Vec<u8> {
     code.iter().flat_map(|half| half.to_le_bytes()).collect()
 }
 
-/// `movw` and `movt`: a register gets a value.
+/// `movw` and `movt`: load a 32-bit value into a register.
 fn load(register: u16, value: u32) -> [u16; 4] {
     let half = |opcode: u16, half: u16| {
         let (imm4, i, imm3, imm8) = (half >> 12, half >> 11 & 1, half >> 8 & 7, half & 0xFF);
@@ -239,7 +240,7 @@ mod tests {
 
     #[test]
     fn a_value_is_loaded_by_its_halves() {
-        // movw r0, #0x8000; movt r0, #0x4002, as the assembler writes them
+        // movw r0, #0x8000; movt r0, #0x4002, as the assembler encodes them
         assert_eq!(load(0, 0x4002_8000), [0xF248, 0x0000, 0xF2C4, 0x0002]);
         assert_eq!(load(12, 0x1234_5678), [0xF245, 0x6C78, 0xF2C1, 0x2C34]);
     }

@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-/// A cube from the origin to (`side`, `side`, `side`) as Gmsh 1 text: `n`^3 nodes, six tets a cell
-/// (Kuhn).
+/// A cube from the origin to (`side`, `side`, `side`) as Gmsh 1 text, with `n`^3 nodes and six tets
+/// per cell (Kuhn).
 ///
 /// # Panics
-/// Never: writing to a string does not fail.
+/// Never panics: writing to a string does not fail.
 #[must_use]
 pub fn cube(n: usize, side: f64) -> String {
     let node = |[x, y, z]: [usize; 3]| 1 + x + n * (y + n * z);
@@ -33,10 +33,10 @@ pub fn cube(n: usize, side: f64) -> String {
     text + "$ENDELM\n"
 }
 
-/// Nodes in a row as Gmsh 1 text, each tet on the last three nodes of the one before.
+/// A chain of tets as Gmsh 1 text: each tet joins a node to the last three nodes of the tet before.
 ///
 /// # Panics
-/// Never: writing to a string does not fail.
+/// Never panics: writing to a string does not fail.
 #[must_use]
 pub fn chain(nodes: usize) -> String {
     let mut text = format!("$NOD\n{nodes}\n");

@@ -1,5 +1,5 @@
-//! A debugger on the emulated board: QEMU's gdb stub, over a socket. It reads and writes the memory
-//! of the image that is flashed.
+//! A debugger of the emulated board, which uses QEMU's gdb stub over a socket. It reads and writes
+//! the memory of the image that is flashed.
 
 use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -7,20 +7,20 @@ use std::path::Path;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Longest wait for an answer of the emulator.
+/// Time limit for a reply of the emulator.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// A connection to the stub of a board that has not started yet (`-S`).
+/// A connection to the stub of a board that has not started yet (option `-S`).
 #[derive(Debug)]
 pub struct Debugger {
     socket: UnixStream,
 }
 
 impl Debugger {
-    /// Connects to the emulator, which opens the socket when it starts.
+    /// Connects to the socket, which the emulator opens when it starts.
     ///
     /// # Errors
-    /// No emulator answers.
+    /// Returns an error if no emulator answers.
     pub fn connect(socket: &Path) -> io::Result<Self> {
         let begun = Instant::now();
         let socket = loop {
@@ -34,11 +34,11 @@ impl Debugger {
         Ok(Self { socket })
     }
 
-    /// Lets the board run to the instruction at this address. It first leaves the present one: a
-    /// breakpoint there would stop it at once.
+    /// Runs the board to the instruction at this address. The first step leaves the current
+    /// instruction, at which a breakpoint would stop the board at once.
     ///
     /// # Errors
-    /// The run ended before.
+    /// Returns an error if the run ended earlier.
     pub fn run_to(&mut self, address: u32) -> io::Result<()> {
         self.stopped("s")?;
         self.expect(&format!("Z1,{address:x},2"), "OK")?;
@@ -54,36 +54,36 @@ impl Debugger {
     /// Reads words of memory.
     ///
     /// # Errors
-    /// No memory is at this address.
+    /// Returns an error if there is no memory at this address.
     pub fn read(&mut self, address: u32, words: usize) -> io::Result<Vec<u32>> {
         let answer = self.ask(&format!("m{address:x},{:x}", 4 * words))?;
         let bytes = bytes(&answer).filter(|bytes| bytes.len() == 4 * words).ok_or_else(|| refused("read", &answer))?;
         Ok(bytes.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word)).collect())
     }
 
-    /// Writes bytes into memory, also into code.
+    /// Writes bytes into memory; code memory can be written too.
     ///
     /// # Errors
-    /// No memory is at this address.
+    /// Returns an error if there is no memory at this address.
     pub fn write(&mut self, address: u32, bytes: &[u8]) -> io::Result<()> {
         self.expect(&format!("M{address:x},{:x}:{}", bytes.len(), hex(bytes)), "OK")
     }
 
-    /// Gives the emulator a command of its monitor.
+    /// Sends a command to the emulator's monitor.
     ///
     /// # Errors
-    /// The command is refused or answers anything.
+    /// Returns an error if the command is refused or prints anything.
     pub fn monitor(&mut self, command: &str) -> io::Result<()> {
         self.expect(&format!("qRcmd,{}", hex(command.as_bytes())), "OK")
     }
 
-    /// Lets the board run.
+    /// Disconnects and lets the board run.
     ///
     /// # Errors
-    /// The stub refuses.
+    /// Returns an error if the stub refuses.
     pub fn detach(mut self) -> io::Result<()> {
         match self.expect("D", "OK") {
-            // the board continues from there, and may have ended before the acknowledgement arrives
+            // the board runs on at once and may have ended before the acknowledgement arrives
             Err(error) if matches!(error.kind(), io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset) => Ok(()),
             answer => answer,
         }
@@ -94,8 +94,8 @@ impl Debugger {
         if answer == expected { Ok(()) } else { Err(refused(command, &answer)) }
     }
 
-    /// Sends a packet and waits for the answer; packets are `$text#checksum`, each side
-    /// acknowledges the other's with `+`.
+    /// Sends a packet and waits for the reply. Packets are `$text#checksum`; each side acknowledges
+    /// the other's packets with `+`.
     fn ask(&mut self, command: &str) -> io::Result<String> {
         let sum = command.bytes().fold(0_u8, u8::wrapping_add);
         write!(self.socket, "${command}#{sum:02x}")?;

@@ -1,9 +1,9 @@
-//! The image in assembly, by the toolchain's own disassembler.
+//! Disassembly of an image by the toolchain's own disassembler.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A program of the toolchain's `llvm-tools`.
+/// Path of a program of the toolchain's `llvm-tools`.
 fn tool(name: &str) -> PathBuf {
     let rustc = |what: &[&str]| {
         let output = Command::new("rustc").args(what).output().expect("rustc runs");
@@ -14,10 +14,10 @@ fn tool(name: &str) -> PathBuf {
     Path::new(rustc(&["--print", "sysroot"]).trim()).join(format!("lib/rustlib/{host}/bin/{name}"))
 }
 
-/// The listing of an image's code, names demangled.
+/// Listing of an image's code, with demangled names.
 ///
 /// # Panics
-/// When the toolchain has no `llvm-tools`; `rust-toolchain.toml` asks for it.
+/// Panics if the toolchain has no `llvm-tools`; `rust-toolchain.toml` asks for them.
 #[must_use]
 pub fn of(elf: &Path) -> String {
     let output =
@@ -25,10 +25,10 @@ pub fn of(elf: &Path) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// The image's sections: name, bytes, address.
+/// Sections of an image: name, size [bytes], address.
 ///
 /// # Panics
-/// When the toolchain has no `llvm-tools`.
+/// Panics if the toolchain has no `llvm-tools`.
 #[must_use]
 pub fn sections(elf: &Path) -> Vec<(String, u64, u64)> {
     let output = Command::new(tool("llvm-size")).args(["-A", "-d"]).arg(elf).output().expect("llvm-size runs");
@@ -40,10 +40,10 @@ pub fn sections(elf: &Path) -> Vec<(String, u64, u64)> {
     text.lines().filter_map(row).collect()
 }
 
-/// Address of the variable whose path ends with `name`.
+/// Address of the variable whose path ends with `end`.
 ///
 /// # Panics
-/// When the toolchain has no `llvm-tools`, or the image has no such variable.
+/// Panics if the toolchain has no `llvm-tools` or the image has no such variable.
 #[must_use]
 pub fn variable(elf: &Path, end: &str) -> u64 {
     let output = Command::new(tool("llvm-nm")).arg("-C").arg(elf).output().expect("llvm-nm runs");

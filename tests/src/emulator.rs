@@ -1,4 +1,4 @@
-//! Building the firmware and running it in the emulator.
+//! Builds the firmware and runs it in the emulator.
 
 use core::time::Duration;
 use std::{
@@ -17,66 +17,66 @@ use palpate_board::firmware_image::FirmwareImage;
 use crate::crash::{self, Planned};
 use crate::debugger::Debugger;
 
-/// Longest run in real time. The runs here take seconds; one that hangs must not hang the tests.
+/// Time limit of a run. Runs take seconds; one that hangs must not hang the tests.
 const TIMEOUT: Duration = Duration::from_secs(300);
 
-/// Items of the emulator's log: a line before each instruction (with `-singlestep`).
+/// Items of the emulator's log: one line before each executed instruction (with `-singlestep`).
 const LOGGED: &str = "exec,nochain";
 
-/// The boards' target, as `cargo fw` names it.
+/// Target of the boards, as in `cargo fw`.
 const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// Why a run gave no outcome.
+/// Reason why a run has no outcome.
 #[derive(Debug, thiserror::Error)]
 pub enum EmulatorError {
-    /// A program did not start.
+    /// A program could not be started.
     #[error("{program}: {source}; install it (Debian: qemu-system-arm)")]
     NotStarted {
-        /// The program.
+        /// Name of the program.
         program: String,
-        /// Error of the operating system.
+        /// Error from the operating system.
         source: io::Error,
     },
     /// The firmware does not compile.
     #[error("the firmware was not built: {0}")]
     NotBuilt(String),
-    /// The debugger failed.
+    /// The debugger failed to plant the crash or to begin the log.
     #[error("the debugger could not make the crash or begin the log: {source}; the firmware's last words: {last_words}")]
     Debugger {
         /// Error of the connection.
         source: io::Error,
-        /// Text that the firmware had printed by then.
+        /// Text that the firmware had printed until then.
         last_words: String,
     },
-    /// The run was ended from outside.
+    /// The run exceeded the time limit and was killed.
     #[error("the firmware was still running after {} s; its last words: {last_words}", TIMEOUT.as_secs())]
     TimedOut {
-        /// Text that the firmware had printed by then.
+        /// Text that the firmware had printed until then.
         last_words: String,
     },
-    /// A run ended without its result.
+    /// A run ended without printing its result.
     #[error("the firmware printed no result; its last words: {0}")]
     NoResult(String),
 }
 
-/// One run.
+/// Settings of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Run<'a> {
-    /// Board.
+    /// Board to emulate.
     pub machine: EmulatedBoard,
-    /// Every instruction takes 2^shift ns of virtual time.
+    /// Virtual time per instruction: 2^shift ns.
     pub shift: u32,
-    /// Ticks until the firmware stops.
+    /// Number of ticks after which the firmware stops.
     pub ticks: u32,
-    /// Ticks that the scripted hand waits outside the tissue. A force is felt after some 600;
-    /// without the force the patch runs from the third on.
+    /// Ticks that the scripted hand waits outside the tissue. A force is allowed after some 600
+    /// ticks; the patch itself runs from the third tick on.
     pub lead_ticks: u32,
-    /// A crash that a debugger makes.
+    /// Crash that a debugger plants.
     pub crash: Option<Planned>,
-    /// After a crash the board resets, as on hardware, in place of ending the run.
+    /// Whether the board resets after a crash, as on hardware; otherwise the run ends.
     pub restart: bool,
-    /// Where to log every executed instruction; with a crash, every one from the crash on. A log
-    /// slows the emulator down a hundredfold.
+    /// File that receives a log of every executed instruction; with a planted crash the log begins
+    /// at the crash. A log slows the emulator down a hundredfold.
     pub exec_log: Option<&'a Path>,
 }
 
@@ -87,22 +87,22 @@ pub struct Outcome {
     pub exit_status: Option<i32>,
     /// Plain text, from semihosting's standard error.
     pub text: String,
-    /// defmt frames, as they came.
+    /// defmt frames, undecoded.
     pub frames: Vec<u8>,
 }
 
-/// The line a run ends with.
+/// The line with which a run ends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunResult {
-    /// Fingerprint of the last state.
+    /// Hash of the last state.
     pub state_hash: u64,
-    /// Fingerprint of every tick's force.
+    /// Hash of the forces of all ticks.
     pub force_hash: u64,
-    /// Ticks run.
+    /// Number of ticks run.
     pub ticks: u32,
-    /// Ticks that ended late.
+    /// Number of ticks that ended after their deadline.
     pub overruns: u32,
-    /// Ticks in the mode `Fault`.
+    /// Number of ticks in the mode `Fault`.
     pub faults: u32,
 }
 
@@ -118,7 +118,8 @@ pub fn build_firmware_with(target: &Path, features: &[&str], patch: &Path) -> Re
     variant(target, features, Some(patch))
 }
 
-/// The image with overflow checks and debug assertions, from libraries of its own: never flashed.
+/// Builds an image with overflow checks and debug assertions and with its own build of the
+/// libraries. It is never flashed.
 pub fn build_checked_firmware(target: &Path) -> Result<PathBuf, EmulatorError> {
     let checks = ["CARGO_PROFILE_FIRMWARE_OVERFLOW_CHECKS", "CARGO_PROFILE_FIRMWARE_DEBUG_ASSERTIONS"];
     let mut command = image_at(&target.join("checked"), Some(target), &[], None, "palpate-firmware");
@@ -126,7 +127,8 @@ pub fn build_checked_firmware(target: &Path) -> Result<PathBuf, EmulatorError> {
     built(command, target.join("checked").join(TARGET).join("firmware/palpate-firmware"))
 }
 
-/// The image of the NUCLEO-H743ZI with a patch file, an absolute path, by `cargo fw-h743`.
+/// Builds the image of the NUCLEO-H743ZI with `cargo fw-h743`. `patch` is the absolute path of a
+/// patch file.
 pub fn build_nucleo(target: &Path, patch: &Path) -> Result<PathBuf, EmulatorError> {
     static BUILDING: Mutex<()> = Mutex::new(());
     let _one_at_a_time = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
@@ -137,16 +139,16 @@ pub fn build_nucleo(target: &Path, patch: &Path) -> Result<PathBuf, EmulatorErro
     built(command, own.join(TARGET).join("firmware/palpate-firmware"))
 }
 
-/// Links the image that holds a tick and nothing that may panic; with one panic planted it must not
-/// link. Shares the libraries of the default image.
+/// Links an image that contains a tick and no code that may panic. With `planted` it contains one
+/// panic and must not link. Uses the libraries of the default image.
 pub fn link_panic_proof(target: &Path, planted: bool) -> Result<PathBuf, EmulatorError> {
     let features = if planted { &["panic-proof-bites"][..] } else { &["panic-proof"] };
     build(target, features, None, "panic-proof")
 }
 
-/// An image that must not be flashed by mistake: all of them are linked below `target/variants`,
-/// from the same libraries, one at a time, and each is then identified by its features and its
-/// patch.
+/// Builds an image that must not be flashed by mistake. All such images are linked below
+/// `target/variants` with the same libraries, one at a time, and then copied to a file named after
+/// their features and their patch.
 fn variant(target: &Path, features: &[&str], patch: Option<&Path>) -> Result<PathBuf, EmulatorError> {
     static BUILDING: Mutex<()> = Mutex::new(());
     let _one_at_a_time = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
@@ -164,8 +166,8 @@ fn build(target: &Path, features: &[&str], patch: Option<&Path>, image: &str) ->
     build_with(target, None, features, patch, image)
 }
 
-/// Builds an image below `target`; its libraries are kept there too, or in another target
-/// directory.
+/// Builds an image below `target`. Its libraries are kept there too, unless another target
+/// directory is given.
 fn build_with(
     target: &Path,
     libraries: Option<&Path>,
@@ -176,7 +178,7 @@ fn build_with(
     built(image_at(target, libraries, features, patch, image), target.join(TARGET).join("firmware").join(image))
 }
 
-/// The command that builds it.
+/// Command that builds the image.
 fn image_at(target: &Path, libraries: Option<&Path>, features: &[&str], patch: Option<&Path>, image: &str) -> Command {
     let mut command = Command::new(std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()));
     match patch {
@@ -193,7 +195,7 @@ fn image_at(target: &Path, libraries: Option<&Path>, features: &[&str], patch: O
     command
 }
 
-/// Runs cargo in the repository and returns the image that it has built.
+/// Runs cargo in the repository and returns the path of the image that it has built.
 fn built(mut command: Command, image: PathBuf) -> Result<PathBuf, EmulatorError> {
     let output = command
         .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
@@ -217,7 +219,8 @@ impl Run<'_> {
         }
         command.arg("-semihosting-config");
         command.arg(format!("enable=on,target=native,arg=palpate-firmware,arg={},arg={}{restart}", self.ticks, self.lead_ticks));
-        // without sleep the emulator's clock jumps when a debugger stops it; a script never sleeps
+        // without `sleep` the emulator's clock jumps when a debugger stops it; a scripted run never
+        // sleeps
         let sleep = if self.crash.is_some() { "on" } else { "off" };
         command.arg("-icount").arg(format!("shift={},sleep={sleep}", self.shift));
         if let Some(log) = self.exec_log {
@@ -234,7 +237,7 @@ impl Run<'_> {
         command
     }
 
-    /// Makes the crash, and begins the log with it.
+    /// Plants the crash, and begins the log when it happens.
     fn debug(&self, mut debugger: Debugger, image: &FirmwareImage, planned: &Planned) -> io::Result<()> {
         crash::plant(&mut debugger, image, planned)?;
         if self.exec_log.is_some() {
@@ -282,8 +285,8 @@ impl Run<'_> {
     }
 }
 
-/// The address ranges of a log without the loop that waits for interrupts: half of what is
-/// executed, and of no interest.
+/// Address ranges of a log without the loop that waits for interrupts, which makes up half of the
+/// executed instructions and is of no interest.
 fn but_idling(elf: &Path) -> Option<String> {
     let image = FirmwareImage::parse(&std::fs::read(elf).ok()?).ok()?;
     let main = image.function_named("palpate_firmware::__cortex_m_rt_main")?;
@@ -295,7 +298,7 @@ fn drain(pipe: Option<impl Read + Send + 'static>) -> thread::JoinHandle<Vec<u8>
     thread::spawn(move || {
         let mut bytes = Vec::new();
         if let Some(mut pipe) = pipe {
-            // a broken pipe ends the text; the text before it is still useful
+            // a broken pipe ends the text, but the text before it is still useful
             let _ = pipe.read_to_end(&mut bytes);
         }
         bytes
@@ -303,18 +306,18 @@ fn drain(pipe: Option<impl Read + Send + 'static>) -> thread::JoinHandle<Vec<u8>
 }
 
 impl Outcome {
-    /// The number after `key=` in the plain text, the last one if there are several.
+    /// The number after `key=` in the plain text; the last one if there are several.
     #[must_use]
     pub fn number(&self, key: &str) -> Option<u64> {
         value(&self.text, key)?.parse().ok()
     }
 
-    /// The line the run ended with, from the plain text, which needs no decoder.
+    /// The line with which the run ended, from the plain text, which needs no decoder.
     pub fn result(&self) -> Result<RunResult, EmulatorError> {
         RunResult::parse(&self.text).ok_or_else(|| EmulatorError::NoResult(self.text.clone()))
     }
 
-    /// The defmt messages.
+    /// Decoded defmt messages.
     #[must_use]
     pub fn messages(&self, elf: &[u8]) -> String {
         defmt_log::decode(elf, &self.frames)
@@ -322,7 +325,7 @@ impl Outcome {
 }
 
 impl RunResult {
-    /// Reads the last such line in a text.
+    /// Parses the last line of this form in a text.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let line = text.lines().rfind(|line| line.contains("state_hash="))?;

@@ -1,5 +1,5 @@
-//! Calibrated patches with a far field, fitted during the test, and the same patches in other
-//! organs.
+//! Calibrated patches with a far field, fitted during the test, and the same patches in organs with
+//! stiffer or softer inclusions.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -13,7 +13,7 @@ use palpate_tissue::stable_step::limits;
 
 use crate::bench::Bench;
 
-/// A patch of the default block and what it was made with.
+/// A patch of the default block, before and after its fit.
 #[derive(Clone, Debug)]
 pub struct FarPatch {
     scene: Scene,
@@ -25,11 +25,11 @@ pub struct FarPatch {
 }
 
 impl FarPatch {
-    /// A patch of this radius [m] and element size [m], with a quick fit, made once per test
+    /// A patch of this radius [m] and element size [m] with a quick fit, which runs once per test
     /// program.
     ///
     /// # Panics
-    /// Sizes that do not fit the default block.
+    /// Panics if the sizes do not fit the default block.
     #[must_use]
     pub fn quick(radius_m: f64, fine_m: f64) -> &'static Self {
         static FITTED: Mutex<BTreeMap<[u64; 2], &'static OnceLock<FarPatch>>> = Mutex::new(BTreeMap::new());
@@ -48,7 +48,8 @@ impl FarPatch {
         Self { scene, recipe, prepared, fitted }
     }
 
-    /// Ready to run to `deep_m` [m], with the limits that its elements set.
+    /// The patch, ready to run to the depth `deep_m` [m], with the limits that follow from its
+    /// elements.
     #[must_use]
     pub fn bench(&self, deep_m: f32) -> Bench {
         let mut patch = self.fitted.patch.clone();
@@ -57,12 +58,12 @@ impl FarPatch {
         Bench { patch, params }
     }
 
-    /// Returns the patch, ready to run to `deep_m` [m], with balls of other stiffness in the organ,
-    /// and the organ that they are in. Inside the patch the balls scale the fitted constants;
-    /// outside they change the target of its far field.
+    /// Returns the patch, ready to run to the depth `deep_m` [m], in an organ with spherical
+    /// inclusions, and that organ. Inside the patch the inclusions scale the fitted constants;
+    /// outside it they change the target of its far field.
     ///
     /// # Panics
-    /// Balls that the scene refuses.
+    /// Panics if the scene refuses the inclusions.
     #[must_use]
     pub fn with_balls(&self, balls: &[Inclusion], deep_m: f32) -> (Bench, Prepared) {
         let mut scene = self.scene.clone();

@@ -1,20 +1,21 @@
-//! A hand at the joints of a mechanism: counts of its encoders for a tip, and a description of the
-//! mechanism independent of the controller's.
+//! A hand on the joints of a mechanism: encoder counts for a tip position, from kinematics that are
+//! independent of the controller's.
 
 use nalgebra::{Matrix3, Vector3};
 use palpate_controller::kinematics::{Kind, MechanismProfile};
 
-/// Tip for joint angles [m], in double precision and with other formulas than the controller's.
+/// Tip position for joint angles [m], in double precision and with formulas that differ from the
+/// controller's.
 ///
 /// # Panics
-/// The arms of a pantograph do not meet.
+/// Panics if the arms of a pantograph do not meet.
 #[must_use]
 pub fn tip_m(mechanism: &MechanismProfile, [q1, q2, q3]: [f64; 3]) -> Vector3<f64> {
     let [a, b, c, d, e] = mechanism.dimensions.map(f64::from);
     match mechanism.kind {
         Kind::Paddle => Vector3::new(a * q1.cos() - a, 0.0, a * q1.sin()),
         Kind::Pantograph => {
-            // the upper crossing of two circles of radius b around the elbows
+            // the upper intersection of two circles of radius b around the elbows
             let (first, second) = ([a * q1.cos(), a * q1.sin()], [a * q2.cos() - c, a * q2.sin()]);
             let (dx, dz) = (first[0] - second[0], first[1] - second[1]);
             let apart = dx.hypot(dz);
@@ -27,7 +28,8 @@ pub fn tip_m(mechanism: &MechanismProfile, [q1, q2, q3]: [f64; 3]) -> Vector3<f6
     }
 }
 
-/// Derivative of the tip by the joint angles, by central differences: a column per joint [m].
+/// Derivative of the tip position with respect to the joint angles, by central differences: one
+/// column per joint [m].
 #[must_use]
 pub fn jacobian_m(mechanism: &MechanismProfile, joints_rad: [f64; 3]) -> Matrix3<f64> {
     const STEP_RAD: f64 = 1e-5;
@@ -45,7 +47,7 @@ pub fn jacobian_m(mechanism: &MechanismProfile, joints_rad: [f64; 3]) -> Matrix3
     Matrix3::from_columns(&[column(0), column(1), column(2)])
 }
 
-/// Joint angles for counts since the home pose [rad].
+/// Joint angles for encoder counts since the home pose [rad].
 #[must_use]
 pub fn joints_rad(mechanism: &MechanismProfile, counts: [i32; 3]) -> [f64; 3] {
     std::array::from_fn(|joint| {
@@ -53,7 +55,7 @@ pub fn joints_rad(mechanism: &MechanismProfile, counts: [i32; 3]) -> [f64; 3] {
     })
 }
 
-/// Counts since the home pose with which the tip is nearest to a place [m].
+/// Encoder counts since the home pose that bring the tip nearest to a position [m].
 #[must_use]
 pub fn counts_at(mechanism: &MechanismProfile, place_m: Vector3<f64>) -> [i32; 3] {
     let mut joints = mechanism.home_rad.map(f64::from);

@@ -1,7 +1,7 @@
-//! Shared code of the tests. The command: running it, reading what it wrote. On the board: running
-//! the firmware in the emulator, reading its image, counting what it executed. Physics: blocks of
-//! tissue, an oracle of their forces in double precision, and the deviation that single precision
-//! may have from it.
+//! Shared code of the tests: running the `palpate` command and reading its output; running the
+//! firmware in the emulator, reading its image and counting its executed instructions; blocks of
+//! tissue, an oracle of their forces in double precision, and the deviation from it that single
+//! precision allows.
 #![forbid(unsafe_code)]
 
 pub use palpate_board::{exec_log, firmware_image, instruction_mix, thumb};

@@ -1,9 +1,9 @@
-//! An independent implementation of the model: from its energies, in double precision, slow, and
-//! without sharing code with the core.
+//! An independent implementation of the model: derived from its energies, in double precision,
+//! slow, and without code shared with the core.
 //!
-//! Energies are those the core documents ([`energy`]); forces are their slopes by automatic
-//! differentiation ([`number`]); the only forces written directly are those without an energy, the
-//! dampings.
+//! The energies are those that the core documents ([`energy`]). Forces are their derivatives by
+//! automatic differentiation ([`number`]). Only damping forces, which have no energy, are written
+//! directly.
 
 pub mod energy;
 pub mod number;
@@ -18,7 +18,7 @@ use smooth::{Field, fields};
 
 type Vector = Vector3<f64>;
 
-/// Safety of lumping the foundation's slopes at nodes (1), as documented.
+/// Safety factor of lumping the foundation's stiffness at the nodes (1), as documented.
 const CONTACT_LUMPING: f64 = 1.5;
 /// Weight of a node's neighbours in its acceleration (1), as documented.
 const NEIGHBOUR: f64 = 2.0;
@@ -37,9 +37,9 @@ pub struct Tip {
 pub struct Oracle<'a> {
     model: Model<'a>,
     params: Params,
-    /// Diagonal of the mass matrix [kg], anchors too, shape \[nodes\].
+    /// Diagonal of the mass matrix [kg], including anchors, shape \[nodes\].
     mass_kg: Vec<f64>,
-    /// Mass between the two ends of each spring [kg], shape \[springs\].
+    /// Added mass between the two ends of each spring [kg], shape \[springs\].
     between_kg: Vec<f64>,
     fields: Vec<Field>,
     anchored: Vec<bool>,
@@ -50,7 +50,7 @@ pub struct Oracle<'a> {
 }
 
 impl<'a> Oracle<'a> {
-    /// Reads the model's fields with their documented factors.
+    /// Reads the model and applies the documented factors.
     #[must_use]
     pub fn new(model: Model<'a>, params: Params) -> Self {
         let none = || vec![Vec::new(); model.nodes.len()];
@@ -77,7 +77,8 @@ impl<'a> Oracle<'a> {
             .map(|(n, own)| (floor * e * f64::from(n.stiffness_m) * tick_s * tick_s - own).max(0.0));
         let added_kg: Vec<f64> = added_kg.collect();
         let around: Vec<f64> = springs_at.iter().map(|s| s.iter().map(|&s| f64::from(model.springs[s].k)).sum()).collect();
-        // rim springs act against the ground: their part of the added mass is the node's own
+        // rim springs act against the ground, so their part of the added mass belongs to the node
+        // alone
         let ground = |n: usize| -> f64 {
             let blocks = rim_nodes_at[n].iter().map(|&r| &model.rim_nodes[r].block_m);
             blocks.map(|b| f64::from(b[0] + b[1] + b[2]) / 3.0).sum()
@@ -101,7 +102,7 @@ impl<'a> Oracle<'a> {
             .collect();
         let series = params.terms.relative_mass;
         let fields = fields(&model, &mass_kg, &between_kg, &anchored, series);
-        // no sum over neighbours besides the one field
+        // without the series there is no sum over neighbours, only the one smooth field
         let between_kg = if series { between_kg } else { vec![0.0; between_kg.len()] };
         Self { model, params, mass_kg, between_kg, fields, anchored, springs_at, tets_at, rim_nodes_at, rim_edges_at }
     }
@@ -113,11 +114,12 @@ impl<'a> Oracle<'a> {
         self.mass_kg[node]
     }
 
-    /// Momenta [kg m/s] by the mass matrix that [`Self::tick`] inverts, solved densely; zero at
-    /// anchors. Their sum changes by external forces only.
+    /// Returns a function that computes momenta [kg m/s] from velocities: it solves densely with
+    /// the approximate inverse mass matrix that [`Self::tick`] applies. Momenta of anchors are
+    /// zero. Only external forces change the sum of the momenta.
     ///
     /// # Panics
-    /// When that matrix is not positive: it would add energy.
+    /// Panics if that matrix is not positive definite: it would then add energy.
     pub fn momenta(&self) -> impl Fn(&[Vector]) -> Vec<Vector> + use<> {
         let free: Vec<usize> = (0..self.mass_kg.len()).filter(|&n| !self.anchored[n]).collect();
         let place: std::collections::BTreeMap<usize, usize> = free.iter().enumerate().map(|(k, &n)| (n, k)).collect();
@@ -197,22 +199,22 @@ impl<'a> Oracle<'a> {
         energy * self.youngs_modulus_pa()
     }
 
-    /// Forces on the nodes without contact [N], anchors too.
+    /// Forces on the nodes without contact [N], including anchors.
     #[must_use]
     pub fn forces_n(&self, x: &[Vector]) -> Vec<Vector> {
         let around = self.six_volumes(x);
         (0..x.len()).map(|n| -self.slope(x, &around, n) * self.youngs_modulus_pa()).collect()
     }
 
-    /// Forces of the foundation on the nodes [N], at the end of a substep in which `inner` [N] acts
-    /// as well.
+    /// Forces of the foundation on the nodes [N], at the end of a substep in which the forces
+    /// `inner` [N] act as well.
     #[must_use]
     pub fn contact_n(&self, x: &[Vector], v: &[Vector], inner: &[Vector], tip: Tip) -> Vec<Vector> {
         self.contact(x, v, inner, tip).into_iter().map(|(push, _)| push).collect()
     }
 
-    /// For each node the force of the foundation [N], and the share of the smooth fields' motion
-    /// that it leaves (1).
+    /// For each node, the force of the foundation [N] and the share of the smooth fields'
+    /// acceleration that contact leaves (1).
     fn contact(&self, x: &[Vector], v: &[Vector], inner: &[Vector], tip: Tip) -> Vec<(Vector, f64)> {
         let e = self.youngs_modulus_pa();
         let dt_s = f64::from(self.params.tick_s) / f64::from(self.params.substeps);
@@ -235,8 +237,8 @@ impl<'a> Oracle<'a> {
                 }
             }
         }
-        // a node's push after its displacement in the substep, and a dashpot of beta times slope
-        // times dt against the probe
+        // a node's force after its displacement in the substep, and a dashpot of beta times slope
+        // times dt between node and probe
         let at_end = |n: usize| {
             let length = push_n[n].norm();
             if length == 0.0 {
@@ -252,8 +254,8 @@ impl<'a> Oracle<'a> {
         (0..x.len()).map(at_end).collect()
     }
 
-    /// Accelerations [m/s^2] by the documented approximation of the mass matrix; contact leaves
-    /// each node a share of the smooth fields' motion.
+    /// Accelerations [m/s^2] by the documented approximation of the inverse mass matrix. Contact
+    /// reduces the smooth fields' acceleration of each node to the share `left`.
     fn accelerations(&self, force_n: &[Vector], left: &[f64]) -> Vec<Vector> {
         let alone: Vec<Vector> =
             (0..force_n.len()).map(|n| if self.anchored[n] { Vector::zeros() } else { force_n[n] / self.mass_kg[n] }).collect();
@@ -269,8 +271,9 @@ impl<'a> Oracle<'a> {
         (0..force_n.len()).map(|n| if self.anchored[n] { Vector::zeros() } else { of(n) }).collect()
     }
 
-    /// Runs one tick as documented: the tip goes straight from one place to the other, the probe's
-    /// force [N] is the mean over the substeps, without the masses that the floor adds.
+    /// Runs one tick as documented and returns the force on the probe [N], averaged over the
+    /// substeps, without the inertia of the mass that the floor adds. The tip moves in a straight
+    /// line from `from_m` to `to_m`.
     ///
     /// `moved_m` is the displacement of the tip in the tick before.
     pub fn tick(&self, x: &mut [Vector], v: &mut [Vector], moved_m: Vector, from_m: Vector, to_m: Vector) -> Vector {
@@ -305,7 +308,7 @@ impl<'a> Oracle<'a> {
         force_n * (1.0 + gain_n.clamp(-push_n, push_n) / push_n)
     }
 
-    /// Slope of the energy over E along the coordinates of one node.
+    /// Derivative of the energy over E with respect to the coordinates of one node.
     fn slope(&self, x: &[Vector], around: &[f64], node: usize) -> Vector {
         let at = |n: usize| if n == node { Dual::coordinates(x[n].into()) } else { Point::from(x[n]).map(Dual::of) };
         let corners = |t: &Tet| t.node.map(|n| at(n.into()));
@@ -319,7 +322,7 @@ impl<'a> Oracle<'a> {
                 energy = energy + of_tet(t, &self.params, corners(t));
                 for n in t.node.map(usize::from) {
                     let star = stars.entry(n).or_insert(Dual::of(around[n]));
-                    // the value is known already, the slope is not
+                    // the value is already included, so only the derivative is added
                     let v = six_volume(corners(t));
                     *star = *star + (v - Dual::of(v.value));
                 }
@@ -340,7 +343,7 @@ impl<'a> Oracle<'a> {
         energy.slope.into()
     }
 
-    /// Six times the volume of the tets around each node [m^3].
+    /// Six times the total volume of the tets around each node [m^3].
     fn six_volumes(&self, x: &[Vector]) -> Vec<f64> {
         let mut around = vec![0.0; x.len()];
         for t in self.model.tets {
@@ -357,7 +360,7 @@ impl<'a> Oracle<'a> {
         of_node(kappa, f64::from(node.volume_m3), six_volume * N::of(f64::from(node.six_volume_reciprocal)))
     }
 
-    /// Energy of the true mass, not the floored one, in the field of gravity.
+    /// Gravitational energy of the node's true mass, without the mass that the floor adds.
     fn of_weight<N: Number>(&self, n: usize, x: Point<N>) -> N {
         let over_e =
             f64::from(self.params.density_kg_per_m3) * f64::from(self.model.nodes[n].volume_m3) / self.youngs_modulus_pa();

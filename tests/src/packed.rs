@@ -1,4 +1,4 @@
-//! Patch files for the board: the shipped ones, and patches with a far field made during the test.
+//! Patch files for the board: the shipped ones, and patches with a far field built during the test.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ use crate::palpate_command::repository;
 
 /// Patch radius of [`cut_block`] [m].
 const RADIUS_M: f64 = 0.017;
-/// Size of the elements at the site of that patch [m]: some fifty nodes.
+/// Size of the elements at the site of that patch [m]; it gives some fifty nodes.
 const ELEMENT_M: f64 = 0.0058;
 /// Radius around the site within which surface nodes are loaded when a rim is refitted [m].
 const LOADED_M: f64 = 0.012;
@@ -26,16 +26,16 @@ const LOADED_M: f64 = 0.012;
 /// Absolute path of a patch in `firmware/patches`, by its file name.
 ///
 /// # Panics
-/// No patch that ships has this name.
+/// Panics if no shipped patch has this name.
 #[must_use]
 pub fn shipped(name: &str) -> PathBuf {
     repository().join("firmware/patches").join(name).canonicalize().expect("a patch that ships")
 }
 
-/// The bytes of a patch file on a word boundary, leaked.
+/// Bytes of a patch file, aligned to a word boundary. The memory is never freed.
 ///
 /// # Panics
-/// A file that cannot be read.
+/// Panics if the file cannot be read.
 #[must_use]
 pub fn on_words(file: &Path) -> &'static [u8] {
     let bytes = std::fs::read(file).expect("a patch file");
@@ -48,18 +48,18 @@ pub fn on_words(file: &Path) -> &'static [u8] {
 /// A patch cut out of the default block, before any fit.
 ///
 /// # Panics
-/// Never: the block allows it.
+/// Never panics: these sizes fit the default block.
 #[must_use]
 pub fn cut_block() -> Prepared {
     let scene = Scene::load("block").expect("the default scene");
     Prepared::of(&scene, &Recipe::new(RADIUS_M, ELEMENT_M, scene.probe.radius_m)).expect("a block that allows the cut")
 }
 
-/// Returns the patch in front of a refined outside: every tet of it is split into four at its
-/// centroid, `times` over. The rim stays as it is.
+/// Returns the patch with a refined outside: every tet of the outside is split into four at its
+/// centroid, which is repeated `times` times. The rim does not change.
 ///
 /// # Panics
-/// The finer outside cannot be condensed.
+/// Panics if the refined outside cannot be condensed.
 #[must_use]
 pub fn with_finer_outside(prepared: &Prepared, times: usize) -> Prepared {
     let mut cut = prepared.far.cut.clone();
@@ -90,10 +90,10 @@ pub fn with_finer_outside(prepared: &Prepared, times: usize) -> Prepared {
     Prepared { far: FarField { cut, exact_m, answers_per_m, springs }, ..prepared.clone() }
 }
 
-/// Packs an unfitted patch with the limits and substeps of a session into `folder`.
+/// Packs an unfitted patch with the limits and substeps of a session and writes it to `folder`.
 ///
 /// # Panics
-/// A patch that no session accepts, or a folder that cannot be written.
+/// Panics if no session accepts the patch or the folder cannot be written.
 #[must_use]
 pub fn pack(prepared: &Prepared, folder: &Path, name: &str) -> PathBuf {
     let session = Session::of_fitted(&MACHINES[1], prepared.patch(), prepared.params).expect("a patch that keeps 1 kHz");
@@ -103,10 +103,10 @@ pub fn pack(prepared: &Prepared, folder: &Path, name: &str) -> PathBuf {
     path
 }
 
-/// Writes a packed patch again without its rim edges, to find the cost of the rim nodes.
+/// Writes a copy of a packed patch without its rim edges, to measure the cost of the rim nodes.
 ///
 /// # Panics
-/// A file that is not a patch or cannot be written.
+/// Panics if the file is not a patch or cannot be written.
 #[must_use]
 pub fn without_rim_edges(file: &Path, name: &str) -> PathBuf {
     let packed = PatchFile::open(on_words(file)).expect("a patch");

@@ -1,5 +1,5 @@
-//! The built `palpate-full`, which has all commands, run as a user would: from any folder, by its
-//! command line, and checked by its output and files.
+//! The built `palpate-full`, which has all commands. Tests run it as a user would, by its command
+//! line in any folder, and check its output and files.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,32 +7,33 @@ use std::sync::OnceLock;
 
 use crate::schema;
 
-/// Working folder of a user: an empty one that is deleted with the test.
+/// A user's working folder: empty at first, deleted when dropped.
 #[derive(Debug)]
 pub struct Desk(tempfile::TempDir);
 
 /// Exit code and output of a command.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// Exit code; `None` after a signal.
+    /// Exit code; `None` if a signal ended the command.
     pub code: Option<i32>,
     /// Standard output.
     pub stdout: String,
-    /// Standard error, without the progress that a command reports every ten seconds: how long it
-    /// takes is the machine's.
+    /// Standard error without the progress lines that a command prints every ten seconds, since
+    /// their number depends on the machine.
     pub stderr: String,
 }
 
-/// Repository root.
+/// Root folder of the repository.
 #[must_use]
 pub fn repository() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-/// The built `palpate`; `scratch` is the test's `CARGO_TARGET_TMPDIR`, in cargo's target directory.
+/// Builds `palpate-full` once and returns its path. `scratch` is the test's `CARGO_TARGET_TMPDIR`,
+/// in cargo's target directory.
 ///
 /// # Panics
-/// It cannot be built.
+/// Panics if it cannot be built.
 pub fn binary(scratch: &str) -> &'static Path {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     BUILT.get_or_init(|| {
@@ -59,18 +60,18 @@ pub fn binary(scratch: &str) -> &'static Path {
     })
 }
 
-/// Runs `palpate` in a folder. Checks that every summary that it writes there follows the schema.
-/// `scratch` is `env!("CARGO_TARGET_TMPDIR")`.
+/// Runs `palpate` in a folder and checks that every summary that it writes there follows the
+/// schema. `scratch` is `env!("CARGO_TARGET_TMPDIR")`.
 ///
 /// # Panics
-/// A summary does not follow it.
+/// Panics if a summary does not follow the schema.
 #[must_use]
 pub fn palpate(scratch: &str, folder: &Path, arguments: &[&str]) -> Outcome {
     let output = Command::new(binary(scratch))
         .args(arguments)
         .current_dir(folder)
         .env("RUST_BACKTRACE", "1")
-        // two runs are compared byte for byte
+        // a fixed date, because two runs are compared byte for byte
         .env("SOURCE_DATE_EPOCH", "0")
         .output()
         .expect("palpate was just built");
@@ -81,8 +82,8 @@ pub fn palpate(scratch: &str, folder: &Path, arguments: &[&str]) -> Outcome {
     Outcome { code: output.status.code(), stdout: text(&output.stdout), stderr }
 }
 
-/// Whether a line is one that long work writes off a terminal, such as "after 20 s: mesh 2 of 3";
-/// errors begin with the program's name.
+/// Whether a line reports progress outside a terminal, such as "after 20 s: mesh 2 of 3". Errors
+/// begin with the program's name.
 fn is_progress(line: &str) -> bool {
     let seconds = |rest: &str| {
         let after_digits = rest.trim_start_matches(|c: char| c.is_ascii_digit());
@@ -98,18 +99,18 @@ impl Default for Desk {
 }
 
 impl Desk {
-    /// The folder.
+    /// Path of the folder.
     #[must_use]
     pub fn folder(&self) -> &Path {
         self.0.path()
     }
 
-    /// Puts a file into the folder.
+    /// Writes a file into the folder.
     pub fn put(&self, name: &str, content: impl AsRef<[u8]>) {
         std::fs::write(self.0.path().join(name), content).expect("a temporary folder can be written");
     }
 
-    /// Names of everything there, sorted.
+    /// Names of everything in the folder, sorted.
     #[must_use]
     pub fn listing(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.0.path()).expect("a temporary folder can be read");

@@ -1,10 +1,9 @@
-//! Cycles of an executed tick by independent models: LLVM's scheduling models of a Cortex-M4 and a
-//! Cortex-M7, by `llvm-mca` (Debian: llvm), over every instruction in the order in which it was
-//! executed; and the stalls of the Cortex-M4F's manual that a table of single instructions leaves
-//! out.
+//! Cycles of an executed tick by independent models: LLVM's scheduling models of the Cortex-M4 and
+//! Cortex-M7 in `llvm-mca` (Debian: llvm), applied to every instruction in the order of execution;
+//! and the stalls in the Cortex-M4F's manual that a sum over single instructions omits.
 //!
-//! **Estimates, no hardware timing**: no memory waits, no interrupts. The model of the Cortex-M4
-//! charges a load one cycle, the manual two.
+//! **Estimates, not hardware timing**: they include neither memory waits nor interrupts. The model
+//! of the Cortex-M4 charges one cycle for a load, the manual two.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -18,7 +17,8 @@ use crate::thumb::classify;
 
 /// Pipeline refill of a taken branch [cycles], as `instruction_mix` charges it.
 const REFILL: f64 = 1.5;
-/// Models leave out a few kinds of instructions, each found by one failed run.
+/// Largest number of instruction kinds for which a model may have no entry; each is found by one
+/// failed run.
 const MOST_KINDS: usize = 24;
 
 /// A core for which LLVM has a model.
@@ -26,24 +26,24 @@ const MOST_KINDS: usize = 24;
 pub enum Core {
     /// Cortex-M4.
     M4,
-    /// Cortex-M7: two instructions at once.
+    /// Cortex-M7, which issues two instructions at once.
     M7,
 }
 
-/// One instruction in text.
+/// One instruction as text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Line {
     mnemonic: String,
     operands: String,
 }
 
-/// An image's instructions by address.
+/// Instructions of an image, by address.
 pub struct Listing(BTreeMap<u32, Line>);
 
-/// Addresses that each call of `function` executed, callees included.
+/// Addresses of the instructions that each call of `function` executed, callees included.
 ///
 /// # Errors
-/// The log cannot be read.
+/// Returns an error if the log cannot be read.
 pub fn executed(
     function: &str,
     image: &FirmwareImage,
@@ -73,7 +73,7 @@ pub fn executed(
 }
 
 impl Listing {
-    /// Reads the instructions of an image.
+    /// Disassembles an image.
     #[must_use]
     pub fn of(elf: &Path) -> Self {
         Self(disassembly::of(elf).lines().filter_map(parse).collect())
@@ -83,8 +83,8 @@ impl Listing {
         executed.iter().filter_map(|address| Some((*address, self.0.get(address)?)))
     }
 
-    /// Cycles that a Cortex-M4F waits because an instruction reads what the floating-point
-    /// operation right before it computes (Arm DDI 0439B, table 7-1: one cycle).
+    /// Cycles that a Cortex-M4F stalls because an instruction reads the result of the
+    /// floating-point operation right before it (Arm DDI 0439B, table 7-1: one cycle).
     #[must_use]
     pub fn result_stalls(&self, executed: &[u32]) -> u64 {
         let mut result: Option<&str> = None;
@@ -96,10 +96,10 @@ impl Listing {
         stalls
     }
 
-    /// Cycles of a core for these instructions; `None` where there is no `llvm-mca`.
+    /// Cycles of these instructions on a core; `None` if `llvm-mca` is not installed.
     ///
     /// # Panics
-    /// It cannot be run, or refuses its input without naming the line.
+    /// Panics if `llvm-mca` cannot be run, or refuses its input without naming the line.
     #[must_use]
     pub fn cycles(&self, core: Core, executed: &[u32]) -> Option<f64> {
         let mut left_out: Vec<String> = Vec::new();
@@ -116,8 +116,9 @@ impl Listing {
         panic!("llvm-mca refuses {left_out:?}");
     }
 
-    /// The instructions as text for the model, and the cycles of those that are left out: a jump or
-    /// an instruction without a model counts one, a taken jump of a Cortex-M4 also its refill.
+    /// The instructions as text for the model, and the cycles of those that are left out. A jump or
+    /// an instruction without a model entry counts one cycle; on a Cortex-M4 a taken jump also
+    /// counts its refill.
     fn text(&self, executed: &[u32], core: Core, left_out: &[String]) -> (String, f64) {
         let mut text = String::from(".syntax unified\n.thumb\n");
         let (mut alone, mut conditional) = (0.0, 0);
@@ -125,7 +126,7 @@ impl Listing {
         for (address, line) in self.lines(executed) {
             let next = follows.next().copied().unwrap_or(address);
             if line.is_it() {
-                conditional = line.mnemonic.len() - 1; // it, itt, ite, ...
+                conditional = line.mnemonic.len() - 1; // the IT instruction: it, itt, ite, ...
                 alone += 1.0;
                 continue;
             }
@@ -145,7 +146,7 @@ impl Listing {
     }
 }
 
-/// Runs the model on straight code, as if it were executed once.
+/// Runs the model on straight-line code that is executed once.
 fn run(core: Core, text: &str) -> Option<String> {
     let cpu = match core {
         Core::M4 => "-mcpu=cortex-m4",
@@ -170,7 +171,7 @@ fn run(core: Core, text: &str) -> Option<String> {
     Some(String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr))
 }
 
-/// `   1a2b: ed90 0a00    \tvldr\ts0, [r0]`.
+/// Parses a line such as `   1a2b: ed90 0a00 \tvldr\ts0, [r0]`.
 fn parse(text: &str) -> Option<(u32, Line)> {
     let (address, rest) = text.split_once(':')?;
     let address = u32::from_str_radix(address.trim(), 16).ok()?;
@@ -185,14 +186,14 @@ impl Line {
         self.mnemonic.starts_with("it") && self.mnemonic.chars().skip(1).all(|letter| matches!(letter, 't' | 'e'))
     }
 
-    /// The mnemonic without its condition, two letters before the first dot.
+    /// The mnemonic without its condition, which is the two letters before the first dot.
     fn unconditional(&self) -> Self {
         let (name, kind) = self.mnemonic.split_once('.').map_or((&*self.mnemonic, String::new()), |(n, k)| (n, format!(".{k}")));
         let name = name.get(..name.len().saturating_sub(2)).unwrap_or_default();
         Self { mnemonic: format!("{name}{kind}"), operands: self.operands.clone() }
     }
 
-    /// Whether it may jump.
+    /// Whether the instruction may jump.
     fn jumps(&self) -> bool {
         let name = self.mnemonic.split('.').next().unwrap_or_default();
         let branch = matches!(name, "b" | "bl" | "blx" | "bx" | "cbz" | "cbnz" | "tbb" | "tbh")
@@ -200,7 +201,7 @@ impl Line {
         branch || ((name.starts_with("pop") || name.starts_with("ld")) && self.operands.contains("pc}"))
     }
 
-    /// The register that floating-point arithmetic writes.
+    /// The register that the instruction writes, if it is floating-point arithmetic.
     fn result(&self) -> Option<&str> {
         let name = self.mnemonic.split('.').next().unwrap_or_default();
         let arithmetic = ["vadd", "vsub", "vmul", "vnmul", "vdiv", "vsqrt", "vmla", "vmls", "vnmla", "vnmls", "vfma", "vfms"];
@@ -208,11 +209,12 @@ impl Line {
         computes.then(|| self.operands.split(',').next().map(str::trim)).flatten()
     }
 
-    /// Whether it reads a register of the floating-point unit.
+    /// Whether the instruction reads this floating-point register.
     fn reads(&self, register: &str) -> bool {
         let name = self.mnemonic.split('.').next().unwrap_or_default();
         let listed = |words: &str| words.split(|letter: char| !letter.is_ascii_alphanumeric()).any(|word| word == register);
-        // a store reads all, a load none; arithmetic reads its first operand only to add to it
+        // a store reads all its registers, a load reads none, and arithmetic reads its first
+        // operand only in order to add to it
         let reads_first = ["vst", "vpush", "vcmp", "vmla", "vmls", "vnmla", "vnmls", "vfma", "vfms"];
         match name {
             _ if name.starts_with("vld") || name.starts_with("vpop") => false,
@@ -262,14 +264,14 @@ mod tests {
             "vmul.f32\ts0, s1, s2",
             "vadd.f32\ts3, s0, s4", // waits
             "vldr\ts5, [r0]",
-            "vsub.f32\ts6, s3, s5",  // the load is between
+            "vsub.f32\ts6, s3, s5",  // does not wait, since the load is in between
             "vstmia\tr0!, {s6, s7}", // waits
         ]);
         assert_eq!(code.result_stalls(&executed), 2);
     }
 
-    /// A chain of products waits for each; independent ones do not. Without `llvm-mca` nothing is
-    /// checked.
+    /// In a chain of products each product waits for the one before; independent products do not
+    /// wait. Without `llvm-mca` nothing is checked.
     #[test]
     fn the_model_knows_latency_and_pairs() {
         let (chain, executed) = listing(&["vmul.f32\ts0, s0, s1"; 64]);

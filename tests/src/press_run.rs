@@ -1,4 +1,4 @@
-//! Runs of `press`, with their results read back.
+//! Runs of `press` and their results, read back from the files.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::palpate_command::{Desk, Outcome, palpate, repository};
 
-/// A block small enough that a run takes a tenth of a second.
+/// Scene of a block small enough that a run takes a tenth of a second.
 pub const SMALL_BLOCK: &str = r#"name = "small"
 [tissue]
 block_m = [0.08, 0.08, 0.04]
@@ -25,10 +25,10 @@ ramp_m_per_s = 0.04
 hold_s = 0.3
 "#;
 
-/// A text with one part in place of another, which must be there exactly once.
+/// Replaces a part of a text that occurs exactly once.
 ///
 /// # Panics
-/// It does not occur exactly once, so the test would be void.
+/// Panics if the part does not occur exactly once, because the test would then check nothing.
 #[must_use]
 pub fn edited(text: &str, from: &str, to: &str) -> String {
     assert_eq!(text.matches(from).count(), 1, "`{from}` in:\n{text}");
@@ -45,10 +45,11 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads CSV.
+    /// Reads a CSV file.
     ///
     /// # Panics
-    /// The file is missing, a cell is no number, a row has another length than the header.
+    /// Panics if the file is missing, a cell is not a number, or a row has more or fewer cells than
+    /// the header.
     #[must_use]
     pub fn read(path: &Path) -> Self {
         let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
@@ -60,10 +61,10 @@ impl Table {
         Self { header, rows }
     }
 
-    /// A column by name.
+    /// Values of a column, by its name.
     ///
     /// # Panics
-    /// There is no such column.
+    /// Panics if there is no such column.
     #[must_use]
     pub fn column(&self, name: &str) -> Vec<f64> {
         let at = self.header.iter().position(|h| h == name).unwrap_or_else(|| panic!("no column {name} in {:?}", self.header));
@@ -71,10 +72,10 @@ impl Table {
     }
 }
 
-/// A finished press.
+/// Results of a finished press.
 #[derive(Debug)]
 pub struct PressRun {
-    /// Machine on which it ran.
+    /// Folder in which the command ran.
     pub desk: Desk,
     /// Output folder.
     pub out: PathBuf,
@@ -89,30 +90,30 @@ pub struct PressRun {
 /// A hold of `summary.json`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hold {
-    /// Target as in the scene: depth or hand place [m], or force [N].
+    /// Target as in the scene: depth or hand position [m], or force [N].
     pub target: f64,
-    /// Depth that was reached [m].
+    /// Depth reached [m].
     pub depth_m: f64,
-    /// Force along the press [N].
+    /// Force along the direction of the press [N].
     pub force_n: f64,
-    /// Smallest tet volume over its rest volume (1).
+    /// Smallest ratio of a tet's volume to its rest volume (1).
     pub min_j: f64,
 }
 
-/// Presses the text of a scene file and reads the results. `scratch` is
+/// Runs `press` on the text of a scene file and reads the results. `scratch` is
 /// `env!("CARGO_TARGET_TMPDIR")`.
 ///
 /// # Panics
-/// It did not exit with 0, or a file is missing.
+/// Panics if `press` does not exit with 0 or a file is missing.
 #[must_use]
 pub fn press(scratch: &str, scene: &str) -> PressRun {
     press_at(scratch, Desk::default(), scene, &[])
 }
 
-/// Like [`press`], on a desk that holds the files that the scene names, with more options.
+/// Like [`press`], with more options and in a folder that holds the files that the scene names.
 ///
 /// # Panics
-/// Panics of [`press`].
+/// Panics as [`press`] does.
 #[must_use]
 pub fn press_at(scratch: &str, desk: Desk, scene: &str, options: &[&str]) -> PressRun {
     desk.put("scene.toml", scene);
@@ -120,10 +121,10 @@ pub fn press_at(scratch: &str, desk: Desk, scene: &str, options: &[&str]) -> Pre
     PressRun::read(desk, outcome)
 }
 
-/// Presses a preset from the repository's root, where its mesh is found.
+/// Presses a preset from the repository's root, where the path of its mesh is valid.
 ///
 /// # Panics
-/// Panics of [`press`].
+/// Panics as [`press`] does.
 #[must_use]
 pub fn press_preset(scratch: &str, name: &str) -> PressRun {
     let desk = Desk::default();
@@ -142,19 +143,19 @@ impl PressRun {
         Self { desk, out, outcome, summary, trace }
     }
 
-    /// A number of the summary by its path, such as `/report/mass_g`.
+    /// A number in the summary, by its path, such as `/report/mass_g`.
     ///
     /// # Panics
-    /// It is not there or no number.
+    /// Panics if the number is missing or not a number.
     #[must_use]
     pub fn number(&self, path: &str) -> f64 {
         self.summary.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("no number {path} in {}", self.summary))
     }
 
-    /// The holds.
+    /// Holds listed in the summary.
     ///
     /// # Panics
-    /// One lacks a number.
+    /// Panics if a hold lacks a number.
     #[must_use]
     pub fn holds(&self) -> Vec<Hold> {
         let holds = self.summary["holds"].as_array().expect("holds is a list");
@@ -168,13 +169,13 @@ impl PressRun {
         holds.iter().map(hold).collect()
     }
 
-    /// Forces of the holds [N].
+    /// Forces at the holds [N].
     #[must_use]
     pub fn forces_n(&self) -> Vec<f64> {
         self.holds().iter().map(|h| h.force_n).collect()
     }
 
-    /// `surface_<k>.csv`.
+    /// Table `surface_<k>.csv` of hold `k`.
     #[must_use]
     pub fn surface(&self, k: usize) -> Table {
         Table::read(&self.out.join(format!("surface_{k}.csv")))

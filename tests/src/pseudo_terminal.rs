@@ -1,4 +1,4 @@
-//! A pseudo-terminal: a serial port with both of its ends here.
+//! A pseudo-terminal: a serial port of which the test holds both ends.
 
 use std::ffi::OsStr;
 use std::fs::File;
@@ -9,21 +9,22 @@ use rustix::fs::{Mode, OFlags};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
-/// Both ends of a pseudo-terminal. The host's end is kept open, so that the port exists between two
-/// hosts. No program that a test starts inherits an end, so that dropping this pulls the cable.
+/// Both ends of a pseudo-terminal. The host's end stays open, so that the port continues to exist
+/// after one host has ended and before the next one starts. Programs that a test starts do not
+/// inherit the ends, so dropping this value disconnects the port.
 #[derive(Debug)]
 pub struct PseudoTerminal {
-    /// The device's end.
+    /// Device's end.
     pub ours: File,
     theirs: File,
     name: String,
 }
 
 impl PseudoTerminal {
-    /// Makes one that passes bytes as they are.
+    /// Opens a pseudo-terminal in raw mode, which passes bytes unchanged.
     ///
     /// # Errors
-    /// The system has none left.
+    /// Returns an error if the system has no free pseudo-terminal.
     pub fn open() -> io::Result<Self> {
         let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
         grantpt(&ours)?;
@@ -37,24 +38,24 @@ impl PseudoTerminal {
         Ok(Self { ours: ours.into(), theirs: theirs.into(), name })
     }
 
-    /// Name of the port.
+    /// Path of the port.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Bytes on their way to the host.
+    /// Number of bytes sent to the host that it has not read.
     ///
     /// # Errors
-    /// The terminal is gone.
+    /// Returns an error if the terminal is closed.
     pub fn unread_bytes(&self) -> io::Result<u64> {
         Ok(rustix::io::ioctl_fionread(&self.theirs)?)
     }
 
-    /// Bytes of the host that are waiting, possibly none.
+    /// Bytes received from the host, possibly none.
     ///
     /// # Errors
-    /// The terminal is gone.
+    /// Returns an error if the terminal is closed.
     pub fn take(&mut self) -> io::Result<Vec<u8>> {
         let waiting = rustix::io::ioctl_fionread(&self.ours)?;
         let mut bytes = vec![0; waiting as usize];

@@ -1,37 +1,38 @@
-//! Tolerance for single precision: a bound on the rounding error of each node's force, from the
-//! sizes of the summands.
+//! Tolerance for single precision: a bound on the rounding error of each node's force, computed
+//! from the magnitudes of the summands.
 //!
-//! `u = 2^-24` is the largest relative error of one operation. Roundings are taken as independent,
-//! so n of them are `sqrt(n) u` and not `n u` (Higham & Mary 2019, "A new approach to probabilistic
-//! rounding error analysis"); [`SIGMAS`] of that are allowed. Components are bounded by lengths.
+//! `u = 2^-24` is the largest relative error of one operation. Roundings are assumed independent,
+//! so n of them amount to `sqrt(n) u` and not `n u` (Higham & Mary 2019, "A new approach to
+//! probabilistic rounding error analysis"). The tolerance is [`SIGMAS`] times that. Components are
+//! bounded by lengths.
 
 use palpate::{Model, Params, Vector3};
 
 /// Largest relative error of one operation in `f32`.
 pub const UNIT: f64 = 1.0 / (1 << 24) as f64;
 
-/// Number of standard deviations that are allowed.
+/// Number of standard deviations that the tolerance allows.
 pub const SIGMAS: f64 = 6.0;
-/// Operations from a coordinate to a spring's force: subtraction, squares and sums, root, division,
-/// compensation, product.
+/// Number of operations from a coordinate to a spring's force: subtraction, squares and sums, root,
+/// division, compensation, product.
 const SPRING_OPERATIONS: f64 = 16.0;
-/// From a coordinate to six times a tet's volume: two products of edges with their sums, and one
-/// more with its sum.
+/// Number of operations from a coordinate to six times a tet's volume: two products of edges with
+/// their sums, and one more with its sum.
 const VOLUME_OPERATIONS: f64 = 16.0;
-/// Roundings on the way from a pressure and two edges to a corner's force; the first corner takes
-/// the sum of the other three.
+/// Number of roundings from a pressure and two edges to a corner's force. The first corner's force
+/// is the sum of the other three.
 const CORNER_OPERATIONS: f64 = 12.0;
 
-/// Bound on the rounding of the internal force at each node, without rim and contact [N].
+/// Bound on the rounding error of the internal force at each node, without rim and contact [N].
 ///
 /// Spring: `q = k - k l0/l` cancels, so its error is that of `k` and `k l0/l`, times `l`. Tet: the
-/// error of the volume ratio is that of the product of three edges over the rest volume, times the
-/// slope of the pressure, times the area of a face.
+/// error of the volume ratio is that of the product of three edges divided by the rest volume,
+/// times the slope of the pressure, times the area of a face.
 #[must_use]
 pub fn of_forces_n(model: &Model, params: &Params, x: &[Vector3<f64>]) -> Vec<f64> {
     let mut count = vec![0.0; x.len()];
-    let mut sizes = vec![0.0; x.len()]; // of the terms: rounding of the additions
-    let mut squares = vec![0.0; x.len()]; // of the terms' own errors
+    let mut sizes = vec![0.0; x.len()]; // term sizes, for the rounding of additions
+    let mut squares = vec![0.0; x.len()]; // squares of the terms' own errors
     for s in model.springs {
         let (i, j) = (usize::from(s.i), usize::from(s.j));
         let d = x[j] - x[i];
@@ -102,7 +103,7 @@ impl Star {
         let j = ratio.max(0.8);
         let j_error = (VOLUME_OPERATIONS + self.tets).sqrt() * UNIT * self.cubes * reciprocal;
         let stiffness = f64::from(node.pressure);
-        // of (J - 1) / (J (J + 1)): the difference rounds at the size of J and 1
+        // derivative of (J - 1) / (J (J + 1)); the difference rounds at the magnitude of J and 1
         let slope = (1.0 + 2.0 * j - j * j).abs() / (j * j * (j + 1.0) * (j + 1.0));
         let size = (j - 1.0).abs() / (j * (j + 1.0)) + slope * (j - ratio);
         Pressure { size: stiffness * size, square: (stiffness * slope * j_error).powi(2) }
@@ -112,7 +113,7 @@ impl Star {
 #[derive(Clone, Copy, Default)]
 struct Pressure {
     size: f64,
-    /// Square of its error.
+    /// Square of the pressure's error.
     square: f64,
 }
 
@@ -122,7 +123,7 @@ impl Pressure {
     }
 }
 
-/// Size of a sum of vectors whose roundings are independent.
+/// Magnitude of a sum of vectors whose roundings are independent.
 pub fn together(bounds: impl IntoIterator<Item = f64>) -> f64 {
     bounds.into_iter().map(|b| b * b).sum::<f64>().sqrt()
 }

@@ -1,5 +1,5 @@
-//! Checks summaries against the JSON schema, of whose language it knows the keywords in use and no
-//! others.
+//! Checks summaries against the JSON schema. The checker knows only the keywords that the schema
+//! uses.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -11,7 +11,7 @@ use crate::palpate_command::repository;
 /// The schema of every `summary.json`.
 ///
 /// # Panics
-/// It is missing or not JSON.
+/// Panics if the schema is missing or not JSON.
 pub fn summaries() -> &'static Value {
     static SCHEMA: OnceLock<Value> = OnceLock::new();
     SCHEMA.get_or_init(|| {
@@ -20,18 +20,18 @@ pub fn summaries() -> &'static Value {
     })
 }
 
-/// Checks every `summary.json` in a folder and below it.
+/// Checks every `summary.json` in a folder and its subfolders.
 ///
 /// # Panics
-/// One does not follow the schema.
+/// Panics if a summary does not follow the schema.
 pub fn check_all(folder: &Path) {
-    // a system folder, as used by some tests, may contain foreign files
+    // the system's temporary folder, which some tests use, may contain other programs' files
     if std::env::temp_dir().starts_with(folder) {
         return;
     }
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
-        // a link may lead anywhere
+        // links are not followed, because they may lead anywhere
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             check_all(&path);
         } else if path.file_name().is_some_and(|name| name == "summary.json")
@@ -43,7 +43,7 @@ pub fn check_all(folder: &Path) {
     }
 }
 
-/// Places and ways in which a summary departs from the schema.
+/// Lists where and how a summary departs from the schema.
 #[must_use]
 pub fn defects(summary: &Value) -> Vec<String> {
     let mut defects = Vec::new();
@@ -113,7 +113,7 @@ fn against(schema: &Value, value: &Value, at: &str, defects: &mut Vec<String>) {
                     against(schema, value, at, &mut found);
                     found
                 });
-                // the nearest alternative describes the error best
+                // of several alternatives, the one with the fewest defects describes the error best
                 defects.extend(tried.min_by_key(Vec::len).unwrap_or_default());
             }
             "allOf" => asked.as_array().into_iter().flatten().for_each(|schema| against(schema, value, at, defects)),

@@ -1,17 +1,19 @@
-//! Closed surfaces as files: a ball and a box, in every form that is read.
+//! Closed surfaces in every file format that is read: a ball and a box.
 
 use std::fmt::Write;
 
-/// Corners in millimetres and triangles, counter-clockwise seen from outside.
+/// A surface: corners in millimetres, and triangles whose corners run counter-clockwise seen from
+/// outside.
 #[derive(Clone, Debug)]
 pub struct Triangles {
-    /// Corners \[mm\].
+    /// Corner positions \[mm\].
     pub corners_mm: Vec<[f64; 3]>,
-    /// Indices of corners.
+    /// Corner indices of each triangle.
     pub triangles: Vec<[usize; 3]>,
 }
 
-/// An octahedron whose triangles are cut into four `times` over, its corners on the sphere.
+/// An octahedron whose triangles are split into four, which is repeated `times` times, with all
+/// corners on the sphere.
 #[must_use]
 pub fn ball(radius_mm: f64, times: u32) -> Triangles {
     let mut corners: Vec<[f64; 3]> =
@@ -40,7 +42,7 @@ pub fn ball(radius_mm: f64, times: u32) -> Triangles {
     Triangles { corners_mm: corners, triangles }
 }
 
-/// A box from the origin.
+/// A box with one corner at the origin.
 #[must_use]
 pub fn cuboid(sides_mm: [f64; 3]) -> Triangles {
     let corners_mm = (0..8).map(|n| [0, 1, 2].map(|k| if n >> k & 1 == 1 { sides_mm[k] } else { 0.0 })).collect();
@@ -50,7 +52,7 @@ pub fn cuboid(sides_mm: [f64; 3]) -> Triangles {
 }
 
 impl Triangles {
-    /// The surface moved.
+    /// The surface, translated by `by_mm`.
     #[must_use]
     pub fn moved(mut self, by_mm: [f64; 3]) -> Self {
         for corner in &mut self.corners_mm {
@@ -59,7 +61,7 @@ impl Triangles {
         self
     }
 
-    /// Puts both surfaces into one file.
+    /// Joins two surfaces into one.
     #[must_use]
     pub fn and(mut self, other: &Self) -> Self {
         let first = self.corners_mm.len();
@@ -68,7 +70,7 @@ impl Triangles {
         self
     }
 
-    /// Volume by the divergence theorem \[mm^3\].
+    /// Enclosed volume by the divergence theorem \[mm^3\].
     #[must_use]
     pub fn volume_mm3(&self) -> f64 {
         let of = |t: &[usize; 3]| {
@@ -79,10 +81,10 @@ impl Triangles {
         self.triangles.iter().map(of).sum()
     }
 
-    /// OBJ, in millimetres.
+    /// The surface as OBJ text, in millimetres.
     ///
     /// # Panics
-    /// Never: writing to a string does not fail.
+    /// Never panics: writing to a string does not fail.
     #[must_use]
     pub fn obj(&self) -> String {
         let mut text = String::from("# made by hand\no organ\n");
@@ -97,10 +99,10 @@ impl Triangles {
         text
     }
 
-    /// STL as text, in millimetres, seven digits.
+    /// The surface as STL text, in millimetres with seven digits.
     ///
     /// # Panics
-    /// Never: writing to a string does not fail.
+    /// Never panics: writing to a string does not fail.
     #[must_use]
     pub fn stl(&self) -> String {
         let mut text = String::from("solid organ\n");
@@ -114,7 +116,8 @@ impl Triangles {
         text + "endsolid organ\n"
     }
 
-    /// Binary STL, in millimetres, whose header begins like a text file.
+    /// The surface as binary STL in millimetres, with a header that begins like that of a text
+    /// file.
     #[must_use]
     pub fn binary_stl(&self) -> Vec<u8> {
         let mut bytes = b"solid organ of a program that writes binary all the same".to_vec();

@@ -1,4 +1,5 @@
-//! A press to a depth, held and released: whether the patch withstands it and comes to rest.
+//! A tap: a press to a depth, a hold and a release. It checks that the patch withstands the tap and
+//! returns to rest.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{Params, Vector3, tick};
@@ -6,53 +7,54 @@ use palpate_tissue::measure;
 
 use crate::bench::{Bench, Noise};
 
-/// Largest displacement left after release [m].
+/// Largest displacement allowed after release [m].
 const RESIDUAL_M: f64 = 0.05e-3;
-/// The force of a hold may ripple by this share of it (1).
+/// Largest ripple of the force in a hold, as a share of that force (1).
 const RIPPLE: f32 = 0.01;
-/// Largest speed of a node at the end of the hold [m/s]: a force at its limit would hide a ripple.
+/// Largest speed of a node allowed at the end of the hold [m/s]. Ripple of the force alone is not
+/// enough, because it cannot be seen in a force at its limit.
 const STILL_M_PER_S: f32 = 5e-3;
 /// Height at which the probe starts above the surface [m].
 const CLEAR_M: f64 = 0.5e-3;
-/// Hold, and time to rest after the release [s].
+/// Duration of the hold, and time to come to rest after the release [s].
 const HOLD_S: f64 = 0.35;
 const REST_S: f64 = 0.6;
-/// Ticks at the end of the hold and of the rest that are evaluated.
+/// Number of ticks evaluated at the end of the hold and at the end of the run.
 const LAST: usize = 50;
 
-/// Motion of the probe down and up again.
+/// Motion of the probe into the tissue and out again.
 #[derive(Clone, Copy, Debug)]
 pub struct Tap {
     /// Depth of the hold [m].
     pub deep_m: f64,
-    /// Speed both ways [m/s].
+    /// Speed in both directions [m/s].
     pub speed_m_per_s: f64,
-    /// Jitter of a pose's time, as a share of a tick (1).
+    /// Jitter of the time at which a pose is taken, as a share of a tick (1).
     pub jitter: f64,
 }
 
 /// Outcome of a tap.
 #[derive(Debug)]
 pub struct Outcome {
-    /// Defect at the end of the hold or of the run, or fault that stopped it.
+    /// Defect at the end of the hold or of the run, or the fault that ended the run early.
     pub wrong: Option<String>,
-    /// Smallest volume of a tet over its rest volume in any tick.
+    /// Smallest ratio of a tet's volume to its rest volume in any tick (1).
     pub lowest_j: f64,
-    /// Smallest volume of a tet over its rest volume at the end of the hold.
+    /// Smallest ratio of a tet's volume to its rest volume at the end of the hold (1).
     pub held_j: f64,
     /// Largest force [N].
     pub peak_n: f64,
-    /// Force of the hold [N].
+    /// Force at the end of the hold [N].
     pub static_n: f64,
-    /// Largest displacement after the release [m].
+    /// Largest displacement of a node after the release [m].
     pub residual_m: f64,
 }
 
 impl Tap {
-    /// Moves down, stays for 0.35 s, moves out and waits for 0.6 s.
+    /// Moves the probe in, holds it for 0.35 s, moves it out and waits for 0.6 s.
     ///
     /// # Panics
-    /// Parameters that the core refuses.
+    /// Panics if the core refuses the parameters.
     #[must_use]
     pub fn run(&self, bench: &Bench, params: &Params) -> Outcome {
         let mut outcome = Outcome {
@@ -67,7 +69,7 @@ impl Tap {
         outcome
     }
 
-    /// Depth at a time [m]; `held_s` is when the probe turns back.
+    /// Depth at a time [m]; the probe turns back at `held_s`.
     fn depth_m(&self, time_s: f64, held_s: f64) -> f64 {
         let displacement_m = |time_s: f64| self.speed_m_per_s * time_s.max(0.0);
         let down_m = (displacement_m(time_s) - CLEAR_M).min(self.deep_m);

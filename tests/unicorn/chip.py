@@ -1,8 +1,8 @@
-"""An STM32H743 as far as its image sees it: registers, interrupts by priority, and a watchdog.
+"""A model of the STM32H743 that is as complete as its image needs: registers, prioritised interrupts and a watchdog.
 
-Unicorn runs the core's instructions. Time stands still while they run and goes on while the core sleeps,
-a period of the tick timer at a time; in a loop that never sleeps a period is PERIOD_INSTRUCTIONS long.
-So nothing here says how long a tick takes.
+Unicorn executes the core's instructions. The model's time does not advance while they run; whenever the core
+sleeps, it advances by one period of the tick timer. In a loop that never sleeps, a period lasts
+PERIOD_INSTRUCTIONS instructions. The model therefore does not show how long a tick takes.
 """
 
 import struct
@@ -25,7 +25,7 @@ from unicorn.arm_const import (
     UC_CPU_ARM_CORTEX_M7,
 )
 
-# The register map (RM0433, tables of section 2.3): bases of what the image touches and the model answers for.
+# Register map (RM0433, tables of section 2.3): base addresses of the peripherals that the image uses.
 BASE = {
     "TIM2": 0x4000_0000,
     "TIM3": 0x4000_0400,
@@ -42,14 +42,14 @@ BASE = {
     "DWT": 0xE000_1000,
     "SCS": 0xE000_E000,
 }
-CR1, SR, CCER, CNT, CCR1, BDTR = 0x00, 0x10, 0x20, 0x24, 0x34, 0x44  # of timers
-MODER, IDR, ODR, BSRR = 0x00, 0x10, 0x14, 0x18  # of ports
+CR1, SR, CCER, CNT, CCR1, BDTR = 0x00, 0x10, 0x20, 0x24, 0x34, 0x44  # of the timers
+MODER, IDR, ODR, BSRR = 0x00, 0x10, 0x14, 0x18  # of the ports
 ISR, RDR, TDR = 0x1C, 0x24, 0x28  # of the UART
 RXNE, TC, TXE, TEACK, REACK = 1 << 5, 1 << 6, 1 << 7, 1 << 21, 1 << 22
 MOE = 1 << 15
 # Memory: code flash, the TCMs, AXI and other SRAM.
 MEMORY = [(0x0000_0000, 0x1_0000), (0x0800_0000, 0x20_0000), (0x2000_0000, 0x2_0000), (0x2400_0000, 0x8_0000), (0x3000_0000, 0x4_8000)]
-READY = {  # "on" and "ready" bits of RCC's registers, by offset
+READY = {  # pairs of "on" and "ready" bits in the registers of the RCC, by offset
     0x00: [(0, 2), (7, 8), (12, 13), (16, 17), (24, 25), (26, 27), (28, 29)],
     0x70: [(0, 1)],
     0x74: [(0, 1)],
@@ -57,15 +57,15 @@ READY = {  # "on" and "ready" bits of RCC's registers, by offset
 LSI_HZ = 32_000
 TIM7_IRQ, USART3_IRQ = 55, 39
 RXNEIE = 1 << 5
-BYTES_IN_A_TICK = 11  # of 115 200 baud
+BYTES_IN_A_TICK = 11  # at 115 200 baud
 FIFO_BYTES = 16
 PERIOD_INSTRUCTIONS = 480_000
-RETURN = 0x1FFF_0000  # in place of an exception return: a page from which code may run
+RETURN = 0x1FFF_0000  # stands for an exception return; the page is executable
 FRAME = [UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_REG_R12, UC_ARM_REG_LR, UC_ARM_REG_PC, UC_ARM_REG_XPSR]
 
 
 class Chip:
-    """The chip with an image in its flash."""
+    """A chip with an image in its flash."""
 
     def __init__(self, elf):
         self.uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
@@ -86,7 +86,7 @@ class Chip:
         self.uc.mem_write(RETURN, b"\x00\xbf" * 0x800)
         self.uc.hook_add(UC_HOOK_CODE, lambda *_: self.uc.emu_stop(), begin=RETURN, end=RETURN + 0xFFF)
         self.encoders = [0, 0, 0]
-        self.inputs = {"GPIOE": 1 << 15, "GPIOF": 1 << 13 | 1 << 14}  # stop circuit closed, supply good, operator there
+        self.inputs = {"GPIOE": 1 << 15, "GPIOF": 1 << 13 | 1 << 14}  # stop circuit closed, supply good, operator present
         self.to_board, self.fifo, self.taken, self.sent = bytearray(), bytearray(), bytearray(), bytearray()
         self.periods = 0
         self.journal = []
@@ -94,7 +94,7 @@ class Chip:
         self.reset(by_watchdog=False)
 
     def reset(self, by_watchdog):
-        """Every register to its reset value; RAM keeps what it holds."""
+        """Sets every register to its reset value; RAM keeps its content."""
         self.registers = {BASE["RCC"] + 0xD0: 1 << 26 if by_watchdog else 1 << 23, BASE["DBGMCU"]: 0x2003_6450}
         self.enabled, self.pending, self.active = set(), set(), []
         self.fed, self.watchdog = None, None
@@ -125,7 +125,7 @@ class Chip:
             offset = address - BASE["RCC"]
             for on, ready in READY.get(offset, []):
                 kept = kept & ~(1 << ready) | (kept >> on & 1) << ready
-            return kept & ~0x38 | (kept & 7) << 3 if offset == 0x10 else kept  # the clock switch answers
+            return kept & ~0x38 | (kept & 7) << 3 if offset == 0x10 else kept  # the clock switch reports its setting
         if address & ~0x3FF == BASE["PWR"]:
             offset = address - BASE["PWR"]
             return kept | {0x04: 1 << 13 | 3 << 14, 0x18: 1 << 13, 0x0C: 1 << 16 | 1 << 25 | 1 << 26}.get(offset, 0)
@@ -141,7 +141,7 @@ class Chip:
                 return self._of(port, ODR) & driven | self.inputs[port] & ~driven
         if address == BASE["TIM7"] + CNT:
             return 0
-        if address == BASE["DWT"] + 0x04:  # no cycle is counted; a clock that stands still would trap delays
+        if address == BASE["DWT"] + 0x04:  # cycles are not counted, but a constant clock would make delays endless
             self.registers[address] = (self.periods * 480_000 + kept % 480_000 + 64) & 0xFFFF_FFFF
             return self.registers[address]
         return kept
@@ -189,22 +189,22 @@ class Chip:
             self.uc.emu_stop()
 
     def driving(self):
-        """Whether a force could act: main output or enable line."""
+        """Whether a force could act: the main output or the enable line is on."""
         pulses = self._of("TIM1", BDTR) & MOE and self._of("TIM1", CCER)
         return bool(pulses) or bool(self._of("GPIOF", ODR) >> 12 & 1)
 
     def pins(self):
-        """Enable line, main output, compare registers, direction pins."""
+        """States of the enable line, the main output, the compare registers and the direction pins."""
         odr = self._of("GPIOF", ODR)
         steps = [self._of("TIM1", CCR1 + 4 * axis) & 0xFFFF for axis in range(3)]
         return [odr >> 12 & 1, int(bool(self._of("TIM1", BDTR) & MOE)), *steps, *[odr >> pin & 1 for pin in (3, 5, 10)]]
 
     def period_steps(self):
-        """Steps of the PWM period, as the image takes them."""
+        """Number of timer steps per PWM period, as the image has set it."""
         return self._of("TIM1", 0x2C) + 1
 
     def watchdog_periods(self):
-        """Periods of the tick timer that the watchdog waits."""
+        """Time limit of the watchdog in periods of the tick timer."""
         divider = 4 << (self._of("IWDG1", 0x04) & 7)
         return ((self._of("IWDG1", 0x08) & 0xFFF) + 1) * divider / LSI_HZ * 1000
 
@@ -221,7 +221,7 @@ class Chip:
         return min(waiting)[1] if waiting and min(waiting)[0] < running else None
 
     def _enter(self, irq):
-        """Stacks core and floating-point registers, as with lazy stacking switched off."""
+        """Enters an interrupt: stacks core and floating-point registers, as without lazy stacking."""
         self.pending.discard(irq)
         self.active.append(irq)
         self.uc.reg_write(UC_ARM_REG_PC, self.pc)
@@ -253,14 +253,14 @@ class Chip:
     # time
 
     def run_until_sleep(self, most=0):
-        """Runs until the core sleeps, or for so many instructions; whether it sleeps."""
+        """Runs until the core sleeps or, if `most` is not 0, for at most that many instructions; returns whether it sleeps."""
         while True:
             irq = self._next_irq()
             if irq is not None:
                 self._enter(irq)
             self.uc.emu_start(self.pc | 1, 0xFFFF_FFFE, count=most)
             self.pc = self.uc.reg_read(UC_ARM_REG_PC) & ~1
-            if self.stored:  # stopped at the store that pended an interrupt, which is done
+            if self.stored:  # stopped after the store that set an interrupt pending: skip that store
                 self.stored = False
                 first = struct.unpack("<H", self.uc.mem_read(self.pc, 2))[0]
                 self.pc += 4 if first >> 11 >= 0x1D else 2
@@ -276,7 +276,7 @@ class Chip:
                 return False
 
     def period(self, hangs=False):
-        """One period of the tick timer: an edge, then what the core makes of it. False if it hangs."""
+        """One period of the tick timer: raises its interrupt and runs the core. Returns False if the core hangs."""
         self.periods += 1
         while self.to_board and len(self.fifo) < FIFO_BYTES and BYTES_IN_A_TICK > self.moved:
             self.fifo.append(self.to_board.pop(0))
@@ -296,7 +296,7 @@ class Chip:
 
 
 def explain(chip, error: UcError):
-    """Where the core was when Unicorn gave up."""
+    """Error message with the position of the core when Unicorn stopped."""
     pc = chip.uc.reg_read(UC_ARM_REG_PC)
     below = [(value, name) for name, value in chip.symbols.items() if value <= pc]
     return f"{error}: pc {pc:#x} in {max(below)[1] if below else 'nothing'}"

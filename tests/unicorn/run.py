@@ -1,10 +1,11 @@
-"""Runs an image on the chip of `chip.py` through a scenario, and writes what its pins and its link did.
+"""Runs an image through a scenario on the chip of `chip.py`, and writes a journal of its pins and its link.
 
     python run.py IMAGE.elf SCENARIO.json JOURNAL.json
 
-A scenario has a row per period of the tick timer: counts of the three encoders, and bytes for the UART in
-hexadecimal. `hang` plants a loop at the function whose name contains `symbol`, or stops the tick timer, before
-a period; the watchdog's reset takes the loop away again. The journal's first row is the start-up.
+A scenario has one row per period of the tick timer: counts of the three encoders, and the bytes for the UART
+in hexadecimal. Before the period `at`, `hang` replaces the start of the function whose name contains `symbol`
+by an endless loop, or stops the tick timer; the watchdog's reset removes the loop. The first row of the
+journal describes the start-up.
 """
 
 import json
@@ -19,7 +20,7 @@ LOOP = b"\xfe\xe7"  # b .
 
 
 def row(chip, events):
-    """What happened since the last row."""
+    """Journal row with the events since the last row."""
     line = {
         "pins": chip.pins(),
         "taken": bytes(chip.taken).hex(),

@@ -1,4 +1,4 @@
-//! A copy of the packages that are mutated, with a workspace and a build folder of its own.
+//! A copy of the mutated packages, with its own workspace and build folder.
 
 use std::fs;
 use std::io;
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::list::Mutant;
 
-/// Folders and files that the two packages build from.
+/// Folders and files from which the two packages are built.
 const PARTS: [&str; 11] = [
     "core/Cargo.toml",
     "core/build.rs",
@@ -23,15 +23,15 @@ const PARTS: [&str; 11] = [
 
 /// A copy under the repository's build folder.
 pub struct Copy {
-    /// Root of the copy.
+    /// Root folder of the copy.
     pub root: PathBuf,
 }
 
 impl Copy {
-    /// Makes a new copy; the build output of an older one is kept.
+    /// Updates the copy in `root` from the sources in `from` and keeps earlier build output.
     ///
     /// # Errors
-    /// Names the file that cannot be copied.
+    /// Returns an error that names the file if a file cannot be copied.
     pub fn make(from: &Path, root: PathBuf) -> Result<Self, String> {
         for part in PARTS {
             let (from, to) = (from.join(part), root.join(part));
@@ -44,10 +44,10 @@ impl Copy {
         Ok(Self { root })
     }
 
-    /// Runs `judge` while the mistake is in the copy.
+    /// Applies the mistake to the copy, runs `judge`, and restores the files.
     ///
     /// # Errors
-    /// The mistake does not apply, or a file cannot be written.
+    /// Returns an error if the mistake does not apply or a file cannot be written.
     pub fn with<T>(&self, mutant: &Mutant, judge: impl FnOnce(&Self) -> T) -> Result<T, String> {
         let mut before = Vec::new();
         let mut changed = Ok(());
@@ -61,7 +61,7 @@ impl Copy {
             }
         }
         let answer = changed.map(|()| judge(self));
-        // the last edit is undone first: two may be in one file
+        // edits are undone in reverse order, since two may be in one file
         for (path, content) in before.into_iter().rev() {
             fs::write(&path, content).map_err(|error| named(&path, &error))?;
         }
@@ -69,7 +69,7 @@ impl Copy {
     }
 }
 
-/// The workspace's manifest with nothing but the two packages.
+/// The workspace's manifest, reduced to the two packages.
 fn two_packages(text: &str) -> Result<String, String> {
     let mut manifest: toml::Table = toml::from_str(text).map_err(|error| format!("Cargo.toml: {error}"))?;
     let workspace = manifest.get_mut("workspace").and_then(toml::Value::as_table_mut).ok_or("Cargo.toml: no workspace")?;
@@ -82,8 +82,8 @@ fn two_packages(text: &str) -> Result<String, String> {
     toml::to_string(&manifest).map_err(|error| format!("Cargo.toml: {error}"))
 }
 
-/// Copies a file or a folder and removes what is no longer in it; unchanged files keep their date,
-/// so that they are not built again.
+/// Copies a file or a folder and removes files that no longer exist in the source. Unchanged files
+/// keep their modification time, so that they are not rebuilt.
 fn take(from: &Path, to: &Path) -> Result<(), String> {
     if from.is_dir() {
         for old in fs::read_dir(to).into_iter().flatten().flatten() {

@@ -1,4 +1,4 @@
-//! The list of mistakes: each an exact text in a file that is replaced by another.
+//! The list of mistakes: each replaces an exact text in a file by another.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-/// Path of the list in the repository.
+/// Path of the list, relative to the repository root.
 const LIST: &str = "tests/mutants/list.toml";
 
 #[derive(Deserialize)]
@@ -15,48 +15,48 @@ struct List {
     mutant: Vec<Mutant>,
 }
 
-/// One mistake.
+/// A mistake that the fast suite must notice.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mutant {
-    /// The mistake in a few words.
+    /// Short description of the mistake.
     pub name: String,
-    /// Replacements that make the mistake.
+    /// Replacements that together make the mistake.
     pub edit: Vec<Edit>,
-    /// Reason why no test can notice the mistake; without a reason it must be noticed.
+    /// Reason why no test can notice the mistake. Without a reason, a test must notice it.
     pub equivalent: Option<String>,
 }
 
-/// One replacement.
+/// Replacement of a text in one file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Edit {
-    /// File, from the root of the repository.
+    /// Path relative to the repository root.
     pub file: String,
-    /// Text that occurs in it once.
+    /// Text that occurs exactly once in the file.
     pub find: String,
-    /// Text that takes its place.
+    /// Text that replaces it.
     pub replace: String,
 }
 
 impl Mutant {
-    /// The files that it changes.
+    /// Paths of the changed files, separated by spaces.
     pub fn files(&self) -> String {
         let files: BTreeSet<_> = self.edit.iter().map(|edit| edit.file.as_str()).collect();
         files.into_iter().collect::<Vec<_>>().join(" ")
     }
 
-    /// The package whose tests should notice it.
+    /// Package whose tests should notice the mistake.
     pub fn package(&self) -> &'static str {
         if self.edit.iter().all(|edit| edit.file.starts_with("core/")) { "palpate" } else { "palpate-controller" }
     }
 }
 
 impl Edit {
-    /// The file's content with the mistake in it.
+    /// Returns the file's content with the mistake applied.
     ///
     /// # Errors
-    /// The text does not occur in the file exactly once.
+    /// Returns an error if the text to replace does not occur exactly once in the file.
     pub fn apply(&self, content: &str) -> Result<String, String> {
         match content.matches(&self.find).count() {
             1 => Ok(content.replacen(&self.find, &self.replace, 1)),
@@ -68,7 +68,7 @@ impl Edit {
 /// Reads the list.
 ///
 /// # Errors
-/// The list is not readable, or two mistakes have one name.
+/// Returns an error if the list cannot be read or two mistakes have the same name.
 pub fn read(root: &Path) -> Result<Vec<Mutant>, String> {
     let text = fs::read_to_string(root.join(LIST)).map_err(|error| format!("{LIST}: {error}"))?;
     let list: List = toml::from_str(&text).map_err(|error| format!("{LIST}: {error}"))?;

@@ -28,10 +28,10 @@ usage: tests/mutants/run [--list] [--shard K/N] [WORD...]
 
 exit: 0 every mistake was noticed, or is known to change nothing; 1 one was not; 2 bad input";
 
-/// Longest run of the suite against one mistake; a loop without end counts as noticed.
+/// Time limit of the suite for one mistake; a run that exceeds it counts as noticed.
 const LONGEST: Duration = Duration::from_secs(120);
 
-/// Choice of mutants, from the command line.
+/// Mutants chosen on the command line.
 #[derive(Default)]
 struct Choice {
     words: Vec<String>,
@@ -52,7 +52,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// True if every chosen mistake was noticed.
+/// Returns whether every chosen mistake was noticed.
 fn run() -> Result<bool, String> {
     let Some(choice) = arguments()? else {
         println!("{USAGE}");
@@ -111,7 +111,7 @@ fn run() -> Result<bool, String> {
     Ok(survivors.is_empty())
 }
 
-/// The choice; `None` if help was asked for.
+/// Parses the command line; returns `None` if help was requested.
 fn arguments() -> Result<Option<Choice>, String> {
     let mut choice = Choice::default();
     let mut arguments = std::env::args().skip(1);

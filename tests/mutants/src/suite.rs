@@ -7,16 +7,16 @@ use std::time::{Duration, Instant};
 use crate::copy::Copy;
 use crate::list::Mutant;
 
-/// Result for a mistake.
+/// Result of the suite for one mistake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// A test failed.
+    /// At least one test failed.
     Noticed,
-    /// The tests did not end.
+    /// The tests did not end within the time limit.
     Endless,
     /// Every test passed.
     Survived,
-    /// The compiler refused the mistake, which proves nothing.
+    /// The compiler rejected the mistake, which says nothing about the tests.
     Unbuilt,
 }
 
@@ -31,7 +31,7 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// The packages that these mistakes are in.
+/// Packages that contain the given mistakes.
 pub fn packages(mutants: &[Mutant]) -> Vec<&'static str> {
     ["palpate", "palpate-controller"].into_iter().filter(|package| mutants.iter().any(|m| m.package() == *package)).collect()
 }
@@ -39,7 +39,7 @@ pub fn packages(mutants: &[Mutant]) -> Vec<&'static str> {
 /// Builds the package's tests and runs them.
 ///
 /// # Errors
-/// Cargo cannot be started.
+/// Returns an error if cargo cannot be started.
 pub fn judge(copy: &Copy, package: &str, longest: Duration) -> Result<Verdict, String> {
     if !end(cargo(copy, package, &["--no-run"])?, Duration::MAX)?.unwrap_or(false) {
         return Ok(Verdict::Unbuilt);
@@ -61,7 +61,7 @@ fn cargo(copy: &Copy, package: &str, options: &[&str]) -> Result<Child, String> 
     command.spawn().map_err(|error| format!("cargo: {error}"))
 }
 
-/// Whether it ended well; `None` if it took too long and was stopped.
+/// Returns whether the process succeeded; `None` if it exceeded the time limit and was killed.
 fn end(mut child: Child, longest: Duration) -> Result<Option<bool>, String> {
     let started = Instant::now();
     loop {

@@ -1,11 +1,11 @@
-//! Mutants that may survive `cargo-mutants`, each with its reason, and the comparison with a run.
+//! Mutants that may survive `cargo-mutants`, each with a reason, and their comparison with a run.
 
 use std::fs;
 use std::path::Path;
 
 use serde::Deserialize;
 
-/// Path of the list in the repository.
+/// Path of the list, relative to the repository root.
 const SURVIVORS: &str = "tests/mutants/survivors.toml";
 
 #[derive(Deserialize)]
@@ -14,24 +14,24 @@ struct List {
     survivor: Vec<Survivor>,
 }
 
-/// A mutant, or several that read alike.
+/// A mutant, or several mutants with the same file, description and source line.
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
 #[serde(deny_unknown_fields)]
 pub struct Survivor {
-    /// File, from the root of the repository.
+    /// Path relative to the repository root.
     pub file: String,
-    /// The mistake, in the words of cargo-mutants.
+    /// Description of the mutant, as cargo-mutants prints it.
     pub mutant: String,
-    /// The line of source that it changes.
+    /// Source line that the mutant changes.
     pub line: String,
-    /// Why no fast test notices it.
+    /// Reason why no fast test notices the mutant.
     #[serde(default)]
     pub reason: String,
 }
 
 impl Survivor {
-    /// Reads a line of cargo-mutants, `file:line:column: mistake`; the source line is looked up
-    /// below `tree`.
+    /// Parses a line of cargo-mutants' output, `file:line:column: mutant`, and reads the source
+    /// line from the file below `tree`.
     fn parse(text: &str, tree: &Path) -> Option<Self> {
         let (place, mutant) = text.split_once(": ")?;
         let mut place = place.splitn(3, ':');
@@ -49,7 +49,7 @@ impl Survivor {
 /// Reads the list.
 ///
 /// # Errors
-/// The list is not readable, or an entry has no reason.
+/// Returns an error if the list cannot be read or an entry has no reason.
 pub fn read(root: &Path) -> Result<Vec<Survivor>, String> {
     let text = fs::read_to_string(root.join(SURVIVORS)).map_err(|error| format!("{SURVIVORS}: {error}"))?;
     let list: List = toml::from_str(&text).map_err(|error| format!("{SURVIVORS}: {error}"))?;
@@ -59,10 +59,10 @@ pub fn read(root: &Path) -> Result<Vec<Survivor>, String> {
     }
 }
 
-/// Compares a run with the list and prints the result; true if every survivor has a reason.
+/// Compares a run with the list and prints the result; returns whether every survivor has a reason.
 ///
 /// # Errors
-/// The run's output cannot be read.
+/// Returns an error if the run's output cannot be read.
 pub fn compare(root: &Path, tree: &Path, out: &Path) -> Result<bool, String> {
     let lines = |name: &str| -> Result<Vec<String>, String> {
         let path = out.join(name);

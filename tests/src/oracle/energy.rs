@@ -1,4 +1,4 @@
-//! The energies of the model, as documented, over Young's modulus [J/Pa = m^3].
+//! Energies of the model, as documented, divided by Young's modulus [J/Pa = m^3].
 
 use palpate::stages::force::foundation::FLAT_EDGE;
 use palpate::{Params, ProbeShape, RimEdge, RimNode, Spring, Tet};
@@ -8,8 +8,8 @@ use super::number::Number;
 /// A point or a vector.
 pub type Point<N> = [N; 3];
 
-/// Springs: `k/2 (l - l0)^2`, and once shorter than `(1 - tau) l0` also `chi k/2 (l - (1 - tau)
-/// l0)^2`.
+/// Spring: `k/2 (l - l0)^2`, plus `chi k/2 (l - (1 - tau) l0)^2` if it is shorter than `(1 - tau)
+/// l0`.
 pub fn of_spring<N: Number>(spring: &Spring, params: &Params, a: Point<N>, b: Point<N>) -> N {
     let (k, k_rest) = (f64::from(spring.k), f64::from(spring.k_rest));
     let rest_m = k_rest / k;
@@ -25,7 +25,7 @@ pub fn of_spring<N: Number>(spring: &Spring, params: &Params, a: Point<N>, b: Po
     energy
 }
 
-/// A tet's own volume energy `beta kappa V/2 (J - 1)^2` and its barrier, whose pressure is `3 mu
+/// A tet's own volume energy `beta kappa V/2 (J - 1)^2` plus its barrier, whose pressure is `3 mu
 /// (1 - J/0.4)` below J = 0.4.
 pub fn of_tet<N: Number>(tet: &Tet, params: &Params, corners: [Point<N>; 4]) -> N {
     let volume_m3 = 1.0 / (6.0 * f64::from(tet.six_volume_reciprocal));
@@ -40,8 +40,9 @@ pub fn of_tet<N: Number>(tet: &Tet, params: &Params, corners: [Point<N>; 4]) -> 
     N::of(volume_m3) * density
 }
 
-/// Volume energy of a node with `(1 - beta) kappa` and the volume that it represents: `-2 ln J + 4
-/// ln((J + 1)/2)`, J the volume ratio of all its tets. Its pressure is straight below J = 0.8.
+/// Volume energy of a node: `(1 - beta) kappa` times the volume that the node represents times `-2
+/// ln J + 4 ln((J + 1)/2)`, where J is the volume ratio of all its tets together. Below J = 0.8 the
+/// pressure continues linearly.
 pub fn of_node<N: Number>(kappa: f64, volume_m3: f64, j: N) -> N {
     let density = |j: N| N::of(-2.0) * j.log() + N::of(4.0) * ((j + N::of(1.0)) * N::of(0.5)).log();
     let least: f64 = 0.8;
@@ -68,12 +69,12 @@ pub fn of_rim_edge<N: Number>(rim: &RimEdge, ui: Point<N>, uj: Point<N>) -> N {
     dot(ui, [dot(row(0), uj), dot(row(1), uj), dot(row(2), uj)])
 }
 
-/// Foundation point: its stiffness k grows by `2 k s` per metre.
+/// Foundation point whose stiffness k grows by `2 k s` per metre of depth.
 pub fn of_foundation<N: Number>(k: f64, stiffening_per_m: f64, depth: N) -> N {
     N::of(0.5 * k) * depth * depth + N::of(k * stiffening_per_m / 3.0) * depth * depth * depth
 }
 
-/// Depth of a point inside the probe [m]; `None` outside.
+/// Depth of a point inside the probe [m]; `None` if it is outside.
 pub fn depth_inside<N: Number>(params: &Params, tip: Point<f64>, point: Point<N>) -> Option<N> {
     let probe = &params.probe;
     let r = f64::from(probe.radius_m);
@@ -99,7 +100,7 @@ pub fn depth_inside<N: Number>(params: &Params, tip: Point<f64>, point: Point<N>
             };
             return (from_ring.value() < edge).then(|| N::of(edge) - from_ring);
         }
-        // above the half-sphere is a cylinder: there only the distance from the axis counts
+        // above the half-sphere is a cylinder, where only the distance from the axis counts
         ProbeShape::Hemisphere if above_tip.value() > r => minus(from_tip, axis.map(|c| c * above_tip)),
         ProbeShape::Hemisphere | ProbeShape::Sphere => minus(from_tip, axis.map(|c| c * N::of(r))),
         ProbeShape::Capsule { length_m, along } => {
@@ -120,8 +121,8 @@ pub fn depth_inside<N: Number>(params: &Params, tip: Point<f64>, point: Point<N>
     (depth.value() > 0.0).then_some(depth)
 }
 
-/// Distance of a point from the plane that touches an ellipsoid where it is nearest. Its normal is
-/// `x_i / (t + a_i^2)`, with t found by halving.
+/// Distance of a point inside an ellipsoid from the tangent plane at the nearest surface point. The
+/// plane's normal is `x_i / (t + a_i^2)`, with t found by bisection.
 fn depth_in_ellipsoid<N: Number>(semi_axes_m: [f64; 3], point: Point<N>) -> Option<N> {
     let at = point.map(N::value);
     if (0..3).map(|k| (at[k] / semi_axes_m[k]).powi(2)).sum::<f64>() >= 1.0 {
@@ -138,7 +139,7 @@ fn depth_in_ellipsoid<N: Number>(semi_axes_m: [f64; 3], point: Point<N>) -> Opti
     let length = normal.iter().map(|c| c * c).sum::<f64>().sqrt();
     let normal = normal.map(|c| c / length);
     let support = (0..3).map(|k| squares[k] * normal[k] * normal[k]).sum::<f64>().sqrt();
-    // the plane does not move with a small motion of the point: the derivative of a minimum
+    // to first order the plane stays fixed when the point moves, because the distance is a minimum
     Some(N::of(support) - dot(normal.map(N::of), point))
 }
 

@@ -1,13 +1,13 @@
-//! Numbers that carry their derivative, so that a force is the slope of an energy and needs no
+//! Numbers that carry their derivative, so that a force is the derivative of an energy and needs no
 //! formula of its own.
 
 use std::ops::{Add, Div, Mul, Sub};
 
-/// Scalar for computing an energy.
+/// Scalar type with which an energy is computed.
 pub trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> {
-    /// A constant.
+    /// A constant, with zero derivative.
     fn of(value: f64) -> Self;
-    /// Value without derivatives.
+    /// Value without the derivative.
     fn value(self) -> f64;
     /// Square root.
     fn root(self) -> Self;
@@ -30,17 +30,18 @@ impl Number for f64 {
     }
 }
 
-/// A number with its slope along the three coordinates of one point (forward-mode differentiation).
+/// A number with its derivatives with respect to the three coordinates of one point (forward-mode
+/// differentiation).
 #[derive(Clone, Copy, Debug)]
 pub struct Dual {
-    /// Value.
+    /// Value of the number.
     pub value: f64,
-    /// Derivatives.
+    /// Derivatives with respect to x, y and z.
     pub slope: [f64; 3],
 }
 
 impl Dual {
-    /// The coordinates of the point itself.
+    /// Coordinates of the point itself, with unit derivatives.
     #[must_use]
     pub fn coordinates(x: [f64; 3]) -> [Self; 3] {
         std::array::from_fn(|k| Self { value: x[k], slope: std::array::from_fn(|m| f64::from(u8::from(k == m))) })

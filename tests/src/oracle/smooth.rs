@@ -1,25 +1,25 @@
-//! The smooth fields on which the mass matrix is inverted exactly, from their description in
-//! `core/src/smooth.rs`.
+//! The smooth fields on which the mass matrix is inverted exactly, implemented from their
+//! description in `core/src/smooth.rs`.
 
 use palpate::Model;
 
-/// A field: it adds `shape (shape . force) per_kg` to the accelerations.
+/// A field; it adds `shape (shape . force) per_kg` to the accelerations.
 #[derive(Clone, Debug)]
 pub struct Field {
-    /// Shape \[nodes\], zero at anchors.
+    /// Value of the field at each node, shape \[nodes\], zero at anchors.
     pub shape: Vec<f64>,
-    /// One over the mass missing in the series.
+    /// Reciprocal of the mass that the series lacks [1/kg].
     pub per_kg: f64,
 }
 
-/// Rounds of averaging, as documented.
+/// Number of averaging rounds, as documented.
 const ROUNDS: usize = 32;
-/// Least eigenvalue, as documented.
+/// Smallest eigenvalue, as documented.
 const LEAST: f64 = 0.01;
 
 /// Returns the fields of a mass matrix, given by its diagonal and the masses between the ends of
-/// springs; an empty list where all of these are zero. With the two terms of the `series` there are
-/// four, with the diagonal alone there is one.
+/// springs; the list is empty if all masses between springs' ends are zero. With the two terms of
+/// the `series` there are four fields, with the diagonal alone there is one.
 #[must_use]
 pub fn fields(model: &Model, mass_kg: &[f64], between_kg: &[f64], anchored: &[bool], series: bool) -> Vec<Field> {
     if between_kg.iter().all(|kg| *kg == 0.0) {
@@ -27,7 +27,7 @@ pub fn fields(model: &Model, mass_kg: &[f64], between_kg: &[f64], anchored: &[bo
     }
     let nodes = 0..mass_kg.len();
     let dot = |a: &[f64], b: &[f64]| nodes.clone().map(|n| a[n] * b[n] * mass_kg[n]).sum::<f64>();
-    // the off-diagonal part of the matrix, times a shape
+    // the off-diagonal part of the matrix times a shape
     let spread = |shape: &[f64]| {
         let mut sum = vec![0.0; shape.len()];
         for (spring, kg) in model.springs.iter().zip(between_kg) {

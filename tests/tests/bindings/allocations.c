@@ -1,4 +1,5 @@
-/* Counts the allocations of ticks: the linker passes every one through here. Argument: a patch file. */
+/* Counts the allocations in ticks: the linker redirects every allocation to this file. Argument: path
+ * of a patch file. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -36,7 +37,7 @@ int main(int argc, char **argv) {
         if (tick == 1200 && palpate_set_modulus(s, 0.8 * info.youngs_modulus_pa)) return 2;
         most_n = force_n[2] > most_n ? force_n[2] : most_n;
     }
-    /* failures, their messages, and a reset */
+    /* neither failures, their messages nor a reset may allocate */
     if (palpate_tick(s, NULL, force_n) != PALPATE_CODE_NULL || palpate_tick(0, force_n, force_n) != PALPATE_CODE_NO_SESSION) return 2;
     if (palpate_tick(s, info.site_m, force_n) != PALPATE_CODE_FAULT || palpate_reset(s)) return 2;
     counts = 0;

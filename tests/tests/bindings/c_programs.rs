@@ -1,4 +1,4 @@
-//! C and C++ on the library, compiled with this machine's compilers, and run.
+//! C and C++ programs that use the library, compiled with this machine's compilers and run.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -18,12 +18,12 @@ fn source(name: &str) -> PathBuf {
     repository().join("tests/tests/bindings").join(name)
 }
 
-/// A small patch: under valgrind every instruction counts.
+/// A small patch, because valgrind slows every instruction down.
 fn patch() -> PathBuf {
     repository().join("firmware/patches/block-m4f-168.patch")
 }
 
-/// A session as the examples open it, armed.
+/// An armed session, opened as in the examples.
 fn session() -> HapticSession {
     let mut session = HapticSession::open("block", None, "touch").unwrap();
     session.arm().unwrap();

@@ -1,4 +1,4 @@
-//! The header equals the output of cbindgen for the sources.
+//! The header is identical to the output of cbindgen for the present sources.
 
 use std::path::PathBuf;
 

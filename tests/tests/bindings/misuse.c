@@ -1,5 +1,5 @@
-/* Every wrong call that a program can make, checked for its code; then what a session does when things go wrong. Argument: a
- * patch file. Prints a line for every call that answers otherwise. */
+/* Checks the return code of every wrong call that a program can make, then the behaviour of a session
+ * after errors and faults. Argument: path of a patch file. Prints a line for every unexpected result. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -25,7 +25,7 @@ static int wrong = 0;
         }                                                     \
     } while (0)
 
-/* So many ticks at a height above the site. */
+/* Runs `count` ticks with the tip at a height above the site. */
 static palpate_code ticks(palpate_session s, int count, double height_m, double force_n[3]) {
     palpate_info info;
     palpate_code code = palpate_read_info(s, &info, sizeof info);
@@ -112,13 +112,13 @@ static void in_a_session(palpate_session s) {
     IS(palpate_lower_force(s, info.max_force_n * 1.01), PALPATE_CODE_OUT_OF_RANGE);
     IS(palpate_lower_force(s, -1.0), PALPATE_CODE_OUT_OF_RANGE);
 
-    /* no force before it was asked for */
+    /* no force before the session is armed */
     IS(ticks(s, 900, 2e-3, force_n), PALPATE_CODE_OK);
     IS(ticks(s, 1, 1e-3, force_n), PALPATE_CODE_OK);
     HOLDS(force_n[0] == 0.0 && force_n[1] == 0.0 && force_n[2] == 0.0);
     HOLDS(report_of(s).mode == PALPATE_MODE_IDLE);
 
-    /* armed: outside, felt, and stopped */
+    /* armed: outside the tissue, in contact, and stopped */
     IS(palpate_arm(s), PALPATE_CODE_OK);
     IS(ticks(s, 800, 1e-3, force_n), PALPATE_CODE_OK);
     HOLDS(report_of(s).mode == PALPATE_MODE_ACTIVE);
@@ -138,7 +138,7 @@ static void in_a_session(palpate_session s) {
     IS(ticks(s, 150, -2e-3, force_n), PALPATE_CODE_OK);
     HOLDS(force_n[2] == 0.0 && report_of(s).mode == PALPATE_MODE_IDLE);
 
-    /* a NULL position is a failed sensor: the fault stays until it is cleared */
+    /* a NULL position counts as a sensor failure: the fault stays until it is cleared */
     force_n[2] = 9.0;
     IS(palpate_tick(s, NULL, force_n), PALPATE_CODE_NULL);
     HOLDS(force_n[2] == 0.0 && report_of(s).fault == 5 && strcmp(palpate_fault_text(5), "no fault") != 0);
@@ -152,7 +152,8 @@ static void in_a_session(palpate_session s) {
     IS(ticks(s, 3, 2e-3, force_n), PALPATE_CODE_OK);
     HOLDS(report_of(s).mode == PALPATE_MODE_IDLE && report_of(s).fault == 0);
 
-    /* so are a NULL force, a NULL input, and an input of another size; NaN and nowhere are faults of their own */
+    /* a NULL force, a NULL input and an input of another size count as sensor failures too; NaN and a
+     * position outside the workspace are faults of their own */
     for (int kind = 0; kind < 6; kind++) {
         const double nowhere_m[3] = {kind == 4 ? NAN : 5.0, 0.0, 0.0};
         IS(palpate_reset(s), PALPATE_CODE_OK);
@@ -164,7 +165,7 @@ static void in_a_session(palpate_session s) {
         case 2: IS(palpate_tick_with(s, &input, sizeof input + 8, force_n), PALPATE_CODE_WRONG_SIZE); break;
         case 3: input.sensor_failed = 1; IS(palpate_tick_with(s, &input, sizeof input, force_n), PALPATE_CODE_FAULT); break;
         case 4: IS(palpate_tick(s, nowhere_m, force_n), PALPATE_CODE_FAULT); break;
-        default: /* one jump is a glitch */
+        default: /* a single jump is a glitch */
             IS(palpate_tick(s, nowhere_m, force_n), PALPATE_CODE_OK);
             IS(palpate_tick(s, nowhere_m, force_n), PALPATE_CODE_FAULT);
             break;
@@ -173,7 +174,7 @@ static void in_a_session(palpate_session s) {
         HOLDS(report_of(s).fault == (kind < 4 ? 5 : kind == 4 ? 1 : 7));
     }
 
-    /* limits that were lowered stay so */
+    /* lowered limits stay lowered after a reset */
     IS(palpate_lower_force(s, 0.5), PALPATE_CODE_OK);
     IS(palpate_reset(s), PALPATE_CODE_OK);
     IS(palpate_lower_force(s, 0.6), PALPATE_CODE_OUT_OF_RANGE);

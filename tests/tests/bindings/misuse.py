@@ -1,4 +1,4 @@
-"""Wrong calls of the Python package give exceptions that say what is wrong, and a session goes on after them."""
+"""Wrong calls of the Python package raise exceptions that name the error, and the session remains usable."""
 
 import sys
 
@@ -37,13 +37,13 @@ raises(palpate.PalpateError, "outside", lambda: setattr(session, "youngs_modulus
 raises(palpate.PalpateError, "outside", lambda: session.lower_force(1e3))
 raises(AttributeError, "", lambda: setattr(session, "mode", "active"))
 
-# arrays of any kind of number and in any order, of no rows, and lists
+# arrays of any numeric type and memory order, arrays without rows, and lists
 assert session.run(np.zeros((0, 3)))["force_n"].shape == (0, 3)
 session.run(np.asfortranarray(np.tile(up, (5, 1))))
 session.tick(list(up)), session.tick(np.array(up, dtype=np.float32)), session.tick(np.repeat(up, 2)[::2])
 assert session.fault is None and session.mode == "idle"
 
-# a fault is zero force and words, until it is cleared
+# after a fault the force is zero and the fault is reported in words, until it is cleared
 session.arm()
 session.run(np.tile(up, (800, 1)))
 pressed = session.run(session.site_m + np.outer(2e-3 - 1e-5 * np.arange(400), session.axis))

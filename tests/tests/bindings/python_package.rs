@@ -1,4 +1,4 @@
-//! The Python package, installed from its folder into an environment of its own.
+//! The Python package, installed from its folder into a new virtual environment.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -12,7 +12,7 @@ use palpate_tissue::press;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
 
-/// Python with the package; `None`, with a message, if it is not available.
+/// Python with the package installed; `None`, with a message, if that is not possible.
 fn python() -> Option<&'static Path> {
     static INSTALLED: OnceLock<Option<PathBuf>> = OnceLock::new();
     INSTALLED.get_or_init(install).as_deref()
@@ -47,7 +47,7 @@ fn install() -> Option<PathBuf> {
         .args(["--no-build-isolation", "--no-deps", "--force-reinstall"])
         .arg(&package)
         .env("PATH", path.ok()?)
-        // beside the libraries of the tests, which it shares
+        // the target folder of the tests, so that compiled libraries are shared
         .env("CARGO_TARGET_DIR", scratch.parent()?));
     Some(python)
 }
@@ -117,7 +117,7 @@ fn the_example_runs_and_so_do_the_notebook_s_cells() {
     let deepest = said.lines().find(|line| line.starts_with("1600 ms")).unwrap();
     assert!(deepest.contains("0.14") && deepest.ends_with("active"), "{deepest}");
 
-    // the last cell draws, and needs matplotlib, which is large
+    // the last cell is left out: it draws with matplotlib, a large package
     let notebook: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(examples.join("press.ipynb")).unwrap()).unwrap();
     let cells = notebook["cells"].as_array().unwrap().iter().filter(|cell| cell["cell_type"] == "code");

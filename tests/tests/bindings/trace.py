@@ -1,4 +1,4 @@
-"""The press of the examples, tick by tick and in one call, and the press of a scene: numbers to compare with Rust's."""
+"""Prints the examples' press, tick by tick and in one call, and the press of a scene, to be compared with Rust's."""
 
 import numpy as np
 import palpate

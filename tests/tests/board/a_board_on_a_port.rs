@@ -1,5 +1,5 @@
-//! `palpate board` against the emulated board on a pseudo-terminal: its commands, and every way in
-//! which a force can lose its host.
+//! `palpate board` with the emulated board on a pseudo-terminal: its commands, and every way in
+//! which the host can be lost while a force acts.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
@@ -17,9 +17,9 @@ use palpate_tests::palpate_command::{Desk, Outcome, binary, palpate, repository}
 use palpate_tests::pseudo_terminal::PseudoTerminal;
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
-/// Pace at three times real time, at which no host loses its board on a busy machine.
+/// Three times real time, a pace at which no host loses its board on a busy machine.
 const PATIENT: Pace = Pace::ByHost(15);
-/// Ticks after the host's last message within which the force is gone, with a margin of two
+/// Ticks from the host's last message until the force must be zero, including a margin of two
 /// records.
 const GONE_TICKS: u64 = ArmingSettings::DEFAULT.silence_ticks as u64 + ArmingSettings::DEFAULT.ramp_ticks as u64 + 40;
 
@@ -38,21 +38,21 @@ fn board(desk: &Desk, port: &str, arguments: &[&str]) -> Outcome {
     palpate(SCRATCH, desk.folder(), &[&["board"], arguments, &["--port", port]].concat())
 }
 
-/// Output of a command that succeeds.
+/// Output of a command that must succeed.
 fn done(desk: &Desk, port: &str, arguments: &[&str]) -> String {
     let outcome = board(desk, port, arguments);
     assert_eq!(outcome.code, Some(0), "{arguments:?}: {}{}", outcome.stdout, outcome.stderr);
     outcome.stdout
 }
 
-/// The one line of a command that is refused.
+/// Checks that a command was refused with one line that contains `says`.
 fn refused(outcome: &Outcome, says: &str) {
     assert_eq!(outcome.code, Some(2), "{}{}", outcome.stdout, outcome.stderr);
     let lines: Vec<&str> = outcome.stderr.lines().filter(|line| line.starts_with("palpate: ")).collect();
     assert!(lines.len() == 1 && lines[0].contains(says), "\"{says}\" is not in {:?}", outcome.stderr);
 }
 
-/// A `palpate board arm` that is running.
+/// A running `palpate board arm`.
 struct Arming(Option<Child>);
 
 impl Arming {
@@ -75,9 +75,9 @@ impl Arming {
 
 impl Drop for Arming {
     fn drop(&mut self) {
-        // of a test that failed
+        // ends the process of a test that failed
         if let Some(mut child) = self.0.take() {
-            let _ = child.kill(); // the one that was started here
+            let _ = child.kill(); // the process that `start` started
             println!("arm was still to be looked at: {:?}", child.wait_with_output());
         }
     }
@@ -89,7 +89,7 @@ fn column(csv: &str, name: &str) -> Vec<f64> {
     csv.lines().skip(1).map(|row| row.split(',').nth(at).unwrap().parse().unwrap()).collect()
 }
 
-/// A growing file up to the end of its last whole line.
+/// The part of a growing file up to the end of its last complete line.
 fn whole_lines(csv: &str) -> &str {
     csv.rfind('\n').map_or("", |end| &csv[..=end])
 }
@@ -167,14 +167,13 @@ fn a_press_is_streamed_and_a_held_port_is_refused() {
     assert_eq!(desk.listing(), ["growing.csv", "press.csv"]);
 }
 
-/// A pipe that nobody reads takes what some hundred records need, and then nothing, as a disk does
-/// that stalls.
+/// A pipe that nobody reads accepts some hundred records and then blocks, like a disk that stalls.
 #[test]
 fn a_disk_that_stalls_ends_no_force() {
     let (desk, on) = (Desk::default(), started(PATIENT));
     let pipe = desk.folder().join("slow.csv");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-    // for reading and writing: opening one end would wait for the other
+    // opened for reading and writing, since opening one end waits for the other
     let unread = OpenOptions::new().read(true).write(true).open(&pipe).unwrap();
     let arming = Arming::start(&desk, on.port(), &["--stream", "slow.csv"]);
     let at = on.wait_for_force().records;
@@ -251,7 +250,8 @@ fn a_board_that_crashed_too_often_refuses_to_arm_in_words() {
     assert_eq!((on.truth().mode(), on.truth().largest_n), (Some(Mode::Idle), 0.0));
 }
 
-/// A peer that is not a Palpate board.
+/// Runs a command against a peer that is not a Palpate board. Returns its outcome and the bytes
+/// that it sent.
 fn peer(says: Option<&'static [u8]>, echoes: bool, arguments: &[&str]) -> (Outcome, Vec<u8>) {
     let mut terminal = PseudoTerminal::open().unwrap();
     let (desk, port) = (Desk::default(), terminal.name().to_owned());

@@ -1,5 +1,6 @@
-//! A probe with friction, on the emulated board: a patch that carries a coefficient gives the same
-//! bits as on the desktop through presses, faults and recovery, and costs what the board estimates.
+//! A probe with friction on the emulated board. A patch with a friction coefficient gives results
+//! that are bit-identical to the desktop's through presses, faults and recovery, and it costs no
+//! more than the board counts for it.
 
 use std::path::Path;
 
@@ -15,7 +16,8 @@ const MEAT: [PronyTerm; MOST_TERMS] =
 const NONE: [PronyTerm; MOST_TERMS] = [PronyTerm::NONE; MOST_TERMS];
 const TICKS: u32 = 3_000;
 
-/// The shipped block with this friction and relaxation, on a word boundary, leaked.
+/// The shipped block's patch file with this friction and relaxation, aligned to a word boundary.
+/// The memory is never freed.
 fn with(friction: f32, relaxation: [PronyTerm; MOST_TERMS]) -> &'static [u8] {
     let mut file = PatchFile::open(packed::on_words(&packed::shipped("block-m4f-168.patch"))).unwrap();
     (file.params.friction, file.params.relaxation) = (friction, relaxation);
@@ -50,8 +52,8 @@ fn board_and_desktop_rub_to_the_same_bits_at_the_cost_that_is_counted() {
     ] {
         println!("{name}: {} instructions at most, {} median; {cycles:.0} cycles are counted", spread.max, spread.median);
     }
-    // the target of the term: 5 % of the longest tick that it was set for, 74 600 instructions; and
-    // an instruction takes a cycle at least
+    // the bound for friction: 5 % of the longest tick when the bound was set, 74 600 instructions.
+    // An instruction takes at least one cycle
     for (with, without, counted) in [(rubs, none, cycles[1] - cycles[0]), (both, relaxes, cycles[3] - cycles[2])] {
         assert!(f64::from(counted) >= (with.max - without.max) as f64, "{counted} cycles counted");
         let more = with.max.saturating_sub(without.max) as f64;

@@ -1,6 +1,6 @@
-//! The firmware on two emulated boards, and the same controller on this machine, end in the same
-//! state after the same forces: the block as a whole, a patch of it with rim springs, and one of a
-//! liver, pressed at its own site along its own axis.
+//! The firmware on two emulated boards and the same controller on this machine compute the same
+//! forces and end in the same state: for a whole block, for a patch of it with rim springs, and for
+//! a patch of a liver, pressed at its own site along its own axis.
 
 use std::path::Path;
 
@@ -18,13 +18,14 @@ use palpate_tests::flash_patch::in_flash;
 use palpate_tests::packed;
 use palpate_tests::share::long;
 
-/// Ticks of a run: the script's taps, holds and slides once, or the ten seconds of the long form.
+/// Ticks of a run: one round of the script's taps, holds and slides, or ten seconds in the long
+/// form.
 fn ticks() -> u32 {
     if long() { 10_000 } else { 4_000 }
 }
 
-/// Least force that the scripted press of 4 mm must have met [N]: soft tissue of 3.5 kPa gives 0.1
-/// N and more.
+/// Smallest peak force that proves contact in the scripted press of 4 mm [N]. Soft tissue of 3.5
+/// kPa gives at least 0.1 N.
 const FELT_N: f32 = 0.05;
 
 fn on_desktop(bytes: &[u8]) -> RunResult {
@@ -65,7 +66,7 @@ fn target() -> &'static Path {
     Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap()
 }
 
-/// A patch with rim springs, on both boards and here.
+/// Checks that a patch with rim springs gives the same result on both boards and on this machine.
 fn agree_with(file: &Path) {
     let bytes = packed::on_words(file);
     let rim = PatchFile::open(bytes).unwrap().model.rim_edges.len();

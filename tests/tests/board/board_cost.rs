@@ -1,5 +1,5 @@
-//! Cost of a tick on the board: exact instructions stage by stage, estimated Cortex-M4F cycles, and
-//! the budget that the shipped patches keep.
+//! Cost of a tick on the board: exact instruction counts per stage, estimated Cortex-M4F cycles,
+//! and the budget of the shipped patches.
 //!
 //! `cargo test -p palpate-tests --release --test board board_cost -- --nocapture` prints the
 //! tables. **Emulated instruction counts are exact; cycles are estimated from the documented cycle
@@ -18,41 +18,42 @@ use palpate_tests::packed;
 use palpate_tests::pipeline_model::{Core, Listing, executed};
 use palpate_tissue::budget::{CostModel as Board, triangles_in_reach};
 
-/// At 32 ns per instruction the 40 ns of a clock count resolve it to one or two, and no tick meets
-/// the watchdog.
+/// At 32 ns per instruction, one clock count of 40 ns is one or two instructions. Few ticks are
+/// run, so the watchdog does not interfere.
 const COUNTING_SHIFT: u32 = 5;
-/// At 4 ns per instruction the tick fits its millisecond, and the clock resolves ten instructions.
+/// At 4 ns per instruction a tick ends within its millisecond, and a clock count is ten
+/// instructions.
 const RUNNING_SHIFT: u32 = 2;
 const NS_PER_COUNT: u64 = 40;
 const CLOCK: &str = "palpate_firmware::board::mps2::clock_counts";
 const TICK: &str = "palpate::tick::tick";
 const RIM: &str = "palpate::stages::force::rim::hold";
-/// Ticks outside the tissue in a logged run: start-up and the first of arming. During the tap the
-/// force is not enabled yet; the cost is the same.
+/// Ticks outside the tissue in a logged run: start-up and the first ticks of arming. The force is
+/// not enabled during the tap, which does not affect the cost.
 const LOGGED_LEAD: u32 = 5;
-/// The script's tap reaches 4 mm in its tick 23; every triangle that it touches later is touched
-/// here.
+/// The script's tap reaches 4 mm in its 23rd tick; by then it has touched every triangle that it
+/// touches at all.
 const LOGGED_TICKS: u32 = LOGGED_LEAD + 25;
-/// Boot, self-test, a patch put to rest, and one tick of it.
+/// Ticks of boot, self-test, bringing the patch to rest, and the first tick of the patch.
 const FIRST_TICK: u32 = 4;
-/// 65 % of a millisecond [cycles].
+/// Budget of a tick on a Cortex-M4F at 168 MHz: 65 % of a millisecond [cycles].
 const M4F_168_BUDGET: f64 = 109_200.0;
 const M7_480_BUDGET: f64 = 312_000.0;
-/// Share of a millisecond from which a board refuses a patch: the most pessimistic estimate has to
+/// Share of a millisecond from which a board refuses a patch. The most pessimistic estimate has to
 /// stay below it.
 const REFUSED_SHARE: f64 = 0.75;
-/// Share of the step that rim springs may take.
+/// Largest share of the tick's cycles that rim springs may take.
 const RIM_SHARE: f64 = 0.08;
 
 struct Logged {
     image: FirmwareImage,
     ticks: Vec<InstructionMix>,
-    /// Addresses that each of them executed.
+    /// Addresses of the instructions that each tick executed.
     executed: Vec<Vec<u32>>,
-    /// Longest tick by the board's own clock [ns], which includes the haptic cycle and writing the
+    /// Longest tick by the board's own clock [ns]; it includes the haptic cycle and writing the
     /// converters.
     by_clock_ns: u64,
-    /// Instructions of the longest tick by the log: those between the two reads of the clock.
+    /// Instructions of the longest tick by the log, counted between the two reads of the clock.
     by_log: u64,
 }
 
@@ -64,7 +65,8 @@ fn target() -> &'static Path {
     scratch().parent().unwrap()
 }
 
-/// A patch for the M7 is refused on the M4F. Both run the same instructions of the same image.
+/// Board on which a patch runs. The M4F refuses a patch made for the M7; both execute the same
+/// instructions of the same image.
 fn board_of(elf: &Path) -> EmulatedBoard {
     let large = elf.file_stem().is_some_and(|stem| stem.to_string_lossy().ends_with("m7-480"));
     if large { EmulatedBoard::M7 } else { EmulatedBoard::M4f }
@@ -96,26 +98,27 @@ fn logged(elf: &Path, ticks: u32, shift: u32) -> Logged {
     Logged { image, ticks, executed, by_clock_ns: outcome.number("longest_tick_ns").unwrap(), by_log }
 }
 
-/// A patch's worst tick.
+/// Cost of a patch's most expensive tick.
 struct Worst {
-    /// Cycles in the rim springs and in all, in the logged tap, with the stages kept apart.
+    /// Cycles of the rim springs and of the whole tick in the logged tap, built with the stages
+    /// kept apart.
     rim: f64,
     tick: f64,
-    /// Instructions of the longest tick of a long run, pose and converters included, and its
-    /// cycles.
+    /// Instructions and cycles of the longest tick of a long run, including haptic cycle, pose and
+    /// converters.
     instructions: u64,
     cycles: f64,
-    /// These cycles by the most pessimistic estimate for a Cortex-M4F.
+    /// Cycles of that tick by the most pessimistic estimate for a Cortex-M4F.
     cautious: f64,
 }
 
-/// Cycles of a tick, estimated in ways that do not depend on each other.
+/// Cycles of a tick by independent estimates.
 struct Estimates {
-    /// Sum over the table of a Cortex-M4F.
+    /// Sum over the instruction table of a Cortex-M4F.
     table: f64,
-    /// Cycles with one more for each result that is read by the next instruction.
+    /// That sum plus one cycle for each result that the next instruction reads.
     stalled: f64,
-    /// Cycles by LLVM's models, where `llvm-mca` is there.
+    /// Cycles by LLVM's models of a Cortex-M4 and M7; `None` if `llvm-mca` is not installed.
     models: Option<[f64; 2]>,
 }
 
@@ -127,7 +130,7 @@ impl Estimates {
         Self { table, stalled, models: m4.zip(m7).map(|(m4, m7)| [m4, m7]) }
     }
 
-    /// The largest of a Cortex-M4F: its excess over the table.
+    /// Largest estimate for a Cortex-M4F as a multiple of the table's sum (1).
     fn caution(&self) -> f64 {
         self.stalled.max(self.models.map_or(0.0, |[m4, _]| m4)) / self.table
     }
@@ -195,19 +198,20 @@ fn stage(mix: &InstructionMix, image: &FirmwareImage, name: &str) -> Cost {
     mix.by_function(image).find(|(function, _)| *function == name).map(|(_, cost)| *cost).unwrap()
 }
 
-/// Checks a shipped patch: it fits, and is the largest that does.
+/// Checks that a shipped patch fits the budget, and that no larger patch would.
 fn keeps_budget(name: &str, budget: f64) {
     let worst = worst_tick(&packed::shipped(name));
     assert!(worst.cycles <= budget, "{name}: {:.0} estimated cycles, {budget:.0} fit", worst.cycles);
     assert!(worst.tick <= budget);
-    // 65 % by the table: the omitted costs must not reach the limit at which a board refuses
+    // the table's sum may take 65 %; with the costs that it omits, the tick must stay below the
+    // limit at which a board refuses the patch
     let refused = budget / 0.65 * REFUSED_SHARE;
     assert!(worst.cautious <= refused, "{name}: {:.0} cycles by the most cautious estimate", worst.cautious);
-    // the largest patch that fits, not just one that fits
+    // the patch must be the largest that fits, so it has to use most of the budget
     assert!(worst.cycles >= 0.85 * budget, "{name}: {:.0} estimated cycles leave room for more nodes", worst.cycles);
 }
 
-/// Checks that a rim takes no more than its share of the tick.
+/// Checks that the rim springs take no more than their share of the tick.
 fn keeps_rim_share(patch: &Path) -> Worst {
     let worst = worst_tick(patch);
     let share = worst.rim / worst.tick;
@@ -222,7 +226,7 @@ fn the_log_and_the_counter_agree_to_the_instruction() {
     let logged = logged(&elf, FIRST_TICK, COUNTING_SHIFT);
     let by_log_ns = logged.by_log << COUNTING_SHIFT;
     println!("clock {} ns, log {by_log_ns} ns", logged.by_clock_ns);
-    // less than one count of the clock, which is less than two instructions
+    // the difference is less than one count of the clock, hence less than two instructions
     assert!(logged.by_clock_ns.abs_diff(by_log_ns) < NS_PER_COUNT, "clock {} ns, log {by_log_ns} ns", logged.by_clock_ns);
 }
 
@@ -237,8 +241,8 @@ fn the_larger_patch_fits_a_cortex_m7_at_480_mhz() {
     keeps_budget("block-m7-480.patch", M7_480_BUDGET);
 }
 
-/// An organ's lattice gives a patch of this size more rim than a block does: its rim springs take
-/// more than the share that a block's keep.
+/// The lattice of an organ gives a patch of this size more rim nodes than a block does, so its rim
+/// springs may take a larger share.
 #[test]
 #[ignore = "long: a log of millions of instructions; its count is in the golden file"]
 fn a_liver_with_its_rim_fits_a_cortex_m4f_at_168_mhz() {
@@ -247,8 +251,8 @@ fn a_liver_with_its_rim_fits_a_cortex_m4f_at_168_mhz() {
     assert!(worst.rim <= 2.0 * RIM_SHARE * worst.tick, "rim springs take {:.0} of {:.0} cycles", worst.rim, worst.tick);
 }
 
-/// The outside of one patch is refined sixteen times: its rim springs change, the cost of its tick
-/// does not.
+/// The outside of one patch is refined sixteen times: its rim springs change, but the cost of its
+/// tick does not.
 #[test]
 #[ignore = "long: four more images and their logs"]
 fn a_tick_costs_the_same_whatever_lies_behind_the_rim() {
@@ -266,7 +270,7 @@ fn a_tick_costs_the_same_whatever_lies_behind_the_rim() {
     let [c, f] = [keeps_rim_share(&coarse), keeps_rim_share(&fine)];
     println!("{} and {} elements outside: {} and {} instructions", tets[0], tets[1], c.instructions, f.instructions);
     assert_eq!(c.rim, f.rim);
-    // the remaining difference is in branches on the contact, which is not quite the same
+    // the remaining difference comes from branches in the contact, which differs slightly
     let ratio = f.instructions as f64 / c.instructions as f64;
     assert!((1.0 / 1.05..=1.05).contains(&ratio), "{ratio}");
 }
@@ -284,7 +288,7 @@ fn items(model: &Model) -> [usize; 7] {
     ]
 }
 
-/// The costs in `plan` and `pack` agree with the emulator's counts.
+/// The costs that `plan` and `pack` assume agree with the emulator's counts.
 #[test]
 #[ignore = "long: two more images and their logs"]
 fn the_budget_knows_what_a_rim_costs() {

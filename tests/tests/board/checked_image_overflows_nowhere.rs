@@ -1,5 +1,5 @@
-//! The emulated image with overflow checks and debug assertions runs the scripted hand to its end,
-//! with the state of the desktop.
+//! The emulated image with overflow checks and debug assertions runs the scripted hand to its end
+//! and reaches the same state as the desktop.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use palpate_controller::script::{self, LEAD_TICKS};
 use palpate_tests::emulator::{Run, RunResult, build_checked_firmware, build_firmware};
 use palpate_tests::flash_patch::in_flash;
 
-/// A tap, a hold, a slow retreat and a slide.
+/// Ticks of a tap, a hold, a slow retreat and a slide, after the wait.
 const TICKS: u32 = LEAD_TICKS + 2_000;
 /// The checks cost time: at 4 ns per instruction a tick still ends within its millisecond.
 const SHIFT: u32 = 2;

@@ -1,4 +1,4 @@
-//! Every instruction of the firmware is in the class its mnemonic belongs to.
+//! Every instruction of the firmware is assigned to the class of its mnemonic.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use palpate_tests::{
     thumb::{Class, Instruction, classify},
 };
 
-/// The class of a mnemonic, from the Arm manual's names and not from any encoding.
+/// Class of a mnemonic, from the names in the Arm manual and independent of the encoding.
 fn class_of(mnemonic: &str, operands: &str) -> Class {
     let name = mnemonic.split('.').next().unwrap_or(mnemonic);
     let starts = |names: &[&str]| names.iter().any(|n| name.starts_with(n));
@@ -47,7 +47,7 @@ fn classes_agree_with_the_disassembler() {
     let listing = disassembly::of(&elf);
     let mut checked = 0;
     for line in listing.lines() {
-        // "     43e: ed90 0a00     \tvldr\ts0, [r0]"
+        // example: "  43e: ed90 0a00  \tvldr\ts0, [r0]"
         let Some((codes, text)) = line.split_once(": ").and_then(|(_, rest)| rest.split_once('\t')) else {
             continue;
         };

@@ -1,6 +1,6 @@
-//! After any crash the outputs are off within 200 instructions, before anything is reported; a loop
-//! that hangs is ended by the watchdog, and a board that hangs repeatedly stays idle. A debugger
-//! makes the crashes in the image that is flashed; instructions are counted in the emulator's log.
+//! After any crash the outputs are off within 200 instructions, before anything is reported. The
+//! watchdog ends a hang, and a board that hangs repeatedly stays idle. A debugger plants the
+//! crashes in the image that is flashed; instructions are counted in the emulator's log.
 
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -11,13 +11,13 @@ use palpate_tests::emulator::{Outcome, Run, build_firmware};
 use palpate_tests::exec_log::ExecLog;
 use palpate_tests::firmware_image::FirmwareImage;
 
-/// Instructions from the crash to outputs that are off.
+/// Largest number of instructions from the crash until the outputs are off.
 const MOST_INSTRUCTIONS: usize = 200;
-/// Time from the last completed tick to outputs that are off [us].
+/// Longest time from the last completed tick until the outputs are off [us].
 const MOST_SILENT_US: u64 = 5_000;
-/// Passes of a place before the crash.
+/// Number of the pass through the planted code at which it crashes.
 const PASSES: u32 = 3;
-/// Number of starts with the crash, if the board restarts.
+/// Number of starts that crash, if the board restarts.
 const STARTS: u32 = 3;
 /// Every kind of crash and its message.
 const CRASHES: [(Crash, &str); 6] = [
@@ -66,14 +66,14 @@ fn every_crash_turns_the_outputs_off_within_two_hundred_instructions() {
     let read = FirmwareImage::parse(&std::fs::read(&elf).unwrap()).unwrap();
     for place in PLACES {
         for (crash, says) in CRASHES {
-            // the handler of an interrupt without one does not preempt an interrupt of the same or
-            // a higher priority
+            // the default handler of an unhandled interrupt does not preempt an interrupt of equal
+            // or higher priority
             if crash == Crash::PendsAStrayInterrupt && place == Place::Timer {
                 continue;
             }
             let log = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("crash-{place:?}-{crash:?}.log"));
-            // the emulator's clock follows the host's while a debugger is attached: on a busy host
-            // the watchdog may come before the crash's own line
+            // while a debugger is attached, the emulator's clock follows the host's: on a busy host
+            // the watchdog may expire before the crash prints its own line
             let started = |_| run(&elf, (place, crash), 6, false, Some(&log));
             let outcome =
                 (0..3).map(started).find(|o| !o.text.contains("watchdog")).expect("the watchdog came first, three times");

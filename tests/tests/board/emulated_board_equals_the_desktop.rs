@@ -1,9 +1,10 @@
-//! The image in the emulator and the controller on this machine, in lock-step over the link: the
-//! same bits in every tick, through presses, faults and recovery; bad frames are dropped, bad
-//! patches refused in words; the worst tick does not grow unseen.
+//! The image in the emulator and the controller on this machine run in lock-step over the link.
+//! They compute the same bits in every tick through presses, faults and recovery. Bad frames are
+//! dropped, and bad patches are refused with an error message. An increase of the longest tick is
+//! detected.
 //!
-//! To accept an intended longer tick: `cargo test --release --package palpate-tests --test board
-//! emulated_board_equals_the_desktop -- --ignored rewrite`, and say why in the commit.
+//! To accept an intended longer tick, run `cargo test --release --package palpate-tests --test
+//! board emulated_board_equals_the_desktop -- --ignored rewrite` and give the reason in the commit.
 
 use std::path::{Path, PathBuf};
 
@@ -20,8 +21,8 @@ use palpate_controller::patch::Memory;
 use palpate_tests::emulator::build_firmware;
 use palpate_tests::packed;
 
-/// Instructions of the ticks of every patch that ships for a board, haptic cycle included. An
-/// increase of the longest one by more than 3 % must be deliberate.
+/// Instructions per tick of every patch shipped for a board, haptic cycle included. An increase of
+/// the longest tick by more than 3 % must be deliberate.
 const GOLDEN: &str = "golden/tick-instructions.csv";
 const GROWTH: f64 = 0.03;
 const SHIPPED: [(&str, EmulatedBoard); 3] = [
@@ -58,15 +59,15 @@ fn golden_file() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(GOLDEN)
 }
 
-/// Recorded median and longest tick of a patch.
+/// Recorded median and maximum of a patch's ticks.
 fn written(text: &str, patch: &str) -> Option<[f64; 2]> {
     let row = text.lines().find(|line| line.split(',').next() == Some(patch))?;
     let mut numbers = row.split(',').skip(2).map(str::parse);
     Some([numbers.next()?.ok()?, numbers.next()?.ok()?])
 }
 
-/// Checks the longest tick against the recorded one: neither longer nor shorter by more than
-/// `GROWTH`.
+/// Checks that the longest tick differs from the recorded one by at most `GROWTH` in either
+/// direction.
 fn growth(patch: &str, spread: &Spread, text: &str) -> Result<(), String> {
     let Some([_, worst]) = written(text, patch) else { return Err(format!("{patch} is not in {GOLDEN}: rewrite it")) };
     let ratio = spread.max as f64 / worst;
@@ -189,7 +190,7 @@ fn bad_patches_and_raised_limits_are_refused_in_words() {
     assert_eq!(ask(&mut board, &ToBoard::LowerLimits(raised)), FromBoard::Refused(Refusal::LimitRises));
     let mut profile = Profile::desktop();
     assert_eq!(ask(&mut board, &ToBoard::Store(profile)), FromBoard::Stored(1));
-    // it restarts with it
+    // storing a profile restarted the board, so it is not idle yet
     assert_eq!(ask(&mut board, &ToBoard::Store(profile)), FromBoard::Refused(Refusal::NotIdle));
     for sequence in 1..=3 {
         let answer = ask(&mut board, &ToBoard::Pose { position_m: OUTSIDE_M.into(), sequence, good: true });
@@ -199,7 +200,7 @@ fn bad_patches_and_raised_limits_are_refused_in_words() {
     for sequence in 1..=3 {
         ask(&mut board, &ToBoard::Pose { position_m: OUTSIDE_M.into(), sequence, good: true });
     }
-    // more than the converters reach, more than any hand
+    // more than the converters can output, and more than any hand could resist
     for max_force_n in [16.5, 1e3] {
         profile.max_force_n = max_force_n;
         assert_eq!(ask(&mut board, &ToBoard::Store(profile)), FromBoard::Refused(Refusal::ProfileRange));
@@ -209,7 +210,7 @@ fn bad_patches_and_raised_limits_are_refused_in_words() {
     }
 }
 
-/// Nodes of the patch that lies under the device.
+/// Number of nodes of the board's present patch.
 fn nodes_of(board: &mut Board) -> u32 {
     board.send(&ToBoard::Report).unwrap();
     match board.receive().unwrap() {
@@ -242,7 +243,8 @@ fn a_modulus_that_is_refused_leaves_the_one_before() {
     assert!(matches!(board.receive().unwrap(), FromBoard::PatchTaken(_)));
     board.send(&ToBoard::YoungsModulus(1e6)).unwrap();
     assert_eq!(board.receive().unwrap(), FromBoard::Refused(Refusal::ModulusOutOfRange));
-    // 3.5 kPa here: the board is stiffer by the requested factor
+    // the desktop's tissue keeps its modulus of 3.5 kPa, so the board's is stiffer by the requested
+    // factor
     twin.arm(OUTSIDE_M).unwrap();
     let way = |n: u32| Vector3::new(0.0, 0.0, (2e-3 - 5e-5 * n as f32).max(-1e-3));
     let there_n = (0..200).map(|n| twin.tick(Reading::at(way(n)), None).unwrap().model_n[2]).last().unwrap();
@@ -276,7 +278,7 @@ fn a_softer_tissue_comes_at_once_and_a_stiffer_one_when_nothing_touches() {
     let board = Board::start(&image(), EmulatedBoard::M4f, None).unwrap();
     let mut twin = Lockstep::new(board, packed::on_words(&packed::shipped("block-m4f-168.patch")), &mut memory).unwrap();
     twin.arm(OUTSIDE_M).unwrap();
-    // from outside to 3 mm at 0.05 m/s, and back
+    // from outside to a depth of 3 mm at 0.05 m/s, and back
     let way = |n: u32| Vector3::new(0.0, 0.0, (2e-3 - 5e-5 * n as f32).max(-3e-3));
     let hold = |twin: &mut Lockstep<'_>, ticks: std::ops::Range<u32>| {
         ticks.map(|n| twin.tick(Reading::at(way(n)), None).unwrap().model_n[2]).last().unwrap()

@@ -1,5 +1,5 @@
-//! The emulated hands on the emulated board: they feel and do the same as in the desktop's loop, to
-//! the last bit in every tick, even if the tissue changes under the probe.
+//! The emulated hands on the emulated board: forces and motions equal those of the desktop's loop,
+//! to the last bit in every tick, even if the tissue changes under the probe.
 
 use std::path::Path;
 
@@ -25,7 +25,7 @@ fn prepared(scene: &str, patch: &str, device: &DeviceProfile) -> (InLoop, Target
     (board, Target::Tissue(Box::new(tissue), scene.tissue.youngs_modulus_pa))
 }
 
-/// Everything that a tick reported and did, as bits.
+/// All values that a tick reported and applied, as bits.
 fn bits(run: &Run) -> Vec<[u64; 14]> {
     let rows = run.rows.iter().map(|row| {
         let telemetry = &row.telemetry;
@@ -61,7 +61,7 @@ fn hands_feel_the_board_as_they_feel_the_desktop() {
         assert_eq!(first, None, "{} {}: the first tick that differs", hand.id, stimulus.id);
         assert_eq!(there.rows.len(), here.rows.len());
     }
-    // another device's workspace, counts and force limit go over the link
+    // the workspace, counts and force limit of another device are sent over the link
     let falcon = DeviceProfile::load("falcon").unwrap();
     let setup = target.setup(&falcon, Hand::named("H5").unwrap(), Stimulus::named("S3").unwrap());
     let there = board.run(&setup).unwrap();

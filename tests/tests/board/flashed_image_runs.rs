@@ -1,8 +1,10 @@
-//! The image that is flashed on a NUCLEO-H743ZI, unchanged, on a model of the chip's registers
-//! (`tests/unicorn`): it boots with its outputs off, feeds the watchdog, arms over the link's own
-//! frames, presses like the desktop's controller to the bit, and a hang ends with the pins off.
+//! The unchanged image that is flashed on a NUCLEO-H743ZI runs on a model of the chip's registers
+//! (`tests/unicorn`). It boots with its outputs off, feeds the watchdog, arms over the frames of
+//! the link, and presses bit-identically to the desktop's controller. After a hang the pins are
+//! off.
 //!
-//! The model executes instructions and emulates registers; it measures no time and is no hardware.
+//! The model executes instructions and emulates registers. It does not measure time and does not
+//! replace hardware.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -31,26 +33,27 @@ use palpate_tests::palpate_command::repository;
 use palpate_tests::share::long;
 use serde_json::{Value, json};
 
-/// Periods between two signs of life of the host.
+/// Periods between two heartbeats of the host.
 const HEARTBEAT: u32 = 5;
-/// Period in which the host shows a board without a profile its home pose, and in which the hand
-/// leaves that for the script's place.
+/// Period in which the host declares the home pose of a board without a profile, and period in
+/// which the hand leaves that pose for the script's start.
 const SHOWN_AT: u32 = 12;
 const LEAVES_AT: u32 = 20;
-/// Period in which the host asks for the force.
+/// Period in which the host requests the force.
 const ARM_AT: u32 = 40;
-/// Ticks outside the tissue: arming, ramp-in, and the transfer of the bytes.
+/// Ticks outside the tissue: arming, force ramp, and the transfer of the bytes.
 const LEAD_TICKS: u32 = script::LEAD_TICKS + 50;
-/// Ticks through the tap and into its hold; the long form of the test continues through the slide.
+/// Ticks up to the hold of the tap. The long form of the test continues through the slide.
 const PRESSED_TICKS: u32 = LEAD_TICKS + 100;
-/// No force acts longer than this after the last completed tick [ms].
+/// Longest time that a force may act after the last completed tick [ms].
 const OFF_MS: u32 = 5;
 
 fn target() -> &'static Path {
     Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap()
 }
 
-/// A Python with what the model needs, in an environment of its own; `None` if it is not available.
+/// Python with the packages of the model in a virtual environment of its own; `None` if that is not
+/// possible.
 fn python() -> Option<PathBuf> {
     let model = repository().join("tests/unicorn");
     let environment = target().join("unicorn-env");
@@ -72,7 +75,7 @@ fn python() -> Option<PathBuf> {
     made.then_some(python)
 }
 
-/// A row of the journal.
+/// A row of the journal, which the model writes once per period.
 struct Row {
     enable: bool,
     main_output: bool,
@@ -114,17 +117,17 @@ struct Journal {
     image: PathBuf,
     period_steps: u16,
     watchdog_ms: f64,
-    /// The first row is the start-up.
+    /// Rows of the journal; the first describes the start-up.
     rows: Vec<Row>,
 }
 
-/// Input of a period: counts of the encoders, and the host's messages.
+/// Input of a period: encoder counts and the host's message, if any.
 struct Period {
     counts: [i32; 3],
     says: Option<ToBoard<'static>>,
 }
 
-/// A host that sends signs of life, takes the log and requests the force once.
+/// Message of a host that sends heartbeats, reads the log and requests the force once.
 fn host(period: u32, arm_at: u32) -> Option<ToBoard<'static>> {
     match period {
         _ if period == arm_at => Some(ToBoard::Ask(HostAsk::Arm)),
@@ -134,7 +137,7 @@ fn host(period: u32, arm_at: u32) -> Option<ToBoard<'static>> {
     }
 }
 
-/// The scripted hand on three axes of 10 um.
+/// Input of the scripted hand on three axes with counts of 10 um.
 fn axes(periods: u32) -> Vec<Period> {
     let counts = |period: u32| {
         let share = period.saturating_sub(LEAVES_AT).min(10) as i32;
@@ -177,7 +180,7 @@ fn run(name: &str, periods: &[Period], hang: &Value) -> Option<Journal> {
     })
 }
 
-/// The desktop's controller with the bytes that the image took from its UART, tick by tick.
+/// Runs the desktop's controller on the bytes that the image received on its UART, tick by tick.
 fn on_desktop(periods: &[Period], rows: &[Row]) -> Vec<Record> {
     let mut memory = Box::new(Memory::RESERVED);
     let mut patch = Patch::open(in_flash(), &mut memory, None).unwrap();
@@ -212,8 +215,8 @@ fn on_desktop(periods: &[Period], rows: &[Row]) -> Vec<Record> {
     records
 }
 
-/// Pins and records of the image against the desktop's, to the bit. Returns the desktop's records
-/// and the image's other messages.
+/// Checks that the image's pins and records equal the desktop's to the bit. Returns the desktop's
+/// records and the image's other messages.
 fn agree(periods: &[Period], journal: &Journal) -> (Vec<Record>, Vec<FromBoard>) {
     let (started, rows) = journal.rows.split_first().unwrap();
     assert!(started.is_off() && started.fed > 0, "start-up drives nothing and begins to feed the watchdog");
@@ -229,13 +232,13 @@ fn agree(periods: &[Period], journal: &Journal) -> (Vec<Record>, Vec<FromBoard>)
         assert!(row.fed > 0 && row.resets == 1, "period {n}");
         assert!(record.enabled || row.is_off(), "period {n}: something drove the pins meanwhile");
     }
-    // and its output on the UART
+    // and the records that it sent over its UART
     let (mut receiver, mut told, mut others) = (Receiver::NEW, 0, Vec::new());
     for byte in journal.rows.iter().flat_map(|row| &row.sent) {
         match receiver.push::<FromBoard>(*byte) {
             Some(Ok(FromBoard::Record(there))) => {
                 let here = records.iter().filter(|record| record.tick == there.tick);
-                // a new profile restarts the counts
+                // a new profile restarts the tick numbers, so several records may have this one
                 assert!(here.into_iter().any(|here| there.first_difference(here).is_none()), "tick {}", there.tick);
                 told += 1;
             }
@@ -249,7 +252,7 @@ fn agree(periods: &[Period], journal: &Journal) -> (Vec<Record>, Vec<FromBoard>)
     (records, others)
 }
 
-/// Lines of the log that the image sent in these rows, by its own ELF file.
+/// Log lines that the image sent in these rows, decoded with its ELF file.
 fn log(journal: &Journal, rows: &[Row]) -> Vec<String> {
     let elf = std::fs::read(&journal.image).unwrap();
     let image = defmt_log::checksum(&elf).unwrap();
@@ -264,7 +267,7 @@ fn log(journal: &Journal, rows: &[Row]) -> Vec<String> {
     lines
 }
 
-/// Asserts that each of the first lines contains the words at its index.
+/// Checks that the first lines contain the given words, one entry per line.
 fn begins(lines: &[String], words: &[&str]) {
     let agree = lines.len() >= words.len() && lines.iter().zip(words).all(|(line, words)| line.contains(words));
     assert!(agree, "{lines:#?} do not begin with {words:#?}");
@@ -299,7 +302,7 @@ fn it_boots_arms_and_presses_like_the_desktop_to_the_bit() {
     println!("{} ticks, armed in tick {armed}, {:.4} N at most", records.len(), felt(&records));
 }
 
-/// A paddle on the pins: profile and home pose over the link, then the same press.
+/// A paddle on the pins: its profile and home pose are sent over the link, then the script presses.
 #[test]
 fn a_paddle_is_pressed_like_the_desktop_to_the_bit() {
     const STORE_AT: u32 = 10;
@@ -340,7 +343,7 @@ fn a_paddle_is_pressed_like_the_desktop_to_the_bit() {
 fn a_hang_under_force_ends_with_the_pins_off() {
     let at = PRESSED_TICKS - 20;
     let after = 400;
-    // long enough after the reset for the loop to be idle, and before the end to arm
+    // late enough after the reset for the loop to be idle, and early enough to arm before the end
     let again = at + 100;
     for hang in [json!({"at": at, "how": "loop", "symbol": "7palpate4tick4tick17h"}), json!({"at": at, "how": "no ticks"})] {
         let mut periods = axes(at + after);

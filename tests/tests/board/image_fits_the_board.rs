@@ -1,5 +1,6 @@
-//! The image fits the board's flash, RAM and stack; `unsafe` is in the board's folder, where
-//! pointers of C are followed, and in the tick's assembly.
+//! The image fits the board's flash, RAM and stack. `unsafe` code is confined to the board's
+//! folder, to the functions that C programs call, and to the tick's assembly, and every use states
+//! its reason.
 
 use std::path::{Path, PathBuf};
 
@@ -9,9 +10,9 @@ use palpate_tests::disassembly::sections;
 use palpate_tests::emulator::{Run, build_firmware};
 use palpate_tests::flash_patch::in_flash;
 
-/// Flash of the image without the patch [bytes].
+/// Largest size of the image in flash, without the patch [bytes].
 const FLASH: u64 = 124 * 1024;
-/// RAM with everything reserved, including the stack [bytes].
+/// RAM of the board, which has to hold all reserved memory and the stack [bytes].
 const RAM: u64 = 128 * 1024;
 
 fn image() -> PathBuf {
@@ -94,7 +95,8 @@ fn unsafe_code_is_the_board_s_and_the_boundary_s_to_c() {
         }
         if of_board {
             blocks += uses;
-            // handlers are `unsafe fn` by the crate's rule and take no reason
+            // exception handlers are `unsafe fn` because their crate requires it, so they need no
+            // reason
             let handlers = text.matches("exception]").count() + text.matches("#[interrupt]").count();
             assert!(reasons + handlers >= uses, "{}: {uses} uses, {reasons} reasons", path.display());
         }

@@ -5,7 +5,7 @@ use std::path::Path;
 use palpate_tests::{emulator::build_firmware, firmware_image::FirmwareImage};
 
 /// Whether a symbol is a double-precision routine: a name of the run-time ABI (Arm IHI 0043), its
-/// libgcc alias, or a kernel of libm.
+/// libgcc alias, or an internal routine of libm.
 fn is_double_precision(name: &str) -> bool {
     const PREFIXES: [&str; 4] = ["__aeabi_d", "__aeabi_f2d", "__aeabi_i2d", "__aeabi_ui2d"];
     let abi = PREFIXES.iter().any(|p| name.starts_with(p)) && !name.starts_with("__aeabi_div0");
@@ -13,8 +13,8 @@ fn is_double_precision(name: &str) -> bool {
     abi || gcc || name.contains("float::div::__divdf") || name.contains("libm::math") && name.contains("f64")
 }
 
-/// Whether a symbol belongs to an allocator. `alloc::` is the crate's own path, so it counts at
-/// the start of a path or inside a `<`, not within a longer word.
+/// Whether a symbol belongs to an allocator. `alloc::` is the crate's path, so it counts only at
+/// the start of a path or after `<`, not within a longer word.
 fn is_of_an_allocator(name: &str) -> bool {
     const NAMES: [&str; 8] =
         ["__rust_alloc", "__rust_dealloc", "__rust_realloc", "__rustc::__rust", "__rg_alloc", "malloc", "realloc", "alloc::"];

@@ -1,5 +1,5 @@
-//! Behaviour of the controller when the core is too slow for its millisecond. Slowness is the
-//! emulator's: every instruction takes 2^shift ns.
+//! Behaviour of the controller on a core that is too slow for a tick per millisecond. The emulator
+//! makes it slow: every instruction takes 2^shift ns.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use palpate_controller::script::LEAD_TICKS;
 use palpate_tests::crash::{Crash, Place, Planned};
 use palpate_tests::emulator::{Outcome, Run, build_firmware};
 
-/// The tick that is late, and the additional turns of a loop of two instructions.
+/// Number of the slow tick, and its additional turns of a loop of two instructions.
 const SLOW_TICK: u32 = 900;
 const TURNS: u32 = 60_000;
 
@@ -22,7 +22,8 @@ fn run(shift: u32) -> Outcome {
         .unwrap()
 }
 
-/// A run whose tick of this number is longer by this many turns of a loop of two instructions.
+/// A run in which the tick with this number takes this many additional turns of a loop of two
+/// instructions.
 fn slow_at(tick: u32, turns: u32) -> Outcome {
     let run = Run {
         machine: EmulatedBoard::M4f,
@@ -38,12 +39,12 @@ fn slow_at(tick: u32, turns: u32) -> Outcome {
 
 #[test]
 fn two_periods_missed_in_a_row_are_a_fault() {
-    // 1.6 to 2.0 ms per tick: one period each of two ticks
+    // a tick takes 1.6 to 2.0 ms, so each of two ticks misses one period
     let (shift, late) = (5, 2);
     let outcome = run(shift);
     let result = outcome.result().unwrap();
     assert_eq!(result.overruns, late, "late ticks until the fault");
-    // boot, self-test, the tick that puts the patch to rest, and the late ones
+    // not in `Fault`: boot, self-test, the tick that brings the patch to rest, and the late ticks
     assert_eq!(result.faults, 1_000 - 3 - late, "{}", outcome.text);
     assert!(outcome.text.contains("mode=fault fault=ticks ended too late"), "{}", outcome.text);
     assert_eq!(outcome.exit_status, Some(1));
@@ -54,7 +55,7 @@ fn one_tick_that_misses_two_periods_is_a_fault() {
     let outcome = slow_at(SLOW_TICK, 2 * TURNS + TURNS / 6);
     let result = outcome.result().unwrap();
     assert_eq!(result.overruns, 1, "{}", outcome.text);
-    // from the tick after it on
+    // all ticks after the slow one
     assert_eq!(result.faults, 1_000 - SLOW_TICK, "{}", outcome.text);
     assert!(outcome.text.contains("mode=fault fault=ticks ended too late"), "{}", outcome.text);
     assert_eq!(outcome.exit_status, Some(1));
@@ -62,7 +63,7 @@ fn one_tick_that_misses_two_periods_is_a_fault() {
 
 #[test]
 fn a_tick_without_end_meets_the_watchdog() {
-    let outcome = run(8); // 20 ms per tick, past the watchdog's 4.5 ms
+    let outcome = run(8); // 20 ms per tick, longer than the watchdog's 4.5 ms
     let silent_us = outcome.number("silent_us").unwrap_or_else(|| panic!("no word from the watchdog: {}", outcome.text));
     assert!(silent_us <= 5_000, "the outputs were off {silent_us} us after the last completed tick");
     assert_eq!(outcome.exit_status, Some(1));
@@ -85,7 +86,7 @@ fn ticks_start_on_time_and_however_slow_the_core_no_miss_is_uncounted() {
     println!("{in_time:?}");
     assert_eq!((in_time.late_ticks, in_time.uncounted()), (Some(0), Some(0)));
     let [first, last] = in_time.start_instructions.unwrap();
-    // the log's frames go out once a second with interrupts off
+    // the frames of the log are sent once per second with interrupts disabled
     assert!(first > 50.0 && last < 400.0, "ticks start {first} to {last} instructions after the timer's edge");
     let slow = timed::overruns(&elf, EmulatedBoard::M4f).unwrap();
     for run in &slow {

@@ -1,5 +1,5 @@
-//! A recording of `palpate live` is repeated by the emulated board to the last bit; one that no
-//! board can repeat is refused in a sentence.
+//! The emulated board repeats a recording of `palpate live` to the last bit. A recording that no
+//! board can repeat is refused with an error message.
 
 use std::path::{Path, PathBuf};
 
@@ -82,7 +82,7 @@ fn what_no_board_does_is_refused_in_a_sentence() {
         to(&mut live, 0.0, -UP_M, 10, true);
         Trace::read(&live.finish().unwrap()).unwrap()
     };
-    // no image is given, and none is built for it
+    // no image is given, and the refusal must come before one is built
     let larger = recorded(&choice(1020), &pointer, 5000.0);
     let said = live_trace::replay(&larger, None, EmulatedBoard::M7).unwrap_err().to_string();
     assert!(said.contains("more nodes or triangles than the board holds"), "{said}");

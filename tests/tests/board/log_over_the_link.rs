@@ -1,5 +1,5 @@
-//! `palpate board` prints what a board logs, by the ELF file of its image, and says how to read a
-//! log that no file here explains.
+//! `palpate board` prints a board's log, which it decodes with the ELF file of the board's image.
+//! If no file here matches, it says how to read the log.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -13,7 +13,7 @@ use palpate_tests::palpate_command::{Desk, Outcome, binary, palpate, repository}
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 const PATIENT: Pace = Pace::ByHost(15);
-/// Lines of a board that was just started, in their order.
+/// Log lines of a board that has just started, in this order.
 const START: [&str; 5] = [
     "INFO started after power-on or the reset button",
     "INFO no profile found: three axes, not homed",
@@ -21,7 +21,7 @@ const START: [&str; 5] = [
     "INFO mode self-test, was boot",
     "INFO mode idle, was self-test",
 ];
-/// Opening a patch takes longer than a period; the line may come before or behind its neighbours.
+/// Opening a patch takes longer than a period; this line may come before or after its neighbours.
 const LATE: &str = "WARN late since the start: 0 ticks, ";
 
 fn image() -> &'static Path {
@@ -38,13 +38,13 @@ fn board(folder: &Path, on: &BoardOnAPort, arguments: &[&str]) -> Outcome {
     palpate(SCRATCH, folder, &[&["board"], arguments, &["--port", on.port()]].concat())
 }
 
-/// Log lines of a command, without their mark.
+/// Log lines in a command's output, without their prefix.
 fn logged(text: &str) -> Vec<&str> {
     text.lines().filter_map(|line| line.strip_prefix("log: ")).collect()
 }
 
-/// Asserts that the lines contain these words, one after the other. Lines about missed periods are
-/// left out.
+/// Checks that the lines contain these words, one entry per line and in this order. Lines about
+/// missed periods are ignored.
 fn says(lines: &[&str], words: &[&str]) {
     let lines: Vec<&&str> = lines.iter().filter(|line| !line.contains(LATE)).collect();
     let agree = lines.len() == words.len() && lines.iter().zip(words).all(|(line, words)| line.contains(words));
@@ -55,7 +55,7 @@ fn says(lines: &[&str], words: &[&str]) {
 fn a_board_tells_its_start_uploads_refusals_and_faults_once() {
     let (desk, on, elf) = (Desk::default(), started(), image().to_str().unwrap());
     let run = |arguments: &[&str]| board(desk.folder(), &on, &[arguments, &["--image", elf]].concat());
-    // asks who the board is and takes no log
+    // asks for the board's identity and does not read the log
     assert_eq!(palpate(SCRATCH, desk.folder(), &["board", "list", on.port()]).code, Some(0));
     let watched = run(&["watch", "--seconds", "2"]);
     assert_eq!(watched.code, Some(0), "{watched:?}");
@@ -76,7 +76,7 @@ fn a_board_tells_its_start_uploads_refusals_and_faults_once() {
     says(&logged(&sent.stderr), &[&bytes, "INFO patch opened: 42 nodes, checksum "]);
     assert!(sent.stderr.contains(LATE), "{sent:?}");
 
-    // the press of the script, until the hand goes astray
+    // the script's press, until the hand is moved far away
     let mut arm = Command::new(binary(SCRATCH));
     arm.args(["board", "arm", "--port", on.port(), "--image", elf]).current_dir(desk.folder());
     let arming = arm.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
@@ -92,7 +92,7 @@ fn a_board_tells_its_start_uploads_refusals_and_faults_once() {
     ];
     assert_eq!(ended.status.code(), Some(1), "{text}");
     let lines = logged(&text);
-    println!("{lines:#?}"); // an instruction takes 4 ns there: a line's cost is the time to the next one of its tick
+    println!("{lines:#?}"); // at 4 ns per instruction; a line costs the time to the next
     says(&lines, &told);
     on.hand_astray(false);
     let status = run(&["status"]);
@@ -124,7 +124,7 @@ fn without_the_image_the_lines_are_counted_and_a_wrong_one_is_named() {
         assert!(outcome.stderr.contains(words) && outcome.stderr.contains(file), "{outcome:?}");
     }
 
-    // the image that was built last is taken if it is the board's, and is otherwise no image
+    // the last image built is used if it matches the board's, and otherwise ignored
     let place = desk.folder().join("target/thumbv7em-none-eabihf/firmware");
     std::fs::create_dir_all(&place).unwrap();
     std::fs::create_dir_all(desk.folder().join("firmware")).unwrap();
@@ -137,7 +137,7 @@ fn without_the_image_the_lines_are_counted_and_a_wrong_one_is_named() {
     }
 }
 
-/// Runs in the desk's folder with its own target folder.
+/// Runs a command in the desk's folder with cargo's default target folder.
 fn palpate_in(desk: &Desk, on: &BoardOnAPort, arguments: &[&str]) -> Outcome {
     let mut command = Command::new(binary(SCRATCH));
     command.arg("board").args(arguments).args(["--port", on.port()]).current_dir(desk.folder());

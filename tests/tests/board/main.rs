@@ -1,4 +1,4 @@
-//! The firmware in the emulator: the same bits as the desktop, cost, crashes, late ticks.
+//! The firmware in the emulator: results bit-identical to the desktop's, cost, crashes, late ticks.
 
 #[cfg(unix)]
 mod a_board_on_a_port;

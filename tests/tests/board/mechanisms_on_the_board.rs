@@ -1,7 +1,7 @@
-//! Paddle, pantograph and the template of a device on the emulated board: profile over the link,
-//! home pose, counts in, force codes out. Every record equals that of the desktop's controller to
-//! the bit, and by an independent Jacobian the codes give the motors the power that the hand
-//! receives.
+//! Paddle, pantograph and the template for new devices on the emulated board: the profile is sent
+//! over the link, the home pose is declared, counts go in and force codes come out. Every record
+//! equals that of the desktop's controller to the bit. By an independent Jacobian, the codes give
+//! the motors the power that the hand receives.
 
 use std::path::{Path, PathBuf};
 
@@ -28,11 +28,12 @@ use palpate_tests::flash_patch::in_flash;
 use palpate_tests::joint_hand::{counts_at, jacobian_m, joints_rad};
 use palpate_tests::palpate_command::repository;
 
-/// Encoders start anywhere within the workspace of the axes that a board assumes for them.
+/// Encoder counts at power-on. They may have any value within the workspace that the board assumes
+/// for its axes.
 const POWER_ON_COUNTS: [i32; 3] = [2_345, -777, 31];
-/// The script's tap, hold, retreat and slide, after its wait.
+/// Ticks of the script's tap, hold, retreat and slide, after its wait.
 const TICKS: u32 = script::LEAD_TICKS + 2_000;
-/// Ticks from the home pose to the script's first place.
+/// Ticks from the home pose to the script's first position.
 const APPROACH_TICKS: u32 = 400;
 
 fn image() -> PathBuf {
@@ -44,7 +45,7 @@ fn shipped(name: &str) -> Profile {
     device_file::load(file.to_str().unwrap()).unwrap_or_else(|error| panic!("{error}")).1
 }
 
-/// The emulated board, and the desktop's controller fed with the same messages.
+/// The emulated board, and the desktop's controller that receives the same messages.
 struct Both<'a> {
     board: Board,
     haptic: HapticLoop<DesktopBoard>,
@@ -83,7 +84,8 @@ impl<'a> Both<'a> {
         there
     }
 
-    /// A message that the board answers at once, and its result in the inbox here.
+    /// Sends a message that the board answers at once; returns that answer and the reply of the
+    /// desktop's inbox.
     fn ask(&mut self, message: &ToBoard<'_>) -> (FromBoard, Reply) {
         self.board.send(message).unwrap();
         (self.board.receive().unwrap(), self.inbox.take(message, &mut self.haptic.controller, None))
@@ -107,8 +109,8 @@ impl<'a> Both<'a> {
     }
 }
 
-/// Codes against the transposed Jacobian of an independent description of the mechanism, to a code
-/// and a thousandth of the largest.
+/// Checks the codes against the transposed Jacobian of an independent description of the mechanism,
+/// within one code plus a thousandth of the code.
 fn codes_are_right(mechanism: &MechanismProfile, from_home: [i32; 3], record: &Record) {
     let jacobian = jacobian_m(mechanism, joints_rad(mechanism, from_home));
     let torque_n_m = jacobian.transpose() * Vector3::from(record.applied_n).cast::<f64>();
@@ -141,7 +143,7 @@ fn pressed_through(name: &str, least_n: f32) {
     let counted = |from_home: [i32; 3]| std::array::from_fn(|joint| POWER_ON_COUNTS[joint] + from_home[joint]);
     let first = counts_at(&mechanism, place(0));
     for n in 0..APPROACH_TICKS {
-        // the path is in joint space: joints move evenly
+        // the path is linear in joint space
         let share = |joint: i32| (i64::from(joint) * i64::from(n) / i64::from(APPROACH_TICKS)) as i32;
         both.tick(counted(first.map(share)), true);
     }
@@ -174,9 +176,9 @@ fn pressed_through(name: &str, least_n: f32) {
     );
     assert_eq!(both.haptic.controller.mode(), Mode::Active);
     assert!(largest_n > least_n, "the press of 4 mm was not felt: {largest_n} N");
-    // joints move by a hundredth of a radian in a tick of the tap
+    // in one tick of the tap the joints move by about a hundredth of a radian
     assert!((motors_j - hand_j).abs() < 0.01 * exchanged_j, "motors {motors_j} J, hand {hand_j} J of {exchanged_j} J");
-    // failing encoders end the force and clear the home pose
+    // an encoder failure ends the force and clears the home pose
     let record = both.tick(POWER_ON_COUNTS, false);
     assert!(!record.enabled && record.fault == 5, "{record:?}");
     assert!(!both.haptic.controller.homed());
@@ -230,7 +232,7 @@ fn what_cannot_move_so_is_refused_and_arms_that_do_not_close_are_a_failed_sensor
     }
     both.home();
     both.tick([0; 3], true);
-    // both arms turned outwards by 60 degrees: the distal ones do not reach
+    // both arms are turned outwards by 60 degrees, so the distal links do not meet
     let record = both.tick([-5_461, -5_461, 0], true);
     assert_eq!((record.mode(), record.fault, record.enabled), (Some(Mode::Fault), 5, false));
     assert_eq!(both.ask(&ToBoard::Home).0, FromBoard::Refused(Refusal::NotIdle));

@@ -1,5 +1,5 @@
-//! The steps of a user with a paddle, by the commands of `firmware/controller/README.md`: profile,
-//! home pose, arm, a press of 4 mm that is felt.
+//! A user's steps with a paddle, by the commands of `firmware/controller/README.md`: store the
+//! profile, declare the home pose, arm, feel a press of 4 mm.
 
 use std::path::Path;
 
@@ -39,7 +39,7 @@ fn a_paddle_is_given_its_profile_shown_its_home_pose_armed_and_felt() {
     assert!(weak.code == Some(2) && weak.stderr.contains("weak.toml: [mechanism]: the motors are too weak"), "{weak:?}");
     assert_eq!(weak.stderr.lines().count(), 1, "{weak:?}");
 
-    // nobody holds the switch: the board stays idle, and the command does not wait for ever
+    // nobody holds the operator switch: the board stays idle, and the command does not wait forever
     desk.put("switch.toml", std::fs::read_to_string(&file).unwrap().replacen("axes = 1", "axes = 1\noperator_switch = true", 1));
     assert_eq!(board(&["profile", "--device", "switch.toml"]).code, Some(0));
     assert_eq!(board(&["home"]).code, Some(0));
@@ -65,7 +65,7 @@ fn a_paddle_is_given_its_profile_shown_its_home_pose_armed_and_felt() {
         csv.lines().skip(1).map(|row| row.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect()).collect();
     let depth_m = rows.iter().map(|row| row[column("depth_m")]).fold(0.0, f64::max);
     assert!((3.5e-3..4.5e-3).contains(&depth_m), "{depth_m} m deep");
-    // one motor: the other converters stay at zero
+    // the paddle has one motor, so the other converters stay at zero
     assert!(rows.iter().any(|row| row[column("code_x")] > 100.0));
     assert!(rows.iter().all(|row| row[column("code_y")] == 0.0 && row[column("code_z")] == 0.0));
 }

@@ -1,5 +1,6 @@
-//! Tissue that relaxes, on the emulated board: a patch that carries shares and times gives the same
-//! bits as on the desktop through presses, faults and recovery, and costs what the board estimates.
+//! Tissue that relaxes on the emulated board. A patch with relaxation shares and times gives
+//! results that are bit-identical to the desktop's through presses, faults and recovery, and its
+//! cost stays within a bound.
 
 use std::path::Path;
 
@@ -14,7 +15,8 @@ const TERMS: [PronyTerm; MOST_TERMS] =
     [PronyTerm { share: 0.26, time_s: 0.4 }, PronyTerm { share: 0.31, time_s: 4.4 }, PronyTerm { share: 0.1, time_s: 0.02 }];
 const TICKS: u32 = 3_000;
 
-/// The shipped block with this many terms, on a word boundary, leaked.
+/// The shipped block's patch file with this many terms, aligned to a word boundary. The memory is
+/// never freed.
 fn with_terms(terms: usize) -> &'static [u8] {
     let mut file = PatchFile::open(packed::on_words(&packed::shipped("block-m4f-168.patch"))).unwrap();
     file.params.relaxation = std::array::from_fn(|n| if n < terms { TERMS[n] } else { PronyTerm::NONE });
@@ -43,8 +45,8 @@ fn board_and_desktop_relax_to_the_same_bits_at_the_cost_that_is_counted() {
     for (terms, (spread, cycles)) in spread.iter().zip(cycles).enumerate() {
         println!("{terms} terms: {} instructions at most, {} median; {cycles:.0} cycles are counted", spread.max, spread.median);
     }
-    // two terms, the target of the term: 6 % of the compiled tick of 57 nodes that it was set for,
-    // 71 900 instructions
+    // the bound for two terms: 6 % of the compiled tick of 57 nodes when the bound was set, 71 900
+    // instructions
     let nodes = PatchFile::open(with_terms(0)).unwrap().model.nodes.len() as f64;
     let [none, _, two, _] = spread.map(|s| s.median as f64);
     assert!((two - none) / nodes < 0.06 * 71_900.0 / 57.0, "{two} instructions, {none} without");

@@ -1,6 +1,6 @@
-//! The self-test image on two emulated boards: it runs without a host, ends with success, never
-//! enables an output, and its report confirms the same bits as this machine, or names the word that
-//! differs.
+//! The self-test image on two emulated boards: it runs without a host, ends with success and never
+//! enables an output. Its report confirms that its results are bit-identical to this machine's, or
+//! names the word that differs.
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ fn both_boards_report_the_desktop_s_bits() {
         assert!(report.board.starts_with("mps2 ") && report.clock.contains("emulator"), "{line}");
         assert_eq!((report.checks.len(), report.checks.last().map(|check| check.tick)), (8, Some(report.ticks)));
         assert_eq!(report.compare(in_flash()).unwrap(), None, "{machine:?}");
-        // each time was taken, and the whole takes longer than its parts
+        // each stage was timed, and the whole takes longer than the sum of its parts
         let of = |stage: &str| report.stage_counts[stage];
         let parts = ["contact", "springs", "volume", "foundation", "integrate"].map(of);
         assert!(parts.iter().all(|counts| *counts > 100), "{:?}", report.stage_counts);
@@ -46,10 +46,10 @@ fn one_wrong_bit_is_named() {
     let difference = spoilt.compare(in_flash()).unwrap().unwrap();
     assert_eq!((difference.tick, difference.word), (report.checks[5].tick, "forces"));
     assert_eq!(difference.here, report.checks[5].forces);
-    // fingerprints that the run never meets prove nothing
+    // a report whose check ticks are never reached proves nothing
     let mut unmet = report.clone();
     unmet.checks[7].tick += 1;
     assert!(unmet.compare(in_flash()).unwrap().is_some());
-    // nor does a truncated line
+    // neither does a truncated line
     assert!(Report::find(&text.replace("]}", "")).is_none());
 }

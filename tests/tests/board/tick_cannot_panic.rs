@@ -1,13 +1,13 @@
-//! A tick cannot panic. No function on the core's path calls a panic: read off the board's image,
-//! where every stage is a function of its own. And all of a tick, from the host's message to the
-//! outputs, is linked with a panic handler that cannot be linked.
+//! A tick cannot panic. First, no function on the core's path calls a panic in the board's image,
+//! in which every stage is a separate function. Second, a whole tick, from the host's message to
+//! the outputs, links even with a panic handler that cannot be linked.
 
 use std::path::Path;
 
 use palpate_tests::disassembly;
 use palpate_tests::emulator::{build_firmware, link_panic_proof};
 
-/// Functions of the path, as they are named in the image.
+/// Name prefixes of the path's functions in the image.
 const PATH: [&str; 2] = ["palpate::tick::", "palpate::stages::"];
 
 #[test]
@@ -18,7 +18,7 @@ fn no_function_of_the_path_calls_a_panic() {
     let mut function = String::new();
     let (mut seen, mut bad) = (Vec::new(), Vec::new());
     for line in listing.lines() {
-        // "0000b35c <palpate::stages::force::spring::pull>:"
+        // example: "0000b35c <palpate::stages::force::spring::pull>:"
         if let Some(name) = line.split_once(" <").and_then(|(_, rest)| rest.strip_suffix(">:")) {
             function = name.trim_start_matches('<').to_string();
             if PATH.iter().any(|p| function.starts_with(p)) {

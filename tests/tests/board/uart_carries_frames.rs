@@ -1,4 +1,4 @@
-//! Frames of the link over the emulated board's UART: its real registers and interrupts, byte by
+//! Frames of the link over the emulated board's UART, through its registers and interrupts, byte by
 //! byte, while the timer runs.
 
 use std::fs::OpenOptions;
@@ -12,11 +12,11 @@ use palpate_controller::link::frame::FRAME_BYTES;
 use palpate_controller::link::{FromBoard, Receiver, ToBoard, encode};
 use palpate_tests::emulator::build_firmware;
 
-/// Longest wait for a message. A message comes within milliseconds; a board that fell silent must
+/// Time limit for a message. A message takes milliseconds; a board that has stopped sending must
 /// not hang the tests.
 const LONGEST: Duration = Duration::from_secs(300);
 
-/// The next message of the board.
+/// Next message from the board.
 fn next(inbox: &Inbox<FromBoard>) -> FromBoard {
     inbox.recv_timeout(LONGEST).expect("the board fell silent")
 }
@@ -40,8 +40,8 @@ fn reports_come_back_and_a_damaged_frame_is_counted() {
     assert!(records.windows(2).all(|pair| pair[1] > pair[0] && pair[1] % 20 == 0), "{records:?}");
 }
 
-/// Talks to a board that has just started and returns the ticks of its records. The emulator's
-/// clock is its own: how busy this machine is changes nothing on the board.
+/// Exchanges messages with a board that has just started and returns the ticks of its records. The
+/// emulator's clock is independent of how busy this machine is.
 fn talk(elf: &Path) -> Vec<u32> {
     let folder = tempfile::tempdir().unwrap();
     let [to, from] = ["serial.in", "serial.out"].map(|name| folder.path().join(name));
@@ -72,7 +72,7 @@ fn talk(elf: &Path) -> Vec<u32> {
     });
 
     let records = exchange(&mut to, &inbox);
-    child.kill().unwrap(); // the one that was started here
+    child.kill().unwrap(); // the process started above
     child.wait().unwrap();
     records
 }

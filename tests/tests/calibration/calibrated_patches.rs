@@ -1,5 +1,5 @@
-//! Calibrated patches are as accurate as promised: against the shipped answers and against finite
-//! elements solved here, at depths, places, probes and stiffnesses that are in no fit.
+//! Calibrated patches are as accurate as promised: compared with the shipped references and with
+//! finite elements solved here, at depths, places, probes and stiffnesses that no fit used.
 
 use palpate::{Params, ProbeShape, Vector3};
 use palpate_fit::calibrate::accuracy::{Accuracy, DISC_RADII, PLACES};
@@ -20,8 +20,9 @@ use palpate_tissue::session::calibrated;
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 
-/// Promised errors of a size: centred RMS [%], centred and held out [%], over the disc rms and
-/// worst [%], the same at 0.5 mm, surface at 2 and 4 mm [mm].
+/// Promised errors of a patch size: force at the centre, rms [%]; at the centre at held-out depths
+/// [%]; over the disc of places, rms and worst [%], and the same at 0.5 mm depth; surface shape at
+/// 2 and 4 mm depth [mm].
 struct Promise {
     nodes: usize,
     centred: f64,
@@ -29,9 +30,9 @@ struct Promise {
     disc: [f64; 2],
     shallow: [f64; 2],
     surface_mm: [f64; 2],
-    /// Glued discs, which were in no fit: worst over press and shear at two places [%].
+    /// Glued discs, which no fit used: worst error over press and shear at two places [%].
     glued: f64,
-    /// Random places that are tried here; `palpate calibrate --check` tries 40 at every size.
+    /// Number of random places tried here; `palpate calibrate --check` tries 40 at every size.
     places: usize,
 }
 
@@ -62,7 +63,7 @@ const PROMISES: [Promise; 3] = [
         held_out: 1.0,
         disc: [0.8, 2.0],
         shallow: [2.0, 4.0],
-        // the aim is 0.012 at 2 mm
+        // the target is 0.012 at 2 mm
         surface_mm: [0.014, 0.030],
         glued: 13.5,
         places: 4,
@@ -74,7 +75,7 @@ fn shipped_patches_keep_their_promises() {
     let answer = Answer::block();
     let map = ReferenceMap::of(&answer).unwrap();
     let mut broken = Vec::new();
-    // the default size, or all of them
+    // the default size only, or all sizes in the long form
     for p in PROMISES.into_iter().filter(|p| long() || p.nodes == 410) {
         let (patch, params) = calibrated::sized(p.nodes).unwrap();
         let accuracy = Accuracy::of(&patch, &params, &map, DISC_RADII, p.places).unwrap();
@@ -102,7 +103,7 @@ fn shipped_patches_keep_their_promises() {
     assert!(broken.is_empty(), "{}", broken.join("; "));
 }
 
-/// Static force over E [m^2] of a patch at a place and a depth.
+/// Static force over E [m^2] of a patch at a place, one value per depth.
 fn force(patch: &Patch, params: &Params, place_m: [f64; 2], depths_m: &[f64]) -> Vec<f64> {
     let statics = Statics::of(&patch.model(), params).unwrap();
     let solver = Solver::of(&statics).unwrap();
@@ -130,8 +131,8 @@ fn other_probes_are_felt_without_a_new_fit() {
         (include_str!("../../../host-sim/references/flat.json"), ProbeShape::Flat, 9.0),
         (include_str!("../../../host-sim/references/sphere-5mm.json"), ProbeShape::Sphere, 5.0),
     ];
-    // the measured bound, not the wanted one (3 %): a flat end presses its edge in, which elements
-    // of 3 mm do not resolve
+    // the bounds are measured; for the flat end 3 % was the target, but its edge indents the tissue
+    // in a way that elements of 3 mm do not resolve
     let mut broken = Vec::new();
     for (text, shape, most_pct) in cases {
         let answer = answer(text);
@@ -180,7 +181,7 @@ fn a_nodule_is_mapped() {
     assert!(worst <= 5.0, "{worst:.2} % at worst");
 }
 
-/// All steps of a user, against finite elements solved during the test.
+/// A user's whole workflow, compared with finite elements solved during the test.
 #[test]
 #[ignore = "long: a fit and a reference"]
 fn a_quick_calibration_then_a_press_meets_a_fresh_reference() {
@@ -221,7 +222,7 @@ fn a_quick_calibration_then_a_press_meets_a_fresh_reference() {
         let found_n = summary["holds"][n]["force_n"].as_f64().unwrap();
         let error = error_pct(found_n, wanted_n);
         println!("{:.0} mm: {found_n:.4} N, finite elements {wanted_n:.4} N: {error:+.2} %", depth_m * 1e3);
-        // 2 % promised, 0.5 % for a mesh that solves in seconds
+        // 2 % are promised, plus 0.5 % for a mesh that is solved in seconds
         assert!(error.abs() <= 2.5, "{depth_m} m: {error:.2} %");
     }
 }

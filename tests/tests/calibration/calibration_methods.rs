@@ -1,4 +1,4 @@
-//! The three ways to calibrate, on targets whose patch is known.
+//! The three calibration methods, applied to targets of a known patch.
 
 use palpate::Params;
 use palpate_fit::calibrate::places::sunflower;
@@ -29,7 +29,8 @@ fn statics(tissue: &Tissue) -> Statics {
     Statics::of(&Patch::build(tissue, &Material::default(), None).model(), &Params::default()).unwrap()
 }
 
-/// Returns the forces of a patch at the centre and at `places` more, and its dent at the centre.
+/// Returns the forces of a patch at the centre and at `places` other places, and its surface
+/// displacement at the centre.
 fn targets(truth: &Statics, places: usize) -> Targets {
     let solver = Solver::of(truth).unwrap();
     let rest = solver.rest(truth, Vector::zeros(), 1e-4).unwrap();
@@ -60,8 +61,8 @@ struct Case {
 }
 
 impl Case {
-    /// 60 nodes and 8 places; every unknown of the true patch differs from the start, and all
-    /// springs and all nodes do together.
+    /// A patch of 60 nodes and targets at 8 places. In the true patch every unknown differs from
+    /// its start value, including the two factors shared by all springs and by all nodes.
     fn small() -> Self {
         let tissue = tissue(60);
         let base = statics(&tissue);
@@ -78,8 +79,8 @@ impl Case {
     }
 }
 
-/// The record is consistent: it starts at the uncalibrated patch and falls, within the budget, and
-/// the objective is left at its last row.
+/// Checks that the record is consistent: the cost falls from row to row, the number of evaluations
+/// stays within the budget, and the objective is left at the record's last row.
 fn check_record(objective: &mut Objective, rounds: &[Round], most_evaluations: usize) -> Sweep {
     let made = objective.evaluations();
     assert!(made <= most_evaluations, "{made} evaluations of {most_evaluations}");
@@ -106,7 +107,7 @@ fn gauss_newton_recovers_the_forces() {
     assert!(worst < 0.003, "a force is {:.3} % off: {rounds:?}", 100.0 * worst);
 }
 
-/// Gradient of the cost, misfit plus ridge, at the place `z` where a sweep with slopes was made.
+/// Gradient of the cost, misfit plus ridge, at `z`, from a sweep with slopes made there.
 fn cost_gradient(sweep: &Sweep, z: &[f64]) -> Vec<f64> {
     let mut gradient: Vec<f64> = z.iter().map(|z| 2.0 * z).collect();
     for (r, row) in sweep.residuals.iter().zip(&sweep.rows) {
@@ -122,7 +123,7 @@ fn slopes_are_those_of_the_cost() {
     let z: Vec<f64> = (0..case.unknowns.len()).map(|n| 0.3 * (n as f64).cos()).collect();
     let (sweep, _) = objective.evaluate(&z, true).unwrap();
     let gradient = cost_gradient(&sweep, &z);
-    // the ridge alone, too small to be visible next to the errors
+    // the ridge term separately, since it is too small to be visible next to the errors
     let ridge = cost_gradient(&Sweep::default(), &z);
     let ridge_cost =
         |by: f64| objective.round(&Sweep::default(), &z.iter().zip(&ridge).map(|(z, g)| z + by * g).collect::<Vec<_>>()).cost;
@@ -130,7 +131,7 @@ fn slopes_are_those_of_the_cost() {
     let found = (ridge_cost(0.1) - ridge_cost(-0.1)) / 0.2;
     assert!((found / expected - 1.0).abs() < 1e-9, "ridge: gradient {expected}, differences {found}");
     let largest = |from: usize, to: usize| (from..to).max_by(|&a, &b| gradient[a].abs().total_cmp(&gradient[b].abs())).unwrap();
-    // the steepest spring, the steepest of all, and every scalar
+    // the spring with the steepest slope, the steepest other unknown, and every scalar
     let (springs, all) = (case.base.springs.len(), z.len());
     let [first_scalar, _] = case.unknowns.shared_springs_and_nodes();
     let mut asked = vec![largest(0, springs), largest(springs, first_scalar)];
@@ -151,7 +152,7 @@ fn slopes_are_those_of_the_cost() {
     }
 }
 
-/// The truth's glued discs at two places, pressed and sheared.
+/// Stiffnesses of the true patch's glued discs at two places, pressed and sheared.
 fn glued(truth: &Statics) -> Vec<GluedTarget> {
     let solver = Solver::of(truth).unwrap();
     let cases = [[0.0, 0.0], [0.006, -0.004]].into_iter().flat_map(|at| [Vector::z(), Vector::x()].map(|way| (at, way)));
@@ -166,7 +167,8 @@ fn glued(truth: &Statics) -> Vec<GluedTarget> {
 #[test]
 fn glued_discs_are_fitted_with_the_presses_and_have_the_slope_of_the_cost() {
     let mut case = Case::small();
-    // other true values than those of the presses, which the presses alone would not find
+    // the true values differ from those of the presses, so that the presses alone would not find
+    // them
     let z: Vec<f64> = (0..case.unknowns.len()).map(|n| 0.5 * (2.3 * n as f64).cos()).collect();
     case.targets.glued = glued(&case.unknowns.apply(&case.base, &z));
     case.targets.places.truncate(2);
@@ -178,7 +180,7 @@ fn glued_discs_are_fitted_with_the_presses_and_have_the_slope_of_the_cost() {
     assert!(worst(&start) > 0.03, "nothing to fit: {:?}", start.measurement.glued);
     assert!(worst(&sweep) < 0.01, "{:?}, first {:?}", sweep.measurement.glued, start.measurement.glued);
 
-    // discs alone, so that only their slopes count
+    // only discs as targets, so that only their slopes count
     case.targets.places.iter_mut().for_each(|p| (p.forces, p.dents) = (Vec::new(), Vec::new()));
     let mut objective = case.objective();
     let z: Vec<f64> = (0..case.unknowns.len()).map(|n| 0.3 * (n as f64).sin()).collect();

@@ -1,17 +1,17 @@
-//! A calibrated patch with a far field is accurate at unseen places and depths, for glued discs
-//! too, and in another organ once its far field is swapped.
+//! A calibrated patch with a far field is accurate at places and depths that no fit used, also for
+//! glued discs, and in another organ once its far field has been replaced.
 
 use palpate_fit::statics::{Solver, Statics, Vector};
 use palpate_tests::far_patch::FarPatch;
 use palpate_tissue::scene::Inclusion;
 
-/// Radius and element size [m]: 68 nodes.
+/// Patch radius and element size [m], which give 68 nodes.
 const SIZE: (f64, f64) = (0.017, 0.0052);
 const DEPTHS_M: [f64; 4] = [0.001, 0.002, 0.004, 0.006];
-/// Ten times as stiff outside of the patch, under its rim.
+/// An inclusion ten times as stiff, outside the patch, below its rim.
 const OUTSIDE: Inclusion = Inclusion { center_m: [0.0, 0.0, -0.026], radius_m: 0.008, stiffness_ratio: 10.0, stiffening_b: None };
 
-/// Forces over E of centred presses [m^2].
+/// Forces over E of centred presses [m^2], one per depth.
 fn forces(statics: &Statics) -> Vec<f64> {
     let solver = Solver::of(statics).unwrap();
     let mut here = solver.rest(statics, Vector::zeros(), 1e-4).unwrap();
@@ -34,16 +34,17 @@ fn a_patch_is_right_where_it_was_not_fitted() {
     for at in &accuracy.forces {
         println!("{at:?}");
     }
-    // 1.5, 3 and 6 mm are in no fit, nor is any of the places
+    // the fit used neither the depths of 1.5, 3 and 6 mm nor any of the places
     assert!(accuracy.centred_rms_pct(&[1.5, 3.0, 6.0]) < 2.0);
-    // forty places are too few for the shallowest presses: those are for a full fit
+    // a quick fit has forty places, too few for the shallowest presses, so those are not checked
+    // here
     let (rms, worst) = accuracy.disc_pct(&[2.0, 3.0, 4.0]);
     println!("disc {rms} {worst}, glued {:?}", accuracy.glued);
     assert!(rms < 2.0 && worst.abs() < 5.0, "{rms} {worst}");
     let centred = accuracy.glued.iter().filter(|disc| disc.place_mm == [0.0; 3]);
     assert!(centred.clone().count() >= 2);
     centred.for_each(|disc| assert!(disc.error_pct.abs() < 3.0, "{disc:?}"));
-    // before the fit it is not
+    // before the fit it is not accurate
     let raw = Statics::of(&patch.prepared.patch().model(), &patch.prepared.params).unwrap();
     let fitted = Statics::of(&patch.fitted.patch.model(), &patch.fitted.params).unwrap();
     assert!(worst_of(&raw, &fitted) > 0.05);

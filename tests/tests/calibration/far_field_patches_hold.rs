@@ -1,5 +1,5 @@
 //! Calibrated patches with a far field withstand presses and taps at one step per tick, with a
-//! margin, jitter and nodules, and come to rest.
+//! stability margin, with jitter and with nodules, and return to rest.
 //!
 //! `--nocapture` prints the table.
 
@@ -13,14 +13,14 @@ use palpate_tissue::session::Session;
 use palpate_tissue::stable_step::with_tick;
 
 const DEEP_M: f32 = 8e-3;
-/// Radius and element size [m]: 68 and 117 nodes.
+/// Patch radius and element size [m], which give 68 and 117 nodes.
 const SIZES: [(f64, f64); 2] = [(0.017, 0.0052), (0.018, 0.0039)];
 const MODULI_PA: [f32; 3] = [3.5e3, 20e3, 100e3];
 const SPEEDS_M_PER_S: [f64; 2] = [0.1, 0.5];
 const MARGIN: f32 = 1.15;
-/// Largest force over the static one.
+/// Largest allowed ratio of the peak force to the static force (1).
 const PEAK: f64 = 3.0;
-/// A nodule, 12 mm deep under the site, and one across the rim.
+/// A nodule 12 mm below the site, and one that crosses the rim.
 const INSIDE: Inclusion = Inclusion { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0, stiffening_b: None };
 const ACROSS: Inclusion =
     Inclusion { center_m: [0.012, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0, stiffening_b: None };
@@ -92,7 +92,7 @@ fn a_session_asks_for_one_step() {
     }
 }
 
-/// Negative control: at twice the step a tap does not hold, so the tests above do detect a step
+/// Negative control: at twice the step a tap is not stable, so the tests above do detect a step
 /// that is too long.
 #[test]
 fn a_step_twice_as_long_does_not_hold() {

@@ -1,4 +1,5 @@
-//! A press without equilibrium on the uncalibrated patch is left out of a fit and does not end it.
+//! A press without equilibrium on the uncalibrated patch is excluded from a fit and does not end
+//! it.
 
 use palpate_fit::calibrate::targets::PlaceTarget;
 use palpate_fit::calibrate::{CalibrateError, Fit, ForceTarget, Objective, Settings, Targets, Unknowns, calibrate};
@@ -9,22 +10,24 @@ use palpate_fit::statics::{Statics, Vector};
 use palpate_tissue::scene::Scene;
 
 const DEPTH_M: f64 = 0.006;
-/// Presses with an equilibrium for each one without: more than the fifty that are required.
+/// Number of presses with an equilibrium for each one without; at least fifty are required.
 const SOUND: usize = 60;
 
-/// Place at which the springs of this mesh buckle between two shapes, 6 mm deep.
+/// A place at which, at 6 mm depth, the springs of this mesh buckle and alternate between two
+/// shapes.
 fn buckles() -> Vector {
     let (radius_m, angle) = (0.0125 * (133.5_f64 / 250.0).sqrt(), 2.399_963 * 133.0_f64);
     Vector::new(radius_m * angle.cos(), radius_m * angle.sin(), 0.0)
 }
 
 fn place(place_m: Vector, depths_m: impl Iterator<Item = f64>) -> PlaceTarget {
-    // any force will do: the question is whether the press is found
+    // the value of the force does not matter: the question is whether the press has an equilibrium
     let forces = depths_m.map(|depth_m| ForceTarget { depth_m, force: 0.01 * depth_m, tolerance: 1.0 }).collect();
     PlaceTarget { place_m, forces, dents: Vec::new() }
 }
 
-/// `sound` presses at the centre, and two where the deeper one has no balance.
+/// Targets of `sound` presses at the centre, and of two presses at a place where the deeper one has
+/// no equilibrium.
 fn targets(sound: usize) -> Targets {
     let depths = (1..=sound).map(|n| 0.004 * n as f64 / sound as f64);
     let places = vec![place(Vector::zeros(), depths), place(buckles(), [0.004, DEPTH_M].into_iter())];
@@ -39,7 +42,7 @@ fn fitted(sound: usize) -> Result<usize, CalibrateError> {
         .map(|fit| fit.lost_presses)
 }
 
-/// Otherwise a fit would end where a step loses one press of hundreds, or gain by losing it.
+/// Otherwise a fit would end when a step loses one press of hundreds, or count the loss as a gain.
 #[test]
 fn a_lost_press_counts_in_neither_of_two_costs() {
     let scene = Scene::load("../host-sim/scenes/trials/nu25-130.toml").unwrap();

@@ -1,4 +1,4 @@
-//! Calibration, patches with a far field, plans.
+//! Calibration, patches with a far field, and plans.
 
 mod calibrated_patches;
 mod calibration_methods;

@@ -1,10 +1,11 @@
-//! A moving probe against the dynamic reference: implicit finite elements with true masses
-//! (`palpate_fit::dynamic`), which share no code with the tick and are in no fit.
+//! A moving probe compared with the dynamic reference: implicit finite elements with true masses
+//! (`palpate_fit::dynamic`), which share no code with the tick and were not used in any fit.
 //!
 //! The constants of the moving tick were chosen on the centred ramps of 40 and 200 mm/s at 3.5 kPa;
-//! the number of smooth fields on those at 20 and 100 kPa too. 100 and 500 mm/s and the place off
-//! the centre were not used. What the output takes out for the floored masses has no constant. The
-//! bounds are the measured values, rounded up; LIMITS.md says where they are large.
+//! the number of smooth fields also on those ramps at 20 and 100 kPa. Speeds of 100 and 500 mm/s
+//! and the place off the centre were not used. The output's correction for the floored masses has
+//! no constant. The bounds are the measured values, rounded up; LIMITS.md lists where they are
+//! large.
 
 use palpate::{PatchFile, Vector3};
 use palpate_tests::bench::Bench;
@@ -15,13 +16,13 @@ use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::session::Session;
 
-/// A patch of the firmware.
+/// A patch of the firmware, by its file name.
 fn shipped(name: &str) -> Bench {
     let file = PatchFile::open(packed::on_words(&packed::shipped(name))).unwrap();
     Bench { patch: Patch::of_file(&file), params: file.params }
 }
 
-/// Reference, and the bounds for rms and peak [%].
+/// Name of the reference, and bounds on the rms and peak errors [%].
 type CourseBound = (&'static str, f64, f64);
 
 const COURSES_OF_410: &[CourseBound] = &[
@@ -54,7 +55,7 @@ const COURSES_OF_THE_BOARD: &[CourseBound] = &[
     ("drag-3.5kpa-60", 2.5, 1.5),
 ];
 
-/// Presses as in the reference, tick by tick.
+/// Errors of a patch that is pressed as in the reference, tick by tick.
 fn errors(bench: &Bench, truth: &str) -> RampError {
     let ramp = Ramp::named(truth).unwrap();
     let aside_m = if ramp.truth.site == Site::Aside { 0.00785 } else { 0.0 };
@@ -62,7 +63,8 @@ fn errors(bench: &Bench, truth: &str) -> RampError {
     ramp.judge_patch(&bench.patch, &bench.params, site_m).unwrap().unwrap_or_else(|fault| panic!("{truth}: {fault}"))
 }
 
-/// Reference, and the bounds for any of the four depths, rms and peak [%].
+/// Name of the reference, and bounds on the error at any of the four depths, the rms error and the
+/// peak error [%].
 type Bound = (&'static str, f64, f64, f64);
 
 fn judged(name: &str, bench: &Bench, bounds: &[Bound]) {
@@ -132,7 +134,8 @@ fn a_hundred_and_thirty_nodes() {
     );
 }
 
-/// Off the centre the board's patch is 4 % off at 1 mm and 2 % from 2 mm on, by its own record.
+/// According to its own record, the error of the board's patch off the centre is 4 % at 1 mm and 2
+/// % from 2 mm on.
 #[test]
 fn the_boards_own_patch() {
     judged(
@@ -153,7 +156,7 @@ fn the_boards_own_patch() {
     );
 }
 
-/// Motions that were not used to choose any constant: taps that come back, swings, a drag.
+/// Motions that were not used to choose any constant: taps with their return, swings, a drag.
 #[test]
 fn taps_swings_and_drags() {
     let mut beyond = Vec::new();
@@ -182,8 +185,8 @@ fn taps_swings_and_drags() {
     assert!(beyond.is_empty(), "beyond what is promised:\n{}", beyond.join("\n"));
 }
 
-/// The self-check detects what it is meant for: with the floor on each node by itself the error of
-/// the same patch is several times larger.
+/// Negative control: with the mass floor on each node by itself, the error of the same patch is
+/// several times larger.
 #[test]
 fn a_floor_on_every_node_is_seen() {
     let own = Bench::calibrated(410).with(|p| (p.terms.relative_mass, p.terms.smooth_mass) = (false, false));
@@ -193,8 +196,8 @@ fn a_floor_on_every_node_is_seen() {
 }
 
 /// Without a reference, a patch is compared with itself at much shorter substeps. Up to 200 mm/s,
-/// at any stiffness and substep, the true error never exceeds this estimate by 3 % of the peak, and
-/// the estimate is at most one and a half times the true error plus 2 %.
+/// at any stiffness and substep, the true error exceeds this estimate by less than 3 % of the peak,
+/// and the estimate is less than one and a half times the true error plus 2 %.
 #[test]
 fn a_patch_knows_its_own_moving_error() {
     for nodes in [130, 410] {
@@ -216,8 +219,7 @@ fn a_patch_knows_its_own_moving_error() {
     }
 }
 
-/// Shorter substeps keep the error that a scene names, and a scene gets no more of them than
-/// needed.
+/// Substeps keep the error that a scene asks for, and a scene gets no more substeps than needed.
 #[test]
 fn substeps_are_as_many_as_the_motion_needs() {
     let scene = |kpa: f64, ramp_m_per_s: f64, moving_error_pct: Option<f64>| {

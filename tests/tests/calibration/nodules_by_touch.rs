@@ -1,11 +1,13 @@
-//! Finding a nodule by net force and by the contact map: 8 mm across, ten times as stiff, its
-//! middle 10 mm deep, under lines of nine presses of the calibrated patch.
+//! Detects a nodule by net force and by the contact map. The nodule is 8 mm across, ten times as
+//! stiff as the tissue, and its centre is 10 mm below a line of nine presses on the calibrated
+//! patch.
 //!
-//! A trial is a line with or without the nodule, over tissue of a stiffness that is not known. The
-//! hand does not hold 3 mm of depth exactly, and the readings of each press are noisy. An observer
-//! reads some of force, area, centre and peak pressure of all presses and weighs them best
-//! (Fisher's discriminant, learnt on other trials); the area under its ROC curve is the share of
-//! pairs of lines of which it names the one with the nodule: 0.5 is chance.
+//! A trial is a line of presses with or without the nodule, in tissue of unknown stiffness. The
+//! hand does not keep the depth of 3 mm exactly, and the readings of each press are noisy. An
+//! observer reads some of force, area, centre and peak pressure of all presses and combines them
+//! with optimal linear weights (Fisher's discriminant, trained on other trials). The area under its
+//! ROC curve is the share of pairs of lines in which it picks the line with the nodule; 0.5 is
+//! chance.
 
 use palpate::{ContactMap, Params, ProbePose, Vector3, tick};
 use palpate_tests::bench::Noise;
@@ -14,28 +16,28 @@ use palpate_tissue::scene::Inclusion;
 use palpate_tissue::session::calibrated;
 use palpate_tissue::stable_step::limits;
 
-/// Presses of a line, and how far apart [m]; the nodule lies under the middle one.
+/// Number of presses per line, and their spacing [m]; the nodule is below the middle press.
 const PRESSES: usize = 9;
 const STEP_M: f64 = 3e-3;
-/// Distances of lines from the nodule's middle [m]: each meets the mesh differently.
+/// Distances of the lines from the nodule's centre [m]; each line meets the mesh differently.
 const LINES_M: [f64; 5] = [-3e-3, -1.5e-3, 0.0, 1.5e-3, 3e-3];
-/// Depths at which a press is solved [m]; between them it is interpolated.
+/// Depths at which a press is solved [m]; readings between them are interpolated.
 const DEPTHS_M: [f64; 6] = [1.0e-3, 1.8e-3, 2.6e-3, 3.4e-3, 4.2e-3, 5.0e-3];
 /// Intended depth of the hand [m].
 const MEANT_M: f64 = 3e-3;
-/// Spread of Young's modulus between trials (1).
+/// Standard deviation of Young's modulus between trials, relative to its mean (1).
 const MODULUS: f64 = 0.15;
-/// Trials of each kind for training, and as many for testing.
+/// Number of trials with and as many without the nodule, for training and again for testing.
 const TRIALS: usize = 1500;
 
-/// Logarithm of the force, of the area, centre along the line relative to the tip [m], logarithm of
-/// the peak pressure.
+/// Readings of a press: logarithm of the force, logarithm of the area, centre along the line
+/// relative to the tip [m], logarithm of the peak pressure.
 type Touch = [f64; 4];
 const FORCE: &[usize] = &[0];
 const MAP: &[usize] = &[1, 2, 3];
 const BOTH: &[usize] = &[0, 1, 2, 3];
 
-/// Touches of a patch, shape [lines][presses][depths].
+/// Readings on a patch, shape \[lines\]\[presses\]\[depths\].
 fn touches(patch: &Patch, params: &Params) -> Vec<Vec<Vec<Touch>>> {
     let model = patch.wide_model();
     let mut memory = Memory::for_model(&model);
@@ -62,12 +64,13 @@ fn touches(patch: &Patch, params: &Params) -> Vec<Vec<Vec<Touch>>> {
     LINES_M.iter().map(|y_m| (0..PRESSES).map(|k| press(along_m(k), *y_m)).collect()).collect()
 }
 
-/// A number of mean 0 and variance 1, nearly normal.
+/// A nearly normal random number of mean 0 and variance 1.
 fn normal(noise: &mut Noise) -> f64 {
     (0..12).map(|_| 0.5 * noise.uniform()).sum()
 }
 
-/// Readings of a line: `unsteady` is the spread of the depth (1), `sensor` that of a touch.
+/// Readings of a line. `unsteady` is the relative standard deviation of the depth (1), `sensor` the
+/// standard deviation of each reading.
 fn read(lines: &[Vec<Vec<Touch>>], noise: &mut Noise, unsteady: f64, sensor: &Touch) -> Vec<f64> {
     let line = &lines[((noise.uniform() + 1.0) * 0.5 * lines.len() as f64) as usize % lines.len()];
     let stiffer = MODULUS * normal(noise);
@@ -84,7 +87,7 @@ fn read(lines: &[Vec<Vec<Touch>>], noise: &mut Noise, unsteady: f64, sensor: &To
     felt
 }
 
-/// Area under the ROC curve of an observer that reads these of every touch (1).
+/// Area under the ROC curve of an observer that uses these readings of every press (1).
 fn found(learn: &[Vec<Vec<f64>>; 2], judge: &[Vec<Vec<f64>>; 2], reads: &[usize]) -> f64 {
     let size = PRESSES * reads.len();
     let pick = |felt: &Vec<f64>| felt.chunks(4).flat_map(|touch| reads.iter().map(|m| touch[*m])).collect::<Vec<f64>>();
@@ -108,7 +111,7 @@ fn found(learn: &[Vec<Vec<f64>>; 2], judge: &[Vec<Vec<f64>>; 2], reads: &[usize]
     named as f64 / (TRIALS * TRIALS) as f64
 }
 
-/// Solution of a positive definite system, by Gauss.
+/// Solves a positive definite system by Gaussian elimination.
 fn solved(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
     for k in 0..b.len() {
         let row = a[k].clone();
@@ -132,7 +135,7 @@ fn an_unsteady_hand_finds_by_the_map_what_it_misses_by_force() {
     let nodule = Inclusion { center_m: [0.0, 0.0, -10e-3], radius_m: 4e-3, stiffness_ratio: 10.0, stiffening_b: None };
     let lines = [patch.clone(), patch.with_inclusions(&[nodule])].map(|patch| touches(&patch, &params));
     let mut noise = Noise::new(1);
-    // noise of force, area and peak (shares) and of the centre [m], of two tactile arrays
+    // noise of two tactile arrays: of force, area and peak (relative) and of the centre [m]
     for (array, sensor) in [("good", [0.01, 0.03, 1e-4, 0.05]), ("plain", [0.02, 0.06, 2e-4, 0.10])] {
         for unsteady in [0.0, 0.05, 0.10, 0.20, 0.30] {
             let mut trials =
@@ -141,7 +144,7 @@ fn an_unsteady_hand_finds_by_the_map_what_it_misses_by_force() {
             let [force, map, both] = [FORCE, MAP, BOTH].map(|reads| found(&learn, &judge, reads));
             println!("{array} array, depth +-{:.0} %: force {force:.2}, map {map:.2}, both {both:.2}", unsteady * 100.0);
             if unsteady == 0.0 {
-                // the depth is known: nothing beats the force
+                // the depth is known exactly, so no reading is better than the force
                 assert!(force > 0.99 && force >= map, "{force} {map}");
             }
             if unsteady >= 0.2 {

@@ -1,5 +1,5 @@
-//! Promises of `plan` are checked against the reference at places used neither by its fits nor by
-//! its own evaluation, on scenes that were not used in its development.
+//! The promises of `plan` are compared with the reference at places that neither its fits nor its
+//! own evaluation used, on scenes that were not used in its development.
 
 use nalgebra::Vector3;
 use palpate::{ProbePose, tick};
@@ -17,7 +17,7 @@ use palpate_tissue::session::Session;
 
 type V3 = Vector3<f64>;
 
-/// Seed that the plan itself does not use.
+/// Seed of the places; the plan itself does not use it.
 const SEED: u64 = 977;
 const PLACES: usize = 60;
 
@@ -33,13 +33,13 @@ fn planned(scene: &Scene, known: &Known, board: &str, tolerance_pct: f64) -> Out
     search(&bench, &mut Supply::of(scene, machine, true)).unwrap()
 }
 
-/// The patch file that the plan writes.
+/// Patch file that the plan writes.
 fn file(outcome: &Outcome) -> Vec<u8> {
     let session = outcome.chosen.as_ref().unwrap().session.as_ref().unwrap();
     session.patch.pack(&session.params, session.stable.pressed_s as f32)
 }
 
-/// The patch as loaded by a scene that names it.
+/// Patch as loaded by a scene that names the file.
 fn read(scene: &Scene, bytes: &[u8]) -> Session {
     let desk = Desk::default();
     desk.put("plan.patch", bytes);
@@ -48,8 +48,8 @@ fn read(scene: &Scene, bytes: &[u8]) -> Session {
     Session::prepare(&scene).unwrap()
 }
 
-/// Force errors of a patch file at [`PLACES`] places of our own and at the centre, shape
-/// \[places\]\[depths\] [%].
+/// Force errors of a patch file at [`PLACES`] places that the plan does not use, and at the centre,
+/// shape \[places\]\[depths\] [%].
 fn errors(Session { patch, params, .. }: &Session, reference: &dyn Reference, depths_m: &[f64]) -> Vec<Vec<f64>> {
     let statics = Statics::of(&patch.model(), params).unwrap();
     let solver = Solver::of(&statics).unwrap();
@@ -71,7 +71,7 @@ fn errors(Session { patch, params, .. }: &Session, reference: &dyn Reference, de
         .collect()
 }
 
-/// Force of the tick [N], settled, at a depth at the site.
+/// Force of the tick at a depth at the site, once it has settled [N].
 fn ticked_n(Session { patch, params, .. }: &Session, depth_m: f64) -> f64 {
     let model = patch.wide_model();
     let mut memory = Memory::for_model(&model);
@@ -86,7 +86,8 @@ fn ticked_n(Session { patch, params, .. }: &Session, depth_m: f64) -> f64 {
     force
 }
 
-/// Checks the promises of a plan; the depths are chosen here, between the scene's and shallower.
+/// Checks the promises of a plan. `depths_m` are depths between those of the scene, and shallower
+/// ones.
 fn holds(scene: &Scene, known: &Known, board: &str, tolerance_pct: f64, depths_m: &[f64]) -> Outcome {
     let outcome = planned(scene, known, board, tolerance_pct);
     let machine = CostModel::named(board).unwrap();
@@ -105,7 +106,7 @@ fn holds(scene: &Scene, known: &Known, board: &str, tolerance_pct: f64, depths_m
     );
     assert!(rms <= tolerance_pct, "{rms}");
     assert!(worst <= WORST_RATIO * tolerance_pct, "{worst}");
-    // and so does what a board runs, not just its equilibrium
+    // the tick itself, which a board runs, keeps the tolerance too, not only its equilibrium
     let depth_m = *depths_m.last().unwrap();
     let wanted_n = known.truth.ask(|r| r.force(V3::zeros(), depth_m)).unwrap() * scene.tissue.youngs_modulus_pa;
     let found_n = ticked_n(&session, depth_m);
@@ -120,7 +121,7 @@ fn a_stiffer_block_at_another_tolerance_and_twice_the_same() {
     let known = Known::of(&scene, 4.0, |_| {}).unwrap();
     assert!(matches!(known.truth, Truth::Block(_)));
     let outcome = holds(&scene, &known, "m4f-168", 4.0, &[0.0012, 0.0017, 0.0025, 0.0033, 0.004]);
-    // the smaller runner-up misses, the larger one costs more
+    // the smaller runner-up misses the tolerance or the budget, and the larger one costs more
     let chosen = outcome.chosen.as_ref().unwrap();
     if let Some(smaller) = &outcome.smaller {
         assert!(!(smaller.keeps(4.0) && smaller.fits));

@@ -1,6 +1,6 @@
-//! The patches in the firmware equal the present output of `pack`, byte for byte: of default block
-//! and nodule for the M7, and of the M4F's own calibrated patch (`calibrate --nodes 56 --places 100
-//! --rounds 30`), with its record.
+//! The firmware's patches are byte-identical to the present output of `pack` for the M7's default
+//! block and nodule and for the M4F's own calibrated patch (`calibrate --nodes 56 --places 100
+//! --rounds 30`), and so is the record of the latter.
 
 use palpate_tests::palpate_command::{Desk, palpate, repository};
 

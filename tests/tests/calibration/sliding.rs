@@ -1,5 +1,5 @@
-//! Moving contact: a patch with rim springs as long as the stroke answers as the whole organ all
-//! along a fast slide; methods known to be wrong are found to be wrong.
+//! Moving contact: a patch with rim springs that is as long as the stroke gives the same force as
+//! the whole organ all along a fast slide, and methods known to be wrong are found to be wrong.
 
 use std::sync::OnceLock;
 
@@ -27,7 +27,7 @@ fn map() -> ReferenceMap<'static> {
     ReferenceMap::of(ANSWER.get_or_init(Answer::block)).unwrap()
 }
 
-/// A stroke patch with a short fit: fewer places and rounds than the report takes.
+/// A stroke patch with a short fit: it uses fewer places and rounds than the report.
 fn fitted() -> &'static StrokePatch {
     static FITTED: OnceLock<StrokePatch> = OnceLock::new();
     FITTED.get_or_init(|| {
@@ -56,9 +56,9 @@ fn a_stroke_patch_is_right_all_the_way_at_100_mm_per_s() {
     assert!(found.worst_pct.abs() <= 5.0, "{found:?}");
     assert!(found.step_n <= STEP_N, "{found:?}");
     assert!(found.work_mj <= WORK_MJ, "{found:?}");
-    // every node is awake: no region can step
+    // every node is awake, so no change of the active region can cause a step
     assert!(found.region_step_n == 0.0 && found.awake_pct == [100.0; 2], "{found:?}");
-    // a depth that was not fitted, off the line that the probe was meant to follow
+    // a depth that was not fitted, on a line 3 mm beside the one that was
     let aside = Trajectory { centre_m: Vector::new(0.0, 0.003, 0.0), depth_m: 0.0025, ..trajectory(0.05) };
     let found = figures(&one, &aside);
     assert!(found.worst_pct.abs() <= 6.0, "{found:?}");
@@ -103,7 +103,7 @@ fn rim_springs_answer_as_the_dense_outside_all_along_the_stroke() {
     let found = Measured::of(&one, &trajectory(0.1), &[0.1], &map()).unwrap();
     assert!(found.rim_pct.unwrap().abs() <= 0.5, "{:?}", found.rim_pct);
     assert!(found.rest_pct.unwrap()[0].abs() <= 5.0, "{:?}", found.rest_pct);
-    // a fast probe leaves the force that the reference has at rest
+    // at higher speeds the force departs from the reference, which is static
     assert!(found.leaves_at_mm_per_s.is_some_and(|v| v > 100.0), "{:?}", found.leaves_at_mm_per_s);
     assert!(found.trace.ways().all(|r| matches!(r.pose.leg, Leg::Forth | Leg::Back)));
 }
@@ -123,6 +123,6 @@ fn places_of_a_fit_cover_the_stroke_evenly() {
         cells[part(0.5 * (s / half + 1.0), 6)][part(0.5 * (t / 0.005 + 1.0), 2)] += 1;
     }
     assert!(cells.iter().flatten().all(|n| (6..=9).contains(n)), "{cells:?}");
-    // the calibration reaches as far as the probe does
+    // the calibrated region contains every place that the probe touches
     assert!(targets.reach_m() >= half + 0.008);
 }

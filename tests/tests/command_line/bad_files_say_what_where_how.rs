@@ -1,4 +1,5 @@
-//! Bad mesh and patch files are refused in one line: what, where, how to fix it.
+//! Bad mesh and patch files are refused in one line that says what is wrong, where, and how to fix
+//! it.
 
 use palpate_tests::cube_mesh::chain;
 use palpate_tests::palpate_command::{Desk, palpate};
@@ -12,11 +13,11 @@ const NODES: &str = "nodes = 129";
 const PLACE: &str = "position_m = [0.0, 0.0]";
 const HOLDS: &str = "holds_m = [0.001, 0.002, 0.004]";
 const POISSON: &str = "poisson_ratio = 0.45";
-/// Two tets on one face.
+/// Two tets that share a face.
 const TWO_TETS: &str =
     "$NOD\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n$ENDNOD\n$ELM\n2\n1 4 1 1 4 1 2 3 4\n17 4 1 1 4 2 3 4 5\n$ENDELM\n";
 
-/// The small block's press on a mesh file.
+/// The scene of the small block with a mesh file in place of the block.
 pub(crate) fn mesh_scene(unit: &str, site: &str) -> String {
     let scene = edited(SMALL_BLOCK, BLOCK, &format!("mesh = \"a.msh\"\nlength_unit = {unit}"));
     edited(&edited(&scene, NODES, ""), PLACE, &format!("site = {site}"))
@@ -97,9 +98,9 @@ fn a_patch_file_that_is_not_what_the_scene_says() {
         (Vec::new(), "not a patch file"),
         (sound[..15].to_vec(), "not a patch file"),
         (changed(0), "not a patch file"),
-        // the version
+        // the version is wrong
         (changed(8), "not a patch file of this version"),
-        // the header, the body, the checksum itself
+        // an error in the header, the body, or the checksum itself
         (changed(60), "checksum"),
         (changed(sound.len() / 2), "checksum"),
         (changed(sound.len() - 1), "checksum"),

@@ -1,5 +1,5 @@
-//! Whatever is wrong with the input: exit code 2, one line that names the item and the remedy,
-//! nothing printed, nothing written.
+//! Any error in the input gives exit code 2 and one line that names the item and the remedy;
+//! nothing else is printed, and nothing is written.
 
 use palpate_tests::cube_mesh::cube;
 use palpate_tests::palpate_command::{Desk, palpate};
@@ -14,7 +14,7 @@ const PLACE: &str = "position_m = [0.0, 0.0]";
 const HOLDS: &str = "holds_m = [0.001, 0.002, 0.004]";
 const POISSON: &str = "poisson_ratio = 0.45";
 
-/// Runs a command that must be refused with all of `says` in its one line.
+/// Runs a command that must be refused with one line that contains all of `says`.
 #[track_caller]
 pub(crate) fn refused(desk: &Desk, arguments: &[&str], says: &[&str]) {
     let before = desk.listing();
@@ -40,7 +40,7 @@ pub(crate) fn refused_scene(desk: &Desk, scene: &str, says: &[&str]) {
     refused(desk, &["press", "--scene", "scene.toml", "--out", "out"], says);
 }
 
-/// The small block with one edit, refused at a place of the scene file.
+/// Presses the small block with one edit, which must be refused with a position in the scene file.
 #[track_caller]
 pub(crate) fn refused_edit(from: &str, to: &str, says: &[&str]) {
     refused_scene(&Desk::default(), &edited(SMALL_BLOCK, from, to), &[&["scene.toml:"], says].concat());
@@ -114,7 +114,7 @@ fn an_unknown_word_with_its_line_and_the_nearest_known_one() {
         "[solver]\nmethod = \"xpbd\"\n[probe]",
         &[":9: ", "\"xpbd\"", "neo-hookean", "palpate chart", "\"springs\""],
     );
-    // a key of another kind of drive
+    // a key that belongs to another kind of drive
     refused_edit("\"depth\"", "\"force\"", &[":14: ", "\"holds_m\"", "did you mean \"holds_n\"?"]);
     refused_edit("hold_s = 0.3", "hold_s = 0.3\ntrace = \"t.csv\"", &[":17: ", "\"trace\""]);
 }
@@ -315,7 +315,7 @@ fn an_organ_that_is_none_or_is_pressed_elsewhere() {
     let twice = region("skin", "1e4").replace(']', ", { name = \"skin\", youngs_modulus_pa = 2e4 }]");
     refused_scene(&desk, &foot(&twice), &["tissue.region[1].name", "there twice", "remove one"]);
     refused_edit(BLOCK, &format!("{BLOCK}\n{}", region("skin", "1e4")), &["tissue.region", "belongs to an organ"]);
-    // a whole block's, and of no organ
+    // a patch of a whole block does not belong to an organ
     let block = palpate_tests::palpate_command::repository().join("host-sim/patches/block-130.patch");
     let patch = format!("{}[solver]\npatch = \"{}\"\n", foot(""), block.display());
     refused_scene(&desk, &patch, &["solver.patch", "block-130.patch has no record", "which organ", "remove"]);

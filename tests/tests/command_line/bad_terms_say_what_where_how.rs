@@ -1,5 +1,5 @@
-//! Impossible terms of tissue and probe, and impossible moving errors: exit code 2, one line that
-//! names the remedy.
+//! Impossible properties of tissue and probe and impossible moving errors give exit code 2 and one
+//! line that names the remedy.
 
 use palpate_tests::palpate_command::Desk;
 use palpate_tests::press_run::{SMALL_BLOCK, edited};

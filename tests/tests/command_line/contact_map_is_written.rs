@@ -1,4 +1,4 @@
-//! `press --contact` writes the contact map at the deepest point; without the option nothing of it
+//! `press --contact` writes the contact map at the deepest point; without the option no such file
 //! is written.
 
 use palpate_tests::palpate_command::Desk;
@@ -25,7 +25,7 @@ fn table_summary_and_print_tell_one_contact() {
     let (area_m2, pressure_pa) = (table.column("area_m2"), table.column("pressure_pa"));
     assert_eq!(table.rows.len() as f64, number("triangles"));
     assert_eq!(pressure_pa.iter().copied().fold(0.0, f64::max) as f32, number("peak_pressure_pa") as f32);
-    // pushes fan out under the ball; triangles at the edge are touched in part
+    // forces fan out under the ball, and triangles at the contact's edge are touched in part only
     let sum_n: f64 = area_m2.iter().zip(&pressure_pa).map(|(a, p)| a * p).sum();
     assert!((1.0..1.15).contains(&(sum_n / force_n)), "{sum_n} N for {force_n}");
     assert!((0.6..1.0).contains(&(number("area_m2") / area_m2.iter().sum::<f64>())), "{contact}");

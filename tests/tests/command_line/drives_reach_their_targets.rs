@@ -1,11 +1,13 @@
-//! Each drive reaches the scene's targets, and each probe responds as in contact mechanics.
+//! Each drive reaches the scene's targets, and each probe shape responds as contact mechanics
+//! predicts.
 
 use palpate_tests::palpate_command::{Desk, palpate};
 use palpate_tests::press_run::{PressRun, SMALL_BLOCK, edited, press, press_at};
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 const HOLDS: &str = "holds_m = [0.001, 0.002, 0.004]";
-/// Between hand and probe [N/m]: a firm fingertip, of the order that Hajian & Howe (1997) measure.
+/// Stiffness between hand and probe [N/m]: a firm fingertip, of the order that Hajian & Howe (1997)
+/// measured.
 const FINGER_N_PER_M: f64 = 800.0;
 
 fn driven(kind: &str, holds: &str) -> PressRun {
@@ -19,7 +21,7 @@ fn shaped(shape: &str, radius_m: f64, nodes: usize, holds: &str) -> PressRun {
     press(SCRATCH, &edited(&scene, HOLDS, &format!("holds_m = {holds}")))
 }
 
-/// Probe tips of a run [m], shape \[ticks\]\[3\].
+/// Positions of the probe tip in a run [m], shape \[ticks\]\[3\].
 fn tips(run: &PressRun) -> Vec<[f64; 3]> {
     run.trace.rows.iter().map(|row| [row[1], row[2], row[3]]).collect()
 }
@@ -30,7 +32,7 @@ fn depth_drive_stops_at_each_depth_and_returns() {
     let z: Vec<f64> = tips(&run).iter().map(|tip| tip[2]).collect();
     for target in [0.001, 0.002, 0.004] {
         let ticks = z.iter().filter(|z| (*z + target).abs() < 1e-9).count();
-        // the arriving tick counts as the first of the 300; passing it during the retreat may add
+        // the tick of arrival is the first of the 300; passing the depth during the retreat may add
         // one
         assert!((300..=301).contains(&ticks), "{target} m: {ticks} ticks");
     }
@@ -48,7 +50,7 @@ fn force_drive_reaches_each_force() {
         println!("{hold:?}");
         assert!((hold.force_n / hold.target - 1.0).abs() < 0.02, "{hold:?}");
     }
-    // the same tissue: forces of the depth drive at the depths reached
+    // compared with the forces of a depth drive at the depths that this drive reached
     let depths: Vec<String> = holds.iter().map(|h| h.depth_m.to_string()).collect();
     let pressed = driven("depth", &format!("holds_m = [{}]", depths.join(", ")));
     for (hold, force_n) in holds.iter().zip(pressed.forces_n()) {
@@ -70,7 +72,7 @@ fn force_that_the_patch_cannot_give_fails_the_check() {
 fn hand_drive_stretches_the_finger_by_the_force() {
     let run = driven("hand", HOLDS);
     for (n, hold) in run.holds().iter().enumerate() {
-        // a hold ends when its stay does: the last tick before the hand moves on
+        // a hold is evaluated at its end, in the last tick before the hand moves on
         let forces = run.trace.column("force_z_n");
         let row = forces.iter().position(|f| *f == hold.force_n).unwrap();
         let depth_m = -tips(&run)[row][2];
@@ -108,7 +110,7 @@ fn trace_and_patch_are_looked_for_beside_the_scene() {
 
 #[test]
 fn trace_is_followed_deeper_than_the_default_limit() {
-    // 7.5 mm, the limit of a force drive, is 15/16 of this radius
+    // 7.5 mm, the depth limit of a force drive, is 15/16 of this radius
     let recorded = shaped("hemisphere", 0.008, 129, "[0.0085]");
     let scene = format!("{}[drive]\nkind = \"trace\"\ntrace = \"t.csv\"\n", SMALL_BLOCK.split("[drive]").next().unwrap());
     let desk = Desk::default();
@@ -127,7 +129,7 @@ fn flat_punch_is_near_the_closed_form() {
     for nodes in [410, 1000] {
         let force_n = shaped("flat", a_m, nodes, "[0.00025]").forces_n()[0];
         println!("flat, {nodes} nodes: {force_n:.5} N, closed form {exact_n:.5} N ({:+.1} %)", (force_n / exact_n - 1.0) * 100.0);
-        // uncalibrated: an error of a quarter is promised
+        // the patch is uncalibrated: its promised error is a quarter
         assert!((force_n / exact_n - 1.0).abs() < 0.25, "{nodes} nodes: {force_n} N, closed form {exact_n} N");
     }
 }
@@ -139,8 +141,8 @@ fn hemisphere_rises_from_the_first_tenth_of_a_millimetre() {
     println!("{forces:.6?}");
     assert!(forces[0] > 0.0, "{forces:?}");
     for pair in forces.windows(2) {
-        // Hertz: 2^1.5 = 2.8 for twice the depth; a flat element gives 2, contact of points alone 4
-        // and more
+        // Hertz: 2^1.5 = 2.8 times the force at twice the depth; one flat element would give 2,
+        // contact of single points 4 and more
         assert!((2.0..4.0).contains(&(pair[1] / pair[0])), "{forces:?}");
     }
 }
@@ -149,8 +151,8 @@ fn hemisphere_rises_from_the_first_tenth_of_a_millimetre() {
 fn sphere_is_a_hemisphere_without_the_handle() {
     let [shallow_s, shallow_h] = ["sphere", "hemisphere"].map(|shape| shaped(shape, 0.008, 129, "[0.001, 0.004]").forces_n());
     assert_eq!(shallow_s, shallow_h);
-    // against the side of the block, 3 mm in and with the tip outside: a handle touches only where
-    // its tip went in
+    // pressed against the side of the block, 3 mm in, with the tip outside the tissue: a handle
+    // makes contact only where its tip went in
     let mut trace = String::from("probe_x_m,probe_y_m,probe_z_m\n");
     (0..=300).for_each(|n| trace.push_str(&format!("{},0,-0.012\n", 0.050 - 30e-6 * f64::from(n))));
     let last_n = |shape: &str| {

@@ -1,12 +1,13 @@
-//! Every preset presses and shows its effect: stiffness scales the force, a nodule is felt, an
-//! organ answers, beef fades in a hold, pig liver stiffens.
+//! Every preset presses and shows its effect: stiffness scales the force, a nodule can be felt, an
+//! organ responds, the force in beef falls during a hold, pig liver stiffens.
 
 use palpate_tests::palpate_command::repository;
 use palpate_tests::press_run::{PressRun, press, press_preset};
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 
-/// Finite, upright, rising with depth, and back at rest afterwards.
+/// Checks that forces are finite and rise with depth, that no tet is inverted, and that the surface
+/// is back at rest afterwards.
 #[track_caller]
 fn sound(run: &PressRun) {
     let holds = run.holds();
@@ -25,7 +26,7 @@ fn block_presses_and_20_kpa_is_as_much_stiffer_as_its_modulus() {
     sound(&soft);
     sound(&firm);
     for (soft, firm) in soft.forces_n().into_iter().zip(firm.forces_n()) {
-        // statics is linear in E; the motion left after 0.3 s of hold is far below 1 %
+        // statics is linear in E; the motion that remains after a hold of 0.3 s is far below 1 %
         let ratio = firm / soft / (20_000.0 / 3_500.0);
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
     }
@@ -58,7 +59,7 @@ fn liver_presses_if_its_mesh_is_there() {
     }
     let liver = press_preset(SCRATCH, "liver");
     sound(&liver);
-    // 181 nodes of a liver 162 mm long
+    // the mesh has 181 nodes of a liver 162 mm long
     assert_eq!(liver.number("/nodes"), 181.0);
     assert!((liver.summary["report"]["size_mm"][0].as_f64().unwrap() - 162.1).abs() < 0.1);
 }
@@ -74,7 +75,7 @@ fn organs_of_our_own_press_and_are_as_large_as_their_files_say() {
             let ratio = organ.summary["report"]["size_mm"][axis].as_f64().unwrap() / size_mm;
             assert!((0.9..1.05).contains(&ratio), "{name}: axis {axis}: {ratio}");
         }
-        // about the default number
+        // about the default number of nodes
         assert!((organ.number("/nodes") / 600.0 - 1.0).abs() < 0.15, "{name}");
     }
 }
@@ -90,7 +91,7 @@ fn beef_fades_in_a_hold_and_pig_liver_stiffens() {
     let elastic = press_preset(SCRATCH, "block-20kpa");
     let left = beef.forces_n()[1] / elastic.forces_n()[2];
     println!("beef: {left:.3} of the elastic force left at 4 mm; pig liver: {:.4?} N", liver.forces_n());
-    // 0.15 stays permanently, and 0.16 of it fades with 4.5 s
+    // a share of 0.15 remains for good, and another 0.16 decays with a time constant of 4.5 s
     assert!((0.15..0.35).contains(&left), "{left}");
     let forces_n = liver.forces_n();
     let exponent = (forces_n[2] / forces_n[1]).ln() / 1.5_f64.ln();

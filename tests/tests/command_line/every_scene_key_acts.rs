@@ -1,5 +1,5 @@
-//! No key of a scene file is ignored: each changes what it names, and only in the direction that
-//! mechanics allows.
+//! No key of a scene file is ignored: each changes the quantity that it names, and only in the
+//! direction that mechanics allows.
 
 use palpate_tests::cube_mesh::cube;
 use palpate_tests::palpate_command::{Desk, palpate};
@@ -19,25 +19,26 @@ fn changed(from: &str, to: &str) -> PressRun {
     press(SCRATCH, &edited(SMALL_BLOCK, from, to))
 }
 
-/// Forces of one run over those of another, hold by hold.
+/// Ratio of the forces of one run to those of another, one per hold.
 fn ratios(of: &PressRun, to: &PressRun) -> Vec<f64> {
     of.forces_n().iter().zip(to.forces_n()).map(|(a, b)| a / b).collect()
 }
 
-/// Largest difference of force between two runs of the same length [N].
+/// Largest difference in force between two runs of equal length [N].
 fn largest_difference_n(a: &PressRun, b: &PressRun) -> f64 {
     let (a, b) = (a.trace.column("force_z_n"), b.trace.column("force_z_n"));
     assert_eq!(a.len(), b.len());
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// Checks that a changed key leaves the force at rest and changes the force before that.
+/// Checks that a changed key does not affect the force at rest but does affect the force before
+/// that.
 #[track_caller]
 fn dynamics_only(key: &str, from: &str, to: &str) {
     let (plain, other) = (small(), changed(from, to));
     let (ratios, on_the_way_n) = (ratios(&other, &plain), largest_difference_n(&other, &plain));
     println!("{key}: holds {ratios:.5?}, on the way up to {on_the_way_n:.5} N");
-    // the tolerance covers the motion that is left after 0.3 s
+    // the tolerance covers the motion that remains after 0.3 s
     assert!(ratios.iter().all(|r| (r - 1.0).abs() < 0.005), "{key}: {ratios:?}");
     assert!(on_the_way_n > 1e-3 * plain.forces_n()[2], "{key}: {on_the_way_n} N");
 }
@@ -54,7 +55,7 @@ fn block_has_its_sides() {
         assert!((thin.number(&format!("/report/size_mm/{axis}")) - side_mm).abs() < 1e-4);
     }
     assert!((thin.number("/report/mass_g") - 1060.0 * 0.06 * 0.07 * 0.02 * 1e3).abs() < 1e-3);
-    // the fixed bottom is nearer
+    // the fixed bottom is nearer, so the force is larger
     assert!(ratios(&thin, &small())[2] > 1.05);
 }
 
@@ -73,7 +74,8 @@ fn force_is_proportional_to_youngs_modulus() {
 
 #[test]
 fn lower_poisson_ratio_is_softer() {
-    // contact goes with 1/(1 - nu^2): 0.80/0.91 = 0.88 on a half-space, and less confinement
+    // contact force is proportional to 1/(1 - nu^2): 0.80/0.91 = 0.88 on a half-space, and
+    // confinement is weaker
     let ratios = ratios(&changed("= 0.45", "= 0.3"), &small());
     println!("nu 0.3 over 0.45: {ratios:.4?}");
     assert!(ratios.iter().all(|r| (0.75..0.95).contains(r)), "{ratios:?}");
@@ -99,17 +101,18 @@ fn tissue_sags_under_gravity_by_its_weight() {
     };
     let (full, half, up) = (sag(-9.81), sag(-4.905), sag(9.81));
     let left = |run: &PressRun| run.number("/residual_m");
-    // a column of height H sags by rho g H^2 / 2M; M is E with free sides, E (1-nu)/((1+nu)(1-2nu))
-    // with none: the block is between
+    // a column of height H sags by rho g H^2 / 2M, where M is E with free sides and E
+    // (1-nu)/((1+nu)(1-2nu)) with fixed sides; the block is in between
     let (free_m, none_m) = (1060.0 * 9.81 * 0.04 * 0.04 / 2.0 / 3500.0, 1060.0 * 9.81 * 0.04 * 0.04 / 2.0 / 13_276.0);
     println!("sag {:.6} m, half g {:.6} m, bounds {none_m:.6} .. {free_m:.6} m", left(&full), left(&half));
     assert!((none_m..free_m).contains(&left(&full)), "{}", left(&full));
-    // nearly linear: the strain is 5 %
+    // nearly linear, since the strain is 5 %
     assert!((left(&half) / left(&full) * 2.0 - 1.0).abs() < 0.1);
-    // the top is lower, so the probe meets it later and presses less; with reversed gravity, more
+    // the top is lower, so the probe meets it later and presses less; with reversed gravity it
+    // presses more
     let plain_n = small().forces_n()[2];
     assert!(full.forces_n()[0] < half.forces_n()[0] && half.forces_n()[0] < plain_n && plain_n < up.forces_n()[0]);
-    // sideways gravity pulls the top sideways
+    // sideways gravity shifts the top sideways
     let side = press(SCRATCH, &edited(SMALL_BLOCK, NODES, &format!("{NODES}\ngravity_m_per_s2 = [9.81, 0.0, 0.0]")));
     let top_x: Vec<f64> = side.surface(0).rows.iter().filter(|r| r[2] == 0.0).map(|r| r[3]).collect();
     assert!(top_x.iter().all(|x| *x > 1e-3), "{top_x:?}");
@@ -120,7 +123,7 @@ fn tissue_sags_under_gravity_by_its_weight() {
 fn friction_holds_the_surface_under_the_probe() {
     let friction = |mu: &str| ratios(&changed(PLACE, &format!("{PLACE}\nfriction = {mu}")), &small());
     assert!(friction("0.0").iter().all(|r| *r == 1.0), "none is the default");
-    // friction resists the sideways motion: between a smooth probe and a glued one
+    // friction resists the sideways motion: the result is between a smooth probe and a glued one
     let [some, much] = ["0.2", "0.8"].map(friction);
     println!("{some:?} {much:?}");
     for (some, much) in some.iter().zip(&much) {
@@ -135,11 +138,11 @@ fn relaxation_fades_holds_and_the_long_term_modulus_is_what_stays() {
         edited(&edited(SMALL_BLOCK, "[probe]", &format!("{terms}[probe]")), "youngs_modulus_pa = 3500.0", modulus)
     };
     let plain = small();
-    // 15 time constants of the fast term, almost none of the slow one
+    // 15 time constants of the fast term, but almost none of the slow one
     for ratio in ratios(&press(SCRATCH, &relaxing("youngs_modulus_pa = 3500.0")), &plain) {
         assert!((ratio / 0.6 - 1.0).abs() < 0.01, "{ratio}");
     }
-    // half of a modulus of 7 kPa stays
+    // half of a modulus of 7 kPa remains
     for ratio in ratios(&press(SCRATCH, &relaxing("long_term_modulus_pa = 3500.0")), &plain) {
         assert!((ratio / 1.2 - 1.0).abs() < 0.01, "{ratio}");
     }
@@ -166,7 +169,7 @@ fn inclusion_acts_where_it_is() {
     );
     println!("below {below:.4}, softer {soft:.4}, smaller {small:.4}, aside {aside:.4}");
     assert!(below > 1.07 && soft < 0.99 && small > 1.0 && small < below, "{below} {soft} {small}");
-    // 50 mm away, six contact radii: not felt
+    // 50 mm away, which is six contact radii, the inclusion cannot be felt
     assert!((aside - 1.0).abs() < 0.01, "{aside}");
 }
 
@@ -184,7 +187,7 @@ fn inclusion_stiffens_by_an_exponent_of_its_own() {
 
 #[test]
 fn smaller_probe_presses_less() {
-    // Hertz: the square root of the radius
+    // Hertz: force is proportional to the square root of the radius
     let ratios = ratios(&changed("radius_m = 0.008", "radius_m = 0.004"), &small());
     println!("radius 4 mm over 8 mm: {ratios:.4?}");
     assert!(ratios.iter().all(|r| (0.45..0.95).contains(r)), "{ratios:?}");
@@ -196,12 +199,13 @@ fn a_capsule_is_as_long_as_it_says_and_lies_as_it_says() {
         changed("shape = \"hemisphere\"", &format!("shape = \"capsule\"\nlength_m = {length}\nalong = {along}"))
     };
     let [none, short, long] = ["0.0", "0.006", "0.012"].map(|length| tip(length, "[1.0, 0.0, 0.0]"));
-    // pressed less deep than its radius, the ball and the half-ball are one
+    // a capsule of length zero is a sphere; pressed less deep than its radius, a sphere and a
+    // hemisphere give the same force
     assert!(ratios(&none, &small()).iter().all(|r| (r - 1.0).abs() < 1e-3));
     for (shorter, longer) in [(&none, &short), (&short, &long)] {
         assert!(ratios(longer, shorter).iter().all(|r| (1.1..1.8).contains(r)), "{:?}", ratios(longer, shorter));
     }
-    // the dent is longer along than across, in either orientation
+    // the dent is longer along the long axis than across it, in either orientation
     let dent = |run: &PressRun, way: usize| {
         let surface = run.surface(2);
         let deepest = surface.rows.iter().map(|row| row[5]).fold(0.0, f64::min);
@@ -222,7 +226,7 @@ fn an_ellipsoid_has_its_three_semi_axes() {
     };
     let round = tip("[0.008, 0.008, 0.008]");
     assert!(ratios(&round, &small()).iter().all(|r| (r - 1.0).abs() < 1e-3));
-    // Hertz: approximately the square root of the mean radius of the two curvatures
+    // Hertz: approximately the square root of the mean of the two radii of curvature
     for wider in [tip("[0.012, 0.008, 0.008]"), tip("[0.008, 0.012, 0.008]"), tip("[0.008, 0.008, 0.006]")] {
         assert!(ratios(&wider, &round).iter().all(|r| (1.05..1.4).contains(r)), "{:?}", ratios(&wider, &round));
     }
@@ -242,7 +246,7 @@ fn press_is_where_the_scene_says() {
 #[test]
 fn ramp_and_hold_set_the_time() {
     let ticks = |from: &str, to: &str| changed(from, to).number("/ticks");
-    // 9 mm of travel at 0.04 m/s takes 225 ms; each of four legs may end in a short step
+    // 9 mm of travel at 0.04 m/s takes 225 ms; each of four legs may end in a partial step
     let plain = small().number("/ticks");
     assert!((ticks("= 0.04\n", "= 0.02\n") - plain - 225.0).abs() <= 4.0);
     assert!((ticks("hold_s = 0.3", "hold_s = 0.1") - plain + 600.0).abs() <= 3.0);
@@ -255,11 +259,12 @@ fn springs_alone_press_less() {
     let (springs, all) = (shallow("[solver]\nmethod = \"springs\"\n"), shallow("[solver]\nmethod = \"palpate\"\n"));
     println!("springs alone over all: {:.4?}", ratios(&springs, &all));
     assert_eq!((&springs.summary["method"], &all.summary["method"]), (&"springs".into(), &"palpate".into()));
-    // nothing resists the change of volume
+    // without the volume term nothing resists a change of volume
     assert!(ratios(&springs, &all).iter().all(|r| (0.3..0.85).contains(r)));
 }
 
-/// A smaller error takes more substeps, and on a board with no time for them fewer nodes.
+/// A smaller error takes more substeps, or fewer nodes on a board that has no time for more
+/// substeps.
 #[test]
 fn moving_error_takes_substeps_or_nodes() {
     let stiff = edited(&edited(SMALL_BLOCK, "3500.0", "20000.0"), "ramp_m_per_s = 0.04", "ramp_m_per_s = 0.2");
@@ -287,7 +292,7 @@ fn packed_patch_presses_like_the_scene_it_came_from() {
     desk.put("scene.toml", SMALL_BLOCK);
     let pack = ["pack", "--scene", "scene.toml", "--board", "desktop", "--out", "packed"];
     assert_eq!(palpate(SCRATCH, desk.folder(), &pack).code, Some(0));
-    // without the block, a scene would have no mesh
+    // without the block, the scene's mesh comes from the patch alone
     let scene = edited(&edited(&edited(SMALL_BLOCK, BLOCK, ""), NODES, ""), PLACE, "");
     let run = press_at(SCRATCH, desk, &format!("{scene}[solver]\npatch = \"packed/small-desktop.patch\"\n"), &[]);
     assert_eq!(run.summary["state_hash"], small().summary["state_hash"]);
@@ -325,7 +330,7 @@ fn length_unit_scales_the_mesh() {
 fn site_is_pressed_along_its_normal() {
     let desk = Desk::default();
     desk.put("cube.msh", cube(7, 0.06));
-    // beside the face toward the operator, a millimetre off it
+    // outside the face toward the operator, a millimetre from it
     let run = press_at(SCRATCH, desk, &cube_scene("\"m\"", "[0.061, 0.03, 0.03]"), &[]);
     let forces =
         ["force_x_n", "force_y_n", "force_z_n"].map(|c| run.trace.column(c).into_iter().fold(0.0, |a: f64, f| a.max(f.abs())));
@@ -335,7 +340,7 @@ fn site_is_pressed_along_its_normal() {
     assert!((deepest - 0.056).abs() < 1e-6, "{deepest}");
 }
 
-/// An organ pressed from above, with more keys of its tissue.
+/// Scene of an organ pressed from above, with more keys of its tissue.
 fn organ_scene(name: &str, site: &str, more: &str) -> String {
     let scene = edited(SMALL_BLOCK, BLOCK, &format!("organ = \"{name}\"\n{more}"));
     edited(&edited(&scene, NODES, ""), PLACE, &format!("site = {site}"))
@@ -358,8 +363,8 @@ fn organ_has_its_shape_its_nodes_and_its_regions() {
     );
     println!("all regions twice as stiff {all:.4?}, fat alone {fat:.4?}, that stiffens {stiffening:.4?}");
     assert!(stiffening.iter().all(|r| *r > 1.001) && stiffening.is_sorted_by(|a, b| a < b), "{stiffening:?}");
-    // every stiffness doubled except the contact's, which follows the scene's own modulus and is in
-    // series
+    // every stiffness is doubled except that of the contact, which follows the scene's own modulus
+    // and acts in series
     assert!(all.iter().all(|r| (1.3..2.0).contains(r)) && all.is_sorted_by(|a, b| a < b));
     assert!(fat.iter().zip(&all).all(|(fat, all)| *fat > 1.1 && fat < all));
 }

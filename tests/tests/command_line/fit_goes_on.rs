@@ -14,7 +14,7 @@ use crate::bad_input_says_what_where_how::refused;
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 const FIT: [&str; 9] = ["fit", "--scene", "scene.toml", "--out", "out", "--quick", "--places", "20", "--tolerance-pct=30"];
 
-/// The small block, coarse, with some edits.
+/// Scene of the small block with a coarse mesh and some edits.
 fn scene(edits: &[(&str, &str)]) -> String {
     let coarse = edited(SMALL_BLOCK, "nodes = 129", "nodes = 60");
     edits.iter().fold(coarse, |text, (from, to)| edited(&text, from, to))
@@ -49,12 +49,13 @@ fn a_fit_that_was_killed_goes_on_and_its_patch_is_pressed() {
     assert_eq!(again.code, Some(0), "{again:?}");
     let summary = json(&desk, "out/summary.json");
     assert!(summary["reused_presses"].as_u64().unwrap() >= noted as u64, "{noted} noted, {}", summary["reused_presses"]);
-    // beside the results, the glued discs that another fit of the scene finds again
+    // beside the results is a folder with the solved glued discs, which another fit of the scene
+    // reuses
     let listing: Vec<String> = [".solved", "out", "scene.toml"].map(String::from).into();
     assert_eq!((desk.listing(), summary["reused_fit"].as_bool()), (listing, Some(false)));
     let patch = std::fs::read(desk.folder().join("out/small-60.patch")).unwrap();
 
-    // everything is there, and the patch equals that of a single run
+    // all results are reused, and the patch equals that of an uninterrupted run
     let third = palpate(SCRATCH, desk.folder(), &FIT);
     assert_eq!(third.code, Some(0), "{third:?}");
     let summary = json(&desk, "out/summary.json");
@@ -63,16 +64,17 @@ fn a_fit_that_was_killed_goes_on_and_its_patch_is_pressed() {
     let (calibrated, before) = (&summary["calibrated"], &summary["uncalibrated"]);
     let rms = |verdict: &Value| verdict["unseen_rms_pct"].as_f64().unwrap();
     assert!(rms(calibrated) < rms(before), "{} % after, {} % before", rms(calibrated), rms(before));
-    // a fit without the glued discs is further from them than an unfitted patch
+    // a fit without the glued discs has larger errors for them than an unfitted patch
     let glued = |verdict: &Value| verdict["glued"]["rms_pct"].as_f64().unwrap();
     assert!(glued(calibrated) < 0.8 * glued(before), "{} % after, {} % before", glued(calibrated), glued(before));
     let surfaces = calibrated["surfaces"].as_array().unwrap();
     let depth_mm: Vec<f64> = surfaces.iter().map(|s| s["depth_mm"].as_f64().unwrap()).collect();
     assert!(depth_mm.len() == 5 && depth_mm.is_sorted(), "{depth_mm:?}");
-    // much less than the dent itself
+    // much less than the depth of the dent itself
     assert!(surfaces.iter().all(|s| s["mean_mm"].as_f64().unwrap() < 0.1 * s["depth_mm"].as_f64().unwrap()), "{surfaces:?}");
 
-    // a press reports the conditions of the fit; for another tip it reports that there was none
+    // a press reports the conditions of the fit; for another tip it reports that there was no such
+    // fit
     let press = |scene: &str| {
         desk.put("press.toml", format!("{scene}[solver]\npatch = \"out/small-60.patch\"\n"));
         let outcome = palpate(SCRATCH, desk.folder(), &["press", "--scene", "press.toml", "--out", "press"]);
@@ -108,11 +110,11 @@ fn inclusions_are_fitted_by_what_they_add_and_belong_to_the_patch() {
     assert!(first.stdout.contains("force that the inclusions add, at 12 places unknown to the fit"), "{}", first.stdout);
     let of_first = json(&desk, "out/summary.json");
     let rms = |which: &str| of_first["bump"][which]["rms_pct"].as_f64().unwrap();
-    // of the highest bump, against finite elements at places that no fit saw
+    // errors relative to the highest bump, against finite elements at places that no fit used
     assert!(rms("fitted") < 0.6 * rms("scaled_in"), "{} after, {} before", rms("fitted"), rms("scaled_in"));
     assert!(desk.folder().join("out/bump.png").exists());
 
-    // both stages are found again
+    // the results of both stages are reused
     let again = palpate(SCRATCH, desk.folder(), &FIT);
     assert_eq!(again.code, Some(0), "{again:?}");
     let of_again = json(&desk, "out/summary.json");
@@ -126,7 +128,7 @@ fn inclusions_are_fitted_by_what_they_add_and_belong_to_the_patch() {
     let own = press(&[("[probe]", &ball("0.002", "-0.011"))]);
     assert_eq!(own.code, Some(0), "{own:?}");
     assert!(own.stdout.contains("of this scene") && own.stdout.contains("the force that its inclusions add"), "{}", own.stdout);
-    // they are not included twice: the press is as stiff as the evaluated patch
+    // the inclusions are not applied twice: the press is as stiff as the evaluated patch
     let hold = json(&desk, "press/summary.json")["holds"][2]["force_n"].as_f64().unwrap();
     let wanted = of_first["record"]["judged"]["worst_pct"].as_f64().unwrap().abs();
     let answer = json(&desk, "out/answer.json");
@@ -163,7 +165,7 @@ fn a_piece_of_an_organ_is_fitted_and_pressed_from_its_own_scene() {
     let nodes = of_first["nodes"].as_u64().unwrap();
     assert!((45..=75).contains(&nodes), "{nodes}");
 
-    // nothing is solved twice
+    // nothing is solved a second time
     let again = palpate(SCRATCH, desk.folder(), &fit);
     assert_eq!(again.code, Some(0), "{again:?}");
     let of_again = json(&desk, "out/summary.json");
@@ -210,7 +212,8 @@ fn scenes_that_no_fit_can_be_made_of() {
     let organ = |option: &'static str| ["fit", "--scene", "organ-liver", "--out", "out", option];
     refused(&desk, &organ("--radius-m=0.005"), &["organ-liver: a patch of 0.005 m", "give a radius"]);
     refused(&desk, &organ("--nodes=3"), &["--nodes 3", "at the nearest", "--radius"]);
-    // a mesh file has nodes of its own, its piece has those asked for
+    // a mesh file determines its number of nodes, while a piece cut out of it has the number
+    // requested
     desk.put("box.msh", cube(10, 0.08));
     let mesh = edited(SMALL_BLOCK, "block_m = [0.08, 0.08, 0.04]", "mesh = \"box.msh\"\nlength_unit = \"m\"");
     let mesh = edited(&edited(&mesh, "nodes = 129\n", ""), "position_m = [0.0, 0.0]", "site = [0.04, 0.04, 0.08]");
@@ -218,8 +221,8 @@ fn scenes_that_no_fit_can_be_made_of() {
     refused(&desk, &with("--nodes=3"), &["--nodes 3", "at the nearest", "--radius"]);
 }
 
-/// The shipped patches have their records, and for a scene without a patch of its own a trial is
-/// reported.
+/// The shipped patches have records of their fits; for a scene without a patch of its own, the
+/// error of a trial is reported.
 #[test]
 fn a_press_never_claims_a_fit_that_was_for_another_scene() {
     let desk = Desk::default();

@@ -1,12 +1,12 @@
-//! `palpate live --follow` refuses a file that is no board's before it builds a window, and waits
-//! for one that is not there yet.
+//! `palpate live --follow` refuses a file that does not come from a board before it builds a
+//! window, and waits for a file that does not exist yet.
 
 use std::process::Command;
 
 use palpate_loop::board_trace::COLUMNS;
 use palpate_tests::palpate_command::{Desk, binary, repository};
 
-/// Exit code and standard error of `palpate live` without a display, and without a cargo that could
+/// Exit code and standard error of `palpate live` without a display and without a cargo that could
 /// build the window.
 fn live(desk: &Desk, arguments: &[&str]) -> (Option<i32>, String) {
     let mut command = Command::new(binary(env!("CARGO_TARGET_TMPDIR")));
@@ -58,7 +58,7 @@ fn a_file_that_may_become_one_is_waited_for() {
         if let Some(text) = text {
             desk.put("felt.csv", text);
         }
-        // the file is no obstacle: only the display is missing
+        // the file is accepted: only the display is missing
         let (code, why) = live(&desk, &["--follow", "felt.csv"]);
         assert_eq!(code, Some(2), "{why}");
         assert!(why.contains("no window: neither DISPLAY") && why.contains("start it on a desktop"), "{text:?}: {why}");

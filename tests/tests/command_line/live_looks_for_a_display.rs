@@ -14,7 +14,7 @@ fn without_a_display_nothing_is_built_and_one_line_names_the_page() {
             .env_remove("WAYLAND_DISPLAY")
             .env_remove("WAYLAND_SOCKET")
             .env("DISPLAY", display)
-            // a build would be refused by another sentence
+            // starting a build would give another error message
             .env("CARGO", folder.path().join("no-cargo"))
             .output()
             .unwrap();

@@ -1,4 +1,4 @@
-//! The command line, as a user runs it.
+//! The command line, run as a user runs it.
 
 mod bad_files_say_what_where_how;
 mod bad_input_says_what_where_how;

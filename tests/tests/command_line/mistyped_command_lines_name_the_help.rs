@@ -1,4 +1,4 @@
-//! Command lines that clap refuses: exit code 2, the wrong word, and where to find help.
+//! Command lines that clap refuses give exit code 2 and name the wrong word and the help.
 
 use palpate_tests::palpate_command::{Desk, palpate};
 

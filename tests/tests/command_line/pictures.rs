@@ -1,4 +1,4 @@
-//! Every picture is whole, of the promised size and labelled, or it is not there at all.
+//! Every picture is complete, has the promised size and labels, or does not exist at all.
 
 use std::error::Error;
 use std::fs;
@@ -69,7 +69,7 @@ fn times(tick_us: &[f32]) -> TickTimes<'_> {
     TickTimes { scene: "block", node_count: 410, machine: "test machine", tick_us }
 }
 
-/// Red, green and blue of every pixel, after checking the size.
+/// Checks the size of a picture and returns red, green and blue of every pixel.
 fn pixels(path: &Path) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut reader = png::Decoder::new(BufReader::new(fs::File::open(path)?)).read_info()?;
     let mut bytes = vec![0; reader.output_buffer_size().ok_or("too large")?];
@@ -131,7 +131,7 @@ fn pictures_are_whole_and_labelled() -> Checked {
         for label in labels {
             assert!(svg.contains(label), "{name}: {label}");
         }
-        // axes and letters alone darken over a thousand pixels
+        // axes and letters alone darken more than a thousand pixels
         let rgb = pixels(&folder.path().join(format!("{name}.png")))?;
         assert!(dark_pixels(&rgb) > 1000, "{name}");
         assert!(rgb.starts_with(&[255; 300]), "{name}: ink at the edge");
@@ -158,7 +158,8 @@ fn a_dent_shows_in_the_colours() -> Checked {
     let folder = tempfile::tempdir()?;
     surface(folder.path(), "pressed", &tet())?;
     surface(folder.path(), "rest", &Surface { deformed_m: &TET, ..tet() })?;
-    // yellow, the end of the scale: outside the colour bar only where tissue has moved
+    // yellow, the end of the colour scale, occurs outside the colour bar only where tissue has
+    // moved
     let yellow = |name: &str| -> Result<usize, Box<dyn Error>> {
         let rgb = pixels(&folder.path().join(format!("{name}.png")))?;
         let body = rgb.chunks(3000).flat_map(|row| row.chunks(3).take(830));

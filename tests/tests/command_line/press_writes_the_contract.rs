@@ -1,4 +1,4 @@
-//! `press` writes the promised files, and they are consistent.
+//! `press` writes the promised files, and their contents are consistent.
 
 use palpate_tests::palpate_command::{Desk, palpate};
 use palpate_tests::press_run::{PressRun, SMALL_BLOCK, Table, press, press_at};
@@ -13,8 +13,7 @@ fn with_vtu() -> PressRun {
     press_at(SCRATCH, Desk::default(), SMALL_BLOCK, &["--vtu"])
 }
 
-/// Row of the trace at the end of hold `k`: the last one of the stay at its depth during the
-/// descent.
+/// Row of the trace at the end of hold `k`: the last row at that depth during the descent.
 fn end_of_hold(run: &PressRun, k: usize) -> usize {
     let z = run.trace.column("probe_z_m");
     let there = f64::from(-(TARGETS_M[k] as f32));
@@ -36,7 +35,7 @@ fn summary_has_the_contract_keys_with_their_types() {
     assert_eq!(s["deadline_misses"], 0);
     assert_eq!(s.get("fault"), Some(&Value::Null));
     assert_eq!(s["limiters"], Value::Array(vec![]));
-    // a tick of 1 ms must fit the stable step times the substeps
+    // a tick of 1 ms must be shorter than the stable step times the number of substeps
     assert!(run.number("/stable_dt_s") * run.number("/substeps") > TICK_S, "{s}");
     let [p50, p99, max] = ["/tick_us/p50", "/tick_us/p99", "/tick_us/max"].map(|key| run.number(key));
     assert!(0.0 < p50 && p50 <= p99 && p99 <= max && max < 1000.0, "{s}");
@@ -58,7 +57,7 @@ fn folder_holds_the_files_and_nothing_else() {
         names.sort();
         names
     };
-    // the record by which the next run knows what it may replace
+    // `.palpate` lists the files that the next run may replace
     let mut expected = vec![String::from(".palpate")];
     expected.extend(PICTURES.iter().flat_map(|p| [format!("{p}.svg"), format!("{p}.png")]));
     expected.extend(["summary.json", "trace.csv", "surface_0.csv", "surface_1.csv", "surface_2.csv"].map(String::from));
@@ -101,8 +100,8 @@ fn trace_has_one_row_a_millisecond() {
     }
     let free = run.number("/nodes") - run.number("/report/anchors");
     assert!(run.trace.column("active_nodes").iter().all(|active| *active == free));
-    // down and up at 0.04 m/s from 1/16 radius above, three holds, half a second after; each leg's
-    // last step may be short
+    // down and up at 0.04 m/s from a height of 1/16 radius, three holds, half a second at the end;
+    // each leg's last step may be partial
     let expected_s = 2.0 * (0.0005 + 0.004) / 0.04 + 3.0 * 0.3 + 0.5;
     assert!((run.number("/ticks") * TICK_S - expected_s).abs() <= 4.0 * TICK_S, "{} ticks", run.number("/ticks"));
 }
@@ -126,8 +125,8 @@ fn holds_of_the_summary_are_rows_of_the_trace() {
         let row = end_of_hold(&run, k);
         assert_eq!(hold.force_n, run.trace.column("force_z_n")[row], "hold {k}");
         assert_eq!(hold.depth_m, run.trace.column("depth_m")[row], "hold {k}");
-        // frictionless on a flat top: the contact normal leans by what the mesh's asymmetry gives,
-        // a few percent, its cosine by its square
+        // frictionless contact on a flat top: the asymmetry of the mesh tilts the contact normal by
+        // a few per cent, which changes the vertical component only by the square of that
         assert!((hold.depth_m / hold.target - 1.0).abs() < 0.005, "{hold:?}");
         let across = run.trace.column("force_x_n")[row].hypot(run.trace.column("force_y_n")[row]);
         assert!(across < 0.1 * hold.force_n, "hold {k}: {across} N across");
@@ -135,7 +134,7 @@ fn holds_of_the_summary_are_rows_of_the_trace() {
     }
     let forces = run.forces_n();
     assert!(forces[0] > 0.0 && forces.is_sorted_by(|a, b| a < b), "{forces:?}");
-    // outside: no force at the start, none at the end
+    // outside the tissue there is no force, neither at the start nor at the end
     for column in ["force_x_n", "force_y_n", "force_z_n", "depth_m"] {
         let column = run.trace.column(column);
         assert_eq!((column[0], column[column.len() - 1]), (0.0, 0.0));
@@ -149,7 +148,7 @@ fn surface_is_the_closed_skin_pressed_in_under_the_probe() {
         let surface = run.surface(k);
         let columns = ["rest_x_m", "rest_y_m", "rest_z_m", "displacement_x_m", "displacement_y_m", "displacement_z_m"];
         assert_eq!(surface.header, columns);
-        // a closed skin without holes: nodes = triangles / 2 + 2 (Euler)
+        // a closed surface without holes: nodes = triangles / 2 + 2 (Euler)
         assert_eq!(surface.rows.len() as f64, run.number("/report/triangles") / 2.0 + 2.0);
         for row in &surface.rows {
             let on = |c: f64, face: f64| (c - face).abs() < 1e-8;
@@ -159,15 +158,15 @@ fn surface_is_the_closed_skin_pressed_in_under_the_probe() {
             assert!(!on(row[2], -0.04) || row[3..] == [0.0; 3], "{row:?}");
         }
         let deepest = surface.rows.iter().min_by(|a, b| a[5].total_cmp(&b[5])).unwrap();
-        // the foundation represents the indentation below an element (5 mm here): the nodes follow
-        // by a part of the depth
+        // the foundation takes up the indentation that elements of 5 mm do not resolve, so the
+        // nodes follow by a part of the depth only
         assert!((0.2 * target..1.05 * target).contains(&-deepest[5]), "{target}: {deepest:?}");
         assert!(deepest[0].hypot(deepest[1]) < 0.008, "the deepest place is not under the probe: {deepest:?}");
     }
 }
 
-/// Elements of an XML text as (name, content up to its first child); every tag must be closed in
-/// its place.
+/// Elements of an XML text as (name, content up to the first child). Checks that every tag is
+/// closed in its proper place.
 fn elements(xml: &str) -> Vec<(String, String)> {
     let (mut open, mut found) = (Vec::<&str>::new(), Vec::new());
     for piece in xml.split('<').skip(1) {
@@ -207,15 +206,16 @@ fn vtu_is_well_formed_and_agrees_with_summary_and_surface() {
         let corners = array("connectivity");
         assert!(corners.len() == 4 * tets && corners.iter().all(|n| (*n as usize) < nodes));
         assert_eq!(array("offsets"), (1..=tets).map(|t| 4.0 * t as f64).collect::<Vec<_>>());
-        // VTK's number of a tet
+        // VTK's number for a tet
         assert_eq!(array("types"), vec![10.0; tets]);
 
-        // deformed coordinates are rounded to single precision before J: 0.04 m x 6e-8 on edges of
-        // 4 mm and more, three of them
+        // deformed coordinates are rounded to single precision before J is computed: 0.04 m x 6e-8
+        // on three edges of 4 mm and more
         let least = ratio.iter().copied().fold(f64::INFINITY, f64::min);
         assert!((least - hold.min_j).abs() < 1e-5, "{least} {hold:?}");
         for row in run.surface(k).rows {
-            // single precision, printed as such there and widened here
+            // single-precision values are printed as such there and converted to double precision
+            // here
             let same = |n: usize| {
                 (0..3).all(|c| {
                     (points[3 * n + c] - row[c] - moved[3 * n + c]).abs() < 1e-9 && face[3 * n + c] as f32 == row[3 + c] as f32

@@ -1,5 +1,5 @@
 //! README and book are consistent: links and anchors resolve, pictures exist, every page is in the
-//! table of contents, the README is short and its example is the one that runs.
+//! table of contents, the README is short, and its example is the program that is run.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use palpate_tests::palpate_command::repository;
 
 const BOOK: &str = "host-sim/book/src";
-/// Largest number of lines of the README, and of words in a paragraph or an item of README and
+/// Largest number of lines in the README, and of words in a paragraph or list item of README and
 /// book.
 const MOST_LINES: usize = 150;
 const MOST_WORDS: usize = 105;
@@ -16,7 +16,7 @@ fn read(path: &str) -> String {
     std::fs::read_to_string(repository().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-/// Markdown files in a folder and below, from the repository's root on.
+/// Markdown files in a folder and its subfolders, relative to the repository's root.
 fn markdown_below(folder: &str) -> Vec<String> {
     let (mut folders, mut found) = (vec![PathBuf::from(folder)], Vec::new());
     while let Some(folder) = folders.pop() {
@@ -33,7 +33,7 @@ fn markdown_below(folder: &str) -> Vec<String> {
     found
 }
 
-/// README and the pages of the book that are written there, not included or generated: path, text.
+/// Path and text of the README and of the book's pages, without included or generated pages.
 pub fn own_pages() -> Vec<(String, String)> {
     let pages =
         markdown_below(BOOK).into_iter().filter(|page| !page.ends_with("SUMMARY.md") && !page.ends_with("scene-reference.md"));
@@ -42,13 +42,13 @@ pub fn own_pages() -> Vec<(String, String)> {
     all.into_iter().map(|path| (path.clone(), read(&path))).collect()
 }
 
-/// File that a line of a page includes, from the repository's root on.
+/// File that a line of a page includes, relative to the repository's root.
 fn included(page: &str, line: &str) -> Option<String> {
     let path = line.trim().strip_prefix("{{#include ")?.strip_suffix("}}")?;
     Some(joined(page, path))
 }
 
-/// `target` as seen from `page`, without `..`.
+/// Path of `target`, which is relative to `page`, without `..`.
 fn joined(page: &str, target: &str) -> String {
     let mut parts: Vec<&str> = page.split('/').collect();
     parts.pop();
@@ -62,10 +62,10 @@ fn joined(page: &str, target: &str) -> String {
     parts.join("/")
 }
 
-/// The text of a page with what it includes.
+/// The text of a page with its included files.
 fn whole(page: &str) -> String {
     let line = |line: &str| match included(page, line) {
-        // a guide of the firmware comes with its boards
+        // a guide of the firmware exists only together with its boards
         Some(path) if path.starts_with("firmware/") && !repository().join(&path).exists() => String::new(),
         Some(path) => read(&path),
         None => line.to_owned(),
@@ -73,7 +73,7 @@ fn whole(page: &str) -> String {
     read(page).lines().map(|text| line(text) + "\n").collect()
 }
 
-/// Lines outside of fenced code, without code between backticks.
+/// Lines outside fenced code, without inline code.
 fn prose(text: &str) -> Vec<String> {
     let mut fenced = false;
     let mut lines = Vec::new();
@@ -90,7 +90,7 @@ fn prose(text: &str) -> Vec<String> {
     lines
 }
 
-/// Targets of the links and pictures of a text.
+/// Targets of the links and pictures in a text.
 fn targets(text: &str) -> Vec<String> {
     let lines = prose(text);
     let of_line = |line: &String| {
@@ -100,7 +100,7 @@ fn targets(text: &str) -> Vec<String> {
     lines.iter().flat_map(of_line).collect()
 }
 
-/// Anchors of the headings of a text, as GitHub and mdBook make them.
+/// Anchors of the headings in a text, as GitHub and mdBook generate them.
 fn anchors(text: &str) -> BTreeSet<String> {
     let slug = |heading: &str| -> String {
         let kept = heading
@@ -119,7 +119,7 @@ fn anchors(text: &str) -> BTreeSet<String> {
     headings.map(|line| slug(line.trim_start_matches('#'))).collect()
 }
 
-/// Links of a page that lead nowhere.
+/// Links in a page whose target does not exist.
 fn broken(page: &str, text: &str) -> Vec<String> {
     let mut broken = Vec::new();
     for target in targets(text) {
@@ -180,7 +180,7 @@ fn every_guide_of_the_firmware_is_a_page() {
     let shown: Vec<String> =
         pages.iter().flat_map(|page| read(page).lines().filter_map(|line| included(page, line)).collect::<Vec<_>>()).collect();
     for guide in markdown_below("firmware") {
-        // a folder's README has the folder's name in the book
+        // in the book, a folder's README is named after the folder
         let path = Path::new(&guide);
         let named = if guide.ends_with("README.md") { path.parent().unwrap().with_extension("md") } else { path.to_owned() };
         let name = named.file_name().unwrap().to_str().unwrap();
@@ -225,7 +225,7 @@ fn no_paragraph_is_a_wall() {
     assert!(walls.is_empty(), "{}", walls.join("\n"));
 }
 
-/// Every fault number has its paragraph, headed by its number and its words.
+/// Every fault number has a paragraph whose heading gives its number and its message.
 #[test]
 fn every_fault_is_explained() {
     let text = read(&format!("{BOOK}/troubleshooting.md"));

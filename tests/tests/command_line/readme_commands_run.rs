@@ -1,4 +1,4 @@
-//! Every command that the README and the book show runs, each once.
+//! Every command shown in the README and the book runs, each once.
 
 use std::path::Path;
 use std::process::Command;
@@ -9,9 +9,9 @@ use palpate_tests::palpate_command::repository;
 
 use crate::readme_and_book::own_pages;
 
-/// Commands of the fenced `sh` blocks: lines that call cargo or a script of the repository, with
-/// their continuation lines. `./test` runs all tests and would run this one; nothing that fetches
-/// or changes the repository starts with these words.
+/// Commands in the fenced `sh` blocks: lines that call cargo or a script of the repository, with
+/// their continuation lines. `./test` is left out because it would run this test again. No command
+/// that fetches or changes the repository starts with these words.
 fn commands(text: &str) -> Vec<String> {
     let (mut found, mut in_sh, mut whole) = (Vec::new(), false, String::new());
     for line in text.lines().map(str::trim) {
@@ -36,17 +36,17 @@ fn commands(text: &str) -> Vec<String> {
     found
 }
 
-/// The command in the form for this test: its output stays outside the repository unless it names a
-/// folder itself, and long commands use their quick form.
+/// The command as this test runs it: its output goes outside the repository unless it names a
+/// folder itself, and long commands run in their quick form.
 fn as_run(command: &str, out: &Path) -> String {
-    // a trailing comment would swallow the option
+    // an option appended after a comment would be lost
     let command = command.split(" #").next().unwrap_or(command).trim_end();
     if command.starts_with("cargo bench") && !command.contains(" -- ") {
         // seconds instead of minutes: same code, fewer samples
         return format!("{command} -- --quick");
     }
     if let Some((test, _)) = command.strip_prefix("cargo test ").map(|test| test.split_once(" -- ").unwrap_or((test, ""))) {
-        // it runs among all tests; here it is enough that it exists
+        // this test runs anyway; here it is enough that it exists
         return format!("cargo test {test} -- --list");
     }
     let writes = ["press", "pack", "cut", "score"].iter().any(|c| command.contains(&format!("-- {c}")))
@@ -68,8 +68,8 @@ fn failure(line: &str) -> Option<String> {
     (!run.status.success()).then(message)
 }
 
-/// Commands that take minutes of a core. Each has a quick form among the other tests, except `cut`
-/// and the benchmark.
+/// Commands that take minutes on one core. Other tests run a quick form of each except `cut` and
+/// the benchmark.
 const LONG: [&str; 13] = [
     "accept",
     "bench",
@@ -97,7 +97,7 @@ fn every_long_command_of_readme_and_book_exits_with_0() {
     run(|command| LONG.iter().any(|long| command.contains(long)), 18);
 }
 
-/// Commands of README and book, without comments, each once.
+/// Commands in README and book, without comments and without duplicates.
 fn all_commands() -> Vec<String> {
     let mut all = Vec::new();
     for (_, text) in own_pages() {
@@ -111,20 +111,20 @@ fn all_commands() -> Vec<String> {
     all
 }
 
-/// Runs the commands that are `chosen`, at least this many.
+/// Runs the commands for which `chosen` is true, of which there must be at least `least`.
 fn run(chosen: impl Fn(&str) -> bool, least: usize) {
     let mut commands = all_commands();
     commands.retain(|command| chosen(command));
     assert!(commands.len() >= least, "README and book show only {commands:?}");
     let out = tempfile::tempdir().unwrap();
     let lines = commands.iter().enumerate().map(|(n, command)| as_run(command, &out.path().join(n.to_string())));
-    // two commands run at a time, except those that link or start the board's image, which is one
-    // file: they run one after the other
+    // two commands run at a time, except those that link or start the board's image, which run one
+    // after the other because the image is a single file
     let (board, others): (Vec<String>, Vec<String>) =
         lines.partition(|line| line.contains("cargo fw") || line.contains("emulate"));
     let (others, failed) = (Mutex::new(others), Mutex::new(Vec::new()));
     let run = |line: String| failed.lock().unwrap().extend(failure(&line));
-    // the last ones take longest
+    // the last commands of the list take longest, so they start first
     let next = || others.lock().unwrap().pop();
     std::thread::scope(|scope| {
         scope.spawn(|| board.into_iter().for_each(run));
@@ -147,7 +147,7 @@ fn commands_are_found_in_sh_blocks_only() {
     assert_eq!(as_run("cargo bench -p x", out), "cargo bench -p x -- --quick");
 }
 
-/// Two commands that write one folder would refuse each other.
+/// Two commands that write to the same folder would refuse each other.
 #[test]
 fn no_two_commands_write_one_folder() {
     let all = all_commands();

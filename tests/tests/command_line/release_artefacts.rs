@@ -1,4 +1,4 @@
-//! The release script's quick form, and the contents of the core's package.
+//! The quick form of the release script, and the contents of the core's package.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,5 +1,5 @@
-//! A recorded run, driven again by its own `trace.csv`, gives the same bits; so do two runs of one
-//! scene.
+//! A recorded run that is driven again by its own `trace.csv` gives the same bits, and so do two
+//! runs of one scene.
 
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::press::{self, Press};
@@ -11,7 +11,7 @@ fn run(scene: &Scene) -> Press {
     press::run(scene, &Session::prepare(scene).unwrap(), |_| {}).unwrap()
 }
 
-/// Returns force, depth and limiters that the core answered in each tick, as bits.
+/// Returns force, depth and limiter flags of each tick, as bits.
 fn answers(press: &Press) -> Vec<[u32; 5]> {
     let bits = |t: &press::TickRow| {
         let f = t.output.force_n.map(f32::to_bits);
@@ -29,8 +29,8 @@ fn compare(name: &str, first: &Press, second: &Press) {
     assert!(first.ticks.iter().any(|t| t.output.force_n.norm() > 0.01), "{name}: a press that is not felt proves nothing");
 }
 
-/// Runs a scene twice, then its trace. The depth limit decides the substeps; the trace does not
-/// contain the depth that a finger might have reached.
+/// Runs a scene twice, then its trace. The depth limit determines the substeps, and the trace does
+/// not contain the depth that a finger could have reached.
 fn replays(name: &str, scene: &Scene, told_limit: bool) {
     let folder = tempfile::tempdir().unwrap();
     let first = run(scene);

@@ -1,5 +1,5 @@
-//! An output folder holds one complete result: after a kill, a second run, a full disk, and next to
-//! foreign files.
+//! An output folder contains one complete result, even after a kill, a second run or a full disk,
+//! and beside files that do not belong to it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use palpate_tissue::output::OutputFolder;
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 const PRESS: [&str; 5] = ["press", "--scene", "scene.toml", "--out", "out"];
 
-/// Every file below a folder with its bytes.
+/// Path and bytes of every file below a folder.
 fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -27,7 +27,7 @@ fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     found
 }
 
-/// A desk with the small scene pressed into `out`, and its files.
+/// A desk on which the small scene has been pressed into `out`, and the files there.
 fn pressed() -> (Desk, BTreeMap<PathBuf, Vec<u8>>) {
     let desk = Desk::default();
     desk.put("scene.toml", SMALL_BLOCK);
@@ -45,7 +45,7 @@ fn start(desk: &Desk, arguments: &[&str]) -> Child {
     command.spawn().expect("palpate was built")
 }
 
-/// Waits for a condition; returns whether it was met before the run ended.
+/// Waits until a condition is met; returns false if the run ends first.
 fn until(run: &mut Child, so: impl Fn() -> bool) -> bool {
     let begun = Instant::now();
     while begun.elapsed() < Duration::from_secs(120) {
@@ -60,7 +60,7 @@ fn until(run: &mut Child, so: impl Fn() -> bool) -> bool {
     panic!("nothing happened in two minutes");
 }
 
-/// Stiffer tissue, two holds: other numbers, and a file less.
+/// A scene with stiffer tissue and two holds: its numbers differ, and it gives one file fewer.
 fn other_scene() -> String {
     edited(&edited(SMALL_BLOCK, "3500.0", "5000.0"), "[0.001, 0.002, 0.004]", "[0.001, 0.003]")
 }
@@ -70,7 +70,7 @@ fn a_run_that_is_killed_leaves_the_earlier_result_whole() {
     let (desk, earlier) = pressed();
     desk.put("scene.toml", other_scene());
     let out = desk.folder().join("out");
-    // wherever a run puts its files: in the folder itself, or beside it
+    // counts a run's files wherever the run puts them: in the folder itself or beside it
     let written = || {
         let beside = content(desk.folder());
         beside.iter().filter(|(path, bytes)| !path.ends_with("scene.toml") && earlier.get(*path) != Some(*bytes)).count()
@@ -83,7 +83,7 @@ fn a_run_that_is_killed_leaves_the_earlier_result_whole() {
         run.wait().expect("it ended");
         let left = content(&out);
         if left.get(&out.join("summary.json")) != earlier.get(&out.join("summary.json")) && left.len() == earlier.len() - 1 {
-            // it finished before the signal: begin again
+            // it finished before the signal: restore the earlier result and continue
             desk.put("scene.toml", SMALL_BLOCK);
             assert_eq!(palpate(SCRATCH, desk.folder(), &PRESS).code, Some(0));
             desk.put("scene.toml", other_scene());
@@ -95,7 +95,8 @@ fn a_run_that_is_killed_leaves_the_earlier_result_whole() {
     }
     assert!(killed >= 3, "only {killed} runs were killed while they wrote");
 
-    // the next run clears what is left, and replaces the whole result: there is no third hold
+    // the next run removes what the killed one left and replaces the whole result: the third hold
+    // is gone
     let outcome = palpate(SCRATCH, desk.folder(), &PRESS);
     assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
     assert_eq!(desk.listing(), ["out", "scene.toml"]);
@@ -117,7 +118,7 @@ fn a_second_run_into_the_same_folder_is_refused_at_once() {
         assert!(second.stderr.contains("--out") && second.stdout.is_empty(), "{second:?}");
         println!("refused after {:?}", begun.elapsed());
     }
-    // another folder is free
+    // a run into another folder is allowed
     desk.put("short.toml", SMALL_BLOCK);
     let beside = palpate(SCRATCH, desk.folder(), &["press", "--scene", "short.toml", "--out", "beside"]);
     assert_eq!((beside.code, beside.stderr.as_str()), (Some(0), ""));
@@ -127,13 +128,13 @@ fn a_second_run_into_the_same_folder_is_refused_at_once() {
     assert_eq!(content(&desk.folder().join("out")).len(), content(&desk.folder().join("beside")).len());
 }
 
-/// `sh` limits the size of a file, in blocks of 512 or 1024 bytes; a write beyond it fails as on a
+/// `sh` limits the size of a file, in blocks of 512 or 1024 bytes. Writing beyond it fails, as on a
 /// full disk.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_leaves_the_earlier_result_whole() {
     let (desk, earlier) = pressed();
-    // few rows: the tables fit, the pictures do not
+    // with few rows the tables are within the limit, but the pictures are not
     let short = edited(&other_scene(), "hold_s = 0.3", "hold_s = 0.01");
     desk.put("scene.toml", edited(&short, "ramp_m_per_s = 0.04", "ramp_m_per_s = 0.2"));
     let out = desk.folder().join("out");
@@ -166,7 +167,7 @@ fn files_of_others_stay_and_a_folder_of_others_is_refused() {
     }
     assert!(!out.join("surface_2.csv").exists() && out.join("surface_1.csv").exists());
 
-    // a folder with a file's name in it cannot be replaced: nothing is lost, nothing is changed
+    // a folder that has the name of one of the files cannot be replaced: nothing is lost or changed
     std::fs::remove_file(out.join("trace.csv")).unwrap();
     std::fs::create_dir(out.join("trace.csv")).unwrap();
     desk.put("out/trace.csv/mine.txt", "mine");
@@ -175,7 +176,7 @@ fn files_of_others_stay_and_a_folder_of_others_is_refused() {
     assert_eq!(refused.code, Some(2), "{refused:?}");
     assert!(refused.stderr.contains("trace.csv is a folder") && content(&out) == before, "{refused:?}");
 
-    // a folder that never held a result
+    // a folder that never contained a result
     std::fs::create_dir(desk.folder().join("thesis")).unwrap();
     desk.put("thesis/summary.json", "mine");
     let refused = palpate(SCRATCH, desk.folder(), &["press", "--scene", "scene.toml", "--out", "thesis"]);
@@ -184,7 +185,7 @@ fn files_of_others_stay_and_a_folder_of_others_is_refused() {
     assert_eq!(content(&desk.folder().join("thesis")).len(), 1);
     assert_eq!(std::fs::read_to_string(desk.folder().join("thesis/summary.json")).unwrap(), "mine");
 
-    // a patch is a result of its own: added, and it outlives the next press
+    // a patch is a result of its own: it is added, and the next press keeps it
     let pack =
         |out: &str| palpate(SCRATCH, desk.folder(), &["pack", "--scene", "scene.toml", "--board", "desktop", "--out", out]);
     assert_eq!([pack("thesis").code, pack("new").code], [Some(0), Some(0)]);
@@ -208,11 +209,11 @@ fn a_folder_that_cannot_be_replaced_is_refused_before_anything_is_computed() {
         assert!(refused.stderr.lines().count() == 1 && refused.stderr.contains("--out"), "{out}: {refused:?}");
         assert_eq!(desk.listing(), ["scene.toml"], "{out}");
     }
-    // after bad input not even the parent folders exist
+    // after bad input not even the parent folders are created
     desk.put("scene.toml", edited(SMALL_BLOCK, "nodes = 129", "nodes = 129\nmesh = \"none.msh\""));
     assert_eq!(palpate(SCRATCH, desk.folder(), &["reference", "--scene", "scene.toml", "--out", "a/b/c"]).code, Some(2));
     assert_eq!(desk.listing(), ["scene.toml"]);
-    // a folder below folders that do not exist yet
+    // a folder whose parent folders do not exist yet
     desk.put("scene.toml", SMALL_BLOCK);
     let deep = palpate(SCRATCH, desk.folder(), &["press", "--scene", "scene.toml", "--out", "a/b/c"]);
     assert_eq!((deep.code, deep.stderr.as_str()), (Some(0), ""));
@@ -226,13 +227,13 @@ fn write(out: &Path, force: &str, names: &[&str]) {
     folder.publish().unwrap();
 }
 
-/// Every state in which a kill can leave the folder and its neighbours, and the result of the next
-/// run.
+/// All states in which a kill can leave the folder and its neighbours, and the result after the
+/// next run.
 #[test]
 fn a_run_restores_the_result_whenever_the_one_before_was_killed() {
     let earlier = &["force.csv", "force.svg", "surface_2.csv"];
     let later = &["force.csv", "force.svg"];
-    // places of the earlier and the later result; which of them is the result afterwards
+    // places of the earlier and the later result, and which of them is the result afterwards
     let states = [
         (Some("out"), None, "1 N"),
         (Some("out"), Some(".out.draft"), "1 N"),
@@ -245,8 +246,7 @@ fn a_run_restores_the_result_whenever_the_one_before_was_killed() {
         let desk = Desk::default();
         let at = |name: &str| desk.folder().join(name);
         write(&at("out"), "1 N", earlier);
-        // a copy of the earlier result has the same record; the later result has a higher run
-        // number
+        // the earlier result's copy has the same record; the later result has a higher run number
         std::fs::create_dir(at("copy")).unwrap();
         content(&at("out"))
             .iter()
@@ -271,7 +271,7 @@ fn a_run_restores_the_result_whenever_the_one_before_was_killed() {
         assert_eq!([text("force.csv"), text("force.svg")], [Some(force.to_owned()), Some(force.to_owned())], "{state}");
         assert_eq!(text("surface_2.csv").is_some(), force == "1 N", "{state}");
         assert_eq!(text("notes.txt").as_deref(), Some("mine"), "{state}");
-        // and the next result replaces it
+        // then the next result replaces it
         write(&at("out"), "3 N", later);
         assert_eq!(
             (text("force.csv").as_deref(), text("surface_2.csv"), text("notes.txt").as_deref()),
@@ -289,19 +289,19 @@ fn a_run_restores_the_result_whenever_the_one_before_was_killed() {
     assert!(!desk.folder().join("out/force.csv").exists());
 }
 
-/// A command that forgets to publish would print numbers and leave nothing.
+/// A command that does not publish its folder would print numbers and leave no files.
 #[test]
 fn every_command_that_opens_a_folder_publishes_it() {
-    // functions that pass the folder on by value, and their callees
+    // files whose functions pass the folder on by value, and the files that publish it
     let handed = [
         ("command/fit/block.rs", "command/fit/report.rs"),
         ("command/fit/organ.rs", "command/fit/report.rs"),
         ("command/plan.rs", "command/plan/report.rs"),
         ("paper/volume_preserved.rs", "paper/volume_preserved/tables.rs"),
     ];
-    // draws one picture to time it, and discards it
+    // draws a picture to time it and discards it
     let thrown_away = "paper/volume_preserved/pictures.rs";
-    // `Common::open`, whose callers publish
+    // contains `Common::open`, whose callers publish
     let opens_for_others = "command.rs";
     let root = repository().join("host-sim/src");
     let mut openers = 0;
@@ -320,7 +320,7 @@ fn every_command_that_opens_a_folder_publishes_it() {
     assert!(openers > 14, "{openers}");
 }
 
-/// A plan that finds nothing must not leave the patch of the plan before it; other patches stay.
+/// A plan that finds no patch must remove the patch of the plan before it; other patches stay.
 #[test]
 fn an_earlier_patch_stays_unless_it_is_dropped() {
     let desk = Desk::default();
@@ -334,7 +334,7 @@ fn an_earlier_patch_stays_unless_it_is_dropped() {
     assert_eq!(left, [".palpate", "b.patch", "summary.json"]);
 }
 
-/// A long fit writes notes; a run that is stopped leaves them, and one that is done removes them.
+/// A long fit writes notes. They remain if the run is stopped and are removed when it finishes.
 #[test]
 fn notes_outlive_a_stopped_run_and_no_finished_one() {
     let desk = Desk::default();

@@ -1,5 +1,6 @@
-//! The book's page of scene keys is the code's own description of them, and that description is
-//! right: it has every key that the parser accepts, and the parser uses its ranges and defaults.
+//! The book's page of scene keys is generated from the code's own doc comments. They are complete
+//! and correct: every key that the parser accepts is listed, with the ranges and defaults of the
+//! parser.
 
 mod page;
 mod ranges;
@@ -29,7 +30,7 @@ fn rewrite_the_scene_reference() {
     std::fs::write(repository().join(PAGE), page::page()).unwrap();
 }
 
-/// Keys of a table, as its parser names them when it meets another.
+/// Keys of a table, as its parser lists them in the error for an unknown key.
 fn accepted<T: DeserializeOwned>() -> BTreeSet<String> {
     let error = toml::from_str::<T>("no_such_key = 1").err().expect("it is refused").to_string();
     let (_, expected) = error.split_once("expected ").expect("the keys that are known");

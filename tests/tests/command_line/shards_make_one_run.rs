@@ -1,5 +1,5 @@
-//! Campaigns in shards: `palpate merge` writes the bytes of one run, or refuses and changes
-//! nothing.
+//! Campaigns in shards: `palpate merge` writes files that are byte-identical to those of a single
+//! run, or refuses and changes nothing.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::bad_input_says_what_where_how::refused;
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 
-/// Every file below a folder, by its path from there.
+/// Bytes of every file below a folder, by its path relative to that folder.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in std::fs::read_dir(folder).unwrap().flatten() {
@@ -27,14 +27,14 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     found
 }
 
-/// Runs a command, which ends with `code`.
+/// Runs a command, which must exit with `code`.
 #[track_caller]
 fn ends(desk: &Desk, code: i32, arguments: &[&str]) {
     let outcome = palpate(SCRATCH, desk.folder(), arguments);
     assert_eq!(outcome.code, Some(code), "{arguments:?}: {outcome:?}");
 }
 
-/// Runs shards of a command into `shards`, a process for each group of them.
+/// Runs shards of a command into `shards`, one process per group of shards.
 #[track_caller]
 fn shards(desk: &Desk, command: &[&str], groups: &[&[&str]]) {
     for group in groups {
@@ -43,8 +43,9 @@ fn shards(desk: &Desk, command: &[&str], groups: &[&[&str]]) {
     }
 }
 
-/// Asserts that one run of a command and its shards, merged, leave the same files with the same
-/// bytes; both end with `code`. The result of one run is in `whole` below its folder.
+/// Checks that a single run of a command and the merge of its shards write the same files with the
+/// same bytes, and that both exit with `code`. `whole` is the folder, below the single run's, that
+/// contains the result to compare.
 #[track_caller]
 fn are_one(desk: &Desk, code: i32, command: &[&str], groups: &[&[&str]], whole: &str) {
     ends(desk, code, &[command, &["--out", "one"]].concat());
@@ -64,11 +65,11 @@ fn faults_in_shards_are_one_run_and_what_is_amiss_is_refused() {
     let faults = ["faults", "--runs", "150", "--seed", "7"];
     are_one(&desk, 0, &faults, &[&["3/3"], &["1/3", "2/3"]], "");
 
-    // the whole is not written into a shard's folder
+    // the merged result is not written into a shard's folder
     let into_shard = ["merge", "shards", "--out", "shards/shard-1-of-3"];
     refused(&desk, &into_shard, &["--out shards/shard-1-of-3: it is the folder of a shard", "choose another folder"]);
 
-    // missing, and requested: nothing is written, the rest stays
+    // a missing shard is asked for; nothing is written, and the other shards stay
     let merge = ["merge", "shards", "--out", "again"];
     let of = |n: u8| desk.folder().join(format!("shards/shard-{n}-of-3"));
     let second = std::fs::read(of(2).join(FILE)).unwrap();
@@ -77,23 +78,23 @@ fn faults_in_shards_are_one_run_and_what_is_amiss_is_refused() {
     refused(&desk, &merge, &["1 of 3 shards are missing: --shard 2/3 (as an array: --array=2)"]);
     assert!(rest == files(&desk.folder().join("shards")));
 
-    // of another seed
+    // a shard with another seed
     ends(&desk, 0, &["faults", "--runs", "150", "--seed", "8", "--shard", "2/3", "--out", "shards"]);
     refused(&desk, &merge, &["shard-2-of-3/shard.jsonl: its seed is 8, not 7", "--shard 2/3 "]);
-    // cut short
+    // a truncated shard
     std::fs::write(of(2).join(FILE), &second[..second.len() / 2]).unwrap();
     refused(&desk, &merge, &["shard-2-of-3/shard.jsonl is cut short or damaged", "--shard 2/3 "]);
-    // there twice
+    // a shard that is there twice
     std::fs::write(of(2).join(FILE), &second).unwrap();
     std::fs::create_dir(desk.folder().join("shards/copy")).unwrap();
     std::fs::write(desk.folder().join("shards/copy").join(FILE), &second).unwrap();
     refused(&desk, &merge, &["shard 2/3 is there twice: ", "copy/shard.jsonl and ", "give one"]);
     std::fs::remove_dir_all(desk.folder().join("shards/copy")).unwrap();
-    // the shard lies beside those of another division of the campaign
+    // a shard of another division of the campaign in the same folder
     ends(&desk, 0, &[&faults[..], &["--shard", "1/4", "--out", "shards"]].concat());
     refused(&desk, &merge, &["shard-1-of-4/shard.jsonl: its number of shards is 4, not 3"]);
     std::fs::remove_dir_all(desk.folder().join("shards/shard-1-of-4")).unwrap();
-    // the rest was not touched
+    // none of this changed the other shards
     ends(&desk, 0, &merge);
     assert!(files(&desk.folder().join("one")) == files(&desk.folder().join("again")));
 }
@@ -103,7 +104,8 @@ fn measured_tissue_in_shards_is_one_run() {
     are_one(&Desk::default(), 0, &["accept", "T1", "T3"], &[&["2/3"], &["1/3", "3/3"]], "");
 }
 
-/// Scenes for which neither fit nor plan is possible: their table is still that of the campaign.
+/// Neither fit nor plan is possible for these scenes; the merged table still equals that of a
+/// single run.
 #[test]
 fn tables_of_scenes_in_shards_are_one_run() {
     let desk = Desk::default();
@@ -125,8 +127,8 @@ fn tables_of_scenes_in_shards_are_one_run() {
     assert!(table.contains("\na,m4f-168,failed,") && table.contains("\nc,desktop,failed,"), "{table}");
 }
 
-/// A file that is gone, and one that names a mesh that is: each is a row, the same one wherever its
-/// shard saw the folder. A folder is no scene.
+/// A file that does not exist and a scene whose mesh file does not exist each give a row, and the
+/// row does not depend on the folder in which the shard ran. A folder is not a scene.
 #[test]
 #[cfg(unix)]
 fn scenes_that_cannot_be_read_are_rows() {
@@ -160,7 +162,7 @@ fn what_cannot_be_split_and_what_is_no_shard() {
     refused(&desk, &["merge", "."], &["there is no shard.jsonl in it", "--shard"]);
 }
 
-/// All shards of a program that is not the one that merges, and of a scene that has changed since.
+/// Shards of another program than the one that merges, and of a scene that has changed since.
 #[test]
 fn shards_are_merged_by_their_program_and_with_their_scene() {
     let desk = Desk::default();
@@ -173,7 +175,7 @@ fn shards_are_merged_by_their_program_and_with_their_scene() {
     let of_faults = options(&[("runs", json!(100)), ("seed", json!(1))]);
     let heading = Heading::new("faults", of_faults, BTreeMap::new(), 100, all).unwrap();
     put(&heading);
-    // written by this test
+    // this shard was written by the test, not by the `palpate` that merges
     refused(
         &desk,
         &["merge", "shards"],
@@ -199,8 +201,8 @@ fn shards_are_merged_by_their_program_and_with_their_scene() {
     ends(&desk, 0, &["merge", "shards", "--out", "merged"]);
 }
 
-/// Every method on two meshes, the terms among them: under two minutes. Times of ticks, and what
-/// follows from them, are those of the shards.
+/// Every method on two meshes, including the terms; takes less than two minutes. Tick times, and
+/// results that follow from them, are those measured in the shards.
 #[test]
 #[ignore = "long: two charts"]
 fn charts_in_shards_are_one_run_but_for_its_times() {
@@ -239,7 +241,7 @@ fn charts_in_shards_are_one_run_but_for_its_times() {
     assert_eq!(untimed_summary(&one), untimed_summary(&merged));
 }
 
-/// A search for a board and one for the desktop.
+/// Fits of two scenes, and plans for two boards.
 #[test]
 #[ignore = "long: finite elements of two fits, and two plans"]
 fn fits_and_plans_in_shards_are_one_run() {

@@ -1,5 +1,5 @@
-//! `provenance` in every summary.json: version, commit, command line, scene, machine, date. That
-//! each summary follows the schema is checked wherever a test runs the command.
+//! `provenance` in every summary.json: version, commit, command line, scene, machine, date. Whether
+//! a summary follows the schema is checked wherever a test runs the command.
 
 use std::process::Command;
 
@@ -41,7 +41,7 @@ fn a_summary_says_how_it_was_made() {
     assert!((began..began + 600).contains(&now), "{date}");
     let commit = Command::new("git").args(["rev-parse", "HEAD"]).current_dir(repository()).output();
     match commit.ok().filter(|output| output.status.success()) {
-        // where it was changed since, the program is of the commit before
+        // the program may have been built from an earlier commit, so its value is not compared
         Some(_) => assert!(made["commit"].as_str().is_some_and(|c| c.len() >= 12), "{made}"),
         None => assert!(made["commit"].is_null(), "{made}"),
     }
@@ -87,7 +87,8 @@ fn the_schema_knows_every_command_that_writes_a_summary() {
         .collect();
     assert_eq!(known, ruled);
     let help = palpate(SCRATCH, Desk::default().folder(), &["--help"]).stdout;
-    // they write no summary: lists, files of one's own, a window, a board
+    // these write no summary: they print lists, write files of the user's choice, open a window, or
+    // use a board
     let others = ["scene", "mesh", "pack", "merge", "live", "board", "completions", "help"];
     let listed = help.lines().skip_while(|line| *line != "Use it:").take_while(|line| *line != "Options:");
     for line in listed.filter(|line| line.starts_with("  ")) {

@@ -1,4 +1,4 @@
-//! A surface file becomes tets in one step, by a user's command.
+//! A user turns a surface file into tets with one command.
 
 use palpate_tests::palpate_command::{Desk, Outcome, palpate};
 use palpate_tests::press_run::{SMALL_BLOCK, edited};
@@ -15,7 +15,7 @@ fn run(desk: &Desk, arguments: &[&str]) -> Outcome {
     outcome
 }
 
-/// The small block's press on a ball's surface.
+/// The scene of the small block with a ball's surface in place of the block.
 fn scene(source: &str) -> String {
     let scene = edited(&edited(SMALL_BLOCK, BLOCK, source), "nodes = 129\n", "");
     edited(&scene, "position_m = [0.0, 0.0]", "site = [0.0, 0.0, 0.03]")
@@ -48,7 +48,7 @@ fn a_ball_is_checked_filled_and_pressed() {
     let off = tets_cm3.as_f64().unwrap() / surface_cm3.as_f64().unwrap() - 1.0;
     assert!((-0.08..0.0).contains(&off), "{off}");
     assert_eq!(summary["report"]["anchors"].as_u64(), Some(shown as u64));
-    // the press' own file is a mesh again
+    // the file that the press wrote is accepted as a mesh
     assert!(tets("out/press_0.vtu").contains("tets"));
 }
 
@@ -94,7 +94,7 @@ fn a_nodule_outside_the_block_is_refused_and_one_inside_counted() {
     let said = run(&desk, &["press", "--scene", "scene.toml", "--out", "out"]).stdout;
     let line = said.lines().find(|line| line.trim_start().starts_with("inclusion 1 is in ")).expect("a line on the nodule");
     let held: f64 = line.split(" tets: ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
-    // 4/3 pi (6 mm)^3, by samples in the tets
+    // 4/3 pi (6 mm)^3, counted by sample points in the tets
     assert!((held / 0.905 - 1.0).abs() < 0.1, "{line}");
 }
 

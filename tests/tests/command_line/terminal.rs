@@ -1,5 +1,5 @@
-//! Output on a terminal and in a pipe: a verdict first and last, failures alone, scenes to start
-//! from, changed keys, completions.
+//! Output on a terminal and in a pipe: the verdict comes first and last; failures only; scenes to
+//! start from; changed keys; completions.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
@@ -21,7 +21,7 @@ fn run(desk: &Desk, code: i32, arguments: &[&str]) -> Outcome {
 fn a_reader_that_goes_ends_neither_the_run_nor_its_result() {
     let desk = Desk::default();
     desk.put("scene.toml", SMALL_BLOCK);
-    // read to the end, read to the first line, not read at all
+    // the output is read to its end, up to its first line, or not at all
     for lines in [usize::MAX, 1, 0] {
         let mut child = Command::new(binary(SCRATCH))
             .args(["press", "--scene", "scene.toml", "--out", "out"])
@@ -48,7 +48,7 @@ fn the_verdict_is_the_first_and_the_last_line() {
     let (first, last) = (said.lines().next().unwrap(), said.lines().next_back().unwrap());
     assert!(first == last && first.starts_with("ok: ") && first.contains("slowest tick"), "{said}");
 
-    // half a force that can be held: the check fails, and says so on both streams
+    // half of the force can be held: the check fails, and both streams say so
     let force = edited(
         SMALL_BLOCK,
         "kind = \"depth\"\nholds_m = [0.001, 0.002, 0.004]\nramp_m_per_s = 0.04\nhold_s = 0.3",

@@ -1,10 +1,10 @@
-//! The power fails at every byte of writing a profile: the board starts with the previous profile
-//! or the new one, complete, never with anything else. Flipped bits and profiles out of range are
-//! refused.
+//! The power fails at every byte while a profile is written. The board then starts with the
+//! complete previous profile or the complete new one, never with anything else. Profiles with
+//! flipped bits or values out of range are refused.
 
 use palpate_controller::config::{Flash, FlashError, Profile, SLOT_BYTES, Slot, StoreError, load, store};
 
-/// Two slots that lose power after this many bytes erased or written.
+/// Two slots whose power fails after this many bytes have been erased or written.
 #[derive(Clone)]
 struct Cut {
     slots: [[u8; SLOT_BYTES]; 2],
@@ -19,7 +19,7 @@ impl Cut {
     fn put(&mut self, slot: Slot, at: usize, byte: u8) -> Result<(), FlashError> {
         self.bytes_left = self.bytes_left.checked_sub(1).ok_or(FlashError)?;
         let kept = &mut self.slots[slot as usize][at];
-        // flash writes ones to zeros; only erasing brings ones back
+        // writing to flash changes ones to zeros; only erasing changes zeros back to ones
         *kept = if byte == 0xFF { 0xFF } else { *kept & byte };
         Ok(())
     }
@@ -37,7 +37,7 @@ impl Flash for Cut {
     fn write(&mut self, slot: Slot, bytes: &[u8; SLOT_BYTES]) -> Result<(), FlashError> {
         bytes.iter().enumerate().try_for_each(|(at, byte)| {
             if *byte == 0xFF {
-                return Ok(()); // erased already
+                return Ok(()); // already erased
             }
             self.put(slot, at, *byte)
         })
@@ -66,7 +66,7 @@ fn power_cut_at_every_byte_leaves_the_profile_before_or_the_new_one() {
             assert!(after == before || after == Some(profile(n)), "cut after {cut} bytes: {after:?}");
             kept_old += usize::from(after == before);
             took_new += usize::from(after == Some(profile(n)));
-            // and the next try works
+            // the next attempt succeeds
             torn.bytes_left = usize::MAX;
             assert!(store(&mut torn, &profile(n)).is_ok() && load(&torn).map(|kept| kept.0) == Some(profile(n)));
             if answer.is_ok() {

@@ -1,6 +1,5 @@
-//! A reading of the joints that is not believed changes no torque: the force is that of the
-//! previous pose, and so is the Jacobian. After a fault of the sensor the device has to be homed
-//! again.
+//! A joint reading that is rejected as a glitch does not change the torque: force and Jacobian are
+//! those of the previous pose. After a sensor fault the device has to be homed again.
 
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::SensorStatus;
@@ -13,13 +12,14 @@ use palpate_sim::port::device_file;
 use palpate_tests::flash_patch::in_flash;
 use palpate_tests::palpate_command::repository;
 
-/// Ticks at home, down to 3 mm above the tissue, there until armed, pressing to 2 mm, held.
+/// Ticks in the home pose, on the way to 3 mm above the tissue, waiting there until armed, pressing
+/// to 2 mm depth, and holding.
 const STILL: u32 = 10;
 const APPROACH: u32 = 500;
 const ARMED: u32 = 1_500;
 const PRESS: u32 = 500;
 const HELD: u32 = 200;
-/// Jump of the joint [rad]: the lever of a paddle falls to less than half.
+/// Jump of the joint [rad], which reduces the paddle's lever arm to less than half.
 const JUMP_RAD: f64 = 1.2;
 
 #[test]

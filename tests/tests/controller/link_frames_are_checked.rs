@@ -1,8 +1,8 @@
-//! The link under fire: random bytes, mutated frames and flipped bits are counted and dropped;
-//! nothing that was not sent is ever accepted, and nothing crashes.
+//! The link under disturbance: random bytes, mutated frames and flipped bits are counted and
+//! dropped. No frame is accepted that was not sent, and nothing crashes.
 //!
 //! `cargo test -p palpate-tests --release --test controller link_frames_are_checked -- --ignored`
-//! runs the long form: ten million flips, ten million frames.
+//! runs the long form: ten million frames with flipped bits, ten million random or mutated frames.
 
 use palpate::haptic::cycle::Settings;
 use palpate::haptic::device::HapticDevice;
@@ -16,7 +16,7 @@ use palpate_controller::link::wire_limits::WireLimits;
 use palpate_controller::link::{Change, Inbox, Receiver, ToBoard, encode};
 use palpate_controller::port::Port;
 
-/// A simple generator: xorshift (Marsaglia 2003).
+/// A simple random number generator: xorshift (Marsaglia 2003).
 struct Random(u64);
 
 impl Random {
@@ -32,7 +32,7 @@ impl Random {
     }
 }
 
-/// The n-th kind of message that a host sends.
+/// A host's message of kind `n`.
 fn message<'a>(n: usize, bytes: &'a [u8], random: &mut Random) -> ToBoard<'a> {
     let word = random.next();
     let real = f32::from_bits(word as u32);
@@ -49,8 +49,8 @@ fn message<'a>(n: usize, bytes: &'a [u8], random: &mut Random) -> ToBoard<'a> {
     }
 }
 
-/// Flips one to four bits of good frames; returns the number that were still accepted, and the
-/// number tried.
+/// Flips one to four bits of valid frames; returns the number of frames that were still accepted
+/// and the number tried.
 fn flips_taken(tries: usize) -> usize {
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
     let bytes: Vec<u8> = (0..192).map(|n| (n * 37) as u8).collect();
@@ -64,7 +64,7 @@ fn flips_taken(tries: usize) -> usize {
             flipped[bit / 8] ^= 1 << (bit % 8);
         }
         if flipped == out {
-            continue; // flipped back
+            continue; // all flips cancelled each other
         }
         let mut receiver = Receiver::NEW;
         for byte in flipped[..length].iter().chain(&[0]) {
@@ -74,7 +74,8 @@ fn flips_taken(tries: usize) -> usize {
     taken
 }
 
-/// Random and mutated frames into receiver, inbox and upload; frames taken and dropped.
+/// Feeds random and mutated frames to receiver, inbox and upload; returns the numbers of frames
+/// accepted and dropped.
 fn storm(frames: usize) -> (u32, u32) {
     let mut random = Random(42);
     let mut controller = Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::OnRequest).unwrap();
@@ -102,7 +103,7 @@ fn storm(frames: usize) -> (u32, u32) {
             assert!(!matches!(reply, Reply::Change(_)), "in {:?} no patch and no parameter is taken", controller.mode());
         }
         if n % 97 == 0 {
-            receiver.forget(); // whatever sequence number was the last
+            receiver.forget(); // so that any sequence number is accepted next
         }
         inbox.clear();
     }

@@ -2,7 +2,7 @@
 
 mod config_survives_a_power_cut;
 mod glitched_joints;
-// a test of the fast suite, whose function the template of a device of your own uses
+// a test of the fast suite; the template for new devices uses its function
 #[path = "../../../firmware/controller/tests/board/kinematics_keep_power.rs"]
 mod kinematics_keep_power;
 mod link_frames_are_checked;

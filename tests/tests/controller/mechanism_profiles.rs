@@ -1,5 +1,5 @@
-//! Profile files of mechanisms: every kind has one that is accepted, and an impossible value is
-//! refused by name in one line.
+//! Profile files of mechanisms: every kind has a file that is accepted, and an impossible value is
+//! refused in one line that names it.
 
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
 use palpate_controller::device::Device;

@@ -1,6 +1,6 @@
-//! A hundred thousand mutated patches, checksum repaired, through the code that opens an upload on
-//! the board: each is refused with a reason, or pressed and harmless. The mutations treat the file
-//! as words and bytes, without knowledge of its fields.
+//! A hundred thousand mutated patches with repaired checksums go through the code that opens an
+//! upload on the board. Each is refused with a reason, or is pressed without harm. The mutations
+//! change words and bytes without knowledge of the file's fields.
 
 use palpate::haptic::cycle::{Command, Renderer, Settings};
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
@@ -17,16 +17,17 @@ use palpate_tests::packed;
 use palpate_tissue::budget::{CostModel, Counts};
 
 const MUTANTS: usize = 100_000;
-/// Magic, version and checksum, which a mutation does not touch, so that the rest is read.
+/// Length of magic, version and checksum [bytes]. Mutations leave them alone, so that the rest is
+/// read.
 const CHECKED_FROM: usize = 16;
-/// Ticks for which an accepted mutant is pressed by itself, and the interval of those pressed by
-/// the whole controller.
+/// Number of ticks for which an accepted mutant is pressed. Of every `ONE_IN` mutants, the whole
+/// controller presses one as well.
 const PRESSED_TICKS: usize = 24;
 const ONE_IN: usize = 400;
-/// Largest force of a patch, whatever its limits [N].
+/// Largest force of a patch, whatever its limits are [N].
 const MOST_N: f32 = 12.0;
 
-/// Xorshift (Marsaglia 2003).
+/// A random number generator: xorshift (Marsaglia 2003).
 struct Random(u64);
 
 impl Random {
@@ -42,7 +43,7 @@ impl Random {
     }
 }
 
-/// CRC-32 (IEEE) by table, for the repair.
+/// CRC-32 (IEEE) by table, to repair the checksum.
 fn crc(bytes: &[u8], table: &[u32; 256]) -> u32 {
     !bytes.iter().fold(!0, |sum, byte| table[usize::from(sum as u8 ^ byte)] ^ (sum >> 8))
 }
@@ -68,10 +69,10 @@ const EXTREME: [f32; 14] = [
     1e9,
 ];
 
-/// Makes one to three changes to a patch file. `header` is where its arrays begin.
+/// Makes one to three changes to a patch file. `header` is the position at which its arrays begin.
 fn mutate(bytes: &mut Vec<u8>, header: usize, random: &mut Random) {
     for _ in 0..=random.below(3) {
-        // half of the mutations meet the header, where each word decides most
+        // half of the mutations change the header, where a word has the largest effect
         let end = if random.below(2) == 0 { header } else { bytes.len() };
         let at = CHECKED_FROM + random.below(end.saturating_sub(CHECKED_FROM + 4)) / 4 * 4;
         let Some(word) = bytes.get(at..at + 4).map(|word| u32::from_le_bytes(word.try_into().unwrap())) else { continue };
@@ -85,14 +86,14 @@ fn mutate(bytes: &mut Vec<u8>, header: usize, random: &mut Random) {
             5 => word.rotate_left(16),
             6 => word & 0xFFFF_0000 | random.below(700) as u32,
             7 => {
-                // two words change places
+                // two words are swapped
                 let other = CHECKED_FROM + random.below(bytes.len() - CHECKED_FROM - 4) / 4 * 4;
                 let there: [u8; 4] = bytes[other..other + 4].try_into().unwrap();
                 bytes[other..other + 4].copy_from_slice(&word.to_le_bytes());
                 u32::from_le_bytes(there)
             }
             8 => {
-                // a section loses or gains bytes
+                // a section becomes shorter or longer
                 match random.below(3) {
                     0 => bytes.truncate(bytes.len() - random.below(64).min(bytes.len() - at - 4)),
                     1 => bytes.extend((0..random.below(64)).map(|_| random.next() as u8)),
@@ -101,7 +102,7 @@ fn mutate(bytes: &mut Vec<u8>, header: usize, random: &mut Random) {
                 continue;
             }
             _ => {
-                // a run of bytes is repeated elsewhere
+                // a run of bytes is copied to another place
                 let length = random.below(48).min(bytes.len() - at);
                 let to = CHECKED_FROM + random.below(bytes.len() - CHECKED_FROM - length);
                 bytes.copy_within(at..at + length, to);
@@ -112,7 +113,7 @@ fn mutate(bytes: &mut Vec<u8>, header: usize, random: &mut Random) {
     }
 }
 
-/// Results of the mutants.
+/// Results of all mutants.
 #[derive(Debug, Default)]
 struct Seen {
     refused: std::collections::BTreeMap<String, usize>,
@@ -123,7 +124,7 @@ struct Seen {
 }
 
 /// Presses an accepted mutant from outside its site to twice its depth limit and sideways, faster
-/// than any hand.
+/// than any hand could.
 fn press(patch: &mut Patch<'_>, depth_limit_m: f32) -> bool {
     let mut faulted = false;
     for tick in 0..PRESSED_TICKS {
@@ -140,8 +141,8 @@ fn press(patch: &mut Patch<'_>, depth_limit_m: f32) -> bool {
     faulted
 }
 
-/// The whole controller under the scripted hand: the actuators get no more than the loop's limit,
-/// and nothing after a fault.
+/// Runs the whole controller under the scripted hand: the actuators receive no more than the loop's
+/// limit, and nothing after a fault.
 fn press_by_controller(mut patch: Patch<'_>) {
     let mut controller = Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::ByItself).unwrap();
     for tick in 0..LEAD_TICKS + 200 {
@@ -152,7 +153,7 @@ fn press_by_controller(mut patch: Patch<'_>) {
     }
 }
 
-/// A shipped patch, its probe of another shape if one is given.
+/// A shipped patch, with another probe shape if one is given.
 fn patch_of(name: &str, shape: Option<ProbeShape>) -> Vec<u8> {
     let Some(shape) = shape else { return std::fs::read(packed::shipped(name)).unwrap() };
     let file = PatchFile::open(packed::on_words(&packed::shipped(name))).unwrap();
@@ -165,7 +166,7 @@ fn patch_of(name: &str, shape: Option<ProbeShape>) -> Vec<u8> {
 fn run(name: &str, shape: Option<ProbeShape>, mutants: usize, seed: u64) -> Seen {
     let original = patch_of(name, shape);
     let nodes = PatchFile::open(packed::on_words(&packed::shipped(name))).unwrap().model.nodes;
-    // the first array begins with the first node's place
+    // the first array begins with the rest position of the first node
     let first = bytemuck::bytes_of(&nodes[0]);
     let header = original.windows(first.len()).position(|window| window == first).unwrap();
     let (mut random, mut seen, table) = (Random(seed), Seen::default(), table());
@@ -184,7 +185,7 @@ fn run(name: &str, shape: Option<ProbeShape>, mutants: usize, seed: u64) -> Seen
         match Patch::open_within(&Budget::M7_480, whole, &mut memory, None, &mut || {}) {
             Err(error) => *seen.refused.entry(format!("{:?}", Refusal::from(error))).or_default() += 1,
             Ok(mut patch) => {
-                // counted by the host's figures, not by the board's own
+                // the count uses the host's figures, not the board's own
                 let file = PatchFile::open(whole).unwrap();
                 assert_eq!(file.params.tick_s, 1e-3);
                 let touched =
@@ -237,7 +238,7 @@ fn a_hundred_thousand_mutants_are_refused_or_harmless() {
     assert!(seen.iter().all(|seen| seen.by_controller > 0));
 }
 
-/// Offsets found in the file itself: the only word in the header with this value.
+/// Changes a field that is found by its value: the only word in the header with the value `from`.
 fn with_field(bytes: &[u8], from: f32, to: f32) -> Vec<u8> {
     let mut changed = bytes.to_vec();
     let at = bytes[..256].windows(4).position(|word| word == from.to_le_bytes()).expect("a field of this value");
@@ -247,7 +248,7 @@ fn with_field(bytes: &[u8], from: f32, to: f32) -> Vec<u8> {
     changed
 }
 
-/// Answers of the link to an upload that is sent frame by frame.
+/// Uploads a patch frame by frame and returns the link's result.
 fn upload_by_frames(bytes: &[u8], memory: &mut Memory) -> Result<usize, Refusal> {
     let mut controller = Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::OnRequest).unwrap();
     for sequence in 0..9 {
@@ -283,7 +284,7 @@ fn another_tick_more_substeps_and_lighter_masses_are_refused_with_their_reason()
         1.0,
     );
     assert_eq!(upload_by_frames(&vouched, &mut memory), Ok(56));
-    // soft tissue is heavy enough by itself
+    // soft tissue needs no more mass than it has
     let stiff = with_field(&vouched, 3500.0, 35_000.0);
     assert_eq!(upload_by_frames(&stiff, &mut memory), Ok(56));
     assert_eq!(upload_by_frames(&with_field(&vouched, 1e-3, 1e-2), &mut memory), Err(Refusal::PatchStep), "ticks of 10 ms");

@@ -1,5 +1,5 @@
-//! A paddle with the sign or the scale of its encoder or motor wrong, in a hand that presses it
-//! slowly into the tissue: what the loop's own checks detect at the first touch.
+//! A paddle whose encoder or motor has a wrong sign or scale, held by a hand that presses it slowly
+//! into the tissue: tests that the loop's own checks detect the error at the first touch.
 
 use palpate::Fault;
 use palpate::haptic::cycle::{Ask, Command};
@@ -13,23 +13,24 @@ use palpate_tests::flash_patch::in_flash;
 use palpate_tests::palpate_command::repository;
 
 const SUBSTEPS: u32 = 10;
-/// Mass of the lever at its tip.
+/// Mass of the lever, reduced to its tip [kg].
 const MASS_KG: f64 = 0.08;
-/// A hand that holds the lever: stiffness [N/m] and damping [N s/m].
+/// Grip of a hand on the lever: stiffness [N/m] and damping [N s/m].
 #[derive(Clone, Copy, Debug)]
 struct Grip(f64, f64);
 
 const FIRM: Grip = Grip(300.0, 4.0);
 const LOOSE: Grip = Grip(30.0, 0.5);
 const LIGHT: Grip = Grip(10.0, 0.3);
-/// Ticks in the home pose, moving to 3 mm above the tissue, there until armed, pressing to 4 mm.
+/// Ticks in the home pose, on the way to 3 mm above the tissue, waiting there until armed, and
+/// pressing to 4 mm depth.
 const STILL: u32 = 10;
 const APPROACH: u32 = 500;
 const ARMED: u32 = 1_500;
 const PRESS: u32 = 500;
 const TICKS: u32 = STILL + APPROACH + ARMED + PRESS + 1_500;
 
-/// Factors on encoder and motor that are not in the profile.
+/// Factors on encoder and motor that the profile does not contain.
 #[derive(Clone, Copy, Debug)]
 struct Wrong {
     encoder: f64,
@@ -39,11 +40,11 @@ struct Wrong {
 #[derive(Debug)]
 struct Met {
     fault: Option<Fault>,
-    /// From the first force to the fault [ms].
+    /// Time from the first force to the fault [ms].
     lasted_ms: Option<u32>,
     /// Largest force of the motor at the tip [N].
     largest_n: f64,
-    /// Largest distance of the tip from the hand's target, once a force acted [m].
+    /// Largest distance of the tip from the hand's target after the first force [m].
     thrown_m: f64,
     mode: Mode,
 }
@@ -58,7 +59,7 @@ fn pressed(wrong: Wrong, Grip(hand_n_per_m, hand_n_s_per_m): Grip) -> Met {
     let mut memory = Box::new(Memory::RESERVED);
     let mut patch = Patch::open(in_flash(), &mut memory, None).unwrap();
     let home_m = arm_m * home.sin();
-    // with a mirrored encoder the tissue is met on the other side of the home pose
+    // with a mirrored encoder, contact occurs on the other side of the home pose
     let side = if wrong.encoder < 0.0 { -1.0 } else { 1.0 };
     let wanted_m = |tick: u32| {
         let share = |from: u32, ticks: u32| f64::from(tick.saturating_sub(from)).min(f64::from(ticks)) / f64::from(ticks);
@@ -112,12 +113,12 @@ fn a_right_device_is_felt_without_a_fault() {
     assert!(met.largest_n > 0.1, "{met:?}");
 }
 
-/// Largest force of a wrong sign on soft tissue that no check detects [N], with 3 N allowed: the
-/// hand is pulled in, and to the loop it looks like a hand that presses.
+/// Largest force of a wrong sign on soft tissue that no check detects, where 3 N are allowed [N].
+/// The motor pulls the hand in, which to the loop looks like a hand that presses.
 const UNSEEN_N: f64 = 0.5;
 
-/// On soft tissue a loose hand is pulled in by some 30 mm, slowly: to a loop that assumes its own
-/// motor signs this is neither a runaway nor created energy.
+/// On soft tissue a loose hand is slowly pulled in by some 30 mm. A loop that trusts its motor
+/// signs sees neither a runaway nor created energy in this.
 #[test]
 fn a_motor_or_an_encoder_the_wrong_way_round_is_a_fault_or_a_small_force() {
     for wrong in [Wrong { motor: -1.0, ..RIGHT }, Wrong { encoder: -1.0, ..RIGHT }] {
@@ -133,7 +134,7 @@ fn an_encoder_of_another_scale_gives_no_force() {
     for grip in [FIRM, LOOSE, LIGHT] {
         let tenfold = pressed(Wrong { encoder: 10.0, ..RIGHT }, grip);
         assert_eq!((tenfold.fault, tenfold.largest_n), (Some(Fault::OutOfWorkspace), 0.0), "{grip:?}");
-        // the tip is read far above the tissue throughout
+        // throughout, the tip is sensed far above the tissue
         assert_eq!(pressed(Wrong { encoder: 0.1, ..RIGHT }, grip).largest_n, 0.0, "{grip:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! The template of a device of your own. Copy this file with
+//! Template for the tests of a new device. Copy this file together with
 //! `firmware/controller/src/kinematics/your_device.rs`, and change name, poses and profile.
 
 use palpate_controller::kinematics::{Mechanism, YourDevice};
@@ -7,14 +7,14 @@ use palpate_tests::palpate_command::repository;
 
 use super::kinematics_keep_power::power_is_kept;
 
-/// 1. Torques and tip belong together: joint angles all over the workspace [rad].
+/// 1. Torques and tip position are consistent: joint angles all over the workspace [rad].
 #[test]
 fn it_keeps_power() {
     let device = YourDevice::build([5e-3, 4e-3, 6e-3, 0.0, 0.0]).unwrap();
     power_is_kept(&device, &[[0.0; 3], [1.0, -2.0, 0.5], [-8.0, 3.0, 7.0]]);
 }
 
-/// 2. A board accepts its profile: `palpate board profile` makes the same checks.
+/// 2. A board accepts the profile: `palpate board profile` makes the same checks.
 #[test]
 fn a_board_takes_its_profile() {
     let file = repository().join("firmware/controller/devices/your-device.toml");

@@ -1,18 +1,19 @@
-//! The contact map: its force is the tick's, it changes no tick, it is empty without contact, and
-//! it lies at the place of the push.
+//! The contact map: its force is that of the tick, it does not affect the tick, it is empty without
+//! contact, and its centre is where the probe pushes.
 
 use palpate::{ContactMap, Output, Params, ProbePose, ProbeShape, PronyTerm, Vector3, tick};
 use palpate_tests::bench::{Bench, at_depth};
 
-/// Ticks from 1 mm above the surface to `depth_m`, and of the hold there.
+/// Ticks of a press from 1 mm above the surface to `depth_m` and of the hold there.
 const TICKS: usize = 700;
 
-/// Tip in a tick of a press to a depth.
+/// Position of the tip in tick `n` of a press to a depth.
 fn tip_m(depth_m: f32, n: usize) -> Vector3<f32> {
     at_depth((2e-5 * n as f32 - 1e-3).min(depth_m))
 }
 
-/// End of a hold: the tick, the map, the pressures, the deformed corners of every triangle.
+/// State at the end of a hold: the tick's output, the map, the pressures, and the deformed corners
+/// of every triangle.
 fn held(bench: &Bench, depth_m: f32) -> (Output, ContactMap, Vec<f32>, Vec<[Vector3<f32>; 3]>) {
     let model = bench.patch.wide_model();
     let mut memory = bench.memory();
@@ -37,7 +38,7 @@ fn relaxing(p: &mut Params) {
     p.relaxation[1] = PronyTerm { share: 0.2, time_s: 2.0 };
 }
 
-/// Tissues and probes that the foundation treats differently.
+/// Combinations of tissue and probe that the foundation treats differently.
 fn kinds() -> Vec<(&'static str, Bench)> {
     let damped = |p: &mut Params| (p.node_damping_per_s, p.substeps) = (60.0, 2);
     let block = || Bench::block(230).with(damped);
@@ -57,19 +58,19 @@ fn kinds() -> Vec<(&'static str, Bench)> {
 
 #[test]
 fn a_hold_has_the_ticks_force() {
-    // with friction, the tick returns push and friction in one force
+    // with friction, the tick returns normal and friction force as one
     for (kind, bench) in kinds().into_iter().filter(|(_, bench)| bench.params.friction == 0.0) {
         let (output, map, pressure_pa, corners) = held(&bench, 2e-3);
         let push_n = output.force_n;
-        // relaxing tissue fades within the tick
+        // relaxing tissue loses force within the tick
         let share = if bench.params.relaxation[0].share > 0.0 { 2e-3 } else { 1e-4 };
         assert!((map.force_n - push_n).norm() < share * push_n.norm(), "{kind}: {} for {push_n}", map.force_n);
         assert!((map.centre_m - output.point_m).xy().norm() < 1e-3, "{kind}: {} for {}", map.centre_m, output.point_m);
-        // pushes fan out under a ball, and at the rounded edge of a flat end
+        // forces fan out under a ball and at the rounded edge of a flat end
         let sum_n: f32 = pressure_pa.iter().zip(&corners).map(|(p, c)| p * area_m2(c).norm()).sum();
         assert!((0.9999..1.15).contains(&(sum_n / map.force_n.norm())), "{kind}: {sum_n} N for {}", map.force_n);
-        // along their own normals pressures push as the probe's do, but for the facets' angles,
-        // which are steep at the edge of a flat end
+        // along the facets' normals the pressures sum to the probe's force, except for the facets'
+        // angles, which are steep at the edge of a flat end
         let along_n: f32 = pressure_pa.iter().zip(&corners).map(|(p, c)| p * area_m2(c).z).sum();
         let most = if bench.params.probe.shape == ProbeShape::Flat { 0.15 } else { 0.05 };
         assert!((along_n / map.force_n.z - 1.0).abs() < most, "{kind}: {along_n} N for {}", map.force_n);
@@ -138,7 +139,7 @@ fn the_centre_follows_place_and_tilt() {
     (0..TICKS).for_each(|n| _ = tick(&model, &tuned, &mut state, ProbePose { tip_m: tip_m(2e-3, n) + to_m }));
     let map = ContactMap::read(&model, &tuned, &mut state, &mut []);
     assert!((map.centre_m - to_m).xy().norm() < 2e-4, "{}", map.centre_m);
-    // a tilted flat end: its edge toward +x is the deeper one
+    // a tilted flat end, whose edge toward +x is the deeper one
     for lean in [0.05_f32, -0.05] {
         let flat =
             bench.clone().with(|p| (p.probe.shape, p.probe.axis) = (ProbeShape::Flat, Vector3::new(lean, 0.0, 1.0).normalize()));

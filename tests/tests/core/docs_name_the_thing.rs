@@ -1,11 +1,11 @@
-//! Docs begin with the thing they document: no sentence is headed by "What", "Which" or the like.
-//! Comments are narrow enough to be read next to code.
+//! Doc comments begin with the thing that they document: no sentence is headed by "What", "Which"
+//! or the like. Comment lines are narrow enough to be read next to code.
 
 use std::path::PathBuf;
 
 use palpate_tests::palpate_command::repository;
 
-/// Widest line of a comment [columns].
+/// Largest width of a comment line [columns].
 const WIDEST: usize = 100;
 
 #[test]
@@ -20,7 +20,8 @@ fn no_comment_is_wider_than_a_hundred_columns() {
     assert!(found.is_empty(), "break at {WIDEST} columns:\n{}", found.join("\n"));
 }
 
-/// `doctest = false` in a manifest saves rustdoc's run over the crate, and would hide an example.
+/// `doctest = false` in a manifest saves rustdoc's run over the crate, but would also skip an
+/// example.
 #[test]
 fn an_example_in_docs_is_run() {
     let (mut off, mut on) = (0, 0);
@@ -40,14 +41,15 @@ fn an_example_in_docs_is_run() {
     assert!(!has_example("/// ```text\n/// ```\n//! ```toml\n//! ```"));
 }
 
-/// Whether a block in a file's docs is an example for rustdoc: one without a language, or in Rust.
+/// Whether a file's docs contain an example that rustdoc runs: a block without a language, or in
+/// Rust.
 fn has_example(text: &str) -> bool {
     let docs = text.lines().map(str::trim_start).filter(|line| line.starts_with("///") || line.starts_with("//!"));
     let fences = docs.filter_map(|line| line[3..].trim_start().strip_prefix("```"));
     fences.step_by(2).any(|language| !["text", "toml", "sh", "ignore"].contains(&language))
 }
 
-/// Lines of every source file, with their places.
+/// Lines of every source file for which `is_bad` is true, with their positions.
 fn lines_that(is_bad: fn(&str) -> bool) -> Vec<String> {
     let bad = |path: PathBuf| {
         let text = std::fs::read_to_string(&path).unwrap();
@@ -57,7 +59,7 @@ fn lines_that(is_bad: fn(&str) -> bool) -> Vec<String> {
     files(".rs").into_iter().flat_map(bad).collect()
 }
 
-/// Files of the source tree whose names end so.
+/// Files of the source tree whose names end with `end`.
 fn files(end: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut folders = ["core", "firmware", "host-sim", "tests"].map(|folder| repository().join(folder)).to_vec();

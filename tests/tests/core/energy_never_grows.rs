@@ -1,10 +1,10 @@
-//! Left alone, tissue does not gain energy.
+//! Tissue without external forces does not gain energy.
 //!
-//! Potential energy is the oracle's, masses are the tick's. Symplectic Euler does not keep
-//! `m v^2/2 + U`, which oscillates by up to `w dt / 2` of itself; for linear forces it keeps
-//! `m v_n . v_(n+1) / 2 + U(x_n)` *exactly* (`v_n` leads to `x_n`, `v_(n+1)` leads from it). That
-//! is the energy here. Without damping it varies through the nonlinearity of the forces; growth of
-//! it would mean a method that feeds energy to the hand.
+//! Potential energy is computed by the oracle, with the masses of the tick. Symplectic Euler does
+//! not conserve `m v^2/2 + U`, which oscillates by up to the fraction `w dt / 2`. For linear forces
+//! it conserves `m v_n . v_(n+1) / 2 + U(x_n)` *exactly* (`v_n` leads to `x_n`, `v_(n+1)` leads
+//! from it). This is the energy used here. Without damping it varies only through the nonlinearity
+//! of the forces. Growth would mean that the method feeds energy to the hand.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{State, Vector3, tick};
@@ -12,7 +12,7 @@ use palpate_tests::bench::{Bench, Deformation, Noise, at_depth};
 use palpate_tests::oracle::Oracle;
 use palpate_tests::share::Share;
 
-/// Positions and velocities in double precision.
+/// Positions [m] and velocities [m/s] in double precision.
 type Snapshot = (Vec<Vector3<f64>>, Vec<Vector3<f64>>);
 
 fn snapshot(state: &State) -> Snapshot {
@@ -22,15 +22,15 @@ fn snapshot(state: &State) -> Snapshot {
 /// Initial motion of the tissue.
 #[derive(Clone, Copy, Debug)]
 enum Start {
-    /// A press of 4 mm, then the probe is withdrawn in steps of the speed limit.
+    /// A press of 4 mm, after which the probe is withdrawn in steps of the speed limit.
     Press,
-    /// A strain with jitter of 2 %, velocities of up to 40 mm/s: ten times the energy of the press.
-    /// (Thrown with 5 % and undamped, tets swing beyond the barrier, where 1 ms is too long a
-    /// step.)
+    /// A uniform strain with 2 % jitter and velocities of up to 40 mm/s: ten times the energy of
+    /// the press. (With 5 % and without damping, tets swing beyond the barrier, where a step of 1
+    /// ms is too long.)
     Thrown(u64),
 }
 
-/// Energy above rest [J] in every `every`-th tick.
+/// Energy above that at rest [J] in every `every`-th tick.
 fn energies(bench: &Bench, start: Start, ticks: usize, every: usize) -> Vec<f64> {
     let model = bench.patch.wide_model();
     let mut memory = bench.memory();
@@ -72,7 +72,7 @@ fn energies(bench: &Bench, start: Start, ticks: usize, every: usize) -> Vec<f64>
     energies
 }
 
-/// Blocks, and a patch supported only by its rim springs.
+/// Blocks of several sizes, and a patch that only its rim springs support.
 fn benches() -> Vec<(String, Bench)> {
     let blocks = [60, 129, 410].map(|nodes| (format!("{nodes} nodes"), Bench::block(nodes)));
     blocks.into_iter().chain([("rim springs".into(), Bench::far_field(200, 0.018))]).collect()
@@ -87,15 +87,15 @@ fn damped_tissue_loses_energy_from_window_to_window() {
                 continue;
             }
             let energies = energies(&bench, start, 1000, 1);
-            // A window is one twentieth of a second. Below a millionth of the first energy, the
-            // rest is rounding.
+            // A window is one twentieth of a second. Below a millionth of the initial energy only
+            // rounding remains.
             let most: Vec<f64> = energies.chunks(50).map(|w| w.iter().copied().fold(f64::MIN, f64::max)).collect();
             println!("{nodes}, {start:?}: {:.2e} J, after 1 s {:.1e} of it", most[0], most[19] / most[0]);
             assert!(most[0] > 0.0);
             for pair in most.windows(2) {
                 assert!(pair[1] < pair[0] || pair[1] < 1e-6 * most[0], "{nodes}, {start:?}: {pair:?} of {most:?}");
             }
-            // exp(-40) of it would be left in exact numbers, rounding leaves more
+            // in exact arithmetic exp(-40) of it would remain; rounding leaves more
             assert!(most[19] < 1e-6 * most[0], "{nodes}, {start:?}: {most:?}");
         }
     }
@@ -122,9 +122,10 @@ fn undamped_tissue_keeps_its_energy() {
             (low / first - 1.0) * 100.0,
             (high / first - 1.0) * 100.0
         );
-        // Measured within 1.1 %, and 3.6 % where the rim is thrown: at most one part in a hundred
-        // thousand per tick. The highest modes are within a fifth of the stable step, where
-        // large strains exchange energy with it. Node damping takes 4 parts in a hundred per tick.
+        // Measured: within 1.1 %, and 3.6 % with random motion of the rim; at most one part in a
+        // hundred thousand per tick. The highest modes are within a fifth of the stable step, where
+        // large strains exchange energy with them. Node damping takes 4 parts in a hundred per
+        // tick.
         assert!(high < 1.05 * first && low > 0.98 * first, "{nodes}, {start:?}: {first} J became {low} .. {high} J");
     }
 }

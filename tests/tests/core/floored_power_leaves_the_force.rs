@@ -1,12 +1,12 @@
-//! The power of floored masses leaves the force on a probe that goes on in its direction, and only
-//! there; friction stays within its cone.
+//! The force on a probe that continues in its direction does not include the power of the floored
+//! masses; on any other probe the force is unchanged. Friction stays within its cone.
 
 use palpate::method::{Method, Product};
 use palpate::stages::force::foundation::Load;
 use palpate::{Model, ProbePose, State, Tuned, Vector3, tick_with};
 use palpate_tests::bench::{Bench, at_depth};
 
-/// The product, which also keeps the load of its last tick.
+/// The product's method, which also keeps the contact force of its last tick.
 struct Watched(Vector3<f32>);
 
 impl Method for Watched {
@@ -21,7 +21,8 @@ impl Method for Watched {
     }
 }
 
-/// Force [N] and bare push [N] after every tick of a motion through these places.
+/// Force, force without the correction, and friction limit after every tick of a motion through
+/// these tip positions [N].
 fn felt(bench: &Bench, tips_m: impl IntoIterator<Item = Vector3<f32>>) -> Vec<(Vector3<f32>, Vector3<f32>, f32)> {
     let model = bench.patch.wide_model();
     let mut memory = bench.memory();
@@ -39,12 +40,12 @@ fn stiff(nodes: usize) -> Bench {
     Bench::calibrated(nodes).with(|p| p.youngs_modulus_pa = 100e3)
 }
 
-/// Depths of a ramp at 200 mm/s from the surface to 3 mm [m].
+/// Depths of a ramp at 200 mm/s from 1 mm above the surface to 3 mm [m].
 fn ramp_m() -> impl Iterator<Item = f32> {
     (-5..=15_i8).map(|n| 2e-4 * f32::from(n))
 }
 
-/// A third of the force 1 mm deep was that of floored masses.
+/// A third of the force at 1 mm depth was due to the floored masses.
 #[test]
 fn a_ramp_is_without_it() {
     for nodes in [130, 410] {
@@ -54,8 +55,9 @@ fn a_ramp_is_without_it() {
     }
 }
 
-/// Paired with the velocity of a probe that has turned round, the power had the wrong sign, and one
-/// count of 10 um at rest was felt with up to five times its force.
+/// Without this rule, the power was multiplied by the velocity of a probe that had turned round and
+/// had the wrong sign. One count of 10 um at rest was then rendered with up to five times its
+/// force.
 #[test]
 fn a_probe_that_stops_turns_round_or_trembles_gains_nothing() {
     for nodes in [130, 410] {
@@ -78,7 +80,8 @@ fn friction_stays_within_its_cone() {
     let slide = (0..40_u8).map(|n| at_depth(3e-3 - 5e-5 * f32::from(n)) + Vector3::x() * (6e-5 * f32::from(n)));
     let mut gripped = 0;
     for (force_n, _, grip_n) in felt(&bench, ramp_m().map(at_depth).chain(slide)) {
-        // on a round tip the pushes point apart: the cone is wider than mu about their sum
+        // under a round tip the contact forces diverge, so the cone is wider than mu times their
+        // sum
         let (push_n, along_n) = (force_n.z, force_n.xy().norm());
         assert!(along_n <= 1.1 * grip_n + 1e-6 && grip_n <= 0.6 * push_n.max(0.0) + 0.02, "{force_n:?}, grip {grip_n}");
         gripped += usize::from(grip_n > 0.1);

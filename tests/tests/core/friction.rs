@@ -1,6 +1,7 @@
-//! A probe with friction: full slip bears mu times the push, partial slip is near Cattaneo and
-//! Mindlin, a sticking probe is as stiff as a glued disc; a hold does not creep; no motion gains
-//! energy; without friction no bit changes.
+//! A probe with friction. In full slip the tangential force is mu times the normal force; partial
+//! slip is near Cattaneo and Mindlin; a sticking probe is as stiff as a glued disc; a hold does not
+//! creep; no motion gains energy; without friction the results are bit-identical to those without
+//! the term.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{
@@ -12,7 +13,7 @@ use palpate_tissue::answer::Answer;
 use palpate_tissue::patch::Memory;
 use palpate_tissue::stable_step::with_tick;
 
-/// A patch under a probe that is moved by hand.
+/// A patch and a probe whose position the test sets in every tick.
 struct Rig<'a> {
     model: &'a Model<'a>,
     tuned: Tuned<'a>,
@@ -41,7 +42,7 @@ impl<'a> Rig<'a> {
     }
 }
 
-/// Force along the surface against a direction, and the push [N].
+/// Tangential force against the direction `along`, and normal force [N].
 fn parts(output: &Output, along: &Vector3<f64>) -> [f64; 2] {
     let (force, normal) = (output.force_n.cast::<f64>(), output.normal.cast::<f64>());
     let push = force.dot(&normal);
@@ -54,7 +55,8 @@ fn heading(turned: f64) -> Vector3<f64> {
 
 const HEADINGS: [f64; 3] = [0.0, 0.8, 2.1];
 
-/// Force along the surface over mu times the push, tick by tick of a drag of `step_m` each.
+/// Tangential force over mu times the normal force in every tick of a drag of `step_m` per tick
+/// (1).
 fn dragged(bench: &Bench, depth_m: f64, along: &Vector3<f64>, step_m: f64, ticks: u32) -> Vec<f64> {
     let model = bench.patch.wide_model();
     let mut memory = bench.memory();
@@ -70,7 +72,7 @@ fn dragged(bench: &Bench, depth_m: f64, along: &Vector3<f64>, step_m: f64, ticks
         .collect()
 }
 
-/// Under a flat end every push has the same direction: full slip bears mu N.
+/// Under a flat end all contact forces have the same direction, so full slip transmits mu N.
 #[test]
 fn a_flat_end_that_slides_bears_mu_times_the_push() {
     for mu in [0.1_f32, 0.3, 0.6, 1.0] {
@@ -92,16 +94,16 @@ fn a_flat_end_that_slides_bears_mu_times_the_push() {
     }
 }
 
-/// Largest difference from Cattaneo and Mindlin at a quarter of the radius, over mu N: with the
-/// displacement to full slip of the half-space, and with that of the patch's own stiffness in
-/// stick.
+/// Largest differences from Cattaneo and Mindlin at a depth of a quarter of the radius, relative to
+/// mu N. The first uses the half-space's displacement to full slip, the second that of the patch's
+/// own stiffness in stick.
 fn off_partial(nodes: usize, mu: f32, turned: f64) -> [f64; 2] {
     const STEP_M: f64 = 1e-6;
     let depth_m = 2e-3;
     let along = heading(turned);
     let sticks = Bench::calibrated(nodes).with(|p| p.friction = 5.0);
     let stuck = dragged(&sticks, depth_m, &along, 1e-7, 200);
-    // as a share of mu N per metre
+    // relative to mu N, per metre
     let stiffness = (stuck[199] - stuck[99]) / 1e-5 * 5.0 / f64::from(mu);
     let poisson_ratio = f64::from(sticks.params.poisson_ratio);
     let slips_m = [PartialSlip { friction: f64::from(mu), poisson_ratio, depth_m }.slips_m(), 1.5 / stiffness];
@@ -126,21 +128,21 @@ fn partial_slip_is_near_cattaneo_and_mindlin() {
     }
 }
 
-/// Largest excess stiffness of partial slip for a given element width, over mu N. A node carries
-/// the push of half an element around it, all of which slips at once: nothing slips until Cattaneo
-/// and Mindlin's slip has come half an element inward, to `a (1 - w)`; until then the force rises
-/// as in stick, to `1.5 (1 - (1 - w)^2)` in place of `1 - (1 - w)^3`. The widest elements make a
-/// slider on a spring.
+/// Largest excess stiffness of partial slip for a given element width, relative to mu N. A node
+/// carries the contact force of half an element around it, all of which slips at once. Nothing
+/// slips until Cattaneo and Mindlin's slip zone has come half an element inward, to `a (1 - w)`.
+/// Until then the force rises as in stick, to `1.5 (1 - (1 - w)^2)` in place of `1 - (1 - w)^3`.
+/// The widest elements behave like a slider on a spring.
 fn coarseness(element_m: f64, contact_m: f64) -> f64 {
     let slider = 1.0 - 1.0 / 3.0_f64.sqrt();
     let w = (0.5 * element_m / contact_m).min(slider);
     1.5 * w.powi(2) - w.powi(3)
 }
 
-/// Drag after a press *without* friction, as the closed form begins: largest difference from
-/// Cattaneo and Mindlin, over mu N, with the displacement to full slip of the patch's own stiffness
-/// in stick. A press with friction leaves forces along the surface, which at mu 0.1 use up much of
-/// the friction limit.
+/// Drag after a press *without* friction, as the closed form assumes: largest difference from
+/// Cattaneo and Mindlin, relative to mu N, with the displacement to full slip that follows from the
+/// patch's own stiffness in stick. A press with friction leaves tangential forces, which at mu 0.1
+/// use up much of the friction limit.
 fn off_partial_after_a_smooth_press(bench: &Bench, mu: f64, depth_m: f64, along: &Vector3<f64>) -> f64 {
     const STEP_M: f64 = 1e-6;
     let drag = |friction: f64, step_m: f64, ticks: u32| -> Vec<f64> {
@@ -162,12 +164,12 @@ fn off_partial_after_a_smooth_press(bench: &Bench, mu: f64, depth_m: f64, along:
     off.fold(0.0, |worst: f64, off| if off.abs() > worst.abs() { off } else { worst })
 }
 
-/// At 130 nodes an element is wider than the contact's radius. The tolerance is the unavoidable
-/// error at this node spacing plus the error on fine elements.
+/// At 130 nodes an element is wider than the contact radius. The tolerance is the unavoidable error
+/// at this node spacing plus the error on fine elements.
 #[test]
 #[ignore = "long: other meshes and coefficients"]
 fn partial_slip_is_as_coarse_as_the_elements() {
-    /// `palpate accept` T5 meets the closed form so closely on a block of 5000 nodes.
+    /// Deviation from the closed form that `palpate accept` T5 finds on a block of 5000 nodes.
     const FINE: f64 = 0.03;
     let depth_m = 2e-3;
     let mut of_mesh = Vec::new();
@@ -191,8 +193,8 @@ fn partial_slip_is_as_coarse_as_the_elements() {
     assert!(of_mesh.is_sorted_by(|coarse, fine| fine < coarse), "finer elements are not nearer: {of_mesh:?}");
 }
 
-/// Stiffness along the surface of a flat end that sticks over the glued disc of finite elements
-/// (1): the mean over directions, since the mesh is not isotropic.
+/// Tangential stiffness of a flat end that sticks, divided by that of the glued disc of finite
+/// elements (1). It is a mean over directions, because the mesh is not isotropic.
 fn stuck_over_glued(nodes: usize) -> f64 {
     let bench = Bench::calibrated(nodes).with(|p| (p.friction, p.probe.shape) = (5.0, ProbeShape::Flat));
     let answer = Answer::block();
@@ -233,7 +235,7 @@ fn a_hold_does_not_creep() {
     let mut rig = Rig::new(&model, &bench.params, &mut memory);
     let output = rig.pressed(2e-3);
     let pull_n = 0.9 * 0.5 * f64::from(output.force_n.z);
-    // a light handle with a damper, in double precision: 1 N s/m
+    // a massless handle with a damper of 1 N s/m, in double precision
     let (mut x_m, mut last_n, mut settled_m) = (0.0, 0.0, 0.0);
     let mut farthest_m = 0.0_f64;
     for n in 0..65_000 {
@@ -249,8 +251,8 @@ fn a_hold_does_not_creep() {
     assert!(settled_m > 1e-4 && farthest_m < 1e-6, "{farthest_m} m");
 }
 
-/// Root mean square of the force along the path, relative to its mean, while the probe slides at 20
-/// mm/s.
+/// Root mean square variation of the force along the path, relative to its mean, while the probe
+/// slides at 20 mm/s.
 #[test]
 fn a_slide_at_20_mm_per_s_is_smooth() {
     let bench = Bench::calibrated(410).with(|p| p.friction = 0.5);
@@ -264,7 +266,8 @@ fn a_slide_at_20_mm_per_s_is_smooth() {
     }
 }
 
-/// Least running work of a hand on the tissue [J], and the largest.
+/// Smallest work of a hand on the tissue since the start of a contact, and its largest total work,
+/// over all ticks [J].
 fn work_j(bench: &Bench, seed: u64, ticks: u32) -> [f64; 2] {
     let model = bench.patch.wide_model();
     let mut memory = bench.memory();
@@ -281,7 +284,7 @@ fn work_j(bench: &Bench, seed: u64, ticks: u32) -> [f64; 2] {
         Vector3::new(3e-3 * swing(0), 3e-3 * swing(1), 3e-3 * (1.0 - begun) - begun * (1.5e-3 + 1.8e-3 * swing(2)))
     };
     let (mut before, mut work_j, mut range) = ((at(0), Vector3::zeros()), 0.0_f64, [0.0_f64; 2]);
-    // since the last touch: a contact may not return energy that an earlier one took
+    // from the start of each contact: a contact may not return energy that an earlier one took
     let mut touched_j = 0.0;
     for n in 0..ticks {
         let tip_m = at(n);
@@ -296,8 +299,9 @@ fn work_j(bench: &Bench, seed: u64, ticks: u32) -> [f64; 2] {
     range
 }
 
-/// Friction lowers no stable step: pressed to half the radius, dragged there and back, a patch
-/// rests in one step of a tick that is 15 % longer, stuck or sliding.
+/// Friction does not lower the stable step. A patch that is pressed to half the radius and dragged
+/// there and back comes to rest at one step per tick in ticks that are 15 % longer, sticking or
+/// sliding.
 #[test]
 fn a_dragged_patch_rests_at_a_longer_tick() {
     for (nodes, modulus_pa) in [(130, 3500.0), (130, 100e3), (410, 20e3)] {
@@ -340,8 +344,8 @@ fn motions_take_energy(seeds: std::ops::Range<u64>, ticks: u32) {
     }
 }
 
-/// A sticking probe that circles stretches and releases the bristles; nothing slips, so that no
-/// loss hides the energy that a cycle would create.
+/// A sticking probe that moves in a circle stretches and releases the bristles. Nothing slips, so
+/// that no friction loss hides the energy that a cycle would create.
 #[test]
 fn a_probe_that_sticks_and_circles_gets_nothing() {
     const TICKS: u32 = 250;

@@ -1,8 +1,8 @@
-//! The force on a hand in press, tap, hold and drag, on a wall and on the shipped patches, against
-//! recorded traces: a force that silently changes or vanishes fails.
+//! The force on a hand in press, tap, hold and drag, on a wall and on the shipped patches, is
+//! compared with recorded traces, so that a force cannot change or vanish unnoticed.
 //!
-//! To accept an intended change: `cargo test --release --package palpate-tests --test core
-//! golden_force_traces -- --ignored rewrite`, and say why in the commit.
+//! To accept an intended change, run `cargo test --release --package palpate-tests --test core
+//! golden_force_traces -- --ignored rewrite` and give the reason in the commit.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -15,14 +15,15 @@ use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_loop::closed_loop::surface::{Surface, Wall, with_tissue};
 use palpate_tests::bench::Bench;
 
-/// A force may differ by this share, or by [`LEAST_N`].
+/// Allowed difference of a force: this share of it, or [`LEAST_N`].
 const SHARE: f32 = 0.005;
 const LEAST_N: f32 = 2e-4;
-/// Ticks between the rows that are kept.
+/// Interval between the recorded rows [ticks].
 const EVERY: usize = 10;
 const WALL_N_PER_M: f64 = 400.0;
 const YOUNGS_MODULUS_PA: f32 = 20e3;
-/// Parts of a motion: depth [m], along the surface [m], speed [m/s] or, standing still, time [s].
+/// Segment of a motion: depth [m], distance along the surface [m], and speed [m/s], or duration [s]
+/// if it stands still.
 type Motion = (f64, f64, f64);
 const MOTIONS: [(&str, &[Motion]); 4] = [
     ("press", &[(4e-3, 0.0, 0.02), (4e-3, 0.0, 0.1), (-2e-3, 0.0, 0.02)]),
@@ -56,7 +57,7 @@ impl HapticDevice for Scripted {
     }
 }
 
-/// Motion, tick, force [N].
+/// Name of the motion, tick, force [N].
 type Row = (&'static str, usize, Vector3<f32>);
 
 fn trace(surface: &mut impl Surface) -> Vec<Row> {
@@ -95,7 +96,7 @@ fn trace(surface: &mut impl Surface) -> Vec<Row> {
     rows
 }
 
-/// Traces of every surface; stiffness times `ratio`.
+/// Traces on every surface, with all stiffnesses multiplied by `ratio`.
 fn traces(ratio: f64) -> Vec<(String, Vec<Row>)> {
     let normal = Vector3::new(0.48, 0.6, 0.64);
     let mut all = vec![("wall".to_owned(), trace(&mut Wall::new(WALL_N_PER_M * ratio, 3.0, normal)))];

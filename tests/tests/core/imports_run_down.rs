@@ -1,12 +1,12 @@
 //! Imports point downwards: no crate depends on one above it, and no files import each other in a
-//! circle, except a file and those of its own folder.
+//! circle, except a file and those in the folder of the same name.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use palpate_tests::palpate_command::repository;
 
-/// Package, its folder, and the packages of the repository that it may depend on.
+/// Name of a package, its folder, and the packages of the repository on which it may depend.
 const LAYERS: [(&str, &str, &[&str]); 13] = [
     ("palpate", "core", &[]),
     ("palpate-controller", "firmware/controller", &["palpate"]),
@@ -36,7 +36,7 @@ const LAYERS: [(&str, &str, &[&str]); 13] = [
     ("palpate-live", "host-sim/live", &["palpate", "palpate-loop", "palpate-tissue"]),
 ];
 
-/// Packages that no other one may depend on; they may depend on all.
+/// Packages that may depend on all others and on which no other may depend.
 const ON_TOP: [&str; 4] = ["tests", "tests/bench", "tests/mutants", "host-sim/live/tools/page"];
 
 #[test]
@@ -61,7 +61,7 @@ fn every_crate_has_a_place() {
     }
 }
 
-/// Packages of the repository that a manifest depends on, in any section and under any name.
+/// Packages of the repository on which a manifest depends, in any section and under any name.
 fn own_dependencies(manifest: &str) -> Vec<String> {
     let manifest: toml::Table = manifest.parse().unwrap();
     let targets = manifest.get("target").and_then(toml::Value::as_table);
@@ -120,7 +120,7 @@ fn a_circle_is_found_and_a_file_with_its_folder_is_none() {
 
 type Module = Vec<String>;
 
-/// Source files of a crate by their module.
+/// Source files of a crate, by module.
 struct Files {
     text: BTreeMap<Module, String>,
 }
@@ -145,8 +145,8 @@ impl Files {
         Self { text }
     }
 
-    /// Pairs of files that reach each other by imports. What a file in a folder imports from the
-    /// folder's own file is not counted.
+    /// Pairs of files that reach each other by imports. Imports of a folder's own file by the files
+    /// in that folder are not counted.
     fn circles(&self) -> Vec<[String; 2]> {
         let code: BTreeMap<&Module, String> = self.text.iter().map(|(m, text)| (m, without_words(text))).collect();
         let imports: BTreeMap<&Module, Vec<Import>> = code.iter().map(|(m, code)| (*m, Import::all(code))).collect();
@@ -157,7 +157,7 @@ impl Files {
                 let other = found.filter(|to| !module.starts_with(to));
                 arrows.entry(module).or_default().extend(other);
             }
-            // a file calls its modules without an import
+            // a file calls its submodules without an import
             let inner =
                 self.text.keys().filter(|to| to.len() == module.len() + 1 && !module.is_empty() && to.starts_with(module));
             arrows.entry(module).or_default().extend(inner);
@@ -168,7 +168,7 @@ impl Files {
         pairs.collect()
     }
 
-    /// The file in which what `path` names is defined, as seen from `module`.
+    /// Module whose file defines the item that `path` names, as seen from `module`.
     fn resolved(
         &self,
         imports: &BTreeMap<&Module, Vec<Import>>,
@@ -202,7 +202,7 @@ impl Files {
     }
 }
 
-/// All modules that imports lead to.
+/// All modules that can be reached by imports.
 fn reached<'m>(arrows: &BTreeMap<&'m Module, BTreeSet<&'m Module>>, from: &'m Module) -> BTreeSet<&'m Module> {
     let (mut seen, mut next) = (BTreeSet::new(), vec![from]);
     while let Some(now) = next.pop() {
@@ -217,10 +217,10 @@ fn defines(code: &str, item: &str) -> bool {
     words.windows(2).any(|pair| kinds.contains(&pair[0]) && pair[1] == item)
 }
 
-/// One path that a file names.
+/// A path that a file names.
 struct Import {
     path: Vec<String>,
-    /// Passed on by `pub use`: no arrow of this file.
+    /// Re-exported by `pub use`, which does not count as an import of this file.
     public: bool,
 }
 
@@ -251,13 +251,13 @@ impl Import {
     }
 }
 
-/// Whether a place lies in a `use` statement.
+/// Whether a position is inside a `use` statement.
 fn in_use(code: &str, at: usize) -> bool {
     let statement = code[..at].rfind([';', '}']).map_or(&code[..at], |start| &code[start..at]);
     statement.contains("use ")
 }
 
-/// Paths of a `use` tree.
+/// Finds the paths in a `use` tree.
 fn tree(text: &str, prefix: &[String], found: &mut impl FnMut(Vec<String>)) {
     let text = text.trim();
     if let Some((head, inner)) = text.strip_suffix('}').and_then(|text| text.split_once('{')) {
@@ -281,7 +281,7 @@ fn tree(text: &str, prefix: &[String], found: &mut impl FnMut(Vec<String>)) {
     }
 }
 
-/// The text without comments, the content of strings, and unit tests.
+/// The text without comments, contents of strings, and unit tests.
 fn without_words(text: &str) -> String {
     let mut rest = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
     let mut code = String::new();
@@ -305,7 +305,7 @@ fn without_words(text: &str) -> String {
     code + rest
 }
 
-/// Bytes to the end of a string, its mark included.
+/// Number of bytes up to the end of a string, including its closing mark.
 fn end_of(text: &str, mark: &str, escapes: bool) -> usize {
     let escaped = |at: usize| escapes && at % 2 != text[..at].trim_end_matches('\\').len() % 2;
     text.match_indices(mark).find(|(at, _)| !escaped(*at)).map_or(text.len(), |(at, mark)| at + mark.len())

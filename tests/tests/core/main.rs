@@ -1,5 +1,5 @@
-//! The physics of a tick: energies, momentum, rest, allocation, against an oracle in double
-//! precision and frozen force traces.
+//! The physics of a tick: energy, momentum, rest and allocation, compared with an oracle in double
+//! precision and with recorded force traces.
 
 mod contact_map;
 mod docs_name_the_thing;

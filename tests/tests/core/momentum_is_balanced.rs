@@ -1,5 +1,5 @@
-//! Internal forces of the tissue and their moments sum to zero; the force on the probe is the
-//! opposite of the force on the tissue.
+//! Internal forces of the tissue and their moments sum to zero; the force on the probe is opposite
+//! to the force on the tissue.
 
 use palpate::stages::probe::{Motion, ProbePose};
 use palpate::stages::{contact, force};
@@ -31,17 +31,17 @@ fn velocities(state: &State) -> Vec<Vector> {
     state.nodes().iter().map(|n| n.velocity_m_per_s().cast()).collect()
 }
 
-/// Forces over E [N/Pa].
+/// Node forces over E [N/Pa].
 fn forces(state: &State) -> Vec<Vector> {
     state.nodes().iter().map(|n| n.force_over_modulus().cast()).collect()
 }
 
-/// Springs between neighbours, written as a rim: a rim edge gives its two nodes opposite forces.
+/// A rim made of springs between neighbours; a rim edge gives its two nodes opposite forces.
 fn spring_rim(model: &Model) -> (Vec<RimNode>, Vec<RimEdge>) {
     let mut blocks = vec![[0.0_f32; 6]; model.nodes.len()];
     let mut edges = Vec::new();
     for s in model.springs.iter().take(40) {
-        // powers of two: the ground's share is the exact sum of the edges'
+        // powers of two, so that the ground's part is the exact sum of the edges' parts
         let [a, b, c] = [2.0_f32.powi(-10), 2.0_f32.powi(-11), 2.0_f32.powi(-12)];
         edges.push(RimEdge { node: [s.i, s.j], block_m: [-a, -b, -c, -b, -a, -b, -c, -b, -a] });
         for n in [s.i, s.j] {
@@ -108,8 +108,8 @@ proptest! {
         let touched = forces(&state);
         force::accumulate(&model, &tuned, &mut state, at_depth(-0.1), velocity);
         let on_tissue: Vector = touched.iter().zip(forces(&state)).map(|(a, b)| a - b).sum();
-        // each node's sum is rounded with the contact's part in it, last; the probe's sum has as
-        // many terms
+        // each node's sum, in which the contact part is added last, is rounded; the probe's sum has
+        // as many terms
         let allowed = touched.iter().zip(forces(&state)).map(|(a, b)| 4.0 * UNIT * (a.norm() + b.norm())).sum::<f64>()
             + 100.0 * UNIT * f64::from(load.push);
         let on_probe: Vector = load.force.cast();
@@ -117,15 +117,15 @@ proptest! {
         prop_assert!((on_tissue - on_probe).norm() <= allowed, "{on_tissue:?} is not {on_probe:?} within {allowed}");
     }
 
-    /// Momentum a tick adds = force on the tissue times the tick, under a probe at rest: the force
-    /// on a moving one is without the masses that the floor adds. Node damping takes `alpha dt` of
-    /// the momentum it finds, in each substep.
+    /// In a tick, momentum changes by the force on the tissue times the tick. The probe is at rest,
+    /// because the force on a moving probe excludes the mass that the floor adds. In each substep,
+    /// node damping takes the share `alpha dt` of the momentum.
     #[test]
     fn a_tick_changes_momentum_by_force_times_time(seed: u64, depth_m in 1e-3_f32..4e-3, substeps in 1_u16..4) {
         let bench = Bench::floating(129).with(|p| {
             p.substeps = substeps;
             // with one substep the loss by damping is known; with more, only the sum of the forces
-            // is
+            // is known
             p.node_damping_per_s = if substeps == 1 { 40.0 } else { 0.0 };
         });
         let model = bench.patch.wide_model();
@@ -146,8 +146,8 @@ proptest! {
         let keep = if substeps == 1 { 1.0 - 40.0e-3 } else { 1.0 };
         let gained = momentum(&velocities(&state)) - momentum(&start) * keep;
         let given = -output.force_n.cast::<f64>() * 1e-3;
-        // roundings: of the inner forces times dt, and of the velocities, three operations per
-        // substep, over all substeps
+        // rounding errors of the internal forces times dt, and of the velocities: three operations
+        // per substep, over all substeps
         let inner = rounding::together(rounding::of_forces_n(&model, &bench.params, &positions(&state))) * 1e-3;
         let speeds = rounding::together(momenta(&velocities(&state)).iter().map(|p| p.norm()));
         let allowed = 2.0 * inner + 4.0 * f64::from(substeps) * UNIT * 2.0 * rounding::SIGMAS * speeds + 100.0 * UNIT * given.norm();

@@ -1,15 +1,15 @@
 //! `palpate`, `palpate-full`, the Python package and the tests share one build of every crate, and
-//! that of `palpate` is small.
+//! `palpate` needs few crates.
 
 use std::collections::BTreeSet;
 use std::process::Command;
 
 use palpate_tests::palpate_command::repository;
 
-/// External crates that a newcomer waits for.
+/// Largest number of external crates that a first build may compile.
 const MOST_CRATES: usize = 90;
 
-/// Crates of a build of these packages, each with version and features.
+/// Crates that a build of these packages compiles, each with version and features.
 fn crates(arguments: &[&str]) -> BTreeSet<String> {
     let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
     let mut tree = Command::new(cargo);
@@ -25,9 +25,9 @@ fn is_external(line: &str) -> bool {
     !line.starts_with("palpate")
 }
 
-/// A different feature anywhere below `core` causes all crates to be built again: under the tests,
-/// once more for the `palpate-full` that they run, once more when a user first needs that program,
-/// once more for the Python package.
+/// A different feature anywhere below `core` would cause all crates to be compiled again: for the
+/// `palpate-full` that the tests run, when a user first needs that program, and for the Python
+/// package.
 #[test]
 fn no_crate_is_built_twice_for_a_feature() {
     let palpate = crates(&PALPATE);

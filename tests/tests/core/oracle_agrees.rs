@@ -1,5 +1,5 @@
-//! The core's forces are the slopes of the documented energies: an oracle in double precision,
-//! written from the energies, finds the same ones.
+//! The core's forces are the derivatives of the documented energies: they agree with an oracle in
+//! double precision that is written from the energies.
 
 use palpate::stages::probe::{Motion, ProbePose};
 use palpate::stages::{contact, force};
@@ -19,13 +19,13 @@ fn place(state: &mut State, x: &[Vector3<f32>], v: &[Vector3<f32>]) {
     }
 }
 
-/// Forces that the core left on the nodes [N].
+/// Node forces that the core computed last [N].
 fn forces_n(tuned: &Tuned, state: &State) -> Vec<Vector3<f64>> {
     let e = f64::from(tuned.youngs_modulus_pa());
     state.nodes().iter().map(|n| n.force_over_modulus().cast() * e).collect()
 }
 
-/// A rim between the first thirteen nodes: no mesh needs it yet, the core has it.
+/// A rim between the first thirteen nodes, because the meshes in this test have none.
 fn rim(noise: &mut Noise) -> (Vec<RimNode>, Vec<RimEdge>) {
     let mut block = |entries: &mut [f32]| entries.iter_mut().for_each(|c| *c = 1e-3 * noise.uniform() as f32);
     let (mut nodes, mut edges) = (Vec::new(), Vec::new());
@@ -68,7 +68,7 @@ fn model_holds_the_documented_constants() {
             }
         }
     }
-    // the mesh is read back with rounded coordinates: half an ulp of 40 mm on each, over the
+    // the mesh is read back with rounded coordinates: half an ulp of 40 mm on each, relative to the
     // shortest edge
     let shortest_m = model.springs.iter().map(|s| s.k_rest / s.k).fold(f32::MAX, f32::min);
     let rounded = 0.04 * UNIT / f64::from(shortest_m);
@@ -96,7 +96,7 @@ fn inner_forces_are_slopes_of_the_energies() {
     let (mut squeezed, mut barred, mut inverted, mut flattened) = (0, 0, 0, 0);
     let mut worst = 0.0_f64;
     for seed in 0..24 {
-        // from a hundredth of a percent up to tets that are turned inside out
+        // from strains of a hundredth of a percent up to inverted tets
         let share = f64::from(seed as u32 % 8) / 7.0;
         let deformation = Deformation { seed, strain: 1e-4 + 0.6 * share, jitter: 1e-4 + 0.6 * share };
         let bench = Bench::block([60, 129, 410][seed as usize % 3]).with(|p| p.gravity_m_per_s2 = [1.0, -2.0, -9.81]);
@@ -175,7 +175,7 @@ fn contact_forces_are_slopes_of_the_foundation_and_its_damping() {
         let x = Deformation { seed, strain: 0.02, jitter: 0.05 }.of(&model);
         let v: Vec<Vector3<f32>> = x.iter().map(|_| noise.vector().cast()).collect();
         place(&mut state, &x, &v);
-        // a probe must have been outside before it touches
+        // a probe must have been outside before it can touch
         for to_m in [Vector3::new(0.0, 0.0, 0.1), inside] {
             let mut motion = Motion {
                 from_m: to_m,
@@ -194,9 +194,9 @@ fn contact_forces_are_slopes_of_the_foundation_and_its_damping() {
         let inner = oracle.forces_n(&x);
         let on = oracle.contact_n(&x, &v, &inner, Tip { at_m: inside.cast(), velocity_m_per_s: velocity.cast() });
         let mut bound = rounding::of_forces_n(&model, &bench.params, &x);
-        // A point's place relative to the probe rounds at the sizes of both, its push by the slope
-        // times that; the direction turns by that over the radius, and the push is at most slope
-        // times radius. The other forces on a node enter with their rounding.
+        // The position of a point relative to the probe rounds at the magnitudes of both positions.
+        // Its force rounds by the slope times that, and its direction by that over the radius; the
+        // force is at most slope times radius. The rounding of the node's other forces is added.
         let r = f64::from(bench.params.probe.radius_m);
         let stiffest = model.foundation.iter().map(|p| f64::from(p.k)).fold(0.0, f64::max);
         let slope_m = stiffest * (1.0 + 2.0 * f64::from(model.stiffening_per_m) * r);
@@ -241,9 +241,9 @@ fn a_press_in_double_precision_gives_the_same_force() {
     let oracle = Oracle::new(model, bench.params);
     let mut x: Vec<Vector3<f64>> = model.nodes.iter().map(|n| Vector3::from(n.rest_m).cast()).collect();
     let mut v = vec![Vector3::zeros(); x.len()];
-    // Each tick rounds a position by half an ulp at 40 mm, 1.9 nm. At worst all ticks of the
-    // damping's memory, 2/alpha = 50, add up; the tissue at 1 mm is no stiffer than 100 N/m. In
-    // addition there is the rounding of the foundation's own sum.
+    // Each tick rounds a position by half an ulp at 40 mm, 1.9 nm. At worst the errors of all ticks
+    // within the damping time 2/alpha = 50 ms add up, and the tissue at 1 mm is no stiffer than 100
+    // N/m. The rounding of the foundation's own sum is added.
     let allowed_n = 100.0 * 50.0 * 1.9e-9 + 1e-6;
     let mut worst = 0.0_f64;
     let mut from = at_depth(-0.5e-3);

@@ -1,8 +1,8 @@
-//! At the end of a hold the probe pushes as hard as the support pushes back: the reaction is the
-//! sum over the anchors, in all three directions.
+//! At the end of a hold the force on the probe equals the sum of the forces on the anchors, in all
+//! three directions.
 //!
-//! Oscillation that is left after 0.3 s of a hold decays at half the damping rate, to exp(-0.3 s x
-//! 20/s) = 0.25 % of the step that the ramp's end was; allowed: 1 %.
+//! Oscillation decays at half the damping rate: after 0.3 s of a hold, exp(-0.3 s x 20/s) = 0.25 %
+//! remain of the step at the end of the ramp. The tolerance is 1 %.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{ClampFlags, Vector3, tick};

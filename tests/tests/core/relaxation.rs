@@ -1,7 +1,8 @@
-//! Tissue that relaxes: a hold fades as in the closed form, at any depth and place; a slow press is
-//! the elastic one relaxed in one dimension; a retreating probe loses contact as in Ting's
-//! solution; a dent recovers; random motions never gain energy; an anchor under the probe takes its
-//! push once; without memory for relaxation the tick is a fault.
+//! Tissue that relaxes. The force in a hold falls as in the closed form, at any depth and place;
+//! the force of a slow press is the elastic force, relaxed in one dimension; a retreating probe
+//! loses contact as in Ting's solution; a dent recovers; random motions never gain energy; the
+//! force on an anchor under the probe is counted once; without memory for relaxation the tick is a
+//! fault.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{Fault, MOST_TERMS, Model, Node, NodeStep, Params, PronyTerm, State, TetShapes, Vector3, tick};
@@ -9,14 +10,14 @@ use palpate_fit::half_space::HalfSpace;
 use palpate_tests::bench::{Bench, Noise, at_depth};
 use palpate_tissue::measure;
 
-/// Two terms as of meat, after Iaquinta et al.
+/// Two terms similar to those of meat, after Iaquinta et al.
 const MEAT: [PronyTerm; MOST_TERMS] =
     [PronyTerm { share: 0.26, time_s: 0.4 }, PronyTerm { share: 0.31, time_s: 4.4 }, PronyTerm::NONE];
-/// Three terms over three decades.
+/// Three terms with times over three decades.
 const THREE: [PronyTerm; MOST_TERMS] =
     [PronyTerm { share: 0.2, time_s: 0.02 }, PronyTerm { share: 0.2, time_s: 0.5 }, PronyTerm { share: 0.245, time_s: 14.7 }];
 
-/// Share of a force that remains at this time after it was applied [s].
+/// Share of a force that remains this time after it was applied (1).
 fn left(terms: &[PronyTerm], t_s: f64) -> f64 {
     terms
         .iter()
@@ -24,7 +25,8 @@ fn left(terms: &[PronyTerm], t_s: f64) -> f64 {
         .fold(1.0, |left, term| left - f64::from(term.share) * (1.0 - (-t_s / f64::from(term.time_s)).exp()))
 }
 
-/// Force [N] in every tick of a press at a place: down in `steps` ticks, then held.
+/// Force in each of `ticks` ticks of a press at a place [N]: the probe moves down by 0.2 mm per
+/// tick and then holds.
 fn press(bench: &Bench, [x, y]: [f32; 2], depth_m: f32, ticks: u16) -> Vec<f64> {
     let model = bench.patch.wide_model();
     let mut memory = bench.memory();
@@ -39,13 +41,13 @@ fn press(bench: &Bench, [x, y]: [f32; 2], depth_m: f32, ticks: u16) -> Vec<f64> 
         .collect()
 }
 
-/// Largest relative difference of a held force from the elastic one times its remaining share [%],
-/// from 0.3 s on.
+/// Largest relative difference, from 0.3 s on, between the held force and the elastic force times
+/// its remaining share [%].
 fn off_pct(bench: &Bench, terms: [PronyTerm; MOST_TERMS], place: [f32; 2], depth_m: f32, ticks: u16) -> f64 {
     let elastic = press(bench, place, depth_m, ticks);
     let relaxing = press(&bench.clone().with(|p: &mut Params| p.relaxation = terms), place, depth_m, ticks);
     let last = elastic[elastic.len() - 1];
-    // the mean time of loading
+    // the mean time of the force's increments
     let loaded_s: f64 = elastic.windows(2).enumerate().map(|(n, f)| (n as f64 + 0.5) * 1e-3 * (f[1] - f[0]) / last).sum();
     let mut worst = 0.0_f64;
     for (n, (e, r)) in elastic.iter().zip(&relaxing).enumerate() {
@@ -57,8 +59,8 @@ fn off_pct(bench: &Bench, terms: [PronyTerm; MOST_TERMS], place: [f32; 2], depth
     worst
 }
 
-/// Anchors at the surface, as the boards' patches have them at their edge, where the mass floor is
-/// each node's own: the push of one tick must not act again in the next.
+/// The boards' patches have anchors at the surface along their edge, where the mass floor is each
+/// node's own. The contact force on such an anchor in one tick must not act again in the next.
 #[test]
 fn an_anchor_under_the_probe_bears_its_push_once() {
     let held_n = |relaxation: [PronyTerm; MOST_TERMS]| {
@@ -121,16 +123,16 @@ fn a_hold_fades_as_the_closed_form_everywhere() {
     }
 }
 
-/// A probe that leaves, on the patch and on a half-space.
+/// A probe that is withdrawn, from the patch and from a half-space.
 struct Retreat {
-    /// Depths at which it loses the tissue [m].
+    /// Depths at which it loses contact, with the patch and with the half-space [m].
     off_m: [f64; 2],
-    /// Root mean square difference of the two forces during the retreat, each over its own at the
-    /// end of the hold (1).
+    /// Root mean square difference of the two forces during the retreat, each relative to its value
+    /// at the end of the hold (1).
     rms: f64,
 }
 
-/// Presses at 10 mm/s, holds, and leaves at `out_m_per_s`.
+/// Presses at 10 mm/s, holds, and withdraws at `out_m_per_s`.
 fn retreat(bench: &Bench, depth_m: f64, hold: usize, out_m_per_s: f64) -> Retreat {
     const IN_M: f64 = 1e-5;
     let loading = (depth_m / IN_M).round() as usize;
@@ -161,9 +163,9 @@ fn retreat(bench: &Bench, depth_m: f64, hold: usize, out_m_per_s: f64) -> Retrea
     }
 }
 
-/// Checks the errors of a patch: the depth at which the probe loses contact, as a share of the
-/// depth pressed, and the force during the retreat. A node's memory is as wide as its elements, so
-/// the edge of the contact is lost too early on coarse ones.
+/// Checks the errors of a patch: of the depth at which the probe loses contact, relative to the
+/// depth pressed, and of the force during the retreat. Relaxation acts per node, so on coarse
+/// elements the edge of the contact is lost too early.
 fn leaves_as_ting_says(bench: &Bench, most_off: f64, most_rms: f64) {
     let nodes = bench.patch.wide_model().nodes.len();
     let bench = bench.clone().with(|p| p.relaxation = MEAT);
@@ -209,7 +211,7 @@ fn a_dent_stays_when_the_probe_is_gone_and_recovers() {
     assert!(left_m.windows(2).all(|pair| pair[1] < pair[0]), "{left_m:?}");
 }
 
-/// Least running work of a hand on the tissue [J], and the largest.
+/// Smallest and largest total work of a hand on the tissue, over all ticks [J].
 fn work_j(bench: &Bench, seed: u64, ticks: u32) -> [f64; 2] {
     let model = bench.patch.wide_model();
     let mut memory = bench.memory();
@@ -223,7 +225,7 @@ fn work_j(bench: &Bench, seed: u64, ticks: u32) -> [f64; 2] {
         let swing = |axis: usize| -> f64 {
             swings[axis].iter().map(|[size, hertz, phase]| size * (std::f64::consts::TAU * hertz * t_s + phase).sin()).sum()
         };
-        // begins 3 mm above the tissue
+        // starts 3 mm above the tissue
         let begun = (t_s / 0.5).min(1.0);
         Vector3::new(3e-3 * swing(0), 3e-3 * swing(1), 3e-3 * (1.0 - begun) - begun * (1.5e-3 + 1.8e-3 * swing(2)))
     };
@@ -240,7 +242,7 @@ fn work_j(bench: &Bench, seed: u64, ticks: u32) -> [f64; 2] {
     range
 }
 
-/// Fast, slow, and strong together.
+/// Fast, slow and strong terms together.
 const HARSH: [PronyTerm; MOST_TERMS] =
     [PronyTerm { share: 0.4, time_s: 0.004 }, PronyTerm { share: 0.3, time_s: 0.07 }, PronyTerm { share: 0.25, time_s: 1.4 }];
 
@@ -287,7 +289,7 @@ fn shares_and_times_that_cannot_be() {
         assert!(refused.starts_with(says) && refused.contains("choose a value in that range"), "{refused}");
     }
     assert_eq!(with(0.49, 200.0).check(), Ok(()));
-    // a share of zero leaves a term out, whatever its time
+    // a share of zero removes a term, whatever its time
     assert_eq!(with(0.0, f32::NAN).check(), Ok(()));
 }
 
@@ -322,8 +324,9 @@ fn a_term_that_is_off_leaves_every_bit() {
     assert_ne!(run(&bench), run(&bench.clone().with(|p| p.relaxation = MEAT)));
 }
 
-/// Largest difference of the force of a slow press and its hold from the elastic one relaxed in one
-/// dimension (Lee and Radok), over the largest [%]: during loading, and in the hold.
+/// Largest differences between the force of a slow press and its hold and the elastic force relaxed
+/// in one dimension (Lee and Radok), relative to the largest force [%]: during loading, and in the
+/// hold.
 fn slow_off_pct(bench: &Bench, terms: [PronyTerm; MOST_TERMS], depth_m: f32, ramp: u16, hold: u16) -> [f64; 2] {
     let run = |bench: &Bench| -> Vec<f64> {
         let model = bench.patch.wide_model();

@@ -1,9 +1,10 @@
-//! Untouched tissue does not move and gives no force, whatever its mesh, stiffness and size.
+//! Untouched tissue does not move and exerts no force, whatever its mesh, stiffness and size.
 //!
-//! Rest lengths are rounded apart from the rest positions: half an ulp of the block's half-width on
-//! a coordinate over the shortest edge is a strain, and so is the rounding of a force over the
-//! stiffness it belongs to. All such strains in one direction over the whole block would move its
-//! far side by strain times side: that is the bound, and a real pre-strain of 1e-5 is far above it.
+//! Rest lengths are rounded independently of the rest positions. Half an ulp of the block's
+//! half-width, divided by the shortest edge, is a strain, and so is the rounding of a force divided
+//! by the corresponding stiffness. If all these strains had the same direction over the whole
+//! block, its far side would move by strain times side length. This is the bound; a real pre-strain
+//! of 1e-5 is far above it.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{Output, Vector3, tick};
@@ -12,8 +13,8 @@ use palpate_tests::rounding::UNIT;
 use palpate_tissue::measure;
 
 const TICKS: usize = 2000;
-/// Roundings of a force relative to the stiffness times the length: as many as a node has springs
-/// and tets.
+/// Number of roundings of a force, relative to stiffness times length: as many as a node has
+/// springs and tets.
 const OPERATIONS: f64 = 40.0;
 
 fn stays(bench: &Bench, side_m: f64, label: &str) {

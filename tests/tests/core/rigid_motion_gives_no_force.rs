@@ -1,16 +1,15 @@
-//! Tissue that is carried and turned as a whole is not deformed: its internal forces are rounding.
-//! (Rim and foundation stay behind, and are left out.)
+//! Tissue that is translated and rotated as a whole is not deformed: its internal forces are
+//! rounding errors only. (Rim and foundation do not move with it and are left out.)
 //!
-//! The rounded positions themselves are a deformation: half an ulp of the farthest coordinate on
-//! both ends of every edge, times the stiffness at the node. The rounding of the forces comes in
-//! addition.
+//! Rounding of the positions is itself a deformation: half an ulp of the farthest coordinate at
+//! both ends of every edge, times the stiffness at the node. The rounding of the forces is added.
 
 use palpate::stages::force;
 use palpate::{State, Tuned, Vector3};
 use palpate_tests::bench::{Bench, Noise, at_depth};
 use palpate_tests::rounding::{self, UNIT};
 
-/// Rotation by a random unit quaternion.
+/// Rotates a vector by a random unit quaternion.
 fn rotated(noise: &mut Noise, x: Vector3<f64>) -> Vector3<f64> {
     let (axis, w) = (noise.vector(), noise.uniform());
     let length = (axis.norm_squared() + w * w).sqrt();
@@ -18,7 +17,7 @@ fn rotated(noise: &mut Noise, x: Vector3<f64>) -> Vector3<f64> {
     x + axis.cross(&x) * (2.0 * w) + axis.cross(&axis.cross(&x)) * 2.0
 }
 
-/// Largest force over the rounding bound.
+/// Largest ratio of a force to its rounding bound (1).
 fn worst(bench: &Bench, seed: u64, away_m: f64, state: &mut State, tuned: &Tuned) -> f64 {
     let model = bench.patch.wide_model();
     let carry = Noise::new(seed).vector() * away_m;
@@ -33,8 +32,8 @@ fn worst(bench: &Bench, seed: u64, away_m: f64, state: &mut State, tuned: &Tuned
     let e = f64::from(bench.params.youngs_modulus_pa);
     let farthest_m = x.iter().map(|x| x.amax()).fold(0.08, f64::max);
     for s in model.springs {
-        // three coordinates, two ends, in the position and at rest; the trace of the node's
-        // stiffness is at most that of its springs and volumes
+        // three coordinates, two ends, in the deformed and the rest position; the trace of the
+        // node's stiffness is at most that of its springs and volumes
         let place = 4.0 * 3.0_f64.sqrt() * UNIT * farthest_m * f64::from(s.k) * e;
         [s.i, s.j].into_iter().for_each(|n| bound[usize::from(n)] += place);
     }

@@ -1,7 +1,7 @@
-//! The stable step of the desktop is correct: within it taps and presses return to rest, and beyond
-//! it they do not.
+//! The stable step that the desktop computes is correct: within it taps and presses return to rest,
+//! and beyond it they do not.
 //!
-//! `--nocapture` prints the distance of the bound from the step at which a press fails.
+//! `--nocapture` prints the distance between this bound and the step at which a press fails.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{Vector3, tick};
@@ -10,7 +10,7 @@ use palpate_tests::share::Share;
 use palpate_tissue::measure;
 use palpate_tissue::stable_step::{StableStep, substeps_for_taps};
 
-/// Largest displacement left after a second [m].
+/// Largest displacement allowed a second after release [m].
 const RESIDUAL_M: f64 = 0.05e-3;
 
 fn bench(nodes: usize, youngs_modulus_pa: f32, depth_limit_m: f32) -> Bench {
@@ -24,22 +24,22 @@ fn measured(bench: &Bench) -> StableStep {
     StableStep::measure(&model, &bench.params, bench.patch.site_m()).unwrap().expect("a patch that survives being measured")
 }
 
-/// Substeps that a session gives the patch.
+/// Number of substeps that a session chooses for the patch.
 fn asked(bench: &Bench) -> u16 {
     let least = measured(bench).substeps(1e-3) as u16;
     let model = bench.patch.wide_model();
     substeps_for_taps(&model, &bench.params, bench.patch.site_m(), least).unwrap().expect("a patch that stands taps")
 }
 
-/// End of a press.
+/// Result of a press.
 struct Outcome {
-    /// Defect at the end of the hold or of the run, or fault that stopped it.
+    /// Defect at the end of the hold or of the run, or the fault that ended the run early.
     wrong: Option<String>,
-    /// Smallest volume of a tet over its rest volume in any tick.
+    /// Smallest ratio of a tet's volume to its rest volume in any tick (1).
     lowest_j: f64,
 }
 
-/// Presses to the depth limit, stays for 0.3 s, moves out and waits for a second.
+/// Presses to the depth limit, holds for 0.3 s, moves out and waits for a second.
 fn press(bench: &Bench, speed_m_per_s: f32) -> Outcome {
     let mut lowest_j = f64::INFINITY;
     let wrong = what_goes_wrong(bench, speed_m_per_s, &mut lowest_j);
@@ -111,15 +111,15 @@ fn within_the_step_taps_and_presses_end_as_they_began() {
 
 #[test]
 fn pressed_tissue_needs_a_shorter_step() {
-    // the tets under a probe that is pressed as deep as it is wide are stiffer
+    // tets are stiffer under a probe that is pressed as deep as its radius
     for nodes in [60, 129, 410] {
         let stable = measured(&bench(nodes, 3.5e3, 8e-3));
         assert!(stable.pressed_s < 0.95 * stable.rest_s, "{nodes} nodes: {stable:?}");
     }
 }
 
-/// Lighter nodes have a shorter stable step; one substep per tick stays what it is. The step at
-/// which the press fails is the dynamic limit.
+/// Lighter nodes have a shorter stable step, while the number of substeps stays one per tick. The
+/// step at which the press fails is the dynamic limit.
 #[test]
 fn past_the_step_they_do_not() {
     let mut share = Share::one_in(3);
@@ -153,7 +153,7 @@ fn past_the_step_they_do_not() {
             measured(&with_floor(bad)).pressed_s * 1e3
         );
         assert!(at_limit > 1, "{nodes} nodes: {why} with the one substep that is asked for");
-        // the bound must not be more than a factor of two too low, or it wastes substeps
+        // the bound must not be more than a factor of two too low, or it would waste substeps
         assert_eq!(with_room, 1, "{nodes} nodes: more than one substep at four times the floor at which one goes wrong");
     }
 }

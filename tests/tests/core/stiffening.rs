@@ -1,6 +1,6 @@
-//! Tissue that stiffens: forces are the slopes of the documented energy, the tick settles to the
-//! statics, a closed cycle creates no energy, a light touch is that of tissue that does not
-//! stiffen, and taps are stable.
+//! Tissue that stiffens: forces are the derivatives of the documented energy, the tick settles to
+//! the static solution, a closed cycle creates no energy, a light touch feels like tissue that does
+//! not stiffen, and taps are stable.
 
 use palpate::stages::force;
 use palpate::stages::force::stiffening::CAP;
@@ -20,9 +20,10 @@ use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
 use palpate_tissue::stable_step::with_tick;
 
-/// Energy over E [m^3] of everything that stiffens, from the documented law: `sum V mu/2b (exp(2 b
-/// w / mu) - 1)`, w half the energy of the springs and of the pushes at a node over its volume, b
-/// times the node's steepness, and the other half of the pushes; straight beyond the cap.
+/// Energy over E [m^3] of all stiffening parts, from the documented law: `sum V mu/2b (exp(2 b w /
+/// mu) - 1)`, where w is half the energy of a node's springs and contact points over its volume,
+/// and b includes the node's steepness. The other half of the contact energy is added unchanged.
+/// Beyond the cap the law continues linearly.
 fn stiffening_energy(model: &Model, params: &Params, x: &[Vector], tip_m: Option<Vector>) -> f64 {
     let mut half = vec![0.0; x.len()];
     for s in model.springs {
@@ -56,7 +57,7 @@ fn stiffening_energy(model: &Model, params: &Params, x: &[Vector], tip_m: Option
     half.iter().enumerate().zip(model.nodes).map(of_node).sum::<f64>() + outside
 }
 
-/// Slope of an energy along one node, by central differences.
+/// Derivative of an energy with respect to one node's position, by central differences.
 fn slope(energy: impl Fn(&[Vector]) -> f64, x: &[Vector], node: usize) -> Vector {
     Vector::from_fn(|k, _| {
         let moved = |by: f64| {
@@ -72,7 +73,7 @@ fn stiffening(nodes: usize, b: f32) -> Bench {
     Bench::block(nodes).with(|p| p.stiffening_b = b)
 }
 
-/// Every node has another steepness, one of them none.
+/// The bench with a steepness that varies from node to node between 0 and 2.
 fn uneven(mut bench: Bench) -> Bench {
     let nodes = bench.patch.model().nodes.len();
     bench.patch.set_steepness((0..nodes).map(|n| (n * 7 % 11) as f32 * 0.2).collect());
@@ -81,7 +82,7 @@ fn uneven(mut bench: Bench) -> Bench {
 
 #[test]
 fn inner_forces_are_slopes_of_the_energy() {
-    // in the first one many nodes are beyond the cap
+    // in the first case many nodes are beyond the cap
     for (nodes, b, strain, seed) in [(60, 20.0, 0.15, 1), (60, 20.0, 0.04, 2), (129, 3.0, 0.1, 3), (129, 0.3, 0.15, 4)] {
         let bench = stiffening(nodes, b).with(|p| p.terms.volume = false);
         let bench = if seed % 2 == 0 { uneven(bench) } else { bench };
@@ -118,7 +119,7 @@ fn oracle_modulus(bench: &Bench) -> f64 {
     f64::from(bench.params.youngs_modulus_pa)
 }
 
-/// Energy and statics share no code; the statics also contain foundation and volume.
+/// Energy and statics share no code; the statics also include foundation and volume.
 #[test]
 fn statics_are_slopes_of_the_energy_under_the_probe() {
     let bench = uneven(stiffening(129, 10.0)).with(|p| p.terms.volume = false);
@@ -133,7 +134,7 @@ fn statics_are_slopes_of_the_energy_under_the_probe() {
     for (n, found) in found.iter().enumerate() {
         if !model.anchors.contains(&(n as u16)) {
             let off = (found - slope(energy, &x, n)).norm();
-            // the constants are rounded to single precision, and the exponent multiplies that
+            // constants are rounded to single precision, and the exponent magnifies the error
             assert!(off < 3e-5 * largest, "node {n}: {off} of {largest}");
         }
     }
@@ -166,8 +167,8 @@ fn the_tick_settles_to_the_static_force() {
     }
 }
 
-/// Work of the hand over a closed cycle [J]: in, sideways, out, back above the tissue. Also returns
-/// the largest energy that was put in.
+/// Work of the hand over a closed cycle [J]: in, sideways, out, back above the tissue; and the
+/// largest value of this work on the way.
 fn cycle_j(bench: &Bench, seconds: f64) -> [f64; 2] {
     let model = bench.patch.wide_model();
     let mut memory = bench.memory();
@@ -185,7 +186,7 @@ fn cycle_j(bench: &Bench, seconds: f64) -> [f64; 2] {
                 let next = Vector3::new(x, 0.0, z).cast::<f32>();
                 let output = tick(&model, &tuned, &mut state, ProbePose { tip_m: next });
                 assert_eq!(output.fault, None);
-                // the mean of the forces before and after
+                // mean of the forces before and after
                 work_j -= f64::from((output.force_n + force_n).dot(&(next - tip_m)) * 0.5);
                 most_j = most_j.max(work_j);
                 (tip_m, force_n) = (next, output.force_n);
@@ -239,8 +240,8 @@ fn scene(nodes: usize, youngs_modulus_pa: f64, b: f64) -> Scene {
     Scene::parse("tap", &text).unwrap()
 }
 
-/// Number of taps of 1 m/s to the depth limit, held for 50 ms, that diverge; they start at every
-/// eighth of a tick.
+/// Number of taps at 1 m/s to the depth limit, with a hold of 50 ms, that diverge, of eight that
+/// start at different eighths of a tick.
 fn faults_of_fast_taps(patch: &Patch, params: &Params) -> usize {
     const STEP_M: f32 = 1e-3;
     let model = patch.wide_model();
@@ -258,7 +259,7 @@ fn faults_of_fast_taps(patch: &Patch, params: &Params) -> usize {
 }
 
 /// A tap of 1 m/s is as fast as the shear waves of tissue at 3.5 kPa and stiffens it most. It needs
-/// more substeps than a tap of 0.5 m/s: in a session, and in a loop, whose masses are lighter.
+/// more substeps than a tap of 0.5 m/s, both in a session and in a loop, whose masses are lighter.
 #[test]
 fn the_fastest_taps_do_not_diverge() {
     let touch = DeviceProfile::load("touch").unwrap();
@@ -286,8 +287,8 @@ fn a_loop_says_that_no_substeps_hold_the_fastest_taps() {
     }
 }
 
-/// Taps to the depth limit come to rest with the substeps of the session at a tick 15 % longer,
-/// with the masses of this one.
+/// Taps to the depth limit come to rest with the session's number of substeps in ticks that are 15
+/// % longer, with the masses of the normal tick.
 #[test]
 fn taps_hold_with_a_margin_of_15_percent() {
     for (nodes, youngs_modulus_pa, b) in [(130, 3500.0, 20.0), (130, 20e3, 3.0), (410, 3500.0, 20.0), (410, 20e3, 10.0)] {
@@ -322,7 +323,7 @@ fn a_patch_file_keeps_the_steepness_of_its_nodes_where_it_has_one() {
         assert_eq!(file.model.steepness, bench.patch.model().steepness);
         assert_eq!(file.model.check(), Ok(()));
     }
-    // without stiffening nobody asks for it
+    // without stiffening the steepness is not stored
     let plain = |bench: &Bench| words(&bench.clone().with(|p| p.stiffening_b = 0.0));
     assert_eq!(plain(&uneven), plain(&even));
     let short = [1.0; 3];

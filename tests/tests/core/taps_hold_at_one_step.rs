@@ -1,5 +1,5 @@
-//! One step per tick is enough for taps: 0.5 m/s to the probe's radius, held and released, on
-//! patches of 130 to 1020 nodes, with 15 % of margin.
+//! One step per tick is enough for taps of 0.5 m/s to a depth of the probe's radius, held and
+//! released, on patches of 130 to 1020 nodes, with a margin of 15 %.
 //!
 //! `--nocapture` prints the table.
 
@@ -13,10 +13,10 @@ use palpate_tissue::stable_step::{StableStep, substeps_for_taps, with_tick};
 const SIZES: [usize; 3] = [130, 410, 1020];
 const DEEP_M: f32 = 8e-3;
 const TAP_M_PER_S: f32 = 0.5;
-/// Fastest tap of a hand that holds a stylus [m/s].
+/// Speed of the fastest tap of a hand that holds a stylus [m/s].
 const FASTEST_M_PER_S: f32 = 1.0;
 const SLOW_M_PER_S: f32 = 0.1;
-/// Largest force over the static one.
+/// Largest allowed ratio of the peak force to the static force (1).
 const PEAK: f64 = 3.0;
 
 fn bench(nodes: usize, youngs_modulus_pa: f32) -> Bench {
@@ -81,7 +81,8 @@ fn without_the_limit_into_tissue_a_tap_crushes_fine_meshes() {
     assert!(outcome.wrong.is_some() || outcome.lowest_j < 0.0, "the tap is stood without the limit: {outcome:?}");
 }
 
-/// Depth of a tap as given to the patch: delayed during loading, never during the retreat.
+/// The patch receives the depth of a fast tap with a delay during loading, but never during the
+/// retreat.
 #[test]
 fn the_limit_holds_into_the_tissue_only() {
     let bench = bench(1020, 3.5e3);
@@ -96,7 +97,7 @@ fn the_limit_holds_into_the_tissue_only() {
     let shown: Vec<Output> = way.map(&mut at).collect();
     let first = shown.iter().position(|o| o.depth_m > 0.0).expect("a tap that touches");
     assert!(shown[first + 5].limiters.contains(ClampFlags::SPEED));
-    // depth along a normal that tilts while tissue gives way
+    // the depth is measured along a normal that tilts as the tissue yields
     let sunk_m = shown[first + 12].depth_m - shown[first + 2].depth_m;
     assert!(sunk_m < 1.1 * 10.0 * most_m, "{sunk_m} m in 10 ticks of at most {most_m}");
     assert!(sunk_m > 0.8 * 10.0 * most_m, "{sunk_m} m in 10 ticks of at most {most_m}");

@@ -1,7 +1,7 @@
-//! After its memory is reserved a patch allocates nothing: not when parameters are built, not in a
-//! tick, not on reset. The other methods do not allocate in a tick either, which would count
-//! against them on the chart.
-#![allow(unsafe_code)] // reason: counting is the allocator's to do, and `GlobalAlloc` is an unsafe trait
+//! Once its memory is reserved, a patch allocates nothing: not when parameters are built, not in a
+//! tick, not on reset. The other methods do not allocate in a tick either; allocations would make
+//! them slower on the chart.
+#![allow(unsafe_code)] // reason: only the allocator can count, and `GlobalAlloc` is an unsafe trait
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -17,7 +17,7 @@ thread_local! {
 
 struct Counting;
 
-// SAFETY: every call goes to the system's allocator unchanged; the counter is a `Cell` without
+// SAFETY: every call is passed unchanged to the system's allocator; the counter is a `Cell` without
 // destructor, so it allocates nothing itself.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
@@ -34,7 +34,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// Allocations of this thread while something runs.
+/// Number of allocations by this thread during `run`, and its result.
 fn allocations<T>(run: impl FnOnce() -> T) -> (usize, T) {
     let before = ALLOCATIONS.get();
     let result = run();
@@ -61,15 +61,15 @@ fn build_reset_and_ticks_allocate_nothing() {
         let mut state = State::new(&model, &mut nodes, &mut candidates, &mut shapes).unwrap();
         let mut touched = 0;
         for n in 0..5000_u16 {
-            // one tap per second, deeper than the depth limit, and faster than the speed limit
-            // during the retreat
+            // one tap per second, deeper than the depth limit, with a retreat faster than the speed
+            // limit
             let depth_m = if n % 1000 < 700 { 1e-5 * f32::from(n % 1000) - 5e-4 } else { -0.05 };
             touched +=
                 usize::from(tick(&model, &tuned, &mut state, ProbePose { tip_m: at_depth(depth_m) }).normal != Vector3::zeros());
             ContactMap::read(&model, &tuned, &mut state, &mut pressure_pa);
         }
         assert!(state.fault().is_none());
-        // faults, refusals and reset
+        // neither faults, refusals nor a reset allocate
         assert!(tick(&model, &tuned, &mut state, ProbePose { tip_m: Vector3::repeat(f32::NAN) }).fault.is_some());
         state.reset(&model);
         let wrong = palpate::Params { tick_s: -1.0, ..bench.params };
@@ -94,7 +94,7 @@ fn other_methods_allocate_nothing_either() {
             });
             (count, pressed)
         });
-        // a method that is not available (no calibrated patch) has nothing to allocate
+        // a method that is not available (no calibrated patch) cannot allocate
         if let Some((count, pressed)) = run.unwrap() {
             assert_eq!(count, 0, "allocations of {}", method.name());
             assert!(pressed > 100, "{} pressed in {pressed} ticks", method.name());

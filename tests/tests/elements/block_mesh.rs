@@ -1,4 +1,5 @@
-//! Properties of the built-in block that the solver relies on, over sizes, shapes and node counts.
+//! Properties of the built-in block on which the solver relies, for many sizes, shapes and node
+//! counts.
 
 use palpate_tissue::mesh::{BlockError, BlockSpec, TetMesh, block, radius_ratio};
 use std::collections::BTreeMap;
@@ -13,7 +14,7 @@ fn specs() -> Vec<BlockSpec> {
     specs.extend([
         BlockSpec { size_m: [0.2, 0.1, 0.025], ..TISSUE },
         BlockSpec { size_m: [0.02; 3], nodes: 129, ..TISSUE },
-        BlockSpec { size_m: [0.07, 0.05, 0.03], nodes: 150, ..TISSUE }, // sides that are no round share of the longest
+        BlockSpec { size_m: [0.07, 0.05, 0.03], nodes: 150, ..TISSUE }, // sides in no simple ratio
         BlockSpec { size_m: [0.0008, 0.0008, 0.0004], fine_radius_m: 0.00008, ..TISSUE },
         BlockSpec { fine_at_m: [0.02, -0.01], ..TISSUE },
         BlockSpec { fine_at_m: [0.04, 0.04], nodes: 129, ..TISSUE },
@@ -35,7 +36,7 @@ fn volume_m3([a, b, c, d]: [[f64; 3]; 4]) -> f64 {
     (n[0] * w[0] + n[1] * w[1] + n[2] * w[2]) / 6.0
 }
 
-/// Every triangle (ascending nodes) with the number of tets it belongs to.
+/// Every triangle (sorted nodes) with the number of tets that contain it.
 fn triangles(mesh: &TetMesh) -> BTreeMap<Vec<u32>, usize> {
     let mut count = BTreeMap::new();
     for tet in &mesh.tets {
@@ -70,7 +71,7 @@ fn positive_tets_fill_the_block() {
         let volumes: Vec<f64> = mesh.tets.iter().map(|t| volume_m3(corners(mesh, *t))).collect();
         assert!(volumes.iter().all(|v| *v > 0.0));
         let whole: f64 = spec.size_m.iter().product();
-        // Thousands of terms, each rounded at 1e-16 of the whole at most.
+        // Thousands of terms, each rounded by at most 1e-16 of the total.
         assert!((volumes.iter().sum::<f64>() - whole).abs() < 1e-12 * whole, "{spec:?}");
     }
 }
@@ -97,7 +98,7 @@ fn surface_is_closed_and_lies_on_the_six_faces() {
 #[test]
 fn mesh_is_one_piece_through_shared_triangles() {
     for (_, mesh) in MESHES.iter() {
-        // Tets that share a triangle get one label: the smallest index wins until nothing changes.
+        // Tets that share a triangle take the smaller of their labels until nothing changes.
         let mut by_face: BTreeMap<Vec<u32>, Vec<usize>> = BTreeMap::new();
         for (t, tet) in mesh.tets.iter().enumerate() {
             for left_out in tet {
@@ -128,7 +129,7 @@ fn no_tet_is_flat_and_most_are_near_regular() {
         let quality: Vec<f64> = mesh.tets.iter().map(|t| radius_ratio(corners(mesh, *t))).collect();
         let worst = quality.iter().copied().fold(1.0, f64::min);
         let mean = quality.iter().sum::<f64>() / quality.len() as f64;
-        // Reached over 80 node counts: 0.48 and 0.70.
+        // Measured over 80 node counts: 0.48 and 0.70.
         assert!(worst > 0.4 && mean > 0.68, "{spec:?}: worst {worst}, mean {mean}");
     }
 }
@@ -183,7 +184,7 @@ fn scaled_block_has_the_same_tets() {
 
 #[test]
 fn bits_stay_those_on_record() {
-    // FNV-1a over coordinates and tets: another machine or compiler must give this very mesh.
+    // FNV-1a over coordinates and tets: every machine and compiler must give exactly this mesh.
     let mesh = block(&BlockSpec { nodes: 129, ..TISSUE }).unwrap();
     let words = mesh.nodes_m.iter().flatten().map(|x| x.to_bits());
     let words = words.chain(mesh.tets.iter().flatten().map(|n| u64::from(*n)));

@@ -1,5 +1,5 @@
-//! The contact map against Hertz and against the contact pressures of finite elements, which share
-//! no code with it.
+//! The contact map compared with Hertz's theory and with the contact pressures of finite elements,
+//! which share no code with it.
 
 use palpate::{ContactMap, Params, ProbePose, Vector3, tick};
 use palpate_fit::reference::body::Material;
@@ -13,7 +13,7 @@ use palpate_tissue::tissue::Tissue;
 
 use crate::fem_reference::{RADIUS_M, above, assert_within, standard_block};
 
-/// The map at the end of holds at these depths, over a place on the top.
+/// Maps at the end of holds at these depths, at a place on the top.
 fn maps(bench: &Bench, place_m: [f32; 2], depths_m: &[f32]) -> Vec<ContactMap> {
     let model = bench.patch.wide_model();
     let mut memory = bench.memory();
@@ -30,23 +30,25 @@ fn maps(bench: &Bench, place_m: [f32; 2], depths_m: &[f32]) -> Vec<ContactMap> {
     depths_m.iter().map(|to_m| hold(*to_m)).collect()
 }
 
-/// Finite elements of the same contact, over Young's modulus.
+/// Results of finite elements for the same contact; pressures are over Young's modulus.
 #[derive(Debug)]
 struct Solved {
-    /// Radius of Hertz's contact with the second moment of their pressures [m]: the same on all
-    /// meshes within 0.1 %, where an area counted by points grows with the mesh by 8 %.
+    /// Radius of the Hertzian contact whose pressure distribution has the same second moment [m].
+    /// It agrees on all meshes within 0.1 %, while an area found by counting points grows with the
+    /// mesh by 8 %.
     radius_m: f64,
-    /// Mean pressure over 1.5 mm in the middle (1): a triangle of the patch.
+    /// Mean pressure over E within 1.5 mm of the centre, about the size of a triangle of the patch
+    /// (1).
     middle: f64,
-    /// Centre of pressure beside the tip [m].
+    /// Position of the centre of pressure relative to the tip [m].
     centre_m: Vector3<f64>,
 }
 
-/// Finite elements pressed to these depths.
+/// Presses finite elements to these depths.
 fn solved(case: &BlockCase, depths_m: &[f64]) -> Vec<Solved> {
     let block = case.build().unwrap();
     let mut press = above(&block, Shape::Hemisphere, RADIUS_M);
-    // a quarter stands for the whole: by symmetry its centre is the tip's
+    // a quarter of the block represents the whole: by symmetry the centre of pressure is at the tip
     let cut = case.symmetry();
     let mut at = |depth_m: f64| {
         press.go_to(depth_m, |_| {}).unwrap();
@@ -91,8 +93,8 @@ fn a_shallow_ball_has_hertzs_contact() {
 
 #[test]
 fn areas_and_peaks_are_those_of_finite_elements() {
-    // depths at which the contact holds more than ten of the patch's triangles; the peak is that of
-    // one triangle, and a calibrated patch has points of uneven stiffness
+    // at these depths the contact includes more than ten of the patch's triangles. The peak is that
+    // of one triangle, and a calibrated patch has points of uneven stiffness
     let depths_m = [2e-3, 4e-3];
     let elements = solved(&standard_block(500, 7e-3), &depths_m);
     for (name, bench, area, peak) in [
@@ -113,8 +115,8 @@ fn areas_and_peaks_are_those_of_finite_elements() {
 #[test]
 #[ignore = "long: finite elements of half a block, twice"]
 fn a_nodule_beside_the_probe_draws_the_centre_as_in_finite_elements() {
-    // 8 mm across, ten times as stiff, its middle 10 mm deep and 4 mm beside the press; the patch's
-    // elements of 3 mm blur it
+    // 8 mm across, ten times as stiff, with its centre 10 mm deep and 4 mm beside the press; the
+    // patch's elements of 3 mm blur it
     let nodule = Inclusion { center_m: [4e-3, 0.0, -10e-3], radius_m: 4e-3, stiffness_ratio: 10.0, stiffening_b: None };
     let depths_m = [2e-3, 3e-3];
     let solve = |inclusions| {

@@ -1,4 +1,4 @@
-//! The dynamic reference is right: against waves and modes of closed form, against the static
+//! The dynamic reference is verified against closed-form waves and modes, against the static
 //! reference, against an independent computation, and against its own stored tables.
 
 mod bar;
@@ -8,7 +8,7 @@ mod stored;
 use palpate_fit::dynamic::settings::Settings;
 use palpate_tissue::scene::Scene;
 
-/// A mesh and a step that take seconds; finer ones move the force by about one per cent.
+/// Settings whose mesh and step take seconds; finer ones change the force by about one per cent.
 fn coarse() -> Settings {
     Settings { corner_nodes: 160, fine_radius_m: Some(0.0035), ..Settings::default() }
 }

@@ -1,5 +1,5 @@
-//! The far field: rim springs respond as the exact outside does, the exact outside is exact, ticks
-//! settle to its equilibrium, and it can be swapped.
+//! The far field: rim springs respond like the exact outside, the exact outside is exact, ticks
+//! settle to its equilibrium, and it can be replaced.
 
 mod command;
 mod condensed;
@@ -18,7 +18,7 @@ use palpate_tissue::tissue::Tissue;
 const RADIUS_M: f64 = 0.008;
 const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
 
-/// The default block, graded to its centre.
+/// The default block, with a mesh that is fine at the centre of its top.
 fn graded(nodes: usize) -> TetMesh {
     block(&BlockSpec { size_m: BLOCK_M, nodes, fine_at_m: [0.0; 2], fine_radius_m: RADIUS_M }).unwrap()
 }
@@ -33,7 +33,7 @@ fn on_bottom(x: &[f64; 3]) -> bool {
     x[2] < -BLOCK_M[2] * (1.0 - 1e-9)
 }
 
-/// A patch of this radius, cut along the existing mesh.
+/// Sizes of a patch of this radius that is cut along the existing mesh.
 fn radius(radius_m: f64) -> Sizes {
     Sizes { radius_m, fine_m: 0.0, fine_radius_m: 0.0, growth: 0.0, stroke_m: [0.0; 3] }
 }
@@ -42,7 +42,7 @@ fn far_field(whole: &Tissue, sizes: &Sizes) -> FarField {
     FarField::of(whole, sizes, &Material::default(), &Params::default()).unwrap()
 }
 
-/// The patch with its rim free.
+/// Statics of the patch with a free rim.
 fn free(far: &FarField) -> Statics {
     Statics::of(&Patch::build(&far.cut.patch, &Material::default(), None).model(), &Params::default()).unwrap()
 }
@@ -51,7 +51,7 @@ fn rim(far: &FarField) -> Vec<usize> {
     far.cut.rim.iter().map(|n| *n as usize).collect()
 }
 
-/// Forces over E of a press to ever deeper depths [m^2].
+/// Forces over E of presses to increasing depths at one place [m^2].
 fn forces(statics: &Statics, place_m: Vector, depths_m: &[f64]) -> Vec<f64> {
     let solver = Solver::of(statics).unwrap();
     let mut here = solver.rest(statics, place_m, 1e-4).unwrap();

@@ -1,5 +1,5 @@
-//! The finite-element reference is verified against exact solutions, against itself, against the
-//! shipped answers.
+//! The finite-element reference is verified against exact solutions, against itself, and against
+//! the shipped references.
 
 mod balance;
 mod block;
@@ -27,8 +27,8 @@ fn tissue(poisson_ratio: f64) -> Material {
     Material { poisson_ratio, stiffening_b: 0.0, inclusions: vec![] }
 }
 
-/// The preset block, a quarter of it with `nodes` corner nodes, fine within `fine_radius_m` of its
-/// centre.
+/// A quarter of the preset block with `nodes` corner nodes and a fine mesh within `fine_radius_m`
+/// of its centre.
 pub fn standard_block(nodes: usize, fine_radius_m: f64) -> BlockCase {
     BlockCase {
         size_m: [0.08, 0.08, 0.04],
@@ -41,7 +41,7 @@ pub fn standard_block(nodes: usize, fine_radius_m: f64) -> BlockCase {
     }
 }
 
-/// A probe above a block, not yet touching.
+/// A probe just above a block, without contact.
 pub fn above(block: &BlockBody, shape: Shape, radius_m: f64) -> Press<'_> {
     let probe = RigidProbe::new(shape, radius_m, block.place_m, Vector3::z());
     Press::new(&block.body, probe, block.place_m).expect("a small factor fits into memory")

@@ -1,5 +1,5 @@
-//! Organs that hang: weight, ties, moved nodes and derived quantities, each against an independent
-//! computation.
+//! Hanging organs: weight, ties, moved nodes and derived quantities, each compared with an
+//! independent computation.
 
 mod derivatives;
 mod tied;
@@ -12,7 +12,7 @@ use palpate_fit::reference::quadratic::QuadraticMesh;
 use palpate_fit::reference::shape::TetRule;
 use palpate_tissue::mesh::{BlockSpec, TetMesh, block};
 
-/// A block from z = 0 down, its corner at x = y = 0, evenly meshed.
+/// A block with a corner at x = y = 0, its top at z = 0 and a uniform mesh.
 fn bar(size_m: [f64; 3], nodes: usize) -> TetMesh {
     let even = BlockSpec { size_m, nodes, fine_at_m: [0.0; 2], fine_radius_m: 1.0 };
     let mut mesh = block(&even).expect("meshed");
@@ -23,7 +23,7 @@ fn bar(size_m: [f64; 3], nodes: usize) -> TetMesh {
     mesh
 }
 
-/// A body of one stiffness with some components of its nodes fixed.
+/// A body of uniform stiffness in which some displacement components of the nodes are fixed.
 fn body(mesh: QuadraticMesh, poisson_ratio: f64, fixed: impl Fn(&Vector3<f64>) -> [bool; 3]) -> Body {
     let fixed = mesh.nodes_m.iter().map(fixed).collect();
     Body::with_stiffness(
@@ -36,7 +36,7 @@ fn body(mesh: QuadraticMesh, poisson_ratio: f64, fixed: impl Fn(&Vector3<f64>) -
     )
 }
 
-/// Nodes of a mesh at some places.
+/// Nodes of a mesh whose positions satisfy a condition.
 fn nodes_where(mesh: &QuadraticMesh, at: impl Fn(&Vector3<f64>) -> bool) -> Vec<u32> {
     (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| at(x)).map(|(n, _)| n).collect()
 }

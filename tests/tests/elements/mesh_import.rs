@@ -1,4 +1,4 @@
-//! Mesh import: every format, every defect, damaged files, real files.
+//! Mesh import: every format, every defect, damaged files, and real files.
 
 mod block;
 pub mod damage;
@@ -18,7 +18,8 @@ use std::path::Path;
 use palpate_tissue::mesh::MeshError;
 use palpate_tissue::mesh::import::{Imported, import};
 
-/// Imports a file `name` of this content from a directory of its own, one metre per file unit.
+/// Imports a file `name` with this content from a folder of its own; the unit of the file is a
+/// metre.
 fn import_bytes(name: &str, content: &[u8]) -> Result<Imported, MeshError> {
     let dir = tempfile::tempdir().expect("temporary directory");
     let path = dir.path().join(name);
@@ -30,7 +31,7 @@ fn import_text(name: &str, text: &str) -> Result<Imported, MeshError> {
     import_bytes(name, text.as_bytes())
 }
 
-/// The message without the directory of the file.
+/// Error message without the folder of the file.
 fn message(result: Result<Imported, MeshError>) -> String {
     match result {
         Ok(imported) => panic!("imported: {:?}", imported.report),

@@ -1,4 +1,4 @@
-//! Organs: their meshes are sound and true to the shapes, and the shapes fit together.
+//! Organs: their meshes are valid and follow the shapes, and the shapes fit together.
 
 use palpate_tests::share::Share;
 use palpate_tissue::mesh::{TetMesh, radius_ratio, surface};
@@ -15,10 +15,11 @@ fn mesh(name: &str, spec: Spec) -> TetMesh {
     organ(name).mesh(&spec).unwrap()
 }
 
-/// Two spacings for each organ, one half the other.
+/// An organ and a spacing; the other spacing is half of it.
 const SPACINGS: [(&str, f64); 4] = [("liver", 0.008), ("gallbladder", 0.003), ("abdomen", 0.014), ("foot", 0.006)];
 
-/// A finger's breadth on the belly, and the middle of the heel.
+/// Meshes that are fine at one place: beside the middle of the belly, and in the middle of the
+/// heel.
 fn graded() -> [(Organ, Fine); 2] {
     [("abdomen", [0.02, 0.03, 0.2], 2.0), ("foot", [-0.085, 0.0, 0.2], 1.0)].map(|(name, above, growth)| {
         let at_m = organ(name).surface_point(above, [0.0, 0.0, -1.0]).unwrap();
@@ -39,7 +40,7 @@ fn volume_m3(mesh: &TetMesh) -> f64 {
     mesh.tets.iter().map(of).sum()
 }
 
-/// Smallest and largest dihedral angle [degrees] and smallest radius ratio.
+/// Smallest and largest dihedral angle [degrees], and smallest radius ratio (1).
 fn shape(mesh: &TetMesh) -> [f64; 3] {
     let mut worst = [f64::INFINITY, 0.0, f64::INFINITY];
     for tet in &mesh.tets {
@@ -61,7 +62,7 @@ fn surface_nodes(mesh: &TetMesh) -> BTreeSet<u32> {
 #[test]
 fn the_volume_goes_to_that_of_the_shape_with_the_square_of_the_spacing() {
     for (name, spacing_m) in SPACINGS {
-        // the shape's own volume by counting cell centres, a million and a half of them
+        // the volume of the shape itself, by counting the centres of a million and a half cells
         let organ = organ(name);
         let [low, high] = organ.bounds_m();
         let cells = 115;
@@ -72,7 +73,7 @@ fn the_volume_goes_to_that_of_the_shape_with_the_square_of_the_spacing() {
         let exact_m3 = inside.count() as f64 * cell_m3;
         let error = |spacing_m| volume_m3(&mesh(name, Spec::Spacing(spacing_m))) / exact_m3 - 1.0;
         let (coarse, fine) = (error(2.0 * spacing_m), error(spacing_m));
-        // chords cut off convex parts: the volume is less, by a quarter as much at half the
+        // chords cut off convex parts, so the volume is too small, by a quarter as much at half the
         // spacing, except for the counting error of 0.1 %
         assert!(fine.abs() < 0.02 && coarse < 0.0 && fine > 0.45 * coarse - 0.001, "{name}: {coarse} {fine}");
     }
@@ -111,7 +112,7 @@ fn every_mesh_is_one_ball_with_a_closed_surface_and_no_node_to_spare() {
         }
         assert!(sides.values().all(|walked| *walked == [1, 1]), "{name}");
         assert_eq!(surface_nodes(&mesh).len() + triangles.len(), sides.len() + 2, "{name}: Euler's number is not 2");
-        // one component: everything is reached from node 0
+        // a single component: every node can be reached from node 0
         let edges = surface::edges(&mesh.tets);
         let mut parent: Vec<u32> = (0..mesh.nodes_m.len() as u32).collect();
         for [i, j] in edges {
@@ -125,7 +126,7 @@ fn every_mesh_is_one_ball_with_a_closed_surface_and_no_node_to_spare() {
             parent[a.max(b) as usize] = a.min(b);
         }
         assert_eq!(parent.iter().enumerate().filter(|(n, p)| *n as u32 == **p).count(), 1, "{name}");
-        // the surface is where the function is zero, and inside the box
+        // surface nodes are where the function is zero, inside the bounding box
         let [low, high] = organ.bounds_m();
         for node in surface_nodes(&mesh) {
             let at = mesh.nodes_m[node as usize];
@@ -145,7 +146,7 @@ fn the_tet_counts_of_paper_000_are_met_within_two_percent() {
 
 #[test]
 fn liver_and_gallbladder_have_a_bodys_sizes() {
-    // ranges of the textbook, see the organs' own files
+    // ranges from the textbook that the organs' files cite
     type Ranges = (&'static str, [[f64; 2]; 3], [f64; 2]);
     let ranges_m: [Ranges; 2] = [
         ("liver", [[0.14, 0.18], [0.21, 0.265], [0.06, 0.10]], [1.2e-3, 1.6e-3]),
@@ -173,7 +174,7 @@ fn the_gallbladder_lies_against_the_liver_without_entering_it() {
         assert!(close.len() > 15, "{} nodes of {tets} tets lie against the liver", close.len());
         // nowhere nearer than the gap of 0.3 mm
         assert!(close.iter().all(|n| liver.distance_m(*n) > 0.299e-3));
-        // and the liver's mesh has nodes there too
+        // the liver's mesh has nodes there as well
         let liver_mesh = mesh("liver", Spec::Tets(liver_tets));
         let facing = surface_nodes(&liver_mesh).into_iter().map(|n| liver_mesh.nodes_m[n as usize]);
         let facing = facing.filter(|n| organ("gallbladder").distance_m(*n) < near_m).count();
@@ -183,8 +184,8 @@ fn the_gallbladder_lies_against_the_liver_without_entering_it() {
 
 #[test]
 fn layers_follow_one_another_at_their_depths() {
-    // straight down from the belly's middle, where the surface is level, and likewise on the foot's
-    // sole
+    // straight down from the middle of the belly, where the surface is level, and from the foot's
+    // sole likewise
     let abdomen = [(1.0, 1), (3.0, 2), (13.0, 2), (15.0, 3), (24.0, 3), (26.0, 4), (90.0, 4)];
     let foot = [(1.0, 1), (2.0, 2), (11.0, 2), (14.0, 3)];
     for (name, above, layers) in [("abdomen", [0.0, 0.0, 0.2], &abdomen[..]), ("foot", [-0.085, 0.0, 0.2], &foot[..])] {
@@ -233,7 +234,7 @@ fn a_graded_mesh_is_fine_at_its_place_and_coarse_away_with_a_node_there() {
             }
         }
         let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
-        // eight short and six long edges per node
+        // each node has eight short and six long edges
         let expected_m = fine.spacing_m * (8.0 * 0.75_f64.sqrt() + 6.0) / 14.0;
         assert!((mean(&near) / expected_m - 1.0).abs() < 0.15, "{}: {} m", organ.name(), mean(&near));
         assert!(mean(&far) > 3.0 * expected_m, "{}: {} m", organ.name(), mean(&far));
@@ -250,7 +251,7 @@ fn rays_and_distances_agree_with_the_shape() {
     assert_eq!(abdomen.surface_point([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]), None);
     assert_eq!(abdomen.surface_point([0.0, 0.0, 1.0], [0.0; 3]), None);
     assert!((V3::from(abdomen.normal(top)) - V3::z()).norm() < 1e-6);
-    // the nearest node of a fine surface is never nearer than the distance, and not much further
+    // the nearest node of a fine surface is never nearer than the distance, and not much farther
     let mut share = Share::one_in(2);
     for (name, depth_m) in [("foot", 0.010), ("abdomen", 0.028)] {
         if !share.takes() {

@@ -1,4 +1,4 @@
-//! Stored finite-element answers are found again, and nothing else is accepted in their place.
+//! Stored finite-element results are reused, and no other file is accepted in their place.
 
 use std::fs;
 use std::path::PathBuf;
@@ -7,7 +7,7 @@ use palpate_fit::solved::Solved;
 use palpate_tests::palpate_command::Desk;
 
 const PROBLEM: &str = "a block\nof tissue";
-/// Numbers whose shortest decimals a careless reader would round.
+/// Numbers whose shortest decimal form a careless parser would round.
 const NUMBERS: [f64; 4] = [1.0 / 3.0, 5e-324, -0.0, 1.740_175_926_661_093e-6];
 
 fn solved(desk: &Desk) -> Solved {
@@ -59,13 +59,13 @@ fn a_damaged_or_foreign_file_is_refused_and_replaced() {
         fs::write(&file, &whole[..length]).unwrap();
         assert!(ask(&desk, PROBLEM).0, "the first {length} bytes");
     }
-    // sound, but of another problem
+    // a valid file, but of another problem
     ask(&desk, "another");
     let other = files(&desk).into_iter().find(|path| *path != file).unwrap();
     fs::copy(&other, &file).unwrap();
     let (computed, said) = ask(&desk, PROBLEM);
     assert!(computed && said.contains("answers another problem"), "{said}");
-    // sound, but of another size
+    // a valid file, but with another number of values
     let mut computed = false;
     let more = solved(&desk).answer(PROBLEM, 1, || {
         computed = true;
@@ -79,7 +79,7 @@ fn an_error_and_a_folder_that_cannot_be_written_leave_nothing() {
     let desk = Desk::default();
     assert_eq!(solved(&desk).answer(PROBLEM, 1, || Err("no equilibrium")), Err("no equilibrium"));
     assert!(!desk.folder().join(".solved").exists());
-    // a file where the folder should be
+    // a file in place of the folder
     fs::write(desk.folder().join(".solved"), "").unwrap();
     assert_eq!(ask(&desk, PROBLEM), (true, String::new()));
 }

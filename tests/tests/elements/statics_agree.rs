@@ -1,4 +1,4 @@
-//! The static solution: it is the state to which the tick settles, with the right derivatives.
+//! The static solution is the state to which the tick settles, and its derivatives are correct.
 
 use palpate::{GuardLimits, Params, Probe, ProbePose, ProbeShape, tick};
 use palpate_fit::statics::{Balance, Gradient, Solver, Statics, Vector};
@@ -7,7 +7,7 @@ use palpate_tissue::patch::{Material, Memory, Patch};
 use palpate_tissue::tissue::Tissue;
 
 const DEPTHS_M: [f64; 3] = [0.001, 0.003, 0.006];
-/// Off the centre, so that nothing is symmetric [m].
+/// A place off the centre, so that nothing is symmetric [m].
 const PLACE_M: [f64; 2] = [0.0013, 0.0007];
 
 fn patch() -> Patch {
@@ -49,7 +49,7 @@ fn the_tick_settles_to_the_static_force() {
     }
 }
 
-/// The probe's curvature is in the tangent: without it the solver would not converge so far.
+/// The tangent includes the probe's curvature; without it the solver would not converge this far.
 #[test]
 fn the_tick_settles_to_the_static_force_under_a_capsule_and_an_ellipsoid() {
     let patch = patch();
@@ -73,7 +73,7 @@ fn the_tick_settles_to_the_static_force_under_a_capsule_and_an_ellipsoid() {
     }
 }
 
-/// Compares one slope with central differences of the whole solution.
+/// Compares a derivative with central differences of the whole solution.
 fn check(
     name: &str,
     statics: &Statics,
@@ -117,7 +117,7 @@ fn the_adjoint_gives_the_slopes_of_force_and_displacement() {
     for depth_m in [0.001, 0.006] {
         let balance = pressed(&statics, depth_m);
         check_all(&statics, &balance.force_gradient(&statics), |m| pressed(m, depth_m).force);
-        // one node under the probe, one beside it
+        // a node under the probe and one beside it
         for r_m in [0.002, 0.012] {
             let place = Vector::new(PLACE_M[0] + r_m, PLACE_M[1], 0.0);
             let nearest = |n: &usize| (statics.rest_m[*n] - place).norm();

@@ -1,5 +1,5 @@
-//! Patches of tissue that stiffens against finite elements of the same law, at every exponent found
-//! in tissue: nothing is fitted to these forces.
+//! Patches of stiffening tissue compared with finite elements of the same law, at exponents as
+//! found in tissue. Nothing is fitted to these forces.
 
 use palpate::Params;
 use palpate_fit::reference::body::Material;
@@ -33,7 +33,7 @@ fn stored() -> Vec<Pressed> {
     file["press"].as_array().unwrap().iter().map(press).collect()
 }
 
-/// Relative errors of the force of a patch, with the exponent `b` in its parameters, at the depths
+/// Relative errors of a patch's force (1), with the exponent `b` in its parameters, at the depths
 /// of a press from `least_m` on.
 fn errors(bench: &Bench, b: f64, press: &Pressed, least_m: f64) -> Vec<f64> {
     let params = Params { stiffening_b: b as f32, ..bench.params };
@@ -55,7 +55,7 @@ fn rms(errors: &[f64]) -> f64 {
     (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt()
 }
 
-/// Largest accepted rms error at the centre and at places that no fit saw [%], by number of nodes
+/// Largest accepted rms error at the centre and at places that no fit used [%], by number of nodes
 /// and exponent.
 const ACCEPTED: [(usize, f64, [f64; 2]); 15] = [
     (410, 0.0, [1.5, 3.0]),
@@ -68,7 +68,8 @@ const ACCEPTED: [(usize, f64, [f64; 2]); 15] = [
     (1020, 3.0, [1.5, 3.0]),
     (1020, 10.0, [1.5, 3.0]),
     (1020, 20.0, [3.0, 3.0]),
-    // elements of half a probe radius: the mean strain of a node determines its energy poorly
+    // elements of half a probe radius, where the mean strain of a node is a poor measure of its
+    // energy
     (130, 0.0, [1.5, 3.0]),
     (130, 0.3, [2.0, 3.0]),
     (130, 3.0, [3.0, 4.5]),

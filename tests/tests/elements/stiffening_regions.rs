@@ -1,6 +1,7 @@
-//! Patches of tissue whose regions stiffen by exponents of their own, against finite elements of
-//! the same laws. Compared is the growth of the force over that of the same tissue without
-//! stiffening: how well a patch of scaled regions does without it is tested elsewhere.
+//! Patches of tissue whose regions stiffen with different exponents, compared with finite elements
+//! of the same laws. The compared quantity is the ratio of the force to that of the same tissue
+//! without stiffening. The accuracy of a patch with scaled regions and no stiffening is tested
+//! elsewhere.
 
 use palpate::Params;
 use palpate_fit::reference::body::Material;
@@ -15,7 +16,7 @@ use palpate_tissue::scene::{Inclusion, Scene, Shape};
 use palpate_tissue::tissue::Layout;
 use serde_json::Value;
 
-/// Exponent of the tissue touched, the region in it, and largest growth off finite elements, rms at
+/// Exponent of the touched tissue, the region in it, and accepted rms errors of the force ratio at
 /// the centre and 6 mm from it [%].
 struct Case {
     name: &'static str,
@@ -24,12 +25,12 @@ struct Case {
     accepted_pct: [f64; 2],
 }
 
-/// A ball so large that its top is a plane 8 mm deep.
+/// A ball so large that its top is practically a plane at 8 mm depth.
 fn below(stiffness_ratio: f64, b: f64) -> Inclusion {
     Inclusion { center_m: [0.0, 0.0, -10.008], radius_m: 10.0, stiffness_ratio, stiffening_b: Some(b) }
 }
 
-/// A ball of 12 mm, 12 mm deep.
+/// A ball of 12 mm diameter at 12 mm depth.
 fn ball(stiffness_ratio: f64, b: f64) -> Inclusion {
     Inclusion { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio, stiffening_b: Some(b) }
 }
@@ -50,7 +51,7 @@ fn cases() -> [Case; 7] {
 struct Pressed {
     x_m: f64,
     depth_m: Vec<f64>,
-    /// Force over that without stiffening (1).
+    /// Ratio of the force to that without stiffening (1).
     growth: Vec<f64>,
 }
 
@@ -62,8 +63,8 @@ fn stored(name: &str) -> Vec<Pressed> {
     file["press"].as_array().unwrap().iter().filter(|p| p["case"] == name).map(press).collect()
 }
 
-/// Force of the calibrated patch of 410 nodes with the region [m^2]. If `own`, each region stiffens
-/// by its own law, otherwise all by that of the larger exponent.
+/// Force over E of the calibrated patch of 410 nodes with the region [m^2]. If `own` is true, each
+/// region stiffens by its own law; otherwise all stiffen with the larger exponent.
 fn forces(case: &Case, press: &Pressed, stiffens: bool, own: bool) -> Vec<f64> {
     let text = format!(
         "name = \"regions\"\n[tissue]\nblock_m = [0.08, 0.08, 0.04]\nyoungs_modulus_pa = 3500.0\npoisson_ratio = 0.45\n\
@@ -95,7 +96,7 @@ fn forces(case: &Case, press: &Pressed, stiffens: bool, own: bool) -> Vec<f64> {
     press.depth_m.iter().map(at).collect()
 }
 
-/// Errors of the growth of the force [%].
+/// Errors of the ratio of the force to that without stiffening [%].
 fn errors_pct(case: &Case, press: &Pressed, own: bool) -> Vec<f64> {
     let [with, without] = [true, false].map(|stiffens| forces(case, press, stiffens, own));
     let growth = with.iter().zip(without).map(|(with, without)| with / without);

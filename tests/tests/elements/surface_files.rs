@@ -1,4 +1,4 @@
-//! Surfaces of STL and OBJ: read, closed, refused with the reason, and filled with tets.
+//! Surfaces in STL and OBJ files: read, closed, refused with the reason, and filled with tets.
 
 use palpate_tests::surface_text::{Triangles, ball, cuboid};
 use palpate_tissue::mesh::import::{MIN_QUALITY, MeshFile, import, open};
@@ -10,7 +10,7 @@ use crate::mesh_import::damage::{apply, damage};
 
 type V3 = nalgebra::Vector3<f64>;
 
-/// Opens a file of millimetres.
+/// Opens a file in millimetres.
 fn open_bytes(name: &str, content: &[u8]) -> Result<MeshFile, MeshError> {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join(name);
@@ -54,11 +54,11 @@ fn dihedral_angles(mesh: &TetMesh) -> [f64; 2] {
 fn every_format_gives_the_same_surface() {
     let ball = ball(30.0, 3);
     let obj = read("a.obj", ball.obj().as_bytes());
-    // as many as the octahedron makes, and Euler's corners for them
+    // the triangles of the refined octahedron, and the corners that follow by Euler's formula
     assert_eq!((obj.report.triangles, obj.report.vertices), (512, 258));
     assert_eq!((obj.report.turned_triangles, obj.report.left_out, obj.report.hollows), (0, 0, 0));
     assert!((obj.report.volume_m3 * 1e9 / ball.volume_mm3() - 1.0).abs() < 1e-12);
-    // by what is in them, not by their names
+    // the format is recognised by the content, not by the name
     for (name, content) in
         [("a.stl", ball.stl().into()), ("b.stl", ball.binary_stl()), ("c", ball.obj().into()), ("d", ball.stl().into())]
     {
@@ -89,7 +89,7 @@ fn a_ball_is_filled_to_its_volume_with_sound_tets() {
         let mesh = filled(&imported, spacing_m);
         for n in surface::surface(&mesh.tets).into_iter().flatten() {
             let off_m = V3::from(mesh.nodes_m[n as usize]).norm() - radius_m;
-            // between the spheres in and around the facets, to single precision
+            // between the inscribed and the circumscribed sphere of the facets, to single precision
             assert!((inner_m - radius_m - 1e-8..1e-8).contains(&off_m), "{off_m}");
         }
         let [least, most] = dihedral_angles(&mesh);
@@ -100,7 +100,7 @@ fn a_ball_is_filled_to_its_volume_with_sound_tets() {
     };
     let ([_, coarse], [of_sphere, fine]) = (off(0.006), off(0.003));
     assert!((0.0..0.005).contains(&of_sphere), "{of_sphere}");
-    // chords lose with the square of their length
+    // chords cut off a volume proportional to the square of their length
     assert!((3.0..5.0).contains(&(coarse / fine)), "{coarse} {fine}");
 }
 
@@ -112,7 +112,7 @@ fn a_box_loses_only_its_edges() {
     let [least, most] = dihedral_angles(&mesh);
     assert!(least > 10.7 && most < 164.8, "{least} {most}");
     assert!(worst(&mesh).unwrap().quality > MIN_QUALITY);
-    // an edge cut off by a chamfer of one spacing would take half its square along 720 mm of edges
+    // a chamfer of one spacing would remove half of its square along 720 mm of edges
     let lost_m3 = 192e-6 - mesh.volume_m3();
     assert!((0.0..0.5 * 0.0049 * 0.0049 * 0.72).contains(&lost_m3), "{lost_m3}");
 }
@@ -152,7 +152,7 @@ fn a_surface_inside_is_a_hollow_whichever_way_it_faces() {
 fn corners_that_rounding_parted_are_joined_again() {
     let mut text = String::new();
     for (n, line) in ball(30.0, 2).stl().lines().enumerate() {
-        // the last digit of some corners
+        // changes the last digit of some corners
         let shaken = if n.is_multiple_of(5) { line.replacen("1e1", "2e1", 1) } else { line.to_owned() };
         text.push_str(if line.contains("vertex") { &shaken } else { line });
         text.push('\n');
@@ -184,7 +184,7 @@ fn what_is_no_closed_body_is_refused_with_its_place() {
             .iter()
             .any(|says| refusal(&crossed).starts_with(says))
     );
-    // a dent pushed out through the other side
+    // a dent that passes through the opposite side
     let mut pierced = sound();
     pierced.corners_mm[4][2] = -40.0;
     assert!(refusal(&pierced).starts_with("the surface passes through itself"), "{}", refusal(&pierced));
@@ -218,7 +218,8 @@ fn a_surface_where_tets_are_wanted_is_told_apart() {
     let mut huge = ball(30.0, 2).binary_stl();
     huge[80..84].copy_from_slice(&i32::MAX.to_le_bytes());
     let error = open_bytes("a.stl", &huge).map(|_| ()).unwrap_err();
-    // a header that begins as text does, and no other length: an STL file of text
+    // with a header that begins like a text file and a length that fits no binary file, it is read
+    // as text
     assert!(error.to_string().len() < 500, "{error}");
     huge[..5].copy_from_slice(b"other");
     let error = open_bytes("a.stl", &huge).map(|_| ()).unwrap_err().defect.to_string();

@@ -1,5 +1,5 @@
-//! A whole organ remeshed around a site: it keeps its shape, is fine where required, and gives the
-//! forces of an independent mesh.
+//! A whole organ remeshed around a site keeps its shape, is fine where required, and gives the same
+//! forces as an independent mesh.
 
 use std::fmt::Write;
 
@@ -34,7 +34,7 @@ fn msh(mesh: &TetMesh) -> String {
     text + "$ENDELM\n"
 }
 
-/// A scene with other tissue, pressed at a site.
+/// A scene with tissue from `source`, pressed at a site.
 fn scene_of(desk: &Desk, source: &str, site: [f64; 3]) -> Scene {
     let scene = edited(SMALL_BLOCK, "block_m = [0.08, 0.08, 0.04]", source);
     let scene = edited(&edited(&scene, "nodes = 129", ""), "position_m = [0.0, 0.0]", &format!("site = {site:?}"));
@@ -42,14 +42,14 @@ fn scene_of(desk: &Desk, source: &str, site: [f64; 3]) -> Scene {
     Scene::load(desk.folder().join("scene.toml").to_str().unwrap()).unwrap()
 }
 
-/// The standard block as a mesh file.
+/// A scene of the standard block, read from a mesh file.
 fn block_file(desk: &Desk, site: [f64; 3]) -> Scene {
     let mesh = block(&BlockSpec { size_m: SIDES_M, nodes: 300, fine_at_m: [0.0; 2], fine_radius_m: 0.01 }).unwrap();
     desk.put("block.msh", msh(&mesh));
     scene_of(desk, "mesh = \"block.msh\"\nlength_unit = \"m\"", site)
 }
 
-/// Distance to the block's surface by its formula.
+/// Distance to the block's surface, by a formula [m].
 fn from_block_m(x: &[f64; 3]) -> f64 {
     let half = 0.5 * V3::from(SIDES_M);
     let q = (V3::from(*x) + V3::new(0.0, 0.0, half.z)).abs() - half;
@@ -71,7 +71,7 @@ fn surface_nodes(mesh: &TetMesh) -> Vec<u32> {
     nodes
 }
 
-/// Nodes of the tets whose centroid is in the patch.
+/// Number of nodes of the tets whose centroids are in the patch.
 fn patch_nodes(placed: &Placed, sizes: &Sizes) -> usize {
     let mesh = &placed.tissue.mesh;
     let middle = |t: &&[u32; 4]| [0, 1, 2].map(|k| t.iter().map(|n| mesh.nodes_m[*n as usize][k]).sum::<f64>() / 4.0);
@@ -120,14 +120,13 @@ fn a_block_from_a_file_keeps_its_shape_and_is_fine_at_the_site() {
         fine_m * 1e3
     );
     assert!(off_m < 1e-12);
-    // edges and corners of the block are cut off where the mesh is coarse
+    // where the mesh is coarse, it cuts off edges and corners of the block
     assert!((0.94..1.0).contains(&volume_share));
     assert!((fine_m / SMALL.fine_m - 1.0).abs() < 0.1);
     assert!((50..=125).contains(&nodes));
-    // far away elements are coarser: as many of the finest would fill the block with thousands of
-    // nodes
+    // elements are coarser far away: the block filled with the finest would have thousands of nodes
     assert!(mesh.nodes_m.len() < 900);
-    // all of the bottom is fixed, and nothing else
+    // the whole bottom is fixed, and nothing else
     let heights = placed.tissue.anchors.iter().map(|n| mesh.nodes_m[*n as usize][2]);
     assert!(heights.fold(-1.0, f64::max) < -0.03);
     assert!((0_u32..).zip(&mesh.nodes_m).all(|(n, x)| x[2] > -0.04 + 1e-9 || placed.tissue.anchors.contains(&n)));
@@ -197,8 +196,8 @@ fn organs_of_our_own_lie_on_their_shape_with_layers_and_bones() {
         let off_m = surface_nodes(mesh).iter().map(|n| organ.implicit_m(mesh.nodes_m[*n as usize]).abs()).fold(0.0, f64::max);
         println!("{name}: {} nodes, patch {}, {off_m:e} m off", mesh.nodes_m.len(), patch_nodes(&placed, &SMALL));
         assert!(off_m < 1e-9);
-        // ten times as stiff where all of a tet is in the region, by its corners' depths; a thin
-        // skin is a share of any
+        // ten times as stiff where all corners of a tet are in the region by their depths; a thin
+        // skin takes up only a part of any tet
         let ratios = &placed.tissue.stiffness_ratio;
         assert!(ratios.iter().all(|r| (1.0 - 1e-12..=10.0 + 1e-12).contains(r)));
         assert!(ratios.iter().any(|r| *r > 1.05));
@@ -223,7 +222,8 @@ fn a_real_liver_keeps_its_facets_if_it_is_there() {
     let file = import(&path, 0.025).unwrap().mesh;
     let (mesh, own) = (&placed.tissue.mesh, ClosedSurface::of(&file).unwrap());
     let off_m = surface_nodes(mesh).iter().map(|n| own.foot(mesh.nodes_m[*n as usize]).distance_m.abs()).fold(0.0, f64::max);
-    // back: points of the file's facets near the site, from the new surface
+    // the other direction: distances from points of the file's facets near the site to the new
+    // surface
     let new = ClosedSurface::of(mesh).unwrap();
     let site = V3::from(placed.tissue.site_m);
     let mut back_m = [0.0_f64; 2];
@@ -241,7 +241,7 @@ fn a_real_liver_keeps_its_facets_if_it_is_there() {
     }
     println!("{} nodes, patch {}, {off_m:e} m off; back {back_m:.6?} m", mesh.nodes_m.len(), patch_nodes(&placed, &SMALL));
     assert!(off_m < 1e-9);
-    // ridges between facets are cut by elements of the size there
+    // ridges between facets are cut off by elements of the local size
     assert!(back_m[0] < 0.1 * SMALL.fine_m && back_m[1] < 0.35 * SMALL.fine_m);
 }
 
@@ -266,11 +266,12 @@ fn what_cannot_be_cut_out_is_refused_with_what_would_do() {
 
     let wide = refused(&scene, &Sizes { radius_m: 0.06, ..SMALL }, &["0.0600 m", "cm^3", "more than half", "at most"]);
     let most: f64 = wide.split("at most ").nth(1).unwrap().trim_end_matches(" m").parse().unwrap();
-    // half of the block is reached between half of its height and half of its width
+    // a sphere that contains half of the block has a radius between half its height and half its
+    // width
     assert!((0.025..0.045).contains(&most), "{wide}");
     whole(&scene, &[], &Sizes { radius_m: most, ..SMALL }).unwrap();
 
-    // pressed on its base, a slender pyramid has nothing that faces away
+    // a slender pyramid pressed on its base has no surface that faces away from the probe
     let nodes_m = vec![[0.03, 0.0, 0.0], [-0.02, 0.03, 0.0], [-0.02, -0.03, 0.0], [0.0, 0.0, -0.12]];
     desk.put("pyramid.msh", msh(&TetMesh { nodes_m, tets: vec![[0, 1, 2, 3]], regions: vec![0] }));
     let pyramid = scene_of(&desk, "mesh = \"pyramid.msh\"\nlength_unit = \"m\"", [0.0; 3]);

@@ -1,5 +1,5 @@
-//! Power comes on with the probe inside the tissue: no force, however long it waits, until the
-//! probe has been outside, and then with ramp-in.
+//! The device is switched on with the probe inside the tissue. There is no force, however long it
+//! waits, until the probe has been outside; then the force ramps in.
 
 use palpate::haptic::cycle::{Command, Settings};
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
@@ -11,7 +11,7 @@ use palpate_controller::patch::{Memory, Patch};
 use palpate_controller::port::Port;
 use palpate_tests::flash_patch::in_flash;
 
-/// Places under the surface [m].
+/// Number of places below the surface.
 const PLACES: usize = 1_000;
 
 fn sensed(position_m: Vector3<f32>, sequence: u32) -> Sensed {
@@ -25,7 +25,7 @@ fn no_force_at_any_of_a_thousand_places_inside() {
         let mut patch = Patch::open(in_flash(), &mut memory, None).unwrap();
         let mut controller =
             Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP, Arming::ByItself).unwrap();
-        // a lattice without a pattern: fractional parts of multiples of irrational numbers
+        // places without a visible pattern: fractional parts of multiples of irrational numbers
         let part = |step: f64| (n as f64 * step).fract() as f32;
         let (x, y, depth) = (part(0.618_034) - 0.5, part(0.414_214) - 0.5, part(0.732_051));
         let place = Vector3::new(0.02 * x, 0.02 * y, -0.5e-3 - 8e-3 * depth);
@@ -61,7 +61,7 @@ fn once_outside_the_force_comes_slowly() {
     let out = go(-4e-3, 2e-3, 100);
     assert_eq!(out.applied_n, Vector3::zeros(), "on the way out nothing pushes");
     assert_eq!(go(2e-3, 2e-3, 150).mode, Mode::Active);
-    // touched 150 ticks into a ramp of 500, the gain stays what it is for this contact
+    // the contact began 150 ticks into a ramp of 500, so the gain keeps that value for this contact
     let touched = go(2e-3, -4e-3, 100);
     most_n = most_n.max(touched.output.force_n.z);
     assert!(touched.applied_n.z > 0.0 && touched.applied_n.z < 0.5 * most_n, "{} of {most_n} N", touched.applied_n.z);

@@ -1,5 +1,5 @@
-//! `./test` runs everything with overflow and debug checks: in the core, the controller, the
-//! emulated loop, and in the `palpate` that tests start.
+//! `./test` runs everything with overflow checks and debug assertions: the core, the controller,
+//! the emulated loop, and the `palpate` that tests start.
 
 use std::collections::BTreeSet;
 use std::hint::black_box;
@@ -7,11 +7,11 @@ use std::hint::black_box;
 use palpate_tests::palpate_command::{binary, repository};
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
-/// Variables that are set for a whole run, and inherited by every cargo that a test starts.
+/// Variables that are set for the whole of `./test`; every cargo that a test starts inherits them.
 const SWITCHES: [&str; 2] = ["CARGO_PROFILE_RELEASE_OVERFLOW_CHECKS", "CARGO_PROFILE_RELEASE_DEBUG_ASSERTIONS"];
 
-/// Whether the checks are on: without them a single test, run by hand, is built as a user's
-/// `palpate` is.
+/// Whether the checks are on. A single test that is run by hand without them is built like a user's
+/// `palpate`.
 fn switched_on() -> bool {
     let on = SWITCHES.iter().all(|name| std::env::var(name).is_ok_and(|value| value == "true"));
     if !on {
@@ -24,7 +24,7 @@ fn switched_on() -> bool {
 fn the_script_switches_them_on_and_the_boards_image_stays_without() {
     let script = std::fs::read_to_string(repository().join("test")).unwrap();
     assert!(SWITCHES.iter().all(|name| script.contains(&format!("{name}=true"))), "./test sets them");
-    // the flashed image has no overflow panics: its arithmetic wraps explicitly
+    // the flashed image has no overflow checks: arithmetic that may wrap does so explicitly
     let manifest = std::fs::read_to_string(repository().join("Cargo.toml")).unwrap();
     let image = manifest.split("[profile.firmware]").nth(1).expect("the image's profile");
     let image = image.split("\n[").next().unwrap();
@@ -42,8 +42,8 @@ fn a_test_stops_where_a_number_overflows() {
     }
 }
 
-/// Paths of source files below `folder` that occur in the program: the places from which it can
-/// panic. Elsewhere in the program, as in its line tables, file names appear without their folder.
+/// Paths of source files below `folder` that occur in the program as locations of possible panics.
+/// Elsewhere in the program, for example in line tables, file names appear without their folder.
 fn can_panic(program: &[u8], folder: &str) -> BTreeSet<String> {
     let starts = program.windows(folder.len()).enumerate().filter(|(_, bytes)| *bytes == folder.as_bytes());
     let paths = starts.filter_map(|(at, _)| {
@@ -54,8 +54,8 @@ fn can_panic(program: &[u8], folder: &str) -> BTreeSet<String> {
     paths.collect()
 }
 
-/// Nothing on a tick's path can panic without the checks, so a file there that can was built with
-/// them.
+/// Without the checks nothing on a tick's path can panic, so a file there that can was built with
+/// the checks.
 #[test]
 fn core_controller_and_loop_in_the_program_that_tests_start_are_checked() {
     if !switched_on() {

@@ -1,5 +1,5 @@
-//! Every kind of fault, in every hand, at any moment of a touch: no invariant breaks, and the
-//! required reaction follows in time.
+//! Every kind of fault, with every hand, at any moment of a contact: no invariant is broken, and
+//! the required reaction follows in time.
 //!
 //! The long form, 100 000 runs: `palpate faults`.
 

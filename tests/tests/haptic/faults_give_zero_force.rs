@@ -1,5 +1,5 @@
-//! After any failure the device gets no force, and the reason is reported until a reset; whatever
-//! is commanded, the force stays within the limit.
+//! After any failure the device receives no force, and the reason is reported until a reset.
+//! Whatever is commanded, the force stays within the limit.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, ClampFlags, Fault, GuardLimits, Output, Params, State, Tuned, Vector3, tick};
@@ -12,7 +12,7 @@ fn pose(tip_m: Vector3<f32>) -> ProbePose {
     ProbePose { tip_m }
 }
 
-/// A running patch: `start!(bench => model, tuned, state)`.
+/// Starts a patch: `start!(bench => model, tuned, state)`.
 macro_rules! start {
     ($bench:expr => $model:ident, $tuned:ident, $state:ident) => {
         let $model = $bench.patch.wide_model();
@@ -21,14 +21,15 @@ macro_rules! start {
     };
 }
 
-/// Presses from outside to a depth at 40 mm/s and holds until 200 ticks are over.
+/// Presses from outside to a depth at 40 mm/s and holds; 200 ticks in all.
 fn press(bench: &Bench, tuned: &Tuned, state: &mut State, depth_m: f32) -> Output {
     let model = bench.patch.wide_model();
     (0..200_u8)
         .fold(Output::NONE, |_, n| tick(&model, tuned, state, pose(at_depth((-0.5e-3 + 40e-6 * f32::from(n)).min(depth_m)))))
 }
 
-/// The fault is there, numbered, with no force; it stays for good poses, and a reset clears it.
+/// Checks that the fault is reported with its number and without a force, that it remains for good
+/// poses, and that a reset clears it.
 fn latched_until_reset(bench: &Bench, tuned: &Tuned, state: &mut State, output: Output, fault: Fault, number: u8) {
     let model = bench.patch.wide_model();
     assert_eq!(fault as u8, number);
@@ -66,7 +67,7 @@ fn a_pose_that_is_no_number() {
 fn a_node_that_is_no_number_or_too_fast() {
     let bench = Bench::block(129);
     start!(bench => model, tuned, state);
-    // a free node under the probe, and each of its two quantities
+    // a free node under the probe; its position and its velocity are corrupted in turn
     let under = (0..model.nodes.len()).min_by(|a, b| {
         let away = |n: usize| Vector3::from(model.nodes[n].rest_m).norm();
         away(*a).total_cmp(&away(*b))
@@ -92,7 +93,7 @@ fn an_anchor_that_is_no_number() {
     let bench = Bench::block(129);
     start!(bench => model, tuned, state);
     press(&bench, &tuned, &mut state, 2e-3);
-    // it pulls its neighbours to infinity; it never moves itself
+    // it pulls its neighbours to infinity, while it does not move itself
     state.place(model.anchors[0].into(), Vector3::repeat(f32::NAN), Vector3::zeros());
     let output = tick(&model, &tuned, &mut state, pose(at_depth(2e-3)));
     assert_eq!(output, Output { fault: Some(Fault::Diverged), ..Output::NONE });
@@ -151,13 +152,14 @@ fn a_teleport_in_free_space_is_followed_and_one_into_the_tissue_is_walked_at_the
             assert!(output.force_n == Vector3::zeros() && output.point_m == away, "{output:?}");
         }
     }
-    // farther than a number reaches
+    // distances beyond the range of single precision
     state.reset(&model);
     for far in [3e38, -3e38] {
         let output = tick(&model, &tuned, &mut state, pose(Vector3::repeat(far)));
         assert!(output.fault.is_none() && output.point_m == Vector3::repeat(far), "{output:?}");
     }
-    // one tick of the limit is 1 mm; without contact the point is the shown tip
+    // the speed limit is 1 mm per tick; without contact, the reported point is the tip that the
+    // patch was given
     state.reset(&model);
     tick(&model, &tuned, &mut state, pose(at_depth(-3e-3)));
     for n in 1..=2_u8 {
@@ -166,7 +168,8 @@ fn a_teleport_in_free_space_is_followed_and_one_into_the_tissue_is_walked_at_the
         assert!((output.point_m.z - (3e-3 - 1e-3 * f32::from(n))).abs() < 1e-6, "tick {n}: {output:?}");
         assert!((output.apart_m - (7e-3 - 1e-3 * f32::from(n))).abs() < 1e-6, "tick {n}: {output:?}");
     }
-    // farther than a radius it has passed the surface untouched: nothing before a fresh approach
+    // a jump by more than a radius passes the surface without contact: no force until a fresh
+    // approach
     state.reset(&model);
     tick(&model, &tuned, &mut state, pose(at_depth(-0.01)));
     tick(&model, &tuned, &mut state, pose(at_depth(5e-3)));
@@ -185,8 +188,8 @@ fn the_probe_is_held_at_the_depth_limit() {
     let mut deepest = at_limit;
     for n in 0..400_u16 {
         deepest = tick(&model, &tuned, &mut state, pose(at_depth((limit_m + 40e-6 * f32::from(n)).min(3.0 * limit_m))));
-        // the limit acts along the contact's normal of the tick before, whose point on the
-        // undeformed surface is rounded
+        // the limit acts along the previous tick's contact normal, which comes from a rounded point
+        // on the undeformed surface
         assert!(deepest.depth_m <= limit_m * 1.001, "{n}: {deepest:?}");
     }
     assert!(deepest.limiters.contains(ClampFlags::DEPTH) && !at_limit.limiters.contains(ClampFlags::DEPTH));
@@ -206,12 +209,12 @@ fn the_force_limit_shortens_and_does_not_turn() {
     for n in 0..200 {
         let whole = tick(&model, &tuned, &mut state, pose(off_axis(n)));
         let short = tick(&model, &limited_tuned, &mut limited_state, pose(off_axis(n)));
-        // the tissue is the same: only the output is limited
+        // the tissue is in the same state: only the output is limited
         assert_eq!(whole.normal, short.normal);
         if whole.force_n.norm() > 0.02 {
             shortened += 1;
             assert!(short.limiters.contains(ClampFlags::FORCE));
-            // a product and a norm, a few ulp
+            // a product and a norm: a few ulp
             assert!((short.force_n.norm() - 0.02).abs() < 1e-8, "{short:?}");
             assert!(short.force_n.cross(&whole.force_n).norm() < 1e-6 * short.force_n.norm() * whole.force_n.norm());
             assert!(short.force_n.dot(&whole.force_n) > 0.0);
@@ -268,7 +271,7 @@ proptest! {
             p.limits.max_force_n = 1.5;
         });
         start!(bench => model, tuned, state);
-        // a probe far off is outside
+        // a distant probe is outside
         tick(&model, &tuned, &mut state, pose(at_depth(-0.03)));
         for tip in poses {
             let output = tick(&model, &tuned, &mut state, pose(tip.into()));

@@ -1,4 +1,4 @@
-//! The loop closed over a device and a hand, armed and ramped in like a user's.
+//! The closed loop of device and hand, armed and ramped in as a user would do it.
 
 mod tissue;
 mod wall;

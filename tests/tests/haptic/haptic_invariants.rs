@@ -1,5 +1,5 @@
-//! Invariants hold in every tick of the haptic loop, whatever the device, the hand and the host do;
-//! breaking one is noticed.
+//! Invariants hold in every tick of the haptic loop, whatever device, hand and host do, and the
+//! checks detect a broken one.
 
 mod defects;
 mod random;

@@ -1,5 +1,6 @@
-//! Presets with relaxation, friction or stiffening, as felt in `palpate live`: a hold fades to the
-//! scene's remaining share, a slide drags against the motion, a press stiffens.
+//! Presets with relaxation, friction or stiffening, as rendered in `palpate live`: the force of a
+//! hold falls to the scene's remaining share, a slide is resisted, and a press becomes stiffer with
+//! depth.
 
 use palpate::Vector3;
 use palpate_loop::live::replay::replay;
@@ -13,7 +14,7 @@ type V = Vector3<f64>;
 const INTO_M_PER_S: f64 = 12e-3;
 const ALONG_M_PER_S: f64 = 25e-3;
 
-/// A preset under the pointer, and the target of the tip.
+/// A preset under the pointer, and the surface point from which depths are measured.
 struct Felt {
     live: Live,
     axis: V,
@@ -26,12 +27,13 @@ impl Felt {
         let tissue = live.tissue();
         let (axis, place_m) = (tissue.params().probe.axis.cast(), tissue.patch().site_m().cast());
         let mut felt = Self { live, axis, place_m };
-        // armed, and its force ramped in
+        // outside, until the loop is armed and its force ramped in
         felt.at(-5e-3, 800);
         felt
     }
 
-    /// Moves towards a depth at the place for some ticks; none may break an invariant of the loop.
+    /// Moves towards a depth at the place for some ticks, in none of which an invariant of the loop
+    /// may be violated.
     fn at(&mut self, depth_m: f64, ticks: u32) -> Told {
         let target_m = self.place_m - self.axis * depth_m;
         (0..ticks).map(|_| self.tick(target_m)).last().unwrap()
@@ -44,16 +46,16 @@ impl Felt {
         told
     }
 
-    /// Presses to a depth at a hand's speed and returns the records of all ticks, the last at that
-    /// depth.
+    /// Presses to a depth at a hand's speed and returns the records of all ticks, the last of which
+    /// is at that depth.
     fn press(&mut self, depth_m: f64) -> Vec<Told> {
         self.at(0.0, 100);
         let ticks = (depth_m / INTO_M_PER_S * 1e3) as u32;
         (1..=ticks).map(|n| self.at(depth_m * f64::from(n) / f64::from(ticks), 1)).collect()
     }
 
-    /// Slides along the surface, in this direction and over this distance, and returns the records
-    /// of all ticks.
+    /// Slides along the surface in a direction over a distance and returns the records of all
+    /// ticks.
     fn slide(&mut self, depth_m: f64, way: V, far_m: f64) -> Vec<Told> {
         let (from_m, ticks) = (self.place_m, (far_m / ALONG_M_PER_S * 1e3) as u32);
         let mut told = Vec::new();
@@ -74,8 +76,8 @@ fn a_hold_of_beef_fades_to_the_share_that_its_terms_leave() {
     let scene = Scene::load("beef").unwrap();
     let mut felt = Felt::of("beef");
     let mut elastic = Felt::of("block-20kpa");
-    // equal except for the terms: the elastic loading, relaxed in one dimension, is the expected
-    // force
+    // equal except for the relaxation terms: the expected force is the elastic loading, relaxed in
+    // one dimension
     assert_eq!(felt.live.tissue().params().youngs_modulus_pa, elastic.live.tissue().params().youngs_modulus_pa);
     let loading: Vec<f64> = elastic.press(3e-3).iter().map(force_n).collect();
     let held_n = force_n(&elastic.at(3e-3, 3000));
@@ -108,7 +110,7 @@ fn a_hold_of_beef_fades_to_the_share_that_its_terms_leave() {
     }
     let (faded_n, lasting_n) = (force_n(&felt.at(3e-3, 30_000)), scene.tissue.lasting_share() * held_n);
     assert!((faded_n / lasting_n - 1.0).abs() < 0.02, "{faded_n} N, {lasting_n} N last");
-    // what does not relax does not fade
+    // without relaxation the force does not fall
     let still_n = force_n(&elastic.at(3e-3, 3000));
     assert!((still_n / held_n - 1.0).abs() < 0.005, "{still_n} N, {held_n} N");
 }
@@ -123,7 +125,7 @@ fn a_slide_on_skin_drags_against_the_motion() {
         let aside = if axis.x.abs() < 0.9 { V::x() } else { V::y() };
         let way = axis.cross(&aside).normalize();
         let pressed = *felt.press(2e-3).last().unwrap();
-        // there and back: friction turns with the motion
+        // there and back: the friction force reverses with the motion
         for way in [way, -way] {
             let told = felt.slide(2e-3, way, 8e-3);
             for told in &told[told.len() / 2..] {
@@ -140,7 +142,7 @@ fn a_slide_on_skin_drags_against_the_motion() {
             );
         }
     }
-    // nothing drags where nothing rubs
+    // without friction there is no drag
     let mut smooth = Felt::of("block");
     smooth.press(2e-3);
     let told = smooth.slide(2e-3, V::x(), 8e-3);
@@ -155,7 +157,7 @@ fn pig_liver_grows_stiffer_under_the_ball() {
     let deep_n = force_n(&felt.at(3e-3, 600));
     let exponent = (deep_n / soft_n).log2();
     println!("{soft_n:.4} N at 1.5 mm, {deep_n:.4} N at 3 mm: exponent {exponent:.2}");
-    // a half-space has 1.5; a slab of this thickness without stiffening some 2
+    // a half-space has an exponent of 1.5; a slab of this thickness without stiffening has about 2
     assert!(exponent > 2.5, "{exponent}");
 }
 

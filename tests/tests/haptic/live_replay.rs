@@ -1,5 +1,5 @@
-//! A recording of `palpate live` is repeated bit for bit; a change in a trace is found; a file that
-//! is no trace is refused in a sentence.
+//! A recording of `palpate live` is repeated bit for bit; a changed trace is detected; a file that
+//! is not a trace is refused with an error message.
 
 use palpate::Vector3;
 use palpate::haptic::mode::Mode;
@@ -9,7 +9,7 @@ use palpate_loop::live::{Choice, Exercise, Holding, Inside, Live, Nodule};
 
 const UP: f64 = 5e-3;
 
-/// Moves for some ticks towards a place below the block's top [m] and returns the force at the end
+/// Moves for some ticks towards a point below the block's top [m] and returns the force at the end
 /// [N].
 fn to(live: &mut Live, x_m: f64, depth_m: f64, ticks: u32) -> f32 {
     let target_m = Vector3::new(x_m, 0.0, -depth_m);
@@ -20,7 +20,7 @@ fn small() -> Choice {
     Choice { nodes: Some(130), ..Choice::preset("block") }
 }
 
-/// A press, a slide, a stiffer tissue, a press again, a host that falls silent.
+/// Records a press, a slide, a press in stiffer tissue, and a host that falls silent.
 fn recorded(holding: &Holding) -> (Vec<u8>, [f32; 2]) {
     let mut live = Live::new(&small(), holding).unwrap();
     live.record().unwrap();

@@ -1,4 +1,4 @@
-//! `palpate loop` as a user runs it: verdicts, files, refusals.
+//! `palpate loop`, run as a user runs it: verdicts, files, refused input.
 
 use palpate_tests::palpate_command::{Desk, palpate};
 

@@ -1,4 +1,4 @@
-//! The haptic loop: no force without contact, faults, closed loops under emulated hands, recorded
+//! The haptic loop: no force without contact, faults, closed loops with emulated hands, recorded
 //! traces.
 
 mod boot_inside_tissue_gives_no_force;

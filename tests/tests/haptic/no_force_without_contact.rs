@@ -1,6 +1,6 @@
-//! No force acts where the sensed tip is outside the tissue, whatever path took it there; none
-//! points into the tissue; none alternates at rest. This is checked from the readings and the rest
-//! geometry of the patch, never from the contact reported by the patch or the loop.
+//! No force acts while the sensed tip is outside the tissue, whatever path led there; no force
+//! points into the tissue; no force alternates at rest. The checks use the readings and the rest
+//! geometry of the patch, never the contact that patch or loop report.
 
 mod campaign;
 mod long_tips;
@@ -12,11 +12,11 @@ use std::sync::LazyLock;
 
 use palpate_loop::closed_loop::paths::PathGround;
 
-/// Every shipped patch under every tip. Each is pressed once for the depth of its guard, which
-/// takes some seconds of processor time, so all tests share them.
+/// Every shipped patch with every tip. Each is pressed once to find the depth of its guard, which
+/// takes some seconds of processor time, so all tests share the result.
 static GROUND: LazyLock<PathGround> = LazyLock::new(|| PathGround::load().unwrap());
 
-/// The index of a patch by name.
+/// Index of the patch with this name.
 fn patch_named(ground: &PathGround, name: &str) -> usize {
     ground.patches.iter().position(|patch| patch.name == name).expect("a shipped patch")
 }

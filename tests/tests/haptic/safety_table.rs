@@ -12,7 +12,7 @@ fn read(path: impl AsRef<Path>) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-/// Cells of the tables below a heading, without head and rule.
+/// Cells of the tables below a heading, without table heads and rules.
 fn rows(text: &str, heading: &str) -> Vec<Vec<String>> {
     let section = text.split(&format!("\n## {heading}\n")).nth(1).unwrap_or_else(|| panic!("no section {heading}"));
     let lines = section.split("\n## ").next().unwrap_or_default().lines().filter(|line| line.starts_with('|'));
@@ -20,12 +20,12 @@ fn rows(text: &str, heading: &str) -> Vec<Vec<String>> {
     lines.skip(2).map(cells).collect()
 }
 
-/// The texts in backquotes.
+/// Texts between backquotes.
 fn quoted(text: &str) -> impl Iterator<Item = &str> {
     text.split('`').skip(1).step_by(2)
 }
 
-/// All Rust sources below a folder, as one text.
+/// Appends all Rust sources below a folder to `into`.
 fn sources(folder: &Path, into: &mut String) {
     for entry in std::fs::read_dir(folder).unwrap().flatten() {
         let path = entry.path();
@@ -40,7 +40,7 @@ fn sources(folder: &Path, into: &mut String) {
     }
 }
 
-/// Says why something in backquotes is not there.
+/// Returns an error message if the item named in backquotes does not exist.
 fn missing(name: &str, code: &str) -> Option<String> {
     let words: Vec<&str> = name.split(' ').collect();
     let there = match words[..] {
@@ -123,7 +123,7 @@ fn third_party_software_is_that_of_the_lock_file() {
             listed.push(name.clone());
         }
     }
-    // every dependency named by core and image is in the list
+    // every dependency named in the manifests of core and image is in the list
     for manifest in ["core/Cargo.toml", "firmware/Cargo.toml", "firmware/controller/Cargo.toml"] {
         let text = read(manifest);
         for part in text.split("\n[").filter(|part| part.lines().next().is_some_and(|head| head.ends_with("dependencies]"))) {

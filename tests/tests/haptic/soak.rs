@@ -1,5 +1,5 @@
-//! Normal use, all hands in turn, on a loop that is never restarted: nothing trips, the tissue
-//! comes back to rest, no number becomes denormal.
+//! Normal use with all hands in turn, on a loop that is never restarted: no fault occurs, the
+//! tissue returns to rest, and no number becomes denormal.
 //!
 //! An hour: `cargo test --release --package palpate-tests --test haptic soak -- --ignored`, or
 //! `palpate faults --soak-s 3600`.

@@ -1,5 +1,5 @@
-//! Walls under every controller: theory is met where it applies, ours keeps its promise, and each
-//! other controller fails as expected.
+//! Walls with every controller: theory is met where it applies, the product keeps its promise, and
+//! each other controller fails as expected.
 
 use palpate_lab::stability::loop_matrix::{HELD_N_PER_M, LoopSetup, STEP, TapResult, passive_n_per_m};
 use palpate_loop::closed_loop::controller::Controller;
@@ -15,8 +15,8 @@ fn held(control: Controller, device: &DeviceProfile, hand: Hand) -> TapResult {
 }
 #[test]
 fn a_raw_loop_ends_where_another_simulation_found_it() {
-    // an independent simulation with one axis at 100 kHz found these; the last is the arm (H3), for
-    // which the count does not matter
+    // found by an independent simulation of one axis at 100 kHz; the last is the arm (H3), for
+    // which the size of a count does not matter
     for (delay, hand, count_m, found_n_per_m) in
         [(0, 0, 55e-6, 678.0), (1, 0, 55e-6, 139.0), (1, 1, 55e-6, 952.0), (1, 3, 1e-6, 5836.0)]
     {
@@ -49,7 +49,7 @@ fn ours_keeps_its_promise_where_raw_creates_energy() {
         let raw_mj = HANDS.iter().map(|h| held(Controller::Direct, &device, *h).created_mj).fold(0.0, f64::max);
         assert!(raw_mj > 5.0, "delay {delay}: {raw_mj} mJ");
     }
-    // in the hand that adds nothing of its own
+    // with hand H0 (released), which adds no stiffness or damping of its own
     let device = touch(1);
     let stiffest = |control| LoopSetup { device: &device, hand: HANDS[0], control }.climb().unwrap().n_per_m;
     let (ours, raw) = (stiffest(Controller::Ours), stiffest(Controller::Direct));
@@ -71,10 +71,11 @@ fn every_other_controller_fails_as_it_is_known_to() {
         let late = held(control, &device, released);
         assert!(!late.quiet && late.created_mj > 3.0 * raw.created_mj, "{}: {late:?}, raw {raw:?}", control.name());
     }
-    // it damps after the event: less than raw, and not zero
+    // it damps after the energy was created: less is created than without it, but not zero
     let observed = held(Controller::TimeDomainPassivity, &device, released);
     assert!(observed.created_mj > 0.1 && observed.created_mj < 0.5 * raw.created_mj, "{observed:?}, raw {raw:?}");
-    // constant damping holds one tick late; two ticks late 1 N s/m is not enough for 400 N/m
+    // constant damping is enough at a delay of one tick; at two ticks 1 N s/m is not enough for 400
+    // N/m
     let constant = Controller::ConstantDamping { n_s_per_m: 1.0 };
     assert!(held(constant, &device, released).created_mj < 0.05);
     let late = HANDS.map(|h| held(constant, &touch(2), h).created_mj);

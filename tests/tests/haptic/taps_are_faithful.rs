@@ -1,5 +1,5 @@
-//! The substeps that a build derives answer taps as true masses do, from 3.5 to 100 kPa; one step
-//! with floored masses does not.
+//! With the substeps that a session derives, a patch responds to taps as with true masses, from 3.5
+//! to 100 kPa; with one step and floored masses it does not.
 
 use palpate::Params;
 use palpate_loop::closed_loop::fidelity::{TAPS, derive};
@@ -26,8 +26,8 @@ fn derived_substeps_answer_taps_within_2_and_8_percent() {
 
 #[test]
 fn one_step_is_not_faithful_on_stiff_tissue() {
-    // a run that may take one step only, because its sinking speed is limited to what floored
-    // masses can follow
+    // these parameters allow one step per tick only because they limit the sinking speed to what
+    // floored masses can follow
     let mut bench = Bench::calibrated(130).with(|p| p.youngs_modulus_pa = 100e3);
     bench.patch.set_depth_limit_m(8e-3);
     let derived = derive(&bench.patch, &Params { substeps: 1, ..bench.params }, DEPTH_M).unwrap();

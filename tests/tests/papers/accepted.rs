@@ -1,17 +1,17 @@
-//! `palpate accept`: every row of the table "against reality" is accepted, and none without its
-//! term.
+//! `palpate accept`: every row of the table "against reality" is accepted, and none is accepted
+//! without its term.
 
 use palpate_lab::accept::{Figure, Picture, Row, TESTS, table};
 use palpate_tests::palpate_command::{Desk, palpate};
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 
-/// Curves of pictures that `live` shows beside the tissue.
+/// Pictures whose curves `live` shows beside the tissue.
 const SHOWN: [&str; 2] = ["beef_topside", "liver_region_1"];
-/// Points of a curve in `live`, at most.
+/// Largest number of points per curve in `live`.
 const MOST_POINTS: usize = 60;
 
-/// Fits, and blocks of 5000 nodes against closed forms: a minute of two cores.
+/// Tests that run fits, or compare blocks of 5000 nodes with closed forms: a minute on two cores.
 const LONG: [&str; 3] = ["T2", "T4", "T5"];
 
 #[test]
@@ -44,7 +44,7 @@ fn rows_are_accepted(chosen: impl Fn(&str) -> bool) {
                 println!("  {}: {:.4} in {:?}, {:.4} without", figure.what, figure.ours, figure.accepted, figure.without_term);
                 assert!(figure.holds(), "{name}, {}: {figure:?}", row.data);
                 assert!(figure.needs_term() || name == "T3", "{name}, {}: {figure:?}", row.data);
-                // far from accepted, not just outside
+                // far outside the accepted range, not just beyond it
                 let rms = name == "T2" && figure.what.starts_with("rms");
                 assert!(!rms || figure.without_term > 0.034, "{name}, {}: {figure:?}", row.data);
             }
@@ -53,7 +53,8 @@ fn rows_are_accepted(chosen: impl Fn(&str) -> bool) {
     }
 }
 
-/// File of a picture's curves in `live`, and its text: some points of each curve, rounded.
+/// Path of the file with a picture's curves in `live`, and its text: some points of each curve,
+/// rounded.
 fn shown(picture: &Picture) -> (String, String) {
     let mut text = String::from("curve,x,y\n");
     for curve in &picture.curves {
@@ -65,7 +66,7 @@ fn shown(picture: &Picture) -> (String, String) {
     (format!("../host-sim/live/accepted/{}.csv", picture.name), text)
 }
 
-/// Whether two such texts are the same but for rounding.
+/// Whether two such texts are equal except for rounding.
 fn near(a: &str, b: &str) -> bool {
     let cell = |(a, b): (&str, &str)| match (a.parse::<f64>(), b.parse::<f64>()) {
         (Ok(a), Ok(b)) => (a - b).abs() <= 2e-3,

@@ -1,4 +1,4 @@
-//! The two papers, and the methods that the product is compared with.
+//! The two papers, and the methods with which the product is compared.
 
 mod accepted;
 mod methods_are_right;

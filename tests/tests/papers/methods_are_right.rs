@@ -1,5 +1,5 @@
-//! The methods in the chart besides the product are implemented as in their papers: with strawmen
-//! any front could be obtained.
+//! The chart's other methods are implemented as in their papers. With poor implementations of its
+//! rivals, any method could be made to look best.
 
 mod chart;
 mod equilibrium;

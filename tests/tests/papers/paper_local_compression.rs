@@ -1,4 +1,4 @@
-//! Paper 004's figures: their ingredients, and a report that has all of them.
+//! Paper 004's figures: their components, and a report that contains all of them.
 
 use std::sync::OnceLock;
 
@@ -21,7 +21,7 @@ use palpate_tissue::mesh::TetMesh;
 use palpate_tissue::patch::{Material, Patch};
 use serde_json::Value;
 
-/// Stiffness of springs that corresponds to 20 kPa on these blocks [N/m].
+/// Spring stiffness that corresponds to 20 kPa on these blocks [N/m].
 const STIFFNESS_N_PER_M: f64 = 180.0;
 
 fn block() -> Block {
@@ -44,10 +44,10 @@ fn hausdorff_is_the_plain_maximum_of_minima() {
     assert!((directed(&a, &b) - plain(&a, &b)).abs() < 1e-12);
     assert!((hausdorff(&a, &b) - plain(&a, &b).max(plain(&b, &a))).abs() < 1e-12);
     assert_eq!(hausdorff(&a, &b).to_bits(), hausdorff(&b, &a).to_bits());
-    // a subset is at no distance one way, at some the other
+    // the directed distance from a subset to the whole set is zero, the reverse is not
     assert_eq!(directed(&a[..10], &a), 0.0);
     assert!(directed(&a, &a[..10]) > 0.0);
-    // one point moved by 3, 4, 0 from a far set
+    // one of several distant points is moved by (3, 4, 0)
     let far: Vec<_> = (0..5).map(|n| Vector3::new(100.0 * f64::from(n), 0.0, 0.0)).collect();
     let mut moved = far.clone();
     moved[2] += Vector3::new(3.0, 4.0, 0.0);
@@ -95,7 +95,7 @@ fn annealing_finds_the_minimum_of_a_rippled_valley_and_goes_on_where_it_stopped(
     let there = other.propose();
     assert_eq!(other.judge(there, None), Verdict::Refused);
     assert_eq!(other.here().0, start);
-    // continued from the saved state: the same walk to the last bit
+    // continued from the saved state, the walk is identical to the last bit
     let mut again: Walk = serde_json::from_str(&written.unwrap()).unwrap();
     assert!(again.is_same(&walk));
     while !again.is_done() {
@@ -115,12 +115,12 @@ fn a_fit_is_at_no_distance_from_itself_and_further_from_stiffer_springs() {
     assert_eq!(distance_mm(&soft, &same), 0.0);
     assert!(distance_mm(&soft, &stiff) > 0.05);
     assert!(distance_mm(&soft, &stiffer) > distance_mm(&soft, &stiff));
-    // far beyond the stable step
+    // a stiffness far beyond the limit of the step
     assert!(simulator.trajectory(1e6, 0.0).is_none());
 }
 
-/// The bisected step is two over the highest frequency, here from a power iteration on the springs'
-/// stiffness in double precision.
+/// The largest stable step, found by bisection, is two over the highest frequency, which a power
+/// iteration on the springs' stiffness gives here in double precision.
 #[test]
 fn the_largest_step_is_that_of_the_highest_mode() {
     let block = block();
@@ -152,7 +152,8 @@ fn the_largest_step_is_that_of_the_highest_mode() {
     assert!(largest_step_s(&block, STIFFNESS_N_PER_M, 3.11).unwrap() < 0.1 * found_s);
 }
 
-/// Released with a force, or held at the resulting depth: the same force, whatever ended the wait.
+/// A press to a force and a hold at the resulting depth give the same force, by whichever criterion
+/// the wait ended.
 #[test]
 fn a_press_by_force_and_by_depth_agree() {
     let block = block();
@@ -167,7 +168,7 @@ fn a_press_by_force_and_by_depth_agree() {
         let own = contestant.block(&block, step_s);
         let held = contestant.run(&own, |running| hold(&own, running, rest.depth_m)).unwrap().unwrap().unwrap();
         assert!((held.force_n / rest.force_n - 1.0).abs() < 0.01, "{}: {} N held", contestant.name(), held.force_n);
-        // the end does not depend on the step
+        // the final state does not depend on the step
         let finer =
             contestant.press(&block, if step_s < 1e-3 { step_s / 2.0 } else { step_s }, 0.8, 1).unwrap().unwrap().unwrap();
         assert!((finer.depth_m / rest.depth_m - 1.0).abs() < 0.02, "{}: {} m", contestant.name(), finer.depth_m);
@@ -185,13 +186,14 @@ fn layers_push_back_as_their_stiffness_says() {
     // twice the stiffness under twice the force gives the same depth
     let doubled = text.replace("48.0e3", "96.0e3").replace("80.0e3", "160.0e3");
     assert!((depth_m(&doubled, 1.6) / plain - 1.0).abs() < 1e-3);
-    // one stiffer layer lies between
+    // with only one layer stiffer, the depth is in between
     let deep = depth_m(&text.replace("80.0e3", "160.0e3"), 0.8);
     let all = depth_m(&doubled, 0.8);
     assert!(all < deep && deep < plain, "{all} < {deep} < {plain}");
 }
 
-/// Forces of methods are linear in the stiffness of the tissue, evenly and tet by tet.
+/// Forces of methods are linear in the stiffness of the tissue, for all tets together and for each
+/// tet.
 #[test]
 fn methods_take_uneven_tissue() {
     let even = block();
@@ -338,7 +340,7 @@ fn the_report_has_every_figure() {
     assert!(!report.contains("NaN") && !report.contains("inf "), "{report}");
     let claims = summary["claims"].as_array().unwrap();
     assert!(claims.len() >= 8 && report.contains("Which printed claims held here"));
-    // the fits are done: nothing is left to continue
+    // the fits are finished, so no notes for continuing them remain
     let hidden = format!(".{}.", desk.path().file_name().unwrap().to_string_lossy());
     let beside = std::fs::read_dir(desk.path().parent().unwrap()).unwrap().flatten();
     assert!(beside.into_iter().all(|e| !e.file_name().to_string_lossy().starts_with(&hidden)));
@@ -358,7 +360,7 @@ fn the_report_says_what_was_measured() {
         let (truth, product) = (depths("fem-static"), depths("palpate"));
         assert_eq!(truth.len(), 3, "{scene}");
         assert!(truth.windows(2).all(|w| w[0] < w[1]));
-        // the scenes' layers are chosen for this
+        // the scenes' layers are chosen for this range of depths
         assert!(truth[0] > 1.5e-3 && truth[2] < 10e-3, "{truth:?}");
         // the product, uncalibrated, on a coarse mesh
         assert!((product[0] / truth[0] - 1.0).abs() < 0.2, "{product:?} beside {truth:?}");

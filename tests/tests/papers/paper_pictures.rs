@@ -1,5 +1,5 @@
-//! Box plots, line charts and superposed surfaces are whole and labelled, show what they are given,
-//! or are not there at all.
+//! Box plots, line charts and superposed surfaces are complete, labelled and correct, or do not
+//! exist at all.
 
 use std::error::Error;
 use std::fs;
@@ -39,7 +39,7 @@ fn chart<'a>(scale: Scale, series: &'a [LineSeries<'a>], levels: &'a [Level<'a>]
     Lines { title: "A & B", below: "made up", x: axis("nodes [1]"), y: axis("time [ms]"), series, levels }
 }
 
-/// A tetrahedron of the size `m`.
+/// A tetrahedron whose edges along the axes have the length `m`.
 fn tet(m: f64) -> [[f64; 3]; 4] {
     [[0.0; 3], [m, 0.0, 0.0], [0.0, m, 0.0], [0.0, 0.0, m]]
 }
@@ -72,7 +72,7 @@ fn whole(folder: &Path, name: &str, labels: &[&str]) -> Checked {
     }
     let rgb = pixels(&folder.join(format!("{name}.png")))?;
     assert!(rgb.chunks(3).filter(|p| p.iter().all(|v| *v < 120)).count() > 500, "{name}");
-    // nothing runs off the picture
+    // nothing extends beyond the picture
     let rows: Vec<_> = rgb.chunks(3000).collect();
     assert!(rows.iter().all(|row| row.starts_with(&[255; 15]) && row.ends_with(&[255; 15])), "{name}: ink at a side");
     assert!([rows[0], rows[699]].iter().all(|row| row.iter().all(|v| *v == 255)), "{name}: ink at top or bottom");
@@ -114,7 +114,7 @@ fn what_is_nearer_hides_what_is_behind() -> Checked {
     let solid = |name, nodes_m, color| Layer { color, ..layer(name, nodes_m, Look::Solid) };
     let (red_small, red_large) = (solid("red", &small, [220, 40, 30]), solid("red", &large, [220, 40, 30]));
     let blue_small = solid("blue", &small, [30, 40, 220]);
-    // the same solid inside the large one vanishes, whatever the order it is given in
+    // the same solid inside the large one is hidden, in whichever order the two are given
     assert_eq!(blue("inside", &[red_large, blue_small])?, blue("first", &[blue_small, red_large])?);
     let hidden: Vec<[f64; 3]> = small.iter().map(|p| [p[0] * 0.3 + 0.004, p[1] * 0.3 + 0.004, p[2] * 0.3 + 0.004]).collect();
     assert_eq!(blue("hidden", &[solid("blue", &hidden, [30, 40, 220]), red_large])?, 0);
@@ -133,13 +133,13 @@ fn boxes_stand_where_their_values_are() -> Checked {
         ];
         box_plot(folder.path(), "x", &boxes(&all))?;
         let rgb = pixels(&folder.path().join("x.png"))?;
-        // a row counts if it has the blue of the first series in the left half of the plot
+        // a row counts if it contains the blue of the first series in the left half of the plot
         let blue = |p: &[u8]| u32::from(p[2]) > u32::from(p[0]) + 60;
         Ok(rgb.chunks(3000).enumerate().filter(|(_, row)| row.chunks(3).take(500).any(blue)).map(|(y, _)| y).collect())
     };
     let (low, high) = (rows_of_ink(&[1.0, 2.0, 3.0])?, rows_of_ink(&[7.0, 8.0, 9.0])?);
     let (low, high) = ((low[0], low[low.len() - 1]), (high[0], high[high.len() - 1]));
-    // 6 units higher, the same height: the axis is linear
+    // 6 units higher with the same height: the axis is linear
     assert!(low.0 > high.1 && (low.1 - low.0).abs_diff(high.1 - high.0) <= 2, "{low:?} {high:?}");
     let unit = (low.1 - low.0) as f64 / 2.0;
     assert!(((low.0 - high.0) as f64 / unit - 6.0).abs() < 0.2, "{low:?} {high:?}");

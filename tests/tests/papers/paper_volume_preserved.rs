@@ -1,4 +1,5 @@
-//! `palpate paper volume-preserved`: its files, the basis of its answers, and its refusals.
+//! `palpate paper volume-preserved`: its files, the evidence for its results, and the input that it
+//! refuses.
 
 use palpate_lab::paper::volume_preserved::assembly::Assembly;
 use palpate_lab::paper::volume_preserved::measured::Measured;
@@ -29,7 +30,8 @@ fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap_or_else(|| panic!("{value} is no list")).iter().map(|v| v.as_f64().unwrap()).collect()
 }
 
-/// The finite elements are solved in the run: the reference values here are not stored anywhere.
+/// The finite elements are solved in the run, because these reference values are not stored
+/// anywhere.
 #[test]
 #[ignore = "long: finite elements of two organs"]
 fn a_quick_run_reports_and_the_product_is_near_finite_elements() {
@@ -64,8 +66,8 @@ fn a_quick_run_reports_and_the_product_is_near_finite_elements() {
     assert!(ours["at_rest"].as_array().unwrap().iter().all(|r| r == true));
 }
 
-/// Shipped answers belong to the present scene and to the generator's present meshes; otherwise a
-/// run would silently solve for ten minutes.
+/// Shipped results belong to the present scene and to the meshes that the generator makes now.
+/// Otherwise a run would silently solve for ten minutes.
 #[test]
 fn shipped_answers_belong_to_the_scene() {
     let scene = HangingScene::load(PRESET).unwrap();
@@ -82,8 +84,8 @@ fn shipped_answers_belong_to_the_scene() {
     }
 }
 
-/// Points at which errors are measured: a known motion is reproduced at every landmark and surface
-/// point, on the whole and the subdivided mesh.
+/// Checks the points at which errors are measured: a known motion is reproduced at every landmark
+/// and surface point, on the original and the subdivided mesh.
 #[test]
 fn points_of_the_organs_are_followed() {
     let scene = HangingScene::load(PRESET).unwrap();
@@ -98,7 +100,7 @@ fn points_of_the_organs_are_followed() {
         }
         let wanted = Measured { surface_m: assembly.surface.iter().map(motion).collect(), ..measured.clone() };
         assert!(measured.surface_errors_m(&wanted).iter().all(|e| *e < 1e-9));
-        // the determinant of that motion
+        // determinant of that motion's deformation gradient
         let j = palpate_matrix([[1.0, 0.2, 0.0], [0.05, 1.0, -0.1], [0.3, 0.0, 1.0]]);
         for change in &measured.volume_change_pct {
             assert!((change - 100.0 * (j - 1.0)).abs() < 1e-6, "{change} %");
@@ -136,8 +138,8 @@ fn subdivision_keeps_volume_supports_and_joint() {
     }
 }
 
-/// (10) and (11) of two organs in one patch: masses by their densities, springs by their moduli,
-/// joints on top.
+/// (10) and (11) for two organs in one patch: each organ's masses follow its density and its
+/// springs its modulus, and the joints are added.
 #[test]
 fn organs_have_their_own_mass_and_stiffness_and_are_joined() {
     let scene = HangingScene::load(PRESET).unwrap();
@@ -158,7 +160,7 @@ fn organs_have_their_own_mass_and_stiffness_and_are_joined() {
     for (found, wanted) in [(mass(0..liver_nodes), wanted(0)), (mass(liver_nodes..model.nodes.len()), wanted(1))] {
         assert!((found / wanted - 1.0).abs() < 1e-5, "{found} kg, not {wanted} kg");
     }
-    // (11) of one spring of each organ, in N/m
+    // (11) for one spring of each organ, in N/m
     for (n, organ) in scene.organ.iter().enumerate() {
         let (mesh, start) = (&assembly.meshes[n], if n == 0 { 0 } else { liver_nodes as u32 });
         let [i, j] = [mesh.tets[0][0].min(mesh.tets[0][1]), mesh.tets[0][0].max(mesh.tets[0][1])];
@@ -178,7 +180,8 @@ fn organs_have_their_own_mass_and_stiffness_and_are_joined() {
     assert!(joints >= 10 && joints == assembly.joints().len(), "{joints} joints");
 }
 
-/// The finding about (12): as printed, its step is thousands of times shorter than without it.
+/// The finding about (12): with the printed damper, the largest step is thousands of times shorter
+/// than without it.
 #[test]
 fn the_printed_damper_cannot_keep_a_millisecond() {
     let scene = HangingScene::load(PRESET).unwrap();
@@ -253,8 +256,8 @@ fn values_and_keys_that_cannot_be_are_refused() {
     refused_edit("names = [\"small\", \"large\"]", "names = [\"small\"]", &["attachment.names"]);
 }
 
-/// "Position-based attachment": after the move every held node has moved by exactly that, every
-/// fixed one not at all.
+/// "Position-based attachment": after the move, every held node has moved by exactly that amount,
+/// and every fixed node has not moved.
 #[test]
 fn the_stick_takes_its_nodes_all_the_way() {
     let text = text()

@@ -2,7 +2,7 @@
 
 use palpate_tests::palpate_command::repository;
 
-/// All code below `tests` and in unit tests, as one text.
+/// Code of all files below `tests` and of all unit tests, as one text.
 fn all_tests() -> String {
     let mut text = String::new();
     let mut folders = vec![repository().join("tests"), repository().join("core/src"), repository().join("host-sim")];
@@ -19,7 +19,7 @@ fn all_tests() -> String {
     text
 }
 
-/// Numbers in brackets at the start of a row: "(4)-(6)" is 4, 5, 6.
+/// Equation numbers in parentheses at the start of a row; "(4)-(6)" gives 4, 5, 6.
 fn numbers(cell: &str) -> Vec<u32> {
     let plain: Vec<u32> = cell.split(&['(', ')']).filter_map(|part| part.parse().ok()).collect();
     match plain[..] {

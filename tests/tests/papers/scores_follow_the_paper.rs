@@ -39,10 +39,10 @@ fn every_printed_value_is_one_that_whole_marks_give() {
         assert!(ways > 0, "{printed}");
         assert_eq!(marks_for(printed, &Weights::PAPER).0, ways, "{printed}");
     }
-    // the question can have the answer no: 190 and 199 of 200 are not sums of these
+    // the test can fail: 190 and 199 of 200 are not such sums
     assert_eq!(marks_for(0.95, &Weights::PAPER), (0, None));
     assert_eq!(marks_for(0.995, &Weights::PAPER), (0, None));
-    // and other weights do not give the table
+    // other weights do not give the table
     let equal = Weights::new([0.5, 0.3, 0.2]).unwrap();
     assert!(PRINTED.iter().flatten().any(|v| marks_for(*v, &equal).0 == 0));
 }

@@ -1,5 +1,5 @@
-//! The model half of the stability matrix: verdicts match their definitions, methods fail where
-//! expected, and the product withstands its promised cases.
+//! The model half of the stability matrix: verdicts follow their definitions, methods fail where
+//! expected, and the product withstands the cases for which it promises to do so.
 //!
 //! `--nocapture` prints the figures.
 
@@ -34,7 +34,7 @@ fn stand(method: &BuiltMethod, name: &str) -> Figures {
 
 type Spoil = fn(&mut Trace);
 
-/// A sound press: 1 N at 8 mm.
+/// A press without defects: 1 N at 8 mm.
 fn sound() -> Trace {
     Trace {
         loading: (0..100).map(|n| Loading { depth_m: f64::from(n) * 8e-5, force_n: f64::from(n) * 0.01 }).collect(),
@@ -53,7 +53,7 @@ fn sound() -> Trace {
 #[test]
 fn verdicts_say_what_is_wrong_first() {
     let held = ClampFlags::DEPTH;
-    // each spoils a sound press in one way, from the mildest to the worst
+    // each entry spoils such a press in one way, from the mildest to the worst
     let spoilt: [(Verdict, Spoil); 7] = [
         (Verdict::Pass, |_| {}),
         (Verdict::NonMonotone, |t| t.loading[60].force_n -= 0.04),
@@ -79,10 +79,10 @@ fn verdicts_say_what_is_wrong_first() {
     );
     assert_eq!(judge(&Trace { limiters: ClampFlags::SPEED, ..sound() }, true).verdict, Verdict::Pass);
     assert_eq!(judge(&Trace { force_change: 0.06, ..sound() }, true).verdict, Verdict::Restless);
-    // an unmeasured value is not sound
+    // an unmeasured value does not pass
     assert_eq!(judge(&Trace { residual_m: f64::NAN, ..sound() }, true).verdict, Verdict::Deformed);
     assert_eq!(judge(&Trace { lowest_j: f64::NAN, ..sound() }, true).verdict, Verdict::Inverted);
-    // the force of a tap may fall: that is inertia
+    // the force of a tap may fall during loading, by inertia
     let mut tap = sound();
     tap.loading[60].force_n = 0.3;
     let figures = judge(&tap, false);
@@ -112,10 +112,10 @@ fn a_search_ends_at_what_passes() {
 
 #[test]
 fn methods_fail_where_they_are_known_to() {
-    // plain springs have nothing that keeps a tet from turning inside out
+    // plain springs have nothing that prevents a tet from inverting
     assert_eq!(stand(&built(Method::Springs, 3.5e3), "press-20").verdict, Verdict::Inverted);
-    // a matrix factored at rest: stiffer tissue needs more substeps, and with one too few it
-    // diverges
+    // a matrix factored at rest: stiffer tissue needs more substeps, and with one substep too few
+    // it diverges
     let implicit = built(Method::Implicit, 100e3);
     assert!(implicit.substeps > 1, "{} substeps", implicit.substeps);
     let mut too_few = implicit.clone();
@@ -124,14 +124,14 @@ fn methods_fail_where_they_are_known_to() {
     let diverged = stand(&too_few, "press-20");
     assert_eq!(diverged.verdict, Verdict::Diverged);
     assert!(diverged.diverged_at_mm.is_some_and(|mm| mm > 1.0 && mm <= 8.0), "{diverged:?}");
-    // without the guard the product itself does not withstand 16 mm
+    // without the guard even the product does not withstand 16 mm
     let row = Row { method: Method::Palpate, build: Build::Unguarded };
     let unguarded = BuiltMethod::new(row, NODES, 3.5e3, CaseTissue::Plain).expect("built").expect("to be had");
     assert!(stand(&unguarded, "press-40").verdict > Verdict::Held);
     assert_eq!(stand(&unguarded, "press-20").verdict, Verdict::Pass);
 }
 
-/// All columns, so that every promise is checked.
+/// A matrix with all columns, so that every promise is checked.
 fn promised() -> Matrix {
     let scope = Scope {
         nodes: NODES,
@@ -153,7 +153,7 @@ fn the_product_stands_what_it_promises() {
     }
     assert_eq!(promises(&matrix), Vec::<String>::new());
 
-    // a promise that is broken is reported, in one line that names it
+    // a broken promise is reported in one line that names it
     for (name, spoil) in [
         ("tap-0.5", (|f| f.lowest_j = 0.19) as fn(&mut Figures)),
         ("release", |f| f.verdict = Verdict::Deformed),
@@ -183,8 +183,8 @@ fn the_product_stands_what_it_promises() {
     assert!(std::fs::read(folder.path().join("stability_model.png")).expect("a picture").starts_with(b"\x89PNG"));
 }
 
-/// The ball is in every method's tissue: at 1.5 mm, where none has failed yet, it adds some percent
-/// to the force.
+/// Every method's tissue contains the inclusion: at 1.5 mm depth, where no method has failed yet,
+/// it adds some per cent to the force.
 #[test]
 fn every_method_feels_the_inclusion() {
     let press = Stimulus { depth_m: 1.5e-3, ..case("press-20").stimulus };
@@ -200,7 +200,7 @@ fn every_method_feels_the_inclusion() {
     }
 }
 
-/// Friction and stiffening are the product's alone, and change its force.
+/// Only the product has friction and stiffening, and they change its force.
 #[test]
 fn terms_are_felt_by_the_product_and_had_by_no_other() {
     let held_n = |tissue| {
@@ -217,7 +217,7 @@ fn terms_are_felt_by_the_product_and_had_by_no_other() {
     assert!(BuiltMethod::new(other, NODES, 3.5e3, CaseTissue::Frictional).expect("built").is_none());
 }
 
-/// Poses at jittered times, but never back in time.
+/// Jitter changes the times of the poses but not their order.
 #[test]
 fn jitter_moves_the_poses_and_keeps_their_order() {
     let palpate = built(Method::Palpate, 3.5e3);
@@ -229,7 +229,7 @@ fn jitter_moves_the_poses_and_keeps_their_order() {
     assert!((0.0..1e-5).contains(&least) && (7e-5..8e-5).contains(&most), "{least} to {most} m a tick");
 }
 
-/// A margin below one is searched on ticks down to a third of a millisecond.
+/// A margin below one is searched with ticks down to a third of a millisecond.
 #[test]
 fn every_tick_of_the_search_can_be_built() {
     for method in [Method::Palpate, Method::Calibrated] {
@@ -242,8 +242,8 @@ fn every_tick_of_the_search_can_be_built() {
     }
 }
 
-/// The product's margins against independent bounds: its depth limit, and the highest frequency of
-/// its pressed stiffness.
+/// The product's margins agree with independent bounds: its depth limit, and the highest frequency
+/// of its stiffness when pressed.
 #[test]
 fn the_products_margins_are_where_its_bounds_are() {
     let palpate = built(Method::Palpate, 3.5e3);
@@ -252,7 +252,7 @@ fn the_products_margins_are_where_its_bounds_are() {
     println!("depth {depth:?}");
     assert!(passes_m <= 10e-3 && passes_m * 1.05 >= 10e-3 && depth.beyond == Some(Verdict::Held), "limit 10 mm: {depth:?}");
 
-    // lighter nodes, so that the bound is among the ticks that are tried
+    // with lighter nodes the bound lies within the range of ticks that are tried
     for relative_mass in [false, true] {
         let mut light = palpate.clone();
         (light.block.params.mass_floor, light.block.params.terms.relative_mass) = (1.0, relative_mass);

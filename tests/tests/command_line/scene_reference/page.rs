@@ -1,4 +1,4 @@
-//! Reads the docs of the scene's types and writes the page.
+//! Reads the doc comments of the scene's types and writes the page.
 
 use std::fmt::Write as _;
 
@@ -17,7 +17,7 @@ const TABLES: [(&str, &str, &str); 8] = [
     ("[solver]", "scene.rs", "Solver"),
 ];
 
-/// Words that a key takes: type of the key, source file, type of the words.
+/// Types whose variants are a key's accepted words: type of the key, source file, enum.
 const WORDS: [(&str, &str, &str); 3] =
     [("Name", "scene/shape.rs", "Name"), ("Kind", "scene/drive.rs", "Kind"), ("Method", "scene.rs", "Method")];
 
@@ -38,7 +38,7 @@ pub struct Table {
     /// Heading, such as `[tissue]`.
     pub name: &'static str,
     about: String,
-    /// Keys in the order of the source.
+    /// Keys, in the order of the source.
     pub keys: Vec<Key>,
 }
 
@@ -46,12 +46,12 @@ pub struct Table {
 pub struct Key {
     /// Name of the key.
     pub name: String,
-    /// First paragraph of the key's docs, without the unit.
+    /// First paragraph of the key's doc comment, without the unit.
     pub meaning: String,
     unit: String,
-    /// Range, as the docs have it.
+    /// Range as stated in the doc comment.
     pub range: Option<String>,
-    /// Default, as the docs have it, or as its type says.
+    /// Default as stated in the doc comment, or as implied by the key's type.
     pub default: String,
     source: Option<String>,
     words: Vec<(String, String)>,
@@ -62,7 +62,7 @@ fn items(file: &str) -> Vec<Item> {
     syn::parse_file(&std::fs::read_to_string(path).unwrap()).expect(file).items
 }
 
-/// Docs as lines.
+/// Lines of a doc comment.
 fn docs(attributes: &[Attribute]) -> Vec<String> {
     let text = |attribute: &Attribute| match &attribute.meta {
         Meta::NameValue(pair) if pair.path.is_ident("doc") => match &pair.value {
@@ -74,7 +74,7 @@ fn docs(attributes: &[Attribute]) -> Vec<String> {
     attributes.iter().filter_map(text).collect()
 }
 
-/// Whether an attribute of serde on a field begins with this word.
+/// Whether one of a field's serde attributes begins with this word.
 fn serde_says(attributes: &[Attribute], word: &str) -> bool {
     attributes.iter().any(|attribute| match &attribute.meta {
         Meta::List(list) if list.path.is_ident("serde") => list.tokens.to_string().starts_with(word),
@@ -82,7 +82,7 @@ fn serde_says(attributes: &[Attribute], word: &str) -> bool {
     })
 }
 
-/// Last word of a type, and that of its argument: `Option<Vec<f64>>` is `Option`, `Vec`.
+/// Last path segment of a type and of its arguments: `Option<Vec<f64>>` gives `Option`, `Vec`.
 fn words_of(ty: &Type) -> Vec<String> {
     match ty {
         Type::Path(path) => {
@@ -102,7 +102,7 @@ fn words_of(ty: &Type) -> Vec<String> {
     }
 }
 
-/// Paragraph and list of a key's docs.
+/// Splits a key's doc comment into its first paragraph and its list.
 fn split(lines: &[String]) -> (String, Vec<(String, String)>) {
     let (mut meaning, mut list): (Vec<&str>, Vec<(String, String)>) = (Vec::new(), Vec::new());
     for line in lines {
@@ -118,7 +118,7 @@ fn split(lines: &[String]) -> (String, Vec<(String, String)>) {
     (meaning.join(" "), list)
 }
 
-/// Takes the unit out of a meaning: ` [Pa]` or ` (1)`.
+/// Removes the unit, ` [Pa]` or ` (1)`, from a meaning and returns it.
 fn take_unit(meaning: &mut String) -> Option<String> {
     let bracket = meaning.match_indices(" [").find_map(|(at, _)| meaning[at..].find(']').map(|end| (at, at + end + 1)));
     let (begin, end) = bracket.or_else(|| meaning.find(" (1)").map(|at| (at, at + 4)))?;
@@ -147,7 +147,7 @@ fn key(field: &syn::Field) -> Key {
     Key { name, meaning, unit, range: listed("range"), default, source: listed("source"), words }
 }
 
-/// Words of an enum with their docs.
+/// Words that an enum accepts, with their doc comments.
 fn variants(file: &str, name: &str) -> Vec<(String, String)> {
     let found = items(file).into_iter().find_map(|item| match item {
         Item::Enum(found) if found.ident == name => Some(found),
@@ -157,7 +157,7 @@ fn variants(file: &str, name: &str) -> Vec<(String, String)> {
     found.expect(name).variants.iter().map(word).collect()
 }
 
-/// Every table with its keys.
+/// All tables with their keys.
 pub fn tables() -> Vec<Table> {
     let table = |(name, file, ty): (&'static str, &str, &str)| {
         let found = items(file).into_iter().find_map(|item| match item {
@@ -173,7 +173,7 @@ pub fn tables() -> Vec<Table> {
     TABLES.into_iter().map(table).collect()
 }
 
-/// The page.
+/// Text of the page.
 pub fn page() -> String {
     let mut page = HEAD.to_owned();
     for Table { name, about, keys } in tables() {

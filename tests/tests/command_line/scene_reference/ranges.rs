@@ -1,4 +1,4 @@
-//! The parser uses the ranges and defaults on the page.
+//! The parser uses the ranges and defaults that the page states.
 
 use palpate_tissue::scene::Scene;
 use palpate_tissue::tissue::{DEFAULT_NODES, DEFAULT_ORGAN_NODES};
@@ -6,7 +6,7 @@ use toml::{Table, Value};
 
 use super::page::{Key, tables};
 
-/// A scene in which a key of a table may be set.
+/// A valid scene in which a key of the given table may be set.
 fn base(table: &str, key: &str) -> Table {
     let drive = match key {
         "holds_n" => "kind = \"force\"\nholds_n = [0.1]\nramp_m_per_s = 0.04\nhold_s = 0.3",
@@ -36,7 +36,7 @@ fn base(table: &str, key: &str) -> Table {
     text.parse().unwrap()
 }
 
-/// The keys of a table in a scene: the first of several.
+/// Keys of a table in a scene; of a repeated table, those of the first one.
 fn keys_of<'a>(scene: &'a mut Table, table: &str) -> &'a mut Table {
     let mut at = scene;
     for part in table.trim_matches(['[', ']']).split('.') {
@@ -53,7 +53,7 @@ fn parse(scene: &Table) -> Result<Scene, String> {
     Scene::parse("base.toml", &toml::to_string(scene).unwrap()).map_err(|error| error.to_string())
 }
 
-/// As many equal numbers as the key takes.
+/// A value for the key that contains as many equal numbers as the key requires.
 fn value(key: &str, number: f64) -> Value {
     let one = Value::Float(number);
     match key {
@@ -63,14 +63,14 @@ fn value(key: &str, number: f64) -> Value {
     }
 }
 
-/// A range of numbers: the ends, and whether the lower one is in it.
+/// A range of numbers: its ends, and whether it includes the lower one.
 struct Range {
     low: f64,
     low_is_in: bool,
     high: Option<f64>,
 }
 
-/// Reads `1 to 5`, `above 0 to 5`, `above 0`; a range in other words is `None`.
+/// Parses `1 to 5`, `above 0 to 5` or `above 0`; returns `None` for a range in other words.
 fn read(range: &str) -> Option<Range> {
     let range = range.split(',').next()?;
     let (low_is_in, numbers) = range.strip_prefix("above ").map_or((true, range), |numbers| (false, numbers));
@@ -81,7 +81,7 @@ fn read(range: &str) -> Option<Range> {
     Some(Range { low: low.parse().ok()?, low_is_in, high })
 }
 
-/// All keys with a range in numbers.
+/// All keys with a numeric range.
 fn ranged() -> Vec<(&'static str, Key, Range)> {
     let mut all = Vec::new();
     for table in tables() {
@@ -104,7 +104,7 @@ fn the_parser_takes_a_range_to_its_ends_and_nothing_beyond() {
             keys_of(&mut scene, table).insert(name.clone(), value(&name, number));
             parse(&scene)
         };
-        // a thousandth of the end it lies at, or of the range where the end is zero
+        // a thousandth of the end, or of the range if that end is zero
         let step = |end: f64| 1e-3 * if end == 0.0 { high.unwrap_or(1.0).abs() } else { end.abs() };
         for inside in [Some(if low_is_in { low } else { low + step(low) }), high].into_iter().flatten() {
             assert!(with(inside).is_ok(), "{table} {name} = {inside}: {:?}", with(inside).err());
@@ -131,7 +131,7 @@ fn a_key_that_is_left_out_has_its_default() {
                 continue;
             };
             if name == "position_m" {
-                continue; // `every_scene_key_acts` presses there
+                continue; // `every_scene_key_acts` presses with it
             }
             let left_out = base(table.name, name);
             let mut said = left_out.clone();

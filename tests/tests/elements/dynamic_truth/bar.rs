@@ -1,4 +1,4 @@
-//! A bar: the speed of its waves, the force of its impact, and the decay of its first mode.
+//! A bar: its wave speed, the force of its impact, and the decay of its first mode.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -12,14 +12,14 @@ use palpate_tissue::mesh::TetMesh;
 const CELLS: usize = 40;
 const CELL_M: f64 = 0.001;
 const LENGTH_M: f64 = CELLS as f64 * CELL_M;
-/// Strains stay so small that the bar is linear.
+/// Strain small enough that the bar is linear.
 const SMALL: f64 = 1e-5;
-/// Liver: 1060 kg/m^3 over 3500 Pa.
+/// Density of liver, 1060 kg/m^3, over its modulus of 3500 Pa.
 const DENSITY_S2_PER_M2: f64 = 1060.0 / 3500.0;
-/// Corners of a cell's six tets, by the bits of x, y, z (Kuhn 1960).
+/// Corners of a cell's six tets; the bits of a corner's number are x, y and z (Kuhn 1960).
 const TETS: [[usize; 4]; 6] = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]];
 
-/// A bar along x of one cell's cross-section, held at x = 0, that moves along x alone.
+/// A bar along x with a cross-section of one cell, fixed at x = 0, whose nodes move along x only.
 fn bar(poisson_ratio: f64) -> Body {
     let corner = |n: usize, bits: usize| (4 * (n + (bits & 1)) + (bits >> 1)) as u32;
     let node = |n: u32| [f64::from(n / 4), f64::from(n % 2), f64::from(n / 2 % 2)].map(|x| x * CELL_M);
@@ -38,19 +38,19 @@ fn march(body: &Body, damping_per_s: f64) -> March<'_> {
     march
 }
 
-/// Wave speed of a bar that is confined sideways: sqrt(M / rho), M the P-wave modulus.
+/// Wave speed of a laterally confined bar: sqrt(M / rho), where M is the P-wave modulus.
 fn speed_m_per_s(nu: f64) -> f64 {
     ((1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu)) / DENSITY_S2_PER_M2).sqrt()
 }
 
-/// Mean motion along x of the nodes at the free end.
+/// Mean x component at the nodes of the free end.
 fn at_end(body: &Body, of: &[Vector3<f64>]) -> f64 {
     let ends = body.mesh.nodes_m.iter().zip(of).filter(|(x, _)| x.x > LENGTH_M * (1.0 - 1e-9));
     let (sum, count) = ends.fold((0.0, 0.0), |(sum, count), (_, u)| (sum + u.x, count + 1.0));
     sum / count
 }
 
-/// Integral of the x component of a field over the bar: quadratic shape functions integrate to
+/// Integral of the x component of a field over the bar. Quadratic shape functions integrate to
 /// -1/20 of a tet's volume at its corners and to 1/5 at the middles of its edges.
 fn integral(body: &Body, of: &[Vector3<f64>]) -> f64 {
     let volume = CELL_M.powi(3) / 6.0;

@@ -1,4 +1,4 @@
-//! Presses of the block: invariances, the static limit, and independently computed numbers.
+//! Presses of the block: invariances, the static limit, and independently computed forces.
 
 use palpate::Vector3;
 use palpate_fit::dynamic::compute;
@@ -12,9 +12,9 @@ use palpate_fit::reference::probe::RigidProbe;
 use crate::dynamic_truth::{block, coarse};
 use crate::fem_reference::assert_within;
 
-/// Depth [mm], force over E [mm^2] of other quadratic elements with Newmark's average acceleration,
-/// and the same from this project's finest mesh and shortest step. The contact of the former
-/// chatters at 200 mm/s; at 40 mm/s their mesh was coarser.
+/// Depth [mm] and force over E [mm^2]: first by other quadratic elements with Newmark's average
+/// acceleration, then by this project's finest mesh and shortest step. The contact of the former
+/// chatters at 200 mm/s; at 40 mm/s its mesh was coarser.
 const AT_200_MM_PER_S: [[f64; 3]; 4] = [[1.0, 8.46, 8.62], [2.0, 20.6, 20.20], [3.0, 33.9, 33.74], [4.0, 49.3, 48.54]];
 const AT_40_MM_PER_S: [[f64; 3]; 4] = [[1.0, 5.61, 5.45], [2.0, 14.97, 14.76], [3.0, 27.09, 26.70], [4.0, 41.26, 40.65]];
 
@@ -36,7 +36,7 @@ fn forces_on_the_way_are_those_of_independent_elements_and_of_a_fine_mesh() {
 #[test]
 fn a_held_ramp_ends_at_the_static_reference() {
     let mut scene = block();
-    // the wave that the stop leaves behind is gone sooner
+    // the wave caused by the stop decays sooner
     scene.tissue.node_damping_per_s = 150.0;
     let motion = Motion::ramp(0.1, 0.002, 0.25);
     let settings = Settings { step_s: 2e-3, ..coarse() };
@@ -79,7 +79,7 @@ fn tissue_resists_a_drag_in_either_direction_alike() {
         history.force_over_e_m2(f64::MAX).map(|f| f * 1e6)
     };
     let (there, back) = (drag(0.006), drag(-0.006));
-    // the meshes of the two are no mirror images of each other
+    // the two meshes are not mirror images of each other
     assert!(there[0] < -0.1 && back[0] > 0.1, "{there:?} {back:?}");
     assert!((there[0] + back[0]).abs() < 0.15 * there[0].abs(), "{there:?} {back:?}");
     assert!(there[1] == 0.0, "a plane of symmetry leaves no force across: {there:?}");

@@ -1,4 +1,4 @@
-//! The stored truths: each is complete, and a computation gives it again.
+//! The stored references: each is complete, and a new computation reproduces it.
 
 use palpate_fit::dynamic::truths::Computed;
 use palpate_tissue::answer::Answer;
@@ -19,7 +19,7 @@ fn every_table_is_read_and_ends_near_the_static_force() {
             assert!((row.depth_m - pose.depth_m).abs() < 1e-6, "{}: {row:?}", truth.name);
             assert!(row.force_over_e_m2[2] >= 0.0, "{}: {row:?}", truth.name);
         }
-        // by the end of the hold a wave of some per cent is left of the stop
+        // at the end of the hold, some per cent of the wave caused by the stop remain
         let held_m2 = match truth.site {
             Site::Nodule => read("nodule.json"),
             Site::Centre | Site::Aside | Site::Askew => read("block.json"),
@@ -30,7 +30,7 @@ fn every_table_is_read_and_ends_near_the_static_force() {
     }
 }
 
-/// Force over E [m^2] of the shipped static answer for a centred press of 4 mm.
+/// Force over E [m^2] of the shipped static reference for a centred press of 4 mm.
 fn read(file: &str) -> Option<f64> {
     let folder = palpate_tests::palpate_command::repository().join("host-sim/references");
     let answer = Answer::load(&folder.join(file)).expect("shipped");

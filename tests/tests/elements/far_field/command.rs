@@ -1,4 +1,4 @@
-//! `palpate far-field` keeps the contract of all commands.
+//! `palpate far-field` behaves as promised for all commands.
 
 use palpate_tests::palpate_command::{Desk, palpate};
 use serde_json::Value;
@@ -23,7 +23,7 @@ fn the_quick_table_is_written_and_says_what_it_promises() {
         assert!(found.iter().all(|r| r["force_over_e_m2"][2].as_f64().unwrap() > 0.0), "{edge}: 4 mm deep");
     }
     assert!(edges.iter().all(|e| of(e).iter().all(|r| r["tick_us"].as_f64().unwrap() > 0.0)), "all of them run in the tick");
-    // the papers' edge against ours, where the patch is two probe radii
+    // a fixed edge, as in the papers, compared with rim springs, for a patch of two probe radii
     let at_two = |edge: &str| {
         let row = of(edge).into_iter().find(|r| (r["radius_m"].as_f64().unwrap() - 0.016).abs() < 1e-9).unwrap().clone();
         row["against_dense"]["centred_pct"][2].as_f64().unwrap().abs()

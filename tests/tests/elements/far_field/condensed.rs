@@ -1,5 +1,5 @@
-//! The condensed outside against independent results: a bar, rigid motions, and the least energy
-//! found by conjugate gradients on all of it.
+//! The condensed outside compared with independent results: a bar, rigid motions, and the smallest
+//! energy found by conjugate gradients on the whole outside.
 
 use palpate::Vector3;
 use palpate_fit::far_field::FarField;
@@ -19,14 +19,14 @@ fn outside() -> FarField {
     far_field(&tissue(graded(130), [0.0; 3], on_bottom), &radius(0.016))
 }
 
-/// A rigid motion of the rim, shape [3 rim nodes].
+/// Displacements of the rim under a rigid motion, shape \[3 rim nodes\].
 fn rim_motion(outside: &Outside, of: impl Fn(Vector) -> Vector) -> Vec<f64> {
     let moved = outside.rim.iter().map(|n| of(Vector::from(outside.mesh.nodes_m[*n as usize])));
     moved.flat_map(|u| [u.x, u.y, u.z]).collect()
 }
 
-/// Without lateral contraction a bar under a plane that moves along it strains evenly: A / L in
-/// units of E.
+/// Without lateral contraction the strain is uniform in a bar whose end plane moves along it: its
+/// stiffness is A / L in units of E.
 #[test]
 fn a_bar_has_the_stiffness_of_a_bar() {
     let size_m = [0.02, 0.015, 0.04];
@@ -76,7 +76,7 @@ fn only_anchors_resist_rigid_motions() {
     }
 }
 
-/// `u^T S u / 2` is the least energy that the outside can have while its rim is displaced by u.
+/// `u^T S u / 2` is the smallest energy of the outside while its rim has the displacement u.
 #[test]
 fn condensed_energy_is_the_least_energy_of_the_outside() {
     let far = outside();

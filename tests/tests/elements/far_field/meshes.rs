@@ -1,5 +1,5 @@
-//! On every mesh tried, with smooth or jagged rims and nodules anywhere: within half a percent of
-//! the exact outside, and positive.
+//! On every mesh tried, with smooth or jagged rims and nodules anywhere, rim springs are within
+//! half a per cent of the exact outside and positive definite.
 
 use palpate_fit::far_field::{Sizes, springs};
 use palpate_fit::statics::Vector;
@@ -8,23 +8,23 @@ use palpate_tissue::tissue::Tissue;
 
 use super::{BLOCK_M, RADIUS_M, far_field, forces, free, graded, on_bottom, radius, rim, tissue};
 
-/// Depths of the presses [m]: where the error of the rim is promised.
+/// Depths of the presses for which the error of the rim is promised [m].
 const DEPTHS_M: [f64; 3] = [0.001, 0.002, 0.004];
 const PROMISED_PCT: f64 = 0.5;
 
-/// A mesh with nodes on the half sphere where it will be cut.
+/// A mesh with nodes on the hemisphere along which it will be cut.
 fn smooth(site_m: [f64; 2], radius_m: f64, fine_m: f64, growth: f64, variant: u32) -> (Tissue, Sizes) {
     let sizes = Sizes { radius_m, fine_m, fine_radius_m: RADIUS_M, growth, stroke_m: [0.0; 3] };
     let mesh = block_with_rim(BLOCK_M, site_m, &sizes, variant).unwrap();
     (tissue(mesh, [site_m[0], site_m[1], 0.0], on_bottom), sizes)
 }
 
-/// A mesh that is cut where its tets happen to end.
+/// A mesh that is cut along the faces of its tets.
 fn jagged(nodes: usize, site_m: [f64; 3], radius_m: f64) -> (Tissue, Sizes) {
     (tissue(graded(nodes), site_m, on_bottom), radius(radius_m))
 }
 
-/// Ten times as stiff within 6 mm of a place.
+/// The tissue with an inclusion ten times as stiff, within 6 mm of a place.
 fn with_lump((mut whole, sizes): (Tissue, Sizes), centre_m: [f64; 3]) -> (Tissue, Sizes) {
     let mut stiff = 0;
     for (tet, ratio) in whole.mesh.tets.iter().zip(&mut whole.stiffness_ratio) {
@@ -87,7 +87,7 @@ fn within_half_a_percent(meshes: &[(&str, (Tissue, Sizes))]) {
                 worst[at] = if pct.abs() > worst[at].abs() { pct } else { worst[at] };
             }
         }
-        // the edge matters: a fixed one would be wrong by tens of percent
+        // the edge matters: a fixed one would be wrong by tens of per cent
         let still = forces(&free.with_fixed(&rim), site_m, &DEPTHS_M[..1])[0] / forces(&exact, site_m, &DEPTHS_M[..1])[0];
         fixed_pct = fixed_pct.min(100.0 * (still - 1.0));
         let (least, nodes) = (springs::lowest_m(&far.springs), far.cut.patch.mesh.nodes_m.len());

@@ -1,4 +1,4 @@
-//! Another organ behind the same patch: only the far field is swapped.
+//! Another organ around the same patch: only the far field is replaced.
 
 use palpate_fit::far_field::springs;
 use palpate_fit::statics::{Statics, Vector};
@@ -10,7 +10,7 @@ use palpate_tissue::tissue::Tissue;
 
 const DEPTHS_M: [f64; 3] = [0.001, 0.002, 0.004];
 
-/// Forces of the patch with the far field of `whole`, and of all of it.
+/// Forces of the patch with the far field of `whole`, and forces of `whole` itself.
 fn pressed(whole: &Tissue) -> (Vec<f64>, Vec<f64>) {
     let far = far_field(whole, &radius(0.018));
     let patch = forces(&free(&far).with_rim(&rim(&far), &springs::dense(&far.springs)), Vector::zeros(), &DEPTHS_M);
@@ -18,10 +18,11 @@ fn pressed(whole: &Tissue) -> (Vec<f64>, Vec<f64>) {
     (patch, forces(&all, Vector::zeros(), &DEPTHS_M))
 }
 
-/// Three organs are compared: a block fixed at its bottom; at its sides too; and with everything
-/// below 24 mm turned to bone, which leaves a thin layer. Swapping the far field changes the force
-/// by the same ratio as changing the organ itself, within 2 %; without the swap the force is wrong.
-/// (Against the whole mesh of the same springs: its own error cancels in the ratio.)
+/// Three organs are compared: a block fixed at its bottom; one fixed at its sides as well; and one
+/// in which everything below 24 mm is bone, which leaves a thin layer. Replacing the far field
+/// changes the force by the same ratio as changing the organ itself, within 2 %; without replacing
+/// it the force is wrong. (The comparison is with the whole mesh of the same springs, whose own
+/// error cancels in the ratio.)
 #[test]
 fn a_swapped_far_field_changes_the_force_as_the_other_organ_does() {
     let mesh = graded(300);

@@ -11,11 +11,11 @@ use palpate_tissue::patch::{Material, Memory};
 
 use super::{BLOCK_M, RADIUS_M, far_field, forces, on_bottom, tissue};
 
-/// Off the centre, so that nothing is symmetric [m].
+/// A place off the centre, so that nothing is symmetric [m].
 const PLACE_M: [f64; 2] = [0.0023, -0.0017];
 
-/// Returns the sum of the forces of the rim springs over E [N/Pa], as stiffness times displacement:
-/// the nodes get its opposite.
+/// Sum of the forces of the rim springs over E [N/Pa], computed as stiffness times displacement.
+/// The force on the nodes is the opposite.
 fn rim_force(model: &Model, state: &State) -> Vector {
     let moved = |n: usize| state.nodes()[n].position_m().cast::<f64>() - Vector::from(model.nodes[n].rest_m.map(f64::from));
     let mut sum = Vector::zeros();
@@ -34,9 +34,9 @@ fn rim_force(model: &Model, state: &State) -> Vector {
     sum
 }
 
-/// The momentum added in a tick comes from the probe and the rim only: nothing inside the patch
-/// pushes it along. The one exception is the smooth fields' motion that contact takes from pressed
-/// nodes (`core/src/smooth.rs`): no force accounts for it, and it is a small share of the probe's.
+/// The momentum added in a tick comes from the probe and the rim only; the patch does not push
+/// itself. There is one exception: the smooth fields' motion that contact takes from pressed nodes
+/// (`core/src/smooth.rs`). No force accounts for it, and it is a small share of the probe's.
 #[test]
 fn momentum_comes_from_the_probe_and_the_rim_alone() {
     for (youngs_modulus_pa, most_share) in [(3.5e3, 1e-3), (20e3, 1e-3), (100e3, 1e-3)] {
@@ -47,7 +47,8 @@ fn momentum_comes_from_the_probe_and_the_rim_alone() {
         let mut memory = bench.memory();
         let (tuned, mut state) = memory.start(&model, &bench.params).unwrap();
         let e = f64::from(bench.params.youngs_modulus_pa);
-        // single precision of the sums of all inner forces, a few N over the nodes at 3.5 kPa
+        // rounding of the sums of all internal forces in single precision: a few N over the nodes
+        // at 3.5 kPa
         let rounding = 2e-8 * e / 3.5e3;
         let momenta = Oracle::new(model, bench.params).momenta();
         let momentum = |state: &State| -> Vector {
@@ -67,7 +68,7 @@ fn momentum_comes_from_the_probe_and_the_rim_alone() {
             let given = -(output.force_n.cast::<f64>() + rim) * 1e-3;
             pulled_n = pulled_n.max(rim.norm());
             strongest_n = strongest_n.max(f64::from(output.force_n.norm()));
-            // the force on a moving probe is without the masses that the floor adds
+            // the force on a moving probe excludes the mass that the floor adds
             if depth_m == 4e-3 && last_m == depth_m {
                 unaccounted = unaccounted.max((gained - given).norm() - rounding);
             }

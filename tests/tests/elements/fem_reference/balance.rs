@@ -1,4 +1,4 @@
-//! The contact force of the probe equals the force that the anchors hold.
+//! The contact force on the probe equals the force on the anchors.
 
 use palpate::Vector3;
 use palpate_tissue::scene::Shape;
@@ -7,8 +7,8 @@ use crate::fem_reference::{RADIUS_M, above, standard_block};
 
 #[test]
 fn the_contact_force_is_the_reaction_of_the_anchors() {
-    // a place off both planes of symmetry: the whole block, and a force with all three components
-    // in the anchors
+    // a place off both planes of symmetry, which requires the whole block and gives the anchors a
+    // force with all three components
     let mut case = standard_block(120, 0.008);
     case.place_m = [0.011, -0.007];
     let block = case.build().expect("meshed");

@@ -1,4 +1,4 @@
-//! The preset block: known forces, the shipped answer, and invariances.
+//! The preset block: known forces, the shipped reference, and invariances.
 
 use palpate_fit::reference::shape::TetRule;
 use palpate_tissue::answer::Answer;
@@ -6,10 +6,10 @@ use palpate_tissue::scene::Shape;
 
 use crate::fem_reference::{RADIUS_M, above, assert_within, standard_block, tissue};
 
-/// Depth [m] and force over E [m^2] of a converged hexahedral solution, within 0.3 %.
+/// Depth [m] and force over E [m^2] of a converged hexahedral solution, accurate within 0.3 %.
 const KNOWN: [(f64, f64); 3] = [(0.002, 14.065e-6), (0.004, 39.65e-6), (0.008, 107.0e-6)];
-/// Surface displacement of the coarse mesh against the shipped one: mean over the grid points
-/// within 20 mm, as a share of the depth.
+/// Allowed difference in surface displacement between the coarse and the shipped mesh: mean over
+/// the grid points within 20 mm, relative to the depth.
 const SURFACE_SHARE: f64 = 0.005;
 
 #[test]
@@ -62,8 +62,8 @@ fn settings_do_not_matter(poisson_ratio: f64) {
     };
     let plain = touch(TetRule::Four);
     assert_within("eleven points", touch(TetRule::Eleven).force_m2.z, plain.force_m2.z, 0.002);
-    // A rigid contact acts as if at most this much deeper, and force rises more slowly than with
-    // the square of the depth.
+    // A rigid contact would correspond to at most this much more depth, and force rises more slowly
+    // than with the square of the depth.
     let given = plain.penetration_m / depth_m;
     assert!(given > 0.0 && 2.0 * given < 0.001, "the surface enters the probe by {given:e} of the depth");
 }
@@ -79,7 +79,7 @@ fn every_shipped_place_is_there() {
             let hold = shipped.hold([place_mm[0] * 1e-3, place_mm[1] * 1e-3, 0.0], depth_mm * 1e-3);
             let centred = shipped.hold([0.0; 3], depth_mm * 1e-3).expect("shipped").force_over_e_m2;
             let force = hold.expect("shipped").force_over_e_m2;
-            // nearer the free sides the block is softer, but these places are still far from them
+            // the block is softer near its free sides, but these places are still far from them
             assert!((0.85..1.005).contains(&(force / centred)), "{place_mm:?}, {depth_mm} mm: {}", force / centred);
         }
     }
@@ -92,13 +92,13 @@ fn the_other_shipped_answers_are_read_and_match_their_scenes() {
     let nodule = read("nodule.json");
     assert!(nodule.is_for(&palpate_tissue::scene::Scene::load("nodule").expect("a preset")));
     assert!(!nodule.is_for(&palpate_tissue::scene::Scene::load("block").expect("a preset")));
-    // the nodule is felt above it, and no longer at twice its radius
+    // the nodule can be felt above its centre, but no longer at twice its radius
     let over_plain = |x_m: f64| {
         let at = |answer: &Answer| answer.hold([x_m, 0.0, 0.0], 0.002).expect("shipped").force_over_e_m2;
         at(&nodule) / at(&Answer::block())
     };
     assert!(over_plain(0.0) > 1.15 && (0.95..1.06).contains(&over_plain(0.012)), "{} {}", over_plain(0.0), over_plain(0.012));
-    // a flat punch is stiffer by its linear law, a smaller ball softer by Hertz's sqrt(R)
+    // compared with the linear law of a flat punch, and with Hertz's sqrt(R) for a smaller ball
     let flat = read("flat.json").hold([0.0; 3], 0.001).expect("shipped").force_over_e_m2;
     assert!((0.9..1.1).contains(&(flat / (1.213 * 2.0 * RADIUS_M / (1.0 - 0.45 * 0.45) * 0.001))), "{flat:e}");
     let small = read("sphere-5mm.json").hold([0.0; 3], 0.0005).expect("shipped").force_over_e_m2;

@@ -1,4 +1,4 @@
-//! `palpate reference` from the outside.
+//! `palpate reference`, run as a user runs it.
 
 use palpate_tests::palpate_command::{Desk, palpate};
 use palpate_tissue::answer::Answer;
@@ -7,7 +7,7 @@ use serde_json::Value;
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 
-/// A small pad under a wide probe: cheap, and it cannot be pressed flat.
+/// A small pad under a wide probe, which is cheap and cannot be compressed completely.
 const PAD: &str = r#"
 name = "pad"
 [tissue]
@@ -68,7 +68,7 @@ fn a_force_drive_finds_the_depth_of_the_depth_drive() {
     desk.put("force.toml", PAD.replace("holds_m = [0.0005, 0.001, 0.0059]", &holds).replace("\"depth\"", "\"force\""));
     let run = palpate(SCRATCH, desk.folder(), &["reference", "--quick", "--scene", "force.toml"]);
     assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
-    // the meshes of the two drives are not the same: they differ by their errors
+    // the two drives use different meshes, so the results differ by their mesh errors
     let depth_m = summary(&desk)["holds"][0]["depth_m"][2].as_f64().expect("three meshes");
     assert!((depth_m / 0.001 - 1.0).abs() < 0.01, "{depth_m}");
 }

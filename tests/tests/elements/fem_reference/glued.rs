@@ -1,4 +1,4 @@
-//! Compares the glued disc with exact solutions and with the shipped answer.
+//! The glued disc compared with exact solutions and with the shipped reference.
 
 use palpate::Vector3;
 use palpate_fit::reference::body::Stiffness;
@@ -11,7 +11,7 @@ use palpate_tissue::scene::Scene;
 
 use crate::fem_reference::{RADIUS_M, assert_within};
 
-/// A block with its support at the bottom.
+/// Mesh of a block, and the nodes of its fixed bottom.
 fn tissue(size_m: [f64; 3], nodes: usize, fine_radius_m: f64) -> (TetMesh, Vec<u32>) {
     let mesh = block(&BlockSpec { size_m, nodes, fine_at_m: [0.0; 2], fine_radius_m }).expect("meshed");
     let bottom = (0..).zip(&mesh.nodes_m).filter(|(_, x)| x[2] <= -size_m[2]).map(|(n, _)| n).collect();
@@ -28,8 +28,8 @@ fn soft(poisson_ratio: f64) -> impl Fn(usize, &Vector3<f64>) -> Stiffness {
 
 #[test]
 fn a_column_glued_all_over_is_a_spring() {
-    // without lateral strain stretch is uniaxial and exact for any mesh; a quarter of it twice as
-    // stiff is a spring in series
+    // without lateral strain, stretch is uniaxial and exact on any mesh; a quarter of the block
+    // that is twice as stiff acts as a spring in series
     let size_m = [0.02, 0.03, 0.04];
     let (mesh, bottom) = tissue(size_m, 150, 0.02);
     let over = size_m[0] * size_m[1] / size_m[2];
@@ -43,12 +43,12 @@ fn a_column_glued_all_over_is_a_spring() {
 
 #[test]
 fn every_tet_keeps_its_own_stiffness_through_the_refinement() {
-    // nu = 0, stiffness by tet: the upper half ten times stiffer, on a mesh of two layers made by
-    // doubling one
+    // nu = 0 with stiffness per tet: the upper half is ten times stiffer, on a mesh of two layers
+    // made by mirroring one
     let size_m = [0.02, 0.02, 0.02];
     let (lower, bottom) = tissue(size_m, 100, 0.02);
     let mut mesh = lower.clone();
-    // the mirror image above its own top shares the top's nodes
+    // the mirror image above the top shares the top's nodes
     let mirrored: Vec<u32> = (0..)
         .zip(&lower.nodes_m)
         .map(|(n, x)| {
@@ -78,7 +78,7 @@ fn on_a_large_block_press_and_shear_are_those_of_a_half_space() {
     let nu = 0.45_f64;
     let shear_modulus = 0.5 / (1.0 + nu);
     // adhesive punch (Mossakovskii 1954, Spence 1968) and sheared disc (Mindlin 1949; its coupling
-    // to the normal traction, left out, is small near nu = 1/2)
+    // to the normal traction is neglected, which is a small error near nu = 1/2)
     let press_m = 4.0 * shear_modulus * RADIUS_M * (3.0 - 4.0 * nu).ln() / (1.0 - 2.0 * nu);
     let shear_m = 8.0 * shear_modulus * RADIUS_M / (2.0 - nu);
     let on = |scale: f64| {
@@ -100,7 +100,7 @@ fn the_shipped_disc_at_the_centre_is_what_other_meshes_say() {
     let shipped = Answer::block().glued;
     assert_eq!(shipped.len(), 4);
     meshes_agree(&shipped[..2]);
-    // measured elsewhere, by hexahedra
+    // computed independently with hexahedra
     assert_within("press at the centre", shipped[0].stiffness_over_e_m, 24.35e-3, 0.003);
 }
 
@@ -110,10 +110,10 @@ fn the_shipped_disc_aside_is_what_other_meshes_say() {
     meshes_agree(&Answer::block().glued[2..]);
 }
 
-/// Press and shear of a shipped disc.
+/// Checks the stiffnesses of a shipped disc, pressed and sheared, on another mesh.
 fn meshes_agree(pair: &[GluedAnswer]) {
     let size_m = [0.08, 0.08, 0.04];
-    // another mesh at twice to four times the element size
+    // another mesh, with elements two to four times as large
     let (mesh, bottom) = tissue(size_m, 500, 0.016);
     assert_eq!(pair[0].place_m, pair[1].place_m);
     let ways = [Vector3::from(pair[0].direction), Vector3::from(pair[1].direction)];
@@ -121,8 +121,8 @@ fn meshes_agree(pair: &[GluedAnswer]) {
     let found = glued_stiffness(&mesh, soft(0.45), &bottom, &disc, &ways, &[0.2, 0.1]).expect("solved");
     for ((answer, found_m), levels) in pair.iter().zip(&found.limit_m).zip(0..) {
         assert_within("glued disc", *found_m, answer.stiffness_over_e_m, 0.003);
-        // finer is softer: displacement elements bound the stiffness from above, except for the
-        // polygon that represents the disc
+        // a finer mesh is softer: displacement elements bound the stiffness from above, except for
+        // the polygon that represents the disc
         assert!(found.levels_m[1][levels] < found.levels_m[0][levels]);
     }
 }
@@ -148,7 +148,7 @@ fn discs_of_a_fit_are_what_other_meshes_say() {
         (scene.tissue.block_m, scene.tissue.poisson_ratio) = (Some(size_m), poisson_ratio);
         let kept = Solved::beside(&folder.path().join("out"));
         let discs = GluedDiscs::solve(&scene, Level::Full, &kept, |_, _| {}).expect("solved");
-        // some of the law's own discs, of which none was solved, and all discs of the evaluation
+        // some of the law's own discs, none of which was solved, and all discs of the evaluation
         let some = discs.known.chunks(3).step_by(6).chain(discs.unseen.chunks(3).step_by(2));
         for disc in some {
             let own = Disc { place_m: disc[0].place_m.into(), axis: Vector3::z(), radius_m: disc[0].radius_m };

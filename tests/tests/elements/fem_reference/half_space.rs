@@ -1,4 +1,4 @@
-//! Presses whose force is known in closed form.
+//! Presses for which the force is known in closed form.
 
 use palpate::Vector3;
 use palpate_fit::reference::domain::BlockCase;
@@ -17,8 +17,8 @@ fn plane_modulus(nu: f64) -> f64 {
 
 #[test]
 fn a_shallow_ball_on_a_large_block_follows_hertz() {
-    // the contact radius is 0.77 mm, and the walls are 250 radii away: the block is a half-space to
-    // about 0.5 %
+    // the contact radius is 0.77 mm, and the walls are 250 radii away: the block is a half-space
+    // within about 0.5 %
     let (radius_m, depth_m) = (0.01_f64, 6e-5_f64);
     let case = BlockCase { size_m: [0.4, 0.4, 0.2], ..standard_block(100, 0.05) };
     let quarter = BlockSpec { size_m: [0.2; 3], nodes: 100, fine_at_m: [-0.1; 2], fine_radius_m: 0.05 };
@@ -26,7 +26,7 @@ fn a_shallow_ball_on_a_large_block_follows_hertz() {
     for x in &mut mesh.nodes_m {
         *x = [x[0] + 0.1, x[1] + 0.1, x[2]];
     }
-    // a coarse mesh refined, as the generator does not grade by a factor of hundreds
+    // a coarse mesh is refined, because the generator does not grade by a factor of hundreds
     let mesh = refine(&mesh, |x| 4e-4 + 0.6 * (Vector3::from(x).norm() - 8e-4).max(0.0), 1500);
     let block = case.support(&mesh, [true; 2]);
     let mut press = above(&block, Shape::Sphere, radius_m);
@@ -37,7 +37,7 @@ fn a_shallow_ball_on_a_large_block_follows_hertz() {
 
 #[test]
 fn a_flat_punch_has_the_linear_force_of_this_block() {
-    // in linear elasticity 1.213 times the half-space's 2 a E* depth, for a sharp edge
+    // in linear elasticity, 1.213 times the half-space's 2 a E* depth, for a sharp edge
     let block = standard_block(700, 1.05 * RADIUS_M).build().expect("meshed");
     let depth_m = 2e-5;
     let mut probe = RigidProbe::new(Shape::Flat, RADIUS_M, block.place_m, Vector3::z());

@@ -7,8 +7,8 @@ use palpate_tissue::scene::Shape;
 
 use crate::fem_reference::{RADIUS_M, standard_block};
 
-/// Step of the central differences [m]: the error of order step^2 and the rounding of order
-/// 1e-16/step are both below the tolerance.
+/// Step of the central differences [m]: the truncation error of order step^2 and the rounding of
+/// order 1e-16/step are both below the tolerance.
 const STEP_M: f64 = 1e-8;
 
 #[test]
@@ -25,9 +25,9 @@ fn residual_and_tangent_are_the_slopes_of_energy_and_residual() {
     let moved = |by: f64| -> Vec<_> { bent.iter().zip(&direction).map(|(u, d)| u + d * by).collect() };
     for (shape, depth_m) in [(Shape::Hemisphere, 0.002), (Shape::Sphere, 0.002), (Shape::Flat, 0.0004)] {
         let mut probe = RigidProbe::new(shape, RADIUS_M, Vector3::new(0.0, 0.0, -depth_m), Vector3::z());
-        // an edge wide enough to meet quadrature points of this mesh
+        // an edge wide enough to include quadrature points of this mesh
         probe.edge_m = 0.003;
-        // soft enough that the probe's curvature enters the tangent unbounded
+        // a penalty so low that the probe's curvature enters the tangent without being limited
         let contact = Contact { probe, penalty_per_m: 1000.0 };
         let at = |by: f64| body.assemble(&moved(by), Some(&contact)).expect("nothing is inside out");
         let (now, plus, minus) = (at(0.0), at(STEP_M), at(-STEP_M));

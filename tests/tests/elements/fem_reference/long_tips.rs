@@ -1,5 +1,5 @@
-//! Capsule and ellipsoid on a half-space: against Hertz's elliptical contact in closed form, and
-//! against a boundary-element solution that shares nothing with the finite elements.
+//! Capsule and ellipsoid on a half-space, compared with Hertz's elliptical contact in closed form
+//! and with a boundary-element solution that shares no code with the finite elements.
 
 use palpate::Vector3;
 use palpate_fit::reference::domain::{BlockBody, BlockCase};
@@ -17,8 +17,8 @@ fn plane_modulus() -> f64 {
     1.0 / (1.0 - 0.45 * 0.45)
 }
 
-/// A quarter of a block 0.4 x 0.4 x 0.2 m whose elements are `edge_m` long where a coordinate is
-/// below `half_m`, and grow from there.
+/// A quarter of a block 0.4 x 0.4 x 0.2 m with elements `edge_m` long where both coordinates are
+/// below `half_m`; from there on they grow.
 fn half_space(half_m: [f64; 2], edge_m: f64, nodes: usize) -> BlockBody {
     let case = BlockCase { size_m: [0.4, 0.4, 0.2], ..standard_block(100, 0.05) };
     let quarter = BlockSpec { size_m: [0.2; 3], nodes: 100, fine_at_m: [-0.1; 2], fine_radius_m: 0.05 };
@@ -44,8 +44,8 @@ fn elliptic(k: f64) -> (f64, f64) {
     (whole, whole * (1.0 - sum))
 }
 
-/// Force over E of a press of a paraboloid with these radii of curvature, the longer first, and the
-/// longer semi-axis of the contact (Johnson, Contact Mechanics, 1985, 4.26 to 4.31).
+/// Force over E [m^2] on a paraboloid with these radii of curvature, the longer first, and the
+/// longer semi-axis of its contact [m] (Johnson, Contact Mechanics, 1985, 4.26 to 4.31).
 fn hertz_m2([long_m, short_m]: [f64; 2], depth_m: f64) -> (f64, f64) {
     let ratio = |k: f64| {
         let (first, second) = elliptic(k);
@@ -61,15 +61,16 @@ fn hertz_m2([long_m, short_m]: [f64; 2], depth_m: f64) -> (f64, f64) {
     (2.0 * std::f64::consts::PI * a_m * plane_modulus() * depth_m / (3.0 * first), a_m)
 }
 
-/// Force over E of a rigid probe on a half-space [m^2], its lowest point `depth_m` below: cells of
-/// even pressure (Love 1929), pressures by conjugate gradients that keep them from pulling
-/// (Polonsky and Keer, Wear 231, 1999). A quarter of the contact, `cells_m` from the middle.
+/// Force over E [m^2] on a rigid probe whose lowest point is `depth_m` below the surface of a
+/// half-space. Pressure is uniform in each cell (Love 1929) and found by conjugate gradients that
+/// exclude tension (Polonsky and Keer, Wear 231, 1999). The `count` cells cover a quarter of the
+/// contact, up to `extent_m` from its centre.
 fn boundary_elements_m2(height_m: impl Fn(f64, f64) -> f64, depth_m: f64, extent_m: [f64; 2], count: [usize; 2]) -> f64 {
     let side_m: [f64; 2] = std::array::from_fn(|k| extent_m[k] / count[k] as f64);
     let centre =
         |n: usize| [(n % count[0]) as f64 + 0.5, (n / count[0]) as f64 + 0.5].into_iter().zip(side_m).map(|(n, s)| n * s);
     let places: Vec<[f64; 2]> = (0..count[0] * count[1]).map(|n| centre(n).collect::<Vec<_>>().try_into().unwrap()).collect();
-    // displacement at (x, y) by a unit pressure on a cell around the origin, times pi E*
+    // displacement at (x, y) by unit pressure on a cell around the origin, times pi E*
     let love = |x: f64, y: f64| {
         let (p, q, r, s) = (x + 0.5 * side_m[0], x - 0.5 * side_m[0], y + 0.5 * side_m[1], y - 0.5 * side_m[1]);
         let part = |a: f64, b: f64, c: f64| a * ((b + a.hypot(b)) / (c + a.hypot(c))).ln();
@@ -104,7 +105,7 @@ fn boundary_elements_m2(height_m: impl Fn(f64, f64) -> f64, depth_m: f64, extent
         kept = 1.0;
         for n in 0..cells {
             pressure[n] = (pressure[n] - step * way[n]).max(0.0);
-            // a cell without pressure inside the probe joins
+            // a cell without pressure that lies inside the probe is added to the contact
             if pressure[n] == 0.0 && residual[n] < 0.0 {
                 (pressure[n], kept) = (-step * residual[n], 0.0);
             }
@@ -115,7 +116,8 @@ fn boundary_elements_m2(height_m: impl Fn(f64, f64) -> f64, depth_m: f64, extent
 
 #[test]
 fn an_elongated_ellipsoid_follows_hertz() {
-    // radii of curvature 42.7 and 6 mm: the contact is three and a half times as long as wide
+    // radii of curvature of 42.7 and 6 mm: the contact is three and a half times as long as it is
+    // wide
     let (semi_m, depth_m) = ([0.016, 0.006, 0.006], 6e-5);
     let radii_m = [semi_m[0] * semi_m[0], semi_m[1] * semi_m[1]].map(|square| square / semi_m[2]);
     let (hertz, a_m) = hertz_m2(radii_m, depth_m);
@@ -171,7 +173,7 @@ fn without_length_or_with_equal_axes_they_are_spheres() {
     }
 }
 
-/// Normal and curvature are the derivatives of the distance.
+/// Normal and curvature are the derivatives of the distance to the probe.
 #[test]
 fn normal_and_curvature_are_slopes_of_the_gap() {
     let axis = Vector3::new(0.0, 0.6, 0.8);

@@ -1,4 +1,4 @@
-//! An imported mesh gives what the block's own mesh gives.
+//! An imported mesh gives the same results as the block's own mesh.
 
 use palpate::Vector3;
 use palpate_fit::reference::domain::mesh_body;
@@ -16,7 +16,7 @@ fn a_coarse_mesh_refined_at_the_site_and_tilted_gives_the_blocks_force() {
     let spec = BlockSpec { size_m: [0.08, 0.08, 0.04], nodes: 60, fine_at_m: [0.0; 2], fine_radius_m: 0.02 };
     let mut mesh = block(&spec).expect("meshed");
     mesh = refine(&mesh, |x| 0.0032 + 0.6 * (Vector3::from(x).norm() - 0.004).max(0.0), 900);
-    // a quarter turn about x: the press goes along -y
+    // a quarter turn about x, after which the press is along -y
     for x in &mut mesh.nodes_m {
         *x = [x[0], x[2], -x[1]];
     }

@@ -1,5 +1,5 @@
-//! Finite elements of tissue that stiffens: a squeezed bar follows the closed form, slopes and
-//! tangent are those of the energy, and zero is neo-Hookean.
+//! Finite elements of stiffening tissue: a compressed bar follows the closed form, residual and
+//! tangent are derivatives of the energy, and an exponent of zero gives neo-Hookean tissue.
 
 use palpate::Vector3;
 use palpate_fit::reference::body::{Body, Material};
@@ -30,7 +30,7 @@ fn cube(poisson_ratio: f64, stiffening_b: f64, fixed: impl Fn(&Vector3<f64>) -> 
 
 #[test]
 fn a_squeezed_bar_follows_the_closed_form_of_fung_and_demiray() {
-    // the closed form keeps the volume; at b = 10 the stress is 40 mu
+    // the closed form assumes constant volume; at b = 10 the stress is 40 mu
     let poisson_ratio = 0.499_999;
     let mut share = Share::one_in(2);
     for b in [0.3, 3.0, 10.0].into_iter().filter(|_| share.takes()) {

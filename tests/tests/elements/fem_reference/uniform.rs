@@ -1,4 +1,4 @@
-//! Uniform deformation is exact on any mesh.
+//! A uniform deformation is exact on any mesh.
 
 use palpate::Vector3;
 use palpate_fit::reference::body::Body;
@@ -18,7 +18,7 @@ fn lame() -> (f64, f64) {
     (0.5 / (1.0 + NU), NU / ((1.0 + NU) * (1.0 - 2.0 * NU)))
 }
 
-/// A cube from 0 to its side in x and y, its top at z = 0.
+/// A cube that extends from 0 to its side length in x and y and has its top at z = 0.
 fn cube() -> TetMesh {
     let spec = BlockSpec { size_m: [SIDE_M; 3], nodes: 90, fine_at_m: [0.003, -0.002], fine_radius_m: 0.004 };
     let mut mesh = block(&spec).expect("a small cube is meshed");
@@ -69,7 +69,7 @@ fn patch_test_no_node_inside_feels_a_force_and_the_energy_is_the_formulas() {
 
 #[test]
 fn a_squeezed_bar_has_the_force_of_the_formula() {
-    // bottom and two sides slide, the other two are free: uniaxial stress
+    // bottom and two sides can slide, and the other two sides are free: uniaxial stress
     let body = body(|x| [x.x == 0.0, x.y == 0.0, x.z <= -SIDE_M * (1.0 - 1e-9)], TetRule::Four);
     let place = Vector3::new(0.5 * SIDE_M, 0.5 * SIDE_M, 0.0);
     // a plate wider than the bar
@@ -82,8 +82,8 @@ fn a_squeezed_bar_has_the_force_of_the_formula() {
     }
 }
 
-/// Axial stress per rest area over E of a bar with free sides, from zero stress across:
-/// `mu (t^2 - 1) + lambda ln(stretch t^2) = 0`.
+/// Axial stress per rest area over E of a bar with free sides. The lateral stretch t follows from
+/// zero lateral stress: `mu (t^2 - 1) + lambda ln(stretch t^2) = 0`.
 fn uniaxial(stretch: f64) -> f64 {
     let (mu, lambda) = lame();
     let (mut low, mut high) = (0.5, 2.0);

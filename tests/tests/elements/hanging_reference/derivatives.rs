@@ -1,4 +1,4 @@
-//! Residual and tangent are the derivatives of the energy, weight and ties included.
+//! Residual and tangent are the derivatives of the energy, including weight and ties.
 
 use palpate::Vector3;
 use palpate_fit::reference::organs::join;

@@ -1,5 +1,5 @@
-//! Two blocks tied stiffly are one; a soft tie stretches by its stiffness; an unsupported body is
-//! refused.
+//! Two blocks with a stiff tie behave as one; a soft tie stretches according to its stiffness; a
+//! body without support is refused.
 
 use palpate::Vector3;
 use palpate_fit::reference::hang::Hanging;
@@ -12,12 +12,12 @@ use palpate_fit::reference::tie::layer;
 use crate::hanging_reference::{assert_within, bar, body, nodes_where};
 
 const SIDE_M: f64 = 0.02;
-/// Thickness of the upper block and of both [m].
+/// Thickness of the upper block, and of both blocks together [m].
 const SEAM_M: f64 = 0.02;
 const BOTH_M: f64 = 0.04;
 
-/// Two blocks, one on the other, of meshes that do not match, fixed on top and gripped at the
-/// bottom, with weight and a layer between them.
+/// Two blocks on top of each other, with meshes that do not match and a layer between them. The
+/// upper one is fixed at its top, the lower one is gripped at its bottom, and both have weight.
 fn two(poisson_ratio: f64, nodes: [usize; 2], stiffness_per_m: f64) -> (Suspension, Vec<u32>) {
     let mut lower = bar([SIDE_M, SIDE_M, BOTH_M - SEAM_M], nodes[1]);
     for node in &mut lower.nodes_m {
@@ -73,7 +73,8 @@ fn two_blocks_tied_stiffly_are_one_block() {
 
 #[test]
 fn a_soft_layer_and_two_bars_are_springs_in_series() {
-    // with nu = 0 and a short pull both bars are springs A/l, the layer k A
+    // with nu = 0 and a small pull, both bars are springs of stiffness A/l, and the layer is a
+    // spring of stiffness k A
     let stiffness_per_m = 70.0;
     let (tied, grip) = two(0.0, [60, 80], stiffness_per_m);
     let mut hanging = Hanging::new(&tied).expect("small");
@@ -81,8 +82,8 @@ fn a_soft_layer_and_two_bars_are_springs_in_series() {
     hanging.go_to(0.0, &vec![Vector3::new(0.0, 0.0, -pull_m); grip.len()], |_| {}).expect("can be pulled");
     let force = -hanging.support(grip).force_m2.z;
     assert_within("force", force, pull_m * SIDE_M * SIDE_M / (BOTH_M + 1.0 / stiffness_per_m), 0.001);
-    // one surface's quadrature does not see the sides of the other's triangles: pressure is even
-    // within a few parts of a thousand
+    // the quadrature of one surface does not resolve the triangle edges of the other, so the
+    // pressure is uniform only within a few parts per thousand
     for tie in tied.ties() {
         let stretch = tie.stretch_m(&hanging.displacement_m);
         assert_within("stretch", stretch.z, force / (SIDE_M * SIDE_M * stiffness_per_m), 0.02);
@@ -103,7 +104,7 @@ fn what_cannot_hang_is_refused() {
     let mut hanging = Hanging::new(&held).expect("small");
     assert_eq!(hanging.go_to(0.0, &[down], |_| {}).err(), Some(HangError::Moves { given: 1, nodes: 3 }));
     assert_eq!(hanging.go_to(0.0, &[down * f64::NAN; 3], |_| {}).err(), Some(HangError::Moves { given: 3, nodes: 3 }));
-    // a block turned into its mirror image is inside out from half way on
+    // on the way to its mirror image, a block is inverted from the midpoint on
     let all: Vec<u32> = (0..make().body().mesh.nodes_m.len() as u32).collect();
     let whole = make().with_grip(&all).expect("there");
     let mirrored: Vec<_> = whole.body().mesh.nodes_m.iter().map(|x| Vector3::new(SIDE_M - 2.0 * x.x, 0.0, 0.0)).collect();

@@ -1,4 +1,4 @@
-//! A body whose held nodes are all turned is turned.
+//! A body whose held nodes are all rotated about an axis is rotated as a whole.
 
 use palpate::Vector3;
 use palpate_fit::reference::hang::Hanging;
@@ -9,7 +9,7 @@ use palpate_fit::reference::tie::layer;
 
 use crate::hanging_reference::{bar, body, nodes_where};
 
-/// Steps of a turn of 129 degrees about y.
+/// Number and angle of the steps of a rotation by 129 degrees about y.
 const STEPS: usize = 9;
 const STEP_RAD: f64 = 0.25;
 

@@ -19,13 +19,13 @@ fn hung(load: f64, nodes: usize) -> Suspension {
     let mesh = QuadraticMesh::new(&bar([SIDE_M, SIDE_M, LENGTH_M], nodes));
     let tets = mesh.tets.len();
     let body = body(mesh, 0.0, |x| if x.z == 0.0 { TOP } else { [false; 3] });
-    // gravity and modulus such that density x gravity x length is `load` of the modulus
+    // gravity and modulus are chosen so that density x gravity x length is `load` times the modulus
     let gravity = Vector3::new(0.0, 0.0, -load / LENGTH_M);
     Suspension::new(body).with_weight(&vec![1000.0; tets], gravity, 1000.0).expect("sound")
 }
 
-/// Stretch of a neo-Hookean bar with nu = 0 under a tension over Young's modulus: mu (s - 1/s), as
-/// the sides stay as they are.
+/// Stretch of a neo-Hookean bar with nu = 0, given its tension over Young's modulus: the tension is
+/// mu (s - 1/s), since the cross-section does not change.
 fn stretch(tension: f64) -> f64 {
     tension + (tension * tension + 1.0).sqrt()
 }
@@ -83,8 +83,8 @@ fn supports_and_grip_carry_the_weight_and_its_moment() {
     let mut hanging = Hanging::new(&suspension).expect("small");
     hanging.weigh(1.0).expect("hangs");
     hanging.go_to(1.0, &vec![Vector3::new(-0.005, 0.004, 0.02); grip.len()], |_| {}).expect("lifts");
-    // mass and its moment from the corners alone, quadrature of the deformed places: nothing of the
-    // nodal weights
+    // mass and moment are computed from the corners and by quadrature of the deformed positions,
+    // without the nodal weights
     let mut mass_kg = 0.0;
     let mut weight_moment = Vector3::zeros();
     let locator_mesh = &suspension.body().mesh;

@@ -1,15 +1,15 @@
-//! Random valid meshes: a jittered block of cubes, six tets a cube.
+//! Random valid meshes: a block of cubes with six tets per cube and randomly moved nodes.
 
 use palpate_tissue::mesh::TetMesh;
 use proptest::prelude::*;
 
-/// Edge of a cube [m].
+/// Edge length of a cube [m].
 pub const STEP_M: f64 = 0.01;
 
 /// Paths from one corner of a cube to the opposite one; each spans a tet with the diagonal.
 const PATHS: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
 
-/// `cells` cubes along each axis, no node moved.
+/// A mesh of `cells` cubes along each axis, without moved nodes.
 pub fn regular(cells: [usize; 3]) -> TetMesh {
     let [nx, ny, nz] = cells.map(|n| n + 1);
     let index = |at: [usize; 3]| u32::try_from(at[0] + nx * (at[1] + ny * at[2])).unwrap();
@@ -42,12 +42,13 @@ pub fn regular(cells: [usize; 3]) -> TetMesh {
     TetMesh { nodes_m, tets, regions }
 }
 
-/// A mesh of up to 2 x 2 x 2 cubes; nodes moved, nodes and tets shuffled, regions drawn.
+/// A mesh of up to 2 x 2 x 2 cubes with moved nodes, shuffled nodes and tets, and random regions.
 pub fn any() -> impl Strategy<Value = TetMesh> {
     let cells = [1..=2_usize, 1..=2, 1..=2];
     cells.prop_map(regular).prop_flat_map(|mesh| {
         let (nodes, tets) = (mesh.nodes_m.len(), mesh.tets.len());
-        // A twentieth of an edge moves no node near the opposite face, which is at 0.7 of it.
+        // A twentieth of an edge does not move any node near the opposite face, which is 0.7 edges
+        // away.
         let shift = prop::array::uniform3(-0.05..0.05);
         (
             prop::collection::vec(shift, nodes),

@@ -1,4 +1,4 @@
-//! A damaged file gives one line of error or a mesh that is sound, never a panic.
+//! A damaged file gives a one-line error or a valid mesh, and never a panic.
 
 use palpate_tissue::mesh::import::MIN_QUALITY;
 use proptest::prelude::*;

@@ -1,11 +1,11 @@
-//! Every defect of a mesh is named with its place and its remedy.
+//! The error for every mesh defect names its position and its remedy.
 
 use crate::mesh_import::{import_text, message};
 
-/// Two tets on one face; node 9 is unused and repeats the place of node 1.
+/// Two tets that share a face; node 9 is unused and has the same position as node 1.
 pub const TWO_TETS: &str = "$NOD\n6\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n9 0 0 0\n$ENDNOD\n$ELM\n2\n1 4 1 1 4 1 2 3 4\n17 4 1 1 4 2 3 4 5\n$ENDELM\n";
 
-/// `TWO_TETS` with one text in place of another, which must be there.
+/// `TWO_TETS` with one text, which must occur, replaced by another.
 pub fn edited(from: &str, to: &str) -> String {
     assert!(TWO_TETS.contains(from), "{from}");
     TWO_TETS.replace(from, to)
@@ -92,7 +92,7 @@ fn a_third_tet_on_a_face_is_refused() {
 
 #[test]
 fn parts_that_share_no_face_are_refused_with_their_sizes() {
-    // The third tet hangs on node 5 alone.
+    // The third tet is connected by node 5 only.
     let text = edited("6\n1 0", "9\n1 0")
         .replace("9 0 0 0\n", "9 0 0 0\n10 2 1 1\n11 1 2 1\n12 1 1 2\n")
         .replace("$ELM\n2\n", "$ELM\n3\n")

@@ -1,4 +1,4 @@
-//! Binary and XML files of a mesh, written without the readers' help.
+//! Writers of binary and XML mesh files that use no code of the readers.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -9,17 +9,17 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use palpate_tissue::mesh::TetMesh;
 
-/// Bytes in a block that is packed on its own: small, so that every array has several.
+/// Bytes per separately compressed block: so few that every array has several blocks.
 const BLOCK: usize = 96;
 
-/// Order of the bytes of a number.
+/// Byte order of numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Order {
     Little,
     Big,
 }
 
-/// Form of the arrays of XML VTK.
+/// Encoding of the arrays in XML VTK.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Xml {
     Ascii,
@@ -70,7 +70,8 @@ fn tags(tet: [u32; 4]) -> [i64; 4] {
     tet.map(|node| i64::from(node) + 1)
 }
 
-/// A triangle first, as the text files have it; regions are physical groups, with a sign.
+/// Gmsh 2 with a triangle first, as in the text files; regions are physical groups, which may be
+/// negative.
 pub fn gmsh_2(mesh: &TetMesh, order: Order) -> Vec<u8> {
     let mut out = Out::new(order);
     out.text("$MeshFormat\n2.2 1 8\n");
@@ -83,7 +84,7 @@ pub fn gmsh_2(mesh: &TetMesh, order: Order) -> Vec<u8> {
     }
     out.text(&format!("\n$EndNodes\n$Elements\n{}\n", mesh.tets.len() + 1));
     out.i32s(&[2, 1, 2, 1, 7, 7, 1, 2, 3]);
-    // Two blocks, as Gmsh writes one for each entity.
+    // Two blocks, since Gmsh writes one block per entity.
     let half = mesh.tets.len() / 2;
     let tets: Vec<_> = (2..).zip(mesh.tets.iter().zip(&mesh.regions)).collect();
     for block in [&tets[..half], &tets[half..]].into_iter().filter(|block| !block.is_empty()) {
@@ -99,8 +100,8 @@ pub fn gmsh_2(mesh: &TetMesh, order: Order) -> Vec<u8> {
     out.bytes
 }
 
-/// Volume 10 + r holds region r; region 0 has no physical group. Nodes of a surface have
-/// parameters.
+/// Gmsh 4: volume 10 + r contains region r, and region 0 has no physical group. Nodes of surfaces
+/// have parameters.
 pub fn gmsh_4(mesh: &TetMesh, order: Order) -> Vec<u8> {
     let mut out = Out::new(order);
     out.text("$MeshFormat\n4.1 1 8\n");
@@ -157,7 +158,7 @@ pub fn gmsh_4(mesh: &TetMesh, order: Order) -> Vec<u8> {
     out.bytes
 }
 
-/// A legacy VTK file: with `offsets` of version 5.1, otherwise of 3.0.
+/// Legacy VTK, of version 5.1 with `offsets` and of version 3.0 without.
 pub fn vtk(mesh: &TetMesh, offsets: bool) -> Vec<u8> {
     let mut out = Out::new(Order::Big);
     let version = if offsets { "5.1" } else { "3.0" };
@@ -193,7 +194,7 @@ pub fn vtk(mesh: &TetMesh, offsets: bool) -> Vec<u8> {
     out.bytes
 }
 
-/// One array of a `.vtu`.
+/// An array of a `.vtu` file.
 enum Array {
     Reals(Vec<f64>),
     Wholes(Vec<i64>),
@@ -218,7 +219,7 @@ impl Array {
         words.join("\n ")
     }
 
-    /// Header and data, as they are packed.
+    /// Header and data, compressed if `packed`.
     fn bytes(&self, order: Order, wide: bool, packed: bool) -> [Vec<u8>; 2] {
         let mut data = Out::new(order);
         match self {
@@ -249,7 +250,7 @@ fn zlib(data: &[u8]) -> Vec<u8> {
     encoder.finish().unwrap()
 }
 
-/// XML VTK with a triangle first, and data at the points that mean nothing.
+/// XML VTK with a triangle first and with point data that the reader must ignore.
 pub fn vtu(mesh: &TetMesh, form: Xml, order: Order, wide: bool, packed: bool) -> Vec<u8> {
     let cells = mesh.tets.len() as i64;
     let nodes = [0, 1, 2].into_iter().chain(mesh.tets.iter().flatten().map(|n| i64::from(*n)));
@@ -267,7 +268,7 @@ pub fn vtu(mesh: &TetMesh, form: Xml, order: Order, wide: bool, packed: bool) ->
         let parts = array.bytes(order, wide, packed);
         match form {
             Xml::Ascii => write!(text, "format=\"ascii\">\n{}\n</DataArray>", array.text()),
-            // VTK begins the code anew after the header of packed data only.
+            // VTK restarts the base64 encoding after the header only if the data are compressed.
             Xml::Base64 if packed => {
                 let [header, data] = parts.map(|part| BASE64_STANDARD.encode(part));
                 write!(text, "format=\"binary\">\n  {header}{data}\n</DataArray>")

@@ -1,4 +1,4 @@
-//! File formats by name and content, and files that are refused as a whole.
+//! File formats are recognised by name and content, and some files are refused as a whole.
 
 use crate::mesh_import::{import_text, message};
 
@@ -96,7 +96,7 @@ fn a_path_that_is_no_file_is_refused() {
 fn a_file_larger_than_any_mesh_that_fits_is_not_read() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.msh");
-    // Holes on disk: the length alone counts.
+    // A sparse file, because only its length matters.
     let file = std::fs::File::create(&path).unwrap();
     file.set_len((512 << 20) + 1).unwrap();
     assert_eq!(

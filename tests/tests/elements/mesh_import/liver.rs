@@ -1,4 +1,4 @@
-//! A real liver, read if the shared data lies beside the project.
+//! A real liver, read if the folder with the shared data exists beside the project.
 
 use std::path::{Path, PathBuf};
 
@@ -28,7 +28,7 @@ fn the_liver_is_as_large_as_a_human_one() {
     for (size_m, expected_mm) in report.size_m.iter().zip(expected_mm) {
         assert!((1e3 * size_m - expected_mm).abs() < 0.6, "{:?}", report.size_m);
     }
-    // One closed surface without handles: nodes - edges + faces - tets = 1.
+    // A single closed surface without handles: nodes - edges + faces - tets = 1.
     let open = surface(&imported.mesh.tets).len();
     let faces = (4 * report.tets + open) / 2;
     assert_eq!(report.nodes + faces, edges(&imported.mesh.tets).len() + report.tets + 1);

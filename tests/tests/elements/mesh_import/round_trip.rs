@@ -1,4 +1,4 @@
-//! Data that was written to a mesh file is imported from it bit for bit.
+//! A mesh written to a file is imported bit for bit.
 
 use palpate_tissue::mesh::TetMesh;
 use proptest::prelude::*;
@@ -64,14 +64,15 @@ proptest! {
         let size = cells.map(|n| n as f64 * block::STEP_M);
         let volume = size[0] * size[1] * size[2];
         prop_assert_eq!(report.size_m, size);
-        // At most 162 tets are added up.
+        // The sum has at most 162 tets.
         prop_assert!((report.volume_m3 / volume - 1.0).abs() < 1e-13);
-        // Longest edge the diagonal of the cube, volume a sixth: sqrt(2) / sqrt(27).
+        // The longest edge is the cube's diagonal, and the volume is a sixth of the cube's: sqrt(2)
+        // / sqrt(27).
         prop_assert!((report.worst_tet.quality - (2.0_f64 / 27.0).sqrt()).abs() < 1e-12);
         prop_assert_eq!((report.nodes, report.tets), (mesh.nodes_m.len(), mesh.tets.len()));
     }
 
-    /// A power of two scales without rounding, so nothing but the scale may change a bit.
+    /// A power of two scales without rounding, so only the scale may change the bits.
     #[test]
     fn the_scale_of_a_mesh_decides_nothing(mesh in block::any(), power in -3..=6) {
         let unit_m = 2.0_f64.powi(power);

@@ -1,4 +1,4 @@
-//! Large files: read whole, or refused before they cost anything.
+//! Large files are read completely, or are refused before memory is allocated for them.
 
 use palpate_tests::cube_mesh::chain;
 
@@ -8,7 +8,7 @@ use crate::mesh_import::{block, import_bytes, import_text, message};
 #[test]
 fn twenty_thousand_nodes_are_read_whole() {
     let mesh = block::regular([26; 3]);
-    // Each reader once or twice.
+    // Each reader is used once or twice.
     for format in FORMATS.into_iter().step_by(2) {
         let (name, content) = write(format, &mesh, 7);
         let report = import_bytes(name, &content).unwrap().report;
@@ -40,7 +40,7 @@ fn an_absurd_count_is_refused_without_allocating_for_it() {
     }
 }
 
-/// A number of 1e12 in each place of a binary file that announces a length.
+/// Replaces each announced length in a binary file by a huge number.
 #[test]
 fn an_absurd_binary_count_is_refused_without_allocating_for_it() {
     let mesh = block::regular([2; 3]);
@@ -58,7 +58,8 @@ fn an_absurd_binary_count_is_refused_without_allocating_for_it() {
             } else {
                 continue;
             }
-            // the import gives a mesh only where the number was no count, but a node or a tet
+            // the import succeeds only if the number was not a count but an index of a node or a
+            // tet
             let _ = import_bytes(name, &damaged).map_err(|error| assert!(error.to_string().len() < 500, "{error}"));
         }
     }

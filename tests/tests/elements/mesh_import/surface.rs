@@ -1,4 +1,4 @@
-//! The boundary of a mesh is a closed surface that looks outward.
+//! The boundary of a mesh is a closed surface whose triangles face outward.
 
 use std::collections::BTreeMap;
 
@@ -31,7 +31,7 @@ proptest! {
             triple(a, b, c)
         }).sum();
         let filled: f64 = mesh.tets.iter().map(|&tet| six_volumes(&mesh, tet)).sum();
-        // Under 100 terms, none larger than the whole.
+        // Fewer than 100 terms, none larger than the sum.
         prop_assert!((enclosed / filled - 1.0).abs() < 1e-12);
     }
 

@@ -1,4 +1,4 @@
-//! Every defect of the text of a file is named with its place and its remedy.
+//! The error for every syntax error in a file names its position and its remedy.
 
 use crate::mesh_import::defects::edited;
 use crate::mesh_import::{import_text, message};

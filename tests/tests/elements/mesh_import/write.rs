@@ -1,4 +1,4 @@
-//! Writers for every format that is read, with the extras real files carry.
+//! Writers for every format that is read, including the additional content of real files.
 
 use std::fmt::Write;
 
@@ -17,7 +17,7 @@ pub enum Format {
     Gmsh4Binary(Order),
     Vtk4Binary,
     Vtk5Binary,
-    /// Form, order, whether headers are 64 bit wide, whether it is packed.
+    /// Encoding, byte order, whether headers are 64 bits wide, whether data are compressed.
     Vtu(Xml, Order, bool, bool),
 }
 
@@ -47,7 +47,7 @@ impl Format {
     }
 }
 
-/// The file of `mesh`, name and content. Gmsh nodes are numbered `stride * index + 1` in text.
+/// Name and content of a file of `mesh`. In text, Gmsh nodes are numbered `stride * index + 1`.
 pub fn write(format: Format, mesh: &TetMesh, stride: u64) -> (&'static str, Vec<u8>) {
     match format {
         Format::Gmsh1 => ("mesh.msh", gmsh1(mesh, stride).into()),
@@ -63,7 +63,7 @@ pub fn write(format: Format, mesh: &TetMesh, stride: u64) -> (&'static str, Vec<
     }
 }
 
-/// Lines, each from `format_args!`.
+/// Writes lines, each from one displayable value.
 macro_rules! lines {
     ($text:ident, $($line:expr),+ $(,)?) => { $( writeln!($text, "{}", $line).unwrap(); )+ };
 }
@@ -111,7 +111,7 @@ fn gmsh2(mesh: &TetMesh, stride: u64) -> String {
 
 fn gmsh4(mesh: &TetMesh, stride: u64) -> String {
     let mut text = String::from("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n");
-    // Volume 10 + r holds region r; region 0 has no physical group.
+    // Volume 10 + r contains region r; region 0 has no physical group.
     lines!(text, "$Entities", "1 0 1 4", "1 0 0 0 0", "5 0 0 0 1 1 1 1 3 0");
     lines!(text, "10 0 0 0 1 1 1 0 1 5");
     for region in 1..4 {
@@ -149,7 +149,7 @@ fn vtk(mesh: &TetMesh, version: &str, cells: &str) -> String {
     let mut text = format!("# vtk DataFile Version {version}\n\nASCII\nDATASET UNSTRUCTURED_GRID\n");
     lines!(text, "FIELD FieldData 1", "TIME 1 1 double", "0.5");
     lines!(text, format_args!("POINTS {} double", mesh.nodes_m.len()));
-    // Three points per line, as VTK itself breaks them.
+    // Three points per line, as VTK itself writes them.
     for points in mesh.nodes_m.chunks(3) {
         lines!(text, spaced(points.iter().flatten()));
     }

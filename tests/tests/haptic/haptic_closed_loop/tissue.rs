@@ -1,4 +1,5 @@
-//! The product's patch in the loop: shipped, calibrated, with the substeps that its build derives.
+//! The product's patches in the loop: shipped, calibrated, with the substeps that a session
+//! derives.
 
 use palpate::haptic::cycle::Settings;
 use palpate::{Params, Vector3};
@@ -47,8 +48,8 @@ fn tissue_is_quiet_in_every_hand() {
     }
 }
 
-/// A hold on the edge of a count: toggles of the reading are shown to the patch as their mean.
-/// Without it the pad shakes with 21 mN, the arm with 137.
+/// Holds on the boundary between two counts: while the reading toggles, the patch is given the
+/// mean. Without this the finger pad shakes with 21 mN and the arm with 137 mN.
 #[test]
 fn holds_above_the_encoders_ceiling_are_quiet() {
     for (name, count_m, youngs_modulus_pa, hand, id) in [

@@ -1,4 +1,5 @@
-//! A plain spring: raw it shakes the hand, damped by its tangent it does not.
+//! A plain spring: undamped it makes the hand oscillate, damped by its tangent stiffness it does
+//! not.
 
 use palpate::haptic::cycle::Settings;
 use palpate::haptic::damping::DampingSettings;
@@ -12,7 +13,7 @@ use palpate_loop::closed_loop::stimulus::{STIMULI, Stimulus};
 use palpate_loop::closed_loop::surface::Wall;
 use palpate_tests::share::Share;
 
-/// The wall is tilted, so that its normal is not along an axis.
+/// Normal of the wall, tilted so that it is not along an axis.
 const NORMAL: Vector3<f32> = Vector3::new(0.48, 0.6, 0.64);
 const LIMIT_N: f64 = 3.0;
 
@@ -20,7 +21,8 @@ fn device(name: &str, delay_ticks: u8) -> DeviceProfile {
     DeviceProfile { delay_ticks, ..DeviceProfile::load(name).unwrap() }
 }
 
-/// The model's unchanged force, with the energy alarm set as high as permitted.
+/// Settings that pass the model's force on unchanged, with the energy alarm set as high as
+/// permitted.
 fn raw(device: &DeviceSpec) -> Settings {
     Settings { damping: DampingSettings::NONE, passivity: PassivitySettings::HIGHEST, ..Settings::safe(device) }
 }
@@ -51,7 +53,7 @@ fn a_raw_spring_shakes_a_released_hand_far_below_400() {
 #[test]
 fn damped_by_the_tangent_400_n_per_m_is_quiet_in_every_hand() {
     let (mut failed, mut share) = (Vec::new(), Share::one_in(4));
-    // two ticks late without any friction a few runs shake: LIMITS.md says which
+    // at a delay of two ticks without friction, a few runs oscillate: LIMITS.md lists them
     for (name, delays) in [("touch", [0, 1, 2].as_slice()), ("frictionless", &[0, 1])] {
         for &delay in delays {
             let device = device(name, delay);
@@ -81,7 +83,8 @@ fn damping_leaves_the_static_force_alone() {
 
 #[test]
 fn the_observer_sees_the_energy_that_the_plant_gets() {
-    // quantisation fakes up to the maximum force times one count, along each of three axes
+    // quantisation causes an apparent energy of up to the maximum force times one count, on each of
+    // three axes
     for (n_per_m, delay) in [(100.0, 1), (160.0, 1), (80.0, 2)] {
         let run = on_wall(n_per_m, &device("touch", delay), HANDS[0], "S1-0.2", raw);
         let counted_j = run.rows.iter().map(|r| f64::from(r.telemetry.energy.created_j)).fold(0.0, f64::max);
@@ -101,15 +104,16 @@ fn the_last_resort_ends_what_the_raw_spring_does() {
         let watched = on_wall(400.0, &device, HANDS[0], "S1-0.2", undamped);
         assert!(free.created_j > 2e-3 && free.fault.is_none(), "{}", label(&free));
         assert!(watched.created_j < 0.5 * free.created_j, "{} J instead of {} J", watched.created_j, free.created_j);
-        // in contact after contact: then it is a fault, and the force ends
+        // after several contacts the alarm becomes a fault, and the force ends
         assert!(matches!(watched.fault, None | Some(Fault::EnergyCreated)), "{}", label(&watched));
         assert!(watched.fault.is_none() || watched.rows.last().unwrap().telemetry.applied_n == Vector3::zeros());
     }
 }
 
-/// A hand is never still: the encoder counts, and a strong force stays. The hands' drift is larger
-/// than the friction of every device that ships. H6 is left out: it changes its grip and does not
-/// hold; on strong devices it then pushes with 20 N more, which the runaway watch stops.
+/// A hand is never still, so the encoder keeps counting and a strong force remains. The hands'
+/// drift exceeds the friction of every shipped device. H6 is left out because it changes its grip
+/// instead of holding; on strong devices it then pushes with 20 N more, which the runaway watch
+/// stops.
 #[test]
 fn a_strong_force_is_held_for_long_by_every_hand_on_every_device() {
     let (mut held, mut faded) = (0, Vec::new());

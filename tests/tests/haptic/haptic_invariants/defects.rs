@@ -1,6 +1,6 @@
-//! A loop with a defect is detected: the loop's outputs are changed into those of a broken loop,
-//! one defect at a time, over a script that contains every situation, and the checks must object.
-//! Without a defect it must not.
+//! A defective loop is detected. The loop's outputs are changed into those of a loop with one
+//! defect at a time, over a script that contains every situation, and the checks must report it.
+//! Without a defect they must report nothing.
 
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::limits::LoopLimitSettings;
@@ -10,12 +10,12 @@ use palpate_loop::closed_loop::watch::Tick;
 
 use crate::haptic_invariants::rig::{Defect, NORMAL, Rig};
 
-/// Every situation, each at least once.
+/// Runs a script that contains every situation at least once.
 fn script(defect: Option<Defect>) -> Rig {
     let mut rig = Rig::at(3e-3);
     rig.defect = defect;
     rig.hold(1);
-    rig.arm(); // inside
+    rig.arm(); // inside the tissue
     rig.hold(200);
     rig.go(-6e-3, 0.1);
     rig.hold(700);
@@ -23,18 +23,18 @@ fn script(defect: Option<Defect>) -> Rig {
     rig.hold(300);
     rig.go(-3e-3, 0.3);
     rig.hold(20);
-    rig.go(6e-3, 1.45); // a tap that reverses faster than the velocity filter follows: slew, and energy
+    rig.go(6e-3, 1.45); // reverses faster than the velocity filter: slew and energy limiters act
     rig.go(-3e-3, 1.4);
     rig.go(3e-3, 0.1);
     let seen_m = rig.device.reading.position_m;
-    rig.device.reading.position_m = seen_m + Vector3::new(0.02, 0.0, 0.0); // one glitch
+    rig.device.reading.position_m = seen_m + Vector3::new(0.02, 0.0, 0.0); // a single glitch
     rig.hold(1);
     rig.device.reading.position_m = seen_m;
     rig.hold(10);
-    rig.tick(Command::HEARD, false); // one old reading
+    rig.tick(Command::HEARD, false); // a single stale reading
     rig.hold(10);
     for _ in 0..170 {
-        rig.tick(Command::default(), true); // silence under force
+        rig.tick(Command::default(), true); // the host is silent under force
     }
     rig.ask(Ask::Arm);
     rig.hold(50);
@@ -69,7 +69,7 @@ fn script(defect: Option<Defect>) -> Rig {
             break_it(&mut rig);
             rig.hold(3);
         }
-        rig.ask(Ask::Clear); // too soon
+        rig.ask(Ask::Clear); // before the fault may be cleared
         rig.recover();
     }
     rig.go(5e-3, 0.1);
@@ -79,13 +79,13 @@ fn script(defect: Option<Defect>) -> Rig {
     rig
 }
 
-/// Reports and applies this force.
+/// Reports a force and applies it to the device.
 fn give(tick: &mut Tick, force_n: Vector3<f32>) {
     tick.telemetry.applied_n = force_n;
     tick.got_n = Some(force_n);
 }
 
-/// Continues as if nothing had happened.
+/// Continues as if no fault had occurred.
 fn carry_on(before: &Tick, now: &mut Tick) {
     (now.telemetry.mode, now.telemetry.fault) = (before.telemetry.mode, before.telemetry.fault);
     give(now, before.force_n());
@@ -99,7 +99,7 @@ fn forced(tick: &Tick) -> bool {
     matches!(tick.telemetry.mode, Mode::Active | Mode::Degraded)
 }
 
-/// Name, and the behaviour of the broken loop.
+/// Name of each defect, and the change that it makes to a tick's results.
 const DEFECTS: [(&str, Defect); 26] = [
     ("no force limit", |_, now| {
         if forced(now) {

@@ -9,7 +9,7 @@ use proptest::test_runner::RngSeed;
 
 use crate::haptic_invariants::rig::{NORMAL, Rig};
 
-/// One thing that happens.
+/// An event.
 #[derive(Clone, Debug)]
 enum Leg {
     Go { depth_m: f32, m_per_s: f32 },

@@ -1,4 +1,4 @@
-//! A scripted device over an elastic half-space, checked in every tick.
+//! A scripted device on an elastic half-space, checked in every tick.
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
@@ -9,13 +9,13 @@ use palpate::stages::probe::ProbePose;
 use palpate::{ClampFlags, Fault, Output, Vector3};
 use palpate_loop::closed_loop::watch::{Broken, Tick, Watch};
 
-/// Outward normal of the half-space: tilted, so that it is not along an axis.
+/// Outward normal of the half-space, tilted so that it is not along an axis.
 pub const NORMAL: Vector3<f32> = Vector3::new(0.48, 0.6, 0.64);
 
-/// A half-space below the plane through the origin, with injected errors.
+/// An elastic half-space below a plane through the origin, with injectable errors.
 pub struct HalfSpace {
     pub n_per_m: f32,
-    /// Force that is added to that of the next tick alone.
+    /// Error that is added to the force of the next tick only.
     pub sick_n: Option<Vector3<f32>>,
 }
 
@@ -32,10 +32,10 @@ impl Renderer for HalfSpace {
     fn reset(&mut self) {}
 }
 
-/// A device at the script's position.
+/// A device whose position the script sets.
 pub struct Scripted {
     pub reading: Sensed,
-    /// Last command that it got: a force, or `None` for its release.
+    /// Last output: a force, or `None` if the device was released.
     pub got_n: Option<Vector3<f32>>,
 }
 
@@ -64,26 +64,26 @@ impl HapticDevice for Scripted {
     }
 }
 
-/// A change to the results of a tick, as by a loop with that defect.
+/// A change to the results of a tick that makes them those of a loop with a defect.
 pub type Defect = fn(before: &Tick, now: &mut Tick);
 
-/// Device, tissue and loop, with every tick watched.
+/// Device, tissue and loop; the invariants are checked in every tick.
 pub struct Rig {
     pub device: Scripted,
     pub tissue: HalfSpace,
     pub cycle: Cycle,
     pub defect: Option<Defect>,
-    /// Invariants that were broken.
+    /// Violated invariants.
     pub broken: Vec<Broken>,
     pub last: Option<Tick>,
-    /// Modes and limiters met.
+    /// Modes and limiters that occurred.
     pub modes: Vec<Mode>,
     pub limiters: ClampFlags,
     watch: Watch,
 }
 
 impl Rig {
-    /// A rig that is powered on at this depth [m] in tissue of 400 N/m.
+    /// A rig that is switched on at this depth [m] in tissue of 400 N/m.
     pub fn at(depth_m: f32) -> Self {
         Self::with(depth_m, |settings| settings)
     }
@@ -97,13 +97,13 @@ impl Rig {
         Self { device, tissue, cycle, defect: None, broken, last: None, modes, limiters, watch: Watch::default() }
     }
 
-    /// A rig that is booted, tested, armed and ramped in, 5 mm outside the tissue.
+    /// A rig 5 mm outside the tissue that is booted, tested, armed and ramped in.
     pub fn active() -> Self {
         Self::at(-5e-3).activated()
     }
 
-    /// [`Rig::active`] with a contact that may give more energy than it took, so that the alarm is
-    /// reached.
+    /// Like [`Rig::active`], but a contact may return more energy than it took, so that the alarm
+    /// is reached.
     pub fn active_with_allowance() -> Self {
         let change = |s: Settings| {
             let allowance_j = PassivitySettings::HIGHEST.allowance_j;
@@ -118,7 +118,7 @@ impl Rig {
         self
     }
 
-    /// Asks for everything between power-on and arming.
+    /// Sends all requests from power-on to arming.
     pub fn arm(&mut self) {
         for asked in [Ask::Booted, Ask::TestPassed, Ask::Arm] {
             self.ask(asked);
@@ -130,7 +130,7 @@ impl Rig {
         self.tick(Command { asked: Some(asked), ..Command::HEARD }, true)
     }
 
-    /// Runs one tick, with a `fresh` reading or with the last one again.
+    /// Runs one tick, with a new reading if `fresh` is true and with the last one otherwise.
     pub fn tick(&mut self, command: Command, fresh: bool) -> Tick {
         if fresh {
             self.device.reading.sequence = self.device.reading.sequence.wrapping_add(1);
@@ -152,7 +152,7 @@ impl Rig {
         tick
     }
 
-    /// Ticks in place; returns the mode after them.
+    /// Runs ticks at the same position; returns the mode after them.
     pub fn hold(&mut self, ticks: u32) -> Mode {
         for _ in 0..ticks {
             self.tick(Command::HEARD, true);
@@ -174,7 +174,7 @@ impl Rig {
         }
     }
 
-    /// Clears a fault and restores the force, 5 mm outside.
+    /// Moves 5 mm outside, clears a fault and arms again.
     pub fn recover(&mut self) {
         self.device.reading = Sensed { position_m: NORMAL * 5e-3, status: SensorStatus::Good, ..self.device.reading };
         self.hold(120);
@@ -184,7 +184,7 @@ impl Rig {
         assert_eq!(self.hold(700), Mode::Active);
     }
 
-    /// The last tick ended in this fault, with the device released.
+    /// Asserts that the last tick ended with this fault and a released device.
     #[track_caller]
     pub fn expect_fault(&self, fault: Fault) {
         let tick = self.last.unwrap();
@@ -192,7 +192,7 @@ impl Rig {
         assert_eq!(tick.telemetry.applied_n, Vector3::zeros());
     }
 
-    /// Asserts that no invariant was broken.
+    /// Asserts that no invariant was violated.
     #[track_caller]
     pub fn expect_clean(&self) {
         assert!(self.broken.is_empty(), "{:?}; last {:?}", self.broken, self.last);

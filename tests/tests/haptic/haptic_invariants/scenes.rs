@@ -1,4 +1,4 @@
-//! Single situations, and one long script that meets all of them.
+//! Single situations, and a long script that contains all of them.
 
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::SensorStatus;
@@ -39,7 +39,7 @@ fn silence_of_the_host_ends_every_force_within_150_ms_and_only_arming_brings_it_
             assert!(n < 150 || length_n <= 0.05, "tick {n}: {length_n} N");
             last_n = length_n;
         }
-        // still inside: the host returns and requests the force at once
+        // still inside the tissue: the host returns and requests the force at once
         rig.ask(Ask::Arm);
         assert_eq!(rig.hold(1000), Mode::Arming);
         rig.go(-5e-3, 0.1);
@@ -94,7 +94,7 @@ fn every_fault_of_device_model_and_board_is_nothing_within_the_tick() {
             rig.tick(command, true);
         }
         rig.expect_fault(fault);
-        // latched, whatever comes
+        // the fault remains, whatever is requested
         for asked in [Ask::Arm, Ask::Clear, Ask::Booted, Ask::TestPassed] {
             assert!(rig.ask(asked).telemetry.refused);
             rig.expect_fault(fault);
@@ -164,7 +164,7 @@ fn a_long_saturation_is_relieved_and_the_direction_kept() {
     assert_eq!(rig.hold(20), Mode::Degraded);
     rig.hold(2000);
     let tick = rig.last.unwrap();
-    // half of the maximum force, not of the 4.8 N behind it
+    // half of the maximum force, not half of the 4.8 N before the limit
     assert!((tick.force_n() - NORMAL * 1.5).norm() < 0.01, "{tick:?}");
     rig.go(-1e-3, 0.1);
     assert_eq!(rig.hold(5), Mode::Active);
@@ -222,7 +222,8 @@ fn contacts_that_create_energy_are_weakened_and_then_a_fault_that_can_be_cleared
 
 #[test]
 fn a_force_that_pushes_a_leaving_hand_gives_no_more_than_the_contact_took() {
-    // 1 mm in at 0.1 m/s, then out at 1 m/s while the tissue pushes with 2 N beyond its spring
+    // 1 mm in at 0.1 m/s, then out at 1 m/s while the tissue pushes with 2 N more than its spring
+    // force
     let given_j = |mut rig: Rig| {
         rig.go(-1e-3, 0.1);
         let (mut last_n, mut given_j) = (Vector3::zeros(), 0.0);
@@ -237,7 +238,7 @@ fn a_force_that_pushes_a_leaving_hand_gives_no_more_than_the_contact_took() {
         given_j
     };
     let (ours_j, allowed_j) = (given_j(Rig::active()), given_j(Rig::active_with_allowance()));
-    // the spring's energy at 1 mm, and what damping added on the way in
+    // the spring's energy at 1 mm plus the energy that damping took on the way in
     assert!(ours_j < 0.5e-3, "{ours_j} J");
     assert!(allowed_j > 2e-3, "{allowed_j} J without the bound");
 }
@@ -263,7 +264,7 @@ fn a_fast_hand_or_a_force_in_free_space_does_not_arm() {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(6), cases: 1000, ..ProptestConfig::default() })]
 
-    /// After power-on inside the tissue, anywhere, no force acts until the probe has been outside.
+    /// After power-on anywhere inside the tissue, no force acts until the probe has been outside.
     #[test]
     fn power_on_inside_is_nothing_until_the_probe_has_left(depth_m in 1e-5_f32..0.06, aside in [-0.05_f32..0.05, -0.05..0.05, -0.05..0.05], ticks in 150_u32..400) {
         let aside = Vector3::from(aside);
@@ -271,7 +272,7 @@ proptest! {
         rig.device.reading.position_m = NORMAL * -depth_m + (aside - NORMAL * aside.dot(&NORMAL));
         rig.arm();
         for n in 0..ticks {
-            // it moves a little, as a hand does, and stays inside
+            // moves a little, as a hand does, and stays inside
             rig.device.reading.position_m += NORMAL * if n % 2 == 0 { -2e-6 } else { 2e-6 };
             prop_assert_eq!(rig.tick(Command::HEARD, true).got_n, None);
         }

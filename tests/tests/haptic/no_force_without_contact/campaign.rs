@@ -1,4 +1,4 @@
-//! Random paths over every shipped patch, every device and 1-100 kPa.
+//! Random paths over every shipped patch and device at 1-100 kPa.
 //!
 //! The long form, a million paths: `palpate faults --paths 1000000`.
 
@@ -39,8 +39,8 @@ fn break_nothing(paths: u64, seed: u64) {
     assert!(rows(false).map(|row| row.runs).sum::<u64>() * 4 > paths, "other tips: {:?}", table.patches);
     assert!(total.broken.is_empty(), "{:?}\n{}", total.broken, table.examples.join("\n"));
     assert!(total.honest_faults.is_empty(), "{:?}\n{}", total.honest_faults, table.examples.join("\n"));
-    // The remaining energy is due to the lag of amplifiers and of whole ticks, and more of it to
-    // flat tips that are narrower than an element (LIMITS.md): it must not grow.
+    // The remaining energy is due to the lag of amplifiers and of whole ticks. There is more of it
+    // under flat tips that are narrower than an element (LIMITS.md). It must not grow.
     for (own, one_in) in [(true, 200), (false, 50)] {
         let (runs, creating) = rows(own).fold((0, 0), |(r, c), row| (r + row.by_hand, c + row.creating_by_hand));
         assert!(runs * 2 > rows(own).map(|row| row.runs).sum::<u64>(), "{runs} by hand");

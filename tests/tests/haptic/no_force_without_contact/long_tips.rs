@@ -1,4 +1,4 @@
-//! A capsule and an ellipsoid, whatever path takes them there.
+//! A capsule and an ellipsoid on random paths.
 
 use palpate::{Probe, ProbeShape, Vector3};
 use palpate_loop::closed_loop::paths::{PathGround, paths};
@@ -8,7 +8,8 @@ use crate::no_force_without_contact::{GROUND, patch_named};
 
 const PATHS: u64 = 120;
 
-/// The two tips around an axis, along a direction.
+/// A capsule and an ellipsoid with this axis, whose long side is as near as possible to
+/// perpendicular to `wish`.
 fn tips(axis: Vector3<f32>, wish: Vector3<f32>) -> [Probe; 2] {
     let along = axis.cross(&wish).normalize();
     let shapes = [ProbeShape::Capsule { length_m: 0.010, along }, ProbeShape::Ellipsoid { semi_axes_m: [0.010, 0.005], along }];
@@ -17,7 +18,7 @@ fn tips(axis: Vector3<f32>, wish: Vector3<f32>) -> [Probe; 2] {
 
 #[test]
 fn paths_break_no_invariant_under_a_capsule_and_an_ellipsoid() {
-    // each patch once: its tip is replaced
+    // each patch once, with its tip replaced
     let shipped = GROUND.patches.iter().filter(|patch| patch.params.probe.shape == ProbeShape::Hemisphere);
     for (n, wish) in [Vector3::new(0.2, 0.9, 0.1), Vector3::new(-0.7, 0.4, 0.5)].into_iter().enumerate() {
         let patches = shipped.clone().map(|patch| patch.with_probe(tips(patch.params.probe.axis, wish)[n]).unwrap());
@@ -30,8 +31,8 @@ fn paths_break_no_invariant_under_a_capsule_and_an_ellipsoid() {
     }
 }
 
-/// Free space between a probe and the block 80 x 80 x 40 mm: of a capsule by points along its
-/// segment, of an ellipsoid by points all over it.
+/// Free distance between a probe and the block of 80 x 80 x 40 mm [m]: for a capsule by points
+/// along its segment, for an ellipsoid by points all over its surface.
 fn gap_by_points_m(probe: &Probe, tip_m: Vector3<f64>) -> f64 {
     let (axis, radius_m) = (probe.axis.cast::<f64>(), f64::from(probe.radius_m));
     let centre_m = tip_m + axis * radius_m;
@@ -59,14 +60,14 @@ fn gap_by_points_m(probe: &Probe, tip_m: Vector3<f64>) -> f64 {
     }
 }
 
-/// Zero where the probe meets the tissue; elsewhere at most the free space, and for the capsule no
-/// less.
+/// Zero where the probe touches the tissue; elsewhere at most the free distance, and for the
+/// capsule equal to it.
 #[test]
 fn the_gap_of_a_long_tip_is_that_of_its_points() {
     let ground = &*GROUND;
     let block = &ground.patches[patch_named(ground, "block-130")];
     let (mut free, mut touching) = (0, 0);
-    // tilted, so that an end goes in before the tip does
+    // tilted, so that an end enters the tissue before the tip does
     for probe in tips(Vector3::new(0.28, 0.0, 0.96), Vector3::new(0.3, 0.8, 0.0)) {
         let shape = RestSolid::of(&block.patch.model(), &probe);
         let capsule = matches!(probe.shape, ProbeShape::Capsule { .. });

@@ -1,4 +1,4 @@
-//! Paths that once left a force behind, and their neighbours: other patches, stiffnesses, speeds
+//! Paths on which a force once remained, and similar ones with other patches, stiffnesses, speeds
 //! and devices.
 
 use palpate::{Fault, Vector3};
@@ -7,10 +7,10 @@ use palpate_tests::share::Share;
 
 use crate::no_force_without_contact::{GROUND, patch_named};
 
-/// Ticks of rest at the end of every path.
+/// Number of ticks at rest at the end of every path.
 const REST_TICKS: usize = 2000;
 
-/// Corners of a path in mm: the first is the start.
+/// A path through these corners [mm], beginning at the first, at a constant speed.
 fn path(corners_mm: &[[f64; 3]], m_per_s: f64) -> Route {
     let corner = |mm: &[f64; 3]| Vector3::from(*mm) * 1e-3;
     let legs: Vec<Leg> = corners_mm[1..].iter().map(|mm| Leg { to_m: corner(mm), m_per_s, stop_ticks: 0 }).collect();
@@ -41,7 +41,7 @@ fn follow(ground: &PathGround, patch: &str, kpa: f64, device: &str, route: Route
     (outcome.unwrap(), rest_n)
 }
 
-/// Devices by the size of a count.
+/// Count size by which a device is identified [m].
 fn count_m(device: &str) -> f64 {
     match device {
         "touch" => 55e-6,
@@ -51,7 +51,7 @@ fn count_m(device: &str) -> f64 {
     }
 }
 
-/// Asserts that nothing broke, no fault, and at rest outside there is no force at all.
+/// Asserts that no invariant was violated, no fault occurred, and no force acts at rest outside.
 #[track_caller]
 fn expect_quiet(what: &str, (outcome, rest_n): &(PathOutcome, f32)) {
     assert!(
@@ -60,8 +60,8 @@ fn expect_quiet(what: &str, (outcome, rest_n): &(PathOutcome, f32)) {
     );
 }
 
-/// In through the top, out through the side of the block to 30 mm, stop: 0.5 N alternated there
-/// indefinitely at 3.5 kPa, 3 N at 25 kPa.
+/// In through the top, out through the side of the block to 30 mm from it, stop. A force once
+/// alternated there without end, of 0.5 N at 3.5 kPa and of 3 N at 25 kPa.
 #[test]
 fn out_through_the_side_leaves_no_force() {
     let ground = &*GROUND;
@@ -86,7 +86,7 @@ fn out_through_the_side_leaves_no_force_at_other_speeds_places_patches_and_devic
                     let mut route = path(&[[0.0, 1.0, 4.0], [6.0, -0.7, -3.8], side], m_per_s);
                     route.at_m.iter_mut().for_each(|x| *x = on.point_m(&(*x).into()));
                     let (outcome, rest_n) = follow(ground, patch, kpa, device, route);
-                    // a dead stop from 0.2 m/s and more is left to the check for a frozen encoder
+                    // a sudden stop from 0.2 m/s or more may trip the check for a frozen encoder
                     let tripped = outcome.fault.is_some_and(|f| f != Fault::SensorFault || m_per_s < 0.2);
                     if !outcome.broken.is_empty() || tripped || rest_n > 0.0 {
                         bad.push(format!(
@@ -101,8 +101,8 @@ fn out_through_the_side_leaves_no_force_at_other_speeds_places_patches_and_devic
     assert!(bad.is_empty(), "{} cases:\n{}", bad.len(), bad.join("\n"));
 }
 
-/// Around the block in free space with sharp corners: half a newton, 17 mm from the tissue, for 45
-/// to 82 ticks.
+/// Around the block in free space with sharp corners. Half a newton once acted 17 mm from the
+/// tissue, for 45 to 82 ticks.
 #[test]
 fn fast_and_sharp_round_the_tissue_is_free_space() {
     let ground = &*GROUND;

@@ -1,4 +1,4 @@
-//! The geometry used by the checks agrees with geometry computed by hand.
+//! The geometry that the checks use agrees with geometry computed independently.
 
 use palpate::Vector3;
 use palpate_loop::closed_loop::watch::{HalfSpace, RestShape};
@@ -9,8 +9,8 @@ fn at(mm: [f64; 3]) -> Vector3<f64> {
     Vector3::from(mm) * 1e-3
 }
 
-/// The block is 80 x 80 x 40 mm, its top at z = 0, and can be touched on all sides except from
-/// below: distances are those of a box.
+/// The block measures 80 x 80 x 40 mm, has its top at z = 0, and can be touched on all sides except
+/// from below. Distances are those of a box.
 #[test]
 fn the_block_is_a_box() {
     let ground = &*GROUND;
@@ -35,8 +35,8 @@ fn the_block_is_a_box() {
                     (true, ..) => 0.0,
                     (_, true, _) => gap_m,
                     (.., true) => far_m,
-                    // beside the block: the gap of the ball, or the distance of the tip where its
-                    // surface is above
+                    // beside the block: the gap of the ball, or the distance of the tip if the
+                    // ball's surface is above it
                     _ if (outside_m - gap_m).abs() < 1e-7 => gap_m,
                     _ => far_m,
                 };
@@ -65,7 +65,7 @@ fn the_normals_are_those_of_the_touchable_faces_that_the_ball_can_press() {
     for outside in [[0.0, 0.0, 1.0], [45.0, 0.0, -2.0], [0.0, 0.0, -41.0]] {
         assert!(!block.inside(&at(outside)), "{outside:?}");
     }
-    // above the bottom, which cannot be touched
+    // just above the bottom, which cannot be touched
     assert!(block.normals(&at([0.0, 0.0, -39.5])).iter().all(|n| n.z > -1e-6));
 }
 
@@ -77,8 +77,8 @@ fn every_patch_holds_its_site_and_a_ball_above_it_is_outside_by_its_height() {
         assert!(patch.shape.contains(&point(-1e-3)), "{}", patch.name);
         for out_m in [0.5e-3, 2e-3, 10e-3] {
             let seen_m = patch.shape.outside_m(&point(out_m));
-            // an organ's surface is not flat: the ball may come nearer to a shoulder than its tip
-            // to the site
+            // an organ's surface is not flat: the ball may be nearer to a bulge than its tip is to
+            // the site
             assert!(seen_m <= out_m + 1e-6 && seen_m > 0.5 * out_m - 0.2e-3, "{}: {seen_m} at {out_m}", patch.name);
         }
     }

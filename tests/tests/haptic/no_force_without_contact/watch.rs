@@ -1,4 +1,4 @@
-//! The geometric check detects the violations that it is meant for, in hand-made forces and
+//! The geometric check detects the violations for which it is made, in constructed forces and
 //! readings.
 
 use std::sync::Arc;
@@ -7,8 +7,8 @@ use palpate::Vector3;
 use palpate::haptic::device::{Sensed, SensorStatus};
 use palpate_loop::closed_loop::watch::{ByGeometry, HalfSpace};
 
-/// A surface at z = 0, the tissue below it, and the result of the check for each tip height [m] and
-/// force [N].
+/// Checks ticks with a tip height [m] and a force [N] over a surface at z = 0 with tissue below it;
+/// returns the first violation.
 fn judged(ticks: impl IntoIterator<Item = (f32, Vector3<f32>)>) -> Option<&'static str> {
     let mut watch = ByGeometry::over(Arc::new(HalfSpace { at_m: Vector3::zeros(), normal: Vector3::z() }));
     ticks.into_iter().enumerate().find_map(|(n, (z_m, force_n))| {
@@ -28,7 +28,7 @@ fn a_force_two_millimetres_outside_is_seen_at_the_sixth_tick_however_it_comes_an
     assert_eq!(judged([(2e-3, up_n(0.5)); 6]), Some("I12"));
     let pulsed = |n: i32| (2e-3, if n % 2 == 0 { up_n(0.5) } else { up_n(0.0) });
     assert_eq!(judged((0..20).map(pulsed)), Some("I12"));
-    // back at the surface in between, the count restarts
+    // the tip returns to the surface in between, which restarts the count
     let touching = |n: i32| (if n % 6 < 3 { 2e-3 } else { 0.0 }, up_n(if n % 6 < 3 { 0.5 } else { 0.0 }));
     assert_eq!(judged((0..60).map(touching)), None);
     assert_eq!(judged([(0.5e-3, up_n(0.5)); 50]), None, "within a millimetre");

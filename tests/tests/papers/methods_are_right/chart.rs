@@ -1,4 +1,4 @@
-//! The front, and the files of `palpate chart`.
+//! The front of the best methods, and the files of `palpate chart`.
 
 use palpate_lab::chart::{Reference, Scope, Task, front, front_of_three, measure, term_errors};
 use palpate_lab::methods::{Block, Method};
@@ -6,8 +6,8 @@ use palpate_tests::palpate_command::{Desk, palpate};
 
 #[test]
 fn the_front_is_what_nothing_beats() {
-    // (cost, error): 1 beats 0 at the same cost, 3 is beaten by 2 in both, 4 equals 2, 5 is the
-    // most accurate, 6 and 7 are no numbers
+    // (cost, error): 1 is better than 0 at the same cost, 3 is worse than 2 in both, 4 equals 2, 5
+    // is the most accurate, 6 and 7 contain values that are not finite
     let points = [(1.0, 9.0), (1.0, 8.0), (2.0, 4.0), (3.0, 5.0), (2.0, 4.0), (10.0, 1.0), (f64::NAN, 0.1), (0.5, f64::INFINITY)];
     assert_eq!(front(&points), [1, 2, 5]);
     assert!(front(&[]).is_empty());
@@ -15,15 +15,15 @@ fn the_front_is_what_nothing_beats() {
 
 #[test]
 fn the_front_of_three_is_what_nothing_matches() {
-    // 1 beats 0 in one of three, 2 is worse than 1 in all, 3 has the least last, 4 equals 3, 5 is
-    // no number
+    // 1 is better than 0 in one of three, 2 is worse than 1 in all, 3 is best in the last, 4 equals
+    // 3, 5 is not a number
     let points = [[1.0, 9.0, 2.0], [1.0, 8.0, 2.0], [2.0, 9.0, 3.0], [5.0, 9.0, 1.0], [5.0, 9.0, 1.0], [0.1, 0.1, f64::NAN]];
     assert_eq!(front_of_three(&points), [1, 3]);
     assert!(front_of_three(&[]).is_empty());
 }
 
-/// Tissue that relaxes, stiffens and rubs is followed with the terms; a method without them keeps a
-/// force that should fade, is too soft where the tissue stiffens, and has no drag.
+/// With the terms, a patch follows tissue that relaxes, stiffens and has friction. A method without
+/// them keeps a force that should fall, is too soft where the tissue stiffens, and has no drag.
 #[test]
 fn without_the_terms_real_tissue_is_missed() {
     let of = |method, block: &Block| term_errors(method, block).unwrap().unwrap();
@@ -38,8 +38,8 @@ fn without_the_terms_real_tissue_is_missed() {
     assert!(without.stiffening_pct.unwrap() < -30.0 && without.sideways_pct.unwrap() < -80.0, "{without:?}");
 }
 
-/// Shorter substeps with lighter masses leave the held force and take most of the moving error of
-/// stiff tissue; a stiffness without a dynamic reference has no moving error.
+/// Shorter substeps with lighter masses do not change the held force and remove most of the moving
+/// error in stiff tissue. A stiffness without a dynamic reference has no moving error.
 #[test]
 fn shorter_substeps_take_the_floored_masses_out_of_a_moving_probe() {
     let rows = |youngs_modulus_pa: f64, moving: bool| {
@@ -61,7 +61,7 @@ fn shorter_substeps_take_the_floored_masses_out_of_a_moving_probe() {
     assert_eq!((splits(Scope::quick(false)), splits(Scope::quick(true))), (Some(1), Some(4)));
 }
 
-/// Cells of a line; none of the chart's texts has a comma.
+/// Cells of a line; none of the chart's texts contains a comma.
 fn cells(line: &str) -> Vec<&str> {
     line.split(',').collect()
 }

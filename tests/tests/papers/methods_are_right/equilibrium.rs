@@ -4,7 +4,7 @@ use palpate::{ProbePose, Terms, Vector3, tick};
 use palpate_lab::methods::{Block, Corotational, Law, Meshless, Method, NeoHookean, RunningMethod, Volume};
 use palpate_tests::bench::{Bench, at_depth};
 
-/// Force on the probe [N] and node positions after a press to 3 mm.
+/// Force on the probe [N] and node positions [m] after a press to 3 mm.
 fn at_rest(block: &Block, method: Method, substeps: u16) -> (Vector3<f32>, Vec<Vector3<f32>>) {
     let pressed = method.run(block, substeps, |running: &mut dyn RunningMethod| {
         let mut force = Vector3::zeros();
@@ -27,8 +27,8 @@ fn the_support_bears_what_the_probe_feels() {
             law.forces(&position, &mut force);
         }
         let borne: Vector3<f32> = block.tissue.anchors.iter().map(|&n| force[n as usize]).sum::<Vector3<f32>>() * 3500.0;
-        // 3 s of hold: the slowest motion under the mass floor takes a quarter of one; the support
-        // is pulled down as the probe is pushed up
+        // after a hold of 3 s, while the slowest motion under the mass floor takes a quarter of a
+        // second; the support is pulled down as the probe is pushed up
         let gap = (borne.z / -felt.z - 1.0).abs();
         assert!(felt.z > 0.05 && gap < 2e-3, "{}: probe {} N, support {} N", method.name(), felt.z, borne.z);
     }
@@ -39,7 +39,7 @@ fn the_support_bears_what_the_probe_feels() {
 }
 
 /// XPBD's constraints have the energy of springs with per-tet volume, up to the quadratic volume
-/// term, and the same contact, so they converge to the same force.
+/// term, and the same contact. XPBD therefore converges to the same force.
 #[test]
 fn xpbd_converges_to_the_springs_it_stands_for() {
     let block = Block::standard(57, 3500.0).expect("a block that can be meshed");
@@ -50,8 +50,8 @@ fn xpbd_converges_to_the_springs_it_stands_for() {
     }
 }
 
-/// The factor that the product puts on the springs, taken off again for the papers' model. The
-/// foundation, in series, keeps its stiffness.
+/// The papers' model omits the factor that the product applies to its springs. The foundation,
+/// which acts in series, keeps its stiffness.
 #[test]
 fn printed_springs_are_stiffer_than_ours_by_less_than_their_factor() {
     let block = Block::standard(57, 3500.0).expect("a block that can be meshed");

@@ -1,9 +1,9 @@
-//! The stiffness matrix, its factor and their solutions.
+//! The stiffness matrix, its factorisation, and the solutions computed from them.
 
 use nalgebra::Vector3;
 use palpate_lab::methods::{Block, Compliance, Factor, LinearElastic, Method, RunningMethod};
 
-/// `K u` with the lower triangle given [m times the unit of u], shape \[rows\].
+/// `K u`, given the lower triangle of K [m times the unit of u], shape \[rows\].
 fn times(linear: &LinearElastic, u: &[f64]) -> Vec<f64> {
     let mut product = vec![0.0; linear.rows];
     for &(r, c, v) in &linear.lower {
@@ -32,7 +32,7 @@ fn the_matrix_passes_the_patch_test() {
     let wanted = 0.08 * 0.08 * strain;
     let pull: f64 = nodes.iter().enumerate().filter(|(_, x)| x[2] > -1e-9).map(|(n, _)| force[3 * n + 2]).sum();
     assert!((pull / wanted - 1.0).abs() < 1e-5, "{pull:e} is not {wanted:e}");
-    // a uniaxial stress gives no force on inner nodes and sides
+    // uniaxial stress gives no force on inner nodes and sides
     for (n, x) in nodes.iter().enumerate().filter(|(_, x)| x[2] < -1e-9 && x[2] > -0.04 + 1e-9) {
         let left = Vector3::new(force[3 * n], force[3 * n + 1], force[3 * n + 2]).norm();
         assert!(left < 1e-5 * wanted, "{left:e} at {x:?}");
@@ -50,8 +50,8 @@ fn a_factor_solves_in_both_precisions() {
     let worst = solution.iter().zip(&wanted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(worst < 1e-9, "{worst:e}");
 
-    // conditioned like the square of the block's size over that of its elements, times the ratio of
-    // the moduli: about 1e4
+    // the condition number is about the square of the block's size over that of its elements, times
+    // the ratio of the moduli: 1e4
     let single: Vec<_> = linear.lower.iter().map(|&(r, c, v)| (r, c, v as f32)).collect();
     let mut solution: Vec<f32> = right.iter().map(|v| *v as f32).collect();
     Factor::<f32>::new(linear.rows, &single).expect("positive definite").solve(&mut solution);
@@ -66,7 +66,7 @@ fn compliance_is_the_linear_answer_under_signorini_contact() {
     let mut compliance = Compliance::new(&block).expect("a matrix that can be factored");
     let e = 3500.0;
     for depth_m in [0.0005, 0.002, 0.004] {
-        // the normals follow
+        // repeated, because the contact normals are updated with a delay
         let force_n = (0..20).map(|_| compliance.tick(block.tip_m(depth_m)).expect("finite")).last().expect("ticks");
         let rest = block.tissue.mesh.nodes_m.iter().map(|x| Vector3::from(*x));
         let moved: Vec<Vector3<f64>> = (0..rest.len()).map(|n| compliance.position_m(n).cast()).collect();
@@ -85,8 +85,8 @@ fn compliance_is_the_linear_answer_under_signorini_contact() {
             let f = Vector3::new(force[r], force[r + 1], force[r + 2]);
             let gap = (moved[n] - centre).norm() - 8e-3;
             sum += f;
-            // f32 displacements of millimetres times stiffnesses of centimetres: 1e-9 N/Pa is a
-            // thousandth of a node's load
+            // single-precision displacements of millimetres times stiffnesses of centimetres: 1e-9
+            // N/Pa is a thousandth of a node's load
             if f.norm() > 2e-8 {
                 touched += 1;
                 let outward = (moved[n] - centre).normalize();

@@ -1,15 +1,16 @@
-//! Internal forces of the finite-element methods against their energies, written again in double
-//! precision.
+//! Internal forces of the finite-element methods compared with their energies, which are
+//! implemented again in double precision.
 
 use nalgebra::{Matrix3, Vector3};
 use palpate_lab::methods::{Block, Corotational, Law, Meshless, NeoHookean, ShapeFunctions, Share, Volume};
 use palpate_tests::bench::Noise;
 
-/// Single precision: three digits are lost in the deformation gradient (edges of 3-30 mm in
-/// coordinates up to 40 mm, strains of 0.1), and the corotational turn ends at 1e-5 rad.
+/// Tolerance for single precision: three digits are lost in the deformation gradient (edges of 3-30
+/// mm, coordinates up to 40 mm, strains of 0.1), and the corotational rotation is accurate to 1e-5
+/// rad.
 const FORCE_TOLERANCE: f64 = 3e-4;
 
-/// Faces of a tet, counter-clockwise seen from outside.
+/// Faces of a tet, counter-clockwise as seen from outside.
 const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
 fn matrix(block: &Block, tet: &[u32; 4], x: &[Vector3<f64>]) -> (Matrix3<f64>, f64) {
@@ -20,7 +21,7 @@ fn matrix(block: &Block, tet: &[u32; 4], x: &[Vector3<f64>]) -> (Matrix3<f64>, f
     (f, reference.determinant() / 6.0)
 }
 
-/// Nearest rotation (Higham's iteration).
+/// Nearest rotation, by Higham's iteration.
 fn rotation(f: &Matrix3<f64>) -> Matrix3<f64> {
     (0..60).fold(*f, |r, _| (r + r.try_inverse().expect("not singular").transpose()) * 0.5)
 }
@@ -62,8 +63,8 @@ fn neo_hookean_energy(block: &Block, x: &[Vector3<f64>], volume_term: Volume) ->
     energy
 }
 
-/// Mean deformation gradients from the displacements of face points, without the gradients of shape
-/// functions.
+/// Energy of the meshless method from mean deformation gradients. These are computed from the
+/// displacements of face points, without gradients of the shape functions.
 fn meshless_energy(block: &Block, means: &[[Vec<Share>; 4]], x: &[Vector3<f64>]) -> f64 {
     let (lambda, mu) = lame();
     let of = |(tet, means): (&[u32; 4], &[Vec<Share>; 4])| {
@@ -91,7 +92,7 @@ fn deformed(block: &Block, seed: u64) -> Vec<Vector3<f64>> {
 fn forces(law: &mut impl Law, x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let position: Vec<_> = x.iter().map(|x| x.cast::<f32>()).collect();
     let mut force = vec![Vector3::zeros(); x.len()];
-    // the rotations follow
+    // repeated, because the rotations converge from call to call
     for _ in 0..8 {
         law.forces(&position, &mut force);
     }
@@ -101,7 +102,7 @@ fn forces(law: &mut impl Law, x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
 fn force_is_minus_the_slope(law: &mut impl Law, block: &Block, energy: impl Fn(&[Vector3<f64>]) -> f64) {
     for seed in 1..=3 {
         let mut x = deformed(block, seed);
-        // the energy at the places that single precision has
+        // the energy is evaluated at positions that single precision can represent
         x.iter_mut().for_each(|x| *x = x.cast::<f32>().cast());
         let force = forces(law, &x);
         let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
@@ -162,7 +163,7 @@ fn rigid_motion_gives_no_force() {
     let stretched: Vec<_> = moved.iter().map(|x| x * 1.01).collect();
     fn check(name: &str, law: &mut impl Law, [rigid, stretched]: [&[Vector3<f64>]; 2]) {
         let largest = |law: &mut _, x: &[Vector3<f64>]| forces(law, x).iter().map(|f| f.norm()).fold(0.0, f64::max);
-        // rounding of coordinates is a strain of 1e-5, relative to strains of 1e-2
+        // coordinates are rounded by a strain of 1e-5, compared with strains of 1e-2
         let (rigid, strained) = (largest(law, rigid), largest(law, stretched));
         assert!(rigid <= 2e-3 * strained, "{name}: {rigid:e} against {strained:e} at 1 % of strain");
     }
@@ -184,7 +185,7 @@ fn a_stretched_bar_pulls_with_youngs_modulus() {
         .iter()
         .map(|x| Vector3::new(x[0] * (1.0 - 0.45 * strain), x[1] * (1.0 - 0.45 * strain), x[2] * (1.0 + strain)))
         .collect();
-    // E A strain over E
+    // E A strain, divided by E
     let wanted = 0.08 * 0.08 * strain;
     let on_end = |force: &[Vector3<f64>], z: f64| -> f64 {
         let at_end = block.tissue.mesh.nodes_m.iter().zip(force).filter(|(x, _)| (x[2] - z).abs() < 1e-9);
@@ -192,8 +193,8 @@ fn a_stretched_bar_pulls_with_youngs_modulus() {
     };
     let check = |name: &str, force: Vec<Vector3<f64>>| {
         let (top, bottom) = (-on_end(&force, 0.0) / wanted, on_end(&force, -0.04) / wanted);
-        // the laws differ from linear elasticity by a few strains; rounding leaves 1e-5 of strain
-        // in 1e-3
+        // the laws differ from linear elasticity by a few times the strain; rounding leaves 1e-5 of
+        // strain in 1e-3
         assert!((top - 1.0).abs() < 0.02 && (bottom - 1.0).abs() < 0.02, "{name}: {top:.4} and {bottom:.4} of E A strain");
     };
     check("corotational", forces(&mut Corotational::new(&block), &x));

@@ -1,4 +1,4 @@
-//! The meshless method: its shape functions, the integration of its cells, its stress.
+//! The meshless method: its shape functions, the integration over its cells, and its stress.
 
 use nalgebra::{Matrix3, Vector3};
 use palpate_lab::chart::{Accuracy, Reference};
@@ -6,7 +6,7 @@ use palpate_lab::methods::{Block, Law, Meshless, Method, ShapeFunctions, integra
 use palpate_tests::bench::Noise;
 use palpate_tissue::mesh::surface::surface;
 
-/// As the method takes it.
+/// Reach of a node's weight, as in the method.
 const REACH: f64 = 1.05;
 /// Lamé constants over E at nu = 0.45.
 const LAMBDA: f64 = 0.45 / (1.45 * 0.1);
@@ -39,7 +39,7 @@ fn shape_functions_reproduce_linear_fields_and_nodal_values() {
             let there: Vector3<f64> = near.iter().map(|&(n, phi)| nodes[n as usize] * phi).sum();
             assert!((one - 1.0).abs() < 1e-9 && (there - at).norm() < 1e-11, "{one} and {there:?} at {at:?}");
         }
-        // a micrometre from a node, where its corner alone may be out of the others' reach
+        // a micrometre from a node, a point that may be within reach of that corner only
         let inside = corners[0].lerp(&corners[1], 1e-4).lerp(&corners[2], 1e-4);
         if let Ok(near) = shape.at(&inside) {
             let own = near.iter().find(|(n, _)| *n == triangle[0]).map_or(0.0, |(_, phi)| *phi);
@@ -48,8 +48,8 @@ fn shape_functions_reproduce_linear_fields_and_nodal_values() {
     }
 }
 
-/// A uniform stress P must leave what it puts on the boundary, `-P` times the integral of `phi_n
-/// N`, here summed over the surface triangles.
+/// A uniform stress P must give exactly the boundary traction, `-P` times the integral of `phi_n
+/// N`, summed here over the surface triangles.
 #[test]
 fn uniform_stress_leaves_its_boundary_traction_alone() {
     let block = block();
@@ -69,19 +69,19 @@ fn uniform_stress_leaves_its_boundary_traction_alone() {
     let largest = wanted.iter().map(|w| w.norm()).fold(0.0, f64::max);
     let found = forces(&block, &deformed);
     for (n, (found, wanted)) in found.iter().zip(&wanted).enumerate() {
-        // single precision
+        // within single precision
         let off = (found - wanted).norm();
         assert!(off < 1e-4 * largest, "node {n}: {found:?} instead of {wanted:?}");
     }
 }
 
-/// First Piola-Kirchhoff stress over E, written with the inverse instead of cofactors.
+/// First Piola-Kirchhoff stress over E, computed with the inverse instead of cofactors.
 fn piola(f: &Matrix3<f64>) -> Matrix3<f64> {
     let j = f.determinant();
     f * MU + f.try_inverse().expect("a deformation").transpose() * (LAMBDA * j.ln() - MU)
 }
 
-/// Stress over E from the virtual work of nodal forces on uniform gradients: `V P = -sum f_n
+/// Stress over E from the virtual work of nodal forces in uniform gradients: `V P = -sum f_n
 /// X_n^T`.
 fn mean_stress(block: &Block, f: &Matrix3<f64>) -> Matrix3<f64> {
     let nodes = rest(block);
@@ -106,11 +106,11 @@ fn stress_is_the_textbooks_when_pulled_sheared_and_hardly_strained() {
         assert!((p[(2, 2)] / wanted - 1.0).abs() < 1e-3, "stretch {a}: {} instead of {wanted}", p[(2, 2)]);
         assert!(p[(0, 0)].abs() < 1e-3 * wanted.abs() && p[(1, 1)].abs() < 1e-3 * wanted.abs(), "stretch {a}: sides {p}");
     }
-    // simple shear keeps the volume: P = mu gamma, linear at any size
+    // simple shear preserves volume: P = mu gamma, linear at any size
     let mut shear = Matrix3::identity();
     shear[(0, 2)] = 0.4;
     assert!((mean_stress(&block, &shear)[(0, 2)] / (0.4 * MU) - 1.0).abs() < 1e-3);
-    // Hooke's law, of which strains of 1e-3 leave a few thousandths
+    // Hooke's law, from which strains of 1e-3 deviate by a few thousandths
     let strain = 1e-3;
     let p = mean_stress(&block, &Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 1.0 + strain)));
     assert!((p[(2, 2)] / ((LAMBDA + 2.0 * MU) * strain) - 1.0).abs() < 5e-3);
@@ -130,7 +130,7 @@ fn inner_forces_have_no_sum_and_no_torque() {
     assert!(torque.norm() < 1e-6 * 0.04 * size, "{torque:?} of {size} at 40 mm");
 }
 
-/// Compared with quadratic finite elements, the method gets closer as it is refined.
+/// The difference from quadratic finite elements becomes smaller as nodes are added.
 #[test]
 fn it_nears_the_reference_as_nodes_are_added() {
     let rms = [57, 410].map(|nodes| {

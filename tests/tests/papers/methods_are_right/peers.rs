@@ -1,4 +1,4 @@
-//! `palpate chart --press` and `--with`: the input for other engines, and the use of their table.
+//! `palpate chart --press` and `--with`: the input for other engines, and the use of their results.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use palpate_lab::methods::{Block, Method};
 use palpate_tests::palpate_command::{Desk, palpate, repository};
 use palpate_tissue::output::OutputFolder;
 
-/// A table of two made-up engines of this press, 25 and 60 % too stiff.
+/// A table of two fictitious engines for this press, too stiff by 25 and 60 %.
 fn table(hash: &str) -> String {
     let mut text = format!("# peers = 1\n# scene = {hash}\n# machine = made up\n# date = never\n{}\n", columns().join(","));
     for (engine, mesh, nodes, times) in [("alpha", "grid-245", 245, 1.25), ("beta", "patch-130", 130, 1.6)] {
@@ -39,7 +39,7 @@ fn ours_stands_beside_theirs() {
     for (row, held_pct) in [(alpha, 25.0), (beta, 60.0)] {
         assert!((row.held.cheaper.unwrap() * us / 1e5 - 1.0).abs() < 1e-9, "{row:?}");
         assert!((row.held.nearer.unwrap() * pct / held_pct - 1.0).abs() < 1e-3, "{row:?}");
-        // ours was not moved
+        // the product's moving error was not measured here
         assert_eq!(row.moving, None);
     }
     assert!(alpha.same_mesh.is_some() && beta.same_mesh.is_none());

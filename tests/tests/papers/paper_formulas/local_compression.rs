@@ -1,4 +1,4 @@
-//! Paper 004, eqs (1) to (3) and (7) to (13); (4)-(6) and (14) are on the desktop only.
+//! Paper 004, eqs (1) to (3) and (7) to (13); (4)-(6) and (14) exist on the desktop only.
 
 use palpate::method::Method;
 use palpate::stages::probe::ProbePose;
@@ -13,14 +13,14 @@ use palpate_tests::bench::at_depth;
 use super::{Vector, assert_close, bench, deform, forces_n, masses_kg, positions, springs, velocities};
 
 const FAR: f32 = -0.1;
-/// Coefficient of (2) for the tests [Pa/m].
+/// Coefficient c of (2) in the tests [Pa/m].
 const VOLUME_PA_PER_M: f32 = 5e8;
 
 fn plain() -> LocalCompression<'static> {
     LocalCompression::default()
 }
 
-/// `c (V - V0)` on each corner, along the line from the barycentre.
+/// Forces `c (V - V0)` on the corners of each tet, away from its barycentre.
 fn volume_forces(model: &Model, x: &[Vector]) -> Vec<Vector> {
     let mut forces = vec![Vector::zeros(); x.len()];
     for tet in model.tets {
@@ -35,7 +35,7 @@ fn volume_forces(model: &Model, x: &[Vector]) -> Vec<Vector> {
     forces
 }
 
-/// Springs, dampers and the volume force sum as (1)-(3) have them.
+/// Springs, dampers and the volume force are summed as in (1)-(3).
 #[test]
 fn eq_1_to_3_forces() {
     let bench = bench();
@@ -65,19 +65,20 @@ fn eq_1_to_3_forces() {
     assert!(share > 0.1, "the volume force is {share} of all");
     assert_close(&forces_n(&state, &bench.params), &wanted, "(1) + (2)");
 
-    // the trap: unit vectors from a barycentre do not sum to zero, so a tet pushes itself
+    // (2) violates momentum balance: unit vectors from a barycentre do not sum to zero, so a tet
+    // pushes itself
     let (net, all) = (volume.iter().sum::<Vector>().norm(), volume.iter().map(Vector::norm).sum::<f64>());
     assert!(net > 1e-3 * all, "net force {net} N of {all} N");
 }
 
-/// The stress of (7) is that of a uniform load on a disc: summed here from Boussinesq's point
+/// The stress of (7) is that of a uniform load on a disc, summed here from Boussinesq's point
 /// loads.
 #[test]
 fn eq_7_is_the_stress_under_a_uniform_disc_and_its_inverse() {
     let rule = |least_stress_pa| StressRule::new(least_stress_pa, 0.45, ContactPressure::UniformLoad);
     let (r, pressure) = (8e-3_f64, 5e3_f64);
     for depth in [9e-3_f64, 15e-3, 40e-3] {
-        // sigma_z = 3 P z^3 / (2 pi R^5), rings of the disc
+        // sigma_z = 3 P z^3 / (2 pi R^5), integrated over rings of the disc
         let rings = 20_000;
         let stress: f64 = (0..rings)
             .map(|n| {
@@ -89,17 +90,18 @@ fn eq_7_is_the_stress_under_a_uniform_disc_and_its_inverse() {
         let radius = f64::from(rule(stress as f32).radius_m(pressure as f32, r as f32));
         assert!((radius / depth - 1.0).abs() < 1e-3, "stress {stress} Pa is reached at {radius} m, not {depth} m");
     }
-    // below the threshold everywhere: the contact itself
+    // below the threshold everywhere: the radius is that of the contact itself
     assert_eq!(rule(6e3).radius_m(5e3, 8e-3), 8e-3);
 }
 
-/// (8) gives back the pressure of the two loads it comes from.
+/// (8) returns the pressure of each of the two loads from which it is derived.
 #[test]
 fn eq_8_pressure_from_force_and_depth() {
     let (e, nu, r, p) = (3500.0_f64, 0.45_f64, 8e-3_f64, 900.0_f64);
     let force = p * std::f64::consts::PI * r * r;
     let plane = e / (1.0 - nu * nu);
-    // settlement of the centre under a uniform load; of a rigid punch with the same mean pressure
+    // displacement of the centre under a uniform load, and of a rigid punch with the same mean
+    // pressure
     for (law, depth) in
         [(ContactPressure::UniformLoad, 2.0 * p * r / plane), (ContactPressure::RigidPunch, force / (2.0 * r * plane))]
     {
@@ -108,8 +110,8 @@ fn eq_8_pressure_from_force_and_depth() {
     }
 }
 
-/// Nodes beyond the radius of (7)-(8) are frozen, those within move, and the count follows the
-/// threshold.
+/// Nodes beyond the radius of (7)-(8) are frozen, those within it move, and their number follows
+/// the threshold.
 #[test]
 fn the_region_follows_the_load() {
     let bench = bench();
@@ -128,7 +130,7 @@ fn the_region_follows_the_load() {
         }
         let output = last.unwrap();
         assert!(output.force_n.z > 0.0);
-        // the moving nodes are those of the rule for the force and depth of the previous tick
+        // the moving nodes are those that the rule selects for the previous tick's force and depth
         let pressure_pa = rule.pressure_pa(bench.params.youngs_modulus_pa, output.force_n.norm(), output.depth_m);
         let radius_m = rule.radius_m(pressure_pa, bench.params.probe.radius_m);
         let within = model
@@ -140,15 +142,15 @@ fn the_region_follows_the_load() {
     };
     let counts = [10.0, 150.0, 300.0].map(active);
     for (active, wanted) in counts {
-        // the centre of the contact moves by a few tenths of a millimetre, and with it a node at
-        // the edge
+        // the centre of the contact moves by a few tenths of a millimetre, which may add or remove
+        // a node at the edge
         assert!(active.abs_diff(wanted) <= 2, "{active} nodes moved, the rule says {wanted}: {counts:?}");
     }
     assert!(counts[0].0 > counts[1].0 && counts[1].0 > counts[2].0 && counts[2].0 > 0, "{counts:?}");
 }
 
-/// Equations (9) and (10) as printed, in double precision, with forces from (1) without dampers;
-/// our implementation keeps the velocity at the half step.
+/// Equations (9) and (10) as printed, in double precision, with forces from (1) without dampers.
+/// Our implementation stores the velocity at the half step.
 #[test]
 fn eq_9_and_10_velocity_verlet() {
     let bench = bench();

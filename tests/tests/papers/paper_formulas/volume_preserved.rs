@@ -35,8 +35,8 @@ fn eq_3_positions_and_velocities_after_a_step() {
     let dt = f64::from(bench.params.tick_s);
     let free = |n: &usize| !model.anchors.contains(&(*n as u16));
     let nodes: Vec<usize> = (0..x.len()).filter(free).collect();
-    // displacements, not positions: a displacement of 1e-5 m would hide in a position; the rounding
-    // of a position, 4e-9 m at 60 mm, is allowed
+    // displacements are compared, because an error of 1e-5 m would not be noticed in a position;
+    // the rounding of a position, 4e-9 m at 60 mm, is allowed for
     let moved: Vec<Vector> = nodes.iter().map(|&n| positions(&state)[n] - x[n]).collect();
     let wanted: Vec<Vector> = nodes.iter().map(|&n| v[n] * dt + f[n] * (dt * dt / m[n])).collect();
     for (moved, wanted) in moved.iter().zip(&wanted) {
@@ -106,7 +106,7 @@ fn eq_5_and_12_damper_forces() {
             power += f.dot(&(v[i] - v[j]));
         }
         assert!(power < 0.0, "{law:?} feeds the motion");
-        // a difference of sums is compared: rounding errors are those of the larger
+        // a difference of sums is compared: the rounding errors are those of the larger sum
         let size = undamped.iter().map(Vector::norm).fold(0.0, f64::max).max(wanted.iter().map(Vector::norm).fold(0.0, f64::max));
         for (f, w) in found.iter().zip(&wanted) {
             assert!((f - w).norm() <= super::ROUNDING * size, "{law:?}: {f:?} is not {w:?}");
@@ -132,7 +132,7 @@ fn eq_6_to_8_lengths_are_corrected_and_averaged() {
         let length = (x[i] - x[j]).norm();
         let too_long = (1.0 + f64::from(stretch)) * rest - length;
         let too_short = length - (1.0 - f64::from(compression)) * rest;
-        // (6): dx_i = C/2 n; (8) has the other gradient: dx_i = -C/2 n
+        // (6): dx_i = C/2 n; (8) has the opposite gradient: dx_i = -C/2 n
         let step = if too_long < 0.0 { n * (0.5 * too_long) } else { n * (-0.5 * too_short.min(0.0)) };
         violated += usize::from(step.norm() > 0.0);
         let whole = if fixed(i) || fixed(j) { 2.0 } else { 1.0 };
@@ -144,7 +144,7 @@ fn eq_6_to_8_lengths_are_corrected_and_averaged() {
     assert!(violated > 20, "{violated} springs");
     let moved: Vec<Vector> = positions(&state).iter().zip(&x).map(|(a, b)| a - b).collect();
     let wanted: Vec<Vector> = (0..x.len()).map(|n| if fixed(n) { Vector::zeros() } else { sum[n] / count[n] }).collect();
-    // positions round at 4e-9 m, moves are 1e-4 m
+    // positions are rounded by 4e-9 m, and the corrections are 1e-4 m
     assert_close(&moved, &wanted, "(7)");
 }
 
@@ -184,21 +184,22 @@ fn eq_9_directions_turn_back_by_the_excess_and_look_again_in_time() {
     assert!(violated > 5, "{violated} springs");
     let moved: Vec<Vector> = positions(&state).iter().zip(&x).map(|(a, b)| a - b).collect();
     let wanted: Vec<Vector> = (0..x.len()).map(|n| if fixed(n) { Vector::zeros() } else { sum[n] / count[n] }).collect();
-    // the angle is an arc cosine near one: five times the rounding
+    // the angle is an arc cosine near one, which magnifies rounding five times
     let size = wanted.iter().map(Vector::norm).fold(0.0, f64::max);
     for (found, wanted) in moved.iter().zip(&wanted) {
         assert!((found - wanted).norm() <= 5.0 * super::ROUNDING * size, "{found:?} is not {wanted:?}");
     }
 
-    // after `every` steps x^p is the present: nothing has turned since, nothing moves
+    // after `every` steps x^p is the present position: nothing has turned since then, so nothing
+    // moves
     method.correct(&model, &tuned, &mut state);
     let settled = positions(&state);
     method.correct(&model, &tuned, &mut state);
     assert_eq!(positions(&state), settled);
 }
 
-/// A correction of positions is a force `m dx/dt^2`: pressed to the same depth, the smaller the
-/// step the harder the tissue. Nothing in paper 000 says so.
+/// A correction of positions acts as a force `m dx/dt^2`: at equal depth, the force rises as the
+/// step becomes shorter. Paper 000 does not mention this.
 #[test]
 fn length_corrections_make_the_force_depend_on_the_step() {
     let force_n = |substeps: u16, fixes: bool| {
