@@ -1,5 +1,5 @@
-//! Hands the linker its scripts and the image its patch. `[build] rustflags` has no effect for
-//! anyone who sets `RUSTFLAGS`; link arguments from here always apply.
+//! Passes the linker its scripts and the image its patch. `[build] rustflags` has no effect if
+//! `RUSTFLAGS` is set; link arguments from here always apply.
 
 use core::error::Error;
 use std::{
@@ -35,8 +35,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let memory = match memory::of_chip() {
         Some(regions) => regions,
         None => {
-            // cortex-m-rt includes this file for the names of interrupt handlers; a board without
-            // a chip's description fills its vector table by itself
+            // cortex-m-rt includes this file for the names of interrupt handlers; a board whose
+            // chip has no description here fills its vector table by itself
             fs::write(out.join("device.x"), "")?;
             memory::MPS2
         }
@@ -51,7 +51,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Puts the patch where `src/patch.rs` includes it. The image checks its content when it starts.
+/// Copies the patch to where `src/flash_patch.rs` includes it. The image checks its content when it
+/// starts.
 fn take_patch(out: &Path) -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-env-changed={PATCH}");
     let file = Path::new("..").join(env::var(PATCH).unwrap_or_else(|_| DEFAULT_PATCH.into()));
@@ -59,7 +60,7 @@ fn take_patch(out: &Path) -> Result<(), Box<dyn Error>> {
     let bytes = fs::read(&file)
         .map_err(|cause| format!("{PATCH}: {}: {cause}; pack one with `palpate pack --out firmware/patches`", file.display()))?;
     fs::write(out.join("packed.patch"), bytes)?;
-    // how wrong it is, if it was fitted: for hosts
+    // the record of the patch's fit, from which hosts read its error; empty if there is none
     let mut name = file.into_os_string();
     name.push(".json");
     let record = match fs::read(&name) {
@@ -73,8 +74,8 @@ fn take_patch(out: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Writes the day of the build, which hosts show, counted from 1970-01-01. `SOURCE_DATE_EPOCH` [s]
-/// takes its place where builds are to be repeatable.
+/// Writes the day of the build, which hosts show, counted from 1970-01-01. For reproducible builds
+/// `SOURCE_DATE_EPOCH` [s] replaces the clock.
 fn tell_day(out: &Path) -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-env-changed=SOURCE_DATE_EPOCH");
     for folder in ["src", "controller/src", "../core/src"] {

@@ -1,5 +1,5 @@
-//! A checksum of everything written here that makes an image's log. Hosts compare the checksum that
-//! a board reports with the one in an ELF file.
+//! A checksum of all sources and settings that determine an image's log. Hosts compare the checksum
+//! that a board reports with the one in an ELF file.
 
 use core::error::Error;
 use std::{
@@ -7,10 +7,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Sources of the image, from this package on.
+/// Sources of the image, relative to this package.
 const SOURCES: [&str; 8] =
     ["src", "controller/src", "../core/src", "build", "build.rs", "Cargo.toml", "../Cargo.lock", "../rust-toolchain.toml"];
-/// Level of the log.
+/// Environment variable that sets the level of the log.
 const LEVEL: &str = "DEFMT_LOG";
 
 /// Writes the checksum as a constant.

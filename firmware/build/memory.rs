@@ -1,6 +1,6 @@
-//! The memories of an image's chip, and which part of the image goes into which.
+//! The memories of an image's chip, and the parts of the image that are placed in each.
 
-/// The stack, below the statics [bytes].
+/// Size of the stack, which is below the statics [bytes].
 const STACK_BYTES: u32 = 16 * 1024;
 
 /// A piece of the address space.
@@ -15,16 +15,17 @@ pub struct Memories {
     flash: Region,
     /// RAM for stack and statics.
     ram: Region,
-    /// Memory for code that the core reads without waiting; zero bytes if that is the RAM itself.
+    /// Memory for code that the core reads without wait states; zero bytes if that is the RAM
+    /// itself.
     fast_code: Option<Region>,
-    /// Memory for large data that is read seldom.
+    /// Memory for large data that is rarely read.
     large: Option<Region>,
-    /// The chip's own loader looks for a block behind the vectors.
+    /// Whether the chip's boot loader searches for a block after the vector table.
     boot_block: bool,
 }
 
-/// The emulated MPS2 boards offer 4 MB of each. Declaring the memory of the smallest board (1 MB of
-/// flash, 128 KB of RAM) keeps the figures realistic.
+/// The emulated MPS2 boards have 4 MB each of flash and RAM. Declaring 1 MB of flash and the
+/// smallest supported board's 128 KB of RAM keeps the figures realistic.
 pub const MPS2: Memories = Memories {
     flash: Region { origin: 0, bytes: 1024 * 1024 },
     ram: Region { origin: 0x2000_0000, bytes: 128 * 1024 },
@@ -33,8 +34,8 @@ pub const MPS2: Memories = Memories {
     boot_block: false,
 };
 
-/// Reads the chip's own description: flash and RAM begin where every STM32 has them and extend over
-/// all adjoining regions.
+/// Reads the chip's description: flash and RAM begin at the addresses common to all STM32 and
+/// extend over all adjoining regions.
 #[cfg(feature = "stm32")]
 pub fn of_chip() -> Option<Memories> {
     use stm32_metapac::metadata::{METADATA, MemoryRegionKind};
@@ -67,7 +68,7 @@ pub fn of_chip() -> Option<Memories> {
     })
 }
 
-/// RP2350 of a Pico 2, by its data sheet: 4 MB of serial flash, 512 KB of RAM in a row. Its boot
+/// RP2350 of a Pico 2, by its data sheet: 4 MB of serial flash, 512 KB of contiguous RAM. Its boot
 /// ROM looks for a block in the first 4 KB of flash.
 #[cfg(feature = "pico2")]
 pub fn of_chip() -> Option<Memories> {
@@ -94,11 +95,11 @@ impl Memories {
         line("FLASH", self.flash) + &line("STACK", stack) + &line("RAM", ram) + &fast_code + &large
     }
 
-    /// Tick and patch in fast memory and the upload in large memory, where the chip has them;
-    /// otherwise the names exist with zero size.
+    /// The linker's sections: tick and patch in fast memory and the upload in large memory, if the
+    /// chip has them; otherwise the symbols exist with zero size.
     ///
-    /// All of it lies behind `.uninit`: the start-up code clears and fills whatever follows `.bss`
-    /// and `.data`.
+    /// All sections are placed after `.uninit`, since the start-up code clears and fills whatever
+    /// directly follows `.bss` and `.data`.
     pub fn placement(&self) -> String {
         let section = |name: &str, inputs: &str, place: &str| {
             format!(

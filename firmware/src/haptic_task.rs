@@ -13,7 +13,7 @@ use crate::flash_patch::in_flash;
 use crate::period::{next_period, periods_begun};
 use crate::telemetry;
 
-/// Ticks between two snapshots: one per second, slow enough for any logging link.
+/// Ticks between two snapshots. One per second is slow enough for any debug channel.
 const SNAPSHOT_TICKS: u32 = 1_000;
 
 /// Renders the patch to a scripted hand, one tick per period, then reports.
@@ -35,7 +35,7 @@ pub async fn run_script(haptic: &'static mut HapticLoop<ThisBoard>, mut slot: Pa
     }
 }
 
-/// Serves a host until it goes.
+/// Serves a host until it disconnects.
 #[embassy_executor::task]
 pub async fn serve_host(
     haptic: &'static mut HapticLoop<ThisBoard>,

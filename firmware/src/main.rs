@@ -1,5 +1,5 @@
-//! Haptic controller: a 1 kHz task renders the tissue patch, a task below it reports. Open
-//! `haptic_task.rs` first.
+//! Haptic controller: a 1 kHz task renders the tissue patch, and a task of lower priority reports.
+//! Open `haptic_task.rs` first.
 //!
 //! Three priorities, by hardware preemption: tick timer > haptic loop > telemetry. Below all of
 //! them the core idles.
@@ -28,7 +28,7 @@ use static_cell::{ConstStaticCell, StaticCell};
 
 static MEMORY: ConstStaticCell<Memory> = ConstStaticCell::new(Memory::RESERVED);
 static UPLOAD: ConstStaticCell<Upload> = ConstStaticCell::new(Upload::RESERVED);
-/// Executors of the tasks, of which one runs.
+/// The haptic loop of the one task that runs.
 static LOOP: StaticCell<HapticLoop<ThisBoard>> = StaticCell::new();
 
 #[entry]
@@ -72,10 +72,10 @@ fn main() -> ! {
     }
 }
 
-/// The loop with the profile that the board keeps. Without one the encoders count as three
-/// orthogonal axes, and the board arms only after it was homed or received a profile: a reset must
-/// not turn one device into another. Not inlined into `main`, whose stack frame exists as long as
-/// the image runs.
+/// The loop with the profile that the board keeps. Without one the encoders are treated as three
+/// orthogonal axes, and the board arms only after it was homed or received a profile, so that a
+/// reset cannot make one device run as another. Not inlined into `main`, whose stack frame exists
+/// as long as the image runs.
 #[inline(never)]
 fn haptic_loop(arming: Arming) -> &'static mut HapticLoop<ThisBoard> {
     let mut this = ThisBoard::default();

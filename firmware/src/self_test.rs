@@ -2,10 +2,10 @@
 //! to flash on a new board.
 //!
 //! It runs the whole controller at 1 kHz on the board's own clock and watchdog, with outputs that
-//! are never enabled ([`Motorless`]), times the stages of the tick, and then reports its findings
-//! over the log and the link, repeatedly: `palpate board self-test` compares it with the desktop.
-//! The light is on while it runs, blinks once a second after a good run, five times after a bad
-//! one.
+//! are never enabled ([`Motorless`]), measures the stages of the tick, and then reports its
+//! findings over the log and the link, repeatedly: `palpate board self-test` compares them with the
+//! desktop's. The light is on during the test; afterwards it blinks once a second if the test was
+//! passed, five times a second if not.
 
 mod motorless;
 mod report;
@@ -34,11 +34,11 @@ const TICKS: u32 = 4_000;
 const CHECK_TICKS: u32 = TICKS / CHECKS as u32;
 /// Ticks between two reports.
 const REPEAT_TICKS: u32 = 2_000;
-/// Bytes that the link's 115 200 baud carry in a tick, less a fifth.
+/// Bytes per tick that the link carries at 115 200 baud, less a fifth.
 const BYTES_PER_TICK: usize = 9;
 
-// in statics, filled by separate functions, so that the stack of one call is free again for the
-// next
+// kept in statics and filled by separate functions, so that each call can reuse the stack of the
+// previous one
 static LOOP: StaticCell<HapticLoop<Motorless>> = StaticCell::new();
 static FINDINGS: ConstStaticCell<Findings> = ConstStaticCell::new(Findings::NONE);
 static REPORT: ConstStaticCell<Report> = ConstStaticCell::new(Report::EMPTY);
@@ -68,7 +68,7 @@ pub async fn run(this: ThisBoard, memory: &'static mut Memory) {
     }
 }
 
-/// The run, and the times of the stages.
+/// Measures the stages and runs the script.
 async fn test(this: ThisBoard, memory: &'static mut Memory, findings: &mut Findings) -> Result<(), &'static str> {
     findings.ticks = TICKS;
     stages::time(in_flash(), memory, &mut findings.stages);
@@ -94,7 +94,7 @@ async fn test(this: ThisBoard, memory: &'static mut Memory, findings: &mut Findi
     Ok(())
 }
 
-/// The loop, as a script runs it.
+/// Creates the haptic loop, armed as for a script.
 #[inline(never)]
 fn start(this: ThisBoard) -> Option<&'static mut HapticLoop<Motorless>> {
     let (settings, edge) = Profile::desktop().split();
@@ -102,7 +102,7 @@ fn start(this: ThisBoard) -> Option<&'static mut HapticLoop<Motorless>> {
     Some(LOOP.init_with(|| HapticLoop::new(Motorless::new(this), controller)))
 }
 
-/// The patch of the image.
+/// Opens the patch of the image.
 #[inline(never)]
 fn open(memory: &'static mut Memory) -> Option<PatchSlot<'static>> {
     let patch = Patch::open_within(&board::budget(), in_flash(), memory, None, &mut board::feed_watchdog);

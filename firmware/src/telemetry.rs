@@ -1,4 +1,4 @@
-//! Reports of a run, from a task below the haptic loop.
+//! Reports of a run, from a task of lower priority than the haptic loop.
 
 use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, signal::Signal};
 
@@ -10,13 +10,13 @@ use crate::board;
 /// The outcome of a run of limited length.
 #[derive(Clone, Copy)]
 pub struct Result {
-    /// The last tick.
+    /// Snapshot after the last tick.
     pub last: Snapshot,
     /// Hash of the state after the last tick.
     pub state_hash: u64,
-    /// Hash of every tick's force.
+    /// Hash of the forces of all ticks.
     pub force_hash: u64,
-    /// Periods that the tick timer began.
+    /// Number of periods that the tick timer began.
     pub periods: u32,
 }
 
@@ -26,7 +26,7 @@ enum Message {
     Finished(Result),
 }
 
-// the newest message wins: a slow reader must not delay the loop or fill a queue
+// only the newest message is kept: a slow reader must not delay the loop or fill a queue
 static NEWEST: Signal<CriticalSectionRawMutex, Message> = Signal::new();
 
 /// Hands a snapshot to the reporting task; never blocks.
@@ -39,8 +39,8 @@ pub fn finish(result: Result) {
     NEWEST.signal(Message::Finished(result));
 }
 
-/// Prints what arrives. The outcome goes out twice, as a defmt frame and as plain text, so that no
-/// log decoder can hide it.
+/// Prints snapshots and the outcome. The outcome is printed twice, as a defmt frame and as plain
+/// text, so that no log decoder can hide it.
 #[embassy_executor::task]
 pub async fn report() {
     loop {

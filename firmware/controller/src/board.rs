@@ -1,5 +1,5 @@
-//! The interface of a board to the controller. `firmware/src/board/` implements it for real and
-//! emulated boards, and the tests implement it for a mock board.
+//! The interface through which the controller uses a board. `firmware/src/board/` implements it for
+//! real and emulated boards, and the tests implement it for a mock board.
 
 use palpate::Fault;
 
@@ -11,12 +11,12 @@ use crate::log::Event;
 use crate::patch::Budget;
 use crate::probe_in::Reading;
 
-/// The watchdog of every board acts after this long without a completed tick [us]: less than the 5
-/// ms within which the actuators must be off, and more than two late ticks in a row take, which
-/// release the force themselves.
+/// Time without a completed tick after which the watchdog of every board acts [us]. It is shorter
+/// than the 5 ms within which the actuators must be off, and longer than two consecutive late
+/// ticks, which release the force without the watchdog.
 pub const WATCHDOG_US: u32 = 4_500;
 
-/// Clock, pins, watchdog and link of a board. No function waits, except [`Board::next_period`] and
+/// Clock, pins, watchdog and link of a board. No function blocks, except [`Board::next_period`] and
 /// the read of a lock-step link.
 #[expect(async_fn_in_trait, reason = "each image has one board and one executor; no bound on the future is needed")]
 pub trait Board {
@@ -29,50 +29,55 @@ pub trait Board {
     /// Time since the last edge of the tick timer [counts].
     fn since_period_counts(&self) -> u32;
 
-    /// Periods that the tick timer has begun, wrapping. Counted at a higher priority than the loop,
-    /// so that a tick that is still busy is seen as late.
+    /// Number of periods that the tick timer has begun; it wraps. It is counted at a higher
+    /// priority than that of the loop, so that a tick that is still running is detected as late.
     fn periods_begun(&self) -> u32;
 
     /// Waits for the next period and returns its number.
     async fn next_period(&mut self) -> u32;
 
-    /// Drops a period that began while a tick was late: the next tick starts on an edge.
+    /// Discards a period that began while a late tick was running, so that the next tick starts on
+    /// an edge of the tick timer.
     fn drop_period(&mut self);
 
-    /// Puts codes and enable line on the pins; off takes effect first, on last.
+    /// Writes the codes and the enable line to the pins. The enable line is switched off before the
+    /// codes change, and on after they have changed.
     fn write_outputs(&mut self, outputs: Outputs);
 
-    /// The outputs, read back from the pins.
+    /// Reads the outputs back from the pins.
     fn outputs(&self) -> Outputs;
 
-    /// Releases the force.
+    /// Releases the force: enable line off, no force on any axis.
     fn outputs_off(&mut self);
 
-    /// Keeps the watchdog from turning the outputs off and resetting the board.
+    /// Restarts the watchdog's time; otherwise it turns the outputs off and resets the board.
     fn feed_watchdog(&mut self);
 
-    /// Counts a millisecond of time under power, for [`crate::resets`].
+    /// Adds a millisecond to the time under power, by which [`crate::resets`] dates crashes.
     fn count_millisecond(&mut self);
 
-    /// The board's part of the self-test.
+    /// Whether the board's part of the self-test is passed: the outputs are off, and the break
+    /// input is armed on boards that have one.
     fn healthy(&self) -> bool;
 
-    /// Whether the actuators' supply is too low now.
+    /// Whether the actuators' supply voltage is too low at present.
     fn supply_low(&self) -> bool;
 
-    /// The fault while the stop circuit is open, or after it was.
+    /// [`Fault::EmergencyStop`] while the stop circuit is open. A board that latches a trip in
+    /// hardware also reports, once, a trip that is already over.
     fn emergency_stop(&mut self) -> Option<Fault>;
 
     /// Whether the operator's switch is released; `None` on a board without a pin for one.
     fn operator_absent(&self) -> Option<bool>;
 
-    /// Reading of the board's own encoders, if it has any. The controller turns it into a tip.
+    /// Reading of the board's own encoders, if it has any. The controller converts it to a tip
+    /// position.
     fn sense(&mut self) -> Option<Reading>;
 
     /// Cycles that a patch may take per tick.
     fn budget(&self) -> Budget;
 
-    /// Image and clock.
+    /// Image and clock of the board, for hosts.
     fn about(&self) -> About;
 
     /// Largest stack use so far [bytes].
@@ -88,13 +93,13 @@ pub trait Board {
     /// Writes a frame to the host, or drops it whole.
     fn link_write(&mut self, frame: &[u8]);
 
-    /// Bytes that [`Self::link_write`] would take now.
+    /// Number of bytes that [`Self::link_write`] would accept now.
     fn link_room(&self) -> usize;
 
-    /// Encodes an event for the log, without waiting. A board without a log drops it.
+    /// Encodes an event for the log without blocking. A board without a log drops it.
     fn log(&mut self, _: Event) {}
 
-    /// Takes what waits of the log, as much as a message holds.
+    /// Removes the oldest pending frames of the log, as many as fit into a message.
     fn take_log(&mut self) -> Option<Log> {
         None
     }

@@ -1,8 +1,9 @@
-//! The profile that a board keeps over power-off: two slots of flash, written in turn.
+//! The profile that a board keeps while it is without power: two slots of flash, written
+//! alternately.
 //!
-//! A slot is `magic, version, length, generation, profile as postcard, CRC-32`. Writing uses the
-//! slot that is not in use: if the power fails, the other one still holds the previous profile. A
-//! slot that is damaged, of another version or out of range counts as empty.
+//! A slot is `magic, version, length, generation, profile as postcard, CRC-32`. A new profile is
+//! written to the slot that is not in use: if the power fails, the other one still contains the
+//! previous profile. A slot that is damaged, of another version or out of range counts as empty.
 
 use core::fmt;
 
@@ -23,7 +24,7 @@ const MAGIC: u32 = 0x5041_4C50;
 const VERSION: u16 = 4;
 const HEAD: usize = 12;
 const TAIL: usize = 4;
-/// Bytes of a slot that are used.
+/// Length of a slot's content [bytes]: head, profile, checksum and erased bytes.
 pub const SLOT_BYTES: usize = 192;
 
 /// Settings that a user makes once for a device.
@@ -34,9 +35,9 @@ pub struct Profile {
     /// Damping per tangent stiffness [s], constant damping [N s/m], share of the newest velocity
     /// (1).
     pub damping: [f32; 3],
-    /// Maximum force that the actuators give [N].
+    /// Largest force that the actuators can give [N].
     pub max_force_n: f32,
-    /// Whole ticks between computing a force and its acting.
+    /// Whole ticks from the computation of a force until it acts.
     pub delay_ticks: u8,
     /// Corners of the workspace with the smallest and the largest coordinates [m].
     pub workspace_m: [[f32; 3]; 2],
@@ -46,9 +47,10 @@ pub struct Profile {
     pub lag_s: f32,
     /// Encoder counts in the mechanism's home pose, or at the centre of three orthogonal axes.
     pub home_counts: [i32; 3],
-    /// A hand switch or pedal is fitted and must be held for any force.
+    /// A hand switch or pedal is fitted; there is a force only while it is pressed.
     pub operator_switch: bool,
-    /// Mechanism; without one the device has three orthogonal axes of 10 um and 16 N.
+    /// Mechanism; without one the device has three orthogonal axes of 10 um per count and 16 N at
+    /// full scale.
     pub mechanism: Option<MechanismProfile>,
 }
 
@@ -60,7 +62,8 @@ impl Profile {
         Self::of(&Settings::safe(&device), &device)
     }
 
-    /// A device with settings that are [`Settings::safe`] but for limits and damping.
+    /// Creates the profile of a device without a mechanism. Limits and damping come from
+    /// `settings`; everything else becomes [`Settings::safe`] when the profile is used.
     #[must_use]
     pub fn of(settings: &Settings, device: &DeviceSpec) -> Self {
         let damping = settings.damping;
@@ -78,7 +81,7 @@ impl Profile {
         }
     }
 
-    /// Settings of the loop, and the device.
+    /// Splits the profile into the settings of the loop and the device.
     #[must_use]
     pub fn split(&self) -> (Settings, Port) {
         let [low_m, high_m] = self.workspace_m.map(Into::into);
@@ -100,10 +103,10 @@ impl Profile {
         (settings, Port::with_limits(limits).with_device(device).with_operator_switch(self.operator_switch))
     }
 
-    /// Checks every number, and that the mechanism can move like that.
+    /// Checks that every number is in range and that the mechanism can move as the profile says.
     ///
     /// # Errors
-    /// [`ProfileError`] names it.
+    /// [`ProfileError`] names the first condition that is not met.
     #[inline(never)]
     pub fn check(&self) -> Result<(), ProfileError> {
         let (settings, edge) = self.split();
@@ -120,7 +123,7 @@ impl Profile {
 /// Two slots of flash. Erased bytes are 0xFF; a written byte keeps its value until its slot is
 /// erased.
 pub trait Flash {
-    /// Copies a slot from its start.
+    /// Copies the first [`SLOT_BYTES`] of a slot.
     fn read(&self, slot: Slot, bytes: &mut [u8; SLOT_BYTES]);
 
     /// Erases a slot.
@@ -129,7 +132,7 @@ pub trait Flash {
     /// The flash reports a failure.
     fn erase(&mut self, slot: Slot) -> Result<(), FlashError>;
 
-    /// Writes an erased slot from its start on.
+    /// Writes the first [`SLOT_BYTES`] of an erased slot.
     ///
     /// # Errors
     /// The flash reports a failure.
@@ -143,9 +146,9 @@ pub struct FlashError;
 /// One of the two places in flash that hold a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slot {
-    /// The first.
+    /// The slot for the first profile in erased flash.
     A,
-    /// The second.
+    /// The slot for the second profile.
     B,
 }
 
@@ -158,7 +161,8 @@ impl Slot {
     }
 }
 
-/// The newest profile that is complete and in range, and its slot; `None` if there is none.
+/// Returns the newest profile that is complete and in range, its slot and its generation; `None` if
+/// there is none.
 #[must_use]
 pub fn load(flash: &impl Flash) -> Option<(Profile, Slot, u32)> {
     let good = |slot| {
@@ -173,10 +177,11 @@ pub fn load(flash: &impl Flash) -> Option<(Profile, Slot, u32)> {
     }
 }
 
-/// Stores a profile, in `Idle`. The previous one stays until this one is complete.
+/// Stores a profile and returns its generation; called in `Idle`. The previous profile remains
+/// valid until this one is complete.
 ///
 /// # Errors
-/// [`StoreError`]; the previous profile is still there.
+/// [`StoreError`]; the previous profile remains valid.
 pub fn store(flash: &mut impl Flash, profile: &Profile) -> Result<u32, StoreError> {
     profile.check().map_err(StoreError::Profile)?;
     let (slot, generation) = load(flash).map_or((Slot::A, 1), |(_, slot, last)| (slot.other(), last.wrapping_add(1)));
@@ -191,12 +196,12 @@ pub fn store(flash: &mut impl Flash, profile: &Profile) -> Result<u32, StoreErro
     }
 }
 
-/// Why a profile was not kept.
+/// Why a profile was not stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StoreError {
-    /// The profile is invalid.
+    /// The profile failed [`Profile::check`].
     Profile(ProfileError),
-    /// The flash failed.
+    /// The flash did not erase, write or return the profile as commanded.
     Flash,
 }
 
@@ -205,7 +210,7 @@ pub enum StoreError {
 pub enum ProfileError {
     /// A number is out of its range.
     Range(BuildError),
-    /// The mechanism is impossible, or cannot move like that.
+    /// The mechanism is impossible, or cannot move as the profile says.
     Mechanism(MechanismError),
 }
 
@@ -220,7 +225,7 @@ impl fmt::Display for ProfileError {
 
 impl core::error::Error for ProfileError {}
 
-/// Writes head, profile and checksum.
+/// Writes head, profile and checksum of a slot; `None` if they do not fit.
 #[inline(never)]
 fn format(bytes: &mut [u8; SLOT_BYTES], profile: &Profile, generation: u32) -> Option<()> {
     let (head, body) = bytes.split_at_mut(HEAD);
@@ -289,7 +294,7 @@ mod tests {
             spoil(&mut bad);
             let mut flash = Ram([[0xFF; SLOT_BYTES]; 2]);
             assert!(matches!(store(&mut flash, &bad), Err(StoreError::Profile(_))), "{n}");
-            // complete, with a good checksum, as an older program may have written it
+            // complete and with a correct checksum, as an older version may have written it
             format(&mut flash.0[0], &bad, 7).unwrap();
             assert_eq!(load(&flash), None, "{n}");
         }

@@ -1,7 +1,7 @@
 //! One tick of the controller without its board: the haptic cycle, its device and the requests that
-//! a board makes by itself.
+//! the board itself makes.
 //!
-//! * in: a reading, messages of the host and findings of the board since the last tick
+//! * in: a reading, and the host's requests and the board's findings since the last tick
 //! * out: a command to the actuators, a telemetry record
 //! * cost: that of [`palpate::haptic::cycle`]
 //! * may fail: every [`palpate::Fault`]; the actuators are off then
@@ -19,26 +19,28 @@ use crate::probe_in::Reading;
 /// Ways in which the board may be armed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arming {
-    /// By the host's request.
+    /// Only at the host's request.
     OnRequest,
-    /// Once after power-on, when there is no host. After a stop, a lost host or a fault, only by a
-    /// new request: from the host, or by releasing and pressing the operator's switch. With such a
-    /// switch power-on is no request: a jammed switch would arm the board.
+    /// Without a request once after power-on, for images that serve no host. After a stop, a lost
+    /// host or a fault, only at a new request: from the host, or by releasing and pressing the
+    /// operator's switch. On a device with such a switch, power-on does not count as a request,
+    /// since a jammed switch would then arm the board.
     ByItself,
-    /// Never, after repeated crashes or resets by the watchdog, until a power cycle or the reset
-    /// button.
+    /// Not before a power cycle or a press of the reset button, because the board crashed, or its
+    /// watchdog reset it, too often.
     Barred,
 }
 
-/// The controller.
+/// The haptic cycle with its device, and the rules by which the board is armed.
 #[derive(Clone, Copy, Debug)]
 pub struct Controller {
     cycle: Cycle,
     edge: Port,
     arming: Arming,
-    /// Arming was requested, and the request has not been used yet.
+    /// Whether there is a request to arm, by power-on or the operator's switch, that has not been
+    /// used yet.
     fresh: bool,
-    /// The operator's switch was released in the last tick.
+    /// Whether the operator's switch was released in the last tick.
     was_absent: bool,
 }
 
@@ -52,18 +54,19 @@ impl Controller {
         Ok(Self { cycle: Cycle::build(settings, &edge.limits())?, edge, arming, fresh, was_absent: false })
     }
 
-    /// The mode.
+    /// Mode of the haptic cycle.
     #[must_use]
     pub fn mode(&self) -> Mode {
         self.cycle.mode()
     }
 
-    /// Restarts with other settings and another device; there is no force until it is armed again.
+    /// Restarts with other settings and another device; there is no force until the board is armed
+    /// again.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting; nothing changes then.
     pub fn restart(&mut self, settings: &Settings, edge: Port) -> Result<(), BuildError> {
-        // a new profile is no new request
+        // a new profile does not count as a request to arm
         *self = Self { fresh: false, ..Self::build(settings, edge, self.arming)? };
         Ok(())
     }
@@ -74,7 +77,7 @@ impl Controller {
         self.cycle.in_contact()
     }
 
-    /// The limits.
+    /// Limits of the loop that apply now.
     #[must_use]
     pub fn limits(&self) -> &LoopLimitSettings {
         self.cycle.limits()
@@ -92,25 +95,25 @@ impl Controller {
         self.edge.outputs()
     }
 
-    /// Whether nothing arms it before a power cycle: see [`Arming::Barred`].
+    /// Whether arming is barred: see [`Arming::Barred`].
     #[must_use]
     pub fn barred(&self) -> bool {
         self.arming == Arming::Barred
     }
 
-    /// Whether the device's home pose is known; before that nothing arms.
+    /// Whether the device's home pose is known; the board does not arm before that.
     #[must_use]
     pub fn homed(&self) -> bool {
         self.edge.homed()
     }
 
-    /// Records that the device is in its home pose now, in `Idle`. False if its joints have no
-    /// encoders.
+    /// Records the present joint positions as the home pose; called in `Idle`. Returns false if
+    /// `reading` has no valid encoder counts.
     pub fn show_home(&mut self, reading: &Reading) -> bool {
         self.edge.show_home(reading)
     }
 
-    /// Makes limits stricter, in any mode.
+    /// Lowers limits; allowed in any mode.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the limit that would rise; nothing changes then.
@@ -138,13 +141,14 @@ impl Controller {
         if matches!(telemetry.fault, Some(Fault::SensorFault | Fault::OverSpeed | Fault::OutOfWorkspace | Fault::UnitMismatch)) {
             self.edge.device().forget_home();
         }
-        // used up by arming, whatever ends it, by every mode that follows, and by a stop
+        // a request is used up by leaving `Idle`, whatever happens next, and by a stop
         self.fresh &= matches!(telemetry.mode, Mode::Boot | Mode::SelfTest | Mode::Idle) && command.asked != Some(Ask::Stop);
         telemetry
     }
 
-    /// Whether a tick may feed the watchdog: the actuators are off, or the mode allows a force and
-    /// it is within the limit. Checked independently of the code that computed the force.
+    /// Whether a tick may feed the watchdog: the actuators are off, or the mode allows a force, no
+    /// fault is present, and the force is within the limit. The check is independent of the code
+    /// that computed the force.
     #[must_use]
     pub fn sound(&self, record: &Telemetry) -> bool {
         match self.edge.drive() {
@@ -156,7 +160,8 @@ impl Controller {
         }
     }
 
-    /// Follows the operator's switch, if the device has one: pressing it again is a new request.
+    /// Tracks the operator's switch, if the device has one: pressing it again is a new request to
+    /// arm.
     fn present(&mut self, command: Command) -> Command {
         let operator_absent = self.edge.operator_switch() && command.operator_absent;
         self.fresh |= self.was_absent && !operator_absent;
@@ -164,7 +169,9 @@ impl Controller {
         Command { operator_absent, ..command }
     }
 
-    /// Merges the board's own requests with the host's; the board's come first.
+    /// Merges the board's own requests with the host's. In `Boot` and `SelfTest` the board's
+    /// request replaces the host's; in `Idle` the host's comes first, and a request to arm is
+    /// dropped if arming is barred or the home pose is unknown.
     fn asked(&self, command: Command, healthy: bool) -> Command {
         let (asked, found) = match self.mode() {
             Mode::Boot => (Some(Ask::Booted), command.found),
@@ -189,7 +196,7 @@ mod tests {
 
     use super::*;
 
-    /// Tissue that is never touched.
+    /// A renderer whose tissue is never touched.
     struct Air;
 
     impl Renderer for Air {
@@ -204,7 +211,7 @@ mod tests {
         Controller::build(&Settings::safe(&Port::DESKTOP.limits()), edge, arming).unwrap()
     }
 
-    /// Runs this many ticks of the same command in free space.
+    /// Runs `ticks` ticks with the same command in free space.
     fn ticks(controller: &mut Controller, ticks: u32, command: Command, healthy: bool) -> Telemetry {
         let mut telemetry = None;
         for _ in 0..ticks {

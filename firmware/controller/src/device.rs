@@ -1,9 +1,9 @@
-//! The device between the board's pins and the haptic cycle: a reading becomes a tip, a force
-//! becomes converter codes.
+//! The device between the board's pins and the haptic cycle: it converts a reading to a tip
+//! position and a force to converter codes.
 //!
 //! * in: a reading of encoders or of a tip / a command to the actuators
-//! * out: a tip with the sensor's verdict / converter codes
-//! * cost: that of [`crate::kinematics`]; three orthogonal axes some ten instructions
+//! * out: a tip position with the sensor's status / converter codes
+//! * cost: that of [`crate::kinematics`]; some ten instructions for three orthogonal axes
 //! * may fail: impossible joint angles count as a failed sensor
 
 use palpate::Vector3;
@@ -19,16 +19,16 @@ pub struct Device {
     drivetrain: Drivetrain,
     /// Encoder counts in the home pose.
     home_counts: [i32; 3],
-    /// The home pose is known.
+    /// Whether the home pose is known.
     homed: bool,
 }
 
-/// Parts between encoders and amplifiers.
+/// Everything between encoders and amplifiers.
 #[derive(Clone, Copy, Debug)]
 enum Drivetrain {
     /// Three orthogonal axes of [`EncoderCounts::LENGTH_M`] and [`DacCode::FULL_SCALE_N`].
     Axes,
-    /// A mechanism.
+    /// A mechanism that a profile describes.
     Driven(Driven),
     /// An impossible mechanism: its sensor counts as failed, and it gives no force.
     Invalid,
@@ -40,7 +40,7 @@ struct Driven {
     linkage: Linkage,
     rad_per_count: [f32; 3],
     home_rad: [f32; 3],
-    /// Share of the converter's range per torque [1/(N m)]; zero without a joint.
+    /// Share of the converter's range per torque [1/(N m)]; zero where there is no joint.
     per_n_m: [f32; 3],
     homing: bool,
 }
@@ -67,19 +67,21 @@ impl Device {
         Self { drivetrain, home_counts, homed: !profile.homing }
     }
 
-    /// The home pose is unknown until it is shown or a tip arrives in place of counts.
+    /// Returns the device with an unknown home pose. It becomes known through [`Self::show_home`],
+    /// or when the host sends tip positions in place of encoder counts.
     #[must_use]
     pub const fn without_home(self) -> Self {
         Self { homed: false, ..self }
     }
 
-    /// Whether the home pose is known; before that nothing arms.
+    /// Whether the home pose is known; the board does not arm before that.
     #[must_use]
     pub fn homed(&self) -> bool {
         self.homed
     }
 
-    /// Records that the device is in its home pose now. False if its joints have no encoders.
+    /// Records the present joint positions as the home pose. Returns false if `reading` has no
+    /// valid encoder counts.
     pub fn show_home(&mut self, reading: &Reading) -> bool {
         let Reading::Joints(JointReading { counts, status: SensorStatus::Good, .. }) = reading else { return false };
         self.home_counts = counts.map(|counts| counts.0);
@@ -87,7 +89,7 @@ impl Device {
         true
     }
 
-    /// The mechanism with its joints as last read, if there is one.
+    /// The mechanism at its joint angles as last read, if there is one.
     #[must_use]
     pub(crate) fn linkage(&self) -> Option<Linkage> {
         match &self.drivetrain {
@@ -96,8 +98,8 @@ impl Device {
         }
     }
 
-    /// Returns to the joints of an earlier reading if the last one is not believed: torques belong
-    /// to the pose that the force was computed for.
+    /// Restores the joint angles of an earlier reading after a reading that the cycle rejected,
+    /// since torques must be computed for the pose that the force was computed for.
     pub(crate) fn go_back(&mut self, linkage: Option<Linkage>) {
         if let (Drivetrain::Driven(driven), Some(linkage)) = (&mut self.drivetrain, linkage) {
             driven.linkage = linkage;
@@ -111,13 +113,13 @@ impl Device {
         }
     }
 
-    /// The tip for a reading, device frame. Before the home pose is known the tip is taken to be
-    /// there. A mechanism with a failed sensor, or with impossible joint angles, has lost its home
-    /// pose.
+    /// The tip position for a reading, device frame. While the home pose is unknown, the device is
+    /// assumed to be in it. After a failed sensor or impossible joint angles, a mechanism has to be
+    /// homed again.
     pub fn sensed(&mut self, reading: &Reading) -> Sensed {
         match (&mut self.drivetrain, *reading) {
             (Drivetrain::Axes, Reading::Tip(sensed)) => {
-                // a host's tip is in the device's frame already
+                // the host sends tip positions in the device's frame
                 self.homed = true;
                 sensed
             }
@@ -132,7 +134,7 @@ impl Device {
                     None => self.lost(joints.sequence),
                 }
             }
-            // a tip alone does not determine the joints that are to give a torque
+            // a tip position alone does not determine the joint angles, which the torques depend on
             (_, Reading::Tip(Sensed { sequence, .. }) | Reading::Joints(JointReading { sequence, .. })) => self.lost(sequence),
         }
     }
@@ -143,8 +145,9 @@ impl Device {
         Sensed { position_m: Vector3::zeros(), sequence, status: SensorStatus::Failed }
     }
 
-    /// Converter codes for a command, for the joints as last read. Where a joint needs more than
-    /// its converter gives, all are scaled down alike: the force keeps its direction.
+    /// Converter codes for a command, at the joint angles as last read. If a joint needs more than
+    /// its converter can give, all codes are scaled by the same factor, so that the force keeps its
+    /// direction.
     #[must_use]
     pub fn outputs(&self, drive: ActuatorCommand) -> Outputs {
         match (&self.drivetrain, drive) {
@@ -177,7 +180,7 @@ impl Driven {
     }
 }
 
-/// Counts since those in the home pose; counters wrap.
+/// Counts relative to those in the home pose; the counters wrap.
 fn since(counts: [EncoderCounts; 3], home: [i32; 3]) -> [i32; 3] {
     let ([a, b, c], [home_a, home_b, home_c]) = (counts, home);
     [a.0.wrapping_sub(home_a), b.0.wrapping_sub(home_b), c.0.wrapping_sub(home_c)]

@@ -1,4 +1,4 @@
-//! Force in, converter codes out.
+//! Conversion of forces to converter codes.
 
 pub mod bridge;
 
@@ -7,13 +7,13 @@ use palpate::Vector3;
 /// Command to the actuators.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ActuatorCommand {
-    /// No force, and the enable line off.
+    /// No force; the enable line is off.
     Off,
-    /// A force on the hand [N], device frame; enable line on.
+    /// A force on the hand [N], device frame; the enable line is on.
     Force(Vector3<f32>),
 }
 
-/// Output of one axis as its converter takes it: +-32767 is +-[`DacCode::FULL_SCALE_N`], 0 is no
+/// Output of one axis in the unit of its converter: +-32767 is +-[`DacCode::FULL_SCALE_N`], 0 is no
 /// force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DacCode(pub i16);
@@ -27,8 +27,9 @@ impl DacCode {
     /// Codes per newton: 32767 / 16, exact in single precision.
     const PER_N: f32 = 2047.9375;
 
-    /// Nearest code; saturates at full scale. Not-a-number gives no force: nothing sensible can be
-    /// rendered. In floating point, since the FPU converts and saturates in one instruction.
+    /// Nearest code; saturates at full scale. Not-a-number gives no force, since nothing sensible
+    /// can be rendered. Computed in floating point, since the FPU converts and saturates in one
+    /// instruction.
     #[must_use]
     pub fn from_force_n(force_n: f32) -> Self {
         Self::nearest(force_n * Self::PER_N)
@@ -51,20 +52,21 @@ impl DacCode {
 /// State of a board's output pins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outputs {
-    /// The amplifiers' enable line.
+    /// Whether the amplifiers' enable line is on.
     pub enabled: bool,
-    /// The converters.
+    /// Converter code of each axis or joint.
     pub codes: [DacCode; 3],
 }
 
 impl Outputs {
-    /// Nothing drives the hand.
+    /// Enable line off, no force on any axis.
     pub const OFF: Self = Self { enabled: false, codes: [DacCode::ZERO; 3] };
-    /// Codes that stand for pins in disagreement with the last setting: no force has them.
+    /// Codes that report a disagreement between the pins and the values last written; no force is
+    /// converted to them.
     pub const UNKNOWN: [DacCode; 3] = [DacCode(i16::MIN); 3];
 }
 
-/// The outputs of three orthogonal axes.
+/// Converts a command to the outputs of three orthogonal axes.
 #[must_use]
 pub fn outputs(drive: ActuatorCommand) -> Outputs {
     match drive {

@@ -1,9 +1,9 @@
-//! One tick of a board: a reading in, one haptic cycle over the tissue core, converter codes out,
-//! watchdog fed.
+//! One tick of a board: it takes a reading, runs one haptic cycle over the tissue core, writes
+//! converter codes and feeds the watchdog.
 //!
 //! * in: a reading, the host's command, the number of the period that began
-//! * out: outputs on the pins, a record for the host
-//! * cost: that of [`crate::controller`], and the board's own pins and clock
+//! * out: levels on the output pins, a record for the host
+//! * cost: that of [`crate::controller`], plus access to the board's pins and clock
 //! * may fail: every [`palpate::Fault`]; the actuators are off then
 
 use palpate::haptic::cycle::{Command, Renderer};
@@ -20,14 +20,14 @@ use crate::snapshot::Snapshot;
 
 /// The controller with its deadline and counters.
 pub struct HapticLoop<B> {
-    /// The board.
+    /// The board that the loop runs on.
     pub board: B,
-    /// The controller.
+    /// The controller that computes the forces.
     pub controller: Controller,
     deadline: Deadline,
     /// Periods that the last tick overran, which the cycle tolerates or turns into a fault.
     late_ticks: u16,
-    /// The period of the last tick.
+    /// Number of the last tick's period.
     period: u32,
     found: Option<Fault>,
     seen: Snapshot,
@@ -52,24 +52,26 @@ impl<B: Board> HapticLoop<B> {
 
     /// Runs one tick.
     ///
-    /// * **Trigger**: the hardware tick timer, every millisecond; `period` is the one that began.
-    ///   In lock-step the host's pose, and no period.
+    /// * **Trigger**: the hardware tick timer, every millisecond; `period` is the number of the
+    ///   period that began. In lock-step the host's pose is the trigger, and `period` is `None`.
     /// * **Deadline**: the force is on the converters before the next period begins.
     /// * **Overrun**: handled here, not by a supervisor of lower priority, which late ticks would
     ///   starve. A late force is still written, since it is newer than the one on the converters;
-    ///   the periods it overran are skipped, so the next tick starts on an edge. After one overrun
-    ///   the next tick gives half of the force at most; two in a row, or five in a thousand
-    ///   ([`palpate::haptic::deadline`]), turn the outputs off at once and become a fault in the
-    ///   next tick.
+    ///   the periods that the tick overran are skipped, so the next tick starts on an edge of the
+    ///   timer. After one overrun the next tick gives half of the force at most; two in a row, or
+    ///   five in a thousand ([`palpate::haptic::deadline`]), turn the outputs off at once and
+    ///   become a fault in the next tick.
     /// * **Check**: if a force is beyond the limits, occurs in a mode without force, or differs
-    ///   from the pins, the outputs go off at once, the next tick is a fault, and this one does not
-    ///   feed the watchdog.
-    /// * **Dead loop**: a tick that never ends holds the last force until the watchdog, fed by
-    ///   completed and checked ticks, and with the outputs off while a patch is opened, turns it
-    ///   off.
-    /// * **Faults**: no force in the same tick, latched until the host clears it.
+    ///   from the pins, the outputs are switched off at once, the next tick reports a fault, and
+    ///   this tick does not feed the watchdog.
+    /// * **Dead loop**: if a tick never ends, the last force persists until the watchdog turns it
+    ///   off. The watchdog is fed only by completed and checked ticks, and, with the outputs off,
+    ///   while a patch is opened.
+    /// * **Faults**: a fault removes the force in the same tick and stays latched until the host
+    ///   clears it.
     ///
-    /// Nothing is logged from here: a log call blocks on its link.
+    /// Nothing is logged from here: a log line takes some thousand instructions with interrupts
+    /// off, so lines are written after the tick.
     pub fn tick(
         &mut self,
         tissue: &mut impl Renderer,
@@ -80,7 +82,7 @@ impl<B: Board> HapticLoop<B> {
         self.answer(tissue, reading.into(), command, period)
     }
 
-    /// The tick: one function for every source of readings.
+    /// Body of [`Self::tick`], compiled once for all sources of readings.
     fn answer(&mut self, tissue: &mut impl Renderer, reading: Reading, command: Command, period: Option<u32>) -> Record {
         let (missed, waited) = self.begin(period);
         let started = self.board.clock_counts();
@@ -126,8 +128,9 @@ impl<B: Board> HapticLoop<B> {
         Record::new(&telemetry, outputs, spent)
     }
 
-    /// Periods that passed since the last tick's, and how long ago this one began. From the numbers
-    /// of both: a period that begins while a late tick ends is noticed here at the latest.
+    /// Returns the number of periods missed since the last tick and the time since this period
+    /// began [clock counts]. Missed periods follow from the numbers of the two periods, so that one
+    /// that begins while a late tick ends is noticed here at the latest.
     fn begin(&mut self, period: Option<u32>) -> (u16, Option<u32>) {
         let Some(period) = period else { return (0, None) };
         let missed = period.wrapping_sub(self.period).saturating_sub(1);
@@ -141,7 +144,7 @@ impl<B: Board> HapticLoop<B> {
         &self.seen
     }
 
-    /// Hash of every force that acted.
+    /// Hash of all forces applied since the start.
     #[must_use]
     pub fn force_hash(&self) -> u64 {
         self.forces.finish()

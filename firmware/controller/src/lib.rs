@@ -1,5 +1,5 @@
-//! The haptic controller, free of any board: counts become metres, the haptic cycle runs, newtons
-//! become converter codes.
+//! The haptic controller, independent of any board: it converts encoder counts to metres, runs the
+//! haptic cycle, and converts newtons to converter codes.
 //!
 //! ```text
 //! link ─ inbox ─ HapticLoop::tick ─ Controller::tick ─ Cycle::tick (core) ─ port ─ outputs ─ Board
@@ -7,9 +7,9 @@
 //! ```
 //!
 //! [`haptic_loop`] is one tick with deadline, read-back of the outputs and watchdog; [`serve`] runs
-//! ticks for a host, timed or in lock-step. A [`board::Board`] is the interface that both need.
-//! `firmware` adds boards, executors and the reaction to crashes; the desktop runs this crate as it
-//! is.
+//! ticks for a host, timed or in lock-step. Both access the hardware through a [`board::Board`].
+//! `firmware` adds boards, executors and the handling of crashes; the desktop runs this crate
+//! unchanged.
 #![no_std]
 #![forbid(unsafe_code)]
 

@@ -1,9 +1,9 @@
-//! The link between the controller and a host: the same types and the same code on both sides,
-//! without an allocator.
+//! The link between the controller and a host. Both sides use the types and functions of this
+//! module, which needs no allocator.
 //!
 //! A frame is `COBS(sequence, message as postcard, CRC-32) 0`. A frame that is damaged, too long,
-//! not understood or not newer than the last one is counted and dropped, whole; the next zero byte
-//! begins a new one.
+//! not understood or not newer than the last one is counted and dropped as a whole; its closing
+//! zero byte ends it in any case.
 //!
 //! ```text
 //! host -> board   pose (ends a lock-step tick), heartbeat, ask, lower limits, modulus,

@@ -1,8 +1,8 @@
-//! The log of a serving board: events worth a line, and the memory in which their frames wait for
-//! the link.
+//! The log of a serving board: the events that it reports, and the memory in which their frames
+//! wait for the link.
 //!
 //! A board encodes an event (with defmt, in `firmware/src/board/log.rs`); [`crate::serve`] sends
-//! what waits, between two records, to a host that listens.
+//! the pending frames, between two records, to a host that reads the log.
 
 use palpate::Fault;
 use palpate::haptic::mode::Mode;
@@ -11,7 +11,7 @@ use crate::link::Refusal;
 use crate::link::log::{Frames, LOG_BYTES, Log};
 use crate::snapshot::Snapshot;
 
-/// Bytes of frames that may wait: some thirty lines.
+/// Capacity for pending frames [bytes]: some thirty lines.
 pub const RING_BYTES: usize = 512;
 
 /// An event that a serving board logs.
@@ -39,16 +39,16 @@ pub enum Event {
     Fault(Fault),
     /// A request was not carried out.
     Refused(Refusal),
-    /// Counts since the start, of which one has grown.
+    /// Counts since the start; at least one of them has increased.
     Late {
         /// Ticks that ended after their period.
         overruns: u32,
         /// Periods without a tick.
         missed_periods: u32,
     },
-    /// A profile is in use, kept as the n-th; 0 is not kept.
+    /// A profile is in use, stored under this generation number; 0 if it is not stored.
     Profile(u32),
-    /// The home pose is taken.
+    /// The home pose has been recorded.
     Homed,
 }
 
@@ -62,12 +62,12 @@ pub struct Told {
 }
 
 impl Told {
-    /// Nothing was reported yet.
+    /// State before the first report.
     pub const NOTHING: Self = Self { mode: Mode::Boot, fault: None, overruns: 0, missed_periods: 0 };
 
-    /// The next event that the log has not reported; late ticks only if `late` asks for them,
-    /// because each of them would be an event. Not generic, so that its code is compiled in this
-    /// crate, which images build for size.
+    /// The next event that the log has not reported. Late ticks are reported only if `late` is
+    /// true, because each of them would be an event. Not generic, so that its code is compiled in
+    /// this crate, which images build for size.
     #[inline(never)]
     pub fn next(&mut self, now: &Snapshot, late: bool) -> Option<Event> {
         let Self { mode: from, fault, overruns, missed_periods } = *self;
@@ -90,25 +90,26 @@ impl Told {
 }
 
 /// Frames that wait for the link, in a ring. A frame that does not fit is dropped whole and
-/// counted: what waits is the beginning of a trouble, and a reader sees how much of it is missing.
+/// counted, so the ring keeps the first events of a failure, and a reader sees how many are
+/// missing.
 #[derive(Clone, Copy, Debug)]
 pub struct Ring {
     bytes: [u8; RING_BYTES],
-    /// Place of the oldest byte.
+    /// Index of the oldest byte.
     first: usize,
-    /// Bytes of whole frames.
+    /// Number of bytes of complete frames.
     waiting: usize,
-    /// Bytes of the frame that is being written, behind them.
+    /// Number of bytes of the frame that is being written, after the complete ones.
     begun: usize,
-    /// Whether the frame has not fitted.
+    /// Whether the frame that is being written did not fit.
     cut: bool,
     lost: u32,
-    /// Lost frames that were reported.
+    /// Number of lost frames that has been reported.
     told: u32,
 }
 
 impl Ring {
-    /// Nothing waits.
+    /// A ring without pending frames.
     pub const EMPTY: Self = Self { bytes: [0; RING_BYTES], first: 0, waiting: 0, begun: 0, cut: false, lost: 0, told: 0 };
 
     /// Begins a frame. A frame that was begun and not ended is discarded.
@@ -116,7 +117,7 @@ impl Ring {
         (self.begun, self.cut) = (0, false);
     }
 
-    /// Adds bytes of the frame in its encoding, including the zero that closes it. A zero in front
+    /// Adds bytes of the frame in its encoding, including the zero that closes it. A leading zero
     /// is dropped.
     pub fn push(&mut self, bytes: &[u8]) {
         for byte in bytes {
@@ -134,7 +135,7 @@ impl Ring {
         }
     }
 
-    /// Ends the frame: it waits from now on, or is counted as lost.
+    /// Ends the frame: it becomes pending, or is counted as lost if it did not fit.
     pub fn end(&mut self) {
         if self.cut {
             self.lost = self.lost.saturating_add(1);
@@ -144,14 +145,15 @@ impl Ring {
         self.begin();
     }
 
-    /// Takes as many whole frames as a message holds; none if nothing is to be reported.
+    /// Removes the oldest frames, as many whole ones as fit into a message; `None` if there is
+    /// nothing to report.
     pub fn take(&mut self) -> Option<Log> {
         if self.waiting == 0 && self.told == self.lost {
             return None;
         }
         let most = self.waiting.min(LOG_BYTES);
         let at = |n: usize| self.bytes.get((self.first + n) % RING_BYTES).copied().unwrap_or(0);
-        // frames are at most as long as a message: there is an end
+        // no frame is longer than a message, so at least one ends within it
         let length = (0..most).rev().find(|n| at(*n) == 0).map_or(most, |end| end + 1);
         let frames = Frames::of((0..length).map(at));
         self.first = (self.first + length) % RING_BYTES;
@@ -167,7 +169,7 @@ mod tests {
 
     use super::*;
 
-    /// A frame of this many bytes, with its zero.
+    /// A frame of `length` bytes, including its closing zero.
     fn frame(length: usize, byte: u8) -> Vec<u8> {
         [[byte].repeat(length - 1), [0].to_vec()].concat()
     }
@@ -179,7 +181,7 @@ mod tests {
         ring.end();
     }
 
-    /// Takes everything that waits, message by message.
+    /// Removes all pending frames, message by message.
     fn drain(ring: &mut Ring) -> Vec<(u32, Vec<u8>)> {
         core::iter::from_fn(|| ring.take()).map(|log| (log.lost, log.frames.bytes().to_vec())).collect()
     }

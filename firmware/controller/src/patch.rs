@@ -1,4 +1,5 @@
-//! The tissue core bound to this image: patch in flash, state in RAM.
+//! A running patch. Its file is read in place (in flash on a board); the tissue core's state is in
+//! RAM.
 
 use palpate::haptic::cycle::Renderer;
 use palpate::{BuildError, Fault, Model, Output, Params, PatchFile, Placement, ProbePose, State, Tuned};
@@ -16,58 +17,59 @@ pub use cost::Budget;
 #[cfg(target_os = "none")]
 const RAM_FOR_PATCH: usize = 112 * 1024;
 
-/// Bytes of a patch file at the address of a word: a patch is read in place, as words.
+/// Bytes of a patch file, aligned to a word, since a patch is read in place as words.
 #[repr(C, align(4))]
 pub struct WordAligned<Bytes: ?Sized>(pub Bytes);
 
-/// Everything that the tick writes, and the data that it reads outside the flash: 480 nodes and
-/// 1024 surface triangles, 160 nodes where the tissue relaxes, 48 of them under a probe with
-/// friction. The largest patch that a board has time for has 138.
+/// Everything that the tick writes, and the data that it reads outside the flash: for 480 nodes and
+/// 1024 surface triangles, of tissue with relaxation 160 nodes, and 48 nodes at once in contact
+/// with a probe with friction. The largest patch that a board has time for has 138 nodes.
 pub type Memory = palpate::Memory<480, 1024, 160, 48>;
 
 #[cfg(target_os = "none")]
 const _: () = assert!(size_of::<Memory>() <= RAM_FOR_PATCH, "the patch's state must leave room for the stacks");
 
-/// One patch under the device, ready to tick. A renderer in the device's frame.
+/// One patch at rest or in motion under the device: a renderer in the device's frame.
 pub struct Patch<'a> {
     model: Model<'a>,
     params: Params,
     tuned: Tuned<'a>,
-    /// Young's modulus as it was packed [Pa].
+    /// Young's modulus in the patch file [Pa].
     packed_pa: f32,
     /// Checksum of the patch file.
     checksum: u32,
-    /// The requested one [Pa].
+    /// Requested Young's modulus that has not been applied yet [Pa].
     asked_pa: Option<f32>,
     state: State<'a>,
     placement: Placement,
-    /// The next tick puts the patch to rest.
+    /// Whether the next tick resets the patch to rest.
     resting: bool,
 }
 
 /// Name of a patch's own substep in [`BuildError::OutOfRange`].
 pub const SUBSTEP: &str = "substep of the patch in s";
-/// Name of a patch's tick in [`BuildError::OutOfRange`] when it is not the loop's.
+/// Name of a patch's tick in [`BuildError::OutOfRange`] when it differs from the loop's.
 pub const TICK: &str = "tick_s of the patch";
 /// The loop's tick [s].
 const TICK_S: f32 = 1e-3;
 /// Name of the foundation's dashpot in [`BuildError::OutOfRange`].
 pub const DASHPOT: &str = "contact_damping of the patch";
-/// Least dashpot (1): that of the shipped patch with the finest elements that a board runs. Without
-/// a dashpot, a force that is held for a tick creates energy.
+/// Smallest accepted dashpot (1): that of the shipped patch with the finest elements that a board
+/// runs. Without a dashpot, a force that is held constant for a tick creates energy.
 const LEAST_DASHPOT: f32 = 0.25;
-/// Name of the exponent of stiffening in [`BuildError::OutOfRange`]: boards leave that term out.
+/// Name of the exponent of stiffening in [`BuildError::OutOfRange`]; boards do not compute that
+/// term.
 pub const EXPONENT: &str = "stiffening_b of the patch";
-/// Most foundation points on a triangle: no board's image has room for sixteen.
+/// Largest number of foundation points per triangle: no board's image has room for sixteen.
 const MOST_POINTS: usize = 9;
 /// Name of Young's modulus in [`BuildError::OutOfRange`] when it is too far from the patch's own.
 pub const MODULUS: &str = "youngs_modulus_pa of the patch";
 
-/// Judges a patch as the board would run it, up to the largest modulus that may be requested.
+/// Checks a patch as the board would run it, up to the largest modulus that may be requested.
 ///
 /// # Errors
-/// Those of [`Patch::open_within`].
-// apart from the start, which would keep these masses and parameters on the stack
+/// See [`Patch::open_within`].
+// not inlined: the start that follows would keep these masses and parameters on the stack
 #[inline(never)]
 fn judge(budget: &Budget, file: &PatchFile, memory: &mut Memory, after_round: &mut dyn FnMut()) -> Result<(), BuildError> {
     let (model, params) = (&file.model, &file.params);
@@ -80,7 +82,7 @@ fn judge(budget: &Budget, file: &PatchFile, memory: &mut Memory, after_round: &m
     after_round();
     // twice the packed modulus may be requested later
     let stiffest = Params { youngs_modulus_pa: 2.0 * params.youngs_modulus_pa, ..*params };
-    // as the board then runs it: the fields stay, their gains are recomputed
+    // as the board runs it after such a request: the smooth fields stay, their gains are recomputed
     stiffest.retune(model, &mut tuned);
     step::check(model, &stiffest, &tuned, scratch)?;
     after_round();
@@ -88,22 +90,22 @@ fn judge(budget: &Budget, file: &PatchFile, memory: &mut Memory, after_round: &m
 }
 
 impl<'a> Patch<'a> {
-    /// [`Patch::open_within`] for the largest board: what the desktop opens.
+    /// [`Patch::open_within`] with the budget of the fastest board, for the desktop.
     ///
     /// # Errors
-    /// Errors of [`Patch::open_within`].
+    /// See [`Patch::open_within`].
     pub fn open(bytes: &'a [u8], memory: &'a mut Memory, youngs_modulus_pa: Option<f32>) -> Result<Self, BuildError> {
         Self::open_within(&Budget::M7_480, bytes, memory, youngs_modulus_pa, &mut || {})
     }
 
-    /// Checks a packed patch and puts it at rest. The bytes start on a 4-byte boundary.
+    /// Checks a packed patch and starts it at rest. The bytes must start on a 4-byte boundary.
     /// `youngs_modulus_pa`, between half and twice the packed one, replaces it. Tick, cost and step
     /// are checked against this board's own bounds, not against the figures in the file.
-    /// `after_round` is called repeatedly meanwhile: opening a large patch takes many ticks.
+    /// `after_round` is called repeatedly in between, since opening a large patch takes many ticks.
     ///
     /// # Errors
-    /// When the patch is refused, does not fit the memory, costs more than the budget, or cannot be
-    /// stable with its own substeps.
+    /// [`BuildError`], if the file is invalid, the patch does not fit the memory, costs more than
+    /// the budget, or cannot be stable with its own substeps.
     pub fn open_within(
         budget: &Budget,
         bytes: &'a [u8],
@@ -114,14 +116,15 @@ impl<'a> Patch<'a> {
         let file = PatchFile::open(bytes)?;
         after_round();
         let (model, mut params) = (file.model, file.params);
-        // speeds and masses are given per tick: with another tick the guard would admit other
-        // speeds
+        // speeds and masses in the file refer to its tick: with another one the guard would admit
+        // other speeds
         BuildError::within(TICK, params.tick_s, TICK_S, TICK_S)?;
         BuildError::within(SUBSTEP, params.tick_s / f32::from(params.substeps.max(1)), 0.0, file.stable_dt_s)?;
         BuildError::within(DASHPOT, params.contact_damping, LEAST_DASHPOT, 1.0)?;
         BuildError::within(EXPONENT, params.stiffening_b, 0.0, 0.0)?;
         if model.points_per_triangle() > MOST_POINTS {
-            // as on a board, whose core does not know them and finds the lengths wrong
+            // the error of a board, whose core does not support them and finds the lengths
+            // inconsistent
             let need = MOST_POINTS * model.triangles.len();
             return Err(BuildError::LengthMismatch { item: "foundation", need, have: model.foundation.len() });
         }
@@ -137,10 +140,10 @@ impl<'a> Patch<'a> {
         Ok(Self { model, params, tuned, packed_pa, checksum, asked_pa: None, state, placement, resting: false })
     }
 
-    /// Requests another Young's modulus [Pa], in any state; [`Patch::settle`] applies it.
+    /// Requests another Young's modulus [Pa], at any time; [`Patch::settle`] applies it.
     ///
     /// # Errors
-    /// [`BuildError::OutOfRange`]: not between half and twice the packed one.
+    /// [`BuildError::OutOfRange`] if it is not between half and twice the packed one.
     pub fn ask_modulus(&mut self, youngs_modulus_pa: f32) -> Result<(), BuildError> {
         BuildError::within(MODULUS, youngs_modulus_pa, 0.5 * self.packed_pa, 2.0 * self.packed_pa)?;
         self.asked_pa = Some(youngs_modulus_pa);
@@ -158,33 +161,33 @@ impl<'a> Patch<'a> {
         self.params.retune(&self.model, &mut self.tuned);
     }
 
-    /// Hash of all positions and velocities.
+    /// Hash of all node positions and velocities.
     #[must_use]
     pub fn state_hash(&self) -> u64 {
         self.state.hash()
     }
 
-    /// The patch.
+    /// Mesh and constants of the patch, as its file contains them.
     #[must_use]
     pub fn model(&self) -> &Model<'a> {
         &self.model
     }
 
-    /// Mutable state, in the patch's own frame.
+    /// State that the tick changes, in the patch's own frame.
     #[must_use]
     pub fn state(&self) -> &State<'a> {
         &self.state
     }
 
-    /// Placement of the patch under the device.
+    /// Transformation between the device's frame and the patch's own.
     #[must_use]
     pub fn placement(&self) -> &Placement {
         &self.placement
     }
 }
 
-/// The patch under the device, or none while another one is uploaded. Arming without a patch is a
-/// fault.
+/// The patch under the device, or none while another one is being uploaded. A tick with force but
+/// without a patch is a fault.
 pub struct PatchSlot<'a>(pub Option<Patch<'a>>);
 
 impl PatchSlot<'_> {
@@ -233,7 +236,7 @@ impl Renderer for PatchSlot<'_> {
 }
 
 impl Renderer for Patch<'_> {
-    /// Answers a pose of the device with the force on its probe; everything in the device's frame.
+    /// Returns the force on the probe for a pose of the device; both are in the device's frame.
     #[inline(always)]
     fn render(&mut self, pose: ProbePose) -> Output {
         if core::mem::take(&mut self.resting) {
@@ -244,8 +247,8 @@ impl Renderer for Patch<'_> {
         self.placement.output_to_device(palpate::tick(&self.model, &self.tuned, &mut self.state, pose))
     }
 
-    /// Asks for a reset, which the next tick makes in place of its answer: one period has no time
-    /// for both, and the first tick of arming gives no force.
+    /// Requests a reset, which the next tick makes instead of computing a force: one period has no
+    /// time for both, and the first tick of arming gives no force in any case.
     fn reset(&mut self) {
         self.resting = true;
     }

@@ -1,5 +1,5 @@
-//! The device as the haptic cycle sees it: a reading put in before a tick, an output taken out
-//! after it. Boards move both.
+//! The device as the haptic cycle sees it. Before a tick the board stores a reading here; after it,
+//! the board writes the output from here to its pins.
 
 use palpate::Vector3;
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
@@ -8,7 +8,7 @@ use crate::device::Device;
 use crate::force_out::{ActuatorCommand, DacCode, Outputs};
 use crate::probe_in::{EncoderCounts, Reading};
 
-/// One device's reading and output.
+/// The device with its latest reading and its latest command.
 #[derive(Clone, Copy, Debug)]
 pub struct Port {
     limits: DeviceSpec,
@@ -19,8 +19,8 @@ pub struct Port {
 }
 
 impl Port {
-    /// A desktop stylus of 3.3 N in a box of 0.2 x 0.2 x 0.16 m around its centre, one tick late.
-    /// Its enable line is off.
+    /// A desktop stylus of 3.3 N with a workspace of 0.2 x 0.2 x 0.16 m around its centre and a
+    /// delay of one tick. Its enable line is off.
     pub const DESKTOP: Self = Self {
         limits: DeviceSpec {
             max_force_n: 3.3,
@@ -61,18 +61,18 @@ impl Port {
         Self { operator_switch, ..self }
     }
 
-    /// Whether the device has a hand switch or a pedal that must be held.
+    /// Whether the device has a hand switch or a pedal that must be pressed for any force.
     #[must_use]
     pub fn operator_switch(&self) -> bool {
         self.operator_switch
     }
 
-    /// Stores the reading of the sensors.
+    /// Converts a reading to a tip position and stores it for the next tick.
     pub fn put(&mut self, reading: &Reading) {
         self.sensed = self.device.sensed(reading);
     }
 
-    /// The mechanism of the device, with its joints.
+    /// Mechanism, encoders and amplifiers.
     pub(crate) fn device(&mut self) -> &mut Device {
         &mut self.device
     }
@@ -83,12 +83,13 @@ impl Port {
         self.device.homed()
     }
 
-    /// Records that the device is in its home pose now. False if its joints have no encoders.
+    /// Records the present joint positions as the home pose. Returns false if `reading` has no
+    /// valid encoder counts.
     pub fn show_home(&mut self, reading: &Reading) -> bool {
         self.device.show_home(reading)
     }
 
-    /// State that the board's outputs are to have.
+    /// State that the board's outputs should have.
     #[must_use]
     pub fn outputs(&self) -> Outputs {
         self.device.outputs(self.drive)

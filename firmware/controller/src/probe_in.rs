@@ -1,4 +1,4 @@
-//! Encoder counts in, probe pose out.
+//! Readings of the sensors, and the probe pose of three orthogonal axes.
 
 use fixed::types::I2F30;
 use palpate::haptic::device::{Sensed, SensorStatus};
@@ -19,29 +19,29 @@ impl EncoderCounts {
     /// Length of one count as a plain number, for device profiles [m].
     pub const LENGTH_M: f32 = 1e-5;
 
-    /// Position on this axis [m]; saturates at +-2 m. An integer multiple of the scale: exact until
-    /// the one rounding to `f32`.
+    /// Position on this axis [m]; saturates at +-2 m. The product with the integer count is exact;
+    /// only the conversion to `f32` rounds.
     #[must_use]
     pub fn position_m(self) -> f32 {
         Self::M_PER_COUNT.saturating_mul_int(self.0).to_num()
     }
 }
 
-/// Reading of a board's sensors in a tick, before the device's mechanism turns it into a tip.
+/// Reading of a board's sensors in a tick, before the device converts it to a tip position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reading {
     /// Counts of the encoders.
     Joints(JointReading),
-    /// A tip, from a host or a script in place of encoders.
+    /// A tip position, from a host or a script in place of encoders.
     Tip(Sensed),
 }
 
 /// Counts of up to three encoders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct JointReading {
-    /// One per joint, in the mechanism's order; zero where there is none.
+    /// One count per joint, in the mechanism's order; zero where there is no joint.
     pub counts: [EncoderCounts; 3],
-    /// Number of the reading, one more for every new one, wrapping.
+    /// Number of the reading; it increases by one with each new reading and wraps.
     pub sequence: u32,
     /// Whether the reading can be trusted.
     pub status: SensorStatus,

@@ -1,11 +1,12 @@
-//! Detects repeated resets by the watchdog: a board in such a loop would shake the hand at every
-//! start, so it stays `Idle`.
+//! Detects repeated crashes and watchdog resets: a board that armed after each of them would jerk
+//! the hand every time, so it stays `Idle`.
 
-/// Crashes within [`WINDOW_MS`] after which arming is barred until power-on or the reset button.
+/// Number of crashes within [`WINDOW_MS`] after which arming is barred until power-on or the reset
+/// button.
 pub const TOO_MANY: usize = 3;
-/// Time in which crashes count [ms].
+/// Time within which crashes are counted together [ms].
 pub const WINDOW_MS: u32 = 60_000;
-/// Mark of memory that kept its content over a reset; after power-on it is missing.
+/// Marks memory that has kept its content during a reset; after power-on the mark is missing.
 const MAGIC: u32 = 0x5A1E_0B07;
 
 /// Why the board started.
@@ -17,22 +18,22 @@ pub enum Cause {
     Crash,
 }
 
-/// Count of resets, in memory that start-up does not clear.
+/// Times of the last crashes, in memory that start-up does not clear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub struct Resets {
     magic: u32,
-    /// Time under power, crashes included [ms]; wraps after 49 days.
+    /// Time under power, counted on across crashes [ms]; wraps after 49 days.
     now_ms: u32,
     /// Times of the last crashes, newest last; the first `crashes` entries are valid.
     crashed_at_ms: [u32; TOO_MANY],
     crashes: u32,
-    /// Exclusive or of everything before.
+    /// Exclusive or of all fields above, most of them rotated.
     check: u32,
 }
 
 impl Resets {
-    /// After power-on.
+    /// State after power-on.
     pub const POWER_ON: Self = Self { magic: MAGIC, now_ms: 0, crashed_at_ms: [0; TOO_MANY], crashes: 0, check: MAGIC };
 
     fn sum(&self) -> u32 {
@@ -40,8 +41,8 @@ impl Resets {
         self.magic ^ self.now_ms ^ a ^ b.rotate_left(1) ^ c.rotate_left(2) ^ self.crashes.rotate_left(3)
     }
 
-    /// The board has started. Contents with a wrong checksum mean power-on. True if arming is
-    /// barred.
+    /// Records a start of the board. Contents with a wrong checksum mean power-on. Returns true if
+    /// arming is barred.
     #[must_use]
     pub fn start(&mut self, cause: Cause) -> bool {
         if cause == Cause::Power || self.magic != MAGIC || self.check != self.sum() || self.crashes as usize > TOO_MANY {
@@ -59,7 +60,7 @@ impl Resets {
         self.crashes as usize == TOO_MANY && self.now_ms.wrapping_sub(oldest) < WINDOW_MS
     }
 
-    /// A millisecond has passed.
+    /// Adds a millisecond to the time under power.
     pub fn count(&mut self) {
         self.now_ms = self.now_ms.wrapping_add(1);
         self.check = self.sum();
@@ -70,7 +71,7 @@ impl Resets {
 mod tests {
     use super::*;
 
-    /// Whether the last start bars arming, with this many ticks between crashes.
+    /// Whether the last start bars arming, with `apart_ms` before each crash.
     fn bars(crashes: usize, apart_ms: u32) -> bool {
         let mut resets = Resets { magic: 7, now_ms: 9, crashed_at_ms: [1; 3], crashes: 99, check: 0 };
         let mut barred = resets.start(Cause::Power);

@@ -1,45 +1,46 @@
-//! A scripted hand in place of encoders, for runs without a host: it waits outside the tissue until
-//! the force is on, then presses.
+//! A scripted hand in place of encoders, for runs without a host: it waits above the tissue until
+//! the force is enabled, then presses.
 
 use palpate::haptic::device::{Sensed, SensorStatus};
 
 use crate::probe_in::{self, EncoderCounts};
 
-/// Ticks outside before the first press: start-up, 100 calm ticks, 500 ticks of ramp-in, and a
-/// margin.
+/// Ticks above the tissue before the first press: start-up, 100 calm ticks, 500 ticks of ramp-in,
+/// and a margin.
 pub const LEAD_TICKS: u32 = 700;
 /// Ticks after which the presses repeat.
 const REPEAT_TICKS: u32 = 2_000;
-/// Where the tip starts and returns to: 0.6 mm above the surface.
+/// Height above the surface at which the tip starts and to which it returns [counts]: 0.6 mm.
 const CLEAR: i32 = 60;
-/// Depth of every press: 4 mm.
+/// Depth of every press [counts]: 4 mm.
 const DEEP: i32 = 400;
 
-/// Counts per tick of the tap.
+/// Speed of the tap [counts per tick].
 const TAP: i32 = 23;
-/// Depths of the tap's last ticks: a hand brakes; only a broken encoder stops dead.
+/// Displacements at the tap's last ticks [counts]: like a hand, it brakes; only the reading of a
+/// broken encoder would stop at once.
 const BRAKING: [i32; 5] = [432, 445, 454, 459, CLEAR + DEEP];
 /// Ticks of the tap before it brakes.
 const STEADY: i32 = 18;
 
-/// Press of the scripted hand, and its duration.
+/// Duration of a run of the scripted hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Script {
     /// Ticks until the run ends.
     pub ticks: u32,
-    /// Ticks outside the tissue before the first press.
+    /// Ticks above the tissue before the first press.
     pub lead_ticks: u32,
 }
 
-/// The reading of a tick.
+/// The tip position in a tick, as a good reading.
 #[must_use]
 pub fn sensed(tick: u32, lead_ticks: u32) -> Sensed {
     let position_m = probe_in::pose(counts(tick, lead_ticks)).tip_m;
     Sensed { position_m, sequence: tick, status: SensorStatus::Good }
 }
 
-/// The reading of a tick: after the wait, a tap of 0.23 m/s to 4 mm, a hold, a slow retreat, then a
-/// slow press that slides 3 mm to and fro in x.
+/// The encoder counts in a tick: after the wait, a tap of 0.23 m/s to 4 mm, a hold, a slow retreat,
+/// then a slow press that slides 3 mm to and fro in x.
 #[must_use]
 pub fn counts(tick: u32, lead_ticks: u32) -> [EncoderCounts; 3] {
     let Some(pressing) = tick.checked_sub(lead_ticks) else { return [EncoderCounts(0), EncoderCounts(0), EncoderCounts(CLEAR)] };
@@ -53,7 +54,7 @@ pub fn counts(tick: u32, lead_ticks: u32) -> [EncoderCounts; 3] {
     [EncoderCounts(x), EncoderCounts(0), EncoderCounts(CLEAR - depth)]
 }
 
-/// Share `phase / length` of the full depth.
+/// Share `phase / length` of the full displacement [counts].
 fn ramp(phase: i32, length: i32) -> i32 {
     phase * (CLEAR + DEEP) / length
 }

@@ -1,11 +1,11 @@
 //! The controller with a host on its link, in one of two modes.
 //!
 //! * **Timed**: the tick timer begins a tick, the board's own sensors give the pose, the link is
-//!   emptied without waiting, and a record goes out every 20 ticks. A silent host is lost after 20
-//!   ticks and the force falls to nothing.
-//! * **Lock-step**: the host's pose begins a tick, its record ends it. No timer runs, so nothing is
-//!   ever late. The emulator stops while the board waits for the host, so a run is the same to the
-//!   bit whatever else the machine does.
+//!   read without blocking, and a record is sent every 20 ticks. A host that is silent for 20 ticks
+//!   counts as lost, and the force is ramped down to zero.
+//! * **Lock-step**: the host's pose begins a tick, and the record sent to the host ends it. No
+//!   timer runs, so no tick is ever late. The emulator stops while the board waits for the host, so
+//!   a run gives the same bits on a machine under any load.
 
 mod line;
 mod offer;
@@ -27,16 +27,16 @@ use crate::probe_in::Reading;
 use self::line::Line;
 use self::offer::Offer;
 
-/// In timed mode, number of ticks between records: 50 records per second, half of the capacity of a
+/// In timed mode, number of ticks per record: 50 records per second take half of the capacity of a
 /// link of 115 200 baud.
 const RECORD_TICKS: u32 = 20;
-/// In timed mode, number of ticks between pieces of the log, of at most 109 bytes: a quarter of
-/// that capacity. The rest is for answers.
+/// In timed mode, number of ticks per piece of the log. Pieces of at most 109 bytes take a quarter
+/// of that capacity; the rest is for answers.
 pub const LOG_TICKS: u32 = 40;
-/// Tick of every [`LOG_TICKS`] in which a piece goes out: halfway between two records.
+/// Tick of every [`LOG_TICKS`] in which a piece is sent: halfway between two records.
 const LOG_AT: u32 = 10;
-/// A host that asks for the log gets it for this many ticks: lines that nobody reads stay on the
-/// board.
+/// A host that asks for the log receives it for this many ticks; without a reader, frames stay on
+/// the board.
 pub const LISTENS_TICKS: u32 = 250;
 /// After this many ticks of silence a host may return with any sequence number.
 const FORGET_TICKS: u32 = 100;
@@ -44,14 +44,14 @@ const FORGET_TICKS: u32 = 100;
 /// Trigger of a tick.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Pace {
-    /// The tick timer.
+    /// The tick timer triggers a tick.
     Timed,
-    /// The host's pose.
+    /// The host's pose triggers a tick.
     LockStep,
 }
 
-/// Takes a byte of the link; returns the reply to the message that it completes. Not generic, so
-/// that its code is compiled in this crate, which images build for size.
+/// Processes a byte from the link; returns the reply to the message that it completes. Not generic,
+/// so that its code is compiled in this crate, which images build for size.
 #[inline(never)]
 fn replied(
     receiver: &mut Receiver,
@@ -66,8 +66,8 @@ fn replied(
     }
 }
 
-/// Serves a host. Timed, it never returns; in lock-step it returns with the outputs off when the
-/// host has gone. `in_flash` is the patch that the image holds.
+/// Serves a host. In timed mode the function never returns; in lock-step it returns, with the
+/// outputs off, when the host has gone. `in_flash` is the patch that is built into the image.
 pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: &mut Memory, upload: &mut Upload, pace: Pace) {
     let (mut line, mut offer) = (Line::silent(), Offer::IN_FLASH);
     let mut inbox = Inbox::default();
@@ -110,8 +110,8 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
     }
 }
 
-/// Opens a patch between two ticks. That may take longer than the watchdog's time, so it is fed
-/// meanwhile, but only as long as the pins say that the outputs are off.
+/// Opens a patch between two ticks. That may take longer than the watchdog's time, so the watchdog
+/// is fed in between, but only while the pins show that the outputs are off.
 fn open<'a>(
     board: &mut impl Board,
     bytes: &'a [u8],
@@ -125,7 +125,7 @@ fn open<'a>(
     })
 }
 
-/// Ticks with one patch until the host wants another.
+/// Runs ticks with one patch until the host requests a change of it; `None` when the host has gone.
 async fn serve<B: Board>(
     haptic: &mut HapticLoop<B>,
     tissue: &mut PatchSlot<'_>,
@@ -178,7 +178,8 @@ async fn serve<B: Board>(
                         line.refuse(&mut haptic.board, Refusal::NoEncoders);
                     }
                 }
-                // scanning the stack takes a third of a tick: neither is done while a force acts
+                // scanning the stack takes a third of a tick, so neither is done while a force is
+                // allowed
                 Reply::Report | Reply::Identify if pace == Pace::Timed && haptic.controller.mode().allows_force() => {
                     line.refuse(&mut haptic.board, Refusal::NotIdle);
                 }
@@ -193,8 +194,8 @@ async fn serve<B: Board>(
         }
         newest = haptic.board.sense().or(reading).unwrap_or(newest);
         let record = haptic.tick(tissue, newest, command, period);
-        // after the force is output: recomputing the masses of 57 nodes takes 4500 instructions, of
-        // 146 nodes 9200
+        // only after the force has been written, since recomputing the masses of 57 nodes takes
+        // 4500 instructions, of 146 nodes 9200
         tissue.settle(haptic.controller.in_contact());
         if pace == Pace::LockStep || record.tick.is_multiple_of(RECORD_TICKS) {
             line.send(&mut haptic.board, &FromBoard::Record(record));
@@ -210,9 +211,9 @@ async fn serve<B: Board>(
     }
 }
 
-/// Stores a profile, starts the controller with it and returns its number: 0 on a board that cannot
-/// store it and uses it until power-off.
-// apart from the loop, whose stack frame exists during every tick
+/// Stores a profile, restarts the controller with it and returns its generation number: 0 on a
+/// board that cannot store it and uses it until power-off.
+// not inlined into the loop, whose stack frame exists during every tick
 #[inline(never)]
 fn store<B: Board>(haptic: &mut HapticLoop<B>, profile: &Profile) -> Result<u32, Refusal> {
     let generation = match config::store(haptic.board.profile_memory(), profile) {

@@ -3,32 +3,32 @@
 use palpate::Fault;
 use palpate::haptic::mode::Mode;
 
-/// The haptic loop at one instant.
+/// Counters and state of the haptic loop after a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Snapshot {
     /// Ticks since the start.
     pub ticks: u32,
     /// Ticks that ended after their period.
     pub overruns: u32,
-    /// Periods without a tick: they passed during a late one.
+    /// Periods without a tick, because a late tick was still running.
     pub missed_periods: u32,
     /// Ticks that ended in the mode `Fault`.
     pub faults: u32,
     /// Longest tick so far, in counts of the board's clock.
     pub longest_tick_counts: u32,
-    /// From the tick timer's edge to the tick, least and most so far, in counts of the board's
-    /// clock.
+    /// Shortest and longest delay from an edge of the tick timer to its tick so far, in counts of
+    /// the board's clock; `None` in lock-step and before the first tick.
     pub starts: Option<[u32; 2]>,
     /// State of the haptic loop after the last tick.
     pub mode: Mode,
     /// Reason of the mode `Fault`.
     pub fault: Option<Fault>,
-    /// Last force on the hand [N].
+    /// Force on the hand in the last tick [N], device frame.
     pub force_n: [f32; 3],
 }
 
 impl Snapshot {
-    /// Nothing has happened yet.
+    /// State before the first tick.
     pub const START: Self = Self {
         ticks: 0,
         overruns: 0,

@@ -1,9 +1,9 @@
-//! Modes and faults in words, for logs and hosts.
+//! Modes and faults as text, for logs and hosts.
 
 use palpate::Fault;
 use palpate::haptic::mode::Mode;
 
-/// A mode.
+/// The mode in lower case, as logs and `palpate board` print it.
 #[must_use]
 pub fn mode(mode: Mode) -> &'static str {
     match mode {
@@ -18,7 +18,7 @@ pub fn mode(mode: Mode) -> &'static str {
     }
 }
 
-/// A fault, or the word for none.
+/// The text of a fault, or "none".
 #[must_use]
 pub fn fault(fault: Option<Fault>) -> &'static str {
     fault.map_or("none", Fault::text)

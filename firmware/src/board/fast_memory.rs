@@ -1,5 +1,5 @@
-//! Code and patch in memory that the core reads without waiting, if a chip has any:
-//! `build/memory.rs` places them, and this copies them at the start.
+//! Copies code and patch at the start into memory that the core reads without wait states, if the
+//! chip has any. `build/memory.rs` places them there.
 
 use core::arch::asm;
 
@@ -14,8 +14,8 @@ unsafe extern "C" {
     static __large_end: u32;
 }
 
-/// Fills the fast memories and clears the large one. Runs first: until then neither tick nor patch
-/// is in place.
+/// Fills the fast memories and clears the large one. Must run first, since neither tick nor patch
+/// is in place before.
 pub fn load() {
     copy(&raw const __fast_code_load, &raw const __fast_code_start, &raw const __fast_code_end);
     copy(&raw const __patch_load, &raw const __patch_start, &raw const __patch_end);
@@ -24,10 +24,10 @@ pub fn load() {
     cortex_m::asm::isb();
 }
 
-/// Copies words. In assembly, because a Cortex-M7 has its code memory at address 0, where no Rust
-/// pointer may write.
+/// Copies words. Written in assembly, because a Cortex-M7 has its code memory at address 0, where
+/// no Rust pointer may write.
 fn copy(from: *const u32, to: *const u32, end: *const u32) {
-    // SAFETY: the linker's symbols bound words that nothing has read yet.
+    // SAFETY: the words between the linker's symbols have not been read yet.
     unsafe {
         asm!(
             "2:", "cmp {to}, {end}", "bhs 3f", "ldr {word}, [{from}], #4", "str {word}, [{to}], #4", "b 2b", "3:",

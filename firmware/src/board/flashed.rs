@@ -1,4 +1,5 @@
-//! Parts shared by all real boards: none has a file system, an exit, or a memory for profiles yet.
+//! Parts shared by all real boards: none of them has a file system, a way to exit or, as yet, a
+//! memory for profiles.
 
 use core::fmt;
 
@@ -10,7 +11,7 @@ use palpate_controller::serve::Pace;
 
 use super::Duty;
 
-/// Serves a host.
+/// The task of every image for a real board, except the self-test: to serve a host.
 #[cfg(not(feature = "self-test"))]
 pub fn duty() -> Duty {
     Duty::Serve(Pace::Timed)
@@ -21,15 +22,15 @@ pub fn idle(_: &Duty) {
     cortex_m::asm::wfi();
 }
 
-/// Opens the channel from which a debug probe reads the log. Nothing waits for a probe: without one
-/// the channel fills, and later bytes are dropped.
+/// Opens the channel from which a debug probe reads the log. Writes do not wait for a probe:
+/// without one the channel fills up, and later bytes are dropped.
 pub fn debug_start(_: &Duty) {
     rtt_init! {
         up: { 0: { size: 1024, mode: ChannelMode::NoBlockTrim, name: "defmt" } }
     };
 }
 
-/// Writes bytes of a frame, with interrupts off.
+/// Writes bytes of a frame; called with interrupts off.
 pub fn debug_write(bytes: &[u8]) {
     // SAFETY: the channel that `debug_start` has opened; before that there is none. Nothing else
     // writes to it, and interrupts are off.
@@ -38,13 +39,12 @@ pub fn debug_write(bytes: &[u8]) {
     }
 }
 
-/// Prints words to the debugger's log; lost without one.
+/// Prints a line to the debugger's log; without a debugger the line is lost.
 pub fn print(line: fmt::Arguments<'_>) {
     defmt::error!("{}", defmt::Display2Format(&line));
 }
 
-/// Waits for the reset, for there is nowhere to return to: the outputs are off, and the watchdog
-/// restarts the board.
+/// Waits for the watchdog's reset, since there is nothing to return to; the outputs are off.
 pub fn exit(_: bool) -> ! {
     after_crash()
 }

@@ -1,9 +1,9 @@
 //! The log: defmt's frames go to the board's debug channel and, while a host is served, into the
 //! ring from which the loop sends them over the link.
 //!
-//! An image has one such logger: a crate for one of the two ways would leave no place for the
-//! other. A line costs the haptic loop some thousand instructions with interrupts off, after the
-//! force is output; its text stays in the ELF file.
+//! An image can have only one defmt logger, so an existing crate that writes to one of the two
+//! would exclude the other. A line costs the haptic loop some thousand instructions with interrupts
+//! off, after the force has been written; its text stays in the ELF file.
 
 use core::cell::UnsafeCell;
 
@@ -25,7 +25,7 @@ include!(concat!(env!("OUT_DIR"), "/image.rs"));
 #[unsafe(no_mangle)]
 static PALPATE_IMAGE: u32 = IMAGE;
 
-/// The checksum, read from where hosts find it.
+/// The checksum, read from [`PALPATE_IMAGE`], so that the linker keeps that static.
 pub fn image() -> u32 {
     *core::hint::black_box(&PALPATE_IMAGE)
 }
@@ -33,9 +33,9 @@ pub fn image() -> u32 {
 struct State {
     encoder: Encoder,
     ring: Ring,
-    /// Frames go into the ring.
+    /// Whether frames also go into the ring.
     to_link: bool,
-    /// A frame is being written.
+    /// Whether a frame is being written.
     begun: bool,
     /// Whether interrupts were on before the frame was begun.
     were_on: bool,
@@ -43,8 +43,8 @@ struct State {
 
 struct Shared(UnsafeCell<State>);
 
-// SAFETY: reached only with interrupts off, on a chip of which one core runs. A fault handler that
-// logs within a frame never returns to it.
+// SAFETY: accessed only with interrupts off, and only one core of the chip runs. A fault handler
+// that logs while a frame is being written never returns to it.
 unsafe impl Sync for Shared {}
 
 static SHARED: Shared =
@@ -53,7 +53,7 @@ static SHARED: Shared =
 #[defmt::global_logger]
 struct Logger;
 
-/// Hands on bytes of a frame. Inlined it would be in the image nine times.
+/// Passes bytes of a frame on. Not inlined, since the image would otherwise contain nine copies.
 #[inline(never)]
 fn put(ring: Option<&mut Ring>, bytes: &[u8]) {
     if let Some(ring) = ring {
@@ -62,7 +62,7 @@ fn put(ring: Option<&mut Ring>, bytes: &[u8]) {
     family::debug_write(bytes);
 }
 
-/// Writes bytes of the frame that was begun.
+/// Encodes and writes bytes of the current frame.
 fn write(bytes: &[u8]) {
     // SAFETY: defmt calls it between `acquire`, which turns interrupts off, and `release`.
     let State { encoder, ring, to_link, .. } = unsafe { &mut *SHARED.0.get() };
@@ -85,7 +85,7 @@ unsafe impl defmt::Logger for Logger {
         encoder.start_frame(|bytes| put(to_link.then_some(&mut *ring), bytes));
     }
 
-    // SAFETY: nothing waits in the logger itself.
+    // SAFETY: the logger itself buffers nothing.
     unsafe fn flush() {}
 
     // SAFETY: defmt calls it once after each `acquire`.
@@ -107,21 +107,21 @@ unsafe impl defmt::Logger for Logger {
     }
 }
 
-/// Opens the debug channel. Frames also go into the ring where a host is served in real time; in
-/// lock-step the link carries no log, so that runs stay the same to the bit.
+/// Opens the debug channel. If a host is served in real time, frames also go into the ring; in
+/// lock-step the link carries no log, so that runs are reproducible bit for bit.
 pub fn start(duty: &Duty) {
     family::debug_start(duty);
     // SAFETY: interrupts are off.
     interrupt::free(|_| unsafe { (*SHARED.0.get()).to_link = matches!(duty, Duty::Serve(Pace::Timed)) });
 }
 
-/// Takes frames that wait for the link, as many as a message holds.
+/// Removes the oldest frames that wait for the link, as many as fit into a message.
 pub fn take() -> Option<Log> {
     // SAFETY: interrupts are off.
     interrupt::free(|_| unsafe { (*SHARED.0.get()).ring.take() })
 }
 
-/// The board has started; `profile`: it keeps one; `barred`: arming is.
+/// Logs the start of the board, whether it has a stored `profile`, and whether arming is `barred`.
 pub fn started(profile: bool, barred: bool) {
     if resets::crashed() {
         defmt::warn!("started after a crash or the watchdog's reset");
@@ -138,7 +138,8 @@ pub fn started(profile: bool, barred: bool) {
     }
 }
 
-/// Encodes an event. Texts of modes and faults are in the image anyway; refusals go by their names.
+/// Encodes an event. Modes and faults are logged as text, which the image contains anyway, refusals
+/// by their names.
 pub fn event(event: Event) {
     match event {
         Event::PatchOpened { nodes, checksum, youngs_modulus_pa } => {

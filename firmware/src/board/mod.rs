@@ -1,34 +1,35 @@
 //! The board port. A board file provides:
 //!
-//! * `start_executors() -> (haptic, background)`, the first preempting the second;
-//! * `start_tick_timer()`, which calls [`crate::period::on_period`] from an interrupt above both,
-//!   every millisecond, and arms the watchdog;
-//! * `feed_watchdog()`, without which the board calls [`stop`] after some periods, at the highest
-//!   priority;
-//! * `NAME`, board and version of the image, and `clock_hz()`, counts of the clock per second;
+//! * `start_executors() -> (haptic, background)`, the first of which preempts the second;
+//! * `start_tick_timer()`, which starts the watchdog and the timer that calls
+//!   [`crate::period::on_period`] every millisecond from an interrupt above both;
+//! * `feed_watchdog()`, without which the watchdog turns the outputs off after some periods and
+//!   resets the board or, in the emulator, calls [`stop`];
+//! * `NAME`, board and version of the image, and `clock_hz()`, the frequency of the clock;
 //! * `clock_counts() -> u32`, free running and wrapping, and `counts_to_ns`;
-//!   `since_period_counts()`, the same since the tick timer's last edge;
+//!   `since_period_counts()`, the counts since the tick timer's last edge;
 //! * `write_outputs(outputs)`, `outputs()` to read them back from the pins, and `outputs_off()`,
 //!   which may be called in any context, even in a fault handler;
-//! * `emergency_stop()`, the fault while the stop circuit is open or after it was open;
-//!   `operator_absent()`, whether the operator's switch is released, if the board has a pin for
-//!   one; `budget()`, the cycles that a patch may take per tick;
+//! * `emergency_stop()`, the fault of an open stop circuit; `operator_absent()`, whether the
+//!   operator's switch is released, if the board has a pin for one; `budget()`, the cycles that a
+//!   patch may take per tick;
 //! * `healthy()`, the board's part of the self-test; `supply_low()`, whether the actuators' supply
 //!   is too low now;
 //! * `stack_used_bytes()`, the largest use of the stack so far, of `STACK_BYTES`;
-//! * `barred()`, whether the watchdog has reset the board too often
-//!   ([`palpate_controller::resets`]), `count_millisecond()` for its clock, and `after_crash() ->
-//!   !`, called when the outputs are off and the reason is printed;
+//! * `barred()`, whether arming is barred after too many crashes ([`palpate_controller::resets`]),
+//!   `count_millisecond()`, which adds to the time under power, and `after_crash() -> !`, called
+//!   after the outputs were turned off and the reason was printed;
 //! * `ProfileMemory`, the two slots of [`palpate_controller::config`];
 //! * `duty()`, the task of the image, and `exit(success) -> !`;
-//! * `link_read(bytes)` and `link_write(bytes)`, the link to the host: neither waits, except for
-//!   the read of a lock-step link;
+//! * `link_read(bytes)` and `link_write(bytes)`, the link to the host: neither blocks, except the
+//!   read of a lock-step link;
 //! * `sense()`, the reading of the board's own sensors, if it has any;
 //! * `idle(duty)`, which waits for the next interrupt;
 //! * for the self-test `CLOCK_KIND`, the clock's unit in words, `chip_id()`, the chip's own
 //!   identification, `led(on)`, and `after_report(passed)`, which ends an emulated run;
 //! * `print(line)`, plain text at the end of a run; `debug_start(duty)` and `debug_write(bytes)`,
-//!   where the log goes beside the link, and `link_room()`, the bytes that the link would take now;
+//!   the debug channel, which carries the log in addition to the link, and `link_room()`, the
+//!   number of bytes that the link would accept now;
 //! * the handlers of `HardFault` and of unclaimed interrupts, both ending in [`stop`].
 //!
 //! Nothing outside this folder is `unsafe`.
@@ -42,16 +43,16 @@ use palpate_controller::serve::Pace;
 
 include!(concat!(env!("OUT_DIR"), "/built_day.rs"));
 
-/// Task of an image.
+/// Task that an image performs.
 #[derive(Clone, Copy)]
 pub enum Duty {
-    /// A scripted hand presses, in real time.
+    /// Runs the controller in real time with a scripted hand.
     #[cfg_attr(not(feature = "mps2"), expect(dead_code, reason = "a board with sensors needs no scripted hand"))]
     Script(Script),
-    /// A host is on the link.
+    /// Serves a host over the link.
     #[cfg_attr(all(feature = "self-test", not(feature = "mps2")), expect(dead_code, reason = "a self-test serves no host"))]
     Serve(Pace),
-    /// The board is tested, without motors and without a host.
+    /// Tests the board without motors and without a host.
     #[cfg(feature = "self-test")]
     SelfTest,
 }
@@ -115,7 +116,7 @@ pub fn duty() -> Duty {
     family::duty()
 }
 
-/// Image and clock, for hosts. The build script knows the day.
+/// Image and clock, for hosts; the build script provides the day.
 pub fn about() -> About {
     About { name: NAME, built_day: BUILT_DAY, clock_hz: clock_hz(), image: log::image() }
 }

@@ -1,8 +1,8 @@
 //! Arm MPS2 with FPGA image AN386 (Cortex-M4F) or AN500 (Cortex-M7), as QEMU emulates them.
 //! Register addresses: Arm DAI0386 and DAI0500.
 //!
-//! The emulator gives every instruction the same time, so its clock counts instructions; it says
-//! nothing about hardware cycles.
+//! In the emulator every instruction takes the same time, so its clock counts instructions, not
+//! hardware cycles.
 
 use core::{
     fmt,
@@ -79,15 +79,15 @@ unsafe impl InterruptNumber for Interrupt {
     }
 }
 
-/// An interrupt with a smaller number preempts one with a larger number. Only the top three bits
-/// are used, as on the coarsest parts.
+/// Priority of an interrupt; a smaller number preempts a larger one. Only the top three bits are
+/// used, as on chips with the fewest priority bits.
 const fn priority(interrupt: Interrupt) -> u8 {
     match interrupt {
         Interrupt::TickTimer => 0x20,
         Interrupt::Haptic => 0x40,
         Interrupt::Background => 0x60,
-        // a byte waits in one register: above the haptic loop, which it costs 60 instructions, 12
-        // times per tick at most
+        // the receiver buffers a single byte, so its interrupt preempts the haptic loop; that costs
+        // 60 instructions, at most 12 times per tick
         Interrupt::UartReceived => 0x30,
         Interrupt::UartSent => 0x50,
     }
@@ -131,7 +131,7 @@ extern "C" fn on_background() {
     unsafe { BACKGROUND.on_interrupt() };
 }
 
-/// Starts the executor of the haptic loop and, below it, the one of everything else.
+/// Starts the executor of the haptic loop and, at a lower priority, the one of everything else.
 pub fn start_executors() -> (SendSpawner, SendSpawner) {
     for interrupt in [Interrupt::Haptic, Interrupt::Background] {
         set_priority(interrupt);
@@ -147,16 +147,16 @@ fn set_priority(interrupt: Interrupt) {
     unsafe { nvic.set_priority(interrupt, priority(interrupt)) };
 }
 
-/// Start value of the tick timer, which counts down through zero.
+/// Reload value of the tick timer, which counts down to zero.
 const PERIOD: u32 = CLOCK_HZ / TICK_HZ - 1;
 
-/// Counts since the tick timer's last edge.
+/// Counts of [`clock_counts`] since the tick timer's last edge.
 pub fn since_period_counts() -> u32 {
     // SAFETY: a read without side effects, of a timer that nothing but this file touches.
     PERIOD - unsafe { TIMER0_VALUE.read_volatile() }.min(PERIOD)
 }
 
-/// Starts the 1 kHz timer and the watchdog over the loop it drives.
+/// Starts the 1 kHz timer, and the watchdog of the loop that it drives.
 pub fn start_tick_timer() {
     set_priority(Interrupt::TickTimer);
     // SAFETY: timer 0 belongs to this file; its handler is in the table above.
@@ -176,7 +176,7 @@ pub fn start_tick_timer() {
 /// Time at which the watchdog was last fed [counts].
 static FED: AtomicU32 = AtomicU32::new(0);
 
-/// Feeds the watchdog, after a completed and checked tick.
+/// Feeds the watchdog; called after a completed and checked tick.
 pub fn feed_watchdog() {
     FED.store(now(), Ordering::Relaxed);
     // SAFETY: any write reloads the watchdog, which nothing but this file touches.
@@ -189,14 +189,15 @@ pub fn clock_counts() -> u32 {
     now()
 }
 
-/// The counter itself, inlined: a cost report would take a function call for the end of the tick.
+/// Reads the counter. Inlined, because a cost report would take a function call for the end of the
+/// tick.
 #[inline(always)]
 fn now() -> u32 {
     // SAFETY: a read-only register without side effects.
     unsafe { COUNTER.read_volatile() }
 }
 
-/// Counts of [`clock_counts`] in a second.
+/// Frequency of [`clock_counts`] [Hz].
 pub fn clock_hz() -> u32 {
     CLOCK_HZ
 }
@@ -208,9 +209,10 @@ pub fn counts_to_ns(counts: u32) -> u32 {
 
 defmt::timestamp!("{=u32:us}", clock_counts() / (CLOCK_HZ / 1_000_000));
 
-/// Waits until the next interrupt. The core waits awake: QEMU counts sleep twice, so 1 ms of the
-/// tick timer would be 2 ms of the clock, or else its clock would follow the machine's and skip
-/// ticks when that is busy. Nops cost it nothing. In lock-step no time passes.
+/// Waits for the next interrupt without sleeping. QEMU counts sleep twice, so 1 ms of the tick
+/// timer would be 2 ms of the clock; in its other mode the clock would follow that of the host
+/// machine and skip ticks under load. Nops cost the emulation little. In lock-step the core may
+/// sleep, since no timer runs.
 pub fn idle(duty: &Duty) {
     match duty {
         Duty::Serve(Pace::LockStep) => cortex_m::asm::wfi(),
@@ -218,24 +220,26 @@ pub fn idle(duty: &Duty) {
     }
 }
 
-/// The image has no converters: these take the place of their registers.
+/// These images have no converters; this array replaces their registers.
 static DAC: [AtomicI16; 3] = [const { AtomicI16::new(0) }; 3];
-/// State commanded to the enable line. The line itself is a register of the FPGA that reads back.
+/// Commanded state of the enable line. The line itself is a register of the FPGA that can be read
+/// back.
 static ENABLE: AtomicBool = AtomicBool::new(false);
 
 fn set_enable(on: bool) {
     ENABLE.store(on, Ordering::Relaxed);
-    // SAFETY: a register that nothing but this file touches; off goes out from any context.
+    // SAFETY: a register that nothing but this file accesses; a single write, valid in any context.
     unsafe { LEDS.write_volatile(if on { ENABLE_LED } else { 0 }) };
 }
 
-/// Whether the line was set to on, or is on.
+/// Whether the enable line was commanded on, or its register says that it is on.
 fn enabled() -> bool {
     // SAFETY: a read without side effects.
     ENABLE.load(Ordering::Relaxed) || unsafe { LEDS.read_volatile() } & ENABLE_LED != 0
 }
 
-/// Puts the codes on the converters and sets the enable line; off takes effect first, on last.
+/// Writes the codes to the converters and sets the enable line. The line is switched off before the
+/// codes change, and on after they have changed.
 pub fn write_outputs(outputs: Outputs) {
     if !outputs.enabled {
         set_enable(false);
@@ -248,7 +252,7 @@ pub fn write_outputs(outputs: Outputs) {
     }
 }
 
-/// Outputs, read back from the pins.
+/// Reads back the codes and the register of the enable line.
 pub fn outputs() -> Outputs {
     let [x, y, z] = &DAC;
     let codes = [x, y, z].map(|register| DacCode(register.load(Ordering::Relaxed)));
@@ -272,17 +276,17 @@ pub fn print(line: fmt::Arguments<'_>) {
     semihosting::eprintln!("{line}");
 }
 
-/// These images have no supply to watch: the host says when it is low.
+/// These images have no supply monitor: the host reports a low supply voltage.
 pub fn supply_low() -> bool {
     false
 }
 
-/// These images have no stop circuit: the host says when it opens.
+/// These images have no stop circuit: the host reports that it is open.
 pub fn emergency_stop() -> Option<Fault> {
     None
 }
 
-/// These images have no pin for the operator's switch.
+/// These images have no pin for the operator's switch: the host reports its state.
 pub fn operator_absent() -> Option<bool> {
     None
 }
@@ -296,27 +300,28 @@ pub fn budget() -> Budget {
     if part == CORTEX_M7 { Budget::M7_480 } else { Budget::M4F_168 }
 }
 
-/// These images have no encoders: readings come over the link, or with it.
+/// These images have no encoders: readings come from the host's messages, or from the emulated
+/// hand, if there is one.
 pub fn sense() -> Option<Reading> {
     hand::sense()
 }
 
-/// On hardware the watchdog resets the board. An emulated run ends, so that its caller need not
-/// wait, unless its command line asks for the reset.
+/// On hardware the watchdog resets the board. An emulated run ends instead, so that its caller need
+/// not wait, unless its command line asks for the reset.
 pub fn after_crash() -> ! {
     if link::restarts() { super::resets::restart() } else { exit(false) }
 }
 
-/// Whether crashes came too often.
+/// Whether arming is barred after too many crashes.
 pub fn barred() -> bool {
-    super::resets::barred(false) // a reset by this image sets its own mark
+    super::resets::barred(false) // a reset by this image leaves a mark in RAM
 }
 
 /// Unit of [`clock_counts`] in words.
 #[cfg(feature = "self-test")]
 pub const CLOCK_KIND: &str = "time of an emulator, in which every instruction takes the same: no cycles of any hardware";
 
-/// The core's own identification.
+/// Identification of the core (CPUID).
 #[cfg(feature = "self-test")]
 pub fn chip_id() -> u32 {
     // SAFETY: a read-only register of every Cortex-M.

@@ -2,8 +2,8 @@
 //! exist. The image is never run.
 //!
 //! It contains everything that a tick contains, from the message to the outputs: frame, inbox,
-//! controller with its haptic cycle, patch, converter codes. Executors and log are left out; they
-//! can panic in places, outside the tick.
+//! controller with its haptic cycle, patch, converter codes. Executors and log are left out: they
+//! can panic in some places, outside the tick.
 #![no_std]
 #![no_main]
 #![expect(unsafe_code, reason = "it is never run: it only has to link")]

@@ -13,14 +13,16 @@
 //! | light | GPIO 25 |
 //! | watchdog | 4.5 ms, on the crystal |
 //!
-//! **No hardware break.** The timers here have no input that switches the outputs off: the stop
-//! circuit is read once per tick. It has to cut the amplifiers' enable line by itself.
+//! **No hardware break.** The timers of this chip have no input that switches the outputs off, so
+//! the stop circuit is read once per tick. The circuit has to cut the amplifiers' enable line by
+//! itself.
 //!
 //! **Pull-downs.** Erratum RP2350-E9: the chip's own pull-downs do not hold an open input low on
 //! its first steppings. Stop circuit, supply and operator's switch need 4.7 kOhm to ground on the
 //! board.
 //!
-//! Tick and patch run from RAM (`build/memory.rs`): the flash is serial.
+//! The tick runs from RAM and the patch is read from RAM (`build/memory.rs`), because the flash is
+//! serial.
 
 use core::sync::atomic::{AtomicI16, Ordering};
 
@@ -63,14 +65,14 @@ const ENABLE: usize = 22;
 const SUPPLY: usize = 26;
 const OPERATOR: usize = 27;
 const STOP: usize = 28;
-/// Steps of a PWM period: 20 kHz of 150 MHz.
+/// Steps per PWM period: 20 kHz at 150 MHz.
 const PERIOD_STEPS: u16 = 7_500;
 
 static HAPTIC: InterruptExecutor = InterruptExecutor::new();
 static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
-/// Codes last written.
+/// Converter codes last written.
 static CODES: [AtomicI16; 3] = [const { AtomicI16::new(0) }; 3];
-/// Bytes for the host.
+/// Queue of bytes for the host.
 static OUT: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
 
 #[interrupt]
@@ -91,7 +93,7 @@ fn SysTick() {
     period::on_period();
 }
 
-/// Sets up memories, clocks and pins, outputs off, and starts the executors.
+/// Sets up memories, clocks and pins, with the outputs off, and starts the executors.
 pub fn start_executors() -> (SendSpawner, SendSpawner) {
     fast_memory::load();
     let p = embassy_rp::init(embassy_rp::config::Config::default());
@@ -109,7 +111,7 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
     core::mem::forget(Pwm::new_output_a(p.PWM_SLICE1, p.PIN_18, period.clone()));
     core::mem::forget(Pwm::new_output_a(p.PWM_SLICE2, p.PIN_20, period));
     for pin in MAGNITUDES {
-        // after reset a pad's input is off, and the read-back would see nothing
+        // after a reset a pad's input is disabled, and its level could not be read back
         pac::PADS_BANK0.gpio(pin).modify(|w| w.set_ie(true));
     }
     outputs_off();
@@ -126,12 +128,12 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
     (HAPTIC.start(interrupt::SWI_IRQ_0), BACKGROUND.start(interrupt::SWI_IRQ_1))
 }
 
-/// An output that is low.
+/// Makes a pin an output that is low.
 fn output(pin: Peri<'static, impl Pin>) {
     core::mem::forget(Output::new(pin, Level::Low));
 }
 
-/// An input that an open wire leaves low.
+/// Makes a pin an input that reads low if its wire is open.
 fn input(pin: Peri<'static, impl Pin>) {
     core::mem::forget(Input::new(pin, Pull::Down));
 }
@@ -146,12 +148,12 @@ pub fn start_tick_timer() {
     timer.clear_current();
     timer.enable_interrupt();
     timer.enable_counter();
-    // everything but the oscillators is reset
+    // the watchdog resets everything except the oscillators
     pac::PSM.wdsel().write_value(pac::psm::regs::Wdsel(0x01FF_FFFF & !0b1100));
     WATCHDOG.ctrl().modify(|w| w.set_enable(false));
     feed_watchdog();
     WATCHDOG.ctrl().modify(|w| {
-        // outputs keep their pulses while a debugger halts the core: the watchdog has to act
+        // outputs keep pulsing while a debugger halts the core, so the watchdog has to act
         w.set_pause_dbg0(false);
         w.set_pause_dbg1(false);
         w.set_pause_jtag(false);
@@ -159,7 +161,7 @@ pub fn start_tick_timer() {
     });
 }
 
-/// A completed, checked tick.
+/// Feeds the watchdog; called after a completed and checked tick.
 pub fn feed_watchdog() {
     WATCHDOG.load().write_value(pac::watchdog::regs::Load(WATCHDOG_US));
 }
@@ -203,19 +205,20 @@ fn is_open(pin: usize) -> bool {
     IO_BANK0.gpio(pin).ctrl().read().outover() != Outover::LOW
 }
 
-/// Lets the magnitudes' pulses through, or holds the pins low whatever the timers do.
+/// Lets the magnitudes' pulses through, or holds their pins low regardless of the timers.
 fn pass(on: bool) {
     for pin in MAGNITUDES {
         IO_BANK0.gpio(pin).ctrl().modify(|w| w.set_outover(if on { Outover::NORMAL } else { Outover::LOW }));
     }
 }
 
-/// A timer remembers no trip here: the level alone counts.
+/// No timer of this chip latches a trip, so only the present level counts.
 fn stop_circuit() -> StopCircuit {
     StopCircuit { tripped: false, closed: is_high(STOP) }
 }
 
-/// Puts the codes on the bridges and sets the enable line; off takes effect first, on last.
+/// Writes the codes to the bridges and sets the enable line. The line is switched off before the
+/// codes change, and on after they have changed.
 pub fn write_outputs(outputs: Outputs) {
     if !outputs.enabled {
         set(ENABLE, false);
@@ -279,8 +282,8 @@ pub fn operator_absent() -> Option<bool> {
     Some(!is_high(OPERATOR))
 }
 
-/// Share of this core's cycles that the budget counts. Costs are those of a Cortex-M4F, which
-/// processes springs and tets in assembly; here the compiler's loops take a quarter longer.
+/// Share of this core's cycles that the budget counts (1). Costs are those of a Cortex-M4F, which
+/// processes springs and tets in assembly; the compiled loops of this core take a quarter longer.
 const WORTH: f32 = 0.8;
 
 /// Cycles that a patch may take per tick: the share of a Cortex-M4F's tick, at this clock.
@@ -288,8 +291,8 @@ pub fn budget() -> Budget {
     Budget { cycles: WORTH * Budget::M4F_168.cycles / 168e6 * clock_hz() as f32 }
 }
 
-/// Reads the bytes received; also sends waiting ones. Once per tick is often enough for queues of
-/// 32 at 115 200 baud.
+/// Reads the bytes received, and sends pending ones. Once per tick suffices for hardware queues of
+/// 32 bytes at 115 200 baud.
 pub fn link_read(bytes: &mut [u8]) -> usize {
     send_waiting();
     bytes.iter_mut().map_while(|byte| (!UART0.uartfr().read().rxfe()).then(|| *byte = UART0.uartdr().read().data())).count()
@@ -300,7 +303,7 @@ pub fn link_room() -> usize {
     OUT.free_capacity()
 }
 
-/// Puts bytes in the queue. A frame that does not fit is not begun.
+/// Puts a frame in the queue, or drops it if it does not fit as a whole.
 pub fn link_write(bytes: &[u8]) {
     if OUT.free_capacity() >= bytes.len() {
         for byte in bytes {
@@ -310,7 +313,7 @@ pub fn link_write(bytes: &[u8]) {
     send_waiting();
 }
 
-/// Moves bytes from the queue into the UART's.
+/// Moves bytes from the queue to the UART's own queue.
 fn send_waiting() {
     while !UART0.uartfr().read().txff() {
         let Ok(byte) = OUT.try_receive() else { break };
@@ -322,23 +325,23 @@ fn send_waiting() {
 #[cfg(feature = "self-test")]
 pub const CLOCK_KIND: &str = "cycles of the core (DWT)";
 
-/// The chip's own identification.
+/// Identification of the chip.
 #[cfg(feature = "self-test")]
 pub fn chip_id() -> u32 {
     pac::SYSINFO.chip_id().read().0
 }
 
-/// The board's light.
+/// Turns the board's light on or off.
 #[cfg(feature = "self-test")]
 pub fn led(on: bool) {
     set(25, on);
 }
 
-/// The next report follows.
+/// Does nothing: the board repeats its report.
 #[cfg(feature = "self-test")]
 pub fn after_report(_: bool) {}
 
-/// Whether the watchdog has reset the board too often.
+/// Whether arming is barred after too many crashes.
 pub fn barred() -> bool {
     super::resets::barred(WATCHDOG.reason().read().timer())
 }

@@ -1,12 +1,11 @@
-//! How often crashes have reset the board, in RAM that start-up does not clear and a reset does not
-//! touch.
+//! Record of the crashes that reset the board, in RAM that neither a reset nor start-up clears.
 
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use palpate_controller::resets::{Cause, Resets};
 
-/// Marks a reset by the program, not by power-on.
+/// Marks a reset that the program made after a crash.
 const CRASHED: u32 = 0xC4A5_4ED0;
 
 // SAFETY: nothing else is put into this section; the names are unique.
@@ -20,12 +19,12 @@ static STARTED: AtomicBool = AtomicBool::new(false);
 static BARRED: AtomicBool = AtomicBool::new(false);
 static AFTER_CRASH: AtomicBool = AtomicBool::new(false);
 
-/// Whether crashes came too often. The first call counts this start; it comes from `main`, before
-/// anything else runs. `by_watchdog`: the watchdog has reset the board.
+/// Whether the board crashed too often to be armed. The first call, from `main` before any task
+/// runs, records this start; `by_watchdog` says whether the watchdog caused it.
 pub fn barred(by_watchdog: bool) -> bool {
     if !STARTED.swap(true, Ordering::Relaxed) {
-        // SAFETY: every bit pattern is a `u32`, and a `Resets` of nothing but integers; nothing
-        // else runs yet.
+        // SAFETY: every bit pattern is valid for a `u32` and for a `Resets`, whose fields are
+        // integers; no other task runs yet.
         let (resets, cause) = unsafe { (&mut *(&raw mut RESETS).cast::<Resets>(), &mut *(&raw mut CAUSE).cast::<u32>()) };
         let cause = if core::mem::take(cause) == CRASHED || by_watchdog { Cause::Crash } else { Cause::Power };
         BARRED.store(resets.start(cause), Ordering::Relaxed);
@@ -34,14 +33,15 @@ pub fn barred(by_watchdog: bool) -> bool {
     BARRED.load(Ordering::Relaxed)
 }
 
-/// Whether a crash caused this start, once it was counted.
+/// Whether a crash caused this start; valid after the first call of [`barred`].
 pub fn crashed() -> bool {
     AFTER_CRASH.load(Ordering::Relaxed)
 }
 
-/// A tick has passed.
+/// Adds a millisecond to the time under power.
 pub fn count_millisecond() {
-    // SAFETY: from the haptic loop alone, after `barred` has made it a `Resets`.
+    // SAFETY: called from the haptic loop alone, after `barred` has given the memory a valid
+    // content.
     unsafe { (*(&raw mut RESETS).cast::<Resets>()).count() };
 }
 

@@ -1,5 +1,5 @@
-//! The stack: below the statics (`memory.x`), painted by cortex-m-rt, and what happens when it
-//! overflows.
+//! The stack, which is below the statics (`memory.x`) and painted by cortex-m-rt, and the handler
+//! of its overflow.
 
 use super::outputs_off;
 
@@ -13,7 +13,7 @@ pub const STACK_BYTES: usize = 16 * 1024;
 /// Pattern with which cortex-m-rt's `paint-stack` fills the stack.
 const PAINT: u32 = 0xCCCC_CCCC;
 
-/// Bytes of the stack that were ever written: the paint is gone there.
+/// Largest stack use so far [bytes]: the part of the stack in which the paint is overwritten.
 pub fn stack_used_bytes() -> usize {
     let (low, high) = (&raw const _stack_end, &raw const _stack_start);
     let words = (high.addr() - low.addr()) / size_of::<u32>();
@@ -23,8 +23,8 @@ pub fn stack_used_bytes() -> usize {
     (words - untouched) * size_of::<u32>()
 }
 
-// A stack that overflowed has left RAM below the statics. Reporting needs a stack that works:
-// restart it from the top.
+// A stack that overflowed has left RAM at its lower end. The report needs a valid stack, so the
+// stack pointer is set back to the top.
 core::arch::global_asm!(
     ".section .HardFault.palpate, \"ax\"",
     ".global HardFault",
@@ -40,8 +40,9 @@ core::arch::global_asm!(
     on_hard_fault = sym on_hard_fault,
 );
 
-/// `frame` is where the core saved the registers of the failed code: eight words, the program
-/// counter the seventh. Only reported if it lies in the stack.
+/// `frame` is the address at which the core saved the registers of the failed code: eight words,
+/// the seventh of which is the program counter. They are reported only if the address is within the
+/// stack.
 extern "C" fn on_hard_fault(frame: *const u32) -> ! {
     outputs_off();
     let stack = (&raw const _stack_end).addr()..(&raw const _stack_start).addr() - 32;

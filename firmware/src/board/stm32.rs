@@ -1,6 +1,5 @@
-//! STM32 boards. Each board with its chip adds one file in `stm32/`, behind [`Stm32Board`]; the
-//! feature of a board names the file below and the chip in `Cargo.toml`. **Built, never run on
-//! hardware.**
+//! STM32 boards. Each board adds one file in `stm32/`, which implements [`Stm32Board`]; the board's
+//! feature selects the file below, and the chip in `Cargo.toml`. **Built, never run on hardware.**
 //!
 //! | what | by |
 //! |---|---|
@@ -17,7 +16,7 @@
 //!
 //! The stop circuit is the emergency stop and the over-current trip in series from 3.3 V. It should
 //! also cut the amplifiers' power by itself: no pin of a chip can stop a shorted transistor. Enable
-//! line and magnitudes are to be pulled down at the amplifiers: the pins of a chip in reset float.
+//! line and magnitudes need pull-downs at the amplifiers, since the pins of a chip in reset float.
 
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pin as AnyPin, Pull, Speed};
@@ -56,11 +55,11 @@ use this::This;
 /// Board and version, for hosts.
 pub const NAME: &str = This::NAME;
 
-/// The part of a board that differs within this family.
+/// The properties in which the boards of this family differ.
 pub trait Stm32Board {
     /// Board and version, separated by a space.
     const NAME: &'static str;
-    /// The pins that are read and set one by one.
+    /// The pins that are read and set individually.
     const PINS: BoardPins;
     /// The link's registers.
     const LINK: Usart;
@@ -68,25 +67,25 @@ pub trait Stm32Board {
     const LINK_INTERRUPT: Interrupt;
     /// The tick timer's interrupt.
     const TICK_INTERRUPT: Interrupt;
-    /// Two interrupts of peripherals that the board leaves alone: the executors of the haptic loop
-    /// and of everything else.
+    /// Two interrupts of unused peripherals, for the executors of the haptic loop and of everything
+    /// else.
     const EXECUTOR_INTERRUPTS: [Interrupt; 2];
     /// The independent watchdog's registers.
     const WATCHDOG: Iwdg;
 
-    /// The clock tree.
+    /// Configuration of the clock tree.
     fn clocks() -> Config;
     /// Core clock [Hz].
     fn clock_hz() -> u32;
-    /// The chip's identification by its debug unit.
+    /// Identification of the chip, as read from its debug unit.
     #[cfg(feature = "self-test")]
     fn chip_id() -> u32;
-    /// Claims the pins of encoders, magnitudes, link and stop circuit, and starts their
-    /// peripherals; sets up the single pins.
+    /// Claims the pins of encoders, magnitudes, link and stop circuit and starts their peripherals;
+    /// sets up the pins that are used individually.
     fn wire(peripherals: Peripherals);
-    /// Makes outputs and watchdogs stop while a debugger halts the core.
+    /// Makes output timer and watchdogs stop while a debugger halts the core.
     fn freeze_with_debugger();
-    /// Whether the last reset was a watchdog's. Clears the reason.
+    /// Whether a watchdog caused the last reset; clears the reset flags.
     fn reset_by_watchdog() -> bool;
     /// Turns the caches of core or flash on, which are off after a reset.
     fn start_caches() {}
@@ -96,19 +95,19 @@ pub trait Stm32Board {
     fn feed_second_watchdog() {}
 }
 
-/// Pins that are read and set one by one.
+/// Pins that are read and set individually.
 pub struct BoardPins {
     /// Enable line of the amplifiers.
     pub enable: Pin,
     /// Monitor of the amplifiers' supply (a comparator, or their own "good" output).
     pub supply: Pin,
-    /// The operator's switch.
+    /// The operator's switch, high while it is pressed.
     pub operator: Pin,
-    /// `TIM1_BKIN`.
+    /// Stop circuit (`TIM1_BKIN`), high while it is closed.
     pub stop: Pin,
-    /// Direction x, y, z.
+    /// Directions of x, y and z, high toward the negative side.
     pub directions: [Pin; 3],
-    /// TIM1 channels 1 to 3.
+    /// Magnitudes of x, y and z, on TIM1's channels 1 to 3.
     pub magnitudes: [Pin; 3],
     /// A light-emitting diode of the board.
     #[cfg_attr(not(feature = "self-test"), expect(dead_code, reason = "the self-test's light"))]
@@ -118,7 +117,7 @@ pub struct BoardPins {
 static HAPTIC: InterruptExecutor = InterruptExecutor::new();
 static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
 
-/// Names the handlers, since the interrupts depend on the board's chip.
+/// Defines the interrupt handlers; their names depend on the board's chip.
 macro_rules! handlers {
     (tick: $tick:ident, haptic: $haptic:ident, background: $background:ident, link: $link:ident) => {
         #[interrupt]
@@ -149,11 +148,11 @@ fn on_tick_timer() {
     period::on_period();
 }
 
-/// Sets up memories, clocks and pins, outputs off, and starts the executors.
+/// Sets up memories, clocks and pins, with the outputs off, and starts the executors.
 pub fn start_executors() -> (SendSpawner, SendSpawner) {
     fast_memory::load();
     let peripherals = embassy_stm32::init(This::clocks());
-    This::start_caches(); // a chip's clock set-up writes the flash's register as a whole
+    This::start_caches(); // after the clock set-up, which overwrites the flash's register as a whole
     This::wire(peripherals);
     This::freeze_with_debugger();
     rcc::enable_and_reset::<peripherals::TIM7>();
@@ -168,25 +167,25 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
     (HAPTIC.start(haptic), BACKGROUND.start(background))
 }
 
-/// An output that is low, from the first moment on.
+/// Makes a pin an output that is low from the start.
 fn output(pin: Peri<'static, impl AnyPin>) {
     core::mem::forget(Output::new(pin, Level::Low, Speed::Low));
 }
 
-/// An input that an open wire leaves low.
+/// Makes a pin an input that reads low if its wire is open.
 fn input(pin: Peri<'static, impl AnyPin>) {
     core::mem::forget(Input::new(pin, Pull::Down));
 }
 
-/// The stop circuit's pin: an alternate function without a driver. The pull-down makes an open wire
-/// a stop.
+/// Sets up the stop circuit's pin: an alternate function without a driver. Because of the pull-down
+/// an open wire stops the outputs.
 fn stop_input(pin: Peri<'static, impl AnyPin>, alternate: u8) {
     let mut stop = Flex::new(pin);
     stop.set_as_af_unchecked(alternate, AfType::input(Pull::Down));
     core::mem::forget(stop);
 }
 
-/// A magnitude's pin, low while nothing drives it.
+/// Configuration of a magnitude's pin, which is low while nothing drives it.
 fn pulled_down() -> PwmPinConfig {
     PwmPinConfig { output_type: OutputType::PushPull, speed: Speed::Low, pull: Pull::Down }
 }
@@ -196,7 +195,7 @@ fn prepare_watchdog<T: embassy_stm32::wdg::Instance>(watchdog: Peri<'static, T>)
     IndependentWatchdog::new(watchdog, WATCHDOG_US);
 }
 
-/// Steps of the tick timer's counter in a second, and in a tick.
+/// Steps of the tick timer's counter per second, and per tick.
 const COUNTER_HZ: u32 = 1_000_000;
 const TICK_STEPS: u16 = 1_000;
 
@@ -205,20 +204,21 @@ pub fn start_tick_timer() {
     let timer_hz = rcc::frequency::<peripherals::TIM7>().0;
     TIM7.psc().write_value((timer_hz / COUNTER_HZ - 1) as u16);
     TIM7.arr().write(|w| w.set_arr(TICK_STEPS - 1));
-    // loads the prescaler, or the first period would last one step; the resulting flag is no tick
+    // loads the prescaler, since the first period would otherwise last one step; the flag that this
+    // sets is not a tick
     TIM7.egr().write(|w| w.set_ug(true));
     TIM7.sr().write(|w| w.set_uif(false));
     TIM7.dier().write(|w| w.set_uie(true));
     This::TICK_INTERRUPT.set_priority(Priority::P2);
-    // SAFETY: its handler is `on_tick_timer`, and the data it touches is made for interrupts.
+    // SAFETY: its handler is `on_tick_timer`, which shares only atomics and critical-section data.
     unsafe { This::TICK_INTERRUPT.enable() };
     TIM7.cr1().write(|w| w.set_cen(true));
     This::WATCHDOG.kr().write(|w| w.set_key(Key::START));
     This::start_second_watchdog();
-    feed_watchdog(); // the first one starts with its longest time
+    feed_watchdog(); // the independent watchdog starts with its longest time
 }
 
-/// A completed, checked tick.
+/// Feeds the watchdogs; called after a completed and checked tick.
 pub fn feed_watchdog() {
     This::WATCHDOG.kr().write(|w| w.set_key(Key::RESET));
     This::feed_second_watchdog();
@@ -229,12 +229,12 @@ pub fn clock_hz() -> u32 {
     This::clock_hz()
 }
 
-/// Core cycles since the tick timer's last edge, to a microsecond.
+/// Core cycles since the tick timer's last edge, with a resolution of a microsecond.
 pub fn since_period_counts() -> u32 {
     u32::from(TIM7.cnt().read().cnt()) * (clock_hz() / COUNTER_HZ)
 }
 
-/// Core cycles; wraps every 9 s and more.
+/// Core cycles; wraps after 9 s at 480 MHz, later at lower clocks.
 pub fn clock_counts() -> u32 {
     cortex_m::peripheral::DWT::cycle_count()
 }
@@ -266,23 +266,23 @@ pub fn budget() -> Budget {
 #[cfg(feature = "self-test")]
 pub const CLOCK_KIND: &str = "cycles of the core (DWT)";
 
-/// The chip as its debug unit names it: revision above, device below.
+/// Identification of the chip by its debug unit: revision in the upper half, device in the lower.
 #[cfg(feature = "self-test")]
 pub fn chip_id() -> u32 {
     This::chip_id()
 }
 
-/// The board's light.
+/// Turns the board's light on or off.
 #[cfg(feature = "self-test")]
 pub fn led(on: bool) {
     This::PINS.led.set(on);
 }
 
-/// The next report follows.
+/// Does nothing: the board repeats its report.
 #[cfg(feature = "self-test")]
 pub fn after_report(_: bool) {}
 
-/// Whether the watchdog has reset the board too often.
+/// Whether arming is barred after too many crashes.
 pub fn barred() -> bool {
     super::resets::barred(This::reset_by_watchdog())
 }

@@ -1,4 +1,4 @@
-//! The board that the image is built for, behind the controller's interface.
+//! Implements the controller's [`Board`] for the board that the image is built for.
 
 use palpate::Fault;
 use palpate_controller::board::{About, Board};
@@ -15,7 +15,7 @@ use super::{
 };
 use crate::period;
 
-/// Has no state of its own: the state is in the board's registers.
+/// The board; apart from the profile memory its state is in the board's registers.
 #[derive(Default)]
 pub struct ThisBoard {
     profile_memory: ProfileMemory,

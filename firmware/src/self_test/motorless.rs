@@ -1,5 +1,5 @@
-//! The board without its outputs: the loop's outputs are kept in memory and read back from there.
-//! Stop circuit, supply and operator's switch are not read: nothing is connected yet.
+//! The board without its outputs: the loop's outputs are written to memory and read back from
+//! there. Stop circuit, supply and operator's switch are not read, since nothing is connected yet.
 
 use palpate::Fault;
 use palpate_controller::board::{About, Board};
@@ -49,7 +49,7 @@ impl Board for Motorless {
         self.written = outputs;
     }
 
-    /// The written outputs, as long as the pins themselves are off.
+    /// The written outputs while the pins themselves are off; otherwise a disagreement.
     fn outputs(&self) -> Outputs {
         if self.this.outputs() == Outputs::OFF { self.written } else { Outputs { enabled: true, codes: Outputs::UNKNOWN } }
     }

@@ -1,4 +1,4 @@
-//! The findings as one line of text, JSON, that a person can send and a program can compare.
+//! The findings as one line of JSON, which a person can send and a program can compare.
 
 use core::fmt::{self, Write};
 
@@ -9,47 +9,47 @@ use palpate_controller::words;
 use super::stages::{self, Times};
 use crate::board;
 
-/// Fingerprints of a run.
+/// Number of fingerprints per run.
 pub const CHECKS: usize = 8;
 /// Longest report [bytes].
 const BYTES: usize = 2_048;
 
-/// Fingerprints after a tick.
+/// Hashes after a number of ticks.
 #[derive(Clone, Copy)]
 pub struct Check {
-    /// Ticks that were run.
+    /// Number of ticks so far.
     pub tick: u32,
-    /// Hash of the patch's state.
+    /// Hash of all node positions and velocities.
     pub state_hash: u64,
-    /// Hash of the forces of all ticks.
+    /// Hash of the forces of all ticks so far.
     pub force_hash: u64,
 }
 
 /// Findings of a run.
 #[derive(Clone, Copy)]
 pub struct Findings {
-    /// Why nothing was run; empty if the test ran.
+    /// Reason for which the test did not run; empty if it ran.
     pub error: &'static str,
-    /// Ticks of the run.
+    /// Number of ticks in the run.
     pub ticks: u32,
-    /// Nodes of the patch.
+    /// Number of nodes of the patch.
     pub nodes: usize,
     /// Checksum of the patch file.
     pub checksum: u32,
-    /// Fingerprints along the run.
+    /// Fingerprints during the run.
     pub checks: [Check; CHECKS],
     /// Counters at the end of the run.
     pub seen: Snapshot,
-    /// The loop ended in a mode with force.
+    /// Whether the loop was in the mode `Active` at the end of the run.
     pub reached_force: bool,
     /// Largest stack use so far [bytes].
     pub stack_used_bytes: usize,
-    /// Times of the stages.
+    /// Longest duration of each stage of the core's tick.
     pub stages: Times,
 }
 
 impl Findings {
-    /// Before a run.
+    /// State before a run.
     pub const NONE: Self = Self {
         error: "",
         ticks: 0,
@@ -62,14 +62,15 @@ impl Findings {
         stages: stages::NONE,
     };
 
-    /// Whether the run ended as it should. The desktop decides whether its bits are right.
+    /// Whether the run ended with an active force and without faults and late ticks. The desktop
+    /// compares its bits.
     pub fn passed(&self) -> bool {
         self.error.is_empty() && self.reached_force && self.seen.faults == 0 && self.seen.overruns == 0
     }
 }
 
-/// The line, with a line break at both ends, so that earlier bytes on the link do not become part
-/// of it.
+/// The line of the report, with a line break at both ends, so that earlier bytes on the link do not
+/// become part of it.
 pub struct Report {
     bytes: [u8; BYTES],
     length: usize,
@@ -85,11 +86,11 @@ impl Write for Report {
 }
 
 impl Report {
-    /// Nothing yet.
+    /// A report without content.
     pub const EMPTY: Self = Self { bytes: [0; BYTES], length: 0 };
 
-    /// Writes the findings down. A report that does not fit is truncated, and no reader takes it as
-    /// complete.
+    /// Writes the findings. A report that does not fit is truncated, and hosts reject it as
+    /// incomplete JSON.
     #[inline(never)]
     pub fn fill(&mut self, findings: &Findings) {
         let _ = self.write(findings);
@@ -100,7 +101,7 @@ impl Report {
         core::str::from_utf8(self.line()).unwrap_or_default().trim()
     }
 
-    /// The line, as it goes over the link.
+    /// The line as it is sent over the link.
     pub fn line(&self) -> &[u8] {
         self.bytes.get(..self.length).unwrap_or_default()
     }

@@ -1,7 +1,8 @@
-//! Time of each stage of the core's tick, by the board's clock.
+//! Duration of each stage of the core's tick, by the board's clock.
 //!
-//! Springs, volume and rim are called once more than the tick does, each separately: the forces
-//! that they leave are cleared before the tick sums its own, so the motion is the product's.
+//! Springs, volume and rim are each called once separately, in addition to their part in the tick.
+//! The forces of the separate calls are cleared before the tick sums its own, so the motion is that
+//! of the normal tick.
 
 use palpate::method::Method;
 use palpate::stages::force::foundation::{self, Load};
@@ -13,19 +14,19 @@ use palpate_controller::script;
 
 use crate::board::{clock_counts, feed_watchdog};
 
-/// Ticks of the tap: it reaches its depth in tick 23.
+/// Ticks of a measured tap, which reaches its full depth in tick 23.
 const TAP_TICKS: u32 = 30;
-/// The first tick that is timed: before it the patch is put to rest.
+/// Ticks above the tissue before the tap begins.
 const FIRST: u32 = 1;
 
-/// Longest time of each stage [counts], by its name.
+/// Longest duration of each stage [counts], by its name.
 pub type Times = [(&'static str, u32); 7];
 
-/// No times yet.
+/// State before the first measurement.
 pub const NONE: Times =
     [("contact", 0), ("springs", 0), ("volume", 0), ("rim", 0), ("foundation", 0), ("integrate", 0), ("whole", 0)];
 
-/// The product's method, with the clock read at each stage.
+/// The core's own method, with the clock read at each stage.
 struct Timed {
     terms: Terms,
     began: u32,
@@ -82,8 +83,8 @@ impl Method for Timed {
     }
 }
 
-/// Taps the patch with each stage timed, then once more as the product runs it. A patch that cannot
-/// be opened has no times.
+/// Taps the patch with each stage measured, then once more with the normal tick measured as a
+/// whole. If the patch cannot be opened, `times` stays unchanged.
 pub fn time(bytes: &[u8], memory: &mut Memory, times: &mut Times) {
     let mut timed = Timed { terms: Terms::ALL, began: 0, times: NONE };
     let split = tap(bytes, memory, &mut timed, |model, tuned, state, pose, timed| {

@@ -1,4 +1,4 @@
-/* A press at 10 mm/s: from 5 mm above the site to 4 mm below it and back; a line every tenth of a second. */
+/* A press at 10 mm/s, from 5 mm above the site to 4 mm below it and back; prints a line every tenth of a second. */
 #include <stdio.h>
 
 #include "palpate.h"
@@ -15,7 +15,7 @@ int main(int argc, char **argv) {
     if (palpate_open_scene(scene, patch, "touch", &session)) return failed("open");
     if (palpate_read_info(session, &info, sizeof info) || palpate_arm(session)) return failed("arm");
     for (int tick = 0; tick < 2500; tick++) {
-        /* it stays above until the force is ready, which takes 0.7 s */
+        /* the probe stays above the tissue until the force is ready, which takes 0.7 s */
         int steps = tick < 700 ? 0 : tick < 1600 ? tick - 700 : 2500 - tick;
         double depth_m = 1e-5 * steps - 5e-3;
         double tip_m[3], force_n[3];

@@ -1,19 +1,20 @@
-//! The haptic loop in a thread of real-time priority, a thousand ticks a second, and its jitter:
-//! how late each tick began, and how long it took. Argument: seconds, 10 by default.
+//! The haptic loop in a thread of real-time priority, at a thousand ticks per second, and its
+//! jitter: how late each tick began, and how long it took. Argument: seconds, 10 by default.
 //!
-//! The device is a pose in place of a reading; put yours where `tip_m` and `force_n` are.
+//! A computed pose takes the place of a device. Read your own device where `tip_m` is set, and
+//! drive it where `force_n` is.
 
 use std::time::{Duration, Instant};
 
 use palpate_loop::haptic_session::{HapticSession, Input};
 
-/// The tick.
+/// Period of the loop.
 const TICK: Duration = Duration::from_millis(1);
-/// Of 1 to 99 on Linux, above everything but the kernel's own threads.
+/// Real-time priority, from 1 to 99 on Linux: above everything but the kernel's own threads.
 #[cfg(unix)]
 const PRIORITY: u8 = 80;
 
-/// Asks for the policy that lets no ordinary thread run in between.
+/// Requests the scheduling policy under which no ordinary thread can preempt this one.
 #[cfg(unix)]
 fn raise_priority() -> Result<(), String> {
     use thread_priority::{
@@ -29,7 +30,7 @@ fn raise_priority() -> Result<(), String> {
     thread_priority::set_current_thread_priority(thread_priority::ThreadPriority::Max).map_err(|error| error.to_string())
 }
 
-/// Lateness of every tick and its duration [us].
+/// Runs the loop; returns lateness and duration of every tick [us].
 fn run(session: &mut HapticSession, ticks: usize) -> Vec<[f64; 2]> {
     let (site_m, axis) = (session.tissue().patch().site_m(), session.tissue().params().probe.axis);
     let mut times_us = Vec::with_capacity(ticks);
@@ -39,7 +40,7 @@ fn run(session: &mut HapticSession, ticks: usize) -> Vec<[f64; 2]> {
         std::thread::sleep(next.saturating_duration_since(Instant::now()));
         let began = Instant::now();
         let late = began.saturating_duration_since(next);
-        // up and down, 3 mm into the tissue, once a second
+        // up and down once a second, to a depth of 3 mm
         let phase = std::f32::consts::TAU * (tick % 1000) as f32 * 1e-3;
         let depth_m = if tick < 1000 { -1e-3 } else { 1e-3 - 2e-3 * phase.cos() };
         let tip_m = site_m - axis * depth_m;

@@ -1,4 +1,4 @@
-// A servo callback in the shape of CHAI3D's and OpenHaptics': the driver calls it a thousand times a second, it
+// A servo callback like those of CHAI3D and OpenHaptics: the driver calls it a thousand times per second, and it
 // reads a position and sets a force. The device is a fake: a stylus of 45 g in a hand that pushes it 3 mm into
 // the tissue and out again. "fast" runs without waiting; "trace" prints position and force of every tick.
 #include <chrono>
@@ -9,13 +9,13 @@
 
 #include "palpate.h"
 
-// Stands for the vendor's device: metres and newtons, z up, its centre at the origin.
+// Takes the place of the vendor's device: metres and newtons, z up, its centre at the origin.
 class FakeDevice {
 public:
     void getPosition(double position_m[3]) const { position_m[0] = position_m[1] = 0.0, position_m[2] = z_m; }
     void setForce(const double force_n[3]) { felt_n = force_n[2]; }
     void step(int tick) {
-        const double depth_m = tick < 700 ? -1e-3 : 4e-3 * std::sin(2e-3 * (tick - 700)) - 1e-3; // where the hand wants it
+        const double depth_m = tick < 700 ? -1e-3 : 4e-3 * std::sin(2e-3 * (tick - 700)) - 1e-3; // target of the hand
         const double hand_n = 300.0 * (-depth_m - z_m) - 5.0 * speed_m_per_s;
         speed_m_per_s += 1e-3 * (hand_n + felt_n) / 0.045;
         z_m += 1e-3 * speed_m_per_s;
@@ -25,7 +25,7 @@ private:
     double z_m = 1e-3, speed_m_per_s = 0.0, felt_n = 0.0;
 };
 
-// All that a callback needs; nothing here allocates, locks or prints.
+// Everything that the callback uses; none of it allocates, locks or prints.
 struct Servo {
     FakeDevice device;
     palpate_session session = 0;
@@ -34,12 +34,12 @@ struct Servo {
     palpate_code code = PALPATE_CODE_OK;
 };
 
-// Once a millisecond, in the driver's thread of highest priority.
+// Called once per millisecond, in the driver's thread of highest priority.
 static void servo(Servo &servo) {
     servo.device.getPosition(servo.tip_m);
-    for (int k = 0; k < 3; k++) servo.tip_m[k] += servo.info.site_m[k]; // the device's centre lies at the site
+    for (int k = 0; k < 3; k++) servo.tip_m[k] += servo.info.site_m[k]; // the device's centre is at the site
     servo.code = palpate_tick(servo.session, servo.tip_m, servo.force_n);
-    servo.device.setForce(servo.force_n); // zero, if the tick failed
+    servo.device.setForce(servo.force_n); // zero if the tick failed
 }
 
 int main(int argc, char **argv) {

@@ -4,20 +4,20 @@ use palpate::{BuildError, Fault};
 use palpate_loop::haptic_session::OutOfOrder;
 use palpate_tissue::error::Error;
 
-/// Result of a call. Anything but `PALPATE_CODE_OK` has its words in `palpate_error_text`,
-/// and what was wrong with this very call in `palpate_last_message`.
+/// Result of a call. For every code but `PALPATE_CODE_OK`, `palpate_error_text` describes the code,
+/// and `palpate_last_message` says what was wrong with this particular call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub enum PalpateCode {
-    /// Done.
+    /// The call succeeded.
     Ok = 0,
-    /// A fault is latched and the force is zero: `palpate_read_report` says which.
+    /// A fault is latched and the force is zero; `palpate_read_report` gives the fault's number.
     Fault = 1,
-    /// A pointer is NULL that must not be.
+    /// A pointer that must not be NULL is NULL.
     Null = 2,
     /// A text is not UTF-8.
     NotText = 3,
-    /// A size or length does not fit.
+    /// The size of a struct is not that of this library, or an array is too small.
     WrongSize = 4,
     /// A number is outside its range.
     OutOfRange = 5,
@@ -27,7 +27,7 @@ pub enum PalpateCode {
     Busy = 7,
     /// The session's state does not allow this call.
     WrongOrder = 8,
-    /// As many sessions are open as can be.
+    /// The largest possible number of sessions is open.
     TooMany = 9,
     /// A file cannot be read.
     CannotRead = 10,
@@ -35,14 +35,14 @@ pub enum PalpateCode {
     BadScene = 11,
     /// A patch file cannot be used.
     BadPatch = 12,
-    /// The tissue cannot keep 1 kHz.
+    /// The tissue cannot be computed at 1 kHz as the scene requires.
     TooSlow = 13,
     /// A defect of the library; the session was closed.
     Internal = 14,
 }
 
 impl PalpateCode {
-    /// Every code, by number.
+    /// Every code, in the order of the numbers.
     pub const ALL: [Self; 15] = [
         Self::Ok,
         Self::Fault,
@@ -61,7 +61,7 @@ impl PalpateCode {
         Self::Internal,
     ];
 
-    /// Words for the code.
+    /// Description of the code in one line.
     #[must_use]
     pub fn text(self) -> &'static std::ffi::CStr {
         match self {

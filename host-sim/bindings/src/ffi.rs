@@ -1,8 +1,9 @@
-//! The boundary to C: pointers become values, failures become codes, panics are caught.
+//! The boundary to C: it converts pointers to values and failures to codes, and catches panics.
 //!
 //! Every function may be called at any time and from any thread, with any number in place of a
-//! handle; pointers are checked for NULL and may be unaligned. That they point to memory of the
-//! stated type and length is the caller's promise, the one thing that cannot be checked here.
+//! handle; pointers are checked for NULL and may be unaligned. The caller guarantees that they
+//! point to memory of the stated type and length, which is the only condition that cannot be
+//! checked here.
 #![expect(unsafe_code, reason = "pointers of C are followed here, and nowhere else")]
 
 use std::ffi::{CStr, CString, c_char};
@@ -17,16 +18,16 @@ use crate::code::{Failure, PalpateCode};
 use crate::records::{PalpateInfo, PalpateInput, PalpateMode, PalpateReport, wide};
 use crate::{message, sessions};
 
-/// A session by handle; 0 is none.
+/// Handle of a session; 0 is no session.
 type Session = u64;
 
-/// Device profile that NULL stands for.
+/// Device profile that is used if the caller passes NULL.
 const DEFAULT_DEVICE: &str = "touch";
 
-/// Opens a scene: a preset's name or the path of a scene file. `patch` is the path of a patch file
-/// in place of the scene's own, or NULL. `device` is a profile's name or the path of a .toml file;
-/// NULL stands for "touch". Takes up to seconds, and memory: no tick does. `session` gets the
-/// handle, 0 on failure.
+/// Opens a scene. `scene` is a preset's name or the path of a scene file; `patch` is the path of a
+/// patch file in place of the scene's own, or NULL. `device` is a profile's name or the path of a
+/// .toml file; NULL selects "touch". The call may take some seconds, and allocates all memory that
+/// the session needs. `session` receives the handle, 0 on failure.
 ///
 /// # Safety
 /// Texts end with a zero byte; `session` points to one handle.
@@ -48,8 +49,8 @@ pub unsafe extern "C" fn palpate_open_scene(
     }
 }
 
-/// Opens a patch file alone: tissue, probe and site are those that it was packed with. `device` and
-/// `session` as in `palpate_open_scene`.
+/// Opens a patch file without a scene: tissue, probe and site are those with which it was packed.
+/// `device` and `session` are as in `palpate_open_scene`.
 ///
 /// # Safety
 /// Texts end with a zero byte; `session` points to one handle.
@@ -66,7 +67,7 @@ pub unsafe extern "C" fn palpate_open_patch(path: *const c_char, device: *const 
     }
 }
 
-/// As `palpate_open_patch`, of the file's bytes, which are not needed after the call.
+/// Like `palpate_open_patch`, but from the bytes of the file, which are not needed after the call.
 ///
 /// # Safety
 /// `bytes` points to `length` bytes; texts end with a zero byte; `session` points to one handle.
@@ -83,15 +84,17 @@ pub unsafe extern "C" fn palpate_open_patch_bytes(
     unsafe { open(session, || Ok(HapticSession::of_patch_bytes(bytes?, device?.unwrap_or(DEFAULT_DEVICE))?)) }
 }
 
-/// Closes a session and frees its memory. The device keeps its last force: give it zero first.
+/// Closes a session and frees its memory. The device keeps the last force that you gave it, so give
+/// it zero first.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpate_close(session: Session) -> PalpateCode {
     code(|| sessions::remove(session))
 }
 
-/// One tick: tip of the probe [m], scene frame, x y z, to force on the device [N]. Call it every
-/// millisecond. `force_n` is zero on every failure; with a NULL `tip_m` the sensor counts as failed
-/// and the fault is latched. `PALPATE_CODE_FAULT` is returned while a fault is latched.
+/// Runs one tick: takes the position of the probe's tip [m], x y z in the scene's frame, and writes
+/// the force on the device [N] to `force_n`. Call it every millisecond. `force_n` is zero on every
+/// failure; with a NULL `tip_m` the sensor counts as failed and the fault is latched.
+/// `PALPATE_CODE_FAULT` is returned while a fault is latched.
 ///
 /// # Safety
 /// `tip_m` and `force_n` point to three doubles each.
@@ -104,11 +107,11 @@ pub unsafe extern "C" fn palpate_tick(session: Session, tip_m: *const f64, force
     unsafe { tick(session, input, force_n) }
 }
 
-/// As `palpate_tick`, for devices that know more of a reading than its position. `input_bytes` is
-/// `sizeof(palpate_input)`.
+/// Like `palpate_tick`, for devices that report more about a reading than its position.
+/// `input_bytes` is `sizeof(palpate_input)`.
 ///
 /// # Safety
-/// `input` points to that many bytes, `force_n` to three doubles.
+/// `input` points to `input_bytes` bytes, `force_n` to three doubles.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpate_tick_with(
     session: Session,
@@ -123,10 +126,10 @@ pub unsafe extern "C" fn palpate_tick_with(
     unsafe { tick(session, input, force_n) }
 }
 
-/// Record of the last tick. `report_bytes` is `sizeof(palpate_report)`.
+/// Copies the record of the last tick to `report`. `report_bytes` is `sizeof(palpate_report)`.
 ///
 /// # Safety
-/// `report` points to that many bytes.
+/// `report` points to `report_bytes` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpate_read_report(session: Session, report: *mut PalpateReport, report_bytes: usize) -> PalpateCode {
     code(|| {
@@ -137,10 +140,11 @@ pub unsafe extern "C" fn palpate_read_report(session: Session, report: *mut Palp
     })
 }
 
-/// Tissue, probe and device. `info_bytes` is `sizeof(palpate_info)`.
+/// Copies the properties of tissue, probe and device to `info`. `info_bytes` is
+/// `sizeof(palpate_info)`.
 ///
 /// # Safety
-/// `info` points to that many bytes.
+/// `info` points to `info_bytes` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpate_read_info(session: Session, info: *mut PalpateInfo, info_bytes: usize) -> PalpateCode {
     code(|| {
@@ -151,11 +155,12 @@ pub unsafe extern "C" fn palpate_read_info(session: Session, info: *mut PalpateI
     })
 }
 
-/// Positions of all nodes [m], x y z after each other, for drawing. `capacity` is the number of
-/// doubles that `positions_m` holds, at least three times `palpate_info.nodes`.
+/// Copies the positions of all nodes [m] to `positions_m`, x y z of one node after the other, for
+/// drawing. `capacity` is the length of `positions_m` in doubles, at least three times
+/// `palpate_info.nodes`.
 ///
 /// # Safety
-/// `positions_m` points to that many doubles.
+/// `positions_m` points to `capacity` doubles.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpate_read_nodes(session: Session, positions_m: *mut f64, capacity: usize) -> PalpateCode {
     code(|| {
@@ -176,10 +181,11 @@ pub unsafe extern "C" fn palpate_read_nodes(session: Session, positions_m: *mut 
     })
 }
 
-/// Hash of all positions and velocities of the tissue: equal on every machine after the same ticks.
+/// Writes a hash of all positions and velocities of the tissue to `hash`; it is equal on every
+/// machine after the same ticks.
 ///
 /// # Safety
-/// `hash` points to one number.
+/// `hash` points to one `uint64_t`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpate_state_hash(session: Session, hash: *mut u64) -> PalpateCode {
     code(|| {
@@ -189,14 +195,14 @@ pub unsafe extern "C" fn palpate_state_hash(session: Session, hash: *mut u64) ->
     })
 }
 
-/// Asks for a force. It comes once the probe has been outside the tissue and calm for a tenth of a
-/// second, and grows for half a second in free space.
+/// Requests force output. It begins once the probe has been outside the tissue and calm for a tenth
+/// of a second, and is then ramped up over half a second in free space.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpate_arm(session: Session) -> PalpateCode {
     code(|| sessions::with(session, |session| Ok(session.arm()?)))
 }
 
-/// Lets the force fall to nothing within an eighth of a second of ticks, and disarms.
+/// Ramps the force down to zero within an eighth of a second of ticks, and disarms.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpate_stop(session: Session) -> PalpateCode {
     code(|| {
@@ -207,40 +213,43 @@ pub extern "C" fn palpate_stop(session: Session) -> PalpateCode {
     })
 }
 
-/// Asks the next tick to forget the fault; refused, as the report says, until readings have been
-/// good for a tenth of a second. Arm again afterwards.
+/// Requests that the next tick clear the fault. The tick refuses the request, as
+/// `palpate_report.refused` shows, until readings have been good for a tenth of a second. Arm again
+/// afterwards.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpate_clear(session: Session) -> PalpateCode {
     code(|| sessions::with(session, |session| Ok(session.clear()?)))
 }
 
-/// Starts anew: tissue at rest, no force, no fault, not armed. Modulus and lowered limits stay.
+/// Restarts the session: tissue at rest, no force, no fault, not armed. Modulus and lowered limits
+/// are kept.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpate_reset(session: Session) -> PalpateCode {
     code(|| sessions::with(session, |session| session.reset().map_err(Failure::Number)))
 }
 
-/// Sets Young's modulus [Pa], between half and twice the one that was opened. A stiffer one waits
-/// until the probe does not touch.
+/// Sets Young's modulus [Pa], between half and twice the one with which the session was opened. An
+/// increase takes effect only when the probe does not touch the tissue.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpate_set_modulus(session: Session, youngs_modulus_pa: f64) -> PalpateCode {
     code(|| sessions::with(session, |session| session.set_modulus(youngs_modulus_pa as f32).map_err(Failure::Number)))
 }
 
-/// Lowers the maximum force [N], for good; no limit can be raised or switched off.
+/// Lowers the maximum force [N] until the session is closed; no limit can be raised or switched
+/// off.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpate_lower_force(session: Session, max_force_n: f64) -> PalpateCode {
     code(|| sessions::with(session, |session| session.lower_force(max_force_n as f32).map_err(Failure::Number)))
 }
 
-/// A code in words; never NULL.
+/// Returns the description of a code; never NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpate_error_text(code: i32) -> *const c_char {
     let known = PalpateCode::ALL.into_iter().find(|known| *known as i32 == code);
     known.map_or(c"no code of this library", PalpateCode::text).as_ptr()
 }
 
-/// A mode in words; never NULL.
+/// Returns the name of a mode; never NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpate_mode_text(mode: i32) -> *const c_char {
     let text = match mode {
@@ -257,7 +266,7 @@ pub extern "C" fn palpate_mode_text(mode: i32) -> *const c_char {
     text.as_ptr()
 }
 
-/// A fault of a report in words; never NULL.
+/// Returns the description of the fault number in a report; never NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpate_fault_text(fault: i32) -> *const c_char {
     static TEXTS: LazyLock<Vec<CString>> =
@@ -273,8 +282,8 @@ pub extern "C" fn palpate_fault_text(fault: i32) -> *const c_char {
     .as_ptr()
 }
 
-/// Says in one line why the last failed call of this thread failed; empty if none has failed.
-/// Never NULL; valid in this thread, until its next call that fails.
+/// Says in one line why the last failed call of this thread failed; empty if none has failed. Never
+/// NULL; valid in this thread until its next call that fails.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpate_last_message() -> *const c_char {
     message::last()
@@ -287,7 +296,7 @@ pub extern "C" fn palpate_version() -> *const c_char {
     VERSION.as_ptr().cast()
 }
 
-/// Runs a call: a failure becomes its code and the thread's message, and so does a panic.
+/// Runs a call. If it fails or panics, returns the code and stores the thread's message.
 fn code(call: impl FnOnce() -> Result<(), Failure>) -> PalpateCode {
     let done = catch_unwind(AssertUnwindSafe(call)).unwrap_or(Err(Failure::Internal));
     done.map_or_else(
@@ -315,7 +324,8 @@ unsafe fn open(handle: *mut u64, work: impl FnOnce() -> Result<HapticSession, Fa
 /// `force_n` is NULL or points to three doubles.
 unsafe fn tick(session: Session, input: Result<PalpateInput, Failure>, force_n: *mut f64) -> PalpateCode {
     code(|| {
-        // SAFETY: the caller guarantees the pointer; whatever fails from here on, there is no force
+        // SAFETY: the caller guarantees the pointer. The force is set to zero first, and stays zero
+        // if anything below fails
         let room = unsafe { write("force_n", force_n.cast(), [0.0_f64; 3]) };
         let failed = Input { sensor_failed: true, ..PalpateInput::default().to_core() };
         let read = if room.is_ok() { input.as_ref().map_or(failed, |input| input.to_core()) } else { failed };

@@ -5,9 +5,9 @@
 //!                   pointers  handles    gate, patch, limits
 //! ```
 //!
-//! [`ffi`] is the boundary and the one file with `unsafe`: it turns pointers into values and back,
-//! catches panics, and gives codes. The header `include/palpate.h` is made from it, [`code`] and
-//! [`records`]; `README.md` shows how to build, link and run.
+//! [`ffi`] is the boundary and the only file with `unsafe`: it converts pointers to values and
+//! back, catches panics, and returns codes. The header `include/palpate.h` is generated from
+//! [`ffi`], [`code`] and [`records`]; `README.md` shows how to build, link and run.
 
 pub mod code;
 pub mod ffi;

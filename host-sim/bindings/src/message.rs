@@ -1,11 +1,11 @@
-//! Message of the last call that failed, one per thread, in memory of its own: a tick that fails
-//! allocates nothing either.
+//! Message of the last call that failed, one per thread, in a fixed buffer, so that a tick that
+//! fails does not allocate either.
 
 use std::cell::RefCell;
 use std::ffi::c_char;
 use std::fmt::{Display, Write};
 
-/// Bytes of a message, its zero included; a longer one is cut.
+/// Size of the buffer for a message and its closing zero [bytes]; longer messages are truncated.
 const BYTES: usize = 1024;
 
 struct Text {
@@ -17,18 +17,19 @@ thread_local! {
     static LAST: RefCell<Text> = const { RefCell::new(Text { bytes: [0; BYTES], length: 0 }) };
 }
 
-/// Keeps a message, on one line.
+/// Stores a message as one line.
 pub fn keep(message: &dyn Display) {
     LAST.with_borrow_mut(|text| {
         text.length = 0;
-        // writing to it fails only where the message is cut
+        // writing fails only if the message is truncated
         let _cut = write!(text, "{message}");
         let length = text.length;
         text.bytes[length] = 0;
     });
 }
 
-/// Start of the message, ended by a zero; valid in this thread, until a call of it fails.
+/// Pointer to the message, which ends with a zero; valid in this thread until its next call that
+/// fails.
 pub fn last() -> *const c_char {
     LAST.with_borrow(|text| text.bytes.as_ptr().cast())
 }

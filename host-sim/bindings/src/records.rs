@@ -7,8 +7,8 @@ use palpate_loop::haptic_session::{HapticSession, Input};
 
 use crate::code::Failure;
 
-/// Operating mode. Force acts in `PALPATE_MODE_ACTIVE`, `PALPATE_MODE_DEGRADED` and, falling, in
-/// `PALPATE_MODE_SAFE_RAMP`.
+/// Operating mode. A force may act in `PALPATE_MODE_ACTIVE`, `PALPATE_MODE_DEGRADED` and, while it
+/// falls, in `PALPATE_MODE_SAFE_RAMP`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub enum PalpateMode {
@@ -20,11 +20,11 @@ pub enum PalpateMode {
     Idle = 2,
     /// Waits for a calm probe outside the tissue.
     Arming = 3,
-    /// The force is felt.
+    /// The force acts.
     Active = 4,
-    /// The force is felt, scaled down for the rest of this contact.
+    /// The force acts, scaled down for the rest of this contact.
     Degraded = 5,
-    /// The force is felt while it falls to zero.
+    /// The force is being ramped down to zero.
     SafeRamp = 6,
     /// No force until `palpate_clear`.
     Fault = 7,
@@ -45,21 +45,22 @@ impl From<Mode> for PalpateMode {
     }
 }
 
-/// Input of `palpate_tick_with`: all zero but for the position is a new, good reading in time.
+/// Input of `palpate_tick_with`. If every field but the position is zero, the reading is new, good
+/// and on time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct PalpateInput {
     /// Tip of the probe [m].
     pub tip_m: [f64; 3],
-    /// Periods of 1 ms that went by without a tick since the last tick.
+    /// Number of periods of 1 ms that passed without a tick since the last tick.
     pub late_ticks: u32,
-    /// Not zero if the position is an old one, because no new reading came.
+    /// Not zero if the position is an old one, because no new reading has arrived.
     pub stale: u8,
-    /// Not zero if the device says that its reading cannot be trusted.
+    /// Not zero if the device reports that its reading cannot be trusted.
     pub sensor_failed: u8,
-    /// Not zero if the hand switch is open: then there is no force and no arming.
+    /// Not zero if the hand switch is released: there is then no force and no arming.
     pub operator_absent: u8,
-    /// Zero.
+    /// Reserved; set it to zero.
     pub reserved: u8,
 }
 
@@ -90,26 +91,27 @@ pub struct PalpateReport {
     pub normal: [f64; 3],
     /// Depth of the tip below the undeformed surface, along the normal [m]; zero without contact.
     pub depth_m: f64,
-    /// Energy given to the hand since the touch [J]; negative while the tissue holds some.
+    /// Energy given to the hand since the touch [J]; negative while the tissue stores energy.
     pub given_j: f64,
     /// Young's modulus [Pa].
     pub youngs_modulus_pa: f64,
-    /// Young's modulus that waits for the probe to leave [Pa]; zero where none does.
+    /// Requested increase of Young's modulus that waits until the probe does not touch [Pa]; zero
+    /// if there is none.
     pub waiting_modulus_pa: f64,
-    /// Ticks begun, wrapping.
+    /// Number of ticks begun; it wraps.
     pub ticks: u32,
-    /// A `palpate_mode`.
+    /// Operating mode, a value of `palpate_mode`.
     pub mode: i32,
-    /// Number of the latched fault, for `palpate_fault_text`; zero without one.
+    /// Number of the latched fault, for `palpate_fault_text`; zero if there is none.
     pub fault: i32,
-    /// Limits that acted: 1 speed, 2 depth, 4 force, 8 started inside the tissue, 16 slew, 32 held
-    /// reading, 64 gain, 128 energy.
+    /// Sum of the limits that acted: 1 speed, 2 depth, 4 force, 8 started inside the tissue, 16
+    /// slew, 32 held reading, 64 gain, 128 energy.
     pub limiters: u32,
     /// 1 while the probe touches the tissue.
     pub contact: u8,
-    /// 1 if the tick refused what was asked: too early, or not in this mode.
+    /// 1 if the tick refused a request that came too early, or that the mode does not accept.
     pub refused: u8,
-    /// Zero.
+    /// Reserved; always zero.
     pub reserved: [u8; 6],
 }
 
@@ -143,25 +145,26 @@ impl PalpateReport {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct PalpateInfo {
-    /// Site of the press on the rest surface [m]: put your device's centre there.
+    /// Site of the press on the surface at rest [m]; add it to positions relative to your device's
+    /// centre.
     pub site_m: [f64; 3],
-    /// Unit vector out of the tissue at the site.
+    /// Unit vector that points out of the tissue at the site.
     pub axis: [f64; 3],
     /// Corner of the device's workspace with the smallest coordinates [m].
     pub workspace_low_m: [f64; 3],
-    /// Corner with the largest [m].
+    /// Corner of the device's workspace with the largest coordinates [m].
     pub workspace_high_m: [f64; 3],
     /// Radius of the probe [m].
     pub probe_radius_m: f64,
-    /// Deepest press that the patch is shown [m].
+    /// Largest depth of the probe that is passed to the patch [m].
     pub depth_limit_m: f64,
     /// Maximum force of the loop [N].
     pub max_force_n: f64,
     /// Young's modulus [Pa].
     pub youngs_modulus_pa: f64,
-    /// Nodes of the patch.
+    /// Number of nodes of the patch.
     pub nodes: u64,
-    /// Surface triangles of the patch.
+    /// Number of surface triangles of the patch.
     pub triangles: u64,
 }
 

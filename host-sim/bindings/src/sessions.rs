@@ -1,5 +1,5 @@
-//! Open sessions by handle. A handle is a number that is checked, never followed: one that was
-//! closed, or was never given out, is an error and nothing else.
+//! Open sessions by handle. A handle is a number that is looked up, never dereferenced: a handle
+//! that was closed, or that was never returned, causes an error and no other harm.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, MutexGuard, TryLockError};
@@ -8,7 +8,7 @@ use palpate_loop::haptic_session::HapticSession;
 
 use crate::code::Failure;
 
-/// Sessions that can be open at once.
+/// Largest number of sessions that can be open at once.
 pub const MOST_SESSIONS: usize = 64;
 
 /// A place that holds one session at a time.
@@ -41,8 +41,8 @@ pub fn remove(handle: u64) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Works with a session. Nothing waits: where another thread is in it, that is an error. A panic
-/// closes the session.
+/// Calls `work` with a session. The call never blocks: if another thread uses the session, that is
+/// an error. A panic closes the session.
 pub fn with<T>(handle: u64, work: impl FnOnce(&mut HapticSession) -> Result<T, Failure>) -> Result<T, Failure> {
     let mut place = find(handle)?;
     let Some(session) = place.session.as_mut() else { return Err(Failure::NoSession(handle)) };
@@ -66,7 +66,7 @@ fn enter(place: &'static Mutex<Place>) -> Result<MutexGuard<'static, Place>, Fai
     match place.try_lock() {
         Ok(place) => Ok(place),
         Err(TryLockError::WouldBlock) => Err(Failure::Busy),
-        // a panic leaves no session here: `with` takes it out
+        // no session is left here after a panic: `with` removes it
         Err(TryLockError::Poisoned(place)) => Ok(place.into_inner()),
     }
 }
@@ -82,7 +82,7 @@ mod tests {
         result.map_or_else(|failure| failure.code(), |_| PalpateCode::Ok)
     }
 
-    // one test: the places are the process's
+    // a single test, since the places are shared by the whole process
     #[test]
     fn a_handle_is_good_until_it_is_closed_and_no_other_number_is_one() {
         let fresh = HapticSession::of_patch_bytes(calibrated::bytes(130).unwrap(), "touch").unwrap();

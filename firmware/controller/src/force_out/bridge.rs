@@ -1,9 +1,9 @@
-//! Sign and magnitude: one PWM pin and one direction pin per axis, and what can be read back from
-//! them.
+//! Sign-and-magnitude drive: one PWM pin and one direction pin per axis, and the check of their
+//! levels and registers.
 //!
-//! Coding "no force" as half of the period would need a running timer: a stopped timer or a
-//! floating pin would then mean full force in one direction. Here a low PWM pin is no force, so a
-//! stopped timer, a released pin with a pull-down and a hardware break all end in that state. The
+//! If half of the period meant "no force", a timer would have to run for it, and a stopped timer or
+//! a floating pin would mean full force in one direction. Here a low PWM pin means no force: a
+//! stopped timer, a released pin with a pull-down and a hardware break all leave it low. The
 //! direction pin alone produces no force.
 
 use palpate::Fault;
@@ -20,7 +20,7 @@ pub struct Bridge {
 }
 
 impl Bridge {
-    /// The pins for a code; the largest code stays below the whole period.
+    /// The pins for a code; the pulse of the largest code is shorter than the period.
     #[must_use]
     pub fn of(code: DacCode, period_steps: u16) -> Self {
         let magnitude = u32::from(code.0.unsigned_abs().min(0x7FFF));
@@ -57,7 +57,7 @@ impl Line {
     }
 }
 
-/// One axis as read back.
+/// Pins of one axis as read back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AxisPins {
     /// Compare register of the PWM pin.
@@ -73,9 +73,9 @@ pub struct AxisPins {
 pub struct Pins {
     /// Enable line of the amplifiers.
     pub enable: Line,
-    /// The timer's main output switch: without it every PWM pin is held low.
+    /// The timer's main output switch: while it is off, every PWM pin is held low.
     pub main_output: bool,
-    /// The axes.
+    /// PWM and direction pins of each axis.
     pub axes: [AxisPins; 3],
 }
 
@@ -98,9 +98,9 @@ impl Pins {
 /// a flag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StopCircuit {
-    /// Break flag of the timer.
+    /// Whether the timer's break flag is set.
     pub tripped: bool,
-    /// Level of the break pin.
+    /// Whether the break pin is high.
     pub closed: bool,
 }
 
@@ -112,7 +112,8 @@ impl StopCircuit {
         (self.tripped || !self.closed).then_some(Fault::EmergencyStop)
     }
 
-    /// Whether the flag, once reported, may be cleared.
+    /// Whether the break flag may be cleared after it was reported: only while the circuit is
+    /// closed.
     #[must_use]
     pub fn clears_flag(self) -> bool {
         self.tripped && self.closed

@@ -7,14 +7,14 @@ use super::{DIMENSIONS, Mechanism, MechanismError, Paddle, Pantograph, YourDevic
 
 macro_rules! catalogue {
     ($($mechanism:ident),+ $(,)?) => {
-        /// Kind of a mechanism.
+        /// Kinds of mechanism that a profile can name.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
         pub enum Kind {
             $(#[doc = concat!("A [`", stringify!($mechanism), "`].")] $mechanism),+
         }
 
         impl Kind {
-            /// Every kind.
+            /// All kinds, for look-up by name.
             pub const ALL: &'static [Self] = &[$(Self::$mechanism),+];
 
             /// Name in profile files.
@@ -23,7 +23,7 @@ macro_rules! catalogue {
                 match self { $(Self::$mechanism => $mechanism::NAME),+ }
             }
 
-            /// Joints with an encoder and a motor.
+            /// Number of joints, each with an encoder and a motor.
             #[must_use]
             pub fn joints(self) -> usize {
                 match self { $(Self::$mechanism => $mechanism::JOINTS),+ }

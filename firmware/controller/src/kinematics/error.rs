@@ -12,15 +12,15 @@ pub enum MechanismError {
     Encoder,
     /// The motor's torque is implausibly large or small.
     Motor,
-    /// The dimensions of the arms are those of no such mechanism.
+    /// No mechanism of this kind can have these dimensions.
     Arms,
     /// The home pose is impossible, or lies outside the workspace.
     Home,
-    /// The workspace goes beyond the mechanism's reach.
+    /// The workspace extends beyond the mechanism's reach.
     Reach,
     /// The motors cannot give the largest force in the home pose.
     Force,
-    /// One count at the probe is not as long as the profile says.
+    /// The displacement of the probe per count differs from the profile's `count_m`.
     Count,
 }
 

@@ -4,11 +4,12 @@ use palpate::Vector3;
 
 use super::{DIMENSIONS, Mechanism, MechanismError, sin_cos};
 
-/// A paddle that turns about the device's y axis; its end lies on x and moves in the x-z plane. At
-/// an angle of zero it lies level, and its end is the device's centre; a positive angle lifts it.
+/// A paddle that turns about the device's y axis, so that its end moves in the x-z plane. At an
+/// angle of zero the paddle is level along x, and its end is at the device's centre; a positive
+/// angle lifts it.
 #[derive(Clone, Copy, Debug)]
 pub struct Paddle {
-    /// Axis to tip [m].
+    /// Distance from axis to tip [m].
     pub arm_m: f32,
     /// Sine and cosine of the angle as last read.
     turned: (f32, f32),
@@ -29,7 +30,7 @@ impl Mechanism for Paddle {
     fn tip_m(&mut self, [angle_rad, ..]: [f32; 3]) -> Option<Vector3<f32>> {
         self.turned = sin_cos(angle_rad);
         let (s, c) = self.turned;
-        // beyond vertical it would press from the other side
+        // beyond vertical the paddle would press from the other side
         (c > 0.0).then(|| Vector3::new(self.arm_m * (c - 1.0), 0.0, self.arm_m * s))
     }
 

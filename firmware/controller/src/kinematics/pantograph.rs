@@ -3,30 +3,30 @@
 //! here).
 //!
 //! The motors are at x = 0 and x = -base on the device's x axis and drive the proximal arms
-//! `near_m`; the distal arms `far_m` meet in the tip. It moves in the x-z plane: z is up, out of
-//! the tissue.
+//! `near_m`; the distal arms `far_m` meet at the tip. The tip moves in the x-z plane: z is up, out
+//! of the tissue.
 
 use palpate::Vector3;
 
 use super::{DIMENSIONS, Mechanism, MechanismError, sin_cos};
 
-/// A symmetric five-bar linkage; joint angles are against x.
+/// A symmetric five-bar linkage; joint angles are measured from x.
 #[derive(Clone, Copy, Debug)]
 pub struct Pantograph {
-    /// Motor to elbow [m].
+    /// Distance from motor to elbow [m].
     pub near_m: f32,
-    /// Elbow to tip [m].
+    /// Distance from elbow to tip [m].
     pub far_m: f32,
-    /// Motor to motor [m].
+    /// Distance between the motors [m].
     pub base_m: f32,
-    /// Place of the device's centre in the frame of the first motor, x and z [m].
+    /// Position of the device's centre in the frame of the first motor, x and z [m].
     pub centre_m: [f32; 2],
-    /// Tip over joint: `[[dx/dq1, dx/dq2], [dz/dq1, dz/dq2]]` [m].
+    /// Jacobian of the tip position: `[[dx/dq1, dx/dq2], [dz/dq1, dz/dq2]]` [m].
     jacobian_m: [[f32; 2]; 2],
 }
 
-/// Squared ratio of elbow distance to distal-arm length: below it the distal arms lie on each
-/// other, and a sideways newton takes ten times the torque.
+/// Least squared ratio of elbow distance to distal-arm length (1): below it the distal arms nearly
+/// coincide, and a sideways force takes ten times the torque per newton.
 const FOLDED: f32 = 1e-2;
 
 impl Mechanism for Pantograph {
@@ -53,12 +53,12 @@ impl Mechanism for Pantograph {
         let square = across[0] * across[0] + across[1] * across[1];
         let height_square = self.far_m * self.far_m - 0.25 * square;
         if !(square > FOLDED * self.far_m * self.far_m && height_square > 1e-3 * self.far_m * self.far_m) {
-            return None; // stretched or folded: its direction of motion is undetermined, and no torque is finite
+            return None; // stretched or folded: the tip's direction of motion is undetermined, and torques are unbounded
         }
         let rise = root(height_square / square);
         let tip = [elbow[0] + 0.5 * across[0] + rise * across[1], elbow[1] + 0.5 * across[1] - rise * across[0]];
         // both distal arms keep their length: (tip - elbow) . tip' = (tip - elbow) . elbow', and
-        // the same of the other
+        // likewise for the other elbow
         let (u, v) = ([tip[0] - elbow[0], tip[1] - elbow[1]], [tip[0] - other[0], tip[1] - other[1]]);
         let determinant = u[0] * v[1] - u[1] * v[0];
         let turned = self.near_m * (u[1] * c1 - u[0] * s1) / determinant;
@@ -75,7 +75,7 @@ impl Mechanism for Pantograph {
     fn reaches(&self, tip_m: Vector3<f32>) -> bool {
         let (x, z) = (tip_m.x + self.centre_m[0], tip_m.z + self.centre_m[1]);
         let (most, least) = (self.near_m + self.far_m, self.near_m - self.far_m);
-        // above the motors, and neither arm stretched nor folded
+        // above the motors, with the arms of neither side stretched or folded
         z > 0.0
             && [x, x + self.base_m].into_iter().all(|x| {
                 let square = x * x + z * z;

@@ -1,5 +1,5 @@
-//! A mechanism as data: the part of a device profile that describes it, and a check that it can
-//! move like that.
+//! A mechanism as data: the part of a device profile that describes it, and a check that the
+//! mechanism can move as the profile says.
 
 use palpate::Vector3;
 use palpate::haptic::device::DeviceSpec;
@@ -7,25 +7,28 @@ use serde::{Deserialize, Serialize};
 
 use super::{DIMENSIONS, Kind, Linkage, MechanismError};
 
-/// Joints, motors and dimensions of a device. Joints that the kind does not have are zero.
+/// Joints, motors and dimensions of a device. Entries for joints that the kind does not have are
+/// zero.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MechanismProfile {
     /// Kind of the mechanism.
     pub kind: Kind,
-    /// Joint angle of one encoder count, gear and sign included [rad].
+    /// Joint angle per encoder count [rad], including gear and sign.
     pub rad_per_count: [f32; 3],
-    /// Joint torque at the converter's largest code, torque constant, gear and sign included [N m].
+    /// Joint torque at the converter's largest code [N m], including torque constant, gear and
+    /// sign.
     pub full_scale_n_m: [f32; 3],
     /// Joint angles in the home pose [rad].
     pub home_rad: [f32; 3],
     /// Dimensions in the order of [`super::Mechanism::DIMENSION_NAMES`].
     pub dimensions: [f32; DIMENSIONS],
-    /// Encoders count from their position at power-on: the board does not arm before the device has
-    /// been homed.
+    /// Whether the encoders count from their position at power-on: the board then does not arm
+    /// before the device has been homed.
     pub homing: bool,
 }
 
-/// Largest relative difference of one count at the probe from the profile's.
+/// Largest relative difference between the computed displacement of the probe per count and the
+/// profile's `count_m` (1).
 const COUNT_TOLERANCE: f32 = 0.1;
 
 impl MechanismProfile {
@@ -37,10 +40,11 @@ impl MechanismProfile {
         self.kind.build(self.dimensions)
     }
 
-    /// Checks that the mechanism can move as the device does.
+    /// Checks that the mechanism is possible and has the workspace, force and `count_m` of the
+    /// device.
     ///
     /// # Errors
-    /// The first condition that it does not meet.
+    /// [`MechanismError`] names the first condition that is not met.
     #[inline(never)]
     pub fn check(&self, device: &DeviceSpec) -> Result<(), MechanismError> {
         let mut linkage = self.build()?;
@@ -82,8 +86,8 @@ impl MechanismProfile {
         Ok(())
     }
 
-    /// Longest displacement of the tip by one encoder count in the home pose [m]; `None` if there
-    /// is no such pose.
+    /// Largest displacement of the tip per encoder count in the home pose [m]; `None` if the
+    /// mechanism or its home pose is impossible.
     #[must_use]
     pub fn count_m(&self) -> Option<f32> {
         let mut linkage = self.build().ok()?;
@@ -98,7 +102,7 @@ impl MechanismProfile {
     }
 }
 
-/// Displacement of the tip along x, y and z per joint angle [m], at the joints as last read.
+/// Displacement of the tip along x, y and z per joint angle [m], at the joint angles as last read.
 fn levers_m(linkage: &Linkage) -> [[f32; 3]; 3] {
     [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| linkage.torques_n_m(axis))
 }

@@ -1,9 +1,9 @@
-//! **Bring your own device.** Copy this file, change what the comments say, and name it in
+//! **Bring your own device.** Copy this file, follow its numbered comments, and add your device in
 //! `catalogue.rs`.
 //!
-//! It describes a device with three linear axes, each with its own motor and spindle: the simplest
-//! possible one. `tests/tests/controller/your_device.rs` is its test: copy that too. It compares
-//! tip and torques by finite differences and loads a profile, which you copy from
+//! The device here is the simplest possible one: three linear axes, each with its own motor and
+//! spindle. Copy its test, `tests/tests/controller/your_device.rs`, as well: it compares the
+//! torques with finite differences of the tip position, and loads a profile, which you copy from
 //! `firmware/controller/devices/your-device.toml`.
 
 use palpate::Vector3;
@@ -19,7 +19,8 @@ pub struct YourDevice {
 }
 
 impl Mechanism for YourDevice {
-    /// 2. Its name in profile files, its number of joints, and the names of its dimensions there.
+    /// 2. Its name in profile files, its number of joints, and the names of its dimensions in
+    ///    profile files.
     const NAME: &'static str = "your-device";
     const JOINTS: usize = 3;
     const DIMENSION_NAMES: &'static [&'static str] = &["lead_x_m_per_rad", "lead_y_m_per_rad", "lead_z_m_per_rad"];
@@ -44,15 +45,16 @@ impl Mechanism for YourDevice {
         // computed later in the same tick.
     }
 
-    /// 5. Which torques put `force_n` on the hand? Do not guess: it is the transpose of the
-    ///    derivative of the tip, `tau_k = sum_i dx_i/dq_k F_i`. Then motors and hand get the same
-    ///    power, and the loop's energy account is right.
+    /// 5. Which torques put `force_n` on the hand? Use the transpose of the Jacobian of the tip
+    ///    position, `tau_k = sum_i dx_i/dq_k F_i`: the motors then deliver the power that the hand
+    ///    receives, and the loop's energy balance is correct.
     fn torques_n_m(&self, force_n: Vector3<f32>) -> [f32; 3] {
         let [x, y, z] = self.lead_m_per_rad;
         [x * force_n.x, y * force_n.y, z * force_n.z]
     }
 
-    /// 6. Can the tip get there? A workspace that is larger than the device is refused.
+    /// 6. Can the tip get there? A profile whose workspace extends beyond the mechanism's reach is
+    ///    refused.
     fn reaches(&self, _tip_m: Vector3<f32>) -> bool {
         true
     }

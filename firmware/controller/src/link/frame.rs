@@ -1,7 +1,8 @@
-//! A message as bytes on the wire, and back.
+//! Encoding of a message as bytes on the wire, and its decoding.
 //!
-//! CRC-32 (IEEE) over sequence and message finds every error of up to three bits in frames of this
-//! length; a flipped bit in COBS' own bytes can change more, and goes undetected once in 2^32.
+//! CRC-32 (IEEE) over sequence number and message detects every error of up to three bits in frames
+//! of this length. A flipped bit in a byte that COBS adds can change more bits; such an error stays
+//! undetected with a probability of 2^-32.
 
 use core::fmt;
 
@@ -11,27 +12,27 @@ use serde::{Deserialize, Serialize};
 use super::stuffing;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
-/// Sequence number in front.
+/// Length of the sequence number, which precedes the message [bytes].
 const HEAD: usize = 2;
-/// Checksum behind.
+/// Length of the checksum, which follows the message [bytes].
 const TAIL: usize = 4;
-/// Longest body: a piece of a patch with its offset, or a record with some room.
+/// Longest message [bytes]: a piece of a patch with its offset, or a record, with some reserve.
 pub const BODY_BYTES: usize = 240;
-/// Longest frame with its zero: below 254 bytes COBS adds one.
+/// Longest frame with its closing zero [bytes]: COBS adds one byte to frames below 254 bytes.
 pub const FRAME_BYTES: usize = HEAD + BODY_BYTES + TAIL + 2;
 
 /// Why a frame was dropped, or could not be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameError {
-    /// More bytes than any frame has.
+    /// The frame is longer than [`FRAME_BYTES`].
     TooLong,
     /// The byte stuffing is broken.
     Stuffing,
     /// The checksum does not match.
     Checksum,
-    /// A good frame that holds no message of this version.
+    /// The checksum matches, but the content is no message of this version.
     Message,
-    /// Not newer than the last one.
+    /// The sequence number is not newer than that of the last frame.
     Old,
 }
 
@@ -68,10 +69,10 @@ pub fn encode<'out>(sequence: u16, message: &impl Serialize, out: &'out mut [u8;
     out.get(..=length).ok_or(FrameError::TooLong)
 }
 
-/// Reads a frame without its zero, in place: sequence number and message.
+/// Decodes a frame without its closing zero, in place; returns sequence number and message.
 ///
 /// # Errors
-/// Everything but [`FrameError::Old`].
+/// Every [`FrameError`] except [`FrameError::Old`].
 pub fn decode<'b, Message: Deserialize<'b>>(frame: &'b mut [u8]) -> Result<(u16, Message), FrameError> {
     if frame.len() >= FRAME_BYTES {
         return Err(FrameError::TooLong);

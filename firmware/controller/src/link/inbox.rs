@@ -1,5 +1,5 @@
-//! The inbox of the controller. Messages for the haptic cycle are kept for its next tick; messages
-//! that change the patch are returned to the caller.
+//! The inbox of the controller. Messages for the haptic cycle are stored until the next tick;
+//! messages that concern the patch or the board are returned to the caller.
 
 use palpate::Fault;
 use palpate::haptic::cycle::{Ask, Command};
@@ -12,43 +12,44 @@ use crate::config::Profile;
 use crate::controller::Controller;
 use crate::probe_in::{EncoderCounts, JointReading, Reading};
 
-/// Something that only the owner of the patch can do, between two ticks.
+/// A change that only the owner of the patch can make, between two ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Change {
     /// Discard the patch: another one of this many bytes will follow.
     MakeRoom(u32),
-    /// Use the patch that was received.
+    /// Open the patch that was received.
     Take,
-    /// Take the same patch with another Young's modulus [Pa].
+    /// Reopen the same patch with another Young's modulus [Pa].
     Modulus(f32),
 }
 
-/// Consequence of a message besides the next tick.
+/// Immediate consequence of a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reply {
-    /// No consequence yet.
+    /// Nothing to do before the next tick.
     None,
     /// The tick's input is complete.
     Tick,
-    /// The request is refused.
+    /// Send the host this refusal.
     Refused(Refusal),
-    /// Only the owner of the patch can do it.
+    /// The owner of the patch has to make this change.
     Change(Change),
-    /// The patch under the hand takes another Young's modulus [Pa], as soon as it may.
+    /// Request another Young's modulus [Pa] for the running patch; [`crate::patch::Patch::settle`]
+    /// applies it.
     Modulus(f32),
-    /// Report the state.
+    /// Send the host the state.
     Report,
-    /// Identify the board.
+    /// Send the host the board's identity.
     Identify,
-    /// Keep this profile.
+    /// Store this profile and restart with it.
     Store(Profile),
-    /// Use the pose as the home pose.
+    /// Use the present pose as the home pose.
     Home,
-    /// The host takes the log, or does not any more.
+    /// Whether the host reads the log from now on.
     Listen(bool),
 }
 
-/// Messages since the last tick.
+/// Content of the messages since the last tick.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Inbox {
     heard: bool,
@@ -59,7 +60,7 @@ pub struct Inbox {
 }
 
 impl Inbox {
-    /// Takes a message. `upload` is the memory for a patch while no patch lies in it.
+    /// Processes a message. `upload` is the memory for a patch, or `None` while a patch is open.
     pub fn take(&mut self, message: &ToBoard<'_>, controller: &mut Controller, upload: Option<&mut Upload>) -> Reply {
         self.heard = true;
         match *message {
@@ -77,7 +78,7 @@ impl Inbox {
             ToBoard::Ask(HostAsk::Arm) if controller.barred() => Reply::Refused(Refusal::Barred),
             ToBoard::Ask(HostAsk::Arm) if upload.is_some() => Reply::Refused(Refusal::NoPatch),
             ToBoard::Ask(HostAsk::Arm) if !controller.homed() => Reply::Refused(Refusal::NotHomed),
-            // a stop is followed, whatever arrives after it before the next tick
+            // a stop overrides every request that arrives after it before the next tick
             ToBoard::Ask(asked) => {
                 if self.asked != Some(Ask::Stop) {
                     self.asked = Some(asked.into());
@@ -123,8 +124,8 @@ impl Inbox {
         }
     }
 
-    /// The newest reading of the host, with its status, for one tick. An inbox without a new
-    /// reading repeats nothing: the cycle sees the age of the last one.
+    /// Empties the inbox: returns the host's newest reading and the command for the next tick. A
+    /// reading is returned only once, so that the cycle can tell the age of the last one.
     pub fn clear(&mut self) -> (Option<Reading>, Command) {
         let Self { heard, asked, reading, found, operator_present } = core::mem::take(self);
         self.operator_present = operator_present;
@@ -184,7 +185,7 @@ mod tests {
         assert!(!inbox.clear().1.heard);
     }
 
-    /// Nothing lies under the device.
+    /// A renderer without tissue.
     struct Air;
 
     impl Renderer for Air {
@@ -195,7 +196,7 @@ mod tests {
         fn reset(&mut self) {}
     }
 
-    /// A controller in `Idle`, or armed and clear of everything.
+    /// A controller in `Idle`, or armed in free space.
     fn started(arm: bool) -> Controller {
         let settings = Settings::safe(&Port::DESKTOP.limits());
         let mut controller = Controller::build(&settings, Port::DESKTOP, Arming::OnRequest).unwrap();
@@ -233,7 +234,7 @@ mod tests {
     fn a_board_that_crashed_too_often_says_that_it_does_not_arm() {
         let settings = Settings::safe(&Port::DESKTOP.limits());
         let mut inbox = Inbox::default();
-        // without a home pose as well: it would be lost again with the power
+        // also without a home pose: the power cycle that ends the bar would lose it again
         for edge in [Port::DESKTOP, Port::DESKTOP.without_home()] {
             let mut barred = Controller::build(&settings, edge, Arming::Barred).unwrap();
             assert_eq!(inbox.take(&ToBoard::Ask(HostAsk::Arm), &mut barred, None), Reply::Refused(Refusal::Barred));

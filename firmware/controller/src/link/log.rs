@@ -1,25 +1,26 @@
 //! A piece of the image's log: frames of defmt's stream encoding (rzCOBS), each with its closing
-//! zero. Only the ELF file of the image that sent them turns them into words.
+//! zero. Decoding them to text takes the ELF file of the image that sent them.
 
 use core::fmt;
 
 use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Most bytes of the log in a message: the longest frame that the link carries.
+/// Largest number of log bytes in a message, and so the longest log frame that the link can carry.
 pub const LOG_BYTES: usize = 96;
 
 /// Whole frames of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Log {
-    /// Frames since the board's start that its memory had no room for; 0 if nothing waits.
+    /// Number of frames lost since the board's start because its memory was full; 0 in
+    /// [`Self::NOTHING`].
     pub lost: u32,
     /// The frames, oldest first.
     pub frames: Frames,
 }
 
 impl Log {
-    /// Nothing waits.
+    /// Answer to a host when no frame is pending.
     pub const NOTHING: Self = Self { lost: 0, frames: Frames::NONE };
 }
 
@@ -27,15 +28,15 @@ impl Log {
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Frames {
     length: u8,
-    /// Zero behind the length.
+    /// The frames; bytes from `length` on are zero.
     bytes: [u8; LOG_BYTES],
 }
 
 impl Frames {
-    /// No frame.
+    /// Zero bytes, no frame.
     pub const NONE: Self = Self { length: 0, bytes: [0; LOG_BYTES] };
 
-    /// As many bytes as there is room for.
+    /// Copies as many bytes as fit.
     #[must_use]
     pub fn of(bytes: impl Iterator<Item = u8>) -> Self {
         let mut frames = Self::NONE;
@@ -46,7 +47,7 @@ impl Frames {
         frames
     }
 
-    /// The bytes.
+    /// The frames' bytes, oldest frame first.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..usize::from(self.length)).unwrap_or_default()

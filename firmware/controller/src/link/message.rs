@@ -12,70 +12,70 @@ use crate::about::About;
 use crate::config::{Profile, ProfileError, StoreError};
 use crate::kinematics::MechanismError;
 
-/// From the host. Every message counts as a sign of life.
+/// Messages from the host. Each of them counts as a sign of life.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ToBoard<'a> {
-    /// A sign of life, nothing else.
+    /// A sign of life without further content.
     Heartbeat,
-    /// A reading in place of the board's own sensors, device frame [m]: ends the input of a
-    /// lock-step tick.
+    /// A tip position in place of the board's own sensors; completes the input of a lock-step tick.
     Pose {
-        /// Tip [m].
+        /// Tip position [m], device frame.
         position_m: [f32; 3],
         /// Number of the reading.
         sequence: u32,
-        /// False: the sensor says that it cannot be trusted.
+        /// False if the sensor reports that its reading cannot be trusted.
         good: bool,
     },
     /// A request to the mode machine.
     Ask(HostAsk),
-    /// Stricter limits, in any mode.
+    /// Lower the limits; accepted in any mode.
     LowerLimits(WireLimits),
     /// Another Young's modulus [Pa], between half and twice that of the patch as it was packed. In
-    /// `Idle` the patch is put to rest with it; under force a softer one applies at once, a stiffer
-    /// one as soon as nothing touches.
+    /// `Idle` the patch is restarted at rest with it. In the modes with force a decrease applies at
+    /// once, an increase as soon as the probe does not touch.
     YoungsModulus(f32),
-    /// A patch of this many bytes will follow, in `Idle`.
+    /// Announces a patch of this many bytes; accepted in `Idle`.
     PatchBegin(u32),
-    /// A piece of the patch; pieces come in order.
+    /// A piece of the patch; pieces arrive in order.
     PatchPart {
         /// Bytes of the patch before this piece.
         at: u32,
-        /// The piece.
+        /// Content of the piece.
         #[serde(borrow)]
         bytes: &'a [u8],
     },
-    /// End of the patch.
+    /// The patch is complete.
     PatchEnd,
-    /// Report the state.
+    /// Request the state; the answer is [`FromBoard::State`].
     Report,
-    /// Keep a profile over power-off, in `Idle`; the controller starts up anew with it.
+    /// Store a profile permanently and restart the controller with it; accepted in `Idle`.
     Store(Profile),
-    /// The actuators' supply is too low: for boards that cannot see it themselves.
+    /// The actuators' supply voltage is too low; for boards that cannot measure it themselves.
     SupplyLow,
-    /// The stop circuit is open: for boards that cannot see it themselves.
+    /// The stop circuit is open; for boards that are not connected to it.
     EmergencyStop,
-    /// Whether the operator's switch is pressed, for boards without a pin for it; holds until the
-    /// next such message, and counts as released before the first.
+    /// Whether the operator's switch is pressed, for boards without a pin for one. Valid until the
+    /// next such message; before the first one the switch counts as released.
     Operator(bool),
-    /// Identify the board.
+    /// Request the board's identity; the answer is [`FromBoard::Identity`].
     Identify,
-    /// Counts of the encoders in place of the board's own, otherwise as [`Self::Pose`].
+    /// Encoder counts in place of the board's own; otherwise like [`Self::Pose`].
     Joints {
-        /// One per joint, in the mechanism's order.
+        /// One count per joint, in the mechanism's order.
         counts: [i32; 3],
         /// Number of the reading.
         sequence: u32,
-        /// False: the encoders say that they cannot be trusted.
+        /// False if the encoders report that their counts cannot be trusted.
         good: bool,
     },
-    /// The device is in its home pose now, in `Idle`.
+    /// Take the present pose as the home pose; accepted in `Idle`.
     Home,
-    /// Whether the host takes the log: if so, for the next [`crate::serve::LISTENS_TICKS`].
+    /// Whether the host reads the log; true is valid for the next [`crate::serve::LISTENS_TICKS`]
+    /// ticks.
     Listen(bool),
 }
 
-/// Requests of a host to the mode machine; start-up is the board's own.
+/// Requests of a host to the mode machine; the requests of start-up come from the board itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum HostAsk {
     /// Arm: enable force output.
@@ -96,7 +96,7 @@ impl From<HostAsk> for Ask {
     }
 }
 
-/// From the board.
+/// Messages from the board.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum FromBoard {
     /// Record of a tick.
@@ -105,48 +105,49 @@ pub enum FromBoard {
     Refused(Refusal),
     /// A patch of this many nodes is ready, at rest.
     PatchTaken(u32),
-    /// The profile is in use and kept as the n-th; 0: the board cannot store it, and it is valid
-    /// until power-off.
+    /// The profile is in use and stored under this generation number; 0 if the board cannot store
+    /// it, so that it is valid until power-off.
     Stored(u32),
     /// The answer to [`ToBoard::Report`].
     State {
-        /// Hash of the patch's state.
+        /// Hash of all node positions and velocities.
         state_hash: u64,
         /// Largest stack use so far [bytes].
         stack_used_bytes: u32,
-        /// Frames that were dropped.
+        /// Number of received frames that were dropped.
         bad_frames: u32,
-        /// Nodes of the patch.
+        /// Number of nodes of the patch; 0 while there is no patch.
         nodes: u32,
     },
     /// The answer to [`ToBoard::Identify`].
     Identity(Identity),
-    /// The home pose is taken.
+    /// The home pose has been recorded.
     Homed,
     /// A piece of the log, between two records.
     Log(Log),
-    /// The answer to [`ToBoard::YoungsModulus`] under force: this one [Pa] was taken.
+    /// The answer to [`ToBoard::YoungsModulus`] in a mode with force: the modulus [Pa] that was
+    /// accepted.
     Modulus(f32),
 }
 
 /// Longest name of a board with its image's version [bytes].
 pub const NAME_BYTES: usize = 32;
 
-/// Board, image and patch.
+/// Identification of board, image and patch.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
     /// Board and version of the image in ASCII, separated by a space and padded with zeros.
     pub name: [u8; NAME_BYTES],
-    /// Day on which the image was built, counted from 1970-01-01; 0 is unknown.
+    /// Day on which the image was built, counted from 1970-01-01; 0 if unknown.
     pub built_day: u16,
-    /// Counts per second of the clock that [`Record::spent_counts`] is in.
+    /// Frequency of the clock that [`Record::spent_counts`] counts [Hz].
     pub clock_hz: u32,
     /// Checksum of the patch file; 0 while there is no patch.
     pub patch_checksum: u32,
     /// Young's modulus of the patch [Pa]; 0 while there is no patch.
     pub youngs_modulus_pa: f32,
-    /// Checksum of the image's sources and features, which its ELF file holds too. It identifies
-    /// the image whose log this is. 0 is unknown.
+    /// Checksum of the image's sources and features, which its ELF file contains too: hosts find
+    /// the file that decodes the log by it. 0 if unknown.
     pub image: u32,
 }
 
@@ -164,7 +165,8 @@ impl Identity {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum Refusal {
-    /// Patches and profiles are accepted in `Idle` only, a parameter also under force.
+    /// Patches and profiles are accepted in `Idle` only, a change of modulus also in the modes with
+    /// force.
     NotIdle,
     /// A limit would rise, or is not a number.
     LimitRises,
@@ -180,9 +182,10 @@ pub enum Refusal {
     PatchVersion,
     /// The patch has more nodes or triangles than the memory holds.
     PatchTooLarge,
-    /// The patch needs a shorter step than the board makes.
+    /// The patch needs another tick, smaller substeps, heavier nodes or a softer contact for
+    /// stability.
     PatchStep,
-    /// The mesh or the parameters of the patch are wrong.
+    /// The mesh or the parameters of the patch are invalid.
     PatchInvalid,
     /// There is no patch yet.
     NoPatch,
@@ -190,19 +193,20 @@ pub enum Refusal {
     ProfileRange,
     /// The profile memory cannot store the profile.
     FlashFailed,
-    /// A tick of the patch costs more than the board's budget.
+    /// A tick of the patch costs more than the board's budget, or the patch stiffens, which no
+    /// board computes.
     PatchCost,
-    /// The site, the axis or the depth limit of the patch does not lie on its own surface.
+    /// The site, the axis or the depth limit of the patch does not fit its surface.
     PatchSite,
-    /// The probe of the patch is a capsule or an ellipsoid, which the image leaves out.
+    /// The probe of the patch is a capsule or an ellipsoid, which the image does not include.
     PatchTip,
-    /// The mechanism of the profile is impossible, or cannot move like that.
+    /// The mechanism of the profile is impossible, or cannot move as the profile says.
     Mechanism(MechanismError),
     /// The device has not been homed since power-on, or its encoders failed since.
     NotHomed,
     /// The device's joints have no encoders.
     NoEncoders,
-    /// Crashes came too often: only power-on or the reset button lets it arm again.
+    /// The board crashed too often: it arms again only after power-on or its reset button.
     Barred,
 }
 

@@ -1,4 +1,4 @@
-//! Bytes in, frames out, whatever arrives over the wire.
+//! Separates received bytes into frames, and resynchronises at the next zero byte after any error.
 
 use serde::Deserialize;
 
@@ -7,34 +7,34 @@ use super::frame::{self, FRAME_BYTES, FrameError};
 /// Frames received so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Frames taken.
+    /// Frames accepted.
     pub good: u32,
     /// Frames dropped.
     pub bad: u32,
-    /// Missing sequence numbers.
+    /// Sequence numbers skipped between accepted frames.
     pub lost: u32,
 }
 
-/// Collects one frame after the other.
+/// Collects the bytes of one frame at a time.
 #[derive(Clone, Debug)]
 pub struct Receiver {
     frame: [u8; FRAME_BYTES],
     length: usize,
-    /// The last frame taken.
+    /// Sequence number of the last accepted frame.
     sequence: Option<u16>,
     counts: Counts,
 }
 
 impl Receiver {
-    /// Nothing received yet.
+    /// State before the first byte.
     pub const NEW: Self =
         Self { frame: [0; FRAME_BYTES], length: 0, sequence: None, counts: Counts { good: 0, bad: 0, lost: 0 } };
 
-    /// Takes a byte. Returns a message with the zero that ends its frame. A frame that is too long
-    /// is dropped up to its zero.
+    /// Processes a byte. The zero that ends a frame returns the frame's message. A frame that is
+    /// too long is dropped up to its zero.
     ///
     /// # Errors
-    /// Why the frame that just ended was dropped. It is counted.
+    /// The reason for which the frame that just ended was dropped; it is counted as bad.
     pub fn push<'r, Message: Deserialize<'r>>(&'r mut self, byte: u8) -> Option<Result<Message, FrameError>> {
         if byte != 0 {
             if let Some(free) = self.frame.get_mut(self.length) {
@@ -65,8 +65,8 @@ impl Receiver {
         Some(answer)
     }
 
-    /// A new host may begin with any sequence number: call this when the old one has been silent
-    /// for long.
+    /// Accepts any sequence number in the next frame. Call this after a long silence, since a new
+    /// host may begin with any number.
     pub fn forget(&mut self) {
         self.sequence = None;
     }

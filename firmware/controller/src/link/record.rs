@@ -1,4 +1,5 @@
-//! Record of a tick for the host: the cycle's telemetry, the outputs, the time it took.
+//! Record of a tick for the host: the cycle's telemetry, the outputs, and the time that the tick
+//! took.
 
 use palpate::Fault;
 use palpate::haptic::cycle::Telemetry;
@@ -7,42 +8,43 @@ use serde::{Deserialize, Serialize};
 
 use crate::force_out::Outputs;
 
-/// One tick. Modes, faults and limiters are their numbers.
+/// One tick. Modes, faults and limiters are given as their numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// Cycles begun, wrapping.
+    /// Number of haptic cycles begun; it wraps.
     pub tick: u32,
-    /// Mode at the end.
+    /// Mode at the end of the tick.
     pub mode: u8,
     /// Latched fault; 0 is none.
     pub fault: u8,
-    /// A request was made that the mode does not accept, or does not accept yet.
+    /// Whether a request was made that the mode does not accept, or does not accept yet.
     pub refused: bool,
-    /// Quantities that were limited, by the patch's guard and by the loop.
+    /// Flags of the quantities that the patch's guard and the loop limited.
     pub limiters: u8,
-    /// Tip that was rendered [m], device frame as everything here.
+    /// Tip position that was rendered [m]; as for all vectors here, in the device frame.
     pub position_m: [f32; 3],
-    /// The patch's force [N].
+    /// Force of the patch on the probe [N].
     pub model_n: [f32; 3],
     /// Centre of the contact [m].
     pub point_m: [f32; 3],
-    /// Normal of the contact.
+    /// Unit normal of the contact.
     pub normal: [f32; 3],
-    /// Depth of the tip [m].
+    /// Depth of the tip below the undeformed surface [m].
     pub depth_m: f32,
-    /// Nodes that moved.
+    /// Number of nodes that moved.
     pub active_nodes: u16,
-    /// Inputs that the patch's guard limited.
+    /// Flags of the inputs that the patch's guard limited.
     pub patch_limiters: u8,
     /// Force with damping, before gains and limits [N].
     pub wanted_n: [f32; 3],
     /// Force on the device [N].
     pub applied_n: [f32; 3],
-    /// Energy given since the touch, created by this contact, created in all [J].
+    /// Energy [J] given to the hand since the touch, created by this contact, and created by all
+    /// earlier contacts.
     pub energy_j: [f32; 3],
-    /// Enable line.
+    /// Whether the enable line is on.
     pub enabled: bool,
-    /// Converter codes.
+    /// Converter code of each axis or joint.
     pub codes: [i16; 3],
     /// Time from reading the sensors to writing the converters, in counts of the board's clock; 0
     /// on the desktop.
@@ -50,7 +52,7 @@ pub struct Record {
 }
 
 impl Record {
-    /// Packs a tick.
+    /// Builds the record of a tick.
     #[must_use]
     pub fn new(telemetry: &Telemetry, outputs: Outputs, spent_counts: u32) -> Self {
         let output = &telemetry.output;
@@ -83,13 +85,14 @@ impl Record {
         Mode::ALL.into_iter().find(|mode| *mode as u8 == self.mode)
     }
 
-    /// The latched fault.
+    /// The latched fault; `None` if there is none, or the number is no fault of this version.
     #[must_use]
     pub fn fault(&self) -> Option<Fault> {
         Fault::ALL.into_iter().find(|fault| *fault as u8 == self.fault)
     }
 
-    /// The first field whose bits differ, except for the time: its name and both values.
+    /// The first field whose bits differ, by name and with both values; `spent_counts` is not
+    /// compared.
     #[must_use]
     pub fn first_difference(&self, other: &Self) -> Option<(&'static str, [f32; 2])> {
         let whole = |name, a: u32, b: u32| (a != b).then_some((name, [a as f32, b as f32]));

@@ -1,13 +1,13 @@
 //! Consistent overhead byte stuffing (Cheshire and Baker, IEEE/ACM Trans. Networking 7, 1999): no
-//! zero inside a frame, so a zero ends it. Implemented here because the link-time proof that a tick
-//! cannot panic includes it; frames are shorter than 254 bytes, so one code byte leads to the next
-//! zero.
+//! zero occurs inside a frame, so a zero ends it. The encoding is implemented here because the
+//! link-time proof that a tick cannot panic covers it. Frames are shorter than 254 bytes, so one
+//! code byte leads to the next zero.
 
 /// Longest run that one code byte describes.
 const RUN: usize = 254;
 
-/// Stuffs `plain` into `out`; returns the number of bytes. `None` if they do not fit or a run is
-/// too long.
+/// Stuffs `plain` into `out`; returns the number of bytes written. `None` if they do not fit or
+/// `plain` is too long for one code byte.
 pub fn stuff(plain: &[u8], out: &mut [u8]) -> Option<usize> {
     let mut places = out.iter_mut().enumerate();
     let mut length = 1;
@@ -27,8 +27,8 @@ pub fn stuff(plain: &[u8], out: &mut [u8]) -> Option<usize> {
     (plain.len() < RUN).then_some(length)
 }
 
-/// Removes the stuffing, in place; returns the number of bytes left. `None` if the codes do not
-/// lead to the end, or there is a zero.
+/// Removes the stuffing, in place; returns the number of bytes left. `None` if the code bytes do
+/// not end exactly at the frame's end, or the frame contains a zero.
 pub fn unstuff(frame: &mut [u8]) -> Option<usize> {
     let mut next = usize::from(*frame.first()?);
     let length = frame.len();

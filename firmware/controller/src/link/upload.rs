@@ -2,10 +2,10 @@
 
 use super::message::{Refusal, ToBoard};
 
-/// Bytes of a patch that go into one frame.
+/// Bytes of a patch per frame.
 pub const PIECE_BYTES: usize = 192;
 
-/// Words for an uploaded patch: 52 KB, some 180 nodes.
+/// Memory for an uploaded patch [32-bit words]: 52 KB, enough for some 180 nodes.
 pub const UPLOAD_WORDS: usize = 13 * 1024;
 
 /// The messages that transfer a patch, in order. The board answers the last one.
@@ -14,7 +14,7 @@ pub fn messages(patch: &[u8]) -> impl Iterator<Item = ToBoard<'_>> {
     [ToBoard::PatchBegin(patch.len() as u32)].into_iter().chain(parts).chain([ToBoard::PatchEnd])
 }
 
-/// The memory, and how much of it has been received.
+/// The memory, and how much of the patch has been received.
 pub struct Upload {
     words: [u32; UPLOAD_WORDS],
     announced: usize,
@@ -25,10 +25,10 @@ impl Upload {
     /// The initial value of reserved memory.
     pub const RESERVED: Self = Self { words: [0; UPLOAD_WORDS], announced: 0, have: 0 };
 
-    /// A patch of this many bytes will follow; any earlier upload is discarded.
+    /// Announces a patch of this many bytes; any earlier upload is discarded.
     ///
     /// # Errors
-    /// [`Refusal::PatchTooLong`]: an earlier upload stays.
+    /// [`Refusal::PatchTooLong`] if it does not fit; an earlier upload then remains.
     pub fn begin(&mut self, bytes: u32) -> Result<(), Refusal> {
         let bytes = usize::try_from(bytes).map_err(|_| Refusal::PatchTooLong)?;
         if bytes > size_of_val(&self.words) {
@@ -38,10 +38,11 @@ impl Upload {
         Ok(())
     }
 
-    /// The next piece.
+    /// Appends a piece of the patch that begins at byte `at`.
     ///
     /// # Errors
-    /// [`Refusal::PatchPieces`]; the upload then has to start again.
+    /// [`Refusal::PatchPieces`] if the piece is not the next one; the upload then has to start
+    /// again.
     pub fn part(&mut self, at: u32, piece: &[u8]) -> Result<(), Refusal> {
         let next = u32::try_from(self.have).is_ok_and(|have| have == at);
         let end = self.have.saturating_add(piece.len());
@@ -62,7 +63,7 @@ impl Upload {
     /// The whole patch, once it is complete.
     ///
     /// # Errors
-    /// [`Refusal::PatchPieces`].
+    /// [`Refusal::PatchPieces`] if it is incomplete.
     pub fn whole(&self) -> Result<&[u8], Refusal> {
         if self.announced == 0 || self.have != self.announced {
             return Err(Refusal::PatchPieces);

@@ -3,12 +3,13 @@
 use palpate::haptic::limits::LoopLimitSettings;
 use serde::{Deserialize, Serialize};
 
-/// [`LoopLimitSettings`] on the wire.
+/// [`LoopLimitSettings`] as two arrays, as sent over the link.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WireLimits {
-    /// Force [N], growth [N/s], speed [m/s], workspace margin (1), implausible ratio (1).
+    /// Largest force [N], slew rate [N/s] and speed [m/s], workspace margin (1), implausible ratio
+    /// (1).
     pub scalars: [f32; 5],
-    /// Odd poses, age, implausible ticks, saturated ticks.
+    /// Consecutive odd poses (1), largest age of a pose, implausible and saturated ticks [ticks].
     pub counts: [u16; 4],
 }
 

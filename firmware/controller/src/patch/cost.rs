@@ -1,4 +1,4 @@
-//! Bound on the work of a tick, from the sizes of a patch: the board's own estimate, independent of
+//! Bound on the cost of a tick, from the sizes of a patch: the board's own estimate, independent of
 //! the figures in the file.
 //!
 //! Cycles per item are instruction counts from the emulator times the Cortex-M4F's documented cycle
@@ -13,26 +13,26 @@ pub const COST: &str = "cycles per tick of the patch";
 
 /// Cycles of a Cortex-M4F per item and substep.
 const SPRING: f32 = 80.0;
-/// A spring's part of the mass floor, if that is relative to neighbours.
+/// Added per spring if the mass floor acts on the motion relative to neighbours.
 const NEIGHBOUR: f32 = 70.0;
-/// A node's share of the smooth fields in that case.
+/// Added per node in that case, for the smooth fields.
 const SMOOTH: f32 = 110.0;
-/// One field alone, without the sum over neighbours.
+/// Added per node if there are smooth fields, but no sum over neighbours.
 const FIELD: f32 = 34.0;
 const TET: f32 = 215.0;
 const NODE: f32 = 130.0;
-/// A node whose forces fade, and each term of its relaxation.
+/// Added per node of tissue with relaxation, and per node and term of it.
 const RELAXING: f32 = 50.0;
 const TERM: f32 = 30.0;
-/// Friction on a triangle, in addition.
+/// Added per triangle that the probe presses, if the probe has friction.
 const RUBBED: f32 = 240.0;
 const RIM_NODE: f32 = 75.0;
 const RIM_EDGE: f32 = 99.0;
 /// A triangle that the probe presses, with four foundation points.
 const TOUCHED: f32 = 840.0;
-/// Each further foundation point on it.
+/// Each further foundation point on such a triangle.
 const EXTRA_POINT: f32 = 160.0;
-/// A triangle in the broad phase, per tick.
+/// A triangle in the broad phase of contact, per tick.
 const PASSED: f32 = 61.0;
 /// Constant part, per tick.
 const TICK: f32 = 2_300.0;
@@ -40,7 +40,7 @@ const TICK: f32 = 2_300.0;
 /// Cycles that a board has for the patch in each tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
-    /// Largest cost per tick [cycles].
+    /// Largest accepted cost per tick [cycles].
     pub cycles: f32,
 }
 
@@ -50,8 +50,8 @@ const LOAD: f32 = 0.75;
 impl Budget {
     /// A Cortex-M4F at 168 MHz.
     pub const M4F_168: Self = Self { cycles: LOAD * 168e3 };
-    /// A Cortex-M7 at 480 MHz, by the M4F's cycle table, since none is public for the M7: dual
-    /// issue can only make it faster.
+    /// A Cortex-M7 at 480 MHz, by the M4F's cycle table, since none is public for the M7. Dual
+    /// issue can only make the M7 faster.
     pub const M7_480: Self = Self { cycles: LOAD * 480e3 };
 
     /// Refuses a patch whose costliest tick, with this many triangles under the probe, exceeds the

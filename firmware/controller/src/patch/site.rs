@@ -5,13 +5,13 @@ use palpate::{BuildError, Model, PatchFile, Vector3};
 
 /// Parameter of [`BuildError::OutOfRange`] for a site with no surface triangle in reach.
 pub const SITE: &str = "surface triangles in reach of the patch's site";
-/// Parameter of [`BuildError::OutOfRange`] for a depth limit beyond the patch's own nodes.
+/// Parameter of [`BuildError::OutOfRange`] for a depth limit below the patch's deepest node.
 pub const DEPTH: &str = "depth_limit_m of the patch";
 /// Parameter of [`BuildError::OutOfRange`] for an axis that does not point out of the surface.
 pub const AXIS: &str = "probe.axis along the outward normal";
-/// Parameter of [`BuildError::OutOfRange`] for an axis that is no unit vector.
+/// Parameter of [`BuildError::OutOfRange`] for an axis that is not a unit vector.
 pub const AXIS_LENGTH: &str = "square of the length of probe.axis";
-/// Difference from a unit vector that rounding explains (1).
+/// Tolerance on the squared length of the axis, for rounding (1).
 const UNIT: f32 = 1e-5;
 
 /// Checks site, axis and depth limit; returns the number of surface triangles near the site.
@@ -36,7 +36,7 @@ pub fn check(file: &PatchFile<'_>) -> Result<usize, BuildError> {
     Ok(touched)
 }
 
-/// Corners of the surface triangles of which one is within the probe's radius of the site.
+/// Corners of each surface triangle with at least one corner within the probe's radius of the site.
 fn in_reach<'f>(file: &'f PatchFile<'_>) -> impl Iterator<Item = [Vector3<f32>; 3]> + 'f {
     let radius_m = file.params.probe.radius_m;
     let near = move |corner: &Vector3<f32>| {

@@ -1,55 +1,57 @@
 //! Checks that one substep can be stable, from the masses and stiffnesses in the file and not from
-//! the limit that it states.
+//! the step limit that the file states.
 //!
 //! The tick floors the diagonal of its mass matrix at about `f E D T^2`, with D the mean diagonal
 //! stiffness *that the file gives for each node*. Here D is recomputed from springs, tets and rim,
 //! the constants are compared with the rest shape, and every mass must be at least [`LEAST_FLOOR`]
-//! times `E D dt^2`. D is that of tissue under load: with the compensation of every spring and the
-//! barrier of every tet. The mass is the effective mass of a node that moves alone, including the
-//! contribution of the smooth fields.
+//! times `E D dt^2`. D is the stiffness of tissue under load: it includes the compensation of every
+//! spring and the barrier of every tet. The mass is the effective mass of a node that moves alone,
+//! including the contribution of the smooth fields.
 //!
-//! Two further properties of a file are bounded. The tick's two terms of the inverse mass matrix
-//! are a mass matrix while `I + N` is positive, where N is the part of a node's acceleration that
-//! its neighbours add: the least eigenvalue of N is found by power iteration (`series`). And the
-//! foundation, which is implicit at each node but not between nodes, is at most [`MOST_CONTACT`]
-//! times as stiff as the tissue under it (`contact`).
+//! Two further properties of a file are bounded. The tick approximates the inverse mass matrix by
+//! two terms of its series. The result is positive definite only while `I + N` is, where N is the
+//! part of a node's acceleration that its neighbours add: the least eigenvalue of N is found by
+//! power iteration (`series`). And the foundation, which is implicit at each node but not between
+//! nodes, may be at most [`MOST_CONTACT`] times as stiff as the tissue under it (`contact`).
 //!
-//! That does not prove that the whole patch is stable: divergence is still a fault in the tick that
-//! detects it.
+//! These checks do not prove that the whole patch is stable: divergence is still detected in the
+//! tick in which it occurs, and is a fault.
 
 use palpate::stages::force::foundation::point_weights;
 use palpate::{BuildError, Model, Params, Tuned, Vector3};
 
-/// Smallest mass over `E D dt^2` (1): twice the 1/4 at which a single node between fixed ones
-/// diverges. The shipped patches, which come to rest after taps, have more.
+/// Smallest accepted ratio of mass to `E D dt^2` (1): twice the 1/4 at which a single node between
+/// fixed ones diverges. The shipped patches, which come to rest after taps, have larger ratios.
 pub const LEAST_FLOOR: f32 = 0.5;
-/// Largest mass over `E D dt^2` (1): far beyond that of the softest tissue, far below that of a
-/// node which never moves.
+/// Largest accepted ratio of mass to `E D dt^2` (1): far above that of the softest tissue, far
+/// below that of a node which never moves.
 const MOST_MASS: f32 = 1e4;
-/// Relative difference between a constant and the rest shape that rounding explains (1).
+/// Relative tolerance between a constant and its value for the rest shape, for rounding (1).
 const ROUNDED: f32 = 1e-2;
 /// Parameter of [`BuildError::OutOfRange`] for a mass below the floor.
 pub const FLOOR: &str = "mass of a node over E D dt^2";
 
-/// Parameter of [`BuildError::OutOfRange`] for neighbours that pull a node harder than it resists.
+/// Parameter of [`BuildError::OutOfRange`] for a least eigenvalue of N that is too low.
 pub const SERIES: &str = "least eigenvalue of what neighbours add";
-/// Least eigenvalue of N (1). The mass matrix loses its sign at -1; the shipped patches have -0.8,
-/// and power iteration ends a little above the least.
+/// Smallest accepted least eigenvalue of N (1). The inverse mass matrix is no longer positive
+/// definite at -1; the shipped patches have -0.8, and power iteration ends slightly above the true
+/// value.
 const LEAST_SERIES: f32 = -0.95;
 /// Rounds of the power iteration.
 const ROUNDS: usize = 24;
 /// Parameter of [`BuildError::OutOfRange`] for a foundation that is too stiff.
 pub const CONTACT: &str = "stiffness of the foundation over the tissue's";
-/// Largest stiffness of a node's foundation, pressed to the depth limit, over that of the node (1).
+/// Largest accepted ratio of the stiffness of a node's foundation, pressed to the depth limit, to
+/// the node's own stiffness (1).
 pub const MOST_CONTACT: f32 = 20.0;
 
 /// Checks rest shape and masses. `tuned` was built from `params`; `stiffness_m` and `six_volume_m3`
-/// are scratch memory, an entry for each node.
+/// are scratch memory with one entry per node.
 ///
 /// # Errors
-/// [`BuildError::Degenerate`] names the first item that contradicts the rest shape;
-/// [`BuildError::OutOfRange`] with [`FLOOR`]: a node is too light for its stiffness; with
-/// [`SERIES`] and [`CONTACT`]: see the module.
+/// [`BuildError::Degenerate`] names the first item that contradicts the rest shape.
+/// [`BuildError::OutOfRange`] has the parameter [`FLOOR`] if a node is too light for its stiffness,
+/// [`SERIES`] or [`CONTACT`] if one of the two further bounds of the module is exceeded.
 pub fn check(
     model: &Model<'_>,
     params: &Params,
@@ -76,7 +78,7 @@ pub fn check(
     series(model, tuned, [stiffness_m, six_volume_m3])
 }
 
-/// Bounds the stiffness of the foundation at each node by that of the node.
+/// Checks the ratio of the foundation's stiffness at each node to the node's own.
 fn contact(model: &Model<'_>, stiffness_m: &[f32], slope_m: &mut [f32]) -> Result<(), BuildError> {
     slope_m.fill(0.0);
     let stiffened = 1.0 + 2.0 * model.stiffening_per_m * model.depth_limit_m;
@@ -94,8 +96,8 @@ fn contact(model: &Model<'_>, stiffness_m: &[f32], slope_m: &mut [f32]) -> Resul
     Ok(())
 }
 
-/// Bounds the least eigenvalue of the neighbours' part of the accelerations. The iteration uses
-/// `N - 1`, whose eigenvalue of largest magnitude belongs to the least of N.
+/// Checks the least eigenvalue of N. The iteration uses `N - I`, whose eigenvalue of largest
+/// magnitude belongs to the least one of N.
 fn series(model: &Model<'_>, tuned: &Tuned<'_>, [shape, next]: [&mut [f32]; 2]) -> Result<(), BuildError> {
     let inertia = tuned.node_step();
     if inertia.iter().all(|node| node.added == 0.0) {
@@ -137,8 +139,8 @@ fn near_one(value: f32) -> bool {
     (value - 1.0).abs() <= ROUNDED
 }
 
-/// Adds the springs to the diagonal, a third of their stiffness along each axis, and compares their
-/// lengths with the rest shape.
+/// Adds a third of each spring's stiffness to the mean diagonal of both its nodes, and compares the
+/// springs' lengths with the rest shape.
 fn springs(model: &Model<'_>, factor: f32, stiffness_m: &mut [f32]) -> Result<(), BuildError> {
     for (index, spring) in model.springs.iter().enumerate() {
         let [a, b] = [spring.i, spring.j].map(|node| position_m(model, node));
@@ -154,7 +156,8 @@ fn springs(model: &Model<'_>, factor: f32, stiffness_m: &mut [f32]) -> Result<()
     Ok(())
 }
 
-/// Adds volume term and barrier to the diagonal, and sums the volume around each node.
+/// Adds volume term and barrier to the mean diagonal, and sums six times the volume around each
+/// node.
 fn tets(model: &Model<'_>, stiffness_m: &mut [f32], six_volume_m3: &mut [f32]) -> Result<(), BuildError> {
     for (index, tet) in model.tets.iter().enumerate() {
         let [a, b, c, d] = tet.node.map(|node| position_m(model, node));
@@ -182,7 +185,7 @@ fn tets(model: &Model<'_>, stiffness_m: &mut [f32], six_volume_m3: &mut [f32]) -
     Ok(())
 }
 
-/// Adds the mean length of the columns of the rim's blocks.
+/// Adds the root mean square of the column norms of the rim's blocks to the mean diagonal.
 fn rim(model: &Model<'_>, stiffness_m: &mut [f32]) {
     for rim in model.rim_nodes {
         let [xx, yy, zz, xy, xz, yz] = rim.block_m;
@@ -196,8 +199,8 @@ fn rim(model: &Model<'_>, stiffness_m: &mut [f32]) {
 }
 
 const THIRD: f32 = 1.0 / 3.0;
-/// Slope of a node's pressure at rest over its constant, and of a tet's barrier
-/// (`palpate::stages::force`).
+/// Slopes in `palpate::stages::force`: of a node's pressure at rest, and of a tet's barrier, each
+/// relative to its constant.
 const PRESSURE_SLOPE: f32 = 0.5;
 const BARRIER_SLOPE: f32 = 2.5;
 

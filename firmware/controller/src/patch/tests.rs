@@ -5,18 +5,18 @@ use palpate::{FoundationPoint, Vector3};
 
 use super::*;
 
-/// A patch with a press that is not along z, as words. The patch that the image holds by default.
+/// The default patch of an image.
 static BLOCK: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m4f-168.patch"));
-/// One whose mass floor is relative to neighbours.
+/// A patch whose mass floor acts on the motion relative to neighbours.
 static RELATIVE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m7-480.patch"));
 static LIVER: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/liver-m4f-168.patch"));
 
-/// The patch of the image after a change of its file, as leaked words.
+/// The default patch after a change of its file, in leaked memory aligned to words.
 fn changed(change: impl FnOnce(&mut PatchFile<'_>)) -> &'static [u8] {
     changed_of(&BLOCK.0, change)
 }
 
-/// A patch after a change of its file, as leaked words.
+/// A patch after a change of its file, in leaked memory aligned to words.
 fn changed_of(bytes: &[u8], change: impl FnOnce(&mut PatchFile<'_>)) -> &'static [u8] {
     let mut file = PatchFile::open(bytes).unwrap();
     change(&mut file);
@@ -57,7 +57,7 @@ fn cost_and_mass_are_the_boards_own_word() {
     assert_eq!(opened(&Budget { cycles: 5e4 }, &BLOCK.0), Err(Refusal::PatchCost));
     let light = changed(|file| {
         (file.params.mass_floor, file.stable_dt_s) = (1.0, 1.0);
-        // soft tissue is heavy enough by itself
+        // soft tissue is heavy enough without a mass floor
         file.params.youngs_modulus_pa *= 10.0;
     });
     assert_eq!(opened(&Budget::M4F_168, light), Err(Refusal::PatchStep), "a fifth of its floor");
@@ -104,9 +104,9 @@ fn a_foundation_much_stiffer_than_the_tissue_is_refused() {
     }
 }
 
-/// If the springs between some nodes are so weak as if they were missing, the mesh becomes
-/// two-coloured: the neighbours' part reverses a node's acceleration, and the two terms of the
-/// inverse are no mass matrix.
+/// If the springs between nodes of equal parity are almost absent, the mesh becomes bipartite: the
+/// contribution of the neighbours can reverse a node's acceleration, and the two-term approximation
+/// of the inverse mass matrix is no longer positive definite.
 #[test]
 fn neighbours_that_outweigh_a_node_are_refused() {
     let weaker = |factor: f32| {
@@ -114,7 +114,8 @@ fn neighbours_that_outweigh_a_node_are_refused() {
         for spring in springs.iter_mut().filter(|spring| (spring.i ^ spring.j) & 1 == 0) {
             (spring.k, spring.k_rest) = (factor * spring.k, factor * spring.k_rest);
         }
-        // a softer foundation: otherwise it would be refused first at nodes with weak springs
+        // softened, since the patch would otherwise be refused first for its foundation at nodes
+        // with weak springs
         let mut points = PatchFile::open(&RELATIVE.0).unwrap().model.foundation.to_vec();
         points.iter_mut().for_each(|point| point.k *= 0.5);
         let (springs, points) = (Vec::leak(springs), Vec::leak(points));
@@ -220,7 +221,7 @@ fn the_state_is_that_of_the_patch_and_a_press_changes_it() {
 fn a_patch_that_only_its_packed_modulus_keeps_stable_is_refused() {
     let mut refused_for_twice = 0;
     for n in 0..20_u8 {
-        // nothing but the tissue's own mass
+        // only the tissue's own mass, without a mass floor
         let bytes = changed(|file| {
             (file.params.mass_floor, file.stable_dt_s) = (1e-6, 1.0);
             file.params.youngs_modulus_pa *= 8.0 * 0.7_f32.powi(n.into());

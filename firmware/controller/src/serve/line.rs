@@ -1,4 +1,4 @@
-//! A board's end of the link: bytes in, frames out.
+//! A board's end of the link: it reads bytes and writes frames.
 
 use crate::board::Board;
 use crate::link::frame::FRAME_BYTES;
@@ -6,7 +6,8 @@ use crate::link::log::LOG_BYTES;
 use crate::link::{FromBoard, Log, Receiver, Refusal, encode};
 use crate::log::{Event, Told};
 
-/// Room that the link must have for a piece, so that the next record and an answer still fit.
+/// Room that the link must have for a piece of the log to be sent [bytes], so that the next record
+/// and an answer still fit.
 const LOG_ROOM: usize = 2 * FRAME_BYTES + LOG_BYTES;
 
 /// The link to the host.
@@ -16,17 +17,17 @@ pub(super) struct Line {
     bytes: [u8; FRAME_BYTES],
     read: usize,
     taken: usize,
-    /// Ticks for which a host still takes the log.
+    /// Ticks for which the host still reads the log.
     pub(super) listens_ticks: u32,
-    /// Whether the host has asked since the last piece: a piece without a frame tells it that
-    /// nothing waits.
+    /// Whether the host has asked since the last piece: if no frame is pending, an empty piece
+    /// tells it so.
     pub(super) asked: bool,
     /// State of the loop as the log has reported it.
     pub(super) told: Told,
 }
 
 impl Line {
-    /// Nothing was heard or said.
+    /// A link on which nothing has been received or sent.
     pub(super) fn silent() -> Self {
         Self {
             receiver: Receiver::NEW,
@@ -40,8 +41,8 @@ impl Line {
         }
     }
 
-    /// The next byte, if there is one. In lock-step the call waits for it, and returns none when
-    /// the host has gone.
+    /// The next byte, if there is one. In lock-step the call blocks until it arrives, and returns
+    /// `None` when the host has gone.
     pub(super) fn byte(&mut self, board: &mut impl Board) -> Option<u8> {
         if self.taken >= self.read {
             self.read = board.link_read(&mut self.bytes);
@@ -66,7 +67,7 @@ impl Line {
         }
     }
 
-    /// Sends a piece of the log, if a host listens and the link has room to spare.
+    /// Sends a piece of the log, if a host reads it and the link has [`LOG_ROOM`].
     pub(super) fn send_log(&mut self, board: &mut impl Board) {
         if self.listens_ticks > 0
             && board.link_room() >= LOG_ROOM
@@ -78,7 +79,8 @@ impl Line {
     }
 }
 
-/// A frame. Not generic, so that its code is compiled in this crate, which images build for size.
+/// Encodes a frame. Not generic, so that its code is compiled in this crate, which images build for
+/// size.
 #[inline(never)]
 fn encoded<'out>(sequence: u16, message: &FromBoard, out: &'out mut [u8; FRAME_BYTES]) -> Option<&'out [u8]> {
     encode(sequence, message, out).ok()

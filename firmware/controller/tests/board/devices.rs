@@ -1,4 +1,5 @@
-//! A device between pins and haptic cycle: counts become a tip, a force becomes converter codes.
+//! A device between pins and haptic cycle: conversion of counts to a tip position, and of a force
+//! to converter codes.
 
 use palpate::Vector3;
 use palpate::haptic::cycle::{Ask, Command, Settings};
@@ -23,7 +24,7 @@ fn good(counts: [i32; 3], sequence: u32) -> Reading {
     joints(counts, sequence, SensorStatus::Good)
 }
 
-/// Three spindles, whose second motor is turned round.
+/// Three spindles, the second of which has a motor with reversed sign.
 fn spindles() -> MechanismProfile {
     MechanismProfile {
         kind: Kind::YourDevice,
@@ -80,13 +81,13 @@ fn torques_become_shares_of_the_converters_and_are_shortened_alike() {
     device.show_home(&good([0; 3], 1));
     device.sensed(&good([0; 3], 2));
     let codes = |force_n: [f32; 3]| device.outputs(ActuatorCommand::Force(force_n.into()));
-    // 4 N on 5 mm are 20 of 50 mN m; 5 N on 4 mm 20 of -80; 6 N on 6 mm 36 of 60
+    // 4 N on 5 mm take 20 of 50 mN m, 5 N on 4 mm 20 of -80, and 6 N on 6 mm 36 of 60
     let within = codes([4.0, 5.0, 6.0]);
     assert!(within.enabled);
     for (code, share) in within.codes.iter().zip([0.4, -0.25, 0.6]) {
         assert_eq!(*code, DacCode::from_share(share));
     }
-    // twice the converter of the third axis: every share is halved
+    // the third axis needs twice its converter's range, so every share is halved
     let beyond = codes([8.0, 10.0, 20.0]);
     for (code, share) in beyond.codes.iter().zip([0.4, -0.25, 1.0]) {
         assert!((f32::from(code.0) - share * 32_767.0).abs() <= 1.0, "{beyond:?}");
@@ -103,7 +104,7 @@ fn a_joint_without_a_motor_gets_no_code() {
     device.show_home(&good([0; 3], 1));
     device.sensed(&good([0; 3], 2));
     let codes = device.outputs(ActuatorCommand::Force(Vector3::new(0.0, 2.0, 1.0))).codes.map(|code| code.0);
-    // 1 N on a lever of 86.9 mm, of 564 mN m
+    // 1 N on a lever of 86.9 mm, of 564 mN m at full scale
     assert!((f32::from(codes[0]) / 32_767.0 - 0.0869 / 0.564).abs() < 1e-3, "{codes:?}");
     assert_eq!(codes[1..], [0, 0]);
 }
@@ -124,7 +125,8 @@ fn impossible_joints_a_failed_sensor_and_a_bare_tip_lose_the_home_of_a_mechanism
     }
 }
 
-/// A paddle on a slab, armed and pressing; returns the counts of the pose and the next sequence.
+/// A paddle that is armed and presses a slab; returns the counts of the pose and the last sequence
+/// number.
 fn pressing() -> (Controller, i32, u32) {
     let port = Port::with_limits(paddle_spec()).with_device(Device::new(Some(&paddle()), [0; 3]));
     let settings = Settings::safe(&paddle_spec());
@@ -162,7 +164,7 @@ fn a_jump_of_a_joint_changes_no_torque_and_a_dead_encoder_loses_the_home_pose() 
         sequence += 1;
         controller.tick(&mut Slab, joints([counts, 0, 0], sequence, status), Command { asked, ..Command::HEARD }, true)
     };
-    // by 1.2 rad, where the lever is less than half as long
+    // a jump by 1.2 rad, to where the lever arm is less than half as long
     let record = tick(&mut controller, counts + 9_390, SensorStatus::Good, None);
     assert!(record.limiters.contains(ClampFlags::HELD) && record.fault.is_none(), "{record:?}");
     let off = f32::from(controller.outputs().codes[0].0) / f32::from(before.codes[0].0) - 1.0;

@@ -1,5 +1,5 @@
-//! Hosts of a board that runs by its timer: what waits until no force may act, and who may return
-//! with which sequence number.
+//! Hosts of a board in timed mode: requests that are refused while a force may act, and the
+//! sequence numbers with which a host may return.
 
 use std::future::Future;
 use std::pin::pin;
@@ -14,14 +14,14 @@ use palpate_controller::serve::{Pace, run};
 use super::mock::haptic_loop;
 use super::served::{BLOCK, decoded, pose};
 
-/// Start-up, calm ticks and ramp-in.
+/// Ticks until the full force: start-up, calm ticks and ramp-in.
 const START_UP_TICKS: u32 = 700;
 
 /// A message with its sequence number.
 type Numbered = (u16, ToBoard<'static>);
 
-/// Answers that are no records, with the period of each, of a board whose host says this in each
-/// period.
+/// The board's answers other than records, with the period of each, to the messages that a host
+/// sends in each period.
 fn answers(ticks: &[Vec<Numbered>]) -> Vec<(u32, String)> {
     let mut haptic = haptic_loop(Arming::OnRequest);
     haptic.board.last_period = Some(ticks.len() as u32);
@@ -89,7 +89,7 @@ fn a_host_that_was_silent_for_a_hundred_ticks_may_begin_with_any_number() {
         let told = answers(&ticks);
         assert_eq!(told.len(), usize::from(answered), "{silent_ticks}: {told:?}");
     }
-    // whoever is heard now and then is not forgotten
+    // a host that is heard from time to time is not forgotten
     let mut ticks = vec![vec![(500, ToBoard::Heartbeat)]];
     ticks.extend(std::iter::repeat_n(Vec::new(), 60));
     ticks.push(vec![(501, ToBoard::Heartbeat)]);

@@ -1,14 +1,14 @@
-//! Every mechanism: its torques are the transpose of the derivative of its tip, by finite
-//! differences, so motors and hand have the same power.
+//! For every mechanism, torques are compared with the transpose of the Jacobian of the tip position
+//! by finite differences: motors and hand must have the same power.
 
 use palpate::Vector3;
 use palpate_controller::kinematics::{DIMENSIONS, Mechanism, Paddle, Pantograph};
 
-/// Angle that a joint is moved for a difference, to both sides [rad].
+/// Angle by which a joint is turned to either side for a difference [rad].
 const STEP_RAD: f32 = 0.02;
 
-/// `tau . q'` against `F . x'` for each joint moved alone, in three directions of force: relative
-/// to the largest power met. `poses_rad` are joint angles.
+/// Compares `tau . q'` with `F . x'` for each joint turned alone and three directions of force,
+/// relative to the largest power that occurs. `poses_rad` are joint angles.
 pub fn power_is_kept<M: Mechanism + Clone>(mechanism: &M, poses_rad: &[[f32; 3]]) {
     let mut met = 0;
     for pose in poses_rad {
@@ -34,8 +34,8 @@ pub fn power_is_kept<M: Mechanism + Clone>(mechanism: &M, poses_rad: &[[f32; 3]]
     assert!(met > poses_rad.len(), "no force met a motion: nothing was proved");
 }
 
-/// The pantograph of Campion, Wang and Hayward: 63, 75 and 25 mm, its centre in the middle of the
-/// workspace.
+/// The pantograph of Campion, Wang and Hayward with lengths of 63, 75 and 25 mm, its centre in the
+/// middle of the workspace.
 fn pantograph() -> Pantograph {
     Pantograph::build([0.063, 0.075, 0.025, -0.0125, 0.11]).unwrap()
 }
@@ -48,7 +48,7 @@ fn a_paddle() {
     let poses: Vec<[f32; 3]> = (-4..=4).map(|n| [0.15 * n as f32, 0.0, 0.0]).collect();
     let paddle = Paddle::build([0.09, 0.0, 0.0, 0.0, 0.0]).unwrap();
     power_is_kept(&paddle, &poses);
-    // level, it lifts with all its arm
+    // when level, the paddle lifts with its full arm
     let mut level = paddle;
     assert_eq!(level.tip_m([0.0; 3]), Some(Vector3::zeros()));
     assert_eq!(level.torques_n_m(Vector3::new(0.0, 5.0, 2.0)), [0.18, 0.0, 0.0]);

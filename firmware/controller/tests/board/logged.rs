@@ -1,5 +1,5 @@
-//! The log of a serving board: it fits between the records, never in place of one, and goes to a
-//! host that listens.
+//! The log of a serving board: pieces are sent between the records, never in place of one, and only
+//! to a host that reads the log.
 
 use std::future::Future;
 use std::pin::pin;
@@ -19,11 +19,12 @@ use super::served::{BLOCK, decoded, pose};
 
 /// Periods between records.
 const RECORD_TICKS: u32 = 20;
-/// Periods of a flood of lines: as long as the host of the first tick listens.
+/// Periods of a flood of lines: as many as the host, which asks in the first tick, reads the log
+/// for.
 const FLOOD: u32 = LISTENS_TICKS;
 
-/// A board that runs by its timer for this many ticks; `set` prepares it, the host speaks in the
-/// first tick.
+/// Runs a board in timed mode for `ticks` ticks; `set` prepares it, and the host sends its messages
+/// in the first tick.
 fn timed(ticks: u32, messages: &[ToBoard<'_>], set: impl FnOnce(&mut Mock)) -> Mock {
     let mut haptic = haptic_loop(Arming::OnRequest);
     haptic.board.last_period = Some(ticks);
@@ -40,10 +41,10 @@ fn timed(ticks: u32, messages: &[ToBoard<'_>], set: impl FnOnce(&mut Mock)) -> M
     haptic.board
 }
 
-/// Messages with the period in which each was sent.
+/// Messages, each with the period in which it was sent.
 type Sent<T> = Vec<(u32, T)>;
 
-/// Records and pieces of the log.
+/// Records and pieces of the log that the board sent.
 fn sent(board: Mock) -> (Sent<Record>, Sent<Log>) {
     let (mut records, mut logs) = (Vec::new(), Vec::new());
     for (period, frame) in board.sent_at.iter().zip(board.to_host) {
@@ -68,7 +69,7 @@ fn a_flood_of_lines_neither_delays_nor_replaces_a_record() {
     assert_eq!(at, (1..=FLOOD).filter(|period| period % LOG_TICKS == 10).collect::<Vec<_>>(), "one piece between two records");
     assert!(logs.iter().all(|(_, log)| (1..=LOG_BYTES).contains(&log.frames.bytes().len())));
     assert!(logs.iter().all(|(_, log)| log.frames.bytes().last() == Some(&0)), "whole frames");
-    // 41 bytes a line, two lines a piece, twelve in the ring
+    // 41 bytes per line, two lines per piece, twelve lines in the ring
     let lines = logs.iter().map(|(_, log)| log.frames.bytes().iter().filter(|byte| **byte == 0).count()).sum::<usize>();
     let (_, last) = logs.last().unwrap();
     assert!(lines == 2 * logs.len() && last.lost > 200, "{lines} lines, {} lost", last.lost);
@@ -134,7 +135,7 @@ fn in_lock_step_events_are_logged_and_none_is_sent() {
         Event::Mode { to: Mode::SelfTest, from: Mode::Boot },
         Event::Mode { to: Mode::Idle, from: Mode::SelfTest },
         Event::Refused(Refusal::ModulusOutOfRange),
-        opened, // anew, as it was
+        opened, // reopened with its modulus unchanged
         Event::Refused(Refusal::NoEncoders),
         Event::UploadBegun(BLOCK.0.len() as u32),
         opened,
@@ -149,6 +150,6 @@ fn a_fault_and_late_ticks_are_logged_with_their_numbers() {
     assert_eq!(faults, [&Event::Fault(Fault::EmergencyStop)], "once");
     let board = timed(60, &[ToBoard::Listen(true)], |board| board.late = 1);
     let late: Vec<&Event> = board.events.iter().filter(|event| matches!(event, Event::Late { .. })).collect();
-    // every tick is late, and the log says so with every piece, not with every tick
+    // every tick is late; the log reports it once per piece, not once per tick
     assert_eq!(late, [&Event::Late { overruns: 10, missed_periods: 0 }, &Event::Late { overruns: 50, missed_periods: 0 }]);
 }

@@ -1,6 +1,6 @@
 //! The tick of a board and the service of its host, on a mock board: deadline, read-back of the
-//! outputs, watchdog, link, and the mechanisms of its devices. It takes milliseconds, without an
-//! emulator.
+//! outputs, watchdog, link, and the mechanisms of its devices. The tests need no emulator and run
+//! in milliseconds.
 
 mod devices;
 mod hosts;

@@ -1,4 +1,5 @@
-//! Where mechanisms reach, which dimensions are possible, and which profiles describe no device.
+//! The reach of the mechanisms, the dimensions that are possible, and the profiles that are
+//! refused.
 
 use palpate::Vector3;
 use palpate::haptic::device::DeviceSpec;
@@ -6,13 +7,13 @@ use palpate_controller::kinematics::{
     DIMENSIONS, Kind, Mechanism, MechanismError, MechanismProfile, Paddle, Pantograph, YourDevice,
 };
 
-/// Arms of the pantograph of Campion, Wang and Hayward [m]: motor to elbow, elbow to tip, motor to
-/// motor.
+/// Lengths of the pantograph of Campion, Wang and Hayward [m]: motor to elbow, elbow to tip, motor
+/// to motor.
 const NEAR_M: f32 = 0.063;
 const FAR_M: f32 = 0.075;
 const BASE_M: f32 = 0.025;
 
-/// That pantograph, its centre at this place in the frame of its first motor [m].
+/// That pantograph with its centre at a position in the frame of its first motor [m].
 fn pantograph(centre_m: [f32; 2]) -> Pantograph {
     Pantograph::build([NEAR_M, FAR_M, BASE_M, centre_m[0], centre_m[1]]).unwrap()
 }
@@ -55,7 +56,7 @@ fn a_pantograph_reaches_where_neither_arm_is_stretched_or_folded() {
     assert!(!at(-0.0125, -0.11) && !at(0.0, -0.05), "below the motors");
     assert!(!at(0.05, 0.125) && !at(-0.075, 0.125), "beyond one arm and within the other");
     assert!(at(0.0, 0.013) && !at(0.0, 0.011) && !at(-BASE_M, 0.011), "too near to one motor");
-    // as high above the first motor as both arms together, less and more a millimetre
+    // above the first motor by the length of both arms, less 3 mm and plus 1 mm
     assert!(at(0.0, NEAR_M + FAR_M - 3e-3) && !at(0.0, NEAR_M + FAR_M + 1e-3));
     let device = pantograph([-0.0125, 0.11]);
     let from_centre = |x: f32, z: f32| device.reaches(Vector3::new(x, 0.0, z));
@@ -66,7 +67,8 @@ fn a_pantograph_reaches_where_neither_arm_is_stretched_or_folded() {
 #[test]
 fn an_almost_stretched_pantograph_has_no_pose() {
     for (share, posed) in [(0.5e-3_f32, false), (2e-3, true)] {
-        // elbows so far apart that the tip is this share of the squared distal arm above them
+        // the elbows' distance at which the tip's squared height above them is `share` of the
+        // squared distal arm
         let apart_m = 2.0 * FAR_M * (1.0 - share).sqrt();
         let angle = (0.5 * (apart_m - BASE_M) / NEAR_M).acos();
         let mut device = pantograph([0.0, 0.0]);
@@ -126,7 +128,7 @@ fn a_kind_is_the_mechanism_of_its_name() {
     {
         assert_eq!((kind.name(), kind.joints(), kind.dimension_names().len()), (name, joints, dimensions));
     }
-    // a linkage that its kind builds computes the same as the paddle itself
+    // a linkage built by its kind computes the same as the paddle itself
     let (mut linkage, mut device) = (Kind::Paddle.build([0.09, 0.0, 0.0, 0.0, 0.0]).unwrap(), paddle_of());
     let joints = [0.4, 0.0, 0.0];
     assert_eq!(linkage.tip_m(joints), device.tip_m(joints));
@@ -218,7 +220,7 @@ fn a_count_is_the_longest_way_of_the_tip_that_one_joint_gives() {
     for rad_per_count in [[2e-4, 5e-5, 0.0], [5e-5, 2e-4, 0.0]] {
         let dimensions = [NEAR_M, FAR_M, BASE_M, -0.0125, 0.11];
         let profile = MechanismProfile { kind: Kind::Pantograph, rad_per_count, home_rad, dimensions, ..paddle() };
-        // by a difference over two hundred counts
+        // by a finite difference over two hundred counts
         let at = |joint: usize, counts: f32| {
             let mut joints_rad = home_rad;
             joints_rad[joint] += counts * rad_per_count[joint];

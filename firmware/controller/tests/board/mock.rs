@@ -18,7 +18,7 @@ use palpate_controller::probe_in::Reading;
 
 /// Pins, clock and link as the test sets them, and the controller's actions on them.
 pub struct Mock {
-    /// Pins that stay as they are, whatever is written.
+    /// Pins that keep this state, whatever is written.
     pub stuck: Option<Outputs>,
     pub pins: Outputs,
     /// Periods that begin while a tick runs.
@@ -36,20 +36,20 @@ pub struct Mock {
     /// Period of each frame to the host.
     pub sent_at: Vec<u32>,
     pub slots: Slots,
-    /// Room of the link [bytes].
+    /// Room that the link has [bytes].
     pub room: usize,
-    /// Every event that was logged, and the frames that wait.
+    /// All events that were logged, and the frames that wait for the link.
     pub events: Vec<Event>,
     pub ring: Ring,
-    /// Periods after which the timer stands still; `None` if it never does.
+    /// Number of periods after which the timer stops; `None` if it never does.
     pub last_period: Option<u32>,
-    /// Logs a line in every period.
+    /// Whether the board logs a line in every period.
     pub chatty: bool,
-    /// Keeps no line for the link.
+    /// Whether the board keeps no frame of the log for the link.
     pub quiet: bool,
 }
 
-/// Two slots that keep what is written.
+/// Two slots of memory that keep what is written.
 #[derive(Default)]
 pub struct Slots([Option<[u8; SLOT_BYTES]>; 2]);
 
@@ -203,7 +203,7 @@ impl Board for Mock {
         if self.quiet {
             return;
         }
-        // a frame as long as defmt's may be
+        // a frame of a length that occurs with defmt
         self.ring.begin();
         self.ring.push(&[[self.events.len() as u8; 40].as_slice(), &[0]].concat());
         self.ring.end();
@@ -214,7 +214,7 @@ impl Board for Mock {
     }
 }
 
-/// A tissue that pushes with a constant force where the tip is below the surface.
+/// A tissue that pushes with a constant force while the tip is below the surface.
 pub struct Slab;
 
 impl Renderer for Slab {
@@ -235,18 +235,18 @@ impl Renderer for Slab {
     fn reset(&mut self) {}
 }
 
-/// A loop on such a board.
+/// A haptic loop on a mock board with the desktop stylus.
 pub fn haptic_loop(arming: Arming) -> HapticLoop<Mock> {
     haptic_loop_on(Port::DESKTOP, arming)
 }
 
-/// A loop on such a board with this device.
+/// A haptic loop on a mock board with the device `port`.
 pub fn haptic_loop_on(port: Port, arming: Arming) -> HapticLoop<Mock> {
     let settings = Settings::safe(&port.limits());
     HapticLoop::new(Mock::default(), Controller::build(&settings, port, arming).unwrap())
 }
 
-/// A good reading.
+/// A good reading of a tip at a height above the surface [m].
 pub fn at(z_m: f32, sequence: u32) -> Sensed {
     Sensed { position_m: Vector3::new(0.0, 0.0, z_m), sequence, status: SensorStatus::Good }
 }

@@ -16,13 +16,11 @@ use palpate_controller::serve::{Pace, run};
 
 use super::mock::{Mock, haptic_loop};
 
-/// A patch whose masses are relative to neighbours: opening it takes 128 passes over its springs,
-/// twice.
+/// A patch with masses relative to neighbours: opening it takes 128 passes over its springs, twice.
 static RELATIVE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m7-480.patch"));
 pub static BLOCK: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../patches/block-m4f-168.patch"));
 
-/// Runs the service on the messages of a host that then disconnects; returns the answers and the
-/// board.
+/// Serves a host that sends `messages` and then disconnects; returns the answers and the board.
 pub fn answers(messages: &[ToBoard<'_>]) -> (Vec<Vec<u8>>, Mock) {
     answers_of(haptic_loop(Arming::OnRequest), messages)
 }
@@ -131,8 +129,8 @@ fn bring(bytes: &[u8]) -> Vec<ToBoard<'_>> {
     started.chain(upload::messages(bytes)).chain([pose(10, 2e-3)]).collect()
 }
 
-/// At 480 MHz the whole search takes longer than the watchdog's time, and one pass over the springs
-/// 0.1 ms.
+/// At 480 MHz all passes together take longer than the watchdog's time, and one pass over the
+/// springs takes 0.1 ms.
 #[test]
 fn opening_a_large_patch_feeds_the_watchdog_while_the_outputs_are_off() {
     let (frames, board) = answers(&bring(&RELATIVE.0));
@@ -145,7 +143,7 @@ fn opening_a_large_patch_feeds_the_watchdog_while_the_outputs_are_off() {
     });
     assert_eq!(taken, Some(138));
     assert!(board.fed >= 10 + 2 * 128, "fed {} times", board.fed);
-    // the pins never went off: nothing proves the outputs to be off, so the watchdog has to act
+    // the pins never went off, so the outputs may be on, and the watchdog has to act
     let mut stuck = haptic_loop(Arming::OnRequest);
     stuck.board.stuck = Some(Outputs { enabled: true, ..Outputs::OFF });
     let (_, board) = answers_of(stuck, &bring(&RELATIVE.0));

@@ -11,7 +11,7 @@ use palpate_controller::port::Port;
 
 use super::mock::{Mock, Slab, at, haptic_loop, haptic_loop_on};
 
-/// Start-up, calm ticks and ramp-in.
+/// Ticks until the full force: start-up, calm ticks and ramp-in.
 const START_UP_TICKS: u32 = 700;
 
 struct Bench {
@@ -20,7 +20,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// A loop with the force enabled, a millimetre above the surface.
+    /// A loop with the force enabled and the tip a millimetre above the surface.
     fn active() -> Self {
         let mut bench = Self { haptic: haptic_loop(Arming::ByItself), tick: 0 };
         for _ in 0..START_UP_TICKS {

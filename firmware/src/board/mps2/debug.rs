@@ -17,11 +17,11 @@ pub fn debug_start(duty: &Duty) {
     }
 }
 
-/// Writes bytes of a frame, if it is open.
+/// Writes bytes of a frame, if the debug output is open.
 pub fn debug_write(bytes: &[u8]) {
     OUT.lock(|out| {
         if let Some(out) = &mut *out.borrow_mut() {
-            // nobody reads it: the run goes on
+            // on an error nobody reads the output, and the run continues
             let _ = out.write_all(bytes);
         }
     });

@@ -1,5 +1,5 @@
-//! A hand that the emulator's host moves, in place of encoders: the board then has sensors of its
-//! own, as real ones have.
+//! A hand that the emulator's host moves, in place of encoders: the emulated board then has sensors
+//! of its own, like a real one.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -7,11 +7,11 @@ use palpate::Vector3;
 use palpate::haptic::device::{Sensed, SensorStatus};
 use palpate_controller::probe_in::{EncoderCounts, JointReading, Reading};
 
-/// Readings so far; 0 without a hand.
+/// Number of readings so far; 0 if there is no hand.
 static READINGS: AtomicU32 = AtomicU32::new(0);
 /// Bits of the tip's position [m], or counts of the encoders.
 static WORDS: [AtomicU32; 3] = [const { AtomicU32::new(0) }; 3];
-/// The words are counts.
+/// Whether [`WORDS`] are counts.
 static COUNTED: AtomicBool = AtomicBool::new(false);
 
 /// Whether there is a hand.
@@ -19,7 +19,8 @@ pub fn is_there() -> bool {
     READINGS.load(Ordering::Relaxed) > 0
 }
 
-/// Moves the hand: three positions of the tip [m], or three counts of encoders, little-endian.
+/// Moves the hand to three coordinates of the tip [m], or to three encoder counts, all
+/// little-endian.
 pub fn to(words: &[u8; 12], counted: bool) {
     for (bits, bytes) in WORDS.iter().zip(words.as_chunks().0) {
         bits.store(u32::from_le_bytes(*bytes), Ordering::Relaxed);

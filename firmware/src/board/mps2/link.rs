@@ -12,7 +12,7 @@ use super::{hand, uart};
 use crate::board::Duty;
 use palpate_controller::serve::Pace;
 
-/// The run when the emulator's command line names none.
+/// The task if the emulator's command line names none.
 const DEFAULT_SCRIPT: Script = Script { ticks: 10_000, lead_ticks: LEAD_TICKS };
 
 /// Whether the command line asks for a reset after a crash, as on hardware: `TICKS LEAD_TICKS
@@ -58,11 +58,12 @@ pub fn duty() -> Duty {
     })
 }
 
-/// The two ends of a lock-step link, from the host's file system. Without one the link is the UART.
+/// The two files of a lock-step or paced link, in the host's file system; with `None` the link is
+/// the UART.
 static FILES: Mutex<CriticalSectionRawMutex, RefCell<Option<(File, File)>>> = Mutex::new(RefCell::new(None));
 
-/// Reads bytes from the host. In lock-step the whole machine stops until there are some, and 0
-/// means that the host has gone.
+/// Reads bytes from the host. In lock-step the whole emulated machine stops until some arrive, and
+/// 0 means that the host has gone.
 pub fn link_read(bytes: &mut [u8]) -> usize {
     let from_file = FILES.lock(|link| {
         link.borrow_mut()
@@ -72,13 +73,13 @@ pub fn link_read(bytes: &mut [u8]) -> usize {
     from_file.unwrap_or_else(|| uart::read(bytes))
 }
 
-/// Bit of a packet's length: the hand is given in counts.
+/// Bit of a packet's length which says that the hand's position is given in encoder counts.
 const COUNTED: u8 = 0x80;
 
-/// The machine stops until it receives the input of a tick, in packets: the position of the hand,
-/// the number of bytes of the link that follow, and these bytes. A packet without bytes is the
-/// tick's last. The length's highest bit says that the hand is counts of encoders. Their writer
-/// sets the pace, and ends the run by writing anything else.
+/// Reads a packet of a tick's input; the emulated machine stops until it arrives. A packet contains
+/// the position of the hand, the number of link bytes that follow, with [`COUNTED`], and these
+/// bytes. A packet without link bytes ends the tick's input. The writer of the packets sets the
+/// pace, and ends the run by an incomplete packet or by closing the file.
 #[inline(never)]
 fn paced(input: &mut File, bytes: &mut [u8]) -> usize {
     let mut head = [0; 13];
@@ -100,14 +101,14 @@ fn paced(input: &mut File, bytes: &mut [u8]) -> usize {
     }
 }
 
-/// Number of bytes that would go to the host now. A file takes as many as there are.
+/// Number of bytes that the link would accept now; a file accepts any number.
 pub fn link_room() -> usize {
     if FILES.lock(|link| link.borrow().is_some()) { usize::MAX } else { uart::room() }
 }
 
 /// Sends bytes to the host.
 pub fn link_write(bytes: &[u8]) {
-    // a host that has stopped reading is noticed at the next read
+    // a host that no longer reads is noticed at the next read from it
     let to_file = FILES.lock(|link| link.borrow_mut().as_mut().map(|(_, output)| output.write_all(bytes)));
     if to_file.is_none() {
         uart::write(bytes);

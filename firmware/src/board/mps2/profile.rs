@@ -1,4 +1,4 @@
-//! RAM that start-up does not clear takes the place of the flash that these images lack.
+//! The memory for profiles: these images have no flash, so it is RAM that start-up does not clear.
 
 use core::mem::MaybeUninit;
 
@@ -13,13 +13,13 @@ static mut SLOTS: MaybeUninit<[[u8; SLOT_BYTES]; 2]> = MaybeUninit::uninit();
 pub struct ProfileMemory;
 
 impl ProfileMemory {
-    /// Passes the bytes of a slot one by one, in one shared loop: accessing a whole slot at once
-    /// takes a kilobyte of code, and so would every further loop.
+    /// Calls `act` with the index and the address of each byte of a slot. All accesses share this
+    /// loop, since copying a whole slot takes a kilobyte of code, and so would every further loop.
     #[inline(never)]
     fn each(slot: Slot, act: &mut dyn FnMut(usize, *mut u8)) {
         let first = if slot == Slot::B { SLOT_BYTES } else { 0 };
         for at in 0..SLOT_BYTES {
-            // SAFETY: within the two slots.
+            // SAFETY: the address is within the two slots.
             act(at, unsafe { (&raw mut SLOTS).cast::<u8>().add(first + at) });
         }
     }

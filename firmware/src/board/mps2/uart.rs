@@ -1,4 +1,4 @@
-//! CMSDK UART 0 as the link: interrupts move bytes between its registers, one deep, and two queues.
+//! CMSDK UART 0 as the link: interrupts move bytes between its one-byte registers and two queues.
 
 use cortex_m::peripheral::NVIC;
 use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, channel::Channel};
@@ -14,12 +14,12 @@ const SEND_FULL: u32 = 1;
 const RECEIVE_FULL: u32 = 2;
 const SENT: u32 = 1;
 const RECEIVED: u32 = 2;
-/// Sender and receiver with their interrupts.
+/// Control bits of sender and receiver and of their interrupts.
 const ENABLE: u32 = 0b1111;
 const BAUD: u32 = 115_200;
 
-/// Four of the longest frames each way. Bytes that do not fit are lost, and the checksum drops
-/// their frame.
+/// Queues with room for four of the longest frames each. Received bytes that do not fit are lost,
+/// and their frame is dropped for its checksum.
 static IN: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
 static OUT: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
 
@@ -36,7 +36,7 @@ pub fn start() {
     }
 }
 
-/// Reads the bytes received so far, without waiting.
+/// Reads the bytes received so far, without blocking.
 pub fn read(bytes: &mut [u8]) -> usize {
     bytes.iter_mut().map_while(|byte| IN.try_receive().ok().map(|came| *byte = came)).count()
 }
@@ -46,7 +46,7 @@ pub fn room() -> usize {
     OUT.free_capacity()
 }
 
-/// Puts bytes in the queue, without waiting. A frame that does not fit is not begun.
+/// Puts a frame in the queue, without blocking, or drops it if it does not fit as a whole.
 pub fn write(bytes: &[u8]) {
     if OUT.free_capacity() < bytes.len() {
         return;

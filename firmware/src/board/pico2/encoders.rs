@@ -1,8 +1,8 @@
 //! Three encoders, each counted by a state machine of `PIO0`.
 //!
-//! The program keeps its count in Y and publishes it after every sample. A sample and the one
-//! before it form a number of four bits; the program jumps to that address, where a table of
-//! sixteen jumps makes the count rise, fall or stay (also if both lines changed, when an edge was
+//! The program keeps its count in Y and publishes it after every sample. A sample and the previous
+//! one form a number of four bits; the program jumps to that address, where a table of sixteen
+//! jumps increases, decreases or keeps the count (also if both lines changed because an edge was
 //! missed).
 
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -16,7 +16,7 @@ use palpate_controller::probe_in::{EncoderCounts, JointReading, Reading};
 
 /// First pin of each encoder; its other line is on the next pin.
 const FIRST_PINS: [u8; 3] = [2, 4, 6];
-/// Largest number of values waiting in a queue; the last one is the newest.
+/// Largest number of values in a queue; the last one is the newest.
 const QUEUE: usize = 8;
 
 /// Counts at the last edge of the tick timer.
@@ -53,7 +53,7 @@ pub fn start(pins: [Peri<'static, AnyPin>; 6]) {
         "mov isr, y",
         "push noblock",
         "mov isr, null",
-        "out isr, 2", // the sample before
+        "out isr, 2", // the previous sample
         "in pins, 2",
         "mov osr, isr",
         "mov pc, isr",
@@ -81,8 +81,8 @@ pub fn start(pins: [Peri<'static, AnyPin>; 6]) {
     PIO0.ctrl().modify(|w| w.set_sm_enable(0b111));
 }
 
-/// Latches the counts, from the tick timer's interrupt. Values waiting in the queues are old: the
-/// newest one comes after them.
+/// Latches the counts; called from the tick timer's interrupt. Values that wait in the queues are
+/// old, so each queue is emptied, and its last value is kept.
 pub fn latch() {
     for (number, kept) in LATCHED.iter().enumerate() {
         for _ in 0..QUEUE {
@@ -94,8 +94,8 @@ pub fn latch() {
     }
 }
 
-/// Counts of the three encoders, latched at the tick's edge; the profile's mechanism turns them
-/// into a tip.
+/// Counts of the three encoders, latched at the edge of the tick timer; the controller converts
+/// them to a tip position.
 pub fn sense() -> Option<Reading> {
     let [x, y, z] = &LATCHED;
     let counts = [x, y, z].map(|kept| EncoderCounts(kept.load(Ordering::Relaxed).cast_signed()));

@@ -1,12 +1,13 @@
 //! The outputs: TIM1's three channels as magnitudes, three direction pins, the enable line.
 //!
-//! **Two ways to no force.** The enable line is one. The other is TIM1's main output switch (MOE):
-//! the break input clears it in hardware, clock and program running or not, and the magnitudes are
-//! then driven low. Break, polarity and idle levels are locked until the next reset.
+//! **Two independent ways to switch the force off.** One is the enable line. The other is TIM1's
+//! main output switch (MOE): the break input clears it in hardware, even if clock or program has
+//! stopped, and the magnitudes are then driven low. Break, polarity and idle levels are locked
+//! until the next reset.
 //!
-//! **Read back every tick**: levels (IDR) of enable line, directions and, at 0 %, magnitudes,
-//! beside the registers that drive them. The level of a pulsing pin says nothing, and no current is
-//! measured: a broken amplifier is not detected here.
+//! **Read back in every tick**: the levels (IDR) of enable line, directions and, at 0 %,
+//! magnitudes, together with the registers that drive them. The level of a pulsing pin cannot be
+//! checked, and no current is measured, so a broken amplifier is not detected here.
 
 use core::sync::atomic::{AtomicI16, AtomicU32, Ordering};
 
@@ -24,14 +25,14 @@ use palpate_controller::force_out::{DacCode, Outputs};
 
 use super::{Stm32Board, This, clock_hz};
 
-/// Codes last written to the converters, and the length of their period in steps.
+/// Codes last written to the converters, and length of the PWM period [steps].
 static CODES: [AtomicI16; 3] = [const { AtomicI16::new(0) }; 3];
 static PERIOD_STEPS: AtomicU32 = AtomicU32::new(0);
 
-/// A magnitude pin of TIM1.
+/// A magnitude's pin on a channel of TIM1.
 pub type Magnitude<Channel> = PwmPin<'static, peripherals::TIM1, Channel>;
 
-/// Starts 20 kHz on the magnitudes, at 0 % and with the main output off.
+/// Starts the PWM of the magnitudes, with 20 kHz at 0 % and with the main output off.
 pub fn start(
     timer: Peri<'static, peripherals::TIM1>,
     x: Magnitude<embassy_stm32::timer::Ch1>,
@@ -48,8 +49,8 @@ pub fn start(
     core::mem::forget(pwm);
 }
 
-/// The break input switches the outputs off without the program; nothing can switch it off before
-/// the next reset.
+/// Enables the break input, which switches the outputs off without the program. The input cannot be
+/// disabled before the next reset.
 fn arm_break_input() {
     TIM1.cr2().modify(|w| (0..3).for_each(|channel| w.set_ois(channel, false)));
     #[cfg(break_source)]
@@ -58,15 +59,15 @@ fn arm_break_input() {
         w.set_moe(false);
         w.set_bkp(0, Bkp::ACTIVE_LOW);
         w.set_bke(0, true);
-        w.set_bkf(0, FilterValue::NO_FILTER); // unfiltered it acts without a clock
+        w.set_bkf(0, FilterValue::NO_FILTER); // without a filter the break acts even without a clock
         w.set_aoe(false);
         // while the main output is off, the pins are driven low, not released
         w.set_ossi(Ossi::IDLE_LEVEL);
         w.set_ossr(Ossr::IDLE_LEVEL);
     });
-    // the lock takes effect with the next write and protects what is written before it
+    // the lock is a separate write, after the settings that it protects
     TIM1.bdtr().modify(|w| w.set_lock(Lock::LEVEL2));
-    clear_break_flag(); // the state of the pin before it was set up
+    clear_break_flag(); // the flag was set by the pin's state before the set-up
 }
 
 fn clear_break_flag() {
@@ -84,7 +85,8 @@ fn stop_circuit() -> StopCircuit {
     StopCircuit { tripped: TIM1.sr().read().bif(0), closed: This::PINS.stop.is_high() }
 }
 
-/// Puts the codes on the bridges and sets the enable line; off takes effect first, on last.
+/// Writes the codes to the bridges and sets the enable line. The line is switched off before the
+/// codes change, and on after they have changed.
 pub fn write_outputs(outputs: Outputs) {
     if !outputs.enabled {
         This::PINS.enable.set(false);
@@ -120,7 +122,8 @@ pub fn write_outputs(outputs: Outputs) {
 /// Reads the outputs back, by pin levels and by the registers that drive them, once they have
 /// settled.
 pub fn outputs() -> Outputs {
-    // a pin reaches its level within 0.5 us, ten times the slowest edge of the data sheets at 50 pF
+    // a pin reaches its level within 0.5 us, ten times the duration of the slowest edge in the data
+    // sheets at 50 pF
     cortex_m::asm::delay(clock_hz() / 2_000_000);
     let pins = &This::PINS;
     let axes = core::array::from_fn(|axis| AxisPins {
@@ -140,8 +143,8 @@ pub fn outputs_off() {
 }
 
 /// Whether the stop circuit is open, or was open since the last tick. After one report the timer's
-/// flag is cleared: from then on the loop's own fault keeps the outputs off until it is cleared by
-/// request.
+/// flag is cleared; from then on the loop's latched fault keeps the outputs off until a request
+/// clears it.
 pub fn emergency_stop() -> Option<Fault> {
     let circuit = stop_circuit();
     if circuit.clears_flag() {
@@ -151,7 +154,7 @@ pub fn emergency_stop() -> Option<Fault> {
 }
 
 /// Whether registers and levels of the outputs are off before anything is switched on, and the
-/// break input still guards them.
+/// break input is enabled and locked.
 pub fn healthy() -> bool {
     let guard = TIM1.bdtr().read();
     outputs() == Outputs::OFF && guard.bke(0) && !guard.aoe() && guard.lock() == Lock::LEVEL2

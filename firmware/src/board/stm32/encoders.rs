@@ -1,7 +1,7 @@
 //! Three encoders on TIM2, TIM3 and TIM4, read by the tick timer's interrupt.
 //!
-//! A counter has no time stamp: a reading is as new as the tick, so [`palpate::Fault::PoseStale`]
-//! cannot occur here, and a dead encoder reads as a hand that rests. One check is made: each
+//! A counter has no time stamp, so every reading counts as new: [`palpate::Fault::PoseStale`]
+//! cannot occur here, and a dead encoder looks like a hand at rest. The only check is that each
 //! counter still runs in encoder mode.
 
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -23,12 +23,12 @@ const COUNTERS: [TimGp16; 3] = unsafe {
     [TimGp16::from_ptr(pac::TIM2.as_ptr()), TimGp16::from_ptr(pac::TIM3.as_ptr()), TimGp16::from_ptr(pac::TIM4.as_ptr())]
 };
 /// Eight samples at an eighth of the timer's clock (0.3 us at 240 MHz, 0.7 us at 90 MHz) must agree
-/// before an edge counts: shorter pulses are noise, and a hand at 1 m/s makes 0.1 edges per us.
+/// before an edge counts: shorter pulses are noise, and a hand at 1 m/s causes 0.1 edges per us.
 const FILTER: FilterValue = FilterValue::FDTS_DIV8_N8;
 
 /// Counters at the last edge of the tick timer.
 static LATCHED: [AtomicU32; 3] = [const { AtomicU32::new(0) }; 3];
-/// Encoders count 16 bits; these counters continue beyond.
+/// Counts of the encoders, extended beyond the 16 bits of the hardware counters.
 static COUNTS: [AtomicU32; 3] = [const { AtomicU32::new(0) }; 3];
 static READINGS: AtomicU32 = AtomicU32::new(0);
 
@@ -43,21 +43,21 @@ pub fn start<T: GeneralInstance4Channel>(
     (config.ch1_pull, config.ch2_pull) = (Pull::Up, Pull::Up);
     core::mem::forget(Qei::new(timer, a, b, config));
     for counter in COUNTERS {
-        // the others have no clock yet, or get the same setting again
+        // the other counters have no clock yet, or receive the same setting again
         counter.ccmr_input(0).modify(|w| (0..2).for_each(|channel| w.set_icf(channel, FILTER)));
     }
 }
 
-/// Latches the counters, from the tick timer's interrupt: the age of a reading is the same in every
-/// tick, whatever the link received.
+/// Latches the counters; called from the tick timer's interrupt, so that the age of a reading is
+/// the same in every tick, regardless of the traffic on the link.
 pub fn latch() {
     for (kept, counter) in LATCHED.iter().zip(COUNTERS) {
         kept.store(counter.cnt().read().cnt().into(), Ordering::Relaxed);
     }
 }
 
-/// Counts of the three encoders, latched at the tick's edge; the profile's mechanism turns them
-/// into a tip.
+/// Counts of the three encoders, latched at the edge of the tick timer; the controller converts
+/// them to a tip position.
 pub fn sense() -> Option<Reading> {
     let [x, y, z] = &COUNTS;
     let [a, b, c] = &LATCHED;

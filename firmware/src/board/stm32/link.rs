@@ -9,8 +9,8 @@ use embassy_sync::channel::Channel;
 
 use super::{Stm32Board, This};
 
-/// Four of the longest frames each way. Bytes that do not fit are lost, and the checksum drops
-/// their frame.
+/// Queues with room for four of the longest frames each. Received bytes that do not fit are lost,
+/// and their frame is dropped for its checksum.
 static IN: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
 static OUT: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
 
@@ -31,8 +31,8 @@ pub fn start<T: Instance>(usart: Peri<'static, T>, rx: Peri<'static, impl RxPin<
     unsafe { This::LINK_INTERRUPT.enable() };
 }
 
-/// Reads the bytes received. The interrupt is pended as well: if an error flag has hidden its
-/// cause, the queues continue in the next tick.
+/// Reads the bytes received. The interrupt is pended as well, so that transfers resume in the next
+/// tick if an error flag has masked its source.
 pub fn read(bytes: &mut [u8]) -> usize {
     This::LINK_INTERRUPT.pend();
     bytes.iter_mut().map_while(|byte| IN.try_receive().ok().map(|came| *byte = came)).count()
@@ -43,7 +43,7 @@ pub fn room() -> usize {
     OUT.free_capacity()
 }
 
-/// Puts bytes in the queue, without waiting. A frame that does not fit is not begun.
+/// Puts a frame in the queue, without blocking, or drops it if it does not fit as a whole.
 pub fn write(bytes: &[u8]) {
     if OUT.free_capacity() < bytes.len() {
         return;
@@ -54,7 +54,7 @@ pub fn write(bytes: &[u8]) {
     This::LINK_INTERRUPT.pend();
 }
 
-/// Moves what can be moved.
+/// Moves all received bytes to their queue, and queued bytes to the USART while it accepts them.
 pub fn on_interrupt() {
     let registers = This::LINK;
     while let Some(byte) = received(registers) {
@@ -89,7 +89,7 @@ fn send(usart: Usart, byte: u8) {
     usart.tdr().write(|w| w.set_dr(byte.into()));
 }
 
-/// Reading the data clears an overrun, too.
+/// Reading the data register also clears an overrun.
 #[cfg(usart_v2)]
 fn received(usart: Usart) -> Option<u8> {
     let status = usart.sr().read();

@@ -1,4 +1,5 @@
-//! ST NUCLEO-F446RE: Cortex-M4F at 180 MHz. The cheapest board with a whole patch.
+//! ST NUCLEO-F446RE: Cortex-M4F at 180 MHz. The cheapest of these boards that runs the default
+//! patch.
 //!
 //! | what | where |
 //! |---|---|
@@ -24,7 +25,7 @@ use embassy_stm32::{Config, Peripherals};
 
 use super::{BoardPins, Pin, Stm32Board, bridge, encoders, input, link, output, prepare_watchdog, pulled_down, stop_input};
 
-/// The board.
+/// The NUCLEO-F446RE.
 pub struct This;
 
 super::handlers!(tick: TIM7, haptic: CAN2_TX, background: CAN2_RX0, link: USART2);
@@ -95,7 +96,7 @@ impl Stm32Board for This {
     }
 
     fn freeze_with_debugger() {
-        DBGMCU.apb2fzr().modify(|w| w.set_tim1(true)); // a frozen TIM1 drives its outputs as without MOE
+        DBGMCU.apb2fzr().modify(|w| w.set_tim1(true)); // a frozen TIM1 drives its outputs as if MOE were clear
         DBGMCU.apb1fzr().modify(|w| {
             w.set_iwdg(true);
             w.set_wwdg(true);
@@ -126,7 +127,8 @@ impl Stm32Board for This {
     }
 
     fn feed_second_watchdog() {
-        // before the tick timer runs, opening a patch feeds the watchdog: that must not start it
+        // opening a patch feeds the watchdogs, also before the tick timer runs, and must not start
+        // this one
         if RCC.apb1enr().read().wwdgen() {
             WWDG.cr().write(|w| {
                 w.set_t(SECOND_WATCHDOG_START);

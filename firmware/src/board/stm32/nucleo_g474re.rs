@@ -1,4 +1,5 @@
-//! ST NUCLEO-G474RE: Cortex-M4F at 170 MHz, with more timers and analog inputs for motors.
+//! ST NUCLEO-G474RE: Cortex-M4F at 170 MHz, with additional timers and analog inputs for motor
+//! control.
 //!
 //! | what | where |
 //! |---|---|
@@ -18,7 +19,7 @@ use embassy_stm32::{Config, Peripherals};
 
 use super::{BoardPins, Pin, Stm32Board, bridge, encoders, input, link, output, prepare_watchdog, pulled_down, stop_input};
 
-/// The board.
+/// The NUCLEO-G474RE.
 pub struct This;
 
 super::handlers!(tick: TIM7_DAC, haptic: FDCAN2_IT0, background: FDCAN2_IT1, link: USART2);
@@ -85,7 +86,7 @@ impl Stm32Board for This {
     }
 
     fn freeze_with_debugger() {
-        DBGMCU.apb2fzr().modify(|w| w.set_tim1(true)); // a frozen TIM1 drives its outputs as without MOE
+        DBGMCU.apb2fzr().modify(|w| w.set_tim1(true)); // a frozen TIM1 drives its outputs as if MOE were clear
         DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(true));
     }
 

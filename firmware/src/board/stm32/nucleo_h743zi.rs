@@ -1,6 +1,7 @@
 //! ST NUCLEO-H743ZI and NUCLEO-H743ZI2: Cortex-M7 at 480 MHz, or at 400 MHz on silicon before
-//! revision X, which the older of the two boards carries. Built for the M7 (`.cargo/config.toml`);
-//! tick in ITCM, patch and state in DTCM, an uploaded patch in AXI SRAM behind the data cache.
+//! revision X, which the older of the two boards carries. The image is built for the M7
+//! (`.cargo/config.toml`). The tick is in ITCM, patch and state are in DTCM, and an uploaded patch
+//! is in AXI SRAM behind the data cache.
 //!
 //! | what | where |
 //! |---|---|
@@ -11,7 +12,7 @@
 //! | link | USART3 (PD8, PD9) |
 //! | light | LD1, PB0 |
 //!
-//! PB3 is the debugger's trace output (SWO) as well: no trace while an encoder is connected.
+//! PB3 is also the debugger's trace output (SWO): there is no trace while encoder x is connected.
 
 use embassy_stm32::interrupt;
 use embassy_stm32::pac::Interrupt;
@@ -24,12 +25,12 @@ use embassy_stm32::{Config, Peripherals};
 
 use super::{BoardPins, Pin, Stm32Board, bridge, encoders, input, link, output, prepare_watchdog, pulled_down, stop_input};
 
-/// The board.
+/// The NUCLEO-H743ZI and ZI2.
 pub struct This;
 
 super::handlers!(tick: TIM7, haptic: UART7, background: UART8, link: USART3);
 
-/// Revisions that run at 480 MHz: X and V. Others, unknown ones too, get 400 MHz.
+/// Revisions that run at 480 MHz: X and V. All others, including unknown ones, run at 400 MHz.
 const FAST_REVISIONS: [u16; 2] = [0x2001, 0x2003];
 
 fn is_fast() -> bool {
@@ -104,7 +105,7 @@ impl Stm32Board for This {
     }
 
     fn freeze_with_debugger() {
-        DBGMCU.apb2fzr1().modify(|w| w.set_tim1(true)); // a frozen TIM1 drives its outputs as without MOE
+        DBGMCU.apb2fzr1().modify(|w| w.set_tim1(true)); // a frozen TIM1 drives its outputs as if MOE were clear
         DBGMCU.apb4fzr1().modify(|w| w.set_iwdg1(true));
     }
 
@@ -115,8 +116,8 @@ impl Stm32Board for This {
     }
 
     fn start_caches() {
-        // SAFETY: once, before any task runs; no other code keeps these peripherals, and nothing on
-        // this board changes memory without the core (DMA).
+        // SAFETY: called once, before any task runs; no other code owns these peripherals, and no
+        // DMA changes memory behind the caches.
         let mut core = unsafe { cortex_m::Peripherals::steal() };
         core.SCB.enable_icache();
         core.SCB.enable_dcache(&mut core.CPUID);

@@ -1,4 +1,4 @@
-//! Pins by port and number, for code that also runs in fault handlers: no driver, no lock.
+//! Pins by port and number, without driver or lock, for code that also runs in fault handlers.
 
 use embassy_stm32::pac::gpio::{
     Gpio,

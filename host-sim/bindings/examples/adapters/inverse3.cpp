@@ -1,5 +1,5 @@
-// Inverse3 on its serial port, by Haply's HardwareAPI, which speaks the protocol: one exchange sends a force and
-// brings a position. UNTESTED ON A DEVICE: it compiles against our stub of the header.
+// Inverse3 on its serial port, through Haply's HardwareAPI, which implements the protocol: one exchange sends a
+// force and returns a position. UNTESTED ON A DEVICE: it compiles against our stub of the header.
 // With the SDK: c++ -std=c++17 inverse3.cpp -I../../include -lpalpate_c -lHaplyHardwareAPI
 #include <HardwareAPI.h>
 
@@ -29,7 +29,8 @@ int main(int argc, char **argv) {
     device.DeviceWakeup();
     std::signal(SIGINT, end);
     Inverse3::EndEffectorForceRequest request = {};
-    // Haply: m; x right, y away from the operator, z up, its origin in the base: the pose at the start is the centre
+    // Haply's frame: metres; x right, y away from the operator, z up, origin in the base. The pose at the start is
+    // taken as the centre.
     const auto start = device.EndEffectorForce(request, true);
     palpate_code code = PALPATE_CODE_OK;
     for (auto next = Clock::now(); goes_on && code == PALPATE_CODE_OK;) {
@@ -40,7 +41,7 @@ int main(int argc, char **argv) {
         palpate_input input = {};
         const double turned_m[3] = {-way_m[1], way_m[0], way_m[2]}; // x to the operator, y right, z up
         for (int k = 0; k < 3; k++) input.tip_m[k] = turned_m[k] + info.site_m[k];
-        input.tip_m[2] += 0.02; // begins 20 mm above the tissue
+        input.tip_m[2] += 0.02; // the centre is 20 mm above the tissue
         const auto late = (Clock::now() - next) / milliseconds(1);
         input.late_ticks = static_cast<std::uint32_t>(late);
         next += late * milliseconds(1);

@@ -1,4 +1,4 @@
-// omega.3, delta.3 and sigma.7 over Force Dimension's DHD. UNTESTED ON A DEVICE: it compiles against our stub of the
+// omega.3, delta.3 and sigma.7 through Force Dimension's DHD. UNTESTED ON A DEVICE: it compiles against our stub of the
 // header. With the SDK: c++ omega.cpp -I../../include -lpalpate_c -ldhd
 #include <dhdc.h>
 
@@ -26,9 +26,9 @@ int main() {
     std::puts("omega: Ctrl-C ends");
     palpate_code code = PALPATE_CODE_OK;
     for (double next_s = dhdGetTime(); goes_on && code == PALPATE_CODE_OK; next_s += 1e-3) {
-        while (dhdGetTime() < next_s) {} // a thread of its own: DHD's loops spin as well
+        while (dhdGetTime() < next_s) {} // busy wait in a thread of its own, as in DHD's loops
         palpate_input input = {};
-        // DHD: m; x to the operator, y right, z up, as here
+        // DHD's frame: metres; x to the operator, y right, z up, as in the scene
         input.sensor_failed = dhdGetPosition(&input.tip_m[0], &input.tip_m[1], &input.tip_m[2], -1) < 0;
         for (int k = 0; k < 3; k++) input.tip_m[k] += info.site_m[k];
         const double behind_s = dhdGetTime() - next_s;

@@ -1,5 +1,5 @@
-// Touch, Touch X and Omni over OpenHaptics' HD API. UNTESTED ON A DEVICE: it compiles against our stub of the header.
-// With the SDK: c++ touch.cpp -I../../include -lpalpate_c -lHD
+// Touch, Touch X and Omni through OpenHaptics' HD API. UNTESTED ON A DEVICE: it compiles against our stub of the
+// header. With the SDK: c++ touch.cpp -I../../include -lpalpate_c -lHD
 #include <HD/hd.h>
 
 #include <atomic>
@@ -16,7 +16,7 @@ struct Servo {
     std::atomic<int> code;
 };
 
-// Called by the HD scheduler a thousand times a second. HD: mm; x right, y up, z to the operator.
+// Called by the HD scheduler a thousand times per second. HD's frame: millimetres; x right, y up, z to the operator.
 static HDCallbackCode HDCALLBACK servo(void *data) {
     Servo &servo = *static_cast<Servo *>(data);
     HDdouble hd_mm[3] = {}, hd_n[3];
@@ -52,8 +52,8 @@ int main() {
     hdStartScheduler();
     std::puts("touch: Enter ends; lift the stylus out of the tissue, then press");
     std::getchar();
-    while (palpate_stop(own.session) == PALPATE_CODE_BUSY) {} // a tick runs: it is over soon
-    std::this_thread::sleep_for(std::chrono::milliseconds(200)); // the force falls
+    while (palpate_stop(own.session) == PALPATE_CODE_BUSY) {} // a tick is running and will end soon
+    std::this_thread::sleep_for(std::chrono::milliseconds(200)); // while the force is ramped down
     hdStopScheduler();
     hdUnschedule(handle);
     hdDisableDevice(own.device);

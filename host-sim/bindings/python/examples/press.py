@@ -1,4 +1,4 @@
-"""A press at 10 mm/s, 4 mm deep, in a loop of a thousand ticks a second."""
+"""A press at 10 mm/s, 4 mm deep, in a loop of a thousand ticks per second."""
 import time
 import palpate
 

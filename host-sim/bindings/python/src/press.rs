@@ -10,14 +10,15 @@ use pyo3::types::{PyDict, PyDictMethods};
 use crate::raised;
 use crate::session::rows;
 
-/// Number of a tick's row.
+/// Returns one number of a tick's row.
 type Column = fn(&TickRow) -> f64;
 
-/// Presses a scene, a preset's name or the path of a scene file, as `palpate press` does.
+/// Runs the press of a scene, as `palpate press` does. `scene` is a preset's name or the path of a
+/// scene file.
 ///
-/// Returns a dict: `t_s`, `tip_m`, `command_m`, `force_n`, `depth_m` and `tick_us` have a row for
-/// every tick; `hold_target`, `hold_force_n` and `hold_depth_m` have one for every hold;
-/// `residual_m`, `state_hash` and `fault` are single values.
+/// Returns a dict: `t_s`, `tip_m`, `command_m`, `force_n`, `depth_m` and `tick_us` have one row per
+/// tick; `hold_target`, `hold_force_n` and `hold_depth_m` have one row per hold; `residual_m`,
+/// `state_hash` and `fault` are single values.
 #[pyfunction]
 pub fn press<'py>(py: Python<'py>, scene: &str) -> PyResult<Bound<'py, PyDict>> {
     let pressed = py.detach(|| {

@@ -12,7 +12,7 @@ use pyo3::types::{PyDict, PyDictMethods};
 
 use crate::{PalpateError, raised};
 
-/// Columns of a run that have three numbers in a row, and those that have one.
+/// Returns the three numbers of a tick in a column of [`Session::run`].
 type Wide = fn(&Telemetry) -> Vector3<f32>;
 const WIDE: [(&str, Wide); 3] =
     [("force_n", |t| t.applied_n), ("tissue_n", |t| t.output.force_n), ("normal", |t| t.output.normal)];
@@ -20,11 +20,12 @@ const WIDE: [(&str, Wide); 3] =
 /// Names of the modes, by number.
 const MODES: [&str; 8] = ["boot", "self-test", "idle", "arming", "active", "degraded", "ramping down", "fault"];
 
-/// The haptic loop around a device of the caller's.
+/// The haptic loop around the caller's device.
 ///
-/// `scene` is a preset's name or the path of a scene file; `patch` the path of a patch file, in
-/// place of the scene's or alone; `device` a profile's name or the path of a .toml file. No force
-/// comes before `arm`, and limits, ramp-in and passivity are always in its way.
+/// `scene` is a preset's name or the path of a scene file; `patch` is the path of a patch file that
+/// replaces the scene's, or is opened without a scene; `device` is a profile's name or the path of
+/// a .toml file. There is no force before `arm`, and limits, ramp-in and passivity control act on
+/// every force.
 #[pyclass]
 pub struct Session {
     inner: HapticSession,
@@ -44,8 +45,8 @@ impl Session {
         opened.map(|inner| Self { inner }).map_err(|error| raised(&error))
     }
 
-    /// One tick: tip of the probe [m] to force on the device [N], every millisecond. The force is
-    /// zero while a fault is latched: see `fault`.
+    /// Runs one tick: takes the position of the probe's tip [m] and returns the force on the device
+    /// [N]. Call it every millisecond. The force is zero while a fault is latched: see `fault`.
     #[pyo3(signature = (tip_m, *, late_ticks=0, stale=false, sensor_failed=false, operator_absent=false))]
     fn tick<'py>(
         &mut self,
@@ -65,8 +66,9 @@ impl Session {
         Ok(array(py, &record.applied_n))
     }
 
-    /// Ticks one after the other, without waiting: positions of shape (n, 3) to a dict of arrays
-    /// with n rows: `force_n`, `tissue_n`, `normal`, `depth_m`, `mode`, `fault`, `limiters`.
+    /// Runs ticks one after the other, without waiting in between. Takes positions [m] of shape (n,
+    /// 3) and returns a dict of arrays with n rows: `force_n`, `tissue_n`, `normal`, `depth_m`,
+    /// `mode`, `fault`, `limiters`.
     fn run<'py>(&mut self, py: Python<'py>, tips_m: PyArrayLikeDyn<'py, f64, AllowTypeChange>) -> PyResult<Bound<'py, PyDict>> {
         let tips = tips_m.as_array();
         let &[count, 3] = tips.shape() else {
@@ -89,29 +91,29 @@ impl Session {
         Ok(trace)
     }
 
-    /// Asks for a force: it comes after a tenth of a second outside the tissue and calm, and grows
-    /// for half a second.
+    /// Requests force output. It begins once the probe has been outside the tissue and calm for a
+    /// tenth of a second, and is then ramped up over half a second in free space.
     fn arm(&mut self) -> PyResult<()> {
         self.inner.arm().map_err(|error| PalpateError::new_err(error.to_string()))
     }
 
-    /// Lets the force fall to nothing, and disarms.
+    /// Ramps the force down to zero, and disarms.
     fn stop(&mut self) {
         self.inner.stop();
     }
 
-    /// Asks the next tick to forget the fault; refused until readings have been good for a tenth of
-    /// a second.
+    /// Requests that the next tick clear the fault. The tick refuses the request until readings
+    /// have been good for a tenth of a second.
     fn clear(&mut self) -> PyResult<()> {
         self.inner.clear().map_err(|error| PalpateError::new_err(error.to_string()))
     }
 
-    /// Starts anew: tissue at rest, no force, no fault, not armed.
+    /// Restarts the session: tissue at rest, no force, no fault, not armed.
     fn reset(&mut self) -> PyResult<()> {
         self.inner.reset().map_err(|error| PalpateError::new_err(error.to_string()))
     }
 
-    /// Lowers the maximum force [N], for good.
+    /// Lowers the maximum force [N] for the rest of the session.
     fn lower_force(&mut self, max_force_n: f64) -> PyResult<()> {
         self.inner.lower_force(max_force_n as f32).map_err(|error| PalpateError::new_err(error.to_string()))
     }
@@ -123,7 +125,7 @@ impl Session {
         MODES[self.inner.mode() as usize].into()
     }
 
-    /// The latched fault in words, or None.
+    /// Description of the latched fault, or None.
     #[getter]
     fn fault(&self) -> Option<String> {
         self.last().and_then(|t| t.fault).map(|fault| fault.to_string())
@@ -147,14 +149,14 @@ impl Session {
         array(py, &self.last().map_or(Vector3::zeros(), |t| t.applied_n))
     }
 
-    /// Whether the last tick refused what was asked.
+    /// Whether the last tick refused a request.
     #[getter]
     fn refused(&self) -> bool {
         self.last().is_some_and(|t| t.refused)
     }
 
-    /// Young's modulus [Pa]. It can be set between half and twice the one that was opened; a
-    /// stiffer one waits until the probe does not touch.
+    /// Young's modulus [Pa]. It can be set between half and twice the one with which the session
+    /// was opened; an increase takes effect only when the probe does not touch the tissue.
     #[getter]
     fn youngs_modulus_pa(&self) -> f64 {
         f64::from(self.inner.tissue().params().youngs_modulus_pa)
@@ -165,13 +167,14 @@ impl Session {
         self.inner.set_modulus(value as f32).map_err(|error| PalpateError::new_err(error.to_string()))
     }
 
-    /// Site of the press on the rest surface [m]: put your device's centre there.
+    /// Site of the press on the surface at rest [m]; add it to positions relative to your device's
+    /// centre.
     #[getter]
     fn site_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         array(py, &self.inner.tissue().patch().site_m())
     }
 
-    /// Unit vector out of the tissue at the site.
+    /// Unit vector that points out of the tissue at the site.
     #[getter]
     fn axis<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         array(py, &self.inner.tissue().params().probe.axis)

@@ -3,11 +3,11 @@ use palpate::{MOST_TERMS, PronyTerm, RimEdge, RimNode};
 use super::*;
 use crate::patch::WordAligned;
 
-/// Four points on a triangle, and nine.
+/// Patches with four and with nine foundation points per triangle.
 static FOUR: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../../patches/block-m7-480.patch"));
 static NINE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../../patches/block-m4f-168.patch"));
 
-/// Cycles of a tick, given those per spring, per node and per pressed triangle.
+/// Cycles per tick, given those per spring, per node and per pressed triangle.
 fn by_hand(file: &PatchFile<'_>, touched: f64, [spring, node, triangle]: [f64; 3]) -> f64 {
     let model = &file.model;
     let counts = [model.springs.len(), model.tets.len(), model.nodes.len(), model.rim_nodes.len(), model.rim_edges.len()];

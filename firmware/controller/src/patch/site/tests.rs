@@ -14,8 +14,8 @@ fn checked(change: impl FnOnce(&mut PatchFile<'_>)) -> Result<usize, &'static st
     })
 }
 
-/// Outward normals of the triangles with a corner within reach of the site, as long as twice their
-/// areas [m^2].
+/// Outward normals of the triangles with a corner within reach of the site; the length of each is
+/// twice the triangle's area [m^2].
 fn normals_m2(file: &PatchFile<'_>) -> Vec<Vector3<f32>> {
     let at_m = |node: u16| Vector3::from(file.model.nodes[usize::from(node)].rest_m);
     let near = |node: &u16| (at_m(*node) - file.site_m).norm() < file.params.probe.radius_m;

@@ -1,5 +1,5 @@
-//! Compares the check with sums in double precision, with the gradients of a tet by displacing its
-//! corners.
+//! Compares the check with sums in double precision, in which the gradients of a tet's volume are
+//! finite differences over displaced corners.
 
 use std::boxed::Box;
 use std::vec::Vec;
@@ -9,16 +9,17 @@ use palpate::{NodeRest, PatchFile, RimEdge, RimNode, Spring, Tet};
 use super::*;
 use crate::patch::{Memory, WordAligned};
 
-/// A patch whose masses are relative to neighbours, with four points on a triangle; one with nine,
-/// and one that was cut out of an organ.
+/// A patch with masses relative to neighbours and four foundation points per triangle, one with
+/// nine points, and one that was cut out of an organ.
 static FINE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../../patches/block-m7-480.patch"));
 static COARSE: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../../patches/block-m4f-168.patch"));
 static LIVER: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../../patches/liver-m4f-168.patch"));
 
-/// A patch whose check is given other parts than its masses were made from.
+/// A patch whose check receives other springs, tets or nodes than those from which its masses were
+/// computed.
 struct Judged {
     file: PatchFile<'static>,
-    /// Compensation that the check is given.
+    /// Compensation that is passed to the check.
     compensation: f32,
     memory: Box<Memory>,
 }
@@ -29,14 +30,14 @@ impl Judged {
         Self { compensation: file.params.compensation, file, memory: Box::new(Memory::RESERVED) }
     }
 
-    /// Masses of the file's parameters, and the check of `model`.
+    /// Checks `model` with the masses that belong to the unchanged file.
     fn check(&mut self, model: &Model<'_>) -> Result<(), BuildError> {
         let (tuned, scratch) = self.memory.judge(&self.file.model, &self.file.params, &mut || {}).unwrap();
         let params = Params { compensation: self.compensation, ..self.file.params };
         check(model, &params, &tuned, scratch)
     }
 
-    /// The check of the file with springs, tets or nodes changed.
+    /// Checks the file with changed springs, tets or nodes, and unchanged masses.
     fn with(
         &mut self,
         springs: impl FnOnce(&mut [Spring]),
@@ -59,7 +60,7 @@ fn six_volumes_m3(corners: [[f64; 3]; 4]) -> f64 {
     (0..3).map(|k| u[k] * (v[(k + 1) % 3] * w[(k + 2) % 3] - v[(k + 2) % 3] * w[(k + 1) % 3])).sum()
 }
 
-/// Mean diagonal stiffness under load over E of every node [m].
+/// Mean diagonal stiffness under load, divided by E, of every node [m].
 fn stiffness_m(model: &Model<'_>, compensation: f32) -> Vec<f64> {
     let mut sums = std::vec![0.0; model.nodes.len()];
     for spring in model.springs {
@@ -101,7 +102,7 @@ fn stiffness_m(model: &Model<'_>, compensation: f32) -> Vec<f64> {
 fn the_floor_of_every_node_is_its_mass_over_its_stiffness_under_load() {
     for bytes in [FINE, COARSE, LIVER] {
         let mut judged = Judged::of(bytes);
-        // so stiff that every node is too light
+        // stiff enough for every node to be too light
         judged.compensation = 400.0;
         let nodes = judged.file.model.nodes.len() as u16;
         let entry = |n: u16, k: usize| 1e-3 * (f32::from(n) + 2.7 * k as f32).sin();
@@ -203,7 +204,7 @@ fn the_foundation_is_held_to_twenty_times_the_tissue() {
     }
 }
 
-/// Least eigenvalue of what neighbours add, by three thousand rounds.
+/// Least eigenvalue of N, by three thousand rounds of power iteration in double precision.
 fn least_eigenvalue(model: &Model<'_>, tuned: &Tuned<'_>) -> f64 {
     let inertia = tuned.node_step();
     let free: Vec<bool> = inertia.iter().map(|node| node.step > 0.0).collect();
@@ -238,7 +239,7 @@ fn the_neighbours_part_is_judged_by_its_least_eigenvalue() {
             (spring.k, spring.k_rest) = (weaker * spring.k, weaker * spring.k_rest);
         }
         let mut foundation = patch.file.model.foundation.to_vec();
-        // otherwise it would be refused first
+        // softened, since the patch would otherwise be refused for its foundation first
         foundation.iter_mut().for_each(|point| point.k *= 0.1);
         let model = Model { springs: &springs, foundation: &foundation, ..patch.file.model };
         let (tuned, scratch) = patch.memory.judge(&model, &patch.file.params, &mut || {}).unwrap();

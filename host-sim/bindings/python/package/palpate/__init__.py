@@ -1,7 +1,7 @@
 """Soft tissue inside a 1 kHz haptic loop. SI units; vectors are x, y, z in the scene's frame.
 
-`press` runs a scene with an emulated finger. A `Session` is the loop around your own device:
-arm it, then bring a position every millisecond and get a force.
+`press` runs a scene with an emulated finger. A `Session` is the haptic loop around your own device:
+arm it, then pass it a position every millisecond, and it returns a force.
 """
 
 from ._native import PalpateError, Session, press

@@ -1,5 +1,5 @@
 /* OUR STUB of the few declarations of OpenHaptics that touch.cpp needs, written from its public documentation, so
- * that the adapter compiles in the tests. Not the vendor's header: build against theirs. Constants have other values. */
+ * that the adapter compiles in the tests. Not the vendor's header: build against theirs. The constants' values differ. */
 #ifndef STUB_HD_H
 #define STUB_HD_H
 
