@@ -14,9 +14,9 @@ pub(super) enum PaperCommand {
     /// Paper 000: a liver with its gallbladder on a thread. Table 1, Fig. 2, Fig. 3, section 3.4,
     /// and the cases in which its formulas fail.
     ///
-    /// Writes report.md, summary.json, tables as CSV and pictures as SVG and PNG. Fails (exit code
-    /// 1) if the product's own promise at full resolution does not hold: landmarks within 1 mm and
-    /// 2 mm of finite elements.
+    /// Writes report.md, summary.json, tables as CSV and pictures as SVG and PNG. Fails with exit
+    /// code 1 if the product's own promise at full resolution does not hold: landmarks within 1 mm
+    /// and 2 mm of finite elements.
     VolumePreserved(PaperArgs),
     /// Paper 004: a finger presses an abdomen and a foot. Figs. 5 to 9, and the cases in which its
     /// formulas fail.
