@@ -4,12 +4,12 @@ use palpate::haptic::cycle::{Ask, Command, Cycle, PatchRenderer, Settings};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use palpate::{BuildError, Memory, PatchFile, Vector3};
 
-/// A patch file is read in place, as words: its bytes start on a 4-byte boundary.
+/// Aligns the bytes of a patch file to 4 bytes, because the file is read in place as words.
 #[repr(C, align(4))]
 struct Words<B: ?Sized>(B);
 static PATCH: &Words<[u8]> = &Words(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/block-m4f-168.patch")));
 
-/// A handle that waits outside for 700 ticks, then goes 3 mm into the tissue in 0.3 s.
+/// A handle that waits 1 mm outside for 700 ticks, then moves to a depth of 3 mm in 0.3 s.
 struct Handle {
     tick: u32,
     site_m: Vector3<f32>,

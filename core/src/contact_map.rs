@@ -4,13 +4,13 @@
 //! A net force is one vector. Where the tissue pushes, over what area and how unevenly, is known
 //! from the foundation points that produced it ([`crate::stages::force::foundation`]). The map
 //! evaluates them again, at the node positions that the tick left. No tick needs the map, pays for
-//! it or changes because of it: of the state it uses scratch fields only, which are zero between
-//! ticks or are cleared at the start of every tick.
+//! it or changes because of it: the map writes only scratch fields of the state, which are zero
+//! between ticks or are cleared at the start of every tick.
 //!
 //! * in: positions after a tick, its candidates, the tip that the patch was shown
 //! * out: area, centre, axes, peak pressure, force; the pressure of every surface triangle
 //! * cost: 0.8 us per touched triangle on a desktop, 20 us at 410 nodes; with stiffening one more
-//!   pass over the springs; 19 kB of a board's flash, which the shipped images leave out
+//!   pass over the springs; 19 kB of flash on a board, so the shipped images leave it out
 //! * may fail: never; empty without contact and after a fault
 
 mod covered;
@@ -29,28 +29,28 @@ use crate::stages::force::stiffening;
 use crate::state::{State, node};
 use moments::Moments;
 
-/// Moments of a contact; pressures are those of the push, without friction.
+/// Area, force and moments of a contact. Pressures are those of the push, without friction.
 ///
-/// It holds the tissue's part alone: the force of the deformed surface at its present position. In
-/// a hold `force_n` is the force of the tick; under a moving probe the tick's force also contains
-/// the contact's damping and is a mean over the substeps.
+/// The map contains the tissue's part alone: the force of the deformed surface at its present
+/// position. In a hold, `force_n` is the force of the tick; while the probe moves, the tick's force
+/// also contains the contact's damping and is averaged over the substeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactMap {
     /// Area of the deformed surface inside the probe [m^2].
     pub area_m2: f32,
     /// Centre of pressure, patch frame [m].
     pub centre_m: Vector3<f32>,
-    /// Force on the probe, patch frame [N]: out of the tissue.
+    /// Force on the probe, patch frame [N]; it points out of the tissue.
     pub force_n: Vector3<f32>,
     /// Principal axes of the area in the plane across `force_n`, unit vectors, the longer first;
-    /// which end of an axis is given is arbitrary.
+    /// their signs are arbitrary.
     pub axes: [Vector3<f32>; 2],
-    /// Half-lengths along `axes` of the ellipse with the second moments of the area [m]: its own
-    /// half-axes where the contact is an ellipse.
+    /// Semi-axes, along `axes`, of the ellipse that has the second moments of the area [m]; if the
+    /// contact is an ellipse, they are its own.
     pub half_lengths_m: [f32; 2],
-    /// Largest pressure, as a mean over a surface triangle [Pa].
+    /// Largest of the mean pressures on single surface triangles [Pa].
     pub peak_pressure_pa: f32,
-    /// Surface triangles that push.
+    /// Number of surface triangles that push.
     pub triangles: u16,
 }
 
@@ -68,8 +68,8 @@ impl ContactMap {
 
     /// The contact of the last tick. `pressure_pa` receives the mean pressure on each surface
     /// triangle [Pa], shape \[triangles\] in the model's order, zero where nothing touches. A
-    /// shorter slice, even an empty one, receives the first triangles only. A triangle's push
-    /// points along the probe's normals at its points, not along its own.
+    /// shorter slice, even an empty one, receives the first triangles only. The push of a triangle
+    /// is directed along the probe's normals at its points, not along its own normal.
     ///
     /// `model` and `tuned` are those of the tick.
     pub fn read(model: &Model, tuned: &Tuned, state: &mut State, pressure_pa: &mut [f32]) -> Self {
@@ -87,7 +87,7 @@ impl ContactMap {
 
 const ZERO: Vector3<f32> = Vector3::new(0.0, 0.0, 0.0);
 
-/// `pushing` is the number of leading candidates among which all that push are.
+/// All candidates that push are among the first `pushing` ones.
 fn of_patch<const STIFFENED: bool>(
     model: &Model,
     tuned: &Tuned,
@@ -97,7 +97,7 @@ fn of_patch<const STIFFENED: bool>(
     pressure_pa: &mut [f32],
 ) -> ContactMap {
     if tuned.relaxes() {
-        // what has faded at a node is a share of the sum of its pushes
+        // the part that has faded at a node is a share of the sum of its pushes
         let near = core::mem::replace(&mut state.near, pushing);
         push::<STIFFENED>(model, tuned, state, tip_m);
         state.near = near;
@@ -112,7 +112,7 @@ fn of_patch<const STIFFENED: bool>(
         state.nodes.iter_mut().for_each(|node| (node.pass, node.slope) = ([0.0; ROW], 0.0));
     }
     if map.triangles == 0 {
-        // a touch too small to have an area
+        // a contact too small to have an area
         pressure_pa.fill(0.0);
     }
     map

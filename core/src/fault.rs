@@ -1,9 +1,10 @@
-//! Errors: build errors that name the item, run-time faults that are numbered and latched, limiter
-//! flags.
+//! Errors and flags: build errors name the item, run-time faults are numbered and latched, and
+//! limiter flags show what was clamped.
 
 use core::fmt;
 
-/// A model or a set of parameters that cannot run. Found before the first tick, never during one.
+/// Reason why a model or a set of parameters cannot run. It is found before the first tick, never
+/// during one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum BuildError {
@@ -32,7 +33,7 @@ pub enum BuildError {
         /// Index of the item.
         index: usize,
     },
-    /// An item that joins a node to itself or is in the wrong row.
+    /// An item joins a node to itself, is out of order, or contradicts the items next to it.
     Degenerate {
         /// Kind of item.
         item: &'static str,
@@ -61,24 +62,24 @@ pub enum BuildError {
     OutOfRange {
         /// Name of the parameter, with its unit.
         parameter: &'static str,
-        /// Length or value given.
+        /// Value that was given.
         value: f32,
         /// Smallest value allowed.
         min: f32,
         /// Largest value allowed.
         max: f32,
     },
-    /// The patch was built for another Poisson's ratio: it changes the springs, so it cannot be set
-    /// afterwards.
+    /// The patch was built for another Poisson's ratio, which determines the springs and so cannot
+    /// be set afterwards.
     PoissonMismatch {
-        /// Length or value given.
+        /// Poisson's ratio that was given.
         given: f32,
         /// Value that the patch was built for.
         patch: f32,
     },
     /// The bytes are not a patch file of this version.
     NotAPatch,
-    /// The patch file's checksum does not match: it was cut or changed.
+    /// The patch file's checksum does not match: the file was truncated or changed.
     Checksum {
         /// CRC-32 in the header.
         expected: u32,
@@ -148,8 +149,8 @@ impl fmt::Display for BuildError {
 
 impl core::error::Error for BuildError {}
 
-/// Why the force is zero. Latched: in a patch until [`crate::State::reset`], in a haptic loop until
-/// it is cleared by request.
+/// Reason why the force is zero. It stays latched: in a patch until [`crate::State::reset`], in a
+/// haptic loop until it is cleared by request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 #[non_exhaustive]
@@ -162,17 +163,17 @@ pub enum Fault {
     ForceNotFinite = 3,
     /// State, parameters and model differ in size.
     SizeMismatch = 4,
-    /// The device said that its sensor cannot be trusted, or its readings showed it.
+    /// The device reported that its sensor cannot be trusted, or its readings showed it.
     SensorFault = 5,
     /// The last new pose is older than allowed, or too many poses were missing.
     PoseStale = 6,
     /// The pose was outside the workspace and its margin.
     OutOfWorkspace = 7,
-    /// The probe moved faster than a hand while a force acted on it.
+    /// The probe moved faster than a hand can while a force acted on it.
     OverSpeed = 8,
     /// The model asked for a force far beyond the limit for many ticks.
     ForceImplausible = 9,
-    /// In several contacts in a row the loop gave the hand more energy than it took.
+    /// In several contacts in a row, the loop gave the hand more energy than it took.
     EnergyCreated = 10,
     /// The self-test did not pass.
     SelfTestFailed = 11,
@@ -180,12 +181,13 @@ pub enum Fault {
     DeadlineMissed = 12,
     /// The supply fell below what the actuators need.
     SupplyLow = 13,
-    /// The probe sped up against a force that should have held it.
+    /// The probe sped up against a force that should have slowed it down.
     Runaway = 14,
-    /// A force acted on a tip that was outside the tissue, or the patch was given another tip
-    /// position than the sensed one.
+    /// A force acted on a tip that was outside the tissue, or the patch was given a tip position
+    /// other than the sensed one.
     TipApart = 15,
-    /// The encoder's steps are ten times longer or shorter than a count of the device's profile.
+    /// The encoder's steps are at least ten times longer or shorter than a count of the device's
+    /// profile.
     UnitMismatch = 16,
     /// The emergency stop was pressed, its wire is open, or the over-current trip acted.
     EmergencyStop = 17,
@@ -195,7 +197,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// Every fault, by number.
+    /// All faults, in the order of their numbers.
     pub const ALL: [Self; 18] = [
         Self::PoseNotFinite,
         Self::Diverged,
@@ -217,7 +219,7 @@ impl Fault {
         Self::WrongSign,
     ];
 
-    /// Words for the fault.
+    /// Short description of the fault, in lower case.
     #[must_use]
     pub fn text(self) -> &'static str {
         match self {
@@ -242,7 +244,7 @@ impl Fault {
         }
     }
 
-    /// Way to remove the cause, where it lies in the set-up of the device.
+    /// Advice on how to remove the cause, if it is in the set-up of the device.
     #[must_use]
     pub fn remedy(self) -> Option<&'static str> {
         match self {
@@ -261,7 +263,8 @@ impl fmt::Display for Fault {
     }
 }
 
-/// Inputs that were clamped in a tick. Not a fault: the force is right for the clamped input.
+/// Flags for quantities that were clamped in a tick. Clamping is not a fault: the force is right
+/// for the clamped values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ClampFlags(u8);
 
@@ -269,11 +272,11 @@ impl ClampFlags {
     /// Nothing was clamped.
     pub const DEFAULT: Self = Self(0);
     /// The probe moved faster than `max_speed_m_per_s`, or into the tissue faster than
-    /// `max_sink_m_per_s`; the patch saw it move at that speed.
+    /// `max_sink_m_per_s`; the patch was shown a probe that moves at that limit.
     pub const SPEED: Self = Self(1);
-    /// The probe was deeper than the patch answers; it was held at the limit.
+    /// The probe was deeper than the patch's depth limit and was clamped to it.
     pub const DEPTH: Self = Self(2);
-    /// The force was longer than `max_force_n`; it was shortened, its direction kept.
+    /// The force was larger than `max_force_n`; its magnitude was clamped, its direction kept.
     pub const FORCE: Self = Self(4);
 
     /// The probe began inside the tissue, or the surface closed over it: there is no force until it
@@ -281,7 +284,7 @@ impl ClampFlags {
     pub const BURIED: Self = Self(8);
     /// The force on the hand was limited by the slew rate.
     pub const SLEW: Self = Self(16);
-    /// An older pose was rendered: the newest was missing or a glitch.
+    /// An older pose was rendered, because the newest was missing or a glitch.
     pub const HELD: Self = Self(32);
     /// The force was scaled down: ramp-in, relief after saturation, or an encoder that no longer
     /// counts.

@@ -1,4 +1,4 @@
-//! From a sensed pose to a force on the hand, the same on board and desktop.
+//! The haptic loop, from a sensed pose to a force on the hand. Board and desktop run the same code.
 //!
 //! ```text
 //! sense ─ pose ─ toggle ─ tick ─ apart ─ shorten ─ damping ─ gains ─ limits ─ actuate
@@ -7,13 +7,13 @@
 //!                counts                            contact
 //! mode: decides whether force output is enabled
 //! passivity: energy given to the hand, always watched
-//! unit, sign, runaway, stillness: is the encoder or a sign wrong
+//! unit, sign, runaway, stillness: detect a wrong unit or sign, or a dead encoder
 //! ```
 //!
-//! [`cycle::Cycle::tick`] runs these stages in order. Everything here allocates nothing, cannot
-//! panic, and on any fault gives zero force within the same tick, latched and numbered
-//! ([`crate::Fault`]). Limits hold from the first tick; they can be lowered, never raised or
-//! switched off. Depth and speed of what the *patch* is shown are limited by its own guard,
+//! [`cycle::Cycle::tick`] runs these stages in order. None of them allocates or panics. Any fault
+//! gives zero force within the same tick and is latched and numbered ([`crate::Fault`]). Limits
+//! apply from the first tick; they can be lowered, never raised or switched off. Depth and speed of
+//! the tip that the *patch* is given are limited by the patch's own guard,
 //! [`crate::stages::probe`].
 
 pub mod apart;
@@ -41,8 +41,8 @@ pub(crate) fn length(v: &Vector3<f32>) -> f32 {
     sqrt(v.dot(v))
 }
 
-/// `x` between two bounds. `f32::clamp` has a panic for bounds that cross, and its message costs 25
-/// KB of flash.
+/// Clamps `x` to two bounds. `f32::clamp` panics if the bounds cross, and the code for its message
+/// costs 25 KB of flash.
 #[inline(always)]
 pub(crate) fn between(x: f32, low: f32, high: f32) -> f32 {
     if x < low {
@@ -57,13 +57,13 @@ pub(crate) fn between(x: f32, low: f32, high: f32) -> f32 {
 /// Name of a value with its smallest and largest permitted values.
 pub(crate) type Range = (&'static str, f32, f32);
 
-/// Names the first value outside its range. The ranges are data: as code they would cost the board
-/// some 400 bytes more.
+/// Returns an error that names the first value outside its range. The ranges are passed as data: as
+/// code they would cost the board some 400 bytes more.
 pub(crate) fn each_within<const N: usize>(ranges: &'static [Range; N], values: [f32; N]) -> Result<(), BuildError> {
     ranges.iter().zip(values).try_for_each(|(&(parameter, min, max), value)| BuildError::within(parameter, value, min, max))
 }
 
-/// Names the first value outside its range: (name, value, smallest, largest).
+/// Returns an error that names the first value outside its range: (name, value, smallest, largest).
 pub(crate) fn within(ranges: &[(&'static str, f32, f32, f32)]) -> Result<(), BuildError> {
     ranges.iter().try_for_each(|&(parameter, value, min, max)| BuildError::within(parameter, value, min, max))
 }

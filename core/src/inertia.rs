@@ -6,9 +6,9 @@ pub const FIELDS: usize = 4;
 /// One gain per field, `E dt / mass` [m/s per (N/Pa)]; zero where the field is not used.
 pub type Gains = [f32; FIELDS];
 
-/// Weight of a node's neighbours in its acceleration (1): see `stages/integrate.rs`. From 2.5 on
-/// the approximate mass matrix loses its sign on shipped patches, with 1 a smooth motion feels half
-/// of the floor.
+/// Weight of a node's neighbours in its acceleration (1): see `stages/integrate.rs`. From 2.5 on,
+/// the approximate mass matrix of shipped patches is no longer positive definite; with 1, a smooth
+/// motion feels half of the floor.
 pub(crate) const NEIGHBOUR: f32 = 2.0;
 
 /// Inertia of a node.
@@ -16,8 +16,8 @@ pub(crate) const NEIGHBOUR: f32 = 2.0;
 pub struct NodeStep {
     /// `E dt / D` [m/s per (N/Pa)], with D the diagonal of the mass matrix; 0 for anchors.
     pub step: f32,
-    /// Mass between the node and each neighbour over the stiffness of their spring: this node's
-    /// half, times the factor of `NEIGHBOUR` over `dt` [s].
+    /// This node's half of the mass between it and each neighbour, over the stiffness of their
+    /// spring, times `NEIGHBOUR` and divided by `dt` [s].
     pub added: f32,
     /// Smooth fields at the node (1): see `smooth.rs`; zero for anchors.
     pub smooth: [f32; FIELDS],
@@ -30,11 +30,11 @@ impl NodeStep {
     pub const ZERO: Self = Self { step: 0.0, added: 0.0, smooth: [0.0; FIELDS], next: 0.0 };
 }
 
-/// Power that the mass floor takes in a tick: see `stages/integrate.rs`.
+/// Power that the mass added by the floor absorbs in a tick: see `stages/integrate.rs`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Floored {
-    /// Sum over the substeps of the power that the masses took beyond the true ones, over E
-    /// [W/Pa]; negative where they give it back.
+    /// Sum over the substeps of the power that the floored masses absorb beyond the true masses,
+    /// over E [W/Pa]; negative while they return it.
     pub power: f32,
     /// Square of the fastest node's speed [m^2/s^2].
     pub fastest: f32,

@@ -9,8 +9,8 @@ use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use nalgebra::{Scalar, Vector3};
 
-/// Floats stored per node row: a 16-byte row loads in one instruction where there are 128-bit
-/// registers; the board keeps three and saves a quarter of the RAM. The fourth float stays zero.
+/// Floats stored per node row. A 16-byte row loads in one instruction on processors with 128-bit
+/// registers; the board stores three and saves a quarter of the RAM. The fourth float stays zero.
 pub const ROW: usize = if cfg!(target_os = "none") { 3 } else { 4 };
 
 /// x, y, z of one node quantity (and a zero that pads the row on the desktop).
@@ -76,7 +76,7 @@ pub fn sqrt(x: f32) -> f32 {
     sqrtf(x)
 }
 
-/// `W` numbers that take every operation elementwise.
+/// `W` numbers on which every operation acts elementwise.
 #[cfg_attr(armv7em_fp, expect(dead_code, reason = "in assembly there"))]
 pub trait Lanes<const W: usize>:
     Scalar

@@ -6,8 +6,8 @@
 //! ```
 //!
 //! A small tetrahedral mass-spring patch with compression compensation answers each pose of a probe
-//! with a force. Guarantees of this crate: `no_std`, no allocation, single precision only, no panic
-//! on the path of a [`tick()`], the same bits on every target.
+//! with a force. This crate guarantees: `no_std`, no allocation, single precision only, no panic on
+//! the path of a [`tick()`], and the same bits on every target.
 //!
 //! # Units and frame
 //! SI everywhere; a scalar that crosses a module carries its unit in its name. Patch frame:
@@ -20,11 +20,11 @@
 //! | contact | surface triangles that the probe can reach |
 //! | patch | tets, springs and surface of a piece of tissue |
 //! | anchor | a fixed node |
-//! | compensation | what resists over-compression |
-//! | relaxation | the fading of forces in tissue that is held |
-//! | far field | what stands in for the rest of the organ: rim springs |
-//! | device, hand | what the probe is fixed to on either side of the haptic loop |
-//! | tick, substep | 1 ms of the device's time, one integration step |
+//! | compensation | the term that resists over-compression |
+//! | relaxation | the decay of force in tissue that is held deformed |
+//! | far field | the rest of the organ around the patch, represented by rim springs |
+//! | device, hand | the actuated handle that carries the probe; the user's hand on it |
+//! | tick, substep | one period of the loop (1 ms); one integration step within it |
 //!
 //! # Example
 //! A patch file, a device, 1 000 ticks (`examples/controller.rs`):
@@ -32,10 +32,10 @@
 #![doc = concat!("```\n", include_str!("../examples/controller.rs"), "```")]
 //!
 //! # Design principles
-//! 1. The path of a tick is one screen: `tick.rs`.
-//! 2. Constant [`Model`], mutable [`State`], derived [`Tuned`]: three types.
+//! 1. A tick fits on one screen: `tick.rs`.
+//! 2. Three types: the constant [`Model`], the mutable [`State`], the derived [`Tuned`].
 //! 3. Everything elastic is per pascal of Young's modulus: one packed patch serves every stiffness.
-//! 4. One arithmetic, `+ - * / sqrt` never fused: the desktop is the board's bit-exact oracle.
+//! 4. Only `+ - * / sqrt`, never fused: the desktop is the board's bit-exact oracle.
 #![no_std]
 #![cfg_attr(not(test), warn(clippy::default_numeric_fallback, clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 

@@ -1,18 +1,18 @@
-//! Memory of one running patch, reserved at once: on a board in one `static`.
+//! Memory of one running patch, reserved as a single object: on a board, one `static`.
 //!
 //! ```text
 //! Model (flash) ─┐
-//! Params ────────┴─ Memory::start ─┬─ Tuned  what the tick reads: masses
-//!                                  └─ State  what the tick writes: nodes, triangles near the probe
+//! Params ────────┴─ Memory::start ─┬─ Tuned  read by the tick: masses
+//!                                  └─ State  written by the tick: nodes, triangles near the probe
 //! ```
 //!
-//! A caller with a heap and patches of any size brings slices of its own to [`Params::build`] and
-//! [`State::new`] instead.
+//! A caller with a heap, or with patches of any size, passes its own slices to [`Params::build`]
+//! and [`State::new`] instead.
 //!
 //! * in: a model and parameters
-//! * out: what [`crate::tick()`] takes
+//! * out: the arguments of [`crate::tick()`]
 //! * cost: nothing within the tick
-//! * may fail: when a patch is started that does not fit or is refused
+//! * may fail: if the patch does not fit or is refused
 
 use heapless::Vec;
 
@@ -23,10 +23,10 @@ use crate::params::{Params, Tuned};
 use crate::stages::force::friction::Bristle;
 use crate::state::{Faded, Node, State, TetShapes};
 
-/// Arrays of a patch of at most `NODES` nodes and `TRIANGLES` surface triangles; on a desktop also
-/// of at most four tets per node. A patch that relaxes has at most `RELAXING` nodes: 36 bytes each
-/// on a board, zero where none does. A probe with friction holds at most `RUBBING` nodes at once:
-/// 20 bytes each, zero where nothing rubs.
+/// Arrays for a patch of at most `NODES` nodes and `TRIANGLES` surface triangles, on a desktop also
+/// at most four tets per node. `RELAXING` is the largest number of nodes of a patch that relaxes,
+/// at 36 bytes each on a board, or zero if no patch relaxes. `RUBBING` is the largest number of
+/// nodes that a probe with friction holds at once, at 20 bytes each, or zero without friction.
 #[derive(Debug)]
 pub struct Memory<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RUBBING: usize> {
     nodes: Vec<Node, NODES>,
@@ -34,10 +34,10 @@ pub struct Memory<const NODES: usize, const TRIANGLES: usize, const RELAXING: us
     candidates: Vec<u16, TRIANGLES>,
     faded: Vec<Faded, RELAXING>,
     bristles: Vec<Bristle, RUBBING>,
-    /// On the board a patch is checked in the memory of its nodes.
+    /// Scratch arrays for `judge`; the board uses the memory of the nodes instead.
     #[cfg(not(target_os = "none"))]
     scratch: [Vec<f32, NODES>; 2],
-    /// The desktop keeps what the board computes twice.
+    /// Gradients and volumes of the tets, which the desktop keeps and the board computes twice.
     #[cfg(not(target_os = "none"))]
     shapes: Vec<TetShapes, NODES>,
 }
@@ -45,7 +45,7 @@ pub struct Memory<const NODES: usize, const TRIANGLES: usize, const RELAXING: us
 impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RUBBING: usize>
     Memory<NODES, TRIANGLES, RELAXING, RUBBING>
 {
-    /// Memory without a patch: the value of a `static`.
+    /// Empty memory without a patch, the initial value of a `static`.
     pub const RESERVED: Self = Self {
         nodes: Vec::new(),
         node_step: Vec::new(),
@@ -66,7 +66,7 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RU
         self.start_in_rounds(model, params, &mut || {})
     }
 
-    /// [`Memory::start`] with [`Params::build_in_rounds`].
+    /// Like [`Memory::start`], but calls `after_round` as [`Params::build_in_rounds`] does.
     ///
     /// # Errors
     /// Errors of [`Memory::start`].
@@ -99,9 +99,9 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RU
         Ok((tuned, state))
     }
 
-    /// Masses for `params`, and two arrays with a zero for each node, for checking a patch before
-    /// it is started. The patch in this memory is lost. `after_round` is that of
-    /// [`Params::build_in_rounds`].
+    /// Derives the masses for `params` and returns them with two scratch arrays of one entry per
+    /// node, for checking a patch before it is started. The patch in this memory is lost.
+    /// `after_round` is that of [`Params::build_in_rounds`].
     ///
     /// # Errors
     /// Errors of [`Params::build`]; [`BuildError::TooLarge`] names the memory that is too small.
@@ -131,7 +131,7 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RU
     }
 }
 
-/// Makes an array as long as it needs to be.
+/// Sets the length of an array to `need` and every entry to `value`.
 fn fill<T: Clone, const N: usize>(item: &'static str, array: &mut Vec<T, N>, need: usize, value: T) -> Result<(), BuildError> {
     array.clear();
     array.resize(need, value).map_err(|_| BuildError::TooLarge { item, need, have: N })

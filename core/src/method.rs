@@ -8,15 +8,15 @@
 //! | [`Method::correct`] | once per substep | nothing |
 //!
 //! Guard, contact and output are those of the product. A method is a type, so an image contains
-//! only the one that it runs. It reads [`State::nodes`], [`State::in_contact`] and the accessors of
-//! [`Tuned`]; it acts through [`State::add_force`] and [`State::place`]:
+//! only the method that it runs. A method reads [`State::nodes`], [`State::in_contact`] and the
+//! accessors of [`Tuned`]; it acts through [`State::add_force`] and [`State::place`]:
 //!
 //! ```
 //! use palpate::method::Method;
 //! use palpate::stages::force::{self, foundation::Load};
 //! use palpate::{Model, State, Tuned, Vector3};
 //!
-//! /// The product with a wind on every node.
+//! /// The product with the same wind force on every node.
 //! struct Wind(Vector3<f32>);
 //!
 //! impl Method for Wind {
@@ -51,7 +51,7 @@ pub trait Method {
     #[inline(always)]
     fn begin(&mut self, _tuned: &Tuned, _state: &State) {}
 
-    /// Sums the forces on the nodes over E [N/Pa] and returns the load on the probe.
+    /// Sums the forces on the nodes over E [N/Pa] and returns the probe's load on the tissue.
     #[inline(always)]
     fn force(
         &mut self,
@@ -78,7 +78,7 @@ pub trait Method {
     fn correct(&mut self, _model: &Model, _tuned: &Tuned, _state: &mut State) {}
 }
 
-/// The product: every stage as [`crate::tick()`] draws it.
+/// The product's own method: every stage as drawn in [`crate::tick()`].
 #[derive(Clone, Copy, Debug)]
 pub struct Product;
 

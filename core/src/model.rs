@@ -1,5 +1,5 @@
-//! The constant model: rest shape and stiffness as borrowed slices, so that it lives in flash or in
-//! a `Vec`.
+//! The constant model: rest shape and stiffness as borrowed slices, which may be in flash or in a
+//! `Vec`.
 //!
 //! **Everything elastic is stored per pascal of Young's modulus** (a spring constant in N/m is its
 //! entry in metres times E). The tick runs on forces divided by E, so one packed patch serves every
@@ -15,13 +15,13 @@ use crate::fault::BuildError;
 pub struct NodeRest {
     /// Position [m], patch frame.
     pub rest_m: [f32; 3],
-    /// A quarter of the volume of its tets [m^3]: its mass is density times this (paper 000, eq
-    /// 10).
+    /// A quarter of the volume of the node's tets [m^3]; times the density it is the node's mass
+    /// (paper 000, eq 10).
     pub volume_m3: f32,
     /// Mean diagonal stiffness over E [m]: a third of the trace of the node's block of the rest
     /// stiffness matrix, rim included.
     pub stiffness_m: f32,
-    /// One over six times the volume of its tets [1/m^3].
+    /// One over six times the volume of the node's tets [1/m^3].
     pub six_volume_reciprocal: f32,
     /// Nodal share of the volume stiffness over E, `2 kappa (1 - beta) / 24`, with the node's
     /// multiplier (1).
@@ -66,7 +66,7 @@ pub struct Triangle {
     pub reserved: u16,
 }
 
-/// Law of one foundation point (notes in `stages/force/foundation.rs`).
+/// Force law of one foundation point, described in `stages/force/foundation.rs`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct FoundationPoint {
@@ -74,7 +74,7 @@ pub struct FoundationPoint {
     pub k: f32,
 }
 
-/// Block of a rim spring to the ground: `f_i -= E M u_i`.
+/// Rim spring between a node and the ground, given by a 3x3 block M: `f_i -= E M u_i`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct RimNode {
@@ -84,7 +84,7 @@ pub struct RimNode {
     pub block_m: [f32; 6],
 }
 
-/// Block of a rim spring between two rim nodes: `f_i -= E B u_j`, `f_j -= E B^T u_i`.
+/// Rim spring between two rim nodes, given by a 3x3 block B: `f_i -= E B u_j`, `f_j -= E B^T u_i`.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct RimEdge {
@@ -94,35 +94,36 @@ pub struct RimEdge {
     pub block_m: [f32; 9],
 }
 
-/// A tissue patch at rest: what the tick reads and never writes.
+/// A tissue patch at rest; the tick only reads it.
 #[derive(Clone, Copy, Debug)]
 pub struct Model<'a> {
     /// Poisson's ratio that the stiffnesses were built for.
     pub poisson_ratio: f32,
-    /// Stiffening of the foundation [1/m].
+    /// Coefficient of the stiffening term in the foundation's force law [1/m].
     pub stiffening_per_m: f32,
-    /// Deepest press the patch answers [m]; the probe is held there.
+    /// Largest depth at which the patch can be pressed [m]; the guard clamps a deeper probe to it.
     pub depth_limit_m: f32,
     /// Nodes, shape \[nodes\].
     pub nodes: &'a [NodeRest],
     /// Fixed nodes, ascending.
     pub anchors: &'a [u16],
-    /// How many springs start at each node, shape \[nodes\], when `springs` is sorted by `i`. Empty
-    /// when they are in an order made for wide processors; the order of the springs *at each node*
-    /// is the same in both, and so are the bits.
+    /// Number of springs that start at each node, shape \[nodes\], if `springs` is sorted by `i`.
+    /// Empty if the springs are ordered for processors with wide registers; the order of the
+    /// springs *at each node* is the same in both cases, so the results have the same bits.
     pub spring_rows: &'a [u16],
     /// Springs, one per edge.
     pub springs: &'a [Spring],
-    /// Tets, in an order where neighbours in the list share no node.
+    /// Tets, ordered so that neighbours in the list share no node if the mesh allows it.
     pub tets: &'a [Tet],
     /// The surface that a probe can touch.
     pub triangles: &'a [Triangle],
-    /// How steeply the tissue at each node stiffens (1): its exponent, divided by the patch's
-    /// ([`crate::Params::stiffening_b`]) and by its stiffness ratio, shape \[nodes\]. Empty where
+    /// Steepness of the stiffening at each node (1), shape \[nodes\]: the node's exponent divided
+    /// by the patch's ([`crate::Params::stiffening_b`]) and by the node's stiffness ratio. Empty if
     /// it is 1 everywhere; boards run no tissue that stiffens.
     #[cfg(not(target_os = "none"))]
     pub steepness: &'a [f32],
-    /// Foundation points, shape [triangles][4] or [triangles][9], flat.
+    /// Foundation points, shape [triangles][4], [triangles][9] or (except on a board)
+    /// [triangles][16], flat.
     pub foundation: &'a [FoundationPoint],
     /// Tet across the face opposite each corner, shape \[tets\]; [`Model::TOUCHABLE`] or
     /// [`Model::HIDDEN`] at the boundary.
@@ -137,16 +138,17 @@ pub struct Model<'a> {
 }
 
 impl Model<'_> {
-    /// In place of a neighbour: a boundary face that is one of `triangles`.
+    /// In place of a neighbour: marks a boundary face that is one of `triangles`.
     pub const TOUCHABLE: u32 = u32::MAX - 1;
-    /// In place of a neighbour: a side, an underside, or where the patch was cut.
+    /// In place of a neighbour: marks any other boundary face, such as a side, the underside or a
+    /// cut.
     pub const HIDDEN: u32 = u32::MAX;
 
-    /// Foundation points of a triangle: 9, not on a board 16, or else 4.
+    /// Number of foundation points per triangle: 4, 9, or (except on a board) 16.
     #[must_use]
     #[inline(always)]
     pub fn points_per_triangle(&self) -> usize {
-        // a board's image has no room for sixteen: there the check of the sizes refuses them
+        // a board's image has no room for sixteen points: there `check_sizes` refuses such a patch
         #[cfg(not(target_os = "none"))]
         if self.foundation.len() == 16 * self.triangles.len() {
             return 16;
@@ -228,8 +230,9 @@ impl Model<'_> {
         self.check_neighbours()
     }
 
-    /// Neighbours name each other across the same three nodes, and every triangle is a boundary
-    /// face of its owner: otherwise a tip could be located in a tissue that is not there.
+    /// Checks that neighbours name each other across the same three nodes, and that every triangle
+    /// is a boundary face of its owner. Otherwise a tip could be located inside tissue where there
+    /// is none.
     fn check_neighbours(&self) -> Result<(), BuildError> {
         let has = |tet: &Tet, nodes: &[u16], but: u16| nodes.iter().all(|n| *n == but || tet.node.contains(n));
         for (index, (tet, across)) in self.tets.iter().zip(self.neighbours).enumerate() {
@@ -255,8 +258,8 @@ impl Model<'_> {
         Ok(())
     }
 
-    /// The tick passes over the edges once, along the rim nodes: an edge out of place, and all
-    /// after it, would be skipped.
+    /// Checks that the edges follow the order of the rim nodes. The tick passes over the edges
+    /// once, along the rim nodes: an edge out of order, and all edges after it, would be skipped.
     fn check_rim_order(&self) -> Result<(), BuildError> {
         let mut passed = self.rim_nodes.iter();
         let mut first = None;

@@ -1,5 +1,5 @@
-//! Parameters in SI, as a user sets them ([`Params`]), and what the tick needs of them, derived
-//! once ([`Tuned`]).
+//! Parameters in SI units: [`Params`] as a user sets them, and [`Tuned`], the values that are
+//! derived from them once for the tick.
 
 mod probe;
 mod prony;
@@ -16,16 +16,17 @@ pub(crate) use prony::Prony;
 pub use prony::{MOST_TERMS, PronyTerm};
 pub use terms::Terms;
 
-/// Limits at the patch's edge. They can be lowered, never switched off.
+/// Limits of the patch's guard. They can be lowered, never switched off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GuardLimits {
-    /// Fastest probe the patch is shown [m/s].
+    /// Largest speed at which the shown probe moves [m/s].
     pub max_speed_m_per_s: f32,
-    /// Largest speed at which the shown probe enters tissue in contact [m/s]. A probe faster than
-    /// the waves of the floored masses would crush the first elements before the next ones move.
-    /// `palpate_tissue::stable_step::limits` computes the speed that a patch's elements allow.
+    /// Largest speed at which the shown probe enters tissue in contact [m/s]. A probe that is
+    /// faster than the waves in the tissue, which the mass floor slows down, would crush the first
+    /// elements before the next ones move. `palpate_tissue::stable_step::limits` computes the speed
+    /// that a patch's elements allow.
     pub max_sink_m_per_s: f32,
-    /// Largest force that leaves the tick [N].
+    /// Largest force that a tick outputs [N].
     pub max_force_n: f32,
 }
 
@@ -51,7 +52,7 @@ impl GuardLimits {
 pub struct Params {
     /// Young's modulus [Pa]; with relaxation the instantaneous one.
     pub youngs_modulus_pa: f32,
-    /// Poisson's ratio (1), 0.25 (what springs alone have) up to below 0.5.
+    /// Poisson's ratio (1), from 0.25 (that of springs alone) to just below 0.5.
     pub poisson_ratio: f32,
     /// Density [kg/m^3].
     pub density_kg_per_m3: f32,
@@ -63,38 +64,40 @@ pub struct Params {
     pub compensation: f32,
     /// Compression at which the extra stiffness begins, as a share of the rest length (`tau_c`).
     pub compensation_threshold: f32,
-    /// Mass floor factor f: the diagonal of the mass matrix is at least about `f E D T^2`, D the
-    /// node's mean diagonal stiffness over E, T the tick. Statics do not see it.
+    /// Mass floor factor f: the diagonal of the mass matrix is at least about `f E D T^2`, where D
+    /// is the node's mean diagonal stiffness over E and T the tick. It does not affect statics.
     pub mass_floor: f32,
-    /// Dashpot of the foundation between probe and node, as a share of its slope times the substep
-    /// (beta). With 1 the force is that of the probe's place at the end of the substep plus its
-    /// speed, with 0 it lags by a substep.
+    /// Dashpot of the foundation between probe and node, as a share of its tangent stiffness times
+    /// the substep (beta). With 1, the force is that of a probe one substep ahead of its position
+    /// at the end of the substep; with 0, it lags behind that by a substep.
     pub contact_damping: f32,
     /// Stiffening exponent b of Fung and Demiray (1): the energy density w of a deformation becomes
-    /// `mu/2b (exp(2 b w / mu) - 1)`. Zero leaves it out. Tissue data: a patch serves any value. Of
-    /// tissue with regions the largest one; the others are in [`Model::steepness`].
+    /// `mu/2b (exp(2 b w / mu) - 1)`. Zero leaves it out. It is a property of the tissue: one patch
+    /// serves any value. If regions differ it is the largest exponent; [`Model::steepness`] relates
+    /// the others to it.
     pub stiffening_b: f32,
-    /// How forces fade while the tissue is held, terms with a share of zero left out. Tissue data:
-    /// a patch serves any value.
-    // a named length breaks the compiler (1.95) where a closure borrows the field
+    /// Relaxation of forces while the tissue is held; terms with a share of zero are left out. It
+    /// is a property of the tissue: one patch serves any value.
+    // with a named length, the compiler (1.95) fails where a closure borrows the field
     pub relaxation: [PronyTerm; 3],
     /// Coulomb's coefficient between probe and tissue (1), 0 .. 5: the force along the surface is
     /// at most this times the push. Zero leaves friction out.
     pub friction: f32,
-    /// Steps per tick.
+    /// Number of integration steps per tick.
     pub substeps: u16,
-    /// The tick [s].
+    /// Period of the loop, the tick [s].
     pub tick_s: f32,
-    /// The probe.
+    /// Shape, size and orientation of the probe.
     pub probe: Probe,
-    /// Active terms.
+    /// Terms of the model that act.
     pub terms: Terms,
-    /// Speeds and force that a tick does not exceed.
+    /// Limits on the speeds of the shown probe and on the force of a tick.
     pub limits: GuardLimits,
 }
 
 impl Default for Params {
-    /// Liver-like tissue under a fingertip. Scalars of the model: measured, see DECISIONS.md.
+    /// Liver-like tissue under a fingertip. The scalars of the model were found by measurement
+    /// (DECISIONS.md).
     fn default() -> Self {
         Self {
             youngs_modulus_pa: 3500.0,
@@ -118,8 +121,9 @@ impl Default for Params {
     }
 }
 
-/// Safety factor for lumping the foundation's slopes at nodes: the points of a triangle couple its
-/// corners. With 1 the longest stable tick falls by a fifth; from 1.5 on it stays the same.
+/// Safety factor for lumping the foundation's tangent stiffnesses at nodes, although the points of
+/// a triangle couple its corners. With 1 the longest stable tick falls by a fifth; from 1.5 on it
+/// stays the same.
 const CONTACT_LUMPING: f32 = 1.5;
 
 /// Largest exponent of stiffening (1): pig liver has 12 to 22. Boards leave the term out.
@@ -141,8 +145,8 @@ fn each_end(model: &Model, node_step: &mut [NodeStep], visit: impl Fn(&Spring, &
     }
 }
 
-/// Parameters as the tick reads them, derived once from [`Params`], so that the tick divides by no
-/// user value.
+/// Parameters as the tick reads them, derived once from [`Params`], so that the tick never divides
+/// by a user's value.
 #[derive(Debug)]
 pub struct Tuned<'a> {
     pub(crate) terms: Terms,
@@ -165,23 +169,23 @@ pub struct Tuned<'a> {
     pub(crate) onset: f32,
     pub(crate) compensation: f32,
     pub(crate) contact_damping_s: f32,
-    /// Displacement of a substep over the velocity that it adds, with the safety factor of lumping
+    /// Displacement in a substep per velocity gained in it, including the safety factor for lumping
     /// [s].
     pub(crate) lumping_s: f32,
-    /// Logarithm of a node's stiffness factor, divided by the node's energy over E and multiplied
-    /// by six times its volume (1).
+    /// Factor that turns a node's energy over E, divided by six times the volume of its tets, into
+    /// the logarithm of the node's stiffness factor (1).
     pub(crate) steepness: f32,
-    /// How forces fade.
+    /// Constants of the relaxation filter.
     pub(crate) prony: Prony,
     /// Coulomb's coefficient (1); zero where nothing rubs.
     pub(crate) friction: f32,
-    /// Stiffness of a half-space along its surface over that across it (1).
+    /// Ratio of the tangential to the normal stiffness of a half-space (1).
     pub(crate) along: f32,
-    /// The tissue relaxes or the probe rubs.
+    /// True if the tissue relaxes or the probe has friction.
     pub(crate) remembers: bool,
-    /// Some node has added mass relative to its neighbours.
+    /// True if some node has added mass relative to its neighbours.
     pub(crate) relative_mass: bool,
-    /// Some smooth field is used.
+    /// True if some smooth field is used.
     pub(crate) fields: bool,
     /// Gains of the smooth fields.
     pub(crate) gains: Gains,
@@ -202,22 +206,21 @@ impl Tuned<'_> {
         self.youngs_modulus_pa
     }
 
-    /// Whether tissue stiffens. No board has time for it, and images leave out its code: a
-    /// controller refuses such a patch.
+    /// Whether the tissue stiffens. Boards have no time for this term and their images leave out
+    /// its code, so a controller refuses such a patch.
     #[must_use]
     #[inline(always)]
     pub fn stiffens(&self) -> bool {
         cfg!(not(target_os = "none")) && self.steepness > 0.0
     }
 
-    /// Whether forces fade while the tissue is held: the state then needs
-    /// [`crate::State::with_relaxation`].
+    /// Whether the tissue relaxes; the state then needs [`crate::State::with_relaxation`].
     #[must_use]
     pub fn relaxes(&self) -> bool {
         self.prony.terms > 0
     }
 
-    /// Whether the probe rubs: the state then needs [`crate::State::with_friction`].
+    /// Whether the probe has friction; the state then needs [`crate::State::with_friction`].
     #[must_use]
     pub fn rubs(&self) -> bool {
         self.friction > 0.0
@@ -263,19 +266,20 @@ impl Tuned<'_> {
 }
 
 impl Params {
-    /// Young's modulus after an infinitely long hold [Pa]: the instantaneous one less what relaxes.
+    /// Young's modulus after an infinitely long hold [Pa]: the instantaneous modulus minus the
+    /// share that relaxes.
     #[must_use]
     pub fn long_term_modulus_pa(&self) -> f32 {
         self.youngs_modulus_pa * (1.0 - prony::faded_share(self.relaxes()))
     }
 
-    /// The terms that act.
+    /// Relaxation terms in effect: none if relaxation is switched off.
     fn relaxes(&self) -> &[PronyTerm; MOST_TERMS] {
         if self.terms.relaxation { &self.relaxation } else { &[PronyTerm::NONE; MOST_TERMS] }
     }
 
-    /// Validates and derives. `node_step` is the caller's memory, at least one entry per
-    /// node.
+    /// Checks the parameters and the model and derives the values that the tick reads. `node_step`
+    /// is the caller's memory, at least one entry per node.
     ///
     /// # Errors
     /// The first parameter out of range, the first bad item of the model, or memory that is too
@@ -284,8 +288,9 @@ impl Params {
         self.build_in_rounds(model, node_step, &mut || {})
     }
 
-    /// [`Params::build`] for a controller that has to stay awake meanwhile: `after_round` is called
-    /// after each of the rounds in which the smooth fields are found, 128 passes over the springs.
+    /// Like [`Params::build`], for a controller that has other work to do meanwhile: `after_round`
+    /// is called after each of the (at most 128) rounds in which the smooth fields are found, each
+    /// of them one pass over the springs.
     ///
     /// # Errors
     /// Errors of [`Params::build`].
@@ -310,10 +315,10 @@ impl Params {
         Ok(self.derive(node_step, gains))
     }
 
-    /// Replaces the parameters that `tuned` was built with by others that differ in Young's modulus
-    /// only; the state stays as it is. Call it between two ticks. They must have passed
-    /// [`Params::check`]. The smooth fields stay those of the modulus that the patch was built
-    /// with: finding them anew takes longer than a tick.
+    /// Replaces the parameters that `tuned` was built with by these, which may differ in Young's
+    /// modulus only and must have passed [`Params::check`]; the state stays as it is. Call it
+    /// between two ticks. The smooth fields remain those of the modulus that the patch was built
+    /// with, because finding them anew takes longer than a tick.
     pub fn retune(&self, model: &Model, tuned: &mut Tuned<'_>) {
         let node_step = core::mem::take(&mut tuned.node_step);
         self.weigh(model, node_step);
@@ -331,18 +336,19 @@ impl Params {
         gains
     }
 
-    /// The masses of a model that was checked.
+    /// Computes the masses of a model that has been checked.
     fn weigh(&self, model: &Model, node_step: &mut [NodeStep]) {
         let e = self.youngs_modulus_pa;
         let dt = self.tick_s / f32::from(self.substeps);
-        // masses over E T^2 [m], T the tick: what a stiffness over E is compared with. T, not the
-        // substep: the tissue's inertia then does not depend on the number of substeps, and n
-        // substeps give n times the margin.
+        // masses are over E T^2 [m], T the tick, to be compared with stiffnesses over E. With T
+        // instead of the substep, the tissue's inertia does not depend on the number of substeps,
+        // and n substeps give n times the margin.
         let tick_squared = self.tick_s * self.tick_s;
         let per_volume = self.density_kg_per_m3 / (e * tick_squared);
-        // Relative to its neighbours a node's added mass B acts through its springs, with w = k
-        // (B_i / S_i + B_j / S_j) / 2 and S the sum of the node's k. Until the last loop `step`
-        // holds the rim's stiffness and then the mass, `added` first S and then B / 2 S.
+        // Relative to its neighbours, a node's added mass B acts through its springs with the
+        // weights w = k (B_i / S_i + B_j / S_j) / 2, where S is the sum of the node's k. Until the
+        // last loop `step` holds first the rim's stiffness and then the mass, and `added` first S
+        // and then B / 2 S.
         for node in node_step.iter_mut() {
             (node.step, node.added) = (0.0, 0.0);
         }
@@ -350,8 +356,8 @@ impl Params {
         if between {
             each_end(model, node_step, |spring, node, _| node.added += spring.k);
         }
-        // rim springs hold nodes to the ground, not to each other: their part of the floor stays
-        // the node's own
+        // rim springs connect nodes to the ground, not to each other: their part of the floor stays
+        // with the node itself
         if self.terms.rim {
             for rim in model.rim_nodes {
                 let [xx, yy, zz, ..] = rim.block_m;
@@ -388,8 +394,8 @@ impl Params {
         }
     }
 
-    /// The scalars, with masses and gains as [`Self::build`] left them for these parameters: a
-    /// caller that owns its memory derives them in every tick, at no cost.
+    /// Derives the scalars, given the masses and gains that [`Self::build`] computed for these
+    /// parameters. A caller that owns its memory derives them in every tick, at no cost.
     #[must_use]
     pub fn derive<'a>(&self, node_step: &'a mut [NodeStep], gains: Gains) -> Tuned<'a> {
         let e = self.youngs_modulus_pa;

@@ -1,16 +1,15 @@
 //! The packed patch: versioned, CRC-32, read in place.
 //!
 //! Little-endian, 4-byte aligned: a header, then the arrays of [`Model`] in the order of
-//! `sections`, each padded to 4 bytes. A patch in flash is used where it lies; nothing is copied
-//! but the header. Elastic constants are per pascal, so the header's parameters are defaults that a
-//! caller may change before [`Params::build`], Poisson's ratio and the probe's place excepted.
+//! `sections`, each padded to 4 bytes. A patch in flash is used in place; only the header is
+//! copied. Elastic constants are per pascal, so the header's parameters are defaults that a caller
+//! may change before [`Params::build`], except Poisson's ratio and the site of the press.
 //!
-//! After the arrays come the shares and times of a tissue that relaxes, the coefficient of a probe
-//! with friction, the exponent of a tissue that stiffens, and the steepness of its nodes where
-//! regions differ, each announced by a bit in `terms`.
-//! For a capsule or an ellipsoid, as given by `probe_shape`, direction and lengths follow at the
-//! end. Other files are unchanged, and a reader that does not know the term or the shape refuses
-//! such a file.
+//! Optional data follow the arrays, each announced by a bit in `terms`: the shares and times of
+//! tissue that relaxes, the coefficient of a probe with friction, the exponent of tissue that
+//! stiffens, and the steepness of its nodes if regions differ. For a capsule or an ellipsoid, as
+//! given by `probe_shape`, a direction and lengths come last. Files without these data keep the
+//! layout of before, and a reader that does not know a term or a shape refuses the file.
 
 use bytemuck::{Pod, Zeroable};
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -42,7 +41,7 @@ struct Header {
     youngs_modulus_pa: f32,
     density_kg_per_m3: f32,
     node_damping_per_s: f32,
-    /// Must be zero: files of version 3 once kept a damping of the springs here.
+    /// Must be zero: earlier files of version 3 stored a damping of the springs here.
     reserved: u32,
     gravity_m_per_s2: [f32; 3],
     compensation: f32,
@@ -58,11 +57,12 @@ struct Header {
     max_speed_m_per_s: f32,
     max_sink_m_per_s: f32,
     max_force_n: f32,
-    /// Bit 0 volume, 1 compensation, 2 rim, 3 relative mass, 7 smooth mass; and of what follows the
-    /// arrays, in this order: 4 relaxation, shares and times, 5 friction, 6 stiffening, 8 the
-    /// steepness of every node. The others are zero.
+    /// Bit 0: volume, 1: compensation, 2: rim, 3: relative mass, 7: smooth mass. The other bits
+    /// announce data after the arrays, in this order: bit 4: relaxation (shares and times), 5:
+    /// friction, 6: stiffening, 8: steepness of every node. Bits without a meaning are zero.
     terms: u32,
-    /// Number of places that the constants were fitted at; 0 if they come from formulas alone.
+    /// Number of probe positions at which the constants were fitted; 0 if they come from formulas
+    /// alone.
     fitted_places: u32,
 }
 
@@ -77,7 +77,7 @@ const RUBS: u32 = 1 << 5;
 const STIFFENS: u32 = 1 << 6;
 const SMOOTH_MASS: u32 = 1 << 7;
 const UNEVENLY: u32 = 1 << 8;
-/// Bits of `terms` that are known.
+/// Bits of `terms` that this build knows.
 #[cfg(not(target_os = "none"))]
 const KNOWN: u32 = 15 | RELAXES | RUBS | STIFFENS | SMOOTH_MASS | UNEVENLY;
 #[cfg(target_os = "none")]
@@ -85,7 +85,7 @@ const KNOWN: u32 = 15 | RELAXES | RUBS | STIFFENS | SMOOTH_MASS;
 /// Offset of the checksummed part, which begins after magic, version and checksum.
 const CHECKED_FROM: usize = 16;
 
-/// A patch file, opened where it lies.
+/// A patch file, read in place.
 ///
 /// ```
 /// use palpate::{BuildError, PatchFile};
@@ -108,19 +108,20 @@ const CHECKED_FROM: usize = 16;
 pub struct PatchFile<'a> {
     /// The patch.
     pub model: Model<'a>,
-    /// The parameters it was packed with.
+    /// The parameters that it was packed with.
     pub params: Params,
-    /// Place of the press on the rest surface [m].
+    /// Point of the rest surface at which the patch is pressed [m].
     pub site_m: Vector3<f32>,
     /// Longest stable substep, measured on the pressed patch when it was packed [s].
     pub stable_dt_s: f32,
-    /// Number of places that the constants were fitted at; 0 if they come from formulas alone.
+    /// Number of probe positions at which the constants were fitted; 0 if they come from formulas
+    /// alone.
     pub fitted_places: u32,
 }
 
 impl<'a> PatchFile<'a> {
-    /// Checksum stored in a patch file, which distinguishes patches; `None` if the bytes are too
-    /// short to hold one.
+    /// Returns the checksum stored in a patch file, by which patches are told apart; `None` if the
+    /// bytes are too short to hold one.
     #[must_use]
     pub fn checksum(bytes: &[u8]) -> Option<u32> {
         let field = core::mem::offset_of!(Header, crc);
@@ -130,8 +131,8 @@ impl<'a> PatchFile<'a> {
     /// Opens a patch. The bytes must start on a 4-byte boundary.
     ///
     /// # Errors
-    /// The bytes are not a patch, of another version, truncated, damaged, misaligned, or have a
-    /// reserved word that is not zero.
+    /// The bytes are not a patch file of this version, are truncated, damaged or misaligned, or
+    /// hold a reserved word that is not zero or a probe shape that this build leaves out.
     pub fn open(bytes: &'a [u8]) -> Result<Self, BuildError> {
         let (head, mut body) = bytes.split_at_checked(HEADER).ok_or(BuildError::NotAPatch)?;
         let header: Header = bytemuck::pod_read_unaligned(head);
@@ -247,7 +248,8 @@ impl<'a> PatchFile<'a> {
         })
     }
 
-    /// Writes a patch, piece by piece. The model's springs must be in rows.
+    /// Writes a patch, piece by piece. The model's springs must be sorted by their first nodes,
+    /// with [`Model::spring_rows`].
     pub fn write(&self, mut sink: impl FnMut(&[u8])) {
         let (model, params) = (&self.model, &self.params);
         let stiffens = params.terms.stiffening && params.stiffening_b != 0.0;
@@ -454,7 +456,7 @@ mod tests {
                 let refused = PatchFile::open(sealed(&mut words, short)).map(|_| ());
                 assert_eq!(refused, Err(BuildError::NotAPatch), "{shape:?} cut to {short} bytes");
             }
-            // no direction, a long one, one along the axis, lengths of the wrong size
+            // a direction that is NaN, too long, or along the axis; lengths out of range
             let tip = HEADER / 4;
             for (word, value) in [(0, f32::NAN), (0, 1.0), (2, 0.5), (3, f32::NAN), (3, -1e-3), (3, 3.0), (3, f32::INFINITY)] {
                 let mut damaged = words;

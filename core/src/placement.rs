@@ -1,11 +1,11 @@
-//! Placement of a patch under the device: its site lies at the device's centre, the probe's axis
+//! Placement of a patch under the device: the site is at the device's centre, and the probe's axis
 //! points along the device's z.
 //!
-//! Patches are packed in the frame of their organ. Poses of the device go into that frame, forces
-//! come back out of it.
+//! Patches are packed in the frame of their organ. Poses of the device are transformed into that
+//! frame, and forces back out of it.
 //!
 //! * in: a pose, or the output of a tick
-//! * out: either one in the other frame
+//! * out: the same in the other frame
 //! * cost: nine multiplications per vector
 //! * may fail: never
 
@@ -25,8 +25,8 @@ pub struct Placement {
 
 impl Placement {
     /// Places the site [m] at the device's centre, with the outward unit axis of the press along
-    /// its z. The two other axes follow without a root or a branch on the axis (Duff et al.,
-    /// Building an orthonormal basis, revisited, 2017, listing 3).
+    /// its z. The two other axes are computed without a square root and without a branch (Duff et
+    /// al., Building an orthonormal basis, revisited, 2017, listing 3).
     #[must_use]
     pub fn new(site_m: Vector3<f32>, axis: Vector3<f32>) -> Self {
         let sign = 1.0_f32.copysign(axis.z);
@@ -40,14 +40,14 @@ impl Placement {
         }
     }
 
-    /// A pose of the device in the patch's frame.
+    /// Transforms a pose from the device's frame into the patch's.
     #[inline(always)]
     #[must_use]
     pub fn pose_to_patch(&self, pose: ProbePose) -> ProbePose {
         ProbePose { tip_m: self.to_patch(pose.tip_m) }
     }
 
-    /// An answer of the patch in the device's frame.
+    /// Transforms an output of the patch into the device's frame.
     #[inline(always)]
     #[must_use]
     pub fn output_to_device(&self, output: Output) -> Output {
@@ -59,7 +59,7 @@ impl Placement {
         }
     }
 
-    /// A point of the device's frame in the patch's [m].
+    /// Moves a point from the device's frame into the patch's [m].
     #[inline(always)]
     #[must_use]
     pub fn to_patch(&self, point_m: Vector3<f32>) -> Vector3<f32> {

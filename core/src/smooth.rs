@@ -1,28 +1,28 @@
 //! Smooth fields: motions of many nodes together, on which the mass matrix is inverted exactly.
 //!
-//! With the two terms of the inverse mass matrix that [`crate::stages::integrate`] takes, nodes
-//! that move together still feel a third of the floor, and stiff tissue needs a floor of ten to a
-//! hundred times its mass. Only a few fields are that smooth, and they are the ones that a hand
-//! moves. For `FIELDS` of them, the part that the series leaves out is added:
+//! With the two series terms of the inverse mass matrix that [`crate::stages::integrate`] uses,
+//! nodes that move together still feel a third of the floor, and stiff tissue needs a floor of ten
+//! to a hundred times its mass. Only a few fields are smooth enough to be affected, and they are
+//! the ones that a hand moves. For `FIELDS` of them, the part that the series leaves out is added:
 //! `a += phi gain (phi . f)`.
 //!
-//! A field starts as 1, x, y or z, and each round every node takes its neighbours' mean, weighed by
-//! the mass between them: the power iteration of `1 - D^-1 A`, whose slowest fields are those of
-//! the smallest eigenvalues l of `D^-1 A`. With l of the field found, the gain is `(1 / l - (3 - 2
-//! l)) / (phi . D phi) = (1 - l) (1 - 2 l) / l / (phi . D phi)`, or nothing from l = 1/2 on. The
-//! sum stays symmetric and positive for *any* field: a field that has not converged costs accuracy
-//! only.
+//! A field starts as 1, x, y or z. In each round, every node takes the mean of its neighbours,
+//! weighted by the mass between them. This is the power iteration of `1 - D^-1 A`; its slowest
+//! fields belong to the smallest eigenvalues l of `D^-1 A`. For a field with the eigenvalue l the
+//! gain is `(1 / l - (3 - 2 l)) / (phi . D phi) = (1 - l) (1 - 2 l) / l / (phi . D phi)`, or zero
+//! from l = 1/2 on. The sum stays symmetric and positive definite for *any* field, so a field that
+//! has not converged costs accuracy only.
 //!
 //! A board that has no time for the sum over neighbours adds the smoothest field to the diagonal
 //! alone ([`crate::Terms::smooth_mass`]): `a = D^-1 f + phi gain (phi . f)`, with the gain
 //! `(1 / l - 1) / (phi . D phi)`.
 //!
 //! Contact is implicit in a node's own mass ([`crate::stages::force::foundation`]): a force on a
-//! pressed node reaches it divided by `1 + K b`. Such a node takes that share of a field's motion
-//! too, or it would give the field another share than it takes, and patches of 410 nodes rang under
-//! a probe at rest.
+//! pressed node acts divided by `1 + K b`. The node takes the same share of a field's motion.
+//! Otherwise it would drive the field with one share and follow it with another, and patches of 410
+//! nodes rang under a probe at rest.
 //!
-//! Nothing here is inlined: four copies of each loop take 2 KB of a board's flash.
+//! Nothing here is inlined: four copies of each loop would take 2 KB of a board's flash.
 //!
 //! * in: the masses of [`crate::Params::build`]
 //! * out: `NodeStep::smooth` and the gains
@@ -33,15 +33,15 @@
 use crate::inertia::{FIELDS, Gains, NEIGHBOUR, NodeStep};
 use crate::model::{Model, Spring};
 
-/// Rounds of averaging. On the finest patch that ships a second field converges by 7 % per round.
+/// Rounds of averaging. On the finest shipped patch, a second field converges by 7 % per round.
 const ROUNDS: usize = 32;
 
-/// Least eigenvalue that single precision resolves (1): a field feels at least this share of its
+/// Smallest eigenvalue that single precision resolves (1): a field feels at least this share of its
 /// diagonal mass.
 const LEAST: f32 = 0.01;
 
-/// Finds the fields of these masses and leaves those that are not used zero; `after_round` is
-/// called after every round.
+/// Finds the fields of these masses and sets unused ones to zero; `after_round` is called after
+/// every round.
 pub(crate) fn find(model: &Model, node_step: &mut [NodeStep], series: bool, after_round: &mut dyn FnMut()) {
     for (node, rest) in node_step.iter_mut().zip(model.nodes) {
         let [x, y, z] = rest.rest_m;
@@ -52,7 +52,8 @@ pub(crate) fn find(model: &Model, node_step: &mut [NodeStep], series: bool, afte
         };
     }
     for field in 0..count(series) {
-        // the mean position is subtracted from x, y, z first: their common part would hide them
+        // x, y and z are first made orthogonal to the earlier fields, which would otherwise
+        // dominate them
         clear_of_earlier(node_step, field);
         for _ in 0..ROUNDS {
             scale(node_step, field);
@@ -64,19 +65,19 @@ pub(crate) fn find(model: &Model, node_step: &mut [NodeStep], series: bool, afte
     }
 }
 
-/// A field at a node. A modulus changes between two ticks: the remainder, which takes no
-/// instruction, cannot panic.
+/// Value of a field at a node. A modulus changes between two ticks, so this must not panic: the
+/// remainder makes sure of that and takes no instruction.
 #[inline(always)]
 fn at(node: &NodeStep, field: usize) -> f32 {
     node.smooth[field % FIELDS]
 }
 
-/// Number of fields with the two terms of the series, and with the diagonal alone.
+/// Number of fields: all of them with the two terms of the series, one with the diagonal alone.
 const fn count(series: bool) -> usize {
     if series { FIELDS } else { 1 }
 }
 
-/// Gains of the fields that [`find`] left, under the present masses.
+/// Gains of the fields that [`find`] computed, for the present masses.
 pub(crate) fn gains(model: &Model, node_step: &[NodeStep], series: bool) -> Gains {
     let mut gains = [0.0; FIELDS];
     for (field, gain) in gains.iter_mut().enumerate().take(count(series)) {
@@ -100,14 +101,14 @@ fn gain_of(model: &Model, node_step: &[NodeStep], field: usize, series: bool) ->
     if l < below && gain.is_finite() { gain } else { 0.0 }
 }
 
-/// Both ends of a spring and the mass between them, as a share of `E dt`.
+/// Both ends of a spring and the mass between them, over `E dt`.
 #[inline(never)]
 fn ends<'a>(spring: &Spring, node_step: &'a [NodeStep]) -> Option<(&'a NodeStep, &'a NodeStep, f32)> {
     let (a, b) = (node_step.get(usize::from(spring.i))?, node_step.get(usize::from(spring.j))?);
     Some((a, b, spring.k * (a.added + b.added) * (1.0 / NEIGHBOUR)))
 }
 
-/// Runs one round: every node takes its neighbours' mean.
+/// Runs one round: every node takes the mean of its neighbours.
 #[inline(never)]
 fn average(model: &Model, node_step: &mut [NodeStep], field: usize) {
     for node in node_step.iter_mut() {
@@ -143,7 +144,7 @@ fn scale(node_step: &mut [NodeStep], field: usize) {
     }
 }
 
-/// Subtracts the earlier fields' parts from a field.
+/// Subtracts from a field its parts along the earlier fields.
 #[inline(never)]
 fn clear_of_earlier(node_step: &mut [NodeStep], field: usize) {
     for earlier in 0..field {
@@ -155,7 +156,7 @@ fn clear_of_earlier(node_step: &mut [NodeStep], field: usize) {
     }
 }
 
-/// Product of two fields by the diagonal of the mass matrix, over `E dt`.
+/// Inner product of two fields, weighted with the diagonal of the mass matrix, over `E dt`.
 #[inline(never)]
 fn product(node_step: &[NodeStep], a: usize, b: usize) -> f32 {
     node_step.iter().filter(|node| node.step > 0.0).map(|node| at(node, a) * at(node, b) / node.step).sum()

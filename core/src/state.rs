@@ -16,17 +16,18 @@ use crate::stages::force::friction::{Bristle, Rubbed};
 #[cfg_attr(target_os = "none", repr(C), derive(bytemuck::Pod, bytemuck::Zeroable))]
 pub struct Node {
     pub(crate) v: Row,
-    /// Between the passes of one stage: the foundation's push over E [N/Pa], later the node's
-    /// acceleration times the substep [m/s].
+    /// Scratch memory between the passes of a stage: first the foundation's push over E [N/Pa],
+    /// later the node's acceleration times the substep [m/s].
     pub(crate) pass: Row,
-    // force, place and pressure side by side: the board loads them in one instruction
+    // force, position and pressure side by side: the board loads them in one instruction
     pub(crate) f: Row,
     pub(crate) x: Row,
-    /// Six times the volume of the node's tets [m^3], then its pressure over E (1).
+    /// Six times the volume of the node's tets [m^3], then the node's pressure over E (1).
     pub(crate) p: f32,
-    /// Slope of the foundation at this node over E [m]; zero outside `foundation`.
+    /// Tangent stiffness of the foundation at this node over E [m]; zero outside `foundation`.
     pub(crate) slope: f32,
-    /// Share of the smooth fields' motion that contact leaves to this node (1).
+    /// Share in which this node takes part in the motion of the smooth fields (1); below 1 in
+    /// contact.
     pub(crate) free: f32,
 }
 
@@ -34,8 +35,8 @@ impl Node {
     /// At rest at the origin: the initial value of reserved memory.
     pub const ZERO: Self = Self { v: [0.0; ROW], pass: [0.0; ROW], f: [0.0; ROW], x: [0.0; ROW], p: 0.0, slope: 0.0, free: 1.0 };
 
-    /// Puts the node to rest at a place [m].
-    // inlined, it would take 700 bytes of a board's flash
+    /// Puts the node to rest at a position [m].
+    // inlining it would cost 700 bytes of a board's flash
     #[inline(never)]
     fn put_to_rest(&mut self, place_m: Vector3<f32>) {
         *self = Self { x: row(place_m), ..Self::ZERO };
@@ -53,16 +54,16 @@ impl Node {
         vector(&self.v)
     }
 
-    /// Force of the last substep divided by Young's modulus [N/Pa]. At an anchor: the force of the
-    /// tissue on the support, in tissue that relaxes before it fades.
+    /// Force of the last substep divided by Young's modulus [N/Pa]. At an anchor it is the force of
+    /// the tissue on the support; in tissue that relaxes, it is that force before it fades.
     #[must_use]
     pub fn force_over_modulus(&self) -> Vector3<f32> {
         vector(&self.f)
     }
 }
 
-/// A node by index; past the end, which no checked model reaches, a node at rest at the origin.
-/// The access has no branch that can panic.
+/// Returns a node by index; for an index past the end, which no checked model contains, a node at
+/// rest at the origin. The access has no branch that can panic.
 #[inline(always)]
 pub(crate) fn node(nodes: &[Node], index: u16) -> &Node {
     nodes.get(usize::from(index)).unwrap_or(&Node::ZERO)
@@ -77,8 +78,8 @@ pub(crate) struct TouchPlane {
     pub normal: Vector3<f32>,
 }
 
-/// The part of a [`State`] outside the arrays that it borrows. With it a caller that owns the
-/// arrays can drop a state between ticks and resume it.
+/// The part of a [`State`] outside the arrays that it borrows. With it, a caller that owns the
+/// arrays can drop a state between ticks and resume it later.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Parked {
     near: usize,
@@ -98,7 +99,7 @@ pub struct Parked {
     fault: Option<Fault>,
 }
 
-/// Forces that have faded at a node, over E and with their sign turned, term by term [N/Pa]
+/// Faded part of the force at a node, over E and with its sign reversed, term by term [N/Pa]
 /// (`stages/force/relaxation.rs`).
 #[derive(Clone, Copy, Debug)]
 pub struct Faded(pub(crate) [Row; MOST_TERMS]);
@@ -119,45 +120,48 @@ impl Faded {
 #[derive(Debug)]
 pub struct State<'a> {
     pub(crate) nodes: &'a mut [Node],
-    /// Memory of the volume stage between its passes, and of stiffening springs between theirs.
+    /// Results kept between the passes of the volume stage, and before that between those of the
+    /// stiffening springs.
     #[cfg_attr(target_os = "none", expect(dead_code, reason = "the board computes it twice"))]
     pub(crate) shapes: &'a mut [TetShapes],
-    /// Memory of the relaxation, shape \[nodes\]; may be empty where nothing relaxes.
+    /// Memory of the relaxation filter, shape \[nodes\]; may be empty if the tissue does not relax.
     pub(crate) faded: &'a mut [Faded],
-    /// Bristles of nodes that touch; may be empty without friction.
+    /// Bristles of the nodes in contact; may be empty without friction.
     pub(crate) bristles: &'a mut [Bristle],
     /// Surface triangles near the probe in this tick.
     pub(crate) candidates: &'a mut [u16],
     /// Number of valid entries in `candidates`.
     pub(crate) near: usize,
-    /// Probe tip that the patch saw last [m].
+    /// Probe tip that the patch was given in the last tick [m].
     pub(crate) tip_m: Option<Vector3<f32>>,
     pub(crate) touch: Option<TouchPlane>,
-    /// The last touch, kept while the tip is below the rest surface there: tissue thrown off the
-    /// probe loses contact for a tick or two.
+    /// The last plane touched, kept while the tip is below the rest surface there: tissue that is
+    /// thrown off the probe loses contact for a tick or two.
     pub(crate) pressed: Option<TouchPlane>,
-    /// The probe has been outside the tissue since the last reset.
+    /// True if the probe has been outside the tissue since the last reset, and since it last
+    /// entered or left the tissue other than through the surface.
     pub(crate) been_outside: bool,
-    /// The tip that the patch was given last differs from the sensed one.
+    /// True if the tip that the patch was given last differs from the sensed one.
     pub(crate) apart: bool,
-    /// From the sensed tip to the target of the tip given to the patch [m]: the displacement
-    /// withheld by the depth limit.
+    /// Displacement that the depth limit withholds from the patch [m]: it is added to the sensed
+    /// tip before the speed limits are applied.
     pub(crate) offset_m: Vector3<f32>,
     /// Sensed tip at which the depth limit began to act [m].
     pub(crate) limit_from_m: Option<Vector3<f32>>,
-    /// Surface triangle that carried most of the last push, until the sensed tip is outside.
+    /// Surface triangle that carried the largest share of the last push; `None` once the sensed tip
+    /// is outside.
     pub(crate) over: Option<u16>,
-    /// The probe's shaft can touch: its tip is inside the tissue.
+    /// True if the probe's shaft can touch, because its tip is inside the tissue.
     pub(crate) shaft: bool,
-    /// Tet at which the sensed tip was located last.
+    /// Walk that locates the sensed tip.
     pub(crate) seat: Seat,
-    /// Tet at which the probe's body was located last.
+    /// Walk that locates the probe's body.
     pub(crate) body: Seat,
     /// Number of entries in `bristles` that touched in the last substep.
     pub(crate) rubbing: usize,
     /// Friction of this tick; zero without friction.
     pub(crate) rubbed: Rubbed,
-    /// Power that the mass floor takes in this tick.
+    /// Power that the mass added by the floor absorbs in this tick.
     pub(crate) floored: Floored,
     /// The probe's velocity in the last tick [m/s].
     pub(crate) previous_m_per_s: Vector3<f32>,
@@ -165,8 +169,9 @@ pub struct State<'a> {
 }
 
 impl<'a> State<'a> {
-    /// A patch at rest in the caller's memory: at least one entry per node (`nodes`) and per
-    /// surface triangle (`candidates`), and [`TetShapes::count`] `shapes` (none on the board).
+    /// Creates a patch at rest in the caller's memory, which must have at least one entry per node
+    /// (`nodes`) and per surface triangle (`candidates`), and [`TetShapes::count`] entries in
+    /// `shapes` (none on the board).
     ///
     /// # Errors
     /// [`BuildError::TooLarge`] names the memory that is too small.
@@ -181,7 +186,7 @@ impl<'a> State<'a> {
         Ok(state)
     }
 
-    /// Resumes a state where [`Self::held`] left it, in the same memory.
+    /// Resumes a state from the part that [`Self::held`] returned, in the same memory.
     ///
     /// # Errors
     /// Errors of [`Self::new`].
@@ -242,20 +247,21 @@ impl<'a> State<'a> {
         })
     }
 
-    /// Gives the state memory for a relaxing tissue, at least one entry per node: zero in a patch
-    /// at rest, or its contents when the state was parked. Without it the tick of a relaxing
-    /// patch fails with [`Fault::SizeMismatch`].
+    /// Gives the state the memory that relaxing tissue needs, at least one entry per node: zeros
+    /// for a patch at rest, or the previous contents for a state that was parked. Without this
+    /// memory the tick of a relaxing patch fails with [`Fault::SizeMismatch`].
     ///
     /// # Errors
-    /// [`BuildError::TooLarge`]: an entry per node does not fit.
+    /// [`BuildError::TooLarge`], if `faded` has fewer entries than the patch has nodes.
     pub fn with_relaxation(mut self, faded: &'a mut [Faded]) -> Result<Self, BuildError> {
         let (need, have) = (self.nodes.len(), faded.len());
         self.faded = faded.get_mut(..need).ok_or(BuildError::TooLarge { item: "nodes that relax", need, have })?;
         Ok(self)
     }
 
-    /// Gives the state memory for a probe with friction, one entry per node that may touch at once;
-    /// further nodes slide freely. Without it a patch with friction is [`Fault::SizeMismatch`].
+    /// Gives the state the memory that a probe with friction needs, one entry per node that may
+    /// touch at once; further nodes slide freely. Without it the tick fails with
+    /// [`Fault::SizeMismatch`].
     #[must_use]
     pub fn with_friction(mut self, bristles: &'a mut [Bristle]) -> Self {
         self.bristles = bristles;
@@ -325,7 +331,7 @@ impl<'a> State<'a> {
         self.fault = None;
     }
 
-    /// Takes over another state of the same model: positions, velocities, contact, fault.
+    /// Copies another state of the same model: positions, velocities, memories, contact, fault.
     pub fn copy_from(&mut self, other: &State) {
         for (to, from) in self.nodes.iter_mut().zip(other.nodes.iter()) {
             *to = *from;
@@ -369,7 +375,7 @@ impl<'a> State<'a> {
     }
 
     /// Gives a node another position [m] and velocity [m/s]: for a [`crate::method::Method`] with a
-    /// step of its own, and for starting from a recorded state. Ignored past the end.
+    /// step of its own, and for starting from a recorded state. An index past the end is ignored.
     pub fn place(&mut self, node: usize, position_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) {
         if let Some(n) = self.nodes.get_mut(node) {
             n.x = row(position_m);
@@ -378,7 +384,7 @@ impl<'a> State<'a> {
     }
 
     /// Adds a force over Young's modulus [N/Pa] to the forces of a node's next step: for a
-    /// [`crate::method::Method`] with forces of its own. Ignored past the end.
+    /// [`crate::method::Method`] with forces of its own. An index past the end is ignored.
     pub fn add_force(&mut self, node: usize, force_over_modulus: Vector3<f32>) {
         if let Some(n) = self.nodes.get_mut(node) {
             add(&mut n.f, &row(force_over_modulus));
@@ -437,10 +443,11 @@ impl Fnv {
     }
 }
 
-/// Gradients and volumes of four tets, which the volume forces use twice in a substep; before that,
-/// in tissue that stiffens, the forces of twelve springs in place of the gradients. On a desktop
-/// storing it saves a quarter of the tick over computing it twice; on the board RAM is scarcer than
-/// cycles (117 k against 118 k cycles measured for 435 tets), so there it is empty.
+/// Gradients and volumes of four tets, which the volume forces use twice per substep. In tissue
+/// that stiffens, the memory of the gradients holds the forces of twelve springs before that. On a
+/// desktop, storing these values saves a quarter of the tick compared with computing them twice; on
+/// the board RAM is scarcer than cycles (117 k against 118 k cycles measured for 435 tets), so
+/// there it is empty.
 #[derive(Clone, Copy, Debug)]
 pub struct TetShapes {
     #[cfg(not(target_os = "none"))]
@@ -458,31 +465,32 @@ impl TetShapes {
         six_volume: wide::f32x4::ZERO,
     };
 
-    /// Number that a model needs.
+    /// Number of entries that a model needs.
     #[must_use]
     pub fn count(model: &Model) -> usize {
         if cfg!(target_os = "none") { 0 } else { model.tets.len() / 4 }
     }
 }
 
-/// Tet in which the walk of [`crate::stages::presence`] ended in the last tick.
+/// Walk of [`crate::stages::presence`] from tet to tet, kept from one tick to the next.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seat {
-    /// Tet in which the last walk ended.
+    /// Tet at which the last walk ended.
     pub(crate) tet: u32,
-    /// The tip was inside that tet.
+    /// True if the point was inside that tet.
     pub(crate) inside: bool,
-    /// The tip was outside, over a face of that tet that a probe can touch and that faces its
-    /// handle.
+    /// True if the point was outside, above a face of that tet that a probe can touch and that
+    /// faces the probe's handle.
     pub(crate) above: bool,
-    /// The walk has not ended: it goes on in the next tick.
+    /// True if the walk has not ended and continues in the next tick.
     pub(crate) walking: bool,
-    /// Steps taken, wrapping: varies the choice between several exit faces, so that no walk cycles.
+    /// Number of steps taken (wraps). It varies the choice between several exit faces, so that no
+    /// walk cycles.
     pub(crate) steps: u8,
 }
 
 impl Seat {
-    /// Whether the tip was located inside the rest volume.
+    /// Whether the point was located inside the rest volume.
     pub(crate) fn inside(self) -> bool {
         self.inside
     }

@@ -8,16 +8,16 @@
 //!        speed, depth       └─────── once per substep ────────┘
 //! ```
 //! In tissue that stiffens (desktop only), the energy of springs and foundation is computed before
-//! their forces. Under a probe with friction the foundation also holds the touched nodes along the
-//! surface. In tissue that relaxes, the last force term fades the sum of the others at each node.
-//! The mass that the floor adds slows the nodes but not the hand: `integrate` measures its power,
-//! and `output` takes that out of the force.
+//! their forces. With friction, the foundation also holds the touched nodes along the surface. In
+//! tissue that relaxes, the last force term fades the sum of the others at each node. The mass that
+//! the floor adds slows the nodes, but the hand must not feel it: `integrate` measures the power
+//! that this mass absorbs, and `output` subtracts the corresponding force.
 //!
 //! A tick answers one sensed pose with one force. It runs every millisecond from the device's timer
-//! and must end before the next one. It allocates nothing, cannot panic, and whatever goes wrong
-//! gives **zero force and a numbered fault**, latched until [`State::reset`]. A probe that starts
-//! inside the tissue gets no force before it has been outside; one that leaves the tissue by any
-//! way but its surface gets none from that tick on ([`crate::stages::presence`]).
+//! and must end before the next one. It allocates nothing and cannot panic, and any failure gives
+//! **zero force and a numbered fault**, latched until [`State::reset`]. A probe that starts inside
+//! the tissue gets no force until it has been outside; one that leaves the tissue other than
+//! through its surface gets none from that tick on ([`crate::stages::presence`]).
 
 use crate::fault::Fault;
 use crate::inertia::Floored;
@@ -46,7 +46,7 @@ use crate::state::State;
 /// let PatchFile { model, params, site_m, .. } = PatchFile::open(&BYTES.0)?;
 /// let mut memory = Memory::<64, 128, 0, 0>::RESERVED;
 /// let (tuned, mut state) = memory.start(&model, &params)?;
-/// // from 1 mm above the tissue to 2 mm below its surface at 40 mm/s, and a rest there
+/// // moves from 1 mm above the tissue to 2 mm below its surface at 40 mm/s, then rests there
 /// let mut force_n = 0.0;
 /// for n in 0..400_u16 {
 ///     let depth_m = (4e-5 * f32::from(n) - 1e-3).min(2e-3);
@@ -55,7 +55,7 @@ use crate::state::State;
 ///     assert_eq!(output.fault, None);
 ///     force_n = output.force_n.z;
 /// }
-/// // finite elements say 0.0492 N
+/// // the finite-element reference is 0.0492 N
 /// assert!((force_n / 0.0492 - 1.0).abs() < 0.02, "{force_n} N");
 /// # Ok::<(), palpate::BuildError>(())
 /// ```
@@ -64,7 +64,7 @@ pub fn tick(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) ->
     tick_with(model, tuned, state, pose, &mut Product)
 }
 
-/// Runs one tick of another method: see [`crate::method`] for what it may do differently.
+/// Runs one tick with another method; [`crate::method`] lists the stages that it may replace.
 pub fn tick_with(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, method: &mut impl Method) -> Output {
     let answer = match state.fault {
         None => run(model, tuned, state, pose, method),
@@ -92,7 +92,7 @@ fn run(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose, method:
     let mut motion = probe::admit(model, tuned, state, pose)?;
     contact::find(model, tuned, state, &mut motion);
     if !tuned.rubs() {
-        // bristles do not outlast a friction that was switched off
+        // switching friction off discards the bristles
         state.rubbing = 0;
     }
     method.begin(tuned, state);

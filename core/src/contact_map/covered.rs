@@ -8,12 +8,12 @@ use crate::stages::force::foundation::FLAT_EDGE;
 #[cfg(feature = "long-tips")]
 use crate::stages::force::foundation::tip;
 
-/// Each side is divided by this, and the depth is linear over a part: an element of 3 mm under a
-/// probe of 8 mm errs by 0.01 mm at the edge of the contact.
+/// Number of parts into which each side is divided; the depth is taken as linear over a part. For
+/// an element of 3 mm under a probe of 8 mm, this puts the edge of the contact 0.01 mm off.
 const DIVISIONS: u8 = 4;
 
-/// Calls `each` with the place, relative to the probe's centre [m], and the covered area [m^2] of
-/// every part of a triangle that is inside the probe, at least partly; returns the area of the
+/// Calls `each` for every part of a triangle that is at least partly inside the probe, with its
+/// position relative to the probe's centre [m] and its covered area [m^2]; returns the area of the
 /// whole triangle [m^2].
 pub(super) fn of_triangle(
     probe: &Probe,
@@ -43,7 +43,7 @@ pub(super) fn of_triangle(
     part_m2 * f32::from(DIVISIONS * DIVISIONS)
 }
 
-/// Depth of a point inside the probe [m], negative outside; its sign is that of the foundation's.
+/// Depth of a point inside the probe [m], negative outside. Its sign agrees with the foundation's.
 fn depth_m(probe: &Probe, shaft: bool, mut d: Vector3<f32>) -> f32 {
     let r = probe.radius_m;
     let along = d.dot(&probe.axis);
@@ -70,7 +70,7 @@ fn depth_m(probe: &Probe, shaft: bool, mut d: Vector3<f32>) -> f32 {
 
 /// Share of a triangle in which a linear quantity is above zero, from its values at the corners.
 fn positive_share([a, b, c]: [f32; 3]) -> f32 {
-    // the corner that is alone on its side, and the two others
+    // `one` is the corner that is alone on its side, `p` and `q` are the two others
     let cut = |one: f32, p: f32, q: f32| one / (one - p) * (one / (one - q));
     match [a > 0.0, b > 0.0, c > 0.0] {
         [false, false, false] => 0.0,
@@ -94,7 +94,7 @@ mod tests {
         // the line through the middles of two sides leaves a quarter
         assert_eq!(positive_share([1.0, -1.0, -1.0]), 0.25);
         assert_eq!(positive_share([-1.0, 1.0, 1.0]), 0.75);
-        // through a corner and the middle opposite
+        // a line through a corner and the middle of the opposite side
         assert_eq!(positive_share([0.0, 1.0, -1.0]), 0.5);
         assert_eq!(positive_share([3.0, -1.0, -1.0]), 0.5625);
     }

@@ -43,10 +43,10 @@ impl Moments {
         self.triangles += 1;
     }
 
-    /// The map of a contact around a probe's centre [m].
+    /// Computes the map of a contact; the sums are relative to the probe's centre [m].
     pub(super) fn map(&self, centre_m: Vector3<f32>, modulus_pa: f32) -> ContactMap {
         let square = self.force.dot(&self.force);
-        // pushed from both sides, the contact has no plane; a NaN is not above zero either
+        // a contact that is pushed from both sides has no plane; a NaN is not above zero either
         if !(square > 0.0 && self.push > 0.0 && self.area > 0.0) {
             return ContactMap::NONE;
         }
@@ -63,8 +63,8 @@ impl Moments {
         }
     }
 
-    /// Axes and half-axes [m] of the ellipse across `normal` with the second moments of the area: a
-    /// quarter of a half-axis squared is the variance along it.
+    /// Axes and semi-axes [m] of the ellipse across `normal` that has the second moments of the
+    /// area: the variance along an axis is a quarter of the semi-axis squared.
     fn ellipse(&self, normal: Vector3<f32>) -> ([Vector3<f32>; 2], [f32; 2]) {
         let aside = if normal.x * normal.x < 0.5 { Vector3::x() } else { Vector3::y() };
         let u = aside - normal * normal.dot(&aside);

@@ -1,12 +1,14 @@
-//! Compares the tip given to the patch with the sensed tip: the last check that there may be a
-//! force at all.
+//! Compares the tip given to the patch with the sensed tip: the last check of whether there may be
+//! a force at all.
 //!
 //! The tick locates the sensed tip ([`crate::stages::presence`]) and gives no force outside the
-//! tissue. Where that location says outside, this stage discards any force of the renderer, and one
-//! that still acts on the hand there for [`TICKS`] ticks in a row is a fault. A wrong location
-//! passes it: the tests judge that by a geometry of their own. It is also a fault if the cycle
-//! gives the patch another tip than the sensor read: the filter of [`super::toggle`] may lag by one
-//! count per axis, and anything more means that the patch answers for another place.
+//! tissue. If that location is outside, this stage discards any force of the renderer; a force that
+//! the renderer still asks for, or that still acts on the hand, for more than [`TICKS`] ticks in a
+//! row is a fault. This stage cannot detect a wrong location; the tests check the location with a
+//! geometry of their own. It is also a fault if the cycle gives the patch a tip other than the
+//! sensed one while a force acts. The filter of [`super::toggle`] lags by at most 1.3 counts per
+//! axis, so a difference of more than two counts means that the patch computes its force for
+//! another place.
 //!
 //! * in: sensed and shown tip [m], the renderer's answer, the force that acts [N]
 //! * out: whether a force may be felt
@@ -18,11 +20,12 @@ use nalgebra::Vector3;
 use crate::fault::Fault;
 use crate::stages::output::Output;
 
-/// Ticks in a row that a force may act while the tip is apart.
+/// Largest number of ticks in a row in which a force may act while the tip is outside or differs
+/// from the sensed one.
 pub const TICKS: u8 = 5;
 /// Largest lag of the shown tip behind the sensed one, per axis [counts].
 const LAG_COUNTS: f32 = 2.0;
-/// Rounding of a position in a workspace of metres [m].
+/// Rounding error of a position in a workspace of metres [m].
 const ROUNDING_M: f32 = 1e-6;
 
 /// Compares the two tips in every tick.
@@ -39,12 +42,12 @@ impl Apart {
         Self { lag_m: LAG_COUNTS * count_m + ROUNDING_M, ticks: 0 }
     }
 
-    /// Forgets the ticks counted.
+    /// Resets the count of ticks.
     pub fn reset(&mut self) {
         self.ticks = 0;
     }
 
-    /// True if a force may be felt; `acting_n` is the force that left last [N].
+    /// Returns whether a force may be output; `acting_n` is the force that was output last [N].
     ///
     /// # Errors
     /// [`Fault::TipApart`].
@@ -70,7 +73,7 @@ mod tests {
 
     const FORCE_N: Vector3<f32> = Vector3::new(0.0, 0.0, 1.0);
 
-    /// Ticks until the fault.
+    /// Number of ticks until the fault.
     fn faults_after(lag_m: f32, outside: bool, force_n: Vector3<f32>, acting_n: Vector3<f32>) -> Option<usize> {
         let mut apart = Apart::new(55e-6);
         let output = Output { force_n, outside, ..Output::NONE };

@@ -7,8 +7,8 @@
 //!
 //! * in: a device, a renderer of its pose, messages of the host since the last cycle
 //! * out: a force on the device, a [`Telemetry`] record
-//! * cost: up to 2100 instructions of a Cortex-M4F beside the patch (its log), the board's own part
-//!   of the tick included
+//! * cost: up to 2100 instructions of a Cortex-M4F in addition to the patch (as its log shows),
+//!   including the board's own part of the tick
 //! * may fail: every [`Fault`]
 
 mod gains;
@@ -39,7 +39,7 @@ use crate::fault::{BuildError, ClampFlags, Fault};
 use crate::stages::output::Output;
 use crate::stages::probe::ProbePose;
 
-/// The loop's own state: from a reading of the device to a force on it, once per tick.
+/// State of the haptic loop, which turns a reading of the device into a force on it once per tick.
 ///
 /// ```
 /// use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings};
@@ -47,7 +47,7 @@ use crate::stages::probe::ProbePose;
 /// use palpate::haptic::mode::Mode;
 /// use palpate::{BuildError, Output, ProbePose, Vector3};
 ///
-/// /// A handle that stands still in free space.
+/// /// A handle at rest in free space.
 /// struct Still(u32);
 /// impl HapticDevice for Still {
 ///     fn limits(&self) -> DeviceSpec {
@@ -65,7 +65,7 @@ use crate::stages::probe::ProbePose;
 ///     fn release(&mut self) {}
 /// }
 ///
-/// /// Nothing to touch.
+/// /// Free space without tissue.
 /// struct Air;
 /// impl Renderer for Air {
 ///     fn render(&mut self, _pose: ProbePose) -> Output {
@@ -78,7 +78,7 @@ use crate::stages::probe::ProbePose;
 /// let mut cycle = Cycle::build(&Settings::safe(&handle.limits()), &handle.limits())?;
 /// let mut mode = Mode::Boot;
 /// for tick in 0..1000 {
-///     // the board found itself sound, and somebody asks to feel
+///     // the board passes its self-test, and the host asks to arm the loop
 ///     let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(tick).copied();
 ///     mode = cycle.tick(&mut handle, &mut Air, Command { asked, ..Command::HEARD }).mode;
 /// }
@@ -88,7 +88,7 @@ use crate::stages::probe::ProbePose;
 #[derive(Clone, Copy, Debug)]
 pub struct Cycle {
     arming: ArmingSettings,
-    /// One over the ticks of `SafeRamp`.
+    /// One over the duration of `SafeRamp` in ticks.
     per_ramp: f32,
     limits: LoopLimits,
     damping: Damping,
@@ -106,13 +106,13 @@ pub struct Cycle {
     ticks: u32,
     position_m: Option<Vector3<f32>>,
     touched: bool,
-    /// Gain of ramp-in (1), rising in free space only.
+    /// Ramp-in gain (1); it rises in free space only.
     ramp: f32,
-    /// Gain after saturation (1), falling until the contact is over.
+    /// Relief gain (1); it falls while a contact is saturated and returns to one after the contact.
     relief: f32,
-    /// Length of the force when `SafeRamp` began [N].
+    /// Magnitude of the force when `SafeRamp` began [N].
     ramp_from_n: f32,
-    /// Ticks in a row in which the condition that the mode waits for held.
+    /// Ticks in a row in which the condition for leaving the mode has held.
     calm: u16,
     /// Ticks since the host's last sign of life.
     silence: u16,
@@ -152,21 +152,21 @@ impl Cycle {
         })
     }
 
-    /// The mode.
+    /// Present mode.
     #[must_use]
     pub fn mode(&self) -> Mode {
         self.machine.mode()
     }
 
-    /// Whether the last pose rendered touched the patch. A change that stiffens the tissue waits
-    /// until this is false, since under the probe it would give energy to the hand; a change that
-    /// softens it need not wait.
+    /// Whether the last pose rendered touched the patch. A change that stiffens the tissue has to
+    /// wait until this is false, because under the probe it would give energy to the hand; a change
+    /// that softens the tissue need not wait.
     #[must_use]
     pub fn in_contact(&self) -> bool {
         self.touched
     }
 
-    /// The limits.
+    /// Limits in effect.
     #[must_use]
     pub fn limits(&self) -> &LoopLimitSettings {
         self.limits.values()
@@ -181,7 +181,7 @@ impl Cycle {
         Ok(())
     }
 
-    /// Runs one cycle, every tick.
+    /// Runs one cycle; call this once per tick.
     pub fn tick(&mut self, device: &mut impl HapticDevice, renderer: &mut impl Renderer, command: Command) -> Telemetry {
         self.ticks = self.ticks.wrapping_add(1);
         self.machine.count();
@@ -205,7 +205,7 @@ impl Cycle {
         record
     }
 
-    /// The force of this tick [N].
+    /// Computes the force of this tick [N].
     fn answer(
         &mut self,
         device: &mut impl HapticDevice,
@@ -279,8 +279,8 @@ impl Cycle {
         Ok(limited.force_n)
     }
 
-    /// Follows the host's request, and reacts to its silence. False if the request cannot be
-    /// followed now.
+    /// Follows the host's request, and reacts to its silence. Returns false if the request cannot
+    /// be followed now.
     fn listen(&mut self, command: Command, renderer: &mut impl Renderer) -> bool {
         self.silence = if command.heard { 0 } else { self.silence.saturating_add(1) };
         if self.silence >= self.arming.silence_ticks {
@@ -310,7 +310,7 @@ impl Cycle {
         followed
     }
 
-    /// Event for the mode machine that the patch's output causes.
+    /// Raises the event for the mode machine, if any, that the patch's output causes.
     fn follow(&mut self, output: &Output) {
         match self.mode() {
             Mode::Arming => {
@@ -337,7 +337,7 @@ impl Cycle {
         self.limiter.strained(&self.limits) || self.observer.gain() < 1.0 || self.stillness.gain() * self.sign.gain() < 1.0
     }
 
-    /// Follows an event; false if the mode does not accept it.
+    /// Follows an event; returns false if the mode does not accept it.
     fn enter(&mut self, event: Event) -> bool {
         let moved = self.machine.handle(event);
         if moved {

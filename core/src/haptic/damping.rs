@@ -1,29 +1,30 @@
 //! Damping in proportion to the patch's own tangent stiffness, in contact only.
 //!
-//! A force held for a tick and applied `d` ticks late returns `K (d + 1/2) T` of negative damping
-//! to the hand (Colgate and Schenkel, Passivity of a class of sampled-data systems, J. Robotic
-//! Systems 14, 1997: `b > K T / 2`; the delay adds `K d T`). `tau K` with `tau = (d + 1/2) T`
-//! cancels that; twice as much adds damping. Constant damping would have to be chosen for the
-//! stiffest contact and would double the force of a tap on soft tissue; the tangent vanishes at
-//! first touch.
+//! A force held for a tick and applied `d` ticks late adds the negative damping `K (d + 1/2) T` at
+//! the hand (Colgate and Schenkel, Passivity of a class of sampled-data systems, J. Robotic Systems
+//! 14, 1997: `b > K T / 2`; the delay adds `K d T`). The damping `tau K` with `tau = (d + 1/2) T`
+//! cancels that; twice as much leaves positive damping. A constant damping would have to be chosen
+//! for the stiffest contact and would double the force of a tap on soft tissue, whereas the tangent
+//! stiffness vanishes at first touch.
 //!
 //! ```text
-//! K = 3/2 F / max(depth, 0.3 mm)                        (Hertz), or what the model knows
+//! K = 3/2 F / max(depth, 0.3 mm)                        (Hertz), or the model's own tangent
 //! b = min(tau K + b0 min(1, F / 0.1 N), 20 N s/m)
 //! F_n = max(0, F + b u)                                 u = low-passed speed into the tissue
 //! ```
 //!
-//! In three dimensions the part along the contact normal is damped, the normal of this tick with
-//! the low-passed velocity *vector*: no state is needed for a normal that turns. Along the surface
-//! a probe with friction is damped as well, for where it sticks the tissue is about as stiff in
-//! that direction; but the force there is limited to what friction can bear, so that a probe that
-//! slips feels friction alone. Without friction a force along the surface is passed on as it is.
+//! In three dimensions, the part along the contact normal is damped: the low-passed velocity
+//! *vector* is projected on the normal of this tick, so a normal that turns needs no state. A probe
+//! with friction is damped along the surface as well, because where it sticks the tissue is about
+//! as stiff in that direction. The force along the surface is limited to what friction can carry,
+//! so that a probe that slips feels friction alone. Without friction, a force along the surface is
+//! passed on as it is.
 //!
 //! * in: position each tick [m]; force, normal, depth of the patch
 //! * out: force [N]; exactly that of the patch when the probe is at rest, exactly zero without
 //!   contact, never pulling
 //! * cost: 140 instructions of a Cortex-M4F
-//! * may fail: never; not-a-number in gives not-a-number out, which the limits refuse
+//! * may fail: never; NaN in gives NaN out, which the limits refuse
 
 use nalgebra::Vector3;
 
@@ -41,17 +42,17 @@ const FADE_IN_N: f32 = 0.1;
 /// would be most of the depth.
 const SHALLOWEST_M: f32 = 0.3e-3;
 /// Backlash applied to the position before its velocity is estimated, in counts (1). It weakens the
-/// damping impulse of a flipping count, while a reversing motion is still damped. Without it 20 kPa
-/// on a frictionless device shake with 21 mN; with a whole count 400 N/m oscillate by two counts
-/// (DECISIONS.md).
+/// damping impulse of a flipping count, while a reversing motion is still damped. Without it,
+/// tissue of 20 kPa on a frictionless device shakes with 21 mN; with a whole count, a contact of
+/// 400 N/m oscillates by two counts (DECISIONS.md).
 const PLAY_COUNTS: f32 = 0.2;
 
-/// How much to damp.
+/// Gains of the damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DampingSettings {
     /// Damping per tangent stiffness [s].
     pub tau_s: f32,
-    /// Damping in any contact [N s/m].
+    /// Constant damping in any contact [N s/m].
     pub constant_n_s_per_m: f32,
     /// One-pole low-pass of the velocity, `1 - exp(-2 pi f T)` (1): share of the newest velocity.
     pub velocity_share: f32,
@@ -63,12 +64,13 @@ static RANGES: [Range; 3] =
 impl DampingSettings {
     /// Share of a 30 Hz low-pass at 1 kHz (1).
     pub const SHARE_30_HZ: f32 = 0.1718;
-    /// The model's force as it is: what the damping is compared with.
+    /// No damping: the model's force as it is, for comparison.
     pub const NONE: Self = Self { tau_s: 0.0, constant_n_s_per_m: 0.0, velocity_share: 1.0 };
 
-    /// Safe on anything, plain springs and frictionless devices too: `tau = 2 (delay + T/2)`, 0.3 N
-    /// s/m (times the ticks of delay where there are several), 30 Hz at 1 kHz. The delay [s] is
-    /// that from a force computed to a force acting: whole ticks and the amplifier's lag.
+    /// Settings that are safe on any tissue, on plain springs and on frictionless devices:
+    /// `tau = 2 (delay + T/2)`, 0.3 N s/m (times the ticks of delay if there are several), 30 Hz at
+    /// 1 kHz. The delay [s] is the time from computing a force to its acting: whole ticks and the
+    /// amplifier's lag.
     #[must_use]
     pub fn safe(delay_s: f32, tick_s: f32) -> Self {
         let tau_s = 2.0 * delay_s + tick_s;
@@ -80,7 +82,7 @@ impl DampingSettings {
     /// Checks every number.
     ///
     /// # Errors
-    /// [`BuildError::OutOfRange`] names it.
+    /// [`BuildError::OutOfRange`] names the first number out of its range.
     pub fn check(&self) -> Result<(), BuildError> {
         each_within(&RANGES, [self.tau_s, self.constant_n_s_per_m, self.velocity_share])
     }
@@ -117,8 +119,8 @@ impl Damping {
         Ok(Self { settings: *settings, ticks_per_s, count_m, played_m: None, velocity_m_per_s: Vector3::zeros() })
     }
 
-    /// Takes the pose of this tick [m]. It has to be called in every tick, also in free space, so
-    /// that the velocity is right at the touch.
+    /// Takes the position of this tick [m]. Call this in every tick, also in free space, so that
+    /// the velocity is right at first touch.
     pub fn track(&mut self, position_m: Vector3<f32>) {
         let last_m = self.played_m.unwrap_or(position_m);
         let play_m = PLAY_COUNTS * self.count_m;
@@ -137,7 +139,7 @@ impl Damping {
         };
     }
 
-    /// Forgets the velocity.
+    /// Resets the velocity.
     pub fn reset(&mut self) {
         (self.played_m, self.velocity_m_per_s) = (None, Vector3::zeros());
     }
@@ -160,7 +162,7 @@ impl Damping {
         let asked = self.settings.tau_s * tangent_n_per_m + self.settings.constant_n_s_per_m * fade;
         let damping = if asked > MOST_N_S_PER_M { MOST_N_S_PER_M } else { asked };
         let added_n = -damping * self.velocity_m_per_s.dot(&output.normal);
-        // never sticky: at most the whole push is taken away
+        // the force never pulls: at most the whole push is cancelled
         let added_n = if added_n < -push_n { -push_n } else { added_n };
         let damped_n = output.force_n + output.normal * added_n;
         if output.grip_n > 0.0 { damped_n + self.along(output, push_n, damping) } else { damped_n }
@@ -189,7 +191,7 @@ mod tests {
         Output { force_n, normal, depth_m, ..Output::NONE }
     }
 
-    /// Damping that has tracked this velocity for long.
+    /// Damping that has tracked this velocity until its estimate settled.
     fn moving(settings: &DampingSettings, velocity_m_per_s: Vector3<f32>) -> Damping {
         let mut damping = Damping::build(settings, 1e-3, 55e-6).unwrap();
         for n in 0..400_u16 {
@@ -227,7 +229,7 @@ mod tests {
             let damping = moving(&DampingSettings::safe(1e-3, 1e-3), Vector3::new(0.0, 0.0, speed));
             assert_eq!(damping.damp(&Output::NONE, 400.0), Vector3::zeros());
             assert!(damping.damp(&output, 1e6).z >= 0.0);
-            // a model that pulls is no contact and is not corrected here
+            // a model that pulls is not in contact and is not corrected here
             let pulls = contact(Vector3::new(0.0, 0.0, -0.5), Vector3::z(), 1e-3);
             assert_eq!(damping.damp(&pulls, 400.0), pulls.force_n);
         }
@@ -251,7 +253,7 @@ mod tests {
         assert_eq!(held(-0.3, 0.0), Vector3::new(-0.3, 0.0, 1.0), "no friction: passed on as it is");
         assert!((held(-0.1, 0.5).z - 1.0).abs() < 1e-6, "nothing along the normal");
         assert!((held(-0.6, 0.5).x + 0.6).abs() < 1e-6, "the model's own force is not cut");
-        // going in as well, under another push: the part along the surface stays what it was
+        // while moving in as well, under a larger push, the part along the surface is unchanged
         let sinking = moving(&DampingSettings::safe(1e-3, 1e-3), velocity - Vector3::z() * 0.05);
         let output = Output { grip_n: 0.5, ..contact(Vector3::new(-0.1, 0.0, 2.0), Vector3::z(), 2e-3) };
         let found = sinking.damp(&output, 400.0);

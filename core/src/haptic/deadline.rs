@@ -1,4 +1,4 @@
-//! The deadline rule: what follows when a tick ends after its period.
+//! The deadline rule: consequences of a tick that ends after its period.
 //!
 //! The caller counts the periods that passed without a new force and passes the count to each cycle
 //! as [`super::cycle::Command::late_ticks`]. A single missed period is tolerated: the device has
@@ -12,13 +12,13 @@
 
 use crate::fault::Fault;
 
-/// Missed periods in a row that are a fault.
+/// Number of missed periods in a row that is a fault.
 pub const IN_A_ROW: u16 = 2;
-/// Misses among [`WINDOW_TICKS`] that are a fault.
+/// Number of misses among [`WINDOW_TICKS`] that is a fault.
 pub const AMONG: usize = 5;
 /// Ticks over which misses are counted.
 pub const WINDOW_TICKS: u16 = 1000;
-/// Share of the last force that stays after one miss (1).
+/// Share of the last force that remains after one miss (1).
 pub const KEPT: f32 = 0.5;
 
 /// Counts late ticks.
@@ -26,20 +26,20 @@ pub const KEPT: f32 = 0.5;
 pub struct Deadline {
     /// Cycles so far, wrapping.
     now: u32,
-    /// Cycles of the last misses, newest first; as many as are tolerated.
+    /// Cycle numbers of the last misses, newest first; as many as are tolerated.
     missed: [u32; AMONG - 1],
 }
 
 impl Default for Deadline {
     fn default() -> Self {
-        // long ago
+        // the last misses were long ago
         Self { now: 2 * u32::from(WINDOW_TICKS), missed: [0; AMONG - 1] }
     }
 }
 
 impl Deadline {
-    /// Runs one cycle, given the periods that were missed before it. True for a single miss, which
-    /// is tolerated.
+    /// Runs one cycle, given the periods that were missed before it. Returns true for a single
+    /// miss, which is tolerated.
     ///
     /// # Errors
     /// [`Fault::DeadlineMissed`].
@@ -65,7 +65,7 @@ impl Deadline {
 mod tests {
     use super::*;
 
-    /// Ticks up to the fault if these ticks are late by one period.
+    /// Tick of the fault if these ticks are late by one period.
     fn fault_at(late: impl Fn(u32) -> bool) -> Option<u32> {
         let mut deadline = Deadline::default();
         (0..10_000).find(|&n| deadline.judge(u16::from(late(n))).is_err())

@@ -1,28 +1,28 @@
-//! A haptic device: where its probe is, and a force for it.
+//! Interface of a haptic device, which reports the position of its probe and applies a force.
 //!
 //! * in: nothing / a force [N]
 //! * out: a position [m] with a sequence number and the sensor's own status / nothing
-//! * cost: the device's
-//! * may fail: a sensor says so in [`Sensed::status`]; an actuator cannot refuse
+//! * cost: depends on the device
+//! * may fail: a sensor reports it in [`Sensed::status`]; an actuator cannot refuse
 
 use nalgebra::Vector3;
 
 use super::{Range, each_within};
 use crate::fault::BuildError;
 
-/// Limits and resolution of a device. Data of a device profile, constant while it runs.
+/// Limits and resolution of a device. They belong to its profile and are constant while it runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviceSpec {
     /// Largest force that its actuators give in every direction [N].
     pub max_force_n: f32,
     /// Corner of its workspace with the smallest coordinates [m], patch frame.
     pub workspace_low_m: Vector3<f32>,
-    /// Corner with the largest [m].
+    /// Corner of its workspace with the largest coordinates [m], patch frame.
     pub workspace_high_m: Vector3<f32>,
     /// One encoder count at the probe [m]; zero for an ideal sensor.
     pub count_m: f32,
-    /// Whole ticks between computing a force and the actuators giving it, beyond the tick that it
-    /// is held.
+    /// Whole ticks from computing a force to the actuators applying it, not counting the tick for
+    /// which it is held.
     pub delay_ticks: u8,
     /// Time constant of amplifier and motor [s].
     pub lag_s: f32,
@@ -47,7 +47,7 @@ const SIZE: &str = "device.workspace size in m";
 impl DeviceSpec {
     /// Largest [`DeviceSpec::delay_ticks`] that is supported.
     pub const MOST_DELAY_TICKS: u8 = 7;
-    /// Largest force that any device may declare [N], one that a hand withstands.
+    /// Largest force that any device may declare [N]; a hand can withstand it.
     pub const MOST_FORCE_N: f32 = 20.0;
 
     /// Time from computing a force to its acting [s]: whole ticks and the lag.
@@ -84,8 +84,8 @@ pub enum SensorStatus {
 pub struct Sensed {
     /// Tip of the probe [m], patch frame.
     pub position_m: Vector3<f32>,
-    /// Number of the reading, one more for every new one, wrapping: a reading that repeats or goes
-    /// back is old.
+    /// Number of the reading, which increases by one with every new reading and wraps. A reading
+    /// whose number repeats or decreases is old.
     pub sequence: u32,
     /// Whether the reading can be trusted.
     pub status: SensorStatus,
@@ -93,8 +93,8 @@ pub struct Sensed {
 
 /// A device in the loop: real, emulated, or a wrapper that injects faults into another.
 ///
-/// The port turns counts into metres of the patch frame and forces into counts; it neither filters
-/// nor limits, the cycle does.
+/// An implementation converts counts into metres of the patch frame and forces into counts. It
+/// neither filters nor limits; the cycle does both.
 ///
 /// ```
 /// use palpate::Vector3;
@@ -142,14 +142,14 @@ pub trait HapticDevice {
     /// Limits of the device.
     fn limits(&self) -> DeviceSpec;
 
-    /// Newest reading, without waiting.
+    /// Returns the newest reading, without waiting.
     fn sense(&mut self) -> Sensed;
 
-    /// Gives this force [N], patch frame, until the next call. It is finite and within
+    /// Applies this force [N], patch frame, until the next call. It is finite and within
     /// [`DeviceSpec::max_force_n`].
     fn actuate(&mut self, force_n: Vector3<f32>);
 
-    /// Gives no force and takes the power off the actuators, as far as the device can. May be
-    /// called every tick.
+    /// Applies no force and takes the power off the actuators, as far as the device can. May be
+    /// called in every tick.
     fn release(&mut self);
 }

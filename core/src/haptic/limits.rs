@@ -1,4 +1,4 @@
-//! Limits between a model and a hand: which poses are believed, and which force may be output.
+//! Limits between a model and a hand: which poses are accepted, and which force may be output.
 //!
 //! No limit can be switched off: a limit is a number that has to be in its range, and one
 //! [`LoopLimits`] can be derived from another only by lowering values. "Lower" is "stricter" for
@@ -25,26 +25,28 @@ pub struct LoopLimitSettings {
     /// Fastest growth of the force [N/s]. A falling force is not limited: a force held beyond its
     /// time would push the hand out with more energy than it brought in.
     pub max_slew_n_per_s: f32,
-    /// Fastest probe that is believed [m/s].
+    /// Largest plausible speed of the probe [m/s].
     pub max_speed_m_per_s: f32,
-    /// Readings in a row beyond `max_speed_m_per_s` that are a fault while a force acts. Fewer are
-    /// treated as glitches, and the last good pose is held.
+    /// Number of readings in a row beyond `max_speed_m_per_s` that is a fault while a force acts.
+    /// Fewer are treated as glitches, and the last good pose is held.
     pub odd_poses: u16,
     /// Greatest age of a pose that is still rendered [ticks].
     pub max_age_ticks: u16,
-    /// How far outside the workspace a pose is believed, as a share of its size (1).
+    /// Distance outside the workspace up to which a pose is accepted, as a share of the workspace's
+    /// size (1).
     pub workspace_margin: f32,
     /// A model force more than this many times `max_force_n` is implausible (1).
     pub implausible_ratio: f32,
     /// Number of ticks in a row with an implausible force that is a fault.
     pub implausible_ticks: u16,
-    /// Ticks in a row at `max_force_n` after which the mode becomes `Degraded`.
+    /// Number of ticks in a row at `max_force_n` after which the mode becomes `Degraded`.
     pub saturated_ticks: u16,
 }
 
-/// Lower bound of a limit: smaller squares underflow, and a zero force would then exceed it.
+/// Lower bound of a limit: the squares of smaller values underflow, and a zero force would exceed
+/// it.
 const SMALL: f32 = 1e-6;
-/// Names and lower bounds.
+/// Name and lower bound of every limit.
 static LEAST: [(&str, f32); 9] = [
     ("limits.max_force_n", SMALL),
     ("limits.max_slew_n_per_s", SMALL),
@@ -58,8 +60,9 @@ static LEAST: [(&str, f32); 9] = [
 ];
 
 impl LoopLimitSettings {
-    /// A desktop stylus of 3.3 N, and the default: 3 N, 500 N/s, 1.5 m/s twice in a row, poses up
-    /// to two ticks old, the workspace and a tenth more.
+    /// Limits for a desktop stylus of 3.3 N, and the default: 3 N, 500 N/s, a fault at the second
+    /// reading in a row beyond 1.5 m/s, poses up to two ticks old, the workspace enlarged by a
+    /// tenth.
     pub const DESKTOP: Self = Self {
         max_force_n: 3.0,
         max_slew_n_per_s: 500.0,
@@ -71,7 +74,7 @@ impl LoopLimitSettings {
         implausible_ticks: 10,
         saturated_ticks: 200,
     };
-    /// No limit is higher on any device.
+    /// Upper bounds of the limits on any device.
     pub const HIGHEST: Self = Self {
         max_force_n: DeviceSpec::MOST_FORCE_N,
         max_slew_n_per_s: 5_000.0,
@@ -99,8 +102,8 @@ impl LoopLimitSettings {
         ]
     }
 
-    /// Checks that every limit lies between the least and that of `highest`: NaN, zero, negative
-    /// and infinite ones are refused.
+    /// Checks that every limit is between its lower bound and its value in `highest`. NaN, negative
+    /// and infinite values are refused, and so is zero, except as a workspace margin.
     #[inline(never)]
     fn check_below(&self, highest: &Self) -> Result<(), BuildError> {
         let bounds = LEAST.iter().zip(highest.numbers());
@@ -114,7 +117,7 @@ impl Default for LoopLimitSettings {
     }
 }
 
-/// Limits in force. Made once for a device; from then on they only get stricter.
+/// Limits in effect. They are built once for a device; after that they can only become stricter.
 #[derive(Clone, Copy, Debug)]
 pub struct LoopLimits {
     values: LoopLimitSettings,
@@ -146,14 +149,15 @@ impl LoopLimits {
     /// Replaces the limits by others, none of which may be looser than now.
     ///
     /// # Errors
-    /// [`BuildError::OutOfRange`] names the limit that would be higher than it is, or is no number;
+    /// [`BuildError::OutOfRange`] names the limit that would be higher than it is, or is NaN;
     /// nothing changes then.
     pub fn lowered(&self, values: &LoopLimitSettings) -> Result<Self, BuildError> {
         values.check_below(&self.values)?;
         Ok(Self::derive(values, &self.device, self.tick_s))
     }
 
-    /// This is never inlined, because it has two callers and neither is in a tick.
+    /// Derives the limits per tick. It is never inlined, because neither of its two callers runs in
+    /// a tick.
     #[inline(never)]
     fn derive(values: &LoopLimitSettings, device: &DeviceSpec, tick_s: f32) -> Self {
         let margin_m = (device.workspace_high_m - device.workspace_low_m) * values.workspace_margin;
@@ -170,13 +174,13 @@ impl LoopLimits {
         }
     }
 
-    /// The limits.
+    /// Values of the limits.
     #[must_use]
     pub fn values(&self) -> &LoopLimitSettings {
         &self.values
     }
 
-    /// Ticks a second [1/s].
+    /// Ticks per second [1/s].
     #[must_use]
     pub fn ticks_per_s(&self) -> f32 {
         self.ticks_per_s

@@ -6,12 +6,13 @@
 //!                     └──────────────────────┘
 //! ```
 //!
-//! Force in `Active` and `Degraded`, a falling one in `SafeRamp`, exactly none elsewhere. A force
-//! begins in `Arming` only: whatever ended the last one, the next begins there, outside the tissue.
-//! A host that falls silent, a stop, or an operator who lets go of the hand switch or leaves the
-//! pedal ramps the force down, for the pose can still be trusted; anything that makes pose, model
-//! or actuator doubtful leads to `Fault` at once. The loop cannot be armed while the operator is
-//! absent, and does not arm by itself when the operator returns: arming has to be requested again.
+//! A force acts in `Active` and `Degraded`, a falling one in `SafeRamp`, and none in the other
+//! modes. A force begins through `Arming` only: whatever ended the last force, the next one begins
+//! there, outside the tissue. The force is ramped down if the host falls silent, if a stop is
+//! requested, or if the operator lets go of the hand switch or leaves the pedal, because the pose
+//! can still be trusted then. Anything that makes pose, model or actuator doubtful leads to `Fault`
+//! at once. The loop cannot be armed while the operator is absent, and it does not arm by itself
+//! when the operator returns: arming has to be requested again.
 //!
 //! * in: events
 //! * out: the mode, the first fault
@@ -24,21 +25,22 @@ use crate::fault::Fault;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Mode {
-    /// Power came on.
+    /// Power has just come on.
     Boot = 0,
-    /// Sensors and actuators are tried.
+    /// Sensors and actuators are being tested.
     SelfTest = 1,
     /// No force; patches and configuration are accepted.
     Idle = 2,
-    /// The patch answers poses and no force is output, until the probe is calm outside the tissue.
+    /// The patch answers poses but no force is output, until the probe has been calm outside the
+    /// tissue.
     Arming = 3,
-    /// The force is felt.
+    /// The force is output.
     Active = 4,
-    /// The force is felt, scaled down for the rest of this contact.
+    /// The force is output, scaled down for the rest of this contact.
     Degraded = 5,
-    /// The force is felt while it falls to zero.
+    /// The force is output while it falls to zero.
     SafeRamp = 6,
-    /// No force until cleared.
+    /// There is no force until the fault is cleared.
     Fault = 7,
 }
 
@@ -53,13 +55,13 @@ impl Mode {
         matches!(self, Self::Arming | Self::Active | Self::Degraded | Self::SafeRamp)
     }
 
-    /// Whether a force may leave.
+    /// Whether a force may be output.
     #[must_use]
     pub fn allows_force(self) -> bool {
         matches!(self, Self::Active | Self::Degraded | Self::SafeRamp)
     }
 
-    /// Whether a request may be followed now.
+    /// Whether a request of the host may be followed in this mode.
     #[must_use]
     pub fn accepts(self, request: Request) -> bool {
         match request {
@@ -70,7 +72,7 @@ impl Mode {
     }
 }
 
-/// Messages that are accepted in a mode.
+/// Requests of the host that are accepted in some modes only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
     /// Another patch.
@@ -86,13 +88,13 @@ pub enum Request {
 /// Event that may change the mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// Memory, clock and patch are there.
+    /// Memory, clock and patch are ready.
     Booted,
-    /// Sensors and actuators passed.
+    /// Sensors and actuators passed the test.
     TestPassed,
     /// Arming was requested.
     ArmAsked,
-    /// All arming conditions held for their time.
+    /// All arming conditions have held long enough.
     Armed,
     /// A stop was requested.
     StopAsked,
@@ -100,13 +102,13 @@ pub enum Event {
     HostLost,
     /// The operator let go of the hand switch or left the pedal.
     OperatorLeft,
-    /// The contact was at the force limit for long, or it created energy.
+    /// The contact was at the force limit for too long, or it created energy.
     Strained,
     /// The contact that was scaled down is over.
     Recovered,
     /// The falling force is zero.
     RampEnded,
-    /// Any fault.
+    /// A fault of any kind occurred.
     Faulted,
     /// The fault was cleared by request, and poses have been good since.
     Cleared,
@@ -164,7 +166,7 @@ pub fn next(mode: Mode, event: Event) -> Option<Mode> {
     TRANSITIONS.iter().find(|(from, on, _)| (*from, *on) == (mode, event)).map(|&(_, _, to)| to)
 }
 
-/// The machine: a mode, how long it has lasted, and the fault that ended it.
+/// State machine of the mode: the present mode, how long it has lasted, and the latched fault.
 #[derive(Clone, Copy, Debug)]
 pub struct ModeMachine {
     mode: Mode,
@@ -173,33 +175,33 @@ pub struct ModeMachine {
 }
 
 impl ModeMachine {
-    /// Just powered.
+    /// State at power-on.
     pub const BOOT: Self = Self { mode: Mode::Boot, fault: None, ticks: 0 };
 
-    /// The mode.
+    /// Present mode.
     #[must_use]
     pub fn mode(&self) -> Mode {
         self.mode
     }
 
-    /// The first fault since the last clearing, or the emergency stop that followed it.
+    /// The first fault since the last clearing, or an emergency stop that replaced it.
     #[must_use]
     pub fn fault(&self) -> Option<Fault> {
         self.fault
     }
 
-    /// Ticks begun in this mode.
+    /// Number of ticks begun in this mode.
     #[must_use]
     pub fn ticks(&self) -> u32 {
         self.ticks
     }
 
-    /// A tick begins.
+    /// Counts one tick in this mode.
     pub fn count(&mut self) {
         self.ticks = self.ticks.saturating_add(1);
     }
 
-    /// Follows an event other than a fault; false if the mode does not accept it.
+    /// Follows an event other than a fault; returns false if the mode does not accept it.
     pub fn handle(&mut self, event: Event) -> bool {
         match next(self.mode, event) {
             Some(mode) if event != Event::Faulted => {
@@ -213,8 +215,8 @@ impl ModeMachine {
         }
     }
 
-    /// Stops everything for this reason. A fault that is already there stays, except that an
-    /// emergency stop replaces it: as long as it acts, clearing the other one does not help.
+    /// Enters `Fault` for this reason. A fault that is already latched stays, except that an
+    /// emergency stop replaces it: while the stop acts, clearing the other fault does not help.
     pub fn fail(&mut self, fault: Fault) {
         if let Some(mode) = next(self.mode, Event::Faulted) {
             (self.mode, self.ticks, self.fault) = (mode, 0, Some(fault));

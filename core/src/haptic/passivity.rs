@@ -1,29 +1,29 @@
-//! Observes the energy that the loop gives to the hand, in every tick; bounds the force of a probe
-//! that leaves, and fades a contact that gave too much all the same.
+//! Observes in every tick the energy that the loop gives to the hand, bounds the force on a probe
+//! that leaves, and fades out the force of a contact that gave too much energy nevertheless.
 //!
 //! The observer of Hannaford and Ryu (Time-domain passivity control of haptic interfaces, IEEE
 //! Trans. Robotics and Automation 18, 2002) sums `F dx` with the force that really acted during the
-//! displacement: the one sent `delay` ticks before. A spring takes energy during loading and gives
-//! it back; energy that it gives beyond that, counted from the touch, was created. Ours differs in
-//! the controller: theirs injects damping as soon as the sum is negative, which makes a quantised
-//! encoder buzz. Ours shortens the force on a probe that leaves until the work that it can do
-//! while it acts is within what the contact has taken, as in the energy-bounding algorithm (Kim and
-//! Ryu, Robotics and Autonomous Systems 58, 2010). Theirs bounds the change of the force in each
-//! sample from the hand's own damping; ours bounds the force by the observed sum, over the time
-//! from sending a force to its end.
+//! displacement: the one sent `delay` ticks before. A spring takes energy during loading and
+//! returns it; energy that it gives beyond that, counted from the touch, was created. Our
+//! controller differs from theirs, which injects damping as soon as the sum is negative and thereby
+//! makes a quantised encoder buzz. Ours reduces the force on a probe that leaves until the work
+//! that the force can do while it acts is within the energy that the contact has taken, as in the
+//! energy-bounding algorithm (Kim and Ryu, Robotics and Autonomous Systems 58, 2010). That
+//! algorithm bounds the change of the force in each sample from the hand's own damping; ours bounds
+//! the force by the observed sum, over the time from sending a force until it ceases to act.
 //!
-//! The last resort is an alarm, at a threshold above what quantisation can fake (about `F_max`
-//! times one count): it fades the contact's force out until the probe has left. By then most of a
-//! bounce's energy is out, so the next contact begins, and stays, at half the gain: stiffness falls
-//! until the loop holds, and doubles again with every good contact. Several contacts in a row that
-//! end in the alarm are a fault.
+//! The last resort is an alarm, at a threshold above the energy that quantisation can fake (about
+//! `F_max` times one count): it fades the contact's force out until the probe has left. By then
+//! most of a bounce's energy has been given, so the next contact begins, and stays, at half the
+//! gain. The stiffness thus falls until the loop is stable, and doubles again with every good
+//! contact. Several contacts in a row that end in the alarm are a fault.
 //!
-//! A sensor with counts reports a displacement after the probe made it, in the ticks since the last
+//! A sensor with counts reports a displacement late: the probe made it in the ticks since the last
 //! count. So the work of a displacement is that of the *mean* force along its axis since that axis
-//! was displaced last. The tissue's force after a count is larger on the way in, and smaller on the
-//! way out, than the settled force in the tick of the next count. With the latter alone the
-//! observer misses energy that the tissue takes in both directions, and a hand that kneads slowly
-//! seems to have spent its contact within a minute.
+//! last moved. Just after a count, the tissue's force is larger during loading, and smaller during
+//! unloading, than the settled force in the tick of the next count. With the settled force alone,
+//! the observer would miss energy that the tissue takes in both directions, and a hand that kneads
+//! slowly would seem to have used up the energy of its contact within a minute.
 //!
 //! * in: displacement and velocity of the probe [m, m/s], the force sent [N], whether the patch is
 //!   touched
@@ -37,31 +37,33 @@ use super::device::DeviceSpec;
 use super::{Range, between, each_within};
 use crate::fault::{BuildError, Fault};
 
-/// Forces on their way to the actuators.
+/// Number of sent forces that are kept until they act.
 const LINE: usize = DeviceSpec::MOST_DELAY_TICKS as usize + 1;
-/// Share of the force that stays from tick to tick after the alarm (1): down to a hundredth in 20
-/// ms.
+/// Share of the force that remains from tick to tick after the alarm (1): it is down to a hundredth
+/// in 20 ms.
 const FADE: f32 = 0.8;
-/// Below this gain there is no force (1).
+/// A gain below this value is set to zero (1).
 const FADED: f32 = 0.01;
-/// Ticks over which the force is averaged at most (1): a force that fades or relaxes is forgotten.
+/// Largest number of ticks over which the force is averaged (1): a force that fades or relaxes is
+/// forgotten.
 const MEAN_TICKS: f32 = 100.0;
-/// Share of a count (1). A probe whose displacement while the force acts is shorter is at rest: the
-/// low-passed velocity after a count takes 0.5 s to become zero exactly.
+/// Share of a count (1). A probe is at rest if its displacement while the force acts is shorter
+/// than this: the low-passed velocity after a count takes 0.5 s to become zero exactly.
 const REST_COUNTS: f32 = 0.02;
-/// Ticks after the last force in which a new touch belongs to the same contact. A count on the way
-/// out lifts the shown tip off tissue that follows within some ticks. No hand taps so fast: touches
-/// that follow each other sooner are a limit cycle, and the energy that each creates adds up.
+/// Ticks after the last force within which a new touch belongs to the same contact. During
+/// unloading, a count lifts the shown tip off the tissue, which follows within some ticks. No hand
+/// taps so fast: touches that follow each other sooner are a limit cycle, and the energy that each
+/// creates adds up.
 const KEPT_TICKS: u8 = 20;
 
 /// Thresholds at which the observer intervenes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassivitySettings {
-    /// Energy beyond what a contact took that its force may give before it is shortened [J].
+    /// Energy that a contact may give beyond what it took before its force is reduced [J].
     pub allowance_j: f32,
-    /// Energy beyond what a contact took that raises the alarm [J].
+    /// Energy that a contact has to give beyond what it took to raise the alarm [J].
     pub alarm_j: f32,
-    /// Contacts in a row with an alarm that are a fault.
+    /// Number of contacts in a row with an alarm that is a fault.
     pub alarms: u16,
 }
 
@@ -72,8 +74,8 @@ static RANGES: [Range; 3] = [
 ];
 
 impl PassivitySettings {
-    /// No allowance. The alarm at half a millijoule: three times what 3 N and counts of 55 um can
-    /// fake. Five contacts.
+    /// No allowance; the alarm at half a millijoule, which is three times what 3 N and counts of 55
+    /// um can fake; a fault at five contacts.
     pub const DEFAULT: Self = Self { allowance_j: 0.0, alarm_j: 0.5e-3, alarms: 5 };
     /// Upper bounds of the settings.
     pub const HIGHEST: Self = Self { allowance_j: 0.1, alarm_j: 0.1, alarms: 100 };
@@ -90,12 +92,12 @@ impl PassivitySettings {
 /// Energy at the hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energy {
-    /// Given to the hand since the touch [J]; negative while the tissue stores energy.
+    /// Energy given to the hand since the touch [J]; negative while the tissue stores energy.
     pub given_j: f32,
-    /// Largest value of that so far in this contact, at least zero: the energy that this contact
+    /// Largest `given_j` so far in this contact, at least zero: the energy that this contact
     /// created [J].
     pub created_j: f32,
-    /// Created by all contacts that are over [J].
+    /// Energy created by all contacts that have ended [J].
     pub total_created_j: f32,
 }
 
@@ -111,9 +113,10 @@ struct Axis {
 }
 
 impl Axis {
-    /// Work of this tick [J] of a force [N] that acted over a displacement [m]. A sensor without
-    /// counts (no `play_m`) reports every displacement in its own tick, and the mean is the force.
-    #[inline(never)] // three copies take 200 bytes of the board's flash more
+    /// Work that a force [N] did in this tick over a displacement [m], in joules. A sensor without
+    /// counts (`play_m` is zero) reports every displacement in its own tick, and the mean is the
+    /// force.
+    #[inline(never)] // three copies would take 200 bytes more of the board's flash
     fn work_j(&mut self, acting_n: f32, displacement_m: f32, play_m: f32, touched: bool) -> f32 {
         let ticks = between(self.mean_ticks + 1.0, 1.0, MEAN_TICKS);
         self.mean_n += (acting_n - self.mean_n) / ticks;
@@ -125,7 +128,7 @@ impl Axis {
     }
 }
 
-/// Watches the energy.
+/// Observes the energy, and derives from it the bound and the gain on the force.
 #[derive(Clone, Copy, Debug)]
 pub struct PassivityObserver {
     settings: PassivitySettings,
@@ -137,28 +140,29 @@ pub struct PassivityObserver {
     axes: [Axis; 3],
     /// Ring of the forces sent.
     line_n: [Vector3<f32>; LINE],
-    /// Where the next force goes.
+    /// Index at which the next force is stored in the ring.
     next: u8,
     /// Ticks between sending and acting.
     delay_ticks: u8,
-    /// Time from sending a force to its end [s]: whole ticks, the lag, and the tick it is held.
+    /// Time from sending a force to its end [s]: whole ticks, the lag, and the tick for which it is
+    /// held.
     acts_s: f32,
     /// Ticks since a force was sent.
     idle_ticks: u8,
     energy: Energy,
-    /// A force was sent in this contact.
+    /// True if a force was sent in this contact.
     open: bool,
     gain: f32,
     /// Gain at which the contact began (1).
     touch_gain: f32,
-    /// This contact passed the alarm.
+    /// True if this contact passed the alarm.
     fading: bool,
-    /// Contacts in a row that did.
+    /// Number of contacts in a row that passed the alarm.
     alarms: u16,
 }
 
 impl PassivityObserver {
-    /// An observer with zero energy.
+    /// Creates an observer with zero energy.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting or `device.delay_ticks`.
@@ -188,8 +192,8 @@ impl PassivityObserver {
         })
     }
 
-    /// The displacement since the last tick [m], and whether the patch was touched then; before
-    /// this tick's force is sent.
+    /// Observes the displacement since the last tick [m], and whether the patch was touched then.
+    /// Call this before this tick's force is sent.
     ///
     /// # Errors
     /// [`Fault::EnergyCreated`] if several contacts in a row end in the alarm.
@@ -225,10 +229,10 @@ impl PassivityObserver {
         Ok(())
     }
 
-    /// The force [N] to send to a probe with this velocity [m/s], on a surface with this normal:
-    /// while it acts it does no more work than this contact took. The push is shortened first, then
-    /// what acts along the surface, so friction is not lost with the push and nothing pulls. A
-    /// probe at rest gets the whole force.
+    /// Returns the force [N] to send to a probe with this velocity [m/s], on a surface with this
+    /// normal: while it acts, it does no more work than this contact took. The push is reduced
+    /// first, then the force along the surface, so that friction is not lost with the push and the
+    /// force never pulls. A probe at rest gets the whole force.
     #[must_use]
     pub fn bound(&self, force_n: &Vector3<f32>, velocity_m_per_s: &Vector3<f32>, normal: &Vector3<f32>) -> Vector3<f32> {
         let work_j = force_n.dot(velocity_m_per_s) * self.acts_s;
@@ -248,11 +252,11 @@ impl PassivityObserver {
         let kept_n = between(kept_n, 0.0, push_n);
         let may_w = left_w - kept_n * leaves_m_per_s;
         let share = if along_w > may_w { may_w / along_w } else { 1.0 };
-        // without a force along the surface, rounding may leave less than nothing over zero
+        // without a force along the surface, rounding may divide a negative power by zero
         along_n * between(share, 0.0, 1.0) + normal * kept_n
     }
 
-    /// The contact is over.
+    /// Ends the contact.
     fn leave(&mut self) {
         if !self.open {
             return;
@@ -271,7 +275,7 @@ impl PassivityObserver {
         self.gain = self.touch_gain;
     }
 
-    /// The force sent in this tick [N].
+    /// Records the force sent in this tick [N].
     pub fn sent(&mut self, force_n: Vector3<f32>) {
         if let Some(newest) = self.line_n.get_mut(usize::from(self.next) % LINE) {
             *newest = force_n;
@@ -282,7 +286,7 @@ impl PassivityObserver {
         self.open |= !idle;
     }
 
-    /// Forgets the alarms and the contact; the total stays.
+    /// Clears the alarms and the contact; the total stays.
     pub fn clear(&mut self) {
         self.leave();
         self.energy.given_j = 0.0;
@@ -316,8 +320,8 @@ mod tests {
         PassivityObserver::build(&PassivitySettings::DEFAULT, &DeviceSpec { delay_ticks, count_m, ..device() }, 1e-3).unwrap()
     }
 
-    /// Presses a spring of `k` N/m with a sine of `depth_m` in and out in 100 ticks; returns the
-    /// energy at its end.
+    /// Presses a spring of `k` N/m in and out along half a sine of amplitude `depth_m` within 100
+    /// ticks; returns the energy at the end.
     fn press(observer: &mut PassivityObserver, k: f32, depth_m: f32) -> Energy {
         let depth = |n: u16| depth_m * libm::sinf(core::f32::consts::PI * f32::from(n) * 0.01);
         for n in 1..=100 {
@@ -347,7 +351,7 @@ mod tests {
         let mut observer = counting(0, 55e-6);
         let count = |n: u16| Vector3::new(0.0, 0.0, if n.is_multiple_of(2) { 55e-6 } else { -55e-6 });
         for n in 0..60_000 {
-            // one count out under the deeper count's force, and in again under the weaker force
+            // one count out under the force of the deeper count, and in again under the weaker one
             observer.observe(&count(n), true).unwrap();
             observer.sent(Vector3::new(0.0, 0.0, if n.is_multiple_of(2) { 0.8 } else { 0.83 }));
         }

@@ -1,19 +1,20 @@
-//! Detects a probe that speeds up against the force: an actuator or an encoder has the wrong sign.
+//! Detects a probe that speeds up against the force, because an actuator or an encoder has the
+//! wrong sign.
 //!
 //! With a wrong sign the tissue pulls, and pulls harder the deeper the probe is. Position alone
-//! does not prove it: every motion under `-F` is also the motion under `F` of a hand that pushes `2
-//! F` harder. Only a motion that hands do not make can be recognised. So the thresholds are high:
-//! against a force of at least 0.5 N the probe gains 0.5 m/s, and meanwhile travels 25 mm straight
-//! into the tissue. A light hand loses the device at once; a firm hand holds against it, and then
-//! the force stays within its limit, and saturation halves it. A hand that suddenly grips four
-//! times as hard, 13 N against a device of 3 N, gains 1 m/s too, but comes to rest within the 25
-//! mm. A light handle exceeds the speed limit first.
+//! cannot prove it: every motion under `-F` is also the motion under `F` of a hand that pushes
+//! `2 F` harder. Only a motion that hands do not make can be recognised. So the thresholds are
+//! high: against a force of at least 0.5 N the probe gains 0.5 m/s, and meanwhile travels 25 mm
+//! straight into the tissue. A light hand loses the device at once. A firm hand holds against the
+//! pull; the force then stays within its limit, and saturation halves it. A hand that suddenly
+//! grips four times as hard, 13 N against a device of 3 N, gains 1 m/s too, but comes to rest
+//! within the 25 mm. A light handle exceeds the speed limit first.
 //!
 //! Speed and travel are measured along the normal at the moment when the probe was slowest. The
-//! normal of this tick would not do: a probe that slides pressed pushes tissue up in front of it,
-//! the normal tilts against the motion by up to 60 degrees, and a constant speed along the surface
-//! would look like speed gained into the tissue. Such a slide stays at an angle to every normal,
-//! even while it speeds up; a force of the wrong sign drives the probe straight along it.
+//! normal of this tick would not do: a probe that slides while pressed pushes tissue up in front of
+//! it, the normal tilts against the motion by up to 60 degrees, and a constant speed along the
+//! surface would look like speed gained into the tissue. Such a slide stays at an angle to every
+//! normal, even while it speeds up; a force of the wrong sign drives the probe straight along it.
 //!
 //! * in: displacement of the tick [m], normal of the contact, force sent last [N]
 //! * out: nothing
@@ -24,16 +25,16 @@ use nalgebra::Vector3;
 
 use crate::fault::Fault;
 
-/// Force that a probe does not speed up against [N].
+/// Least force against which a gain in speed counts [N].
 const PUSH_N: f32 = 0.5;
-/// Speed gained against the force that is a fault [m/s].
+/// Gain in speed against the force that is a fault [m/s].
 const GAINED_M_PER_S: f32 = 0.5;
-/// Travel into the tissue in which that speed is gained [m].
+/// Least travel into the tissue during that gain [m].
 const GONE_M: f32 = 25e-3;
 /// Square of the least cosine between that travel and the normal (1): within 26 degrees.
 const STRAIGHT: f32 = 0.81;
-/// Share of the newest speed (1): 30 Hz, so that a held reading followed by a double displacement
-/// does not count as speed gained.
+/// Share of the newest velocity in the low-pass (1): 30 Hz, so that a held reading followed by a
+/// double displacement does not count as speed gained.
 const SHARE: f32 = 0.1718;
 
 /// The moment from which the gain in speed is measured.
@@ -47,18 +48,18 @@ struct Slowest {
     gone_m: Vector3<f32>,
 }
 
-/// Watches one contact after the other.
+/// Watches the contacts, one after the other.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Runaway {
-    /// Low-passed [m/s].
+    /// Low-passed velocity of the probe [m/s].
     velocity_m_per_s: Vector3<f32>,
-    /// State since the force became strong.
+    /// State since the force exceeded [`PUSH_N`].
     slowest: Option<Slowest>,
 }
 
 impl Runaway {
-    /// Runs one cycle, `1 / per_s` after the one before: `applied_n` is the force sent last,
-    /// `normal` points out of the tissue.
+    /// Runs one cycle, `1 / per_s` after the last one: `applied_n` is the force sent last, `normal`
+    /// points out of the tissue.
     ///
     /// # Errors
     /// [`Fault::Runaway`].
@@ -75,8 +76,8 @@ impl Runaway {
             self.slowest = None;
             return Ok(());
         }
-        // the probe arrives with a speed that the low-pass has not reached yet: this does not count
-        // as speed gained
+        // the probe arrives with a speed that the low-pass has not reached yet: the difference does
+        // not count as speed gained
         if self.slowest.is_none() && newest.dot(normal) < self.velocity_m_per_s.dot(normal) {
             self.velocity_m_per_s = newest;
         }
@@ -114,7 +115,8 @@ mod tests {
             judge(&mut tap, 1.0, 0.0).unwrap();
         }
         for n in 0..100_u8 {
-            // 1 m/s at the touch, out again with as much; one reading is missing and made up for
+            // 1 m/s at the touch, out again at the same speed; one reading is missing and made up
+            // for
             let inward = 1.0 - 0.02 * f32::from(n);
             let seen = if n == 5 {
                 0.0
@@ -142,14 +144,15 @@ mod tests {
         let at = (0..100_u8).position(|n| judge(&mut pulled, 0.06 * f32::from(n), 1.0).is_err());
         assert!(at.is_some_and(|n| (27..31).contains(&n)), "{at:?}: 25 mm are gone at 28");
         let mut gripped = Runaway::default();
-        // 6.5 N more at once on 65 g against 540 N/m: 0.7 m/s, and at rest within 25 mm
+        // a grip that is suddenly 6.5 N stronger, on 65 g against 540 N/m: 0.7 m/s, and at rest
+        // within 25 mm
         assert!((0..100_u8).all(|n| judge(&mut gripped, 0.7 * (0.143 * f32::from(n)).sin(), 1.0).is_ok()));
         let mut weak = Runaway::default();
         assert!((0..100_u8).all(|n| judge(&mut weak, 0.06 * f32::from(n), 0.4).is_ok()), "a weak force holds nobody");
     }
 
     /// A probe at 1.45 m/s along the surface, reached at `m_per_s2`, while the normal tilts against
-    /// the motion to `tilt` within 20 ms: what a pressed slide looks like.
+    /// the motion to `tilt` within 20 ms, as in a pressed slide.
     fn slide(m_per_s2: f32, tilt: f32) -> bool {
         let mut slid = Runaway::default();
         (0..200_u8).all(|n| {

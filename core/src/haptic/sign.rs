@@ -3,20 +3,21 @@
 //!
 //! With a wrong sign the tissue pulls, and gives the hand the energy that it should take: the
 //! square of the inward speed grows in proportion to the work of the force, by two over the mass
-//! that moves. A hand that yields to tissue never does that, for its own pull weakens as it
+//! that moves. A hand that presses tissue never shows this, because its own push weakens as it
 //! approaches its target. So at every doubling of the work that the force should have taken, from
-//! 0.1 mJ on, the square of the speed is compared with the one before: if it grows four times in a
-//! row by at least a tenth, each time by as much as that work gives to a mass between 25 g and 2
-//! kg, and the mass stays the same within a factor of two, the force is off until the probe has
-//! left. The third such contact in a row is [`Fault::WrongSign`].
+//! 0.1 mJ on, the square of the speed is compared with that at the doubling before. The force is
+//! off until the probe has left if the square grows four times in a row by at least a tenth, each
+//! time by as much as that work gives to a mass between 25 g and 2 kg, and if the mass stays the
+//! same within a factor of two. The third such contact in a row is [`Fault::WrongSign`].
 //!
 //! A contact that takes 1.6 mJ and does not end in such a row proves the sign and ends the check
 //! until the next arming. A hand that speeds up on purpose at its first touch may lose the force of
-//! that touch; none was seen to do so three times in a row. Not detected: a hand that is stiffer
-//! than the tissue holds against a wrong sign without speeding up; its force is then bounded by the
-//! force limit alone. An axis along the surface has no force at the first touch that could reveal
-//! its sign. A frame in which encoders and motors are mirrored alike takes and gives what it
-//! should.
+//! that touch; none was seen to do so three times in a row.
+//!
+//! Three cases are not detected. A hand that is stiffer than the tissue holds against a wrong sign
+//! without speeding up; its force is then bounded by the force limit alone. An axis along the
+//! surface has no force at the first touch that could reveal its sign. If encoders and motors are
+//! mirrored alike, the contact takes and gives energy as it should.
 //!
 //! * in: low-passed speed into the tissue [m/s], energy given to the hand since the touch [J]
 //! * out: gain (0 or 1) on the force
@@ -29,7 +30,7 @@ use crate::fault::Fault;
 const FIRST_J: f32 = 0.1e-3;
 /// Number of doublings of the work in a row in which the speed has to grow.
 const DOUBLINGS: u8 = 4;
-/// Least growth of the square of the speed in each (1).
+/// Least growth of the square of the speed in each doubling (1).
 const GROWTH: f32 = 1.1;
 /// Least and largest growth of the square of the speed per work [1/kg]: two over 2 kg and two over
 /// 25 g.
@@ -42,10 +43,10 @@ const PROOF_J: f32 = FIRST_J * 16.0;
 /// Number of such contacts in a row that is a fault.
 const CONTACTS: u8 = 3;
 
-/// Watches the first contact.
+/// Watches the first contacts after arming.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SignWatch {
-    /// A contact proved the right sign.
+    /// True if a contact proved the right sign.
     proven: bool,
     /// Contacts in a row in which the force accelerated the probe.
     driven: u8,
@@ -56,15 +57,15 @@ pub struct SignWatch {
     /// Growth of the square of the speed per work in the last doubling in which the speed grew
     /// [1/kg].
     per_work: f32,
-    /// Doublings in a row in which speed grew.
+    /// Doublings in a row in which the speed grew.
     doublings: u8,
-    /// The force is off.
+    /// True if the force is off until the probe has left.
     off: bool,
 }
 
 impl SignWatch {
-    /// Runs one cycle; `inward_m_per_s` is the low-passed speed against the contact's normal,
-    /// `given_j` the energy given to the hand since the touch, negative while the tissue stores
+    /// Runs one cycle; `inward_m_per_s` is the low-passed speed against the contact's normal, and
+    /// `given_j` is the energy given to the hand since the touch, negative while the tissue stores
     /// energy.
     ///
     /// # Errors
@@ -103,7 +104,7 @@ impl SignWatch {
         }
     }
 
-    /// A contact proved the right sign: nothing is left to check.
+    /// Whether a contact has proved the right sign: nothing is left to check then.
     #[must_use]
     #[inline(always)]
     pub fn proven(&self) -> bool {
@@ -142,7 +143,7 @@ mod tests {
 
     #[test]
     fn a_force_that_gives_its_work_as_speed_is_off_at_once_and_a_fault_in_the_third_contact() {
-        // from 33 g to 1 kg, from rest and at walking speed
+        // from 33 g to 1 kg, from rest and from up to 0.05 m/s
         for (mass_kg, from_m_per_s) in [(0.033, 0.0), (0.05, 0.05), (0.3, 0.03), (1.0, 0.0), (1.0, 0.04)] {
             let mut watch = SignWatch::default();
             let growth = [2.0 / mass_kg; 4];

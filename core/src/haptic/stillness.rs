@@ -1,22 +1,23 @@
-//! Fades out a force that no hand at rest would feel: a strong one without a single count, and one
-//! that swings.
+//! Fades out a force that cannot be that of a hand at rest: a strong force without a single count,
+//! and a force that swings.
 //!
 //! An encoder that dies while the hand rests cannot be distinguished at once from a hand that
 //! rests, and the force would stay as it was for ever. But nobody holds a strong force without
 //! moving: the force of a holding hand fluctuates by some 3 % and, without a display to follow,
-//! drifts by 5 to 10 % within seconds, and muscles tremble at 8 to 12 Hz. This is hidden by the
-//! device's friction, 1 to 4 % of its maximum force on desktop devices. So, above half of the
+//! drifts by 5 to 10 % within seconds, and muscles tremble at 8 to 12 Hz. Only the device's
+//! friction, 1 to 4 % of its maximum force on desktop devices, can hide this. So, above half of the
 //! maximum force and above 1 N, the force fades to zero within one second after five seconds
-//! without a single count on any axis. Weaker forces stay: friction may hide their fluctuation.
-//! Where a saturated contact has been relieved, half of the relieved maximum is the threshold:
-//! otherwise the relief itself would bring a strong force below it.
+//! without a single count on any axis. Weaker forces stay, because friction may hide their
+//! fluctuation. If a saturated contact has been relieved, the threshold is half of the relieved
+//! maximum: otherwise the relief itself would bring a strong force below it.
 //!
-//! The force of tissue under a probe at rest creeps or settles. A stop makes tissue ring: several
-//! modes beat, so that swings may grow for a few turns, and after 0.15 s they have died out. A
-//! probe that is narrower than an element, or that rests at the tissue's edge, may lose and catch
-//! a foundation point again and again: the force then swings for ever, by newtons at worst. A
-//! force that still turns [`MOST_TURNS`] times after [`RING_S`] without a count, without its swings
-//! becoming smaller, is not the hand's doing and fades within [`SWING_FADE_S`].
+//! The force of tissue under a probe at rest creeps or settles. A sudden stop makes tissue ring:
+//! several modes beat, so that swings may grow over a few reversals, and after 0.15 s they have
+//! died out. A probe that is narrower than an element, or that rests at the tissue's edge, may lose
+//! and regain a foundation point again and again: the force then swings for ever, by newtons at
+//! worst. A force that still reverses [`MOST_TURNS`] times after [`RING_S`] without a count,
+//! without its swings becoming smaller, is not caused by the hand and fades within
+//! [`SWING_FADE_S`].
 //!
 //! A new count ends the fading, and the force stays at its reduced gain, as after saturation. It
 //! returns with the next contact, after the probe has moved outside the tissue.
@@ -25,7 +26,7 @@
 //!   force after relief [N], whether the patch is touched
 //! * out: gain (1)
 //! * cost: 20 instructions of a Cortex-M4F while the probe moves, 60 at rest, estimated
-//! * may fail: never; the mode becomes `Degraded`, the limiter says `GAIN`
+//! * may fail: never; the mode becomes `Degraded`, and the flag `GAIN` is set
 
 use nalgebra::Vector3;
 
@@ -39,21 +40,21 @@ pub const STILL_S: f32 = 5.0;
 /// Duration of the fading [s].
 pub const FADE_S: f32 = 1.0;
 
-/// Turns of the force in a row, without a count, after which it fades.
+/// Number of reversals of the force in a row, without a count, after which it fades.
 pub const MOST_TURNS: u8 = 6;
-/// Time in which a force that turns fades [s].
+/// Duration of the fading of a force that swings [s].
 pub const SWING_FADE_S: f32 = 0.02;
-/// Least change of the force between two turns [N].
+/// Least change of the force between two reversals [N].
 const SWING_N: f32 = 0.02;
-/// Share of the last swing in the same direction (1) below which a swing dies out.
+/// Ratio of a swing to the last one in the same direction below which the swings die out (1).
 const DIES_OUT: f32 = 0.64;
 /// Time without a count after which swings are counted [s]. Of 11 809 random stops (2 to 110 kPa,
-/// from up to 0.4 m/s) none rang on for [`MOST_TURNS`] turns after 0.15 s.
+/// from up to 0.4 m/s), none still rang for [`MOST_TURNS`] reversals after 0.15 s.
 pub const RING_S: f32 = 0.2;
-/// Most ticks between two turns of one oscillation.
+/// Largest number of ticks between two reversals of one oscillation.
 const TURN_TICKS: u16 = 250;
 
-/// Watches the counts of a contact.
+/// Watches for missing counts and for swings of the force in a contact.
 #[derive(Clone, Copy, Debug)]
 pub struct Stillness {
     /// Ticks after which the force fades.
@@ -73,12 +74,12 @@ pub struct Stillness {
 /// Swings of the force since the last count.
 #[derive(Clone, Copy, Debug)]
 struct Swing {
-    /// Ticks without a count, up to those of [`RING_S`].
+    /// Ticks without a count, counted up to those of [`RING_S`].
     rest: f32,
-    /// Ticks since the last turn.
+    /// Ticks since the last reversal.
     since: u16,
     turns: u8,
-    /// Force at the last turn, and the one farthest from it since [N].
+    /// Force at the last reversal, and the force farthest from it since [N].
     turn_n: Vector3<f32>,
     far_n: Vector3<f32>,
     /// Squares of the last two swings [N^2], the older first. The swing that follows has the
@@ -96,7 +97,7 @@ impl Swing {
         squares: [0.0, 0.0],
     };
 
-    /// A tick without a count; true if the force swings.
+    /// Runs one tick without a count; returns true if the force swings.
     fn judge(&mut self, force_n: &Vector3<f32>, ring_ticks: f32) -> bool {
         if self.rest < ring_ticks {
             *self = Self { rest: self.rest + 1.0, turn_n: *force_n, far_n: *force_n, ..Self::NONE };
@@ -141,7 +142,8 @@ impl Stillness {
         }
     }
 
-    /// Runs one tick.
+    /// Runs one tick: `asked_n` is the tissue's force, `applied_n` the force that was output last,
+    /// and `max_force_n` the maximum after relief [N].
     pub fn judge(
         &mut self,
         displacement_m: &Vector3<f32>,
@@ -163,7 +165,7 @@ impl Stillness {
             self.fade(self.swing_fade_per_tick);
             return;
         }
-        // a force that has begun to fade goes on fading below the threshold
+        // a force that has begun to fade continues to fade below the threshold
         let strong_n = STRONG_SHARE * max_force_n;
         let strong_n = if strong_n > STRONG_N { strong_n } else { STRONG_N };
         if applied_n.dot(applied_n) > strong_n * strong_n || self.gain < 1.0 {
@@ -265,8 +267,8 @@ mod tests {
         }
     }
 
-    /// Gain after this many ticks at rest of a force that swings around 1 N; `keeps` is what a tick
-    /// leaves of the amplitude.
+    /// Gain after this many ticks at rest of a force that swings around 1 N; `keeps` is the share
+    /// of the amplitude that remains after a tick.
     fn swung(amplitude_n: f32, half_ticks: u32, keeps: f32, ticks: u32, every: u32) -> f32 {
         let mut still = Stillness::build(1e-3);
         let mut left_n = amplitude_n;
@@ -291,8 +293,8 @@ mod tests {
 
     #[test]
     fn a_swing_is_counted_whole_wherever_it_began() {
-        // 0.03 N from end to end; the probe came to rest in its middle, from where it is half of
-        // that
+        // 0.03 N from end to end; the probe came to rest in the middle of a swing, so the first one
+        // is half as large
         for first in [0.0_f32, 0.5, 1.0, 1.6] {
             let mut still = Stillness::build(1e-3);
             for n in 0..600_u16 {

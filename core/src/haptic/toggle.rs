@@ -17,27 +17,27 @@
 
 use nalgebra::Vector3;
 
-/// A change of the reading is one toggle up to this many counts: an axis of a linkage moves by
-/// parts of two.
+/// Largest change of the reading that counts as a flip, in counts (1): on a linkage, an axis moves
+/// by parts of the counts of two joints.
 const PAIR: f32 = 1.6;
-/// A reading further than this from the filtered position has left the pair [counts].
+/// Distance from the filtered position beyond which a reading has left the two counts [counts].
 const LEFT: f32 = 1.3;
-/// The next toggle has to come within this many ticks.
+/// Largest number of ticks from one flip to the next.
 const SOON: u16 = 50;
-/// Reversals in a row before the mean is shown.
+/// Number of reversals in a row after which the filtered position is shown.
 const TURNS: u8 = 2;
-/// After this many ticks without a toggle the reading has left the boundary.
+/// Number of ticks without a flip after which the reading has left the boundary.
 const QUIET: u16 = 200;
 /// Weight of the newest reading per tick (1): a time constant of 40 ms, four to ten periods of the
 /// limit cycle.
 const SHARE: f32 = 0.025;
 
-/// The force shakes if it changes by more than this per tick [N], low-passed with this share (1):
+/// The force shakes if its change per tick, low-passed with the share below (1), exceeds this [N]:
 /// about 18 mN RMS.
 const SHAKES_N: f32 = 15e-3;
 const SHAKES_SHARE: f32 = 0.02;
 
-/// Per axis: what was read and what is shown.
+/// One axis: the position that was read and the one that is shown.
 #[derive(Clone, Copy, Debug, Default)]
 struct Axis {
     read_m: f32,
@@ -46,29 +46,29 @@ struct Axis {
     displacement_m: f32,
     since: u16,
     turns: u8,
-    /// The mean is shown.
+    /// True if the filtered position is shown.
     mean: bool,
 }
 
-/// Watches every axis.
+/// Filters every axis whose reading flips.
 #[derive(Clone, Copy, Debug)]
 pub struct Toggle {
     count_m: f32,
     axes: Option<[Axis; 3]>,
     force_n: Vector3<f32>,
-    /// Change of the force per tick [N].
+    /// Change of the force per tick, low-passed [N].
     shakes_n: f32,
 }
 
 impl Toggle {
-    /// Creates the filter for a sensor with this count [m]; zero for an ideal one, which never
-    /// toggles.
+    /// Creates the filter for a sensor with this count [m]; zero for an ideal sensor, whose
+    /// readings never flip.
     #[must_use]
     pub const fn new(count_m: f32) -> Self {
         Self { count_m, axes: None, force_n: Vector3::new(0.0, 0.0, 0.0), shakes_n: 0.0 }
     }
 
-    /// Resets everything, after a fault.
+    /// Resets the filter, after a fault and when the loop is armed.
     pub fn reset(&mut self) {
         *self = Self::new(self.count_m);
     }
@@ -80,7 +80,7 @@ impl Toggle {
         self.shakes_n += (change_n - self.shakes_n) * SHAKES_SHARE;
     }
 
-    /// Position to show to the patch [m], every tick.
+    /// Returns the position to show to the patch [m]; call this in every tick.
     pub fn show(&mut self, read_m: &Vector3<f32>) -> Vector3<f32> {
         let fresh = || [read_m.x, read_m.y, read_m.z].map(|m| Axis { read_m: m, ..Axis::default() });
         let axes = self.axes.get_or_insert_with(fresh);

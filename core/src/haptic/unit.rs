@@ -1,24 +1,24 @@
 //! Compares the encoder's steps with the profile, to detect a unit or a scale that is wrong by a
 //! factor of ten or more.
 //!
-//! A unit that is too large shows within a few counts. Readings lie on a grid of counts, so a hand
-//! that moves evenly takes steps that differ by one or two of them, whatever its speed, and one
-//! that speeds up or turns evenly takes steps whose differences do; if readings are ten times too
-//! long, every step, every difference between two steps and every difference of these is ten counts
-//! or none. So the check counts steps that are longer than five counts of the profile *and* differ
-//! from the one before by more than five *and* whose difference differs from the one before by none
-//! or by more than five, until one step fits. A hand that speeds up makes some as well: eight
-//! beyond those that bring it to its greatest speed are a fault. A hand that trembles while the
-//! loop arms is enough for it.
+//! A unit that is too large shows within a few counts. Readings are on a grid of counts. So the
+//! steps between the readings of a hand at constant speed differ by one or two counts, whatever the
+//! speed; while a hand speeds up or turns evenly, the differences between its steps do. If readings
+//! are ten times too long, every step, every difference between two steps and every difference of
+//! these is zero or at least ten counts. So the check counts steps that are longer than five counts
+//! of the profile, that differ from the step before by more than five, *and* whose difference
+//! differs from the one before by nothing or by more than five, until one step fits. A hand that
+//! speeds up makes some such steps as well: eight beyond those that bring it to its greatest speed
+//! are a fault. A hand that trembles while the loop arms is enough for the check.
 //!
-//! A unit that is too small can be seen at rest only, for a driver that filters or interpolates has
-//! short steps as well: eight motions from rest to rest, each shorter than a fifth of a count, are
-//! a fault. The first fitting step out of a rest ends that check: levers and gears make counts at
-//! the probe differ by a factor of two or three, not ten.
+//! A unit that is too small shows only in motions between two rests, because a driver that filters
+//! or interpolates has short steps as well: eight motions from rest to rest, each shorter than a
+//! fifth of a count, are a fault. The first step out of a rest that fits ends that check: levers
+//! and gears make counts at the probe differ by a factor of two or three, not ten.
 //!
-//! Not checked: a device whose profile gives no count (an ideal sensor). A unit that is wrong by
-//! 1000 leaves the workspace or is found here. A mirrored axis does not show in the length of a
-//! step.
+//! A device whose profile gives no count (an ideal sensor) is not checked. A unit that is wrong by
+//! a factor of 1000 leaves the workspace or is found here. A mirrored axis does not show in the
+//! length of a step.
 //!
 //! * in: displacement between two readings [m]
 //! * out: nothing
@@ -32,14 +32,14 @@ use crate::fault::Fault;
 
 /// Number of equal readings in a row that counts as rest.
 const REST: u8 = 3;
-/// Steps this many times longer or shorter than a count do not fit the profile (1).
+/// Steps that are this many times longer or shorter than a count do not fit the profile (1).
 const FACTOR: f32 = 5.0;
-/// Number of steps too long (beyond those of a hand that speeds up) or of motions too short,
-/// without one that fits, that is a fault.
+/// Number of steps that are too long (beyond those of a hand that speeds up), or of motions that
+/// are too short, that is a fault if none fits.
 const MOST: u8 = 8;
 /// Largest gain in speed of a hand in one motion [m per tick of 1 ms].
 const FASTEST_M: f32 = 1.5e-3;
-/// Largest number of steps that is waited for, however fine the encoder.
+/// Largest number of steps that is allowed for that gain in speed, however fine the encoder (1).
 const PATIENCE: f32 = 200.0;
 
 /// Watches the steps of the readings.
@@ -52,20 +52,20 @@ pub struct UnitWatch {
     most_long: u8,
     /// Equal readings in a row.
     equal: u8,
-    /// The last step, and its difference from the one before [m].
+    /// The last step, and its difference from the step before it [m].
     step_m: Vector3<f32>,
     change_m: Vector3<f32>,
     /// Displacement since the last rest [m].
     gone_m: Vector3<f32>,
-    /// Steps that were too long; [`u8::MAX`] once one was not too long, or if there is nothing to
-    /// compare with.
+    /// Number of steps that were too long; [`u8::MAX`] once a step was not, or if the profile gives
+    /// no count.
     long: u8,
-    /// Motions that were too short; [`u8::MAX`] once one was not too short, or if there is nothing
-    /// to compare with.
+    /// Number of motions that were too short; [`u8::MAX`] once a motion was not, or if the profile
+    /// gives no count.
     short: u8,
 }
 
-/// The check is over.
+/// Value of a counter whose check is over.
 const PASSED: u8 = u8::MAX;
 
 impl UnitWatch {
@@ -88,8 +88,8 @@ impl UnitWatch {
         watch
     }
 
-    /// Judges one reading, displaced by `displacement_m` from the one before; `held` if the reading
-    /// repeats that one.
+    /// Judges one reading, displaced by `displacement_m` from the reading before it; `held` is true
+    /// if it repeats that reading.
     ///
     /// # Errors
     /// [`Fault::UnitMismatch`].
@@ -102,7 +102,7 @@ impl UnitWatch {
         (self.step_m, self.change_m) = (*displacement_m, change_m);
         let (square, change) = (displacement_m.dot(displacement_m), change_m.dot(&change_m));
         if square > 0.0 {
-            // less than that is rounding, or a filter
+            // a smaller change is rounding, or the effect of a filter
             if self.long != PASSED && change >= self.shortest_m2 {
                 let turn = turn_m.dot(&turn_m);
                 let even = turn >= self.shortest_m2 && turn <= self.longest_m2;
@@ -130,7 +130,7 @@ impl UnitWatch {
         }
     }
 
-    /// Begins to judge again.
+    /// Begins both checks anew.
     pub fn reset(&mut self) {
         let counted = if self.longest_m2 > 0.0 { 0 } else { PASSED };
         (self.equal, self.long, self.short) = (0, counted, counted);
@@ -177,7 +177,7 @@ mod tests {
         let mut watch = UnitWatch::build(COUNT_M);
         for start in 0..100_u8 {
             for n in 0..40_u8 {
-                // 60 m/s^2 for ten ticks, then as slow again, then rest
+                // 60 m/s^2 for ten ticks, then slowing down as fast, then rest
                 let ticks = f32::from(if n < 10 { n } else { 20_u8.saturating_sub(n) });
                 let displacement_m = Vector3::new(libm::roundf(60e-6 * ticks / COUNT_M) * COUNT_M, 0.0, 0.0);
                 assert_eq!(watch.judge(&displacement_m, false), Ok(()), "start {start}");
@@ -243,7 +243,8 @@ mod tests {
                 for ratio in [1.0, 10.0] {
                     let mut watch = UnitWatch::build(count_m);
                     let mut last_m = 0.0;
-                    // to 1.5 m/s and on at that speed; a tenth of it where it reads ten times that
+                    // up to 1.5 m/s and on at that speed; a tenth of it if readings are ten times
+                    // too long
                     let found = (1..2_000_u16).find(|&n| {
                         let (t_s, m_per_s) = (1e-3 * f32::from(n), 1.503 / ratio);
                         let speeds_s = m_per_s / (m_per_s2 / ratio);

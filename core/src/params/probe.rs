@@ -7,21 +7,22 @@ use crate::fault::BuildError;
 #[cfg(feature = "long-tips")]
 use crate::lanes::sqrt;
 
-/// Shape of the rigid probe. The last two are behind the feature `long-tips`: images for boards
-/// leave it out for want of flash.
+/// Shape of the rigid probe. The last two require the feature `long-tips`, which images for boards
+/// leave out for lack of flash.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ProbeShape {
-    /// A cylinder with a half-sphere at its tip: what a fingertip or a rounded tool is.
+    /// A cylinder with a half-sphere at its tip, such as a fingertip or a rounded tool.
     Hemisphere,
     /// A full sphere.
     Sphere,
     /// A cylinder with a flat end.
     Flat,
-    /// A rounded finger that lies on the tissue: everything within the probe's radius of a segment.
-    /// The segment's middle is one radius above the tip. It has no handle that touches.
+    /// A rounded rod that lies on the tissue: everything within the probe's radius of a segment.
+    /// The segment's middle is one radius above the tip. It has no handle that could touch the
+    /// tissue.
     #[cfg(feature = "long-tips")]
     Capsule {
-        /// Length of the segment, without the rounded ends [m]; with zero it is a sphere.
+        /// Length of the segment, without the rounded ends [m]; zero gives a sphere.
         length_m: f32,
         /// Unit vector along the segment, at right angles to the probe's axis.
         along: Vector3<f32>,
@@ -39,26 +40,28 @@ pub enum ProbeShape {
 /// The probe. Its position always means that of its **tip**, the point furthest along `-axis`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Probe {
-    /// Form of the end that presses.
+    /// Shape of the end that touches the tissue.
     pub shape: ProbeShape,
-    /// Radius [m].
+    /// Radius of the end and of the cylinder above it [m]; of an ellipsoid, the semi-axis along
+    /// `axis`.
     pub radius_m: f32,
     /// Unit vector from the tip to the handle.
     pub axis: Vector3<f32>,
 }
 
-/// Largest ratio of two semi-axes of an ellipsoid (1), up to which its Newton steps are tested.
+/// Largest permitted ratio of two semi-axes of an ellipsoid (1). The Newton steps are tested up to
+/// it.
 #[cfg(feature = "long-tips")]
 const MOST_RATIO: f32 = 4.0;
 /// Longest segment of a capsule [m].
 #[cfg(feature = "long-tips")]
 const MOST_LENGTH_M: f32 = 1.0;
-/// Largest cosine between `along` and the axis (1).
+/// Largest permitted cosine between `along` and the axis (1), which must be at right angles.
 #[cfg(feature = "long-tips")]
 const LEANS: f32 = 1e-3;
 
 impl ProbeShape {
-    /// Whether the probe has a handle, which tissue touches where the tip went in.
+    /// Whether the probe has a handle, which the tissue can touch where the tip has entered.
     #[inline(always)]
     pub(crate) fn has_handle(self) -> bool {
         match self {
@@ -71,8 +74,8 @@ impl ProbeShape {
 }
 
 impl Probe {
-    /// Half of the width of a box around the probe along coordinate `k`, without its extent along
-    /// the axis [m].
+    /// Half of the width of a box around the probe along coordinate `k` [m]. The extent along the
+    /// probe's axis is not included.
     #[inline(always)]
     #[cfg_attr(not(feature = "long-tips"), expect(unused_variables, reason = "a ball is as wide along each"))]
     pub(crate) fn half_width_m(&self, k: usize) -> f32 {
@@ -85,7 +88,7 @@ impl Probe {
         }
     }
 
-    /// Furthest that a point of the probe's end lies from its axis [m].
+    /// Largest distance of a point of the probe's end from the probe's axis [m].
     #[must_use]
     #[inline(always)]
     pub fn reach_m(&self) -> f32 {
@@ -120,7 +123,7 @@ impl Probe {
         }
     }
 
-    /// Checks the values of a shape beyond radius and axis.
+    /// Checks the values that a capsule or an ellipsoid has in addition to radius and axis.
     #[cfg(feature = "long-tips")]
     pub(crate) fn check_shape(&self) -> Result<(), BuildError> {
         let along = match self.shape {

@@ -1,19 +1,20 @@
 //! Relaxation of the tissue as a user sets it, and as the tick reads it.
 //!
 //! Fung's quasi-linear viscoelasticity: every elastic force f becomes `int G(t - s) df(s)` with the
-//! reduced relaxation function `G(t) = 1 - sum g (1 - exp(-t / tau))`. G is 1 at once, so Young's
+//! reduced relaxation function `G(t) = 1 - sum g (1 - exp(-t / tau))`. G is 1 at first, so Young's
 //! modulus is the *instantaneous* one and the stable step does not change; after a long hold
 //! `1 - sum g` of every force is left.
 
 use crate::fault::BuildError;
 
-/// Most terms of a relaxation function.
+/// Largest number of terms of a relaxation function.
 pub const MOST_TERMS: usize = 3;
-/// Largest sum of the shares (1): some elastic force must stay.
+/// Largest sum of the shares (1): some elastic force must remain.
 const MOST_SHARE: f32 = 0.99;
-/// Longest time, in ticks. The fading of one substep must stay well above the rounding error of
-/// what has faded already: with so many ticks of one substep, the end of a hold may be off by 1.2 %
-/// of the term's share, and with n substeps n times as far.
+/// Longest time constant, in ticks. The part that fades in one substep must stay well above the
+/// rounding error of the part that has faded already. At this limit, with one substep per tick, the
+/// force at the end of a hold may be off by 1.2 % of the term's share, and with n substeps by n
+/// times that.
 const MOST_TICKS: f32 = 2e5;
 
 /// One term of the relaxation function (Prony series).
@@ -32,7 +33,7 @@ const MOST_TICKS: f32 = 2e5;
 pub struct PronyTerm {
     /// Share of the instantaneous force that fades with this term (1). Zero leaves the term out.
     pub share: f32,
-    /// Time constant of the fading [s], at least a tick.
+    /// Time constant of the fading [s], at least one tick.
     pub time_s: f32,
 }
 
@@ -59,20 +60,21 @@ pub(super) fn check(terms: &[PronyTerm; MOST_TERMS], tick_s: f32) -> Result<(), 
     BuildError::within("relaxation shares in all", faded_share(terms), 0.0, MOST_SHARE)
 }
 
-/// A relaxation function for steps of one substep, exact for forces that are linear within each.
+/// Discrete form of a relaxation function in steps of one substep, exact for forces that are linear
+/// within each.
 ///
-/// Per term, with what has faded kept as the negative part s: `h = s + rises f`, `s -= fades h`,
-/// and the force that acts is `stays f + sum h`. That is `h <- a h + g b (f - f_prev)`, `a =
-/// exp(-dt / tau)`, `b = (1 - a) tau / dt`, with `s = a h - g b f` kept in place of h and `f_prev`:
-/// 12 bytes instead of 24 with one term, and nothing that decays into denormal numbers in a long
-/// hold.
+/// Per term, the faded part is kept as s, with its sign reversed: `h = s + rises f`,
+/// `s -= fades h`, and the force that acts is `stays f + sum h`. This is the recursion
+/// `h <- a h + g b (f - f_prev)`, `a = exp(-dt / tau)`, `b = (1 - a) tau / dt`, with
+/// `s = a h - g b f` stored in place of h and `f_prev`: 12 bytes instead of 24 with one term, and
+/// no value decays into denormal numbers in a long hold.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Prony {
     /// Number of terms that act; zero without relaxation.
     pub terms: usize,
     /// Share of a force that never fades, `1 - sum g`.
     pub stays: f32,
-    /// Answer of a force to a change within the substep, `1 - sum g (1 - b)`: just below one.
+    /// Response of the force to a change within the substep, `1 - sum g (1 - b)`: just below one.
     pub at_once: f32,
     /// `g b` of every term.
     pub rises: [f32; MOST_TERMS],
@@ -99,7 +101,7 @@ impl Prony {
 }
 
 /// `1 - exp(-x)` for x from 0 to 1 by its series: accurate to rounding, also where x is small, with
-/// the same bits on every target. A thirtieth of the code of `libm::expm1f`.
+/// the same bits on every target. It takes a thirtieth of the code of `libm::expm1f`.
 fn faded_after(x: f32) -> f32 {
     let nested = (2..=11_u8).rev().fold(1.0, |sum, n| 1.0 - sum * x / f32::from(n));
     x * nested

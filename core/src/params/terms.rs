@@ -1,6 +1,7 @@
 //! Terms of the model, each of which can be left out.
 
-/// Terms of the model that act. All on is the product; springs alone are the papers' plain model.
+/// Terms of the model that act. The product has all of them on; springs alone are the papers' plain
+/// model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Terms {
     /// Nodal-averaged and per-tet volume energy.
@@ -12,14 +13,17 @@ pub struct Terms {
     /// The mass floor acts on the motion of neighbours relative to each other. When this is off, it
     /// acts on each node by itself.
     pub relative_mass: bool,
-    /// Where `relative_mass` is off, the mass floor leaves out the smoothest common motion, on one
-    /// field and without a sum over neighbours, for boards that have no time for the sum.
+    /// If `relative_mass` is off, the smoothest common motion is exempt from the mass floor. This
+    /// needs one field and no sum over neighbours, for boards that have no time for the sum.
     pub smooth_mass: bool,
-    /// Tissue stiffens by [`super::Params::stiffening_b`]. If that is zero, the term costs nothing.
+    /// Tissue stiffens with [`super::Params::stiffening_b`]. If that is zero, the term costs
+    /// nothing.
     pub stiffening: bool,
-    /// Forces fade by [`super::Params::relaxation`]. Without terms there it costs nothing.
+    /// Forces fade as in [`super::Params::relaxation`]. If that has no terms, relaxation costs
+    /// nothing.
     pub relaxation: bool,
-    /// The probe rubs by [`super::Params::friction`]. If that is zero, the term costs nothing.
+    /// The probe rubs with the coefficient [`super::Params::friction`]. If that is zero, the term
+    /// costs nothing.
     pub friction: bool,
 }
 

@@ -1,8 +1,8 @@
 //! Broad phase: the surface triangles that the probe can reach in this tick.
 //!
 //! * in: the tip's displacement in the tick, node positions
-//! * out: `state.candidates`, ascending; empty until a tick after the probe has been seen outside
-//!   the tissue
+//! * out: `state.candidates`, ascending; empty until the tick after the one in which the probe is
+//!   first found outside the tissue
 //! * cost: up to 18 comparisons per triangle; most triangles are rejected after 3
 //! * may fail: never; a superfluous triangle costs time only
 
@@ -37,8 +37,8 @@ pub fn find(model: &Model, tuned: &Tuned, state: &mut State, motion: &mut Motion
         state.been_outside = !state.seat.inside()
             && !presence::buried(model, tuned, state, motion.to_m)
             && !foundation::touches(model, tuned, state, motion.to_m);
-        // nothing is pressed in the tick that first finds the probe outside: it has already
-        // searched the points once
+        // nothing is pressed in the tick in which the probe is first found outside: that tick has
+        // already searched the points once
         state.near = 0;
         if !state.been_outside {
             motion.limiters.set(ClampFlags::BURIED);
@@ -46,8 +46,8 @@ pub fn find(model: &Model, tuned: &Tuned, state: &mut State, motion: &mut Motion
     }
 }
 
-/// Box around the probe's displacement in the tick [m]. Hemisphere and flat reach along the axis:
-/// they carry a cylinder.
+/// Box around the volume that the probe sweeps in the tick [m]. For a hemisphere or a flat end it
+/// extends along the axis, because these carry a cylinder.
 fn reach(probe: &Probe, depth_limit_m: f32, motion: &Motion) -> (Vector3<f32>, Vector3<f32>) {
     let diameter = 2.0 * probe.radius_m;
     let length = if probe.shape.has_handle() { diameter + depth_limit_m } else { diameter };

@@ -1,9 +1,9 @@
 //! Sum of all forces on the nodes, divided by Young's modulus [N/Pa].
 //!
 //! * in: node positions and velocities, the probe
-//! * out: `node.f`, the load on the probe
+//! * out: `node.f`; the probe's load on the tissue
 //! * cost: see the terms
-//! * may fail: never; a divergence is seen by `integrate`
+//! * may fail: never; `integrate` detects a divergence
 
 #[cfg(armv7em_fp)]
 mod armv7em;
@@ -26,7 +26,7 @@ use crate::params::Tuned;
 use crate::state::State;
 use foundation::Load;
 
-/// Clears the last substep's forces and adds every term that is on: contact last, for it depends on
+/// Clears the last substep's forces and adds every active term, contact last, because it depends on
 /// the other forces on a node. In tissue that relaxes, contact ends with [`relaxation`].
 #[cfg_attr(not(feature = "stage-cost"), inline(always))]
 pub fn accumulate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> Load {
@@ -38,8 +38,8 @@ pub fn accumulate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector
     foundation::press(model, tuned, state, tip_m, velocity_m_per_s)
 }
 
-/// Every term but contact and stiffening: a method that adds forces of its own does so between this
-/// and [`foundation::press`].
+/// Adds every term except contact and stiffening. A method with forces of its own adds them between
+/// this call and [`foundation::press`].
 #[cfg_attr(not(feature = "stage-cost"), inline(always))]
 pub fn accumulate_inner(model: &Model, tuned: &Tuned, state: &mut State) {
     for node in state.nodes.iter_mut() {

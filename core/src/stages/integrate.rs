@@ -3,27 +3,27 @@
 //! (Paper 000, eq 3 is the same step; adding the "missing" half of `f dt^2 / m` while keeping `v =
 //! dx / dt` would halve the acceleration.)
 //!
-//! One millisecond needs more mass than small elements have. The mass floor adds it *between*
-//! neighbours, as a mass matrix `A = diag(m) + L` with m the true masses and L the Laplacian of
-//! weights w on the springs: it slows the motion of nodes relative to each other, which limits the
-//! step, and leaves their common motion, which a moving probe feels, nearly as light as it is. `a =
-//! A^-1 f` is approximated by two terms of its series about the diagonal D of A: with `y = D^-1 f`,
-//! `a_i = y_i + 2 / D_i sum_j w_ij y_j`. In terms of the eigenvalues l of `D^-1 A`, all of the
-//! patches' below 1.5, that is the factor `3 - 2 l` in place of `1 / l`: positive, so that the
-//! approximate matrix is a mass matrix too and adds no energy; 1 for a node between fixed ones,
-//! which sets the longest stable step; 3 for smooth motion, which therefore feels a third of the
-//! floor. The difference of that factor from `1 / l` is added on the smoothest fields
-//! (`core/src/smooth.rs`), so that they feel the matrix itself. Where a board has no time for the
-//! sum over neighbours, the smoothest field is added to the diagonal alone (`Terms::smooth_mass`).
-//! Statics do not depend on mass at all.
+//! A step of one millisecond needs more mass than small elements have. The mass floor adds it
+//! *between* neighbours, as a mass matrix `A = diag(m) + L` with m the true masses and L the
+//! Laplacian of weights w on the springs. This slows the motion of nodes relative to each other,
+//! which is what limits the step, and leaves their common motion, which a moving probe feels,
+//! nearly as light as it is. `a = A^-1 f` is approximated by two terms of its series about the
+//! diagonal D of A: with `y = D^-1 f`, `a_i = y_i + 2 / D_i sum_j w_ij y_j`. In terms of the
+//! eigenvalues l of `D^-1 A`, which are below 1.5 in all patches, this puts the factor `3 - 2 l` in
+//! place of `1 / l`. That factor is positive, so the approximate matrix is a mass matrix too and
+//! adds no energy. It is 1 for a node between fixed ones, which sets the longest stable step, and 3
+//! for smooth motion, which therefore feels a third of the floor. On the smoothest fields the
+//! difference from `1 / l` is added (`core/src/smooth.rs`), so that they feel the exact matrix.
+//! Where a board has no time for the sum over neighbours, the smoothest field is added to the
+//! diagonal alone (`Terms::smooth_mass`). Statics do not depend on mass at all.
 //!
-//! The force that the approximate masses take beyond the true ones is known at every node, without
-//! knowing the matrix: `r = f - m (v' - (1 - alpha dt) v) / dt`. Its power `sum r . (v + v') / 2`
-//! is the rate at which the hand drives masses that tissue does not have, and
-//! [`crate::stages::output`] takes it out of the force.
+//! The force that the approximate masses need beyond the true ones is known at every node without
+//! the matrix: `r = f - m (v' - (1 - alpha dt) v) / dt`. Its power `sum r . (v + v') / 2` is the
+//! rate at which the hand does work on mass that tissue does not have; [`crate::stages::output`]
+//! takes it out of the force.
 //!
 //! * in: `node.f`
-//! * out: `node.v`, `node.x`; the power of the false masses, `State::floored`
+//! * out: `node.v`, `node.x`; the power absorbed by the added mass, `State::floored`
 //! * cost (M4F, estimated): about 95 cycles per node, with one field 125; with relative masses
 //!   about 70 more per spring and 90 per node
 //! * may fail: [`Fault::Diverged`], when a node is not finite or faster than [`FASTEST_M_PER_S`]
@@ -37,14 +37,15 @@ use crate::model::Model;
 use crate::params::Tuned;
 use crate::state::State;
 
-/// Shear waves in soft tissue run at 1-10 m/s: whatever moves at 100 is not tissue.
+/// Speed above which the integration has diverged [m/s]: shear waves in soft tissue run at 1-10
+/// m/s.
 pub const FASTEST_M_PER_S: f32 = 100.0;
 
 /// Moves the free nodes by one substep and returns how many there are.
 ///
 /// # Errors
 /// [`Fault::Diverged`].
-// inlined, it would take registers from the loops around it: 0.8 % more instructions per tick on
+// inlining it would take registers from the loops around it: 0.8 % more instructions per tick on
 // the board
 #[cfg_attr(any(feature = "stage-cost", target_os = "none"), inline(never))]
 pub fn advance(model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
@@ -61,14 +62,15 @@ pub fn advance(model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, F
     }
 }
 
-/// Twice the power over E that a true mass takes in a substep, damping included, per volume and per
-/// square of its speed after the substep and, subtracted, before it [s/m^2].
+/// Two factors for twice the power over E that a true mass absorbs in a substep, damping included,
+/// per volume [s/m^2]: the first multiplies the square of its speed after the substep, the second
+/// the square of its speed before it, to be subtracted.
 #[inline(always)]
 fn true_power(tuned: &Tuned) -> (f32, f32) {
     (tuned.density_rate * (1.5 - 0.5 * tuned.keep), tuned.density_rate * (1.5 * tuned.keep - 0.5))
 }
 
-/// Velocity of the smoothest field alone.
+/// Velocity that the smoothest field gains in this substep.
 fn smoothest(tuned: &Tuned, state: &State) -> [Row; FIELDS] {
     let mut moved = [[0.0; ROW]; FIELDS];
     let [sum, ..] = &mut moved;
@@ -85,8 +87,9 @@ fn smoothest(tuned: &Tuned, state: &State) -> [Row; FIELDS] {
     moved
 }
 
-/// Moves the nodes. If `ACCELERATED`, their velocities are the new ones except for the part of the
-/// smooth fields, one velocity per field; otherwise the first field alone moves, if there is one.
+/// Moves the nodes. With `ACCELERATED`, their velocities are already the new ones except for the
+/// part of the smooth fields, which `moved` gives as one velocity per field. Otherwise the new
+/// velocities are computed here, with the first field alone if `FIELDS_MOVE`.
 #[inline(always)]
 fn drift<const ACCELERATED: bool, const FIELDS_MOVE: bool>(
     model: &Model,
@@ -141,8 +144,9 @@ fn drift<const ACCELERATED: bool, const FIELDS_MOVE: bool>(
     Ok(active)
 }
 
-/// New velocities under the mass matrix: first each node by itself, then from its neighbours. The
-/// order of additions *at each node* is the patch's. Returns the velocity of every smooth field.
+/// Computes the new velocities with the mass matrix: first each node's own part, then that of its
+/// neighbours. The order of additions *at each node* is the patch's. Returns the velocity of every
+/// smooth field.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 fn accelerate(model: &Model, tuned: &Tuned, state: &mut State) -> [Row; FIELDS] {
     let keep = tuned.keep;
@@ -177,7 +181,7 @@ fn accelerate(model: &Model, tuned: &Tuned, state: &mut State) -> [Row; FIELDS] 
     moved
 }
 
-/// Neighbours' part, spring by spring.
+/// Adds the neighbours' part, spring by spring.
 #[cfg(not(target_os = "none"))]
 fn by_springs(model: &Model, tuned: &Tuned, state: &mut State) {
     for spring in model.springs {
@@ -195,7 +199,7 @@ fn by_springs(model: &Model, tuned: &Tuned, state: &mut State) {
     }
 }
 
-/// Neighbours' part, the springs of one node at a time with its sums in registers.
+/// Adds the neighbours' part, node by node, with the sums of one node in registers.
 #[cfg(target_os = "none")]
 fn by_rows(model: &Model, tuned: &Tuned, state: &mut State) {
     let mut springs = model.springs;

@@ -1,6 +1,7 @@
-//! The load on the tissue becomes the force on the probe, without what the mass floor takes.
+//! Converts the load on the tissue into the force on the probe, without the part due to the added
+//! mass.
 //!
-//! * in: the loads of the tick's substeps, the power of the floored masses
+//! * in: the loads of the tick's substeps, the power that the added mass absorbs
 //! * out: reaction [N], depth [m], contact point and normal; the touch plane that the next tick's
 //!   guard uses
 //! * cost: about 110 instructions
@@ -25,25 +26,25 @@ pub struct Output {
     /// Force on the probe [N], patch frame: it points out of the tissue, and with friction along
     /// its surface as well. Zero on any fault.
     pub force_n: Vector3<f32>,
-    /// How deep the tip is below the undeformed surface, along the contact normal [m]; zero without
+    /// Depth of the tip below the undeformed surface, along the contact normal [m]; zero without
     /// contact.
     pub depth_m: f32,
-    /// Centre of the contact on the deformed surface [m]; the tip without contact.
+    /// Centre of the contact on the deformed surface [m]; without contact, the tip.
     pub point_m: Vector3<f32>,
-    /// Outward unit normal of the contact, the direction of the force but for friction; zero
-    /// without contact.
+    /// Outward unit normal of the contact, which is the direction of the force without friction;
+    /// zero without contact.
     pub normal: Vector3<f32>,
-    /// Largest force along the surface that the contact can bear [N]; zero without friction.
+    /// Largest force along the surface that the contact can carry [N]; zero without friction.
     pub grip_n: f32,
-    /// Free nodes that moved.
+    /// Number of free nodes that moved.
     pub active_nodes: u16,
-    /// Distance of the tip that the patch was shown from the one that was sensed [m].
+    /// Distance between the tip that the patch was shown and the sensed tip [m].
     pub apart_m: f32,
-    /// The sensed tip is outside the tissue, by geometry: no force may be felt.
+    /// True if the sensed tip is outside the tissue, by geometry: no force may then be output.
     pub outside: bool,
-    /// Inputs that were clamped.
+    /// Quantities that were clamped.
     pub limiters: ClampFlags,
-    /// Why the force is zero.
+    /// Reason why the force is zero, if there is one.
     pub fault: Option<Fault>,
 }
 
@@ -63,7 +64,8 @@ impl Output {
     };
 }
 
-/// Mean reaction over the tick's substeps, clamped in length, its direction kept.
+/// Returns the mean reaction over the tick's substeps, clamped in magnitude, with its direction
+/// kept.
 ///
 /// # Errors
 /// [`Fault::ForceNotFinite`].
@@ -116,7 +118,7 @@ pub fn read(
     }
     force_n = normal * length;
     if tuned.remembers && tuned.rubs() {
-        // friction is lost with the push that bears it
+        // friction shrinks in proportion to the push that carries it
         let kept = if length < bare_n { length / bare_n } else { 1.0 };
         (force_n, out.grip_n) = rub(tuned, &state.rubbed, force_n, kept);
         let square = force_n.dot(&force_n);
@@ -124,7 +126,7 @@ pub fn read(
             return Err(Fault::ForceNotFinite);
         }
         if square > tuned.limits.max_force_n * tuned.limits.max_force_n {
-            // push and friction as one
+            // push and friction are clamped together
             let share = tuned.limits.max_force_n / sqrt(square);
             force_n *= share;
             out.grip_n *= share;
@@ -145,8 +147,9 @@ pub fn read(
     Ok(out)
 }
 
-/// A tip without a handle that is below the surface: where elements are as wide as it is, it slips
-/// past them, and their push points anywhere. There is no force before it has been outside.
+/// Output for a tip without a handle that is below the surface. Where elements are as wide as the
+/// tip, it slips past them, and their push may have any direction, so there is no force until the
+/// tip has been outside.
 #[inline(never)]
 fn buried(state: &mut State, mut out: Output) -> Output {
     (state.touch, state.been_outside) = (None, false);
@@ -154,15 +157,15 @@ fn buried(state: &mut State, mut out: Output) -> Output {
     out
 }
 
-/// Gain of the push [N] if the hand does not feel the masses that the floor added: their power over
-/// the probe's speed, along the push. The work on the hand is then that of true masses, as far as
-/// the tissue moves as it would with them. Tissue that is faster than the probe moves by itself,
-/// and only the probe's share of that power counts. The push may vanish or double; its direction
-/// stays.
+/// Change of the push [N] that keeps the hand from feeling the masses added by the floor: their
+/// power over the probe's speed, along the push. The work on the hand is then that of true masses,
+/// as far as the tissue moves as it would with them. Tissue that is faster than the probe moves by
+/// itself, and only the probe's share of that power counts. The push may vanish or double at most;
+/// its direction does not change.
 ///
-/// The power is that of the nodes' mean velocity in the substep, so it says nothing about a probe
-/// that has just stopped or turned round, nor about one that trembles by a count: there is no gain
-/// unless two ticks in a row go the same way.
+/// The power belongs to the nodes' mean velocity in the substep, so it does not apply to a probe
+/// that has just stopped or turned round, nor to one that trembles by a count: the push changes
+/// only if the probe moves the same way in two ticks in a row.
 #[inline(always)]
 fn without_floor(tuned: &Tuned, floored: &Floored, probe_m_per_s: Vector3<f32>, normal: Vector3<f32>, push_n: f32) -> f32 {
     let power_w = floored.power * tuned.youngs_modulus_pa * tuned.substep_share;
@@ -182,8 +185,8 @@ fn without_floor(tuned: &Tuned, floored: &Floored, probe_m_per_s: Vector3<f32>, 
     }
 }
 
-/// Force with friction [N], and the largest force that friction could bear [N], where a share of
-/// the push is `kept`.
+/// Returns the force with friction [N] and the largest force that friction could carry [N], if the
+/// share `kept` of the push is left.
 #[inline(never)]
 fn rub(tuned: &Tuned, rubbed: &Rubbed, push_n: Vector3<f32>, kept: f32) -> (Vector3<f32>, f32) {
     let newtons = tuned.youngs_modulus_pa * tuned.substep_share * kept;

@@ -1,9 +1,9 @@
 //! Presence: whether the *sensed* tip is at the tissue at all, by geometry alone.
 //!
-//! The guard of [`super::probe`] limits the tip that the patch is given to positions inside the
-//! tissue. If a hand went on through the side, the underside or past the patch's edge, a force
-//! would remain, and the limited tip would chase the hand. So every sensed tip is located first, in
-//! the rest shape:
+//! The guard of [`super::probe`] keeps the tip that the patch is given inside the tissue. If a hand
+//! went on through the side, the underside or past the patch's edge, a force would remain, and the
+//! tip given to the patch would follow the hand. So every sensed tip is located first, in the rest
+//! shape:
 //!
 //! | sensed tip | contact |
 //! |---|---|
@@ -12,13 +12,14 @@
 //! | elsewhere | no: the patch is shown the sensed tip, and contact begins with a fresh approach |
 //!
 //! Location is a walk from tet to tet through their faces (Devillers, Pion, Teillaud, Walking in a
-//! triangulation, 2002). It starts where the last tick's ended, so one or two tets are tested per
-//! tick.
+//! triangulation, 2002). It starts at the tet where the walk of the last tick ended, so one or two
+//! tets are tested per tick.
 //!
 //! * in: sensed tip [m], rest positions, `Model::neighbours`, the triangle touched last
 //! * out: [`Presence`]; the tet that the next walk starts from
 //! * cost: about 110 instructions of a Cortex-M4F per tet, one or two of them per tick
-//! * may fail: never; a tip that the walk does not reach within its steps counts as outside
+//! * may fail: never; a tip that the walk does not reach within its steps counts as outside until a
+//!   later tick reaches it
 
 use nalgebra::Vector3;
 
@@ -27,11 +28,12 @@ use crate::model::{Model, NodeRest};
 use crate::params::{Probe, ProbeShape, Tuned};
 use crate::state::{Seat, State};
 
-/// Height over the touched triangle, and depth below it, at which contact is still possible [m].
+/// Largest height of the probe above the touched triangle, and largest depth of its tip below it,
+/// at which contact is still possible [m].
 const SURFACE_M: f32 = 1e-3;
-/// Tets tested per tick: 1.5 mm of motion crosses one or two.
+/// Number of tets tested per tick: 1.5 mm of motion crosses one or two.
 const STEPS: u16 = 8;
-/// Tets tested in the first tick after a reset, when the tip may be anywhere.
+/// Number of tets tested in the first tick after a reset, when the tip may be anywhere.
 const FIRST_STEPS: u16 = 512;
 
 /// Position of the sensed tip relative to the tissue at rest.
@@ -66,7 +68,7 @@ impl Plane {
         Some(Self { middle_m, normal: area * (1.0 / sqrt(area.dot(&area))), corners_m: [a, b, c] })
     }
 
-    /// The plane is so steep that a tip below it says nothing about the probe's body.
+    /// Whether the plane is so steep that a tip below it says nothing about the probe's body.
     pub fn steep(&self, axis: Vector3<f32>) -> bool {
         self.normal.dot(&axis) < 0.7
     }
@@ -85,23 +87,23 @@ impl Plane {
         }
     }
 
-    /// Whether the probe at this tip is at the plane and no further beyond the triangle's edges
-    /// than it reaches, with the tip on the outer side.
+    /// Whether the probe with its tip at `tip_m` is at the plane, with the tip on the outer side,
+    /// and no further beyond the triangle's edges than the probe reaches.
     fn holds(&self, probe: &Probe, tip_m: Vector3<f32>) -> bool {
         let lift_m = if probe.shape == ProbeShape::Flat { 0.0 } else { probe.radius_m };
         let end_m = tip_m + probe.axis * lift_m;
         let [a, b, c] = self.corners_m;
         let mut beyond_m = 0.0_f32;
         for (from_m, to_m) in [(a, b), (b, c), (c, a)] {
-            // in the plane, away from the triangle: a circle around it would hold a probe beside a
-            // long triangle, where there is no tissue
+            // in the plane, away from the triangle: a limit on the distance from the triangle's
+            // middle would also accept a probe beside a long triangle, where there is no tissue
             let out = (to_m - from_m).cross(&self.normal);
             let off_m = (end_m - from_m).dot(&out) / sqrt(out.dot(&out));
             beyond_m = if off_m > beyond_m { off_m } else { beyond_m };
         }
         let near_m = probe.reach_m() + SURFACE_M;
         if probe.shape == ProbeShape::Flat && self.steep(probe.axis) {
-            // a flat end pushes along its axis alone: below a wall it would catch the wall's points
+            // a flat end pushes only along its axis: below a wall it would touch the wall's points
             return false;
         }
         self.depth_m(tip_m) <= SURFACE_M && self.probe_depth_m(probe, tip_m) >= -SURFACE_M && beyond_m <= near_m
@@ -124,11 +126,11 @@ pub fn locate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f3
     let plane = state.over.and_then(|triangle| Plane::of(model, triangle));
     state.shaft = state.seat.inside;
     if state.seat.inside {
-        // a body that reaches into the tissue from the side touches the surface too, with the tip
-        // below it
+        // a body that enters from the side also touches the surface, with its tip below it
         let at_surface = |tip_m| plane.is_some_and(|plane| plane.holds(&tuned.probe, tip_m));
         if !before.inside && !before.above && !at_surface(tip_m) && !state.tip_m.is_some_and(at_surface) {
-            // it entered through the side or from below: the surface has to be touched from outside
+            // the tip entered through a side or from below: there is no force until it touches the
+            // surface from outside
             state.been_outside = false;
         }
         return (Presence::Inside, plane);
@@ -137,16 +139,16 @@ pub fn locate(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f3
         return (Presence::AtSurface, plane);
     }
     if before.inside || state.apart || state.touch.is_some() {
-        // it left through another face than it entered by
+        // the tip left through a face other than the one by which it entered
         state.been_outside = false;
     }
     state.over = None;
     (Presence::Outside, None)
 }
 
-/// Whether the probe's body is in the tissue at this tip: the point above the tip that no press
-/// brings below the surface, one radius or the depth limit and a millimetre, is inside the rest
-/// volume. Such a probe entered elsewhere.
+/// Whether the probe's body is in the tissue while its tip is at `tip_m`. It is, if the rest volume
+/// contains the point above the tip that no press brings below the surface: one radius above the
+/// tip, or the depth limit and a millimetre, whichever is more. Such a probe entered elsewhere.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn buried(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> bool {
     let probe = &tuned.probe;
@@ -159,8 +161,8 @@ pub fn buried(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f3
     state.body.inside
 }
 
-/// Walks towards the tip; ends inside a tet, or at one whose faces towards the tip are all
-/// boundary.
+/// Walks from tet to tet towards the tip. The walk ends inside a tet, or at one whose faces towards
+/// the tip are all boundary.
 fn walk(model: &Model, seat: &mut Seat, tip_m: Vector3<f32>, axis: Vector3<f32>, most: u16) {
     (seat.inside, seat.above, seat.walking) = (false, false, false);
     for _ in 0..most {
@@ -171,7 +173,7 @@ fn walk(model: &Model, seat: &mut Seat, tip_m: Vector3<f32>, axis: Vector3<f32>,
         };
         let [a, b, c, d] = tet.node.map(|n| rest_m(model.nodes, n) - tip_m);
         let (ab, cd) = (a.cross(&b), c.cross(&d));
-        // six times the signed volumes of the tip with each face, the face opposite node k at place
+        // six times the signed volumes of the tip with each face, the face opposite node k at index
         // k
         let volumes = [b.dot(&cd), -a.dot(&cd), d.dot(&ab), -c.dot(&ab)];
         if volumes.iter().all(|volume| *volume >= 0.0) {

@@ -1,9 +1,9 @@
 //! Guard: derives the tip that the patch is given (the *shown* tip) from the sensed tip.
 //!
-//! In contact the shown tip enters the tissue at most at `GuardLimits::max_sink_m_per_s` and leaves
-//! it at any speed: a fast tap arrives late and weaker, and the energy that the limit withholds
-//! from the tissue during loading is never returned during the retreat. Where there can be no
-//! contact ([`Presence::Outside`]), the shown tip **is** the sensed tip, whatever its speed.
+//! In contact the shown tip enters the tissue no faster than `GuardLimits::max_sink_m_per_s`, but
+//! leaves it without that limit: a fast tap arrives late and weaker, and the energy that the limit
+//! withholds from the tissue during loading is never returned during unloading. Where there can be
+//! no contact ([`Presence::Outside`]), the shown tip **is** the sensed tip, whatever its speed.
 //!
 //! * in: sensed tip [m], patch frame; its [`Presence`]
 //! * out: the straight displacement of the shown tip in this tick, with speed and depth clamped
@@ -19,41 +19,42 @@ use crate::params::Tuned;
 use crate::stages::presence::{self, Presence};
 use crate::state::State;
 
-/// Radii of the probe between the shown and the sensed tip beyond which the hand has pushed
-/// through: the force at the shown tip says nothing about the tissue there, so there is none before
-/// a fresh approach. A hand that continues speeds up against the force as with a wrong sign; with
-/// three radii it was mistaken for [`Fault::Runaway`].
+/// Distance between the shown and the sensed tip, in radii of the probe (1), beyond which the hand
+/// has pushed through. The force at the shown tip then says nothing about the tissue at the sensed
+/// tip, so there is none until a fresh approach. A hand that continues speeds up against the force
+/// as it would with a wrong sign; with three radii this was mistaken for [`Fault::Runaway`].
 const THROUGH_RADII: f32 = 2.0;
-/// Radii between the two tips beyond which a tip that outran the speed limit has passed the surface
-/// untouched.
+/// Distance between the two tips, in radii of the probe (1), beyond which a tip that outran the
+/// speed limit has passed the surface untouched.
 const OUTRAN_RADII: f32 = 1.0;
-/// Sideways displacement at the depth limit after which the depth beyond it is kept [m].
+/// Sideways displacement at the depth limit after which the withheld depth is kept as an offset
+/// [m].
 const SLID_M: f32 = 1e-3;
-/// Rounding of a position in a workspace of metres [m]: a press exactly to the limit is not beyond
-/// it.
+/// Rounding error of a position in a workspace of metres [m]: a press exactly to the limit is not
+/// beyond it.
 const ROUNDING_M: f32 = 1e-7;
 
-/// Pose of the probe that the patch is shown.
+/// Pose of the probe that is passed to a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbePose {
     /// Tip [m], patch frame.
     pub tip_m: Vector3<f32>,
 }
 
-/// Displacement of the tip in one tick.
+/// Displacement of the shown tip in one tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
     /// Tip at the end of the last tick [m].
     pub from_m: Vector3<f32>,
     /// Tip at the end of this tick [m].
     pub to_m: Vector3<f32>,
-    /// Velocity between the two [m/s].
+    /// Velocity of the shown tip over the tick [m/s].
     pub velocity_m_per_s: Vector3<f32>,
-    /// Distance of the shown tip from the sensed one at the end of this tick [m].
+    /// Distance between the shown and the sensed tip at the end of this tick [m].
     pub apart_m: f32,
-    /// No contact is possible at the sensed tip.
+    /// True if no contact is possible at the sensed tip.
     pub outside: bool,
-    /// Inputs that were clamped.
+    /// Quantities that were clamped.
     pub limiters: ClampFlags,
 }
 
@@ -65,7 +66,8 @@ impl Motion {
     }
 }
 
-/// Admits a pose: finite, no faster than the speed limits, no deeper than the patch answers.
+/// Admits a finite pose and derives from it the motion of the shown tip, within the limits of speed
+/// and depth.
 ///
 /// # Errors
 /// [`Fault::PoseNotFinite`]; nothing changes then.
@@ -95,7 +97,7 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
     step += state.offset_m;
     let square = step.dot(&step);
     if square > longest * longest {
-        // too far for the square to be finite: the limit still applies, in the remaining direction
+        // a displacement whose square overflows has no usable direction: the shown tip stays
         step = if square.is_finite() { step * (longest / sqrt(square)) } else { Vector3::zeros() };
         limiters.set(ClampFlags::SPEED);
     }
@@ -103,19 +105,19 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
         let sink_m = -step.dot(&at.normal);
         let most_m = tuned.limits.max_sink_m_per_s * tuned.substep_s * f32::from(tuned.substeps);
         if sink_m > most_m {
-            // along its own displacement: along the normal of a tilted contact it would slip
-            // deeper, or sideways
+            // the whole displacement is shortened: if only its part along the normal of a tilted
+            // contact were, the tip would slip deeper or sideways
             step *= most_m / sink_m;
             limiters.set(ClampFlags::SPEED);
         }
     }
     let mut to_m = from_m + step;
 
-    // Below the *rest* surface: a plane that followed the contact would move with the tip that it
-    // holds. The force beyond the limit differs from place to place, so a hand that slides there
-    // keeps its depth as an offset: a force that rises from place to place cannot push it out of a
-    // depth reached elsewhere. A hand that goes straight in and out feels the same force in both
-    // directions.
+    // The depth is measured below the *rest* surface: a plane that followed the contact would move
+    // with the tip that it limits. The force at the limit differs from place to place, so a hand
+    // that slides there keeps the withheld depth as an offset: a force that rises from place to
+    // place then cannot push it out of a depth that it reached elsewhere. A hand that goes straight
+    // in and out feels the same force in both directions.
     if let Some(plane) = plane {
         let beyond_m = plane.probe_depth_m(&tuned.probe, to_m) - model.depth_limit_m;
         if beyond_m > ROUNDING_M {
@@ -136,7 +138,7 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
         limiters.set(ClampFlags::DEPTH);
     }
     state.tip_m = Some(to_m);
-    // clamped or not: a difference by rounding does not count
+    // only clamping counts, not a difference by rounding
     state.apart = limiters != ClampFlags::DEFAULT;
     let off_m = pose.tip_m - to_m;
     let apart_m = if state.apart { sqrt(off_m.dot(&off_m)) } else { 0.0 };

@@ -11,7 +11,7 @@ pub const TICK_S: f32 = 1e-3;
 /// Height of a tip that is clear of the wall [m].
 pub const CLEAR_M: f32 = 10e-3;
 
-/// A desktop stylus of 3.3 N, one tick late, with an ideal sensor.
+/// A desktop stylus of 3.3 N with a delay of one tick and an ideal sensor.
 pub fn stylus() -> DeviceSpec {
     DeviceSpec {
         max_force_n: 3.3,
@@ -61,7 +61,7 @@ pub struct Wall {
     pub answer: Option<Output>,
     /// Poses that were rendered.
     pub rendered: u32,
-    /// Requests to come to rest.
+    /// Number of resets requested.
     pub resets: u32,
     /// Pose rendered last [m].
     pub shown_m: Vector3<f32>,
@@ -80,7 +80,7 @@ impl Renderer for Wall {
     }
 }
 
-/// An answer that pushes upwards with `force_n` at `depth_m`; no contact if both are zero.
+/// An output that pushes upwards with `force_n` at `depth_m`; no contact if both are zero.
 pub fn pushing(depth_m: f32, force_n: f32) -> Output {
     let normal = if force_n == 0.0 { Vector3::zeros() } else { Vector3::z() };
     Output { force_n: normal * force_n, normal, depth_m, ..Output::NONE }
@@ -94,12 +94,12 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Creates a loop in `Boot`, tip clear of a wall of `n_per_m`.
+    /// Creates a loop in `Boot`, with the tip clear of a wall of stiffness `n_per_m`.
     pub fn new(n_per_m: f32) -> Self {
         Self::with(n_per_m, stylus(), |_| ())
     }
 
-    /// Builds the rig on another device, with settings changed by `change`.
+    /// Creates a loop on another device, with settings changed by `change`.
     pub fn with(n_per_m: f32, device: DeviceSpec, change: impl Fn(&mut Settings)) -> Self {
         let mut settings = Settings::safe(&device);
         change(&mut settings);
@@ -115,7 +115,7 @@ impl Bench {
         }
     }
 
-    /// Runs one cycle with a new reading where the tip is.
+    /// Runs one cycle with a new reading of the tip's position.
     pub fn run(&mut self, command: Command) -> Telemetry {
         self.device.sensed.sequence = self.device.sensed.sequence.wrapping_add(1);
         self.repeat(command)
@@ -142,12 +142,12 @@ impl Bench {
         self.run(Command { asked: Some(asked), ..Command::HEARD })
     }
 
-    /// Runs this many cycles with the tip at its place; returns the last record.
+    /// Runs this many cycles with the tip unmoved; returns the last record.
     pub fn ticks(&mut self, ticks: usize) -> Telemetry {
         (0..ticks).map(|_| self.tick()).last().expect("at least one")
     }
 
-    /// Starts the loop up; it is in `Idle` then.
+    /// Starts the loop up to `Idle`.
     pub fn idle(mut self) -> Self {
         self.ask(Ask::Booted);
         self.ask(Ask::TestPassed);
@@ -155,7 +155,7 @@ impl Bench {
         self
     }
 
-    /// Arms the loop; it is `Active` then, at full gain, clear of the wall.
+    /// Arms the loop and waits for full gain, clear of the wall; it is then in `Active`.
     pub fn active(self) -> Self {
         let mut bench = self.idle();
         bench.arm();
@@ -163,7 +163,7 @@ impl Bench {
         bench
     }
 
-    /// Arms from `Idle` to `Active`; returns the number of ticks that took.
+    /// Arms from `Idle` to `Active`; returns the number of ticks that this took.
     pub fn arm(&mut self) -> usize {
         self.ask(Ask::Arm);
         let ticks = (1..2_000).find(|_| self.tick().mode == Mode::Active);
@@ -182,7 +182,7 @@ impl Bench {
         }
     }
 
-    /// Presses until the wall holds this force [N], slowly, and waits until nothing moves.
+    /// Presses slowly until the wall's force is this [N], and waits until nothing moves.
     pub fn press_n(&mut self, force_n: f32) -> Telemetry {
         self.move_to(-force_n / self.wall.n_per_m, 0.05);
         self.ticks(100)

@@ -1,18 +1,18 @@
-//! Damping: in contact alone, along the normal alone, never pulling, never late.
+//! Damping acts in contact alone and along the normal alone, never pulls, and never lags.
 
 use palpate::haptic::damping::{Damping, DampingSettings, MOST_N_S_PER_M, hertz_slope_n_per_m};
 use palpate::{Output, Vector3};
 
 use crate::bench::{TICK_S, pushing};
 
-/// Damping that has tracked this velocity until it settled.
+/// Damping that has tracked this velocity until its estimate settled.
 fn moving(settings: DampingSettings, m_per_s: Vector3<f32>, count_m: f32) -> Damping {
     let mut damping = Damping::build(&settings, TICK_S, count_m).unwrap();
     (0..300_u16).for_each(|n| damping.track(m_per_s * (TICK_S * f32::from(n))));
     damping
 }
 
-/// Damping of this much per tangent stiffness, without a constant part.
+/// Settings with this damping per tangent stiffness [s] and no constant part.
 fn tangent_only(tau_s: f32) -> DampingSettings {
     DampingSettings { tau_s, ..DampingSettings::NONE }
 }
@@ -59,7 +59,7 @@ fn the_velocity_lags_by_no_more_than_a_count_per_tick() {
 
 #[test]
 fn a_finer_encoder_lets_the_velocity_lag_less() {
-    // 0.5 mm of travel, then back: the lag after the turn is in proportion to the count
+    // 0.5 mm of travel, then back: the lag after the reversal is in proportion to the count
     for count_m in [5e-6, 20e-6, 80e-6] {
         let mut damping = moving(DampingSettings::safe(1e-3, TICK_S), Vector3::new(0.0, 0.0, 0.05), count_m);
         let end_m = 0.05 * TICK_S * 299.0;

@@ -39,7 +39,7 @@ fn a_late_tick_leaves_half_of_the_force() {
     assert!(set(&record, ClampFlags::GAIN) && record.mode == Mode::Active);
     assert!((bench.tick().applied_n.z - 1.5).abs() < 1e-3, "back at the slew");
     assert!((bench.tick().applied_n.z - 2.0).abs() < 1e-3);
-    // a falling force is not held at half its value
+    // a force that falls is not held at half of the last one
     let mut bench = Bench::new(400.0).active();
     bench.press_n(2.0);
     bench.device.sensed.position_m.z = -2.5e-3;

@@ -21,7 +21,7 @@ fn step(observer: &mut PassivityObserver, moved_m: f32, touched: bool, force_n: 
     answer
 }
 
-/// A contact in which 1 N pushes the probe this far out [m], or in where it is negative; then 30
+/// Runs a contact in which 1 N pushes the probe this far out [m], or in if negative, and then 30
 /// ticks in free space.
 fn contact(observer: &mut PassivityObserver, moved_m: f32) -> Result<(), Fault> {
     step(observer, 0.0, true, 1.0)?;
@@ -85,7 +85,8 @@ fn a_contact_lasts_until_its_last_force_has_acted() {
     }
     step(&mut observer, 0.3e-3, false, 0.0).unwrap();
     assert!((observer.energy().total_created_j + observer.energy().created_j - 0.3e-3).abs() < 1e-8, "{:?}", observer.energy());
-    // a force sent and cancelled: three ticks later it has acted, and 20 more are the same contact
+    // a force is sent and cancelled: three ticks later it has acted, and the next 20 ticks belong
+    // to the same contact
     let mut observer = self::observer(3, 0.0);
     step(&mut observer, 0.0, true, 1.0).unwrap();
     (0..3).for_each(|_| step(&mut observer, 0.0, true, 1.0).unwrap());
@@ -121,8 +122,8 @@ fn bounces_that_follow_each_other_soon_are_one_contact_and_raise_the_alarm() {
 #[test]
 fn one_count_of_play_is_no_motion_and_three_counts_are() {
     let count_m = 50e-6;
-    // each round trip of two counts beyond the backlash gives the force's difference times two
-    // counts
+    // each round trip of two counts beyond the backlash gives the difference of the forces times
+    // two counts
     let round_trips = |counts: f32| {
         let mut observer = observer(0, count_m);
         step(&mut observer, 0.0, true, 0.5).unwrap();
@@ -197,8 +198,8 @@ fn clearing_forgets_the_alarms_and_keeps_the_total() {
     (0..4).for_each(|_| assert_eq!(contact(&mut observer, 1e-3), Ok(())));
 }
 
-/// Share of the work of a force [N] at a velocity [m/s] that its bounded form does (1). The normal
-/// is z.
+/// Ratio of the work of the bounded form of a force [N] to that of the force itself, at a velocity
+/// [m/s] (1). The normal is z.
 fn share(observer: &PassivityObserver, force_n: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> f32 {
     let bound_n = observer.bound(&force_n, &velocity_m_per_s, &Vector3::z());
     if bound_n == force_n { 1.0 } else { bound_n.dot(&velocity_m_per_s) / force_n.dot(&velocity_m_per_s) }
@@ -211,14 +212,15 @@ fn a_force_is_shortened_to_the_work_that_the_contact_took() {
         PassivityObserver::build(&settings, &DeviceSpec { delay_ticks, lag_s, count_m: 0.0, ..stylus() }, 1e-3).unwrap()
     };
     let near = |share: f32, right: f32| assert!((share - right).abs() < 1e-5, "{share}, not {right}");
-    // a contact that took nothing gives nothing to a probe that leaves, and all of the force to one
-    // that rests, comes or slides
+    // a contact that took nothing gives nothing to a probe that leaves, and the whole force to a
+    // probe that rests, comes or slides
     let fresh = build(0.0, 0, 0.0);
     near(share(&fresh, z(1.0), z(0.1)), 0.0);
     for velocity_m_per_s in [z(0.0), z(-0.1), Vector3::new(0.3, -0.2, 0.0)] {
         near(share(&fresh, z(1.0), velocity_m_per_s), 1.0);
     }
-    // 0.1 mJ taken, and 2 N for a tick at 0.2 m/s are 0.4 mJ; the delay and the lag act as long
+    // 0.1 mJ were taken, and 2 N for a tick at 0.2 m/s would give 0.4 mJ; delay and lag lengthen
+    // that time
     for (delay_ticks, lag_s, right) in [(0, 0.0, 0.25), (1, 0.0, 0.125), (0, 3e-3, 0.0625), (3, 4e-3, 0.03125)] {
         let mut observer = build(0.0, delay_ticks, lag_s);
         for _ in 0..=delay_ticks {
@@ -236,10 +238,10 @@ fn a_force_is_shortened_to_the_work_that_the_contact_took() {
 
 #[test]
 fn the_push_gives_way_before_the_force_along_the_surface_and_nothing_pulls() {
-    // nothing was taken: [force N, velocity m/s, what stays of the force N]
+    // nothing was taken: [force N, velocity m/s, remaining force N]
     let v = Vector3::new;
     for (force_n, velocity_m_per_s, right_n) in [
-        // friction takes what a smaller push gives
+        // friction takes the energy that a smaller push gives
         (v(-0.4, 0.0, 1.0), v(0.1, 0.0, 0.1), v(-0.4, 0.0, 0.4)),
         (v(-0.4, 0.0, 1.0), v(0.2, 0.0, 0.1), v(-0.4, 0.0, 0.8)),
         (v(-0.4, 0.0, 1.0), v(0.3, 0.0, 0.1), v(-0.4, 0.0, 1.0)),
@@ -248,10 +250,10 @@ fn the_push_gives_way_before_the_force_along_the_surface_and_nothing_pulls() {
         (v(0.4, 0.0, 1.0), v(0.1, 0.0, 0.1), v(0.0, 0.0, 0.0)),
         (v(0.4, 0.3, 0.1), v(0.1, 0.0, -0.1), v(0.1, 0.075, 0.1)),
         (v(0.4, 0.3, 1.0), v(0.1, 0.0, 0.0), v(0.0, 0.0, 1.0)),
-        // a force into the tissue is shortened as a whole
+        // a force into the tissue is reduced as a whole
         (v(0.4, 0.0, -0.1), v(0.1, 0.0, 0.0), v(0.0, 0.0, 0.0)),
         (v(0.0, 0.0, -0.1), v(0.0, 0.0, -0.1), v(0.0, 0.0, 0.0)),
-        // a probe that hardly leaves
+        // a probe that hardly moves out
         (v(0.0, 0.0, 1.0), v(0.1, 0.0, 1e-12), v(0.0, 0.0, 0.0)),
         (v(-1e-9, 0.0, 1.0), v(0.1, 0.0, 1e-10), v(-1e-9, 0.0, 1.0)),
     ] {
@@ -305,7 +307,7 @@ fn a_contact_that_raised_the_alarm_leaves_nothing_to_the_next() {
 
 #[test]
 fn tissue_that_follows_a_probe_soon_gives_what_it_took() {
-    // the tissue took 0.1 mJ; then nothing was sent for some ticks, with the probe out of it
+    // the tissue took 0.1 mJ; then nothing was sent for some ticks, with the probe outside
     let left = |idle_ticks: u8, moved_m: f32| {
         let mut observer = observer(1, 0.0);
         contact_of(&mut observer, moved_m);
@@ -320,15 +322,15 @@ fn tissue_that_follows_a_probe_soon_gives_what_it_took() {
     }
     let (energy, share) = left(23, -0.1e-3);
     assert_eq!((energy, share), (Energy::default(), 0.0), "later it has forgotten");
-    // what a contact created is counted, and the next one has no debt
+    // the energy that a contact created is counted, and the next contact has no debt
     let (energy, _) = left(22, 0.1e-3);
     assert!((energy.given_j / 0.1e-3 - 1.0).abs() < 1e-5, "the same contact still: {energy:?}");
     let (energy, _) = left(23, 0.1e-3);
     assert!(energy.given_j == 0.0 && energy.created_j == 0.0 && energy.total_created_j > 0.9e-4, "{energy:?}");
 }
 
-/// Moves by counts of 55 um, one in five ticks; the force is `first_n` in the tick after each count
-/// and 1 N in the others. The probe slides besides.
+/// Moves by one count every five ticks; the force is `first_n` in the tick after each count and 1 N
+/// in the others. The probe slides at the same time.
 fn by_counts(observer: &mut PassivityObserver, counts: u16, count_m: f32, first_n: f32) {
     for n in 0..5 * counts {
         let moved_m = if n % 5 == 0 { count_m } else { 0.0 };
@@ -346,7 +348,7 @@ fn the_work_of_a_count_is_that_of_the_mean_force_since_the_last_one() {
     let taken_j = -observer.energy().given_j;
     assert!((taken_j / (55e-6 * (19.0 * 1.4 + 0.5)) - 1.0).abs() < 1e-3, "{taken_j}");
     by_counts(&mut observer, 20, 55e-6, 0.0);
-    // the first count out is within the play
+    // the first count out is within the backlash
     let given_j = observer.energy().given_j + taken_j;
     assert!((given_j / (55e-6 * (18.99 * 0.8)) - 1.0).abs() < 2e-2, "{given_j}");
 }
@@ -381,7 +383,7 @@ fn the_remainder_of_a_low_passed_count_is_rest() {
     assert_eq!(share(55e-6, -0.001), 1.0);
 }
 
-/// 1 N pushes the probe this far out [m]; the contact lasts.
+/// Lets 1 N push the probe this far out [m]; the contact does not end.
 fn contact_of(observer: &mut PassivityObserver, moved_m: f32) {
     (0..2).for_each(|_| step(observer, 0.0, true, 1.0).unwrap());
     step(observer, moved_m, true, 1.0).unwrap();

@@ -1,5 +1,5 @@
-//! Whatever fails, there is no force in the same tick, the first reason is kept, and the fault
-//! clears by request with good poses only.
+//! Whatever fails, the force is zero in the same tick, the first fault is kept, and it is cleared
+//! only on request and after good poses.
 
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::SensorStatus;

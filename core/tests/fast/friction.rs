@@ -29,7 +29,7 @@ fn friction_opposes_the_way_and_ends_with_the_contact() {
     }
 }
 
-/// An encoder moves the probe by counts: it jumps, and rests until the next one.
+/// With an encoder the probe moves by counts: it jumps, and then rests until the next count.
 #[test]
 fn a_slide_by_counts_bears_what_a_smooth_one_bears() {
     for (shape, depth_m) in [(ProbeShape::Hemisphere, 2e-3), (ProbeShape::Flat, 0.5e-3)] {

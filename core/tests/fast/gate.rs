@@ -1,4 +1,4 @@
-//! The pose gate: readings that are believed, held or refused.
+//! The pose gate: readings that are accepted, held or refused.
 
 use palpate::haptic::device::{Sensed, SensorStatus};
 use palpate::haptic::limits::{LoopLimitSettings, LoopLimits, Pose, PoseGate};
@@ -6,7 +6,7 @@ use palpate::{Fault, Vector3};
 
 use crate::bench::{TICK_S, limits, stylus};
 
-/// A gate that is given readings one after the other.
+/// A gate that is given one reading after the other.
 struct Gate {
     gate: PoseGate,
     limits: LoopLimits,
@@ -20,27 +20,27 @@ impl Gate {
         Self { gate: PoseGate::default(), limits: limits(), sequence: 0, at_m: Vector3::zeros(), force_acts: true }
     }
 
-    /// A gate that believes the origin.
+    /// A gate that has accepted the origin.
     fn believing() -> Self {
         let mut gate = Self::new();
         gate.read(Vector3::zeros()).unwrap();
         gate
     }
 
-    /// A new reading at this place [m].
+    /// Passes a new reading at this position [m].
     fn read(&mut self, at_m: Vector3<f32>) -> Result<Pose, Fault> {
         self.sequence = self.sequence.wrapping_add(1);
         self.at_m = at_m;
         self.repeat()
     }
 
-    /// The last reading once more.
+    /// Passes the last reading once more.
     fn repeat(&mut self) -> Result<Pose, Fault> {
         let sensed = Sensed { position_m: self.at_m, sequence: self.sequence, status: SensorStatus::Good };
         self.gate.admit(&self.limits, &sensed, self.force_acts)
     }
 
-    /// A new reading this much further along an axis [m].
+    /// Passes a new reading this much further along an axis [m].
     fn step(&mut self, axis: usize, step_m: f32) -> Result<Pose, Fault> {
         let mut at_m = self.at_m;
         at_m[axis] += step_m;
@@ -91,7 +91,7 @@ fn the_last_good_pose_is_held_for_two_ticks_without_a_reading() {
     }
     assert_eq!(gate.repeat(), Err(Fault::PoseStale));
     assert_eq!(gate.repeat().map(|pose| pose.held), Ok(false), "after a fault any number is a first one");
-    // nothing has ever been believed: there is nothing to hold
+    // a jump from a pose that was accepted: the first one is held, the second is a fault
     let mut blind = Gate::believing();
     blind.at_m.x = 1.0;
     blind.sequence += 1;
@@ -176,8 +176,8 @@ fn after_a_fault_the_next_good_reading_is_believed_where_it_is() {
     assert_eq!(gate.read(Vector3::new(0.05, 0.0, 0.0)).map(|pose| pose.held), Ok(false));
 }
 
-/// Moves along an axis in steps [m] that end at a place [m] and returns the step at which the gate
-/// answers with a fault. A step of zero repeats the reading.
+/// Moves along an axis in steps [m] that end at a position [m], and returns the step at which the
+/// gate reports a fault. A step of zero repeats the reading.
 fn stops(axis: usize, from_m: f32, steps_m: &[f32], force_acts: bool) -> Option<usize> {
     let mut gate = Gate { force_acts, ..Gate::new() };
     let mut at_m = Vector3::zeros();

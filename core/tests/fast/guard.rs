@@ -28,12 +28,12 @@ impl Tissue {
         Self::with(|_| ())
     }
 
-    /// Starts the patch with other parameters.
+    /// Creates the tissue with parameters changed by `change`.
     pub fn with(change: impl Fn(&mut Params)) -> Self {
         Self::of(&BLOCK.0, change)
     }
 
-    /// A piece that was cut out of a liver: its sides are no surface.
+    /// A piece that was cut out of a liver; its sides cannot be touched.
     pub fn cut() -> Self {
         Self::of(&LIVER.0, |_| ())
     }

@@ -5,7 +5,7 @@ use palpate::{ClampFlags, Fault, Vector3};
 
 use crate::bench::limits;
 
-/// Runs one tick of the limiter without a cap of its own [N].
+/// Runs one tick of the limiter with a cap that never acts.
 fn limit(limiter: &mut ForceLimiter, wanted_n: [f32; 3]) -> (Vector3<f32>, ClampFlags) {
     let limited = limiter.limit(&limits(), wanted_n.into(), 20.0).unwrap();
     (limited.force_n, limited.limiters)
@@ -53,7 +53,7 @@ fn growth_is_limited_and_flagged_in_every_direction() {
 
 #[test]
 fn a_force_that_turns_keeps_what_lies_along_the_new_one_and_grows_from_there() {
-    // of 2 N along x, the new force along (1, 1) keeps the foot of the perpendicular from its end
+    // of the last 2 N along x, as much is kept as the new force along (1, 1) has along x
     let mut limiter = holding([2.0, 0.0, 0.0]);
     let (force_n, limiters) = limit(&mut limiter, [1.0, 1.0, 0.0]);
     assert!((force_n - Vector3::new(1.0, 0.5, 0.0)).norm() < 1e-6, "{force_n}: 1 N along x is kept, 0.5 N are new");

@@ -1,5 +1,5 @@
-//! The load on the tissue as a force on the probe: finite, within the limit, along its own
-//! direction.
+//! The force on the probe that results from a load on the tissue: finite, within the limit, along
+//! its own direction.
 
 use palpate::stages::force::foundation::Load;
 use palpate::stages::{output, probe};
@@ -7,11 +7,12 @@ use palpate::{ClampFlags, Fault, Output, ProbePose, ProbeShape, Vector3};
 
 use crate::guard::Tissue;
 
-/// Points of contact from the site, at rest and deformed [m].
+/// Points of contact relative to the site, at rest and deformed [m].
 const REST_M: Vector3<f32> = Vector3::new(1e-3, 0.0, 0.5e-3);
 const POINT_M: Vector3<f32> = Vector3::new(2e-3, -1e-3, -0.5e-3);
 
-/// Output of the stage for a load on the tissue [N] of this weight, 2 mm below the rest surface.
+/// Output of the stage for a load on the tissue [N] with the weight `push`, 2 mm below the rest
+/// surface.
 fn read(force_n: Vector3<f32>, push: f32) -> Result<Output, Fault> {
     read_under(ProbeShape::Hemisphere, Load { force: force_n, push, ..Load::NONE })
 }
@@ -32,7 +33,8 @@ fn read_under(shape: ProbeShape, load: Load) -> Result<Output, Fault> {
     output::read(&tissue.file.model, &tissue.tuned, &mut tissue.state, &motion, &load, 7)
 }
 
-/// Elements as wide as a small sphere let it through: up to 0.15 N then pointed into the tissue.
+/// Elements as wide as a small sphere let it slip through; a force of up to 0.15 N then pointed
+/// into the tissue.
 #[test]
 fn a_sphere_below_the_surface_feels_nothing() {
     let sinks = Load { force: Vector3::new(0.3, 0.0, 0.01), push: 1.0, ..Load::NONE };

@@ -39,8 +39,8 @@ fn a_press_is_felt_and_over_when_the_probe_has_left() {
     assert_eq!((left.applied_n, left.fault), (Vector3::zeros(), None));
 }
 
-/// A flat tip goes into stiff tissue at 20 mm/s and stops dead, as a coarse encoder sees it: tissue
-/// rings for 0.1 s, and the force that holds the tip is neither faded nor shortened.
+/// A flat tip enters stiff tissue at 20 mm/s and stops dead, as read by a coarse encoder: the
+/// tissue rings for 0.1 s, and the force on the tip is neither faded nor reduced.
 #[test]
 fn a_press_that_stops_dead_keeps_its_force_while_the_tissue_rings() {
     let count_m = 55e-6;

@@ -32,13 +32,13 @@ fn cut_edges() -> Vec<(Vector3<f32>, Vector3<f32>, Vector3<f32>)> {
     edges
 }
 
-/// Position of a tip this far from the site [m].
+/// Presence of a tip this far from the site [m], and the plane that it touches.
 fn place(tissue: &mut Tissue, above_m: Vector3<f32>) -> (Presence, Option<Plane>) {
     let tip_m = tissue.file.site_m + above_m;
     locate(&tissue.file.model, &tissue.tuned, &mut tissue.state, tip_m)
 }
 
-/// A tip that presses a millimetre deep there, and the plane that it touches.
+/// Presses the tip a millimetre deep at this place; returns the tissue and the plane touched.
 fn touched(mut tissue: Tissue, x_m: f32, y_m: f32) -> (Tissue, Plane) {
     for n in 0..=60_u8 {
         tissue.at(Vector3::new(x_m, y_m, 2e-3 - 50e-6 * f32::from(n)));
@@ -157,7 +157,7 @@ fn over_the_triangle_touched_last_contact_is_possible_up_to_a_millimetre_and_no_
             assert_eq!(over(Vector3::new(0.0, 0.0, 1.05e-3)), (Presence::Outside, true), "{x_m} {y_m}");
             let high_m = 0.5e-3;
             for way in [Vector3::x(), -Vector3::x(), Vector3::y(), -Vector3::y()] {
-                // the edge that is left behind first
+                // the distance at which the probe leaves the edge that it passes first
                 let [a, b, c] = touched_m;
                 let aside_m = [(a, b), (b, c), (c, a)]
                     .map(|(p, q)| {

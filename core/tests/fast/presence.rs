@@ -11,7 +11,7 @@ use crate::guard::Tissue;
 /// Speed of a moving tip [m per tick].
 const STEP_M: f32 = 0.4e-3;
 
-/// Corners of the box around the rest shape, from the site [m].
+/// Corners of the box around the rest shape, relative to the site [m].
 fn extent(tissue: &Tissue) -> [Vector3<f32>; 2] {
     let rest = || tissue.file.model.nodes.iter().map(|node| Vector3::from(node.rest_m) - tissue.file.site_m);
     [rest().fold(Vector3::repeat(1.0), |low, at| low.inf(&at)), rest().fold(Vector3::repeat(-1.0), |high, at| high.sup(&at))]
@@ -28,8 +28,8 @@ fn in_a_tet(tissue: &Tissue, above_m: Vector3<f32>) -> bool {
     })
 }
 
-/// Moves the tip from place to place, and calls `check` in every tick with the place from the site
-/// [m] and the output.
+/// Moves the tip in a straight line, and calls `check` in every tick with its position relative to
+/// the site [m] and the output.
 fn go(tissue: &mut Tissue, from_m: Vector3<f32>, to_m: Vector3<f32>, step_m: f32, mut check: impl FnMut(Vector3<f32>, &Output)) {
     let ticks = ((to_m - from_m).norm() / step_m).ceil().max(1.0);
     for n in 0..=ticks as usize {
@@ -40,7 +40,7 @@ fn go(tissue: &mut Tissue, from_m: Vector3<f32>, to_m: Vector3<f32>, step_m: f32
     }
 }
 
-/// Checks that no force is felt: the cycle discards one that is computed outside.
+/// Checks that no force is felt; the cycle discards a force that is computed outside.
 fn nothing(at_m: Vector3<f32>, output: &Output) {
     assert!(output.outside || output.force_n == Vector3::zeros(), "{at_m}: {output:?}");
 }
@@ -174,7 +174,7 @@ fn a_flat_tip_below_the_tissue_feels_nothing() {
     }
 }
 
-/// A wall's points behind a flat end pushed it up: 3 N, 2.3 mm below the block.
+/// Points of a wall behind a flat end used to push it up: 3 N, 2.3 mm below the block.
 #[test]
 fn a_flat_tip_that_comes_up_along_a_wall_feels_nothing_below_the_block() {
     for radius_m in [4e-3, 5e-3, 6e-3] {
@@ -204,7 +204,8 @@ fn a_straight_press_beyond_the_depth_limit_comes_back_the_way_it_went_in() {
     let back = tissue.high(-limit_m - 1e-3);
     assert!((pressed.depth_m - back.depth_m).abs() < 0.02e-3, "{} m deep, then {}", pressed.depth_m, back.depth_m);
     assert!((pressed.force_n.z - back.force_n.z).abs() < 0.05 * pressed.force_n.z, "{} then {}", pressed.force_n, back.force_n);
-    // the same beside the first press: where the hand met the limit before is forgotten above it
+    // the same beside the first press: the place where the limit was met is forgotten above the
+    // limit
     let above_m = Vector3::new(0.0, 0.0, 2e-3 - limit_m);
     let beside_m = Vector3::new(3e-3, 0.0, 0.0);
     let rest = |tissue: &mut Tissue, at_m: Vector3<f32>| (0..200).map(|_| tissue.at(at_m)).last().expect("ticks").depth_m;
@@ -234,7 +235,7 @@ fn a_hand_that_slid_beyond_the_depth_limit_comes_back_as_far_as_it_moves() {
     let slid_m = leg(&mut tissue, Vector3::new(2e-3, 0.0, 0.0));
     let back_m = leg(&mut tissue, Vector3::new(0.0, 0.0, 2e-3));
     assert!((slid_m - back_m - 2e-3).abs() < 0.3e-3, "{slid_m} m deep, then {back_m}");
-    // deeper than ever: the limit holds, and again every millimetre back counts
+    // deeper than before, the limit holds, and again every millimetre back counts
     let deepest_m = leg(&mut tissue, Vector3::new(0.0, 0.0, -5e-3));
     assert!((deepest_m - slid_m).abs() < 0.3e-3, "{slid_m} m deep, then {deepest_m}");
     let back_m = leg(&mut tissue, Vector3::new(0.0, 0.0, 2e-3));

@@ -40,7 +40,7 @@ fn a_probe_that_leaves_loses_the_tissue_before_the_surface() {
     let lost = (0..150_u16).find(|n| tissue.high(-3e-3 + 2e-5 * f32::from(*n)).force_n.norm() == 0.0).expect("it is lost");
     // elastic tissue stays in contact up to the surface, tick 150
     assert!((60..120).contains(&lost), "tick {lost}");
-    // and it takes no force until the dent is met again
+    // and the probe gets no force until it meets the dent again
     let above = tissue.high(-0.5e-3);
     assert_eq!((above.force_n.norm(), above.fault), (0.0, None));
     assert!(tissue.press(3e-3).force_n.norm() > 0.02);

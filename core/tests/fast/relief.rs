@@ -1,4 +1,4 @@
-//! Saturation and created energy, and the force until the contact is over.
+//! The force after saturation or created energy, until the contact is over.
 
 use palpate::haptic::cycle::Settings;
 use palpate::haptic::device::DeviceSpec;
@@ -24,7 +24,7 @@ fn a_force_at_its_limit_is_relieved_to_a_half_and_comes_back_with_the_next_conta
         last_n = record.applied_n.z;
     }
     assert!((last_n - 1.5).abs() < 1e-3, "{last_n}");
-    // less force does not bring the gain back: the contact began with it
+    // a smaller force does not restore the gain, which stays reduced for the whole contact
     bench.move_to(-2e-3, 0.05);
     let record = bench.ticks(300);
     assert!((record.applied_n.z - 0.4).abs() < 1e-3 && record.mode == Mode::Degraded, "{}", record.applied_n);
@@ -46,7 +46,7 @@ fn relief_begins_after_two_hundred_ticks_and_not_below_the_limit() {
     assert!(set(&bench.tick(), ClampFlags::GAIN), "from the next tick on");
 }
 
-/// A contact that gives this much energy to the hand beyond what it took, with 1 N [J].
+/// Runs a contact at 1 N that gives the hand this much more energy than it took [J].
 fn contact(bench: &mut Bench, given_j: f32) {
     let step_m = 0.1e-3_f32.copysign(given_j);
     bench.wall.answer = Some(pushing(1e-3, 1.0));
@@ -100,7 +100,7 @@ fn friction_outlasts_the_push_on_a_probe_that_slides_out() {
         bench.at(bench.device.sensed.position_m.z + 0.1e-3)
     });
     let slid = slid.last().expect("ticks");
-    // friction takes 0.4 N along half of the way that the push gives
+    // friction takes 0.4 N times half of the distance over which the push gives
     assert!((slid.applied_n - Vector3::new(-0.4, 0.0, 0.2)).norm() < 0.03, "{slid:?}");
     assert!(set(&slid, ClampFlags::ENERGY));
 }
@@ -138,7 +138,7 @@ fn a_strong_force_without_any_motion_of_the_encoder_is_gone_after_six_seconds() 
         last_n = record.applied_n.z;
     }
     assert_eq!((last_n, bench.cycle.mode()), (0.0, Mode::Degraded));
-    // motion in contact does not bring it back, a new contact does
+    // motion in contact does not restore the force, a new contact does
     bench.move_to(-4e-3, 0.05);
     assert_eq!(bench.tick().applied_n.z, 0.0);
     bench.move_to(CLEAR_M, 0.05);

@@ -6,8 +6,8 @@ use palpate::{Fault, Vector3};
 
 use crate::bench::{Bench, TICK_S, pushing};
 
-/// Judges a probe that is pushed outwards along `normal` with this force [N] while it moves in at
-/// these speeds [m/s], tick by tick.
+/// Runs a probe that is pushed outwards along `normal` with this force [N] while it moves in at
+/// these speeds [m/s], tick by tick; returns the tick of the fault.
 fn pushed(normal: Vector3<f32>, force_n: f32, speeds: impl Iterator<Item = f32>) -> Option<usize> {
     let mut runaway = Runaway::default();
     let mut judge = |inward: f32| runaway.judge(&(normal * (-inward * TICK_S)), 1.0 / TICK_S, &normal, &(normal * force_n));
@@ -51,8 +51,8 @@ fn a_hand_that_comes_to_rest_within_twenty_five_millimetres_is_no_runaway() {
 
 #[test]
 fn a_reading_that_comes_late_is_no_speed_that_is_gained() {
-    // every tenth reading is missing, and the next displacement is twice as long: the low-pass
-    // stands for all of the contact, not for its beginning alone
+    // every tenth reading is missing, and the next displacement is twice as long: the low-pass acts
+    // during the whole contact, not only at its beginning
     for m_per_s in [0.4, 0.6, 0.9] {
         let speeds = (0..250).map(|n| match n % 10 {
             8 => 0.0,
@@ -93,8 +93,8 @@ fn what_a_late_tick_catches_up_with_is_no_speed_that_is_gained() {
     (0..22).for_each(|_| assert_eq!(step(&mut bench, 1.45, 0).fault, None));
     for n in 0..8 {
         assert_eq!(step(&mut bench, 1.45, u16::from(n % 2 == 0)).fault, None, "tick {n}");
-        // half of the force after each late tick is still one that the probe is not to speed up
-        // against
+        // half of the force after each late tick is still strong enough for a gain in speed to
+        // count
         assert!(bench.device.drive_n.is_some_and(|force_n| force_n.z > 0.5), "tick {n}: {:?}", bench.device.drive_n);
     }
 }
@@ -107,7 +107,7 @@ fn late_ticks_hide_no_runaway() {
         bench.ticks(3);
         bench.arm();
         bench.ticks(600);
-        // an even press first: it proves the sign
+        // a steady press first, which proves the sign
         bench.wall.answer = Some(pushing(20e-3, 1.5));
         for _ in 0..40 {
             bench.device.sensed.position_m.z -= 0.1 * TICK_S;

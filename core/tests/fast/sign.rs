@@ -1,5 +1,5 @@
-//! A motor or an encoder with the wrong sign: the force is off during the first touch and a fault
-//! in the third, and a device with the right signs is not mistaken for one.
+//! A motor or an encoder with the wrong sign: the force is switched off during the first touch, the
+//! third touch ends in a fault, and a device with the right signs is not mistaken for one.
 
 use palpate::haptic::cycle::{Ask, Command, Telemetry};
 use palpate::haptic::mode::Mode;
@@ -10,8 +10,8 @@ use crate::bench::{Bench, CLEAR_M, TICK_S, set};
 /// Longest contact that is followed [ticks].
 const TICKS: usize = 400;
 
-/// A released handle of this mass [kg] enters at this speed [m/s], and the force acts on it with
-/// this sign, up to the tick in which the force is switched off.
+/// Lets a released handle of this mass [kg] enter at this speed [m/s] while the force acts on it
+/// with this sign, up to the tick in which the force is switched off.
 fn comes_in(bench: &mut Bench, mass_kg: f32, m_per_s: f32, sign: f32) -> Option<Telemetry> {
     let (mut z_m, mut speed) = (bench.move_to(0.2e-3, 0.2).position_m.z, -m_per_s);
     let mut felt = false;
@@ -19,7 +19,7 @@ fn comes_in(bench: &mut Bench, mass_kg: f32, m_per_s: f32, sign: f32) -> Option<
         let record = bench.at(z_m);
         let acts = record.applied_n != Vector3::zeros();
         felt |= acts;
-        // damping may take all of it from a probe that leaves
+        // damping may cancel the whole force on a probe that leaves
         let taken = felt && !acts && record.output.depth_m > 0.0 && record.mode == Mode::Degraded;
         if record.mode == Mode::Fault || taken {
             return Some(record);
@@ -33,7 +33,7 @@ fn comes_in(bench: &mut Bench, mass_kg: f32, m_per_s: f32, sign: f32) -> Option<
     None
 }
 
-/// The hand withdraws the probe.
+/// Withdraws the probe.
 fn goes_back(bench: &mut Bench) {
     bench.move_to(CLEAR_M, 0.2);
     bench.ticks(20);

@@ -8,7 +8,7 @@ const COUNT_M: f32 = 50e-6;
 /// Force per count, large enough to be felt [N].
 const FELT_N: f32 = 0.1;
 
-/// A toggle filter in front of a patch that answers with a force in proportion to what it is shown.
+/// A toggle filter in front of a patch whose force is in proportion to the position it is shown.
 struct Shown {
     toggle: Toggle,
     axis: usize,
@@ -56,7 +56,8 @@ fn a_flip_that_is_not_felt_is_shown_as_it_is_read() {
 
 #[test]
 fn what_is_shown_never_lags_by_more_than_a_count_and_a_third() {
-    // a linkage moves an axis by parts of two counts: mostly at 0, now and then at 1.5
+    // on a linkage an axis moves by parts of the counts of two joints: mostly at 0, now and then at
+    // 1.5
     for high in [1.0_f32, 1.2, 1.4, 1.5, 1.6, 2.0, 3.0] {
         let mut shown = Shown::new(0, FELT_N);
         for n in 0..600 {
@@ -104,7 +105,7 @@ fn two_turns_begin_the_mean_and_one_does_not() {
     }
 }
 
-/// A filter that has felt a force shake, but has read nothing yet.
+/// A filter to which a shaking force was reported, but no reading yet.
 fn shaken() -> Toggle {
     let mut toggle = Toggle::new(COUNT_M);
     (0..200_u8).for_each(|n| toggle.answered(&Vector3::new(0.0, f32::from(n % 2), 0.0)));
@@ -114,7 +115,7 @@ fn shaken() -> Toggle {
 #[test]
 fn the_first_reading_is_no_motion() {
     let mut toggle = shaken();
-    // the last of these is the first turn, wherever the first reading lies
+    // the last of these is the first reversal, wherever the first reading lies
     for counts in [1.0, 0.0, 1.0] {
         let read_m = Vector3::repeat(counts * COUNT_M);
         assert_eq!(toggle.show(&read_m), read_m, "{counts} counts");

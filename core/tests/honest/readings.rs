@@ -69,8 +69,8 @@ fn an_encoder_that_dies_under_a_strong_force_gives_none_after_six_seconds() {
     assert!(rig.go(site_m - normal * 3e-3, 0.05).unwrap() > 1.5, "the next contact is whole");
 }
 
-/// Relief halves the force within a second, before the five seconds are over: the remaining half
-/// was below the threshold and stayed for ever.
+/// Relief halves the force within a second, before the five seconds are over. The remaining half
+/// was once below the threshold and stayed for ever.
 #[test]
 fn an_encoder_that_dies_at_the_force_limit_gives_none_either() {
     let (mut rig, _) = pressed(100e3);

@@ -26,7 +26,7 @@ pub struct Scripted {
     pub missing: bool,
     /// The next reading is off by this [m].
     pub shift_m: Option<Vector3<f32>>,
-    /// Factor on the readings, from the middle of the workspace (1).
+    /// Scale of the readings about the middle of the workspace (1).
     pub scale: f32,
 }
 
@@ -70,7 +70,8 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// A patch of the repository, by its path there, with this modulus; no request made yet.
+    /// Creates a rig on a patch of the repository, given by its path there, with this modulus and
+    /// without any request.
     pub fn powered(patch: &str, youngs_modulus_pa: f32, count_m: f32) -> Self {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(patch);
         let bytes = std::fs::read(file).unwrap();

@@ -4,7 +4,7 @@ use palpate::Fault;
 
 use crate::rig::{CLEAR_M, Rig};
 
-/// Patches, and the largest distance from the site at which a slide begins on top of them [m].
+/// Patches, and for each the largest distance from the site at which a slide begins on its top [m].
 const PATCHES: [(&str, f32); 5] = [
     ("firmware/patches/block-m4f-168.patch", 10e-3),
     ("firmware/patches/liver-m4f-168.patch", 10e-3),
@@ -13,8 +13,8 @@ const PATCHES: [(&str, f32); 5] = [
     ("host-sim/patches/block-410.patch", 30e-3),
 ];
 
-/// A slide through the site: how deep [m], how fast [m/s], its acceleration [m/s^2], its angle to
-/// the tangent [rad], its distance before and behind the site [m].
+/// A slide through the site: depth [m], speed [m/s], acceleration [m/s^2], angle to the tangent
+/// [rad], and the distances from the site at which it begins and ends [m].
 #[derive(Clone, Copy, Debug)]
 struct Slide {
     depth_m: f32,

@@ -22,10 +22,10 @@ pub enum Ask {
     Clear,
 }
 
-/// Messages and findings since the last cycle.
+/// Messages of the host and findings of the board since the last cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Command {
-    /// The host gave a sign of life. A loop without a host says so every cycle.
+    /// The host gave a sign of life. A loop without a host sets this in every cycle.
     pub heard: bool,
     /// The request, if any.
     pub asked: Option<Ask>,
@@ -33,8 +33,8 @@ pub struct Command {
     pub found: Option<Fault>,
     /// Periods that passed without a new force since the last cycle: 0 if this one is in time.
     pub late_ticks: u16,
-    /// The hand switch is open or the pedal is up: no force, and no arming. Stays false on a board
-    /// whose profile names no such switch.
+    /// The hand switch is open or the pedal is up: no force, and no arming. It stays false on a
+    /// board whose profile names no such switch.
     pub operator_absent: bool,
 }
 
@@ -46,9 +46,9 @@ impl Command {
 /// Telemetry of one cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Telemetry {
-    /// Cycles begun, wrapping.
+    /// Number of cycles begun (wraps).
     pub tick: u32,
-    /// Mode at the end.
+    /// Mode at the end of the cycle.
     pub mode: Mode,
     /// Latched fault.
     pub fault: Option<Fault>,
@@ -69,7 +69,7 @@ pub struct Telemetry {
 }
 
 impl Telemetry {
-    /// A tick that has done nothing yet: a request counts as refused until it is followed.
+    /// Telemetry at the start of a tick: a request counts as refused until it is followed.
     pub(super) fn begin(tick: u32, mode: Mode, command: Command) -> Self {
         Self {
             tick,

@@ -1,4 +1,4 @@
-//! The model between a pose and a force: the patch, or a plain one to compare it with.
+//! Interface of the model that answers a pose with a force, and the patch as such a model.
 
 use crate::haptic::damping::hertz_slope_n_per_m;
 use crate::model::Model;
@@ -10,13 +10,14 @@ use crate::tick::tick;
 
 /// A model that answers a pose with a force: the patch, or a simpler one to compare it with.
 pub trait Renderer {
-    /// Runs one tick.
+    /// Computes the output for a pose; called once per tick.
     fn render(&mut self, pose: ProbePose) -> Output;
 
     /// Returns to rest and clears a fault of the renderer.
     fn reset(&mut self);
 
-    /// Stiffness along the normal at its latest answer [N/m].
+    /// Tangent stiffness along the normal for the latest output [N/m]; by default that of a Hertz
+    /// contact.
     fn tangent_n_per_m(&self, output: &Output) -> f32 {
         hertz_slope_n_per_m(output)
     }

@@ -7,7 +7,7 @@ use crate::haptic::limits::LoopLimitSettings;
 use crate::haptic::passivity::PassivitySettings;
 use crate::haptic::{Range, each_within};
 
-/// Conditions under which a force may begin, and the fall with which it ends.
+/// Conditions for arming, and the ramps with which a force begins and ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmingSettings {
     /// Arming continues only below this model force [N].
@@ -16,15 +16,15 @@ pub struct ArmingSettings {
     pub slow_m_per_s: f32,
     /// Calm ticks in a row that arming and clearing a fault require.
     pub calm_ticks: u16,
-    /// Growth of the gain per tick after arming (1), in free space: one over the ticks of ramp-in.
+    /// Rise of the gain per tick after arming (1), in free space: one over the ticks of ramp-in.
     pub ramp_in_per_tick: f32,
-    /// Fall of the gain per tick at the force limit (1).
+    /// Fall of the relief gain per tick while the force is at its limit (1).
     pub relief_per_tick: f32,
-    /// Smallest factor of the force at which that fall ends (1).
+    /// Smallest relief gain (1).
     pub least_relief: f32,
-    /// Ticks of silence after which the host is lost.
+    /// Ticks of silence after which the host counts as lost.
     pub silence_ticks: u16,
-    /// Ticks in which `SafeRamp` ends every force.
+    /// Ticks within which `SafeRamp` brings any force to zero.
     pub ramp_ticks: u16,
 }
 
@@ -40,8 +40,9 @@ static RANGES: [Range; 8] = [
 ];
 
 impl ArmingSettings {
-    /// Weaker than 0.2 N and slower than 0.5 m/s for 100 ticks, full gain after 500 ticks outside;
-    /// a silent host is lost after 20 ticks and any force gone 120 later.
+    /// Arming requires a force below 0.2 N and a speed below 0.5 m/s for 100 ticks; the gain is
+    /// full after 500 ticks outside; a silent host counts as lost after 20 ticks, and any force is
+    /// zero 120 ticks later.
     pub const DEFAULT: Self = Self {
         weak_n: 0.2,
         slow_m_per_s: 0.5,
@@ -56,7 +57,7 @@ impl ArmingSettings {
     /// Checks every number.
     ///
     /// # Errors
-    /// [`BuildError::OutOfRange`] names it.
+    /// [`BuildError::OutOfRange`] names the first number out of its range.
     pub fn check(&self) -> Result<(), BuildError> {
         let ticks = [self.calm_ticks, self.silence_ticks, self.ramp_ticks].map(f32::from);
         let [calm, silence, ramp] = ticks;
@@ -71,10 +72,10 @@ impl Default for ArmingSettings {
     }
 }
 
-/// Everything the loop is built from.
+/// Everything that the loop is built from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// The tick [s].
+    /// Period of the loop, the tick [s].
     pub tick_s: f32,
     /// Limits, from the device's profile.
     pub limits: LoopLimitSettings,

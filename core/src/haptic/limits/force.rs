@@ -2,9 +2,9 @@
 //!
 //! The vector is shortened, never clipped per axis, which would turn it. The slew limit applies to
 //! growth alone: the part of the last force that the new one no longer contains is dropped at once,
-//! and the rest is approached at the slew rate at most. So it never makes a force larger than the
-//! wanted one and never pushes a hand that leaves; a limit in both directions creates hundreds of
-//! millijoules.
+//! and the rest is approached at the slew rate at most. So the limit never makes a force larger
+//! than the wanted one and never pushes a hand that leaves; a limit in both directions creates
+//! hundreds of millijoules.
 //!
 //! * in: wanted force [N], cap [N]
 //! * out: force [N], and the limits that acted
@@ -26,7 +26,7 @@ pub struct Limited {
     pub limiters: ClampFlags,
 }
 
-/// Watches the forces.
+/// Limits the force and watches for implausible and for saturated forces.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ForceLimiter {
     last_n: Vector3<f32>,
@@ -68,7 +68,8 @@ impl ForceLimiter {
         }
     }
 
-    /// The force to apply: no larger than the limit and `cap_n`, grown by no more than the slew.
+    /// Returns the force to apply: no larger than the limit and `cap_n`, grown by no more than the
+    /// slew limit allows.
     ///
     /// # Errors
     /// [`Fault::ForceNotFinite`].
@@ -104,13 +105,13 @@ impl ForceLimiter {
         *self = Self::default();
     }
 
-    /// Force that left last [N].
+    /// Force that was output last [N].
     #[must_use]
     pub fn last_n(&self) -> Vector3<f32> {
         self.last_n
     }
 
-    /// Whether the force was at the limit for longer than `saturated_ticks`.
+    /// Whether the model's force was at the limit for longer than `saturated_ticks`.
     #[must_use]
     pub fn strained(&self, limits: &LoopLimits) -> bool {
         self.saturated > limits.values.saturated_ticks

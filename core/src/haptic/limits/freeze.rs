@@ -3,10 +3,10 @@
 //! A probe that moves at 0.2 m/s for three ticks and then reads the same count again and again was
 //! stopped within a tick: 200 m/s^2, or nine newtons on a stylus, which no tissue exerts. A hand
 //! slows down first: if the last displacement is so much shorter than the one before it that the
-//! next would be slow, the stop is no dead stop. One fast reading alone is a glitch. An encoder
-//! that sticks while the hand rests cannot be distinguished from a resting hand: with friction both
-//! look alike. The force is then held; the first implausible displacement once the encoder recovers
-//! is a fault of [`super::pose`].
+//! next would be slow, the stop is not a dead stop. One fast reading alone is a glitch. An encoder
+//! that sticks while the hand rests cannot be distinguished from a resting hand, since with
+//! friction both look alike. The force then stays; the first implausible displacement once the
+//! encoder recovers is a fault of [`super::pose`].
 //!
 //! * in: the displacement between two readings [m], the position
 //! * out: nothing
@@ -18,9 +18,9 @@ use nalgebra::Vector3;
 use super::LoopLimits;
 use crate::fault::Fault;
 
-/// Speed along an axis that cannot come to rest within a tick [m/s].
+/// Speed along an axis from which a probe cannot come to rest within a tick [m/s].
 const FAST_M_PER_S: f32 = 0.2;
-/// Readings in a row that have to be as fast as [`FAST_M_PER_S`], in one direction.
+/// Number of readings in a row that have to be as fast as [`FAST_M_PER_S`], in one direction.
 const MOVING: u8 = 3;
 /// Least such speed in counts per tick (1): a coarse encoder makes a slow hand look fast now and
 /// then.
@@ -28,30 +28,32 @@ const FAST_COUNTS: f32 = 2.5;
 /// Next displacement, extrapolated from the last two, up to which equal readings are plausible, in
 /// counts (1): less than one count, plus an extrapolation error of less than three.
 const UNSEEN_COUNTS: f32 = 3.5;
-/// Largest deceleration of a hand [m/s^2], and how many counts more than its displacement of one
-/// tick the last displacement of a braking hand may read (1): one count of motion that is no longer
-/// read and one of rounding, less a quarter, so that three counts per tick of a coarse encoder do
-/// not pass for braking.
+/// Largest deceleration of a hand [m/s^2].
 const BRAKES_M_PER_S2: f32 = 200.0;
+/// Number of counts by which the last displacement of a braking hand may read longer than that
+/// deceleration allows within one tick (1): one count of motion that is no longer read and one of
+/// rounding, less a quarter, so that three counts per tick of a coarse encoder do not pass for
+/// braking.
 const BRAKED_COUNTS: f32 = 1.75;
-/// Number of equal readings in a row after that which is a fault.
+/// Number of equal readings in a row, after the motion, that is a fault.
 const EQUAL: u8 = 3;
 /// Within this distance of the end of the workspace a hard stop may have stopped the probe [m].
 const STOP_M: f32 = 2e-3;
 
-/// Watches each axis.
+/// Watches the readings of each axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Freeze {
-    /// Fast readings in a row of each axis, negative in the negative direction.
+    /// Number of fast readings in a row of each axis, negative in the negative direction.
     moving: [i8; 3],
-    /// Equal readings since then.
+    /// Number of equal readings since then.
     equal: [u8; 3],
     /// The two last displacements per tick of each axis that were not zero, the newest first [m].
     last_m: [[f32; 2]; 3],
 }
 
 impl Freeze {
-    /// Takes a new reading, `displacement_m` from the one before, which is `ticks` older.
+    /// Judges a new reading, displaced by `displacement_m` from the last accepted one, which is
+    /// `ticks` older.
     ///
     /// # Errors
     /// [`Fault::SensorFault`], if a force acts: without one a stuck reading does no harm.
@@ -186,7 +188,7 @@ mod tests {
         };
         (0..4).for_each(|_| assert_eq!(last(0.3e-3, 1), Ok(())));
         assert_eq!([last(0.0, 1), last(0.0, 1), last(0.0, 2)], [Ok(()), Ok(()), Err(Fault::SensorFault)]);
-        // one count less than before is still even
+        // a last displacement shorter by one count still counts as an even motion
         assert_eq!(ends([0.33e-3, 0.33e-3, 0.33e-3, 0.275e-3]), Err(Fault::SensorFault));
     }
 

@@ -1,11 +1,12 @@
 //! Accepts, holds or rejects each sensor reading.
 //!
 //! A single reading that no hand can have caused is a glitch: the last good pose is held, so that
-//! it does not affect the force. Two in a row are a hand out of control or a broken sensor.
-//! Displacement is measured from the last *believed* pose, so a jump there and back counts once.
+//! the glitch does not affect the force. Two in a row mean a hand out of control or a broken
+//! sensor. Displacement is measured from the last *accepted* pose, so a jump there and back counts
+//! once.
 //!
 //! Bad readings between good ones are counted as well: more than one in twenty missing, or more
-//! than one in twenty jumping while a force acts, is a broken cable or encoder, whatever the
+//! than one in twenty jumping while a force acts, means a broken cable or encoder, whatever the
 //! readings between them say.
 //!
 //! * in: a reading, whether a force acts on the hand
@@ -22,7 +23,7 @@ use crate::fault::Fault;
 use crate::haptic::device::{Sensed, SensorStatus};
 use crate::haptic::length;
 
-/// A believed pose.
+/// A pose that was accepted or held.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Tip [m], patch frame.
@@ -31,16 +32,16 @@ pub struct Pose {
     pub held: bool,
 }
 
-/// Watches the readings.
+/// Accepts, holds or rejects the readings, one per tick.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PoseGate {
     believed_m: Option<Vector3<f32>>,
     sequence: Option<u32>,
     /// Ticks since a new reading came.
     age_ticks: u16,
-    /// Ticks since a reading was believed.
+    /// Ticks since a reading was accepted.
     since_ticks: u16,
-    /// Unbelievable readings in a row.
+    /// Implausible readings in a row.
     odd: u16,
     /// Readings that are missing, and readings that jumped while a force acted.
     missing: Share,
@@ -59,7 +60,7 @@ const TOO_MANY: u16 = 500;
 struct Share(u16);
 
 impl Share {
-    /// Runs one tick; true if it happened too often lately.
+    /// Runs one tick; returns true if the event has happened too often lately.
     fn count(&mut self, bad: bool) -> bool {
         self.0 = self.0.saturating_sub(1);
         if bad && self.0 <= TOO_MANY {
@@ -70,15 +71,16 @@ impl Share {
 }
 
 impl PoseGate {
-    /// Takes one reading per tick. After a fault the next good reading is believed wherever it is.
+    /// Takes one reading per tick. After a fault the next good reading is accepted wherever it is.
     ///
     /// # Errors
-    /// See the module. `force_acts` decides whether speed is a fault: without a force a fast hand
+    /// See the module. `force_acts` decides whether speed is a fault: without a force, a fast hand
     /// is merely tracked.
     pub fn admit(&mut self, limits: &LoopLimits, sensed: &Sensed, force_acts: bool) -> Result<Pose, Fault> {
         let answer = self.judge(limits, sensed, force_acts);
         if answer.is_err() {
-            // sequence numbers too: a sensor or a host that restarts may count from any number
+            // this resets the sequence number too: a sensor or a host that restarts may count from
+            // any number
             *self = Self::default();
         }
         answer
@@ -115,7 +117,7 @@ impl PoseGate {
         if let Some(position_m) = self.believed_m {
             let most_m = limits.displacement_m * f32::from(self.since_ticks) + limits.counts_m;
             let jumped = length(&(sensed.position_m - position_m)) > most_m;
-            // a hand in free space may be faster than any that feels a force
+            // in free space a hand may be faster than one that feels a force
             if self.jumps.count(jumped && force_acts) && force_acts {
                 return Err(Fault::SensorFault);
             }
@@ -150,7 +152,7 @@ mod tests {
         Sensed { position_m: Vector3::new(0.0, 0.0, z_m), sequence, status: SensorStatus::Good }
     }
 
-    /// A gate that believes z = 0, sequence 0.
+    /// A gate that has accepted z = 0 with the sequence number 0.
     fn gate() -> PoseGate {
         let mut gate = PoseGate::default();
         gate.admit(&limits(), &at(0.0, 0), true).unwrap();

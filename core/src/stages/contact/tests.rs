@@ -30,7 +30,7 @@ impl Numbers {
     }
 }
 
-/// The tips that are not round, to be rotated.
+/// Shapes that are not round; the tests turn them.
 #[cfg(feature = "long-tips")]
 fn long() -> [ProbeShape; 2] {
     let along = Vector3::zeros();
@@ -42,7 +42,7 @@ fn long() -> [ProbeShape; 0] {
     []
 }
 
-/// A tip that lies along a direction, if it is not round.
+/// Turns a shape that is not round, so that it lies along a direction.
 #[cfg_attr(not(feature = "long-tips"), expect(unused_variables, reason = "all are round"))]
 fn turned(shape: ProbeShape, along: Vector3<f32>) -> ProbeShape {
     match shape {
@@ -54,8 +54,9 @@ fn turned(shape: ProbeShape, along: Vector3<f32>) -> ProbeShape {
     }
 }
 
-/// Points whose box, widened by a distance [m] on every side, is the box around a probe at all of
-/// `ends`: centres of balls, both ends of a capsule's segments, or corners around an ellipsoid.
+/// Points and a distance [m]: the box around the points, widened by the distance on every side, is
+/// the box around a probe at all of `ends`. The points are centres of balls, both ends of a
+/// capsule's segments, or corners around an ellipsoid.
 fn spread(probe: &Probe, ends: Vec<Vector3<f32>>) -> (Vec<Vector3<f32>>, f32) {
     #[cfg(feature = "long-tips")]
     let both =
@@ -69,8 +70,8 @@ fn spread(probe: &Probe, ends: Vec<Vector3<f32>>) -> (Vec<Vector3<f32>>, f32) {
     }
 }
 
-/// Calls `check` with a state that has been outside, a motion to change, and a source of numbers,
-/// for every shape and several axes.
+/// Calls `check` for every shape and several axes, with a state whose probe has been outside, a
+/// motion that the test may change, and a source of random numbers.
 fn with_probes(mut check: impl FnMut(&Model, &Tuned, &mut State, Motion, &mut Numbers)) {
     let file = PatchFile::open(&BLOCK.0).unwrap();
     let model = &file.model;

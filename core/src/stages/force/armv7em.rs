@@ -1,14 +1,14 @@
 //! Springs and volume for the Cortex-M4F and M7, in assembly.
 //!
-//! The Rust forms in `spring::by_rows` and `volume` define what is computed; this is the same sum
-//! in the same order, hence the same bits (`board_and_desktop_give_the_same_bits`). The compiler
-//! loads a node word by word at two cycles each, for it does not give consecutive registers to
-//! values that are gathered; here a node is loaded in one instruction at one cycle per word, and
-//! wherever possible another instruction stands between a result and its use.
+//! The Rust versions in `spring::by_rows` and `volume` define what is computed; this code adds the
+//! same sum in the same order, hence the same bits (`board_and_desktop_give_the_same_bits`). The
+//! compiler loads a node word by word at two cycles each, because it does not assign consecutive
+//! registers to gathered values. Here a node is loaded in one instruction at one cycle per word,
+//! and wherever possible another instruction separates a result from its use.
 //!
-//! Sound for every model, checked or not: [`measure`] and [`springs`] check each index before they
-//! use it and stop at the first one out of range, as the Rust forms do. [`Measured`] is the proof
-//! that spares [`push`] a second check.
+//! This is sound for every model, checked or not: [`measure`] and [`springs`] check each index
+//! before they use it and stop at the first one out of range, as the Rust versions do. [`Measured`]
+//! is the proof that spares [`push`] a second check.
 //!
 //! * in: positions
 //! * out: adds to `node.f`, `node.p`
@@ -32,16 +32,16 @@ const _: () = assert!(size_of::<Tet>() == 20 && offset_of!(Tet, six_volume_recip
 const _: () = assert!(offset_of!(Tet, bulk) == 12 && offset_of!(Tet, barrier) == 16);
 const _: () = assert!(size_of::<Spring>() == 12 && offset_of!(Spring, j) == 2);
 const _: () = assert!(offset_of!(Spring, k) == 4 && offset_of!(Spring, k_rest) == 8);
-// what `vmov` holds as a constant
+// the constant in a `vmov` instruction below
 const _: () = assert!(BARRIER_SLOPE == 2.5);
 
-/// Last index of a non-empty array, up to the largest that the assembly can use: `smlabb` takes an
-/// index for a signed half-word.
+/// Index of the last node, `None` without nodes, and never larger than the assembly can use:
+/// `smlabb` treats an index as a signed half-word.
 fn last(nodes: &[Node]) -> Option<u32> {
     Some(nodes.len().checked_sub(1)?.min(i16::MAX.unsigned_abs().into()) as u32)
 }
 
-/// Tets all of whose corners are among this many nodes.
+/// Tets whose corners are all among this many nodes.
 #[derive(Clone, Copy)]
 pub(super) struct Measured<'a> {
     tets: &'a [Tet],
@@ -59,7 +59,7 @@ pub(super) fn measure<'a>(tets: &'a [Tet], state: &mut State) -> Option<Measured
 
 /// Pushes every tet's nodes along its volume gradients.
 pub(super) fn push<const BARRIER: bool>(Measured { tets, nodes }: Measured, state: &mut State) {
-    // nothing is below minus infinity
+    // no volume ratio is below minus infinity, so the barrier never acts
     let barrier_below = if BARRIER { BARRIER_BELOW } else { f32::NEG_INFINITY };
     if !tets.is_empty() && nodes == state.nodes.len() {
         // SAFETY: reads `tets` from end to end; writes `f` of their corners, which `measure` found
@@ -79,8 +79,8 @@ struct Rows {
     node: *mut Node,
 }
 
-/// Adds the forces of all springs, one node at a time; springs compressed beyond `1 - onset` of
-/// their length are stiffer by `chi`.
+/// Adds the forces of all springs, one node at a time; springs shorter than `onset` times their
+/// rest length have `chi` times their own stiffness in addition.
 pub(super) fn springs(model: &Model, nodes: &mut [Node], onset: f32, chi: f32) {
     let Model { springs, spring_rows: rows, .. } = model;
     let rows = rows.get(..nodes.len()).unwrap_or(rows);

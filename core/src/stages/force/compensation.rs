@@ -1,9 +1,9 @@
 //! Compression compensation as a conservative force.
 //!
 //! The papers push over-compressed springs apart by moving their ends (000 eq 8; 004 eqs 11-13).
-//! That acts as a stiffness of about m/dt^2: the force then depends on the step, by up to +2800 %
-//! as measured. Here the same intent is an energy, so the force depends on the tissue alone. Both
-//! laws are used inside the loops of `spring` and `volume`, at the cost of a few instructions.
+//! That acts as a stiffness of about m/dt^2, so the force depends on the time step (measured: by up
+//! to +2800 %). Here the same intent is an energy, so the force depends on the tissue alone. Both
+//! laws are evaluated inside the loops of `spring` and `volume`, at the cost of a few instructions.
 //!
 //! * in: a spring's length and constants, or a tet's share of its rest volume
 //! * out: the force or pressure to add
@@ -13,8 +13,8 @@ use crate::lanes::Lanes;
 
 /// Below this share of its rest volume a tet is pushed open.
 pub const BARRIER_BELOW: f32 = 0.4;
-/// Slope of the barrier, one over [`BARRIER_BELOW`]: the barrier grows linearly, since with growth
-/// as `1 / J` the step would be too long for it just when a tap needs it.
+/// Slope of the barrier, one over [`BARRIER_BELOW`]. The barrier grows linearly: if it grew as
+/// `1 / J`, the step would be too long for a stable barrier just when a tap needs one.
 pub(super) const BARRIER_SLOPE: f32 = 1.0 / BARRIER_BELOW;
 
 /// Extra force per length over E of a spring shorter than `onset` times its rest length: `chi k

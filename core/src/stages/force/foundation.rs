@@ -1,24 +1,25 @@
 //! Contact as a soft sub-element foundation.
 //!
-//! Four fixed points on every surface triangle, nine where triangles are large beside the probe,
-//! sixteen where they are large beside the smallest contact (not on boards, whose images have no
-//! room for a third copy). A point inside the probe by `pen` is pushed out along the probe's normal
-//! by `f/E = k pen (1 + s pen)`; the push is shared to the triangle's nodes and its opposite is the
-//! force on the probe. It represents the local indentation that a flat element cannot have: it is
-//! part of the tissue, not a penalty, and it is smooth when the probe slides over nodes (node
-//! projection ripples 10-36 %, this 2-6 %).
+//! Every surface triangle has four fixed points, nine if triangles are large relative to the probe,
+//! and sixteen if they are large relative to the smallest contact (not on boards, whose images have
+//! no room for a third copy of the code). A point inside the probe by `pen` is pushed out along the
+//! probe's normal by `f/E = k pen (1 + s pen)`; the push is distributed to the triangle's nodes,
+//! and its opposite is the force on the probe. The foundation represents the local indentation that
+//! a flat element cannot have: it is part of the tissue, not a penalty, and its force stays smooth
+//! when the probe slides over nodes (with node projection it ripples by 10-36 %, with the
+//! foundation by 2-6 %).
 //!
-//! The pushes are summed at the nodes, and there the sum is taken at the *end* of the substep
-//! (`implicit`): contact neither sets the step nor needs a mass of its own. Its dashpot acts
-//! between probe and node, and it never pulls.
+//! The pushes are summed at the nodes, where the sum is evaluated at the *end* of the substep
+//! (`implicit`), so contact neither limits the step nor needs a mass of its own. The dashpot of the
+//! contact acts between probe and node, and the contact never pulls.
 //!
-//! In tissue that relaxes the foundation fades with the tissue below it. It is in series with the
+//! In tissue that relaxes, the foundation fades with the tissue below it. It is in series with the
 //! node, so both have carried the same force and share one memory ([`super::relaxation`]): a push
-//! is the elastic one less what has faded at its node. A point whose push has faded to zero has
-//! lost contact, so a dent lags behind a probe that leaves.
+//! is the elastic push minus the part that has faded at its node. A point whose push has faded to
+//! zero has lost contact, so the dent behind a probe that leaves recovers with a delay.
 //!
 //! * in: candidates of `contact`, positions, velocities, the probe
-//! * out: adds to `node.f`; the load on the probe
+//! * out: adds to `node.f`; the probe's load on the tissue
 //! * cost (M4F, estimated): about 300 cycles per touched triangle with four points
 //! * may fail: never
 
@@ -44,23 +45,23 @@ use crate::model::Model;
 use crate::params::{Probe, ProbeShape, Tuned};
 use crate::state::{Faded, Node, State, node};
 
-/// Radius of the flat probe's rounded edge, as a share of its own: with a sharp one the force jumps
-/// when a point slips over it, and the tissue never comes to rest.
+/// Radius of the flat probe's rounded edge, as a share of the probe's radius (1). With a sharp edge
+/// the force jumps when a point slips over it, and the tissue never comes to rest.
 pub const FLAT_EDGE: f32 = 1.0 / 16.0;
 
-/// Load on the tissue.
+/// Load of the probe on the tissue.
 #[derive(Clone, Copy, Debug)]
 pub struct Load {
     /// Force on the *tissue* over E [N/Pa].
     pub force: Vector3<f32>,
-    /// Sum of push lengths over E [N/Pa]: the weight of the two sums below.
+    /// Sum of the magnitudes of the pushes over E [N/Pa]: the weight of the two sums below.
     pub push: f32,
     /// Push-weighted sum of contact points, deformed [N/Pa m].
     pub point: Vector3<f32>,
     /// Push-weighted sum of contact points, at rest [N/Pa m].
     pub rest: Vector3<f32>,
-    /// Largest push on one surface triangle over E [N/Pa], and that triangle; that of the last tick
-    /// counts a quarter more.
+    /// Largest push on one surface triangle over E [N/Pa], and the index of that triangle. The push
+    /// on the triangle of the last tick counts a quarter more.
     pub strongest: (f32, u16),
     /// The surface has closed over a tip without a handle.
     pub covered: bool,
@@ -84,15 +85,15 @@ impl Load {
     }
 }
 
-/// How much stronger another triangle has to be before it replaces the last tick's (1): two equal
-/// ones took turns, and the depth limit with them.
+/// Factor by which another triangle's push has to exceed that of the last tick's triangle to
+/// replace it (1). Without it, two equal triangles took turns, and the depth limit with them.
 const KEPT: f32 = 1.25;
 const ZERO: Vector3<f32> = Vector3::new(0.0, 0.0, 0.0);
 #[cfg(feature = "long-tips")]
 const THIRD: f32 = 1.0 / 3.0;
 
 /// Pushes the surface out of the probe.
-// as with `integrate::advance`: inlined, it would take registers from the code around it
+// as with `integrate::advance`: inlining it would take registers from the code around it
 #[cfg_attr(any(feature = "stage-cost", target_os = "none"), inline(never))]
 pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, velocity_m_per_s: Vector3<f32>) -> Load {
     let mut load = push::<false>(model, tuned, state, tip_m);
@@ -100,8 +101,8 @@ pub fn press(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32
     load
 }
 
-/// Sums the pushes at the nodes; if `STIFFENED`, half of every node's factor is in `node.p`, all
-/// candidates touch, and whether the probe is covered is left to the caller.
+/// Sums the pushes at the nodes. With `STIFFENED`, half of every node's stiffening factor is in
+/// `node.p`, all candidates touch, and the caller determines whether the probe is covered.
 #[inline(always)]
 pub(crate) fn push<const STIFFENED: bool>(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> Load {
     let centre = centre_m(&tuned.probe, tip_m);
@@ -118,7 +119,7 @@ pub(crate) fn push<const STIFFENED: bool>(model: &Model, tuned: &Tuned, state: &
     load
 }
 
-/// Takes the summed pushes at the end of the substep and completes the load.
+/// Evaluates the summed pushes at the end of the substep and completes the load.
 #[inline(always)]
 pub(super) fn answer(
     model: &Model,
@@ -164,7 +165,8 @@ fn press_points<P: Points<Q>, const Q: usize, const STIFFENED: bool>(
         if !touches || !STIFFENED && turned_away(corners, lift, probe) {
             continue;
         }
-        // half of the stiffening factor of the tissue around, and half of the unstiffened one
+        // the half that stiffens with the tissue; the other half of the point's stiffness is
+        // constant
         let stiffer = P::at(if STIFFENED { [na.p, nb.p, nc.p] } else { [0.0; 3] });
         // built in place: zeroing the array first costs 800 instructions per tick
         let pushed = core::array::from_fn::<_, Q, _>(|n| {
@@ -190,7 +192,7 @@ fn press_points<P: Points<Q>, const Q: usize, const STIFFENED: bool>(
     }
 }
 
-/// [`settle`] for tissue that relaxes or a probe with friction.
+/// Runs [`settle`] for tissue that relaxes or for a probe with friction.
 #[inline(never)]
 fn settle_remembering(
     model: &Model,
@@ -200,7 +202,8 @@ fn settle_remembering(
     velocity_m_per_s: Vector3<f32>,
 ) -> Load {
     let mut load = Load::NONE;
-    // each copy takes 2 KB of a board's flash: in relaxing tissue friction is tested at every node
+    // each copy takes 2 KB of a board's flash, so relaxation has no copy without friction: there
+    // friction is tested at every node
     if tuned.relaxes() {
         settle::<true, true>(model, tuned, state, centre, velocity_m_per_s, &mut load);
         relaxation::fade(tuned, state);
@@ -210,9 +213,10 @@ fn settle_remembering(
     load
 }
 
-/// Takes the push at every touched node at the end of the substep. If `RELAXING`, it is left in
-/// `node.pass` for [`relaxation::fade`]: what fades is the elastic force alone. If `RUBBING`, the
-/// force along the surface is treated likewise; the load on the probe contains the push alone.
+/// Evaluates the push at every touched node at the end of the substep. With `RELAXING` the push is
+/// left in `node.pass` for [`relaxation::fade`], which fades only the elastic forces. With
+/// `RUBBING` the force along the surface is treated in the same way; the load contains the push
+/// alone.
 #[inline(always)]
 fn settle<const RELAXING: bool, const RUBBING: bool>(
     model: &Model,
@@ -283,10 +287,10 @@ fn settle<const RELAXING: bool, const RUBBING: bool>(
 }
 
 /// A node's push at the *end* of the substep, over E [N/Pa]: `f1 = (f0 - K (dt n.v + b n.F - beta
-/// dt n.V)) / (1 + K b)`, with f0 the push where the node is, K its slope, F the sum of the other
-/// forces on it, b its displacement per force, V the probe's velocity. A node at rest carries f0,
-/// so statics are unaffected. It never pulls. Also returns the share `1 / (1 + K b)` of other
-/// motions that is left to the node (1).
+/// dt n.V)) / (1 + K b)`. Here f0 is the push at the node's present position, K its slope, F the
+/// sum of the other forces on the node, b the node's displacement per force, and V the probe's
+/// velocity. A node at rest carries f0, so statics are unaffected. The push never becomes a pull.
+/// Also returns the share `1 / (1 + K b)` of other motions that is left to the node (1).
 #[inline(always)]
 fn implicit(node: &Node, step: f32, tuned: &Tuned, probe_m_per_s: Vector3<f32>) -> (Vector3<f32>, f32, f32) {
     let push = vector(&node.pass);
@@ -305,9 +309,9 @@ fn implicit(node: &Node, step: f32, tuned: &Tuned, probe_m_per_s: Vector3<f32>) 
     (normal * f, f, 1.0 / resists)
 }
 
-/// As `implicit`, with the push `q = C p - n.s` of an elastic push p at the end of the substep, C
-/// its answer at once and s what has faded at the node, and with C F + s in place of F. A node at
-/// rest carries `C f0 - n.s`.
+/// Like `implicit`, for the push `q = C p - n.s`, where p is the elastic push at the end of the
+/// substep, C its immediate response and s the part that has faded at the node; F is replaced by
+/// `C F + s`. A node at rest carries `C f0 - n.s`.
 #[inline(always)]
 fn implicit_relaxing(
     node: &Node,
@@ -335,10 +339,11 @@ fn implicit_relaxing(
 }
 
 /// Whether a triangle cannot be pressed from the probe's position: the point one radius above the
-/// tip, at `lift` from the probe's centre, is behind it, or it faces away from the handle by more
-/// than 30 degrees. A probe that entered elsewhere would push such a surface out of the tissue and
-/// be pulled into it. For a capsule the nearest point of the segment is used, for an ellipsoid the
-/// shortest way out; like a full sphere they have no handle.
+/// tip, at `lift` from the probe's centre, is behind the triangle, or the triangle's normal is more
+/// than 120 degrees from the axis of a probe with a handle. A probe that entered elsewhere would
+/// push such a surface out of the tissue and be pulled into it. For a capsule the vector from the
+/// nearest point of the segment is used instead, for an ellipsoid its gradient; like a full sphere,
+/// these have no handle.
 #[inline(always)]
 pub(crate) fn turned_away([a, b, c]: [Vector3<f32>; 3], lift: Vector3<f32>, probe: &Probe) -> bool {
     let normal = (b - a).cross(&(c - a));
@@ -355,8 +360,8 @@ pub(crate) fn turned_away([a, b, c]: [Vector3<f32>; 3], lift: Vector3<f32>, prob
     down || arm.dot(&normal) > 0.0
 }
 
-/// Whether the surface has slipped past the widest part of the probe and closed above it: the axis
-/// leaves the centre through a triangle, within a radius.
+/// Whether the surface has slipped past the widest part of the probe and closed above it: a line
+/// from the centre along the axis passes through a triangle within one radius.
 #[inline(never)]
 pub(super) fn covered(model: &Model, state: &State, centre: Vector3<f32>, probe: &Probe) -> bool {
     let near = state.candidates.iter().take(state.near).filter_map(|&index| model.triangles.get(usize::from(index)));
@@ -392,8 +397,8 @@ pub(crate) fn centre_m(probe: &Probe, tip_m: Vector3<f32>) -> Vector3<f32> {
     }
 }
 
-/// Depth of a point inside the probe [m] and the unit vector that leads it out; `d` is the point
-/// relative to the probe's centre [m].
+/// Depth of a point inside the probe [m] and the unit vector along which it leaves the probe;
+/// `None` outside. `d` is the point relative to the probe's centre [m].
 #[inline(always)]
 pub(crate) fn penetration(probe: &Probe, shaft: bool, mut d: Vector3<f32>) -> Option<(f32, Vector3<f32>)> {
     let r = probe.radius_m;
@@ -403,8 +408,8 @@ pub(crate) fn penetration(probe: &Probe, shaft: bool, mut d: Vector3<f32>) -> Op
             let edge = FLAT_EDGE * r;
             let off_axis = d - probe.axis * along;
             let square = off_axis.dot(&off_axis);
-            // without a shaft the cylinder is as long as it is wide: below the tissue it touches
-            // nothing from behind
+            // without a shaft the cylinder ends one radius above the face, so that below the tissue
+            // it touches no surface from behind
             if along <= 0.0 || square >= r * r || (!shaft && along > r) {
                 return None;
             }
@@ -419,8 +424,8 @@ pub(crate) fn penetration(probe: &Probe, shaft: bool, mut d: Vector3<f32>) -> Op
             let length = sqrt(arm.dot(&arm));
             return (length < edge).then(|| (edge - length, if length > 0.0 { arm * (1.0 / length) } else { -probe.axis }));
         }
-        // above the half-sphere there is a cylinder where the tip went in; elsewhere only the ball
-        // touches
+        // above the half-sphere there is a cylinder if the tip is in the tissue; otherwise only the
+        // ball touches
         ProbeShape::Hemisphere if along > 0.0 && shaft => d -= probe.axis * along,
         #[cfg(feature = "long-tips")]
         ProbeShape::Capsule { length_m, along } => d = tip::from_segment(d, length_m, along),

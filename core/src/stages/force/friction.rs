@@ -1,18 +1,18 @@
 //! Friction: a bristle between the probe and every touched node, which gives way at Coulomb's
 //! limit.
 //!
-//! The node is held to the probe by a spring along the surface, and that spring bears at most mu
-//! times the node's own push. Beyond that, the node slips. It is softer than the foundation by the
-//! ratio of a half-space's stiffness along its surface to that across it, `2 (1 - nu) / (2 - nu)`:
-//! a probe that sticks then feels the stiffness of a glued disc. The bristle's root is a *place on
+//! The node is held to the probe by a spring along the surface, which carries at most mu times the
+//! node's own push; beyond that, the node slips. The spring is softer than the foundation by the
+//! ratio of a half-space's stiffness along its surface to that across it, `2 (1 - nu) / (2 - nu)`,
+//! so a probe that sticks feels the stiffness of a glued disc. The bristle's root is a *place on
 //! the probe*, so that a hold neither drifts nor relaxes (Hayward, Armstrong, A new computational
 //! model of friction applied to haptic rendering, Experimental Robotics VI, 2000). Partial slip
 //! arises because the nodes at the edge of a contact slip before those in its middle.
 //!
-//! It is evaluated at the *end* of the substep like the push ([`super::foundation`]), with the same
-//! slope, so friction needs no shorter step. It creates no energy: a bristle that slips gets
-//! shorter; one whose slope grows, because more points touch, keeps its force; one whose slope
-//! falls keeps its length; one that loses contact is removed.
+//! The force of a bristle is evaluated at the *end* of the substep like the push
+//! ([`super::foundation`]), with the same slope, so friction needs no shorter step. It creates no
+//! energy: a bristle that slips gets shorter; one whose slope grows, because more points touch,
+//! keeps its force; one whose slope falls keeps its length; one that loses contact is removed.
 //!
 //! * in: the push of a node with its slope and normal, its motion and that of the probe
 //! * out: the force along the surface on that node; the bristle
@@ -27,9 +27,9 @@ use crate::params::Tuned;
 /// The bristle of a node.
 #[derive(Clone, Copy, Debug)]
 pub struct Bristle {
-    /// Root on the probe, from the probe's centre [m].
+    /// Position of the root on the probe, relative to the probe's centre [m].
     root_m: Vector3<f32>,
-    /// Stiffness of the bristle over E in the last substep [m]; zero at the touch.
+    /// Stiffness of the bristle over E in the last substep [m]; zero when the node first touches.
     slope: f32,
     /// Node that the bristle pulls.
     node: u16,
@@ -40,10 +40,10 @@ impl Bristle {
     pub const ZERO: Self = Self { root_m: Vector3::new(0.0, 0.0, 0.0), slope: 0.0, node: 0 };
 }
 
-/// The bristle of a node that touches, the `met`-th of this substep; a new one if it did not touch
-/// in the last substep. The `live` bristles belong to the last substep or already to this one, the
-/// latter in front, so a node is nearly always found next to the one before it. `None` if the
-/// memory is full: the node then slides freely.
+/// Returns the bristle of a touching node, the `met`-th of this substep; a new bristle if the node
+/// did not touch in the last substep. The first `live` bristles belong to the last substep or, in
+/// front, to this one, so the bristle of a node is nearly always found next to that of the node
+/// before it. `None` if the memory is full: the node then slides freely.
 #[inline(always)]
 pub(super) fn claim<'b>(bristles: &'b mut [Bristle], live: &mut usize, met: usize, node: u16) -> Option<&'b mut Bristle> {
     let front = *bristles.get(met)?;
@@ -69,8 +69,8 @@ pub(super) fn claim<'b>(bristles: &'b mut [Bristle], live: &mut usize, met: usiz
     Some(slot)
 }
 
-/// A slope that rises by less is rounding noise (1): shortening the bristle at each such rise,
-/// while no fall lengthens it, would make a hold creep by micrometres per minute.
+/// Factor below which a rise of the slope is rounding noise (1). Shortening the bristle at each
+/// such rise, while no fall lengthens it, would make a hold creep by micrometres per minute.
 const WAVERS: f32 = 1.0 + 1e-5;
 
 /// Friction of a tick.
@@ -78,7 +78,7 @@ const WAVERS: f32 = 1.0 + 1e-5;
 pub(crate) struct Rubbed {
     /// Sum over the substeps of the force on the tissue over E [N/Pa].
     pub force: Vector3<f32>,
-    /// Sum over the substeps of the largest force that friction could have borne [N/Pa].
+    /// Sum over the substeps of the largest force that friction could have carried [N/Pa].
     pub most: f32,
 }
 
@@ -88,17 +88,17 @@ impl Rubbed {
 
 /// A touched node in this substep.
 pub(super) struct Touch {
-    /// The node from the probe's centre [m].
+    /// Position of the node relative to the probe's centre [m].
     pub from_centre_m: Vector3<f32>,
     /// Push on the node at the end of the substep, divided by E [N/Pa].
     pub push: Vector3<f32>,
-    /// Length of the push.
+    /// Magnitude of the push [N/Pa].
     pub length: f32,
     /// Slope of the foundation at the node over E [m].
     pub slope: f32,
-    /// Displacement per force of the node [m per (N/Pa)].
+    /// Displacement of the node per force on it [m per (N/Pa)].
     pub yields: f32,
-    /// Displacement in the substep by the node's velocity [m].
+    /// Displacement in the substep due to the node's velocity [m].
     pub moves_m: Vector3<f32>,
     /// Displacement of the probe that the dashpot between probe and node adds to the bristle [m].
     pub damps_m: Vector3<f32>,
@@ -108,11 +108,11 @@ pub(super) struct Touch {
     pub faded: Vector3<f32>,
 }
 
-/// Force along the surface on a touched node over E [N/Pa], at the end of the substep: with K the
-/// slope, s the bristle, d the displacement to come by velocities, F the other forces and b its
-/// displacement per force, `q = -K P (s + d + b F) / (1 + K b)`, P the projection on the surface,
-/// no longer than mu times the push. In tissue that relaxes it is treated as the push is
-/// (`implicit_relaxing`).
+/// Force along the surface on a touched node over E [N/Pa], at the end of the substep:
+/// `q = -K P (s + d + b F) / (1 + K b)`, and never more than mu times the push. Here K is the
+/// slope, s the extension of the bristle, d the displacement due to the velocities in this substep,
+/// F the other forces, b the node's displacement per force, and P the projection on the surface. In
+/// tissue that relaxes, q is treated as the push is (`implicit_relaxing`).
 #[inline(always)]
 pub(super) fn rub(bristle: &mut Bristle, touch: &Touch, tuned: &Tuned) -> Vector3<f32> {
     let normal = touch.push * (1.0 / touch.length);
@@ -121,7 +121,7 @@ pub(super) fn rub(bristle: &mut Bristle, touch: &Touch, tuned: &Tuned) -> Vector
     let faded = along(touch.faded);
     let grows = slope > bristle.slope * WAVERS;
     let stretched = if bristle.slope == 0.0 {
-        // no force at the touch, whatever has faded
+        // no force when the node first touches, whatever has faded there
         faded * (-1.0 / (at_once * slope))
     } else {
         let stretched = along(touch.from_centre_m - bristle.root_m);
@@ -134,8 +134,9 @@ pub(super) fn rub(bristle: &mut Bristle, touch: &Touch, tuned: &Tuned) -> Vector
     let (square, most) = (force.dot(&force), tuned.friction * touch.length);
     if square > most * most {
         force *= most / sqrt(square);
-        // the dashpot acts in this substep alone: stretched against it, a bristle would turn round
-        // in the next, in which a probe that moves by counts rests
+        // the dashpot acts in this substep only. If the bristle were stretched against it, the
+        // force would reverse in the next substep, in which a probe that moves by counts is at
+        // rest.
         left = (force + faded) * (-1.0 / (at_once * slope)) - (moves + along(touch.damps_m) + force * touch.yields);
     }
     bristle.root_m = touch.from_centre_m - left;
@@ -151,13 +152,13 @@ mod tests {
     use crate::Params;
 
     /// Half a row of independent points, which by the method of dimensionality reduction responds
-    /// as a sphere on a half-space does: a point at x bears `E* dx (d - x^2 / R)`.
+    /// as a sphere on a half-space does: a point at x carries `E* dx (d - x^2 / R)`.
     const POINTS: u16 = 1000;
     const RADIUS_M: f32 = 8e-3;
     const DEPTH_M: f32 = 2e-3;
 
-    /// Force along the surface and push of the row after the probe moved there and back, step by
-    /// step [N/Pa].
+    /// Force along the surface and push of the row after the probe has moved through these
+    /// displacements, step by step [N/Pa].
     fn row(mu: f32, displacement_m: &[f32]) -> (f32, f32) {
         let params = Params { friction: mu, ..Params::default() };
         let tuned = params.derive(&mut [], [0.0; 4]);
@@ -212,7 +213,7 @@ mod tests {
 
     #[test]
     fn a_way_back_unloads_twice_as_stretched() {
-        // Mindlin and Deresiewicz: back from U by v, T = T(U) - 2 T(v / 2)
+        // Mindlin and Deresiewicz: on the way back from U by v, T = T(U) - 2 T(v / 2)
         let nu = Params::default().poisson_ratio;
         let slips_m = 0.3 * DEPTH_M * (2.0 - nu) / (2.0 * (1.0 - nu));
         for back in [0.2, 0.5, 1.0, 1.5] {
@@ -225,7 +226,7 @@ mod tests {
 
     #[test]
     fn a_bristle_that_a_jump_has_stretched_pulls_on_while_the_probe_rests() {
-        // a count of 55 um, of which the dashpot adds 1.5 times as much for one substep
+        // the probe jumps by a count of 55 um, and the dashpot adds 1.5 times that for one substep
         let tuned = Params { friction: 0.3, ..Params::default() }.derive(&mut [], [0.0; 4]);
         let mut bristle = Bristle::ZERO;
         let mut at = |from_centre_m: f32, damps_m: f32| {
@@ -246,7 +247,7 @@ mod tests {
         for count in 1..4_u8 {
             let at_m = -55e-6 * f32::from(count);
             assert!((at(at_m, 82e-6) / 3e-6 - 1.0).abs() < 1e-5);
-            // the node goes where its force leads it
+            // the node yields to its force
             assert!((at(at_m + 0.1 * 3e-6, 0.0) / 3e-6 - 1.0).abs() < 0.15, "the probe rests");
         }
     }

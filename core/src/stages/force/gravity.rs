@@ -1,5 +1,5 @@
-//! Weight of the nodes. Uses the true mass (paper 000, eq 10), not the floored one: the mass floor
-//! never affects statics.
+//! Weight of the nodes. This term uses the true mass (paper 000, eq 10), not the floored one: the
+//! mass floor never affects statics.
 //!
 //! * in: volume of every node at rest
 //! * out: forces added to `node.f`
@@ -10,7 +10,7 @@ use crate::model::Model;
 use crate::params::Tuned;
 use crate::state::State;
 
-/// Adds density times volume times gravity, over E [N/Pa]. Nothing to do when gravity is zero.
+/// Adds density times volume times gravity, over E [N/Pa]. Does nothing if gravity is zero.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn weigh(model: &Model, tuned: &Tuned, state: &mut State) {
     if tuned.weight == [0.0; 3] {

@@ -1,21 +1,22 @@
 //! Relaxation: the force that holds tissue in a shape fades, and the tissue keeps a memory of it.
 //!
-//! Nodal quasi-linear viscoelasticity: the elastic force f at each node, whatever terms it came
-//! from, becomes `f - sum g (what f has been lately)` with up to three fading times. The filter is
-//! linear and the same everywhere. So the force of a step to any depth, held, fades as `1 - sum g
-//! (1 - exp(-t / tau))`, and the shape in a hold is the elastic one. The memory lies in the tissue:
-//! a probe that slides on meets fresh tissue, and a dent recovers as what has faded comes back.
+//! This is nodal quasi-linear viscoelasticity: the elastic force f at each node, whatever terms it
+//! came from, becomes `f - sum g (low-pass filtered f)`, with up to three time constants. The
+//! filter is linear and the same everywhere. So in a hold after a step to any depth, the force
+//! fades as `1 - sum g (1 - exp(-t / tau))`, and the shape is the elastic one. The memory belongs
+//! to the tissue: a probe that slides on meets tissue that has not relaxed, and a dent recovers as
+//! the faded force returns.
 //!
 //! One memory serves a node and the foundation above it. Both carry the same force: the node's
 //! elastic force and the push are in balance except for inertia, which has no lasting part. So the
-//! push fades by the memory of the node ([`super::foundation`]), and the equilibrium of a held node
-//! does not move.
+//! push fades with the memory of the node ([`super::foundation`]), and the equilibrium of a held
+//! node does not shift.
 //!
-//! Weight is filtered with the rest: a tissue that hangs does not creep further.
+//! Weight is filtered with the other forces: hanging tissue does not creep further.
 //!
 //! * in: `node.f`, the elastic forces; `node.pass`, the push of the probe, faded already
-//! * out: `node.f` of free nodes, the forces that act (an anchor keeps the elastic one: nothing
-//!   moves by it); the memory; `node.pass` zero
+//! * out: `node.f` of free nodes, the forces that act (at an anchor, where a force moves nothing,
+//!   the elastic force); the memory; `node.pass`, set to zero
 //! * cost (M4F, estimated): 75 cycles per node, 30 more with three terms
 //! * may fail: never
 

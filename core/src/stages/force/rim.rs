@@ -1,16 +1,17 @@
 //! Rim springs, which stand in for the rest of the organ.
 //!
-//! A symmetric positive block per rim node and a block per edge between rim nodes, fitted to the
-//! condensed outside: conservative, and exchangeable for another organ's. The cost follows the
-//! rim's nodes and edges, whatever organ lies behind them.
+//! There is a symmetric positive block for every rim node and a block for every edge between rim
+//! nodes, fitted to the condensed outside. The springs are conservative and can be exchanged for
+//! those of another organ. The cost depends on the numbers of rim nodes and rim edges, whatever
+//! organ is behind them.
 //!
-//! Edges are in the order of their first node, so that its displacement and force stay in registers
-//! while its edges are processed ([`Model::check`] verifies the order).
+//! Edges are in the order of their first nodes, so that the displacement and force of a first node
+//! stay in registers while its edges are processed ([`Model::check`] verifies the order).
 //!
 //! * in: displacements of the rim nodes
 //! * out: adds `-M u` to their `node.f`
 //! * cost (M4F, estimated from exact instruction counts): 75 cycles per rim node, 99 per rim edge;
-//!   `palpate-tests`' `board_cost` prints it
+//!   `board_cost` of `palpate-tests` prints it
 //! * may fail: never
 
 use nalgebra::Vector3;
@@ -23,7 +24,7 @@ use crate::state::State;
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn hold(model: &Model, state: &mut State) {
     let nodes = &mut *state.nodes;
-    // as long as the nodes: one range check serves both
+    // `rest` gets the length of `nodes`: one range check serves both
     let Some(rest) = model.nodes.get(..nodes.len()) else { return };
     let mut edges = model.rim_edges;
     for rim in model.rim_nodes {

@@ -3,12 +3,12 @@
 //!
 //! Per spring, `d = x_j - x_i` and `l = |d|`: `u = k l0 / l`, `q = k - u` (+ compensation), `f_i +=
 //! q d`, `f_j -= q d`. That is eq 4 written with one square root and one division. The order of
-//! additions *at each node* is the patch's order whatever the loop, hence the same bits.
+//! additions *at each node* is the patch's order in every loop, hence the same bits.
 //!
 //! * in: positions
 //! * out: adds to `node.f`
-//! * cost (M4F, estimated from exact instruction counts): about 80 cycles per spring;
-//!   `palpate-tests`' `board_cost` prints it
+//! * cost (M4F, estimated from exact instruction counts): about 80 cycles per spring; `board_cost`
+//!   of `palpate-tests` prints it
 //! * may fail: never; a spring of length zero gives a non-finite force, which `integrate` turns
 //!   into a fault
 
@@ -61,7 +61,7 @@ pub(super) fn store(model: &Model, tuned: &Tuned, state: &mut State) {
 #[cfg(armv7em_fp)]
 #[inline(always)]
 fn run<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {
-    // no spring has a negative length
+    // with this onset no spring is compensated, because none has a negative length
     let onset = if COMPENSATED { tuned.onset } else { 0.0 };
     super::armv7em::springs(model, nodes, onset, tuned.compensation);
 }
@@ -80,8 +80,8 @@ fn run<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]
     groups::by_groups::<f32, 1, COMPENSATED>(rest.as_chunks().0, tuned, nodes);
 }
 
-/// Springs of one node at a time, with that node's sum in registers: fewest loads and stores, for
-/// the board.
+/// Processes the springs node by node, with that node's sum in registers. This needs the fewest
+/// loads and stores and is meant for the board.
 #[cfg(not(armv7em_fp))]
 #[cfg_attr(not(any(target_os = "none", test)), expect(dead_code, reason = "the desktop runs it in tests only"))]
 pub(crate) fn by_rows<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, nodes: &mut [Node]) {

@@ -1,23 +1,23 @@
 //! Stiffening: the more energy a deformation stores, the stiffer the tissue becomes.
 //!
 //! Fung and Demiray's law `W = mu/2b (exp(2 b w / mu) - 1)` is a function of the neo-Hookean energy
-//! density w, and springs with compensation are this patch's w. So the law is applied node by node:
-//! with `w_i` half the energy of every spring at node i over the node's volume, the energy is `sum
-//! V_i W(w_i)`, and its exact gradient multiplies the force of a spring from i to j by `(e_i + e_j)
-//! / 2`, `e = exp(2 b w / mu)`. It is conservative, per pascal, and at small strain nothing
-//! changes: one calibrated patch serves every b. The bulk term is unchanged: Demiray's exponent
-//! depends on the change of shape alone.
+//! density w. In this patch w is the energy density of the springs with compensation, so the law is
+//! applied node by node: with `w_i` half the energy of every spring at node i over the node's
+//! volume, the energy is `sum V_i W(w_i)`, and its exact gradient multiplies the force of a spring
+//! from i to j by `(e_i + e_j) / 2`, `e = exp(2 b w / mu)`. The law is conservative and scales with
+//! E, and at small strain nothing changes, so one calibrated patch serves every b. The bulk term is
+//! unchanged: Demiray's exponent depends on the change of shape alone.
 //!
 //! A region of another stiffness or another exponent has a steepness of its own: the logarithm of
-//! the factor at its nodes is multiplied by [`Model::steepness`], and the energy divided by it.
+//! the factor at its nodes is multiplied by [`Model::steepness`], and the energy is divided by it.
 //!
-//! The foundation is tissue too, the part of it that elements cannot resolve. It counts as any
-//! spring does, half to each end: half of a point's energy goes to its node, and half of its push
-//! is multiplied by the factor there. The other end lies at the probe and has no volume. Without
-//! that half the tissue under the probe would stay soft: 40 % of the force is missing at b = 20,
-//! measured against finite elements.
+//! The foundation is tissue too, namely the part that elements cannot resolve. It counts as a
+//! spring does, half at each end: half of a point's energy goes to its node, and half of its push
+//! is multiplied by the factor there. The other end is at the probe and has no volume. If the
+//! node's half were left out, the tissue under the probe would stay soft: compared with finite
+//! elements, 40 % of the force would be missing at b = 20.
 //!
-//! Beyond `CAP` the factor stays constant: taps then have a largest stiffness, and the energy
+//! Beyond `CAP` the factor stays constant, which bounds the stiffness that a tap meets; the energy
 //! continues linearly.
 //!
 //! * in: positions, the probe
@@ -25,7 +25,7 @@
 //! * cost: a second pass over springs and touched points, 17 % of the tick of 410 nodes; between
 //!   the passes springs keep their forces in memory that a board does not have, and the code would
 //!   take 17 KB of its flash, so boards leave it out ([`Tuned::stiffens`])
-//! * may fail: never; an energy that is not finite gives a factor that is not
+//! * may fail: never; an energy that is not finite gives a factor that is not finite either
 
 use nalgebra::Vector3;
 
@@ -74,8 +74,8 @@ pub(super) fn accumulate(
     load
 }
 
-/// Writes half of every node's factor, in `node.p`, which must be zero before. Returns the number
-/// of candidates that touch the probe, which become the first ones.
+/// Writes half of every node's factor to `node.p`, which must be zero before. Moves the candidates
+/// that touch the probe to the front and returns their number.
 #[inline(always)]
 pub(crate) fn measure(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> usize {
     spring::store(model, tuned, state);
@@ -120,7 +120,7 @@ fn stiffen_group<const W: usize>(nodes: &mut [Node; W], rest: &[NodeRest; W], tu
 /// Exponential of a number from 0 to 10, with the same bits on every target.
 #[inline(always)]
 pub(crate) fn exp(x: f32) -> f32 {
-    // added to a small number, it rounds it to a whole one, which the last bits then hold
+    // added to a small number, this rounds the number to an integer, which is then in the last bits
     const WHOLE: f32 = 12_582_912.0;
     let rounded = x * core::f32::consts::LOG2_E + WHOLE;
     let r = x - (rounded - WHOLE) * core::f32::consts::LN_2;

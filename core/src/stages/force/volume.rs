@@ -1,11 +1,11 @@
 //! Volume energy: nodal-averaged, with a small per-tet share.
 //!
 //! Springs alone are a solid with Poisson's ratio 1/4. The bulk stiffness missing for the wanted
-//! ratio is `kappa = lambda - mu`, added as `sum_n V_n kappa w(J_n)` with `J_n = sum V_t / sum
-//! V_t0` over the node's tets and `w' = 2 (J - 1) / (J (J + 1))`: as stiff as `ln J / J` to second
-//! order, without a logarithm, and linear below J = 0.8. Averaging over nodes does not lock; alone
-//! it lets neighbouring tets trade volume, so a share beta acts per tet, and a barrier opens tets
-//! below 0.4 of their volume (`compensation`).
+//! ratio is `kappa = lambda - mu`, added as `sum_n V_n kappa w(J_n)` with
+//! `J_n = sum V_t / sum V_t0` over the node's tets and `w' = 2 (J - 1) / (J (J + 1))`: as stiff as
+//! `ln J / J` to second order, without a logarithm, and linear below J = 0.8. The nodal average
+//! does not lock, but alone it lets neighbouring tets exchange volume. So a share beta acts per
+//! tet, and a barrier opens tets below 0.4 of their rest volume (`compensation`).
 //!
 //! * in: positions
 //! * out: adds to `node.f`; leaves each node's pressure over E in `node.p`
@@ -24,10 +24,10 @@ use crate::state::{Node, State};
 #[cfg(not(armv7em_fp))]
 use tets::{measure, push};
 
-/// Below this share of its rest volume a node's pressure continues along its tangent. The formula
-/// would stiffen twentyfold down to 0.3, where no step of a millisecond is stable. This matters for
-/// taps only: the static force of a hemisphere pressed in by its radius changes by less than 0.03
-/// %.
+/// Below this share of its rest volume a node's pressure continues along its tangent. Down to 0.3
+/// the formula itself would become twenty times as stiff, and no step of a millisecond is stable
+/// there. This matters for taps only: the static force of a hemisphere pressed in by its radius
+/// changes by less than 0.03 %.
 pub const STRAIGHT_BELOW: f32 = 0.8;
 /// Slope of `(J - 1) / (J (J + 1))` there: `(1 + 2 J - J^2) / (J (J + 1))^2`.
 const STRAIGHT_SLOPE: f32 = 0.945_216_05;

@@ -10,8 +10,8 @@ use crate::model::Model;
 use crate::params::Tuned;
 use crate::state::{State, node};
 
-/// Adds half of the energy over E of every point to `node.p` of its nodes [m^3]. Puts the
-/// candidates that touch the probe before the others and returns their number.
+/// Adds half of the energy over E of every point to `node.p` of its nodes [m^3]. Moves the
+/// candidates that touch the probe to the front and returns their number.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub(in crate::stages::force) fn store(model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>) -> usize {
     match model.points_per_triangle() {

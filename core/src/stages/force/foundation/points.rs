@@ -1,8 +1,8 @@
-//! The foundation points of a triangle: where they lie, and how values pass between them and the
+//! The foundation points of a triangle: their positions, and the interpolation between points and
 //! corners.
 
-/// Barycentric weights of the four points, corner by corner: the centroid last, before it the
-/// middles between it and the corners.
+/// Barycentric weights of the four points: the middles between the centroid and each corner, then
+/// the centroid.
 const FOUR: [[f32; 3]; 4] = [
     [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0],
     [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0],
@@ -10,8 +10,8 @@ const FOUR: [[f32; 3]; 4] = [
     [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0],
 ];
 
-/// Barycentric weights of nine points: centroids of the triangle's nine equal parts, first those
-/// with its orientation.
+/// Barycentric weights of nine points: the centroids of the triangle's nine equal parts, those of
+/// the parts with its orientation first.
 const NINE: [[f32; 3]; 9] = [
     [7.0 / 9.0, 1.0 / 9.0, 1.0 / 9.0],
     [1.0 / 9.0, 7.0 / 9.0, 1.0 / 9.0],
@@ -24,8 +24,8 @@ const NINE: [[f32; 3]; 9] = [
     [2.0 / 9.0, 2.0 / 9.0, 5.0 / 9.0],
 ];
 
-/// Barycentric weights of sixteen points: centroids of the triangle's sixteen equal parts, first
-/// those with its orientation.
+/// Barycentric weights of sixteen points: the centroids of the triangle's sixteen equal parts,
+/// those of the parts with its orientation first.
 #[cfg(not(target_os = "none"))]
 const SIXTEEN: [[f32; 3]; 16] = [
     [5.0 / 6.0, TWELFTH, TWELFTH],
@@ -65,7 +65,7 @@ const TWELFTH: f32 = 1.0 / 12.0;
 
 /// The points of a triangle.
 pub(crate) trait Points<const Q: usize> {
-    /// A quantity at the points, from its values at the corners: the weights with fewer operations.
+    /// Interpolates from the corners to the points: applies the weights with fewer operations.
     fn at<T: Copy + core::ops::Add<Output = T> + core::ops::Mul<f32, Output = T>>(corners: [T; 3]) -> [T; Q];
     /// Distributes a force at the points to the corners: the transpose of `at`.
     fn shared<T: Copy + core::ops::Add<Output = T> + core::ops::Mul<f32, Output = T>>(on: [T; Q]) -> [T; 3];
@@ -142,7 +142,7 @@ impl Points<16> for Sixteen {
         let [a, b, c, aab, abb, bbc, bcc, cca, caa, abc, ma, mb, mc, mab, mbc, mca] = on;
         let inner = (ma + mb + mc) + (mab + mbc + mca);
         let all = ((a + b + c) + ((aab + abb) + (bbc + bcc) + (cca + caa)) + abc + (inner + inner)) * TWELFTH;
-        // of a corner's quarters, as often as it is in the point: three times, twice, once
+        // weights of a corner's values beyond `all`, in quarters: three, two or one
         let of = |thrice: T, twice: T, once: T| all + ((thrice + twice) + (thrice + twice) + (thrice + once)) * 0.25;
         [
             of(a, aab + caa + ma, abb + cca + abc + mab + mca),

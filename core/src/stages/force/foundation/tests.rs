@@ -39,8 +39,8 @@ fn probe(shape: ProbeShape) -> Probe {
     Probe { shape, radius_m: RADIUS_M, axis: Vector3::new(0.0, 0.6, 0.8) }
 }
 
-/// A place by its distance from the axis, in a direction across it, and its height along it, both
-/// in radii.
+/// A point given by its distance from the axis and its height along the axis, both in radii, and by
+/// its direction around the axis. Also returns that direction.
 fn at(probe: &Probe, off: f32, height: f32, degrees: f32) -> (Vector3<f32>, Vector3<f32>) {
     let (x, y) = (Vector3::x(), probe.axis.cross(&Vector3::x()));
     let (sin, cos) = degrees.to_radians().sin_cos();
@@ -139,7 +139,7 @@ fn a_triangle_is_pressed_from_in_front_and_by_a_handle_not_from_below() {
 struct Words<Bytes: ?Sized>(Bytes);
 static BLOCK: &Words<[u8]> = &Words(*include_bytes!("../../../../examples/block-m4f-168.patch"));
 
-/// A block whose every triangle is a candidate.
+/// A block with every triangle as a candidate.
 struct Pressed {
     file: PatchFile<'static>,
     tuned: Tuned<'static>,
@@ -151,7 +151,7 @@ impl Pressed {
         let mut file = PatchFile::open(&BLOCK.0).unwrap();
         change(&mut file.params);
         let triangles = file.model.triangles.len();
-        // no two points alike
+        // neighbouring points differ in stiffness
         let laws: Vec<_> = (0..points * triangles).map(|n| FoundationPoint { k: 1e-3 * (1.0 + (n % 7) as f32) }).collect();
         file.model.foundation = laws.leak();
         file.model.stiffening_per_m = 150.0;
@@ -174,7 +174,8 @@ impl Pressed {
         self.file.site_m - self.file.params.probe.axis * 2e-3
     }
 
-    /// Push and slope of every node, and strength of every triangle, by a sum over all points.
+    /// Push and slope of every node and strength of every triangle, computed by a sum over all
+    /// points.
     fn by_hand(&self, stiffened: bool) -> (Vec<[f64; 3]>, Vec<f64>, Vec<f64>) {
         let (model, nodes) = (&self.file.model, &*self.state.nodes);
         let mut pushes = vec![[0.0; 3]; nodes.len()];
@@ -228,7 +229,8 @@ fn every_point_inside_the_probe_pushes_the_nodes_of_its_triangle() {
             (0..strengths.len()).map(|t| (of(t), t)).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap()
         };
         let (most, first) = strongest(None);
-        // one that is nearly as strong, if there is such a one, and one that is not
+        // the second strongest, which replaces the strongest only if it was the strongest in the
+        // last tick
         let near = (0..strengths.len()).filter(|t| *t != first).max_by(|a, b| strengths[*a].total_cmp(&strengths[*b])).unwrap();
         for over in [None, Some(near), Some(first)] {
             pressed.state.over = over.map(|t| t as u16);

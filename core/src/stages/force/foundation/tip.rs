@@ -1,28 +1,28 @@
 //! Penetration of the tips that are not round: capsule and ellipsoid.
 //!
-//! The capsule is exact. The depth of a point inside an ellipsoid is the least of `h(n) - n.x` over
-//! unit vectors n, h the support function `sqrt(sum (a_i n_i)^2)`; the least is reached where `n_i
-//! ~ x_i / (t + a_i^2)` with t the only root above `-min a_i^2` of `sum (a_i x_i / (t + a_i^2))^2 =
-//! 1` (Eberly, Distance from a point to an ellipsoid, 2013). [`STEPS`] Newton steps on the inverse
-//! root of that sum, which is nearly straight (More and Sorensen, Computing a trust region step,
-//! 1983), find it from below. A small error of n makes the depth larger only by its square, so
-//! depth and direction agree as a function and its gradient do.
+//! The capsule is exact. The depth of a point inside an ellipsoid is the minimum of `h(n) - n.x`
+//! over unit vectors n, where h is the support function `sqrt(sum (a_i n_i)^2)`. The minimum is at
+//! `n_i ~ x_i / (t + a_i^2)` with t the only root above `-min a_i^2` of
+//! `sum (a_i x_i / (t + a_i^2))^2 = 1` (Eberly, Distance from a point to an ellipsoid, 2013).
+//! [`STEPS`] Newton steps on the inverse root of that sum, which is nearly linear in t (More and
+//! Sorensen, Computing a trust region step, 1983), find it from below. An error of n makes the
+//! depth larger only by its square, so depth and direction agree as a function and its gradient do.
 
 use nalgebra::Vector3;
 
 use crate::lanes::sqrt;
 use crate::params::Probe;
 
-/// Newton steps. Depth and direction then agree with double precision to rounding, for every point
-/// and every permitted ellipsoid (test below).
+/// Number of Newton steps, with which depth and direction agree with double precision to rounding,
+/// for every point and every permitted ellipsoid (test below).
 const STEPS: usize = 8;
-/// Least distance of a point from each plane of symmetry, over the radius (1): in these planes,
-/// near the middle, two ways out are equally near, and the equation does not select one.
+/// Least distance of a point from each plane of symmetry, over the radius (1). Near the middle of
+/// such a plane two ways out are equally short, and the equation does not select one of them.
 const ASIDE: f32 = 1e-7;
-/// Least of `t + min a_i^2`, over that square (1).
+/// Least permitted `t + min a_i^2`, over `min a_i^2` (1).
 const MIDDLE: f32 = 1e-8;
 
-/// A point, seen from the nearest point of a capsule's segment [m].
+/// Vector from the nearest point of a capsule's segment to a point [m].
 #[inline(always)]
 pub(crate) fn from_segment(d: Vector3<f32>, length_m: f32, along: Vector3<f32>) -> Vector3<f32> {
     let half = 0.5 * length_m;
@@ -45,8 +45,8 @@ pub(super) fn slope_of_ellipsoid(d: Vector3<f32>, probe: &Probe, [a, b]: [f32; 2
     along * (d.dot(&along) * (p * p)) + across * (d.dot(&across) * (q * q)) + probe.axis * d.dot(&probe.axis)
 }
 
-/// Depth of a point inside an ellipsoid [m] and the unit vector that leads it out; `d` is the point
-/// relative to the centre [m]. Finite for every finite point.
+/// Depth of a point inside an ellipsoid [m] and the unit vector of the shortest way out; `d` is the
+/// point relative to the centre [m]. The results are finite for every finite point.
 #[inline(never)]
 pub(super) fn inside_ellipsoid(
     d: Vector3<f32>,
@@ -65,11 +65,11 @@ pub(super) fn inside_ellipsoid(
     if pen <= 0.0 { None } else { Some((pen, out)) }
 }
 
-/// Depth of a point below the surface of an ellipsoid [m], negative outside, and the unit vector
-/// that leads it out.
+/// Depth of a point below the surface of an ellipsoid [m], negative outside, and the unit vector of
+/// the shortest way out.
 pub(crate) fn depth_in_ellipsoid(d: Vector3<f32>, probe: &Probe, [a, b]: [f32; 2], along: Vector3<f32>) -> (f32, Vector3<f32>) {
     let (r, across) = (probe.radius_m, probe.axis.cross(&along));
-    // over the radius: no square is too small or too large
+    // lengths are over the radius, so that no square underflows or overflows
     let scale = 1.0 / r;
     let semi = [a * scale, b * scale, 1.0];
     let x = [d.dot(&along) * scale, d.dot(&across) * scale, d.dot(&probe.axis) * scale];
@@ -81,7 +81,7 @@ pub(crate) fn depth_in_ellipsoid(d: Vector3<f32>, probe: &Probe, [a, b]: [f32; 2
         least = if square < least { square } else { least };
         most = if square > most { square } else { most };
     }
-    // t is counted from the least squared semi-axis, whose term would lose its digits otherwise
+    // t is counted from the least squared semi-axis, whose term would otherwise lose its digits
     let beyond = semi.map(|s| s * s - least);
     let floor = MIDDLE * least;
     // the largest value known to be below the root

@@ -1,4 +1,5 @@
-//! Springs several at a time, whatever nodes they join: for processors with wide registers.
+//! Processes several springs at a time, whatever nodes they join, on processors with wide
+//! registers.
 
 use super::force_per_length;
 use crate::lanes::{Lanes, ROW, Row, add, difference, scaled, subtract};
@@ -14,7 +15,7 @@ pub(super) fn by_groups<L: Lanes<W>, const W: usize, const COMPENSATED: bool>(
     nodes: &mut [Node],
 ) {
     for group in groups {
-        // always true for a checked model; asserted once, it saves a check at every access
+        // always true for a checked model; tested once here, it saves a test at every access
         if !group.iter().flat_map(|s| [s.i, s.j]).all(|n| usize::from(n) < nodes.len()) {
             return;
         }
@@ -35,8 +36,8 @@ pub(super) fn by_groups<L: Lanes<W>, const W: usize, const COMPENSATED: bool>(
     }
 }
 
-/// Nodes at both ends of each spring: `Some` for a checked model. Tested once and passed on by
-/// value, they save a test at every access.
+/// Nodes at both ends of each spring: `Some` for a checked model. Because the indices are tested
+/// once here and passed on by value, no access needs a test.
 #[inline(always)]
 pub(super) fn ends<const W: usize>(group: &[Spring; W], nodes: &[Node]) -> Option<[[usize; 2]; W]> {
     let ends = group.each_ref().map(|s| [usize::from(s.i), usize::from(s.j)]);

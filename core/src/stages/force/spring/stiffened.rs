@@ -1,8 +1,9 @@
-//! Springs of tissue that stiffens: their energy, and their force times the factors of both ends.
+//! Springs of tissue that stiffens: their energy, and their force times the mean factor of both
+//! ends.
 //!
 //! The energy of every spring must be known before the first force, but nothing has to be computed
-//! twice: with the energy comes the force that the spring would have if nothing stiffened, kept in
-//! the memory that the volume stage uses later.
+//! twice: together with the energy, the force that the spring would have without stiffening is
+//! computed and kept in the memory that the volume stage uses later.
 
 use nalgebra::Vector3;
 
@@ -12,12 +13,12 @@ use crate::model::{Model, Spring};
 use crate::params::Tuned;
 use crate::state::{Node, State, TetShapes};
 
-/// Groups of four springs whose forces fit into one [`TetShapes`].
+/// Number of groups of four springs whose forces fit into one [`TetShapes`].
 const KEPT: usize = 3;
 
-/// Half the energy of a spring over E [m^3], each end's share, `k (l - l0)^2 / 4`, with
-/// compensation `chi k (l - onset l0)^2 / 4` more where that acts, and its force over E before the
-/// tissue stiffens [N/Pa], as in `spring`.
+/// Half of the energy of a spring over E [m^3], which is the share of each end: `k (l - l0)^2 / 4`,
+/// plus `chi k (l - onset l0)^2 / 4` where compensation acts. Also the spring's force over E
+/// without stiffening [N/Pa], as in `spring`.
 #[inline(always)]
 fn stretched<L: Lanes<W>, const W: usize, const COMPENSATED: bool>(
     d: Vector3<L>,
@@ -59,8 +60,8 @@ pub(super) fn store<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, state
     }
 }
 
-/// Adds the force of every spring times the mean factor of its ends, half of each of which is in
-/// `node.p`; to be called after [`store`], with the nodes where they were.
+/// Adds the force of every spring times the mean factor of its ends; half of each factor is in
+/// `node.p`. Call this after [`store`], with the nodes unmoved.
 #[inline(always)]
 pub(super) fn pull<const COMPENSATED: bool>(model: &Model, tuned: &Tuned, state: &mut State) {
     let (fours, rest) = model.springs.as_chunks::<4>();
@@ -158,7 +159,8 @@ mod tests {
     struct Words<B: ?Sized>(B);
     static BYTES: &Words<[u8]> = &Words(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/block-m4f-168.patch")));
 
-    /// Forces of a deformed patch [N/Pa], with memory for the forces of so many springs times 12.
+    /// Forces of a deformed patch [N/Pa], if there is memory for the forces of 12 times `memory`
+    /// springs.
     fn forces(memory: usize) -> vec::Vec<crate::lanes::Row> {
         let PatchFile { model, mut params, .. } = PatchFile::open(&BYTES.0).unwrap();
         params.stiffening_b = 5.0;
@@ -172,7 +174,7 @@ mod tests {
         for (n, node) in state.nodes.iter_mut().enumerate() {
             let x = node.position_m();
             node.x = row(x + Vector3::new(x.y, x.z, x.x) * 0.1);
-            // as left by the energies, but no two alike
+            // half of a factor, as `stiffen` would leave it, but different at every node
             node.p = 0.5 + 0.01 * n as f32;
         }
         let halves: vec::Vec<f32> = state.nodes.iter().map(|node| node.p).collect();

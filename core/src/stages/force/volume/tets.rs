@@ -9,7 +9,7 @@ use crate::stages::force::compensation;
 use crate::state::TetShapes;
 use crate::state::{Node, State, node};
 
-/// Six times the volume of the tets around every node [m^3].
+/// Adds up six times the volume of the tets around every node [m^3].
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub(super) fn measure<'a>(tets: &'a [Tet], state: &mut State) -> Option<&'a [Tet]> {
     #[cfg(not(target_os = "none"))]
@@ -82,7 +82,7 @@ fn push_group<L: Lanes<W>, const W: usize, const BARRIER: bool>(
     let nodal = (at(0) + at(1)) + (at(2) + at(3));
     let j = six_volume * L::from_array(group.each_ref().map(|t| t.six_volume_reciprocal));
     let bulk = L::from_array(group.each_ref().map(|t| t.bulk));
-    // positive when closing
+    // positive if it pulls the corners together
     let mut p = nodal + bulk * (j - L::splat(1.0));
     if BARRIER {
         p -= compensation::of_tet(j, L::from_array(group.each_ref().map(|t| t.barrier)));
@@ -101,7 +101,7 @@ fn push_group<L: Lanes<W>, const W: usize, const BARRIER: bool>(
     }
 }
 
-/// Always true for a checked model; asserted once per tet, it saves a check at every access.
+/// Always true for a checked model; tested once per tet, it saves a test at every access.
 #[inline(always)]
 fn in_range<const W: usize>(group: &[Tet; W], nodes: &[Node]) -> bool {
     group.iter().flat_map(|tet| &tet.node).all(|&n| usize::from(n) < nodes.len())

@@ -73,7 +73,7 @@ fn eight_newton_steps_find_the_depth_and_the_way_out_of_an_ellipsoid() {
             let along = frame[0];
             let probe = probe(ProbeShape::Ellipsoid { semi_axes_m, along });
             let Some((pen, out)) = inside_ellipsoid(d, &probe, semi_axes_m, along) else {
-                // rounding decides about a point of the surface
+                // rounding decides whether a point of the surface is inside
                 assert!(exact(semi, x).0 < 1e-8, "{x:?} is inside {semi:?}");
                 continue;
             };
@@ -125,7 +125,7 @@ fn the_way_out_of_an_ellipsoid_is_the_gradient_of_the_depth() {
     let along = Vector3::x();
     let of = probe(ProbeShape::Ellipsoid { semi_axes_m, along });
     let semi = [8e-3, 5e-3, f64::from(RADIUS_M)];
-    // half as deep as the middle, where the way out turns at once
+    // only up to half of the depth of the middle, where the way out changes abruptly
     for x in points(semi, &mut numbers) {
         let frame = frame();
         let d = frame[0] * x[0] as f32 + frame[1] * x[1] as f32 + frame[2] * x[2] as f32;
