@@ -16,7 +16,7 @@ use serde::{Deserialize, Deserializer};
 /// Grip of a hand on the handle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Grip {
-    /// Nobody holds the handle: only a constant push acts, without mass or damping.
+    /// The handle is free: only a constant push acts, without mass or damping.
     Released,
     /// The hand is an impedance.
     Firm(Impedance),
