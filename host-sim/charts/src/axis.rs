@@ -1,23 +1,23 @@
-//! Units, ranges and tick labels of the axes.
+//! Determines units, ranges and tick labels of the axes.
 
 use std::ops::Range;
 
 use plotters::coord::ranged1d::Ranged;
 use plotters::coord::types::RangedCoordf64;
 
-/// The unit an axis is labelled in.
+/// Unit in which an axis is labelled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
-    /// Symbol of the unit, written behind the number, or in brackets behind the quantity.
+    /// Symbol of the unit, written after the number, or in brackets after the quantity.
     pub symbol: &'static str,
-    /// Display units in one SI unit.
+    /// Number of display units per SI unit.
     pub per_si: f64,
-    /// Whether running text leaves out final zeros.
+    /// Whether running text drops trailing zeros.
     trims: bool,
 }
 
 impl Unit {
-    /// N, or mN or µN if the largest of `forces_n` would have hardly any digits in N.
+    /// Returns N, or mN or µN if the largest of `forces_n` would have hardly any digits in N.
     pub fn of_force(forces_n: impl IntoIterator<Item = f64>) -> Self {
         let (symbol, per_si) = match largest(forces_n) {
             0.0 => ("N", 1.0),
@@ -25,28 +25,29 @@ impl Unit {
             f if f < 1e-2 => ("mN", 1e3),
             _ => ("N", 1.0),
         };
-        // a measured value: its last zero is a digit like any other
+        // a measured value: a final zero is a significant digit
         Self { symbol, per_si, trims: false }
     }
 
-    /// mm, or µm where the largest of `lengths_m` would show hardly any digits in mm.
+    /// Returns mm, or µm if the largest of `lengths_m` would have hardly any digits in mm.
     pub fn of_length(lengths_m: impl IntoIterator<Item = f64>) -> Self {
         let (symbol, per_si) = match largest(lengths_m) {
             0.0 => ("mm", 1e3),
             l if l < 2e-5 => ("µm", 1e6),
             _ => ("mm", 1e3),
         };
-        // mostly chosen values, hence round
+        // lengths are mostly chosen values and therefore round, so trailing zeros carry no
+        // information
         Self { symbol, per_si, trims: true }
     }
 
-    /// kPa, or Pa where the largest of `pressures_pa` would show hardly any digits in kPa.
+    /// Returns kPa, or Pa if the largest of `pressures_pa` would have hardly any digits in kPa.
     pub fn of_pressure(pressures_pa: impl IntoIterator<Item = f64>) -> Self {
         let (symbol, per_si) = if largest(pressures_pa) < 10.0 { ("Pa", 1.0) } else { ("kPa", 1e-3) };
         Self { symbol, per_si, trims: false }
     }
 
-    /// `si` for running text: three digits.
+    /// Formats the SI value `si` with its unit for running text, to about three significant digits.
     pub fn say(&self, si: f64) -> String {
         let value = si * self.per_si;
         let decimals = match value.abs() {
@@ -67,22 +68,23 @@ fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(0.0, |most, v| most.max(v.abs()))
 }
 
-/// A linear axis with all tick labels to the same number of decimals.
+/// A linear axis whose tick labels all have the same number of decimals.
 #[derive(Clone, Debug)]
 pub struct Axis {
-    /// Ends of the axis [display unit].
+    /// Both ends of the axis [display unit].
     pub range: Range<f64>,
     /// Largest number of ticks.
     pub ticks: usize,
     decimals: usize,
 }
 
-/// Range below which the plotting library treats an axis as a single value; in µm or µN nothing is
+/// Span below which the plotting library treats an axis as a single value; no span in µm or µN is
 /// that small.
 const SMALLEST_SPAN: f64 = 1e-9;
 
 impl Axis {
-    /// Holds zero and all `values` [display unit], with `headroom` of their span left on top.
+    /// Makes an axis that contains zero and all `values` [display unit] and leaves `headroom` of
+    /// their span free at the top.
     pub fn from_zero(values: impl IntoIterator<Item = f64>, headroom: f64, ticks: usize) -> Self {
         let (low, high) = values.into_iter().fold((0.0_f64, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
         let span = high - low;
@@ -93,7 +95,7 @@ impl Axis {
         Self::over(low..high + headroom * span, ticks)
     }
 
-    /// Extends the axis from zero to the first tick that `most` [display unit] does not pass.
+    /// Makes an axis from zero to the first tick at or above `most` [display unit].
     pub fn to_a_tick(most: f64, ticks: usize) -> Self {
         let short = Self::from_zero([most], 0.0, ticks);
         let points = RangedCoordf64::from(short.range.clone()).key_points(ticks);
@@ -101,12 +103,12 @@ impl Axis {
             [first, second, ..] => second - first,
             _ => short.range.end,
         };
-        // a millionth of a step is rounding and needs no further tick
+        // a remainder of a millionth of a step is rounding error and needs no further tick
         let steps = (short.range.end / step - 1e-6).ceil().max(1.0);
         Self::over(0.0..steps * step, ticks + 1)
     }
 
-    /// Exactly `range` [display unit].
+    /// Makes an axis over exactly `range` [display unit].
     pub fn over(range: Range<f64>, ticks: usize) -> Self {
         let points = RangedCoordf64::from(range.clone()).key_points(ticks);
         let step = match points.as_slice() {
@@ -122,13 +124,13 @@ impl Axis {
         Self { range, ticks, decimals }
     }
 
-    /// The label of the tick at `value`.
+    /// Returns the label of the tick at `value` [display unit].
     pub fn label(&self, value: f64) -> String {
         minus(&format!("{value:.*}", self.decimals))
     }
 }
 
-/// Sets a true minus sign, and none before a number that rounds to zero.
+/// Replaces the hyphen by a true minus sign, and removes it from a number that rounds to zero.
 fn minus(number: &str) -> String {
     match number.strip_prefix('-') {
         Some(rest) if rest.bytes().all(|b| matches!(b, b'0' | b'.')) => rest.to_owned(),

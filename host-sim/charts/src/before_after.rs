@@ -1,5 +1,5 @@
-//! Values of groups before and after a training: a dot for each person, joined to their own other
-//! dot, and the means as bars.
+//! Draws the values of groups before and after a training: one dot per person and phase, a line
+//! between the two dots of a person, and the means as bars.
 
 use std::path::Path;
 
@@ -17,12 +17,12 @@ use super::speed_accuracy::marker::distinct;
 use super::style::{INK, LABEL_PX, MUTED, TICK_PX, line, px, text};
 use super::{ChartError, check_series};
 
-/// When a value was measured.
+/// Phase in which a value was measured, relative to the training.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum Phase {
-    /// Before the training.
+    /// Measured before the training.
     Before,
-    /// After the training.
+    /// Measured after the training.
     After,
 }
 
@@ -37,23 +37,24 @@ impl Phase {
     }
 }
 
-/// The value of one person in one phase.
+/// Value of one person in one phase.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PersonValue<'a> {
     /// Label of the group.
     pub group: &'a str,
     /// Label of the person, unique in the group.
     pub person: &'a str,
-    /// Before or after the training.
+    /// Phase in which the value was measured.
     pub phase: Phase,
-    /// Value from 0 to 1.
+    /// Training score of eq 14 (1), from 0 to 1.
     pub value: f64,
 }
 
-/// Writes `NAME.svg` and `NAME.png` into `folder`; `below` is the line under the title.
+/// Writes `NAME.svg` and `NAME.png` into `folder`; `below` is the line below the title.
 ///
 /// # Errors
-/// No values, one that cannot be drawn, or a folder that cannot be written.
+/// Fails if there are no values, if one of them cannot be drawn, or if the folder cannot be
+/// written.
 pub fn before_after(folder: &Path, name: &str, below: &str, values: &[PersonValue]) -> Result<(), ChartError> {
     if values.is_empty() {
         return Err(ChartError::Empty { what: "values" });
@@ -78,7 +79,7 @@ struct Drawing<'a> {
     axis: Axis,
 }
 
-/// Position of each phase in the unit width of its group.
+/// Horizontal position of each phase, as a fraction of the width of its group (0 to 1).
 fn place(phase: Phase) -> f64 {
     match phase {
         Phase::Before => 0.28,
@@ -132,8 +133,8 @@ fn line_of(color: plotters::style::RGBColor) -> plotters::style::ShapeStyle {
 }
 
 impl Drawing<'_> {
-    /// All persons of a group in a phase with their horizontal position; equal values are drawn
-    /// side by side.
+    /// All values of a group in a phase, each with its horizontal position; nearly equal values are
+    /// drawn side by side.
     fn dots(&self, group: &str, phase: Phase) -> Vec<(&PersonValue<'_>, f64)> {
         let here: Vec<_> = self.values.iter().filter(|v| v.group == group && v.phase == phase).collect();
         let near = |a: &PersonValue, b: &PersonValue| (a.value - b.value).abs() < 0.011;
@@ -168,7 +169,7 @@ impl Drawing<'_> {
         let x = n as f64 + place(phase);
         let (left, right) = (at(x - 0.11, mean), at(x + 0.11, mean));
         area.draw(&PathElement::new([left, right], line(INK, 3.0)))?;
-        // outward, where no line to the other phase runs
+        // the label is on the outer side, where no line to the other phase runs
         let (corner, side) = match phase {
             Phase::Before => ((left.0 - px(5.0), left.1), HPos::Right),
             Phase::After => ((right.0 + px(5.0), right.1), HPos::Left),

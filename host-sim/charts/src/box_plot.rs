@@ -1,5 +1,5 @@
-//! Box plots in clusters: quartiles, median, whiskers to the last value within 1.5 interquartile
-//! ranges (Tukey), outliers as dots, the mean as a diamond.
+//! Draws box plots in clusters. A box shows quartiles and median; whiskers reach to the last value
+//! within 1.5 interquartile ranges (Tukey); outliers are dots, and the mean is a diamond.
 
 use std::path::Path;
 
@@ -19,16 +19,16 @@ use super::speed_accuracy::marker::{Marker, distinct, outline};
 use super::style::{INK, LABEL_PX, line, px, text};
 use super::{ChartError, check_series};
 
-/// Values under one name.
+/// Values that are summarised in one box.
 #[derive(Clone, Copy, Debug)]
 pub struct LabelledValues<'a> {
-    /// Name in the legend; boxes of one name have one colour.
+    /// Name in the legend; boxes with the same name have the same colour.
     pub name: &'a str,
-    /// Values in the unit of the axis, in any order.
+    /// Values in the unit of the axis, in any order; at least one.
     pub values: &'a [f64],
 }
 
-/// Boxes side by side over one label.
+/// Boxes side by side above a common label.
 #[derive(Clone, Debug)]
 pub struct BoxCluster<'a> {
     /// Text below the boxes.
@@ -40,11 +40,11 @@ pub struct BoxCluster<'a> {
 /// Data and labels of a box plot.
 #[derive(Clone, Copy, Debug)]
 pub struct BoxPlot<'a> {
-    /// First line.
+    /// First line above the plot.
     pub title: &'a str,
-    /// Second line.
+    /// Second line above the plot.
     pub below: &'a str,
-    /// Quantity and unit, such as `error [mm]`.
+    /// Quantity and unit of the vertical axis, such as `error [mm]`.
     pub quantity: &'a str,
     /// Clusters from left to right.
     pub clusters: &'a [BoxCluster<'a>],
@@ -53,7 +53,8 @@ pub struct BoxPlot<'a> {
 /// Writes `NAME.svg` and `NAME.png` into `folder`. The axis begins at zero.
 ///
 /// # Errors
-/// No box, one without values, a value that cannot be drawn, or a folder that cannot be written.
+/// Fails if there is no box, if a box has no values, if a value cannot be drawn, or if the folder
+/// cannot be written.
 pub fn box_plot(folder: &Path, name: &str, plot: &BoxPlot) -> Result<(), ChartError> {
     let boxes = || plot.clusters.iter().flat_map(|c| c.boxes.iter().map(move |b| (c, b)));
     if boxes().next().is_none() {
@@ -76,23 +77,23 @@ pub fn box_plot(folder: &Path, name: &str, plot: &BoxPlot) -> Result<(), ChartEr
     save(folder, name, &Drawing { plot, names, axis })
 }
 
-/// The numbers of one box.
+/// Statistics that one box shows, in the unit of the axis.
 #[derive(Clone, Debug, PartialEq)]
 struct Summary {
     /// Lower quartile, median, upper quartile.
     quartiles: [f64; 3],
-    /// Ends of the whiskers.
+    /// Lower and upper end of the whiskers.
     whiskers: [f64; 2],
     mean: f64,
     outliers: Vec<f64>,
 }
 
 impl Summary {
-    /// Computes the quartiles of at least one value.
+    /// Computes the statistics of at least one value.
     fn of(values: &[f64]) -> Self {
         let mut sorted = values.to_vec();
         sorted.sort_by(f64::total_cmp);
-        // linear between order statistics, as most statistics programs do by default
+        // linear interpolation between order statistics, the default of most statistics programs
         let quantile = |share: f64| {
             let place = share * (sorted.len().max(1) - 1) as f64;
             let at = |n: f64| sorted.get(n as usize).copied().unwrap_or_default();
@@ -113,7 +114,7 @@ impl Summary {
 
 struct Drawing<'a> {
     plot: &'a BoxPlot<'a>,
-    /// Different names, in the order of the legend.
+    /// Distinct names, in the order of the legend.
     names: Vec<&'a str>,
     axis: Axis,
 }
@@ -126,7 +127,7 @@ impl Picture for Drawing<'_> {
         title(area, plot.title, plot.below)?;
         let colour = |name: &str| distinct(self.names.iter().position(|n| *n == name).unwrap_or(0)).color;
         let entries: Vec<_> = self.names.iter().map(|n| (Sign::Patch(colour(n)), *n)).collect();
-        // one name explains nothing
+        // a legend with a single entry would explain nothing
         let entries = if entries.len() > 1 { entries } else { Vec::new() };
         let taken = key_column::room(area, &entries)?;
         let clusters = plot.clusters.len() as f64;
@@ -193,7 +194,7 @@ mod tests {
     fn numbers_of_a_box_by_hand() {
         let s = Summary::of(&[1.0, 2.0, 3.0, 4.0, 20.0]);
         assert_eq!(s, Summary { quartiles: [2.0, 3.0, 4.0], whiskers: [1.0, 4.0], mean: 6.0, outliers: vec![20.0] });
-        // R: quantile(c(1, 2, 4, 9)) is 1, 1.75, 3, 5.25, 9
+        // R gives quantile(c(1, 2, 4, 9)) = 1, 1.75, 3, 5.25, 9
         assert_eq!(Summary::of(&[9.0, 1.0, 4.0, 2.0]).quartiles, [1.75, 3.0, 5.25]);
         let one = Summary::of(&[7.0]);
         assert_eq!((one.quartiles, one.whiskers), ([7.0; 3], [7.0; 2]));

@@ -1,11 +1,11 @@
-//! The canvas that a picture is drawn on, and how drawing on it fails.
+//! Types of the canvas on which a picture is drawn and of the errors that drawing may return.
 
 use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, DrawingAreaErrorKind};
 use plotters::prelude::DrawingBackend;
 
-/// A part of the canvas, in canvas units.
+/// A rectangular part of the canvas; coordinates are in canvas units.
 pub type Area<DB> = DrawingArea<DB, Shift>;
 
-/// Result of a drawing routine on back end `DB`.
+/// Result of a drawing routine on the back end `DB`.
 pub type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;

@@ -1,4 +1,5 @@
-//! The pressure over a contact, seen along the probe's axis, with its centre and its ellipse.
+//! Draws the pressure over a contact, seen along the probe's axis, with the centre of pressure and
+//! the ellipse of the contact.
 
 use std::path::Path;
 
@@ -17,29 +18,30 @@ use super::surface::scales::{BAR_PX, colour, colour_bar, scale_bar};
 use super::surface::view::{V3, View};
 use super::{ChartError, check};
 
-/// A contact map as it is drawn.
+/// A contact map in the form in which it is drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct Contact<'a> {
-    /// Scene name, first words of the title.
+    /// Name of the scene, with which the title begins.
     pub scene: &'a str,
-    /// The line below the title.
+    /// Line below the title.
     pub caption: &'a str,
     /// Corners of every surface triangle [m], shape [triangles][3][3].
     pub corners_m: &'a [[[f64; 3]; 3]],
-    /// Pressure on each [Pa], shape \[triangles\].
+    /// Pressure on each surface triangle [Pa], shape \[triangles\].
     pub pressure_pa: &'a [f64],
-    /// Direction from the tissue to the eye, of any length but zero.
+    /// Direction from the tissue to the eye, of any non-zero length.
     pub axis: [f64; 3],
     /// Centre of pressure [m].
     pub centre_m: [f64; 3],
-    /// Half-axes of the ellipse [m].
+    /// Half-axes of the ellipse of the contact [m].
     pub half_axes_m: [[f64; 3]; 2],
 }
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// No triangle with pressure, a value that cannot be drawn, or a folder that cannot be written.
+/// Fails if no triangle has pressure, if a value cannot be drawn, or if the folder cannot be
+/// written.
 pub fn contact(folder: &Path, name: &str, contact: &Contact) -> Result<(), ChartError> {
     check("corners_m (x, y, z in turn)", contact.corners_m.iter().flatten().flatten().copied())?;
     check("pressure_pa", contact.pressure_pa.iter().copied())?;
@@ -55,11 +57,11 @@ pub fn contact(folder: &Path, name: &str, contact: &Contact) -> Result<(), Chart
 struct ContactPicture<'a> {
     contact: &'a Contact<'a>,
     unit: Unit,
-    /// The colour scale, in `unit`.
+    /// Colour scale, in `unit`.
     scale: Axis,
 }
 
-/// Margin of tissue shown around the contact, over the longer half-axis.
+/// Radius of the tissue that is shown around the contact, divided by the longer half-axis (1).
 const AROUND: f64 = 2.0;
 
 impl Picture for ContactPicture<'_> {
@@ -94,7 +96,7 @@ impl Picture for ContactPicture<'_> {
         let ellipse = (0..=96).map(|k| (f64::from(k) * std::f64::consts::TAU / 96.0).sin_cos());
         let ellipse: Vec<_> = ellipse.map(|(s, c)| view.spot(centre + a * c + b * s)).collect();
         let axes = [a, b].map(|half| vec![view.spot(centre - half), view.spot(centre + half)]);
-        // a pale halo keeps the lines readable on any colour
+        // a pale halo keeps the lines visible on any colour
         for (color, extra) in [(WHITE, 1.6), (INK, 0.0)] {
             area.draw(&PathElement::new(ellipse.clone(), line(color, 1.7 + extra)))?;
             for axis in &axes {

@@ -1,4 +1,4 @@
-//! Progress of a calibration from round to round: force error above, dent error below.
+//! Draws the progress of a calibration over its rounds: force error above, dent error below.
 
 use std::path::Path;
 
@@ -17,11 +17,11 @@ use super::{ChartError, check};
 /// State of a calibration after a round.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConvergencePoint {
-    /// Evaluations of all presses so far.
+    /// Number of evaluations of all presses so far.
     pub evaluations: usize,
-    /// Force error over the fitted places, rms [%].
+    /// Rms force error over the fitted places [%].
     pub force_rms_pct: f64,
-    /// Dent error over the fitted places, mean [mm].
+    /// Mean dent error over the fitted places [mm].
     pub dent_mean_mm: f64,
     /// Time since the fit began [s].
     pub elapsed_s: f64,
@@ -30,7 +30,7 @@ pub struct ConvergencePoint {
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// No round, a value that cannot be drawn, or a folder that cannot be written.
+/// Fails if there is no round, if a value cannot be drawn, or if the folder cannot be written.
 pub fn convergence(folder: &Path, name: &str, scene: &str, rounds: &[ConvergencePoint]) -> Result<(), ChartError> {
     if rounds.is_empty() {
         return Err(ChartError::Empty { what: "rounds" });

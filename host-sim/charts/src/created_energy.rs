@@ -1,5 +1,5 @@
-//! Energy that each control creates, as bars on a logarithmic axis, with two columns beside them:
-//! its static error and the hands that it shakes.
+//! Draws the energy that each controller creates as bars on a logarithmic axis. Two columns beside
+//! the bars give the static error of the controller and the emulated hands that it shakes.
 
 use std::path::Path;
 
@@ -16,37 +16,39 @@ use super::picture::{Picture, save};
 use super::style::{BAR, GRID, INK, LABEL_PX, MUTED, REFERENCE, RELEASE, TICK_PX, line, px, text};
 use super::{ChartError, check};
 
-/// One control.
+/// Results of one controller.
 #[derive(Clone, Debug)]
 pub struct EnergyRow {
-    /// Name of the control.
+    /// Name of the controller.
     pub name: String,
-    /// Energy created on each device [J].
+    /// Energy created on each device [J], in the order of the devices.
     pub created_j: Vec<f64>,
-    /// Text of the two columns beside the bars: static error, and hands that the control shakes.
+    /// Texts of the two columns beside the bars: static error, and hands that the controller
+    /// shakes.
     pub beside: [String; 2],
 }
 
-/// Energy that the loop adds on each device, as bars, a row for each controller.
+/// Data and labels of a chart of the energy that the loop adds: one row per controller, one bar per
+/// device.
 #[derive(Clone, Copy, Debug)]
 pub struct CreatedEnergy<'a> {
-    /// Title, naming what the chart shows.
+    /// First line above the chart.
     pub title: &'a str,
-    /// The line below.
+    /// Line below the title.
     pub caption: &'a str,
-    /// Names of the devices, one a bar of each row, at most two.
+    /// Names of the devices, one per bar of a row; at most two.
     pub devices: &'a [&'a str],
-    /// Rows.
+    /// Rows from top to bottom, one per controller.
     pub rows: &'a [EnergyRow],
-    /// A horizontal line: the promised value [J].
+    /// Promised upper bound of the energy [J], drawn as a vertical line.
     pub promised_j: f64,
 }
 
-/// Writes `NAME.svg` and `NAME.png`.
+/// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// No rows, a row without a number for each device, a number that cannot be drawn, or a folder that
-/// cannot be written.
+/// Fails if there are no rows, if a row does not have one value per device, if a value cannot be
+/// drawn, or if the folder cannot be written.
 pub fn created_energy(folder: &Path, name: &str, bars: &CreatedEnergy) -> Result<(), ChartError> {
     if bars.rows.is_empty() || bars.devices.is_empty() {
         return Err(ChartError::Empty { what: "rows" });
@@ -63,10 +65,10 @@ pub fn created_energy(folder: &Path, name: &str, bars: &CreatedEnergy) -> Result
 const LEFT_PX: f64 = 168.0;
 const TOP_PX: f64 = 120.0;
 const BELOW_PX: f64 = 70.0;
-/// Room for the columns beside the bars, and of the second of them [px].
+/// Width reserved for the two columns beside the bars, and width of the second one [px].
 const RIGHT_PX: f64 = 210.0;
 const COLUMN_PX: f64 = 72.0;
-/// Ends of the axis [mJ], powers of ten.
+/// Both ends of the axis, as exponents of ten [mJ].
 const DECADES: (i32, i32) = (-3, 3);
 const COLORS: [RGBColor; 2] = [BAR, RELEASE];
 

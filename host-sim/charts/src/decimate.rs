@@ -1,12 +1,12 @@
-//! Thins a long trace for drawing without losing a peak.
+//! Thins a long trace for drawing and keeps every peak.
 
 use super::Sample;
 
-/// Runs of samples drawn; about two to a pixel column.
+/// Number of runs of samples that are drawn, about two per pixel column.
 const RUNS: usize = 2000;
 
-/// Keeps at most six samples of each of `RUNS` runs: its first and last, and the extremes of depth
-/// and force. A trace of no more than six times `RUNS` samples comes back whole.
+/// Keeps at most six samples of each of `RUNS` runs: the first, the last, and the extremes of depth
+/// and force. A trace of at most six times `RUNS` samples is returned unchanged.
 pub fn decimate(trace: &[Sample]) -> Vec<Sample> {
     if trace.len() <= 6 * RUNS {
         return trace.to_vec();

@@ -1,4 +1,4 @@
-//! Force against depth: the press, its holds, and a reference.
+//! Draws force against depth: the press with its holds, and a reference.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ use super::{ChartError, Press, Sample};
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// An empty trace, a value that cannot be drawn, or a folder that cannot be written.
+/// Fails if the trace is empty, if a value cannot be drawn, or if the folder cannot be written.
 pub fn force_depth(folder: &Path, name: &str, press: &Press) -> Result<(), ChartError> {
     press.check()?;
     let trace = decimate(press.trace);
@@ -40,13 +40,13 @@ pub fn force_depth(folder: &Path, name: &str, press: &Press) -> Result<(), Chart
     save(folder, name, &chart)
 }
 
-/// Displacement between samples below which the probe counts as held [m].
+/// Change of depth between two samples up to which the probe counts as held [m].
 const STILL_M: f64 = 1e-9;
 
 struct ForceDepth<'a> {
     press: &'a Press<'a>,
     trace: &'a [Sample],
-    /// Last sample of the press, first of the release.
+    /// Index of the last sample of the press, which is also the first one of the release.
     turn: usize,
     length: Unit,
     force: Unit,
@@ -54,7 +54,8 @@ struct ForceDepth<'a> {
     y: Axis,
 }
 
-/// The last sample within a thousandth of the deepest, so that a final hold belongs to the press.
+/// Index of the last sample whose depth is within a thousandth of the depth range from the deepest
+/// one, so that a final hold belongs to the press.
 fn turning_point(trace: &[Sample]) -> usize {
     let (least, most) =
         trace.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), s| (least.min(s.depth_m), most.max(s.depth_m)));
@@ -62,7 +63,8 @@ fn turning_point(trace: &[Sample]) -> usize {
     trace.iter().rposition(|s| s.depth_m >= deep).unwrap_or(0)
 }
 
-/// Runs of samples in which the probe moves, or in which it is held; neighbours share a sample.
+/// Splits a trace into runs of samples in which the probe moves, or in which it is held; adjacent
+/// runs share a sample.
 fn runs(trace: &[Sample], moving: bool) -> Vec<&[Sample]> {
     let moves = |k: usize| (trace[k].depth_m - trace[k - 1].depth_m).abs() > STILL_M;
     let (mut runs, mut begun) = (Vec::new(), None);
@@ -104,7 +106,7 @@ impl Picture for ForceDepth<'_> {
             Labels { title: &format!("force [{}]", self.force.symbol), ticks: self.y.ticks, of: &|v| self.y.label(*v) },
         )?;
 
-        // the turning point belongs to both, so that they meet
+        // the sample at the turning point belongs to press and release, so that the two curves meet
         let curve: Vec<_> = (self.trace.iter().map(|s| self.at(s.depth_m, s.force_n))).collect();
         let loading = &self.trace[..=self.turn];
         let mut entries = 1;
@@ -125,7 +127,7 @@ impl Picture for ForceDepth<'_> {
         }
         let release: Vec<_> = curve.iter().copied().skip(self.turn).collect();
         if release.len() > 1 {
-            // dashed, because without hysteresis it lies on the press
+            // dashed, because without hysteresis it coincides with the press
             let (dash, gap, thin) = (px(7.0), px(5.0), line(RELEASE, 1.8));
             chart
                 .draw_series(DashedLineSeries::new(release, dash, gap, thin))?
@@ -134,7 +136,7 @@ impl Picture for ForceDepth<'_> {
             entries += 1;
         }
         if !press.holds.is_empty() {
-            // drawn below, with their values
+            // the holds themselves are drawn further down, with their values
             let ring = |(x, y): (i32, i32)| Circle::new((x + px(13.0), y), px(4.8), line(INK, 1.6));
             chart.draw_series(std::iter::empty::<Circle<(f64, f64), i32>>())?.label("end of a hold, at rest").legend(ring);
             entries += 1;
@@ -154,7 +156,7 @@ impl Picture for ForceDepth<'_> {
     }
 }
 
-/// The stroke of a legend entry that begins at a point [canvas units].
+/// Line segment of a legend entry that begins at a point [canvas units].
 fn key((x, y): (i32, i32)) -> [(i32, i32); 2] {
     [(x, y), (x + px(26.0), y)]
 }

@@ -1,4 +1,5 @@
-//! Depth and force over time, one above the other: press, holds and release at a glance.
+//! Draws depth and force over time, one above the other, as an overview of press, holds and
+//! release.
 
 use std::path::Path;
 
@@ -18,7 +19,7 @@ use super::{ChartError, Press, Sample};
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// An empty trace, a value that cannot be drawn, or a folder that cannot be written.
+/// Fails if the trace is empty, if a value cannot be drawn, or if the folder cannot be written.
 pub fn force_time(folder: &Path, name: &str, press: &Press) -> Result<(), ChartError> {
     press.check()?;
     let trace = decimate(press.trace);
@@ -42,7 +43,7 @@ struct ForceTime<'a> {
     force: Panel,
 }
 
-/// One quantity over time.
+/// Plot of one quantity over time.
 struct Panel {
     title: String,
     unit: Unit,
@@ -70,7 +71,7 @@ impl Panel {
 fn time_axis(trace: &[Sample]) -> Axis {
     let (first, last) =
         trace.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), s| (first.min(s.t_s), last.max(s.t_s)));
-    // a run of one tick still needs an axis of some length
+    // a run of one tick also needs an axis of non-zero length
     let length = if last > first { last - first } else { 1.0 };
     let first = if first.abs() < 0.01 * length { 0.0 } else { first };
     Axis::over(first..first + 1.02 * length, 10)

@@ -1,8 +1,8 @@
-//! A table for a quick overview: a coloured cell with a sign for every row and column, columns in
-//! groups.
+//! Draws a table for a quick overview: a coloured cell with a sign for every row and column. The
+//! columns are divided into groups.
 //!
-//! The tones differ in lightness as well as in hue, and every cell carries its sign, so that the
-//! picture reads in grey too.
+//! The tones differ in lightness as well as in hue, and every cell contains its sign, so that the
+//! picture remains readable in greyscale.
 
 use std::path::Path;
 
@@ -18,14 +18,15 @@ use super::layout::{MARGIN_PX, TITLE_HEIGHT_PX, cut, title, width};
 use super::picture::{Picture, save};
 use super::style::{INK, MUTED, TICK_PX, px, text};
 
-/// From good to bad; lighter is better.
+/// Rating of a cell from good to bad, which sets its colour: a worse fault is darker. `Empty` is
+/// not a rating.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
-    /// The value is as it should be.
+    /// The value is as required.
     Good,
-    /// A second good outcome, in another colour.
+    /// A second good outcome, drawn in another colour.
     Calm,
-    /// The value is barely as it should be.
+    /// The value just meets the requirement.
     Thin,
     /// A small fault.
     Slight,
@@ -33,42 +34,42 @@ pub enum Tone {
     Fault,
     /// A large fault.
     Serious,
-    /// A larger one.
+    /// A still larger fault.
     Severe,
     /// A failure.
     Failure,
-    /// The worst.
+    /// The worst outcome, such as a run that diverged.
     Lost,
-    /// Nothing was measured.
+    /// Nothing was measured here.
     Empty,
 }
 
-/// A cell.
+/// One cell of the matrix.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeatCell {
-    /// Colour.
+    /// Rating that sets the colour of the cell.
     pub tone: Tone,
-    /// Text in the cell.
+    /// Text drawn in the cell.
     pub sign: String,
 }
 
-/// Columns side by side.
+/// Adjacent columns under a common heading.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeatGroup {
-    /// Two lines above.
+    /// Two lines of heading above the columns.
     pub label: [String; 2],
-    /// Text below each column; empty where there is none.
+    /// Text below each column, one per column; empty where a column has none.
     pub feet: Vec<String>,
 }
 
-/// A row.
+/// One row of the matrix.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeatRow {
-    /// Name.
+    /// Name at the left of the row.
     pub name: String,
     /// Whether a gap separates the row from the one above.
     pub apart: bool,
-    /// One cell for each column of all groups.
+    /// One cell per column, over all groups.
     pub cells: Vec<HeatCell>,
 }
 
@@ -79,33 +80,34 @@ pub struct HeatMatrix<'a> {
     pub title: &'a str,
     /// Second line above the matrix.
     pub below: &'a str,
-    /// Columns.
+    /// Groups of columns from left to right.
     pub groups: &'a [HeatGroup],
-    /// Rows.
+    /// Rows from top to bottom.
     pub rows: &'a [HeatRow],
-    /// Meanings of tones and signs.
+    /// Entries of the key: a cell and its meaning.
     pub key: &'a [(HeatCell, &'a str)],
     /// Label to the left of the texts below the columns.
     pub foot: &'a str,
 }
 
-/// Room for the names of rows, between groups, and for the lines around the table [px].
+/// Space for the names of the rows, between groups, and for the lines around the matrix [px].
 const NAMES_PX: f64 = 236.0;
 const GAP_PX: f64 = 7.0;
 const HEAD_PX: f64 = 40.0;
 const FEET_PX: f64 = 22.0;
 const KEY_PX: f64 = 46.0;
 const KEY_LINE_PX: f64 = 21.0;
-/// Text in cells and under them [px].
+/// Text size in cells and below the columns [px].
 const SIGN_PX: f64 = 11.5;
 const FOOT_PX: f64 = 10.0;
-/// Largest height of a row [px].
+/// Maximum height of a row [px].
 const HIGHEST_PX: f64 = 40.0;
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// No rows or columns, a row with another number of cells, or a folder that cannot be written.
+/// Fails if there are no rows or columns, if a row does not have one cell per column, or if the
+/// folder cannot be written.
 pub fn heat_matrix(folder: &Path, name: &str, matrix: &HeatMatrix) -> Result<(), ChartError> {
     let columns: usize = matrix.groups.iter().map(|g| g.feet.len()).sum();
     if columns == 0 || matrix.rows.is_empty() {
@@ -122,7 +124,7 @@ struct Drawing<'a> {
     columns: usize,
 }
 
-/// Fill and the ink on it.
+/// Fill colour of a cell and colour of the text on it.
 fn colors(tone: Tone) -> (RGBColor, RGBColor) {
     match tone {
         Tone::Good => (RGBColor(0xa8, 0xdb, 0xc5), INK),
@@ -196,7 +198,8 @@ impl Drawing<'_> {
         area.draw_text(&cell.sign, &style, (px(x + wide / 2.0), px(y + high / 2.0)))
     }
 
-    /// Draws the key, cells with their meaning, on one line or on two if they do not fit.
+    /// Draws the key, sample cells with their meaning, and continues on a further line when one is
+    /// full.
     fn key<DB: DrawingBackend>(&self, area: &Area<DB>, y: f64) -> Drawn<DB> {
         let style = text(TICK_PX - 1.0, INK, (HPos::Left, VPos::Center));
         let most_px = f64::from(area.dim_in_pixel().0) / f64::from(px(1.0)) - MARGIN_PX;

@@ -1,4 +1,4 @@
-//! Marks the end of each hold on a curve and labels it where there is room.
+//! Marks the end of each hold on a curve and labels it where there is room for the label.
 
 use plotters::coord::ranged1d::Ranged;
 use plotters::element::Circle;
@@ -12,15 +12,15 @@ use super::layout::{Chart, width};
 use super::place::{Frame, Page};
 use super::style::{INK, LABEL_PX, px, text};
 
-/// A hold to be marked: its place on the axes and what to write beside it.
+/// Mark of a hold: its position on the chart and its label.
 pub struct Mark {
-    /// (x, y) on the axes of the chart.
+    /// Position (x, y) in the units of the axes.
     pub at: (f64, f64),
-    /// Label; left out where it would cover something.
+    /// Label text; not drawn if it would cover something.
     pub label: String,
 }
 
-/// Draws `marks` on `chart`, keeping labels off `curve`, off each other and off `taken`.
+/// Draws `marks` on `chart` and keeps their labels clear of `curve`, of each other and of `taken`.
 pub fn draw<'a, DB, X, Y>(
     area: &Area<DB>,
     chart: &mut Chart<'a, DB, X, Y>,

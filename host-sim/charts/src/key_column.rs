@@ -1,4 +1,4 @@
-//! The legend beside a plot: it has its own column and can cover no data.
+//! Draws the legend beside a plot in a column of its own, so that it cannot cover data.
 
 use plotters::drawing::DrawingAreaErrorKind;
 use plotters::element::{DashedPathElement, PathElement, Polygon, Rectangle};
@@ -12,10 +12,10 @@ use super::layout::{MARGIN_PX, cut, width};
 use super::speed_accuracy::marker::{Look, outline};
 use super::style::{INK, TICK_PX, line, px, text};
 
-/// Graphic before a name.
+/// Graphic in front of a name in the legend.
 #[derive(Clone, Copy)]
 pub enum Sign {
-    /// A line, with a marker on it if there are markers.
+    /// A line if the points are `joined`, a marker if they are `marked`, or both.
     Line { look: Look, joined: bool, marked: bool },
     /// A filled square.
     Patch(RGBColor),
@@ -25,14 +25,14 @@ pub enum Sign {
     Dashes(RGBColor),
 }
 
-/// Width of a sign and the gap behind it [px].
+/// Width of a sign with the gap after it [px].
 const SIGN_PX: f64 = 34.0;
-/// Widest column [px]: longer names are cut.
+/// Maximum width of the column [px]; longer names are cut.
 const WIDEST_PX: f64 = 280.0;
 /// Height of an entry [px].
 const ENTRY_PX: f64 = 22.0;
 
-/// Width that the column needs, margin included [canvas units]; 0 without entries.
+/// Width that the column needs, including its margin [canvas units]; 0 without entries.
 pub fn room<DB: DrawingBackend>(area: &Area<DB>, entries: &[(Sign, &str)]) -> Result<i32, DrawingAreaErrorKind<DB::ErrorType>> {
     let style = text(TICK_PX, INK, (HPos::Left, VPos::Center));
     let mut widest = 0;
@@ -42,11 +42,12 @@ pub fn room<DB: DrawingBackend>(area: &Area<DB>, entries: &[(Sign, &str)]) -> Re
     if entries.is_empty() { Ok(0) } else { Ok((widest + px(SIGN_PX + MARGIN_PX + 16.0)).min(px(WIDEST_PX))) }
 }
 
-/// Draws the column `taken` wide [canvas units] at the right edge, from `top` down.
+/// Draws the column, `taken` wide [canvas units], at the right edge of the area from `top`
+/// downward.
 pub fn draw<DB: DrawingBackend>(area: &Area<DB>, entries: &[(Sign, &str)], taken: i32, top: i32) -> Drawn<DB> {
     let left = area.dim_in_pixel().0.cast_signed() - taken + px(16.0);
     let bottom = area.dim_in_pixel().1.cast_signed() - px(MARGIN_PX);
-    // many entries move together rather than leave the picture
+    // many entries are spaced more closely so that they stay inside the picture
     let step = px(ENTRY_PX).min((bottom - top) / i32::try_from(entries.len().max(1)).unwrap_or(i32::MAX));
     let style = text(TICK_PX, INK, (HPos::Left, VPos::Center));
     for (n, (sign, name)) in entries.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Title, axes and legend, placed identically on every chart.
+//! Draws title, axes and legend at the same place on every chart.
 
 use plotters::chart::ChartContext;
 use plotters::coord::cartesian::Cartesian2d;
@@ -12,16 +12,16 @@ use super::canvas::{Area, Drawn};
 use super::place::Frame;
 use super::style::{GRID, INK, LABEL_PX, MUTED, TICK_PX, TITLE_PX, heading, line, px, text};
 
-/// A chart with two number axes.
+/// A chart with two numeric axes.
 pub type Chart<'a, DB, X, Y> = ChartContext<'a, DB, Cartesian2d<X, Y>>;
 
-/// Distance of all ink from the edges of the picture [px].
+/// Minimum distance of everything drawn from the edges of the picture [px].
 pub const MARGIN_PX: f64 = 24.0;
 
-/// Height that `title` takes [px].
+/// Height that [`title`] occupies at the top [px].
 pub const TITLE_HEIGHT_PX: f64 = 78.0;
 
-/// Draws a heading with a line below it at the top left.
+/// Draws a heading and a line below it at the top left.
 pub fn title<DB: DrawingBackend>(area: &Area<DB>, top: &str, below: &str) -> Drawn<DB> {
     let left = px(MARGIN_PX);
     let style = heading(TITLE_PX, INK);
@@ -30,7 +30,7 @@ pub fn title<DB: DrawingBackend>(area: &Area<DB>, top: &str, below: &str) -> Dra
     area.draw_text(&fitted(area, below, &style)?, &style, (left, px(45.0)))
 }
 
-/// `words`, cut with an ellipsis where they would run off the picture.
+/// Returns `words`, cut with an ellipsis if they would extend beyond the picture.
 pub fn fitted<DB: DrawingBackend>(
     area: &Area<DB>,
     words: &str,
@@ -39,7 +39,7 @@ pub fn fitted<DB: DrawingBackend>(
     cut(area, words, style, area.dim_in_pixel().0.cast_signed() - 2 * px(MARGIN_PX))
 }
 
-/// `words`, cut with an ellipsis to `room` [canvas units].
+/// Returns `words`, cut with an ellipsis to a width of at most `room` [canvas units].
 pub fn cut<DB: DrawingBackend>(
     area: &Area<DB>,
     words: &str,
@@ -62,12 +62,13 @@ pub fn width<DB: DrawingBackend>(
     words: &str,
     style: &TextStyle,
 ) -> Result<i32, DrawingAreaErrorKind<DB::ErrorType>> {
-    // the library measures by line height (1.362 em here) but draws by 1.24 em
+    // the plotting library measures text by the line height (1.362 em for this font) but draws it
+    // by 1.24 em
     let measured = f64::from(area.estimate_text_size(words, style)?.0);
     Ok((measured * 1.362 / 1.24).ceil() as i32)
 }
 
-/// A chart builder with the common margins below a title.
+/// Returns a chart builder with the common margins and room for a title.
 pub fn builder<'b, DB: DrawingBackend>(area: &Area<DB>) -> ChartBuilder<'_, 'b, DB> {
     let mut builder = ChartBuilder::on(area);
     builder
@@ -83,11 +84,11 @@ pub fn builder<'b, DB: DrawingBackend>(area: &Area<DB>) -> ChartBuilder<'_, 'b, 
 /// Title and tick labels of one axis.
 #[derive(Clone, Copy)]
 pub struct Labels<'a> {
-    /// Quantity and unit.
+    /// Quantity and unit of the axis.
     pub title: &'a str,
-    /// Most ticks.
+    /// Maximum number of ticks.
     pub ticks: usize,
-    /// Text of the tick at a value.
+    /// Function that returns the label of the tick at a value.
     pub of: &'a dyn Fn(&f64) -> String,
 }
 
@@ -119,7 +120,7 @@ where
 /// Distance of the legend from the top left corner of the plot [px].
 const LEGEND_PX: (f64, f64) = (10.0, 6.0);
 
-/// The part of the canvas that a legend of `entries` lines may take.
+/// Part of the canvas that a legend of `entries` lines may occupy.
 pub fn legend_frame<'a, DB, X, Y>(chart: &Chart<'a, DB, X, Y>, entries: u32) -> Frame
 where
     DB: DrawingBackend + 'a,
@@ -134,7 +135,7 @@ where
     }
 }
 
-/// Draws the legend of the series that were given a label, top left in the plot.
+/// Draws the legend of all labelled series at the top left of the plot.
 pub fn legend<'a, DB, X, Y>(chart: &mut Chart<'a, DB, X, Y>) -> Drawn<DB>
 where
     DB: DrawingBackend + 'a,

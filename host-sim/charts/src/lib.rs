@@ -1,12 +1,14 @@
-//! The pictures of every command, each written as `NAME.svg` and `NAME.png` with the same look.
+//! Draws the pictures of every command, each written as `NAME.svg` and `NAME.png` in the same
+//! style.
 //!
 //! ```text
 //! numbers ─ one file per picture ─ layout, style ─ canvas ─ picture ─┬─ NAME.svg
 //!                                                             raster ┴─ NAME.png
 //! ```
 //!
-//! One drawing routine serves both formats, and the font is compiled in, so a machine without fonts
-//! or a display gets the same pictures. Input is in SI; millimetres appear only in the pictures.
+//! One drawing routine serves both formats, and the font is compiled in, so that a machine without
+//! fonts or a display produces the same pictures. Input is in SI units; millimetres appear only in
+//! the pictures.
 
 mod axis;
 mod before_after;
@@ -60,18 +62,18 @@ use std::path::PathBuf;
 
 use axis::Unit;
 
-/// A press run in the form for charts.
+/// A press run in the form in which the charts read it.
 #[derive(Clone, Copy, Debug)]
 pub struct Press<'a> {
-    /// Scene name, first words of every title.
+    /// Name of the scene, with which every title begins.
     pub scene: &'a str,
-    /// Size of the patch that was pressed.
+    /// Number of nodes of the patch that was pressed.
     pub node_count: usize,
-    /// The run in time order, one sample per tick.
+    /// Samples of the run in time order, one per tick.
     pub trace: &'a [Sample],
-    /// The last sample of each hold, in time order; may be empty.
+    /// Last sample of each hold, in time order; may be empty.
     pub holds: &'a [Sample],
-    /// FEM answer as (depth [m], force [N]); may be empty.
+    /// Answer of the finite elements as (depth [m], force [N]); may be empty.
     pub reference: &'a [(f64, f64)],
 }
 
@@ -80,13 +82,13 @@ pub struct Press<'a> {
 pub struct Sample {
     /// Time since the run began [s].
     pub t_s: f64,
-    /// Probe travel past first contact [m]; negative before it touches.
+    /// Travel of the probe beyond first contact [m]; negative before the probe touches.
     pub depth_m: f64,
-    /// Force on the probe along its handle [N]; positive pushes it out.
+    /// Force on the probe along its handle [N]; positive pushes the probe out of the tissue.
     pub force_n: f64,
 }
 
-/// Why a picture was not written. Nothing is left in the folder in any of these cases.
+/// Reason why a picture was not written. In each of these cases no file is left in the folder.
 #[derive(Debug, thiserror::Error)]
 pub enum ChartError {
     /// There is no data to draw.
@@ -95,7 +97,7 @@ pub enum ChartError {
         /// The list that was empty.
         what: &'static str,
     },
-    /// NaN, infinite, or beyond the size of any tissue experiment.
+    /// A value is NaN, infinite, or larger than any value of a tissue experiment.
     #[error("{what}[{index}] is {value}, which cannot be drawn: cut the run before it, or find why it diverged")]
     NotDrawable {
         /// The list that holds the value.
@@ -105,13 +107,13 @@ pub enum ChartError {
         /// The value found.
         value: f64,
     },
-    /// A named series that has no values.
+    /// A named series has no values.
     #[error("series \"{series}\" has no values: leave it out, or find why nothing was measured")]
     EmptySeries {
         /// Name of the series.
         series: String,
     },
-    /// A value of a named series that has no place on the axes.
+    /// A value of a named series lies outside the domain of the axes.
     #[error("series \"{series}\": {what}[{index}] is {value}, which cannot be drawn: {fix}")]
     InSeries {
         /// Name of the series.
@@ -134,10 +136,10 @@ pub enum ChartError {
         item: usize,
         /// The node that the list names.
         node: u32,
-        /// Nodes that have both a rest and a deformed position.
+        /// Number of nodes for which both a rest position and a deformed position are known.
         node_count: usize,
     },
-    /// The file system refused.
+    /// The file system refused to write the picture.
     #[error("cannot write {}: {source}; choose a folder that exists and that you may write to", path.display())]
     Write {
         /// The picture that was to be written.
@@ -145,7 +147,7 @@ pub enum ChartError {
         /// Error that the system returned.
         source: std::io::Error,
     },
-    /// The plotting library refused.
+    /// The plotting library refused to draw the picture.
     #[error("cannot draw {}: {message}; the data is saved beside it as CSV", path.display())]
     Draw {
         /// The picture that was to be drawn.
@@ -155,7 +157,8 @@ pub enum ChartError {
     },
 }
 
-/// Beyond this the plotting library's tick search runs out of digits; no SI value here comes near.
+/// Largest magnitude that is drawn. Above it the plotting library's search for ticks runs out of
+/// digits; no SI value in these charts comes near it.
 const LARGEST_DRAWABLE: f64 = 1e12;
 
 fn check(what: &'static str, values: impl IntoIterator<Item = f64>) -> Result<(), ChartError> {
@@ -167,7 +170,8 @@ fn check(what: &'static str, values: impl IntoIterator<Item = f64>) -> Result<()
     Ok(())
 }
 
-/// Like [`check`], for one series of several; `positive` where the axis is logarithmic.
+/// Checks one series of several like [`check`]; `positive` also rejects values that a logarithmic
+/// axis cannot show.
 fn check_series(
     series: &str,
     what: &'static str,
@@ -186,7 +190,7 @@ fn check_series(
 }
 
 impl Press<'_> {
-    /// The line below a title.
+    /// Line below the title: number of nodes, largest depth and largest force.
     fn summary(&self, length: Unit, force: Unit) -> String {
         let most = |of: fn(&Sample) -> f64| {
             let all = self.trace.iter().map(of);

@@ -1,4 +1,4 @@
-//! Any number of named curves over one pair of axes, each linear or logarithmic.
+//! Draws any number of named curves over one pair of axes, each of which is linear or logarithmic.
 
 use std::ops::Range;
 use std::path::Path;
@@ -24,13 +24,13 @@ use super::{ChartError, check_series};
 /// Spacing of values along an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Evenly; from zero where the data come near it.
+    /// Even spacing; the axis begins at zero if the data come near it.
     Linear,
-    /// Values are drawn by their logarithm; they are above zero.
+    /// Logarithmic spacing; all values are above zero.
     Log,
 }
 
-/// One axis.
+/// Title and scale of one axis.
 #[derive(Clone, Copy, Debug)]
 pub struct ScaledAxis<'a> {
     /// Quantity and unit, such as `depth [mm]`.
@@ -39,7 +39,7 @@ pub struct ScaledAxis<'a> {
     pub scale: Scale,
 }
 
-/// One curve.
+/// One curve of a line chart.
 #[derive(Clone, Debug)]
 pub struct LineSeries<'a> {
     /// Name in the legend.
@@ -48,25 +48,25 @@ pub struct LineSeries<'a> {
     pub points: Vec<(f64, f64)>,
     /// Whether the points are joined by a line.
     pub joined: bool,
-    /// A marker at every point.
+    /// Whether a marker is drawn at every point.
     pub marked: bool,
 }
 
-/// A dashed horizontal line.
+/// A dashed horizontal reference line.
 #[derive(Clone, Copy, Debug)]
 pub struct Level<'a> {
     /// Name in the legend.
     pub name: &'a str,
-    /// Height, in the unit of the y axis.
+    /// Height of the line, in the unit of the y axis.
     pub y: f64,
 }
 
 /// Data and labels of a line chart.
 #[derive(Clone, Copy, Debug)]
 pub struct Lines<'a> {
-    /// First line.
+    /// First line above the chart.
     pub title: &'a str,
-    /// Second line.
+    /// Second line above the chart.
     pub below: &'a str,
     /// Axis along the bottom.
     pub x: ScaledAxis<'a>,
@@ -81,8 +81,8 @@ pub struct Lines<'a> {
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// No series, one without points, a value that cannot be drawn or that is not above zero on a
-/// logarithmic axis, or a folder that cannot be written.
+/// Fails if there is no series, if a series has no points, if a value cannot be drawn or is not
+/// above zero on a logarithmic axis, or if the folder cannot be written.
 pub fn lines(folder: &Path, name: &str, lines: &Lines) -> Result<(), ChartError> {
     if lines.series.is_empty() {
         return Err(ChartError::Empty { what: "series" });
@@ -103,12 +103,12 @@ pub fn lines(folder: &Path, name: &str, lines: &Lines) -> Result<(), ChartError>
     save(folder, name, &picture)
 }
 
-/// Maps values to even steps in the picture.
+/// Maps values to plotted quantities, which are evenly spaced in the picture.
 struct Ruler {
     scale: Scale,
-    /// Plotted quantities: values, or their decimal logarithms.
+    /// Range of the plotted quantities: values, or their decimal logarithms.
     range: Range<f64>,
-    /// Ticks of the axis, in the picture.
+    /// Ticks of the axis, as plotted quantities.
     ticks: Vec<f64>,
     axis: Axis,
 }
@@ -118,7 +118,8 @@ impl Ruler {
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         match scale {
             Scale::Linear => {
-                // one value, or several indistinguishable ones, still need an axis of some length
+                // a single value, or several indistinguishable ones, also need an axis of non-zero
+                // length
                 let span = (high - low).max(1e-6 * high.abs().max(low.abs())).max(1e-9);
                 let near_zero = 0.5 * span;
                 let start = if (0.0..=near_zero).contains(&low) { 0.0 } else { low - 0.05 * span };
@@ -128,7 +129,8 @@ impl Ruler {
                 Self { scale, range: axis.range.clone(), ticks, axis }
             }
             Scale::Log => {
-                // at least a factor of 4 from end to end, or there is no second round number on it
+                // the ends differ by at least a factor of 4, or the axis would not contain a second
+                // round number
                 let room = (high / low).powf(0.05).max((4.0 * low / high).sqrt());
                 let range = low / room..high * room;
                 let ticks = round_points(&range, 9).into_iter().map(f64::log10).collect();
@@ -154,7 +156,7 @@ impl Ruler {
     }
 }
 
-/// An even axis with ticks of our choice.
+/// An evenly spaced axis with ticks of our choice.
 struct Ticked {
     even: RangedCoordf64,
     ticks: Vec<f64>,
@@ -177,10 +179,10 @@ impl Ranged for Ticked {
     }
 }
 
-/// A round number; powers of ten where zeros would have to be counted.
+/// Formats a round number; uses a power of ten where the reader would have to count zeros.
 fn round_label(value: f64) -> String {
     if (1e-4..1e6).contains(&value) {
-        // the logarithm leaves rounding errors after the last digit
+        // conversion from the logarithm leaves rounding errors after the last digit
         return plain((value * 1e6).round() / 1e6);
     }
     format!("{value:.1e}").replace(".0e", "e").replace('-', "\u{2212}")

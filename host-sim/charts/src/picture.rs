@@ -1,4 +1,4 @@
-//! Draws one picture on both back ends and puts the two files in place together.
+//! Draws one picture on both back ends and publishes the two files together.
 
 use std::path::{Path, PathBuf};
 
@@ -13,13 +13,13 @@ use super::style::{FINE, register_fonts};
 /// Size of every picture [px].
 const SIZE_PX: (u32, u32) = (1000, 700);
 
-/// A validated picture, ready to be drawn on any back end.
+/// A validated picture that can be drawn on any back end.
 pub trait Picture {
     /// Draws on `area`, a white canvas of `SIZE_PX` in units of 1/`FINE` pixel.
     fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> Drawn<DB>;
 }
 
-/// Writes `folder/name.svg` and `folder/name.png`, both or neither.
+/// Writes `folder/name.svg` and `folder/name.png`, either both or neither.
 pub fn save(folder: &Path, name: &str, picture: &impl Picture) -> Result<(), ChartError> {
     let svg_path = folder.join(format!("{name}.svg"));
     let png_path = folder.join(format!("{name}.png"));
@@ -28,7 +28,7 @@ pub fn save(folder: &Path, name: &str, picture: &impl Picture) -> Result<(), Cha
     let files = [Staged::write(folder, svg_path, svg.as_bytes())?, Staged::write(folder, png_path, &png)?];
     for (done, file) in files.iter().enumerate() {
         if let Err(error) = file.publish() {
-            // half a pair would pass for a finished picture
+            // one file of the two would be taken for a finished picture
             for earlier in &files[..done] {
                 let _ = std::fs::remove_file(&earlier.path);
             }
@@ -47,7 +47,8 @@ fn svg(picture: &impl Picture) -> Result<String, String> {
         let area = SVGBackend::with_string(&mut text, fine).into_drawing_area();
         draw_on(picture, &area)?;
     }
-    // the back end rounds to whole units: keep its fine units in the view box, show true pixels
+    // the back end rounds to whole units: the view box keeps the fine units, and width and height
+    // are in picture pixels
     Ok(text.replacen(&format!(r#"width="{}" height="{}""#, fine.0, fine.1), &format!(r#"width="{width}" height="{height}""#), 1))
 }
 
@@ -76,7 +77,8 @@ fn refused(path: &Path, message: &str) -> ChartError {
     ChartError::Draw { path: path.to_owned(), message: message.replace('\n', " ") }
 }
 
-/// A file complete under a temporary name in its final folder; dropped unpublished, it is gone.
+/// A complete file under a temporary name in its final folder; it is deleted when dropped before
+/// [`Self::publish`].
 struct Staged {
     temporary: PathBuf,
     path: PathBuf,
@@ -105,7 +107,7 @@ impl Staged {
 
 impl Drop for Staged {
     fn drop(&mut self) {
-        // after publish the name no longer exists and this does nothing
+        // after `publish` the temporary name no longer exists and this has no effect
         let _ = std::fs::remove_file(&self.temporary);
     }
 }

@@ -1,9 +1,9 @@
-//! Finds a free spot beside a point for its label.
+//! Finds a free place beside a point for its label.
 
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters_backend::BackendCoord;
 
-/// An upright box on the canvas [canvas units], y down.
+/// An axis-aligned box on the canvas [canvas units]; y points down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Upper left corner.
@@ -13,7 +13,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Whether the two boxes share area.
+    /// Whether the interiors of the two boxes overlap.
     pub fn meets(&self, other: &Self) -> bool {
         self.low.0 < other.high.0 && other.low.0 < self.high.0 && self.low.1 < other.high.1 && other.low.1 < self.high.1
     }
@@ -22,7 +22,7 @@ impl Frame {
         self.low.0 <= p.0 && p.0 <= self.high.0 && self.low.1 <= p.1 && p.1 <= self.high.1
     }
 
-    /// Squared distance from `p` to the nearest point of the box.
+    /// Squared distance from `p` to the nearest point of the box [canvas units squared].
     fn distance2(&self, p: BackendCoord) -> i64 {
         let dx = i64::from((self.low.0 - p.0).max(p.0 - self.high.0).max(0));
         let dy = i64::from((self.low.1 - p.1).max(p.1 - self.high.1).max(0));
@@ -34,7 +34,7 @@ impl Frame {
     }
 }
 
-/// A drawing surface that remembers where ink already is.
+/// A drawing surface that records where something is already drawn.
 pub struct Page {
     frame: Frame,
     ink: Vec<BackendCoord>,
@@ -48,7 +48,7 @@ impl Page {
         Self { frame, ink: Vec::new(), boxes: Vec::new(), dots: Vec::new() }
     }
 
-    /// Marks a curve as ink, with marks no further than `step` apart.
+    /// Marks a curve as ink, by points at most `step` apart [canvas units].
     pub fn add_curve(&mut self, curve: impl IntoIterator<Item = BackendCoord>, step: i32) {
         let mut last: Option<BackendCoord> = None;
         for to in curve {
@@ -61,19 +61,20 @@ impl Page {
         }
     }
 
-    /// Marks a box, such as a legend, as taken.
+    /// Marks a box, such as a legend, as occupied.
     pub fn add_box(&mut self, taken: Frame) {
         self.boxes.push(taken);
     }
 
-    /// Marks a labelled point of `radius`.
+    /// Marks a labelled point of `radius` [canvas units].
     pub fn add_dot(&mut self, at: BackendCoord, radius: i32) {
         self.dots.push(at);
         self.boxes.push(Frame { low: (at.0 - radius, at.1 - radius), high: (at.0 + radius, at.1 + radius) });
     }
 
-    /// Takes a free box of `size`, `gap` away from `at`, and returns its anchor; `None` if every
-    /// side is taken, because an unlabelled point reads better than two labels on each other.
+    /// Reserves a free box of `size` at a distance of `gap` from `at`, and returns the position and
+    /// the alignment of the label. Returns `None` if every side is occupied, because an unlabelled
+    /// point is easier to read than two labels on top of each other.
     pub fn place(&mut self, at: BackendCoord, size: (i32, i32), gap: i32) -> Option<(BackendCoord, (HPos, VPos))> {
         let (w, h) = size;
         // above left is tried first: a press curve bends upward and leaves that side free
@@ -92,7 +93,7 @@ impl Page {
             let free = self.frame.encloses(&spot)
                 && !self.boxes.iter().any(|b| b.meets(&spot))
                 && !self.ink.iter().any(|p| spot.holds(*p))
-                // a label nearer to another point would be read as that point's
+                // a label nearer to another point would be taken for that point's label
                 && !(self.dots.iter()).any(|d| spot.distance2(*d) < spot.distance2(at));
             free.then(|| {
                 self.boxes.push(spot);

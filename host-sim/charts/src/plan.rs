@@ -1,5 +1,5 @@
-//! Models that `plan` searched: cost of a tick against the tolerance that a model keeps, with the
-//! budget and the requested tolerance.
+//! Draws the models that `plan` searched: cost per tick against the tolerance that a model meets,
+//! with the budget and the requested tolerance.
 
 use std::ops::Range;
 use std::path::Path;
@@ -22,51 +22,52 @@ use super::tick_time::histogram::round_points;
 use super::tick_time::plain;
 use super::{ChartError, check};
 
-/// A budget further from the dots than this factor is given in words, not drawn.
+/// Ratio of the budget to the largest cost above which the budget is not drawn (1).
 const FAR_BUDGET: f64 = 6.0;
 
 /// Data and labels of a plan chart.
 #[derive(Clone, Copy, Debug)]
 pub struct PlanChart<'a> {
-    /// First line.
+    /// First line above the chart.
     pub title: &'a str,
-    /// Second line.
+    /// Second line above the chart.
     pub below: &'a str,
     /// Quantity and unit along x.
     pub cost: &'a str,
     /// Quantity and unit along y.
     pub error: &'a str,
-    /// Cost that a tick may have.
+    /// Largest cost that a tick may have, in the unit of `cost`.
     pub budget: f64,
     /// Requested tolerance [%].
     pub tolerance: f64,
-    /// Kinds of models, in the order of the legend.
+    /// Names of the kinds of models, in the order of the legend.
     pub kinds: &'a [&'a str],
-    /// Every model.
+    /// All models that were searched.
     pub dots: &'a [PlanDot],
 }
 
-/// A model.
+/// One model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanDot {
     /// Index of the model's kind in `kinds`.
     pub kind: usize,
-    /// Cost, above 0.
+    /// Cost per tick, above 0.
     pub cost: f64,
-    /// Error, above 0.
+    /// Error [%], above 0.
     pub error: f64,
-    /// Whether the model was fitted in full; drawn hollow if not.
+    /// Whether the model was fitted completely; otherwise it is drawn hollow.
     pub full: bool,
-    /// Whether the dot has a ring around it.
+    /// Whether this is the chosen model, which is drawn with a ring around it.
     pub chosen: bool,
-    /// Words beside the dot; may be empty.
+    /// Text beside the dot; may be empty.
     pub label: String,
 }
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// No dots, one that is not above zero, or a folder that cannot be written.
+/// Fails if there are no dots, if a cost or an error is not above zero, or if the folder cannot be
+/// written.
 pub fn plan(folder: &Path, name: &str, chart: &PlanChart) -> Result<(), ChartError> {
     if chart.dots.is_empty() {
         return Err(ChartError::Empty { what: "dots" });
@@ -139,7 +140,7 @@ impl Picture for Drawing<'_> {
         page.add_curve([(xs.start, y), (xs.end, y)], px(3.0));
 
         let at = |dot: &PlanDot| chart.backend_coord(&(dot.cost, dot.error));
-        // hollow ones first, so that a full one at the same place stays visible
+        // hollow dots are drawn first, so that a filled dot at the same place stays visible
         for full in [false, true] {
             for dot in data.dots.iter().filter(|d| d.full == full) {
                 let Look { color, shape } = distinct(dot.kind);
@@ -168,7 +169,7 @@ impl Picture for Drawing<'_> {
     }
 }
 
-/// Returns the frame that a label takes, so that the next one goes elsewhere.
+/// Returns the frame that a label occupies, so that the next label avoids it.
 fn label_frame((x, y): (i32, i32), (wide, high): (i32, i32), (h, v): (HPos, VPos)) -> Frame {
     let left = match h {
         HPos::Left => x,

@@ -1,7 +1,9 @@
-//! The PNG back end: a bitmap `FINE` times finer than the picture, averaged down at the end.
+//! The PNG back end: a bitmap `FINE` times finer than the picture, averaged to picture pixels at
+//! the end.
 //!
-//! The plotting library's own bitmap drops the side bearing of every glyph, sizes text unlike its
-//! SVG, and fills a thick line that crosses itself by parity. Here text and lines follow the SVG.
+//! The plotting library's own bitmap back end drops the side bearing of every glyph, sizes text
+//! differently from its SVG back end, and fills a thick line that crosses itself by the even-odd
+//! rule. Here text and lines follow the SVG back end.
 
 mod glyphs;
 
@@ -13,7 +15,7 @@ use super::style::FINE;
 
 type Done = Result<(), DrawingErrorKind<Infallible>>;
 
-/// A canvas of fine pixels.
+/// A canvas of fine pixels, `FINE` of which make one picture pixel along each side.
 pub struct Raster<'a> {
     rgb: &'a mut [[u8; 3]],
     width: u32,
@@ -21,12 +23,13 @@ pub struct Raster<'a> {
 }
 
 impl<'a> Raster<'a> {
-    /// Borrows `rgb`, row by row from the top; `None` unless it holds `width * height` [fine px].
+    /// Borrows `rgb`, row by row from the top; `None` unless it has `width * height` elements [fine
+    /// px].
     pub fn new(rgb: &'a mut [[u8; 3]], width: u32, height: u32) -> Option<Self> {
         (rgb.len() == width as usize * height as usize).then_some(Self { rgb, width, height })
     }
 
-    /// The fine pixel at a place, if that is on the canvas.
+    /// The fine pixel at a position, or `None` outside the canvas.
     fn pixel(&mut self, (x, y): BackendCoord) -> Option<&mut [u8; 3]> {
         let (x, y) = (u32::try_from(x).ok()?, u32::try_from(y).ok()?);
         if x >= self.width {
@@ -35,7 +38,7 @@ impl<'a> Raster<'a> {
         self.rgb.get_mut(y as usize * self.width as usize + x as usize)
     }
 
-    /// Lays `color` over one fine pixel, weighted by `coverage` (0 to 1).
+    /// Blends `color` over one fine pixel, weighted by `coverage` (0 to 1).
     fn blend(&mut self, at: BackendCoord, color: BackendColor, coverage: f64) {
         let Some(pixel) = self.pixel(at) else {
             return;
@@ -52,7 +55,7 @@ impl<'a> Raster<'a> {
         }
     }
 
-    /// Fills the fine pixels from `from` up to `to` of a row.
+    /// Fills the fine pixels of row `y` from `from` up to, but not including, `to`.
     fn span(&mut self, y: i32, from: i32, to: i32, color: BackendColor) {
         let from = from.max(0);
         let to = to.min(self.width.cast_signed());
@@ -68,11 +71,13 @@ impl<'a> Raster<'a> {
         }
     }
 
-    /// A line with round ends: every fine pixel nearer than half the width.
+    /// Draws a line with round ends: it fills every fine pixel whose distance is at most half the
+    /// width.
     fn stroke(&mut self, from: BackendCoord, to: BackendCoord, color: BackendColor, width: u32) {
         let upright = from.0 == to.0 || from.1 == to.1;
         if width <= 1 && upright {
-            // how a polygon is filled: by far the most lines, so without the distance below
+            // the plotting library fills polygons by such lines, by far the most frequent ones, so
+            // they skip the distance computation below
             for y in from.1.min(to.1)..=from.1.max(to.1) {
                 self.span(y, from.0.min(to.0), from.0.max(to.0) + 1, color);
             }
@@ -148,7 +153,7 @@ impl DrawingBackend for Raster<'_> {
     }
 }
 
-/// Averages every `FINE` x `FINE` block of a canvas `width` fine pixels wide to one RGB pixel.
+/// Averages every `FINE` x `FINE` block of a canvas, `width` fine pixels wide, to one RGB pixel.
 pub fn average(fine: &[[u8; 3]], width: u32) -> Vec<u8> {
     let side = FINE as usize;
     let mut out = Vec::with_capacity(fine.len() * 3 / (side * side));

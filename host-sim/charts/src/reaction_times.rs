@@ -1,5 +1,5 @@
-//! Reaction times to many faults: a bar from the fastest to the slowest run on a logarithmic axis,
-//! the allowed time as a stroke.
+//! Draws reaction times to many faults: one bar per fault from the fastest to the slowest run on a
+//! logarithmic axis, with the allowed time as a stroke.
 
 use std::path::Path;
 
@@ -15,41 +15,41 @@ use super::picture::{Picture, save};
 use super::style::{GRID, INK, MUTED, TICK_PX, line, px, text};
 use super::{ChartError, check_series};
 
-/// Colours of bars in time and of late ones.
+/// Colours of bars whose slowest run is in time, and of late ones.
 const IN_TIME: RGBColor = RGBColor(0, 114, 178);
 const TOO_LATE: RGBColor = RGBColor(213, 94, 0);
-/// Room for the names, and between the two columns [px].
+/// Space for the names, and between the two columns [px].
 const NAME_PX: f64 = 238.0;
 const GAP_PX: f64 = 18.0;
-/// Height of the axis below [px].
+/// Height of the axis below the bars [px].
 const AXIS_PX: f64 = 44.0;
 
-/// One kind of fault.
+/// Reaction times to one kind of fault.
 #[derive(Clone, Debug)]
 pub struct ReactionBar<'a> {
     /// Name of the fault.
     pub name: &'a str,
-    /// Fastest, middle and slowest reaction [ticks], at least one.
+    /// Fastest, median and slowest reaction [ticks], each at least one.
     pub ticks: [f64; 3],
-    /// Longest that is allowed [ticks].
+    /// Longest allowed reaction [ticks], if there is a limit.
     pub allowed_ticks: Option<f64>,
 }
 
 /// Data and labels of a reaction-time chart.
 #[derive(Clone, Copy, Debug)]
 pub struct ReactionTimes<'a> {
-    /// First line.
+    /// First line above the chart.
     pub title: &'a str,
-    /// Second line.
+    /// Second line above the chart.
     pub below: &'a str,
-    /// Bars from top to bottom, then those of the second column.
+    /// Bars from top to bottom: first those of the left column, then those of the right.
     pub bars: &'a [ReactionBar<'a>],
 }
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// No bar, a time that is not above zero, or a folder that cannot be written.
+/// Fails if there is no bar, if a time is not above zero, or if the folder cannot be written.
 pub fn reaction_times(folder: &Path, name: &str, times: &ReactionTimes) -> Result<(), ChartError> {
     if times.bars.is_empty() {
         return Err(ChartError::Empty { what: "bars" });

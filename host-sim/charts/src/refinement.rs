@@ -1,4 +1,4 @@
-//! Force against depth on meshes of rising fineness.
+//! Draws force against depth for meshes of increasing fineness.
 
 use std::path::Path;
 
@@ -17,18 +17,18 @@ use super::{ChartError, check};
 /// Depth [m] and force [N] of every hold on one mesh.
 #[derive(Clone, Debug)]
 pub struct RefinementLevel {
-    /// Nodes of the mesh.
+    /// Number of nodes of the mesh.
     pub nodes: usize,
-    /// (depth \[m\], force \[N\]) by rising depth.
+    /// Pairs (depth \[m\], force \[N\]), in the order of increasing depth.
     pub holds: Vec<(f64, f64)>,
 }
 
-/// A press on several meshes.
+/// Results of one press on several meshes.
 #[derive(Clone, Copy, Debug)]
 pub struct Refinement<'a> {
-    /// Scene name, first words of the title.
+    /// Name of the scene, with which the title begins.
     pub scene: &'a str,
-    /// The line below the title.
+    /// Line below the title.
     pub caption: &'a str,
     /// Levels from coarse to fine.
     pub levels: &'a [RefinementLevel],
@@ -37,7 +37,7 @@ pub struct Refinement<'a> {
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// No hold, a value that cannot be drawn, or a folder that cannot be written.
+/// Fails if there is no hold, if a value cannot be drawn, or if the folder cannot be written.
 pub fn refinement(folder: &Path, name: &str, refinement: &Refinement) -> Result<(), ChartError> {
     let all = || refinement.levels.iter().flat_map(|level| level.holds.iter().copied());
     if all().next().is_none() {
@@ -73,8 +73,8 @@ impl Picture for Levels<'_> {
             Labels { title: &format!("depth [{}]", self.length.symbol), ticks: self.x.ticks, of: &|v| self.x.label(*v) },
             Labels { title: &format!("force [{}]", self.force.symbol), ticks: self.y.ticks, of: &|v| self.y.label(*v) },
         )?;
-        // the finest mesh as a line, drawn first; the others as marks of falling size, so that none
-        // hides another
+        // the finest mesh is a line and is drawn first; the others are marks of decreasing size, so
+        // that none hides another
         let count = self.refinement.levels.len();
         for (n, level) in self.refinement.levels.iter().enumerate().rev() {
             let at = level.holds.iter().map(|h| (h.0 * self.length.per_si, h.1 * self.force.per_si));

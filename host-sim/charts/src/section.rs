@@ -1,4 +1,5 @@
-//! The tissue cut open through the probe, at rest and at one or two holds: dent, mesh and force.
+//! Draws the tissue cut open through the probe, at rest and at one or two holds, with dent, mesh
+//! and force.
 
 mod cut;
 mod tip;
@@ -23,12 +24,12 @@ use super::surface::view::{V3, View};
 use super::{ChartError, check};
 use cut::{Corner, Window};
 
-/// Tissue of tets, cut open.
+/// A tet mesh of tissue that is cut open.
 #[derive(Clone, Copy, Debug)]
 pub struct Section<'a> {
-    /// Scene name, first words of the title.
+    /// Name of the scene, with which the title begins.
     pub scene: &'a str,
-    /// The line below the title.
+    /// Line below the title.
     pub caption: &'a str,
     /// Node positions at rest [m], shape [nodes][3].
     pub rest_m: &'a [[f64; 3]],
@@ -36,32 +37,33 @@ pub struct Section<'a> {
     pub tets: &'a [[u32; 4]],
     /// Nodes of each surface triangle, counter-clockwise seen from outside, shape [triangles][3].
     pub triangles: &'a [[u32; 3]],
-    /// Whether a node is fixed, shape \[nodes\].
+    /// Whether each node is fixed, shape \[nodes\].
     pub fixed: &'a [bool],
-    /// Balls of another stiffness: centre at rest [m] and radius [m].
+    /// Balls whose stiffness differs from the tissue around them: centre at rest [m] and radius
+    /// [m].
     pub balls_m: &'a [([f64; 3], f64)],
-    /// Moments from left to right, one to three.
+    /// Moments of the press from left to right, one to three.
     pub moments: &'a [Moment<'a>],
 }
 
-/// A moment of a press.
+/// State of the tissue at one moment of a press.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment<'a> {
     /// Node positions [m], shape [nodes][3].
     pub deformed_m: &'a [[f64; 3]],
-    /// Probe that presses.
+    /// Probe that presses on the tissue.
     pub probe: Probe,
-    /// Depth of the tip [m].
+    /// Depth of the tip below the surface at rest [m].
     pub depth_m: f64,
-    /// Force on the probe along its handle [N].
+    /// Force on the probe along its handle [N]; positive pushes the probe out of the tissue.
     pub force_n: f64,
 }
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// No tet, no moment, an item that names a missing node, a value that cannot be drawn, or a folder
-/// that cannot be written.
+/// Fails if there is no tet or no moment, if an item names a missing node, if a value cannot be
+/// drawn, or if the folder cannot be written.
 pub fn section(folder: &Path, name: &str, section: &Section) -> Result<(), ChartError> {
     section.check()?;
     let Some(last) = section.moments.last() else { return Err(ChartError::Empty { what: "moments" }) };
@@ -107,28 +109,29 @@ impl Section<'_> {
 
 struct SectionPicture<'a> {
     section: &'a Section<'a>,
-    /// The deepest moment: the cut goes through its tip.
+    /// The last and deepest moment, through whose tip the cut passes.
     last: &'a Moment<'a>,
-    /// The colour scale, in `unit`.
+    /// Colour scale, in `unit`.
     scale: Axis,
     unit: Unit,
     force: Unit,
 }
 
-/// Sine and cosine of the eye's height over the surface: 22 degrees.
+/// Sine and cosine of the elevation of the eye above the surface: 22 degrees.
 const RISE: (f64, f64) = (0.375, 0.927);
-/// Half of the width, the depth and the height over the site that are shown, and the depth behind
-/// the cut, in half-widths of the probe.
+/// Half of the width, the depth below the site and the height above the site that are shown, and
+/// the distance behind the cut that is shown, each divided by the half-width of the probe (1).
 const SHOWN: [f64; 4] = [2.4, 5.2, 3.1, 2.0];
-/// Length of the longest arrow, in half-widths of the probe.
+/// Length of the longest arrow, divided by the half-width of the probe (1).
 const ARROW: f64 = 2.4;
-/// Share of white in the colours of the tissue, so that its mesh is seen.
+/// Share of white that is mixed into the colours of the tissue, so that the mesh is visible on them
+/// (1).
 const PALE: f64 = 0.25;
-/// Ground of a ball of another stiffness, mixed into the colours.
+/// Colour that is mixed into the tissue's colour inside a ball of another stiffness.
 const BALL: RGBColor = WARN;
 
 impl SectionPicture<'_> {
-    /// The cut of every moment: the same place and the same axes.
+    /// Cut plane and visible part that are common to all moments.
     fn window(&self) -> Window {
         let probe = &self.last.probe;
         let axis = probe.direction();
@@ -146,7 +149,7 @@ impl SectionPicture<'_> {
         }
     }
 
-    /// Projection of moment `k`.
+    /// Projection of moment `k` into its part of the picture.
     fn view(&self, window: &Window, area: (u32, u32), k: usize) -> View {
         let (width, height) = (f64::from(area.0), f64::from(area.1));
         let left = f64::from(px(MARGIN_PX));
@@ -158,7 +161,7 @@ impl SectionPicture<'_> {
         };
         let (sine, cosine) = RISE;
         let (size_m, w) = (tip::half_width_m(&self.last.probe), window);
-        // no deeper than the tissue is
+        // the picture ends where the tissue ends
         let low_m = self.lowest_m(window).min(w.depth_m);
         let corner = |x: f64, up: f64| w.site_m + w.right * (x * w.half_width_m) + w.axis * up;
         let corners =
@@ -166,13 +169,13 @@ impl SectionPicture<'_> {
         View::from_eye(w.front * cosine + w.axis * sine, w.axis, &corners.into_iter(), frame)
     }
 
-    /// Extent of the tissue below the site [m].
+    /// Largest depth of the tissue below the site at rest, along the axis [m].
     fn lowest_m(&self, w: &Window) -> f64 {
         let below = self.section.rest_m.iter().map(|x| (w.site_m - V3::from(*x)).dot(&w.axis));
         below.fold(0.0, f64::max)
     }
 
-    /// Surface that is left behind the cut, farthest first.
+    /// Draws the surface behind the cut, farthest pieces first.
     fn behind<DB: DrawingBackend>(&self, area: &Area<DB>, window: &Window, view: &View, moment: &Moment) -> Drawn<DB> {
         let moved: Vec<f64> = moved_m(self.section.rest_m, moment.deformed_m).collect();
         let skin = Skin {
@@ -196,7 +199,7 @@ impl SectionPicture<'_> {
         mixed(colour(mean_m * self.unit.per_si / self.scale.range.end), WHITE, PALE)
     }
 
-    /// The cut face: a polygon for each tet.
+    /// Draws the cut face: one polygon for each tet that the plane cuts.
     fn face<DB: DrawingBackend>(&self, area: &Area<DB>, window: &Window, view: &View, moment: &Moment) -> Drawn<DB> {
         let section = self.section;
         let moved: Vec<f64> = moved_m(section.rest_m, moment.deformed_m).collect();
@@ -212,7 +215,7 @@ impl SectionPicture<'_> {
             let points = corners.iter().map(|c| view.spot(c.at)).collect();
             closed(area, points, fill, INK, 0.8)?;
         }
-        // rest surface, and hatching where it is fixed
+        // surface at rest, with hatching where it is fixed
         for [a, b] in window.outline(section.triangles, section.rest_m, |_| true) {
             area.draw(&PathElement::new([view.spot(a), view.spot(b)], line(INK, 1.1)))?;
         }
@@ -222,7 +225,7 @@ impl SectionPicture<'_> {
         Ok(())
     }
 
-    /// Short strokes outward from a fixed edge.
+    /// Draws a fixed edge, with short strokes that point outward.
     fn hatch<DB: DrawingBackend>(&self, area: &Area<DB>, view: &View, a: V3, b: V3) -> Drawn<DB> {
         let (from, to) = (view.spot(a), view.spot(b));
         area.draw(&PathElement::new([from, to], line(INK, 2.2)))?;
@@ -236,7 +239,7 @@ impl SectionPicture<'_> {
         Ok(())
     }
 
-    /// Arrow of the force, and its words below the frame.
+    /// Draws the arrow of the force, and writes depth and force below the frame.
     fn force<DB: DrawingBackend>(&self, area: &Area<DB>, window: &Window, view: &View, moment: &Moment) -> Drawn<DB> {
         let size_m = tip::half_width_m(&moment.probe);
         let most_n = self.section.moments.iter().map(|m| m.force_n).fold(0.0, f64::max);
@@ -259,7 +262,7 @@ impl SectionPicture<'_> {
         area.draw_text(&force, &style, (middle, bottom - px(104.0)))
     }
 
-    /// Words that explain lines and colours, at the bottom.
+    /// Writes the explanation of lines and colours at the bottom.
     fn legend<DB: DrawingBackend>(&self, area: &Area<DB>) -> Drawn<DB> {
         let mut words = "polygons: tets that the cut goes through; black line: surface at rest; hatched: fixed".to_owned();
         if !self.section.balls_m.is_empty() {
@@ -273,7 +276,7 @@ impl SectionPicture<'_> {
     }
 }
 
-/// A filled polygon with a line around it.
+/// Draws a filled polygon with a line around it.
 fn closed<DB: DrawingBackend>(
     area: &Area<DB>,
     mut points: Vec<(i32, i32)>,
@@ -286,7 +289,7 @@ fn closed<DB: DrawingBackend>(
     area.draw(&PathElement::new(points, line(edge, width_px)))
 }
 
-/// A colour with a share of another in it.
+/// Mixes a `share` (0 to 1) of `b` into `a`.
 fn mixed(a: RGBColor, b: RGBColor, share: f64) -> RGBColor {
     let mix = |a: u8, b: u8| (f64::from(a) * (1.0 - share) + f64::from(b) * share) as u8;
     RGBColor(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))

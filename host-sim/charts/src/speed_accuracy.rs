@@ -1,5 +1,4 @@
-//! Speed against accuracy: cost of a tick and error of every method, with the front of unbeaten
-//! points.
+//! Draws speed against accuracy: cost per tick and error of every method, with the Pareto front.
 
 mod key;
 pub(super) mod marker;
@@ -24,56 +23,57 @@ use super::tick_time::plain;
 use super::{ChartError, check};
 use marker::{Look, look, outline, radius_px};
 
-/// The front is drawn in this grey.
+/// Colour of the Pareto front.
 const FRONT: plotters::style::RGBColor = plotters::style::RGBColor(0xb9, 0xc0, 0xc7);
 
 /// Data and labels of a speed-accuracy chart.
 #[derive(Clone, Copy, Debug)]
 pub struct SpeedAccuracy<'a> {
-    /// First line.
+    /// First line above the chart.
     pub title: &'a str,
-    /// Second line: machine and build.
+    /// Second line above the chart: machine and build.
     pub below: &'a str,
     /// Quantity and unit along x.
     pub cost: &'a str,
     /// Quantity and unit along y.
     pub error: &'a str,
-    /// Cost that a tick may have, with its name; none where x is no cost.
+    /// Largest cost that a tick may have, with its name; `None` where x is not a cost.
     pub budget: Option<(f64, &'a str)>,
-    /// Methods in the order of the legend; one that has no points is left out.
+    /// Methods in the order of the legend; a method without points is left out.
     pub methods: &'a [MethodPoints<'a>],
-    /// The front, by rising cost: index of the method and of its point.
+    /// Pareto front in the order of increasing cost, as (index of the method, index of its point).
     pub front: &'a [(usize, usize)],
 }
 
-/// One method at several sizes.
+/// Results of one method for several mesh sizes.
 #[derive(Clone, Debug)]
 pub struct MethodPoints<'a> {
-    /// Name.
+    /// Name of the method in the legend.
     pub name: &'a str,
-    /// Points by rising size.
+    /// Points in the order of increasing size.
     pub points: Vec<MethodPoint>,
 }
 
-/// One size.
+/// Result of one method for one mesh size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MethodPoint {
-    /// Nodes of the mesh.
+    /// Number of nodes of the mesh.
     pub nodes: usize,
-    /// Number of parts into which each substep of the method is split; drawn as `x2` and so on.
+    /// Number of parts into which each substep of the method is divided; drawn as `x2` and so on.
     pub split: u16,
-    /// Cost, above 0.
+    /// Cost per tick, above 0.
     pub cost: f64,
     /// Error, above 0.
     pub error: f64,
-    /// Whether the method survived; drawn hollow if not.
+    /// Whether the method survived the press; otherwise it is drawn hollow.
     pub survived: bool,
 }
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// No points, one that is not above zero, or a folder that cannot be written.
+/// Fails if there are no points, if a cost or an error is not above zero, or if the folder cannot
+/// be written.
 pub fn speed_accuracy(folder: &Path, name: &str, chart: &SpeedAccuracy) -> Result<(), ChartError> {
     let points = || chart.methods.iter().flat_map(|m| &m.points);
     for (what, of) in [("cost", (|p| p.cost) as fn(&MethodPoint) -> f64), ("error", |p| p.error)] {
@@ -90,7 +90,7 @@ pub fn speed_accuracy(folder: &Path, name: &str, chart: &SpeedAccuracy) -> Resul
     save(folder, name, &picture)
 }
 
-/// A logarithmic range with room on both sides.
+/// A logarithmic range with some margin at both ends.
 fn wide(values: impl Iterator<Item = f64>) -> Range<f64> {
     let (low, high) = values.fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
     let room = (high / low).max(4.0).powf(0.06);
@@ -138,7 +138,7 @@ impl Picture for Drawing<'_> {
 
         for (index, method) in data.methods.iter().enumerate() {
             let Look { color, shape } = look(index);
-            // a line for each split
+            // points with the same split are joined by one line
             let mut splits: Vec<u16> = method.points.iter().map(|p| p.split).collect();
             splits.sort_unstable();
             splits.dedup();
@@ -163,7 +163,7 @@ impl Picture for Drawing<'_> {
 }
 
 impl Drawing<'_> {
-    /// The front as stairs: what it reaches at each cost.
+    /// The Pareto front as stairs: the smallest error that is reached at each cost.
     fn stairs(&self, at: &impl Fn(&MethodPoint) -> (i32, i32), right: i32, top: i32) -> Vec<(i32, i32)> {
         let corners: Vec<_> = self.front().map(|(_, p)| at(p)).collect();
         let mut stairs = Vec::new();
@@ -179,7 +179,7 @@ impl Drawing<'_> {
         stairs
     }
 
-    /// Methods and points of the front.
+    /// Methods and points of the Pareto front.
     fn front(&self) -> impl Iterator<Item = (&MethodPoints<'_>, &MethodPoint)> {
         self.chart.front.iter().filter_map(|&(m, p)| {
             let method = self.chart.methods.get(m)?;
@@ -209,7 +209,7 @@ impl Drawing<'_> {
     }
 }
 
-/// Nodes, and the split of the substeps where there is one.
+/// Label of a point: number of nodes, and the split of the substeps if there is one.
 fn label(point: &MethodPoint) -> String {
     match point.split {
         0 | 1 => point.nodes.to_string(),

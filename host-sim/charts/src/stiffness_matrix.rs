@@ -1,5 +1,5 @@
-//! Matrix of the largest stable stiffness: one cell per column and row, orange below the ceiling
-//! of the device itself and blue above it.
+//! Draws a matrix of the largest stable stiffness: one cell per column and row, orange below the
+//! largest stiffness that the maker of the device names and blue above it.
 
 use std::path::Path;
 
@@ -16,58 +16,59 @@ use super::picture::{Picture, save};
 use super::style::{INK, LABEL_PX, MUTED, TICK_PX, line, px, text};
 use super::{ChartError, check};
 
-/// Columns that belong together.
+/// Columns under a common heading.
 #[derive(Clone, Debug)]
 pub struct MatrixGroup {
-    /// Name above the group's columns.
+    /// Heading above the columns of the group.
     pub name: String,
-    /// Names of the columns, and the stiffness that the device of each must hold [N/m].
+    /// Names of the columns, each with the largest stiffness that the maker of its device names
+    /// [N/m].
     pub columns: Vec<(String, f64)>,
 }
 
-/// One cell.
+/// One cell of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MatrixCell {
-    /// Stiffness [N/m].
+    /// Largest stable stiffness [N/m].
     pub n_per_m: f64,
-    /// A lower bound.
+    /// Whether the stiffness is only a lower bound.
     pub at_least: bool,
 }
 
-/// One row.
+/// One row of the matrix.
 #[derive(Clone, Debug)]
 pub struct MatrixRow {
     /// Name at the left of the row.
     pub name: String,
     /// One cell per column.
     pub cells: Vec<MatrixCell>,
-    /// Whether the row is a closed form. It is then set off, and neighbours of equal value share
-    /// one cell.
+    /// Whether the row is a closed form. Such a row is separated from the others, and adjacent
+    /// cells with equal values are merged.
     pub closed: bool,
 }
 
-/// A matrix of stiffnesses.
+/// Data and labels of a matrix of stiffnesses.
 #[derive(Clone, Copy, Debug)]
 pub struct StiffnessMatrix<'a> {
-    /// Title, naming what the matrix shows.
+    /// First line above the matrix.
     pub title: &'a str,
-    /// The line below.
+    /// Line below the title.
     pub caption: &'a str,
-    /// Columns.
+    /// Groups of columns from left to right.
     pub groups: &'a [MatrixGroup],
-    /// Rows.
+    /// Rows from top to bottom.
     pub rows: &'a [MatrixRow],
-    /// Largest stiffness tried [N/m], marked in a cell that reaches it.
+    /// Largest stiffness tried [N/m]; a cell that reaches it says `all`.
     pub stiffest_n_per_m: f64,
-    /// Lines at the bottom.
+    /// Lines of text at the bottom.
     pub notes: &'a [String],
 }
 
-/// Writes `NAME.svg` and `NAME.png`.
+/// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// No rows, a row with another number of cells than there are columns, a number that cannot be
-/// drawn, or a folder that cannot be written.
+/// Fails if there are no rows, if a row does not have one cell per column, if a value cannot be
+/// drawn, or if the folder cannot be written.
 pub fn stiffness_matrix(folder: &Path, name: &str, matrix: &StiffnessMatrix) -> Result<(), ChartError> {
     let columns: usize = matrix.groups.iter().map(|g| g.columns.len()).sum();
     if matrix.rows.is_empty() || columns == 0 {
@@ -82,16 +83,17 @@ pub fn stiffness_matrix(folder: &Path, name: &str, matrix: &StiffnessMatrix) -> 
     save(folder, name, matrix)
 }
 
-/// Margins left of the columns, above the rows and below them [px].
+/// Space left of the columns, above the rows and below them [px].
 const LEFT_PX: f64 = 168.0;
 const TOP_PX: f64 = 126.0;
 const BELOW_PX: f64 = 66.0;
 const NOTE_PX: f64 = 19.0;
 const GROUP_GAP_PX: f64 = 10.0;
-/// Half of the colour scale, in octaves.
+/// Half of the span of the colour scale [octaves].
 const OCTAVES: f64 = 3.0;
 
-/// Orange below a ratio of one, blue from one on; darker with distance.
+/// Colour of a ratio to the named stiffness: orange below one and blue from one on; darker the
+/// farther it is from one.
 fn colour(ratio: f64) -> RGBColor {
     let share = (ratio.max(1e-3).log2().abs() / OCTAVES).min(1.0);
     let (pale, deep) = if ratio < 1.0 { ([252, 226, 205], [201, 84, 20]) } else { ([219, 233, 246], [28, 90, 152]) };
@@ -99,7 +101,7 @@ fn colour(ratio: f64) -> RGBColor {
     RGBColor(mix(0), mix(1), mix(2))
 }
 
-/// Ink that is readable on a colour.
+/// Colour of text that is readable on the colour of `ratio`.
 fn on(ratio: f64) -> RGBColor {
     if ratio.max(1e-3).log2().abs() / OCTAVES > 0.6 { WHITE } else { INK }
 }
@@ -205,7 +207,7 @@ impl Picture for StiffnessMatrix<'_> {
         let (lefts, each) = self.columns(width_px);
         self.heads(area, &lefts, each)?;
         let bottom = height_px - BELOW_PX - NOTE_PX * self.notes.len() as f64;
-        // a closed form stands off by half a row
+        // the rows of closed forms are separated by 0.4 of a row
         let closed = self.rows.iter().any(|r| r.closed);
         let step = (bottom - TOP_PX) / (self.rows.len() as f64 + if closed { 0.4 } else { 0.0 });
         for (n, row) in self.rows.iter().enumerate() {

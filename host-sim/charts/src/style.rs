@@ -1,17 +1,18 @@
-//! One look for all charts: sizes, colours, lines and the built-in font.
+//! The common style of all charts: sizes, colours, lines and the built-in font.
 
 use ab_glyph::FontRef;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontDesc, FontFamily, FontStyle, RGBColor, ShapeStyle, TextStyle};
 
-/// Canvas units per picture pixel. The plotting library rounds to whole units; a quarter of a
-/// pixel hides that, and averages to 17 levels of edge smoothing.
+/// Number of canvas units per picture pixel. The plotting library rounds to whole units; with units
+/// of a quarter of a pixel this is invisible, and edges are smoothed to 17 levels.
 pub const FINE: u32 = 4;
 
-/// Font size that the SVG back end writes per size asked for, hence what the PNG must use.
+/// Font size that the SVG back end writes, divided by the requested size; the PNG uses the same
+/// factor.
 pub const EM_PER_SIZE: f64 = 1.0 / 1.24;
 
-/// The built-in font first, then what a viewer without it is likely to have.
+/// The built-in font, followed by fonts that a viewer without it is likely to have.
 const FAMILY: &str = "Noto Sans, Open Sans, Helvetica, Arial, sans-serif";
 
 pub const INK: RGBColor = RGBColor(0x22, 0x26, 0x2a);
@@ -29,12 +30,12 @@ pub const TITLE_PX: f64 = 19.0;
 pub const LABEL_PX: f64 = 15.0;
 pub const TICK_PX: f64 = 14.0;
 
-/// Picture pixels to canvas units.
+/// Converts picture pixels to canvas units.
 pub fn px(pixels: f64) -> i32 {
     (pixels * f64::from(FINE)).round() as i32
 }
 
-/// The built-in face for `style`; the charts use regular and bold.
+/// The built-in face for `style`; the charts use only regular and bold.
 pub fn face(style: FontStyle) -> Option<FontRef<'static>> {
     FontRef::try_from_slice(match style {
         FontStyle::Bold => notosans::BOLD_TTF,
@@ -43,9 +44,9 @@ pub fn face(style: FontStyle) -> Option<FontRef<'static>> {
     .ok()
 }
 
-/// Makes the built-in font known to the plotting library, which measures text with it.
+/// Registers the built-in font with the plotting library, which measures text with it.
 pub fn register_fonts() -> Result<(), String> {
-    // a page draws no charts of its own
+    // the browser page draws no charts with this library
     #[cfg(not(target_family = "wasm"))]
     for (style, bytes) in [(FontStyle::Normal, notosans::REGULAR_TTF), (FontStyle::Bold, notosans::BOLD_TTF)] {
         plotters::style::register_font(FAMILY, style, bytes).map_err(|_| "the built-in font does not parse".to_owned())?;
@@ -53,17 +54,17 @@ pub fn register_fonts() -> Result<(), String> {
     Ok(())
 }
 
-/// Text of `size_px` that hangs from `anchor` (horizontal, vertical).
+/// Text style of `size_px`, aligned by `anchor` (horizontal, vertical).
 pub fn text(size_px: f64, color: RGBColor, anchor: (HPos, VPos)) -> TextStyle<'static> {
     styled(size_px, FontStyle::Normal, color, anchor)
 }
 
-/// Bold text of `size_px` that hangs from its top left corner.
+/// Bold text style of `size_px`, aligned by the top left corner.
 pub fn heading(size_px: f64, color: RGBColor) -> TextStyle<'static> {
     styled(size_px, FontStyle::Bold, color, (HPos::Left, VPos::Top))
 }
 
-/// Text of `size_px` in a style that hangs from `anchor` (horizontal, vertical).
+/// Text style of `size_px` in a font style, aligned by `anchor` (horizontal, vertical).
 pub fn styled(size_px: f64, style: FontStyle, color: RGBColor, anchor: (HPos, VPos)) -> TextStyle<'static> {
     let size = size_px * f64::from(FINE) / EM_PER_SIZE;
     let mut text = TextStyle::from(FontDesc::new(FontFamily::Name(FAMILY), size, style));
@@ -71,7 +72,7 @@ pub fn styled(size_px: f64, style: FontStyle, color: RGBColor, anchor: (HPos, VP
     text.pos(Pos::new(anchor.0, anchor.1))
 }
 
-/// A line `width_px` wide.
+/// Line style of width `width_px` [px].
 pub fn line(color: RGBColor, width_px: f64) -> ShapeStyle {
     ShapeStyle::from(color).stroke_width(px(width_px).unsigned_abs().max(1))
 }

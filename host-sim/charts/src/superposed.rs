@@ -1,8 +1,9 @@
-//! Several surfaces in one oblique view, such as an organ at rest and deformed: solid skins, or
-//! meshes of wire where the other shows through.
+//! Draws several surfaces in one oblique view, such as an organ at rest and deformed. A surface is
+//! drawn as a solid skin, or as a wire mesh through which the others are visible.
 //!
-//! Painter's algorithm over pieces of a few pixels, so surfaces may pass through each other. The
-//! outline of a wire surface is drawn over everything: it is the line that a viewer compares.
+//! It uses the painter's algorithm over pieces of a few pixels, so that surfaces may intersect. The
+//! outline of a wire surface is drawn on top of everything, because it is the line that a viewer
+//! compares.
 
 mod ghost;
 
@@ -30,9 +31,9 @@ use ghost::{Wire, outline, wires};
 /// Style in which a surface is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Look {
-    /// An opaque, shaded skin.
+    /// An opaque, shaded surface.
     Solid,
-    /// The edges and the outline of the surface.
+    /// Edges of the triangles, and the outline of the surface.
     Wire,
 }
 
@@ -45,9 +46,9 @@ pub struct Layer<'a> {
     pub nodes_m: &'a [[f64; 3]],
     /// Nodes of each triangle, counter-clockwise seen from outside, shape [triangles][3].
     pub triangles: &'a [[u32; 3]],
-    /// Red, green, blue.
+    /// Colour as red, green and blue (0 to 255).
     pub color: [u8; 3],
-    /// Skin or wire.
+    /// Style in which the surface is drawn.
     pub look: Look,
 }
 
@@ -60,28 +61,28 @@ pub struct Landmark<'a> {
     pub at_m: [f64; 3],
 }
 
-/// Surfaces, landmarks, labels and view of a picture.
+/// Surfaces, landmarks, labels and view of one picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Superposed<'a> {
-    /// First line.
+    /// First line above the picture.
     pub title: &'a str,
-    /// Second line.
+    /// Second line above the picture.
     pub below: &'a str,
     /// Surfaces, in the order of the legend.
     pub layers: &'a [Layer<'a>],
-    /// Points; may be empty.
+    /// Points that are drawn over the surfaces; may be empty.
     pub landmarks: &'a [Landmark<'a>],
-    /// Direction from the body toward the eye, of any length but zero.
+    /// Direction from the body toward the eye, of any non-zero length.
     pub eye: [f64; 3],
-    /// Direction that is up in the picture, any length but zero.
+    /// Direction that is up in the picture, of any non-zero length.
     pub up: [f64; 3],
 }
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// No layer, one without triangles, a triangle that names a missing node, a direction without
-/// length, a value that cannot be drawn, or a folder that cannot be written.
+/// Fails if there is no layer, if a layer has no triangles, if a triangle names a missing node, if
+/// a direction has zero length, if a value cannot be drawn, or if the folder cannot be written.
 pub fn superposed(folder: &Path, name: &str, superposed: &Superposed) -> Result<(), ChartError> {
     if superposed.layers.is_empty() {
         return Err(ChartError::Empty { what: "layers" });
@@ -108,7 +109,7 @@ pub fn superposed(folder: &Path, name: &str, superposed: &Superposed) -> Result<
     save(folder, name, &Drawing { data: superposed, eye, up })
 }
 
-/// Longest side of a piece [px]: surfaces that intersect are divided this finely.
+/// Longest side of a piece [px]; surfaces that intersect are divided into pieces of this size.
 const PIECE_PX: f64 = 11.0;
 
 struct Drawing<'a> {
@@ -117,7 +118,7 @@ struct Drawing<'a> {
     up: V3,
 }
 
-/// A piece to paint, in the order of depth.
+/// A piece that is painted in the order of depth.
 enum Piece {
     Facet(Facet, RGBColor),
     Wire(Wire, RGBColor),
@@ -160,7 +161,7 @@ impl Drawing<'_> {
         View::from_eye(self.eye, self.up, &points.iter().copied(), frame)
     }
 
-    /// All pieces that may hide others, farthest first.
+    /// All pieces that can hide each other, farthest first.
     fn pieces(&self, view: &View) -> Vec<Piece> {
         let mut all = Vec::new();
         for layer in self.data.layers {

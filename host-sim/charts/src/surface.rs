@@ -1,4 +1,5 @@
-//! The deformed surface seen obliquely from the probe's side, coloured by displacement.
+//! Draws the deformed surface, seen obliquely from the side of the probe and coloured by
+//! displacement.
 
 pub(super) mod facets;
 mod probe;
@@ -23,28 +24,28 @@ pub use probe::{Probe, ProbeShape};
 use scales::{BAR_PX, colour, colour_bar, scale_bar, shaded};
 use view::{V3, View};
 
-/// A closed surface at rest and pressed.
+/// A closed surface, at rest and deformed by a press.
 #[derive(Clone, Copy, Debug)]
 pub struct Surface<'a> {
-    /// Scene name, first words of the title.
+    /// Name of the scene, which is the title.
     pub scene: &'a str,
-    /// Subtitle, the line below the title: nodes, depth, force.
+    /// Line below the title: number of nodes, depth and force.
     pub caption: &'a str,
     /// Node positions at rest [m], shape [nodes][3].
     pub rest_m: &'a [[f64; 3]],
-    /// Node positions now [m], shape [nodes][3].
+    /// Deformed node positions [m], shape [nodes][3].
     pub deformed_m: &'a [[f64; 3]],
     /// Nodes of each triangle, counter-clockwise seen from outside, shape [triangles][3].
     pub triangles: &'a [[u32; 3]],
-    /// Probe that presses on it.
+    /// Probe that presses on the surface.
     pub probe: Probe,
 }
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// No triangles, a triangle that names a missing node, a value that cannot be drawn, or a folder
-/// that cannot be written.
+/// Fails if there are no triangles, if a triangle names a missing node, if a value cannot be drawn,
+/// or if the folder cannot be written.
 pub fn surface(folder: &Path, name: &str, surface: &Surface) -> Result<(), ChartError> {
     surface.check()?;
     let moved_m: Vec<f64> =
@@ -77,10 +78,10 @@ impl Surface<'_> {
 
 struct SurfacePicture<'a> {
     surface: &'a Surface<'a>,
-    /// Displacement of each node [m].
+    /// Magnitude of the displacement of each node [m].
     moved_m: Vec<f64>,
     unit: Unit,
-    /// The colour scale, in `unit`.
+    /// Colour scale, in `unit`.
     scale: Axis,
 }
 
@@ -104,8 +105,8 @@ impl SurfacePicture<'_> {
             let share = facet.moved_m * self.unit.per_si / self.scale.range.end;
             shaded(colour(share), facet.light)
         };
-        // the whole face is filled and outlined in its mean colour first, so that no white shows
-        // between polygons
+        // the whole face is first filled and outlined in its mean colour, so that no white shows
+        // between the polygons
         let ground = fill(&face.whole);
         let corners = face.whole.corners.map(whole_units);
         let [a, b, c] = corners;

@@ -1,4 +1,5 @@
-//! How long the ticks took: a histogram with median, 99th percentile and worst tick marked.
+//! Draws how long the ticks took: a histogram in which median, 99th percentile and longest tick are
+//! marked.
 
 pub(super) mod histogram;
 
@@ -19,23 +20,24 @@ use super::style::{BAR, DEPTH, LABEL_PX, WARN, line, px, text};
 use super::{ChartError, check};
 use histogram::{BARS, BUDGET_US, count, percentile, round_points, time_range};
 
-/// Tick times of a run.
+/// Times of the ticks of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct TickTimes<'a> {
-    /// Scene name, first words of the title.
+    /// Name of the scene, with which the title begins.
     pub scene: &'a str,
-    /// Size of the patch that was pressed.
+    /// Number of nodes of the patch that was pressed.
     pub node_count: usize,
-    /// Processor and build on which the times hold, one line.
+    /// Processor and build on which the times were measured, in one line.
     pub machine: &'a str,
-    /// Wall time of every tick [us], in any order.
+    /// Wall-clock time of every tick [us], in any order.
     pub tick_us: &'a [f32],
 }
 
 /// Writes `NAME.svg` and `NAME.png` into `folder`.
 ///
 /// # Errors
-/// No ticks, a time that is negative or cannot be drawn, or a folder that cannot be written.
+/// Fails if there are no ticks, if a time is negative or cannot be drawn, or if the folder cannot
+/// be written.
 pub fn tick_time(folder: &Path, name: &str, times: &TickTimes) -> Result<(), ChartError> {
     let mut sorted_us: Vec<f64> = times.tick_us.iter().map(|t| f64::from(*t)).collect();
     check("tick_us", sorted_us.iter().copied())?;
@@ -65,18 +67,18 @@ struct TickTime<'a> {
     times: &'a TickTimes<'a>,
     x: Range<f64>,
     bars: Vec<usize>,
-    /// Ticks that took longer than the budget.
+    /// Number of ticks that took longer than the budget.
     over: usize,
     marks: [(&'static str, f64); 3],
 }
 
-/// A number without trailing zeros.
+/// Formats a number without trailing zeros.
 pub(super) fn plain(value: f64) -> String {
     let digits = format!("{value:.6}");
     digits.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A time to three digits [us].
+/// Formats a time [us] to about three significant digits.
 fn micros(t: f64) -> String {
     let decimals = usize::from(t < 99.95) + usize::from(t < 9.995);
     format!("{t:.decimals$} µs")
@@ -99,7 +101,7 @@ impl Picture for TickTime<'_> {
         let top = format!("{}: time of a tick", self.times.scene);
         title(area, &top, &self.budget_line())?;
 
-        // the labels of the marks hang above the highest bar, one row each
+        // the labels of the marks are above the highest bar, one in each row
         let highest = self.bars.iter().max().map_or(1.0, |n| *n as f64);
         let floor = 0.7;
         let ceiling = floor * (highest / floor).max(3.0).powf(1.25);

@@ -1,7 +1,7 @@
-//! Recomputes the stored references of moving probes and writes their tables.
+//! Recomputes the stored references for moving probes and writes their tables.
 //!
-//! `cargo run --release -p palpate-fit --example moving_truths -- FOLDER [NAME...]`; without names,
-//! all of them.
+//! Run `cargo run --release -p palpate-fit --example moving_truths -- FOLDER [NAME...]`; without
+//! names it recomputes all of them.
 
 use std::path::PathBuf;
 use std::time::Instant;

@@ -1,13 +1,13 @@
-//! Calibration: the constants of a patch are fitted to a finite-element reference.
+//! Calibration fits the constants of a patch to a finite-element reference.
 //!
-//! The unknowns are a positive multiplier on every spring, every node's volume stiffness and every
-//! foundation point under the probe, and five scalars. The targets are the force on the probe at
-//! places over a disc at several depths, the shape of the dent at the centre and, if the reference
-//! has them, discs glued to the surface, pressed and sheared ([`crate::statics::Glued`]). Every
-//! simulation is the *nonlinear* static solution of the model that the tick runs
-//! ([`crate::statics`]), with its adjoint: one factored tangent gives a force and its derivatives
-//! with respect to thousands of unknowns. [`gauss_newton`] does the fitting; [`annealing`]
-//! (paper 004) minimises the same objective, for comparison.
+//! The unknowns are a positive multiplier for every spring, for every node's volume stiffness and
+//! for every foundation point under the probe, and seven scalars. The targets are the force on the
+//! probe at places over a disc and at several depths, the shape of the dent at the centre and, if
+//! the reference has them, discs that are glued to the surface, pressed and sheared
+//! ([`crate::statics::Glued`]). Every simulation is the *nonlinear* static solution of the model
+//! that the tick runs ([`crate::statics`]), with its adjoint: one factored tangent gives a force
+//! and its derivatives with respect to thousands of unknowns. [`gauss_newton`] does the fitting;
+//! [`annealing`] (paper 004) minimises the same objective, for comparison.
 
 pub mod accuracy;
 pub mod annealing;
@@ -32,39 +32,40 @@ use crate::statics::{Statics, Unbalanced};
 use palpate_tissue::patch::{Material, Multipliers, Patch, RimSprings};
 use palpate_tissue::tissue::Tissue;
 
-/// Why a calibration ended without a result.
+/// Reason why a calibration ended without a result.
 #[derive(Debug, Error)]
 pub enum CalibrateError {
-    /// The patch as built.
+    /// The patch cannot be built.
     #[error("the patch cannot be built: {0}")]
     Build(#[from] palpate::BuildError),
-    /// The first press.
+    /// The uncalibrated patch has no equilibrium under a press.
     #[error("the uncalibrated patch cannot be pressed: {0}")]
     Press(#[from] Unbalanced),
-    /// The reference.
+    /// The reference does not have the presses that the targets need.
     #[error("the reference has no press at the centre deep enough: run `palpate reference` with these depths")]
     Targets,
 }
 
-/// Extent of the fit.
+/// Extent and method of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Places over the disc, without the centre.
+    /// Number of places over the disc, without the centre.
     pub places: usize,
-    /// Largest number of rounds, or of evaluations for annealing.
+    /// Maximum number of rounds, or of evaluations for annealing.
     pub rounds: usize,
-    /// The fit ends with a round that gains less than this share of the objective (1).
+    /// Smallest gain of a round as a share of the objective (1); the fit ends with a round that
+    /// gains less.
     pub least_gain: f64,
-    /// Method of the fit.
+    /// Method that minimises the objective.
     pub fit: Fit,
 }
 
-/// Method of minimising the objective.
+/// Method that minimises the objective.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fit {
-    /// [`gauss_newton`].
+    /// Gauss-Newton with exact derivatives ([`gauss_newton`]).
     GaussNewton,
-    /// [`annealing`].
+    /// Simulated annealing ([`annealing`]).
     Annealing,
 }
 
@@ -74,17 +75,17 @@ impl Default for Settings {
     }
 }
 
-/// One round of a fit.
+/// Record of one round of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Round {
-    /// Evaluations of the objective so far, each the solution of all presses.
+    /// Number of evaluations of the objective so far; each solves all presses.
     pub evaluations: usize,
-    /// The objective: squared errors in units of their tolerance, plus squared unknowns in units of
-    /// their prior widths.
+    /// Value of the objective (1): squared errors in units of their tolerance, plus squared
+    /// unknowns in units of their prior widths.
     pub cost: f64,
     /// Root mean square of the force errors over all places and depths [%].
     pub force_rms_pct: f64,
-    /// Mean distance of the surface nodes from the reference, over the depths of the dents [mm].
+    /// Mean distance between the surface nodes and the reference, over all dents [mm].
     pub dent_mean_mm: f64,
     /// Time since the start [s].
     pub elapsed_s: f64,
@@ -93,24 +94,24 @@ pub struct Round {
 /// A calibrated patch.
 #[derive(Clone, Debug)]
 pub struct Calibration {
-    /// Fitted multipliers.
+    /// Multipliers that were fitted.
     pub multipliers: Multipliers,
-    /// The parameters with the fitted scalars.
+    /// Parameters with the fitted scalars.
     pub params: Params,
-    /// The patch built with these multipliers and parameters.
+    /// Patch built with these multipliers and parameters.
     pub patch: Patch,
-    /// Every round.
+    /// Records of all rounds, first to last.
     pub rounds: Vec<Round>,
-    /// Presses off the centre that have no equilibrium on the fitted patch, and did not count in
-    /// the last round.
+    /// Number of presses away from the centre that have no equilibrium on the fitted patch and were
+    /// not counted in the last round.
     pub lost_presses: usize,
 }
 
-/// Fits a tissue's patch to `targets`, with its far field attached if it has one: rim springs are
-/// never unknowns, so that another organ's can take their place.
+/// Fits the patch of a tissue to `targets`, with its far field attached if it has one. Rim springs
+/// are never unknowns, so that the rim springs of another organ can replace them.
 ///
 /// # Errors
-/// [`CalibrateError`].
+/// See [`CalibrateError`].
 pub fn calibrate(
     tissue: &Tissue,
     material: &Material,

@@ -1,5 +1,5 @@
-//! The dynamic reference (*truth*): the force on a moving probe, by finite elements with true
-//! masses.
+//! The dynamic reference (*truth*): the force on a moving probe, computed by finite elements with
+//! true masses.
 //!
 //! ```text
 //! scene ─ piece ─┐
@@ -7,15 +7,15 @@
 //! settings ──────┘
 //! ```
 //!
-//! The elements, the tissue's energy and the frictionless penalty contact are those of the static
-//! [`reference`](crate::reference). To them this module adds consistent masses, the product's node
-//! damping (a force of damping times mass times velocity) and an implicit step in time
-//! ([`scheme`]), each step the minimum of a potential found by the same Newton's method. Nothing is
-//! shared with the real-time core, so the two check each other.
+//! The elements, the energy of the tissue and the frictionless penalty contact are those of the
+//! static [`reference`](crate::reference). This module adds consistent masses, the node damping of
+//! the product (a force of damping times mass times velocity) and an implicit time step
+//! ([`scheme`]). Every step is the minimum of a potential, which the Newton's method of the static
+//! reference finds. Nothing is shared with the real-time core, so the two verify each other.
 //!
 //! # Convergence
-//! Force over Young's modulus [mm^2] of the preset block (3.5 kPa) during a ramp to 4 mm, by corner
-//! nodes of the quarter, fine radius and step:
+//! Force over Young's modulus [mm^2] of the preset block (3.5 kPa) during a ramp to 4 mm, for
+//! several numbers of corner nodes of the quarter, fine radii and time steps:
 //!
 //! | speed | nodes | fine | step | 0.4 mm | 1 mm | 2 mm | 3 mm | 4 mm |
 //! |---|---|---|---|---|---|---|---|---|
@@ -33,12 +33,12 @@
 //! | | 400 | 6 mm | 2 ms | 1.50 | 5.45 | 14.76 | 26.70 | 40.62 |
 //! | | 500, as stored | 3.5 mm | 2 ms | 1.48 | 5.43 | 14.75 | 26.70 | 40.72 |
 //!
-//! The stored forces are thus within 0.5 % from 2 mm on, within 1 % at 1 mm and within 3 % at
-//! 0.4 mm, where the edge of the contact crosses only a few elements. A place 7.85 mm off the
-//! centre (200 mm/s), computed on half the block and, turned about the centre, on the whole of it,
-//! gives forces that differ by 0.7 % at most from 0.8 mm on. The force across a frictionless drag
-//! is smaller than the mesh resolves: 0.05 mm^2 against the motion on average, and a ripple of as
-//! much.
+//! The stored forces are thus accurate to 0.5 % from 2 mm on, to 1 % at 1 mm and to 3 % at 0.4 mm,
+//! where the edge of the contact crosses only a few elements. A press at a place 7.85 mm from the
+//! centre (200 mm/s) was computed on half of the block and, with the place rotated about the
+//! centre, on the whole block: the forces differ by at most 0.7 % from 0.8 mm on. The horizontal
+//! force in a frictionless drag is smaller than the mesh resolves: on average 0.05 mm^2 opposite to
+//! the motion, with a ripple of the same size.
 
 pub mod error;
 pub mod history;
@@ -58,16 +58,16 @@ use palpate_tissue::scene::Scene;
 use piece::Piece;
 use settings::Settings;
 
-/// Computes the force on a probe that performs `motion` from the place of the scene's press. The
-/// scene's own drive is ignored.
+/// Computes the force on a probe that performs `motion` from the place at which the scene presses.
+/// The drive of the scene is ignored.
 ///
 /// # Errors
-/// [`DynamicError`]: a scene or a motion that cannot be computed, or a step without a solution.
+/// [`DynamicError`]: the scene or the motion cannot be computed, or a step has no solution.
 pub fn compute(scene: &Scene, motion: &Motion, settings: &Settings) -> Result<History, DynamicError> {
     compute_with(scene, motion, settings, |_| {})
 }
 
-/// Computes as [`compute`] does; `progress` is called with the time [s] after every step.
+/// Like [`compute`], and calls `progress` with the time [s] after every step.
 ///
 /// # Errors
 /// Errors of [`compute`].

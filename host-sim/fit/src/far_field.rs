@@ -1,10 +1,10 @@
-//! The far field: a small patch that answers like the whole organ.
+//! The far field: makes a small patch respond like the whole organ.
 //!
-//! A whole organ is meshed around a site; [`cut`] separates the patch; the outside is condensed to
-//! a stiffness on the patch's rim nodes ([`condense`]), to which [`springs`] fits a form that a
-//! tick can afford: a positive symmetric set of *rim springs*, a block per rim node and a block per
-//! rim edge. Stress decays as 1/h^2 but displacement only as 1/h: an edge that is merely fixed
-//! makes the force 28-51 % too high at four contact radii.
+//! A whole organ is meshed around a site, and [`cut`] separates the patch from it. The outside is
+//! condensed to a stiffness on the rim nodes of the patch ([`condense`]), to which [`springs`] fits
+//! a form that the tick can afford: a positive definite symmetric set of *rim springs*, one block
+//! per rim node and one per rim edge. Stress decays as 1/h^2 but displacement only as 1/h: a rim
+//! that is simply fixed makes the force 28-51 % too high at four contact radii.
 
 pub mod build;
 pub mod condense;

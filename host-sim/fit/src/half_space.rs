@@ -1,44 +1,46 @@
-//! A relaxing half-space under a ball, in closed form, for comparison with a patch that relaxes.
+//! Closed form of a relaxing half-space under a ball, for comparison with a patch that relaxes.
 //!
 //! The method of dimensionality reduction (Popov, Willert, Hess, Handbook of Contact Mechanics,
-//! 2018) maps a paraboloid on a viscoelastic half-space, *exactly*, to a row of independent Maxwell
-//! chains: element x is pressed by `d - x^2 / R`, loses contact where its force would pull, and
-//! then relaxes alone. Loading and hold are Lee and Radok's solution (1960), the retreat is Ting's
-//! (1966); both are also given as integrals, to check the row.
+//! 2018) maps a paraboloid on a viscoelastic half-space *exactly* to a row of independent Maxwell
+//! chains: element x is pressed by `d - x^2 / R`, loses contact where its force would become
+//! tensile, and then relaxes by itself. Loading and hold are Lee and Radok's solution (1960),
+//! unloading is Ting's (1966). Both are also implemented as integrals, to verify the row.
 //!
-//! Everything is computed in double precision, and nothing uses the patch's code.
+//! All computations are in double precision and use no code of the patch.
 
-/// A ball that presses a half-space which relaxes.
+/// A ball that is pressed into a relaxing half-space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HalfSpace {
     /// Radius of the ball [m].
     pub radius_m: f64,
     /// Instantaneous modulus, `E / (1 - nu^2)` [Pa].
     pub plane_modulus_pa: f64,
-    /// Share (1) and time [s] of each term.
+    /// Share (1) and relaxation time [s] of each Prony term.
     pub terms: Vec<(f64, f64)>,
 }
 
-/// Elements on half of the row.
+/// Number of elements on half of the row.
 const ELEMENTS: usize = 400;
 
-/// A Maxwell chain parallel to a spring.
+/// A spring with parallel Maxwell elements, one per Prony term.
 #[derive(Clone, Debug, Default)]
 struct Chain {
-    /// Stretch in the last step, the probe's or its own [m].
+    /// Compression at the end of the last step [m]: imposed by the probe, or the free one without
+    /// contact.
     before_m: f64,
-    /// Part of the stretch that each term still carries [m].
+    /// Part of the compression that the spring of each term still carries [m].
     borne_m: Vec<f64>,
 }
 
 impl HalfSpace {
-    /// Remaining share of a step after `t_s` seconds.
+    /// Share of the response to a step that remains `t_s` seconds later (1).
     #[must_use]
     pub fn left(&self, t_s: f64) -> f64 {
         self.terms.iter().fold(1.0, |left, (share, time_s)| left - share * (1.0 - (-t_s / time_s).exp()))
     }
 
-    /// Force of the row [N] at each of these depths [m], `dt_s` apart, for any motion from rest.
+    /// Forces of the row [N] at the depths `depths_m`, which are `dt_s` apart, for any motion from
+    /// rest.
     #[must_use]
     pub fn forces_n(&self, depths_m: &[f64], dt_s: f64) -> Vec<f64> {
         let deepest_m = depths_m.iter().copied().fold(0.0, f64::max);
@@ -55,21 +57,22 @@ impl HalfSpace {
         depths_m.iter().map(&mut force_n).collect()
     }
 
-    /// Hertz's force [N] at a depth, the instantaneous response of the half-space.
+    /// Hertz's force [N] at a depth, which is the instantaneous response of the half-space.
     #[must_use]
     pub fn hertz_n(&self, depth_m: f64) -> f64 {
         4.0 / 3.0 * self.plane_modulus_pa * self.radius_m.sqrt() * depth_m.max(0.0).powf(1.5)
     }
 
-    /// Lee and Radok's force [N] at the end of a motion that never turned back, `dt_s` per step,
-    /// from the forces of an elastic body during it: Hertz's, or those of any other body.
+    /// Lee and Radok's force [N] at the end of a motion without reversal. `elastic_n` are the
+    /// forces of an elastic body during the motion, `dt_s` apart: Hertz's, or those of any other
+    /// body.
     #[must_use]
     pub fn loaded_n(&self, elastic_n: &[f64], dt_s: f64) -> f64 {
         self.history(elastic_n, dt_s, elastic_n.len())
     }
 
-    /// Ting's force [N] at the end of a motion that turned back once: the history up to the time at
-    /// which the contact had the same width during loading.
+    /// Ting's force [N] at the end of a motion with one reversal. It takes the history up to the
+    /// time at which the contact had the same radius during loading.
     #[must_use]
     pub fn retreating_n(&self, elastic_n: &[f64], depths_m: &[f64], dt_s: f64) -> f64 {
         let mut relaxed_m = 0.0;
@@ -83,8 +86,8 @@ impl HalfSpace {
         0.0
     }
 
-    /// Depth [m] at which a retreating ball loses the half-space: the first at which the relaxed
-    /// depth, `int G(t - s) d'(s) ds`, is zero again. `None` if it never is.
+    /// Depth [m] at which the ball loses contact during unloading: the first at which the relaxed
+    /// depth, `int G(t - s) d'(s) ds`, returns to zero. `None` if it never does.
     #[must_use]
     pub fn lifts_off_m(&self, depths_m: &[f64], dt_s: f64) -> Option<f64> {
         let mut chain = Chain { before_m: 0.0, borne_m: vec![0.0; self.terms.len()] };
@@ -96,8 +99,8 @@ impl HalfSpace {
         })
     }
 
-    /// `int G(t - s) dF` over the first `until` forces of an elastic body, at the end of the
-    /// motion.
+    /// `int G(t - s) dF` over the first `until` forces of an elastic body, evaluated at the end of
+    /// the motion.
     fn history(&self, elastic_n: &[f64], dt_s: f64, until: usize) -> f64 {
         let end = elastic_n.len();
         (1..until).map(|n| self.left(((end - n) as f64 - 0.5) * dt_s) * (elastic_n[n] - elastic_n[n - 1])).sum()
@@ -105,13 +108,14 @@ impl HalfSpace {
 }
 
 impl Chain {
-    /// Runs one step with the probe at `probe_m` inside; returns the push over the stiffness [m].
+    /// Advances by one step with the probe at a depth of `probe_m`; returns the force divided by
+    /// the stiffness [m].
     fn step(&mut self, terms: &[(f64, f64)], probe_m: f64, dt_s: f64) -> f64 {
         let steps = |time_s: f64| {
             let kept = (-dt_s / time_s).exp();
             (kept, (1.0 - kept) * time_s / dt_s)
         };
-        // push = at_once * stretch + memory
+        // force over stiffness = at_once * compression + memory
         let (mut at_once, mut memory_m) = (1.0, 0.0);
         for ((share, time_s), borne_m) in terms.iter().zip(&self.borne_m) {
             let (kept, rise) = steps(*time_s);
@@ -139,7 +143,7 @@ mod tests {
         HalfSpace { radius_m: 8e-3, plane_modulus_pa: 4e3, terms: vec![(0.26, 0.4), (0.31, 4.4)] }
     }
 
-    /// Depths of a press to 4 mm in 0.4 s that is held for 2 s and leaves in 0.4 s.
+    /// Depths of a press to 4 mm in 0.4 s, a hold of 2 s and a retraction in 0.4 s.
     fn motion() -> Vec<f64> {
         (0..2900).map(|n| 1e-5 * f64::from(n.min(400)).min(f64::from(2800 - n)).max(-50.0)).collect()
     }

@@ -1,4 +1,5 @@
-//! From a scene to a calibrated patch: the finite-element reference, and the fit to it.
+//! Leads from a scene to a calibrated patch: computes the finite-element reference and fits a patch
+//! to it.
 //!
 //! ```text
 //! reference ─ targets ─ calibrate (statics) ─ patch
@@ -8,10 +9,10 @@
 //! half_space (relaxing), partial_slip (with friction): closed forms to compare with
 //! ```
 //!
-//! [`reference`](mod@reference) solves the press by finite elements, [`statics`] the patch's own
-//! equilibrium, [`calibrate`](mod@calibrate) fits the second to the first, [`far_field`] condenses
-//! the organ around the patch into rim springs, and [`plan`] searches for the smallest patch.
-//! Stored finite-element answers are in [`solved`].
+//! [`reference`](mod@reference) solves the press by finite elements, and [`statics`] solves the
+//! equilibrium of the patch. [`calibrate`](mod@calibrate) fits the patch to the reference,
+//! [`far_field`] condenses the organ around the patch into rim springs, and [`plan`] searches for
+//! the smallest patch. Stored finite-element answers are in [`solved`].
 
 pub mod calibrate;
 pub mod dynamic;

@@ -1,20 +1,21 @@
-//! A half-space pressed and dragged by a ball with friction, in closed form, for comparison with
-//! the patch's friction.
+//! Closed form of a half-space on which a ball with friction is pressed and dragged, for comparison
+//! with the friction of the patch.
 //!
-//! Cattaneo (1938) and Mindlin (1949): the edge of a Hertzian contact slips first. For an
-//! incompressible half-space, or a contact pressed without force along the surface, the force of a
-//! drag depends only on its length over the length at which everything slips.
+//! Cattaneo (1938) and Mindlin (1949): a Hertzian contact begins to slip at its edge. For an
+//! incompressible half-space, or for a contact that was pressed without tangential force, the
+//! tangential force of a drag depends only on the length of the drag divided by the length at which
+//! the whole contact slips.
 
 use std::f64::consts::TAU;
 
-/// Points along the radius of a contact and around it.
+/// Numbers of points along the radius of a contact and around it.
 const RADIAL: usize = 400;
 const AROUND: usize = 64;
 
-/// A ball pressed into a half-space.
+/// A ball with friction, pressed into a half-space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PartialSlip {
-    /// Coulomb's coefficient (1).
+    /// Coefficient of Coulomb friction (1).
     pub friction: f64,
     /// Poisson's ratio (1).
     pub poisson_ratio: f64,
@@ -23,24 +24,24 @@ pub struct PartialSlip {
 }
 
 impl PartialSlip {
-    /// Length of a drag after which everything slips [m]: `mu (E* / G*) d`.
+    /// Length of a drag at which the whole contact slips [m]: `mu (E* / G*) d`.
     #[must_use]
     pub fn slips_m(&self) -> f64 {
         let nu = self.poisson_ratio;
         self.friction * (2.0 - nu) / (2.0 * (1.0 - nu)) * self.depth_m
     }
 
-    /// Force along the surface over mu N, after a drag of this length in units of
-    /// [`slips_m`](Self::slips_m) (1).
+    /// Tangential force divided by mu N (1), after a drag of `over_slips` times the length
+    /// [`slips_m`](Self::slips_m).
     #[must_use]
     pub fn share(over_slips: f64) -> f64 {
         1.0 - (1.0 - over_slips.min(1.0)).powf(1.5)
     }
 }
 
-/// Friction of a ball that slides over mu times the resultant of its pushes (1), `depth` of the
-/// radius deep: every push has the local normal, and slip is along the local surface. Under Hertz's
-/// pressure, `1 + depth / 10` to first order.
+/// Friction force of a sliding ball, divided by mu times the resultant of its normal forces (1).
+/// The depth is `depth` times the radius. Normal forces act along the local normal, and slip is
+/// along the local surface. Under Hertz's pressure the ratio is `1 + depth / 10` to first order.
 #[must_use]
 pub fn tilted(depth: f64) -> f64 {
     let (mut friction, mut push) = (0.0, 0.0);
@@ -61,7 +62,8 @@ mod tests {
 
     #[test]
     fn a_row_of_springs_slips_as_cattaneo_and_mindlin_say() {
-        // dimensionality reduction: at x a spring bears E* (d - x^2 / R), and G* per displacement
+        // dimensionality reduction: the spring at x bears E* (d - x^2 / R), and G* per tangential
+        // displacement
         let slip = PartialSlip { friction: 0.3, poisson_ratio: 0.45, depth_m: 2e-3 };
         let stiffness = 2.0 * (1.0 - slip.poisson_ratio) / (2.0 - slip.poisson_ratio);
         for over_slips in [0.05, 0.3, 0.7, 0.99, 1.5] {

@@ -1,11 +1,12 @@
-//! `plan`: the smallest model that keeps a force tolerance on a board. No more is modelled than a
-//! scene needs.
+//! `plan`: searches for the smallest model that keeps a force tolerance on a board, so that no more
+//! is modelled than a scene needs.
 //!
-//! Candidates ([`candidate`]) are patches of several radii, element sizes and foundation points;
-//! meshed, cut and condensed they have a cost before any fit. Sorted by it they are searched
-//! ([`search`]) by bisection with short fits, and with full ones around the border. Their forces
-//! are compared with the whole organ at unseen places ([`judge`]). The winner is then tried with
-//! less: terms off, a cheaper edge ([`edge`]).
+//! Candidates ([`candidate`]) are patches with several radii, element sizes and numbers of
+//! foundation points. After meshing, cutting and condensing, their cost is known before any fit.
+//! They are sorted by cost and searched ([`search`]) by bisection with short fits, and with full
+//! fits around the border. Their forces are compared with those of the whole organ at unseen places
+//! ([`judge`]). For the winner, reductions are then tried: terms left out, and a cheaper treatment
+//! of the rim ([`rim_treatment`]).
 
 pub mod candidate;
 pub mod judge;

@@ -1,32 +1,32 @@
-//! A patch at rest on its own site, pressed at places to evaluate its forces.
+//! Presses a patch at places around its own site, to evaluate its forces.
 
 use palpate::Params;
 
 use crate::statics::{Balance, CLEAR_M, Solver, Statics, Unbalanced, Vector};
 use palpate_tissue::patch::Patch;
 
-/// A patch ready to be pressed in static equilibrium.
+/// A patch in static equilibrium, ready to be pressed.
 #[derive(Debug)]
 pub struct PressedPatch {
-    /// Energies of the patch.
+    /// Static model of the patch.
     pub statics: Statics,
-    /// Solver of the patch's equilibrium.
+    /// Solver for the equilibrium of the patch.
     pub solver: Solver,
-    /// The patch's own site [m].
+    /// Site of the patch [m].
     pub site_m: Vector,
     rest: Balance,
 }
 
-/// The press could not even begin.
+/// Error of a press that could not even begin.
 pub(crate) const NOT_BEGUN: Unbalanced = Unbalanced { depth_mm: 0.0, steps: 0 };
 
 impl PressedPatch {
     /// Brings a patch to rest under a probe that does not touch it yet.
     ///
     /// # Errors
-    /// A patch without equilibrium.
+    /// Fails if the patch has no equilibrium.
     pub fn of(patch: &Patch, params: &Params) -> Result<Self, Unbalanced> {
-        // places are pressed in parallel; a factorisation is too small to be parallelised
+        // places are pressed in parallel; a single factorisation is too small to be parallelised
         faer::set_global_parallelism(faer::Par::Seq);
         let statics = Statics::of(&patch.model(), params).map_err(|_| NOT_BEGUN)?;
         let solver = Solver::of(&statics).ok_or(NOT_BEGUN)?;
@@ -35,11 +35,11 @@ impl PressedPatch {
         Ok(Self { statics, solver, site_m, rest })
     }
 
-    /// Presses at an offset from the site [m], to rising depths [m]; returns the result of `of` for
-    /// each depth and its equilibrium.
+    /// Presses at an offset from the site [m] to ascending depths [m]; returns the result of `of`
+    /// for each depth and its equilibrium.
     ///
     /// # Errors
-    /// A press without equilibrium.
+    /// Fails if a press has no equilibrium.
     pub fn press<T>(
         &self,
         offset_m: Vector,
@@ -50,8 +50,8 @@ impl PressedPatch {
         lost.map_or(Ok(found), Err)
     }
 
-    /// Like [`Self::press`], but also returns the results of the shallower presses if a deeper one
-    /// has no equilibrium.
+    /// Like [`Self::press`], but if a press has no equilibrium, also returns the results of the
+    /// shallower ones.
     pub fn press_while_balanced<T>(
         &self,
         offset_m: Vector,
@@ -72,25 +72,25 @@ impl PressedPatch {
     }
 }
 
-/// Error of a force [%].
+/// Relative error of a force [%].
 #[must_use]
 pub(crate) fn error_pct(found: f64, wanted: f64) -> f64 {
     100.0 * (found / wanted - 1.0)
 }
 
-/// Root mean square; zero for an empty list.
+/// Root mean square of the errors; zero for an empty list.
 #[must_use]
 pub(crate) fn rms(errors: &[f64]) -> f64 {
     (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt()
 }
 
-/// The error farthest from zero, with its sign; zero for an empty list.
+/// The error with the largest magnitude, with its sign; zero for an empty list.
 #[must_use]
 pub(crate) fn worst(errors: &[f64]) -> f64 {
     errors.iter().copied().fold(0.0, larger)
 }
 
-/// The error farther from zero.
+/// The error with the larger magnitude, with its sign.
 #[must_use]
 pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if b.abs() > a.abs() { b } else { a }

@@ -1,12 +1,13 @@
 //! The finite-element reference for the force of a press.
 //!
-//! Quasi-static and in double precision: 10-node tets ([`quadratic`], [`shape`]) of neo-Hookean
-//! tissue ([`body`]) against a frictionless rigid probe ([`probe`]), solved by Newton's method with
-//! line search (`minimise`) and load stepping ([`newton`]) on a sparse Cholesky factor
-//! (`cholesky`), the contact solved for within each iteration (`near`). The same tissue under its
-//! weight, with several organs tied to each other, held and moved at some nodes: [`hang`]. A glued
-//! disc, at small displacement: [`glued`]. All quantities are divided by Young's modulus: the
-//! modulus is 1 Pa here, and a force [N] is an area [m^2].
+//! It is quasi-static and in double precision. 10-node tets ([`quadratic`], [`shape`]) of
+//! neo-Hookean tissue ([`body`]) are pressed by a frictionless rigid probe ([`probe`]). Newton's
+//! method with line search (`minimise`) and load stepping ([`newton`]) solves the press with a
+//! sparse Cholesky factor (`cholesky`); within each iteration the contact is solved for (`near`).
+//! [`hang`] solves the same tissue under its weight, with several organs that are tied to each
+//! other and with some nodes held or displaced, and [`glued`] solves a glued disc at small
+//! displacement. All quantities are divided by Young's modulus: the modulus is 1 Pa here, and a
+//! force [N] becomes an area [m^2].
 
 pub(crate) mod assembly;
 pub mod body;

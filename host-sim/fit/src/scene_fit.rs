@@ -1,15 +1,15 @@
-//! From the scene of a block to a calibrated patch with its measured error: presses for the fit and
-//! for the evaluation, their finite elements, the fit, the errors.
+//! Makes a calibrated patch with its measured error from a scene: presses for the fit and for the
+//! evaluation, their finite-element solution, the fit, and the errors.
 //!
 //! ```text
 //! presses ─ solve (finite elements, press by press) ─ answer ─┬─ known ─ targets ─ fit ─ patch
 //! organ (a piece of one, and its presses) ────────────────────┴─ unseen ──────────────── judge
 //! ```
 //!
-//! A block with inclusions is fitted without them first. Then the bump that they make is fitted
-//! (`bump`, `bump_fit`): the difference between presses with and without them.
+//! A block with inclusions is first fitted without them. Then the bump that they cause is fitted
+//! (`bump`, `bump_fit`): the difference between presses with and without the inclusions.
 //!
-//! Unseen presses are solved at places and depths that no target is made of.
+//! Unseen presses are solved at places and depths from which no target is made.
 
 mod answer;
 mod bump;

@@ -1,9 +1,10 @@
-//! Stored finite-element answers, found by the problem that they answer.
+//! Stores finite-element answers, which are found by the problem that they solve.
 //!
-//! A file holds the whole problem, with the source code of the elements that solved it, and the
-//! numbers of the answer, to the last bit. It is used only if the problem is the requested one and
-//! the checksum is right. The folder lies beside the results, `out/.solved` for `out/cut`, and may
-//! be deleted at any time: its answers are then computed again.
+//! A file contains the complete problem, a fingerprint of the source code of the elements that
+//! solved it, and the numbers of the answer to the last bit. It is used only if its problem is the
+//! requested one and its checksum is correct. The folder is beside the results, such as
+//! `out/.solved` for `out/cut`, and may be deleted at any time: its answers are then computed
+//! again.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -15,8 +16,8 @@ const CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
 const FIRST_LINE: &str = "palpate solved 1";
 const FOLDER: &str = ".solved";
 
-/// Code that an answer depends on besides its problem: after a change of any line no earlier answer
-/// is found.
+/// Source code on which an answer depends besides its problem: after a change of any line, earlier
+/// answers are no longer found.
 const ELEMENTS: [&str; 28] = [
     include_str!("far_field/organ_reference.rs"),
     include_str!("reference/assembly.rs"),
@@ -48,7 +49,7 @@ const ELEMENTS: [&str; 28] = [
     include_str!("../../tissue/src/tissue/organ_source.rs"),
 ];
 
-/// Folder of answers.
+/// A folder of stored answers.
 #[derive(Debug)]
 pub struct Solved {
     folder: PathBuf,
@@ -58,7 +59,7 @@ pub struct Solved {
 }
 
 impl Solved {
-    /// The answers beside a folder of results.
+    /// Opens the folder of answers beside a folder of results.
     #[must_use]
     pub fn beside(out: &Path) -> Self {
         Self {
@@ -68,14 +69,14 @@ impl Solved {
         }
     }
 
-    /// Number of reused answers.
+    /// Number of answers that were reused.
     #[must_use]
     pub fn found(&self) -> usize {
         lines(&self.found).len()
     }
 
-    /// Messages on the requests so far: reused answers, with how to recompute them, and files that
-    /// were rejected.
+    /// Messages on the requests so far: answers that were reused, with the way to recompute them,
+    /// and files that were rejected.
     #[must_use]
     pub fn said(&self) -> Vec<String> {
         let mut said = lines(&self.refused);
@@ -91,11 +92,11 @@ impl Solved {
         said
     }
 
-    /// The answer of `count` numbers to a problem; if it is not stored, it is computed by `solve`
-    /// and stored.
+    /// Returns the answer of `count` numbers to a problem. If it is not stored, `solve` computes
+    /// it, and it is stored.
     ///
     /// # Errors
-    /// The errors of `solve`. Failing to read or store an answer is not an error.
+    /// Errors of `solve`. A failure to read or store an answer is not an error.
     pub fn answer<E>(&self, problem: &str, count: usize, solve: impl FnOnce() -> Result<Vec<f64>, E>) -> Result<Vec<f64>, E> {
         let problem = format!("elements {:016x}\n{problem}", elements());
         let file = self.folder.join(format!("{:016x}.txt", checksum(&problem)));
@@ -109,12 +110,12 @@ impl Solved {
             }
         }
         let numbers = solve()?;
-        // a folder that cannot be written costs time, not the result
+        // a folder that cannot be written costs only time in the next run
         let _ = self.keep(&file, &problem, &numbers);
         Ok(numbers)
     }
 
-    /// Written completely or not at all, as another run may read it.
+    /// Writes an answer, either completely or not at all, because another run may read the file.
     fn keep(&self, file: &Path, problem: &str, numbers: &[f64]) -> std::io::Result<()> {
         let mut body = String::from("numbers");
         for number in numbers {
@@ -139,20 +140,20 @@ fn lines<T: Clone>(of: &Mutex<Vec<T>>) -> Vec<T> {
     of.lock().map(|lines| lines.clone()).unwrap_or_default()
 }
 
-/// Checksum of a problem.
+/// CRC-64/XZ checksum of the text of a problem, by which the answer's file is named.
 #[must_use]
 pub fn checksum(problem: &str) -> u64 {
     CRC.checksum(problem.as_bytes())
 }
 
-/// Fingerprint of the elements' source code.
+/// Fingerprint of the source code of the elements.
 fn elements() -> u64 {
     let mut digest = CRC.digest();
     ELEMENTS.iter().for_each(|source| digest.update(source.as_bytes()));
     digest.finalize()
 }
 
-/// The numbers of a file, or what is wrong with it.
+/// Reads the numbers of a file, or says why the file cannot be used.
 fn read(bytes: &[u8], problem: &str, count: usize) -> Result<Vec<f64>, &'static str> {
     let text = std::str::from_utf8(bytes).map_err(|_| "is damaged")?;
     let rest = text.strip_prefix(FIRST_LINE).and_then(|rest| rest.strip_prefix("\nchecksum "));

@@ -2,9 +2,9 @@
 //! stiffness, and the derivatives of forces and displacements with respect to every constant of the
 //! model.
 //!
-//! The energies are those of the tick (`core/src/stages/force`), divided by Young's modulus; there
-//! is no mass in them. There is no time here: the state to which the tick settles is found by a few
-//! Newton steps, with derivatives.
+//! The energies are those of the tick (`core/src/stages/force`), divided by Young's modulus. They
+//! do not depend on mass or time: a few Newton steps find the state to which the tick settles,
+//! together with its derivatives.
 
 mod contact;
 mod elastic;
@@ -29,10 +29,10 @@ pub const CLEAR_M: f64 = 1e-4;
 /// A point or a vector.
 pub type Vector = Vector3<f64>;
 
-/// A spring: nodes, stiffness over E [m], rest length [m].
+/// A spring of the patch.
 #[derive(Clone, Copy, Debug)]
 pub struct StaticSpring {
-    /// First and second node.
+    /// First and second node of the spring.
     pub node: [usize; 2],
     /// Stiffness over E [m].
     pub k: f64,
@@ -43,66 +43,67 @@ pub struct StaticSpring {
 /// A tet, as in [`palpate::Tet`].
 #[derive(Clone, Copy, Debug)]
 pub struct StaticTet {
-    /// Corners.
+    /// Corner nodes.
     pub node: [usize; 4],
-    /// One over six times the rest volume [1/m^3].
+    /// Reciprocal of six times the rest volume [1/m^3].
     pub six_volume_reciprocal: f64,
-    /// Per-tet volume stiffness over E (1).
+    /// Volume stiffness of the tet itself, over E (1).
     pub bulk: f64,
-    /// Barrier over E (1).
+    /// Stiffness of the barrier against inversion, over E (1).
     pub barrier: f64,
 }
 
 /// A surface triangle with the stiffness of its foundation points over E [m].
 #[derive(Clone, Debug)]
 pub struct StaticTriangle {
-    /// Corners.
+    /// Corner nodes.
     pub node: [usize; 3],
-    /// Initial stiffness of each point.
+    /// Initial stiffness of each point over E [m].
     pub k: Vec<f64>,
 }
 
-/// The constants of a patch in `f64`, everything over E.
+/// The constants of a patch in `f64`; all stiffnesses are divided by E.
 #[derive(Clone, Debug)]
 pub struct Statics {
     /// Rest positions [m], shape \[nodes\].
     pub rest_m: Vec<Vector>,
-    /// Place of each node among the free ones, `None` for anchors, shape \[nodes\].
+    /// Index of each node among the free ones, `None` for anchors, shape \[nodes\].
     pub(crate) free: Vec<Option<usize>>,
-    /// One over six times the volume of the tets around each node [1/m^3], shape \[nodes\].
+    /// Reciprocal of six times the volume of the tets around each node [1/m^3], shape \[nodes\].
     pub(crate) six_volume_reciprocal: Vec<f64>,
-    /// Nodal volume stiffness over E, as [`palpate::NodeRest::pressure`], shape \[nodes\].
+    /// Nodal volume stiffness over E, as in [`palpate::NodeRest::pressure`], shape \[nodes\].
     pub pressure: Vec<f64>,
-    /// Springs.
+    /// Springs of the patch, shape \[springs\].
     pub springs: Vec<StaticSpring>,
-    /// Tets.
+    /// Tets of the patch, shape \[tets\].
     pub tets: Vec<StaticTet>,
-    /// Surface.
+    /// Surface triangles with their foundation points, shape \[triangles\].
     pub triangles: Vec<StaticTriangle>,
-    /// Stiffening of the foundation [1/m].
+    /// Coefficient with which the foundation stiffens [1/m].
     pub stiffening_per_m: f64,
-    /// chi.
+    /// Stiffness factor of the compensation, chi (1).
     pub compensation: f64,
-    /// `tau_c`.
+    /// Compression at which the compensation begins, `tau_c` (1).
     pub compensation_threshold: f64,
-    /// Active terms of the energy besides springs.
+    /// Whether the volume terms and the compensation are active.
     pub(crate) volume_acts: bool,
     pub(crate) compensation_acts: bool,
-    /// Steepness of every node, as [`palpate::Model::steepness`]; may be empty.
+    /// Steepness of every node, as in [`palpate::Model::steepness`]; may be empty.
     steepness_of: Vec<f64>,
-    /// Logarithm of a node's stiffness factor over its energy density over E (1), without that.
+    /// Logarithm of a node's stiffness factor, divided by its energy density over E (1), before the
+    /// factor `steepness_of`.
     pub(crate) steepness: f64,
-    /// Elastic support of the rim nodes, if there is any.
+    /// Elastic support of the rim nodes, if there is one.
     pub rim: Option<Rim>,
-    /// The probe.
+    /// Probe that presses the patch.
     pub probe: Probe,
 }
 
 impl Statics {
-    /// Converts a patch.
+    /// Converts a patch of the core.
     ///
     /// # Errors
-    /// Errors of [`Params::build`].
+    /// See [`Params::build`].
     pub fn of(model: &Model, params: &Params) -> Result<Self, BuildError> {
         params.check()?;
         model.check()?;
@@ -160,7 +161,7 @@ impl Statics {
         self.free.iter().flatten().count()
     }
 
-    /// The probe's axis, from the tip to the handle.
+    /// Unit vector along the probe's axis, from the tip to the handle.
     #[must_use]
     pub fn axis(&self) -> Vector {
         self.probe.axis.cast()

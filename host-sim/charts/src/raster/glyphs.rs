@@ -1,4 +1,4 @@
-//! Text, set as the SVG back end asks a viewer to set it.
+//! Draws text at the positions at which a viewer places the text of the SVG back end.
 
 use ab_glyph::{Font, PxScale, ScaleFont, point};
 use plotters_backend::text_anchor::{HPos, VPos};
@@ -10,7 +10,7 @@ use crate::style::{EM_PER_SIZE, face};
 /// Height of a lower-case x of the built-in font [em].
 const EX_PER_EM: f32 = 0.536;
 
-/// Draws `text` hanging from `at` [fine px] by the anchor of `style`, in the built-in font.
+/// Draws `text` in the built-in font, aligned to `at` [fine px] by the anchor of `style`.
 pub fn draw<S: BackendTextStyle>(canvas: &mut Raster, text: &str, style: &S, at: BackendCoord) {
     let Some(face) = face(style.style()) else {
         return;
@@ -30,7 +30,7 @@ pub fn draw<S: BackendTextStyle>(canvas: &mut Raster, text: &str, style: &S, at:
         last = Some(id);
     }
 
-    // the same offsets as the `text-anchor` and `dy` of the SVG back end
+    // equal to the offsets of `text-anchor` and `dy` in the SVG back end
     let left = match style.anchor().h_pos {
         HPos::Left => 0.0,
         HPos::Center => -pen / 2.0,

@@ -1,45 +1,45 @@
-//! Cuts tets and surface by the plane of the picture, and to the part that is shown.
+//! Cuts tets and surface with the plane of the picture, and clips the result to the visible part.
 
 use crate::surface::facets::Skin;
 use crate::surface::view::{V3, View};
 
-/// A point of the tissue.
+/// A point of the tissue with its displacement.
 #[derive(Clone, Copy, Debug)]
 pub struct Corner {
-    /// Place [m].
+    /// Position [m].
     pub at: V3,
-    /// Displacement of the corner [m].
+    /// Magnitude of the displacement at this point [m].
     pub moved_m: f64,
 }
 
-/// A piece of the surface behind the cut.
+/// A piece of the surface behind the cut, clipped to the visible part.
 pub struct Piece {
-    /// Corners in order.
+    /// Corners in order around the piece.
     pub corners: Vec<Corner>,
-    /// Light from 0 (dark) to 1.
+    /// Brightness from 0 (dark) to 1.
     pub light: f64,
     near: f64,
 }
 
-/// The plane of the cut and the part of it that is shown.
+/// The plane of the cut and the part of it that is visible in the picture.
 pub struct Window {
-    /// Point of the surface at rest that is pressed [m].
+    /// Point of the surface at rest that the probe presses [m].
     pub site_m: V3,
-    /// Right in the picture, unit vector.
+    /// Unit vector to the right in the picture.
     pub right: V3,
     /// Unit vector from the tip to the handle.
     pub axis: V3,
-    /// Normal of the cut toward the eye, unit vector.
+    /// Unit normal of the cut, toward the eye.
     pub front: V3,
-    /// Half of the width that is shown [m].
+    /// Half of the visible width [m].
     pub half_width_m: f64,
-    /// Depth below the site that is shown [m].
+    /// Visible depth below the site [m].
     pub depth_m: f64,
-    /// Depth behind the cut that is shown [m].
+    /// Visible distance behind the cut [m].
     pub behind_m: f64,
 }
 
-/// The part of a polygon on which `outside` [m] is not positive.
+/// The part of a polygon in which `outside` [m], a signed distance, is not positive.
 fn clipped(polygon: &[Corner], outside: impl Fn(V3) -> f64) -> Vec<Corner> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (k, a) in polygon.iter().enumerate() {
@@ -60,7 +60,7 @@ fn between(a: &Corner, b: &Corner, share: f64) -> Corner {
 }
 
 impl Window {
-    /// Part of a polygon within the width and the depth that are shown.
+    /// The part of a polygon within the visible width and depth.
     fn shown(&self, polygon: &[Corner]) -> Vec<Corner> {
         let x = |p: V3| (p - self.site_m).dot(&self.right);
         let below = |p: V3| (self.site_m - p).dot(&self.axis);
@@ -69,12 +69,12 @@ impl Window {
         clipped(&left, |p| below(p) - self.depth_m)
     }
 
-    /// Distance of a point in front of the cut [m].
+    /// Signed distance of a point from the cut [m]; positive in front of it.
     fn before_m(&self, p: V3) -> f64 {
         (p - self.site_m).dot(&self.front)
     }
 
-    /// The polygon in which a tet meets the cut; empty if it does not.
+    /// Polygon in which a tet intersects the cut; empty if it does not.
     pub fn through(&self, tet: &[u32; 4], places_m: &[[f64; 3]], moved_m: &[f64]) -> Vec<Corner> {
         let corners = tet.map(|n| Corner { at: V3::from(places_m[n as usize]), moved_m: moved_m[n as usize] });
         let (before, behind): (Vec<Corner>, Vec<Corner>) = corners.iter().partition(|c| self.before_m(c.at) > 0.0);
@@ -84,14 +84,14 @@ impl Window {
         };
         let polygon = match (&before[..], &behind[..]) {
             ([a], [b, c, d]) | ([b, c, d], [a]) => vec![meet(a, b), meet(a, c), meet(a, d)],
-            // around the quadrilateral each corner shares a node with the next
+            // in this order, consecutive corners of the quadrilateral share a node of the tet
             ([a, b], [c, d]) => vec![meet(a, c), meet(a, d), meet(b, d), meet(b, c)],
             _ => return Vec::new(),
         };
         self.shown(&polygon)
     }
 
-    /// Segments in which triangles whose nodes are all `chosen` meet the cut.
+    /// Segments in which triangles whose nodes are all `chosen` intersect the cut.
     pub fn outline(&self, triangles: &[[u32; 3]], places_m: &[[f64; 3]], chosen: impl Fn(usize) -> bool) -> Vec<[V3; 2]> {
         let mut segments = Vec::new();
         for triangle in triangles.iter().filter(|t| t.iter().all(|n| chosen(*n as usize))) {
@@ -104,7 +104,7 @@ impl Window {
                     ends.push(Corner { at: a + (b - a) * (da / (da - db)), moved_m: 0.0 });
                 }
             }
-            // clipped as a polygon of two corners, an end may come back twice
+            // clipping treats the segment as a polygon of two corners and may return one end twice
             let shown = self.shown(&ends);
             let Some(a) = shown.first().map(|c| c.at) else { continue };
             let from_a = |c: &Corner| (c.at - a).norm();
@@ -115,7 +115,7 @@ impl Window {
         segments
     }
 
-    /// The surface behind the cut that faces the eye, farthest first.
+    /// The pieces of the surface behind the cut that face the eye, farthest first.
     pub fn behind(&self, skin: &Skin, view: &View) -> Vec<Piece> {
         let mut pieces = Vec::new();
         for triangle in skin.triangles {
@@ -154,14 +154,15 @@ mod tests {
         0.5 * pairs.sum::<V3>().norm()
     }
 
-    /// Halfway along its height a tet has a quarter of its base; the cut interpolates.
+    /// At half its height the cross-section of a tet has a quarter of the area of its base, and the
+    /// displacement in the cut is interpolated.
     #[test]
     fn a_tet_is_cut_to_the_area_of_its_height() {
         let cut = window(V3::zeros()).through(&[0, 1, 2, 3], &TET, &[0.0, 2.0, 2.0, 2.0]);
         assert_eq!(cut.len(), 3);
         assert!((area(&cut) - 0.25 * 2.0).abs() < 1e-12, "{}", area(&cut));
         assert!(cut.iter().all(|c| (c.moved_m - 1.0).abs() < 1e-12));
-        // through two and two nodes
+        // this cut has two nodes on each side
         let turned = Window { front: V3::z(), axis: V3::x(), ..window(V3::new(0.0, 0.0, 0.0)) };
         assert_eq!(turned.through(&[0, 1, 2, 3], &TET, &[0.0; 4]).len(), 3);
         let sideways = Window { front: V3::y(), right: V3::x(), ..window(V3::new(0.0, 0.1, 0.0)) };

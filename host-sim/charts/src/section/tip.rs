@@ -1,24 +1,25 @@
-//! The probe cut in half: its profile in the cut, and slices of the half behind.
+//! Outlines of the probe cut in half: its profile in the cut, and slices of the half behind the
+//! cut.
 
 use super::cut::Window;
 use crate::surface::view::{V3, across};
 use crate::surface::{Probe, ProbeShape};
 
-/// Height of the shaft that is drawn, in radii.
+/// Height of the shaft that is drawn, divided by the radius (1).
 const SHAFT: f64 = 1.7;
-/// Slices of the half behind the cut.
+/// Number of slices of the half behind the cut.
 const SLICES: u32 = 40;
 
 /// A slice of the probe parallel to the cut.
 pub struct Slice {
-    /// Outline [m].
+    /// Outline of the slice [m].
     pub outline_m: Vec<V3>,
-    /// Light from 0 (dark) to 1.
+    /// Brightness from 0 (dark) to 1.
     pub light: f64,
 }
 
-/// Direction of the longer side, at right angles to the axis. For a round tip it is the operator's
-/// right.
+/// Direction of the probe's longer side, at right angles to its axis. For a round tip it is the
+/// direction to the operator's right.
 pub fn long_side(probe: &Probe) -> V3 {
     let axis = probe.direction();
     match probe.shape {
@@ -27,7 +28,7 @@ pub fn long_side(probe: &Probe) -> V3 {
     }
 }
 
-/// Half of the width across the axis, for the size of the picture [m].
+/// Half of the probe's width across its axis [m], to which the size of the picture is scaled.
 pub fn half_width_m(probe: &Probe) -> f64 {
     match probe.shape {
         ProbeShape::Hemisphere | ProbeShape::Sphere | ProbeShape::Flat => probe.radius_m,
@@ -36,7 +37,8 @@ pub fn half_width_m(probe: &Probe) -> f64 {
     }
 }
 
-/// Outline of the probe in the plane `behind_m` behind the cut; empty where the probe has ended.
+/// Outline of the probe in the plane `behind_m` behind the cut [m]; empty beyond the end of the
+/// probe.
 pub fn profile(probe: &Probe, window: &Window, behind_m: f64) -> Vec<V3> {
     let r = probe.radius_m;
     let depth_of = |half_m: f64| {
@@ -45,7 +47,7 @@ pub fn profile(probe: &Probe, window: &Window, behind_m: f64) -> Vec<V3> {
     };
     let half_m = if let ProbeShape::Ellipsoid { semi_axes_m: [_, b], .. } = probe.shape { b } else { r };
     let Some(share) = depth_of(half_m) else { return Vec::new() };
-    // (to the right, up from the tip) [m]
+    // points as (distance to the right, height above the tip) [m]
     let top = SHAFT * r;
     let arc = |from: f64, to: f64, wide: f64, tall: f64, middle: f64| {
         (0..=48).map(move |k| {
@@ -71,7 +73,7 @@ pub fn profile(probe: &Probe, window: &Window, behind_m: f64) -> Vec<V3> {
     flat.into_iter().map(|(x, up)| origin + window.right * x + window.axis * up).collect()
 }
 
-/// The half behind the cut, farthest first.
+/// Slices of the half of the probe behind the cut, farthest first.
 pub fn slices(probe: &Probe, window: &Window) -> Vec<Slice> {
     let half_m = if let ProbeShape::Ellipsoid { semi_axes_m: [_, b], .. } = probe.shape { b } else { probe.radius_m };
     let slice = |k: u32| {

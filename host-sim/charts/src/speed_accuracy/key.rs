@@ -1,4 +1,4 @@
-//! The column beside the plot: methods, sizes, the front by name.
+//! Draws the column beside the plot: methods, sizes, and the points of the Pareto front by name.
 
 use plotters::drawing::DrawingAreaErrorKind;
 use plotters::element::{PathElement, Polygon};
@@ -15,14 +15,14 @@ use crate::style::{DEPTH, INK, MUTED, TICK_PX, heading, line, px, text};
 
 /// Height of a line [px].
 const LINE_PX: f64 = 20.0;
-/// Least width of the column [px]: the signs of the sizes need it.
+/// Minimum width of the column [px], which the signs of the sizes need.
 const LEAST_PX: f64 = 232.0;
-/// Width of a sign and the gap behind it [px].
+/// Width of a sign with the gap after it [px].
 const SIGN_PX: f64 = 34.0;
-/// Free width on both sides of the column together [px].
+/// Sum of the free width on both sides of the column [px].
 const MARGINS_PX: f64 = 28.0;
 
-/// Width that the column takes: as much as its longest name needs [canvas units].
+/// Width of the column, as required by its longest name [canvas units].
 pub fn room<DB: DrawingBackend>(area: &Area<DB>, data: &SpeedAccuracy) -> Result<i32, DrawingAreaErrorKind<DB::ErrorType>> {
     let style = text(TICK_PX, INK, (HPos::Left, VPos::Center));
     let mut room = px(LEAST_PX);
@@ -32,7 +32,7 @@ pub fn room<DB: DrawingBackend>(area: &Area<DB>, data: &SpeedAccuracy) -> Result
     Ok(room)
 }
 
-/// Draws the column with its upper left corner at a point.
+/// Draws the column with its upper left corner at (`left`, `top`).
 pub fn draw<DB: DrawingBackend>(area: &Area<DB>, data: &SpeedAccuracy, left: i32, top: i32) -> Drawn<DB> {
     let mut y = top + px(8.0);
     let say = |words: &str, x: f64, y: i32, color| {

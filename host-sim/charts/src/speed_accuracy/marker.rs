@@ -1,4 +1,4 @@
-//! One colour and shape for each method; size grows with the mesh.
+//! Colour and shape of the marker of each method; the size of a marker grows with the mesh.
 
 use plotters::style::RGBColor;
 
@@ -9,7 +9,7 @@ pub struct Look {
     pub shape: Marker,
 }
 
-/// Outline of a point.
+/// Shape of a marker.
 #[derive(Clone, Copy)]
 pub enum Marker {
     Disc,
@@ -39,8 +39,8 @@ const LOOKS: [Look; 14] = [
     Look { color: RGBColor(0x7a, 0x52, 0x36), shape: Marker::Up },
 ];
 
-/// Looks of further series, behind the methods: our own models once more, then engines of other
-/// people, whose points are crosses and bright shapes that no method has.
+/// Looks of the series that follow the methods in the legend: first our own models again, then
+/// other engines, which are drawn as crosses and in bright shapes that no method has.
 const FURTHER: [Look; 11] = [
     Look { color: RGBColor(0x5b, 0xa3, 0xe0), shape: Marker::Square },
     Look { color: RGBColor(0x96, 0x4b, 0x20), shape: Marker::Cross },
@@ -55,12 +55,12 @@ const FURTHER: [Look; 11] = [
     Look { color: RGBColor(0x7a, 0x7a, 0x7a), shape: Marker::Disc },
 ];
 
-/// The look of the series at this place in the legend.
+/// Look of the series at position `index` of the legend of methods.
 pub fn look(index: usize) -> Look {
     LOOKS.iter().chain(FURTHER.iter().cycle()).nth(index).copied().unwrap_or(LOOKS[0])
 }
 
-/// For any few series side by side: neighbours differ in hue, lightness and shape.
+/// Looks for a small number of series: neighbours differ in hue, lightness and shape.
 const DISTINCT: [Look; 8] = [
     Look { color: RGBColor(0x1f, 0x6f, 0xb4), shape: Marker::Disc },
     Look { color: RGBColor(0xe3, 0x8b, 0x1d), shape: Marker::Square },
@@ -72,23 +72,23 @@ const DISTINCT: [Look; 8] = [
     Look { color: RGBColor(0x8a, 0x5f, 0x3a), shape: Marker::Disc },
 ];
 
-/// The look of the series at this place in the legend.
+/// Look of the series at position `index` of the legend, for charts of a few series.
 pub fn distinct(index: usize) -> Look {
     DISTINCT[index % DISTINCT.len()]
 }
 
-/// Radius of a point [px]: its area grows with the fourth root of the number of nodes.
+/// Radius of a marker [px]: proportional to the fourth root of the number of nodes.
 pub fn radius_px(nodes: usize) -> f64 {
     (1.45 * (nodes as f64).powf(0.25)).clamp(3.0, 10.0)
 }
 
-/// Corners on the canvas.
+/// Corners of a marker on the canvas [canvas units].
 pub fn outline(shape: Marker, (x, y): (i32, i32), radius: i32) -> Vec<(i32, i32)> {
     if let Marker::Plus | Marker::Cross = shape {
         return bars(matches!(shape, Marker::Cross), (x, y), f64::from(radius.max(0)));
     }
-    // (corners, first angle in turns from the right, size that makes areas look alike, inner radius
-    // of a star)
+    // (number of corners, first angle in turns from the right, factor by which shapes appear
+    // equally large, inner radius of a star)
     let (corners, first, size, inner) = match shape {
         Marker::Disc | Marker::Plus | Marker::Cross => (32, 0.0, 1.0, 1.0),
         Marker::Square => (4, 0.125, 1.25, 1.0),
@@ -106,7 +106,7 @@ pub fn outline(shape: Marker, (x, y): (i32, i32), radius: i32) -> Vec<(i32, i32)
         .collect()
 }
 
-/// Outline of two bars across each other, upright or turned by an eighth.
+/// Outline of two crossed bars: upright, or turned by an eighth of a turn.
 fn bars(turned: bool, (x, y): (i32, i32), radius: f64) -> Vec<(i32, i32)> {
     let (long, half) = (1.45 * radius, 0.45 * radius);
     let quarter = [(half, long), (half, half), (long, half)];

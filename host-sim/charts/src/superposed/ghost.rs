@@ -1,4 +1,4 @@
-//! Edges and outline of a surface that is seen through.
+//! Finds the edges and the outline of a wire surface.
 
 use std::collections::BTreeMap;
 
@@ -6,22 +6,23 @@ use super::Layer;
 use crate::style::FINE;
 use crate::surface::view::{V3, View};
 
-/// A piece of an edge.
+/// A piece of an edge of a wire surface.
 pub struct Wire {
     /// Ends [canvas units].
     pub ends: [(f64, f64); 2],
-    /// Distance of the edge's middle toward the eye [m].
+    /// Coordinate of the middle of the piece along the direction to the eye [m]; larger is nearer.
     pub near: f64,
 }
 
-/// Edges by rising node numbers, with how many of their triangles face the eye and how many do not.
+/// Edges, each with its node numbers in ascending order, and the numbers of adjacent triangles that
+/// face the eye and that face away from it.
 fn edges(layer: &Layer, view: &View) -> BTreeMap<[u32; 2], [u32; 2]> {
     let mut edges = BTreeMap::new();
     for triangle in layer.triangles {
         let [Some(a), Some(b), Some(c)] = triangle.map(|n| place(layer, n)) else { continue };
         let (ab, ac) = (b - a, c - a);
         let normal = ab.cross(&ac);
-        // a triangle without area faces nowhere
+        // a triangle without area has no direction
         if normal.norm() <= 1e-9 * ab.norm_squared().max(ac.norm_squared()) {
             continue;
         }
@@ -44,10 +45,10 @@ fn ends(layer: &Layer, edge: [u32; 2]) -> Option<[V3; 2]> {
     Some([a?, b?])
 }
 
-/// Edges of the triangles that face the eye, in pieces no longer than `piece_px`.
+/// Edges of the triangles that face the eye, divided into pieces no longer than `piece_px`.
 ///
-/// They are placed half a piece farther away: where both surfaces coincide only the skin is
-/// visible, not a moiré of both.
+/// The pieces are moved away from the eye by half their length, so that where two surfaces coincide
+/// only the skin is visible and not a moiré pattern of both.
 pub fn wires(layer: &Layer, view: &View, piece_px: f64) -> Vec<Wire> {
     let mut all = Vec::new();
     let behind = 0.5 * piece_px * f64::from(FINE) / view.scale;
@@ -67,7 +68,8 @@ pub fn wires(layer: &Layer, view: &View, piece_px: f64) -> Vec<Wire> {
     all
 }
 
-/// Edges between triangles that face the eye and others, and open borders [canvas units].
+/// Edges between a triangle that faces the eye and one that faces away, and open borders [canvas
+/// units].
 pub fn outline(layer: &Layer, view: &View) -> Vec<[(f64, f64); 2]> {
     let turned = |[toward, away]: &[u32; 2]| *toward > 0 && *away > 0 || toward + away == 1;
     (edges(layer, view).into_iter().filter(|(_, sides)| turned(sides)))

@@ -1,47 +1,47 @@
-//! Splits the surface into small flat-coloured pieces, farthest first.
+//! Divides the surface into small pieces of uniform colour, sorted from far to near.
 
 use super::view::{V3, View};
 use crate::style::FINE;
 
 /// A triangle of the mesh that faces the eye.
 pub struct Face {
-    /// The face in its mean colour.
+    /// The whole face in its mean colour.
     pub whole: Facet,
-    /// The face in pieces, where it takes more than one colour.
+    /// Pieces of the face; empty where one colour is enough.
     pub parts: Vec<Facet>,
 }
 
-/// A piece of a face small enough for one colour.
+/// A piece of a face that is small enough for a uniform colour.
 pub struct Facet {
     /// Corners [canvas units].
     pub corners: [(f64, f64); 3],
-    /// Displacement of the tissue here [m].
+    /// Magnitude of the tissue's displacement, averaged over the facet [m].
     pub moved_m: f64,
-    /// Light from 0 (dark) to 1.
+    /// Brightness from 0 (dark) to 1.
     pub light: f64,
-    /// Distance of the facet's middle toward the eye [m].
+    /// Coordinate of the middle of the facet along the direction to the eye [m]; larger is nearer.
     pub near: f64,
 }
 
-/// A surface to be split.
+/// A surface that is to be divided into facets.
 #[derive(Clone, Copy)]
 pub struct Skin<'a> {
     /// Node positions [m].
     pub places_m: &'a [[f64; 3]],
     /// Nodes of each triangle, counter-clockwise seen from outside.
     pub triangles: &'a [[u32; 3]],
-    /// Displacement of each node [m].
+    /// Magnitude of the displacement of each node [m].
     pub moved_m: &'a [f64],
-    /// End of the colour scale [m].
+    /// Displacement at the upper end of the colour scale [m].
     pub scale_m: f64,
-    /// Toward the lamp, unit vector.
+    /// Unit vector toward the lamp.
     pub lamp: V3,
-    /// Longest side that a part may have [px]; infinite where only colour and light count.
+    /// Largest allowed side of a part [px]; infinite if only colour and light limit its size.
     pub largest_px: f64,
 }
 
 impl Facet {
-    /// Corners moved away from the middle by `margin` [canvas units].
+    /// Corners moved by `margin` away from the middle of the facet [canvas units].
     pub fn grown(&self, margin: f64) -> [(f64, f64); 3] {
         let x = self.corners.iter().map(|p| p.0).sum::<f64>() / 3.0;
         let y = self.corners.iter().map(|p| p.1).sum::<f64>() / 3.0;
@@ -53,31 +53,32 @@ impl Facet {
     }
 }
 
-/// Normals of neighbours that differ by more than 40 degrees (cosine) meet in an edge, not a bend.
+/// Cosine of 40 degrees: two adjacent faces whose normals differ by more meet in a sharp edge, and
+/// the normals are not smoothed across it.
 const CREASE: f64 = 0.766;
 
-/// Facets over which colour or light runs its whole range.
+/// Number of facets over which colour or light passes through its whole range.
 const SHADES: f64 = 24.0;
 
-/// Shortest side that is still split [px].
+/// Smallest side of a facet [px]; smaller ones are not divided further.
 const SMALLEST_PX: f64 = 6.0;
 
-/// A lamp low at the left, so that a shallow dent still has a bright and a dark side.
+/// Direction to a lamp low at the left, which gives even a shallow dent a bright and a dark side.
 pub fn low_lamp(view: &View) -> V3 {
     lamp(view, [-0.75, 0.42, 0.4])
 }
 
-/// A lamp behind the left shoulder, which lights everything that is visible.
+/// Direction to a lamp behind the viewer's left shoulder, which lights everything that is visible.
 pub fn high_lamp(view: &View) -> V3 {
     lamp(view, [-0.45, 0.4, 0.8])
 }
 
-/// Rightward, upward, toward the eye.
+/// Unit vector with components to the right, upward and toward the eye.
 fn lamp(view: &View, [right, up, near]: [f64; 3]) -> V3 {
     (view.eye * near + view.up * up + view.right * right).try_normalize(0.0).unwrap_or(view.eye)
 }
 
-/// The faces turned toward the eye, farthest first.
+/// The faces that are turned toward the eye, sorted from far to near.
 pub fn faces(skin: &Skin, view: &View) -> Vec<Face> {
     let normals = corner_normals(skin);
     let mut all = Vec::new();
@@ -152,7 +153,8 @@ fn facet(corners: [Corner; 3], view: &View) -> Facet {
     Facet { corners: corners.map(|c| view.at(c.at)), moved_m: mean(|c| c.moved_m), light: mean(|c| c.light), near }
 }
 
-/// Unit normals at the three corners of every triangle, smooth over bends, split at creases.
+/// Unit normals at the three corners of every triangle, smoothed over bends but not across sharp
+/// edges.
 fn corner_normals(surface: &Skin) -> Vec<[V3; 3]> {
     let place = |node: u32| surface.places_m.get(node as usize).copied().map_or_else(V3::zeros, V3::from);
     let faces: Vec<V3> = (surface.triangles.iter()).map(|t| t.map(place)).map(|[a, b, c]| (b - a).cross(&(c - a))).collect();

@@ -1,65 +1,65 @@
-//! The probe as a wire, so that the dent shows through it.
+//! Draws the probe as a wire model, through which the dent is visible.
 
 use super::view::{V3, View, across};
 
-/// The end of the probe that touches the tissue.
+/// Shape of the end of the probe that touches the tissue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ProbeShape {
-    /// Half a ball, tip first.
+    /// Half a ball whose pole is the tip.
     Hemisphere,
     /// A whole ball.
     Sphere,
     /// The flat end of a cylinder.
     Flat,
-    /// A ball drawn out along a segment.
+    /// A ball swept along a segment.
     Capsule {
         /// Length of the segment [m].
         length_m: f64,
-        /// Direction of the segment, of any length but zero.
+        /// Direction of the segment, of any non-zero length.
         along: [f64; 3],
     },
-    /// A whole ellipsoid, whose semi-axis along the probe's axis is the radius.
+    /// A whole ellipsoid whose semi-axis along the probe's axis is `radius_m`.
     Ellipsoid {
-        /// The two other semi-axes [m], the first along `along`.
+        /// The two other semi-axes [m]; the first is along `along`.
         semi_axes_m: [f64; 2],
-        /// A direction, any length but zero.
+        /// Direction of the first of them, of any non-zero length.
         along: [f64; 3],
     },
 }
 
-/// Pose of the probe.
+/// Shape, size and pose of the probe.
 #[derive(Clone, Copy, Debug)]
 pub struct Probe {
     /// Shape of the end.
     pub shape: ProbeShape,
-    /// Radius [m].
+    /// Radius of the end [m].
     pub radius_m: f64,
-    /// Foremost point [m].
+    /// Position of the tip, the foremost point [m].
     pub tip_m: [f64; 3],
-    /// Direction from the tip to the handle, of any length but zero.
+    /// Direction from the tip to the handle, of any non-zero length.
     pub axis: [f64; 3],
 }
 
-/// A line of the wire.
+/// One line of the wire model.
 pub struct Wire {
-    /// Points [m].
+    /// Points of the line [m].
     pub points: Vec<V3>,
-    /// True for the outline, false for the lines that show the curvature.
+    /// Whether the line belongs to the outline; otherwise it shows the curvature.
     pub outline: bool,
 }
 
-/// Cosine and sine of 96 directions around a circle, closed.
+/// Cosine and sine of 96 directions around a circle; the first is repeated at the end.
 fn circle() -> impl Iterator<Item = (f64, f64)> + Clone {
     (0..=96).map(|k| (f64::from(k) * std::f64::consts::TAU / 96.0).sin_cos()).map(|(s, c)| (c, s))
 }
 
 impl Probe {
-    /// The axis at length one; straight up if it has no length.
+    /// The axis as a unit vector; straight up if the axis has zero length.
     pub fn direction(&self) -> V3 {
         V3::from(self.axis).try_normalize(0.0).unwrap_or_else(V3::z)
     }
 
-    /// Length of the drawn part from the tip along the axis [m].
+    /// Length along the axis of the part that is drawn, from the tip [m].
     fn height_m(&self) -> f64 {
         match self.shape {
             ProbeShape::Sphere | ProbeShape::Capsule { .. } | ProbeShape::Ellipsoid { .. } => 2.0 * self.radius_m,
@@ -67,7 +67,8 @@ impl Probe {
         }
     }
 
-    /// Two directions at right angles to the axis, the first along the longer side if there is one.
+    /// Two unit vectors at right angles to the axis; the first is along the longer side if there is
+    /// one.
     fn sides(&self) -> [V3; 2] {
         let axis = self.direction();
         let first = match self.shape {
@@ -80,8 +81,8 @@ impl Probe {
         [first, axis.cross(&first)]
     }
 
-    /// The point of the surface that a point of the unit ball around the origin becomes, from the
-    /// probe's centre [m].
+    /// Maps a point of the unit sphere to the surface of the probe, relative to the probe's centre
+    /// [m].
     fn drawn_out(&self, unit: V3) -> V3 {
         let [along, across] = self.sides();
         match self.shape {
@@ -95,15 +96,15 @@ impl Probe {
         }
     }
 
-    /// A direction whose circle of directions at right angles to it becomes the outline as seen
-    /// from `eye`.
+    /// A direction in the space of the unit sphere: the great circle at right angles to it is
+    /// mapped to the outline of the probe as seen from `eye`.
     fn limb(&self, eye: V3) -> V3 {
         let ProbeShape::Ellipsoid { semi_axes_m: [a, b], .. } = self.shape else { return eye };
         let ([along, across], axis) = (self.sides(), self.direction());
         along * (eye.dot(&along) / a) + across * (eye.dot(&across) / b) + axis * (eye.dot(&axis) / self.radius_m)
     }
 
-    /// Corners of the box around the drawn part [m].
+    /// Corners of the box around the part that is drawn [m].
     pub fn hull(&self) -> impl Iterator<Item = V3> + Clone {
         let (tip_m, axis) = (V3::from(self.tip_m), self.direction());
         let [first, second] = match self.shape {
@@ -119,7 +120,7 @@ impl Probe {
         })
     }
 
-    /// The lines to draw, with the far side of the probe left out.
+    /// The lines of the wire model, without those on the far side of the probe.
     pub fn wire(&self, view: &View) -> Vec<Wire> {
         let axis = self.direction();
         let (tip_m, radius) = (V3::from(self.tip_m), self.radius_m);
@@ -146,7 +147,7 @@ impl Probe {
         let faces_eye = |(_, unit): &(V3, V3)| unit.dot(&limb) >= 0.0;
         let present = |(_, unit): &(V3, V3)| whole || unit.dot(&axis) <= 1e-9;
 
-        // lines of latitude every 30 degrees, without the poles
+        // circles of latitude every 30 degrees, without the poles
         for (c, s) in circle().step_by(8).skip(1).take(5) {
             let rim = !whole && c.abs() < 1e-9;
             let points = circle().map(|(x, y)| at((u * x + v * y) * s - axis * c));
@@ -176,8 +177,8 @@ fn outline(points: Vec<V3>) -> Wire {
     Wire { points, outline: true }
 }
 
-/// The unbroken pieces of a line on which `keep` holds; each point has its direction in the unit
-/// ball beside it.
+/// The contiguous pieces of a line whose points satisfy `keep`. Each point is paired with its
+/// position on the unit sphere.
 fn runs(points: impl Iterator<Item = (V3, V3)>, keep: impl Fn(&(V3, V3)) -> bool, outline: bool) -> Vec<Wire> {
     let mut wires = Vec::new();
     let mut piece = Vec::new();

@@ -1,4 +1,4 @@
-//! The colours of the surface and the two scales beside it: colour and length.
+//! Draws the colour scale and the length scale beside the surface, and maps displacement to colour.
 
 use plotters::element::{PathElement, Rectangle};
 use plotters::prelude::{ColorMap, DrawingBackend, RGBColor, ViridisRGB};
@@ -12,23 +12,24 @@ use crate::canvas::Drawn;
 use crate::layout::{MARGIN_PX, TITLE_HEIGHT_PX, builder};
 use crate::style::{INK, LABEL_PX, MUTED, TICK_PX, line, px, text};
 
-/// Room for the colour bar and its labels at the right [px].
+/// Space for the colour bar and its labels at the right [px].
 pub const BAR_PX: f64 = 130.0;
 
-/// Colour of a `share` (0 to 1) of the scale: viridis, a quarter lighter so that it can be shaded.
+/// Colour at a `share` (0 to 1) of the scale: viridis, lightened by a quarter so that it can be
+/// shaded.
 pub fn colour(share: f64) -> RGBColor {
     let RGBColor(r, g, b) = ViridisRGB.get_color(share.clamp(0.0, 1.0));
     let pale = |v: u8| v + (255 - v) / 4;
     RGBColor(pale(r), pale(g), pale(b))
 }
 
-/// `color` as it looks under `light` from 0 to 1.
+/// Colour of a surface of colour `color` under a brightness `light` from 0 to 1.
 pub fn shaded(color: RGBColor, light: f64) -> RGBColor {
     let lit = |v: u8| (f64::from(v) * (0.52 + 0.85 * light)).min(255.0) as u8;
     RGBColor(lit(color.0), lit(color.1), lit(color.2))
 }
 
-/// The colour scale with its ticks, at the right of the picture.
+/// Draws the colour scale with its ticks at the right of the picture.
 pub fn colour_bar<DB: DrawingBackend>(area: &Area<DB>, scale: &Axis, quantity: &str, unit: Unit) -> Drawn<DB> {
     let most = scale.range.end;
     let (width, height) = area.dim_in_pixel();
@@ -47,7 +48,7 @@ pub fn colour_bar<DB: DrawingBackend>(area: &Area<DB>, scale: &Axis, quantity: &
     let level = |k: i32| most * f64::from(k) / f64::from(strips);
     chart.draw_series((0..strips).map(|k| {
         let color = colour(f64::from(k) / f64::from(strips - 1));
-        // one strip higher than its share, so that no seam shows below the next
+        // each strip extends one strip beyond its share, so that no seam is visible below the next
         Rectangle::new([(0.0, level(k)), (1.0, level((k + 2).min(strips)))], color.filled())
     }))?;
     chart
@@ -64,7 +65,7 @@ pub fn colour_bar<DB: DrawingBackend>(area: &Area<DB>, scale: &Axis, quantity: &
         .draw()
 }
 
-/// A bar of a round length about a sixth of the picture wide, at the bottom left.
+/// Draws a bar of a round length, about a sixth of the width of the picture, at the bottom left.
 pub fn scale_bar<DB: DrawingBackend>(area: &Area<DB>, view: &View) -> Drawn<DB> {
     let wish_m = f64::from(area.dim_in_pixel().0) / 6.0 / view.scale;
     let decade = 10_f64.powf(wish_m.log10().floor());

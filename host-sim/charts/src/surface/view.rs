@@ -1,37 +1,38 @@
-//! A parallel projection that looks at the pressed site.
+//! A parallel projection that shows the pressed site.
 
 use super::super::place::Frame;
 
 pub type V3 = nalgebra::Vector3<f64>;
 
-/// A unit vector at right angles to the unit vector `axis`, as near to `wish` as that allows.
+/// A unit vector at right angles to the unit vector `axis`, as close to `wish` as possible.
 pub fn across(axis: V3, wish: V3) -> V3 {
-    // along `wish` itself there is no nearest one: turn to the next axis
+    // if `wish` is parallel to `axis` no direction is closest: use the next coordinate axis
     let across = |wish: V3| (wish - axis * wish.dot(&axis)).try_normalize(0.3);
     across(wish).or_else(|| across(wish.yzx())).unwrap_or_else(V3::z)
 }
 
-/// Position of the eye and of the picture on the canvas.
+/// Orientation and scale of the projection onto the canvas.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
-    /// Right on the canvas, unit vector.
+    /// Unit vector to the right on the canvas.
     pub right: V3,
-    /// Up on the canvas, unit vector.
+    /// Unit vector upward on the canvas.
     pub up: V3,
-    /// Toward the eye, unit vector.
+    /// Unit vector toward the eye.
     pub eye: V3,
     /// Canvas units per metre.
     pub scale: f64,
     shift: (f64, f64),
 }
 
-/// The eye's direction: this much along the probe's axis, along the operator's side (x), and to
-/// the right of it (y). 33 degrees above the surface, 27 degrees off the operator's line of sight.
+/// Direction to the eye, as components along the probe's axis, toward the operator (x), and at
+/// right angles to both (y): 33 degrees above the surface, and 27 degrees away from the operator's
+/// line of sight.
 const EYE: [f64; 3] = [0.545, 0.747, 0.381];
 
 impl View {
-    /// Looks at the side of the body that `axis` (unit, out of the body) points from, with
-    /// everything in `points` inside `frame`.
+    /// Looks at the side of the body from which the unit vector `axis` points outward, and fits all
+    /// `points` into `frame`.
     pub fn onto(axis: V3, points: &(impl Iterator<Item = V3> + Clone), frame: Frame) -> Self {
         let front = across(axis, V3::x());
         let side = axis.cross(&front);
@@ -39,10 +40,10 @@ impl View {
         Self::from_eye(eye, axis, points, frame)
     }
 
-    /// Looks from the unit vector `eye` with the unit vector `axis` upward, everything in `points`
-    /// inside `frame`.
+    /// Looks from the direction of the unit vector `eye` with the unit vector `axis` upward, and
+    /// fits all `points` into `frame`.
     pub fn from_eye(eye: V3, axis: V3, points: &(impl Iterator<Item = V3> + Clone), frame: Frame) -> Self {
-        // straight along the axis there is no upward: any right will do
+        // if the eye is on the axis, "upward" is undefined and any direction to the right will do
         let right = axis.cross(&eye).try_normalize(1e-6).unwrap_or_else(|| across(axis, V3::y()));
         let up = eye.cross(&right);
         let extent = |along: V3| {
@@ -53,7 +54,7 @@ impl View {
         let room = (f64::from(frame.high.0 - frame.low.0), f64::from(frame.high.1 - frame.low.1));
         let (wide, tall) = (x.1 - x.0, y.1 - y.0);
         let scale = if wide * room.1 > tall * room.0 { room.0 / wide } else { room.1 / tall };
-        // a single point has no size to fill the frame with
+        // a single point has no extent that could fill the frame
         let scale = if scale.is_finite() { scale } else { 1.0 };
         let middle = |low: i32, high: i32| f64::midpoint(f64::from(low), f64::from(high));
         Self {
@@ -68,12 +69,12 @@ impl View {
         }
     }
 
-    /// Place of a point [m] on the canvas [canvas units], y down.
+    /// Position of the point `p` [m] on the canvas [canvas units], y downward.
     pub fn at(&self, p: V3) -> (f64, f64) {
         (self.shift.0 + self.scale * p.dot(&self.right), self.shift.1 - self.scale * p.dot(&self.up))
     }
 
-    /// Returns the place of a point [m] on the canvas in whole canvas units, y down.
+    /// Position of the point `p` [m] on the canvas, rounded to whole canvas units, y downward.
     pub fn spot(&self, p: V3) -> (i32, i32) {
         let (x, y) = self.at(p);
         (x.round() as i32, y.round() as i32)

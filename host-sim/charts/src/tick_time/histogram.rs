@@ -1,32 +1,33 @@
-//! Percentiles, bars and round numbers of a histogram on logarithmic axes.
+//! Computes percentiles, bars and round numbers for a histogram with logarithmic axes.
 
 use std::ops::Range;
 
-/// The device's period, hence the longest a tick may take [us].
+/// Period of the device, and hence the longest time that a tick may take [us].
 pub const BUDGET_US: f64 = 1000.0;
 
-/// Bars across the axis; about ten pixels each.
+/// Number of bars across the axis, each about ten pixels wide.
 pub const BARS: usize = 90;
 
-/// The smallest value that at least `share` of `sorted` do not exceed.
+/// The smallest value that is not exceeded by at least `share` (0 to 1) of `sorted`.
 pub fn percentile(sorted: &[f64], share: f64) -> Option<f64> {
     let rank = (share * sorted.len() as f64).ceil() as usize;
     sorted.get(rank.saturating_sub(1)).copied()
 }
 
-/// A range for a log axis that holds all times, and the budget where that is near.
+/// Range of a logarithmic axis that contains all times, and the budget if the times come near it.
 pub fn time_range(sorted_us: &[f64], max: f64) -> Range<f64> {
-    // a clock too coarse for a tick reports 0, which a log axis has no place for: the axis begins
-    // at the first time of a nanosecond or more, and the first bar holds what is less
+    // a clock that is too coarse for a tick reports 0, which a logarithmic axis cannot show: the
+    // axis begins at the first time of a nanosecond or more, and the first bar counts all shorter
+    // times
     let least = sorted_us.iter().copied().find(|t| *t >= 1e-3);
     let least = least.unwrap_or(1.0);
     let (least, most) = if max > 0.4 * BUDGET_US { (least.min(BUDGET_US), max.max(BUDGET_US)) } else { (least, max.max(least)) };
     let start = least / 1.3;
-    // a sixth of the axis stays free for the label of the worst tick
+    // a sixth of the axis remains free for the label of the longest tick
     start..most * (most / start).powf(0.19).max(1.3)
 }
 
-/// Ticks in each of `BARS` bars of equal width on the log axis `x`.
+/// Number of ticks in each of `BARS` bars of equal width on the logarithmic axis `x`.
 pub fn count(sorted_us: &[f64], x: &Range<f64>) -> Vec<usize> {
     let mut bars = vec![0; BARS];
     let scale = BARS as f64 / (x.end / x.start).ln();
@@ -39,7 +40,8 @@ pub fn count(sorted_us: &[f64], x: &Range<f64>) -> Vec<usize> {
     bars
 }
 
-/// Round numbers for a log axis over `range`: as fine as leaves at most `most`.
+/// Round numbers for a logarithmic axis over `range`, as fine as possible with at most `most` of
+/// them.
 pub fn round_points(range: &Range<f64>, most: usize) -> Vec<f64> {
     let steps: [&[f64]; 5] = [
         &[1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],

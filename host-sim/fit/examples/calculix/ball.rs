@@ -1,20 +1,21 @@
-//! The rigid ball as a shell of hexahedra, every node of which is moved.
+//! Writes the rigid ball as a shell of hexahedra whose nodes all have a prescribed displacement.
 
 use std::fmt::Write;
 
 use super::deck::RADIUS_MM;
 
-/// Cells along a side, and their extent from the tip [rad].
+/// Number of cells along a side, and their extent from the tip [rad].
 const CELLS: usize = 48;
 const REACH_RAD: f64 = 60.0 * std::f64::consts::PI / 180.0;
-/// Radius of the inner layer over the ball's (1): it does not take part in the contact.
+/// Radius of the inner layer, divided by that of the ball (1); it does not take part in the
+/// contact.
 const INNER: f64 = 0.8;
 
-/// Nodes, elements and the outer surface, the tip at the origin; numbers continue after the given
-/// ones.
+/// Writes nodes, elements and the outer surface, with the tip at the origin. Numbers continue after
+/// `last_node` and `last_element`.
 pub fn write(text: &mut String, last_node: usize, last_element: usize) {
     let step = 2.0 * REACH_RAD / CELLS as f64;
-    // mean distance by which flat cells between nodes on the sphere would lie inside it
+    // mean distance by which flat cells with nodes on the sphere would lie inside it
     let outer_mm = RADIUS_MM * (1.0 + step * step / 6.0);
     let side = CELLS + 1;
     text.push_str("*NODE, NSET=BALL\n");

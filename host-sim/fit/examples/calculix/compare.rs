@@ -1,4 +1,4 @@
-//! The table: `CalculiX`, our finite elements on its mesh, and our patch.
+//! Prints the table that compares `CalculiX`, our finite elements on its mesh, and our patch.
 
 use std::path::Path;
 
@@ -6,17 +6,19 @@ use super::deck::{self, DEPTHS_MM, DRAG_DEPTH_MM, DRAGS_MM, FRICTION, HOLDS_S};
 use super::ours::{self, Shipped};
 use super::{Failure, results};
 
-/// Largest accepted difference [%]: finite elements of the same law; of another; the patch in a
-/// press; in a hold, where shear and volume relax alike and `CalculiX`'s volume does not.
+/// Largest accepted differences from `CalculiX` [%]: of our finite elements with its material law;
+/// with another law; of the patch in a press; and of the patch in a hold, where its shear and its
+/// volume both relax, whereas only the shear relaxes in `CalculiX`.
 const SAME_LAW: f64 = 1.0;
 const OTHER_LAW: f64 = 3.0;
 const PRESSED: f64 = 3.0;
 const HELD: f64 = 5.0;
-/// A drag is shown without a limit: it differs by more than the expected 10 %, and without a finer
-/// mesh of `CalculiX` it is not known which of the two is wrong.
+/// Drags are shown without a limit: they differ by more than the expected 10 %, and without a finer
+/// mesh in `CalculiX` it is unknown which of the two is wrong.
 const DRAGGED: f64 = f64::INFINITY;
 
-/// A figure of `CalculiX`, and the two of ours, each with its largest accepted difference [%].
+/// A quantity as computed by `CalculiX`, by our finite elements and by our patch; the last two with
+/// their largest accepted difference [%].
 struct Row {
     name: String,
     theirs: f64,
@@ -25,14 +27,14 @@ struct Row {
 }
 
 impl Row {
-    /// Prints the row; returns false if one of our figures differs by more than allowed.
+    /// Prints the row; returns false if one of our values differs by more than accepted.
     fn print(&self) -> bool {
         let mut passed = true;
         let mut cells = [String::new(), String::new()];
         for (cell, ours) in cells.iter_mut().zip([self.elements, self.patch]) {
             *cell = ours.map_or_else(String::new, |(ours, most)| {
                 let off = (ours / self.theirs - 1.0) * 100.0;
-                // NaN counts as a difference
+                // a NaN counts as a difference, because the comparison is then false
                 let within = off.abs() <= most;
                 passed &= within;
                 let mark = match (within, most.is_finite()) {
@@ -48,7 +50,8 @@ impl Row {
     }
 }
 
-/// Forces at the end of every step, of the whole block [mN].
+/// Forces on the whole block at the end of every step [mN]; `copies` is the number of symmetric
+/// pieces.
 fn forces_mn(folder: &Path, name: &str, steps: usize, copies: f64) -> Result<Vec<[f64; 3]>, Failure> {
     let forces = results::forces_mn(folder, name)?;
     if forces.len() != steps {
@@ -106,7 +109,7 @@ fn holds(folder: &Path, patch: &Shipped) -> Result<Vec<Row>, Failure> {
     Ok((0..HOLDS_S.len()).map(row).collect())
 }
 
-/// Prints the table; false if a figure is off or missing.
+/// Prints the table; returns false if a value differs by more than accepted or is missing.
 pub fn compare(folder: &Path) -> Result<bool, Failure> {
     let patch = Shipped::new()?;
     println!("{:<46} {:>9} | {:>21} | {:>21}", "", "CalculiX", "our finite elements", "our patch, 410 nodes");

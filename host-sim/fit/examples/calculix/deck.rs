@@ -1,14 +1,14 @@
-//! Input decks of `CalculiX`: the block of our own finite elements under a rigid ball. Lengths are
-//! in millimetres, stresses in kilopascals, forces in millinewtons.
+//! Writes input decks for `CalculiX`: the block of our own finite elements under a rigid ball.
+//! Lengths are in millimetres, stresses in kilopascals, forces in millinewtons.
 //!
-//! Our energy, mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2, does not exist in `CalculiX`, but two
-//! terms of its hyperfoam come close: with alpha = 2, and beta = b in one and -b in the other, they
-//! are mu/2 (I1 - 3) and a function of ln J whose slope and curvature at rest are ours; its third
-//! derivative there is -4 b^2 mu, and zero in ours.
+//! `CalculiX` does not provide our energy, mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2, but two
+//! terms of its hyperfoam come close. With alpha = 2 in both, and beta = b in one and -b in the
+//! other, they add up to mu/2 (I1 - 3) plus a function of ln J whose slope and curvature at rest
+//! equal ours. Its third derivative there is -4 b^2 mu, whereas ours is zero.
 //!
-//! `CalculiX` has no Prony terms. A hold has Maxwell elements instead, parallel to elastic ones on
-//! the same nodes: tissue that creeps in proportion to the stress. Its shear relaxes, its volume
-//! does not.
+//! `CalculiX` has no Prony terms. A hold is modelled by Maxwell elements instead, parallel to
+//! elastic elements on the same nodes: the material of a Maxwell element creeps in proportion to
+//! the stress. Its shear relaxes, its volume does not.
 
 use std::fmt::Write;
 
@@ -22,36 +22,36 @@ pub const RADIUS_MM: f64 = 8.0;
 pub const MODULUS_KPA: f64 = 3.5;
 pub const POISSON_RATIO: f64 = 0.45;
 pub const FRICTION: f64 = 0.5;
-/// Depths of the presses, and of drag and hold [mm].
+/// Depths of the presses, and depth of drag and hold [mm].
 pub const DEPTHS_MM: [f64; 3] = [1.0, 2.0, 4.0];
 pub const DRAG_DEPTH_MM: f64 = 2.0;
 /// Lengths of the drag [mm].
 pub const DRAGS_MM: [f64; 4] = [0.1, 0.25, 0.5, 1.0];
-/// Relaxation of a hold: shares of the shear modulus, and times [s].
+/// Relaxation in a hold: pairs of a share of the shear modulus (1) and its time [s].
 pub const TERMS: [[f64; 2]; 2] = [[0.3, 0.5], [0.2, 5.0]];
-/// Times in a hold at which forces are read [s]; the press takes the first thousandth of a second.
+/// Times after the press at which the forces of a hold are read, and duration of the press [s].
 pub const HOLDS_S: [f64; 2] = [1.0, 10.0];
 pub const PRESSED_S: f64 = 1e-3;
 
-/// Smallest elements lie within this distance of the tip [m].
+/// Distance from the tip within which the elements are smallest [m].
 const FINE_M: f64 = 6.2e-3;
-/// Region of the top whose triangles may touch [mm].
+/// Radius of the region of the top whose triangles may be in contact [mm].
 const TOUCHES_MM: f64 = 10.0;
-/// Pressure over penetration, and stress along the surface over slip while it sticks, both over
-/// Young's modulus [1/mm].
+/// Pressure per penetration, and tangential stress per slip while the contact sticks, both divided
+/// by Young's modulus [1/mm].
 const PENALTY_PER_MM: f64 = 300.0;
 const STICK_PER_MM: f64 = 30.0;
-/// Beta of the hyperfoam. A smaller value would be nearer to our energy, but at 0.1 the terms, 22
-/// and 23 mu, leave so much rounding error that no equilibrium is found.
+/// Value of beta in the hyperfoam terms. A smaller value would come closer to our energy, but at
+/// 0.1 the two terms, 22 and 23 mu, leave so much rounding error that no equilibrium is found.
 const BETA: f64 = 1.0;
 
-/// A deck by the name of its file.
+/// A deck with the name of its file.
 pub struct Deck {
     pub name: &'static str,
     pub text: String,
 }
 
-/// The block, cut at x = 0 or y = 0 where the case allows.
+/// The block; `may_cut` allows cuts along the symmetry planes x = 0 and y = 0.
 pub fn block(nodes: usize, may_cut: [bool; 2], poisson_ratio: f64) -> Result<BlockBody, Failure> {
     let material = Material { poisson_ratio, stiffening_b: 0.0, inclusions: Vec::new() };
     let size_m = [0.08, 0.08, 0.04];
@@ -59,10 +59,10 @@ pub fn block(nodes: usize, may_cut: [bool; 2], poisson_ratio: f64) -> Result<Blo
     case.build().map_err(|cause| format!("the block cannot be meshed: {cause}"))
 }
 
-/// Corner nodes of the piece for a press, a drag, or a hold.
+/// Number of corner nodes of the piece for a press, a drag, and a hold.
 pub const NODES: [usize; 3] = [350, 600, 250];
 
-/// Every deck.
+/// Builds all decks.
 pub fn all() -> Result<Vec<Deck>, Failure> {
     let pressed = block(NODES[0], [true; 2], POISSON_RATIO)?;
     let dragged = block(NODES[1], [false, true], POISSON_RATIO)?;
@@ -73,7 +73,7 @@ pub fn all() -> Result<Vec<Deck>, Failure> {
     let increments_s = [0.04, 0.4];
     let mut holds =
         step("STATIC", &format!("{}, {PRESSED_S}, 1e-7, {}", 0.5 * PRESSED_S, 0.5 * PRESSED_S), &[(3, -DRAG_DEPTH_MM)]);
-    // the tolerance of the creep strain is wide: the increments are given
+    // the tolerance of the creep strain is so wide that the given increments apply
     let mut before_s = 0.0;
     for (until_s, increment_s) in HOLDS_S.into_iter().zip(increments_s) {
         holds += &step(
@@ -91,16 +91,16 @@ pub fn all() -> Result<Vec<Deck>, Failure> {
     ])
 }
 
-/// One material for each set of elements; the sets share their nodes.
+/// One material per set of elements; the sets share their nodes.
 type Materials = Vec<String>;
 
-/// Lame's constants [kPa].
+/// Lamé constants, mu and lambda [kPa].
 fn lame() -> [f64; 2] {
     let shear = MODULUS_KPA / (2.0 * (1.0 + POISSON_RATIO));
     [shear, 2.0 * shear * POISSON_RATIO / (1.0 - 2.0 * POISSON_RATIO)]
 }
 
-/// A share of our energy.
+/// Material with our energy, multiplied by `share`.
 fn ours(share: f64) -> Materials {
     let [shear, lambda] = lame().map(|l| l * share);
     let half = 0.25 * lambda / BETA;
@@ -109,14 +109,15 @@ fn ours(share: f64) -> Materials {
     vec![format!("*HYPERFOAM, N=2\n{up:.12}, 2., {down:.12}, 2., {over:.12}, {under:.12}\n")]
 }
 
-/// `CalculiX`'s own neo-Hookean tissue, with the same moduli at small strain.
+/// Neo-Hookean material of `CalculiX`, with our moduli at small strain, multiplied by `share`.
 fn neo_hooke(share: f64) -> Materials {
     let [shear, lambda] = lame().map(|l| l * share);
     let bulk = lambda + 2.0 / 3.0 * shear;
     vec![format!("*HYPERELASTIC, NEO HOOKE\n{:.12}, {:.12}\n", 0.5 * shear, 2.0 / bulk)]
 }
 
-/// An elastic body, and beside it Maxwell elements whose shear creeps in proportion to the stress.
+/// An elastic material, and parallel Maxwell elements whose shear creeps in proportion to the
+/// stress.
 fn relaxing() -> Materials {
     let mut materials = neo_hooke(1.0 - TERMS.iter().map(|term| term[0]).sum::<f64>());
     for [share, time_s] in TERMS {
@@ -126,7 +127,7 @@ fn relaxing() -> Materials {
     materials
 }
 
-/// Moves the ball's components to these values [mm], the others to zero.
+/// Step that moves the given components of the ball to these values [mm] and all others to zero.
 fn step(procedure: &str, increments: &str, moved_mm: &[(usize, f64)]) -> String {
     let mut text = format!("*STEP, NLGEOM, INC=2000\n*{procedure}\n{increments}\n*BOUNDARY\n");
     for (component, mm) in moved_mm {
@@ -135,7 +136,7 @@ fn step(procedure: &str, increments: &str, moved_mm: &[(usize, f64)]) -> String 
     text + "*NODE PRINT, NSET=BALL, TOTALS=ONLY, FREQUENCY=10000\nRF\n*END STEP\n"
 }
 
-/// Faces of a tet as `CalculiX` counts them.
+/// Faces of a tet in the order in which `CalculiX` numbers them.
 const FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 1, 3], [1, 2, 3], [0, 2, 3]];
 
 fn deck(block: &BlockBody, materials: &Materials, friction: f64, steps: &str) -> Result<String, Failure> {

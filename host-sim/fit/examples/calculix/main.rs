@@ -1,4 +1,4 @@
-//! Presses the block with `CalculiX`, an independent solver, and compares.
+//! Compares the press of the block with `CalculiX`, an independent solver.
 //!
 //! `cargo run --release -p palpate-fit --example calculix -- write FOLDER` writes the decks, `ccx`
 //! solves them (`ccx -i FOLDER/press`), and `compare` in place of `write` reads the results and
@@ -19,7 +19,7 @@ const USAGE: &str = "give write or compare, and a folder";
 /// An error message for the user.
 type Failure = String;
 
-/// Prefixes an error with the current action.
+/// Prefixes an error with the action that failed.
 fn in_doing(what: impl Display) -> impl FnOnce(std::io::Error) -> Failure {
     move |cause| format!("{what}: {cause}")
 }

@@ -1,4 +1,5 @@
-//! Our own finite elements, and the shipped patch of 410 nodes, in the presses of the decks.
+//! Runs the presses of the decks with our own finite elements and with the shipped patch of 410
+//! nodes.
 
 use nalgebra::Vector3;
 use palpate::stages::probe::ProbePose;
@@ -14,14 +15,14 @@ use super::Failure;
 use super::deck::{self, DEPTHS_MM, DRAG_DEPTH_MM, DRAGS_MM, FRICTION, HOLDS_S, MODULUS_KPA, RADIUS_MM, TERMS};
 
 const NODES: usize = 410;
-/// Ticks of a rest before a force is taken.
+/// Number of ticks that the probe rests before a force is read.
 const RESTED: usize = 1000;
-/// Ticks per millimetre of a press, of a drag, and of a press that is held.
+/// Number of ticks per millimetre of a press, of a drag, and of the press before a hold.
 const PRESS: f64 = 50.0;
 const DRAG: f64 = 500.0;
 const QUICK: f64 = 10.0;
 
-/// Forces of presses without friction by finite elements, on the mesh of a deck [mN].
+/// Forces [mN] of frictionless presses by finite elements, on the mesh of a deck.
 pub fn elements_mn(nodes: usize, poisson_ratio: f64, depths_mm: &[f64]) -> Result<Vec<f64>, Failure> {
     let block = deck::block(nodes, [true; 2], poisson_ratio)?;
     let probe = RigidProbe::new(Shape::Sphere, RADIUS_MM * 1e-3, block.place_m, Vector3::z());
@@ -35,15 +36,15 @@ pub fn elements_mn(nodes: usize, poisson_ratio: f64, depths_mm: &[f64]) -> Resul
     depths_mm.iter().map(&mut force_mn).collect()
 }
 
-/// Share of the force of a hold that remains by finite elements of which only the shear has
-/// relaxed, with the modulus of that time used from the start.
+/// Share of the force that remains at each time of a hold (1), as solved by finite elements. Only
+/// their shear modulus has relaxed, and its value at that time is used from the start.
 pub fn elements_left() -> Result<Vec<f64>, Failure> {
     let depth_mm = [DRAG_DEPTH_MM];
     let at_once = elements_mn(deck::NODES[2], deck::POISSON_RATIO, &depth_mm)?[0];
     let later = |t_s: &f64| {
         let left = left(*t_s);
         let nu = deck::POISSON_RATIO;
-        // bulk modulus over the shear modulus of that time
+        // bulk modulus divided by the shear modulus at that time
         let bulk = 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu)) / left;
         let later = (3.0 * bulk - 2.0) / (2.0 * (3.0 * bulk + 1.0));
         let modulus = left * (1.0 + later) / (1.0 + nu);
@@ -52,7 +53,7 @@ pub fn elements_left() -> Result<Vec<f64>, Failure> {
     HOLDS_S.iter().map(later).collect()
 }
 
-/// Remaining share of the shear modulus (1).
+/// Remaining share of the shear modulus after `t_s` (1).
 pub fn left(t_s: f64) -> f64 {
     TERMS.iter().fold(1.0, |left, [share, time_s]| left - share * (1.0 - (-t_s / time_s).exp()))
 }
@@ -65,7 +66,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Force on the probe [mN].
+    /// Runs one tick with the tip at `tip_mm` and returns the force on the probe [mN].
     fn at(&mut self, tip_mm: Vector3<f64>) -> Result<Vector3<f64>, Failure> {
         let output = palpate::tick(self.model, &self.tuned, &mut self.state, ProbePose { tip_m: (tip_mm * 1e-3).cast() });
         match output.fault {
@@ -74,7 +75,7 @@ impl Run<'_> {
         }
     }
 
-    /// Moves straight to a place and rests there.
+    /// Moves straight to a place, rests there for `rest` ticks, and returns the last force [mN].
     fn go(
         &mut self,
         from_mm: Vector3<f64>,
@@ -94,7 +95,7 @@ impl Run<'_> {
     }
 }
 
-/// The patch that ships.
+/// The shipped patch of 410 nodes.
 pub struct Shipped {
     patch: Patch,
     params: Params,
@@ -115,7 +116,7 @@ impl Shipped {
         go(&mut Run { model: &model, tuned, state })
     }
 
-    /// Forces of presses without friction [mN].
+    /// Forces of frictionless presses [mN].
     pub fn presses_mn(&self) -> Result<Vec<f64>, Failure> {
         self.run(&self.params, |run| {
             let mut before = Vector3::z();
@@ -127,8 +128,8 @@ impl Shipped {
         })
     }
 
-    /// Forces against a drag and up, before it and at each of its lengths [mN]: the mean of four
-    /// directions, since the mesh is not isotropic.
+    /// Forces [mN] opposite to the drag and upward, before the drag and at each of its lengths: the
+    /// mean over four headings, since the mesh is not isotropic.
     pub fn drags_mn(&self) -> Result<Vec<[f64; 2]>, Failure> {
         let params = Params { friction: FRICTION as f32, ..self.params };
         let mut mean = vec![[0.0; 2]; DRAGS_MM.len() + 1];
@@ -152,7 +153,7 @@ impl Shipped {
         Ok(mean)
     }
 
-    /// Remaining shares of the force of a hold, pressed with friction.
+    /// Remaining shares of the force of a hold after a press with friction (1).
     pub fn left(&self) -> Result<Vec<f64>, Failure> {
         let mut relaxation = [PronyTerm::NONE; MOST_TERMS];
         for (term, [share, time_s]) in relaxation.iter_mut().zip(TERMS) {

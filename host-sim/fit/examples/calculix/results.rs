@@ -1,10 +1,10 @@
-//! Forces that `CalculiX` prints.
+//! Reads the forces that `CalculiX` prints.
 
 use std::path::Path;
 
 use super::{Failure, in_doing};
 
-/// Force on the ball at the end of every step [mN], of the piece that was computed.
+/// Force on the ball at the end of every step [mN], for the symmetric piece that was computed.
 pub fn forces_mn(folder: &Path, name: &str) -> Result<Vec<[f64; 3]>, Failure> {
     let path = folder.join(format!("{name}.dat"));
     let text = std::fs::read_to_string(&path).map_err(in_doing(path.display()))?;

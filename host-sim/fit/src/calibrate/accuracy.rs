@@ -1,5 +1,5 @@
-//! Accuracy of a patch, by the static solution of its tick: centred presses, random places over a
-//! disc, dents, discs glued to the surface.
+//! Measures the accuracy of a patch with the static solution of its tick: centred presses, random
+//! places over a disc, dents, and discs glued to the surface.
 
 use palpate::Params;
 use rayon::prelude::*;
@@ -11,48 +11,49 @@ use crate::pressed_patch::{PressedPatch, error_pct, rms, worst};
 use crate::statics::{Balance, Statics, Unbalanced, Vector};
 use palpate_tissue::patch::Patch;
 
-/// Centred depths, fitted and held out, and depths over the disc [probe radii]: 0.5, 1, .. mm for a
-/// radius of 8 mm.
+/// Depths of the centred presses, both fitted and held out, and depths over the disc [probe radii]:
+/// 0.5, 1, .. mm for a radius of 8 mm.
 const CENTRED_RADII: [f64; 8] = [0.0625, 0.125, 0.1875, 0.25, 0.375, 0.5, 0.75, 1.0];
 const DISC_DEPTHS_RADII: [f64; 7] = [0.0625, 0.125, 0.1875, 0.25, 0.375, 0.5, 0.75];
 /// Number of places at which a patch is evaluated.
 pub const PLACES: usize = 40;
-/// Radius of the disc on a whole block [probe radii], and the seed of its places, which no fit
-/// uses.
+/// Radius of the disc of places on a whole block [probe radii], and the seed of the places, which
+/// no fit uses.
 pub const DISC_RADII: f64 = 1.5;
 const SEED: u64 = 2026;
-/// Depths at which dents are compared, and the radius around the site [probe radii].
+/// Depths at which dents are compared, and radius around the site within which they are [probe
+/// radii].
 const DENTS_RADII: [f64; 2] = [0.25, 0.5];
 const DENT_AROUND: f64 = 2.5;
 
-/// Error at one depth.
+/// Errors of the force at one depth.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct DepthError {
     /// Depth [mm].
     pub depth_mm: f64,
     /// Error of a centred press [%].
     pub centred_pct: f64,
-    /// Root mean square error over the places [%].
+    /// Root mean square of the error over the places [%].
     pub disc_rms_pct: Option<f64>,
     /// Largest error over the places, with its sign [%].
     pub disc_worst_pct: Option<f64>,
 }
 
-/// Surface nodes against the reference at one depth.
+/// Distances between the surface nodes and the reference at one depth.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct DentError {
     /// Depth [mm].
     pub depth_mm: f64,
-    /// Mean distance of the surface from the reference at the nodes: inside the probe the surface
-    /// is the foundation's outer face [mm].
+    /// Mean distance between the surface and the reference at the nodes [mm]. At a node inside the
+    /// probe, the surface is the outer face of the foundation.
     pub surface_mean_mm: f64,
     /// Mean distance of the nodes themselves from the reference [mm].
     pub nodes_mean_mm: f64,
-    /// Largest of the surface [mm].
+    /// Largest distance of the surface from the reference [mm].
     pub surface_max_mm: f64,
 }
 
-/// A disc glued to the surface and moved slightly.
+/// Error of a disc that is glued to the surface and moved slightly.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct GluedError {
     /// Centre of the disc [mm].
@@ -65,22 +66,22 @@ pub struct GluedError {
     pub error_pct: f64,
 }
 
-/// All errors of a patch.
+/// All errors of one patch.
 #[derive(Clone, Debug, Serialize)]
 pub struct Accuracy {
-    /// Force errors by depth.
+    /// Errors of the force, one entry per depth.
     pub forces: Vec<DepthError>,
-    /// Errors of the dented surface.
+    /// Errors of the dented surface, one entry per depth.
     pub dents: Vec<DentError>,
-    /// Glued discs, if the reference has them.
+    /// Errors of the glued discs; empty if the reference has none.
     pub glued: Vec<GluedError>,
 }
 
 impl Accuracy {
-    /// Presses a patch at the centre and at `places` random places over `disc_radii` probe radii.
+    /// Presses a patch at the centre and at `places` random places within `disc_radii` probe radii.
     ///
     /// # Errors
-    /// A press without equilibrium.
+    /// Fails if a press has no equilibrium.
     pub fn of(
         patch: &Patch,
         params: &Params,
@@ -131,13 +132,14 @@ impl Accuracy {
         Ok(Self { forces, dents: dented.filter_map(dent).collect(), glued })
     }
 
-    /// Root mean square of the centred errors at these depths [%].
+    /// Root mean square of the centred errors at `depths_mm` [%].
     #[must_use]
     pub fn centred_rms_pct(&self, depths_mm: &[f64]) -> f64 {
         rms(&self.at(depths_mm).map(|f| f.centred_pct).collect::<Vec<_>>())
     }
 
-    /// Root mean square over places and depths, and the worst single one [%].
+    /// Root mean square of the error over places and depths, and the largest error with its sign
+    /// [%].
     #[must_use]
     pub fn disc_pct(&self, depths_mm: &[f64]) -> (f64, f64) {
         let of = |pick: fn(&DepthError) -> Option<f64>| self.at(depths_mm).filter_map(pick).collect::<Vec<_>>();

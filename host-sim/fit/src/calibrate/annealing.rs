@@ -1,29 +1,30 @@
 //! Simulated annealing with the schedule of paper 004 (sections 2.2 and 3.4), for comparison with
 //! [`super::gauss_newton`] on the same objective.
 //!
-//! There are two unknowns, as in the paper: one multiplier on all springs and one on all nodal
+//! There are two unknowns, as in the paper: one multiplier for all springs and one for all nodal
 //! volume stiffnesses. The paper's second unknown is the damping, which does not affect a press at
-//! rest. Its objective is the Hausdorff distance; here it is the cost that all fits share, so a
-//! temperature is in units of that cost. The walk starts at the uncalibrated patch, not at random.
+//! rest. Its objective is the Hausdorff distance; here the objective is the cost that all fits
+//! share, so temperatures are in units of that cost. The walk starts at the uncalibrated patch, not
+//! at a random place.
 //!
-//! The schedule and the walk are [`super::schedule`]'s: `argmin`'s annealing cools after every
-//! trial and accepts a worse place with another probability than Metropolis's.
+//! Schedule and walk are those of [`super::schedule`]. The annealing of `argmin` cools after every
+//! trial and accepts a worse place with a probability other than Metropolis's.
 
 use super::schedule::{Schedule, Verdict, Walk};
 use super::{CalibrateError, Objective, Round};
 
-/// Evaluations of the whole schedule, the start included.
+/// Number of evaluations of the whole schedule, including the start.
 pub const SCHEDULE_EVALUATIONS: usize = 1 + Schedule::PAPER.length();
 
 const SEED: u64 = 4;
 
 /// Fits the two multipliers with at most `most_evaluations`; returns a record of the start and of
 /// every trial that was better than all earlier ones. The objective is left at the best trial. With
-/// fewer than [`SCHEDULE_EVALUATIONS`] all temperatures are used, with fewer trials each.
-/// Coordinates are in prior widths.
+/// fewer evaluations than [`SCHEDULE_EVALUATIONS`] all temperatures are used, each with fewer
+/// trials. Coordinates are in prior widths.
 ///
 /// # Errors
-/// The uncalibrated patch cannot be pressed.
+/// Fails if the uncalibrated patch cannot be pressed.
 pub fn fit(
     objective: &mut Objective,
     most_evaluations: usize,
@@ -42,7 +43,7 @@ pub fn fit(
         let there = walk.propose();
         let mut full = start.clone();
         moved.iter().zip(&there).for_each(|(&k, x)| full[k] = *x);
-        // the cost must count every press that it counted at the start
+        // the cost must count every press that was counted at the start
         let tried = objective.evaluate(&full, false).ok().filter(|(there, _)| there.lost.iter().all(|n| sweep.lost.contains(n)));
         let tried = tried.map(|(sweep, found)| (objective.round(&sweep, &full), found));
         let verdict = walk.judge(there, tried.as_ref().map(|(round, _)| round.cost));

@@ -2,16 +2,17 @@
 
 use super::Round;
 
-/// Errors of one evaluation.
+/// Errors of one evaluation, in plain units.
 #[derive(Clone, Debug, Default)]
 pub struct Measurement {
-    /// Force over its target minus one, place by place, shallow first (1).
+    /// Force divided by its target, minus one (1): one list per place, in the order of increasing
+    /// depth.
     pub forces: Vec<Vec<f64>>,
-    /// Distances of the surface nodes from the reference [m], one list per dent.
+    /// Distances between the surface nodes and the reference [m], one list per dent.
     pub dents_m: Vec<Vec<f64>>,
-    /// Force of each glued disc over its target minus one (1).
+    /// Force of each glued disc divided by its target, minus one (1).
     pub glued: Vec<f64>,
-    /// Squared errors in units of their tolerance.
+    /// Sum of the squared errors in units of their tolerance (1).
     pub misfit: f64,
 }
 
@@ -23,7 +24,7 @@ impl Measurement {
         100.0 * (all.iter().map(|e| e * e).sum::<f64>() / all.len().max(1) as f64).sqrt()
     }
 
-    /// Mean distance of the surface nodes from the reference [mm], mean over the dents.
+    /// Mean distance between the surface nodes and the reference [mm], averaged over the dents.
     #[must_use]
     pub fn dent_mean_mm(&self) -> f64 {
         let mean = |d: &Vec<f64>| d.iter().sum::<f64>() / d.len().max(1) as f64;

@@ -1,4 +1,4 @@
-//! Places of the presses of a calibration.
+//! Chooses the places at which a calibration presses.
 
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -18,7 +18,8 @@ pub fn sunflower(count: usize, radius_m: f64) -> Vec<[f64; 2]> {
     (0..count).map(place).collect()
 }
 
-/// `count` places at random over a disc, the same for the same seed, for testing a calibration.
+/// `count` random places over a disc, relative to its centre [m], for testing a calibration. Equal
+/// seeds give equal places.
 #[must_use]
 pub fn random(count: usize, radius_m: f64, seed: u64) -> Vec<[f64; 2]> {
     let mut random = SplitMix64::seed_from_u64(seed);

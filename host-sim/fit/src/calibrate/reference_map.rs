@@ -1,9 +1,10 @@
-//! Interpolates the reference between its solved depths and places.
+//! Interpolates the reference between the depths and places for which it was solved.
 //!
 //! Over depth, the force divided by depth^1.5 (Hertz) varies smoothly and slowly, and is
 //! interpolated by a cubic through the four nearest depths. Over the top of a homogeneous block the
-//! force hardly changes (under 1 % within 1.5 probe radii): its ratio to the centred force has the
-//! square's symmetry, `1 + a r^2 + b r^4 + c r^4 cos(4 angle)`, fitted to the solved places.
+//! force hardly changes (under 1 % within 1.5 probe radii). Its ratio to the centred force has the
+//! symmetry of the square, `1 + a r^2 + b r^4 + c r^4 cos(4 angle)`, and is fitted to the solved
+//! places.
 
 use nalgebra::Matrix3;
 
@@ -11,25 +12,25 @@ use super::targets::Reference;
 use crate::statics::Vector;
 use palpate_tissue::answer::{Answer, GluedAnswer};
 
-/// Distance within which a place counts as the centre [m].
+/// Distance from the site up to which a place counts as the centre [m].
 const CENTRED_M: f64 = 1e-9;
-/// Weight of the ridge on a, b and c in the fit of the ratio, relative to places of weight about
-/// one: without a place off the axes c becomes zero.
+/// Weights of the ridge on a, b and c in the fit of the ratio, whereas the places have weights of
+/// about one. Without a place off the axes, the ridge makes c zero.
 const RIDGE: [f64; 3] = [1e-9, 1e-9, 1e-6];
 
-/// An answer that is interpolated anywhere on the top of its block.
+/// An answer that can be interpolated anywhere on the top of its block.
 #[derive(Clone, Debug)]
 pub struct ReferenceMap<'a> {
     answer: &'a Answer,
-    /// Depth [m] and force over E [m^2] at the centre, shallow first.
+    /// Depth [m] and force over E [m^2] of the centred presses, in the order of increasing depth.
     centred: Vec<(f64, f64)>,
-    /// Depth [m] and a, b, c, shallow first.
+    /// Depth [m] and the coefficients a, b and c (1), in the order of increasing depth.
     ratios: Vec<(f64, [f64; 3])>,
     length_m: f64,
 }
 
 impl<'a> ReferenceMap<'a> {
-    /// `None` when the answer has fewer than four centred presses.
+    /// Returns `None` if the answer has fewer than four centred presses.
     #[must_use]
     pub fn of(answer: &'a Answer) -> Option<Self> {
         let away = |place: [f64; 3]| place[0].hypot(place[1]);
@@ -48,7 +49,8 @@ impl<'a> ReferenceMap<'a> {
                 continue;
             }
             let at_centre = map.centred_force(depth_m);
-            // normal equations with a slight ridge: places on one axis cannot distinguish b from c
+            // normal equations with a slight ridge, because places on one axis cannot distinguish b
+            // from c
             let (mut normal, mut right) = (Matrix3::from_diagonal(&RIDGE.into()), Vector::zeros());
             for hold in aside {
                 let shape = Vector::from(map.shape(hold.place_m));
@@ -68,7 +70,7 @@ impl<'a> ReferenceMap<'a> {
         &self.answer.glued
     }
 
-    /// Deepest centred press [m].
+    /// Depth of the deepest centred press [m].
     #[must_use]
     pub fn deepest_m(&self) -> f64 {
         self.centred.last().map_or(0.0, |c| c.0)
@@ -141,7 +143,8 @@ mod tests {
 
     #[test]
     fn between_solved_depths_and_places_the_law_is_kept() {
-        // Hertz with a slow change over depth, decreasing outward with the square's symmetry
+        // Hertz's law with a slow change over depth, decreasing outward with the symmetry of the
+        // square
         let force = |x: f64, y: f64, d: f64| {
             let fall = 1.0 - 30.0 * (x * x + y * y) - 4e5 * (x.powi(4) - 6.0 * x * x * y * y + y.powi(4));
             d.powf(1.5) * (0.15 + 2.0 * d - 50.0 * d * d) * fall

@@ -1,35 +1,37 @@
-//! The annealing schedule of paper 004 (sections 2.2 and 3.4) and a walk that follows it:
-//! proposals, Metropolis's criterion, cooling.
+//! The annealing schedule of paper 004 (sections 2.2 and 3.4), and a random walk that follows it
+//! with proposals, Metropolis's criterion and cooling.
 //!
 //! The paper gives neither the reach of a trial nor the unit of the objective. Here the reach
-//! adapts to the share of accepted trials, and every objective states its unit. A walk is plain
-//! numbers: stored and read back, it continues where it stopped.
+//! adapts to the share of accepted trials, and every objective states its unit. The state of a walk
+//! consists of plain numbers, so that a walk that is stored and read back continues where it
+//! stopped.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
 
-/// From hot to cold.
+/// Temperatures of an annealing, from hot to cold.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Schedule {
     /// First temperature, in units of the cost.
     pub first: f64,
-    /// Last temperature.
+    /// Last temperature, in units of the cost.
     pub last: f64,
-    /// Ratio of each temperature to the one before.
+    /// Ratio of each temperature to the previous one (1).
     pub cooling: f64,
-    /// Trials at each temperature.
+    /// Number of trials at each temperature.
     pub trials: usize,
 }
 
-/// Largest and smallest reach of a trial.
+/// Smallest and largest reach of a trial, in the unit of the coordinates.
 const REACH: [f64; 2] = [1e-4, 1.0];
-/// Share of accepted trials that the reach is adapted to, and the rate of adaptation.
+/// Share of accepted trials at which the reach remains constant, and the rate of its adaptation
+/// (1).
 const TAKEN: f64 = 0.44;
 const FOLLOWS: f64 = 0.2;
 
 impl Schedule {
-    /// The paper's: 570 temperatures, 114 000 trials.
+    /// Schedule of the paper: 570 temperatures, 114 000 trials.
     pub const PAPER: Self = Self { first: 100.0, last: 0.001, cooling: 0.98, trials: 200 };
 
     /// Number of temperatures.
@@ -43,13 +45,13 @@ impl Schedule {
         count
     }
 
-    /// Trials of the whole schedule.
+    /// Number of trials of the whole schedule.
     #[must_use]
     pub const fn length(&self) -> usize {
         self.temperatures() * self.trials
     }
 
-    /// Temperature of a trial if all temperatures share `trials` trials.
+    /// Temperature of a trial if `trials` trials are spread over all temperatures.
     #[must_use]
     pub fn temperature(&self, trial: usize, trials: usize) -> f64 {
         self.first * self.cooling.powi((trial * self.temperatures() / trials) as i32)
@@ -59,15 +61,15 @@ impl Schedule {
 /// Outcome of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// The walk stays.
+    /// The trial was rejected, and the walk stays at its place.
     Refused,
-    /// The walk moves there.
+    /// The walk moved to the trial.
     Taken,
-    /// The walk moves there, to its lowest cost so far.
+    /// The walk moved to the trial, whose cost is the lowest so far.
     Best,
 }
 
-/// The state of a walk.
+/// State of a walk.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Walk {
     schedule: Schedule,
@@ -81,13 +83,13 @@ pub struct Walk {
 }
 
 impl Walk {
-    /// A walk of `trials` trials that starts at a place with its cost.
+    /// A walk of `trials` trials that starts at `place` with the cost `cost`.
     #[must_use]
     pub fn start(schedule: Schedule, trials: usize, seed: u64, place: Vec<f64>, cost: f64) -> Self {
         Self { schedule, seed, trials, trial: 0, reach: REACH[1], best: (place.clone(), cost), place, cost }
     }
 
-    /// Number of trials so far, and in total.
+    /// Number of trials so far, and total number.
     #[must_use]
     pub fn trials(&self) -> (usize, usize) {
         (self.trial, self.trials)
@@ -105,26 +107,27 @@ impl Walk {
         self.schedule.temperature(self.trial, self.trials)
     }
 
-    /// Present place of the walk, and the cost there.
+    /// Present place of the walk and its cost.
     #[must_use]
     pub fn here(&self) -> (&[f64], f64) {
         (&self.place, self.cost)
     }
 
-    /// The best place so far, and the cost there.
+    /// Best place so far and its cost.
     #[must_use]
     pub fn best(&self) -> (&[f64], f64) {
         (&self.best.0, self.best.1)
     }
 
-    /// Whether another walk is the same one, at any point.
+    /// Whether two walks have the same schedule, seed and number of trials, regardless of their
+    /// progress.
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
         (self.schedule, self.seed, self.trials) == (other.schedule, other.seed, other.trials)
     }
 
-    /// The next trial: every coordinate changes by up to the reach. It stays the same until its
-    /// cost is given.
+    /// The next trial: every coordinate changes by up to the reach. Until its cost is passed to
+    /// [`Self::judge`], repeated calls return the same trial.
     #[must_use]
     pub fn propose(&self) -> Vec<f64> {
         let mut random = self.random();
@@ -148,14 +151,14 @@ impl Walk {
         Verdict::Taken
     }
 
-    /// Random numbers that depend on this trial alone, so that a walk read back continues
-    /// identically.
+    /// Random numbers that depend only on seed and number of the trial, so that a walk that is read
+    /// back continues identically.
     fn random(&self) -> Xoshiro256PlusPlus {
         Xoshiro256PlusPlus::seed_from_u64(self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(self.trial as u64))
     }
 }
 
-/// Uniform between zero and one.
+/// A uniform random number between zero and one.
 fn share(random: &mut impl Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }

@@ -1,4 +1,4 @@
-//! One evaluation of the objective: every press of every place and, on request, the derivatives of
+//! Evaluates the objective once: every press at every place and, on request, the derivatives of
 //! each result with respect to every unknown.
 
 use std::time::Instant;
@@ -9,22 +9,22 @@ use super::targets::{GluedTarget, PlaceTarget, Targets};
 use super::{Measurement, Round, Unknowns};
 use crate::statics::{Balance, CLEAR_M, Solver, Statics, Unbalanced, Vector};
 
-/// One press in this many may have no equilibrium, where springs buckle between two shapes or a
-/// point lies on the edge of a flat tip: such places must not end a fit.
+/// At most one press in this many may have no equilibrium. This happens where springs can buckle
+/// into two shapes or a point is at the edge of a flat tip, and such places must not end a fit.
 const MOST_LOST: usize = 50;
 
-/// Errors in units of their tolerance, one per measured number, and their derivatives with respect
-/// to the unknowns, row by row.
+/// Errors in units of their tolerance, one per measurement, and their derivatives with respect to
+/// the unknowns, one row per error.
 #[derive(Clone, Debug, Default)]
 pub struct Sweep {
-    /// Errors.
+    /// Errors in units of their tolerance (1).
     pub residuals: Vec<f64>,
     /// Derivatives, shape \[residuals\] [unknowns]; empty unless requested.
     pub rows: Vec<Vec<f64>>,
-    /// Indices of the errors that are unknown because the press has no equilibrium; their residual
-    /// and their derivatives are zero.
+    /// Indices of the errors that are unknown because their press has no equilibrium; their
+    /// residuals and derivatives are zero.
     pub lost: Vec<usize>,
-    /// Errors of the same evaluation in plain units.
+    /// Errors of this evaluation in plain units.
     pub measurement: Measurement,
 }
 
@@ -32,15 +32,16 @@ pub struct Sweep {
 pub type Positions = Vec<Vec<Vec<Vector>>>;
 
 impl Sweep {
-    /// Squared errors of this sweep that the other one has lost, in units of their tolerance.
+    /// Squared errors, in units of their tolerance, that are known in this sweep but lost in
+    /// `other`.
     #[must_use]
     pub fn known_here_alone(&self, other: &Self) -> f64 {
         other.lost.iter().filter_map(|&n| self.residuals.get(n)).map(|r| r * r).sum()
     }
 }
 
-/// The objective of a calibration, with the number of evaluations and the latest solutions as
-/// starting points for the next.
+/// The objective of a calibration. It counts its evaluations and keeps the latest solutions as
+/// starting points for the next one.
 #[derive(Debug)]
 pub struct Objective<'a> {
     base: Statics,
@@ -60,17 +61,17 @@ struct PlaceSweep {
     sweep: Sweep,
     forces: Vec<f64>,
     dents_m: Vec<Vec<f64>>,
-    /// Why its deepest presses are lost, if they are.
+    /// Reason why the deepest presses at this place have no equilibrium, if that is so.
     unbalanced: Option<Unbalanced>,
 }
 
 impl<'a> Objective<'a> {
-    /// Starts at the uncalibrated patch.
+    /// Creates the objective; its unknowns are those of the uncalibrated patch.
     ///
     /// # Errors
-    /// The rest stiffness is not positive.
+    /// Fails if the mesh is too large to be analysed.
     pub fn new(base: Statics, unknowns: Unknowns, targets: &'a Targets) -> Result<Self, Unbalanced> {
-        // one factorisation per core; each is too small to be parallelised
+        // one factorisation per core; each of them is too small to be parallelised
         faer::set_global_parallelism(faer::Par::Seq);
         let solver = Solver::of(&base).ok_or(Unbalanced { depth_mm: 0.0, steps: 0 })?;
         let z = vec![0.0; unknowns.len()];
@@ -78,54 +79,54 @@ impl<'a> Objective<'a> {
         Ok(Self { base, unknowns, targets, solver, last, z, evaluations: 0, started: Instant::now() })
     }
 
-    /// Returns the sweep with start positions near those of its own presses.
+    /// Returns the objective with the node positions from which its presses start.
     #[must_use]
     pub fn starting_near(mut self, positions: Positions) -> Self {
         self.last = positions;
         self
     }
 
-    /// The unknowns' layout.
+    /// Layout of the vector of unknowns.
     #[must_use]
     pub fn unknowns(&self) -> &Unknowns {
         &self.unknowns
     }
 
-    /// The uncalibrated patch.
+    /// Model of the uncalibrated patch.
     #[must_use]
     pub fn statics(&self) -> &Statics {
         &self.base
     }
 
-    /// The accepted unknowns.
+    /// Unknowns that were accepted last.
     #[must_use]
     pub fn place(&self) -> &[f64] {
         &self.z
     }
 
-    /// Evaluations so far.
+    /// Number of evaluations so far.
     #[must_use]
     pub fn evaluations(&self) -> usize {
         self.evaluations
     }
 
-    /// Presses without an equilibrium at the accepted unknowns.
+    /// Number of presses that have no equilibrium at the accepted unknowns.
     #[must_use]
     pub fn lost_presses(&self) -> usize {
         self.targets.presses() - self.last.iter().map(Vec::len).sum::<usize>()
     }
 
-    /// Accepts unknowns: later evaluations start from the solutions found there.
+    /// Accepts unknowns; later evaluations start from the solutions found there.
     pub fn accept(&mut self, z: Vec<f64>, found: Found) {
         self.z = z;
         self.last = found.0;
     }
 
-    /// Errors, and slopes if `with_slopes`, at `z`. At most one press in fifty may have no
-    /// equilibrium, none of them at the centre.
+    /// Computes the errors at `z`, and their derivatives if `with_slopes`. At most one press in
+    /// fifty may have no equilibrium, and none at the centre.
     ///
     /// # Errors
-    /// More presses without equilibrium.
+    /// Fails if more presses have no equilibrium.
     pub fn evaluate(&mut self, z: &[f64], with_slopes: bool) -> Result<(Sweep, Found), Unbalanced> {
         self.evaluations += 1;
         let statics = self.unknowns.apply(&self.base, z);
@@ -194,7 +195,8 @@ impl<'a> Objective<'a> {
             here = match again.map_or_else(|| self.solver.press(statics, &here, tip_m, target.depth_m), Ok) {
                 Ok(balance) => balance,
                 Err(error) => {
-                    // the deeper presses at this place would start from this one
+                    // the deeper presses at this place are lost too, because they would start from
+                    // this one
                     let lost = place.forces.len() - n;
                     out.sweep.lost = (out.sweep.residuals.len()..).take(lost).collect();
                     out.sweep.residuals.extend(vec![0.0; lost]);
@@ -205,7 +207,8 @@ impl<'a> Objective<'a> {
             };
             let error = here.force / target.force - 1.0;
             out.forces.push(error);
-            // the logarithm is closer to linear in the logarithms of the constants
+            // the logarithm of the force is closer to linear in the unknowns, which are logarithms
+            // as well
             out.sweep.residuals.push((here.force / target.force).ln() / target.tolerance);
             if with_slopes {
                 let mut slopes = row();
@@ -236,8 +239,8 @@ impl<'a> Objective<'a> {
         out
     }
 
-    /// Stiffness over E [m] of a glued disc, and the derivatives of its error; empty unless
-    /// requested.
+    /// Stiffness of a glued disc over E [m], and the derivatives of its error with respect to the
+    /// unknowns; these are empty unless requested.
     fn glued_sweep(&self, statics: &Statics, target: &GluedTarget, with_slopes: bool) -> Result<(f64, Vec<f64>), Unbalanced> {
         let glued = self.solver.glued(statics, target.place_m, target.radius_m, target.direction)?;
         let mut row = Vec::new();
@@ -249,7 +252,7 @@ impl<'a> Objective<'a> {
         Ok((glued.stiffness_m, row))
     }
 
-    /// A round's entry in the record.
+    /// Record of a round that ends with this evaluation.
     #[must_use]
     pub fn round(&self, sweep: &Sweep, z: &[f64]) -> Round {
         let ridge = z.iter().map(|z| z * z).sum();
@@ -257,6 +260,6 @@ impl<'a> Objective<'a> {
     }
 }
 
-/// Node positions of every press of an evaluation.
+/// Node positions of every press of one evaluation.
 #[derive(Debug)]
 pub struct Found(Positions);

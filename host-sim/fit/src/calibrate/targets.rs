@@ -1,83 +1,83 @@
-//! Targets of a calibration: forces over a disc of places, dents at its centre, and discs glued to
+//! Targets of a calibration: forces at places over a disc, dents at its centre, and discs glued to
 //! the surface.
 
 use super::places::sunflower;
 use crate::statics::Vector;
 use palpate_tissue::answer::GluedAnswer;
 
-/// Radius of the disc over which places are spread for a whole block [probe radii]: slightly more
-/// than the 1.5 over which the force must keep its tolerance.
+/// Radius of the disc over which places are spread on a whole block [probe radii]: slightly larger
+/// than 1.5, the radius within which the force must keep its tolerance.
 pub const DISC_RADII: f64 = 1.65;
 /// Depths of the presses at every place [probe radii].
 pub const DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 0.875];
 /// Depths of the presses at the centre [probe radii].
 const CENTRE_DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 1.0];
 /// Depths of the presses along a stroke [probe radii]: 0.5, 1, 2, 4 mm for a radius of 8 mm, so
-/// that a slide 3 mm deep was not fitted.
+/// that a slide at a depth of 3 mm is not part of the fit.
 const STROKE_DEPTHS_RADII: [f64; 4] = [0.0625, 0.125, 0.25, 0.5];
-/// Distance by which places extend past both ends of a stroke [probe radii].
+/// Distance by which the places extend beyond both ends of a stroke [probe radii].
 const STROKE_ENDS_RADII: f64 = 0.125;
-/// Depths of the dents [probe radii].
+/// Depths at which dents are compared [probe radii].
 const DENT_DEPTHS_RADII: [f64; 2] = [0.25, 0.5];
-/// Radius around the centre in which a dent is measured [probe radii].
+/// Radius around the centre within which a dent is compared [probe radii].
 const DENT_RADII: f64 = 2.5;
 
-/// Force at one depth.
+/// Target force at one depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceTarget {
     /// Depth of the tip [m].
     pub depth_m: f64,
-    /// Force along the press over E [m^2].
+    /// Force along the direction of the press, over E [m^2].
     pub force: f64,
-    /// Deviation that counts as one unit of error (1).
+    /// Relative deviation that counts as one unit of error (1).
     pub tolerance: f64,
 }
 
-/// The dent at one depth: displacement of surface nodes.
+/// Target dent at one depth: displacements of surface nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DentTarget {
     /// Depth of the tip [m].
     pub depth_m: f64,
-    /// Node and its displacement [m].
+    /// Pairs of a node and its displacement [m].
     pub nodes: Vec<(usize, Vector)>,
     /// Deviation that counts as one unit of error [m].
     pub tolerance_m: f64,
 }
 
-/// The presses at one place.
+/// Targets of the presses at one place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaceTarget {
     /// Place on the rest surface [m].
     pub place_m: Vector,
-    /// Forces, shallow first.
+    /// Target forces, in the order of increasing depth.
     pub forces: Vec<ForceTarget>,
-    /// Dents; their depths are among those of the forces.
+    /// Target dents; their depths are among those of the forces.
     pub dents: Vec<DentTarget>,
 }
 
-/// A disc glued to the surface and moved slightly.
+/// Target of a disc that is glued to the surface and moved slightly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GluedTarget {
     /// Centre of the disc on the rest surface [m].
     pub place_m: Vector,
     /// Radius of the disc [m].
     pub radius_m: f64,
-    /// Direction of its motion, a unit vector.
+    /// Direction of the disc's motion, a unit vector.
     pub direction: Vector,
-    /// Force along the displacement over E, per displacement [m].
+    /// Force along the displacement over E, divided by the displacement [m].
     pub stiffness_m: f64,
-    /// Deviation that counts as one unit of error (1).
+    /// Relative deviation that counts as one unit of error (1).
     pub tolerance: f64,
 }
 
-/// Everything a patch is fitted to. The first place is the centre.
+/// All targets of a fit. The first place is the centre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Targets {
-    /// Places.
+    /// Targets at each place; the first is the centre.
     pub places: Vec<PlaceTarget>,
-    /// Glued discs, pressed and sheared; there may be none.
+    /// Targets of glued discs, pressed and sheared; there may be none.
     pub glued: Vec<GluedTarget>,
-    /// The centre [m].
+    /// Centre of the places on the rest surface [m].
     pub centre_m: Vector,
     /// Radius of the probe [m].
     pub radius_m: f64,
@@ -85,51 +85,53 @@ pub struct Targets {
     pub disc_radii: f64,
 }
 
-/// Depths [m] of the presses over a disc of places, each with the deviation that counts as one unit
-/// of error (1).
+/// Depths of the presses over a disc of places [m], each with the relative deviation that counts as
+/// one unit of error (1).
 #[derive(Clone, Debug, PartialEq)]
 pub struct DiscPresses {
-    /// Presses at the centre, shallow first.
+    /// Presses at the centre, in the order of increasing depth.
     pub centre: Vec<(f64, f64)>,
-    /// Presses off the centre: numbers of places, and the depths at each of them.
+    /// Presses away from the centre: pairs of a number of places and the depths at each of them.
     pub aside: Vec<(usize, Vec<(f64, f64)>)>,
-    /// Depths [m] at which the dent at the centre counts, among those of the centre, each with the
-    /// share of the depth that counts as one unit of error (1).
+    /// Depths of the dents at the centre that are compared [m], a subset of the depths in `centre`,
+    /// each with the deviation, as a share of the depth, that counts as one unit of error (1).
     pub dents: Vec<(f64, f64)>,
 }
 
-/// Reference solution; a query returns `None` if there is no answer. Places count from the site.
+/// A reference solution; a query returns `None` if it has no answer. Places are relative to the
+/// site.
 pub trait Reference: Sync {
-    /// Force over E [m^2] of a press at a place [m].
+    /// Force over E [m^2] of a press at `place_m` to `depth_m`.
     fn force(&self, place_m: Vector, depth_m: f64) -> Option<f64>;
-    /// Deepest centred press [m].
+    /// Depth of the deepest centred press [m].
     fn deepest_m(&self) -> f64;
-    /// Shallowest press [m].
+    /// Depth of the shallowest press [m].
     fn shallowest_m(&self) -> f64 {
         0.0
     }
-    /// Place on the surface [m] at an offset in the tangent plane at the site [m]; for a flat top,
-    /// in that plane itself.
+    /// Place on the surface [m] above or below an offset in the tangent plane at the site [m]; on a
+    /// flat top the place is in that plane.
     fn place_m(&self, offset_m: [f64; 2]) -> Option<Vector> {
         Some(Vector::new(offset_m[0], offset_m[1], 0.0))
     }
-    /// Discs glued to the surface.
+    /// Answers for discs glued to the surface; there may be none.
     fn glued(&self) -> &[GluedAnswer] {
         &[]
     }
-    /// Displacement [m].
+    /// Displacement of the surface at `offset_m` from the site under a centred press to `depth_m`
+    /// [m].
     fn displacement_m(&self, depth_m: f64, offset_m: [f64; 2]) -> Option<[f64; 3]>;
 }
 
 impl Targets {
-    /// Number of presses.
+    /// Total number of presses.
     #[must_use]
     pub fn presses(&self) -> usize {
         self.places.iter().map(|place| place.forces.len()).sum()
     }
 
-    /// Presses at the centre and at `places` more over `disc_radii` probe radii, to all depths of
-    /// the reference; dents at `surface` nodes, if there are any.
+    /// Presses at the centre and at `places` further places within `disc_radii` probe radii, to all
+    /// depths that the reference has, with dents at the nodes `surface`, if there are any.
     #[must_use]
     pub fn over_a_disc(
         reference: &(impl Reference + ?Sized),
@@ -148,8 +150,8 @@ impl Targets {
         Self::over(reference, surface, centre_m, radius_m, disc_radii, &disc)
     }
 
-    /// The presses of `disc`, over `disc_radii` probe radii, to all depths of the reference; dents
-    /// at `surface` nodes, if there are any.
+    /// The presses of `disc` within `disc_radii` probe radii, to all depths that the reference has,
+    /// with dents at the nodes `surface`, if there are any.
     #[must_use]
     pub fn over(
         reference: &(impl Reference + ?Sized),
@@ -169,7 +171,7 @@ impl Targets {
             let nodes = near.iter().map(node).collect::<Option<Vec<_>>>()?;
             Some(DentTarget { depth_m: *depth_m, nodes, tolerance_m: tolerance * depth_m })
         };
-        // without surface nodes to compare there are no dents
+        // dents need surface nodes that can be compared
         let dents = disc.dents.iter().filter(|_| !surface.is_empty()).map(dent).collect::<Option<Vec<_>>>()?;
         let at_centre = forces(reference, Vector::zeros(), &disc.centre)?;
         let mut all = vec![PlaceTarget { place_m: centre_m, forces: at_centre, dents }];
@@ -183,9 +185,9 @@ impl Targets {
         Some(Self { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii })
     }
 
-    /// Presses on a flat top (normal along z) along a stroke centred on `centre_m`, over
-    /// `half_width_m` to both sides: a lattice of golden ratio, the centre first. `None` if the
-    /// reference has no answer.
+    /// Presses along a stroke on a flat top (normal along z). The stroke is centred on `centre_m`;
+    /// the places extend over `half_width_m` to both sides and form a golden-ratio lattice, after
+    /// the centre. Returns `None` if the reference has no answer.
     #[must_use]
     pub fn over_a_stroke(
         reference: &(impl Reference + ?Sized),
@@ -215,8 +217,8 @@ impl Targets {
         Some(Self { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii })
     }
 
-    /// Returns the targets with the glued discs of an answer, whose places count from the centre; a
-    /// force that is `tolerance` (1) off counts as one unit of error.
+    /// Returns the targets with the glued discs of an answer, whose places are relative to the
+    /// centre. A relative deviation of `tolerance` (1) counts as one unit of error.
     #[must_use]
     pub fn with_glued(mut self, answers: &[GluedAnswer], tolerance: f64) -> Self {
         let target = |disc: &GluedAnswer| GluedTarget {
@@ -231,7 +233,7 @@ impl Targets {
     }
 
     /// Returns the targets with other depths [probe radii] at the centre, as far as the reference
-    /// has them, and with the weight of presses there multiplied by `weight`.
+    /// has them, and with the weight of these presses multiplied by `weight`.
     #[must_use]
     pub fn with_centre(mut self, reference: &(impl Reference + ?Sized), depths_radii: &[f64], weight: f64) -> Option<Self> {
         let depths: Vec<(f64, f64)> =
@@ -240,25 +242,27 @@ impl Targets {
         Some(self)
     }
 
-    /// Radius around the centre that any press touches [m].
+    /// Radius around the centre that contains all contacts [m].
     #[must_use]
     pub fn reach_m(&self) -> f64 {
         (self.disc_radii + 1.0) * self.radius_m
     }
 }
 
-/// Deviation of a force that counts as one unit of error (1).
+/// Relative deviation of a force that counts as one unit of error (1).
 const FORCE_TOLERANCE: f64 = 0.005;
-/// Deviation of a glued disc's force that counts as one unit of error (1), if there are only a few.
+/// Relative deviation of a glued disc's force that counts as one unit of error (1), if there are
+/// only a few discs.
 pub const GLUED_TOLERANCE: f64 = 0.002;
 /// Deviation of a surface node, as a share of the depth, that counts as one unit of error (1).
 const DENT_TOLERANCE: f64 = 0.008;
 
-/// The golden ratio less one: the most even step for places on a line.
+/// The golden ratio: the fractional parts of its multiples spread places most evenly over an
+/// interval.
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
-/// Forces at an offset from the centre for those depths [m], with their tolerances (1), that the
-/// reference has; `None` if it does not have the place.
+/// Target forces at an offset from the centre, for those of `depths` [m] that the reference has,
+/// with their tolerances (1); `None` if the reference does not have the place.
 fn forces(reference: &(impl Reference + ?Sized), offset_m: Vector, depths: &[(f64, f64)]) -> Option<Vec<ForceTarget>> {
     let solved = reference.shallowest_m()..=reference.deepest_m() * (1.0 + 1e-9);
     let known = depths.iter().filter(|(depth_m, _)| solved.contains(depth_m));
@@ -267,7 +271,8 @@ fn forces(reference: &(impl Reference + ?Sized), offset_m: Vector, depths: &[(f6
     known.map(at).collect()
 }
 
-/// Shallow presses, with contacts smaller than an element, may deviate more.
+/// Tolerance of a force (1): shallow presses, whose contacts are smaller than an element, may
+/// deviate more.
 fn tolerance(depth_radii: f64) -> f64 {
     if depth_radii < 0.1 { 2.0 * FORCE_TOLERANCE } else { FORCE_TOLERANCE }
 }

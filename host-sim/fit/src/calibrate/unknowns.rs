@@ -9,37 +9,40 @@ use crate::statics::{Gradient, Statics};
 use palpate_tissue::patch::Multipliers;
 use palpate_tissue::tissue::Tissue;
 
-/// Prior widths of the logarithms: springs, nodal volume, foundation points.
+/// Prior widths of the logarithms of the multipliers of springs, nodal volume and foundation
+/// points.
 const SPRING: f64 = 0.2;
 const NODE: f64 = 0.3;
 const POINT: f64 = 0.4;
-/// Scalars that all springs, all nodes or all points share.
+/// Prior width of the logarithms of the shared multipliers: of all springs, all nodes, all points,
+/// the bulk modulus of the tets, and the stiffening of the foundation.
 const SHARED: f64 = 0.25;
-/// Prior widths of chi and of `tau_c`, and the range of `tau_c`.
+/// Prior widths of the logarithm of chi and of `tau_c`, and the upper limit of `tau_c`.
 const COMPENSATION: f64 = 0.5;
 const THRESHOLD: f64 = 0.03;
 const THRESHOLD_MOST: f64 = 0.3;
-/// Largest and smallest multiplier, as a factor and its inverse.
+/// Largest multiplier; its inverse is the smallest one.
 const MOST: f64 = 30.0;
-/// Largest multiplier of a spring under the probe: at sixteen foundation points and Poisson's ratio
-/// 1/4 a patch with a spring of twenty times its formula did not survive a press in the tick.
+/// Largest multiplier of a spring under the probe. With sixteen foundation points and a Poisson's
+/// ratio of 1/4, a patch in which one spring was twenty times as stiff as its formula says failed
+/// in a press of the tick.
 const MOST_OF_SPRING: f64 = 6.0;
 
-/// Position of each kind of unknown.
+/// Layout of the vector of unknowns: the number of each kind.
 #[derive(Clone, Debug)]
 pub struct Unknowns {
     springs: usize,
     nodes: usize,
-    /// Triangles whose points are unknown.
+    /// Triangles whose foundation points are unknowns.
     triangles: Vec<usize>,
     points_per_triangle: usize,
-    /// Unknowns that stay at zero; none if empty.
+    /// Whether each unknown is fixed at zero; if empty, none of them is fixed.
     held: Vec<bool>,
     /// Largest multiplier of a spring.
     most_of_spring: f64,
 }
 
-/// The scalars, at the end of the vector.
+/// Number of scalars, which are at the end of the vector, and the index of each among them.
 const SCALARS: usize = 7;
 const ALL_SPRINGS: usize = 0;
 const ALL_NODES: usize = 1;
@@ -50,8 +53,8 @@ const CHI: usize = 5;
 const TAU: usize = 6;
 
 impl Unknowns {
-    /// Unknowns of a patch: every spring, every node, and the foundation points within `reach_m` of
-    /// the site.
+    /// Unknowns of a patch: every spring, every node, and the foundation points of triangles within
+    /// `reach_m` of the site.
     #[must_use]
     pub fn of(statics: &Statics, tissue: &Tissue, reach_m: f64) -> Self {
         let site = crate::statics::Vector::from(tissue.site_m);
@@ -72,13 +75,14 @@ impl Unknowns {
     }
 
     /// Fixes all unknowns except those of nodes for which `near` is true and of springs that end at
-    /// one of them.
+    /// one of these nodes.
     #[must_use]
     pub fn only(mut self, statics: &Statics, near: &[bool]) -> Self {
         let springs = statics.springs.iter().map(|s| !s.node.iter().any(|n| near[*n]));
         self.held = springs.chain(near.iter().map(|near| !near)).collect();
         self.held.resize(self.len(), true);
-        // an inclusion's springs go further, and survive
+        // the springs of an inclusion may differ more from their formula without failing in the
+        // tick
         self.most_of_spring = MOST;
         self
     }
@@ -109,7 +113,7 @@ impl Unknowns {
         self.springs + self.nodes + self.points_per_triangle * slot + point
     }
 
-    /// The patch at a place in the space of unknowns.
+    /// The patch at the unknowns `z`.
     #[must_use]
     pub fn apply(&self, base: &Statics, z: &[f64]) -> Statics {
         let mut statics = base.clone();
@@ -138,8 +142,8 @@ impl Unknowns {
         statics
     }
 
-    /// Derivatives, with respect to the unknowns, of an output whose gradient was computed at
-    /// `statics`, times `scale`.
+    /// Writes into `row` the derivatives of an output with respect to the unknowns, multiplied by
+    /// `scale`; `gradient` is the gradient of the output at `statics`.
     pub fn slopes(&self, statics: &Statics, gradient: &Gradient, scale: f64, row: &mut [f64]) {
         let mut sums = [0.0; SCALARS];
         for (slot, g) in row[..self.springs].iter_mut().zip(&gradient.spring) {
@@ -165,11 +169,12 @@ impl Unknowns {
         row.iter_mut().zip(&self.held).filter(|(_, held)| **held).for_each(|(slot, _)| *slot = 0.0);
     }
 
-    /// Multipliers and parameters at a place in the space of unknowns.
+    /// Multipliers and parameters at the unknowns `z`.
     #[must_use]
     pub fn result(&self, base: &Statics, z: &[f64], params: &Params) -> (Multipliers, Params) {
         let at = self.apply(base, z);
-        // springs alone are a solid of nu = 1/4: nothing is left for the volume terms to multiply
+        // at nu = 1/4 the springs alone are the solid, and the volume terms, which are zero, have
+        // no multiplier
         let ratio = |a: f64, b: f64| if b == 0.0 { 1.0 } else { a / b };
         let multipliers = Multipliers {
             edge: at.springs.iter().zip(&base.springs).map(|(a, b)| a.k / b.k).collect(),
@@ -196,7 +201,7 @@ mod tests {
     use palpate_tissue::scene::Scene;
     use palpate_tissue::tissue::place;
 
-    /// Springs alone are a solid of nu = 1/4: its volume terms are zero.
+    /// At nu = 1/4 the springs alone are the solid, and its volume terms are zero.
     #[test]
     fn without_volume_terms_all_multipliers_are_finite() {
         let (_, text) = palpate_tissue::scene::PRESETS[0];

@@ -2,36 +2,36 @@
 
 use palpate_tissue::error::Error;
 
-/// Why a motion cannot be computed.
+/// Reason why a motion cannot be computed.
 #[derive(Debug, thiserror::Error)]
 pub enum DynamicError {
-    /// A scene that finite elements cannot solve, or a tissue that cannot be meshed.
+    /// Finite elements cannot solve the scene, or the tissue cannot be meshed.
     #[error(transparent)]
     Scene(#[from] Error),
-    /// A parameter of the motion that is out of range.
+    /// A parameter of the motion is out of range.
     #[error("motion.{key} = {value}: must be {range}")]
     Motion {
         /// Name of the parameter, with its unit.
         key: &'static str,
         /// Value of the parameter.
         value: f64,
-        /// The values that are allowed.
+        /// Description of the allowed values.
         range: &'static str,
     },
-    /// A setting of the computation that is out of range.
+    /// A setting of the computation is out of range.
     #[error("settings.{key} = {value}: must be {range}")]
     Setting {
         /// Name of the setting, with its unit.
         key: &'static str,
         /// Value of the setting.
         value: f64,
-        /// The values that are allowed.
+        /// Description of the allowed values.
         range: &'static str,
     },
     /// The Cholesky factor does not fit into memory.
     #[error("not enough memory for {nodes} nodes: use fewer corner_nodes")]
     Memory {
-        /// Nodes of the quadratic mesh.
+        /// Number of nodes of the quadratic mesh.
         nodes: usize,
     },
     /// Newton's method found no solution, even with the shortest step.

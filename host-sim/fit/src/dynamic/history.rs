@@ -1,40 +1,41 @@
-//! The force as a function of time.
+//! The force on the probe as a function of time.
 
-/// State at the end of one step.
+/// State at the end of one time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Time since the tip left the rest surface [s].
     pub t_s: f64,
-    /// Lowest point of the probe [m].
+    /// Position of the tip, the foremost point of the probe [m].
     pub tip_m: [f64; 3],
-    /// Depth of the tip along the press [m].
+    /// Depth of the tip below the rest surface, along the press [m].
     pub depth_m: f64,
     /// Force of the tissue on the probe [N].
     pub force_n: [f64; 3],
-    /// Component of the force along the press, positive out of the tissue [N].
+    /// Component of the force along the press [N]; positive out of the tissue.
     pub normal_n: f64,
-    /// Deepest penetration of the surface into the probe [m], which the penalty contact allows.
+    /// Largest penetration of the surface into the probe [m], which the penalty contact permits.
     pub penetration_m: f64,
-    /// Whether Newton's method converged at the planned step; if not, a shorter one was used.
+    /// Whether Newton's method converged with the planned step; otherwise shorter steps were used.
     pub at_planned_step: bool,
 }
 
-/// Force against time.
+/// Force on the probe over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct History {
     /// Young's modulus of the tissue [Pa].
     pub youngs_modulus_pa: f64,
-    /// Nodes of the quadratic mesh, of the piece that was computed.
+    /// Number of nodes of the quadratic mesh of the piece that was computed.
     pub nodes: usize,
-    /// Newton iterations of all steps together.
+    /// Number of Newton iterations, summed over all steps.
     pub iterations: usize,
-    /// One sample per step, the state at rest first.
+    /// One sample per step, after the state at rest.
     pub samples: Vec<Sample>,
 }
 
 impl History {
-    /// Force at a time over Young's modulus [m^2], linear between the samples: the three
-    /// components. Zero before the first sample, and constant after the last.
+    /// The three components of the force over Young's modulus at a time [m^2], interpolated
+    /// linearly between the samples. Before the first sample and after the last the force is
+    /// constant.
     #[must_use]
     pub fn force_over_e_m2(&self, t_s: f64) -> [f64; 3] {
         let next = self.samples.partition_point(|sample| sample.t_s < t_s);

@@ -1,4 +1,4 @@
-//! Consistent masses, and the potential whose minimum is one implicit step.
+//! Consistent masses, and the potential whose minimum is the end of one implicit step.
 
 use nalgebra::Vector3;
 
@@ -7,9 +7,9 @@ use crate::reference::body::{Assembled, Body, Contact};
 use crate::reference::minimise::Potential;
 use crate::reference::shape::{TetRule, tet_shape, tet_slopes};
 
-/// Integrals of products of shape functions, in the order of the body's tangent [m^3].
+/// Integrals of the products of shape functions [m^3], in the order of the body's tangent.
 pub(super) fn masses_m3(body: &Body) -> Vec<f64> {
-    // degree 4: integrated exactly
+    // the products have degree 4, which this rule integrates exactly
     let rule = TetRule::Eleven.points();
     let mut share = [[0.0; 10]; 10];
     for (at, weight) in rule {
@@ -32,7 +32,7 @@ pub(super) fn masses_m3(body: &Body) -> Vec<f64> {
     values
 }
 
-/// Elastic and inertial energy of a step, over Young's modulus.
+/// Elastic and inertial energy of a step, over Young's modulus [m^3].
 pub(super) struct Inertial<'a> {
     pub body: &'a Body,
     pub contact: Option<&'a Contact>,
@@ -40,7 +40,7 @@ pub(super) struct Inertial<'a> {
     /// Density over Young's modulus [s^2/m^2].
     pub density_s2_per_m2: f64,
     pub anchored: &'a Anchored,
-    /// Least force over Young's modulus that the residual is compared with [m^2].
+    /// Lower limit of the force over Young's modulus with which the residual is compared [m^2].
     pub least_force_m2: f64,
 }
 
@@ -49,7 +49,8 @@ impl Inertial<'_> {
         self.density_s2_per_m2 * self.anchored.weight_per_s2
     }
 
-    /// Distance of every node to the centre of its spring [m], and the mass matrix times it.
+    /// Vector from the centre of each node's spring to the node [m], and the product of the mass
+    /// matrix with it.
     fn pull(&self, displacement_m: &[Vector3<f64>]) -> (Vec<Vector3<f64>>, Vec<Vector3<f64>>) {
         let away: Vec<_> = displacement_m.iter().zip(&self.anchored.centre_m).map(|(u, centre)| u - centre).collect();
         let pull = self.body.pattern.multiply(self.masses_m3, &away);

@@ -1,4 +1,4 @@
-//! Steps in time: of a body under a contact, and of a scene under a motion.
+//! Advances in time: a body under a contact, and a scene under a motion.
 
 use palpate_tissue::scene::Scene;
 
@@ -13,23 +13,24 @@ use crate::reference::body::{Body, Contact};
 use crate::reference::minimise::Minimiser;
 use crate::reference::probe::RigidProbe;
 
-/// Largest number of times that a step without convergence is halved.
+/// Number of times that a step may be halved if it does not converge.
 const MOST_HALVINGS: usize = 5;
-/// Depth, as a share of the radius, below which contact gets no stiffer.
+/// Depth, divided by the radius of the probe, below which the penalty stiffness is constant (1).
 const LEAST_DEPTH: f64 = 1e-2;
-/// Least force that the residual is compared with, as a share of the largest so far.
+/// Lower limit of the force with which the residual is compared, as a share of the largest so far
+/// (1).
 const LEAST_FORCE: f64 = 1e-2;
 
-/// Inertia of the tissue.
+/// Inertia and damping of the tissue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inertia {
     /// Density over Young's modulus [s^2/m^2].
     pub density_s2_per_m2: f64,
-    /// Damping force over mass and velocity [1/s].
+    /// Damping force, divided by mass and velocity [1/s].
     pub damping_per_s: f64,
 }
 
-/// A body that moves.
+/// A body whose motion is computed step by step.
 pub struct March<'a> {
     body: &'a Body,
     inertia: Inertia,
@@ -37,14 +38,14 @@ pub struct March<'a> {
     masses_m3: Vec<f64>,
     solver: Minimiser,
     tolerance: f64,
-    /// Least force over Young's modulus that residuals are compared with [m^2].
+    /// Lower limit of the force over Young's modulus with which residuals are compared [m^2].
     pub least_force_m2: f64,
     /// Displacement, velocity and acceleration of every node.
     pub nodes: Nodes,
 }
 
 impl<'a> March<'a> {
-    /// A body at rest; `None` if memory for the factor runs out.
+    /// A body at rest; `None` if there is not enough memory for the factor.
     #[must_use]
     pub fn new(body: &'a Body, inertia: Inertia, spectral_radius: f64, tolerance: f64) -> Option<Self> {
         Some(Self {
@@ -59,14 +60,14 @@ impl<'a> March<'a> {
         })
     }
 
-    /// Newton iterations so far.
+    /// Number of Newton iterations so far.
     #[must_use]
     pub fn iterations(&self) -> usize {
         self.solver.iterations
     }
 
-    /// Advances by one time step, with the contact at its end; false, without a step, if Newton's
-    /// method does not converge.
+    /// Advances by one time step, with `contact` at its end. Returns false, without advancing, if
+    /// Newton's method does not converge.
     pub fn step(&mut self, step_s: f64, contact: Option<&Contact>) -> bool {
         let anchored = self.scheme.anchored(&self.nodes, step_s, self.inertia.damping_per_s);
         let potential = Inertial {
@@ -133,7 +134,8 @@ impl<'a> MovingScene<'a> {
         })
     }
 
-    /// Advances by one step, or by halves if the whole does not converge; false if it was halved.
+    /// Advances by one step, or by two halves if Newton's method does not converge. Returns whether
+    /// the step was not halved.
     fn go(&mut self, t_s: f64, step_s: f64, halvings: usize) -> Result<bool, DynamicError> {
         if self.march.step(step_s, Some(&self.contact(t_s + step_s))) {
             return Ok(true);
@@ -158,7 +160,7 @@ impl<'a> MovingScene<'a> {
         let contact = self.contact(t_s);
         let touch = self.piece.body.touch(&self.march.nodes.displacement_m, &contact);
         let mut force = touch.force_m2 * self.scene.tissue.youngs_modulus_pa;
-        // the mirror images push in the opposite direction
+        // the forces on the mirror images have the opposite component
         for k in 0..2 {
             if self.piece.mirror[k] {
                 force[k] = 0.0;

@@ -1,8 +1,8 @@
 //! Prescribed motions of the probe: ramps, taps, sinusoids and drags.
 //!
-//! A motion begins with the tip on the rest surface at time zero. It is a chain of legs, and the
-//! velocity may jump where one leg meets the next: these instants are the *kinks*, which the
-//! integration hits exactly.
+//! A motion begins at time zero with the tip on the rest surface. It is a chain of legs, and the
+//! velocity may jump where two legs meet. These instants are called *kinks*; a time step always
+//! ends there.
 
 use std::f64::consts::TAU;
 
@@ -13,16 +13,16 @@ use super::error::DynamicError;
 pub struct Pose {
     /// Depth below the rest surface, along the press [m].
     pub depth_m: f64,
-    /// Displacement across the press [m]; on a block along x and y.
+    /// Displacement at right angles to the press [m]; on a block along x and y.
     pub across_m: [f64; 2],
 }
 
-/// Piece of a motion.
+/// One leg of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Leg {
     /// Constant velocity, or rest.
     Line { to: Pose, duration_s: f64 },
-    /// Depth swings about that of the leg's start, beginning inward.
+    /// The depth oscillates about that at the start of the leg, beginning inward.
     Wave { amplitude_m: f64, frequency_hz: f64, duration_s: f64 },
 }
 
@@ -31,12 +31,12 @@ enum Leg {
 pub struct Motion {
     start: Pose,
     legs: Vec<Leg>,
-    /// Parameters that must be above zero, with their names for errors.
+    /// Parameters that must be above zero, with their names for error messages.
     asked: Vec<(&'static str, f64)>,
 }
 
 impl Motion {
-    /// Presses at constant speed to a depth and holds there.
+    /// Presses to a depth at constant speed and holds there.
     #[must_use]
     pub fn ramp(speed_m_per_s: f64, depth_m: f64, hold_s: f64) -> Self {
         Self::asking(&[("speed_m_per_s", speed_m_per_s), ("depth_m", depth_m), ("hold_s", hold_s)])
@@ -44,14 +44,14 @@ impl Motion {
             .hold(hold_s)
     }
 
-    /// Presses at constant speed to a depth, dwells there, leaves at the same speed and waits
+    /// Presses to a depth at constant speed, holds there, retracts at the same speed and waits
     /// equally long at the rest surface.
     #[must_use]
     pub fn tap(speed_m_per_s: f64, depth_m: f64, dwell_s: f64) -> Self {
         Self::ramp(speed_m_per_s, depth_m, dwell_s).go(Pose::default(), speed_m_per_s).hold(dwell_s)
     }
 
-    /// Presses at constant speed to the mean depth, holds there and then swings about it.
+    /// Presses to the mean depth at constant speed, holds there and then oscillates about it.
     #[must_use]
     pub fn sinusoid(approach: [f64; 2], mean_depth_m: f64, amplitude_m: f64, frequency_hz: f64, periods: f64) -> Self {
         let [speed_m_per_s, hold_s] = approach;
@@ -62,8 +62,8 @@ impl Motion {
         motion
     }
 
-    /// Presses at constant speed to a depth, settles there, and moves across at that depth along
-    /// the first direction, the middle of the travel being the place of the press.
+    /// Presses to a depth at constant speed, settles there, and moves at that depth along the first
+    /// tangential direction. The middle of the travel is the place of the press.
     #[must_use]
     pub fn drag(approach: [f64; 2], depth_m: f64, speed_m_per_s: f64, travel_m: f64) -> Self {
         let [approach_m_per_s, settle_s] = approach;
@@ -82,8 +82,8 @@ impl Motion {
             .go(Pose { depth_m, across_m: [0.5 * travel_m, 0.0] }, speed_m_per_s)
     }
 
-    /// A motion without legs, with the tip on the rest surface: legs are added by [`Self::go`] and
-    /// [`Self::hold`].
+    /// A motion without legs, with the tip on the rest surface; [`Self::go`] and [`Self::hold`] add
+    /// legs.
     #[must_use]
     pub fn at_touch() -> Self {
         Self { start: Pose::default(), legs: Vec::new(), asked: Vec::new() }
@@ -93,7 +93,7 @@ impl Motion {
         Self { asked: asked.to_vec(), ..Self::at_touch() }
     }
 
-    /// Adds a straight leg.
+    /// Adds a straight leg at constant speed.
     #[must_use]
     pub fn go(mut self, to: Pose, speed_m_per_s: f64) -> Self {
         let from = self.end();
@@ -104,7 +104,7 @@ impl Motion {
         self
     }
 
-    /// Adds a rest.
+    /// Adds a leg at rest.
     #[must_use]
     pub fn hold(mut self, duration_s: f64) -> Self {
         let to = self.end();
@@ -113,10 +113,10 @@ impl Motion {
         self
     }
 
-    /// Checks every parameter.
+    /// Checks the range of every parameter.
     ///
     /// # Errors
-    /// The first one that is not above zero and finite.
+    /// Returns the first parameter that is not above zero and finite.
     pub fn check(&self) -> Result<(), DynamicError> {
         match self.asked.iter().find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
             Some((key, value)) => Err(DynamicError::Motion { key, value: *value, range: "above zero and finite" }),
@@ -124,7 +124,7 @@ impl Motion {
         }
     }
 
-    /// Pose at a time; beyond the end it stays at the last one.
+    /// Pose at a time; after the end, the last pose.
     #[must_use]
     pub fn pose(&self, t_s: f64) -> Pose {
         let (mut from, mut left_s) = (self.start, t_s);
@@ -138,7 +138,7 @@ impl Motion {
         from
     }
 
-    /// Instants at which the velocity may jump, the start and the end included [s].
+    /// Instants at which the velocity may jump, including start and end [s].
     #[must_use]
     pub fn kinks_s(&self) -> Vec<f64> {
         let mut kinks_s = vec![0.0];
@@ -151,7 +151,7 @@ impl Motion {
         kinks_s
     }
 
-    /// Time at the end [s].
+    /// Time at the end of the motion [s].
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.legs.iter().map(Leg::duration_s).sum()
@@ -171,7 +171,7 @@ impl Motion {
         deepest_m
     }
 
-    /// Least and largest displacement across the press, along each direction [m].
+    /// Minimum and maximum displacement along each direction at right angles to the press [m].
     #[must_use]
     pub fn reach_m(&self) -> [[f64; 2]; 2] {
         [0, 1].map(|k| {

@@ -1,5 +1,5 @@
-//! The piece of a scene's tissue that is computed: a quarter or half of a block if the motion is
-//! symmetric, or an imported mesh.
+//! The piece of a scene's tissue that is computed: a quarter or half of a block if shape and motion
+//! of the probe are symmetric, the whole block otherwise, or an imported mesh.
 
 use nalgebra::Vector3;
 use palpate_tissue::error::Error;
@@ -14,16 +14,16 @@ use crate::reference::domain::{BlockCase, mesh_body};
 use crate::reference::shape::TetRule;
 use crate::reference::task::Task;
 
-/// Longest edges under the probe of an imported mesh, in contact radii.
+/// Longest edge under the probe of an imported mesh, divided by the contact radius (1).
 const EDGE: f64 = 0.4;
 
 /// The piece of tissue that is computed.
 pub struct Piece {
-    /// Elements, supports and touchable surface.
+    /// Elements, supports and the surface that the probe may touch.
     pub body: Body,
-    /// Whether the piece ends at x = 0 and at y = 0, its mirror images being the rest.
+    /// Whether the piece is cut at x = 0 and at y = 0, with mirror images beyond the cut.
     pub mirror: [bool; 2],
-    /// Place on the rest surface at which the motion's displacement across the press is zero [m].
+    /// Place on the rest surface at which the motion's tangential displacement is zero [m].
     pub place_m: Vector3<f64>,
     /// Unit vector from the tip of the probe to its handle.
     pub axis: Vector3<f64>,
@@ -33,8 +33,8 @@ impl Piece {
     /// Meshes the tissue of a scene for a motion.
     ///
     /// # Errors
-    /// A scene that finite elements cannot solve, a motion that leaves the tissue, or a tissue that
-    /// cannot be meshed.
+    /// Fails if finite elements cannot solve the scene, if the motion leaves the tissue, or if the
+    /// tissue cannot be meshed.
     pub fn of(scene: &Scene, motion: &Motion, settings: &Settings) -> Result<Self, DynamicError> {
         let mut task = Task::new(scene)?;
         task.deepest_m = motion.deepest_m();
@@ -69,14 +69,15 @@ impl Piece {
         Ok(Self { body: block.body, mirror: block.mirror, place_m: Vector3::new(x, y, 0.0), axis: Vector3::z() })
     }
 
-    /// Tip of the probe at a pose [m].
+    /// Position of the tip of the probe at a pose [m].
     #[must_use]
     pub fn tip_m(&self, pose: &Pose) -> Vector3<f64> {
         self.place_m - self.axis * pose.depth_m + across(&self.axis, pose.across_m)
     }
 }
 
-/// Displacement across an axis [m], its components along x and y if the axis is z.
+/// Vector at right angles to `axis` [m] with components along two perpendicular directions, which
+/// are x and y if the axis is z.
 fn across(axis: &Vector3<f64>, [x, y]: [f64; 2]) -> Vector3<f64> {
     let first = if axis.y.abs() < 0.9 { Vector3::y().cross(axis).normalize() } else { axis.cross(&Vector3::x()).normalize() };
     let second = axis.cross(&first);

@@ -8,9 +8,9 @@
 //! `gamma = 1/2 - alpha`, `beta = (1-alpha)^2 / 4`: second order for every rho, and Newmark's
 //! average acceleration for rho = 1.
 //!
-//! A rigid surface that moves at constant speed makes the nodes in contact alternate between zero
-//! and twice its speed under rho = 1, and the force with them; with rho < 1 that chatter dies out
-//! by rho per step.
+//! With rho = 1, a rigid surface that moves at constant speed makes the velocity of the nodes in
+//! contact alternate between zero and twice its speed, and the force alternates too. With rho < 1
+//! this oscillation decays by the factor rho per step.
 
 use nalgebra::Vector3;
 
@@ -22,7 +22,7 @@ pub struct Scheme {
     gamma: f64,
 }
 
-/// Motion of every node.
+/// State of motion of all nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nodes {
     /// Displacement [m].
@@ -33,17 +33,17 @@ pub struct Nodes {
     pub acceleration_m_per_s2: Vec<Vector3<f64>>,
 }
 
-/// The inertia of one step as a spring: its force is weight times mass times the distance to the
-/// centre.
+/// The inertia of one step, written as a spring: its force is `weight_per_s2` times the mass times
+/// the distance from the centre.
 pub(super) struct Anchored {
-    /// Spring constant per mass [1/s^2].
+    /// Spring constant divided by mass [1/s^2].
     pub weight_per_s2: f64,
-    /// Displacement at which the spring is free of force [m].
+    /// Displacement at which the force of the spring is zero [m].
     pub centre_m: Vec<Vector3<f64>>,
 }
 
 impl Nodes {
-    /// Nodes at rest.
+    /// State of `count` nodes at rest.
     #[must_use]
     pub fn at_rest(count: usize) -> Self {
         let zero = vec![Vector3::zeros(); count];
@@ -52,14 +52,14 @@ impl Nodes {
 }
 
 impl Scheme {
-    /// The scheme with a spectral radius at infinite frequency.
+    /// The scheme with a given spectral radius at infinite frequency, from 0 to 1.
     #[must_use]
     pub fn new(spectral_radius: f64) -> Self {
         let alpha = (spectral_radius - 1.0) / (spectral_radius + 1.0);
         Self { alpha, beta: 0.25 * (1.0 - alpha) * (1.0 - alpha), gamma: 0.5 - alpha }
     }
 
-    /// The spring equivalent to inertia and damping in a step.
+    /// The spring that is equivalent to inertia and damping in one step.
     pub(super) fn anchored(&self, nodes: &Nodes, step_s: f64, damping_per_s: f64) -> Anchored {
         let free = self.free(nodes, step_s);
         let weight_per_s2 = (1.0 - self.alpha + damping_per_s * self.gamma * step_s) / (self.beta * step_s * step_s);
@@ -71,7 +71,7 @@ impl Scheme {
         Anchored { weight_per_s2, centre_m: centre_m.collect() }
     }
 
-    /// The motion at the end of a step that ends at a displacement.
+    /// State at the end of a step that ends at `displacement_m`.
     pub(super) fn finish(&self, nodes: &Nodes, step_s: f64, displacement_m: Vec<Vector3<f64>>) -> Nodes {
         let free = self.free(nodes, step_s);
         let share = 1.0 / (self.beta * step_s * step_s);
@@ -81,7 +81,7 @@ impl Scheme {
         Nodes { displacement_m, velocity_m_per_s: velocity.collect(), acceleration_m_per_s2: acceleration }
     }
 
-    /// Displacements at the end of the step if the acceleration there is zero [m].
+    /// Displacements at the end of the step for zero acceleration there [m].
     fn free(&self, nodes: &Nodes, step_s: f64) -> Vec<Vector3<f64>> {
         let all = nodes.displacement_m.iter().zip(&nodes.velocity_m_per_s).zip(&nodes.acceleration_m_per_s2);
         all.map(|((u, v), a)| u + v * step_s + a * (step_s * step_s * (0.5 - self.beta))).collect()
@@ -92,7 +92,8 @@ impl Scheme {
 mod tests {
     use super::*;
 
-    /// Displacement of one oscillator that starts at 1 m, after a time.
+    /// Displacement after one second of an oscillator that starts at 1 m, with a stiffness of
+    /// 100/s^2 per mass.
     fn oscillator(spectral_radius: f64, damping_per_s: f64, steps: usize) -> f64 {
         const STIFFNESS_PER_S2: f64 = 100.0;
         let (scheme, step_s) = (Scheme::new(spectral_radius), 1.0 / steps as f64);

@@ -1,27 +1,29 @@
-//! Fineness of a dynamic computation in space, time and contact.
+//! Resolution of a dynamic computation in space, time and contact.
 
 use super::error::DynamicError;
 
-/// Resolution in space and time at which a motion is computed.
+/// Resolution in space, time and contact with which a motion is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Corner nodes of the piece that is meshed: of a quarter, a half or the whole block.
+    /// Number of corner nodes of the piece that is meshed: a quarter, a half or the whole of a
+    /// block.
     pub corner_nodes: usize,
-    /// Elements are smallest within this distance of the probe's path [m]; by default slightly more
-    /// than the largest contact radius.
+    /// Distance from the probe's path within which elements are smallest [m]; by default slightly
+    /// more than the largest contact radius.
     pub fine_radius_m: Option<f64>,
-    /// Longest step [s].
+    /// Longest time step [s].
     pub step_s: f64,
-    /// First step after a kink of the motion, as a share of the longest.
+    /// First step after a kink of the motion, as a share of the longest (1).
     pub first_step_share: f64,
-    /// Ratio of each step to the one before, until the longest is reached.
+    /// Ratio of each step to the previous one, until the longest is reached (1).
     pub step_growth: f64,
-    /// Spectral radius of the scheme at infinite frequency: 1 for Newmark's average acceleration,
-    /// less for numerical damping of unresolved motion.
+    /// Spectral radius of the scheme at infinite frequency (1): 1 is Newmark's average
+    /// acceleration, and smaller values damp unresolved motion numerically.
     pub spectral_radius: f64,
-    /// Penetration at a contact pressure of Young's modulus, as a share of sqrt(radius x depth).
+    /// Penetration at a contact pressure equal to Young's modulus, as a share of sqrt(radius x
+    /// depth) (1).
     pub softness: f64,
-    /// Residual at which Newton's method stops, as a share of the contact force.
+    /// Residual at which Newton's method stops, as a share of the contact force (1).
     pub tolerance: f64,
 }
 
@@ -44,7 +46,7 @@ impl Settings {
     /// Checks every setting against its range.
     ///
     /// # Errors
-    /// The first setting outside its range, by name.
+    /// Returns the first setting that is outside its range.
     pub fn check(&self) -> Result<(), DynamicError> {
         let ranges = [
             ("step_s", self.step_s, 1e-6, 1e-1, "from 1e-6 to 0.1 s"),
@@ -61,8 +63,8 @@ impl Settings {
         }
     }
 
-    /// Lengths of the steps between two kinks [s]: growing from the first to the longest, and
-    /// adding up to the whole.
+    /// Lengths of the steps between two kinks [s]. They grow from the first to the longest, and
+    /// their sum is `whole_s`.
     #[must_use]
     pub fn steps_s(&self, whole_s: f64) -> Vec<f64> {
         let (mut steps_s, mut sum_s) = (Vec::new(), 0.0);
@@ -72,7 +74,7 @@ impl Settings {
             sum_s += next_s;
             next_s = (next_s * self.step_growth).min(self.step_s);
         }
-        // each slightly shorter, so that the last one ends at the kink
+        // every step is shortened slightly, so that the last one ends at the kink
         steps_s.iter().map(|step_s| step_s * whole_s / sum_s).collect()
     }
 }

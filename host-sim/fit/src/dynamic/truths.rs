@@ -1,4 +1,4 @@
-//! Computation of the stored references of moving probes ([`palpate_tissue::moving`]).
+//! Computes the stored references for moving probes ([`palpate_tissue::moving`]).
 
 use palpate_tissue::error::Error;
 use palpate_tissue::moving::table::{Row, Table};
@@ -10,7 +10,7 @@ use super::history::History;
 use super::motion::Motion;
 use super::settings::Settings;
 
-/// The computation behind a stored truth.
+/// Computation of a stored truth.
 pub trait Computed {
     /// Motion of the probe.
     fn motion(&self) -> Motion;
@@ -18,7 +18,7 @@ pub trait Computed {
     /// Time between two rows of the table [s].
     fn spacing_s(&self) -> f64;
 
-    /// Settings that the table is computed with.
+    /// Settings with which the stored table was computed.
     fn settings(&self) -> Settings;
 
     /// Computes the truth; `progress` is called with the time [s] after every step.
@@ -27,7 +27,7 @@ pub trait Computed {
     /// Errors of [`super::compute`].
     fn compute(&self, settings: &Settings, progress: impl FnMut(f64)) -> Result<History, DynamicError>;
 
-    /// Reads a history of this truth at the table's spacing. The press must be along z.
+    /// Samples a history of this truth at the spacing of the table. The press must be along z.
     fn table(&self, history: &History) -> Table;
 
     /// Header lines that document the computation of a table.
@@ -59,7 +59,8 @@ impl Computed for Truth {
     }
 
     fn settings(&self) -> Settings {
-        // fine where the contact begins, so that its edge moves from one small element to the next
+        // the mesh is fine where the contact begins, so that the contact's edge moves from one
+        // small element to the next
         let (corner_nodes, fine_radius_m) = match (self.site, self.trajectory) {
             (_, Trajectory::Drag { .. }) => (500, 0.003),
             (Site::Centre, _) => (500, 0.0035),

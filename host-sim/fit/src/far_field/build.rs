@@ -1,5 +1,5 @@
-//! From a whole organ to a patch with its far field, by formulas only; [`crate::calibrate`] fits it
-//! afterwards.
+//! Makes a patch with its far field from a whole organ, with stiffnesses from formulas only;
+//! [`crate::calibrate`] fits the patch afterwards.
 
 use faer::Mat;
 use palpate::Params;
@@ -17,34 +17,34 @@ use palpate_tissue::tissue::Tissue;
 /// [probe radii].
 const LOADED_RADII: f64 = 1.5;
 
-/// Why there is no patch.
+/// Reason why no patch with a far field could be made.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum FarFieldError {
-    /// The cut failed.
+    /// The patch cannot be cut out of the organ.
     #[error(transparent)]
     Cut(#[from] CutError),
-    /// The outside.
+    /// The outside cannot be condensed.
     #[error(
         "the outside of the patch cannot be condensed: part of it is fixed nowhere, or {tets} elements need more memory than there is: take larger elements"
     )]
     Outside {
-        /// Elements of the outside.
+        /// Number of elements of the outside.
         tets: usize,
     },
-    /// The patch.
+    /// The patch cannot be built.
     #[error("the patch cannot be built: {0}")]
     Build(#[from] palpate::BuildError),
-    /// The patch with its far field.
+    /// The stiffness of the patch with its far field is not positive definite at rest.
     #[error("the patch with its far field is not stiff at rest: {0}")]
     Loose(#[from] Unbalanced),
 }
 
-/// Far field that replaces the rest of an organ.
+/// Far field of a patch, which replaces the rest of the organ.
 #[derive(Clone, Debug)]
 pub struct FarField {
-    /// Patch and outside.
+    /// Patch and outside, as they were cut.
     pub cut: Cut,
-    /// The outside's stiffness over E [m], shape [3 rim nodes][3 rim nodes].
+    /// Stiffness of the outside over E [m], shape [3 rim nodes][3 rim nodes].
     pub exact_m: Mat<f64>,
     /// Rim displacements under unit forces on the surface [1/m], shape [3 rim nodes][loads].
     pub answers_per_m: Mat<f64>,
@@ -53,10 +53,10 @@ pub struct FarField {
 }
 
 impl FarField {
-    /// Cuts a patch out of a whole and fits its rim springs.
+    /// Cuts a patch out of a whole organ and fits its rim springs.
     ///
     /// # Errors
-    /// [`FarFieldError`].
+    /// See [`FarFieldError`].
     pub fn of(whole: &Tissue, sizes: &Sizes, material: &Material, params: &Params) -> Result<Self, FarFieldError> {
         let cut = Cut::of(whole, sizes)?;
         let patch = Patch::build(&cut.patch, material, None);
@@ -70,7 +70,7 @@ impl FarField {
         Ok(Self { cut, exact_m, answers_per_m, springs })
     }
 
-    /// The patch with its rim springs, uncalibrated.
+    /// The uncalibrated patch with its rim springs.
     #[must_use]
     pub fn patch(&self, material: &Material) -> Patch {
         let mut patch = Patch::build(&self.cut.patch, material, None);

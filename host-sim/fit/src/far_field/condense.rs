@@ -1,8 +1,8 @@
-//! The stiffness of the outside on a patch's rim: quadratic finite elements, linear about rest,
-//! everything but the rim condensed out.
+//! Computes the stiffness of the outside at the rim of a patch by quadratic finite elements that
+//! are linearised about rest; all degrees of freedom except those of the rim are condensed out.
 //!
-//! Rim faces stay piecewise linear, as the patch's tets are: the middle of a rim edge follows the
-//! mean of its ends.
+//! Faces on the rim remain piecewise linear, like those of the patch's tets: the middle node of a
+//! rim edge follows the mean of the ends of the edge.
 
 use std::collections::HashMap;
 
@@ -15,8 +15,8 @@ use crate::reference::condensed::{Tie, condensed};
 use crate::reference::quadratic::QuadraticMesh;
 use crate::reference::shape::{TET_EDGES, TetRule};
 
-/// Stiffness over E of the outside [m], shape [3 rim nodes][3 rim nodes]; `None` if memory runs
-/// out.
+/// Stiffness of the outside over E [m], shape [3 rim nodes][3 rim nodes]; `None` if there is not
+/// enough memory.
 #[must_use]
 pub fn condense(outside: &Outside, poisson_ratio: f64) -> Option<Mat<f64>> {
     let corners = outside.mesh.nodes_m.len();
@@ -44,7 +44,7 @@ pub fn condense(outside: &Outside, poisson_ratio: f64) -> Option<Mat<f64>> {
     condensed(&body, &tie, outside.rim.len())
 }
 
-/// Anchored corners, and the middles of edges between two of them.
+/// Marks the anchored corners, and the middle nodes of edges between two of them.
 pub(super) fn fixed(mesh: &QuadraticMesh, corners: usize, anchors: &[u32]) -> Vec<[bool; 3]> {
     let mut fixed = vec![[false; 3]; mesh.nodes_m.len()];
     anchors.iter().for_each(|a| fixed[*a as usize] = [true; 3]);

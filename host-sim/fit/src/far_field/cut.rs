@@ -1,4 +1,5 @@
-//! A patch cut out of a whole organ: all tets near the site, and the rest.
+//! Cuts a patch out of a whole organ: the patch consists of the tets near the site, the outside of
+//! the rest.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,7 +10,7 @@ use super::whole::from_stroke_m;
 use palpate_tissue::mesh::{TetMesh, surface};
 use palpate_tissue::tissue::Tissue;
 
-/// Why no patch can be cut.
+/// Reason why no patch can be cut.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum CutError {
     /// No tet is near the site.
@@ -18,15 +19,15 @@ pub enum CutError {
         /// Radius of the patch [mm].
         radius_mm: f64,
     },
-    /// Nothing is left outside.
+    /// No part of the organ remains outside.
     #[error("a patch of {radius_mm:.1} mm swallows the organ: the largest radius that leaves an outside is {most_mm:.1} mm")]
     Swallows {
         /// Radius of the patch [mm].
         radius_mm: f64,
-        /// Radius that would work [mm].
+        /// Largest radius that leaves an outside [mm].
         most_mm: f64,
     },
-    /// The organ is fixed nowhere.
+    /// No node of the organ is fixed.
     #[error("the organ is fixed nowhere: give it an underside or bones that hold it, or press it from another side")]
     NoAnchor,
 }
@@ -40,33 +41,34 @@ pub struct Outside {
     pub stiffness_ratio: Vec<f64>,
     /// Fixed nodes, ascending.
     pub anchors: Vec<u32>,
-    /// Node of the outside at each rim node, in the order of [`Cut::rim`].
+    /// Node of the outside that coincides with each rim node, in the order of [`Cut::rim`].
     pub rim: Vec<u32>,
-    /// Triangles where patch and outside meet, by index in [`Cut::rim`]; `None` for a fixed corner.
+    /// Triangles between patch and outside, as indices into [`Cut::rim`]; `None` for a fixed
+    /// corner.
     pub rim_triangles: Vec<[Option<usize>; 3]>,
-    /// Triangles where patch and outside meet, by nodes of the outside.
+    /// Triangles between patch and outside, as nodes of the outside.
     pub rim_faces: Vec<[u32; 3]>,
 }
 
-/// A patch and its outside.
+/// A patch and its outside, after the cut.
 #[derive(Clone, Debug)]
 pub struct Cut {
-    /// The patch, touchable where the organ was.
+    /// Patch; its skin is the part of its surface that belongs to the organ's.
     pub patch: Tissue,
-    /// Nodes of the patch on the cut that are free, ascending.
+    /// Nodes of the patch on the cut that are not fixed, ascending.
     pub rim: Vec<u32>,
-    /// The rest.
+    /// Part of the organ outside the patch.
     pub outside: Outside,
-    /// Node of the whole for each of the patch.
+    /// Node of the whole organ for each node of the patch, ascending.
     pub node: Vec<u32>,
 }
 
 impl Cut {
-    /// Takes out of a whole all tets whose centroid is near the site, as far as they are connected
+    /// Makes a patch of all tets of `whole` whose centroid is near the site and that are connected
     /// by faces.
     ///
     /// # Errors
-    /// [`CutError`].
+    /// See [`CutError`].
     pub fn of(whole: &Tissue, sizes: &Sizes) -> Result<Self, CutError> {
         let radius_mm = sizes.radius_m * 1e3;
         if whole.anchors.is_empty() {
@@ -99,13 +101,13 @@ impl Cut {
         let anchors = |of: &BTreeMap<u32, u32>| whole.anchors.iter().filter_map(|a| of.get(a).copied()).collect::<Vec<u32>>();
         let of_tets = |list: &[usize]| list.iter().map(|t| whole.stiffness_ratio[*t]).collect();
 
-        // boundary faces of the patch that are not boundary faces of the whole form the cut
+        // boundary faces of the patch that are not boundary faces of the whole organ form the cut
         let shown: BTreeSet<[u32; 3]> = whole.skin.iter().map(|t| sorted(*t)).collect();
         let as_whole = |t: &[u32; 3]| t.map(|n| node[n as usize]);
         let (skin, cut): (Vec<[u32; 3]>, Vec<[u32; 3]>) =
             surface::surface(&patch_mesh.tets).into_iter().partition(|t| shown.contains(&sorted(as_whole(t))));
         let fixed = anchors(&patch_of);
-        // tied wherever both sides have the node, even if they meet only at an edge
+        // a node that both sides share is tied, even if the sides meet only at an edge
         let shared = (0_u32..).zip(&node).filter(|(n, w)| outside_of.contains_key(*w) && fixed.binary_search(n).is_err());
         let rim: Vec<u32> = shared.map(|(n, _)| n).collect();
         let rim_triangles = cut.iter().map(|t| t.map(|n| rim.binary_search(&n).ok())).collect();
@@ -139,7 +141,7 @@ fn sorted(mut t: [u32; 3]) -> [u32; 3] {
     t
 }
 
-/// For every tet, the tets with which it shares a face.
+/// For every tet, lists the tets with which it shares a face.
 fn neighbours(tets: &[[u32; 4]]) -> Vec<Vec<usize>> {
     let mut beside = vec![Vec::new(); tets.len()];
     let mut faces: BTreeMap<[u32; 3], usize> = BTreeMap::new();
@@ -154,7 +156,7 @@ fn neighbours(tets: &[[u32; 4]]) -> Vec<Vec<usize>> {
     beside
 }
 
-/// Marks the tets connected to `start` by faces through tets that `may` be entered.
+/// Marks the tets that are connected with `start` by faces, through tets for which `may` is true.
 fn flood(beside: &[Vec<usize>], start: usize, may: impl Fn(usize) -> bool) -> Vec<bool> {
     let mut seen = vec![false; beside.len()];
     seen[start] = true;
@@ -170,14 +172,15 @@ fn flood(beside: &[Vec<usize>], start: usize, may: impl Fn(usize) -> bool) -> Ve
     seen
 }
 
-/// Tets within the radius that are connected to the nearest one.
+/// Marks the tets within the radius that are connected with the nearest one.
 fn connected(tets: &[[u32; 4]], away: &[f64], radius_m: f64) -> Vec<bool> {
     let nearest = (0..away.len()).min_by(|a, b| away[*a].total_cmp(&away[*b]));
     let Some(start) = nearest.filter(|t| away[*t] <= radius_m) else { return vec![false; away.len()] };
     flood(&neighbours(tets), start, |t| away[t] <= radius_m)
 }
 
-/// Unsupported fragments of the outside join the patch; `None` if nothing fixed is left outside.
+/// Adds the unsupported fragments of the outside to the patch; returns `None` if no supported
+/// fragment remains outside.
 fn held(whole: &Tissue, mut inside: Vec<bool>) -> Option<Vec<bool>> {
     let tets = &whole.mesh.tets;
     let beside = neighbours(tets);
@@ -199,7 +202,7 @@ fn held(whole: &Tissue, mut inside: Vec<bool>) -> Option<Vec<bool>> {
     left.then_some(inside)
 }
 
-/// A mesh of some tets, and the node of the whole for each of its nodes, ascending.
+/// A mesh of some of the tets, and the node of the whole for each of its nodes, ascending.
 fn part(mesh: &TetMesh, tets: &[usize]) -> (TetMesh, Vec<u32>) {
     let used: BTreeSet<u32> = tets.iter().flat_map(|t| mesh.tets[*t]).collect();
     let node: Vec<u32> = used.into_iter().collect();

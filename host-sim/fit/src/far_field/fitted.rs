@@ -1,5 +1,5 @@
-//! From a scene to a calibrated patch with its far field: whole organ, cut, rim springs, reference
-//! of the whole organ, fit.
+//! Makes a calibrated patch with its far field from a scene: whole organ, cut, rim springs,
+//! reference of the whole organ, and fit.
 
 use palpate::Params;
 use serde::Serialize;
@@ -22,62 +22,63 @@ use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::tissue::Placed;
 use palpate_tissue::tissue::Tissue;
 
-/// Radius of the disc of fitted places [probe radii]: slightly more than the one radius over which
-/// the force is promised.
+/// Radius of the disc of fitted places [probe radii]: slightly more than one, the radius for which
+/// accuracy is promised.
 const DISC_RADII: f64 = 1.15;
 /// Radius of the disc over which a patch is evaluated [probe radii].
 pub const JUDGED_RADII: f64 = 1.0;
-/// Number of places over that disc, none of which is in a fit.
+/// Number of places over that disc; no fit uses them.
 pub const JUDGED_PLACES: usize = 60;
-/// Radii that a patch may have [probe radii].
+/// Smallest and largest allowed radius of a patch [probe radii].
 const RADII: [f64; 2] = [1.25, 4.0];
-/// Largest number of nodes within the fine radius.
+/// Maximum number of nodes within the fine radius.
 const MOST_FINE_NODES: f64 = 1000.0;
-/// Distance of places to both sides of a stroke [probe radii].
+/// Distance over which places are spread to both sides of a stroke [probe radii].
 const HALF_WIDTH_RADII: f64 = 0.5;
-/// Factor on the weight of presses at the centre: it is one place of a hundred, and the one pressed
-/// most often.
+/// Factor on the weight of presses at the centre, which is one place of a hundred and the one that
+/// is pressed most often.
 const CENTRE_WEIGHT: f64 = 3.0;
-/// Depths of the presses at the centre [probe radii], between those at which a patch is evaluated:
-/// with five depths a fit met these and varied by 2-4 % between them.
+/// Depths of the presses at the centre [probe radii], which include depths between those at which a
+/// patch is evaluated: a fit to five depths met these and varied by 2-4 % between them.
 const CENTRE_DEPTHS_RADII: [f64; 12] = [0.0625, 0.0885, 0.125, 0.156, 0.21875, 0.25, 0.3125, 0.4375, 0.5, 0.625, 0.8125, 1.0];
-/// Depth below which presses around the site [probe radii], except the shallowest, are weighted
-/// more, and the factor: they rest on a few foundation points and are the worst of the unseen
-/// places.
+/// Range of the depths of presses around the site [probe radii] that are given a larger weight, and
+/// the factor on it: such presses rest on a few foundation points and have the largest errors at
+/// places that are not in the fit. Shallower presses are not included.
 const SHALLOW_RADII: [f64; 2] = [0.1, 0.2];
 const SHALLOW_WEIGHT: f64 = 2.0;
-/// Glued discs are fitted at the site and on a ring of this radius [probe radii], this many.
+/// Radius of the ring on which glued discs are fitted, besides those at the site [probe radii], and
+/// their number.
 const RING_RADII: f64 = 0.5;
 const RING: usize = 4;
-/// Places at which the finite elements of an organ are pressed, without the site, and their radius
-/// around it [probe radii].
+/// Number of places besides the site at which the finite elements of an organ are pressed, and the
+/// radius around the site over which they are spread [probe radii].
 const SOLVED_PLACES: usize = 10;
 const SOLVED_RADII: f64 = 1.2;
-/// Depths at which an organ is pressed, as shares of the deepest hold.
+/// Depths at which an organ is pressed, as shares of the deepest hold (1).
 const SOLVED_DEPTHS: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
 
-/// Reference for fitting and evaluating a patch of a scene.
+/// Reference for fitting and evaluating the patch of a scene.
 pub enum Truth {
-    /// The shipped answer, for its block.
+    /// Stored answer for the default block.
     Block(Answer),
-    /// Finite elements of this organ.
+    /// Finite-element answers for this organ.
     Organ(Box<SurfaceMap>),
 }
 
 impl Truth {
-    /// The shipped answer if it belongs to this scene, pressed at its centre; otherwise finite
-    /// elements of the whole, which take a minute or two for an organ.
+    /// Returns the stored answer if it belongs to this scene, pressed at its centre. Otherwise
+    /// finite elements solve the whole organ, which takes a minute or two.
     ///
     /// # Errors
-    /// Errors of [`organ_reference_kept`].
+    /// See [`organ_reference_kept`].
     pub fn of(scene: &Scene, placed: &Placed, progress: impl Fn(usize, usize) + Sync) -> Result<Self, Error> {
         Self::kept(scene, placed, None, progress)
     }
 
-    /// Like [`Self::of`], reusing finite elements that were `solved` before.
+    /// Like [`Self::of`], but reuses finite-element answers in `solved`.
     ///
     /// # Errors
-    /// Errors of [`organ_reference_kept`].
+    /// See [`organ_reference_kept`].
     pub fn kept(
         scene: &Scene,
         placed: &Placed,
@@ -101,7 +102,7 @@ impl Truth {
             .ok_or_else(|| Error::Check("the finite elements gave no smooth surface of forces".into()))
     }
 
-    /// Calls `question` with the truth as a reference.
+    /// Calls `question` with this truth as a reference.
     pub fn ask<R>(&self, question: impl FnOnce(&dyn Reference) -> R) -> R {
         match self {
             Self::Block(answer) => match ReferenceMap::of(answer) {
@@ -114,7 +115,7 @@ impl Truth {
 }
 
 impl Truth {
-    /// Calls `question` with the truth as a reference on another mesh of the same organ.
+    /// Calls `question` with this truth as a reference on another mesh of the same organ.
     pub fn ask_on<R>(&self, placed: &Placed, question: impl FnOnce(&dyn Reference) -> R) -> R {
         match self {
             Self::Block(_) => self.ask(question),
@@ -123,7 +124,7 @@ impl Truth {
     }
 }
 
-/// Knows no press.
+/// A reference without any answer.
 struct Nothing;
 
 impl Reference for Nothing {
@@ -140,7 +141,7 @@ impl Reference for Nothing {
     }
 }
 
-/// Deepest hold of a scene with given depths [m].
+/// Depth of the deepest hold of a scene whose drive has given depths [m].
 pub(crate) fn deepest_hold_m(scene: &Scene) -> Option<f64> {
     match &scene.drive {
         Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.iter().copied().reduce(f64::max),
@@ -148,19 +149,19 @@ pub(crate) fn deepest_hold_m(scene: &Scene) -> Option<f64> {
     }
 }
 
-/// Choices by which a patch is made from a scene.
+/// Choices for making a patch from a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Recipe {
-    /// Size of the patch and of its elements.
+    /// Sizes of the patch and of its elements.
     pub sizes: Sizes,
-    /// Foundation points on a triangle: 4, 9 or, not for boards, 16.
+    /// Number of foundation points per triangle: 4, 9 or, except for boards, 16.
     pub points_per_triangle: usize,
-    /// Settings of the fit, such as its number of places and rounds.
+    /// Settings of the fit, such as the number of places and of rounds.
     pub settings: Settings,
 }
 
 impl Recipe {
-    /// Elements of `fine_m` under a probe of `probe_radius_m`, a patch of `radius_m`.
+    /// A patch of `radius_m` with elements of `fine_m` under a probe of `probe_radius_m`.
     #[must_use]
     pub fn new(radius_m: f64, fine_m: f64, probe_radius_m: f64) -> Self {
         Self {
@@ -171,26 +172,27 @@ impl Recipe {
     }
 }
 
-/// A scene's whole organ with the far field around a patch of it: everything before the fit.
+/// The whole organ of a scene and the far field around a patch of it: all that is needed before the
+/// fit.
 #[derive(Clone, Debug)]
 pub struct Prepared {
-    /// The whole.
+    /// Mesh of the whole organ, with site and axis.
     pub placed: Placed,
-    /// Cut and rim springs.
+    /// Far field of the patch: the cut and the rim springs.
     pub far: FarField,
     /// Constants of the material.
     pub material: Material,
     /// Parameters of the scene.
     pub params: Params,
-    /// Length of the site's stroke [m].
+    /// Stroke of the probe, centred on the site [m]; zero for presses at the site.
     pub stroke_m: [f64; 3],
 }
 
 impl Prepared {
-    /// Meshes, cuts and condenses.
+    /// Meshes the organ, cuts the patch out and condenses the outside.
     ///
     /// # Errors
-    /// A scene, sizes or an organ that do not allow it.
+    /// Fails if scene, sizes or organ do not permit it.
     pub fn of(scene: &Scene, recipe: &Recipe) -> Result<Self, Error> {
         if scene.tissue.gravity_m_per_s2 != [0.0; 3] {
             return Ok(scene.bad(
@@ -212,7 +214,7 @@ impl Prepared {
         Ok(Self { placed, far, material, params, stroke_m: recipe.sizes.stroke_m })
     }
 
-    /// The patch with its rim springs, uncalibrated.
+    /// The uncalibrated patch with its rim springs.
     #[must_use]
     pub fn patch(&self) -> Patch {
         self.far.patch(&self.material)
@@ -221,7 +223,7 @@ impl Prepared {
     /// Fits the patch to a truth.
     ///
     /// # Errors
-    /// A reference that lacks presses, a patch that cannot be pressed.
+    /// Fails if the reference lacks presses or if the patch cannot be pressed.
     pub fn fit(&self, truth: &Truth, settings: &Settings, progress: &mut dyn FnMut(&Round)) -> Result<Fitted, Error> {
         let stroke: f64 = self.stroke_m.iter().map(|s| s * s).sum();
         if stroke > 0.0 && matches!(truth, Truth::Organ(_)) {
@@ -269,12 +271,12 @@ fn unfitted(cause: &crate::calibrate::CalibrateError) -> Error {
     Error::Check(format!("the patch cannot be fitted: {cause}"))
 }
 
-/// A patch narrower than the spread of the contact is wrong, however it is fitted; a much wider one
-/// costs as much as a whole organ.
+/// Refuses a radius outside its range. A patch that is narrower than the spread of the contact is
+/// wrong, however it is fitted; a much wider one costs as much as a whole organ.
 fn refuse_odd(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
     let probe_m = scene.probe.radius_m;
     let [least_m, most_m] = RADII.map(|radii| radii * probe_m);
-    // a small tolerance for rounding in products of decimals
+    // a small tolerance for rounding in products of decimal numbers
     if !((1.0 - 1e-9) * least_m..=(1.0 + 1e-9) * most_m).contains(&sizes.radius_m) {
         return Err(Error::Usage(format!(
             "{}: a patch of {} m around a probe of {probe_m} m: give a radius of {least_m:.4} to {most_m:.4} m",
@@ -287,9 +289,10 @@ fn refuse_odd(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
     Ok(())
 }
 
-/// Meshing takes minutes well before a mesh is too large for any board.
+/// Refuses elements so small that meshing would take minutes; such a mesh is also too large for any
+/// board.
 fn refuse_too_fine(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
-    // regular tets in half a ball: there are sqrt(2) nodes per cube of the edge length
+    // estimate for regular tets in half a ball, with sqrt(2) nodes per cube of the edge length
     let half_ball_m3 = 2.0 / 3.0 * std::f64::consts::PI * sizes.fine_radius_m.min(sizes.radius_m).powi(3);
     let nodes = half_ball_m3 * std::f64::consts::SQRT_2 / sizes.fine_m.powi(3);
     if nodes <= MOST_FINE_NODES {
@@ -302,11 +305,11 @@ fn refuse_too_fine(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
     )))
 }
 
-/// Fits a tissue's patch, with its rim springs if it has some, to a reference over slightly more
-/// than the disc of its evaluation.
+/// Fits the patch of a tissue, with its rim springs if it has some, to a reference over a disc
+/// slightly larger than that of the evaluation.
 ///
 /// # Errors
-/// A reference that lacks presses, a patch that cannot be pressed.
+/// Fails if the reference lacks presses or if the patch cannot be pressed.
 pub fn fit_tissue(
     tissue: &Tissue,
     rim: Option<&RimSprings>,
@@ -331,8 +334,9 @@ pub fn fit_tissue(
     calibrate(tissue, material, rim, params, &targets, settings, progress).map_err(|cause| unfitted(&cause))
 }
 
-/// Solved discs at the site, and interpolated ones on a ring, whose stiffness differs from that at
-/// the site by the square of the fractional radius.
+/// Returns the solved discs at the site, and interpolated discs on a ring around it. The
+/// interpolation takes the change of stiffness from the site to be proportional to the square of
+/// the distance from it.
 fn glued_around(solved: &[GluedAnswer], probe_m: f64) -> Vec<GluedAnswer> {
     let away = |disc: &GluedAnswer| disc.place_m[0].hypot(disc.place_m[1]);
     let mut discs = Vec::new();
@@ -361,29 +365,30 @@ fn skin_nodes(tissue: &Tissue) -> Vec<(usize, Vector)> {
 /// A calibrated patch with its far field.
 #[derive(Clone, Debug)]
 pub struct Fitted {
-    /// The patch.
+    /// Patch with the fitted multipliers and its rim springs.
     pub patch: Patch,
     /// Parameters with the fitted scalars.
     pub params: Params,
-    /// Rounds of the fit.
+    /// Records of the rounds of the fit.
     pub rounds: Vec<Round>,
-    /// Accuracy at places and depths that were not fitted.
+    /// Accuracy of the patch, at places and depths of which most are not in the fit.
     pub accuracy: Accuracy,
 }
 
-/// Force errors in short [%].
+/// Summary of the force errors [%].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Short {
-    /// Root mean square of the centred presses.
+    /// Root mean square of the centred presses [%].
     pub centred_rms_pct: f64,
-    /// Root mean square over unseen places and depths from an eighth of the probe's radius.
+    /// Root mean square over unseen places of the disc and the chosen depths [%].
     pub disc_rms_pct: f64,
-    /// Largest error over these places and depths.
+    /// Largest error over these places and depths, with its sign [%].
     pub disc_worst_pct: f64,
 }
 
 impl Fitted {
-    /// The most important errors, those of the disc over the depths from `from_m` to `to_m` [m].
+    /// Summarises the errors: all centred presses, and the presses over the disc with depths from
+    /// `from_m` to `to_m`.
     #[must_use]
     pub fn short(&self, from_m: f64, to_m: f64) -> Short {
         let inside = |mm: f64| (from_m..=to_m).contains(&(mm * 1e-3));

@@ -1,9 +1,10 @@
-//! Response of the whole organ to a press: quadratic finite elements ([`crate::reference`]) on the
-//! mesh of [`super::whole`], refined under the probe.
+//! Computes the response of the whole organ to a press by quadratic finite elements
+//! ([`crate::reference`]) on the mesh of [`super::whole`], refined under the probe.
 //!
-//! The organ has the mesh's flat facets, as the patch that is cut out of it. At the site the force
-//! is that of two meshes, extrapolated; at other places that of the coarser one times the ratio of
-//! the two at the site, since the effect of the mesh on the force is much the same at both.
+//! The organ has the flat facets of its mesh, like the patch that is cut out of it. At the site the
+//! force is extrapolated from two meshes. At other places only the coarser mesh is solved, and its
+//! force is multiplied by the ratio of the extrapolated to the coarse force at the site, since the
+//! effect of the mesh is much the same at both places.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -27,8 +28,8 @@ use palpate_tissue::tissue::{Layout, Placed};
 
 type V3 = Vector3<f64>;
 
-/// How a mesh is refined under the probe: longest edge over the radius of the smallest contact, its
-/// growth per distance from there.
+/// Refinement of a mesh under the probe: longest edge, divided by the radius of the smallest
+/// contact, and growth of the longest edge with the distance beyond that radius (1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Level {
     edge: f64,
@@ -37,49 +38,49 @@ struct Level {
 
 const COARSE: Level = Level { edge: 1.4, growth: 0.9 };
 const FINE: Level = Level { edge: 1.0, growth: 0.65 };
-/// Upper bound on the radius of the smallest contact [probe radii].
+/// Upper limit of the radius of the smallest contact [probe radii].
 const LARGEST_RADII: f64 = 0.35;
-/// Most corner nodes of a mesh.
+/// Maximum number of corner nodes of a mesh.
 const MOST_NODES: usize = 6000;
 
-/// Forces of presses at several places and depths.
+/// Forces of presses at several places to several depths.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrganReference {
     /// Forces in the requested order, shape \[places\].
     pub places: Vec<PlaceForces>,
-    /// Depths [m], rising, shape \[depths\].
+    /// Depths in ascending order [m], shape \[depths\].
     pub depths_m: Vec<f64>,
-    /// Estimated error of the force at the site at each depth (1): the change in the last
-    /// refinement.
+    /// Estimated error of the force at the site at each depth (1): the relative change between the
+    /// two meshes.
     pub error: Vec<f64>,
-    /// Nodes of the finest quadratic mesh.
+    /// Number of nodes of the finest quadratic mesh.
     pub nodes: usize,
 }
 
 /// Forces at one place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaceForces {
-    /// From the site, along the tangents of [`tangents`] [m].
+    /// Offset from the site along the two tangents of [`tangents`] [m].
     pub offset_m: [f64; 2],
-    /// Place on the surface [m], at which the depth of the tip is zero.
+    /// Place on the surface, at which the depth of the tip is zero [m].
     pub place_m: [f64; 3],
     /// Force along the site's axis, over the scene's Young's modulus [m^2], shape \[depths\].
     pub force_over_e_m2: Vec<f64>,
 }
 
-/// One press to all depths.
+/// Result of the presses at one place to all depths, on one mesh.
 struct Pressed {
     nodes: usize,
     force_over_e_m2: Vec<f64>,
 }
 
-/// Presses the organ of [`super::whole`] along the axis of its site with the scene's probe, without
-/// friction: at each of `offsets_m` from the site, to each of `depths_m`. `progress` is called with
-/// the number of presses done and the total.
+/// Presses the organ of [`super::whole`] with the scene's probe along the axis of its site, without
+/// friction, at each of `offsets_m` from the site and to each of `depths_m`. It calls `progress`
+/// with the number of finished presses and their total number.
 ///
 /// # Errors
-/// No depths, or some that do not rise from zero; an offset that misses the surface; no equilibrium
-/// at some depth, or no memory.
+/// Fails if `depths_m` is empty or does not rise from above zero, if an offset misses the surface,
+/// if there is no equilibrium at some depth, or if there is not enough memory.
 pub fn organ_reference(
     scene: &Scene,
     placed: &Placed,
@@ -90,10 +91,10 @@ pub fn organ_reference(
     organ_reference_kept(scene, placed, offsets_m, depths_m, None, progress)
 }
 
-/// Like [`organ_reference`], reusing answers that were `solved` before.
+/// Like [`organ_reference`], but reuses answers in `solved`.
 ///
 /// # Errors
-/// Errors of [`organ_reference`].
+/// See [`organ_reference`].
 pub fn organ_reference_kept(
     scene: &Scene,
     placed: &Placed,
@@ -105,7 +106,7 @@ pub fn organ_reference_kept(
     let bench = Bench::of(scene, placed, depths_m)?;
     let places = offsets_m.iter().map(|offset| bench.place(*offset)).collect::<Result<Vec<V3>, Error>>()?;
     let site = V3::from(placed.tissue.site_m);
-    // the site itself is pressed once
+    // a place at the site needs no press of its own
     let off_site: Vec<V3> = places.iter().copied().filter(|place| *place != site).collect();
     let tasks: Vec<(V3, Level)> =
         [(site, FINE), (site, COARSE)].into_iter().chain(off_site.into_iter().map(|place| (place, COARSE))).collect();
@@ -123,7 +124,7 @@ pub fn organ_reference_kept(
     let (Some(fine), Some(coarse)) = (pressed.next(), pressed.next()) else {
         return Err(Error::Usage(format!("{}: no press was asked for: give places and depths", scene.file)));
     };
-    // third order in the edge under the probe, as [`crate::reference::study`] has it
+    // convergence is of third order in the edge under the probe, as in [`crate::reference::study`]
     let gain = (COARSE.edge / FINE.edge).powi(3) - 1.0;
     let both = || fine.force_over_e_m2.iter().zip(&coarse.force_over_e_m2);
     let ratio: Vec<f64> = both().map(|(f, c)| (f + (f - c) / gain) / c).collect();
@@ -149,7 +150,7 @@ impl Pressed {
     }
 }
 
-/// Inputs that all presses share.
+/// Inputs that are common to all presses.
 struct Bench<'a> {
     scene: &'a Scene,
     placed: &'a Placed,
@@ -171,8 +172,8 @@ impl<'a> Bench<'a> {
         Ok(Self { scene, placed, layout: Layout::of(scene)?, organ, depths_m })
     }
 
-    /// The surface's point over or under an offset in the tangent plane, along the axis; of several
-    /// that nearest to the plane.
+    /// The point at which a line along the axis, through an offset in the tangent plane, meets the
+    /// surface; if there are several, the one nearest to the plane.
     fn place(&self, offset_m: [f64; 2]) -> Result<V3, Error> {
         let tissue = &self.placed.tissue;
         let (site, axis) = (V3::from(tissue.site_m), V3::from(self.placed.axis));
@@ -193,10 +194,10 @@ impl<'a> Bench<'a> {
         )
     }
 
-    /// Everything that the forces of a press depend on.
+    /// Text of all inputs on which the forces of a press depend.
     fn problem(&self, task: &(V3, Level)) -> String {
         let (tissue, probe, own) = (&self.placed.tissue, &self.scene.probe, &self.scene.tissue);
-        // an organ by its name, as its shape is code
+        // an organ is identified by its name, as its shape is code
         let ratio = |pascal: f64| pascal / own.youngs_modulus_pa;
         let regions = own.region.iter().map(|region| (&region.name, ratio(region.youngs_modulus_pa)));
         let regions: Vec<_> = regions.collect();
@@ -218,7 +219,7 @@ impl<'a> Bench<'a> {
         for n in &anchors {
             fixed[*n as usize] = [true; 3];
         }
-        // the middle of an edge between two held nodes
+        // the middle of an edge between two fixed nodes is fixed too
         for tet in &mesh.tets {
             for (e, [i, j]) in TET_EDGES.into_iter().enumerate() {
                 if fixed[tet[i] as usize][0] && fixed[tet[j] as usize][0] {
@@ -229,7 +230,7 @@ impl<'a> Bench<'a> {
         let free = |t: &[u32; 6]| !t.iter().all(|n| fixed[*n as usize][0]);
         let touchable = (0..mesh.triangles.len()).filter(|t| free(&mesh.triangles[*t])).collect();
         let poisson_ratio = self.scene.tissue.poisson_ratio;
-        // layers and balls run through elements
+        // layers and balls cut through elements
         let uniform = self.layout.is_uniform();
         let rule = if uniform { TetRule::Four } else { TetRule::Eleven };
         let stiffness = |_: usize, x: &V3| Stiffness {

@@ -1,12 +1,13 @@
 //! Rim springs: a symmetric 3 x 3 block per rim node and a 3 x 3 block per rim edge, fitted to the
 //! condensed outside.
 //!
-//! They form the symmetric matrix M, with blocks only there, that responds to loads on the surface
-//! as S does; it minimises `|M U - S U|^2 + rho |M - S|^2`, U the rim displacements under unit
-//! forces on the surface with the exact outside attached. Taken directly from S, these blocks would
-//! be 1-10 % too stiff; fitted they are within half a percent. M is kept positive, so that the rim
-//! can never create energy: if a fit has a negative eigenvalue (at jagged rims), its eigenvector is
-//! added to the loads, with growing weight, until none is left.
+//! They form a symmetric matrix M that has only these blocks and responds to loads on the surface
+//! as the stiffness S of the condensed outside does. M minimises `|M U - S U|^2 + rho |M - S|^2`,
+//! where U are the rim displacements under unit forces on the surface with the exact outside
+//! attached. Blocks taken directly from S would be 1-10 % too stiff; fitted blocks are accurate to
+//! half a percent. M is kept positive definite, so that the rim can never create energy: if the fit
+//! has a negative eigenvalue (which occurs at jagged rims), its eigenvector is added to the loads,
+//! with increasing weight, until none is left.
 
 use faer::{Mat, Side};
 
@@ -15,26 +16,27 @@ pub use palpate_tissue::patch::RimSprings;
 use super::cut::Cut;
 use crate::statics::{Solver, Statics, Unbalanced, Vector};
 
-/// Weight of staying near S, as a share of the mean diagonal of the normal equations. Anything from
-/// 1e-5 to 1e-2 gives the same forces.
+/// Weight rho that keeps M near S, as a share of the mean diagonal of the normal equations. All
+/// values from 1e-5 to 1e-2 give the same forces.
 const RIDGE: f64 = 1e-3;
-/// Least eigenvalue, as a share of the mean diagonal of S.
+/// Smallest allowed eigenvalue, as a share of the mean diagonal of S (1).
 const LEAST: f64 = 1e-3;
-/// Rounds of adding eigenvectors, each weighted more than the last, and the first weight relative
-/// to the ridge. Larger weights from the start would impair the responses to the loads.
+/// Maximum number of rounds in which eigenvectors are added, weight in the first round relative to
+/// the ridge, and factor on the weight per round. Larger weights from the start would impair the
+/// responses to the loads.
 const MOST_ROUNDS: usize = 24;
 const FIRST_WEIGHT: f64 = 10.0;
 const HEAVIER: f64 = 1.6;
-/// Share of the first residual at which conjugate gradients end.
+/// Residual at which conjugate gradients end, as a share of the right-hand side (1).
 const TOLERANCE: f64 = 1e-7;
 const MOST_STEPS: usize = 3000;
 
-/// Displacement of the rim under unit forces over E on the surface near the site [1/m], shape [3
-/// rim nodes][loads]: the patch, with its far field `outside` (shape [3 rim nodes][3 rim nodes])
+/// Displacements of the rim under unit forces over E on the surface near the site [1/m], shape [3
+/// rim nodes][loads], for the patch with its far field `outside` (shape [3 rim nodes][3 rim nodes])
 /// attached.
 ///
 /// # Errors
-/// The patch with its far field is not stiff at rest.
+/// Fails if the stiffness of the patch with its far field is not positive definite at rest.
 pub fn rim_answers(statics: &Statics, cut: &Cut, outside: &Mat<f64>, reach_m: f64) -> Result<Mat<f64>, Unbalanced> {
     let refused = Unbalanced { depth_mm: 0.0, steps: 0 };
     let node: Vec<usize> = cut.rim.iter().map(|n| *n as usize).collect();
@@ -69,7 +71,7 @@ pub fn rim_answers(statics: &Statics, cut: &Cut, outside: &Mat<f64>, reach_m: f6
 pub fn fit(cut: &Cut, s: &Mat<f64>, answers: &Mat<f64>) -> RimSprings {
     let rim = cut.rim.len();
     let pattern = Pattern::of(cut);
-    // responses are weighted by their size, scaled so that the mean diagonal is one
+    // responses are weighted by their magnitude and scaled so that the mean diagonal is one
     let mut shapes = answers * answers.transpose();
     let scale = (0..3 * rim).map(|i| shapes[(i, i)]).sum::<f64>() / (3 * rim) as f64;
     shapes = &shapes * faer::Scale(1.0 / scale);
@@ -90,7 +92,8 @@ pub fn fit(cut: &Cut, s: &Mat<f64>, answers: &Mat<f64>) -> RimSprings {
     }
     let lowest = eigen(&pattern.dense(&fitted), least).into_iter().map(|(value, _)| value).fold(least, f64::min);
     if lowest < least {
-        // the last resort always works: the missing shift, on every node
+        // this last resort always succeeds: the missing amount is added to the diagonal at every
+        // node
         for (place, block) in pattern.place.iter().zip(&mut fitted) {
             if place[0] == place[1] {
                 (0..3).for_each(|k| block[k][k] += least - lowest);
@@ -101,7 +104,7 @@ pub fn fit(cut: &Cut, s: &Mat<f64>, answers: &Mat<f64>) -> RimSprings {
     RimSprings { node: cut.rim.clone(), blocks, mended }
 }
 
-/// As a full matrix [m], shape [3 rim nodes][3 rim nodes].
+/// Rim springs as a full matrix [m], shape [3 rim nodes][3 rim nodes].
 #[must_use]
 pub fn dense(springs: &RimSprings) -> Mat<f64> {
     let mut full = Mat::zeros(3 * springs.node.len(), 3 * springs.node.len());
@@ -109,10 +112,10 @@ pub fn dense(springs: &RimSprings) -> Mat<f64> {
     full
 }
 
-/// Smallest eigenvalue [m].
+/// Smallest eigenvalue of the rim springs [m].
 #[must_use]
 pub fn lowest_m(springs: &RimSprings) -> f64 {
-    // a matrix that cannot be decomposed may not be positive
+    // a matrix whose decomposition fails counts as not positive definite
     let values = dense(springs).self_adjoint_eigenvalues(Side::Lower);
     values.map_or(f64::NEG_INFINITY, |values| values.into_iter().fold(f64::INFINITY, f64::min))
 }
@@ -128,7 +131,7 @@ fn put(full: &mut Mat<f64>, [i, j]: [usize; 2], block: &Block) {
     }
 }
 
-/// Eigenvalues below `least` with their vectors.
+/// Eigenvalues below `least`, with their eigenvectors.
 fn eigen(matrix: &Mat<f64>, least: f64) -> Vec<(f64, Mat<f64>)> {
     let Ok(all) = matrix.self_adjoint_eigen(Side::Lower) else { return Vec::new() };
     let values = all.S().column_vector();
@@ -136,11 +139,11 @@ fn eigen(matrix: &Mat<f64>, least: f64) -> Vec<(f64, Mat<f64>)> {
     low.map(|n| (values[n], Mat::from_fn(matrix.nrows(), 1, |r, _| all.U()[(r, n)]))).collect()
 }
 
-/// The pattern of blocks.
+/// Positions of the non-zero blocks of M.
 struct Pattern {
-    /// `[i, j]`, `i <= j`, ascending.
+    /// Positions `[i, j]` with `i <= j`, ascending.
     place: Vec<[usize; 2]>,
-    /// For each rim node the neighbours, itself included, and their blocks.
+    /// For each rim node, its neighbours including itself, each with the index of the block.
     row: Vec<Vec<(usize, usize)>>,
 }
 
@@ -172,7 +175,8 @@ impl Pattern {
         full
     }
 
-    /// Least squares by conjugate gradients in the space of symmetric matrices with this pattern.
+    /// Solves the least-squares problem by conjugate gradients, in the space of symmetric matrices
+    /// with this pattern.
     fn fit(&self, s: &Mat<f64>, shapes: &Mat<f64>, start: Option<Vec<Block>>) -> Vec<Block> {
         let ridge = RIDGE;
         let product = s * shapes;
@@ -207,10 +211,11 @@ impl Pattern {
         m
     }
 
-    /// `M G + G M + 2 rho M` on the pattern, with `G` from the responses.
+    /// The product `M G + G M + 2 rho M` on the pattern, where `G` are the weighted responses
+    /// `shapes`.
     fn apply(&self, m: &[Block], shapes: &Mat<f64>, ridge: f64) -> Vec<Block> {
         let of = |i: usize, j: usize, b: usize, r: usize, c: usize| if i <= j { m[b][r][c] } else { m[b][c][r] };
-        // (M G) at block (i, j)
+        // block (i, j) of M G
         let product = |i: usize, j: usize| -> Block {
             let mut sum = [[0.0; 3]; 3];
             for &(k, b) in &self.row[i] {
@@ -232,7 +237,7 @@ impl Pattern {
             .collect()
     }
 
-    /// Frobenius product of the symmetric matrices.
+    /// Frobenius product of two symmetric matrices.
     fn dot(&self, x: &[Block], y: &[Block]) -> f64 {
         let blocks = self.place.iter().zip(x).zip(y);
         blocks

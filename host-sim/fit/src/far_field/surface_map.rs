@@ -1,11 +1,12 @@
-//! Interpolates the reference of an organ between its solved places and depths.
+//! Interpolates the reference of an organ between the places and depths for which it was solved.
 //!
-//! A mesh has flat facets, and a small contact is sensitive to its position among them. The
-//! geometric part of that is removed first: the *effective depth* of a press is the depth at which
-//! the probe would displace the same volume of a plane. Over the effective depth^1.5 (Hertz; of a
-//! flat end over the depth itself) the force changes slowly, over depth and over the surface: its
-//! logarithm at every solved depth is a quadratic of the offset from the site, fitted to the solved
-//! places; between depths a cubic of the depth's logarithm through the four nearest.
+//! A mesh has flat facets, and the force of a small contact depends on its position among them.
+//! This geometric effect is removed first: the *effective depth* of a press is the depth at which
+//! the probe would displace the same volume from a plane. Divided by the effective depth^1.5
+//! (Hertz; for a flat end, by the effective depth itself), the force changes slowly with depth and
+//! over the surface. At every solved depth, the logarithm of this ratio is a quadratic function of
+//! the offset from the site, fitted to the solved places. Between the depths it is interpolated by
+//! a cubic in the logarithm of the depth, through the four nearest.
 
 use std::f64::consts::PI;
 
@@ -19,35 +20,36 @@ use palpate_tissue::organ::tangents;
 use palpate_tissue::scene::{ProbeScene, Shape, Tip, level};
 use palpate_tissue::tissue::Placed;
 
-/// Terms of the quadratic.
+/// Number of terms of the quadratic.
 const TERMS: usize = 6;
-/// Rings and rays of the points at which the volume under the probe is summed.
+/// Numbers of rings, and of rays per ring, of the points at which the volume under the probe is
+/// summed.
 const RINGS: usize = 12;
 const RAYS: usize = 16;
-/// Halvings to an effective depth.
+/// Number of halvings in the bisection for an effective depth.
 const HALVINGS: usize = 40;
-/// Weight of the ridge on each term but the constant, relative to places of weight one.
+/// Weight of the ridge on each term except the constant, whereas the places have weights of one.
 const RIDGE: f64 = 1e-6;
 
-/// Forces over a disc around a site.
+/// Forces over the surface around a site.
 #[derive(Clone, Debug)]
 pub struct SurfaceMap {
     axis: Vector,
     across: [Vector; 2],
-    /// Corners of the surface near the site, from the site [m].
+    /// Corners of the surface triangles near the site, relative to the site [m].
     triangles_m: Vec<[Vector; 3]>,
-    /// Solved depths [m], rising.
+    /// Solved depths in ascending order [m].
     depths_m: Vec<f64>,
-    /// Quadratic over the surface at each depth.
+    /// Coefficients of the quadratic over the surface at each depth.
     terms: Vec<SVector<f64, TERMS>>,
     length_m: f64,
     tip: Tip,
-    /// Root mean square error of the quadratics at the solved places (1).
+    /// Root mean square of the relative errors of the quadratics at the solved places (1).
     pub misfit: f64,
 }
 
 impl SurfaceMap {
-    /// `None` with fewer than four depths or eight places.
+    /// Returns `None` if the reference has fewer than four depths or eight places.
     #[must_use]
     pub fn of(reference: &OrganReference, placed: &Placed, probe: &ProbeScene) -> Option<Self> {
         if reference.depths_m.len() < 4 || reference.places.len() < TERMS + 2 {
@@ -83,29 +85,31 @@ impl SurfaceMap {
             missed += reference.places.iter().zip(&values).map(off).sum::<f64>();
             map.terms.push(fit);
         }
-        // corrected for the degrees of freedom of the fit
+        // corrected for the degrees of freedom that the fit uses
         let free = (reference.places.len() - TERMS) * reference.depths_m.len();
         map.misfit = (missed / free as f64).sqrt();
         Some(map)
     }
 
-    /// Returns the forces on another mesh of the same organ, whose surface is slightly different.
+    /// Returns the forces for another mesh of the same organ, whose surface differs slightly.
     #[must_use]
     pub fn on(&self, placed: &Placed) -> Self {
         Self { triangles_m: near_site(placed, self.tip.reach_m()), ..self.clone() }
     }
 
-    /// Force of Hertz at the effective depth of a press, or of a flat end, but for a constant.
+    /// Force of Hertz, or of a flat end, at the effective depth of a press, up to a constant
+    /// factor.
     fn law(&self, place_m: Vector, depth_m: f64) -> Option<f64> {
         let effective_m = self.effective_m(place_m, depth_m)?;
         Some(if self.tip.shape == Shape::Flat { effective_m } else { effective_m.powf(1.5) })
     }
 
-    /// Depth [m] at which the probe displaces the same volume of a plane as of the surface when its
-    /// tip is `depth_m` below `place_m`.
+    /// Depth [m] at which the probe would displace from a plane the volume that it displaces from
+    /// the surface when its tip is `depth_m` below `place_m`.
     fn effective_m(&self, place_m: Vector, depth_m: f64) -> Option<f64> {
         let radius_m = self.length_m;
-        // the surface may rise beside the place: the sum goes further than the contact on a plane
+        // the surface may rise beside the place, so the sum extends further than the contact with a
+        // plane
         let reach_m = radius_m.min(1.5 * (2.0 * radius_m * depth_m).sqrt());
         match self.tip.shape {
             Shape::Flat => {
@@ -138,8 +142,8 @@ impl SurfaceMap {
         }
     }
 
-    /// Effective depth of a tip that is not round: its volumes in a plane and in the surface are
-    /// summed at the same points.
+    /// Effective depth of a tip that is not round. The volumes displaced from a plane and from the
+    /// surface are summed at the same points.
     fn long_depth_m(
         &self,
         place_m: Vector,
@@ -152,7 +156,8 @@ impl SurfaceMap {
         self.depth_of(self.volume_m3(place_m, depth_m, reach_m, above), of_plane)
     }
 
-    /// Depth at which a growing volume [m^3] equals that of `of_plane`.
+    /// Depth at which the volume `of_plane`, which grows with depth, equals `volume_m3`; `None` if
+    /// that is zero.
     fn depth_of(&self, volume_m3: f64, of_plane: impl Fn(f64) -> f64) -> Option<f64> {
         let (mut low, mut high) = (0.0, 1.5 * self.length_m);
         for _ in 0..HALVINGS {
@@ -162,22 +167,24 @@ impl SurfaceMap {
         (low > 0.0).then_some(low)
     }
 
-    /// Points around an axis: distance from it [m], area of each [m^2], and vector to it [m].
+    /// Points around the axis: distance from it [m], area that each represents [m^2], and vector
+    /// from the axis [m].
     fn points(&self, reach_m: f64) -> impl Iterator<Item = (f64, f64, Vector)> {
         (0..RINGS).flat_map(move |ring| {
             let r_m = reach_m * (ring as f64 + 0.5) / RINGS as f64;
             let area_m2 = 2.0 * PI * r_m * reach_m / (RINGS * RAYS) as f64;
             (0..RAYS).map(move |ray| {
-                // rotated from ring to ring, and never along an axis, where an edge may lie
+                // rotated from ring to ring, and never along an axis, where an edge of the mesh may
+                // be
                 let (sin, cos) = (2.0 * PI * (ray as f64 + 0.25 + 0.5 * (ring % 2) as f64) / RAYS as f64).sin_cos();
                 (r_m, area_m2, (self.across[0] * cos + self.across[1] * sin) * r_m)
             })
         })
     }
 
-    /// Volume [m^3] that a probe displaces whose tip is `depth_m` below `place_m` and whose surface
-    /// rises by `above` its tip at a given distance and vector from its axis [m], up to `reach_m`
-    /// from the axis.
+    /// Volume [m^3] that a probe displaces when its tip is `depth_m` below `place_m`, up to
+    /// `reach_m` from its axis. The surface of the probe is `above` the tip by a height that
+    /// depends on distance and vector from the axis [m].
     fn volume_m3(&self, place_m: Vector, depth_m: f64, reach_m: f64, above: impl Fn(f64, Vector) -> f64) -> f64 {
         let mut volume_m3 = 0.0;
         for (r_m, area_m2, off_m) in self.points(reach_m) {
@@ -188,7 +195,7 @@ impl SurfaceMap {
         volume_m3
     }
 
-    /// Height of the surface over the site along the axis [m], over or under a point.
+    /// Height of the surface above the site, along the axis, at a point [m].
     fn height_m(&self, at_m: Vector) -> Option<f64> {
         let high_m = 4.0 * self.length_m;
         let foot = at_m - self.axis * at_m.dot(&self.axis);
@@ -204,7 +211,7 @@ impl SurfaceMap {
     }
 }
 
-/// Corners of the surface's triangles near the site, from the site [m].
+/// Corners of the surface triangles near the site, relative to the site [m].
 fn near_site(placed: &Placed, reach_m: f64) -> Vec<[Vector; 3]> {
     let site_m = Vector::from(placed.tissue.site_m);
     let corners = |t: &[u32; 3]| t.map(|n| Vector::from(placed.tissue.mesh.nodes_m[n as usize]) - site_m);
@@ -259,7 +266,8 @@ mod tests {
 
     const RADIUS_M: f64 = 0.008;
 
-    /// The map of two squares of 80 mm that meet at x = 0, the one with x > 0 lower and sloping.
+    /// A map of two squares of 80 mm that meet at x = 0; the one at x > 0 is lower and slopes
+    /// downward.
     fn surface(lower_m: f64, slope: f64) -> SurfaceMap {
         let wide = 10.0 * RADIUS_M;
         let square = |near: f64, far: f64, [z_near, z_far]: [f64; 2]| {

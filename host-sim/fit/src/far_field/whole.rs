@@ -1,8 +1,8 @@
-//! The whole organ on a mesh that is fine at the site and coarse far away.
+//! Meshes the whole organ, with small elements at the site and large ones far away.
 //!
-//! The lattice of [`palpate_tissue::organ`], aligned with the surface at the site and growing away
-//! from it, is cut to the organ's shape: a built-in one, or the surface of a mesh file, whose own
-//! elements may be larger than the patch. Surface nodes lie on the shape exactly.
+//! The lattice of [`palpate_tissue::organ`] is aligned with the surface at the site and grows away
+//! from it. It is cut to the shape of the organ: a built-in one, or the surface of a mesh file,
+//! whose own elements may be larger than the patch. Surface nodes are exactly on the shape.
 
 use nalgebra::Vector3;
 
@@ -15,22 +15,23 @@ use palpate_tissue::tissue::organ::THROUGH;
 use palpate_tissue::tissue::organ_source::{OrganSource, Site};
 use palpate_tissue::tissue::{Placed, on_shape, place_block};
 
-/// Factor by which the coarsest elements are made smaller if the lattice tears the organ, and the
-/// largest number of attempts.
+/// Factor by which the size of the coarsest elements is reduced if the lattice tears the organ, and
+/// the maximum number of such attempts.
 const LESS: f64 = 0.7;
 const TRIES: u32 = 8;
-/// Largest share of the organ's volume that may be in the patch (1).
+/// Largest allowed share of the organ's volume in the patch (1).
 const MOST_SHARE: f64 = 0.5;
 
-/// Meshes the tissue of a scene around its site: edges about `fine_m` long within `fine_radius_m`
-/// of it, as long at the edge of the patch as `growth` gives, and short enough everywhere for two
-/// elements through the organ under the site. If the mesh would still tear where the organ is thin,
-/// it grows less. A block has the mesh of [`block_with_rim`].
+/// Meshes the tissue of a scene around its site. Edges are about `fine_m` long within
+/// `fine_radius_m` of the site, grow to the length that `growth` gives at the edge of the patch,
+/// and are everywhere short enough for two elements through the organ under the site. If the mesh
+/// would still tear where the organ is thin, the coarsest elements are made smaller. A block has
+/// the mesh of [`block_with_rim`].
 ///
 /// # Errors
-/// A scene without tissue, invalid sizes, a site further than a probe radius from the surface, a
-/// patch that swallows the organ or all of its supports, or an organ without support: with a
-/// remedy.
+/// Fails, with a remedy, if the scene has no tissue, if the sizes are invalid, if the site is
+/// further than a probe radius from the surface, if the patch would contain more than half of the
+/// organ or all of its supports, or if the organ has no support.
 pub fn whole(scene: &Scene, tips_m: &[[f32; 3]], sizes: &Sizes) -> Result<Placed, Error> {
     check(scene, sizes)?;
     if let Some(size_m) = scene.tissue.block_m {
@@ -48,7 +49,7 @@ pub fn whole(scene: &Scene, tips_m: &[[f32; 3]], sizes: &Sizes) -> Result<Placed
     Ok(placed)
 }
 
-/// Distance of a point from the segment that the site travels [m].
+/// Distance of a point from the segment along which the site travels [m].
 #[must_use]
 pub fn from_stroke_m(site_m: [f64; 3], stroke_m: [f64; 3], at_m: [f64; 3]) -> f64 {
     let (half, off) = (0.5 * Vector3::from(stroke_m), Vector3::from(at_m) - Vector3::from(site_m));
@@ -90,14 +91,14 @@ fn graded(scene: &Scene, shape: &OrganSource, site: &Site, sizes: &Sizes) -> Res
     }
 }
 
-/// Growth of the lattice, as [`Fine`] has it, with which an element at the edge of the patch is as
-/// much larger in volume as one whose edges have grown by `growth` per distance: the lattice grows
-/// more along a ray than across.
+/// Growth of the lattice, as [`Fine`] defines it, for which an element at the edge of the patch has
+/// the volume of an element whose edges have grown by `growth` per distance. The two growths differ
+/// because the lattice grows more along a ray than across it.
 fn lattice_growth(sizes: &Sizes) -> f64 {
     let ratio = (sizes.radius_m / sizes.fine_radius_m).max(1.5);
     let wanted = 1.0 + sizes.growth * sizes.fine_radius_m * (ratio - 1.0) / sizes.fine_m;
     let stretch = |growth: f64| {
-        // w with 1 + w + g (w^2 + w^3/3) = ratio
+        // w is the solution of 1 + w + g (w^2 + w^3/3) = ratio
         let (mut low, mut high) = (0.0, ratio - 1.0);
         for _ in 0..60 {
             let w = 0.5 * (low + high);
@@ -133,7 +134,7 @@ fn refuse_swallowed(scene: &Scene, placed: &Placed, sizes: &Sizes) -> Result<(),
         sum_m3 <= MOST_SHARE * whole_m3
     });
     let by_volume_m = fits.last().map_or(0.0, |p| p.0);
-    // the supports of the organ must also support the rest of it
+    // at least one support of the organ must remain outside the patch
     let furthest_m = placed.tissue.anchors.iter().map(|n| distance_m(mesh.nodes_m[*n as usize])).fold(0.0, f64::max);
     let largest_m = by_volume_m.min(furthest_m);
     if sizes.radius_m < largest_m {
@@ -158,7 +159,7 @@ mod tests {
         for growth in [0.0, 0.1, 0.45, 1.0] {
             let sizes = Sizes { radius_m: 0.017, fine_m: 0.0046, fine_radius_m: 0.008, growth, stroke_m: [0.0; 3] };
             let g = lattice_growth(&sizes);
-            // distance after growing, as the lattice's own doc has it
+            // distance after the growth, as the documentation of the lattice defines it
             let after = |rho: f64| {
                 let w = rho / 0.008 - 1.0;
                 0.008 * (1.0 + w + g * (w * w + w * w * w / 3.0))

@@ -1,5 +1,5 @@
-//! Search space of the plan: radius of the patch, size of its elements, foundation points; and the
-//! cost of each candidate.
+//! Search space of the plan: radius of the patch, size of its elements, number of foundation
+//! points. The cost of each candidate is computed here too.
 
 use palpate::Params;
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
@@ -16,34 +16,35 @@ use palpate_tissue::session::Session;
 use palpate_tissue::tissue::Tissue;
 use palpate_tissue::tissue::{Placed, place};
 
-/// Radii of the patch and edges at the site, coarse first [probe radii].
+/// Radii of the patch, small first, and edge lengths at the site, coarse first [probe radii].
 const RADII: [f64; 5] = [1.5, 1.75, 2.0, 2.25, 2.5];
 const ELEMENTS: [f64; 10] = [1.1, 1.0, 0.88, 0.78, 0.68, 0.58, 0.52, 0.48, 0.43, 0.4];
-/// Radii and edges of a quick search, coarse first [probe radii].
+/// Radii and edge lengths of a quick search, in the order of those above [probe radii].
 const QUICK_RADII: [f64; 3] = [1.5, 1.75, 2.0];
 const QUICK_ELEMENTS: [f64; 7] = [1.0, 0.88, 0.78, 0.68, 0.58, 0.48, 0.4];
-/// Node counts of whole blocks, the last resort.
+/// Numbers of nodes of whole blocks, which are tried as a last resort.
 const WHOLE_NODES: [usize; 4] = [60, 130, 250, 410];
 
-/// One point of the search.
+/// One point of the search space.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Candidate {
     /// Radius of the patch [probe radii]; infinite for a whole block.
     pub radius_radii: f64,
-    /// Edge length at the site [probe radii]; zero for a whole block, which has nodes instead.
+    /// Edge length at the site [probe radii]; zero for a whole block, which is given by its number
+    /// of nodes.
     pub element_radii: f64,
-    /// Foundation points on a triangle.
+    /// Number of foundation points per triangle.
     pub points_per_triangle: usize,
 }
 
-/// A candidate with its mesh, its far field and its cost, not fitted.
+/// A candidate with its mesh, its far field and its cost, before the fit.
 #[derive(Clone, Debug)]
 pub struct Weighed {
-    /// Point of the search.
+    /// Point of the search space.
     pub candidate: Candidate,
-    /// The whole organ.
+    /// Mesh of the whole organ, with site and axis.
     pub placed: Placed,
-    /// The far field; none for a whole block.
+    /// Far field of the patch; `None` for a whole block.
     pub far: Option<FarField>,
     /// Constants of the material.
     pub material: Material,
@@ -51,22 +52,23 @@ pub struct Weighed {
     pub params: Params,
     /// Numbers of nodes, springs, tets and the other items that cost time.
     pub counts: Counts,
-    /// Substeps that the unfitted patch needs.
+    /// Number of substeps per tick that the unfitted patch needs.
     pub substeps: u16,
-    /// Cost on the board that is planned for [its units].
+    /// Cost per tick on the board of the plan [units of the board].
     pub units: f64,
-    /// Length of the patch file [bytes].
+    /// Size of the patch file [bytes].
     pub patch_bytes: usize,
 }
 
 impl Weighed {
-    /// Returns the tissue that is fitted: the cut patch, or the whole block without a far field.
+    /// Returns the tissue to be fitted: the patch that was cut out, or the whole block without a
+    /// far field.
     #[must_use]
     pub fn tissue(&self) -> &Tissue {
         self.far.as_ref().map_or(&self.placed.tissue, |far| &far.cut.patch)
     }
 
-    /// Whether the candidate fits the board in time and memory.
+    /// Whether the candidate meets the limits of the board on time and memory.
     #[must_use]
     pub fn fits(&self, machine: &CostModel) -> bool {
         self.units <= machine.budget() && machine.has_room(&self.counts, self.patch_bytes)
@@ -95,7 +97,7 @@ impl Weighed {
     }
 }
 
-/// All candidates of a scene, generated one after the other.
+/// Generates the candidates of a scene, one element size after the other.
 pub struct Supply<'a> {
     scene: &'a Scene,
     machine: &'a CostModel,
@@ -103,12 +105,12 @@ pub struct Supply<'a> {
     elements: &'static [f64],
     next: usize,
     both_foundations: bool,
-    /// The first refusal, reported if there is no candidate at all.
+    /// First error of a refused candidate, which is reported if there is no candidate at all.
     pub refused: Option<Error>,
 }
 
 impl<'a> Supply<'a> {
-    /// Prepares the plan of a scene on a board.
+    /// Prepares the candidates for a scene on a board.
     #[must_use]
     pub fn of(scene: &'a Scene, machine: &'a CostModel, quick: bool) -> Self {
         let (radii, elements): (&[f64], &[f64]) = if quick { (&QUICK_RADII, &QUICK_ELEMENTS) } else { (&RADII, &ELEMENTS) };
@@ -116,8 +118,8 @@ impl<'a> Supply<'a> {
     }
 
     /// Patches of all radii with the next smaller elements, except those of more than `most_nodes`
-    /// nodes or `most_units` per substep. `None` if all are too large, or no smaller elements are
-    /// left.
+    /// nodes or `most_units` per substep. Returns `None` if all patches are too large or there are
+    /// no smaller elements.
     pub fn next(&mut self, most_units: f64, most_nodes: usize) -> Option<Vec<Weighed>> {
         let element_radii = *self.elements.get(self.next)?;
         let made: Vec<Result<Vec<Weighed>, Error>> =
@@ -131,7 +133,7 @@ impl<'a> Supply<'a> {
                     found.extend(list);
                 }
                 Err(cause) => {
-                    // a radius may be too large for the organ, and a mesh may not survive a press
+                    // a radius may be too large for the organ, and a patch may fail in a press
                     smaller = true;
                     self.refused.get_or_insert(cause);
                 }
@@ -173,7 +175,7 @@ impl<'a> Supply<'a> {
         }
     }
 
-    /// Whole blocks that fit the board, the largest first; none for an organ.
+    /// Whole blocks that fit the board, largest first; empty for an organ.
     pub fn whole_blocks(&self) -> Vec<Weighed> {
         if self.scene.tissue.block_m.is_none() {
             return Vec::new();
@@ -193,7 +195,7 @@ impl<'a> Supply<'a> {
     }
 }
 
-/// Settings of a fit with this number of places and rounds.
+/// Settings of a fit with the given numbers of places and rounds.
 #[must_use]
 pub fn settings(places: usize, rounds: usize) -> Settings {
     Settings { places, rounds, ..Settings::default() }

@@ -1,5 +1,5 @@
-//! Accuracy of a fitted patch at unseen places: presses at random places within a probe radius of
-//! the site, at the scene's depths.
+//! Measures the accuracy of a fitted patch at unseen places: presses at random places within one
+//! probe radius of the site, at the scene's depths.
 
 use palpate::Params;
 use rayon::prelude::*;
@@ -15,38 +15,39 @@ use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::tissue::DEPTH_MARGIN;
 
-/// Largest error of a single place, as a multiple of the tolerance.
+/// Largest allowed error at a single place, as a multiple of the tolerance (1).
 pub const WORST_RATIO: f64 = 2.5;
-/// Depths in addition to the holds, down to the deepest of them [probe radii]; the first is the
-/// shallowest that is promised.
+/// Depths that are evaluated in addition to the holds, as far as they are less than the deepest
+/// hold [probe radii]. The first is the shallowest for which accuracy is promised.
 const DEPTHS_RADII: [f64; 8] = [0.125, 0.1875, 0.25, 0.375, 0.5, 0.75, 1.0, 1.25];
-/// Relative difference below which depths count as equal (1).
+/// Relative difference up to which two depths count as equal (1).
 const SAME: f64 = 0.02;
 
-/// Depths at which a patch of a scene is evaluated.
+/// Depths at which the patch of a scene is evaluated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judge {
-    /// Rising [m].
+    /// Depths in ascending order [m].
     pub depths_m: Vec<f64>,
 }
 
-/// Force errors [%].
+/// Force errors of a patch [%].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Judged {
-    /// Root mean square over places and depths; with several sets of places, the largest.
+    /// Root mean square over places and depths [%]; with several sets of places, the largest of
+    /// them.
     pub rms_pct: f64,
-    /// Largest single error.
+    /// Largest single error, with its sign [%].
     pub worst_pct: f64,
-    /// Root mean square of the centred presses.
+    /// Root mean square of the centred presses [%].
     pub centred_rms_pct: f64,
-    /// Largest error of the centred presses.
+    /// Largest error of the centred presses, with its sign [%].
     pub centred_worst_pct: f64,
     /// Number of evaluated places.
     pub places: usize,
 }
 
 impl Judged {
-    /// The tightest tolerance that these errors keep [%].
+    /// The tightest tolerance that these errors meet [%].
     #[must_use]
     pub fn keeps_pct(&self) -> f64 {
         let worst = self.worst_pct.abs().max(self.centred_worst_pct.abs());
@@ -55,10 +56,10 @@ impl Judged {
 }
 
 impl Judge {
-    /// The scene's holds, and everything shallower down to an eighth of the probe's radius.
+    /// The holds of the scene, and smaller depths down to an eighth of the probe's radius.
     ///
     /// # Errors
-    /// The reference lacks a hold.
+    /// Fails if the reference lacks a hold.
     pub fn of(scene: &Scene, depth_limit_m: f64, reference: &dyn Reference) -> Result<Self, Error> {
         let radius_m = scene.probe.radius_m;
         let deepest_m = deepest_hold_m(scene).unwrap_or(depth_limit_m / DEPTH_MARGIN);
@@ -93,7 +94,7 @@ impl Judge {
     /// Presses a patch at the centre and at [`JUDGED_PLACES`] random places of each seed.
     ///
     /// # Errors
-    /// A press without equilibrium.
+    /// Fails if a press has no equilibrium.
     pub fn judge(&self, patch: &Patch, params: &Params, reference: &dyn Reference, seeds: &[u64]) -> Result<Judged, Unbalanced> {
         let pressed = PressedPatch::of(patch, params)?;
         let errors_at = |offset_m: Vector| -> Result<Vec<f64>, Unbalanced> {
@@ -106,7 +107,7 @@ impl Judge {
         let (mut rms_pct, mut worst_pct, mut places) = (0.0_f64, 0.0, 0);
         for seed in seeds {
             let offsets = random(JUDGED_PLACES, JUDGED_RADII * f64::from(params.probe.radius_m), *seed);
-            // a place beyond the organ does not count
+            // a place beyond the surface of the organ is skipped
             let offsets: Vec<Vector> = offsets.into_iter().filter_map(|xy| reference.place_m(xy)).collect();
             let errors = offsets.into_par_iter().map(errors_at).collect::<Result<Vec<_>, _>>()?;
             places += errors.len();

@@ -1,4 +1,4 @@
-//! One candidate, fitted and evaluated.
+//! Fits and evaluates one candidate.
 
 use palpate::{Params, Terms};
 use serde::{Serialize, Serializer};
@@ -13,74 +13,74 @@ use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
 use palpate_tissue::session::moving::MovingReport;
 
-/// Seeds of the places for screening and for a full fit, which no fit uses.
+/// Seeds of the places that evaluate a screening and a full fit; no fit uses these places.
 const SCREENING_SEEDS: [u64; 1] = [41];
 const SEEDS: [u64; 4] = [2026, 2027, 2028, 2029];
 
-/// Extent of a fit.
+/// Effort spent on a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Effort {
-    /// Few places and rounds: enough to distinguish good from bad.
+    /// Few places and rounds, which suffice to distinguish good candidates from bad ones.
     Screened,
-    /// Full number of places and rounds: the fit that is written.
+    /// Full number of places and rounds; the patch that is written comes from such a fit.
     Full,
 }
 
-/// Inputs that all trials share.
+/// Inputs that are common to all trials.
 pub struct Bench<'a> {
-    /// The scene.
+    /// Scene that is planned.
     pub scene: &'a Scene,
-    /// The board.
+    /// Board for which the scene is planned.
     pub machine: &'static CostModel,
     /// Reference for fitting and evaluating trials.
     pub truth: &'a Truth,
-    /// Depths.
+    /// Depths at which trials are evaluated.
     pub judge: &'a Judge,
-    /// Tolerance of the force [%].
+    /// Tolerance of the forces [%].
     pub tolerance_pct: f64,
-    /// Fewer and smaller candidates.
+    /// Whether the search is quick, with fewer and smaller candidates.
     pub quick: bool,
-    /// Receives the progress in words.
+    /// Receives messages on the progress.
     pub progress: &'a dyn Fn(&str),
 }
 
-/// A candidate, fitted and evaluated.
+/// A candidate after fit and evaluation, also called a trial.
 #[derive(Clone, Debug, Serialize)]
 pub struct JudgedCandidate {
-    /// Point of the search.
+    /// Point of the search space.
     pub candidate: Candidate,
-    /// Treatment of the patch's rim.
+    /// Treatment of the rim of the patch.
     pub edge: RimTreatment,
-    /// Terms of the tick that act.
+    /// Terms of the tick that are active.
     #[serde(serialize_with = "by_name")]
     pub terms: Terms,
-    /// Effort of the fit.
+    /// Effort spent on the fit.
     pub effort: Effort,
-    /// Parameters of the fit.
+    /// Parameters with which the fit started, adapted to the board.
     #[serde(skip)]
     pub params: Params,
     /// Numbers of nodes, springs, tets and the other items that cost time.
     pub counts: Counts,
-    /// Substeps of a tick.
+    /// Number of substeps per tick.
     pub substeps: u16,
-    /// Cost of a tick [units of the board].
+    /// Cost per tick [units of the board].
     pub units: f64,
-    /// State on a board [bytes].
+    /// Memory of the state on a board [bytes].
     pub ram_bytes: usize,
-    /// Patch file [bytes].
+    /// Size of the patch file [bytes].
     pub patch_bytes: usize,
-    /// Whether the candidate fits the board in time and memory.
+    /// Whether the candidate meets the limits of the board on time and memory.
     pub fits: bool,
-    /// Force errors.
+    /// Force errors of the fitted patch.
     pub judged: Judged,
-    /// The tightest tolerance that the candidate keeps [%].
+    /// The tightest tolerance that the candidate meets [%].
     pub keeps_pct: f64,
-    /// Shear stiffness error of a glued disc, caused by the edge alone [%].
+    /// Error of the shear stiffness of a glued disc that is due to the rim treatment alone [%].
     pub shear_error_pct: Option<f64>,
-    /// The error at the scene's motion with these substeps; for a full fit only.
+    /// Error under the scene's motion with these substeps; only after a full fit.
     pub moving: Option<MovingReport>,
-    /// Ready to write; for a full fit only.
+    /// Session that can be written; only after a full fit.
     #[serde(skip)]
     pub session: Option<Box<Session>>,
 }
@@ -91,24 +91,24 @@ fn by_name<S: Serializer>(terms: &Terms, to: S) -> Result<S::Ok, S::Error> {
 }
 
 impl JudgedCandidate {
-    /// Whether a tolerance [%] is kept by presses and by the edge in shear, and whether the scene's
-    /// moving error is kept.
+    /// Whether presses and the rim in shear meet a tolerance [%], and whether the error under
+    /// motion is within the scene's limit.
     #[must_use]
     pub fn keeps(&self, tolerance_pct: f64) -> bool {
         let moving = self.moving.is_none_or(|moving| moving.keeps());
         self.keeps_pct <= tolerance_pct && self.edge_keeps(tolerance_pct) && moving
     }
 
-    /// Whether the edge alone keeps the tolerance in shear.
+    /// Whether the rim treatment alone meets the tolerance in shear.
     #[must_use]
     pub fn edge_keeps(&self, tolerance_pct: f64) -> bool {
         self.shear_error_pct.is_some_and(|e| e.abs() <= tolerance_pct)
     }
 
-    /// The slowest named board that runs the candidate.
+    /// The slowest named board that can run the candidate.
     #[must_use]
     pub fn slowest_board(&self) -> Option<&'static CostModel> {
-        // the desktop comes first in the list and is the fastest
+        // the desktop is first in the list and is the fastest
         let [desktop, boards @ ..] = &MACHINES;
         boards.iter().chain([desktop]).find(|m| {
             let cost = m.cost_of(&self.counts, &self.params, self.substeps);
@@ -118,10 +118,10 @@ impl JudgedCandidate {
 }
 
 impl Bench<'_> {
-    /// Fits and evaluates.
+    /// Fits a candidate with the given rim treatment, terms and effort, and evaluates it.
     ///
     /// # Errors
-    /// A patch that cannot be fitted, pressed or run.
+    /// Fails if the patch cannot be fitted, pressed or run.
     pub fn run(&self, weighed: &Weighed, edge: RimTreatment, terms: Terms, effort: Effort) -> Result<JudgedCandidate, Error> {
         let candidate = weighed.candidate;
         let what = if effort == Effort::Full { "fitting" } else { "screening" };

@@ -1,32 +1,32 @@
-//! Reference for a scene's model: the whole organ's answer, the depths of the evaluation, and the
-//! tightest tolerance that these can resolve.
+//! Prepares the reference for a scene's model: the answer for the whole organ, the depths of the
+//! evaluation, and the tightest tolerance that these can resolve.
 
 use super::judge::Judge;
 use crate::far_field::fitted::{Prepared, Recipe, Truth};
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::Scene;
 
-/// Accuracy of the reference's own forces [%].
+/// Accuracy of the forces of the reference itself [%].
 const KNOWN_PCT: f64 = 0.3;
-/// Patches on whose mesh the whole organ is solved [probe radii]: the first, or the second if an
-/// organ is too small for it.
+/// Radius and edge length of the patches on whose mesh the whole organ is solved [probe radii]: the
+/// first, or the second if the organ is too small for the first.
 const SOLVED: [[f64; 2]; 2] = [[2.0, 0.56], [1.5, 0.56]];
 
-/// The whole organ's answer.
+/// Answer for the whole organ, with the depths of the evaluation.
 pub struct Known {
-    /// The answer.
+    /// Answer for the whole organ.
     pub truth: Truth,
-    /// Depths of the evaluation.
+    /// Depths at which models are evaluated.
     pub judge: Judge,
 }
 
 impl Known {
-    /// Takes the shipped answer or solves the scene by finite elements, minutes for an organ.
-    /// `progress` is called with the progress.
+    /// Uses the stored answer, or solves the scene by finite elements, which takes minutes for an
+    /// organ. Calls `progress` with messages.
     ///
     /// # Errors
-    /// A tolerance [%] that is invalid or too tight for the answer, a scene without a far field, or
-    /// holds without an answer.
+    /// Fails if the tolerance [%] is invalid or too tight for the answer, if the scene allows no
+    /// far field, or if the answer lacks holds.
     pub fn of(scene: &Scene, tolerance_pct: f64, progress: impl Fn(&str) + Sync) -> Result<Self, Error> {
         if !(tolerance_pct > 0.0 && tolerance_pct <= 100.0) {
             return Err(Error::Usage(format!("--tolerance-pct {tolerance_pct}: give a percentage above 0, at most 100")));
@@ -35,7 +35,7 @@ impl Known {
         let probe_m = scene.probe.radius_m;
         progress("meshing the whole");
         let [most, least] = SOLVED.map(|[radius, element]| Recipe::new(radius * probe_m, element * probe_m, probe_m));
-        // the refusal that counts is that of the smaller patch
+        // if both patches are refused, the error is that of the smaller one
         let placed = Prepared::of(scene, &most).or_else(|_| Prepared::of(scene, &least))?.placed;
         let truth = Truth::of(scene, &placed, |done, all| {
             progress(&format!("finite elements of the whole: {done} of {all} presses"));

@@ -1,4 +1,4 @@
-//! Result of a search, and the explanation if it found nothing.
+//! Result of a search, with an explanation if it found no model.
 
 use palpate::Terms;
 
@@ -11,28 +11,28 @@ use palpate_tissue::error::Error;
 /// Result of a search.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// The smallest model that keeps the tolerance within the budget.
+    /// The smallest model that meets the tolerance within the budget.
     pub chosen: Option<JudgedCandidate>,
-    /// The next smaller model, which misses the tolerance.
+    /// The next smaller model, which fails the tolerance.
     pub smaller: Option<JudgedCandidate>,
-    /// The next larger model, which keeps the tolerance or exceeds the budget.
+    /// The next larger model, which meets the tolerance or exceeds the budget.
     pub larger: Option<JudgedCandidate>,
-    /// Everything that was fitted, in that order.
+    /// All trials, in the order in which they were fitted.
     pub trials: Vec<JudgedCandidate>,
-    /// Candidates that could not be fitted, pressed or run at all, with their edge and terms.
+    /// Candidates that could not be fitted, pressed or run, with their rim treatment and terms.
     pub unfitted: Vec<(Candidate, RimTreatment, Terms)>,
-    /// If nothing was found: the cheapest that keeps the tolerance on a faster board.
+    /// If no model was chosen: the cheapest one that meets the tolerance on a faster board.
     pub elsewhere: Option<JudgedCandidate>,
-    /// If nothing was found: the best for this board.
+    /// If no model was chosen: the most accurate one for this board.
     pub tightest: Option<JudgedCandidate>,
 }
 
 impl Outcome {
-    /// The chosen one.
+    /// Returns the chosen model.
     ///
     /// # Errors
-    /// There is none: names a board that would be fast enough, and the tolerance that this one
-    /// keeps.
+    /// Fails if no model was chosen; the message names a board that would be fast enough, and the
+    /// tolerance that this board reaches.
     pub fn check(&self, machine: &CostModel, tolerance_pct: f64) -> Result<&JudgedCandidate, Error> {
         if let Some(chosen) = &self.chosen {
             return Ok(chosen);
@@ -49,7 +49,7 @@ impl Outcome {
             None => "no model that was tried does on any board".into(),
         };
         let looser = match &self.tightest {
-            // rounded up, so that it can be used as a tolerance
+            // rounded up, so that the figure can be used as a tolerance
             Some(trial) => format!("{} keeps {:.1} %", machine.name, (trial.keeps_pct * 10.0).ceil() / 10.0),
             None => format!("nothing that was tried runs on {}", machine.name),
         };

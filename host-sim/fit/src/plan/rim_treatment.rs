@@ -10,17 +10,18 @@ use crate::statics::{Solver, Statics, Vector};
 use palpate_tissue::patch::Patch;
 use palpate_tissue::tissue::Tissue;
 
-/// Treatment of the edge.
+/// Treatment of the rim of a patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RimTreatment {
-    /// A block per rim node and a block per rim edge, fitted to the outside.
+    /// One block per rim node and one per rim edge, fitted to the outside.
     RimSprings,
-    /// A block per rim node only, fitted to the outside: springs to the ground (Winkler's bedding).
+    /// Blocks on the rim nodes only, fitted to the outside: springs to the ground (Winkler's
+    /// bedding).
     Bedded,
     /// The rim is fixed, as in the papers.
     Fixed,
-    /// There is no edge: the whole block.
+    /// There is no rim, because the model is the whole block.
     Whole,
 }
 
@@ -36,7 +37,7 @@ impl RimTreatment {
         }
     }
 
-    /// Tissue and rim springs of a patch with this edge.
+    /// Tissue and rim springs of a patch with this rim treatment.
     #[must_use]
     pub fn applied(self, weighed: &Weighed) -> (Tissue, Option<RimSprings>) {
         let tissue = weighed.tissue().clone();
@@ -54,10 +55,10 @@ impl RimTreatment {
         }
     }
 
-    /// Error of the shear stiffness of a disc as wide as the probe, glued to the site, that the
-    /// edge alone causes [%]. The reference is the same unfitted springs with the exact condensed
-    /// outside. Presses do not show this error. `None` where it cannot be solved; zero for a
-    /// whole block.
+    /// Error of the shear stiffness of a disc as wide as the probe, glued to the site, that is due
+    /// to the rim treatment alone [%]. The reference is a patch with the same unfitted springs and
+    /// the exact condensed outside. Presses do not show this error. `None` if it cannot be solved;
+    /// zero for a whole block.
     #[must_use]
     pub fn shear_error_pct(self, weighed: &Weighed) -> Option<f64> {
         let Some(far) = &weighed.far else { return Some(0.0) };
@@ -85,7 +86,7 @@ fn free(far: &FarField, weighed: &Weighed, params: &Params) -> Option<Statics> {
     Statics::of(&patch.model(), params).ok()
 }
 
-/// The outside's answer to the same loads, fitted by blocks of single rim nodes.
+/// Blocks at single rim nodes only, fitted to the response of the outside to the same loads.
 fn bedding(far: &FarField) -> RimSprings {
     let mut bare = far.cut.clone();
     bare.outside.rim_triangles.clear();

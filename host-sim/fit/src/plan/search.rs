@@ -1,9 +1,9 @@
-//! The search: bisection over cost by screening, full fits around the border, then the same with
-//! terms left out.
+//! The search bisects candidates over their cost by screening, fits fully around the border, and
+//! then tries to leave out terms of the chosen candidate.
 //!
-//! Errors of single meshes scatter around their trend with cost, so candidates are bisected in
-//! groups (*rungs*) of about the same cost, and the border is explored with full fits. The model
-//! found is the smallest of those on the ladder, not of all possible ones.
+//! Errors of single meshes scatter around the trend of error with cost. Candidates are therefore
+//! bisected in groups (*rungs*) of about equal cost, and full fits explore the border. The chosen
+//! model is the smallest of those on the ladder, not of all possible models.
 
 use std::ops::Range;
 
@@ -15,34 +15,37 @@ use super::outcome::Outcome;
 use super::rim_treatment::RimTreatment;
 use palpate_tissue::error::Error;
 
-/// Factor of cost within which candidates form a rung, and the largest numbers of them that are
-/// screened and fitted in full.
+/// Largest ratio of costs in a rung, and the maximum numbers of candidates per rung that are
+/// screened and fitted fully.
 const RUNG: f64 = 1.12;
 const SCREENED_PER_RUNG: usize = 3;
 const FULL_PER_RUNG: usize = 2;
-/// Ratio of errors of screening and a full fit on most meshes, seldom exceeded.
+/// Ratio of the errors after screening and after a full fit: of most meshes, and one that is seldom
+/// exceeded.
 const SLACK: f64 = 1.25;
 const MOST_SLACK: f64 = 1.6;
-/// The ladder ends once two sizes of elements in a row keep this share of the tolerance in a short
-/// fit.
+/// The ladder ends after this many consecutive element sizes whose error in a short fit is within
+/// this share of the tolerance.
 const SETTLED: f64 = 1.0;
 const SETTLED_SIZES: usize = 2;
-/// Factor by which the ladder exceeds the budget, to show candidates beyond it.
+/// Ratio of the largest cost on the ladder to the budget, so that candidates beyond the budget are
+/// shown.
 const BEYOND: f64 = 1.3;
-/// Fits from the chosen one down, and up for the runner-up.
+/// Maximum number of full fits below the chosen candidate, and above it to find the runner-up.
 const WALK: usize = 3;
-/// Largest models tried.
+/// Maximum number of nodes of a candidate, and that of a quick search.
 const MOST_NODES: usize = 250;
 const QUICK_MOST_NODES: usize = 140;
 
-/// A candidate and its trial, if known: the inner `None` means that it cannot be fitted.
+/// A candidate and the indices of its trials, if it was tried; an inner `None` means that the fit
+/// failed.
 struct Step {
     weighed: Weighed,
     screened: Option<Option<usize>>,
     full: Option<Option<usize>>,
 }
 
-/// Candidates by rising cost.
+/// Candidates in the order of increasing cost.
 struct Ladder<'a> {
     bench: &'a Bench<'a>,
     steps: Vec<Step>,
@@ -58,7 +61,7 @@ impl Ladder<'_> {
 
     fn run(&mut self, step: usize, edge: RimTreatment, terms: Terms, effort: Effort) -> Option<usize> {
         let Ok(trial) = self.bench.run(&self.steps[step].weighed, edge, terms, effort) else {
-            // a patch that cannot be fitted is dropped as a candidate
+            // a candidate whose patch cannot be fitted is dropped
             self.unfitted.push((self.steps[step].weighed.candidate, edge, terms));
             return None;
         };
@@ -86,7 +89,7 @@ impl Ladder<'_> {
         self.screened(step).is_some_and(|t| t.keeps_pct <= tolerance_pct)
     }
 
-    /// Steps in rungs.
+    /// Groups steps into rungs of about equal cost.
     fn rungs(&self, steps: &[usize]) -> Vec<Vec<usize>> {
         let mut rungs: Vec<Vec<usize>> = Vec::new();
         for &step in steps {
@@ -105,8 +108,8 @@ impl Ladder<'_> {
         (0..most).any(|n| self.screened_keeps(rung[n * rung.len() / most], slack))
     }
 
-    /// Cheapest of `steps` (in rising order of cost) that keeps the tolerance when it is fitted in
-    /// full; with `within_budget` it must also fit the budget.
+    /// Cheapest of `steps` (in the order of increasing cost) that meets the tolerance after a full
+    /// fit; with `within_budget` it must also meet the budget.
     fn cheapest(&mut self, steps: &[usize], within_budget: bool) -> Option<usize> {
         let rungs = self.rungs(steps);
         let Range { start: mut low, end: mut high } = 0..rungs.len();
@@ -130,9 +133,9 @@ impl Ladder<'_> {
         None
     }
 
-    /// Goes down from a step as long as the next ones keep the tolerance too: returns the last that
-    /// did, and the next smaller, which does not. A fit may need more substeps than the unfitted
-    /// patch, so an earlier step is not always cheaper.
+    /// Walks down from a step while the cheaper ones meet the tolerance too. Returns the last step
+    /// that does, and the trial of the next cheaper one, which does not. A fitted patch may need
+    /// more substeps than the unfitted one, so an earlier step is not always cheaper.
     fn walk_down(&mut self, mut step: usize) -> (usize, Option<JudgedCandidate>) {
         let tolerance_pct = self.bench.tolerance_pct;
         let mut units = self.full(step).map_or(f64::INFINITY, |t| t.units);
@@ -147,7 +150,8 @@ impl Ladder<'_> {
         (step, None)
     }
 
-    /// Returns the largest of the full fits with fewer nodes that miss the tolerance or the budget.
+    /// Returns the largest fully fitted model with fewer nodes that fails the tolerance or the
+    /// budget.
     fn fewer_nodes(&self, step: usize) -> Option<JudgedCandidate> {
         let nodes = self.steps[step].weighed.counts.nodes;
         let misses = |t: &&JudgedCandidate| !(t.keeps(self.bench.tolerance_pct) && t.fits);
@@ -155,7 +159,7 @@ impl Ladder<'_> {
         smaller.max_by_key(|t| t.counts.nodes).cloned()
     }
 
-    /// The next more expensive step that keeps the tolerance, or the first that leaves the budget.
+    /// The next more expensive step that meets the tolerance, or the first that exceeds the budget.
     fn runner_up(&mut self, step: usize) -> Option<JudgedCandidate> {
         let tolerance_pct = self.bench.tolerance_pct;
         let units = self.full(step).map_or(0.0, |t| t.units);
@@ -174,8 +178,8 @@ impl Ladder<'_> {
         None
     }
 
-    /// The chosen one with a term or the edge's springs left out, used if that is cheaper and keeps
-    /// the tolerance.
+    /// Tries to leave out a term or the springs of the rim; returns the reduced model if it is
+    /// cheaper and meets the tolerance, and otherwise `chosen`.
     fn with_less(&mut self, step: usize, chosen: JudgedCandidate) -> JudgedCandidate {
         let tolerance_pct = self.bench.tolerance_pct;
         let mut best = chosen;
@@ -212,10 +216,10 @@ impl Ladder<'_> {
     }
 }
 
-/// Searches. Finding nothing is not an error: see [`Outcome::check`].
+/// Runs the search. It is not an error if no model is found: see [`Outcome::check`].
 ///
 /// # Errors
-/// The scene has no candidate.
+/// Fails if the scene has no candidate.
 pub fn search(bench: &Bench, supply: &mut Supply) -> Result<Outcome, Error> {
     let machine = bench.machine;
     let most_nodes = if bench.quick { QUICK_MOST_NODES } else { MOST_NODES };
@@ -248,14 +252,15 @@ pub fn search(bench: &Bench, supply: &mut Supply) -> Result<Outcome, Error> {
         outcome.larger = ladder.runner_up(step);
         if let Some(chosen) = ladder.full(step).cloned() {
             let chosen = ladder.with_less(step, chosen);
-            // leaving terms out may make the chosen one the cheapest of all
+            // with terms left out, the chosen model may be cheaper than the next smaller one
             outcome.smaller = outcome.smaller.filter(|smaller| smaller.units < chosen.units);
             outcome.chosen = Some(chosen);
         }
         (outcome.trials, outcome.unfitted) = (ladder.trials, ladder.unfitted);
         return Ok(outcome);
     }
-    // no candidate was chosen: the best two are fitted in full, to say what this board reaches
+    // no candidate was chosen: the best two are fitted fully, to report the tolerance that this
+    // board reaches
     let mut known: Vec<(usize, f64)> =
         inside.iter().filter_map(|s| Some((*s, ladder.trials[ladder.steps[*s].screened.flatten()?].keeps_pct))).collect();
     known.sort_by(|a, b| a.1.total_cmp(&b.1));

@@ -1,4 +1,4 @@
-//! The matrix's pattern and its assembly from elements.
+//! Pattern of the sparse matrix, and its assembly from elements.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -6,18 +6,18 @@ use super::cholesky::Cholesky;
 use super::elimination::eliminate;
 use super::quadratic::QuadraticMesh;
 
-/// Positions of the 3 x 3 blocks of node pairs in the lower triangle.
+/// Positions of the 3 x 3 blocks of node pairs in the lower triangle of the matrix.
 pub(crate) struct Pattern {
     nodes: usize,
-    /// Blocks of block column `j` are `block_start[j]..block_start[j + 1]`, its diagonal block
-    /// first.
+    /// The blocks of block column `j` are `block_start[j]..block_start[j + 1]`; the first is on the
+    /// diagonal.
     block_start: Vec<usize>,
-    /// Block row of every block, rising within a column.
+    /// Block row of every block, ascending within a column.
     block_row: Vec<u32>,
 }
 
 impl Pattern {
-    /// The blocks of a mesh, and those between all nodes of each of some groups.
+    /// The blocks of a mesh, and the blocks between all nodes of each group.
     pub fn new(mesh: &QuadraticMesh, groups: &[[u32; 12]]) -> Self {
         let count = mesh.nodes_m.len();
         let mut neighbours = vec![Vec::new(); count];
@@ -40,13 +40,13 @@ impl Pattern {
         Self { nodes: count, block_start, block_row }
     }
 
-    /// Entries of the lower triangle, diagonal blocks whole.
+    /// Number of entries of the lower triangle, including all nine of each diagonal block.
     pub fn entries(&self) -> usize {
         9 * self.block_row.len()
     }
 
-    /// Orders the elimination, with the `last` nodes at its end in their own order; `None` if
-    /// memory for the factor runs out.
+    /// Analyses the factorisation, with the nodes `last` eliminated at the end in their given
+    /// order; `None` if there is not enough memory for the factor.
     pub fn analyse(&self, last: &[u32]) -> Option<Cholesky> {
         let below = |n: usize| &self.block_row[self.block_start[n] + 1..self.block_start[n + 1]];
         let order = eliminate(self.nodes, below, last)?;
@@ -63,8 +63,8 @@ impl Pattern {
         Cholesky::analyse(column_start, row, order)
     }
 
-    /// Adds the block (row node i, column node j) to the lower triangle, at its place or,
-    /// transposed, at the mirrored one; skipped if the matrix is empty.
+    /// Adds the block (row node i, column node j) to the lower triangle, transposed if its position
+    /// is above the diagonal. Does nothing if `values` is empty.
     pub fn add(&self, values: &mut [f64], i: u32, j: u32, block: &Matrix3<f64>) {
         if values.is_empty() {
             return;
@@ -86,13 +86,13 @@ impl Pattern {
         self.add(values, i, j, &Matrix3::from_diagonal_element(value));
     }
 
-    /// Index of entry `c` of the diagonal of node `n`.
+    /// Index of diagonal entry `c` of node `n`.
     fn diagonal(&self, n: usize, c: usize) -> usize {
         let (start, end) = (self.block_start[n], self.block_start[n + 1]);
         9 * start + c * 3 * (end - start) + c
     }
 
-    /// Adds `share` of itself to every diagonal entry.
+    /// Multiplies every diagonal entry by `1 + share`.
     pub fn strengthen(&self, values: &mut [f64], share: f64) {
         for n in 0..self.nodes {
             for c in 0..3 {
@@ -101,7 +101,7 @@ impl Pattern {
         }
     }
 
-    /// The symmetric matrix times a vector over nodes.
+    /// Product of the symmetric matrix and a vector over nodes.
     pub fn multiply(&self, values: &[f64], vector: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         let mut product = vec![Vector3::zeros(); vector.len()];
         for (column, ends) in self.block_start.windows(2).enumerate() {
@@ -118,7 +118,7 @@ impl Pattern {
         product
     }
 
-    /// Turns the rows and columns of fixed components into those of the identity.
+    /// Replaces the rows and columns of fixed components by those of the identity.
     pub fn fix(&self, values: &mut [f64], fixed: &[[bool; 3]]) {
         for (column, ends) in self.block_start.windows(2).enumerate() {
             let stride = 3 * (ends[1] - ends[0]);

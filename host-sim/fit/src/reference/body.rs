@@ -1,10 +1,10 @@
-//! Neo-Hookean or stiffening tissue against a rigid probe: energy, residual, tangent.
+//! Neo-Hookean or stiffening tissue under a rigid probe: energy, residual, tangent.
 //!
 //! psi = w + lambda/2 (ln J)^2, w = mu/2 (I1 - 3) - mu ln J (Bonet and Wood, *Nonlinear Continuum
-//! Mechanics*, 6.28), with mu = E/(2(1+nu)), lambda = E nu/((1+nu)(1-2nu)) and E = 1 Pa times the
-//! stiffness ratio at the quadrature point. Tissue that stiffens has mu/2b (exp(2 b w / mu) - 1)
-//! in place of w (Fung 1967, Demiray 1972: w is mu/2 (I1 - 3) where the volume is kept), which is w
-//! at b = 0. Contact with the probe is in [`super::touch`].
+//! Mechanics*, 6.28), with mu = E/(2(1+nu)), lambda = E nu/((1+nu)(1-2nu)), and E = 1 Pa times the
+//! stiffness ratio at the quadrature point. In tissue that stiffens, w is replaced by mu/2b (exp(2
+//! b w / mu) - 1) (Fung 1967, Demiray 1972: w is mu/2 (I1 - 3) where the volume is preserved),
+//! which is w at b = 0. Contact with the probe is in [`super::touch`].
 
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator, ParallelSlice};
@@ -15,18 +15,19 @@ use super::quadratic::QuadraticMesh;
 use super::shape::{TetRule, tet_gradients, tet_slopes, triangle_shape};
 use palpate_tissue::scene::Inclusion;
 
-/// Number of elements processed at once, which bounds the memory for element matrices.
+/// Number of elements that are processed at once, which bounds the memory for element matrices, and
+/// number of elements per parallel task.
 const BATCH: usize = 2048;
 const CHUNK: usize = 64;
 
-/// Material of the tissue, its stiffness over Young's modulus.
+/// Material of the tissue; its stiffness is relative to Young's modulus.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Poisson's ratio (1).
     pub poisson_ratio: f64,
-    /// Stiffening exponent b (1) of all but the balls that have their own; zero is neo-Hookean.
+    /// Stiffening exponent b (1) outside the balls that have their own; zero is neo-Hookean.
     pub stiffening_b: f64,
-    /// Balls of another stiffness; where they overlap the last one counts.
+    /// Balls of another stiffness; where balls overlap, the last one applies.
     pub inclusions: Vec<Inclusion>,
 }
 
@@ -43,10 +44,10 @@ impl Material {
     }
 }
 
-/// Stiffness at a point.
+/// Elastic constants at one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stiffness {
-    /// Young's modulus at the point, divided by the one by which all energies and forces are
+    /// Young's modulus at the point, divided by the modulus by which all energies and forces are
     /// divided (1).
     pub ratio: f64,
     /// Poisson's ratio (1), below 0.5.
@@ -56,14 +57,14 @@ pub struct Stiffness {
 }
 
 impl Stiffness {
-    /// Lame's mu and lambda over Young's modulus (1).
+    /// Lamé constants mu and lambda, over Young's modulus (1).
     fn lame(self) -> (f64, f64) {
         let nu = self.poisson_ratio;
         (self.ratio * (0.5 / (1.0 + nu)), self.ratio * (nu / ((1.0 + nu) * (1.0 - 2.0 * nu))))
     }
 }
 
-/// A quadrature point of a tet.
+/// A quadrature point of a tet, with the constants of its material over Young's modulus.
 struct Point {
     gradients: [Vector3<f64>; 10],
     volume_m3: f64,
@@ -72,41 +73,43 @@ struct Point {
     stiffening_b: f64,
 }
 
-/// Probe and penalty.
+/// Probe and penalty stiffness of the contact.
 #[derive(Clone, Copy, Debug)]
 pub struct Contact {
-    /// The probe.
+    /// Rigid probe that presses the tissue, at its present position.
     pub probe: RigidProbe,
-    /// Contact pressure over gap, over Young's modulus [1/m].
+    /// Contact pressure divided by penetration and by Young's modulus [1/m].
     pub penalty_per_m: f64,
 }
 
 /// A supported piece of tissue.
 pub struct Body {
-    /// The mesh.
+    /// Quadratic mesh of the piece.
     pub mesh: QuadraticMesh,
-    /// Components of each node's displacement that are held at zero.
+    /// Components of each node's displacement that are fixed at zero.
     pub fixed: Vec<[bool; 3]>,
-    /// Triangles that may touch the probe, indices into the mesh's.
+    /// Triangles that may touch the probe, as indices into those of the mesh.
     pub touchable: Vec<usize>,
-    /// Number of mirror images of this piece that make up the whole.
+    /// Number of mirror images, including this piece, of which the whole consists.
     pub copies: f64,
     pub(crate) pattern: Pattern,
     points: Vec<Point>,
     points_per_tet: usize,
-    /// Size of the numbers whose difference is the elastic energy, which limits its accuracy: shear
-    /// modulus times volume [m^3].
+    /// Estimated rounding error of the elastic energy over Young's modulus [m^3]: machine epsilon
+    /// times the sum of shear modulus times volume. The energy is a small difference of numbers of
+    /// this size.
     pub(super) rounding_m3: f64,
 }
 
-/// Energy and its derivatives at one displacement.
+/// Energy and its derivatives at one state of displacement.
 pub struct Assembled {
     /// Energy over Young's modulus [m^3].
     pub energy_m3: f64,
-    /// Gradient of the energy [m^2], which has to vanish at free components.
+    /// Gradient of the energy over Young's modulus [m^2], which vanishes at free components in
+    /// equilibrium.
     pub residual_m2: Vec<Vector3<f64>>,
-    /// Lower triangle of the second derivative [m], in the pattern's order, without fixed
-    /// components applied; empty unless requested.
+    /// Lower triangle of the second derivative over Young's modulus [m], in the pattern's order and
+    /// before the rows and columns of fixed components are replaced. Empty unless requested.
     pub tangent: Vec<f64>,
 }
 
@@ -117,7 +120,7 @@ struct Element {
 }
 
 impl Body {
-    /// Prepares a mesh.
+    /// Prepares a body of this material.
     #[must_use]
     pub fn new(
         mesh: QuadraticMesh,
@@ -130,7 +133,7 @@ impl Body {
         Self::with_stiffness(mesh, |_, x| material.at(x), fixed, touchable, copies, rule)
     }
 
-    /// Prepares a mesh whose stiffness is given for each tet (by its index) and point (rest
+    /// Prepares a body whose stiffness is a function of the tet (by index) and of the point (rest
     /// position [m]).
     #[must_use]
     pub fn with_stiffness(
@@ -164,12 +167,12 @@ impl Body {
         Self { points_per_tet: rule.len(), mesh, fixed, touchable, copies, pattern, points, rounding_m3 }
     }
 
-    /// Reserves blocks in the tangent between all nodes of each group.
+    /// Reserves blocks of the tangent between all nodes of each group.
     pub(super) fn couple(&mut self, groups: &[[u32; 12]]) {
         self.pattern = Pattern::new(&self.mesh, groups);
     }
 
-    /// Energy over Young's modulus [m^3]; `None` if an element is inside out.
+    /// Energy over Young's modulus [m^3]; `None` if an element is inverted.
     #[must_use]
     pub fn energy(&self, displacement_m: &[Vector3<f64>], contact: Option<&Contact>) -> Option<f64> {
         let tets: Vec<usize> = (0..self.mesh.tets.len()).collect();
@@ -183,7 +186,7 @@ impl Body {
         energy.is_finite().then_some(energy)
     }
 
-    /// Energy, residual and tangent; `None` if an element is inside out.
+    /// Energy, residual and tangent; `None` if an element is inverted.
     #[must_use]
     pub fn assemble(&self, displacement_m: &[Vector3<f64>], contact: Option<&Contact>) -> Option<Assembled> {
         let mut sum = self.derive(displacement_m, true)?;
@@ -193,8 +196,8 @@ impl Body {
         Some(sum)
     }
 
-    /// Energy, residual and, on request, tangent, without contact; `None` if an element is inside
-    /// out.
+    /// Energy, residual and, if requested, tangent, all without contact; `None` if an element is
+    /// inverted.
     pub(crate) fn derive(&self, displacement_m: &[Vector3<f64>], tangent: bool) -> Option<Assembled> {
         let mut sum = Assembled {
             energy_m3: 0.0,
@@ -221,17 +224,17 @@ impl Body {
         Some(sum)
     }
 
-    /// The tangent times a vector over nodes, including fixed components.
+    /// Product of the tangent and a vector over nodes, including fixed components.
     #[must_use]
     pub fn tangent_times(&self, assembled: &Assembled, vector: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         self.pattern.multiply(&assembled.tangent, vector)
     }
 
-    /// Displacement of a point of a flat horizontal part of the touchable surface; `None` if there
-    /// is none at that place.
+    /// Displacement of a point on a flat horizontal part of the touchable surface; `None` if there
+    /// is no such surface at the point.
     #[must_use]
     pub fn surface_at(&self, displacement_m: &[Vector3<f64>], at_m: &Vector3<f64>) -> Option<Vector3<f64>> {
-        // area coordinates may miss a side by rounding
+        // rounding may place a point slightly outside a triangle
         const SLACK: f64 = 1e-9;
         for t in &self.touchable {
             let nodes = &self.mesh.triangles[*t];
@@ -281,14 +284,16 @@ impl Body {
             let ln_j = j.ln();
             sum.energy += point.energy(&f, ln_j);
             let inverse_transposed = f.try_inverse()?.transpose();
-            // rest gradients and, pushed forward, spatial ones
+            // gradients of the shape functions in the rest configuration and, pushed forward, in
+            // the deformed one
             let rest = &point.gradients;
             let now = rest.map(|g| inverse_transposed * g);
             let (v, lambda) = (point.volume_m3, point.lambda);
             let stiffer = point.stiffer(&f, ln_j);
             let mu = point.mu * stiffer;
             let pressure = lambda * ln_j - mu;
-            // gradient of w along each node over mu, and the contribution of the factor's change
+            // gradient of w over mu with respect to each node, and the term from the change of the
+            // stiffening factor
             let slopes: [Vector3<f64>; 10] = std::array::from_fn(|a| f * rest[a] - now[a]);
             let steeper = 2.0 * point.stiffening_b * mu * v;
             for a in 0..10 {
@@ -322,12 +327,12 @@ impl Point {
         f
     }
 
-    /// Energy of the change of shape over mu, times 2: I1 - 3 - 2 ln J.
+    /// Twice the distortion energy over mu: I1 - 3 - 2 ln J.
     fn distortion(f: &Matrix3<f64>, ln_j: f64) -> f64 {
         (f.norm_squared() - 3.0) - 2.0 * ln_j
     }
 
-    /// Factor by which the tissue has stiffened.
+    /// Factor by which stiffening increases the shear modulus (1).
     fn stiffer(&self, f: &Matrix3<f64>, ln_j: f64) -> f64 {
         if self.stiffening_b > 0.0 { (self.stiffening_b * Self::distortion(f, ln_j)).exp() } else { 1.0 }
     }

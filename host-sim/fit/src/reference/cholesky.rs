@@ -1,4 +1,4 @@
-//! Sparse Cholesky factor with a fixed pattern.
+//! Sparse Cholesky factorisation with a fixed pattern.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::perm::Perm;
@@ -10,7 +10,7 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, Mat, MatMut, Par, Side, Spec};
 
-/// Lower triangle by columns, and the factor's pattern.
+/// A lower triangle stored by columns, and the pattern of its factor.
 pub(crate) struct Cholesky {
     size: usize,
     column_start: Vec<usize>,
@@ -20,8 +20,8 @@ pub(crate) struct Cholesky {
 }
 
 impl Cholesky {
-    /// Analyses a lower triangle whose unknowns are eliminated in the given order; `None` if memory
-    /// runs out.
+    /// Analyses a lower triangle whose unknowns are eliminated in the given order; `None` if there
+    /// is not enough memory.
     pub fn analyse(column_start: Vec<usize>, row: Vec<usize>, order: Vec<usize>) -> Option<Self> {
         let size = column_start.len() - 1;
         let pattern = SymbolicSparseColMatRef::new_checked(size, size, &column_start, None, &row);
@@ -38,12 +38,12 @@ impl Cholesky {
         Some(Self { size, column_start, row, symbolic, factor })
     }
 
-    /// Entries of the factor.
+    /// Number of entries of the factor.
     pub fn entries(&self) -> usize {
         self.factor.len()
     }
 
-    /// Factorises; false if the matrix is not positive definite.
+    /// Computes the factor; returns false if the matrix is not positive definite.
     pub fn factorise(&mut self, values: &[f64]) -> bool {
         let pattern = SymbolicSparseColMatRef::new_checked(self.size, self.size, &self.column_start, None, &self.row);
         let matrix = SparseColMatRef::new(pattern, values);
@@ -56,8 +56,8 @@ impl Cholesky {
             .is_ok()
     }
 
-    /// The last `count` rows and columns of the factor, in the order of elimination: the factor of
-    /// the matrix from which all other unknowns are condensed out.
+    /// The last `count` rows and columns of the factor, in the order of elimination. They are the
+    /// factor of the matrix from which all other unknowns are condensed out.
     pub fn last(&self, count: usize) -> Mat<f64> {
         let mut last = Mat::zeros(count, count);
         let SymbolicCholeskyRaw::Supernodal(symbolic) = self.symbolic.raw() else { return last };
@@ -79,7 +79,7 @@ impl Cholesky {
         last
     }
 
-    /// Solves in place with the last factor.
+    /// Solves in place with the factor that was computed last.
     pub fn solve(&self, rhs: &mut [f64]) {
         let mut memory = MemBuffer::new(self.symbolic.solve_in_place_scratch::<f64>(1, parallel()));
         let rhs = MatMut::from_column_major_slice_mut(rhs, self.size, 1);

@@ -1,8 +1,8 @@
-//! The stiffness of a body between a few of its nodes, with everything else condensed out.
+//! Condenses the stiffness of a body to a few of its nodes.
 //!
-//! Linear elasticity about the rest shape (the tangent of [`super::body`] there). Nodes may be
-//! tied: their displacement is a weighted mean of those of the kept nodes, so that a curved
-//! quadratic face can follow a flat linear one.
+//! The condensation uses linear elasticity about the rest shape (the tangent of [`super::body`]
+//! there). Nodes may be tied: their displacement is then a weighted mean of displacements of the
+//! kept nodes, so that a curved quadratic face can follow a flat linear one.
 
 use faer::Mat;
 use nalgebra::Vector3;
@@ -12,15 +12,15 @@ use super::body::Body;
 /// Constraint on a node's displacement.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Tie {
-    /// Unconstrained: equilibrium determines it.
+    /// Unconstrained; equilibrium determines the displacement.
     Free,
-    /// The sum of weights times displacements of kept nodes; without any it is fixed.
+    /// The sum of weights times displacements of kept nodes; without any term the node is fixed.
     To(Vec<(usize, f64)>),
 }
 
-/// Stiffness over E [m], shape [3 kept][3 kept], of a body seen from `kept` displacements; `tie`
-/// gives the constraint of each node of the body's mesh. Components that the body itself fixes stay
-/// fixed. `None` if a part is unsupported or memory runs out.
+/// Stiffness over E of a body with respect to `kept` displacements [m], shape [3 kept][3 kept];
+/// `tie` gives the constraint of each node of the body's mesh. Components that the body itself
+/// fixes remain fixed. `None` if a part is unsupported or there is not enough memory.
 #[must_use]
 pub fn condensed(body: &Body, tie: &[Tie], kept: usize) -> Option<Mat<f64>> {
     let nodes = body.mesh.nodes_m.len();
@@ -63,7 +63,7 @@ pub fn condensed(body: &Body, tie: &[Tie], kept: usize) -> Option<Mat<f64>> {
             }
         }
     }
-    // symmetric but for rounding
+    // the matrix is symmetric except for rounding
     for i in 0..3 * kept {
         for j in 0..i {
             let mean = 0.5 * (stiffness[(i, j)] + stiffness[(j, i)]);

@@ -1,9 +1,10 @@
-//! A mesh with facets on the surfaces of balls, so that every tet is inside or outside a ball.
+//! Makes facets of a mesh lie on the surfaces of balls, so that every tet is either inside or
+//! outside a ball.
 //!
 //! As in isosurface stuffing (Labelle and Shewchuk 2007), nodes near the surface are moved onto it,
-//! and edges that still pass through it are cut there. A tet with another stiffness in a part of it
-//! makes the ball act too stiff, by an error of first order in its edge; with facets on the surface
-//! the error is of second order.
+//! and edges that still cross it are cut there. If a tet has another stiffness in only a part of
+//! it, the ball is too stiff by an error of first order in the edge length; with facets on the
+//! surface the error is of second order.
 
 use std::collections::{BTreeSet, HashMap};
 use std::f64::consts::PI;
@@ -15,19 +16,20 @@ use palpate_tissue::scene::Inclusion;
 
 type V3 = Vector3<f64>;
 
-/// Distance from the surface, as a share of the edge, within which its end is moved onto it.
+/// Distance between a crossing and an end of its edge, as a share of the edge, below which the end
+/// is moved onto the surface.
 const NEAR: f64 = 0.35;
-/// Least share of its volume that a tet keeps when a node is moved.
+/// Smallest share of its volume that a tet may have after a node was moved.
 const LEAST_VOLUME: f64 = 0.2;
-/// Distance from the surface, as a share of the radius, that counts as zero.
+/// Distance from the surface, as a share of the radius, up to which a node counts as on it.
 const ON: f64 = 1e-9;
-/// Largest number of passes over the edges: a tet is cut at most three times.
+/// Maximum number of passes over the edges; a tet is cut at most three times.
 const PASSES: usize = 20;
 
-/// Returns the mesh with facets on the balls' surfaces, and the stiffness of each tet as a multiple
-/// of the tissue's; where balls overlap the last one counts. The facets are chords of a slightly
-/// larger ball, chosen so that their polyhedron has the ball's volume. The mesh's own surface is
-/// kept: where a ball protrudes through it, tets stay uncut.
+/// Returns the mesh with facets on the surfaces of the balls, and the stiffness of each tet as a
+/// multiple of the tissue's; where balls overlap, the last one applies. The facets are chords of a
+/// slightly larger ball, chosen so that their polyhedron has the volume of the ball. The surface of
+/// the mesh itself is not changed: where a ball protrudes through it, tets remain uncut.
 #[must_use]
 pub fn conform(mesh: &TetMesh, balls: &[Inclusion]) -> (TetMesh, Vec<f64>) {
     let mut mesh = mesh.clone();
@@ -51,20 +53,20 @@ struct Level {
 }
 
 impl Level {
-    /// Distance outside the ball [m].
+    /// Distance of a point from the surface of the ball [m]; positive outside.
     fn of(&self, at: [f64; 3]) -> f64 {
         (V3::from(at) - self.centre).norm() - self.radius_m
     }
 
-    /// Whether a tet, whose corners lie on one side or on the surface, is in the ball. A tet with
-    /// all corners on the surface is.
+    /// Whether a tet whose corners are all on one side or on the surface is in the ball. A tet with
+    /// all corners on the surface counts as inside.
     fn holds(&self, mesh: &TetMesh, tet: &[u32; 4]) -> bool {
         tet.iter().map(|n| self.of(mesh.nodes_m[*n as usize])).sum::<f64>() < ON * self.radius_m
     }
 
-    /// Moves the facets outwards until they enclose the ball's volume.
+    /// Moves the facets outward until they enclose the volume of the ball.
     fn grow(&mut self, mesh: &mut TetMesh, own: &BTreeSet<u32>) {
-        // a ball that ends at the mesh's surface has less than its volume there
+        // a ball that the surface of the mesh cuts off has less than its full volume
         if own.iter().any(|n| self.of(mesh.nodes_m[*n as usize]) < 0.0) {
             return;
         }
@@ -81,18 +83,18 @@ impl Level {
         self.radius_m *= growth;
     }
 
-    /// Whether the surface lies between two distances from it.
+    /// Whether the surface is between two points at these distances from it.
     fn parts(&self, a: f64, b: f64) -> bool {
         let on = ON * self.radius_m;
         a.min(b) < -on && a.max(b) > on
     }
 
-    /// Position of the crossing on an edge, from its first end (1).
+    /// Position of the crossing along an edge, as a share from its first end (1).
     fn crossing(&self, from: V3, to: V3) -> f64 {
         let (way, off) = (to - from, from - self.centre);
         let (a, b, c) = (way.norm_squared(), way.dot(&off), off.norm_squared() - self.radius_m * self.radius_m);
         let root = (b * b - a * c).max(0.0).sqrt();
-        // from inside, the later crossing counts, from outside, the earlier one
+        // from inside the later crossing applies, from outside the earlier one
         if c < 0.0 { (-b + root) / a } else { (-b - root) / a }
     }
 }
@@ -108,7 +110,7 @@ fn volume(mesh: &TetMesh, tet: &[u32; 4]) -> f64 {
     (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
 }
 
-/// Moves nodes near the ball's surface onto it if all tets around them stay valid.
+/// Moves nodes near the surface of the ball onto it, if all tets around them remain valid.
 fn move_nodes(mesh: &mut TetMesh, level: &Level, own: &BTreeSet<u32>) {
     let mut near = BTreeSet::new();
     for [i, j] in edges(mesh) {
@@ -133,7 +135,7 @@ fn move_nodes(mesh: &mut TetMesh, level: &Level, own: &BTreeSet<u32>) {
     }
 }
 
-/// Cuts the edges that pass through the ball's surface, in all tets around them.
+/// Cuts the edges that cross the surface of the ball, in all tets around them.
 fn cut_edges(mesh: &mut TetMesh, level: &Level, own: &BTreeSet<u32>) {
     for _ in 0..PASSES {
         let passes = |[i, j]: &[u32; 2]| {
@@ -148,7 +150,7 @@ fn cut_edges(mesh: &mut TetMesh, level: &Level, own: &BTreeSet<u32>) {
         let mut at_node: HashMap<u32, Vec<usize>> = HashMap::new();
         let before = mesh.tets.clone();
         before.iter().enumerate().for_each(|(k, t)| t.iter().for_each(|n| at_node.entry(*n).or_default().push(k)));
-        // one edge per tet and pass
+        // at most one edge per tet and pass
         let mut taken = vec![false; mesh.tets.len()];
         for edge in through {
             let around: Vec<usize> = at_node[&edge[0]].iter().copied().filter(|t| has(&before[*t], edge)).collect();
@@ -183,7 +185,7 @@ mod tests {
         refine(&coarse, |x| fine_m + 0.9 * (away(x) - 0.004).max(0.0), 6000)
     }
 
-    /// Sum of volumes over 4/3 pi r^3, of the tets of this ratio.
+    /// Volume of all tets with the ratio `of`, divided by 4/3 pi r^3.
     fn share(mesh: &TetMesh, ratios: &[f64], of: f64, radius_m: f64) -> f64 {
         let own = mesh.tets.iter().zip(ratios).filter(|(_, ratio)| **ratio == of);
         own.map(|(t, _)| volume(mesh, t)).sum::<f64>() / (4.0 / 3.0 * PI * radius_m.powi(3))
@@ -200,9 +202,9 @@ mod tests {
             assert!((all / 0.04_f64.powi(3) - 1.0).abs() < 1e-12, "{all}");
             let own = share(&mesh, &ratios, 10.0, 0.004);
             assert!((own - 1.0).abs() < 1e-9, "{own}");
-            // closed: as many outer facets as before
+            // the mesh is closed: it has as many outer facets as before
             assert_eq!(surface(&mesh.tets).len(), surface(&before.tets).len());
-            // facets lie on one sphere, a little larger than the ball
+            // the facets are on one sphere, slightly larger than the ball
             let facets = mesh.tets.iter().zip(&ratios).filter(|(_, ratio)| **ratio == 10.0).map(|(t, _)| *t).collect::<Vec<_>>();
             let radii =
                 surface(&facets).into_iter().flatten().map(|n| (V3::from(mesh.nodes_m[n as usize]) - V3::from(centre)).norm());
@@ -225,7 +227,7 @@ mod tests {
         assert!((all / 0.04_f64.powi(3) - 1.0).abs() < 1e-12 && mesh.tets.iter().all(|t| volume(&mesh, t) > 0.0));
         let second = share(&mesh, &ratios, 3.0, 0.004);
         assert!((second - 1.0).abs() < 0.02, "{second}");
-        // the overlap of the balls counts as part of the second
+        // the overlap of the balls belongs to the second one
         let lens = 1.0 - PI / 12.0 * (16.0 + 3.0) * (8.0_f64 - 3.0).powi(2) / (4.0 / 3.0 * PI * 64.0);
         let first = share(&mesh, &ratios, 10.0, 0.004);
         assert!((first - lens).abs() < 0.03, "{first} {lens}");

@@ -1,5 +1,5 @@
-//! Tissue with its support: the block, cut at its planes of symmetry, or an imported mesh on its
-//! underside.
+//! Tissue with its supports: a block, cut at its planes of symmetry, or an imported mesh that is
+//! supported on its underside.
 
 use nalgebra::Vector3;
 
@@ -10,38 +10,39 @@ use palpate_tissue::answer::SurfaceGrid;
 use palpate_tissue::mesh::{BlockError, BlockSpec, TetMesh, block, surface};
 use palpate_tissue::tissue::UNDERSIDE_COSINE;
 
-/// A block pressed on its top.
+/// A block that is pressed on its top.
 #[derive(Clone, Debug)]
 pub struct BlockCase {
-    /// Sides [m]; the top is centred on the origin, the bottom is fixed.
+    /// Lengths of the sides [m]; the top is centred on the origin, and the bottom is fixed.
     pub size_m: [f64; 3],
     /// Place of the press on the top [m].
     pub place_m: [f64; 2],
     /// Material of the block.
     pub material: Material,
-    /// Corner nodes of the piece that is meshed: a quarter, a half, or the whole.
+    /// Number of corner nodes of the piece that is meshed: a quarter, a half or the whole.
     pub nodes: usize,
-    /// Elements are smallest within this distance of the place [m].
+    /// Distance from the place within which elements are smallest [m].
     pub fine_radius_m: f64,
-    /// Quadrature in the tets.
+    /// Quadrature rule in the tets.
     pub rule: TetRule,
-    /// Planes, x = 0 and y = 0, at which the block may be cut: a symmetric press is cut there,
-    /// unless it is to be compared with one that is not symmetric.
+    /// Whether the block may be cut at the planes x = 0 and y = 0. A symmetric press is computed on
+    /// a cut block, unless it is to be compared with one that is not symmetric.
     pub may_cut: [bool; 2],
 }
 
 /// The piece of a block that is computed.
 pub struct BlockBody {
-    /// The piece.
+    /// Mesh of the piece with its supports.
     pub body: Body,
-    /// Whether the piece ends at x = 0 and at y = 0, its mirror images being the rest.
+    /// Whether the piece is cut at x = 0 and at y = 0, with mirror images beyond the cut.
     pub mirror: [bool; 2],
     /// Place of the press [m].
     pub place_m: Vector3<f64>,
 }
 
 impl BlockCase {
-    /// Whether press and tissue are symmetric about the planes x = 0 and y = 0.
+    /// Whether press and tissue are symmetric about the planes x = 0 and y = 0, and the block may
+    /// be cut there.
     #[must_use]
     pub fn symmetry(&self) -> [bool; 2] {
         [0, 1].map(|k| {
@@ -49,10 +50,10 @@ impl BlockCase {
         })
     }
 
-    /// Meshes the piece.
+    /// Meshes the piece and supports it.
     ///
     /// # Errors
-    /// [`BlockError`] of the mesh generator.
+    /// See [`BlockError`], the error of the mesh generator.
     pub fn build(&self) -> Result<BlockBody, BlockError> {
         let mirror = self.symmetry();
         let mut size_m = self.size_m;
@@ -73,15 +74,15 @@ impl BlockCase {
         Ok(self.support(&mesh, mirror))
     }
 
-    /// Fixes the bottom of a mesh of the piece and, across them, the planes of symmetry it was cut
-    /// at.
+    /// Fixes the bottom of a mesh of the piece and, in the normal direction, the planes of symmetry
+    /// at which it was cut.
     #[must_use]
     pub fn support(&self, mesh: &TetMesh, mirror: [bool; 2]) -> BlockBody {
         self.support_with(mesh, mirror, |_, x| self.material.at(x))
     }
 
-    /// Like [`Self::support`], the stiffness given for each tet (by its index) and point (rest
-    /// position [m]).
+    /// Like [`Self::support`], with the stiffness as a function of the tet (by index) and of the
+    /// point (rest position [m]).
     #[must_use]
     pub fn support_with(
         &self,
@@ -105,11 +106,11 @@ impl BlockCase {
     }
 }
 
-/// An imported mesh on its underside. Triangles that face away from the press, other than in a
-/// hollow inside, are fixed; all others may touch the probe.
+/// An imported mesh, supported on its underside. Triangles that face away from the press are fixed,
+/// except inside a hollow; all others may touch the probe.
 #[must_use]
 pub fn mesh_body(mesh: &TetMesh, axis: &Vector3<f64>, material: &Material, rule: TetRule) -> Body {
-    // corners keep their numbers
+    // corner nodes keep their numbers in the quadratic mesh
     let hollow = surface::hollow(mesh);
     let mesh = QuadraticMesh::new(mesh);
     let faces_away = |t: &[u32; 6]| {
@@ -135,8 +136,8 @@ pub fn mesh_body(mesh: &TetMesh, axis: &Vector3<f64>, material: &Material, rule:
 }
 
 impl BlockBody {
-    /// Displacement of the top at a place [m], mirrored into the computed piece; zero off the
-    /// block.
+    /// Displacement of the top at a place [m], which is mirrored into the computed piece if
+    /// necessary; zero outside the block.
     #[must_use]
     pub fn top_displacement_m(&self, displacement_m: &[Vector3<f64>], at_m: [f64; 2]) -> Vector3<f64> {
         let sign = [0, 1].map(|k| if self.mirror[k] && at_m[k] < 0.0 { -1.0 } else { 1.0 });
@@ -145,7 +146,7 @@ impl BlockBody {
         Vector3::new(u.x * sign[0], u.y * sign[1], u.z)
     }
 
-    /// Displacement around the place on a square grid.
+    /// Displacement around the place of the press, on a square grid.
     #[must_use]
     pub fn grid(&self, displacement_m: &[Vector3<f64>], spacing_m: f64, half_count: usize) -> SurfaceGrid {
         SurfaceGrid::sample(spacing_m, half_count, |[x, y]| {

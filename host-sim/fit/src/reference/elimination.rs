@@ -1,12 +1,12 @@
 //! Order in which the nodes of a mesh are eliminated: approximate minimum degree (Amestoy, Davis,
-//! Duff 1996), some nodes last.
+//! Duff 1996), with some nodes at the end.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::amd::{Control, order, order_scratch};
 
-/// Order of all nodes, `last` at the end in its own order; `None` if memory runs out. `below` lists
-/// the coupled nodes of a higher number for each node.
+/// Order of all nodes, with those of `last` at the end in their given order; `None` if there is not
+/// enough memory. `below` lists, for each node, the coupled nodes with a higher number.
 pub fn eliminate<'a>(nodes: usize, below: impl Fn(usize) -> &'a [u32], last: &[u32]) -> Option<Vec<u32>> {
     const LAST: u32 = u32::MAX;
     let mut place = vec![0; nodes];

@@ -1,11 +1,12 @@
 //! A rigid disc glued to the tissue and moved slightly: its stiffness along the displacement, by
-//! quadratic finite elements at rest.
+//! quadratic finite elements linearised about rest.
 //!
-//! The mesh is refined towards the disc's edge, where the traction is singular (`r^-1/2`), and
-//! surface edges that cross the edge are cut there, so that the glued triangles end on the circle.
-//! Their nodes move with the disc, the anchors stay; at zero displacement the tangent of
-//! [`super::body`] is that of linear elasticity. Three meshes are used, with the elements at the
-//! edge halved each time; the remaining error is of first order there.
+//! The mesh is refined towards the edge of the disc, where the traction is singular (`r^-1/2`).
+//! Edges of the surface that cross the edge of the disc are cut there, so that the glued triangles
+//! end on the circle. Their nodes move with the disc, and the anchors are fixed. At zero
+//! displacement the tangent of [`super::body`] is that of linear elasticity. A sequence of meshes
+//! is solved, in which the elements at the edge are halved each time, because the error is of first
+//! order in their size.
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -20,65 +21,66 @@ use palpate_tissue::mesh::TetMesh;
 
 mod circle;
 
-/// Growth of the longest edge per distance from there.
+/// Growth of the longest edge per distance from the edge of the disc (1).
 const GROWTH: f64 = 0.6;
-/// Largest number of corner nodes of a refined mesh.
+/// Maximum number of corner nodes of a refined mesh.
 const MOST_NODES: usize = 20_000;
-/// Tolerance for the parts of a refined surface triangle [m].
+/// Distance up to which a refined surface triangle counts as part of a coarse one [m].
 const SAME_M: f64 = 1e-9;
 
-/// Why a glued disc has no reference.
+/// Reason why a glued disc has no reference.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum GluedError {
-    /// No whole triangle is glued.
+    /// No surface triangle is completely inside the disc.
     #[error("no surface lies within {radius_m} m of the place of the glued disc: move it onto the surface that faces the probe")]
     Off {
-        /// The disc's radius [m].
+        /// Radius of the disc [m].
         radius_m: f64,
     },
-    /// The tissue has no support against the disc.
+    /// The tissue is not supported against the force of the disc.
     #[error("the tissue under the glued disc has no anchors: anchor at least one of its surface triangles")]
     Loose,
-    /// A tet is inside out or a stiffness is not positive.
+    /// A tet is inverted, or the stiffness is not positive definite.
     #[error(
         "the stiffness of the tissue under the glued disc is not positive: check the mesh, and stay below Poisson's ratio 0.5"
     )]
     Unsound,
-    /// The factor does not fit.
+    /// The factor does not fit into memory.
     #[error("not enough memory for the reference of the glued disc: take a coarser mesh")]
     Memory,
 }
 
-/// A glued disc.
+/// A rigid disc that is glued to the surface of the tissue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disc {
     /// Centre of the disc, on the surface [m].
     pub place_m: Vector3<f64>,
-    /// Outward unit normal of the surface there: triangles that face the other way are not glued.
+    /// Outward unit normal of the surface at the centre; triangles that face the other way are not
+    /// glued.
     pub axis: Vector3<f64>,
-    /// Its radius [m]: all surface within it of the centre is glued.
+    /// Radius of the disc [m]; all of the surface within this distance of the centre is glued.
     pub radius_m: f64,
 }
 
-/// Stiffness along some directions, and its accuracy.
+/// Stiffness of a glued disc along several directions, on several meshes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GluedStiffness {
-    /// Force along the direction over E, per displacement [m], extrapolated to vanishing elements,
-    /// shape \[directions\].
+    /// Force along the direction over E, divided by the displacement [m], extrapolated to vanishing
+    /// element size, shape \[directions\].
     pub limit_m: Vec<f64>,
-    /// Force along the direction over E, per displacement [m], on each mesh, shape \[meshes\]
-    /// [directions].
+    /// Force along the direction over E, divided by the displacement [m], on each mesh, shape
+    /// \[meshes\] [directions].
     pub levels_m: Vec<Vec<f64>>,
-    /// Nodes of each quadratic mesh.
+    /// Number of nodes of each quadratic mesh.
     pub nodes: Vec<usize>,
 }
 
-/// Solves on one mesh for every edge length in `edges` (in disc radii, each half the one before)
+/// Solves one mesh for every edge length in `edges` (in disc radii, each half of the previous one),
 /// and extrapolates from the last two. `stiffness` is called with a tet of `mesh` and a point in it
 /// [m]; `anchors` are nodes of `mesh`.
 ///
 /// # Errors
-/// [`GluedError`].
+/// See [`GluedError`].
 pub fn glued_stiffness(
     mesh: &TetMesh,
     stiffness: impl Fn(usize, &Vector3<f64>) -> Stiffness,
@@ -108,8 +110,8 @@ fn on_one_mesh(
     directions: &[Vector3<f64>],
     edge_m: f64,
 ) -> Result<(Vec<f64>, usize), GluedError> {
-    // tets are identified by their origin; a surface is anchored where all corners are, before and
-    // after refinement
+    // each refined tet is identified with the tet from which it came; a refined surface triangle is
+    // anchored if it is part of a coarse triangle whose corners are all anchored
     let mut own = mesh.clone();
     own.regions = (0..own.tets.len() as u32).collect();
     let coarse = QuadraticMesh::new(&own);
@@ -157,26 +159,26 @@ fn on_one_mesh(
         factor.solve(&mut right);
         u.iter_mut().zip(right.chunks(3)).for_each(|(u, r)| *u += Vector3::new(r[0], r[1], r[2]));
         let force = body.pattern.multiply(&tangent, &u);
-        // on the glued nodes alone: the force on the disc, not twice the energy
+        // only forces on the glued nodes count: this is the force on the disc, not twice the energy
         force.iter().zip(&glued).filter(|(_, g)| **g).map(|(f, _)| f.dot(&direction)).sum()
     };
     Ok((directions.par_iter().map(along).collect(), body.mesh.nodes_m.len()))
 }
 
 impl Disc {
-    /// Distance to the disc's edge [m].
+    /// Distance of a point from the edge of the disc [m].
     fn edge_distance_m(&self, x: &Vector3<f64>) -> f64 {
         let arm = x - self.place_m;
         let height = arm.dot(&self.axis);
         ((arm - self.axis * height).norm() - self.radius_m).hypot(height)
     }
 
-    /// Distance of a surface point outside the disc [m].
+    /// Distance of a surface point from the edge of the disc [m]; negative inside.
     fn outside_m(&self, x: &Vector3<f64>) -> f64 {
         (x - self.place_m).norm() - self.radius_m
     }
 
-    /// Whether a surface triangle that the edge does not cross is glued.
+    /// Whether a surface triangle that does not cross the edge of the disc is glued.
     fn covers(&self, corners: &[Vector3<f64>; 3]) -> bool {
         let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
         normal.dot(&self.axis) > 0.0 && corners.iter().all(|x| self.outside_m(x) <= circle::ON_EDGE * self.radius_m)

@@ -1,9 +1,10 @@
-//! Organs at rest under their weight: held at some nodes, moved at others, tied to each other.
+//! Organs at rest under their weight: held at some nodes, displaced at others, and tied to each
+//! other.
 //!
-//! Weight and the moved nodes' displacement are applied together in the largest steps that
-//! converge: each begins with the first-order response of the free nodes to the step (Euler's
-//! predictor; Bonet and Wood, *Nonlinear Continuum Mechanics*, 9.5) and is then corrected by
-//! Newton's method.
+//! The weight and the displacement of the moved nodes are applied together, in the largest steps
+//! that converge. Each step begins with the first-order response of the free nodes (Euler's
+//! predictor; Bonet and Wood, *Nonlinear Continuum Mechanics*, 9.5), which Newton's method then
+//! corrects.
 
 use nalgebra::Vector3;
 
@@ -11,23 +12,24 @@ use super::body::{Assembled, Body};
 use super::minimise::{Minimiser, Potential};
 use super::suspension::{HangError, Suspension};
 
-/// First step and smallest step, as shares of the whole load.
+/// First and smallest step, as shares of the whole load (1).
 const FIRST_STEP: f64 = 0.25;
 const LEAST_STEP: f64 = 1.0 / 512.0;
-/// Norm of the residual over that of the forces, at the end and in between.
+/// Norm of the residual divided by that of the forces, in the last step and in earlier ones (1).
 const TOLERANCE: f64 = 1e-8;
 const LOOSE: f64 = 1e-2;
 
-/// Support of some nodes, over Young's modulus.
+/// Reaction force and moment at some nodes, over Young's modulus.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Support {
-    /// Force on the body [m^2].
+    /// Force on the body over Young's modulus [m^2].
     pub force_m2: Vector3<f64>,
-    /// Moment on the body about the origin, with nodes at their present places [m^3].
+    /// Moment on the body about the origin, over Young's modulus, with nodes at their present
+    /// positions [m^3].
     pub moment_m3: Vector3<f64>,
 }
 
-/// A suspension, loaded step by step from rest without weight.
+/// A suspension that is loaded step by step, from rest without weight.
 pub struct Hanging<'a> {
     suspension: &'a Suspension,
     solver: Minimiser,
@@ -36,7 +38,7 @@ pub struct Hanging<'a> {
     weight_share: f64,
 }
 
-/// The suspension with a share of its weight.
+/// A suspension under a share of its weight.
 struct Weighed<'a> {
     suspension: &'a Suspension,
     weight_share: f64,
@@ -68,7 +70,7 @@ impl<'a> Hanging<'a> {
     /// Prepares the suspension at rest, without weight.
     ///
     /// # Errors
-    /// Nothing is held, or memory for the factor runs out.
+    /// Fails if no node is held, or if there is not enough memory for the factor.
     pub fn new(suspension: &'a Suspension) -> Result<Self, HangError> {
         let body = &suspension.body;
         let nodes = body.mesh.nodes_m.len();
@@ -79,22 +81,22 @@ impl<'a> Hanging<'a> {
         Ok(Self { suspension, solver, displacement_m: vec![Vector3::zeros(); nodes], weight_share: 0.0 })
     }
 
-    /// Goes to a share of the weight, with fixed gripped nodes.
+    /// Changes the share of the weight to `share`, with the gripped nodes fixed.
     ///
     /// # Errors
-    /// No equilibrium was found; the last one reached stays.
+    /// Fails if no equilibrium is found; the last one that was reached remains.
     pub fn weigh(&mut self, share: f64) -> Result<(), HangError> {
         let grip: Vec<_> = self.suspension.grip.iter().map(|n| self.displacement_m[*n as usize]).collect();
         self.go_to(share, &grip, |_| {})
     }
 
-    /// Changes the share of the weight and moves the gripped nodes straight to displacements from
-    /// rest [m], one for each in the order of the grip, together; `progress` receives the completed
-    /// share after each step.
+    /// Changes the share of the weight and, at the same time, moves the gripped nodes straight to
+    /// displacements from rest [m], one per node in the order of the grip. After each step,
+    /// `progress` receives the share of the change that is complete.
     ///
     /// # Errors
-    /// Their number is wrong, they are not finite, or no equilibrium was found: the last one
-    /// reached stays.
+    /// Fails if the number of displacements is wrong, if they are not finite, or if no equilibrium
+    /// is found; the last one that was reached then remains.
     pub fn go_to(&mut self, weight_share: f64, grip_m: &[Vector3<f64>], mut progress: impl FnMut(f64)) -> Result<(), HangError> {
         let grip = &self.suspension.grip;
         if grip_m.len() != grip.len() || !grip_m.iter().flatten().all(|x| x.is_finite()) {
@@ -135,8 +137,8 @@ impl<'a> Hanging<'a> {
         Ok(())
     }
 
-    /// Present force and moment on some nodes, over Young's modulus: the reaction of the fixed or
-    /// gripped ones.
+    /// Present force and moment at some nodes, over Young's modulus; at fixed or gripped nodes this
+    /// is the reaction.
     #[must_use]
     pub fn support(&self, nodes: impl IntoIterator<Item = u32>) -> Support {
         let mut support = Support::default();
@@ -150,13 +152,13 @@ impl<'a> Hanging<'a> {
         support
     }
 
-    /// Newton iterations so far.
+    /// Number of Newton iterations so far.
     #[must_use]
     pub fn iterations(&self) -> usize {
         self.solver.iterations
     }
 
-    /// Entries of the Cholesky factor.
+    /// Number of entries of the Cholesky factor.
     #[must_use]
     pub fn factor_entries(&self) -> usize {
         self.solver.factor_entries()

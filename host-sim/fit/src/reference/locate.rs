@@ -1,4 +1,4 @@
-//! The displacement of any point of an organ, given by its position at rest.
+//! Finds the displacement of any point of an organ, given by its position at rest.
 
 use nalgebra::Vector3;
 
@@ -7,10 +7,10 @@ use super::organs::Organ;
 use super::quadratic::QuadraticMesh;
 use super::shape::{tet_shape, tet_slopes, triangle_shape};
 
-/// Volume coordinates may miss a side by rounding.
+/// Amount by which rounding may place volume coordinates outside a tet (1).
 const SLACK: f64 = 1e-9;
 
-/// Finds points of one organ at rest.
+/// Finds points of one organ by their position at rest.
 pub struct Locator<'a> {
     mesh: &'a QuadraticMesh,
     organ: Organ,
@@ -18,7 +18,7 @@ pub struct Locator<'a> {
     tets: Vec<Place>,
 }
 
-/// A tet, prepared for the test whether it contains a point.
+/// A tet, prepared for testing whether it contains a point.
 struct Place {
     least_m: Vector3<f64>,
     most_m: Vector3<f64>,
@@ -27,8 +27,8 @@ struct Place {
 }
 
 impl<'a> Locator<'a> {
-    /// Prepares an organ of a mesh; points outside it are replaced by the nearest on its surface if
-    /// that is within `reach_m`.
+    /// Prepares an organ of a mesh. A point outside the organ is replaced by the nearest point on
+    /// its surface, if that is within `reach_m`.
     #[must_use]
     pub fn new(mesh: &'a QuadraticMesh, organ: &Organ, reach_m: f64) -> Self {
         let tets = mesh.tets[organ.tets.clone()].iter().map(|tet| {
@@ -40,7 +40,7 @@ impl<'a> Locator<'a> {
         Self { mesh, organ: organ.clone(), reach_m, tets: tets.collect() }
     }
 
-    /// Nodes and shape functions of a point at rest [m]; `None` if it is too far outside.
+    /// Nodes and shape functions of a point at rest [m]; `None` if the point is too far outside.
     #[must_use]
     pub fn weights(&self, point_m: &Vector3<f64>) -> Option<Vec<(u32, f64)>> {
         for (place, nodes) in self.tets.iter().zip(&self.mesh.tets[self.organ.tets.clone()]) {
@@ -52,8 +52,8 @@ impl<'a> Locator<'a> {
         Some(self.mesh.triangles[found.triangle].iter().copied().zip(triangle_shape(found.at)).collect())
     }
 
-    /// Displacement [m] of a point at rest [m], from those of the nodes; `None` if it is too far
-    /// outside.
+    /// Displacement [m] of a point at rest [m], interpolated from those of the nodes; `None` if the
+    /// point is too far outside.
     #[must_use]
     pub fn displacement_at(&self, displacement_m: &[Vector3<f64>], point_m: &Vector3<f64>) -> Option<Vector3<f64>> {
         Some(self.weights(point_m)?.into_iter().map(|(n, share)| displacement_m[n as usize] * share).sum())
@@ -61,7 +61,7 @@ impl<'a> Locator<'a> {
 }
 
 impl Place {
-    /// Volume coordinates of a point inside.
+    /// Volume coordinates of a point; `None` if it is outside the tet.
     fn holds(&self, point_m: &Vector3<f64>) -> Option<[f64; 4]> {
         let slack_m = (self.most_m - self.least_m).max() * SLACK;
         if (0..3).any(|k| point_m[k] < self.least_m[k] - slack_m || point_m[k] > self.most_m[k] + slack_m) {

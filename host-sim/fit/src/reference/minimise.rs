@@ -1,4 +1,4 @@
-//! Newton's method with line search on a potential, used for every equilibrium of a body.
+//! Newton's method with line search on a potential; every equilibrium of a body is found with it.
 
 use nalgebra::Vector3;
 
@@ -8,21 +8,23 @@ use super::near::{Near, State, Stiffness};
 
 const MOST_FACTORISATIONS: usize = 25;
 const MOST_IDLE: usize = 3;
-/// A factor is kept for further iterations as long as each of them leaves at most this share of the
-/// residual: a factorisation takes as long as ten to thirty iterations with an existing factor.
+/// A factor is used for further iterations as long as each of them reduces the residual to at most
+/// this share: a factorisation takes as long as ten to thirty iterations with an existing factor.
 const KEEP: f64 = 0.3;
-/// Line search: least share of the step, sufficient decrease (Armijo).
+/// Line search: smallest share of the step, and share of the predicted decrease that suffices
+/// (Armijo).
 const LEAST_SHARE: f64 = 1.0 / 4096.0;
 const DECREASE: f64 = 1e-4;
-/// Shares of the diagonal that are tried, in turn, as additions to a tangent that is not positive
+/// Shares of the diagonal that are added, one after the other, to a tangent that is not positive
 /// definite.
 const STRENGTHEN: [f64; 5] = [0.0, 1e-3, 1e-2, 1e-1, 1.0];
-/// Residual over force at which a search that finds no lower energy has still converged.
+/// Residual divided by the force up to which a line search that finds no lower energy counts as
+/// converged.
 const ROUNDED: f64 = 1e-5;
 
-/// Energy of a body and of all loads except the probe.
+/// Energy of a body and of all loads except the contact with the probe.
 pub(crate) trait Potential {
-    /// The body.
+    /// Body whose equilibrium is sought.
     fn body(&self) -> &Body;
 
     /// The contact with a probe, if one touches the body.
@@ -30,48 +32,51 @@ pub(crate) trait Potential {
         None
     }
 
-    /// Energy over Young's modulus [m^3]; `None` if an element is inside out.
+    /// Energy over Young's modulus [m^3]; `None` if an element is inverted.
     fn energy(&self, displacement_m: &[Vector3<f64>]) -> Option<f64>;
 
-    /// Energy and its derivatives, the second only on request; `None` if an element is inside out.
+    /// Energy and its first derivative and, if requested, its second; `None` if an element is
+    /// inverted.
     fn assemble(&self, displacement_m: &[Vector3<f64>], tangent: bool) -> Option<Assembled>;
 
-    /// The force over Young's modulus [m^2] that the residual is compared with.
+    /// Force over Young's modulus [m^2] with which the residual is compared.
     fn force_m2(&self, displacement_m: &[Vector3<f64>], assembled: &Assembled) -> f64;
 }
 
-/// Residual at some displacement.
+/// Unbalanced forces at one displacement.
 struct Balance {
-    /// Energy and its derivatives without the contact near the probe.
+    /// Energy and its derivatives, without the contact near the probe.
     sum: Assembled,
-    /// Force that the residual is compared with, over Young's modulus [m^2].
+    /// Force over Young's modulus with which the residual is compared [m^2].
     force: f64,
-    /// Norm, all contact included [m^2].
+    /// Norm of the residual over Young's modulus, including all contact [m^2].
     residual: f64,
 }
 
-/// The factor and the count of its uses.
+/// Finds equilibria of one body, and keeps the Cholesky factor between iterations.
 pub(crate) struct Minimiser {
     solver: Cholesky,
     near: Near,
-    /// Stiffness of the near nodes by the last factor; `None` if a tangent has to be factorised.
+    /// Condensed stiffness of the near nodes from the last factor; `None` if a tangent must be
+    /// factorised.
     kept: Option<Stiffness>,
-    /// Newton iterations so far.
+    /// Number of Newton iterations so far.
     pub iterations: usize,
 }
 
 impl Minimiser {
-    /// Analyses the body's tangent; `None` if memory for the factor runs out.
+    /// Analyses the body's tangent; `None` if there is not enough memory for the factor.
     pub fn new(body: &Body) -> Option<Self> {
         Some(Self { solver: body.pattern.analyse(&[])?, near: Near::default(), kept: None, iterations: 0 })
     }
 
-    /// Entries of the Cholesky factor.
+    /// Number of entries of the Cholesky factor.
     pub fn factor_entries(&self) -> usize {
         self.solver.entries()
     }
 
-    /// Finds the equilibrium in which fixed components keep their values; false if it is not found.
+    /// Finds the equilibrium in which fixed components keep their values; returns false if none is
+    /// found.
     pub fn relax(&mut self, potential: &impl Potential, displacement_m: &mut Vec<Vector3<f64>>, tolerance: f64) -> bool {
         let body = potential.body();
         let (mut before, mut least) = (f64::INFINITY, f64::INFINITY);
@@ -86,7 +91,7 @@ impl Minimiser {
                 let Some(anew) = self.balance(potential, displacement_m) else { return false };
                 now = anew;
             }
-            // steps with the current tangent that gain nothing: converged as far as possible
+            // steps with the current tangent bring no improvement: converged as far as possible
             idle = if now.residual < 0.5 * least { 0 } else { idle + usize::from(!aged) };
             least = least.min(now.residual);
             if idle >= MOST_IDLE && now.residual <= ROUNDED * now.force {
@@ -112,7 +117,7 @@ impl Minimiser {
         false
     }
 
-    /// Unbalanced forces, and the tangent if a factor is needed.
+    /// Unbalanced forces at a displacement, and the tangent if a factor is needed.
     fn balance(&mut self, potential: &impl Potential, displacement_m: &[Vector3<f64>]) -> Option<Balance> {
         let body = potential.body();
         if let Some(contact) = potential.contact() {
@@ -133,7 +138,8 @@ impl Minimiser {
         Some(Balance { sum, force, residual })
     }
 
-    /// Keeps all contact within the near region; `None` if memory for the factor runs out.
+    /// Makes the near region include all contact; `None` if there is not enough memory for the
+    /// factor.
     fn watch(&mut self, body: &Body, displacement_m: &[Vector3<f64>], contact: &Contact) -> Option<()> {
         if self.near.misses(body, displacement_m, contact) {
             self.near = Near::of(body, displacement_m, contact);
@@ -143,8 +149,8 @@ impl Minimiser {
         Some(())
     }
 
-    /// The first-order answer of the free components to a move of the fixed ones (`moved_m`, zero
-    /// elsewhere) and to all unbalanced forces: the displacement to add.
+    /// First-order response of the free components to a displacement of the fixed ones (`moved_m`,
+    /// zero elsewhere) and to all unbalanced forces. Returns the displacement to be added.
     pub fn carry(
         &mut self,
         potential: &impl Potential,
@@ -164,7 +170,7 @@ impl Minimiser {
         Some(step.chunks_exact(3).map(Vector3::from_column_slice).collect())
     }
 
-    /// Newton's step, with the kept factor if there is one. The step of a fixed component is minus
+    /// Newton step, with the kept factor if there is one. The step of a fixed component is minus
     /// its residual.
     fn direction(&mut self, body: &Body, state: Option<State>, now: &mut Assembled) -> Option<Vec<f64>> {
         self.iterations += 1;
@@ -192,7 +198,8 @@ impl Minimiser {
         None
     }
 
-    /// Goes along a step as far as the energy falls enough; false if it does not.
+    /// Moves along a step as far as the energy decreases sufficiently; returns false if it does
+    /// not.
     fn search(
         &self,
         potential: &impl Potential,
@@ -208,12 +215,12 @@ impl Minimiser {
             potential.contact().map_or(0.0, |contact| body.contact_energy_m3(&self.near.others, at, contact))
         };
         let ahead = |share: f64| displacement_m.iter().zip(step).map(|(u, s)| u + s * share).collect::<Vec<_>>();
-        // contact near the probe is not part of the slope: its change along the whole step is used
-        // instead (Lee, Sun, Saunders 2014, SIAM J Optim 24:1420)
+        // the slope does not include the contact near the probe: the change of its energy along the
+        // whole step is used instead (Lee, Sun, Saunders 2014, SIAM J Optim 24:1420)
         let touching = near(displacement_m);
         let slope = now.residual_m2.iter().zip(step).map(|(r, s)| r.dot(s)).sum::<f64>() + (near(&ahead(1.0)) - touching);
         let energy = now.energy_m3 + touching;
-        // energies closer than this are equal
+        // energies that differ by less than this count as equal
         let rounding = 1e-13 * energy.abs() + body.rounding_m3;
         let mut share = 1.0;
         while share >= LEAST_SHARE {
@@ -230,7 +237,7 @@ impl Minimiser {
     }
 }
 
-/// Clears the reactions of fixed components.
+/// Sets the residual of fixed components to zero, because it is their reaction.
 fn hold(fixed: &[[bool; 3]], residual_m2: &mut [Vector3<f64>]) {
     for (residual, fixed) in residual_m2.iter_mut().zip(fixed) {
         (0..3).filter(|k| fixed[*k]).for_each(|k| residual[k] = 0.0);

@@ -1,11 +1,11 @@
-//! The surface near the probe, where contact is solved for exactly within each step of Newton's
-//! method.
+//! The surface near the probe, where the contact is solved exactly within each Newton step.
 //!
-//! The energy of everything but this contact is replaced by its quadratic model. All unknowns but
-//! the displacements of the nodes near the probe are condensed out of it: as these are eliminated
-//! last, the condensed matrix is at the end of the Cholesky factor. The remaining dense problem of
-//! a few hundred unknowns, with the contact's own energy, is minimised by Newton's method with line
-//! search. The touching points are thereby found without another factorisation of the whole.
+//! The energy of everything except this contact is replaced by its quadratic model. From this model
+//! all unknowns are condensed out, except the displacements of the nodes near the probe; as these
+//! are eliminated last, the condensed matrix is at the end of the Cholesky factor. The remaining
+//! dense problem of a few hundred unknowns, including the exact energy of the contact, is minimised
+//! by Newton's method with line search. This finds the touching points without another
+//! factorisation of the whole matrix.
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::prelude::Solve;
@@ -15,36 +15,37 @@ use nalgebra::Vector3;
 use super::body::{Body, Contact};
 use super::cholesky::{Cholesky, parallel};
 
-/// Distance from the probe within which triangles are near [probe radii].
+/// Distance from the probe up to which triangles count as near [probe radii].
 const MARGIN_RADII: f64 = 0.06;
 const MOST_ITERATIONS: usize = 30;
-/// Residual over the contact force at which the contact counts as solved, and the same if a step
-/// gains nothing.
+/// Residual divided by the contact force at which the contact counts as solved, and the larger
+/// value that suffices if a step hardly reduces the residual (1).
 const TOLERANCE: f64 = 1e-11;
 const ROUNDED: f64 = 1e-8;
-/// Line search: least share of the step, sufficient decrease, and energies that are equal.
+/// Line search: smallest share of the step, share of the predicted decrease that suffices, and
+/// relative difference of energies that counts as zero.
 const LEAST_SHARE: f64 = 1.0 / 4096.0;
 const DECREASE: f64 = 1e-4;
 const ROUNDING: f64 = 1e-14;
-/// Share of the residual at which a step is accepted whatever its energy.
+/// Reduction of the residual with which a step is accepted whatever its energy (1).
 const HALF: f64 = 0.5;
 const NOT_NEAR: u32 = u32::MAX;
 
-/// The surface near the probe, and the rest.
+/// Division of the touchable surface into triangles near the probe and others.
 #[derive(Default)]
 pub(crate) struct Near {
-    /// Triangles near the probe, indices into the mesh's.
+    /// Triangles near the probe, as indices into those of the mesh.
     pub triangles: Vec<usize>,
     /// Other triangles that may touch the probe.
     pub others: Vec<usize>,
     /// Nodes of the triangles near the probe, ascending.
     pub nodes: Vec<u32>,
-    /// Place in `nodes` of each node of the mesh.
+    /// Index in `nodes` of each node of the mesh, or `NOT_NEAR`.
     place: Vec<u32>,
 }
 
 impl Near {
-    /// Surface near a probe.
+    /// Determines the surface near a probe.
     pub fn of(body: &Body, displacement_m: &[Vector3<f64>], contact: &Contact) -> Self {
         let margin_m = MARGIN_RADII * contact.probe.radius_m;
         let (triangles, others): (Vec<usize>, Vec<usize>) =
@@ -57,14 +58,14 @@ impl Near {
         Self { triangles, others, nodes, place }
     }
 
-    /// Whether some triangle that is not near touches the probe.
+    /// Whether a triangle that is not near touches the probe.
     pub fn misses(&self, body: &Body, displacement_m: &[Vector3<f64>], contact: &Contact) -> bool {
         let all = if self.place.is_empty() { &body.touchable } else { &self.others };
         all.iter().any(|t| body.least_gap_m(*t, displacement_m, contact) < 0.0)
     }
 
-    /// Turns a step computed without the contact's force at its start into the one that minimises
-    /// the model. The tangent is known by its factor only.
+    /// Turns a step that was computed without the contact force at its start into the one that
+    /// minimises the model. Only the factor of the tangent is known.
     pub fn correct(
         &self,
         body: &Body,
@@ -86,8 +87,8 @@ impl Near {
         step_m.iter_mut().zip(&pushed).for_each(|(step, pushed)| *step += pushed);
     }
 
-    /// Adds some share of the second derivative of the contact's energy to the lower triangle of a
-    /// matrix of the near nodes.
+    /// Adds `share` times the second derivative of the contact energy to the lower triangle of a
+    /// matrix of the near nodes; `curved` includes the curvature of the probe.
     fn stiffen(&self, state: &State, curved: bool, share: f64, matrix: &mut Mat<f64>) {
         let fixed = &state.body.fixed;
         state.body.each_touch(&self.triangles, state.displacement_m, state.contact, |touch| {
@@ -112,7 +113,7 @@ impl Near {
     }
 }
 
-/// A body under a contact.
+/// A body under a contact, at one state of displacement.
 #[derive(Clone, Copy)]
 pub(crate) struct State<'a> {
     pub body: &'a Body,
@@ -120,18 +121,19 @@ pub(crate) struct State<'a> {
     pub displacement_m: &'a [Vector3<f64>],
 }
 
-/// Stiffness between the near nodes, divided by Young's modulus.
+/// Condensed stiffness of the near nodes, divided by Young's modulus.
 pub(crate) struct Stiffness {
-    /// Cholesky factor of the whole stiffness, contact included.
+    /// Cholesky factor of the stiffness, including the contact.
     lower: Mat<f64>,
     /// Stiffness without the contact [m]; symmetric.
     matrix: Mat<f64>,
 }
 
 impl Stiffness {
-    /// Takes the stiffness from a factor that ends with the near nodes and subtracts the contact:
-    /// tissue that is pressed hard and released has no positive definite tangent. Neither contains
-    /// the probe's curvature, which makes the first tangent of a step indefinite.
+    /// Computes the stiffness from a factor that ends with the near nodes, and subtracts the
+    /// contact. The contact is part of the factor because tissue that is pressed hard and released
+    /// has no positive definite tangent without it. Neither includes the curvature of the probe,
+    /// which makes the first tangent of a step indefinite.
     pub fn of(factor: &Cholesky, near: &Near, state: Option<&State>) -> Self {
         let size = 3 * near.nodes.len();
         let lower = factor.last(size);
@@ -149,25 +151,25 @@ impl Stiffness {
         Self { lower, matrix }
     }
 
-    /// Stiffness of all, contact included, times a vector.
+    /// Product of the stiffness, including the contact, and a vector.
     fn of_all(&self, step: &Col<f64>) -> Col<f64> {
         &self.lower * (self.lower.transpose() * step)
     }
 }
 
-/// Quadratic model of the near nodes, condensed, and the contact's own energy.
+/// Condensed quadratic model of the near nodes, with the exact energy of the contact.
 struct Model<'a> {
     near: &'a Near,
     body: &'a Body,
     contact: &'a Contact,
     displacement_m: &'a [Vector3<f64>],
     kept: &'a Stiffness,
-    /// Gradient of the quadratic model at its start [m^2].
+    /// Gradient of the quadratic model at its origin [m^2].
     slope_m2: Col<f64>,
 }
 
 impl Model<'_> {
-    /// Force over Young's modulus on the near nodes that leads to the step of least energy [m^2].
+    /// Force over Young's modulus on the near nodes that leads to the step of minimum energy [m^2].
     fn minimise(&self) -> Col<f64> {
         let mut there = self.displacement_m.to_vec();
         let mut step = Col::zeros(self.slope_m2.nrows());
@@ -189,7 +191,7 @@ impl Model<'_> {
                 let next = &step + &way * share;
                 self.put(&next, &mut there);
                 let falls = self.energy(&next, &there) <= energy + ROUNDING * energy.abs() + DECREASE * share * descent;
-                // close to the minimum rounding hides the remaining decrease
+                // close to the minimum, rounding hides the remaining decrease
                 if falls || (self.forces(&next) + self.slope(&there)).norm_l2() < HALF * residual {
                     break Some(next);
                 }
@@ -204,12 +206,12 @@ impl Model<'_> {
         self.kept.of_all(&step) + &self.slope_m2
     }
 
-    /// Gradient of the quadratic model.
+    /// Gradient of the quadratic model after `step`.
     fn forces(&self, step: &Col<f64>) -> Col<f64> {
         &self.kept.matrix * step + &self.slope_m2
     }
 
-    /// Displacements of the mesh after a step of the near nodes.
+    /// Writes the displacements of the mesh after a step of the near nodes into `there`.
     fn put(&self, step: &Col<f64>, there: &mut [Vector3<f64>]) {
         for (at, n) in self.near.nodes.iter().enumerate() {
             let n = *n as usize;
@@ -238,8 +240,8 @@ impl Model<'_> {
         slope
     }
 
-    /// Newton's step; without the probe's curvature, and then with the factor's contact added, if
-    /// the matrix would be indefinite.
+    /// Newton step. If the matrix would be indefinite, the curvature of the probe is left out, and
+    /// if that does not suffice, the contact that is part of the factor is added.
     fn way(&self, there: &[Vector3<f64>], slope: &Col<f64>) -> Option<Col<f64>> {
         let state = State { body: self.body, contact: self.contact, displacement_m: there };
         let under = |mut matrix: Mat<f64>, curved: bool| {

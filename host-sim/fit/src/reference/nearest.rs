@@ -1,4 +1,5 @@
-//! The point of a surface that is nearest to a given one, at rest, where all triangles are flat.
+//! Finds the point of a surface that is nearest to a given point, at rest, where all triangles are
+//! flat.
 
 use nalgebra::Vector3;
 
@@ -8,15 +9,15 @@ use palpate_tissue::mesh::triangle::nearest_on_triangle;
 /// A point of a surface triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Nearest {
-    /// Index into the mesh's triangles.
+    /// Index of the triangle in the mesh.
     pub triangle: usize,
-    /// Area coordinates.
+    /// Area coordinates of the point in the triangle (1).
     pub at: [f64; 3],
-    /// Distance to that point [m].
+    /// Distance between the two points [m].
     pub distance_m: f64,
 }
 
-/// Nearest of some triangles' points within `reach_m`; `None` if there is none.
+/// Nearest point of the given triangles within `reach_m`; `None` if there is none.
 #[must_use]
 pub fn nearest(
     mesh: &QuadraticMesh,

@@ -1,4 +1,4 @@
-//! Equilibrium under the probe, in steps of depth.
+//! Finds the equilibrium under the probe, in steps of depth.
 
 use nalgebra::Vector3;
 
@@ -8,21 +8,21 @@ use super::minimise::{Minimiser, Potential};
 use super::probe::RigidProbe;
 use super::touch::Touch;
 
-/// Contact pressure of Young's modulus pushes the surface this share of sqrt(radius x depth) into
-/// the probe: as the pressure of a round probe rises with sqrt(depth / radius), the penetration
-/// stays about this share of the depth.
+/// Penetration of the surface into the probe at a contact pressure equal to Young's modulus, as a
+/// share of sqrt(radius x depth) (1). As the pressure of a round probe rises with sqrt(depth /
+/// radius), the penetration remains about this share of the depth.
 const SOFTNESS: f64 = 1.5e-4;
-/// Depth, as a share of the radius, below which contact gets no stiffer.
+/// Depth, divided by the radius, below which the penalty stiffness is constant (1).
 const LEAST_DEPTH: f64 = 1e-3;
-/// Largest step of depth, in probe radii.
+/// Largest step of depth [probe radii].
 const STEP_RADII: f64 = 0.125;
-/// Smallest step of depth, as a share of the largest.
+/// Smallest step of depth, as a share of the largest (1).
 const LEAST_STEP: f64 = 1.0 / 32.0;
-/// Norm of the residual over the contact force, at holds and in between.
+/// Norm of the residual divided by the contact force, at holds and in between (1).
 const TOLERANCE: f64 = 1e-8;
 const LOOSE: f64 = 1e-2;
 
-/// A body being pressed.
+/// A body that is pressed by a probe.
 pub struct Press<'a> {
     body: &'a Body,
     probe: RigidProbe,
@@ -35,16 +35,16 @@ pub struct Press<'a> {
     last_step_m: f64,
 }
 
-/// The press cannot go deeper.
+/// Error of a press that cannot go deeper.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stalled {
-    /// Deepest equilibrium found [m].
+    /// Depth of the deepest equilibrium that was found [m].
     pub reached_m: f64,
 }
 
 impl<'a> Press<'a> {
-    /// A probe that touches `place_m` of the tissue at rest; `None` if memory for the factor runs
-    /// out.
+    /// Places the tip of the probe at `place_m` on the surface of the tissue at rest; `None` if
+    /// there is not enough memory for the factor.
     #[must_use]
     pub fn new(body: &'a Body, probe: RigidProbe, place_m: Vector3<f64>) -> Option<Self> {
         let rest = vec![Vector3::zeros(); body.mesh.nodes_m.len()];
@@ -60,13 +60,13 @@ impl<'a> Press<'a> {
         })
     }
 
-    /// Entries of the Cholesky factor.
+    /// Number of entries of the Cholesky factor.
     #[must_use]
     pub fn factor_entries(&self) -> usize {
         self.solver.factor_entries()
     }
 
-    /// Newton iterations so far.
+    /// Number of Newton iterations so far.
     #[must_use]
     pub fn iterations(&self) -> usize {
         self.solver.iterations
@@ -78,7 +78,7 @@ impl<'a> Press<'a> {
         self.depth_m
     }
 
-    /// The probe at a depth.
+    /// Contact with the probe at a depth.
     #[must_use]
     pub fn contact(&self, depth_m: f64) -> Contact {
         let probe = RigidProbe { tip_m: self.place_m - self.probe.axis * depth_m, ..self.probe };
@@ -98,10 +98,11 @@ impl<'a> Press<'a> {
         self.touch().force_m2.dot(&self.probe.axis)
     }
 
-    /// Goes to a depth, in as many steps as it takes.
+    /// Presses or releases to a depth, in as many steps as necessary, and calls `progress` with the
+    /// depth [m] after each.
     ///
     /// # Errors
-    /// No equilibrium was found beyond some depth; the last one stays.
+    /// Fails if no equilibrium is found beyond some depth; the last one remains.
     pub fn go_to(&mut self, target_m: f64, mut progress: impl FnMut(f64)) -> Result<(), Stalled> {
         let largest_m = STEP_RADII * self.probe.radius_m;
         let mut step_m = largest_m;
@@ -113,7 +114,7 @@ impl<'a> Press<'a> {
             self.predict(to_m);
             let mut found = self.settle(to_m, if last { TOLERANCE } else { LOOSE });
             if !found {
-                // once more without the prediction
+                // second attempt, without the prediction
                 self.displacement_m.clone_from(&kept);
                 found = self.settle(to_m, if last { TOLERANCE } else { LOOSE });
             }
@@ -134,8 +135,8 @@ impl<'a> Press<'a> {
         Ok(())
     }
 
-    /// Goes straight to a depth from the equilibrium of an almost identical body at that depth;
-    /// false if none is found, and then the tissue is unchanged.
+    /// Moves directly to a depth, starting from the equilibrium of an almost identical body at that
+    /// depth. Returns false if no equilibrium is found; the state is then unchanged.
     pub fn start_from(&mut self, displacement_m: &[Vector3<f64>], depth_m: f64) -> bool {
         let kept = std::mem::replace(&mut self.displacement_m, displacement_m.to_vec());
         let (last_step_m, before_m) = (self.last_step_m, self.depth_m);
@@ -148,7 +149,7 @@ impl<'a> Press<'a> {
         false
     }
 
-    /// Extrapolates the last step.
+    /// Extrapolates the displacement of the last step.
     fn predict(&mut self, to_m: f64) {
         if self.last_step_m == 0.0 {
             return;
@@ -161,14 +162,14 @@ impl<'a> Press<'a> {
         }
     }
 
-    /// Newton's method at one depth; false if it does not converge.
+    /// Runs Newton's method at one depth; returns false if it does not converge.
     fn settle(&mut self, depth_m: f64, tolerance: f64) -> bool {
         let contact = self.contact(depth_m);
         self.solver.relax(&Pressed { body: self.body, contact: &contact }, &mut self.displacement_m, tolerance)
     }
 }
 
-/// The body and the probe.
+/// Potential of the body under the probe.
 struct Pressed<'a> {
     body: &'a Body,
     contact: &'a Contact,

@@ -1,4 +1,4 @@
-//! Several organs in one mesh, and the change of each one's volume by a deformation.
+//! Several organs in one mesh, and the change of the volume of each under a deformation.
 
 use std::ops::Range;
 
@@ -7,29 +7,29 @@ use nalgebra::{Matrix3, Vector3};
 use super::quadratic::QuadraticMesh;
 use super::shape::{TetRule, tet_gradients, tet_slopes};
 
-/// Position of an organ in a mesh of several that share no node.
+/// Ranges of one organ in a mesh of several organs that share no nodes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Organ {
-    /// Nodes of the organ.
+    /// Range of the organ's nodes.
     pub nodes: Range<usize>,
-    /// Tets of the organ.
+    /// Range of the organ's tets.
     pub tets: Range<usize>,
-    /// Triangles of the organ's surface.
+    /// Range of the triangles on the organ's surface.
     pub triangles: Range<usize>,
 }
 
-/// An organ's volume, deformed.
+/// Volume of an organ at rest and deformed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Volume {
     /// Volume at rest [m^3].
     pub rest_m3: f64,
     /// Present volume [m^3].
     pub now_m3: f64,
-    /// Least local volume ratio J at the quadrature points (1).
+    /// Smallest local volume ratio J at the quadrature points (1).
     pub least_j: f64,
 }
 
-/// Combines meshes into one; nodes, tets and triangles keep their order within each.
+/// Combines meshes into one; the nodes, tets and triangles of each keep their order.
 #[must_use]
 pub fn join(meshes: &[QuadraticMesh]) -> (QuadraticMesh, Vec<Organ>) {
     let mut all = QuadraticMesh { nodes_m: vec![], tets: vec![], triangles: vec![] };
@@ -55,10 +55,10 @@ impl Organ {
         Self { nodes: 0..mesh.nodes_m.len(), tets: 0..mesh.tets.len(), triangles: 0..mesh.triangles.len() }
     }
 
-    /// Volume of the organ under a displacement of the mesh's nodes [m].
+    /// Volume of the organ under displacements of the mesh's nodes [m].
     #[must_use]
     pub fn volume(&self, mesh: &QuadraticMesh, displacement_m: &[Vector3<f64>]) -> Volume {
-        // J is a cubic within a tet: integrated exactly
+        // J is cubic within a tet, and this rule integrates it exactly
         let rule = TetRule::Eleven.points();
         let mut sum = Volume { rest_m3: 0.0, now_m3: 0.0, least_j: f64::INFINITY };
         for tet in &mesh.tets[self.tets.clone()] {

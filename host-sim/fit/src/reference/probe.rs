@@ -1,4 +1,4 @@
-//! The rigid probe as a signed distance.
+//! Describes the rigid probe by a signed distance.
 
 use nalgebra::{Matrix3, Vector3};
 use palpate::stages::force::foundation::FLAT_EDGE;
@@ -9,19 +9,20 @@ use palpate_tissue::scene::{Shape, level};
 /// A rigid, frictionless probe.
 #[derive(Clone, Copy, Debug)]
 pub struct RigidProbe {
-    /// Shape. A hemisphere and a disc carry a cylinder of their radius, the others no handle.
+    /// Shape of the probe. A hemisphere and a disc continue as a cylinder of their radius; the
+    /// others have no handle.
     pub shape: Shape,
     /// Radius [m].
     pub radius_m: f64,
-    /// Radius of a disc's rounded edge [m]; no other shape has one.
+    /// Radius of the rounded edge of a disc [m]; other shapes have no edge.
     pub edge_m: f64,
-    /// Lowest point [m].
+    /// Position of the tip, the foremost point [m].
     pub tip_m: Vector3<f64>,
     /// Unit vector from the tip to the handle.
     pub axis: Vector3<f64>,
 }
 
-/// Distance of a point to the probe's surface, with its first two derivatives.
+/// Distance of a point from the probe's surface, with its first two derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct Gap {
     /// Distance [m], negative inside the probe.
@@ -33,14 +34,14 @@ pub struct Gap {
 }
 
 impl RigidProbe {
-    /// A probe whose tip is at `tip_m`. A disc's edge is rounded as the simulator's is, by a
+    /// A probe whose tip is at `tip_m`. The edge of a disc is rounded as in the simulation, by a
     /// sixteenth of its radius.
     #[must_use]
     pub fn new(shape: Shape, radius_m: f64, tip_m: Vector3<f64>, axis: Vector3<f64>) -> Self {
         Self { shape, radius_m, edge_m: f64::from(FLAT_EDGE) * radius_m, tip_m, axis }
     }
 
-    /// Signed distance of `at_m` [m].
+    /// Signed distance of the point `at_m` from the probe's surface [m], with its derivatives.
     #[must_use]
     pub fn gap(&self, at_m: &Vector3<f64>) -> Gap {
         let arm = at_m - self.tip_m;
@@ -79,7 +80,8 @@ impl RigidProbe {
         Gap { gap_m: length - self.radius_m, normal, curvature_per_m }
     }
 
-    /// A ball around the nearest point of the segment; along its straight part nothing bends.
+    /// Distance from a ball around the nearest point of the segment. Beside the straight part the
+    /// curvature along the segment is zero.
     fn capsule(&self, arm: &Vector3<f64>, half_m: f64, along: &Vector3<f64>) -> Gap {
         let place = arm.dot(along);
         let ball = self.ball(&(arm - along * place.clamp(-half_m, half_m)));
@@ -97,7 +99,7 @@ impl RigidProbe {
         Gap { gap_m: r - self.radius_m, normal, curvature_per_m: around * around.transpose() / r }
     }
 
-    /// The rounded edge: a torus.
+    /// Distance from the rounded edge, which is part of a torus.
     fn rim(&self, across: &Vector3<f64>, r: f64, out: f64, below: f64) -> Gap {
         let length = out.hypot(below);
         let radial = across / r;

@@ -1,4 +1,4 @@
-//! A tet mesh with a node in the middle of every edge.
+//! A tet mesh with an additional node in the middle of every edge.
 
 use std::collections::HashMap;
 
@@ -10,10 +10,10 @@ use palpate_tissue::mesh::{TetMesh, surface};
 /// 10-node tets and the 6-node triangles of their surface; all edges are straight at rest.
 #[derive(Clone, Debug)]
 pub struct QuadraticMesh {
-    /// Rest position of every node [m]: the corners in the order of the tet mesh, then the middles
-    /// of the edges.
+    /// Rest position of every node [m]: the corners in the order of the tet mesh, then the
+    /// midpoints of the edges.
     pub nodes_m: Vec<Vector3<f64>>,
-    /// Nodes of every tet, shape \[tets\]\[10\], as [`super::shape`] counts them.
+    /// Nodes of every tet, shape \[tets\]\[10\], in the order of [`super::shape`].
     pub tets: Vec<[u32; 10]>,
     /// Nodes of every surface triangle, counter-clockwise seen from outside, shape
     /// \[triangles\]\[6\].
@@ -21,7 +21,7 @@ pub struct QuadraticMesh {
 }
 
 impl QuadraticMesh {
-    /// Puts a node into the middle of every edge.
+    /// Adds a node in the middle of every edge.
     #[must_use]
     pub fn new(mesh: &TetMesh) -> Self {
         let mut nodes_m: Vec<Vector3<f64>> = mesh.nodes_m.iter().map(|x| Vector3::from(*x)).collect();

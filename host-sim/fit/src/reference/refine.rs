@@ -1,5 +1,5 @@
-//! Local refinement: the longest edge of a tet that is too large is halved, in all tets around it
-//! (Rivara 1984).
+//! Local refinement: the longest edge of a tet that is too large is halved, in all tets around that
+//! edge (Rivara 1984).
 
 use std::collections::HashMap;
 
@@ -8,8 +8,8 @@ use palpate_tissue::mesh::TetMesh;
 /// Corner pairs of a tet's edges.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
-/// Halves edges longer than `longest_m` at their middle [m] until none is left or the mesh has
-/// `most_nodes`. The surface keeps its shape.
+/// Halves edges that are longer than `longest_m` at their midpoint [m], until there are none or the
+/// mesh has `most_nodes`. The surface keeps its shape.
 #[must_use]
 pub fn refine(mesh: &TetMesh, longest_m: impl Fn([f64; 3]) -> f64, most_nodes: usize) -> TetMesh {
     let mut mesh = mesh.clone();
@@ -21,8 +21,8 @@ pub fn refine(mesh: &TetMesh, longest_m: impl Fn([f64; 3]) -> f64, most_nodes: u
                 around.entry(edge).or_default().push(t);
             }
         }
-        // follow each large tet's longest edge to one that is the longest of all tets around it:
-        // halving that keeps the mesh closed
+        // from each large tet, follow longest edges to one that is the longest of all tets around
+        // it: halving such an edge keeps the mesh closed
         let mut halved: Vec<[u32; 2]> = Vec::new();
         for (t, own) in longest.iter().enumerate() {
             let [i, j] = own.map(|n| mesh.nodes_m[n as usize]);
@@ -46,7 +46,7 @@ pub fn refine(mesh: &TetMesh, longest_m: impl Fn([f64; 3]) -> f64, most_nodes: u
             let middle = mesh.nodes_m.len() as u32;
             let ends = [mesh.nodes_m[i as usize], mesh.nodes_m[j as usize]];
             mesh.nodes_m.push([0, 1, 2].map(|k| 0.5 * (ends[0][k] + ends[1][k])));
-            // the tets around two such edges are different ones
+            // no tet is adjacent to two such edges
             for t in &around[&edge] {
                 let with = |from: u32| mesh.tets[*t].map(|n| if n == from { middle } else { n });
                 let halves = [with(i), with(j)];
@@ -68,7 +68,8 @@ fn length(mesh: &TetMesh, edge: [u32; 2]) -> f64 {
     (0..3).map(|k| (i[k] - j[k]).powi(2)).sum::<f64>().sqrt()
 }
 
-/// The longest edge; of equal ones the one of the higher nodes, so that neighbours agree.
+/// The longest edge of a tet; of equally long ones the one with the higher node numbers, so that
+/// neighbours agree.
 fn longest_edge(mesh: &TetMesh, tet: &[u32; 4]) -> [u32; 2] {
     let edges = edges_of(tet);
     edges.into_iter().max_by(|a, b| length(mesh, *a).total_cmp(&length(mesh, *b)).then(a.cmp(b))).unwrap_or(edges[0])
@@ -93,8 +94,8 @@ mod tests {
         let volumes: Vec<f64> = fine.tets.iter().map(|t| volume(&fine, t)).collect();
         assert!(volumes.iter().all(|v| *v > 0.0));
         assert!((volumes.iter().sum::<f64>() / 0.04_f64.powi(3) - 1.0).abs() < 1e-12);
-        // closed: every boundary triangle lies in a face of the block, so the surface's area is the
-        // block's
+        // the mesh is closed: every boundary triangle is in a face of the block, so the surface
+        // area is that of the block
         let corners = |t: &[u32; 3]| t.map(|n| nalgebra::Vector3::from(fine.nodes_m[n as usize]));
         let area: f64 =
             surface::surface(&fine.tets).iter().map(corners).map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum();

@@ -1,5 +1,5 @@
-//! Quadratic shape functions and quadrature of the 10-node tet and the 6-node triangle (Zienkiewicz
-//! and Taylor, *The Finite Element Method*).
+//! Quadratic shape functions and quadrature rules of the 10-node tet and the 6-node triangle
+//! (Zienkiewicz and Taylor, *The Finite Element Method*).
 
 use nalgebra::Vector3;
 
@@ -8,13 +8,14 @@ pub const TET_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], 
 /// Corner pairs of a triangle's sides; node `3 + s` is the middle of side `s`.
 pub const TRIANGLE_EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 
-/// Quadrature of a tet: volume coordinates and share of the volume of each point.
+/// Quadrature rule of a tet: volume coordinates and share of the volume of each point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TetRule {
-    /// Four points, exact to degree 2, for the solution.
+    /// Four points, exact to degree 2; used for solutions.
     #[default]
     Four,
-    /// Eleven points, exact to degree 4 (Keast 1986), to check the first.
+    /// Eleven points, exact to degree 4 (Keast 1986), for integrands that need it and to check the
+    /// other rule.
     Eleven,
 }
 
@@ -51,8 +52,8 @@ fn peak(k: usize, high: f64, low: f64) -> [f64; 4] {
     at
 }
 
-/// Seven points of a triangle as (area coordinates, share of the area), exact to degree 5 (Radon
-/// 1948).
+/// Quadrature rule of a triangle with seven points (area coordinates, share of the area), exact to
+/// degree 5 (Radon 1948).
 #[must_use]
 pub fn triangle_points() -> [([f64; 3], f64); 7] {
     let root = 15_f64.sqrt();
@@ -75,7 +76,7 @@ pub fn triangle_points() -> [([f64; 3], f64); 7] {
     ]
 }
 
-/// Shape functions of the 6-node triangle.
+/// Values of the shape functions of the 6-node triangle at area coordinates.
 #[must_use]
 pub fn triangle_shape(at: [f64; 3]) -> [f64; 6] {
     let mut values = [0.0; 6];
@@ -87,8 +88,8 @@ pub fn triangle_shape(at: [f64; 3]) -> [f64; 6] {
     values
 }
 
-/// Derivatives of the 6-node triangle's shape functions along its first two area coordinates, at
-/// the expense of the third.
+/// Derivatives of the shape functions of the 6-node triangle with respect to the first two area
+/// coordinates; the third decreases accordingly.
 #[must_use]
 pub fn triangle_slopes(at: [f64; 3]) -> [[f64; 2]; 6] {
     let mut slopes = [[0.0; 3]; 6];
@@ -100,7 +101,7 @@ pub fn triangle_slopes(at: [f64; 3]) -> [[f64; 2]; 6] {
     slopes.map(|[a, b, c]| [a - c, b - c])
 }
 
-/// Shape functions of the 10-node tet.
+/// Values of the shape functions of the 10-node tet at volume coordinates.
 #[must_use]
 pub fn tet_shape(at: [f64; 4]) -> [f64; 10] {
     let mut values = [0.0; 10];
@@ -113,8 +114,8 @@ pub fn tet_shape(at: [f64; 4]) -> [f64; 10] {
     values
 }
 
-/// Gradients of the 10-node tet's shape functions [1/m], from the gradients of its volume
-/// coordinates [1/m].
+/// Gradients of the shape functions of the 10-node tet [1/m] at volume coordinates, from the
+/// gradients of the volume coordinates [1/m].
 #[must_use]
 pub fn tet_gradients(at: [f64; 4], slopes: &[Vector3<f64>; 4]) -> [Vector3<f64>; 10] {
     let mut gradients = [Vector3::zeros(); 10];
@@ -127,8 +128,8 @@ pub fn tet_gradients(at: [f64; 4], slopes: &[Vector3<f64>; 4]) -> [Vector3<f64>;
     gradients
 }
 
-/// Gradients of a tet's volume coordinates [1/m], and its volume [m^3]. Positive if it is
-/// positively oriented.
+/// Gradients of the volume coordinates of a tet [1/m], and its volume [m^3], which is positive if
+/// the tet is positively oriented.
 #[must_use]
 pub fn tet_slopes(corners: [Vector3<f64>; 4]) -> ([Vector3<f64>; 4], f64) {
     let [a, b, c] = [1, 2, 3].map(|k: usize| corners[k] - corners[0]);

@@ -1,10 +1,10 @@
-//! The answers that ship with the project: their contents and how to recompute them.
+//! The stored answers of the project: their contents, and how to recompute them.
 //!
-//! Forces of centred presses come from meshes as fine as the contact needs, one mesh for every
-//! range of depths. A place off the centre lacks the symmetry that reduces the mesh, so only the
-//! *ratio* to the centre is taken from a coarser mesh, solved with the same fineness and symmetry
-//! at both places: the mesh's effect on the force cancels. That ratio times the fine centred force
-//! is what is stored. Discs glued to the block are solved on the whole of it.
+//! Forces of centred presses come from meshes as fine as the contact needs, with one mesh for every
+//! range of depths. At a place away from the centre the symmetry that reduces the mesh is missing.
+//! Therefore a coarser mesh, with the same fineness and symmetry at both places, gives only the
+//! *ratio* to the force at the centre, in which the effect of the mesh cancels. The stored force is
+//! this ratio times the fine centred force. Discs glued to the block are solved on the whole block.
 
 use nalgebra::Vector3;
 
@@ -21,52 +21,53 @@ use palpate_tissue::scene::{Inclusion, Shape};
 
 const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
 const POISSON_RATIO: f64 = 0.45;
-/// Surface grid of a hold, if it has one.
+/// Spacing of the surface grid of a hold [m], and number of its points to each side of the centre.
 const SPACING_M: f64 = 1e-3;
 const HALF_COUNT: usize = 22;
-/// Corner nodes of the block that a disc is glued to, before refinement, and the longest edges at
-/// the disc's edge [disc radii].
+/// Number of corner nodes of the block to which a disc is glued, before refinement, and the longest
+/// element edges at the edge of the disc [disc radii].
 const GLUED_NODES: usize = 300;
 const GLUED_EDGES: [f64; 2] = [0.05, 0.025];
 
-/// One shipped file.
+/// Contents of one stored file.
 pub struct Shipped {
-    /// File name.
+    /// Name of the file.
     pub file: &'static str,
     shape: Shape,
     radius_mm: f64,
     inclusion: &'static [Inclusion],
     centred: &'static [Batch],
-    /// Holds with a surface grid [mm].
+    /// Depths of the holds whose surface grid is stored [mm].
     surfaces_mm: &'static [f64],
     moved: Option<Moved>,
-    /// Centres of discs of the probe's radius, each glued and moved along z and along x [mm].
+    /// Centres of discs with the radius of the probe, each glued and moved along z and along x
+    /// [mm].
     glued_mm: &'static [[f64; 2]],
 }
 
-/// Presses on one mesh.
+/// Presses that are solved on one mesh.
 struct Batch {
     depths_mm: &'static [f64],
-    /// Corner nodes of the quarter.
+    /// Number of corner nodes of the quarter block.
     nodes: usize,
     fine_radius_mm: f64,
 }
 
-/// Places off the centre, on y = 0: half a block.
+/// Presses at places away from the centre with y = 0, solved on half a block.
 struct Moved {
     places_mm: &'static [[f64; 2]],
     depths_mm: &'static [f64],
-    /// Corner nodes of the half block.
+    /// Number of corner nodes of the half block.
     nodes: usize,
     fine_radius_mm: f64,
-    /// Whether the tissue is homogeneous, so that only the ratio to the centre is used.
+    /// Whether only the ratio to the centre is used, because the tissue is homogeneous.
     ratio: bool,
 }
 
 const NODULE: [Inclusion; 1] =
     [Inclusion { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0, stiffening_b: None }];
 
-/// Every shipped answer.
+/// All stored answers.
 pub const SHIPPED: [Shipped; 4] = [
     Shipped {
         file: "block.json",
@@ -130,10 +131,11 @@ pub const SHIPPED: [Shipped; 4] = [
 ];
 
 impl Shipped {
-    /// Solves everything; `progress` is called for every step with (place, depth), in metres.
+    /// Solves all presses and discs; calls `progress` with (place, depth) after every step, in
+    /// metres.
     ///
     /// # Errors
-    /// A mesh that cannot be made, or a press that does not converge.
+    /// Fails if a mesh cannot be generated, or if a press does not converge.
     pub fn solve(&self, mut progress: impl FnMut([f64; 2], f64)) -> Result<Answer, Error> {
         let mut holds = Vec::new();
         for batch in self.centred {
@@ -142,7 +144,7 @@ impl Shipped {
         }
         if let Some(moved) = &self.moved {
             let centred = holds.clone();
-            // the same presses at the centre
+            // presses to the same depths at the centre, on the coarser mesh
             let mut same = Vec::new();
             for place_mm in moved.places_mm {
                 let place_m = place_mm.map(metres);
@@ -177,10 +179,10 @@ impl Shipped {
         Ok(Answer { tissue, probe: AnswerProbe { shape: self.shape, radius_m: metres(self.radius_mm) }, holds, glued })
     }
 
-    /// Solves the glued discs; `progress` is called for each, with depth zero.
+    /// Solves the glued discs; calls `progress` before each of them, with depth zero.
     ///
     /// # Errors
-    /// A mesh that cannot be made or solved.
+    /// Fails if a mesh cannot be generated or solved.
     pub fn glued(&self, mut progress: impl FnMut([f64; 2], f64)) -> Result<Vec<GluedAnswer>, Error> {
         let mut solved = Vec::new();
         let tissue = Stiffness { ratio: 1.0, poisson_ratio: POISSON_RATIO, stiffening_b: 0.0 };
@@ -244,13 +246,14 @@ impl Shipped {
     }
 }
 
-/// Millimetres as the double nearest to the decimal number of metres, so that files and scenes
-/// agree to the last bit.
+/// Converts millimetres to the double that is nearest to the decimal number of metres, so that
+/// files and scenes agree to the last bit.
 fn metres(mm: f64) -> f64 {
     mm / 1000.0
 }
 
-/// Six digits: more than are converged, but few enough to hide another machine's rounding.
+/// Rounds to six digits: more than have converged, but few enough to hide the rounding of another
+/// machine.
 fn rounded(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }

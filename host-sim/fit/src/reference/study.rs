@@ -1,4 +1,5 @@
-//! A scene solved on three meshes, each finer than the one before: the answer and its accuracy.
+//! Solves a scene on three meshes of increasing fineness, and estimates the answer and its
+//! accuracy.
 
 use nalgebra::Vector3;
 
@@ -13,72 +14,74 @@ use palpate_tissue::error::Error;
 use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::tissue;
 
-/// Corner nodes of the three levels, for a quarter, a half and the whole of the block.
+/// Numbers of corner nodes of the three levels, for a quarter, a half and the whole of the block.
 const FULL_NODES: [[usize; 3]; 3] = [[350, 750, 1600], [600, 1200, 2400], [900, 1700, 3000]];
 const QUICK_NODES: [[usize; 3]; 3] = [[130, 270, 540], [180, 330, 600], [300, 500, 800]];
-/// Longest edges under the probe, in contact radii, and most corner nodes, of the three levels of
-/// an imported mesh.
+/// Longest edge under the probe, divided by the contact radius, and maximum number of corner nodes,
+/// of the three levels of an imported mesh.
 const FULL_EDGES: [(f64, usize); 3] = [(0.6, 1500), (0.4, 2500), (0.27, 4000)];
 const QUICK_EDGES: [(f64, usize); 3] = [(1.0, 700), (0.7, 1000), (0.5, 1400)];
-/// Tolerance of a force drive, as a share of its target.
+/// Accepted deviation of the force of a force drive, as a share of its target (1).
 const FORCE_TOLERANCE: f64 = 1e-4;
 const MOST_TRIES: usize = 40;
-/// Step of a force drive's search for its depth [probe radii].
+/// Step of depth with which a force drive brackets its target [probe radii].
 const SEARCH_RADII: f64 = 0.125;
-/// Surface grid of every hold on a block.
+/// Spacing of the surface grid of a hold on a block, and its extent to each side [m].
 const SPACING_M: f64 = 1e-3;
 const GRID_REACH_M: f64 = 0.022;
 
-/// A scene on several meshes.
+/// Answers of a scene on several meshes.
 pub struct Study {
-    /// The meshes and their answers, from coarse to fine.
+    /// Meshes with their answers, from coarse to fine.
     pub levels: Vec<Level>,
     /// Site of the press on the rest surface [m].
     pub place_m: [f64; 3],
 }
 
-/// A scene on one mesh.
+/// Answer of a scene on one mesh.
 pub struct Level {
-    /// Nodes of the quadratic mesh, of the piece that is computed.
+    /// Number of nodes of the quadratic mesh of the piece that is computed.
     pub nodes: usize,
-    /// Tets of that mesh.
+    /// Number of tets of that mesh.
     pub tets: usize,
-    /// Number of mirror images of the piece that make up the whole.
+    /// Number of mirror images, including the piece itself, of which the whole consists.
     pub copies: f64,
-    /// Newton iterations.
+    /// Number of Newton iterations of all holds together.
     pub iterations: usize,
-    /// Holds that converged, in the scene's order.
+    /// Holds that converged, in the order of the scene.
     pub holds: Vec<LevelHold>,
-    /// Why the next one is missing; a finer level stops there without trying.
+    /// Reason why the next hold is missing; finer levels do not try that hold.
     pub stopped: Option<Stalled>,
 }
 
-/// A hold on one mesh.
+/// Answer of a hold on one mesh.
 pub struct LevelHold {
     /// Depth [m].
     pub depth_m: f64,
     /// Force along the press over Young's modulus [m^2].
     pub force_over_e_m2: f64,
-    /// Deepest penetration of the surface into the probe [m].
+    /// Largest penetration of the surface into the probe [m].
     pub penetration_m: f64,
-    /// Displacement of the top, for a block only.
+    /// Displacement of the top around the place; only for a block.
     pub grid: Option<SurfaceGrid>,
-    /// (rest position, displacement) of the nodes that may touch the probe [m].
+    /// Pairs of rest position and displacement of the nodes that may touch the probe [m].
     pub surface: Vec<(Vector3<f64>, Vector3<f64>)>,
 }
 
-/// Estimate of the limit of a quantity as the mesh is refined.
+/// Estimate of the limit of a quantity under mesh refinement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// Value at vanishing element size: `value + c h^3` through the two finest levels (Richardson),
-    /// h^3 ~ 1/nodes. Quadratic elements reach third order if the contact's edge limits the
-    /// smoothness.
+    /// Value at vanishing element size, from `value + c h^3` through the two finest levels
+    /// (Richardson), with h^3 ~ 1/nodes. Quadratic elements reach third order if the edge of the
+    /// contact limits the smoothness.
     pub limit: f64,
-    /// The larger of the finest level's distance to the limit and to the level before.
+    /// The larger of two differences: between the finest level and the limit, and between the
+    /// finest level and the previous one.
     pub error: f64,
 }
 
-/// Extrapolates (nodes, value) of every level, coarse to fine; `None` with fewer than two.
+/// Extrapolates the pairs (nodes, value) of all levels, coarse to fine; `None` if there are fewer
+/// than two.
 #[must_use]
 pub fn extrapolate(levels: &[(usize, f64)]) -> Option<Estimate> {
     let [.., (coarse, before), (fine, finest)] = levels else { return None };
@@ -87,10 +90,10 @@ pub fn extrapolate(levels: &[(usize, f64)]) -> Option<Estimate> {
     Some(Estimate { limit, error: (finest - limit).abs().max((finest - before).abs()) })
 }
 
-/// Solves a scene on three meshes; `progress` is called with (level, depth [m]).
+/// Solves a scene on three meshes; calls `progress` with (level, depth [m]).
 ///
 /// # Errors
-/// A scene that has no static answer, or a tissue that cannot be meshed. A hold that does not
+/// Fails if the scene has no static answer or the tissue cannot be meshed. A hold that does not
 /// converge is not an error: its level records it.
 pub fn study(scene: &Scene, quick: bool, mut progress: impl FnMut(usize, f64)) -> Result<Study, Error> {
     let mut task = Task::new(scene)?;
@@ -151,7 +154,7 @@ impl Task<'_> {
             holds: Vec::new(),
             stopped: None,
         };
-        // a hold that a coarser mesh could not reach is not tried again
+        // a hold that did not converge on a coarser mesh is not tried again
         let within_reach = coarser.iter().filter(|level| level.stopped.is_some()).map(|level| level.holds.len()).min();
         for target in self.scene.drive.targets().iter().take(within_reach.unwrap_or(usize::MAX)) {
             let reached = match self.scene.drive {
@@ -179,7 +182,7 @@ impl Task<'_> {
     }
 }
 
-/// Depth of the deepest hold [m]; for a force drive, the depth for which the mesh is made.
+/// Depth of the deepest hold [m]; for a force drive, the depth for which the mesh is refined.
 fn deepest_m(scene: &Scene) -> Result<f64, Error> {
     match &scene.drive {
         Drive::Depth { holds_m, .. } => Ok(holds_m.iter().copied().fold(0.0, f64::max)),
@@ -197,8 +200,8 @@ fn surface_of(body: &Body, displacement_m: &[Vector3<f64>]) -> Vec<(Vector3<f64>
     nodes.into_iter().map(|n| (body.mesh.nodes_m[n as usize], displacement_m[n as usize])).collect()
 }
 
-/// Presses until the force over Young's modulus is `wanted_m2`: steps outward, then false position
-/// (Illinois).
+/// Presses until the force over Young's modulus equals `wanted_m2`: steps inward until the force is
+/// exceeded, then false position (Illinois).
 pub fn find_depth(press: &mut Press, wanted_m2: f64, radius_m: f64, progress: &mut impl FnMut(f64)) -> Result<(), Stalled> {
     let step_m = SEARCH_RADII * radius_m;
     let mut low = (0.0, -wanted_m2);

@@ -1,7 +1,7 @@
-//! Suspended body with its weight, ties and the nodes that are moved: energy, residual and tangent.
+//! A suspended body with its weight, its ties and its gripped nodes: energy, residual and tangent.
 //!
-//! Gravity is a dead load in the consistent nodal forces of the 10-node tet; ties are
-//! [`super::tie`].
+//! Gravity is a dead load, applied as the consistent nodal forces of the 10-node tet; ties are
+//! described in [`super::tie`].
 
 use nalgebra::Vector3;
 use thiserror::Error;
@@ -10,11 +10,12 @@ use super::body::{Assembled, Body};
 use super::shape::tet_slopes;
 use super::tie::Tie;
 
-/// Share of a tet's weight that each corner carries, and each middle of an edge: the integrals of
-/// the shape functions.
+/// Share of a tet's weight at each corner and at each midpoint of an edge (1): the integrals of the
+/// shape functions.
 const CORNER_SHARE: f64 = -0.05;
 const MIDDLE_SHARE: f64 = 0.2;
-/// Force that counts as zero, over Young's modulus times the squared size (1).
+/// Force below which forces count as zero, over Young's modulus times the squared size of the body
+/// (1).
 const NO_FORCE: f64 = 1e-6;
 
 /// Error of a suspension: why its input is invalid, or why it has no equilibrium.
@@ -43,7 +44,8 @@ pub enum HangError {
     Stalled { share: f64, weight_share: f64 },
 }
 
-/// Suspended body: its mesh and material, its weight, its ties and the nodes that are moved.
+/// A suspended body: its mesh and material, its weight, its ties, and the nodes that are gripped
+/// and moved.
 pub struct Suspension {
     pub(super) body: Body,
     weight_m2: Vec<Vector3<f64>>,
@@ -63,11 +65,12 @@ impl Suspension {
         Self { no_force_m2: NO_FORCE * volume_m3.cbrt().powi(2), body, weight_m2, ties: vec![], grip: vec![] }
     }
 
-    /// Gives every tet a density [kg/m^3] under a gravity [m/s^2]; the body's stiffness ratios are
-    /// over `youngs_modulus_pa`.
+    /// Gives every tet a density [kg/m^3] under a gravity [m/s^2]; the stiffness ratios of the body
+    /// are relative to `youngs_modulus_pa`.
     ///
     /// # Errors
-    /// A density per tet is missing, negative or not finite; the modulus is not above 0.
+    /// Fails if the density of a tet is missing, negative or not finite, or if the modulus is not
+    /// above 0.
     pub fn with_weight(
         mut self,
         densities_kg_per_m3: &[f64],
@@ -94,10 +97,10 @@ impl Suspension {
         Ok(self)
     }
 
-    /// Adds ties.
+    /// Adds ties between surfaces.
     ///
     /// # Errors
-    /// A tie names a node that does not exist.
+    /// Fails if a tie names a node that does not exist.
     pub fn with_ties(mut self, ties: Vec<Tie>) -> Result<Self, HangError> {
         let nodes = self.body.mesh.nodes_m.len();
         for (tie, node) in ties.iter().enumerate().flat_map(|(index, tie)| tie.nodes.map(|n| (index, n))) {
@@ -114,7 +117,7 @@ impl Suspension {
     /// Grips nodes whose displacement will be prescribed; it is zero until they are moved.
     ///
     /// # Errors
-    /// A node does not exist.
+    /// Fails if a node does not exist.
     pub fn with_grip(mut self, nodes: &[u32]) -> Result<Self, HangError> {
         let count = self.body.mesh.nodes_m.len();
         for node in nodes {
@@ -125,13 +128,13 @@ impl Suspension {
         Ok(self)
     }
 
-    /// The body; gripped nodes count as fixed.
+    /// Body that is suspended; gripped nodes count as fixed.
     #[must_use]
     pub fn body(&self) -> &Body {
         &self.body
     }
 
-    /// The ties.
+    /// Ties between surfaces of the body.
     #[must_use]
     pub fn ties(&self) -> &[Tie] {
         &self.ties
@@ -143,8 +146,8 @@ impl Suspension {
         self.weight_m2.iter().sum()
     }
 
-    /// Energy over Young's modulus [m^3] with a share of the weight; `None` if an element is inside
-    /// out.
+    /// Energy over Young's modulus [m^3] with a share of the weight; `None` if an element is
+    /// inverted.
     #[must_use]
     pub fn energy_m3(&self, displacement_m: &[Vector3<f64>], weight_share: f64) -> Option<f64> {
         let elastic = self.body.energy(displacement_m, None)?;
@@ -153,7 +156,7 @@ impl Suspension {
         Some(elastic + tied - weight_share * falls)
     }
 
-    /// Energy, residual and tangent with a share of the weight; `None` if an element is inside out.
+    /// Energy, residual and tangent with a share of the weight; `None` if an element is inverted.
     #[must_use]
     pub fn assemble(&self, displacement_m: &[Vector3<f64>], weight_share: f64) -> Option<Assembled> {
         self.derive(displacement_m, weight_share, true)

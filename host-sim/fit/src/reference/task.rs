@@ -1,4 +1,4 @@
-//! The finite-element problem of a scene, after the check that it has an answer.
+//! The finite-element problem of a scene, after a check that it has an answer.
 
 use nalgebra::Vector3;
 
@@ -8,14 +8,14 @@ use palpate_tissue::error::Error;
 use palpate_tissue::mesh::TetMesh;
 use palpate_tissue::scene::Scene;
 
-/// Growth of the longest edge per distance from the contact, of an imported mesh.
+/// Growth of the longest edge of an imported mesh per distance from the contact (1).
 const EDGE_GROWTH: f64 = 0.35;
 
-/// A scene whose tissue can be solved, and the depth for which its meshes are made.
+/// A scene whose tissue can be solved, with the depth for which its meshes are refined.
 pub(crate) struct Task<'a> {
     pub scene: &'a Scene,
     pub material: Material,
-    /// Deepest press [m].
+    /// Depth of the deepest press [m].
     pub deepest_m: f64,
 }
 
@@ -50,7 +50,7 @@ impl<'a> Task<'a> {
         (1.1 * self.scene.probe.tip().contact_radius_m(self.deepest_m)).max(deepest_ball.min(1.5 * self.scene.probe.radius_m))
     }
 
-    /// An imported mesh with edges of at most `edge` times the fine radius near the place.
+    /// An imported mesh, refined to edges of at most `edge` times the fine radius near the place.
     pub fn refined(&self, mesh: &TetMesh, place: &Vector3<f64>, edge: f64, most_nodes: usize) -> TetMesh {
         let fine_m = self.fine_radius_m();
         let longest_m = |x: [f64; 3]| edge * fine_m + EDGE_GROWTH * ((Vector3::from(x) - place).norm() - fine_m).max(0.0);

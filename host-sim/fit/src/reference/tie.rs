@@ -1,12 +1,12 @@
-//! An elastic layer that ties two surfaces together, with matching meshes or not.
+//! An elastic layer that ties two surfaces together, whether or not their meshes match.
 //!
-//! At the seven points of each triangle of the one surface, the other's nearest point at rest is
-//! sought; from then on `k/2 |x_a - x_b - (X_a - X_b)|^2` per rest area: a penalty tie on
-//! quadrature points, one surface leading (Wriggers, *Computational Contact Mechanics*, 6). The
-//! offset at rest is kept as a vector, so the energy is quadratic in the displacements and a common
-//! rotation costs energy if the surfaces do not touch at rest. A uniform pressure is transmitted
-//! uniformly only within the quadrature's error: one surface's points do not match the sides of the
-//! other's triangles.
+//! For the seven quadrature points of each triangle on the first surface, the nearest points at
+//! rest on the second are determined. From then on the energy of each pair per rest area is
+//! `k/2 |x_a - x_b - (X_a - X_b)|^2`: a penalty tie at quadrature points with one leading surface
+//! (Wriggers, *Computational Contact Mechanics*, 6). The offset at rest is stored as a vector, so
+//! the energy is quadratic in the displacements, and a common rotation costs energy if the surfaces
+//! do not touch at rest. A uniform pressure is transmitted uniformly only within the error of the
+//! quadrature, because the points of one surface do not match the sides of the other's triangles.
 
 use nalgebra::Vector3;
 
@@ -16,23 +16,23 @@ use super::nearest::nearest;
 use super::quadratic::QuadraticMesh;
 use super::shape::{triangle_points, triangle_shape};
 
-/// A spring between a point of one surface and one of another.
+/// A spring between a point on one surface and a point on another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tie {
-    /// Nodes of the triangle on the one surface, then of that on the other.
+    /// Nodes of the triangle on the first surface, then those of the triangle on the second.
     pub nodes: [u32; 12],
     /// Shape functions at the two points. Those of the second triangle are negative, so that the
-    /// sum over the nodes' displacements is the stretch.
+    /// weighted sum of the nodes' displacements is the stretch.
     pub shape: [f64; 12],
-    /// Stiffness over Young's modulus [m]: of the layer per area [1/m], times the point's area at
-    /// rest.
+    /// Stiffness over Young's modulus [m]: that of the layer per area [1/m], times the rest area
+    /// that the point represents.
     pub stiffness_m: f64,
-    /// Distance of the two points at rest [m].
+    /// Distance between the two points at rest [m].
     pub gap_m: f64,
 }
 
 impl Tie {
-    /// Relative displacement of the points [m].
+    /// Displacement of the first point relative to the second [m].
     #[must_use]
     pub fn stretch_m(&self, displacement_m: &[Vector3<f64>]) -> Vector3<f64> {
         self.nodes.iter().zip(&self.shape).map(|(n, share)| displacement_m[*n as usize] * *share).sum()
@@ -54,12 +54,12 @@ impl Tie {
     }
 }
 
-/// Ties some triangles of a mesh to the nearest of others (both indices into its surface triangles)
-/// that are within `reach_m` at rest.
+/// Ties some triangles of a mesh to the nearest of others that are within `reach_m` at rest; `from`
+/// and `onto` are indices of its surface triangles.
 ///
-/// `stiffness_per_m` gives the layer's stiffness per area over Young's modulus [1/m] at a place [m]
-/// of the first surface; nothing is tied where it is not above zero. The two surfaces should have
-/// no node in common.
+/// `stiffness_per_m` gives the stiffness of the layer per area, over Young's modulus [1/m], at a
+/// place [m] on the first surface; points at which it is not above zero are not tied. The two
+/// surfaces should have no common nodes.
 #[must_use]
 pub fn layer(
     mesh: &QuadraticMesh,

@@ -1,8 +1,8 @@
-//! The rigid probe touching the surface: energy, residual, tangent and force of a frictionless
-//! penalty.
+//! Frictionless penalty contact between the rigid probe and the surface: energy, residual, tangent
+//! and force.
 //!
-//! Penalty on the gap g at seven points of each surface triangle: penalty/2 g^2 per rest area where
-//! g < 0.
+//! The penalty acts on the gap g at seven points of each surface triangle: the energy is penalty/2
+//! g^2 per rest area where g < 0.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -10,26 +10,26 @@ use super::body::{Assembled, Body, Contact};
 use super::probe::Gap;
 use super::shape::{triangle_points, triangle_shape, triangle_slopes};
 
-/// Contact pressure over Young's modulus that few equilibria reach.
+/// Contact pressure over Young's modulus that hardly any equilibrium exceeds (1).
 const HIGHEST_PRESSURE: f64 = 3.0;
 
-/// Contact of the probe: force, penetration and area.
+/// Force, penetration and area of the contact with the probe.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Touch {
-    /// Force on the probe over Young's modulus [m^2], of the whole, not of the piece.
+    /// Force on the probe over Young's modulus, for the whole tissue and not only the piece [m^2].
     pub force_m2: Vector3<f64>,
-    /// Deepest penetration [m].
+    /// Largest penetration [m].
     pub penetration_m: f64,
-    /// Area in contact at rest [m^2], of the whole.
+    /// Rest area in contact, for the whole tissue [m^2].
     pub area_m2: f64,
 }
 
-/// Pressure of the probe around a point of the surface.
+/// Contact pressure at one point of the surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Pressed {
-    /// Place on the deformed surface [m].
+    /// Position on the deformed surface [m].
     pub at_m: Vector3<f64>,
-    /// Deformed area that the point represents, of the whole [m^2].
+    /// Deformed area that the point represents, for the whole tissue [m^2].
     pub area_m2: f64,
     /// Pressure at the point over Young's modulus (1).
     pub pressure_over_e: f64,
@@ -41,7 +41,7 @@ pub(super) struct Point<'a> {
     pub nodes: &'a [u32; 6],
     /// Shape functions at the point.
     pub shape: &'a [f64; 6],
-    /// Index of the point in the rule, and its share of the triangle.
+    /// Index of the point in the quadrature rule, and its share of the triangle's area (1).
     rule: usize,
     share: f64,
     /// Rest area that the point represents [m^2].
@@ -55,16 +55,16 @@ impl Point<'_> {
         0.5 * self.penalty_per_m * self.area_m2 * self.gap.gap_m * self.gap.gap_m
     }
 
-    /// Gradient of the energy by the point's displacement [m^2].
+    /// Gradient of the energy with respect to the point's displacement [m^2].
     pub fn push_m2(&self) -> Vector3<f64> {
         self.gap.normal * (self.penalty_per_m * self.area_m2 * self.gap.gap_m)
     }
 
-    /// Second derivative [m], with or without the probe's curvature; without it the
-    /// contribution is never indefinite.
+    /// Second derivative of the energy [m], with or without the curvature of the probe; without it
+    /// the contribution is never indefinite.
     pub fn stiffness_m(&self, curved: bool) -> Matrix3<f64> {
-        // the curvature makes the tangent indefinite where the tissue has not yet followed a step:
-        // bounded there
+        // the curvature makes the tangent indefinite where the tissue has not yet followed a step,
+        // so its contribution is bounded there
         let curved_m = if curved { self.gap.gap_m.max(-HIGHEST_PRESSURE / self.penalty_per_m) } else { 0.0 };
         let normal = self.gap.normal;
         (normal * normal.transpose() + self.gap.curvature_per_m * curved_m) * (self.penalty_per_m * self.area_m2)
@@ -94,8 +94,8 @@ impl Body {
         self.stiffen(triangles, displacement_m, contact, true, &mut sum.tangent);
     }
 
-    /// Adds the second derivative of the energy of contact to a tangent, with or without the
-    /// probe's curvature.
+    /// Adds the second derivative of the contact energy to a tangent, with or without the curvature
+    /// of the probe.
     pub(super) fn stiffen(
         &self,
         triangles: &[usize],
@@ -114,7 +114,7 @@ impl Body {
         });
     }
 
-    /// Adds the gradient of the contact energy to that of all nodes.
+    /// Adds the gradient of the contact energy to the residual of all nodes.
     pub(super) fn add_push(
         &self,
         triangles: &[usize],
@@ -142,7 +142,7 @@ impl Body {
         touch
     }
 
-    /// Returns the pressure at every quadrature point in contact, and so its area and its peak.
+    /// Returns the pressure at every quadrature point in contact, from which area and peak follow.
     #[must_use]
     pub fn pressed(&self, displacement_m: &[Vector3<f64>], contact: &Contact) -> Vec<Pressed> {
         let slopes = triangle_points().map(|(at, _)| triangle_slopes(at));
@@ -161,7 +161,8 @@ impl Body {
         pressed
     }
 
-    /// Least distance of a triangle's nodes and quadrature points to the probe [m].
+    /// Smallest distance between the probe and the nodes and quadrature points of a triangle [m];
+    /// negative inside the probe.
     pub(super) fn least_gap_m(&self, triangle: usize, displacement_m: &[Vector3<f64>], contact: &Contact) -> f64 {
         let now = self.mesh.triangles[triangle].map(|n| self.mesh.nodes_m[n as usize] + displacement_m[n as usize]);
         let points = triangle_points().map(|(at, _)| triangle_shape(at));
@@ -169,7 +170,7 @@ impl Body {
         now.into_iter().chain(inside).map(|x| contact.probe.gap(&x).gap_m).fold(f64::INFINITY, f64::min)
     }
 
-    /// Calls `each` with every quadrature point of some triangles that is inside the probe.
+    /// Calls `each` for every quadrature point of the given triangles that is inside the probe.
     pub(super) fn each_touch(
         &self,
         triangles: &[usize],

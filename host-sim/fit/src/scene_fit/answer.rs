@@ -1,4 +1,4 @@
-//! The solved presses of a scene as an answer, and its accuracy.
+//! The solved presses of a scene as an answer, with its accuracy.
 
 use super::discs::GluedDiscs;
 use super::organ::tissue_of;
@@ -9,24 +9,25 @@ use palpate_tissue::answer::{Answer, AnswerProbe, GluedAnswer, HoldAnswer};
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::Scene;
 
-/// Presses in two answers, one for the fit and one for the evaluation.
+/// Presses as two answers, one for the fit and one for the evaluation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solved {
-    /// Presses for the fit: the fitted depths at the centre, and places around it.
+    /// Presses for the fit: the fitted depths at the centre, and those at places around it.
     pub known: Answer,
-    /// Presses for the evaluation alone: other depths at the centre, and at other places.
+    /// Presses for the evaluation alone: other depths at the centre, and presses at other places.
     pub unseen: Answer,
-    /// Estimated error of the force at the centre, the largest over all depths: its change from the
-    /// coarser mesh to the finer, or to their extrapolated limit (1).
+    /// Estimated relative error of the force at the centre (1), the largest over all depths: the
+    /// larger of the finer mesh's differences from the coarser one and from their extrapolated
+    /// limit.
     pub error: f64,
-    /// Nodes of the finest quadratic mesh.
+    /// Number of nodes of the finest quadratic mesh.
     pub nodes: usize,
 }
 
-/// Combines presses and glued discs; `found` returns the result of a job.
+/// Combines presses and glued discs into answers; `found` returns the result of a job.
 ///
 /// # Errors
-/// A press is missing.
+/// Fails if a press is missing.
 pub fn answer(
     scene: &Scene,
     presses: &Presses,

@@ -1,7 +1,7 @@
-//! The bump: the force that inclusions add to a press, by finite elements.
+//! The bump: the force that inclusions add to a press, computed by finite elements.
 //!
-//! Each place is pressed twice on one mesh, with the inclusions and without. The mesh affects both
-//! forces in much the same way, so their ratio is more accurate than either.
+//! Each place is pressed twice on one mesh, with and without the inclusions. The mesh affects both
+//! forces almost equally, so their ratio is more accurate than either force.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -24,34 +24,36 @@ use palpate_tissue::error::Error;
 use palpate_tissue::mesh::{BlockSpec, TetMesh, block};
 use palpate_tissue::scene::{Inclusion, Scene};
 
-/// Corner nodes of the block's mesh before it is refined under the probe and in the inclusions.
+/// Number of corner nodes of the block's mesh before it is refined under the probe and in the
+/// inclusions.
 const BASE_NODES: usize = 120;
-/// Most corner nodes of a mesh.
+/// Maximum number of corner nodes of a mesh.
 const MOST_NODES: usize = 6000;
-/// Upper bound on the radius of the smallest contact [probe radii].
+/// Upper limit of the radius of the smallest contact [probe radii].
 const LARGEST_RADII: f64 = 0.35;
-/// Number of fitted places besides the centre, their radius around it [probe radii], and the number
-/// with `--quick`.
+/// Number of fitted places besides the centre, the same number with `--quick`, and the radius
+/// around the centre over which they are spread [probe radii].
 const KNOWN_PLACES: usize = 14;
 const QUICK_PLACES: usize = 8;
 pub(super) const KNOWN_RADII: f64 = 1.65;
 /// Share of the force below which inclusions are not fitted (1).
 const LEAST_FELT: f64 = 2e-3;
-/// Terms of the bump of each inclusion between the places.
+/// Number of terms with which the bump of each inclusion is interpolated between the places.
 const TERMS: i32 = 3;
-/// Weight of the ridge on each, relative to places of weight one.
+/// Weight of the ridge on each term, whereas the places have weights of one.
 const RIDGE: f64 = 1e-6;
-/// Number of places of the line on which the bump is evaluated and drawn: even, so that none is the
-/// centre.
+/// Number of places on the line along which the bump is evaluated and drawn. It is even, so that no
+/// place is at the centre.
 const LINE_PLACES: usize = 8;
-/// Depths of the fit and of the evaluation, as shares of the deepest hold.
+/// Depths of the fit and of the evaluation, as shares of the deepest hold (1).
 const FITTED: [f64; 3] = [0.25, 0.5, 1.0];
 const UNSEEN: [f64; 2] = [0.375, 0.75];
 
-/// How a mesh is refined: longest edge over the radius of the smallest contact and over that of an
-/// inclusion, and its growth per distance from either. A ball of 4 mm, 10 mm deep under R = 8 mm,
-/// ten times as stiff, adds 8.97 % to the force at 3 mm with 1.1, 8.65 with 0.8, 8.51 with 0.55,
-/// 8.38 with 0.4 and 8.33 with 0.3 of its radius.
+/// Refinement of a mesh: longest edge, divided by the radius of the smallest contact and by that of
+/// an inclusion, and growth of the edge per distance from either (1). As an example, a ball with a
+/// radius of 4 mm, 10 mm below the surface and ten times as stiff, under a probe with R = 8 mm,
+/// adds 8.97 % to the force at a depth of 3 mm if the edges in the ball are 1.1 of its radius, 8.65
+/// % with 0.8, 8.51 % with 0.55, 8.38 % with 0.4, and 8.33 % with 0.3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Edges {
     contact: f64,
@@ -61,41 +63,44 @@ struct Edges {
 
 const COARSE: Edges = Edges { contact: 1.4, ball: 0.9, growth: 0.9 };
 const FINE: Edges = Edges { contact: 1.2, ball: 0.55, growth: 0.75 };
-/// Edges of the coarser and of the finer mesh for a trial of the command.
+/// Refinement of the coarser and of the finer mesh with `--quick`.
 const QUICK: [Edges; 2] = [Edges { contact: 2.0, ball: 1.4, growth: 1.2 }, Edges { contact: 1.4, ball: 1.0, growth: 1.0 }];
 
-/// Ratios of the forces with the inclusions to those without them.
+/// Ratios of the forces with the inclusions to those without them, at places and depths.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bumps {
-    /// Places from the centre of the top [m]: the centre, others for the fit, the line, and others
-    /// for the evaluation alone.
+    /// Places relative to the centre of the top [m]: the centre, further places for the fit, those
+    /// on the line, and further places for the evaluation alone.
     pub places_m: Vec<[f64; 2]>,
     /// Number of places for the fit, including the centre.
     pub known_places: usize,
-    /// Number of the following places of the line, along x over the inclusion nearest the centre.
+    /// Number of places on the line, which follow those for the fit. The line is along x and passes
+    /// above the inclusion nearest to the centre.
     pub line_places: usize,
-    /// Depths [m], rising.
+    /// Depths in ascending order [m].
     pub depths_m: Vec<f64>,
-    /// Depths for the fit [m].
+    /// Depths for the fit, a subset of `depths_m` [m].
     pub fitted_m: Vec<f64>,
     /// Force with the inclusions, divided by that without them (1), shape \[places\]\[depths\].
     pub ratio: Vec<Vec<f64>>,
-    /// Root mean square deviation of the solved bumps from their interpolation, over the highest
-    /// (1).
+    /// Root mean square deviation of the solved bumps from their interpolation, divided by the
+    /// highest bump (1).
     pub scatter: f64,
-    /// Factors of the terms between the places, shape \[depths\]\[inclusions x terms\].
+    /// Coefficients of the interpolation between the places, shape \[depths\]\[inclusions x
+    /// terms\].
     terms: Vec<Vec<f64>>,
     inclusions: Vec<Inclusion>,
-    /// Estimated relative error of the bump near its maximum (1), the largest of all depths: the
-    /// finer of two meshes is compared with their extrapolated limit.
+    /// Estimated relative error of the bump near its maximum, the largest over all depths (1): the
+    /// difference between the finer of two meshes and their extrapolated limit.
     pub error: f64,
 }
 
-/// Presses a block with its inclusions and without, unless an earlier run has done so; `progress`
-/// is called with the number of places done and the total.
+/// Presses a block with and without its inclusions, unless an earlier run has done so. Calls
+/// `progress` with the number of finished places and the total number.
 ///
 /// # Errors
-/// A block that cannot be meshed, no equilibrium at some depth, no memory.
+/// Fails if the block cannot be meshed, if there is no equilibrium at some depth, or if there is
+/// not enough memory.
 pub fn solve_bumps(
     scene: &Scene,
     deepest_m: f64,
@@ -120,7 +125,7 @@ pub fn solve_bumps(
     let spec = BlockSpec { size_m, nodes: BASE_NODES, fine_at_m: [0.0; 2], fine_radius_m: radius_m };
     let mesh = block(&spec).map_err(|cause| Error::Usage(format!("{}: tissue.block_m: {cause}", scene.file)))?;
     let bench = Bench { scene, mesh, size_m, depths_m: &depths_m };
-    // on two meshes where the bump is about highest
+    // the place nearest to the maximum of the bump is solved on two meshes
     let away = |n: &usize| (0..2).map(|k| (places_m[*n][k] - over[k]).powi(2)).sum::<f64>();
     let highest = (0..places_m.len()).min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(0);
     let tasks: Vec<([f64; 2], Edges)> =
@@ -131,7 +136,7 @@ pub fn solve_bumps(
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, tasks.len());
         Ok(found)
     };
-    // one at a time on each core: a place takes seconds
+    // at most one place per core at a time, because a place takes seconds
     let mut ratio: Vec<Vec<f64>> = tasks.par_iter().with_max_len(1).map(one).collect::<Result<_, _>>()?;
     let fine = ratio.remove(0);
     let coarse = ratio.get(highest).cloned().unwrap_or_default();
@@ -139,7 +144,7 @@ pub fn solve_bumps(
     let gain = (coarser.ball / finer.ball).powi(2) - 1.0;
     let changes = || fine.iter().zip(&coarse).map(|(f, c)| ((f - c) / gain, f - 1.0));
     let error = changes().map(|(change, bump)| (change / bump).abs()).fold(0.0, f64::max);
-    // the two meshes give the error of the coarser one, which is much the same at every place
+    // the two meshes give the error of the coarser one, which is almost the same at every place
     let share: Vec<f64> = changes().zip(&coarse).map(|((change, bump), c)| (bump + change) / (c - 1.0)).collect();
     for place in &mut ratio {
         place.iter_mut().zip(&share).for_each(|(own, share)| *own = 1.0 + (*own - 1.0) * share);
@@ -169,9 +174,9 @@ pub fn solve_bumps(
 }
 
 impl Bumps {
-    /// Returns the bumps with their terms: the sum over the inclusions of `c_k / (1 + (s /
-    /// z)^2)^k`, s the distance from the point above an inclusion z deep. The force that a ball in
-    /// a half-space adds on its surface has this form, whatever the press.
+    /// Returns the bumps with their interpolation: the sum over the inclusions of `c_k / (1 + (s /
+    /// z)^2)^k`, where s is the distance from the point above an inclusion at the depth z. The
+    /// force that a ball in a half-space adds on its surface has this form for every press.
     fn between(mut self) -> Option<Self> {
         let known = self.places_m.get(..self.known_places)?;
         let rows: Vec<Vec<f64>> = known.iter().map(|place| self.shapes(*place)).collect();
@@ -197,8 +202,8 @@ impl Bumps {
         self.inclusions.iter().flat_map(of).collect()
     }
 
-    /// Force with the inclusions over the force without (1) at any place and depth: linear between
-    /// solved depths, constant beyond.
+    /// Force with the inclusions divided by that without them (1), at any place and depth: linear
+    /// between the solved depths and constant beyond them.
     #[must_use]
     pub fn ratio_between(&self, place_m: [f64; 2], depth_m: f64) -> Option<f64> {
         let shapes = self.shapes(place_m);
@@ -211,7 +216,7 @@ impl Bumps {
         Some(at(low)? * (1.0 - share) + at(above)? * share)
     }
 
-    /// Force with the inclusions over the force without (1) at a place and a depth that were
+    /// Force with the inclusions divided by that without them (1), at a place and a depth that were
     /// solved.
     #[must_use]
     pub fn ratio(&self, place_m: [f64; 2], depth_m: f64) -> Option<f64> {
@@ -220,26 +225,27 @@ impl Bumps {
         self.ratio.get(place)?.get(depth).copied()
     }
 
-    /// Places for the evaluation alone [m].
+    /// Places for the evaluation alone, including those on the line [m].
     #[must_use]
     pub fn unseen_m(&self) -> &[[f64; 2]] {
         self.places_m.get(self.known_places..).unwrap_or_default()
     }
 
-    /// Places of the line [m], x rising.
+    /// Places on the line [m], in the order of increasing x.
     #[must_use]
     pub fn line_m(&self) -> &[[f64; 2]] {
         self.unseen_m().get(..self.line_places).unwrap_or_default()
     }
 }
 
-/// Place on the top above the inclusion nearest to the centre.
+/// Place on the top above the inclusion that is nearest to the centre [m].
 fn above(balls: &[Inclusion]) -> [f64; 2] {
     let away = |ball: &&Inclusion| ball.center_m[0].hypot(ball.center_m[1]);
     balls.iter().min_by(|a, b| away(a).total_cmp(&away(b))).map_or([0.0; 2], |ball| [ball.center_m[0], ball.center_m[1]])
 }
 
-/// Places along x over a disc, through `y_m` or the nearest line that crosses half of the disc.
+/// Places along x across a disc, at `y_m` or, if that is too far out, where about 70 % of the
+/// diameter is left [m].
 fn line(radius_m: f64, y_m: f64) -> Vec<[f64; 2]> {
     let y_m = y_m.clamp(-0.7 * radius_m, 0.7 * radius_m);
     let half_m = (radius_m * radius_m - y_m * y_m).sqrt();
@@ -247,7 +253,7 @@ fn line(radius_m: f64, y_m: f64) -> Vec<[f64; 2]> {
     (0..LINE_PLACES).map(|n| [half_m * (2.0 * n as f64 / last - 1.0), y_m]).collect()
 }
 
-/// Inputs that all presses share.
+/// Inputs that are common to all presses.
 struct Bench<'a> {
     scene: &'a Scene,
     mesh: TetMesh,
@@ -256,7 +262,7 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// Everything that the ratios depend on.
+    /// Text of all inputs on which the ratios depend.
     fn problem(&self, task: &([f64; 2], Edges)) -> String {
         let (tissue, probe) = (&self.scene.tissue, &self.scene.probe);
         let own = (tissue.block_m, tissue.poisson_ratio, &tissue.inclusion, probe.shape, probe.radius_m);
@@ -345,7 +351,7 @@ mod tests {
         bumps.between().unwrap()
     }
 
-    /// Force of Boussinesq's kind above two balls, stronger for the deeper press.
+    /// Force as in Boussinesq's solution above two balls; it is larger for a deeper press.
     fn smooth([x, y]: [f64; 2], depth_m: f64) -> f64 {
         let near = |at: f64, z: f64| (1.0 + ((x - at).powi(2) + (y - 0.001).powi(2)) / (z * z)).powf(-1.5);
         1.0 + depth_m.sqrt() * (1.2 * near(-0.004, 0.010) + 0.5 * near(0.006, 0.011))

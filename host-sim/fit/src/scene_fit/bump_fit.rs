@@ -1,8 +1,9 @@
-//! A fitted block's patch with its inclusions, fitted to their bump.
+//! Fits the patch of an already fitted block to the bump of its inclusions.
 //!
-//! The inclusions are scaled into the patch, and then the springs and nodes in and around them are
-//! fitted: to the patch's own force without them, plus the bump of finite elements. So the errors
-//! of the block's fit neither enter the bump nor are corrected by it.
+//! The stiffness of the inclusions is first applied to the patch by scaling. Then the springs and
+//! nodes in and around them are fitted to a target: the patch's own force without the inclusions
+//! plus the bump from finite elements. Errors of the block's fit thus neither enter the bump nor
+//! are corrected by it.
 
 use palpate::Params;
 use rayon::prelude::*;
@@ -24,15 +25,15 @@ use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::{Inclusion, Scene};
 use palpate_tissue::tissue::{Tissue, ratio_of};
 
-/// Deviation of a bump, as a share of the highest at its depth, that counts as one unit of error
-/// (1).
+/// Deviation of a bump, as a share of the highest bump at its depth, that counts as one unit of
+/// error (1).
 const TOLERANCE: f64 = 0.01;
-/// Factor on the requested number of places at each depth, shallow first.
+/// Factor on the requested number of places at each depth, in the order of increasing depth.
 const TIMES: [f64; 3] = [2.0, 1.5, 1.0];
-/// Share of the force below which bumps are not felt, and not fitted more exactly (1).
+/// Share of the force below which bumps are not felt and need not be fitted more exactly (1).
 const LEAST_BUMP: f64 = 1e-3;
 
-/// Bump of a patch over E [m^2], and that of the finite elements.
+/// Bump of a patch over E and that of the finite elements [m^2].
 type Pair = Option<(f64, f64)>;
 
 /// Error of the bump at one depth.
@@ -40,9 +41,9 @@ type Pair = Option<(f64, f64)>;
 pub struct BumpDepth {
     /// Depth [mm].
     pub depth_mm: f64,
-    /// Whether this depth was in the fit; the places never were.
+    /// Whether this depth was in the fit; the places were not.
     pub fitted_depth: bool,
-    /// The highest bump of all places, over the force without the inclusions there [%].
+    /// Highest bump over all places, divided by the force without the inclusions there [%].
     pub highest_pct: f64,
     /// Root mean square error over places, as a share of the highest bump [%].
     pub rms_pct: f64,
@@ -50,59 +51,59 @@ pub struct BumpDepth {
     pub worst_pct: f64,
 }
 
-/// Errors of a patch's bump at unseen places.
+/// Errors of the bump of a patch at unseen places.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BumpVerdict {
-    /// Errors by depth, shallow first.
+    /// Errors by depth, in ascending order.
     pub depths: Vec<BumpDepth>,
-    /// Root mean square error over places and depths, as a share of the highest bump at the depth
+    /// Root mean square error over places and depths, as a share of the highest bump at each depth
     /// [%].
     pub rms_pct: f64,
     /// Largest of these errors, with its sign [%].
     pub worst_pct: f64,
-    /// Number of places.
+    /// Number of places at which the bump was evaluated.
     pub places: usize,
-    /// Presses that could not be evaluated, because the patch does not come to rest there.
+    /// Number of presses that could not be evaluated because the patch does not come to rest.
     pub lost_presses: usize,
-    /// Number of all presses.
+    /// Total number of presses.
     pub presses: usize,
 }
 
-/// The homogeneous patch, and the effect of inclusions on its block.
+/// The homogeneous patch of a block, and the effect of inclusions on that block.
 #[derive(Clone, Copy)]
 pub struct BumpFit<'a> {
     /// Block without the inclusions.
     pub prepared: &'a Prepared,
-    /// The patch fitted to that block, and its parameters.
+    /// Patch that was fitted to that block, and its parameters.
     pub plain: (&'a Patch, &'a Params),
-    /// Forces without the inclusions.
+    /// Reference forces without the inclusions.
     pub known: &'a Known,
-    /// Bumps.
+    /// Ratios of the forces with and without the inclusions.
     pub bumps: &'a Bumps,
-    /// The inclusions.
+    /// Inclusions of the scene.
     pub inclusions: &'a [Inclusion],
 }
 
 impl BumpFit<'_> {
-    /// The patch with the inclusions scaled in.
+    /// Patch to which the stiffness of the inclusions was applied by scaling.
     #[must_use]
     pub fn scaled(&self) -> Patch {
         self.plain.0.clone().with_inclusions(self.inclusions)
     }
 
-    /// The patch with constants from formulas alone.
+    /// Patch with stiffnesses from the formulas alone.
     #[must_use]
     pub fn uncalibrated(&self) -> Patch {
         Patch::build(&self.tissue(), &self.prepared.material, None)
     }
 
-    /// Forces with the inclusions, for the evaluation.
+    /// Reference forces with the inclusions, for the evaluation.
     #[must_use]
     pub fn bumped(&self) -> Bumped<'_> {
         Bumped { known: self.known, bumps: self.bumps }
     }
 
-    /// Presses that were solved with the inclusions, at places for the fit and at others.
+    /// Presses that were solved with the inclusions: at places for the fit, and at others.
     #[must_use]
     pub fn answers(&self, scene: &Scene) -> [Answer; 2] {
         let of = |places: &[[f64; 2]]| {
@@ -119,10 +120,10 @@ impl BumpFit<'_> {
         [of(&self.bumps.places_m[..self.bumps.known_places]), of(self.bumps.unseen_m())]
     }
 
-    /// Fits the patch.
+    /// Fits the patch to the bump.
     ///
     /// # Errors
-    /// A press without equilibrium, or a fit that gains nothing.
+    /// Fails if a press has no equilibrium or if the fit brings no improvement.
     pub fn fit(&self, scene: &Scene, settings: &Settings, progress: &mut dyn FnMut(&Round)) -> Result<Calibration, Error> {
         let failed = |cause: CalibrateError| Error::Check(format!("{}: tissue.inclusion: {cause}", scene.file));
         let (patch, params) = self.plain;
@@ -145,20 +146,21 @@ impl BumpFit<'_> {
         Ok(Calibration { multipliers, params, patch, rounds, lost_presses })
     }
 
-    /// The block with its inclusions.
+    /// Tissue of the block with its inclusions.
     fn tissue(&self) -> Tissue {
         let tissue = &self.prepared.tissue;
         let ratio = |tet| ratio_of(&tissue.mesh, tet, self.inclusions);
         Tissue { stiffness_ratio: tissue.mesh.tets.iter().map(ratio).collect(), ..tissue.clone() }
     }
 
-    /// The bump over E at a solved place and depth [m^2].
+    /// Bump over E at a solved place and depth [m^2].
     fn bump_m2(&self, place_m: [f64; 2], depth_m: f64) -> Option<f64> {
         let plain_m2 = self.known.force(Vector::new(place_m[0], place_m[1], 0.0), depth_m)?;
         Some(plain_m2 * (self.bumps.ratio(place_m, depth_m)? - 1.0))
     }
 
-    /// The highest bump over E of all places at a depth [m^2], and the force without it there.
+    /// Highest bump over E of all places at a depth [m^2], and the force over E without the
+    /// inclusions there [m^2].
     fn highest_m2(&self, depth_m: f64) -> (f64, f64) {
         let of = |place: &[f64; 2]| {
             let bump_m2 = self.bump_m2(*place, depth_m)?;
@@ -171,9 +173,9 @@ impl BumpFit<'_> {
             .fold((0.0, 1.0), |best, own| if own.0.abs() > best.0.abs() { own } else { best })
     }
 
-    /// Presses at many places, as between few of them a fit swings; the nodes' positions at each
-    /// without the inclusions [m]; and how many presses are left out, because the patch without
-    /// inclusions has no equilibrium there.
+    /// Returns the targets, presses at many places because a fit to few of them oscillates between
+    /// them; the node positions of each press without the inclusions [m]; and the number of presses
+    /// that are left out because the patch without inclusions has no equilibrium there.
     fn targets(&self, asked: usize) -> Result<(Targets, Positions, usize), Unbalanced> {
         let (patch, params) = self.plain;
         let pressed = PressedPatch::of(patch, params)?;
@@ -205,11 +207,11 @@ impl BumpFit<'_> {
         Ok((Targets { places, glued: Vec::new(), centre_m: pressed.site_m, radius_m, disc_radii: KNOWN_RADII }, starts, lost))
     }
 
-    /// Bumps of a patch over E at the places of the line, shape \[depths\]\[places\] [m^2], and
-    /// those of the finite elements; NaN where the patch does not come to rest.
+    /// Bumps of a patch and of the finite elements over E [m^2] at the places on the line, shape
+    /// \[depths\]\[places\]; NaN where the patch does not come to rest.
     ///
     /// # Errors
-    /// A patch without equilibrium at rest.
+    /// Fails if the patch has no equilibrium at rest.
     pub fn along_the_line(&self, patch: &Patch, params: &Params) -> Result<Vec<Vec<(f64, f64)>>, Unbalanced> {
         let places = self.pairs(patch, params, self.bumps.line_m())?;
         let depths = 0..self.bumps.depths_m.len();
@@ -220,7 +222,7 @@ impl BumpFit<'_> {
     /// Evaluates the bump of a patch, at rest on its own site, at unseen places.
     ///
     /// # Errors
-    /// A patch without equilibrium at rest.
+    /// Fails if the patch has no equilibrium at rest.
     pub fn judge(&self, patch: &Patch, params: &Params) -> Result<BumpVerdict, Unbalanced> {
         let places = self.pairs(patch, params, self.bumps.unseen_m())?;
         let at_depth = |(n, depth_m): (usize, &f64)| {
@@ -248,8 +250,8 @@ impl BumpFit<'_> {
         })
     }
 
-    /// Bump of a patch and of the finite elements, over E, shape \[places\]\[depths\] [m^2]; `None`
-    /// where the patch does not come to rest with the inclusions or without.
+    /// Bumps of a patch and of the finite elements over E [m^2], shape \[places\]\[depths\]; `None`
+    /// where the patch does not come to rest with the inclusions or without them.
     fn pairs(&self, patch: &Patch, params: &Params, places_m: &[[f64; 2]]) -> Result<Vec<Vec<Pair>>, Unbalanced> {
         let (plain, own) = (SettledPatch::of(self.plain.0, self.plain.1)?, SettledPatch::of(patch, params)?);
         let depths_m = &self.bumps.depths_m;
@@ -258,7 +260,7 @@ impl BumpFit<'_> {
             let pair = |((depth_m, without), with): ((&f64, PressForce), PressForce)| {
                 let bump_m2 = match (without, with) {
                     (PressForce::Balanced(without_m2), PressForce::Balanced(with_m2)) => with_m2 - without_m2,
-                    // a small difference needs both forces by one method
+                    // for a small difference, both forces must be computed with the same method
                     _ => own.settled_m2(offset_m, *depth_m)? - plain.settled_m2(offset_m, *depth_m)?,
                 };
                 Some((bump_m2, self.bump_m2(*place, *depth_m)?))
@@ -270,7 +272,8 @@ impl BumpFit<'_> {
     }
 }
 
-/// Forces of a block with its inclusions: those of the block without them, times the bump's ratio.
+/// Forces of a block with its inclusions: those of the block without them, times the ratio of the
+/// bump.
 #[derive(Clone, Copy)]
 pub struct Bumped<'a> {
     known: &'a Known,
@@ -295,7 +298,7 @@ impl Reference for Bumped<'_> {
     }
 }
 
-/// Whether each node belongs to a tet with a part of an inclusion in it.
+/// Whether each node belongs to a tet that contains a part of an inclusion.
 fn near(tissue: &Tissue) -> Vec<bool> {
     let mut near = vec![false; tissue.mesh.nodes_m.len()];
     for (tet, ratio) in tissue.mesh.tets.iter().zip(&tissue.stiffness_ratio) {

@@ -1,22 +1,22 @@
-//! Refusals of a fit, before anything is solved.
+//! Refuses scenes that cannot be fitted, before anything is solved.
 
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::tissue::DEPTH_MARGIN;
 
-/// Largest Poisson's ratio: beyond, the finite elements lock.
+/// Largest allowed Poisson's ratio; beyond it the finite elements lock.
 const MOST_POISSON_RATIO: f64 = 0.495;
-/// Softest tissue [Pa]; fat and brain have a few hundred.
+/// Smallest allowed Young's modulus [Pa]; fat and brain have a few hundred.
 const SOFTEST_PA: f64 = 100.0;
-/// Widest probe, as a share of the shorter side.
+/// Largest allowed width of the probe, as a share of the block's shorter side (1).
 const WIDEST: f64 = 1.0 / 3.0;
-/// Deepest press, as a share of the thickness.
+/// Largest allowed depth of a press, as a share of the block's thickness (1).
 const DEEPEST: f64 = 0.5;
 
-/// Refuses what cannot be fitted, and values that are most likely in another unit.
+/// Refuses a scene that cannot be fitted, and values that are probably given in another unit.
 ///
 /// # Errors
-/// The first such value, with its key.
+/// Returns the first such value, with its key.
 pub fn check(scene: &Scene) -> Result<(), Error> {
     scene.refuse_stiffening()?;
     let tissue = &scene.tissue;
@@ -33,15 +33,15 @@ pub fn check(scene: &Scene) -> Result<(), Error> {
         let why = format!("= {e_pa} Pa is softer than any tissue ({SOFTEST_PA} Pa): give pascals; {e_pa} kPa is {}", e_pa * 1e3);
         return Ok(scene.bad("tissue.youngs_modulus_pa", &why)?);
     }
-    // less than on any block
+    // the force on a half-space, which is less than on any block
     let plane = 1.0 / (1.0 - tissue.poisson_ratio * tissue.poisson_ratio);
     refuse_beyond_the_guard(scene, |depth_m| scene.probe.tip().half_space_m2(plane, depth_m))
 }
 
-/// Refuses a block that is too small for its probe, or pressed too deep.
+/// Refuses a block that is too small for its probe, or that is pressed too deep.
 ///
 /// # Errors
-/// The first such value, with its key.
+/// Returns the first such value, with its key.
 pub fn check_block(scene: &Scene, size_m: [f64; 3]) -> Result<(), Error> {
     let probe = &scene.probe;
     let [x, y, thick_m] = size_m;
@@ -57,7 +57,7 @@ pub fn check_block(scene: &Scene, size_m: [f64; 3]) -> Result<(), Error> {
         );
         return Ok(scene.bad(key, &why)?);
     }
-    // the presses of a fit use the block's two planes of symmetry
+    // the presses of a fit use the two planes of symmetry of the block
     if let Some(along) = probe.shape.along().filter(|_| probe.shape.mirrors() != [true; 2]) {
         let why = format!("= {along:?} lies along neither side of the block: give [1.0, 0.0, 0.0] or [0.0, 1.0, 0.0]");
         return Ok(scene.bad("probe.along", &why)?);
@@ -74,10 +74,11 @@ pub fn check_block(scene: &Scene, size_m: [f64; 3]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Refuses holds with a force larger than any that is rendered; `force_m2` is over E [m^2].
+/// Refuses holds with a force larger than the guard can render; `force_m2` returns the force over E
+/// [m^2].
 ///
 /// # Errors
-/// The first such hold.
+/// Returns the first such hold.
 pub fn refuse_beyond_the_guard(scene: &Scene, force_m2: impl Fn(f64) -> f64) -> Result<(), Error> {
     let (Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. }) = &scene.drive else { return Ok(()) };
     let most_n = f64::from(palpate::GuardLimits::HIGHEST.max_force_n);

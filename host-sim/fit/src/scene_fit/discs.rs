@@ -1,7 +1,8 @@
-//! Discs glued to the top of a block, pressed and sheared: the stiffness of a contact that sticks.
+//! Discs glued to the top of a block, pressed and sheared: they measure the stiffness of a contact
+//! that sticks.
 //!
-//! Frictionless presses do not see it. A patch of 410 nodes fitted to frictionless presses alone is
-//! 10-15 % too soft under a pressed disc.
+//! Frictionless presses do not determine this stiffness. A patch of 410 nodes that is fitted to
+//! frictionless presses alone is 10-15 % too soft under a pressed disc.
 
 mod law;
 
@@ -19,43 +20,44 @@ use palpate_tissue::error::Error;
 use palpate_tissue::mesh::{BlockSpec, block};
 use palpate_tissue::scene::Scene;
 
-/// Centres and radii of the discs [probe radii] that determine the law for the fit, and of those
-/// for the evaluation alone.
+/// Centres and radii of the discs that determine the law for the fit, and of those for the
+/// evaluation alone [probe radii].
 const SOLVED: [[f64; 3]; 7] =
     [[0.0, 0.0, 1.0], [0.0, 0.0, 0.65], [1.1, 0.0, 0.8], [0.0, -1.1, 0.8], [0.8, 0.8, 0.95], [-0.8, 0.5, 0.7], [-0.4, -1.0, 1.1]];
 const UNSEEN: [[f64; 3]; 4] = [[0.4, -1.0, 1.0], [-0.6, -0.3, 0.85], [0.9, 0.2, 0.7], [-0.5, 0.9, 0.95]];
-/// Discs of the fit: their number, their distance from the centre, the least and the largest radius
-/// [probe radii].
+/// Discs of the fit: their number, the radius of the disc over which they are spread, and their
+/// smallest and largest radius [probe radii].
 const FITTED: usize = 24;
 const FITTED_AROUND: f64 = 1.125;
 const FITTED_RADII: [f64; 2] = [0.65, 1.1];
-/// Step between the radii of successive discs, as a share of their range and taken modulo 1: the
-/// step that spreads them most evenly.
+/// Step between the radii of consecutive discs, as a share of their range and taken modulo 1; this
+/// step spreads them most evenly.
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
-/// Directions in which each disc is moved.
+/// Directions along which each disc is moved.
 const DIRECTIONS: [[f64; 3]; 3] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-/// Corner nodes before refinement, how far around the disc they are dense [disc radii], and edges
-/// at its rim [disc radii]: within 0.3 % of meshes with edges a fifth as long.
+/// Number of corner nodes before refinement, radius around the disc within which they are dense,
+/// and lengths of the edges at the rim of the disc [disc radii]. The result is within 0.3 % of
+/// meshes with edges a fifth as long.
 const NODES: usize = 150;
 const FINE_RADII: f64 = 1.5;
 const EDGES: [f64; 2] = [0.28, 0.14];
 const COARSE_EDGES: [f64; 1] = [0.4];
 
-/// Discs of a scene.
+/// Answers for the glued discs of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GluedDiscs {
-    /// Discs for the fit.
+    /// Answers of the discs for the fit.
     pub known: Vec<GluedAnswer>,
-    /// Discs for the evaluation alone.
+    /// Answers of the discs for the evaluation alone.
     pub unseen: Vec<GluedAnswer>,
 }
 
 impl GluedDiscs {
-    /// Solves the discs of a scene's block that `kept` does not contain; `told` is called with the
-    /// number of discs done and the total.
+    /// Solves the discs of a scene's block that are not in `kept`; calls `told` with the number of
+    /// finished discs and the total number.
     ///
     /// # Errors
-    /// A mesh that cannot be made or solved.
+    /// Fails if a mesh cannot be generated or solved.
     pub fn solve(scene: &Scene, level: Level, kept: &Solved, told: impl Fn(usize, usize) + Sync) -> Result<Self, Error> {
         let done = std::sync::atomic::AtomicUsize::new(0);
         let all = SOLVED.len() + UNSEEN.len();
@@ -77,7 +79,7 @@ impl GluedDiscs {
     }
 }
 
-/// Places and radii of the discs for the fit [probe radii].
+/// Centres and radii of the discs for the fit [probe radii].
 fn fitted() -> Vec<[f64; 3]> {
     let [least, most] = FITTED_RADII;
     let radius = |n: usize| least + (most - least) * (n as f64 * GOLDEN_RATIO).fract();
@@ -85,7 +87,7 @@ fn fitted() -> Vec<[f64; 3]> {
     places.map(|(n, [x, y])| [x, y, radius(n)]).collect()
 }
 
-/// A disc's answer along each direction from its stiffness over E [probe radii].
+/// Answers of a disc along each direction, from its stiffness over E [probe radii].
 fn answers(disc: [f64; 3], stiffness: [f64; 3], radius_m: f64) -> impl Iterator<Item = GluedAnswer> {
     let [x, y, own] = disc.map(|radii| radii * radius_m);
     DIRECTIONS.into_iter().zip(stiffness).map(move |(direction, stiffness)| GluedAnswer {
@@ -96,7 +98,8 @@ fn answers(disc: [f64; 3], stiffness: [f64; 3], radius_m: f64) -> impl Iterator<
     })
 }
 
-/// Stiffness over E of a disc along each direction, place and radius [probe radii].
+/// Stiffness over E along each direction [probe radii], of a disc given by its centre and radius
+/// [probe radii].
 fn solve(scene: &Scene, disc: [f64; 3], level: Level, kept: &Solved) -> Result<[f64; 3], Error> {
     let size_m = scene.tissue.block_m.unwrap_or_default();
     let poisson_ratio = scene.tissue.poisson_ratio;

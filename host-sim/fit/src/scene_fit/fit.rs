@@ -1,4 +1,4 @@
-//! The patch of a block and its targets.
+//! Meshes the patch of a block, and collects the targets of its fit.
 
 use palpate::{Params, Probe, ProbeShape};
 
@@ -14,43 +14,47 @@ use palpate_tissue::tissue::{Tissue, place_fine};
 
 /// Radius around the site within which elements are smallest [probe radii].
 pub const FINE_RADII: f64 = 1.25;
-/// Elements larger than this share of the probe's radius get nine foundation points per triangle
-/// instead of four.
+/// Element size, as a share of the probe's radius, above which triangles have nine foundation
+/// points instead of four (1).
 const NINE_ABOVE: f64 = 0.4;
-/// Elements larger than this multiple of the radius of the shallowest contact get sixteen points: a
-/// contact that covers few of them is stiffer or softer as it passes over them.
+/// Element size, as a multiple of the radius of the shallowest contact, above which triangles have
+/// sixteen points (1). The stiffness of a contact that covers only few points changes as it moves
+/// over them.
 const SIXTEEN_ABOVE: f64 = 1.85;
-/// Range of the requested number of places: 20 over-fit.
+/// Allowed range of the requested number of places; a fit to 20 places already over-fits.
 pub const PLACES_RANGE: std::ops::RangeInclusive<usize> = 20..=2000;
-/// Difference below which depths count as equal [m].
+/// Difference below which two depths count as equal [m].
 const SAME_M: f64 = 1e-6;
-/// Deviation of a force that counts as one unit of error (1), at the centre and off the centre.
+/// Relative deviation of a force that counts as one unit of error (1), at the centre and away from
+/// it.
 pub(super) const CENTRE_TOLERANCE: f64 = 0.002;
 const TOLERANCE: f64 = 0.005;
-/// Least factor on the requested places at each depth, per probe radius over the depth: then enough
-/// contacts cover the disc of places.
+/// Smallest factor on the requested number of places at each depth, times the depth in probe radii
+/// (1): with it, enough contacts cover the disc of places.
 const PER_CONTACT: f64 = 0.1875;
-/// Depths of the fit at the centre, as shares of the deepest hold: with the solved depths alone a
-/// fit oscillates between them.
+/// Depths of the fit at the centre, as shares of the deepest hold (1). With the solved depths
+/// alone, a fit oscillates between them.
 const CENTRE: [f64; 9] = [1.0 / 12.0, 0.103, 1.0 / 6.0, 0.21, 1.0 / 3.0, 0.42, 2.0 / 3.0, 0.75, 1.0];
-/// Depths of the fit off the centre, each at its own places, and the factor on the requested
-/// number.
+/// Depths of the fit away from the centre, as shares of the deepest hold, each with its own places,
+/// and the factor on the requested number of places (1).
 const ASIDE: [(f64, f64); 5] = [(1.0 / 12.0, 3.0), (1.0 / 6.0, 2.5), (1.0 / 3.0, 1.25), (2.0 / 3.0, 0.75), (1.0, 0.6)];
-/// Under a flat end, whose edge makes an equilibrium hard to find from a distant start, places are
-/// pressed to one depth after the other; factor on the number of shallow ones.
+/// Number of depths, from the shallowest, that are pressed at additional places under a flat end;
+/// `SHALLOW_PLACES` is the factor on the requested number of places. The edge of a flat end makes
+/// an equilibrium hard to find from a distant start, so that each place is pressed to one depth
+/// after the other.
 const SHALLOW_DEPTHS: usize = 2;
-/// Deviation of a surface node, as a share of the depth, that counts as one unit of error (1), at
+/// Deviation of a surface node, as a share of the depth, that counts as one unit of error (1), for
 /// each depth of a dent.
 const DENT_TOLERANCES: [f64; 3] = [0.008, 0.008, 0.004];
-/// Deviation of a glued disc's force that counts as one unit of error (1): large, since they are
-/// many.
+/// Relative deviation of a glued disc's force that counts as one unit of error (1); it is large
+/// because there are many discs.
 const GLUED_TOLERANCE: f64 = 0.006;
 const SHALLOW_PLACES: usize = 2;
 
-/// A scene's patch before the fit.
+/// The patch of a scene before the fit.
 #[derive(Clone, Debug)]
 pub struct Prepared {
-    /// Meshed tissue.
+    /// Meshed tissue of the block.
     pub tissue: Tissue,
     /// Constants of the material.
     pub material: Material,
@@ -58,7 +62,7 @@ pub struct Prepared {
     pub params: Params,
 }
 
-/// Nodes on the top of a block, and their places [m].
+/// Nodes on the top of a block, with their positions [m].
 #[must_use]
 pub fn top_nodes(tissue: &Tissue) -> Vec<(usize, Vector)> {
     let top = (0..).zip(&tissue.mesh.nodes_m).filter(|(_, x)| (x[2] - tissue.site_m[2]).abs() < 1e-9);
@@ -68,7 +72,7 @@ pub fn top_nodes(tissue: &Tissue) -> Vec<(usize, Vector)> {
 /// Meshes the block of a scene for its patch.
 ///
 /// # Errors
-/// A block that cannot be meshed with these elements.
+/// Fails if the block cannot be meshed with such elements.
 pub fn prepare(scene: &Scene) -> Result<Prepared, Error> {
     let placed = place_fine(scene, &[], FINE_RADII)?;
     let params = scene.params(placed.axis);
@@ -78,10 +82,10 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, Error> {
     Ok(Prepared { tissue: placed.tissue, material: Material { points_per_triangle, ..material }, params })
 }
 
-/// Foundation points on a triangle, as they were asked for.
+/// Returns the requested number of foundation points per triangle if it is allowed.
 ///
 /// # Errors
-/// A count other than 4, 9 and 16.
+/// Fails for a number other than 4, 9 and 16.
 pub fn checked_points(count: usize) -> Result<usize, Error> {
     match count {
         4 | 9 | 16 => Ok(count),
@@ -90,11 +94,11 @@ pub fn checked_points(count: usize) -> Result<usize, Error> {
 }
 
 impl Prepared {
-    /// Returns the patch with this many foundation points on a surface triangle, if a number is
+    /// Returns the patch with the given number of foundation points per surface triangle, if one is
     /// given.
     ///
     /// # Errors
-    /// A count other than 4, 9 and 16.
+    /// Fails for a number other than 4, 9 and 16.
     pub fn with_points(mut self, points: Option<usize>) -> Result<Self, Error> {
         if let Some(points) = points {
             self.material.points_per_triangle = checked_points(points)?;
@@ -102,8 +106,8 @@ impl Prepared {
         Ok(self)
     }
 
-    /// Returns the patch with sixteen foundation points on a triangle where its elements are large
-    /// beside the shallowest contact. No board runs them.
+    /// Returns the patch with sixteen foundation points per triangle if its elements are large
+    /// compared with the shallowest contact. Boards cannot run such a patch.
     #[must_use]
     pub fn with_enough_points(mut self, scene: &Scene, presses: &Presses) -> Self {
         let contact_m = presses.fitted_m.first().map_or(f64::INFINITY, |m| scene.probe.tip().contact_radius_m(*m));
@@ -113,7 +117,7 @@ impl Prepared {
         self
     }
 
-    /// The patch with constants from formulas alone.
+    /// Patch with stiffnesses from the formulas alone.
     #[must_use]
     pub fn uncalibrated(&self) -> Patch {
         Patch::build(&self.tissue, &self.material, None)
@@ -122,7 +126,8 @@ impl Prepared {
     /// Fits the patch to the known answers.
     ///
     /// # Errors
-    /// Presses that the reference lacks, a patch that cannot be pressed, a fit that gains nothing.
+    /// Fails if the reference lacks presses, if the patch cannot be pressed, or if the fit brings
+    /// no improvement.
     pub fn fit(
         &self,
         scene: &Scene,
@@ -146,8 +151,8 @@ impl Prepared {
         let centre_m = Vector::from(self.tissue.site_m);
         let radius_m = f64::from(self.params.probe.radius_m);
         let deepest_m = presses.fitted_m.last()?;
-        // exactly a solved depth, to the last bit: below the shallowest nothing is known, and dents
-        // exist only there
+        // depths equal the solved ones to the last bit, because no force is known above the
+        // shallowest of them, and dents are known only at solved depths
         let solved =
             |depth_m: f64| *presses.fitted_m.iter().find(|solved| (**solved - depth_m).abs() < SAME_M).unwrap_or(&depth_m);
         let depths = |shares: &[f64], tolerance: f64| -> Vec<(f64, f64)> {
@@ -164,9 +169,9 @@ impl Prepared {
     }
 }
 
-/// Numbers of places, and the depths at each of them, for depths [m] with their least factor on the
-/// number `asked` for: a small contact rests on few foundation points, a large one is the mean of
-/// many.
+/// Pairs of a number of places and the depths at each of them. `depths` are depths [m] with their
+/// smallest factor on the number `asked` of places. Shallow depths need more places, because a
+/// small contact rests on few foundation points, whereas a large one averages over many.
 pub(super) fn aside_of(asked: usize, probe: &Probe, depths: &[(f64, f64)]) -> Vec<(usize, Vec<(f64, f64)>)> {
     if probe.shape == ProbeShape::Flat {
         let all: Vec<(f64, f64)> = depths.iter().map(|(depth_m, _)| (*depth_m, TOLERANCE)).collect();
@@ -204,7 +209,7 @@ mod tests {
             let (scene, prepared) = block(nodes);
             assert_eq!(prepared.material.points_per_triangle, calibrated, "calibrate, {nodes} nodes");
             let mut presses = Presses::of(&scene, &prepared.tissue, Level::Full);
-            // a twelfth of 6 mm, whatever the scene's own holds
+            // the shallowest fitted depth is a twelfth of 6 mm, whatever the holds of the scene
             presses.fitted_m[0] = 0.0005;
             let enough = prepared.clone().with_enough_points(&scene, &presses);
             assert_eq!(enough.material.points_per_triangle, fitted, "fit, {nodes} nodes");
@@ -216,8 +221,9 @@ mod tests {
         }
     }
 
-    /// The foundation alone, on tissue that does not yield: what its points leave of a sphere's
-    /// push, at places all over the fine elements of 130 nodes, against the integral.
+    /// Tests the foundation alone, on tissue that does not deform: the force of a sphere as summed
+    /// over the foundation points, at places all over the fine elements of 130 nodes, is compared
+    /// with the integral.
     #[test]
     fn sixteen_points_integrate_a_small_contact_better_than_nine() {
         let (_, prepared) = block(130);

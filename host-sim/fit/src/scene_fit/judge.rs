@@ -1,4 +1,4 @@
-//! Force error of a patch at unseen places and depths.
+//! Measures the force error of a patch at unseen places and depths.
 
 mod glued;
 mod surface;
@@ -19,11 +19,11 @@ use crate::statics::{Unbalanced, Vector};
 use palpate_tissue::answer::Answer;
 use palpate_tissue::patch::Patch;
 
-/// Number of random places over the disc at which interpolated forces are compared, in addition to
-/// the unseen presses, and their seed, which no fit uses.
+/// Number of random places over the disc at which forces are compared with interpolated ones, in
+/// addition to the unseen presses, and the seed of the places, which no fit uses.
 const PLACES: usize = 40;
 const SEED: u64 = 2026;
-/// A verdict from which more than this share of the presses is missing says too little (1).
+/// Share of missing presses above which a verdict is not conclusive (1).
 pub const MOST_LOST: f64 = 0.02;
 
 /// Errors at one depth.
@@ -31,7 +31,7 @@ pub const MOST_LOST: f64 = 0.02;
 pub struct DepthVerdict {
     /// Depth [mm].
     pub depth_mm: f64,
-    /// Whether this depth was in the fit; the places never were.
+    /// Whether this depth was in the fit; the places were not.
     pub fitted_depth: bool,
     /// Error of a centred press [%].
     pub centred_pct: f64,
@@ -41,82 +41,87 @@ pub struct DepthVerdict {
     pub worst_pct: f64,
 }
 
-/// Errors of a patch.
+/// Errors of a patch at unseen presses, over the disc of places, on its surface and under glued
+/// discs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// Errors at each depth, shallow first.
+    /// Errors at each depth, in ascending order.
     pub depths: Vec<DepthVerdict>,
-    /// Root mean square error of the presses that were solved by finite elements at places or
-    /// depths that the fit did not see [%].
+    /// Root mean square error of the presses that finite elements solved at places or depths
+    /// outside the fit [%].
     pub unseen_rms_pct: f64,
-    /// The largest of these errors, with its sign [%].
+    /// Largest of these errors, with its sign [%].
     pub unseen_worst_pct: f64,
-    /// Number of presses that the fit did not see.
+    /// Number of evaluated presses at places or depths outside the fit.
     pub unseen_presses: usize,
-    /// Root mean square over random places of the disc at all depths, between solved places [%].
+    /// Root mean square error over random places of the disc and all depths, compared with forces
+    /// interpolated between the solved places [%].
     pub disc_rms_pct: f64,
-    /// The largest of these errors, with its sign [%].
+    /// Largest of these errors, with its sign [%].
     pub disc_worst_pct: f64,
     /// Number of random places of the disc.
     pub disc_places: usize,
-    /// Presses where the static solver found no equilibrium, so that the running patch was pressed
-    /// and held.
+    /// Number of presses for which the static solver found no equilibrium, so that the running
+    /// patch was pressed and held instead.
     pub settled_presses: usize,
-    /// Presses that could not be evaluated: the running patch does not come to rest there either.
+    /// Number of presses that could not be evaluated because the running patch does not come to
+    /// rest either.
     pub lost_presses: usize,
-    /// Number of all presses, those at random places included.
+    /// Total number of presses, including those at random places.
     pub presses: usize,
-    /// Radius of the disc [m].
+    /// Radius of the disc of places [m].
     pub disc_radius_m: f64,
-    /// Surfaces of centred presses, shallow first, if the finite elements have them.
+    /// Surface errors of centred presses, in the order of increasing depth, if the finite elements
+    /// have surfaces.
     pub surfaces: Vec<SurfaceVerdict>,
-    /// Glued discs, if the finite elements have them.
+    /// Errors of the glued discs, if the finite elements have such discs.
     pub glued: Option<GluedVerdict>,
 }
 
 impl Verdict {
-    /// The larger root mean square [%].
+    /// The larger of the two root mean squares [%].
     #[must_use]
     pub fn rms_pct(&self) -> f64 {
         self.unseen_rms_pct.max(self.disc_rms_pct)
     }
 
-    /// The larger worst error, with its sign [%].
+    /// The larger of the two worst errors, with its sign [%].
     #[must_use]
     pub fn worst_pct(&self) -> f64 {
         larger(self.unseen_worst_pct, self.disc_worst_pct)
     }
 }
 
-/// Finite elements for the evaluation of a patch.
+/// Finite-element answers with which a patch is evaluated.
 #[derive(Clone, Copy)]
 pub struct Judging<'a> {
-    /// Forces between the places and depths of the fit.
+    /// Reference forces between the places and depths of the fit.
     pub known: &'a dyn Reference,
     /// Depths of the fit [m].
     pub fitted_m: &'a [f64],
-    /// Unseen presses; places are relative to the site.
+    /// Presses outside the fit; places are relative to the site.
     pub unseen: &'a Answer,
     /// Radius of the disc of places [probe radii].
     pub disc_radii: f64,
 }
 
-/// Force error of one press.
+/// Error of the force of one press.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct PressError {
     place_m: [f64; 3],
     depth_m: f64,
-    /// Force of the patch.
+    /// Force of the patch in this press.
     found: PressForce,
-    /// Error [%]; `None` if the patch has no force there.
+    /// Relative error of the force [%]; `None` if the patch has no force there.
     pct: Option<f64>,
 }
 
 impl Judging<'_> {
-    /// Presses a patch, at rest on its own site, as in the unseen presses and over the disc.
+    /// Presses a patch, at rest on its own site, at the unseen presses and over the disc of places.
     ///
     /// # Errors
-    /// The patch has no equilibrium at rest, or nothing is known about a place of the disc.
+    /// Fails if the patch has no equilibrium at rest, or if the reference does not know a place of
+    /// the disc.
     pub fn judge(&self, patch: &Patch, params: &Params) -> Result<Verdict, Unbalanced> {
         let settled = SettledPatch::of(patch, params)?;
         let mut places: Vec<[f64; 3]> = Vec::new();
@@ -126,7 +131,7 @@ impl Judging<'_> {
             }
         }
         let direct: Vec<PressError> = places.into_par_iter().flat_map_iter(|at| self.errors_of_unseen(&settled, at)).collect();
-        // depths of the answers; a place has some of them
+        // depths of all answers; a single place has only some of them
         let mut depths_m: Vec<f64> = self.unseen.holds.iter().map(|h| h.depth_m).chain(self.fitted_m.iter().copied()).collect();
         depths_m.sort_by(f64::total_cmp);
         depths_m.dedup();
@@ -153,7 +158,7 @@ impl Judging<'_> {
         })
     }
 
-    /// Errors of every unseen press at a place, shallow first.
+    /// Errors of all unseen presses at a place, in the order of increasing depth.
     fn errors_of_unseen(&self, settled: &SettledPatch, place_m: [f64; 3]) -> Vec<PressError> {
         let here = self.unseen.holds.iter().filter(|h| h.place_m == place_m);
         let mut holds: Vec<(f64, f64)> = here.map(|h| (h.depth_m, h.force_over_e_m2)).collect();
@@ -161,7 +166,8 @@ impl Judging<'_> {
         errors(settled, place_m.into(), &holds)
     }
 
-    /// Errors at a place against the forces known between solved places, shape \[depths\].
+    /// Errors at a place, compared with the forces that are interpolated between solved places,
+    /// shape \[depths\].
     fn errors_of_known(
         &self,
         settled: &SettledPatch,
@@ -175,7 +181,8 @@ impl Judging<'_> {
     }
 }
 
-/// Errors at an offset from the site [m], for depths [m] and their wanted forces over E [m^2].
+/// Errors at an offset from the site [m], for pairs of a depth [m] and its required force over E
+/// [m^2].
 fn errors(settled: &SettledPatch, offset_m: Vector, wanted: &[(f64, f64)]) -> Vec<PressError> {
     let depths_m: Vec<f64> = wanted.iter().map(|(depth_m, _)| *depth_m).collect();
     let pressed = settled.press(offset_m, &depths_m);
@@ -188,7 +195,7 @@ fn errors(settled: &SettledPatch, offset_m: Vector, wanted: &[(f64, f64)]) -> Ve
     wanted.iter().zip(pressed).map(error).collect()
 }
 
-/// Errors by depth. The error at the centre is that of the press that was solved there, if there is
+/// Errors by depth. The error at the centre is that of a press that was solved there, if there is
 /// one.
 fn by_depth(
     depths_m: &[f64],

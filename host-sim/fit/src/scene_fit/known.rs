@@ -1,10 +1,10 @@
 //! Interpolates the known presses between their places and depths.
 //!
-//! Over depth the logarithm of the force changes slowly against depth^1.5 (Hertz), of a flat end
-//! against the depth: a cubic of the depth's logarithm through the four nearest solved depths. Over
-//! the top the ratio to the centred force is one plus an even polynomial of degree four, as the
-//! block has two planes of symmetry and so has a tip that lies along one of them, fitted to the
-//! solved places.
+//! Divided by depth^1.5 (Hertz; for a flat end, by the depth), the force changes slowly with depth.
+//! The logarithm of this ratio is interpolated by a cubic in the logarithm of the depth, through
+//! the four nearest solved depths. Over the top, the ratio to the centred force is one plus an even
+//! polynomial of degree four that is fitted to the solved places. It is even because the block has
+//! two planes of symmetry, and so has a tip that is aligned with one of them.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -13,19 +13,20 @@ use crate::statics::Vector;
 use palpate_tissue::answer::{Answer, GluedAnswer, SurfaceGrid};
 use palpate_tissue::scene::Shape;
 
-/// Terms of the polynomial: x^2, y^2, x^4, x^2 y^2, y^4.
+/// Number of terms of the polynomial: x^2, y^2, x^4, x^2 y^2, y^4.
 const TERMS: usize = 5;
-/// Weight of zero for each, beside places that weigh about one.
+/// Weight of the ridge on each term, whereas the places have weights of about one.
 const RIDGE: f64 = 1e-9;
-/// Places closer to the centre than this are the centre [m].
+/// Distance from the centre up to which a place counts as the centre [m].
 const CENTRED_M: f64 = 1e-9;
 
-/// Forces over a disc around the centre of a block's top.
+/// Forces at places over a disc around the centre of a block's top.
 #[derive(Clone, Debug)]
 pub struct Known {
-    /// Depth [m] and logarithm of the force over E over its power of the depth, shallow first.
+    /// Depth [m] and ln(F / (E d^p)), where d is the depth and p is `power`, in the order of
+    /// increasing depth.
     centred: Vec<(f64, f64)>,
-    /// Depth [m] and terms, shallow first.
+    /// Depth [m] and coefficients of the polynomial, in the order of increasing depth.
     ratios: Vec<(f64, SVector<f64, TERMS>)>,
     surfaces: Vec<(f64, SurfaceGrid)>,
     glued: Vec<GluedAnswer>,
@@ -34,7 +35,7 @@ pub struct Known {
 }
 
 impl Known {
-    /// `None` with fewer than four depths at the centre.
+    /// Returns `None` if the answer has fewer than four depths at the centre.
     #[must_use]
     pub fn of(answer: &Answer) -> Option<Self> {
         let away = |place: [f64; 3]| place[0].hypot(place[1]);
@@ -73,7 +74,7 @@ impl Known {
         Some(known)
     }
 
-    /// Depths for the fit [m], rising.
+    /// Depths for the fit in ascending order [m].
     #[must_use]
     pub fn depths_m(&self) -> Vec<f64> {
         self.centred.iter().map(|c| c.0).collect()
@@ -96,7 +97,8 @@ impl Known {
         sum.exp() * depth_m.powf(self.power)
     }
 
-    /// Linear in the depth's logarithm between two solved depths, constant beyond.
+    /// Ratio of the force at a place to the centred force (1): linear in the logarithm of the depth
+    /// between two solved depths, and constant beyond them.
     fn ratio(&self, place: [f64; 2], depth_m: f64) -> Option<f64> {
         let shape = self.shape(place);
         let above = self.ratios.partition_point(|r| r.0 < depth_m);

@@ -1,5 +1,5 @@
-//! A patch cut out of an organ or of a mesh: its element size, and the presses of the whole for its
-//! fit and its evaluation.
+//! A patch that is cut out of an organ or a mesh: its element size, and the presses of the whole
+//! organ for its fit and its evaluation.
 
 use super::fit::{CENTRE_TOLERANCE, aside_of};
 use super::presses::{Level, UNSEEN_PLACES, UNSEEN_SEED};
@@ -17,55 +17,57 @@ use palpate_tissue::fit_record::OrganRecord;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::tissue::Placed;
 
-/// Radius of a patch if none is given [probe radii]: rim springs are within 0.5 % of the exact
-/// outside at 2 to 2.5.
+/// Radius of a patch if none is given [probe radii]: at 2 to 2.5, rim springs are within 0.5 % of
+/// the exact outside.
 pub const PIECE_RADII: f64 = 2.125;
 /// Radius of the disc over which such a patch is evaluated [probe radii].
 pub const PIECE_JUDGED_RADII: f64 = 1.0;
-/// Element sizes that are tried [probe radii], and halvings between them.
+/// Smallest and largest element size that is tried [probe radii], and number of halvings between
+/// them.
 const ELEMENTS_RADII: [f64; 2] = [0.25, 1.0];
 const HALVINGS: usize = 7;
-/// A node count may be missed by this share: sizes of elements do not give every count.
+/// Largest accepted relative deviation from the requested number of nodes (1), since element sizes
+/// do not give every number.
 const MISSED: f64 = 0.25;
-/// Number of fitted places besides the site, their radius around it [probe radii], and the number
-/// with `--quick`.
+/// Number of fitted places besides the site, the same number with `--quick`, and the radius around
+/// the site over which they are spread [probe radii].
 const KNOWN_PLACES: usize = 12;
 const QUICK_PLACES: usize = 8;
 const KNOWN_RADII: f64 = 1.2;
-/// Depths of the fit and of the evaluation, as shares of the deepest hold.
+/// Depths of the fit and of the evaluation, as shares of the deepest hold (1).
 const FITTED: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
 const UNSEEN: [f64; 2] = [0.375, 0.75];
 
-/// Depths of the fit at the site, as shares of the deepest hold: between them a fit to
-/// the solved depths alone swings by 2-4 %.
+/// Depths of the fit at the site, as shares of the deepest hold (1). With the solved depths alone,
+/// a fit oscillates by 2-4 % between them.
 const CENTRE: [f64; 8] = [0.125, 0.177, 0.25, 0.354, 0.5, 0.625, 0.8, 1.0];
-/// Depths of the fit around the site, each at its own places, and the factor on the requested
-/// number.
+/// Depths of the fit around the site, as shares of the deepest hold, each with its own places, and
+/// the factor on the requested number of places (1).
 const ASIDE: [(f64, f64); 5] = [(0.125, 3.0), (0.25, 2.5), (0.5, 1.75), (0.75, 1.25), (1.0, 1.0)];
-/// Places of the fit are spread this far around the site [probe radii].
+/// Radius around the site over which the places of the fit are spread [probe radii].
 const FITTED_RADII: f64 = 1.15;
-/// Forces of the whole organ.
+/// Forces of the whole organ at places and depths for the fit and for the evaluation.
 #[derive(Clone, Debug)]
 pub struct OrganPresses {
     /// Map that interpolates between the places and depths for the fit.
     pub known: SurfaceMap,
-    /// Depths of the fit [m], rising.
+    /// Depths of the fit in ascending order [m].
     pub fitted_m: Vec<f64>,
-    /// All solved presses; their places count from the site.
+    /// All solved presses; their places are relative to the site.
     pub answer: Answer,
-    /// Places and forces for the evaluation alone.
+    /// Presses for the evaluation alone.
     pub unseen: Answer,
-    /// Largest allowed error of the force at the site, over all depths (1).
+    /// Estimated relative error of the force at the site, the largest over all depths (1).
     pub error: f64,
-    /// Nodes of the finest quadratic mesh.
+    /// Number of nodes of the finest quadratic mesh.
     pub nodes: usize,
 }
 
-/// Edge of the elements under the probe [m] with which a patch of `radius_m` has about `nodes`
-/// nodes.
+/// Edge length of the elements under the probe with which a patch of `radius_m` has about `nodes`
+/// nodes [m].
 ///
 /// # Errors
-/// A count that no edge gives, or an organ that cannot be cut at this radius.
+/// Fails if no edge length gives such a number, or if the organ cannot be cut at this radius.
 pub fn element_for(scene: &Scene, radius_m: f64, nodes: usize) -> Result<f64, Error> {
     let count = |edge_m: f64| -> Result<usize, Error> {
         let sizes = fitted::Recipe::new(radius_m, edge_m, scene.probe.radius_m).sizes;
@@ -78,7 +80,7 @@ pub fn element_for(scene: &Scene, radius_m: f64, nodes: usize) -> Result<f64, Er
     let mut off = best.0.abs_diff(nodes);
     for _ in 0..HALVINGS {
         let middle_m = (small_m * large_m).sqrt();
-        // elements too small for a mesh are too small
+        // elements that cannot be meshed because they are too small count as having too many nodes
         let found = count(middle_m).unwrap_or(usize::MAX);
         if found.abs_diff(nodes) < off {
             (best, off) = ((found, middle_m), found.abs_diff(nodes));
@@ -95,11 +97,12 @@ pub fn element_for(scene: &Scene, radius_m: f64, nodes: usize) -> Result<f64, Er
     Ok(best.1)
 }
 
-/// Presses the whole, as far as no earlier run has; `progress` hears how many of how many presses
-/// are done.
+/// Presses the whole organ, except for presses that an earlier run has solved. Calls `progress`
+/// with the number of finished presses and the total number.
 ///
 /// # Errors
-/// A place beside the surface, no equilibrium at some depth, no memory.
+/// Fails if a place is beside the surface, if there is no equilibrium at some depth, or if there is
+/// not enough memory.
 pub fn solve_organ(
     scene: &Scene,
     placed: &Placed,
@@ -147,10 +150,10 @@ pub fn solve_organ(
 }
 
 impl OrganPresses {
-    /// Fits a piece to the answers for the fit.
+    /// Fits a patch of the organ to the answers for the fit.
     ///
     /// # Errors
-    /// A piece that cannot be pressed.
+    /// Fails if the patch cannot be pressed.
     pub fn fit(
         &self,
         prepared: &fitted::Prepared,
@@ -172,7 +175,7 @@ impl OrganPresses {
     }
 }
 
-/// Tissue of a scene, as answers and records have it.
+/// Tissue of a scene in the form in which answers and records contain it.
 #[must_use]
 pub fn tissue_of(scene: &Scene) -> AnswerTissue {
     let tissue = &scene.tissue;
@@ -185,7 +188,7 @@ pub fn tissue_of(scene: &Scene) -> AnswerTissue {
     }
 }
 
-/// The part of a reference for the fit.
+/// The part of a reference that is used for the fit.
 fn known_of(all: &OrganReference, fitted_m: &[f64], places: usize) -> OrganReference {
     let at: Vec<usize> = (0..all.depths_m.len()).filter(|n| fitted_m.contains(&all.depths_m[*n])).collect();
     let of = |numbers: &[f64]| at.iter().map(|n| numbers[*n]).collect();

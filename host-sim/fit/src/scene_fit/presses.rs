@@ -1,8 +1,9 @@
-//! Presses for the fit of a block, and those for its evaluation.
+//! Chooses the presses for the fit of a block, and those for its evaluation.
 //!
-//! The centre is solved on fine meshes of the piece that symmetry leaves. Elsewhere only the ratio
-//! to the centre is taken, from one mesh of the whole block whose nodes around the probe move with
-//! it ([`super::shifted`]): what the mesh does to the force is the same at every place.
+//! The centre is solved on fine meshes of the piece that remains after the block is cut at its
+//! planes of symmetry. At other places only the ratio to the centre is solved, on one mesh of the
+//! whole block whose nodes around the probe move with it ([`super::shifted`]), so that the effect
+//! of the mesh on the force is the same at every place.
 
 use palpate_tissue::scene::Scene;
 use palpate_tissue::tissue::{DEPTH_MARGIN, Tissue};
@@ -10,58 +11,62 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibrate::places::random;
 
-/// Depths of the fit and of the evaluation, as shares of the deepest hold: for 6 mm 0.5, 1, 2, 4, 6
-/// and 0.75, 1.5, 3, 5 mm.
+/// Depths of the fit and of the evaluation, as shares of the deepest hold (1): for 6 mm they are
+/// 0.5, 1, 2, 4, 6 mm and 0.75, 1.5, 3, 5 mm.
 const FITTED: [f64; 5] = [1.0 / 12.0, 1.0 / 6.0, 1.0 / 3.0, 2.0 / 3.0, 1.0];
 const UNSEEN: [f64; 4] = [1.0 / 8.0, 1.0 / 4.0, 1.0 / 2.0, 5.0 / 6.0];
-/// Fitted depths at which dents are fitted, and unseen ones at which they are evaluated as well.
+/// Indices of fitted depths at which dents are fitted, and of unseen depths at which dents are
+/// evaluated too.
 pub(super) const DENTS: [usize; 3] = [2, 3, 4];
 const DENTS_UNSEEN: [usize; 2] = [2, 3];
-/// Depths at which the ratio to the centre is solved, of the fitted and of the unseen ones.
+/// Indices of the fitted and of the unseen depths at which the ratio to the centre is solved.
 const RATIO_FITTED: [usize; 2] = [1, 4];
 const RATIO_UNSEEN: [usize; 2] = [0, 2];
-/// Fitted places off the centre [probe radii], on an axis and on a diagonal; if the two axes
-/// differ, in a block that is not square or under a tip that is not round, also on the other.
+/// Fitted places away from the centre, on an axis and on a diagonal [probe radii]. If the two axes
+/// differ, because the block is not square or the tip is not round, the places on the axis are also
+/// used on the other axis.
 const ASIDE: [[f64; 2]; 5] = [[0.7, 0.0], [1.25, 0.0], [1.75, 0.0], [0.75, 0.75], [1.2, 1.2]];
-/// Radius of the disc over which a patch is evaluated [probe radii], and the seed of its places.
+/// Radius of the disc over which a patch is evaluated [probe radii], number of unseen places on it,
+/// and their seed.
 pub const JUDGED_RADII: f64 = 1.5;
 pub(super) const UNSEEN_PLACES: usize = 4;
 pub(super) const UNSEEN_SEED: u64 = 77;
-/// Corner nodes of the piece of the block that is solved for the centre, of the coarser and the
-/// finer mesh; of the whole block for the places.
+/// Numbers of corner nodes, first for a full fit and then with `--quick`: for the centre, those of
+/// the coarser and the finer mesh of the piece of the block that is solved; for the other places,
+/// that of the whole block.
 const CENTRE_NODES: [usize; 2] = [300, 600];
 const WHOLE_NODES: usize = 300;
 const COARSE_CENTRE_NODES: [usize; 2] = [60, 110];
 const COARSE_WHOLE_NODES: usize = 80;
-/// Largest factor on the number of nodes for a contact that is longer than wide.
+/// Largest factor on the number of nodes for a contact that is longer than wide (1).
 const MOST_MORE: f64 = 2.5;
-/// Depths up to this share of the deepest have meshes of their own, finer.
+/// Share of the deepest hold up to which depths are solved on finer meshes of their own (1).
 const SHALLOW: f64 = 0.26;
 
 /// Resolution of the finite elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Level {
-    /// Meshes of a published fit.
+    /// Meshes for a fit that is published.
     Full,
-    /// A trial of the command, under a minute.
+    /// Meshes for trying the command out, in less than a minute.
     Quick,
 }
 
-/// One mesh, pressed to several depths: what is solved, stored and found again.
+/// Presses on one mesh to several depths: the unit that is solved, stored and reused.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PressJob {
-    /// Place on the top [m].
+    /// Place of the press on the top [m].
     pub place_m: [f64; 2],
-    /// Rising [m].
+    /// Depths in ascending order [m].
     pub depths_m: Vec<f64>,
-    /// Depths whose surface is kept [m].
+    /// Depths for which the surface is stored [m].
     pub surfaces_m: Vec<f64>,
-    /// Corner nodes of the mesh.
+    /// Number of corner nodes of the mesh.
     pub nodes: usize,
-    /// Elements are smallest this far around the place [m].
+    /// Distance from the place within which elements are smallest [m].
     pub fine_radius_m: f64,
     /// Whether the whole block is solved, with the nodes around the probe moved to the place;
-    /// otherwise the piece that symmetry leaves.
+    /// otherwise the piece that remains after the block is cut at its planes of symmetry.
     pub whole: bool,
 }
 
@@ -72,18 +77,18 @@ pub struct Presses {
     pub fitted_m: Vec<f64>,
     /// Depths for the evaluation alone [m].
     pub unseen_m: Vec<f64>,
-    /// The centre: shallow and deep, each on a coarser and a finer mesh.
+    /// Presses at the centre, shallow and deep, each on a coarser and on a finer mesh.
     pub centre: Vec<PressJob>,
-    /// The centre again, on the mesh of the places.
+    /// Presses at the centre on the mesh of the other places.
     pub again: PressJob,
-    /// Places for the fit.
+    /// Presses at places for the fit.
     pub aside: Vec<PressJob>,
-    /// Places for the evaluation alone.
+    /// Presses at places for the evaluation alone.
     pub unseen: Vec<PressJob>,
 }
 
 impl Presses {
-    /// The presses that a scene on a block needs.
+    /// The presses that the fit of a scene on a block needs.
     #[must_use]
     pub fn of(scene: &Scene, tissue: &Tissue, level: Level) -> Self {
         let radius_m = scene.probe.radius_m;
@@ -144,14 +149,14 @@ impl Presses {
         }
     }
 
-    /// Every press, the longest first.
+    /// All presses, those that take longest first.
     pub fn jobs(&self) -> impl Iterator<Item = &PressJob> {
         std::iter::once(&self.again).chain(self.centre.iter().rev()).chain(&self.aside).chain(&self.unseen)
     }
 }
 
-/// Corner nodes of a mesh for a long contact: its elements have to be as fine as under a ball, over
-/// a correspondingly wider disc.
+/// Number of corner nodes of a mesh for a long contact: its elements must be as small as under a
+/// ball, over a correspondingly wider disc.
 fn more_nodes(scene: &Scene, nodes: usize, depth_m: f64) -> usize {
     let tip = scene.probe.tip();
     if tip.shape.is_round() {

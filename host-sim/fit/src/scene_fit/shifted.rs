@@ -1,12 +1,12 @@
-//! A mesh of a block whose nodes around the centre are moved to another place of its top.
+//! A mesh of a block whose nodes around the centre are moved to another place on its top.
 //!
-//! Within `kept_m` of the centre, along each side, nodes move together; between there and the side
-//! they are spread or compressed evenly, so that the sides do not move.
+//! Nodes within `kept_m` of the centre, measured along each side, move together. Between there and
+//! the sides, nodes are spread or compressed uniformly, so that the sides do not move.
 
 use palpate_tissue::mesh::TetMesh;
 
-/// Moves the middle of a block of sides `size_m` [m] by `offset_m` [m]. `kept_m` and the offset
-/// together must stay within half a side.
+/// Moves the middle of a block with sides `size_m` by `offset_m` [m]. The sum of `kept_m` and the
+/// offset must be less than half a side.
 #[must_use]
 pub fn shifted(mesh: &TetMesh, size_m: [f64; 3], kept_m: f64, offset_m: [f64; 2]) -> TetMesh {
     let mut mesh = mesh.clone();

@@ -1,4 +1,4 @@
-//! Finite elements of one press.
+//! Solves the finite elements of one press.
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -16,45 +16,47 @@ use palpate_tissue::error::Error;
 use palpate_tissue::mesh::{BlockSpec, block};
 use palpate_tissue::scene::Scene;
 
-/// Surface grid of a hold, in steps of an eighth of the probe's radius: 2.75 radii to each side.
+/// Spacing of the surface grid of a hold [probe radii], and number of its points to each side: 2.75
+/// radii.
 const GRID_RADII: f64 = 0.125;
 const GRID_HALF_COUNT: usize = 22;
-/// Radius around the centre within which nodes move with the probe [probe radii].
+/// Radius around the centre within which nodes move with the probe, divided by the reach of the tip
+/// (1).
 const KEPT_RADII: f64 = 1.0;
 
-/// Forces and surfaces of a press.
+/// Forces and surfaces of the presses of one job.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Forces {
-    /// Force along the press over E [m^2], shape \[depths\].
+    /// Force along the press over E at each depth [m^2], shape \[depths\].
     pub force_over_e_m2: Vec<f64>,
     /// Surfaces at the depths for which one was requested.
     pub surfaces: Vec<SurfaceGrid>,
-    /// Nodes of the quadratic mesh.
+    /// Number of nodes of the quadratic mesh.
     pub nodes: usize,
 }
 
-/// Equilibria at some depths of a mesh, used as start for a slightly shifted mesh.
+/// Equilibria at some depths of a mesh, from which solutions on a slightly shifted mesh start.
 type Starts = Vec<(f64, Vec<Vector3<f64>>)>;
 
-/// Listener to the progress of presses.
+/// Listener that follows the progress of presses and stores their results.
 pub trait PressListener: Sync {
-    /// The forces of a press, if an earlier run solved it.
+    /// Returns the forces of a press if an earlier run solved it.
     fn stored(&self, job: &PressJob) -> Option<Forces>;
 
-    /// A press has reached this depth [m].
+    /// Called when a press has reached a depth [m].
     fn reached(&self, job: &PressJob, depth_m: f64);
 
-    /// A press is done, computed `anew` or read from storage.
+    /// Called when a press is complete, either computed `anew` or read from storage.
     ///
     /// # Errors
-    /// The press cannot be stored.
+    /// Fails if the press cannot be stored.
     fn done(&self, job: &PressJob, forces: &Forces, anew: bool) -> Result<(), Error>;
 }
 
 /// Solves all presses that are not stored, one per core at a time.
 ///
 /// # Errors
-/// A mesh that cannot be made, a press that does not converge, or one that cannot be stored.
+/// Fails if a mesh cannot be generated, or if a press does not converge or cannot be stored.
 pub fn solve_all(scene: &Scene, presses: &Presses, watch: &impl PressListener) -> Result<Vec<(PressJob, Forces)>, Error> {
     let one = |job: &PressJob, starts: &Starts| {
         let stored = watch.stored(job);
@@ -66,7 +68,7 @@ pub fn solve_all(scene: &Scene, presses: &Presses, watch: &impl PressListener) -
         watch.done(job, &forces, anew)?;
         Ok(((job.clone(), forces), own))
     };
-    // the longest first, one at a time
+    // presses that take longest first, one per core at a time
     let first: Vec<&PressJob> = std::iter::once(&presses.again).chain(presses.centre.iter().rev()).collect();
     let first: Vec<_> =
         first.into_par_iter().with_max_len(1).map(|job| one(job, &Starts::new())).collect::<Result<_, Error>>()?;
@@ -84,7 +86,8 @@ pub fn solve_all(scene: &Scene, presses: &Presses, watch: &impl PressListener) -
     Ok(found)
 }
 
-/// Solves a press of the scene's block with its probe, from `starts` if it contains the depth.
+/// Solves a press of the scene's block with its probe, starting from `starts` if it contains the
+/// depth.
 fn solve(scene: &Scene, job: &PressJob, starts: &Starts, watch: &impl PressListener) -> Result<(Forces, Starts), Error> {
     let file = &scene.file;
     let size_m = scene.tissue.block_m.unwrap_or_default();

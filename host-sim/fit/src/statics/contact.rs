@@ -1,5 +1,5 @@
-//! The foundation under the probe: push of each point over E, its slope and the curvature of the
-//! probe.
+//! The foundation under the probe: force of each point over E, its derivative, and the curvature of
+//! the probe.
 
 use nalgebra::Matrix3;
 use palpate::stages::force::foundation::point_weights;
@@ -7,20 +7,21 @@ use palpate_tissue::probe_surface::{Inside, inside};
 
 use super::{StaticTriangle, Statics, Vector};
 
-/// A foundation point inside the probe.
+/// A foundation point inside the probe, with its force.
 pub(super) struct Push {
     pub triangle: usize,
     pub point: usize,
     pub weights: [f64; 3],
     /// Unit vector out of the probe.
     pub out: Vector,
-    /// Push over E [m^2].
+    /// Force along `out` over E [m^2].
     pub force: f64,
-    /// Energy of the push over E [m^3].
+    /// Energy of the point over E [m^3].
     pub energy: f64,
-    /// `d f / d ln s` [m^2].
+    /// Derivative of the force with respect to the logarithm of the stiffening coefficient, `d f /
+    /// d ln s` [m^2].
     pub by_stiffening: f64,
-    /// Curvature of the energy along the point's position [m].
+    /// Second derivative of the energy with respect to the point's position [m].
     pub curvature: Matrix3<f64>,
 }
 
@@ -30,8 +31,8 @@ impl Statics {
         let mut pushes = Vec::new();
         for (triangle, t) in self.triangles.iter().enumerate() {
             let corners = t.node.map(|n| x[n] - tip_m);
-            // the probe's extent is largest along its axis: a point far below the tip cannot be
-            // inside
+            // the tip is the probe's lowest point along its axis, so a triangle completely below it
+            // cannot be inside
             if corners.iter().all(|c| c.dot(&self.axis()) < 0.0) || corners.iter().all(|c| c.norm_squared() > 36.0 * r * r) {
                 continue;
             }
@@ -50,7 +51,7 @@ impl Statics {
         let (k, s) = (t.k[point], self.stiffening_per_m);
         let force = k * pen * (1.0 + s * pen);
         let slope = k * (1.0 + 2.0 * s * pen);
-        // energy phi(pen): grad = -f out, curvature = slope out out^T + f bend
+        // for the energy phi(pen): gradient = -f out, curvature = slope out out^T + f bend
         let curvature = out * out.transpose() * slope + bend * force;
         Push {
             triangle,
@@ -66,7 +67,8 @@ impl Statics {
 }
 
 impl Statics {
-    /// `at` is relative to the tip [m].
+    /// Penetration, normal and curvature if `at` is inside the probe; `at` is relative to the tip
+    /// [m].
     pub(super) fn inside(&self, at: Vector) -> Option<Inside> {
         inside(&self.probe, at)
     }

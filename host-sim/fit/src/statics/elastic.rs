@@ -1,25 +1,25 @@
-//! Springs and volume: first and second derivatives of the energy over E.
+//! Springs and volume: first and second derivatives of their energies over E.
 
 use nalgebra::Matrix3;
 
 use super::{StaticSpring, StaticTet, Statics, Vector};
 
-/// As in the tick: below this a node's pressure continues along its tangent.
+/// Volume ratio of a node below which its pressure continues along the tangent, as in the tick (1).
 const STRAIGHT_BELOW: f64 = 0.8;
-/// As in the tick: volume ratio at which the barrier of a tet begins.
+/// Volume ratio of a tet below which its barrier acts, as in the tick (1).
 const BARRIER_BELOW: f64 = 0.4;
 
-/// State of a spring: unit vector from i to j, length [m], tension over E [m^2], its slope over E
-/// [m].
+/// State of a spring: unit vector from i to j, length [m], tension over E [m^2], and derivative of
+/// the tension with respect to the length over E [m].
 pub(super) struct Pull {
     pub along: Vector,
     pub length_m: f64,
     pub tension: f64,
     pub slope: f64,
-    /// Stiffness over E [m] and elongation [m].
+    /// Stiffness over E [m], and elongation [m].
     pub k: f64,
     pub stretch_m: f64,
-    /// Compression beyond the threshold [m], zero or negative.
+    /// Compression beyond the threshold of the compensation [m]; zero or negative.
     pub squeeze_m: f64,
 }
 
@@ -43,19 +43,20 @@ impl Statics {
 }
 
 impl Pull {
-    /// Energy over E [m^3].
+    /// Energy of the spring over E [m^3].
     pub fn energy(&self) -> f64 {
         0.5 * self.k * self.stretch_m * self.stretch_m + 0.5 * (self.slope - self.k) * self.squeeze_m * self.squeeze_m
     }
 
-    /// Curvature of the energy along the difference of the ends [m].
+    /// Second derivative of the energy over E with respect to the difference of the ends [m].
     pub fn curvature(&self) -> Matrix3<f64> {
         let nn = self.along * self.along.transpose();
         nn * self.slope + (Matrix3::identity() - nn) * (self.tension / self.length_m)
     }
 }
 
-/// State of a tet: slopes of six times its volume [m^2] and its volume ratio (1).
+/// State of a tet: gradients of six times its volume [m^2], edges [m], and six times its volume
+/// [m^3].
 pub(super) struct TetGeometry {
     pub gradient: [Vector; 4],
     pub edges: [Vector; 3],
@@ -71,11 +72,11 @@ pub(super) fn geometry(t: &StaticTet, x: &[Vector]) -> TetGeometry {
 }
 
 impl TetGeometry {
-    /// Second derivatives of six times the volume [m], rows and columns corners; `between(i, j)` is
-    /// the transpose of `between(j, i)`.
+    /// Second derivatives of six times the volume [m]; rows and columns are corners. `between(i,
+    /// j)` is the transpose of `between(j, i)`.
     pub fn between(&self) -> [[Matrix3<f64>; 4]; 4] {
         let [e1, e2, e3] = self.edges.map(|e| e.cross_matrix());
-        // d g1 = de2 x e3 + e2 x de3 and cyclically
+        // d g1 = de2 x e3 + e2 x de3, and cyclically
         let inner = [[Matrix3::zeros(), -e3, e2], [e3, Matrix3::zeros(), -e1], [-e2, e1, Matrix3::zeros()]];
         let mut all = [[Matrix3::zeros(); 4]; 4];
         for i in 0..3 {
@@ -90,7 +91,8 @@ impl TetGeometry {
     }
 }
 
-/// Pressure of a tet's own volume energy and barrier over E and its slope with the volume ratio.
+/// Pressure over E of a tet's own volume energy and barrier, and its derivative with respect to six
+/// times the volume.
 pub(super) fn own_pressure(t: &StaticTet, six_volume: f64, barrier: bool) -> (f64, f64) {
     let j = six_volume * t.six_volume_reciprocal;
     let (mut p, mut slope) = (t.bulk * (j - 1.0), t.bulk);
@@ -102,7 +104,8 @@ pub(super) fn own_pressure(t: &StaticTet, six_volume: f64, barrier: bool) -> (f6
 }
 
 impl Statics {
-    /// Pressure of each node over E and its slope with six times the node's volume.
+    /// Pressure of each node over E, and its derivative with respect to six times the node's
+    /// volume.
     pub(super) fn node_pressures(&self, around: &[f64]) -> Vec<(f64, f64)> {
         let law = |n: usize| {
             let (c, r) = (self.pressure[n], self.six_volume_reciprocal[n]);

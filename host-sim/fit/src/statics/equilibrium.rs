@@ -1,37 +1,39 @@
-//! Newton's iteration to the equilibrium of a pressed patch.
+//! Finds the equilibrium of a pressed patch by Newton's iteration.
 
 use thiserror::Error;
 
 use super::tangent::{Factor, Pattern};
 use super::{Statics, Vector, elastic};
 
-/// Share of the probe's force to which the remaining nodal forces must fall for equilibrium.
+/// Norm of the remaining nodal forces, as a share of the probe's force, at which the patch is in
+/// equilibrium (1).
 const TOLERANCE: f64 = 1e-7;
 const MOST_STEPS: usize = 60;
-/// Steps in a row without gain after which an iteration has stalled. Of 2 021 balances under a flat
-/// tip that were found, two stalled for longer.
+/// Number of consecutive steps without gain after which an iteration counts as stalled. Of 2 021
+/// equilibria that were found under a flat tip, two had stalled for longer.
 const STALLED_STEPS: usize = 12;
-/// Such a share at an edge of the probe, where no position has a slope of zero and the remaining
-/// forces fall no lower.
+/// The share of the probe's force that suffices at an edge of the probe (1), where the gradient
+/// vanishes at no position and the remaining forces do not fall further.
 const ON_AN_EDGE: f64 = 1e-3;
-/// Share of the imbalance after the last gain (1) below which a step has gained.
+/// Ratio to the imbalance after the last gain below which a step counts as a gain (1).
 const GAINS: f64 = 0.9;
-/// Share of the imbalance that each step may leave while a factor is reused.
+/// Largest ratio of the imbalance after a step to that before it with which a factor is reused (1).
 const STILL_GOOD: f64 = 0.25;
-/// Largest distance from the equilibrium at which a factor is used for its derivatives [m].
+/// Largest distance from the equilibrium at which a factor is used for derivatives there [m].
 const NEAR_M: f64 = 2e-6;
-/// Shares of the diagonal that are added when the tangent is not positive.
+/// Shares of the diagonal that are added, one after the other, if the tangent is not positive
+/// definite.
 const SHIFTS: [f64; 6] = [0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0];
-/// Largest number of pieces into which the tip's displacement is divided.
+/// Smallest piece into which the displacement of the tip is divided, as a share of the whole (1).
 const FINEST_WAY: f64 = 1.0 / 64.0;
 
-/// No equilibrium was found.
+/// Error of a press for which no equilibrium was found.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[error("no equilibrium {depth_mm:.2} mm deep after {steps} steps: press less deep or in smaller steps")]
 pub struct Unbalanced {
     /// Depth of the tip along the press [mm].
     pub depth_mm: f64,
-    /// Newton steps made.
+    /// Number of Newton steps.
     pub steps: usize,
 }
 
@@ -40,31 +42,31 @@ pub struct Unbalanced {
 pub struct Balance {
     /// Node positions [m], shape \[nodes\].
     pub x_m: Vec<Vector>,
-    /// Tip [m].
+    /// Position of the tip [m].
     pub tip_m: Vector,
-    /// Force on the probe along its axis over E [m^2], positive out of the tissue.
+    /// Force on the probe along its axis, over E [m^2]; positive out of the tissue.
     pub force: f64,
-    /// Factored tangent, at `x_m` or within `NEAR_M` of it.
+    /// Factored tangent, computed at `x_m` or within `NEAR_M` of it.
     pub(super) factor: Factor,
 }
 
-/// Sparsity pattern and symbolic factorisation of one mesh, reused by every solution.
+/// Sparsity pattern and symbolic factorisation of one mesh, which all solutions share.
 #[derive(Clone, Debug)]
 pub struct Solver {
     pub(super) pattern: Pattern,
 }
 
 impl Solver {
-    /// Analyses a mesh. `None` if it is too large to be analysed.
+    /// Analyses a mesh; returns `None` if the mesh is too large to be analysed.
     #[must_use]
     pub fn of(statics: &Statics) -> Option<Self> {
         Pattern::of(statics).map(|pattern| Self { pattern })
     }
 
-    /// The patch at rest, the probe `clear_m` above the site `site_m` [m].
+    /// The patch at rest, with the probe `clear_m` above the site `site_m` [m].
     ///
     /// # Errors
-    /// [`Unbalanced`] if even the rest stiffness is not positive.
+    /// [`Unbalanced`] if the stiffness at rest is not positive definite.
     pub fn rest(&self, statics: &Statics, site_m: Vector, clear_m: f64) -> Result<Balance, Unbalanced> {
         let tip_m = site_m + statics.axis() * clear_m;
         let failed = |_| Unbalanced { depth_mm: 0.0, steps: 0 };
@@ -72,7 +74,8 @@ impl Solver {
         Ok(Balance { x_m: statics.rest_m.clone(), tip_m, force: 0.0, factor })
     }
 
-    /// Moves the tip of a pressed patch to `tip_m`, `depth_m` deep, in as many pieces as it takes.
+    /// Moves the tip of a pressed patch to `tip_m`, at the depth `depth_m`, in as many pieces as
+    /// necessary.
     ///
     /// # Errors
     /// [`Unbalanced`] if Newton's iteration does not converge.
@@ -164,20 +167,20 @@ impl Solver {
 }
 
 impl Balance {
-    /// Small displacement [1/m] under small forces on the nodes over E, at equilibrium; anchors do
-    /// not move.
+    /// Small displacements of the nodes [1/m] under small forces on the nodes over E, about the
+    /// equilibrium; anchors do not move.
     #[must_use]
     pub fn answer(&self, statics: &Statics, force: &[Vector]) -> Vec<Vector> {
         self.factor.solve_nodes(statics, force)
     }
 
-    /// Returns the patch at rest with its probe, which does not touch it, at `tip_m`.
+    /// Returns the patch at rest with the tip of its probe, which does not touch it, at `tip_m`.
     #[must_use]
     pub fn with_tip(&self, tip_m: Vector) -> Self {
         Self { tip_m, ..self.clone() }
     }
 
-    /// Positions of the nodes with the tip at `tip_m`, to first order.
+    /// Positions of the nodes after the tip has moved to `tip_m`, to first order.
     fn follow(&self, statics: &Statics, tip_m: Vector) -> Vec<Vector> {
         let way = tip_m - self.tip_m;
         let mut pull = vec![Vector::zeros(); self.x_m.len()];
@@ -195,8 +198,8 @@ fn norm(v: &[Vector]) -> f64 {
 }
 
 impl Statics {
-    /// Gradient of the energy over E by every node's position [m^2] (zero at anchors), and the
-    /// force on the probe along its axis over E [m^2].
+    /// Gradient of the energy over E with respect to every node's position [m^2] (zero at anchors),
+    /// and force on the probe along its axis over E [m^2].
     #[must_use]
     pub fn slope(&self, x: &[Vector], tip_m: Vector) -> (Vec<Vector>, f64) {
         let mut slope = vec![Vector::zeros(); x.len()];

@@ -1,12 +1,13 @@
 //! A disc glued to the surface and moved slightly: normal press and shear of a bonded contact, with
 //! derivatives.
 //!
-//! Every foundation point within the disc's radius of its centre is held to the disc's translation
-//! `d` by a spring of its initial stiffness `k`, in all three directions. To first order about rest
-//! `(K + sum k w w^T x I) u = sum k w d`, `w` the point's weights, and the force is `F = sum k (d -
-//! sum w u)`. `F . d` is twice the least energy over `u`, so its slope along a constant is the
-//! energy's own at that `u` (Danskin): `w^T (dK/dp) w`, and `|d - sum w u|^2` for a point. After a
-//! fit to frictionless presses alone these two cases are wrong by up to 20 %.
+//! Every foundation point within the radius of the disc is tied to the translation `d` of the disc
+//! by a spring of its initial stiffness `k`, in all three directions. To first order about rest,
+//! `(K + sum k w w^T x I) u = sum k w d`, where `w` are the weights of the point, and the force is
+//! `F = sum k (d - sum w u)`. `F . d` is twice the minimum of the energy over `u`, so its
+//! derivative with respect to a constant is that of the energy at this `u` (Danskin): `w^T (dK/dp)
+//! w`, and `|d - sum w u|^2` for a point. After a fit to frictionless presses alone, these two
+//! cases are wrong by up to 20 %.
 
 use nalgebra::Matrix3;
 use palpate::stages::force::foundation::point_weights;
@@ -29,11 +30,11 @@ impl GluedPoint {
     }
 }
 
-/// A patch under a glued disc that moved by a unit length.
+/// A patch under a glued disc that has moved by a unit length.
 pub struct Glued {
-    /// Force along the disc's displacement over E, per displacement [m].
+    /// Force along the disc's displacement over E, divided by the displacement [m].
     pub stiffness_m: f64,
-    /// Displacement of each node over the disc's (1), shape \[nodes\].
+    /// Displacement of each node, divided by that of the disc (1), shape \[nodes\].
     pub u: Vec<Vector>,
     /// Direction of the disc's displacement, a unit vector.
     direction: Vector,
@@ -41,17 +42,17 @@ pub struct Glued {
 }
 
 impl Solver {
-    /// Glues a disc of radius `radius_m` [m] to the surface around `place_m` [m] and moves it along
-    /// `direction` (any length).
+    /// Glues a disc of radius `radius_m` to the surface around `place_m` [m] and moves it along
+    /// `direction`, a vector of any non-zero length.
     ///
     /// # Errors
-    /// [`Unbalanced`] if no foundation point lies under the disc, or the stiffness at rest is not
-    /// positive.
+    /// [`Unbalanced`] if there is no foundation point under the disc, or if the stiffness at rest
+    /// is not positive definite.
     pub fn glued(&self, statics: &Statics, place_m: Vector, radius_m: f64, direction: Vector) -> Result<Glued, Unbalanced> {
         let failed = Unbalanced { depth_mm: 0.0, steps: 0 };
         let direction = direction.try_normalize(0.0).ok_or(failed)?;
-        // with a threshold of zero compensation would act on every spring that rounding made too
-        // short
+        // with a threshold of zero, compensation would act on every spring that rounding has made
+        // too short
         let at_rest = Statics { compensation_acts: false, ..statics.clone() };
         let held = at_rest.held(place_m, radius_m);
         if held.is_empty() {
@@ -91,8 +92,8 @@ impl Statics {
 }
 
 impl Glued {
-    /// Slopes of [`Self::stiffness_m`] [m]. Stiffening and compensation have no slope at rest, and
-    /// the rim springs are no constants here.
+    /// Derivatives of [`Self::stiffness_m`] [m]. Those with respect to stiffening and compensation
+    /// are zero at rest, and the rim springs are not treated as constants here.
     #[must_use]
     pub fn gradient(&self, statics: &Statics) -> Gradient {
         let (x, u) = (&statics.rest_m, &self.u);
@@ -100,7 +101,8 @@ impl Glued {
             let (edge, moved) = (x[s.node[1]] - x[s.node[0]], u[s.node[1]] - u[s.node[0]]);
             let length_m = edge.norm();
             let opens = moved.dot(&edge) / length_m;
-            // at rest the length of a spring is wrong by the rounding of its constants
+            // at rest the length of a spring deviates from `rest_m` by the rounding of its
+            // constants
             s.k * (opens * opens + (1.0 - s.rest_m / length_m) * (moved.norm_squared() - opens * opens))
         });
         let spring = spring.collect();
@@ -161,8 +163,8 @@ mod tests {
 
     #[test]
     fn the_disc_bears_what_the_nonlinear_energy_says() {
-        // half the difference of the slopes of the full energy at small displacements in both
-        // directions: the rounding at rest and the second order cancel
+        // half the difference of the gradients of the full energy at small displacements in both
+        // directions: the rounding errors at rest and the second-order terms cancel
         let statics = statics(&Params::default());
         for direction in DIRECTIONS {
             let glued = glued(&statics, direction);
@@ -187,7 +189,7 @@ mod tests {
 
     #[test]
     fn slopes_are_those_of_finite_differences() {
-        // a threshold of zero: compensation must have no effect
+        // with a threshold of zero, compensation must have no effect
         let base = statics(&Params { compensation_threshold: 0.0, ..Params::default() });
         let step = 1e-3_f64;
         for direction in DIRECTIONS {

@@ -1,4 +1,4 @@
-//! Elastic support of a patch's rim: a quadratic energy of the rim nodes' displacements.
+//! Elastic support of the rim of a patch: a quadratic energy of the displacements of the rim nodes.
 
 use faer::Mat;
 use nalgebra::Matrix3;
@@ -6,17 +6,17 @@ use palpate::Model;
 
 use super::{Statics, Vector};
 
-/// Stiffness over E of the outside, between rim nodes.
+/// Stiffness of the outside over E, between rim nodes.
 #[derive(Clone, Debug)]
 pub struct Rim {
-    /// Rim nodes.
+    /// Indices of the rim nodes in the patch.
     pub node: Vec<usize>,
     /// Stiffness over E [m], shape [3 rim nodes][3 rim nodes], symmetric.
     pub stiffness_m: Mat<f64>,
 }
 
 impl Rim {
-    /// The rim springs of a model; `None` if it has none.
+    /// Support by the rim springs of a model; `None` if it has none.
     pub(super) fn of(model: &Model) -> Option<Self> {
         let node: Vec<usize> = model.rim_nodes.iter().map(|r| r.node as usize).collect();
         let place = |n: u16| node.iter().position(|m| *m == usize::from(n));
@@ -37,7 +37,7 @@ impl Rim {
         (!node.is_empty()).then_some(Self { node, stiffness_m: full })
     }
 
-    /// Adds the gradient of the energy over E [m^2].
+    /// Adds the gradient of the energy over E to `slope` [m^2].
     pub(super) fn add_slope(&self, rest_m: &[Vector], x_m: &[Vector], slope: &mut [Vector]) {
         let moved: Vec<Vector> = self.node.iter().map(|n| x_m[*n] - rest_m[*n]).collect();
         for (i, n) in self.node.iter().enumerate() {
@@ -52,8 +52,8 @@ impl Rim {
 }
 
 impl Statics {
-    /// Returns the patch with another far field: `stiffness_m` over E between the rim nodes, shape
-    /// [3 rim nodes][3 rim nodes].
+    /// Returns the patch with another far field: `stiffness_m` is its stiffness over E between the
+    /// rim nodes, shape [3 rim nodes][3 rim nodes].
     #[must_use]
     pub fn with_rim(&self, node: &[usize], stiffness_m: &Mat<f64>) -> Self {
         Self { rim: Some(Rim { node: node.to_vec(), stiffness_m: stiffness_m.clone() }), ..self.clone() }

@@ -1,35 +1,37 @@
-//! Derivatives of the force, or of a displacement, with respect to every constant of the patch: the
-//! adjoint of the equilibrium.
+//! Derivatives of the force, or of a displacement, with respect to every constant of the patch, by
+//! the adjoint of the equilibrium.
 //!
-//! At balance the gradient of the energy is zero: `g(x, p) = 0`. For an output `y(x, p)` with `b =
-//! dy/dx`, `K l = b` gives `dy/dp = dp y - l . dp g`, whatever the number of constants. For the
-//! probe's force, `l` is also how the tissue follows the press, with opposite sign.
+//! In equilibrium the gradient of the energy is zero: `g(x, p) = 0`. For an output `y(x, p)` with
+//! `b = dy/dx`, the solution of `K l = b` gives `dy/dp = dp y - l . dp g` for any number of
+//! constants. For the force on the probe, `l` is also the displacement with which the tissue
+//! follows the press, with the opposite sign.
 
 use super::equilibrium::Balance;
 use super::{Statics, Vector, elastic};
 
-/// Slopes of an output along the logarithm of every constant (along the value itself for
-/// `compensation` and `compensation_threshold`).
+/// Derivatives of an output with respect to the logarithm of every constant (for `compensation` and
+/// `compensation_threshold`, with respect to the value itself).
 #[derive(Clone, Debug)]
 pub struct Gradient {
-    /// Springs, shape \[springs\].
+    /// Derivatives with respect to the springs' stiffnesses, shape \[springs\].
     pub spring: Vec<f64>,
-    /// Nodal volume stiffness, shape \[nodes\].
+    /// Derivatives with respect to the nodal volume stiffnesses, shape \[nodes\].
     pub node: Vec<f64>,
-    /// Foundation points, shape [triangles][points].
+    /// Derivatives with respect to the stiffnesses of the foundation points, shape
+    /// [triangles][points].
     pub point: Vec<Vec<f64>>,
-    /// Per-tet volume stiffness, shape \[tets\].
+    /// Derivatives with respect to the volume stiffnesses of the tets themselves, shape \[tets\].
     pub bulk: Vec<f64>,
-    /// Stiffening of the foundation.
+    /// Derivative with respect to the stiffening of the foundation.
     pub stiffening: f64,
-    /// chi.
+    /// Derivative with respect to chi.
     pub compensation: f64,
-    /// `tau_c`.
+    /// Derivative with respect to `tau_c`.
     pub compensation_threshold: f64,
 }
 
 impl Balance {
-    /// Slopes of the force on the probe over E [m^2].
+    /// Derivatives of the force on the probe over E [m^2].
     #[must_use]
     pub fn force_gradient(&self, statics: &Statics) -> Gradient {
         let axis = statics.axis();
@@ -43,9 +45,9 @@ impl Balance {
         self.gradient(statics, &adjoint, axis)
     }
 
-    /// Slopes of `along . position of the surface at the node` [m]. A node inside the probe carries
-    /// a compressed layer whose outer face lies on the probe: there only the displacement along the
-    /// probe's surface counts.
+    /// Derivatives of `along . position of the surface at the node` [m]. A node inside the probe
+    /// carries a compressed layer whose outer face is on the probe; there only the displacement
+    /// tangential to the probe's surface counts.
     #[must_use]
     pub fn surface_gradient(&self, statics: &Statics, node: usize, along: Vector) -> Gradient {
         let mut by_position = vec![Vector::zeros(); self.x_m.len()];
@@ -57,8 +59,8 @@ impl Balance {
         self.gradient(statics, &adjoint, Vector::zeros())
     }
 
-    /// Position of the surface at a node [m]: the node, or the probe's surface if the node is
-    /// inside.
+    /// Position of the surface at a node [m]: that of the node, or the nearest point on the probe's
+    /// surface if the node is inside.
     #[must_use]
     pub fn surface_m(&self, statics: &Statics, node: usize) -> Vector {
         let x = self.x_m[node];

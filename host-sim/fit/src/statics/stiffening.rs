@@ -8,7 +8,8 @@ use palpate::stages::force::stiffening::CAP;
 use super::contact::Push;
 use super::{Statics, Vector};
 
-/// Share of a foundation point's energy that counts at its nodes: its other end is the probe.
+/// Share of a foundation point's energy that is assigned to its nodes, because its other end is the
+/// probe (1).
 const HALF: f64 = 0.5;
 
 /// Ratio of the logarithm of a stiffness factor to the energy density divided by E (1); zero if the
@@ -18,9 +19,9 @@ pub(super) fn steepness(params: &Params) -> f64 {
     if params.terms.stiffening { 2.0 * f64::from(params.stiffening_b) / mu } else { 0.0 }
 }
 
-/// Factors of a deformed patch.
+/// Stiffness factors of a deformed patch.
 pub(super) struct Stiffer {
-    /// Factor of every node (1).
+    /// Stiffness factor of every node (1).
     factor: Vec<f64>,
     /// Derivative of every factor with respect to the energy at its node, divided by E [1/m^3];
     /// zero at the cap.
@@ -28,12 +29,12 @@ pub(super) struct Stiffer {
 }
 
 impl Stiffer {
-    /// Factor of a spring.
+    /// Stiffness factor of a spring: the mean of those of its ends (1).
     pub fn of_spring(&self, [a, b]: [usize; 2]) -> f64 {
         0.5 * (self.factor[a] + self.factor[b])
     }
 
-    /// Factor of a foundation point.
+    /// Stiffness factor of a foundation point, from those of its nodes (1).
     pub fn of_point(&self, node: [usize; 3], weights: [f64; 3]) -> f64 {
         let mean: f64 = node.iter().zip(weights).map(|(&n, w)| w * self.factor[n]).sum();
         1.0 + HALF * (mean - 1.0)
@@ -41,7 +42,7 @@ impl Stiffer {
 }
 
 impl Statics {
-    /// The factors at `x`; `None` if the tissue does not stiffen.
+    /// The stiffness factors at `x`; `None` if the tissue does not stiffen.
     pub(super) fn stiffer(&self, x: &[Vector], pushes: &[Push]) -> Option<Stiffer> {
         if self.steepness == 0.0 {
             return None;
@@ -56,7 +57,7 @@ impl Statics {
             node.iter().zip(push.weights).for_each(|(&n, w)| energy[n] += w * HALF * push.energy);
         }
         let of_node = |((n, energy), reciprocal): ((usize, &f64), &f64)| {
-            // the volume of a node is a quarter of its tets'
+            // the volume of a node is a quarter of that of its tets
             let per_energy = self.steepness * self.steepness_of.get(n).unwrap_or(&1.0) * 24.0 * reciprocal;
             let ln = energy * per_energy;
             let factor = ln.min(f64::from(CAP)).exp();
@@ -66,8 +67,8 @@ impl Statics {
         Some(Stiffer { factor, steeper })
     }
 
-    /// Adds the contribution of the factors' change to the curvature; `stars` are the nodes around
-    /// each node.
+    /// Adds the contribution of the change of the factors to the tangent; `stars` lists the nodes
+    /// around each node.
     pub(super) fn add_steeper(
         &self,
         stiffer: &Stiffer,
@@ -76,7 +77,7 @@ impl Statics {
         pushes: &[Push],
         add: &mut impl FnMut(usize, usize, &Matrix3<f64>),
     ) {
-        // slopes of the energy at each node along the nodes around it
+        // gradients of the energy at each node with respect to the nodes around it
         let mut slopes: Vec<Vec<Vector>> = stars.iter().map(|s| vec![Vector::zeros(); s.len()]).collect();
         let mut put = |at: usize, along: usize, slope: Vector| {
             if let Ok(place) = stars[at].binary_search(&along) {

@@ -10,32 +10,33 @@ use nalgebra::Matrix3;
 
 use super::{Statics, Vector, elastic};
 
-/// Positions of the free nodes' blocks in the matrix: lower triangle, column by column.
+/// Positions of the free nodes' blocks in the matrix, of which the lower triangle is stored column
+/// by column.
 #[derive(Clone, Debug)]
 pub(super) struct Pattern {
     symbolic: SymbolicSparseColMat<usize>,
     factor: SymbolicLlt<usize>,
-    /// Rows (free nodes, from the diagonal down) of every column of blocks.
+    /// Rows of every column of blocks, as indices of free nodes from the diagonal down.
     rows: Vec<Vec<usize>>,
-    /// First value of every column of blocks.
+    /// Index of the first value of every column of blocks.
     start: Vec<usize>,
-    /// Nodes around each node, itself included.
+    /// Nodes around each node, including the node itself.
     stars: Vec<Vec<usize>>,
-    /// Blocks of every two nodes around a node, shape \[nodes\] [star * star].
+    /// Blocks of all pairs of nodes around a node, shape \[nodes\] [star * star].
     star_slots: Vec<Vec<Slot>>,
-    /// Diagonal blocks of a spring's ends, and the block between them, shape \[springs\].
+    /// Diagonal blocks of the two ends of a spring, and the block between them, shape \[springs\].
     spring_slots: Vec<[Slot; 3]>,
-    /// Blocks of a tet's nodes, shape \[tets\].
+    /// Blocks of all pairs of nodes of a tet, shape \[tets\].
     tet_slots: Vec<[[Slot; 4]; 4]>,
-    /// Index of a tet's node in the star of another of its nodes, shape \[tets\].
+    /// Index of each node of a tet in the star of each other node, shape \[tets\].
     tet_in_star: Vec<[[usize; 4]; 4]>,
 }
 
-/// Place of a block among the values; [`Slot::NONE`] above the diagonal and at anchors.
+/// Position of a block among the values; [`Slot::NONE`] above the diagonal and at anchors.
 #[derive(Clone, Copy, Debug)]
 struct Slot {
     first: usize,
-    /// Values from one column to the next.
+    /// Number of values from one column to the next.
     pitch: usize,
 }
 
@@ -69,7 +70,8 @@ impl Slot {
 }
 
 impl Pattern {
-    /// All pairs of nodes around a common node, which the nodal volume couples.
+    /// Pattern of all pairs of nodes around a common node, which the nodal volume couples; `None`
+    /// if the mesh is too large to be analysed.
     pub fn of(statics: &Statics) -> Option<Self> {
         let mut stars: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); statics.rest_m.len()];
         for t in &statics.tets {
@@ -125,7 +127,7 @@ impl Pattern {
         (self.tet_slots, self.tet_in_star) = (tet_slots, tet_in_star);
     }
 
-    /// Slot of the block at row `i`, column `j` (free nodes).
+    /// Slot of the block at row `i` and column `j` (indices of free nodes).
     fn slot(&self, i: usize, j: usize) -> Slot {
         if i < j {
             return Slot::NONE;
@@ -135,8 +137,8 @@ impl Pattern {
         Slot { first: self.start[j] + 3 * at, pitch: 3 * rows.len() }
     }
 
-    /// Adds a block at row `i`, column `j` (free nodes); a block above the diagonal is left to its
-    /// mirror.
+    /// Adds a block at row `i` and column `j` (indices of free nodes). A block above the diagonal
+    /// is skipped, because its transpose is added below the diagonal.
     fn add(&self, values: &mut [f64], i: usize, j: usize, block: &Matrix3<f64>) {
         self.slot(i, j).add(values, block);
     }
@@ -153,7 +155,7 @@ impl Factor {
         self.0.solve_in_place_with_conj(faer::Conj::No, right);
     }
 
-    /// Solves for vectors on all nodes; anchors get zero.
+    /// Solves for vectors on all nodes; the solution is zero at anchors.
     pub fn solve_nodes(&self, statics: &Statics, right: &[Vector]) -> Vec<Vector> {
         let mut column = Mat::zeros(3 * statics.free_nodes(), 1);
         for (slot, v) in statics.free.iter().zip(right) {
@@ -168,14 +170,14 @@ impl Factor {
 }
 
 impl Statics {
-    /// Curvature of the energy over E at `x`, probe included; `shift` is added to the diagonal as a
-    /// share of itself.
+    /// Factors the tangent of the energy over E at `x`, including the probe; `shift` times the
+    /// diagonal is added to it.
     pub(super) fn factor(&self, pattern: &Pattern, x: &[Vector], tip_m: Option<Vector>, shift: f64) -> Result<Factor, LltError> {
         self.factor_with(pattern, x, tip_m, &[], shift)
     }
 
-    /// Factors the tangent as `factor` does, with further supports at points of surface triangles:
-    /// their corners, weights and stiffness over E [m].
+    /// Like `factor`, with additional supports at points of surface triangles, given by corners,
+    /// weights and stiffness over E [m].
     pub(super) fn factor_with(
         &self,
         pattern: &Pattern,
@@ -242,7 +244,7 @@ impl Statics {
             t.node.iter().for_each(|&n| around[n] += shape.six_volume);
         }
         let nodal = self.node_pressures(&around);
-        // slopes of each node's volume along the nodes around it
+        // gradients of each node's volume with respect to the nodes around it
         let mut slopes: Vec<Vec<Vector>> = pattern.stars.iter().map(|s| vec![Vector::zeros(); s.len()]).collect();
         for (n, (t, shape)) in self.tets.iter().zip(&shapes).enumerate() {
             let (own, own_slope) = elastic::own_pressure(t, shape.six_volume, self.compensation_acts);

@@ -1,8 +1,8 @@
-//! Cutting a mesh along the edge of a glued disc.
+//! Cuts a mesh along the edge of a glued disc.
 //!
-//! A surface edge that crosses the circle close to one end has that end moved along it onto the
-//! circle; any other is cut at the crossing, in all tets around it. Then no surface edge has one
-//! end inside and one outside, and every tet is sound if it was before.
+//! If a surface edge crosses the circle close to one of its ends, that end is moved along the edge
+//! onto the circle; any other such edge is cut at the crossing, in all tets around it. Afterwards
+//! no surface edge has one end inside and one outside, and every tet that was valid remains valid.
 
 use std::collections::BTreeMap;
 
@@ -11,19 +11,19 @@ use nalgebra::Vector3;
 use super::Disc;
 use palpate_tissue::mesh::{TetMesh, surface};
 
-/// Distance from the circle, as a share of the radius, that counts as on it.
+/// Distance from the circle, as a share of the radius, up to which a node counts as on it.
 pub(super) const ON_EDGE: f64 = 1e-9;
-/// Distance of the crossing from an end, as a share of the edge, within which the end is moved.
+/// Distance of a crossing from an end, as a share of the edge, below which the end is moved.
 const NEAR_END: f64 = 0.3;
-/// Least share of its volume that a tet keeps when a corner is moved.
+/// Smallest share of its volume that a tet may have after a corner was moved.
 const LEAST_VOLUME: f64 = 0.2;
 
-/// Cuts the mesh so that no surface edge crosses the disc's edge. Nodes keep their numbers, new
-/// ones follow; tets keep their regions.
+/// Cuts the mesh so that no surface edge crosses the edge of the disc. Nodes keep their numbers and
+/// new ones follow them; tets keep their regions.
 pub(super) fn cut(mesh: &TetMesh, disc: &Disc) -> TetMesh {
     let mut mesh = mesh.clone();
     snap(&mut mesh, disc);
-    // the halves of a cut edge end on the circle, so one pass meets every crossing once
+    // the halves of a cut edge end on the circle, so one pass finds every crossing once
     for ([i, j], share) in crossings(&mesh, disc) {
         let middle = mesh.nodes_m.len() as u32;
         mesh.nodes_m.push(between(&mesh, [i, j], share).into());
@@ -40,8 +40,8 @@ pub(super) fn cut(mesh: &TetMesh, disc: &Disc) -> TetMesh {
     mesh
 }
 
-/// Moves nodes that are near the circle onto it, each along the edge with the shortest path, unless
-/// a tet around it would lose too much volume.
+/// Moves nodes near the circle onto it, each along the edge on which its displacement is shortest,
+/// unless a tet around it would lose too much volume.
 fn snap(mesh: &mut TetMesh, disc: &Disc) {
     let mut moves: BTreeMap<u32, (f64, Vector3<f64>)> = BTreeMap::new();
     for ([i, j], share) in crossings(mesh, disc) {
@@ -74,7 +74,8 @@ fn snap(mesh: &mut TetMesh, disc: &Disc) {
     }
 }
 
-/// Surface edges with one end inside and one outside, and where along them the circle is.
+/// Surface edges with one end inside and one outside, each with the position of the circle along it
+/// (0 to 1).
 fn crossings(mesh: &TetMesh, disc: &Disc) -> Vec<([u32; 2], f64)> {
     let sides = surface::surface(&mesh.tets).into_iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
     let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
@@ -90,7 +91,7 @@ fn crossing(mesh: &TetMesh, disc: &Disc, [i, j]: [u32; 2]) -> Option<f64> {
     if from * to >= 0.0 || from.abs() <= least || to.abs() <= least {
         return None;
     }
-    // |a + s (b - a) - centre| = radius: of the two roots the one between the ends
+    // |a + s (b - a) - centre| = radius has two roots; the one between the ends is used
     let (arm, way) = (a - disc.place_m, b - a);
     let (square, half) = (way.norm_squared(), arm.dot(&way));
     let root = (half * half - square * (arm.norm_squared() - disc.radius_m * disc.radius_m)).max(0.0).sqrt();
@@ -134,7 +135,8 @@ mod tests {
             }
         }
         assert!((whole_m2 / (2.0 * 0.04 * 0.04 + 4.0 * 0.04 * 0.02) - 1.0).abs() < 1e-9);
-        // an inscribed polygon: short of the circle by at most (2 pi / sides)^2 / 6
+        // an inscribed polygon is smaller than the circle by at most a share of (2 pi / sides)^2 /
+        // 6
         let circle_m2 = std::f64::consts::PI * disc.radius_m * disc.radius_m;
         assert!(corners_on_edge > 12 && (0.94..1.0).contains(&(glued_m2 / circle_m2)), "{}", glued_m2 / circle_m2);
     }

@@ -1,21 +1,22 @@
-//! The stiffness of a glued disc as a function of its radius and place: a polynomial through some
+//! Stiffness of a glued disc as a function of its radius and place: a polynomial fitted to some
 //! solved discs.
 
 use nalgebra::{SMatrix, SVector};
 
-/// Terms of ln(K / a): 1, a, a^2, x^2, y^2. A block with the site in its middle has no odd ones.
+/// Number of terms of ln(K / a): 1, a, a^2, x^2, y^2. By symmetry, a block with the site in its
+/// middle has no odd terms.
 const TERMS: usize = 5;
-/// Directions of a disc.
+/// Number of directions of a disc.
 const DIRECTIONS: usize = 3;
 
-/// Stiffness K over E [m] of a disc of radius a at a place (x, y), all over the probe's radius,
-/// along each direction. On a half-space K / a is a constant; the block's depth and sides change
-/// it by a fifth, smoothly.
+/// Stiffness K over E along each direction, of a disc with the radius a at the place (x, y), all
+/// divided by the radius of the probe. On a half-space K / a is constant; depth and sides of the
+/// block change it smoothly, by a fifth.
 pub struct Law([SVector<f64, TERMS>; DIRECTIONS]);
 
 impl Law {
-    /// Least squares through discs (x, y, a) and their stiffness along each direction; `None` if
-    /// one is not positive or they do not determine the terms.
+    /// Least-squares fit to discs (x, y, a) and their stiffness along each direction; `None` if a
+    /// stiffness is not positive or the discs do not determine all terms.
     pub fn through(discs: &[[f64; 3]], stiffness: &[[f64; DIRECTIONS]]) -> Option<Self> {
         let mut normal = SMatrix::<f64, TERMS, TERMS>::zeros();
         let mut right = [SVector::<f64, TERMS>::zeros(); DIRECTIONS];
@@ -34,7 +35,7 @@ impl Law {
         Some(Self(right.map(|right| factor.solve(&right))))
     }
 
-    /// Stiffness along each direction.
+    /// Stiffness along each direction, over E and the radius of the probe.
     pub fn stiffness(&self, disc: [f64; 3]) -> [f64; DIRECTIONS] {
         let row = terms(&disc);
         self.0.map(|law| disc[2] * law.dot(&row).exp())

@@ -1,4 +1,4 @@
-//! Difference of a glued disc's stiffness from that of the finite elements.
+//! Compares the stiffness of glued discs with that of the finite elements.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use super::Judging;
 use crate::pressed_patch::{PressedPatch, error_pct, rms, worst};
 use crate::statics::{Unbalanced, Vector};
 
-/// Discs glued to the surface where the fit has not looked, pressed and sheared.
+/// Errors of glued discs outside the fit, pressed and sheared.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GluedVerdict {
     /// Root mean square error over discs and directions [%].
@@ -18,7 +18,7 @@ pub struct GluedVerdict {
 }
 
 impl Judging<'_> {
-    /// `None` without discs.
+    /// Errors of the glued discs; `None` if there are no discs.
     pub(super) fn glued(&self, pressed: &PressedPatch) -> Result<Option<GluedVerdict>, Unbalanced> {
         let error = |disc: &palpate_tissue::answer::GluedAnswer| {
             let place_m = pressed.site_m + Vector::from(disc.place_m);

@@ -1,4 +1,4 @@
-//! Distance of the surface of a pressed patch from that of the finite elements.
+//! Compares the surface of a pressed patch with that of the finite elements.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,29 +7,30 @@ use crate::pressed_patch::PressedPatch;
 use crate::statics::{Unbalanced, Vector};
 use palpate_tissue::answer::SurfaceGrid;
 
-/// Nodes of the top this far around the centre are compared [probe radii].
+/// Radius around the centre within which nodes of the top are compared [probe radii].
 const AROUND: f64 = 2.5;
-/// A node of the top lies this close to its plane [m].
+/// Distance from the plane of the top up to which a node belongs to it [m].
 const TOP_M: f64 = 1e-9;
-/// Places closer to the centre than this are the centre [m].
+/// Distance from the centre up to which a place counts as the centre [m].
 pub(super) const CENTRED_M: f64 = 1e-9;
 
-/// Surface under a centred press, at the nodes of the top: under the tip the foundation's outer
-/// face, elsewhere the node itself.
+/// Errors of the surface under a centred press, at the nodes of the top. At a node inside the probe
+/// the surface is the outer face of the foundation; elsewhere it is the node itself.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceVerdict {
     /// Depth [mm].
     pub depth_mm: f64,
-    /// Whether the fit knew the surface at this depth.
+    /// Whether the surface at this depth was in the fit.
     pub fitted_depth: bool,
-    /// Mean distance [mm].
+    /// Mean distance from the surface of the finite elements [mm].
     pub mean_mm: f64,
-    /// Largest distance [mm].
+    /// Largest distance from the surface of the finite elements [mm].
     pub most_mm: f64,
 }
 
 impl Judging<'_> {
-    /// Surfaces at every depth at which the finite elements have one, shallow first.
+    /// Errors at every depth for which the finite elements have a surface, in the order of
+    /// increasing depth.
     pub(super) fn surfaces(&self, pressed: &PressedPatch) -> Result<Vec<SurfaceVerdict>, Unbalanced> {
         let centred = self.unseen.holds.iter().filter(|h| h.place_m[0].hypot(h.place_m[1]) < CENTRED_M);
         let unseen = centred.filter_map(|h| Some((h.depth_m, Some(h.surface.as_ref()?))));
