@@ -11,7 +11,7 @@
 //! * out: area, centre, axes, peak pressure, force; the pressure of every surface triangle
 //! * cost: 0.8 us per touched triangle on a desktop, 20 us at 410 nodes; with stiffening one more
 //!   pass over the springs; 19 kB of flash on a board, so the shipped images leave it out
-//! * may fail: never; empty without contact and after a fault
+//! * failures: none; empty without contact and after a fault
 
 mod covered;
 mod moments;

@@ -90,11 +90,11 @@ pub trait Lanes<const W: usize>:
     + SubAssign
     + MulAssign
 {
-    /// Puts one number into every lane.
+    /// Sets every lane to this number.
     fn splat(x: f32) -> Self;
-    /// Puts one number into each lane.
+    /// Sets each lane to its element of the array.
     fn from_array(x: [f32; W]) -> Self;
-    /// The lanes as numbers.
+    /// Returns the lanes as an array.
     fn to_array(self) -> [f32; W];
     /// Square root of lanes that are sums of squares.
     fn root(self) -> Self;
@@ -104,9 +104,9 @@ pub trait Lanes<const W: usize>:
     fn at_least(self, floor: f32) -> Self;
     /// True if any lane is below `limit`.
     fn any_below(self, limit: f32) -> bool;
-    /// `W` rows turned into x, y and z lanes.
+    /// Transposes `W` rows to x, y and z lanes.
     fn from_rows(rows: [Row; W]) -> Vector3<Self>;
-    /// x, y and z lanes turned into `W` rows.
+    /// Transposes x, y and z lanes to `W` rows.
     fn to_rows(v: Vector3<Self>) -> [Row; W];
 }
 

@@ -12,7 +12,7 @@
 //! * in: a model and parameters
 //! * out: the arguments of [`crate::tick()`]
 //! * cost: nothing within the tick
-//! * may fail: if the patch does not fit or is refused
+//! * fails if the patch does not fit or is refused
 
 use heapless::Vec;
 

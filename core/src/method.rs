@@ -67,7 +67,7 @@ pub trait Method {
     /// Moves the nodes by one substep; returns how many free nodes moved.
     ///
     /// # Errors
-    /// [`Fault::Diverged`].
+    /// Fails with [`Fault::Diverged`] if a node is not finite or too fast.
     #[inline(always)]
     fn advance(&mut self, model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
         integrate::advance(model, tuned, state)

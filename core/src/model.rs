@@ -159,7 +159,7 @@ impl Model<'_> {
     /// Checks every index, sign and size once, so that the tick need not.
     ///
     /// # Errors
-    /// The first bad item, by kind and index.
+    /// Returns the kind and the index of the first invalid item.
     pub fn check(&self) -> Result<(), BuildError> {
         let nodes = self.nodes.len();
         let outside = |item, index, node: u16| match usize::from(node) < nodes {

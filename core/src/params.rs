@@ -161,11 +161,12 @@ pub struct Tuned<'a> {
     /// One over the number of substeps.
     pub(crate) substep_share: f32,
     pub(crate) ticks_per_s: f32,
+    /// Share of the velocity that remains after a substep with mass-proportional damping alpha (1):
     /// `1 - alpha dt`.
     pub(crate) keep: f32,
     /// Density over `E dt` [s/m^2].
     pub(crate) density_rate: f32,
-    /// `1 - tau_c`.
+    /// Length over rest length below which compensation acts (1): `1 - tau_c`.
     pub(crate) onset: f32,
     pub(crate) compensation: f32,
     pub(crate) contact_damping_s: f32,
@@ -282,8 +283,8 @@ impl Params {
     /// is the caller's memory, at least one entry per node.
     ///
     /// # Errors
-    /// The first parameter out of range, the first bad item of the model, or memory that is too
-    /// small.
+    /// Returns the first parameter out of range or the first invalid item of the model, or reports
+    /// that the memory is too small.
     pub fn build<'a>(&self, model: &Model, node_step: &'a mut [NodeStep]) -> Result<Tuned<'a>, BuildError> {
         self.build_in_rounds(model, node_step, &mut || {})
     }
@@ -315,7 +316,7 @@ impl Params {
         Ok(self.derive(node_step, gains))
     }
 
-    /// Replaces the parameters that `tuned` was built with by these, which may differ in Young's
+    /// Rebuilds `tuned` with these parameters, which may differ from the earlier ones in Young's
     /// modulus only and must have passed [`Params::check`]; the state stays as it is. Call it
     /// between two ticks. The smooth fields remain those of the modulus that the patch was built
     /// with, because finding them anew takes longer than a tick.
@@ -438,7 +439,7 @@ impl Params {
     /// Checks every parameter against its range.
     ///
     /// # Errors
-    /// The first parameter outside its range, by name, with the range.
+    /// Returns the name and the range of the first parameter outside its range.
     pub fn check(&self) -> Result<(), BuildError> {
         let dt = self.tick_s / f32::from(self.substeps.max(1));
         let highest = GuardLimits::HIGHEST;

@@ -7,7 +7,7 @@
 //! * in: a pose, or the output of a tick
 //! * out: the same in the other frame
 //! * cost: nine multiplications per vector
-//! * may fail: never
+//! * failures: none
 
 use nalgebra::Vector3;
 

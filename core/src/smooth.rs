@@ -28,7 +28,7 @@
 //! * out: `NodeStep::smooth` and the gains
 //! * cost: nothing within the tick; 128 passes over the springs when a patch is started, five when
 //!   its modulus changes; a quarter of that with one field
-//! * may fail: never; a field that is not finite is left out
+//! * failures: none; a field that is not finite is left out
 
 use crate::inertia::{FIELDS, Gains, NEIGHBOUR, NodeStep};
 use crate::model::{Model, Spring};

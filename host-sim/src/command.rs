@@ -328,7 +328,7 @@ impl Cli {
     /// Runs the command.
     ///
     /// # Errors
-    /// Bad input or a failed check; [`Error::exit_code`] distinguishes them.
+    /// Fails if the input is invalid or a check failed; [`Error::exit_code`] distinguishes them.
     pub fn run(&self) -> Result<(), Error> {
         match &self.command {
             None => press::PressArgs::default().run(),

@@ -5,8 +5,8 @@
 //! command/board ─ session ─ line ─ serial port
 //! ```
 //!
-//! One thread reads and sends the signs of life that keep a force on: if it hangs, the host is
-//! silent, and the board ends the force. Another thread writes files, since a disk may stall.
+//! One thread reads and sends the keep-alive messages that keep a force on: if it hangs, the host
+//! is silent, and the board ends the force. Another thread writes files, since a disk may stall.
 
 pub mod device_file;
 pub mod line;

@@ -16,7 +16,7 @@ use palpate_tissue::session::standing::Standing;
 use palpate_tissue::session::{Report, Session};
 use palpate_tissue::trace_file;
 
-/// `summary.json`.
+/// Contents of `summary.json`.
 #[derive(Debug, Serialize)]
 struct Summary<'a> {
     scene: &'a str,

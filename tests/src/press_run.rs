@@ -81,9 +81,9 @@ pub struct PressRun {
     pub out: PathBuf,
     /// Exit code and output of the command.
     pub outcome: Outcome,
-    /// `summary.json`.
+    /// Contents of `summary.json`.
     pub summary: Value,
-    /// `trace.csv`.
+    /// Contents of `trace.csv`.
     pub trace: Table,
 }
 

@@ -25,9 +25,10 @@ const CORNER_OPERATIONS: f64 = 12.0;
 
 /// Bound on the rounding error of the internal force at each node, without rim and contact [N].
 ///
-/// Spring: `q = k - k l0/l` cancels, so its error is that of `k` and `k l0/l`, times `l`. Tet: the
-/// error of the volume ratio is that of the product of three edges divided by the rest volume,
-/// times the slope of the pressure, times the area of a face.
+/// For a spring, the two terms of `q = k - k l0/l` cancel, so the error of the force is that of `k`
+/// and `k l0/l` times `l`. For a tet, the volume ratio has the error of a product of three edges,
+/// divided by the rest volume; multiplied by the slope of the pressure and by the area of a face,
+/// this is the error of the force.
 #[must_use]
 pub fn of_forces_n(model: &Model, params: &Params, x: &[Vector3<f64>]) -> Vec<f64> {
     let mut count = vec![0.0; x.len()];

@@ -11,8 +11,8 @@ use crate::bench::{Bench, Noise};
 const RESIDUAL_M: f64 = 0.05e-3;
 /// Largest ripple of the force in a hold, as a share of that force (1).
 const RIPPLE: f32 = 0.01;
-/// Largest speed of a node allowed at the end of the hold [m/s]. Ripple of the force alone is not
-/// enough, because it cannot be seen in a force at its limit.
+/// Largest speed of a node allowed at the end of the hold [m/s]. The ripple of the force is not a
+/// sufficient criterion, because a force at its limit shows none.
 const STILL_M_PER_S: f32 = 5e-3;
 /// Height at which the probe starts above the surface [m].
 const CLEAR_M: f64 = 0.5e-3;

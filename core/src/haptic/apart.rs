@@ -13,7 +13,7 @@
 //! * in: sensed and shown tip [m], the renderer's answer, the force that acts [N]
 //! * out: whether a force may be felt
 //! * cost: about 40 instructions of a Cortex-M4F
-//! * may fail: [`Fault::TipApart`]
+//! * failures: [`Fault::TipApart`]
 
 use nalgebra::Vector3;
 
@@ -50,7 +50,8 @@ impl Apart {
     /// Returns whether a force may be output; `acting_n` is the force that was output last [N].
     ///
     /// # Errors
-    /// [`Fault::TipApart`].
+    /// Fails with [`Fault::TipApart`] if, for more than [`TICKS`] ticks in a row, a force acts or
+    /// is requested although the tip is outside or the shown tip differs from the sensed one.
     pub fn judge(
         &mut self,
         sensed_m: &Vector3<f32>,

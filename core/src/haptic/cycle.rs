@@ -9,7 +9,7 @@
 //! * out: a force on the device, a [`Telemetry`] record
 //! * cost: up to 2100 instructions of a Cortex-M4F in addition to the patch (as its log shows),
 //!   including the board's own part of the tick
-//! * may fail: every [`Fault`]
+//! * failures: every [`Fault`]
 
 mod gains;
 mod record;
@@ -114,7 +114,7 @@ pub struct Cycle {
     ramp_from_n: f32,
     /// Ticks in a row in which the condition for leaving the mode has held.
     calm: u16,
-    /// Ticks since the host's last sign of life.
+    /// Ticks since the host's last keep-alive.
     silence: u16,
 }
 

@@ -24,7 +24,7 @@
 //! * out: force [N]; exactly that of the patch when the probe is at rest, exactly zero without
 //!   contact, never pulling
 //! * cost: 140 instructions of a Cortex-M4F
-//! * may fail: never; NaN in gives NaN out, which the limits refuse
+//! * failures: none; NaN in gives NaN out, which the limits refuse
 
 use nalgebra::Vector3;
 
@@ -102,7 +102,7 @@ pub struct Damping {
     ticks_per_s: f32,
     /// One count of the encoder [m].
     count_m: f32,
-    /// Position behind a backlash [m]: a flipping count moves it by less than a count.
+    /// Position after a backlash filter [m]: a flipping count moves it by less than a count.
     played_m: Option<Vector3<f32>>,
     velocity_m_per_s: Vector3<f32>,
 }

@@ -8,7 +8,7 @@
 //! * in: periods missed since the last cycle
 //! * out: whether this tick may give at most half the last force
 //! * cost: 20 instructions of a Cortex-M4F, estimated
-//! * may fail: [`Fault::DeadlineMissed`]
+//! * failures: [`Fault::DeadlineMissed`]
 
 use crate::fault::Fault;
 
@@ -26,7 +26,8 @@ pub const KEPT: f32 = 0.5;
 pub struct Deadline {
     /// Cycles so far, wrapping.
     now: u32,
-    /// Cycle numbers of the last misses, newest first; as many as are tolerated.
+    /// Cycle numbers of the last tolerated misses, newest first; one miss more within the window is
+    /// a fault.
     missed: [u32; AMONG - 1],
 }
 
@@ -42,7 +43,8 @@ impl Deadline {
     /// miss, which is tolerated.
     ///
     /// # Errors
-    /// [`Fault::DeadlineMissed`].
+    /// Fails with [`Fault::DeadlineMissed`] if [`IN_A_ROW`] periods in a row were missed, or if
+    /// this is miss number [`AMONG`] within [`WINDOW_TICKS`].
     pub fn judge(&mut self, late_ticks: u16) -> Result<bool, Fault> {
         self.now = self.now.wrapping_add(1);
         if late_ticks == 0 {

@@ -3,7 +3,7 @@
 //! * in: nothing / a force [N]
 //! * out: a position [m] with a sequence number and the sensor's own status / nothing
 //! * cost: depends on the device
-//! * may fail: a sensor reports it in [`Sensed::status`]; an actuator cannot refuse
+//! * failures: a sensor reports one in [`Sensed::status`]; an actuator cannot refuse
 
 use nalgebra::Vector3;
 

@@ -17,7 +17,7 @@
 //! * in: events
 //! * out: the mode, the first fault
 //! * cost: one search through [`TRANSITIONS`] per event
-//! * may fail: never; an event that a mode does not accept changes nothing
+//! * failures: none; an event that a mode does not accept changes nothing
 
 use crate::fault::Fault;
 

@@ -29,7 +29,7 @@
 //!   touched
 //! * out: energy [J], gain (0 .. 1) on the force, the bounded force [N]
 //! * cost: up to 290 instructions of a Cortex-M4F, estimated
-//! * may fail: [`Fault::EnergyCreated`]
+//! * failures: [`Fault::EnergyCreated`]
 
 use nalgebra::Vector3;
 
@@ -114,8 +114,8 @@ struct Axis {
 
 impl Axis {
     /// Work that a force [N] did in this tick over a displacement [m], in joules. A sensor without
-    /// counts (`play_m` is zero) reports every displacement in its own tick, and the mean is the
-    /// force.
+    /// counts (`play_m` is zero) reports every displacement in the tick in which it happens, so the
+    /// mean covers one tick and equals the force.
     #[inline(never)] // three copies would take 200 bytes more of the board's flash
     fn work_j(&mut self, acting_n: f32, displacement_m: f32, play_m: f32, touched: bool) -> f32 {
         let ticks = between(self.mean_ticks + 1.0, 1.0, MEAN_TICKS);

@@ -19,7 +19,7 @@
 //! * in: displacement of the tick [m], normal of the contact, force sent last [N]
 //! * out: nothing
 //! * cost: 75 instructions of a Cortex-M4F, estimated
-//! * may fail: [`Fault::Runaway`]
+//! * failures: [`Fault::Runaway`]
 
 use nalgebra::Vector3;
 
@@ -40,11 +40,11 @@ const SHARE: f32 = 0.1718;
 /// The moment from which the gain in speed is measured.
 #[derive(Clone, Copy, Debug)]
 struct Slowest {
-    /// Normal when the probe was slowest.
+    /// Surface normal in the tick in which the probe was slowest.
     normal: Vector3<f32>,
-    /// Speed into the tissue at that moment, at least zero [m/s].
+    /// Speed into the tissue in that tick, at least zero [m/s].
     inward_m_per_s: f32,
-    /// Displacement since that moment [m].
+    /// Displacement since that tick [m].
     gone_m: Vector3<f32>,
 }
 
@@ -62,7 +62,7 @@ impl Runaway {
     /// points out of the tissue.
     ///
     /// # Errors
-    /// [`Fault::Runaway`].
+    /// Fails with [`Fault::Runaway`] if the probe has gained too much speed against the force.
     pub fn judge(
         &mut self,
         displacement_m: &Vector3<f32>,

@@ -22,7 +22,7 @@
 //! * in: low-passed speed into the tissue [m/s], energy given to the hand since the touch [J]
 //! * out: gain (0 or 1) on the force
 //! * cost: 40 instructions of a Cortex-M4F in the first contact, 3 after it, estimated
-//! * may fail: [`Fault::WrongSign`]
+//! * failures: [`Fault::WrongSign`]
 
 use crate::fault::Fault;
 
@@ -69,7 +69,8 @@ impl SignWatch {
     /// energy.
     ///
     /// # Errors
-    /// [`Fault::WrongSign`].
+    /// Fails with [`Fault::WrongSign`] if enough contacts show that the force drives the probe into
+    /// the tissue.
     pub fn judge(&mut self, inward_m_per_s: f32, given_j: f32, touched: bool) -> Result<(), Fault> {
         if self.proven {
             return Ok(());

@@ -26,7 +26,7 @@
 //!   force after relief [N], whether the patch is touched
 //! * out: gain (1)
 //! * cost: 20 instructions of a Cortex-M4F while the probe moves, 60 at rest, estimated
-//! * may fail: never; the mode becomes `Degraded`, and the flag `GAIN` is set
+//! * failures: none; the mode becomes `Degraded`, and the flag `GAIN` is set
 
 use nalgebra::Vector3;
 

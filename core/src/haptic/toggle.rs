@@ -13,7 +13,7 @@
 //! * in: position read [m], force of the patch [N]
 //! * out: position to show to the patch [m], within 1.3 counts of it along every axis
 //! * cost: 80 instructions of a Cortex-M4F, estimated
-//! * may fail: never
+//! * failures: none
 
 use nalgebra::Vector3;
 

@@ -23,7 +23,7 @@
 //! * in: displacement between two readings [m]
 //! * out: nothing
 //! * cost: 45 instructions of a Cortex-M4F until steps fit, 5 after it, estimated
-//! * may fail: [`Fault::UnitMismatch`]
+//! * failures: [`Fault::UnitMismatch`]
 
 use nalgebra::Vector3;
 
@@ -92,7 +92,8 @@ impl UnitWatch {
     /// if it repeats that reading.
     ///
     /// # Errors
-    /// [`Fault::UnitMismatch`].
+    /// Fails with [`Fault::UnitMismatch`] if enough readings show that the unit or the scale is
+    /// wrong.
     pub fn judge(&mut self, displacement_m: &Vector3<f32>, held: bool) -> Result<(), Fault> {
         if held || self.long & self.short == PASSED {
             return Ok(());

@@ -4,7 +4,7 @@
 //! * out: `state.candidates`, ascending; empty until the tick after the one in which the probe is
 //!   first found outside the tissue
 //! * cost: up to 18 comparisons per triangle; most triangles are rejected after 3
-//! * may fail: never; a superfluous triangle costs time only
+//! * failures: none; a superfluous triangle costs time only
 
 use nalgebra::Vector3;
 

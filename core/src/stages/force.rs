@@ -3,7 +3,7 @@
 //! * in: node positions and velocities, the probe
 //! * out: `node.f`; the probe's load on the tissue
 //! * cost: see the terms
-//! * may fail: never; `integrate` detects a divergence
+//! * failures: none; `integrate` detects a divergence
 
 #[cfg(armv7em_fp)]
 mod armv7em;

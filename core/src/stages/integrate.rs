@@ -26,7 +26,7 @@
 //! * out: `node.v`, `node.x`; the power absorbed by the added mass, `State::floored`
 //! * cost (M4F, estimated): about 95 cycles per node, with one field 125; with relative masses
 //!   about 70 more per spring and 90 per node
-//! * may fail: [`Fault::Diverged`], when a node is not finite or faster than [`FASTEST_M_PER_S`]
+//! * failures: [`Fault::Diverged`], when a node is not finite or faster than [`FASTEST_M_PER_S`]
 
 use crate::fault::Fault;
 use crate::inertia::FIELDS;
@@ -44,7 +44,7 @@ pub const FASTEST_M_PER_S: f32 = 100.0;
 /// Moves the free nodes by one substep and returns how many there are.
 ///
 /// # Errors
-/// [`Fault::Diverged`].
+/// Fails with [`Fault::Diverged`] if a node is not finite or faster than [`FASTEST_M_PER_S`].
 // inlining it would take registers from the loops around it: 0.8 % more instructions per tick on
 // the board
 #[cfg_attr(any(feature = "stage-cost", target_os = "none"), inline(never))]

@@ -5,7 +5,7 @@
 //! * out: reaction [N], depth [m], contact point and normal; the touch plane that the next tick's
 //!   guard uses
 //! * cost: about 110 instructions
-//! * may fail: [`Fault::ForceNotFinite`]
+//! * failures: [`Fault::ForceNotFinite`]
 
 use nalgebra::Vector3;
 
@@ -68,7 +68,7 @@ impl Output {
 /// kept.
 ///
 /// # Errors
-/// [`Fault::ForceNotFinite`].
+/// Fails with [`Fault::ForceNotFinite`] if the reaction is not finite.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn read(
     model: &Model,

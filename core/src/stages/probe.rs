@@ -8,7 +8,7 @@
 //! * in: sensed tip [m], patch frame; its [`Presence`]
 //! * out: the straight displacement of the shown tip in this tick, with speed and depth clamped
 //! * cost: about 80 instructions, and those of [`super::presence`]
-//! * may fail: [`Fault::PoseNotFinite`]
+//! * failures: [`Fault::PoseNotFinite`]
 
 use nalgebra::Vector3;
 
@@ -27,8 +27,8 @@ const THROUGH_RADII: f32 = 2.0;
 /// Distance between the two tips, in radii of the probe (1), beyond which a tip that outran the
 /// speed limit has passed the surface untouched.
 const OUTRAN_RADII: f32 = 1.0;
-/// Sideways displacement at the depth limit after which the withheld depth is kept as an offset
-/// [m].
+/// Tangential displacement at the depth limit [m] after which the depth by which the shown tip lags
+/// behind the sensed one is kept as an offset.
 const SLID_M: f32 = 1e-3;
 /// Rounding error of a position in a workspace of metres [m]: a press exactly to the limit is not
 /// beyond it.
@@ -114,10 +114,11 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
     let mut to_m = from_m + step;
 
     // The depth is measured below the *rest* surface: a plane that followed the contact would move
-    // with the tip that it limits. The force at the limit differs from place to place, so a hand
-    // that slides there keeps the withheld depth as an offset: a force that rises from place to
-    // place then cannot push it out of a depth that it reached elsewhere. A hand that goes straight
-    // in and out feels the same force in both directions.
+    // with the tip that it limits. The force at the limit differs from place to place. So, once a
+    // hand slides at the limit, the depth by which the shown tip lags behind the sensed one is kept
+    // as an offset; otherwise a hand that slides to a place with a larger force would be pushed out
+    // of a depth that cost it less work elsewhere. A hand that moves straight in and out feels the
+    // same force in both directions.
     if let Some(plane) = plane {
         let beyond_m = plane.probe_depth_m(&tuned.probe, to_m) - model.depth_limit_m;
         if beyond_m > ROUNDING_M {

@@ -126,7 +126,7 @@ impl Bench {
         self.cycle.tick(&mut self.device, &mut self.wall, command)
     }
 
-    /// Runs one cycle with a sign of life from the host.
+    /// Runs one cycle with a keep-alive from the host.
     pub fn tick(&mut self) -> Telemetry {
         self.run(Command::HEARD)
     }

@@ -253,7 +253,7 @@ fn the_push_gives_way_before_the_force_along_the_surface_and_nothing_pulls() {
         // a force into the tissue is reduced as a whole
         (v(0.4, 0.0, -0.1), v(0.1, 0.0, 0.0), v(0.0, 0.0, 0.0)),
         (v(0.0, 0.0, -0.1), v(0.0, 0.0, -0.1), v(0.0, 0.0, 0.0)),
-        // a probe that hardly moves out
+        // a probe that leaves at almost zero speed
         (v(0.0, 0.0, 1.0), v(0.1, 0.0, 1e-12), v(0.0, 0.0, 0.0)),
         (v(-1e-9, 0.0, 1.0), v(0.1, 0.0, 1e-10), v(-1e-9, 0.0, 1.0)),
     ] {
@@ -322,7 +322,7 @@ fn tissue_that_follows_a_probe_soon_gives_what_it_took() {
     }
     let (energy, share) = left(23, -0.1e-3);
     assert_eq!((energy, share), (Energy::default(), 0.0), "later it has forgotten");
-    // the energy that a contact created is counted, and the next contact has no debt
+    // the energy that a contact created stays in the total, and the next contact begins at zero
     let (energy, _) = left(22, 0.1e-3);
     assert!((energy.given_j / 0.1e-3 - 1.0).abs() < 1e-5, "the same contact still: {energy:?}");
     let (energy, _) = left(23, 0.1e-3);

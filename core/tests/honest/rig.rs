@@ -142,10 +142,10 @@ impl Rig {
     }
 
     /// Moves the probe in a straight line, with a hand's acceleration at both ends, and returns the
-    /// strongest force [N].
+    /// largest force [N].
     ///
     /// # Errors
-    /// The fault that stopped it.
+    /// Returns the fault that stopped the motion.
     pub fn go(&mut self, to_m: Vector3<f32>, m_per_s: f32) -> Result<f32, Fault> {
         let (from_m, displacement_m) = (self.device.at_m, to_m - self.device.at_m);
         let (length_m, mut gone_m, mut speed, mut most_n) = (displacement_m.norm(), 0.0_f32, 0.0_f32, 0.0_f32);

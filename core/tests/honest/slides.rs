@@ -25,7 +25,7 @@ struct Slide {
     to_m: f32,
 }
 
-/// Presses at one end, slides to the other, lifts off, and returns the strongest force of the slide
+/// Presses at one end, slides to the other, lifts off, and returns the largest force of the slide
 /// [N].
 fn slide(rig: &mut Rig, slide: &Slide) -> Result<f32, Fault> {
     let (site_m, normal, heading) = (rig.site_m, rig.normal, rig.heading(slide.turned));

@@ -4,7 +4,7 @@
 //! * in: a reading, and the host's requests and the board's findings since the last tick
 //! * out: a command to the actuators, a telemetry record
 //! * cost: that of [`palpate::haptic::cycle`]
-//! * may fail: every [`palpate::Fault`]; the actuators are off then
+//! * failures: every [`palpate::Fault`]; the actuators are off then
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings, Telemetry};
 use palpate::haptic::device::HapticDevice;

@@ -4,7 +4,7 @@
 //! * in: a reading of encoders or of a tip / a command to the actuators
 //! * out: a tip position with the sensor's status / converter codes
 //! * cost: that of [`crate::kinematics`]; some ten instructions for three orthogonal axes
-//! * may fail: impossible joint angles count as a failed sensor
+//! * failures: impossible joint angles count as a failed sensor
 
 use palpate::Vector3;
 use palpate::haptic::device::{Sensed, SensorStatus};

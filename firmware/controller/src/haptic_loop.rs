@@ -4,7 +4,7 @@
 //! * in: a reading, the host's command, the number of the period that began
 //! * out: levels on the output pins, a record for the host
 //! * cost: that of [`crate::controller`], plus access to the board's pins and clock
-//! * may fail: every [`palpate::Fault`]; the actuators are off then
+//! * failures: every [`palpate::Fault`]; the actuators are off then
 
 use palpate::haptic::cycle::{Command, Renderer};
 use palpate::haptic::deadline::Deadline;

@@ -8,7 +8,7 @@
 //! * in: angles of up to three joints [rad] / a force [N], device frame
 //! * out: tip [m], device frame / torques [N m]
 //! * cost: 60 instructions of a Cortex-M4F for a paddle, some 250 for a pantograph
-//! * may fail: joint angles at which a pantograph cannot close count as a failed sensor
+//! * failures: joint angles at which a pantograph cannot close count as a failed sensor
 
 mod angle;
 mod catalogue;

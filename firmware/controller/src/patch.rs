@@ -206,7 +206,7 @@ impl PatchSlot<'_> {
     /// Like [`Patch::ask_modulus`].
     ///
     /// # Errors
-    /// [`Patch::ask_modulus`], or a refusal because there is no patch.
+    /// Errors of [`Patch::ask_modulus`], and [`Refusal::NoPatch`] if there is no patch.
     pub fn ask_modulus(&mut self, youngs_modulus_pa: f32) -> Result<(), Refusal> {
         Ok(self.0.as_mut().ok_or(Refusal::NoPatch)?.ask_modulus(youngs_modulus_pa)?)
     }

@@ -21,7 +21,7 @@ pub struct Snapshot {
     pub starts: Option<[u32; 2]>,
     /// State of the haptic loop after the last tick.
     pub mode: Mode,
-    /// Reason of the mode `Fault`.
+    /// Fault that is latched, in mode `Fault`.
     pub fault: Option<Fault>,
     /// Force on the hand in the last tick [N], device frame.
     pub force_n: [f32; 3],

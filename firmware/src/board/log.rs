@@ -90,7 +90,7 @@ unsafe impl defmt::Logger for Logger {
 
     // SAFETY: defmt calls it once after each `acquire`.
     unsafe fn release() {
-        // SAFETY: interrupts are off since `acquire`.
+        // SAFETY: interrupts have been off since `acquire`.
         let State { encoder, ring, to_link, begun, were_on } = unsafe { &mut *SHARED.0.get() };
         encoder.end_frame(|bytes| put(to_link.then_some(&mut *ring), bytes));
         ring.end();

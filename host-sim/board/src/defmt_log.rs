@@ -25,7 +25,7 @@ pub enum LogError {
     NoImage {
         /// Path of the file.
         path: PathBuf,
-        /// The missing part.
+        /// Statement of the part that is missing or unreadable.
         cause: String,
     },
     /// The file is not the image that the board runs.
@@ -47,7 +47,8 @@ pub enum LogError {
 pub struct LogTable(Table);
 
 impl LogTable {
-    /// Reads the format strings from an ELF file; `Err` names the missing part.
+    /// Reads the format strings from an ELF file; `Err` says whether they are missing or
+    /// unreadable.
     ///
     /// # Errors
     /// The file has no format strings, or they are of another version of defmt.

@@ -12,7 +12,7 @@ const LARGE: &str = "m7-480.patch";
 /// Finds the repository that contains the working folder.
 ///
 /// # Errors
-/// [`EmulateError::NoRepository`].
+/// Fails with [`EmulateError::NoRepository`] if the working folder is not in the repository.
 pub fn repository() -> Result<PathBuf, EmulateError> {
     let here = std::env::current_dir().map_err(|_| EmulateError::NoRepository)?;
     let is_root = |path: &&Path| path.join("firmware/Cargo.toml").is_file() && path.join("memory.x").is_file();

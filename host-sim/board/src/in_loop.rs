@@ -6,7 +6,7 @@
 //!
 //! * in: a prepared tissue, a device, a hand, a stimulus
 //! * out: a run of the closed loop, driven by the board
-//! * may fail: a board that crashes, refuses the patch or the device, or differs from the desktop
+//! * fails if the board crashes, refuses the patch or the device, or differs from the desktop
 
 use std::path::PathBuf;
 use std::sync::Arc;

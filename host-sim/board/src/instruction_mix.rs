@@ -199,7 +199,7 @@ mod tests {
     use super::{Cost, cycles};
     use crate::thumb::{Class, classify};
 
-    /// Cycles of a straight sequence of instructions, each given as one number.
+    /// Cycles of a straight-line sequence of instructions, each given by its encoding.
     fn estimate(codes: &[u32]) -> f64 {
         let mut cost = Cost::default();
         for code in codes {

@@ -7,7 +7,7 @@
 //!
 //! * in: a trace
 //! * out: this machine's replay, every tick of which the board answered with the same bits
-//! * may fail: for a trace that a board cannot repeat (a board hears its host in every tick, and
+//! * fails for a trace that a board cannot repeat (a board hears its host in every tick, and
 //!   has one patch, with half to twice its stiffness), or with [`EmulateError::Differs`]
 
 use std::path::{Path, PathBuf};
@@ -119,7 +119,7 @@ fn packed(trace: &Trace) -> Result<(Vec<u8>, Params), EmulateError> {
 /// not by a board that then stays idle.
 ///
 /// # Errors
-/// The board's reason.
+/// Returns the reason for which a board would refuse the patch.
 pub fn fits(packed: &[u8]) -> Result<(), BuildError> {
     let words = aligned(packed);
     let mut memory = Box::new(palpate_controller::patch::Memory::RESERVED);

@@ -7,7 +7,7 @@
 //! * in: an image, which presses the patch that is built into it
 //! * out: delay of the start of a tick after the timer's edge, late ticks, the reason why the
 //!   outputs were turned off, and the log
-//! * may fail: an image that does not end
+//! * fails if the image does not end
 
 use std::path::Path;
 use std::process::{Command, Stdio};

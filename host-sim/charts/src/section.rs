@@ -42,7 +42,7 @@ pub struct Section<'a> {
     /// Balls whose stiffness differs from the tissue around them: centre at rest [m] and radius
     /// [m].
     pub balls_m: &'a [([f64; 3], f64)],
-    /// Moments of the press from left to right, one to three.
+    /// One to three moments of the press, from left to right.
     pub moments: &'a [Moment<'a>],
 }
 

@@ -169,7 +169,8 @@ impl Method {
     /// of this size exists.
     ///
     /// # Errors
-    /// Model or parameters that the core rejects, or a stiffness matrix that cannot be factored.
+    /// Fails if the core rejects the model or the parameters, or if a stiffness matrix cannot be
+    /// factored.
     pub fn run<T>(
         self,
         block: &Block,

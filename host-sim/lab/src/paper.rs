@@ -17,7 +17,7 @@ pub trait Progress: Sync {
     fn clear(&self);
 }
 
-/// Progress that is not shown.
+/// Shows no progress.
 impl Progress for () {
     fn say(&self, _: String) {}
 

@@ -66,7 +66,7 @@ impl Weights {
     /// Reads three numbers that are separated by commas.
     ///
     /// # Errors
-    /// A text that is not three numbers, or the errors of [`Self::new`].
+    /// Fails if the text is not three numbers, and for the reasons of [`Self::new`].
     pub fn parse(text: &str) -> Result<Self, ScoreError> {
         let shares: Option<Vec<f64>> = text.split(',').map(|w| w.trim().parse().ok()).collect();
         let shares = shares.and_then(|s| s.try_into().ok());

@@ -45,7 +45,7 @@ mod window {
         numbers: Option<PathBuf>,
     }
 
-    /// A window whose numbers can be printed.
+    /// A window that can print the numbers that it shows.
     trait Numbered: eframe::App {
         fn numbers(&self) -> String;
     }
@@ -62,7 +62,7 @@ mod window {
         }
     }
 
-    /// The app, with its numbers written to a file.
+    /// An app whose shown numbers are also written to a file, four times per second.
     struct Told {
         app: Box<dyn Numbered>,
         numbers: Option<PathBuf>,

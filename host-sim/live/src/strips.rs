@@ -110,7 +110,7 @@ impl Strips {
     fn strip(&self, ui: &mut Ui, strip: &Strip, newest_s: f64, height: f32) {
         let most = self.samples.iter().map(strip.value).fold(strip.least, f64::max).min(strip.most) * 1.08;
         let points = self.points(strip.value, newest_s);
-        // without friction there is no force along the surface, and rounding is not drawn
+        // without friction the force along the surface is only rounding error, which is not drawn
         let part = strip.part.map(|part| self.points(part, newest_s)).filter(|points| points.iter().any(|p| p[1] > LEAST_PART_N));
         still_plot(strip.title, height).show(ui, |plot| {
             plot.set_plot_bounds_x(-SPAN_S..=0.0);

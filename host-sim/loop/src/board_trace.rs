@@ -94,7 +94,7 @@ const LONGEST_HEAD: u64 = 1 << 16;
 /// file that does not exist yet, or has no complete line yet, is accepted, since it may become one.
 ///
 /// # Errors
-/// One line: file and line, the reason, and the fix.
+/// Returns one line of text that names file and line, the reason and the fix.
 pub fn check_head(path: &Path) -> Result<(), String> {
     let place = path.display();
     let unreadable = |why: &dyn std::fmt::Display| format!("{place}: cannot be read: {why}: {FIX}");

@@ -90,7 +90,7 @@ impl HapticSession {
     /// Opens a scene, given by preset or path, for a device; `patch` replaces the scene's own.
     ///
     /// # Errors
-    /// A scene, patch or device that does not fit, or a model that cannot keep 1 kHz.
+    /// Fails if scene, patch and device do not fit together, or if the model cannot keep 1 kHz.
     pub fn open(scene: &str, patch: Option<&Path>, device: &str) -> Result<Self, Error> {
         let device = DeviceProfile::load(device)?;
         let mut scene = Scene::load(scene)?;
@@ -156,7 +156,7 @@ impl HapticSession {
             _ => None,
         });
         let Input { late_ticks, operator_absent, .. } = *input;
-        // the caller is the host, and its call is the sign of life
+        // the caller is the host, and its call is the keep-alive
         let command = Command { asked, late_ticks, operator_absent, ..Command::HEARD };
         self.device.read(input);
         let telemetry = self.cycle.tick(&mut self.device, &mut self.tissue, command);
@@ -204,7 +204,7 @@ impl HapticSession {
     /// in [`palpate::haptic::cycle::ArmingSettings`], and its gain rises for half a second.
     ///
     /// # Errors
-    /// [`OutOfOrder::Faulted`].
+    /// Fails with [`OutOfOrder::Faulted`] if a fault is latched.
     pub fn arm(&mut self) -> Result<(), OutOfOrder> {
         self.arms = self.mode() != Mode::Fault;
         if self.arms { Ok(()) } else { Err(OutOfOrder::Faulted) }
@@ -219,7 +219,7 @@ impl HapticSession {
     /// ([`Telemetry::refused`]) until readings have been good for a tenth of a second.
     ///
     /// # Errors
-    /// [`OutOfOrder::NoFault`].
+    /// Fails with [`OutOfOrder::NoFault`] if there is no fault to clear.
     pub fn clear(&mut self) -> Result<(), OutOfOrder> {
         if self.mode() != Mode::Fault {
             return Err(OutOfOrder::NoFault);
@@ -259,7 +259,7 @@ impl HapticSession {
     /// lowered limits are kept.
     ///
     /// # Errors
-    /// Only errors that opening can return.
+    /// Returns only errors that opening can return.
     pub fn reset(&mut self) -> Result<(), BuildError> {
         let settings = Settings { limits: *self.cycle.limits(), ..self.settings };
         self.cycle = Cycle::build(&settings, &self.device.spec)?;

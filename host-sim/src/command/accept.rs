@@ -40,7 +40,7 @@ pub(super) struct Accept {
     tests: Vec<Test>,
 }
 
-/// `summary.json`.
+/// Contents of `summary.json`.
 #[derive(Serialize)]
 struct Summary<'a> {
     accepted: bool,

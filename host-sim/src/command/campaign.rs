@@ -47,7 +47,7 @@ pub(super) trait Campaign: Sized {
     /// Creates the campaign, and reads the files that the options name.
     ///
     /// # Errors
-    /// Bad input.
+    /// Fails if the input is invalid.
     fn load(options: Self::Options) -> Result<Self, Error>;
 
     /// Creates the campaign of shards that ran elsewhere.

@@ -51,8 +51,8 @@ pub(super) struct Options {
     /// try shorter substeps: three times the rows, and 100 kPa as well.
     #[arg(long)]
     moving: bool,
-    /// Also measure every method in tissue that relaxes, stiffens and rubs. Other methods have no
-    /// such terms, and their errors show how much the terms matter.
+    /// Also measure every method in tissue with relaxation, stiffening and friction. Other methods
+    /// have no such terms, and their errors show how much the terms matter.
     #[arg(long)]
     terms: bool,
     /// Measure only this one of the chart's Young's moduli [kPa].

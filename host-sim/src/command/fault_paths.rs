@@ -21,7 +21,7 @@ pub(super) const QUICK: u64 = 4_000;
 /// Number of bad paths that are printed.
 const PRINTED: usize = 10;
 
-/// `summary.json`.
+/// Contents of `summary.json`.
 #[derive(Serialize)]
 struct Summary<'a> {
     paths: u64,

@@ -73,7 +73,7 @@ pub(super) struct Faults {
     light: LightPatch,
 }
 
-/// `summary.json`.
+/// Contents of `summary.json`.
 #[derive(Serialize)]
 struct Summary {
     runs: u64,

@@ -40,7 +40,7 @@ pub(super) struct ReplayArgs {
 #[cfg(not(feature = "full"))]
 type EmulatedBoard = String;
 
-/// `summary.json`.
+/// Contents of `summary.json`.
 #[derive(Serialize)]
 struct Summary<'a> {
     trace_version: u32,

@@ -31,7 +31,7 @@ pub(super) struct ScoreArgs {
     out: PathBuf,
 }
 
-/// `summary.json`.
+/// Contents of `summary.json`.
 #[derive(Serialize)]
 struct Summary<'a> {
     source: &'a str,

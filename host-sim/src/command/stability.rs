@@ -61,7 +61,7 @@ pub(super) struct Counts {
     of_loop: loop_matrix::Part,
 }
 
-/// `summary.json`.
+/// Contents of `summary.json`.
 #[derive(Serialize)]
 struct Summary {
     model: Option<model::Summary>,

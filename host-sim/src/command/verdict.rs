@@ -39,7 +39,7 @@ impl Verdict {
     /// standard error, so it is not repeated there.
     ///
     /// # Errors
-    /// The check that failed.
+    /// Returns the check that failed.
     pub(super) fn last(self) -> Result<(), Error> {
         if self.0.is_ok() || !std::io::stdout().is_terminal() {
             println!("{self}");

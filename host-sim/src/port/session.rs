@@ -12,7 +12,7 @@ use palpate_controller::link::{FromBoard, Identity, Log, Record, ToBoard};
 use super::line::Gone;
 use super::{Line, PortError};
 
-/// Time between two signs of life: a quarter of the board's timeout.
+/// Time between two keep-alive messages: a quarter of the board's timeout.
 const HEARTBEAT: Duration = Duration::from_millis(5);
 /// Longest silence of a board, which sends 50 records per second without a request.
 const SILENCE: Duration = Duration::from_secs(2);
@@ -33,7 +33,7 @@ pub struct Session {
     /// Pieces of the log that were not read yet.
     pub log: Vec<Log>,
     heard: Instant,
-    /// Whether signs of life are sent while nothing else is sent.
+    /// Whether keep-alive messages are sent while nothing else is sent.
     pub keep_alive: bool,
 }
 
@@ -133,7 +133,7 @@ impl Session {
         self.line.send(message).map_err(|Gone| gone(self.line.name(), Some(&self.record)))
     }
 
-    /// Returns the board's next message, if one arrives within `wait`; sends signs of life
+    /// Returns the board's next message, if one arrives within `wait`; sends keep-alive messages
     /// meanwhile, if [`Self::keep_alive`] is set.
     ///
     /// # Errors

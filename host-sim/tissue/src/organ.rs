@@ -35,7 +35,7 @@ pub const MEAN_EDGE: f64 = (6.0 + 8.0 * 0.866_025_403_784_438_6) / 14.0;
 /// lattice.
 ///
 /// # Errors
-/// A spacing that is not positive, too coarse for the shape or too fine for memory.
+/// Fails if the spacing is not positive, too coarse for the shape or too fine for memory.
 pub fn even_mesh(
     name: &str,
     implicit_m: &dyn Fn([f64; 3]) -> f64,

@@ -219,7 +219,7 @@ impl Patch {
     }
 
     /// The patch as the desktop runs it: springs are scheduled so that neighbours in the list share
-    /// no node. The bits of the forces are the same.
+    /// no node. The forces are bit-identical.
     #[must_use]
     pub fn wide_model(&self) -> Model<'_> {
         Model { spring_rows: &[], springs: &self.scheduled, ..self.model() }
@@ -410,7 +410,7 @@ impl Memory {
     /// memory.
     ///
     /// # Errors
-    /// Parameters, a model or a memory that [`Params::build`] refuses.
+    /// Fails if [`Params::build`] rejects the parameters, the model or the memory.
     pub fn start(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, State<'_>), palpate::BuildError> {
         let tuned = params.build(model, &mut self.node_step)?;
         let mut state = State::new(model, &mut self.nodes, &mut self.candidates, &mut self.shapes)?;

@@ -371,8 +371,8 @@ impl Scene {
     /// Reads a preset by name or a scene file by path.
     ///
     /// # Errors
-    /// An unknown name, an unreadable file, bad TOML, an unknown key or an impossible value; the
-    /// message names the place.
+    /// Fails if the name is unknown, or if the file is unreadable, is not valid TOML, or has an
+    /// unknown key or an impossible value; the message names the place.
     pub fn load(name_or_path: &str) -> Result<Self, SceneError> {
         if let Some((_, text)) = PRESETS.iter().find(|(name, _)| *name == name_or_path) {
             return Self::parse(name_or_path, text);

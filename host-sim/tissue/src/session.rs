@@ -83,7 +83,8 @@ impl Session {
     /// Builds the patch of a scene and measures its stable step.
     ///
     /// # Errors
-    /// Bad input, or a model that is too slow for 1 kHz; the message gives the numbers.
+    /// Fails if the input is invalid, or if the model is too slow for 1 kHz; the message gives the
+    /// numbers.
     pub fn prepare(scene: &Scene) -> Result<Self, Error> {
         Self::prepare_on(&MACHINES[0], scene)
     }

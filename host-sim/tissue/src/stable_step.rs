@@ -109,7 +109,7 @@ impl StableStep {
     /// press.
     ///
     /// # Errors
-    /// Parameters or a model that [`Params::build`] refuses.
+    /// Fails if [`Params::build`] rejects the model or the parameters.
     pub fn measure(model: &Model, params: &Params, site_m: Vector3<f32>) -> Result<Option<Self>, BuildError> {
         let careful =
             Params { substeps: CAREFUL_SUBSTEPS.max(params.substeps), limits: unbounded_but_sink(params), ..elastic(params) };
@@ -142,7 +142,7 @@ impl StableStep {
 /// ([`substeps_for_fast_taps`]).
 ///
 /// # Errors
-/// Parameters or a model that [`Params::build`] refuses.
+/// Fails if [`Params::build`] rejects the model or the parameters.
 pub fn substeps_for_taps(model: &Model, params: &Params, site_m: Vector3<f32>, least: u16) -> Result<Option<u16>, BuildError> {
     let Some(least) = substeps_for_fast_taps(model, params, site_m, least)? else { return Ok(None) };
     let mut without_fault = None;
@@ -178,7 +178,7 @@ pub fn substeps_for_taps(model: &Model, params: &Params, site_m: Vector3<f32>, l
 /// gets `least`: no tap of 1 m/s diverges with it, from 1 to 100 kPa.
 ///
 /// # Errors
-/// Parameters or a model that [`Params::build`] refuses.
+/// Fails if [`Params::build`] rejects the model or the parameters.
 pub fn substeps_for_fast_taps(
     model: &Model,
     params: &Params,

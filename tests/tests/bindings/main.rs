@@ -1,5 +1,5 @@
-//! The library for C and C++ and the Python package: the header, programs of other compilers, and
-//! results that are bit-identical to those of Rust.
+//! The library for C and C++ and the Python package: the header, programs built by C and C++
+//! compilers, and results that are bit-identical to those of Rust.
 
 mod c_programs;
 mod header_is_current;

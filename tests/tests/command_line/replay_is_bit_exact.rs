@@ -29,8 +29,8 @@ fn compare(name: &str, first: &Press, second: &Press) {
     assert!(first.ticks.iter().any(|t| t.output.force_n.norm() > 0.01), "{name}: a press that is not felt proves nothing");
 }
 
-/// Runs a scene twice, then its trace. The depth limit determines the substeps, and the trace does
-/// not contain the depth that a finger could have reached.
+/// Runs a scene twice, then replays its trace, and compares all three. The depth limit determines
+/// the substeps, and the trace does not contain the depth that a finger could have reached.
 fn replays(name: &str, scene: &Scene, told_limit: bool) {
     let folder = tempfile::tempdir().unwrap();
     let first = run(scene);

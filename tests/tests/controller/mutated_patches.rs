@@ -185,7 +185,7 @@ fn run(name: &str, shape: Option<ProbeShape>, mutants: usize, seed: u64) -> Seen
         match Patch::open_within(&Budget::M7_480, whole, &mut memory, None, &mut || {}) {
             Err(error) => *seen.refused.entry(format!("{:?}", Refusal::from(error))).or_default() += 1,
             Ok(mut patch) => {
-                // the count uses the host's figures, not the board's own
+                // the cost is computed from the host's figures, independently of the board's own
                 let file = PatchFile::open(whole).unwrap();
                 assert_eq!(file.params.tick_s, 1e-3);
                 let touched =

@@ -55,9 +55,9 @@ fn a_ramp_is_without_it() {
     }
 }
 
-/// Without this rule, the power was multiplied by the velocity of a probe that had turned round and
-/// had the wrong sign. One count of 10 um at rest was then rendered with up to five times its
-/// force.
+/// The power of the floored masses is subtracted only while the probe continues in its direction.
+/// After a reversal it would have the wrong sign, and one count of 10 um at rest would be rendered
+/// with up to five times its force.
 #[test]
 fn a_probe_that_stops_turns_round_or_trembles_gains_nothing() {
     for nodes in [130, 410] {

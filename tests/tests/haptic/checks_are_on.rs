@@ -54,8 +54,8 @@ fn can_panic(program: &[u8], folder: &str) -> BTreeSet<String> {
     paths.collect()
 }
 
-/// Without the checks nothing on a tick's path can panic, so a file there that can was built with
-/// the checks.
+/// Built without the checks, no code that a tick runs can panic. So a possible panic in one of its
+/// files proves that the file was built with the checks.
 #[test]
 fn core_controller_and_loop_in_the_program_that_tests_start_are_checked() {
     if !switched_on() {

@@ -25,7 +25,7 @@ pub enum Ask {
 /// Messages of the host and findings of the board since the last cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Command {
-    /// The host gave a sign of life. A loop without a host sets this in every cycle.
+    /// The host sent a keep-alive. A loop without a host sets this in every cycle.
     pub heard: bool,
     /// The request, if any.
     pub asked: Option<Ask>,
@@ -39,7 +39,7 @@ pub struct Command {
 }
 
 impl Command {
-    /// A sign of life, nothing else.
+    /// A keep-alive without a request.
     pub const HEARD: Self = Self { heard: true, asked: None, found: None, late_ticks: 0, operator_absent: false };
 }
 

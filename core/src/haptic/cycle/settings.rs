@@ -88,8 +88,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Settings that are safe on any tissue with this device at 1 kHz: damping for its delay,
-    /// limits within its force.
+    /// Settings that are safe on any tissue with this device at 1 kHz: the damping matches the
+    /// device's delay, and the limits do not exceed its largest force.
     #[must_use]
     pub fn safe(device: &DeviceSpec) -> Self {
         let tick_s = 1e-3;

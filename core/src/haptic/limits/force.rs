@@ -9,7 +9,7 @@
 //! * in: wanted force [N], cap [N]
 //! * out: force [N], and the limits that acted
 //! * cost: up to 155 instructions of a Cortex-M4F
-//! * may fail: [`Fault::ForceNotFinite`], [`Fault::ForceImplausible`]
+//! * failures: [`Fault::ForceNotFinite`], [`Fault::ForceImplausible`]
 
 use nalgebra::Vector3;
 
@@ -72,7 +72,7 @@ impl ForceLimiter {
     /// slew limit allows.
     ///
     /// # Errors
-    /// [`Fault::ForceNotFinite`].
+    /// Fails with [`Fault::ForceNotFinite`] if the force or its cap is not finite.
     pub fn limit(&mut self, limits: &LoopLimits, wanted_n: Vector3<f32>, cap_n: f32) -> Result<Limited, Fault> {
         let mut limiters = ClampFlags::default();
         let square = wanted_n.dot(&wanted_n);

@@ -11,7 +11,7 @@
 //! * in: the displacement between two readings [m], the position
 //! * out: nothing
 //! * cost: 60 instructions of a Cortex-M4F, estimated
-//! * may fail: [`Fault::SensorFault`]
+//! * failures: [`Fault::SensorFault`]
 
 use nalgebra::Vector3;
 

@@ -12,7 +12,7 @@
 //! * in: a reading, whether a force acts on the hand
 //! * out: position [m], whether it is new
 //! * cost: up to 145 instructions of a Cortex-M4F
-//! * may fail: [`Fault::SensorFault`], [`Fault::PoseNotFinite`], [`Fault::PoseStale`],
+//! * failures: [`Fault::SensorFault`], [`Fault::PoseNotFinite`], [`Fault::PoseStale`],
 //!   [`Fault::OverSpeed`], [`Fault::OutOfWorkspace`]
 
 use nalgebra::Vector3;
@@ -74,8 +74,8 @@ impl PoseGate {
     /// Takes one reading per tick. After a fault the next good reading is accepted wherever it is.
     ///
     /// # Errors
-    /// See the module. `force_acts` decides whether speed is a fault: without a force, a fast hand
-    /// is merely tracked.
+    /// Fails with the faults that the module lists. `force_acts` decides whether speed is a fault:
+    /// without a force, a fast hand is merely tracked.
     pub fn admit(&mut self, limits: &LoopLimits, sensed: &Sensed, force_acts: bool) -> Result<Pose, Fault> {
         let answer = self.judge(limits, sensed, force_acts);
         if answer.is_err() {

@@ -13,7 +13,7 @@
 //! * in: positions
 //! * out: adds to `node.f`, `node.p`
 //! * cost (M4F, by the cycle table): 70 + 146 cycles per tet, 76 per spring
-//! * may fail: never
+//! * failures: none
 
 #![expect(unsafe_code, reason = "assembly follows pointers")]
 

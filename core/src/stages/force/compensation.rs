@@ -7,7 +7,7 @@
 //!
 //! * in: a spring's length and constants, or a tet's share of its rest volume
 //! * out: the force or pressure to add
-//! * may fail: never
+//! * failures: none
 
 use crate::lanes::Lanes;
 

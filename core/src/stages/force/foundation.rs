@@ -21,7 +21,7 @@
 //! * in: candidates of `contact`, positions, velocities, the probe
 //! * out: adds to `node.f`; the probe's load on the tissue
 //! * cost (M4F, estimated): about 300 cycles per touched triangle with four points
-//! * may fail: never
+//! * failures: none
 
 #[cfg(not(target_os = "none"))]
 mod energy;

@@ -17,7 +17,7 @@
 //! * in: the push of a node with its slope and normal, its motion and that of the probe
 //! * out: the force along the surface on that node; the bristle
 //! * cost (M4F, estimated): about 250 cycles per touched node
-//! * may fail: never
+//! * failures: none
 
 use nalgebra::Vector3;
 

@@ -3,7 +3,7 @@
 //!
 //! * in: volume of every node at rest
 //! * out: forces added to `node.f`
-//! * may fail: never
+//! * failures: none
 
 use crate::lanes::{add, row};
 use crate::model::Model;

@@ -18,7 +18,7 @@
 //! * out: `node.f` of free nodes, the forces that act (at an anchor, where a force moves nothing,
 //!   the elastic force); the memory; `node.pass`, set to zero
 //! * cost (M4F, estimated): 75 cycles per node, 30 more with three terms
-//! * may fail: never
+//! * failures: none
 
 use crate::lanes::ROW;
 use crate::params::Tuned;

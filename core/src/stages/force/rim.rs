@@ -12,7 +12,7 @@
 //! * out: adds `-M u` to their `node.f`
 //! * cost (M4F, estimated from exact instruction counts): 75 cycles per rim node, 99 per rim edge;
 //!   `board_cost` of `palpate-tests` prints it
-//! * may fail: never
+//! * failures: none
 
 use nalgebra::Vector3;
 

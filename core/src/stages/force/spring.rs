@@ -9,7 +9,7 @@
 //! * out: adds to `node.f`
 //! * cost (M4F, estimated from exact instruction counts): about 80 cycles per spring; `board_cost`
 //!   of `palpate-tests` prints it
-//! * may fail: never; a spring of length zero gives a non-finite force, which `integrate` turns
+//! * failures: none; a spring of length zero gives a non-finite force, which `integrate` turns
 //!   into a fault
 
 #[cfg(not(target_os = "none"))]

@@ -25,7 +25,7 @@
 //! * cost: a second pass over springs and touched points, 17 % of the tick of 410 nodes; between
 //!   the passes springs keep their forces in memory that a board does not have, and the code would
 //!   take 17 KB of its flash, so boards leave it out ([`Tuned::stiffens`])
-//! * may fail: never; an energy that is not finite gives a factor that is not finite either
+//! * failures: none; an energy that is not finite gives a factor that is not finite either
 
 use nalgebra::Vector3;
 

@@ -10,7 +10,7 @@
 //! * in: positions
 //! * out: adds to `node.f`; leaves each node's pressure over E in `node.p`
 //! * cost (M4F, estimated): about 70 + 146 cycles per tet, 33 per node
-//! * may fail: never
+//! * failures: none
 
 #[cfg(not(armv7em_fp))]
 mod tets;

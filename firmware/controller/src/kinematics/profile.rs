@@ -35,7 +35,7 @@ impl MechanismProfile {
     /// Builds the mechanism.
     ///
     /// # Errors
-    /// [`MechanismError::Arms`].
+    /// Fails with [`MechanismError::Arms`] if a mechanism with these dimensions is impossible.
     pub fn build(&self) -> Result<Linkage, MechanismError> {
         self.kind.build(self.dimensions)
     }

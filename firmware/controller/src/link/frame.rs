@@ -53,7 +53,7 @@ impl core::error::Error for FrameError {}
 /// Writes a message as a frame, including its closing zero.
 ///
 /// # Errors
-/// [`FrameError::TooLong`].
+/// Fails with [`FrameError::TooLong`] if the message does not fit into a frame.
 pub fn encode<'out>(sequence: u16, message: &impl Serialize, out: &'out mut [u8; FRAME_BYTES]) -> Result<&'out [u8], FrameError> {
     let mut plain = [0; HEAD + BODY_BYTES + TAIL];
     let (head, rest) = plain.split_at_mut(HEAD);

@@ -12,10 +12,10 @@ use crate::about::About;
 use crate::config::{Profile, ProfileError, StoreError};
 use crate::kinematics::MechanismError;
 
-/// Messages from the host. Each of them counts as a sign of life.
+/// Messages from the host. Each of them counts as a keep-alive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ToBoard<'a> {
-    /// A sign of life without further content.
+    /// A keep-alive without further content.
     Heartbeat,
     /// A tip position in place of the board's own sensors; completes the input of a lock-step tick.
     Pose {

@@ -34,7 +34,8 @@ impl Receiver {
     /// too long is dropped up to its zero.
     ///
     /// # Errors
-    /// The reason for which the frame that just ended was dropped; it is counted as bad.
+    /// Returns the reason for which the frame that just ended was dropped; the frame is counted as
+    /// bad.
     pub fn push<'r, Message: Deserialize<'r>>(&'r mut self, byte: u8) -> Option<Result<Message, FrameError>> {
         if byte != 0 {
             if let Some(free) = self.frame.get_mut(self.length) {

@@ -6,8 +6,8 @@ use crate::link::log::LOG_BYTES;
 use crate::link::{FromBoard, Log, Receiver, Refusal, encode};
 use crate::log::{Event, Told};
 
-/// Room that the link must have for a piece of the log to be sent [bytes], so that the next record
-/// and an answer still fit.
+/// Free space that the link must have before a piece of the log is sent [bytes], so that the next
+/// record and an answer still fit.
 const LOG_ROOM: usize = 2 * FRAME_BYTES + LOG_BYTES;
 
 /// The link to the host.

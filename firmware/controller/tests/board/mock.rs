@@ -36,7 +36,7 @@ pub struct Mock {
     /// Period of each frame to the host.
     pub sent_at: Vec<u32>,
     pub slots: Slots,
-    /// Room that the link has [bytes].
+    /// Number of bytes that the link would accept now.
     pub room: usize,
     /// All events that were logged, and the frames that wait for the link.
     pub events: Vec<Event>,

@@ -113,7 +113,7 @@ impl Near {
     }
 }
 
-/// A body under a contact, at one state of displacement.
+/// A body in contact, with its displacements.
 #[derive(Clone, Copy)]
 pub(crate) struct State<'a> {
     pub body: &'a Body,

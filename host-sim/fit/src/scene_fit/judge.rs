@@ -117,7 +117,8 @@ struct PressError {
 }
 
 impl Judging<'_> {
-    /// Presses a patch, at rest on its own site, at the unseen presses and over the disc of places.
+    /// Brings a patch to rest at its own site, then evaluates it in the unseen presses and in
+    /// presses over the disc of places.
     ///
     /// # Errors
     /// Fails if the patch has no equilibrium at rest, or if the reference does not know a place of

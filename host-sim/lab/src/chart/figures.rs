@@ -23,7 +23,7 @@ pub(super) const ERROR_WORDS: [(&str, &str); 3] = [
 /// written pictures without their extension. A quantity without a reference has no picture.
 ///
 /// # Errors
-/// A picture cannot be drawn or written.
+/// Fails if a picture cannot be drawn or written.
 pub fn draw(folder: &OutputFolder, runs: &[Run], processor: &str) -> Result<Vec<String>, Error> {
     let mut moduli: Vec<f64> = runs.iter().map(|r| r.task.youngs_modulus_pa).collect();
     moduli.dedup();

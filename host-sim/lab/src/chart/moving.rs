@@ -27,7 +27,7 @@ impl Moving {
     /// method that is not available.
     ///
     /// # Errors
-    /// A method that cannot be built; the inner error is the fault of one that diverges.
+    /// Fails if a method cannot be built; the inner error is the fault of a method that diverges.
     pub fn measure(method: Method, block: &Block, substeps: u16) -> Result<Option<Result<Self, Fault>>, Error> {
         let kpa = f64::from(block.params.youngs_modulus_pa) * 1e-3;
         let mut errors = Vec::new();

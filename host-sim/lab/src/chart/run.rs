@@ -75,7 +75,7 @@ impl Run {
 /// none of them if the method is not available.
 ///
 /// # Errors
-/// A method that cannot be built.
+/// Fails if a method cannot be built.
 pub fn measure(tasks: &[Task], block: &Block, reference: &Reference, moving: bool) -> Result<Vec<Run>, Error> {
     let Some(first) = tasks.first() else { return Ok(Vec::new()) };
     let survival = least_substeps(first.method, block)?;

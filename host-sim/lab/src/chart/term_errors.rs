@@ -63,7 +63,7 @@ pub struct TermErrors {
 /// substeps that is tried.
 ///
 /// # Errors
-/// A method that cannot be built, or a damaged preset.
+/// Fails if a method cannot be built, or if a preset is damaged.
 pub fn term_errors(method: Method, block: &Block) -> Result<Option<TermErrors>, Error> {
     let terms = Terms::load()?;
     // springs alone are the model of a paper, so they are not counted as ours here

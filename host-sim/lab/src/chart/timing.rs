@@ -45,7 +45,7 @@ pub struct TickTime {
 /// Times a method. `None` if it is not available.
 ///
 /// # Errors
-/// A method that cannot be built; the inner error reports divergence.
+/// Fails if a method cannot be built; the inner error reports divergence.
 pub fn tick_time(method: Method, block: &Block, substeps: u16) -> Result<Option<Result<TickTime, Fault>>, Error> {
     let whole = block.clone().refined(1);
     let timed =

@@ -105,8 +105,8 @@ pub struct Smallest {
 /// contains the stroke. `progress` receives the number done, the total, and the next item.
 ///
 /// # Errors
-/// A folder that cannot be written, or a patch that cannot be fitted. A broken promise is not an
-/// error here: [`Sliding::check`] reports it.
+/// Fails if the folder cannot be written, or if a patch cannot be fitted. A broken promise is not
+/// an error here: [`Sliding::check`] reports it.
 pub fn report(folder: &OutputFolder, quick: bool, progress: &mut dyn FnMut(usize, usize, &str)) -> Result<Sliding, Error> {
     let scene = Scene::load("block")?;
     let answer = Answer::block();
@@ -188,7 +188,7 @@ impl Sliding {
     /// Checks that the first method keeps the promise.
     ///
     /// # Errors
-    /// The broken promise, as a failed check.
+    /// Returns a broken promise as a failed check.
     pub fn check(&self) -> Result<(), Error> {
         let failed = |what: String| Err(TissueError::Check(what).into());
         let Some(ours) = self.methods.first() else { return failed("no method was measured".into()) };

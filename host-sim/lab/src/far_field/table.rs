@@ -2,10 +2,10 @@
 //!
 //! Every patch is cut out of a mesh of the whole block, and every treatment of
 //! [`super::rim_method`] is applied to its rim. Forces are equilibria of [`palpate_fit::statics`].
-//! The error against dense S is due to the treatment alone. The error against the whole mesh of the
-//! same springs also contains the difference between those springs and the condensed outside, which
-//! is linear and better resolved. The error against finite elements also contains that of the
-//! springs inside, which are not calibrated here.
+//! The error relative to the dense condensed stiffness S is due to the treatment alone. The error
+//! against the whole mesh of the same springs also contains the difference between those springs
+//! and the condensed outside, which is linear and better resolved. The error against finite
+//! elements also contains that of the springs inside, which are not calibrated here.
 
 mod awake;
 mod cost;
@@ -100,11 +100,11 @@ pub struct Row {
     pub size: Size,
     /// Forces of all presses.
     pub presses: Presses,
-    /// Errors against the same patch with dense S.
+    /// Errors relative to the same patch with the dense condensed stiffness S.
     pub against_dense: Option<presses::Errors>,
-    /// Errors against the whole mesh of the same springs.
+    /// Errors relative to the whole mesh of the same springs.
     pub against_whole: Option<presses::Errors>,
-    /// Errors against finite elements; `None` if the scene has no such answer.
+    /// Errors relative to finite elements; `None` if these were not solved for the scene.
     pub against_elements: Option<presses::Errors>,
     /// Smallest eigenvalue of the treatment's stiffness over E [m].
     pub lowest_m: Option<f64>,
@@ -138,7 +138,7 @@ pub struct Table {
 /// patch.
 ///
 /// # Errors
-/// A scene without a block, a patch whose stiffness is not positive at rest, or a table in which no
+/// Fails if the scene has no block, if the stiffness of a patch is not positive at rest, or if no
 /// patch could be cut.
 pub fn table(scene: &Scene, scope: &Scope, progress: &mut dyn FnMut(usize, usize, &str)) -> Result<Table, Error> {
     let setting = Setting::of(scene, scope.directions)?;
@@ -181,7 +181,7 @@ fn block_of(scene: &Scene) -> Result<[f64; 3], Error> {
 /// The scene's block, meshed with this many nodes.
 ///
 /// # Errors
-/// A scene without a block, or a number of nodes that is not possible for its proportions.
+/// Fails if the scene has no block, or if its proportions do not permit the number of nodes.
 pub fn graded(scene: &Scene, nodes: usize) -> Result<Tissue, Error> {
     block_of(scene)?;
     let mut sized = scene.clone();

@@ -76,7 +76,7 @@ impl Meshless {
     /// Creates the method at rest.
     ///
     /// # Errors
-    /// A mesh so flat that the nodes around an integration point span no volume.
+    /// Fails if the mesh is so flat that the nodes around an integration point span no volume.
     pub fn new(block: &Block) -> Result<Self, Error> {
         let mesh = &block.tissue.mesh;
         let shape = ShapeFunctions::new(mesh, REACH);

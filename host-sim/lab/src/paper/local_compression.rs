@@ -49,7 +49,8 @@ pub struct Options {
 /// scenes have been checked.
 ///
 /// # Errors
-/// An invalid scene, a model that the core or a method rejects, or a folder that cannot be written.
+/// Fails if the scene is invalid, if the core or a method rejects the model, or if the folder
+/// cannot be written.
 pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), Error> {
     let size = if options.quick { Size::quick() } else { Size::full() };
     let names = options.scene.clone().map_or_else(|| PRESETS.map(|(name, _)| name.to_owned()).to_vec(), |name| vec![name]);

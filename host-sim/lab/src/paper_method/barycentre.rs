@@ -9,7 +9,7 @@
 //! * in: positions
 //! * out: adds to the forces on the nodes
 //! * cost: about two springs per corner
-//! * may fail: never
+//! * failures: none
 
 use palpate::{Model, State, Tet, Tuned, Vector3};
 

@@ -4,7 +4,7 @@
 //! * in: positions, velocities
 //! * out: adds to the forces on the nodes
 //! * cost: about as much as the spring forces
-//! * may fail: never
+//! * failures: none
 
 use palpate::{Model, Params, State};
 

@@ -3,7 +3,7 @@
 //! * in: the contact of the last tick
 //! * out: the region
 //! * cost: one comparison per node
-//! * may fail: never
+//! * failures: none
 
 use palpate::stages::force::foundation::Load;
 use palpate::stages::integrate::FASTEST_M_PER_S;
@@ -23,7 +23,7 @@ pub struct Region {
 /// the force over E [N/Pa], and the change of velocity per force over E.
 ///
 /// # Errors
-/// [`Fault::Diverged`].
+/// Fails with [`Fault::Diverged`] if a node is not finite or too fast.
 pub fn advance_within(
     region: Option<Region>,
     model: &Model,

@@ -24,7 +24,7 @@ impl VelocityVerlet {
     /// lose their velocity.
     ///
     /// # Errors
-    /// [`Fault::Diverged`].
+    /// Fails with [`Fault::Diverged`] if a node is not finite or too fast.
     pub fn advance(&mut self, model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
         let keep = tuned.velocity_kept();
         let close = if self.under_way { 0.5 } else { 0.0 };

@@ -26,7 +26,7 @@ const COLUMNS: [&str; 6] = ["group", "phase", "intern", "chief", "associate", "a
 /// Reads the marks in a CSV file.
 ///
 /// # Errors
-/// A file that cannot be read, or the errors of [`parse`].
+/// Fails if the file cannot be read, and for the reasons of [`parse`].
 pub fn read(path: &Path) -> Result<Vec<Marks>, ScoreError> {
     let bytes = std::fs::read(path).map_err(|source| ScoreError::Read { path: path.into(), source })?;
     parse(&path.display().to_string(), &bytes)
@@ -35,8 +35,8 @@ pub fn read(path: &Path) -> Result<Vec<Marks>, ScoreError> {
 /// Reads the marks in the bytes of a CSV file; `path` names the file in errors.
 ///
 /// # Errors
-/// A missing column, a cell that cannot be used, an intern who occurs twice in a phase, or a table
-/// without rows.
+/// Fails if a column is missing, a cell cannot be used, an intern occurs twice in a phase, or the
+/// table has no rows.
 pub fn parse(path: &str, bytes: &[u8]) -> Result<Vec<Marks>, ScoreError> {
     // spreadsheets begin a file with a byte order mark
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);

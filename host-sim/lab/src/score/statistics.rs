@@ -58,8 +58,8 @@ pub struct Permutation {
 const ALL_DEALS: u64 = 1_000_000;
 /// Number of deals that are drawn if there are more.
 const DRAWN: u64 = 200_000;
-/// Tolerance for sums of the same values in another order, which differ by rounding; it is far
-/// below a mark.
+/// Tolerance for comparing sums of the same values in another order, which differ by rounding; it
+/// is far smaller than one mark.
 const SAME: f64 = 1e-9;
 
 /// Tests whether two samples differ in their means; `None` if one is empty.

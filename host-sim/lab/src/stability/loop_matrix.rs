@@ -99,7 +99,7 @@ impl Scope {
     /// `quick` runs the Touch alone; `full` adds every shipped profile at its own delay.
     ///
     /// # Errors
-    /// A profile that cannot be read.
+    /// Fails if a profile cannot be read.
     pub fn new(quick: bool, full: bool) -> Result<Self, Error> {
         let mut cases = Vec::new();
         for name in if quick { &SWEPT[..1] } else { &SWEPT[..] } {
@@ -209,7 +209,7 @@ impl LoopSummary {
     /// Checks the promises of the matrix.
     ///
     /// # Errors
-    /// The promises that did not hold.
+    /// Returns the promises that did not hold.
     pub fn check(&self) -> Result<(), Error> {
         if self.broken.is_empty() { Ok(()) } else { Err(TissueError::Check(self.broken.join("; ")).into()) }
     }

@@ -283,7 +283,7 @@ fn a_hold_of_beef_fades_and_a_slide_on_skin_drags() {
     let folder = tempfile::tempdir().unwrap();
     let mut screen = Screen::of(Choice::preset("beef"), folder.path());
     screen.button(true);
-    // the tip goes 3 mm deep within 0.25 s of the surface, where the force is largest
+    // the tip reaches a depth of 3 mm within 0.25 s after the touch; the force is largest then
     let peak_n = (0..40).map(|_| (screen.frames(1), screen.force_n()).1).fold(0.0, f32::max);
     screen.frames(150);
     let held_n = screen.force_n();

@@ -29,7 +29,7 @@ impl Given {
     /// Reads and checks the scene or patch that the command line names.
     ///
     /// # Errors
-    /// One line: the file, the reason, and the fix.
+    /// Returns one line that names the file, the reason and the fix.
     pub fn of(scene: Option<&str>, patch: Option<&Path>) -> Result<Self, String> {
         if let Some(path) = patch {
             let place = path.display();

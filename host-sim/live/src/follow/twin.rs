@@ -16,8 +16,8 @@ use crate::message::Frame;
 
 type V = Vector3<f32>;
 
-/// Ticks of the approach to a tip whose past is unknown, and largest number of ticks between two
-/// records.
+/// Number of ticks in which the patch approaches a tip if the path to it is unknown; also the
+/// largest number of ticks between two records.
 const WAY_TICKS: u32 = 200;
 /// Number of records after an unknown part of the path until the patch has forgotten it.
 const SETTLING: u32 = 10;

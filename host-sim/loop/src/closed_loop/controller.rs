@@ -147,7 +147,7 @@ struct Known {
 struct Seen {
     /// Depth of the handle as read by the encoder, negative outside the tissue [m].
     depth_m: f32,
-    /// Force of the model, out of the tissue [N].
+    /// Force of the model, positive out of the tissue [N].
     model_n: f32,
     /// Stiffness of the model at this depth [N/m].
     tangent_n_per_m: f32,

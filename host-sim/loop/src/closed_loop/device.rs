@@ -99,7 +99,7 @@ impl DeviceProfile {
     /// Checks that every number is in its range; `place` returns the position of a key in the file.
     ///
     /// # Errors
-    /// The first number that is out of range, with its position.
+    /// Returns the first number that is out of range, with its position.
     pub fn check(&self, place: &dyn Fn(&str) -> String) -> Result<(), Error> {
         let sides = self.workspace_m.map(|side| ("workspace_m", side, 0.02, 2.0));
         for (key, value, least, most) in [

@@ -70,7 +70,7 @@ pub struct FirstTouches {
     /// Ticks from the first force until the loop removed it, by a fault or for the rest of a
     /// contact. Zero if a fault came before any force; `None` if the force was never removed.
     pub ended_ticks: Option<u32>,
-    /// Strongest force on the hand until then [N].
+    /// Largest force on the hand until then [N].
     pub peak_n: f32,
     /// Largest distance of the handle until then from its position at the first force [m].
     pub way_m: f64,

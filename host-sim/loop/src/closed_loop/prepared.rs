@@ -60,7 +60,7 @@ impl Prepared {
     /// Prepares a scene for a device.
     ///
     /// # Errors
-    /// Bad input, or a model that cannot keep 1 kHz.
+    /// Fails if the input is invalid, or if the model cannot keep 1 kHz.
     pub fn of(scene: &Scene, device: &DeviceProfile) -> Result<Self, Error> {
         Self::prepare(scene, device, true)
     }
@@ -100,7 +100,7 @@ impl Prepared {
     /// Prepares a patch that is pressed to `deepest_m` at most.
     ///
     /// # Errors
-    /// A workspace too small for the stimuli, or parameters that the core refuses.
+    /// Fails if the workspace is too small for the stimuli, or if the core rejects the parameters.
     pub fn of_patch(patch: Patch, params: &Params, deepest_m: f64, device: &DeviceProfile) -> Result<Self, Error> {
         Self::with(patch, params, deepest_m, device, true)
     }

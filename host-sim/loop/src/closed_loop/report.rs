@@ -101,7 +101,7 @@ pub struct Row {
     pub static_error_pct: Option<f64>,
     /// Largest turn of the force in a tick [degrees].
     pub turn_deg: Option<f64>,
-    /// Strongest force [N].
+    /// Largest force [N].
     pub peak_n: f64,
     /// Whether a count toggles because no count balances the hand, which is not a fault of the
     /// loop.
@@ -194,7 +194,7 @@ pub fn pairs(device: &DeviceProfile, hands: &[Hand], stimuli: &[Stimulus]) -> Ve
 /// Runs each of these pairs of hand and stimulus with `run`.
 ///
 /// # Errors
-/// The first error of a run.
+/// Returns the first error of a run.
 pub fn rows<E: Send>(
     target: &Target,
     device: &DeviceProfile,

@@ -72,7 +72,7 @@ pub struct Run {
     pub static_error: f64,
     /// Largest rotation of the force in a tick [degrees], if the stimulus crosses edges.
     pub turn_deg: Option<f64>,
-    /// Strongest force [N].
+    /// Largest force [N].
     pub peak_n: f64,
     /// Invariants that were broken, each once.
     pub broken: Vec<Broken>,
@@ -88,8 +88,8 @@ impl Run {
     }
 }
 
-/// A second controller, which receives the inputs of the loop's own and whose force goes to the
-/// device.
+/// A second controller: it receives the same inputs as the loop's own controller, and its force
+/// goes to the device.
 pub trait Beside {
     /// Called if the tissue is to change before the next tick.
     fn change(&mut self, change: Change);
@@ -105,7 +105,7 @@ pub trait Beside {
     ) -> Option<Vector3<f32>>;
 }
 
-/// Without a second controller the device receives the force of the loop's own.
+/// Without a second controller, the device receives the force of the loop's own controller.
 impl Beside for () {
     fn change(&mut self, _: Change) {}
 

@@ -49,7 +49,7 @@ pub struct Soak {
     pub drift_m: f32,
     /// Largest number of denormal values in the tissue's state after any rest.
     pub denormals: usize,
-    /// Strongest force [N].
+    /// Largest force [N].
     pub peak_n: f32,
 }
 

@@ -30,7 +30,8 @@ pub enum Change {
     /// The stiffness of the tissue becomes this multiple of its initial value.
     Stiffness(f64),
     /// Another organ is behind the patch: the stiffness of the far field becomes this multiple of
-    /// its initial value. Without a far field, that of the tissue itself does.
+    /// its initial value. If the patch has no far field, the stiffness of the tissue itself changes
+    /// instead.
     FarField(f64),
 }
 
@@ -369,7 +370,7 @@ fn zigzag(s: f64, m_per_s: f64, half_m: f64) -> f64 {
 fn noise(s: f64, seed: u32) -> f64 {
     let tones = 8;
     let of = |n: u32| {
-        // two numbers between 0 and 1 from a mix of bits
+        // two numbers between 0 and 1 from a hash of seed and `n`
         let mixed = seed.wrapping_mul(0x9e37_79b9).wrapping_add(n.wrapping_mul(0x85eb_ca6b)) ^ 0x5bd1_e995;
         let mixed = (mixed ^ (mixed >> 15)).wrapping_mul(0x2c1b_3c6d);
         (f64::from(mixed & 0xffff) / 65536.0, f64::from(mixed >> 16) / 65536.0)

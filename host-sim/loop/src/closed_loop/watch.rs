@@ -186,7 +186,7 @@ impl Watch {
     /// Checks a tick against all invariants.
     ///
     /// # Errors
-    /// The first invariant that this tick breaks.
+    /// Returns the first invariant that this tick breaks.
     pub fn check(&mut self, now: &Tick) -> Result<(), Broken> {
         self.silent = if now.command.heard { 0 } else { self.silent + 1 };
         self.count(now);

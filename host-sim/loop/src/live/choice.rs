@@ -87,7 +87,7 @@ impl Choice {
     /// Returns the scene with every change applied, after checking it.
     ///
     /// # Errors
-    /// The first error in the scene, with its position.
+    /// Returns the first error in the scene, with its position.
     pub fn scene(&self) -> Result<Scene, Error> {
         let mut scene = if self.text.is_empty() { Scene::load(&self.scene)? } else { Scene::parse(&self.scene, &self.text)? };
         let tissue = &mut scene.tissue;

@@ -52,7 +52,7 @@ impl LiveDevice {
     /// Creates the device at rest at `start_m`, above the site.
     ///
     /// # Errors
-    /// A device or hand of an unknown name.
+    /// Fails if no device or hand has the given name.
     pub(super) fn new(
         holding: &Holding,
         site_m: Vector3<f32>,

@@ -212,8 +212,8 @@ impl Live {
         self.recorder.take().map(|recorder| recorder.finish(hash))
     }
 
-    /// Runs one tick towards a target [m]. `heard` says whether the host gave a sign of life;
-    /// without one the force ends.
+    /// Runs one tick towards a target [m]. `heard` says whether the host sent a keep-alive; without
+    /// one the force ends.
     pub fn tick(&mut self, target_m: Vector3<f64>, heard: bool) -> Told {
         // softening applies at once; stiffening under the probe would create energy
         let softens = self.waiting.is_some_and(|p| p.youngs_modulus_pa <= self.tissue.params().youngs_modulus_pa);

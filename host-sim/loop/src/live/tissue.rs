@@ -85,7 +85,7 @@ impl LiveTissue {
     /// matrix remain those of the original parameters, as on a board.
     ///
     /// # Errors
-    /// Parameters out of range; nothing changes then.
+    /// Fails if a parameter is out of range; nothing changes then.
     pub fn retune(&mut self, params: Params) -> Result<(), BuildError> {
         params.check()?;
         let model = self.patch.wide_model();

@@ -27,7 +27,7 @@ const CLEARED: Duration = Duration::from_secs(2);
 /// Ticks after which a board that is still idle has refused to arm. It leaves idle in the tick
 /// after the request, but records from before the request may still be on the line.
 const STAYS_IDLE_TICKS: u32 = 2_000;
-/// Longest wait for a record before the signs of life are checked again.
+/// Longest wait for a record before the keep-alive messages are checked again.
 const STEP: Duration = LISTENING;
 
 #[derive(Args, Clone, Debug)]

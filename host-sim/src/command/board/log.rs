@@ -87,8 +87,8 @@ impl Log {
         })
     }
 
-    /// Waits for the rest of the log while the board is at rest. Requests for the log are also
-    /// signs of life, and must not prolong a force.
+    /// Waits for the rest of the log while the board is at rest. Requests for the log also count as
+    /// keep-alive messages, and must not prolong a force.
     pub(super) fn gather(session: &mut Session) {
         let begun = Instant::now();
         while at_rest(session) && begun.elapsed() < GATHERED {

@@ -20,7 +20,8 @@ use super::{FitArgs, Fitted};
 use crate::error::Error;
 
 /// Number of places of the fit (there are more at shallow depths), and of its rounds. More places
-/// gain little: 160 bring the added force of a ball of 8 mm, 10 mm deep, from 1.8 to 1.6 % rms.
+/// gain little: 160 places reduce the error of the added force of a ball of 8 mm, 10 mm deep, from
+/// 1.8 to 1.6 % rms.
 const PLACES: usize = 80;
 const ROUNDS: usize = 6;
 const QUICK_ROUNDS: usize = 2;

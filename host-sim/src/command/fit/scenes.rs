@@ -63,7 +63,7 @@ struct Fit {
     reference_error_pct: Option<f64>,
 }
 
-/// `summary.json`.
+/// Contents of `summary.json`.
 #[derive(Serialize)]
 struct Summary<'a> {
     scenes: usize,

@@ -14,7 +14,7 @@ const OR_PAGE: &str = ", or take the page, `palpate live --page`";
 /// whether a page could show the same.
 ///
 /// # Errors
-/// One line: the display that was tried, and what to do without one.
+/// Returns one line that names the display that was tried and a remedy.
 pub(super) fn look(page: bool) -> Result<Option<&'static str>, TissueError> {
     // macOS and Windows have one display, and no variable that names it
     if !cfg!(all(unix, not(target_os = "macos"))) {

@@ -65,7 +65,7 @@ struct Plan {
     worst_pct: f64,
 }
 
-/// `summary.json`.
+/// Contents of `summary.json`.
 #[derive(Serialize)]
 struct Summary<'a> {
     plans: usize,

@@ -98,7 +98,7 @@ pub enum BlockError {
 /// Meshes a block. The same spec gives the same bits on every machine.
 ///
 /// # Errors
-/// A spec out of bounds, or too few nodes for its proportions.
+/// Fails if the spec is out of bounds, or has too few nodes for its proportions.
 pub fn block(spec: &BlockSpec) -> Result<TetMesh, BlockError> {
     let nodes = spec.nodes;
     let mut grading = unit_grading(spec)?;

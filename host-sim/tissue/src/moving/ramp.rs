@@ -117,7 +117,7 @@ impl Ramp {
     /// [N].
     ///
     /// # Errors
-    /// The first error of `tick`.
+    /// Returns the first error of `tick`.
     pub fn judge<E>(&self, mut tick: impl FnMut(f64) -> Result<f64, E>) -> Result<RampError, E> {
         let true_m2 = |t_s: f64| self.table.force_over_e_m2(t_s)[2];
         let step_m = self.step_m();

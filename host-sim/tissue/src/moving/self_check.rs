@@ -55,7 +55,7 @@ impl SelfCheck {
     /// approach or gives no force.
     ///
     /// # Errors
-    /// A model that the core refuses.
+    /// Fails if the core rejects the model.
     pub fn of(patch: &Patch, params: &Params, approach: Approach) -> Result<Option<Self>, Error> {
         let Some(force_n) = press(patch, &with_substeps(params, FINER), approach)? else { return Ok(None) };
         let largest_n = force_n.iter().copied().fold(0.0, f64::max);
@@ -66,7 +66,7 @@ impl SelfCheck {
     /// largest force [%]. `None` if it does not survive the approach.
     ///
     /// # Errors
-    /// A model that the core refuses.
+    /// Fails if the core rejects the model.
     pub fn rms_pct(&self, patch: &Patch, params: &Params) -> Result<Option<f64>, Error> {
         let Some(own_n) = press(patch, params, self.approach)? else { return Ok(None) };
         let squares: f64 = own_n.iter().zip(&self.force_n).map(|(a, b)| (a - b).powi(2)).sum();

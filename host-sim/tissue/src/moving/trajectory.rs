@@ -27,8 +27,8 @@ impl CourseError {
     /// [m].
     ///
     /// # Errors
-    /// A reference that cannot be read, or a model that the core refuses; the inner error is the
-    /// fault of a patch that does not survive the motion.
+    /// Fails if the reference cannot be read, or if the core rejects the model; the inner error is
+    /// the fault of a patch that does not survive the motion.
     pub fn of(truth: &Truth, patch: &Patch, params: &Params, site_m: Vector3<f32>) -> Result<Result<Self, Fault>, Error> {
         let table = truth.stored()?;
         let model = patch.wide_model();

@@ -127,7 +127,7 @@ impl Truth {
     /// Finds a stored reference by its name.
     ///
     /// # Errors
-    /// [`TruthError::Unknown`].
+    /// Fails with [`TruthError::Unknown`] if no stored reference has this name.
     pub fn named(name: &str) -> Result<Self, TruthError> {
         TRUTHS.into_iter().find(|truth| truth.name == name).ok_or_else(|| TruthError::Unknown { name: name.to_owned() })
     }
@@ -135,7 +135,7 @@ impl Truth {
     /// Scene with the tissue and the place of the reference.
     ///
     /// # Errors
-    /// A preset that cannot be read.
+    /// Fails if the preset cannot be read.
     pub fn scene(&self) -> Result<Scene, SceneError> {
         let preset = if self.site == Site::Nodule { "nodule" } else { "block" };
         let mut scene = Scene::load(preset)?;
@@ -164,7 +164,7 @@ impl Truth {
     /// Reads the stored table of the reference.
     ///
     /// # Errors
-    /// [`TruthError::Table`].
+    /// Fails with [`TruthError::Table`] if the stored table is invalid.
     pub fn stored(&self) -> Result<Table, TruthError> {
         Table::parse(self.name, self.text)
     }

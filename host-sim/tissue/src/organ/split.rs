@@ -3,8 +3,8 @@
 //!
 //! The part of a tet that remains is a tet, a pyramid over a quadrilateral, or a prism. A
 //! quadrilateral on a lattice face must be halved alike from both sides: by the diagonal that ends
-//! at the cut of the face's long edge or, if that edge is not cut, at its even end. A quadrilateral
-//! on the surface is halved by the shorter diagonal if both are possible.
+//! at the cut of the face's long edge or, if that edge is not cut, at its end of even parity. A
+//! quadrilateral on the surface is halved by the shorter diagonal if both are possible.
 
 /// Side of the surface on which a corner lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,4 +1,4 @@
-//! Order of springs and tets in a patch. It determines the bits of the forces, and how well a
+//! Order of springs and tets in a patch. It determines the rounding of the forces, and how well a
 //! processor can overlap successive items.
 
 use palpate::{Spring, Tet};

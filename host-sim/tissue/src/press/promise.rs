@@ -16,7 +16,7 @@ impl Press {
     /// drive, equals its target.
     ///
     /// # Errors
-    /// The first check that fails.
+    /// Returns the first check that fails.
     pub fn check(&self, drive: &Drive) -> Result<(), Error> {
         let broken = |what: String| Err(Error::Check(what));
         if let Some(fault) = self.fault {

@@ -30,7 +30,7 @@ impl Scene {
     /// Checks every value that the types do not limit.
     ///
     /// # Errors
-    /// The first value outside its range, with its key.
+    /// Returns the first value outside its range, with its key.
     pub fn check(&self) -> Result<(), SceneError> {
         self.check_name()?;
         self.check_source()?;

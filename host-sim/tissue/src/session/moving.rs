@@ -95,7 +95,7 @@ impl Session {
     /// compares models.
     ///
     /// # Errors
-    /// A model that the core refuses.
+    /// Fails if the core rejects the model.
     pub fn for_motion_at_any_cost(self, machine: &CostModel, scene: &Scene) -> Result<Self, Error> {
         let Some((approach, tried)) = self.tried(machine, scene)? else { return Ok(self) };
         let Some(best) = tried.iter().min_by(|a, b| a.rms_pct.total_cmp(&b.rms_pct)) else { return Ok(self) };

@@ -25,8 +25,8 @@ fn rim_motion(outside: &Outside, of: impl Fn(Vector) -> Vector) -> Vec<f64> {
     moved.flat_map(|u| [u.x, u.y, u.z]).collect()
 }
 
-/// Without lateral contraction the strain is uniform in a bar whose end plane moves along it: its
-/// stiffness is A / L in units of E.
+/// In a bar without lateral contraction whose end plane moves along its axis, the strain is
+/// uniform: the stiffness is A / L in units of E.
 #[test]
 fn a_bar_has_the_stiffness_of_a_bar() {
     let size_m = [0.02, 0.015, 0.04];

@@ -60,8 +60,8 @@ fn gap_by_points_m(probe: &Probe, tip_m: Vector3<f64>) -> f64 {
     }
 }
 
-/// Zero where the probe touches the tissue; elsewhere at most the free distance, and for the
-/// capsule equal to it.
+/// The gap is zero where the probe touches the tissue; elsewhere it is at most the free distance,
+/// and for the capsule it is equal to it.
 #[test]
 fn the_gap_of_a_long_tip_is_that_of_its_points() {
     let ground = &*GROUND;

@@ -36,8 +36,8 @@ pub(super) fn by_groups<L: Lanes<W>, const W: usize, const COMPENSATED: bool>(
     }
 }
 
-/// Nodes at both ends of each spring: `Some` for a checked model. Because the indices are tested
-/// once here and passed on by value, no access needs a test.
+/// Nodes at both ends of each spring: `Some` for a checked model. Because the indices are checked
+/// once here and then passed by value, no access needs a bounds check.
 #[inline(always)]
 pub(super) fn ends<const W: usize>(group: &[Spring; W], nodes: &[Node]) -> Option<[[usize; 2]; W]> {
     let ends = group.each_ref().map(|s| [usize::from(s.i), usize::from(s.j)]);

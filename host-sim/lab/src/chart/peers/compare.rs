@@ -45,7 +45,7 @@ pub struct Factors {
 /// Runs our uncalibrated model on every grid that the other engines used.
 ///
 /// # Errors
-/// A method that cannot be built.
+/// Fails if a method cannot be built.
 pub fn same_meshes(peers: &[Peer], reference: &Reference, moving: bool) -> Result<Vec<Run>, Error> {
     let mut runs = Vec::new();
     for cells in GRIDS {

@@ -41,7 +41,7 @@ const QUANTITIES: [Quantity; 2] = [
 /// run; returns the names of the pictures.
 ///
 /// # Errors
-/// A picture cannot be drawn or written.
+/// Fails if a picture cannot be drawn or written.
 pub fn draw_peers(
     folder: &OutputFolder,
     peers: &Peers,

@@ -167,7 +167,7 @@ impl Peers {
     /// Reads a table that was measured with the standard press.
     ///
     /// # Errors
-    /// A file that cannot be read, or the first defect of the table, as a [`PeerError`] states it.
+    /// Fails if the file cannot be read, or with the first defect of the table as a [`PeerError`].
     pub fn load(file: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(file).map_err(|source| TissueError::Read { path: file.into(), source })?;
         let hash = StandardPress::new()?.hash()?;
@@ -178,7 +178,7 @@ impl Peers {
     /// press with which it must have been measured.
     ///
     /// # Errors
-    /// The first defect of the table.
+    /// Returns the first defect of the table.
     pub fn parse(file: &Path, text: &str, hash: &str) -> Result<Self, PeerError> {
         let said = |key: &str| {
             let lines = text.lines().take_while(|line| line.starts_with('#'));

@@ -96,7 +96,7 @@ impl Measured {
     /// Measures a method on a trajectory at every speed of `speeds_m_per_s`.
     ///
     /// # Errors
-    /// Model or parameters that the core rejects, or a press without equilibrium.
+    /// Fails if the core rejects the model or the parameters, or if a press has no equilibrium.
     pub fn of(
         method: &StudyMethod,
         trajectory: &Trajectory,

@@ -94,8 +94,8 @@ pub struct Figures {
     pub lateral_pct: f64,
     /// Largest force along the motion, of either sign, relative to the normal force [%].
     pub lateral_worst_pct: f64,
-    /// Work of the tissue on the probe over the closed path from rest, forth, and back to rest at
-    /// the same place [mJ]: negative if energy was dissipated, positive if it was created.
+    /// Work of the tissue on the probe over the stroke forth and back, which begins and ends at
+    /// rest at the same place [mJ]: negative if energy was dissipated, positive if it was created.
     pub work_mj: f64,
     /// Smallest and mean share of the free nodes that were active [%].
     pub awake_pct: [f64; 2],
@@ -108,7 +108,7 @@ pub struct Figures {
 /// Slides a patch with the active nodes chosen by `awake`.
 ///
 /// # Errors
-/// Model or parameters that the core rejects.
+/// Fails if the core rejects the model or the parameters.
 pub fn slide(patch: &Patch, params: &Params, awake: Awake, trajectory: &Trajectory) -> Result<Slide, BuildError> {
     match awake {
         Awake::All => slide_with(patch, params, &mut Product, trajectory),
@@ -120,7 +120,7 @@ pub fn slide(patch: &Patch, params: &Params, awake: Awake, trajectory: &Trajecto
 /// Slides a patch with any method.
 ///
 /// # Errors
-/// Model or parameters that the core rejects.
+/// Fails if the core rejects the model or the parameters.
 pub fn slide_with(
     patch: &Patch,
     params: &Params,

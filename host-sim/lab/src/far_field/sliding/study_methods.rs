@@ -157,8 +157,8 @@ impl StrokePatch {
     /// both sides of it, or around the site if there is no trajectory.
     ///
     /// # Errors
-    /// Sizes that do not fit the block, a reference that does not cover the path, or a patch that
-    /// cannot be pressed.
+    /// Fails if the sizes do not fit the block, if the reference does not cover the path, or if the
+    /// patch cannot be pressed.
     pub fn fit(
         scene: &Scene,
         recipe: &StrokeRecipe,

@@ -154,7 +154,7 @@ struct Site<'a> {
 /// Presses every mesh of the scope at every place, with a rising share of its nodes awake.
 ///
 /// # Errors
-/// A scene without a block, or one that cannot be meshed.
+/// Fails if the scene has no block, or if the block cannot be meshed.
 pub fn awake(scene: &Scene, scope: &Scope, progress: &mut dyn FnMut(usize, usize, &str)) -> Result<Awake, Error> {
     let setting = Setting::of(scene, 0)?;
     faer::set_global_parallelism(faer::Par::Seq);

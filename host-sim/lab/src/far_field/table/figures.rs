@@ -28,7 +28,7 @@ struct Curve {
 /// Draws the pictures and returns their names without extension.
 ///
 /// # Errors
-/// A picture cannot be drawn or written.
+/// Fails if a picture cannot be drawn or written.
 pub fn draw(folder: &OutputFolder, scene: &str, setting: &Setting, table: &Table, awake: &Awake) -> Result<Vec<String>, Error> {
     let mut finenesses: Vec<f64> = table.rows.iter().map(|r| r.fine_m).collect();
     finenesses.dedup();

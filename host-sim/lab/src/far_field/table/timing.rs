@@ -104,7 +104,7 @@ fn own_rim(edge: RimMethod) -> bool {
 /// Runs `work` on running patches, one for each treatment, with the whole organ last.
 ///
 /// # Errors
-/// Model or parameters that the core rejects, or a matrix that cannot be factored.
+/// Fails if the core rejects the model or the parameters, or if a matrix cannot be factored.
 pub fn ticking<T>(
     setting: &Setting,
     edges: &RimMethods,

@@ -32,7 +32,7 @@ pub struct Words<'a> {
 /// out.
 ///
 /// # Errors
-/// A value that cannot be drawn, or a folder that cannot be written.
+/// Fails if a value cannot be drawn, or if the folder cannot be written.
 pub fn curves(
     folder: &OutputFolder,
     words: &Words,

@@ -89,7 +89,8 @@ pub fn key_nodes(block: &Block) -> Vec<usize> {
 /// Releases a finger on tissue at rest and records the key points.
 ///
 /// # Errors
-/// [`NoRest::Diverged`], [`NoRest::Sunk`].
+/// Fails with [`NoRest::Diverged`] if the model diverges, and with [`NoRest::Sunk`] if the tip
+/// reaches the depth limit.
 pub fn follow(block: &Block, running: &mut dyn RunningMethod, force_n: f64, keys: &[usize]) -> Result<Trajectory, NoRest> {
     let mut push = Push::new(force_n);
     running.tick(block.tip_m(push.depth_m())).map_err(|_| NoRest::Diverged { depth_mm: 0.0 })?;

@@ -94,7 +94,7 @@ impl StudyMethod {
     /// method is not available, because no calibrated patch of this mesh exists.
     ///
     /// # Errors
-    /// Model or parameters that the core or the method rejects.
+    /// Fails if the core or the method rejects the model or the parameters.
     pub fn run<T>(&self, block: &Block, work: impl FnOnce(&mut dyn RunningMethod) -> T) -> Result<Option<T>, Error> {
         match self {
             Self::LocalCompression(fitted) => run_fitted(block, fitted, work).map(Some),
@@ -106,7 +106,7 @@ impl StudyMethod {
     /// it does not come to rest with any step tried. `None` if it is not available.
     ///
     /// # Errors
-    /// Model or parameters that the core or the method rejects.
+    /// Fails if the core or the method rejects the model or the parameters.
     pub fn step_s(&self, block: &Block, force_n: f64) -> Result<Option<Result<f64, NoRest>>, Error> {
         let mut why = None;
         for halvings in 0..=if self.is_floored() { 0 } else { MOST_HALVINGS } {
@@ -127,8 +127,8 @@ impl StudyMethod {
     /// CPU time. `None` if it is not available.
     ///
     /// # Errors
-    /// Model or parameters that the core or the method rejects; the inner error says why the
-    /// model does not come to rest.
+    /// Fails if the core or the method rejects the model or the parameters; the inner error says
+    /// why the model does not come to rest.
     pub fn press(&self, block: &Block, tick_s: f64, force_n: f64, runs: usize) -> Result<Option<Result<AtRest, NoRest>>, Error> {
         let block = self.block(block, tick_s);
         let mut best: Option<AtRest> = None;

@@ -28,7 +28,7 @@ pub const REGION_ERROR: f64 = 0.02;
 /// Writes the section on Figs. 5 and 6 and draws them.
 ///
 /// # Errors
-/// A picture that cannot be drawn or written.
+/// Fails if a picture cannot be drawn or written.
 pub fn pictures(report: &mut Report, folder: &OutputFolder, organs: &[OnOrgan]) -> Result<(), Error> {
     report.section("Figs. 5 and 6: the finger on the abdomen and on the foot");
     report.say("Drawn from the product on the core (`palpate`, method of the other charts), at rest under the force. Depths of the reference stand in the table.");
@@ -86,7 +86,7 @@ pub fn pictures(report: &mut Report, folder: &OutputFolder, organs: &[OnOrgan]) 
 /// Writes the section on Fig. 7 and on the identifiability of k and d, and draws the figure.
 ///
 /// # Errors
-/// A picture that cannot be drawn or written.
+/// Fails if a picture cannot be drawn or written.
 pub fn annealing(report: &mut Report, folder: &OutputFolder, found: &OnBlock, organs: &[OnOrgan]) -> Result<(), Error> {
     report.section("Fig. 7: k and d against temperature");
     let trials: usize = found.walks.iter().map(|w| w.simulations[0]).sum();
@@ -168,7 +168,7 @@ pub fn annealing(report: &mut Report, folder: &OutputFolder, found: &OnBlock, or
 /// Writes the section on Figs. 8 and 9 and draws them.
 ///
 /// # Errors
-/// A picture that cannot be drawn or written.
+/// Fails if a picture cannot be drawn or written.
 pub fn sweeps(
     report: &mut Report,
     folder: &OutputFolder,
@@ -287,7 +287,7 @@ pub fn sweeps(
 /// Writes the section on the failures of equations (11)-(13), (7)-(8) and (2).
 ///
 /// # Errors
-/// A picture that cannot be drawn or written.
+/// Fails if a picture cannot be drawn or written.
 pub fn failures(report: &mut Report, folder: &OutputFolder, found: &OnBlock) -> Result<(), Error> {
     report.section("Where the formulas fail");
     let below = format!(

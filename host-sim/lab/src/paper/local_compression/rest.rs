@@ -90,7 +90,8 @@ impl Push {
     /// Moves the tip and runs one tick of a method.
     ///
     /// # Errors
-    /// [`NoRest::Diverged`], [`NoRest::Sunk`].
+    /// Fails with [`NoRest::Diverged`] if the model diverges, and with [`NoRest::Sunk`] if the tip
+    /// reaches the depth limit.
     pub fn tick(&mut self, block: &Block, running: &mut dyn RunningMethod) -> Result<(), NoRest> {
         let Impedance { mass_kg, damping_n_s_per_m, .. } = FINGER;
         let tick_s = f64::from(block.params.tick_s);

@@ -85,7 +85,8 @@ impl PressScene {
     /// Reads a preset by name or a scene file by path.
     ///
     /// # Errors
-    /// Unreadable file, bad TOML, unknown key, or impossible value; the error states the place.
+    /// Fails if the file is unreadable, is not valid TOML, or has an unknown key or an impossible
+    /// value; the error states the place.
     pub fn load(name_or_path: &str) -> Result<Self, SceneError> {
         if let Some((name, text)) = PRESETS.iter().find(|(name, _)| *name == name_or_path) {
             return Self::parse(name, text);

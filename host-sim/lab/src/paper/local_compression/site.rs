@@ -38,8 +38,8 @@ impl Site {
     /// Meshes the organ or reads its mesh file; `coarser` multiplies the spacing of the lattice.
     ///
     /// # Errors
-    /// A ray that misses the organ, a region without a stiffness, or a mesh that cannot be made or
-    /// read.
+    /// Fails if the ray misses the organ, if a region has no stiffness, or if a mesh cannot be made
+    /// or read.
     pub fn of(scene: &PressScene, coarser: f64) -> Result<Self, Error> {
         let organ =
             scene.organ.as_deref().map(Organ::named).transpose().map_err(|cause| scene.bad("organ:", &cause.to_string()))?;

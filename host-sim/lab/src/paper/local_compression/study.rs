@@ -33,7 +33,7 @@ pub const FIT_STEPS_S: [f64; 2] = [2.5e-4, 1.25e-4];
 /// Growth of the elements in pictures, divided by that of the scene (1): with smaller elements the
 /// shape far from the finger remains visible.
 const PICTURE_GROWTH: f64 = 0.4;
-/// Forces of the sweeps [N]: ten groups of pressure in 0 .. 4 N, as in the paper.
+/// Forces of the sweeps [N]: ten values up to 4 N, as in the paper.
 pub const FORCES_N: [f64; 10] = [0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 2.8, 3.2, 3.6, 4.0];
 
 /// Number and size of the cases that are computed.
@@ -159,7 +159,7 @@ fn block() -> Result<Block, Error> {
 /// formulas.
 ///
 /// # Errors
-/// Model or parameters that the core or a method rejects.
+/// Fails if the core or a method rejects the model or the parameters.
 pub fn on_block(folder: &OutputFolder, size: &Size, progress: &AnnealingProgress) -> Result<OnBlock, Error> {
     let block = block()?;
     progress.say("block: annealing");
@@ -195,7 +195,7 @@ pub fn on_block(folder: &OutputFolder, size: &Size, progress: &AnnealingProgress
 /// Fits the model to an organ and runs all methods under all forces.
 ///
 /// # Errors
-/// An invalid scene, or a model that the core or a method rejects.
+/// Fails if the scene is invalid, or if the core or a method rejects the model.
 pub fn on_organ(
     folder: &OutputFolder,
     scene: PressScene,

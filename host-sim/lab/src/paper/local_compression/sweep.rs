@@ -86,7 +86,7 @@ pub fn study_methods(fitted: Fitted) -> Vec<StudyMethod> {
 /// most 2 %; `None` if no threshold tried does.
 ///
 /// # Errors
-/// Model or parameters that the core rejects.
+/// Fails if the core rejects the model or the parameters.
 pub fn region_for(block: &Block, fitted: Fitted, step_s: f64, force_n: f64) -> Result<Option<StressRule>, Error> {
     let press = |region| StudyMethod::LocalCompression(Fitted { region, ..fitted }).press(block, step_s, force_n, 1);
     let Some(Ok(all)) = press(None)? else { return Ok(None) };
@@ -107,7 +107,7 @@ pub fn region_for(block: &Block, fitted: Fitted, step_s: f64, force_n: f64) -> R
 /// `None` if it is not available.
 ///
 /// # Errors
-/// Model or parameters that the core or the method rejects.
+/// Fails if the core or the method rejects the model or the parameters.
 pub fn curve(method: &StudyMethod, block: &Block, forces_n: &[f64]) -> Result<Option<Curve>, Error> {
     let (mut step_s, mut why) = (None, None);
     for &force_n in forces_n.iter().rev() {

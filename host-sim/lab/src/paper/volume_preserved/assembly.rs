@@ -58,9 +58,8 @@ impl<'a> Assembly<'a> {
     /// points sampled on the upper surface.
     ///
     /// # Errors
-    /// An organ that cannot be meshed, organs that do not touch, joints without a partner, a
-    /// landmark outside its organ, or a set of fixed or held nodes that is empty; the error names
-    /// it.
+    /// Fails if an organ cannot be meshed, organs do not touch, a joint has no partner, a landmark
+    /// is outside its organ, or a set of fixed or held nodes is empty; the error names it.
     pub fn build(scene: &'a HangingScene, tets: &[usize], points: usize) -> Result<Self, Error> {
         let meshes = scene.organ.iter().zip(tets).map(|(organ, tets)| match (&organ.mesh, organ.length_unit) {
             (Some(path), Some(unit)) => Ok(import(path, unit.metres)?.mesh),

@@ -123,7 +123,7 @@ fn per_tet_share(poisson_ratio: f64) -> f64 {
 /// `progress` is called with (move, virtual time [s]).
 ///
 /// # Errors
-/// Model or parameters that [`Params::build`] rejects.
+/// Fails if [`Params::build`] rejects the model or the parameters.
 pub fn hang(assembly: &Assembly, setup: &Setup, progress: impl FnMut(usize, f64)) -> Result<Vec<Result<Rest, Fault>>, Error> {
     hang_network(assembly, &setup.method.network(assembly), setup, progress)
 }

@@ -40,7 +40,7 @@ pub struct Findings<'a> {
 /// Writes report, pictures, CSV files and summary, and prints the results.
 ///
 /// # Errors
-/// A folder that cannot be written, or a promise of the product that did not hold.
+/// Fails if the folder cannot be written, or if a promise of the product did not hold.
 pub fn write(findings: &Findings, folder: OutputFolder) -> Result<(), Error> {
     let scene = findings.scene;
     let mut report = Report::new("Paper 000: a liver and its gallbladder, hung by a thread");

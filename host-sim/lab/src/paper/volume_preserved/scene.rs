@@ -134,7 +134,8 @@ impl HangingScene {
     /// Reads the preset or a file.
     ///
     /// # Errors
-    /// Unreadable file, bad TOML, unknown key, or impossible value; the error states the place.
+    /// Fails if the file is unreadable, is not valid TOML, or has an unknown key or an impossible
+    /// value; the error states the place.
     pub fn load(name_or_path: &str) -> Result<Self, SceneError> {
         if name_or_path == PRESET {
             return Self::parse(PRESET, TEXT);

@@ -68,7 +68,7 @@ pub struct Ceiling {
     pub friction_n: f64,
     /// Largest force that the loop outputs [N].
     pub limit_n: f64,
-    /// Contact stiffness from which one count is felt [N/m].
+    /// Contact stiffness above which one count is felt [N/m].
     pub felt_n_per_m: f64,
     /// Slopes of the tabulated tissues up to 0.85 of the force limit.
     pub slopes: Vec<Slope>,
@@ -97,7 +97,7 @@ pub(super) fn joined(parts: Vec<Ceiling>) -> Vec<Ceiling> {
     joined
 }
 
-/// Contact stiffness from which one count is felt [N/m].
+/// Contact stiffness above which one count is felt [N/m].
 #[must_use]
 pub fn felt_n_per_m(device: &DeviceProfile) -> f64 {
     (2.0 * device.friction_n).max(2.0 * FELT_N) / device.count_m

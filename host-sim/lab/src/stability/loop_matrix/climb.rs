@@ -75,8 +75,8 @@ fn judged(run: &Run) -> &[Row] {
 pub struct Climb {
     /// Stiffest wall that was held as requested [N/m]; zero if none was.
     pub n_per_m: f64,
-    /// Whether no wall of the climb was unstable, so that it ended at [`STIFFEST_N_PER_M`]. Walls
-    /// that were weakened are passed over.
+    /// Whether no wall of the climb was unstable, so that it ended at [`STIFFEST_N_PER_M`]. A wall
+    /// at which the loop reduced its gain is skipped.
     pub at_least: bool,
 }
 
@@ -84,7 +84,7 @@ impl LoopSetup<'_> {
     /// Taps a wall at 0.2 m/s and holds the contact.
     ///
     /// # Errors
-    /// A device that the loop rejects.
+    /// Fails if the loop rejects the device.
     pub fn tap(&self, n_per_m: f64) -> Result<TapResult, BuildError> {
         let settings = self.control.settings(self.device);
         let limit_n = f64::from(settings.limits.max_force_n);
@@ -106,7 +106,7 @@ impl LoopSetup<'_> {
     /// Climbs until the loop shakes on a wall.
     ///
     /// # Errors
-    /// A device that the loop rejects.
+    /// Fails if the loop rejects the device.
     pub fn climb(&self) -> Result<Climb, BuildError> {
         let mut stiffest = 0.0;
         for n_per_m in walls_n_per_m() {

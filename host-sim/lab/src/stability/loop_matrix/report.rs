@@ -158,7 +158,7 @@ fn worst_error(cells: &[&Cell]) -> f64 {
 /// run, and `created_energy`.
 ///
 /// # Errors
-/// A picture cannot be drawn or written.
+/// Fails if a picture cannot be drawn or written.
 pub fn draw(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
     for device in SWEPT.into_iter().filter(|d| summary.cells.iter().any(|c| c.device == *d)) {
         swept(folder, summary, device)?;

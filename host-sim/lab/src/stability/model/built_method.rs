@@ -105,7 +105,7 @@ impl BuiltMethod {
     /// not available, lacks the term that the tissue needs, or refuses the tissue.
     ///
     /// # Errors
-    /// A block or a method that cannot be built.
+    /// Fails if the block or the method cannot be built.
     pub fn new(row: Row, nodes: usize, youngs_modulus_pa: f64, tissue: CaseTissue) -> Result<Option<Self>, Error> {
         if tissue.needs_a_term() && !row.is_product() {
             return Ok(None);
@@ -169,7 +169,7 @@ impl BuiltMethod {
     /// Runs a stimulus and classifies the result.
     ///
     /// # Errors
-    /// A method that cannot be built.
+    /// Fails if a method cannot be built.
     pub fn stand(&self, stimulus: &Stimulus) -> Result<Figures, Error> {
         Ok(judge(&self.press(stimulus)?, stimulus.is_slow()))
     }
@@ -177,7 +177,7 @@ impl BuiltMethod {
     /// Runs a stimulus and records it.
     ///
     /// # Errors
-    /// A method that cannot be built.
+    /// Fails if a method cannot be built.
     pub fn press(&self, stimulus: &Stimulus) -> Result<Trace, Error> {
         let Some(patch) = &self.guarded else {
             let trace = self.row.method.run(&self.block, self.substeps, |running| press(&self.block, running, stimulus))?;

@@ -15,7 +15,7 @@ const THIN: f64 = 1.25;
 /// Draws `stability_model` and `stability_margins`.
 ///
 /// # Errors
-/// A picture cannot be drawn or written.
+/// Fails if a picture cannot be drawn or written.
 pub fn draw(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
     verdicts(folder, matrix)?;
     if matrix.margins.is_empty() { Ok(()) } else { margins(folder, matrix) }

@@ -139,7 +139,7 @@ pub fn largest(
 /// Margin of a method along an axis.
 ///
 /// # Errors
-/// A method that cannot be built.
+/// Fails if a method cannot be built.
 pub fn margin(method: &BuiltMethod, axis: Axis) -> Result<Margin, Error> {
     let standard = axis.standard(method.block.params.youngs_modulus_pa.into());
     largest(axis.range(), standard, |value| axis.verdict(method, value))

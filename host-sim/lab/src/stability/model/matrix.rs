@@ -141,7 +141,7 @@ impl Scope {
 /// Runs the places with these numbers; `done` is called after every step.
 ///
 /// # Errors
-/// A method that cannot be built.
+/// Fails if a method cannot be built.
 pub fn run(scope: &Scope, places: Range<usize>, done: &(dyn Fn() + Sync)) -> Result<Part, Error> {
     let tissues = scope.tissues();
     let places = scope.at(places).flat_map(|(row, pa)| tissues.iter().map(move |&tissue| (row, pa, tissue)));

@@ -18,7 +18,7 @@ pub struct Outcome {
     pub reaction_ticks: Option<u32>,
     /// Fault that ended the run.
     pub fault: Option<Fault>,
-    /// Strongest force from the injection on [N].
+    /// Largest force from the injection on [N].
     pub peak_n: f32,
     /// Invariants that were broken, each once.
     pub broken: Vec<Broken>,

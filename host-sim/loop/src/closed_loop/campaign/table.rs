@@ -24,7 +24,7 @@ pub struct Row {
     pub detected: u64,
     /// Number of runs for each reaction time [ticks].
     pub reaction_ticks: BTreeMap<u32, u64>,
-    /// Strongest force after the injected fault [N].
+    /// Largest force after the injected fault [N].
     pub peak_n: f32,
     /// Runs that broke an invariant.
     pub broken: u64,

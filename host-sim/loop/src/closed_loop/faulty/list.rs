@@ -19,9 +19,10 @@ const NAN_FORCE: &[Fault] = &[Fault::ForceNotFinite];
 const LONG_FORCE: &[Fault] = &[Fault::ForceImplausible, Fault::TipApart];
 const NODE: &[Fault] = &[Fault::Diverged, Fault::ForceNotFinite];
 const AWAY: &[Fault] = &[Fault::Runaway, Fault::WrongSign];
-/// A light handle exceeds the speed limit before it has moved far.
+/// Faults in which a handle that the force drives into the tissue may end. A light handle may
+/// exceed the speed limit before it has moved far enough for a runaway.
 const AWAY_FAST: &[Fault] = &[Fault::Runaway, Fault::OverSpeed, Fault::WrongSign];
-/// Faults in which a wrong sign or a stuck reading may end, if it can be detected.
+/// Faults in which a wrong sign or a stuck reading may end, where it can be detected.
 const WRONG_WAY: &[Fault] = &[
     Fault::Runaway,
     Fault::OverSpeed,

@@ -45,7 +45,7 @@ pub struct PathOutcome {
     pub by_hand: bool,
     /// Energy created by the worst contact, from true positions and the force that acted [J].
     pub created_j: f64,
-    /// Strongest force [N].
+    /// Largest force [N].
     pub peak_n: f32,
 }
 

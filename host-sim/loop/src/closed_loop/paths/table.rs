@@ -49,7 +49,7 @@ pub struct PathRow {
     pub created_by_hand_j: f64,
     /// Runs with such motion in which a contact created more energy than is allowed.
     pub creating_by_hand: u64,
-    /// Strongest force [N].
+    /// Largest force [N].
     pub peak_n: f32,
 }
 

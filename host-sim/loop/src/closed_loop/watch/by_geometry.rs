@@ -79,7 +79,7 @@ impl ByGeometry {
     /// Checks a tick by its reading and the force on the device [N].
     ///
     /// # Errors
-    /// The first invariant that it breaks.
+    /// Returns the first invariant that the tick breaks.
     pub fn check(&mut self, reading: &Sensed, force_n: Vector3<f32>) -> Result<(), Broken> {
         let turns = self.swing.turns(reading.position_m, force_n);
         self.seen.chatter_turns = self.seen.chatter_turns.max(turns);

@@ -1,5 +1,5 @@
 //! Writes rows to the files on a thread of its own: a disk that stalls must not silence the thread
-//! whose signs of life keep the force on.
+//! whose keep-alive messages keep the force on.
 
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;

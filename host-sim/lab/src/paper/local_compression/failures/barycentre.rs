@@ -52,7 +52,7 @@ pub fn net_share(block: &Block) -> [f64; 2] {
 /// Presses springs of a single stiffness k [N/m] with the volume force at every coefficient.
 ///
 /// # Errors
-/// Model or parameters that the core rejects.
+/// Fails if the core rejects the model or the parameters.
 pub fn measure(block: &Block, stiffness_n_per_m: f64, coefficients_pa_per_m: &[f64]) -> Result<Vec<WithCoefficient>, Error> {
     let any = Fitted::new(stiffness_n_per_m, 0.0);
     let mut block = StudyMethod::LocalCompression(any).block(block, STEP_S);

@@ -47,7 +47,7 @@ pub struct AgainstStep {
 /// step.
 ///
 /// # Errors
-/// Model or parameters that the core rejects.
+/// Fails if the core rejects the model or the parameters.
 pub fn measure(block: &Block, stiffness_n_per_m: f64, steps_s: &[f64]) -> Result<Vec<AgainstStep>, Error> {
     let kinds = [
         Compensation::None,

@@ -59,7 +59,7 @@ impl RunningMethod for Counting<'_> {
 /// that diverges is left out.
 ///
 /// # Errors
-/// Model or parameters that the core rejects.
+/// Fails if the core rejects the model or the parameters.
 pub fn measure(block: &Block, stiffness_n_per_m: f64, least_stresses_pa: &[f64]) -> Result<Vec<Awake>, Error> {
     let any = Fitted::new(stiffness_n_per_m, 0.0);
     let mut block = StudyMethod::LocalCompression(any).block(block, STEP_S);
