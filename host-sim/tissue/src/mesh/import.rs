@@ -49,7 +49,7 @@ pub struct ImportReport {
 /// Content of a mesh file: tets, or a closed surface still to be filled with tets.
 #[derive(Clone, Debug)]
 pub enum MeshFile {
-    /// Tets.
+    /// A mesh that already has tets.
     Tets(Imported),
     /// A surface, of STL or OBJ.
     Surface(ImportedSurface),
