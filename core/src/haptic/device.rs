@@ -33,7 +33,7 @@ static RANGES: [Range; 10] = [
     ("device.max_force_n", 0.01, DeviceSpec::MOST_FORCE_N),
     ("device.count_m", 0.0, 1e-3),
     ("device.delay_ticks", 0.0, DeviceSpec::MOST_DELAY_TICKS as f32),
-    ("device.lag_s", 0.0, 0.02),
+    ("device.lag_s", 0.0, DeviceSpec::MOST_LAG_S),
     (LOW, -2.0, 2.0),
     (LOW, -2.0, 2.0),
     (LOW, -2.0, 2.0),
@@ -47,6 +47,9 @@ const SIZE: &str = "device.workspace size in m";
 impl DeviceSpec {
     /// Largest [`DeviceSpec::delay_ticks`] that is supported.
     pub const MOST_DELAY_TICKS: u8 = 7;
+    /// Largest [`DeviceSpec::lag_s`] that is supported [s]. With 6 ms and five ticks of delay, a
+    /// handle that bounces on a wall of 250 N/m is given 13 mJ in 10 s.
+    pub const MOST_LAG_S: f32 = 6e-3;
     /// Largest force that any device may declare [N]; a hand can withstand it.
     pub const MOST_FORCE_N: f32 = 20.0;
 

@@ -3,7 +3,7 @@
 //!
 //! The observer of Hannaford and Ryu (Time-domain passivity control of haptic interfaces, IEEE
 //! Trans. Robotics and Automation 18, 2002) sums `F dx` with the force that really acted during the
-//! displacement: the one sent `delay` ticks before. A spring takes energy during loading and
+//! displacement: the one sent `delay` ticks before, behind the lag of the amplifier. A spring takes energy during loading and
 //! returns it; energy that it gives beyond that, counted from the touch, was created. Our
 //! controller differs from theirs, which injects damping as soon as the sum is negative and thereby
 //! makes a quantised encoder buzz. Ours reduces the force on a probe that leaves until the work
@@ -16,7 +16,8 @@
 //! `F_max` times one count): it fades the contact's force out until the probe has left. By then
 //! most of a bounce's energy has been given, so the next contact begins, and stays, at half the
 //! gain. The stiffness thus falls until the loop is stable, and doubles again with every good
-//! contact. Several contacts in a row that end in the alarm are a fault.
+//! contact. Several contacts in a row that end in the alarm are a fault, and so is as much energy
+//! from the contacts of the last seconds together.
 //!
 //! A sensor with counts reports a displacement late: the probe made it in the ticks since the last
 //! count. So the work of a displacement is that of the *mean* force along its axis since that axis
@@ -50,11 +51,17 @@ const MEAN_TICKS: f32 = 100.0;
 /// Share of a count (1). A probe is at rest if its displacement while the force acts is shorter
 /// than this: the low-passed velocity after a count takes 0.5 s to become zero exactly.
 const REST_COUNTS: f32 = 0.02;
-/// Ticks after the last force within which a new touch belongs to the same contact. During
+/// Time after the last force [s] within which a new touch belongs to the same contact. During
 /// unloading, a count lifts the shown tip off the tissue, which follows within some ticks. No hand
 /// taps so fast: touches that follow each other sooner are a limit cycle, and the energy that each
 /// creates adds up.
-const KEPT_TICKS: u8 = 20;
+const KEPT_S: f32 = 0.02;
+/// Lags of the amplifier after which its force has all but faded (1).
+const LAGS: f32 = 3.0;
+/// Time constant with which the energy that contacts created is forgotten [s]. A handle that
+/// bounces more slowly than [`KEPT_S`] ends in the alarm only now and then, because the next
+/// contact, at half the gain, creates less than the alarm.
+const FORGOTTEN_S: f32 = 5.0;
 
 /// Thresholds at which the observer intervenes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,6 +145,12 @@ pub struct PassivityObserver {
     /// Largest displacement of a probe at rest while a force acts [m].
     rest_m: f32,
     axes: [Axis; 3],
+    /// Force that the amplifier gives at the end of the tick: it follows the delayed force with the
+    /// declared lag [N].
+    lagging_n: Vector3<f32>,
+    /// Share of the gap between the two that a tick leaves, and its mean over the tick (1).
+    lag_left: f32,
+    lag_mean: f32,
     /// Ring of the forces sent.
     line_n: [Vector3<f32>; LINE],
     /// Index at which the next force is stored in the ring.
@@ -148,7 +161,9 @@ pub struct PassivityObserver {
     /// held.
     acts_s: f32,
     /// Ticks since a force was sent.
-    idle_ticks: u8,
+    idle_ticks: u16,
+    /// Ticks without a force after which the contact has ended.
+    kept_ticks: u16,
     energy: Energy,
     /// True if a force was sent in this contact.
     open: bool,
@@ -159,6 +174,10 @@ pub struct PassivityObserver {
     fading: bool,
     /// Number of contacts in a row that passed the alarm.
     alarms: u16,
+    /// Energy that the last contacts created, each counted up to the alarm [J].
+    recent_j: f32,
+    /// Share of `recent_j` that a tick leaves (1).
+    remembered: f32,
 }
 
 impl PassivityObserver {
@@ -172,23 +191,39 @@ impl PassivityObserver {
         let delay_ticks = device.delay_ticks;
         let energy = Energy::default();
         let line_n = [Vector3::zeros(); LINE];
+        let (mut lag_left, mut lag_mean) = (0.0, 0.0);
+        if device.lag_s > 0.0 {
+            // exp(-x) from the series of exp(x / 4)
+            let x = tick_s / device.lag_s;
+            let y = 0.25 * x;
+            let quarter = 1.0 + y * (1.0 + y * (1.0 / 2.0 + y * (1.0 / 6.0 + y / 24.0)));
+            let half = quarter * quarter;
+            lag_left = 1.0 / (half * half);
+            lag_mean = (1.0 - lag_left) / x;
+        }
         Ok(Self {
             settings: *settings,
             // rounding in the last bit of a position is no count
             play_m: 1.01 * device.count_m,
             rest_m: REST_COUNTS * device.count_m,
             axes: [Axis::default(); 3],
+            lagging_n: Vector3::zeros(),
+            lag_left,
+            lag_mean,
             line_n,
             next: 0,
             delay_ticks,
             acts_s: device.delay_s(tick_s) + tick_s,
-            idle_ticks: u8::MAX,
+            idle_ticks: u16::MAX,
+            kept_ticks: u16::from(delay_ticks) + ((KEPT_S + LAGS * device.lag_s) / tick_s + 0.5) as u16,
             energy,
             open: false,
             gain: 1.0,
             touch_gain: 1.0,
             fading: false,
             alarms: 0,
+            recent_j: 0.0,
+            remembered: 1.0 - tick_s / FORGOTTEN_S,
         })
     }
 
@@ -196,19 +231,29 @@ impl PassivityObserver {
     /// Call this before this tick's force is sent.
     ///
     /// # Errors
-    /// [`Fault::EnergyCreated`] if several contacts in a row end in the alarm.
+    /// [`Fault::EnergyCreated`] if several contacts in a row end in the alarm, or the contacts of
+    /// the last seconds together create as much as these.
     pub fn observe(&mut self, displacement_m: &Vector3<f32>, touched: bool) -> Result<(), Fault> {
         let behind = self.delay_ticks;
         let acting = usize::from(self.next.wrapping_sub(1 + behind)) % LINE;
-        let acting_n = self.line_n.get(acting).copied().unwrap_or_default();
+        let delayed_n = self.line_n.get(acting).copied().unwrap_or_default();
+        let gap_n = self.lagging_n - delayed_n;
+        let acting_n = delayed_n + gap_n * self.lag_mean;
+        self.lagging_n = delayed_n + gap_n * self.lag_left;
         let mut work_j = 0.0;
         for ((axis, force_n), moved_m) in self.axes.iter_mut().zip(acting_n.iter()).zip(displacement_m.iter()) {
             work_j += axis.work_j(*force_n, *moved_m, self.play_m, touched);
         }
         let energy = &mut self.energy;
         energy.given_j += work_j;
+        self.recent_j *= self.remembered;
         if energy.given_j > energy.created_j {
+            let counted_j = |created_j: f32| between(created_j, 0.0, self.settings.alarm_j);
+            self.recent_j += counted_j(energy.given_j) - counted_j(energy.created_j);
             energy.created_j = energy.given_j;
+            if self.recent_j > f32::from(self.settings.alarms) * self.settings.alarm_j {
+                return Err(Fault::EnergyCreated);
+            }
         }
         if energy.created_j > self.settings.alarm_j {
             if !self.fading {
@@ -223,7 +268,7 @@ impl PassivityObserver {
                 return Err(Fault::EnergyCreated);
             }
         }
-        if !touched && self.idle_ticks > self.delay_ticks + KEPT_TICKS {
+        if !touched && self.idle_ticks > self.kept_ticks {
             self.leave();
         }
         Ok(())
@@ -290,7 +335,7 @@ impl PassivityObserver {
     pub fn clear(&mut self) {
         self.leave();
         self.energy.given_j = 0.0;
-        (self.alarms, self.touch_gain, self.gain) = (0, 1.0, 1.0);
+        (self.alarms, self.recent_j, self.touch_gain, self.gain) = (0, 0.0, 1.0, 1.0);
     }
 
     /// Energy given to the hand.
@@ -379,7 +424,7 @@ mod tests {
     }
 
     #[test]
-    fn five_bad_contacts_in_a_row_are_a_fault_a_good_one_between_is_not() {
+    fn five_bad_contacts_in_a_row_are_a_fault_and_so_are_five_within_seconds() {
         // a force of 1 N acts over a displacement of 1 mm out of the tissue (bad) or into it
         let contact = |observer: &mut PassivityObserver, displacement_m: f32| {
             observer.sent(Vector3::z());
@@ -391,19 +436,31 @@ mod tests {
             }
             answer
         };
-        let mut observer = observer(1);
+        let rest = |observer: &mut PassivityObserver, ticks: u32| {
+            for _ in 0..ticks {
+                observer.observe(&Vector3::zeros(), false).unwrap();
+            }
+        };
+        let mut apart = observer(1);
         for round in 0..3 {
             for _ in 0..4 {
-                assert_eq!(contact(&mut observer, 1e-3), Ok(()), "round {round}");
+                assert_eq!(contact(&mut apart, 1e-3), Ok(()), "round {round}");
             }
-            assert_eq!(observer.gain(), 0.0625);
+            assert_eq!(apart.gain(), 0.0625);
             for _ in 0..5 {
-                contact(&mut observer, -1e-3).unwrap();
+                contact(&mut apart, -1e-3).unwrap();
             }
-            assert_eq!(observer.gain(), 1.0, "good contacts bring it back");
+            assert_eq!(apart.gain(), 1.0, "good contacts bring it back");
+            rest(&mut apart, 20_000);
         }
-        let faults = (0..5).filter(|_| contact(&mut observer, 1e-3) == Err(Fault::EnergyCreated)).count();
+        let faults = (0..5).filter(|_| contact(&mut apart, 1e-3) == Err(Fault::EnergyCreated)).count();
         assert_eq!(faults, 1);
+        // a handle that bounces: every other contact is good
+        let mut bounces = observer(1);
+        let after = (0..20).position(|n| contact(&mut bounces, if n % 2 == 0 { 1e-3 } else { -1e-3 }).is_err());
+        assert_eq!(after, Some(10), "the sixth bad one: the first has faded a little");
+        bounces.clear();
+        assert_eq!(contact(&mut bounces, 1e-3), Ok(()));
     }
 
     #[test]

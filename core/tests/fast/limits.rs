@@ -39,7 +39,7 @@ fn every_number_of_a_device_has_its_range() {
     };
     bounds("device.max_force_n", 0.01, 20.0, |x| check(&|d| d.max_force_n = x));
     bounds("device.count_m", 0.0, 1e-3, |x| check(&|d| d.count_m = x));
-    bounds("device.lag_s", 0.0, 0.02, |x| check(&|d| d.lag_s = x));
+    bounds("device.lag_s", 0.0, DeviceSpec::MOST_LAG_S, |x| check(&|d| d.lag_s = x));
     for axis in 0..3 {
         let corner = "device.workspace_low_m";
         bounds(corner, -2.0, 2.0, |x| {

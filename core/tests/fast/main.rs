@@ -8,6 +8,7 @@
 
 mod arming;
 mod bench;
+mod bounce;
 mod damping;
 mod deadline;
 mod energy;

@@ -111,7 +111,7 @@ impl DeviceProfile {
             ("mass_kg", self.mass_kg, 1e-3, 5.0),
             ("damping_n_s_per_m", self.damping_n_s_per_m, 0.0, 50.0),
             ("friction_n", self.friction_n, 0.0, 5.0),
-            ("amplifier_lag_s", self.amplifier_lag_s, 0.0, 0.02),
+            ("amplifier_lag_s", self.amplifier_lag_s, 0.0, f64::from(DeviceSpec::MOST_LAG_S)),
             ("delay_ticks", f64::from(self.delay_ticks), 0.0, f64::from(DeviceSpec::MOST_DELAY_TICKS)),
         ]
         .into_iter()

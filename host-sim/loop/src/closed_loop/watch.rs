@@ -67,6 +67,9 @@ pub struct Broken {
 /// Largest number of ticks over which the loop averages a force.
 const MOST_MEAN_TICKS: f32 = 100.0;
 
+/// Force of an amplifier that no longer counts [N].
+const FADED_N: f32 = 1e-3;
+
 /// Checks the invariants tick by tick.
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
@@ -89,6 +92,7 @@ pub struct Watch {
     slack_m: [Slack; 3],
     /// Force along each axis since its last displacement.
     since: [Since; 3],
+    amplifier: Amplifier,
     by_geometry: Option<ByGeometry>,
 }
 
@@ -136,10 +140,29 @@ impl Since {
     }
 }
 
+/// Force of an amplifier that follows its input with a lag of first order, at the end of a tick [N].
+#[derive(Clone, Copy, Debug, Default)]
+struct Amplifier(Vector3<f64>);
+
+impl Amplifier {
+    /// Mean force over a tick in which this force is asked for [N].
+    fn mean_n(&mut self, asked_n: Vector3<f32>, lag_ticks: f64) -> Vector3<f32> {
+        if lag_ticks == 0.0 {
+            return asked_n;
+        }
+        let asked_n: Vector3<f64> = asked_n.cast();
+        let (gap_n, left) = (self.0 - asked_n, (-1.0 / lag_ticks).exp());
+        self.0 = asked_n + gap_n * left;
+        (asked_n + gap_n * (lag_ticks * (1.0 - left))).cast()
+    }
+}
+
 /// Parameters of the checked loop.
 #[derive(Clone, Copy, Debug)]
 struct Settled {
     delay_ticks: usize,
+    /// Time constant of the amplifier [ticks].
+    lag_ticks: f64,
     alarm_j: f32,
     ramp_in_per_tick: f32,
     play_m: f32,
@@ -164,6 +187,7 @@ impl Watch {
     pub fn of(settings: &Settings, device: &DeviceSpec) -> Self {
         let settled = Settled {
             delay_ticks: device.delay_ticks.into(),
+            lag_ticks: f64::from(device.lag_s / settings.tick_s),
             alarm_j: settings.passivity.alarm_j,
             ramp_in_per_tick: settings.arming.ramp_in_per_tick,
             play_m: 1.01 * device.count_m,
@@ -313,6 +337,7 @@ impl Watch {
         let Some(settled) = self.settled else { return Ok(()) };
         if now.telemetry.fault.is_some() || before.telemetry.fault.is_some() {
             (self.slack_m, self.since) = ([Slack(None); 3], [Since::default(); 3]);
+            self.amplifier = Amplifier::default();
             return Ok(());
         }
         let displacement_m = now.telemetry.position_m - before.telemetry.position_m;
@@ -321,7 +346,7 @@ impl Watch {
             *passed = slack.pass(*way, settled.play_m);
         }
         let Some(acted) = self.past.get(settled.delay_ticks).copied().flatten() else { return Ok(()) };
-        let force_n = acted.force_n();
+        let force_n = self.amplifier.mean_n(acted.force_n(), settled.lag_ticks);
         let output = before.telemetry.output;
         let free = output.depth_m <= 0.0 && output.force_n == Vector3::zeros();
         let mut mean_n = force_n;
@@ -330,7 +355,8 @@ impl Watch {
             mean_n[axis] = self.since[axis].mean_n(force_n[axis], ends);
         }
         let [Some(x), Some(y), Some(z)] = passed_m else { return Ok(()) };
-        if force_n == Vector3::zeros() {
+        // where the amplifier's force has all but faded, the contact may end, and its account with it
+        if acted.force_n() == Vector3::zeros() && force_n.norm() < FADED_N {
             return Ok(());
         }
         let work_j = mean_n.dot(&Vector3::new(x, y, z));
