@@ -61,7 +61,7 @@ pub(super) struct CutArgs {
     /// for the default block.
     #[arg(long = "stroke", alias = "stroke-m", value_names = ["X", "Y"], value_delimiter = ',', num_args = 2, value_parser = metres, allow_negative_numbers = true)]
     stroke_m: Option<Vec<f64>>,
-    /// Number of places to calibrate over.
+    /// Number of places to calibrate over, 20 to 2000.
     #[arg(long, value_name = "COUNT", default_value_t = 100)]
     places: usize,
 }
@@ -156,7 +156,7 @@ fn too_slow(patch: &Patch, cost: &Cost, machine: &CostModel) -> Error {
 /// Prepares a session of a fitted patch with a mass floor that a board accepts: the fit's
 /// multipliers make nodes stiffer, and the masses of the floor may then be too light for one step
 /// of 1 ms. Held forces do not depend on masses.
-fn on_board(patch: &Patch, mut params: Params, machine: &CostModel) -> Result<Session, Error> {
+pub(super) fn on_board(patch: &Patch, mut params: Params, machine: &CostModel) -> Result<Session, Error> {
     let most = MOST_FLOOR_RAISE * params.mass_floor;
     loop {
         let session = Session::of_fitted(machine, patch.clone(), params)?;
@@ -172,7 +172,7 @@ fn on_board(patch: &Patch, mut params: Params, machine: &CostModel) -> Result<Se
     }
 }
 
-fn packed(session: &Session) -> Vec<u8> {
+pub(super) fn packed(session: &Session) -> Vec<u8> {
     session.patch.pack(&session.params, session.stable.pressed_s as f32)
 }
 
@@ -289,7 +289,7 @@ fn write(
         prepared.far.cut.outside.mesh.tets.len()
     );
     println!(
-        "about {:.0} of at most {:.0} {} a tick on {} (estimate), {} substep(s) in a tick of 1 ms, a step is stable to {:.2} ms",
+        "about {:.0} of at most {:.0} {} per tick on {} (estimate), {} substep(s) in a tick of 1 ms, a step is stable to {:.2} ms",
         cost.units,
         cost.budget,
         machine.unit,

@@ -14,13 +14,17 @@ pub(super) use self::scenes::PlanScenes;
 use super::Common;
 use super::boards::machine;
 use super::campaign::{Campaign, Shards};
+use super::cut::{on_board, packed};
 use super::progress::Status;
 use crate::error::Error;
 use crate::provenance;
+use palpate_board::live_trace;
 use palpate_fit::plan::{Bench, Known, Outcome, Supply, search};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::CostModel;
 use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::Session;
 
 /// Approximate number of steps of a quick search, in words.
 const QUICK_STEPS: &str = " of some 20";
@@ -116,6 +120,7 @@ impl PlanOptions {
             steps.set(steps.get() + 1);
             status.say(format!("step {}{of}: {what}", steps.get()));
         };
+        let accepted = |session: &Session| accepted(session, &scene, machine);
         let bench = Bench {
             scene: &scene,
             machine,
@@ -123,6 +128,7 @@ impl PlanOptions {
             judge: &known.judge,
             tolerance_pct: asked,
             quick: self.quick,
+            on_board: &accepted,
             progress: &progress,
         };
         let outcome = search(&bench, &mut Supply::of(&scene, machine, self.quick))?;
@@ -132,8 +138,40 @@ impl PlanOptions {
     }
 }
 
+/// The session as it is, or with a larger mass floor, if the machine accepts its patch.
+fn accepted(session: &Session, scene: &Scene, machine: &CostModel) -> Option<Session> {
+    let accepts = |session: &Session| !machine.is_board() || live_trace::fits(&packed(session)).is_ok();
+    if accepts(session) {
+        return Some(session.clone());
+    }
+    let raised = on_board(&session.patch, session.params, machine).ok()?;
+    raised.for_motion_at_any_cost(machine, scene).ok().filter(accepts)
+}
+
 /// Returns the name of the unit of a cost in tables and charts, and the number by which the cost is
 /// divided to have this unit.
 fn unit(machine: &CostModel) -> (&'static str, f64) {
     if machine.unit == "ns" { ("us", 1e3) } else { ("k cycles", 1e3) }
+}
+
+#[cfg(test)]
+mod tests {
+    use palpate_tissue::session::calibrated;
+
+    use super::*;
+
+    #[test]
+    fn a_patch_that_its_board_refuses_gets_a_larger_mass_floor_or_is_no_model() {
+        let scene = Scene::load("block").unwrap();
+        let machine = CostModel::named("m7-480").unwrap();
+        let of = |share: f32| {
+            let (patch, mut params) = calibrated::sized(130).unwrap();
+            params.mass_floor *= share;
+            let session = Session::of_fitted(machine, patch, params).unwrap();
+            accepted(&session, &scene, machine).map(|kept| kept.params.mass_floor / session.params.mass_floor)
+        };
+        assert_eq!(of(1.0), Some(1.0));
+        assert!(of(0.5).is_some_and(|raised| raised > 1.0));
+        assert_eq!(of(0.02), None);
+    }
 }

@@ -29,7 +29,16 @@ fn scene(text: &str) -> Scene {
 
 fn planned(scene: &Scene, known: &Known, board: &str, tolerance_pct: f64) -> Outcome {
     let machine = CostModel::named(board).unwrap();
-    let bench = Bench { scene, machine, truth: &known.truth, judge: &known.judge, tolerance_pct, quick: true, progress: &|_| {} };
+    let bench = Bench {
+        scene,
+        machine,
+        truth: &known.truth,
+        judge: &known.judge,
+        tolerance_pct,
+        quick: true,
+        on_board: &|session| Some(session.clone()),
+        progress: &|_| {},
+    };
     search(&bench, &mut Supply::of(scene, machine, true)).unwrap()
 }
 

@@ -41,6 +41,8 @@ pub struct Bench<'a> {
     pub tolerance_pct: f64,
     /// Whether the search is quick, with fewer and smaller candidates.
     pub quick: bool,
+    /// Returns a fitted session in a form that the board accepts, `None` if it has none.
+    pub on_board: &'a dyn Fn(&Session) -> Option<Session>,
     /// Receives messages on the progress.
     pub progress: &'a dyn Fn(&str),
 }
@@ -70,7 +72,8 @@ pub struct JudgedCandidate {
     pub ram_bytes: usize,
     /// Size of the patch file [bytes].
     pub patch_bytes: usize,
-    /// Whether the candidate meets the limits of the board on time and memory.
+    /// Whether the candidate meets the limits of the board on time and memory, and the board accepts
+    /// its patch.
     pub fits: bool,
     /// Force errors of the fitted patch.
     pub judged: Judged,
@@ -151,9 +154,13 @@ impl Bench<'_> {
         let counts = Counts::of(&fit.patch.model(), touched);
         let shear_error_pct = edge.shear_error_pct(weighed);
         let (mut substeps, mut patch_bytes, mut moving, mut session) = (weighed.substeps, weighed.patch_bytes, None, None);
+        let mut accepted = true;
         if effort == Effort::Full {
             let ready =
                 Session::of_fitted(self.machine, fit.patch, fit.params)?.for_motion_at_any_cost(self.machine, self.scene)?;
+            let on_board = (self.on_board)(&ready);
+            accepted = on_board.is_some();
+            let ready = on_board.unwrap_or(ready);
             moving = ready.report.moving;
             substeps = ready.params.substeps;
             patch_bytes = ready.patch.pack(&ready.params, ready.stable.pressed_s as f32).len();
@@ -171,7 +178,7 @@ impl Bench<'_> {
             units: cost.units,
             ram_bytes: counts.ram_bytes(),
             patch_bytes,
-            fits: cost.units <= cost.budget && self.machine.has_room(&counts, patch_bytes),
+            fits: accepted && cost.units <= cost.budget && self.machine.has_room(&counts, patch_bytes),
             judged,
             keeps_pct: judged.keeps_pct(),
             shear_error_pct,
