@@ -145,6 +145,8 @@ fn follow<S: Surface>(case: &Case, trajectory: &Trajectory, from_s: f64, scene: 
     let (mut begun, mut ended): (Option<u32>, Option<u32>) = (None, None);
     let (mut touched_ticks, mut waited, mut last_n) = (0_u32, 0_u32, 0.0_f32);
     let mut last_mode = scene.armed.cycle.mode();
+    // a contact at the force limit that ends in between begins a new one
+    let mut forced_from = 0;
     for n in 0.. {
         let aim = trajectory.aim(from_s + f64::from(n) * 1e-3);
         if begun.is_none() {
@@ -192,13 +194,17 @@ fn follow<S: Surface>(case: &Case, trajectory: &Trajectory, from_s: f64, scene: 
         let telemetry = scene.cycle(command);
         last_n = telemetry.applied_n.norm();
         last_mode = telemetry.mode;
+        if last_n == 0.0 {
+            forced_from = n + 1;
+        }
         let touches = telemetry.output.depth_m > 0.0;
         touched_ticks += u32::from(touches);
         scene.plant().step(&aim, touches || last_n > 0.0);
         if let Some(since) = since {
             outcome.peak_n = outcome.peak_n.max(last_n);
             if outcome.reaction_ticks.is_none() && reacted(&kind.expected, &telemetry) {
-                outcome.reaction_ticks = Some(since + 1);
+                let scaled = matches!(kind.expected, Expected::Degraded(_)) && telemetry.mode == Mode::Degraded;
+                outcome.reaction_ticks = Some(if scaled { (since + 1).min(n + 1 - forced_from).max(1) } else { since + 1 });
             }
             if matches!(kind.expected, Expected::Ramp(_)) && since >= RAMP_TICKS && last_n > RAMP_END_N {
                 outcome.wrong = Some("the force did not end in its ramp");

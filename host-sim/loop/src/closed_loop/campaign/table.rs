@@ -109,18 +109,18 @@ impl Table {
 
 impl Case {
     fn described(&self, outcome: &Outcome) -> String {
+        let wrong = outcome.wrong.unwrap_or("the required reaction followed");
+        let broken: String = outcome.broken.iter().map(|broken| format!(", broke {} ({})", broken.id, broken.what)).collect();
+        let fault = outcome.fault.map_or("no fault".to_owned(), |fault| format!("fault {} ({fault:?})", fault as u8));
+        let reaction = outcome.reaction_ticks.map_or("no reaction".to_owned(), |ticks| format!("reaction after {ticks} ticks"));
         format!(
-            "{}: {} {} {:?}+{} on the {}: {:?}, {:?}, {:?}, {:?} ticks",
+            "{}: {} {} {:?}+{} on the {}: {wrong}{broken}; {fault}, {reaction}",
             self.kind().id,
             self.hand.id,
             self.motion.id,
             self.moment,
             self.after_ticks,
             if self.on_patch { "patch" } else { "wall" },
-            outcome.wrong,
-            outcome.broken,
-            outcome.fault,
-            outcome.reaction_ticks,
         )
     }
 }
