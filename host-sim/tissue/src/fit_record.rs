@@ -133,7 +133,7 @@ pub struct Judged {
     /// Number of places.
     pub places: usize,
     /// Presses at these places that could not be judged: the patch does not come to rest there.
-    #[serde(default, skip_serializing_if = "is_none")]
+    #[serde(default, alias = "lost_places", skip_serializing_if = "is_none")]
     pub lost_presses: usize,
     /// Largest distance of the places from the centre [m].
     pub disc_radius_m: f64,

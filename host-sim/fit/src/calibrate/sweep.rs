@@ -11,7 +11,7 @@ use crate::statics::{Balance, CLEAR_M, Solver, Statics, Unbalanced, Vector};
 
 /// At most one press in this many may have no equilibrium. This happens where springs can buckle
 /// into two shapes or a point is at the edge of a flat tip, and such places must not end a fit.
-const MOST_LOST: usize = 50;
+pub(crate) const MOST_LOST: usize = 50;
 
 /// Errors in units of their tolerance, one per measurement, and their derivatives with respect to
 /// the unknowns, one row per error.

@@ -15,7 +15,7 @@ use super::known::Known;
 use super::organ::tissue_of;
 use crate::calibrate::places::sunflower;
 use crate::calibrate::targets::{ForceTarget, PlaceTarget, Reference, Targets};
-use crate::calibrate::{CalibrateError, Calibration, Objective, Positions, Round, Settings, Unknowns, gauss_newton};
+use crate::calibrate::{CalibrateError, Calibration, MOST_LOST, Objective, Positions, Round, Settings, Unknowns, gauss_newton};
 use crate::pressed_patch::{NOT_BEGUN, PressedPatch, larger, rms, worst};
 use crate::settled::{PressForce, SettledPatch};
 use crate::statics::{Balance, Statics, Unbalanced, Vector};
@@ -35,6 +35,9 @@ const LEAST_BUMP: f64 = 1e-3;
 
 /// Bump of a patch over E and that of the finite elements [m^2].
 type Pair = Option<(f64, f64)>;
+
+/// Presses at a place, and the positions of the nodes in each of them [m].
+type Target = (PlaceTarget, Vec<Vec<Vector>>);
 
 /// Error of the bump at one depth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -123,7 +126,8 @@ impl BumpFit<'_> {
     /// Fits the patch to the bump.
     ///
     /// # Errors
-    /// Fails if a press has no equilibrium or if the fit brings no improvement.
+    /// Fails if a press at the centre, or more than one in fifty elsewhere, has no equilibrium, or if
+    /// the fit brings no improvement.
     pub fn fit(&self, scene: &Scene, settings: &Settings, progress: &mut dyn FnMut(&Round)) -> Result<Calibration, Error> {
         let failed = |cause: CalibrateError| Error::Check(format!("{}: tissue.inclusion: {cause}", scene.file));
         let (patch, params) = self.plain;
@@ -196,14 +200,21 @@ impl BumpFit<'_> {
                 Some(ForceTarget { depth_m, force, tolerance: unit_m2 / force })
             };
             let both = |depth_m: f64, here: &Balance| Some((target(depth_m, here.force)?, here.x_m.clone()));
-            let (found, _) = pressed.press_while_balanced(offset_m, depths.iter().copied(), both);
+            let (found, unbalanced) = pressed.press_while_balanced(offset_m, depths.iter().copied(), both);
             let (forces, starts) = found.into_iter().collect::<Option<Vec<_>>>().ok_or(NOT_BEGUN)?.into_iter().unzip();
-            Ok((PlaceTarget { place_m: pressed.site_m + offset_m, forces, dents: Vec::new() }, starts))
+            match unbalanced.filter(|_| *place == [0.0; 2]) {
+                Some(at_the_centre) => Err(at_the_centre),
+                None => Ok(((PlaceTarget { place_m: pressed.site_m + offset_m, forces, dents: Vec::new() }, starts), unbalanced)),
+            }
         };
-        let found: Vec<(PlaceTarget, Vec<Vec<Vector>>)> = all.par_iter().map(place).collect::<Result<_, Unbalanced>>()?;
+        let found: Vec<(Target, Option<Unbalanced>)> = all.par_iter().map(place).collect::<Result<_, Unbalanced>>()?;
+        let (found, unbalanced): (Vec<_>, Vec<Option<Unbalanced>>) = found.into_iter().unzip();
         let (places, starts): (Vec<PlaceTarget>, Positions) = found.into_iter().unzip();
-        let lost =
-            all.iter().map(|(_, depths)| depths.len()).sum::<usize>() - places.iter().map(|p| p.forces.len()).sum::<usize>();
+        let presses: usize = all.iter().map(|(_, depths)| depths.len()).sum();
+        let lost = presses - places.iter().map(|p| p.forces.len()).sum::<usize>();
+        if let Some(error) = unbalanced.into_iter().flatten().next().filter(|_| MOST_LOST * lost > presses) {
+            return Err(error);
+        }
         Ok((Targets { places, glued: Vec::new(), centre_m: pressed.site_m, radius_m, disc_radii: KNOWN_RADII }, starts, lost))
     }
 

@@ -3,7 +3,9 @@
 
 use palpate_charts::{LineSeries, Lines, Scale, ScaledAxis, lines};
 use palpate_fit::calibrate::{Fit, Settings};
-use palpate_fit::scene_fit::{BumpFit, Bumps, JUDGED_RADII, Judging, Known, Level, Prepared, Presses, Solved, solve_bumps};
+use palpate_fit::scene_fit::{
+    BumpFit, Bumps, JUDGED_RADII, Judging, Known, Level, Prepared, Presses, Solved, Verdict, solve_bumps,
+};
 use palpate_fit::solved;
 use palpate_fit::statics::Unbalanced;
 use palpate_tissue::Error as TissueError;
@@ -71,6 +73,8 @@ impl FitArgs {
         let mut answer = known;
         answer.holds.extend(unseen.holds.iter().cloned());
         draw(scene, &folder, &bump)?;
+        // the result is the sum of two fits
+        let fit = fit.after(block.fit);
         let report = Report {
             scene,
             fitted_m: &bumps.fitted_m,
@@ -90,7 +94,13 @@ impl FitArgs {
             quick: self.options.quick,
             tolerance_pct: self.options.tolerance_pct,
         };
-        Ok(self.judged(report.write(folder)?, &judged.verdict))
+        let written = report.write(folder)?;
+        let verdict = Verdict {
+            lost_presses: judged.verdict.lost_presses + bump.fitted.lost_presses,
+            presses: judged.verdict.presses + bump.fitted.presses,
+            ..judged.verdict
+        };
+        Ok(self.judged(written, &verdict))
     }
 }
 

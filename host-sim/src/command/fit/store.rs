@@ -58,6 +58,11 @@ impl StoredFit {
         Self { problem: checksum(problem), patch: digits, rounds, lost_presses }
     }
 
+    /// This fit with the presses that an earlier one, which it begins with, left out as well.
+    pub(super) fn after(self, earlier: &Self) -> Self {
+        Self { lost_presses: self.lost_presses + earlier.lost_presses, ..self }
+    }
+
     /// Checksum of all inputs of the fit.
     pub(super) fn problem(&self) -> u64 {
         self.problem
