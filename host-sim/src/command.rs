@@ -92,7 +92,6 @@ enum Command {
     /// 1 ms, an inverted tet, or a force that is lost or does not rise with depth.
     Press(press::PressArgs),
     /// Print a scene to start from, or list those that ship.
-    /// Print a scene to start from, or list those that ship.
     ///
     /// `palpate scene nodule > mine.toml` makes a file to change; every command with --scene
     /// accepts it.
@@ -115,9 +114,9 @@ enum Command {
     /// Calibrate a patch for a scene, and measure its error at unseen places.
     ///
     /// Solves the presses that it needs by finite elements, meshes, fits, and presses the patch at
-    /// places and depths that the fit never saw. A block is fitted whole; of an organ or a mesh
     /// places and depths that the fit never saw. A block is fitted whole; for an organ or a mesh
     /// file the patch is the piece around the site, with rim springs for the rest. A stopped run
+    /// continues where it was when it is started again. Writes <scene>-<nodes>.patch, a record of
     /// the fit and its errors beside it (.patch.json), answer.json, summary.json, accuracy.csv,
     /// convergence.csv and pictures as SVG and PNG. Fails (exit code 1) if the error is larger than
     /// --tolerance-pct, and suggests a remedy.
@@ -166,10 +165,10 @@ enum Command {
     /// the tissue.
     ///
     /// Runs every hand with every stimulus, checks every tick against the invariants, and evaluates
-    /// limit cycles, energy, buzz and static error. Writes summary.json, runs.csv, and, for the run
-    /// that shakes most, trace.csv and pictures as SVG and PNG. Fails (exit code 1) if anything but
-    /// the tissue is felt, energy is created or an invariant is broken; above the encoder's ceiling
-    /// a toggling count is reported and is not a failure.
+    /// limit cycles, energy, vibration and static error. Writes summary.json, runs.csv, and, for the
+    /// run that shakes most, trace.csv and pictures as SVG and PNG. Fails (exit code 1) if anything
+    /// but the tissue is felt, energy is created or an invariant is broken; above the encoder's
+    /// ceiling a toggling count is reported and is not a failure.
     Loop(closed_loop::LoopArgs),
     /// Compare ways to replace the organ outside a patch: force error and cost, by the radius of
     /// the patch.
@@ -217,8 +216,8 @@ enum Command {
     /// Press tissue with the mouse: in a window, or in a browser.
     ///
     /// Shows how the tissue yields, the force, and the state of the loop. Stiffness, a nodule,
-    /// device and hand can be changed, and a hidden nodule can be searched for, with a score.
-    /// Records traces for `palpate replay`. Window and page are a package of their own,
+    /// device and hand can be changed; the key N hides a nodule to search for and starts a scored
+    /// search. Records traces for `palpate replay`. Window and page are a package of their own,
     /// host-sim/live, which is built at first use.
     Live(live::LiveArgs),
     /// Run a recorded trace of `palpate live` again and compare it bit for bit.
@@ -259,10 +258,10 @@ enum Command {
 
 const AFTER_HELP: &str = "\
 Built when first used, which takes some minutes: fit, reference, calibrate, cut, plan, board, emulate, accept, chart, far-field, stability, paper, score, and
-the options --emulated.
+the option --emulated.
 
 Times in the help of a command are processor time, all cores together: an idle machine with two cores may take half as long, a busy one takes
-longer. Progress is told after the first seconds.
+longer. A long run prints its progress from time to time.
 
 Exit code: 0 if what the command promises held, 1 if a check failed, 2 on bad input.
 

@@ -350,7 +350,7 @@ fn print_kinds(table: &Table, all: bool) {
         "\nmust: what has to follow. came: runs in which the fault was injected; faults: those that ended in one; latest: ticks to no force, or to a falling one; allowed: the most that they may be (-: no limit)"
     );
     println!(
-        "broken: an invariant of the loop; wrong: not what must follow, or too late. bounded: a fault need not be told, the invariants hold\n"
+        "broken: an invariant of the loop; wrong: not what must follow, or too late. bounded: the loop may report a fault or not, and the invariants hold\n"
     );
 }
 

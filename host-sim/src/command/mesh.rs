@@ -64,9 +64,9 @@ fn print_tets(file: &Path, report: &ImportReport) {
     println!("{}: {}", file.display(), report.format);
     println!("  {} nodes, {} tets; {x:.2} x {y:.2} x {z:.2} mm, {:.3} cm^3", report.nodes, report.tets, report.volume_m3 * 1e6);
     println!("  worst tet {} (quality {:.4}, 1 is regular)", report.worst_tet.index, report.worst_tet.quality);
-    println!("  {} tets turned round, {} unused nodes left out", report.flipped_tets, report.unused_nodes);
+    println!("  {} inverted tets corrected, {} unused nodes left out", report.flipped_tets, report.unused_nodes);
     for (kind, count) in &report.ignored {
-        println!("  {count} {kind} left out");
+        println!("  {count} element(s) of type {kind} left out");
     }
 }
 

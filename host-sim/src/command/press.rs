@@ -144,7 +144,7 @@ fn print_report(scene: &Scene, session: &Session) {
     print!("  worst tet {} (quality {:.3}; 1 is regular, 0 is flat)", r.worst_tet, r.worst_tet_quality);
     match r.flipped_tets {
         0 => println!(),
-        n => println!("; {n} tets turned round on import"),
+        n => println!("; {n} inverted tets corrected on import"),
     }
     println!(
         "  step      stable to {:.2} ms at rest, {:.2} ms pressed to {:.1} mm: {} substep(s) in a tick of 1 ms",

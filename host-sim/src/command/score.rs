@@ -134,9 +134,7 @@ fn print_found(found: &Analysis) {
         );
     }
     if !found.contrasts.is_empty() {
-        println!(
-            "p: how often groups that are alike would differ as much by chance; a small one, such as below 0.05, is a difference"
-        );
+        println!("p: how often chance alone makes groups that are alike differ as much; below 0.05, chance rarely does");
     }
 }
 
