@@ -3,14 +3,15 @@
 //!
 //! The observer of Hannaford and Ryu (Time-domain passivity control of haptic interfaces, IEEE
 //! Trans. Robotics and Automation 18, 2002) sums `F dx` with the force that really acted during the
-//! displacement: the one sent `delay` ticks before, behind the lag of the amplifier. A spring takes energy during loading and
-//! returns it; energy that it gives beyond that, counted from the touch, was created. Our
-//! controller differs from theirs, which injects damping as soon as the sum is negative and thereby
-//! makes a quantised encoder buzz. Ours reduces the force on a probe that leaves until the work
-//! that the force can do while it acts is within the energy that the contact has taken, as in the
-//! energy-bounding algorithm (Kim and Ryu, Robotics and Autonomous Systems 58, 2010). That
-//! algorithm bounds the change of the force in each sample from the hand's own damping; ours bounds
-//! the force by the observed sum, over the time from sending a force until it ceases to act.
+//! displacement: the one sent `delay` ticks before, behind the lag of the amplifier. A spring takes
+//! energy during loading and returns it; energy that it gives beyond that, counted from the touch,
+//! was created. Our controller differs from theirs, which injects damping as soon as the sum is
+//! negative and thereby makes a quantised encoder buzz. Ours reduces the force on a probe that
+//! leaves until the work that the force can do while it acts is within the energy that the contact
+//! has taken, as in the energy-bounding algorithm (Kim and Ryu, Robotics and Autonomous Systems 58,
+//! 2010). That algorithm bounds the change of the force in each sample from the hand's own damping;
+//! ours bounds the force by the observed sum, over the time from sending a force until it ceases to
+//! act.
 //!
 //! The last resort is an alarm, at a threshold above the energy that quantisation can fake (about
 //! `F_max` times one count): it fades the contact's force out until the probe has left. By then
