@@ -165,7 +165,7 @@ enum Command {
     /// the tissue.
     ///
     /// Runs every hand with every stimulus, checks every tick against the invariants, and evaluates
-    /// limit cycles, energy, vibration and static error. Writes summary.json, runs.csv, and, for the
+    /// limit cycles, energy, vibration and static error. Writes summary.json, runs.csv and, for the
     /// run that shakes most, trace.csv and pictures as SVG and PNG. Fails (exit code 1) if anything
     /// but the tissue is felt, energy is created or an invariant is broken; above the encoder's
     /// ceiling a toggling count is reported and is not a failure.

@@ -72,8 +72,8 @@ pub struct JudgedCandidate {
     pub ram_bytes: usize,
     /// Size of the patch file [bytes].
     pub patch_bytes: usize,
-    /// Whether the candidate meets the limits of the board on time and memory, and the board accepts
-    /// its patch.
+    /// Whether the candidate meets the limits of the board on time and memory, and the board
+    /// accepts its patch.
     pub fits: bool,
     /// Force errors of the fitted patch.
     pub judged: Judged,

@@ -126,8 +126,8 @@ impl BumpFit<'_> {
     /// Fits the patch to the bump.
     ///
     /// # Errors
-    /// Fails if a press at the centre, or more than one in fifty elsewhere, has no equilibrium, or if
-    /// the fit brings no improvement.
+    /// Fails if a press at the centre, or more than one in fifty elsewhere, has no equilibrium, or
+    /// if the fit brings no improvement.
     pub fn fit(&self, scene: &Scene, settings: &Settings, progress: &mut dyn FnMut(&Round)) -> Result<Calibration, Error> {
         let failed = |cause: CalibrateError| Error::Check(format!("{}: tissue.inclusion: {cause}", scene.file));
         let (patch, params) = self.plain;

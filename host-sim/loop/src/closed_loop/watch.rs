@@ -140,7 +140,7 @@ impl Since {
     }
 }
 
-/// Force of an amplifier that follows its input with a lag of first order, at the end of a tick [N].
+/// Force of an amplifier with a lag of first order, at the end of a tick [N].
 #[derive(Clone, Copy, Debug, Default)]
 struct Amplifier(Vector3<f64>);
 
@@ -355,7 +355,7 @@ impl Watch {
             mean_n[axis] = self.since[axis].mean_n(force_n[axis], ends);
         }
         let [Some(x), Some(y), Some(z)] = passed_m else { return Ok(()) };
-        // where the amplifier's force has all but faded, the contact may end, and its account with it
+        // where the amplifier's force has all but faded, contact and account may end
         if acted.force_n() == Vector3::zeros() && force_n.norm() < FADED_N {
             return Ok(());
         }
