@@ -21,8 +21,7 @@ pub mod targets;
 mod unknowns;
 
 pub use measurement::Measurement;
-pub(crate) use sweep::MOST_LOST;
-pub use sweep::{Objective, Positions, Sweep};
+pub use sweep::{Objective, Positions, Sweep, too_many_lost};
 pub use targets::{DentTarget, ForceTarget, GluedTarget, Targets};
 pub use unknowns::Unknowns;
 

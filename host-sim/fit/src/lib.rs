@@ -4,6 +4,7 @@
 //! ```text
 //! reference ─ targets ─ calibrate (statics) ─ patch
 //! whole organ ─ far_field ─ rim springs of the patch
+//! settled: the force of the running patch where statics finds no equilibrium
 //! plan: the smallest patch that keeps a tolerance
 //! dynamic: the force on a probe that moves, by finite elements with true masses
 //! half_space (relaxing), partial_slip (with friction): closed forms to compare with

@@ -30,7 +30,7 @@ pub use bump_fit::{BumpDepth, BumpFit, BumpVerdict, Bumped};
 pub use check::{check, check_block, refuse_beyond_the_guard};
 pub use discs::GluedDiscs;
 pub use fit::{FINE_RADII, PLACES_RANGE, Prepared, checked_points, prepare, top_nodes};
-pub use judge::{DepthVerdict, GluedVerdict, Judging, MOST_LOST, SurfaceVerdict, Verdict};
+pub use judge::{DepthVerdict, GluedVerdict, Judging, SurfaceVerdict, Verdict};
 pub use known::Known;
 pub use organ::{OrganPresses, PIECE_JUDGED_RADII, PIECE_RADII, element_for, solve_organ, tissue_of};
 pub use presses::{JUDGED_RADII, Level, PressJob, Presses};

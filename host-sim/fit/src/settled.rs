@@ -13,11 +13,11 @@ use crate::pressed_patch::PressedPatch;
 use crate::statics::{Unbalanced, Vector};
 use palpate_tissue::budget::MACHINES;
 use palpate_tissue::patch::{Memory, Patch};
+use palpate_tissue::scene::TICK_S;
 use palpate_tissue::session::Session;
 
 /// Speed of the press [m/s], slow compared with the waves in the softest tissue.
 const SPEED_M_PER_S: f64 = 0.02;
-const TICK_S: f64 = 1e-3;
 /// Largest deviation of the force from its mean over one window, as a share of the mean, at which
 /// it counts as at rest (1).
 const RESTS: f64 = 1e-3;

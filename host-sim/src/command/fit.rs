@@ -20,9 +20,9 @@ use super::length::metres;
 use super::verdict::Verdict as Line;
 use super::{Common, print_warnings};
 use crate::error::Error;
-use palpate_fit::calibrate::{Fit, Settings};
+use palpate_fit::calibrate::{Fit, Settings, too_many_lost};
 use palpate_fit::plan::WORST_RATIO;
-use palpate_fit::scene_fit::{MOST_LOST, PLACES_RANGE, Verdict, check, checked_points};
+use palpate_fit::scene_fit::{PLACES_RANGE, Verdict, check, checked_points};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::fit_record::FitRecord;
 use palpate_tissue::scene::{NO_PATCH, Scene};
@@ -178,7 +178,7 @@ impl FitOptions {
     fn missed(&self, nodes: usize, verdict: &Verdict) -> Option<String> {
         let (rms, worst) = (verdict.rms_pct(), verdict.worst_pct());
         let (lost, presses) = (verdict.lost_presses, verdict.presses);
-        if lost as f64 > MOST_LOST * presses as f64 {
+        if too_many_lost(lost, presses) {
             return Some(format!(
                 "{lost} of {presses} presses could not be judged, because the patch does not come to rest there; the others are {rms:.2} % rms off, {worst:+.2} % at worst; all is written: try another --nodes, or press less deep"
             ));

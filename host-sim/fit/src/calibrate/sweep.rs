@@ -11,7 +11,13 @@ use crate::statics::{Balance, CLEAR_M, Solver, Statics, Unbalanced, Vector};
 
 /// At most one press in this many may have no equilibrium. This happens where springs can buckle
 /// into two shapes or a point is at the edge of a flat tip, and such places must not end a fit.
-pub(crate) const MOST_LOST: usize = 50;
+const MOST_LOST: usize = 50;
+
+/// Whether so many of the presses have no force that a fit, or the verdict on it, says too little.
+#[must_use]
+pub fn too_many_lost(lost: usize, presses: usize) -> bool {
+    MOST_LOST * lost > presses
+}
 
 /// Errors in units of their tolerance, one per measurement, and their derivatives with respect to
 /// the unknowns, one row per error.
@@ -152,7 +158,7 @@ impl<'a> Objective<'a> {
             sweep.measurement.dents_m.extend(place.dents_m);
             found.push(place.positions);
         }
-        if let Some(error) = unbalanced.filter(|_| MOST_LOST * sweep.lost.len() > self.targets.presses()) {
+        if let Some(error) = unbalanced.filter(|_| too_many_lost(sweep.lost.len(), self.targets.presses())) {
             return Err(error);
         }
         let glued: Vec<(f64, Vec<f64>)> = self

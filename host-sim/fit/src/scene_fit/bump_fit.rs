@@ -15,7 +15,9 @@ use super::known::Known;
 use super::organ::tissue_of;
 use crate::calibrate::places::sunflower;
 use crate::calibrate::targets::{ForceTarget, PlaceTarget, Reference, Targets};
-use crate::calibrate::{CalibrateError, Calibration, MOST_LOST, Objective, Positions, Round, Settings, Unknowns, gauss_newton};
+use crate::calibrate::{
+    CalibrateError, Calibration, Objective, Positions, Round, Settings, Unknowns, gauss_newton, too_many_lost,
+};
 use crate::pressed_patch::{NOT_BEGUN, PressedPatch, larger, rms, worst};
 use crate::settled::{PressForce, SettledPatch};
 use crate::statics::{Balance, Statics, Unbalanced, Vector};
@@ -212,7 +214,7 @@ impl BumpFit<'_> {
         let (places, starts): (Vec<PlaceTarget>, Positions) = found.into_iter().unzip();
         let presses: usize = all.iter().map(|(_, depths)| depths.len()).sum();
         let lost = presses - places.iter().map(|p| p.forces.len()).sum::<usize>();
-        if let Some(error) = unbalanced.into_iter().flatten().next().filter(|_| MOST_LOST * lost > presses) {
+        if let Some(error) = unbalanced.into_iter().flatten().next().filter(|_| too_many_lost(lost, presses)) {
             return Err(error);
         }
         Ok((Targets { places, glued: Vec::new(), centre_m: pressed.site_m, radius_m, disc_radii: KNOWN_RADII }, starts, lost))

@@ -23,8 +23,6 @@ use palpate_tissue::patch::Patch;
 /// addition to the unseen presses, and the seed of the places, which no fit uses.
 const PLACES: usize = 40;
 const SEED: u64 = 2026;
-/// Share of missing presses above which a verdict is not conclusive (1).
-pub const MOST_LOST: f64 = 0.02;
 
 /// Errors at one depth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

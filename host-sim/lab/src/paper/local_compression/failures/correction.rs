@@ -25,7 +25,7 @@ const SETTLING_PER_S: f32 = 400.0;
 /// Mechanism that resists compression.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Compensation {
-    /// None: springs alone.
+    /// Springs alone, without a correction.
     None,
     /// (11)-(13) with this `tau_c`.
     Printed(f32),
