@@ -218,7 +218,7 @@ fn draw(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), E
     let dots: Vec<PlanDot> = outcome.trials.iter().map(dot).collect();
     let title = format!("{}: what keeps {} % on {}", scene.name, bench.tolerance_pct, machine.name);
     let below = format!(
-        "CostModel {:.0} {name} a tick (estimate). Filled: fitted in full and judged at {} unseen places; hollow: tried with a short fit. R: probe radius",
+        "at most {:.0} {name} per tick (estimate); filled: full fit, {} unseen places; hollow: short fit; R: probe radius",
         machine.budget() / per,
         palpate_fit::far_field::fitted::JUDGED_PLACES * 4
     );
@@ -247,7 +247,7 @@ fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth], all: bool) {
         bench.judge.depths_m.first().copied().unwrap_or_default() * 1e3,
         bench.judge.depths_m.last().copied().unwrap_or_default() * 1e3
     );
-    println!("shear %: error that the patch's edge makes on a glued disc; {name}: cost of a tick (estimate)");
+    println!("shear %: error that the patch's edge makes on a glued disc; {name}: cost per tick (estimate)");
     println!("radius: of the patch, and elements: their size, in probe radii; points: contact points per surface triangle\n");
     println!(
         "{:<26} {:>5} {:>6} {:>8} {:>6} {:>8} {:>9} {:>9} {:>7} {:>8} {:>9} {:>8} {:>8}",

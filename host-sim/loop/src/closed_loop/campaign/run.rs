@@ -3,7 +3,7 @@
 use palpate::haptic::cycle::{Ask, Command, Cycle, Settings};
 use palpate::haptic::mode::Mode;
 use palpate::stages::probe::ProbePose;
-use palpate::{BuildError, Fault};
+use palpate::{BuildError, ClampFlags, Fault};
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::SeedableRng;
 
@@ -145,7 +145,8 @@ fn follow<S: Surface>(case: &Case, trajectory: &Trajectory, from_s: f64, scene: 
     let (mut begun, mut ended): (Option<u32>, Option<u32>) = (None, None);
     let (mut touched_ticks, mut waited, mut last_n) = (0_u32, 0_u32, 0.0_f32);
     let mut last_mode = scene.armed.cycle.mode();
-    // a contact at the force limit that ends in between begins a new one
+    // first tick of the present contact's force: a force at its limit that ends for some ticks
+    // begins anew
     let mut forced_from = 0;
     for n in 0.. {
         let aim = trajectory.aim(from_s + f64::from(n) * 1e-3);
@@ -203,8 +204,10 @@ fn follow<S: Surface>(case: &Case, trajectory: &Trajectory, from_s: f64, scene: 
         if let Some(since) = since {
             outcome.peak_n = outcome.peak_n.max(last_n);
             if outcome.reaction_ticks.is_none() && reacted(&kind.expected, &telemetry) {
-                let scaled = matches!(kind.expected, Expected::Degraded(_)) && telemetry.mode == Mode::Degraded;
-                outcome.reaction_ticks = Some(if scaled { (since + 1).min(n + 1 - forced_from).max(1) } else { since + 1 });
+                // the limit is for one contact; what the energy alarm scales down needs no such time
+                let at_limit = telemetry.limiters.contains(ClampFlags::FORCE) && !telemetry.limiters.contains(ClampFlags::ENERGY);
+                let saturated = matches!(kind.expected, Expected::Degraded(_)) && at_limit;
+                outcome.reaction_ticks = Some(if saturated { (since + 1).min(n + 1 - forced_from) } else { since + 1 });
             }
             if matches!(kind.expected, Expected::Ramp(_)) && since >= RAMP_TICKS && last_n > RAMP_END_N {
                 outcome.wrong = Some("the force did not end in its ramp");
