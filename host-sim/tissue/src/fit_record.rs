@@ -243,12 +243,24 @@ impl FitRecord {
         folder.write_json(&format!("{name}{RECORD_SUFFIX}"), self)
     }
 
-    /// Reads the record of a patch file; `None` if there is none, or if it belongs to another
-    /// patch.
+    /// Reads the record of a patch file; `None` if there is none, if it cannot be read, or if it
+    /// belongs to another patch.
     #[must_use]
     pub fn of_file(patch: &Path) -> Option<Self> {
-        let record: Self = serde_json::from_str(&std::fs::read_to_string(Self::path(patch)).ok()?).ok()?;
+        let record = Self::read(patch)?.ok()?;
         (checksum(&std::fs::read(patch).ok()?)? == record.patch_crc32).then_some(record)
+    }
+
+    /// Reason for which the record beside a patch file cannot be read; `None` if it can, or if there
+    /// is none. Without its record a patch would press as one that was never fitted, and with
+    /// inclusions that are not the scene's.
+    #[must_use]
+    pub fn unreadable(patch: &Path) -> Option<serde_json::Error> {
+        Self::read(patch)?.err()
+    }
+
+    fn read(patch: &Path) -> Option<serde_json::Result<Self>> {
+        Some(serde_json::from_str(&std::fs::read_to_string(Self::path(patch)).ok()?))
     }
 }
 

@@ -91,6 +91,16 @@ fn a_fit_that_was_killed_goes_on_and_its_patch_is_pressed() {
     let (said, summary) = press(&scene(&[("radius_m = 0.008", "radius_m = 0.007")]));
     assert!(said.contains("calibrated for another tip (hemisphere R 8 mm)"), "{said}");
     assert_eq!(summary["calibrated"].as_bool(), Some(false));
+    // a record of an earlier form opens; one that cannot be read is refused, since without it the
+    // patch would press as one that was never fitted
+    let record = json(&desk, "out/small-60.patch.json");
+    let mut earlier = record.clone();
+    earlier["judged"]["lost_places"] = 3.into();
+    desk.put("out/small-60.patch.json", earlier.to_string());
+    assert_eq!(press(&scene(&[])).1["calibrated"].as_bool(), Some(true));
+    desk.put("out/small-60.patch.json", record.to_string().replace("fitted_places", "places"));
+    let refused = palpate(SCRATCH, desk.folder(), &["press", "--scene", "press.toml", "--out", "press"]);
+    assert!(refused.code == Some(2) && refused.stderr.contains("(.patch.json) cannot be read (unknown field"), "{refused:?}");
     std::fs::remove_file(desk.folder().join("out/small-60.patch.json")).unwrap();
     let (said, summary) = press(&scene(&[]));
     assert!(said.contains("its record (.patch.json) is not beside it") && summary["calibrated"] == false, "{said}");

@@ -119,7 +119,8 @@ impl DeviceProfile {
         {
             // NaN is outside every range
             if !(least <= value && value <= most) {
-                let place = place(key);
+                // some ranges are single precision: 0.006, not 0.006000000052
+                let (place, least, most) = (place(key), least as f32, most as f32);
                 return Err(Error::Usage(format!("{place} = {value} is outside {least} .. {most}: give a number in that range")));
             }
         }

@@ -20,6 +20,13 @@ pub(super) fn open(scene: &Scene, path: &Path) -> Result<(Patch, Params), Error>
     let words = words(&bytes);
     let file = PatchFile::open(&bytemuck::cast_slice(&words)[..bytes.len()]).map_err(in_file)?;
     file.model.check().map_err(in_file)?;
+    if let Some(cause) = FitRecord::unreadable(path) {
+        let why = format!(
+            "= {}: the record beside it (.patch.json) cannot be read ({cause}): fit the patch again with this palpate, or remove the record",
+            path.display()
+        );
+        scene.bad("solver.patch", &why)?;
+    }
     agree(scene, path, &file)?;
     agree_with_its_organ(scene, path)?;
     agree_with_its_inclusions(scene, path)?;
