@@ -204,7 +204,7 @@ fn follow<S: Surface>(case: &Case, trajectory: &Trajectory, from_s: f64, scene: 
         if let Some(since) = since {
             outcome.peak_n = outcome.peak_n.max(last_n);
             if outcome.reaction_ticks.is_none() && reacted(&kind.expected, &telemetry) {
-                // the limit is for one contact; what the energy alarm scales down needs no such time
+                // the limit is for one contact; what the energy alarm scales down needs no time
                 let at_limit = telemetry.limiters.contains(ClampFlags::FORCE) && !telemetry.limiters.contains(ClampFlags::ENERGY);
                 let saturated = matches!(kind.expected, Expected::Degraded(_)) && at_limit;
                 outcome.reaction_ticks = Some(if saturated { (since + 1).min(n + 1 - forced_from) } else { since + 1 });
