@@ -252,8 +252,8 @@ impl FitRecord {
     }
 
     /// Reason for which the record beside a patch file cannot be read; `None` if it can be read, or
-    /// if there is none. Without its record a patch would press as one that was never fitted, and with
-    /// inclusions that are not the scene's.
+    /// if there is none. Without its record a patch would press as one that was never fitted, and
+    /// with inclusions that are not the scene's.
     #[must_use]
     pub fn unreadable(patch: &Path) -> Option<serde_json::Error> {
         Self::read(patch)?.err()
