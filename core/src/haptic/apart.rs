@@ -52,6 +52,7 @@ impl Apart {
     /// # Errors
     /// Fails with [`Fault::TipApart`] if, for more than [`TICKS`] ticks in a row, a force acts or
     /// is requested although the tip is outside or the shown tip differs from the sensed one.
+    #[cfg_attr(feature = "stage-cost", inline(never))]
     pub fn judge(
         &mut self,
         sensed_m: &Vector3<f32>,

@@ -17,7 +17,8 @@
 //!
 //! * in: sensed tip [m], rest positions, `Model::neighbours`, the triangle touched last
 //! * out: [`Presence`]; the tet that the next walk starts from
-//! * cost: about 110 instructions of a Cortex-M4F per tet, one or two of them per tick
+//! * cost: about 110 instructions of a Cortex-M4F per tet, one or two of them per tick and some
+//!   thirty in the first tick of a patch
 //! * failures: none; a tip that the walk does not reach within its steps counts as outside until a
 //!   later tick reaches it
 

@@ -28,6 +28,10 @@ const NS_PER_COUNT: u64 = 40;
 const CLOCK: &str = "palpate_firmware::board::mps2::clock_counts";
 const TICK: &str = "palpate::tick::tick";
 const RIM: &str = "palpate::stages::force::rim::hold";
+/// Functions of the tick that decide whether the sensed tip is in the tissue.
+const PRESENCE: &str = "palpate::stages::presence::";
+/// Function of the haptic cycle that compares the shown tip with the sensed one.
+const JUDGE: &str = "palpate::haptic::apart::Apart::judge";
 /// Ticks outside the tissue in a logged run: start-up and the first ticks of arming. The force is
 /// not enabled during the tap, which does not affect the cost.
 const LOGGED_LEAD: u32 = 5;
@@ -44,10 +48,15 @@ const M7_480_BUDGET: f64 = 312_000.0;
 const REFUSED_SHARE: f64 = 0.75;
 /// Largest share of the tick's cycles that rim springs may take.
 const RIM_SHARE: f64 = 0.08;
+/// Largest share of the tick's cycles that the comparison of the sensed tip with the tissue and
+/// with the shown tip may take.
+const GUARD_SHARE: f64 = 0.01;
 
 struct Logged {
     image: FirmwareImage,
     ticks: Vec<InstructionMix>,
+    /// Comparison of the two tips in each cycle that has one.
+    judged: Vec<InstructionMix>,
     /// Addresses of the instructions that each tick executed.
     executed: Vec<Vec<u32>>,
     /// Longest tick by the board's own clock [ns]; it includes the haptic cycle and writing the
@@ -80,6 +89,7 @@ fn logged(elf: &Path, ticks: u32, shift: u32) -> Logged {
     let outcome = run.start(elf).unwrap();
     let open = || ExecLog::new(std::io::BufReader::new(std::fs::File::open(&log).unwrap()));
     let ticks = calls_of(TICK, &image, open()).unwrap();
+    let judged = calls_of(JUDGE, &image, open()).unwrap();
     let executed = executed(TICK, &image, open()).unwrap();
     assert_eq!(executed.len(), ticks.len());
 
@@ -95,7 +105,7 @@ fn logged(elf: &Path, ticks: u32, shift: u32) -> Logged {
         }
     }
     std::fs::remove_file(&log).unwrap();
-    Logged { image, ticks, executed, by_clock_ns: outcome.number("longest_tick_ns").unwrap(), by_log }
+    Logged { image, ticks, judged, executed, by_clock_ns: outcome.number("longest_tick_ns").unwrap(), by_log }
 }
 
 /// Cost of a patch's most expensive tick.
@@ -218,6 +228,34 @@ fn keeps_rim_share(patch: &Path) -> Worst {
     assert!(share > 0.01, "a rim of {:.0} cycles proves nothing", worst.rim);
     assert!(share <= RIM_SHARE, "rim springs take {:.1} % of the tick", 100.0 * share);
     worst
+}
+
+/// Cycles of the functions whose names begin so, in one call of the tick.
+fn stages(mix: &InstructionMix, image: &FirmwareImage, names: &str) -> f64 {
+    mix.by_function(image).filter(|(function, _)| function.starts_with(names)).map(|(_, cost)| cost.cycles()).sum()
+}
+
+/// The guard gives no force outside the tissue. Its longest share of the tap, in free space and in
+/// contact, is set against the shortest tick. In the first tick of a patch the tip may be anywhere,
+/// and the search for it takes longer.
+#[test]
+fn the_guard_takes_less_than_a_hundredth_of_a_tick() {
+    let elf = build_firmware(target(), &["stage-cost"]).unwrap();
+    let Logged { image, ticks, judged, .. } = logged(&elf, LOGGED_TICKS, RUNNING_SHIFT);
+    let located: Vec<f64> = ticks.iter().map(|mix| stages(mix, &image, PRESENCE)).collect();
+    let (first, later) = located.split_first().unwrap();
+    let located = later.iter().copied().fold(0.0, f64::max);
+    let compared = judged.iter().map(|mix| mix.total().cycles()).fold(0.0, f64::max);
+    let shortest = ticks.iter().map(|mix| mix.total().cycles()).fold(f64::INFINITY, f64::min);
+    let share = (located + compared) / shortest;
+    println!(
+        "guard: at most {located:.0} cycles to locate the tip ({first:.0} in the patch's first tick) and {compared:.0} to compare the two tips: \
+         {:.2} % of the shortest tick of {shortest:.0}",
+        100.0 * share
+    );
+    assert!(later.iter().all(|cycles| *cycles > 0.0), "every tick locates its tip");
+    assert!(compared > 0.0 && judged.len() > ticks.len() / 2, "{} of {} ticks compare the tips", judged.len(), ticks.len());
+    assert!(share <= GUARD_SHARE, "{:.2} %", 100.0 * share);
 }
 
 #[test]
