@@ -55,7 +55,7 @@ pub struct ContactMap {
 }
 
 impl ContactMap {
-    /// No contact.
+    /// The map of a probe that touches nothing.
     pub const NONE: Self = Self {
         area_m2: 0.0,
         centre_m: ZERO,

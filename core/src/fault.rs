@@ -294,7 +294,7 @@ impl ClampFlags {
     /// it within the delay of the loop.
     pub const ENERGY: Self = Self(128);
 
-    /// Adds flags.
+    /// Sets all flags of `other` and keeps those already set.
     pub fn set(&mut self, other: Self) {
         self.0 |= other.0;
     }

@@ -41,6 +41,6 @@ pub(crate) struct Floored {
 }
 
 impl Floored {
-    /// Nothing moves.
+    /// The value while every node is at rest.
     pub const NONE: Self = Self { power: 0.0, fastest: 0.0 };
 }

@@ -34,7 +34,7 @@ pub struct NodeRest {
 pub struct Spring {
     /// First node; springs are sorted by it unless [`Model::spring_rows`] is empty.
     pub i: u16,
-    /// Second node.
+    /// Node at the other end; its index differs from `i`.
     pub j: u16,
     /// Stiffness over E [m] (paper 000, eq 11, times `1/(0.8 (1 + nu))` and the edge's multiplier).
     pub k: f32,
@@ -60,7 +60,7 @@ pub struct Tet {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct Triangle {
-    /// Corner nodes.
+    /// Indices of the corners among the patch's nodes.
     pub node: [u16; 3],
     /// Zero; keeps the layout free of padding.
     pub reserved: u16,

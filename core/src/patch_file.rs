@@ -106,7 +106,7 @@ const CHECKED_FROM: usize = 16;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct PatchFile<'a> {
-    /// The patch.
+    /// The patch, whose lists lie in the file's bytes.
     pub model: Model<'a>,
     /// The parameters that it was packed with.
     pub params: Params,

@@ -42,13 +42,13 @@ impl Node {
         *self = Self { x: row(place_m), ..Self::ZERO };
     }
 
-    /// Position [m].
+    /// Present position, patch frame [m].
     #[must_use]
     pub fn position_m(&self) -> Vector3<f32> {
         vector(&self.x)
     }
 
-    /// Velocity [m/s].
+    /// Velocity after the last substep, patch frame [m/s].
     #[must_use]
     pub fn velocity_m_per_s(&self) -> Vector3<f32> {
         vector(&self.v)
@@ -428,7 +428,7 @@ impl Fnv {
         }
     }
 
-    /// Adds bytes.
+    /// Adds bytes to the hash, in order.
     #[inline]
     pub fn bytes(&mut self, bytes: &[u8]) {
         for byte in bytes {

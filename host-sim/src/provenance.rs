@@ -19,7 +19,7 @@ struct Provenance<'a> {
     version: &'static str,
     /// Commit from which the program was built, with `-dirty` if files were changed since.
     commit: Option<&'static str>,
-    /// Build profile.
+    /// Cargo profile with which the program was built.
     profile: &'static str,
     /// Command that produced the result.
     command: &'a str,

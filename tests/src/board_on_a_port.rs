@@ -101,7 +101,7 @@ pub enum Pace {
 /// State of the board from its own records, independent of what the host sees.
 #[derive(Clone, Copy, Debug)]
 pub struct Truth {
-    /// Newest record.
+    /// Newest record that the board sent.
     pub record: Record,
     /// Largest force since the start [N].
     pub largest_n: f32,

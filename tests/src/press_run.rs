@@ -77,7 +77,7 @@ impl Table {
 pub struct PressRun {
     /// Folder in which the command ran.
     pub desk: Desk,
-    /// Output folder.
+    /// Folder in which the run left its result.
     pub out: PathBuf,
     /// Exit code and output of the command.
     pub outcome: Outcome,

@@ -152,7 +152,7 @@ impl Cycle {
         })
     }
 
-    /// Present mode.
+    /// Mode at the end of the last cycle.
     #[must_use]
     pub fn mode(&self) -> Mode {
         self.machine.mode()

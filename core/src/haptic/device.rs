@@ -82,7 +82,7 @@ pub enum SensorStatus {
     Failed,
 }
 
-/// One reading.
+/// Reading of the device's sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensed {
     /// Tip of the probe [m], patch frame.

@@ -45,7 +45,7 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// Every mode.
+    /// All modes in the order of their numbers.
     pub const ALL: [Self; 8] =
         [Self::Boot, Self::SelfTest, Self::Idle, Self::Arming, Self::Active, Self::Degraded, Self::SafeRamp, Self::Fault];
 
@@ -75,13 +75,13 @@ impl Mode {
 /// Requests of the host that are accepted in some modes only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
-    /// Another patch.
+    /// The host sends another patch.
     Mesh,
-    /// Another profile, damping, limits.
+    /// The host sends another device profile, damping or limits.
     Config,
     /// A bounded change of one parameter of the patch.
     Parameter,
-    /// Stricter limits.
+    /// The host sends stricter limits.
     LowerLimits,
 }
 
@@ -115,7 +115,7 @@ pub enum Event {
 }
 
 impl Event {
-    /// Every event.
+    /// All events in the order of their declaration.
     pub const ALL: [Self; 12] = [
         Self::Booted,
         Self::TestPassed,
@@ -178,7 +178,7 @@ impl ModeMachine {
     /// State at power-on.
     pub const BOOT: Self = Self { mode: Mode::Boot, fault: None, ticks: 0 };
 
-    /// Present mode.
+    /// Mode after the last event.
     #[must_use]
     pub fn mode(&self) -> Mode {
         self.mode

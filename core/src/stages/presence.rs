@@ -55,7 +55,7 @@ pub struct Plane {
     pub middle_m: Vector3<f32>,
     /// Outward unit normal.
     pub normal: Vector3<f32>,
-    /// Corners [m].
+    /// Corners at rest, patch frame [m].
     corners_m: [Vector3<f32>; 3],
 }
 

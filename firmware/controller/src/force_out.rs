@@ -19,7 +19,7 @@ pub enum ActuatorCommand {
 pub struct DacCode(pub i16);
 
 impl DacCode {
-    /// No force.
+    /// The code that makes no force.
     pub const ZERO: Self = Self(0);
     /// Force at code 32767 [N]: above the 12 N of the strongest desktop device, half a millinewton
     /// per code.

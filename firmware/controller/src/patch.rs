@@ -211,7 +211,7 @@ impl PatchSlot<'_> {
         Ok(self.0.as_mut().ok_or(Refusal::NoPatch)?.ask_modulus(youngs_modulus_pa)?)
     }
 
-    /// Like [`Patch::settle`].
+    /// Calls [`Patch::settle`] if there is a patch.
     pub fn settle(&mut self, in_contact: bool) {
         if let Some(patch) = &mut self.0 {
             patch.settle(in_contact);

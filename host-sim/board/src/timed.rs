@@ -98,7 +98,7 @@ pub fn overruns(image: &Path, machine: EmulatedBoard) -> Result<Vec<Timed>, Emul
 /// Output of an image: printed text, and frames of its log.
 struct Printed {
     text: String,
-    /// defmt frames.
+    /// Encoded defmt frames, in the order of arrival.
     frames: Vec<u8>,
 }
 

@@ -30,13 +30,13 @@ pub enum Tone {
     Thin,
     /// A small fault.
     Slight,
-    /// A fault.
+    /// A fault between small and large.
     Fault,
     /// A large fault.
     Serious,
     /// A still larger fault.
     Severe,
-    /// A failure.
+    /// The value misses the requirement.
     Failure,
     /// The worst outcome, such as a run that diverged.
     Lost,

@@ -46,7 +46,7 @@ pub struct PlanChart<'a> {
     pub dots: &'a [PlanDot],
 }
 
-/// One model.
+/// A model of the search, drawn as a dot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanDot {
     /// Index of the model's kind in `kinds`.

@@ -37,7 +37,7 @@ pub enum Look {
     Wire,
 }
 
-/// One surface.
+/// A surface with its name and style.
 #[derive(Clone, Copy, Debug)]
 pub struct Layer<'a> {
     /// Name in the legend.
@@ -57,7 +57,7 @@ pub struct Layer<'a> {
 pub struct Landmark<'a> {
     /// Label beside the point, where there is room; may be empty.
     pub label: &'a str,
-    /// Position [m].
+    /// Position in the frame of the surfaces [m].
     pub at_m: [f64; 3],
 }
 

@@ -72,7 +72,7 @@ pub enum Tip {
         /// Vector from the middle to either end [m].
         half_m: [f32; 3],
     },
-    /// An ellipsoid.
+    /// An ellipsoid, whose third semi-axis is the radius.
     Ellipsoid {
         /// The two semi-axes that are not along the probe's axis [m].
         semi_axes_m: [[f32; 3]; 2],
@@ -96,7 +96,7 @@ pub struct Body {
     pub springs: Vec<[u16; 2]>,
     /// Nodes with a far field behind them.
     pub rim: Vec<u16>,
-    /// Fixed nodes.
+    /// Nodes that are fixed in space.
     pub anchors: Vec<u16>,
     /// Default site of the press [m].
     pub site_m: [f32; 3],

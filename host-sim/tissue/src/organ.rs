@@ -95,7 +95,7 @@ pub enum Spec {
 }
 
 impl Organ {
-    /// All organs.
+    /// All built-in organs.
     pub const ALL: [Self; 4] = [liver::LIVER, gallbladder::GALLBLADDER, abdomen::ABDOMEN, foot::FOOT];
 
     /// Finds the organ of this name.

@@ -155,7 +155,7 @@ pub fn minus<N: Number>(a: Point<N>, b: Point<N>) -> Point<N> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// Scalar product.
+/// Scalar product of two vectors.
 pub fn dot<N: Number>(a: Point<N>, b: Point<N>) -> N {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

@@ -50,7 +50,7 @@ pub struct Telemetry {
     pub tick: u32,
     /// Mode at the end of the cycle.
     pub mode: Mode,
-    /// Latched fault.
+    /// Fault that is latched until the host clears it.
     pub fault: Option<Fault>,
     /// Tip that was rendered [m]; the last good one on a fault.
     pub position_m: Vector3<f32>,

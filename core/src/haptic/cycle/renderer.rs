@@ -26,11 +26,11 @@ pub trait Renderer {
 /// The product's patch as a renderer.
 #[derive(Debug)]
 pub struct PatchRenderer<'a, 'm> {
-    /// Constant model.
+    /// Constant model of the patch.
     pub model: &'a Model<'m>,
-    /// Derived parameters.
+    /// Parameters derived from the model for this tissue and tick.
     pub tuned: &'a Tuned<'m>,
-    /// Mutable state.
+    /// State of the patch, which every tick changes.
     pub state: &'a mut State<'m>,
 }
 

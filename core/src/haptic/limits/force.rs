@@ -20,9 +20,9 @@ use crate::haptic::length;
 /// A limited force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limited {
-    /// Force [N].
+    /// Force on the hand after the limits, patch frame [N].
     pub force_n: Vector3<f32>,
-    /// [`ClampFlags::FORCE`], [`ClampFlags::SLEW`].
+    /// Limits that changed the force: [`ClampFlags::FORCE`], [`ClampFlags::SLEW`].
     pub limiters: ClampFlags,
 }
 

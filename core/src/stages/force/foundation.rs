@@ -68,7 +68,7 @@ pub struct Load {
 }
 
 impl Load {
-    /// Nothing touched.
+    /// The load of a surface that the probe does not touch.
     pub const NONE: Self = Self { force: ZERO, push: 0.0, point: ZERO, rest: ZERO, strongest: (0.0, 0), covered: false };
 
     /// Sums the loads of a tick's substeps.

@@ -39,9 +39,9 @@ impl Bridge {
 /// An output pin: its register and its level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Line {
-    /// Output register.
+    /// Level that the output register asks for.
     pub register: bool,
-    /// Input register of the same pin.
+    /// Level of the pin by its input register.
     pub level: bool,
 }
 
@@ -64,7 +64,7 @@ pub struct AxisPins {
     pub steps: u16,
     /// Level of the PWM pin now, meaningless while it pulses.
     pub pwm_level: bool,
-    /// Direction pin.
+    /// Direction pin, which reverses the force while it is high.
     pub reverse: Line,
 }
 

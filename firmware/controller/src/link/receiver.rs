@@ -7,9 +7,9 @@ use super::frame::{self, FRAME_BYTES, FrameError};
 /// Frames received so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Frames accepted.
+    /// Frames whose message was accepted.
     pub good: u32,
-    /// Frames dropped.
+    /// Frames dropped with a [`FrameError`].
     pub bad: u32,
     /// Sequence numbers skipped between accepted frames.
     pub lost: u32,

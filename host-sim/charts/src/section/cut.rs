@@ -6,7 +6,7 @@ use crate::surface::view::{V3, View};
 /// A point of the tissue with its displacement.
 #[derive(Clone, Copy, Debug)]
 pub struct Corner {
-    /// Position [m].
+    /// Deformed position [m].
     pub at: V3,
     /// Magnitude of the displacement at this point [m].
     pub moved_m: f64,

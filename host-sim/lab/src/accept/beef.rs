@@ -171,7 +171,7 @@ impl Beef {
     }
 }
 
-/// Runs T1.
+/// Runs comparison T1 with raw measurements of beef.
 pub(super) fn run() -> Result<Outcome, Error> {
     let damaged = |what: &str| TissueError::Check(format!("tests/data/beef_relaxation.toml: {what}: take the file as it ships"));
     let beef: Beef = toml::from_str(DATA).map_err(|e| damaged(e.message()))?;

@@ -149,7 +149,7 @@ fn ball() -> Result<(Row, Picture), Error> {
     Ok((row, picture))
 }
 
-/// Runs T5.
+/// Runs comparison T5, a drag with friction.
 pub(super) fn run() -> Result<Outcome, Error> {
     let (row, picture) = ball()?;
     Ok(Outcome { rows: vec![row, shipped::flat()?, shipped::glued()?, shipped::held()?], pictures: vec![picture] })

@@ -197,7 +197,7 @@ impl StiffeningFit {
     }
 }
 
-/// Runs T2.
+/// Runs comparison T2 with raw measurements of pig liver.
 pub(super) fn run() -> Result<Outcome, Error> {
     let damaged =
         |what: &str| TissueError::Check(format!("tests/data/pig_liver_indentation.toml: {what}: take the file as it ships"));

@@ -152,7 +152,7 @@ fn compare(params: &Params, depth_m: f64, elastic_n: &[f64], ours_n: &[f64]) -> 
     (row, picture)
 }
 
-/// Runs T4.
+/// Runs comparison T4, a press that retreats.
 pub(super) fn run() -> Result<Outcome, Error> {
     let bench = Bench::large()?;
     let cases: Vec<_> = DEPTHS_M.iter().flat_map(|d| [(*d, [PronyTerm::NONE; MOST_TERMS]), (*d, TERMS)]).collect();

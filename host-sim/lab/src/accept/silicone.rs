@@ -65,7 +65,7 @@ fn fit(stresses: &[Vec<f64>], phantom: &Phantom) -> Option<Fit> {
     tried.min_by(|a, b| a.rms.total_cmp(&b.rms))
 }
 
-/// Runs T3.
+/// Runs comparison T3 with measurements of silicone phantoms.
 pub(super) fn run() -> Result<Outcome, Error> {
     let damaged =
         |what: &str| TissueError::Check(format!("tests/data/silicone_phantoms.toml: {what}: take the file as it ships"));

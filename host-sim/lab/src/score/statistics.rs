@@ -17,9 +17,9 @@ pub struct Spread {
     pub mean: f64,
     /// Standard deviation with n - 1; `None` for a single value.
     pub sd: Option<f64>,
-    /// Smallest value.
+    /// Smallest of the values.
     pub min: f64,
-    /// Largest value.
+    /// Largest of the values.
     pub max: f64,
 }
 

@@ -144,7 +144,7 @@ impl Scope {
 /// Results of some of the cases.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Part {
-    /// Measured cells.
+    /// Cells of the matrix that this part measured.
     pub cells: Vec<Cell>,
     /// Measured ceilings, each with the stiffest tissue that one hand held.
     pub ceilings: Vec<Ceiling>,

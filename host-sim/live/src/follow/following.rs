@@ -21,7 +21,7 @@ pub enum Phase {
     Absent,
     /// The file has no record yet.
     Begun,
-    /// Records arrive.
+    /// Records of the board arrive in time.
     Live,
     /// No record has arrived for a while.
     Silent,

@@ -186,6 +186,6 @@ pub struct FaultType {
     pub ticks: u32,
     /// Condition under which the fault may begin.
     pub needs: Needs,
-    /// Required reaction.
+    /// Reaction that the loop has to show in time.
     pub expected: Expected,
 }

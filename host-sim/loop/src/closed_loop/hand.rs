@@ -27,7 +27,7 @@ pub enum Grip {
     Changing {
         /// First half of every period.
         one: Impedance,
-        /// Second half.
+        /// Second half of every period.
         other: Impedance,
         /// Frequency of the alternation [Hz].
         hz: f64,

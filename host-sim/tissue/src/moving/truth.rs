@@ -39,7 +39,7 @@ pub enum Trajectory {
     },
     /// Two swings by 1.5 mm about a depth of 2.5 mm, after a ramp at 40 mm/s and 50 ms of rest.
     Swing {
-        /// Frequency [Hz].
+        /// Frequency of the swings [Hz].
         frequency_hz: u32,
     },
     /// Drag of 12 mm at 3 mm depth, after a ramp at 40 mm/s and 50 ms of rest.

@@ -41,7 +41,7 @@ pub struct BoardShare {
 /// A slide at a place or depth that the fit did not use.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Elsewhere {
-    /// Depth [mm].
+    /// Depth of the slide below the rest surface [mm].
     pub depth_mm: f64,
     /// Sideways distance from the trajectory [mm].
     pub aside_mm: f64,

@@ -76,7 +76,7 @@ pub struct Slide {
 /// Figures of a slide over the strokes forth and back.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Figures {
-    /// Speed [mm/s].
+    /// Speed of the probe along the surface [mm/s].
     pub speed_mm_per_s: f64,
     /// Largest error of the normal force relative to the reference, with its sign [%].
     pub worst_pct: f64,

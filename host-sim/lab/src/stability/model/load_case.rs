@@ -46,7 +46,7 @@ pub enum CaseTissue {
 }
 
 impl CaseTissue {
-    /// All tissues.
+    /// All tissues in the order of the table.
     pub const ALL: [Self; 4] = [Self::Plain, Self::Inclusion, Self::Frictional, Self::Stiffening];
 
     /// Name in files.
@@ -114,7 +114,7 @@ const fn deep(depth_m: f64) -> Stimulus {
     Stimulus { depth_m, ..PRESS }
 }
 
-/// All columns.
+/// Columns of the table, from left to right.
 pub const CASES: [LoadCase; 15] = [
     case("press-20", ["press", "20 %"], PRESS, Plain, Promise::Pass),
     case("press-40", ["press", "40 %"], deep(0.016), Plain, Promise::Hold),
