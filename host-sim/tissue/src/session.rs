@@ -169,6 +169,8 @@ impl Session {
         let params = Params { limits: GuardLimits { max_sink_m_per_s, ..params.limits }, ..params };
         let model = patch.wide_model();
         let site_m = patch.site_m();
+        let touched = triangles_in_reach(&model, site_m.into(), params.probe.reach_m());
+        refuse_if_one_substep_is_too_slow(&MACHINES[0], &model, &params, touched)?;
         let measured = StableStep::measure(&model, &params, site_m)?;
         let depth_mm = f64::from(model.depth_limit_m) * 1e3;
         let does_not_survive = || {
@@ -178,7 +180,6 @@ impl Session {
         };
         let stable = measured.ok_or_else(does_not_survive)?;
         let wanted = stable.substeps(TICK_S);
-        let touched = triangles_in_reach(&model, site_m.into(), params.probe.reach_m());
         let fits = |substeps: f64| refuse_if_too_slow(&MACHINES[0], &model, &params, touched, substeps, &stable);
         fits(wanted)?;
         let substeps = substeps_for_taps(&model, &params, site_m, wanted as u16)?.ok_or_else(does_not_survive)?;
@@ -255,6 +256,26 @@ fn fitted(scene: &Scene, packed: &Params) -> Params {
         terms,
         ..own
     }
+}
+
+/// Refuses a model whose tick is too long with any number of substeps, before its stable step is
+/// measured, which takes longer the larger the model is.
+fn refuse_if_one_substep_is_too_slow(
+    machine: &CostModel,
+    model: &palpate::Model,
+    params: &Params,
+    touched: usize,
+) -> Result<(), Error> {
+    let cost = machine.cost_with(model, params, touched, 1);
+    if cost.units <= cost.budget {
+        return Ok(());
+    }
+    Err(Error::TooSlow(format!(
+        "cannot run at 1 kHz: {} nodes take about {:.0} us with one substep a tick, of the {:.0} us there are: take fewer nodes",
+        model.nodes.len(),
+        cost.units * 1e-3,
+        cost.budget * 1e-3,
+    )))
 }
 
 fn refuse_if_too_slow(

@@ -239,9 +239,9 @@ fn stages(mix: &InstructionMix, image: &FirmwareImage, names: &str) -> f64 {
     mix.by_function(image).filter(|(function, _)| function.starts_with(names)).map(|(_, cost)| cost.cycles()).sum()
 }
 
-/// Largest share that the guard takes of the shortest tick of a tap, in free space or in contact: it
-/// locates the sensed tip and compares it with the shown one. In the first tick of a patch the tip
-/// may be anywhere, and the search for it takes longer.
+/// Largest share that the guard takes of the shortest tick of a tap, in free space or in contact.
+/// The guard locates the sensed tip and compares it with the shown one. In the first tick of a
+/// patch the tip may be anywhere, and the search for it takes longer.
 fn guard_share(logged: &Logged) -> f64 {
     let Logged { image, ticks, judged, .. } = logged;
     let located: Vec<f64> = ticks.iter().map(|mix| stages(mix, image, PRESENCE)).collect();
