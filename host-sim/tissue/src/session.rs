@@ -345,3 +345,18 @@ fn report(patch: &Patch, params: &Params, stable: &StableStep, flipped_tets: usi
         half_space_force_at_1mm_n,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tick_that_is_too_long_is_refused_with_the_substeps_that_it_needs() {
+        let Session { patch, params, stable, .. } = Session::prepare(&Scene::load("block").unwrap()).unwrap();
+        let refuse = |substeps| refuse_if_too_slow(&MACHINES[0], &patch.wide_model(), &params, 100, substeps, &stable);
+        assert!(refuse(1.0).is_ok());
+        let Err(Error::TooSlow(why)) = refuse(1000.0) else { panic!("a thousand substeps take longer than a tick") };
+        let says = ["410 nodes pressed to ", "need 1000 substeps a tick", "us of the 1000 us", "fewer nodes"];
+        assert!(says.into_iter().all(|words| why.contains(words)), "{why}");
+    }
+}

@@ -342,7 +342,7 @@ fn a_paddle_is_pressed_like_the_desktop_to_the_bit() {
 #[test]
 fn a_hang_under_force_ends_with_the_pins_off() {
     let at = PRESSED_TICKS - 20;
-    let after = 400;
+    let after = 220;
     // late enough after the reset for the loop to be idle, and early enough to arm before the end
     let again = at + 100;
     for hang in [json!({"at": at, "how": "loop", "symbol": "7palpate4tick4tick17h"}), json!({"at": at, "how": "no ticks"})] {

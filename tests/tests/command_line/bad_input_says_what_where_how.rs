@@ -373,7 +373,7 @@ fn a_model_too_large_for_its_millisecond_with_the_numbers() {
     let desk = Desk::default();
     desk.put("a.msh", cube(32, 1.0));
     let scene = mesh_scene("0.093", "[0.0465, 0.0465, 0.093]");
-    refused_scene(&desk, &scene, &["32768 nodes", "substeps a tick", "ms", "us of the 1000 us", "fewer nodes"]);
+    refused_scene(&desk, &scene, &["32768 nodes", "one substep a tick", "of the 1000 us", "fewer nodes"]);
 
     desk.put("scene.toml", SMALL_BLOCK);
     let pack = ["pack", "--scene", "scene.toml", "--nodes", "1000", "--out", "out"];

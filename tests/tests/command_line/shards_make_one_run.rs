@@ -100,6 +100,7 @@ fn faults_in_shards_are_one_run_and_what_is_amiss_is_refused() {
 }
 
 #[test]
+#[ignore = "long: comparison T1 twice; the tests above and below cover what shards have in common"]
 fn measured_tissue_in_shards_is_one_run() {
     are_one(&Desk::default(), 0, &["accept", "T1", "T3"], &[&["2/3"], &["1/3", "3/3"]], "");
 }
