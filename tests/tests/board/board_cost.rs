@@ -87,16 +87,20 @@ fn logged(elf: &Path, ticks: u32, shift: u32) -> Logged {
     let run =
         Run { machine: board_of(elf), shift, ticks, lead_ticks: LOGGED_LEAD, crash: None, restart: false, exec_log: Some(&log) };
     let outcome = run.start(elf).unwrap();
-    let open = || ExecLog::new(std::io::BufReader::new(std::fs::File::open(&log).unwrap()));
-    let ticks = calls_of(TICK, &image, open()).unwrap();
-    let judged = calls_of(JUDGE, &image, open()).unwrap();
-    let executed = executed(TICK, &image, open()).unwrap();
+    // read once: to parse the text takes longer than everything below
+    let file = std::io::BufReader::new(std::fs::File::open(&log).unwrap());
+    let addresses: Vec<u32> = ExecLog::new(file).collect::<Result<_, _>>().unwrap();
+    std::fs::remove_file(&log).unwrap();
+    let replayed = || addresses.iter().copied().map(Ok);
+    let ticks = calls_of(TICK, &image, replayed()).unwrap();
+    let judged = calls_of(JUDGE, &image, replayed()).unwrap();
+    let executed = executed(TICK, &image, replayed()).unwrap();
     assert_eq!(executed.len(), ticks.len());
 
     let clock = image.function_named(CLOCK).unwrap().address;
     let tick = image.function_named(TICK).unwrap().address;
     let (mut since_read, mut saw_tick, mut by_log) = (0, false, 0);
-    for address in open().map(Result::unwrap) {
+    for address in addresses {
         since_read += 1;
         saw_tick |= address == tick;
         if address == clock {
@@ -104,7 +108,6 @@ fn logged(elf: &Path, ticks: u32, shift: u32) -> Logged {
             (since_read, saw_tick) = (0, false);
         }
     }
-    std::fs::remove_file(&log).unwrap();
     Logged { image, ticks, judged, executed, by_clock_ns: outcome.number("longest_tick_ns").unwrap(), by_log }
 }
 
