@@ -332,10 +332,13 @@ impl PassivityObserver {
         self.open |= !idle;
     }
 
-    /// Clears the alarms and the contact; the total stays.
+    /// Clears the alarms, the contact and the forces on their way, which end when the device is
+    /// released; the total stays.
     pub fn clear(&mut self) {
+        // also without a force, since an alarm would keep the gain at zero and no contact would end
+        self.open = true;
         self.leave();
-        self.energy.given_j = 0.0;
+        (self.line_n, self.lagging_n) = ([Vector3::zeros(); LINE], Vector3::zeros());
         (self.alarms, self.recent_j, self.touch_gain, self.gain) = (0, 0.0, 1.0, 1.0);
     }
 

@@ -44,7 +44,7 @@ fn rest(n_per_m: f32, delay_ticks: u8, lag_s: f32) -> (f32, Option<Fault>) {
 fn bounces_further_apart_than_twenty_ticks_do_not_go_on_for_ever() {
     for (n_per_m, delay_ticks) in [(400.0, 4), (250.0, 5), (400.0, 6), (150.0, 7)] {
         let (work_j, fault) = rest(n_per_m, delay_ticks, 0.0);
-        assert!(work_j < MOST_J || fault.is_some(), "{n_per_m} N/m, {delay_ticks} ticks: {work_j} J");
+        assert!(work_j < MOST_J, "{n_per_m} N/m, {delay_ticks} ticks: {work_j} J, {fault:?}");
     }
 }
 
@@ -53,7 +53,7 @@ fn a_lag_that_a_device_may_declare_does_not_hide_the_energy_that_it_creates() {
     for lag_s in [1e-3, 3e-3, DeviceSpec::MOST_LAG_S] {
         for (n_per_m, delay_ticks) in [(400.0, 1), (250.0, 1), (400.0, 2), (400.0, 4), (250.0, 5), (150.0, 7)] {
             let (work_j, fault) = rest(n_per_m, delay_ticks, lag_s);
-            assert!(work_j < MOST_J || fault.is_some(), "{n_per_m} N/m, {delay_ticks} ticks, {lag_s} s: {work_j} J");
+            assert!(work_j < MOST_J, "{n_per_m} N/m, {delay_ticks} ticks, {lag_s} s: {work_j} J, {fault:?}");
         }
     }
 }

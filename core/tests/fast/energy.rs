@@ -1,13 +1,18 @@
 //! The energy given to the hand, and the reaction to too much of it.
 
+use palpate::haptic::cycle::Ask;
 use palpate::haptic::device::DeviceSpec;
 use palpate::haptic::passivity::{Energy, PassivityObserver, PassivitySettings};
 use palpate::{Fault, Vector3};
 
-use crate::bench::stylus;
+use crate::bench::{Bench, stylus};
 
 fn observer(delay_ticks: u8, count_m: f32) -> PassivityObserver {
     PassivityObserver::build(&PassivitySettings::DEFAULT, &DeviceSpec { delay_ticks, count_m, ..stylus() }, 1e-3).unwrap()
+}
+
+fn lagging(delay_ticks: u8, lag_s: f32) -> PassivityObserver {
+    PassivityObserver::build(&PassivitySettings::DEFAULT, &DeviceSpec { delay_ticks, lag_s, ..stylus() }, 1e-3).unwrap()
 }
 
 fn z(length: f32) -> Vector3<f32> {
@@ -199,6 +204,102 @@ fn clearing_forgets_the_alarms_and_keeps_the_total() {
     assert_eq!((observer.gain(), energy.given_j, energy.created_j), (1.0, 0.0, 0.0));
     assert!((energy.total_created_j - 4.2e-3).abs() < 1e-6, "{energy:?}");
     (0..4).for_each(|_| assert_eq!(contact(&mut observer, 1e-3), Ok(())));
+}
+
+#[test]
+fn forces_that_a_fault_cut_off_do_no_work_and_the_next_contact_has_its_full_force() {
+    for (delay_ticks, lag_s) in [(0, 0.0), (1, 0.0), (1, 1e-3), (2, 0.0), (4, 0.0), (7, 6e-3)] {
+        let mut bench = Bench::with(400.0, DeviceSpec { delay_ticks, lag_s, ..stylus() }, |_| ()).active();
+        bench.press_n(2.0);
+        let z_m = |bench: &Bench| bench.device.sensed.position_m.z;
+        bench.device.sensed.position_m.z += 0.5e-3;
+        bench.find(Fault::SupplyLow);
+        let energy = (0..40).map(|_| bench.at(z_m(&bench) + 0.5e-3).energy).fold(0.0_f32, |most_j, e| most_j.max(e.given_j));
+        assert_eq!(energy, 0.0, "{delay_ticks} ticks, {lag_s} s: the device was released");
+        bench.ticks(100);
+        bench.ask(Ask::Clear);
+        bench.ask(Ask::TestPassed);
+        bench.arm();
+        bench.ticks(600);
+        let felt_n = bench.press_n(1.0).applied_n.z;
+        assert!((felt_n - 1.0).abs() < 0.01, "{delay_ticks} ticks, {lag_s} s: {felt_n} N");
+    }
+}
+
+#[test]
+fn a_lagging_force_acts_as_a_first_order_low_pass_says() {
+    // means over three ticks, for a force that is sent once
+    for (lag_s, tolerance) in [(0.25e-3_f32, 0.02), (1e-3, 1e-3), (6e-3, 1e-3)] {
+        let mut observer = lagging(0, lag_s);
+        observer.sent(z(1.0));
+        let x = 1e-3 / lag_s;
+        let falls = 1.0 - (-x).exp();
+        for (tick, mean_n) in [1.0 - falls / x, falls * falls / x, (1.0 - falls) * falls * falls / x].into_iter().enumerate() {
+            let before_j = observer.energy().given_j;
+            step(&mut observer, -1e-3, true, 0.0).unwrap();
+            let found_n = (observer.energy().given_j - before_j) / -1e-3;
+            assert!((found_n / mean_n - 1.0).abs() < tolerance, "{lag_s} s, tick {tick}: {found_n} N, closed form {mean_n} N");
+        }
+    }
+}
+
+#[test]
+fn a_contact_ends_twenty_milliseconds_and_three_lags_after_its_last_force() {
+    for (delay_ticks, lag_s, ticks) in [(0, 0.0, 20), (3, 0.0, 23), (0, 1e-3, 23), (1, 6e-3, 39)] {
+        let mut observer = lagging(delay_ticks, lag_s);
+        (0..10).for_each(|_| step(&mut observer, -1e-5, true, 1.0).unwrap());
+        let lasts = (0..100).position(|_| {
+            step(&mut observer, 0.0, false, 0.0).unwrap();
+            observer.energy().given_j == 0.0
+        });
+        assert_eq!(lasts, Some(ticks + 1), "{delay_ticks} ticks, {lag_s} s");
+    }
+}
+
+#[test]
+fn contacts_below_the_alarm_are_a_fault_by_their_energy_in_five_seconds() {
+    // 0.4 mJ each: more than half a millijoule per second, then less
+    for (every_ticks, fault) in [(600, Some(10)), (1200, None)] {
+        let mut observer = observer(0, 0.0);
+        let ends = (0..40).position(|_| {
+            let answer = contact(&mut observer, 0.4e-3);
+            (32..every_ticks).for_each(|_| step(&mut observer, 0.0, false, 0.0).unwrap());
+            answer.is_err()
+        });
+        assert_eq!((ends, observer.gain()), (fault, 1.0), "every {every_ticks} ticks");
+    }
+}
+
+#[test]
+fn five_alarms_in_a_row_are_a_fault_however_far_apart() {
+    let mut observer = observer(0, 0.0);
+    let fault = (0..10).position(|_| {
+        (0..20_000).for_each(|_| step(&mut observer, 0.0, false, 0.0).unwrap());
+        contact(&mut observer, 1e-3).is_err()
+    });
+    assert_eq!(fault, Some(4));
+}
+
+#[test]
+fn a_faded_force_does_not_return_while_the_probe_presses() {
+    let mut observer = observer(0, 0.0);
+    step(&mut observer, 0.0, true, 1.0).unwrap();
+    step(&mut observer, 1e-3, true, 0.0).unwrap();
+    (0..200).for_each(|_| step(&mut observer, 0.0, true, 0.0).unwrap());
+    assert_eq!(observer.gain(), 0.0);
+    (0..30).for_each(|_| step(&mut observer, 0.0, false, 0.0).unwrap());
+    assert_eq!(observer.gain(), 0.5);
+}
+
+#[test]
+fn clearing_ends_what_an_amplifier_gave_after_the_contact_too() {
+    let mut observer = lagging(0, 6e-3);
+    step(&mut observer, 0.0, true, 20.0).unwrap();
+    (0..60).for_each(|_| step(&mut observer, 0.0, false, 0.0).unwrap());
+    step(&mut observer, 0.1, false, 0.0).unwrap();
+    assert!(observer.energy().created_j > 0.0, "{:?}", observer.energy());
+    observer.clear();
+    assert_eq!((observer.energy().given_j, observer.energy().created_j), (0.0, 0.0));
 }
 
 /// Ratio of the work of the bounded form of a force [N] to that of the force itself, at a velocity

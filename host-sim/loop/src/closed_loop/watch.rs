@@ -6,12 +6,13 @@
 //! acts without a mode that allows it; in `SafeRamp` the force only falls, after arming it is a
 //! rising share, and after a late tick at most half; I4 a fault stays latched until it is cleared
 //! after good poses; I5 the tissue's state is finite and near its patch; I7 no old reading is
-//! rendered; I8 limits are never raised; I9 the force reported is the one applied; I10 ticks count
-//! up by one; I11 the energy account is the work of the force that acted, and a contact that
-//! created too much energy is faded out. I6, no allocation and no panic, is proven on the image and
-//! not checked here. I12 to I14 determine contact from the sensed tip and geometry at rest, never
-//! from the renderer: I12 no force acts without contact, I13 none points into the tissue, I14 none
-//! oscillates at rest.
+//! rendered; I8 limits are never raised; I9 the force reported is the one applied, and the position
+//! reported is one that was read; I10 ticks count up by one; I11 the energy account is the work of
+//! the force that acted, no contact is forgotten before 20 ms without a force, a contact that
+//! created too much energy is faded out, and so many contacts within seconds end in a fault. I6, no
+//! allocation and no panic, is proven on the image and not checked here. I12 to I14 determine
+//! contact from the sensed tip and geometry at rest, never from the renderer: I12 no force acts
+//! without contact, I13 none points into the tissue, I14 none oscillates at rest.
 
 mod box_tree;
 mod by_geometry;
@@ -25,6 +26,7 @@ use palpate::haptic::device::{DeviceSpec, Sensed, SensorStatus};
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::{ClampFlags, Fault, Vector3};
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Allowance for rounding in a force of a few newtons [N].
@@ -67,14 +69,26 @@ pub struct Broken {
 /// Largest number of ticks over which the loop averages a force.
 const MOST_MEAN_TICKS: f32 = 100.0;
 
-/// Force of an amplifier that no longer counts [N].
-const FADED_N: f32 = 1e-3;
+/// Time after the last force for which a contact is kept [s], and the lags of the amplifier that
+/// are added to it (1).
+const KEPT: (f32, f32) = (0.02, 3.0);
+
+/// Time constant with which the energy that contacts created is forgotten [s].
+const FORGOTTEN_S: f32 = 5.0;
 
 /// Checks the invariants tick by tick.
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
     /// The last three ticks, newest first.
     past: [Option<Tick>; 3],
+    /// Forces of the last ticks that a device may delay, newest first [N].
+    sent_n: VecDeque<Vector3<f32>>,
+    /// Ticks without a force.
+    idle: u32,
+    /// Whether the patch was touched when it ran last.
+    touched: bool,
+    /// Energy that the last contacts created, each counted up to the alarm [J].
+    recent_j: f32,
     silent: u32,
     old: u32,
     arming: u32,
@@ -164,6 +178,12 @@ struct Settled {
     /// Time constant of the amplifier [ticks].
     lag_ticks: f64,
     alarm_j: f32,
+    /// Largest energy that the contacts of the last seconds may create together [J].
+    most_recent_j: f32,
+    /// Share of it that a tick leaves (1).
+    remembered: f32,
+    /// Ticks without a force after which a contact may end.
+    kept_ticks: u32,
     ramp_in_per_tick: f32,
     play_m: f32,
 }
@@ -189,6 +209,9 @@ impl Watch {
             delay_ticks: device.delay_ticks.into(),
             lag_ticks: f64::from(device.lag_s / settings.tick_s),
             alarm_j: settings.passivity.alarm_j,
+            most_recent_j: f32::from(settings.passivity.alarms) * settings.passivity.alarm_j,
+            remembered: 1.0 - settings.tick_s / FORGOTTEN_S,
+            kept_ticks: u32::from(device.delay_ticks) + ((KEPT.0 + KEPT.1 * device.lag_s) / settings.tick_s).round() as u32,
             ramp_in_per_tick: settings.arming.ramp_in_per_tick,
             play_m: 1.01 * device.count_m,
         };
@@ -218,6 +241,9 @@ impl Watch {
         let answer = self.judge(now).and(by_geometry);
         self.arming = if now.telemetry.mode == Mode::Arming { self.arming + 1 } else { 0 };
         self.past = [Some(*now), self.past[0], self.past[1]];
+        self.sent_n.truncate(usize::from(DeviceSpec::MOST_DELAY_TICKS));
+        self.sent_n.push_front(now.force_n());
+        self.idle = if now.force_n() == Vector3::zeros() { self.idle + 1 } else { 0 };
         answer
     }
 
@@ -248,6 +274,9 @@ impl Watch {
         let pose = now.reading.position_m;
         let readable = pose.iter().all(|c| c.is_finite()) && now.reading.status == SensorStatus::Good;
         hold("I7", "bad reading", readable || telemetry.mode == Mode::Fault)?;
+        let held = self.past[0].map(|before| before.telemetry.position_m);
+        let read = telemetry.position_m == pose || held == Some(telemetry.position_m);
+        hold("I9", "position read", read || telemetry.mode == Mode::Fault)?;
         hold("I4", "board's finding", now.command.found.is_none() || telemetry.mode == Mode::Fault)?;
         hold(
             "I3",
@@ -334,36 +363,46 @@ impl Watch {
 
     /// Checks that the loop's energy account equals the work of the force that acted.
     fn energy(&mut self, now: &Tick, before: &Tick) -> Result<(), Broken> {
+        let hold = |id, what, holds: bool| if holds { Ok(()) } else { Err(Broken { id, what }) };
         let Some(settled) = self.settled else { return Ok(()) };
         if now.telemetry.fault.is_some() || before.telemetry.fault.is_some() {
             (self.slack_m, self.since) = ([Slack(None); 3], [Since::default(); 3]);
-            self.amplifier = Amplifier::default();
+            (self.amplifier, self.recent_j, self.touched) = (Amplifier::default(), 0.0, false);
             return Ok(());
         }
+        // until a contact ends, the energy that it created does not fall
+        let ends = self.idle > settled.kept_ticks;
+        let (energy, last) = (&now.telemetry.energy, &before.telemetry.energy);
+        let rises = energy.created_j >= energy.given_j && (ends || energy.created_j >= last.created_j);
+        let counted_j = |created_j: f32| created_j.clamp(0.0, settled.alarm_j);
+        let more_j = (counted_j(energy.created_j) - counted_j(last.created_j)).max(0.0);
+        self.recent_j = self.recent_j * settled.remembered + more_j;
+        hold("I11", "energy created", rises)?;
+        hold("I11", "energy of contacts", self.recent_j <= 1.001 * settled.most_recent_j)?;
         let displacement_m = now.telemetry.position_m - before.telemetry.position_m;
         let mut passed_m = [None; 3];
         for ((passed, slack), way) in passed_m.iter_mut().zip(&mut self.slack_m).zip(displacement_m.iter()) {
             *passed = slack.pass(*way, settled.play_m);
         }
-        let Some(acted) = self.past.get(settled.delay_ticks).copied().flatten() else { return Ok(()) };
-        let force_n = self.amplifier.mean_n(acted.force_n(), settled.lag_ticks);
-        let output = before.telemetry.output;
-        let free = output.depth_m <= 0.0 && output.force_n == Vector3::zeros();
+        let Some(acted_n) = self.sent_n.get(settled.delay_ticks).copied() else { return Ok(()) };
+        let force_n = self.amplifier.mean_n(acted_n, settled.lag_ticks);
+        // where the patch does not run, as after a ramp to Idle, the last answer is the one known
+        if [Some(before), self.past[1].as_ref()].into_iter().flatten().any(|tick| tick.telemetry.mode.runs_patch()) {
+            let output = &before.telemetry.output;
+            self.touched = output.depth_m > 0.0 || output.force_n != Vector3::zeros();
+        }
+        let free = !self.touched;
         let mut mean_n = force_n;
         for axis in 0..3 {
             let ends = free || settled.play_m == 0.0 || displacement_m[axis] != 0.0;
             mean_n[axis] = self.since[axis].mean_n(force_n[axis], ends);
         }
         let [Some(x), Some(y), Some(z)] = passed_m else { return Ok(()) };
-        // where the amplifier's force has all but faded, contact and account may end
-        if acted.force_n() == Vector3::zeros() && force_n.norm() < FADED_N {
+        if ends {
             return Ok(());
         }
         let work_j = mean_n.dot(&Vector3::new(x, y, z));
-        let counted_j = now.telemetry.energy.given_j - before.telemetry.energy.given_j;
-        match (counted_j - work_j).abs() <= 1e-7 + 1e-3 * work_j.abs() + 1e-5 * now.telemetry.energy.given_j.abs() {
-            true => Ok(()),
-            false => Err(Broken { id: "I11", what: "energy counted" }),
-        }
+        let off_j = energy.given_j - last.given_j - work_j;
+        hold("I11", "energy counted", off_j.abs() <= 1e-7 + 1e-3 * work_j.abs() + 1e-5 * energy.given_j.abs())
     }
 }

@@ -100,7 +100,7 @@ fn forced(tick: &Tick) -> bool {
 }
 
 /// Name of each defect, and the change that it makes to a tick's results.
-const DEFECTS: [(&str, Defect); 26] = [
+const DEFECTS: [(&str, Defect); 28] = [
     ("no force limit", |_, now| {
         if forced(now) {
             give(now, now.telemetry.wanted_n);
@@ -225,6 +225,12 @@ const DEFECTS: [(&str, Defect); 26] = [
             give(now, -now.telemetry.applied_n);
         }
     }),
+    ("a position that was not read is reported", |_, now| now.telemetry.position_m += NORMAL * 1e-4),
+    ("the energy of a tick is not counted", |before, now| {
+        if forced(now) {
+            now.telemetry.energy = before.telemetry.energy;
+        }
+    }),
     ("the tick count stands still", |before, now| now.telemetry.tick = before.telemetry.tick),
 ];
 
@@ -243,4 +249,70 @@ fn every_planted_defect_is_noticed() {
     let missed: Vec<_> =
         DEFECTS.iter().filter(|(_, defect)| script(Some(*defect)).broken.is_empty()).map(|(name, _)| name).collect();
     assert!(missed.is_empty(), "not noticed: {missed:?}");
+}
+
+#[test]
+fn energy_that_is_not_counted_is_noticed_at_every_delay() {
+    for delay_ticks in 0..=7 {
+        for defect in [None, Some((|before, now| now.telemetry.energy = before.telemetry.energy) as Defect)] {
+            let mut rig = Rig::delayed(delay_ticks);
+            rig.defect = defect;
+            rig.go(3e-3, 0.1);
+            rig.go(-3e-3, 0.1);
+            assert_eq!(rig.broken.iter().any(|b| b.id == "I11"), defect.is_some(), "{delay_ticks} ticks: {:?}", rig.broken);
+        }
+    }
+}
+
+#[test]
+fn a_contact_that_is_forgotten_before_twenty_milliseconds_without_a_force_is_noticed() {
+    let forgets: Defect = |before, now| {
+        if now.force_n() == Vector3::zeros() && before.force_n() == Vector3::zeros() {
+            (now.telemetry.energy.given_j, now.telemetry.energy.created_j) = (0.0, 0.0);
+        }
+    };
+    for (defect, noticed) in [(None, false), (Some(forgets), true)] {
+        let mut rig = Rig::delayed(0);
+        rig.defect = defect;
+        rig.go(3e-3, 0.1);
+        rig.go(-3e-3, 0.1);
+        assert_eq!(rig.broken.iter().any(|b| b.what == "energy counted"), noticed, "{:?}", rig.broken);
+    }
+}
+
+#[test]
+fn a_full_force_before_the_ramp_in_ends_is_noticed() {
+    let full: Defect = |_, now| {
+        if forced(now) {
+            give(now, now.telemetry.wanted_n);
+        }
+    };
+    for (defect, noticed) in [(None, false), (Some(full), true)] {
+        let mut rig = Rig::at(-5e-3);
+        rig.arm();
+        rig.hold(220);
+        rig.defect = defect;
+        rig.go(2e-3, 0.05);
+        assert_eq!(rig.broken.iter().any(|b| b.what == "ramp-in"), noticed, "{:?}", rig.broken);
+    }
+}
+
+#[test]
+fn contacts_that_create_energy_one_after_another_are_noticed_if_no_fault_ends_them() {
+    // less than the alarm in each contact
+    let creates: Defect = |_, now| {
+        if now.telemetry.energy.given_j != 0.0 {
+            now.telemetry.energy.created_j += 0.45e-3;
+        }
+    };
+    for (contacts, noticed) in [(5, false), (8, true)] {
+        let mut rig = Rig::active();
+        rig.defect = Some(creates);
+        for _ in 0..contacts {
+            rig.go(2e-3, 0.1);
+            rig.go(-3e-3, 0.1);
+            rig.hold(30);
+        }
+        assert_eq!(rig.broken.iter().any(|b| b.what == "energy of contacts"), noticed, "{:?}", rig.broken);
+    }
 }

@@ -35,6 +35,7 @@ impl Renderer for HalfSpace {
 /// A device whose position the script sets.
 pub struct Scripted {
     pub reading: Sensed,
+    pub delay_ticks: u8,
     /// Last output: a force, or `None` if the device was released.
     pub got_n: Option<Vector3<f32>>,
 }
@@ -46,7 +47,7 @@ impl HapticDevice for Scripted {
             workspace_low_m: Vector3::new(-0.2, -0.2, -0.2),
             workspace_high_m: Vector3::new(0.2, 0.2, 0.2),
             count_m: 55e-6,
-            delay_ticks: 1,
+            delay_ticks: self.delay_ticks,
             lag_s: 0.0,
         }
     }
@@ -85,16 +86,23 @@ pub struct Rig {
 impl Rig {
     /// A rig that is switched on at this depth [m] in tissue of 400 N/m.
     pub fn at(depth_m: f32) -> Self {
-        Self::with(depth_m, |settings| settings)
+        Self::with(depth_m, 1, |settings| settings)
     }
 
-    fn with(depth_m: f32, change: fn(Settings) -> Settings) -> Self {
+    /// A rig 5 mm outside the tissue that is armed and ramped in, on a device with this delay.
+    pub fn delayed(delay_ticks: u8) -> Self {
+        Self::with(-5e-3, delay_ticks, |settings| settings).activated()
+    }
+
+    fn with(depth_m: f32, delay_ticks: u8, change: fn(Settings) -> Settings) -> Self {
         let reading = Sensed { position_m: NORMAL * -depth_m, sequence: 0, status: SensorStatus::Good };
-        let device = Scripted { reading, got_n: None };
-        let cycle = Cycle::build(&change(Settings::safe(&device.limits())), &device.limits()).unwrap();
+        let device = Scripted { reading, delay_ticks, got_n: None };
+        let settings = change(Settings::safe(&device.limits()));
+        let cycle = Cycle::build(&settings, &device.limits()).unwrap();
+        let watch = Watch::of(&settings, &device.limits());
         let tissue = HalfSpace { n_per_m: 400.0, sick_n: None };
         let (broken, modes, limiters) = (Vec::new(), Vec::new(), ClampFlags::default());
-        Self { device, tissue, cycle, defect: None, broken, last: None, modes, limiters, watch: Watch::default() }
+        Self { device, tissue, cycle, defect: None, broken, last: None, modes, limiters, watch }
     }
 
     /// A rig 5 mm outside the tissue that is booted, tested, armed and ramped in.
@@ -109,7 +117,7 @@ impl Rig {
             let allowance_j = PassivitySettings::HIGHEST.allowance_j;
             Settings { passivity: PassivitySettings { allowance_j, ..s.passivity }, ..s }
         };
-        Self::with(-5e-3, change).activated()
+        Self::with(-5e-3, 1, change).activated()
     }
 
     fn activated(mut self) -> Self {
