@@ -1,7 +1,7 @@
 //! **Open this first.** The path of one tick, in data order.
 //!
 //! ```text
-//! pose ─ probe ─ contact ─┬─ force ────────────── integrate ──┬─ output ─ force on the probe
+//! pose ─ probe ─ contact ───┬─ force ──────────── integrate ──┬─ output ─ force on the probe
 //!        guard:   triangles │  gravity, springs,  symplectic  │  reaction [N], depth,
 //!        finite,  the probe │  volume, rim,       Euler,      │  normal, limiters
 //!        presence,can reach │  foundation         mass floor  │

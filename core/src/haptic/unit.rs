@@ -5,11 +5,12 @@
 //! steps between the readings of a hand at constant speed differ by one or two counts, whatever the
 //! speed; while a hand speeds up or turns evenly, the differences between its steps do. If readings
 //! are ten times too long, every step, every difference between two steps and every difference of
-//! these is zero or at least ten counts. So the check counts steps that are longer than five counts
-//! of the profile, that differ from the step before by more than five, *and* whose difference
-//! differs from the one before by nothing or by more than five, until one step fits. A hand that
-//! speeds up makes some such steps as well: eight beyond those that bring it to its greatest speed
-//! are a fault. A hand that trembles while the loop arms is enough for the check.
+//! these is zero or at least ten counts. So a step is counted as too long if it is longer than five
+//! counts of the profile and differs from the step before by more than five, *and* if that
+//! difference itself differs from the one before by nothing or by more than five. The first step
+//! that fits ends the check. A hand that speeds up makes some such steps as well: eight beyond
+//! those that bring it to its greatest speed are a fault. A hand that trembles while the loop arms
+//! is enough for the check.
 //!
 //! A unit that is too small shows only in motions between two rests, because a driver that filters
 //! or interpolates has short steps as well: eight motions from rest to rest, each shorter than a

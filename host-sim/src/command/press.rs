@@ -70,6 +70,9 @@ impl PressArgs {
     }
 }
 
+/// Force error from which the verdict calls a press off instead of within [%].
+const FAR_PCT: f64 = 10.0;
+
 /// Describes accuracy and speed of a press.
 fn in_words(scene: &Scene, session: &Session, press: &Press) -> String {
     let furthest = press
@@ -78,6 +81,7 @@ fn in_words(scene: &Scene, session: &Session, press: &Press) -> String {
         .filter_map(|hold| Some(((hold.force_n / elements_n(scene, hold)? - 1.0) * 100.0).abs()))
         .reduce(f64::max);
     let right = match furthest {
+        Some(pct) if pct > FAR_PCT => format!("it ran, but is {pct:.1} % off finite elements"),
         Some(pct) => format!("within {pct:.1} % of finite elements"),
         None => Standing::of(scene, &session.patch).short(),
     };

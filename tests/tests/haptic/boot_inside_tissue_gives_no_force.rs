@@ -1,5 +1,5 @@
-//! The device is switched on with the probe inside the tissue. There is no force, however long it
-//! waits, until the probe has been outside; then the force ramps in.
+//! The device is switched on with the probe inside the tissue. However long the probe stays there,
+//! there is no force until it has been outside; then the force ramps in.
 
 use palpate::haptic::cycle::{Command, Settings};
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};

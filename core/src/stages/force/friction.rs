@@ -55,7 +55,8 @@ pub(super) fn claim<'b>(bristles: &'b mut [Bristle], live: &mut usize, met: usiz
         }
         None => {
             if met < *live {
-                // if there is no room behind, a bristle that has not been found yet is lost
+                // if there is no room at the end, the front bristle is lost; its node has not been
+                // found in this substep
                 if let Some(end) = bristles.get_mut(*live) {
                     *end = front;
                     *live += 1;

@@ -18,7 +18,8 @@ const FINER: u16 = 12;
 const LEAD_TICKS: i32 = 5;
 
 /// Multiplies the number of substeps by `times`. The mass floor is that of the shorter substep,
-/// lower by the square of `times`, and the probe may sink faster by `times`.
+/// lower by the square of `times`; the largest speed at which the probe may sink is multiplied by
+/// `times`.
 #[must_use]
 pub fn with_substeps(params: &Params, times: u16) -> Params {
     let n = f32::from(times);

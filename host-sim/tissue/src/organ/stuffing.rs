@@ -27,7 +27,8 @@ const HALVINGS: u32 = 44;
 /// Point at which the surface crosses a lattice edge.
 struct Cut {
     at: V3,
-    /// Position of the cut, as a share of the edge from its end with the lower name (1).
+    /// Distance of the cut from the end of the edge with the smaller index, as a share of the edge
+    /// (1).
     share: f64,
 }
 
@@ -36,7 +37,7 @@ struct Stuffing<'a> {
     sides: Vec<Side>,
     /// Lattice points that were moved onto a cut, with their new positions.
     moved: BTreeMap<u32, V3>,
-    /// Cuts by the names of both ends of their edges, the lower name first.
+    /// Cuts by the indices of the lattice points at both ends of their edges, the smaller first.
     cuts: BTreeMap<[u32; 2], Cut>,
 }
 

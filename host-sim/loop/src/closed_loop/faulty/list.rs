@@ -134,7 +134,7 @@ pub const FAULTS: &[FaultType] = &[
         Injection::ForceFault(ForceFault::Scaled(-1.0)),
         FOR_EVER,
         Needs::NobodysForce,
-        // the handle may have passed through the tissue, and have no force, before it is too fast
+        // the handle may pass through the tissue, and then have no force, before it is too fast
         Expected::Bounded(AWAY_FAST),
     ),
     with(
