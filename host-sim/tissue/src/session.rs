@@ -170,7 +170,8 @@ impl Session {
         let model = patch.wide_model();
         let site_m = patch.site_m();
         let touched = triangles_in_reach(&model, site_m.into(), params.probe.reach_m());
-        refuse_if_one_substep_is_too_slow(&MACHINES[0], &model, &params, touched)?;
+        let fits = |measured| refuse_if_too_slow(&MACHINES[0], &model, &params, touched, measured);
+        fits(None)?;
         let measured = StableStep::measure(&model, &params, site_m)?;
         let depth_mm = f64::from(model.depth_limit_m) * 1e3;
         let does_not_survive = || {
@@ -180,10 +181,9 @@ impl Session {
         };
         let stable = measured.ok_or_else(does_not_survive)?;
         let wanted = stable.substeps(TICK_S);
-        let fits = |substeps: f64| refuse_if_too_slow(&MACHINES[0], &model, &params, touched, substeps, &stable);
-        fits(wanted)?;
+        fits(Some((wanted, &stable)))?;
         let substeps = substeps_for_taps(&model, &params, site_m, wanted as u16)?.ok_or_else(does_not_survive)?;
-        fits(f64::from(substeps))?;
+        fits(Some((f64::from(substeps), &stable)))?;
         let params = Params { substeps, ..params };
         let report = report(&patch, &params, &stable, flipped_tets)?;
         Ok(Self { patch, params, stable, tips_m, report })
@@ -258,47 +258,31 @@ fn fitted(scene: &Scene, packed: &Params) -> Params {
     }
 }
 
-/// Refuses a model whose tick is too long with any number of substeps, before its stable step is
-/// measured, which takes longer the larger the model is.
-fn refuse_if_one_substep_is_too_slow(
-    machine: &CostModel,
-    model: &palpate::Model,
-    params: &Params,
-    touched: usize,
-) -> Result<(), Error> {
-    let cost = machine.cost_with(model, params, touched, 1);
-    if cost.units <= cost.budget {
-        return Ok(());
-    }
-    Err(Error::TooSlow(format!(
-        "cannot run at 1 kHz: {} nodes take about {:.0} us with one substep a tick, of the {:.0} us there are: take fewer nodes",
-        model.nodes.len(),
-        cost.units * 1e-3,
-        cost.budget * 1e-3,
-    )))
-}
-
+/// Refuses a model whose tick is too long with the substeps that it needs, measured or, before its
+/// stable step is measured, at least one: measuring takes longer the larger the model is.
 fn refuse_if_too_slow(
     machine: &CostModel,
     model: &palpate::Model,
     params: &Params,
     touched: usize,
-    substeps: f64,
-    stable: &StableStep,
+    measured: Option<(f64, &StableStep)>,
 ) -> Result<(), Error> {
-    let depth_mm = f64::from(model.depth_limit_m) * 1e3;
+    let substeps = measured.map_or(1.0, |(substeps, _)| substeps);
     let cost = machine.cost_with(model, params, touched, substeps.min(f64::from(u16::MAX)) as u16);
     if cost.units <= cost.budget {
         return Ok(());
     }
-    Err(Error::TooSlow(format!(
-        "cannot run at 1 kHz: {} nodes pressed to {depth_mm:.1} mm need {substeps} substeps a tick (stable step {:.4} ms, {:.0} % of it used), about {:.0} us of the {:.0} us there are: take fewer nodes, press less deep, or take a more even mesh",
-        model.nodes.len(),
-        stable.pressed_s * 1e3,
-        MARGIN * 100.0,
-        cost.units * 1e-3,
-        cost.budget * 1e-3,
-    )))
+    let nodes = model.nodes.len();
+    let time = format!("about {:.0} us of the {:.0} us there are", cost.units * 1e-3, cost.budget * 1e-3);
+    Err(Error::TooSlow(match measured {
+        None => format!("cannot run at 1 kHz: {nodes} nodes need, with one substep a tick, {time}: take fewer nodes"),
+        Some((_, stable)) => format!(
+            "cannot run at 1 kHz: {nodes} nodes pressed to {:.1} mm need {substeps} substeps a tick (stable step {:.4} ms, {:.0} % of it used), {time}: take fewer nodes, press less deep, or take a more even mesh",
+            f64::from(model.depth_limit_m) * 1e3,
+            stable.pressed_s * 1e3,
+            MARGIN * 100.0,
+        ),
+    }))
 }
 
 fn report(patch: &Patch, params: &Params, stable: &StableStep, flipped_tets: usize) -> Result<Report, Error> {
@@ -353,7 +337,7 @@ mod tests {
     #[test]
     fn a_tick_that_is_too_long_is_refused_with_the_substeps_that_it_needs() {
         let Session { patch, params, stable, .. } = Session::prepare(&Scene::load("block").unwrap()).unwrap();
-        let refuse = |substeps| refuse_if_too_slow(&MACHINES[0], &patch.wide_model(), &params, 100, substeps, &stable);
+        let refuse = |substeps| refuse_if_too_slow(&MACHINES[0], &patch.wide_model(), &params, 100, Some((substeps, &stable)));
         assert!(refuse(1.0).is_ok());
         let Err(Error::TooSlow(why)) = refuse(1000.0) else { panic!("a thousand substeps take longer than a tick") };
         let says = ["410 nodes pressed to ", "need 1000 substeps a tick", "us of the 1000 us", "fewer nodes"];
