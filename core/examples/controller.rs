@@ -20,7 +20,7 @@ impl HapticDevice for Handle {
     fn limits(&self) -> DeviceSpec {
         let corner_m = Vector3::new(0.1, 0.1, 0.1);
         let (workspace_low_m, workspace_high_m) = (self.site_m - corner_m, self.site_m + corner_m);
-        DeviceSpec { max_force_n: 3.3, workspace_low_m, workspace_high_m, count_m: 0.0, delay_ticks: 1, lag_s: 0.0 }
+        DeviceSpec { workspace_low_m, workspace_high_m, ..DeviceSpec::STYLUS }
     }
     fn sense(&mut self) -> Sensed {
         self.tick += 1;

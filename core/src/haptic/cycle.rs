@@ -52,10 +52,7 @@ use crate::stages::probe::ProbePose;
 /// impl HapticDevice for Still {
 ///     fn limits(&self) -> DeviceSpec {
 ///         let (workspace_low_m, workspace_high_m) = (Vector3::repeat(-0.1), Vector3::repeat(0.1));
-///         let (max_force_n, count_m, delay_ticks, lag_s) = (3.0, 0.0, 1, 0.0);
-///         DeviceSpec {
-///             max_force_n, workspace_low_m, workspace_high_m, count_m, delay_ticks, lag_s
-///         }
+///         DeviceSpec { workspace_low_m, workspace_high_m, ..DeviceSpec::STYLUS }
 ///     }
 ///     fn sense(&mut self) -> Sensed {
 ///         self.0 += 1;

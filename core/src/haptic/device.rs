@@ -26,14 +26,24 @@ pub struct DeviceSpec {
     pub delay_ticks: u8,
     /// Time constant of amplifier and motor [s].
     pub lag_s: f32,
+    /// Mass of the handle at the probe [kg]. The lightest handle that the device may have is the
+    /// cautious value: a light handle is accelerated most by its own motors.
+    pub mass_kg: f32,
+    /// Largest contact stiffness that the device renders without a limit cycle [N/m].
+    pub stiffness_ceiling_n_per_m: f32,
+    /// Whether sign, order, unit, friction, delay and lag of the axes were measured on the device
+    /// itself.
+    pub commissioned: bool,
 }
 
 /// Ranges that a device may declare; the sides of the workspace are in the order x, y, z.
-static RANGES: [Range; 10] = [
+static RANGES: [Range; 12] = [
     ("device.max_force_n", 0.01, DeviceSpec::MOST_FORCE_N),
     ("device.count_m", 0.0, 1e-3),
     ("device.delay_ticks", 0.0, DeviceSpec::MOST_DELAY_TICKS as f32),
     ("device.lag_s", 0.0, DeviceSpec::MOST_LAG_S),
+    ("device.mass_kg", 1e-3, 5.0),
+    ("device.stiffness_ceiling_n_per_m", 1.0, 1e5),
     (LOW, -2.0, 2.0),
     (LOW, -2.0, 2.0),
     (LOW, -2.0, 2.0),
@@ -52,6 +62,19 @@ impl DeviceSpec {
     pub const MOST_LAG_S: f32 = 6e-3;
     /// Largest force that any device may declare [N]; a hand can withstand it.
     pub const MOST_FORCE_N: f32 = 20.0;
+    /// A commissioned desktop stylus of 3.3 N and 45 g with an ideal sensor and a delay of one tick,
+    /// in a workspace of 0.2 m around the origin.
+    pub const STYLUS: Self = Self {
+        max_force_n: 3.3,
+        workspace_low_m: Vector3::new(-0.1, -0.1, -0.1),
+        workspace_high_m: Vector3::new(0.1, 0.1, 0.1),
+        count_m: 0.0,
+        delay_ticks: 1,
+        lag_s: 0.0,
+        mass_kg: 0.045,
+        stiffness_ceiling_n_per_m: 1e5,
+        commissioned: true,
+    };
 
     /// Time from computing a force to its acting [s]: whole ticks and the lag.
     #[must_use]
@@ -69,7 +92,10 @@ impl DeviceSpec {
         let sides = [low_m.x, low_m.y, low_m.z, size_m.x, size_m.y, size_m.z];
         let [a, b, c, d, e, f] = sides;
         let delay_ticks = f32::from(self.delay_ticks);
-        each_within(&RANGES, [self.max_force_n, self.count_m, delay_ticks, self.lag_s, a, b, c, d, e, f])
+        let (mass_kg, ceiling_n_per_m) = (self.mass_kg, self.stiffness_ceiling_n_per_m);
+        let scalars = [self.max_force_n, self.count_m, delay_ticks, self.lag_s, mass_kg, ceiling_n_per_m];
+        let [force, count, delay, lag, mass, ceiling] = scalars;
+        each_within(&RANGES, [force, count, delay, lag, mass, ceiling, a, b, c, d, e, f])
     }
 }
 
@@ -113,15 +139,7 @@ pub struct Sensed {
 /// impl HapticDevice for Slider {
 ///     fn limits(&self) -> DeviceSpec {
 ///         let [workspace_low_m, workspace_high_m] = [-0.05, 0.05].map(Vector3::repeat);
-///         let (max_force_n, count_m, delay_ticks, lag_s) = (3.0, 20e-6, 1, 0.0);
-///         DeviceSpec {
-///             max_force_n,
-///             workspace_low_m,
-///             workspace_high_m,
-///             count_m,
-///             delay_ticks,
-///             lag_s,
-///         }
+///         DeviceSpec { workspace_low_m, workspace_high_m, count_m: 20e-6, ..DeviceSpec::STYLUS }
 ///     }
 ///     fn sense(&mut self) -> Sensed {
 ///         self.readings += 1;

@@ -199,6 +199,9 @@ pub(crate) mod tests {
             count_m: 55e-6,
             delay_ticks: 1,
             lag_s: 0.0,
+            mass_kg: 0.045,
+            stiffness_ceiling_n_per_m: 1e5,
+            commissioned: true,
         }
     }
 

@@ -20,6 +20,9 @@ pub fn stylus() -> DeviceSpec {
         count_m: 0.0,
         delay_ticks: 1,
         lag_s: 0.0,
+        mass_kg: 0.045,
+        stiffness_ceiling_n_per_m: 1e5,
+        commissioned: true,
     }
 }
 

@@ -96,6 +96,9 @@ impl Rig {
             count_m,
             delay_ticks: 1,
             lag_s: 0.0,
+            mass_kg: 0.045,
+            stiffness_ceiling_n_per_m: 1e5,
+            commissioned: true,
         };
         let at_m = site_m + normal * CLEAR_M;
         let device = Scripted { limits, sequence: 0, at_m, got_n: Vector3::zeros(), missing: false, shift_m: None, scale: 1.0 };

@@ -21,7 +21,7 @@ use crate::port::Port;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const MAGIC: u32 = 0x5041_4C50;
-const VERSION: u16 = 4;
+const VERSION: u16 = 5;
 const HEAD: usize = 12;
 const TAIL: usize = 4;
 /// Length of a slot's content [bytes]: head, profile, checksum and erased bytes.
@@ -45,6 +45,12 @@ pub struct Profile {
     pub count_m: f32,
     /// Time constant of amplifier and motor [s].
     pub lag_s: f32,
+    /// Mass of the handle at the probe [kg].
+    pub mass_kg: f32,
+    /// Largest contact stiffness that the device renders without a limit cycle [N/m].
+    pub stiffness_ceiling_n_per_m: f32,
+    /// Day on which the device was commissioned, in days since 1970-01-01; zero if it was not.
+    pub commissioned_day: u16,
     /// Encoder counts in the mechanism's home pose, or at the centre of three orthogonal axes.
     pub home_counts: [i32; 3],
     /// A hand switch or pedal is fitted; there is a force only while it is pressed.
@@ -75,6 +81,9 @@ impl Profile {
             workspace_m: [device.workspace_low_m.into(), device.workspace_high_m.into()],
             count_m: device.count_m,
             lag_s: device.lag_s,
+            mass_kg: device.mass_kg,
+            stiffness_ceiling_n_per_m: device.stiffness_ceiling_n_per_m,
+            commissioned_day: u16::from(device.commissioned),
             home_counts: [0; 3],
             operator_switch: false,
             mechanism: None,
@@ -92,6 +101,9 @@ impl Profile {
             count_m: self.count_m,
             delay_ticks: self.delay_ticks,
             lag_s: self.lag_s,
+            mass_kg: self.mass_kg,
+            stiffness_ceiling_n_per_m: self.stiffness_ceiling_n_per_m,
+            commissioned: self.commissioned_day != 0,
         };
         let mut settings = Settings::safe(&limits);
         settings.limits = (&self.limits).into();

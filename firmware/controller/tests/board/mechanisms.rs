@@ -39,6 +39,9 @@ pub fn paddle_spec() -> DeviceSpec {
         count_m: 0.09 * 1.278e-4,
         delay_ticks: 1,
         lag_s: 0.0,
+        mass_kg: 0.045,
+        stiffness_ceiling_n_per_m: 1e5,
+        commissioned: true,
     }
 }
 

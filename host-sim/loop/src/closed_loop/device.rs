@@ -141,6 +141,9 @@ impl DeviceProfile {
             count_m: self.count_m as f32,
             delay_ticks: self.delay_ticks,
             lag_s: self.amplifier_lag_s as f32,
+            mass_kg: self.mass_kg as f32,
+            stiffness_ceiling_n_per_m: self.stiffness_ceiling_n_per_m as f32,
+            commissioned: true,
         }
     }
 

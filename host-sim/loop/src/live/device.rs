@@ -68,6 +68,9 @@ impl LiveDevice {
                 count_m: 0.0,
                 delay_ticks: holding.delay_ticks.unwrap_or(0),
                 lag_s: 0.0,
+                mass_kg: 0.045,
+                stiffness_ceiling_n_per_m: 1e5,
+                commissioned: true,
             };
             return Ok((Self::Pointer(Pointer { limits, at_m: start_m, sequence: 0 }), POINTER_FORCE_N));
         };

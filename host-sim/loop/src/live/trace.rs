@@ -25,8 +25,9 @@ use super::tissue::LiveTissue;
 /// First bytes of every trace.
 pub const MAGIC: [u8; 8] = *b"PALPLIVE";
 /// Version written and read. Before version 2 a patch was put to rest within a tick, not in a
-/// separate one; before version 3 the energy watch had no allowance.
-pub const VERSION: u32 = 3;
+/// separate one; before version 3 the energy watch had no allowance, and before version 4 it was no
+/// account.
+pub const VERSION: u32 = 4;
 /// Longest recording [ticks]: ten minutes, about 17 MB.
 pub const MOST_TICKS: u32 = 600_000;
 /// Length of a row [bytes].
@@ -34,7 +35,7 @@ const ROW: usize = 29;
 /// Rows between two hashes of all nodes.
 const HASHED_EVERY: u32 = 256;
 /// Count of the numbers that describe settings and device.
-const NUMBERS: usize = 34;
+const NUMBERS: usize = 37;
 
 /// Description of a recording, in words.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -345,6 +346,7 @@ fn numbers(settings: &Settings, device: &DeviceSpec) -> [f32; NUMBERS] {
         a.silence_ticks.into(), a.ramp_ticks.into(),
         device.max_force_n, low.x, low.y, low.z, high.x, high.y, high.z,
         device.count_m, device.delay_ticks.into(), device.lag_s,
+        device.mass_kg, device.stiffness_ceiling_n_per_m, u8::from(device.commissioned).into(),
     ];
     all
 }
@@ -387,6 +389,9 @@ fn of_numbers(n: &[f32; NUMBERS]) -> (Settings, DeviceSpec) {
         count_m,
         delay_ticks,
         lag_s,
+        mass_kg,
+        stiffness_ceiling_n_per_m,
+        commissioned,
     ] = *n;
     let settings = Settings {
         tick_s,
@@ -421,6 +426,9 @@ fn of_numbers(n: &[f32; NUMBERS]) -> (Settings, DeviceSpec) {
         count_m,
         delay_ticks: delay_ticks as u8,
         lag_s,
+        mass_kg,
+        stiffness_ceiling_n_per_m,
+        commissioned: commissioned != 0.0,
     };
     (settings, device)
 }

@@ -49,6 +49,9 @@ impl HapticDevice for Scripted {
             count_m: 55e-6,
             delay_ticks: self.delay_ticks,
             lag_s: 0.0,
+            mass_kg: 0.045,
+            stiffness_ceiling_n_per_m: 1e5,
+            commissioned: true,
         }
     }
 
