@@ -35,7 +35,6 @@ pub(super) struct Findings {
 pub(super) fn check(solid: &mut Solid, unit_m: f64) -> Result<Findings, MeshError> {
     let size_m = size(&solid.mesh.nodes_m, unit_m).map_err(|defect| solid.error(defect))?;
     no_coincident_nodes(solid)?;
-    no_duplicate_tets(solid)?;
     let worst = no_flat_tets(solid)?;
     let flipped_tets = orient(solid);
     topology::check(solid)?;
@@ -108,29 +107,6 @@ fn no_coincident_nodes(solid: &Solid) -> Result<(), MeshError> {
                 node: solid.node(node).number,
                 first: solid.node(first).number,
                 first_line: solid.node(first).line,
-            },
-        )),
-    }
-}
-
-fn no_duplicate_tets(solid: &Solid) -> Result<(), MeshError> {
-    let mut keys: Vec<([u32; 4], usize)> = (solid.mesh.tets.iter().copied()).zip(0..).collect();
-    for (nodes, _) in &mut keys {
-        nodes.sort_unstable();
-    }
-    keys.sort_unstable();
-    let pairs = keys.windows(2).filter_map(|pair| match *pair {
-        [(a, first), (b, second)] if a == b => Some((second, first)),
-        _ => None,
-    });
-    match pairs.min() {
-        None => Ok(()),
-        Some((tet, first)) => Err(solid.error_at_tet(
-            tet,
-            Defect::DuplicateTet {
-                tet: solid.tet(tet).number,
-                first: solid.tet(first).number,
-                first_line: solid.tet(first).line,
             },
         )),
     }

@@ -6,8 +6,6 @@
 //! 11:243). It is correct in front of any edge of a closed surface, where the normal of a single
 //! triangle may give the wrong sign.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector3;
 
 use super::triangle::nearest_on_triangle;
@@ -27,7 +25,11 @@ pub struct ClosedSurface {
 
 #[derive(Clone, Debug)]
 pub(super) struct Facet {
+    /// Index in the list of triangles that the surface was made of.
+    pub triangle: u32,
     pub corners: [V3; 3],
+    /// Whether the triangle is part of the wall of a cavity.
+    is_inner: bool,
     /// Outward unit normal of the face.
     normal: V3,
     /// For side `k`, from corner `k` to the next: the sum of the normals of its two faces.
@@ -75,20 +77,30 @@ impl ClosedSurface {
                 (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default()
             })
             .collect();
-        let (mut at_sides, mut at_corners) = (BTreeMap::new(), BTreeMap::new());
-        for (t, normal) in triangles.iter().zip(&normals) {
+        let mut at_corners = vec![V3::zeros(); nodes_m.len()];
+        let mut sides = Vec::with_capacity(3 * triangles.len());
+        for (index, (t, normal)) in (0..).zip(triangles.iter().zip(&normals)) {
             for k in 0..3 {
                 let [n, next, last] = [0, 1, 2].map(|step| t[(k + step) % 3]);
                 let angle = (place(next) - place(n)).angle(&(place(last) - place(n)));
-                *at_corners.entry(n).or_insert_with(V3::zeros) += normal * angle;
-                *at_sides.entry([n.min(next), n.max(next)]).or_insert_with(V3::zeros) += normal;
+                at_corners[n as usize] += normal * angle;
+                sides.push(([n.min(next), n.max(next)], 3 * index + k as u32));
             }
         }
-        let facets = triangles.iter().zip(&normals).map(|(t, normal)| Facet {
+        sides.sort_unstable();
+        let mut at_sides = vec![V3::zeros(); sides.len()];
+        for edge in sides.chunk_by(|a, b| a.0 == b.0) {
+            let sum = edge.iter().fold(V3::zeros(), |sum, (_, side)| sum + normals[*side as usize / 3]);
+            edge.iter().for_each(|(_, side)| at_sides[*side as usize] = sum);
+        }
+        let is_inner = surface::inner_walls(nodes_m, triangles);
+        let facets = (0..).zip(triangles.iter().zip(&normals)).map(|(triangle, (t, normal))| Facet {
+            triangle,
             corners: t.map(place),
+            is_inner: is_inner[triangle as usize],
             normal: *normal,
-            at_sides: [0, 1, 2].map(|k| at_sides[&[t[k].min(t[(k + 1) % 3]), t[k].max(t[(k + 1) % 3])]]),
-            at_corners: t.map(|n| at_corners[&n]),
+            at_sides: [0, 1, 2].map(|k| at_sides[3 * triangle as usize + k]),
+            at_corners: t.map(|n| at_corners[n as usize]),
         });
         let mut own = Self { facets: facets.collect(), boxes: Vec::new() };
         let all = 0..own.facets.len();
@@ -110,10 +122,25 @@ impl ClosedSurface {
         self.facets.iter().map(|facet| facet.corners)
     }
 
+    /// Whether the part of the surface nearest to a place is the wall of a cavity.
+    #[must_use]
+    pub fn is_by_inner_wall(&self, at_m: [f64; 3]) -> bool {
+        self.facets[self.nearest(&V3::from(at_m)).1].is_inner
+    }
+
     /// Nearest point of the surface, and signed distance to it.
     #[must_use]
     pub fn foot(&self, at_m: [f64; 3]) -> Foot {
         let point = V3::from(at_m);
+        let (squared, n, at) = self.nearest(&point);
+        let foot = self.facets[n].place(at);
+        let outside = (point - foot).dot(&self.facets[n].normal_at(at)) >= 0.0;
+        Foot { at_m: foot.into(), distance_m: if outside { squared.sqrt() } else { -squared.sqrt() } }
+    }
+
+    /// The square of the distance to the nearest facet, its index, and the place on it by the
+    /// weights of its corners.
+    fn nearest(&self, point: &V3) -> (f64, usize, [f64; 3]) {
         let mut best = (f64::INFINITY, 0, [1.0, 0.0, 0.0]);
         let mut open = vec![(0, 0.0)];
         while let Some((index, least)) = open.pop() {
@@ -122,24 +149,21 @@ impl ClosedSurface {
                 continue;
             }
             if own.second != 0 {
-                let halves = [index + 1, own.second].map(|half| (half, self.boxes[half].squared_to(&point)));
+                let halves = [index + 1, own.second].map(|half| (half, self.boxes[half].squared_to(point)));
                 let [near, far] = if halves[0].1 <= halves[1].1 { halves } else { [halves[1], halves[0]] };
                 open.extend([far, near]);
                 continue;
             }
             for n in own.facets.clone() {
                 let facet = &self.facets[n];
-                let at = nearest_on_triangle(&facet.corners, &point);
+                let at = nearest_on_triangle(&facet.corners, point);
                 let squared = (facet.place(at) - point).norm_squared();
                 if squared < best.0 {
                     best = (squared, n, at);
                 }
             }
         }
-        let (squared, n, at) = best;
-        let foot = self.facets[n].place(at);
-        let outside = (point - foot).dot(&self.facets[n].normal_at(at)) >= 0.0;
-        Foot { at_m: foot.into(), distance_m: if outside { squared.sqrt() } else { -squared.sqrt() } }
+        best
     }
 
     fn divide(&mut self, facets: std::ops::Range<usize>) {
