@@ -21,6 +21,7 @@ const LEAF: usize = 4;
 pub struct ClosedSurface {
     pub(super) facets: Vec<Facet>,
     pub(super) boxes: Vec<Bounds>,
+    hollows: usize,
 }
 
 #[derive(Clone, Debug)]
@@ -93,16 +94,16 @@ impl ClosedSurface {
             let sum = edge.iter().fold(V3::zeros(), |sum, (_, side)| sum + normals[*side as usize / 3]);
             edge.iter().for_each(|(_, side)| at_sides[*side as usize] = sum);
         }
-        let is_inner = surface::inner_walls(nodes_m, triangles);
+        let walls = surface::walls(nodes_m, triangles);
         let facets = (0..).zip(triangles.iter().zip(&normals)).map(|(triangle, (t, normal))| Facet {
             triangle,
             corners: t.map(place),
-            is_inner: is_inner[triangle as usize],
+            is_inner: walls.is_inner[triangle as usize],
             normal: *normal,
             at_sides: [0, 1, 2].map(|k| at_sides[3 * triangle as usize + k]),
             at_corners: t.map(|n| at_corners[n as usize]),
         });
-        let mut own = Self { facets: facets.collect(), boxes: Vec::new() };
+        let mut own = Self { facets: facets.collect(), boxes: Vec::new(), hollows: walls.hollows };
         let all = 0..own.facets.len();
         if all.is_empty() {
             return None;
@@ -122,10 +123,18 @@ impl ClosedSurface {
         self.facets.iter().map(|facet| facet.corners)
     }
 
-    /// Whether the part of the surface nearest to a place is the wall of a cavity.
+    /// Number of cavities.
     #[must_use]
-    pub fn is_by_inner_wall(&self, at_m: [f64; 3]) -> bool {
-        self.facets[self.nearest(&V3::from(at_m)).1].is_inner
+    pub fn hollows(&self) -> usize {
+        self.hollows
+    }
+
+    /// Whether the part of the surface nearest to a place is the wall of a cavity, and its outward
+    /// unit normal.
+    #[must_use]
+    pub fn wall(&self, at_m: [f64; 3]) -> (bool, [f64; 3]) {
+        let facet = &self.facets[self.nearest(&V3::from(at_m)).1];
+        (facet.is_inner, facet.normal.into())
     }
 
     /// Nearest point of the surface, and signed distance to it.

@@ -128,6 +128,10 @@ pub enum Defect {
 
     #[error("the mesh is {size_mm} mm, outside 1 mm to 2 m: {hint}")]
     Size { size_mm: String, hint: String },
+    #[error(
+        "the mesh lies up to {farthest_m:.0} m from the origin, where positions are too coarse (at most {most_m:.0} m): move it by ({place}) file units"
+    )]
+    Far { farthest_m: f64, most_m: f64, place: String },
     #[error("node {node} is exactly where node {first} is{}: merge duplicate nodes", in_line(*first_line))]
     CoincidentNodes { node: u64, first: u64, first_line: Option<usize> },
     #[error("tet {tet} is flat (quality {quality:.1e}, regular 1, least {least:.0e}): optimise the mesh to remove slivers")]

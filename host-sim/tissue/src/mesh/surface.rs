@@ -73,12 +73,20 @@ pub fn pieces(tets: &[[u32; 4]]) -> usize {
     (0..tets.len()).filter(|t| first(*t, None) == *t).count()
 }
 
-/// Whether each triangle of a closed surface, counter-clockwise seen from outside, is part of the
-/// wall of an internal cavity, shape `[triangles]`: of a piece that, by its orientation, encloses a
-/// negative volume. Cavities that touch each other or the skin in a node or an edge are apart.
-#[must_use]
-pub fn inner_walls(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<bool> {
-    let Ok(around) = neighbours(nodes_m, triangles, Wedge::Void) else { return vec![false; triangles.len()] };
+/// Walls of internal cavities.
+pub(super) struct Walls {
+    /// Whether each triangle is part of one, shape `[triangles]`.
+    pub is_inner: Vec<bool>,
+    /// Number of cavities.
+    pub hollows: usize,
+}
+
+/// The walls of cavities among the triangles of a closed surface, counter-clockwise seen from
+/// outside: the pieces that, by their orientation, enclose a negative volume. Cavities that touch
+/// each other or the skin in a node or an edge are apart.
+pub(super) fn walls(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Walls {
+    let none = || Walls { is_inner: vec![false; triangles.len()], hollows: 0 };
+    let Ok(around) = neighbours(nodes_m, triangles, Wedge::Void) else { return none() };
     let mut parent: Vec<usize> = (0..triangles.len()).collect();
     for (n, beyond) in around.iter().enumerate() {
         for other in beyond {
@@ -86,13 +94,22 @@ pub fn inner_walls(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<bool> {
             parent[a.max(b)] = a.min(b);
         }
     }
-    let Some(origin) = triangles.first().map(|t| Vector3::from(nodes_m[t[0] as usize])) else { return Vec::new() };
+    let Some(origin) = triangles.first().map(|t| Vector3::from(nodes_m[t[0] as usize])) else { return none() };
     let mut six_volume_m3 = vec![0.0; triangles.len()];
     for (n, triangle) in triangles.iter().enumerate() {
         let [a, b, c] = triangle.map(|n| Vector3::from(nodes_m[n as usize]) - origin);
         six_volume_m3[root(&mut parent, n)] += a.dot(&b.cross(&c));
     }
-    (0..triangles.len()).map(|n| six_volume_m3[root(&mut parent, n)] < 0.0).collect()
+    Walls {
+        is_inner: (0..triangles.len()).map(|n| six_volume_m3[root(&mut parent, n)] < 0.0).collect(),
+        hollows: six_volume_m3.iter().filter(|six| **six < 0.0).count(),
+    }
+}
+
+/// Number of internal cavities of a mesh.
+#[must_use]
+pub fn hollows(mesh: &TetMesh) -> usize {
+    walls(&mesh.nodes_m, &surface(&mesh.tets)).hollows
 }
 
 /// Whether each node lies on the wall of an internal cavity, shape `[nodes]`.
@@ -100,7 +117,8 @@ pub fn inner_walls(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<bool> {
 pub fn hollow(mesh: &TetMesh) -> Vec<bool> {
     let boundary = surface(&mesh.tets);
     let mut on_wall = vec![false; mesh.nodes_m.len()];
-    for (triangle, _) in boundary.iter().zip(inner_walls(&mesh.nodes_m, &boundary)).filter(|(_, is_inner)| *is_inner) {
+    let walls = walls(&mesh.nodes_m, &boundary);
+    for (triangle, _) in boundary.iter().zip(walls.is_inner).filter(|(_, is_inner)| *is_inner) {
         triangle.iter().for_each(|n| on_wall[*n as usize] = true);
     }
     on_wall

@@ -53,8 +53,8 @@ pub(super) fn stuff(organ: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice
 
 /// Meshes the inside of a shape that may have holes through it and internal cavities, with regions
 /// 0, and checks that the mesh is one piece and nowhere touches itself along an edge.
-pub(super) fn stuff_any(name: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice) -> Result<TetMesh, OrganError> {
-    let mesh = cut_out(name, implicit, lattice)?;
+pub(super) fn stuff_any(name: &str, shape: Shape, lattice: &Lattice) -> Result<TetMesh, OrganError> {
+    let mesh = cut(name, shape, lattice)?;
     match sound::torn(&mesh.tets) {
         Some(defect) => Err(OrganError::TooCoarse { organ: name.to_owned(), spacing_m: lattice.spacing_m, defect }),
         None => Ok(mesh),
@@ -63,10 +63,32 @@ pub(super) fn stuff_any(name: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Latt
 
 /// Meshes the inside of a shape, with regions 0, without checking its topology.
 pub(super) fn cut_out(organ: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice) -> Result<TetMesh, OrganError> {
+    cut(organ, Shape { implicit, is_distance: false }, lattice)
+}
+
+/// An implicit shape.
+#[derive(Clone, Copy)]
+pub(super) struct Shape<'a> {
+    pub implicit: &'a dyn Fn(V3) -> f64,
+    /// Whether its values are distances [m], so that a ball of that radius is on one side.
+    pub is_distance: bool,
+}
+
+/// Share of a distance within which a point is on the same side, rounding included (1).
+const SAME_SIDE: f64 = 0.999;
+
+fn cut(organ: &str, shape: Shape, lattice: &Lattice) -> Result<TetMesh, OrganError> {
+    let Shape { implicit, is_distance } = shape;
     let mut sides = vec![Side::Out; lattice.len()];
+    let mut ball = (V3::zeros(), 0.0, Side::Out);
     for triple in lattice.points() {
         if let Some(name) = lattice.name(triple) {
-            let value = implicit(lattice.place(triple));
+            let at = lattice.place(triple);
+            if (at - ball.0).norm_squared() < ball.1 {
+                sides[name as usize] = ball.2;
+                continue;
+            }
+            let value = implicit(at);
             sides[name as usize] = if value < 0.0 {
                 Side::In
             } else if value > 0.0 {
@@ -74,6 +96,9 @@ pub(super) fn cut_out(organ: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Latti
             } else {
                 Side::On
             };
+            if is_distance {
+                ball = (at, (SAME_SIDE * value).powi(2), sides[name as usize]);
+            }
         }
     }
     let mut stuffing = Stuffing { lattice, sides, moved: BTreeMap::new(), cuts: BTreeMap::new() };
