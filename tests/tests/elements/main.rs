@@ -5,6 +5,8 @@ mod contact_map;
 mod dynamic_truth;
 mod far_field;
 mod fem_reference;
+mod field_files;
+mod file_variants;
 mod hanging_reference;
 mod mesh_import;
 mod organ_meshes;

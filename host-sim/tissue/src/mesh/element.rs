@@ -64,9 +64,7 @@ impl Shape {
             Self::Tet => &[&[0, 1, 2], &[0, 1, 3], &[1, 2, 3], &[0, 2, 3]],
             Self::Pyramid => &[&[0, 1, 2, 3], &[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4]],
             Self::Prism => &[&[0, 1, 2], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]],
-            Self::Hexahedron => {
-                &[&[0, 1, 2, 3], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]]
-            }
+            Self::Hexahedron => &[&[0, 1, 2, 3], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]],
         }
     }
 
@@ -160,10 +158,8 @@ mod tests {
     fn a_tet_of_second_order_is_divided_without_rest() {
         let c = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let middle = |i: usize, j: usize| [0, 1, 2].map(|k| 0.5 * (c[i][k] + c[j][k]));
-        let places: Vec<[f64; 3]> = c
-            .into_iter()
-            .chain([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)].map(|(i, j)| middle(i, j)))
-            .collect();
+        let places: Vec<[f64; 3]> =
+            c.into_iter().chain([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)].map(|(i, j)| middle(i, j))).collect();
         let numbers = std::array::from_fn(|n| n as u64);
         for tet in eight_tets(&numbers) {
             let six = super::super::quality::six_volumes(tet.map(|n| places[n as usize])).abs();

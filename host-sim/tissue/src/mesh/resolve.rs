@@ -33,11 +33,7 @@ pub(super) fn resolve(raw: &RawMesh, unit_m: f64) -> Result<Solid, MeshError> {
     }
     Ok(Solid {
         copies: all.len() - tets.len(),
-        mesh: TetMesh {
-            nodes_m,
-            tets,
-            regions: own().map(|tet| tet.region).collect(),
-        },
+        mesh: TetMesh { nodes_m, tets, regions: own().map(|tet| tet.region).collect() },
         file: raw.file.clone(),
         node_origins: kept().map(|(&RawNode { number, line, .. }, _)| Origin { number, line }).collect(),
         tet_origins: own().map(|tet| Origin { number: tet.number, line: tet.line }).collect(),

@@ -94,9 +94,8 @@ impl Turned {
         // a step that has no factor in common with the sides of the box
         let samples = (0..lattice.len()).step_by(step | 1);
         let count = samples.len() as f64;
-        let inside = samples
-            .filter(|name| implicit_m((at + turn * lattice.place(lattice.triple(*name as u32))).into()) < 0.0)
-            .count();
+        let inside =
+            samples.filter(|name| implicit_m((at + turn * lattice.place(lattice.triple(*name as u32))).into()) < 0.0).count();
         // a quarter of the triples are points of the lattice
         Expected { nodes: 0.25 * all * inside as f64 / count, points }
     }
@@ -122,8 +121,7 @@ impl Turned {
         if stance == Stance::Edge {
             return frame;
         }
-        frame
-            * Matrix3::from_rows(&[[r, r, 0.0].into(), [0.0, 0.0, 1.0].into(), [r, -r, 0.0].into()])
+        frame * Matrix3::from_rows(&[[r, r, 0.0].into(), [0.0, 0.0, 1.0].into(), [r, -r, 0.0].into()])
     }
 }
 

@@ -86,12 +86,7 @@ pub(super) fn nodes(lines: &mut Lines, mesh: &mut RawMesh, is_40: bool) -> Resul
 
 /// Reads `blocks elements min-tag max-tag`, then for each block `dimension entity type count` and
 /// that many `number nodes...`.
-pub(super) fn elements(
-    lines: &mut Lines,
-    mesh: &mut RawMesh,
-    regions: Option<&Regions>,
-    is_40: bool,
-) -> Result<(), MeshError> {
+pub(super) fn elements(lines: &mut Lines, mesh: &mut RawMesh, regions: Option<&Regions>, is_40: bool) -> Result<(), MeshError> {
     let (blocks, count) = header(lines, "elements", is_40)?;
     let mut found = 0_u64;
     for _ in 0..blocks {

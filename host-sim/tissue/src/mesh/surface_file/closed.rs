@@ -51,17 +51,7 @@ pub(super) fn close(raw: RawSurface) -> Result<Closed, Defect> {
         let own: Vec<[u32; 3]> = (0..piece.len()).filter(|n| is_own(*n)).map(|n| triangles[n]).collect();
         (vertices, triangles) = in_use(&vertices, &own);
     }
-    Ok(Closed {
-        vertices,
-        triangles,
-        turned_triangles,
-        left_out,
-        copies,
-        hollows,
-        labels: labels.len(),
-        label_triangles,
-        volume,
-    })
+    Ok(Closed { vertices, triangles, turned_triangles, left_out, copies, hollows, labels: labels.len(), label_triangles, volume })
 }
 
 /// Merges corners as far as it takes to close the surface; returns also the number of triangles
@@ -108,11 +98,7 @@ pub(super) fn place(at: [f64; 3]) -> String {
 
 /// Piece that every triangle belongs to, and whether the triangle must be reversed to face as the
 /// first one of its piece.
-fn orient(
-    vertices: &[[f64; 3]],
-    triangles: &[[u32; 3]],
-    around: &[[Beyond; 3]],
-) -> Result<(Vec<usize>, Vec<bool>), Defect> {
+fn orient(vertices: &[[f64; 3]], triangles: &[[u32; 3]], around: &[[Beyond; 3]]) -> Result<(Vec<usize>, Vec<bool>), Defect> {
     let mut state: Vec<Option<(usize, bool)>> = vec![None; triangles.len()];
     let mut pieces = 0;
     for first in 0..triangles.len() {

@@ -38,9 +38,8 @@ pub(super) fn read(file: &str, data: &[u8]) -> Result<RawSurface, MeshError> {
     match order {
         Some(order) => {
             let mut bytes = Bytes::new(file, body, order);
-            values("binary PLY", &elements, &mut |number, what| bytes.any(number, what)).and_then(|surface| {
-                surface.map_err(|defect| MeshError { file: file.to_owned(), line: None, defect })
-            })
+            values("binary PLY", &elements, &mut |number, what| bytes.any(number, what))
+                .and_then(|surface| surface.map_err(|defect| MeshError { file: file.to_owned(), line: None, defect }))
         }
         None => {
             let text = String::from_utf8_lossy(body);
@@ -121,7 +120,9 @@ fn values(format: &'static str, elements: &[Element], next: &mut Next) -> Result
             for property in &element.properties {
                 let Some(length) = property.length else {
                     let value = next(property.kind, "a value of an element")?;
-                    if let (true, Some(axis)) = (element.name == "vertex", ["x", "y", "z"].iter().position(|n| *n == property.name)) {
+                    if let (true, Some(axis)) =
+                        (element.name == "vertex", ["x", "y", "z"].iter().position(|n| *n == property.name))
+                    {
                         position[axis] = value;
                     }
                     continue;

@@ -5,17 +5,8 @@ use crate::mesh::error::{Defect, MeshError};
 use crate::mesh::word::At;
 
 /// Keywords that begin or end the data that is read.
-const SECTIONS: [&str; 9] = [
-    "POINTS",
-    "CELLS",
-    "CELL_TYPES",
-    "VERTICES",
-    "LINES",
-    "POLYGONS",
-    "TRIANGLE_STRIPS",
-    "CELL_DATA",
-    "POINT_DATA",
-];
+const SECTIONS: [&str; 9] =
+    ["POINTS", "CELLS", "CELL_TYPES", "VERTICES", "LINES", "POLYGONS", "TRIANGLE_STRIPS", "CELL_DATA", "POINT_DATA"];
 
 pub(super) struct Words<'a> {
     lines: Lines<'a>,

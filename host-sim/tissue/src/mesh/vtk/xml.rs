@@ -100,9 +100,7 @@ impl<'a> Reader<'a> {
             let number = |point: u64| numbers.get(point as usize).copied().unwrap_or(point | missing);
             match kind {
                 "PolyData" => {
-                    for (section, count, strips) in
-                        [("Polys", "NumberOfPolys", false), ("Strips", "NumberOfStrips", true)]
-                    {
+                    for (section, count, strips) in [("Polys", "NumberOfPolys", false), ("Strips", "NumberOfStrips", true)] {
                         let count = if piece.has_attribute(count) { self.count(*piece, count)? } else { 0 };
                         if count > 0 {
                             let (node, cells) = self.cells(*piece, section, count, encoding)?;
