@@ -44,7 +44,7 @@ fn prepared(name: &str) -> Result<Session, String> {
 fn no_support_lies_on_the_roof_of_a_cavity() {
     let session = prepared("cavity-roof-is-fixed/hollow.toml").unwrap();
     let mesh = session.patch.mesh();
-    for anchor in &session.patch.wide_model().anchors {
+    for anchor in session.patch.wide_model().anchors {
         let [x, y, z] = mesh.nodes_m[usize::from(*anchor)];
         let off_mm = 1e3 * (x * x + y * y + (z + 0.015) * (z + 0.015)).sqrt();
         assert!(off_mm > 7.5 && z < -0.02, "a support {off_mm} mm from the middle of the cavity, {z} m high");
@@ -116,7 +116,9 @@ fn the_guide_lists_what_is_read() {
             "| VTK `.vtk` 1.0 to 5.1 |",
             read(
                 "a.vtk",
-                &format!("# vtk DataFile Version 1.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n{points}POLYGONS 4 16\n{faces}"),
+                &format!(
+                    "# vtk DataFile Version 1.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n{points}POLYGONS 4 16\n{faces}"
+                ),
             ),
         ),
     ];

@@ -31,7 +31,9 @@ const WORST_SHARE: f64 = 0.15;
 const TOO_MANY: f64 = 4.0;
 /// Number of lattice points in all meshes that are tried for a scene: a few seconds. A body that
 /// fills its box takes a tenth of them.
-const MOST_POINTS: usize = 8_000_000;
+const MOST_POINTS: usize = 10_000_000;
+/// Number of lattice points that take as long as a node of the mesh.
+const POINTS_PER_NODE: usize = 100;
 /// Largest element under the probe, and largest distance of the site from the mesh, with which a
 /// mesh is good enough, in probe radii (1).
 const GOOD_RADII: [f64; 2] = [0.75, 0.1];
@@ -173,6 +175,7 @@ impl Search<'_> {
             match self.shape.mesh_with(&turned, stance) {
                 Ok(mesh) => {
                     let nodes = mesh.nodes_m.len();
+                    self.points_left.set(self.points_left.get().saturating_sub(POINTS_PER_NODE * nodes));
                     if nodes > wanted {
                         low = middle;
                     } else {
@@ -209,7 +212,10 @@ impl Search<'_> {
         }
         let name = self.shape.name();
         let why = match found {
-            None => format!("{name} is {:.1} mm thick at this site and has no mesh of so many nodes", self.thickness_m * 1e3),
+            None => format!(
+                "{name} is {:.1} mm thick at this site and has no mesh of so many nodes",
+                self.shape.exact_thickness_m(self.site) * 1e3
+            ),
             Some(found) if found.cut_m > radius_m => {
                 format!("a mesh of so many nodes cuts {:.1} mm off the place that is pressed", found.cut_m * 1e3)
             }

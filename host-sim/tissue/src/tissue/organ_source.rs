@@ -151,11 +151,20 @@ impl OrganSource {
 
     /// Thickness of the shape along the inward normal at a site [m].
     pub fn thickness_m(&self, site: &Site) -> f64 {
+        self.thickness_in(site, STEPS)
+    }
+
+    /// The same within a share of a millimetre, for messages.
+    pub(super) fn exact_thickness_m(&self, site: &Site) -> f64 {
+        self.thickness_in(site, 50 * STEPS)
+    }
+
+    fn thickness_in(&self, site: &Site, steps: u32) -> f64 {
         let [low, high] = self.bounds_m().map(V3::from);
         let longest_m = (high - low).norm();
-        let depth_m = |n: u32| longest_m * f64::from(n) / f64::from(STEPS);
+        let depth_m = |n: u32| longest_m * f64::from(n) / f64::from(steps);
         let inside = |n: &u32| self.value_m((V3::from(site.at_m) - V3::from(site.axis) * depth_m(*n)).into()) < 0.0;
-        depth_m((1..=STEPS).take_while(inside).last().unwrap_or(1))
+        depth_m((1..=steps).take_while(inside).last().unwrap_or(1))
     }
 
     /// Nodes of a mesh of the shape that are fixed when it is pressed along `axis`, ascending:
