@@ -62,7 +62,8 @@ pub(super) fn crossings(surface: &ClosedSurface, vertices: &[[f64; 3]], triangle
     Some(found)
 }
 
-/// Whether an edge of `a` that shares no corner with `b` passes through the inside of `b`.
+/// Whether an edge of `a` that shares no corner with `b` passes through `b`, or through
+/// an edge of it: in a symmetric shape, crossings may be at edges alone.
 fn pierces(a: &[V3; 3], b: &[V3; 3]) -> bool {
     (0..3).any(|k| {
         let (from, to) = (a[k], a[(k + 1) % 3]);
@@ -75,7 +76,7 @@ fn pierces(a: &[V3; 3], b: &[V3; 3]) -> bool {
             return false;
         }
         let turns = [side(&from, &to, p, q), side(&from, &to, q, r), side(&from, &to, r, p)];
-        turns.iter().all(|turn| *turn > 0.0) || turns.iter().all(|turn| *turn < 0.0)
+        turns.iter().all(|turn| *turn >= 0.0) || turns.iter().all(|turn| *turn <= 0.0)
     })
 }
 
