@@ -177,16 +177,16 @@ fn a_sheet_that_stands_out_and_copies_are_left_out() {
 
 #[test]
 fn parts_that_touch_in_an_edge_or_a_corner_stay_what_they_are() {
-    // a hollow box whose hollow touches the skin in a corner or along an edge; boxes side by side
+    // two hollows that meet in a corner; two boxes that meet in an edge or a corner
     let outer = || cuboid([40.0; 3]);
     let inner = |at: [f64; 3]| {
         let mut inner = cuboid([10.0; 3]).moved(at);
         inner.triangles.iter_mut().for_each(|t| t.swap(0, 1));
         inner
     };
-    let report = read("a.obj", outer().and(&inner([0.0; 3])).and(&inner([10.0; 3])).obj().as_bytes());
-    // in the skin itself the first hollow is no hollow: its walls are copies of nothing
-    assert_eq!(report.report.hollows, 2);
+    let imported = read("a.obj", outer().and(&inner([10.0; 3])).and(&inner([20.0; 3])).obj().as_bytes());
+    assert_eq!((imported.report.hollows, imported.surface.hollows()), (2, 2));
+    assert!((imported.report.volume_m3 * 1e9 - 62_000.0).abs() < 1e-6);
     for at in [[40.0, 40.0, 0.0], [40.0; 3]] {
         assert!(refusal(&outer().and(&outer().moved(at))).starts_with("2 separate closed surfaces"), "{at:?}");
     }
