@@ -16,6 +16,7 @@
 //! the tip that the *patch* is given are limited by the patch's own guard,
 //! [`crate::stages::probe`].
 
+pub mod account;
 pub mod apart;
 pub mod cycle;
 pub mod damping;
@@ -23,7 +24,6 @@ pub mod deadline;
 pub mod device;
 pub mod limits;
 pub mod mode;
-pub mod passivity;
 pub mod runaway;
 pub mod sign;
 pub mod stillness;

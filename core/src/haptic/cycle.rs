@@ -22,6 +22,7 @@ pub use settings::{ArmingSettings, Settings};
 
 use nalgebra::Vector3;
 
+use super::account::EnergyAccount;
 use super::apart::Apart;
 use super::damping::Damping;
 use super::deadline::Deadline;
@@ -29,12 +30,9 @@ use super::device::{DeviceSpec, HapticDevice};
 use super::length;
 use super::limits::{ForceLimiter, LoopLimitSettings, LoopLimits, PoseGate};
 use super::mode::{Event, Mode, ModeMachine};
-use super::passivity::PassivityObserver;
 use super::runaway::Runaway;
-use super::sign::SignWatch;
 use super::stillness::Stillness;
 use super::toggle::Toggle;
-use super::unit::UnitWatch;
 use crate::fault::{BuildError, ClampFlags, Fault};
 use crate::stages::output::Output;
 use crate::stages::probe::ProbePose;
@@ -91,13 +89,11 @@ pub struct Cycle {
     damping: Damping,
     gate: PoseGate,
     limiter: ForceLimiter,
-    observer: PassivityObserver,
+    account: EnergyAccount,
     deadline: Deadline,
     runaway: Runaway,
     stillness: Stillness,
     toggle: Toggle,
-    unit: UnitWatch,
-    sign: SignWatch,
     apart: Apart,
     machine: ModeMachine,
     ticks: u32,
@@ -129,13 +125,11 @@ impl Cycle {
             damping: Damping::build(&settings.damping, settings.tick_s, device.count_m)?,
             gate: PoseGate::default(),
             limiter: ForceLimiter::default(),
-            observer: PassivityObserver::build(&settings.passivity, device, settings.tick_s)?,
+            account: EnergyAccount::build(&settings.account, device, settings.tick_s)?,
             deadline: Deadline::default(),
             runaway: Runaway::default(),
             stillness: Stillness::build(settings.tick_s),
             toggle: Toggle::new(device.count_m),
-            unit: UnitWatch::build(device.count_m),
-            sign: SignWatch::default(),
             apart: Apart::new(device.count_m),
             machine: ModeMachine::BOOT,
             ticks: 0,
@@ -194,11 +188,11 @@ impl Cycle {
             self.limiter.release();
             device.release();
         }
-        self.observer.sent(record.applied_n);
+        self.account.sent(record.applied_n);
         record.mode = self.mode();
         record.fault = self.machine.fault();
         record.position_m = self.position_m.unwrap_or_default();
-        record.energy = self.observer.energy();
+        record.energy = self.account.energy();
         record
     }
 
@@ -221,8 +215,7 @@ impl Cycle {
             record.limiters.set(ClampFlags::HELD);
         }
         let displacement_m = pose.position_m - self.position_m.replace(pose.position_m).unwrap_or(pose.position_m);
-        self.unit.judge(&displacement_m, pose.held)?;
-        self.observer.observe(&displacement_m, self.touched)?;
+        self.account.charge(&pose.position_m, self.touched)?;
         let shown_m = self.toggle.show(&pose.position_m);
         self.damping.track(shown_m);
         record.refused = !self.listen(command, renderer);
@@ -248,28 +241,26 @@ impl Cycle {
             late => self.limits.ticks_per_s() / f32::from(late.saturating_add(1)),
         };
         self.runaway.judge(&displacement_m, per_s, &output.normal, &self.limiter.last_n())?;
-        if !self.sign.proven() {
-            let inward_m_per_s = -self.damping.velocity_m_per_s().dot(&output.normal);
-            self.sign.judge(inward_m_per_s, self.observer.energy().given_j, self.touched)?;
-        }
         let (force_n, shortened) = ForceLimiter::shorten(&self.limits, &output.force_n);
         if shortened {
             record.limiters.set(ClampFlags::FORCE);
         }
         record.wanted_n = self.damping.damp(&Output { force_n, ..output }, renderer.tangent_n_per_m(&output));
         let max_force_n = self.relief * self.limits.values().max_force_n;
-        self.stillness.judge(&displacement_m, &force_n, &self.limiter.last_n(), max_force_n, self.touched);
+        self.stillness.judge(&displacement_m, &self.limiter.last_n(), max_force_n, self.touched);
         self.follow(&output);
 
         let gain = self.gain(record);
         let cap_n = if late { self.half_n(record) } else { self.cap_n() };
         let gained_n = record.wanted_n * gain;
-        let bound_n = self.observer.bound(&gained_n, &self.damping.velocity_m_per_s(), &output.normal);
-        if bound_n != gained_n {
-            record.limiters.set(ClampFlags::ENERGY);
-        }
-        let limited = self.limiter.limit(&self.limits, bound_n, cap_n)?;
+        let limited = self.limiter.limit(&self.limits, gained_n, cap_n)?;
         record.limiters.set(limited.limiters);
+        let paid_n = self.account.pay(&limited.force_n, &force_n, output.depth_m, output.apart_m);
+        if paid_n != limited.force_n {
+            record.limiters.set(ClampFlags::ENERGY);
+            self.limiter.was(paid_n);
+        }
+        let limited = super::limits::Limited { force_n: paid_n, ..limited };
         if self.mode() == Mode::SafeRamp && limited.force_n == Vector3::zeros() {
             self.enter(Event::RampEnded);
         }
@@ -301,7 +292,6 @@ impl Cycle {
         if followed && matches!(event, Event::ArmAsked | Event::Cleared) {
             renderer.reset();
             self.toggle.reset();
-            self.sign = SignWatch::default();
             self.touched = false;
         }
         followed
@@ -322,7 +312,7 @@ impl Cycle {
             Mode::Active if self.strained() => {
                 self.enter(Event::Strained);
             }
-            Mode::Degraded if !self.touched && self.observer.gain() == 1.0 && self.stillness.gain() == 1.0 => {
+            Mode::Degraded if !self.touched && self.stillness.gain() == 1.0 => {
                 self.enter(Event::Recovered);
             }
             _ => {}
@@ -331,7 +321,7 @@ impl Cycle {
 
     /// Whether the force is to be scaled down for the rest of this contact.
     fn strained(&self) -> bool {
-        self.limiter.strained(&self.limits) || self.observer.gain() < 1.0 || self.stillness.gain() * self.sign.gain() < 1.0
+        self.limiter.strained(&self.limits) || self.stillness.gain() < 1.0
     }
 
     /// Follows an event; returns false if the mode does not accept it.
@@ -352,12 +342,11 @@ impl Cycle {
 
     fn fail(&mut self, fault: Fault) {
         self.machine.fail(fault);
-        self.observer.clear();
+        self.account.clear();
         self.damping.reset();
         self.deadline = Deadline::default();
         self.runaway = Runaway::default();
         self.stillness.reset();
-        self.unit.reset();
         self.toggle.reset();
         self.apart.reset();
         self.position_m = None;

@@ -59,7 +59,7 @@ impl DeviceSpec {
     pub const MOST_DELAY_TICKS: u8 = 7;
     /// Largest [`DeviceSpec::lag_s`] that is supported [s]. With 6 ms and five ticks of delay, a
     /// handle that bounces on a wall of 250 N/m is given 13 mJ in 10 s.
-    pub const MOST_LAG_S: f32 = 6e-3;
+    pub const MOST_LAG_S: f32 = 10e-3;
     /// Largest force that any device may declare [N]; a hand can withstand it.
     pub const MOST_FORCE_N: f32 = 20.0;
     /// A commissioned desktop stylus of 3.3 N and 45 g with an ideal sensor and a delay of one tick,

@@ -34,7 +34,7 @@ const SHARE: f32 = 0.025;
 
 /// The force shakes if its change per tick, low-passed with the share below (1), exceeds this [N]:
 /// about 18 mN RMS.
-const SHAKES_N: f32 = 15e-3;
+pub const SHAKES_N: f32 = 15e-3;
 const SHAKES_SHARE: f32 = 0.02;
 
 /// One axis: the position that was read and the one that is shown.

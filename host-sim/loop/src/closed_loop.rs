@@ -29,3 +29,4 @@ pub mod surface;
 pub mod trace;
 pub mod verdict;
 pub mod watch;
+pub mod yielding;

@@ -1,10 +1,10 @@
 //! Settings of the loop, in SI and ticks.
 
 use crate::fault::BuildError;
+use crate::haptic::account::AccountSettings;
 use crate::haptic::damping::DampingSettings;
 use crate::haptic::device::DeviceSpec;
 use crate::haptic::limits::LoopLimitSettings;
-use crate::haptic::passivity::PassivitySettings;
 use crate::haptic::{Range, each_within};
 
 /// Conditions for arming, and the ramps with which a force begins and ends.
@@ -81,8 +81,8 @@ pub struct Settings {
     pub limits: LoopLimitSettings,
     /// Gains of the damping in contact.
     pub damping: DampingSettings,
-    /// Bounds on the energy given to the hand.
-    pub passivity: PassivitySettings,
+    /// Energy that the hand may be given.
+    pub account: AccountSettings,
     /// Arming and ramps.
     pub arming: ArmingSettings,
 }
@@ -99,7 +99,7 @@ impl Settings {
             tick_s,
             limits: LoopLimitSettings { max_force_n, ..limits },
             damping: DampingSettings::safe(device.delay_s(tick_s), tick_s),
-            passivity: PassivitySettings::DEFAULT,
+            account: AccountSettings::DEFAULT,
             arming: ArmingSettings::DEFAULT,
         }
     }

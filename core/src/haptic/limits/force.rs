@@ -100,6 +100,11 @@ impl ForceLimiter {
         Ok(Limited { force_n: aim_n, limiters })
     }
 
+    /// Takes the force that was sent in place of the one that this stage gave [N].
+    pub fn was(&mut self, sent_n: Vector3<f32>) {
+        self.last_n = sent_n;
+    }
+
     /// Sets the force to zero at once.
     pub fn release(&mut self) {
         *self = Self::default();
