@@ -33,9 +33,11 @@
 use nalgebra::Vector3;
 
 use super::device::DeviceSpec;
+use super::seen::{Monitor, Seen, Shaper};
 use super::{Range, between, each_within, length};
-use crate::fault::{BuildError, Fault};
+use crate::fault::{BuildError, ClampFlags, Fault};
 use crate::lanes::sqrt;
+use crate::stages::output::Output;
 
 /// Number of sent forces that are kept until they act.
 const LINE: usize = DeviceSpec::MOST_DELAY_TICKS as usize + 1;
@@ -272,11 +274,7 @@ impl EnergyAccount {
 
     /// Charges the work of the force that acted since the last tick, now that the probe is read at
     /// this position [m]. `touched` tells whether the patch was touched then.
-    ///
-    /// # Errors
-    /// [`Fault::EnergyCreated`] if the balance is further below zero than the bound allows: the
-    /// device is not what its profile says.
-    pub fn charge(&mut self, position_m: &Vector3<f32>, touched: bool) -> Result<(), Fault> {
+    fn charge(&mut self, position_m: &Vector3<f32>, touched: bool) {
         let acting = usize::from(self.next.wrapping_sub(1 + self.delay_ticks)) % LINE;
         let delayed_n = self.line_n.get(acting).copied().unwrap_or_default();
         let gap_n = self.lagging_n - delayed_n;
@@ -299,7 +297,6 @@ impl EnergyAccount {
             (self.given_j, self.created_j, self.stored_j) = (0.0, 0.0, 0.0);
             self.cap();
         }
-        if self.balance_j < -self.bound.at_once_j { Err(Fault::EnergyCreated) } else { Ok(()) }
     }
 
     /// Records a position and returns the displacement since the last tick [m].
@@ -328,8 +325,7 @@ impl EnergyAccount {
     /// The longest force along `force_n` [N] that the balance pays for. The tissue's force
     /// `tissue_n` at `depth_m` can return `F d / 2`, and `F` over the distance `apart_m` by which
     /// the guard holds the shown tip behind the sensed one [N, m].
-    #[must_use]
-    pub fn pay(&mut self, force_n: &Vector3<f32>, tissue_n: &Vector3<f32>, depth_m: f32, apart_m: f32) -> Vector3<f32> {
+    fn pay(&mut self, force_n: &Vector3<f32>, tissue_n: &Vector3<f32>, depth_m: f32, apart_m: f32) -> Vector3<f32> {
         let stored_j = length(tissue_n) * (0.5 * depth_m + apart_m);
         self.stored_j -= self.stored_j * self.forgets;
         if stored_j > self.stored_j {
@@ -392,18 +388,39 @@ impl EnergyAccount {
         self.idle_ticks = if idle { self.idle_ticks.saturating_add(1) } else { 0 };
     }
 
-    /// Forgets positions and the forces on their way, which end when the device is released. The
-    /// balance stays, so that clearing a fault buys no energy.
-    pub fn clear(&mut self) {
-        (self.line_n, self.lagging_n, self.fresh) = ([Vector3::zeros(); LINE], Vector3::zeros(), true);
-        (self.given_j, self.created_j, self.stored_j) = (0.0, 0.0, 0.0);
-        self.axes = [Axis::default(); 3];
-        self.cap();
-    }
-
     /// Energy at the hand.
     #[must_use]
     pub fn energy(&self) -> Energy {
         Energy { balance_j: self.balance_j, given_j: self.given_j, created_j: self.created_j }
     }
+}
+
+impl Monitor for EnergyAccount {
+    fn judge(&mut self, seen: &Seen) -> Result<(), Fault> {
+        self.charge(&seen.position_m, seen.was_touched);
+        // further below zero than any motion of a hand: the device is not what its profile says
+        if self.balance_j < -self.bound.at_once_j { Err(Fault::EnergyCreated) } else { Ok(()) }
+    }
+
+    /// Forgets positions and the forces on their way, which end when the device is released. The
+    /// balance stays, so that clearing a fault buys no energy.
+    fn reset(&mut self) {
+        (self.line_n, self.lagging_n, self.fresh) = ([Vector3::zeros(); LINE], Vector3::zeros(), true);
+        (self.given_j, self.created_j, self.stored_j) = (0.0, 0.0, 0.0);
+        self.axes = [Axis::default(); 3];
+        self.cap();
+    }
+}
+
+impl Shaper for EnergyAccount {
+    fn shape(&mut self, force_n: Vector3<f32>, seen: &Seen, flags: &mut ClampFlags) -> Vector3<f32> {
+        let Output { force_n: tissue_n, depth_m, apart_m, .. } = &seen.output;
+        let paid_n = self.pay(&force_n, tissue_n, *depth_m, *apart_m);
+        if paid_n != force_n {
+            flags.set(ClampFlags::ENERGY);
+        }
+        paid_n
+    }
+
+    fn reset(&mut self) {}
 }

@@ -28,8 +28,9 @@
 
 use nalgebra::Vector3;
 
+use super::seen::{Seen, Shaper};
 use super::{Range, between, each_within, within};
-use crate::fault::BuildError;
+use crate::fault::{BuildError, ClampFlags};
 use crate::lanes::sqrt;
 use crate::stages::output::Output;
 
@@ -99,12 +100,21 @@ pub fn hertz_slope_n_per_m(output: &Output) -> f32 {
 #[derive(Clone, Copy, Debug)]
 pub struct Damping {
     settings: DampingSettings,
-    ticks_per_s: f32,
     /// One count of the encoder [m].
     count_m: f32,
     /// Position after a backlash filter [m]: a flipping count moves it by less than a count.
     played_m: Option<Vector3<f32>>,
     velocity_m_per_s: Vector3<f32>,
+}
+
+impl Shaper for Damping {
+    fn shape(&mut self, force_n: Vector3<f32>, seen: &Seen, _: &mut ClampFlags) -> Vector3<f32> {
+        self.damp(&Output { force_n, ..seen.output }, seen.tangent_n_per_m)
+    }
+
+    fn reset(&mut self) {
+        (self.played_m, self.velocity_m_per_s) = (None, Vector3::zeros());
+    }
 }
 
 impl Damping {
@@ -115,33 +125,27 @@ impl Damping {
     pub fn build(settings: &DampingSettings, tick_s: f32, count_m: f32) -> Result<Self, BuildError> {
         settings.check()?;
         within(&[("tick_s", tick_s, 1e-4, 1e-2), ("device.count_m", count_m, 0.0, 1e-3)])?;
-        let ticks_per_s = 1.0 / tick_s;
-        Ok(Self { settings: *settings, ticks_per_s, count_m, played_m: None, velocity_m_per_s: Vector3::zeros() })
+        Ok(Self { settings: *settings, count_m, played_m: None, velocity_m_per_s: Vector3::zeros() })
     }
 
-    /// Takes the position of this tick [m]. Call this in every tick, also in free space, so that
-    /// the velocity is right at first touch.
-    pub fn track(&mut self, position_m: Vector3<f32>) {
+    /// Takes the position of this tick [m], `1 / per_s` after the last one. Call this in every tick,
+    /// also in free space, so that the velocity is right at first touch.
+    pub fn track(&mut self, position_m: Vector3<f32>, per_s: f32) {
         let last_m = self.played_m.unwrap_or(position_m);
         let play_m = PLAY_COUNTS * self.count_m;
         let played_m = last_m.zip_map(&position_m, |last, now| between(last, now - play_m, now));
         self.played_m = Some(played_m);
-        let newest = (played_m - last_m) * self.ticks_per_s;
+        let newest = (played_m - last_m) * per_s;
         let smooth = self.velocity_m_per_s + (newest - self.velocity_m_per_s) * self.settings.velocity_share;
         // quantisation accounts for one count at most: a larger difference is the lag of the
         // low-pass, and late damping pushes a hand that has reversed
-        let fake = self.count_m * self.ticks_per_s;
+        let fake = self.count_m * per_s;
         let late = smooth - newest;
         self.velocity_m_per_s = if late.dot(&late) > fake * fake {
             smooth.zip_map(&newest, |smooth, newest| between(smooth, newest - fake, newest + fake))
         } else {
             smooth
         };
-    }
-
-    /// Resets the velocity.
-    pub fn reset(&mut self) {
-        (self.played_m, self.velocity_m_per_s) = (None, Vector3::zeros());
     }
 
     /// Low-passed velocity [m/s].
@@ -195,7 +199,7 @@ mod tests {
     fn moving(settings: &DampingSettings, velocity_m_per_s: Vector3<f32>) -> Damping {
         let mut damping = Damping::build(settings, 1e-3, 55e-6).unwrap();
         for n in 0..400_u16 {
-            damping.track(velocity_m_per_s * (1e-3 * f32::from(n)));
+            damping.track(velocity_m_per_s * (1e-3 * f32::from(n)), 1e3);
         }
         damping
     }
@@ -283,7 +287,7 @@ mod tests {
         let mut turned = moving(&DampingSettings::safe(1e-3, 1e-3), Vector3::new(0.0, 0.0, -1.0));
         let at_m = -0.399;
         for n in 1..=3_u8 {
-            turned.track(Vector3::new(0.0, 0.0, at_m + 1e-3 * f32::from(n)));
+            turned.track(Vector3::new(0.0, 0.0, at_m + 1e-3 * f32::from(n)), 1e3);
             let late = (turned.velocity_m_per_s().z - 1.0).abs();
             assert!(n < 2 || late <= 0.0551, "tick {n}: late by {late} m/s");
         }

@@ -8,7 +8,7 @@ mod force;
 mod freeze;
 mod pose;
 
-pub use force::{ForceLimiter, Limited};
+pub use force::{Longest, Plausible, Slew};
 pub use pose::{Pose, PoseGate};
 
 use nalgebra::Vector3;

@@ -15,11 +15,15 @@
 //!
 //! * in: displacement of the tick [m], force sent last and maximum force after relief [N], whether
 //!   the patch is touched
-//! * out: gain (1)
+//! * out: force [N] times a gain (0 .. 1)
 //! * cost: 20 instructions of a Cortex-M4F, estimated
 //! * failures: none; the mode becomes `Degraded`, and the flag `GAIN` is set
 
 use nalgebra::Vector3;
+
+use super::seen::{Monitor, Seen, Shaper};
+use crate::fault::{ClampFlags, Fault};
+use crate::lanes::sqrt;
 
 /// Absolute threshold [N]: no hand holds a larger force without moving.
 pub const STRONG_N: f32 = 1.0;
@@ -51,54 +55,56 @@ impl Stillness {
         Self { most_ticks: STILL_S / tick_s, fade_per_tick: tick_s / FADE_S, still_ticks: 0.0, gain: 1.0, fades: false }
     }
 
-    /// Runs one tick: `applied_n` is the force that was output last, and `max_force_n` the maximum
-    /// after relief [N].
-    pub fn judge(&mut self, displacement_m: &Vector3<f32>, applied_n: &Vector3<f32>, max_force_n: f32, touched: bool) {
-        self.fades = false;
-        if *displacement_m != Vector3::zeros() {
-            self.still_ticks = 0.0;
-            if !touched {
-                self.gain = 1.0;
-            }
-            return;
-        }
-        // a force that has begun to fade continues to fade below the threshold
-        let strong_n = STRONG_SHARE * max_force_n;
-        let strong_n = if strong_n > STRONG_N { strong_n } else { STRONG_N };
-        if applied_n.dot(applied_n) > strong_n * strong_n || self.gain < 1.0 {
-            if self.still_ticks >= self.most_ticks {
-                self.fade(self.fade_per_tick);
-            } else {
-                self.still_ticks += 1.0;
-            }
-        } else {
-            self.still_ticks = 0.0;
-        }
-    }
-
-    fn fade(&mut self, per_tick: f32) {
-        let gain = self.gain - per_tick;
-        self.gain = if gain > 0.0 { gain } else { 0.0 };
-        self.fades = true;
-    }
-
     /// Gain on the force (1).
     #[must_use]
     pub fn gain(&self) -> f32 {
         self.gain
     }
+}
 
-    /// Whether the force is fading in this tick. A force that fades must not rise, even where the
-    /// tissue's force does; a count ends the fading.
-    #[must_use]
-    pub fn fades(&self) -> bool {
-        self.fades
+impl Monitor for Stillness {
+    fn judge(&mut self, seen: &Seen) -> Result<(), Fault> {
+        self.fades = false;
+        if seen.displacement_m != Vector3::zeros() {
+            self.still_ticks = 0.0;
+            if !seen.touched {
+                self.gain = 1.0;
+            }
+            return Ok(());
+        }
+        // a force that has begun to fade continues to fade below the threshold
+        let strong_n = STRONG_SHARE * seen.relieved_n;
+        let strong_n = if strong_n > STRONG_N { strong_n } else { STRONG_N };
+        if seen.sent_n.dot(&seen.sent_n) <= strong_n * strong_n && self.gain == 1.0 {
+            self.still_ticks = 0.0;
+        } else if self.still_ticks < self.most_ticks {
+            self.still_ticks += 1.0;
+        } else {
+            let gain = self.gain - self.fade_per_tick;
+            self.gain = if gain > 0.0 { gain } else { 0.0 };
+            self.fades = true;
+        }
+        Ok(())
     }
 
-    /// Returns to the state in which it was built.
-    pub fn reset(&mut self) {
+    fn reset(&mut self) {
         (self.still_ticks, self.gain, self.fades) = (0.0, 1.0, false);
     }
+}
+
+impl Shaper for Stillness {
+    fn shape(&mut self, force_n: Vector3<f32>, seen: &Seen, flags: &mut ClampFlags) -> Vector3<f32> {
+        if self.gain == 1.0 {
+            return force_n;
+        }
+        flags.set(ClampFlags::GAIN);
+        let faded_n = force_n * self.gain;
+        // a force that fades does not rise, even where the tissue's force does
+        let (square, most) = (faded_n.dot(&faded_n), seen.sent_n.dot(&seen.sent_n));
+        if self.fades && square > most { faded_n * sqrt(most / square) } else { faded_n }
+    }
+
+    fn reset(&mut self) {}
 }
 
 #[cfg(test)]
@@ -107,11 +113,16 @@ mod tests {
 
     const COUNT: Vector3<f32> = Vector3::new(0.0, 55e-6, 0.0);
 
+    fn rest(still: &mut Stillness, displacement_m: Vector3<f32>, sent_n: Vector3<f32>, relieved_n: f32, touched: bool) {
+        let limits = crate::haptic::limits::tests::limits();
+        still.judge(&Seen { displacement_m, sent_n, relieved_n, touched, ..Seen::none(&limits) }).unwrap();
+    }
+
     fn hold(still: &mut Stillness, ticks: u16, push_n: f32, every: u16, touched: bool) {
         for n in 1..=ticks {
             let displacement_m = if every > 0 && n.is_multiple_of(every) { COUNT } else { Vector3::zeros() };
             let applied_n = Vector3::new(0.0, 0.0, push_n * still.gain());
-            still.judge(&displacement_m, &applied_n, 2.0, touched);
+            rest(&mut still, displacement_m, applied_n, 2.0, touched);
         }
     }
 
@@ -158,7 +169,7 @@ mod tests {
             let mut still = Stillness::build(1e-3);
             for _ in 0..7_000 {
                 let push_n = Vector3::new(0.0, 0.0, push_n);
-                still.judge(&Vector3::zeros(), &push_n, 8.0, true);
+                rest(&mut still, Vector3::zeros(), push_n, 8.0, true);
             }
             assert_eq!(still.gain(), gain, "{push_n} N of 8 N");
         }
