@@ -10,7 +10,7 @@
 //! 2010) bounds the change of the force in a sample in a similar way, from the hand's damping.
 //!
 //! ```text
-//! charge    E <- E - W                 W: work of the force that acted, at its worst within a count
+//! charge    E <- E - W                 W: work of the force that acted since the last count
 //! ceiling   E <- min(E, e0 + S)        S: what the tissue can return; zero once the contact is over
 //! refill    E <- E + P T               while E < e0
 //! send      s F, with s |F| D(F, d) <= E - sum over the forces on their way of |G| D(G, j)
@@ -79,7 +79,7 @@ static RANGES: [Range; 4] = [
 impl AccountSettings {
     /// 20 uJ and 30 uW, which are not felt; 3 m/s^2 and seven tenths of the bare handle's
     /// acceleration. `palpate faults --hands` measures what other values cost: a smaller share lets
-    /// out more energy at long delays, a larger acceleration takes away more of the force.
+    /// out more energy at long delays, and 10 m/s^2 takes away an eighth of the force at two ticks.
     pub const DEFAULT: Self = Self { allowance_j: 20e-6, refill_w: 30e-6, acceleration_m_per_s2: 3.0, handle_share: 0.7 };
     /// An account that never runs out, for other controllers that are compared with ours.
     pub const HIGHEST: Self = Self { allowance_j: 1e3, refill_w: 1e3, acceleration_m_per_s2: 0.0, handle_share: 0.0 };
@@ -127,29 +127,30 @@ impl EnergyBound {
 struct Axis {
     /// Position of the probe in the backlash (0 .. `play_m`) [m].
     slack_m: f32,
-    /// Smallest and largest force that acted since the axis last passed the backlash [N].
-    least_n: f32,
-    most_n: f32,
-    /// Whether the axis passed the backlash in the last tick.
-    passed: bool,
+    /// Mean of the force that acted since the last count [N], and the ticks that it covers (1).
+    mean_n: f32,
+    ticks: f32,
 }
 
 impl Axis {
-    /// Largest work [J] that the force may have done since the axis last passed the backlash, now
-    /// that it reports a displacement [m]: the probe may have made it at any time since then.
+    /// Work [J] of the force since the last count, now that the axis reports a displacement [m].
+    ///
+    /// A probe that passes through a count did so under the mean force. One that leaves a count
+    /// where it entered it moved to and fro: in under the mean force and out under the last one, if
+    /// that gives it more.
     #[inline(never)] // three copies would take 200 bytes more of the board's flash
     fn work_j(&mut self, acting_n: f32, displacement_m: f32, play_m: f32) -> f32 {
-        if self.passed || acting_n < self.least_n {
-            self.least_n = acting_n;
-        }
-        if self.passed || acting_n > self.most_n {
-            self.most_n = acting_n;
-        }
+        self.ticks += 1.0;
+        self.mean_n += (acting_n - self.mean_n) / self.ticks;
         let moved_m = self.slack_m + displacement_m;
         self.slack_m = between(moved_m, 0.0, play_m);
         let passed_m = moved_m - self.slack_m;
-        self.passed = play_m == 0.0 || passed_m != 0.0;
-        passed_m * if passed_m > 0.0 { self.most_n } else { self.least_n }
+        let back_j = (displacement_m - passed_m) * (acting_n - self.mean_n);
+        let work_j = passed_m * self.mean_n + if back_j > 0.0 { back_j } else { 0.0 };
+        if play_m == 0.0 || displacement_m != 0.0 {
+            (self.mean_n, self.ticks) = (0.0, 0.0);
+        }
+        work_j
     }
 }
 
@@ -266,7 +267,7 @@ impl EnergyAccount {
             HAND_M_PER_S2 - settings.acceleration_m_per_s2 + (1.0 - settings.handle_share) * most_n / device.mass_kg;
         let way_m = sharper_m_per_s2 * tick_s * tick_s * ticks * 0.5 * (ticks + window);
         EnergyBound {
-            // the worst of a dwell may cost a count more at both ends than was reserved
+            // the backlash hides a count at either end of a motion
             at_once_j: settings.allowance_j + most_n * (way_m + 2.0 * device.count_m),
             lasting_w: settings.refill_w + super::toggle::SHAKES_N * device.count_m / (2.0 * tick_s),
         }

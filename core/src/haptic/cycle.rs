@@ -219,7 +219,11 @@ impl Cycle {
         let (pose, late) = self.sense(device, command)?;
         let displacement_m = pose.position_m - self.position_m.replace(pose.position_m).unwrap_or(pose.position_m);
         let shown_m = self.toggle.show(&pose.position_m);
-        self.damping.track(shown_m, self.limits.ticks_per_s() / f32::from(command.late_ticks.saturating_add(1)));
+        let per_s = match command.late_ticks {
+            0 => self.limits.ticks_per_s(),
+            late => self.limits.ticks_per_s() / f32::from(late.saturating_add(1)),
+        };
+        self.damping.track(shown_m, per_s);
         record.refused = !self.listen(command, renderer);
         let runs = self.mode().runs_patch();
         let output = if runs { renderer.render(ProbePose { tip_m: shown_m }) } else { Output::NONE };
@@ -230,6 +234,7 @@ impl Cycle {
         let mut seen = Seen {
             position_m: pose.position_m,
             displacement_m,
+            per_s,
             shown_m,
             velocity_m_per_s: self.damping.velocity_m_per_s(),
             output,

@@ -20,6 +20,8 @@ pub struct Seen<'a> {
     pub position_m: Vector3<f32>,
     /// See `position_m`.
     pub displacement_m: Vector3<f32>,
+    /// One over the time since the last tick [1/s].
+    pub per_s: f32,
     /// Position that the renderer was shown [m].
     pub shown_m: Vector3<f32>,
     /// Velocity of the shown position, low-passed [m/s].
@@ -50,6 +52,7 @@ impl<'a> Seen<'a> {
             limits,
             position_m: zero,
             displacement_m: zero,
+            per_s: limits.ticks_per_s(),
             shown_m: zero,
             velocity_m_per_s: zero,
             output: Output::NONE,

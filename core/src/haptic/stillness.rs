@@ -122,7 +122,7 @@ mod tests {
         for n in 1..=ticks {
             let displacement_m = if every > 0 && n.is_multiple_of(every) { COUNT } else { Vector3::zeros() };
             let applied_n = Vector3::new(0.0, 0.0, push_n * still.gain());
-            rest(&mut still, displacement_m, applied_n, 2.0, touched);
+            rest(still, displacement_m, applied_n, 2.0, touched);
         }
     }
 

@@ -1,11 +1,11 @@
 //! Limits are numbers in a range: they act at their stated values and can only be lowered.
 
 use palpate::BuildError;
+use palpate::haptic::account::{AccountSettings, EnergyAccount};
 use palpate::haptic::cycle::ArmingSettings;
 use palpate::haptic::damping::{Damping, DampingSettings, MOST_N_S_PER_M};
 use palpate::haptic::device::DeviceSpec;
 use palpate::haptic::limits::{LoopLimitSettings, LoopLimits};
-use palpate::haptic::passivity::{PassivityObserver, PassivitySettings};
 
 use crate::bench::{TICK_S, limits, stylus};
 
@@ -125,15 +125,18 @@ fn every_number_of_the_damping_has_its_range() {
 }
 
 #[test]
-fn every_number_of_the_energy_watch_has_its_range() {
-    let check = |settings: PassivitySettings| named(PassivityObserver::build(&settings, &stylus(), 1e-3));
-    bounds("passivity.allowance_j", 0.0, 0.1, |x| check(PassivitySettings { allowance_j: x, ..PassivitySettings::DEFAULT }));
-    bounds("passivity.alarm_j", 1e-6, 0.1, |x| check(PassivitySettings { alarm_j: x, ..PassivitySettings::DEFAULT }));
-    for (alarms, refused) in [(0, true), (1, false), (100, false), (101, true)] {
-        assert_eq!(check(PassivitySettings { alarms, ..PassivitySettings::DEFAULT }), refused.then_some("passivity.alarms"));
-    }
+fn every_number_of_the_account_has_its_range() {
+    let check = |change: &dyn Fn(&mut AccountSettings)| {
+        let mut settings = AccountSettings::DEFAULT;
+        change(&mut settings);
+        named(EnergyAccount::build(&settings, &stylus(), 1e-3))
+    };
+    bounds("account.allowance_j", 0.0, 1e3, |x| check(&|s| s.allowance_j = x));
+    bounds("account.refill_w", 0.0, 1e3, |x| check(&|s| s.refill_w = x));
+    bounds("account.acceleration_m_per_s2", 0.0, 200.0, |x| check(&|s| s.acceleration_m_per_s2 = x));
+    bounds("account.handle_share", 0.0, 1.0, |x| check(&|s| s.handle_share = x));
     let slow = DeviceSpec { delay_ticks: 8, ..stylus() };
-    assert_eq!(named(PassivityObserver::build(&PassivitySettings::DEFAULT, &slow, 1e-3)), Some("device.delay_ticks"));
+    assert_eq!(named(EnergyAccount::build(&AccountSettings::DEFAULT, &slow, 1e-3)), Some("device.delay_ticks"));
 }
 
 #[test]

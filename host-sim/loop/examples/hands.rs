@@ -33,6 +33,7 @@ fn main() {
             delay_ticks: delay,
             amplifier_lag_s: 0.0,
             mass_kg: device_kg,
+            stiffness_ceiling_n_per_m: arg("ceil", 400.0),
             force_limit_n: arg("lim", 3.0),
             friction_n: arg("fric", 0.0),
             damping_n_s_per_m: arg("damp", 0.1),

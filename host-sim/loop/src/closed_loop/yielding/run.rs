@@ -99,7 +99,8 @@ impl YieldingCase {
         let (tuned, mut state) = memory.start(&model, &self.params)?;
         let slope = |d: f64| (on.force_n(e, d) - on.force_n(e, d - 0.25e-3)) / 0.25e-3;
         let stiffness = (1..100).map(|n| slope(f64::from(guard_m) * f64::from(n) * 0.01)).fold(1.0, f64::max);
-        let gain = (self.device.stiffness_ceiling_n_per_m / stiffness).min(1.0) as f32;
+        let ceiling = self.device.stiffness_ceiling_n_per_m.min(0.06 / self.device.count_m.max(1e-9));
+        let gain = (ceiling / stiffness).min(1.0) as f32;
         let mut renderer = Scaled { inner: PatchRenderer { model: &model, tuned: &tuned, state: &mut state }, gain };
 
         let site = on.site;
