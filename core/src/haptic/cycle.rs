@@ -23,6 +23,7 @@ pub use settings::{ArmingSettings, Settings};
 use nalgebra::Vector3;
 
 use super::apart::Apart;
+use super::ceiling::Ceiling;
 use super::damping::Damping;
 use super::deadline::Deadline;
 use super::device::{DeviceSpec, HapticDevice};
@@ -99,6 +100,7 @@ pub struct Cycle {
     unit: UnitWatch,
     sign: SignWatch,
     apart: Apart,
+    ceiling: Ceiling,
     machine: ModeMachine,
     ticks: u32,
     position_m: Option<Vector3<f32>>,
@@ -137,6 +139,7 @@ impl Cycle {
             unit: UnitWatch::build(device.count_m),
             sign: SignWatch::default(),
             apart: Apart::new(device.count_m),
+            ceiling: Ceiling::new(device.stiffness_ceiling_n_per_m),
             machine: ModeMachine::BOOT,
             ticks: 0,
             position_m: None,
@@ -260,6 +263,7 @@ impl Cycle {
         let max_force_n = self.relief * self.limits.values().max_force_n;
         self.stillness.judge(&displacement_m, &force_n, &self.limiter.last_n(), max_force_n, self.touched);
         self.follow(&output);
+        self.ceiling.follow(renderer.stiffness_n_per_m(), self.touched);
 
         let gain = self.gain(record);
         let cap_n = if late { self.half_n(record) } else { self.cap_n() };
