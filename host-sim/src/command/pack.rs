@@ -1,10 +1,12 @@
 //! The command `palpate pack`.
 
 use clap::Args;
+use serde::{Deserialize, Serialize};
 
 use super::verdict::Verdict;
 use super::{Common, boards, print_warnings};
 use crate::error::Error;
+use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::{Cost, CostModel, triangles_in_reach};
 use palpate_tissue::fit_record::{FitRecord, checksum};
@@ -33,7 +35,7 @@ pub(super) struct PackArgs {
 
 impl PackArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
-        pack(&self.common, self.board.machine()?, self.nodes)
+        pack(&self.common, &self.board, self.nodes)
     }
 }
 
@@ -44,15 +46,39 @@ pub(super) struct BoardArg {
     /// nucleo-h743zi and pico2 select their own budget.
     #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
     board: String,
+    #[command(flatten)]
+    device: DeviceArg,
+}
+
+/// Device for which a patch is made.
+#[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct DeviceArg {
+    /// Device on the board, by name or profile (.toml): a contact stiffer than its
+    /// stiffness_ceiling_n_per_m is refused, with what is accepted instead, as by the board itself.
+    #[arg(long, value_name = "DEVICE")]
+    device: Option<String>,
+}
+
+impl DeviceArg {
+    /// Largest contact stiffness of the device [N/m]; no limit without a device.
+    pub(super) fn ceiling_n_per_m(&self) -> Result<f32, Error> {
+        let Some(device) = &self.device else { return Ok(f32::MAX) };
+        Ok(DeviceProfile::load(device)?.stiffness_ceiling_n_per_m as f32)
+    }
 }
 
 impl BoardArg {
+    pub(super) fn ceiling_n_per_m(&self) -> Result<f32, Error> {
+        self.device.ceiling_n_per_m()
+    }
+
     pub(super) fn machine(&self) -> Result<&'static CostModel, Error> {
         boards::machine(&self.board)
     }
 }
 
-fn pack(common: &Common, machine: &CostModel, nodes: Option<usize>) -> Result<(), Error> {
+fn pack(common: &Common, board: &BoardArg, nodes: Option<usize>) -> Result<(), Error> {
+    let (machine, ceiling_n_per_m) = (board.machine()?, board.ceiling_n_per_m()?);
     let scene = common.load()?;
     if machine.is_board() {
         scene.refuse_what_boards_lack(machine.name)?;
@@ -90,9 +116,12 @@ fn pack(common: &Common, machine: &CostModel, nodes: Option<usize>) -> Result<()
         ))
         .into());
     }
-    let folder = OutputFolder::add_to(&common.folder("pack"))?;
     let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
     let name = format!("{}-{}.patch", scene.name, machine.name);
+    if machine.is_board() {
+        boards::refuse_contact(&name, &bytes, ceiling_n_per_m)?;
+    }
+    let folder = OutputFolder::add_to(&common.folder("pack"))?;
     folder.write(&name, &bytes)?;
     // the errors of the record remain those of the fit, since its constants are packed unchanged
     if let (Standing::Calibrated { record }, Some(patch_crc32)) = (Standing::of(&scene, &session.patch), checksum(&bytes)) {
