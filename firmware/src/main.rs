@@ -48,10 +48,7 @@ fn main() -> ! {
     match duty {
         Duty::Script(script) => {
             let (bytes, ceiling_n_per_m) = (flash_patch::in_flash(), controller.controller.stiffness_ceiling_n_per_m());
-            let patch = or_stop(
-                Patch::open_for(&board::budget(), ceiling_n_per_m, bytes, memory, None, &mut || {}),
-                "no patch",
-            );
+            let patch = or_stop(Patch::open_for(&board::budget(), ceiling_n_per_m, bytes, memory, None, &mut || {}), "no patch");
             background.spawn(or_stop(telemetry::report(), "telemetry"));
             haptic.spawn(or_stop(haptic_task::run_script(controller, PatchSlot(Some(patch)), script), "haptic loop"));
             board::start_tick_timer();

@@ -5,11 +5,11 @@ use clap::Args;
 use palpate::{BuildError, Params};
 use serde::Serialize;
 
-use super::{Common, boards};
 use super::length::metres;
 use super::pack::BoardArg;
 use super::progress::Status;
 use super::verdict::Verdict;
+use super::{Common, boards};
 use crate::error::Error;
 use palpate_board::live_trace;
 use palpate_controller::link::Refusal;

@@ -17,7 +17,8 @@ impl From<BuildError> for Refusal {
             } => Self::PatchStep,
             BuildError::OutOfRange { parameter: cost::COST | EXPONENT, .. } => Self::PatchCost,
             BuildError::OutOfRange {
-                parameter: site::SITE | site::AXIS | site::AXIS_LENGTH | site::DEPTH | contact::PUSH, ..
+                parameter: site::SITE | site::AXIS | site::AXIS_LENGTH | site::DEPTH | contact::PUSH,
+                ..
             } => Self::PatchSite,
             BuildError::OutOfRange { parameter: MODULUS, .. } => Self::ModulusOutOfRange,
             _ => Self::PatchInvalid,

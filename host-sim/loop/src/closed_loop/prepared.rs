@@ -89,14 +89,7 @@ impl Prepared {
     /// Note on a contact that the loop weakens; `None` if the device renders it as it is.
     #[must_use]
     pub fn ceiling_note(&self) -> Option<String> {
-        (self.ceiling_gain < 1.0).then(|| {
-            format!(
-                "the contact is {:.0} N/m stiff at the depth limit, more than the device renders ({:.0} N/m, stiffness_ceiling_n_per_m): the hand feels {:.0} % of every force (flag GAIN)",
-                self.contact_n_per_m,
-                self.contact_n_per_m * self.ceiling_gain,
-                100.0 * self.ceiling_gain
-            )
-        })
+        ceiling_note(self.contact_n_per_m as f32, (self.ceiling_gain * self.contact_n_per_m) as f32)
     }
 
     /// Sets the depth at which presses rest [m].
@@ -184,6 +177,19 @@ impl Prepared {
             ceiling_gain,
         })
     }
+}
+
+/// Note on a contact of this stiffness that the loop weakens on a device with this ceiling [N/m];
+/// `None` if the device renders it as it is.
+#[must_use]
+pub fn ceiling_note(contact_n_per_m: f32, ceiling_n_per_m: f32) -> Option<String> {
+    let gain = ceiling::gain(contact_n_per_m, ceiling_n_per_m);
+    (gain < 1.0).then(|| {
+        format!(
+            "the contact is {contact_n_per_m:.0} N/m stiff at the depth limit, and the device renders {ceiling_n_per_m:.0} N/m (stiffness_ceiling_n_per_m): the hand feels {:.0} % of every force (flag GAIN)",
+            100.0 * gain
+        )
+    })
 }
 
 /// Force [N] and slope [N/m] at a depth.

@@ -159,7 +159,8 @@ pub fn with_tissue<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut Tis
     let site = Site::new(patch.site_m().cast(), params.probe.axis.cast());
     let shape = Arc::new(RestSolid::of(&model, &params.probe));
     let tangent_m = tangent_m(patch, params)?;
-    let mut surface = TissueSurface { variants, tangent_m, state, untouched: Untouched::default(), at: 0, wanted: 0, site, shape };
+    let mut surface =
+        TissueSurface { variants, tangent_m, state, untouched: Untouched::default(), at: 0, wanted: 0, site, shape };
     surface.reset();
     Ok(work(&mut surface))
 }
