@@ -39,19 +39,25 @@ pub(super) fn refuse_points(model: &Model, board: &str) -> Result<(), Error> {
     }
 }
 
-/// Refuses a packed patch whose contact the board would refuse for a device with this stiffness
-/// ceiling [N/m]; other refusals are not looked for.
-pub(super) fn refuse_contact(name: &str, packed: &[u8], ceiling_n_per_m: f32) -> Result<(), Error> {
+/// Refuses a packed patch for its contact.
+pub(super) fn refuse_contact(name: &str, refusal: Option<Refusal>) -> Result<(), Error> {
+    match refusal {
+        Some(why) => Err(TissueError::Usage(format!("{name}: {why}; nothing is written")).into()),
+        None => Ok(()),
+    }
+}
+
+/// Returns why a board would refuse the contact of a packed patch for a device with this stiffness
+/// ceiling [N/m]; other reasons are not looked for.
+pub(super) fn contact_refusal(packed: &[u8], ceiling_n_per_m: f32) -> Option<Refusal> {
     // read in place as words
     let mut words = vec![0_u32; packed.len().div_ceil(4)];
     bytemuck::cast_slice_mut(&mut words)[..packed.len()].copy_from_slice(packed);
     let bytes = &bytemuck::cast_slice(&words)[..packed.len()];
     let mut memory = Box::new(Memory::RESERVED);
     match Patch::open_for(&Budget::M7_480, ceiling_n_per_m, bytes, &mut memory, None, &mut || {}) {
-        Err(why @ (Refusal::ContactStiff(_) | Refusal::TipNarrow(_))) => {
-            Err(TissueError::Usage(format!("{name}: {why}; nothing is written")).into())
-        }
-        _ => Ok(()),
+        Err(why @ (Refusal::ContactStiff(_) | Refusal::TipNarrow(_))) => Some(why),
+        _ => None,
     }
 }
 

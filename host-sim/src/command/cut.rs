@@ -319,7 +319,7 @@ pub(super) fn write_patch(
     let name = format!("{}-{}.patch", scene.name, machine.name);
     let bytes = packed(session);
     if machine.is_board() {
-        boards::refuse_contact(&name, &bytes, ceiling_n_per_m)?;
+        boards::refuse_contact(&name, boards::contact_refusal(&bytes, ceiling_n_per_m))?;
         live_trace::fits(&bytes).map_err(|cause| {
             TissueError::Check(format!(
                 "{name}: {}; nothing is written, and smaller or larger elements may pass",

@@ -1,5 +1,7 @@
 //! The command `palpate pack`.
 
+mod remedy;
+
 use clap::Args;
 use serde::{Deserialize, Serialize};
 
@@ -90,17 +92,19 @@ fn pack(common: &Common, board: &BoardArg, nodes: Option<usize>) -> Result<(), E
         ))
         .into());
     }
-    let sized = |n: usize| {
-        let mut scene = scene.clone();
-        scene.tissue.nodes = Some(n);
-        Packed::of(&scene, machine)
+    let packed = |scene: &Scene| {
+        let sized = |n: usize| {
+            let mut scene = scene.clone();
+            scene.tissue.nodes = Some(n);
+            Packed::of(&scene, machine)
+        };
+        match (nodes, scene.tissue.block_m) {
+            (Some(n), _) => sized(n),
+            (None, Some(_)) => largest(sized, scene.tissue.nodes.unwrap_or(DEFAULT_NODES)),
+            (None, None) => Packed::of(scene, machine),
+        }
     };
-    let packed = match (nodes, scene.tissue.block_m) {
-        (Some(n), _) => sized(n)?,
-        (None, Some(_)) => largest(sized, scene.tissue.nodes.unwrap_or(DEFAULT_NODES))?,
-        (None, None) => Packed::of(&scene, machine)?,
-    };
-    let Packed { session, cost, touched } = packed;
+    let Packed { session, cost, touched } = packed(&scene)?;
     let model = session.patch.model();
     if machine.is_board() {
         boards::refuse_points(&model, machine.name)?;
@@ -116,10 +120,18 @@ fn pack(common: &Common, board: &BoardArg, nodes: Option<usize>) -> Result<(), E
         ))
         .into());
     }
-    let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
+    let bytes = in_file(&session);
     let name = format!("{}-{}.patch", scene.name, machine.name);
     if machine.is_board() {
-        boards::refuse_contact(&name, &bytes, ceiling_n_per_m)?;
+        let packs = |scene: &Scene| {
+            scene.check().is_ok()
+                && packed(scene).is_ok_and(|packed| {
+                    packed.cost.units <= packed.cost.budget
+                        && boards::contact_refusal(&in_file(&packed.session), ceiling_n_per_m).is_none()
+                })
+        };
+        let refusal = boards::contact_refusal(&bytes, ceiling_n_per_m);
+        boards::refuse_contact(&name, refusal.map(|refusal| remedy::tried(refusal, &scene, &packs)))?;
     }
     let folder = OutputFolder::add_to(&common.folder("pack"))?;
     folder.write(&name, &bytes)?;
@@ -153,6 +165,10 @@ fn pack(common: &Common, board: &BoardArg, nodes: Option<usize>) -> Result<(), E
         println!("palpate cut --board {} with the same scene makes a calibrated patch that fits this board", machine.name);
     }
     verdict.last()
+}
+
+fn in_file(session: &Session) -> Vec<u8> {
+    session.patch.pack(&session.params, session.stable.pressed_s as f32)
 }
 
 /// A patch with its cost on a machine.
