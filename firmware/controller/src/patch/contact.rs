@@ -257,7 +257,7 @@ impl fmt::Display for TooNarrow {
             }
             f.write_str(", or ")?;
         }
-        f.write_str("smaller elements")
+        f.write_str("smaller elements (more nodes, which a faster board has time for)")
     }
 }
 

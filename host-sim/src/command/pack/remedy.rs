@@ -28,18 +28,23 @@ pub(super) fn tried(refusal: Refusal, scene: &Scene, packs: &dyn Fn(&Scene) -> b
             Refusal::ContactStiff(TooStiff { softer_pa, shallower_um: if shallower { why.shallower_um } else { 0 }, ..why })
         }
         Refusal::TipNarrow(why) => {
-            let wider = WIDER.map(|factor| (factor * f64::from(why.wider_um) * 1e-2).ceil() as u32 * 100);
-            let widened = |um: &u32| {
-                *um > 0
-                    && changed(&|scene| {
-                        scene.probe.radius_m = f64::from(*um) * 1e-6;
-                        if why.softer_pa > 0 {
-                            soften(scene, why.softer_pa);
-                        }
-                    })
+            let wider = WIDER.map(|factor| {
+                let wider_um = (factor * f64::from(why.wider_um) * 1e-2).ceil() as u32 * 100;
+                // a contact becomes stiffer at most in proportion to its width
+                let softer_pa = (f64::from(why.softer_pa) / factor) as u32;
+                TooNarrow { wider_um, softer_pa, ..why }
+            });
+            let packs = |tip: &TooNarrow| {
+                let widen = |scene: &mut Scene| {
+                    scene.probe.radius_m = f64::from(tip.wider_um) * 1e-6;
+                    if tip.softer_pa > 0 {
+                        soften(scene, tip.softer_pa);
+                    }
+                };
+                tip.wider_um > 0 && changed(&widen)
             };
-            let wider_um = wider.into_iter().find(widened).unwrap_or(0);
-            Refusal::TipNarrow(TooNarrow { wider_um, ..why })
+            let found = wider.into_iter().find(packs);
+            Refusal::TipNarrow(found.unwrap_or(TooNarrow { wider_um: 0, softer_pa: 0, ..why }))
         }
         other => other,
     }
