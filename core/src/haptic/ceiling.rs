@@ -38,7 +38,7 @@ const REST_TICKS: u16 = 80;
 /// the slowest motion. With its own damping the tissue would ring for a quarter of a second.
 const KEEP: f32 = 0.9;
 
-/// Smallest contact radius of a rounded tip, in elements (1). Of 2 244 presses held for a second
+/// Smallest contact radius of a rounded tip, in elements (1). Of 1 332 presses of a hemisphere, held for a second
 /// (six patches, 3.5 to 100 kPa), the force swings by more than 5 % in 30 % of those at 0.25, in
 /// 1 % at 0.55, and in none from 0.7 on.
 pub const LEAST_WIDTH: f32 = 0.7;
