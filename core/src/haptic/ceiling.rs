@@ -38,9 +38,9 @@ const REST_TICKS: u16 = 80;
 /// the slowest motion. With its own damping the tissue would ring for a quarter of a second.
 const KEEP: f32 = 0.9;
 
-/// Smallest contact radius of a rounded tip, in elements (1). Of 1 332 presses of a hemisphere, held for a second
-/// (six patches, 3.5 to 100 kPa), the force swings by more than 5 % in 30 % of those at 0.25, in
-/// 1 % at 0.55, and in none from 0.7 on.
+/// Smallest contact radius of a rounded tip, in elements (1). Of 1 332 presses of a hemisphere, held
+/// for a second (six patches, 3.5 to 100 kPa), the force swings by more than 5 % in 29 % of those at
+/// 0.25, in 1 % at 0.55, and in none from 0.7 on.
 pub const LEAST_WIDTH: f32 = 0.7;
 /// Smallest radius of a flat tip, in elements (1): its edge crosses foundation points at full
 /// pressure. Of 180 presses at each radius, 9 swing by more than 5 % at 1.0, 2 at 1.4, none at 1.6.
