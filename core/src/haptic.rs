@@ -5,6 +5,7 @@
 //!         fresh, mean of  the    at the  to the    tangent,  ramp-in, norm,
 //!         likely two      patch  tissue? limit     in        relief  slew
 //!                counts                            contact
+//! ceiling: one gain for a contact that is stiffer than the device renders
 //! mode: decides whether force output is enabled
 //! passivity: energy given to the hand, always watched
 //! unit, sign, runaway, stillness: detect a wrong unit or sign, or a dead encoder
@@ -18,6 +19,7 @@
 
 pub mod account;
 pub mod apart;
+pub mod ceiling;
 pub mod cycle;
 pub mod damping;
 pub mod deadline;

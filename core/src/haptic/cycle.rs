@@ -23,6 +23,7 @@ use nalgebra::Vector3;
 
 use super::account::EnergyAccount;
 use super::apart::Apart;
+use super::ceiling::Ceiling;
 use super::damping::Damping;
 use super::deadline::{self, Deadline};
 use super::device::{DeviceSpec, HapticDevice};
@@ -95,6 +96,7 @@ pub struct Cycle {
     apart: Apart,
     plausible: Plausible,
     runaway: Runaway,
+    ceiling: Ceiling,
     gains: Gains,
     stillness: Stillness,
     slew: Slew,
@@ -131,6 +133,7 @@ impl Cycle {
             apart: Apart::new(device.count_m),
             plausible: Plausible::default(),
             runaway: Runaway::default(),
+            ceiling: Ceiling::new(device.ceiling_n_per_m()),
             gains: Gains::new(&settings.arming),
             stillness: Stillness::build(settings.tick_s),
             slew: Slew,
@@ -226,10 +229,12 @@ impl Cycle {
         self.damping.track(shown_m, per_s);
         record.refused = !self.listen(command, renderer);
         let runs = self.mode().runs_patch();
-        let output = if runs { renderer.render(ProbePose { tip_m: shown_m }) } else { Output::NONE };
+        let mut output = if runs { renderer.render(ProbePose { tip_m: shown_m }) } else { Output::NONE };
         if let Some(fault) = output.fault {
             return Err(fault);
         }
+        self.ceiling.follow(renderer.stiffness_n_per_m(), self.touched);
+        self.ceiling.soften(&mut output);
         let limits = self.limits;
         let mut seen = Seen {
             position_m: pose.position_m,

@@ -36,6 +36,13 @@ pub struct DeviceSpec {
     pub commissioned: bool,
 }
 
+/// Largest step of the force that a count may cause [N]. A contact that is stiffer shakes: with
+/// counts of 55 um, a flat tip and hands of 21 to 200 g, contacts of 1200 N/m shake with 74 mN at
+/// most and those of 2000 N/m with up to 0.45 N (`palpate faults --hands`). Diolaiti et al. (The
+/// effect of quantization and Coulomb friction on the stability of haptic rendering, IEEE Trans.
+/// Robotics 22, 2006) bound the step by twice the friction of the device.
+const COUNT_STEP_N: f32 = 0.06;
+
 /// Ranges that a device may declare; the sides of the workspace are in the order x, y, z.
 static RANGES: [Range; 12] = [
     ("device.max_force_n", 0.01, DeviceSpec::MOST_FORCE_N),
@@ -80,6 +87,14 @@ impl DeviceSpec {
     #[must_use]
     pub fn delay_s(&self, tick_s: f32) -> f32 {
         f32::from(self.delay_ticks) * tick_s + self.lag_s
+    }
+
+    /// Largest contact stiffness that the loop renders on this device [N/m]: the stated ceiling, or
+    /// that at which a count steps the force by [`COUNT_STEP_N`] if that is lower.
+    #[must_use]
+    pub fn ceiling_n_per_m(&self) -> f32 {
+        let stated = self.stiffness_ceiling_n_per_m;
+        if stated * self.count_m > COUNT_STEP_N { COUNT_STEP_N / self.count_m } else { stated }
     }
 
     /// Checks every number.

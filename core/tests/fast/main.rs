@@ -9,6 +9,7 @@
 mod arming;
 mod bench;
 mod bounce;
+mod ceiling;
 mod damping;
 mod deadline;
 mod energy;

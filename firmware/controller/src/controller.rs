@@ -77,6 +77,12 @@ impl Controller {
         self.cycle.in_contact()
     }
 
+    /// Largest contact stiffness that the device renders [N/m].
+    #[must_use]
+    pub fn stiffness_ceiling_n_per_m(&self) -> f32 {
+        self.edge.limits().ceiling_n_per_m()
+    }
+
     /// Limits of the loop that apply now.
     #[must_use]
     pub fn limits(&self) -> &LoopLimitSettings {

@@ -14,8 +14,7 @@ use crate::link::inbox::Reply;
 use crate::link::{Change, FromBoard, Identity, Inbox, Receiver, Refusal, ToBoard, Upload};
 use crate::log::Event;
 use crate::patch::{Memory, Patch, PatchSlot};
-use palpate::BuildError;
-use palpate::haptic::device::{Sensed, SensorStatus};
+use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
 
 use crate::board::Board;
 use crate::config::{self, Profile, StoreError};
@@ -74,7 +73,7 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
     loop {
         let wanted = match offer.bytes(in_flash, upload) {
             Ok(None) => Ok(serve(haptic, &mut PatchSlot(None), Some(&mut *upload), &mut inbox, &mut line, pace).await),
-            Ok(Some(bytes)) => match open(&mut haptic.board, bytes, memory, offer.modulus_pa) {
+            Ok(Some(bytes)) => match open(haptic, bytes, memory, offer.modulus_pa) {
                 Ok(patch) => {
                     let mut tissue = PatchSlot(Some(patch));
                     let nodes = tissue.state().0 as u32;
@@ -86,7 +85,7 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
                     offer.taken();
                     Ok(serve(haptic, &mut tissue, None, &mut inbox, &mut line, pace).await)
                 }
-                Err(error) => Err(error.into()),
+                Err(refusal) => Err(refusal),
             },
             Err(refusal) => Err(refusal),
         };
@@ -113,16 +112,20 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
 /// Opens a patch between two ticks. That may take longer than the watchdog's time, so the watchdog
 /// is fed in between, but only while the pins show that the outputs are off.
 fn open<'a>(
-    board: &mut impl Board,
+    haptic: &mut HapticLoop<impl Board>,
     bytes: &'a [u8],
     memory: &'a mut Memory,
     modulus_pa: Option<f32>,
-) -> Result<Patch<'a>, BuildError> {
-    Patch::open_within(&board.budget(), bytes, memory, modulus_pa, &mut || {
-        if board.outputs() == Outputs::OFF {
-            board.feed_watchdog();
-        }
-    })
+) -> Result<Patch<'a>, Refusal> {
+    let (board, ceiling_n_per_m) = (&mut haptic.board, haptic.controller.stiffness_ceiling_n_per_m());
+    Patch::open_for(&board.budget(), ceiling_n_per_m, bytes, memory, modulus_pa, &mut || keep_awake(board))
+}
+
+/// Feeds the watchdog while the pins show that the outputs are off.
+fn keep_awake(board: &mut impl Board) {
+    if board.outputs() == Outputs::OFF {
+        board.feed_watchdog();
+    }
 }
 
 /// Runs ticks with one patch until the host requests a change of it; `None` when the host has gone.
@@ -159,11 +162,11 @@ async fn serve<B: Board>(
                 Reply::Listen(asked) => (line.asked, line.listens_ticks) = (asked, if asked { LISTENS_TICKS } else { 0 }),
                 Reply::Refused(refusal) => line.refuse(&mut haptic.board, refusal),
                 Reply::Change(change) => return Some(change),
-                Reply::Modulus(pascal) => match tissue.ask_modulus(pascal) {
+                Reply::Modulus(pascal) => match tissue.ask_modulus(pascal, haptic.controller.stiffness_ceiling_n_per_m()) {
                     Ok(()) => line.send(&mut haptic.board, &FromBoard::Modulus(pascal)),
                     Err(refusal) => line.refuse(&mut haptic.board, refusal),
                 },
-                Reply::Store(profile) => match store(haptic, &profile) {
+                Reply::Store(profile) => match store(haptic, tissue, &profile) {
                     Ok(generation) => {
                         haptic.board.log(Event::Profile(generation));
                         line.send(&mut haptic.board, &FromBoard::Stored(generation));
@@ -212,15 +215,18 @@ async fn serve<B: Board>(
 }
 
 /// Stores a profile, restarts the controller with it and returns its generation number: 0 on a
-/// board that cannot store it and uses it until power-off.
+/// board that cannot store it and uses it until power-off. A profile whose device does not render
+/// the patch is not stored.
 // not inlined into the loop, whose stack frame exists during every tick
 #[inline(never)]
-fn store<B: Board>(haptic: &mut HapticLoop<B>, profile: &Profile) -> Result<u32, Refusal> {
+fn store<B: Board>(haptic: &mut HapticLoop<B>, tissue: &mut PatchSlot<'_>, profile: &Profile) -> Result<u32, Refusal> {
+    profile.check().map_err(StoreError::Profile)?;
+    let (settings, edge) = profile.split();
+    tissue.check_contact(edge.limits().ceiling_n_per_m(), &mut || keep_awake(&mut haptic.board))?;
     let generation = match config::store(haptic.board.profile_memory(), profile) {
         Err(StoreError::Flash) => 0,
         kept => kept.map_err(Refusal::from)?,
     };
-    let (settings, edge) = profile.split();
     haptic.controller.restart(&settings, edge).map_err(|_| Refusal::ProfileRange)?;
     Ok(generation)
 }

@@ -24,7 +24,7 @@ use palpate_tissue::session::{Session, packed};
 use palpate_tissue::stable_step::StableStep;
 
 use crate::closed_loop::device::DeviceProfile;
-use crate::closed_loop::prepared::Prepared;
+use crate::closed_loop::prepared::{Prepared, ceiling_note};
 use crate::live::LiveTissue;
 
 /// Smallest Young's modulus that may be set, as a share of the patch's own.
@@ -186,6 +186,13 @@ impl HapticSession {
     #[must_use]
     pub fn device(&self) -> &DeviceSpec {
         &self.device.spec
+    }
+
+    /// Note on a contact that is stiffer than the device renders, so that every force is scaled
+    /// down; `None` if the hand feels the tissue as it is.
+    #[must_use]
+    pub fn ceiling_note(&self) -> Option<String> {
+        ceiling_note(self.tissue.contact_n_per_m(), self.device.spec.ceiling_n_per_m())
     }
 
     /// Limits of the loop.

@@ -301,6 +301,9 @@ impl Options {
                 prepared.press_to(depth_m)?;
             }
             print_warnings(&scene);
+            if let Some(note) = prepared.ceiling_note() {
+                println!("note: {note}");
+            }
             let board = match patch {
                 Some(patch) => Some(HardwareInLoop::new(self.image.as_deref(), &patch, &prepared)?),
                 None => None,

@@ -11,6 +11,7 @@ use super::wire_limits::WireLimits;
 use crate::about::About;
 use crate::config::{Profile, ProfileError, StoreError};
 use crate::kinematics::MechanismError;
+use crate::patch::contact::{TooNarrow, TooStiff};
 
 /// Messages from the host. Each of them counts as a keep-alive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -208,6 +209,10 @@ pub enum Refusal {
     NoEncoders,
     /// The board crashed too often: it arms again only after power-on or its reset button.
     Barred,
+    /// The contact is stiffer than the stiffness ceiling of the device's profile.
+    ContactStiff(TooStiff),
+    /// The tip is narrower than the elements of the patch under it.
+    TipNarrow(TooNarrow),
 }
 
 impl From<StoreError> for Refusal {
@@ -224,6 +229,8 @@ impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Mechanism(error) => return error.fmt(f),
+            Self::ContactStiff(contact) => return contact.fmt(f),
+            Self::TipNarrow(tip) => return tip.fmt(f),
             Self::NotHomed => "the home pose is not known: hold the device in it and run `palpate board home`",
             Self::NoEncoders => "no encoder of this board answers: check the wiring, or send the board its readings",
             Self::Barred => {
