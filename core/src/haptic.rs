@@ -7,7 +7,7 @@
 //!                counts                            contact
 //! mode: decides whether force output is enabled
 //! passivity: energy given to the hand, always watched
-//! unit, sign, runaway, stillness: detect a wrong unit or sign, or a dead encoder
+//! runaway, stillness: detect a reversed force, or a dead encoder
 //! ```
 //!
 //! [`cycle::Cycle::tick`] runs these stages in order. None of them allocates or panics. Any fault
@@ -25,10 +25,8 @@ pub mod limits;
 pub mod mode;
 pub mod passivity;
 pub mod runaway;
-pub mod sign;
 pub mod stillness;
 pub mod toggle;
-pub mod unit;
 
 use nalgebra::Vector3;
 

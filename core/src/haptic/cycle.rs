@@ -31,10 +31,8 @@ use super::limits::{ForceLimiter, LoopLimitSettings, LoopLimits, PoseGate};
 use super::mode::{Event, Mode, ModeMachine};
 use super::passivity::PassivityObserver;
 use super::runaway::Runaway;
-use super::sign::SignWatch;
 use super::stillness::Stillness;
 use super::toggle::Toggle;
-use super::unit::UnitWatch;
 use crate::fault::{BuildError, ClampFlags, Fault};
 use crate::stages::output::Output;
 use crate::stages::probe::ProbePose;
@@ -96,8 +94,6 @@ pub struct Cycle {
     runaway: Runaway,
     stillness: Stillness,
     toggle: Toggle,
-    unit: UnitWatch,
-    sign: SignWatch,
     apart: Apart,
     machine: ModeMachine,
     ticks: u32,
@@ -134,8 +130,6 @@ impl Cycle {
             runaway: Runaway::default(),
             stillness: Stillness::build(settings.tick_s),
             toggle: Toggle::new(device.count_m),
-            unit: UnitWatch::build(device.count_m),
-            sign: SignWatch::default(),
             apart: Apart::new(device.count_m),
             machine: ModeMachine::BOOT,
             ticks: 0,
@@ -221,7 +215,6 @@ impl Cycle {
             record.limiters.set(ClampFlags::HELD);
         }
         let displacement_m = pose.position_m - self.position_m.replace(pose.position_m).unwrap_or(pose.position_m);
-        self.unit.judge(&displacement_m, pose.held)?;
         self.observer.observe(&displacement_m, self.touched)?;
         let shown_m = self.toggle.show(&pose.position_m);
         self.damping.track(shown_m);
@@ -248,10 +241,6 @@ impl Cycle {
             late => self.limits.ticks_per_s() / f32::from(late.saturating_add(1)),
         };
         self.runaway.judge(&displacement_m, per_s, &output.normal, &self.limiter.last_n())?;
-        if !self.sign.proven() {
-            let inward_m_per_s = -self.damping.velocity_m_per_s().dot(&output.normal);
-            self.sign.judge(inward_m_per_s, self.observer.energy().given_j, self.touched)?;
-        }
         let (force_n, shortened) = ForceLimiter::shorten(&self.limits, &output.force_n);
         if shortened {
             record.limiters.set(ClampFlags::FORCE);
@@ -301,7 +290,6 @@ impl Cycle {
         if followed && matches!(event, Event::ArmAsked | Event::Cleared) {
             renderer.reset();
             self.toggle.reset();
-            self.sign = SignWatch::default();
             self.touched = false;
         }
         followed
@@ -331,7 +319,7 @@ impl Cycle {
 
     /// Whether the force is to be scaled down for the rest of this contact.
     fn strained(&self) -> bool {
-        self.limiter.strained(&self.limits) || self.observer.gain() < 1.0 || self.stillness.gain() * self.sign.gain() < 1.0
+        self.limiter.strained(&self.limits) || self.observer.gain() < 1.0 || self.stillness.gain() < 1.0
     }
 
     /// Follows an event; returns false if the mode does not accept it.
@@ -357,7 +345,6 @@ impl Cycle {
         self.deadline = Deadline::default();
         self.runaway = Runaway::default();
         self.stillness.reset();
-        self.unit.reset();
         self.toggle.reset();
         self.apart.reset();
         self.position_m = None;

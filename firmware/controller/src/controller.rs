@@ -138,7 +138,7 @@ impl Controller {
         if telemetry.limiters.contains(ClampFlags::HELD) {
             self.edge.device().go_back(believed);
         }
-        if matches!(telemetry.fault, Some(Fault::SensorFault | Fault::OverSpeed | Fault::OutOfWorkspace | Fault::UnitMismatch)) {
+        if matches!(telemetry.fault, Some(Fault::SensorFault | Fault::OverSpeed | Fault::OutOfWorkspace)) {
             self.edge.device().forget_home();
         }
         // a request is used up by leaving `Idle`, whatever happens next, and by a stop

@@ -17,7 +17,7 @@ impl Cycle {
             let relief = self.relief - self.arming.relief_per_tick;
             self.relief = if relief > self.arming.least_relief { relief } else { self.arming.least_relief };
         }
-        let gain = self.ramp * self.relief * self.stillness.gain() * self.sign.gain();
+        let gain = self.ramp * self.relief * self.stillness.gain();
         if gain < 1.0 {
             record.limiters.set(ClampFlags::GAIN);
         }
