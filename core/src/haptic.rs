@@ -17,6 +17,7 @@
 //! [`crate::stages::probe`].
 
 pub mod apart;
+pub mod commission;
 pub mod cycle;
 pub mod damping;
 pub mod deadline;

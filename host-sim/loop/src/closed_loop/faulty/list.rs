@@ -23,18 +23,11 @@ const AWAY: &[Fault] = &[Fault::Runaway];
 /// exceed the speed limit before it has moved far enough for a runaway.
 const AWAY_FAST: &[Fault] = &[Fault::Runaway, Fault::OverSpeed];
 /// Faults in which a wrong sign or a stuck reading may end, where it can be detected.
-const WRONG_WAY: &[Fault] = &[
-    Fault::Runaway,
-    Fault::OverSpeed,
-    Fault::SensorFault,
-    Fault::OutOfWorkspace,
-    Fault::EnergyCreated,
-    Fault::TipApart,
-];
+const WRONG_WAY: &[Fault] =
+    &[Fault::Runaway, Fault::OverSpeed, Fault::SensorFault, Fault::OutOfWorkspace, Fault::EnergyCreated, Fault::TipApart];
 
 /// Faults in which noise of many counts may end.
-const NOISY: &[Fault] =
-    &[Fault::OverSpeed, Fault::SensorFault, Fault::OutOfWorkspace, Fault::EnergyCreated, Fault::TipApart];
+const NOISY: &[Fault] = &[Fault::OverSpeed, Fault::SensorFault, Fault::OutOfWorkspace, Fault::EnergyCreated, Fault::TipApart];
 
 const fn with(
     id: &'static str,

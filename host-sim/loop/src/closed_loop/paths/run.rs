@@ -132,8 +132,7 @@ impl PathCase {
         }
         // no hand stops dead or jumps by several counts at once; an encoder that
         // sticks does
-        let stuck = outcome.fault == Some(Fault::SensorFault)
-            && sharpest_m > SHARPEST_M_PER_S2 * TICK_S * TICK_S;
+        let stuck = outcome.fault == Some(Fault::SensorFault) && sharpest_m > SHARPEST_M_PER_S2 * TICK_S * TICK_S;
         outcome.honest &= !stuck;
         outcome.by_hand = outcome.honest && sharpest_m <= SHARPEST_M_PER_S2 * TICK_S * TICK_S;
         outcome.seen = watch.seen();
