@@ -9,6 +9,7 @@ use core::fmt;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use palpate::BuildError;
+use palpate::haptic::commission::Wiring;
 use palpate::haptic::cycle::{Cycle, Settings};
 use palpate::haptic::device::{DeviceSpec, HapticDevice};
 use serde::{Deserialize, Serialize};
@@ -51,6 +52,9 @@ pub struct Profile {
     pub stiffness_ceiling_n_per_m: f32,
     /// Day on which the device was commissioned, in days since 1970-01-01; zero if it was not.
     pub commissioned_day: u16,
+    /// Encoder and motor of each axis or joint, ratio of each count to its nominal size (10 um on
+    /// three orthogonal axes), and sign of each motor.
+    pub wiring: WireOrder,
     /// Encoder counts in the mechanism's home pose, or at the centre of three orthogonal axes.
     pub home_counts: [i32; 3],
     /// A hand switch or pedal is fitted; there is a force only while it is pressed.
@@ -58,6 +62,31 @@ pub struct Profile {
     /// Mechanism; without one the device has three orthogonal axes of 10 um per count and 16 N at
     /// full scale.
     pub mechanism: Option<MechanismProfile>,
+}
+
+/// [`Wiring`] as it is stored and sent.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WireOrder {
+    /// Encoder of each axis or joint.
+    pub encoder: [u8; 3],
+    /// Ratio of each count to its nominal size (1); negative where the encoder counts down.
+    pub ratio: [f32; 3],
+    /// Motor of each axis or joint.
+    pub motor: [u8; 3],
+    /// 1, or -1 where a positive code drives the axis backwards.
+    pub motor_sign: [i8; 3],
+}
+
+impl WireOrder {
+    /// Encoders and motors in the order of the axes, with the right signs.
+    pub const STRAIGHT: Self = Self { encoder: [0, 1, 2], ratio: [1.0; 3], motor: [0, 1, 2], motor_sign: [1; 3] };
+}
+
+impl From<WireOrder> for Wiring {
+    fn from(order: WireOrder) -> Self {
+        let motor_sign = order.motor_sign.map(f32::from);
+        Self { sensor: order.encoder, per_unit: order.ratio, motor: order.motor, motor_sign }
+    }
 }
 
 impl Profile {
@@ -84,6 +113,7 @@ impl Profile {
             mass_kg: device.mass_kg,
             stiffness_ceiling_n_per_m: device.stiffness_ceiling_n_per_m,
             commissioned_day: u16::from(device.commissioned),
+            wiring: WireOrder::STRAIGHT,
             home_counts: [0; 3],
             operator_switch: false,
             mechanism: None,
@@ -111,7 +141,7 @@ impl Profile {
         settings.damping.tau_s = tau_s;
         settings.damping.constant_n_s_per_m = constant_n_s_per_m;
         settings.damping.velocity_share = velocity_share;
-        let device = Device::new(self.mechanism.as_ref(), self.home_counts);
+        let device = Device::new(self.mechanism.as_ref(), self.home_counts).with_wiring(self.wiring.into());
         (settings, Port::with_limits(limits).with_device(device).with_operator_switch(self.operator_switch))
     }
 
@@ -128,6 +158,7 @@ impl Profile {
             return Err(ProfileError::Range(range));
         }
         Cycle::build(&settings, &edge.limits()).map_err(ProfileError::Range)?;
+        Wiring::from(self.wiring).check().map_err(ProfileError::Range)?;
         self.mechanism.map_or(Ok(()), |mechanism| mechanism.check(&edge.limits()).map_err(ProfileError::Mechanism))
     }
 }

@@ -12,6 +12,7 @@ use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::{BuildError, ClampFlags, Fault};
 
+use crate::commission::Bench;
 use crate::force_out::{ActuatorCommand, Outputs};
 use crate::port::Port;
 use crate::probe_in::Reading;
@@ -111,6 +112,18 @@ impl Controller {
     /// `reading` has no valid encoder counts.
     pub fn show_home(&mut self, reading: &Reading) -> bool {
         self.edge.show_home(reading)
+    }
+
+    /// Whether the device has a hand switch or a pedal.
+    #[must_use]
+    pub fn operator_switch(&self) -> bool {
+        self.edge.operator_switch()
+    }
+
+    /// A commissioning of the device, whose user moves the tip by this distance [m].
+    #[must_use]
+    pub fn bench(&self, distance_m: f32, newest: Reading) -> Bench {
+        Bench::new(&self.edge, self.limits().max_force_n, distance_m, newest)
     }
 
     /// Lowers limits; allowed in any mode.

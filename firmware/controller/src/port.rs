@@ -75,6 +75,12 @@ impl Port {
         self.sensed = self.device.sensed(reading);
     }
 
+    /// Axes or joints of the device: which there are, metres at the tip per count by the profile,
+    /// and share of the converter's range per newton at the tip.
+    pub(crate) fn joints(&self) -> ([bool; 3], [f32; 3], [f32; 3]) {
+        self.device.joints()
+    }
+
     /// Mechanism, encoders and amplifiers.
     pub(crate) fn device(&mut self) -> &mut Device {
         &mut self.device

@@ -158,7 +158,10 @@ async fn serve<B: Board>(
                 Reply::None | Reply::Tick => {}
                 Reply::Listen(asked) => (line.asked, line.listens_ticks) = (asked, if asked { LISTENS_TICKS } else { 0 }),
                 Reply::Refused(refusal) => line.refuse(&mut haptic.board, refusal),
-                Reply::Change(change) => return Some(change),
+                Reply::Change(change) => {
+                    haptic.end_commissioning();
+                    return Some(change);
+                }
                 Reply::Modulus(pascal) => match tissue.ask_modulus(pascal) {
                     Ok(()) => line.send(&mut haptic.board, &FromBoard::Modulus(pascal)),
                     Err(refusal) => line.refuse(&mut haptic.board, refusal),
@@ -170,6 +173,12 @@ async fn serve<B: Board>(
                     }
                     Err(refusal) => line.refuse(&mut haptic.board, refusal),
                 },
+                Reply::Commission(distance_m) => haptic.commission(distance_m, newest),
+                Reply::Confirm => {
+                    if let Some(bench) = haptic.bench() {
+                        bench.confirm();
+                    }
+                }
                 Reply::Home => {
                     if haptic.controller.show_home(&newest) {
                         haptic.board.log(Event::Homed);
@@ -199,6 +208,7 @@ async fn serve<B: Board>(
         tissue.settle(haptic.controller.in_contact());
         if pace == Pace::LockStep || record.tick.is_multiple_of(RECORD_TICKS) {
             line.send(&mut haptic.board, &FromBoard::Record(record));
+            tell(haptic, line);
         }
         let log_is_due = record.tick % LOG_TICKS == LOG_AT;
         while let Some(event) = line.told.next(haptic.seen(), log_is_due) {
@@ -216,6 +226,7 @@ async fn serve<B: Board>(
 // not inlined into the loop, whose stack frame exists during every tick
 #[inline(never)]
 fn store<B: Board>(haptic: &mut HapticLoop<B>, profile: &Profile) -> Result<u32, Refusal> {
+    haptic.end_commissioning();
     let generation = match config::store(haptic.board.profile_memory(), profile) {
         Err(StoreError::Flash) => 0,
         kept => kept.map_err(Refusal::from)?,
@@ -223,6 +234,16 @@ fn store<B: Board>(haptic: &mut HapticLoop<B>, profile: &Profile) -> Result<u32,
     let (settings, edge) = profile.split();
     haptic.controller.restart(&settings, edge).map_err(|_| Refusal::ProfileRange)?;
     Ok(generation)
+}
+
+/// Sends the step of a commissioning, and its result once it is complete.
+#[inline(never)]
+fn tell<B: Board>(haptic: &mut HapticLoop<B>, line: &mut Line) {
+    let Some((progress, result)) = haptic.bench().map(|bench| bench.told()) else { return };
+    line.send(&mut haptic.board, &FromBoard::Commissioning(progress));
+    if let Some(result) = result {
+        line.send(&mut haptic.board, &FromBoard::Commissioned(result));
+    }
 }
 
 fn report(tissue: &PatchSlot<'_>, board: &mut impl Board, line: &mut Line) {

@@ -11,17 +11,23 @@ const RAMP_N_PER_S: f32 = 0.25;
 /// bounds [N].
 const STROKE: f32 = 0.05;
 const STROKE_N: [f32; 2] = [0.1, 0.2];
-/// Travel after which a stroke's force is reversed [m], and longest time until then [ticks].
+/// Travel after which a stroke's force is reversed: length [m], unless so many counts are longer;
+/// it grows by itself for every so many newtons of friction, because a rubbing handle stops short.
 const STROKE_M: f32 = 3e-3;
-const PUSH_TICKS: usize = 70;
+const STROKE_COUNTS: f32 = 60.0;
+const LONGER_N: f32 = 0.2;
+/// Longest time until then [ticks].
+const PUSH_TICKS: usize = 100;
+/// Travel at which a ramp ends [m], long enough that a soft hand springs back against friction.
+const RAMP_M: f32 = 2.5e-3;
 /// Ticks without progress after which a reversed stroke ends.
 const STANDS_TICKS: usize = 12;
 /// Strokes of each motor, alternately in both directions.
-const STROKES: u8 = 6;
+const STROKES: u8 = 8;
 /// The handle rests if it moves less than this [m] or a count in so many ticks; it has to come to
 /// rest within the longer time.
 const REST_M: f32 = 50e-6;
-const REST_TICKS: u16 = 100;
+const REST_TICKS: u16 = 200;
 const PATIENCE_TICKS: u16 = 8_000;
 /// Travel that counts as motion, unless two counts are longer [m].
 const MOVED_M: f32 = 100e-6;
@@ -57,6 +63,8 @@ struct Found {
     /// Force at which the handle was seen to move, and its travel then, in both directions.
     moved_n: [f32; 2],
     moved_m: [f32; 2],
+    /// Travel when the ramp ended [m].
+    pushed_m: [f32; 2],
     /// Sum over the strokes of one over the mass [m/N per square tick], and number of them.
     per_kg: f32,
     strokes: u8,
@@ -97,7 +105,15 @@ impl HandsOff {
             still_m: [0.0; 3],
             still: 0,
             from_m: [0.0; 3],
-            found: [Found { axis: None, sign: 1.0, moved_n: [0.0; 2], moved_m: [0.0; 2], per_kg: 0.0, strokes: 0 }; 3],
+            found: [Found {
+                axis: None,
+                sign: 1.0,
+                moved_n: [0.0; 2],
+                moved_m: [0.0; 2],
+                pushed_m: [0.0; 2],
+                per_kg: 0.0,
+                strokes: 0,
+            }; 3],
             response: Response::NEW,
             scratch: [0.0; TICKS],
             ended: false,
@@ -113,7 +129,8 @@ impl HandsOff {
     /// Runs one tick; returns the motor and its force [N].
     pub fn tick(&mut self, at_m: [f32; 3]) -> Result<(u8, f32), Trouble> {
         if self.axes().any(|axis| !((nth(at_m, axis) - nth(self.home_m, axis)).abs() <= FAR_M)) {
-            return Err(Trouble::TooFar);
+            let undriven = self.step == Step::Rest && self.push == 0;
+            return Err(if undriven { Trouble::Moving } else { Trouble::TooFar });
         }
         self.ticks = self.ticks.saturating_add(1);
         self.still = self.still.saturating_add(1);
@@ -181,7 +198,7 @@ impl HandsOff {
         let Some(axis) = found.axis else { return Ok(()) };
         let sign = if pushed == 0 { found.sign } else { -found.sign };
         let left_m = (nth(at_m, axis) - nth(from_m, axis)) * sign;
-        let moved_m = found.moved_m.get(pushed).copied().unwrap_or(0.0);
+        let moved_m = found.pushed_m.get(pushed).copied().unwrap_or(0.0);
         if left_m < KEPT * moved_m { Err(Trouble::Held(motor)) } else { Ok(()) }
     }
 
@@ -207,18 +224,26 @@ impl HandsOff {
             }
         }
         let (axis, moved) = first;
-        if moved.abs() < 1.0 {
-            // a device of fewer axes has fewer motors
-            if force_n <= MOST_N {
-                return Ok((self.motor, self.direction() * force_n));
+        let (motor, push, sign) = (self.motor, usize::from(self.push), moved.signum() * self.direction());
+        let moved_m = moved.abs() * nth(self.moving_m, axis);
+        if let Some(found) = self.found()
+            && let (Some(n), Some(m)) = (found.moved_n.get_mut(push), found.moved_m.get_mut(push))
+        {
+            if moved.abs() >= 1.0 && *n == 0.0 {
+                (*n, *m) = (force_n, moved_m);
             }
-            if self.axes().count() < 3 && self.push == 0 {
+        }
+        if moved_m < RAMP_M || moved.abs() < 2.0 {
+            if force_n <= MOST_N {
+                return Ok((motor, self.direction() * force_n));
+            }
+            // a device of fewer axes has fewer motors
+            if self.axes().count() < 3 && self.push == 0 && moved.abs() < 1.0 {
                 self.next_motor();
                 return Ok((self.motor, 0.0));
             }
-            return Err(Trouble::Stuck(self.motor));
+            return Err(if moved.abs() < 1.0 { Trouble::Stuck(motor) } else { Trouble::Held(motor) });
         }
-        let (motor, push, sign) = (self.motor, usize::from(self.push), moved.signum() * self.direction());
         if second > ASIDE * moved.abs() {
             return Err(Trouble::TwoAxes(motor));
         }
@@ -226,26 +251,29 @@ impl HandsOff {
         if another {
             return Err(Trouble::SameMotor(motor));
         }
-        let moved_m = moved.abs() * nth(self.moving_m, axis);
         if let Some(found) = self.found() {
             if found.axis.is_some_and(|before| before != axis || found.sign != sign) {
                 return Err(Trouble::Unsteady(motor));
             }
             (found.axis, found.sign) = (Some(axis), sign);
-            if let (Some(n), Some(m)) = (found.moved_n.get_mut(push), found.moved_m.get_mut(push)) {
-                (*n, *m) = (force_n, moved_m);
+            if let Some(pushed) = found.pushed_m.get_mut(push) {
+                *pushed = moved_m;
             }
         }
         self.pushed();
         Ok((motor, 0.0))
     }
 
+    /// Larger of the forces at which the handle began to move [N].
+    fn moved_n(&self) -> f32 {
+        let [one, other] = self.found.get(usize::from(self.motor)).map_or([0.0; 2], |found| found.moved_n);
+        if one > other { one } else { other }
+    }
+
     /// Force of a stroke [N].
     fn stroke_n(&self) -> f32 {
-        let moved_n = self.found.get(usize::from(self.motor)).map_or([0.0; 2], |found| found.moved_n);
-        let [one, other] = moved_n;
         let margin_n = between(STROKE * self.plan.force_limit_n, STROKE_N[0], STROKE_N[1]);
-        between(if one > other { one } else { other } + margin_n, 0.0, MOST_N)
+        between(self.moved_n() + margin_n, 0.0, MOST_N)
     }
 
     fn stroke(&mut self, at_m: [f32; 3]) -> Result<(u8, f32), Trouble> {
@@ -261,7 +289,9 @@ impl HandsOff {
             self.step = Step::Fit;
             return Ok((self.motor, 0.0));
         }
-        if !reversed && (travel_m >= STROKE_M || ticks >= PUSH_TICKS) {
+        let longest_m = 0.5 * STROKE_COUNTS * moving_m;
+        let stroke_m = if longest_m > STROKE_M { longest_m } else { STROKE_M } * (1.0 + self.moved_n() / LONGER_N);
+        if !reversed && (travel_m >= stroke_m || ticks >= PUSH_TICKS) {
             self.response.reverse();
         }
         let force_n = if self.response.state().1 { -self.stroke_n() } else { self.stroke_n() };

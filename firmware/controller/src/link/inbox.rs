@@ -47,6 +47,10 @@ pub enum Reply {
     Home,
     /// Whether the host reads the log from now on.
     Listen(bool),
+    /// Begin a commissioning with this distance [m].
+    Commission(f32),
+    /// The user confirms a step of the commissioning.
+    Confirm,
 }
 
 /// Content of the messages since the last tick.
@@ -120,7 +124,11 @@ impl Inbox {
             ToBoard::Listen(listens) => Reply::Listen(listens),
             ToBoard::Store(profile) if controller.mode().accepts(Request::Config) => Reply::Store(profile),
             ToBoard::Home if controller.mode().accepts(Request::Config) => Reply::Home,
-            ToBoard::Store(_) | ToBoard::Home => Reply::Refused(Refusal::NotIdle),
+            ToBoard::Commission(distance_m) if !(5e-3..=0.5).contains(&distance_m) => Reply::Refused(Refusal::Distance),
+            ToBoard::Commission(_) if controller.barred() => Reply::Refused(Refusal::Barred),
+            ToBoard::Commission(distance_m) if controller.mode().accepts(Request::Config) => Reply::Commission(distance_m),
+            ToBoard::Confirm => Reply::Confirm,
+            ToBoard::Store(_) | ToBoard::Home | ToBoard::Commission(_) => Reply::Refused(Refusal::NotIdle),
         }
     }
 

@@ -9,6 +9,7 @@ use super::log::Log;
 use super::record::Record;
 use super::wire_limits::WireLimits;
 use crate::about::About;
+use crate::commission::{Progress, WireResult};
 use crate::config::{Profile, ProfileError, StoreError};
 use crate::kinematics::MechanismError;
 
@@ -73,6 +74,11 @@ pub enum ToBoard<'a> {
     /// Whether the host reads the log; true is valid for the next [`crate::serve::LISTENS_TICKS`]
     /// ticks.
     Listen(bool),
+    /// Begin a commissioning, in `Idle`: the user will move the tip by this distance [m]. Until it
+    /// ends, the board sends [`FromBoard::Commissioning`] with every record.
+    Commission(f32),
+    /// The user confirms the step of the commissioning that the board waits for.
+    Confirm,
 }
 
 /// Requests of a host to the mode machine; the requests of start-up come from the board itself.
@@ -128,6 +134,11 @@ pub enum FromBoard {
     /// The answer to [`ToBoard::YoungsModulus`] in a mode with force: the modulus [Pa] that was
     /// accepted.
     Modulus(f32),
+    /// Step of the commissioning.
+    Commissioning(Progress),
+    /// Result of the commissioning. The profile is still the old one: the host completes it and
+    /// sends it with [`ToBoard::Store`].
+    Commissioned(WireResult),
 }
 
 /// Longest name of a board with its image's version [bytes].
@@ -208,6 +219,8 @@ pub enum Refusal {
     NoEncoders,
     /// The board crashed too often: it arms again only after power-on or its reset button.
     Barred,
+    /// The distance of a commissioning is not between 5 mm and 0.5 m.
+    Distance,
 }
 
 impl From<StoreError> for Refusal {
@@ -229,6 +242,7 @@ impl fmt::Display for Refusal {
             Self::Barred => {
                 "the board crashed three times within a minute and arms no more: switch it off and on, and see its log for the cause"
             }
+            Self::Distance => "the distance of a commissioning must be between 5 mm and 0.5 m",
             Self::NotIdle => "the board is not idle: stop it first, or clear its fault",
             Self::LimitRises => "a limit would rise or is no number: limits can only be lowered",
             Self::ModulusOutOfRange => "Young's modulus must be between half and twice that of the patch: pack another patch",
