@@ -7,7 +7,7 @@
 //! * failures: every [`palpate::Fault`]; the actuators are off then
 
 use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings, Telemetry};
-use palpate::haptic::device::HapticDevice;
+use palpate::haptic::device::{DeviceSpec, HapticDevice};
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::{BuildError, ClampFlags, Fault};
@@ -111,7 +111,14 @@ impl Controller {
     /// Records the present joint positions as the home pose; called in `Idle`. Returns false if
     /// `reading` has no valid encoder counts.
     pub fn show_home(&mut self, reading: &Reading) -> bool {
-        self.edge.show_home(reading)
+        let shown = self.edge.show_home(reading);
+        if shown && !self.edge.known() {
+            // encoders of their own without a profile: nobody has measured their axes
+            let max_force_n = self.limits().max_force_n.min(DeviceSpec::UNCOMMISSIONED_N);
+            let lowered = self.lower_limits(&LoopLimitSettings { max_force_n, ..*self.limits() });
+            debug_assert!(lowered.is_ok(), "a smaller force is in range");
+        }
+        shown
     }
 
     /// Whether the device has a hand switch or a pedal.
