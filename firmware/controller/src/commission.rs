@@ -33,6 +33,44 @@ pub struct Bench {
     silent_ticks: u8,
 }
 
+/// What the host knows of the device before its commissioning. The board's own profile is not used,
+/// since it may be that of another device.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Setup {
+    /// Which axes or joints there are.
+    pub axes: [bool; 3],
+    /// Distance by which the user moves the tip along each axis or by each joint [m].
+    pub distance_m: f32,
+    /// Force limit of the profile [N].
+    pub force_limit_n: f32,
+    /// Metres at the tip per count by the profile.
+    pub stated_m_per_count: [f32; 3],
+    /// Share of the converter's range per newton at the tip (1/N).
+    pub share_per_n: [f32; 3],
+}
+
+impl Setup {
+    /// The device of a profile.
+    #[must_use]
+    pub fn of(port: &Port, force_limit_n: f32, distance_m: f32) -> Self {
+        let (axes, stated_m_per_count, share_per_n) = port.joints();
+        Self { axes, distance_m, force_limit_n, stated_m_per_count, share_per_n }
+    }
+
+    /// Whether every number is in its range. NaN is in none.
+    #[must_use]
+    pub fn sound(&self) -> bool {
+        let joint = |(there, (count_m, share)): (bool, (f32, f32))| {
+            !there || ((1e-8..=1e-2).contains(&count_m) && (1e-4..=2.0).contains(&share))
+        };
+        let numbers = self.stated_m_per_count.into_iter().zip(self.share_per_n);
+        (5e-3..=0.5).contains(&self.distance_m)
+            && (0.01..=DeviceSpec::MOST_FORCE_N).contains(&self.force_limit_n)
+            && self.axes.contains(&true)
+            && self.axes.into_iter().zip(numbers).all(joint)
+    }
+}
+
 /// State of a commissioning, as sent to the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Progress {
@@ -120,12 +158,11 @@ impl From<&WireResult> for Commissioned {
 }
 
 impl Bench {
-    /// Begins a commissioning of the device at this port, whose user moves the tip by `distance_m`
-    /// along each axis or by each joint.
+    /// Begins a commissioning; `shown` is the reading that the loop sees meanwhile.
     #[must_use]
-    pub fn new(port: &Port, force_limit_n: f32, distance_m: f32, shown: Reading) -> Self {
-        let (axes, stated_m_per_unit, share_per_n) = port.joints();
-        let plan = Plan { axes, distance_m, force_limit_n, stated_m_per_unit, tick_s: 1e-3 };
+    pub fn new(setup: &Setup, shown: Reading) -> Self {
+        let Setup { axes, distance_m, force_limit_n, stated_m_per_count, share_per_n } = *setup;
+        let plan = Plan { axes, distance_m, force_limit_n, stated_m_per_unit: stated_m_per_count, tick_s: 1e-3 };
         Self { commissioning: Commissioning::new(plan), share_per_n, from: None, shown, confirmed: false, silent_ticks: 0 }
     }
 

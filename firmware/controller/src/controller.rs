@@ -12,7 +12,6 @@ use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::{BuildError, ClampFlags, Fault};
 
-use crate::commission::Bench;
 use crate::force_out::{ActuatorCommand, Outputs};
 use crate::port::Port;
 use crate::probe_in::Reading;
@@ -127,10 +126,10 @@ impl Controller {
         self.edge.operator_switch()
     }
 
-    /// A commissioning of the device, whose user moves the tip by this distance [m].
+    /// Whether the device was commissioned.
     #[must_use]
-    pub fn bench(&self, distance_m: f32, newest: Reading) -> Bench {
-        Bench::new(&self.edge, self.limits().max_force_n, distance_m, newest)
+    pub fn commissioned(&self) -> bool {
+        self.edge.known() && self.edge.limits().commissioned
     }
 
     /// Lowers limits; allowed in any mode.

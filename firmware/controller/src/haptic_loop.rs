@@ -13,7 +13,7 @@ use palpate::haptic::mode::Mode;
 use palpate::{Fault, Fnv};
 
 use crate::board::Board;
-use crate::commission::Bench;
+use crate::commission::{Bench, Setup};
 use crate::controller::Controller;
 use crate::force_out::Outputs;
 use crate::link::Record;
@@ -156,9 +156,9 @@ impl<B: Board> HapticLoop<B> {
         (u16::try_from(missed).unwrap_or(u16::MAX), Some(self.board.since_period_counts()))
     }
 
-    /// Begins a commissioning in `Idle`; the user moves the tip by this distance [m].
-    pub fn commission(&mut self, distance_m: f32, newest: Reading) {
-        self.commissioning = Some(self.controller.bench(distance_m, newest));
+    /// Begins a commissioning in `Idle`.
+    pub fn commission(&mut self, setup: &Setup, newest: Reading) {
+        self.commissioning = Some(Bench::new(setup, newest));
     }
 
     /// Commissioning in progress, or the last one.

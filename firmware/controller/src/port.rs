@@ -85,7 +85,8 @@ impl Port {
 
     /// Axes or joints of the device: which there are, metres at the tip per count by the profile,
     /// and share of the converter's range per newton at the tip.
-    pub(crate) fn joints(&self) -> ([bool; 3], [f32; 3], [f32; 3]) {
+    #[must_use]
+    pub fn joints(&self) -> ([bool; 3], [f32; 3], [f32; 3]) {
         self.device.joints()
     }
 

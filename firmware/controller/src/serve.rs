@@ -173,7 +173,7 @@ async fn serve<B: Board>(
                     }
                     Err(refusal) => line.refuse(&mut haptic.board, refusal),
                 },
-                Reply::Commission(distance_m) => haptic.commission(distance_m, newest),
+                Reply::Commission(setup) => haptic.commission(&setup, newest),
                 Reply::Confirm => {
                     if let Some(bench) = haptic.bench() {
                         bench.confirm();
@@ -192,7 +192,7 @@ async fn serve<B: Board>(
                 Reply::Report | Reply::Identify if pace == Pace::Timed && haptic.controller.mode().allows_force() => {
                     line.refuse(&mut haptic.board, Refusal::NotIdle);
                 }
-                Reply::Report => report(tissue, &mut haptic.board, line),
+                Reply::Report => report(tissue, haptic, line),
                 Reply::Identify => identify(tissue, &mut haptic.board, line),
             }
         }
@@ -246,10 +246,12 @@ fn tell<B: Board>(haptic: &mut HapticLoop<B>, line: &mut Line) {
     }
 }
 
-fn report(tissue: &PatchSlot<'_>, board: &mut impl Board, line: &mut Line) {
+fn report<B: Board>(tissue: &PatchSlot<'_>, haptic: &mut HapticLoop<B>, line: &mut Line) {
+    let commissioned = haptic.controller.commissioned();
+    let board = &mut haptic.board;
     let (nodes, state_hash) = tissue.state();
     let (stack_used_bytes, bad_frames) = (board.stack_used_bytes() as u32, line.receiver.counts().bad);
-    line.send(board, &FromBoard::State { state_hash, stack_used_bytes, bad_frames, nodes: nodes as u32 });
+    line.send(board, &FromBoard::State { state_hash, stack_used_bytes, bad_frames, nodes: nodes as u32, commissioned });
 }
 
 fn identify(tissue: &PatchSlot<'_>, board: &mut impl Board, line: &mut Line) {

@@ -9,7 +9,7 @@ use super::log::Log;
 use super::record::Record;
 use super::wire_limits::WireLimits;
 use crate::about::About;
-use crate::commission::{Progress, WireResult};
+use crate::commission::{Progress, Setup, WireResult};
 use crate::config::{Profile, ProfileError, StoreError};
 use crate::kinematics::MechanismError;
 
@@ -74,9 +74,9 @@ pub enum ToBoard<'a> {
     /// Whether the host reads the log; true is valid for the next [`crate::serve::LISTENS_TICKS`]
     /// ticks.
     Listen(bool),
-    /// Begin a commissioning, in `Idle`: the user will move the tip by this distance [m]. Until it
-    /// ends, the board sends [`FromBoard::Commissioning`] with every record.
-    Commission(f32),
+    /// Begin a commissioning, in `Idle`. From then on the board sends
+    /// [`FromBoard::Commissioning`] with every record.
+    Commission(Setup),
     /// The user confirms the step of the commissioning that the board waits for.
     Confirm,
 }
@@ -124,6 +124,8 @@ pub enum FromBoard {
         bad_frames: u32,
         /// Number of nodes of the patch; 0 while there is no patch.
         nodes: u32,
+        /// Whether the device was commissioned.
+        commissioned: bool,
     },
     /// The answer to [`ToBoard::Identify`].
     Identity(Identity),
@@ -219,8 +221,8 @@ pub enum Refusal {
     NoEncoders,
     /// The board crashed too often: it arms again only after power-on or its reset button.
     Barred,
-    /// The distance of a commissioning is not between 5 mm and 0.5 m.
-    Distance,
+    /// A number of a commissioning is out of its range.
+    Commissioning,
 }
 
 impl From<StoreError> for Refusal {
@@ -242,7 +244,7 @@ impl fmt::Display for Refusal {
             Self::Barred => {
                 "the board crashed three times within a minute and arms no more: switch it off and on, and see its log for the cause"
             }
-            Self::Distance => "the distance of a commissioning must be between 5 mm and 0.5 m",
+            Self::Commissioning => "the numbers of the commissioning are out of range: give a distance between 5 mm and 0.5 m, and check the profile's encoders and motors",
             Self::NotIdle => "the board is not idle: stop it first, or clear its fault",
             Self::LimitRises => "a limit would rise or is no number: limits can only be lowered",
             Self::ModulusOutOfRange => "Young's modulus must be between half and twice that of the patch: pack another patch",
