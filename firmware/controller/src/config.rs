@@ -26,7 +26,7 @@ const VERSION: u16 = 5;
 const HEAD: usize = 12;
 const TAIL: usize = 4;
 /// Length of a slot's content [bytes]: head, profile, checksum and erased bytes.
-pub const SLOT_BYTES: usize = 192;
+pub const SLOT_BYTES: usize = 256;
 
 /// Settings that a user makes once for a device.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -348,6 +348,8 @@ mod tests {
         let device = Port::DESKTOP.limits();
         let mut profile = Profile::of(&Settings::safe(&device), &device);
         (profile.home_counts, profile.operator_switch) = ([i32::MIN; 3], true);
+        profile.commissioned_day = u16::MAX;
+        profile.wiring = WireOrder { encoder: [2, 0, 1], ratio: [-1.0; 3], motor: [1, 2, 0], motor_sign: [-1; 3] };
         let (kind, large) = (Kind::YourDevice, [0.05, 0.1, 0.2]);
         let dimensions = [0.2, 0.2, 0.2, 0.0, 0.0];
         let (rad_per_count, home_rad) = ([5e-5; 3], [0.0; 3]);
@@ -365,6 +367,8 @@ mod tests {
         let mut flash = Ram([[0xFF; SLOT_BYTES]; 2]);
         assert_eq!(store(&mut flash, &profile), Ok(1));
         assert_eq!(load(&flash).map(|kept| kept.0), Some(profile));
+        let mut out = [0; crate::link::FRAME_BYTES];
+        assert!(crate::link::encode(1, &crate::link::ToBoard::Store(profile), &mut out).is_ok(), "and fits a frame");
         assert!(profile.split().1.operator_switch());
     }
 }
