@@ -11,12 +11,14 @@ use palpate_controller::controller::Arming;
 use palpate_controller::device::Device;
 use palpate_controller::force_out::DacCode;
 use palpate_controller::haptic_loop::HapticLoop;
-use palpate_controller::link::Record;
+use palpate_controller::link::message::HostAsk;
+use palpate_controller::link::{FromBoard, Record, Refusal, ToBoard};
 use palpate_controller::port::Port;
 use palpate_controller::probe_in::{EncoderCounts, JointReading, Reading};
 
 use super::mechanisms::paddle;
 use super::mock::{Mock, Slab, haptic_loop};
+use super::served::{answers, decoded};
 
 const DISTANCE_M: f32 = 0.04;
 /// Ticks of a motion by hand.
@@ -265,4 +267,35 @@ fn a_setup_out_of_range_is_unsound() {
     ] {
         assert!(!wrong.sound(), "{wrong:?}");
     }
+}
+
+#[test]
+fn a_host_begins_it_confirms_its_steps_and_stops_it_over_the_link() {
+    let joints = |sequence: u32| ToBoard::Joints { counts: [0; 3], sequence, good: true };
+    let setup = Setup::of(&Port::DESKTOP, 3.0, DISTANCE_M);
+    let mut messages: Vec<ToBoard> = (1..=5).map(joints).collect();
+    messages.push(ToBoard::Commission(Setup { distance_m: 9.0, ..setup }));
+    messages.extend([ToBoard::Commission(setup), joints(6), ToBoard::Confirm, joints(7), ToBoard::Confirm, joints(8)]);
+    messages.extend([ToBoard::Commission(setup), joints(9), ToBoard::Ask(HostAsk::Stop), joints(10)]);
+    let told: Vec<FromBoard> = answers(&messages)
+        .0
+        .into_iter()
+        .map(|frame| decoded(frame, |message| message))
+        .filter(|message| !matches!(message, FromBoard::Record(_)))
+        .collect();
+    let step = |stage| match stage {
+        FromBoard::Commissioning(progress) => progress.stage(),
+        _ => None,
+    };
+    assert_eq!(told.first(), Some(&FromBoard::Refused(Refusal::Commissioning)));
+    assert_eq!(
+        told.into_iter().skip(1).map(step).collect::<Vec<_>>(),
+        [
+            Some(Stage::Start(0)),
+            Some(Stage::Move(0)),
+            Some(Stage::Stopped(Trouble::NotMoved(0))),
+            Some(Stage::Start(0)),
+            Some(Stage::Stopped(Trouble::Interrupted))
+        ]
+    );
 }
