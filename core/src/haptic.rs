@@ -8,7 +8,7 @@
 //! ceiling: one gain for a contact that is stiffer than the device renders
 //! mode: decides whether force output is enabled
 //! passivity: energy given to the hand, always watched
-//! unit, sign, runaway, stillness: detect a wrong unit or sign, or a dead encoder
+//! runaway, stillness: detect a reversed force, or a dead encoder
 //! ```
 //!
 //! [`cycle::Cycle::tick`] runs these stages in order. None of them allocates or panics. Any fault
@@ -20,6 +20,7 @@
 pub mod account;
 pub mod apart;
 pub mod ceiling;
+pub mod commission;
 pub mod cycle;
 pub mod damping;
 pub mod deadline;
@@ -29,10 +30,8 @@ pub mod limits;
 pub mod mode;
 pub mod runaway;
 pub mod seen;
-pub mod sign;
 pub mod stillness;
 pub mod toggle;
-pub mod unit;
 
 use nalgebra::Vector3;
 

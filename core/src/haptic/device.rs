@@ -69,6 +69,9 @@ impl DeviceSpec {
     pub const MOST_LAG_S: f32 = 10e-3;
     /// Largest force that any device may declare [N]; a hand can withstand it.
     pub const MOST_FORCE_N: f32 = 20.0;
+    /// Largest force on a device that was not commissioned [N]. A hand holds against it with two
+    /// fingers, and tissue of 3 kPa can be felt with it.
+    pub const UNCOMMISSIONED_N: f32 = 0.5;
     /// A commissioned desktop stylus of 3.3 N and 45 g with an ideal sensor and a delay of one tick,
     /// in a workspace of 0.2 m around the origin.
     pub const STYLUS: Self = Self {

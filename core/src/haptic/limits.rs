@@ -135,7 +135,9 @@ pub struct LoopLimits {
 }
 
 impl LoopLimits {
-    /// Checks the values against the device and against [`LoopLimitSettings::HIGHEST`].
+    /// Checks the values against the device and against [`LoopLimitSettings::HIGHEST`]. On a device
+    /// that was not commissioned the force is at most [`DeviceSpec::UNCOMMISSIONED_N`], whatever
+    /// the values say: a wrong sign, unit or frame then pushes no harder than that.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the limit; NaN is out of every range.
@@ -143,7 +145,14 @@ impl LoopLimits {
         device.check()?;
         within(&[("tick_s", tick_s, 1e-4, 1e-2)])?;
         values.check_below(&LoopLimitSettings { max_force_n: device.max_force_n, ..LoopLimitSettings::HIGHEST })?;
-        Ok(Self::derive(values, device, tick_s))
+        let most_n = DeviceSpec::UNCOMMISSIONED_N;
+        let mut values = *values;
+        if !device.commissioned && values.max_force_n > most_n {
+            // the model's force that is implausible stays the same
+            values.implausible_ratio *= values.max_force_n / most_n;
+            values.max_force_n = most_n;
+        }
+        Ok(Self::derive(&values, device, tick_s))
     }
 
     /// Replaces the limits by others, none of which may be looser than now.
@@ -241,6 +250,17 @@ pub(crate) mod tests {
         assert!(LoopLimits::build(&beyond, &device(), 1e-3).is_err(), "more than the device has");
         let nowhere = DeviceSpec { workspace_high_m: Vector3::repeat(f32::NAN), ..device() };
         assert!(LoopLimits::build(&LoopLimitSettings::DESKTOP, &nowhere, 1e-3).is_err());
+    }
+
+    #[test]
+    fn a_device_that_was_not_commissioned_has_half_a_newton_at_most() {
+        let unknown = DeviceSpec { commissioned: false, ..device() };
+        let limits = LoopLimits::build(&LoopLimitSettings::DESKTOP, &unknown, 1e-3).unwrap();
+        assert_eq!(limits.values().max_force_n, 0.5);
+        assert_eq!(limits.values().max_force_n * limits.values().implausible_ratio, 15.0);
+        assert!(limits.lowered(&LoopLimitSettings { max_force_n: 0.6, ..*limits.values() }).is_err());
+        let weaker = LoopLimitSettings { max_force_n: 0.3, ..LoopLimitSettings::DESKTOP };
+        assert_eq!(LoopLimits::build(&weaker, &unknown, 1e-3).unwrap().values(), &weaker);
     }
 
     #[test]

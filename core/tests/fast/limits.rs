@@ -7,7 +7,7 @@ use palpate::haptic::damping::{Damping, DampingSettings, MOST_N_S_PER_M};
 use palpate::haptic::device::DeviceSpec;
 use palpate::haptic::limits::{LoopLimitSettings, LoopLimits};
 
-use crate::bench::{TICK_S, limits, stylus};
+use crate::bench::{Bench, TICK_S, limits, stylus};
 
 /// The parameter that an error names.
 fn named<T>(answer: Result<T, BuildError>) -> Option<&'static str> {
@@ -172,4 +172,19 @@ fn an_error_carries_the_value_and_the_range() {
     };
     assert!(least > 0.0 && least < 1e-3);
     assert_eq!(limits().values().max_force_n, 3.0, "nothing has changed");
+}
+
+#[test]
+fn a_device_that_was_not_commissioned_pushes_with_half_a_newton_at_most_and_is_still_felt() {
+    let unknown = DeviceSpec { commissioned: false, ..stylus() };
+    let mut bench = Bench::with(400.0, unknown, |_| ()).active();
+    let mut most_n = 0.0_f32;
+    // up to 6 N of the wall, far beyond five times half a newton
+    for n in 0..600_u16 {
+        let record = bench.at(-15e-3 * f32::from(n) / 600.0);
+        assert_eq!(record.fault, None, "tick {n}");
+        most_n = most_n.max(record.applied_n.norm());
+    }
+    assert!(most_n > 0.4 && most_n <= 0.5 + 1e-6, "{most_n} N");
+    assert!(bench.cycle.lower_limits(&LoopLimitSettings { max_force_n: 1.0, ..*bench.cycle.limits() }).is_err());
 }

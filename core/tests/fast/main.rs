@@ -27,6 +27,5 @@ mod relaxation;
 mod relief;
 mod runaway;
 mod settings;
-mod sign;
 mod stop;
 mod toggle;

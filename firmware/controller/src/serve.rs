@@ -161,7 +161,10 @@ async fn serve<B: Board>(
                 Reply::None | Reply::Tick => {}
                 Reply::Listen(asked) => (line.asked, line.listens_ticks) = (asked, if asked { LISTENS_TICKS } else { 0 }),
                 Reply::Refused(refusal) => line.refuse(&mut haptic.board, refusal),
-                Reply::Change(change) => return Some(change),
+                Reply::Change(change) => {
+                    haptic.end_commissioning();
+                    return Some(change);
+                }
                 Reply::Modulus(pascal) => match tissue.ask_modulus(pascal, haptic.controller.stiffness_ceiling_n_per_m()) {
                     Ok(()) => line.send(&mut haptic.board, &FromBoard::Modulus(pascal)),
                     Err(refusal) => line.refuse(&mut haptic.board, refusal),
@@ -173,6 +176,12 @@ async fn serve<B: Board>(
                     }
                     Err(refusal) => line.refuse(&mut haptic.board, refusal),
                 },
+                Reply::Commission(setup) => haptic.commission(&setup, newest),
+                Reply::Confirm => {
+                    if let Some(bench) = haptic.bench() {
+                        bench.confirm();
+                    }
+                }
                 Reply::Home => {
                     if haptic.controller.show_home(&newest) {
                         haptic.board.log(Event::Homed);
@@ -186,7 +195,7 @@ async fn serve<B: Board>(
                 Reply::Report | Reply::Identify if pace == Pace::Timed && haptic.controller.mode().allows_force() => {
                     line.refuse(&mut haptic.board, Refusal::NotIdle);
                 }
-                Reply::Report => report(tissue, &mut haptic.board, line),
+                Reply::Report => report(tissue, haptic, line),
                 Reply::Identify => identify(tissue, &mut haptic.board, line),
             }
         }
@@ -202,6 +211,7 @@ async fn serve<B: Board>(
         tissue.settle(haptic.controller.in_contact());
         if pace == Pace::LockStep || record.tick.is_multiple_of(RECORD_TICKS) {
             line.send(&mut haptic.board, &FromBoard::Record(record));
+            tell(haptic, line);
         }
         let log_is_due = record.tick % LOG_TICKS == LOG_AT;
         while let Some(event) = line.told.next(haptic.seen(), log_is_due) {
@@ -220,6 +230,7 @@ async fn serve<B: Board>(
 // not inlined into the loop, whose stack frame exists during every tick
 #[inline(never)]
 fn store<B: Board>(haptic: &mut HapticLoop<B>, tissue: &mut PatchSlot<'_>, profile: &Profile) -> Result<u32, Refusal> {
+    haptic.end_commissioning();
     profile.check().map_err(StoreError::Profile)?;
     let (settings, edge) = profile.split();
     tissue.check_contact(edge.limits().ceiling_n_per_m(), &mut || keep_awake(&mut haptic.board))?;
@@ -231,10 +242,22 @@ fn store<B: Board>(haptic: &mut HapticLoop<B>, tissue: &mut PatchSlot<'_>, profi
     Ok(generation)
 }
 
-fn report(tissue: &PatchSlot<'_>, board: &mut impl Board, line: &mut Line) {
+/// Sends the step of a commissioning, and its result once it is complete.
+#[inline(never)]
+fn tell<B: Board>(haptic: &mut HapticLoop<B>, line: &mut Line) {
+    let Some((progress, result)) = haptic.bench().map(|bench| bench.told()) else { return };
+    line.send(&mut haptic.board, &FromBoard::Commissioning(progress));
+    if let Some(result) = result {
+        line.send(&mut haptic.board, &FromBoard::Commissioned(result));
+    }
+}
+
+fn report<B: Board>(tissue: &PatchSlot<'_>, haptic: &mut HapticLoop<B>, line: &mut Line) {
+    let commissioned = haptic.controller.commissioned();
+    let board = &mut haptic.board;
     let (nodes, state_hash) = tissue.state();
     let (stack_used_bytes, bad_frames) = (board.stack_used_bytes() as u32, line.receiver.counts().bad);
-    line.send(board, &FromBoard::State { state_hash, stack_used_bytes, bad_frames, nodes: nodes as u32 });
+    line.send(board, &FromBoard::State { state_hash, stack_used_bytes, bad_frames, nodes: nodes as u32, commissioned });
 }
 
 fn identify(tissue: &PatchSlot<'_>, board: &mut impl Board, line: &mut Line) {

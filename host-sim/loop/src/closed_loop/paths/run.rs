@@ -130,10 +130,9 @@ impl PathCase {
                 }
             }
         }
-        // no hand stops dead or jumps by several counts at once; an encoder that sticks or has
-        // another unit does
-        let stuck = matches!(outcome.fault, Some(Fault::SensorFault | Fault::UnitMismatch))
-            && sharpest_m > SHARPEST_M_PER_S2 * TICK_S * TICK_S;
+        // no hand stops dead or jumps by several counts at once; an encoder that
+        // sticks does
+        let stuck = outcome.fault == Some(Fault::SensorFault) && sharpest_m > SHARPEST_M_PER_S2 * TICK_S * TICK_S;
         outcome.honest &= !stuck;
         outcome.by_hand = outcome.honest && sharpest_m <= SHARPEST_M_PER_S2 * TICK_S * TICK_S;
         outcome.seen = watch.seen();
