@@ -1,9 +1,11 @@
 //! The force limiter bounds length, growth and plausibility of the force.
 
+use palpate::haptic::account::{AccountSettings, EnergyAccount};
 use palpate::haptic::cycle::ArmingSettings;
 use palpate::haptic::gains::Gains;
 use palpate::haptic::limits::{Longest, Plausible, Slew};
 use palpate::haptic::seen::{Monitor, Seen, Shaper};
+use palpate::haptic::stillness::Stillness;
 use palpate::{ClampFlags, Fault, Output, Vector3};
 
 use crate::bench::limits;
@@ -153,4 +155,51 @@ fn strain_begins_after_two_hundred_ticks_at_the_limit_and_ends_below_it() {
     assert_eq!(strained_after(3.0), Some(201));
     assert_eq!(strained_after(2.9985), Some(201), "a model that is limited to the same force rounds below it");
     assert_eq!(strained_after(2.9), None);
+}
+
+/// The next of a sequence of numbers between -1 and 1.
+fn random(state: &mut u32) -> f32 {
+    *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+    (*state >> 8) as f32 / 8_388_608.0 - 1.0
+}
+
+#[test]
+fn after_damping_no_shaper_lengthens_a_force() {
+    let (limits, mut seed) = (limits(), 46);
+    let device = crate::bench::stylus();
+    let mut gains = Gains::new(&ArmingSettings::DEFAULT);
+    let mut stillness = Stillness::build(1e-3);
+    let mut account = EnergyAccount::build(&AccountSettings::DEFAULT, &device, 1e-3).unwrap();
+    let mut changed = [0; 4];
+    let (mut position_m, mut last_n) = (Vector3::zeros(), Vector3::zeros());
+    for tick in 0..20_000_u32 {
+        let mut draw = |scale: f32| Vector3::from_fn(|_, _| random(&mut seed) * scale);
+        // now and then the probe rests for so long that a strong force fades
+        let rests = tick % 8_000 > 1_500;
+        let displacement_m = if rests { Vector3::zeros() } else { draw(0.2e-3) };
+        position_m += displacement_m;
+        let force_n = draw(4.0);
+        let normal = force_n.normalize();
+        let touched = tick % 500 > 50;
+        let output = Output { force_n, normal, depth_m: 2e-3, ..Output::NONE };
+        let cap_n = 1.5 + 1.5 * random(&mut seed);
+        let sent_n = if rests { normal * 2.0 } else { last_n };
+        let seen = Seen { position_m, displacement_m, output, touched, sent_n, cap_n, ..Seen::none(&limits) };
+        let monitors: [&mut dyn Monitor; 3] = [&mut account, &mut gains, &mut stillness];
+        let sound = monitors.into_iter().all(|monitor| monitor.judge(&seen).is_ok());
+        if !sound {
+            account = EnergyAccount::build(&AccountSettings::DEFAULT, &device, 1e-3).unwrap();
+        }
+        let shapers: [&mut dyn Shaper; 4] = [&mut gains, &mut stillness, &mut Slew, &mut account];
+        let mut shaped_n = force_n;
+        for (shaper, changed) in shapers.into_iter().zip(&mut changed) {
+            let before_n = shaped_n;
+            shaped_n = shaper.shape(before_n, &seen, &mut ClampFlags::default());
+            assert!(shaped_n.norm() <= before_n.norm() * (1.0 + 1e-6), "tick {tick}: {before_n} became {shaped_n}");
+            *changed += u32::from(shaped_n != before_n);
+        }
+        account.sent(shaped_n);
+        last_n = shaped_n;
+    }
+    assert!(changed.iter().all(|ticks| *ticks > 100), "every shaper acted: {changed:?}");
 }
