@@ -111,7 +111,7 @@ impl Response {
             put(&mut self.rest_m, n, x);
         }
         // twice, because single precision leaves a remainder
-        for _ in 0..2 {
+        for _ in 0..2_u8 {
             for k in 0..SHAPES {
                 let (done, rest) = self.shapes.split_at_mut(k);
                 let Some(row) = rest.first_mut() else { continue };
@@ -121,7 +121,7 @@ impl Response {
                 row.iter_mut().for_each(|x| *x *= per_norm);
             }
         }
-        for _ in 0..2 {
+        for _ in 0..2_u8 {
             for shape in &self.shapes {
                 remove(&mut self.rest_m, shape, from, to);
             }
@@ -155,7 +155,7 @@ impl Response {
             acts = asked + missing * keeps;
             put(scratch, n, x);
         }
-        for _ in 0..2 {
+        for _ in 0..2_u8 {
             for shape in &self.shapes {
                 remove(scratch, shape, self.from, self.to);
             }
@@ -192,7 +192,7 @@ impl Response {
 fn falls_to(x: f32) -> f32 {
     let y = -x / 16.0;
     let mut power = 1.0 + y * (1.0 + y * (0.5 + y * (1.0 / 6.0 + y / 24.0)));
-    for _ in 0..4 {
+    for _ in 0..4_u8 {
         power *= power;
     }
     power

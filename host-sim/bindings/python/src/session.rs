@@ -85,7 +85,10 @@ impl Session {
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, &'static str)> {
         let values = reading.as_array();
         let &[3] = values.shape() else {
-            return Err(PyValueError::new_err(format!("reading has shape {:?}: give the values of three sensors", values.shape())));
+            return Err(PyValueError::new_err(format!(
+                "reading has shape {:?}: give the values of three sensors",
+                values.shape()
+            )));
         };
         let reading = Vector3::new(values[[0]], values[[1]], values[[2]]).cast();
         let step = self.inner.commission(reading, distance_m as f32, confirmed);
