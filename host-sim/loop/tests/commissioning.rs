@@ -191,6 +191,8 @@ fn a_commissioning_that_is_interrupted_leaves_the_session_as_it_was() {
     session.arm().unwrap();
     assert_eq!(session.commission(site_m, 0.05, false).err(), Some(OutOfOrder::Armed));
     assert_eq!(session.limits().max_force_n, 0.5);
+    session.reset().unwrap();
+    assert_eq!(session.limits().max_force_n, 0.5);
 }
 
 /// A handle that is really faster than the profile's cautious values assume: the loop damps for a

@@ -45,7 +45,7 @@ impl ForceLimiter {
             return Err(Fault::ForceNotFinite);
         }
         let most_n = limits.values.max_force_n;
-        let implausible_n = limits.values.implausible_ratio * most_n;
+        let implausible_n = limits.implausible_n;
         self.implausible = if square > implausible_n * implausible_n { self.implausible.saturating_add(1) } else { 0 };
         // the model's force at the limit counts as saturated, too
         self.saturated = if square >= 0.998 * (most_n * most_n) { self.saturated.saturating_add(1) } else { 0 };
