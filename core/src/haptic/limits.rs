@@ -121,8 +121,8 @@ impl Default for LoopLimitSettings {
 #[derive(Clone, Copy, Debug)]
 pub struct LoopLimits {
     values: LoopLimitSettings,
-    /// Force of the model that is implausible [N]. On a device that was not commissioned it does not
-    /// follow the cap, since its tissue is as stiff as any.
+    /// Force of the model that is implausible [N]. On a device that was not commissioned it does
+    /// not follow the cap, since its tissue is as stiff as any.
     implausible_n: f32,
     /// Largest growth of the force per tick [N].
     slew_n: f32,
