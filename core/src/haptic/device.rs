@@ -72,8 +72,8 @@ impl DeviceSpec {
     /// Largest force on a device that was not commissioned [N]. A hand holds against it with two
     /// fingers, and tissue of 3 kPa can be felt with it.
     pub const UNCOMMISSIONED_N: f32 = 0.5;
-    /// A commissioned desktop stylus of 3.3 N and 45 g with an ideal sensor and a delay of one tick,
-    /// in a workspace of 0.2 m around the origin.
+    /// A commissioned desktop stylus of 3.3 N and 45 g with an ideal sensor and a delay of one
+    /// tick, in a workspace of 0.2 m around the origin.
     pub const STYLUS: Self = Self {
         max_force_n: 3.3,
         workspace_low_m: Vector3::new(-0.1, -0.1, -0.1),

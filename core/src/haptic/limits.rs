@@ -121,6 +121,9 @@ impl Default for LoopLimitSettings {
 #[derive(Clone, Copy, Debug)]
 pub struct LoopLimits {
     values: LoopLimitSettings,
+    /// Force of the model that is implausible [N]. On a device that was not commissioned it does
+    /// not follow the cap, since its tissue is as stiff as any.
+    implausible_n: f32,
     /// Largest growth of the force per tick [N].
     slew_n: f32,
     /// Largest plausible displacement per tick [m], without the encoder's share.
@@ -148,8 +151,6 @@ impl LoopLimits {
         let most_n = DeviceSpec::UNCOMMISSIONED_N;
         let mut values = *values;
         if !device.commissioned && values.max_force_n > most_n {
-            // the model's force that is implausible stays the same
-            values.implausible_ratio *= values.max_force_n / most_n;
             values.max_force_n = most_n;
         }
         Ok(Self::derive(&values, device, tick_s))
@@ -172,6 +173,7 @@ impl LoopLimits {
         let margin_m = (device.workspace_high_m - device.workspace_low_m) * values.workspace_margin;
         Self {
             values: *values,
+            implausible_n: values.implausible_ratio * if device.commissioned { values.max_force_n } else { device.max_force_n },
             slew_n: values.max_slew_n_per_s * tick_s,
             displacement_m: values.max_speed_m_per_s * tick_s,
             counts_m: 2.0 * device.count_m,
@@ -257,7 +259,8 @@ pub(crate) mod tests {
         let unknown = DeviceSpec { commissioned: false, ..device() };
         let limits = LoopLimits::build(&LoopLimitSettings::DESKTOP, &unknown, 1e-3).unwrap();
         assert_eq!(limits.values().max_force_n, 0.5);
-        assert_eq!(limits.values().max_force_n * limits.values().implausible_ratio, 15.0);
+        let again = LoopLimits::build(limits.values(), &unknown, 1e-3).unwrap();
+        assert_eq!((again.values(), again.implausible_n), (limits.values(), 5.0 * 3.3), "built again from its own values");
         assert!(limits.lowered(&LoopLimitSettings { max_force_n: 0.6, ..*limits.values() }).is_err());
         let weaker = LoopLimitSettings { max_force_n: 0.3, ..LoopLimitSettings::DESKTOP };
         assert_eq!(LoopLimits::build(&weaker, &unknown, 1e-3).unwrap().values(), &weaker);

@@ -158,9 +158,8 @@ pub unsafe extern "C" fn palpate_commission(
             write("stage", stage, PalpateStage::Stopped as i32)?;
         }
         // SAFETY: the caller guarantees the pointer
-        let reading = unsafe { read::<[f64; 3]>("reading", reading.cast()) }?;
-        let reading = Vector3::from(reading.map(|x| x as f32));
-        let step = sessions::with(session, |session| Ok(session.commission(reading, distance_m as f32, confirmed != 0)?))?;
+        let reading = unsafe { read::<[f64; 3]>("reading", reading.cast()) }?.map(|x| x as f32);
+        let step = sessions::with(session, |it| Ok(it.commission(Vector3::from(reading), distance_m as f32, confirmed != 0)?))?;
         if let Stage::Stopped(trouble) = step.stage {
             return Err(Failure::NotCommissioned(trouble));
         }
@@ -428,14 +427,10 @@ unsafe fn tick(session: Session, input: Result<PalpateInput, Failure>, force_n: 
             Ok((wide(&session.drive_n()), fault))
         })?;
         room.and(input.map(drop))?;
-        faultless(fault)?;
+        fault.map_or(Ok(()), |fault| Err(Failure::Fault(fault)))?;
         // SAFETY: the caller guarantees the pointer
         unsafe { write("force_n", force_n.cast(), applied_n) }
     })
-}
-
-fn faultless(fault: Option<Fault>) -> Result<(), Failure> {
-    fault.map_or(Ok(()), |fault| Err(Failure::Fault(fault)))
 }
 
 fn fits<T>(item: &'static str, have: usize) -> Result<(), Failure> {
@@ -467,11 +462,12 @@ unsafe fn write_text(item: &'static str, pointer: *mut c_char, capacity: usize, 
     if capacity < need {
         return Err(Failure::TooSmall { item, need, have: capacity });
     }
-    for (n, byte) in content.bytes().chain([0]).enumerate() {
-        // SAFETY: the caller guarantees the pointer, and there is room
-        unsafe { write(item, pointer.cast::<u8>().wrapping_add(n), byte)? };
-    }
-    Ok(())
+    // SAFETY: the caller guarantees the pointer, and there is room
+    content
+        .bytes()
+        .chain([0])
+        .enumerate()
+        .try_for_each(|(n, byte)| unsafe { write(item, pointer.cast::<u8>().wrapping_add(n), byte) })
 }
 
 /// # Safety

@@ -221,8 +221,8 @@ impl HapticSession {
 
     /// Runs one tick of a commissioning in place of [`Self::tick`]: it measures order, sign, unit,
     /// friction, mass, delay and lag of the device. The first call begins; after an end, the next
-    /// call begins anew. `reading` are the values of the sensors, in any unit; `confirmed` says that
-    /// the user has done what [`Step::sentence`] asks for. Send the returned forces to the motors
+    /// call begins anew. `reading` are the values of the sensors, in any unit; `confirmed` says
+    /// that the user has done what [`Step::sentence`] asks for. Send the returned forces to the motors
     /// at once.
     ///
     /// The result replaces the session's profile when the last motor is measured, and

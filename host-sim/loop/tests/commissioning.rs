@@ -6,11 +6,15 @@ use std::path::Path;
 
 use palpate::Vector3;
 use palpate::haptic::commission::{Commissioned, Stage, Trouble};
+use palpate::haptic::cycle::Settings;
 use palpate::haptic::device::HapticDevice;
 use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
 use palpate_loop::closed_loop::hand::{Aim, HANDS};
 use palpate_loop::closed_loop::mistakes::{HandsOff, MISTAKES, Mistake, commissioned};
 use palpate_loop::closed_loop::plant::Plant;
+use palpate_loop::closed_loop::run::{Setup, run as run_loop};
+use palpate_loop::closed_loop::stimulus::Stimulus;
+use palpate_loop::closed_loop::surface::Wall;
 use palpate_loop::haptic_session::{HapticSession, Input, OutOfOrder};
 
 fn touch() -> DeviceProfile {
@@ -187,4 +191,25 @@ fn a_commissioning_that_is_interrupted_leaves_the_session_as_it_was() {
     session.arm().unwrap();
     assert_eq!(session.commission(site_m, 0.05, false).err(), Some(OutOfOrder::Armed));
     assert_eq!(session.limits().max_force_n, 0.5);
+    session.reset().unwrap();
+    assert_eq!(session.limits().max_force_n, 0.5);
+}
+
+/// A handle that is really faster than the profile's cautious values assume: the loop damps for a
+/// lag of 3 ms that is not there.
+#[test]
+fn a_loop_with_the_cautious_values_stays_quiet_on_a_device_that_is_faster() {
+    let real = DeviceProfile { count_m: 10e-6, ..touch() };
+    let assumed = DeviceProfile { amplifier_lag_s: 3e-3, friction_n: 0.0, mass_kg: 0.03, ..real.clone() };
+    let settings = Settings { limits: real.limit_values(), ..Settings::safe(&assumed.limits(Vector3::zeros())) };
+    for hand in HANDS {
+        for stimulus in ["S1-0.05", "S1-0.2", "S2"].into_iter().filter_map(Stimulus::named) {
+            for n_per_m in [100.0, 300.0] {
+                let depth_m = 4e-3;
+                let setup = Setup { device: &real, hand, stimulus, settings, depth_m, static_n: n_per_m * depth_m };
+                let run = run_loop(&setup, &mut Wall::new(n_per_m, real.force_limit_n, Vector3::z())).unwrap();
+                assert!(run.quiet(), "{} {} {n_per_m} N/m: {:?} {:?}", hand.id, stimulus.id, run.fault, run.broken);
+            }
+        }
+    }
 }

@@ -130,8 +130,8 @@ pub(super) enum BoardCommand {
         #[command(flatten)]
         port: PortArgs,
     },
-    /// Measure order, sign, unit, friction, mass, delay and lag of a device's axes or joints on an idle
-    /// board, with 0.5 N at most, and write them into its profile with the date.
+    /// Measure order, sign, unit, friction, mass, delay and lag of a device's axes or joints on an
+    /// idle board, with 0.5 N at most, and write them into its profile with the date.
     ///
     /// First you move the handle along each axis by a stated distance, without any force; then you
     /// let it go, and the motors drive it one after the other. Press Enter after each step. Until

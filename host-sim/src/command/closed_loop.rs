@@ -275,6 +275,7 @@ impl Loop {
 impl Options {
     fn device(&self) -> Result<DeviceProfile, Error> {
         let mut device = DeviceProfile::load(&self.runs.device)?;
+        device.assumed().iter().for_each(|sentence| eprintln!("{sentence}"));
         device.delay_ticks = self.runs.delay_ticks.unwrap_or(device.delay_ticks);
         device.amplifier_lag_s = self.runs.lag_s.unwrap_or(device.amplifier_lag_s);
         device.count_m = self.runs.count_m.unwrap_or(device.count_m);

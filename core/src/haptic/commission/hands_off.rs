@@ -128,7 +128,7 @@ impl HandsOff {
 
     /// Runs one tick; returns the motor and its force [N].
     pub fn tick(&mut self, at_m: [f32; 3]) -> Result<(u8, f32), Trouble> {
-        if self.axes().any(|axis| !((nth(at_m, axis) - nth(self.home_m, axis)).abs() <= FAR_M)) {
+        if self.axes().any(|axis| (nth(at_m, axis) - nth(self.home_m, axis)).abs() > FAR_M) {
             let undriven = self.step == Step::Rest && self.push == 0;
             return Err(if undriven { Trouble::Moving } else { Trouble::TooFar });
         }
@@ -228,10 +228,10 @@ impl HandsOff {
         let moved_m = moved.abs() * nth(self.moving_m, axis);
         if let Some(found) = self.found()
             && let (Some(n), Some(m)) = (found.moved_n.get_mut(push), found.moved_m.get_mut(push))
+            && moved.abs() >= 1.0
+            && *n == 0.0
         {
-            if moved.abs() >= 1.0 && *n == 0.0 {
-                (*n, *m) = (force_n, moved_m);
-            }
+            (*n, *m) = (force_n, moved_m);
         }
         if moved_m < RAMP_M || moved.abs() < 2.0 {
             if force_n <= MOST_N {
@@ -380,7 +380,7 @@ fn friction_n(found: &Found, mass_kg: f32, late_s: f32) -> f32 {
 /// Cube root of a number between 0 and 1, by Newton's method from above.
 fn cube_root(cube: f32) -> f32 {
     let mut root = 1.0_f32;
-    for _ in 0..24 {
+    for _ in 0..24_u8 {
         root -= (root - cube / (root * root)) / 3.0;
     }
     root

@@ -11,8 +11,8 @@ use crate::lanes::sqrt;
 
 /// Largest number of ticks of a stroke.
 pub(super) const TICKS: usize = 160;
-/// Number of shapes that do not depend on delay and lag.
-const SHAPES: usize = 4;
+/// Number of powers of time among the shapes: one, time and its square.
+const POWERS: usize = 3;
 /// Number of delays and lags that are tried, and step of the lags [ticks].
 const DELAYS: usize = 8;
 const LAGS: usize = 13;
@@ -24,16 +24,13 @@ const LEAST: usize = 12;
 /// Recording of a stroke, and the misfit of every pair over all strokes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Response {
-    /// Travel after each tick [m], positive along the first force.
+    /// Travel after each tick [m], positive along the first force; while a stroke is fitted, the
+    /// part of it that the shapes do not explain.
     travel_m: [f32; TICKS],
     ticks: usize,
     /// Tick in which the force was reversed.
     reversed: usize,
-    /// Orthonormal shapes over the readings in motion, and the position without them.
-    shapes: [[f32; TICKS]; SHAPES],
-    rest_m: [f32; TICKS],
-    from: usize,
-    to: usize,
+    shapes: Shapes,
     pair: usize,
     /// Smallest misfit of this stroke, and its one over mass.
     best: (f32, f32),
@@ -45,10 +42,7 @@ impl Response {
         travel_m: [0.0; TICKS],
         ticks: 0,
         reversed: TICKS,
-        shapes: [[0.0; TICKS]; SHAPES],
-        rest_m: [0.0; TICKS],
-        from: 0,
-        to: 0,
+        shapes: Shapes { from: 0, to: 0, mean_square: 0.0, per_norm: [0.0; POWERS], gone: [0.0; TICKS] },
         pair: PAIRS,
         best: (f32::MAX, 0.0),
         misfit: [0.0; PAIRS],
@@ -91,41 +85,14 @@ impl Response {
     /// Prepares the fit of a stroke. `moving_m` is the travel that counts as motion.
     pub fn prepare(&mut self, moving_m: f32) {
         let (most_m, since) = self.summit();
-        self.to = self.ticks.saturating_sub(since);
-        self.from = self.travel_m.iter().take(self.to).position(|x| *x >= moving_m).unwrap_or(self.to);
-        self.pair = PAIRS;
-        if self.to < self.from + LEAST || self.reversed >= self.to || most_m <= moving_m {
+        let to = self.ticks.saturating_sub(since);
+        let from = self.travel_m.iter().take(to).position(|x| *x >= moving_m).unwrap_or(to);
+        (self.shapes.from, self.shapes.to, self.pair) = (from, to, PAIRS);
+        if to < from + LEAST || self.reversed >= to || most_m <= moving_m {
             return;
         }
-        let length = (self.to - self.from) as f32;
-        let mut gone = 0.0;
-        let (from, to) = (self.from, self.to);
-        for n in from..to {
-            let t = 2.0 * (n - from) as f32 / length - 1.0;
-            let x = at(&self.travel_m, n);
-            gone += x;
-            let shapes = [1.0, t, t * t, gone];
-            for (row, value) in self.shapes.iter_mut().zip(shapes) {
-                put(row, n, value);
-            }
-            put(&mut self.rest_m, n, x);
-        }
-        // twice, because single precision leaves a remainder
-        for _ in 0..2 {
-            for k in 0..SHAPES {
-                let (done, rest) = self.shapes.split_at_mut(k);
-                let Some(row) = rest.first_mut() else { continue };
-                done.iter().for_each(|shape| remove(row, shape, from, to));
-                let norm = sqrt(dot(row, row, from, to));
-                let per_norm = if norm > 1e-20 { 1.0 / norm } else { 0.0 };
-                row.iter_mut().for_each(|x| *x *= per_norm);
-            }
-        }
-        for _ in 0..2 {
-            for shape in &self.shapes {
-                remove(&mut self.rest_m, shape, from, to);
-            }
-        }
+        self.shapes.prepare(&self.travel_m);
+        self.shapes.remove_from(&mut self.travel_m);
         (self.pair, self.best) = (0, (f32::MAX, 0.0));
     }
 
@@ -136,7 +103,7 @@ impl Response {
         let keeps = if lag > 0.0 { falls_to(1.0 / lag) } else { 0.0 };
         // position, velocity and force of a unit mass, in ticks
         let (mut x, mut v, mut acts) = (0.0_f32, 0.0_f32, 0.0_f32);
-        for n in 0..self.to {
+        for n in 0..self.shapes.to {
             // the force of tick n acts until the reading after it, which is recorded as number n
             let asked = match n.checked_sub(delay) {
                 Some(sent) => {
@@ -155,15 +122,11 @@ impl Response {
             acts = asked + missing * keeps;
             put(scratch, n, x);
         }
-        for _ in 0..2 {
-            for shape in &self.shapes {
-                remove(scratch, shape, self.from, self.to);
-            }
-        }
-        let (from, to) = (self.from, self.to);
+        self.shapes.remove_from(scratch);
+        let (from, to) = (self.shapes.from, self.shapes.to);
         let square = dot(scratch, scratch, from, to);
-        let common = dot(scratch, &self.rest_m, from, to);
-        let all = dot(&self.rest_m, &self.rest_m, from, to);
+        let common = dot(scratch, &self.travel_m, from, to);
+        let all = dot(&self.travel_m, &self.travel_m, from, to);
         let (explained, per_kg) =
             if square > 0.0 && common > 0.0 { (common * common / square, common / square) } else { (0.0, 0.0) };
         *misfit += all - explained;
@@ -177,7 +140,7 @@ impl Response {
     /// One over the mass by the last stroke's best pair, in displacement per force and square tick
     /// [m/N]; zero if the stroke was too short.
     pub fn per_kg(&self) -> f32 {
-        if self.to < self.from + LEAST { 0.0 } else { self.best.1 }
+        if self.shapes.to < self.shapes.from + LEAST { 0.0 } else { self.best.1 }
     }
 
     /// Delay [ticks] and lag [ticks] that fit all strokes best; `None` if there was no stroke.
@@ -188,11 +151,86 @@ impl Response {
     }
 }
 
+/// The shapes that do not depend on delay and lag, over the readings in motion: orthonormal powers
+/// of time, which are computed where they are needed, and the integral of the position.
+#[derive(Clone, Copy, Debug)]
+struct Shapes {
+    from: usize,
+    to: usize,
+    /// Mean of the square of time, which makes the square orthogonal to one (1).
+    mean_square: f32,
+    per_norm: [f32; POWERS],
+    gone: [f32; TICKS],
+}
+
+impl Shapes {
+    fn prepare(&mut self, travel_m: &[f32; TICKS]) {
+        let count = (self.to - self.from) as f32;
+        (self.mean_square, self.per_norm) = (0.0, [1.0; POWERS]);
+        let squares =
+            |shapes: &Self, power| (shapes.from..shapes.to).map(|n| shapes.power(power, n) * shapes.power(power, n)).sum();
+        let second: f32 = squares(self, 1);
+        self.mean_square = second / count;
+        for power in 0..POWERS {
+            let square: f32 = squares(self, power);
+            if let Some(per_norm) = self.per_norm.get_mut(power) {
+                *per_norm = 1.0 / sqrt(square);
+            }
+        }
+        let mut gone = 0.0;
+        for n in self.from..self.to {
+            gone += at(travel_m, n);
+            put(&mut self.gone, n, gone);
+        }
+        let mut row = self.gone;
+        // twice, because single precision leaves a remainder
+        self.remove_powers(&mut row);
+        self.remove_powers(&mut row);
+        let norm = sqrt(dot(&row, &row, self.from, self.to));
+        let per_norm = if norm > 1e-20 { 1.0 / norm } else { 0.0 };
+        self.gone = row.map(|x| x * per_norm);
+    }
+
+    /// A power of time at a reading, orthogonal to the lower ones and of length one.
+    fn power(&self, power: usize, n: usize) -> f32 {
+        // symmetric about the middle of the readings, so that even and odd powers are orthogonal
+        let count = (self.to - self.from) as f32;
+        let t = (2.0 * (n - self.from) as f32 + 1.0 - count) / count;
+        let value = match power {
+            0 => 1.0,
+            1 => t,
+            _ => t * t - self.mean_square,
+        };
+        value * self.per_norm.get(power).copied().unwrap_or(0.0)
+    }
+
+    /// Removes the part of a row along the powers of time.
+    fn remove_powers(&self, row: &mut [f32; TICKS]) {
+        for power in 0..POWERS {
+            let part: f32 = (self.from..self.to).map(|n| at(row, n) * self.power(power, n)).sum();
+            for n in self.from..self.to {
+                let left = at(row, n) - part * self.power(power, n);
+                put(row, n, left);
+            }
+        }
+    }
+
+    /// Removes the part of a row along all shapes; twice, because single precision leaves a
+    /// remainder.
+    fn remove_from(&self, row: &mut [f32; TICKS]) {
+        for _ in 0..2_u8 {
+            self.remove_powers(row);
+            let part = dot(row, &self.gone, self.from, self.to);
+            row.iter_mut().zip(&self.gone).take(self.to).skip(self.from).for_each(|(x, shape)| *x -= part * shape);
+        }
+    }
+}
+
 /// `exp(-x)` for x between 0 and 2: a sixteenth of it as a series, then its sixteenth power.
 fn falls_to(x: f32) -> f32 {
     let y = -x / 16.0;
     let mut power = 1.0 + y * (1.0 + y * (0.5 + y * (1.0 / 6.0 + y / 24.0)));
-    for _ in 0..4 {
+    for _ in 0..4_u8 {
         power *= power;
     }
     power
@@ -215,10 +253,4 @@ fn put(row: &mut [f32; TICKS], n: usize, value: f32) {
 
 fn dot(a: &[f32; TICKS], b: &[f32; TICKS], from: usize, to: usize) -> f32 {
     a.iter().zip(b).take(to).skip(from).map(|(a, b)| a * b).sum()
-}
-
-/// Removes the part of a row along a shape of length one.
-fn remove(row: &mut [f32; TICKS], shape: &[f32; TICKS], from: usize, to: usize) {
-    let part = dot(row, shape, from, to);
-    row.iter_mut().zip(shape).take(to).skip(from).for_each(|(x, shape)| *x -= part * shape);
 }

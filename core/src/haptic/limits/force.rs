@@ -31,7 +31,7 @@ impl Monitor for Plausible {
         if !square.is_finite() {
             return Err(Fault::ForceNotFinite);
         }
-        let implausible_n = limits.implausible_ratio * limits.max_force_n;
+        let implausible_n = seen.limits.implausible_n;
         self.ticks = if square > implausible_n * implausible_n { self.ticks.saturating_add(1) } else { 0 };
         match self.ticks >= limits.implausible_ticks {
             true => Err(Fault::ForceImplausible),

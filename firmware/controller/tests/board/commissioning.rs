@@ -51,8 +51,8 @@ impl Wired {
             self.late_n[axis] = f64::from(code.0) * self.n_per_code[axis];
         }
         for _ in 0..20 {
-            for axis in 0..3 {
-                let speed = self.m_per_s[axis] + force_n[axis] / MASS_KG * 5e-5;
+            for (axis, force_n) in force_n.iter().enumerate() {
+                let speed = self.m_per_s[axis] + force_n / MASS_KG * 5e-5;
                 let slower = (speed.abs() - FRICTION_N / MASS_KG * 5e-5).max(0.0);
                 self.m_per_s[axis] = speed.signum() * slower;
                 self.at_m[axis] += self.m_per_s[axis] * 5e-5;

@@ -67,11 +67,11 @@ impl Session {
         Ok(array(py, &self.inner.drive_n()))
     }
 
-    /// Runs one tick of a commissioning in place of `tick`: it measures order, sign, unit, friction,
-    /// mass, delay and lag of the device, with 0.5 N at most. Takes the values of the three sensors,
-    /// in any unit, and returns the forces for the three motors [N], to be sent at once, and the
-    /// stage: "start", "move", "let go", "drive" or "done". `commission_text` says what the user has
-    /// to do; pass `confirmed=True` in the one tick in which that is done. `distance_m` is the
+    /// Runs one tick of a commissioning in place of `tick`: it measures order, sign, unit,
+    /// friction, mass, delay and lag of the device, with 0.5 N at most. Takes the values of the
+    /// three sensors, in any unit, and returns the forces for the three motors [N], to be sent at
+    /// once, and the stage: "start", "move", "let go", "drive" or "done". `commission_text` says
+    /// what the user has to do; pass `confirmed=True` in the one tick in which that is done. `distance_m` is the
     /// distance by which the user moves the handle along each axis.
     ///
     /// Raises PalpateError if it ends without a result; the profile then stays as it was.

@@ -198,10 +198,9 @@ impl DeviceProfile {
         DeviceSpec { commissioned: self.commissioned.is_some(), ..self.limits(site_m) }
     }
 
-    /// What the profile does not say, with the cautious value that is taken; and what a device gets
-    /// that was not commissioned. One sentence each.
+    /// What the profile does not say, with the cautious value that is taken, one sentence each.
     #[must_use]
-    pub fn cautions(&self) -> Vec<String> {
+    pub fn assumed(&self) -> Vec<String> {
         let keys = self.text.parse::<toml::Table>().unwrap_or_default();
         let absent = |key: &str| !self.text.is_empty() && !keys.contains_key(key);
         let mut sentences = Vec::new();
@@ -214,6 +213,13 @@ impl DeviceProfile {
         if absent("amplifier_lag_s") {
             sentences.push(format!("amplifier_lag_s is not in the profile: a long lag is assumed, {LONG_LAG_S} s"));
         }
+        sentences
+    }
+
+    /// As [`Self::assumed`], and what a real device gets that was not commissioned.
+    #[must_use]
+    pub fn cautions(&self) -> Vec<String> {
+        let mut sentences = self.assumed();
         if self.commissioned.is_none() {
             sentences.push(format!(
                 "the profile is not commissioned: the force is at most {} N until its signs, units and delays are measured (`palpate board commission`, or the call `commission` of a session)",

@@ -1,4 +1,5 @@
-//! `palpate board commission`: the steps of the user and of the board, and the profile that results.
+//! `palpate board commission`: the steps of the user and of the board, and the profile that
+//! results.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
