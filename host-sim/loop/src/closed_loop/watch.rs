@@ -16,13 +16,15 @@
 
 mod box_tree;
 mod by_geometry;
+mod port;
 mod rest_shape;
 
 pub use by_geometry::{ByGeometry, Seen};
+pub use port::{Contact, EnergyWatch, PortBound, PortWatch, ShakingWatch, Truth};
 pub use rest_shape::{HalfSpace, Placed, RestShape, RestSolid};
 
 use palpate::haptic::cycle::{Ask, Command, Settings, Telemetry};
-use palpate::haptic::device::{DeviceSpec, Sensed, SensorStatus};
+use palpate::haptic::device::{Sensed, SensorStatus};
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::{ClampFlags, Fault, Vector3};
@@ -98,10 +100,9 @@ fn allows_force(mode: Mode) -> bool {
 }
 
 impl Watch {
-    /// Creates a watch that also checks ramp-in and energy, for a loop with these settings.
+    /// Creates a watch that also checks ramp-in, for a loop with these settings.
     #[must_use]
-    pub fn of(settings: &Settings, device: &DeviceSpec) -> Self {
-        let _ = device;
+    pub fn of(settings: &Settings) -> Self {
         Self { ramp_in_per_tick: Some(settings.arming.ramp_in_per_tick), ..Self::default() }
     }
 
