@@ -1,10 +1,10 @@
 //! A plain spring: undamped it makes the hand oscillate, damped by its tangent stiffness it does
 //! not.
 
+use palpate::haptic::account::AccountSettings;
 use palpate::haptic::cycle::Settings;
 use palpate::haptic::damping::DampingSettings;
 use palpate::haptic::device::DeviceSpec;
-use palpate::haptic::passivity::PassivitySettings;
 use palpate::{ClampFlags, Fault, Vector3};
 use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
 use palpate_loop::closed_loop::hand::{HANDS, Hand};
@@ -21,10 +21,10 @@ fn device(name: &str, delay_ticks: u8) -> DeviceProfile {
     DeviceProfile { delay_ticks, ..DeviceProfile::load(name).unwrap() }
 }
 
-/// Settings that pass the model's force on unchanged, with the energy alarm set as high as
-/// permitted.
+/// Settings that pass the model's force on unchanged, with an account that pays for
+/// every force.
 fn raw(device: &DeviceSpec) -> Settings {
-    Settings { damping: DampingSettings::NONE, passivity: PassivitySettings::HIGHEST, ..Settings::safe(device) }
+    Settings { damping: DampingSettings::NONE, account: AccountSettings::HIGHEST, ..Settings::safe(device) }
 }
 
 fn on_wall(n_per_m: f64, device: &DeviceProfile, hand: Hand, id: &str, settings: fn(&DeviceSpec) -> Settings) -> Run {

@@ -75,3 +75,6 @@ impl PortWatch {
         &self.shaking
     }
 }
+
+#[cfg(test)]
+mod tests;
