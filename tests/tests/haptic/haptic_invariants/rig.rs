@@ -2,6 +2,7 @@
 
 use palpate::haptic::account::AccountSettings;
 use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings};
+use palpate::haptic::damping::DampingSettings;
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
@@ -125,9 +126,12 @@ impl Rig {
         Self::at(-5e-3).activated()
     }
 
-    /// Like [`Rig::delayed`], with an account that pays for every force.
-    pub fn lavish(delay_ticks: u8) -> Self {
-        Self::with(-5e-3, delay_ticks, |s| Settings { account: AccountSettings::HIGHEST, ..s }).activated()
+    /// Like [`Rig::delayed`], without damping, so that the energy account alone stands between the
+    /// tissue and the hand; with `account` false it pays for every force.
+    pub fn undamped(delay_ticks: u8, account: bool) -> Self {
+        let settings = |s: Settings| Settings { damping: DampingSettings::NONE, ..s };
+        let lavish = |s: Settings| Settings { damping: DampingSettings::NONE, account: AccountSettings::HIGHEST, ..s };
+        Self::with(-5e-3, delay_ticks, if account { settings } else { lavish }).activated()
     }
 
     fn activated(mut self) -> Self {
@@ -220,7 +224,7 @@ impl Rig {
         self.move_to(NORMAL * 5e-3);
         self.hold(120);
         for asked in [Ask::Clear, Ask::TestPassed, Ask::Arm] {
-            assert!(!self.ask(asked).telemetry.refused, "{asked:?}");
+            assert!(!self.ask(asked).telemetry.refused, "{asked:?}: {:?}", self.last);
         }
         assert_eq!(self.hold(700), Mode::Active);
     }

@@ -194,24 +194,28 @@ fn a_touch_while_the_gain_ramps_in_keeps_its_gain_and_creates_nothing() {
 }
 
 #[test]
-fn a_tissue_that_pushes_a_leaving_hand_gives_no_more_than_the_allowance_and_then_feels_again() {
-    // 3 mm in at 0.1 m/s, then out at 0.5 m/s while the tissue pushes with 2 N more than its spring
-    // force
+fn a_tissue_that_pushes_a_leaving_hand_gives_little_and_then_feels_again() {
+    // 3 mm in at 0.1 m/s, then out with 50 m/s^2 while the tissue pushes with 2 N more than its
+    // spring force
     let given_j = |rig: &mut Rig| {
         rig.go(3e-3, 0.1);
+        rig.hold(20);
+        let mut way_m = 0.0;
         while rig.device.reading.position_m.dot(&NORMAL) < -0.5e-3 {
+            way_m += 50e-6;
             rig.tissue.sick_n = Some(NORMAL * 2.0);
-            rig.device.reading.position_m += NORMAL * 0.5e-3;
+            rig.device.reading.position_m += NORMAL * way_m;
             rig.tick(Command::HEARD, true);
         }
         rig.go(-3e-3, 0.1);
         rig.port.energy().contact().worst_j
     };
-    let (mut ours, mut lavish) = (Rig::active(), Rig::lavish(1));
+    let (mut ours, mut lavish) = (Rig::undamped(1, true), Rig::undamped(1, false));
     let (ours_j, lavish_j) = (given_j(&mut ours), given_j(&mut lavish));
-    assert!(ours_j < 0.1e-3, "{ours_j} J");
+    assert!(ours_j < 0.5e-3, "{ours_j} J");
     assert!(lavish_j > 2e-3, "{lavish_j} J without the account");
-    ours.hold(300);
+    // the account is 0.13 mJ short, and 30 uW pay for that in 4 s
+    ours.hold(6000);
     ours.go(3e-3, 0.05);
     ours.hold(200);
     assert!((ours.last.unwrap().force_n().norm() - 1.2).abs() < 0.01, "in full again");

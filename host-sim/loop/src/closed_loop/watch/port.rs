@@ -9,13 +9,13 @@ mod energy;
 mod shaking;
 
 pub use energy::{Contact, EnergyWatch, PortBound};
-pub use shaking::ShakingWatch;
 
 use std::sync::Arc;
 
 use palpate::Vector3;
 use palpate::haptic::device::DeviceSpec;
 
+use self::shaking::ShakingWatch;
 use super::Broken;
 use super::rest_shape::RestShape;
 
@@ -63,16 +63,10 @@ impl PortWatch {
         energy.and(self.shaking.check(truth, depth_m))
     }
 
-    /// The invariant of energy, and what it saw.
+    /// The invariant of energy: its bound, and the energy of the contacts so far.
     #[must_use]
     pub fn energy(&self) -> &EnergyWatch {
         &self.energy
-    }
-
-    /// The invariant of shaking, and what it saw.
-    #[must_use]
-    pub fn shaking(&self) -> &ShakingWatch {
-        &self.shaking
     }
 }
 

@@ -78,8 +78,6 @@ pub struct EnergyWatch {
     /// Largest force in this contact [N].
     most_n: f64,
     contact: Contact,
-    /// Largest energy in any window beyond what the tissue could return and what lasts [J].
-    worst_j: f64,
 }
 
 /// Energy of a contact and of the worst one so far.
@@ -98,7 +96,7 @@ impl EnergyWatch {
     #[must_use]
     pub fn of(device: &DeviceSpec) -> Self {
         let bound = PortBound::of(device);
-        Self { bound, beyond_j: 0.0, least_j: 0.0, most_n: 0.0, contact: Contact::default(), worst_j: 0.0 }
+        Self { bound, beyond_j: 0.0, least_j: 0.0, most_n: 0.0, contact: Contact::default() }
     }
 
     /// Whether a force has acted since the tip was last outside without a force.
@@ -118,13 +116,6 @@ impl EnergyWatch {
         self.contact
     }
 
-    /// Largest energy in any window beyond what the tissue could return at its start and what the
-    /// bound allows for its length [J]; at most [`PortBound::at_once_j`].
-    #[must_use]
-    pub fn worst_j(&self) -> f64 {
-        self.worst_j
-    }
-
     /// Checks a tick that ends at this depth [m]; `free` if a contact is over: the tip is outside,
     /// and no force acts.
     pub(super) fn check(&mut self, truth: &Truth, depth_m: f64, free: bool) -> Result<(), Broken> {
@@ -136,7 +127,6 @@ impl EnergyWatch {
             self.contact = Contact { worst_j: self.contact.worst_j, ..Contact::default() };
         }
         let given_j = self.beyond_j - self.least_j;
-        self.worst_j = self.worst_j.max(given_j);
         self.most_n = if free { 0.0 } else { self.most_n.max(truth.acting_n.norm()) };
         self.least_j = self.least_j.min(self.beyond_j + self.most_n * depth_m);
         // written so that NaN fails
