@@ -63,10 +63,9 @@ mod tests {
         for hz in [15.0, 20.0, 50.0] {
             for tone_hz in [5.0, 20.0, 50.0, 120.0, 300.0] {
                 let ratio = (warp(hz) / warp(tone_hz)).powi(8);
-                for (mut filter, closed) in [
-                    (Butterworth::high(hz), 1.0 / (1.0 + ratio)),
-                    (Butterworth::low(hz), ratio / (1.0 + ratio)),
-                ] {
+                for (mut filter, closed) in
+                    [(Butterworth::high(hz), 1.0 / (1.0 + ratio)), (Butterworth::low(hz), ratio / (1.0 + ratio))]
+                {
                     let tone = |n: u32| (std::f64::consts::TAU * tone_hz * f64::from(n) * 1e-3).sin();
                     let passed: Vec<f64> = (0..3000).map(|n| filter.next(Vector3::z() * tone(n)).z).collect();
                     let rms = (passed[2000..].iter().map(|y| y * y).sum::<f64>() / 1000.0).sqrt() * std::f64::consts::SQRT_2;

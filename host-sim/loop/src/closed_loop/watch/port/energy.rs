@@ -59,10 +59,7 @@ impl PortBound {
         let acts_s = (f64::from(device.delay_ticks) + 1.0) * TICK_S + f64::from(device.lag_s);
         let sharpest_m_per_s2 = HAND_M_PER_S2 + most_n / f64::from(device.mass_kg);
         let way_m = 0.5 * sharpest_m_per_s2 * acts_s * (acts_s + VELOCITY_S);
-        Self {
-            at_once_j: UNFELT_J + most_n * (way_m + 2.0 * count_m),
-            lasting_w: UNFELT_W + UNFELT_N * count_m / (2.0 * TICK_S),
-        }
+        Self { at_once_j: UNFELT_J + most_n * (way_m + 2.0 * count_m), lasting_w: UNFELT_W + UNFELT_N * count_m / (2.0 * TICK_S) }
     }
 }
 
