@@ -1,28 +1,47 @@
-//! The invariants of the loop, checked from outside in every tick: from its inputs, its reports and
-//! the force on the device.
+//! The invariants of the loop, checked from outside in every tick.
 //!
-//! I1 the force is finite and no longer than the limit; I2 it grows no faster than the slew limit
-//! and keeps its direction, except for the part that the bound on its work removes; I3 no force
-//! acts without a mode that allows it; in `SafeRamp` the force only falls, after arming it is a
-//! rising share, and after a late tick at most half; I4 a fault stays latched until it is cleared
-//! after good poses; I5 the tissue's state is finite and near its patch; I7 no old reading is
-//! rendered; I8 limits are never raised; I9 the force reported is the one applied, and the position
-//! reported is one that was read; I10 ticks count up by one; I11 the energy account is the work of
-//! the force that acted, no contact is forgotten before 20 ms without a force, a contact that
-//! created too much energy is faded out, and so many contacts within seconds end in a fault. I6, no
-//! allocation and no panic, is proven on the image and not checked here. I12 to I14 determine
-//! contact from the sensed tip and geometry at rest, never from the renderer: I12 no force acts
-//! without contact, I13 none points into the tissue, I14 none oscillates at rest.
+//! [`Watch`] checks the loop's inputs, its reports and the force on the device:
+//!
+//! * I1 the force is finite, no longer than the limit, and never pulls;
+//! * I2 it grows no faster than the slew limit and keeps its direction, except where the energy
+//!   account shortens it;
+//! * I3 no force acts without a mode that allows it; in `SafeRamp` the force only falls, after arming
+//!   it is a rising share, and after a late tick at most half;
+//! * I4 a fault stays latched until it is cleared after good poses;
+//! * I5 the tissue's state is finite and near its patch;
+//! * I7 no old reading is rendered;
+//! * I8 limits are never raised;
+//! * I9 the force reported is the one applied, and the position reported is one that was read;
+//! * I10 ticks count up by one.
+//!
+//! [`ByGeometry`] determines contact from the sensed tip and geometry at rest, never from the
+//! renderer:
+//!
+//! * I12 no force acts without contact;
+//! * I13 no force points into the tissue;
+//! * I14 no force oscillates at rest.
+//!
+//! [`PortWatch`] believes neither the loop nor its sensor. From the true position of the tip and the
+//! force that truly acted, it checks what the hand gets while the device is what its profile says:
+//!
+//! * I11 the work given to the hand in any window of time, of 5 s as of any other length, is at most
+//!   the device's bound for that window and what the tissue could return when it began;
+//! * I15 the force above 15 Hz does not exceed 50 mN RMS for a second within 2 s, unless the hand's
+//!   own motion explains it.
+//!
+//! I6, no allocation and no panic, is proven on the image and not checked here.
 
 mod box_tree;
 mod by_geometry;
+mod port;
 mod rest_shape;
 
 pub use by_geometry::{ByGeometry, Seen};
+pub use port::{Contact, EnergyWatch, PortBound, PortWatch, Truth};
 pub use rest_shape::{HalfSpace, Placed, RestShape, RestSolid};
 
 use palpate::haptic::cycle::{Ask, Command, Settings, Telemetry};
-use palpate::haptic::device::{DeviceSpec, Sensed, SensorStatus};
+use palpate::haptic::device::{Sensed, SensorStatus};
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::{ClampFlags, Fault, Vector3};
@@ -59,7 +78,7 @@ impl Tick {
 /// An invariant that was broken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Broken {
-    /// Number of the invariant, I1 .. I14.
+    /// Number of the invariant, I1 .. I15.
     pub id: &'static str,
     /// Description of the violation.
     pub what: &'static str,
@@ -98,10 +117,9 @@ fn allows_force(mode: Mode) -> bool {
 }
 
 impl Watch {
-    /// Creates a watch that also checks ramp-in and energy, for a loop with these settings.
+    /// Creates a watch that also checks ramp-in, for a loop with these settings.
     #[must_use]
-    pub fn of(settings: &Settings, device: &DeviceSpec) -> Self {
-        let _ = device;
+    pub fn of(settings: &Settings) -> Self {
         Self { ramp_in_per_tick: Some(settings.arming.ramp_in_per_tick), ..Self::default() }
     }
 

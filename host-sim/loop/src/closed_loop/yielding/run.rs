@@ -11,6 +11,7 @@ use crate::closed_loop::paths::PathGround;
 use crate::closed_loop::plant::Plant;
 use crate::closed_loop::run::ARMING_TICKS;
 use crate::closed_loop::stimulus::CLEAR_M;
+use crate::closed_loop::watch::{Broken, PortWatch};
 
 /// Force of the patch from which a loss counts [N].
 const FELT_N: f32 = 0.1;
@@ -46,6 +47,18 @@ pub struct Outcome {
     pub fault: Option<Fault>,
     /// Largest force [N].
     pub peak_n: f32,
+    /// Invariants of the port that were broken, each once.
+    pub broken: Vec<Broken>,
+}
+
+impl Outcome {
+    fn note(&mut self, answer: Result<(), Broken>) {
+        if let Err(broken) = answer
+            && !self.broken.contains(&broken)
+        {
+            self.broken.push(broken);
+        }
+    }
 }
 
 /// One tick of a run, for closer inspection.
@@ -108,6 +121,7 @@ impl YieldingCase {
         let hand = Hand { id: "HY", name: "yielding", grip: Grip::Firm(self.hand) };
         let mut plant = Plant::new(&self.device, hand, site.at_m.cast(), site.normal.cast(), start_m);
         let limits = palpate::haptic::device::HapticDevice::limits(&plant);
+        let mut port = PortWatch::over(on.shape.clone(), &limits);
         let mut settings = Settings { limits: self.device.limit_values(), ..Settings::safe(&limits) };
         change(&mut settings);
         let mut cycle = Cycle::build(&settings, &limits)?;
@@ -134,6 +148,7 @@ impl YieldingCase {
                 steady: false,
             };
             plant.step(&aim, true);
+            outcome.note(port.check(&plant.truth()));
             given_j = plant.energy().given_j;
             let acting_n = plant.acting_n();
             see(&Seen { t_s, at_m: plant.at_m(), acting_n, given_j, telemetry });
