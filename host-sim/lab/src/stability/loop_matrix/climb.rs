@@ -1,6 +1,6 @@
 //! A climb: one loop against walls of rising stiffness.
 
-use palpate::haptic::cycle::{Renderer, Settings};
+use palpate::haptic::cycle::Renderer;
 use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, ClampFlags, Vector3};
 use serde::{Deserialize, Serialize};
@@ -53,17 +53,20 @@ impl TapResult {
     }
 }
 
-/// Whether a run has no limit cycle, no fault and no broken invariant, and no contact created as
-/// much energy as raises the alarm, which would weaken the wall. The bound on the work of a leaving
-/// probe may act, since it does not change the stiffness at rest.
+/// Energy that a contact may create in a run that counts as quiet [J].
+const MOST_CREATED_J: f64 = 0.1e-3;
+
+/// Whether a run has no limit cycle, no fault and no broken invariant, and no contact created
+/// energy that a hand could feel. The account may act on a leaving probe, since that does not change
+/// the stiffness at rest.
 #[must_use]
-pub fn quiet(run: &Run, settings: &Settings) -> bool {
-    run.quiet() && !run.rows.iter().any(|row| row.telemetry.energy.created_j > settings.passivity.alarm_j)
+pub fn quiet(run: &Run) -> bool {
+    run.quiet() && run.created_j <= MOST_CREATED_J
 }
 
 /// Whether the loop renders a weaker wall than requested at the end of a run.
 pub(super) fn weakened(run: &Run) -> bool {
-    judged(run).iter().any(|row| row.telemetry.limiters.contains(ClampFlags::GAIN))
+    judged(run).iter().any(|row| row.telemetry.limiters.contains(ClampFlags::GAIN) || row.telemetry.limiters.contains(ClampFlags::ENERGY))
 }
 
 fn judged(run: &Run) -> &[Row] {
@@ -94,7 +97,7 @@ impl LoopSetup<'_> {
         let wall = Wall::new(n_per_m, limit_n, Vector3::z());
         let run = run(&setup, &mut self.control.over(wall, self.device))?;
         let mut trial = TapResult {
-            quiet: quiet(&run, &setup.settings),
+            quiet: quiet(&run),
             weakened: weakened(&run),
             created_mj: run.created_j * 1e3,
             static_error: None,
