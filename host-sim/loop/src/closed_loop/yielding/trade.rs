@@ -10,7 +10,7 @@ use super::run::RunLength;
 use crate::closed_loop::paths::PathGround;
 
 /// Delays at which the settings are compared [ticks].
-pub const TRADE_DELAYS: [u8; 3] = [0, 2, 5];
+const DELAYS: [u8; 3] = [0, 2, 5];
 /// Accelerations [m/s^2] and shares of the handle's acceleration (1) that are compared.
 const ACCELERATIONS_M_PER_S2: [f32; 6] = [0.0, 3.0, 6.0, 12.0, 25.0, 50.0];
 const HANDLE_SHARES: [f32; 6] = [0.0, 0.3, 0.5, 0.7, 0.85, 1.0];
@@ -38,6 +38,12 @@ pub struct TradePoint {
 }
 
 impl TradePoint {
+    /// Number of points.
+    #[must_use]
+    pub fn count() -> usize {
+        DELAYS.len() * Self::settings().len()
+    }
+
     /// Settings that vary the acceleration, and then the share, and are else the default.
     #[must_use]
     pub fn settings() -> Vec<AccountSettings> {
@@ -56,7 +62,7 @@ impl TradePoint {
 /// The loop or a patch refuses its settings.
 pub fn trade(ground: &PathGround, runs: u64, seed: u64, done: impl Fn(u64) + Sync) -> Result<Vec<TradePoint>, BuildError> {
     let mut points = Vec::new();
-    for delay_ticks in TRADE_DELAYS {
+    for delay_ticks in DELAYS {
         for account in TradePoint::settings() {
             let run = |number: u64| {
                 let genes = Genes::draw(number, seed);
