@@ -117,6 +117,8 @@ impl YieldingCase {
         let mut plant = Plant::new(&self.device, hand, on.site.at_m.cast(), on.site.normal.cast(), start_m);
         let limits = plant.limits();
         let mut settings = Settings { limits: self.device.limit_values(), ..Settings::safe(&limits) };
+        // what is printed, whatever the settings are changed to
+        let mut ledger = Ledger::new(self.bound(&settings.account));
         change(&mut settings);
         let mut cycle = Cycle::build(&settings, &limits)?;
         for n in 0..ARMING_TICKS {
@@ -126,7 +128,6 @@ impl YieldingCase {
         }
 
         let mut outcome = Outcome::default();
-        let mut ledger = Ledger::new(self.bound(&settings.account));
         let (mut target, mut motion_ticks, mut mode) = (Target { at_m: start_m }, 0, Mode::Active);
         let most_m_per_s = if self.motion.shake_m_per_s2 > 0.0 { ANY_M_PER_S } else { HAND_M_PER_S };
         let length_ticks = ticks(length.motion_s);
