@@ -15,6 +15,7 @@ use crate::link::{Change, FromBoard, Identity, Inbox, Receiver, Refusal, ToBoard
 use crate::log::Event;
 use crate::patch::{Memory, Patch, PatchSlot};
 use palpate::BuildError;
+use palpate::haptic::account::EnergyBound;
 use palpate::haptic::device::{Sensed, SensorStatus};
 
 use crate::board::Board;
@@ -183,7 +184,7 @@ async fn serve<B: Board>(
                 Reply::Report | Reply::Identify if pace == Pace::Timed && haptic.controller.mode().allows_force() => {
                     line.refuse(&mut haptic.board, Refusal::NotIdle);
                 }
-                Reply::Report => report(tissue, &mut haptic.board, line),
+                Reply::Report => report(tissue, haptic, line),
                 Reply::Identify => identify(tissue, &mut haptic.board, line),
             }
         }
@@ -225,10 +226,18 @@ fn store<B: Board>(haptic: &mut HapticLoop<B>, profile: &Profile) -> Result<u32,
     Ok(generation)
 }
 
-fn report(tissue: &PatchSlot<'_>, board: &mut impl Board, line: &mut Line) {
+fn report<B: Board>(tissue: &PatchSlot<'_>, haptic: &mut HapticLoop<B>, line: &mut Line) {
     let (nodes, state_hash) = tissue.state();
-    let (stack_used_bytes, bad_frames) = (board.stack_used_bytes() as u32, line.receiver.counts().bad);
-    line.send(board, &FromBoard::State { state_hash, stack_used_bytes, bad_frames, nodes: nodes as u32 });
+    let EnergyBound { at_once_j, lasting_w } = haptic.controller.energy_bound();
+    let state = FromBoard::State {
+        state_hash,
+        stack_used_bytes: haptic.board.stack_used_bytes() as u32,
+        bad_frames: line.receiver.counts().bad,
+        nodes: nodes as u32,
+        at_once_j,
+        lasting_w,
+    };
+    line.send(&mut haptic.board, &state);
 }
 
 fn identify(tissue: &PatchSlot<'_>, board: &mut impl Board, line: &mut Line) {

@@ -146,8 +146,7 @@ fn judge(broken: &[String]) -> Result<(), Error> {
 }
 
 fn csv(table: &HandsTable) -> Result<String, Error> {
-    let unwritable =
-        |source: csv::Error| TissueError::Write { path: "hands.csv".into(), source: std::io::Error::other(source) };
+    let unwritable = |source: csv::Error| TissueError::Write { path: "hands.csv".into(), source: std::io::Error::other(source) };
     let mut csv = csv::Writer::from_writer(Vec::new());
     let head = "hands,runs,contacts,contacts_over_10_uj,contacts_over_100_uj,contacts_over_1_mj,worst_mj,worst_share_of_bound,felt_share,lost_pct,unflagged_lost_ticks,runs_over_50_mn,runs_over_100_mn,strongest_vibration_mn,faults";
     csv.write_record(head.split(',')).map_err(unwritable)?;
@@ -207,7 +206,9 @@ fn print(table: &HandsTable, all: bool) {
     name_faults(table.rows.values().flat_map(|row| row.faults.keys().copied()).collect::<BTreeSet<u8>>());
     println!("\nrows: random devices by delay in ticks; each shipped device; a fixed family of light hands on stiff tissue");
     println!("worst: the most energy given since an instant without contact, from true positions, and its share of the bound");
-    println!("felt: of the impulse of the patch's push. lost: ticks with less than half of it for over 20 ms; dark: without a flag");
+    println!(
+        "felt: of the impulse of the patch's push. lost: ticks with less than half of it for over 20 ms; dark: without a flag"
+    );
     println!("shaking: runs of slow motions with over 50 / 100 mN above 15 Hz. faults: runs, by the number of the first fault");
     for (measure, runs) in &table.worst {
         for Worst { number, words, .. } in runs.iter().take(if all { usize::MAX } else { 1 }) {

@@ -15,8 +15,8 @@ use crate::error::Error;
 use crate::provenance;
 
 /// Runs at each point, and with `--quick`.
-pub(super) const RUNS: u64 = 150;
-pub(super) const QUICK_RUNS: u64 = 10;
+pub(super) const RUNS: u64 = 60;
+pub(super) const QUICK_RUNS: u64 = 6;
 /// Smallest energy that the chart shows [mJ].
 const LEAST_MJ: f64 = 1e-4;
 
@@ -133,10 +133,8 @@ fn draw(folder: &OutputFolder, points: &[Point], runs: u64) -> Result<(), Error>
                 (format!("delay {delay_ticks}: {varied}"), line.iter().map(|p| (measure(p), p.felt_share)).collect())
             })
             .collect();
-        let series: Vec<LineSeries> = series
-            .iter()
-            .map(|(name, points)| LineSeries { name, points: points.clone(), joined: true, marked: true })
-            .collect();
+        let series: Vec<LineSeries> =
+            series.iter().map(|(name, points)| LineSeries { name, points: points.clone(), joined: true, marked: true }).collect();
         let lines = Lines {
             title: "Felt force against energy, over the account's settings",
             below: &below,

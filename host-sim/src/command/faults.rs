@@ -9,9 +9,9 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use super::campaign::{Campaign, Shards};
-use super::{fault_adversary, fault_hands, fault_paths, fault_trade};
 use super::progress::Progress;
 use super::verdict::Verdict;
+use super::{fault_adversary, fault_hands, fault_paths, fault_trade};
 use crate::error::Error;
 use palpate_charts::{self as charts, ReactionBar, ReactionTimes};
 use palpate_loop::closed_loop::campaign::{Ground, LightPatch, Table, campaign};

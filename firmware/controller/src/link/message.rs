@@ -118,6 +118,10 @@ pub enum FromBoard {
         bad_frames: u32,
         /// Number of nodes of the patch; 0 while there is no patch.
         nodes: u32,
+        /// Energy that the device can give the hand at once [J].
+        at_once_j: f32,
+        /// Energy that it can give for as long as it runs [W].
+        lasting_w: f32,
     },
     /// The answer to [`ToBoard::Identify`].
     Identity(Identity),

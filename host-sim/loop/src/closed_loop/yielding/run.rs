@@ -12,22 +12,12 @@ use super::ceiling::{self, Scaled};
 use super::energy::{GivenEnergy, Ledger};
 use super::felt::Felt;
 use super::target::{HAND_M_PER_S, Target, WITHDRAW_M_PER_S};
+use super::truth::{Instant, shake_n};
 use crate::closed_loop::hand::{Grip, Hand};
 use crate::closed_loop::paths::PathGround;
 use crate::closed_loop::plant::Plant;
 use crate::closed_loop::run::ARMING_TICKS;
-use crate::closed_loop::verdict::rms_above;
 
-/// Frequency above which a force is the loop's [Hz]: hands move more slowly.
-const SHAKES_HZ: f64 = 15.0;
-/// Time after a press in which a swing may die out, and time at the end in which the hand leaves
-/// [ticks].
-const SETTLING_TICKS: usize = 1000;
-const LEAVING_TICKS: usize = 700;
-/// Windows in which vibration is measured, the shortest one, and the time between two [ticks].
-const WINDOW_TICKS: usize = 2000;
-const SHORTEST_TICKS: usize = 500;
-const WINDOW_STEP_TICKS: usize = 250;
 /// Least force of the motors that counts as contact [N].
 const ACTS_N: f64 = 1e-4;
 /// Speed limit of a hand that shakes on purpose [m/s]: none but its acceleration.
@@ -152,7 +142,7 @@ impl YieldingCase {
                 target.follow(&start_m, WITHDRAW_M_PER_S)
             };
             plant.step(&aim, true);
-            outcome.hand_m_per_s2 = outcome.hand_m_per_s2.max(self.hand_m_per_s2(&before, &Instant::of(&plant)));
+            outcome.hand_m_per_s2 = outcome.hand_m_per_s2.max(before.hand_m_per_s2(&Instant::of(&plant), self));
             let acting_n = plant.acting_n();
             // contact is what the geometry at rest tells, or any force
             let acts = acting_n.norm() > ACTS_N || telemetry.applied_n != Vector3::zeros();
@@ -174,50 +164,12 @@ impl YieldingCase {
         }
         outcome.given = ledger.close();
         if self.motion.kind.is_slow() {
-            outcome.shake_n = shake_n(&force_n, ticks(self.motion.press_s) + SETTLING_TICKS);
+            outcome.shake_n = shake_n(&force_n, ticks(self.motion.press_s));
         }
         Ok(outcome)
-    }
-
-    /// Acceleration of the tip in a tick by everything but the motors [m/s^2].
-    fn hand_m_per_s2(&self, before: &Instant, after: &Instant) -> f64 {
-        let moved_kg = self.device.mass_kg + self.hand.mass_kg;
-        // the force follows what the amplifier was asked for; its mean over the tick is exact
-        let mean_n = match self.device.amplifier_lag_s {
-            lag_s if lag_s > 0.0 => {
-                let left = (-TICK_S / lag_s).exp();
-                let asked_n = (after.acting_n - before.acting_n * left) / (1.0 - left);
-                asked_n + (before.acting_n - asked_n) * (lag_s / TICK_S * (1.0 - left))
-            }
-            _ => after.acting_n,
-        };
-        ((after.m_per_s - before.m_per_s) / TICK_S - mean_n / moved_kg).norm()
-    }
-}
-
-/// Velocity and force of a plant.
-struct Instant {
-    m_per_s: Vector3<f64>,
-    acting_n: Vector3<f64>,
-}
-
-impl Instant {
-    fn of(plant: &Plant) -> Self {
-        Self { m_per_s: plant.velocity_m_per_s(), acting_n: plant.acting_n() }
     }
 }
 
 fn ticks(seconds: f64) -> usize {
     (seconds / TICK_S).round() as usize
-}
-
-/// Largest RMS force above 15 Hz in a window, from a tick until the hand leaves [N].
-fn shake_n(force_n: &[Vector3<f64>], from: usize) -> f64 {
-    let to = force_n.len().saturating_sub(LEAVING_TICKS);
-    if to < from + SHORTEST_TICKS {
-        return 0.0;
-    }
-    let window = WINDOW_TICKS.min(to - from);
-    let starts = (from..=to - window).step_by(WINDOW_STEP_TICKS);
-    starts.map(|start| rms_above(&force_n[..start + window], SHAKES_HZ, start)).fold(0.0, f64::max)
 }
