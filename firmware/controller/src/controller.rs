@@ -6,6 +6,7 @@
 //! * cost: that of [`palpate::haptic::cycle`]
 //! * failures: every [`palpate::Fault`]; the actuators are off then
 
+use palpate::haptic::account::{AccountSettings, EnergyAccount, EnergyBound};
 use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings, Telemetry};
 use palpate::haptic::device::{DeviceSpec, HapticDevice};
 use palpate::haptic::limits::LoopLimitSettings;
@@ -13,6 +14,7 @@ use palpate::haptic::mode::Mode;
 use palpate::{BuildError, ClampFlags, Fault};
 
 use crate::force_out::{ActuatorCommand, Outputs};
+use crate::patch::TICK_S;
 use crate::port::Port;
 use crate::probe_in::Reading;
 
@@ -87,6 +89,12 @@ impl Controller {
     #[must_use]
     pub fn limits(&self) -> &LoopLimitSettings {
         self.cycle.limits()
+    }
+
+    /// The most energy that the device can give the hand. No profile changes the account.
+    #[must_use]
+    pub fn energy_bound(&self) -> EnergyBound {
+        EnergyAccount::bound(&AccountSettings::DEFAULT, &self.edge.limits(), TICK_S)
     }
 
     /// Command to the actuators after the last tick.

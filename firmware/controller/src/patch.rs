@@ -57,7 +57,7 @@ pub const SUBSTEP: &str = "substep of the patch in s";
 /// Name of a patch's tick in [`BuildError::OutOfRange`] when it differs from the loop's.
 pub const TICK: &str = "tick_s of the patch";
 /// The loop's tick [s].
-const TICK_S: f32 = 1e-3;
+pub(crate) const TICK_S: f32 = 1e-3;
 /// Name of the foundation's dashpot in [`BuildError::OutOfRange`].
 pub const DASHPOT: &str = "contact_damping of the patch";
 /// Smallest accepted dashpot (1): that of the shipped patch with the finest elements that a board

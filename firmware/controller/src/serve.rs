@@ -14,6 +14,7 @@ use crate::link::inbox::Reply;
 use crate::link::{Change, FromBoard, Identity, Inbox, Receiver, Refusal, ToBoard, Upload};
 use crate::log::Event;
 use crate::patch::{Memory, Patch, PatchSlot};
+use palpate::haptic::account::EnergyBound;
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
 
 use crate::board::Board;
@@ -253,11 +254,18 @@ fn tell<B: Board>(haptic: &mut HapticLoop<B>, line: &mut Line) {
 }
 
 fn report<B: Board>(tissue: &PatchSlot<'_>, haptic: &mut HapticLoop<B>, line: &mut Line) {
-    let commissioned = haptic.controller.commissioned();
-    let board = &mut haptic.board;
     let (nodes, state_hash) = tissue.state();
-    let (stack_used_bytes, bad_frames) = (board.stack_used_bytes() as u32, line.receiver.counts().bad);
-    line.send(board, &FromBoard::State { state_hash, stack_used_bytes, bad_frames, nodes: nodes as u32, commissioned });
+    let EnergyBound { at_once_j, lasting_w } = haptic.controller.energy_bound();
+    let state = FromBoard::State {
+        state_hash,
+        stack_used_bytes: haptic.board.stack_used_bytes() as u32,
+        bad_frames: line.receiver.counts().bad,
+        nodes: nodes as u32,
+        at_once_j,
+        lasting_w,
+        commissioned: haptic.controller.commissioned(),
+    };
+    line.send(&mut haptic.board, &state);
 }
 
 fn identify(tissue: &PatchSlot<'_>, board: &mut impl Board, line: &mut Line) {

@@ -127,6 +127,10 @@ pub enum FromBoard {
         nodes: u32,
         /// Whether the device was commissioned.
         commissioned: bool,
+        /// Energy that the device can give the hand at once [J].
+        at_once_j: f32,
+        /// Energy that it can give for as long as it runs [W].
+        lasting_w: f32,
     },
     /// The answer to [`ToBoard::Identify`].
     Identity(Identity),

@@ -4,6 +4,8 @@ use std::future::Future;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
+use palpate::haptic::account::{AccountSettings, EnergyAccount};
+use palpate::haptic::device::HapticDevice;
 use palpate::haptic::mode::Mode;
 use palpate_controller::config::Profile;
 use palpate_controller::controller::Arming;
@@ -13,6 +15,7 @@ use palpate_controller::link::frame::decode;
 use palpate_controller::link::message::HostAsk;
 use palpate_controller::link::{FromBoard, Refusal, ToBoard, Upload, encode, upload};
 use palpate_controller::patch::{Memory, WordAligned};
+use palpate_controller::port::Port;
 use palpate_controller::serve::{Pace, run};
 
 use super::mock::{Mock, haptic_loop};
@@ -80,8 +83,10 @@ fn a_report_tells_the_state_and_a_modulus_out_of_range_is_refused() {
         .map(|frame| {
             decoded(frame, |message| match message {
                 FromBoard::Record(_) => "record",
-                FromBoard::State { stack_used_bytes, nodes, bad_frames, .. } => {
+                FromBoard::State { stack_used_bytes, nodes, bad_frames, at_once_j, lasting_w, .. } => {
                     assert_eq!((stack_used_bytes, nodes, bad_frames), (4321, 56, 0));
+                    let bound = EnergyAccount::bound(&AccountSettings::DEFAULT, &Port::DESKTOP.limits(), 1e-3);
+                    assert_eq!((at_once_j, lasting_w), (bound.at_once_j, bound.lasting_w));
                     "state"
                 }
                 FromBoard::Refused(Refusal::ModulusOutOfRange) => "refused",

@@ -66,7 +66,9 @@ pub fn quiet(run: &Run) -> bool {
 
 /// Whether the loop renders a weaker wall than requested at the end of a run.
 pub(super) fn weakened(run: &Run) -> bool {
-    judged(run).iter().any(|row| row.telemetry.limiters.contains(ClampFlags::GAIN) || row.telemetry.limiters.contains(ClampFlags::ENERGY))
+    judged(run)
+        .iter()
+        .any(|row| row.telemetry.limiters.contains(ClampFlags::GAIN) || row.telemetry.limiters.contains(ClampFlags::ENERGY))
 }
 
 fn judged(run: &Run) -> &[Row] {
@@ -96,12 +98,8 @@ impl LoopSetup<'_> {
         let setup = Setup { device: self.device, hand: self.hand, stimulus, settings, depth_m, static_n: n_per_m * depth_m };
         let wall = Wall::new(n_per_m, limit_n, Vector3::z());
         let run = run(&setup, &mut self.control.over(wall, self.device))?;
-        let mut trial = TapResult {
-            quiet: quiet(&run),
-            weakened: weakened(&run),
-            created_mj: run.created_j * 1e3,
-            static_error: None,
-        };
+        let mut trial =
+            TapResult { quiet: quiet(&run), weakened: weakened(&run), created_mj: run.created_j * 1e3, static_error: None };
         trial.static_error = trial.holds().then(|| static_error(&run, wall));
         Ok(trial)
     }

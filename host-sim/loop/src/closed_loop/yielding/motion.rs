@@ -6,10 +6,22 @@ use palpate::Vector3;
 
 use crate::closed_loop::stimulus::{CLEAR_M, Site};
 
+/// Largest radius of circles [m], and the stretch over which a slide goes to and fro [m].
+const WIDEST_M: f64 = 4e-3;
+const SLIDE_M: f64 = 8e-3;
+/// Speed [m/s] and extent [m] of a drift.
+const DRIFT_M_PER_S: f64 = 1e-3;
+const DRIFT_M: f64 = 4e-3;
+/// Height of the hand between taps, as a share of its reach (1).
+const BETWEEN_TAPS: f64 = 0.5;
+/// Time before the end of a motion at which the hand leaves, and the time that leaving takes [s].
+const LEAVES_S: f64 = 0.6;
+const LEAVING_S: f64 = 0.4;
+
 /// Kind of a motion. A person does every one of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MotionKind {
-    /// Presses, holds, and lets go slowly.
+    /// Presses, holds, and leaves slowly.
     Hold,
     /// Kneads: the depth swings.
     Knead,
@@ -17,9 +29,9 @@ pub enum MotionKind {
     Circle,
     /// Taps again and again.
     Taps,
-    /// Presses and slides.
+    /// Presses and slides to and fro.
     Slide,
-    /// Presses and stops dead.
+    /// Presses at a steady speed and stops dead.
     DeadStop,
     /// Presses, holds and drifts along the surface.
     Drift,
@@ -43,7 +55,8 @@ impl MotionKind {
         }
     }
 
-    /// Whether the force should be steady but for the hand's own slow motion.
+    /// Whether the force changes only as slowly as the hand moves, so that any force above 15 Hz is
+    /// the loop's.
     #[must_use]
     pub fn is_slow(self) -> bool {
         self != Self::Taps
@@ -61,58 +74,63 @@ pub struct Motion {
     pub depth_m: f64,
     /// Duration of a press [s].
     pub press_s: f64,
-    /// Share of the depth that swings (1).
+    /// Share of the depth that swings when kneading (1).
     pub share: f64,
     /// Frequency of kneading, circling and tapping [Hz].
     pub hz: f64,
-    /// Tremor of the hand: amplitude [m] and frequency [Hz].
+    /// Amplitude of the hand's tremor [m].
     pub tremor_m: f64,
     /// Frequency of the tremor [Hz].
     pub tremor_hz: f64,
-    /// Speed along the surface [m/s].
+    /// Speed of circles and slides along the surface [m/s].
     pub aside_m_per_s: f64,
     /// Place along the surface [m].
     pub place_m: [f64; 2],
-    /// Phase of the tremor (1).
+    /// Phase of tremor and shaking (1).
     pub phase: f64,
+    /// Acceleration with which the hand shakes on purpose [m/s^2]: zero for what people do.
+    pub shake_m_per_s2: f64,
+    /// Frequency of that shaking [Hz].
+    pub shake_hz: f64,
 }
 
 impl Motion {
-    /// Position of the hand's target after `t_s` of a run of `seconds` [m].
+    /// Position of the hand's target after `t_s` of a motion of `seconds` [m].
     #[must_use]
     pub fn target_m(&self, site: &Site, t_s: f64, seconds: f64) -> Vector3<f64> {
-        let [x, y] = self.place_m;
-        let smooth = |share: f64| {
-            let s = share.clamp(0.0, 1.0);
-            s * s * (3.0 - 2.0 * s)
-        };
-        let linear = |share: f64| share.clamp(0.0, 1.0);
-        let (press_s, leave_s) = (self.press_s, seconds - 0.6);
-        let out = smooth((t_s - leave_s) / 0.4);
-        let held_s = (t_s - press_s).max(0.0);
-        let swing = 0.5 - 0.5 * (TAU * self.hz * held_s).cos();
-        let (mut dip, mut aside, mut across) = (smooth(t_s / press_s), 0.0, 0.0);
+        let held_s = (t_s - self.press_s).max(0.0);
+        let turn = TAU * self.hz * held_s;
+        let pressed = smooth(t_s / self.press_s);
+        let (mut dip, mut along_m, mut across_m) = (pressed, 0.0, 0.0);
         match self.kind {
             MotionKind::Hold => {}
-            MotionKind::Knead => dip -= self.share * swing * dip,
+            MotionKind::Knead => dip -= self.share * (0.5 - 0.5 * turn.cos()) * pressed,
             MotionKind::Circle => {
-                let radius_m = (self.aside_m_per_s / (TAU * self.hz)).min(4e-3);
-                (aside, across) = (radius_m * (TAU * self.hz * held_s).sin(), radius_m * (1.0 - (TAU * self.hz * held_s).cos()));
+                let radius_m = (self.aside_m_per_s / (TAU * self.hz)).min(WIDEST_M);
+                (along_m, across_m) = (radius_m * turn.sin(), radius_m * (1.0 - turn.cos()));
             }
-            MotionKind::Taps => dip = (TAU * self.hz * t_s).sin().max(-0.5) * 1.0,
+            MotionKind::Taps => dip = (TAU * self.hz * t_s).sin().max(-BETWEEN_TAPS),
             MotionKind::Slide => {
-                // there and back over 8 mm
-                let way_m = self.aside_m_per_s * held_s / 8e-3;
-                let fold = (way_m.rem_euclid(2.0) - 1.0).abs();
-                aside = 8e-3 * (0.5 - fold);
-                aside += 4e-3;
+                let passes = self.aside_m_per_s * held_s / SLIDE_M;
+                along_m = SLIDE_M * (1.0 - ((passes + 1.0).rem_euclid(2.0) - 1.0).abs());
             }
-            MotionKind::DeadStop => dip = linear(t_s / press_s),
-            MotionKind::Drift => aside = (1e-3 * held_s).min(4e-3),
+            MotionKind::DeadStop => dip = (t_s / self.press_s).clamp(0.0, 1.0),
+            MotionKind::Drift => along_m = (DRIFT_M_PER_S * held_s).min(DRIFT_M),
         }
-        let tremor_m = self.tremor_m * (TAU * (self.tremor_hz * t_s + self.phase)).sin();
         let depth_m = (self.reach_m + CLEAR_M) * dip - CLEAR_M;
-        let depth_m = depth_m + (-CLEAR_M - depth_m) * out;
-        site.point_m(depth_m + tremor_m, x + aside, y + across + 0.5 * tremor_m)
+        let left = smooth((t_s - (seconds - LEAVES_S)) / LEAVING_S);
+        let depth_m = depth_m - (CLEAR_M + depth_m) * left;
+        let tremor_m = self.tremor_m * (TAU * (self.tremor_hz * t_s + self.phase)).sin();
+        let shake_rad_per_s = TAU * self.shake_hz;
+        let shake_m =
+            self.shake_m_per_s2 / (shake_rad_per_s * shake_rad_per_s) * (shake_rad_per_s * t_s + TAU * self.phase).sin();
+        let [x, y] = self.place_m;
+        site.point_m(depth_m + tremor_m + shake_m, x + along_m, y + across_m + 0.5 * tremor_m)
     }
+}
+
+/// A share of a motion that starts and ends at rest.
+fn smooth(share: f64) -> f64 {
+    let s = share.clamp(0.0, 1.0);
+    s * s * (3.0 - 2.0 * s)
 }
