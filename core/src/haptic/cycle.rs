@@ -200,6 +200,9 @@ impl Cycle {
             device.actuate(record.applied_n);
         } else {
             record.applied_n = Vector3::zeros();
+            // what the model asks for while no force may act is no reason for a fault or for relief
+            self.plausible.reset();
+            Monitor::reset(&mut self.gains);
             device.release();
         }
         self.sent_n = record.applied_n;

@@ -53,7 +53,7 @@ fn a_limit_cycle_is_noticed_under_a_hand_that_rests_or_moves_and_the_loop_preven
                 place_m: [0.0; 2],
                 phase: 0.0,
                 shake_m_per_s2: 0.0,
-                shake_hz: 0.0,
+                shake_hz: 1.0,
             },
         };
         let raw = case.run(&ground, LENGTH, |s| s.account = AccountSettings::HIGHEST).unwrap();

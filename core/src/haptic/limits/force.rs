@@ -64,7 +64,8 @@ pub struct Slew;
 
 impl Shaper for Slew {
     fn shape(&mut self, force_n: Vector3<f32>, seen: &Seen, flags: &mut ClampFlags) -> Vector3<f32> {
-        let aim_n = shorten(force_n, seen.cap_n, flags);
+        let most_n = seen.limits.values().max_force_n;
+        let aim_n = shorten(force_n, if seen.cap_n < most_n { seen.cap_n } else { most_n }, flags);
         // the part of the last force that the new one keeps: the nearest point on the segment from
         // zero to the last force
         let square = seen.sent_n.dot(&seen.sent_n);

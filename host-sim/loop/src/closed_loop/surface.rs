@@ -70,14 +70,13 @@ impl Renderer for Wall {
             return Output { point_m: pose.tip_m, outside: true, ..Output::NONE };
         }
         let mut limiters = ClampFlags::DEFAULT;
-        let depth_m = if depth_m > self.depth_limit_m {
+        let apart_m = (depth_m - self.depth_limit_m).max(0.0);
+        if apart_m > 0.0 {
             limiters.set(ClampFlags::DEPTH);
-            self.depth_limit_m
-        } else {
-            depth_m
-        };
+        }
+        let depth_m = depth_m - apart_m;
         let force_n = self.normal * (self.n_per_m * self.ratio * depth_m);
-        Output { force_n, depth_m, normal: self.normal, point_m: pose.tip_m, limiters, ..Output::NONE }
+        Output { force_n, depth_m, normal: self.normal, point_m: pose.tip_m, apart_m, limiters, ..Output::NONE }
     }
 
     fn reset(&mut self) {}

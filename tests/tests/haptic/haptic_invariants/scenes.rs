@@ -255,7 +255,7 @@ proptest! {
             rig.device.reading.position_m += NORMAL * if n % 2 == 0 { -2e-6 } else { 2e-6 };
             prop_assert_eq!(rig.tick(Command::HEARD, true).got_n, None);
         }
-        prop_assert_eq!(rig.cycle.mode(), Mode::Arming);
+        prop_assert_eq!((rig.cycle.mode(), rig.last.and_then(|tick| tick.telemetry.fault)), (Mode::Arming, None));
         rig.expect_clean();
     }
 }

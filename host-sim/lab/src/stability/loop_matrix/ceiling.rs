@@ -205,7 +205,7 @@ fn stiffest_held_pa(climb: &[Ready], device: &DeviceProfile, hand: Hand) -> Resu
         let settings = Controller::Ours.settings(device);
         let setup = Setup { device, hand, stimulus: Stimulus::tap(0.05), settings, depth_m, static_n };
         let held = with_tissue(&tissue.patch, &tissue.params, |surface| run(&setup, surface))??;
-        if !quiet(&held) || weakened(&held) {
+        if !quiet(&held, &setup.settings) || weakened(&held) {
             break;
         }
         stiffest_pa = tissue.youngs_modulus_pa;

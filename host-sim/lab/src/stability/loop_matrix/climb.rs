@@ -1,6 +1,7 @@
 //! A climb: one loop against walls of rising stiffness.
 
-use palpate::haptic::cycle::Renderer;
+use palpate::haptic::account::AccountSettings;
+use palpate::haptic::cycle::{Renderer, Settings};
 use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, ClampFlags, Vector3};
 use serde::{Deserialize, Serialize};
@@ -56,12 +57,17 @@ impl TapResult {
 /// Energy that a contact may create in a run that counts as quiet [J].
 const MOST_CREATED_J: f64 = 0.1e-3;
 
-/// Whether a run has no limit cycle, no fault and no broken invariant, and no contact created
-/// energy that a hand could feel. The account may act on a leaving probe, since that does not change
-/// the stiffness at rest.
+/// Whether a run has no limit cycle, no fault and no broken invariant, and, under an account that
+/// can run out, no contact that created energy that a hand could feel. Without such an account the
+/// port may give energy and shake for a while, as long as it comes to rest. The account may act on a
+/// leaving probe, since that does not change the stiffness at rest.
 #[must_use]
-pub fn quiet(run: &Run) -> bool {
-    run.quiet() && run.created_j <= MOST_CREATED_J
+pub fn quiet(run: &Run, settings: &Settings) -> bool {
+    if settings.account != AccountSettings::HIGHEST {
+        return run.quiet() && run.created_j <= MOST_CREATED_J;
+    }
+    let unbroken = run.broken.iter().all(|broken| matches!(broken.id, "I11" | "I15"));
+    unbroken && run.fault.is_none() && !run.hold.is_some_and(|hold| hold.limit_cycle())
 }
 
 /// Whether the loop renders a weaker wall than requested at the end of a run.
@@ -99,7 +105,7 @@ impl LoopSetup<'_> {
         let wall = Wall::new(n_per_m, limit_n, Vector3::z());
         let run = run(&setup, &mut self.control.over(wall, self.device))?;
         let mut trial =
-            TapResult { quiet: quiet(&run), weakened: weakened(&run), created_mj: run.created_j * 1e3, static_error: None };
+            TapResult { quiet: quiet(&run, &setup.settings), weakened: weakened(&run), created_mj: run.created_j * 1e3, static_error: None };
         trial.static_error = trial.holds().then(|| static_error(&run, wall));
         Ok(trial)
     }
