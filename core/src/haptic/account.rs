@@ -275,11 +275,13 @@ impl EnergyAccount {
     #[must_use]
     pub fn bound(settings: &AccountSettings, device: &DeviceSpec, tick_s: f32) -> EnergyBound {
         let most_n = device.max_force_n;
-        let ticks = f32::from(device.delay_ticks) + 1.0 + device.lag_s / tick_s;
+        let lag = device.lag_s / tick_s;
+        let ticks = f32::from(device.delay_ticks) + 1.0 + lag;
         let window = f32::from(PAST as u8 - 1);
         let sharper_m_per_s2 =
             HAND_M_PER_S2 - settings.acceleration_m_per_s2 + (1.0 - settings.handle_share) * most_n / device.mass_kg;
-        let way_m = sharper_m_per_s2 * tick_s * tick_s * ticks * 0.5 * (ticks + window);
+        // the second term is the tail of the lag, which outlasts a delay of the same length
+        let way_m = sharper_m_per_s2 * tick_s * tick_s * 0.5 * (ticks * (ticks + window) + lag * (lag + 1.0));
         EnergyBound {
             // the backlash hides a count at either end of a motion
             at_once_j: settings.allowance_j + most_n * (way_m + 2.0 * device.count_m),

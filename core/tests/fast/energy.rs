@@ -311,6 +311,23 @@ fn the_bound_grows_with_force_delay_lag_count_and_a_lighter_handle() {
     assert!((base.at_once_j / (20e-6 + 3.3 * (way_m + 20e-6)) - 1.0).abs() < 1e-4, "{base:?}");
 }
 
+/// The largest force on every place of the line fades behind the lag, while the probe moves further
+/// than was reserved for, by `tick + (window - 1) / 2` times the excess in each tick.
+#[test]
+fn the_bound_counts_the_tail_of_a_lag() {
+    let device = DeviceSpec { delay_ticks: 4, lag_s: 6e-3, count_m: 0.0, ..stylus() };
+    let bound = EnergyAccount::bound(&AccountSettings::DEFAULT, &device, 1e-3);
+    let left = (-1.0_f32 / 6.0).exp();
+    let (mut acts, mut way) = (1.0_f32, 0.0_f32);
+    for tick in 1..500_u16 {
+        let delayed = if tick <= 5 { 1.0 } else { 0.0 };
+        way += (delayed + (acts - delayed) * 6.0 * (1.0 - left)) * (f32::from(tick) + 3.0);
+        acts = delayed + (acts - delayed) * left;
+    }
+    let given_j = 3.3 * (197.0 + 0.3 * 3.3 / 0.045) * 1e-6 * way;
+    assert!(bound.at_once_j > given_j && bound.at_once_j < 1.05 * given_j, "{bound:?}: {given_j} J");
+}
+
 #[test]
 fn forces_that_a_fault_cut_off_do_no_work_and_the_next_contact_is_as_strong() {
     for (delay_ticks, lag_s) in [(0, 0.0), (1, 0.0), (1, 1e-3), (2, 0.0), (4, 0.0), (7, 6e-3)] {
