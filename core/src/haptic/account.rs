@@ -40,19 +40,28 @@ use crate::lanes::sqrt;
 use crate::stages::output::Output;
 
 /// Number of sent forces that are kept until they act.
+/// Source: derived; the longest delay, and the force of this tick.
 const LINE: usize = DeviceSpec::MOST_DELAY_TICKS as usize + 1;
 /// Number of positions that are kept for the velocity; the window is shorter than this.
+/// Source: derived; the best window for counts of 55 um is six ticks ([`EnergyAccount::build`]); a
+/// power of two, since the index wraps.
 const PAST: usize = 8;
 /// Largest acceleration of a hand [m/s^2]: the sharpest stop among the motions of
 /// `palpate faults --paths` that count as a hand's.
+/// Source: chosen; the same bound as in `core/tests/honest`; a stylus of 45 g then takes nine
+/// newtons.
 const HAND_M_PER_S2: f32 = 200.0;
 /// Time constant with which the energy that tissue can return is forgotten while its force rings
 /// [s]: the longest ringing of 11 809 random stops was 0.15 s (`palpate faults --paths`).
+/// Source: that measurement, and a third more.
 const RINGS_S: f32 = 0.2;
 /// Time after the last force within which a new touch belongs to the same contact [s], besides delay
 /// and lag: no hand taps faster, so touches that follow sooner are a limit cycle.
+/// Source: chosen; above the 19 ms between the bounces of a flat tip, which drew 20 mJ in 30 s
+/// while each touch was a contact of its own (DECISIONS.md).
 const KEPT_S: f32 = 0.02;
 /// Lags of the amplifier after which its force has all but faded (1): `exp(-3)` is 5 %.
+/// Source: chosen; that share.
 const LAGS: f32 = 3.0;
 
 /// Settings of the account.
@@ -69,6 +78,8 @@ pub struct AccountSettings {
     pub handle_share: f32,
 }
 
+/// Ranges of the settings.
+/// Source: chosen; from zero to [`AccountSettings::HIGHEST`], and to the acceleration of a hand.
 static RANGES: [Range; 4] = [
     ("account.allowance_j", 0.0, AccountSettings::HIGHEST.allowance_j),
     ("account.refill_w", 0.0, AccountSettings::HIGHEST.refill_w),
@@ -80,8 +91,11 @@ impl AccountSettings {
     /// 20 uJ and 30 uW, which are not felt; 3 m/s^2 and seven tenths of the bare handle's
     /// acceleration. `palpate faults --hands` measures what other values cost: a smaller share lets
     /// out more energy at long delays, and 10 m/s^2 takes away an eighth of the force at two ticks.
+    /// Source: that command for acceleration and share. The others are chosen: the allowance is a
+    /// fifth of the 0.1 mJ from which that command calls a contact one that creates energy.
     pub const DEFAULT: Self = Self { allowance_j: 20e-6, refill_w: 30e-6, acceleration_m_per_s2: 3.0, handle_share: 0.7 };
     /// An account that never runs out, for other controllers that are compared with ours.
+    /// Source: chosen; more than any contact takes.
     pub const HIGHEST: Self = Self { allowance_j: 1e3, refill_w: 1e3, acceleration_m_per_s2: 0.0, handle_share: 0.0 };
 
     /// Checks every setting.
@@ -261,11 +275,13 @@ impl EnergyAccount {
     #[must_use]
     pub fn bound(settings: &AccountSettings, device: &DeviceSpec, tick_s: f32) -> EnergyBound {
         let most_n = device.max_force_n;
-        let ticks = f32::from(device.delay_ticks) + 1.0 + device.lag_s / tick_s;
+        let lag = device.lag_s / tick_s;
+        let ticks = f32::from(device.delay_ticks) + 1.0 + lag;
         let window = f32::from(PAST as u8 - 1);
-        let sharper_m_per_s2 =
-            HAND_M_PER_S2 - settings.acceleration_m_per_s2 + (1.0 - settings.handle_share) * most_n / device.mass_kg;
-        let way_m = sharper_m_per_s2 * tick_s * tick_s * ticks * 0.5 * (ticks + window);
+        // as if nothing of the acceleration were reserved for, so that the bound is the profile's alone
+        let sharp_m_per_s2 = HAND_M_PER_S2 + most_n / device.mass_kg;
+        // the second term is the tail of the lag, which outlasts a delay of the same length
+        let way_m = sharp_m_per_s2 * tick_s * tick_s * 0.5 * (ticks * (ticks + window) + lag * (lag + 1.0));
         EnergyBound {
             // the backlash hides a count at either end of a motion
             at_once_j: settings.allowance_j + most_n * (way_m + 2.0 * device.count_m),

@@ -27,24 +27,35 @@ use crate::state::State;
 use crate::tick::tick;
 
 /// Speed of the press [m/tick].
+/// Source: chosen; a press of 8 mm takes 110 ticks; the force is read after a rest.
 const PER_TICK_M: f32 = 0.1e-3;
 /// Height above the site at which the press begins [m]: a flat end is outside a curved body there.
+/// Source: chosen for that.
 const ABOVE_M: f32 = 3e-3;
-/// Step over which the slope is taken [m], and its largest share of the depth (1).
+/// Step over which the slope is taken [m].
+/// Source: derived; 4 mm deep, the slope of a Hertz contact over this step is 3 % below its
+/// tangent.
 const STEP_M: f32 = 0.5e-3;
+/// Largest share of that step in the depth (1).
+/// Source: derived; over a quarter of the depth, the slope of a Hertz contact is 7 % below its
+/// tangent.
 const STEP_SHARE: f32 = 0.25;
 /// Ticks for which the press rests before its force is read.
+/// Source: derived; of a velocity, [`KEEP`] leaves 0.02 % after as many ticks.
 const REST_TICKS: u16 = 80;
 /// Share of its velocity that a node keeps in a substep of the press (1), near critical damping of
 /// the slowest motion. With its own damping the tissue would ring for a quarter of a second.
+/// Source: none.
 const KEEP: f32 = 0.9;
 
 /// Smallest contact radius of a rounded tip, in elements (1). Of 1 332 presses of a hemisphere, held
 /// for a second (six patches, 3.5 to 100 kPa), the force swings by more than 5 % in 29 % of those at
 /// 0.25, in 1 % at 0.55, and in none from 0.7 on.
+/// Source: those presses.
 pub const LEAST_WIDTH: f32 = 0.7;
 /// Smallest radius of a flat tip, in elements (1): its edge crosses foundation points at full
 /// pressure. Of 180 presses at each radius, 9 swing by more than 5 % at 1.0, 2 at 1.4, none at 1.6.
+/// Source: those presses.
 pub const LEAST_WIDTH_FLAT: f32 = 1.6;
 
 /// Gain that keeps the contact at or below the device's stiffness ceiling.
@@ -184,6 +195,7 @@ pub fn least_radius_m(probe: &Probe, depth_m: f32, element_m: f32) -> f32 {
 #[must_use]
 pub fn element_m(model: &Model, site_m: Vector3<f32>) -> f32 {
     /// Square of an equilateral triangle's edge over twice its area (1): two over the root of three.
+    /// Source: geometry.
     const SQUARE: f32 = 1.154_700_5;
     let at_m = |node: u16| model.nodes.get(usize::from(node)).map_or(Vector3::repeat(f32::MAX), |node| node.rest_m.into());
     let (mut nearest, mut least_m2) = (0, f32::MAX);

@@ -17,6 +17,7 @@ use crate::fault::{ClampFlags, Fault};
 
 /// Share of the square of the limit from which a force counts as being at it (1), for rounding:
 /// a clamped force may be a thousandth shorter.
+/// Source: derived; 0.999 squared.
 const AT_LIMIT: f32 = 0.998;
 
 /// The two gains.

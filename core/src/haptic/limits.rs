@@ -45,8 +45,10 @@ pub struct LoopLimitSettings {
 
 /// Lower bound of a limit: the squares of smaller values underflow, and a zero force would exceed
 /// it.
+/// Source: chosen; no sensor shows a micronewton or a micrometre per second.
 const SMALL: f32 = 1e-6;
 /// Name and lower bound of every limit.
+/// Source: chosen; counts begin at one, the others at [`SMALL`] or at what changes nothing.
 static LEAST: [(&str, f32); 9] = [
     ("limits.max_force_n", SMALL),
     ("limits.max_slew_n_per_s", SMALL),
@@ -63,6 +65,8 @@ impl LoopLimitSettings {
     /// Limits for a desktop stylus of 3.3 N, and the default: 3 N, 500 N/s, a fault at the second
     /// reading in a row beyond 1.5 m/s, poses up to two ticks old, the workspace enlarged by a
     /// tenth.
+    /// Source: the profile `touch` for the force; the others are chosen, the slew so that the whole
+    /// force is there after six ticks.
     pub const DESKTOP: Self = Self {
         max_force_n: 3.0,
         max_slew_n_per_s: 500.0,
@@ -75,6 +79,7 @@ impl LoopLimitSettings {
         saturated_ticks: 200,
     };
     /// Upper bounds of the limits on any device.
+    /// Source: chosen; one and a half to ten times the values for a desktop stylus.
     pub const HIGHEST: Self = Self {
         max_force_n: DeviceSpec::MOST_FORCE_N,
         max_slew_n_per_s: 5_000.0,

@@ -30,15 +30,22 @@ use super::seen::{Monitor, Seen};
 use crate::fault::Fault;
 
 /// Least force against which a gain in speed counts [N].
+/// Source: none.
 const PUSH_N: f32 = 0.5;
 /// Gain in speed against the force that is a fault [m/s].
+/// Source: none.
 const GAINED_M_PER_S: f32 = 0.5;
 /// Least travel into the tissue during that gain [m].
+/// Source: measured; a grip that closes with 13 N against 3 N gains 1 m/s within 20 mm
+/// (DECISIONS.md).
 const GONE_M: f32 = 25e-3;
 /// Square of the least cosine between that travel and the normal (1): within 26 degrees.
+/// Source: measured; pressed slides tilt the normal by up to 60 degrees and stay further from it
+/// (`pressed_slides_up_to_the_speed_limit_are_no_fault`).
 const STRAIGHT: f32 = 0.81;
 /// Share of the newest velocity in the low-pass (1): 30 Hz, so that a held reading followed by a
 /// double displacement does not count as speed gained.
+/// Source: `1 - exp(-2 pi f T)`, as in [`super::damping`].
 const SHARE: f32 = 0.1718;
 
 /// The moment from which the gain in speed is measured.

@@ -306,9 +306,26 @@ fn the_bound_grows_with_force_delay_lag_count_and_a_lighter_handle() {
         assert!(bound(larger).within_j(10.0) > 1.01 * base.within_j(10.0), "{larger:?}");
     }
     assert!((base.within_j(10.0) - base.at_once_j - 10.0 * base.lasting_w).abs() < 1e-9);
-    // 3.3 N over two ticks of flight and seven of window, at 197 m/s^2 and three tenths of 73 m/s^2
-    let way_m = (197.0 + 0.3 * 3.3 / 0.045) * 1e-6 * 2.0 * 0.5 * 9.0;
+    // 3.3 N over two ticks of flight and seven of window, at 200 m/s^2 and 73 m/s^2 of its own
+    let way_m = (200.0 + 3.3 / 0.045) * 1e-6 * 2.0 * 0.5 * 9.0;
     assert!((base.at_once_j / (20e-6 + 3.3 * (way_m + 20e-6)) - 1.0).abs() < 1e-4, "{base:?}");
+}
+
+/// The largest force on every place of the line fades behind the lag, while the probe moves further
+/// than was reserved for, by `tick + (window - 1) / 2` times the excess in each tick.
+#[test]
+fn the_bound_counts_the_tail_of_a_lag() {
+    let device = DeviceSpec { delay_ticks: 4, lag_s: 6e-3, count_m: 0.0, ..stylus() };
+    let bound = EnergyAccount::bound(&AccountSettings::DEFAULT, &device, 1e-3);
+    let left = (-1.0_f32 / 6.0).exp();
+    let (mut acts, mut way) = (1.0_f32, 0.0_f32);
+    for tick in 1..500_u16 {
+        let delayed = if tick <= 5 { 1.0 } else { 0.0 };
+        way += (delayed + (acts - delayed) * 6.0 * (1.0 - left)) * (f32::from(tick) + 3.0);
+        acts = delayed + (acts - delayed) * left;
+    }
+    let given_j = 3.3 * (200.0 + 3.3 / 0.045) * 1e-6 * way;
+    assert!(bound.at_once_j > given_j && bound.at_once_j < 1.05 * given_j, "{bound:?}: {given_j} J");
 }
 
 #[test]

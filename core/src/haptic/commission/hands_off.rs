@@ -6,39 +6,60 @@ use super::{Commissioned, MOST_N, Plan, Trouble, Wiring, has};
 use crate::haptic::between;
 
 /// Growth of the force until the handle moves [N/s].
+/// Source: chosen; the largest force comes after two seconds.
 const RAMP_N_PER_S: f32 = 0.25;
-/// Share of the force limit that a stroke adds to the force that moved the handle (1), and its
-/// bounds [N].
+/// Share of the force limit that a stroke adds to the force that moved the handle (1).
+/// Source: chosen; with it `friction_mass_delay_and_lag_are_measured` passes.
 const STROKE: f32 = 0.05;
+/// Bounds of that addition [N].
+/// Source: chosen; with them `friction_mass_delay_and_lag_are_measured` passes, and
+/// `every_shipped_device_is_measured`.
 const STROKE_N: [f32; 2] = [0.1, 0.2];
-/// Travel after which a stroke's force is reversed: length [m], unless so many counts are longer;
-/// it grows by itself for every so many newtons of friction, because a rubbing handle stops short.
+/// Travel after which a stroke's force is reversed [m].
+/// Source: chosen; with it `friction_mass_delay_and_lag_are_measured` passes.
 const STROKE_M: f32 = 3e-3;
+/// Travel in counts, where that is longer (1).
+/// Source: chosen; with it `friction_mass_delay_and_lag_are_measured` passes at counts of 100 um.
 const STROKE_COUNTS: f32 = 60.0;
+/// Friction for which that travel grows by itself, because a rubbing handle stops short [N].
+/// Source: chosen; with it `friction_mass_delay_and_lag_are_measured` passes at 0.3 N of friction.
 const LONGER_N: f32 = 0.2;
 /// Longest time until then [ticks].
+/// Source: chosen; it leaves 60 of the ticks of a stroke for the way back.
 const PUSH_TICKS: usize = 100;
 /// Travel at which a ramp ends [m], long enough that a soft hand springs back against friction.
+/// Source: chosen; with it every hand is found in `a_handle_that_is_held_or_moves_ends_it`.
 const RAMP_M: f32 = 2.5e-3;
 /// Ticks without progress after which a reversed stroke ends.
+/// Source: none.
 const STANDS_TICKS: usize = 12;
 /// Strokes of each motor, alternately in both directions.
+/// Source: chosen; with it `friction_mass_delay_and_lag_are_measured` passes.
 const STROKES: u8 = 8;
-/// The handle rests if it moves less than this [m] or a count in so many ticks; it has to come to
-/// rest within the longer time.
+/// The handle rests if it moves less than this or a count in [`REST_TICKS`] [m].
+/// Source: none.
 const REST_M: f32 = 50e-6;
+/// Ticks without motion after which the handle rests.
+/// Source: none.
 const REST_TICKS: u16 = 200;
+/// Ticks within which the handle has to come to rest.
+/// Source: none.
 const PATIENCE_TICKS: u16 = 8_000;
 /// Travel that counts as motion, unless two counts are longer [m].
+/// Source: none.
 const MOVED_M: f32 = 100e-6;
 /// Largest distance from the place where the handle was let go [m].
+/// Source: chosen; half of the shorter sides of the workspace of the Touch.
 const FAR_M: f32 = 60e-3;
 /// A push of which less than this share is left at rest was held (1).
+/// Source: chosen; with it every hand is found in `a_handle_that_is_held_or_moves_ends_it`.
 const KEPT: f32 = 0.5;
 /// Share that a second axis may have in a push (1).
+/// Source: none.
 const ASIDE: f32 = 0.6;
 /// Largest difference between the forces that move the handle in the two directions: absolute [N],
 /// and relative to their mean (1).
+/// Source: none.
 const UNEVEN: (f32, f32) = (0.08, 0.5);
 
 /// What a motor does at present.

@@ -10,15 +10,23 @@
 use crate::lanes::sqrt;
 
 /// Largest number of ticks of a stroke.
+/// Source: none.
 pub(super) const TICKS: usize = 160;
 /// Number of powers of time among the shapes: one, time and its square.
+/// Source: definition; the first three shapes of the header.
 const POWERS: usize = 3;
-/// Number of delays and lags that are tried, and step of the lags [ticks].
+/// Number of delays that are tried, from none on [ticks].
+/// Source: derived; from none to `DeviceSpec::MOST_DELAY_TICKS`.
 const DELAYS: usize = 8;
+/// Number of lags that are tried, from none on.
+/// Source: chosen; from none to 6 ticks.
 const LAGS: usize = 13;
+/// Step of the lags [ticks].
+/// Source: chosen; half a tick, as close as `friction_mass_delay_and_lag_are_measured` asks for.
 const LAG_STEP: f32 = 0.5;
 const PAIRS: usize = DELAYS * LAGS;
 /// Fewest readings to which shapes are fitted.
+/// Source: none.
 const LEAST: usize = 12;
 
 /// Recording of a stroke, and the misfit of every pair over all strokes.

@@ -17,6 +17,7 @@ pub struct Wiring {
 
 impl Wiring {
     /// Sensors and motors in the order of the axes, with the right signs, in metres.
+    /// Source: definition.
     pub const STRAIGHT: Self = Self { sensor: [0, 1, 2], per_unit: [1.0; 3], motor: [0, 1, 2], motor_sign: [1.0; 3] };
 
     /// Positions along the axes for the values of the sensors.

@@ -104,8 +104,12 @@ impl LoopSetup<'_> {
         let setup = Setup { device: self.device, hand: self.hand, stimulus, settings, depth_m, static_n: n_per_m * depth_m };
         let wall = Wall::new(n_per_m, limit_n, Vector3::z());
         let run = run(&setup, &mut self.control.over(wall, self.device))?;
-        let mut trial =
-            TapResult { quiet: quiet(&run, &setup.settings), weakened: weakened(&run), created_mj: run.created_j * 1e3, static_error: None };
+        let mut trial = TapResult {
+            quiet: quiet(&run, &setup.settings),
+            weakened: weakened(&run),
+            created_mj: run.created_j * 1e3,
+            static_error: None,
+        };
         trial.static_error = trial.holds().then(|| static_error(&run, wall));
         Ok(trial)
     }

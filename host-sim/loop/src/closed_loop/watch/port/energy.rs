@@ -6,10 +6,11 @@
 //! it learns a velocity from positions that are up to `n` = 7 ms old. A hand that turns by
 //! `A = a + F / m` (its own sharpest acceleration, and that of the bare handle by the motors) is
 //! carried along the largest force `F` by `A t^2 / 2` meanwhile, and by `A t n / 2` because the
-//! velocity was an old one; the two ends of that way are known to one count each:
+//! velocity was an old one; behind a lag `l` the force fades away and acts over `A l (l + T) / 2`
+//! more. The two ends of that way are known to one count each:
 //!
 //! ```text
-//! at once   e + F (A t (t + n) / 2 + 2 q)
+//! at once   e + F (A (t (t + n) + l (l + T)) / 2 + 2 q)
 //! lasting   p + f q / (2 T)
 //! ```
 //!
@@ -58,7 +59,8 @@ impl PortBound {
         let (most_n, count_m) = (f64::from(device.max_force_n), f64::from(device.count_m));
         let acts_s = (f64::from(device.delay_ticks) + 1.0) * TICK_S + f64::from(device.lag_s);
         let sharpest_m_per_s2 = HAND_M_PER_S2 + most_n / f64::from(device.mass_kg);
-        let way_m = 0.5 * sharpest_m_per_s2 * acts_s * (acts_s + VELOCITY_S);
+        let lag_s = f64::from(device.lag_s);
+        let way_m = 0.5 * sharpest_m_per_s2 * (acts_s * (acts_s + VELOCITY_S) + lag_s * (lag_s + TICK_S));
         Self { at_once_j: UNFELT_J + most_n * (way_m + 2.0 * count_m), lasting_w: UNFELT_W + UNFELT_N * count_m / (2.0 * TICK_S) }
     }
 }
