@@ -1,9 +1,10 @@
 //! The force after saturation, or without a count of the encoder, until the contact is over.
 
 use palpate::ClampFlags;
+use palpate::haptic::account::AccountSettings;
 use palpate::haptic::mode::Mode;
 
-use crate::bench::{Bench, CLEAR_M, pushing, set};
+use crate::bench::{Bench, CLEAR_M, pushing, set, stylus};
 
 #[test]
 fn a_force_at_its_limit_is_relieved_to_a_half_and_comes_back_with_the_next_contact() {
@@ -63,4 +64,20 @@ fn a_strong_force_without_any_motion_of_the_encoder_is_gone_after_six_seconds() 
     bench.move_to(CLEAR_M, 0.05);
     assert_eq!(bench.cycle.mode(), Mode::Active);
     assert!((bench.press_n(1.0).applied_n.z - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn a_force_that_fades_because_it_swings_does_not_rise_again() {
+    // an account that pays for every force, so that the swing alone takes it away
+    let mut bench = Bench::with(400.0, stylus(), |settings| settings.account = AccountSettings::HIGHEST).active();
+    let (mut last_n, mut fades) = (f32::INFINITY, false);
+    for n in 0..400_u16 {
+        let force_n = if n / 9 % 2 == 0 { 0.3 } else { 1.2 };
+        bench.wall.answer = Some(pushing(1e-3, force_n));
+        let record = bench.tick();
+        fades |= set(&record, ClampFlags::GAIN);
+        assert!(!fades || record.applied_n.z <= last_n * (1.0 + 1e-6), "{} after {last_n} in tick {n}", record.applied_n.z);
+        last_n = record.applied_n.z;
+    }
+    assert!(fades && last_n == 0.0, "{last_n}");
 }
