@@ -137,7 +137,8 @@ impl Patch<'_> {
     fn narrow(&self, press: Press, element_m: f32) -> bool {
         let probe = Probe { radius_m: press.radius_m, ..self.params.probe };
         // also true for NaN
-        !(ceiling::contact_radius_m(&probe, press.depth_m) >= ceiling::least_width(probe.shape) * element_m)
+        let wide = ceiling::contact_radius_m(&probe, press.depth_m) >= ceiling::least_width(probe.shape) * element_m;
+        !wide // also where the width is no number
     }
 
     /// A softer modulus at which a press is accepted [Pa]; zero if none of those tried is.
