@@ -187,19 +187,15 @@ pub enum Fault {
     /// A force acted on a tip that was outside the tissue, or the patch was given a tip position
     /// other than the sensed one.
     TipApart = 15,
-    /// The encoder's steps are at least ten times longer or shorter than a count of the device's
-    /// profile.
-    UnitMismatch = 16,
+    // 16 is retired: a wrong unit is found by commissioning
     /// The emergency stop was pressed, its wire is open, or the over-current trip acted.
     EmergencyStop = 17,
-    /// At the first touches after arming the force accelerated the probe instead of holding it
-    /// back.
-    WrongSign = 18,
+    // 18 is retired: a wrong sign is found by commissioning
 }
 
 impl Fault {
     /// All faults, in the order of their numbers.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 16] = [
         Self::PoseNotFinite,
         Self::Diverged,
         Self::ForceNotFinite,
@@ -215,9 +211,7 @@ impl Fault {
         Self::SupplyLow,
         Self::Runaway,
         Self::TipApart,
-        Self::UnitMismatch,
         Self::EmergencyStop,
-        Self::WrongSign,
     ];
 
     /// Short description of the fault, in lower case.
@@ -239,8 +233,6 @@ impl Fault {
             Self::SupplyLow => "the supply was too low",
             Self::Runaway => "the probe ran away against the force",
             Self::TipApart => "a force acted on a probe that was not at the tissue",
-            Self::UnitMismatch => "the encoder's steps do not fit the profile",
-            Self::WrongSign => "the force drove the probe on at the first touch",
             Self::EmergencyStop => "the emergency stop or the over-current trip acted",
         }
     }
@@ -250,8 +242,7 @@ impl Fault {
     pub fn remedy(self) -> Option<&'static str> {
         match self {
             Self::OutOfWorkspace => Some("check the unit and the frame of the readings, and the profile's workspace"),
-            Self::Runaway | Self::WrongSign => Some("check the signs of encoders and motors, axis by axis"),
-            Self::UnitMismatch => Some("check the unit of the readings and count_m"),
+            Self::Runaway => Some("commission the device again: a sign may have changed"),
             _ => None,
         }
     }

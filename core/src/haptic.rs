@@ -1,34 +1,49 @@
 //! The haptic loop, from a sensed pose to a force on the hand. Board and desktop run the same code.
 //!
 //! ```text
-//! sense ─ pose ─ toggle ─ tick ─ apart ─ shorten ─ damping ─ gains ─ limits ─ actuate
-//!         fresh, mean of  the    at the  to the    tangent,  ramp-in, norm,
-//!         likely two      patch  tissue? limit     in        relief  slew
-//!                counts                            contact
-//! mode: decides whether force output is enabled
-//! passivity: energy given to the hand, always watched
-//! unit, sign, runaway, stillness: detect a wrong unit or sign, or a dead encoder
+//! sense     pose gate     fresh and likely, or the last one held, or a fault
+//!           toggle        a count that flips is shown as its mean
+//! render    tick          the patch's force; none outside the tissue
+//!           ceiling       gain of a contact that is stiffer than the device renders
+//! monitors  account       charges the work of the force that acted
+//!           apart         force outside the tissue, or a shown tip that is not the sensed one
+//!           plausible     force that is no number or absurd
+//!           runaway       probe that gains speed against the force
+//!           gains         force that stays at its limit
+//!           stillness     strong force without a count
+//! longest                 to the limit, before damping
+//! damping                 in proportion to the tangent stiffness, in contact
+//! shapers   gains         ramp-in after arming, relief at the limit
+//!           stillness     fades
+//!           slew          cap of mode and deadline, growth per tick
+//!           account       no force that the balance does not pay for
+//! actuate                 the force in modes that allow one, else release
 //! ```
 //!
-//! [`cycle::Cycle::tick`] runs these stages in order. None of them allocates or panics. Any fault
-//! gives zero force within the same tick and is latched and numbered ([`crate::Fault`]). Limits
-//! apply from the first tick; they can be lowered, never raised or switched off. Depth and speed of
-//! the tip that the *patch* is given are limited by the patch's own guard,
-//! [`crate::stages::probe`].
+//! [`cycle::Cycle::tick`] runs these stages in order. A monitor can only end the force, and none of
+//! the shapers after damping lengthens it. No stage allocates or panics. Any fault gives zero force
+//! within the same tick and is latched and numbered ([`crate::Fault`]). The mode
+//! ([`mode::TRANSITIONS`]) decides whether there is a force at all, and [`deadline`] halves it
+//! after a late tick. Limits apply from the first tick; they can be lowered, never raised or
+//! switched off. Depth and speed of the tip that the *patch* is given are limited by the patch's
+//! own guard, [`crate::stages::probe`]. Unit, sign and order of the axes are measured before the
+//! loop runs, by [`commission`].
 
+pub mod account;
 pub mod apart;
+pub mod ceiling;
+pub mod commission;
 pub mod cycle;
 pub mod damping;
 pub mod deadline;
 pub mod device;
+pub mod gains;
 pub mod limits;
 pub mod mode;
-pub mod passivity;
 pub mod runaway;
-pub mod sign;
+pub mod seen;
 pub mod stillness;
 pub mod toggle;
-pub mod unit;
 
 use nalgebra::Vector3;
 

@@ -47,10 +47,8 @@ fn main() -> ! {
     let controller = haptic_loop(arming);
     match duty {
         Duty::Script(script) => {
-            let patch = or_stop(
-                Patch::open_within(&board::budget(), flash_patch::in_flash(), memory, None, &mut || {}).map_err(Refusal::from),
-                "no patch",
-            );
+            let (bytes, ceiling_n_per_m) = (flash_patch::in_flash(), controller.controller.stiffness_ceiling_n_per_m());
+            let patch = or_stop(Patch::open_for(&board::budget(), ceiling_n_per_m, bytes, memory, None, &mut || {}), "no patch");
             background.spawn(or_stop(telemetry::report(), "telemetry"));
             haptic.spawn(or_stop(haptic_task::run_script(controller, PatchSlot(Some(patch)), script), "haptic loop"));
             board::start_tick_timer();

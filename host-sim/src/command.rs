@@ -20,7 +20,10 @@ mod cut;
 mod emulate;
 #[cfg(feature = "full")]
 mod far_field;
+mod fault_adversary;
+mod fault_hands;
 mod fault_paths;
+mod fault_trade;
 mod faults;
 #[cfg(feature = "full")]
 mod fit;

@@ -1,8 +1,8 @@
-//! One cycle of the loop: sense, tick, damp, limit, actuate. Board and desktop call this and
-//! nothing else.
+//! One cycle of the loop: sense, render, every monitor, every shaper, actuate. Board and desktop call
+//! this and nothing else.
 //!
 //! Whatever fails, the device is released **in the same tick** and the fault is latched. Gains
-//! lowered at the first touch, by saturation or by created energy stay low for the whole contact: a
+//! lowered by saturation or by an encoder that no longer counts stay low for the whole contact: a
 //! gain that rises while a spring is compressed adds energy to the hand.
 //!
 //! * in: a device, a renderer of its pose, messages of the host since the last cycle
@@ -11,7 +11,6 @@
 //!   including the board's own part of the tick
 //! * failures: every [`Fault`]
 
-mod gains;
 mod record;
 mod renderer;
 mod settings;
@@ -22,19 +21,20 @@ pub use settings::{ArmingSettings, Settings};
 
 use nalgebra::Vector3;
 
+use super::account::EnergyAccount;
 use super::apart::Apart;
+use super::ceiling::Ceiling;
 use super::damping::Damping;
-use super::deadline::Deadline;
+use super::deadline::{self, Deadline};
 use super::device::{DeviceSpec, HapticDevice};
+use super::gains::Gains;
 use super::length;
-use super::limits::{ForceLimiter, LoopLimitSettings, LoopLimits, PoseGate};
+use super::limits::{Longest, LoopLimitSettings, LoopLimits, Plausible, Pose, PoseGate, Slew};
 use super::mode::{Event, Mode, ModeMachine};
-use super::passivity::PassivityObserver;
 use super::runaway::Runaway;
-use super::sign::SignWatch;
+use super::seen::{Monitor, Seen, Shaper};
 use super::stillness::Stillness;
 use super::toggle::Toggle;
-use super::unit::UnitWatch;
 use crate::fault::{BuildError, ClampFlags, Fault};
 use crate::stages::output::Output;
 use crate::stages::probe::ProbePose;
@@ -88,25 +88,24 @@ pub struct Cycle {
     /// One over the duration of `SafeRamp` in ticks.
     per_ramp: f32,
     limits: LoopLimits,
-    damping: Damping,
     gate: PoseGate,
-    limiter: ForceLimiter,
-    observer: PassivityObserver,
     deadline: Deadline,
-    runaway: Runaway,
-    stillness: Stillness,
     toggle: Toggle,
-    unit: UnitWatch,
-    sign: SignWatch,
+    damping: Damping,
+    account: EnergyAccount,
     apart: Apart,
+    plausible: Plausible,
+    runaway: Runaway,
+    ceiling: Ceiling,
+    gains: Gains,
+    stillness: Stillness,
+    slew: Slew,
     machine: ModeMachine,
     ticks: u32,
     position_m: Option<Vector3<f32>>,
     touched: bool,
-    /// Ramp-in gain (1); it rises in free space only.
-    ramp: f32,
-    /// Relief gain (1); it falls while a contact is saturated and returns to one after the contact.
-    relief: f32,
+    /// Force sent in the last tick [N].
+    sent_n: Vector3<f32>,
     /// Magnitude of the force when `SafeRamp` began [N].
     ramp_from_n: f32,
     /// Ticks in a row in which the condition for leaving the mode has held.
@@ -126,27 +125,37 @@ impl Cycle {
             arming: settings.arming,
             per_ramp: 1.0 / f32::from(settings.arming.ramp_ticks),
             limits: LoopLimits::build(&settings.limits, device, settings.tick_s)?,
-            damping: Damping::build(&settings.damping, settings.tick_s, device.count_m)?,
             gate: PoseGate::default(),
-            limiter: ForceLimiter::default(),
-            observer: PassivityObserver::build(&settings.passivity, device, settings.tick_s)?,
             deadline: Deadline::default(),
-            runaway: Runaway::default(),
-            stillness: Stillness::build(settings.tick_s),
             toggle: Toggle::new(device.count_m),
-            unit: UnitWatch::build(device.count_m),
-            sign: SignWatch::default(),
+            damping: Damping::build(&settings.damping, settings.tick_s, device.count_m)?,
+            account: EnergyAccount::build(&settings.account, device, settings.tick_s)?,
             apart: Apart::new(device.count_m),
+            plausible: Plausible::default(),
+            runaway: Runaway::default(),
+            ceiling: Ceiling::new(device.ceiling_n_per_m()),
+            gains: Gains::new(&settings.arming),
+            stillness: Stillness::build(settings.tick_s),
+            slew: Slew,
             machine: ModeMachine::BOOT,
             ticks: 0,
             position_m: None,
             touched: false,
-            ramp: 0.0,
-            relief: 1.0,
+            sent_n: Vector3::zeros(),
             ramp_from_n: 0.0,
             calm: 0,
             silence: 0,
         })
+    }
+
+    /// Everything that judges a tick, in this order.
+    fn monitors(&mut self) -> [&mut dyn Monitor; 6] {
+        [&mut self.account, &mut self.apart, &mut self.plausible, &mut self.runaway, &mut self.gains, &mut self.stillness]
+    }
+
+    /// Everything that shapes the damped force, in this order. None of them lengthens it.
+    fn shapers(&mut self) -> [&mut dyn Shaper; 4] {
+        [&mut self.gains, &mut self.stillness, &mut self.slew, &mut self.account]
     }
 
     /// Mode at the end of the last cycle.
@@ -191,14 +200,17 @@ impl Cycle {
             device.actuate(record.applied_n);
         } else {
             record.applied_n = Vector3::zeros();
-            self.limiter.release();
+            // what the model asks for while no force may act is no reason for a fault or for relief
+            self.plausible.reset();
+            Monitor::reset(&mut self.gains);
             device.release();
         }
-        self.observer.sent(record.applied_n);
+        self.sent_n = record.applied_n;
+        self.account.sent(record.applied_n);
         record.mode = self.mode();
         record.fault = self.machine.fault();
         record.position_m = self.position_m.unwrap_or_default();
-        record.energy = self.observer.energy();
+        record.energy = self.account.energy();
         record
     }
 
@@ -210,70 +222,103 @@ impl Cycle {
         command: Command,
         record: &mut Telemetry,
     ) -> Result<Vector3<f32>, Fault> {
+        let (pose, late) = self.sense(device, command)?;
+        let displacement_m = pose.position_m - self.position_m.replace(pose.position_m).unwrap_or(pose.position_m);
+        let shown_m = self.toggle.show(&pose.position_m);
+        let per_s = match command.late_ticks {
+            0 => self.limits.ticks_per_s(),
+            late => self.limits.ticks_per_s() / f32::from(late.saturating_add(1)),
+        };
+        self.damping.track(shown_m, per_s);
+        record.refused = !self.listen(command, renderer);
+        let runs = self.mode().runs_patch();
+        let mut output = if runs { renderer.render(ProbePose { tip_m: shown_m }) } else { Output::NONE };
+        if let Some(fault) = output.fault {
+            return Err(fault);
+        }
+        self.ceiling.follow(renderer.stiffness_n_per_m(), self.touched);
+        self.ceiling.soften(&mut output);
+        let limits = self.limits;
+        let mut seen = Seen {
+            position_m: pose.position_m,
+            displacement_m,
+            per_s,
+            shown_m,
+            velocity_m_per_s: self.damping.velocity_m_per_s(),
+            output,
+            was_touched: self.touched,
+            touched: !output.outside && (output.depth_m > 0.0 || output.force_n != Vector3::zeros()),
+            sent_n: self.sent_n,
+            relieved_n: self.gains.relief() * limits.values().max_force_n,
+            ..Seen::none(&limits)
+        };
+        for monitor in self.monitors() {
+            monitor.judge(&seen)?;
+        }
+        if !runs {
+            self.calm = self.calm.saturating_add(1);
+            return Ok(Vector3::zeros());
+        }
+        if output.outside {
+            // whatever the renderer answers, no force acts on a tip that is outside
+            let none = Vector3::zeros();
+            seen.output = Output { force_n: none, depth_m: 0.0, normal: none, grip_n: 0.0, ..output };
+        }
+        self.touched = seen.touched;
+        self.toggle.answered(&seen.output.force_n);
+        record.output = seen.output;
+        let flags = &mut record.limiters;
+        flags.set(output.limiters);
+        if pose.held {
+            flags.set(ClampFlags::HELD);
+        }
+        if late {
+            flags.set(ClampFlags::GAIN);
+        }
+        seen.tangent_n_per_m = renderer.tangent_n_per_m(&seen.output);
+        let model_n = Longest.shape(seen.output.force_n, &seen, flags);
+        let mut force_n = self.damping.shape(model_n, &seen, flags);
+        record.wanted_n = force_n;
+        if !force_n.dot(&force_n).is_finite() {
+            return Err(Fault::ForceNotFinite);
+        }
+        self.follow(&seen);
+        seen.cap_n = self.cap_n(late);
+        for shaper in self.shapers() {
+            force_n = shaper.shape(force_n, &seen, flags);
+        }
+        if self.mode() == Mode::SafeRamp && force_n == Vector3::zeros() {
+            self.enter(Event::RampEnded);
+        }
+        Ok(force_n)
+    }
+
+    /// Reads the device; returns the pose and whether this tick is late.
+    fn sense(&mut self, device: &mut impl HapticDevice, command: Command) -> Result<(Pose, bool), Fault> {
         if let Some(fault) = command.found {
             return Err(fault);
         }
         let late = if self.mode().runs_patch() { self.deadline.judge(command.late_ticks)? } else { false };
         self.gate.skip(command.late_ticks);
-        let force_acts = self.limiter.last_n() != Vector3::zeros();
-        let pose = self.gate.admit(&self.limits, &device.sense(), force_acts)?;
-        if pose.held {
-            record.limiters.set(ClampFlags::HELD);
-        }
-        let displacement_m = pose.position_m - self.position_m.replace(pose.position_m).unwrap_or(pose.position_m);
-        self.unit.judge(&displacement_m, pose.held)?;
-        self.observer.observe(&displacement_m, self.touched)?;
-        let shown_m = self.toggle.show(&pose.position_m);
-        self.damping.track(shown_m);
-        record.refused = !self.listen(command, renderer);
-        if !self.mode().runs_patch() {
-            self.calm = self.calm.saturating_add(1);
-            return Ok(Vector3::zeros());
-        }
+        let force_acts = self.sent_n != Vector3::zeros();
+        Ok((self.gate.admit(&self.limits, &device.sense(), force_acts)?, late))
+    }
 
-        let mut output = renderer.render(ProbePose { tip_m: shown_m });
-        if let Some(fault) = output.fault {
-            return Err(fault);
-        }
-        if !self.apart.judge(&pose.position_m, &shown_m, &output, &self.limiter.last_n())? {
-            output = Output { force_n: Vector3::zeros(), depth_m: 0.0, normal: Vector3::zeros(), grip_n: 0.0, ..output };
-        }
-        self.toggle.answered(&output.force_n);
-        record.output = output;
-        record.limiters.set(output.limiters);
-        self.touched = output.depth_m > 0.0 || output.force_n != Vector3::zeros();
-        self.limiter.judge(&self.limits, &output.force_n)?;
-        let per_s = match command.late_ticks {
-            0 => self.limits.ticks_per_s(),
-            late => self.limits.ticks_per_s() / f32::from(late.saturating_add(1)),
+    /// Largest force that the mode allows [N], and after a late tick at most half of the last one.
+    /// In `SafeRamp` it falls to zero in a fixed time and never rises.
+    fn cap_n(&self, late: bool) -> f32 {
+        let sent_n = length(&self.sent_n);
+        let cap_n = match self.mode() {
+            Mode::Active | Mode::Degraded => self.limits.values().max_force_n,
+            Mode::SafeRamp => {
+                let ticks_left = u32::from(self.arming.ramp_ticks).saturating_sub(self.machine.ticks());
+                let falling_n = self.ramp_from_n * (ticks_left as f32 * self.per_ramp);
+                if falling_n < sent_n { falling_n } else { sent_n }
+            }
+            _ => 0.0,
         };
-        self.runaway.judge(&displacement_m, per_s, &output.normal, &self.limiter.last_n())?;
-        if !self.sign.proven() {
-            let inward_m_per_s = -self.damping.velocity_m_per_s().dot(&output.normal);
-            self.sign.judge(inward_m_per_s, self.observer.energy().given_j, self.touched)?;
-        }
-        let (force_n, shortened) = ForceLimiter::shorten(&self.limits, &output.force_n);
-        if shortened {
-            record.limiters.set(ClampFlags::FORCE);
-        }
-        record.wanted_n = self.damping.damp(&Output { force_n, ..output }, renderer.tangent_n_per_m(&output));
-        let max_force_n = self.relief * self.limits.values().max_force_n;
-        self.stillness.judge(&displacement_m, &force_n, &self.limiter.last_n(), max_force_n, self.touched);
-        self.follow(&output);
-
-        let gain = self.gain(record);
-        let cap_n = if late { self.half_n(record) } else { self.cap_n() };
-        let gained_n = record.wanted_n * gain;
-        let bound_n = self.observer.bound(&gained_n, &self.damping.velocity_m_per_s(), &output.normal);
-        if bound_n != gained_n {
-            record.limiters.set(ClampFlags::ENERGY);
-        }
-        let limited = self.limiter.limit(&self.limits, bound_n, cap_n)?;
-        record.limiters.set(limited.limiters);
-        if self.mode() == Mode::SafeRamp && limited.force_n == Vector3::zeros() {
-            self.enter(Event::RampEnded);
-        }
-        Ok(limited.force_n)
+        let half_n = deadline::KEPT * sent_n;
+        if late && half_n < cap_n { half_n } else { cap_n }
     }
 
     /// Follows the host's request, and reacts to its silence. Returns false if the request cannot
@@ -301,37 +346,31 @@ impl Cycle {
         if followed && matches!(event, Event::ArmAsked | Event::Cleared) {
             renderer.reset();
             self.toggle.reset();
-            self.sign = SignWatch::default();
             self.touched = false;
         }
         followed
     }
 
     /// Raises the event for the mode machine, if any, that the patch's output causes.
-    fn follow(&mut self, output: &Output) {
+    fn follow(&mut self, seen: &Seen) {
         match self.mode() {
             Mode::Arming => {
-                let outside = !self.touched && !output.limiters.contains(ClampFlags::BURIED);
-                let slow = length(&self.damping.velocity_m_per_s()) < self.arming.slow_m_per_s;
-                let weak = length(&output.force_n) < self.arming.weak_n;
+                let outside = !seen.touched && !seen.output.limiters.contains(ClampFlags::BURIED);
+                let slow = length(&seen.velocity_m_per_s) < self.arming.slow_m_per_s;
+                let weak = length(&seen.output.force_n) < self.arming.weak_n;
                 self.calm = if outside && slow && weak { self.calm.saturating_add(1) } else { 0 };
                 if self.calm >= self.arming.calm_ticks {
                     self.enter(Event::Armed);
                 }
             }
-            Mode::Active if self.strained() => {
+            Mode::Active if self.gains.strained() || self.stillness.gain() < 1.0 => {
                 self.enter(Event::Strained);
             }
-            Mode::Degraded if !self.touched && self.observer.gain() == 1.0 && self.stillness.gain() == 1.0 => {
+            Mode::Degraded if !seen.touched && self.stillness.gain() == 1.0 => {
                 self.enter(Event::Recovered);
             }
             _ => {}
         }
-    }
-
-    /// Whether the force is to be scaled down for the rest of this contact.
-    fn strained(&self) -> bool {
-        self.limiter.strained(&self.limits) || self.observer.gain() < 1.0 || self.stillness.gain() * self.sign.gain() < 1.0
     }
 
     /// Follows an event; returns false if the mode does not accept it.
@@ -340,28 +379,22 @@ impl Cycle {
         if moved {
             self.calm = 0;
             match self.mode() {
-                Mode::Active if event == Event::Armed => {
-                    (self.ramp, self.relief) = (0.0, 1.0);
-                }
-                Mode::SafeRamp => self.ramp_from_n = length(&self.limiter.last_n()),
+                Mode::Active if event == Event::Armed => self.gains.begin(),
+                Mode::SafeRamp => self.ramp_from_n = length(&self.sent_n),
                 _ => {}
             }
         }
         moved
     }
 
+    /// Latches a fault and returns everything to its state before the first tick.
     fn fail(&mut self, fault: Fault) {
         self.machine.fail(fault);
-        self.observer.clear();
+        self.monitors().into_iter().for_each(Monitor::reset);
+        self.shapers().into_iter().for_each(Shaper::reset);
         self.damping.reset();
         self.deadline = Deadline::default();
-        self.runaway = Runaway::default();
-        self.stillness.reset();
-        self.unit.reset();
         self.toggle.reset();
-        self.apart.reset();
-        self.position_m = None;
-        self.touched = false;
-        self.calm = 0;
+        (self.position_m, self.touched, self.calm) = (None, false, 0);
     }
 }

@@ -13,12 +13,16 @@
 use crate::fault::Fault;
 
 /// Number of missed periods in a row that is a fault.
+/// Source: chosen; a single missed period is the least that can be tolerated.
 pub const IN_A_ROW: u16 = 2;
 /// Number of misses among [`WINDOW_TICKS`] that is a fault.
+/// Source: none.
 pub const AMONG: usize = 5;
 /// Ticks over which misses are counted.
+/// Source: none.
 pub const WINDOW_TICKS: u16 = 1000;
 /// Share of the last force that remains after one miss (1).
+/// Source: derived; the old force has acted for two periods in place of one.
 pub const KEPT: f32 = 0.5;
 
 /// Counts late ticks.

@@ -36,7 +36,16 @@ pub struct DeviceSpec {
     pub commissioned: bool,
 }
 
+/// Largest step of the force that a count may cause [N]. A contact that is stiffer shakes: with
+/// counts of 55 um, a flat tip and hands of 21 to 200 g, contacts of 1200 N/m shake with 74 mN at
+/// most and those of 2000 N/m with up to 0.45 N (`palpate faults --hands`). Diolaiti et al. (The
+/// effect of quantization and Coulomb friction on the stability of haptic rendering, IEEE Trans.
+/// Robotics 22, 2006) bound the step by twice the friction of the device.
+/// Source: measured by that command; with counts of 55 um it is the step of 1090 N/m.
+const COUNT_STEP_N: f32 = 0.06;
+
 /// Ranges that a device may declare; the sides of the workspace are in the order x, y, z.
+/// Source: chosen; wider than all shipped profiles, so that a mistyped unit is refused.
 static RANGES: [Range; 12] = [
     ("device.max_force_n", 0.01, DeviceSpec::MOST_FORCE_N),
     ("device.count_m", 0.0, 1e-3),
@@ -56,14 +65,24 @@ const SIZE: &str = "device.workspace size in m";
 
 impl DeviceSpec {
     /// Largest [`DeviceSpec::delay_ticks`] that is supported.
+    /// Source: chosen; the ring of forces on their way then has eight places ([`super::account`]);
+    /// shipped profiles state one tick.
     pub const MOST_DELAY_TICKS: u8 = 7;
     /// Largest [`DeviceSpec::lag_s`] that is supported [s]. With 6 ms and five ticks of delay, a
     /// handle that bounces on a wall of 250 N/m is given 13 mJ in 10 s.
-    pub const MOST_LAG_S: f32 = 6e-3;
+    /// Source: chosen; above the 6 ms that a commissioning can measure; shipped profiles state 1 ms
+    /// at most.
+    pub const MOST_LAG_S: f32 = 10e-3;
     /// Largest force that any device may declare [N]; a hand can withstand it.
+    /// Source: chosen; above the 12 N of the strongest shipped profile.
     pub const MOST_FORCE_N: f32 = 20.0;
+    /// Largest force on a device that was not commissioned [N]. A hand holds against it with two
+    /// fingers, and tissue of 3 kPa can be felt with it.
+    /// Source: chosen by those two.
+    pub const UNCOMMISSIONED_N: f32 = 0.5;
     /// A commissioned desktop stylus of 3.3 N and 45 g with an ideal sensor and a delay of one tick,
     /// in a workspace of 0.2 m around the origin.
+    /// Source: the profile `touch` in `host-sim/devices`, which names its own sources.
     pub const STYLUS: Self = Self {
         max_force_n: 3.3,
         workspace_low_m: Vector3::new(-0.1, -0.1, -0.1),
@@ -80,6 +99,14 @@ impl DeviceSpec {
     #[must_use]
     pub fn delay_s(&self, tick_s: f32) -> f32 {
         f32::from(self.delay_ticks) * tick_s + self.lag_s
+    }
+
+    /// Largest contact stiffness that the loop renders on this device [N/m]: the stated ceiling, or
+    /// that at which a count steps the force by [`COUNT_STEP_N`] if that is lower.
+    #[must_use]
+    pub fn ceiling_n_per_m(&self) -> f32 {
+        let stated = self.stiffness_ceiling_n_per_m;
+        if stated * self.count_m > COUNT_STEP_N { COUNT_STEP_N / self.count_m } else { stated }
     }
 
     /// Checks every number.

@@ -8,7 +8,7 @@ mod force;
 mod freeze;
 mod pose;
 
-pub use force::{ForceLimiter, Limited};
+pub use force::{Longest, Plausible, Slew};
 pub use pose::{Pose, PoseGate};
 
 use nalgebra::Vector3;
@@ -45,8 +45,10 @@ pub struct LoopLimitSettings {
 
 /// Lower bound of a limit: the squares of smaller values underflow, and a zero force would exceed
 /// it.
+/// Source: chosen; no sensor shows a micronewton or a micrometre per second.
 const SMALL: f32 = 1e-6;
 /// Name and lower bound of every limit.
+/// Source: chosen; counts begin at one, the others at [`SMALL`] or at what changes nothing.
 static LEAST: [(&str, f32); 9] = [
     ("limits.max_force_n", SMALL),
     ("limits.max_slew_n_per_s", SMALL),
@@ -63,6 +65,8 @@ impl LoopLimitSettings {
     /// Limits for a desktop stylus of 3.3 N, and the default: 3 N, 500 N/s, a fault at the second
     /// reading in a row beyond 1.5 m/s, poses up to two ticks old, the workspace enlarged by a
     /// tenth.
+    /// Source: the profile `touch` for the force; the others are chosen, the slew so that the whole
+    /// force is there after six ticks.
     pub const DESKTOP: Self = Self {
         max_force_n: 3.0,
         max_slew_n_per_s: 500.0,
@@ -75,6 +79,7 @@ impl LoopLimitSettings {
         saturated_ticks: 200,
     };
     /// Upper bounds of the limits on any device.
+    /// Source: chosen; one and a half to ten times the values for a desktop stylus.
     pub const HIGHEST: Self = Self {
         max_force_n: DeviceSpec::MOST_FORCE_N,
         max_slew_n_per_s: 5_000.0,
@@ -121,6 +126,9 @@ impl Default for LoopLimitSettings {
 #[derive(Clone, Copy, Debug)]
 pub struct LoopLimits {
     values: LoopLimitSettings,
+    /// Force of the model that is implausible [N]. On a device that was not commissioned it does
+    /// not follow the cap, since its tissue is as stiff as any.
+    implausible_n: f32,
     /// Largest growth of the force per tick [N].
     slew_n: f32,
     /// Largest plausible displacement per tick [m], without the encoder's share.
@@ -135,7 +143,9 @@ pub struct LoopLimits {
 }
 
 impl LoopLimits {
-    /// Checks the values against the device and against [`LoopLimitSettings::HIGHEST`].
+    /// Checks the values against the device and against [`LoopLimitSettings::HIGHEST`]. On a device
+    /// that was not commissioned the force is at most [`DeviceSpec::UNCOMMISSIONED_N`], whatever
+    /// the values say: a wrong sign, unit or frame then pushes no harder than that.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the limit; NaN is out of every range.
@@ -143,7 +153,12 @@ impl LoopLimits {
         device.check()?;
         within(&[("tick_s", tick_s, 1e-4, 1e-2)])?;
         values.check_below(&LoopLimitSettings { max_force_n: device.max_force_n, ..LoopLimitSettings::HIGHEST })?;
-        Ok(Self::derive(values, device, tick_s))
+        let most_n = DeviceSpec::UNCOMMISSIONED_N;
+        let mut values = *values;
+        if !device.commissioned && values.max_force_n > most_n {
+            values.max_force_n = most_n;
+        }
+        Ok(Self::derive(&values, device, tick_s))
     }
 
     /// Replaces the limits by others, none of which may be looser than now.
@@ -163,6 +178,7 @@ impl LoopLimits {
         let margin_m = (device.workspace_high_m - device.workspace_low_m) * values.workspace_margin;
         Self {
             values: *values,
+            implausible_n: values.implausible_ratio * if device.commissioned { values.max_force_n } else { device.max_force_n },
             slew_n: values.max_slew_n_per_s * tick_s,
             displacement_m: values.max_speed_m_per_s * tick_s,
             counts_m: 2.0 * device.count_m,
@@ -241,6 +257,18 @@ pub(crate) mod tests {
         assert!(LoopLimits::build(&beyond, &device(), 1e-3).is_err(), "more than the device has");
         let nowhere = DeviceSpec { workspace_high_m: Vector3::repeat(f32::NAN), ..device() };
         assert!(LoopLimits::build(&LoopLimitSettings::DESKTOP, &nowhere, 1e-3).is_err());
+    }
+
+    #[test]
+    fn a_device_that_was_not_commissioned_has_half_a_newton_at_most() {
+        let unknown = DeviceSpec { commissioned: false, ..device() };
+        let limits = LoopLimits::build(&LoopLimitSettings::DESKTOP, &unknown, 1e-3).unwrap();
+        assert_eq!(limits.values().max_force_n, 0.5);
+        let again = LoopLimits::build(limits.values(), &unknown, 1e-3).unwrap();
+        assert_eq!((again.values(), again.implausible_n), (limits.values(), 5.0 * 3.3), "built again from its own values");
+        assert!(limits.lowered(&LoopLimitSettings { max_force_n: 0.6, ..*limits.values() }).is_err());
+        let weaker = LoopLimitSettings { max_force_n: 0.3, ..LoopLimitSettings::DESKTOP };
+        assert_eq!(LoopLimits::build(&weaker, &unknown, 1e-3).unwrap().values(), &weaker);
     }
 
     #[test]

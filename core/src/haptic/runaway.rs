@@ -16,6 +16,9 @@
 //! surface would look like speed gained into the tissue. Such a slide stays at an angle to every
 //! normal, even while it speeds up; a force of the wrong sign drives the probe straight along it.
 //!
+//! The velocity is low-passed here once more: that of the damping follows a turn within a count, so a
+//! held reading and the double displacement after it would look like speed gained.
+//!
 //! * in: displacement of the tick [m], normal of the contact, force sent last [N]
 //! * out: nothing
 //! * cost: 75 instructions of a Cortex-M4F, estimated
@@ -23,18 +26,26 @@
 
 use nalgebra::Vector3;
 
+use super::seen::{Monitor, Seen};
 use crate::fault::Fault;
 
 /// Least force against which a gain in speed counts [N].
+/// Source: none.
 const PUSH_N: f32 = 0.5;
 /// Gain in speed against the force that is a fault [m/s].
+/// Source: none.
 const GAINED_M_PER_S: f32 = 0.5;
 /// Least travel into the tissue during that gain [m].
+/// Source: measured; a grip that closes with 13 N against 3 N gains 1 m/s within 20 mm
+/// (DECISIONS.md).
 const GONE_M: f32 = 25e-3;
 /// Square of the least cosine between that travel and the normal (1): within 26 degrees.
+/// Source: measured; pressed slides tilt the normal by up to 60 degrees and stay further from it
+/// (`pressed_slides_up_to_the_speed_limit_are_no_fault`).
 const STRAIGHT: f32 = 0.81;
 /// Share of the newest velocity in the low-pass (1): 30 Hz, so that a held reading followed by a
 /// double displacement does not count as speed gained.
+/// Source: `1 - exp(-2 pi f T)`, as in [`super::damping`].
 const SHARE: f32 = 0.1718;
 
 /// The moment from which the gain in speed is measured.
@@ -57,22 +68,12 @@ pub struct Runaway {
     slowest: Option<Slowest>,
 }
 
-impl Runaway {
-    /// Runs one cycle, `1 / per_s` after the last one: `applied_n` is the force sent last, `normal`
-    /// points out of the tissue.
-    ///
-    /// # Errors
-    /// Fails with [`Fault::Runaway`] if the probe has gained too much speed against the force.
-    pub fn judge(
-        &mut self,
-        displacement_m: &Vector3<f32>,
-        per_s: f32,
-        normal: &Vector3<f32>,
-        applied_n: &Vector3<f32>,
-    ) -> Result<(), Fault> {
-        let newest = displacement_m * per_s;
+impl Monitor for Runaway {
+    fn judge(&mut self, seen: &Seen) -> Result<(), Fault> {
+        let normal = &seen.output.normal;
+        let newest = seen.displacement_m * seen.per_s;
         self.velocity_m_per_s += (newest - self.velocity_m_per_s) * SHARE;
-        if applied_n.dot(applied_n) < PUSH_N * PUSH_N || applied_n.dot(normal) <= 0.0 {
+        if seen.sent_n.dot(&seen.sent_n) < PUSH_N * PUSH_N || seen.sent_n.dot(normal) <= 0.0 {
             self.slowest = None;
             return Ok(());
         }
@@ -82,7 +83,7 @@ impl Runaway {
             self.velocity_m_per_s = newest;
         }
         if let Some(slowest) = &mut self.slowest {
-            slowest.gone_m += displacement_m;
+            slowest.gone_m += seen.displacement_m;
             let gained = -self.velocity_m_per_s.dot(&slowest.normal) - slowest.inward_m_per_s;
             if gained > 0.0 {
                 let gone_m = -slowest.gone_m.dot(&slowest.normal);
@@ -98,14 +99,31 @@ impl Runaway {
         self.slowest = Some(Slowest { normal: *normal, inward_m_per_s, gone_m: Vector3::zeros() });
         Ok(())
     }
+
+    fn reset(&mut self) {
+        *self = Self::default();
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// A tick at a velocity [m/s] against a force [N].
+    fn tick(
+        runaway: &mut Runaway,
+        velocity_m_per_s: Vector3<f32>,
+        normal: Vector3<f32>,
+        sent_n: Vector3<f32>,
+    ) -> Result<(), Fault> {
+        let limits = crate::haptic::limits::tests::limits();
+        let output = crate::Output { normal, ..crate::Output::NONE };
+        let displacement_m = velocity_m_per_s * 1e-3;
+        runaway.judge(&Seen { displacement_m, output, sent_n, ..Seen::none(&limits) })
+    }
+
     fn judge(runaway: &mut Runaway, inward: f32, push_n: f32) -> Result<(), Fault> {
-        runaway.judge(&Vector3::new(0.0, 0.0, -1e-3 * inward), 1e3, &Vector3::z(), &Vector3::new(0.0, 0.0, push_n))
+        tick(runaway, Vector3::new(0.0, 0.0, -inward), Vector3::z(), Vector3::new(0.0, 0.0, push_n))
     }
 
     #[test]
@@ -159,7 +177,7 @@ mod tests {
             let tilted = tilt * (f32::from(n) / 20.0).min(1.0);
             let normal = Vector3::new(-libm::sinf(tilted), 0.0, libm::cosf(tilted));
             let speed = (m_per_s2 * 1e-3 * f32::from(n)).min(1.45);
-            slid.judge(&Vector3::new(1e-3 * speed, 0.0, 0.0), 1e3, &normal, &(normal * 3.0)).is_ok()
+            tick(&mut slid, Vector3::new(speed, 0.0, 0.0), normal, normal * 3.0).is_ok()
         })
     }
 
@@ -177,10 +195,10 @@ mod tests {
         let mut slid = Runaway::default();
         let normal = Vector3::new(-0.6, 0.0, 0.8);
         for _ in 0..300 {
-            slid.judge(&Vector3::new(1e-3, 0.0, 0.0), 1e3, &normal, &(normal * 2.0)).unwrap();
+            tick(&mut slid, Vector3::x(), normal, normal * 2.0).unwrap();
         }
-        let pulled = |n: u8| Vector3::new(1e-3, 0.0, 0.0) - normal * (6e-5 * f32::from(n));
-        let at = (0..100_u8).position(|n| slid.judge(&pulled(n), 1e3, &normal, &(normal * 2.0)).is_err());
+        let pulled = |n: u8| Vector3::x() - normal * (6e-2 * f32::from(n));
+        let at = (0..100_u8).position(|n| tick(&mut slid, pulled(n), normal, normal * 2.0).is_err());
         assert!(at.is_some_and(|n| n < 50), "{at:?}");
     }
 
@@ -206,7 +224,7 @@ mod tests {
             let normal = Vector3::new(-libm::sinf(tilt), 0.0, libm::cosf(tilt));
             for n in 0..250_u8 {
                 speed = if n < 100 { 0.3 } else { (speed + 0.02).min(1.45) };
-                let answer = slid.judge(&Vector3::new(1e-3 * speed, 0.0, 0.0), 1e3, &normal, &(normal * 3.0));
+                let answer = tick(&mut slid, Vector3::new(speed, 0.0, 0.0), normal, normal * 3.0);
                 assert_eq!(answer, Ok(()), "{tilt} rad, tick {n}");
             }
         }

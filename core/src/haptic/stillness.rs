@@ -13,45 +13,61 @@
 //!
 //! The force of tissue under a probe at rest creeps or settles. A sudden stop makes tissue ring:
 //! several modes beat, so that swings may grow over a few reversals, and after 0.15 s they have
-//! died out. A probe that is narrower than an element, or that rests at the tissue's edge, may lose
-//! and regain a foundation point again and again: the force then swings for ever, by newtons at
-//! worst. A force that still reverses [`MOST_TURNS`] times after [`RING_S`] without a count,
+//! died out. A probe that rests at the tissue's edge may lose and regain a foundation point again
+//! and again: the force then swings for ever, by newtons at worst, although the hand is given no
+//! energy. Tips that are narrower than an element are refused ([`super::ceiling`]). A force that still reverses [`MOST_TURNS`] times after [`RING_S`] without a count,
 //! without its swings becoming smaller, is not caused by the hand and fades within
 //! [`SWING_FADE_S`].
 //!
 //! A new count ends the fading, and the force stays at its reduced gain, as after saturation. It
 //! returns with the next contact, after the probe has moved outside the tissue.
 //!
-//! * in: displacement of the tick [m], force that the tissue asks for, force sent last and maximum
-//!   force after relief [N], whether the patch is touched
-//! * out: gain (1)
+//! * in: displacement of the tick [m], force sent last and maximum force after relief [N], whether
+//!   the patch is touched
+//! * out: force [N] times a gain (0 .. 1)
 //! * cost: 20 instructions of a Cortex-M4F while the probe moves, 60 at rest, estimated
 //! * failures: none; the mode becomes `Degraded`, and the flag `GAIN` is set
 
 use nalgebra::Vector3;
 
+use super::seen::{Monitor, Seen, Shaper};
+use crate::fault::{ClampFlags, Fault};
+use crate::lanes::sqrt;
+
 /// Absolute threshold [N]: no hand holds a larger force without moving.
+/// Source: derived from the fluctuation of 3 % above; of 1 N it is the friction of the Touch, 30
+/// mN.
 pub const STRONG_N: f32 = 1.0;
 /// Threshold relative to the maximum force (1), for devices with more friction; the larger
 /// threshold applies.
+/// Source: chosen; a drift of 5 to 10 % of half the maximum is more than a friction of 1 to 4 % of
+/// it, but for the largest.
 pub const STRONG_SHARE: f32 = 0.5;
 /// Time without a count after which the force fades [s].
+/// Source: none.
 pub const STILL_S: f32 = 5.0;
 /// Duration of the fading [s].
+/// Source: none.
 pub const FADE_S: f32 = 1.0;
 
 /// Number of reversals of the force in a row, without a count, after which it fades.
+/// Source: chosen; no stop rings for so long after `RING_S`.
 pub const MOST_TURNS: u8 = 6;
 /// Duration of the fading of a force that swings [s].
+/// Source: chosen; twenty ticks, within which a hand does not react.
 pub const SWING_FADE_S: f32 = 0.02;
 /// Least change of the force between two reversals [N].
+/// Source: chosen; below the 30 mN that a bare finger notices on such devices (DECISIONS.md).
 const SWING_N: f32 = 0.02;
 /// Ratio of a swing to the last one in the same direction below which the swings die out (1).
+/// Source: chosen; swings that die out within a few periods.
 const DIES_OUT: f32 = 0.64;
 /// Time without a count after which swings are counted [s]. Of 11 809 random stops (2 to 110 kPa,
 /// from up to 0.4 m/s), none still rang for [`MOST_TURNS`] reversals after 0.15 s.
+/// Source: the measurement named here.
 pub const RING_S: f32 = 0.2;
 /// Largest number of ticks between two reversals of one oscillation.
+/// Source: chosen; below 2 Hz a force does not shake.
 const TURN_TICKS: u16 = 250;
 
 /// Watches for missing counts and for swings of the force in a contact.
@@ -59,13 +75,13 @@ const TURN_TICKS: u16 = 250;
 pub struct Stillness {
     /// Ticks after which the force fades.
     most_ticks: f32,
+    fade_per_tick: f32,
     /// Ticks after which swings are counted.
     ring_ticks: f32,
-    fade_per_tick: f32,
     swing_fade_per_tick: f32,
+    swing: Swing,
     /// Ticks without a count under a strong force.
     still_ticks: f32,
-    swing: Swing,
     gain: f32,
     /// True if the gain fell in this tick.
     fades: bool,
@@ -132,50 +148,13 @@ impl Stillness {
     pub fn build(tick_s: f32) -> Self {
         Self {
             most_ticks: STILL_S / tick_s,
-            ring_ticks: RING_S / tick_s,
             fade_per_tick: tick_s / FADE_S,
+            ring_ticks: RING_S / tick_s,
             swing_fade_per_tick: tick_s / SWING_FADE_S,
-            still_ticks: 0.0,
             swing: Swing::NONE,
+            still_ticks: 0.0,
             gain: 1.0,
             fades: false,
-        }
-    }
-
-    /// Runs one tick: `asked_n` is the tissue's force, `applied_n` the force that was output last,
-    /// and `max_force_n` the maximum after relief [N].
-    pub fn judge(
-        &mut self,
-        displacement_m: &Vector3<f32>,
-        asked_n: &Vector3<f32>,
-        applied_n: &Vector3<f32>,
-        max_force_n: f32,
-        touched: bool,
-    ) {
-        self.fades = false;
-        if *displacement_m != Vector3::zeros() {
-            self.still_ticks = 0.0;
-            self.swing = Swing::NONE;
-            if !touched {
-                self.gain = 1.0;
-            }
-            return;
-        }
-        if self.swing.judge(asked_n, self.ring_ticks) {
-            self.fade(self.swing_fade_per_tick);
-            return;
-        }
-        // a force that has begun to fade continues to fade below the threshold
-        let strong_n = STRONG_SHARE * max_force_n;
-        let strong_n = if strong_n > STRONG_N { strong_n } else { STRONG_N };
-        if applied_n.dot(applied_n) > strong_n * strong_n || self.gain < 1.0 {
-            if self.still_ticks >= self.most_ticks {
-                self.fade(self.fade_per_tick);
-            } else {
-                self.still_ticks += 1.0;
-            }
-        } else {
-            self.still_ticks = 0.0;
         }
     }
 
@@ -190,18 +169,54 @@ impl Stillness {
     pub fn gain(&self) -> f32 {
         self.gain
     }
+}
 
-    /// Whether the force is fading in this tick. A force that fades must not rise, even where the
-    /// tissue's force does; a count ends the fading.
-    #[must_use]
-    pub fn fades(&self) -> bool {
-        self.fades
+impl Monitor for Stillness {
+    fn judge(&mut self, seen: &Seen) -> Result<(), Fault> {
+        self.fades = false;
+        if seen.displacement_m != Vector3::zeros() {
+            self.still_ticks = 0.0;
+            self.swing = Swing::NONE;
+            if !seen.touched {
+                self.gain = 1.0;
+            }
+            return Ok(());
+        }
+        if self.swing.judge(&seen.output.force_n, self.ring_ticks) {
+            self.fade(self.swing_fade_per_tick);
+            return Ok(());
+        }
+        // a force that has begun to fade continues to fade below the threshold
+        let strong_n = STRONG_SHARE * seen.relieved_n;
+        let strong_n = if strong_n > STRONG_N { strong_n } else { STRONG_N };
+        if seen.sent_n.dot(&seen.sent_n) <= strong_n * strong_n && self.gain == 1.0 {
+            self.still_ticks = 0.0;
+        } else if self.still_ticks < self.most_ticks {
+            self.still_ticks += 1.0;
+        } else {
+            self.fade(self.fade_per_tick);
+        }
+        Ok(())
     }
 
-    /// Returns to the state in which it was built.
-    pub fn reset(&mut self) {
+    fn reset(&mut self) {
         (self.still_ticks, self.swing, self.gain, self.fades) = (0.0, Swing::NONE, 1.0, false);
     }
+}
+
+impl Shaper for Stillness {
+    fn shape(&mut self, force_n: Vector3<f32>, seen: &Seen, flags: &mut ClampFlags) -> Vector3<f32> {
+        if self.gain == 1.0 {
+            return force_n;
+        }
+        flags.set(ClampFlags::GAIN);
+        let faded_n = force_n * self.gain;
+        // a force that fades does not rise, even where the tissue's force does
+        let (square, most) = (faded_n.dot(&faded_n), seen.sent_n.dot(&seen.sent_n));
+        if self.fades && square > most { faded_n * sqrt(most / square) } else { faded_n }
+    }
+
+    fn reset(&mut self) {}
 }
 
 #[cfg(test)]
@@ -210,11 +225,16 @@ mod tests {
 
     const COUNT: Vector3<f32> = Vector3::new(0.0, 55e-6, 0.0);
 
+    fn rest(still: &mut Stillness, displacement_m: Vector3<f32>, sent_n: Vector3<f32>, relieved_n: f32, touched: bool) {
+        let limits = crate::haptic::limits::tests::limits();
+        still.judge(&Seen { displacement_m, sent_n, relieved_n, touched, ..Seen::none(&limits) }).unwrap();
+    }
+
     fn hold(still: &mut Stillness, ticks: u16, push_n: f32, every: u16, touched: bool) {
         for n in 1..=ticks {
             let displacement_m = if every > 0 && n.is_multiple_of(every) { COUNT } else { Vector3::zeros() };
             let applied_n = Vector3::new(0.0, 0.0, push_n * still.gain());
-            still.judge(&displacement_m, &applied_n, &applied_n, 2.0, touched);
+            rest(still, displacement_m, applied_n, 2.0, touched);
         }
     }
 
@@ -261,10 +281,17 @@ mod tests {
             let mut still = Stillness::build(1e-3);
             for _ in 0..7_000 {
                 let push_n = Vector3::new(0.0, 0.0, push_n);
-                still.judge(&Vector3::zeros(), &push_n, &push_n, 8.0, true);
+                rest(&mut still, Vector3::zeros(), push_n, 8.0, true);
             }
             assert_eq!(still.gain(), gain, "{push_n} N of 8 N");
         }
+    }
+
+    /// A tick in which the tissue asks for a force [N].
+    fn swings(still: &mut Stillness, displacement_m: Vector3<f32>, force_n: Vector3<f32>, sent_n: Vector3<f32>, relieved_n: f32) {
+        let limits = crate::haptic::limits::tests::limits();
+        let output = crate::Output { force_n, ..crate::Output::NONE };
+        still.judge(&Seen { displacement_m, output, sent_n, relieved_n, touched: true, ..Seen::none(&limits) }).unwrap();
     }
 
     /// Gain after this many ticks at rest of a force that swings around 1 N; `keeps` is the share
@@ -277,7 +304,8 @@ mod tests {
             let up = (n / half_ticks).is_multiple_of(2);
             let asked_n = Vector3::new(0.2, 0.0, 1.0 + if up { left_n } else { -left_n });
             left_n *= keeps;
-            still.judge(&displacement_m, &asked_n, &(asked_n * still.gain()), 8.0, true);
+            let sent_n = asked_n * still.gain();
+            swings(&mut still, displacement_m, asked_n, sent_n, 8.0);
         }
         still.gain()
     }
@@ -301,7 +329,7 @@ mod tests {
                 // the tissue settles before it swings
                 let phase = first + f32::from(n.saturating_sub(260)) * core::f32::consts::PI / 8.0;
                 let asked_n = Vector3::new(0.0, 0.0, 0.3 + 0.015 * libm::sinf(phase));
-                still.judge(&Vector3::zeros(), &asked_n, &asked_n, 3.0, true);
+                swings(&mut still, Vector3::zeros(), asked_n, asked_n, 3.0);
             }
             assert_eq!(still.gain(), 0.0, "{first}");
         }
@@ -314,7 +342,7 @@ mod tests {
         let ticks = (0..24).flat_map(|_| [0.21_f32, 0.68, 0.46, 0.5].map(|n| [n; 5])).flatten();
         let gone = ticks.enumerate().find(|(_, force_n)| {
             let asked_n = Vector3::new(0.0, 0.0, *force_n);
-            still.judge(&Vector3::zeros(), &asked_n, &asked_n, 3.0, true);
+            swings(&mut still, Vector3::zeros(), asked_n, asked_n, 3.0);
             still.gain() == 0.0
         });
         // 200 ticks of rest, seven turns of five, 20 ticks of fading
@@ -331,8 +359,8 @@ mod tests {
                 let phase = |ticks: f32| libm::sinf(2.0 * core::f32::consts::PI * t / ticks);
                 let ring_n = 0.08 * libm::expf(-t / settles_ticks) * (phase(first_ticks) + phase(second_ticks));
                 let asked_n = Vector3::new(0.0, 0.0, 1.27 + ring_n);
-                still.judge(&Vector3::zeros(), &asked_n, &asked_n, 6.0, true);
-                assert!(!still.fades(), "{first_ticks} and {second_ticks} ticks, after {n}");
+                swings(&mut still, Vector3::zeros(), asked_n, asked_n, 6.0);
+                assert!(!still.fades, "{first_ticks} and {second_ticks} ticks, after {n}");
             }
         }
     }

@@ -19,22 +19,32 @@ use nalgebra::Vector3;
 
 /// Largest change of the reading that counts as a flip, in counts (1): on a linkage, an axis moves
 /// by parts of the counts of two joints.
+/// Source: chosen; above the diagonal of two counts, 1.41.
 const PAIR: f32 = 1.6;
 /// Distance from the filtered position beyond which a reading has left the two counts [counts].
+/// Source: none.
 const LEFT: f32 = 1.3;
 /// Largest number of ticks from one flip to the next.
+/// Source: none.
 const SOON: u16 = 50;
 /// Number of reversals in a row after which the filtered position is shown.
+/// Source: chosen; the fewest that are no single flip.
 const TURNS: u8 = 2;
 /// Number of ticks without a flip after which the reading has left the boundary.
+/// Source: none.
 const QUIET: u16 = 200;
 /// Weight of the newest reading per tick (1): a time constant of 40 ms, four to ten periods of the
 /// limit cycle.
+/// Source: measured; with 40 ms a toggling count shakes with 0.2 mN where it shook with 21
+/// (DECISIONS.md).
 const SHARE: f32 = 0.025;
 
 /// The force shakes if its change per tick, low-passed with the share below (1), exceeds this [N]:
 /// about 18 mN RMS.
-const SHAKES_N: f32 = 15e-3;
+/// Source: chosen; below the 20 mN from which `palpate loop` calls a force a vibration.
+pub const SHAKES_N: f32 = 15e-3;
+/// Share of the newest change of the force in its low-pass (1).
+/// Source: chosen; a time constant of 50 ticks, as [`SOON`].
 const SHAKES_SHARE: f32 = 0.02;
 
 /// One axis: the position that was read and the one that is shown.

@@ -60,6 +60,8 @@ impl HapticDevice for Device {
 /// A linear wall below z = 0, unless an answer is set.
 pub struct Wall {
     pub n_per_m: f32,
+    /// Stiffness that the wall reports at its depth limit [N/m].
+    pub stiffness_n_per_m: f32,
     /// Answer to every pose, in place of the wall's.
     pub answer: Option<Output>,
     /// Poses that were rendered.
@@ -80,6 +82,10 @@ impl Renderer for Wall {
 
     fn reset(&mut self) {
         self.resets += 1;
+    }
+
+    fn stiffness_n_per_m(&self) -> f32 {
+        self.stiffness_n_per_m
     }
 }
 
@@ -114,7 +120,7 @@ impl Bench {
                 sensed: Sensed { position_m, sequence: 0, status: SensorStatus::Good },
                 drive_n: None,
             },
-            wall: Wall { n_per_m, answer: None, rendered: 0, resets: 0, shown_m: Vector3::zeros() },
+            wall: Wall { n_per_m, stiffness_n_per_m: 0.0, answer: None, rendered: 0, resets: 0, shown_m: Vector3::zeros() },
         }
     }
 

@@ -1,23 +1,21 @@
 //! A light handle that a soft hand rests on a wall, with the delays that a device may declare: the
 //! motors may not drive it for ever.
 
+use palpate::Fault;
 use palpate::haptic::device::DeviceSpec;
-use palpate::haptic::passivity::{PassivityObserver, PassivitySettings};
-use palpate::{Fault, Vector3};
 
 use crate::bench::{Bench, TICK_S, stylus};
 
 /// Steps of the handle per tick.
 const STEPS: u16 = 20;
-/// Energy that the motors may give within ten seconds [J]. The observer ends contacts that together
-/// create more than 0.5 mJ/s by its account, which counts each contact up to the alarm; one that
-/// ends in the alarm gives some more.
-const MOST_J: f32 = 20e-3;
+/// Energy that the motors may give within ten seconds [J]: the allowance and its refill are 0.32 mJ,
+/// and the hand, lighter than the handle, may be thrown more sharply than the account reserves for.
+const MOST_J: f32 = 1e-3;
 
 /// Work of the motors on a handle of 16 g [J], and the fault, within ten seconds. The hand is a
 /// spring of 100 N/m whose rest position is 0.65 mm below the surface, with 0.5 N s/m.
 fn rest(n_per_m: f32, delay_ticks: u8, lag_s: f32) -> (f32, Option<Fault>) {
-    let mut bench = Bench::with(n_per_m, DeviceSpec { delay_ticks, lag_s, ..stylus() }, |_| ()).active();
+    let mut bench = Bench::with(n_per_m, DeviceSpec { delay_ticks, lag_s, mass_kg: 0.016, ..stylus() }, |_| ()).active();
     let mut line_n = vec![0.0; usize::from(delay_ticks)];
     let (mut z_m, mut m_per_s, mut acting_n, mut work_j) = (2e-3_f32, -0.1_f32, 0.0_f32, 0.0);
     let step_s = TICK_S / f32::from(STEPS);
@@ -56,23 +54,4 @@ fn a_lag_that_a_device_may_declare_does_not_hide_the_energy_that_it_creates() {
             assert!(work_j < MOST_J, "{n_per_m} N/m, {delay_ticks} ticks, {lag_s} s: {work_j} J, {fault:?}");
         }
     }
-}
-
-#[test]
-fn bounces_at_53_hz_are_one_contact_at_a_quarter_of_a_millisecond_too() {
-    let alarm = |tick_s: f32, touch_ticks: u16, idle_ticks: u16| {
-        let mut observer = PassivityObserver::build(&PassivitySettings::DEFAULT, &stylus(), tick_s).unwrap();
-        for _ in 0..100 {
-            for n in 0..touch_ticks + idle_ticks {
-                let inside = n < touch_ticks;
-                // 50 uJ in each touch: 0.25 N over 0.2 mm
-                let moved_m = if n == touch_ticks { 0.2e-3 } else { 0.0 };
-                observer.observe(&(Vector3::z() * moved_m), inside).unwrap();
-                observer.sent(Vector3::z() * if inside { 0.25 } else { 0.0 });
-            }
-        }
-        observer.gain() < 1.0
-    };
-    assert!(alarm(1e-3, 9, 10), "19 ms, 10 of them without a force");
-    assert!(alarm(0.25e-3, 36, 40), "the same bounces at 4 kHz");
 }

@@ -1,6 +1,7 @@
 //! Damping acts in contact alone and along the normal alone, never pulls, and never lags.
 
 use palpate::haptic::damping::{Damping, DampingSettings, MOST_N_S_PER_M, hertz_slope_n_per_m};
+use palpate::haptic::seen::Shaper;
 use palpate::{Output, Vector3};
 
 use crate::bench::{TICK_S, pushing};
@@ -8,7 +9,7 @@ use crate::bench::{TICK_S, pushing};
 /// Damping that has tracked this velocity until its estimate settled.
 fn moving(settings: DampingSettings, m_per_s: Vector3<f32>, count_m: f32) -> Damping {
     let mut damping = Damping::build(&settings, TICK_S, count_m).unwrap();
-    (0..300_u16).for_each(|n| damping.track(m_per_s * (TICK_S * f32::from(n))));
+    (0..300_u16).for_each(|n| damping.track(m_per_s * (TICK_S * f32::from(n)), 1.0 / TICK_S));
     damping
 }
 
@@ -24,7 +25,7 @@ fn the_velocity_is_that_of_the_poses() {
         assert!((found - m_per_s).norm() < 1e-3, "{found}");
     }
     let mut damping = Damping::build(&DampingSettings::NONE, TICK_S, 0.0).unwrap();
-    damping.track(Vector3::new(1.0, 1.0, 1.0));
+    damping.track(Vector3::new(1.0, 1.0, 1.0), 1.0 / TICK_S);
     assert_eq!(damping.velocity_m_per_s(), Vector3::zeros(), "one pose is no motion");
 }
 
@@ -33,10 +34,10 @@ fn the_low_pass_takes_its_share_of_the_newest_velocity() {
     // 0.2 m/s is less than a count per tick: only the low-pass acts
     let settings = DampingSettings { velocity_share: 0.25, ..DampingSettings::NONE };
     let mut damping = Damping::build(&settings, TICK_S, 0.5e-3).unwrap();
-    damping.track(Vector3::zeros());
-    damping.track(Vector3::new(-0.2e-3, 0.0, 0.0));
+    damping.track(Vector3::zeros(), 1.0 / TICK_S);
+    damping.track(Vector3::new(-0.2e-3, 0.0, 0.0), 1.0 / TICK_S);
     assert!((damping.velocity_m_per_s().x + 0.25 * 0.2).abs() < 1e-5, "{}", damping.velocity_m_per_s());
-    damping.track(Vector3::new(-0.4e-3, 0.0, 0.0));
+    damping.track(Vector3::new(-0.4e-3, 0.0, 0.0), 1.0 / TICK_S);
     assert!((damping.velocity_m_per_s().x + (0.25 + 0.75 * 0.25) * 0.2).abs() < 1e-5);
 }
 
@@ -47,11 +48,11 @@ fn the_velocity_lags_by_no_more_than_a_count_per_tick() {
     for m_per_s in [Vector3::new(0.0, 0.0, 1.0), Vector3::new(-0.8, 0.5, 0.0)] {
         let mut damping = moving(DampingSettings::safe(1e-3, TICK_S), m_per_s, count_m);
         let end_m = m_per_s * (TICK_S * 299.0);
-        damping.track(end_m);
+        damping.track(end_m, 1.0 / TICK_S);
         for axis in 0..3 {
             assert!(damping.velocity_m_per_s()[axis].abs() <= most * 1.001, "stopped dead: {}", damping.velocity_m_per_s());
         }
-        damping.track(end_m - m_per_s * TICK_S);
+        damping.track(end_m - m_per_s * TICK_S, 1.0 / TICK_S);
         let behind = damping.velocity_m_per_s() + m_per_s;
         assert!(behind.iter().all(|v| v.abs() <= most * 1.25), "turned round: {behind}");
     }
@@ -63,7 +64,7 @@ fn a_finer_encoder_lets_the_velocity_lag_less() {
     for count_m in [5e-6, 20e-6, 80e-6] {
         let mut damping = moving(DampingSettings::safe(1e-3, TICK_S), Vector3::new(0.0, 0.0, 0.05), count_m);
         let end_m = 0.05 * TICK_S * 299.0;
-        damping.track(Vector3::new(0.0, 0.0, end_m - 0.3 * TICK_S));
+        damping.track(Vector3::new(0.0, 0.0, end_m - 0.3 * TICK_S), 1.0 / TICK_S);
         let behind = (damping.velocity_m_per_s().z + 0.3).abs();
         assert!(behind <= 1.25 * count_m / TICK_S, "{count_m} m: {behind} m/s behind");
     }
@@ -74,10 +75,10 @@ fn a_count_that_comes_and_goes_is_less_than_a_count_of_motion() {
     let count_m = 50e-6;
     let settings = DampingSettings { velocity_share: 1.0, ..DampingSettings::NONE };
     let mut damping = Damping::build(&settings, TICK_S, count_m).unwrap();
-    damping.track(Vector3::zeros());
+    damping.track(Vector3::zeros(), 1.0 / TICK_S);
     for n in 0..10 {
         let up = n % 2 == 0;
-        damping.track(Vector3::new(0.0, 0.0, if up { count_m } else { 0.0 }));
+        damping.track(Vector3::new(0.0, 0.0, if up { count_m } else { 0.0 }), 1.0 / TICK_S);
         let moved_counts = damping.velocity_m_per_s().z * TICK_S / count_m;
         let expected = if n == 0 {
             0.8..=1.001
@@ -93,9 +94,9 @@ fn a_count_that_comes_and_goes_is_less_than_a_count_of_motion() {
 #[test]
 fn reset_forgets_place_and_velocity() {
     let mut damping = moving(DampingSettings::safe(1e-3, TICK_S), Vector3::new(0.0, 0.0, -0.5), 0.0);
-    damping.reset();
+    Shaper::reset(&mut damping);
     assert_eq!(damping.velocity_m_per_s(), Vector3::zeros());
-    damping.track(Vector3::new(0.0, 0.0, 0.3));
+    damping.track(Vector3::new(0.0, 0.0, 0.3), 1.0 / TICK_S);
     assert_eq!(damping.velocity_m_per_s(), Vector3::zeros(), "the next pose is the first");
 }
 
@@ -152,7 +153,7 @@ fn the_velocity_follows_a_hand_that_turns_round_at_any_speed() {
     for back_share in [0.1, 0.3, 0.5, 0.7, 0.7068, 0.8, 1.0] {
         let mut damping = moving(DampingSettings::safe(1e-3, TICK_S), Vector3::new(0.0, 0.0, 1.0), count_m);
         let end_m = TICK_S * 299.0;
-        damping.track(Vector3::new(0.0, 0.0, end_m - back_share * TICK_S));
+        damping.track(Vector3::new(0.0, 0.0, end_m - back_share * TICK_S), 1.0 / TICK_S);
         let behind = damping.velocity_m_per_s().z + back_share;
         assert!(behind.abs() <= 1.25 * count_m / TICK_S, "{back_share} m/s back: {behind} m/s behind");
     }

@@ -137,18 +137,3 @@ fn nothing_but_zero_leaves_in_modes_without_a_force() {
     }
     assert_eq!(bench.ticks(500).applied_n, Vector3::zeros());
 }
-
-#[test]
-fn readings_in_another_unit_than_the_profiles_are_a_fault() {
-    // a hand that trembles by single counts of 50 um, given in millimetres
-    for (step_m, fault) in [(50e-3, Some(Fault::UnitMismatch)), (50e-6, None)] {
-        let device = palpate::haptic::device::DeviceSpec { count_m: 50e-6, ..stylus() };
-        let mut bench = Bench::with(400.0, device, |_| ()).idle();
-        bench.device.sensed.position_m = Vector3::zeros();
-        let found = (0..600).find_map(|n| {
-            bench.device.sensed.position_m.x = if n / 20 % 2 == 0 { 0.0 } else { step_m };
-            bench.tick().fault
-        });
-        assert_eq!(found, fault, "steps of {step_m} m");
-    }
-}

@@ -1,13 +1,13 @@
 //! Limits are numbers in a range: they act at their stated values and can only be lowered.
 
 use palpate::BuildError;
+use palpate::haptic::account::{AccountSettings, EnergyAccount};
 use palpate::haptic::cycle::ArmingSettings;
 use palpate::haptic::damping::{Damping, DampingSettings, MOST_N_S_PER_M};
 use palpate::haptic::device::DeviceSpec;
 use palpate::haptic::limits::{LoopLimitSettings, LoopLimits};
-use palpate::haptic::passivity::{PassivityObserver, PassivitySettings};
 
-use crate::bench::{TICK_S, limits, stylus};
+use crate::bench::{Bench, TICK_S, limits, stylus};
 
 /// The parameter that an error names.
 fn named<T>(answer: Result<T, BuildError>) -> Option<&'static str> {
@@ -125,15 +125,18 @@ fn every_number_of_the_damping_has_its_range() {
 }
 
 #[test]
-fn every_number_of_the_energy_watch_has_its_range() {
-    let check = |settings: PassivitySettings| named(PassivityObserver::build(&settings, &stylus(), 1e-3));
-    bounds("passivity.allowance_j", 0.0, 0.1, |x| check(PassivitySettings { allowance_j: x, ..PassivitySettings::DEFAULT }));
-    bounds("passivity.alarm_j", 1e-6, 0.1, |x| check(PassivitySettings { alarm_j: x, ..PassivitySettings::DEFAULT }));
-    for (alarms, refused) in [(0, true), (1, false), (100, false), (101, true)] {
-        assert_eq!(check(PassivitySettings { alarms, ..PassivitySettings::DEFAULT }), refused.then_some("passivity.alarms"));
-    }
+fn every_number_of_the_account_has_its_range() {
+    let check = |change: &dyn Fn(&mut AccountSettings)| {
+        let mut settings = AccountSettings::DEFAULT;
+        change(&mut settings);
+        named(EnergyAccount::build(&settings, &stylus(), 1e-3))
+    };
+    bounds("account.allowance_j", 0.0, 1e3, |x| check(&|s| s.allowance_j = x));
+    bounds("account.refill_w", 0.0, 1e3, |x| check(&|s| s.refill_w = x));
+    bounds("account.acceleration_m_per_s2", 0.0, 200.0, |x| check(&|s| s.acceleration_m_per_s2 = x));
+    bounds("account.handle_share", 0.0, 1.0, |x| check(&|s| s.handle_share = x));
     let slow = DeviceSpec { delay_ticks: 8, ..stylus() };
-    assert_eq!(named(PassivityObserver::build(&PassivitySettings::DEFAULT, &slow, 1e-3)), Some("device.delay_ticks"));
+    assert_eq!(named(EnergyAccount::build(&AccountSettings::DEFAULT, &slow, 1e-3)), Some("device.delay_ticks"));
 }
 
 #[test]
@@ -169,4 +172,19 @@ fn an_error_carries_the_value_and_the_range() {
     };
     assert!(least > 0.0 && least < 1e-3);
     assert_eq!(limits().values().max_force_n, 3.0, "nothing has changed");
+}
+
+#[test]
+fn a_device_that_was_not_commissioned_pushes_with_half_a_newton_at_most_and_is_still_felt() {
+    let unknown = DeviceSpec { commissioned: false, ..stylus() };
+    let mut bench = Bench::with(400.0, unknown, |_| ()).active();
+    let mut most_n = 0.0_f32;
+    // up to 6 N of the wall, far beyond five times half a newton
+    for n in 0..600_u16 {
+        let record = bench.at(-15e-3 * f32::from(n) / 600.0);
+        assert_eq!(record.fault, None, "tick {n}");
+        most_n = most_n.max(record.applied_n.norm());
+    }
+    assert!(most_n > 0.4 && most_n <= 0.5 + 1e-6, "{most_n} N");
+    assert!(bench.cycle.lower_limits(&LoopLimitSettings { max_force_n: 1.0, ..*bench.cycle.limits() }).is_err());
 }

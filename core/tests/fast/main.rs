@@ -9,6 +9,7 @@
 mod arming;
 mod bench;
 mod bounce;
+mod ceiling;
 mod damping;
 mod deadline;
 mod energy;
@@ -26,6 +27,5 @@ mod relaxation;
 mod relief;
 mod runaway;
 mod settings;
-mod sign;
 mod stop;
 mod toggle;

@@ -46,7 +46,7 @@ fn a_press_that_stops_dead_keeps_its_force_while_the_tissue_rings() {
     let count_m = 55e-6;
     let limits = DeviceSpec { count_m, max_force_n: 6.0, ..stylus() };
     for shift_m in [5e-6, 25e-6, 45e-6] {
-        let mut tissue = Tissue::fine(|p| (p.youngs_modulus_pa, p.probe.shape) = (100e3, ProbeShape::Flat));
+        let mut tissue = Tissue::fine(|p| (p.youngs_modulus_pa, p.probe.shape) = (20e3, ProbeShape::Flat));
         let sensed = Sensed { position_m: Vector3::zeros(), sequence: 0, status: SensorStatus::Good };
         let mut device = Device { limits, sensed, drive_n: None };
         let mut cycle = Cycle::build(&Settings::safe(&limits), &limits).unwrap();
@@ -55,7 +55,7 @@ fn a_press_that_stops_dead_keeps_its_force_while_the_tissue_rings() {
             let z_m = (5e-3 - 20e-6 * f32::from(n.saturating_sub(1000))).max(-0.5e-3) + shift_m;
             let record = run(&mut cycle, &mut device, &mut tissue, libm::floorf(z_m / count_m) * count_m, asked);
             if n >= 1_300 {
-                let held = record.mode == Mode::Active && record.applied_n.z > 0.5;
+                let held = record.mode == Mode::Active && record.applied_n.z > 0.1;
                 assert!(held, "{shift_m} m, {} ms after the stop: {record:?}", n - 1_275);
             }
         }

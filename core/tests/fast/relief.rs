@@ -1,9 +1,8 @@
-//! The force after saturation or created energy, until the contact is over.
+//! The force after saturation, or without a count of the encoder, until the contact is over.
 
-use palpate::haptic::cycle::Settings;
-use palpate::haptic::device::DeviceSpec;
+use palpate::ClampFlags;
+use palpate::haptic::account::AccountSettings;
 use palpate::haptic::mode::Mode;
-use palpate::{ClampFlags, Vector3};
 
 use crate::bench::{Bench, CLEAR_M, pushing, set, stylus};
 
@@ -46,85 +45,6 @@ fn relief_begins_after_two_hundred_ticks_and_not_below_the_limit() {
     assert!(set(&bench.tick(), ClampFlags::GAIN), "from the next tick on");
 }
 
-/// Runs a contact at 1 N that gives the hand this much more energy than it took [J].
-fn contact(bench: &mut Bench, given_j: f32) {
-    let step_m = 0.1e-3_f32.copysign(given_j);
-    bench.wall.answer = Some(pushing(1e-3, 1.0));
-    bench.ticks(5);
-    let start_m = bench.device.sensed.position_m.z;
-    let gain = bench.tick().applied_n.z;
-    assert!(gain > 0.1, "{gain}");
-    for _ in 0..(given_j.abs() / (gain * step_m.abs())) as usize {
-        bench.at(bench.device.sensed.position_m.z + step_m);
-    }
-    bench.wall.answer = Some(palpate::Output::NONE);
-    bench.ticks(5);
-    bench.move_to(start_m, 0.1);
-}
-
-#[test]
-fn a_probe_that_leaves_is_pushed_by_no_more_than_it_brought() {
-    let mut bench = Bench::new(400.0).active();
-    bench.wall.answer = Some(pushing(1e-3, 1.0));
-    assert!((bench.ticks(5).applied_n.z - 1.0).abs() < 1e-5, "at rest, with nothing taken");
-    let start_m = bench.device.sensed.position_m.z;
-    let way = |bench: &mut Bench, step_m: f32| {
-        let mut work_j = 0.0;
-        for _ in 0..10 {
-            let force_n = bench.at(bench.device.sensed.position_m.z + step_m).applied_n.z;
-            work_j += force_n * step_m;
-        }
-        work_j
-    };
-    assert_eq!(way(&mut bench, 0.1e-3), 0.0, "nothing was taken");
-    assert!(set(&bench.at(bench.device.sensed.position_m.z + 0.1e-3), ClampFlags::ENERGY), "and the record says so");
-    // 1 N over 1 mm, and damping
-    bench.move_to(start_m + 1e-3, 0.1);
-    let taken_j = -way(&mut bench, -0.1e-3);
-    assert!(!set(&bench.at(bench.device.sensed.position_m.z), ClampFlags::ENERGY), "a force that takes is whole");
-    assert!((0.8e-3..1.5e-3).contains(&taken_j), "{taken_j}");
-    let given_j = way(&mut bench, 0.1e-3) + way(&mut bench, 0.1e-3);
-    assert!((0.3 * taken_j..taken_j).contains(&given_j), "{given_j} of {taken_j}");
-    assert_eq!(way(&mut bench, 0.1e-3), 0.0, "all is given back");
-    assert!((bench.device.sensed.position_m.z - start_m - 3e-3).abs() < 1e-6);
-}
-
-#[test]
-fn friction_outlasts_the_push_on_a_probe_that_slides_out() {
-    let mut bench = Bench::new(400.0).active();
-    let force_n = Vector3::new(-0.4, 0.0, 1.0);
-    bench.wall.answer = Some(palpate::Output { force_n, grip_n: 0.4, ..pushing(1e-3, 1.0) });
-    bench.ticks(5);
-    let slid = (0..40).map(|_| {
-        bench.device.sensed.position_m.x += 0.05e-3;
-        bench.at(bench.device.sensed.position_m.z + 0.1e-3)
-    });
-    let slid = slid.last().expect("ticks");
-    // friction takes 0.4 N times half of the distance over which the push gives
-    assert!((slid.applied_n - Vector3::new(-0.4, 0.0, 0.2)).norm() < 0.03, "{slid:?}");
-    assert!(set(&slid, ClampFlags::ENERGY));
-}
-
-#[test]
-fn created_energy_fades_the_force_and_degrades_until_a_good_contact() {
-    // without the allowance no force would reach the alarm
-    let allow = |settings: &mut Settings| settings.passivity.allowance_j = 0.1;
-    let mut bench = Bench::with(400.0, stylus(), allow).active();
-    contact(&mut bench, 0.9e-3);
-    let record = bench.ticks(25);
-    assert!(record.energy.total_created_j > 0.5e-3, "{:?}", record.energy);
-    assert_eq!(record.mode, Mode::Degraded, "free space, and the next contact is to be half as strong");
-    assert!(set(&record, ClampFlags::ENERGY));
-    bench.wall.answer = Some(pushing(1e-3, 1.0));
-    let force_n = bench.ticks(10).applied_n;
-    assert!((force_n - Vector3::new(0.0, 0.0, 0.5)).norm() < 1e-5, "{force_n}");
-    bench.wall.answer = Some(palpate::Output::NONE);
-    bench.ticks(25);
-    contact(&mut bench, -0.3e-3);
-    let record = bench.ticks(25);
-    assert_eq!((record.mode, set(&record, ClampFlags::ENERGY)), (Mode::Active, false));
-}
-
 #[test]
 fn a_strong_force_without_any_motion_of_the_encoder_is_gone_after_six_seconds() {
     let mut bench = Bench::new(400.0).active();
@@ -148,7 +68,8 @@ fn a_strong_force_without_any_motion_of_the_encoder_is_gone_after_six_seconds() 
 
 #[test]
 fn a_force_that_fades_because_it_swings_does_not_rise_again() {
-    let mut bench = Bench::new(400.0).active();
+    // an account that pays for every force, so that the swing alone takes it away
+    let mut bench = Bench::with(400.0, stylus(), |settings| settings.account = AccountSettings::HIGHEST).active();
     let (mut last_n, mut fades) = (f32::INFINITY, false);
     for n in 0..400_u16 {
         let force_n = if n / 9 % 2 == 0 { 0.3 } else { 1.2 };
@@ -159,19 +80,4 @@ fn a_force_that_fades_because_it_swings_does_not_rise_again() {
         last_n = record.applied_n.z;
     }
     assert!(fades && last_n == 0.0, "{last_n}");
-}
-
-#[test]
-fn a_hand_that_comes_to_rest_with_its_contact_spent_feels_the_force_again_at_once() {
-    let count_m = 55e-6;
-    let mut bench = Bench::with(400.0, DeviceSpec { count_m, ..stylus() }, |_| ()).active();
-    bench.wall.answer = Some(pushing(1e-3, 1.0));
-    bench.ticks(5);
-    for _ in 0..10 {
-        bench.at(bench.device.sensed.position_m.z + count_m);
-    }
-    assert_eq!(bench.tick().applied_n.z, 0.0, "nothing was taken");
-    let ticks = (1..1000).find(|_| bench.tick().applied_n.z > 0.0);
-    assert!(ticks.is_some_and(|ticks| ticks < 30), "{ticks:?}");
-    assert!((bench.ticks(5).applied_n.z - 1.0).abs() < 1e-2);
 }

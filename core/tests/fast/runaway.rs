@@ -2,15 +2,23 @@
 
 use palpate::haptic::cycle::Command;
 use palpate::haptic::runaway::Runaway;
-use palpate::{Fault, Vector3};
+use palpate::haptic::seen::{Monitor, Seen};
+use palpate::{Fault, Output, Vector3};
 
-use crate::bench::{Bench, TICK_S, pushing};
+use crate::bench::{Bench, TICK_S, limits, pushing};
+
+/// Runs one tick: a displacement [m] against a force [N].
+fn tick(runaway: &mut Runaway, displacement_m: Vector3<f32>, normal: Vector3<f32>, sent_n: Vector3<f32>) -> Result<(), Fault> {
+    let limits = limits();
+    let output = Output { normal, ..Output::NONE };
+    runaway.judge(&Seen { displacement_m, output, sent_n, ..Seen::none(&limits) })
+}
 
 /// Runs a probe that is pushed outwards along `normal` with this force [N] while it moves in at
 /// these speeds [m/s], tick by tick; returns the tick of the fault.
 fn pushed(normal: Vector3<f32>, force_n: f32, speeds: impl Iterator<Item = f32>) -> Option<usize> {
     let mut runaway = Runaway::default();
-    let mut judge = |inward: f32| runaway.judge(&(normal * (-inward * TICK_S)), 1.0 / TICK_S, &normal, &(normal * force_n));
+    let mut judge = |inward: f32| tick(&mut runaway, normal * (-inward * TICK_S), normal, normal * force_n);
     speeds.enumerate().find(|(_, inward)| judge(*inward) == Err(Fault::Runaway)).map(|(tick, _)| tick)
 }
 
@@ -70,8 +78,7 @@ fn a_force_that_was_interrupted_starts_the_count_anew() {
         // 0.8 m/s are gained, but the force vanishes for a tick after every 20 mm
         let inward = if n % 25 < 5 { 0.0 } else { 1.0 };
         let force_n = if n % 25 == 24 { 0.0 } else { 1.0 };
-        let answer =
-            runaway.judge(&Vector3::new(0.0, 0.0, -inward * TICK_S), 1e3, &Vector3::z(), &Vector3::new(0.0, 0.0, force_n));
+        let answer = tick(&mut runaway, Vector3::new(0.0, 0.0, -inward * TICK_S), Vector3::z(), Vector3::new(0.0, 0.0, force_n));
         assert_eq!(answer, Ok(()), "tick {n}");
     }
 }
@@ -141,7 +148,7 @@ fn speed_gained_in_a_slide_is_no_runaway() {
         let mut runaway = Runaway::default();
         let found = gains(0.0, 0.8).any(|inward| {
             let moved_m = Vector3::new(aside * inward, 0.0, -inward) * TICK_S;
-            runaway.judge(&moved_m, 1.0 / TICK_S, &Vector3::z(), &Vector3::z()).is_err()
+            tick(&mut runaway, moved_m, Vector3::z(), Vector3::z()).is_err()
         });
         assert_eq!(found, fault, "{aside} aside of one into the tissue");
     }

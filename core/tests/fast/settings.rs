@@ -36,7 +36,7 @@ fn a_cycle_is_not_built_from_a_setting_out_of_range() {
     let bad: [fn(&mut Settings); 5] = [
         |s| s.arming.calm_ticks = 3,
         |s| s.damping.tau_s = 1.0,
-        |s| s.passivity.alarms = 0,
+        |s| s.account.handle_share = 1.1,
         |s| s.limits.max_force_n = 3.4,
         |s| s.tick_s = 0.1,
     ];

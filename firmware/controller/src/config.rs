@@ -9,6 +9,7 @@ use core::fmt;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use palpate::BuildError;
+use palpate::haptic::commission::Wiring;
 use palpate::haptic::cycle::{Cycle, Settings};
 use palpate::haptic::device::{DeviceSpec, HapticDevice};
 use serde::{Deserialize, Serialize};
@@ -25,7 +26,7 @@ const VERSION: u16 = 5;
 const HEAD: usize = 12;
 const TAIL: usize = 4;
 /// Length of a slot's content [bytes]: head, profile, checksum and erased bytes.
-pub const SLOT_BYTES: usize = 192;
+pub const SLOT_BYTES: usize = 256;
 
 /// Settings that a user makes once for a device.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,6 +52,9 @@ pub struct Profile {
     pub stiffness_ceiling_n_per_m: f32,
     /// Day on which the device was commissioned, in days since 1970-01-01; zero if it was not.
     pub commissioned_day: u16,
+    /// Encoder and motor of each axis or joint, ratio of each count to its nominal size (10 um on
+    /// three orthogonal axes), and sign of each motor.
+    pub wiring: WireOrder,
     /// Encoder counts in the mechanism's home pose, or at the centre of three orthogonal axes.
     pub home_counts: [i32; 3],
     /// A hand switch or pedal is fitted; there is a force only while it is pressed.
@@ -58,6 +62,31 @@ pub struct Profile {
     /// Mechanism; without one the device has three orthogonal axes of 10 um per count and 16 N at
     /// full scale.
     pub mechanism: Option<MechanismProfile>,
+}
+
+/// [`Wiring`] as it is stored and sent.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WireOrder {
+    /// Encoder of each axis or joint.
+    pub encoder: [u8; 3],
+    /// Ratio of each count to its nominal size (1); negative where the encoder counts down.
+    pub ratio: [f32; 3],
+    /// Motor of each axis or joint.
+    pub motor: [u8; 3],
+    /// 1, or -1 where a positive code drives the axis backwards.
+    pub motor_sign: [i8; 3],
+}
+
+impl WireOrder {
+    /// Encoders and motors in the order of the axes, with the right signs.
+    pub const STRAIGHT: Self = Self { encoder: [0, 1, 2], ratio: [1.0; 3], motor: [0, 1, 2], motor_sign: [1; 3] };
+}
+
+impl From<WireOrder> for Wiring {
+    fn from(order: WireOrder) -> Self {
+        let motor_sign = order.motor_sign.map(f32::from);
+        Self { sensor: order.encoder, per_unit: order.ratio, motor: order.motor, motor_sign }
+    }
 }
 
 impl Profile {
@@ -84,6 +113,7 @@ impl Profile {
             mass_kg: device.mass_kg,
             stiffness_ceiling_n_per_m: device.stiffness_ceiling_n_per_m,
             commissioned_day: u16::from(device.commissioned),
+            wiring: WireOrder::STRAIGHT,
             home_counts: [0; 3],
             operator_switch: false,
             mechanism: None,
@@ -111,7 +141,7 @@ impl Profile {
         settings.damping.tau_s = tau_s;
         settings.damping.constant_n_s_per_m = constant_n_s_per_m;
         settings.damping.velocity_share = velocity_share;
-        let device = Device::new(self.mechanism.as_ref(), self.home_counts);
+        let device = Device::new(self.mechanism.as_ref(), self.home_counts).with_wiring(self.wiring.into());
         (settings, Port::with_limits(limits).with_device(device).with_operator_switch(self.operator_switch))
     }
 
@@ -128,6 +158,7 @@ impl Profile {
             return Err(ProfileError::Range(range));
         }
         Cycle::build(&settings, &edge.limits()).map_err(ProfileError::Range)?;
+        Wiring::from(self.wiring).check().map_err(ProfileError::Range)?;
         self.mechanism.map_or(Ok(()), |mechanism| mechanism.check(&edge.limits()).map_err(ProfileError::Mechanism))
     }
 }
@@ -317,6 +348,8 @@ mod tests {
         let device = Port::DESKTOP.limits();
         let mut profile = Profile::of(&Settings::safe(&device), &device);
         (profile.home_counts, profile.operator_switch) = ([i32::MIN; 3], true);
+        profile.commissioned_day = u16::MAX;
+        profile.wiring = WireOrder { encoder: [2, 0, 1], ratio: [-1.0; 3], motor: [1, 2, 0], motor_sign: [-1; 3] };
         let (kind, large) = (Kind::YourDevice, [0.05, 0.1, 0.2]);
         let dimensions = [0.2, 0.2, 0.2, 0.0, 0.0];
         let (rad_per_count, home_rad) = ([5e-5; 3], [0.0; 3]);
@@ -334,6 +367,8 @@ mod tests {
         let mut flash = Ram([[0xFF; SLOT_BYTES]; 2]);
         assert_eq!(store(&mut flash, &profile), Ok(1));
         assert_eq!(load(&flash).map(|kept| kept.0), Some(profile));
+        let mut out = [0; crate::link::FRAME_BYTES];
+        assert!(crate::link::encode(1, &crate::link::ToBoard::Store(profile), &mut out).is_ok(), "and fits a frame");
         assert!(profile.split().1.operator_switch());
     }
 }

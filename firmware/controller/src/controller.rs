@@ -6,13 +6,15 @@
 //! * cost: that of [`palpate::haptic::cycle`]
 //! * failures: every [`palpate::Fault`]; the actuators are off then
 
+use palpate::haptic::account::{AccountSettings, EnergyAccount, EnergyBound};
 use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings, Telemetry};
-use palpate::haptic::device::HapticDevice;
+use palpate::haptic::device::{DeviceSpec, HapticDevice};
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::{BuildError, ClampFlags, Fault};
 
 use crate::force_out::{ActuatorCommand, Outputs};
+use crate::patch::TICK_S;
 use crate::port::Port;
 use crate::probe_in::Reading;
 
@@ -77,10 +79,22 @@ impl Controller {
         self.cycle.in_contact()
     }
 
+    /// Largest contact stiffness that the device renders [N/m].
+    #[must_use]
+    pub fn stiffness_ceiling_n_per_m(&self) -> f32 {
+        self.edge.limits().ceiling_n_per_m()
+    }
+
     /// Limits of the loop that apply now.
     #[must_use]
     pub fn limits(&self) -> &LoopLimitSettings {
         self.cycle.limits()
+    }
+
+    /// The most energy that the device can give the hand. No profile changes the account.
+    #[must_use]
+    pub fn energy_bound(&self) -> EnergyBound {
+        EnergyAccount::bound(&AccountSettings::DEFAULT, &self.edge.limits(), TICK_S)
     }
 
     /// Command to the actuators after the last tick.
@@ -110,7 +124,26 @@ impl Controller {
     /// Records the present joint positions as the home pose; called in `Idle`. Returns false if
     /// `reading` has no valid encoder counts.
     pub fn show_home(&mut self, reading: &Reading) -> bool {
-        self.edge.show_home(reading)
+        let shown = self.edge.show_home(reading);
+        if shown && !self.edge.known() {
+            // encoders of their own without a profile: nobody has measured their axes
+            let max_force_n = self.limits().max_force_n.min(DeviceSpec::UNCOMMISSIONED_N);
+            let lowered = self.lower_limits(&LoopLimitSettings { max_force_n, ..*self.limits() });
+            debug_assert!(lowered.is_ok(), "a smaller force is in range");
+        }
+        shown
+    }
+
+    /// Whether the device has a hand switch or a pedal.
+    #[must_use]
+    pub fn operator_switch(&self) -> bool {
+        self.edge.operator_switch()
+    }
+
+    /// Whether the device was commissioned.
+    #[must_use]
+    pub fn commissioned(&self) -> bool {
+        self.edge.known() && self.edge.limits().commissioned
     }
 
     /// Lowers limits; allowed in any mode.
@@ -138,7 +171,7 @@ impl Controller {
         if telemetry.limiters.contains(ClampFlags::HELD) {
             self.edge.device().go_back(believed);
         }
-        if matches!(telemetry.fault, Some(Fault::SensorFault | Fault::OverSpeed | Fault::OutOfWorkspace | Fault::UnitMismatch)) {
+        if matches!(telemetry.fault, Some(Fault::SensorFault | Fault::OverSpeed | Fault::OutOfWorkspace)) {
             self.edge.device().forget_home();
         }
         // a request is used up by leaving `Idle`, whatever happens next, and by a stop

@@ -7,6 +7,7 @@
 //! * failures: impossible joint angles count as a failed sensor
 
 use palpate::Vector3;
+use palpate::haptic::commission::Wiring;
 use palpate::haptic::device::{Sensed, SensorStatus};
 
 use crate::force_out::{self, ActuatorCommand, DacCode, Outputs};
@@ -17,6 +18,8 @@ use crate::probe_in::{EncoderCounts, JointReading, Reading, pose};
 #[derive(Clone, Copy, Debug)]
 pub struct Device {
     drivetrain: Drivetrain,
+    /// Encoders and motors of the axes or joints, and the ratio of each count to its nominal size.
+    wiring: Wiring,
     /// Encoder counts in the home pose.
     home_counts: [i32; 3],
     /// Whether the home pose is known.
@@ -47,7 +50,7 @@ struct Driven {
 
 impl Device {
     /// Three orthogonal axes that count from the device's centre.
-    pub const AXES: Self = Self { drivetrain: Drivetrain::Axes, home_counts: [0; 3], homed: true };
+    pub const AXES: Self = Self { drivetrain: Drivetrain::Axes, wiring: Wiring::STRAIGHT, home_counts: [0; 3], homed: true };
 
     /// A device with a mechanism, or with three orthogonal axes. `home_counts` are the encoder
     /// counts in the home pose, the centre of three axes; a device with incremental encoders has to
@@ -64,7 +67,23 @@ impl Device {
                 homing: profile.homing,
             })
         });
-        Self { drivetrain, home_counts, homed: !profile.homing }
+        Self { drivetrain, wiring: Wiring::STRAIGHT, home_counts, homed: !profile.homing }
+    }
+
+    /// Sets which encoder and which motor belong to which axis or joint.
+    #[must_use]
+    pub fn with_wiring(self, wiring: Wiring) -> Self {
+        Self { wiring, ..self }
+    }
+
+    /// Axes or joints that there are, metres at the tip per count by the profile, and share of the
+    /// converter's range per newton at the tip.
+    pub(crate) fn joints(&self) -> ([bool; 3], [f32; 3], [f32; 3]) {
+        match &self.drivetrain {
+            Drivetrain::Axes => ([true; 3], [EncoderCounts::LENGTH_M; 3], [1.0 / DacCode::FULL_SCALE_N; 3]),
+            Drivetrain::Driven(driven) => driven.joints(),
+            Drivetrain::Invalid => ([false; 3], [0.0; 3], [0.0; 3]),
+        }
     }
 
     /// Returns the device with an unknown home pose. It becomes known through [`Self::show_home`],
@@ -84,9 +103,14 @@ impl Device {
     /// valid encoder counts.
     pub fn show_home(&mut self, reading: &Reading) -> bool {
         let Reading::Joints(JointReading { counts, status: SensorStatus::Good, .. }) = reading else { return false };
-        self.home_counts = counts.map(|counts| counts.0);
+        self.home_counts = self.in_order(*counts).map(|counts| counts.0);
         self.homed = true;
         true
+    }
+
+    /// Counts in the order of the axes or joints.
+    fn in_order(&self, counts: [EncoderCounts; 3]) -> [EncoderCounts; 3] {
+        self.wiring.sensor.map(|sensor| counts.get(usize::from(sensor)).copied().unwrap_or(EncoderCounts(0)))
     }
 
     /// The mechanism at its joint angles as last read, if there is one.
@@ -117,6 +141,10 @@ impl Device {
     /// assumed to be in it. After a failed sensor or impossible joint angles, a mechanism has to be
     /// homed again.
     pub fn sensed(&mut self, reading: &Reading) -> Sensed {
+        let reading = &match *reading {
+            Reading::Joints(joints) => Reading::Joints(JointReading { counts: self.in_order(joints.counts), ..joints }),
+            tip @ Reading::Tip(_) => tip,
+        };
         match (&mut self.drivetrain, *reading) {
             (Drivetrain::Axes, Reading::Tip(sensed)) => {
                 // the host sends tip positions in the device's frame
@@ -125,7 +153,8 @@ impl Device {
             }
             (Drivetrain::Axes, Reading::Joints(JointReading { counts, sequence, status })) => {
                 let from_home = since(counts, self.home_counts).map(EncoderCounts);
-                Sensed { position_m: pose(from_home).tip_m, sequence, status }
+                let position_m = pose(from_home).tip_m.component_mul(&Vector3::from(self.wiring.per_unit));
+                Sensed { position_m, sequence, status }
             }
             (Drivetrain::Driven(driven), Reading::Joints(joints)) if joints.status == SensorStatus::Good => {
                 let from_home = if self.homed { since(joints.counts, self.home_counts) } else { [0; 3] };
@@ -150,17 +179,45 @@ impl Device {
     /// direction.
     #[must_use]
     pub fn outputs(&self, drive: ActuatorCommand) -> Outputs {
-        match (&self.drivetrain, drive) {
+        let outputs = match (&self.drivetrain, drive) {
             (Drivetrain::Axes, drive) => force_out::outputs(drive),
             (Drivetrain::Driven(driven), ActuatorCommand::Force(force_n)) => {
                 Outputs { enabled: true, codes: driven.codes(force_n) }
             }
             (Drivetrain::Driven(_) | Drivetrain::Invalid, _) => Outputs::OFF,
+        };
+        Outputs { codes: self.by_wire(outputs.codes), ..outputs }
+    }
+
+    /// Codes in the order of the motors' wires.
+    fn by_wire(&self, codes: [DacCode; 3]) -> [DacCode; 3] {
+        let mut wires = [DacCode::ZERO; 3];
+        for (code, (motor, sign)) in codes.into_iter().zip(self.wiring.motor.into_iter().zip(self.wiring.motor_sign)) {
+            if let Some(wire) = wires.get_mut(usize::from(motor)) {
+                // no code is i16::MIN
+                *wire = if sign < 0.0 { DacCode(code.0.saturating_neg()) } else { code };
+            }
         }
+        wires
     }
 }
 
 impl Driven {
+    /// As [`Device::joints`], with the levers of the home pose.
+    #[inline(never)]
+    fn joints(&self) -> ([bool; 3], [f32; 3], [f32; 3]) {
+        let mut linkage = self.linkage;
+        // the profile was checked: the mechanism can be in its home pose
+        let _possible = linkage.tip_m(self.home_rad);
+        let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| Vector3::from(linkage.torques_n_m(axis)));
+        let squares = x.component_mul(&x) + y.component_mul(&y) + z.component_mul(&z);
+        let levers_m: [f32; 3] = squares.map(libm::sqrtf).into();
+        let (mut stated, mut shares) = (levers_m, levers_m);
+        stated.iter_mut().zip(self.rad_per_count).for_each(|(lever, rad)| *lever *= rad.abs());
+        shares.iter_mut().zip(self.per_n_m).for_each(|(lever, per_n_m)| *lever *= per_n_m.abs());
+        (self.per_n_m.map(|per_n_m| per_n_m != 0.0), stated, shares)
+    }
+
     #[inline(never)]
     fn tip_m(&mut self, from_home: [i32; 3]) -> Option<Vector3<f32>> {
         let [a, b, c] = from_home.map(|counts| counts as f32);

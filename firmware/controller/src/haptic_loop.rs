@@ -6,12 +6,14 @@
 //! * cost: that of [`crate::controller`], plus access to the board's pins and clock
 //! * failures: every [`palpate::Fault`]; the actuators are off then
 
-use palpate::haptic::cycle::{Command, Renderer};
+use palpate::haptic::commission::Trouble;
+use palpate::haptic::cycle::{Ask, Command, Renderer};
 use palpate::haptic::deadline::Deadline;
 use palpate::haptic::mode::Mode;
 use palpate::{Fault, Fnv};
 
 use crate::board::Board;
+use crate::commission::{Bench, Setup};
 use crate::controller::Controller;
 use crate::force_out::Outputs;
 use crate::link::Record;
@@ -24,6 +26,8 @@ pub struct HapticLoop<B> {
     pub board: B,
     /// The controller that computes the forces.
     pub controller: Controller,
+    /// Commissioning in progress, or the last one.
+    commissioning: Option<Bench>,
     deadline: Deadline,
     /// Periods that the last tick overran, which the cycle tolerates or turns into a fault.
     late_ticks: u16,
@@ -41,6 +45,7 @@ impl<B: Board> HapticLoop<B> {
         Self {
             board,
             controller,
+            commissioning: None,
             deadline: Deadline::default(),
             late_ticks: 0,
             period: 0,
@@ -91,8 +96,21 @@ impl<B: Board> HapticLoop<B> {
         let found = self.board.emergency_stop().or(own).or(supply).or(command.found);
         let operator_absent = self.board.operator_absent().unwrap_or(command.operator_absent);
         let command = Command { found, late_ticks: self.late_ticks.max(missed), operator_absent, ..command };
-        let telemetry = self.controller.tick(tissue, reading, command, self.board.healthy());
-        let mut outputs = self.controller.outputs();
+        let benched = self.commissioning.as_mut().filter(|bench| !bench.ended());
+        let (telemetry, mut outputs) = match benched {
+            None => {
+                let telemetry = self.controller.tick(tissue, reading, command, self.board.healthy());
+                (telemetry, self.controller.outputs())
+            }
+            Some(bench) => {
+                // arming has to wait, and is not remembered
+                let asked = command.asked.filter(|asked| *asked != Ask::Arm);
+                let shown = bench.shown(&reading);
+                let telemetry = self.controller.tick(tissue, shown, Command { asked, ..command }, self.board.healthy());
+                let absent = self.controller.operator_switch() && command.operator_absent;
+                (telemetry, bench.tick(&reading, &Command { operator_absent: absent, ..command }, &telemetry))
+            }
+        };
         self.board.write_outputs(outputs);
         let late = period.map_or(0, |period| self.board.periods_begun().wrapping_sub(period));
         self.late_ticks = u16::try_from(late).unwrap_or(u16::MAX);
@@ -136,6 +154,24 @@ impl<B: Board> HapticLoop<B> {
         let missed = period.wrapping_sub(self.period).saturating_sub(1);
         self.period = period;
         (u16::try_from(missed).unwrap_or(u16::MAX), Some(self.board.since_period_counts()))
+    }
+
+    /// Begins a commissioning in `Idle`.
+    pub fn commission(&mut self, setup: &Setup, newest: Reading) {
+        self.commissioning = Some(Bench::new(setup, newest));
+    }
+
+    /// Commissioning in progress, or the last one.
+    pub fn bench(&mut self) -> Option<&mut Bench> {
+        self.commissioning.as_mut()
+    }
+
+    /// Ends a commissioning at once, because patch or profile change.
+    pub fn end_commissioning(&mut self) {
+        if let Some(bench) = self.commissioning.as_mut().filter(|bench| !bench.ended()) {
+            bench.stop(Trouble::Interrupted);
+            self.board.outputs_off();
+        }
     }
 
     /// Counters since the start.

@@ -18,6 +18,7 @@ extern crate std;
 
 pub mod about;
 pub mod board;
+pub mod commission;
 pub mod config;
 pub mod controller;
 pub mod device;

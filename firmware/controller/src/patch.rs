@@ -2,15 +2,17 @@
 //! RAM.
 
 use palpate::haptic::cycle::Renderer;
-use palpate::{BuildError, Fault, Model, Output, Params, PatchFile, Placement, ProbePose, State, Tuned};
+use palpate::{BuildError, Fault, Model, Output, Params, PatchFile, Placement, ProbePose, State, Tuned, Vector3};
 
 use crate::link::Refusal;
 
+pub mod contact;
 pub mod cost;
 mod refusal;
 pub mod site;
 pub mod step;
 
+pub use contact::Contact;
 pub use cost::Budget;
 
 /// RAM of the smallest supported board, less 16 KB for the stack and 8 KB for everything else.
@@ -42,6 +44,10 @@ pub struct Patch<'a> {
     asked_pa: Option<f32>,
     state: State<'a>,
     placement: Placement,
+    /// Point of the surface at which the patch is pressed [m], in the patch's own frame.
+    site_m: Vector3<f32>,
+    /// The contact at the depth limit, once it was measured.
+    contact: Option<Contact>,
     /// Whether the next tick resets the patch to rest.
     resting: bool,
 }
@@ -51,7 +57,7 @@ pub const SUBSTEP: &str = "substep of the patch in s";
 /// Name of a patch's tick in [`BuildError::OutOfRange`] when it differs from the loop's.
 pub const TICK: &str = "tick_s of the patch";
 /// The loop's tick [s].
-const TICK_S: f32 = 1e-3;
+pub(crate) const TICK_S: f32 = 1e-3;
 /// Name of the foundation's dashpot in [`BuildError::OutOfRange`].
 pub const DASHPOT: &str = "contact_damping of the patch";
 /// Smallest accepted dashpot (1): that of the shipped patch with the finest elements that a board
@@ -137,7 +143,27 @@ impl<'a> Patch<'a> {
         let placement = Placement::new(file.site_m, params.probe.axis);
         let (tuned, state) = memory.start_in_rounds(&model, &params, after_round)?;
         let checksum = PatchFile::checksum(bytes).unwrap_or_default();
-        Ok(Self { model, params, tuned, packed_pa, checksum, asked_pa: None, state, placement, resting: false })
+        let site_m = file.site_m;
+        let (asked_pa, contact, resting) = (None, None, false);
+        Ok(Self { model, params, tuned, packed_pa, checksum, asked_pa, state, placement, site_m, contact, resting })
+    }
+
+    /// [`Patch::open_within`] for a device: the contact must suit its stiffness ceiling [N/m], and the
+    /// tip the elements under it.
+    ///
+    /// # Errors
+    /// Errors of [`Patch::open_within`] and [`Patch::check_contact`].
+    pub fn open_for(
+        budget: &Budget,
+        ceiling_n_per_m: f32,
+        bytes: &'a [u8],
+        memory: &'a mut Memory,
+        youngs_modulus_pa: Option<f32>,
+        after_round: &mut dyn FnMut(),
+    ) -> Result<Self, Refusal> {
+        let mut patch = Self::open_within(budget, bytes, memory, youngs_modulus_pa, after_round)?;
+        patch.check_contact(ceiling_n_per_m, after_round)?;
+        Ok(patch)
     }
 
     /// Requests another Young's modulus [Pa], at any time; [`Patch::settle`] applies it.
@@ -203,12 +229,23 @@ impl PatchSlot<'_> {
         self.0.as_ref().map_or((0, 0.0), |patch| (patch.checksum, patch.params.youngs_modulus_pa))
     }
 
-    /// Like [`Patch::ask_modulus`].
+    /// Like [`Patch::ask_modulus`], on a device with this stiffness ceiling [N/m].
     ///
     /// # Errors
-    /// Errors of [`Patch::ask_modulus`], and [`Refusal::NoPatch`] if there is no patch.
-    pub fn ask_modulus(&mut self, youngs_modulus_pa: f32) -> Result<(), Refusal> {
-        Ok(self.0.as_mut().ok_or(Refusal::NoPatch)?.ask_modulus(youngs_modulus_pa)?)
+    /// Errors of [`Patch::ask_modulus`] and [`Patch::check_modulus`], and [`Refusal::NoPatch`] if
+    /// there is no patch.
+    pub fn ask_modulus(&mut self, youngs_modulus_pa: f32, ceiling_n_per_m: f32) -> Result<(), Refusal> {
+        let patch = self.0.as_mut().ok_or(Refusal::NoPatch)?;
+        patch.check_modulus(youngs_modulus_pa, ceiling_n_per_m)?;
+        Ok(patch.ask_modulus(youngs_modulus_pa)?)
+    }
+
+    /// Calls [`Patch::check_contact`] if there is a patch.
+    ///
+    /// # Errors
+    /// Errors of [`Patch::check_contact`].
+    pub fn check_contact(&mut self, ceiling_n_per_m: f32, after_round: &mut dyn FnMut()) -> Result<(), Refusal> {
+        self.0.as_mut().map_or(Ok(()), |patch| patch.check_contact(ceiling_n_per_m, after_round))
     }
 
     /// Calls [`Patch::settle`] if there is a patch.

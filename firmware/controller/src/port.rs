@@ -16,6 +16,8 @@ pub struct Port {
     sensed: Sensed,
     drive: ActuatorCommand,
     operator_switch: bool,
+    /// Whether the board has a profile.
+    known: bool,
 }
 
 impl Port {
@@ -37,6 +39,7 @@ impl Port {
         sensed: Sensed { position_m: Vector3::new(0.0, 0.0, 0.0), sequence: 0, status: SensorStatus::Failed },
         drive: ActuatorCommand::Off,
         operator_switch: false,
+        known: true,
     };
 
     /// The desktop stylus with the limits of a profile.
@@ -55,13 +58,18 @@ impl Port {
     /// origin is known.
     #[must_use]
     pub fn without_home(self) -> Self {
-        Self { device: self.device.without_home(), ..self }
+        Self { device: self.device.without_home(), known: false, ..self }
     }
 
     /// Sets whether an operator's switch is fitted.
     #[must_use]
     pub fn with_operator_switch(self, operator_switch: bool) -> Self {
         Self { operator_switch, ..self }
+    }
+
+    /// Whether the board has a profile.
+    pub(crate) fn known(&self) -> bool {
+        self.known
     }
 
     /// Whether the device has a hand switch or a pedal that must be pressed for any force.
@@ -73,6 +81,13 @@ impl Port {
     /// Converts a reading to a tip position and stores it for the next tick.
     pub fn put(&mut self, reading: &Reading) {
         self.sensed = self.device.sensed(reading);
+    }
+
+    /// Axes or joints of the device: which there are, metres at the tip per count by the profile,
+    /// and share of the converter's range per newton at the tip.
+    #[must_use]
+    pub fn joints(&self) -> ([bool; 3], [f32; 3], [f32; 3]) {
+        self.device.joints()
     }
 
     /// Mechanism, encoders and amplifiers.

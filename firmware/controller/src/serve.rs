@@ -14,8 +14,8 @@ use crate::link::inbox::Reply;
 use crate::link::{Change, FromBoard, Identity, Inbox, Receiver, Refusal, ToBoard, Upload};
 use crate::log::Event;
 use crate::patch::{Memory, Patch, PatchSlot};
-use palpate::BuildError;
-use palpate::haptic::device::{Sensed, SensorStatus};
+use palpate::haptic::account::EnergyBound;
+use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
 
 use crate::board::Board;
 use crate::config::{self, Profile, StoreError};
@@ -74,7 +74,7 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
     loop {
         let wanted = match offer.bytes(in_flash, upload) {
             Ok(None) => Ok(serve(haptic, &mut PatchSlot(None), Some(&mut *upload), &mut inbox, &mut line, pace).await),
-            Ok(Some(bytes)) => match open(&mut haptic.board, bytes, memory, offer.modulus_pa) {
+            Ok(Some(bytes)) => match open(haptic, bytes, memory, offer.modulus_pa) {
                 Ok(patch) => {
                     let mut tissue = PatchSlot(Some(patch));
                     let nodes = tissue.state().0 as u32;
@@ -86,7 +86,7 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
                     offer.taken();
                     Ok(serve(haptic, &mut tissue, None, &mut inbox, &mut line, pace).await)
                 }
-                Err(error) => Err(error.into()),
+                Err(refusal) => Err(refusal),
             },
             Err(refusal) => Err(refusal),
         };
@@ -113,16 +113,20 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
 /// Opens a patch between two ticks. That may take longer than the watchdog's time, so the watchdog
 /// is fed in between, but only while the pins show that the outputs are off.
 fn open<'a>(
-    board: &mut impl Board,
+    haptic: &mut HapticLoop<impl Board>,
     bytes: &'a [u8],
     memory: &'a mut Memory,
     modulus_pa: Option<f32>,
-) -> Result<Patch<'a>, BuildError> {
-    Patch::open_within(&board.budget(), bytes, memory, modulus_pa, &mut || {
-        if board.outputs() == Outputs::OFF {
-            board.feed_watchdog();
-        }
-    })
+) -> Result<Patch<'a>, Refusal> {
+    let (board, ceiling_n_per_m) = (&mut haptic.board, haptic.controller.stiffness_ceiling_n_per_m());
+    Patch::open_for(&board.budget(), ceiling_n_per_m, bytes, memory, modulus_pa, &mut || keep_awake(board))
+}
+
+/// Feeds the watchdog while the pins show that the outputs are off.
+fn keep_awake(board: &mut impl Board) {
+    if board.outputs() == Outputs::OFF {
+        board.feed_watchdog();
+    }
 }
 
 /// Runs ticks with one patch until the host requests a change of it; `None` when the host has gone.
@@ -158,18 +162,27 @@ async fn serve<B: Board>(
                 Reply::None | Reply::Tick => {}
                 Reply::Listen(asked) => (line.asked, line.listens_ticks) = (asked, if asked { LISTENS_TICKS } else { 0 }),
                 Reply::Refused(refusal) => line.refuse(&mut haptic.board, refusal),
-                Reply::Change(change) => return Some(change),
-                Reply::Modulus(pascal) => match tissue.ask_modulus(pascal) {
+                Reply::Change(change) => {
+                    haptic.end_commissioning();
+                    return Some(change);
+                }
+                Reply::Modulus(pascal) => match tissue.ask_modulus(pascal, haptic.controller.stiffness_ceiling_n_per_m()) {
                     Ok(()) => line.send(&mut haptic.board, &FromBoard::Modulus(pascal)),
                     Err(refusal) => line.refuse(&mut haptic.board, refusal),
                 },
-                Reply::Store(profile) => match store(haptic, &profile) {
+                Reply::Store(profile) => match store(haptic, tissue, &profile) {
                     Ok(generation) => {
                         haptic.board.log(Event::Profile(generation));
                         line.send(&mut haptic.board, &FromBoard::Stored(generation));
                     }
                     Err(refusal) => line.refuse(&mut haptic.board, refusal),
                 },
+                Reply::Commission(setup) => haptic.commission(&setup, newest),
+                Reply::Confirm => {
+                    if let Some(bench) = haptic.bench() {
+                        bench.confirm();
+                    }
+                }
                 Reply::Home => {
                     if haptic.controller.show_home(&newest) {
                         haptic.board.log(Event::Homed);
@@ -183,7 +196,7 @@ async fn serve<B: Board>(
                 Reply::Report | Reply::Identify if pace == Pace::Timed && haptic.controller.mode().allows_force() => {
                     line.refuse(&mut haptic.board, Refusal::NotIdle);
                 }
-                Reply::Report => report(tissue, &mut haptic.board, line),
+                Reply::Report => report(tissue, haptic, line),
                 Reply::Identify => identify(tissue, &mut haptic.board, line),
             }
         }
@@ -199,6 +212,7 @@ async fn serve<B: Board>(
         tissue.settle(haptic.controller.in_contact());
         if pace == Pace::LockStep || record.tick.is_multiple_of(RECORD_TICKS) {
             line.send(&mut haptic.board, &FromBoard::Record(record));
+            tell(haptic, line);
         }
         let log_is_due = record.tick % LOG_TICKS == LOG_AT;
         while let Some(event) = line.told.next(haptic.seen(), log_is_due) {
@@ -212,23 +226,46 @@ async fn serve<B: Board>(
 }
 
 /// Stores a profile, restarts the controller with it and returns its generation number: 0 on a
-/// board that cannot store it and uses it until power-off.
+/// board that cannot store it and uses it until power-off. A profile whose device does not render
+/// the patch is not stored.
 // not inlined into the loop, whose stack frame exists during every tick
 #[inline(never)]
-fn store<B: Board>(haptic: &mut HapticLoop<B>, profile: &Profile) -> Result<u32, Refusal> {
+fn store<B: Board>(haptic: &mut HapticLoop<B>, tissue: &mut PatchSlot<'_>, profile: &Profile) -> Result<u32, Refusal> {
+    haptic.end_commissioning();
+    profile.check().map_err(StoreError::Profile)?;
+    let (settings, edge) = profile.split();
+    tissue.check_contact(edge.limits().ceiling_n_per_m(), &mut || keep_awake(&mut haptic.board))?;
     let generation = match config::store(haptic.board.profile_memory(), profile) {
         Err(StoreError::Flash) => 0,
         kept => kept.map_err(Refusal::from)?,
     };
-    let (settings, edge) = profile.split();
     haptic.controller.restart(&settings, edge).map_err(|_| Refusal::ProfileRange)?;
     Ok(generation)
 }
 
-fn report(tissue: &PatchSlot<'_>, board: &mut impl Board, line: &mut Line) {
+/// Sends the step of a commissioning, and its result once it is complete.
+#[inline(never)]
+fn tell<B: Board>(haptic: &mut HapticLoop<B>, line: &mut Line) {
+    let Some((progress, result)) = haptic.bench().map(|bench| bench.told()) else { return };
+    line.send(&mut haptic.board, &FromBoard::Commissioning(progress));
+    if let Some(result) = result {
+        line.send(&mut haptic.board, &FromBoard::Commissioned(result));
+    }
+}
+
+fn report<B: Board>(tissue: &PatchSlot<'_>, haptic: &mut HapticLoop<B>, line: &mut Line) {
     let (nodes, state_hash) = tissue.state();
-    let (stack_used_bytes, bad_frames) = (board.stack_used_bytes() as u32, line.receiver.counts().bad);
-    line.send(board, &FromBoard::State { state_hash, stack_used_bytes, bad_frames, nodes: nodes as u32 });
+    let EnergyBound { at_once_j, lasting_w } = haptic.controller.energy_bound();
+    let state = FromBoard::State {
+        state_hash,
+        stack_used_bytes: haptic.board.stack_used_bytes() as u32,
+        bad_frames: line.receiver.counts().bad,
+        nodes: nodes as u32,
+        at_once_j,
+        lasting_w,
+        commissioned: haptic.controller.commissioned(),
+    };
+    line.send(&mut haptic.board, &state);
 }
 
 fn identify(tissue: &PatchSlot<'_>, board: &mut impl Board, line: &mut Line) {

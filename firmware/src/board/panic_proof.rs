@@ -61,7 +61,7 @@ fn tick(
     if let Some(Ok(message)) = receiver.push::<ToBoard<'_>>(black_box(0))
         && let Reply::Modulus(pascal) = black_box(inbox.take(&message, controller, Some(unknown::<Upload>())))
     {
-        black_box(tissue.ask_modulus(pascal).is_ok());
+        black_box(tissue.ask_modulus(pascal, controller.stiffness_ceiling_n_per_m()).is_ok());
     }
     #[cfg(feature = "panic-proof-bites")]
     assert!(black_box(true), "shows that the proof bites");

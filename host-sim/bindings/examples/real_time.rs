@@ -46,7 +46,8 @@ fn run(session: &mut HapticSession, ticks: usize) -> Vec<[f64; 2]> {
         let tip_m = site_m - axis * depth_m;
         let whole_ticks = late.as_micros() / TICK.as_micros();
         let late_ticks = u16::try_from(whole_ticks).unwrap_or(u16::MAX);
-        let force_n = session.tick(&Input { late_ticks, ..Input::at(tip_m) }).applied_n;
+        session.tick(&Input { late_ticks, ..Input::at(tip_m) });
+        let force_n = session.drive_n();
         most_n = most_n.max(force_n.norm());
         times_us.push([late, began.elapsed()].map(|time| time.as_secs_f64() * 1e6));
         next += TICK * (1 + u32::from(late_ticks));

@@ -43,6 +43,8 @@ typedef enum palpate_code {
   PALPATE_CODE_TOO_SLOW = 13,
   // A defect of the library; the session was closed.
   PALPATE_CODE_INTERNAL = 14,
+  // The commissioning ended without a result; the profile stays as it was.
+  PALPATE_CODE_NOT_COMMISSIONED = 15,
 } palpate_code;
 
 // Operating mode. A force may act in `PALPATE_MODE_ACTIVE`, `PALPATE_MODE_DEGRADED` and, while it
@@ -65,6 +67,22 @@ typedef enum palpate_mode {
   // No force until `palpate_clear`.
   PALPATE_MODE_FAULT = 7,
 } palpate_mode;
+
+// Step of a commissioning.
+typedef enum palpate_stage {
+  // Waits for the user to hold the handle still before a motion along an axis.
+  PALPATE_STAGE_START = 0,
+  // Waits for the user to move the handle along that axis.
+  PALPATE_STAGE_MOVE = 1,
+  // Waits for the user to let the handle go.
+  PALPATE_STAGE_LET_GO = 2,
+  // Measures, hand off.
+  PALPATE_STAGE_DRIVE = 3,
+  // The profile of the session is the measured one.
+  PALPATE_STAGE_DONE = 4,
+  // It ended without a result.
+  PALPATE_STAGE_STOPPED = 5,
+} palpate_stage;
 
 // Input of `palpate_tick_with`. If every field but the position is zero, the reading is new, good
 // and on time.
@@ -198,6 +216,51 @@ enum palpate_code palpate_tick_with(palpate_session session,
                                     const struct palpate_input *input,
                                     size_t input_bytes,
                                     double *force_n);
+
+// Runs one tick of a commissioning in place of `palpate_tick`: it measures order, sign, unit,
+// friction, mass, delay and lag of the device, with 0.5 N at most. `reading` are the values of the
+// three sensors, in any unit; `distance_m` is the distance by which the user moves the handle
+// along each axis, such as 0.05. Pass 1 for `confirmed` in the one tick in which the user says
+// that the present step is done, otherwise 0; `palpate_commission_text` says what the step is.
+// `force_n` receives the forces for the three motors [N], to be sent at once, and `stage` one of
+// `palpate_stage`.
+//
+// The session's profile changes only at `PALPATE_STAGE_DONE`; `palpate_write_profile` then stores
+// it. If the measurement ends early, `PALPATE_CODE_NOT_COMMISSIONED` is returned once,
+// `palpate_last_message` says why, and the next call begins anew.
+//
+// # Safety
+// `reading` and `force_n` point to three doubles each, `stage` to one `int32_t`.
+enum palpate_code palpate_commission(palpate_session session,
+                                     const double *reading,
+                                     double distance_m,
+                                     int32_t confirmed,
+                                     double *force_n,
+                                     int32_t *stage);
+
+// Writes what the user has to do in the present step of a commissioning, as one sentence of at
+// most `capacity` bytes with its closing zero. `distance_m` is that of `palpate_commission`.
+//
+// # Safety
+// `text` points to `capacity` bytes.
+enum palpate_code palpate_commission_text(palpate_session session,
+                                          double distance_m,
+                                          char *text,
+                                          size_t capacity);
+
+// Writes what the device's profile does not say, with the cautious values that are taken, and
+// whether it is uncommissioned: one line each, at most `capacity` bytes with the closing zero;
+// empty if there is nothing to say.
+//
+// # Safety
+// `text` points to `capacity` bytes.
+enum palpate_code palpate_read_cautions(palpate_session session, char *text, size_t capacity);
+
+// Writes the profile that the last commissioning completed to a file, as a whole.
+//
+// # Safety
+// `path` ends with a zero byte.
+enum palpate_code palpate_write_profile(palpate_session session, const char *path);
 
 // Copies the record of the last tick to `report`. `report_bytes` is `sizeof(palpate_report)`.
 //

@@ -1,5 +1,6 @@
 //! Result codes of the calls, and the failures behind them.
 
+use palpate::haptic::commission::Trouble;
 use palpate::{BuildError, Fault};
 use palpate_loop::haptic_session::OutOfOrder;
 use palpate_tissue::error::Error;
@@ -39,11 +40,13 @@ pub enum PalpateCode {
     TooSlow = 13,
     /// A defect of the library; the session was closed.
     Internal = 14,
+    /// The commissioning ended without a result; the profile stays as it was.
+    NotCommissioned = 15,
 }
 
 impl PalpateCode {
     /// Every code, in the order of the numbers.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Ok,
         Self::Fault,
         Self::Null,
@@ -59,6 +62,7 @@ impl PalpateCode {
         Self::BadPatch,
         Self::TooSlow,
         Self::Internal,
+        Self::NotCommissioned,
     ];
 
     /// Description of the code in one line.
@@ -79,6 +83,7 @@ impl PalpateCode {
             Self::BadScene => c"a scene, mesh or device cannot be used: palpate_last_message says where and why",
             Self::BadPatch => c"a patch file cannot be used: pack it again",
             Self::TooSlow => c"the tissue cannot keep 1 kHz: take fewer nodes or press less deep",
+            Self::NotCommissioned => c"the commissioning ended early: palpate_last_message says why; the next call begins anew",
             Self::Internal => c"a defect of the library, the session was closed: please report it",
         }
     }
@@ -111,6 +116,8 @@ pub(crate) enum Failure {
     TooMany(usize),
     #[error("{0}")]
     Open(#[from] Error),
+    #[error("not commissioned, the profile stays as it was: {0}")]
+    NotCommissioned(Trouble),
     #[error("a defect of the library, the session was closed: please report it")]
     Internal,
 }
@@ -132,6 +139,7 @@ impl Failure {
             Self::Open(Error::Patch { .. } | Error::Build(_)) => PalpateCode::BadPatch,
             Self::Open(Error::TooSlow(_)) => PalpateCode::TooSlow,
             Self::Open(_) => PalpateCode::BadScene,
+            Self::NotCommissioned(_) => PalpateCode::NotCommissioned,
             Self::Internal => PalpateCode::Internal,
         }
     }

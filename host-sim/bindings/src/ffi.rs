@@ -11,11 +11,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::LazyLock;
 
-use palpate::Fault;
+use palpate::haptic::commission::Stage;
+use palpate::{Fault, Vector3};
 use palpate_loop::haptic_session::{HapticSession, Input};
 
 use crate::code::{Failure, PalpateCode};
-use crate::records::{PalpateInfo, PalpateInput, PalpateMode, PalpateReport, wide};
+use crate::records::{PalpateInfo, PalpateInput, PalpateMode, PalpateReport, PalpateStage, wide};
 use crate::{message, sessions};
 
 /// Handle of a session; 0 is no session.
@@ -124,6 +125,98 @@ pub unsafe extern "C" fn palpate_tick_with(
     let input = sized.and_then(|()| unsafe { read("input", input) });
     // SAFETY: the caller guarantees the pointer
     unsafe { tick(session, input, force_n) }
+}
+
+/// Runs one tick of a commissioning in place of `palpate_tick`: it measures order, sign, unit,
+/// friction, mass, delay and lag of the device, with 0.5 N at most. `reading` are the values of the
+/// three sensors, in any unit; `distance_m` is the distance by which the user moves the handle
+/// along each axis, such as 0.05. Pass 1 for `confirmed` in the one tick in which the user says
+/// that the present step is done, otherwise 0; `palpate_commission_text` says what the step is.
+/// `force_n` receives the forces for the three motors [N], to be sent at once, and `stage` one of
+/// `palpate_stage`.
+///
+/// The session's profile changes only at `PALPATE_STAGE_DONE`; `palpate_write_profile` then stores
+/// it. If the measurement ends early, `PALPATE_CODE_NOT_COMMISSIONED` is returned once,
+/// `palpate_last_message` says why, and the next call begins anew.
+///
+/// # Safety
+/// `reading` and `force_n` point to three doubles each, `stage` to one `int32_t`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_commission(
+    session: Session,
+    reading: *const f64,
+    distance_m: f64,
+    confirmed: i32,
+    force_n: *mut f64,
+    stage: *mut i32,
+) -> PalpateCode {
+    code(|| {
+        // SAFETY: the caller guarantees the pointers. The force is set to zero first, and stays
+        // zero if anything below fails
+        unsafe {
+            write("force_n", force_n.cast(), [0.0_f64; 3])?;
+            write("stage", stage, PalpateStage::Stopped as i32)?;
+        }
+        // SAFETY: the caller guarantees the pointer
+        let reading = unsafe { read::<[f64; 3]>("reading", reading.cast()) }?.map(|x| x as f32);
+        let step = sessions::with(session, |it| Ok(it.commission(Vector3::from(reading), distance_m as f32, confirmed != 0)?))?;
+        if let Stage::Stopped(trouble) = step.stage {
+            return Err(Failure::NotCommissioned(trouble));
+        }
+        // SAFETY: the caller guarantees the pointers
+        unsafe {
+            write("stage", stage, PalpateStage::of(step.stage) as i32)?;
+            write("force_n", force_n.cast(), wide(&step.force_n))
+        }
+    })
+}
+
+/// Writes what the user has to do in the present step of a commissioning, as one sentence of at
+/// most `capacity` bytes with its closing zero. `distance_m` is that of `palpate_commission`.
+///
+/// # Safety
+/// `text` points to `capacity` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_commission_text(
+    session: Session,
+    distance_m: f64,
+    text: *mut c_char,
+    capacity: usize,
+) -> PalpateCode {
+    code(|| {
+        let sentence = sessions::with(session, |session| Ok(session.commission_sentence(distance_m as f32)))?;
+        // SAFETY: the caller guarantees the pointer
+        unsafe { write_text("text", text, capacity, &sentence) }
+    })
+}
+
+/// Writes what the device's profile does not say, with the cautious values that are taken, and
+/// whether it is uncommissioned: one line each, at most `capacity` bytes with the closing zero;
+/// empty if there is nothing to say.
+///
+/// # Safety
+/// `text` points to `capacity` bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_read_cautions(session: Session, text: *mut c_char, capacity: usize) -> PalpateCode {
+    code(|| {
+        let lines = sessions::with(session, |session| Ok(session.cautions().join("\n")))?;
+        // SAFETY: the caller guarantees the pointer
+        unsafe { write_text("text", text, capacity, &lines) }
+    })
+}
+
+/// Writes the profile that the last commissioning completed to a file, as a whole.
+///
+/// # Safety
+/// `path` ends with a zero byte.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_write_profile(session: Session, path: *const c_char) -> PalpateCode {
+    // SAFETY: the caller guarantees the pointer
+    let path = unsafe { text("path", path) };
+    code(|| {
+        let path = path?;
+        sessions::with(session, |session| Ok(session.write_profile(Path::new(path))?))
+    })
 }
 
 /// Copies the record of the last tick to `report`. `report_bytes` is `sizeof(palpate_report)`.
@@ -330,18 +423,14 @@ unsafe fn tick(session: Session, input: Result<PalpateInput, Failure>, force_n: 
         let failed = Input { sensor_failed: true, ..PalpateInput::default().to_core() };
         let read = if room.is_ok() { input.as_ref().map_or(failed, |input| input.to_core()) } else { failed };
         let (applied_n, fault) = sessions::with(session, |session| {
-            let record = session.tick(&read);
-            Ok((wide(&record.applied_n), record.fault))
+            let fault = session.tick(&read).fault;
+            Ok((wide(&session.drive_n()), fault))
         })?;
         room.and(input.map(drop))?;
-        faultless(fault)?;
+        fault.map_or(Ok(()), |fault| Err(Failure::Fault(fault)))?;
         // SAFETY: the caller guarantees the pointer
         unsafe { write("force_n", force_n.cast(), applied_n) }
     })
-}
-
-fn faultless(fault: Option<Fault>) -> Result<(), Failure> {
-    fault.map_or(Ok(()), |fault| Err(Failure::Fault(fault)))
 }
 
 fn fits<T>(item: &'static str, have: usize) -> Result<(), Failure> {
@@ -364,6 +453,21 @@ unsafe fn text<'a>(item: &'static str, pointer: *const c_char) -> Result<&'a str
 unsafe fn maybe_text<'a>(item: &'static str, pointer: *const c_char) -> Result<Option<&'a str>, Failure> {
     // SAFETY: the caller guarantees the pointer
     if pointer.is_null() { Ok(None) } else { unsafe { text(item, pointer) }.map(Some) }
+}
+
+/// # Safety
+/// `pointer` is NULL or points to `capacity` bytes.
+unsafe fn write_text(item: &'static str, pointer: *mut c_char, capacity: usize, content: &str) -> Result<(), Failure> {
+    let need = content.len() + 1;
+    if capacity < need {
+        return Err(Failure::TooSmall { item, need, have: capacity });
+    }
+    // SAFETY: the caller guarantees the pointer, and there is room
+    content
+        .bytes()
+        .chain([0])
+        .enumerate()
+        .try_for_each(|(n, byte)| unsafe { write(item, pointer.cast::<u8>().wrapping_add(n), byte) })
 }
 
 /// # Safety

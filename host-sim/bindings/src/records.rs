@@ -1,5 +1,6 @@
 //! Records that cross the boundary, in SI; vectors are x, y, z in the scene's frame.
 
+use palpate::haptic::commission::Stage;
 use palpate::haptic::cycle::Telemetry;
 use palpate::haptic::mode::Mode;
 use palpate::{Output, Vector3};
@@ -41,6 +42,37 @@ impl From<Mode> for PalpateMode {
             Mode::Degraded => Self::Degraded,
             Mode::SafeRamp => Self::SafeRamp,
             Mode::Fault => Self::Fault,
+        }
+    }
+}
+
+/// Step of a commissioning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C)]
+pub enum PalpateStage {
+    /// Waits for the user to hold the handle still before a motion along an axis.
+    Start = 0,
+    /// Waits for the user to move the handle along that axis.
+    Move = 1,
+    /// Waits for the user to let the handle go.
+    LetGo = 2,
+    /// Measures, hand off.
+    Drive = 3,
+    /// The profile of the session is the measured one.
+    Done = 4,
+    /// It ended without a result.
+    Stopped = 5,
+}
+
+impl PalpateStage {
+    pub(crate) fn of(stage: Stage) -> Self {
+        match stage {
+            Stage::Start(_) => Self::Start,
+            Stage::Move(_) => Self::Move,
+            Stage::LetGo => Self::LetGo,
+            Stage::Drive(_) => Self::Drive,
+            Stage::Done => Self::Done,
+            Stage::Stopped(_) => Self::Stopped,
         }
     }
 }

@@ -43,7 +43,7 @@ pub fn limiters(bits: u8) -> Vec<&'static str> {
         (ClampFlags::BURIED, "began inside: lift first"),
         (ClampFlags::SLEW, "force growing as fast as it may"),
         (ClampFlags::HELD, "an older pose"),
-        (ClampFlags::GAIN, "scaled: ramp-in or relief"),
+        (ClampFlags::GAIN, "scaled: ramp-in, relief, or stiffer than the device renders"),
         (ClampFlags::ENERGY, "scaled: the contact took too little energy"),
     ]
     .into_iter()

@@ -10,9 +10,11 @@
 //! [`surface`] is a wall or the product's patch. The criteria of the [`verdict`] are the same for
 //! all of them.
 
+pub mod butterworth;
 pub mod campaign;
 pub mod controller;
 pub mod device;
+pub mod drive;
 pub mod faulty;
 pub mod fidelity;
 pub mod hand;
@@ -29,3 +31,4 @@ pub mod surface;
 pub mod trace;
 pub mod verdict;
 pub mod watch;
+pub mod yielding;

@@ -11,6 +11,7 @@
 
 use std::path::Path;
 
+use palpate::haptic::commission::{Commissioning, Plan, Stage, Trouble, Wiring};
 use palpate::haptic::cycle::{Ask, Command, Cycle, Settings, Telemetry};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::limits::LoopLimitSettings;
@@ -24,7 +25,8 @@ use palpate_tissue::session::{Session, packed};
 use palpate_tissue::stable_step::StableStep;
 
 use crate::closed_loop::device::DeviceProfile;
-use crate::closed_loop::prepared::Prepared;
+use crate::closed_loop::prepared::{Prepared, ceiling_note};
+use crate::commissioning;
 use crate::live::LiveTissue;
 
 /// Smallest Young's modulus that may be set, as a share of the patch's own.
@@ -65,6 +67,32 @@ pub enum OutOfOrder {
     /// Clearing was requested without a fault.
     #[error("no fault is latched: there is nothing to clear")]
     NoFault,
+    /// A commissioning was requested while a force may act.
+    #[error("the loop is armed: stop it, and wait until it is idle, before commissioning")]
+    Armed,
+    /// The distance of a commissioning is impossible.
+    #[error("the distance of a commissioning must be between 5 mm and 0.5 m")]
+    Distance,
+    /// A profile was asked for that was not measured.
+    #[error("the device was not commissioned in this session: there is no new profile to write")]
+    NotCommissioned,
+}
+
+/// A step of a commissioning.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// Stage after this tick.
+    pub stage: Stage,
+    /// Forces for the motors [N], in the order of your device's wires.
+    pub force_n: Vector3<f32>,
+}
+
+impl Step {
+    /// What to do next, or what was found, in one sentence.
+    #[must_use]
+    pub fn sentence(&self, distance_m: f32) -> String {
+        commissioning::sentence(self.stage, commissioning::DIRECTIONS, distance_m)
+    }
 }
 
 /// Tissue, loop, and the caller's device.
@@ -72,6 +100,11 @@ pub enum OutOfOrder {
 pub struct HapticSession {
     tissue: LiveTissue,
     device: CallersDevice,
+    profile: DeviceProfile,
+    wiring: Wiring,
+    commissioning: Option<Commissioning>,
+    /// Whether the profile was measured in this session.
+    measured: bool,
     settings: Settings,
     cycle: Cycle,
     telemetry: Option<Telemetry>,
@@ -126,13 +159,17 @@ impl HapticSession {
 
     fn of_prepared(prepared: Prepared, device: &DeviceProfile) -> Result<Self, Error> {
         let Prepared { patch, params, .. } = prepared;
-        let spec = device.limits(patch.site_m());
+        let spec = device.real_limits(patch.site_m());
         let settings = Settings { limits: device.limit_values(), ..Settings::safe(&spec) };
         let opened_pa = params.youngs_modulus_pa;
         let most_pa = if bears(&patch, &params, STIFFEST * opened_pa)? { STIFFEST * opened_pa } else { opened_pa };
         Ok(Self {
             tissue: LiveTissue::new(patch, params)?,
             device: CallersDevice::new(spec),
+            profile: device.clone(),
+            wiring: device.wiring.map_or(Wiring::STRAIGHT, |table| table.wiring()),
+            commissioning: None,
+            measured: false,
             settings,
             cycle: Cycle::build(&settings, &spec)?,
             telemetry: None,
@@ -143,9 +180,12 @@ impl HapticSession {
         })
     }
 
-    /// Runs one tick; the caller calls it every millisecond. The force [N] for the device is in
-    /// [`Telemetry::applied_n`].
+    /// Runs one tick; the caller calls it every millisecond. The force [N] for the device is
+    /// [`Self::drive_n`]; [`Telemetry::applied_n`] is the same force in the scene's frame.
     pub fn tick(&mut self, input: &Input) -> &Telemetry {
+        if self.commissioning.as_ref().is_some_and(|commissioning| !commissioning.stage().ended()) {
+            self.commissioning = None;
+        }
         self.settle();
         let mode = self.cycle.mode();
         self.arms &= mode != Mode::Fault;
@@ -158,10 +198,115 @@ impl HapticSession {
         let Input { late_ticks, operator_absent, .. } = *input;
         // the caller is the host, and its call is the keep-alive
         let command = Command { asked, late_ticks, operator_absent, ..Command::HEARD };
-        self.device.read(input);
+        let tip_m = self.wired(input.tip_m);
+        self.device.read(&Input { tip_m, ..*input });
         let telemetry = self.cycle.tick(&mut self.device, &mut self.tissue, command);
         self.arms &= telemetry.mode != Mode::Arming;
         self.telemetry.insert(telemetry)
+    }
+
+    /// Force for the motors after the last tick [N], in the order of the device's wires.
+    #[must_use]
+    pub fn drive_n(&self) -> Vector3<f32> {
+        let applied_n = self.telemetry.map_or(Vector3::zeros(), |telemetry| telemetry.applied_n);
+        self.wiring.drive(applied_n.into()).into()
+    }
+
+    /// What the device's profile does not say, with the cautious values that are taken, one
+    /// sentence each.
+    #[must_use]
+    pub fn cautions(&self) -> Vec<String> {
+        self.profile.cautions()
+    }
+
+    /// Runs one tick of a commissioning in place of [`Self::tick`]: it measures order, sign, unit,
+    /// friction, mass, delay and lag of the device. The first call begins; after an end, the next
+    /// call begins anew. `reading` are the values of the sensors, in any unit; `confirmed` says
+    /// that the user has done what [`Step::sentence`] asks for. Send the returned forces to the motors
+    /// at once.
+    ///
+    /// The result replaces the session's profile when the last motor is measured, and
+    /// [`Self::write_profile`] stores it. Until then, and whenever it ends early, everything stays
+    /// as it was.
+    ///
+    /// # Errors
+    /// [`OutOfOrder::Armed`] while a force may act, [`OutOfOrder::Distance`].
+    pub fn commission(&mut self, reading: Vector3<f32>, distance_m: f32, confirmed: bool) -> Result<Step, OutOfOrder> {
+        if !matches!(self.mode(), Mode::Boot | Mode::SelfTest | Mode::Idle) || self.arms {
+            self.commissioning = None;
+            return Err(OutOfOrder::Armed);
+        }
+        if !(5e-3..=0.5).contains(&distance_m) {
+            return Err(OutOfOrder::Distance);
+        }
+        let plan = Plan {
+            axes: if self.profile.axes == 1 { [false, false, true] } else { [true; 3] },
+            distance_m,
+            force_limit_n: self.profile.force_limit_n as f32,
+            stated_m_per_unit: self.wiring.per_unit,
+            tick_s: TICK_S as f32,
+        };
+        let begun = self.commissioning.take().filter(|commissioning| !commissioning.stage().ended());
+        let mut commissioning = begun.unwrap_or_else(|| Commissioning::new(plan));
+        let force_n = commissioning.tick(reading.into(), confirmed).into();
+        let stage = match commissioning.result() {
+            Some(found) if commissioning.stage() == Stage::Done => {
+                let done = commissioning::completed(&self.profile, found, None, &commissioning::today())
+                    .and_then(|text| DeviceProfile::parse(&text, &self.profile.name.clone()))
+                    .ok()
+                    .and_then(|profile| self.take_profile(profile).ok());
+                // a value out of a profile's range, such as a handle of 6 kg
+                if done.is_some() { Stage::Done } else { Stage::Stopped(Trouble::Unclear) }
+            }
+            _ => commissioning.stage(),
+        };
+        self.commissioning = Some(commissioning);
+        Ok(Step { stage, force_n })
+    }
+
+    /// What the user has to do in the present step of a commissioning, or its outcome.
+    #[must_use]
+    pub fn commission_sentence(&self, distance_m: f32) -> String {
+        let stage = self.commissioning.as_ref().map_or(Stage::Start(0), Commissioning::stage);
+        commissioning::sentence(stage, commissioning::DIRECTIONS, distance_m)
+    }
+
+    /// Ends a commissioning without a result.
+    pub fn stop_commissioning(&mut self) {
+        self.commissioning = None;
+    }
+
+    /// Writes the profile that the last commissioning completed, as a whole.
+    ///
+    /// # Errors
+    /// The file cannot be written, or this session has measured nothing.
+    pub fn write_profile(&self, path: &Path) -> Result<(), Error> {
+        if !self.measured {
+            return Err(Error::Usage(OutOfOrder::NotCommissioned.to_string()));
+        }
+        commissioning::write_whole(path, &self.profile.text)
+    }
+
+    fn take_profile(&mut self, profile: DeviceProfile) -> Result<(), BuildError> {
+        let spec = profile.real_limits(self.tissue.patch().site_m());
+        let settings = Settings { limits: profile.limit_values(), ..Settings::safe(&spec) };
+        self.cycle = Cycle::build(&settings, &spec)?;
+        self.wiring = profile.wiring.map_or(Wiring::STRAIGHT, |table| table.wiring());
+        (self.settings, self.profile, self.measured) = (settings, profile, true);
+        self.device = CallersDevice::new(spec);
+        self.tissue.restart();
+        (self.telemetry, self.asked, self.arms) = (None, None, false);
+        Ok(())
+    }
+
+    /// A reading of the sensors as a position in the scene's frame [m]: the wiring acts about the
+    /// site.
+    fn wired(&self, reading: Vector3<f32>) -> Vector3<f32> {
+        if self.wiring == Wiring::STRAIGHT {
+            return reading;
+        }
+        let site_m = self.tissue.patch().site_m();
+        site_m + Vector3::from(self.wiring.read((reading - site_m).into()))
     }
 
     /// Record of the last tick; `None` before the first.
@@ -186,6 +331,13 @@ impl HapticSession {
     #[must_use]
     pub fn device(&self) -> &DeviceSpec {
         &self.device.spec
+    }
+
+    /// Note on a contact that is stiffer than the device renders, so that every force is scaled
+    /// down; `None` if the hand feels the tissue as it is.
+    #[must_use]
+    pub fn ceiling_note(&self) -> Option<String> {
+        ceiling_note(self.tissue.contact_n_per_m(), self.device.spec.ceiling_n_per_m())
     }
 
     /// Limits of the loop.

@@ -1,5 +1,6 @@
 //! `palpate board`: commands for a flashed board on its serial port.
 
+mod commission;
 mod hold;
 mod list;
 mod log;
@@ -129,6 +130,14 @@ pub(super) enum BoardCommand {
         #[command(flatten)]
         port: PortArgs,
     },
+    /// Measure order, sign, unit, friction, mass, delay and lag of a device's axes or joints on an
+    /// idle board, with 0.5 N at most, and write them into its profile with the date.
+    ///
+    /// First you move the handle along each axis by a stated distance, without any force; then you
+    /// let it go, and the motors drive it one after the other. Press Enter after each step. Until
+    /// the end the profile stays as it was, in the file and on the board: also at Ctrl-C, after a
+    /// fault, and if the handle is held or moves.
+    Commission(commission::Commission),
     /// Take the present pose of the device as its home pose, on an idle board: for encoders that
     /// count from their position at power-on. A board whose profile asks for a home pose does not
     /// arm without one.
@@ -159,6 +168,7 @@ impl BoardCommand {
             Self::Upload { patch, port } => transfer::upload(patch, port),
             Self::Modulus { pascal, port } => port.with(|session| transfer::modulus(*pascal, session)),
             Self::Profile { device, port } => transfer::profile(device, port),
+            Self::Commission(commission) => commission.run(),
             Self::Home { port } => port.with(transfer::home),
             Self::Ping { port, count } => port.with(|session| transfer::ping(*count, session)),
         }

@@ -1,6 +1,8 @@
 //! Names of boards on the command line, and the boards on which a patch runs.
 
 use palpate::Model;
+use palpate_controller::link::Refusal;
+use palpate_controller::patch::{Budget, Memory, Patch};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::{CHIPS, CostModel, MACHINES};
 
@@ -37,6 +39,28 @@ pub(super) fn refuse_points(model: &Model, board: &str) -> Result<(), Error> {
     }
 }
 
+/// Refuses a packed patch for its contact.
+pub(super) fn refuse_contact(name: &str, refusal: Option<Refusal>) -> Result<(), Error> {
+    match refusal {
+        Some(why) => Err(TissueError::Usage(format!("{name}: {why}; nothing is written")).into()),
+        None => Ok(()),
+    }
+}
+
+/// Returns why a board would refuse the contact of a packed patch for a device with this stiffness
+/// ceiling [N/m]; other reasons are not looked for.
+pub(super) fn contact_refusal(packed: &[u8], ceiling_n_per_m: f32) -> Option<Refusal> {
+    // read in place as words
+    let mut words = vec![0_u32; packed.len().div_ceil(4)];
+    bytemuck::cast_slice_mut(&mut words)[..packed.len()].copy_from_slice(packed);
+    let bytes = &bytemuck::cast_slice(&words)[..packed.len()];
+    let mut memory = Box::new(Memory::RESERVED);
+    match Patch::open_for(&Budget::M7_480, ceiling_n_per_m, bytes, &mut memory, None, &mut || {}) {
+        Err(why @ (Refusal::ContactStiff(_) | Refusal::TipNarrow(_))) => Some(why),
+        _ => None,
+    }
+}
+
 /// Names the boards on which a patch with this budget runs: those with the same core and at least
 /// the same clock.
 pub(super) fn runs_on(machine: &CostModel) -> String {
@@ -57,7 +81,7 @@ pub(super) fn runs_on(machine: &CostModel) -> String {
 
 #[cfg(test)]
 mod tests {
-    use palpate_tissue::patch::{Material, Patch};
+    use palpate_tissue::patch::{Material, Patch as Mesh};
     use palpate_tissue::scene::{PRESETS, Scene};
     use palpate_tissue::tissue::place;
 
@@ -69,7 +93,7 @@ mod tests {
         scene.tissue.nodes = Some(60);
         let tissue = place(&scene, &[]).unwrap().tissue;
         let refused = |points_per_triangle: usize| {
-            let patch = Patch::build(&tissue, &Material { points_per_triangle, ..Material::default() }, None);
+            let patch = Mesh::build(&tissue, &Material { points_per_triangle, ..Material::default() }, None);
             refuse_points(&patch.model(), "m7-480").err().map(|e| e.to_string())
         };
         assert_eq!((refused(4), refused(9)), (None, None));

@@ -275,6 +275,7 @@ impl Loop {
 impl Options {
     fn device(&self) -> Result<DeviceProfile, Error> {
         let mut device = DeviceProfile::load(&self.runs.device)?;
+        device.assumed().iter().for_each(|sentence| eprintln!("{sentence}"));
         device.delay_ticks = self.runs.delay_ticks.unwrap_or(device.delay_ticks);
         device.amplifier_lag_s = self.runs.lag_s.unwrap_or(device.amplifier_lag_s);
         device.count_m = self.runs.count_m.unwrap_or(device.count_m);
@@ -301,6 +302,9 @@ impl Options {
                 prepared.press_to(depth_m)?;
             }
             print_warnings(&scene);
+            if let Some(note) = prepared.ceiling_note() {
+                println!("note: {note}");
+            }
             let board = match patch {
                 Some(patch) => Some(HardwareInLoop::new(self.image.as_deref(), &patch, &prepared)?),
                 None => None,
@@ -369,10 +373,14 @@ fn print(report: &Report, hands: &[Hand], stimuli: &[Stimulus], all: bool) {
     let beyond = if report.slope_n_per_m > report.encoder_ceiling_n_per_m { ": holds may toggle" } else { "" };
     match report.encoder_ceiling_n_per_m {
         ceiling if ceiling.is_finite() => {
-            println!("  encoder   one count of {:.0} um is felt above {ceiling:.0} N/m{beyond}\n", report.count_m * 1e6);
+            println!("  encoder   one count of {:.0} um is felt above {ceiling:.0} N/m{beyond}", report.count_m * 1e6);
         }
-        _ => println!("  encoder   ideal: no counts\n"),
+        _ => println!("  encoder   ideal: no counts"),
     }
+    println!(
+        "  energy    at most {:.3} mJ at once and {:.3} mJ in ten seconds, beyond what the hand gives\n",
+        report.bound_at_once_mj, report.bound_in_ten_seconds_mj
+    );
     if all {
         print_matrix(report, hands, stimuli);
     } else {

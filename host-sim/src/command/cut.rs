@@ -5,11 +5,11 @@ use clap::Args;
 use palpate::{BuildError, Params};
 use serde::Serialize;
 
-use super::Common;
 use super::length::metres;
 use super::pack::BoardArg;
 use super::progress::Status;
 use super::verdict::Verdict;
+use super::{Common, boards};
 use crate::error::Error;
 use palpate_board::live_trace;
 use palpate_controller::link::Refusal;
@@ -69,6 +69,7 @@ pub(super) struct CutArgs {
 impl CutArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let (common, machine, radius_m) = (&self.common, self.board.machine()?, self.radius_m);
+        let ceiling_n_per_m = self.board.ceiling_n_per_m()?;
         let scene = common.load()?;
         scene.refuse_stiffening()?;
         if machine.is_board() {
@@ -129,7 +130,7 @@ impl CutArgs {
                 errors.disc_rms_pct
             )).into());
         }
-        write(folder, &scene, &prepared, &fitted, &session, machine, &cost)
+        write(folder, &scene, &prepared, &fitted, &session, (machine, ceiling_n_per_m), &cost)
     }
 }
 
@@ -229,13 +230,13 @@ fn write(
     prepared: &Prepared,
     fitted: &Fitted,
     session: &Session,
-    machine: &CostModel,
+    (machine, ceiling_n_per_m): (&CostModel, f32),
     cost: &Cost,
 ) -> Result<(), Error> {
     let model = session.patch.model();
     let radius_m = scene.probe.radius_m;
     let errors = fitted.short(0.124 * radius_m, 0.51 * radius_m);
-    let (name, length) = write_patch(&folder, scene, session, machine, judged(&errors, radius_m), None)?;
+    let (name, length) = write_patch(&folder, scene, session, (machine, ceiling_n_per_m), judged(&errors, radius_m), None)?;
     let rows = fitted
         .accuracy
         .forces
@@ -305,18 +306,20 @@ fn write(
 }
 
 /// Writes a patch of `cut` or `plan`, and the record of its fit beside it; returns the name of the
-/// patch file and its length [bytes]. A patch that a board would refuse is not written.
+/// patch file and its length [bytes]. A patch that a board would refuse, for a device with this
+/// stiffness ceiling [N/m], is not written.
 pub(super) fn write_patch(
     folder: &OutputFolder,
     scene: &Scene,
     session: &Session,
-    machine: &CostModel,
+    (machine, ceiling_n_per_m): (&CostModel, f32),
     judged: Judged,
     moving: Option<Moving>,
 ) -> Result<(String, usize), Error> {
     let name = format!("{}-{}.patch", scene.name, machine.name);
     let bytes = packed(session);
     if machine.is_board() {
+        boards::refuse_contact(&name, boards::contact_refusal(&bytes, ceiling_n_per_m))?;
         live_trace::fits(&bytes).map_err(|cause| {
             TissueError::Check(format!(
                 "{name}: {}; nothing is written, and smaller or larger elements may pass",
@@ -416,7 +419,7 @@ mod tests {
             let mut session = Session::of_fitted(desktop, patch, params).unwrap();
             session.params.mass_floor = mass_floor;
             let folder = OutputFolder::open(&disk.path().join(board)).unwrap();
-            let wrote = write_patch(&folder, &scene, &session, machine, judged(&errors, 8e-3), None);
+            let wrote = write_patch(&folder, &scene, &session, (machine, f32::MAX), judged(&errors, 8e-3), None);
             wrote.map(|(name, _)| folder.publish().unwrap().join(name))
         };
         let record = FitRecord::of_file(&written("desktop", 3.5).unwrap()).unwrap();

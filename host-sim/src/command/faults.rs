@@ -9,9 +9,9 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use super::campaign::{Campaign, Shards};
-use super::fault_paths;
 use super::progress::Progress;
 use super::verdict::Verdict;
+use super::{fault_adversary, fault_hands, fault_paths, fault_trade};
 use crate::error::Error;
 use palpate_charts::{self as charts, ReactionBar, ReactionTimes};
 use palpate_loop::closed_loop::campaign::{Ground, LightPatch, Table, campaign};
@@ -46,7 +46,27 @@ pub(super) struct FaultsArgs {
     /// 1 if a path breaks an invariant, or a fault ends motion that a hand can make.
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(10..=MOST_CASES), conflicts_with_all = ["runs", "soak_s"])]
     paths: Option<u64>,
-    /// Run fewer: 6000 runs, or at most 4000 paths (12 and 32 s of processor time).
+    /// Instead, run this many random yielding hands (at least 10), every second one on a shipped
+    /// device, and a fixed family of light hands on stiff tissue. Writes hands.csv and summary.json;
+    /// exits with 1 if more energy is given, or less force is felt, than promised.
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(10..=MOST_CASES), conflicts_with_all = ["runs", "soak_s", "paths"])]
+    hands: Option<u64>,
+    /// Instead, search over hands, motions, tissues, tips and devices for the most energy that a
+    /// hand can be given; exits with 1 if it exceeds the printed bound.
+    #[arg(long, conflicts_with_all = ["runs", "soak_s", "paths", "hands", "shard"])]
+    adversary: bool,
+    /// Rounds of the search, with --adversary [default: 60, with --quick 4].
+    #[arg(long, value_name = "COUNT", requires = "adversary", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    rounds: Option<u64>,
+    /// Run what the search found again, as it was printed, with --adversary.
+    #[arg(long, value_name = "RUN", requires = "adversary", conflicts_with = "rounds")]
+    genes: Option<fault_adversary::Named>,
+    /// Instead, compare settings of the energy account: the force that is felt against the energy
+    /// that is given. Writes trade.csv, summary.json and pictures.
+    #[arg(long, conflicts_with_all = ["runs", "soak_s", "paths", "hands", "adversary", "shard"])]
+    trade: bool,
+    /// Run fewer: 6000 runs, or at most 4000 paths (12 and 32 s of processor time), or at most 400
+    /// shorter runs of hands.
     #[arg(long)]
     quick: bool,
     /// Output folder, created if missing; a finished run replaces an earlier result in it.
@@ -116,6 +136,19 @@ impl FaultsArgs {
         if let Some(paths) = self.paths {
             let paths = if self.quick { paths.min(fault_paths::QUICK) } else { paths };
             return fault_paths::Paths::start(fault_paths::Options { paths, seed }, &self.shards, &self.out);
+        }
+        if let Some(hands) = self.hands {
+            let hands = if self.quick { hands.min(fault_hands::QUICK) } else { hands };
+            let options = fault_hands::Options { hands, seed, quick: self.quick };
+            return fault_hands::YieldingHands::start(options, &self.shards, &self.out);
+        }
+        if self.adversary {
+            let rounds = if self.quick { fault_adversary::QUICK_ROUNDS } else { fault_adversary::ROUNDS };
+            return fault_adversary::search(&self.out, seed, self.rounds.unwrap_or(rounds), self.genes);
+        }
+        if self.trade {
+            let runs = if self.quick { fault_trade::QUICK_RUNS } else { fault_trade::RUNS };
+            return fault_trade::run(&self.out, seed, runs);
         }
         let runs = self.runs.unwrap_or(if self.quick { 6_000 } else { 100_000 });
         Faults::start(Options { runs, seed, soak_s }, &self.shards, &self.out)

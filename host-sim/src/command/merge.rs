@@ -10,6 +10,7 @@ use super::campaign::Campaign;
 #[cfg(feature = "full")]
 use super::chart::Chart;
 use super::closed_loop::Loop;
+use super::fault_hands::YieldingHands;
 use super::fault_paths::Paths;
 use super::faults::Faults;
 #[cfg(feature = "full")]
@@ -48,7 +49,7 @@ impl MergeArgs {
         let parts = complete(&self.folders)?;
         let Some(heading) = parts.first().map(|part| &part.heading) else { return Ok(()) };
         match heading.command.as_str() {
-            Faults::COMMAND | Paths::COMMAND | Loop::COMMAND => {}
+            Faults::COMMAND | Paths::COMMAND | YieldingHands::COMMAND | Loop::COMMAND => {}
             // the command is built if this build lacks it, and run with the same arguments
             _ if cfg!(not(feature = "full")) => return super::on_demand::build_and_run(),
             _ => {}
@@ -67,6 +68,7 @@ impl MergeArgs {
         match heading.command.as_str() {
             Faults::COMMAND => Faults::merge(parts, out, self.all),
             Paths::COMMAND => Paths::merge(parts, out, self.all),
+            YieldingHands::COMMAND => YieldingHands::merge(parts, out, self.all),
             Loop::COMMAND => Loop::merge(parts, out, self.all),
             #[cfg(feature = "full")]
             Stability::COMMAND => Stability::merge(parts, out, self.all),

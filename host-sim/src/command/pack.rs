@@ -1,10 +1,14 @@
 //! The command `palpate pack`.
 
+mod remedy;
+
 use clap::Args;
+use serde::{Deserialize, Serialize};
 
 use super::verdict::Verdict;
 use super::{Common, boards, print_warnings};
 use crate::error::Error;
+use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::{Cost, CostModel, triangles_in_reach};
 use palpate_tissue::fit_record::{FitRecord, checksum};
@@ -33,7 +37,7 @@ pub(super) struct PackArgs {
 
 impl PackArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
-        pack(&self.common, self.board.machine()?, self.nodes)
+        pack(&self.common, &self.board, self.nodes)
     }
 }
 
@@ -44,15 +48,39 @@ pub(super) struct BoardArg {
     /// nucleo-h743zi and pico2 select their own budget.
     #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
     board: String,
+    #[command(flatten)]
+    device: DeviceArg,
+}
+
+/// Device for which a patch is made.
+#[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct DeviceArg {
+    /// Device on the board, by name or profile (.toml): a contact stiffer than its stiffness ceiling
+    /// is refused, with what is accepted instead, as by the board itself.
+    #[arg(long, value_name = "DEVICE")]
+    device: Option<String>,
+}
+
+impl DeviceArg {
+    /// Largest contact stiffness of the device [N/m]; no limit without a device.
+    pub(super) fn ceiling_n_per_m(&self) -> Result<f32, Error> {
+        let Some(device) = &self.device else { return Ok(f32::MAX) };
+        Ok(DeviceProfile::load(device)?.limits(palpate::Vector3::zeros()).ceiling_n_per_m())
+    }
 }
 
 impl BoardArg {
+    pub(super) fn ceiling_n_per_m(&self) -> Result<f32, Error> {
+        self.device.ceiling_n_per_m()
+    }
+
     pub(super) fn machine(&self) -> Result<&'static CostModel, Error> {
         boards::machine(&self.board)
     }
 }
 
-fn pack(common: &Common, machine: &CostModel, nodes: Option<usize>) -> Result<(), Error> {
+fn pack(common: &Common, board: &BoardArg, nodes: Option<usize>) -> Result<(), Error> {
+    let (machine, ceiling_n_per_m) = (board.machine()?, board.ceiling_n_per_m()?);
     let scene = common.load()?;
     if machine.is_board() {
         scene.refuse_what_boards_lack(machine.name)?;
@@ -64,17 +92,19 @@ fn pack(common: &Common, machine: &CostModel, nodes: Option<usize>) -> Result<()
         ))
         .into());
     }
-    let sized = |n: usize| {
-        let mut scene = scene.clone();
-        scene.tissue.nodes = Some(n);
-        Packed::of(&scene, machine)
+    let packed = |scene: &Scene| {
+        let sized = |n: usize| {
+            let mut scene = scene.clone();
+            scene.tissue.nodes = Some(n);
+            Packed::of(&scene, machine)
+        };
+        match (nodes, scene.tissue.block_m) {
+            (Some(n), _) => sized(n),
+            (None, Some(_)) => largest(sized, scene.tissue.nodes.unwrap_or(DEFAULT_NODES)),
+            (None, None) => Packed::of(scene, machine),
+        }
     };
-    let packed = match (nodes, scene.tissue.block_m) {
-        (Some(n), _) => sized(n)?,
-        (None, Some(_)) => largest(sized, scene.tissue.nodes.unwrap_or(DEFAULT_NODES))?,
-        (None, None) => Packed::of(&scene, machine)?,
-    };
-    let Packed { session, cost, touched } = packed;
+    let Packed { session, cost, touched } = packed(&scene)?;
     let model = session.patch.model();
     if machine.is_board() {
         boards::refuse_points(&model, machine.name)?;
@@ -90,9 +120,20 @@ fn pack(common: &Common, machine: &CostModel, nodes: Option<usize>) -> Result<()
         ))
         .into());
     }
-    let folder = OutputFolder::add_to(&common.folder("pack"))?;
-    let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
+    let bytes = in_file(&session);
     let name = format!("{}-{}.patch", scene.name, machine.name);
+    if machine.is_board() {
+        let packs = |scene: &Scene| {
+            scene.check().is_ok()
+                && packed(scene).is_ok_and(|packed| {
+                    packed.cost.units <= packed.cost.budget
+                        && boards::contact_refusal(&in_file(&packed.session), ceiling_n_per_m).is_none()
+                })
+        };
+        let refusal = boards::contact_refusal(&bytes, ceiling_n_per_m);
+        boards::refuse_contact(&name, refusal.map(|refusal| remedy::tried(refusal, &scene, &packs)))?;
+    }
+    let folder = OutputFolder::add_to(&common.folder("pack"))?;
     folder.write(&name, &bytes)?;
     // the errors of the record remain those of the fit, since its constants are packed unchanged
     if let (Standing::Calibrated { record }, Some(patch_crc32)) = (Standing::of(&scene, &session.patch), checksum(&bytes)) {
@@ -124,6 +165,10 @@ fn pack(common: &Common, machine: &CostModel, nodes: Option<usize>) -> Result<()
         println!("palpate cut --board {} with the same scene makes a calibrated patch that fits this board", machine.name);
     }
     verdict.last()
+}
+
+fn in_file(session: &Session) -> Vec<u8> {
+    session.patch.pack(&session.params, session.stable.pressed_s as f32)
 }
 
 /// A patch with its cost on a machine.

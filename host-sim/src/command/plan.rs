@@ -15,6 +15,7 @@ use super::Common;
 use super::boards::machine;
 use super::campaign::{Campaign, Shards};
 use super::cut::{on_board, packed};
+use super::pack::DeviceArg;
 use super::progress::Status;
 use crate::error::Error;
 use crate::provenance;
@@ -62,6 +63,9 @@ pub(super) struct PlanOptions {
     /// finite elements first, half a minute more.
     #[arg(long)]
     quick: bool,
+    #[command(flatten)]
+    #[serde(flatten)]
+    device: DeviceArg,
 }
 
 impl PlanArgs {
@@ -104,7 +108,7 @@ impl PlanOptions {
         out: &Path,
         all: bool,
     ) -> Result<(Outcome, Option<String>), Error> {
-        let asked = self.tolerance_pct;
+        let (asked, ceiling_n_per_m) = (self.tolerance_pct, self.device.ceiling_n_per_m()?);
         let scene = common.load()?;
         scene.refuse_stiffening()?;
         if machine.is_board() {
@@ -133,7 +137,7 @@ impl PlanOptions {
         };
         let outcome = search(&bench, &mut Supply::of(&scene, machine, self.quick))?;
         status.clear();
-        let patch = report::write(folder, &bench, &outcome, all)?;
+        let patch = report::write(folder, &bench, &outcome, ceiling_n_per_m, all)?;
         Ok((outcome, patch))
     }
 }

@@ -5,9 +5,11 @@ use std::collections::BTreeMap;
 
 use palpate::Vector3;
 use palpate::haptic::cycle::Settings;
-use palpate_controller::config::{Profile, ProfileError};
+use palpate_controller::config::{Profile, ProfileError, WireOrder};
 use palpate_controller::kinematics::{DIMENSIONS, Kind, MechanismError, MechanismProfile};
+use palpate_controller::probe_in::EncoderCounts;
 use palpate_loop::closed_loop::device::DeviceProfile;
+use palpate_loop::commissioning::day_of;
 use palpate_tissue::Error;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -52,11 +54,28 @@ enum Dimension {
 /// There is no such device or file; a key or a number is wrong; or the mechanism cannot move as the
 /// device does.
 pub fn load(name_or_file: &str) -> Result<(DeviceProfile, Profile), Error> {
-    let device = DeviceProfile::load(name_or_file)?;
+    of(DeviceProfile::load(name_or_file)?, name_or_file)
+}
+
+/// Like [`load`], for a profile that is known by this name or file.
+///
+/// # Errors
+/// Errors of [`load`].
+pub fn of(device: DeviceProfile, name_or_file: &str) -> Result<(DeviceProfile, Profile), Error> {
     // the centre of the device is its site
-    let limits = device.limits(Vector3::zeros());
+    let limits = device.real_limits(Vector3::zeros());
     let settings = Settings { limits: device.limit_values(), ..Settings::safe(&limits) };
     let mut profile = Profile { operator_switch: device.operator_switch, ..Profile::of(&settings, &limits) };
+    profile.commissioned_day = device.commissioned.as_deref().and_then(day_of).unwrap_or(0);
+    if let Some(table) = &device.wiring {
+        let per_count = if device.mechanism.is_some() { 1.0 } else { EncoderCounts::LENGTH_M };
+        profile.wiring = WireOrder {
+            encoder: table.sensor,
+            ratio: table.m_per_unit.map(|m| m / per_count),
+            motor: table.motor,
+            motor_sign: table.motor_sign.map(|sign| if sign < 0.0 { -1 } else { 1 }),
+        };
+    }
     let place = |what: String| Error::Usage(format!("{name_or_file}: [mechanism]: {what}"));
     if let Some(table) = &device.mechanism {
         let written: Written = table.clone().try_into().map_err(|cause| place(cause.message().trim().into()))?;

@@ -62,6 +62,43 @@ static void no_session(palpate_session s) {
     IS(palpate_set_modulus(s, 3500.0), PALPATE_CODE_NO_SESSION);
     IS(palpate_lower_force(s, 1.0), PALPATE_CODE_NO_SESSION);
     IS(palpate_close(s), PALPATE_CODE_NO_SESSION);
+    int32_t stage;
+    char words[8];
+    three[0] = 1.0;
+    IS(palpate_commission(s, three, 0.05, 0, three, &stage), PALPATE_CODE_NO_SESSION);
+    HOLDS(three[0] == 0.0 && stage == PALPATE_STAGE_STOPPED);
+    IS(palpate_commission_text(s, 0.05, words, sizeof words), PALPATE_CODE_NO_SESSION);
+    IS(palpate_read_cautions(s, words, sizeof words), PALPATE_CODE_NO_SESSION);
+    IS(palpate_write_profile(s, "never.toml"), PALPATE_CODE_NO_SESSION);
+}
+
+/* The profile was not commissioned: the session says so, and a commissioning asks its user, step by step. */
+static void commissioning(palpate_session s) {
+    double reading[3] = {0.0, 0.0, 0.0}, force_n[3] = {9.0, 9.0, 9.0};
+    char words[400];
+    int32_t stage = 9;
+    palpate_info info;
+    IS(palpate_read_info(s, &info, sizeof info), PALPATE_CODE_OK);
+    HOLDS(info.max_force_n == 0.5);
+    IS(palpate_read_cautions(s, words, sizeof words), PALPATE_CODE_OK);
+    HOLDS(strstr(words, "not commissioned") != NULL);
+    IS(palpate_read_cautions(s, words, 8), PALPATE_CODE_WRONG_SIZE);
+    IS(palpate_read_cautions(s, NULL, sizeof words), PALPATE_CODE_NULL);
+    IS(palpate_commission(s, reading, 9.0, 0, force_n, &stage), PALPATE_CODE_WRONG_ORDER);
+    HOLDS(stage == PALPATE_STAGE_STOPPED && force_n[0] == 0.0);
+    IS(palpate_commission(s, NULL, 0.05, 0, force_n, &stage), PALPATE_CODE_NULL);
+    IS(palpate_commission(s, reading, 0.05, 0, NULL, &stage), PALPATE_CODE_NULL);
+    IS(palpate_commission(s, reading, 0.05, 0, force_n, &stage), PALPATE_CODE_OK);
+    HOLDS(stage == PALPATE_STAGE_START);
+    IS(palpate_commission_text(s, 0.05, words, sizeof words), PALPATE_CODE_OK);
+    HOLDS(strstr(words, "50 mm along x") != NULL);
+    IS(palpate_commission(s, reading, 0.05, 1, force_n, &stage), PALPATE_CODE_OK);
+    HOLDS(stage == PALPATE_STAGE_MOVE);
+    /* confirmed without a motion */
+    IS(palpate_commission(s, reading, 0.05, 1, force_n, &stage), PALPATE_CODE_NOT_COMMISSIONED);
+    HOLDS(stage == PALPATE_STAGE_STOPPED && strstr(palpate_last_message(), "along x") != NULL);
+    IS(palpate_write_profile(s, "never.toml"), PALPATE_CODE_BAD_SCENE);
+    IS(palpate_write_profile(s, NULL), PALPATE_CODE_NULL);
 }
 
 static void opening(const char *patch) {
@@ -175,11 +212,11 @@ static void in_a_session(palpate_session s) {
     }
 
     /* lowered limits stay lowered after a reset */
-    IS(palpate_lower_force(s, 0.5), PALPATE_CODE_OK);
+    IS(palpate_lower_force(s, 0.4), PALPATE_CODE_OK);
     IS(palpate_reset(s), PALPATE_CODE_OK);
-    IS(palpate_lower_force(s, 0.6), PALPATE_CODE_OUT_OF_RANGE);
+    IS(palpate_lower_force(s, 0.45), PALPATE_CODE_OUT_OF_RANGE);
     IS(palpate_read_info(s, &info, sizeof info), PALPATE_CODE_OK);
-    HOLDS(info.max_force_n == 0.5);
+    HOLDS(fabs(info.max_force_n - 0.4) < 1e-6);
 }
 
 int main(int argc, char **argv) {
@@ -191,6 +228,7 @@ int main(int argc, char **argv) {
     no_session((palpate_session)-1);
     IS(palpate_open_patch(argv[1], NULL, &s), PALPATE_CODE_OK);
     no_session(s + 1);
+    commissioning(s);
     in_a_session(s);
     IS(palpate_close(s), PALPATE_CODE_OK);
     no_session(s);

@@ -55,7 +55,7 @@ session.run(np.tile(up, (120, 1)))
 session.clear()
 session.run(np.tile(up, (3, 1)))
 assert session.fault is None and session.mode == "idle"
-session.lower_force(0.5)
+session.lower_force(0.25)
 session.reset()
-assert session.max_force_n == 0.5 and session.mode == "boot"
+assert session.max_force_n == 0.25 and session.mode == "boot"
 print("0 wrong")

@@ -54,6 +54,34 @@ fn the_small_block_itself_is_accepted() {
     assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
 }
 
+/// Packs the default block at another modulus for a device; the folder stays empty if it is refused.
+fn packed_for(desk: &Desk, changes: &[&str]) -> palpate_tests::palpate_command::Outcome {
+    let fixed = ["pack", "--board", "m7-480", "--nodes", "100", "--device", "touch", "--out", "out"];
+    let changes = changes.iter().flat_map(|change| ["--set", *change]);
+    palpate(SCRATCH, desk.folder(), &fixed.into_iter().chain(changes).collect::<Vec<_>>())
+}
+
+#[test]
+fn a_contact_that_the_device_does_not_render_is_not_packed_and_the_remedies_are_accepted() {
+    let desk = Desk::default();
+    let before = desk.listing();
+    let stiff = packed_for(&desk, &["tissue.youngs_modulus_pa=28000"]);
+    assert_eq!((stiff.code, stiff.stdout.as_str(), stiff.stderr.lines().count()), (Some(2), "", 1), "{stiff:?}");
+    assert!(stiff.stderr.contains("renders 400 N/m") && stiff.stderr.contains("nothing is written"), "{stiff:?}");
+    assert_eq!(desk.listing(), before);
+    let number = |before: &str, after: &str| {
+        let (_, rest) = stiff.stderr.split_once(before).unwrap();
+        rest.split_once(after).unwrap().0.parse::<f64>().unwrap()
+    };
+    let softer = format!("tissue.youngs_modulus_pa={}", 1e3 * number("take at most ", " kPa"));
+    let hold_m = 1e-3 * number("depth limit of at most ", " mm") / 1.25;
+    let shallower = format!("drive.holds_m=[{hold_m}]");
+    for remedy in [&[softer.as_str()][..], &["tissue.youngs_modulus_pa=28000", shallower.as_str()]] {
+        let outcome = packed_for(&desk, remedy);
+        assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""), "{remedy:?}: {outcome:?}");
+    }
+}
+
 #[test]
 fn a_scene_that_is_not_there() {
     let desk = Desk::default();

@@ -8,5 +8,4 @@ mod kinematics_keep_power;
 mod link_frames_are_checked;
 mod mechanism_profiles;
 mod mutated_patches;
-mod wrong_signs_at_the_first_touch;
 mod your_device;

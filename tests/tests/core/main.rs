@@ -1,8 +1,10 @@
 //! The physics of a tick: energy, momentum, rest and allocation, compared with an oracle in double
-//! precision and with recorded force traces.
+//! precision and with recorded force traces; and properties of the source text.
 
+mod constants_carry_their_source;
 mod contact_map;
 mod docs_name_the_thing;
+mod energy_bound_is_proven;
 mod energy_never_grows;
 mod floored_power_leaves_the_force;
 mod friction;

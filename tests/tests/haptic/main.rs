@@ -7,6 +7,7 @@ mod fault_campaign;
 mod faults_give_zero_force;
 mod haptic_closed_loop;
 mod haptic_invariants;
+mod known_limit_cycle;
 mod live_feel;
 mod live_replay;
 mod loop_closes;

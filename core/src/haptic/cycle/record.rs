@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use crate::fault::{ClampFlags, Fault};
+use crate::haptic::account::Energy;
 use crate::haptic::mode::Mode;
-use crate::haptic::passivity::Energy;
 use crate::stages::output::Output;
 
 /// Request of the host.

@@ -21,6 +21,13 @@ pub trait Renderer {
     fn tangent_n_per_m(&self, output: &Output) -> f32 {
         hertz_slope_n_per_m(output)
     }
+
+    /// Stiffness of the contact at the depth limit [N/m], to which the loop fits its gain
+    /// ([`crate::haptic::ceiling`]); zero for a model that was found soft enough before, as on a
+    /// board.
+    fn stiffness_n_per_m(&self) -> f32 {
+        0.0
+    }
 }
 
 /// The product's patch as a renderer.

@@ -1,10 +1,10 @@
 //! Settings of the loop, in SI and ticks.
 
 use crate::fault::BuildError;
+use crate::haptic::account::AccountSettings;
 use crate::haptic::damping::DampingSettings;
 use crate::haptic::device::DeviceSpec;
 use crate::haptic::limits::LoopLimitSettings;
-use crate::haptic::passivity::PassivitySettings;
 use crate::haptic::{Range, each_within};
 
 /// Conditions for arming, and the ramps with which a force begins and ends.
@@ -28,6 +28,8 @@ pub struct ArmingSettings {
     pub ramp_ticks: u16,
 }
 
+/// Ranges of the settings.
+/// Source: chosen; around the default; a silent host ends every force within 145 ticks at most.
 static RANGES: [Range; 8] = [
     ("arming.weak_n", f32::MIN_POSITIVE, 0.5),
     ("arming.slow_m_per_s", f32::MIN_POSITIVE, 0.5),
@@ -43,6 +45,9 @@ impl ArmingSettings {
     /// Arming requires a force below 0.2 N and a speed below 0.5 m/s for 100 ticks; the gain is
     /// full after 500 ticks outside; a silent host counts as lost after 20 ticks, and any force is
     /// zero 120 ticks later.
+    /// Source: 0.2 N as in CHAI3D, which waits for a small force. The ticks are chosen so that a
+    /// silent host ends every force within 150 ms (SAFETY.md), the gains so that they change over
+    /// half a second and a second.
     pub const DEFAULT: Self = Self {
         weak_n: 0.2,
         slow_m_per_s: 0.5,
@@ -81,8 +86,8 @@ pub struct Settings {
     pub limits: LoopLimitSettings,
     /// Gains of the damping in contact.
     pub damping: DampingSettings,
-    /// Bounds on the energy given to the hand.
-    pub passivity: PassivitySettings,
+    /// Energy that the hand may be given.
+    pub account: AccountSettings,
     /// Arming and ramps.
     pub arming: ArmingSettings,
 }
@@ -99,7 +104,7 @@ impl Settings {
             tick_s,
             limits: LoopLimitSettings { max_force_n, ..limits },
             damping: DampingSettings::safe(device.delay_s(tick_s), tick_s),
-            passivity: PassivitySettings::DEFAULT,
+            account: AccountSettings::DEFAULT,
             arming: ArmingSettings::DEFAULT,
         }
     }

@@ -19,25 +19,35 @@ use super::LoopLimits;
 use crate::fault::Fault;
 
 /// Speed along an axis from which a probe cannot come to rest within a tick [m/s].
+/// Source: derived; [`BRAKES_M_PER_S2`] stops no faster probe within a tick.
 const FAST_M_PER_S: f32 = 0.2;
 /// Number of readings in a row that have to be as fast as [`FAST_M_PER_S`], in one direction.
+/// Source: measured; one fast reading alone, a glitch or a toggling count, caused a false alarm
+/// (DECISIONS.md).
 const MOVING: u8 = 3;
 /// Least such speed in counts per tick (1): a coarse encoder makes a slow hand look fast now and
 /// then.
+/// Source: derived; two counts per tick are a slow hand
+/// (`two_counts_per_tick_of_a_coarse_encoder_are_not_fast`), three are fast.
 const FAST_COUNTS: f32 = 2.5;
 /// Next displacement, extrapolated from the last two, up to which equal readings are plausible, in
 /// counts (1): less than one count, plus an extrapolation error of less than three.
+/// Source: derived; one and three, less a half, since both bounds are open.
 const UNSEEN_COUNTS: f32 = 3.5;
 /// Largest deceleration of a hand [m/s^2].
+/// Source: chosen; as `HAND_M_PER_S2` in [`crate::haptic::account`].
 const BRAKES_M_PER_S2: f32 = 200.0;
 /// Number of counts by which the last displacement of a braking hand may read longer than that
 /// deceleration allows within one tick (1): one count of motion that is no longer read and one of
 /// rounding, less a quarter, so that three counts per tick of a coarse encoder do not pass for
 /// braking.
+/// Source: derived; one and one, less a quarter.
 const BRAKED_COUNTS: f32 = 1.75;
 /// Number of equal readings in a row, after the motion, that is a fault.
+/// Source: chosen; with it the motions of `core/tests/honest` raise no fault.
 const EQUAL: u8 = 3;
 /// Within this distance of the end of the workspace a hard stop may have stopped the probe [m].
+/// Source: none.
 const STOP_M: f32 = 2e-3;
 
 /// Watches the readings of each axis.

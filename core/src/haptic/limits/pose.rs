@@ -50,9 +50,11 @@ pub struct PoseGate {
 }
 
 /// Ticks that one bad reading counts for: more than one bad reading in that many ticks is too many.
+/// Source: none.
 const TICKS_PER_BAD: u16 = 20;
 /// Ticks counted above which the share is too large: 25 bad readings at once, or every third
 /// reading for a tenth of a second.
+/// Source: chosen; twenty bad readings within 40 ticks, once a second, are borne (test below).
 const TOO_MANY: u16 = 500;
 
 /// Counts how often something happens; the count decays at the permitted rate.

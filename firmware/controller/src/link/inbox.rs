@@ -8,6 +8,7 @@ use palpate::haptic::mode::{Mode, Request};
 
 use super::message::{HostAsk, Refusal, ToBoard};
 use super::upload::Upload;
+use crate::commission::Setup;
 use crate::config::Profile;
 use crate::controller::Controller;
 use crate::probe_in::{EncoderCounts, JointReading, Reading};
@@ -47,6 +48,10 @@ pub enum Reply {
     Home,
     /// Whether the host reads the log from now on.
     Listen(bool),
+    /// Begin a commissioning.
+    Commission(Setup),
+    /// The user confirms a step of the commissioning.
+    Confirm,
 }
 
 /// Content of the messages since the last tick.
@@ -120,7 +125,11 @@ impl Inbox {
             ToBoard::Listen(listens) => Reply::Listen(listens),
             ToBoard::Store(profile) if controller.mode().accepts(Request::Config) => Reply::Store(profile),
             ToBoard::Home if controller.mode().accepts(Request::Config) => Reply::Home,
-            ToBoard::Store(_) | ToBoard::Home => Reply::Refused(Refusal::NotIdle),
+            ToBoard::Commission(setup) if !setup.sound() => Reply::Refused(Refusal::Commissioning),
+            ToBoard::Commission(_) if controller.barred() => Reply::Refused(Refusal::Barred),
+            ToBoard::Commission(setup) if controller.mode().accepts(Request::Config) => Reply::Commission(setup),
+            ToBoard::Confirm => Reply::Confirm,
+            ToBoard::Store(_) | ToBoard::Home | ToBoard::Commission(_) => Reply::Refused(Refusal::NotIdle),
         }
     }
 

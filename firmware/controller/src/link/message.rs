@@ -9,8 +9,10 @@ use super::log::Log;
 use super::record::Record;
 use super::wire_limits::WireLimits;
 use crate::about::About;
+use crate::commission::{Progress, Setup, WireResult};
 use crate::config::{Profile, ProfileError, StoreError};
 use crate::kinematics::MechanismError;
+use crate::patch::contact::{TooNarrow, TooStiff};
 
 /// Messages from the host. Each of them counts as a keep-alive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -73,6 +75,11 @@ pub enum ToBoard<'a> {
     /// Whether the host reads the log; true is valid for the next [`crate::serve::LISTENS_TICKS`]
     /// ticks.
     Listen(bool),
+    /// Begin a commissioning, in `Idle`. From then on the board sends
+    /// [`FromBoard::Commissioning`] with every record.
+    Commission(Setup),
+    /// The user confirms the step of the commissioning that the board waits for.
+    Confirm,
 }
 
 /// Requests of a host to the mode machine; the requests of start-up come from the board itself.
@@ -118,6 +125,12 @@ pub enum FromBoard {
         bad_frames: u32,
         /// Number of nodes of the patch; 0 while there is no patch.
         nodes: u32,
+        /// Whether the device was commissioned.
+        commissioned: bool,
+        /// Energy that the device can give the hand at once [J].
+        at_once_j: f32,
+        /// Energy that it can give for as long as it runs [W].
+        lasting_w: f32,
     },
     /// The answer to [`ToBoard::Identify`].
     Identity(Identity),
@@ -128,6 +141,11 @@ pub enum FromBoard {
     /// The answer to [`ToBoard::YoungsModulus`] in a mode with force: the modulus [Pa] that was
     /// accepted.
     Modulus(f32),
+    /// Step of the commissioning.
+    Commissioning(Progress),
+    /// Result of the commissioning. The profile is still the old one: the host completes it and
+    /// sends it with [`ToBoard::Store`].
+    Commissioned(WireResult),
 }
 
 /// Longest name of a board with its image's version [bytes].
@@ -208,6 +226,12 @@ pub enum Refusal {
     NoEncoders,
     /// The board crashed too often: it arms again only after power-on or its reset button.
     Barred,
+    /// The contact is stiffer than the stiffness ceiling of the device's profile.
+    ContactStiff(TooStiff),
+    /// The tip is narrower than the elements of the patch under it.
+    TipNarrow(TooNarrow),
+    /// A number of a commissioning is out of its range.
+    Commissioning,
 }
 
 impl From<StoreError> for Refusal {
@@ -224,11 +248,14 @@ impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Mechanism(error) => return error.fmt(f),
+            Self::ContactStiff(contact) => return contact.fmt(f),
+            Self::TipNarrow(tip) => return tip.fmt(f),
             Self::NotHomed => "the home pose is not known: hold the device in it and run `palpate board home`",
             Self::NoEncoders => "no encoder of this board answers: check the wiring, or send the board its readings",
             Self::Barred => {
                 "the board crashed three times within a minute and arms no more: switch it off and on, and see its log for the cause"
             }
+            Self::Commissioning => "the numbers of the commissioning are out of range: give a distance between 5 mm and 0.5 m, and check the profile's encoders and motors",
             Self::NotIdle => "the board is not idle: stop it first, or clear its fault",
             Self::LimitRises => "a limit would rise or is no number: limits can only be lowered",
             Self::ModulusOutOfRange => "Young's modulus must be between half and twice that of the patch: pack another patch",

@@ -39,8 +39,8 @@ pub struct Record {
     pub wanted_n: [f32; 3],
     /// Force on the device [N].
     pub applied_n: [f32; 3],
-    /// Energy [J] given to the hand since the touch, created by this contact, and created by all
-    /// earlier contacts.
+    /// Energy [J] given to the hand since the touch, created by this contact, and that the hand may
+    /// still be given.
     pub energy_j: [f32; 3],
     /// Whether the enable line is on.
     pub enabled: bool,
@@ -72,7 +72,7 @@ impl Record {
             patch_limiters: output.limiters.bits(),
             wanted_n: telemetry.wanted_n.into(),
             applied_n: telemetry.applied_n.into(),
-            energy_j: [energy.given_j, energy.created_j, energy.total_created_j],
+            energy_j: [energy.given_j, energy.created_j, energy.balance_j],
             enabled: outputs.enabled,
             codes: outputs.codes.map(|code| code.0),
             spent_counts,

@@ -2,7 +2,7 @@
 
 use palpate::BuildError;
 
-use super::{DASHPOT, EXPONENT, MODULUS, SUBSTEP, TICK, cost, site, step};
+use super::{DASHPOT, EXPONENT, MODULUS, SUBSTEP, TICK, contact, cost, site, step};
 use crate::link::Refusal;
 
 impl From<BuildError> for Refusal {
@@ -16,9 +16,10 @@ impl From<BuildError> for Refusal {
                 parameter: SUBSTEP | TICK | DASHPOT | step::FLOOR | step::SERIES | step::CONTACT, ..
             } => Self::PatchStep,
             BuildError::OutOfRange { parameter: cost::COST | EXPONENT, .. } => Self::PatchCost,
-            BuildError::OutOfRange { parameter: site::SITE | site::AXIS | site::AXIS_LENGTH | site::DEPTH, .. } => {
-                Self::PatchSite
-            }
+            BuildError::OutOfRange {
+                parameter: site::SITE | site::AXIS | site::AXIS_LENGTH | site::DEPTH | contact::PUSH,
+                ..
+            } => Self::PatchSite,
             BuildError::OutOfRange { parameter: MODULUS, .. } => Self::ModulusOutOfRange,
             _ => Self::PatchInvalid,
         }
@@ -44,6 +45,7 @@ mod tests {
             (range(cost::COST), Refusal::PatchCost),
             (range(EXPONENT), Refusal::PatchCost),
             (range(site::AXIS), Refusal::PatchSite),
+            (range(contact::PUSH), Refusal::PatchSite),
             (range(MODULUS), Refusal::ModulusOutOfRange),
             (range("poisson_ratio"), Refusal::PatchInvalid),
             (BuildError::Empty, Refusal::PatchInvalid),

@@ -1,7 +1,7 @@
 use std::boxed::Box;
 use std::vec::Vec;
 
-use palpate::{FoundationPoint, Vector3};
+use palpate::FoundationPoint;
 
 use super::*;
 
@@ -202,7 +202,7 @@ fn without_a_patch_a_tick_is_a_fault_and_there_is_no_state() {
     let output = tissue.render(ProbePose { tip_m: Vector3::zeros() });
     assert_eq!((output.fault, output.force_n), (Some(Fault::SizeMismatch), Vector3::zeros()));
     assert_eq!(tissue.state(), (0, 0));
-    assert_eq!(tissue.ask_modulus(1e3), Err(Refusal::NoPatch));
+    assert_eq!(tissue.ask_modulus(1e3, f32::MAX), Err(Refusal::NoPatch));
 }
 
 #[test]
@@ -264,7 +264,7 @@ fn a_modulus_asked_of_the_tissue_is_taken_between_two_ticks() {
     let patch = Patch::open(&BLOCK.0, &mut memory, None).unwrap();
     let packed_pa = patch.packed_pa;
     let mut tissue = PatchSlot(Some(patch));
-    tissue.ask_modulus(0.8 * packed_pa).unwrap();
+    tissue.ask_modulus(0.8 * packed_pa, f32::MAX).unwrap();
     tissue.settle(true);
     assert_eq!(tissue.0.as_ref().unwrap().tuned.youngs_modulus_pa(), 0.8 * packed_pa);
 }

@@ -2,6 +2,7 @@
 //! outputs, watchdog, link, and the mechanisms of its devices. The tests need no emulator and run
 //! in milliseconds.
 
+mod commissioning;
 mod devices;
 mod hosts;
 mod kinematics_keep_power;

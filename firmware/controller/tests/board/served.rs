@@ -4,7 +4,10 @@ use std::future::Future;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
+use palpate::haptic::account::{AccountSettings, EnergyAccount};
+use palpate::haptic::device::HapticDevice;
 use palpate::haptic::mode::Mode;
+use palpate_controller::config::Profile;
 use palpate_controller::controller::Arming;
 use palpate_controller::force_out::Outputs;
 use palpate_controller::haptic_loop::HapticLoop;
@@ -12,6 +15,7 @@ use palpate_controller::link::frame::decode;
 use palpate_controller::link::message::HostAsk;
 use palpate_controller::link::{FromBoard, Refusal, ToBoard, Upload, encode, upload};
 use palpate_controller::patch::{Memory, WordAligned};
+use palpate_controller::port::Port;
 use palpate_controller::serve::{Pace, run};
 
 use super::mock::{Mock, haptic_loop};
@@ -79,8 +83,10 @@ fn a_report_tells_the_state_and_a_modulus_out_of_range_is_refused() {
         .map(|frame| {
             decoded(frame, |message| match message {
                 FromBoard::Record(_) => "record",
-                FromBoard::State { stack_used_bytes, nodes, bad_frames, .. } => {
+                FromBoard::State { stack_used_bytes, nodes, bad_frames, at_once_j, lasting_w, .. } => {
                     assert_eq!((stack_used_bytes, nodes, bad_frames), (4321, 56, 0));
+                    let bound = EnergyAccount::bound(&AccountSettings::DEFAULT, &Port::DESKTOP.limits(), 1e-3);
+                    assert_eq!((at_once_j, lasting_w), (bound.at_once_j, bound.lasting_w));
                     "state"
                 }
                 FromBoard::Refused(Refusal::ModulusOutOfRange) => "refused",
@@ -148,6 +154,66 @@ fn opening_a_large_patch_feeds_the_watchdog_while_the_outputs_are_off() {
     stuck.board.stuck = Some(Outputs { enabled: true, ..Outputs::OFF });
     let (_, board) = answers_of(stuck, &bring(&RELATIVE.0));
     assert_eq!(board.fed, 0);
+}
+
+/// A profile of the desktop stylus with this stiffness ceiling.
+fn with_ceiling(stiffness_ceiling_n_per_m: f32) -> ToBoard<'static> {
+    ToBoard::Store(Profile { stiffness_ceiling_n_per_m, ..Profile::desktop() })
+}
+
+/// What a board says to these messages, apart from records.
+fn said(messages: &[ToBoard<'_>]) -> Vec<FromBoard> {
+    let (frames, _) = answers(messages);
+    let said = frames.into_iter().map(|frame| decoded(frame, |message| message));
+    said.filter(|message| !matches!(message, FromBoard::Record(_))).collect()
+}
+
+/// The patch of 3.5 kPa is 52 N/m stiff at its depth limit, that for the other board 51 N/m.
+#[test]
+fn a_contact_beyond_the_profile_in_force_is_refused_as_a_profile_as_a_modulus_and_as_a_patch() {
+    let mut messages: Vec<ToBoard> = (1..=9).map(|n| pose(n, 2e-3)).collect();
+    messages.extend([with_ceiling(40.0), with_ceiling(60.0), pose(10, 2e-3)]);
+    // the controller starts anew
+    messages.extend((11..=20).map(|n| pose(n, 2e-3)));
+    messages.extend([ToBoard::YoungsModulus(4.5e3), ToBoard::YoungsModulus(3.8e3), pose(21, 2e-3)]);
+    let told = said(&messages);
+    let [profile, FromBoard::Stored(_), modulus, FromBoard::PatchTaken(56)] = &told[..] else { panic!("{told:?}") };
+    let FromBoard::Refused(Refusal::ContactStiff(why)) = profile else { panic!("{profile:?}") };
+    assert_eq!((why.n_per_m, why.ceiling_n_per_m), (52, 40));
+    let FromBoard::Refused(Refusal::ContactStiff(why)) = modulus else { panic!("{modulus:?}") };
+    assert_eq!((why.n_per_m, why.ceiling_n_per_m), (67, 60));
+    let softer_pa = why.softer_pa as f32;
+    assert!((3.8e3..4.1e3).contains(&softer_pa), "{why}");
+
+    // what the refusal names is taken
+    messages.extend([ToBoard::YoungsModulus(softer_pa), pose(22, 2e-3)]);
+    assert_eq!(said(&messages)[4..], [FromBoard::PatchTaken(56)]);
+
+    // another patch meets the same profile, and the one before it is gone
+    let mut other = messages[..9].to_vec();
+    other.extend([ToBoard::YoungsModulus(1.8e3), with_ceiling(30.0), pose(10, 2e-3)]);
+    other.extend((11..=20).map(|n| pose(n, 2e-3)));
+    other.extend(upload::messages(&RELATIVE.0));
+    other.extend([ToBoard::Ask(HostAsk::Arm), pose(21, 2e-3)]);
+    let told = said(&other);
+    assert!(matches!(told[..2], [FromBoard::PatchTaken(56), FromBoard::Stored(_)]), "{told:?}");
+    assert!(matches!(told[2], FromBoard::Refused(Refusal::ContactStiff(_))), "{told:?}");
+    assert_eq!(told[3..], [FromBoard::Refused(Refusal::NoPatch)]);
+}
+
+#[test]
+fn a_modulus_under_a_force_is_held_to_the_ceiling() {
+    let mut messages: Vec<ToBoard> = (1..=9).map(|n| pose(n, 2e-3)).collect();
+    messages.extend([with_ceiling(60.0), pose(10, 2e-3)]);
+    messages.extend((11..=20).map(|n| pose(n, 2e-3)));
+    messages.push(ToBoard::Ask(HostAsk::Arm));
+    messages.extend((21..=800).map(|n| pose(n, 2e-3)));
+    messages.extend([ToBoard::YoungsModulus(4.5e3), pose(801, 2e-3), ToBoard::YoungsModulus(3.9e3), pose(802, 2e-3)]);
+    let told = said(&messages);
+    let [FromBoard::Stored(_), FromBoard::Refused(Refusal::ContactStiff(why)), FromBoard::Modulus(taken_pa)] = told[..] else {
+        panic!("{told:?}")
+    };
+    assert_eq!((why.n_per_m, why.ceiling_n_per_m, why.shallower_um, taken_pa), (67, 60, 0, 3.9e3));
 }
 
 /// The modulus set for the previous patch does not apply to the refused one.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArray2, PyArrayLikeDyn, PyArrayMethods};
 use palpate::Vector3;
+use palpate::haptic::commission::Stage;
 use palpate::haptic::cycle::Telemetry;
 use palpate_loop::haptic_session::{HapticSession, Input};
 use pyo3::exceptions::PyValueError;
@@ -62,8 +63,63 @@ impl Session {
             return Err(PyValueError::new_err(format!("tip_m has shape {:?}: give x, y and z in m", tip.shape())));
         };
         let tip_m = Vector3::new(tip[[0]], tip[[1]], tip[[2]]).cast();
-        let record = self.inner.tick(&Input { tip_m, stale, sensor_failed, operator_absent, late_ticks });
-        Ok(array(py, &record.applied_n))
+        self.inner.tick(&Input { tip_m, stale, sensor_failed, operator_absent, late_ticks });
+        Ok(array(py, &self.inner.drive_n()))
+    }
+
+    /// Runs one tick of a commissioning in place of `tick`: it measures order, sign, unit,
+    /// friction, mass, delay and lag of the device, with 0.5 N at most. Takes the values of the
+    /// three sensors, in any unit, and returns the forces for the three motors [N], to be sent at
+    /// once, and the stage: "start", "move", "let go", "drive" or "done". `commission_text` says
+    /// what the user has to do; pass `confirmed=True` in the one tick in which that is done. `distance_m` is the
+    /// distance by which the user moves the handle along each axis.
+    ///
+    /// Raises PalpateError if it ends without a result; the profile then stays as it was.
+    #[pyo3(signature = (reading, *, confirmed=false, distance_m=0.05))]
+    fn commission<'py>(
+        &mut self,
+        py: Python<'py>,
+        reading: PyArrayLikeDyn<'py, f64, AllowTypeChange>,
+        confirmed: bool,
+        distance_m: f64,
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, &'static str)> {
+        let values = reading.as_array();
+        let &[3] = values.shape() else {
+            return Err(PyValueError::new_err(format!(
+                "reading has shape {:?}: give the values of three sensors",
+                values.shape()
+            )));
+        };
+        let reading = Vector3::new(values[[0]], values[[1]], values[[2]]).cast();
+        let step = self.inner.commission(reading, distance_m as f32, confirmed);
+        let step = step.map_err(|error| PalpateError::new_err(error.to_string()))?;
+        let stage = match step.stage {
+            Stage::Start(_) => "start",
+            Stage::Move(_) => "move",
+            Stage::LetGo => "let go",
+            Stage::Drive(_) => "drive",
+            Stage::Done => "done",
+            Stage::Stopped(_) => return Err(PalpateError::new_err(step.sentence(distance_m as f32))),
+        };
+        Ok((array(py, &step.force_n), stage))
+    }
+
+    /// What the user has to do in the present step of a commissioning.
+    #[pyo3(signature = (*, distance_m=0.05))]
+    fn commission_text(&self, distance_m: f64) -> String {
+        self.inner.commission_sentence(distance_m as f32)
+    }
+
+    /// Writes the profile that the last commissioning completed to a file.
+    fn write_profile(&self, path: &str) -> PyResult<()> {
+        self.inner.write_profile(Path::new(path)).map_err(|error| raised(&error))
+    }
+
+    /// What the device's profile does not say, with the cautious values that are taken: a list of
+    /// sentences.
+    #[getter]
+    fn cautions(&self) -> Vec<String> {
+        self.inner.cautions()
     }
 
     /// Runs ticks one after the other, without waiting in between. Takes positions [m] of shape (n,
@@ -146,7 +202,7 @@ impl Session {
     /// Force on the device after the last tick [N].
     #[getter]
     fn force_n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        array(py, &self.last().map_or(Vector3::zeros(), |t| t.applied_n))
+        array(py, &self.inner.drive_n())
     }
 
     /// Whether the last tick refused a request.

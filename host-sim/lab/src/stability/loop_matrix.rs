@@ -55,8 +55,8 @@ const DEPTH_M: f64 = 4e-3;
 const FORCE_SHARE: f64 = 0.85;
 
 /// Largest stiffness of a spring [N/m] that any passive hand can hold without the loop creating
-/// energy: `K = b / (T / 2 + t_d)` (Colgate and Schenkel, J. Robotic Systems 14, 1997; with a delay
-/// after Gil, Hulin and others), `b` the device's own damping alone.
+/// energy: `K = (b - |B|) / (T / 2 + t_d)` (Colgate and Schenkel, J. Robotic Systems 14, 1997; with
+/// a delay after Gil, Hulin and others), `b` the device's own damping and `B = 0`, the wall's.
 #[must_use]
 pub fn passive_n_per_m(device: &DeviceProfile) -> f64 {
     let late_s = f64::from(device.delay_ticks) * 1e-3 + device.amplifier_lag_s;

@@ -16,10 +16,10 @@ mod virtual_coupling;
 
 use std::sync::Arc;
 
+use palpate::haptic::account::AccountSettings;
 use palpate::haptic::cycle::{Renderer, Settings};
 use palpate::haptic::damping::DampingSettings;
 use palpate::haptic::limits::LoopLimitSettings;
-use palpate::haptic::passivity::PassivitySettings;
 use palpate::stages::probe::ProbePose;
 use palpate::{Output, Vector3};
 
@@ -105,7 +105,7 @@ impl Controller {
         let safe = Settings { limits: LoopLimitSettings { max_force_n, ..safe.limits }, ..safe };
         match self {
             Self::Ours => safe,
-            _ => Settings { damping: DampingSettings::NONE, passivity: PassivitySettings::HIGHEST, ..safe },
+            _ => Settings { damping: DampingSettings::NONE, account: AccountSettings::HIGHEST, ..safe },
         }
     }
 
@@ -233,6 +233,10 @@ impl<S: Surface> Renderer for Controlled<S> {
 
     fn tangent_n_per_m(&self, output: &Output) -> f32 {
         self.surface.tangent_n_per_m(output)
+    }
+
+    fn stiffness_n_per_m(&self) -> f32 {
+        self.surface.stiffness_n_per_m()
     }
 }
 

@@ -7,6 +7,7 @@ use palpate::haptic::device::DeviceSpec;
 use palpate::haptic::limits::LoopLimitSettings;
 use serde::Deserialize;
 
+use crate::commissioning::{WiringTable, day_of};
 use palpate_tissue::error::Error;
 
 /// The profiles that ship, by name; the first is the default.
@@ -41,12 +42,15 @@ pub struct DeviceProfile {
     /// One encoder count at the probe [m]; zero for an ideal sensor.
     pub count_m: f64,
     /// Mass at the probe [kg].
+    #[serde(default = "lightest_kg")]
     pub mass_kg: f64,
     /// Viscous friction [N s/m].
     pub damping_n_s_per_m: f64,
     /// Coulomb friction [N].
+    #[serde(default)]
     pub friction_n: f64,
     /// Time constant of amplifier and motor [s].
+    #[serde(default = "long_lag_s")]
     pub amplifier_lag_s: f64,
     /// Delay from computing a force to its arrival at the amplifier, in whole ticks.
     pub delay_ticks: u8,
@@ -60,7 +64,33 @@ pub struct DeviceProfile {
     /// desktop's loop uses only the motion of the probe.
     #[serde(default)]
     pub mechanism: Option<toml::Table>,
+    /// Day on which sign, order, unit, friction, delay and lag were measured on the device itself,
+    /// such as "2026-11-27". Without it a real device gets half a newton at most; the emulated one
+    /// is what the profile says in any case.
+    #[serde(default)]
+    pub commissioned: Option<String>,
+    /// Sensors and motors of the axes, as the commissioning found them.
+    #[serde(default)]
+    pub wiring: Option<WiringTable>,
+    /// Text of the file.
+    #[serde(skip)]
+    pub text: String,
 }
+
+/// The lightest handle of a desktop device [kg]: that of a small pantograph. A light handle is
+/// accelerated most by its own motors.
+fn lightest_kg() -> f64 {
+    LIGHTEST_KG
+}
+
+/// A long lag of amplifier and motor [s]: voltage-driven motors without current control have it.
+/// The loop damps more for a longer lag, so a shorter one than assumed does no harm.
+fn long_lag_s() -> f64 {
+    LONG_LAG_S
+}
+
+const LIGHTEST_KG: f64 = 0.03;
+const LONG_LAG_S: f64 = 3e-3;
 
 impl DeviceProfile {
     /// Loads a profile by name, or from a file.
@@ -84,8 +114,8 @@ impl DeviceProfile {
         Self::parse(&text, name_or_file)
     }
 
-    fn parse(text: &str, file: &str) -> Result<Self, Error> {
-        let profile: Self = toml::from_str(text).map_err(|e| {
+    pub(crate) fn parse(text: &str, file: &str) -> Result<Self, Error> {
+        let mut profile: Self = toml::from_str(text).map_err(|e| {
             let line = e.span().map_or(1, |s| text.get(..s.start).unwrap_or(text).matches('\n').count() + 1);
             Error::Usage(format!("{file}:{line}: {}", e.message().trim()))
         })?;
@@ -93,6 +123,7 @@ impl DeviceProfile {
             let line = text.lines().position(|l| l.trim_start().starts_with(key)).map_or(1, |n| n + 1);
             format!("{file}:{line}: {key}")
         })?;
+        profile.text = text.into();
         Ok(profile)
     }
 
@@ -124,13 +155,27 @@ impl DeviceProfile {
                 return Err(Error::Usage(format!("{place} = {value} is outside {least} .. {most}: give a number in that range")));
             }
         }
+        if let Some(day) = &self.commissioned
+            && day_of(day).is_none()
+        {
+            let place = place("commissioned");
+            return Err(Error::Usage(format!(
+                "{place} = \"{day}\" is no day: give one such as \"2026-11-27\", or leave the key out"
+            )));
+        }
+        if let Some(wiring) = &self.wiring
+            && let Err(cause) = wiring.wiring().check()
+        {
+            return Err(Error::Usage(format!("{}: {cause}", place("[wiring]"))));
+        }
         if self.axes == 2 {
             return Err(Error::Usage(format!("{} = 2 is not emulated: give 1 or 3", place("axes"))));
         }
         Ok(())
     }
 
-    /// Returns the device limits for the loop, with the workspace centred on a site [m].
+    /// Returns the limits of the emulated device for the loop, with the workspace centred on a site
+    /// [m].
     #[must_use]
     pub fn limits(&self, site_m: Vector3<f32>) -> DeviceSpec {
         let half = Vector3::from(self.workspace_m.map(|side| 0.5 * side as f32));
@@ -145,6 +190,43 @@ impl DeviceProfile {
             stiffness_ceiling_n_per_m: self.stiffness_ceiling_n_per_m as f32,
             commissioned: true,
         }
+    }
+
+    /// Returns the limits of the real device, which was commissioned only if its profile says so.
+    #[must_use]
+    pub fn real_limits(&self, site_m: Vector3<f32>) -> DeviceSpec {
+        DeviceSpec { commissioned: self.commissioned.is_some(), ..self.limits(site_m) }
+    }
+
+    /// What the profile does not say, with the cautious value that is taken, one sentence each.
+    #[must_use]
+    pub fn assumed(&self) -> Vec<String> {
+        let keys = self.text.parse::<toml::Table>().unwrap_or_default();
+        let absent = |key: &str| !self.text.is_empty() && !keys.contains_key(key);
+        let mut sentences = Vec::new();
+        if absent("friction_n") {
+            sentences.push("friction_n is not in the profile: no friction is assumed".into());
+        }
+        if absent("mass_kg") {
+            sentences.push(format!("mass_kg is not in the profile: the lightest handle is assumed, {LIGHTEST_KG} kg"));
+        }
+        if absent("amplifier_lag_s") {
+            sentences.push(format!("amplifier_lag_s is not in the profile: a long lag is assumed, {LONG_LAG_S} s"));
+        }
+        sentences
+    }
+
+    /// As [`Self::assumed`], and what a real device gets that was not commissioned.
+    #[must_use]
+    pub fn cautions(&self) -> Vec<String> {
+        let mut sentences = self.assumed();
+        if self.commissioned.is_none() {
+            sentences.push(format!(
+                "the profile is not commissioned: the force is at most {} N until its signs, units and delays are measured (`palpate board commission`, or the call `commission` of a session)",
+                DeviceSpec::UNCOMMISSIONED_N
+            ));
+        }
+        sentences
     }
 
     /// Limits of the loop on this device.

@@ -127,6 +127,15 @@ pub enum Injection {
     Tissue(TissueFault),
 }
 
+impl Injection {
+    /// Whether device and board are still what the profile says: a bound on energy that follows
+    /// from the profile holds only then.
+    #[must_use]
+    pub fn keeps_profile(self) -> bool {
+        !matches!(self, Self::Reading(_) | Self::ForceFault(_) | Self::Late { ticks: 2.., .. })
+    }
+}
+
 /// State of loop and probe at the start of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Opening {

@@ -1,191 +1,190 @@
-//! Devices that are set up wrongly: an axis has the wrong sign, or the readings come in another
-//! unit. [`first_touches`] follows such a device from arming through its first touches. It returns
-//! the fault that detected the mistake, the time, and the force that the hand had felt by then.
-//!
-//! The sign in question is that of a motor relative to its encoder: whichever of the two is wired
-//! wrongly, the force is mirrored in the frame of the readings. A frame in which encoders *and*
-//! motors are mirrored conserves power and has no effect that a loop can measure.
+//! Devices that are set up wrongly: sensors or motors of swapped axes, with wrong signs, or
+//! readings in another unit. [`commissioned`] runs the commissioning on such a device, with the
+//! steps of its user: a hand moves the handle along each axis, and lets it go.
 
-use palpate::haptic::cycle::{Ask, Command, Cycle, Telemetry};
-use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed};
-use palpate::haptic::mode::Mode;
-use palpate::{BuildError, Fault, Vector3};
+use palpate::Vector3;
+use palpate::haptic::commission::{Commissioned, Commissioning, Plan, Stage, Trouble, Wiring};
+use palpate::haptic::device::HapticDevice;
 
+use super::device::DeviceProfile;
+use super::hand::{Aim, HANDS, Hand};
 use super::plant::Plant;
-use super::run::{ARMING_TICKS, Setup, Watched, trajectory_of};
-use super::stimulus::CLEAR_M;
-use super::surface::Surface;
 use palpate_tissue::scene::TICK_S;
 
-/// Number of touches in a run.
-pub const TOUCHES: usize = 4;
-/// Duration of a touch [ticks], speed of the retreat after it [m/s], and pause before the next
-/// touch [ticks].
-const PRESSED_TICKS: u32 = 600;
-const BACK_M_PER_S: f64 = 0.1;
-const PAUSE_TICKS: u32 = 100;
-/// Time constant with which the hand brakes before it retreats [s].
-const BRAKE_S: f64 = 0.02;
-/// Tremor of a hand at rest: amplitude [m] and angular frequency [rad/s].
-const TREMOR: (f64, f64) = (80e-6, 56.5);
-
-/// A mistake in the set-up of a device.
+/// A mistake in the set-up of a device, as the wiring that it really has.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mistake {
     /// Name in tables.
     pub name: &'static str,
+    /// Axis that each wire of the encoders reads, and that each wire of the motors drives.
+    pub reads: [usize; 3],
+    /// Axis that each wire of the motors drives.
+    pub drives: [usize; 3],
+    /// Sign of the reading along each axis (1).
+    pub read_sign: [f32; 3],
     /// Sign of the force along each axis (1).
-    pub sign: [f32; 3],
+    pub drive_sign: [f32; 3],
     /// Metres read per metre moved (1).
     pub unit: f32,
 }
 
-const fn mirrored(name: &'static str, sign: [f32; 3]) -> Mistake {
-    Mistake { name, sign, unit: 1.0 }
+const RIGHT: Mistake =
+    Mistake { name: "none", reads: [0, 1, 2], drives: [0, 1, 2], read_sign: [1.0; 3], drive_sign: [1.0; 3], unit: 1.0 };
+
+const fn mirrored(name: &'static str, drive_sign: [f32; 3]) -> Mistake {
+    Mistake { name, drive_sign, ..RIGHT }
+}
+
+const fn both(name: &'static str, sign: [f32; 3]) -> Mistake {
+    Mistake { name, read_sign: sign, drive_sign: sign, ..RIGHT }
+}
+
+const fn swapped(name: &'static str, reads: [usize; 3], drives: [usize; 3]) -> Mistake {
+    Mistake { name, reads, drives, ..RIGHT }
 }
 
 const fn unit(name: &'static str, unit: f32) -> Mistake {
-    Mistake { name, sign: [1.0; 3], unit }
+    Mistake { name, unit, ..RIGHT }
 }
 
-/// All mistakes that are tried; the first entry is a loop without one.
-pub const MISTAKES: [Mistake; 10] = [
-    mirrored("none", [1.0; 3]),
+/// All mistakes that are tried; the first entry is a device without one.
+pub const MISTAKES: [Mistake; 20] = [
+    RIGHT,
     mirrored("x mirrored", [-1.0, 1.0, 1.0]),
     mirrored("y mirrored", [1.0, -1.0, 1.0]),
     mirrored("z mirrored", [1.0, 1.0, -1.0]),
     mirrored("x and z mirrored", [-1.0, 1.0, -1.0]),
     mirrored("all mirrored", [-1.0; 3]),
+    both("x mirrored, encoder and motor", [-1.0, 1.0, 1.0]),
+    both("z mirrored, encoder and motor", [1.0, 1.0, -1.0]),
+    both("all mirrored, encoders and motors", [-1.0; 3]),
+    swapped("x and y swapped, encoders and motors", [1, 0, 2], [1, 0, 2]),
+    swapped("y and z swapped, motors", [0, 1, 2], [0, 2, 1]),
+    swapped("x and z swapped, encoders", [2, 1, 0], [0, 1, 2]),
+    swapped("all in turn", [1, 2, 0], [2, 0, 1]),
     unit("unit x 10", 10.0),
     unit("unit / 10", 0.1),
     unit("unit x 1000", 1e3),
     unit("unit / 1000", 1e-3),
+    unit("inches", 1e3 / 25.4),
+    unit("millimetres for inches", 25.4),
+    Mistake {
+        name: "everything at once",
+        reads: [2, 0, 1],
+        drives: [1, 0, 2],
+        read_sign: [-1.0, 1.0, -1.0],
+        drive_sign: [-1.0, -1.0, 1.0],
+        unit: 10.0,
+    },
 ];
 
-/// Outcome of the first touches.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FirstTouches {
-    /// Fault that ended the touches.
-    pub fault: Option<Fault>,
-    /// Ticks from the first force until the loop removed it, by a fault or for the rest of a
-    /// contact. Zero if a fault came before any force; `None` if the force was never removed.
-    pub ended_ticks: Option<u32>,
-    /// Largest force on the hand until then [N].
-    pub peak_n: f32,
-    /// Largest distance of the handle until then from its position at the first force [m].
-    pub way_m: f64,
-}
-
-/// A device with a mistake.
-struct Mistaken<'a> {
-    plant: &'a mut Plant,
-    mistake: Mistake,
-    site_m: Vector3<f32>,
-}
-
-impl HapticDevice for Mistaken<'_> {
-    fn limits(&self) -> DeviceSpec {
-        self.plant.limits()
-    }
-
-    fn sense(&mut self) -> Sensed {
-        let mut sensed = self.plant.sense();
-        if self.mistake.unit != 1.0 {
-            sensed.position_m = self.site_m + (sensed.position_m - self.site_m) * self.mistake.unit;
+impl Mistake {
+    /// The wiring that a commissioning has to find.
+    #[must_use]
+    pub fn wiring(&self) -> Wiring {
+        let mut wiring = Wiring::STRAIGHT;
+        for (wire, axis) in self.reads.into_iter().enumerate() {
+            wiring.sensor[axis] = wire as u8;
+            wiring.per_unit[axis] = self.read_sign[axis] / self.unit;
         }
-        sensed
+        for (wire, axis) in self.drives.into_iter().enumerate() {
+            wiring.motor[axis] = wire as u8;
+            wiring.motor_sign[axis] = self.drive_sign[axis];
+        }
+        wiring
     }
 
-    fn actuate(&mut self, force_n: Vector3<f32>) {
-        self.plant.actuate(force_n.component_mul(&Vector3::from(self.mistake.sign)));
+    /// Values on the encoders' wires for a position [m].
+    #[must_use]
+    pub fn readings(&self, at_m: Vector3<f32>) -> [f32; 3] {
+        self.reads.map(|axis| at_m[axis] * self.read_sign[axis] * self.unit)
     }
 
-    fn release(&mut self) {
-        self.plant.release();
+    /// Force [N] for the commands on the motors' wires.
+    #[must_use]
+    pub fn force_n(&self, commands: [f32; 3]) -> Vector3<f32> {
+        let mut force_n = Vector3::zeros();
+        for (axis, command) in self.drives.into_iter().zip(commands) {
+            force_n[axis] = command * self.drive_sign[axis];
+        }
+        force_n
     }
 }
 
-/// Arms the loop, then touches the surface [`TOUCHES`] times; `see` is called for every tick of
-/// these touches, but not of the retreats.
+/// What the user's hand does while the motors drive the handle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum HandsOff {
+    /// Nothing: the handle is free.
+    Free,
+    /// It holds the handle where it is.
+    Held(Hand),
+    /// It moves the handle at this speed along x [m/s].
+    Moved(f64),
+}
+
+/// Distance of the motions by hand [m].
+pub const DISTANCE_M: f32 = 0.05;
+/// Duration of a motion by hand [ticks].
+const MOVE_TICKS: u32 = 1_000;
+/// Longest commissioning that is followed [ticks].
+const MOST_TICKS: u32 = 300_000;
+
+/// Runs the whole commissioning of a device with a mistake. `error` is the relative error of the
+/// distances by which the hand moves the handle (1).
 ///
 /// # Errors
-/// Propagates errors from [`Cycle::build`].
-pub fn first_touches(
-    setup: &Setup,
-    mistake: Mistake,
-    surface: &mut impl Surface,
-    mut see: impl FnMut(&Telemetry),
-) -> Result<FirstTouches, BuildError> {
-    let site = surface.site();
-    let trajectory = trajectory_of(setup, surface);
-    let start_m = site.point_m(-CLEAR_M, 0.0, 0.0);
-    surface.reset();
-    let mut plant = Plant::new(setup.device, setup.hand, site.at_m.cast(), site.normal.cast(), start_m);
-    let limits = plant.limits();
-    let mut cycle = Cycle::build(&setup.settings, &limits)?;
-    let mut watched = Watched::of(&setup.settings, &limits, surface);
-    let mut outcome = FirstTouches::default();
-    let mut tick = |plant: &mut Plant, asked: Option<Ask>| {
-        let mut device = Mistaken { plant, mistake, site_m: site.at_m.cast() };
-        watched.cycle(&mut cycle, &mut device, surface, Command { asked, ..Command::HEARD })
+/// Returns the [`Trouble`] that ended it.
+pub fn commissioned(device: &DeviceProfile, mistake: &Mistake, hand: HandsOff, error: f64) -> Result<Commissioned, Trouble> {
+    let grip = if let HandsOff::Held(hand) = hand { hand } else { HANDS[0] };
+    let mut plant = Plant::new(device, grip, Vector3::zeros(), Vector3::z(), Vector3::zeros());
+    let plan = Plan {
+        axes: if device.axes == 1 { [false, false, true] } else { [true; 3] },
+        distance_m: DISTANCE_M,
+        force_limit_n: device.force_limit_n as f32,
+        stated_m_per_unit: [1.0; 3],
+        tick_s: TICK_S as f32,
     };
-    for n in 0..ARMING_TICKS {
-        let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(n as usize).copied();
-        let phase = TREMOR.1 * f64::from(n) * TICK_S;
-        plant.put(start_m + (site.normal + site.along * 0.3) * (TREMOR.0 * phase.sin()));
-        let telemetry = tick(&mut plant, asked);
-        if telemetry.mode == Mode::Fault {
-            return Ok(FirstTouches { fault: telemetry.fault, ended_ticks: Some(0), ..outcome });
+    let mut commissioning = Commissioning::new(plan);
+    // ticks since the stage began
+    let mut since = 0_u32;
+    for _ in 0..MOST_TICKS {
+        let stage = commissioning.stage();
+        let share = f64::from(since.min(MOVE_TICKS)) / f64::from(MOVE_TICKS);
+        match stage {
+            Stage::Done => return commissioning.result().copied().ok_or(Trouble::Unclear),
+            Stage::Stopped(trouble) => return Err(trouble),
+            // a hand moves the handle, beginning off the centre
+            Stage::Start(axis) => plant.put(unit_of(axis) * -0.02 + Vector3::repeat(1.3e-4)),
+            Stage::Move(axis) => {
+                plant.put(unit_of(axis) * (-0.02 + f64::from(DISTANCE_M) * (1.0 + error) * share) + Vector3::repeat(2.1e-4));
+            }
+            Stage::LetGo => plant.put(Vector3::new(0.7e-4, -1.1e-4, 0.4e-4)),
+            Stage::Drive(_) => {}
         }
-    }
-    // ticks since the first force, and the position of the handle at that moment
-    let mut felt: Option<(u32, Vector3<f64>)> = None;
-    for _ in 0..TOUCHES {
-        plant.put(start_m);
-        plant.set_velocity_m_per_s(-site.normal * trajectory.entry_m_per_s());
-        let mut pressed_ticks = 0;
-        for n in 0.. {
-            let t_s = f64::from(n) * TICK_S;
-            if t_s > trajectory.seconds() || pressed_ticks > PRESSED_TICKS {
-                break;
-            }
-            let telemetry = tick(&mut plant, None);
-            see(&telemetry);
-            let forced = telemetry.applied_n != Vector3::zeros();
-            let touches = telemetry.output.depth_m > 0.0;
-            pressed_ticks += u32::from(touches || pressed_ticks > 0);
-            if forced && felt.is_none() {
-                felt = Some((0, plant.at_m()));
-            }
-            if let Some((ticks, at_m)) = &mut felt
-                && outcome.ended_ticks.is_none()
-            {
-                outcome.peak_n = outcome.peak_n.max(telemetry.applied_n.norm());
-                outcome.way_m = outcome.way_m.max((plant.at_m() - *at_m).norm());
-                let taken_away = touches && !forced && telemetry.mode == Mode::Degraded;
-                outcome.ended_ticks = (taken_away || telemetry.mode == Mode::Fault).then_some(*ticks);
-                *ticks += 1;
-            }
-            if telemetry.mode == Mode::Fault {
-                outcome.fault = telemetry.fault;
-                outcome.ended_ticks = outcome.ended_ticks.or(Some(0));
-                return Ok(outcome);
-            }
-            plant.step(&trajectory.aim(t_s), forced || touches);
-        }
-        // the hand withdraws the probe, whatever force acts on it
-        let (from_m, drift_m) = (plant.at_m(), plant.velocity_m_per_s() * BRAKE_S);
-        let ticks = ((start_m - from_m).norm() / (BACK_M_PER_S * TICK_S)).ceil() as u32;
-        for n in 1..=ticks + PAUSE_TICKS {
-            let share = f64::from(n.min(ticks)) / f64::from(ticks.max(1));
-            let braked = 1.0 - (-f64::from(n) * TICK_S / BRAKE_S).exp();
-            plant.put(from_m + (start_m - from_m) * share + drift_m * (braked * (1.0 - share)));
-            let telemetry = tick(&mut plant, None);
-            if telemetry.mode == Mode::Fault {
-                outcome.fault = telemetry.fault;
-                return Ok(outcome);
+        let reading = mistake.readings(plant.sense().position_m);
+        let forces_n = commissioning.tick(reading, stage.asks() && since > MOVE_TICKS);
+        since = if commissioning.stage() == stage { since + 1 } else { 0 };
+        assert!(forces_n.iter().all(|n| n.abs() <= 0.5), "{forces_n:?}");
+        if matches!(stage, Stage::Drive(_)) {
+            plant.actuate(mistake.force_n(forces_n));
+            let free = Aim {
+                at_m: Vector3::zeros(),
+                velocity_m_per_s: Vector3::zeros(),
+                push_n: Vector3::zeros(),
+                let_go: !matches!(hand, HandsOff::Held(_)),
+                steady: true,
+            };
+            plant.step(&free, false);
+            if let HandsOff::Moved(m_per_s) = hand {
+                plant.put(plant.at_m() + Vector3::x() * (m_per_s * TICK_S));
             }
         }
     }
-    Ok(outcome)
+    Err(Trouble::Interrupted)
+}
+
+fn unit_of(axis: u8) -> Vector3<f64> {
+    let mut unit = Vector3::zeros();
+    unit[usize::from(axis)] = 1.0;
+    unit
 }

@@ -10,6 +10,7 @@ use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 
 use super::device::DeviceProfile;
 use super::hand::{Aim, Hand, HandState};
+use super::watch::Truth;
 use palpate_tissue::scene::TICK_S;
 
 /// Number of steps of the plant per tick: it runs at 50 kHz.
@@ -58,6 +59,8 @@ pub struct Plant {
     sequence: u32,
     t_s: f64,
     energy: PortEnergy,
+    /// Work of the motors' force in the last tick [J].
+    work_j: f64,
 }
 
 impl Plant {
@@ -77,6 +80,7 @@ impl Plant {
             sequence: 0,
             t_s: 0.0,
             energy: PortEnergy::default(),
+            work_j: 0.0,
         }
     }
 
@@ -119,6 +123,12 @@ impl Plant {
         self.energy
     }
 
+    /// What happened at the port in the last tick.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        Truth { at_m: self.at_m, acting_n: self.acting_n, work_j: self.work_j }
+    }
+
     /// Sets the velocity of the handle to zero, for ticks in which it is held still.
     pub fn rest(&mut self) {
         self.velocity_m_per_s = Vector3::zeros();
@@ -130,6 +140,7 @@ impl Plant {
         if !touched && self.line_n.iter().all(|f| *f == Vector3::zeros()) && self.acting_n.norm() < 1e-4 {
             self.energy.leave();
         }
+        self.work_j = 0.0;
         let dt_s = TICK_S / f64::from(STEPS);
         let lag = match self.device.amplifier_lag_s {
             lag_s if lag_s > 0.0 => 1.0 - (-dt_s / lag_s).exp(),
@@ -159,7 +170,9 @@ impl Plant {
             let displacement_m = self.stopped(&workspace_m, &mut velocity, dt_s);
             self.velocity_m_per_s = velocity;
             self.at_m += displacement_m;
-            self.energy.add(self.acting_n.dot(&displacement_m));
+            let work_j = self.acting_n.dot(&displacement_m);
+            self.work_j += work_j;
+            self.energy.add(work_j);
         }
         self.t_s += TICK_S;
     }

@@ -2,11 +2,12 @@
 //! to which stiffness the encoder is fine enough.
 
 use palpate::Params;
+use palpate::haptic::ceiling;
 
 use super::device::DeviceProfile;
 use super::fidelity::{self, TAPS};
 use super::stimulus::CLEAR_M;
-use super::surface::{depth_at_m, force_at_n, static_curve};
+use super::surface::{depth_at_m, force_at_n, static_curve, tangent_m};
 use super::verdict::FELT_N;
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::Patch;
@@ -54,6 +55,10 @@ pub struct Prepared {
     pub static_n: f64,
     /// Slope at that depth [N/m].
     pub slope_n_per_m: f64,
+    /// Stiffness of the contact at the depth limit [N/m].
+    pub contact_n_per_m: f64,
+    /// Gain with which the loop keeps this contact at the device's stiffness ceiling (1).
+    pub ceiling_gain: f64,
 }
 
 impl Prepared {
@@ -79,6 +84,12 @@ impl Prepared {
         let fitted_for = scene.solver.patch.is_some();
         let deepest_m = if fitted_for { f64::from(session.patch.model().depth_limit_m) } else { scene.probe.radius_m };
         Self::with(session.patch, &session.params, deepest_m, device, choose_substeps)
+    }
+
+    /// Note on a contact that the loop weakens; `None` if the device renders it as it is.
+    #[must_use]
+    pub fn ceiling_note(&self) -> Option<String> {
+        ceiling_note(self.contact_n_per_m as f32, (self.ceiling_gain * self.contact_n_per_m) as f32)
     }
 
     /// Sets the depth at which presses rest [m].
@@ -148,6 +159,9 @@ impl Prepared {
             false => fidelity,
         };
         let (static_n, slope_n_per_m) = rest(&curve, depth_m);
+        let contact_n_per_m = f64::from(tangent_m(&patch, &raised)? * raised.youngs_modulus_pa);
+        let ceiling_gain =
+            f64::from(ceiling::gain(contact_n_per_m as f32, device.limits(palpate::Vector3::zeros()).ceiling_n_per_m()));
         Ok(Self {
             patch,
             params: raised,
@@ -160,8 +174,23 @@ impl Prepared {
             depth_m,
             static_n,
             slope_n_per_m,
+            contact_n_per_m,
+            ceiling_gain,
         })
     }
+}
+
+/// Note on a contact of this stiffness that the loop weakens on a device with this ceiling [N/m];
+/// `None` if the device renders it as it is.
+#[must_use]
+pub fn ceiling_note(contact_n_per_m: f32, ceiling_n_per_m: f32) -> Option<String> {
+    let gain = ceiling::gain(contact_n_per_m, ceiling_n_per_m);
+    (gain < 1.0).then(|| {
+        format!(
+            "the contact is {contact_n_per_m:.0} N/m stiff at the depth limit, and the device renders {ceiling_n_per_m:.0} N/m (stiffness_ceiling_n_per_m): the hand feels {:.0} % of every force (flag GAIN)",
+            100.0 * gain
+        )
+    })
 }
 
 /// Force [N] and slope [N/m] at a depth.

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use palpate::haptic::account::EnergyAccount;
 use palpate::haptic::cycle::Settings;
 use palpate::{BuildError, ClampFlags, Vector3};
 
@@ -173,6 +174,10 @@ pub struct Report {
     pub encoder_ceiling_n_per_m: f64,
     /// One encoder count [m].
     pub count_m: f64,
+    /// The most energy that the device can give the hand at once, beyond what the hand gives [mJ].
+    pub bound_at_once_mj: f64,
+    /// The same within ten seconds [mJ].
+    pub bound_in_ten_seconds_mj: f64,
     /// Substeps per tick.
     pub substeps: u16,
     /// RMS error of taps at 0.2 and 0.5 m/s [%].
@@ -211,6 +216,9 @@ pub fn rows<E: Send>(
 pub fn report(name: &str, target: &Target, device: &DeviceProfile, runs: Vec<Row>) -> Report {
     let (depth_m, static_n, slope_n_per_m) = target.rest(device);
     let ceiling = encoder_ceiling_n_per_m(device);
+    let limits = device.limits(Vector3::zeros());
+    let settings = Settings::safe(&limits);
+    let bound = EnergyAccount::bound(&settings.account, &limits, settings.tick_s);
     let (substeps, tap_error_pct) = match target {
         Target::Wall(_) => (1, None),
         Target::Tissue(tissue, _) => (tissue.params.substeps, Some(tissue.tap_errors.map(|e| e * 100.0))),
@@ -223,6 +231,8 @@ pub fn report(name: &str, target: &Target, device: &DeviceProfile, runs: Vec<Row
         slope_n_per_m,
         encoder_ceiling_n_per_m: ceiling,
         count_m: device.count_m,
+        bound_at_once_mj: f64::from(bound.at_once_j) * 1e3,
+        bound_in_ten_seconds_mj: f64::from(bound.within_j(10.0)) * 1e3,
         substeps,
         tap_error_pct,
         runs,

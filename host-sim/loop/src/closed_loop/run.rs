@@ -11,7 +11,7 @@ use super::plant::{Plant, PortEnergy};
 use super::stimulus::{CLEAR_M, Change, Stimulus, Trajectory};
 use super::surface::Surface;
 use super::verdict::{Hold, largest_turn_deg, rms_above};
-use super::watch::{Broken, Tick, Watch};
+use super::watch::{Broken, PortWatch, Tick, Truth, Watch};
 
 /// Ticks for arming and ramp-in, before the evaluation begins.
 pub const ARMING_TICKS: u32 = 700;
@@ -154,6 +154,7 @@ pub fn run_beside(setup: &Setup, surface: &mut impl Surface, beside: &mut impl B
         let aim = trajectory.aim(t_s);
         let touched = telemetry.output.depth_m > 0.0 || telemetry.applied_n != Vector3::zeros();
         plant.step(&aim, touched);
+        watched.acted(&plant.truth());
         rows.push(Row {
             t_s,
             at_m: plant.at_m(),
@@ -184,9 +185,12 @@ pub(super) fn trajectory_of(setup: &Setup, surface: &impl Surface) -> Trajectory
 }
 
 /// Checks of a loop in every tick, and the invariants that it broke.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub(super) struct Watched {
     watch: Watch,
+    /// Nothing is promised at the port once another controller's force has acted, or once the
+    /// device is not what its profile says.
+    port: Option<PortWatch>,
     pub(super) broken: Vec<Broken>,
     ticks: u32,
     /// The last reading; a cycle that ends before its sensor is read takes no new one.
@@ -196,7 +200,28 @@ pub(super) struct Watched {
 impl Watched {
     /// Creates the checks for a loop with these settings on this surface.
     pub(super) fn of(settings: &Settings, device: &DeviceSpec, surface: &impl Surface) -> Self {
-        Self { watch: Watch::of(settings, device).over(surface.rest_shape()), ..Self::default() }
+        let shape = surface.rest_shape();
+        let (watch, port) = (Watch::of(settings).over(shape.clone()), Some(PortWatch::over(shape, device)));
+        Self { watch, port, broken: Vec::new(), ticks: 0, reading: None }
+    }
+
+    /// Checks what truly happened at the port in a tick.
+    pub(super) fn acted(&mut self, truth: &Truth) {
+        let answer = self.port.as_mut().map_or(Ok(()), |port| port.check(truth));
+        self.note(answer);
+    }
+
+    /// Ends the checks at the port: the device is no longer what its profile says.
+    pub(super) fn leave_port(&mut self) {
+        self.port = None;
+    }
+
+    fn note(&mut self, answer: Result<(), Broken>) {
+        if let Err(broken) = answer
+            && !self.broken.contains(&broken)
+        {
+            self.broken.push(broken);
+        }
     }
 
     pub(super) fn cycle(
@@ -222,7 +247,11 @@ impl Watched {
         let mut seen = Seen { device, reading: None, got_n: None };
         let telemetry = cycle.tick(&mut seen, surface, command);
         let Seen { reading, got_n, .. } = seen;
-        match beside.tick(reading, command, &telemetry, got_n) {
+        let given_n = beside.tick(reading, command, &telemetry, got_n);
+        if given_n != got_n {
+            self.leave_port();
+        }
+        match given_n {
             Some(force_n) => device.actuate(force_n),
             None => device.release(),
         }
@@ -231,11 +260,9 @@ impl Watched {
         // reading every node is expensive, and a value that is not finite does not become finite
         // again: every 16th tick is enough
         let unsound = if self.ticks.is_multiple_of(16) { surface.unsound() } else { None };
-        if let Some(reading) = self.reading
-            && let Err(broken) = self.watch.check(&Tick { command, reading, limits, telemetry, got_n, unsound })
-            && !self.broken.contains(&broken)
-        {
-            self.broken.push(broken);
+        if let Some(reading) = self.reading {
+            let answer = self.watch.check(&Tick { command, reading, limits, telemetry, got_n, unsound });
+            self.note(answer);
         }
         telemetry
     }

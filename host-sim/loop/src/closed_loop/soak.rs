@@ -141,6 +141,7 @@ fn on<S: Surface>(
         for n in 0..ticks {
             let touched = held.tick(&mut device, None);
             device.device().step(&trajectory.aim(f64::from(n) * 1e-3), touched);
+            held.watched.acted(&device.device().truth());
         }
         // a light fingertip lifts the probe out and keeps it there
         let from_m = device.device().at_m();
@@ -153,6 +154,7 @@ fn on<S: Surface>(
             let at_m = from_m + site.normal * moved_m;
             let aim = Aim { at_m, velocity_m_per_s: Vector3::zeros(), push_n: Vector3::zeros(), let_go: false, steady: true };
             device.device().step(&aim, touched);
+            held.watched.acted(&device.device().truth());
         }
         held.seen.uses += 1;
         if let Mode::Fault = held.cycle.mode() {

@@ -4,6 +4,7 @@ mod untouched;
 
 use std::sync::Arc;
 
+use palpate::haptic::ceiling::{self, Press};
 use palpate::haptic::cycle::Renderer;
 use palpate::stages::probe::ProbePose;
 use palpate::{
@@ -69,14 +70,13 @@ impl Renderer for Wall {
             return Output { point_m: pose.tip_m, outside: true, ..Output::NONE };
         }
         let mut limiters = ClampFlags::DEFAULT;
-        let depth_m = if depth_m > self.depth_limit_m {
+        let apart_m = (depth_m - self.depth_limit_m).max(0.0);
+        if apart_m > 0.0 {
             limiters.set(ClampFlags::DEPTH);
-            self.depth_limit_m
-        } else {
-            depth_m
-        };
+        }
+        let depth_m = depth_m - apart_m;
         let force_n = self.normal * (self.n_per_m * self.ratio * depth_m);
-        Output { force_n, depth_m, normal: self.normal, point_m: pose.tip_m, limiters, ..Output::NONE }
+        Output { force_n, depth_m, normal: self.normal, point_m: pose.tip_m, apart_m, limiters, ..Output::NONE }
     }
 
     fn reset(&mut self) {}
@@ -126,6 +126,8 @@ const VARIANTS: [Variant; 5] = [
 #[derive(Debug)]
 pub struct TissueSurface<'a> {
     variants: Vec<(Model<'a>, Tuned<'a>)>,
+    /// Tangent stiffness of the contact at the depth limit, per pascal of Young's modulus [m].
+    tangent_m: f32,
     state: State<'a>,
     untouched: Untouched,
     at: usize,
@@ -155,7 +157,9 @@ pub fn with_tissue<T>(patch: &Patch, params: &Params, work: impl FnOnce(&mut Tis
     let state = states.swap_remove(0);
     let site = Site::new(patch.site_m().cast(), params.probe.axis.cast());
     let shape = Arc::new(RestSolid::of(&model, &params.probe));
-    let mut surface = TissueSurface { variants, state, untouched: Untouched::default(), at: 0, wanted: 0, site, shape };
+    let tangent_m = tangent_m(patch, params)?;
+    let mut surface =
+        TissueSurface { variants, tangent_m, state, untouched: Untouched::default(), at: 0, wanted: 0, site, shape };
     surface.reset();
     Ok(work(&mut surface))
 }
@@ -188,6 +192,11 @@ impl Renderer for TissueSurface<'_> {
             // the recorded motion is that of the initial tissue
             _ => self.untouched.disturb(),
         }
+    }
+
+    /// That of the initial far field: another organ around a patch changes it little.
+    fn stiffness_n_per_m(&self) -> f32 {
+        self.variants.get(self.at).map_or(0.0, |(_, tuned)| self.tangent_m * tuned.youngs_modulus_pa())
     }
 }
 
@@ -274,6 +283,19 @@ pub fn static_curve(patch: &Patch, params: &Params) -> Result<Vec<(f64, f64)>, B
         curve.push((f64::from(depth_m), f64::from(press(depth_m).force_n.dot(&axis))));
     }
     Ok(curve)
+}
+
+/// Tangent stiffness of the contact at the patch's depth limit, per pascal of Young's modulus [m];
+/// zero for a patch that diverges under the press, which the loop then finds itself.
+///
+/// # Errors
+/// Propagates errors from [`Params::build`].
+pub fn tangent_m(patch: &Patch, params: &Params) -> Result<f32, BuildError> {
+    let model = patch.wide_model();
+    let mut memory = Memory::for_model(&model);
+    let (mut tuned, mut state) = memory.start(&model, params)?;
+    let press = Press { radius_m: params.probe.radius_m, depth_m: model.depth_limit_m };
+    Ok(ceiling::tangent_m(&model, &mut tuned, &mut state, patch.site_m(), press, &mut || {}).unwrap_or(0.0))
 }
 
 /// Depth at which a curve reaches a force [m]; the last depth if it never does.

@@ -1,32 +1,50 @@
-//! The invariants of the loop, checked from outside in every tick: from its inputs, its reports and
-//! the force on the device.
+//! The invariants of the loop, checked from outside in every tick.
 //!
-//! I1 the force is finite and no longer than the limit; I2 it grows no faster than the slew limit
-//! and keeps its direction, except for the part that the bound on its work removes; I3 no force
-//! acts without a mode that allows it; in `SafeRamp` the force only falls, after arming it is a
-//! rising share, and after a late tick at most half; I4 a fault stays latched until it is cleared
-//! after good poses; I5 the tissue's state is finite and near its patch; I7 no old reading is
-//! rendered; I8 limits are never raised; I9 the force reported is the one applied, and the position
-//! reported is one that was read; I10 ticks count up by one; I11 the energy account is the work of
-//! the force that acted, no contact is forgotten before 20 ms without a force, a contact that
-//! created too much energy is faded out, and so many contacts within seconds end in a fault. I6, no
-//! allocation and no panic, is proven on the image and not checked here. I12 to I14 determine
-//! contact from the sensed tip and geometry at rest, never from the renderer: I12 no force acts
-//! without contact, I13 none points into the tissue, I14 none oscillates at rest.
+//! [`Watch`] checks the loop's inputs, its reports and the force on the device:
+//!
+//! * I1 the force is finite, no longer than the limit, and never pulls;
+//! * I2 it grows no faster than the slew limit and keeps its direction, except where the energy
+//!   account shortens it;
+//! * I3 no force acts without a mode that allows it; in `SafeRamp` the force only falls, after arming
+//!   it is a rising share, and after a late tick at most half;
+//! * I4 a fault stays latched until it is cleared after good poses;
+//! * I5 the tissue's state is finite and near its patch;
+//! * I7 no old reading is rendered;
+//! * I8 limits are never raised;
+//! * I9 the force reported is the one applied, and the position reported is one that was read;
+//! * I10 ticks count up by one.
+//!
+//! [`ByGeometry`] determines contact from the sensed tip and geometry at rest, never from the
+//! renderer:
+//!
+//! * I12 no force acts without contact;
+//! * I13 no force points into the tissue;
+//! * I14 no force oscillates at rest.
+//!
+//! [`PortWatch`] believes neither the loop nor its sensor. From the true position of the tip and the
+//! force that truly acted, it checks what the hand gets while the device is what its profile says:
+//!
+//! * I11 the work given to the hand in any window of time, of 5 s as of any other length, is at most
+//!   the device's bound for that window and what the tissue could return when it began;
+//! * I15 the force above 15 Hz does not exceed 50 mN RMS for a second within 2 s, unless the hand's
+//!   own motion explains it.
+//!
+//! I6, no allocation and no panic, is proven on the image and not checked here.
 
 mod box_tree;
 mod by_geometry;
+mod port;
 mod rest_shape;
 
 pub use by_geometry::{ByGeometry, Seen};
+pub use port::{Contact, EnergyWatch, PortBound, PortWatch, Truth};
 pub use rest_shape::{HalfSpace, Placed, RestShape, RestSolid};
 
 use palpate::haptic::cycle::{Ask, Command, Settings, Telemetry};
-use palpate::haptic::device::{DeviceSpec, Sensed, SensorStatus};
+use palpate::haptic::device::{Sensed, SensorStatus};
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::{ClampFlags, Fault, Vector3};
-use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Allowance for rounding in a force of a few newtons [N].
@@ -60,35 +78,17 @@ impl Tick {
 /// An invariant that was broken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Broken {
-    /// Number of the invariant, I1 .. I14.
+    /// Number of the invariant, I1 .. I15.
     pub id: &'static str,
     /// Description of the violation.
     pub what: &'static str,
 }
-
-/// Largest number of ticks over which the loop averages a force.
-const MOST_MEAN_TICKS: f32 = 100.0;
-
-/// Time after the last force for which a contact is kept [s], and the lags of the amplifier that
-/// are added to it (1).
-const KEPT: (f32, f32) = (0.02, 3.0);
-
-/// Time constant with which the energy that contacts created is forgotten [s].
-const FORGOTTEN_S: f32 = 5.0;
 
 /// Checks the invariants tick by tick.
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
     /// The last three ticks, newest first.
     past: [Option<Tick>; 3],
-    /// Forces of the last ticks that a device may delay, newest first [N].
-    sent_n: VecDeque<Vector3<f32>>,
-    /// Ticks without a force.
-    idle: u32,
-    /// Whether the patch was touched when it ran last.
-    touched: bool,
-    /// Energy that the last contacts created, each counted up to the alarm [J].
-    recent_j: f32,
     silent: u32,
     old: u32,
     arming: u32,
@@ -98,94 +98,9 @@ pub struct Watch {
     free: u32,
     /// Ticks in a row at the force limit in `Active`.
     saturated: u32,
-    /// Ticks in a row with a created energy above the alarm.
-    alarmed: i32,
-    settled: Option<Settled>,
-    /// Position of each axis within the backlash that a displacement passes before it counts as
-    /// work [m]; unknown after a fault.
-    slack_m: [Slack; 3],
-    /// Force along each axis since its last displacement.
-    since: [Since; 3],
-    amplifier: Amplifier,
+    /// Rise of the ramp-in gain per tick (1), if ramp-in is checked.
+    ramp_in_per_tick: Option<f32>,
     by_geometry: Option<ByGeometry>,
-}
-
-/// Position within a backlash, once it is known.
-#[derive(Clone, Copy, Debug)]
-struct Slack(Option<f32>);
-
-impl Default for Slack {
-    fn default() -> Self {
-        Self(Some(0.0))
-    }
-}
-
-impl Slack {
-    /// Returns the part of a displacement that passes the backlash; `None` while the position is
-    /// unknown.
-    fn pass(&mut self, displacement_m: f32, play_m: f32) -> Option<f32> {
-        let Some(at_m) = self.0 else {
-            // a displacement longer than the backlash ends at its border, wherever it began
-            self.0 = if displacement_m > play_m { Some(play_m) } else { (displacement_m < -play_m).then_some(0.0) };
-            return None;
-        };
-        let place_m = (at_m + displacement_m).clamp(0.0, play_m);
-        self.0 = Some(place_m);
-        Some(at_m + displacement_m - place_m)
-    }
-}
-
-/// Sum of the force along an axis since its last displacement [N], and its ticks.
-#[derive(Clone, Copy, Debug, Default)]
-struct Since {
-    sum_n: f32,
-    ticks: f32,
-}
-
-impl Since {
-    /// Mean force, that of this tick included; a new mean begins after a displacement and outside
-    /// of contact.
-    fn mean_n(&mut self, force_n: f32, ends: bool) -> f32 {
-        // beyond this number of ticks the loop forgets the oldest
-        let kept = if self.ticks < MOST_MEAN_TICKS { 1.0 } else { 1.0 - 1.0 / MOST_MEAN_TICKS };
-        let (sum_n, ticks) = (self.sum_n * kept + force_n, (self.ticks + 1.0).min(MOST_MEAN_TICKS));
-        *self = if ends { Self::default() } else { Self { sum_n, ticks } };
-        sum_n / ticks
-    }
-}
-
-/// Force of an amplifier with a lag of first order, at the end of a tick [N].
-#[derive(Clone, Copy, Debug, Default)]
-struct Amplifier(Vector3<f64>);
-
-impl Amplifier {
-    /// Mean force over a tick in which this force is asked for [N].
-    fn mean_n(&mut self, asked_n: Vector3<f32>, lag_ticks: f64) -> Vector3<f32> {
-        if lag_ticks == 0.0 {
-            return asked_n;
-        }
-        let asked_n: Vector3<f64> = asked_n.cast();
-        let (gap_n, left) = (self.0 - asked_n, (-1.0 / lag_ticks).exp());
-        self.0 = asked_n + gap_n * left;
-        (asked_n + gap_n * (lag_ticks * (1.0 - left))).cast()
-    }
-}
-
-/// Parameters of the checked loop.
-#[derive(Clone, Copy, Debug)]
-struct Settled {
-    delay_ticks: usize,
-    /// Time constant of the amplifier [ticks].
-    lag_ticks: f64,
-    alarm_j: f32,
-    /// Largest energy that the contacts of the last seconds may create together [J].
-    most_recent_j: f32,
-    /// Share of it that a tick leaves (1).
-    remembered: f32,
-    /// Ticks without a force after which a contact may end.
-    kept_ticks: u32,
-    ramp_in_per_tick: f32,
-    play_m: f32,
 }
 
 /// Whether no limit is higher than it was.
@@ -202,20 +117,10 @@ fn allows_force(mode: Mode) -> bool {
 }
 
 impl Watch {
-    /// Creates a watch that also checks ramp-in and energy, for a loop with these settings.
+    /// Creates a watch that also checks ramp-in, for a loop with these settings.
     #[must_use]
-    pub fn of(settings: &Settings, device: &DeviceSpec) -> Self {
-        let settled = Settled {
-            delay_ticks: device.delay_ticks.into(),
-            lag_ticks: f64::from(device.lag_s / settings.tick_s),
-            alarm_j: settings.passivity.alarm_j,
-            most_recent_j: f32::from(settings.passivity.alarms) * settings.passivity.alarm_j,
-            remembered: 1.0 - settings.tick_s / FORGOTTEN_S,
-            kept_ticks: u32::from(device.delay_ticks) + ((KEPT.0 + KEPT.1 * device.lag_s) / settings.tick_s).round() as u32,
-            ramp_in_per_tick: settings.arming.ramp_in_per_tick,
-            play_m: 1.01 * device.count_m,
-        };
-        Self { settled: Some(settled), ..Self::default() }
+    pub fn of(settings: &Settings) -> Self {
+        Self { ramp_in_per_tick: Some(settings.arming.ramp_in_per_tick), ..Self::default() }
     }
 
     /// Makes the watch also check the force against the geometry of the surface.
@@ -241,9 +146,6 @@ impl Watch {
         let answer = self.judge(now).and(by_geometry);
         self.arming = if now.telemetry.mode == Mode::Arming { self.arming + 1 } else { 0 };
         self.past = [Some(*now), self.past[0], self.past[1]];
-        self.sent_n.truncate(usize::from(DeviceSpec::MOST_DELAY_TICKS));
-        self.sent_n.push_front(now.force_n());
-        self.idle = if now.force_n() == Vector3::zeros() { self.idle + 1 } else { 0 };
         answer
     }
 
@@ -256,8 +158,6 @@ impl Watch {
         };
         let at_end = telemetry.mode == Mode::Active && telemetry.output.force_n.norm() >= now.limits.max_force_n;
         self.saturated = if at_end { self.saturated + 1 } else { 0 };
-        let over = self.settled.is_some_and(|s| telemetry.energy.created_j > s.alarm_j);
-        self.alarmed = if over { self.alarmed + 1 } else { 0 };
     }
 
     fn judge(&mut self, now: &Tick) -> Result<(), Broken> {
@@ -297,12 +197,11 @@ impl Watch {
         let wanted_n = telemetry.wanted_n.norm();
         hold("I2", "longer than wanted", length_n <= 1.0001 * wanted_n + ROUNDING_N || telemetry.mode == Mode::Fault)?;
         hold("I3", "saturation", self.saturated <= u32::from(now.limits.saturated_ticks) + 1)?;
-        if let Some(settled) = self.settled
+        if let Some(per_tick) = self.ramp_in_per_tick
             && matches!(telemetry.mode, Mode::Active | Mode::Degraded)
         {
-            let risen = self.free as f32 * settled.ramp_in_per_tick;
+            let risen = self.free as f32 * per_tick;
             hold("I3", "ramp-in", length_n <= 1.001 * risen * wanted_n + ROUNDING_N)?;
-            hold("I11", "energy fades", length_n <= 1.01 * 0.8_f32.powi(self.alarmed) * wanted_n + ROUNDING_N)?;
         }
         hold("I3", "host silence", self.silent < 150 || length_n <= 0.05)?;
 
@@ -328,7 +227,6 @@ impl Watch {
         hold("I3", "late", !late || force_n.norm() <= 0.5 * last_n.norm() + ROUNDING_N)?;
         let twice = now.command.late_ticks > 1 || before.command.late_ticks > 0 && before.telemetry.fault.is_none();
         hold("I3", "late twice", !(late && twice) || telemetry.mode == Mode::Fault)?;
-        self.energy(now, before)?;
 
         let (from, to) = (before.telemetry.mode, telemetry.mode);
         let comes_from = match to {
@@ -359,50 +257,5 @@ impl Watch {
             hold("I7", "speed", !(believed && forced && new && far(&one) && far(now)) || to == Mode::Fault)?;
         }
         Ok(())
-    }
-
-    /// Checks that the loop's energy account equals the work of the force that acted.
-    fn energy(&mut self, now: &Tick, before: &Tick) -> Result<(), Broken> {
-        let hold = |id, what, holds: bool| if holds { Ok(()) } else { Err(Broken { id, what }) };
-        let Some(settled) = self.settled else { return Ok(()) };
-        if now.telemetry.fault.is_some() || before.telemetry.fault.is_some() {
-            (self.slack_m, self.since) = ([Slack(None); 3], [Since::default(); 3]);
-            (self.amplifier, self.recent_j, self.touched) = (Amplifier::default(), 0.0, false);
-            return Ok(());
-        }
-        // until a contact ends, the energy that it created does not fall
-        let ends = self.idle > settled.kept_ticks;
-        let (energy, last) = (&now.telemetry.energy, &before.telemetry.energy);
-        let rises = energy.created_j >= energy.given_j && (ends || energy.created_j >= last.created_j);
-        let counted_j = |created_j: f32| created_j.clamp(0.0, settled.alarm_j);
-        let more_j = (counted_j(energy.created_j) - counted_j(last.created_j)).max(0.0);
-        self.recent_j = self.recent_j * settled.remembered + more_j;
-        hold("I11", "energy created", rises)?;
-        hold("I11", "energy of contacts", self.recent_j <= 1.001 * settled.most_recent_j)?;
-        let displacement_m = now.telemetry.position_m - before.telemetry.position_m;
-        let mut passed_m = [None; 3];
-        for ((passed, slack), way) in passed_m.iter_mut().zip(&mut self.slack_m).zip(displacement_m.iter()) {
-            *passed = slack.pass(*way, settled.play_m);
-        }
-        let Some(acted_n) = self.sent_n.get(settled.delay_ticks).copied() else { return Ok(()) };
-        let force_n = self.amplifier.mean_n(acted_n, settled.lag_ticks);
-        // where the patch does not run, as after a ramp to Idle, the last answer is the one known
-        if [Some(before), self.past[1].as_ref()].into_iter().flatten().any(|tick| tick.telemetry.mode.runs_patch()) {
-            let output = &before.telemetry.output;
-            self.touched = output.depth_m > 0.0 || output.force_n != Vector3::zeros();
-        }
-        let free = !self.touched;
-        let mut mean_n = force_n;
-        for axis in 0..3 {
-            let ends = free || settled.play_m == 0.0 || displacement_m[axis] != 0.0;
-            mean_n[axis] = self.since[axis].mean_n(force_n[axis], ends);
-        }
-        let [Some(x), Some(y), Some(z)] = passed_m else { return Ok(()) };
-        if ends {
-            return Ok(());
-        }
-        let work_j = mean_n.dot(&Vector3::new(x, y, z));
-        let off_j = energy.given_j - last.given_j - work_j;
-        hold("I11", "energy counted", off_j.abs() <= 1e-7 + 1e-3 * work_j.abs() + 1e-5 * energy.given_j.abs())
     }
 }

@@ -85,7 +85,7 @@ impl Live {
         let mut settings = Settings::safe(&port.limits());
         settings.limits.max_force_n = max_force_n;
         let cycle = Cycle::build(&settings, &port.limits())?;
-        let watch = Watch::of(&settings, &port.limits()).over(tissue.rest_shape());
+        let watch = Watch::of(&settings).over(tissue.rest_shape());
         Ok(Self {
             choice,
             holding: holding.clone(),

@@ -59,7 +59,7 @@ pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replay
     let mut tissue: Option<LiveTissue> = None;
     let mut telemetry = Vec::with_capacity(trace.ticks as usize);
     let mut replayed = Replayed { telemetry: Vec::new(), hash: 0, differs: None, broken: Vec::new() };
-    let mut watch = Watch::of(&trace.settings, &trace.device);
+    let mut watch = Watch::of(&trace.settings);
     for (n, piece) in trace.pieces.iter().enumerate() {
         match piece {
             Piece::Tissue(bytes) => {

@@ -8,6 +8,7 @@ use palpate::{
     TetShapes, tick,
 };
 
+use crate::closed_loop::surface::tangent_m;
 use crate::closed_loop::watch::{RestShape, RestSolid};
 use palpate_tissue::patch::Patch;
 
@@ -27,6 +28,8 @@ pub struct LiveTissue {
     /// Whether the next tick resets the patch to rest and returns no force, as on the board;
     /// otherwise the two would differ by that tick.
     resting: bool,
+    /// Tangent stiffness of the contact at the depth limit, per pascal of Young's modulus [m].
+    tangent_m: f32,
 }
 
 impl LiveTissue {
@@ -40,7 +43,6 @@ impl LiveTissue {
             (model.nodes.len(), model.triangles.len(), TetShapes::count(&model))
         };
         let mut tissue = Self {
-            patch,
             params,
             nodes: vec![Node::ZERO; nodes],
             candidates: vec![0; triangles],
@@ -51,6 +53,8 @@ impl LiveTissue {
             bristles: vec![Bristle::ZERO; nodes],
             held: Parked::default(),
             resting: false,
+            tangent_m: tangent_m(&patch, &params)?,
+            patch,
         };
         tissue.gains = params.build(&tissue.patch.wide_model(), &mut tissue.node_step)?.gains();
         tissue.rest();
@@ -79,6 +83,12 @@ impl LiveTissue {
     #[must_use]
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
+    }
+
+    /// Stiffness of the contact at the depth limit [N/m].
+    #[must_use]
+    pub fn contact_n_per_m(&self) -> f32 {
+        self.tangent_m * self.params.youngs_modulus_pa
     }
 
     /// Sets another stiffness or damping without stopping the motion. The smooth fields of the mass
@@ -164,5 +174,9 @@ impl Renderer for LiveTissue {
 
     fn reset(&mut self) {
         self.resting = true;
+    }
+
+    fn stiffness_n_per_m(&self) -> f32 {
+        self.contact_n_per_m()
     }
 }

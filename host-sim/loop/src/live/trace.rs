@@ -12,11 +12,11 @@
 
 use std::fmt;
 
+use palpate::haptic::account::AccountSettings;
 use palpate::haptic::cycle::{ArmingSettings, Ask, Command, Settings, Telemetry};
 use palpate::haptic::damping::DampingSettings;
 use palpate::haptic::device::{DeviceSpec, Sensed};
 use palpate::haptic::limits::LoopLimitSettings;
-use palpate::haptic::passivity::PassivitySettings;
 use palpate::{Fnv, Params, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -35,7 +35,7 @@ const ROW: usize = 29;
 /// Rows between two hashes of all nodes.
 const HASHED_EVERY: u32 = 256;
 /// Count of the numbers that describe settings and device.
-const NUMBERS: usize = 37;
+const NUMBERS: usize = 38;
 
 /// Description of a recording, in words.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -133,7 +133,7 @@ pub fn digest(telemetry: &Telemetry) -> u32 {
     for v in [telemetry.position_m, o.force_n, o.point_m, o.normal, telemetry.wanted_n, telemetry.applied_n] {
         v.iter().for_each(|c| bytes.extend(c.to_bits().to_le_bytes()));
     }
-    for c in [o.depth_m, telemetry.energy.given_j, telemetry.energy.created_j, telemetry.energy.total_created_j] {
+    for c in [o.depth_m, telemetry.energy.given_j, telemetry.energy.created_j, telemetry.energy.balance_j] {
         bytes.extend(c.to_bits().to_le_bytes());
     }
     let hash = fnv(&bytes);
@@ -333,7 +333,7 @@ impl<'a> Bytes<'a> {
 
 /// Every number that determines a loop; counts are exact in single precision.
 fn numbers(settings: &Settings, device: &DeviceSpec) -> [f32; NUMBERS] {
-    let (l, d, p, a) = (&settings.limits, &settings.damping, &settings.passivity, &settings.arming);
+    let (l, d, p, a) = (&settings.limits, &settings.damping, &settings.account, &settings.arming);
     let [low, high] = [device.workspace_low_m, device.workspace_high_m];
     #[rustfmt::skip]
     let all = [
@@ -341,7 +341,7 @@ fn numbers(settings: &Settings, device: &DeviceSpec) -> [f32; NUMBERS] {
         l.max_force_n, l.max_slew_n_per_s, l.max_speed_m_per_s, l.odd_poses.into(), l.max_age_ticks.into(),
         l.workspace_margin, l.implausible_ratio, l.implausible_ticks.into(), l.saturated_ticks.into(),
         d.tau_s, d.constant_n_s_per_m, d.velocity_share,
-        p.allowance_j, p.alarm_j, p.alarms.into(),
+        p.allowance_j, p.refill_w, p.acceleration_m_per_s2, p.handle_share,
         a.weak_n, a.slow_m_per_s, a.calm_ticks.into(), a.ramp_in_per_tick, a.relief_per_tick, a.least_relief,
         a.silence_ticks.into(), a.ramp_ticks.into(),
         device.max_force_n, low.x, low.y, low.z, high.x, high.y, high.z,
@@ -369,8 +369,9 @@ fn of_numbers(n: &[f32; NUMBERS]) -> (Settings, DeviceSpec) {
         constant_n_s_per_m,
         velocity_share,
         allowance_j,
-        alarm_j,
-        alarms,
+        refill_w,
+        acceleration_m_per_s2,
+        handle_share,
         weak_n,
         slow_m_per_s,
         calm_ticks,
@@ -407,7 +408,7 @@ fn of_numbers(n: &[f32; NUMBERS]) -> (Settings, DeviceSpec) {
             saturated_ticks: saturated_ticks as u16,
         },
         damping: DampingSettings { tau_s, constant_n_s_per_m, velocity_share },
-        passivity: PassivitySettings { allowance_j, alarm_j, alarms: alarms as u16 },
+        account: AccountSettings { allowance_j, refill_w, acceleration_m_per_s2, handle_share },
         arming: ArmingSettings {
             weak_n,
             slow_m_per_s,

@@ -27,6 +27,8 @@ const CLEARED: Duration = Duration::from_secs(2);
 /// Ticks after which a board that is still idle has refused to arm. It leaves idle in the tick
 /// after the request, but records from before the request may still be on the line.
 const STAYS_IDLE_TICKS: u32 = 2_000;
+/// Longest wait for the state of the device.
+const TOLD: Duration = Duration::from_millis(500);
 /// Longest wait for a record before the keep-alive messages are checked again.
 const STEP: Duration = LISTENING;
 
@@ -56,9 +58,9 @@ impl Stream {
 }
 
 /// Set by Ctrl-C, or by the system's request to end.
-static ENDED: AtomicBool = AtomicBool::new(false);
+pub(super) static ENDED: AtomicBool = AtomicBool::new(false);
 
-fn end_at_ctrl_c() -> Result<(), Error> {
+pub(super) fn end_at_ctrl_c() -> Result<(), Error> {
     ctrlc::set_handler(|| ENDED.store(true, Ordering::Relaxed)).map_err(|cause| {
         TissueError::Usage(format!("Ctrl-C cannot be caught ({cause}): start this command from another shell")).into()
     })
@@ -107,6 +109,13 @@ fn run(port: &PortArgs, stream: &Stream, arm: bool) -> Result<(), Error> {
 fn hold(session: &mut Session, log: &mut Log, (stream, until): (&Stream, Option<Duration>), arm: bool) -> Result<(), Error> {
     if arm {
         armable(session)?;
+        let commissioned = session.ask(&ToBoard::Report, TOLD, |message| match message {
+            FromBoard::State { commissioned, .. } => Some(commissioned),
+            _ => None,
+        })?;
+        if commissioned == Some(false) {
+            eprintln!("{}", status::device(false));
+        }
     }
     // an earlier stream is kept if there is no board that would write another
     let mut files = Writer::start(Files::begin(stream.out.as_deref(), stream.stream.as_deref())?);

@@ -2,6 +2,8 @@
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use palpate::haptic::account::EnergyBound;
+use palpate::haptic::device::DeviceSpec;
 use palpate::haptic::mode::Mode;
 use palpate_board::patch_record;
 use palpate_controller::link::{FromBoard, Identity, Record, ToBoard};
@@ -20,7 +22,9 @@ const TICK_US: f64 = 1e3;
 pub(super) fn run(port: &PortArgs) -> Result<(), Error> {
     let (mut session, mut log) = port.open()?;
     let state = session.ask(&ToBoard::Report, ANSWER, |message| match message {
-        FromBoard::State { stack_used_bytes, bad_frames, nodes, .. } => Some((stack_used_bytes, bad_frames, nodes)),
+        FromBoard::State { stack_used_bytes, bad_frames, nodes, commissioned, at_once_j, lasting_w, .. } => {
+            Some((stack_used_bytes, bad_frames, nodes, commissioned, EnergyBound { at_once_j, lasting_w }))
+        }
         _ => None,
     })?;
     // the record after the answer has the time of a tick without other work
@@ -31,11 +35,21 @@ pub(super) fn run(port: &PortArgs) -> Result<(), Error> {
     println!("mode    {}", mode(record));
     println!("fault   {}", fault(record));
     println!("force   {}", force_words(record));
+    if let Some((.., bound)) = &state {
+        println!(
+            "energy  at most {:.3} mJ at once and {:.3} mJ in ten seconds, beyond what the hand gives",
+            bound.at_once_j * 1e3,
+            bound.within_j(10.0) * 1e3
+        );
+    }
     let [x, y, z] = record.position_m.map(|m| m * 1e3);
     println!("tip     {x:.2}, {y:.2}, {z:.2} mm; the patch's site is at 0, 0, 0, outside is z > 0");
+    if let Some((_, _, _, commissioned, _)) = state {
+        println!("device  {}", device(commissioned));
+    }
     match state {
-        Some((_, _, 0)) => println!("patch   none: send one with `palpate board upload`"),
-        Some((stack, bad_frames, nodes)) => {
+        Some((_, _, 0, ..)) => println!("patch   none: send one with `palpate board upload`"),
+        Some((stack, bad_frames, nodes, ..)) => {
             println!(
                 "patch   {nodes} nodes, checksum {:08x}, Young's modulus {} Pa",
                 identity.patch_checksum, identity.youngs_modulus_pa
@@ -55,6 +69,17 @@ pub(super) fn run(port: &PortArgs) -> Result<(), Error> {
     }
     lines.iter().for_each(|line| println!("log     {line}"));
     Ok(())
+}
+
+/// Whether the device was commissioned, and what follows.
+pub(super) fn device(commissioned: bool) -> String {
+    match commissioned {
+        true => "commissioned".into(),
+        false => format!(
+            "not commissioned: the force is at most {} N; `palpate board commission` measures signs, units and delays",
+            DeviceSpec::UNCOMMISSIONED_N
+        ),
+    }
 }
 
 /// Errors of the board's patch, from the record in the ELF file of its image.

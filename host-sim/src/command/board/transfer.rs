@@ -117,7 +117,7 @@ pub(super) fn profile(device: &str, port: &PortArgs) -> Result<(), Error> {
     port.with(|session| send_profile(&device, &profile, session))
 }
 
-fn send_profile(device: &DeviceProfile, profile: &Profile, session: &mut Session) -> Result<(), Error> {
+pub(super) fn send_profile(device: &DeviceProfile, profile: &Profile, session: &mut Session) -> Result<(), Error> {
     session.send(&ToBoard::Store(*profile))?;
     let begun = Instant::now();
     while let Some(came) = session.next(ANSWER.saturating_sub(begun.elapsed()))? {
@@ -134,6 +134,7 @@ fn send_profile(device: &DeviceProfile, profile: &Profile, session: &mut Session
                     device.workspace_m.map(|side| format!("{:.0}", side * 1e3)).join(" x "),
                     device.count_m * 1e6
                 );
+                device.cautions().iter().for_each(|caution| println!("{caution}"));
                 if profile.mechanism.is_some_and(|mechanism| mechanism.homing) {
                     println!("hold the device in its home pose and run `palpate board home --port {}`", session.port());
                 }

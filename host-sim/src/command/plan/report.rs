@@ -55,14 +55,20 @@ struct Summary<'a> {
 }
 
 /// Writes and prints the report; returns the name of the patch file, if a model was found.
-pub(super) fn write(folder: OutputFolder, bench: &Bench, outcome: &Outcome, all: bool) -> Result<Option<String>, Error> {
+pub(super) fn write(
+    folder: OutputFolder,
+    bench: &Bench,
+    outcome: &Outcome,
+    ceiling_n_per_m: f32,
+    all: bool,
+) -> Result<Option<String>, Error> {
     let (scene, machine) = (bench.scene, bench.machine);
     let chosen = outcome.chosen.as_ref().and_then(|t| Some((t, t.session.as_ref()?)));
     let patch = chosen
         .map(|(chosen, session)| {
             let judged = in_record(bench.judge, &chosen.judged, scene.probe.radius_m);
             let moving = chosen.moving.map(|m| Moving { speed_m_per_s: m.speed_m_per_s, rms_pct: m.rms_pct });
-            write_patch(&folder, scene, session, machine, judged, moving).map(|(name, _)| name)
+            write_patch(&folder, scene, session, (machine, ceiling_n_per_m), judged, moving).map(|(name, _)| name)
         })
         .transpose()?;
     let promise = outcome.chosen.as_ref().map(|t| Promise {

@@ -1,10 +1,10 @@
 //! A plain spring: undamped it makes the hand oscillate, damped by its tangent stiffness it does
 //! not.
 
+use palpate::haptic::account::AccountSettings;
 use palpate::haptic::cycle::Settings;
 use palpate::haptic::damping::DampingSettings;
 use palpate::haptic::device::DeviceSpec;
-use palpate::haptic::passivity::PassivitySettings;
 use palpate::{ClampFlags, Fault, Vector3};
 use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
 use palpate_loop::closed_loop::hand::{HANDS, Hand};
@@ -21,10 +21,10 @@ fn device(name: &str, delay_ticks: u8) -> DeviceProfile {
     DeviceProfile { delay_ticks, ..DeviceProfile::load(name).unwrap() }
 }
 
-/// Settings that pass the model's force on unchanged, with the energy alarm set as high as
-/// permitted.
+/// Settings that pass the model's force on unchanged, with an account that pays for
+/// every force.
 fn raw(device: &DeviceSpec) -> Settings {
-    Settings { damping: DampingSettings::NONE, passivity: PassivitySettings::HIGHEST, ..Settings::safe(device) }
+    Settings { damping: DampingSettings::NONE, account: AccountSettings::HIGHEST, ..Settings::safe(device) }
 }
 
 fn on_wall(n_per_m: f64, device: &DeviceProfile, hand: Hand, id: &str, settings: fn(&DeviceSpec) -> Settings) -> Run {
@@ -45,6 +45,7 @@ fn a_raw_spring_shakes_a_released_hand_far_below_400() {
         let run = on_wall(n_per_m, &device("touch", delay), HANDS[0], "S1-0.2", raw);
         assert!(run.hold.unwrap().limit_cycle(), "delay {delay}, {n_per_m} N/m: {}", label(&run));
         assert!(run.created_j > 0.5e-3, "delay {delay}: {}", label(&run));
+        assert!(run.broken.iter().any(|b| matches!(b.id, "I11" | "I15")), "the watch of the port sees it: {}", label(&run));
     }
     let run = on_wall(100.0, &device("touch", 1), HANDS[0], "S1-0.2", raw);
     assert!(!run.hold.unwrap().limit_cycle() && run.created_j > 0.3e-3, "stable and yet not passive: {}", label(&run));
@@ -82,7 +83,7 @@ fn damping_leaves_the_static_force_alone() {
 }
 
 #[test]
-fn the_observer_sees_the_energy_that_the_plant_gets() {
+fn the_account_sees_the_energy_that_the_plant_gets() {
     // quantisation causes an apparent energy of up to the maximum force times one count, on each of
     // three axes
     for (n_per_m, delay) in [(100.0, 1), (160.0, 1), (80.0, 2)] {

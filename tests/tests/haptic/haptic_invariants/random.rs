@@ -97,7 +97,7 @@ fn follow(rig: &mut Rig, leg: &Leg) {
             rig.cycle.lower_limits(&LoopLimitSettings { max_force_n, ..now }).unwrap();
         }
         Leg::Recover => {
-            rig.device.reading.position_m = NORMAL * 5e-3;
+            rig.move_to(NORMAL * 5e-3);
             rig.hold(120);
             for asked in [Ask::Clear, Ask::TestPassed, Ask::Arm] {
                 rig.ask(asked);

@@ -1,16 +1,22 @@
 //! A scripted device on an elastic half-space, checked in every tick.
 
+use palpate::haptic::account::AccountSettings;
 use palpate::haptic::cycle::{Ask, Command, Cycle, Renderer, Settings};
+use palpate::haptic::damping::DampingSettings;
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
-use palpate::haptic::passivity::PassivitySettings;
 use palpate::stages::probe::ProbePose;
 use palpate::{ClampFlags, Fault, Output, Vector3};
-use palpate_loop::closed_loop::watch::{Broken, Tick, Watch};
+use palpate_loop::closed_loop::drive::Drive;
+use palpate_loop::closed_loop::watch::{self, Broken, PortWatch, Tick, Watch};
+use std::sync::Arc;
 
 /// Outward normal of the half-space, tilted so that it is not along an axis.
 pub const NORMAL: Vector3<f32> = Vector3::new(0.48, 0.6, 0.64);
+/// Largest way of a tip in a tick [m], at twice the speed of a hand. A reading further away is
+/// wrong, and the tip is not there.
+const WAY_M: f64 = 3e-3;
 
 /// An elastic half-space below a plane through the origin, with injectable errors.
 pub struct HalfSpace {
@@ -84,6 +90,10 @@ pub struct Rig {
     pub modes: Vec<Mode>,
     pub limiters: ClampFlags,
     watch: Watch,
+    /// What is between the device and the hand, and where the tip truly is [m].
+    drive: Drive,
+    at_m: Vector3<f64>,
+    pub port: PortWatch,
 }
 
 impl Rig {
@@ -102,10 +112,13 @@ impl Rig {
         let device = Scripted { reading, delay_ticks, got_n: None };
         let settings = change(Settings::safe(&device.limits()));
         let cycle = Cycle::build(&settings, &device.limits()).unwrap();
-        let watch = Watch::of(&settings, &device.limits());
+        let watch = Watch::of(&settings);
+        let shape = watch::HalfSpace { at_m: Vector3::zeros(), normal: NORMAL.cast() };
+        let port = PortWatch::over(Arc::new(shape), &device.limits());
+        let (drive, at_m) = (Drive::new(delay_ticks, 0.0), reading.position_m.cast());
         let tissue = HalfSpace { n_per_m: 400.0, sick_n: None };
         let (broken, modes, limiters) = (Vec::new(), Vec::new(), ClampFlags::default());
-        Self { device, tissue, cycle, defect: None, broken, last: None, modes, limiters, watch }
+        Self { device, tissue, cycle, defect: None, broken, last: None, modes, limiters, watch, drive, at_m, port }
     }
 
     /// A rig 5 mm outside the tissue that is booted, tested, armed and ramped in.
@@ -113,14 +126,12 @@ impl Rig {
         Self::at(-5e-3).activated()
     }
 
-    /// Like [`Rig::active`], but a contact may return more energy than it took, so that the alarm
-    /// is reached.
-    pub fn active_with_allowance() -> Self {
-        let change = |s: Settings| {
-            let allowance_j = PassivitySettings::HIGHEST.allowance_j;
-            Settings { passivity: PassivitySettings { allowance_j, ..s.passivity }, ..s }
-        };
-        Self::with(-5e-3, 1, change).activated()
+    /// Like [`Rig::delayed`], without damping, so that the energy account alone stands between the
+    /// tissue and the hand; with `account` false it pays for every force.
+    pub fn undamped(delay_ticks: u8, account: bool) -> Self {
+        let settings = |s: Settings| Settings { damping: DampingSettings::NONE, ..s };
+        let lavish = |s: Settings| Settings { damping: DampingSettings::NONE, account: AccountSettings::HIGHEST, ..s };
+        Self::with(-5e-3, delay_ticks, if account { settings } else { lavish }).activated()
     }
 
     fn activated(mut self) -> Self {
@@ -146,6 +157,7 @@ impl Rig {
         if fresh {
             self.device.reading.sequence = self.device.reading.sequence.wrapping_add(1);
         }
+        self.carry();
         let limits: LoopLimitSettings = *self.cycle.limits();
         let telemetry = self.cycle.tick(&mut self.device, &mut self.tissue, command);
         self.limiters.set(telemetry.limiters);
@@ -156,11 +168,32 @@ impl Rig {
         if let (Some(defect), Some(before)) = (self.defect, &self.last) {
             defect(before, &mut tick);
         }
+        match tick.got_n {
+            Some(force_n) => self.drive.send(force_n.cast()),
+            None => self.drive.release(),
+        }
         if let Err(broken) = self.watch.check(&tick) {
             self.broken.push(broken);
         }
         self.last = Some(tick);
         tick
+    }
+
+    /// Puts the tip, and its reading, somewhere else [m]; nothing acts meanwhile.
+    pub fn move_to(&mut self, at_m: Vector3<f32>) {
+        (self.device.reading.position_m, self.at_m) = (at_m, at_m.cast());
+    }
+
+    /// Moves the tip to the position that is about to be read, under the force that acts.
+    fn carry(&mut self) {
+        let to_m = self.device.reading.position_m.cast::<f64>();
+        // written so that NaN is wrong
+        let to_m = if (to_m - self.at_m).norm() <= WAY_M { to_m } else { self.at_m };
+        let truth = self.drive.carry(&self.at_m, &to_m);
+        self.at_m = to_m;
+        if let Err(broken) = self.port.check(&truth) {
+            self.broken.push(broken);
+        }
     }
 
     /// Runs ticks at the same position; returns the mode after them.
@@ -187,10 +220,11 @@ impl Rig {
 
     /// Moves 5 mm outside, clears a fault and arms again.
     pub fn recover(&mut self) {
-        self.device.reading = Sensed { position_m: NORMAL * 5e-3, status: SensorStatus::Good, ..self.device.reading };
+        self.device.reading.status = SensorStatus::Good;
+        self.move_to(NORMAL * 5e-3);
         self.hold(120);
         for asked in [Ask::Clear, Ask::TestPassed, Ask::Arm] {
-            assert!(!self.ask(asked).telemetry.refused, "{asked:?}");
+            assert!(!self.ask(asked).telemetry.refused, "{asked:?}: {:?}", self.last);
         }
         assert_eq!(self.hold(700), Mode::Active);
     }

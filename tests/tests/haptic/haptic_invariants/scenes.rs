@@ -183,8 +183,9 @@ fn a_touch_while_the_gain_ramps_in_keeps_its_gain_and_creates_nothing() {
     rig.hold(1000);
     let weak_n = rig.last.unwrap().force_n().norm();
     assert!((0.1..1.0).contains(&weak_n), "{weak_n} N instead of 1.6 N");
-    let energy = rig.go(-2e-3, 0.05).telemetry.energy;
-    assert!(energy.total_created_j + energy.created_j < 1e-6, "{energy:?}");
+    rig.go(-2e-3, 0.05);
+    let contact = rig.port.energy().contact();
+    assert!(contact.worst_j < 1e-6, "{contact:?}");
     rig.hold(500);
     rig.go(4e-3, 0.05);
     rig.hold(500);
@@ -193,54 +194,32 @@ fn a_touch_while_the_gain_ramps_in_keeps_its_gain_and_creates_nothing() {
 }
 
 #[test]
-fn contacts_that_create_energy_are_weakened_and_then_a_fault_that_can_be_cleared() {
-    let mut rig = Rig::active_with_allowance();
-    let mut peaks_n = Vec::new();
-    while rig.cycle.mode() != Mode::Fault && peaks_n.len() < 10 {
-        rig.go(-1e-3, 0.1);
-        let mut peak_n = 0.0_f32;
-        for _ in 0..10 {
-            // pushes a hand that is already leaving
+fn a_tissue_that_pushes_a_leaving_hand_gives_little_and_then_feels_again() {
+    // 3 mm in at 0.1 m/s, then out with 50 m/s^2 while the tissue pushes with 2 N more than its
+    // spring force
+    let given_j = |rig: &mut Rig| {
+        rig.go(3e-3, 0.1);
+        rig.hold(20);
+        let mut way_m = 0.0;
+        while rig.device.reading.position_m.dot(&NORMAL) < -0.5e-3 {
+            way_m += 50e-6;
             rig.tissue.sick_n = Some(NORMAL * 2.0);
-            rig.device.reading.position_m += NORMAL * 1e-3;
-            peak_n = peak_n.max(rig.tick(Command::HEARD, true).force_n().norm());
+            rig.device.reading.position_m += NORMAL * way_m;
+            rig.tick(Command::HEARD, true);
         }
-        peaks_n.push(peak_n);
-        if rig.cycle.mode() != Mode::Fault {
-            assert_eq!(rig.cycle.mode(), Mode::Degraded);
-            rig.hold(10);
-        }
-    }
-    assert!(peaks_n.len() >= 5 && peaks_n.windows(2).all(|p| p[1] < 0.8 * p[0]), "{peaks_n:?}");
-    assert_eq!(rig.last.unwrap().telemetry.fault, Some(Fault::EnergyCreated));
-    rig.recover();
-    rig.go(3e-3, 0.05);
-    rig.hold(200);
-    assert!((rig.last.unwrap().force_n().norm() - 1.2).abs() < 0.01, "at full gain again");
-    rig.expect_clean();
-}
-
-#[test]
-fn a_force_that_pushes_a_leaving_hand_gives_no_more_than_the_contact_took() {
-    // 1 mm in at 0.1 m/s, then out at 1 m/s while the tissue pushes with 2 N more than its spring
-    // force
-    let given_j = |mut rig: Rig| {
-        rig.go(-1e-3, 0.1);
-        let (mut last_n, mut given_j) = (Vector3::zeros(), 0.0);
-        for _ in 0..10 {
-            rig.tissue.sick_n = Some(NORMAL * 2.0);
-            rig.device.reading.position_m += NORMAL * 1e-3;
-            let force_n = rig.tick(Command::HEARD, true).force_n();
-            given_j += last_n.dot(&(NORMAL * 1e-3));
-            last_n = force_n;
-        }
-        rig.expect_clean();
-        given_j
+        rig.go(-3e-3, 0.1);
+        rig.port.energy().contact().worst_j
     };
-    let (ours_j, allowed_j) = (given_j(Rig::active()), given_j(Rig::active_with_allowance()));
-    // the spring's energy at 1 mm plus the energy that damping took on the way in
+    let (mut ours, mut lavish) = (Rig::undamped(1, true), Rig::undamped(1, false));
+    let (ours_j, lavish_j) = (given_j(&mut ours), given_j(&mut lavish));
     assert!(ours_j < 0.5e-3, "{ours_j} J");
-    assert!(allowed_j > 2e-3, "{allowed_j} J without the bound");
+    assert!(lavish_j > 2e-3, "{lavish_j} J without the account");
+    // the account is 0.13 mJ short, and 30 uW pay for that in 4 s
+    ours.hold(6000);
+    ours.go(3e-3, 0.05);
+    ours.hold(200);
+    assert!((ours.last.unwrap().force_n().norm() - 1.2).abs() < 0.01, "in full again");
+    ours.expect_clean();
 }
 
 #[test]
@@ -276,7 +255,7 @@ proptest! {
             rig.device.reading.position_m += NORMAL * if n % 2 == 0 { -2e-6 } else { 2e-6 };
             prop_assert_eq!(rig.tick(Command::HEARD, true).got_n, None);
         }
-        prop_assert_eq!(rig.cycle.mode(), Mode::Arming);
+        prop_assert_eq!((rig.cycle.mode(), rig.last.and_then(|tick| tick.telemetry.fault)), (Mode::Arming, None));
         rig.expect_clean();
     }
 }

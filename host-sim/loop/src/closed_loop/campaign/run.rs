@@ -169,6 +169,9 @@ fn follow<S: Surface>(case: &Case, trajectory: &Trajectory, from_s: f64, scene: 
                 begun = Some(n);
                 outcome.injected = true;
                 outcome.wrong = begin(kind.injection, scene);
+                if !kind.injection.keeps_profile() {
+                    scene.armed.watched.leave_port();
+                }
             } else if n >= PATIENCE_TICKS {
                 break;
             }
@@ -190,7 +193,7 @@ fn follow<S: Surface>(case: &Case, trajectory: &Trajectory, from_s: f64, scene: 
             command.found = Some(Fault::SelfTestFailed);
         }
         for _ in 0..command.late_ticks {
-            scene.plant().step(&aim, last_n > 0.0);
+            scene.step(&aim, last_n > 0.0);
         }
         let telemetry = scene.cycle(command);
         last_n = telemetry.applied_n.norm();
@@ -200,7 +203,7 @@ fn follow<S: Surface>(case: &Case, trajectory: &Trajectory, from_s: f64, scene: 
         }
         let touches = telemetry.output.depth_m > 0.0;
         touched_ticks += u32::from(touches);
-        scene.plant().step(&aim, touches || last_n > 0.0);
+        scene.step(&aim, touches || last_n > 0.0);
         if let Some(since) = since {
             outcome.peak_n = outcome.peak_n.max(last_n);
             if outcome.reaction_ticks.is_none() && reacted(&kind.expected, &telemetry) {

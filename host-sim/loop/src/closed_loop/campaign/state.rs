@@ -4,6 +4,7 @@ use palpate::Fault;
 use palpate::haptic::cycle::{Command, Cycle, Telemetry};
 
 use crate::closed_loop::faulty::{Faulty, FaultyTissue};
+use crate::closed_loop::hand::Aim;
 use crate::closed_loop::plant::Plant;
 use crate::closed_loop::run::Watched;
 use crate::closed_loop::surface::Surface;
@@ -44,6 +45,13 @@ pub(super) struct Scene<'s, S> {
 impl<S: Surface> Scene<'_, S> {
     pub(super) fn cycle(&mut self, command: Command) -> Telemetry {
         self.armed.watched.cycle(&mut self.armed.cycle, &mut self.device, &mut self.tissue, command)
+    }
+
+    /// Moves device and hand for a tick, and checks what truly happened.
+    pub(super) fn step(&mut self, aim: &Aim, touched: bool) {
+        let plant = self.device.device();
+        plant.step(aim, touched);
+        self.armed.watched.acted(&plant.truth());
     }
 
     /// The plant behind the fault injection.

@@ -1,5 +1,5 @@
 //! Constant damping in contact: the sampled spring and damper that Colgate and Schenkel (1997)
-//! bound by `b > K T / 2 + B`.
+//! bound by `b > K T / 2 + |B|`, with the device's own damping `b` and the virtual `B`.
 
 use super::{Law, Seen, Velocity};
 

@@ -1,7 +1,8 @@
 //! Energy bounding, after Kim and Ryu: the force rises no faster with displacement than the
 //! device's own damping absorbs, and never while the handle retreats. Their published law was not
-//! found; this is its simplest interpretation, with `c = 2 b / T`, the energy that damping absorbs
-//! from a held force (Colgate and Schenkel, 1997).
+//! found; this is its simplest interpretation, with `c = 2 b / T`, the stiffness up to which
+//! damping absorbs the energy of a held force: `b > K T / 2 + |B|` without virtual damping, `B = 0`
+//! (Colgate and Schenkel, 1997).
 
 use super::{Known, Law, Seen, TICK_S};
 

@@ -18,24 +18,16 @@ const NAN_FORCE: &[Fault] = &[Fault::ForceNotFinite];
 /// outside, where none of it is applied.
 const LONG_FORCE: &[Fault] = &[Fault::ForceImplausible, Fault::TipApart];
 const NODE: &[Fault] = &[Fault::Diverged, Fault::ForceNotFinite];
-const AWAY: &[Fault] = &[Fault::Runaway, Fault::WrongSign];
+const AWAY: &[Fault] = &[Fault::Runaway];
 /// Faults in which a handle that the force drives into the tissue may end. A light handle may
 /// exceed the speed limit before it has moved far enough for a runaway.
-const AWAY_FAST: &[Fault] = &[Fault::Runaway, Fault::OverSpeed, Fault::WrongSign];
+const AWAY_FAST: &[Fault] = &[Fault::Runaway, Fault::OverSpeed];
 /// Faults in which a wrong sign or a stuck reading may end, where it can be detected.
-const WRONG_WAY: &[Fault] = &[
-    Fault::Runaway,
-    Fault::OverSpeed,
-    Fault::SensorFault,
-    Fault::OutOfWorkspace,
-    Fault::EnergyCreated,
-    Fault::TipApart,
-    Fault::WrongSign,
-];
+const WRONG_WAY: &[Fault] =
+    &[Fault::Runaway, Fault::OverSpeed, Fault::SensorFault, Fault::OutOfWorkspace, Fault::EnergyCreated, Fault::TipApart];
 
-/// Faults in which noise of many counts may end; its steps do not fit the profile's count.
-const NOISY: &[Fault] =
-    &[Fault::UnitMismatch, Fault::OverSpeed, Fault::SensorFault, Fault::OutOfWorkspace, Fault::EnergyCreated, Fault::TipApart];
+/// Faults in which noise of many counts may end.
+const NOISY: &[Fault] = &[Fault::OverSpeed, Fault::SensorFault, Fault::OutOfWorkspace, Fault::EnergyCreated, Fault::TipApart];
 
 const fn with(
     id: &'static str,

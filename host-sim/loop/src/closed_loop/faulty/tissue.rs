@@ -67,6 +67,10 @@ impl<S: Surface> Renderer for FaultyTissue<'_, S> {
     fn tangent_n_per_m(&self, output: &Output) -> f32 {
         self.surface.tangent_n_per_m(output)
     }
+
+    fn stiffness_n_per_m(&self) -> f32 {
+        self.surface.stiffness_n_per_m()
+    }
 }
 
 impl<S: Surface> Surface for FaultyTissue<'_, S> {

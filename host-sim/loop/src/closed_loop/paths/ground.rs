@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use crate::closed_loop::device::{DeviceProfile, PROFILES};
 use crate::closed_loop::stimulus::Site;
-use crate::closed_loop::surface::{depth_at_m, static_curve};
-use crate::closed_loop::watch::RestSolid;
+use crate::closed_loop::surface::{depth_at_m, force_at_n, static_curve};
+use crate::closed_loop::watch::{RestShape, RestSolid};
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::Patch;
 use palpate_tissue::session::packed;
@@ -125,6 +125,18 @@ impl PathPatch {
     #[must_use]
     pub fn guard_depth_m(&self, youngs_modulus_pa: f64, force_limit_n: f64) -> f64 {
         depth_at_m(&self.curve, GUARD_SHARE * force_limit_n / youngs_modulus_pa)
+    }
+
+    /// Static force at a depth [N].
+    #[must_use]
+    pub fn force_n(&self, youngs_modulus_pa: f64, depth_m: f64) -> f64 {
+        force_at_n(&self.curve, depth_m) * youngs_modulus_pa
+    }
+
+    /// Whether a tip at this position touches the patch at rest [m].
+    #[must_use]
+    pub fn shape_touches(&self, tip_m: &Vector3<f64>) -> bool {
+        self.shape.inside(tip_m)
     }
 
     /// Position of a point given by its coordinates along the site's axes [m].

@@ -1,7 +1,5 @@
 //! One path from arming to the end of its rest, with every tick checked.
 
-use std::collections::VecDeque;
-
 use palpate::haptic::cycle::{Ask, Command, Cycle, PatchRenderer, Renderer, Settings, Telemetry};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use palpate::haptic::limits::LoopLimitSettings;
@@ -12,8 +10,9 @@ use palpate::{BuildError, Fault, Model, Output, Params, Vector3};
 use super::case::PathCase;
 use super::ground::PathGround;
 use crate::closed_loop::device::DeviceProfile;
+use crate::closed_loop::drive::Drive;
 use crate::closed_loop::run::ARMING_TICKS;
-use crate::closed_loop::watch::{Broken, Seen, Tick, Watch};
+use crate::closed_loop::watch::{Broken, PortWatch, Seen, Tick, Watch};
 use palpate_tissue::patch::Memory;
 use palpate_tissue::scene::TICK_S;
 
@@ -88,7 +87,8 @@ impl PathCase {
         let mut device = Scripted::new(profile, on.site.at_m.cast(), start_m);
         let settings = Settings { limits: profile.limit_values(), ..Settings::safe(&device.limits) };
         let mut cycle = Cycle::build(&settings, &device.limits)?;
-        let mut watch = Watch::of(&settings, &device.limits).over(on.shape.clone());
+        let mut watch = Watch::of(&settings).over(on.shape.clone());
+        let mut port = PortWatch::over(on.shape.clone(), &device.limits);
         for n in 0..ARMING_TICKS {
             let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(n as usize).copied();
             // arming happens far from the tissue, where a patch at rest gives no force
@@ -104,23 +104,23 @@ impl PathCase {
                 outcome.honest &= displacement_m.norm() <= HONEST_M_PER_S * TICK_S * 1.0001;
                 sharpest_m = sharpest_m.max((displacement_m - last_way_m).norm());
             }
-            device.energy.step(&displacement_m);
+            let truth = device.drive.carry(&last_m, at_m);
+            let port_answer = port.check(&truth);
             (last_m, last_way_m) = (*at_m, displacement_m);
             device.at_m = *at_m;
             let telemetry =
                 cycle.tick(&mut device, &mut PatchRenderer { model: &model, tuned: &tuned, state: &mut state }, Command::HEARD);
             let tick = Tick { limits, ..device.tick(&cycle, None, telemetry) };
-            // damping may cancel a force that the tissue still exerts: the contact is not over then
-            let touches = telemetry.output.depth_m > 0.0 || telemetry.output.force_n != Vector3::zeros();
-            device.energy.push(tick.force_n().cast(), touches);
-            if let Err(broken) = watch.check(&tick)
-                && !outcome.broken.iter().any(|(b, _)| *b == broken)
-            {
-                outcome.broken.push((broken, outcome.ticks as u32));
+            for answer in [port_answer, watch.check(&tick)] {
+                if let Err(broken) = answer
+                    && !outcome.broken.iter().any(|(b, _)| *b == broken)
+                {
+                    outcome.broken.push((broken, outcome.ticks as u32));
+                }
             }
             outcome.peak_n = outcome.peak_n.max(tick.force_n().norm());
             outcome.ticks += 1;
-            see(&Track { at_m: *at_m, telemetry, created_j: device.energy.created_j });
+            see(&Track { at_m: *at_m, telemetry, created_j: port.energy().contact().created_j });
             if telemetry.mode == Mode::Fault {
                 outcome.fault = outcome.fault.or(telemetry.fault);
                 let since = ended.get_or_insert(0);
@@ -130,14 +130,13 @@ impl PathCase {
                 }
             }
         }
-        // no hand stops dead or jumps by several counts at once; an encoder that sticks or has
-        // another unit does
-        let stuck = matches!(outcome.fault, Some(Fault::SensorFault | Fault::UnitMismatch))
-            && sharpest_m > SHARPEST_M_PER_S2 * TICK_S * TICK_S;
+        // no hand stops dead or jumps by several counts at once; an encoder that
+        // sticks does
+        let stuck = outcome.fault == Some(Fault::SensorFault) && sharpest_m > SHARPEST_M_PER_S2 * TICK_S * TICK_S;
         outcome.honest &= !stuck;
         outcome.by_hand = outcome.honest && sharpest_m <= SHARPEST_M_PER_S2 * TICK_S * TICK_S;
         outcome.seen = watch.seen();
-        outcome.created_j = device.energy.worst_j;
+        outcome.created_j = port.energy().contact().worst_j;
         Ok(outcome)
     }
 }
@@ -159,7 +158,7 @@ struct Scripted {
     at_m: Vector3<f64>,
     reading: Sensed,
     got_n: Option<Vector3<f32>>,
-    energy: TrueEnergy,
+    drive: Drive,
 }
 
 impl Scripted {
@@ -168,7 +167,8 @@ impl Scripted {
         let limits =
             DeviceSpec { workspace_low_m: site_m - reach_m, workspace_high_m: site_m + reach_m, ..profile.limits(site_m) };
         let reading = Sensed { position_m: at_m.cast(), sequence: 0, status: SensorStatus::Good };
-        Self { limits, at_m, reading, got_n: None, energy: TrueEnergy::of(profile) }
+        let drive = Drive::new(profile.delay_ticks, profile.amplifier_lag_s);
+        Self { limits, at_m, reading, got_n: None, drive }
     }
 
     fn tick(&self, cycle: &Cycle, asked: Option<Ask>, telemetry: Telemetry) -> Tick {
@@ -192,55 +192,11 @@ impl HapticDevice for Scripted {
 
     fn actuate(&mut self, force_n: Vector3<f32>) {
         self.got_n = Some(force_n);
+        self.drive.send(force_n.cast());
     }
 
     fn release(&mut self) {
         self.got_n = None;
-    }
-}
-
-/// Work of the true force along the true path, separately for every contact. The force is delayed
-/// by whole ticks and smoothed by the amplifier.
-struct TrueEnergy {
-    /// Forces not yet at the amplifier [N], the newest last.
-    line_n: VecDeque<Vector3<f64>>,
-    acting_n: Vector3<f64>,
-    lag_s: f64,
-    given_j: f64,
-    created_j: f64,
-    worst_j: f64,
-}
-
-impl TrueEnergy {
-    fn of(profile: &DeviceProfile) -> Self {
-        let line_n = vec![Vector3::zeros(); usize::from(profile.delay_ticks) + 1].into();
-        let lag_s = profile.amplifier_lag_s;
-        Self { line_n, acting_n: Vector3::zeros(), lag_s, given_j: 0.0, created_j: 0.0, worst_j: 0.0 }
-    }
-
-    /// Adds the work along the displacement of the tip in the last tick [m].
-    fn step(&mut self, displacement_m: &Vector3<f64>) {
-        let to_n = self.line_n.front().copied().unwrap_or_default();
-        let mut mean_n = to_n;
-        if self.lag_s > 0.0 {
-            let left = (-TICK_S / self.lag_s).exp();
-            mean_n += (self.acting_n - to_n) * ((1.0 - left) * self.lag_s / TICK_S);
-            self.acting_n = to_n + (self.acting_n - to_n) * left;
-        } else {
-            self.acting_n = to_n;
-        }
-        self.given_j += mean_n.dot(displacement_m);
-        self.created_j = self.created_j.max(self.given_j);
-        self.worst_j = self.worst_j.max(self.created_j);
-    }
-
-    /// Records a force that the loop sent [N]; the contact ends when nothing touches and no
-    /// delayed force is left.
-    fn push(&mut self, force_n: Vector3<f64>, touches: bool) {
-        self.line_n.pop_front();
-        self.line_n.push_back(force_n);
-        if !touches && self.acting_n.norm() < 1e-4 && self.line_n.iter().all(|f| *f == Vector3::zeros()) {
-            (self.given_j, self.created_j) = (0.0, 0.0);
-        }
+        self.drive.release();
     }
 }

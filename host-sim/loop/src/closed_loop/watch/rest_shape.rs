@@ -32,6 +32,9 @@ pub trait RestShape: Debug + Send + Sync {
     /// Whether a tip is inside the tissue.
     fn inside(&self, tip_m: &Vector3<f64>) -> bool;
 
+    /// Depth of a tip below the surface at rest [m]; zero where no force is possible.
+    fn depth_m(&self, tip_m: &Vector3<f64>) -> f64;
+
     /// [`Self::outside_m`] and [`Self::inside`] of one tip, at the cost of the more expensive one.
     fn place(&self, tip_m: &Vector3<f64>) -> (f64, bool) {
         (self.outside_m(tip_m), self.inside(tip_m))
@@ -60,6 +63,10 @@ impl RestShape for HalfSpace {
         (tip_m - self.at_m).dot(&self.normal) < 0.0
     }
 
+    fn depth_m(&self, tip_m: &Vector3<f64>) -> f64 {
+        (self.at_m - tip_m).dot(&self.normal).max(0.0)
+    }
+
     fn normals(&self, _: &Vector3<f64>) -> Vec<Vector3<f64>> {
         vec![self.normal]
     }
@@ -84,6 +91,10 @@ impl RestShape for Placed {
 
     fn inside(&self, tip_m: &Vector3<f64>) -> bool {
         self.shape.inside(&(self.turn * tip_m + self.shift_m))
+    }
+
+    fn depth_m(&self, tip_m: &Vector3<f64>) -> f64 {
+        self.shape.depth_m(&(self.turn * tip_m + self.shift_m))
     }
 
     fn place(&self, tip_m: &Vector3<f64>) -> (f64, bool) {
@@ -294,6 +305,14 @@ impl RestShape for RestSolid {
 
     fn inside(&self, tip_m: &Vector3<f64>) -> bool {
         self.contains(tip_m)
+    }
+
+    /// Distance of the tip from the touchable surface, wherever the gap to the tissue is zero.
+    fn depth_m(&self, tip_m: &Vector3<f64>) -> f64 {
+        match self.skin_near(tip_m) {
+            Some((foot_m, _)) if self.outside_m(tip_m) == 0.0 => (foot_m - tip_m).norm(),
+            _ => 0.0,
+        }
     }
 
     fn place(&self, tip_m: &Vector3<f64>) -> (f64, bool) {

@@ -1,0 +1,443 @@
+//! The energy account, the last stage of the force path: it pays for every force before the force
+//! is sent, and sends none that it cannot pay for.
+//!
+//! The balance is the energy that the hand may still be given. Work that the hand does on the loop
+//! raises it and work that the loop does on the hand lowers it, as in the passivity observer of
+//! Hannaford and Ryu (Time-domain passivity control of haptic interfaces, IEEE Trans. Robotics and
+//! Automation 18, 2002). Their controller dissipates after energy has been created; ours reserves,
+//! for every force that is on its way, the most work that it can still do, and shortens a new force
+//! until the balance covers it. Energy bounding (Kim and Ryu, Robotics and Autonomous Systems 58,
+//! 2010) bounds the change of the force in a sample in a similar way, from the hand's damping.
+//!
+//! ```text
+//! charge    E <- E - W                 W: work of the force that acted since the last count
+//! ceiling   E <- min(E, e0 + S)        S: what the tissue can return; zero once the contact is over
+//! refill    E <- E + P T               while E < e0
+//! send      s F, with s |F| D(F, d) <= E - sum over the forces on their way of |G| D(G, j)
+//!
+//! D(G, j) = max(0, (v + q/(n T) + a n T/2) T + a T^2 (j + 1/2 + l)),  v = u.G/|G|,  a = a0 + c |G|/m
+//! ```
+//!
+//! `D(G, j)` bounds the displacement along a force `G` that begins to act in `j` ticks, during one
+//! tick, behind a lag of `l` ticks: `u` is the mean velocity over the last `n` ticks, known to one
+//! count `q` and one window's acceleration. While the probe accelerates by less than `a`, everything
+//! that was sent is paid for, and the hand is given at most `e0 + P t`. Beyond `a` the balance falls
+//! below zero, and no force is sent until it has recovered, so that only what was on its way is
+//! given beyond, once. SAFETY.md derives the bound; [`EnergyAccount::bound`] evaluates it.
+//!
+//! * in: position [m], force sent last [N], the tissue's force and depth [N, m]
+//! * out: the force to send [N], in the same direction and not longer
+//! * cost: 190 instructions of a Cortex-M4F and 30 per tick of delay, estimated
+//! * failures: [`Fault::EnergyCreated`] if the balance is lower than any motion of a hand explains
+
+use nalgebra::Vector3;
+
+use super::device::DeviceSpec;
+use super::seen::{Monitor, Seen, Shaper};
+use super::{Range, between, each_within, length};
+use crate::fault::{BuildError, ClampFlags, Fault};
+use crate::lanes::sqrt;
+use crate::stages::output::Output;
+
+/// Number of sent forces that are kept until they act.
+/// Source: derived; the longest delay, and the force of this tick.
+const LINE: usize = DeviceSpec::MOST_DELAY_TICKS as usize + 1;
+/// Number of positions that are kept for the velocity; the window is shorter than this.
+/// Source: derived; the best window for counts of 55 um is six ticks ([`EnergyAccount::build`]); a
+/// power of two, since the index wraps.
+const PAST: usize = 8;
+/// Largest acceleration of a hand [m/s^2]: the sharpest stop among the motions of
+/// `palpate faults --paths` that count as a hand's.
+/// Source: chosen; the same bound as in `core/tests/honest`; a stylus of 45 g then takes nine
+/// newtons.
+const HAND_M_PER_S2: f32 = 200.0;
+/// Time constant with which the energy that tissue can return is forgotten while its force rings
+/// [s]: the longest ringing of 11 809 random stops was 0.15 s (`palpate faults --paths`).
+/// Source: that measurement, and a third more.
+const RINGS_S: f32 = 0.2;
+/// Time after the last force within which a new touch belongs to the same contact [s], besides delay
+/// and lag: no hand taps faster, so touches that follow sooner are a limit cycle.
+/// Source: chosen; above the 19 ms between the bounces of a flat tip, which drew 20 mJ in 30 s
+/// while each touch was a contact of its own (DECISIONS.md).
+const KEPT_S: f32 = 0.02;
+/// Lags of the amplifier after which its force has all but faded (1): `exp(-3)` is 5 %.
+/// Source: chosen; that share.
+const LAGS: f32 = 3.0;
+
+/// Settings of the account.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AccountSettings {
+    /// Energy that the hand may be given beyond what it gave [J].
+    pub allowance_j: f32,
+    /// Rate at which the allowance is restored [W].
+    pub refill_w: f32,
+    /// Acceleration of the probe by the hand that the account reserves for [m/s^2].
+    pub acceleration_m_per_s2: f32,
+    /// Share of the acceleration of the bare handle by a force that the account reserves for (1):
+    /// the hand moves with the handle.
+    pub handle_share: f32,
+}
+
+/// Ranges of the settings.
+/// Source: chosen; from zero to [`AccountSettings::HIGHEST`], and to the acceleration of a hand.
+static RANGES: [Range; 4] = [
+    ("account.allowance_j", 0.0, AccountSettings::HIGHEST.allowance_j),
+    ("account.refill_w", 0.0, AccountSettings::HIGHEST.refill_w),
+    ("account.acceleration_m_per_s2", 0.0, HAND_M_PER_S2),
+    ("account.handle_share", 0.0, 1.0),
+];
+
+impl AccountSettings {
+    /// 20 uJ and 30 uW, which are not felt; 3 m/s^2 and seven tenths of the bare handle's
+    /// acceleration. `palpate faults --hands` measures what other values cost: a smaller share lets
+    /// out more energy at long delays, and 10 m/s^2 takes away an eighth of the force at two ticks.
+    /// Source: that command for acceleration and share. The others are chosen: the allowance is a
+    /// fifth of the 0.1 mJ from which that command calls a contact one that creates energy.
+    pub const DEFAULT: Self = Self { allowance_j: 20e-6, refill_w: 30e-6, acceleration_m_per_s2: 3.0, handle_share: 0.7 };
+    /// An account that never runs out, for other controllers that are compared with ours.
+    /// Source: chosen; more than any contact takes.
+    pub const HIGHEST: Self = Self { allowance_j: 1e3, refill_w: 1e3, acceleration_m_per_s2: 0.0, handle_share: 0.0 };
+
+    /// Checks every setting.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names the setting.
+    pub fn check(&self) -> Result<(), BuildError> {
+        each_within(&RANGES, [self.allowance_j, self.refill_w, self.acceleration_m_per_s2, self.handle_share])
+    }
+}
+
+/// Energy at the hand.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// Energy that the hand may still be given [J]; below zero if it got more than was reserved.
+    pub balance_j: f32,
+    /// Energy given to the hand since the touch, as charged [J]; negative while the tissue stores
+    /// energy.
+    pub given_j: f32,
+    /// Largest `given_j` so far in this contact, at least zero [J].
+    pub created_j: f32,
+}
+
+/// The most energy that a hand can be given beyond what it gave.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EnergyBound {
+    /// At once, by a motion as sharp as any of a hand's [J].
+    pub at_once_j: f32,
+    /// For as long as the loop runs [W].
+    pub lasting_w: f32,
+}
+
+impl EnergyBound {
+    /// The most energy that any contacts within this time can give [J].
+    #[must_use]
+    pub fn within_j(&self, seconds: f32) -> f32 {
+        self.at_once_j + self.lasting_w * seconds
+    }
+}
+
+/// Displacement and force along an axis.
+#[derive(Clone, Copy, Debug, Default)]
+struct Axis {
+    /// Position of the probe in the backlash (0 .. `play_m`) [m].
+    slack_m: f32,
+    /// Mean of the force that acted since the last count [N], and the ticks that it covers (1).
+    mean_n: f32,
+    ticks: f32,
+}
+
+impl Axis {
+    /// Work [J] of the force since the last count, now that the axis reports a displacement [m].
+    ///
+    /// A probe that passes through a count did so under the mean force. One that leaves a count
+    /// where it entered it moved to and fro: in under the mean force and out under the last one, if
+    /// that gives it more.
+    #[inline(never)] // three copies would take 200 bytes more of the board's flash
+    fn work_j(&mut self, acting_n: f32, displacement_m: f32, play_m: f32) -> f32 {
+        self.ticks += 1.0;
+        self.mean_n += (acting_n - self.mean_n) / self.ticks;
+        let moved_m = self.slack_m + displacement_m;
+        self.slack_m = between(moved_m, 0.0, play_m);
+        let passed_m = moved_m - self.slack_m;
+        let back_j = (displacement_m - passed_m) * (acting_n - self.mean_n);
+        let work_j = passed_m * self.mean_n + if back_j > 0.0 { back_j } else { 0.0 };
+        if play_m == 0.0 || displacement_m != 0.0 {
+            (self.mean_n, self.ticks) = (0.0, 0.0);
+        }
+        work_j
+    }
+}
+
+/// The account: balance, forces on their way, and the last positions.
+#[derive(Clone, Copy, Debug)]
+pub struct EnergyAccount {
+    allowance_j: f32,
+    /// Refill per tick [J].
+    refill_j: f32,
+    /// Backlash applied to the displacement [m], so that a flipping count costs nothing while the
+    /// hand rests.
+    play_m: f32,
+    axes: [Axis; 3],
+    /// Force that the amplifier gives at the end of the tick: it follows the delayed force with the
+    /// declared lag [N].
+    lagging_n: Vector3<f32>,
+    /// Share of the gap between the two that a tick leaves, and its mean over the tick (1).
+    lag_left: f32,
+    lag_mean: f32,
+    lag_ticks: f32,
+    /// Ring of the forces sent, and the index at which the next one is stored.
+    line_n: [Vector3<f32>; LINE],
+    next: u8,
+    delay_ticks: u8,
+    /// Ring of the last positions [m], the index of the newest, and the window of the velocity.
+    past_m: [Vector3<f32>; PAST],
+    newest: u8,
+    window_ticks: u8,
+    /// Whether no position has been seen since the last clearing.
+    fresh: bool,
+    /// Mean displacement per tick over the window [m].
+    moved_m: Vector3<f32>,
+    /// Displacement per tick that the counts hide [m].
+    hidden_m: f32,
+    /// Displacement by the hand's acceleration within a tick, `a0 T^2` [m], and that by a force,
+    /// `c T^2 / m` [m/N].
+    hand_m: f32,
+    handle_m_per_n: f32,
+    /// Ticks since a force was sent, and ticks without a force after which the contact is over.
+    idle_ticks: u16,
+    kept_ticks: u16,
+    balance_j: f32,
+    /// Energy that the tissue can return [J], and the share of it that a tick forgets (1).
+    stored_j: f32,
+    forgets: f32,
+    given_j: f32,
+    created_j: f32,
+    bound: EnergyBound,
+}
+
+impl EnergyAccount {
+    /// Opens an empty account: the allowance is there after the time that arming takes.
+    ///
+    /// # Errors
+    /// [`BuildError::OutOfRange`] names the setting or the number of the device.
+    pub fn build(settings: &AccountSettings, device: &DeviceSpec, tick_s: f32) -> Result<Self, BuildError> {
+        settings.check()?;
+        device.check()?;
+        let (mut lag_left, mut lag_mean) = (0.0, 0.0);
+        if device.lag_s > 0.0 {
+            // exp(-x) from the series of exp(x / 4)
+            let x = tick_s / device.lag_s;
+            let y = 0.25 * x;
+            let quarter = 1.0 + y * (1.0 + y * (1.0 / 2.0 + y * (1.0 / 6.0 + y / 24.0)));
+            let half = quarter * quarter;
+            lag_left = 1.0 / (half * half);
+            lag_mean = (1.0 - lag_left) / x;
+        }
+        let hand_m = settings.acceleration_m_per_s2 * tick_s * tick_s;
+        // the window in which a count and the hand's acceleration leave the least doubt
+        let best = if hand_m > 0.0 { sqrt(2.0 * device.count_m / hand_m) + 0.5 } else { 1.0 };
+        let window = between(best, 1.0, PAST as f32 - 1.0) as u8;
+        Ok(Self {
+            allowance_j: settings.allowance_j,
+            refill_j: settings.refill_w * tick_s,
+            // rounding in the last bit of a position is no count
+            play_m: 1.01 * device.count_m,
+            axes: [Axis::default(); 3],
+            lagging_n: Vector3::zeros(),
+            lag_left,
+            lag_mean,
+            lag_ticks: device.lag_s / tick_s,
+            line_n: [Vector3::zeros(); LINE],
+            next: 0,
+            delay_ticks: device.delay_ticks,
+            past_m: [Vector3::zeros(); PAST],
+            newest: 0,
+            window_ticks: window,
+            fresh: true,
+            moved_m: Vector3::zeros(),
+            hidden_m: device.count_m / f32::from(window),
+            hand_m,
+            handle_m_per_n: settings.handle_share / device.mass_kg * tick_s * tick_s,
+            idle_ticks: u16::MAX,
+            kept_ticks: u16::from(device.delay_ticks) + ((KEPT_S + LAGS * device.lag_s) / tick_s + 0.5) as u16,
+            balance_j: 0.0,
+            stored_j: 0.0,
+            forgets: tick_s / RINGS_S,
+            given_j: 0.0,
+            created_j: 0.0,
+            bound: Self::bound(settings, device, tick_s),
+        })
+    }
+
+    /// The most that a hand on this device can be given beyond what it gave: the allowance, what is
+    /// on its way when the hand turns more sharply than the account reserves for, and, for as long
+    /// as the loop runs, the refill and what a count hides (SAFETY.md).
+    #[must_use]
+    pub fn bound(settings: &AccountSettings, device: &DeviceSpec, tick_s: f32) -> EnergyBound {
+        let most_n = device.max_force_n;
+        let lag = device.lag_s / tick_s;
+        let ticks = f32::from(device.delay_ticks) + 1.0 + lag;
+        let window = f32::from(PAST as u8 - 1);
+        // as if nothing of the acceleration were reserved for, so that the bound is the profile's alone
+        let sharp_m_per_s2 = HAND_M_PER_S2 + most_n / device.mass_kg;
+        // the second term is the tail of the lag, which outlasts a delay of the same length
+        let way_m = sharp_m_per_s2 * tick_s * tick_s * 0.5 * (ticks * (ticks + window) + lag * (lag + 1.0));
+        EnergyBound {
+            // the backlash hides a count at either end of a motion
+            at_once_j: settings.allowance_j + most_n * (way_m + 2.0 * device.count_m),
+            lasting_w: settings.refill_w + super::toggle::SHAKES_N * device.count_m / (2.0 * tick_s),
+        }
+    }
+
+    /// Charges the work of the force that acted since the last tick, now that the probe is read at
+    /// this position [m]. `touched` tells whether the patch was touched then.
+    fn charge(&mut self, position_m: &Vector3<f32>, touched: bool) {
+        let acting = usize::from(self.next.wrapping_sub(1 + self.delay_ticks)) % LINE;
+        let delayed_n = self.line_n.get(acting).copied().unwrap_or_default();
+        let gap_n = self.lagging_n - delayed_n;
+        let acting_n = delayed_n + gap_n * self.lag_mean;
+        self.lagging_n = delayed_n + gap_n * self.lag_left;
+        let displacement_m = self.moved_to(position_m);
+        let mut work_j = 0.0;
+        for ((axis, force_n), moved_m) in self.axes.iter_mut().zip(acting_n.iter()).zip(displacement_m.iter()) {
+            work_j += axis.work_j(*force_n, *moved_m, self.play_m);
+        }
+        self.balance_j -= work_j;
+        self.given_j += work_j;
+        if self.given_j > self.created_j {
+            self.created_j = self.given_j;
+        }
+        if self.balance_j < self.allowance_j {
+            self.balance_j += self.refill_j;
+        }
+        if !touched && self.idle_ticks > self.kept_ticks {
+            (self.given_j, self.created_j, self.stored_j) = (0.0, 0.0, 0.0);
+            self.cap();
+        }
+    }
+
+    /// Records a position and returns the displacement since the last tick [m].
+    fn moved_to(&mut self, position_m: &Vector3<f32>) -> Vector3<f32> {
+        if self.fresh {
+            (self.past_m, self.fresh) = ([*position_m; PAST], false);
+        }
+        let past_m = |ago: u8| self.past_m.get(usize::from(self.newest.wrapping_sub(ago)) % PAST).copied().unwrap_or_default();
+        let displacement_m = position_m - past_m(0);
+        self.moved_m = (position_m - past_m(self.window_ticks - 1)) / f32::from(self.window_ticks);
+        self.newest = self.newest.wrapping_add(1);
+        if let Some(newest) = self.past_m.get_mut(usize::from(self.newest) % PAST) {
+            *newest = *position_m;
+        }
+        displacement_m
+    }
+
+    /// Lowers the balance to the allowance and what the tissue can return.
+    fn cap(&mut self) {
+        let most_j = self.allowance_j + self.stored_j;
+        if self.balance_j > most_j {
+            self.balance_j = most_j;
+        }
+    }
+
+    /// The longest force along `force_n` [N] that the balance pays for. The tissue's force
+    /// `tissue_n` at `depth_m` can return `F d / 2`, and `F` over the distance `apart_m` by which
+    /// the guard holds the shown tip behind the sensed one [N, m].
+    fn pay(&mut self, force_n: &Vector3<f32>, tissue_n: &Vector3<f32>, depth_m: f32, apart_m: f32) -> Vector3<f32> {
+        let stored_j = length(tissue_n) * (0.5 * depth_m + apart_m);
+        self.stored_j -= self.stored_j * self.forgets;
+        if stored_j > self.stored_j {
+            self.stored_j = stored_j;
+        }
+        self.cap();
+        let length_n = length(force_n);
+        if length_n == 0.0 {
+            return *force_n;
+        }
+        if self.balance_j <= 0.0 {
+            return Vector3::zeros();
+        }
+        let (delay, lag) = (f32::from(self.delay_ticks), self.lag_ticks);
+        let cost_j = length_n * self.way_m(force_n, length_n, 1.0, delay + 0.5 + lag);
+        let left_j = self.balance_j - self.reserved_j();
+        if cost_j <= left_j {
+            *force_n
+        } else if left_j > 0.0 {
+            force_n * (left_j / cost_j)
+        } else {
+            Vector3::zeros()
+        }
+    }
+
+    /// The most work that the forces on their way can still do [J].
+    fn reserved_j(&self) -> f32 {
+        let (delay, lag) = (f32::from(self.delay_ticks), self.lag_ticks);
+        let mut reserved_j = 0.0;
+        for ago in 1..=self.delay_ticks {
+            let sent_n = self.line_n.get(usize::from(self.next.wrapping_sub(ago)) % LINE).copied().unwrap_or_default();
+            let length_n = length(&sent_n);
+            if length_n > 0.0 {
+                reserved_j += length_n * self.way_m(&sent_n, length_n, 1.0, delay - f32::from(ago) + 0.5 + lag);
+            }
+        }
+        let length_n = length(&self.lagging_n);
+        if lag > 0.0 && length_n > 0.0 {
+            reserved_j += length_n * self.way_m(&self.lagging_n, length_n, lag, lag * (0.5 + lag));
+        }
+        reserved_j
+    }
+
+    /// Largest displacement along a force [N] of this length that acts for `share` of a tick,
+    /// `late` ticks from now [m].
+    fn way_m(&self, force_n: &Vector3<f32>, length_n: f32, share: f32, late: f32) -> f32 {
+        let sharp_m = self.hand_m + self.handle_m_per_n * length_n;
+        let moves_m = self.moved_m.dot(force_n) / length_n + self.hidden_m + 0.5 * sharp_m * f32::from(self.window_ticks);
+        let way_m = moves_m * share + sharp_m * late;
+        if way_m > 0.0 { way_m } else { 0.0 }
+    }
+
+    /// Records the force sent in this tick [N].
+    pub fn sent(&mut self, force_n: Vector3<f32>) {
+        if let Some(newest) = self.line_n.get_mut(usize::from(self.next) % LINE) {
+            *newest = force_n;
+        }
+        self.next = self.next.wrapping_add(1);
+        let idle = force_n.dot(&force_n) == 0.0;
+        self.idle_ticks = if idle { self.idle_ticks.saturating_add(1) } else { 0 };
+    }
+
+    /// Energy at the hand.
+    #[must_use]
+    pub fn energy(&self) -> Energy {
+        Energy { balance_j: self.balance_j, given_j: self.given_j, created_j: self.created_j }
+    }
+}
+
+impl Monitor for EnergyAccount {
+    fn judge(&mut self, seen: &Seen) -> Result<(), Fault> {
+        self.charge(&seen.position_m, seen.was_touched);
+        // further below zero than any motion of a hand: the device is not what its profile says
+        if self.balance_j < -self.bound.at_once_j { Err(Fault::EnergyCreated) } else { Ok(()) }
+    }
+
+    /// Forgets positions and the forces on their way, which end when the device is released. The
+    /// balance stays, so that clearing a fault buys no energy.
+    fn reset(&mut self) {
+        (self.line_n, self.lagging_n, self.fresh) = ([Vector3::zeros(); LINE], Vector3::zeros(), true);
+        (self.given_j, self.created_j, self.stored_j) = (0.0, 0.0, 0.0);
+        self.axes = [Axis::default(); 3];
+        self.cap();
+    }
+}
+
+impl Shaper for EnergyAccount {
+    fn shape(&mut self, force_n: Vector3<f32>, seen: &Seen, flags: &mut ClampFlags) -> Vector3<f32> {
+        let Output { force_n: tissue_n, depth_m, apart_m, .. } = &seen.output;
+        let paid_n = self.pay(&force_n, tissue_n, *depth_m, *apart_m);
+        if paid_n != force_n {
+            flags.set(ClampFlags::ENERGY);
+        }
+        paid_n
+    }
+
+    fn reset(&mut self) {}
+}

@@ -1,0 +1,98 @@
+//! The campaign of yielding hands: its numbered cases, and running them.
+
+use std::ops::Range;
+
+use palpate::BuildError;
+use palpate::haptic::cycle::Settings;
+use rayon::prelude::*;
+
+use super::case::{Bounds, YieldingCase};
+use super::family::family;
+use super::genes::Genes;
+use super::run::RunLength;
+use super::table::{DELAYS, FAMILY, HandsTable};
+use crate::closed_loop::campaign::batches;
+use crate::closed_loop::device::{DeviceProfile, PROFILES};
+use crate::closed_loop::paths::PathGround;
+
+/// Number of runs that a thread executes at a time.
+const BATCH: u64 = 4;
+
+/// A campaign of yielding hands.
+#[derive(Clone, Debug)]
+pub struct Hands<'a> {
+    ground: &'a PathGround,
+    base: &'a DeviceProfile,
+    runs: u64,
+    seed: u64,
+    length: RunLength,
+    family: Vec<YieldingCase>,
+}
+
+impl<'a> Hands<'a> {
+    /// This many random runs, every second one on a shipped device, and the family of light hands
+    /// on stiff tissue; with `quick` shorter runs and an eighth of the family.
+    #[must_use]
+    pub fn new(ground: &'a PathGround, runs: u64, seed: u64, quick: bool) -> Self {
+        let base = &ground.devices[0];
+        let (length, share) = if quick { (RunLength::QUICK, 8) } else { (RunLength::FULL, 1) };
+        Self { ground, base, runs, seed, length, family: family(ground, base, share) }
+    }
+
+    /// The same campaign with runs of this length.
+    #[must_use]
+    pub fn lasting(self, length: RunLength) -> Self {
+        Self { length, ..self }
+    }
+
+    /// Number of cases: the random runs, and then the family.
+    #[must_use]
+    pub fn cases(&self) -> u64 {
+        self.runs + self.family.len() as u64
+    }
+
+    /// Name of the row and the case with this number.
+    #[must_use]
+    pub fn case(&self, number: u64) -> (&'static str, YieldingCase) {
+        if let Some(case) = number.checked_sub(self.runs).and_then(|n| self.family.get(n as usize)) {
+            return (FAMILY, case.clone());
+        }
+        let genes = Genes::draw(number, self.seed);
+        if number % 2 == 1 {
+            let device = (number / 2) as usize % PROFILES.len();
+            let name = PROFILES[device].0;
+            return (name, YieldingCase::on_device(self.ground, &genes, &self.ground.devices[device], name));
+        }
+        let case = YieldingCase::of(self.ground, &genes, self.base, Bounds::Person);
+        let group = DELAYS.iter().find(|(_, delays, _)| delays.contains(&case.device.delay_ticks));
+        (group.map_or("", |(name, ..)| *name), case)
+    }
+
+    /// Runs the cases with these numbers; `change` may change the loop's settings, `done` is called
+    /// after every batch. The tables of parts of a range add up to the table of the whole range.
+    ///
+    /// # Errors
+    /// The loop or a patch refuses its settings.
+    pub fn run(
+        &self,
+        cases: Range<u64>,
+        change: impl Fn(&mut Settings) + Sync,
+        done: impl Fn(u64) + Sync,
+    ) -> Result<HandsTable, BuildError> {
+        let part = |numbers: Range<u64>| {
+            let mut table = HandsTable::default();
+            for number in numbers.clone() {
+                let (name, case) = self.case(number);
+                let length =
+                    if name == FAMILY { RunLength { motion_s: RunLength::FULL.motion_s, ..self.length } } else { self.length };
+                table.count(self.ground, number, name, &case, &case.run(self.ground, length, &change)?);
+            }
+            done(numbers.end - numbers.start);
+            Ok(table)
+        };
+        batches(cases, BATCH).map(part).try_reduce(HandsTable::default, |mut table, more| {
+            table.add(more);
+            Ok(table)
+        })
+    }
+}

@@ -1,0 +1,100 @@
+//! Rows of yielding hands by delay and by device, and the worst runs.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+
+use serde::{Deserialize, Serialize};
+
+use super::case::YieldingCase;
+use super::family::{FAMILY_QUIET_N, FAMILY_WITHIN_J};
+use super::row::HandsRow;
+use super::run::Outcome;
+use crate::closed_loop::paths::PathGround;
+
+/// Number of the worst runs that are recorded, by each measure.
+const SHOWN: usize = 5;
+
+/// Groups of delays [ticks], with their name and the least share of the push that is felt (1).
+pub(super) const DELAYS: [(&str, RangeInclusive<u8>, f64); 3] =
+    [("delay 0-1", 0..=1, 0.97), ("delay 2-3", 2..=3, 0.8), ("delay 4-7", 4..=7, 0.6)];
+/// Name of the family's row.
+pub(super) const FAMILY: &str = "light hands on stiff tissue";
+
+/// One of the worst runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Worst {
+    /// Number of the run.
+    pub number: u64,
+    /// By how much it is bad; the unit depends on the measure.
+    pub value: f64,
+    /// The run in one line.
+    pub words: String,
+}
+
+/// Rows by delay and by device, and the worst runs.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct HandsTable {
+    /// The rows, by name.
+    pub rows: BTreeMap<Cow<'static, str>, HandsRow>,
+    /// The worst runs by energy [J], share of the bound (1), lost ticks (1) and vibration [N].
+    pub worst: BTreeMap<Cow<'static, str>, Vec<Worst>>,
+}
+
+impl HandsTable {
+    pub(super) fn count(&mut self, ground: &PathGround, number: u64, name: &'static str, case: &YieldingCase, outcome: &Outcome) {
+        self.rows.entry(name.into()).or_default().add(&HandsRow::of(outcome));
+        let Outcome { given, felt, shake_n, .. } = outcome;
+        let measures =
+            [("energy", given.most_j), ("share", given.share), ("lost", felt.lost_ticks as f64), ("shaking", *shake_n)];
+        for (measure, value) in measures.into_iter().filter(|(_, value)| *value > 0.0) {
+            let felt = felt.felt_n_s / felt.asked_n_s.max(f64::MIN_POSITIVE);
+            let words = format!(
+                "{name}: {}: {:.4} mJ, {:.3} of the bound, {felt:.2} felt, {} ticks lost, {:.0} mN, {} faults {}",
+                case.in_words(ground),
+                given.most_j * 1e3,
+                given.share,
+                outcome.felt.lost_ticks,
+                shake_n * 1e3,
+                outcome.faults,
+                outcome.fault.map_or(String::new(), |fault| fault.to_string())
+            );
+            self.record(measure.into(), [Worst { number, value, words }]);
+        }
+    }
+
+    fn record(&mut self, measure: Cow<'static, str>, runs: impl IntoIterator<Item = Worst>) {
+        let worst = self.worst.entry(measure).or_default();
+        worst.extend(runs);
+        worst.sort_by(|a, b| b.value.total_cmp(&a.value).then(a.number.cmp(&b.number)));
+        worst.truncate(SHOWN);
+    }
+
+    /// Adds the results of another table.
+    pub fn add(&mut self, other: Self) {
+        other.rows.into_iter().for_each(|(name, row)| self.rows.entry(name).or_default().add(&row));
+        other.worst.into_iter().for_each(|(measure, runs)| self.record(measure, runs));
+    }
+
+    /// Every promise that does not hold, in words.
+    #[must_use]
+    pub fn broken(&self) -> Vec<String> {
+        let mut broken = Vec::new();
+        for (name, row) in &self.rows {
+            if name == FAMILY {
+                if row.shake_n > FAMILY_QUIET_N {
+                    broken.push(format!("{name}: the force swings by {:.2} N RMS", row.shake_n));
+                }
+                if row.worst_j > FAMILY_WITHIN_J {
+                    broken.push(format!("{name}: {:.2} mJ in a press", row.worst_j * 1e3));
+                }
+                continue;
+            }
+            let group = DELAYS.iter().find(|(group, ..)| group == name);
+            // every shipped device has a delay of one tick
+            let least_felt = group.or(DELAYS.first()).map_or(0.0, |(_, _, felt)| *felt);
+            broken.extend(row.broken(name, least_felt, group.is_some_and(|(_, delays, _)| *delays.start() > 3)));
+        }
+        broken
+    }
+}
