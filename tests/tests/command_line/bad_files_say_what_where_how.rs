@@ -34,7 +34,6 @@ fn every_defect_of_a_mesh_with_its_line_on_check_and_on_press() {
     for (text, says) in [
         (edited(TWO_TETS, last, "17 4 1 1 4 2 3 4 999"), ["a.msh:12", "tet 17 names node 999", "fix the element"]),
         (edited(TWO_TETS, last, "17 4 1 1 4 2 3 4 4"), ["a.msh:12", "names node 4 twice", "remove"]),
-        (edited(TWO_TETS, last, "17 4 1 1 4 4 2 1 3"), ["a.msh:12", "same nodes as tet 1", "remove one"]),
         (edited(TWO_TETS, "5 1 1 1\n", "5 0 0 0\n"), ["a.msh:7", "node 5 is exactly where node 1", "merge"]),
         (edited(TWO_TETS, "5 1 1 1\n", "5 0.25 0.5 0.25\n"), ["a.msh:12", "tet 17 is flat", "slivers"]),
         (edited(TWO_TETS, "5 1 1 1\n", "5 -1 -1 -1\n"), ["a.msh:12", "overlap", "untangle"]),

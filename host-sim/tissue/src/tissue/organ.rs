@@ -36,7 +36,7 @@ const MOST_POINTS: usize = 10_000_000;
 const POINTS_PER_NODE: usize = 100;
 /// Largest element under the probe, and largest distance of the site from the mesh, with which a
 /// mesh is good enough, in probe radii (1).
-const GOOD_RADII: [f64; 2] = [0.75, 0.1];
+const GOOD_RADII: [f64; 2] = [1.0, 0.1];
 /// Growth of the number of nodes from one attempt to the next where the scene gives none (1).
 const MORE: usize = 2;
 
