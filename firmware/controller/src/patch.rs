@@ -171,9 +171,13 @@ impl<'a> Patch<'a> {
     /// # Errors
     /// [`BuildError::OutOfRange`] if it is not between half and twice the packed one.
     pub fn ask_modulus(&mut self, youngs_modulus_pa: f32) -> Result<(), BuildError> {
-        BuildError::within(MODULUS, youngs_modulus_pa, 0.5 * self.packed_pa, 2.0 * self.packed_pa)?;
+        self.within_range(youngs_modulus_pa)?;
         self.asked_pa = Some(youngs_modulus_pa);
         Ok(())
+    }
+
+    fn within_range(&self, youngs_modulus_pa: f32) -> Result<(), BuildError> {
+        BuildError::within(MODULUS, youngs_modulus_pa, 0.5 * self.packed_pa, 2.0 * self.packed_pa)
     }
 
     /// Applies a requested modulus between two ticks. An increase waits until the probe does not

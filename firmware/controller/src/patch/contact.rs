@@ -111,8 +111,10 @@ impl Patch<'_> {
     /// Checks a modulus [Pa] that is requested while the patch is in use.
     ///
     /// # Errors
-    /// [`Refusal::ContactStiff`] with the largest modulus that is accepted.
+    /// [`Refusal::ModulusOutOfRange`], and [`Refusal::ContactStiff`] with the largest modulus that is
+    /// accepted.
     pub fn check_modulus(&self, youngs_modulus_pa: f32, ceiling_n_per_m: f32) -> Result<(), Refusal> {
+        self.within_range(youngs_modulus_pa)?;
         let tangent_m = self.contact.map_or(0.0, |contact| contact.tangent_m);
         let n_per_m = tangent_m * youngs_modulus_pa;
         if n_per_m > ceiling_n_per_m {
