@@ -148,8 +148,8 @@ impl<'a> Patch<'a> {
         Ok(Self { model, params, tuned, packed_pa, checksum, asked_pa, state, placement, site_m, contact, resting })
     }
 
-    /// [`Patch::open_within`] for a device: the contact must suit its stiffness ceiling [N/m], and the
-    /// tip the elements under it.
+    /// [`Patch::open_within`] for a device: the contact must suit its stiffness ceiling [N/m], and
+    /// the tip the elements under it.
     ///
     /// # Errors
     /// Errors of [`Patch::open_within`] and [`Patch::check_contact`].

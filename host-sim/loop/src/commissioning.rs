@@ -1,4 +1,4 @@
-//! What a commissioning writes into a device's profile: the measured values, the wiring and the
+//! Result of a commissioning in a device's profile: the measured values, the wiring and the
 //! day.
 
 use std::fmt::Write as _;
@@ -45,7 +45,7 @@ impl From<&Wiring> for WiringTable {
 /// Signs of the encoders and motors of a mechanism's joints.
 pub type Signs = [Vec<i8>; 2];
 
-/// What the user has to do, or what is in progress, in one sentence. `names` are those of the axes
+/// Instruction to the user, or the work in progress, in one sentence. `names` are those of the axes
 /// or joints.
 #[must_use]
 pub fn sentence(stage: Stage, names: [&str; 3], distance_m: f32) -> String {

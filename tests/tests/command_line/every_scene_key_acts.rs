@@ -275,7 +275,8 @@ fn moving_error_takes_substeps_or_nodes() {
     assert!(loose.number("/report/moving/rms_pct") > 2.0);
     let nodes = |pct: &str| {
         let desk = Desk::default();
-        desk.put("scene.toml", asked(pct));
+        // few nodes need a tip that is as wide as their elements
+        desk.put("scene.toml", edited(&asked(pct), "radius_m = 0.008", "radius_m = 0.016"));
         let packed = palpate(SCRATCH, desk.folder(), &["pack", "--scene", "scene.toml", "--board", "m4f-168", "--out", "packed"]);
         assert_eq!(packed.code, Some(0), "{}", packed.stderr);
         let (before, _) = packed.stdout.split_once(" nodes,").expect("the number of nodes");

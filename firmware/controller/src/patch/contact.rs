@@ -2,8 +2,8 @@
 //! elements under it ([`palpate::haptic::ceiling`]), with what would be accepted instead.
 //!
 //! Every remedy is measured on the patch itself before it is offered. Stiffness is cured by softer
-//! tissue or a lower depth limit, at which the contact is smaller; a narrow tip by a wider one, which
-//! is stiffer and may need softer tissue as well.
+//! tissue or a lower depth limit, at which the contact is smaller; a narrow tip by a wider one,
+//! which is stiffer and may need softer tissue as well.
 
 use core::fmt;
 
@@ -75,8 +75,8 @@ impl Patch<'_> {
     }
 
     /// Checks the contact for a device with this stiffness ceiling [N/m]; measures it first, if it
-    /// has not been. A measurement leaves the patch at rest. `after_round` is called after every tick
-    /// of it.
+    /// has not been. A measurement leaves the patch at rest. `after_round` is called after every
+    /// tick of it.
     ///
     /// # Errors
     /// [`Refusal::ContactStiff`] or [`Refusal::TipNarrow`] with what is accepted instead;
@@ -111,8 +111,8 @@ impl Patch<'_> {
     /// Checks a modulus [Pa] that is requested while the patch is in use.
     ///
     /// # Errors
-    /// [`Refusal::ModulusOutOfRange`], and [`Refusal::ContactStiff`] with the largest modulus that is
-    /// accepted.
+    /// [`Refusal::ModulusOutOfRange`], and [`Refusal::ContactStiff`] with the largest modulus that
+    /// is accepted.
     pub fn check_modulus(&self, youngs_modulus_pa: f32, ceiling_n_per_m: f32) -> Result<(), Refusal> {
         self.within_range(youngs_modulus_pa)?;
         let tangent_m = self.contact.map_or(0.0, |contact| contact.tangent_m);

@@ -198,7 +198,8 @@ impl DeviceProfile {
         DeviceSpec { commissioned: self.commissioned.is_some(), ..self.limits(site_m) }
     }
 
-    /// What the profile does not say, with the cautious value that is taken, one sentence each.
+    /// Values that the profile does not state, with the cautious one that is taken, one sentence
+    /// each.
     #[must_use]
     pub fn assumed(&self) -> Vec<String> {
         let keys = self.text.parse::<toml::Table>().unwrap_or_default();

@@ -6,7 +6,7 @@ use palpate_tissue::scene::TICK_S;
 /// Ticks without touch and force after which a contact is over.
 const FREE_TICKS: u32 = 20;
 
-/// What a hand was given in a run.
+/// Energy that a hand was given in a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GivenEnergy {
     /// Energy created in each contact: the most that was given since its touch, at least zero [J].
