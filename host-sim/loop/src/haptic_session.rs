@@ -251,7 +251,7 @@ impl HapticSession {
         let force_n = commissioning.tick(reading.into(), confirmed).into();
         let stage = match commissioning.result() {
             Some(found) if commissioning.stage() == Stage::Done => {
-                let done = commissioning::completed(&self.profile, found, None, &commissioning::today())
+                let done = commissioning::completed(&self.profile, found, None, &crate::day::today())
                     .and_then(|text| DeviceProfile::parse(&text, &self.profile.name.clone()))
                     .ok()
                     .and_then(|profile| self.take_profile(profile).ok());

@@ -275,15 +275,14 @@ fn moving_error_takes_substeps_or_nodes() {
     assert!(loose.number("/report/moving/rms_pct") > 2.0);
     let nodes = |pct: &str| {
         let desk = Desk::default();
-        // few nodes need a tip that is as wide as their elements
-        desk.put("scene.toml", edited(&asked(pct), "radius_m = 0.008", "radius_m = 0.016"));
-        let packed = palpate(SCRATCH, desk.folder(), &["pack", "--scene", "scene.toml", "--board", "m4f-168", "--out", "packed"]);
+        desk.put("scene.toml", asked(pct));
+        let packed = palpate(SCRATCH, desk.folder(), &["pack", "--scene", "scene.toml", "--board", "m7-480", "--out", "packed"]);
         assert_eq!(packed.code, Some(0), "{}", packed.stderr);
         let (before, _) = packed.stdout.split_once(" nodes,").expect("the number of nodes");
         before.rsplit(' ').next().and_then(|n| n.parse::<u32>().ok()).expect("a number")
     };
-    let (many, few) = (nodes("50.0"), nodes("5.0"));
-    println!("{many} nodes, {few} for 5 %");
+    let (many, few) = (nodes("50.0"), nodes("3.0"));
+    println!("{many} nodes, {few} for 3 %");
     assert!(few < many);
 }
 

@@ -7,7 +7,8 @@ use palpate::haptic::device::DeviceSpec;
 use palpate::haptic::limits::LoopLimitSettings;
 use serde::Deserialize;
 
-use crate::commissioning::{WiringTable, day_of};
+use super::wiring::WiringTable;
+use crate::day::day_of;
 use palpate_tissue::error::Error;
 
 /// The profiles that ship, by name; the first is the default.
