@@ -6,7 +6,7 @@
 //! elastic is per pascal, so one press serves every modulus. A tip narrower than the elements rests
 //! on so few foundation points that it loses and regains one again and again, and the force swings.
 //!
-//! A board refuses such a patch; a desktop multiplies the force by [`Ceiling::gain`]. The gain
+//! A board refuses such a patch; a desktop multiplies the force by a gain. The gain
 //! follows from the stiffness at the depth limit and is constant over a contact: a gain that
 //! followed the instantaneous tangent would make the force depend on the path and create energy.
 //!

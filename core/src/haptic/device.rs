@@ -102,7 +102,7 @@ impl DeviceSpec {
     }
 
     /// Largest contact stiffness that the loop renders on this device [N/m]: the stated ceiling, or
-    /// that at which a count steps the force by [`COUNT_STEP_N`] if that is lower.
+    /// that at which a count steps the force by 60 mN if that is lower.
     #[must_use]
     pub fn ceiling_n_per_m(&self) -> f32 {
         let stated = self.stiffness_ceiling_n_per_m;
