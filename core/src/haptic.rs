@@ -37,6 +37,7 @@ pub mod cycle;
 pub mod damping;
 pub mod deadline;
 pub mod device;
+pub mod force_limits;
 pub mod gains;
 pub mod limits;
 pub mod mode;

@@ -6,6 +6,7 @@ mod absent;
 mod accept;
 #[cfg(feature = "full")]
 mod board;
+#[cfg(feature = "full")]
 mod boards;
 #[cfg(feature = "full")]
 mod calibrate;
@@ -34,6 +35,7 @@ mod live;
 mod merge;
 mod mesh;
 mod on_demand;
+#[cfg(feature = "full")]
 mod pack;
 #[cfg(feature = "full")]
 mod paper;
@@ -65,14 +67,14 @@ use palpate_tissue::scene::{Change, Scene};
 
 #[cfg(not(feature = "full"))]
 use self::absent::{
-    AcceptArgs, BoardCommand, CalibrateArgs, ChartArgs, CutArgs, EmulateArgs, FarFieldArgs, FitArgs, PaperCommand, PlanArgs,
-    ReferenceArgs, ScoreArgs, StabilityArgs,
+    AcceptArgs, BoardCommand, CalibrateArgs, ChartArgs, CutArgs, EmulateArgs, FarFieldArgs, FitArgs, PackArgs, PaperCommand,
+    PlanArgs, ReferenceArgs, ScoreArgs, StabilityArgs,
 };
 #[cfg(feature = "full")]
 use self::{
     accept::AcceptArgs, board::BoardCommand, calibrate::CalibrateArgs, chart::ChartArgs, cut::CutArgs, emulate::EmulateArgs,
-    far_field::FarFieldArgs, fit::FitArgs, paper::PaperCommand, plan::PlanArgs, reference::ReferenceArgs, score::ScoreArgs,
-    stability::StabilityArgs,
+    far_field::FarFieldArgs, fit::FitArgs, pack::PackArgs, paper::PaperCommand, plan::PlanArgs, reference::ReferenceArgs,
+    score::ScoreArgs, stability::StabilityArgs,
 };
 
 /// Soft tissue for haptic devices: press it, measure it, pack it for a board.
@@ -144,7 +146,8 @@ enum Command {
     ///
     /// Writes <scene>-<board>.patch. The firmware can load the file, and a scene presses it with
     /// patch = "FILE" under [solver].
-    Pack(pack::PackArgs),
+    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
+    Pack(PackArgs),
     /// Cut a patch out of a whole organ, with rim springs for the rest, and calibrate it.
     ///
     /// Only the tissue around the site is meshed into the patch, graded to the organ's surface, and

@@ -11,19 +11,20 @@
 //!
 //! ```text
 //! charge    E <- E - W                 W: work of the force that acted since the last count
-//! ceiling   E <- min(E, e0 + S)        S: what the tissue can return; zero once the contact is over
+//! ceiling   E <- min(E, e0 + S)      S: what the tissue can return; zero once the contact is over
 //! refill    E <- E + P T               while E < e0
 //! send      s F, with s |F| D(F, d) <= E - sum over the forces on their way of |G| D(G, j)
 //!
-//! D(G, j) = max(0, (v + q/(n T) + a n T/2) T + a T^2 (j + 1/2 + l)),  v = u.G/|G|,  a = a0 + c |G|/m
+//! D(G, j) = max(0, (v + q/(n T) + a n T/2) T + a T^2 (j + 1/2 + l)), v = u.G/|G|, a = a0 + c |G|/m
 //! ```
 //!
 //! `D(G, j)` bounds the displacement along a force `G` that begins to act in `j` ticks, during one
 //! tick, behind a lag of `l` ticks: `u` is the mean velocity over the last `n` ticks, known to one
-//! count `q` and one window's acceleration. While the probe accelerates by less than `a`, everything
-//! that was sent is paid for, and the hand is given at most `e0 + P t`. Beyond `a` the balance falls
-//! below zero, and no force is sent until it has recovered, so that only what was on its way is
-//! given beyond, once. SAFETY.md derives the bound; [`EnergyAccount::bound`] evaluates it.
+//! count `q` and one window's acceleration. While the probe accelerates by less than `a`,
+//! everything that was sent is paid for, and the hand is given at most `e0 + P t`. Beyond `a` the
+//! balance falls below zero, and no force is sent until it has recovered, so that only what was on
+//! its way is given beyond, once. SAFETY.md derives the bound; [`EnergyAccount::bound`] evaluates
+//! it.
 //!
 //! * in: position [m], force sent last [N], the tissue's force and depth [N, m]
 //! * out: the force to send [N], in the same direction and not longer
@@ -55,10 +56,10 @@ const HAND_M_PER_S2: f32 = 200.0;
 /// [s]: the longest ringing of 11 809 random stops was 0.15 s (`palpate faults --paths`).
 /// Source: that measurement, and a third more.
 const RINGS_S: f32 = 0.2;
-/// Time after the last force within which a new touch belongs to the same contact [s], besides delay
-/// and lag: no hand taps faster, so touches that follow sooner are a limit cycle.
-/// Source: chosen; above the 19 ms between the bounces of a flat tip, which drew 20 mJ in 30 s
-/// while each touch was a contact of its own (DECISIONS.md).
+/// Time after the last force within which a new touch belongs to the same contact [s], besides
+/// delay and lag: no hand taps faster, so touches that follow sooner are a limit cycle. Source:
+/// chosen; above the 19 ms between the bounces of a flat tip, which drew 20 mJ in 30 s while each
+/// touch was a contact of its own (DECISIONS.md).
 const KEPT_S: f32 = 0.02;
 /// Lags of the amplifier after which its force has all but faded (1): `exp(-3)` is 5 %.
 /// Source: chosen; that share.
@@ -278,7 +279,8 @@ impl EnergyAccount {
         let lag = device.lag_s / tick_s;
         let ticks = f32::from(device.delay_ticks) + 1.0 + lag;
         let window = f32::from(PAST as u8 - 1);
-        // as if nothing of the acceleration were reserved for, so that the bound is the profile's alone
+        // as if nothing of the acceleration were reserved for, so that the bound is the profile's
+        // alone
         let sharp_m_per_s2 = HAND_M_PER_S2 + most_n / device.mass_kg;
         // the second term is the tail of the lag, which outlasts a delay of the same length
         let way_m = sharp_m_per_s2 * tick_s * tick_s * 0.5 * (ticks * (ticks + window) + lag * (lag + 1.0));

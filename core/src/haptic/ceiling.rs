@@ -6,7 +6,7 @@
 //! elastic is per pascal, so one press serves every modulus. A tip narrower than the elements rests
 //! on so few foundation points that it loses and regains one again and again, and the force swings.
 //!
-//! A board refuses such a patch; a desktop multiplies the force by [`Ceiling::gain`]. The gain
+//! A board refuses such a patch; a desktop multiplies the force by a gain. The gain
 //! follows from the stiffness at the depth limit and is constant over a contact: a gain that
 //! followed the instantaneous tangent would make the force depend on the path and create energy.
 //!
@@ -48,8 +48,9 @@ const REST_TICKS: u16 = 80;
 /// Source: none.
 const KEEP: f32 = 0.9;
 
-/// Smallest contact radius of a rounded tip, in elements (1). Of 1 332 presses of a hemisphere, held
-/// for a second (six patches, 3.5 to 100 kPa), the force swings by more than 5 % in 29 % of those at
+/// Smallest contact radius of a rounded tip, in elements (1). Of 1 332 presses of a hemisphere,
+/// held for a second (six patches, 3.5 to 100 kPa), the force swings by more than 5 % in 29 % of
+/// those at
 /// 0.25, in 1 % at 0.55, and in none from 0.7 on.
 /// Source: those presses.
 pub const LEAST_WIDTH: f32 = 0.7;
@@ -105,8 +106,8 @@ pub struct Press {
     pub depth_m: f32,
 }
 
-/// Measures the tangent stiffness of a contact per pascal of Young's modulus [m]. Relaxation is left
-/// out, because the loop meets the instantaneous stiffness. The patch is at rest afterwards.
+/// Measures the tangent stiffness of a contact per pascal of Young's modulus [m]. Relaxation is
+/// left out, because the loop meets the instantaneous stiffness. The patch is at rest afterwards.
 ///
 /// # Errors
 /// The fault of a patch that diverges.
@@ -161,8 +162,8 @@ fn slope_n_per_m(
     Ok((held_n(depth_m)? - shallow_n) / step_m)
 }
 
-/// Radius of the contact under a probe at this depth [m]: that of a flat end, or that of a sphere on
-/// a half-space (Hertz).
+/// Radius of the contact under a probe at this depth [m]: that of a flat end, or that of a sphere
+/// on a half-space (Hertz).
 #[must_use]
 pub fn contact_radius_m(probe: &Probe, depth_m: f32) -> f32 {
     let radius_m = probe.radius_m;
@@ -190,12 +191,12 @@ pub fn least_radius_m(probe: &Probe, depth_m: f32, element_m: f32) -> f32 {
     }
 }
 
-/// Size of the surface elements at a site [m]: edge of an equilateral triangle with the mean area of
-/// the triangles around the surface node nearest to the site.
+/// Size of the surface elements at a site [m]: edge of an equilateral triangle with the mean area
+/// of the triangles around the surface node nearest to the site.
 #[must_use]
 pub fn element_m(model: &Model, site_m: Vector3<f32>) -> f32 {
-    /// Square of an equilateral triangle's edge over twice its area (1): two over the root of three.
-    /// Source: geometry.
+    /// Square of an equilateral triangle's edge over twice its area (1): two over the root of
+    /// three. Source: geometry.
     const SQUARE: f32 = 1.154_700_5;
     let at_m = |node: u16| model.nodes.get(usize::from(node)).map_or(Vector3::repeat(f32::MAX), |node| node.rest_m.into());
     let (mut nearest, mut least_m2) = (0, f32::MAX);

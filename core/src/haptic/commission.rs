@@ -34,10 +34,10 @@ use self::hands_off::HandsOff;
 use self::wiring::nth;
 use super::device::DeviceSpec;
 
-/// What is known before the measurement.
+/// Knowledge before the measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
-    /// Which of the axes x, y and z, or of the joints, the device has.
+    /// Those of the axes x, y and z, or of the joints, that the device has.
     pub axes: [bool; 3],
     /// Distance by which the user moves the handle along each axis, in its positive direction [m].
     pub distance_m: f32,

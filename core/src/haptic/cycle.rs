@@ -1,5 +1,5 @@
-//! One cycle of the loop: sense, render, every monitor, every shaper, actuate. Board and desktop call
-//! this and nothing else.
+//! One cycle of the loop: sense, render, every monitor, every shaper, actuate. Board and desktop
+//! call this and nothing else.
 //!
 //! Whatever fails, the device is released **in the same tick** and the fault is latched. Gains
 //! lowered by saturation or by an encoder that no longer counts stay low for the whole contact: a
@@ -27,9 +27,10 @@ use super::ceiling::Ceiling;
 use super::damping::Damping;
 use super::deadline::{self, Deadline};
 use super::device::{DeviceSpec, HapticDevice};
+use super::force_limits::{Longest, Plausible, Slew};
 use super::gains::Gains;
 use super::length;
-use super::limits::{Longest, LoopLimitSettings, LoopLimits, Plausible, Pose, PoseGate, Slew};
+use super::limits::{LoopLimitSettings, LoopLimits, Pose, PoseGate};
 use super::mode::{Event, Mode, ModeMachine};
 use super::runaway::Runaway;
 use super::seen::{Monitor, Seen, Shaper};

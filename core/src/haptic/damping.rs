@@ -151,8 +151,8 @@ impl Damping {
         Ok(Self { settings: *settings, count_m, played_m: None, velocity_m_per_s: Vector3::zeros() })
     }
 
-    /// Takes the position of this tick [m], `1 / per_s` after the last one. Call this in every tick,
-    /// also in free space, so that the velocity is right at first touch.
+    /// Takes the position of this tick [m], `1 / per_s` after the last one. Call this in every
+    /// tick, also in free space, so that the velocity is right at first touch.
     pub fn track(&mut self, position_m: Vector3<f32>, per_s: f32) {
         let last_m = self.played_m.unwrap_or(position_m);
         let play_m = PLAY_COUNTS * self.count_m;

@@ -80,9 +80,9 @@ impl DeviceSpec {
     /// fingers, and tissue of 3 kPa can be felt with it.
     /// Source: chosen by those two.
     pub const UNCOMMISSIONED_N: f32 = 0.5;
-    /// A commissioned desktop stylus of 3.3 N and 45 g with an ideal sensor and a delay of one tick,
-    /// in a workspace of 0.2 m around the origin.
-    /// Source: the profile `touch` in `host-sim/devices`, which names its own sources.
+    /// A commissioned desktop stylus of 3.3 N and 45 g with an ideal sensor and a delay of one
+    /// tick, in a workspace of 0.2 m around the origin. Source: the profile `touch` in
+    /// `host-sim/devices`, which names its own sources.
     pub const STYLUS: Self = Self {
         max_force_n: 3.3,
         workspace_low_m: Vector3::new(-0.1, -0.1, -0.1),
@@ -102,7 +102,7 @@ impl DeviceSpec {
     }
 
     /// Largest contact stiffness that the loop renders on this device [N/m]: the stated ceiling, or
-    /// that at which a count steps the force by [`COUNT_STEP_N`] if that is lower.
+    /// that at which a count steps the force by 60 mN if that is lower.
     #[must_use]
     pub fn ceiling_n_per_m(&self) -> f32 {
         let stated = self.stiffness_ceiling_n_per_m;

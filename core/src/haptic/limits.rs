@@ -4,11 +4,9 @@
 //! [`LoopLimits`] can be derived from another only by lowering values. "Lower" is "stricter" for
 //! every one of them.
 
-mod force;
 mod freeze;
 mod pose;
 
-pub use force::{Longest, Plausible, Slew};
 pub use pose::{Pose, PoseGate};
 
 use nalgebra::Vector3;
@@ -128,9 +126,9 @@ pub struct LoopLimits {
     values: LoopLimitSettings,
     /// Force of the model that is implausible [N]. On a device that was not commissioned it does
     /// not follow the cap, since its tissue is as stiff as any.
-    implausible_n: f32,
+    pub(super) implausible_n: f32,
     /// Largest growth of the force per tick [N].
-    slew_n: f32,
+    pub(super) slew_n: f32,
     /// Largest plausible displacement per tick [m], without the encoder's share.
     displacement_m: f32,
     /// Two counts [m]: the quantisation error of a displacement.

@@ -16,8 +16,8 @@
 //! surface would look like speed gained into the tissue. Such a slide stays at an angle to every
 //! normal, even while it speeds up; a force of the wrong sign drives the probe straight along it.
 //!
-//! The velocity is low-passed here once more: that of the damping follows a turn within a count, so a
-//! held reading and the double displacement after it would look like speed gained.
+//! The velocity is low-passed here once more: that of the damping follows a turn within a count, so
+//! a held reading and the double displacement after it would look like speed gained.
 //!
 //! * in: displacement of the tick [m], normal of the contact, force sent last [N]
 //! * out: nothing

@@ -11,7 +11,7 @@ use super::limits::LoopLimits;
 use crate::fault::{ClampFlags, Fault};
 use crate::stages::output::Output;
 
-/// What a tick knows when its force is judged and shaped.
+/// State of a tick when its force is judged and shaped.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen<'a> {
     /// Limits in effect.

@@ -15,9 +15,9 @@
 //! several modes beat, so that swings may grow over a few reversals, and after 0.15 s they have
 //! died out. A probe that rests at the tissue's edge may lose and regain a foundation point again
 //! and again: the force then swings for ever, by newtons at worst, although the hand is given no
-//! energy. Tips that are narrower than an element are refused ([`super::ceiling`]). A force that still reverses [`MOST_TURNS`] times after [`RING_S`] without a count,
-//! without its swings becoming smaller, is not caused by the hand and fades within
-//! [`SWING_FADE_S`].
+//! energy. Tips that are narrower than an element are refused ([`super::ceiling`]). A force that
+//! still reverses [`MOST_TURNS`] times after [`RING_S`] without a count, without its swings
+//! becoming smaller, is not caused by the hand and fades within [`SWING_FADE_S`].
 //!
 //! A new count ends the fading, and the force stays at its reduced gain, as after saturation. It
 //! returns with the next contact, after the probe has moved outside the tissue.

@@ -8,8 +8,9 @@ use crate::bench::{Bench, TICK_S, stylus};
 
 /// Steps of the handle per tick.
 const STEPS: u16 = 20;
-/// Energy that the motors may give within ten seconds [J]: the allowance and its refill are 0.32 mJ,
-/// and the hand, lighter than the handle, may be thrown more sharply than the account reserves for.
+/// Energy that the motors may give within ten seconds [J]: the allowance and its refill are 0.32
+/// mJ, and the hand, lighter than the handle, may be thrown more sharply than the account reserves
+/// for.
 const MOST_J: f32 = 1e-3;
 
 /// Work of the motors on a handle of 16 g [J], and the fault, within ten seconds. The hand is a

@@ -194,8 +194,8 @@ fn the_allowance_comes_back_at_its_rate_and_no_further() {
     assert!(port.account.energy().balance_j < 20.1e-6);
 }
 
-/// Longest displacement along a force [m] that the account reserves for, from the force that it pays
-/// for out of an allowance, on a probe that has moved evenly [m per tick].
+/// Longest displacement along a force [m] that the account reserves for, from the force that it
+/// pays for out of an allowance, on a probe that has moved evenly [m per tick].
 fn reserved_m(device: DeviceSpec, way_m: f32) -> f32 {
     let settings = AccountSettings { allowance_j: 1e-3, refill_w: 1.0, ..AccountSettings::DEFAULT };
     let mut port = Port::with(device, settings);
@@ -215,7 +215,8 @@ fn a_force_is_paid_for_over_its_delay_its_lag_a_count_and_the_acceleration() {
         let right_m = way_m + a_m(100.0) * (1.0 + f32::from(delay_ticks) + lag_s * 1e3);
         assert!((found_m / right_m - 1.0).abs() < 2e-2, "{delay_ticks} ticks, {lag_s} s: {found_m} m, not {right_m} m");
     }
-    // counts of 54 um: a window of six ticks leaves a sixth of a count and three ticks of acceleration
+    // counts of 54 um: a window of six ticks leaves a sixth of a count and three ticks of
+    // acceleration
     let found_m = reserved_m(DeviceSpec { delay_ticks: 0, count_m: 54e-6, ..heavy }, 54e-6);
     let right_m = 54e-6 + 9e-6 + a_m(100.0) * (3.0 + 0.5);
     assert!((found_m / right_m - 1.0).abs() < 2e-2, "{found_m} m, not {right_m} m");

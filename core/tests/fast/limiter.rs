@@ -2,8 +2,8 @@
 
 use palpate::haptic::account::{AccountSettings, EnergyAccount};
 use palpate::haptic::cycle::ArmingSettings;
+use palpate::haptic::force_limits::{Longest, Plausible, Slew};
 use palpate::haptic::gains::Gains;
-use palpate::haptic::limits::{Longest, Plausible, Slew};
 use palpate::haptic::seen::{Monitor, Seen, Shaper};
 use palpate::haptic::stillness::Stillness;
 use palpate::{ClampFlags, Fault, Output, Vector3};
@@ -34,7 +34,7 @@ fn holding(force_n: [f32; 3]) -> Limiter {
     limiter
 }
 
-/// What a monitor sees when the model answers with this force [N].
+/// View of a monitor when the model answers with this force [N].
 fn answered(monitor: &mut impl Monitor, force_n: Vector3<f32>) -> Result<(), Fault> {
     let limits = limits();
     monitor.judge(&Seen { output: Output { force_n, ..Output::NONE }, ..Seen::none(&limits) })

@@ -33,11 +33,11 @@ pub struct Bench {
     silent_ticks: u8,
 }
 
-/// What the host knows of the device before its commissioning. The board's own profile is not used,
-/// since it may be that of another device.
+/// Knowledge of the host of the device before its commissioning. The board's own profile is not
+/// used, since it may be that of another device.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Setup {
-    /// Which axes or joints there are.
+    /// Axes or joints of the device.
     pub axes: [bool; 3],
     /// Distance by which the user moves the tip along each axis or by each joint [m].
     pub distance_m: f32,

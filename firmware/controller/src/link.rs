@@ -13,6 +13,7 @@
 //!                 log, modulus taken
 //! ```
 
+pub mod contact;
 pub mod frame;
 pub mod inbox;
 pub mod log;

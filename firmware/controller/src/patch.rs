@@ -148,8 +148,8 @@ impl<'a> Patch<'a> {
         Ok(Self { model, params, tuned, packed_pa, checksum, asked_pa, state, placement, site_m, contact, resting })
     }
 
-    /// [`Patch::open_within`] for a device: the contact must suit its stiffness ceiling [N/m], and the
-    /// tip the elements under it.
+    /// [`Patch::open_within`] for a device: the contact must suit its stiffness ceiling [N/m], and
+    /// the tip the elements under it.
     ///
     /// # Errors
     /// Errors of [`Patch::open_within`] and [`Patch::check_contact`].
@@ -171,9 +171,13 @@ impl<'a> Patch<'a> {
     /// # Errors
     /// [`BuildError::OutOfRange`] if it is not between half and twice the packed one.
     pub fn ask_modulus(&mut self, youngs_modulus_pa: f32) -> Result<(), BuildError> {
-        BuildError::within(MODULUS, youngs_modulus_pa, 0.5 * self.packed_pa, 2.0 * self.packed_pa)?;
+        self.within_range(youngs_modulus_pa)?;
         self.asked_pa = Some(youngs_modulus_pa);
         Ok(())
+    }
+
+    fn within_range(&self, youngs_modulus_pa: f32) -> Result<(), BuildError> {
+        BuildError::within(MODULUS, youngs_modulus_pa, 0.5 * self.packed_pa, 2.0 * self.packed_pa)
     }
 
     /// Applies a requested modulus between two ticks. An increase waits until the probe does not

@@ -31,4 +31,5 @@ pub mod surface;
 pub mod trace;
 pub mod verdict;
 pub mod watch;
+pub mod wiring;
 pub mod yielding;

@@ -1,51 +1,19 @@
-//! What a commissioning writes into a device's profile: the measured values, the wiring and the
+//! Result of a commissioning in a device's profile: the measured values, the wiring and the
 //! day.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
-use palpate::haptic::commission::{Commissioned, Plan, Stage, Wiring};
+use palpate::haptic::commission::{Commissioned, Plan, Stage};
 use palpate_tissue::error::Error;
-use serde::Deserialize;
 
 use crate::closed_loop::device::DeviceProfile;
-
-/// `[wiring]` of a profile: sensors and motors by number from 0, in the order of the axes x, y, z
-/// or of the joints.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
-pub struct WiringTable {
-    /// Sensor of each axis.
-    pub sensor: [u8; 3],
-    /// Metres per unit of each sensor's reading, or 1 on a mechanism, whose encoders have signs and
-    /// counts of their own; negative where the reading falls along the axis.
-    pub m_per_unit: [f32; 3],
-    /// Motor of each axis.
-    pub motor: [u8; 3],
-    /// 1, or -1 where a positive command drives the axis backwards.
-    pub motor_sign: [f32; 3],
-}
-
-impl WiringTable {
-    /// The wiring.
-    #[must_use]
-    pub fn wiring(&self) -> Wiring {
-        let Self { sensor, m_per_unit, motor, motor_sign } = *self;
-        Wiring { sensor, per_unit: m_per_unit, motor, motor_sign }
-    }
-}
-
-impl From<&Wiring> for WiringTable {
-    fn from(wiring: &Wiring) -> Self {
-        let Wiring { sensor, per_unit, motor, motor_sign } = *wiring;
-        Self { sensor, m_per_unit: per_unit, motor, motor_sign }
-    }
-}
+use crate::closed_loop::wiring::WiringTable;
 
 /// Signs of the encoders and motors of a mechanism's joints.
 pub type Signs = [Vec<i8>; 2];
 
-/// What the user has to do, or what is in progress, in one sentence. `names` are those of the axes
+/// Instruction to the user, or the work in progress, in one sentence. `names` are those of the axes
 /// or joints.
 #[must_use]
 pub fn sentence(stage: Stage, names: [&str; 3], distance_m: f32) -> String {
@@ -169,51 +137,10 @@ fn without_table(text: &str, table: &str) -> String {
     kept.join("\n").trim_end().to_owned() + "\n"
 }
 
-/// Days from 1970-01-01 to a day such as "2026-11-27"; `None` if it is none, or is not within the
-/// years that a board can store.
-#[must_use]
-pub fn day_of(text: &str) -> Option<u16> {
-    let mut parts = text.split('-');
-    let [year, month, day] = [parts.next()?, parts.next()?, parts.next()?].map(|part| part.parse::<u32>().ok());
-    let (year, month, day) = (year?, month?, day?);
-    if parts.next().is_some() || !(1970..2149).contains(&year) {
-        return None;
-    }
-    let days = days_to(year, month, day)?;
-    u16::try_from(days).ok().filter(|days| *days > 0)
-}
-
-/// The day this many days after 1970-01-01, such as "2026-11-27".
-#[must_use]
-pub fn day_text(days: u16) -> String {
-    let days = u32::from(days);
-    let year = (1970..2150).rev().find(|year| days_to(*year, 1, 1).is_some_and(|first| first <= days)).unwrap_or(1970);
-    let month = (1..=12).rev().find(|month| days_to(year, *month, 1).is_some_and(|first| first <= days)).unwrap_or(1);
-    let day = days - days_to(year, month, 1).unwrap_or(days) + 1;
-    format!("{year:04}-{month:02}-{day:02}")
-}
-
-/// Today, in the same form.
-#[must_use]
-pub fn today() -> String {
-    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
-    day_text(u16::try_from(since.as_secs() / 86_400).unwrap_or(u16::MAX))
-}
-
-fn days_to(year: u32, month: u32, day: u32) -> Option<u32> {
-    let leap = |year: u32| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
-    let lengths = [31, if leap(year) { 29 } else { 28 }, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
-    let length = *lengths.get(usize::try_from(month.checked_sub(1)?).ok()?)?;
-    if !(1..=length).contains(&day) {
-        return None;
-    }
-    let years: u32 = (1970..year).map(|year| if leap(year) { 366 } else { 365 }).sum();
-    let months: u32 = lengths.iter().take(month as usize - 1).sum();
-    Some(years + months + day - 1)
-}
-
 #[cfg(test)]
 mod tests {
+    use palpate::haptic::commission::Wiring;
+
     use super::*;
 
     fn found() -> Commissioned {
@@ -224,16 +151,6 @@ mod tests {
             count_m: [1e-5; 3],
             delay_ticks: 2,
             lag_s: 1.5e-3,
-        }
-    }
-
-    #[test]
-    fn a_day_is_told_and_read_back() {
-        for (text, days) in [("1970-01-02", 1), ("2000-03-01", 11_017), ("2026-11-27", 20_784)] {
-            assert_eq!((day_of(text), day_text(days).as_str()), (Some(days), text));
-        }
-        for wrong in ["", "2026", "2026-02-29", "2026-13-01", "2026-00-01", "2026-11-27-1", "soon", "1970-01-01"] {
-            assert_eq!(day_of(wrong), None, "{wrong}");
         }
     }
 

@@ -88,7 +88,7 @@ pub struct Step {
 }
 
 impl Step {
-    /// What to do next, or what was found, in one sentence.
+    /// Next instruction, or the finding, in one sentence.
     #[must_use]
     pub fn sentence(&self, distance_m: f32) -> String {
         commissioning::sentence(self.stage, commissioning::DIRECTIONS, distance_m)
@@ -212,7 +212,7 @@ impl HapticSession {
         self.wiring.drive(applied_n.into()).into()
     }
 
-    /// What the device's profile does not say, with the cautious values that are taken, one
+    /// Values that the device's profile does not state, with the cautious ones that are taken, one
     /// sentence each.
     #[must_use]
     pub fn cautions(&self) -> Vec<String> {
@@ -222,8 +222,8 @@ impl HapticSession {
     /// Runs one tick of a commissioning in place of [`Self::tick`]: it measures order, sign, unit,
     /// friction, mass, delay and lag of the device. The first call begins; after an end, the next
     /// call begins anew. `reading` are the values of the sensors, in any unit; `confirmed` says
-    /// that the user has done what [`Step::sentence`] asks for. Send the returned forces to the motors
-    /// at once.
+    /// that the user has done what [`Step::sentence`] asks for. Send the returned forces to the
+    /// motors at once.
     ///
     /// The result replaces the session's profile when the last motor is measured, and
     /// [`Self::write_profile`] stores it. Until then, and whenever it ends early, everything stays
@@ -251,7 +251,7 @@ impl HapticSession {
         let force_n = commissioning.tick(reading.into(), confirmed).into();
         let stage = match commissioning.result() {
             Some(found) if commissioning.stage() == Stage::Done => {
-                let done = commissioning::completed(&self.profile, found, None, &commissioning::today())
+                let done = commissioning::completed(&self.profile, found, None, &crate::day::today())
                     .and_then(|text| DeviceProfile::parse(&text, &self.profile.name.clone()))
                     .ok()
                     .and_then(|profile| self.take_profile(profile).ok());
@@ -264,7 +264,7 @@ impl HapticSession {
         Ok(Step { stage, force_n })
     }
 
-    /// What the user has to do in the present step of a commissioning, or its outcome.
+    /// Instruction to the user in the present step of a commissioning, or its outcome.
     #[must_use]
     pub fn commission_sentence(&self, distance_m: f32) -> String {
         let stage = self.commissioning.as_ref().map_or(Stage::Start(0), Commissioning::stage);

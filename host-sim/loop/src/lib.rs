@@ -12,5 +12,6 @@
 pub mod board_trace;
 pub mod closed_loop;
 pub mod commissioning;
+pub mod day;
 pub mod haptic_session;
 pub mod live;

@@ -30,6 +30,7 @@ pub(super) type CutArgs = Absent;
 pub(super) type EmulateArgs = Absent;
 pub(super) type FarFieldArgs = Absent;
 pub(super) type FitArgs = Absent;
+pub(super) type PackArgs = Absent;
 pub(super) type PaperCommand = Absent;
 pub(super) type PlanArgs = Absent;
 pub(super) type ReferenceArgs = Absent;

@@ -55,8 +55,8 @@ pub(super) struct BoardArg {
 /// Device for which a patch is made.
 #[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct DeviceArg {
-    /// Device on the board, by name or profile (.toml): a contact stiffer than its stiffness ceiling
-    /// is refused, with what is accepted instead, as by the board itself.
+    /// Device on the board, by name or profile (.toml): a contact stiffer than its stiffness
+    /// ceiling is refused, with what is accepted instead, as by the board itself.
     #[arg(long, value_name = "DEVICE")]
     device: Option<String>,
 }

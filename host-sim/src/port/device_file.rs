@@ -9,7 +9,7 @@ use palpate_controller::config::{Profile, ProfileError, WireOrder};
 use palpate_controller::kinematics::{DIMENSIONS, Kind, MechanismError, MechanismProfile};
 use palpate_controller::probe_in::EncoderCounts;
 use palpate_loop::closed_loop::device::DeviceProfile;
-use palpate_loop::commissioning::day_of;
+use palpate_loop::day::day_of;
 use palpate_tissue::Error;
 use serde::Deserialize;
 use serde::de::IgnoredAny;

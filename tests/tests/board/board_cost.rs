@@ -31,7 +31,7 @@ const RIM: &str = "palpate::stages::force::rim::hold";
 /// Functions of the tick that decide whether the sensed tip is in the tissue.
 const PRESENCE: &str = "palpate::stages::presence::";
 /// Function of the haptic cycle that compares the shown tip with the sensed one.
-const JUDGE: &str = "palpate::haptic::apart::Apart::judge";
+const JUDGE: &str = "<palpate::haptic::apart::Apart as palpate::haptic::seen::Monitor>::judge";
 /// Ticks outside the tissue in a logged run: start-up and the first ticks of arming. The force is
 /// not enabled during the tap, which does not affect the cost.
 const LOGGED_LEAD: u32 = 5;
@@ -89,16 +89,20 @@ fn logged(elf: &Path, ticks: u32, shift: u32) -> Logged {
     let outcome = run.start(elf).unwrap();
     // read once: to parse the text takes longer than everything below
     let file = std::io::BufReader::new(std::fs::File::open(&log).unwrap());
-    let addresses: Vec<u32> = ExecLog::new(file).collect::<Result<_, _>>().unwrap();
+    let mut addresses: Vec<u32> = ExecLog::new(file).collect::<Result<_, _>>().unwrap();
     std::fs::remove_file(&log).unwrap();
+    let [clock, tick, judge] = [CLOCK, TICK, JUDGE].map(|name| image.function_named(name).unwrap().address);
+    // opening a patch presses it; the loop begins at the last reading of the clock before its first
+    // comparison of the tips
+    let compared = addresses.iter().position(|address| *address == judge).unwrap();
+    let begins = addresses[..compared].iter().rposition(|address| *address == clock).unwrap();
+    addresses.drain(..begins);
     let replayed = || addresses.iter().copied().map(Ok);
     let ticks = calls_of(TICK, &image, replayed()).unwrap();
     let judged = calls_of(JUDGE, &image, replayed()).unwrap();
     let executed = executed(TICK, &image, replayed()).unwrap();
     assert_eq!(executed.len(), ticks.len());
 
-    let clock = image.function_named(CLOCK).unwrap().address;
-    let tick = image.function_named(TICK).unwrap().address;
     let (mut since_read, mut saw_tick, mut by_log) = (0, false, 0);
     for address in addresses {
         since_read += 1;

@@ -54,7 +54,8 @@ fn the_small_block_itself_is_accepted() {
     assert_eq!((outcome.code, outcome.stderr.as_str()), (Some(0), ""));
 }
 
-/// Packs the default block at another modulus for a device; the folder stays empty if it is refused.
+/// Packs the default block at another modulus for a device; the folder stays empty if it is
+/// refused.
 fn packed_for(desk: &Desk, changes: &[&str]) -> palpate_tests::palpate_command::Outcome {
     let fixed = ["pack", "--board", "m7-480", "--nodes", "100", "--device", "touch", "--out", "out"];
     let changes = changes.iter().flat_map(|change| ["--set", *change]);

@@ -276,13 +276,13 @@ fn moving_error_takes_substeps_or_nodes() {
     let nodes = |pct: &str| {
         let desk = Desk::default();
         desk.put("scene.toml", asked(pct));
-        let packed = palpate(SCRATCH, desk.folder(), &["pack", "--scene", "scene.toml", "--board", "m4f-168", "--out", "packed"]);
+        let packed = palpate(SCRATCH, desk.folder(), &["pack", "--scene", "scene.toml", "--board", "m7-480", "--out", "packed"]);
         assert_eq!(packed.code, Some(0), "{}", packed.stderr);
         let (before, _) = packed.stdout.split_once(" nodes,").expect("the number of nodes");
         before.rsplit(' ').next().and_then(|n| n.parse::<u32>().ok()).expect("a number")
     };
-    let (many, few) = (nodes("50.0"), nodes("5.0"));
-    println!("{many} nodes, {few} for 5 %");
+    let (many, few) = (nodes("50.0"), nodes("3.0"));
+    println!("{many} nodes, {few} for 3 %");
     assert!(few < many);
 }
 

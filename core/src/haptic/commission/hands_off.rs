@@ -62,7 +62,7 @@ const ASIDE: f32 = 0.6;
 /// Source: none.
 const UNEVEN: (f32, f32) = (0.08, 0.5);
 
-/// What a motor does at present.
+/// Present state of a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Step {
     /// Waits for rest.
@@ -75,7 +75,7 @@ enum Step {
     Fit,
 }
 
-/// What was found of one motor.
+/// Finding for one motor.
 #[derive(Clone, Copy, Debug, Default)]
 struct Found {
     axis: Option<u8>,

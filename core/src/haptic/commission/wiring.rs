@@ -1,4 +1,4 @@
-//! Which sensor and which motor belong to which axis, with their signs and units.
+//! Sensor and motor of every axis, with their signs and units.
 
 use crate::fault::BuildError;
 

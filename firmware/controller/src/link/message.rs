@@ -5,6 +5,7 @@ use core::fmt;
 use palpate::haptic::cycle::Ask;
 use serde::{Deserialize, Serialize};
 
+use super::contact::{TooNarrow, TooStiff};
 use super::log::Log;
 use super::record::Record;
 use super::wire_limits::WireLimits;
@@ -12,7 +13,6 @@ use crate::about::About;
 use crate::commission::{Progress, Setup, WireResult};
 use crate::config::{Profile, ProfileError, StoreError};
 use crate::kinematics::MechanismError;
-use crate::patch::contact::{TooNarrow, TooStiff};
 
 /// Messages from the host. Each of them counts as a keep-alive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -2,17 +2,15 @@
 //! elements under it ([`palpate::haptic::ceiling`]), with what would be accepted instead.
 //!
 //! Every remedy is measured on the patch itself before it is offered. Stiffness is cured by softer
-//! tissue or a lower depth limit, at which the contact is smaller; a narrow tip by a wider one, which
-//! is stiffer and may need softer tissue as well.
-
-use core::fmt;
+//! tissue or a lower depth limit, at which the contact is smaller; a narrow tip by a wider one,
+//! which is stiffer and may need softer tissue as well.
 
 use palpate::haptic::ceiling::{self, Press};
 use palpate::{BuildError, Fault, Params, Probe};
-use serde::{Deserialize, Serialize};
 
 use super::Patch;
 use crate::link::Refusal;
+use crate::link::contact::{TooNarrow, TooStiff};
 
 /// Name of the stiffness in [`BuildError::OutOfRange`] if the tip finds no resistance at the depth
 /// limit: it misses the surface, or slips through between its points.
@@ -29,34 +27,6 @@ const SHARE: f32 = 0.98;
 const NEXT_SHARE: f32 = 0.92;
 /// Number of softer moduli that are tried.
 const TRIES: u8 = 4;
-
-/// A contact that is stiffer than the device's ceiling, and the remedies, zero where there is none.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
-pub struct TooStiff {
-    /// Stiffness of the contact at the depth limit [N/m].
-    pub n_per_m: u32,
-    /// Ceiling of the device [N/m].
-    pub ceiling_n_per_m: u32,
-    /// Largest Young's modulus that is accepted [Pa].
-    pub softer_pa: u32,
-    /// Depth limit that is accepted at the present modulus [um].
-    pub shallower_um: u32,
-}
-
-/// A tip that is narrower than the elements under it, and the remedies, zero where there is none.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(target_os = "none", derive(defmt::Format))]
-pub struct TooNarrow {
-    /// Radius of the contact at the depth limit [um].
-    pub contact_um: u32,
-    /// Smallest radius of a contact on these elements [um].
-    pub least_um: u32,
-    /// Radius of a tip that is accepted [um].
-    pub wider_um: u32,
-    /// Largest Young's modulus that is accepted with that tip [Pa]; zero if the present one is.
-    pub softer_pa: u32,
-}
 
 /// Contact of a patch at its depth limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,8 +45,8 @@ impl Patch<'_> {
     }
 
     /// Checks the contact for a device with this stiffness ceiling [N/m]; measures it first, if it
-    /// has not been. A measurement leaves the patch at rest. `after_round` is called after every tick
-    /// of it.
+    /// has not been. A measurement leaves the patch at rest. `after_round` is called after every
+    /// tick of it.
     ///
     /// # Errors
     /// [`Refusal::ContactStiff`] or [`Refusal::TipNarrow`] with what is accepted instead;
@@ -111,8 +81,10 @@ impl Patch<'_> {
     /// Checks a modulus [Pa] that is requested while the patch is in use.
     ///
     /// # Errors
-    /// [`Refusal::ContactStiff`] with the largest modulus that is accepted.
+    /// [`Refusal::ModulusOutOfRange`], and [`Refusal::ContactStiff`] with the largest modulus that
+    /// is accepted.
     pub fn check_modulus(&self, youngs_modulus_pa: f32, ceiling_n_per_m: f32) -> Result<(), Refusal> {
+        self.within_range(youngs_modulus_pa)?;
         let tangent_m = self.contact.map_or(0.0, |contact| contact.tangent_m);
         let n_per_m = tangent_m * youngs_modulus_pa;
         if n_per_m > ceiling_n_per_m {
@@ -213,53 +185,6 @@ fn softer_pa(tangent_m: f32, ceiling_n_per_m: f32) -> u32 {
 
 fn to_um(length_m: f32) -> u32 {
     (length_m * 1e6) as u32
-}
-
-/// Thousandths as a decimal number: micrometres in mm, or Pa in kPa.
-struct Thousandths(u32);
-
-impl fmt::Display for Thousandths {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}.{:02}", self.0 / 1000, self.0 % 1000 / 10)
-    }
-}
-
-impl fmt::Display for TooStiff {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { n_per_m, ceiling_n_per_m, softer_pa, shallower_um } = *self;
-        write!(
-            f,
-            "the contact is {n_per_m} N/m stiff at the depth limit, and the device renders {ceiling_n_per_m} N/m (stiffness_ceiling_n_per_m): take "
-        )?;
-        match softer_pa {
-            0 => f.write_str("softer tissue")?,
-            _ => write!(f, "at most {} kPa", Thousandths(softer_pa))?,
-        }
-        if shallower_um > 0 {
-            write!(f, ", or a depth limit of at most {} mm", Thousandths(shallower_um))?;
-        }
-        Ok(())
-    }
-}
-
-impl fmt::Display for TooNarrow {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { contact_um, least_um, wider_um, softer_pa } = *self;
-        write!(
-            f,
-            "the tip touches a radius of {} mm at the depth limit, and the elements under it need {} mm: take ",
-            Thousandths(contact_um),
-            Thousandths(least_um)
-        )?;
-        if wider_um > 0 {
-            write!(f, "a tip with a radius of at least {} mm", Thousandths(wider_um))?;
-            if softer_pa > 0 {
-                write!(f, " on at most {} kPa", Thousandths(softer_pa))?;
-            }
-            f.write_str(", or ")?;
-        }
-        f.write_str("smaller elements (more nodes, which a faster board has time for)")
-    }
 }
 
 #[cfg(test)]

@@ -161,7 +161,7 @@ fn with_ceiling(stiffness_ceiling_n_per_m: f32) -> ToBoard<'static> {
     ToBoard::Store(Profile { stiffness_ceiling_n_per_m, ..Profile::desktop() })
 }
 
-/// What a board says to these messages, apart from records.
+/// Answers of a board to these messages, apart from records.
 fn said(messages: &[ToBoard<'_>]) -> Vec<FromBoard> {
     let (frames, _) = answers(messages);
     let said = frames.into_iter().map(|frame| decoded(frame, |message| message));

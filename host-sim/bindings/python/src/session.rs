@@ -71,10 +71,10 @@ impl Session {
     /// friction, mass, delay and lag of the device, with 0.5 N at most. Takes the values of the
     /// three sensors, in any unit, and returns the forces for the three motors [N], to be sent at
     /// once, and the stage: "start", "move", "let go", "drive" or "done". `commission_text` says
-    /// what the user has to do; pass `confirmed=True` in the one tick in which that is done. `distance_m` is the
-    /// distance by which the user moves the handle along each axis.
+    /// what the user has to do; pass `confirmed=True` in the one tick in which that is done.
+    /// `distance_m` is the distance by which the user moves the handle along each axis.
     ///
-    /// Raises PalpateError if it ends without a result; the profile then stays as it was.
+    /// Raises `PalpateError` if it ends without a result; the profile then stays as it was.
     #[pyo3(signature = (reading, *, confirmed=false, distance_m=0.05))]
     fn commission<'py>(
         &mut self,
@@ -104,7 +104,7 @@ impl Session {
         Ok((array(py, &step.force_n), stage))
     }
 
-    /// What the user has to do in the present step of a commissioning.
+    /// Instruction to the user in the present step of a commissioning.
     #[pyo3(signature = (*, distance_m=0.05))]
     fn commission_text(&self, distance_m: f64) -> String {
         self.inner.commission_sentence(distance_m as f32)
@@ -115,8 +115,8 @@ impl Session {
         self.inner.write_profile(Path::new(path)).map_err(|error| raised(&error))
     }
 
-    /// What the device's profile does not say, with the cautious values that are taken: a list of
-    /// sentences.
+    /// Values that the device's profile does not state, with the cautious ones that are taken: a
+    /// list of sentences.
     #[getter]
     fn cautions(&self) -> Vec<String> {
         self.inner.cautions()

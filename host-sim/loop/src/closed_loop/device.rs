@@ -7,7 +7,8 @@ use palpate::haptic::device::DeviceSpec;
 use palpate::haptic::limits::LoopLimitSettings;
 use serde::Deserialize;
 
-use crate::commissioning::{WiringTable, day_of};
+use super::wiring::WiringTable;
+use crate::day::day_of;
 use palpate_tissue::error::Error;
 
 /// The profiles that ship, by name; the first is the default.
@@ -198,7 +199,8 @@ impl DeviceProfile {
         DeviceSpec { commissioned: self.commissioned.is_some(), ..self.limits(site_m) }
     }
 
-    /// What the profile does not say, with the cautious value that is taken, one sentence each.
+    /// Values that the profile does not state, with the cautious one that is taken, one sentence
+    /// each.
     #[must_use]
     pub fn assumed(&self) -> Vec<String> {
         let keys = self.text.parse::<toml::Table>().unwrap_or_default();

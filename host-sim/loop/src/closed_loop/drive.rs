@@ -1,4 +1,4 @@
-//! What is between a force that is sent and the force that acts: whole ticks of delay, and the lag
+//! Path from a force that is sent to the force that acts: whole ticks of delay, and the lag
 //! of amplifier and motor.
 
 use std::collections::VecDeque;

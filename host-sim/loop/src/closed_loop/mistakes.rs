@@ -111,7 +111,7 @@ impl Mistake {
     }
 }
 
-/// What the user's hand does while the motors drive the handle.
+/// Behaviour of the user's hand while the motors drive the handle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum HandsOff {
     /// Nothing: the handle is free.

@@ -123,7 +123,7 @@ impl Plant {
         self.energy
     }
 
-    /// What happened at the port in the last tick.
+    /// Motion and force at the port in the last tick.
     #[must_use]
     pub fn truth(&self) -> Truth {
         Truth { at_m: self.at_m, acting_n: self.acting_n, work_j: self.work_j }

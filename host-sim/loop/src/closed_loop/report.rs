@@ -176,7 +176,7 @@ pub struct Report {
     pub count_m: f64,
     /// The most energy that the device can give the hand at once, beyond what the hand gives [mJ].
     pub bound_at_once_mj: f64,
-    /// The same within ten seconds [mJ].
+    /// Energy given within ten seconds [mJ].
     pub bound_in_ten_seconds_mj: f64,
     /// Substeps per tick.
     pub substeps: u16,

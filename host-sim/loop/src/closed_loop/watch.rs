@@ -5,8 +5,8 @@
 //! * I1 the force is finite, no longer than the limit, and never pulls;
 //! * I2 it grows no faster than the slew limit and keeps its direction, except where the energy
 //!   account shortens it;
-//! * I3 no force acts without a mode that allows it; in `SafeRamp` the force only falls, after arming
-//!   it is a rising share, and after a late tick at most half;
+//! * I3 no force acts without a mode that allows it; in `SafeRamp` the force only falls, after
+//!   arming it is a rising share, and after a late tick at most half;
 //! * I4 a fault stays latched until it is cleared after good poses;
 //! * I5 the tissue's state is finite and near its patch;
 //! * I7 no old reading is rendered;
@@ -21,11 +21,12 @@
 //! * I13 no force points into the tissue;
 //! * I14 no force oscillates at rest.
 //!
-//! [`PortWatch`] believes neither the loop nor its sensor. From the true position of the tip and the
-//! force that truly acted, it checks what the hand gets while the device is what its profile says:
+//! [`PortWatch`] believes neither the loop nor its sensor. From the true position of the tip and
+//! the force that truly acted, it checks what the hand gets while the device is what its profile
+//! says:
 //!
-//! * I11 the work given to the hand in any window of time, of 5 s as of any other length, is at most
-//!   the device's bound for that window and what the tissue could return when it began;
+//! * I11 the work given to the hand in any window of time, of 5 s as of any other length, is at
+//!   most the device's bound for that window and what the tissue could return when it began;
 //! * I15 the force above 15 Hz does not exceed 50 mN RMS for a second within 2 s, unless the hand's
 //!   own motion explains it.
 //!

@@ -13,7 +13,8 @@ use palpate_controller::commission::Setup;
 use palpate_controller::config::Profile;
 use palpate_controller::link::{FromBoard, ToBoard};
 use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
-use palpate_loop::commissioning::{self, DIRECTIONS, Signs, completed, today, write_whole};
+use palpate_loop::commissioning::{self, DIRECTIONS, Signs, completed, write_whole};
+use palpate_loop::day::today;
 use palpate_tissue::Error as TissueError;
 
 use super::hold::{ENDED, end_at_ctrl_c};

@@ -1,5 +1,5 @@
-//! The bound on the energy given that the loop states and the one that the watch derives are the same,
-//! on any device.
+//! The bound on the energy given that the loop states and the one that the watch derives are the
+//! same, on any device.
 
 use palpate::haptic::account::{AccountSettings, EnergyAccount};
 use palpate::haptic::device::DeviceSpec;

@@ -90,7 +90,7 @@ pub struct Rig {
     pub modes: Vec<Mode>,
     pub limiters: ClampFlags,
     watch: Watch,
-    /// What is between the device and the hand, and where the tip truly is [m].
+    /// Drive between the device and the hand, and the true position of the tip [m].
     drive: Drive,
     at_m: Vector3<f64>,
     pub port: PortWatch,

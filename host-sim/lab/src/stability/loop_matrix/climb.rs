@@ -59,8 +59,8 @@ const MOST_CREATED_J: f64 = 0.1e-3;
 
 /// Whether a run has no limit cycle, no fault and no broken invariant, and, under an account that
 /// can run out, no contact that created energy that a hand could feel. Without such an account the
-/// port may give energy and shake for a while, as long as it comes to rest. The account may act on a
-/// leaving probe, since that does not change the stiffness at rest.
+/// port may give energy and shake for a while, as long as it comes to rest. The account may act on
+/// a leaving probe, since that does not change the stiffness at rest.
 #[must_use]
 pub fn quiet(run: &Run, settings: &Settings) -> bool {
     if settings.account != AccountSettings::HIGHEST {

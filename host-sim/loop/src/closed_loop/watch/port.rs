@@ -1,9 +1,9 @@
 //! Invariants at the port between device and hand, which believe nobody: I11 the energy that the
 //! hand is given, I15 shaking that its motion does not explain.
 //!
-//! They take the device's profile, the geometry of the tissue at rest, and the physics of each tick:
-//! where the tip truly was, which force truly acted, and the work it did. No reading, no report and
-//! no setting of the loop reaches them.
+//! They take the device's profile, the geometry of the tissue at rest, and the physics of each
+//! tick: where the tip truly was, which force truly acted, and the work it did. No reading, no
+//! report and no setting of the loop reaches them.
 
 mod energy;
 mod shaking;
@@ -22,7 +22,7 @@ use super::rest_shape::RestShape;
 /// Force that counts as none: the rest that an amplifier's lag leaves [N].
 const ACTS_N: f64 = 1e-4;
 
-/// What happened at the port in one tick.
+/// Motion and force at the port in one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Truth {
     /// Position of the tip at the end of the tick [m].

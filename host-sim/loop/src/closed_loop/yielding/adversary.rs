@@ -21,7 +21,7 @@ const PER_ROUND: u64 = CLIMBERS * (NEIGHBOURS + DRAWS);
 /// Largest acceleration of a hand [m/s^2]: a run in which the hand goes beyond it does not count.
 const HAND_M_PER_S2: f64 = 200.0;
 
-/// What is searched for.
+/// Quantity that is searched for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aim {
     /// The largest share of the bound.
@@ -36,7 +36,7 @@ impl Aim {
     /// Every aim.
     pub const ALL: [Self; 3] = [Self::Share, Self::Created, Self::Shaking];
 
-    /// What a hand may do in this search.
+    /// Behaviour that a hand may show in this search.
     #[must_use]
     pub fn bounds(self) -> Bounds {
         if self == Self::Shaking { Bounds::Person } else { Bounds::Hand }

@@ -21,10 +21,10 @@ const SHAKE_HZ: [f64; 2] = [2.0, 200.0];
 /// as it likes.
 const STIFFER: f64 = 50.0;
 
-/// What a hand may do.
+/// Behaviour that a hand may show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bounds {
-    /// What a person does.
+    /// Behaviour of a person.
     Person,
     /// Also shaking with up to 200 m/s^2, by a hand that is stiffer than any.
     Hand,
@@ -45,7 +45,7 @@ pub struct YieldingCase {
     pub device: DeviceProfile,
     /// Hand.
     pub hand: Impedance,
-    /// What the hand does.
+    /// Behaviour of the hand.
     pub motion: Motion,
 }
 

@@ -1,4 +1,5 @@
-//! A patch that tells the loop how stiff it is, so that the loop brings it to what the device renders.
+//! A patch that tells the loop how stiff it is, so that the loop brings it to what the device
+//! renders.
 
 use palpate::haptic::cycle::{PatchRenderer, Renderer};
 use palpate::stages::probe::ProbePose;

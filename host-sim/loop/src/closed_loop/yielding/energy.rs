@@ -6,7 +6,7 @@ use palpate_tissue::scene::TICK_S;
 /// Ticks without touch and force after which a contact is over.
 const FREE_TICKS: u32 = 20;
 
-/// What a hand was given in a run.
+/// Energy that a hand was given in a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GivenEnergy {
     /// Energy created in each contact: the most that was given since its touch, at least zero [J].
@@ -55,13 +55,13 @@ impl Ledger {
     /// Books a tick: the energy given since the start of the run [J], and whether the tip touches
     /// the tissue or a force acts.
     pub fn tick(&mut self, now_j: f64, touches: bool) {
-        self.now_j = now_j;
+        let before_j = std::mem::replace(&mut self.now_j, now_j);
         self.ticks += 1;
         let now_s = f64::from(self.ticks) * TICK_S;
         let lasting_w = f64::from(self.bound.lasting_w);
         if touches {
             if self.free_ticks >= FREE_TICKS {
-                (self.touch_j, self.contact_j) = (now_j, 0.0);
+                (self.touch_j, self.contact_j) = (before_j, 0.0);
             }
             self.free_ticks = 0;
             self.contact_j = self.contact_j.max(now_j - self.touch_j);

@@ -1,5 +1,5 @@
-//! A family of presses in which a count of the encoder can drive a limit cycle: a light hand presses
-//! stiff tissue with a light handle, without friction.
+//! A family of presses in which a count of the encoder can drive a limit cycle: a light hand
+//! presses stiff tissue with a light handle, without friction.
 //!
 //! Without a bound, a flat tip on 100 kPa with counts of 55 um swings with 1 N RMS at 55 Hz for as
 //! long as the hand presses.

@@ -11,7 +11,7 @@ const SHORT_TICKS: u32 = 20;
 /// Flags that tell that a force was shortened on purpose.
 const FLAGS: [ClampFlags; 3] = [ClampFlags::ENERGY, ClampFlags::GAIN, ClampFlags::SLEW];
 
-/// What was felt in a run.
+/// Force that was felt in a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Felt {
     /// Ticks in which the patch pushed with a force that is felt.

@@ -39,7 +39,7 @@ impl<'a> Hands<'a> {
         Self { ground, base, runs, seed, length, family: family(ground, base, share) }
     }
 
-    /// The same campaign with runs of this length.
+    /// This campaign with runs of another length.
     #[must_use]
     pub fn lasting(self, length: RunLength) -> Self {
         Self { length, ..self }

@@ -1,4 +1,4 @@
-//! What a hand does: the motion of its target.
+//! Motion of a hand: that of its target.
 
 use std::f64::consts::TAU;
 

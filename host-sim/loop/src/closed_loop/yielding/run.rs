@@ -47,7 +47,7 @@ impl RunLength {
 pub struct Outcome {
     /// Energy that the hand was given.
     pub given: GivenEnergy,
-    /// What it felt.
+    /// Force that it felt.
     pub felt: Felt,
     /// Force above 15 Hz in the worst window of two seconds, in slow motions, after the press [N].
     pub shake_n: f64,

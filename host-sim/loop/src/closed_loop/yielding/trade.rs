@@ -1,4 +1,4 @@
-//! What the account's settings cost: the force that is felt against the energy that is given.
+//! Cost of the account's settings: the force that is felt against the energy that is given.
 
 use palpate::BuildError;
 use palpate::haptic::account::AccountSettings;
@@ -55,8 +55,8 @@ impl TradePoint {
     }
 }
 
-/// Runs the same `runs` hands with every setting at every delay; `done` is called with the number of
-/// runs of every point.
+/// Runs the same `runs` hands with every setting at every delay; `done` is called with the number
+/// of runs of every point.
 ///
 /// # Errors
 /// The loop or a patch refuses its settings.

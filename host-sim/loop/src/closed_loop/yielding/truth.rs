@@ -1,4 +1,4 @@
-//! What truth tells about a hand and about vibration.
+//! True energy given to a hand, and true vibration.
 
 use palpate::Vector3;
 use palpate_tissue::scene::TICK_S;

@@ -15,8 +15,8 @@
 //! ```
 //!
 //! Within a count nobody can see where the probe is, so a force that changes by `f` at every second
-//! tick may do work on it for ever. `e`, `p` and `f` are what a hand does not feel. SAFETY.md prints
-//! the numbers; a test compares them with those that the loop states.
+//! tick may do work on it for ever. `e`, `p` and `f` are what a hand does not feel. SAFETY.md
+//! prints the numbers; a test compares them with those that the loop states.
 //!
 //! **What the tissue could return** at the start of a window is at most the largest force that
 //! acted in this contact times the true depth: the force grows with depth, so it does no more work

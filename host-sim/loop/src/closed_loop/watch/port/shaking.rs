@@ -5,9 +5,10 @@
 //!
 //! The motion of a hand explains a tenth if the tissue would change its force as fast under that
 //! motion. A force `F` at depth `d` changes by no more than its slope, some `6 F / d`, times the
-//! speed, so the rates of change are compared: a slow motion over many element edges explains a fast
-//! force. Only motion below 15 Hz counts as the hand's. Taps, kneading and slides are explained by
-//! it, and a limit cycle explains nothing by its own vibration, whether the hand rests or moves.
+//! speed, so the rates of change are compared: a slow motion over many element edges explains a
+//! fast force. Only motion below 15 Hz counts as the hand's. Taps, kneading and slides are
+//! explained by it, and a limit cycle explains nothing by its own vibration, whether the hand rests
+//! or moves.
 
 use palpate::Vector3;
 

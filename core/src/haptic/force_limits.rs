@@ -95,8 +95,8 @@ fn shorten(force_n: Vector3<f32>, most_n: f32, flags: &mut ClampFlags) -> Vector
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::limits;
     use super::*;
+    use crate::haptic::limits::tests::limits;
 
     /// Feeds a wanted force to the limit, which sent `sent_n` last.
     fn run(sent_n: &mut Vector3<f32>, wanted: [f32; 3], cap_n: f32) -> Vector3<f32> {
