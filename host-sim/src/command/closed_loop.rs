@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::campaign::{Campaign, Shards};
 use super::hardware_in_loop::HardwareInLoop;
 use super::length::metres;
-use super::progress::Progress;
+use super::progress::{Progress, told};
 use super::verdict::Verdict;
 use super::{Common, print_warnings};
 use crate::error::Error;
@@ -297,7 +297,9 @@ impl Options {
             }
             let patch = self.emulated.then(|| HardwareInLoop::patch_for(&scene)).transpose()?;
             scene.solver.patch = patch.clone().or(scene.solver.patch);
-            let mut prepared = if self.emulated { Prepared::as_packed(&scene, device)? } else { Prepared::of(&scene, device)? };
+            let mut prepared = told("meshing the tissue", || {
+                if self.emulated { Prepared::as_packed(&scene, device) } else { Prepared::of(&scene, device) }
+            })?;
             if let Some(depth_m) = self.runs.depth_m {
                 prepared.press_to(depth_m)?;
             }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 
+use super::progress::told;
 use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_tissue::mesh::import::{MeshFile, open};
@@ -43,7 +44,7 @@ impl MeshCommand {
 }
 
 fn check(file: &Path, unit: LengthUnit) -> Result<(), Error> {
-    let verdict = match open(file, unit.metres)? {
+    let verdict = match told("reading the file", || open(file, unit.metres))? {
         MeshFile::Tets(imported) => {
             let verdict = Verdict::ok("tets that a scene takes as its mesh").first();
             print_tets(file, &imported.report);

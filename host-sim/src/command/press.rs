@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::mesh::box_mm;
-use super::progress::Spinner;
+use super::progress::{Spinner, told};
 use super::verdict::Verdict;
 use super::{Common, print_warnings};
 use crate::error::Error;
@@ -42,7 +42,7 @@ impl Default for PressArgs {
 impl PressArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let scene = self.common.load()?;
-        let session = Session::prepare(&scene)?.for_motion(&MACHINES[0], &scene)?;
+        let session = told("meshing the tissue", || Session::prepare(&scene)?.for_motion(&MACHINES[0], &scene))?;
         let ramps = Ramp::of_scene(&scene).map_err(palpate_tissue::Error::from)?;
         // the folder is opened once the scene has been checked, so that bad input leaves no files
         let folder = self.common.open("press", &scene)?;

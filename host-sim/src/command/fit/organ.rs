@@ -5,7 +5,7 @@ use palpate_fit::scene_fit::{Judging, Level, PIECE_JUDGED_RADII, PIECE_RADII, el
 use palpate_fit::solved::Solved;
 use palpate_tissue::scene::Scene;
 
-use super::super::progress::Steps;
+use super::super::progress::{Steps, told};
 use super::report::Report;
 use super::stages::Stages;
 use super::store::Store;
@@ -23,7 +23,7 @@ impl FitArgs {
         let element_m = element_for(scene, radius_m, self.options.nodes.unwrap_or(NODES))?;
         let mut recipe = Recipe::new(radius_m, element_m, scene.probe.radius_m);
         recipe.points_per_triangle = self.options.points.unwrap_or(recipe.points_per_triangle);
-        let prepared = fitted::Prepared::of(scene, &recipe)?;
+        let prepared = told("cutting the piece out", || fitted::Prepared::of(scene, &recipe))?;
         let piece = prepared.patch();
         let nodes = piece.model().nodes.len();
         let path = self.common.folder("fit");

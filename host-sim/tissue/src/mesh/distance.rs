@@ -108,7 +108,9 @@ impl ClosedSurface {
         if all.is_empty() {
             return None;
         }
-        own.divide(all);
+        let mut order: Vec<u32> = (0..own.facets.len() as u32).collect();
+        own.divide(all, &mut order);
+        own.facets = order.iter().map(|n| own.facets[*n as usize].clone()).collect();
         Some(own)
     }
 
@@ -175,23 +177,27 @@ impl ClosedSurface {
         best
     }
 
-    fn divide(&mut self, facets: std::ops::Range<usize>) {
-        let of = |pick: fn(f64, f64) -> f64, start: f64| {
-            let corners = self.facets[facets.clone()].iter().flat_map(|f| f.corners);
-            corners.fold(V3::repeat(start), |b, x| b.zip_map(&x, pick))
-        };
-        let (low, high) = (of(f64::min, f64::INFINITY), of(f64::max, f64::NEG_INFINITY));
+    /// Divides a range of the `order` of facets, which is sorted for that; the facets, which are
+    /// larger than their numbers, stay where they are.
+    fn divide(&mut self, facets: std::ops::Range<usize>, order: &mut [u32]) {
+        let corners = order[facets.clone()].iter().flat_map(|n| self.facets[*n as usize].corners);
+        let (low, high) = corners.fold((V3::repeat(f64::INFINITY), V3::repeat(f64::NEG_INFINITY)), |(low, high), x| {
+            (low.zip_map(&x, |a, b| if b < a { b } else { a }), high.zip_map(&x, |a, b| if b > a { b } else { a }))
+        });
         let own = self.boxes.len();
         self.boxes.push(Bounds { low, high, facets: facets.clone(), second: 0 });
         if facets.len() <= LEAF {
             return;
         }
         let axis = (high - low).imax();
-        self.facets[facets.clone()].sort_by(|a, b| a.middle(axis).total_cmp(&b.middle(axis)));
+        let mut along: Vec<(f64, u32)> =
+            order[facets.clone()].iter().map(|n| (self.facets[*n as usize].middle(axis), *n)).collect();
+        along.sort_by(|a, b| a.0.total_cmp(&b.0));
+        order[facets.clone()].iter_mut().zip(along).for_each(|(n, (_, sorted))| *n = sorted);
         let middle = facets.start.midpoint(facets.end);
-        self.divide(facets.start..middle);
+        self.divide(facets.start..middle, order);
         self.boxes[own].second = self.boxes.len();
-        self.divide(middle..facets.end);
+        self.divide(middle..facets.end, order);
     }
 }
 

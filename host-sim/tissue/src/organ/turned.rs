@@ -6,7 +6,7 @@
 
 use nalgebra::Matrix3;
 
-use super::lattice::{Lattice, Refusal};
+use super::lattice::{Lattice, NEIGHBOURS, Refusal};
 use super::parts::V3;
 use super::{Fine, OrganError, stuffing};
 use crate::mesh::TetMesh;
@@ -37,12 +37,15 @@ pub enum Stance {
 /// What a mesh would take.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {
-    /// About the number of its nodes; infinite if the lattice does not fit into memory.
+    /// About the number of its nodes.
     pub nodes: f64,
-    /// Number of points of the lattice, to which the time is proportional.
+    /// Number of points of the lattice, to which the time is proportional; the largest number there
+    /// is if the lattice does not fit into memory.
     pub points: usize,
 }
 
+/// Share of the cut edges of a lattice that leave a node: the others are drawn onto points (1).
+const CUT_NODES: f64 = 0.3;
 /// Number of samples of a lattice.
 const SAMPLES: u32 = 8192;
 
@@ -81,23 +84,40 @@ impl Turned {
         Ok(mesh)
     }
 
-    /// What a mesh of the shape would take, from samples of the lattice.
+    /// What a mesh of the shape would take, from samples of the lattice. A lattice that does not fit
+    /// into memory is sampled as a coarser one that grows alike.
     pub fn expected(&self, implicit_m: &dyn Fn([f64; 3]) -> f64, bounds_m: [[f64; 3]; 2], stance: Stance) -> Expected {
+        let mut coarser = 1.0;
+        let lattice = loop {
+            let fine = Fine { spacing_m: coarser * self.fine.spacing_m, ..self.fine };
+            let own = Self { fine, coarsest_m: coarser * self.coarsest_m, ..*self };
+            match own.lattice(bounds_m, stance) {
+                Ok(lattice) => break lattice,
+                Err(Refusal::TooFine { .. }) => coarser *= 2.0,
+                Err(_) => return Expected { nodes: f64::INFINITY, points: usize::MAX },
+            }
+        };
         let turn = self.turn(stance);
         let at = V3::from(self.fine.at_m);
-        let Ok(lattice) = self.lattice(bounds_m, stance) else {
-            return Expected { nodes: f64::INFINITY, points: usize::MAX };
-        };
-        let points = lattice.len();
-        let all = lattice.len() as f64;
+        let is_inside = |triple| implicit_m((at + turn * lattice.place(triple)).into()) < 0.0;
         let step = (lattice.len() / SAMPLES as usize).max(1);
         // a step that has no factor in common with the sides of the box
         let samples = (0..lattice.len()).step_by(step | 1);
         let count = samples.len() as f64;
-        let inside =
-            samples.filter(|name| implicit_m((at + turn * lattice.place(lattice.triple(*name as u32))).into()) < 0.0).count();
+        let (mut inside, mut cuts) = (0.0, 0.0);
+        for name in samples {
+            let triple = lattice.triple(name as u32);
+            if is_inside(triple) {
+                inside += 1.0;
+                cuts += NEIGHBOURS.iter().filter(|way| !is_inside([0, 1, 2].map(|k| triple[k] + way[k]))).count() as f64;
+            }
+        }
         // a quarter of the triples are points of the lattice
-        Expected { nodes: 0.25 * all * inside as f64 / count, points }
+        let each = 0.25 * lattice.len() as f64 / count;
+        Expected {
+            nodes: each * (inside * coarser.powi(3) + CUT_NODES * cuts * coarser.powi(2)),
+            points: if coarser > 1.0 { usize::MAX } else { lattice.len() },
+        }
     }
 
     fn lattice(&self, bounds_m: [[f64; 3]; 2], stance: Stance) -> Result<Lattice, Refusal> {

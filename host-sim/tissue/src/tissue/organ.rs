@@ -1,6 +1,8 @@
 //! Mesh of an organ or a closed surface for a scene, graded so that it is finest at the site.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
+use std::rc::Rc;
 
 use nalgebra::Vector3;
 
@@ -37,6 +39,8 @@ const POINTS_PER_NODE: usize = 100;
 /// Largest element under the probe, and largest distance of the site from the mesh, with which a
 /// mesh is good enough, in probe radii (1).
 const GOOD_RADII: [f64; 2] = [1.0, 0.1];
+/// Number of elements across a thin body (1).
+const ACROSS: f64 = 3.0;
 /// Growth of the number of nodes from one attempt to the next where the scene gives none (1).
 const MORE: usize = 2;
 
@@ -89,18 +93,19 @@ pub(crate) fn element_at_m(mesh: &TetMesh, at_m: [f64; 3]) -> f64 {
 /// Meshes a shape with about the number of nodes that the scene asks for or, if it gives none, with
 /// as many as the site needs.
 pub(super) fn graded(scene: &Scene, shape: &OrganSource, site: &Site) -> Result<TetMesh, SceneError> {
-    let search = Search { scene, shape, site, thickness_m: shape.thickness_m(site), points_left: Cell::new(MOST_POINTS) };
+    let thickness_m = shape.thickness_m(site);
+    let search =
+        Search { scene, shape, site, thickness_m, points_left: Cell::new(MOST_POINTS), tried: RefCell::new(BTreeMap::new()) };
     let radius_m = scene.probe.radius_m;
     if let Some(wanted) = scene.tissue.nodes {
         let found = search.best(wanted)?.filter(|found| is_near(found, wanted));
         return match found {
             // a mesh that no probe can press is refused with the number that works
-            Some(found) if found.element_m <= radius_m && found.cut_m <= radius_m => Ok(found.mesh),
-            Some(found) => search.refuse(wanted, Some(&found)),
-            None => search.refuse(wanted, None),
+            Some(found) if found.element_m <= radius_m && found.cut_m <= radius_m => Ok(found.mesh.clone()),
+            found => search.refuse(wanted, found.as_deref()),
         };
     }
-    let mut best: Option<Attempt> = None;
+    let mut best: Option<Rc<Attempt>> = None;
     let mut wanted = DEFAULT_ORGAN_NODES;
     while wanted <= *ORGAN_NODES.end() {
         if let Some(found) = search.best(wanted)?.filter(|found| ORGAN_NODES.contains(&found.nodes())) {
@@ -118,8 +123,8 @@ pub(super) fn graded(scene: &Scene, shape: &OrganSource, site: &Site) -> Result<
         wanted *= MORE;
     }
     match best {
-        Some(best) if best.element_m <= radius_m && best.cut_m <= radius_m => Ok(best.mesh),
-        best => search.refuse(DEFAULT_ORGAN_NODES, best.as_ref()),
+        Some(best) if best.element_m <= radius_m && best.cut_m <= radius_m => Ok(best.mesh.clone()),
+        best => search.refuse(DEFAULT_ORGAN_NODES, best.as_deref()),
     }
 }
 
@@ -135,18 +140,29 @@ struct Search<'a> {
     thickness_m: f64,
     /// Number of lattice points that may still be looked at, so that no shape takes minutes.
     points_left: Cell<usize>,
+    /// Results by the bits of the spacing and the stance: searches for other numbers of nodes pass
+    /// through the same spacings.
+    tried: RefCell<BTreeMap<(u64, bool), Tried>>,
+}
+
+/// Result of one spacing.
+#[derive(Clone)]
+enum Tried {
+    Mesh(Rc<Attempt>),
+    TooCoarse,
+    TooFine,
 }
 
 impl Search<'_> {
     /// The mesh whose number of nodes is nearest to the wanted one. The lattice lies in the surface
     /// with whole faces; on a point, where it would cut off the tip, it stands on an edge.
-    fn best(&self, wanted: usize) -> Result<Option<Attempt>, SceneError> {
-        let flat = self.nearest(wanted, Stance::Face)?.map(|mesh| Attempt::of(mesh, self.site));
+    fn best(&self, wanted: usize) -> Result<Option<Rc<Attempt>>, SceneError> {
+        let flat = self.nearest(wanted, Stance::Face)?;
         let radius_m = self.scene.probe.radius_m;
         if flat.as_ref().is_some_and(|flat| flat.cut_m <= GOOD_RADII[1] * radius_m) {
             return Ok(flat);
         }
-        let upright = self.nearest(wanted, Stance::Edge)?.map(|mesh| Attempt::of(mesh, self.site));
+        let upright = self.nearest(wanted, Stance::Edge)?;
         let of = |attempt: &Attempt| (!is_near(attempt, wanted), attempt.element_m.max(attempt.cut_m));
         let all = [flat, upright].into_iter().flatten();
         Ok(all.min_by(|a, b| of(a).0.cmp(&of(b).0).then(of(a).1.total_cmp(&of(b).1))))
@@ -159,41 +175,56 @@ impl Search<'_> {
         Turned { fine, axis: self.site.axis, stroke_m: [0.0; 3], coarsest_m }
     }
 
-    fn nearest(&self, wanted: usize, stance: Stance) -> Result<Option<TetMesh>, SceneError> {
+    fn nearest(&self, wanted: usize, stance: Stance) -> Result<Option<Rc<Attempt>>, SceneError> {
         let [mut low, mut high] = SPACING_RADII.map(|radii| (radii * self.scene.probe.radius_m).ln());
-        let mut best: Option<TetMesh> = None;
+        let mut best: Option<Rc<Attempt>> = None;
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            let turned = self.turned(middle.exp());
-            let expected = self.shape.expected(&turned, stance);
-            let left = self.points_left.get().checked_sub(expected.points);
-            let Some(left) = left.filter(|_| expected.nodes <= TOO_MANY * wanted as f64) else {
-                low = middle;
-                continue;
-            };
-            self.points_left.set(left);
-            match self.shape.mesh_with(&turned, stance) {
-                Ok(mesh) => {
-                    let nodes = mesh.nodes_m.len();
-                    self.points_left.set(self.points_left.get().saturating_sub(POINTS_PER_NODE * nodes));
+            match self.tried(middle.exp(), stance, TOO_MANY * wanted as f64)? {
+                Tried::Mesh(found) => {
+                    let nodes = found.nodes();
                     if nodes > wanted {
                         low = middle;
                     } else {
                         high = middle;
                     }
-                    if best.as_ref().is_none_or(|b| nodes.abs_diff(wanted) < b.nodes_m.len().abs_diff(wanted)) {
-                        best = Some(mesh);
+                    if best.as_ref().is_none_or(|b| nodes.abs_diff(wanted) < b.nodes().abs_diff(wanted)) {
+                        best = Some(found);
                     }
                 }
-                Err(OrganError::Empty { .. } | OrganError::TooCoarse { .. } | OrganError::Inverted { .. }) => high = middle,
-                Err(OrganError::TooFine { .. }) => low = middle,
-                Err(other) => {
-                    let key = if matches!(self.shape, OrganSource::Organ(_)) { "tissue.organ:" } else { "tissue.mesh:" };
-                    return self.scene.bad(key, &other.to_string());
-                }
+                Tried::TooCoarse => high = middle,
+                Tried::TooFine => low = middle,
             }
         }
         Ok(best)
+    }
+
+    /// The mesh of a spacing; too fine if it would have more than `most` nodes, or if looking for
+    /// it would take too long.
+    fn tried(&self, spacing_m: f64, stance: Stance, most: f64) -> Result<Tried, SceneError> {
+        let key = (spacing_m.to_bits(), stance == Stance::Edge);
+        if let Some(tried) = self.tried.borrow().get(&key) {
+            return Ok(tried.clone());
+        }
+        let turned = self.turned(spacing_m);
+        let expected = self.shape.expected(&turned, stance);
+        if expected.nodes > most {
+            return Ok(Tried::TooFine);
+        }
+        let points = expected.points.saturating_add(POINTS_PER_NODE * expected.nodes as usize);
+        let Some(left) = self.points_left.get().checked_sub(points) else { return Ok(Tried::TooFine) };
+        self.points_left.set(left);
+        let tried = match self.shape.mesh_with(&turned, stance) {
+            Ok(mesh) => Tried::Mesh(Rc::new(Attempt::of(mesh, self.site))),
+            Err(OrganError::Empty { .. } | OrganError::TooCoarse { .. } | OrganError::Inverted { .. }) => Tried::TooCoarse,
+            Err(OrganError::TooFine { .. }) => Tried::TooFine,
+            Err(other) => {
+                let key = if matches!(self.shape, OrganSource::Organ(_)) { "tissue.organ:" } else { "tissue.mesh:" };
+                return self.scene.bad(key, &other.to_string());
+            }
+        };
+        self.tried.borrow_mut().insert(key, tried.clone());
+        Ok(tried)
     }
 
     /// Refuses a number of nodes with one that works, which is tried, or says that there is none.
@@ -210,12 +241,8 @@ impl Search<'_> {
             }
             nodes *= MORE;
         }
-        let name = self.shape.name();
         let why = match found {
-            None => format!(
-                "{name} is {:.1} mm thick at this site and has no mesh of so many nodes",
-                self.shape.exact_thickness_m(self.site) * 1e3
-            ),
+            None => self.too_thin(),
             Some(found) if found.cut_m > radius_m => {
                 format!("a mesh of so many nodes cuts {:.1} mm off the place that is pressed", found.cut_m * 1e3)
             }
@@ -224,16 +251,24 @@ impl Search<'_> {
                 format!("its elements under the probe would be {element_mm:.1} mm, larger than the radius of {radius_mm:.1} mm")
             }
         };
+        let most = ORGAN_NODES.end();
         let advice = match works {
-            Some(nodes) => format!("give nodes = {nodes}"),
+            Some(nodes) => format!(": give nodes = {nodes}"),
             None => format!(
-                "no number from {} to {} gives one: press a thicker place, or mesh the body by hand (.msh) and let palpate fit cut a piece out of it",
-                ORGAN_NODES.start(),
-                ORGAN_NODES.end()
+                "; at most {most} nodes fit: press a thicker place, or mesh the body by hand (.msh) and let palpate fit cut a piece out of it"
             ),
         };
         let key = if self.scene.tissue.nodes.is_some() { "tissue.nodes" } else { "tissue.mesh:" };
         let given = self.scene.tissue.nodes.map_or(String::new(), |nodes| format!("= {nodes}: "));
-        self.scene.bad(key, &format!("{given}{why}: {advice}"))
+        self.scene.bad(key, &format!("{given}{why}{advice}"))
+    }
+
+    /// Says how thick the shape is, and how many nodes that would take.
+    fn too_thin(&self) -> String {
+        let (name, thickness_m) = (self.shape.name(), self.shape.exact_thickness_m(self.site));
+        let expected = self.shape.expected(&self.turned(thickness_m / ACROSS), Stance::Face).nodes;
+        let nodes = if expected.is_finite() { format!("about {expected:.0} nodes") } else { "millions of nodes".to_owned() };
+        let [thickness_mm, element_mm] = [thickness_m, thickness_m / ACROSS].map(|m| m * 1e3);
+        format!("{name} is {thickness_mm:.1} mm thick at this site, and elements of {element_mm:.2} mm would take {nodes}")
     }
 }

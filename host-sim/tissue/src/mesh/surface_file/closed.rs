@@ -32,7 +32,7 @@ pub(super) struct Closed {
 /// consistently, or there are several bodies.
 pub(super) fn close(raw: RawSurface) -> Result<Closed, Defect> {
     let all = raw.triangles.len();
-    let (mut vertices, unique, left_out) = welded(raw);
+    let (mut vertices, unique, left_out) = welded(&raw);
     let mut triangles = unique.without_sheets();
     let copies = all - left_out - triangles.len();
     if triangles.is_empty() {
@@ -56,7 +56,7 @@ pub(super) fn close(raw: RawSurface) -> Result<Closed, Defect> {
 
 /// Merges corners as far as it takes to close the surface; returns also the number of triangles
 /// that lost their area by that. If nothing closes it, only rounding errors are merged.
-fn welded(raw: RawSurface) -> (Vec<[f64; 3]>, Unique, usize) {
+fn welded(raw: &RawSurface) -> (Vec<[f64; 3]>, Unique, usize) {
     let extent = extent(&raw.vertices);
     let merged = |share: f64, vertices: &[[f64; 3]], triangles: &[[u32; 3]]| {
         let (vertices, triangles) = weld(vertices, triangles, share * extent);

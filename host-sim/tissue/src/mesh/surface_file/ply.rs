@@ -62,7 +62,7 @@ pub(super) fn read(file: &str, data: &[u8]) -> Result<RawSurface, MeshError> {
 fn header<'a>(lines: &mut Lines<'a>) -> Result<(Option<Order>, Vec<Element<'a>>), MeshError> {
     let mut order = None;
     let mut elements: Vec<Element> = Vec::new();
-    while let Some(mut line) = lines.next() {
+    for mut line in lines.by_ref() {
         let keyword = line.word("a PLY keyword")?;
         match keyword.text {
             "ply" | "comment" | "obj_info" => {}

@@ -60,7 +60,7 @@ pub(super) fn read_text(file: &str, text: &str) -> Result<RawSurface, MeshError>
     let mut surface = RawSurface::new("STL", Vec::new());
     let mut corners: Option<Vec<[f64; 3]>> = None;
     let mut lone_end = false;
-    'lines: while let Some(mut line) = lines.next() {
+    'lines: for mut line in lines.by_ref() {
         while let Some(keyword) = line.next() {
             let lower = keyword.text.to_ascii_lowercase();
             let full = if lone_end { format!("end{lower}") } else { lower };

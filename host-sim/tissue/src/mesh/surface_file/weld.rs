@@ -26,13 +26,13 @@ pub(super) fn weld(vertices: &[[f64; 3]], triangles: &[[u32; 3]], tolerance: f64
         let (a, b) = (vertices[a as usize], vertices[b as usize]);
         (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>() <= tolerance * tolerance
     };
-    let steps = if tolerance > 0.0 { vec![-1.0, 0.0, 1.0] } else { vec![0.0] };
+    let steps = [-1.0, 0.0, 1.0];
     let first_of = |vertex: u32| {
         let own = cell(&vertices[vertex as usize]);
         let mut first = vertex;
-        for x in &steps {
-            for y in &steps {
-                for z in &steps {
+        for x in steps {
+            for y in steps {
+                for z in steps {
                     let there = in_cell([own[0] + x, own[1] + y, own[2] + z]);
                     // the vertices of a cell are in rising order
                     first = there.take_while(|other| *other < first).find(|other| near(*other, vertex)).unwrap_or(first);
@@ -41,11 +41,16 @@ pub(super) fn weld(vertices: &[[f64; 3]], triangles: &[[u32; 3]], tolerance: f64
         }
         first
     };
-    let mut stands_for: Vec<u32> = Vec::with_capacity(vertices.len());
-    for vertex in 0..vertices.len() as u32 {
-        let first = first_of(vertex);
-        // Earlier vertices already have their place.
-        stands_for.push(stands_for.get(first as usize).copied().unwrap_or(vertex));
+    let mut stands_for: Vec<u32> = (0..vertices.len() as u32).collect();
+    if tolerance > 0.0 {
+        for vertex in 0..stands_for.len() {
+            // earlier vertices already have their place
+            stands_for[vertex] = stands_for[first_of(vertex as u32) as usize];
+        }
+    } else {
+        for same in cells.chunk_by(|a, b| compare(&a.0, &b.0).is_eq()) {
+            same.iter().for_each(|(_, vertex)| stands_for[*vertex as usize] = same[0].1);
+        }
     }
     let merged = triangles.iter().map(|triangle| triangle.map(|vertex| stands_for[vertex as usize]));
     let merged: Vec<[u32; 3]> = merged.filter(|[a, b, c]| a != b && b != c && c != a).collect();

@@ -132,7 +132,7 @@ impl Cells {
         if announced == found { Ok(()) } else { Err(Defect::Disagree { what: "CELL_TYPES", says: announced, found }) }
     }
 
-    /// Adds all cells as faces, of POLYGONS or TRIANGLE_STRIPS.
+    /// Adds all cells as faces, of POLYGONS or `TRIANGLE_STRIPS`.
     pub fn take_faces(&self, number: &dyn Fn(u64) -> u64, strips: bool, mesh: &mut RawMesh) -> Result<(), Defect> {
         let code = if strips { STRIP } else { POLYGON };
         (0..self.cells.len() as u64).try_for_each(|cell| self.take(cell, code, number, mesh))
