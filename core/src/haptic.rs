@@ -15,7 +15,7 @@
 //! damping                 in proportion to the tangent stiffness, in contact
 //! shapers   gains         ramp-in after arming, relief at the limit
 //!           stillness     fades
-//!           slew          cap of mode and deadline, growth per tick
+//!           slew          cap of mode and deadline, growth per tick, hardly any at rest
 //!           account       no force that the balance does not pay for
 //! actuate                 the force in modes that allow one, else release
 //! ```

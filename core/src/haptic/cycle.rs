@@ -137,7 +137,7 @@ impl Cycle {
             ceiling: Ceiling::new(device.ceiling_n_per_m()),
             gains: Gains::new(&settings.arming),
             stillness: Stillness::build(settings.tick_s),
-            slew: Slew,
+            slew: Slew::build(settings.tick_s),
             machine: ModeMachine::BOOT,
             ticks: 0,
             position_m: None,

@@ -1,5 +1,4 @@
-//! Fades out a force that cannot be that of a hand at rest: a strong force without a single count,
-//! and a force that swings.
+//! Fades out a force that cannot be that of a hand at rest: a strong force without a single count.
 //!
 //! An encoder that dies while the hand rests cannot be distinguished at once from a hand that
 //! rests, and the force would stay as it was for ever. But nobody holds a strong force without
@@ -11,28 +10,19 @@
 //! fluctuation. If a saturated contact has been relieved, the threshold is half of the relieved
 //! maximum: otherwise the relief itself would bring a strong force below it.
 //!
-//! The force of tissue under a probe at rest creeps or settles. A sudden stop makes tissue ring:
-//! several modes beat, so that swings may grow over a few reversals, and after 0.15 s they have
-//! died out. A probe that rests at the tissue's edge may lose and regain a foundation point again
-//! and again: the force then swings for ever, by newtons at worst, although the hand is given no
-//! energy. Tips that are narrower than an element are refused ([`super::ceiling`]). A force that
-//! still reverses [`MOST_TURNS`] times after [`RING_S`] without a count, without its swings
-//! becoming smaller, is not caused by the hand and fades within [`SWING_FADE_S`].
-//!
 //! A new count ends the fading, and the force stays at its reduced gain, as after saturation. It
 //! returns with the next contact, after the probe has moved outside the tissue.
 //!
 //! * in: displacement of the tick [m], force sent last and maximum force after relief [N], whether
 //!   the patch is touched
 //! * out: force [N] times a gain (0 .. 1)
-//! * cost: 20 instructions of a Cortex-M4F while the probe moves, 60 at rest, estimated
+//! * cost: 20 instructions of a Cortex-M4F, estimated
 //! * failures: none; the mode becomes `Degraded`, and the flag `GAIN` is set
 
 use nalgebra::Vector3;
 
 use super::seen::{Monitor, Seen, Shaper};
 use crate::fault::{ClampFlags, Fault};
-use crate::lanes::sqrt;
 
 /// Absolute threshold [N]: no hand holds a larger force without moving.
 /// Source: derived from the fluctuation of 3 % above; of 1 N it is the friction of the Touch, 30
@@ -50,118 +40,22 @@ pub const STILL_S: f32 = 5.0;
 /// Source: none.
 pub const FADE_S: f32 = 1.0;
 
-/// Number of reversals of the force in a row, without a count, after which it fades.
-/// Source: chosen; no stop rings for so long after `RING_S`.
-pub const MOST_TURNS: u8 = 6;
-/// Duration of the fading of a force that swings [s].
-/// Source: chosen; twenty ticks, within which a hand does not react.
-pub const SWING_FADE_S: f32 = 0.02;
-/// Least change of the force between two reversals [N].
-/// Source: chosen; below the 30 mN that a bare finger notices on such devices (DECISIONS.md).
-const SWING_N: f32 = 0.02;
-/// Ratio of a swing to the last one in the same direction below which the swings die out (1).
-/// Source: chosen; swings that die out within a few periods.
-const DIES_OUT: f32 = 0.64;
-/// Time without a count after which swings are counted [s]. Of 11 809 random stops (2 to 110 kPa,
-/// from up to 0.4 m/s), none still rang for [`MOST_TURNS`] reversals after 0.15 s.
-/// Source: the measurement named here.
-pub const RING_S: f32 = 0.2;
-/// Largest number of ticks between two reversals of one oscillation.
-/// Source: chosen; below 2 Hz a force does not shake.
-const TURN_TICKS: u16 = 250;
-
-/// Watches for missing counts and for swings of the force in a contact.
+/// Watches for missing counts in a contact.
 #[derive(Clone, Copy, Debug)]
 pub struct Stillness {
     /// Ticks after which the force fades.
     most_ticks: f32,
     fade_per_tick: f32,
-    /// Ticks after which swings are counted.
-    ring_ticks: f32,
-    swing_fade_per_tick: f32,
-    swing: Swing,
     /// Ticks without a count under a strong force.
     still_ticks: f32,
     gain: f32,
-    /// True if the gain fell in this tick.
-    fades: bool,
-}
-
-/// Swings of the force since the last count.
-#[derive(Clone, Copy, Debug)]
-struct Swing {
-    /// Ticks without a count, counted up to those of [`RING_S`].
-    rest: f32,
-    /// Ticks since the last reversal.
-    since: u16,
-    turns: u8,
-    /// Force at the last reversal, and the force farthest from it since [N].
-    turn_n: Vector3<f32>,
-    far_n: Vector3<f32>,
-    /// Squares of the last two swings [N^2], the older first. The swing that follows has the
-    /// direction of the older one.
-    squares: [f32; 2],
-}
-
-impl Swing {
-    const NONE: Self = Self {
-        rest: 0.0,
-        since: 0,
-        turns: 0,
-        turn_n: Vector3::new(0.0, 0.0, 0.0),
-        far_n: Vector3::new(0.0, 0.0, 0.0),
-        squares: [0.0, 0.0],
-    };
-
-    /// Runs one tick without a count; returns true if the force swings.
-    fn judge(&mut self, force_n: &Vector3<f32>, ring_ticks: f32) -> bool {
-        if self.rest < ring_ticks {
-            *self = Self { rest: self.rest + 1.0, turn_n: *force_n, far_n: *force_n, ..Self::NONE };
-            return false;
-        }
-        self.since = self.since.saturating_add(1);
-        if self.since > TURN_TICKS {
-            self.turns = 0;
-        }
-        let (swing_n, back_n) = (self.far_n - self.turn_n, force_n - self.far_n);
-        let (swing, back) = (swing_n.dot(&swing_n), back_n.dot(&back_n));
-        if back > SWING_N * SWING_N && back_n.dot(&swing_n) < 0.0 {
-            // the first swing may begin in the middle of an oscillation and be half as large as the
-            // others, so it may be too small to be counted
-            let [same, other] = self.squares;
-            let lasts = swing > SWING_N * SWING_N && swing >= DIES_OUT * DIES_OUT * same;
-            self.turns = self.turns.saturating_add(u8::from(lasts));
-            (self.turn_n, self.far_n, self.squares, self.since) = (self.far_n, *force_n, [other, swing], 0);
-        } else {
-            let out_n = force_n - self.turn_n;
-            if out_n.dot(&out_n) > swing {
-                self.far_n = *force_n;
-            }
-        }
-        self.turns >= MOST_TURNS
-    }
 }
 
 impl Stillness {
     /// Creates the watch for a loop with this tick [s].
     #[must_use]
     pub fn build(tick_s: f32) -> Self {
-        Self {
-            most_ticks: STILL_S / tick_s,
-            fade_per_tick: tick_s / FADE_S,
-            ring_ticks: RING_S / tick_s,
-            swing_fade_per_tick: tick_s / SWING_FADE_S,
-            swing: Swing::NONE,
-            still_ticks: 0.0,
-            gain: 1.0,
-            fades: false,
-        }
-    }
-
-    fn fade(&mut self, per_tick: f32) {
-        let gain = self.gain - per_tick;
-        self.gain = if gain > 0.0 { gain } else { 0.0 };
-        self.fades = true;
+        Self { most_ticks: STILL_S / tick_s, fade_per_tick: tick_s / FADE_S, still_ticks: 0.0, gain: 1.0 }
     }
 
     /// Gain on the force (1).
@@ -173,17 +67,11 @@ impl Stillness {
 
 impl Monitor for Stillness {
     fn judge(&mut self, seen: &Seen) -> Result<(), Fault> {
-        self.fades = false;
         if seen.displacement_m != Vector3::zeros() {
             self.still_ticks = 0.0;
-            self.swing = Swing::NONE;
             if !seen.touched {
                 self.gain = 1.0;
             }
-            return Ok(());
-        }
-        if self.swing.judge(&seen.output.force_n, self.ring_ticks) {
-            self.fade(self.swing_fade_per_tick);
             return Ok(());
         }
         // a force that has begun to fade continues to fade below the threshold
@@ -194,26 +82,24 @@ impl Monitor for Stillness {
         } else if self.still_ticks < self.most_ticks {
             self.still_ticks += 1.0;
         } else {
-            self.fade(self.fade_per_tick);
+            let gain = self.gain - self.fade_per_tick;
+            self.gain = if gain > 0.0 { gain } else { 0.0 };
         }
         Ok(())
     }
 
     fn reset(&mut self) {
-        (self.still_ticks, self.swing, self.gain, self.fades) = (0.0, Swing::NONE, 1.0, false);
+        (self.still_ticks, self.gain) = (0.0, 1.0);
     }
 }
 
 impl Shaper for Stillness {
-    fn shape(&mut self, force_n: Vector3<f32>, seen: &Seen, flags: &mut ClampFlags) -> Vector3<f32> {
+    fn shape(&mut self, force_n: Vector3<f32>, _: &Seen, flags: &mut ClampFlags) -> Vector3<f32> {
         if self.gain == 1.0 {
             return force_n;
         }
         flags.set(ClampFlags::GAIN);
-        let faded_n = force_n * self.gain;
-        // a force that fades does not rise, even where the tissue's force does
-        let (square, most) = (faded_n.dot(&faded_n), seen.sent_n.dot(&seen.sent_n));
-        if self.fades && square > most { faded_n * sqrt(most / square) } else { faded_n }
+        force_n * self.gain
     }
 
     fn reset(&mut self) {}
@@ -285,91 +171,5 @@ mod tests {
             }
             assert_eq!(still.gain(), gain, "{push_n} N of 8 N");
         }
-    }
-
-    /// A tick in which the tissue asks for a force [N].
-    fn swings(still: &mut Stillness, displacement_m: Vector3<f32>, force_n: Vector3<f32>, sent_n: Vector3<f32>, relieved_n: f32) {
-        let limits = crate::haptic::limits::tests::limits();
-        let output = crate::Output { force_n, ..crate::Output::NONE };
-        still.judge(&Seen { displacement_m, output, sent_n, relieved_n, touched: true, ..Seen::none(&limits) }).unwrap();
-    }
-
-    /// Gain after this many ticks at rest of a force that swings around 1 N; `keeps` is the share
-    /// of the amplitude that remains after a tick.
-    fn swung(amplitude_n: f32, half_ticks: u32, keeps: f32, ticks: u32, every: u32) -> f32 {
-        let mut still = Stillness::build(1e-3);
-        let mut left_n = amplitude_n;
-        for n in 1..=ticks {
-            let displacement_m = if n.is_multiple_of(every) { COUNT } else { Vector3::zeros() };
-            let up = (n / half_ticks).is_multiple_of(2);
-            let asked_n = Vector3::new(0.2, 0.0, 1.0 + if up { left_n } else { -left_n });
-            left_n *= keeps;
-            let sent_n = asked_n * still.gain();
-            swings(&mut still, displacement_m, asked_n, sent_n, 8.0);
-        }
-        still.gain()
-    }
-
-    #[test]
-    fn a_force_that_swings_without_a_count_is_gone_after_six_turns() {
-        for half_ticks in [1, 2, 9, 60, 240] {
-            let turns = u32::from(MOST_TURNS) + 1;
-            assert_eq!(swung(0.05, half_ticks, 1.0, 200 + turns * half_ticks + 25, 100_000), 0.0, "{half_ticks} ticks");
-            assert_eq!(swung(0.05, half_ticks, 1.0, 200 + 4 * half_ticks, 100_000), 1.0, "not at once: {half_ticks} ticks");
-        }
-    }
-
-    #[test]
-    fn a_swing_is_counted_whole_wherever_it_began() {
-        // 0.03 N from end to end; the probe came to rest in the middle of a swing, so the first one
-        // is half as large
-        for first in [0.0_f32, 0.5, 1.0, 1.6] {
-            let mut still = Stillness::build(1e-3);
-            for n in 0..600_u16 {
-                // the tissue settles before it swings
-                let phase = first + f32::from(n.saturating_sub(260)) * core::f32::consts::PI / 8.0;
-                let asked_n = Vector3::new(0.0, 0.0, 0.3 + 0.015 * libm::sinf(phase));
-                swings(&mut still, Vector3::zeros(), asked_n, asked_n, 3.0);
-            }
-            assert_eq!(still.gain(), 0.0, "{first}");
-        }
-    }
-
-    #[test]
-    fn large_and_small_swings_in_turn_are_all_counted() {
-        let mut still = Stillness::build(1e-3);
-        // 0.47 N down and up, and a ripple of 0.04 N on the way
-        let ticks = (0..24).flat_map(|_| [0.21_f32, 0.68, 0.46, 0.5].map(|n| [n; 5])).flatten();
-        let gone = ticks.enumerate().find(|(_, force_n)| {
-            let asked_n = Vector3::new(0.0, 0.0, *force_n);
-            swings(&mut still, Vector3::zeros(), asked_n, asked_n, 3.0);
-            still.gain() == 0.0
-        });
-        // 200 ticks of rest, seven turns of five, 20 ticks of fading
-        assert!(gone.is_some_and(|(tick, _)| tick <= 200 + 35 + 21), "{gone:?}");
-    }
-
-    #[test]
-    fn the_ringing_of_a_stop_stays_however_its_modes_beat() {
-        // a flat tip of 8 mm, 0.5 mm deep in 100 kPa, stopped dead: swings of 0.03 N beat
-        for (first_ticks, second_ticks, settles_ticks) in [(8.2, 10.5, 35.0), (7.0, 8.0, 45.0), (12.0, 15.0, 50.0)] {
-            let mut still = Stillness::build(1e-3);
-            for n in 0..1_000_u16 {
-                let t = f32::from(n);
-                let phase = |ticks: f32| libm::sinf(2.0 * core::f32::consts::PI * t / ticks);
-                let ring_n = 0.08 * libm::expf(-t / settles_ticks) * (phase(first_ticks) + phase(second_ticks));
-                let asked_n = Vector3::new(0.0, 0.0, 1.27 + ring_n);
-                swings(&mut still, Vector3::zeros(), asked_n, asked_n, 6.0);
-                assert!(!still.fades, "{first_ticks} and {second_ticks} ticks, after {n}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_swing_that_is_small_slow_dies_out_or_is_the_hand_s_stays() {
-        assert_eq!(swung(0.009, 9, 1.0, 4_000, 100_000), 1.0, "small");
-        assert_eq!(swung(0.5, 300, 1.0, 4_000, 100_000), 1.0, "slow");
-        assert_eq!(swung(0.5, 60, 0.996, 4_000, 100_000), 1.0, "dies out");
-        assert_eq!(swung(0.5, 9, 1.0, 4_000, 190), 1.0, "counts between");
     }
 }

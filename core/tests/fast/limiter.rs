@@ -17,7 +17,7 @@ struct Limiter(Vector3<f32>);
 fn capped(limiter: &mut Limiter, wanted_n: [f32; 3], cap_n: f32) -> (Vector3<f32>, ClampFlags) {
     let (limits, mut flags) = (limits(), ClampFlags::default());
     let seen = Seen { sent_n: limiter.0, cap_n, ..Seen::none(&limits) };
-    limiter.0 = Slew.shape(wanted_n.into(), &seen, &mut flags);
+    limiter.0 = Slew::build(1e-3).shape(wanted_n.into(), &seen, &mut flags);
     (limiter.0, flags)
 }
 
@@ -168,7 +168,7 @@ fn after_damping_no_shaper_lengthens_a_force() {
     let (limits, mut seed) = (limits(), 46);
     let device = crate::bench::stylus();
     let mut gains = Gains::new(&ArmingSettings::DEFAULT);
-    let mut stillness = Stillness::build(1e-3);
+    let (mut stillness, mut slew) = (Stillness::build(1e-3), Slew::build(1e-3));
     let mut account = EnergyAccount::build(&AccountSettings::DEFAULT, &device, 1e-3).unwrap();
     let mut changed = [0; 4];
     let (mut position_m, mut last_n) = (Vector3::zeros(), Vector3::zeros());
@@ -190,7 +190,7 @@ fn after_damping_no_shaper_lengthens_a_force() {
         if !sound {
             account = EnergyAccount::build(&AccountSettings::DEFAULT, &device, 1e-3).unwrap();
         }
-        let shapers: [&mut dyn Shaper; 4] = [&mut gains, &mut stillness, &mut Slew, &mut account];
+        let shapers: [&mut dyn Shaper; 4] = [&mut gains, &mut stillness, &mut slew, &mut account];
         let mut shaped_n = force_n;
         for (shaper, changed) in shapers.into_iter().zip(&mut changed) {
             let before_n = shaped_n;
