@@ -207,7 +207,7 @@ impl Session {
 
 /// Largest element of a mesh file at the site, in probe radii (1): from there on, a tip pressed by a
 /// tenth of its radius may touch none of the points of a surface triangle.
-const COARSEST_RADII: f64 = 2.0;
+pub const COARSEST_RADII: f64 = 2.0;
 
 /// Refuses the mesh of a file that the tick cannot hold, or whose elements are too coarse for the
 /// probe: it would press between the nodes, without a force.

@@ -15,13 +15,13 @@ fn open_bytes(name: &str, content: &[u8]) -> MeshFile {
 }
 
 /// A box of 20 x 20 x 30 mm in solids of one or two kinds: cubes, prisms or pyramids with tets.
-struct Solids {
+pub(crate) struct Solids {
     nodes: Vec<[f64; 3]>,
     /// Kind by its number of nodes, and node indices.
     solids: Vec<(usize, Vec<usize>)>,
 }
 
-fn solids(kind: &str) -> Solids {
+pub(crate) fn solids(kind: &str) -> Solids {
     let mut nodes = Vec::new();
     for k in 0..4 {
         for j in 0..3 {
@@ -93,7 +93,7 @@ impl Layout {
     }
 }
 
-fn gmsh(body: &Solids, version: &str, groups: usize, nodes_last: bool) -> String {
+pub(crate) fn gmsh(body: &Solids, version: &str, groups: usize, nodes_last: bool) -> String {
     let code = |nodes: usize| match nodes {
         8 => 5,
         6 => 6,
@@ -135,7 +135,7 @@ fn gmsh(body: &Solids, version: &str, groups: usize, nodes_last: bool) -> String
     if nodes_last { head + &elements + &nodes } else { head + &nodes + &elements }
 }
 
-fn vtk(body: &Solids, is_51: bool, field: bool, types_first: bool) -> String {
+pub(crate) fn vtk(body: &Solids, is_51: bool, field: bool, types_first: bool) -> String {
     let code = |nodes: usize| match nodes {
         8 => 12,
         6 => 13,
@@ -227,7 +227,7 @@ proptest! {
     }
 }
 
-fn stl_text(body: &Triangles, solid: &str, (apart, one_line): (bool, bool)) -> String {
+pub(crate) fn stl_text(body: &Triangles, solid: &str, (apart, one_line): (bool, bool)) -> String {
     let end = if apart { "end " } else { "end" };
     let mut text = format!("{solid}\n");
     let gap = if one_line { " " } else { "\n" };
@@ -242,7 +242,7 @@ fn stl_text(body: &Triangles, solid: &str, (apart, one_line): (bool, bool)) -> S
     text + end + "solid a name\n"
 }
 
-fn obj_text(body: &Triangles, (faces_first, continued, comments, backward): (bool, bool, bool, bool)) -> String {
+pub(crate) fn obj_text(body: &Triangles, (faces_first, continued, comments, backward): (bool, bool, bool, bool)) -> String {
     let vertices: String = body.corners_mm.iter().map(|[x, y, z]| format!("v {x} {y} {z} 1.0\n")).collect();
     let backward = backward && !faces_first;
     let number = |n: usize| if backward { n as i64 - body.corners_mm.len() as i64 } else { n as i64 + 1 };
@@ -254,7 +254,7 @@ fn obj_text(body: &Triangles, (faces_first, continued, comments, backward): (boo
     if faces_first { format!("{head}{faces}{vertices}") } else { format!("{head}{vertices}usemtl a\ns off\n{faces}") }
 }
 
-fn polydata(body: &Triangles, is_51: bool, strips: bool) -> String {
+pub(crate) fn polydata(body: &Triangles, is_51: bool, strips: bool) -> String {
     let points: String = body.corners_mm.iter().map(|at| at.map(|x| x.to_string()).join(" ") + "\n").collect();
     let count = body.triangles.len();
     let row = |t: &[usize; 3]| format!("{} {} {}\n", t[0], t[1], t[2]);
@@ -277,7 +277,7 @@ fn polydata(body: &Triangles, is_51: bool, strips: bool) -> String {
     .replace("VERTICES 1 2\n1 0\n", if is_51 { "VERTICES 2 1\nOFFSETS vtktypeint64\n0 1\nCONNECTIVITY vtktypeint64\n0\n" } else { "VERTICES 1 2\n1 0\n" })
 }
 
-fn polydata_xml(body: &Triangles, pieces: bool) -> String {
+pub(crate) fn polydata_xml(body: &Triangles, pieces: bool) -> String {
     let points: String = body.corners_mm.iter().map(|at| at.map(|x| x.to_string()).join(" ") + "\n").collect();
     let half = if pieces { body.triangles.len() / 2 } else { 0 };
     let piece = |triangles: &[[usize; 3]]| {
@@ -294,7 +294,7 @@ fn polydata_xml(body: &Triangles, pieces: bool) -> String {
     format!("<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\"><PolyData>{all}</PolyData></VTKFile>")
 }
 
-fn binary_stl(body: &Triangles, header: &str, trailing: usize) -> Vec<u8> {
+pub(crate) fn binary_stl(body: &Triangles, header: &str, trailing: usize) -> Vec<u8> {
     let mut bytes = body.binary_stl();
     bytes[..80].fill(b' ');
     bytes[..header.len()].copy_from_slice(header.as_bytes());

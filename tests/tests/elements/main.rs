@@ -7,6 +7,8 @@ mod far_field;
 mod fem_reference;
 mod field_files;
 mod file_variants;
+mod fuzz;
+mod guide_lists_what_is_read;
 mod hanging_reference;
 mod mesh_import;
 mod organ_meshes;

@@ -61,7 +61,8 @@ pub(super) fn size(nodes_m: &[[f64; 3]], unit_m: f64) -> Result<[f64; 3], Defect
         let farthest_m = low.iter().chain(&high).fold(0.0, |farthest: f64, x| farthest.max(x.abs()));
         if farthest_m > MAX_OFFSET_M {
             let middle = [0, 1, 2].map(|k| 0.5 * (low[k] + high[k]) / unit_m);
-            let place = middle.map(|x| format!("{:.0}", -x)).join(", ");
+            // adding zero turns -0 into 0
+            let place = middle.map(|x| format!("{:.0}", 0.0 - x.round())).join(", ");
             return Err(Defect::Far { farthest_m, most_m: MAX_OFFSET_M, place });
         }
         return Ok(size_m);

@@ -17,6 +17,8 @@ pub(super) fn triangles(vertices: &[[f64; 3]], corners: &[u32]) -> Vec<[u32; 3]>
     if is_convex {
         return (1..n - 1).map(|k| [corners[0], corners[k], corners[k + 1]]).collect();
     }
+    // only a corner that turns the other way can lie in an ear before all others
+    let hollow: Vec<bool> = (0..n).map(|k| turn((k + n - 1) % n, k, (k + 1) % n) <= 0.0).collect();
     let mut left: Vec<usize> = (0..n).collect();
     let mut out = Vec::with_capacity(n - 2);
     let mut from = 0;
@@ -25,9 +27,12 @@ pub(super) fn triangles(vertices: &[[f64; 3]], corners: &[u32]) -> Vec<[u32; 3]>
         let around = |k: usize| [left[(k + count - 1) % count], left[k % count], left[(k + 1) % count]];
         let is_ear = |k: &usize| {
             let [a, b, c] = around(*k);
+            let (low, high) = (flat[a].y.min(flat[b].y).min(flat[c].y), flat[a].y.max(flat[b].y).max(flat[c].y));
             let covers = |p: usize| {
-                // corners at the same place are where a polygon touches itself
-                ![a, b, c].iter().any(|corner| flat[*corner] == flat[p])
+                hollow[p]
+                    && (low..=high).contains(&flat[p].y)
+                    // corners at the same place are where a polygon touches itself
+                    && ![a, b, c].iter().any(|corner| flat[*corner] == flat[p])
                     && turn(a, b, p) >= 0.0
                     && turn(b, c, p) >= 0.0
                     && turn(c, a, p) >= 0.0
@@ -35,12 +40,12 @@ pub(super) fn triangles(vertices: &[[f64; 3]], corners: &[u32]) -> Vec<[u32; 3]>
             turn(a, b, c) > 0.0 && !left.iter().any(|p| covers(*p))
         };
         // a polygon that passes through itself may have no ear; the check of the surface says so
-        let ear = (from..from + count).find(is_ear).unwrap_or(from) % count;
+        let Some(ear) = (from..from + count).find(is_ear).map(|ear| ear % count) else { break };
         out.push(around(ear).map(|k| corners[k]));
         left.remove(ear);
         from = ear % left.len();
     }
-    out.push([0, 1, 2].map(|k| corners[left[k]]));
+    out.extend(left.windows(2).skip(1).map(|pair| [corners[left[0]], corners[pair[0]], corners[pair[1]]]));
     out
 }
 
@@ -68,6 +73,21 @@ fn flattened(vertices: &[[f64; 3]], corners: &[u32]) -> Vec<Coord<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_polygon_of_many_corners_and_one_that_passes_through_itself_are_divided_at_once() {
+        let n = 20_000_u32;
+        let at = |k: u32, turns: f64| {
+            let angle = turns * std::f64::consts::TAU * f64::from(k) / f64::from(n);
+            let radius = 1.0 + 0.1 * f64::from(k % 2);
+            [radius * angle.cos(), radius * angle.sin(), 0.0]
+        };
+        let corners: Vec<u32> = (0..n).collect();
+        for turns in [1.0, 7.0] {
+            let vertices: Vec<[f64; 3]> = corners.iter().map(|k| at(*k, turns)).collect();
+            assert_eq!(triangles(&vertices, &corners).len(), 19_998);
+        }
+    }
 
     #[test]
     fn a_polygon_keeps_its_area_wherever_it_begins() {
