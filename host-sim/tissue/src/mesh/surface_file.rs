@@ -176,7 +176,8 @@ pub(super) fn read(file: &str, data: &[u8], format: Format) -> Result<RawSurface
 pub(super) fn checked(file: &str, raw: RawSurface, unit_m: f64) -> Result<ImportedSurface, MeshError> {
     let error = |defect| MeshError { file: file.to_owned(), line: None, defect };
     let format = raw.format;
-    let closed = closed::close(raw).map_err(error)?;
+    let closed = closed::close(&raw).map_err(error)?;
+    drop(raw);
     let in_metres: Vec<[f64; 3]> = closed.vertices.iter().map(|at| at.map(|x| x * unit_m)).collect();
     let size_m = size(&in_metres, unit_m).map_err(error)?;
     let surface = ClosedSurface::of_triangles(&in_metres, &closed.triangles);

@@ -30,9 +30,9 @@ pub(super) struct Closed {
 /// # Errors
 /// There are no triangles, an edge does not belong to two of them, the triangles cannot be oriented
 /// consistently, or there are several bodies.
-pub(super) fn close(raw: RawSurface) -> Result<Closed, Defect> {
+pub(super) fn close(raw: &RawSurface) -> Result<Closed, Defect> {
     let all = raw.triangles.len();
-    let (mut vertices, unique, left_out) = welded(&raw);
+    let (mut vertices, unique, left_out) = welded(raw);
     let mut triangles = unique.without_sheets();
     let copies = all - left_out - triangles.len();
     if triangles.is_empty() {
