@@ -24,7 +24,7 @@ fn documents_keep_their_length() {
     }
 }
 
-/// What is wrong with the records of decisions: too many, too long, or without one of their parts.
+/// Defects of the records of decisions: too many, too long, or without one of their parts.
 fn complaints(text: &str) -> Vec<String> {
     let records: Vec<&str> = text.split("\n### ").skip(1).map(|rest| rest.split("\n## ").next().unwrap_or(rest)).collect();
     let mut found = Vec::new();

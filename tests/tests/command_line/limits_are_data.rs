@@ -1,5 +1,5 @@
-//! `limits.toml` holds the known limits. LIMITS.md is generated from it, every row names a test or a
-//! command that exists, and the page of the book on which a user meets a limit links to its row.
+//! `limits.toml` holds the known limits. LIMITS.md is generated from it, every row names a test or
+//! a command that exists, and the page of the book on which a user meets a limit links to its row.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
