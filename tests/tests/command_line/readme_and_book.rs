@@ -1,5 +1,5 @@
 //! README and book are consistent: links and anchors resolve, pictures exist, every page is in the
-//! table of contents, the README is short, and its example is the program that is run.
+//! table of contents, and the README is short.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use palpate_tests::palpate_command::repository;
 const BOOK: &str = "host-sim/book/src";
 /// Largest number of lines in the README, and of words in a paragraph or list item of README and
 /// book.
-const MOST_LINES: usize = 150;
+const MOST_LINES: usize = 100;
 const MOST_WORDS: usize = 105;
 
 fn read(path: &str) -> String {
@@ -100,7 +100,7 @@ fn targets(text: &str) -> Vec<String> {
     lines.iter().flat_map(of_line).collect()
 }
 
-/// Anchors of the headings in a text, as GitHub and mdBook generate them.
+/// Anchors in a text: of its headings, as GitHub and mdBook generate them, and of its rows.
 fn anchors(text: &str) -> BTreeSet<String> {
     let slug = |heading: &str| -> String {
         let kept = heading
@@ -116,7 +116,8 @@ fn anchors(text: &str) -> BTreeSet<String> {
         fenced ^= line.trim_start().starts_with("```");
         !fenced && line.starts_with('#')
     });
-    headings.map(|line| slug(line.trim_start_matches('#'))).collect()
+    let rows = text.split("<a id=\"").skip(1).filter_map(|rest| Some(rest.split_once('"')?.0.to_owned()));
+    headings.map(|line| slug(line.trim_start_matches('#'))).chain(rows).collect()
 }
 
 /// Links in a page whose target does not exist.
@@ -192,19 +193,10 @@ fn every_guide_of_the_firmware_is_a_page() {
 }
 
 #[test]
-fn the_readme_is_one_screen_and_shows_its_pictures() {
+fn the_readme_is_one_screen_and_shows_a_picture() {
     let text = read("README.md");
     assert!(text.lines().count() <= MOST_LINES, "{} lines", text.lines().count());
-    assert!(text.matches("![").count() >= 2);
-}
-
-#[test]
-fn the_example_of_the_readme_is_the_one_that_runs() {
-    let text = read("README.md");
-    let (_, rest) = text.split_once("```rust\n").expect("an example");
-    let (shown, _) = rest.split_once("```").unwrap();
-    assert!(shown.lines().count() > 5);
-    assert!(read("core/examples/controller.rs").contains(shown), "README shows other code than core/examples/controller.rs");
+    assert!(text.contains("!["));
 }
 
 #[test]

@@ -5,6 +5,8 @@ use palpate_lab::accept::{Figure, Picture, Row, TESTS, table};
 use palpate_tests::palpate_command::{Desk, palpate};
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
+/// Page of the book that shows a line of every test.
+const PAGE: &str = "../host-sim/book/src/results/reality.md";
 
 /// Pictures whose curves `live` shows beside the tissue.
 const SHOWN: [&str; 2] = ["beef_topside", "liver_region_1"];
@@ -29,9 +31,9 @@ fn rows_are_accepted(chosen: impl Fn(&str) -> bool) {
     for (name, what, test) in TESTS.into_iter().filter(|(name, ..)| chosen(name)) {
         let found = test().unwrap();
         assert!(!found.rows.is_empty() && !found.pictures.is_empty(), "{name}: {what}");
-        let readme = std::fs::read_to_string("../README.md").unwrap();
+        let page = std::fs::read_to_string(PAGE).unwrap();
         for line in table::lines(&found.rows) {
-            assert!(readme.contains(&line), "README.md should have this line:\n{line}");
+            assert!(page.contains(&line), "{PAGE} should have this line:\n{line}");
         }
         for picture in found.pictures.iter().filter(|picture| SHOWN.contains(&picture.name.as_str())) {
             let (path, now) = shown(picture);
@@ -87,9 +89,9 @@ fn rewrite_the_curves_of_live() {
 }
 
 #[test]
-fn the_readme_has_a_line_of_every_test() {
-    let readme = std::fs::read_to_string("../README.md").unwrap();
-    let (_, table) = readme.split_once(table::HEAD).expect("the head of the table");
+fn the_page_has_a_line_of_every_test() {
+    let page = std::fs::read_to_string(PAGE).unwrap();
+    let (_, table) = page.split_once(table::HEAD).expect("the head of the table");
     let tests: Vec<&str> = table.lines().map_while(|line| line.strip_prefix("| ")?.split(' ').next()).collect();
     assert_eq!(tests, TESTS.map(|(name, ..)| name));
 }

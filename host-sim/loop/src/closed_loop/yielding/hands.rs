@@ -4,13 +4,14 @@ use std::ops::Range;
 
 use palpate::BuildError;
 use palpate::haptic::cycle::Settings;
+use palpate_tissue::scene::TICK_S;
 use rayon::prelude::*;
 
 use super::case::{Bounds, YieldingCase};
 use super::family::family;
 use super::genes::Genes;
 use super::run::RunLength;
-use super::table::{DELAYS, FAMILY, HandsTable};
+use super::table::{FAMILY, HandsTable, LATENESSES};
 use crate::closed_loop::campaign::batches;
 use crate::closed_loop::device::{DeviceProfile, PROFILES};
 use crate::closed_loop::paths::PathGround;
@@ -64,8 +65,9 @@ impl<'a> Hands<'a> {
             return (name, YieldingCase::on_device(self.ground, &genes, &self.ground.devices[device], name));
         }
         let case = YieldingCase::of(self.ground, &genes, self.base, Bounds::Person);
-        let group = DELAYS.iter().find(|(_, delays, _)| delays.contains(&case.device.delay_ticks));
-        (group.map_or("", |(name, ..)| *name), case)
+        let late_s = f64::from(case.device.delay_ticks) * TICK_S + case.device.amplifier_lag_s;
+        let group = LATENESSES.iter().find(|group| late_s < group.most_s);
+        (group.map_or("", |group| group.name), case)
     }
 
     /// Runs the cases with these numbers; `change` may change the loop's settings, `done` is called

@@ -1,8 +1,7 @@
-//! Rows of yielding hands by delay and by device, and the worst runs.
+//! Rows of yielding hands by lateness and by device, and the worst runs.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
@@ -15,9 +14,25 @@ use crate::closed_loop::paths::PathGround;
 /// Number of the worst runs that are recorded, by each measure.
 const SHOWN: usize = 5;
 
-/// Groups of delays [ticks], with their name and the least share of the push that is felt (1).
-pub(super) const DELAYS: [(&str, RangeInclusive<u8>, f64); 3] =
-    [("delay 0-1", 0..=1, 0.97), ("delay 2-3", 2..=3, 0.8), ("delay 4-7", 4..=7, 0.6)];
+/// Groups of random devices by the time until half of a force acts, delay and amplifier's lag
+/// together.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lateness {
+    pub name: &'static str,
+    /// Longest such time [s].
+    pub most_s: f64,
+    /// Least share of the push that is felt (1).
+    least_felt: f64,
+    /// Whether one contact in a thousand may pass 0.1 mJ.
+    any_over: bool,
+}
+
+pub(super) const LATENESSES: [Lateness; 4] = [
+    Lateness { name: "late to 1.5 ms", most_s: 1.5e-3, least_felt: 0.97, any_over: false },
+    Lateness { name: "late to 3.5 ms", most_s: 3.5e-3, least_felt: 0.97, any_over: false },
+    Lateness { name: "late to 5.5 ms", most_s: 5.5e-3, least_felt: 0.97, any_over: false },
+    Lateness { name: "later", most_s: f64::INFINITY, least_felt: 0.6, any_over: true },
+];
 /// Name of the family's row.
 pub(super) const FAMILY: &str = "light hands on stiff tissue";
 
@@ -32,7 +47,7 @@ pub struct Worst {
     pub words: String,
 }
 
-/// Rows by delay and by device, and the worst runs.
+/// Rows by lateness and by device, and the worst runs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HandsTable {
     /// The rows, by name.
@@ -90,10 +105,10 @@ impl HandsTable {
                 }
                 continue;
             }
-            let group = DELAYS.iter().find(|(group, ..)| group == name);
-            // every shipped device has a delay of one tick
-            let least_felt = group.or(DELAYS.first()).map_or(0.0, |(_, _, felt)| *felt);
-            broken.extend(row.broken(name, least_felt, group.is_some_and(|(_, delays, _)| *delays.start() > 3)));
+            // a shipped device is promised what the first group is
+            let [first, ..] = LATENESSES;
+            let group = LATENESSES.into_iter().find(|group| group.name == name).unwrap_or(first);
+            broken.extend(row.broken(name, group.least_felt, group.any_over));
         }
         broken
     }
