@@ -41,6 +41,7 @@ pub mod force_limits;
 pub mod gains;
 pub mod limits;
 pub mod mode;
+pub mod press;
 pub mod runaway;
 pub mod seen;
 pub mod stillness;
@@ -50,6 +51,14 @@ use nalgebra::Vector3;
 
 use crate::fault::BuildError;
 use crate::lanes::sqrt;
+
+/// Largest acceleration of a hand that holds a handle [m/s^2]. A stop that is sharper belongs to no
+/// hand, and beyond it the account promises nothing.
+/// Source: SRC_HAND
+pub(crate) const HAND_M_PER_S2: f32 = 200.0;
+/// Time after which tissue no longer rings [s].
+/// Source: SRC_RINGS
+pub(crate) const RINGS_S: f32 = 0.2;
 
 /// Euclidean length; infinite or NaN if a component or its square is.
 #[inline(always)]

@@ -21,9 +21,6 @@ pub const AMONG: usize = 5;
 /// Ticks over which misses are counted.
 /// Source: none.
 pub const WINDOW_TICKS: u16 = 1000;
-/// Share of the last force that remains after one miss (1).
-/// Source: derived; the old force has acted for two periods in place of one.
-pub const KEPT: f32 = 0.5;
 
 /// Counts late ticks.
 #[derive(Clone, Copy, Debug)]

@@ -26,12 +26,13 @@
 
 use nalgebra::Vector3;
 
+use super::damping::DampingSettings;
+use super::device::DeviceSpec;
 use super::seen::{Monitor, Seen};
 use crate::fault::Fault;
 
-/// Least force against which a gain in speed counts [N].
-/// Source: none.
-const PUSH_N: f32 = 0.5;
+/// Least force against which a gain in speed counts [N]: below it any wiring is permitted.
+const PUSH_N: f32 = DeviceSpec::UNCOMMISSIONED_N;
 /// Gain in speed against the force that is a fault [m/s].
 /// Source: none.
 const GAINED_M_PER_S: f32 = 0.5;
@@ -43,10 +44,9 @@ const GONE_M: f32 = 25e-3;
 /// Source: measured; pressed slides tilt the normal by up to 60 degrees and stay further from it
 /// (`pressed_slides_up_to_the_speed_limit_are_no_fault`).
 const STRAIGHT: f32 = 0.81;
-/// Share of the newest velocity in the low-pass (1): 30 Hz, so that a held reading followed by a
-/// double displacement does not count as speed gained.
-/// Source: `1 - exp(-2 pi f T)`, as in [`super::damping`].
-const SHARE: f32 = 0.1718;
+/// Share of the newest velocity in the low-pass (1), so that a held reading followed by a double
+/// displacement does not count as speed gained.
+const SHARE: f32 = DampingSettings::SHARE_30_HZ;
 
 /// The moment from which the gain in speed is measured.
 #[derive(Clone, Copy, Debug)]

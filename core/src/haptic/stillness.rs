@@ -6,18 +6,18 @@
 //! moving: the force of a holding hand fluctuates by some 3 % and, without a display to follow,
 //! drifts by 5 to 10 % within seconds, and muscles tremble at 8 to 12 Hz. Only the device's
 //! friction, 1 to 4 % of its maximum force on desktop devices, can hide this. So, above half of the
-//! maximum force and above 1 N, the force fades to zero within one second after five seconds
-//! without a single count on any axis. Weaker forces stay, because friction may hide their
-//! fluctuation. If a saturated contact has been relieved, the threshold is half of the relieved
-//! maximum: otherwise the relief itself would bring a strong force below it.
+//! maximum force and above 1 N, the force fades to zero, as fast as a force at its limit is
+//! relieved, after five seconds without a single count on any axis. Weaker forces stay, because
+//! friction may hide their fluctuation. If a saturated contact has been relieved, the threshold is
+//! half of the relieved maximum: otherwise the relief itself would bring a strong force below it.
 //!
 //! The force of tissue under a probe at rest creeps or settles. A sudden stop makes tissue ring:
 //! several modes beat, so that swings may grow over a few reversals, and after 0.15 s they have
 //! died out. A probe that rests at the tissue's edge may lose and regain a foundation point again
 //! and again: the force then swings for ever, by newtons at worst, although the hand is given no
-//! energy. Tips that are narrower than an element are refused ([`super::ceiling`]). A force that
-//! still reverses [`MOST_TURNS`] times after [`RING_S`] without a count, without its swings
-//! becoming smaller, is not caused by the hand and fades within [`SWING_FADE_S`].
+//! energy. Tips that are narrower than an element are refused ([`super::press`]), but a wider one
+//! may do the same at an edge. A force that still reverses [`MOST_TURNS`] times after [`RINGS_S`]
+//! without a count is not caused by the hand and fades within [`RINGS_S`].
 //!
 //! A new count ends the fading, and the force stays at its reduced gain, as after saturation. It
 //! returns with the next contact, after the probe has moved outside the tissue.
@@ -25,11 +25,13 @@
 //! * in: displacement of the tick [m], force sent last and maximum force after relief [N], whether
 //!   the patch is touched
 //! * out: force [N] times a gain (0 .. 1)
-//! * cost: 20 instructions of a Cortex-M4F while the probe moves, 60 at rest, estimated
+//! * cost: 20 instructions of a Cortex-M4F while the probe moves, 50 at rest, estimated
 //! * failures: none; the mode becomes `Degraded`, and the flag `GAIN` is set
 
 use nalgebra::Vector3;
 
+use super::RINGS_S;
+use super::cycle::ArmingSettings;
 use super::seen::{Monitor, Seen, Shaper};
 use crate::fault::{ClampFlags, Fault};
 use crate::lanes::sqrt;
@@ -37,38 +39,21 @@ use crate::lanes::sqrt;
 /// Absolute threshold [N]: no hand holds a larger force without moving.
 /// Source: derived from the fluctuation of 3 % above; of 1 N it is the friction of the Touch, 30
 /// mN.
-pub const STRONG_N: f32 = 1.0;
+const STRONG_N: f32 = 1.0;
 /// Threshold relative to the maximum force (1), for devices with more friction; the larger
 /// threshold applies.
-/// Source: chosen; a drift of 5 to 10 % of half the maximum is more than a friction of 1 to 4 % of
-/// it, but for the largest.
-pub const STRONG_SHARE: f32 = 0.5;
+/// Source: SRC_STRONG
+const STRONG_SHARE: f32 = 0.5;
 /// Time without a count after which the force fades [s].
-/// Source: none.
-pub const STILL_S: f32 = 5.0;
-/// Duration of the fading [s].
-/// Source: none.
-pub const FADE_S: f32 = 1.0;
+/// Source: SRC_STILL
+const STILL_S: f32 = 5.0;
 
 /// Number of reversals of the force in a row, without a count, after which it fades.
-/// Source: chosen; no stop rings for so long after `RING_S`.
-pub const MOST_TURNS: u8 = 6;
-/// Duration of the fading of a force that swings [s].
-/// Source: chosen; twenty ticks, within which a hand does not react.
-pub const SWING_FADE_S: f32 = 0.02;
+/// Source: SRC_TURNS
+const MOST_TURNS: u8 = 6;
 /// Least change of the force between two reversals [N].
 /// Source: chosen; below the 30 mN that a bare finger notices on such devices (DECISIONS.md).
 const SWING_N: f32 = 0.02;
-/// Ratio of a swing to the last one in the same direction below which the swings die out (1).
-/// Source: chosen; swings that die out within a few periods.
-const DIES_OUT: f32 = 0.64;
-/// Time without a count after which swings are counted [s]. Of 11 809 random stops (2 to 110 kPa,
-/// from up to 0.4 m/s), none still rang for [`MOST_TURNS`] reversals after 0.15 s.
-/// Source: the measurement named here.
-pub const RING_S: f32 = 0.2;
-/// Largest number of ticks between two reversals of one oscillation.
-/// Source: chosen; below 2 Hz a force does not shake.
-const TURN_TICKS: u16 = 250;
 
 /// Watches for missing counts and for swings of the force in a contact.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +63,6 @@ pub struct Stillness {
     fade_per_tick: f32,
     /// Ticks after which swings are counted.
     ring_ticks: f32,
-    swing_fade_per_tick: f32,
     swing: Swing,
     /// Ticks without a count under a strong force.
     still_ticks: f32,
@@ -90,51 +74,31 @@ pub struct Stillness {
 /// Swings of the force since the last count.
 #[derive(Clone, Copy, Debug)]
 struct Swing {
-    /// Ticks without a count, counted up to those of [`RING_S`].
+    /// Ticks without a count, counted up to those of [`RINGS_S`].
     rest: f32,
-    /// Ticks since the last reversal.
-    since: u16,
     turns: u8,
     /// Force at the last reversal, and the force farthest from it since [N].
     turn_n: Vector3<f32>,
     far_n: Vector3<f32>,
-    /// Squares of the last two swings [N^2], the older first. The swing that follows has the
-    /// direction of the older one.
-    squares: [f32; 2],
 }
 
 impl Swing {
-    const NONE: Self = Self {
-        rest: 0.0,
-        since: 0,
-        turns: 0,
-        turn_n: Vector3::new(0.0, 0.0, 0.0),
-        far_n: Vector3::new(0.0, 0.0, 0.0),
-        squares: [0.0, 0.0],
-    };
+    const NONE: Self =
+        Self { rest: 0.0, turns: 0, turn_n: Vector3::new(0.0, 0.0, 0.0), far_n: Vector3::new(0.0, 0.0, 0.0) };
 
     /// Runs one tick without a count; returns true if the force swings.
     fn judge(&mut self, force_n: &Vector3<f32>, ring_ticks: f32) -> bool {
         if self.rest < ring_ticks {
-            *self = Self { rest: self.rest + 1.0, turn_n: *force_n, far_n: *force_n, ..Self::NONE };
+            *self = Self { rest: self.rest + 1.0, turns: 0, turn_n: *force_n, far_n: *force_n };
             return false;
         }
-        self.since = self.since.saturating_add(1);
-        if self.since > TURN_TICKS {
-            self.turns = 0;
-        }
         let (swing_n, back_n) = (self.far_n - self.turn_n, force_n - self.far_n);
-        let (swing, back) = (swing_n.dot(&swing_n), back_n.dot(&back_n));
-        if back > SWING_N * SWING_N && back_n.dot(&swing_n) < 0.0 {
-            // the first swing may begin in the middle of an oscillation and be half as large as the
-            // others, so it may be too small to be counted
-            let [same, other] = self.squares;
-            let lasts = swing > SWING_N * SWING_N && swing >= DIES_OUT * DIES_OUT * same;
-            self.turns = self.turns.saturating_add(u8::from(lasts));
-            (self.turn_n, self.far_n, self.squares, self.since) = (self.far_n, *force_n, [other, swing], 0);
+        if back_n.dot(&back_n) > SWING_N * SWING_N && back_n.dot(&swing_n) < 0.0 {
+            self.turns = self.turns.saturating_add(1);
+            (self.turn_n, self.far_n) = (self.far_n, *force_n);
         } else {
             let out_n = force_n - self.turn_n;
-            if out_n.dot(&out_n) > swing {
+            if out_n.dot(&out_n) > swing_n.dot(&swing_n) {
                 self.far_n = *force_n;
             }
         }
@@ -145,12 +109,11 @@ impl Swing {
 impl Stillness {
     /// Creates the watch for a loop with this tick [s].
     #[must_use]
-    pub fn build(tick_s: f32) -> Self {
+    pub fn new(arming: &ArmingSettings, tick_s: f32) -> Self {
         Self {
             most_ticks: STILL_S / tick_s,
-            fade_per_tick: tick_s / FADE_S,
-            ring_ticks: RING_S / tick_s,
-            swing_fade_per_tick: tick_s / SWING_FADE_S,
+            fade_per_tick: arming.relief_per_tick,
+            ring_ticks: RINGS_S / tick_s,
             swing: Swing::NONE,
             still_ticks: 0.0,
             gain: 1.0,
@@ -183,7 +146,7 @@ impl Monitor for Stillness {
             return Ok(());
         }
         if self.swing.judge(&seen.output.force_n, self.ring_ticks) {
-            self.fade(self.swing_fade_per_tick);
+            self.fade(1.0 / self.ring_ticks);
             return Ok(());
         }
         // a force that has begun to fade continues to fade below the threshold
@@ -241,7 +204,7 @@ mod tests {
     #[test]
     fn a_strong_force_without_a_count_is_gone_after_six_seconds() {
         for push_n in [1.01, 3.0, 20.0] {
-            let mut still = Stillness::build(1e-3);
+            let mut still = Stillness::new(&ArmingSettings::DEFAULT, 1e-3);
             hold(&mut still, 5_000, push_n, 0, true);
             assert_eq!(still.gain(), 1.0, "{push_n} N");
             hold(&mut still, 500, push_n, 0, true);
@@ -254,7 +217,7 @@ mod tests {
     #[test]
     fn a_weak_force_and_one_count_in_five_seconds_stay() {
         for (push_n, every) in [(0.99, 0), (3.0, 4_999), (3.0, 10)] {
-            let mut still = Stillness::build(1e-3);
+            let mut still = Stillness::new(&ArmingSettings::DEFAULT, 1e-3);
             hold(&mut still, 60_000, push_n, every, true);
             assert_eq!(still.gain(), 1.0, "{push_n} N, every {every}");
         }
@@ -262,7 +225,7 @@ mod tests {
 
     #[test]
     fn a_faded_force_comes_back_only_after_motion_outside() {
-        let mut still = Stillness::build(1e-3);
+        let mut still = Stillness::new(&ArmingSettings::DEFAULT, 1e-3);
         hold(&mut still, 5_300, 3.0, 0, true);
         let faded = still.gain();
         assert!(faded < 0.8);
@@ -278,7 +241,7 @@ mod tests {
     #[test]
     fn a_strong_device_may_hide_more_in_its_friction() {
         for (push_n, gain) in [(3.9, 1.0), (4.1, 0.0)] {
-            let mut still = Stillness::build(1e-3);
+            let mut still = Stillness::new(&ArmingSettings::DEFAULT, 1e-3);
             for _ in 0..7_000 {
                 let push_n = Vector3::new(0.0, 0.0, push_n);
                 rest(&mut still, Vector3::zeros(), push_n, 8.0, true);
@@ -294,16 +257,13 @@ mod tests {
         still.judge(&Seen { displacement_m, output, sent_n, relieved_n, touched: true, ..Seen::none(&limits) }).unwrap();
     }
 
-    /// Gain after this many ticks at rest of a force that swings around 1 N; `keeps` is the share
-    /// of the amplitude that remains after a tick.
-    fn swung(amplitude_n: f32, half_ticks: u32, keeps: f32, ticks: u32, every: u32) -> f32 {
-        let mut still = Stillness::build(1e-3);
-        let mut left_n = amplitude_n;
+    /// Gain after this many ticks at rest of a force that swings around 1 N.
+    fn swung(amplitude_n: f32, half_ticks: u32, ticks: u32, every: u32) -> f32 {
+        let mut still = Stillness::new(&ArmingSettings::DEFAULT, 1e-3);
         for n in 1..=ticks {
             let displacement_m = if n.is_multiple_of(every) { COUNT } else { Vector3::zeros() };
             let up = (n / half_ticks).is_multiple_of(2);
-            let asked_n = Vector3::new(0.2, 0.0, 1.0 + if up { left_n } else { -left_n });
-            left_n *= keeps;
+            let asked_n = Vector3::new(0.2, 0.0, 1.0 + if up { amplitude_n } else { -amplitude_n });
             let sent_n = asked_n * still.gain();
             swings(&mut still, displacement_m, asked_n, sent_n, 8.0);
         }
@@ -312,10 +272,10 @@ mod tests {
 
     #[test]
     fn a_force_that_swings_without_a_count_is_gone_after_six_turns() {
-        for half_ticks in [1, 2, 9, 60, 240] {
+        for half_ticks in [1, 2, 9, 60, 240, 900] {
             let turns = u32::from(MOST_TURNS) + 1;
-            assert_eq!(swung(0.05, half_ticks, 1.0, 200 + turns * half_ticks + 25, 100_000), 0.0, "{half_ticks} ticks");
-            assert_eq!(swung(0.05, half_ticks, 1.0, 200 + 4 * half_ticks, 100_000), 1.0, "not at once: {half_ticks} ticks");
+            assert_eq!(swung(0.05, half_ticks, 200 + turns * half_ticks + 205, 100_000), 0.0, "{half_ticks} ticks");
+            assert_eq!(swung(0.05, half_ticks, 200 + 4 * half_ticks, 100_000), 1.0, "not at once: {half_ticks} ticks");
         }
     }
 
@@ -324,7 +284,7 @@ mod tests {
         // 0.03 N from end to end; the probe came to rest in the middle of a swing, so the first one
         // is half as large
         for first in [0.0_f32, 0.5, 1.0, 1.6] {
-            let mut still = Stillness::build(1e-3);
+            let mut still = Stillness::new(&ArmingSettings::DEFAULT, 1e-3);
             for n in 0..600_u16 {
                 // the tissue settles before it swings
                 let phase = first + f32::from(n.saturating_sub(260)) * core::f32::consts::PI / 8.0;
@@ -337,7 +297,7 @@ mod tests {
 
     #[test]
     fn large_and_small_swings_in_turn_are_all_counted() {
-        let mut still = Stillness::build(1e-3);
+        let mut still = Stillness::new(&ArmingSettings::DEFAULT, 1e-3);
         // 0.47 N down and up, and a ripple of 0.04 N on the way
         let ticks = (0..24).flat_map(|_| [0.21_f32, 0.68, 0.46, 0.5].map(|n| [n; 5])).flatten();
         let gone = ticks.enumerate().find(|(_, force_n)| {
@@ -345,15 +305,15 @@ mod tests {
             swings(&mut still, Vector3::zeros(), asked_n, asked_n, 3.0);
             still.gain() == 0.0
         });
-        // 200 ticks of rest, seven turns of five, 20 ticks of fading
-        assert!(gone.is_some_and(|(tick, _)| tick <= 200 + 35 + 21), "{gone:?}");
+        // 200 ticks of rest, seven turns of five, 200 ticks of fading
+        assert!(gone.is_some_and(|(tick, _)| tick <= 200 + 35 + 201), "{gone:?}");
     }
 
     #[test]
     fn the_ringing_of_a_stop_stays_however_its_modes_beat() {
         // a flat tip of 8 mm, 0.5 mm deep in 100 kPa, stopped dead: swings of 0.03 N beat
         for (first_ticks, second_ticks, settles_ticks) in [(8.2, 10.5, 35.0), (7.0, 8.0, 45.0), (12.0, 15.0, 50.0)] {
-            let mut still = Stillness::build(1e-3);
+            let mut still = Stillness::new(&ArmingSettings::DEFAULT, 1e-3);
             for n in 0..1_000_u16 {
                 let t = f32::from(n);
                 let phase = |ticks: f32| libm::sinf(2.0 * core::f32::consts::PI * t / ticks);
@@ -366,10 +326,8 @@ mod tests {
     }
 
     #[test]
-    fn a_swing_that_is_small_slow_dies_out_or_is_the_hand_s_stays() {
-        assert_eq!(swung(0.009, 9, 1.0, 4_000, 100_000), 1.0, "small");
-        assert_eq!(swung(0.5, 300, 1.0, 4_000, 100_000), 1.0, "slow");
-        assert_eq!(swung(0.5, 60, 0.996, 4_000, 100_000), 1.0, "dies out");
-        assert_eq!(swung(0.5, 9, 1.0, 4_000, 190), 1.0, "counts between");
+    fn a_swing_that_is_small_or_the_hand_s_stays() {
+        assert_eq!(swung(0.009, 9, 4_000, 100_000), 1.0, "small");
+        assert_eq!(swung(0.5, 9, 4_000, 190), 1.0, "counts between");
     }
 }

@@ -168,7 +168,7 @@ fn after_damping_no_shaper_lengthens_a_force() {
     let (limits, mut seed) = (limits(), 46);
     let device = crate::bench::stylus();
     let mut gains = Gains::new(&ArmingSettings::DEFAULT);
-    let mut stillness = Stillness::build(1e-3);
+    let mut stillness = Stillness::new(&ArmingSettings::DEFAULT, 1e-3);
     let mut account = EnergyAccount::build(&AccountSettings::DEFAULT, &device, 1e-3).unwrap();
     let mut changed = [0; 4];
     let (mut position_m, mut last_n) = (Vector3::zeros(), Vector3::zeros());

@@ -71,7 +71,7 @@ fn a_force_that_fades_because_it_swings_does_not_rise_again() {
     // an account that pays for every force, so that the swing alone takes it away
     let mut bench = Bench::with(400.0, stylus(), |settings| settings.account = AccountSettings::HIGHEST).active();
     let (mut last_n, mut fades) = (f32::INFINITY, false);
-    for n in 0..400_u16 {
+    for n in 0..600_u16 {
         let force_n = if n / 9 % 2 == 0 { 0.3 } else { 1.2 };
         bench.wall.answer = Some(pushing(1e-3, force_n));
         let record = bench.tick();
