@@ -6,8 +6,8 @@
 //! the renderer still asks for, or that still acts on the hand, for more than [`TICKS`] ticks in a
 //! row is a fault. This stage cannot detect a wrong location; the tests check the location with a
 //! geometry of their own. It is also a fault if the cycle gives the patch a tip other than the
-//! sensed one while a force acts: one that differs by more than the filter of [`super::toggle`] lags
-//! along an axis means that the patch computes its force for another place.
+//! sensed one while a force acts: one that differs by more than the filter of [`super::toggle`]
+//! lags along an axis means that the patch computes its force for another place.
 //!
 //! * in: sensed and shown tip [m], the renderer's answer, the force that acts [N]
 //! * out: nothing

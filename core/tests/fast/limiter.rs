@@ -154,7 +154,7 @@ fn strain_begins_after_two_hundred_ticks_at_the_limit_and_ends_below_it() {
     };
     assert_eq!(strained_after(3.0), Some(201));
     assert_eq!(strained_after(2.9985), Some(201), "a model that is limited to the same force rounds below it");
-    assert_eq!(strained_after(2.9), None);
+    assert_eq!(strained_after(2.99), None);
 }
 
 /// The next of a sequence of numbers between -1 and 1.

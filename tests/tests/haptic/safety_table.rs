@@ -37,7 +37,7 @@ struct Hazard {
     faults: Vec<String>,
     remains: String,
     evidence: String,
-    /// What follows the table, because it does not fit a cell.
+    /// Facts that do not fit a cell, shown after the table.
     #[serde(default)]
     more: String,
 }

@@ -21,25 +21,33 @@ use crate::haptic::HAND_M_PER_S2;
 
 /// Number of fast readings in a row, in one direction, and of equal readings in a row after them,
 /// that are a fault.
-/// Source: SRC_RUN
+/// Source: derived; a glitch makes two fast readings, there and back, and a reading that is bridged
+/// repeats up to twice. With two,
+/// `an_axis_that_stops_dead_from_speed_is_a_fault_at_the_third_equal_reading` fails.
 const IN_A_ROW: u8 = 3;
 /// Least such speed in counts per tick (1): a coarse encoder makes a slow hand look fast now and
 /// then.
-/// Source: derived; two counts per tick are a slow hand
-/// (`two_counts_per_tick_of_a_coarse_encoder_are_not_fast`), three are fast.
+/// Source: derived; two counts per tick are a slow hand, three are fast: up to 1.9 and from 3.1 on
+/// `two_counts_per_tick_of_a_coarse_encoder_are_not_fast` fails.
 const FAST_COUNTS: f32 = 2.5;
 /// Next displacement, extrapolated from the last two, up to which equal readings are plausible, in
 /// counts (1): less than one count, plus an extrapolation error of less than three.
-/// Source: derived; one and three, less a half, since both bounds are open.
+/// Source: derived; one and three, less a half, since both bounds are open. Up to 3.0
+/// `a_hand_that_brakes_evenly_is_no_stuck_encoder_wherever_its_counts_fall` fails, from 4.0 on
+/// `what_stops_dead_from_speed_is_a_fault_and_what_slows_down_is_not`.
 const UNSEEN_COUNTS: f32 = 3.5;
 /// Number of counts by which the last displacement of a braking hand may read longer than that
 /// deceleration allows within one tick (1): one count of motion that is no longer read and one of
 /// rounding, less a quarter, so that three counts per tick of a coarse encoder do not pass for
 /// braking.
-/// Source: derived; one and one, less a quarter.
+/// Source: derived; one and one, less a quarter. Up to 1.0
+/// `a_hand_that_brakes_evenly_is_no_stuck_encoder_wherever_its_counts_fall` fails, from 2.0 on
+/// `two_counts_per_tick_of_a_coarse_encoder_are_not_fast`.
 const BRAKED_COUNTS: f32 = 1.75;
 /// Within this distance of the end of the workspace a hard stop may have stopped the probe [m].
-/// Source: none.
+/// Source: derived; profiles state workspaces in whole centimetres, so that the place of an end is
+/// known to 2.5 mm, of which this is the whole millimetres
+/// (`a_hard_stop_within_two_millimetres_of_the_end_is_no_fault`).
 const STOP_M: f32 = 2e-3;
 
 /// Watches the readings of each axis.
