@@ -22,7 +22,8 @@ use crate::state::State;
 use crate::tick::tick;
 
 /// Speed of the press [m/tick].
-/// Source: chosen; a press of 8 mm takes 110 ticks; the force is read after a rest.
+/// Source: measured on four shipped patches; at half and at twice the speed the tangent differs by
+/// 0.6 % at most. A press of 8 mm takes 110 ticks.
 const PER_TICK_M: f32 = 0.1e-3;
 /// Height above the site at which the press begins [m]: a flat end is outside a curved body there.
 /// Source: chosen for that.
@@ -36,11 +37,13 @@ const STEP_M: f32 = 0.5e-3;
 /// tangent.
 const STEP_SHARE: f32 = 0.25;
 /// Ticks for which the press rests before its force is read.
-/// Source: derived; of a velocity, [`KEEP`] leaves 0.02 % after as many ticks.
+/// Source: derived; of a velocity, [`KEEP`] leaves 0.02 % after as many ticks. Measured on the same
+/// patches: at 160 the tangent differs by 0.4 %, at 40 by 4 %, at 20 by 16 %.
 const REST_TICKS: u16 = 80;
 /// Share of its velocity that a node keeps in a substep of the press (1), near critical damping of
 /// the slowest motion. With its own damping the tissue would ring for a quarter of a second.
-/// Source: none.
+/// Source: measured; over four shipped patches at 2 and 4 mm, the tangent at 0.8 is within 0.3 % of
+/// that at 0.9; at 0.95 it is up to 5 % off, at 0.98 up to 15 %.
 const KEEP: f32 = 0.9;
 
 /// Smallest contact radius of a rounded tip, in elements (1). Of 1 332 presses of a hemisphere,

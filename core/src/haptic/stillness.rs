@@ -88,8 +88,7 @@ struct Swing {
 }
 
 impl Swing {
-    const NONE: Self =
-        Self { rest: 0.0, turns: 0, turn_n: Vector3::new(0.0, 0.0, 0.0), far_n: Vector3::new(0.0, 0.0, 0.0) };
+    const NONE: Self = Self { rest: 0.0, turns: 0, turn_n: Vector3::new(0.0, 0.0, 0.0), far_n: Vector3::new(0.0, 0.0, 0.0) };
 
     /// Runs one tick without a count; returns true if the force swings.
     fn judge(&mut self, force_n: &Vector3<f32>, ring_ticks: f32) -> bool {

@@ -185,7 +185,10 @@ fn every_hazard_has_a_control_a_remainder_and_evidence() {
         let name = &row.hazard;
         assert!(["serious", "moderate", "minor"].contains(&row.severity.as_str()), "{name}: {}", row.severity);
         assert!([&row.cause, &row.control, &row.remains].iter().all(|cell| cell.len() > 8), "{name}");
-        assert!(quoted(&row.control).next().is_some() && quoted(&row.evidence).next().is_some(), "{name}: name control and evidence");
+        assert!(
+            quoted(&row.control).next().is_some() && quoted(&row.evidence).next().is_some(),
+            "{name}: name control and evidence"
+        );
         for cell in row.cells() {
             let words = cell.split_whitespace().count();
             assert!(words <= MOST_WORDS, "{name}: {words} words in {cell:?}; `more` has room");

@@ -4,8 +4,8 @@ mod untouched;
 
 use std::sync::Arc;
 
-use palpate::haptic::press::{self, Press};
 use palpate::haptic::cycle::Renderer;
+use palpate::haptic::press::{self, Press};
 use palpate::stages::probe::ProbePose;
 use palpate::{
     BuildError, ClampFlags, GuardLimits, Model, Output, Params, RimEdge, RimNode, State, Tuned, Vector3, tick, tick_with,
