@@ -31,6 +31,10 @@
 //!
 #![doc = concat!("```\n", include_str!("../examples/controller.rs"), "```")]
 //!
+//! The tick alone, without a device (`examples/tick.rs`):
+//!
+#![doc = concat!("```\n", include_str!("../examples/tick.rs"), "```")]
+//!
 //! # Design principles
 //! 1. A tick fits on one screen: `tick.rs`.
 //! 2. Three types: the constant [`Model`], the mutable [`State`], the derived [`Tuned`].

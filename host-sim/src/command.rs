@@ -19,8 +19,6 @@ mod completions;
 mod cut;
 #[cfg(feature = "full")]
 mod emulate;
-#[cfg(feature = "full")]
-mod far_field;
 mod fault_adversary;
 mod fault_hands;
 mod fault_paths;
@@ -50,14 +48,13 @@ mod scene;
 #[cfg(feature = "full")]
 mod scene_list;
 #[cfg(feature = "full")]
-mod score;
-#[cfg(feature = "full")]
 mod stability;
 mod tools;
 mod verdict;
 
 use std::path::PathBuf;
 
+use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::Error;
@@ -67,14 +64,13 @@ use palpate_tissue::scene::{Change, Scene};
 
 #[cfg(not(feature = "full"))]
 use self::absent::{
-    AcceptArgs, BoardCommand, CalibrateArgs, ChartArgs, CutArgs, EmulateArgs, FarFieldArgs, FitArgs, PackArgs, PaperCommand,
-    PlanArgs, ReferenceArgs, ScoreArgs, StabilityArgs,
+    AcceptArgs, BoardCommand, CalibrateArgs, ChartArgs, CutArgs, EmulateArgs, FitArgs, PackArgs, PaperCommand, PlanArgs,
+    ReferenceArgs, StabilityArgs,
 };
 #[cfg(feature = "full")]
 use self::{
     accept::AcceptArgs, board::BoardCommand, calibrate::CalibrateArgs, chart::ChartArgs, cut::CutArgs, emulate::EmulateArgs,
-    far_field::FarFieldArgs, fit::FitArgs, pack::PackArgs, paper::PaperCommand, plan::PlanArgs, reference::ReferenceArgs,
-    score::ScoreArgs, stability::StabilityArgs,
+    fit::FitArgs, pack::PackArgs, paper::PaperCommand, plan::PlanArgs, reference::ReferenceArgs, stability::StabilityArgs,
 };
 
 /// Soft tissue for haptic devices: press it, measure it, pack it for a board.
@@ -176,17 +172,6 @@ enum Command {
     /// but the tissue is felt, energy is created or an invariant is broken; above the encoder's
     /// ceiling a toggling count is reported and is not a failure.
     Loop(closed_loop::LoopArgs),
-    /// Compare ways to replace the organ outside a patch: force error and cost, by the radius of
-    /// the patch.
-    ///
-    /// Compares a fixed edge, Winkler springs, truncated stiffness, rim springs, modes, low rank,
-    /// the exact condensed stiffness and the whole organ, on a block; also gives the share of the
-    /// block's nodes that has to be simulated if the rest is frozen. Writes summary.json, its
-    /// tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if the force of rim springs
-    /// is more than 0.5 % from that of the exact stiffness on a patch of two probe radii or more,
-    /// or if the stiffness of rim springs is not positive.
-    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
-    FarField(FarFieldArgs),
     /// Inject every kind of fault into the haptic loop, with every hand, at every moment of a
     /// touch, and check the reaction.
     ///
@@ -239,13 +224,6 @@ enum Command {
     /// if all figures of a row would be accepted without the term that it tests.
     #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Accept(AcceptArgs),
-    /// Score a training by three physicians' marks of interns before and after it (paper 004,
-    /// equation 14).
-    ///
-    /// Writes summary.json, scores.csv (one row per intern and phase) and a picture as SVG and PNG.
-    /// Groups are compared by a permutation test.
-    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
-    Score(ScoreArgs),
     /// Find where methods and loops fail, and the margin to failure.
     ///
     /// Models: every method at stiffnesses from 1 to 200 kPa, pressed, tapped, jittered, with an
@@ -263,8 +241,8 @@ enum Command {
 }
 
 const AFTER_HELP: &str = "\
-Built when first used, which takes some minutes: fit, reference, calibrate, cut, plan, board, emulate, accept, chart, far-field, stability, paper, score, and
-the option --emulated.
+Built when first used, which takes some minutes: fit, reference, calibrate, cut, plan, board, emulate, accept, chart, stability, paper, and the
+option --emulated.
 
 Times in the help of a command are processor time, all cores together: an idle machine with two cores may take half as long, a busy one takes
 longer. A long run prints its progress from time to time.
@@ -326,6 +304,9 @@ impl Cli {
     /// Errors of clap: bad options, or a request for the help or the version.
     pub fn read() -> Result<Self, clap::Error> {
         let mut command = help::grouped(Self::command());
+        if let Some(why) = std::env::args().nth(1).and_then(|name| help::gone(&name)) {
+            return Err(command.error(ErrorKind::InvalidSubcommand, why));
+        }
         let mut matches = command.try_get_matches_from_mut(std::env::args_os())?;
         Self::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut command))
     }
@@ -349,14 +330,12 @@ impl Cli {
             Some(Command::Cut(args)) => args.run(),
             Some(Command::Chart(args)) => args.run(),
             Some(Command::Loop(args)) => args.run(),
-            Some(Command::FarField(args)) => args.run(),
             Some(Command::Emulate(args)) => args.run(),
             Some(Command::Faults(args)) => args.run(),
             Some(Command::Live(args)) => args.run(),
             Some(Command::Paper(command)) => command.run(),
             Some(Command::Plan(args)) => args.run(),
             Some(Command::Replay(args)) => args.run(),
-            Some(Command::Score(args)) => args.run(),
             Some(Command::Scene(args)) => args.run(),
             Some(Command::Completions(args)) => args.run(),
             Some(Command::Stability(args)) => args.run(),

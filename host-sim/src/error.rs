@@ -26,10 +26,6 @@ pub enum Error {
     #[cfg(feature = "full")]
     #[error("{0}")]
     Port(#[from] crate::port::PortError),
-    /// Marks that cannot be used.
-    #[cfg(feature = "full")]
-    #[error("{0}")]
-    Score(#[from] palpate_lab::score::ScoreError),
     /// An emulated board that cannot be run.
     #[cfg(feature = "full")]
     #[error("{0}")]
@@ -65,7 +61,6 @@ impl From<palpate_lab::Error> for Error {
         match error {
             palpate_lab::Error::Tissue(error) => Self::Tissue(error),
             palpate_lab::Error::Chart(error) => Self::Chart(error),
-            palpate_lab::Error::Score(error) => Self::Score(error),
         }
     }
 }

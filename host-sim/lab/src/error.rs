@@ -3,8 +3,6 @@
 use palpate_charts::ChartError;
 use palpate_tissue::Error as TissueError;
 
-use crate::score::ScoreError;
-
 /// Reason why a comparison did not finish, or the claim that it refuted.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -14,9 +12,6 @@ pub enum Error {
     /// A picture that cannot be drawn.
     #[error("{0}")]
     Chart(ChartError),
-    /// A file of training marks that cannot be used.
-    #[error("{0}")]
-    Score(#[from] ScoreError),
 }
 
 impl From<ChartError> for Error {

@@ -12,6 +12,8 @@ fn a_mistyped_command_line_gets_one_line_that_names_the_help() {
         (&["press", "--scen", "block"], "'--scene'"),
         (&["pack", "--nodes", "many"], "--nodes"),
         (&["press", "--out", ""], "--out"),
+        (&["far-field", "--quick"], "results/far-field.md"),
+        (&["score", "marks.csv"], "host-sim/lab/src/score"),
     ] {
         let outcome = palpate(SCRATCH, desk.folder(), arguments);
         assert_eq!(outcome.code, Some(2), "{arguments:?}: {outcome:?}");

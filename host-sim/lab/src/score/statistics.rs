@@ -1,4 +1,4 @@
-//! Spread of a sample and the permutation test of a difference of means.
+//! Permutation test of a difference of means.
 //!
 //! Marks are discrete and bounded and groups are small, so no distribution is assumed. A deal is a
 //! way to divide the pooled values into two groups of the given sizes; the test counts the deals
@@ -7,37 +7,6 @@
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use serde::Serialize;
-
-/// Size, mean and spread of a sample.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Spread {
-    /// Number of values.
-    pub count: usize,
-    /// Mean of the values.
-    pub mean: f64,
-    /// Standard deviation with n - 1; `None` for a single value.
-    pub sd: Option<f64>,
-    /// Smallest of the values.
-    pub min: f64,
-    /// Largest of the values.
-    pub max: f64,
-}
-
-impl Spread {
-    /// Spread of the values; `None` if there are none.
-    #[must_use]
-    pub fn of(values: &[f64]) -> Option<Self> {
-        let count = values.len();
-        if count == 0 {
-            return None;
-        }
-        let mean = mean(values);
-        let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-        let sd = (count > 1).then(|| (squares / (count - 1) as f64).sqrt());
-        let (min, max) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
-        Some(Self { count, mean, sd, min, max })
-    }
-}
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
