@@ -55,16 +55,6 @@ impl From<ChartError> for Error {
     }
 }
 
-#[cfg(feature = "full")]
-impl From<palpate_lab::Error> for Error {
-    fn from(error: palpate_lab::Error) -> Self {
-        match error {
-            palpate_lab::Error::Tissue(error) => Self::Tissue(error),
-            palpate_lab::Error::Chart(error) => Self::Chart(error),
-        }
-    }
-}
-
 // converts in one step, so that a command can use `?`
 macro_rules! of_tissue {
     ($($error:ty),*) => {

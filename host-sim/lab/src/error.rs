@@ -38,3 +38,12 @@ macro_rules! of_tissue {
     };
 }
 of_tissue!(palpate_tissue::scene::SceneError, palpate_tissue::mesh::MeshError, palpate::BuildError);
+
+impl From<Error> for palpate_sim::error::Error {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Tissue(error) => Self::Tissue(error),
+            Error::Chart(error) => Self::Chart(error),
+        }
+    }
+}

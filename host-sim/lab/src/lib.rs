@@ -5,6 +5,7 @@
 //! methods ─ chart (speed against accuracy)
 //! methods ─ stability (where methods and loops fail)
 //! paper (figures and tables of the two papers), score (equation 14)
+//! command (the studies of `palpate`)
 //! paper_method (the models of the two papers on the core's tick)
 //! accept (the model against raw measurements of tissue)
 //! ```
@@ -17,6 +18,7 @@ extern crate palpate_tissue;
 
 pub mod accept;
 pub mod chart;
+pub mod command;
 pub mod error;
 pub mod methods;
 pub mod paper;

@@ -110,7 +110,6 @@ mod tests {
         for command in grouped(Cli::command()).get_subcommands() {
             let (_, line, _) = EXAMPLES.iter().find(|(name, ..)| *name == command.get_name()).unwrap();
             let mut words = line.split(" > ").next().unwrap().split(' ');
-            #[cfg(feature = "full")]
             grouped(Cli::command()).try_get_matches_from(words.clone()).unwrap();
             assert_eq!(words.nth(1), Some(command.get_name()), "{line}");
             if command.get_arguments().any(|a| a.get_id() == "out") && command.get_name() != "live" {

@@ -19,20 +19,15 @@ const LAYERS: [(&str, &str, &[&str]); 13] = [
     ("palpate-bindings", "host-sim/bindings", &["palpate", "palpate-loop", "palpate-tissue"]),
     ("palpate-python", "host-sim/bindings/python", &["palpate", "palpate-loop", "palpate-tissue"]),
     ("palpate-board", "host-sim/board", &["palpate", "palpate-controller", "palpate-loop", "palpate-tissue"]),
-    ("palpate-lab", "host-sim/lab", &["palpate", "palpate-charts", "palpate-fit", "palpate-loop", "palpate-tissue"]),
     (
         "palpate-sim",
         "host-sim",
-        &[
-            "palpate",
-            "palpate-board",
-            "palpate-charts",
-            "palpate-controller",
-            "palpate-fit",
-            "palpate-lab",
-            "palpate-loop",
-            "palpate-tissue",
-        ],
+        &["palpate", "palpate-board", "palpate-charts", "palpate-controller", "palpate-fit", "palpate-loop", "palpate-tissue"],
+    ),
+    (
+        "palpate-lab",
+        "host-sim/lab",
+        &["palpate", "palpate-charts", "palpate-fit", "palpate-loop", "palpate-sim", "palpate-tissue"],
     ),
     ("palpate-live", "host-sim/live", &["palpate", "palpate-loop", "palpate-tissue"]),
 ];
