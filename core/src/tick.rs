@@ -13,13 +13,13 @@
 //! until it has been outside, nor does one that left other than through the surface
 //! ([`crate::stages::presence`]). [`crate::stages`] says how further terms take part.
 
+use crate::bristle::Rubbed;
 use crate::fault::Fault;
 use crate::inertia::Floored;
 use crate::method::{Method, Product};
 use crate::model::Model;
 use crate::params::Tuned;
 use crate::stages::force::foundation::Load;
-use crate::stages::force::friction::Rubbed;
 use crate::stages::output::Output;
 use crate::stages::probe::ProbePose;
 use crate::stages::{contact, output, probe};

@@ -42,7 +42,7 @@ const GONE: [(&str, &str); 2] = [
     ("score", "equation (14) and table 1 of paper 004 are in host-sim/lab/src/score, where a test checks them"),
 ];
 
-/// What to say to a command that is gone.
+/// Error message for a command that is gone.
 pub(super) fn gone(name: &str) -> Option<String> {
     let (name, now) = GONE.iter().find(|(gone, _)| *gone == name)?;
     Some(format!("`palpate {name}` is gone: {now}"))

@@ -1,4 +1,5 @@
-//! Other methods allocate nothing in a tick either: allocations would make them slower on the chart.
+//! Other methods allocate nothing in a tick either: allocations would make them slower on the
+//! chart.
 
 use palpate_lab::methods::{Block, Method};
 
