@@ -27,6 +27,7 @@ pub mod press_run;
 pub mod pseudo_terminal;
 pub mod rounding;
 pub mod schema;
+pub mod sharded;
 pub mod share;
 pub mod surface_text;
 pub mod tap;

@@ -23,7 +23,6 @@ use crate::scene::Inclusion;
 use crate::tissue::{Joint, Tissue, ratio_of};
 pub use rim::RimSprings;
 use stiffness::Elastic;
-pub(crate) use stiffness::six_volume;
 
 /// Positive factors on the values that the formulas give; all are 1 without calibration.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,12 +6,13 @@ use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::{Sensed, SensorStatus};
 use palpate::haptic::mode::{Mode, Request};
 
-use super::message::{HostAsk, Refusal, ToBoard};
+use super::message::{HostAsk, ToBoard};
 use super::upload::Upload;
 use crate::commission::Setup;
 use crate::config::Profile;
 use crate::controller::Controller;
 use crate::probe_in::{EncoderCounts, JointReading, Reading};
+use crate::refusal::Refusal;
 
 /// A change that only the owner of the patch can make, between two ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,8 +9,8 @@ use palpate::haptic::press::{self, Press};
 use palpate::{BuildError, Fault, Params, Probe};
 
 use super::Patch;
-use crate::link::Refusal;
-use crate::link::contact::{TooNarrow, TooStiff};
+use crate::refusal::Refusal;
+use crate::refusal::contact::{TooNarrow, TooStiff};
 
 /// Name of the stiffness in [`BuildError::OutOfRange`] if the tip finds no resistance at the depth
 /// limit: it misses the surface, or slips through between its points.
