@@ -17,7 +17,7 @@ use palpate_controller::port::Port;
 use palpate_controller::probe_in::{EncoderCounts, JointReading, Reading};
 
 use super::mechanisms::paddle;
-use super::mock::{Mock, Slab, haptic_loop};
+use super::mock::{Mock, Slab, haptic_loop_on};
 use super::served::{answers, decoded};
 
 const DISTANCE_M: f32 = 0.04;
@@ -65,6 +65,7 @@ impl Wired {
 struct Rig {
     haptic: HapticLoop<Mock>,
     device: Wired,
+    status: SensorStatus,
     tick: u32,
     since: u32,
     from_m: [f64; 3],
@@ -72,7 +73,8 @@ struct Rig {
 
 impl Rig {
     fn begin(device: Wired, setup: &Setup) -> Self {
-        let mut rig = Self { haptic: haptic_loop(Arming::OnRequest), device, tick: 0, since: 0, from_m: [0.0; 3] };
+        let haptic = haptic_loop_on(Port::DESKTOP.with_operator_switch(true), Arming::OnRequest);
+        let mut rig = Self { haptic, device, status: SensorStatus::Good, tick: 0, since: 0, from_m: [0.0; 3] };
         for _ in 0..10 {
             rig.run(Command::HEARD);
         }
@@ -83,7 +85,7 @@ impl Rig {
     }
 
     fn reading(&self) -> Reading {
-        Reading::Joints(JointReading { counts: self.device.counts(), sequence: self.tick, status: SensorStatus::Good })
+        Reading::Joints(JointReading { counts: self.device.counts(), sequence: self.tick, status: self.status })
     }
 
     fn run(&mut self, command: Command) -> Record {
@@ -234,6 +236,9 @@ fn whatever_interrupts_it_turns_the_outputs_off_in_the_same_tick() {
     assert_eq!(ended_by(|rig| rig.haptic.end_commissioning(), Command::HEARD), interrupted);
     assert_eq!(ended_by(|rig| rig.haptic.board.stop = Some(Fault::EmergencyStop), Command::HEARD), faulted);
     assert_eq!(ended_by(|rig| rig.haptic.board.supply_low = true, Command::HEARD), faulted);
+    assert_eq!(ended_by(|_| (), Command { operator_absent: true, ..Command::HEARD }), interrupted);
+    assert_eq!(ended_by(|rig| rig.tick += 1, Command::HEARD), interrupted, "a period without a tick");
+    assert_eq!(ended_by(|rig| rig.status = SensorStatus::Failed, Command::HEARD), faulted);
     let silent = |rig: &mut Rig| (0..19).for_each(|_| _ = rig.step(Command::default()));
     assert_eq!(ended_by(silent, Command::default()), interrupted);
     let heard = |rig: &mut Rig| (0..18).for_each(|_| _ = rig.step(Command::default()));
