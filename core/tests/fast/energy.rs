@@ -356,6 +356,13 @@ fn clearing_forgets_the_forces_on_their_way_and_buys_no_energy() {
     port.at_m = Vector3::repeat(7e-3);
     let energy = port.step(0.3e-3, 0.0);
     assert_eq!(energy.given_j, 0.0, "neither the jump nor a force that was cut off does work");
+    let settings = AccountSettings { allowance_j: 1e-3, refill_w: 1.0, ..AccountSettings::DEFAULT };
+    let mut jumped = Port::with(stylus(), settings);
+    (0..100).for_each(|_| _ = jumped.step(0.0, 0.0));
+    Monitor::reset(&mut jumped.account);
+    jumped.at_m = Vector3::repeat(7e-3);
+    jumped.step(0.0, 0.0);
+    assert_eq!(jumped.pays([0.0, 0.0, 2.0], 0.0).z, 2.0, "nor is the jump the speed of the probe");
     let mut rich = Port::new(2, 0.0, 0.0);
     (0..10).for_each(|_| _ = rich.step(-1e-3, 1.0));
     Monitor::reset(&mut rich.account);

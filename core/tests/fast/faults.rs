@@ -116,6 +116,15 @@ fn energy_since_before_a_fault_is_not_the_next_contacts() {
 }
 
 #[test]
+fn what_the_model_asks_for_while_no_force_may_act_is_no_fault() {
+    let mut bench = Bench::new(400.0).idle();
+    bench.ask(Ask::Arm);
+    bench.wall.answer = Some(pushing(1e-3, 1e4));
+    let record = bench.ticks(100);
+    assert_eq!((record.mode, record.fault, record.applied_n.norm()), (Mode::Arming, None, 0.0));
+}
+
+#[test]
 fn an_implausible_force_is_borne_nine_ticks_within_the_limits() {
     let mut bench = Bench::new(400.0).active();
     bench.wall.answer = Some(pushing(1e-3, 15.5));
