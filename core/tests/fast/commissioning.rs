@@ -166,9 +166,11 @@ fn friction_mass_delay_and_lag_are_measured() {
         let found = found(&mut handle, plan());
         let late_s = f64::from(found.delay_ticks) * 1e-3 + f64::from(found.lag_s) - delay as f64 * 1e-3 - lag_s;
         assert!(late_s.abs() < if count_m > 20e-6 { 1e-3 } else { 0.51e-3 }, "{handle:?} {found:?}");
+        // an error of 6 ms in delay and lag would be 1.5 mN of friction
+        let rubs_n = if count_m > 20e-6 || friction_n == 0.0 { 5e-3 } else { 1e-3 };
         let ratio = if count_m > 20e-6 { 0.2 } else { 0.05 };
         for axis in 0..3 {
-            assert!((f64::from(found.friction_n[axis]) - friction_n).abs() < 5e-3, "{handle:?} {found:?}");
+            assert!((f64::from(found.friction_n[axis]) - friction_n).abs() < rubs_n, "{handle:?} {found:?}");
             assert!((f64::from(found.mass_kg[axis]) / mass_kg - 1.0).abs() < ratio, "{handle:?} {found:?}");
             assert!((f64::from(found.count_m[axis]) - count_m).abs() < 0.02 * count_m + 1e-7, "{found:?}");
         }
@@ -193,13 +195,17 @@ fn a_device_of_one_axis_has_one_motor_and_the_other_wires_are_spare() {
     assert_eq!((found.wiring.motor_sign, found.mass_kg[0], found.friction_n[1]), ([1.0, 1.0, -1.0], 0.0, 0.0));
     assert!((found.mass_kg[2] / 0.08 - 1.0).abs() < 0.05, "{found:?}");
     let mut asked = Vec::new();
-    let plane = run(&mut Handle { drives: [handle.drives[0], [0.0; 3], [1.0, 0.0, 0.0]], ..self::handle() }, Plan { axes: [true, false, true], ..plan() }, |commissioning, _| {
-        if let Stage::Move(axis) = commissioning.stage()
-            && asked.last() != Some(&axis)
-        {
-            asked.push(axis);
-        }
-    });
+    let plane = run(
+        &mut Handle { drives: [handle.drives[0], [0.0; 3], [1.0, 0.0, 0.0]], ..self::handle() },
+        Plan { axes: [true, false, true], ..plan() },
+        |commissioning, _| {
+            if let Stage::Move(axis) = commissioning.stage()
+                && asked.last() != Some(&axis)
+            {
+                asked.push(axis);
+            }
+        },
+    );
     assert!(plane.is_ok() && asked == [0, 2], "{asked:?}: {plane:?}");
     assert!(found.count_m[0] == 0.0 && found.count_m[2] > 9e-6, "{found:?}");
     assert_eq!(run(&mut handle, Plan { axes: [false; 3], ..plan() }, |_, _| ()), Err(Trouble::Unclear));
@@ -243,7 +249,8 @@ fn a_handle_that_does_not_answer_its_motors_as_a_free_one_ends_it() {
     assert!(ended(Handle { drives: [x, [0.0, 1.0, 0.3], z], ..handle() }).is_ok(), "most of it along one axis");
     assert_eq!(ended(Handle { drives: [x, y, y], ..handle() }), Err(Trouble::SameMotor(2)));
     assert_eq!(ended(Handle { steady_n: 0.2, friction_n: 0.25, ..handle() }), Err(Trouble::Unsteady(0)));
-    assert!(ended(Handle { steady_n: 0.04, friction_n: 0.1, ..handle() }).is_ok(), "a cable may drag a little");
+    let dragged = ended(Handle { steady_n: 0.04, friction_n: 0.1, ..handle() }).unwrap();
+    assert!((dragged.friction_n[0] - 0.1).abs() < 5e-3, "a cable may drag a little: {dragged:?}");
     assert_eq!(ended(Handle { steady_n: 0.1, ..handle() }), Err(Trouble::Moving));
     assert_eq!(ended(Handle { friction_n: 0.0, viscous_n_s_per_m: 0.0, ..handle() }), Err(Trouble::TooFar));
 }
