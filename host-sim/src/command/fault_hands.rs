@@ -204,7 +204,9 @@ fn print(table: &HandsTable, all: bool) {
         );
     }
     name_faults(table.rows.values().flat_map(|row| row.faults.keys().copied()).collect::<BTreeSet<u8>>());
-    println!("\nrows: random devices by delay in ticks; each shipped device; a fixed family of light hands on stiff tissue");
+    println!(
+        "\nrows: random devices by delay in ticks; each shipped device; a minute of each motion on each shipped device; a fixed family of light hands on stiff tissue"
+    );
     println!("worst: the most energy given since an instant without contact, from true positions, and its share of the bound");
     println!(
         "felt: of the impulse of the patch's push. lost: ticks with less than half of it for over 20 ms; dark: without a flag"

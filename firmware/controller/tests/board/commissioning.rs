@@ -126,6 +126,8 @@ impl Rig {
             self.haptic.bench().unwrap().confirm();
         }
         self.run(command);
+        let driven = matches!(self.stage(), Stage::Drive(_));
+        assert!(driven || !self.haptic.board.pins.enabled, "the outputs are on in {:?}", self.stage());
         self.since = if self.stage() == stage { self.since + 1 } else { 0 };
         self.stage()
     }
@@ -223,13 +225,19 @@ fn a_paddle_with_a_reversed_encoder_and_motor_is_measured_by_its_joint() {
     assert!((f64::from(found.friction_n[0]) - FRICTION_N).abs() < 5e-3 && found.mass_kg[1] == 0.0, "{found:?}");
 }
 
-/// Runs until the first motor drives, then once with this command.
-fn ended_by(change: impl Fn(&mut Rig), command: Command) -> (Stage, bool) {
+/// Runs until the first motor drives.
+fn driven() -> Rig {
     let (device, setup) = axes([0, 1, 2], [0, 1, 2], [1.0; 3], 1.0);
     let mut rig = Rig::begin(device, &setup);
     assert_eq!(rig.until(|stage| stage == Stage::Drive(0)), Stage::Drive(0));
     (0..400).for_each(|_| _ = rig.step(Command::HEARD));
     assert!(rig.haptic.board.pins.enabled);
+    rig
+}
+
+/// Runs until the first motor drives, then once with this command.
+fn ended_by(change: impl Fn(&mut Rig), command: Command) -> (Stage, bool) {
+    let mut rig = driven();
     change(&mut rig);
     rig.step(command);
     (rig.stage(), rig.haptic.board.pins.enabled)
@@ -252,6 +260,13 @@ fn whatever_interrupts_it_turns_the_outputs_off_in_the_same_tick() {
     assert_eq!(ended_by(heard, Command::HEARD).0, Stage::Drive(0));
     let held = |rig: &mut Rig| rig.device.at_m[0] += 0.1;
     assert_eq!(ended_by(held, Command::HEARD), (Stage::Stopped(Trouble::TooFar), false));
+}
+
+#[test]
+fn another_patch_or_profile_turns_the_outputs_off_before_it_is_opened() {
+    let mut rig = driven();
+    rig.haptic.end_commissioning();
+    assert!(!rig.haptic.board.pins.enabled);
 }
 
 #[test]
