@@ -1,4 +1,5 @@
 //! The commissioning on an emulated handle: what it finds, and everything that ends it.
+#![expect(clippy::disallowed_types, reason = "the handle is no part of the board, and moves by less than single precision tells")]
 
 use std::collections::VecDeque;
 

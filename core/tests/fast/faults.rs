@@ -30,6 +30,9 @@ fn every_cause_releases_the_device_in_the_same_tick() {
     faults(Fault::SensorFault, |b| b.device.sensed.status = SensorStatus::Failed);
     faults(Fault::PoseNotFinite, |b| b.device.sensed.position_m.y = f32::NAN);
     faults(Fault::ForceNotFinite, |b| b.wall.answer = Some(pushing(1e-3, f32::NAN)));
+    // a force that is a number, and a normal that is none: the damping is none then
+    let askew = Output { normal: Vector3::repeat(f32::NAN), ..pushing(1e-3, 1.0) };
+    faults(Fault::ForceNotFinite, |b| b.wall.answer = Some(askew));
     faults(Fault::Diverged, |b| b.wall.answer = Some(Output { fault: Some(Fault::Diverged), ..Output::NONE }));
     let mut bench = pressed();
     let record = bench.find(Fault::SupplyLow);
