@@ -17,6 +17,7 @@ pub mod disassembly;
 pub mod emulator;
 pub mod far_patch;
 pub mod flash_patch;
+pub mod free_handle;
 pub mod joint_hand;
 pub mod oracle;
 pub mod packed;

@@ -195,6 +195,15 @@ mod tests {
         assert!(!inbox.clear().1.heard);
     }
 
+    #[test]
+    fn a_commissioning_begins_in_idle_alone() {
+        let settings = Settings::safe(&Port::DESKTOP.limits());
+        let mut controller = Controller::build(&settings, Port::DESKTOP, Arming::OnRequest).unwrap();
+        let asked = ToBoard::Commission(Setup::of(&Port::DESKTOP, 3.0, 0.05));
+        assert_eq!(controller.mode(), Mode::Boot);
+        assert_eq!(Inbox::default().take(&asked, &mut controller, None), Reply::Refused(Refusal::NotIdle));
+    }
+
     /// A renderer without tissue.
     struct Air;
 

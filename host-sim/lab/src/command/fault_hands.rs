@@ -205,7 +205,7 @@ fn print(table: &HandsTable, all: bool) {
     }
     name_faults(table.rows.values().flat_map(|row| row.faults.keys().copied()).collect::<BTreeSet<u8>>());
     println!(
-        "\nrows: random devices by delay and lag together; each shipped device; a fixed family of light hands on stiff tissue"
+        "\nrows: random devices by delay and lag together; each shipped device; a minute of each motion on each shipped device; a fixed family of light hands on stiff tissue"
     );
     println!("worst: the most energy given since an instant without contact, from true positions, and its share of the bound");
     println!(

@@ -120,10 +120,10 @@ fn follow(session: &mut Session, setup: &Setup, names: [&str; 3], entered: &Rece
                 if let Stage::Stopped(_) = stage {
                     return Err(failed(sentence));
                 }
+                // an Enter of before the step is shown belongs to no step
+                while entered.try_recv().is_ok() {}
                 println!("{sentence}{}", if stage.asks() { " (Enter)" } else { "" });
                 shown = Some(stage);
-                // an Enter of before belongs to no step
-                while entered.try_recv().is_ok() {}
             }
             _ => {}
         }
