@@ -173,8 +173,8 @@ pub enum Fault {
     OverSpeed = 8,
     /// The model asked for a force far beyond the limit for many ticks.
     ForceImplausible = 9,
-    /// In several contacts in a row or within seconds, the loop gave the hand more energy than it
-    /// took.
+    /// The hand was given more energy than any motion of a hand explains: the device is not what
+    /// its profile says.
     EnergyCreated = 10,
     /// The self-test did not pass.
     SelfTestFailed = 11,

@@ -31,6 +31,10 @@
 //!
 #![doc = concat!("```\n", include_str!("../examples/controller.rs"), "```")]
 //!
+//! The tick alone, without a device (`examples/tick.rs`):
+//!
+#![doc = concat!("```\n", include_str!("../examples/tick.rs"), "```")]
+//!
 //! # Design principles
 //! 1. A tick fits on one screen: `tick.rs`.
 //! 2. Three types: the constant [`Model`], the mutable [`State`], the derived [`Tuned`].
@@ -39,6 +43,7 @@
 #![no_std]
 #![cfg_attr(not(test), warn(clippy::default_numeric_fallback, clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+mod bristle;
 #[cfg(feature = "contact-map")]
 mod contact_map;
 mod fault;
@@ -56,6 +61,7 @@ pub mod stages;
 mod state;
 mod tick;
 
+pub use bristle::Bristle;
 #[cfg(feature = "contact-map")]
 pub use contact_map::ContactMap;
 pub use fault::{BuildError, ClampFlags, Fault};
@@ -66,7 +72,6 @@ pub use nalgebra::Vector3;
 pub use params::{GuardLimits, MOST_TERMS, Params, Probe, ProbeShape, PronyTerm, Terms, Tuned};
 pub use patch_file::PatchFile;
 pub use placement::Placement;
-pub use stages::force::friction::Bristle;
 pub use stages::output::Output;
 pub use stages::probe::ProbePose;
 pub use state::{Faded, Fnv, Node, Parked, State, TetShapes};

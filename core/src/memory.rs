@@ -16,11 +16,11 @@
 
 use heapless::Vec;
 
+use crate::bristle::Bristle;
 use crate::fault::BuildError;
 use crate::inertia::NodeStep;
 use crate::model::Model;
 use crate::params::{Params, Tuned};
-use crate::stages::force::friction::Bristle;
 use crate::state::{Faded, Node, State, TetShapes};
 
 /// Arrays for a patch of at most `NODES` nodes and `TRIANGLES` surface triangles, on a desktop also

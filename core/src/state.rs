@@ -3,12 +3,12 @@
 
 use nalgebra::Vector3;
 
+use crate::bristle::{Bristle, Rubbed};
 use crate::fault::{BuildError, Fault};
 use crate::inertia::Floored;
 use crate::lanes::{ROW, Row, add, row, vector};
 use crate::model::Model;
 use crate::params::MOST_TERMS;
-use crate::stages::force::friction::{Bristle, Rubbed};
 
 /// A node in motion.
 #[derive(Clone, Copy, Debug)]

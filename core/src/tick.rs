@@ -7,58 +7,25 @@
 //!        presence,can reach │  foundation         mass floor  │
 //!        speed, depth       └─────── once per substep ────────┘
 //! ```
-//! In tissue that stiffens (desktop only), the energy of springs and foundation is computed before
-//! their forces. With friction, the foundation also holds the touched nodes along the surface. In
-//! tissue that relaxes, the last force term fades the sum of the others at each node. The mass that
-//! the floor adds slows the nodes, but the hand must not feel it: `integrate` measures the power
-//! that this mass absorbs, and `output` subtracts the corresponding force.
-//!
-//! A tick answers one sensed pose with one force. It runs every millisecond from the device's timer
-//! and must end before the next one. It allocates nothing and cannot panic, and any failure gives
-//! **zero force and a numbered fault**, latched until [`State::reset`]. A probe that starts inside
-//! the tissue gets no force until it has been outside; one that leaves the tissue other than
-//! through its surface gets none from that tick on ([`crate::stages::presence`]).
+//! A tick answers one sensed pose with one force, every millisecond, and must end before the next
+//! one. It allocates nothing and cannot panic; any failure gives **zero force and a numbered
+//! fault**, latched until [`State::reset`]. A probe that starts inside the tissue gets no force
+//! until it has been outside, nor does one that left other than through the surface
+//! ([`crate::stages::presence`]). [`crate::stages`] says how further terms take part.
 
+use crate::bristle::Rubbed;
 use crate::fault::Fault;
 use crate::inertia::Floored;
 use crate::method::{Method, Product};
 use crate::model::Model;
 use crate::params::Tuned;
 use crate::stages::force::foundation::Load;
-use crate::stages::force::friction::Rubbed;
 use crate::stages::output::Output;
 use crate::stages::probe::ProbePose;
 use crate::stages::{contact, output, probe};
 use crate::state::State;
 
-/// Runs one tick of the product.
-///
-/// ```
-/// use palpate::{Memory, PatchFile, ProbePose, tick};
-/// # #[repr(C, align(4))]
-/// # struct Words<B: ?Sized>(B);
-/// # static BYTES: &Words<[u8]> =
-/// #     &Words(*include_bytes!(concat!(
-/// #         env!("CARGO_MANIFEST_DIR"),
-/// #         "/examples/block-m4f-168.patch"
-/// #     )));
-///
-/// let PatchFile { model, params, site_m, .. } = PatchFile::open(&BYTES.0)?;
-/// let mut memory = Memory::<64, 128, 0, 0>::RESERVED;
-/// let (tuned, mut state) = memory.start(&model, &params)?;
-/// // moves from 1 mm above the tissue to 2 mm below its surface at 40 mm/s, then rests there
-/// let mut force_n = 0.0;
-/// for n in 0..400_u16 {
-///     let depth_m = (4e-5 * f32::from(n) - 1e-3).min(2e-3);
-///     let tip_m = site_m - params.probe.axis * depth_m;
-///     let output = tick(&model, &tuned, &mut state, ProbePose { tip_m });
-///     assert_eq!(output.fault, None);
-///     force_n = output.force_n.z;
-/// }
-/// // the finite-element reference is 0.0492 N
-/// assert!((force_n / 0.0492 - 1.0).abs() < 0.02, "{force_n} N");
-/// # Ok::<(), palpate::BuildError>(())
-/// ```
+/// Runs one tick of the product, as in `examples/tick.rs`.
 #[cfg_attr(feature = "stage-cost", inline(never))]
 pub fn tick(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -> Output {
     tick_with(model, tuned, state, pose, &mut Product)

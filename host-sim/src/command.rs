@@ -3,16 +3,12 @@
 #[cfg(not(feature = "full"))]
 mod absent;
 #[cfg(feature = "full")]
-mod accept;
-#[cfg(feature = "full")]
 mod board;
 #[cfg(feature = "full")]
 mod boards;
 #[cfg(feature = "full")]
 mod calibrate;
-mod campaign;
-#[cfg(feature = "full")]
-mod chart;
+pub mod campaign;
 mod closed_loop;
 mod completions;
 #[cfg(feature = "full")]
@@ -20,44 +16,33 @@ mod cut;
 #[cfg(feature = "full")]
 mod emulate;
 #[cfg(feature = "full")]
-mod far_field;
-mod fault_adversary;
-mod fault_hands;
-mod fault_paths;
-mod fault_trade;
-mod faults;
-#[cfg(feature = "full")]
 mod fit;
 mod hardware_in_loop;
 mod help;
 mod length;
 mod live;
-mod merge;
+pub mod merge;
 mod mesh;
 mod on_demand;
+pub mod options;
 #[cfg(feature = "full")]
 mod pack;
 #[cfg(feature = "full")]
-mod paper;
-#[cfg(feature = "full")]
 mod plan;
 mod press;
-mod progress;
+pub mod progress;
 #[cfg(feature = "full")]
 mod reference;
 mod replay;
 mod scene;
 #[cfg(feature = "full")]
 mod scene_list;
-#[cfg(feature = "full")]
-mod score;
-#[cfg(feature = "full")]
-mod stability;
 mod tools;
-mod verdict;
+pub mod verdict;
 
 use std::path::PathBuf;
 
+use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::Error;
@@ -65,17 +50,20 @@ use crate::provenance;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::{Change, Scene};
 
-#[cfg(not(feature = "full"))]
-use self::absent::{
-    AcceptArgs, BoardCommand, CalibrateArgs, ChartArgs, CutArgs, EmulateArgs, FarFieldArgs, FitArgs, PackArgs, PaperCommand,
-    PlanArgs, ReferenceArgs, ScoreArgs, StabilityArgs,
-};
-#[cfg(feature = "full")]
-use self::{
-    accept::AcceptArgs, board::BoardCommand, calibrate::CalibrateArgs, chart::ChartArgs, cut::CutArgs, emulate::EmulateArgs,
-    far_field::FarFieldArgs, fit::FitArgs, pack::PackArgs, paper::PaperCommand, plan::PlanArgs, reference::ReferenceArgs,
-    score::ScoreArgs, stability::StabilityArgs,
-};
+use self::on_demand::{Program, build_and_run};
+use self::options::accept::AcceptArgs;
+use self::options::board::BoardCommand;
+use self::options::calibrate::CalibrateArgs;
+use self::options::chart::ChartArgs;
+use self::options::cut::CutArgs;
+use self::options::emulate::EmulateArgs;
+use self::options::faults::FaultsArgs;
+use self::options::fit::FitArgs;
+use self::options::pack::PackArgs;
+use self::options::paper::PaperCommand;
+use self::options::plan::PlanArgs;
+use self::options::reference::ReferenceArgs;
+use self::options::stability::StabilityArgs;
 
 /// Soft tissue for haptic devices: press it, measure it, pack it for a board.
 ///
@@ -106,7 +94,6 @@ enum Command {
     /// Neo-Hookean, quasi-static, on three meshes, each finer than the one before. Writes
     /// answer.json, summary.json, forces.csv, surface_<k>.csv and a picture as SVG and PNG. Fails
     /// (exit code 1) if a hold does not converge; converged holds are written nevertheless.
-    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Reference(ReferenceArgs),
     /// Fit a block's patch to a finite-element answer and write it as a patch file.
     ///
@@ -114,7 +101,6 @@ enum Command {
     /// the model at several depths and many places. Writes <scene>-<nodes>.patch, summary.json,
     /// convergence.csv, accuracy.csv (held-out depths and random places) and a picture as SVG and
     /// PNG. Fails (exit code 1) if the fit does not improve the patch.
-    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Calibrate(CalibrateArgs),
     /// Calibrate a patch for a scene, and measure its error at unseen places.
     ///
@@ -125,7 +111,6 @@ enum Command {
     /// the fit and its errors beside it (.patch.json), answer.json, summary.json, accuracy.csv,
     /// convergence.csv and pictures as SVG and PNG. Fails (exit code 1) if the error is larger than
     /// --tolerance-pct, and suggests a remedy.
-    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Fit(FitArgs),
     /// Merge the shards of a campaign, from one machine or several: writes the result that one run
     /// of all cases writes.
@@ -146,26 +131,22 @@ enum Command {
     ///
     /// Writes <scene>-<board>.patch. The firmware can load the file, and a scene presses it with
     /// patch = "FILE" under [solver].
-    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Pack(PackArgs),
     /// Cut a patch out of a whole organ, with rim springs for the rest, and calibrate it.
     ///
     /// Only the tissue around the site is meshed into the patch, graded to the organ's surface, and
     /// calibrated against finite elements of the whole organ. Writes <scene>-<board>.patch,
     /// summary.json and accuracy.csv.
-    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Cut(CutArgs),
     /// Regenerate the tables and figures of a paper that this project implements, and say which of
     /// its claims held: takes minutes, with --quick half a minute.
-    #[cfg_attr(feature = "full", command(subcommand))]
-    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
+    #[command(subcommand)]
     Paper(PaperCommand),
     /// Chart speed against accuracy: all methods at four sizes and two stiffnesses, under the same
     /// press.
     ///
     /// Writes chart.csv (one row per run), summary.json (with the Pareto fronts) and pictures as
     /// SVG and PNG. For a method that does not survive the press, the row says how it fails.
-    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Chart(ChartArgs),
     /// Close the loop over an emulated hand and device, and report what a person would feel besides
     /// the tissue.
@@ -176,24 +157,13 @@ enum Command {
     /// but the tissue is felt, energy is created or an invariant is broken; above the encoder's
     /// ceiling a toggling count is reported and is not a failure.
     Loop(closed_loop::LoopArgs),
-    /// Compare ways to replace the organ outside a patch: force error and cost, by the radius of
-    /// the patch.
-    ///
-    /// Compares a fixed edge, Winkler springs, truncated stiffness, rim springs, modes, low rank,
-    /// the exact condensed stiffness and the whole organ, on a block; also gives the share of the
-    /// block's nodes that has to be simulated if the rest is frozen. Writes summary.json, its
-    /// tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if the force of rim springs
-    /// is more than 0.5 % from that of the exact stiffness on a patch of two probe radii or more,
-    /// or if the stiffness of rim springs is not positive.
-    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
-    FarField(FarFieldArgs),
     /// Inject every kind of fault into the haptic loop, with every hand, at every moment of a
     /// touch, and check the reaction.
     ///
     /// Writes faults.csv (one row per kind of fault), summary.json and a picture as SVG and PNG.
     /// Fails (exit code 1) if a run breaks an invariant of the loop, or if the reaction is missing,
     /// late or wrong.
-    Faults(faults::FaultsArgs),
+    Faults(FaultsArgs),
     /// Find the smallest model of a scene that keeps a force tolerance within a board's budget, and
     /// write its patch.
     ///
@@ -203,11 +173,9 @@ enum Command {
     /// summary.json (with the promise), searched.csv and the chart of the search as SVG and PNG.
     /// Fails (exit code 1) if nothing fits, and names a board that would do. A scene that is not
     /// the standard block is solved by finite elements first.
-    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Plan(PlanArgs),
     /// Use a flashed board on a serial port: find it, arm, stop, record, send patches.
-    #[cfg_attr(feature = "full", command(subcommand))]
-    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
+    #[command(subcommand)]
     Board(BoardCommand),
     /// Run the firmware's image in the emulator, driven in lock-step by the scene's finger, and
     /// compare it with this machine bit for bit.
@@ -217,7 +185,6 @@ enum Command {
     /// Cortex-M4F, and emulated.json. Fails (exit code 1) at the first bit that differs, and if
     /// `press` fails. Needs qemu-system-arm, and the repository unless --image and --patch are
     /// given.
-    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Emulate(EmulateArgs),
     /// Press tissue with the mouse: in a window, or in a browser.
     ///
@@ -237,15 +204,7 @@ enum Command {
     /// Writes summary.json, accept.csv (one row per figure), <data set>.csv and a picture of every
     /// data set as SVG and PNG. Fails (exit code 1) if a figure is outside its measured range, or
     /// if all figures of a row would be accepted without the term that it tests.
-    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Accept(AcceptArgs),
-    /// Score a training by three physicians' marks of interns before and after it (paper 004,
-    /// equation 14).
-    ///
-    /// Writes summary.json, scores.csv (one row per intern and phase) and a picture as SVG and PNG.
-    /// Groups are compared by a permutation test.
-    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
-    Score(ScoreArgs),
     /// Find where methods and loops fail, and the margin to failure.
     ///
     /// Models: every method at stiffnesses from 1 to 200 kPa, pressed, tapped, jittered, with an
@@ -254,17 +213,14 @@ enum Command {
     /// its tables as CSV and pictures as SVG and PNG. Fails (exit code 1) if the product does not
     /// withstand 8 mm, a tap of 0.5 m/s, jitter, a ten times stiffer inclusion and a release from
     /// 3.5 to 100 kPa, or if our loop is not stable at 400 N/m with every hand.
-    #[cfg_attr(not(feature = "full"), command(disable_help_flag = true))]
     Stability(StabilityArgs),
     /// Print a script with which a shell completes the words of this command.
-    ///
-    /// Only the script of palpate-full has the options of the commands that are built at first use.
     Completions(completions::CompletionsArgs),
 }
 
 const AFTER_HELP: &str = "\
-Built when first used, which takes some minutes: fit, reference, calibrate, cut, plan, board, emulate, accept, chart, far-field, stability, paper, score, and
-the option --emulated.
+Built when first used, which takes some minutes: fit, reference, calibrate, cut, pack, plan, board, emulate, accept, chart, faults, stability, paper,
+and the option --emulated.
 
 Times in the help of a command are processor time, all cores together: an idle machine with two cores may take half as long, a busy one takes
 longer. A long run prints its progress from time to time.
@@ -277,18 +233,18 @@ a result (pack and calibrate --check add their files to any folder). Patches, an
 
 /// Options of most commands.
 #[derive(Args, Clone, Debug)]
-struct Common {
+pub struct Common {
     /// A preset (block, block-deep, block-20kpa, nodule, abdomen, foot, organ-liver, beef,
     /// pig-liver, liver) or the path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
-    scene: String,
+    pub scene: String,
     /// Change a key of the scene, such as `tissue.youngs_modulus_pa=5000` or
     /// `tissue.inclusion.0.radius_m=0.004`. May be given several times.
     #[arg(long = "set", value_name = "KEY=VALUE")]
-    changes: Vec<Change>,
+    pub changes: Vec<Change>,
     /// Output folder, created if missing; a finished run replaces an earlier result in it.
     #[arg(long, value_name = "FOLDER")]
-    out: Option<PathBuf>,
+    pub out: Option<PathBuf>,
 }
 
 /// Warns of values in a scene that are probably in a wrong unit.
@@ -326,6 +282,9 @@ impl Cli {
     /// Errors of clap: bad options, or a request for the help or the version.
     pub fn read() -> Result<Self, clap::Error> {
         let mut command = help::grouped(Self::command());
+        if let Some(why) = std::env::args().nth(1).and_then(|name| help::gone(&name)) {
+            return Err(command.error(ErrorKind::InvalidSubcommand, why));
+        }
         let mut matches = command.try_get_matches_from_mut(std::env::args_os())?;
         Self::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut command))
     }
@@ -338,28 +297,60 @@ impl Cli {
         match &self.command {
             None => press::PressArgs::default().run(),
             Some(Command::Press(args)) => args.run(),
-            Some(Command::Reference(args)) => args.run(),
-            Some(Command::Accept(args)) => args.run(),
-            Some(Command::Board(command)) => command.run(),
-            Some(Command::Calibrate(args)) => args.run(),
-            Some(Command::Fit(args)) => args.run(),
+            Some(Command::Board(command)) => checked(command.check(), || command.run()),
+            Some(Command::Calibrate(args)) => checked(args.check(), || args.run()),
+            Some(Command::Completions(args)) => args.run(),
+            Some(Command::Cut(args)) => checked(args.check(), || args.run()),
+            Some(Command::Emulate(args)) => checked(args.check(), || args.run()),
+            Some(Command::Fit(args)) => checked(args.check(), || args.run()),
+            Some(Command::Live(args)) => args.run(),
+            Some(Command::Loop(args)) => args.run(),
             Some(Command::Merge(args)) => args.run(),
             Some(Command::Mesh(command)) => command.run(),
-            Some(Command::Pack(args)) => args.run(),
-            Some(Command::Cut(args)) => args.run(),
-            Some(Command::Chart(args)) => args.run(),
-            Some(Command::Loop(args)) => args.run(),
-            Some(Command::FarField(args)) => args.run(),
-            Some(Command::Emulate(args)) => args.run(),
-            Some(Command::Faults(args)) => args.run(),
-            Some(Command::Live(args)) => args.run(),
-            Some(Command::Paper(command)) => command.run(),
-            Some(Command::Plan(args)) => args.run(),
+            Some(Command::Pack(args)) => checked(args.check(), || args.run()),
+            Some(Command::Plan(args)) => checked(args.check(), || args.run()),
+            Some(Command::Reference(args)) => checked(args.check(), || args.run()),
             Some(Command::Replay(args)) => args.run(),
-            Some(Command::Score(args)) => args.run(),
             Some(Command::Scene(args)) => args.run(),
-            Some(Command::Completions(args)) => args.run(),
-            Some(Command::Stability(args)) => args.run(),
+            Some(Command::Accept(_) | Command::Chart(_) | Command::Faults(_) | Command::Paper(_) | Command::Stability(_)) => {
+                build_and_run(Program::Lab)
+            }
         }
     }
+
+    /// The command, if the evidence's workspace can execute it.
+    #[must_use]
+    pub fn study(&self) -> Option<Study<'_>> {
+        Some(match self.command.as_ref()? {
+            Command::Accept(args) => Study::Accept(args),
+            Command::Chart(args) => Study::Chart(args),
+            Command::Faults(args) => Study::Faults(args),
+            Command::Merge(args) => Study::Merge(args),
+            Command::Paper(command) => Study::Paper(command),
+            Command::Stability(args) => Study::Stability(args),
+            _ => return None,
+        })
+    }
+}
+
+/// Runs a command whose arguments are sound.
+fn checked(check: Result<(), Error>, run: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
+    check.and_then(|()| run())
+}
+
+/// A command that the evidence's workspace (`host-sim/lab`) executes.
+#[derive(Clone, Copy, Debug)]
+pub enum Study<'a> {
+    /// `palpate accept`
+    Accept(&'a AcceptArgs),
+    /// `palpate chart`
+    Chart(&'a ChartArgs),
+    /// `palpate faults`
+    Faults(&'a FaultsArgs),
+    /// `palpate merge`, of shards of a study
+    Merge(&'a merge::MergeArgs),
+    /// `palpate paper`
+    Paper(&'a PaperCommand),
+    /// `palpate stability`
+    Stability(&'a StabilityArgs),
 }

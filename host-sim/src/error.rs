@@ -26,10 +26,6 @@ pub enum Error {
     #[cfg(feature = "full")]
     #[error("{0}")]
     Port(#[from] crate::port::PortError),
-    /// Marks that cannot be used.
-    #[cfg(feature = "full")]
-    #[error("{0}")]
-    Score(#[from] palpate_lab::score::ScoreError),
     /// An emulated board that cannot be run.
     #[cfg(feature = "full")]
     #[error("{0}")]
@@ -55,17 +51,6 @@ impl From<ChartError> for Error {
                 Self::Tissue(TissueError::Write { path: palpate_tissue::output::published(&path), source })
             }
             other => Self::Chart(other),
-        }
-    }
-}
-
-#[cfg(feature = "full")]
-impl From<palpate_lab::Error> for Error {
-    fn from(error: palpate_lab::Error) -> Self {
-        match error {
-            palpate_lab::Error::Tissue(error) => Self::Tissue(error),
-            palpate_lab::Error::Chart(error) => Self::Chart(error),
-            palpate_lab::Error::Score(error) => Self::Score(error),
         }
     }
 }

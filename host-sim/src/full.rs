@@ -1,4 +1,4 @@
-//! `palpate` with all commands.
+//! `palpate` with all commands but the studies.
 
 use std::process::ExitCode;
 

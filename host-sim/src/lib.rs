@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! command ─ tissue, loop ─ reports, charts
-//!         └ fit, board, lab; port (a board on a serial port): with the feature `full`
+//!         └ fit, board; port (a board on a serial port): with the feature `full`
 //! ```
 
 // these macros tolerate a closed pipe
@@ -12,7 +12,10 @@ extern crate palpate_tissue;
 
 use std::process::ExitCode;
 
-use self::command::Cli;
+use palpate_tissue::Error as TissueError;
+
+use self::command::{Cli, Study};
+use self::error::Error;
 
 pub mod command;
 mod contact_report;
@@ -21,13 +24,28 @@ mod loop_figures;
 #[cfg(feature = "full")]
 pub mod port;
 mod press_report;
-mod provenance;
+pub mod provenance;
 mod section_report;
 mod vtu;
 
 /// Reads the command line, runs the command and reports an error in one line.
 #[must_use]
 pub fn run() -> ExitCode {
+    run_with(Cli::run)
+}
+
+/// Reads the command line and runs the study that it asks for, for a program that has the studies
+/// and was built from this commit.
+#[must_use]
+pub fn run_study(commit: &'static str, study: impl FnOnce(Study<'_>) -> Result<(), Error>) -> ExitCode {
+    provenance::built_from(commit);
+    run_with(|cli| match cli.study() {
+        Some(asked) => study(asked),
+        None => Err(TissueError::Usage("this program has the studies alone: run palpate".into()).into()),
+    })
+}
+
+fn run_with(run: impl FnOnce(&Cli) -> Result<(), Error>) -> ExitCode {
     let cli = match Cli::read() {
         Ok(cli) => cli,
         Err(error) if error.use_stderr() => {
@@ -37,7 +55,7 @@ pub fn run() -> ExitCode {
         // clap prints help and version
         Err(error) => error.exit(),
     };
-    match cli.run() {
+    match run(&cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             tell(&error.to_string());

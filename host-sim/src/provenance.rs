@@ -1,5 +1,6 @@
 //! Origin of a result: `provenance` in every `summary.json`.
 
+use std::sync::OnceLock;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use palpate_tissue::machine::{PROFILE, cores, processor};
@@ -40,11 +41,13 @@ struct Computer {
 }
 
 /// Provenance of this process's results, with the scene if there is one.
+#[must_use]
 pub fn of(scene: Option<&Scene>) -> Value {
     told(&command_line(), Computer { processor: processor(), cores: cores() }, scene)
 }
 
 /// Provenance of merged shards: that of a single run of all cases, except for the date.
+#[must_use]
 pub fn of_shards(shards: &[Part], scene: Option<&Scene>) -> Value {
     let mut processors: Vec<&str> = shards.iter().map(|shard| shard.heading.processor.as_str()).collect();
     processors.dedup();
@@ -53,8 +56,17 @@ pub fn of_shards(shards: &[Part], scene: Option<&Scene>) -> Value {
     told(first.map_or(&[], |heading| &heading.command_line), machine, scene)
 }
 
+/// Commit of a program that contains this crate and changes apart from it.
+static OTHER: OnceLock<&str> = OnceLock::new();
+
+/// Says from which commit the program was built.
+pub fn built_from(commit: &'static str) {
+    // the first to say so is the program itself
+    let _ = OTHER.set(commit);
+}
+
 fn told(command_line: &[String], machine: Computer, scene: Option<&Scene>) -> Value {
-    let commit = env!("PALPATE_COMMIT");
+    let commit = OTHER.get().copied().unwrap_or(env!("PALPATE_COMMIT"));
     let provenance = Provenance {
         version: env!("CARGO_PKG_VERSION"),
         commit: (!commit.is_empty()).then_some(commit),
@@ -92,6 +104,7 @@ fn rfc3339(seconds: u64) -> String {
 }
 
 /// Arguments of this process that affect a result.
+#[must_use]
 pub fn command_line() -> Vec<String> {
     deciding(std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()))
 }

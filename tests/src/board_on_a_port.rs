@@ -1,7 +1,7 @@
 //! An emulated board on a pseudo-terminal, which a host uses like a board on a serial port.
 //!
 //! ```text
-//! host ─ pseudo-terminal ─ this module ─ two FIFOs ─ image (`paced`) in the emulator
+//! host ─ pseudo-terminal ─ this module ─ FIFOs ─ image (`paced`) in the emulator
 //! ```
 //!
 //! The image runs its own tick timer, sensors, host timeout and records. Its clock stops until it
@@ -19,11 +19,13 @@ use std::time::{Duration, Instant};
 
 use palpate::haptic::mode::Mode;
 use palpate_board::EmulatedBoard;
+use palpate_controller::force_out::{DacCode, Outputs};
 use palpate_controller::kinematics::MechanismProfile;
 use palpate_controller::link::{FromBoard, Receiver, Record};
 use palpate_controller::script::{self, LEAD_TICKS, sensed};
 
 use crate::disassembly::variable;
+use crate::free_handle::FreeHandle;
 use crate::joint_hand::counts_at;
 use crate::pseudo_terminal::PseudoTerminal;
 
@@ -41,6 +43,9 @@ const AWAY: Duration = Duration::from_millis(400);
 /// Time of silence after which an armed board treats the host as gone. It is longer because on a
 /// busy machine a host may be delayed by half a second.
 const AWAY_FROM_FORCE: Duration = Duration::from_secs(10);
+/// The same for a board that is commissioned: shorter than the two seconds for which the next host
+/// waits for a board, if the last one ended without the board hearing of it.
+const AWAY_FROM_COMMISSIONING: Duration = Duration::from_millis(1_500);
 /// Time limit for an event. Events take a second or two; a missing one must not hang the tests.
 const LONGEST: Duration = Duration::from_secs(300);
 /// Values in the memory that a reset does not clear, as `firmware/controller/src/resets.rs` and
@@ -61,22 +66,29 @@ const POWER_ON_COUNTS: [i32; 3] = [1_234, -567, 89];
 const APPROACH_TICKS: u32 = 500;
 
 /// Source of the board's sensor readings.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum Hand {
     /// The script's tip position, from the first tick on.
     Tip,
     /// Encoder counts of a mechanism whose tip follows the script. It stays in its home pose while
     /// no force is allowed.
     Joints(MechanismProfile),
+    /// Encoder counts of a handle that the board's own motors and the test's user move.
+    Free(Arc<Mutex<FreeHandle>>),
 }
 
 impl Hand {
     /// Returns the three words of a packet and the flag that marks them as counts. `felt_ticks` is
-    /// the number of ticks for which a force has been allowed.
-    fn words(&self, tick: u32, felt_ticks: u32) -> ([u32; 3], u8) {
-        let Self::Joints(mechanism) = self else {
-            let tip_m: [f32; 3] = sensed(tick % ROUND_TICKS, LEAD_TICKS).position_m.into();
-            return (tip_m.map(f32::to_bits), 0);
+    /// the number of ticks for which a force has been allowed; `pins` are those of a board with a
+    /// free handle.
+    fn words(&self, tick: u32, felt_ticks: u32, pins: Outputs) -> ([u32; 3], u8) {
+        let mechanism = match self {
+            Self::Tip => {
+                let tip_m: [f32; 3] = sensed(tick % ROUND_TICKS, LEAD_TICKS).position_m.into();
+                return (tip_m.map(f32::to_bits), 0);
+            }
+            Self::Free(handle) => return (held(handle).tick(pins).map(i32::cast_unsigned), COUNTED),
+            Self::Joints(mechanism) => mechanism,
         };
         let script_tick = felt_ticks.saturating_sub(APPROACH_TICKS) % ROUND_TICKS;
         let place_m = script::counts(script_tick, LEAD_TICKS).map(|axis| f64::from(axis.0) * 1e-5);
@@ -132,6 +144,8 @@ struct Switches {
     host_gone: AtomicBool,
     /// The board is arming or may exert a force.
     armed: AtomicBool,
+    /// A commissioning is in progress.
+    commissioned: AtomicBool,
     /// The board may exert a force now.
     felt: AtomicBool,
     records: AtomicU64,
@@ -176,10 +190,12 @@ impl BoardOnAPort {
         static RUNNING: Mutex<()> = Mutex::new(());
         let one_at_a_time = held(&RUNNING);
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let [to, from] = ["to", "from"].map(|name| folder.path().join(name));
-        assert!(Command::new("mkfifo").args([&to, &from]).status().expect("mkfifo").success());
+        let [to, from, pins] = ["to", "from", "pins"].map(|name| folder.path().join(name));
+        assert!(Command::new("mkfifo").args([&to, &from, &pins]).status().expect("mkfifo").success());
         let (name, cpu) = machine.names();
-        let words = format!("arg=palpate-firmware,arg=paced,arg={},arg={}", to.display(), from.display());
+        let mut words = format!("arg=palpate-firmware,arg=paced,arg={},arg={}", to.display(), from.display());
+        let pins = matches!(hand, Hand::Free(_)).then_some(pins);
+        words.extend(pins.iter().map(|pins| format!(",arg={}", pins.display())));
         // opened for reading and writing, since opening one end of a FIFO waits for the other
         let input = OpenOptions::new().read(true).write(true).open(&to).expect("the FIFO that was just made");
         let child = Command::new("qemu-system-arm")
@@ -205,7 +221,7 @@ impl BoardOnAPort {
                 }),
                 std::thread::spawn({
                     let (plug, switches) = (plug.clone(), switches.clone());
-                    move || drive(input, &plug, &switches, pace, &hand)
+                    move || drive(input, pins.as_deref(), &plug, &switches, pace, &hand)
                 }),
             ],
             child,
@@ -324,7 +340,11 @@ fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<
     let (mut receiver, mut bytes) = (Receiver::NEW, [0; 4096]);
     while let Ok(came @ 1..) = from.read(&mut bytes) {
         for byte in &bytes[..came] {
-            if let Some(Ok(FromBoard::Record(record))) = receiver.push(*byte) {
+            let message = receiver.push(*byte);
+            if let Some(Ok(FromBoard::Commissioning(progress))) = message {
+                switches.commissioned.store(progress.stage().is_some_and(|stage| !stage.ended()), Ordering::Relaxed);
+            }
+            if let Some(Ok(FromBoard::Record(record))) = message {
                 let mut truth = held(truth);
                 let before = truth.map_or((0.0, 0), |truth| (truth.largest_n, truth.records));
                 let mut now = Truth { record, largest_n: 0.0, records: before.1 + 1 };
@@ -346,17 +366,31 @@ fn tell(from: &Path, plug: &Mutex<Option<PseudoTerminal>>, truth: &Mutex<Option<
 }
 
 /// Sends the board its input, tick by tick.
-fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, switches: &Switches, pace: Pace, hand: &Hand) {
+fn drive(
+    mut input: File,
+    pins: Option<&Path>,
+    plug: &Mutex<Option<PseudoTerminal>>,
+    switches: &Switches,
+    pace: Pace,
+    hand: &Hand,
+) {
+    // opening the file waits for the image
+    let (mut pins, mut packets_read) = (pins.and_then(|path| File::open(path).ok()), 1);
     let is = |switch: &AtomicBool| switch.load(Ordering::Relaxed);
     let (mut due, mut heard) = (Instant::now(), None::<Instant>);
     let (mut since_heard, mut waiting, mut felt_ticks) = (0, Vec::new(), 0_u32);
     for tick in 1_u32.. {
         felt_ticks = if is(&switches.felt) { felt_ticks.saturating_add(1) } else { 0 };
-        let (words, counted) = hand.words(tick, felt_ticks);
+        let Ok(levels) = pins.as_mut().map_or(Ok(Outputs::OFF), |pins| levels(pins, packets_read)) else { return };
+        let (words, counted) = hand.words(tick, felt_ticks, levels);
         let (words, counted) = if is(&switches.astray) { (ASTRAY_M.map(f32::to_bits), 0) } else { (words, counted) };
         let words: Vec<u8> = words.into_iter().flat_map(u32::to_le_bytes).collect();
         let there = || {
-            let away = if is(&switches.armed) { AWAY_FROM_FORCE } else { AWAY };
+            let away = match (is(&switches.armed), is(&switches.commissioned)) {
+                (true, _) => AWAY_FROM_FORCE,
+                (false, true) => AWAY_FROM_COMMISSIONING,
+                (false, false) => AWAY,
+            };
             !is(&switches.host_gone) && heard.is_some_and(|heard| heard.elapsed() < away)
         };
         let in_real_time = pace == Pace::RealTime || !there();
@@ -385,6 +419,7 @@ fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, switches: &Switc
             switches.host_gone.store(false, Ordering::Relaxed);
             switches.heard_tick.store(tick.into(), Ordering::Relaxed);
         }
+        packets_read = 1 + usize::from(!bytes.is_empty());
         let mut packets = Vec::new();
         for piece in [&bytes[..], &[]].into_iter().skip(usize::from(bytes.is_empty())) {
             packets.extend(&words);
@@ -395,6 +430,16 @@ fn drive(mut input: File, plug: &Mutex<Option<PseudoTerminal>>, switches: &Switc
             return;
         }
     }
+}
+
+/// Levels of the pins after the last tick. The board writes them before each packet that it reads;
+/// waits for those of the last `packets`.
+fn levels(pins: &mut File, packets: usize) -> std::io::Result<Outputs> {
+    let mut bytes = [0; 7];
+    (0..packets).try_for_each(|_| pins.read_exact(&mut bytes))?;
+    let [enabled, codes @ ..] = bytes;
+    let codes: &[[u8; 2]; 3] = bytemuck::cast_ref(&codes);
+    Ok(Outputs { enabled: enabled != 0, codes: codes.map(|code| DacCode(i16::from_le_bytes(code))) })
 }
 
 /// Bytes from the host that have arrived.

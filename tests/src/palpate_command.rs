@@ -1,5 +1,5 @@
-//! The built `palpate-full`, which has all commands. Tests run it as a user would, by its command
-//! line in any folder, and check its output and files.
+//! The built `palpate-full`, or for the tests of `host-sim/lab` the built `palpate-lab`. Tests run
+//! it as a user would, by its command line in any folder, and check its output and files.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -24,17 +24,25 @@ pub struct Outcome {
 }
 
 /// Root folder of the repository.
+///
+/// # Panics
+/// Panics if the tests are not in a repository.
 #[must_use]
 pub fn repository() -> &'static Path {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+    let ancestors = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    ancestors.into_iter().find(|folder| folder.join("rust-toolchain.toml").is_file()).expect("the tests are in the repository")
 }
 
-/// Builds `palpate-full` once and returns its path. `scratch` is the test's `CARGO_TARGET_TMPDIR`,
+/// Path of the program; builds `palpate-full` once. `scratch` is the test's `CARGO_TARGET_TMPDIR`,
 /// in cargo's target directory.
 ///
 /// # Panics
 /// Panics if it cannot be built.
 pub fn binary(scratch: &str) -> &'static Path {
+    // cargo has built it for the tests of its own package
+    if let Some(lab) = option_env!("CARGO_BIN_EXE_palpate-lab") {
+        return Path::new(lab);
+    }
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     BUILT.get_or_init(|| {
         let target = Path::new(scratch).parent().expect("cargo keeps its scratch folder in the target directory");
@@ -80,6 +88,28 @@ pub fn palpate(scratch: &str, folder: &Path, arguments: &[&str]) -> Outcome {
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     let stderr = text(&output.stderr).split_inclusive('\n').filter(|line| !is_progress(line)).collect();
     Outcome { code: output.status.code(), stdout: text(&output.stdout), stderr }
+}
+
+/// Runs a command that must be refused with one line that contains all of `says`.
+///
+/// # Panics
+/// It is not.
+#[track_caller]
+pub fn refused(scratch: &str, desk: &Desk, arguments: &[&str], says: &[&str]) {
+    let before = desk.listing();
+    let outcome = palpate(scratch, desk.folder(), arguments);
+    let message = format!("{arguments:?}: {outcome:?}");
+    assert_eq!(outcome.code, Some(2), "{message}");
+    assert!(outcome.stderr.starts_with("palpate: ") && outcome.stderr.ends_with('\n'), "{message}");
+    assert_eq!(outcome.stderr.lines().count(), 1, "{message}");
+    for words in says {
+        assert!(outcome.stderr.contains(words), "not a word of `{words}`\n{message}");
+    }
+    for noise in ["panicked", "backtrace", "src/", "Error {", "Some("] {
+        assert!(!outcome.stderr.contains(noise), "{message}");
+    }
+    assert_eq!(outcome.stdout, "", "{message}");
+    assert_eq!(desk.listing(), before, "{message}");
 }
 
 /// Whether a line reports progress outside a terminal, such as "after 20 s: mesh 2 of 3". Errors

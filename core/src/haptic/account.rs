@@ -35,27 +35,16 @@ use nalgebra::Vector3;
 
 use super::device::DeviceSpec;
 use super::seen::{Monitor, Seen, Shaper};
-use super::{Range, between, each_within, length};
+use super::{HAND_M_PER_S2, RINGS_S, Range, between, each_within, length};
 use crate::fault::{BuildError, ClampFlags, Fault};
 use crate::lanes::sqrt;
 use crate::stages::output::Output;
 
-/// Number of sent forces that are kept until they act.
-/// Source: derived; the longest delay, and the force of this tick.
+/// Number of sent forces that are kept until they act, and of positions for the velocity, whose
+/// window is shorter than this.
+/// Source: derived; the longest delay, and the force of this tick. The best window for counts of 55
+/// um is six ticks ([`EnergyAccount::build`]).
 const LINE: usize = DeviceSpec::MOST_DELAY_TICKS as usize + 1;
-/// Number of positions that are kept for the velocity; the window is shorter than this.
-/// Source: derived; the best window for counts of 55 um is six ticks ([`EnergyAccount::build`]); a
-/// power of two, since the index wraps.
-const PAST: usize = 8;
-/// Largest acceleration of a hand [m/s^2]: the sharpest stop among the motions of
-/// `palpate faults --paths` that count as a hand's.
-/// Source: chosen; the same bound as in `core/tests/honest`; a stylus of 45 g then takes nine
-/// newtons.
-const HAND_M_PER_S2: f32 = 200.0;
-/// Time constant with which the energy that tissue can return is forgotten while its force rings
-/// [s]: the longest ringing of 11 809 random stops was 0.15 s (`palpate faults --paths`).
-/// Source: that measurement, and a third more.
-const RINGS_S: f32 = 0.2;
 /// Time after the last force within which a new touch belongs to the same contact [s], besides
 /// delay and lag: no hand taps faster, so touches that follow sooner are a limit cycle. Source:
 /// chosen; above the 19 ms between the bounces of a flat tip, which drew 20 mJ in 30 s while each
@@ -191,7 +180,7 @@ pub struct EnergyAccount {
     next: u8,
     delay_ticks: u8,
     /// Ring of the last positions [m], the index of the newest, and the window of the velocity.
-    past_m: [Vector3<f32>; PAST],
+    past_m: [Vector3<f32>; LINE],
     newest: u8,
     window_ticks: u8,
     /// Whether no position has been seen since the last clearing.
@@ -237,7 +226,7 @@ impl EnergyAccount {
         let hand_m = settings.acceleration_m_per_s2 * tick_s * tick_s;
         // the window in which a count and the hand's acceleration leave the least doubt
         let best = if hand_m > 0.0 { sqrt(2.0 * device.count_m / hand_m) + 0.5 } else { 1.0 };
-        let window = between(best, 1.0, PAST as f32 - 1.0) as u8;
+        let window = between(best, 1.0, f32::from(DeviceSpec::MOST_DELAY_TICKS)) as u8;
         Ok(Self {
             allowance_j: settings.allowance_j,
             refill_j: settings.refill_w * tick_s,
@@ -251,7 +240,7 @@ impl EnergyAccount {
             line_n: [Vector3::zeros(); LINE],
             next: 0,
             delay_ticks: device.delay_ticks,
-            past_m: [Vector3::zeros(); PAST],
+            past_m: [Vector3::zeros(); LINE],
             newest: 0,
             window_ticks: window,
             fresh: true,
@@ -278,7 +267,7 @@ impl EnergyAccount {
         let most_n = device.max_force_n;
         let lag = device.lag_s / tick_s;
         let ticks = f32::from(device.delay_ticks) + 1.0 + lag;
-        let window = f32::from(PAST as u8 - 1);
+        let window = f32::from(DeviceSpec::MOST_DELAY_TICKS);
         // as if nothing of the acceleration were reserved for, so that the bound is the profile's
         // alone
         let sharp_m_per_s2 = HAND_M_PER_S2 + most_n / device.mass_kg;
@@ -321,13 +310,13 @@ impl EnergyAccount {
     /// Records a position and returns the displacement since the last tick [m].
     fn moved_to(&mut self, position_m: &Vector3<f32>) -> Vector3<f32> {
         if self.fresh {
-            (self.past_m, self.fresh) = ([*position_m; PAST], false);
+            (self.past_m, self.fresh) = ([*position_m; LINE], false);
         }
-        let past_m = |ago: u8| self.past_m.get(usize::from(self.newest.wrapping_sub(ago)) % PAST).copied().unwrap_or_default();
+        let past_m = |ago: u8| self.past_m.get(usize::from(self.newest.wrapping_sub(ago)) % LINE).copied().unwrap_or_default();
         let displacement_m = position_m - past_m(0);
         self.moved_m = (position_m - past_m(self.window_ticks - 1)) / f32::from(self.window_ticks);
         self.newest = self.newest.wrapping_add(1);
-        if let Some(newest) = self.past_m.get_mut(usize::from(self.newest) % PAST) {
+        if let Some(newest) = self.past_m.get_mut(usize::from(self.newest) % LINE) {
             *newest = *position_m;
         }
         displacement_m

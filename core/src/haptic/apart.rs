@@ -6,9 +6,8 @@
 //! the renderer still asks for, or that still acts on the hand, for more than [`TICKS`] ticks in a
 //! row is a fault. This stage cannot detect a wrong location; the tests check the location with a
 //! geometry of their own. It is also a fault if the cycle gives the patch a tip other than the
-//! sensed one while a force acts. The filter of [`super::toggle`] lags by at most 1.3 counts per
-//! axis, so a difference of more than two counts means that the patch computes its force for
-//! another place.
+//! sensed one while a force acts: one that differs by more than the filter of [`super::toggle`]
+//! lags along an axis means that the patch computes its force for another place.
 //!
 //! * in: sensed and shown tip [m], the renderer's answer, the force that acts [N]
 //! * out: nothing
@@ -18,15 +17,13 @@
 use nalgebra::Vector3;
 
 use super::seen::{Monitor, Seen};
+use super::toggle::PAIR;
 use crate::fault::Fault;
 
 /// Largest number of ticks in a row in which a force may act while the tip is outside or differs
 /// from the sensed one.
 /// Source: measured; the walk locates a fast tip up to four ticks late (LIMITS.md).
 pub const TICKS: u8 = 5;
-/// Largest lag of the shown tip behind the sensed one, per axis [counts].
-/// Source: derived; the 1.3 counts of [`super::toggle`], and a margin of half as much.
-const LAG_COUNTS: f32 = 2.0;
 /// Rounding error of a position in a workspace of metres [m].
 /// Source: derived; single precision resolves 0.12 um between 1 and 2 m; eight times that.
 const ROUNDING_M: f32 = 1e-6;
@@ -42,7 +39,7 @@ impl Apart {
     /// Creates the check for a device with this encoder count at the probe [m].
     #[must_use]
     pub fn new(count_m: f32) -> Self {
-        Self { lag_m: LAG_COUNTS * count_m + ROUNDING_M, ticks: 0 }
+        Self { lag_m: PAIR * count_m + ROUNDING_M, ticks: 0 }
     }
 }
 
@@ -92,12 +89,12 @@ mod tests {
     }
 
     #[test]
-    fn a_shown_tip_that_lags_by_more_than_two_counts_is_a_fault_under_force_alone() {
-        assert_eq!(faults_after(109e-6, false, FORCE_N, FORCE_N), None);
-        assert_eq!(faults_after(112e-6, false, FORCE_N, FORCE_N), Some(6));
-        assert_eq!(faults_after(-112e-6, false, FORCE_N, FORCE_N), Some(6));
+    fn a_shown_tip_that_lags_by_more_than_the_filter_is_a_fault_under_force_alone() {
+        assert_eq!(faults_after(83e-6, false, FORCE_N, FORCE_N), None);
+        assert_eq!(faults_after(84e-6, false, FORCE_N, FORCE_N), Some(6));
+        assert_eq!(faults_after(-84e-6, false, FORCE_N, FORCE_N), Some(6));
         assert_eq!(faults_after(f32::NAN, false, FORCE_N, FORCE_N), Some(6));
-        assert_eq!(faults_after(112e-6, false, FORCE_N, Vector3::zeros()), None);
+        assert_eq!(faults_after(84e-6, false, FORCE_N, Vector3::zeros()), None);
     }
 
     #[test]

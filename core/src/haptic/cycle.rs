@@ -25,7 +25,7 @@ use super::account::EnergyAccount;
 use super::apart::Apart;
 use super::ceiling::Ceiling;
 use super::damping::Damping;
-use super::deadline::{self, Deadline};
+use super::deadline::Deadline;
 use super::device::{DeviceSpec, HapticDevice};
 use super::force_limits::{Longest, Plausible, Slew};
 use super::gains::Gains;
@@ -136,7 +136,7 @@ impl Cycle {
             runaway: Runaway::default(),
             ceiling: Ceiling::new(device.ceiling_n_per_m()),
             gains: Gains::new(&settings.arming),
-            stillness: Stillness::build(settings.tick_s),
+            stillness: Stillness::new(&settings.arming, settings.tick_s),
             slew: Slew::build(settings.tick_s),
             machine: ModeMachine::BOOT,
             ticks: 0,
@@ -318,7 +318,8 @@ impl Cycle {
             }
             _ => 0.0,
         };
-        let half_n = deadline::KEPT * sent_n;
+        // the last force has acted for two periods in place of one
+        let half_n = 0.5 * sent_n;
         if late && half_n < cap_n { half_n } else { cap_n }
     }
 

@@ -49,17 +49,21 @@ use crate::stages::output::Output;
 pub const MOST_N_S_PER_M: f32 = 20.0;
 /// The constant part is faded in up to this force [N], so that the first touch is not felt as a
 /// kick.
-/// Source: none.
+/// Source: derived; at 0.1 m/s the constant part is 30 mN, which a bare finger just notices (Dosher
+/// and Hannaford, Presence 14, 2005): faded in, it is at most a third of the tissue's force
+/// (`the_constant_part_is_faded_in_over_the_first_tenth_of_a_newton`).
 const FADE_IN_N: f32 = 0.1;
 /// For the Hertz slope, depths below this are treated as this depth [m]: there one encoder count
 /// would be most of the depth.
-/// Source: chosen; five and a half counts of 55 um.
+/// Source: derived; a count of 55 um is then a fifth of the depth
+/// (`the_hertz_slope_ends_at_the_shallowest_depth`).
 const SHALLOWEST_M: f32 = 0.3e-3;
 /// Backlash applied to the position before its velocity is estimated, in counts (1). It weakens the
 /// damping impulse of a flipping count, while a reversing motion is still damped. Without it,
 /// tissue of 20 kPa on a frictionless device shakes with 21 mN; with a whole count, a contact of
 /// 400 N/m oscillates by two counts (DECISIONS.md).
-/// Source: those two runs.
+/// Source: those two runs. At 0.28 `the_velocity_lags_by_no_more_than_a_count_per_tick` fails, at
+/// 0.14 `a_count_that_comes_and_goes_is_less_than_a_count_of_motion`.
 const PLAY_COUNTS: f32 = 0.2;
 
 /// Gains of the damping.

@@ -16,14 +16,13 @@ use crate::fault::Fault;
 /// Source: chosen; a single missed period is the least that can be tolerated.
 pub const IN_A_ROW: u16 = 2;
 /// Number of misses among [`WINDOW_TICKS`] that is a fault.
-/// Source: none.
+/// Source: derived; each miss takes half of a force away and the slew limit returns it within six
+/// ticks, so that five cost up to 1.5 % of a second's force
+/// (`the_fifth_late_tick_within_a_second_is_a_fault`).
 pub const AMONG: usize = 5;
 /// Ticks over which misses are counted.
-/// Source: none.
+/// Source: derived; a second at 1 kHz, as in the line above.
 pub const WINDOW_TICKS: u16 = 1000;
-/// Share of the last force that remains after one miss (1).
-/// Source: derived; the old force has acted for two periods in place of one.
-pub const KEPT: f32 = 0.5;
 
 /// Counts late ticks.
 #[derive(Clone, Copy, Debug)]

@@ -10,7 +10,7 @@
 //! makes it ring for up to 0.15 s. But a probe that rests at an edge of the tissue, or whose tip is
 //! hardly wider than an element, may lose and regain a foundation point again and again; the force
 //! then swings for ever, by newtons at worst, although the hand is given no energy. So from
-//! [`RING_S`] after the last count on the force grows at [`RESTING_N_PER_S`] at most: a swing
+//! [`RINGS_S`] after the last count on the force grows at [`RESTING_N_PER_S`] at most: a swing
 //! leaves the hand its lowest force, and any other force at rest is as it was. The next count ends
 //! this.
 //!
@@ -22,8 +22,8 @@
 use nalgebra::Vector3;
 
 use crate::fault::{ClampFlags, Fault};
-use crate::haptic::length;
 use crate::haptic::seen::{Monitor, Seen, Shaper};
+use crate::haptic::{RINGS_S, length};
 
 /// Refuses a force of the model that is no number, or far beyond the limit for many ticks.
 #[derive(Clone, Copy, Debug, Default)]
@@ -66,10 +66,6 @@ impl Shaper for Longest {
     fn reset(&mut self) {}
 }
 
-/// Time without a count after which a force hardly grows [s]. Of 11 809 random stops (2 to 110 kPa,
-/// from up to 0.4 m/s), none still rang after 0.15 s.
-/// Source: the measurement named here, and a third more.
-pub const RING_S: f32 = 0.2;
 /// Largest growth of the force under a probe at rest [N/s].
 /// Source: derived; a force that rises for half a period at 8 Hz then swings by 6 mN, a fifth of the
 /// 30 mN that a bare finger notices on such devices (DECISIONS.md).
@@ -91,7 +87,7 @@ impl Slew {
     /// Creates the limit for a loop with this tick [s].
     #[must_use]
     pub fn build(tick_s: f32) -> Self {
-        let ring_ticks = (RING_S / tick_s) as u16;
+        let ring_ticks = (RINGS_S / tick_s) as u16;
         Self { still_ticks: 0, ring_ticks, resting_n: RESTING_N_PER_S * tick_s, calm_n: Vector3::zeros() }
     }
 }
@@ -220,7 +216,7 @@ mod tests {
         let (limits, mut slew, mut sent_n) = (limits(), Slew::build(1e-3), Vector3::zeros());
         let mut last = std::vec::Vec::new();
         for n in 0..2_000_u16 {
-            let wanted_n = if n / 7 % 2 == 0 { Vector3::new(-0.17, -0.37, 0.56) } else { Vector3::new(-0.02, -0.36, 0.35) };
+            let wanted_n = if (n / 7).is_multiple_of(2) { Vector3::new(-0.17, -0.37, 0.56) } else { Vector3::new(-0.02, -0.36, 0.35) };
             let seen = Seen { sent_n, ..Seen::none(&limits) };
             sent_n = slew.shape(wanted_n, &seen, &mut ClampFlags::default());
             if n >= 400 {

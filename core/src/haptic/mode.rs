@@ -102,7 +102,7 @@ pub enum Event {
     HostLost,
     /// The operator let go of the hand switch or left the pedal.
     OperatorLeft,
-    /// The contact was at the force limit for too long, or it created energy.
+    /// The contact was at the force limit for too long, or its force fades at rest.
     Strained,
     /// The contact that was scaled down is over.
     Recovered,

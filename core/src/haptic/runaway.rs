@@ -26,27 +26,31 @@
 
 use nalgebra::Vector3;
 
+use super::damping::DampingSettings;
+use super::device::DeviceSpec;
 use super::seen::{Monitor, Seen};
 use crate::fault::Fault;
 
-/// Least force against which a gain in speed counts [N].
-/// Source: none.
-const PUSH_N: f32 = 0.5;
+/// Least force against which a gain in speed counts [N]: below it any wiring is permitted.
+const PUSH_N: f32 = DeviceSpec::UNCOMMISSIONED_N;
 /// Gain in speed against the force that is a fault [m/s].
-/// Source: none.
+/// Source: derived; half of the 1 m/s that a grip of 13 N gains against 3 N (DECISIONS.md)
+/// (`half_a_metre_per_second_gained_against_half_a_newton_is_a_fault`).
 const GAINED_M_PER_S: f32 = 0.5;
 /// Least travel into the tissue during that gain [m].
 /// Source: measured; a grip that closes with 13 N against 3 N gains 1 m/s within 20 mm
-/// (DECISIONS.md).
+/// (DECISIONS.md). At 17 mm
+/// `a_hand_that_comes_to_rest_within_twenty_five_millimetres_is_no_runaway` fails.
 const GONE_M: f32 = 25e-3;
 /// Square of the least cosine between that travel and the normal (1): within 26 degrees.
 /// Source: measured; pressed slides tilt the normal by up to 60 degrees and stay further from it
-/// (`pressed_slides_up_to_the_speed_limit_are_no_fault`).
+/// (`pressed_slides_up_to_the_speed_limit_are_no_fault`). At 0.6
+/// `a_slow_slide_that_gets_faster_at_an_angle_to_its_normal_is_no_fault` fails, at 0.95
+/// `a_wrong_sign_after_a_long_slide_is_told_from_the_slide`.
 const STRAIGHT: f32 = 0.81;
-/// Share of the newest velocity in the low-pass (1): 30 Hz, so that a held reading followed by a
-/// double displacement does not count as speed gained.
-/// Source: `1 - exp(-2 pi f T)`, as in [`super::damping`].
-const SHARE: f32 = 0.1718;
+/// Share of the newest velocity in the low-pass (1), so that a held reading followed by a double
+/// displacement does not count as speed gained.
+const SHARE: f32 = DampingSettings::SHARE_30_HZ;
 
 /// The moment from which the gain in speed is measured.
 #[derive(Clone, Copy, Debug)]

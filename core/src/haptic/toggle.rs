@@ -6,32 +6,29 @@
 //! device without friction it is enough to cause the next flip. While an axis flips between two
 //! neighbouring counts *and* the force shakes with it, the patch is given a low-pass filtered
 //! position, which settles where the force balances the hand. The raw reading returns as soon as it
-//! is more than 1.3 counts away, so the filter can never lag a real motion by more than that; a lag
+//! is more than 1.5 counts away, so the filter can never lag a real motion by more than that; a lag
 //! behind a motion would give the hand energy. A flip that does not shake the force is left alone:
 //! on a handle held by neither friction nor grip it provides the damping.
 //!
 //! * in: position read [m], force of the patch [N]
-//! * out: position to show to the patch [m], within 1.3 counts of it along every axis
+//! * out: position to show to the patch [m], within 1.5 counts of it along every axis
 //! * cost: 80 instructions of a Cortex-M4F, estimated
 //! * failures: none
 
 use nalgebra::Vector3;
 
-/// Largest change of the reading that counts as a flip, in counts (1): on a linkage, an axis moves
-/// by parts of the counts of two joints.
-/// Source: chosen; above the diagonal of two counts, 1.41.
-const PAIR: f32 = 1.6;
-/// Distance from the filtered position beyond which a reading has left the two counts [counts].
-/// Source: none.
-const LEFT: f32 = 1.3;
-/// Largest number of ticks from one flip to the next.
-/// Source: none.
-const SOON: u16 = 50;
+/// Largest change of the reading that counts as a flip, and largest distance of the filtered
+/// position from the reading, in counts (1). On a linkage, an axis moves by parts of the counts of
+/// two joints.
+/// Source: derived; above the diagonal of two counts, 1.41, and below two counts, which are a
+/// motion: at 2.1 `what_moves_is_shown_as_it_is_read` fails.
+pub(super) const PAIR: f32 = 1.5;
 /// Number of reversals in a row after which the filtered position is shown.
 /// Source: chosen; the fewest that are no single flip.
 const TURNS: u8 = 2;
 /// Number of ticks without a flip after which the reading has left the boundary.
-/// Source: none.
+/// Source: derived; five time constants of the filter, after which the shown position is the mean
+/// but for 0.7 % (`a_flip_that_ends_is_shown_as_it_is_read_after_two_hundred_ticks`).
 const QUIET: u16 = 200;
 /// Weight of the newest reading per tick (1): a time constant of 40 ms, four to ten periods of the
 /// limit cycle.
@@ -39,13 +36,10 @@ const QUIET: u16 = 200;
 /// (DECISIONS.md).
 const SHARE: f32 = 0.025;
 
-/// The force shakes if its change per tick, low-passed with the share below (1), exceeds this [N]:
+/// The force shakes if its change per tick, low-passed with [`SHARE`], exceeds this [N]:
 /// about 18 mN RMS.
 /// Source: chosen; below the 20 mN from which `palpate loop` calls a force a vibration.
 pub const SHAKES_N: f32 = 15e-3;
-/// Share of the newest change of the force in its low-pass (1).
-/// Source: chosen; a time constant of 50 ticks, as [`SOON`].
-const SHAKES_SHARE: f32 = 0.02;
 
 /// One axis: the position that was read and the one that is shown.
 #[derive(Clone, Copy, Debug, Default)]
@@ -87,7 +81,7 @@ impl Toggle {
     pub fn answered(&mut self, force_n: &Vector3<f32>) {
         let change_n = super::length(&(force_n - self.force_n));
         self.force_n = *force_n;
-        self.shakes_n += (change_n - self.shakes_n) * SHAKES_SHARE;
+        self.shakes_n += (change_n - self.shakes_n) * SHARE;
     }
 
     /// Returns the position to show to the patch [m]; call this in every tick.
@@ -107,8 +101,7 @@ impl Axis {
         let displacement_m = read_m - self.read_m;
         self.read_m = read_m;
         if displacement_m != 0.0 {
-            let turned =
-                displacement_m * self.displacement_m < 0.0 && displacement_m.abs() <= PAIR * count_m && self.since <= SOON;
+            let turned = displacement_m * self.displacement_m < 0.0 && displacement_m.abs() <= PAIR * count_m;
             self.turns = if turned { self.turns.saturating_add(1) } else { 0 };
             (self.displacement_m, self.since) = (displacement_m, 0);
         } else {
@@ -118,7 +111,7 @@ impl Axis {
             }
         }
         let off_m = read_m - self.shown_m;
-        let on_edge = self.turns >= TURNS && off_m.abs() <= LEFT * count_m;
+        let on_edge = self.turns >= TURNS && off_m.abs() <= PAIR * count_m;
         self.mean = on_edge && (self.mean || shakes);
         self.shown_m = if self.mean { self.shown_m + off_m * SHARE } else { read_m };
         self.shown_m
@@ -176,11 +169,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_shown_is_never_more_than_one_count_and_a_third_away() {
+    fn what_is_shown_is_never_more_than_a_count_and_a_half_away() {
         // a toggle that shakes, then jumps of one, two, four counts and back
         let jumps = || [1_i16, 2, 4, -4, -2].into_iter().flat_map(|to| (0..200_i16).map(|n| i16::from(n % 4 == 3)).chain([to]));
         for (seen, read) in shown(jumps(), 0.05).iter().zip(jumps()) {
-            assert!((seen - f32::from(read)).abs() < 1.31, "{seen} {read}");
+            assert!((seen - f32::from(read)).abs() < 1.51, "{seen} {read}");
         }
     }
 
@@ -207,7 +200,7 @@ mod tests {
             let seen = toggle.show(&Vector3::new(0.0, 0.0, COUNT_M * read)).z / COUNT_M;
             toggle.answered(&Vector3::new(0.0, 0.0, 0.05 * read));
             means += i32::from((seen - read).abs() > 0.1);
-            assert!((seen - read).abs() < 1.31, "tick {n}: {seen} {read}");
+            assert!((seen - read).abs() < 1.51, "tick {n}: {seen} {read}");
         }
         assert!(means > 100, "{means} ticks showed a mean");
     }

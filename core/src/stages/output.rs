@@ -9,13 +9,13 @@
 
 use nalgebra::Vector3;
 
+use crate::bristle::Rubbed;
 use crate::fault::{ClampFlags, Fault};
 use crate::inertia::Floored;
 use crate::lanes::sqrt;
 use crate::model::Model;
 use crate::params::Tuned;
 use crate::stages::force::foundation::Load;
-use crate::stages::force::friction::Rubbed;
 use crate::stages::presence::Plane;
 use crate::stages::probe::Motion;
 use crate::state::{State, TouchPlane};

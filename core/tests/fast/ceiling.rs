@@ -1,6 +1,7 @@
 //! A contact that is stiffer than the device renders.
 
 use palpate::ClampFlags;
+use palpate::haptic::ceiling::gain;
 use palpate::haptic::device::DeviceSpec;
 
 use super::bench::{Bench, set, stylus};
@@ -27,6 +28,13 @@ fn it_is_weakened_to_the_ceiling_and_the_record_says_so() {
     for (ceiling, stiffness) in [(800.0, 800.0), (1e5, 800.0), (400.0, 0.0)] {
         let (found_n, gained) = pressed(ceiling, stiffness);
         assert!((found_n - 0.8).abs() < 1e-3 && !gained, "{ceiling} {stiffness}: {found_n} N");
+    }
+}
+
+#[test]
+fn a_contact_is_weakened_and_never_stiffened() {
+    for (stiffness, most, right) in [(400.0, 200.0, 0.5), (200.0, 400.0, 1.0), (400.0, 400.0, 1.0), (0.0, 400.0, 1.0)] {
+        assert_eq!(gain(stiffness, most), right, "{stiffness} of {most}");
     }
 }
 

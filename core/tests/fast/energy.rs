@@ -72,6 +72,16 @@ fn work_is_force_times_motion_with_the_force_that_acts() {
 }
 
 #[test]
+fn the_most_that_was_given_since_the_touch_stays_until_the_contact_ends() {
+    let mut port = Port::new(0, 0.0, 0.0);
+    port.step(0.0, 1.0);
+    let out = port.step(0.2e-3, 1.0);
+    assert!((out.created_j - 0.2e-3).abs() < 1e-9 && out.created_j == out.given_j, "{out:?}");
+    let back = port.step(-0.1e-3, 1.0);
+    assert!((back.given_j - 0.1e-3).abs() < 1e-9 && back.created_j == out.created_j, "{back:?}");
+}
+
+#[test]
 fn the_ring_of_forces_outlasts_its_index() {
     let mut port = Port::new(7, 0.0, 0.0);
     for n in 0..700_u16 {
@@ -159,15 +169,41 @@ fn the_balance_is_capped_by_what_tissue_can_return_and_by_the_allowance_after_th
     port.pays([0.0, 0.0, 2.0], 4e-3);
     let balance_j = port.account.energy().balance_j;
     assert!((balance_j - (20e-6 + 0.5 * 2.0 * 4e-3)).abs() < 1e-8, "F d / 2 and the allowance: {balance_j}");
+    (0..100).for_each(|_| _ = port.step(0.0, 0.0));
+    assert!(port.account.energy().balance_j > 1e-3, "a tip that rests in the tissue without a force is in contact");
+    port.step(0.0, 1e-3);
     // the contact is over twenty ticks after the last force has acted
     port.touched = false;
     for n in 0..=21 {
-        assert!(port.account.energy().balance_j > 1e-3, "tick {n}");
-        port.step(0.0, 0.0);
+        assert!(port.step(0.0, 0.0).balance_j > 1e-3, "tick {n}");
     }
-    port.step(0.0, 0.0);
-    let energy = port.account.energy();
+    let energy = port.step(0.0, 0.0);
     assert!((energy.balance_j - 20e-6).abs() < 1e-8 && energy.given_j == 0.0, "{energy:?}");
+}
+
+#[test]
+fn what_tissue_can_return_is_forgotten_while_its_force_rings() {
+    let mut port = Port::new(1, 0.0, 0.0);
+    (0..20).for_each(|_| _ = port.step(-1e-3, 2.0));
+    port.pays([0.0, 0.0, 2.0], 4e-3);
+    // 4 mJ, which the tissue no longer holds, with a time constant of 0.2 s
+    for (ticks, left) in [(1, 0.995), (199, 0.367), (400, 0.0495)] {
+        (0..ticks).for_each(|_| _ = port.pays([0.0, 0.0, 2.0], 0.0));
+        let balance_j = port.account.energy().balance_j;
+        assert!((balance_j / (20e-6 + left * 4e-3) - 1.0).abs() < 2e-3, "{ticks} ticks: {balance_j}");
+    }
+}
+
+#[test]
+fn touches_belong_together_by_time_whatever_the_tick() {
+    for (tick_s, lag_s, kept) in [(1e-3, 0.0, 21), (0.5e-3, 0.0, 41), (1e-3, 2e-3, 27)] {
+        let device = DeviceSpec { delay_ticks: 1, lag_s, count_m: 0.0, ..stylus() };
+        let account = EnergyAccount::build(&AccountSettings::DEFAULT, &device, tick_s).unwrap();
+        let mut port = Port { account, at_m: Vector3::zeros(), touched: false };
+        (0..3).for_each(|_| _ = port.step(-1e-3, 1.0));
+        let ends = (0..100).find(|_| port.step(0.0, 0.0).given_j == 0.0);
+        assert_eq!(ends, Some(kept + 1), "{tick_s} s, {lag_s} s");
+    }
 }
 
 #[test]
@@ -240,8 +276,8 @@ fn a_force_into_which_the_probe_moves_costs_nothing_and_keeps_its_direction() {
 #[test]
 fn forces_on_their_way_are_reserved_for() {
     let settings = AccountSettings { allowance_j: 1e-3, refill_w: 1.0, ..AccountSettings::DEFAULT };
-    let paid_n = |sent_n: f32, lag_s: f32| {
-        let mut port = Port::with(DeviceSpec { delay_ticks: 4, lag_s, ..stylus() }, settings);
+    let paid_n = |sent_n: f32, delay_ticks: u8, lag_s: f32| {
+        let mut port = Port::with(DeviceSpec { delay_ticks, lag_s, ..stylus() }, settings);
         (0..100).for_each(|_| _ = port.step(20e-6, 0.0));
         (0..6).for_each(|_| {
             port.moves([0.0, 0.0, 0.0]).unwrap();
@@ -250,9 +286,43 @@ fn forces_on_their_way_are_reserved_for() {
         });
         port.pays([0.0, 0.0, 100.0], 0.0).z
     };
-    let [none, one, two] = [0.0, 1.0, 2.0].map(|n| paid_n(n, 0.0));
+    let [none, one, two] = [0.0, 1.0, 2.0].map(|n| paid_n(n, 4, 0.0));
     assert!(one < 0.9 * none && two < one, "{none} {one} {two}");
-    assert!(paid_n(2.0, 5e-3) < 0.9 * paid_n(0.0, 5e-3));
+    assert!(paid_n(2.0, 4, 5e-3) < 0.9 * paid_n(0.0, 4, 5e-3));
+    // without a delay, the amplifier alone holds a force that goes on
+    assert!(paid_n(2.0, 0, 5e-3) < 0.9 * paid_n(0.0, 0, 5e-3));
+    // of a heavy handle, in closed form: every force on its way acts for a tick, when its turn comes
+    let heavy = DeviceSpec { delay_ticks: 4, mass_kg: 5.0, ..stylus() };
+    let mut port = Port::with(heavy, settings);
+    (0..100).for_each(|_| _ = port.step(0.0, 0.0));
+    (0..4).for_each(|_| _ = port.step(0.0, 2.0));
+    port.moves([0.0; 3]).unwrap();
+    let a_m = |force_n: f32| (3.0 + 0.7 * force_n / 5.0) * 1e-6;
+    let reserved_j: f32 = (0..4_u8).map(|late| 2.0 * a_m(2.0) * (f32::from(late) + 1.0)).sum();
+    let found_n = port.pays([0.0, 0.0, 100.0], 0.0).z;
+    let right_n = (port.account.energy().balance_j - reserved_j) / (a_m(100.0) * 5.0);
+    assert!((found_n / right_n - 1.0).abs() < 1e-3, "{found_n} N, not {right_n} N: {reserved_j} J");
+}
+
+#[test]
+fn work_that_the_hand_may_still_do_is_not_credited_in_advance() {
+    let settings = AccountSettings { allowance_j: 1e-3, refill_w: 1.0, ..AccountSettings::DEFAULT };
+    let paid_n = |sent_n: f32| {
+        let mut port = Port::with(DeviceSpec { delay_ticks: 4, ..stylus() }, settings);
+        (0..100).for_each(|_| _ = port.step(-0.2e-3, sent_n));
+        port.pays([100.0, 0.0, 0.0], 0.0).x
+    };
+    // the probe moves into the forces on their way, which then cost nothing
+    assert_eq!(paid_n(2.0), paid_n(0.0));
+}
+
+#[test]
+fn an_empty_account_pays_for_nothing() {
+    let free = AccountSettings { acceleration_m_per_s2: 0.0, handle_share: 0.0, ..AccountSettings::DEFAULT };
+    let mut port = Port::with(stylus(), free);
+    assert_eq!(port.pays([0.0, 0.0, 2.0], 1e-3), Vector3::zeros(), "not even for what costs nothing");
+    port.step(0.0, 0.0);
+    assert_eq!(port.pays([0.0, 0.0, 2.0], 1e-3).z, 2.0);
 }
 
 #[test]
@@ -286,6 +356,13 @@ fn clearing_forgets_the_forces_on_their_way_and_buys_no_energy() {
     port.at_m = Vector3::repeat(7e-3);
     let energy = port.step(0.3e-3, 0.0);
     assert_eq!(energy.given_j, 0.0, "neither the jump nor a force that was cut off does work");
+    let settings = AccountSettings { allowance_j: 1e-3, refill_w: 1.0, ..AccountSettings::DEFAULT };
+    let mut jumped = Port::with(stylus(), settings);
+    (0..100).for_each(|_| _ = jumped.step(0.0, 0.0));
+    Monitor::reset(&mut jumped.account);
+    jumped.at_m = Vector3::repeat(7e-3);
+    jumped.step(0.0, 0.0);
+    assert_eq!(jumped.pays([0.0, 0.0, 2.0], 0.0).z, 2.0, "nor is the jump the speed of the probe");
     let mut rich = Port::new(2, 0.0, 0.0);
     (0..10).for_each(|_| _ = rich.step(-1e-3, 1.0));
     Monitor::reset(&mut rich.account);

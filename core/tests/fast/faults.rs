@@ -30,6 +30,9 @@ fn every_cause_releases_the_device_in_the_same_tick() {
     faults(Fault::SensorFault, |b| b.device.sensed.status = SensorStatus::Failed);
     faults(Fault::PoseNotFinite, |b| b.device.sensed.position_m.y = f32::NAN);
     faults(Fault::ForceNotFinite, |b| b.wall.answer = Some(pushing(1e-3, f32::NAN)));
+    // a force that is a number, and a normal that is none: the damping is none then
+    let askew = Output { normal: Vector3::repeat(f32::NAN), ..pushing(1e-3, 1.0) };
+    faults(Fault::ForceNotFinite, |b| b.wall.answer = Some(askew));
     faults(Fault::Diverged, |b| b.wall.answer = Some(Output { fault: Some(Fault::Diverged), ..Output::NONE }));
     let mut bench = pressed();
     let record = bench.find(Fault::SupplyLow);
@@ -113,6 +116,15 @@ fn energy_since_before_a_fault_is_not_the_next_contacts() {
     let record = bench.find(Fault::SupplyLow);
     assert_eq!(record.energy.given_j, 0.0);
     assert_eq!(record.position_m, Vector3::zeros(), "no pose is believed");
+}
+
+#[test]
+fn what_the_model_asks_for_while_no_force_may_act_is_no_fault() {
+    let mut bench = Bench::new(400.0).idle();
+    bench.ask(Ask::Arm);
+    bench.wall.answer = Some(pushing(1e-3, 1e4));
+    let record = bench.ticks(100);
+    assert_eq!((record.mode, record.fault, record.applied_n.norm()), (Mode::Arming, None, 0.0));
 }
 
 #[test]

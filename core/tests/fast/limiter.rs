@@ -154,7 +154,7 @@ fn strain_begins_after_two_hundred_ticks_at_the_limit_and_ends_below_it() {
     };
     assert_eq!(strained_after(3.0), Some(201));
     assert_eq!(strained_after(2.9985), Some(201), "a model that is limited to the same force rounds below it");
-    assert_eq!(strained_after(2.9), None);
+    assert_eq!(strained_after(2.99), None);
 }
 
 /// The next of a sequence of numbers between -1 and 1.
@@ -168,7 +168,7 @@ fn after_damping_no_shaper_lengthens_a_force() {
     let (limits, mut seed) = (limits(), 46);
     let device = crate::bench::stylus();
     let mut gains = Gains::new(&ArmingSettings::DEFAULT);
-    let (mut stillness, mut slew) = (Stillness::build(1e-3), Slew::build(1e-3));
+    let (mut stillness, mut slew) = (Stillness::new(&ArmingSettings::DEFAULT, 1e-3), Slew::build(1e-3));
     let mut account = EnergyAccount::build(&AccountSettings::DEFAULT, &device, 1e-3).unwrap();
     let mut changed = [0; 4];
     let (mut position_m, mut last_n) = (Vector3::zeros(), Vector3::zeros());

@@ -10,6 +10,7 @@ mod arming;
 mod bench;
 mod bounce;
 mod ceiling;
+mod commissioning;
 mod damping;
 mod deadline;
 mod energy;

@@ -69,11 +69,11 @@ fn a_strong_force_without_any_motion_of_the_encoder_is_gone_after_six_seconds() 
 #[test]
 fn a_force_that_swings_at_rest_becomes_its_lowest_until_the_next_count() {
     let mut bench = Bench::with(400.0, stylus(), |settings| settings.account = AccountSettings::HIGHEST).active();
-    let wanted = |n: u16| Some(pushing(1e-3, if n / 9 % 2 == 0 { 0.3 } else { 1.2 }));
+    let wanted = |n: u16| Some(pushing(1e-3, if (n / 9).is_multiple_of(2) { 0.3 } else { 1.2 }));
     let mut most_n = 0.0_f32;
     for n in 0..800_u16 {
         bench.wall.answer = wanted(n);
-        let record = bench.tick();
+        let record = bench.at(if n < 20 { CLEAR_M + 1e-5 * f32::from(n) } else { CLEAR_M });
         if n >= 400 {
             most_n = most_n.max(record.applied_n.z);
         }

@@ -41,6 +41,17 @@ fn half_a_metre_per_second_gained_against_half_a_newton_is_a_fault() {
 }
 
 #[test]
+fn a_normal_that_turns_away_hides_no_speed_that_was_gained() {
+    let mut runaway = Runaway::default();
+    let found = (0..250_u8).find(|n| {
+        let (speed, angle) = ((0.02 * f32::from(*n)).min(0.9), (0.1 * f32::from(*n)).min(1.2));
+        let normal = Vector3::new(angle.sin(), 0.0, angle.cos());
+        tick(&mut runaway, Vector3::z() * (-speed * TICK_S), normal, normal).is_err()
+    });
+    assert!(found.is_some_and(|n| n < 80), "{found:?}: along the turned normal, a third of it is left");
+}
+
+#[test]
 fn a_hand_that_comes_to_rest_within_twenty_five_millimetres_is_no_runaway() {
     // 1 m/s and more is gained; the travel decides
     for (ticks, fault) in [(18_usize, false), (24, true)] {

@@ -107,7 +107,7 @@ fn held_poses_and_growth_are_told() {
     assert!(set(&bench.repeat(Command::HEARD), ClampFlags::HELD));
     assert!(!set(&bench.tick(), ClampFlags::HELD));
     bench.wall.answer = Some(crate::bench::pushing(5e-3, 2.0));
-    let record = bench.tick();
+    let record = bench.at(CLEAR_M + 1e-5);
     assert!(set(&record, ClampFlags::SLEW) && !set(&record, ClampFlags::FORCE) && !set(&record, ClampFlags::GAIN));
     assert!((record.applied_n.z - 0.5).abs() < 1e-5, "{}", record.applied_n);
 }

@@ -55,7 +55,7 @@ fn a_flip_that_is_not_felt_is_shown_as_it_is_read() {
 }
 
 #[test]
-fn what_is_shown_never_lags_by_more_than_a_count_and_a_third() {
+fn what_is_shown_never_lags_by_more_than_a_count_and_a_half() {
     // on a linkage an axis moves by parts of the counts of two joints: mostly at 0, now and then at
     // 1.5
     for high in [1.0_f32, 1.2, 1.4, 1.5, 1.6, 2.0, 3.0] {
@@ -63,7 +63,7 @@ fn what_is_shown_never_lags_by_more_than_a_count_and_a_third() {
         for n in 0..600 {
             let read = if n < 60 && n % 2 == 0 || n % 10 == 0 { high } else { 0.0 };
             let lag = (shown.read(read) - read).abs();
-            assert!(lag <= 1.301, "{high} counts, tick {n}: {lag}");
+            assert!(lag <= 1.501, "{high} counts, tick {n}: {lag}");
         }
     }
 }
@@ -80,10 +80,10 @@ fn a_flip_that_ends_is_shown_as_it_is_read_after_two_hundred_ticks() {
 
 #[test]
 fn flips_that_are_slow_are_shown_as_they_are_read() {
-    // felt, but a flip every 60 ticks is not the case that the filter is meant for
+    // felt, but with a flip every 210 ticks the reading has left the boundary in between
     let mut shown = Shown::new(2, 40.0 * FELT_N);
-    for n in 0..1_800 {
-        let read = f32::from(n / 60 % 2 == 1);
+    for n in 0..2_100 {
+        let read = f32::from(n / 210 % 2 == 1);
         assert!((shown.read(read) - read).abs() < 1e-5, "tick {n}");
     }
 }

@@ -17,8 +17,8 @@ use serde::{Deserialize, Serialize};
 use crate::device::Device;
 use crate::force_out::DacCode;
 use crate::kinematics::{MechanismError, MechanismProfile};
-use crate::link::wire_limits::WireLimits;
 use crate::port::Port;
+use crate::wire_limits::WireLimits;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const MAGIC: u32 = 0x5041_4C50;

@@ -13,7 +13,6 @@
 //!                 log, modulus taken
 //! ```
 
-pub mod contact;
 pub mod frame;
 pub mod inbox;
 pub mod log;
@@ -22,12 +21,12 @@ pub mod receiver;
 pub mod record;
 mod stuffing;
 pub mod upload;
-pub mod wire_limits;
 
+pub use crate::refusal::Refusal;
 pub use frame::{FRAME_BYTES, FrameError, encode};
 pub use inbox::{Change, Inbox};
 pub use log::Log;
-pub use message::{FromBoard, Identity, Refusal, ToBoard};
+pub use message::{FromBoard, Identity, ToBoard};
 pub use receiver::Receiver;
 pub use record::Record;
 pub use upload::Upload;

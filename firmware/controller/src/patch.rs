@@ -4,7 +4,7 @@
 use palpate::haptic::cycle::Renderer;
 use palpate::{BuildError, Fault, Model, Output, Params, PatchFile, Placement, ProbePose, State, Tuned, Vector3};
 
-use crate::link::Refusal;
+use crate::refusal::Refusal;
 
 pub mod contact;
 pub mod cost;

@@ -11,7 +11,6 @@
 //! the pictures.
 
 mod axis;
-mod before_after;
 mod box_plot;
 mod canvas;
 mod contact;
@@ -39,7 +38,6 @@ mod superposed;
 mod surface;
 mod tick_time;
 
-pub use before_after::{PersonValue, Phase, before_after};
 pub use box_plot::{BoxCluster, BoxPlot, LabelledValues, box_plot};
 pub use contact::{Contact, contact};
 pub use convergence::{ConvergencePoint, convergence};

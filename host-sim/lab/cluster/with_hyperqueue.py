@@ -1,7 +1,7 @@
 """Runs a palpate campaign under HyperQueue on this machine, one shard per task:
 
     pip install hyperqueue==0.27.0
-    python with_hyperqueue.py 1000 palpate-full faults --runs 100000000 --out faults
+    python with_hyperqueue.py 1000 palpate-lab faults --runs 100000000 --out faults
 
 The arguments are the number of shards, then the command with all of its options except --shard. A
 shard whose file exists is not run again, so the same command line after a failure runs the shards

@@ -3,8 +3,6 @@
 use palpate_charts::ChartError;
 use palpate_tissue::Error as TissueError;
 
-use crate::score::ScoreError;
-
 /// Reason why a comparison did not finish, or the claim that it refuted.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -14,9 +12,6 @@ pub enum Error {
     /// A picture that cannot be drawn.
     #[error("{0}")]
     Chart(ChartError),
-    /// A file of training marks that cannot be used.
-    #[error("{0}")]
-    Score(#[from] ScoreError),
 }
 
 impl From<ChartError> for Error {
@@ -43,3 +38,12 @@ macro_rules! of_tissue {
     };
 }
 of_tissue!(palpate_tissue::scene::SceneError, palpate_tissue::mesh::MeshError, palpate::BuildError);
+
+impl From<Error> for palpate_sim::error::Error {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Tissue(error) => Self::Tissue(error),
+            Error::Chart(error) => Self::Chart(error),
+        }
+    }
+}

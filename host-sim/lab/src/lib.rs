@@ -4,8 +4,8 @@
 //! ```text
 //! methods ─ chart (speed against accuracy)
 //! methods ─ stability (where methods and loops fail)
-//! far_field (treatments of the rim, sliding)
 //! paper (figures and tables of the two papers), score (equation 14)
+//! command (the studies of `palpate`)
 //! paper_method (the models of the two papers on the core's tick)
 //! accept (the model against raw measurements of tissue)
 //! ```
@@ -18,8 +18,8 @@ extern crate palpate_tissue;
 
 pub mod accept;
 pub mod chart;
+pub mod command;
 pub mod error;
-pub mod far_field;
 pub mod methods;
 pub mod paper;
 pub mod paper_method;

@@ -22,7 +22,6 @@ mod node_contact;
 mod on_core;
 mod papers;
 mod rest_tet;
-mod rims;
 mod xpbd;
 
 pub use block::{BLOCK_M, Block, DEEPEST_M, RADIUS_M, Size};
@@ -36,7 +35,6 @@ pub use moving_least_squares::{ShapeFunctions, Share, integration_points_m};
 pub use neo_hookean::{NeoHookean, Volume};
 pub use on_core::{Law, OnCore};
 pub use rest_tet::RestTet;
-pub use rims::{DenseRim, LowRankRim, ModeRim};
 pub use xpbd::Xpbd;
 
 use serde::{Deserialize, Serialize};

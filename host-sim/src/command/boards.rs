@@ -1,30 +1,16 @@
-//! Names of boards on the command line, and the boards on which a patch runs.
+//! The boards on which a patch runs.
 
 use palpate::Model;
 use palpate_controller::link::Refusal;
 use palpate_controller::patch::{Budget, Memory, Patch};
 use palpate_tissue::Error as TissueError;
-use palpate_tissue::budget::{CHIPS, CostModel, MACHINES};
+use palpate_tissue::budget::{CostModel, MACHINES};
 
+use super::options::pack::BOARDS;
 use crate::error::Error;
-
-/// A board and the budget of its chip.
-const BOARDS: [(&str, &str); 4] =
-    [("nucleo-f446re", "m4f-180"), ("nucleo-g474re", "m4f-170"), ("nucleo-h743zi", "m7-480"), ("pico2", "m33-150")];
 
 /// Largest number of foundation points per triangle for which a board's image is built.
 const MOST_POINTS: usize = 9;
-
-/// The budget of a board with this name, or the budget with this name.
-pub(super) fn machine(board: &str) -> Result<&'static CostModel, Error> {
-    let budget = BOARDS.iter().find(|(name, _)| *name == board).map_or(board, |(_, budget)| budget);
-    Ok(CostModel::named(budget).ok_or_else(|| {
-        let budgets = MACHINES.iter().chain(&CHIPS).map(|m| m.name.to_owned());
-        let boards = BOARDS.iter().map(|(name, budget)| format!("{name} (takes {budget})"));
-        let names: Vec<String> = budgets.chain(boards).collect();
-        TissueError::Usage(format!("no board \"{board}\": choose one of {}", names.join(", ")))
-    })?)
-}
 
 /// Refuses a patch with more foundation points per triangle than the boards' images support.
 pub(super) fn refuse_points(model: &Model, board: &str) -> Result<(), Error> {
@@ -86,6 +72,7 @@ mod tests {
     use palpate_tissue::tissue::place;
 
     use super::*;
+    use crate::command::options::pack::machine;
 
     #[test]
     fn no_board_takes_sixteen_foundation_points() {

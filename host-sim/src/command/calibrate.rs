@@ -2,12 +2,9 @@
 
 mod record;
 
-use std::path::PathBuf;
-
-use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use super::Common;
+use super::options::calibrate::{CalibrateArgs, FitName};
 use super::progress::Status;
 use super::verdict::Verdict;
 use crate::error::Error;
@@ -30,50 +27,6 @@ const PLACES_RANGE: std::ops::RangeInclusive<usize> = 1..=2000;
 /// Nodes, places and rounds of a fit with `--quick`.
 const QUICK: (usize, usize, usize) = (130, 40, 6);
 
-#[derive(Args, Clone, Debug)]
-pub(super) struct CalibrateArgs {
-    #[command(flatten)]
-    common: Common,
-    /// Nodes of the mesh [default: the scene's].
-    #[arg(long, value_name = "COUNT")]
-    nodes: Option<usize>,
-    /// Places of the probe to fit, besides the centre.
-    #[arg(long, value_name = "COUNT", default_value_t = Settings::default().places)]
-    places: usize,
-    /// Largest number of rounds of the fit (of evaluations of the objective, for annealing).
-    #[arg(long, value_name = "COUNT")]
-    rounds: Option<usize>,
-    /// Foundation points per surface triangle: 4, 9 or 16 [default: 9 where elements are larger
-    /// than 0.4 of the probe's radius, else 4]. No board supports 16.
-    #[arg(long, value_name = "COUNT")]
-    points: Option<usize>,
-    /// Method of the fit; annealing minimises the same objective and is there for comparison.
-    #[arg(long, value_enum, default_value_t = FitName::GaussNewton)]
-    fit: FitName,
-    /// Finite-element answer for the fit, answer.json of `palpate reference` [default: the one that
-    /// ships].
-    #[arg(long, value_name = "FILE")]
-    reference: Option<PathBuf>,
-    /// Fit the answer's glued discs too, pressed and sheared.
-    #[arg(long, conflicts_with = "check")]
-    glued: bool,
-    /// Fit nothing: press the patches that ship, or the scene's own, at depths and places that the
-    /// fit did not see.
-    #[arg(long)]
-    check: bool,
-    /// A small fit: 130 nodes over 40 places, 4 s of processor time.
-    #[arg(long, conflicts_with_all = ["nodes", "check", "places", "rounds"])]
-    quick: bool,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum FitName {
-    /// Gauss-Newton with adjoint gradients, with which the shipped patches were fitted.
-    GaussNewton,
-    /// Simulated annealing of two scalars, the schedule of paper 004.
-    Annealing,
-}
-
 impl CalibrateArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let mut scene = self.common.load()?;
@@ -84,7 +37,7 @@ impl CalibrateArgs {
             None => Answer::block(),
         };
         if self.check {
-            return self.check(&scene, &answer);
+            return self.press_shipped(&scene, &answer);
         }
         let (nodes, places, rounds) = match self.quick {
             true => (Some(QUICK.0), QUICK.1, QUICK.2),
@@ -201,7 +154,7 @@ impl CalibrateArgs {
         .last()
     }
 
-    fn check(&self, scene: &Scene, answer: &Answer) -> Result<(), Error> {
+    fn press_shipped(&self, scene: &Scene, answer: &Answer) -> Result<(), Error> {
         let map = ReferenceMap::of(answer).ok_or_else(|| too_few(scene))?;
         let sizes = self.nodes.map_or(calibrated::SIZES.to_vec(), |n| vec![n]);
         let folder = OutputFolder::add_to(&self.common.folder("calibrate"))?;

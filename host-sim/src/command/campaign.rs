@@ -19,7 +19,7 @@ use palpate_tissue::shard::{FILE, Heading, Part, PartError, Shard};
 
 /// Selection of the cases that this process runs, and of the rows that it prints.
 #[derive(Args, Clone, Debug, Default)]
-pub(super) struct Shards {
+pub struct Shards {
     /// Print every row; otherwise only the failed rows and the totals are printed.
     #[arg(long)]
     pub all: bool,
@@ -30,13 +30,15 @@ pub(super) struct Shards {
 }
 
 impl Shards {
-    pub(super) fn any(&self) -> bool {
+    /// Whether shards were asked for.
+    #[must_use]
+    pub fn any(&self) -> bool {
         !self.shard.is_empty()
     }
 }
 
 /// A command whose work is numbered cases.
-pub(super) trait Campaign: Sized {
+pub trait Campaign: Sized {
     /// Everything that determines the campaign's cases.
     type Options: Serialize + DeserializeOwned;
     /// Counts over some of the cases.
@@ -66,6 +68,7 @@ pub(super) trait Campaign: Sized {
         .into())
     }
 
+    /// Everything that determines the campaign's cases.
     fn options(&self) -> &Self::Options;
 
     /// Number of cases in the campaign.
@@ -127,6 +130,10 @@ pub(super) trait Campaign: Sized {
         Ok(())
     }
 
+    /// The options by their names.
+    ///
+    /// # Errors
+    /// JSON cannot represent them.
     fn named_options(&self) -> Result<BTreeMap<String, serde_json::Value>, Error> {
         let value = serde_json::to_value(self.options()).map_err(unwritable)?;
         Ok(value.as_object().into_iter().flatten().map(|(key, value)| (key.clone(), value.clone())).collect())

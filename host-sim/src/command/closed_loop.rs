@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::campaign::{Campaign, Shards};
 use super::hardware_in_loop::HardwareInLoop;
 use super::length::metres;
+use super::on_demand::{Program, build_and_run};
 use super::progress::{Progress, told};
 use super::verdict::Verdict;
 use super::{Common, print_warnings};
@@ -114,7 +115,7 @@ pub(super) struct Loop {
 impl LoopArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         if self.emulated && cfg!(not(feature = "full")) {
-            return super::on_demand::build_and_run();
+            return build_and_run(Program::Full);
         }
         let Self { common, runs, emulated, image, shards } = self.clone();
         let folder = common.folder("loop");

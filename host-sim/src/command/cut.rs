@@ -1,15 +1,13 @@
 //! `palpate cut`: cuts a patch out of a whole organ, with rim springs as its far field, and
 //! calibrates it.
 
-use clap::Args;
 use palpate::{BuildError, Params};
 use serde::Serialize;
 
-use super::length::metres;
-use super::pack::BoardArg;
+use super::boards;
+use super::options::cut::CutArgs;
 use super::progress::Status;
 use super::verdict::Verdict;
-use super::{Common, boards};
 use crate::error::Error;
 use palpate_board::live_trace;
 use palpate_controller::link::Refusal;
@@ -19,7 +17,7 @@ use palpate_fit::calibrate::accuracy::Accuracy;
 use palpate_fit::calibrate::targets::DEPTHS_RADII;
 use palpate_fit::far_field::fitted::{Fitted, JUDGED_PLACES, JUDGED_RADII, Prepared, Recipe, Short, Truth};
 use palpate_fit::far_field::springs;
-use palpate_fit::scene_fit::{PLACES_RANGE, tissue_of};
+use palpate_fit::scene_fit::tissue_of;
 use palpate_fit::solved::Solved;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::AnswerProbe;
@@ -44,28 +42,6 @@ const JUDGED_DEPTHS_RADII: [f64; 2] = [0.125, 0.5];
 const MOST_FLOOR_RAISE: f32 = 2.0;
 const FLOOR_STEP: f32 = 1.05;
 
-#[derive(Args, Clone, Debug)]
-pub(super) struct CutArgs {
-    #[command(flatten)]
-    common: Common,
-    #[command(flatten)]
-    board: BoardArg,
-    /// Radius of the patch around the site (16mm, 1.6cm, 0.016), 1.5 to 2.5 probe radii; rim
-    /// springs replace the rest of the organ.
-    #[arg(long = "radius", alias = "radius-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
-    radius_m: f64,
-    /// Edge length of the elements at the site [default: the smallest that fits the board].
-    #[arg(long = "element", alias = "element-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
-    element_m: Option<f64>,
-    /// Stroke of the probe along x and y, centred on the site: the patch is lengthened for it. Only
-    /// for the default block.
-    #[arg(long = "stroke", alias = "stroke-m", value_names = ["X", "Y"], value_delimiter = ',', num_args = 2, value_parser = metres, allow_negative_numbers = true)]
-    stroke_m: Option<Vec<f64>>,
-    /// Number of places to calibrate over, 20 to 2000.
-    #[arg(long, value_name = "COUNT", default_value_t = 100)]
-    places: usize,
-}
-
 impl CutArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let (common, machine, radius_m) = (&self.common, self.board.machine()?, self.radius_m);
@@ -74,15 +50,6 @@ impl CutArgs {
         scene.refuse_stiffening()?;
         if machine.is_board() {
             scene.refuse_what_boards_lack(machine.name)?;
-        }
-        if !PLACES_RANGE.contains(&self.places) {
-            return Err(TissueError::Usage(format!(
-                "--places {}: take {} to {}",
-                self.places,
-                PLACES_RANGE.start(),
-                PLACES_RANGE.end()
-            ))
-            .into());
         }
         let probe_m = scene.probe.radius_m;
         let recipe = |fine_m: f64| {

@@ -2,21 +2,20 @@
 
 mod print;
 
-use std::path::PathBuf;
 use std::time::Instant;
 
-use clap::Args;
 use palpate_controller::patch::Memory;
 
 use self::print::{Emulated, print, write_timing};
+use super::boards;
+use super::options::emulate::EmulateArgs;
 use super::press::{print_holds, with_progress};
 use super::progress::told;
 use super::verdict::Verdict;
-use super::{Common, boards};
 use crate::error::Error;
 use crate::press_report;
 use palpate_board::one_core::OneCore;
-use palpate_board::{self, Board, EmulatedBoard, Lockstep, campaign, timed, timing};
+use palpate_board::{self, Board, Lockstep, campaign, timed, timing};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::fit_record::press_packed;
 use palpate_tissue::session::Session;
@@ -31,32 +30,6 @@ const STARTED_TICKS: u32 = 10_000;
 
 /// Depth of random presses, as a share of the patch's depth limit.
 const DEEPEST: f32 = 0.9;
-
-#[derive(Args, Clone, Debug)]
-pub(super) struct EmulateArgs {
-    #[command(flatten)]
-    common: Common,
-    /// Firmware image [default: built with `cargo fw`].
-    #[arg(long, value_name = "FILE")]
-    image: Option<PathBuf>,
-    /// Packed patch to upload [default, by scene, from firmware/patches: block-m4f-168,
-    /// nodule-m7-480 or liver-m4f-168].
-    #[arg(long, value_name = "FILE")]
-    patch: Option<PathBuf>,
-    /// Emulated board [default: the one in the name of the patch file, else m4f-168].
-    #[arg(long, value_enum)]
-    board: Option<EmulatedBoard>,
-    /// Ticks of random presses, faults and recovery after the scene's own press [default: 10000].
-    #[arg(long, allow_negative_numbers = true, value_name = "N")]
-    ticks: Option<u32>,
-    /// Run only the press and 2000 ticks.
-    #[arg(long)]
-    quick: bool,
-    /// Also measure the cost of a tick, the jitter of its start and the effect of late ticks
-    /// (instructions.csv, overruns.csv, board.log, picture of all ticks).
-    #[arg(long)]
-    timing: bool,
-}
 
 impl EmulateArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
@@ -73,7 +46,7 @@ impl EmulateArgs {
         let words = words(&bytes);
         let patch = &bytemuck::cast_slice(&words)[..bytes.len()];
         let image = palpate_board::image::find(self.image.as_deref())?;
-        let machine = self.board.unwrap_or_else(|| palpate_board::image::machine_for(&patch_file));
+        let machine = self.board.map_or_else(|| palpate_board::image::machine_for(&patch_file), Into::into);
         let turns = OneCore::stay();
         let board = Board::start(&image, machine, None)?;
         let mut memory = Box::new(Memory::RESERVED);

@@ -9,20 +9,15 @@ mod scenes;
 mod stages;
 mod store;
 
-use std::path::PathBuf;
-
-use clap::Args;
-use serde::{Deserialize, Serialize};
-
 pub(super) use self::scenes::FitScenes;
-use super::campaign::{Campaign, Shards};
-use super::length::metres;
+use super::campaign::Campaign;
+use super::options::fit::{FitArgs, FitOptions};
+use super::print_warnings;
 use super::verdict::Verdict as Line;
-use super::{Common, print_warnings};
 use crate::error::Error;
 use palpate_fit::calibrate::{Fit, Settings, too_many_lost};
 use palpate_fit::plan::WORST_RATIO;
-use palpate_fit::scene_fit::{PLACES_RANGE, Verdict, check, checked_points};
+use palpate_fit::scene_fit::{Verdict, check};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::fit_record::FitRecord;
 use palpate_tissue::scene::{NO_PATCH, Scene};
@@ -40,49 +35,6 @@ const QUICK_ROUNDS: usize = 3;
 /// Share of the objective that a round must gain for the fit to continue: five more rounds would
 /// bring the force error of 410 nodes from 0.88 to 0.84 %.
 const LEAST_GAIN: f64 = 0.03;
-
-#[derive(Args, Clone, Debug)]
-pub(super) struct FitArgs {
-    #[command(flatten)]
-    common: Common,
-    #[command(flatten)]
-    options: FitOptions,
-    /// Instead, fit every scene (.toml) of a folder, each into a folder of its own below --out, and
-    /// collect the results in one table (fits.csv, summary.json, trials.json in --out/table). For a
-    /// scene that cannot be fitted the row says why, and the exit code is 1.
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["scene", "changes"])]
-    scenes: Option<PathBuf>,
-    #[command(flatten)]
-    shards: Shards,
-}
-
-/// Options of a fit.
-#[derive(Args, Clone, Debug, Serialize, Deserialize)]
-pub(super) struct FitOptions {
-    /// Nodes of the patch [default: the scene's for a block, 100 for a piece of an organ].
-    #[arg(long, value_name = "COUNT")]
-    nodes: Option<usize>,
-    /// Radius of the patch around the site, for an organ or a mesh (16mm, 1.6cm, 0.016) [default:
-    /// 2.125 probe radii].
-    #[arg(long = "radius", alias = "radius-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
-    radius_m: Option<f64>,
-    /// Places of the probe to fit, besides the centre [default: 33 000 divided by the nodes, within
-    /// 80 to 250].
-    #[arg(long, value_name = "COUNT")]
-    places: Option<usize>,
-    /// Foundation points per surface triangle: 4, 9 or 16 [default: for a block 16 where elements
-    /// are larger than 1.85 radii of the shallowest contact; else 9 where they are larger than 0.4
-    /// of the probe's radius, else 4]. No board supports 16.
-    #[arg(long, value_name = "COUNT")]
-    points: Option<usize>,
-    /// Largest force error, at places and depths that the fit never saw [%]: root mean square; a
-    /// single press may be off by 2.5 times as much.
-    #[arg(long, value_name = "PERCENT", default_value_t = 2.0, allow_negative_numbers = true)]
-    tolerance_pct: f64,
-    /// Coarse finite elements and few rounds, to try the command: do not rely on the patch.
-    #[arg(long)]
-    quick: bool,
-}
 
 /// A written patch, and its results.
 struct Fitted {
@@ -115,10 +67,6 @@ impl FitArgs {
             let out = self.common.folder("fit");
             let options = scenes::Options { fit: self.options.clone(), scenes, out: out.clone() };
             return FitScenes::start(options, &self.shards, &out);
-        }
-        if self.shards.any() {
-            let why = "--shard: one scene is fitted in one piece: leave it out, or give a folder of scenes with --scenes";
-            return Err(TissueError::Usage(why.into()).into());
         }
         self.fit_scene()?.verdict(self.options.tolerance_pct)?.last()
     }
@@ -199,19 +147,6 @@ impl FitOptions {
             WORST_RATIO * asked,
             (keeps * 10.0).ceil() / 10.0
         ))
-    }
-
-    fn check(&self) -> Result<(), Error> {
-        if let Some(places) = self.places.filter(|places| !PLACES_RANGE.contains(places)) {
-            let (first, last) = (PLACES_RANGE.start(), PLACES_RANGE.end());
-            return Err(TissueError::Usage(format!("--places {places}: take {first} to {last}")).into());
-        }
-        self.points.map(checked_points).transpose()?;
-        if !(self.tolerance_pct > 0.0 && self.tolerance_pct <= 100.0) {
-            let why = format!("--tolerance-pct {}: give a percentage above 0, at most 100", self.tolerance_pct);
-            return Err(TissueError::Usage(why).into());
-        }
-        Ok(())
     }
 }
 

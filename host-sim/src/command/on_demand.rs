@@ -1,5 +1,5 @@
-//! Commands that this build does not contain. `palpate-full` contains them; it is built when one of
-//! them is first used, and then runs with the same arguments.
+//! Commands that another program executes. It is built when one of them is first used, and then
+//! runs with the same arguments. What is wrong with the arguments is said before.
 
 use std::path::Path;
 use std::process::Command;
@@ -11,24 +11,51 @@ use palpate_tissue::machine::PROFILE;
 use super::tools::Tools;
 use crate::error::Error;
 
-/// Builds `palpate-full`, which then replaces this process and receives its arguments. A user who
-/// ends this process thus ends the other, and the force that it may keep on.
-pub(super) fn build_and_run() -> Result<(), Error> {
-    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+/// A program that is built when it is first needed.
+#[derive(Clone, Copy)]
+pub(super) enum Program {
+    /// `palpate` with every command that is not a study.
+    Full,
+    /// The studies, in a workspace of their own.
+    Lab,
+}
+
+impl Program {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Full => "palpate-full",
+            Self::Lab => "palpate-lab",
+        }
+    }
+
+    /// Folder of its package, relative to that of this one, and how cargo builds it there.
+    fn package(self) -> (&'static str, &'static [&'static str]) {
+        match self {
+            Self::Full => ("", &["--package", "palpate-sim", "--features", "full"]),
+            Self::Lab => ("lab", &["--package", "palpate-lab"]),
+        }
+    }
+}
+
+/// Builds a program, which then replaces this process and receives its arguments. A user who ends
+/// this process thus ends the other, and the force that it may keep on.
+pub(super) fn build_and_run(program: Program) -> Result<(), Error> {
+    let (folder, how) = program.package();
+    let (package, name) = (Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), program.name());
     if !package.join("Cargo.toml").is_file() {
         return Err(TissueError::Usage(format!(
-            "this build of palpate lacks this command, and {} is not there to build it from: build palpate with `--features full`",
+            "this build of palpate lacks this command, and {} is not there to build {name} from: start it in the repository",
             package.display()
         ))
         .into());
     }
-    eprintln!("building palpate-full, which has this command; the first time takes some minutes");
+    eprintln!("building {name}, which has this command; the first time takes some minutes");
     let started = Instant::now();
     let profile = if PROFILE == "debug" { "dev" } else { PROFILE };
-    let build = ["--quiet", "--profile", profile, "--package", "palpate-sim", "--bin", "palpate-full", "--features", "full"];
-    let full = Tools::in_use(package.to_path_buf()).build(&build, "palpate-full")?;
+    let build = [&["--quiet", "--profile", profile, "--bin", name], how].concat();
+    let built = Tools::in_use(package).build(&build, name)?;
     eprintln!("built in {:.0} s", started.elapsed().as_secs_f64());
-    Err(replaced_by(Command::new(&full).args(std::env::args_os().skip(1)), &full))
+    Err(replaced_by(Command::new(&built).args(std::env::args_os().skip(1)), &built))
 }
 
 /// Replaces this process by a program; returns only if the program does not start.

@@ -2,14 +2,11 @@
 
 mod remedy;
 
-use clap::Args;
-use serde::{Deserialize, Serialize};
-
+use super::options::pack::{BoardArg, PackArgs};
 use super::progress::told;
 use super::verdict::Verdict;
 use super::{Common, boards, print_warnings};
 use crate::error::Error;
-use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::{Cost, CostModel, triangles_in_reach};
 use palpate_tissue::fit_record::{FitRecord, checksum};
@@ -24,59 +21,9 @@ const LEAST_NODES: usize = 30;
 /// Numbers of nodes that are tried beyond the result of the bisection.
 const LOOK_AHEAD: usize = 4;
 
-#[derive(Args, Clone, Debug)]
-pub(super) struct PackArgs {
-    #[command(flatten)]
-    common: Common,
-    #[command(flatten)]
-    board: BoardArg,
-    /// Nodes of the block's mesh [default: the most that fit the board, but no more than the
-    /// scene's].
-    #[arg(long, value_name = "COUNT")]
-    nodes: Option<usize>,
-}
-
 impl PackArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         pack(&self.common, &self.board, self.nodes)
-    }
-}
-
-#[derive(Args, Clone, Debug)]
-pub(super) struct BoardArg {
-    /// Board, or budget, for a tick of the patch: m4f-168 (Cortex-M4F, 168 MHz), m4f-170, m4f-180,
-    /// m7-480 (Cortex-M7, 480 MHz), m7-400, m33-150 or desktop; nucleo-f446re, nucleo-g474re,
-    /// nucleo-h743zi and pico2 select their own budget.
-    #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
-    board: String,
-    #[command(flatten)]
-    device: DeviceArg,
-}
-
-/// Device for which a patch is made.
-#[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct DeviceArg {
-    /// Device on the board, by name or profile (.toml): a contact stiffer than its stiffness
-    /// ceiling is refused, with what is accepted instead, as by the board itself.
-    #[arg(long, value_name = "DEVICE")]
-    device: Option<String>,
-}
-
-impl DeviceArg {
-    /// Largest contact stiffness of the device [N/m]; no limit without a device.
-    pub(super) fn ceiling_n_per_m(&self) -> Result<f32, Error> {
-        let Some(device) = &self.device else { return Ok(f32::MAX) };
-        Ok(DeviceProfile::load(device)?.limits(palpate::Vector3::zeros()).ceiling_n_per_m())
-    }
-}
-
-impl BoardArg {
-    pub(super) fn ceiling_n_per_m(&self) -> Result<f32, Error> {
-        self.device.ceiling_n_per_m()
-    }
-
-    pub(super) fn machine(&self) -> Result<&'static CostModel, Error> {
-        boards::machine(&self.board)
     }
 }
 

@@ -5,23 +5,19 @@ mod scenes;
 mod worth;
 
 use std::cell::Cell;
-use std::path::{Path, PathBuf};
-
-use clap::Args;
-use serde::{Deserialize, Serialize};
+use std::path::Path;
 
 pub(super) use self::scenes::PlanScenes;
 use super::Common;
-use super::boards::machine;
-use super::campaign::{Campaign, Shards};
+use super::campaign::Campaign;
 use super::cut::{on_board, packed};
-use super::pack::DeviceArg;
+use super::options::pack::machine;
+use super::options::plan::{PlanArgs, PlanOptions};
 use super::progress::Status;
 use crate::error::Error;
 use crate::provenance;
 use palpate_board::live_trace;
 use palpate_fit::plan::{Bench, Known, Outcome, Supply, search};
-use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::CostModel;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
@@ -29,44 +25,6 @@ use palpate_tissue::session::Session;
 
 /// Approximate number of steps of a quick search, in words.
 const QUICK_STEPS: &str = " of some 20";
-
-#[derive(Args, Clone, Debug)]
-pub(super) struct PlanArgs {
-    #[command(flatten)]
-    common: Common,
-    #[command(flatten)]
-    options: PlanOptions,
-    /// Board, or budget, for a tick of the model: m4f-168 (Cortex-M4F, 168 MHz), m4f-170, m4f-180,
-    /// m7-480 (Cortex-M7, 480 MHz), m7-400, m33-150 or desktop; nucleo-f446re, nucleo-g474re,
-    /// nucleo-h743zi and pico2 select their own budget. With --scenes it may be given several
-    /// times.
-    #[arg(long, value_name = "BOARD", default_value = "m4f-168")]
-    board: Vec<String>,
-    /// Instead, plan every scene (.toml) of a folder for every board that is given, each into a
-    /// folder of its own below --out, and collect the results in one table (plans.csv and
-    /// summary.json in --out/table). For a scene that cannot be planned the row says why, and the
-    /// exit code is 1.
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["scene", "changes"])]
-    scenes: Option<PathBuf>,
-    #[command(flatten)]
-    shards: Shards,
-}
-
-/// Options of the search for a model.
-#[derive(Args, Clone, Debug, Serialize, Deserialize)]
-pub(super) struct PlanOptions {
-    /// Largest tolerable force error [%]: root mean square over places and depths; single places
-    /// may be off by 2.5 times as much.
-    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
-    tolerance_pct: f64,
-    /// Try fewer and smaller candidates: 30 s of processor time for a block; an organ is solved by
-    /// finite elements first, half a minute more.
-    #[arg(long)]
-    quick: bool,
-    #[command(flatten)]
-    #[serde(flatten)]
-    device: DeviceArg,
-}
 
 impl PlanArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
@@ -76,14 +34,7 @@ impl PlanArgs {
             let options = scenes::Options { plan: self.options.clone(), boards, scenes, out: out.clone() };
             return PlanScenes::start(options, &self.shards, &out);
         }
-        if self.shards.any() {
-            let why = "--shard: one scene is planned in one piece, by a search whose steps follow from each other: leave it out, or give a folder of scenes with --scenes";
-            return Err(TissueError::Usage(why.into()).into());
-        }
-        let [board] = &boards[..] else {
-            let why = format!("--board {}: one scene is planned for one board: give one, or --scenes", boards.join(" --board "));
-            return Err(TissueError::Usage(why).into());
-        };
+        let Some(board) = boards.first() else { return Ok(()) };
         let board = machine(board)?;
         let (outcome, _) = self.options.plan(&self.common, board, &out, self.shards.all)?;
         report::verdict(&outcome, board, self.options.tolerance_pct)?.last()
@@ -91,14 +42,6 @@ impl PlanArgs {
 }
 
 impl PlanOptions {
-    fn check(&self) -> Result<(), Error> {
-        if self.tolerance_pct > 0.0 && self.tolerance_pct <= 100.0 {
-            return Ok(());
-        }
-        let why = format!("--tolerance-pct {}: give a percentage above 0, at most 100", self.tolerance_pct);
-        Err(TissueError::Usage(why).into())
-    }
-
     /// Plans one scene for one board, and writes the result to the folder `out`; also returns the
     /// name of the patch file. With `all`, every model that was tried is printed.
     fn plan(

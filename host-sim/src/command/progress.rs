@@ -2,12 +2,8 @@
 
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
-#[cfg(feature = "full")]
-use std::sync::mpsc::Sender;
-use std::sync::mpsc::{RecvTimeoutError, channel};
-#[cfg(feature = "full")]
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
-#[cfg(feature = "full")]
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -18,11 +14,10 @@ const QUIET: Duration = Duration::from_secs(2);
 /// Time between two lines without a terminal [s].
 const LINE_S: u64 = 10;
 /// Time between two lines that name a step.
-#[cfg(feature = "full")]
 const STEP_LINE: Duration = Duration::from_secs(4);
 
 /// Counts steps of work, on standard error.
-pub(super) struct Progress {
+pub struct Progress {
     bar: ProgressBar,
     what: &'static str,
     length: u64,
@@ -35,7 +30,7 @@ pub(super) struct Progress {
 
 impl Progress {
     /// Begins a count up to `length`; `what` is the plural of its steps.
-    pub(super) fn new(length: u64, what: &'static str) -> Self {
+    pub fn new(length: u64, what: &'static str) -> Self {
         let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::hidden());
         if let Ok(style) = ProgressStyle::with_template(&format!("{{bar:30}} {{pos}}/{{len}} {what}, {{eta}} left")) {
             bar.set_style(style);
@@ -45,7 +40,7 @@ impl Progress {
     }
 
     /// Adds this many steps to the count.
-    pub(super) fn inc(&self, steps: u64) {
+    pub fn inc(&self, steps: u64) {
         let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
         let spent = self.began.elapsed();
         if self.terminal {
@@ -63,14 +58,14 @@ impl Progress {
     }
 
     /// Removes the bar from the terminal.
-    pub(super) fn finish(&self) {
+    pub fn finish(&self) {
         self.bar.finish_and_clear();
     }
 }
 
 /// Progress of work of unknown length.
 #[derive(Default)]
-pub(super) struct Spinner {
+pub struct Spinner {
     began: Option<Instant>,
     /// Time of the last line [s]; `None` before the first, and on a terminal.
     told_s: Option<u64>,
@@ -79,7 +74,7 @@ pub(super) struct Spinner {
 
 impl Spinner {
     /// Turns the spinner by one step, with a message beside it.
-    pub(super) fn show(&mut self, message: impl FnOnce() -> String) {
+    pub fn show(&mut self, message: impl FnOnce() -> String) {
         let spent = self.began.get_or_insert_with(Instant::now).elapsed();
         if spent < QUIET {
             return;
@@ -101,7 +96,7 @@ impl Spinner {
     }
 
     /// Removes the spinner from the terminal.
-    pub(super) fn clear(&self) {
+    pub fn clear(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
@@ -112,7 +107,7 @@ impl Spinner {
 const TURN: Duration = Duration::from_millis(200);
 
 /// Does work that does not count its steps, and names it from the third second on.
-pub(super) fn told<T>(doing: &str, work: impl FnOnce() -> T) -> T {
+pub fn told<T>(doing: &str, work: impl FnOnce() -> T) -> T {
     let (end, ended) = channel::<()>();
     std::thread::scope(|scope| {
         scope.spawn(move || {
@@ -130,15 +125,13 @@ pub(super) fn told<T>(doing: &str, work: impl FnOnce() -> T) -> T {
 
 /// Progress of work that lasts until it is ended: beside a spinner on a terminal, or in a line
 /// every few seconds without one.
-#[cfg(feature = "full")]
-pub(super) struct Lines {
+pub struct Lines {
     spinner: Spinner,
     began: Instant,
     written: Instant,
     terminal: bool,
 }
 
-#[cfg(feature = "full")]
 impl Default for Lines {
     fn default() -> Self {
         let now = Instant::now();
@@ -146,10 +139,9 @@ impl Default for Lines {
     }
 }
 
-#[cfg(feature = "full")]
 impl Lines {
     /// Sets the description of the present state.
-    pub(super) fn say(&mut self, how: impl FnOnce() -> String) {
+    pub fn say(&mut self, how: impl FnOnce() -> String) {
         if self.terminal {
             self.spinner.show(how);
         } else if self.written.elapsed() >= STEP_LINE {
@@ -159,7 +151,7 @@ impl Lines {
     }
 
     /// Prints a line above the spinner.
-    pub(super) fn above(&self, print: impl FnOnce()) {
+    pub fn above(&self, print: impl FnOnce()) {
         match &self.spinner.bar {
             Some(bar) => bar.suspend(print),
             None => print(),
@@ -167,21 +159,19 @@ impl Lines {
     }
 
     /// Removes the spinner from the terminal.
-    pub(super) fn clear(&self) {
+    pub fn clear(&self) {
         self.spinner.clear();
     }
 }
 
 /// Progress of work that describes its current activity.
-#[cfg(feature = "full")]
-pub(super) struct Status {
+pub struct Status {
     bar: ProgressBar,
     /// Prints the activity if there is no terminal.
     teller: Option<Teller>,
 }
 
 /// Writes a line every few seconds, even while a single step takes longer.
-#[cfg(feature = "full")]
 struct Teller {
     doing: Arc<Mutex<String>>,
     /// The thread ends when this sender is dropped.
@@ -189,7 +179,6 @@ struct Teller {
     thread: JoinHandle<()>,
 }
 
-#[cfg(feature = "full")]
 impl Teller {
     fn start() -> Self {
         let (end, ended) = channel();
@@ -220,9 +209,10 @@ impl Teller {
     }
 }
 
-#[cfg(feature = "full")]
 impl Status {
-    pub(super) fn start() -> Self {
+    /// Begins work of unknown length.
+    #[must_use]
+    pub fn start() -> Self {
         if !std::io::stderr().is_terminal() {
             return Self { bar: ProgressBar::hidden(), teller: Some(Teller::start()) };
         }
@@ -233,7 +223,7 @@ impl Status {
     }
 
     /// Sets the description of the next part of the work.
-    pub(super) fn say(&self, doing: impl Into<String>) {
+    pub fn say(&self, doing: impl Into<String>) {
         match &self.teller {
             Some(teller) => teller.say(doing.into()),
             None => self.bar.set_message(doing.into()),
@@ -241,12 +231,12 @@ impl Status {
     }
 
     /// Prints a line above the bar.
-    pub(super) fn above(&self, print: impl FnOnce()) {
+    pub fn above(&self, print: impl FnOnce()) {
         self.bar.suspend(print);
     }
 
     /// Removes the bar from the terminal.
-    pub(super) fn clear(&self) {
+    pub fn clear(&self) {
         self.bar.finish_and_clear();
         if let Some(teller) = &self.teller {
             teller.say(String::new());
@@ -254,7 +244,6 @@ impl Status {
     }
 }
 
-#[cfg(feature = "full")]
 impl Drop for Status {
     fn drop(&mut self) {
         if let Some(teller) = self.teller.take() {
@@ -264,8 +253,7 @@ impl Drop for Status {
 }
 
 /// Progress of work that names each of its steps.
-#[cfg(feature = "full")]
-pub(super) struct Steps {
+pub struct Steps {
     stage: &'static str,
     began: Instant,
     /// The bar on a terminal; `None` without one.
@@ -273,7 +261,6 @@ pub(super) struct Steps {
     count: Mutex<Count>,
 }
 
-#[cfg(feature = "full")]
 struct Count {
     done: usize,
     total: usize,
@@ -281,10 +268,9 @@ struct Count {
     written: Instant,
 }
 
-#[cfg(feature = "full")]
 impl Steps {
     /// Begins a stage of `total` steps.
-    pub(super) fn new(stage: &'static str, total: usize) -> Self {
+    pub fn new(stage: &'static str, total: usize) -> Self {
         let bar = std::io::stderr().is_terminal().then(|| {
             let style = ProgressStyle::with_template("{prefix} {bar:30} {pos}/{len} {msg} {elapsed}");
             let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
@@ -297,17 +283,17 @@ impl Steps {
     }
 
     /// Counts one more step as done; `step` names it.
-    pub(super) fn one(&self, step: &str) {
+    pub fn one(&self, step: &str) {
         self.update(|count| count.done += 1, step);
     }
 
     /// Names the position that the next step has reached.
-    pub(super) fn at(&self, place: &str) {
+    pub fn at(&self, place: &str) {
         self.update(|_| (), place);
     }
 
     /// Sets the count to `done` steps of `total`; `next` names the next one.
-    pub(super) fn show(&self, done: usize, total: usize, next: &str) {
+    pub fn show(&self, done: usize, total: usize, next: &str) {
         self.update(|count| (count.done, count.total) = (done, total), next);
     }
 
@@ -327,7 +313,7 @@ impl Steps {
     }
 
     /// Removes the bar from the terminal.
-    pub(super) fn finish(&self) {
+    pub fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }

@@ -1,9 +1,8 @@
 //! The command `palpate reference`.
 
-use clap::Args;
 use serde::Serialize;
 
-use super::Common;
+use super::options::reference::ReferenceArgs;
 use super::progress::Spinner;
 use super::verdict::Verdict;
 use crate::error::Error;
@@ -14,18 +13,6 @@ use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::{Answer, AnswerProbe, AnswerTissue, HoldAnswer};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::{Drive, Scene};
-
-#[derive(Args, Clone, Debug)]
-pub(super) struct ReferenceArgs {
-    #[command(flatten)]
-    common: Common,
-    /// Use coarser meshes: 4 s of processor time for the block.
-    #[arg(long)]
-    quick: bool,
-    /// Solve again the answers that ship with the project.
-    #[arg(long, hide = true, conflicts_with_all = ["quick", "scene"])]
-    shipped: bool,
-}
 
 impl ReferenceArgs {
     pub(super) fn run(&self) -> Result<(), Error> {

@@ -5,11 +5,13 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
+use super::on_demand::{Program, build_and_run};
+use super::options::EmulatedBoard;
 use super::verdict::Verdict;
 use crate::error::Error;
 use crate::provenance;
 #[cfg(feature = "full")]
-use palpate_board::{EmulatedBoard, live_trace, one_core::OneCore};
+use palpate_board::{live_trace, one_core::OneCore};
 use palpate_loop::closed_loop::watch::Broken;
 use palpate_loop::live::replay::{self, Replayed};
 use palpate_loop::live::trace::{Head, Trace, VERSION};
@@ -31,14 +33,9 @@ pub(super) struct ReplayArgs {
     #[arg(long, value_name = "FILE", requires = "emulated")]
     image: Option<PathBuf>,
     /// The emulated board.
-    #[cfg_attr(feature = "full", arg(long, value_enum, default_value = "m7-480", requires = "emulated"))]
-    #[cfg_attr(not(feature = "full"), arg(long, default_value = "m7-480", requires = "emulated"))]
+    #[arg(long, value_enum, default_value = "m7-480", requires = "emulated")]
     board: EmulatedBoard,
 }
-
-/// Only the full build, which contains the emulated board, reads the name.
-#[cfg(not(feature = "full"))]
-type EmulatedBoard = String;
 
 /// Contents of `summary.json`.
 #[derive(Serialize)]
@@ -51,7 +48,7 @@ struct Summary<'a> {
     deepest_m: f32,
     state_hash: String,
     same_bits: bool,
-    emulated_board: Option<String>,
+    emulated_board: Option<&'static str>,
     differs_at_tick: Option<u32>,
     differs_in: Option<&'static str>,
     /// Invariants of the loop that ticks of the trace break.
@@ -61,7 +58,7 @@ struct Summary<'a> {
 impl ReplayArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         if self.emulated && cfg!(not(feature = "full")) {
-            return super::on_demand::build_and_run();
+            return build_and_run(Program::Full);
         }
         let bytes = std::fs::read(&self.file).map_err(|source| TissueError::Read { path: self.file.clone(), source })?;
         let trace = Trace::read(&bytes).map_err(|cause| Error::Trace { path: self.file.clone(), cause })?;
@@ -77,7 +74,7 @@ impl ReplayArgs {
             deepest_m,
             state_hash: format!("{:016x}", again.hash),
             same_bits: again.differs.is_none(),
-            emulated_board: self.emulated.then(|| self.board_name()),
+            emulated_board: self.emulated.then(|| self.board.name()),
             differs_at_tick: again.differs.map(|d| d.0),
             differs_in: again.differs.map(|d| d.1),
             invariants_broken: again.broken.iter().map(|(_, b)| b.id).collect(),
@@ -113,22 +110,12 @@ impl ReplayArgs {
     }
 
     #[cfg(feature = "full")]
-    fn board_name(&self) -> String {
-        self.board.name().to_owned()
-    }
-
-    #[cfg(not(feature = "full"))]
-    fn board_name(&self) -> String {
-        self.board.clone()
-    }
-
-    #[cfg(feature = "full")]
     fn again(&self, trace: &Trace) -> Result<Replayed, Error> {
         if !self.emulated {
             return Ok(replay::replay(trace)?);
         }
         let turns = OneCore::stay();
-        let again = live_trace::replay(trace, self.image.as_deref(), self.board)?;
+        let again = live_trace::replay(trace, self.image.as_deref(), self.board.into())?;
         drop(turns);
         Ok(again)
     }

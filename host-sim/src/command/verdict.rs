@@ -8,11 +8,11 @@ use palpate_tissue::Error as TissueError;
 
 /// Outcome of a command: the promise that it kept, or why it did not keep it.
 #[derive(Clone, Debug)]
-pub(super) struct Verdict(Result<String, String>);
+pub struct Verdict(Result<String, String>);
 
 impl Verdict {
     /// Verdict for a kept promise, described by `words`.
-    pub(super) fn ok(words: impl Into<String>) -> Self {
+    pub fn ok(words: impl Into<String>) -> Self {
         Self(Ok(words.into()))
     }
 
@@ -20,7 +20,7 @@ impl Verdict {
     ///
     /// # Errors
     /// The check found bad input rather than a broken promise.
-    pub(super) fn of(check: Result<(), impl Into<Error>>, words: impl FnOnce() -> String) -> Result<Self, Error> {
+    pub fn of(check: Result<(), impl Into<Error>>, words: impl FnOnce() -> String) -> Result<Self, Error> {
         match check.map_err(Into::into) {
             Ok(()) => Ok(Self(Ok(words()))),
             Err(Error::Tissue(TissueError::Check(why))) => Ok(Self(Err(why))),
@@ -30,7 +30,7 @@ impl Verdict {
 
     /// Prints the verdict before the details.
     #[must_use]
-    pub(super) fn first(self) -> Self {
+    pub fn first(self) -> Self {
         println!("{self}");
         self
     }
@@ -40,7 +40,7 @@ impl Verdict {
     ///
     /// # Errors
     /// Returns the check that failed.
-    pub(super) fn last(self) -> Result<(), Error> {
+    pub fn last(self) -> Result<(), Error> {
         if self.0.is_ok() || !std::io::stdout().is_terminal() {
             println!("{self}");
         }

@@ -16,7 +16,7 @@ pub enum Error {
     Mesh(#[from] MeshError),
     /// A stored dynamic reference of a moving probe that cannot be used.
     #[error("{0}")]
-    Truth(#[from] crate::moving::TruthError),
+    Truth(#[from] crate::truth_error::TruthError),
     /// Parameters or a model that the core refuses.
     #[error("{0}")]
     Build(#[from] palpate::BuildError),

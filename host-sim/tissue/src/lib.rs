@@ -34,5 +34,6 @@ pub mod terminal;
 pub mod tissue;
 pub mod trace_file;
 pub mod trials;
+mod truth_error;
 
 pub use error::Error;

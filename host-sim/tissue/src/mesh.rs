@@ -29,6 +29,7 @@ pub use block::{BlockError, BlockSpec, block, block_with_rim, radius_ratio};
 pub use distance::{ClosedSurface, Foot};
 pub use error::{Defect, MeshError};
 pub use import::{ImportReport, Imported};
+pub(crate) use quality::six_volume;
 pub use quality::{WorstTet, worst};
 pub use surface_file::{ImportedSurface, SurfaceReport};
 pub use unit::LengthUnit;

@@ -5,14 +5,13 @@
 //! motions ([`trajectory`]) are compared with it. Otherwise the patch is compared with itself at
 //! much shorter substeps, which need almost no added mass ([`self_check`]).
 
-pub mod error;
 pub mod ramp;
 pub mod self_check;
 pub mod table;
 pub mod trajectory;
 pub mod truth;
 
-pub use error::TruthError;
+pub use crate::truth_error::TruthError;
 pub use ramp::{Ramp, RampError};
 pub use self_check::{Approach, SelfCheck, with_substeps};
 pub use table::Table;

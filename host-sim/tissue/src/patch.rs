@@ -24,7 +24,6 @@ use crate::tissue::{Joint, Tissue, ratio_of};
 pub(crate) use foundation::element_size;
 pub use rim::RimSprings;
 use stiffness::Elastic;
-pub(crate) use stiffness::six_volume;
 
 /// Positive factors on the values that the formulas give; all are 1 without calibration.
 #[derive(Clone, Debug, PartialEq)]

@@ -15,9 +15,9 @@ use palpate_board::twin::Reading;
 use palpate_board::{Board, EmulateError, EmulatedBoard, Lockstep, campaign};
 use palpate_controller::config::Profile;
 use palpate_controller::link::message::HostAsk;
-use palpate_controller::link::wire_limits::WireLimits;
 use palpate_controller::link::{FromBoard, Refusal, ToBoard};
 use palpate_controller::patch::Memory;
+use palpate_controller::wire_limits::WireLimits;
 use palpate_tests::emulator::build_firmware;
 use palpate_tests::packed;
 

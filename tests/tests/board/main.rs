@@ -7,6 +7,8 @@ mod board_and_desktop_give_the_same_bits;
 mod board_cost;
 mod checked_image_overflows_nowhere;
 mod classes_agree_with_the_disassembler;
+#[cfg(unix)]
+mod commission_on_a_port;
 mod crashes_turn_the_outputs_off;
 mod emulated_board_equals_the_desktop;
 mod emulated_loop_equals_the_desktop;

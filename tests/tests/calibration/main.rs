@@ -9,4 +9,3 @@ mod moving_presses_agree;
 mod nodules_by_touch;
 mod plan_keeps_its_promise;
 mod shipped_patches_are_current;
-mod sliding;

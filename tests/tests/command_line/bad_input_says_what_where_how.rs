@@ -17,20 +17,7 @@ const POISSON: &str = "poisson_ratio = 0.45";
 /// Runs a command that must be refused with one line that contains all of `says`.
 #[track_caller]
 pub(crate) fn refused(desk: &Desk, arguments: &[&str], says: &[&str]) {
-    let before = desk.listing();
-    let outcome = palpate(SCRATCH, desk.folder(), arguments);
-    let message = format!("{arguments:?}: {outcome:?}");
-    assert_eq!(outcome.code, Some(2), "{message}");
-    assert!(outcome.stderr.starts_with("palpate: ") && outcome.stderr.ends_with('\n'), "{message}");
-    assert_eq!(outcome.stderr.lines().count(), 1, "{message}");
-    for words in says {
-        assert!(outcome.stderr.contains(words), "not a word of `{words}`\n{message}");
-    }
-    for noise in ["panicked", "backtrace", "src/", "Error {", "Some("] {
-        assert!(!outcome.stderr.contains(noise), "{message}");
-    }
-    assert_eq!(outcome.stdout, "", "{message}");
-    assert_eq!(desk.listing(), before, "{message}");
+    palpate_tests::palpate_command::refused(SCRATCH, desk, arguments, says);
 }
 
 /// Presses a scene that must be refused.

@@ -49,8 +49,8 @@ fn as_run(command: &str, out: &Path) -> String {
         // this test runs anyway; here it is enough that it exists
         return format!("cargo test {test} -- --list");
     }
-    let writes = ["press", "pack", "cut", "score"].iter().any(|c| command.contains(&format!("-- {c}")))
-        || command.ends_with("cargo run --release");
+    let writes =
+        ["press", "pack", "cut"].iter().any(|c| command.contains(&format!("-- {c}"))) || command.ends_with("cargo run --release");
     let has_folder = command.contains("--out");
     match (writes && !has_folder, command.contains(" -- ")) {
         (false, _) => command.to_owned(),
@@ -70,13 +70,12 @@ fn failure(line: &str) -> Option<String> {
 
 /// Commands that take minutes on one core. Other tests run a quick form of each except `cut` and
 /// the benchmark.
-const LONG: [&str; 13] = [
+const LONG: [&str; 12] = [
     "accept",
     "bench",
     "calibrate --quick",
     "chart",
     "cut --scene",
-    "far-field",
     "faults",
     "fit --scene",
     "loop --quick",

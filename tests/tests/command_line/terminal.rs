@@ -65,25 +65,14 @@ fn the_verdict_is_the_first_and_the_last_line() {
     let why = first.strip_prefix("failed: ").unwrap();
     assert_eq!(outcome.stderr.trim_end(), format!("palpate: check failed: {why}"));
 
-    for arguments in [
-        ["faults", "--runs", "100"].as_slice(),
-        &["loop", "--quick", "--hand", "H1", "--stimulus", "S2"],
-        &["score", "--table-1"],
-    ] {
-        let said = run(&desk, 0, arguments).stdout;
-        let (first, last) = (said.lines().next().unwrap(), said.lines().next_back().unwrap());
-        assert!(first == last && first.starts_with("ok: "), "{arguments:?}: {said}");
-    }
+    let said = run(&desk, 0, &["loop", "--quick", "--hand", "H1", "--stimulus", "S2"]).stdout;
+    let (first, last) = (said.lines().next().unwrap(), said.lines().next_back().unwrap());
+    assert!(first == last && first.starts_with("ok: "), "{said}");
 }
 
 #[test]
 fn rows_that_passed_are_printed_when_they_are_asked_for() {
     let desk = Desk::default();
-    let [short, all] = [&["faults", "--runs", "100"][..], &["faults", "--runs", "100", "--all"]].map(|a| run(&desk, 0, a).stdout);
-    let kinds = std::fs::read_to_string(desk.folder().join("out/faults/faults.csv")).unwrap().lines().count() - 1;
-    assert!(kinds > 70 && short.lines().count() < 20 && all.lines().count() > kinds, "{short}");
-    assert!(short.contains("--all") && short.contains("a numbered fault, zero force"), "{short}");
-
     let one = ["loop", "--wall", "400", "--quick", "--hand", "H1", "--stimulus", "S9"];
     let all = run(&desk, 0, &[&one[..], &["--all"]].concat()).stdout;
     assert!(all.contains("S9 random motion") && all.contains("H1 light fingertip"), "{all}");

@@ -12,9 +12,9 @@ use palpate_controller::link::frame::FRAME_BYTES;
 use palpate_controller::link::inbox::Reply;
 use palpate_controller::link::message::HostAsk;
 use palpate_controller::link::upload::{UPLOAD_WORDS, Upload};
-use palpate_controller::link::wire_limits::WireLimits;
 use palpate_controller::link::{Change, Inbox, Receiver, ToBoard, encode};
 use palpate_controller::port::Port;
+use palpate_controller::wire_limits::WireLimits;
 
 /// A simple random number generator: xorshift (Marsaglia 2003).
 struct Random(u64);

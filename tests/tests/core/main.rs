@@ -1,6 +1,7 @@
 //! The physics of a tick: energy, momentum, rest and allocation, compared with an oracle in double
 //! precision and with recorded force traces; and properties of the source text.
 
+mod allocations;
 mod constants_carry_their_source;
 mod contact_map;
 mod docs_name_the_thing;

@@ -1,5 +1,5 @@
-//! `palpate`, `palpate-full`, the Python package and the tests share one build of every crate, and
-//! `palpate` needs few crates.
+//! `palpate`, `palpate-full`, the Python package, the tests and the evidence's workspace share one
+//! build of every crate of others, and `palpate` needs few crates.
 
 use std::collections::BTreeSet;
 use std::process::Command;
@@ -11,10 +11,15 @@ const MOST_CRATES: usize = 90;
 
 /// Crates that a build of these packages compiles, each with version and features.
 fn crates(arguments: &[&str]) -> BTreeSet<String> {
+    crates_of("", arguments)
+}
+
+/// Crates that a build in this folder of the repository compiles.
+fn crates_of(workspace: &str, arguments: &[&str]) -> BTreeSet<String> {
     let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
     let mut tree = Command::new(cargo);
     tree.args(["tree", "--locked", "--offline", "--prefix", "none", "--format", "{p} {f}"]).args(arguments);
-    let output = tree.current_dir(repository()).output().expect("cargo runs this test, so it starts");
+    let output = tree.current_dir(repository().join(workspace)).output().expect("cargo runs this test, so it starts");
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8_lossy(&output.stdout).lines().map(|line| line.trim_end_matches(" (*)").to_owned()).collect()
 }
@@ -34,17 +39,21 @@ fn no_crate_is_built_twice_for_a_feature() {
     let full = crates(&[&PALPATE[..], &["--features", "full"]].concat());
     let python = crates(&["--package", "palpate-python", "--edges", "normal,build"]);
     let tests = crates(&["--workspace", "--edges", "normal,build,dev"]);
+    let lab = crates_of("host-sim/lab", &["--edges", "normal,build,dev"]);
+    // the lab builds the crates of the repository anew
+    let lab = lab.into_iter().filter(|line| is_external(line)).collect();
     let alone = |line: &&String| !line.starts_with("palpate-sim ");
     let pairs = [
         (&palpate, &full, "palpate, palpate-full"),
         (&full, &tests, "palpate-full, the tests"),
         (&python, &tests, "the Python package, the tests"),
+        (&lab, &full, "the evidence's workspace, palpate-full"),
     ];
     for (smaller, larger, names) in pairs {
         let twice: Vec<_> = smaller.difference(larger).filter(alone).collect();
         assert!(
             twice.is_empty(),
-            "with other features in {names}: {twice:?}; name them in host-sim/Cargo.toml or host-sim/bindings/python/Cargo.toml"
+            "with other features in {names}: {twice:?}; name them in host-sim/Cargo.toml, host-sim/lab/Cargo.toml or host-sim/bindings/python/Cargo.toml"
         );
     }
 }

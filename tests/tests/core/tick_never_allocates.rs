@@ -1,45 +1,11 @@
 //! Once its memory is reserved, a patch allocates nothing: not when parameters are built, not in a
-//! tick, not on reset. The other methods do not allocate in a tick either; allocations would make
-//! them slower on the chart.
-#![allow(unsafe_code)] // reason: only the allocator can count, and `GlobalAlloc` is an unsafe trait
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+//! tick, not on reset.
 
 use palpate::stages::probe::ProbePose;
 use palpate::{ContactMap, NodeStep, State, TetShapes, Vector3, tick};
-use palpate_lab::methods::{Block, Method};
 use palpate_tests::bench::{Bench, at_depth};
 
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: every call is passed unchanged to the system's allocator; the counter is a `Cell` without
-// destructor, so it allocates nothing itself.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller's promise is passed on
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise is passed on
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
-
-/// Number of allocations by this thread during `run`, and its result.
-fn allocations<T>(run: impl FnOnce() -> T) -> (usize, T) {
-    let before = ALLOCATIONS.get();
-    let result = run();
-    (ALLOCATIONS.get() - before, result)
-}
+use crate::allocations::allocations;
 
 #[test]
 fn the_counter_counts() {
@@ -78,26 +44,4 @@ fn build_reset_and_ticks_allocate_nothing() {
     });
     assert_eq!(count, 0, "allocations");
     assert!(touched > 2000, "{touched} ticks in contact");
-}
-
-#[test]
-fn other_methods_allocate_nothing_either() {
-    let block = Block::standard(57, 3500.0).unwrap();
-    for method in Method::ALL {
-        let run = method.run(&block, 2, |running| {
-            let mut pressed = 0;
-            let (count, ()) = allocations(|| {
-                for n in 0..200_i32 {
-                    let force_n = running.tick(block.tip_m(1e-5 * f64::from((n - 20).min(150)))).unwrap();
-                    pressed += usize::from(force_n.z > 0.0);
-                }
-            });
-            (count, pressed)
-        });
-        // a method that is not available (no calibrated patch) cannot allocate
-        if let Some((count, pressed)) = run.unwrap() {
-            assert_eq!(count, 0, "allocations of {}", method.name());
-            assert!(pressed > 100, "{} pressed in {pressed} ticks", method.name());
-        }
-    }
 }

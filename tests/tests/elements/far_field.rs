@@ -1,7 +1,6 @@
 //! The far field: rim springs respond like the exact outside, the exact outside is exact, ticks
 //! settle to its equilibrium, and it can be replaced.
 
-mod command;
 mod condensed;
 mod meshes;
 mod swap;

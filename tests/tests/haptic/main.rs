@@ -14,5 +14,4 @@ mod loop_closes;
 mod no_force_without_contact;
 mod safety_table;
 mod soak;
-mod stability_loop;
 mod taps_are_faithful;

@@ -25,28 +25,29 @@ const STROKE_COUNTS: f32 = 60.0;
 /// Source: chosen; with it `friction_mass_delay_and_lag_are_measured` passes at 0.3 N of friction.
 const LONGER_N: f32 = 0.2;
 /// Longest time until then [ticks].
-/// Source: chosen; it leaves 60 of the ticks of a stroke for the way back.
+/// Source: derived; 45 g under the least stroke, 0.1 N, travel [`STROKE_M`] in 52 ticks, and a
+/// rubbing handle takes up to twice as long.
 const PUSH_TICKS: usize = 100;
 /// Travel at which a ramp ends [m], long enough that a soft hand springs back against friction.
 /// Source: chosen; with it every hand is found in `a_handle_that_is_held_or_moves_ends_it`.
 const RAMP_M: f32 = 2.5e-3;
 /// Ticks without progress after which a reversed stroke ends.
-/// Source: none.
+/// Source: derived; 45 g under the least stroke, 0.1 N, go back by [`MOVED_M`] within ten ticks.
 const STANDS_TICKS: usize = 12;
 /// Strokes of each motor, alternately in both directions.
 /// Source: chosen; with it `friction_mass_delay_and_lag_are_measured` passes.
 const STROKES: u8 = 8;
-/// The handle rests if it moves less than this or a count in [`REST_TICKS`] [m].
-/// Source: none.
-const REST_M: f32 = 50e-6;
-/// Ticks without motion after which the handle rests.
-/// Source: none.
+/// Ticks after which a handle that has moved by no more than half of [`MOVED_M`], or a count,
+/// rests.
+/// Source: derived; two periods of a tremor of 9 Hz. The slowest motion that is found is 0.25 mm/s,
+/// a quarter of that which `a_handle_that_is_held_or_moves_ends_it` asks for.
 const REST_TICKS: u16 = 200;
 /// Ticks within which the handle has to come to rest.
-/// Source: none.
+/// Source: chosen; four times the two seconds that a ramp to the largest force takes.
 const PATIENCE_TICKS: u16 = 8_000;
 /// Travel that counts as motion, unless two counts are longer [m].
-/// Source: none.
+/// Source: derived; ten counts of the finest encoder with a profile, 10 um. A handle of 45 g
+/// travels it while the ramp grows by 12 mN.
 const MOVED_M: f32 = 100e-6;
 /// Largest distance from the place where the handle was let go [m].
 /// Source: chosen; half of the shorter sides of the workspace of the Touch.
@@ -55,11 +56,12 @@ const FAR_M: f32 = 60e-3;
 /// Source: chosen; with it every hand is found in `a_handle_that_is_held_or_moves_ends_it`.
 const KEPT: f32 = 0.5;
 /// Share that a second axis may have in a push (1).
-/// Source: none.
+/// Source: derived; a slant of 31 degrees (`a_motor_may_slant_by_thirty_degrees_and_not_by_more`).
 const ASIDE: f32 = 0.6;
 /// Largest difference between the forces that move the handle in the two directions: absolute [N],
 /// and relative to their mean (1).
-/// Source: none.
+/// Source: derived; the first is twice the weight of 4 g, the second a friction that is half as
+/// large again in one direction (`two_directions_of_a_free_handle_need_about_the_same_force`).
 const UNEVEN: (f32, f32) = (0.08, 0.5);
 
 /// Present state of a motor.
@@ -156,10 +158,7 @@ impl HandsOff {
         self.ticks = self.ticks.saturating_add(1);
         self.still = self.still.saturating_add(1);
         // half of what counts as motion is at least a count
-        let moves = |axis: u8| {
-            let most_m = 0.51 * nth(self.moving_m, axis);
-            (nth(at_m, axis) - nth(self.still_m, axis)).abs() > if most_m > REST_M { most_m } else { REST_M }
-        };
+        let moves = |axis: u8| (nth(at_m, axis) - nth(self.still_m, axis)).abs() > 0.51 * nth(self.moving_m, axis);
         if (0..3).any(|axis| has(&self.plan, axis) && moves(axis)) {
             (self.still_m, self.still) = (at_m, 0);
         }
@@ -405,4 +404,48 @@ fn cube_root(cube: f32) -> f32 {
         root -= (root - cube / (root * root)) / 3.0;
     }
     root
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs the first motor of a handle of 45 g; motions along x come with a share of them along y,
+    /// and the friction [N] depends on the direction.
+    fn first_motor(aside: f32, friction_n: [f32; 2]) -> Result<(), Trouble> {
+        let plan = Plan { axes: [true; 3], distance_m: 0.05, force_limit_n: 3.0, stated_m_per_unit: [1.0; 3], tick_s: 1e-3 };
+        let mut hands_off = HandsOff::new(&plan);
+        hands_off.begin([0.0; 3], [0.0; 3]);
+        let (mut at_m, mut m_per_s) = (0.0_f32, 0.0_f32);
+        for _ in 0..60_000 {
+            let (motor, force_n) = hands_off.tick([at_m, aside * at_m, 0.0])?;
+            if motor != 0 {
+                break;
+            }
+            let forwards = if m_per_s == 0.0 { force_n > 0.0 } else { m_per_s > 0.0 };
+            let most_n = friction_n[usize::from(!forwards)];
+            let rub_n = if m_per_s == 0.0 { between(force_n, -most_n, most_n) } else { most_n * m_per_s.signum() };
+            let next = m_per_s + (force_n - rub_n) * 1e-3 / 0.045;
+            // friction stops a handle, and does not turn it round
+            m_per_s = if m_per_s * next < 0.0 && force_n.abs() <= most_n { 0.0 } else { next };
+            at_m += m_per_s * 1e-3;
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn a_motor_may_slant_by_thirty_degrees_and_not_by_more() {
+        assert_eq!(first_motor(0.55, [0.1; 2]), Ok(()));
+        assert_eq!(first_motor(0.65, [0.1; 2]), Err(Trouble::TwoAxes(0)));
+    }
+
+    #[test]
+    fn two_directions_of_a_free_handle_need_about_the_same_force() {
+        for friction_n in [[0.03, 0.09], [0.2, 0.4]] {
+            assert_eq!(first_motor(0.0, friction_n), Ok(()), "{friction_n:?}");
+        }
+        for friction_n in [[0.03, 0.17], [0.15, 0.42]] {
+            assert_eq!(first_motor(0.0, friction_n), Err(Trouble::Unsteady(0)), "{friction_n:?}");
+        }
+    }
 }

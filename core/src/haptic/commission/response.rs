@@ -10,7 +10,7 @@
 use crate::lanes::sqrt;
 
 /// Largest number of ticks of a stroke.
-/// Source: none.
+/// Source: derived; the longest push, 100 ticks, and 60 after it, five times [`LEAST`].
 pub(super) const TICKS: usize = 160;
 /// Number of powers of time among the shapes: one, time and its square.
 /// Source: definition; the first three shapes of the header.
@@ -26,7 +26,7 @@ const LAGS: usize = 13;
 const LAG_STEP: f32 = 0.5;
 const PAIRS: usize = DELAYS * LAGS;
 /// Fewest readings to which shapes are fitted.
-/// Source: none.
+/// Source: derived; more than twice the five shapes of the header.
 const LEAST: usize = 12;
 
 /// Recording of a stroke, and the misfit of every pair over all strokes.

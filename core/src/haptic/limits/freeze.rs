@@ -17,37 +17,37 @@ use nalgebra::Vector3;
 
 use super::LoopLimits;
 use crate::fault::Fault;
+use crate::haptic::HAND_M_PER_S2;
 
-/// Speed along an axis from which a probe cannot come to rest within a tick [m/s].
-/// Source: derived; [`BRAKES_M_PER_S2`] stops no faster probe within a tick.
-const FAST_M_PER_S: f32 = 0.2;
-/// Number of readings in a row that have to be as fast as [`FAST_M_PER_S`], in one direction.
-/// Source: measured; one fast reading alone, a glitch or a toggling count, caused a false alarm
-/// (DECISIONS.md).
-const MOVING: u8 = 3;
+/// Number of fast readings in a row, in one direction, and of equal readings in a row after them,
+/// that are a fault.
+/// Source: derived; a glitch makes two fast readings, there and back, and a reading that is bridged
+/// repeats up to twice. With two,
+/// `an_axis_that_stops_dead_from_speed_is_a_fault_at_the_third_equal_reading` fails.
+const IN_A_ROW: u8 = 3;
 /// Least such speed in counts per tick (1): a coarse encoder makes a slow hand look fast now and
 /// then.
-/// Source: derived; two counts per tick are a slow hand
-/// (`two_counts_per_tick_of_a_coarse_encoder_are_not_fast`), three are fast.
+/// Source: derived; two counts per tick are a slow hand, three are fast: up to 1.9 and from 3.1 on
+/// `two_counts_per_tick_of_a_coarse_encoder_are_not_fast` fails.
 const FAST_COUNTS: f32 = 2.5;
 /// Next displacement, extrapolated from the last two, up to which equal readings are plausible, in
 /// counts (1): less than one count, plus an extrapolation error of less than three.
-/// Source: derived; one and three, less a half, since both bounds are open.
+/// Source: derived; one and three, less a half, since both bounds are open. Up to 3.0
+/// `a_hand_that_brakes_evenly_is_no_stuck_encoder_wherever_its_counts_fall` fails, from 4.0 on
+/// `what_stops_dead_from_speed_is_a_fault_and_what_slows_down_is_not`.
 const UNSEEN_COUNTS: f32 = 3.5;
-/// Largest deceleration of a hand [m/s^2].
-/// Source: chosen; as `HAND_M_PER_S2` in [`crate::haptic::account`].
-const BRAKES_M_PER_S2: f32 = 200.0;
 /// Number of counts by which the last displacement of a braking hand may read longer than that
 /// deceleration allows within one tick (1): one count of motion that is no longer read and one of
 /// rounding, less a quarter, so that three counts per tick of a coarse encoder do not pass for
 /// braking.
-/// Source: derived; one and one, less a quarter.
+/// Source: derived; one and one, less a quarter. Up to 1.0
+/// `a_hand_that_brakes_evenly_is_no_stuck_encoder_wherever_its_counts_fall` fails, from 2.0 on
+/// `two_counts_per_tick_of_a_coarse_encoder_are_not_fast`.
 const BRAKED_COUNTS: f32 = 1.75;
-/// Number of equal readings in a row, after the motion, that is a fault.
-/// Source: chosen; with it the motions of `core/tests/honest` raise no fault.
-const EQUAL: u8 = 3;
 /// Within this distance of the end of the workspace a hard stop may have stopped the probe [m].
-/// Source: none.
+/// Source: derived; profiles state workspaces in whole centimetres, so that the place of an end is
+/// known to 2.5 mm, of which this is the whole millimetres
+/// (`a_hard_stop_within_two_millimetres_of_the_end_is_no_fault`).
 const STOP_M: f32 = 2e-3;
 
 /// Watches the readings of each axis.
@@ -75,9 +75,10 @@ impl Freeze {
         ticks: u16,
         force_acts: bool,
     ) -> Result<(), Fault> {
-        let fast_m = FAST_M_PER_S * limits.tick_s;
+        // a hand brings no faster probe to rest within a tick
+        let brakes_m = HAND_M_PER_S2 * limits.tick_s * limits.tick_s;
         let counts_m = FAST_COUNTS * 0.5 * limits.counts_m;
-        let fast_m = f32::from(ticks) * if counts_m > fast_m { counts_m } else { fast_m };
+        let fast_m = f32::from(ticks) * if counts_m > brakes_m { counts_m } else { brakes_m };
         // no fast motion now or just before: equal readings then mean nothing
         if displacement_m.dot(displacement_m) < fast_m * fast_m && self.moving == [0; 3] {
             self.equal = [0; 3];
@@ -89,7 +90,7 @@ impl Freeze {
         let per_tick = 1.0 / f32::from(ticks);
         let count_m = 0.5 * limits.counts_m;
         let slow_m = fast_m * per_tick - count_m;
-        let braked_m = BRAKES_M_PER_S2 * limits.tick_s * limits.tick_s + BRAKED_COUNTS * count_m;
+        let braked_m = brakes_m + BRAKED_COUNTS * count_m;
         let watched = self.moving.iter_mut().zip(&mut self.equal).zip(&mut self.last_m);
         let read = displacement_m.iter().zip(at_m.iter()).zip(device.workspace_low_m.iter().zip(device.workspace_high_m.iter()));
         for (((moving, equal), last_m), ((&displacement_m, at_m), (low_m, high_m))) in watched.zip(read) {
@@ -102,7 +103,7 @@ impl Freeze {
                     let next_m = newest_m + newest_m - before_m;
                     let unseen = next_m < UNSEEN_COUNTS * count_m && newest_m < braked_m;
                     let slowing = next_m < slow_m || unseen;
-                    frozen |= *equal == EQUAL && moving.unsigned_abs() >= MOVING && !stopped && !slowing;
+                    frozen |= *equal == IN_A_ROW && moving.unsigned_abs() >= IN_A_ROW && !stopped && !slowing;
                 }
                 continue;
             }

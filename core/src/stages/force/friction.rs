@@ -21,24 +21,9 @@
 
 use nalgebra::Vector3;
 
+use crate::bristle::Bristle;
 use crate::lanes::sqrt;
 use crate::params::Tuned;
-
-/// The bristle of a node.
-#[derive(Clone, Copy, Debug)]
-pub struct Bristle {
-    /// Position of the root on the probe, relative to the probe's centre [m].
-    root_m: Vector3<f32>,
-    /// Stiffness of the bristle over E in the last substep [m]; zero when the node first touches.
-    slope: f32,
-    /// Node that the bristle pulls.
-    node: u16,
-}
-
-impl Bristle {
-    /// A bristle that never touched: the initial value of reserved memory.
-    pub const ZERO: Self = Self { root_m: Vector3::new(0.0, 0.0, 0.0), slope: 0.0, node: 0 };
-}
 
 /// Returns the bristle of a touching node, the `met`-th of this substep; a new bristle if the node
 /// did not touch in the last substep. The first `live` bristles belong to the last substep or, in
@@ -73,19 +58,6 @@ pub(super) fn claim<'b>(bristles: &'b mut [Bristle], live: &mut usize, met: usiz
 /// Factor below which a rise of the slope is rounding noise (1). Shortening the bristle at each
 /// such rise, while no fall lengthens it, would make a hold creep by micrometres per minute.
 const WAVERS: f32 = 1.0 + 1e-5;
-
-/// Friction of a tick.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Rubbed {
-    /// Sum over the substeps of the force on the tissue over E [N/Pa].
-    pub force: Vector3<f32>,
-    /// Sum over the substeps of the largest force that friction could have carried [N/Pa].
-    pub most: f32,
-}
-
-impl Rubbed {
-    pub const NONE: Self = Self { force: Vector3::new(0.0, 0.0, 0.0), most: 0.0 };
-}
 
 /// A touched node in this substep.
 pub(super) struct Touch {

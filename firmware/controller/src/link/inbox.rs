@@ -6,12 +6,13 @@ use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::{Sensed, SensorStatus};
 use palpate::haptic::mode::{Mode, Request};
 
-use super::message::{HostAsk, Refusal, ToBoard};
+use super::message::{HostAsk, ToBoard};
 use super::upload::Upload;
 use crate::commission::Setup;
 use crate::config::Profile;
 use crate::controller::Controller;
 use crate::probe_in::{EncoderCounts, JointReading, Reading};
+use crate::refusal::Refusal;
 
 /// A change that only the owner of the patch can make, between two ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -192,6 +193,15 @@ mod tests {
         assert_eq!(inbox.take(&ToBoard::Heartbeat, &mut controller, None), Reply::None);
         assert!(inbox.clear().1.heard);
         assert!(!inbox.clear().1.heard);
+    }
+
+    #[test]
+    fn a_commissioning_begins_in_idle_alone() {
+        let settings = Settings::safe(&Port::DESKTOP.limits());
+        let mut controller = Controller::build(&settings, Port::DESKTOP, Arming::OnRequest).unwrap();
+        let asked = ToBoard::Commission(Setup::of(&Port::DESKTOP, 3.0, 0.05));
+        assert_eq!(controller.mode(), Mode::Boot);
+        assert_eq!(Inbox::default().take(&asked, &mut controller, None), Reply::Refused(Refusal::NotIdle));
     }
 
     /// A renderer without tissue.

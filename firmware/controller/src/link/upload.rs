@@ -1,6 +1,7 @@
 //! Memory for a patch that arrives over the link in pieces.
 
-use super::message::{Refusal, ToBoard};
+use super::message::ToBoard;
+use crate::refusal::Refusal;
 
 /// Bytes of a patch per frame.
 pub const PIECE_BYTES: usize = 192;

@@ -1,16 +1,16 @@
 //! Refuses a patch whose contact is too stiff for the device, or whose tip is narrower than the
-//! elements under it ([`palpate::haptic::ceiling`]), with what would be accepted instead.
+//! elements under it ([`palpate::haptic::press`]), with what would be accepted instead.
 //!
 //! Every remedy is measured on the patch itself before it is offered. Stiffness is cured by softer
 //! tissue or a lower depth limit, at which the contact is smaller; a narrow tip by a wider one,
 //! which is stiffer and may need softer tissue as well.
 
-use palpate::haptic::ceiling::{self, Press};
+use palpate::haptic::press::{self, Press};
 use palpate::{BuildError, Fault, Params, Probe};
 
 use super::Patch;
-use crate::link::Refusal;
-use crate::link::contact::{TooNarrow, TooStiff};
+use crate::refusal::Refusal;
+use crate::refusal::contact::{TooNarrow, TooStiff};
 
 /// Name of the stiffness in [`BuildError::OutOfRange`] if the tip finds no resistance at the depth
 /// limit: it misses the surface, or slips through between its points.
@@ -57,7 +57,7 @@ impl Patch<'_> {
         let contact = match self.contact {
             Some(contact) => contact,
             None => {
-                let element_m = ceiling::element_m(&self.model, self.site_m);
+                let element_m = press::element_m(&self.model, self.site_m);
                 let tangent_m = self.tangent_m(own, after_round).map_err(|_| Refusal::PatchStep)?;
                 *self.contact.insert(Contact { tangent_m, element_m })
             }
@@ -103,13 +103,13 @@ impl Patch<'_> {
     }
 
     fn tangent_m(&mut self, press: Press, after_round: &mut dyn FnMut()) -> Result<f32, Fault> {
-        ceiling::tangent_m(&self.model, &mut self.tuned, &mut self.state, self.site_m, press, after_round)
+        press::tangent_m(&self.model, &mut self.tuned, &mut self.state, self.site_m, press, after_round)
     }
 
     fn narrow(&self, press: Press, element_m: f32) -> bool {
         let probe = Probe { radius_m: press.radius_m, ..self.params.probe };
         // also true for NaN
-        let wide = ceiling::contact_radius_m(&probe, press.depth_m) >= ceiling::least_width(probe.shape) * element_m;
+        let wide = press::contact_radius_m(&probe, press.depth_m) >= press::least_width(probe.shape) * element_m;
         !wide // also where the width is no number
     }
 
@@ -157,10 +157,10 @@ impl Patch<'_> {
     /// The remedies for a tip that is too narrow.
     fn wider(&mut self, contact: Contact, ceiling_n_per_m: f32, after_round: &mut dyn FnMut()) -> TooNarrow {
         let (own, probe) = (self.own_press(), self.params.probe);
-        let least_m = ceiling::least_radius_m(&probe, own.depth_m, contact.element_m);
+        let least_m = press::least_radius_m(&probe, own.depth_m, contact.element_m);
         let mut found = TooNarrow {
-            contact_um: to_um(ceiling::contact_radius_m(&probe, own.depth_m)),
-            least_um: to_um(ceiling::least_width(probe.shape) * contact.element_m),
+            contact_um: to_um(press::contact_radius_m(&probe, own.depth_m)),
+            least_um: to_um(press::least_width(probe.shape) * contact.element_m),
             wider_um: 0,
             softer_pa: 0,
         };

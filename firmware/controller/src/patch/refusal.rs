@@ -3,7 +3,7 @@
 use palpate::BuildError;
 
 use super::{DASHPOT, EXPONENT, MODULUS, SUBSTEP, TICK, contact, cost, site, step};
-use crate::link::Refusal;
+use crate::refusal::Refusal;
 
 impl From<BuildError> for Refusal {
     fn from(error: BuildError) -> Self {

@@ -17,7 +17,7 @@ use palpate_controller::port::Port;
 use palpate_controller::probe_in::{EncoderCounts, JointReading, Reading};
 
 use super::mechanisms::paddle;
-use super::mock::{Mock, Slab, haptic_loop};
+use super::mock::{Mock, Slab, haptic_loop_on};
 use super::served::{answers, decoded};
 
 const DISTANCE_M: f32 = 0.04;
@@ -35,13 +35,16 @@ struct Wired {
     motor: [usize; 3],
     at_m: [f64; 3],
     m_per_s: [f64; 3],
+    /// Counts of every encoder in the middle.
+    middle: i32,
     /// Force that the amplifiers still have to receive: a delay of one tick.
     late_n: [f64; 3],
 }
 
 impl Wired {
     fn counts(&self) -> [EncoderCounts; 3] {
-        self.encoder.map(|axis| EncoderCounts((self.at_m[axis] / self.m_per_count[axis]).floor() as i32 + 1000))
+        self.encoder
+            .map(|axis| EncoderCounts(self.middle.wrapping_add((self.at_m[axis] / self.m_per_count[axis]).floor() as i32)))
     }
 
     /// A millisecond under the codes of the pins.
@@ -65,6 +68,7 @@ impl Wired {
 struct Rig {
     haptic: HapticLoop<Mock>,
     device: Wired,
+    status: SensorStatus,
     tick: u32,
     since: u32,
     from_m: [f64; 3],
@@ -72,18 +76,21 @@ struct Rig {
 
 impl Rig {
     fn begin(device: Wired, setup: &Setup) -> Self {
-        let mut rig = Self { haptic: haptic_loop(Arming::OnRequest), device, tick: 0, since: 0, from_m: [0.0; 3] };
+        let haptic = haptic_loop_on(Port::DESKTOP.with_operator_switch(true), Arming::OnRequest);
+        let mut rig = Self { haptic, device, status: SensorStatus::Good, tick: 0, since: 0, from_m: [0.0; 3] };
         for _ in 0..10 {
             rig.run(Command::HEARD);
         }
         assert_eq!(rig.haptic.controller.mode(), Mode::Idle);
         let reading = rig.reading();
         rig.haptic.commission(setup, reading);
+        // what the encoders count from is not known: it wraps, and single precision does not hold it
+        rig.device.middle = i32::MAX - 1_000;
         rig
     }
 
     fn reading(&self) -> Reading {
-        Reading::Joints(JointReading { counts: self.device.counts(), sequence: self.tick, status: SensorStatus::Good })
+        Reading::Joints(JointReading { counts: self.device.counts(), sequence: self.tick, status: self.status })
     }
 
     fn run(&mut self, command: Command) -> Record {
@@ -119,6 +126,8 @@ impl Rig {
             self.haptic.bench().unwrap().confirm();
         }
         self.run(command);
+        let driven = matches!(self.stage(), Stage::Drive(_));
+        assert!(driven || !self.haptic.board.pins.enabled, "the outputs are on in {:?}", self.stage());
         self.since = if self.stage() == stage { self.since + 1 } else { 0 };
         self.stage()
     }
@@ -143,6 +152,7 @@ fn axes(encoder: [usize; 3], motor: [usize; 3], signs: [f64; 3], unit: f64) -> (
         motor,
         at_m: [3e-6; 3],
         m_per_s: [0.0; 3],
+        middle: 1_000,
         late_n: [0.0; 3],
     };
     (device, Setup::of(&Port::DESKTOP, 3.0, DISTANCE_M))
@@ -179,7 +189,7 @@ fn swapped_mirrored_and_scaled_axes_are_found_and_the_device_then_reads_and_push
         wired.per_unit = wiring.per_unit.map(|m| m / EncoderCounts::LENGTH_M);
         let mut device = Device::new(None, [0; 3]).with_wiring(wired);
         rig.device.at_m = [0.01, 0.02, -0.03];
-        let counts = rig.device.counts().map(|counts| EncoderCounts(counts.0 - 1000));
+        let counts = rig.device.counts().map(|counts| EncoderCounts(counts.0.wrapping_sub(rig.device.middle)));
         let at_m = device.sensed(&Reading::Joints(JointReading { counts, sequence: 9, status: SensorStatus::Good })).position_m;
         assert!((at_m - palpate::Vector3::new(0.01, 0.02, -0.03)).norm() < 4e-4, "{at_m}");
         let force_n = palpate::Vector3::new(0.3, 0.2, -0.1);
@@ -205,6 +215,7 @@ fn a_paddle_with_a_reversed_encoder_and_motor_is_measured_by_its_joint() {
         motor: [0, 1, 2],
         at_m: [0.0; 3],
         m_per_s: [0.0; 3],
+        middle: 1_000,
         late_n: [0.0; 3],
     };
     let found = found(&mut Rig::begin(device, &setup));
@@ -214,13 +225,19 @@ fn a_paddle_with_a_reversed_encoder_and_motor_is_measured_by_its_joint() {
     assert!((f64::from(found.friction_n[0]) - FRICTION_N).abs() < 5e-3 && found.mass_kg[1] == 0.0, "{found:?}");
 }
 
-/// Runs until the first motor drives, then once with this command.
-fn ended_by(change: impl Fn(&mut Rig), command: Command) -> (Stage, bool) {
+/// Runs until the first motor drives.
+fn driven() -> Rig {
     let (device, setup) = axes([0, 1, 2], [0, 1, 2], [1.0; 3], 1.0);
     let mut rig = Rig::begin(device, &setup);
     assert_eq!(rig.until(|stage| stage == Stage::Drive(0)), Stage::Drive(0));
     (0..400).for_each(|_| _ = rig.step(Command::HEARD));
     assert!(rig.haptic.board.pins.enabled);
+    rig
+}
+
+/// Runs until the first motor drives, then once with this command.
+fn ended_by(change: impl Fn(&mut Rig), command: Command) -> (Stage, bool) {
+    let mut rig = driven();
     change(&mut rig);
     rig.step(command);
     (rig.stage(), rig.haptic.board.pins.enabled)
@@ -234,12 +251,22 @@ fn whatever_interrupts_it_turns_the_outputs_off_in_the_same_tick() {
     assert_eq!(ended_by(|rig| rig.haptic.end_commissioning(), Command::HEARD), interrupted);
     assert_eq!(ended_by(|rig| rig.haptic.board.stop = Some(Fault::EmergencyStop), Command::HEARD), faulted);
     assert_eq!(ended_by(|rig| rig.haptic.board.supply_low = true, Command::HEARD), faulted);
+    assert_eq!(ended_by(|_| (), Command { operator_absent: true, ..Command::HEARD }), interrupted);
+    assert_eq!(ended_by(|rig| rig.tick += 1, Command::HEARD), interrupted, "a period without a tick");
+    assert_eq!(ended_by(|rig| rig.status = SensorStatus::Failed, Command::HEARD), faulted);
     let silent = |rig: &mut Rig| (0..19).for_each(|_| _ = rig.step(Command::default()));
     assert_eq!(ended_by(silent, Command::default()), interrupted);
     let heard = |rig: &mut Rig| (0..18).for_each(|_| _ = rig.step(Command::default()));
     assert_eq!(ended_by(heard, Command::HEARD).0, Stage::Drive(0));
     let held = |rig: &mut Rig| rig.device.at_m[0] += 0.1;
     assert_eq!(ended_by(held, Command::HEARD), (Stage::Stopped(Trouble::TooFar), false));
+}
+
+#[test]
+fn another_patch_or_profile_turns_the_outputs_off_before_it_is_opened() {
+    let mut rig = driven();
+    rig.haptic.end_commissioning();
+    assert!(!rig.haptic.board.pins.enabled);
 }
 
 #[test]

@@ -4,6 +4,7 @@
 use core::{cell::RefCell, ffi::CStr};
 
 use embassy_sync::blocking_mutex::{Mutex, raw::CriticalSectionRawMutex};
+use palpate_controller::force_out::Outputs;
 use palpate_controller::script::{LEAD_TICKS, Script};
 use semihosting::fs::File;
 use semihosting::io::{self, Read as _, Write as _};
@@ -23,7 +24,8 @@ pub fn restarts() -> bool {
 }
 
 /// The task that the emulator's command line names: `TICKS`, `TICKS LEAD_TICKS`, `lock-step IN OUT`
-/// with the paths of two FIFOs, `paced` with the same, or `uart`.
+/// with the paths of two FIFOs, `paced` with the same and perhaps that of a third for the levels of
+/// the pins ([`Files::pins`]), or `uart`.
 #[cfg_attr(feature = "self-test", expect(dead_code, reason = "the self-test serves none"))]
 pub fn duty() -> Duty {
     let Ok(arguments) = semihosting::experimental::env::args::<512>() else { return Duty::Script(DEFAULT_SCRIPT) };
@@ -37,10 +39,11 @@ pub fn duty() -> Duty {
             how(CStr::from_bytes_until_nul(&path).ok()?).ok()
         };
         let (input, output) = (open(|path| File::open(path)), open(|path| File::create(path)));
+        let pins = open(|path| File::create(path));
         let (Some(input), Some(output)) = (input, output) else {
-            crate::board::stop(format_args!("two FIFOs are needed: lock-step IN OUT or paced IN OUT"))
+            crate::board::stop(format_args!("two FIFOs are needed: lock-step IN OUT or paced IN OUT [PINS]"))
         };
-        FILES.lock(|link| *link.borrow_mut() = Some((input, output)));
+        FILES.lock(|link| *link.borrow_mut() = Some(Files { input, output, pins }));
         if first == Some("paced") {
             hand::to(&[0; 12], false);
             return Duty::Serve(Pace::Timed);
@@ -58,9 +61,18 @@ pub fn duty() -> Duty {
     })
 }
 
-/// The two files of a lock-step or paced link, in the host's file system; with `None` the link is
-/// the UART.
-static FILES: Mutex<CriticalSectionRawMutex, RefCell<Option<(File, File)>>> = Mutex::new(RefCell::new(None));
+/// The files of a lock-step or paced link, in the host's file system.
+struct Files {
+    input: File,
+    output: File,
+    /// Where a paced board writes the levels of its pins before each packet, so that what the
+    /// motors do can move the hand that the next packet contains: the enable line in a byte, and
+    /// three converter codes.
+    pins: Option<File>,
+}
+
+/// With `None` the link is the UART.
+static FILES: Mutex<CriticalSectionRawMutex, RefCell<Option<Files>>> = Mutex::new(RefCell::new(None));
 
 /// Reads bytes from the host. In lock-step the whole emulated machine stops until some arrive, and
 /// 0 means that the host has gone.
@@ -68,7 +80,7 @@ pub fn link_read(bytes: &mut [u8]) -> usize {
     let from_file = FILES.lock(|link| {
         link.borrow_mut()
             .as_mut()
-            .map(|(input, _)| if hand::is_there() { paced(input, bytes) } else { input.read(bytes).unwrap_or(0) })
+            .map(|files| if hand::is_there() { paced(files, bytes) } else { files.input.read(bytes).unwrap_or(0) })
     });
     from_file.unwrap_or_else(|| uart::read(bytes))
 }
@@ -81,7 +93,13 @@ const COUNTED: u8 = 0x80;
 /// bytes. A packet without link bytes ends the tick's input. The writer of the packets sets the
 /// pace, and ends the run by an incomplete packet or by closing the file.
 #[inline(never)]
-fn paced(input: &mut File, bytes: &mut [u8]) -> usize {
+fn paced(Files { input, pins, .. }: &mut Files, bytes: &mut [u8]) -> usize {
+    if let Some(pins) = pins {
+        let Outputs { enabled, codes } = super::outputs();
+        let [[x, x_high], [y, y_high], [z, z_high]] = codes.map(|code| code.0.to_le_bytes());
+        // a reader that has gone ends the run at the read below
+        _ = pins.write_all(&[enabled.into(), x, x_high, y, y_high, z, z_high]);
+    }
     let mut head = [0; 13];
     let mut whole = |bytes: &mut [u8]| {
         if input.read(bytes).ok() != Some(bytes.len()) {
@@ -109,7 +127,7 @@ pub fn link_room() -> usize {
 /// Sends bytes to the host.
 pub fn link_write(bytes: &[u8]) {
     // a host that no longer reads is noticed at the next read from it
-    let to_file = FILES.lock(|link| link.borrow_mut().as_mut().map(|(_, output)| output.write_all(bytes)));
+    let to_file = FILES.lock(|link| link.borrow_mut().as_mut().map(|files| files.output.write_all(bytes)));
     if to_file.is_none() {
         uart::write(bytes);
     }

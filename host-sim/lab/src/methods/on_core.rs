@@ -85,13 +85,3 @@ pub(super) fn with_law<T>(
     let method = Forced { law, position_m: at_origin.clone(), force: at_origin };
     Ok(work(&mut OnCore { model: &model, tuned: &tuned, state, method }))
 }
-
-/// Change of each node's velocity per force over E [m/s per N/Pa], for forces that are added after
-/// a substep: it contains `1 / (1 - alpha dt)`, because the next substep begins by damping the
-/// velocity by `1 - alpha dt`.
-pub(super) fn steps(tuned: &Tuned, params: &Params, nodes: usize) -> Vec<f32> {
-    let dt_s = params.tick_s / f32::from(params.substeps);
-    let mass = |n| tuned.mass_kg(n).unwrap_or(f32::INFINITY);
-    let keep = 1.0 - params.node_damping_per_s * dt_s;
-    (0..nodes).map(|n| params.youngs_modulus_pa * dt_s / (mass(n) * keep)).collect()
-}

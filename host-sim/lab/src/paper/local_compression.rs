@@ -3,7 +3,7 @@
 //!
 //! The paper's tomography is not public, and its finite elements are those of another paper. The
 //! organs here are therefore our own shapes, and the reference is our own finite elements. Table 1
-//! and (14) are computed by `palpate score`.
+//! and (14) are checked by a test (`lab/src/score`).
 
 pub mod checkpoint;
 pub mod failures;
@@ -72,7 +72,7 @@ pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(),
     let names: Vec<&str> = organs.iter().map(|o| o.scene.name.as_str()).collect();
     report.say(format!(
         "Scenes: the standard block ({:.0} kPa) and {}. Machine: {machine}. {}The paper's tomography and its finite-element model are not public: organs are shapes of our own, \
-         truth is our own finite elements. Its formulas (2), (4)-(9), (12), (13) are lost in the text we have and reconstructed. Table 1 and (14): `palpate score`.",
+         truth is our own finite elements. Its formulas (2), (4)-(9), (12), (13) are lost in the text we have and reconstructed. Table 1 and (14): host-sim/lab/src/score.",
         study::BLOCK_PA * 1e-3,
         names.join(", "),
         if options.quick { "Quick run: few forces, few trials at each temperature, coarse organs. " } else { "" },

@@ -40,16 +40,16 @@ fn minutes_of_use_do_not_grow_in_memory() {
             3 => browser.key("["),
             4 => {
                 browser.key("r");
-                until(&mut browser, "recording", 20, |s| s["recorded_ticks"].as_u64().is_some_and(|t| t > 1500));
+                until(&mut browser, "recording", |s| s["recorded_ticks"].as_u64().is_some_and(|t| t > 1500));
                 browser.key("r");
-                until(&mut browser, "recorded", 20, |s| says(s, "Recorded"));
+                until(&mut browser, "recorded", |s| says(s, "Recorded"));
                 browser.key("l");
-                until(&mut browser, "replayed", 60, |s| says(s, "Replayed"));
+                until(&mut browser, "replayed", |s| says(s, "Replayed"));
                 active(&mut browser);
             }
             5 => {
                 browser.key("o");
-                until(&mut browser, "another tissue", 60, |s| says(s, "ready"));
+                until(&mut browser, "another tissue", |s| says(s, "ready"));
                 active(&mut browser);
             }
             _ => {}
@@ -81,9 +81,9 @@ fn the_pages_own_counters_with_two_meshes() {
     for (nodes, keys) in [(410, 0), (230, 3)] {
         for _ in 0..keys {
             browser.key("m");
-            until(&mut browser, "another mesh", 60, |s| says(s, "ready"));
+            until(&mut browser, "another mesh", |s| says(s, "ready"));
         }
-        until(&mut browser, "the mesh", 60, |s| s["nodes"].as_u64().is_some_and(|n| n.abs_diff(nodes) < 20));
+        until(&mut browser, "the mesh", |s| s["nodes"].as_u64().is_some_and(|n| n.abs_diff(nodes) < 20));
         std::thread::sleep(Duration::from_secs(2));
         active(&mut browser);
         let before = press(&mut browser, MIDDLE, 3e-3);

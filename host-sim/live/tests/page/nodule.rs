@@ -74,7 +74,7 @@ fn a_nodule_is_found_by_pressing_and_not_by_guessing() {
     let Some((mut browser, _)) = page() else { return };
     browser.key("n");
     let searching = |s: &Value| s["controls"]["searching"] == true && says(s, "nodule is hidden");
-    until(&mut browser, "a hidden nodule", 60, searching);
+    until(&mut browser, "a hidden nodule", searching);
     active(&mut browser);
     // two notches deeper than the first press
     (0..2).for_each(|_| browser.key("\u{e00f}"));
@@ -88,7 +88,7 @@ fn a_nodule_is_found_by_pressing_and_not_by_guessing() {
     felt = around(near_m, 4e-3).map(|place_m| feel(&mut browser, &map, place_m)).collect();
     map.go(&mut browser, stiffest(&felt));
     browser.key("\u{e007}");
-    let scored = until(&mut browser, "score", 20, |s| s["controls"]["score"].is_number());
+    let scored = until(&mut browser, "score", |s| s["controls"]["score"].is_number());
     println!("{}", scored["said"]);
     assert_eq!(scored["controls"]["found"], true, "{scored}");
     if let Some(folder) = std::env::var_os("PALPATE_LIVE_PICTURES") {
@@ -100,9 +100,9 @@ fn a_nodule_is_found_by_pressing_and_not_by_guessing() {
 
     // a quick and gentle guess at the edge of the block is made
     browser.key("n");
-    until(&mut browser, "another nodule", 60, searching);
+    until(&mut browser, "another nodule", searching);
     map.go(&mut browser, [-25e-3, 0.0]);
     browser.key("\u{e007}");
-    let guessed = until(&mut browser, "score of a guess", 20, |s| s["controls"]["score"].is_number());
+    let guessed = until(&mut browser, "score of a guess", |s| s["controls"]["score"].is_number());
     assert!(guessed["controls"]["found"] == false && says(&guessed, "Not found"), "{guessed}");
 }

@@ -17,7 +17,7 @@ fn a_tab_that_sleeps_lets_go_and_keeps_its_recording() {
     browser
         .run("window.hid = 0; document.addEventListener('visibilitychange', () => { if (document.hidden) window.hid += 1; });");
     browser.key("r");
-    until(&mut browser, "recording", 20, |s| s["recorded_ticks"].as_u64().is_some_and(|t| t > 800));
+    until(&mut browser, "recording", |s| s["recorded_ticks"].as_u64().is_some_and(|t| t > 800));
     press(&mut browser, MIDDLE, 3e-3);
     browser.behind_another_tab(5);
     assert!(browser.run("return window.hid;").as_u64() >= Some(1), "the tab was never hidden: this shows nothing");
@@ -26,7 +26,7 @@ fn a_tab_that_sleeps_lets_go_and_keeps_its_recording() {
     press(&mut browser, MIDDLE, 3e-3);
     let_go(&mut browser, MIDDLE);
     browser.key("r");
-    until(&mut browser, "recorded", 20, |s| says(s, "Recorded"));
+    until(&mut browser, "recorded", |s| says(s, "Recorded"));
     let again = repeated(&browser.trace());
     let felt: Vec<bool> = again.telemetry.iter().map(|t| t.applied_n.norm() > 0.0).collect();
     let (first, last) = (felt.iter().position(|f| *f).unwrap(), felt.iter().rposition(|f| *f).unwrap());
@@ -41,7 +41,7 @@ fn a_mouse_that_leaves_the_window_with_its_button_down_lets_go() {
     press(&mut browser, MIDDLE, 3e-3);
     let [x, y] = [-40, -40];
     browser.devtools("Input.dispatchMouseEvent", &json!({"type": "mouseMoved", "x": x, "y": y, "button": "left", "buttons": 1}));
-    let left = until(&mut browser, "no force outside", 20, |s| number(s, "force_n") == 0.0 && number(s, "depth_m") == 0.0);
+    let left = until(&mut browser, "no force outside", |s| number(s, "force_n") == 0.0 && number(s, "depth_m") == 0.0);
     assert!(number(&left, "tip_m").is_nan() && left["fault"].is_null(), "{left}");
     browser.devtools(
         "Input.dispatchMouseEvent",
@@ -65,7 +65,7 @@ fn a_picture_without_a_size_lets_go_and_comes_back() {
         println!("{size}: {} N, {} ticks on", none["force_n"], ticks(&none) - ticks(&before));
         assert_eq!(number(&none, "force_n"), 0.0, "{size}: {none}");
         let from = ticks(&before) + 1000;
-        until(&mut browser, "its tissue went on", 20, |s| ticks(s) > from);
+        until(&mut browser, "its tissue went on", |s| ticks(s) > from);
         active(&mut browser);
     }
     press(&mut browser, MIDDLE, 3e-3);
@@ -76,7 +76,7 @@ fn a_picture_without_a_size_lets_go_and_comes_back() {
 fn foreign_files_get_a_sentence_and_take_nothing_away() {
     let Some((mut browser, _)) = page() else { return };
     browser.key("r");
-    until(&mut browser, "recording", 20, |s| s["recorded_ticks"].as_u64().is_some_and(|t| t > 800));
+    until(&mut browser, "recording", |s| s["recorded_ticks"].as_u64().is_some_and(|t| t > 800));
     let mut newer = MAGIC.to_vec();
     newer.extend((VERSION + 1).to_le_bytes());
     newer.extend([0; 64]);
@@ -93,7 +93,7 @@ fn foreign_files_get_a_sentence_and_take_nothing_away() {
         ("holiday.jpg", &[0xff, 0xd8, 0xff], "neither"),
     ] {
         browser.drop_file(name, bytes);
-        let shown = until(&mut browser, name, 20, |s| says(s, said));
+        let shown = until(&mut browser, name, |s| says(s, said));
         let text = shown["said"].as_str().unwrap();
         println!("{name}: {text}");
         assert!(shown["refused"] == true && !text.contains('\n') && number(&shown, "force_n") == 0.0, "{shown}");
@@ -108,6 +108,6 @@ fn foreign_files_get_a_sentence_and_take_nothing_away() {
     assert!(number(&stiff, "force_n") > 1.5 * number(&soft, "force_n"), "{stiff}");
     let_go(&mut browser, MIDDLE);
     browser.key("r");
-    until(&mut browser, "recorded", 20, |s| says(s, "Recorded"));
+    until(&mut browser, "recorded", |s| says(s, "Recorded"));
     assert!(repeated(&browser.trace()).telemetry.len() > 1000);
 }

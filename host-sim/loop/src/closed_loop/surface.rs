@@ -4,8 +4,8 @@ mod untouched;
 
 use std::sync::Arc;
 
-use palpate::haptic::ceiling::{self, Press};
 use palpate::haptic::cycle::Renderer;
+use palpate::haptic::press::{self, Press};
 use palpate::stages::probe::ProbePose;
 use palpate::{
     BuildError, ClampFlags, GuardLimits, Model, Output, Params, RimEdge, RimNode, State, Tuned, Vector3, tick, tick_with,
@@ -295,7 +295,7 @@ pub fn tangent_m(patch: &Patch, params: &Params) -> Result<f32, BuildError> {
     let mut memory = Memory::for_model(&model);
     let (mut tuned, mut state) = memory.start(&model, params)?;
     let press = Press { radius_m: params.probe.radius_m, depth_m: model.depth_limit_m };
-    Ok(ceiling::tangent_m(&model, &mut tuned, &mut state, patch.site_m(), press, &mut || {}).unwrap_or(0.0))
+    Ok(press::tangent_m(&model, &mut tuned, &mut state, patch.site_m(), press, &mut || {}).unwrap_or(0.0))
 }
 
 /// Depth at which a curve reaches a force [m]; the last depth if it never does.

@@ -6,7 +6,6 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::Duration;
 
-use clap::Args;
 use palpate::haptic::commission::{Commissioned, Plan, Stage};
 use palpate::haptic::mode::Mode;
 use palpate_controller::commission::Setup;
@@ -18,8 +17,8 @@ use palpate_loop::day::today;
 use palpate_tissue::Error as TissueError;
 
 use super::hold::{ENDED, end_at_ctrl_c};
-use super::{PortArgs, status, transfer};
-use crate::command::length::metres;
+use super::{status, transfer};
+use crate::command::options::board::Commission;
 use crate::error::Error;
 use crate::port::{PortError, Session, device_file};
 
@@ -31,21 +30,6 @@ const JOINTS: [&str; 3] = [
     "at its tip by joint 2 alone, in the direction in which its angle grows",
     "at its tip by joint 3 alone, in the direction in which its angle grows",
 ];
-
-#[derive(Args, Clone, Debug)]
-pub(in crate::command) struct Commission {
-    #[command(flatten)]
-    port: PortArgs,
-    /// Profile of the device (.toml), or the name of one that ships.
-    #[arg(long, value_name = "NAME|FILE")]
-    device: String,
-    /// Distance by which you move the handle along each axis.
-    #[arg(long, value_name = "LENGTH", default_value = "50mm", value_parser = metres)]
-    distance: f64,
-    /// File to write the measured profile to [default: the file of --device].
-    #[arg(long, value_name = "FILE.toml")]
-    out: Option<PathBuf>,
-}
 
 impl Commission {
     pub(super) fn run(&self) -> Result<(), Error> {
@@ -136,10 +120,10 @@ fn follow(session: &mut Session, setup: &Setup, names: [&str; 3], entered: &Rece
                 if let Stage::Stopped(_) = stage {
                     return Err(failed(sentence));
                 }
+                // an Enter of before the step is shown belongs to no step
+                while entered.try_recv().is_ok() {}
                 println!("{sentence}{}", if stage.asks() { " (Enter)" } else { "" });
                 shown = Some(stage);
-                // an Enter of before belongs to no step
-                while entered.try_recv().is_ok() {}
             }
             _ => {}
         }

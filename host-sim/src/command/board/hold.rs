@@ -6,7 +6,6 @@ mod writer;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use clap::Args;
 use palpate::haptic::mode::Mode;
 use palpate_controller::link::message::HostAsk;
 use palpate_controller::link::{FromBoard, Record, ToBoard};
@@ -16,7 +15,8 @@ use palpate_tissue::Error as TissueError;
 use self::stream::Files;
 use self::writer::{Writer, Written};
 use super::log::{LISTENING, Log};
-use super::{PortArgs, status};
+use super::status;
+use crate::command::options::board::{PortArgs, Stream};
 use crate::command::progress::Lines;
 use crate::error::Error;
 use crate::port::session::{force_words, released_by_itself};
@@ -31,21 +31,6 @@ const STAYS_IDLE_TICKS: u32 = 2_000;
 const TOLD: Duration = Duration::from_millis(500);
 /// Longest wait for a record before the keep-alive messages are checked again.
 const STEP: Duration = LISTENING;
-
-#[derive(Args, Clone, Debug)]
-pub(in crate::command) struct Stream {
-    /// Seconds after which to end [default: at Ctrl-C].
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    seconds: Option<f64>,
-    /// Also write the records, 50 per second, to a CSV file, which appears when the command is
-    /// done, but not if the port is lost.
-    #[arg(long, value_name = "FILE.csv")]
-    out: Option<std::path::PathBuf>,
-    /// Also write the records to this CSV file as they arrive, for `palpate live --follow` or
-    /// another reader. An earlier file is replaced, and the rows are kept however the command ends.
-    #[arg(long, value_name = "FILE.csv")]
-    stream: Option<std::path::PathBuf>,
-}
 
 impl Stream {
     fn until(&self) -> Result<Option<Duration>, Error> {

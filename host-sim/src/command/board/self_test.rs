@@ -4,10 +4,10 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use clap::Args;
 use palpate::PatchFile;
 use palpate_tissue::Error as TissueError;
 
+use crate::command::options::board::SelfTest;
 use crate::error::Error;
 use crate::port::self_test::Report;
 use crate::port::{Line, PortError};
@@ -17,22 +17,6 @@ use crate::port::{Line, PortError};
 const PATIENCE: Duration = Duration::from_secs(12);
 /// Folder of the patches that ship, relative to the repository.
 const SHIPPED: &str = "firmware/patches";
-
-#[derive(Args, Clone, Debug)]
-pub(in crate::command) struct SelfTest {
-    /// The board's serial port.
-    #[arg(long, value_name = "PORT", required_unless_present = "report", conflicts_with = "report")]
-    port: Option<String>,
-    /// A stored report in place of a port: the board's line, with or without other text.
-    #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
-    /// The patch that was built into the image [default: the one that ships with its checksum].
-    #[arg(long, value_name = "FILE")]
-    patch: Option<PathBuf>,
-    /// Also write the report to this file, to send it to someone.
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
-}
 
 impl SelfTest {
     pub(super) fn run(&self) -> Result<(), Error> {

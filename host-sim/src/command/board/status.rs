@@ -9,8 +9,8 @@ use palpate_board::patch_record;
 use palpate_controller::link::{FromBoard, Identity, Record, ToBoard};
 use palpate_controller::words;
 
-use super::PortArgs;
 use super::log::{Log, images};
+use crate::command::options::board::PortArgs;
 use crate::error::Error;
 use crate::port::session::force_words;
 

@@ -10,7 +10,7 @@ use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::fit_record::FitRecord;
 
-use super::PortArgs;
+use crate::command::options::board::PortArgs;
 use crate::error::Error;
 use crate::port::{PortError, Session, device_file};
 

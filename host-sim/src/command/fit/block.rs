@@ -18,7 +18,8 @@ use super::bump::Block;
 use super::report::Report;
 use super::stages::Stages;
 use super::store::Store;
-use super::{FitArgs, Fitted, LEAST_GAIN};
+use super::{Fitted, LEAST_GAIN};
+use crate::command::options::fit::FitArgs;
 use crate::error::Error;
 
 impl FitArgs {

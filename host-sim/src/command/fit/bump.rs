@@ -14,11 +14,12 @@ use palpate_tissue::scene::Scene;
 use palpate_tissue::session::packed;
 
 use super::super::progress::Steps;
+use super::Fitted;
 use super::added_force::{BumpLine, BumpReport};
 use super::report::Report;
 use super::stages::Stages;
 use super::store::{Store, StoredFit};
-use super::{FitArgs, Fitted};
+use crate::command::options::fit::FitArgs;
 use crate::error::Error;
 
 /// Number of places of the fit (there are more at shallow depths), and of its rounds. More places

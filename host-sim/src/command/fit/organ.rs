@@ -6,10 +6,11 @@ use palpate_fit::solved::Solved;
 use palpate_tissue::scene::Scene;
 
 use super::super::progress::{Steps, told};
+use super::Fitted;
 use super::report::Report;
 use super::stages::Stages;
 use super::store::Store;
-use super::{FitArgs, Fitted};
+use crate::command::options::fit::FitArgs;
 use crate::error::Error;
 
 /// Number of nodes of a piece if none is given.

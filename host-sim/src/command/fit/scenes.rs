@@ -15,7 +15,8 @@ use super::super::Common;
 use super::super::campaign::Campaign;
 use super::super::scene_list::{Ended, SceneList, ends_all, named_as, why};
 use super::super::verdict::Verdict;
-use super::{FitArgs, FitOptions, Fitted};
+use super::Fitted;
+use crate::command::options::fit::{FitArgs, FitOptions};
 use crate::error::Error;
 
 /// The settings that determine the fits.

@@ -2,7 +2,7 @@
 //! it is meshed; another tip or depth gets another mesh, so each is packed before it is offered.
 
 use palpate_controller::link::Refusal;
-use palpate_controller::link::contact::{TooNarrow, TooStiff};
+use palpate_controller::refusal::contact::{TooNarrow, TooStiff};
 use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::tissue::DEPTH_MARGIN;
 

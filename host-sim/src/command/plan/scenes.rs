@@ -11,11 +11,11 @@ use palpate_tissue::shard::Heading;
 use serde::{Deserialize, Serialize};
 
 use super::super::Common;
-use super::super::boards::machine;
 use super::super::campaign::Campaign;
 use super::super::scene_list::{Ended, SceneList, ends_all, why};
 use super::super::verdict::Verdict;
-use super::PlanOptions;
+use crate::command::options::pack::machine;
+use crate::command::options::plan::PlanOptions;
 use crate::error::Error;
 
 /// The settings that determine the plans.

@@ -22,6 +22,12 @@ pub(super) fn six_volumes([a, b, c, d]: [[f64; 3]; 4]) -> f64 {
     (u[1] * v[2] - u[2] * v[1]) * w[0] + (u[2] * v[0] - u[0] * v[2]) * w[1] + (u[0] * v[1] - u[1] * v[0]) * w[2]
 }
 
+/// Six times the volume of a tet of a mesh [m^3].
+pub(crate) fn six_volume(mesh: &super::TetMesh, [a, b, c, d]: [u32; 4]) -> f64 {
+    // turned about its first corner, which is the rounding of the patch files that ship
+    six_volumes(corners(&mesh.nodes_m, [a, c, d, b]))
+}
+
 /// Volume over the cube of the longest edge, scaled to 1 for the regular tet; 0 is flat.
 /// Not a number if the edges are too short for a cube in `f64`.
 pub(super) fn quality(corners: [[f64; 3]; 4]) -> f64 {

@@ -3,12 +3,12 @@
 use palpate::{Fault, Params, ProbePose, Vector3, tick};
 use serde::{Deserialize, Serialize};
 
-use super::error::TruthError;
 use super::table::Table;
 use super::truth::{TRUTHS, Trajectory, Truth};
 use crate::error::Error;
 use crate::patch::{Memory, Patch};
 use crate::scene::Scene;
+use crate::truth_error::TruthError;
 
 /// Depth of the stored ramps [m].
 const DEPTH_M: f64 = 0.004;

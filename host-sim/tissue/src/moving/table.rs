@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::error::TruthError;
+use crate::truth_error::TruthError;
 
 const COLUMNS: &str = "t_s,depth_m,across_m,force_x_over_e_m2,force_y_over_e_m2,force_normal_over_e_m2";
 /// Digits after the point of the written forces [m^2].

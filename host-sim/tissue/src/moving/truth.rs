@@ -4,9 +4,9 @@
 //! one line names the columns, and the rows are in SI units at a fixed spacing in time. The example
 //! `moving_truths` of `palpate-fit` computes them.
 
-use super::error::TruthError;
 use super::table::Table;
 use crate::scene::{Scene, SceneError, TissueScene};
+use crate::truth_error::TruthError;
 
 /// Tissue and place of a stored reference.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 use palpate::{NodeRest, Tet, Vector3};
 
 use super::{Material, Multipliers};
-use crate::mesh::{TetMesh, surface};
+use crate::mesh::{TetMesh, six_volume, surface};
 use crate::tissue::{Joint, Tissue};
 
 /// A spring before rounding: nodes, stiffness over E [m], rest length [m].
@@ -39,7 +39,7 @@ impl Elastic {
         let lambda = nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
         let kappa = lambda - mu;
 
-        let volumes: Vec<f64> = mesh.tets.iter().map(|t| six_volume(mesh, t) / 6.0).collect();
+        let volumes: Vec<f64> = mesh.tets.iter().map(|t| six_volume(mesh, *t) / 6.0).collect();
         let mut around = vec![0.0; mesh.nodes_m.len()];
         let mut stiff_volume = vec![0.0; mesh.nodes_m.len()];
         for ((tet, v), ratio) in mesh.tets.iter().zip(&volumes).zip(&tissue.stiffness_ratio) {
@@ -154,20 +154,10 @@ impl RestSpring {
     }
 }
 
-/// Six times the volume of a tet [m^3].
-pub(crate) fn six_volume(mesh: &TetMesh, tet: &[u32; 4]) -> f64 {
-    let [e1, e2, e3] = tet_edges(mesh, tet);
-    e1.dot(&e2.cross(&e3))
-}
-
 /// Gradients of the volume with respect to the four corners [m^2].
 fn volume_gradients(mesh: &TetMesh, tet: &[u32; 4]) -> [Vector3<f64>; 4] {
-    let [e1, e2, e3] = tet_edges(mesh, tet);
+    let [a, b, c, d] = tet.map(|n| Vector3::from(mesh.nodes_m[n as usize]));
+    let [e1, e2, e3] = [b, c, d].map(|x| x - a);
     let [b, c, d] = [e2.cross(&e3), e3.cross(&e1), e1.cross(&e2)].map(|g| g / 6.0);
     [-(b + c + d), b, c, d]
-}
-
-fn tet_edges(mesh: &TetMesh, tet: &[u32; 4]) -> [Vector3<f64>; 3] {
-    let [a, b, c, d] = tet.map(|n| Vector3::from(mesh.nodes_m[n as usize]));
-    [b, c, d].map(|x| x - a)
 }

@@ -8,8 +8,7 @@
 //! less well with finite elements (DECISIONS.md).
 
 use super::samples;
-use crate::mesh::TetMesh;
-use crate::patch::six_volume;
+use crate::mesh::{TetMesh, six_volume};
 
 /// Steepness of every node of a mesh (1). `tissue_at` gives, at a point [m], the stiffness ratio
 /// and the exponent over that of the patch.
@@ -23,7 +22,7 @@ pub fn steepness(mesh: &TetMesh, tissue_at: impl Fn([f64; 3]) -> [f64; 2]) -> Ve
             of_tet.iter_mut().zip(tissue_at(at)).for_each(|(sum, value)| *sum += value);
             count += 1.0;
         }
-        let each = six_volume(mesh, tet) / count;
+        let each = six_volume(mesh, *tet) / count;
         for &n in tet {
             sums[n as usize].iter_mut().zip(of_tet).for_each(|(sum, value)| *sum += each * value);
         }

@@ -10,8 +10,9 @@ use rayon::prelude::*;
 use super::case::{Bounds, YieldingCase};
 use super::family::family;
 use super::genes::Genes;
+use super::motion::MotionKind;
 use super::run::RunLength;
-use super::table::{FAMILY, HandsTable, LATENESSES};
+use super::table::{FAMILY, HandsTable, LATENESSES, MINUTES};
 use crate::closed_loop::campaign::batches;
 use crate::closed_loop::device::{DeviceProfile, PROFILES};
 use crate::closed_loop::paths::PathGround;
@@ -28,35 +29,35 @@ pub struct Hands<'a> {
     seed: u64,
     length: RunLength,
     family: Vec<YieldingCase>,
+    minutes: Vec<YieldingCase>,
 }
 
 impl<'a> Hands<'a> {
-    /// This many random runs, every second one on a shipped device, and the family of light hands
-    /// on stiff tissue; with `quick` shorter runs and an eighth of the family.
+    /// This many random runs, every second one on a shipped device, the family of light hands on
+    /// stiff tissue, and a minute of every motion on every shipped device; with `quick` shorter
+    /// runs, an eighth of the family and no minutes.
     #[must_use]
     pub fn new(ground: &'a PathGround, runs: u64, seed: u64, quick: bool) -> Self {
         let base = &ground.devices[0];
         let (length, share) = if quick { (RunLength::QUICK, 8) } else { (RunLength::FULL, 1) };
-        Self { ground, base, runs, seed, length, family: family(ground, base, share) }
+        let minutes = if quick { Vec::new() } else { minutes(ground, seed) };
+        Self { ground, base, runs, seed, length, family: family(ground, base, share), minutes }
     }
 
-    /// This campaign with runs of another length.
-    #[must_use]
-    pub fn lasting(self, length: RunLength) -> Self {
-        Self { length, ..self }
-    }
-
-    /// Number of cases: the random runs, and then the family.
+    /// Number of cases: the random runs, then the family, then the minutes.
     #[must_use]
     pub fn cases(&self) -> u64 {
-        self.runs + self.family.len() as u64
+        self.runs + (self.family.len() + self.minutes.len()) as u64
     }
 
     /// Name of the row and the case with this number.
     #[must_use]
     pub fn case(&self, number: u64) -> (&'static str, YieldingCase) {
-        if let Some(case) = number.checked_sub(self.runs).and_then(|n| self.family.get(n as usize)) {
-            return (FAMILY, case.clone());
+        if let Some(n) = number.checked_sub(self.runs) {
+            return match self.family.get(n as usize) {
+                Some(case) => (FAMILY, case.clone()),
+                None => (MINUTES, self.minutes[n as usize - self.family.len()].clone()),
+            };
         }
         let genes = Genes::draw(number, self.seed);
         if number % 2 == 1 {
@@ -85,8 +86,11 @@ impl<'a> Hands<'a> {
             let mut table = HandsTable::default();
             for number in numbers.clone() {
                 let (name, case) = self.case(number);
-                let length =
-                    if name == FAMILY { RunLength { motion_s: RunLength::FULL.motion_s, ..self.length } } else { self.length };
+                let length = match name {
+                    FAMILY => RunLength { motion_s: RunLength::FULL.motion_s, ..self.length },
+                    MINUTES => RunLength::LONG,
+                    _ => self.length,
+                };
                 table.count(self.ground, number, name, &case, &case.run(self.ground, length, &change)?);
             }
             done(numbers.end - numbers.start);
@@ -97,4 +101,19 @@ impl<'a> Hands<'a> {
             Ok(table)
         })
     }
+}
+
+/// Every motion on every shipped device, by a random hand on random tissue.
+fn minutes(ground: &PathGround, seed: u64) -> Vec<YieldingCase> {
+    let mut cases = Vec::new();
+    for (device, (name, _)) in ground.devices.iter().zip(PROFILES) {
+        for kind in MotionKind::ALL {
+            // from the end of the numbers, which the random runs begin with
+            let genes = Genes::draw(u64::MAX - cases.len() as u64, seed);
+            let mut case = YieldingCase::on_device(ground, &genes, device, name);
+            case.motion.kind = kind;
+            cases.push(case);
+        }
+    }
+    cases
 }

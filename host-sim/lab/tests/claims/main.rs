@@ -1,0 +1,34 @@
+//! The studies keep their claims, in short form: the two papers, the methods with which the product
+//! is compared, stability, measured tissue, and the commands of `palpate` that report them.
+
+// helpers of the product's tests, each of which some of these tests need in part
+#[path = "../../../../tests/tests/core/allocations.rs"]
+mod allocations;
+#[path = "../../../../tests/src/bench.rs"]
+#[allow(dead_code)]
+mod bench;
+#[path = "../../../../tests/src/palpate_command.rs"]
+#[allow(dead_code)]
+mod palpate_command;
+#[path = "../../../../tests/src/schema.rs"]
+#[allow(dead_code)]
+mod schema;
+#[path = "../../../../tests/src/sharded.rs"]
+mod sharded;
+#[path = "../../../../tests/src/share.rs"]
+#[allow(dead_code)]
+mod share;
+
+mod accepted;
+mod faults_are_printed;
+mod methods_are_right;
+mod methods_never_allocate;
+mod paper_formulas;
+mod paper_local_compression;
+mod paper_pictures;
+mod paper_volume_preserved;
+mod papers_table;
+mod scores_follow_the_paper;
+mod shards_make_one_run;
+mod stability_loop;
+mod stability_model;
