@@ -61,6 +61,23 @@ impl Triangles {
         self
     }
 
+    /// The surface as PLY, as text.
+    #[must_use]
+    pub fn ply(&self) -> String {
+        let mut text = format!(
+            "ply\nformat ascii 1.0\ncomment a ball\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+            self.corners_mm.len(),
+            self.triangles.len()
+        );
+        for [x, y, z] in &self.corners_mm {
+            let _ = writeln!(text, "{x} {y} {z}");
+        }
+        for [a, b, c] in &self.triangles {
+            let _ = writeln!(text, "3 {a} {b} {c}");
+        }
+        text
+    }
+
     /// Joins two surfaces into one.
     #[must_use]
     pub fn and(mut self, other: &Self) -> Self {

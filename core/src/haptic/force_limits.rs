@@ -269,13 +269,13 @@ mod tests {
     fn an_implausible_force_is_borne_nine_ticks_in_a_row() {
         let mut plausible = Plausible::default();
         for _ in 0..9 {
-            assert_eq!(judge(&mut plausible, 15.1), Ok(()));
+            assert_eq!(judge(&mut plausible, 16.6), Ok(()));
         }
-        assert_eq!(judge(&mut plausible, 15.1), Err(Fault::ForceImplausible));
+        assert_eq!(judge(&mut plausible, 16.6), Err(Fault::ForceImplausible));
         assert_eq!(judge(&mut plausible, f32::NAN), Err(Fault::ForceNotFinite));
         plausible.reset();
         for n in 0..1_000 {
-            assert_eq!(judge(&mut plausible, if n % 10 == 9 { 1.0 } else { 15.1 }), Ok(()), "tick {n}");
+            assert_eq!(judge(&mut plausible, if n % 10 == 9 { 1.0 } else { 16.6 }), Ok(()), "tick {n}");
         }
     }
 }

@@ -33,7 +33,7 @@ pub struct LoopLimitSettings {
     /// Distance outside the workspace up to which a pose is accepted, as a share of the workspace's
     /// size (1).
     pub workspace_margin: f32,
-    /// A model force more than this many times `max_force_n` is implausible (1).
+    /// A model force more than this many times that of the device is implausible (1).
     pub implausible_ratio: f32,
     /// Number of ticks in a row with an implausible force that is a fault.
     pub implausible_ticks: u16,
@@ -124,8 +124,8 @@ impl Default for LoopLimitSettings {
 #[derive(Clone, Copy, Debug)]
 pub struct LoopLimits {
     values: LoopLimitSettings,
-    /// Force of the model that is implausible [N]. On a device that was not commissioned it does
-    /// not follow the cap, since its tissue is as stiff as any.
+    /// Force of the model that is implausible [N]. It does not follow a lowered limit: the tissue
+    /// is as stiff as before.
     pub(super) implausible_n: f32,
     /// Largest growth of the force per tick [N].
     pub(super) slew_n: f32,
@@ -176,7 +176,7 @@ impl LoopLimits {
         let margin_m = (device.workspace_high_m - device.workspace_low_m) * values.workspace_margin;
         Self {
             values: *values,
-            implausible_n: values.implausible_ratio * if device.commissioned { values.max_force_n } else { device.max_force_n },
+            implausible_n: values.implausible_ratio * device.max_force_n,
             slew_n: values.max_slew_n_per_s * tick_s,
             displacement_m: values.max_speed_m_per_s * tick_s,
             counts_m: 2.0 * device.count_m,
@@ -267,6 +267,13 @@ pub(crate) mod tests {
         assert!(limits.lowered(&LoopLimitSettings { max_force_n: 0.6, ..*limits.values() }).is_err());
         let weaker = LoopLimitSettings { max_force_n: 0.3, ..LoopLimitSettings::DESKTOP };
         assert_eq!(LoopLimits::build(&weaker, &unknown, 1e-3).unwrap().values(), &weaker);
+    }
+
+    #[test]
+    fn a_lowered_force_makes_no_tissue_implausible() {
+        let lower = LoopLimitSettings { max_force_n: 0.1, ..LoopLimitSettings::DESKTOP };
+        assert_eq!(limits().lowered(&lower).unwrap().implausible_n, 5.0 * 3.3);
+        assert_eq!(LoopLimits::build(&lower, &device(), 1e-3).unwrap().implausible_n, 5.0 * 3.3, "opened with it");
     }
 
     #[test]

@@ -130,7 +130,7 @@ fn what_the_model_asks_for_while_no_force_may_act_is_no_fault() {
 #[test]
 fn an_implausible_force_is_borne_nine_ticks_within_the_limits() {
     let mut bench = Bench::new(400.0).active();
-    bench.wall.answer = Some(pushing(1e-3, 15.5));
+    bench.wall.answer = Some(pushing(1e-3, 16.6));
     for _ in 0..9 {
         let record = bench.tick();
         assert_eq!(record.fault, None);

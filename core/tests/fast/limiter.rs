@@ -120,12 +120,12 @@ fn the_model_force_is_shortened_beyond_the_limit_only() {
 #[test]
 fn an_implausible_force_is_a_fault_only_ten_ticks_in_a_row() {
     let mut plausible = Plausible::default();
-    let (implausible_n, large_n) = (Vector3::new(9.1, 0.0, -12.1), Vector3::new(0.0, 9.0, -12.0));
+    let (implausible_n, large_n) = (Vector3::new(10.0, 0.0, -13.3), Vector3::new(0.0, 9.9, -13.2));
     for _ in 0..3 {
         for _ in 0..9 {
             assert_eq!(answered(&mut plausible, implausible_n), Ok(()));
         }
-        assert_eq!(answered(&mut plausible, large_n), Ok(()), "five times the limit is plausible");
+        assert_eq!(answered(&mut plausible, large_n), Ok(()), "five times the force of the device is plausible");
     }
     assert!((0..20).all(|_| answered(&mut plausible, large_n).is_ok()));
     let borne = (0..20).take_while(|_| answered(&mut plausible, implausible_n).is_ok()).count();

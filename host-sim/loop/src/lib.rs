@@ -14,4 +14,6 @@ pub mod closed_loop;
 pub mod commissioning;
 pub mod day;
 pub mod haptic_session;
+#[cfg(test)]
+mod jump_tests;
 pub mod live;

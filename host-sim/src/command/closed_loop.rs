@@ -12,7 +12,7 @@ use super::campaign::{Campaign, Shards};
 use super::hardware_in_loop::HardwareInLoop;
 use super::length::metres;
 use super::on_demand::{Program, build_and_run};
-use super::progress::Progress;
+use super::progress::{Progress, told};
 use super::verdict::Verdict;
 use super::{Common, print_warnings};
 use crate::error::Error;
@@ -298,7 +298,9 @@ impl Options {
             }
             let patch = self.emulated.then(|| HardwareInLoop::patch_for(&scene)).transpose()?;
             scene.solver.patch = patch.clone().or(scene.solver.patch);
-            let mut prepared = if self.emulated { Prepared::as_packed(&scene, device)? } else { Prepared::of(&scene, device)? };
+            let mut prepared = told("meshing the tissue", || {
+                if self.emulated { Prepared::as_packed(&scene, device) } else { Prepared::of(&scene, device) }
+            })?;
             if let Some(depth_m) = self.runs.depth_m {
                 prepared.press_to(depth_m)?;
             }

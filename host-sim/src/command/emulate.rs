@@ -10,6 +10,7 @@ use self::print::{Emulated, print, write_timing};
 use super::boards;
 use super::options::emulate::EmulateArgs;
 use super::press::{print_holds, with_progress};
+use super::progress::told;
 use super::verdict::Verdict;
 use crate::error::Error;
 use crate::press_report;
@@ -39,7 +40,7 @@ impl EmulateArgs {
             None => palpate_board::image::patch_for(&scene)?,
         };
         press_packed(&mut scene, &patch_file);
-        let session = Session::prepare(&scene)?;
+        let session = told("meshing the tissue", || Session::prepare(&scene))?;
         boards::refuse_points(&session.patch.model(), "a board")?;
         let bytes = session.patch.pack(&session.params, session.stable.pressed_s as f32);
         let words = words(&bytes);

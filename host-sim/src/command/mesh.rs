@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 
+use super::progress::told;
 use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_tissue::mesh::import::{MeshFile, open};
@@ -15,8 +16,8 @@ use palpate_tissue::mesh::{ImportReport, LengthUnit, SurfaceReport};
 pub(super) enum MeshCommand {
     /// Import a mesh or surface file and report its contents.
     ///
-    /// Reads tets of Gmsh (1, 2.2 and 4.1, text or binary) and VTK (legacy .vtk, text or binary;
-    /// .vtu), and surfaces of STL (text or binary) and OBJ. Writes nothing.
+    /// Reads solids of Gmsh (1, 2, 4; text or binary) and VTK (legacy .vtk, text or binary; .vtu),
+    /// and surfaces of these (.vtp too), STL (text or binary), OBJ and PLY. Writes nothing.
     Check {
         /// The mesh or surface file.
         file: PathBuf,
@@ -24,7 +25,7 @@ pub(super) enum MeshCommand {
         #[arg(long, alias = "unit-m", value_name = "UNIT", default_value = "m")]
         unit: LengthUnit,
     },
-    /// Fill a closed surface (STL or OBJ) with tets of one size.
+    /// Fill a closed surface (STL, OBJ, PLY, VTK) with tets of one size.
     ///
     /// Writes <surface>.msh for scenes and Gmsh, and <surface>.vtu for ParaView, both in metres,
     /// and prints where the tissue is supported against a press from above. A scene can also use
@@ -43,7 +44,7 @@ impl MeshCommand {
 }
 
 fn check(file: &Path, unit: LengthUnit) -> Result<(), Error> {
-    let verdict = match open(file, unit.metres)? {
+    let verdict = match told("reading the file", || open(file, unit.metres))? {
         MeshFile::Tets(imported) => {
             let verdict = Verdict::ok("tets that a scene takes as its mesh").first();
             print_tets(file, &imported.report);
@@ -65,6 +66,9 @@ fn print_tets(file: &Path, report: &ImportReport) {
     println!("  {} nodes, {} tets; {x:.2} x {y:.2} x {z:.2} mm, {:.3} cm^3", report.nodes, report.tets, report.volume_m3 * 1e6);
     println!("  worst tet {} (quality {:.4}, 1 is regular)", report.worst_tet.index, report.worst_tet.quality);
     println!("  {} inverted tets corrected, {} unused nodes left out", report.flipped_tets, report.unused_nodes);
+    for note in report.notes() {
+        println!("  {note}");
+    }
     for (kind, count) in &report.ignored {
         println!("  {count} element(s) of type {kind} left out");
     }
@@ -83,6 +87,9 @@ fn print_surface(file: &Path, report: &SurfaceReport) {
     println!("  {} triangles turned outward, {} without area left out", report.turned_triangles, report.left_out);
     if report.hollows > 0 {
         println!("  {} closed hollow(s) inside", report.hollows);
+    }
+    for note in report.notes() {
+        println!("  {note}");
     }
 }
 

@@ -3,6 +3,7 @@
 mod remedy;
 
 use super::options::pack::{BoardArg, PackArgs};
+use super::progress::told;
 use super::verdict::Verdict;
 use super::{Common, boards, print_warnings};
 use crate::error::Error;
@@ -127,7 +128,7 @@ struct Packed {
 
 impl Packed {
     fn of(scene: &Scene, machine: &CostModel) -> Result<Self, Error> {
-        let session = Session::prepare_on(machine, scene)?;
+        let session = told("meshing the tissue", || Session::prepare_on(machine, scene))?;
         // only on request, since with shorter substeps fewer nodes fit a board
         let session = match scene.solver.moving_error_pct {
             Some(_) => session.for_motion(machine, scene)?,

@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::mesh::box_mm;
-use super::progress::Spinner;
+use super::progress::{Spinner, told};
 use super::verdict::Verdict;
 use super::{Common, print_warnings};
 use crate::error::Error;
@@ -42,7 +42,7 @@ impl Default for PressArgs {
 impl PressArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let scene = self.common.load()?;
-        let session = Session::prepare(&scene)?.for_motion(&MACHINES[0], &scene)?;
+        let session = told("meshing the tissue", || Session::prepare(&scene)?.for_motion(&MACHINES[0], &scene))?;
         let ramps = Ramp::of_scene(&scene).map_err(palpate_tissue::Error::from)?;
         // the folder is opened once the scene has been checked, so that bad input leaves no files
         let folder = self.common.open("press", &scene)?;
@@ -131,6 +131,9 @@ fn print_report(scene: &Scene, session: &Session) {
         let off_pct = (r.volume_cm3 / surface_cm3 - 1.0) * 100.0;
         println!("  surface   {surface_cm3:.3} cm^3; the tets made from it {:.3} cm^3 ({off_pct:+.1} %)", r.volume_cm3);
     }
+    for note in &r.notes {
+        println!("  note      {note}");
+    }
     if let Some(fixed_mm) = r.fixed_mm {
         println!("  supports  {}", supports(scene, r.anchors, fixed_mm));
     }
@@ -174,7 +177,7 @@ fn print_report(scene: &Scene, session: &Session) {
     println!("  expected  about {:.4} N at 1 mm (a half-space under this probe)", r.half_space_force_at_1mm_n);
     if r.element_mm > 1e3 * scene.probe.radius_m {
         println!(
-            "  warning   elements under the probe ({:.1} mm) are larger than its radius ({:.1} mm): the force is not resolved; refine the mesh there",
+            "  warning   elements under the probe ({:.1} mm) are larger than its radius ({:.1} mm): the force is not resolved; take more nodes",
             r.element_mm,
             scene.probe.radius_m * 1e3
         );

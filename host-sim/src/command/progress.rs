@@ -67,8 +67,8 @@ impl Progress {
 #[derive(Default)]
 pub struct Spinner {
     began: Option<Instant>,
-    /// Time of the last line [s]; unused on a terminal.
-    told_s: u64,
+    /// Time of the last line [s]; `None` before the first, and on a terminal.
+    told_s: Option<u64>,
     bar: Option<ProgressBar>,
 }
 
@@ -80,9 +80,10 @@ impl Spinner {
             return;
         }
         if !std::io::stderr().is_terminal() {
-            if spent.as_secs() >= self.told_s + LINE_S {
-                self.told_s = spent.as_secs();
-                eprintln!("after {} s: {}", self.told_s, message());
+            let now_s = spent.as_secs();
+            if self.told_s.is_none_or(|told_s| now_s >= told_s + LINE_S) {
+                self.told_s = Some(now_s);
+                eprintln!("after {now_s} s: {}", message());
             }
             return;
         }
@@ -100,6 +101,26 @@ impl Spinner {
             bar.finish_and_clear();
         }
     }
+}
+
+/// Time between two turns of the spinner beside work that cannot turn it.
+const TURN: Duration = Duration::from_millis(200);
+
+/// Does work that does not count its steps, and names it from the third second on.
+pub fn told<T>(doing: &str, work: impl FnOnce() -> T) -> T {
+    let (end, ended) = channel::<()>();
+    std::thread::scope(|scope| {
+        scope.spawn(move || {
+            let mut spinner = Spinner { began: Some(Instant::now()), ..Spinner::default() };
+            while ended.recv_timeout(TURN) == Err(RecvTimeoutError::Timeout) {
+                spinner.show(|| doing.to_owned());
+            }
+            spinner.clear();
+        });
+        let result = work();
+        drop(end);
+        result
+    })
 }
 
 /// Progress of work that lasts until it is ended: beside a spinner on a terminal, or in a line
@@ -165,7 +186,9 @@ impl Teller {
         let shared = Arc::clone(&doing);
         let began = Instant::now();
         let thread = std::thread::spawn(move || {
-            while ended.recv_timeout(Duration::from_secs(LINE_S)) == Err(RecvTimeoutError::Timeout) {
+            let mut wait = QUIET;
+            while ended.recv_timeout(wait) == Err(RecvTimeoutError::Timeout) {
+                wait = Duration::from_secs(LINE_S);
                 let doing = shared.lock().unwrap_or_else(PoisonError::into_inner);
                 if !doing.is_empty() {
                     eprintln!("after {} s: {doing}", began.elapsed().as_secs());

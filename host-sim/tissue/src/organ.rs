@@ -19,7 +19,7 @@ mod stuffing;
 mod turned;
 
 pub use error::OrganError;
-pub use turned::{Turned, tangents};
+pub use turned::{Expected, Stance, Turned, tangents};
 
 use crate::mesh::TetMesh;
 use lattice::Lattice;
@@ -43,7 +43,8 @@ pub fn even_mesh(
     spacing_m: f64,
 ) -> Result<TetMesh, OrganError> {
     let lattice = Lattice::uniform(spacing_m, bounds_m, 0.0).map_err(|refusal| refusal.of(name))?;
-    stuffing::stuff_any(name, &|x| implicit_m(x.into()), &lattice)
+    let shape = stuffing::Shape { implicit: &|x: parts::V3| implicit_m(x.into()), is_distance: false };
+    stuffing::stuff_any(name, shape, &lattice)
 }
 
 /// A part of an organ with its own material.

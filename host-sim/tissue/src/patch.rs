@@ -21,6 +21,7 @@ use palpate::{
 use crate::mesh::TetMesh;
 use crate::scene::Inclusion;
 use crate::tissue::{Joint, Tissue, ratio_of};
+pub(crate) use foundation::element_size;
 pub use rim::RimSprings;
 use stiffness::Elastic;
 

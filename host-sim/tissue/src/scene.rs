@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::mesh::LengthUnit;
 pub use change::Change;
+pub use check::ORGAN_NODES;
 pub use drive::Drive;
 pub use error::{CHARTED_METHODS, SceneError};
 pub use relaxation::RelaxationScene;

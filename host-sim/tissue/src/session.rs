@@ -9,12 +9,13 @@ use palpate::{GuardLimits, Params, Terms, Vector3};
 
 use crate::budget::{CostModel, MACHINES, triangles_in_reach};
 use crate::error::Error;
-use crate::mesh::{WorstTet, worst};
+use crate::mesh::{ImportReport, SurfaceReport, WorstTet, worst};
 use crate::patch::{Material, Patch};
 use crate::recorded_tips::read_tips;
-use crate::scene::{NO_PATCH, Scene, TICK_S, Tip};
+use crate::scene::{NO_PATCH, Scene, SceneError, TICK_S, Tip};
 use crate::stable_step::{MARGIN, StableStep, limits, substeps_for_taps};
-use crate::tissue::{DEFAULT_NODES, Layout, place};
+use crate::tissue::organ::element_at_m;
+use crate::tissue::{DEFAULT_NODES, Layout, Tissue, place};
 
 /// A scene ready to run.
 #[derive(Clone, Debug)]
@@ -64,6 +65,8 @@ pub struct Report {
     pub element_mm: f64,
     /// Number of tets whose orientation the import reversed.
     pub flipped_tets: usize,
+    /// What the import left out or made of other elements, a phrase for each.
+    pub notes: Vec<String>,
     /// Longest stable substep at rest [ms].
     pub stable_rest_ms: f64,
     /// Longest stable substep during the press to the depth limit [ms].
@@ -115,12 +118,18 @@ impl Session {
             steepen(scene, &mut patch)?;
             return Self::of_patch(machine, patch, fitted(scene, &packed), tips_m, 0);
         }
+        if placed.import.is_some() {
+            refuse_coarse(scene, &placed.tissue)?;
+        }
         let params = scene.params(placed.axis);
         let material = Material { poisson_ratio: f64::from(params.poisson_ratio), ..Material::default() };
         let flipped = placed.import.as_ref().map_or(0, |i| i.flipped_tets);
         let mut patch = Patch::build(&placed.tissue, &material, None);
         steepen(scene, &mut patch)?;
         let mut session = Self::of_patch(machine, patch, params, tips_m, flipped)?;
+        session.report.notes = (placed.import.iter().flat_map(ImportReport::notes))
+            .chain(placed.surface.iter().flat_map(SurfaceReport::notes))
+            .collect();
         session.report.surface_cm3 = placed.surface.map(|surface| surface.volume_m3 * 1e6);
         Ok(session)
     }
@@ -194,6 +203,29 @@ impl Session {
     pub fn tip_m(&self, depth_m: f64) -> Vector3<f32> {
         self.patch.site_m() - self.params.probe.axis * depth_m as f32
     }
+}
+
+/// Largest element of a mesh file at the site, in probe radii (1): from there on, a tip pressed by a
+/// tenth of its radius may touch none of the points of a surface triangle.
+pub const COARSEST_RADII: f64 = 2.0;
+
+/// Refuses the mesh of a file that the tick cannot hold, or whose elements are too coarse for the
+/// probe: it would press between the nodes, without a force.
+fn refuse_coarse(scene: &Scene, tissue: &Tissue) -> Result<(), SceneError> {
+    let nodes = tissue.mesh.nodes_m.len();
+    let cut = format!("palpate fit --scene {} cuts out a piece with fine elements of its own", scene.file);
+    let most = usize::from(u16::MAX);
+    if nodes > most {
+        return scene.bad("tissue.mesh", &format!("has {nodes} nodes, more than the {most} of a tick: {cut}"));
+    }
+    let [element_mm, radius_mm] = [element_at_m(&tissue.mesh, tissue.site_m), scene.probe.radius_m].map(|m| m * 1e3);
+    if element_mm > COARSEST_RADII * radius_mm {
+        let why = format!(
+            "has elements of {element_mm:.1} mm at the site, too large for a probe of radius {radius_mm:.1} mm: {cut}; or refine the mesh there"
+        );
+        return scene.bad("tissue.mesh", &why);
+    }
+    Ok(())
 }
 
 /// Sets the steepness of each node if the scene has regions or inclusions. Otherwise a packed patch
@@ -321,6 +353,7 @@ fn report(patch: &Patch, params: &Params, stable: &StableStep, flipped_tets: usi
         worst_tet_quality: worst_tet.quality,
         element_mm: patch.element_m() * 1e3,
         flipped_tets,
+        notes: Vec::new(),
         stable_rest_ms: stable.rest_s * 1e3,
         stable_pressed_ms: stable.pressed_s * 1e3,
         depth_limit_mm: f64::from(model.depth_limit_m) * 1e3,

@@ -265,19 +265,26 @@ pub fn filled(mesh: &TetMesh, ball: &Inclusion) -> (usize, f64) {
     (tets, volume_m3)
 }
 
+/// Distance below which a triangle meets a site, in probe radii (1).
+const SAME_PLACE: f64 = 1e-9;
+
 /// The surface point nearest to a place, and the mean outward normal of the surface within a probe
 /// radius of it.
 fn nearest_on_surface(triangles: &[[Vector3<f64>; 3]], place: [f64; 3], radius_m: f64) -> ([f64; 3], [f64; 3]) {
     let place = Vector3::from(place);
-    let mut best = (f64::INFINITY, place, Vector3::zeros());
+    let mut best = (f64::INFINITY, place);
     for &corners in triangles {
         let p = nearest_on_triangle(corners, place);
         let d = p - place;
         if d.dot(&d) < best.0 {
-            best = (d.dot(&d), p, normal(corners));
+            best = (d.dot(&d), p);
         }
     }
-    let (_, site, own) = best;
+    let (_, site) = best;
+    // of a corner or an edge, all triangles there: on a point, none of them looks where it points
+    let meets = |corners: &[Vector3<f64>; 3]| (nearest_on_triangle(*corners, site) - site).norm() <= SAME_PLACE * radius_m;
+    let unit = |corners: &[Vector3<f64>; 3]| normal(*corners).try_normalize(0.0).unwrap_or_default();
+    let own = triangles.iter().filter(|corners| meets(corners)).map(unit).fold(Vector3::zeros(), |s, n| s + n);
     let near = triangles.iter().copied().filter(|c| {
         let d = nearest_on_triangle(*c, site) - site;
         d.dot(&d) <= radius_m * radius_m

@@ -1,16 +1,16 @@
 //! Mesh import: every format, every defect, damaged files, and real files.
 
-mod block;
+pub mod block;
 pub mod damage;
 mod defects;
-mod encode;
+pub mod encode;
 mod formats;
 mod liver;
 mod round_trip;
 mod size;
 mod surface;
 mod syntax;
-mod write;
+pub mod write;
 
 use std::fs;
 use std::path::Path;

@@ -135,17 +135,72 @@ fn triangles_that_face_inward_are_turned_and_counted() {
 }
 
 #[test]
-fn a_surface_inside_is_a_hollow_whichever_way_it_faces() {
-    let inside = ball(15.0, 2);
-    let mut inward = inside.clone();
-    inward.triangles.iter_mut().for_each(|t| t.swap(0, 1));
-    for (inner, turned) in [(&inside, 128), (&inward, 0)] {
-        let imported = read("a.obj", ball(30.0, 2).and(inner).obj().as_bytes());
-        assert_eq!((imported.report.hollows, imported.report.turned_triangles), (1, turned));
-        let volume_mm3 = ball(30.0, 2).volume_mm3() - inside.volume_mm3();
+fn a_surface_inside_is_a_hollow_if_it_faces_inward_and_else_a_label() {
+    let turned = |mut surface: Triangles| {
+        surface.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+        surface
+    };
+    let (outer, inner) = (ball(30.0, 2), ball(15.0, 2));
+    let hollow = outer.volume_mm3() - inner.volume_mm3();
+    // what is inside out as a whole is turned as a whole
+    for (file, hollows, labels, volume_mm3) in [
+        (outer.clone().and(&turned(inner.clone())), 1, 0, hollow),
+        (turned(outer.clone()).and(&inner), 1, 0, hollow),
+        (outer.clone().and(&inner), 0, 1, outer.volume_mm3()),
+        (turned(outer.clone().and(&inner)), 0, 1, outer.volume_mm3()),
+    ] {
+        let imported = read("a.obj", file.obj().as_bytes());
+        assert_eq!((imported.report.hollows, imported.report.labels, imported.surface.hollows()), (hollows, labels, hollows));
+        assert_eq!((imported.report.label_triangles, imported.report.notes().len()), (128 * labels, labels));
         assert!((imported.report.volume_m3 * 1e9 / volume_mm3 - 1.0).abs() < 1e-12);
-        assert!(imported.surface.foot([0.0; 3]).distance_m > 0.0 && imported.surface.foot([0.02, 0.0, 0.0]).distance_m < 0.0);
+        let at_centre = imported.surface.foot([0.0; 3]).distance_m;
+        assert_eq!(at_centre > 0.0, hollows == 1);
+        assert!(imported.surface.foot([0.02, 0.0, 0.0]).distance_m < 0.0);
     }
+}
+
+#[test]
+fn a_sheet_that_stands_out_and_copies_are_left_out() {
+    let sound = || ball(30.0, 2);
+    let mut fin = sound();
+    fin.corners_mm.push([0.0, 0.0, 90.0]);
+    let [a, b, _] = fin.triangles[0];
+    fin.triangles.extend([[a, b, 66], [b, a, 66]]);
+    let mut twice = sound();
+    twice.triangles.extend(sound().triangles);
+    for (file, copies) in [(fin, 2), (twice, 128)] {
+        let report = read("a.obj", file.obj().as_bytes()).report;
+        assert_eq!((report.triangles, report.copies), (128, copies));
+        assert!((report.volume_m3 * 1e9 / sound().volume_mm3() - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn parts_that_touch_in_an_edge_or_a_corner_stay_what_they_are() {
+    // two hollows that meet in a corner; two boxes that meet in an edge or a corner
+    let outer = || cuboid([40.0; 3]);
+    let inner = |at: [f64; 3]| {
+        let mut inner = cuboid([10.0; 3]).moved(at);
+        inner.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+        inner
+    };
+    let imported = read("a.obj", outer().and(&inner([10.0; 3])).and(&inner([20.0; 3])).obj().as_bytes());
+    assert_eq!((imported.report.hollows, imported.surface.hollows()), (2, 2));
+    assert!((imported.report.volume_m3 * 1e9 - 62_000.0).abs() < 1e-6);
+    for at in [[40.0, 40.0, 0.0], [40.0; 3]] {
+        assert!(refusal(&outer().and(&outer().moved(at))).starts_with("2 separate closed surfaces"), "{at:?}");
+    }
+}
+
+#[test]
+fn few_crossing_triangles_are_named_and_filled_by_distance() {
+    let mut dented = ball(30.0, 4);
+    // one corner is pushed through its neighbours
+    let at = dented.corners_mm[300];
+    dented.corners_mm[300] = [0, 1, 2].map(|k| at[k] + 3.5 * (dented.corners_mm[301][k] - at[k]));
+    let report = read("a.obj", dented.obj().as_bytes()).report;
+    let (pairs, _) = report.crossings.clone().expect("triangles that cross");
+    assert!(pairs > 0 && report.notes()[0].contains("cross, the first near ("), "{:?}", report.notes());
 }
 
 #[test]
@@ -171,12 +226,10 @@ fn what_is_no_closed_body_is_refused_with_its_place() {
         "{}",
         refusal(&open)
     );
-    let mut wall = sound();
-    wall.corners_mm.push([0.0; 3]);
-    let [a, b, _] = wall.triangles[0];
-    wall.triangles.push([a, b, 66]);
-    wall.triangles.push([b, a, 66]);
-    assert!(refusal(&wall).starts_with("1 edges belong to more than two triangles"), "{}", refusal(&wall));
+    // an octahedron with a wall across its middle
+    let mut wall = ball(30.0, 0);
+    wall.triangles.extend([[0, 2, 1], [0, 1, 3]]);
+    assert!(refusal(&wall).starts_with("4 edges belong to more than two triangles"), "{}", refusal(&wall));
     assert!(refusal(&sound().and(&sound().moved([100.0, 0.0, 0.0]))).starts_with("2 separate closed surfaces"));
     let crossed = sound().and(&sound().moved([30.0, 0.0, 0.0]));
     assert!(
@@ -232,7 +285,7 @@ proptest! {
     #[test]
     fn a_damaged_surface_is_refused_in_one_line_or_sound(damages in prop::collection::vec(damage(), 1..4)) {
         let sound = ball(30.0, 1);
-        for (name, content) in [("a.stl", sound.binary_stl()), ("b.stl", sound.stl().into()), ("c.obj", sound.obj().into())] {
+        for (name, content) in [("a.stl", sound.binary_stl()), ("b.stl", sound.stl().into()), ("c.obj", sound.obj().into()), ("d.ply", sound.ply().into())] {
             let mut bytes = content;
             for damage in &damages {
                 apply(&mut bytes, damage);

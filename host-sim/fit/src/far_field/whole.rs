@@ -33,18 +33,36 @@ const MOST_SHARE: f64 = 0.5;
 /// further than a probe radius from the surface, if the patch would contain more than half of the
 /// organ or all of its supports, or if the organ has no support.
 pub fn whole(scene: &Scene, tips_m: &[[f32; 3]], sizes: &Sizes) -> Result<Placed, Error> {
-    check(scene, sizes)?;
     if let Some(size_m) = scene.tissue.block_m {
+        check(scene, sizes)?;
         let mesh = block_with_rim(size_m, scene.probe.position_m.unwrap_or_default(), sizes, 0)
             .map_err(|cause| Error::Usage(format!("{}: {cause}", scene.file)))?;
         return place_block(scene, tips_m, mesh);
     }
-    let Some(shape) = OrganSource::of(scene)? else {
-        return Ok(scene.bad("solver.patch", "has no organ behind it: give tissue.block_m, tissue.mesh or tissue.organ")?);
-    };
+    whole_of(scene, tips_m, sizes, &shape_of(scene)?)
+}
+
+/// The shape of a scene's organ. A large file takes seconds to read, so that a search for the right
+/// sizes reads it once.
+///
+/// # Errors
+/// Fails if the scene has no organ, or if its file is refused.
+pub fn shape_of(scene: &Scene) -> Result<OrganSource, Error> {
+    match OrganSource::of(scene)? {
+        Some(shape) => Ok(shape),
+        None => Ok(scene.bad("solver.patch", "has no organ behind it: give tissue.block_m, tissue.mesh or tissue.organ")?),
+    }
+}
+
+/// Meshes a shape as [`whole`] does.
+///
+/// # Errors
+/// Errors of [`whole`].
+pub fn whole_of(scene: &Scene, tips_m: &[[f32; 3]], sizes: &Sizes, shape: &OrganSource) -> Result<Placed, Error> {
+    check(scene, sizes)?;
     let site = shape.near_site(scene)?;
-    let mesh = graded(scene, &shape, &site, sizes)?;
-    let placed = on_shape(scene, tips_m, &shape, mesh, (site.at_m, site.axis))?;
+    let mesh = graded(scene, shape, &site, sizes)?;
+    let placed = on_shape(scene, tips_m, shape, mesh, (site.at_m, site.axis))?;
     refuse_swallowed(scene, &placed, sizes)?;
     Ok(placed)
 }

@@ -8,7 +8,7 @@ use crate::calibrate::targets::DiscPresses;
 use crate::calibrate::{Calibration, Round, Settings, Targets, calibrate};
 use crate::far_field::organ_reference::{OrganReference, PlaceForces, organ_reference_kept};
 use crate::far_field::surface_map::SurfaceMap;
-use crate::far_field::whole::whole;
+use crate::far_field::whole::{shape_of, whole_of};
 use crate::far_field::{Cut, fitted};
 use crate::solved::Solved;
 use palpate_tissue::answer::{Answer, AnswerProbe, AnswerTissue, HoldAnswer};
@@ -69,9 +69,10 @@ pub struct OrganPresses {
 /// # Errors
 /// Fails if no edge length gives such a number, or if the organ cannot be cut at this radius.
 pub fn element_for(scene: &Scene, radius_m: f64, nodes: usize) -> Result<f64, Error> {
+    let shape = shape_of(scene)?;
     let count = |edge_m: f64| -> Result<usize, Error> {
         let sizes = fitted::Recipe::new(radius_m, edge_m, scene.probe.radius_m).sizes;
-        let placed = whole(scene, &[], &sizes)?;
+        let placed = whole_of(scene, &[], &sizes, &shape)?;
         let cut = Cut::of(&placed.tissue, &sizes).map_err(|cause| Error::Usage(format!("{}: {cause}", scene.file)))?;
         Ok(cut.patch.mesh.nodes_m.len())
     };

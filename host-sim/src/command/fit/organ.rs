@@ -5,7 +5,7 @@ use palpate_fit::scene_fit::{Judging, Level, PIECE_JUDGED_RADII, PIECE_RADII, el
 use palpate_fit::solved::Solved;
 use palpate_tissue::scene::Scene;
 
-use super::super::progress::Steps;
+use super::super::progress::{Steps, told};
 use super::Fitted;
 use super::report::Report;
 use super::stages::Stages;
@@ -21,10 +21,11 @@ const LEAST_GAIN: f64 = 0.005;
 impl FitArgs {
     pub(super) fn fit_organ(&self, scene: &Scene) -> Result<Fitted, Error> {
         let radius_m = self.options.radius_m.unwrap_or(PIECE_RADII * scene.probe.radius_m);
-        let element_m = element_for(scene, radius_m, self.options.nodes.unwrap_or(NODES))?;
+        let nodes = self.options.nodes.unwrap_or(NODES);
+        let element_m = told("looking for the size of the elements", || element_for(scene, radius_m, nodes))?;
         let mut recipe = Recipe::new(radius_m, element_m, scene.probe.radius_m);
         recipe.points_per_triangle = self.options.points.unwrap_or(recipe.points_per_triangle);
-        let prepared = fitted::Prepared::of(scene, &recipe)?;
+        let prepared = told("cutting the piece out", || fitted::Prepared::of(scene, &recipe))?;
         let piece = prepared.patch();
         let nodes = piece.model().nodes.len();
         let path = self.common.folder("fit");

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::super::length::metres;
+use super::super::progress::told;
 use super::super::verdict::Verdict;
 use super::{box_mm, print_surface};
 use crate::error::Error;
@@ -44,14 +45,14 @@ pub(in crate::command) struct TetsArgs {
 
 impl TetsArgs {
     pub(in crate::command) fn run(&self) -> Result<(), Error> {
-        let imported = match open(&self.surface, self.unit.metres)? {
+        let imported = match told("reading the surface", || open(&self.surface, self.unit.metres))? {
             MeshFile::Surface(imported) => imported,
             MeshFile::Tets(_) => {
                 let why = format!("{}: has tets already: give it to a scene as its mesh", self.surface.display());
                 return Err(TissueError::Usage(why).into());
             }
         };
-        let mesh = self.fill(&imported)?;
+        let mesh = told("filling the surface", || self.fill(&imported))?;
         let stem = self.surface.file_stem().map_or_else(|| "surface".into(), |stem| stem.to_string_lossy().into_owned());
         let fixed = underside(&mesh, UP);
         let folder = OutputFolder::add_to(self.out.as_deref().unwrap_or("out/tets".as_ref()))?;

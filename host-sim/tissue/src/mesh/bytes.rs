@@ -9,6 +9,55 @@ pub(super) enum Order {
     Big,
 }
 
+/// Type of a number in a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Number {
+    Real(usize),
+    Signed(usize),
+    Unsigned(usize),
+}
+
+impl Number {
+    /// Type of this name in legacy VTK, whatever its case; `None` for text and bits.
+    pub fn of_vtk(name: &str) -> Option<Self> {
+        Some(match name.to_ascii_lowercase().as_str() {
+            "float" => Self::Real(4),
+            "double" => Self::Real(8),
+            "char" | "signed_char" | "vtktypeint8" => Self::Signed(1),
+            "short" | "vtktypeint16" => Self::Signed(2),
+            "int" | "vtkidtype" | "vtktypeint32" => Self::Signed(4),
+            "long" | "long_long" | "vtktypeint64" => Self::Signed(8),
+            "unsigned_char" | "vtktypeuint8" => Self::Unsigned(1),
+            "unsigned_short" | "vtktypeuint16" => Self::Unsigned(2),
+            "unsigned_int" | "vtktypeuint32" => Self::Unsigned(4),
+            "unsigned_long" | "unsigned_long_long" | "vtktypeuint64" => Self::Unsigned(8),
+            _ => return None,
+        })
+    }
+
+    /// Type of this name in PLY.
+    pub fn of_ply(name: &str) -> Option<Self> {
+        Some(match name {
+            "float" | "float32" => Self::Real(4),
+            "double" | "float64" => Self::Real(8),
+            "char" | "int8" => Self::Signed(1),
+            "short" | "int16" => Self::Signed(2),
+            "int" | "int32" => Self::Signed(4),
+            "uchar" | "uint8" => Self::Unsigned(1),
+            "ushort" | "uint16" => Self::Unsigned(2),
+            "uint" | "uint32" => Self::Unsigned(4),
+            _ => return None,
+        })
+    }
+
+    /// Size of a number [bytes].
+    pub fn size(self) -> usize {
+        match self {
+            Self::Real(size) | Self::Signed(size) | Self::Unsigned(size) => size,
+        }
+    }
+}
+
 /// The bytes not yet read. A count from the file is used only as a loop bound or as a length that
 /// is checked against the remaining bytes: no memory is allocated for it.
 pub(super) struct Bytes<'a> {
@@ -66,6 +115,41 @@ impl<'a> Bytes<'a> {
 
     pub fn u64(&mut self, what: &'static str) -> Result<u64, MeshError> {
         self.number(what).map(u64::from_le_bytes)
+    }
+
+    /// Reads a number of any type; of 64 bits, 53 are kept.
+    pub fn any(&mut self, number: Number, what: &'static str) -> Result<f64, MeshError> {
+        let size = number.size();
+        let taken = self.take(size, what)?;
+        let join = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
+        let bits = match self.order {
+            Order::Big => taken.iter().fold(0, join),
+            Order::Little => taken.iter().rev().fold(0, join),
+        };
+        let unused = 64 - 8 * size as u32;
+        Ok(match number {
+            Number::Real(4) => f64::from(f32::from_bits(bits as u32)),
+            Number::Real(_) => f64::from_bits(bits),
+            // shifted up and down again, the sign is that of the number
+            Number::Signed(_) => ((bits << unused) as i64 >> unused) as f64,
+            Number::Unsigned(_) => bits as f64,
+        })
+    }
+
+    /// Reads a number of any type as a finite coordinate in file units.
+    pub fn any_coordinate(&mut self, number: Number) -> Result<f64, MeshError> {
+        let what = "a coordinate";
+        let value = self.any(number, what)?;
+        if value.is_finite() { Ok(value) } else { Err(self.error(Defect::NotFinite { what, found: value.to_string() })) }
+    }
+
+    /// Reads a number of any type as a count, index or code: whole and at least 0.
+    pub fn any_whole(&mut self, number: Number, what: &'static str) -> Result<u64, MeshError> {
+        let value = self.any(number, what)?;
+        // beyond this a 64-bit number is not exact, and no file has as many of anything
+        let most = (1_u64 << 53) as f64;
+        let is_whole = value.fract() == 0.0 && (0.0..most).contains(&value);
+        if is_whole { Ok(value as u64) } else { Err(self.unexpected(what, &value.to_string())) }
     }
 
     /// Reads a finite coordinate in file units, in single or double precision.

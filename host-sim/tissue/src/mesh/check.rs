@@ -16,6 +16,10 @@ pub const MIN_SIZE_M: f64 = 1e-3;
 /// long.
 pub const MAX_SIZE_M: f64 = 2.0;
 
+/// Largest distance of a mesh from the origin of its coordinates [m]: at 10 m a position in single
+/// precision is known to a micrometre, far below what a probe feels.
+pub const MAX_OFFSET_M: f64 = 10.0;
+
 /// Least quality of a tet (1); the regular tet has 1. In an organ a hundred edges wide, rounding to
 /// `f32` moves a node by 1e-5 of an edge: a flatter tet could be inside out before it is touched.
 pub const MIN_QUALITY: f64 = 1e-4;
@@ -35,7 +39,6 @@ pub(super) struct Findings {
 pub(super) fn check(solid: &mut Solid, unit_m: f64) -> Result<Findings, MeshError> {
     let size_m = size(&solid.mesh.nodes_m, unit_m).map_err(|defect| solid.error(defect))?;
     no_coincident_nodes(solid)?;
-    no_duplicate_tets(solid)?;
     let worst = no_flat_tets(solid)?;
     let flipped_tets = orient(solid);
     topology::check(solid)?;
@@ -55,6 +58,13 @@ pub(super) fn size(nodes_m: &[[f64; 3]], unit_m: f64) -> Result<[f64; 3], Defect
     let size_m = [high[0] - low[0], high[1] - low[1], high[2] - low[2]];
     let largest_m = size_m.into_iter().fold(0.0, f64::max);
     if (MIN_SIZE_M..=MAX_SIZE_M).contains(&largest_m) {
+        let farthest_m = low.iter().chain(&high).fold(0.0, |farthest: f64, x| farthest.max(x.abs()));
+        if farthest_m > MAX_OFFSET_M {
+            let middle = [0, 1, 2].map(|k| 0.5 * (low[k] + high[k]) / unit_m);
+            // adding zero turns -0 into 0
+            let place = middle.map(|x| format!("{:.0}", 0.0 - x.round())).join(", ");
+            return Err(Defect::Far { farthest_m, most_m: MAX_OFFSET_M, place });
+        }
         return Ok(size_m);
     }
     let [x, y, z] = size_m.map(millimetres);
@@ -108,29 +118,6 @@ fn no_coincident_nodes(solid: &Solid) -> Result<(), MeshError> {
                 node: solid.node(node).number,
                 first: solid.node(first).number,
                 first_line: solid.node(first).line,
-            },
-        )),
-    }
-}
-
-fn no_duplicate_tets(solid: &Solid) -> Result<(), MeshError> {
-    let mut keys: Vec<([u32; 4], usize)> = (solid.mesh.tets.iter().copied()).zip(0..).collect();
-    for (nodes, _) in &mut keys {
-        nodes.sort_unstable();
-    }
-    keys.sort_unstable();
-    let pairs = keys.windows(2).filter_map(|pair| match *pair {
-        [(a, first), (b, second)] if a == b => Some((second, first)),
-        _ => None,
-    });
-    match pairs.min() {
-        None => Ok(()),
-        Some((tet, first)) => Err(solid.error_at_tet(
-            tet,
-            Defect::DuplicateTet {
-                tet: solid.tet(tet).number,
-                first: solid.tet(first).number,
-                first_line: solid.tet(first).line,
             },
         )),
     }

@@ -6,8 +6,6 @@
 //! 11:243). It is correct in front of any edge of a closed surface, where the normal of a single
 //! triangle may give the wrong sign.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector3;
 
 use super::triangle::nearest_on_triangle;
@@ -23,11 +21,16 @@ const LEAF: usize = 4;
 pub struct ClosedSurface {
     pub(super) facets: Vec<Facet>,
     pub(super) boxes: Vec<Bounds>,
+    hollows: usize,
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct Facet {
+    /// Index in the list of triangles that the surface was made of.
+    pub triangle: u32,
     pub corners: [V3; 3],
+    /// Whether the triangle is part of the wall of a cavity.
+    is_inner: bool,
     /// Outward unit normal of the face.
     normal: V3,
     /// For side `k`, from corner `k` to the next: the sum of the normals of its two faces.
@@ -75,27 +78,39 @@ impl ClosedSurface {
                 (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default()
             })
             .collect();
-        let (mut at_sides, mut at_corners) = (BTreeMap::new(), BTreeMap::new());
-        for (t, normal) in triangles.iter().zip(&normals) {
+        let mut at_corners = vec![V3::zeros(); nodes_m.len()];
+        let mut sides = Vec::with_capacity(3 * triangles.len());
+        for (index, (t, normal)) in (0..).zip(triangles.iter().zip(&normals)) {
             for k in 0..3 {
                 let [n, next, last] = [0, 1, 2].map(|step| t[(k + step) % 3]);
                 let angle = (place(next) - place(n)).angle(&(place(last) - place(n)));
-                *at_corners.entry(n).or_insert_with(V3::zeros) += normal * angle;
-                *at_sides.entry([n.min(next), n.max(next)]).or_insert_with(V3::zeros) += normal;
+                at_corners[n as usize] += normal * angle;
+                sides.push(([n.min(next), n.max(next)], 3 * index + k as u32));
             }
         }
-        let facets = triangles.iter().zip(&normals).map(|(t, normal)| Facet {
+        sides.sort_unstable();
+        let mut at_sides = vec![V3::zeros(); sides.len()];
+        for edge in sides.chunk_by(|a, b| a.0 == b.0) {
+            let sum = edge.iter().fold(V3::zeros(), |sum, (_, side)| sum + normals[*side as usize / 3]);
+            edge.iter().for_each(|(_, side)| at_sides[*side as usize] = sum);
+        }
+        let walls = surface::walls(nodes_m, triangles);
+        let facets = (0..).zip(triangles.iter().zip(&normals)).map(|(triangle, (t, normal))| Facet {
+            triangle,
             corners: t.map(place),
+            is_inner: walls.is_inner[triangle as usize],
             normal: *normal,
-            at_sides: [0, 1, 2].map(|k| at_sides[&[t[k].min(t[(k + 1) % 3]), t[k].max(t[(k + 1) % 3])]]),
-            at_corners: t.map(|n| at_corners[&n]),
+            at_sides: [0, 1, 2].map(|k| at_sides[3 * triangle as usize + k]),
+            at_corners: t.map(|n| at_corners[n as usize]),
         });
-        let mut own = Self { facets: facets.collect(), boxes: Vec::new() };
+        let mut own = Self { facets: facets.collect(), boxes: Vec::new(), hollows: walls.hollows };
         let all = 0..own.facets.len();
         if all.is_empty() {
             return None;
         }
-        own.divide(all);
+        let mut order: Vec<u32> = (0..own.facets.len() as u32).collect();
+        own.divide(all, &mut order);
+        own.facets = order.iter().map(|n| own.facets[*n as usize].clone()).collect();
         Some(own)
     }
 
@@ -110,10 +125,33 @@ impl ClosedSurface {
         self.facets.iter().map(|facet| facet.corners)
     }
 
+    /// Number of cavities.
+    #[must_use]
+    pub fn hollows(&self) -> usize {
+        self.hollows
+    }
+
+    /// Whether the part of the surface nearest to a place is the wall of a cavity, and its outward
+    /// unit normal.
+    #[must_use]
+    pub fn wall(&self, at_m: [f64; 3]) -> (bool, [f64; 3]) {
+        let facet = &self.facets[self.nearest(&V3::from(at_m)).1];
+        (facet.is_inner, facet.normal.into())
+    }
+
     /// Nearest point of the surface, and signed distance to it.
     #[must_use]
     pub fn foot(&self, at_m: [f64; 3]) -> Foot {
         let point = V3::from(at_m);
+        let (squared, n, at) = self.nearest(&point);
+        let foot = self.facets[n].place(at);
+        let outside = (point - foot).dot(&self.facets[n].normal_at(at)) >= 0.0;
+        Foot { at_m: foot.into(), distance_m: if outside { squared.sqrt() } else { -squared.sqrt() } }
+    }
+
+    /// The square of the distance to the nearest facet, its index, and the place on it by the
+    /// weights of its corners.
+    fn nearest(&self, point: &V3) -> (f64, usize, [f64; 3]) {
         let mut best = (f64::INFINITY, 0, [1.0, 0.0, 0.0]);
         let mut open = vec![(0, 0.0)];
         while let Some((index, least)) = open.pop() {
@@ -122,43 +160,44 @@ impl ClosedSurface {
                 continue;
             }
             if own.second != 0 {
-                let halves = [index + 1, own.second].map(|half| (half, self.boxes[half].squared_to(&point)));
+                let halves = [index + 1, own.second].map(|half| (half, self.boxes[half].squared_to(point)));
                 let [near, far] = if halves[0].1 <= halves[1].1 { halves } else { [halves[1], halves[0]] };
                 open.extend([far, near]);
                 continue;
             }
             for n in own.facets.clone() {
                 let facet = &self.facets[n];
-                let at = nearest_on_triangle(&facet.corners, &point);
+                let at = nearest_on_triangle(&facet.corners, point);
                 let squared = (facet.place(at) - point).norm_squared();
                 if squared < best.0 {
                     best = (squared, n, at);
                 }
             }
         }
-        let (squared, n, at) = best;
-        let foot = self.facets[n].place(at);
-        let outside = (point - foot).dot(&self.facets[n].normal_at(at)) >= 0.0;
-        Foot { at_m: foot.into(), distance_m: if outside { squared.sqrt() } else { -squared.sqrt() } }
+        best
     }
 
-    fn divide(&mut self, facets: std::ops::Range<usize>) {
-        let of = |pick: fn(f64, f64) -> f64, start: f64| {
-            let corners = self.facets[facets.clone()].iter().flat_map(|f| f.corners);
-            corners.fold(V3::repeat(start), |b, x| b.zip_map(&x, pick))
-        };
-        let (low, high) = (of(f64::min, f64::INFINITY), of(f64::max, f64::NEG_INFINITY));
+    /// Divides a range of the `order` of facets, which is sorted for that; the facets, which are
+    /// larger than their numbers, stay where they are.
+    fn divide(&mut self, facets: std::ops::Range<usize>, order: &mut [u32]) {
+        let corners = order[facets.clone()].iter().flat_map(|n| self.facets[*n as usize].corners);
+        let (low, high) = corners.fold((V3::repeat(f64::INFINITY), V3::repeat(f64::NEG_INFINITY)), |(low, high), x| {
+            (low.zip_map(&x, |a, b| if b < a { b } else { a }), high.zip_map(&x, |a, b| if b > a { b } else { a }))
+        });
         let own = self.boxes.len();
         self.boxes.push(Bounds { low, high, facets: facets.clone(), second: 0 });
         if facets.len() <= LEAF {
             return;
         }
         let axis = (high - low).imax();
-        self.facets[facets.clone()].sort_by(|a, b| a.middle(axis).total_cmp(&b.middle(axis)));
+        let mut along: Vec<(f64, u32)> =
+            order[facets.clone()].iter().map(|n| (self.facets[*n as usize].middle(axis), *n)).collect();
+        along.sort_by(|a, b| a.0.total_cmp(&b.0));
+        order[facets.clone()].iter_mut().zip(along).for_each(|(n, (_, sorted))| *n = sorted);
         let middle = facets.start.midpoint(facets.end);
-        self.divide(facets.start..middle);
+        self.divide(facets.start..middle, order);
         self.boxes[own].second = self.boxes.len();
-        self.divide(middle..facets.end);
+        self.divide(middle..facets.end, order);
     }
 }
 

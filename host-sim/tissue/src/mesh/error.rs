@@ -41,7 +41,7 @@ pub enum Defect {
     LengthUnit(f64),
 
     #[error(
-        "unknown mesh format (starts with `{starts}`): export as Gmsh 2.2 or 4.1 (.msh), as VTK (.vtu, .vtk), or as a closed surface (.stl, .obj)"
+        "unknown mesh format (starts with `{starts}`): export as Gmsh 2.2 or 4.1 (.msh), as VTK (.vtu, .vtk), or as a closed surface (.stl, .obj, .ply, .vtp)"
     )]
     UnknownFormat { starts: String },
     #[error("not sound XML ({cause}): re-export the mesh")]
@@ -52,12 +52,18 @@ pub enum Defect {
     Version { format: &'static str, found: String, supported: &'static str },
     #[error("a partitioned mesh is not read: export it as one partition")]
     Partitioned,
-    #[error("VTK data set `{found}` is not read: export as UNSTRUCTURED_GRID")]
+    #[error("a list of files with the pieces of a mesh: give one file (ParaView: Merge Blocks, then Save Data)")]
+    PieceFiles,
+    #[error(
+        "VTK data set `{found}` is not read: export tets as UNSTRUCTURED_GRID or a surface as POLYDATA (a segmented image: 3D Slicer, Segmentations, Export to models)"
+    )]
     DataSet { found: String },
-    #[error("XML VTK of type `{found}` is not read: export as UnstructuredGrid (.vtu)")]
+    #[error("XML VTK of type `{found}` is not read: export as UnstructuredGrid (.vtu), or a surface as PolyData (.vtp)")]
     XmlDataSet { found: String },
-    #[error("tets of higher order are not read: export with 4 nodes a tet")]
-    HigherOrder,
+    #[error(
+        "{kinds} would be left out of the body: export tets, pyramids, prisms or hexahedra, of first or second order (Gmsh: Tools, Options, Mesh, Element order 1)"
+    )]
+    Unread { kinds: String },
 
     #[error("expected {what}, found `{found}`: fix the line or re-export the mesh")]
     Expected { what: &'static str, found: String },
@@ -119,15 +125,15 @@ pub enum Defect {
     },
     #[error("tet {tet} names node {node} twice: remove the element")]
     RepeatedNode { tet: u64, node: u64 },
-    #[error("{nodes} nodes in use, at most {limit} fit: coarsen the mesh")]
-    TooManyNodes { nodes: usize, limit: usize },
 
     #[error("the mesh is {size_mm} mm, outside 1 mm to 2 m: {hint}")]
     Size { size_mm: String, hint: String },
+    #[error(
+        "the mesh lies up to {farthest_m:.0} m from the origin, where positions are too coarse (at most {most_m:.0} m): move it by ({place}) file units"
+    )]
+    Far { farthest_m: f64, most_m: f64, place: String },
     #[error("node {node} is exactly where node {first} is{}: merge duplicate nodes", in_line(*first_line))]
     CoincidentNodes { node: u64, first: u64, first_line: Option<usize> },
-    #[error("tet {tet} has the same nodes as tet {first}{}: remove one", in_line(*first_line))]
-    DuplicateTet { tet: u64, first: u64, first_line: Option<usize> },
     #[error("tet {tet} is flat (quality {quality:.1e}, regular 1, least {least:.0e}): optimise the mesh to remove slivers")]
     Flat { tet: u64, quality: f64, least: f64 },
     #[error(

@@ -1,4 +1,4 @@
-//! Gmsh `.msh`: format 1 (`$NOD`/`$ELM`), 2.x and 4.1, the last two as text or binary.
+//! Gmsh `.msh`: format 1 (`$NOD`/`$ELM`), 2.x, 4.0 and 4.1, all but the first as text or binary.
 //!
 //! A file is a list of `$Section` ... `$EndSection` blocks; as text, one record per line as Gmsh
 //! writes them.
@@ -9,6 +9,8 @@ mod v1;
 mod v2;
 mod v4;
 
+use self::kind::in_order;
+use super::element::Kind;
 use super::error::{Defect, MeshError, quoted};
 use super::lines::{Line, Lines};
 use super::raw::{RawMesh, RawNode};
@@ -19,6 +21,8 @@ use super::word::Word;
 enum Version {
     V1,
     V2,
+    /// 4.0, whose blocks begin with the tag, not the dimension, and whose nodes are on one line.
+    V40,
     V4,
 }
 
@@ -56,26 +60,31 @@ fn read_text(file: &str, text: &str) -> Result<RawMesh, MeshError> {
                 once(&mut has_nodes, &line, "$Nodes")?;
                 numbered_nodes(&mut lines, &mut mesh, "$Nodes")?;
             }
+            // with the position of each node on its curve or face behind it
+            ("$ParametricNodes", Version::V2) => {
+                once(&mut has_nodes, &line, "$Nodes")?;
+                numbered_nodes(&mut lines, &mut mesh, "$ParametricNodes")?;
+            }
             ("$Elements", Version::V2) => {
                 once(&mut has_elements, &line, "$Elements")?;
                 v2::elements(&mut lines, &mut mesh)?;
             }
-            ("$Entities", Version::V4) => regions = Some(v4::regions(&mut lines)?),
+            ("$Entities", Version::V40 | Version::V4) => regions = Some(v4::regions(&mut lines)?),
             ("$PartitionedEntities", _) => return Err(line.at.error(Defect::Partitioned)),
-            ("$Nodes", Version::V4) => {
+            ("$Nodes", Version::V40 | Version::V4) => {
                 once(&mut has_nodes, &line, "$Nodes")?;
-                v4::nodes(&mut lines, &mut mesh)?;
+                v4::nodes(&mut lines, &mut mesh, version == Version::V40)?;
             }
-            ("$Elements", Version::V4) => {
+            ("$Elements", Version::V40 | Version::V4) => {
                 once(&mut has_elements, &line, "$Elements")?;
-                v4::elements(&mut lines, &mut mesh, regions.as_ref())?;
+                v4::elements(&mut lines, &mut mesh, regions.as_ref(), version == Version::V40)?;
             }
             _ => skip_section(&mut lines, &line)?,
         }
     }
     let (nodes, elements) = match version {
         Version::V1 => ("$NOD section", "$ELM section"),
-        Version::V2 | Version::V4 => ("$Nodes section", "$Elements section"),
+        Version::V2 | Version::V40 | Version::V4 => ("$Nodes section", "$Elements section"),
     };
     for (found, section) in [(has_nodes, nodes), (has_elements, elements)] {
         if !found {
@@ -95,6 +104,7 @@ fn once(seen: &mut bool, line: &Line, section: &'static str) -> Result<(), MeshE
 fn version(text: &str) -> Result<(Version, &'static str), Defect> {
     match text {
         "2" | "2.0" | "2.1" | "2.2" => Ok((Version::V2, "Gmsh 2")),
+        "4" | "4.0" => Ok((Version::V40, "Gmsh 4.0")),
         "4.1" => Ok((Version::V4, "Gmsh 4.1")),
         found => Err(Defect::Version { format: "Gmsh", found: quoted(found), supported: "Gmsh 2.2 or 4.1" }),
     }
@@ -117,9 +127,24 @@ fn numbered_nodes(lines: &mut Lines, mesh: &mut RawMesh, section: &'static str) 
     let count = lone_count(lines, "the number of nodes")?;
     lines.rows(section, "nodes", count, |mut line| {
         mesh.nodes.push(RawNode { number: line.whole("a node number")?, line: Some(line.at.line), position: line.position()? });
-        line.finish()
+        if section == "$ParametricNodes" { Ok(()) } else { line.finish() }
     })?;
     section_end(lines, section, "nodes", count)
+}
+
+/// Adds the element whose nodes are the rest of a line.
+fn add(mut line: Line, mesh: &mut RawMesh, kind: Kind, number: u64, region: u32) -> Result<(), MeshError> {
+    let mut nodes = Vec::new();
+    if let Kind::Solid { nodes: count, .. } | Kind::Face { nodes: count, .. } = kind {
+        for _ in 0..count {
+            nodes.push(line.whole("a node number")?);
+        }
+        in_order(&mut nodes);
+        mesh.add(kind, number, Some(line.at.line), &nodes, region);
+        return line.finish();
+    }
+    mesh.add(kind, number, Some(line.at.line), &nodes, region);
+    Ok(())
 }
 
 fn lone_count(lines: &mut Lines, what: &'static str) -> Result<u64, MeshError> {

@@ -1,4 +1,4 @@
-//! Meshes from files: tets of Gmsh 1, 2.x and 4.1, VTK legacy and XML; surfaces of STL and OBJ.
+//! Meshes from files: solids of Gmsh and VTK; surfaces of these, and of STL, OBJ and PLY.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -33,9 +33,14 @@ pub struct ImportReport {
     pub tets: usize,
     /// Number of inverted tets in the file, of which two nodes were swapped.
     pub flipped_tets: usize,
-    /// Number of elements left out, by kind: triangles and lines, but also hexahedra and other
-    /// solids.
+    /// Number of solids that were divided into tets, by kind.
+    pub divided: BTreeMap<&'static str, usize>,
+    /// Number of elements of second order that were read by their corners alone, by kind.
+    pub by_corners: BTreeMap<&'static str, usize>,
+    /// Number of elements left out that are no part of the body, by kind: triangles and lines.
     pub ignored: BTreeMap<&'static str, usize>,
+    /// Number of tets left out because an earlier one has the same nodes.
+    pub copies: usize,
     /// Number of nodes left out because no tet names them.
     pub unused_nodes: usize,
     /// Extents along x, y, z [m].
@@ -46,12 +51,23 @@ pub struct ImportReport {
     pub worst_tet: WorstTet,
 }
 
+impl ImportReport {
+    /// What was changed on the way from the solids of the file to tets, a phrase for each change.
+    #[must_use]
+    pub fn notes(&self) -> Vec<String> {
+        let divided = self.divided.iter().map(|(kind, n)| format!("{n} element(s) of type {kind} divided into tets"));
+        let corners = self.by_corners.iter().map(|(kind, n)| format!("{n} {kind}(s) of second order read by their corners"));
+        let copies = (self.copies > 0).then(|| format!("{} tet(s) left out, copies of others", self.copies));
+        divided.chain(corners).chain(copies).collect()
+    }
+}
+
 /// Content of a mesh file: tets, or a closed surface still to be filled with tets.
 #[derive(Clone, Debug)]
 pub enum MeshFile {
     /// A mesh that already has tets.
     Tets(Imported),
-    /// A surface, of STL or OBJ.
+    /// A surface.
     Surface(ImportedSurface),
 }
 
@@ -66,19 +82,25 @@ pub fn open(path: &Path, unit_m: f64) -> Result<MeshFile, MeshError> {
     let (file, data) = (name(path), content(path)?);
     let data = data.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&data);
     let head = data.trim_ascii_start();
-    let raw = if head.starts_with(b"$") {
+    let mut raw = if head.starts_with(b"$") {
         gmsh::read(&file, data)
-    } else if head.starts_with(b"# vtk DataFile") {
+    } else if head.get(..16).is_some_and(|start| start.eq_ignore_ascii_case(b"# vtk DataFile V")) {
         vtk::read(&file, data)
-    } else if head.starts_with(b"<?xml") || head.starts_with(b"<VTKFile") {
+    } else if head.starts_with(b"<") {
         vtk::xml::read(&file, data)
     } else if let Some(format) = Format::of(path, data) {
-        return surface_file::read(&file, data, format, unit_m).map(MeshFile::Surface);
+        let surface = surface_file::read(&file, data, format)?;
+        return surface_file::checked(&file, surface, unit_m).map(MeshFile::Surface);
     } else {
         let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
         let starts = quoted(String::from_utf8_lossy(line).trim());
         Err(whole_file(path, Defect::UnknownFormat { starts }))
     }?;
+    raw.complete();
+    if !raw.has_solids() && !raw.face_ends.is_empty() {
+        let surface = surface_file::of_faces(&raw)?;
+        return surface_file::checked(&file, surface, unit_m).map(MeshFile::Surface);
+    }
     checked(raw, unit_m).map(MeshFile::Tets)
 }
 
@@ -94,6 +116,17 @@ pub fn import(path: &Path, unit_m: f64) -> Result<Imported, MeshError> {
 }
 
 fn checked(raw: RawMesh, unit_m: f64) -> Result<Imported, MeshError> {
+    let whole = |defect| MeshError { file: raw.file.clone(), line: None, defect };
+    let listed = |kinds: &BTreeMap<&'static str, usize>| {
+        kinds.iter().map(|(kind, count)| format!("{count} {kind}")).collect::<Vec<_>>().join(", ")
+    };
+    if !raw.unread.is_empty() {
+        return Err(whole(Defect::Unread { kinds: listed(&raw.unread) }));
+    }
+    if raw.tets.is_empty() {
+        let ignored = if raw.ignored.is_empty() { String::new() } else { format!(", only {}", listed(&raw.ignored)) };
+        return Err(whole(Defect::NoTets { ignored }));
+    }
     let mut solid = resolve(&raw, unit_m)?;
     let found = check(&mut solid, unit_m)?;
     let (index, quality) = found.worst;
@@ -103,7 +136,10 @@ fn checked(raw: RawMesh, unit_m: f64) -> Result<Imported, MeshError> {
             nodes: solid.mesh.nodes_m.len(),
             tets: solid.mesh.tets.len(),
             flipped_tets: found.flipped_tets,
+            divided: raw.divided,
+            by_corners: raw.by_corners,
             ignored: raw.ignored,
+            copies: solid.copies,
             unused_nodes: solid.unused_nodes,
             size_m: found.size_m,
             volume_m3: found.volume_m3,

@@ -1,7 +1,6 @@
 //! A mesh file as lines of words.
 
-use std::iter::Enumerate;
-use std::str::{self, SplitWhitespace};
+use std::str::SplitWhitespace;
 
 use super::error::{Defect, MeshError, quoted};
 use super::word::{At, Word};
@@ -31,14 +30,6 @@ impl<'a> Line<'a> {
         ])
     }
 
-    pub fn tet_nodes(&mut self) -> Result<[u64; 4], MeshError> {
-        let mut nodes = [0; 4];
-        for node in &mut nodes {
-            *node = self.whole("a node number")?;
-        }
-        Ok(nodes)
-    }
-
     /// Skips `count` words.
     pub fn skip_words(&mut self, count: u64, what: &'static str) -> Result<(), MeshError> {
         for _ in 0..count {
@@ -66,16 +57,23 @@ impl<'a> Iterator for Line<'a> {
     }
 }
 
-/// The lines of a file that contain at least one word.
+/// The lines of a file that contain at least one word. A line may end as on any system, now or
+/// long ago: with a line feed, a carriage return, or both.
 pub(super) struct Lines<'a> {
     file: &'a str,
-    numbered: Enumerate<str::Lines<'a>>,
+    rest: &'a str,
     reached: usize,
 }
 
 impl<'a> Lines<'a> {
     pub fn new(file: &'a str, text: &'a str) -> Self {
-        Self { file, numbered: text.lines().enumerate(), reached: 0 }
+        // some programs fill the last block of a file with zeros, or mark its end
+        Self { file, rest: text.trim_end_matches(['\0', '\u{1a}']), reached: 0 }
+    }
+
+    /// The lines of a part of a file, after the first `before`.
+    pub fn following(file: &'a str, text: &'a str, before: usize) -> Self {
+        Self { reached: before, ..Self::new(file, text) }
     }
 
     /// Place of the line that was read last.
@@ -85,8 +83,13 @@ impl<'a> Lines<'a> {
 
     /// The next line even if it is blank.
     pub fn any_line(&mut self) -> Option<Line<'a>> {
-        let (index, line) = self.numbered.next()?;
-        self.reached = index + 1;
+        if self.rest.is_empty() {
+            return None;
+        }
+        let end = self.rest.bytes().position(|byte| matches!(byte, b'\n' | b'\r'));
+        let (line, rest) = self.rest.split_at(end.unwrap_or(self.rest.len()));
+        self.rest = rest.strip_prefix("\r\n").or_else(|| rest.strip_prefix(['\r', '\n'])).unwrap_or(rest);
+        self.reached += 1;
         Some(Line { at: self.at(), text: line.trim(), words: line.split_whitespace() })
     }
 

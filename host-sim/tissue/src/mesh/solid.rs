@@ -15,6 +15,8 @@ pub(super) struct Solid {
     pub tet_origins: Vec<Origin>,
     /// Number of nodes in the file that no tet names; they are left out of `mesh`.
     pub unused_nodes: usize,
+    /// Number of tets in the file with the nodes of an earlier one; they are left out of `mesh`.
+    pub copies: usize,
 }
 
 /// Origin of a node or a tet in the file.

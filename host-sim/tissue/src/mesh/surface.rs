@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::TetMesh;
+use super::pairs::{Wedge, neighbours};
 
 /// Faces of a positively oriented tet, counter-clockwise seen from outside it.
 const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
@@ -72,25 +73,55 @@ pub fn pieces(tets: &[[u32; 4]]) -> usize {
     (0..tets.len()).filter(|t| first(*t, None) == *t).count()
 }
 
-/// Whether each node lies on the surface of an internal cavity, shape `[nodes]`: on a connected
-/// piece of the boundary that, by its orientation, encloses a negative volume.
+/// Walls of internal cavities.
+pub(super) struct Walls {
+    /// Whether each triangle is part of one, shape `[triangles]`.
+    pub is_inner: Vec<bool>,
+    /// Number of cavities.
+    pub hollows: usize,
+}
+
+/// The walls of cavities among the triangles of a closed surface, counter-clockwise seen from
+/// outside: the pieces that, by their orientation, enclose a negative volume. Cavities that touch
+/// each other or the skin in a node or an edge are apart.
+pub(super) fn walls(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Walls {
+    let none = || Walls { is_inner: vec![false; triangles.len()], hollows: 0 };
+    let Ok(around) = neighbours(nodes_m, triangles, Wedge::Void) else { return none() };
+    let mut parent: Vec<usize> = (0..triangles.len()).collect();
+    for (n, beyond) in around.iter().enumerate() {
+        for other in beyond {
+            let (a, b) = (root(&mut parent, n), root(&mut parent, other.triangle as usize));
+            parent[a.max(b)] = a.min(b);
+        }
+    }
+    let Some(origin) = triangles.first().map(|t| Vector3::from(nodes_m[t[0] as usize])) else { return none() };
+    let mut six_volume_m3 = vec![0.0; triangles.len()];
+    for (n, triangle) in triangles.iter().enumerate() {
+        let [a, b, c] = triangle.map(|n| Vector3::from(nodes_m[n as usize]) - origin);
+        six_volume_m3[root(&mut parent, n)] += a.dot(&b.cross(&c));
+    }
+    Walls {
+        is_inner: (0..triangles.len()).map(|n| six_volume_m3[root(&mut parent, n)] < 0.0).collect(),
+        hollows: six_volume_m3.iter().filter(|six| **six < 0.0).count(),
+    }
+}
+
+/// Number of internal cavities of a mesh.
+#[must_use]
+pub fn hollows(mesh: &TetMesh) -> usize {
+    walls(&mesh.nodes_m, &surface(&mesh.tets)).hollows
+}
+
+/// Whether each node lies on the wall of an internal cavity, shape `[nodes]`.
 #[must_use]
 pub fn hollow(mesh: &TetMesh) -> Vec<bool> {
     let boundary = surface(&mesh.tets);
-    let mut parent: Vec<usize> = (0..mesh.nodes_m.len()).collect();
-    for [a, b, c] in boundary.iter().map(|t| t.map(|n| n as usize)) {
-        let first = root(&mut parent, a);
-        for other in [b, c] {
-            let other = root(&mut parent, other);
-            parent[other] = first;
-        }
+    let mut on_wall = vec![false; mesh.nodes_m.len()];
+    let walls = walls(&mesh.nodes_m, &boundary);
+    for (triangle, _) in boundary.iter().zip(walls.is_inner).filter(|(_, is_inner)| *is_inner) {
+        triangle.iter().for_each(|n| on_wall[*n as usize] = true);
     }
-    let mut six_volume_m3 = vec![0.0; parent.len()];
-    for triangle in &boundary {
-        let [a, b, c] = triangle.map(|n| Vector3::from(mesh.nodes_m[n as usize]));
-        six_volume_m3[root(&mut parent, triangle[0] as usize)] += a.dot(&b.cross(&c));
-    }
-    (0..parent.len()).map(|n| six_volume_m3[root(&mut parent, n)] < 0.0).collect()
+    on_wall
 }
 
 /// The node that represents all nodes connected to a node.

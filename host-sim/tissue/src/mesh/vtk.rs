@@ -1,5 +1,5 @@
-//! VTK: legacy files with `DATASET UNSTRUCTURED_GRID`, as text (free in its line breaks after the
-//! header) or binary, and `UnstructuredGrid` in XML.
+//! VTK: legacy files with `DATASET UNSTRUCTURED_GRID` or `POLYDATA`, as text (free in its line
+//! breaks after the header) or binary, and the same in XML.
 //!
 //! Legacy cells are written as `count nodes...` up to file version 4, and as `OFFSETS` and
 //! `CONNECTIVITY` from 5.1 on. Points and cells are counted from 0. Attributes are not read.
@@ -7,9 +7,11 @@
 mod arrays;
 mod binary;
 mod cells;
+mod kind;
 mod words;
 pub(super) mod xml;
 
+use super::bytes::Number;
 use super::error::{Defect, MeshError, quoted};
 use super::lines::{Line, Lines};
 use super::raw::{RawMesh, RawNode};
@@ -19,11 +21,53 @@ use words::Words;
 
 /// Reads a `.vtk` file.
 pub(super) fn read(file: &str, data: &[u8]) -> Result<RawMesh, MeshError> {
-    let encoding = data.split(|byte| *byte == b'\n').nth(2).unwrap_or_default();
-    if encoding.trim_ascii().eq_ignore_ascii_case(b"BINARY") {
+    // under the version and the title, each on a line of its own even if it is blank
+    let mut lines = data.trim_ascii_start().split(|byte| *byte == b'\n').skip(2).map(<[u8]>::trim_ascii);
+    let encoding = lines.find(|line| !line.is_empty()).unwrap_or_default();
+    if encoding.eq_ignore_ascii_case(b"BINARY") {
         binary::read(file, data)
     } else {
         read_text(file, &String::from_utf8_lossy(data))
+    }
+}
+
+/// The sections of a legacy file, as far as they have been read.
+#[derive(Default)]
+struct Sections {
+    has_points: bool,
+    cells: Option<Cells>,
+    /// Type code of each cell, with its line.
+    types: Option<Vec<(u64, Option<usize>)>>,
+    polygons: Option<Cells>,
+    strips: Option<Cells>,
+}
+
+impl Sections {
+    /// Makes elements of the cells once all sections are read, since their order is free.
+    fn finish(self, mesh: &mut RawMesh, last: Option<usize>) -> Result<(), MeshError> {
+        let file = mesh.file.clone();
+        let error = |line, defect| MeshError { file: file.clone(), line, defect };
+        let missing = |section| Err(error(last, Defect::MissingSection { section }));
+        if !self.has_points {
+            return missing("POINTS");
+        }
+        let is_surface = self.polygons.is_some() || self.strips.is_some();
+        let faces = [(self.polygons, false), (self.strips, true)];
+        for (cells, strips) in faces.into_iter().filter_map(|(cells, strips)| Some((cells?, strips))) {
+            cells.take_faces(&|own| own, strips, mesh).map_err(|defect| error(last, defect))?;
+        }
+        match (self.cells, self.types) {
+            (None, None) if is_surface => Ok(()),
+            (None, _) => missing("CELLS"),
+            (Some(_), None) => missing("CELL_TYPES"),
+            (Some(cells), Some(types)) => {
+                cells.as_many_types(types.len() as u64).map_err(|defect| error(last, defect))?;
+                for (number, (code, line)) in (0..).zip(types) {
+                    cells.take(number, code, &|own| own, mesh).map_err(|defect| error(line, defect))?;
+                }
+                Ok(())
+            }
+        }
     }
 }
 
@@ -33,38 +77,56 @@ fn read_text(file: &str, text: &str) -> Result<RawMesh, MeshError> {
     let mut words = Words::new(lines);
     data_set(&mut words)?;
     let mut mesh = RawMesh::new("legacy VTK", file);
-    let mut cells = None;
-    let mut has_types = false;
+    let mut sections = Sections::default();
     while let Some(word) = words.next_section()? {
-        match word.text.to_ascii_uppercase().as_str() {
-            "POINTS" if !mesh.nodes.is_empty() => return Err(repeated(word, "POINTS")),
-            "POINTS" => points(&mut words, &mut mesh)?,
-            "CELLS" if cells.is_some() => return Err(repeated(word, "CELLS")),
-            "CELLS" => cells = Some(Cells::read(&mut words)?),
+        let keyword = word.text.to_ascii_uppercase();
+        let cells = match keyword.as_str() {
+            "POINTS" if sections.has_points => return Err(repeated(word, "POINTS")),
+            "POINTS" => {
+                points(&mut words, &mut mesh)?;
+                sections.has_points = true;
+                continue;
+            }
+            "CELL_TYPES" if sections.types.is_some() => return Err(repeated(word, "CELL_TYPES")),
             "CELL_TYPES" => {
-                if has_types {
-                    return Err(repeated(word, "CELL_TYPES"));
-                }
-                let Some(cells) = &cells else {
-                    return Err(word.unexpected("CELLS before CELL_TYPES"));
-                };
-                cells.take_tets(&mut words, &mut mesh)?;
-                has_types = true;
+                sections.types = Some(types(&mut words, sections.cells.as_ref())?);
+                continue;
+            }
+            "CELLS" => (&mut sections.cells, "CELLS"),
+            "POLYGONS" => (&mut sections.polygons, "POLYGONS"),
+            "TRIANGLE_STRIPS" => (&mut sections.strips, "TRIANGLE_STRIPS"),
+            "VERTICES" | "LINES" => {
+                Cells::read(&mut words)?;
+                continue;
             }
             // This is CELL_DATA or POINT_DATA, which is not read.
             _ => break,
+        };
+        if cells.0.is_some() {
+            return Err(repeated(word, cells.1));
         }
+        *cells.0 = Some(Cells::read(&mut words)?);
     }
-    for (found, section) in [(!mesh.nodes.is_empty(), "POINTS"), (cells.is_some(), "CELLS"), (has_types, "CELL_TYPES")] {
-        if !found {
-            return Err(words.at().error(Defect::MissingSection { section }));
-        }
-    }
+    sections.finish(&mut mesh, Some(words.at().line))?;
     Ok(mesh)
 }
 
 fn repeated(word: Word, section: &'static str) -> MeshError {
     word.at.error(Defect::RepeatedSection { section })
+}
+
+/// Reads `CELL_TYPES n`, then one code for each cell.
+fn types(words: &mut Words, cells: Option<&Cells>) -> Result<Vec<(u64, Option<usize>)>, MeshError> {
+    let announced = words.whole("the number of cell types")?;
+    if let Some(cells) = cells {
+        cells.as_many_types(announced).map_err(|defect| words.at().error(defect))?;
+    }
+    let mut types = Vec::new();
+    for number in 0..announced {
+        let code = words.value("CELL_TYPES", "types", announced, number)?;
+        types.push((code.whole("a cell type")?, Some(code.at.line)));
+    }
+    Ok(types)
 }
 
 /// Reads `# vtk DataFile Version x.x`, a title, and `ASCII`.
@@ -89,20 +151,17 @@ fn version_is_known(line: &str) -> Result<(), Defect> {
 }
 
 fn data_set_is_known(kind: &str) -> Result<(), Defect> {
-    if kind.eq_ignore_ascii_case("UNSTRUCTURED_GRID") { Ok(()) } else { Err(Defect::DataSet { found: quoted(kind) }) }
-}
-
-/// True for `double`, false for `float`, `None` for any other type.
-fn number_is_double(name: &str) -> Option<bool> {
-    match name.to_ascii_lowercase().as_str() {
-        "double" => Some(true),
-        "float" => Some(false),
-        _ => None,
-    }
+    let known = ["UNSTRUCTURED_GRID", "POLYDATA"].iter().any(|known| kind.eq_ignore_ascii_case(known));
+    if known { Ok(()) } else { Err(Defect::DataSet { found: quoted(kind) }) }
 }
 
 fn data_set(words: &mut Words) -> Result<(), MeshError> {
-    let keyword = words.required("DATASET")?;
+    let mut keyword = words.required("DATASET")?;
+    // from version 4.2 on, the data of the whole file may precede it
+    if keyword.text.eq_ignore_ascii_case("FIELD") {
+        words.skip_field()?;
+        keyword = words.required("DATASET")?;
+    }
     if !keyword.text.eq_ignore_ascii_case("DATASET") {
         return Err(keyword.unexpected("DATASET"));
     }
@@ -110,11 +169,11 @@ fn data_set(words: &mut Words) -> Result<(), MeshError> {
     data_set_is_known(kind.text).map_err(|defect| kind.at.error(defect))
 }
 
-/// Reads `POINTS n float|double`, then 3 n coordinates.
+/// Reads `POINTS n type`, then 3 n coordinates.
 fn points(words: &mut Words, mesh: &mut RawMesh) -> Result<(), MeshError> {
     let count = words.whole("the number of points")?;
     let number_type = words.required("the type float or double")?;
-    if number_is_double(number_type.text).is_none() {
+    if Number::of_vtk(number_type.text).is_none() {
         return Err(number_type.unexpected("the type float or double"));
     }
     for number in 0..count {

@@ -41,7 +41,9 @@ impl Word<'_> {
     /// Reads the word as a finite coordinate, in file units.
     pub fn coordinate(self) -> Result<f64, MeshError> {
         let what = "a coordinate";
-        let value = self.text.parse::<f64>().map_err(|_| self.unexpected(what))?;
+        // Fortran writes the exponent of a double as D
+        let number = self.text.parse::<f64>().or_else(|_| self.text.replace(['d', 'D'], "e").parse());
+        let value = number.map_err(|_| self.unexpected(what))?;
         if value.is_finite() {
             Ok(value)
         } else {

@@ -23,6 +23,11 @@ const NEAR_SHORT: f64 = 0.41189;
 
 /// Number of bisections of an edge: they locate the cut to the last bits of a position.
 const HALVINGS: u32 = 44;
+/// Largest number of chords, and of steps from the last one to the point where bisections end.
+const CHORDS: u32 = 12;
+const NEAR_STEPS: u32 = 4;
+/// Share of an edge to which bisections locate the cut (1).
+const EXACT_SHARE: f64 = 1.0 / (1_u64 << HALVINGS) as f64;
 
 /// Point at which the surface crosses a lattice edge.
 struct Cut {
@@ -53,8 +58,8 @@ pub(super) fn stuff(organ: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice
 
 /// Meshes the inside of a shape that may have holes through it and internal cavities, with regions
 /// 0, and checks that the mesh is one piece and nowhere touches itself along an edge.
-pub(super) fn stuff_any(name: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice) -> Result<TetMesh, OrganError> {
-    let mesh = cut_out(name, implicit, lattice)?;
+pub(super) fn stuff_any(name: &str, shape: Shape, lattice: &Lattice) -> Result<TetMesh, OrganError> {
+    let mesh = cut(name, shape, lattice)?;
     match sound::torn(&mesh.tets) {
         Some(defect) => Err(OrganError::TooCoarse { organ: name.to_owned(), spacing_m: lattice.spacing_m, defect }),
         None => Ok(mesh),
@@ -63,10 +68,81 @@ pub(super) fn stuff_any(name: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Latt
 
 /// Meshes the inside of a shape, with regions 0, without checking its topology.
 pub(super) fn cut_out(organ: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Lattice) -> Result<TetMesh, OrganError> {
+    cut(organ, Shape { implicit, is_distance: false }, lattice)
+}
+
+/// An implicit shape.
+#[derive(Clone, Copy)]
+pub(super) struct Shape<'a> {
+    pub implicit: &'a dyn Fn(V3) -> f64,
+    /// Whether its values are distances [m], so that a ball of that radius is on one side.
+    pub is_distance: bool,
+}
+
+impl Shape<'_> {
+    /// Share of the way `from` a point inside `to` one outside at which the surface is.
+    fn cut(&self, from: V3, to: V3) -> f64 {
+        let value = |share: f64| (self.implicit)(from + (to - from) * share);
+        if let Some(share) = self.is_distance.then(|| chord(&value)).flatten() {
+            return share;
+        }
+        let (mut inner, mut outer) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (inner + outer);
+            if value(middle) < 0.0 { inner = middle } else { outer = middle }
+        }
+        0.5 * (inner + outer)
+    }
+}
+
+/// The share that bisections find, by chords: along an edge a distance is nearly straight.
+fn chord(value: &impl Fn(f64) -> f64) -> Option<f64> {
+    let (mut inner, mut outer) = (0.0, 1.0);
+    let (mut below, mut above) = (value(inner), value(outer));
+    let mut share = 0.5;
+    for _ in 0..CHORDS {
+        share = inner + (outer - inner) * below / (below - above);
+        if !(share > inner && share < outer) {
+            break;
+        }
+        let at = value(share);
+        if at.abs() <= EXACT_SHARE * (above - below) {
+            break;
+        }
+        // the end that stays counts for half, or the chord would creep toward it (Illinois)
+        if at < 0.0 {
+            (inner, below, above) = (share, at, 0.5 * above);
+        } else {
+            (outer, above, below) = (share, at, 0.5 * below);
+        }
+    }
+    // between the same two points that bisections end at
+    let mut step = (share / EXACT_SHARE).floor();
+    for _ in 0..NEAR_STEPS {
+        match [step, step + 1.0].map(|n| value(n * EXACT_SHARE) < 0.0) {
+            [true, false] => return Some((step + 0.5) * EXACT_SHARE),
+            [true, true] => step += 1.0,
+            _ => step -= 1.0,
+        }
+    }
+    None
+}
+
+/// Share of a distance within which a point is on the same side, rounding included (1).
+const SAME_SIDE: f64 = 0.999;
+
+fn cut(organ: &str, shape: Shape, lattice: &Lattice) -> Result<TetMesh, OrganError> {
+    let Shape { implicit, is_distance } = shape;
     let mut sides = vec![Side::Out; lattice.len()];
+    let mut ball = (V3::zeros(), 0.0, Side::Out);
     for triple in lattice.points() {
         if let Some(name) = lattice.name(triple) {
-            let value = implicit(lattice.place(triple));
+            let at = lattice.place(triple);
+            if (at - ball.0).norm_squared() < ball.1 {
+                sides[name as usize] = ball.2;
+                continue;
+            }
+            let value = implicit(at);
             sides[name as usize] = if value < 0.0 {
                 Side::In
             } else if value > 0.0 {
@@ -74,10 +150,13 @@ pub(super) fn cut_out(organ: &str, implicit: &dyn Fn(V3) -> f64, lattice: &Latti
             } else {
                 Side::On
             };
+            if is_distance {
+                ball = (at, (SAME_SIDE * value).powi(2), sides[name as usize]);
+            }
         }
     }
     let mut stuffing = Stuffing { lattice, sides, moved: BTreeMap::new(), cuts: BTreeMap::new() };
-    stuffing.find_cuts(implicit);
+    stuffing.find_cuts(shape);
     stuffing.draw_points();
     let tets = stuffing.tets();
     if tets.is_empty() {
@@ -100,7 +179,7 @@ impl Stuffing<'_> {
         })
     }
 
-    fn find_cuts(&mut self, implicit: &dyn Fn(V3) -> f64) {
+    fn find_cuts(&mut self, shape: Shape) {
         let mut cuts = BTreeMap::new();
         for name in self.lattice.points().filter_map(|t| self.lattice.name(t)) {
             if self.sides[name as usize] != Side::In {
@@ -108,12 +187,7 @@ impl Stuffing<'_> {
             }
             for (_, other) in self.neighbours(name).filter(|(_, other)| self.sides[*other as usize] == Side::Out) {
                 let (from, to) = (self.lattice.place(self.lattice.triple(name)), self.lattice.place(self.lattice.triple(other)));
-                let (mut inner, mut outer) = (0.0, 1.0);
-                for _ in 0..HALVINGS {
-                    let middle = 0.5 * (inner + outer);
-                    if implicit(from + (to - from) * middle) < 0.0 { inner = middle } else { outer = middle }
-                }
-                let share = 0.5 * (inner + outer);
+                let share = shape.cut(from, to);
                 let cut = Cut { at: from + (to - from) * share, share: if name < other { share } else { 1.0 - share } };
                 cuts.insert(edge(name, other), cut);
             }
@@ -216,6 +290,28 @@ mod tests {
         let (coarse, fine) = (deficit(0.008), deficit(0.004));
         assert!(coarse > 0.0 && coarse < 0.04, "{coarse}");
         assert!((3.4..4.6).contains(&(coarse / fine)), "{coarse} {fine}");
+    }
+
+    #[test]
+    fn chords_cut_where_bisections_do() {
+        let middle = V3::new(0.001, 0.002, -0.003);
+        let ball = |x: V3| (x - middle).norm() - 0.03;
+        let slab = |x: V3| (x.x + 0.3 * x.y).abs() / 1.09_f64.sqrt() - 0.005;
+        for implicit in [&ball as &dyn Fn(V3) -> f64, &slab] {
+            for seed in 0..2000 {
+                let wave = |k: f64| (f64::from(seed) * k).sin();
+                let from = V3::new(0.004 * wave(1.3), 0.004 * wave(2.1), 0.004 * wave(0.7));
+                let to = from + 0.02 * V3::new(wave(3.3), wave(0.4), wave(5.1));
+                if implicit(from) < 0.0 && implicit(to) > 0.0 {
+                    let shares = [true, false].map(|is_distance| Shape { implicit, is_distance }.cut(from, to));
+                    assert_eq!(shares[0], shares[1], "{from} {to}");
+                }
+            }
+            let from = V3::new(0.0, 0.0, 0.0);
+            let to = V3::new(0.01, 0.0, 0.0) * 1.09_f64.sqrt();
+            let shares = [true, false].map(|is_distance| Shape { implicit: &slab, is_distance }.cut(from, to));
+            assert_eq!(shares[0], shares[1]);
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@
 
 use nalgebra::Matrix3;
 
-use super::lattice::Lattice;
+use super::lattice::{Lattice, NEIGHBOURS, Refusal};
 use super::parts::V3;
 use super::{Fine, OrganError, stuffing};
 use crate::mesh::TetMesh;
@@ -24,6 +24,31 @@ pub struct Turned {
     pub coarsest_m: f64,
 }
 
+/// How a lattice stands on the surface at the place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stance {
+    /// With whole faces of its tets in the surface.
+    Face,
+    /// With an edge of its cubes along the normal: a tip that is narrower than the angle between
+    /// edges would have no node below it otherwise, and be cut off.
+    Edge,
+}
+
+/// What a mesh would take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expected {
+    /// About the number of its nodes.
+    pub nodes: f64,
+    /// Number of points of the lattice, to which the time is proportional; the largest number there
+    /// is if the lattice does not fit into memory.
+    pub points: usize,
+}
+
+/// Share of the cut edges of a lattice that leave a node: the others are drawn onto points (1).
+const CUT_NODES: f64 = 0.3;
+/// Number of samples of a lattice.
+const SAMPLES: u32 = 8192;
+
 impl Turned {
     /// Meshes the shape where `implicit_m` is negative, which must lie within `bounds_m`. Every tet
     /// is positively oriented, the mesh is one piece, every node belongs to a tet, and all regions
@@ -32,31 +57,91 @@ impl Turned {
     /// # Errors
     /// A size that is out of range, or a spacing too coarse for the shape or too fine for memory.
     pub fn mesh(&self, name: &str, implicit_m: &dyn Fn([f64; 3]) -> f64, bounds_m: [[f64; 3]; 2]) -> Result<TetMesh, OrganError> {
-        let turn = self.turn();
+        self.mesh_with(name, (implicit_m, false), bounds_m, Stance::Face)
+    }
+
+    /// Meshes the shape as [`Self::mesh`] does, on a lattice of the given stance. `is_distance` says
+    /// that the implicit function is the distance, which saves most of its evaluations.
+    ///
+    /// # Errors
+    /// Errors of [`Self::mesh`].
+    pub fn mesh_with(
+        &self,
+        name: &str,
+        (implicit_m, is_distance): (&dyn Fn([f64; 3]) -> f64, bool),
+        bounds_m: [[f64; 3]; 2],
+        stance: Stance,
+    ) -> Result<TetMesh, OrganError> {
+        let turn = self.turn(stance);
         let at = V3::from(self.fine.at_m);
         let out = |x: V3| at + turn * x;
-        let corner = |n: usize| V3::from([0, 1, 2].map(|k| bounds_m[n >> k & 1][k]));
-        let corners = (0..8).map(|n| turn.transpose() * (corner(n) - at));
-        let (low, high) = corners
-            .fold((V3::repeat(f64::INFINITY), V3::repeat(f64::NEG_INFINITY)), |(low, high), x| (low.inf(&x), high.sup(&x)));
-        let fine = Fine { at_m: [0.0; 3], ..self.fine };
-        let stroke: [f64; 3] = (turn.transpose() * V3::from(self.stroke_m)).into();
-        let lattice =
-            Lattice::along(&fine, stroke, self.coarsest_m, [low.into(), high.into()]).map_err(|refusal| refusal.of(name))?;
-        let mut mesh = stuffing::stuff_any(name, &|x| implicit_m(out(x).into()), &lattice)?;
+        let lattice = self.lattice(bounds_m, stance).map_err(|refusal| refusal.of(name))?;
+        let shape = stuffing::Shape { implicit: &|x| implicit_m(out(x).into()), is_distance };
+        let mut mesh = stuffing::stuff_any(name, shape, &lattice)?;
         for node in &mut mesh.nodes_m {
             *node = out(V3::from(*node)).into();
         }
         Ok(mesh)
     }
 
+    /// What a mesh of the shape would take, from samples of the lattice. A lattice that does not fit
+    /// into memory is sampled as a coarser one that grows alike.
+    pub fn expected(&self, implicit_m: &dyn Fn([f64; 3]) -> f64, bounds_m: [[f64; 3]; 2], stance: Stance) -> Expected {
+        let mut coarser = 1.0;
+        let lattice = loop {
+            let fine = Fine { spacing_m: coarser * self.fine.spacing_m, ..self.fine };
+            let own = Self { fine, coarsest_m: coarser * self.coarsest_m, ..*self };
+            match own.lattice(bounds_m, stance) {
+                Ok(lattice) => break lattice,
+                Err(Refusal::TooFine { .. }) => coarser *= 2.0,
+                Err(_) => return Expected { nodes: f64::INFINITY, points: usize::MAX },
+            }
+        };
+        let turn = self.turn(stance);
+        let at = V3::from(self.fine.at_m);
+        let is_inside = |triple| implicit_m((at + turn * lattice.place(triple)).into()) < 0.0;
+        let step = (lattice.len() / SAMPLES as usize).max(1);
+        // a step that has no factor in common with the sides of the box
+        let samples = (0..lattice.len()).step_by(step | 1);
+        let count = samples.len() as f64;
+        let (mut inside, mut cuts) = (0.0, 0.0);
+        for name in samples {
+            let triple = lattice.triple(name as u32);
+            if is_inside(triple) {
+                inside += 1.0;
+                cuts += NEIGHBOURS.iter().filter(|way| !is_inside([0, 1, 2].map(|k| triple[k] + way[k]))).count() as f64;
+            }
+        }
+        // a quarter of the triples are points of the lattice
+        let each = 0.25 * lattice.len() as f64 / count;
+        Expected {
+            nodes: each * (inside * coarser.powi(3) + CUT_NODES * cuts * coarser.powi(2)),
+            points: if coarser > 1.0 { usize::MAX } else { lattice.len() },
+        }
+    }
+
+    fn lattice(&self, bounds_m: [[f64; 3]; 2], stance: Stance) -> Result<Lattice, Refusal> {
+        let turn = self.turn(stance);
+        let at = V3::from(self.fine.at_m);
+        let corner = |n: usize| V3::from([0, 1, 2].map(|k| bounds_m[n >> k & 1][k]));
+        let corners = (0..8).map(|n| turn.transpose() * (corner(n) - at));
+        let (low, high) = corners
+            .fold((V3::repeat(f64::INFINITY), V3::repeat(f64::NEG_INFINITY)), |(low, high), x| (low.inf(&x), high.sup(&x)));
+        let fine = Fine { at_m: [0.0; 3], ..self.fine };
+        let stroke: [f64; 3] = (turn.transpose() * V3::from(self.stroke_m)).into();
+        Lattice::along(&fine, stroke, self.coarsest_m, [low.into(), high.into()])
+    }
+
     /// Rotation from the lattice's frame to the shape's.
-    fn turn(&self) -> Matrix3<f64> {
+    fn turn(&self, stance: Stance) -> Matrix3<f64> {
         let up = V3::from(self.axis).normalize();
         let [along, across] = tangents(self.axis).map(V3::from);
         let r = std::f64::consts::FRAC_1_SQRT_2;
-        Matrix3::from_columns(&[up, along, across])
-            * Matrix3::from_rows(&[[r, r, 0.0].into(), [0.0, 0.0, 1.0].into(), [r, -r, 0.0].into()])
+        let frame = Matrix3::from_columns(&[up, along, across]);
+        if stance == Stance::Edge {
+            return frame;
+        }
+        frame * Matrix3::from_rows(&[[r, r, 0.0].into(), [0.0, 0.0, 1.0].into(), [r, -r, 0.0].into()])
     }
 }
 

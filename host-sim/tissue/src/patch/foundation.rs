@@ -43,7 +43,7 @@ pub(super) fn of(tissue: &Tissue, material: &Material, multipliers: Option<&Mult
 }
 
 /// Side of the equilateral triangle with this area [m].
-pub(super) fn element_size(area_m2: f64) -> f64 {
+pub(crate) fn element_size(area_m2: f64) -> f64 {
     (4.0 * area_m2 / 3.0_f64.sqrt()).sqrt()
 }
 

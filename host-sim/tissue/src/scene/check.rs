@@ -8,7 +8,8 @@ use super::{Drive, Scene, SceneError};
 /// the same range.
 const SIDE_M: std::ops::RangeInclusive<f64> = 1e-3..=2.0;
 /// Smallest and largest number of nodes for the mesh of an organ or a surface file.
-const ORGAN_NODES: std::ops::RangeInclusive<usize> = 100..=5000;
+/// Numbers of nodes that a scene may ask for of an organ or a surface.
+pub const ORGAN_NODES: std::ops::RangeInclusive<usize> = 100..=5000;
 /// Smallest and largest Young's modulus [Pa], long-term or of an organ's region.
 pub(super) const MODULUS_PA: std::ops::RangeInclusive<f64> = 1.0..=1e9;
 /// Smallest and largest stiffening exponent of a region or a ball (1).

@@ -3,11 +3,11 @@
 
 use nalgebra::Vector3;
 
-use super::{boundary, faces_away, nearest_on_surface, underside};
+use super::{UNDERSIDE_COSINE, boundary, faces_away, nearest_on_surface, underside};
 use crate::error::Error;
 use crate::mesh::import::{MeshFile, open};
-use crate::mesh::{ClosedSurface, ImportReport, SurfaceReport, TetMesh};
-use crate::organ::{Organ, OrganError, Turned};
+use crate::mesh::{ClosedSurface, ImportReport, SurfaceReport, TetMesh, surface};
+use crate::organ::{Expected, Organ, OrganError, Stance, Turned};
 use crate::scene::{PRESETS, Scene, SceneError};
 
 type V3 = Vector3<f64>;
@@ -118,25 +118,53 @@ impl OrganSource {
 
     /// A mesh of the shape; all regions are 0.
     pub fn mesh(&self, turned: &Turned) -> Result<TetMesh, OrganError> {
+        self.mesh_with(turned, Stance::Face)
+    }
+
+    /// A mesh of the shape on a lattice of this stance. Every hollow of the shape is one of the
+    /// mesh: a lattice that is too coarse for a wall would open the hollow behind it.
+    pub fn mesh_with(&self, turned: &Turned, stance: Stance) -> Result<TetMesh, OrganError> {
+        let is_distance = !matches!(self, Self::Organ(_));
+        let mesh = turned.mesh_with(self.name(), (&|x| self.value_m(x), is_distance), self.bounds_m(), stance)?;
+        let hollows = match self {
+            Self::File(surface, ..) | Self::Surface(surface, _) => surface.hollows(),
+            Self::Organ(_) => return Ok(mesh),
+        };
+        if hollows == surface::hollows(&mesh) {
+            return Ok(mesh);
+        }
+        let (organ, spacing_m, defect) = (self.name().to_owned(), turned.fine.spacing_m, "opens or loses a hollow");
+        Err(OrganError::TooCoarse { organ, spacing_m, defect })
+    }
+
+    /// What such a mesh would take.
+    pub(super) fn expected(&self, turned: &Turned, stance: Stance) -> Expected {
+        turned.expected(&|x| self.value_m(x), self.bounds_m(), stance)
+    }
+
+    fn bounds_m(&self) -> [[f64; 3]; 2] {
         match self {
-            Self::File(surface, ..) | Self::Surface(surface, _) => {
-                turned.mesh(self.name(), &|x| surface.foot(x).distance_m, surface.bounds_m())
-            }
-            Self::Organ(organ) => turned.mesh(self.name(), &|x| organ.implicit_m(x), organ.bounds_m()),
+            Self::File(surface, ..) | Self::Surface(surface, _) => surface.bounds_m(),
+            Self::Organ(organ) => organ.bounds_m(),
         }
     }
 
     /// Thickness of the shape along the inward normal at a site [m].
     pub fn thickness_m(&self, site: &Site) -> f64 {
-        let [low, high] = match self {
-            Self::File(surface, ..) | Self::Surface(surface, _) => surface.bounds_m(),
-            Self::Organ(organ) => organ.bounds_m(),
-        }
-        .map(V3::from);
+        self.thickness_in(site, STEPS)
+    }
+
+    /// The same within a share of a millimetre, for messages.
+    pub(super) fn exact_thickness_m(&self, site: &Site) -> f64 {
+        self.thickness_in(site, 50 * STEPS)
+    }
+
+    fn thickness_in(&self, site: &Site, steps: u32) -> f64 {
+        let [low, high] = self.bounds_m().map(V3::from);
         let longest_m = (high - low).norm();
-        let depth_m = |n: u32| longest_m * f64::from(n) / f64::from(STEPS);
+        let depth_m = |n: u32| longest_m * f64::from(n) / f64::from(steps);
         let inside = |n: &u32| self.value_m((V3::from(site.at_m) - V3::from(site.axis) * depth_m(*n)).into()) < 0.0;
-        depth_m((1..=STEPS).take_while(inside).last().unwrap_or(1))
+        depth_m((1..=steps).take_while(inside).last().unwrap_or(1))
     }
 
     /// Nodes of a mesh of the shape that are fixed when it is pressed along `axis`, ascending:
@@ -147,7 +175,24 @@ impl OrganSource {
             // faces
             Self::File(_, own, _) if underside(own, axis).is_empty() => Vec::new(),
             Self::Surface(surface, _) if !surface.triangles_m().any(|t| faces_away(t, axis)) => Vec::new(),
-            Self::File(..) | Self::Surface(..) => underside(mesh, axis),
+            // a wall may be thinner than the elements, which then face anywhere: the surface decides
+            Self::File(surface, ..) => {
+                let mut nodes = underside(mesh, axis);
+                nodes.retain(|n| !surface.wall(mesh.nodes_m[*n as usize]).0);
+                nodes
+            }
+            Self::Surface(surface, _) => {
+                let away = |t: &[u32; 3]| {
+                    let middle = [0, 1, 2].map(|k| t.iter().map(|n| mesh.nodes_m[*n as usize][k]).sum::<f64>() / 3.0);
+                    let (is_inner, normal) = surface.wall(middle);
+                    !is_inner && V3::from(normal).dot(&V3::from(axis)) < UNDERSIDE_COSINE
+                };
+                let mut nodes: Vec<u32> = surface::surface(&mesh.tets).into_iter().filter(away).flatten().collect();
+                nodes.sort_unstable();
+                nodes.dedup();
+                nodes.retain(|n| !surface.wall(mesh.nodes_m[*n as usize]).0);
+                nodes
+            }
             Self::Organ(organ) => held(mesh, axis, Some(organ)),
         }
     }

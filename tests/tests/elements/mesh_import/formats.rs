@@ -38,18 +38,27 @@ fn what_is_not_read_is_refused_by_name() {
         (
             "a.1.node",
             "4  3  0  0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n".into(),
-            "a.1.node: unknown mesh format (starts with `4  3  0  0`): export as Gmsh 2.2 or 4.1 (.msh), as VTK (.vtu, .vtk), or as a closed surface (.stl, .obj)",
+            "a.1.node: unknown mesh format (starts with `4  3  0  0`): export as Gmsh 2.2 or 4.1 (.msh), as VTK (.vtu, .vtk), or as a closed surface (.stl, .obj, .ply, .vtp)",
         ),
         ("a.vtu", "<?xml version=\"1.0\"?>\n".into(), "a.vtu:1: not sound XML (the document does not have a root node): re-export the mesh"),
         ("a.vtu", "<VTKFile>".into(), "a.vtu:1: not sound XML (the root node was opened but never closed): re-export the mesh"),
-        ("a.vtu", "<VTKFile type=\"PolyData\"/>".into(), "a.vtu:1: XML VTK of type `PolyData` is not read: export as UnstructuredGrid (.vtu)"),
+        (
+            "a.vtu",
+            "<VTKFile type=\"ImageData\"/>".into(),
+            "a.vtu:1: XML VTK of type `ImageData` is not read: export as UnstructuredGrid (.vtu), or a surface as PolyData (.vtp)",
+        ),
+        (
+            "a.pvtu",
+            "<VTKFile type=\"PUnstructuredGrid\"/>".into(),
+            "a.pvtu:1: a list of files with the pieces of a mesh: give one file (ParaView: Merge Blocks, then Save Data)",
+        ),
         (
             "a.vtu",
             "<VTKFile type=\"UnstructuredGrid\" compressor=\"vtkLZ4DataCompressor\"><UnstructuredGrid><Piece/></UnstructuredGrid></VTKFile>".into(),
             "a.vtu:1: VTK compressor `vtkLZ4DataCompressor` is not read: export with zlib or uncompressed",
         ),
         ("a.msh", ONE_TET.replace("2.2 0 8", "2.2 2 8"), "a.msh:2: expected the file type 0 (ASCII) or 1 (binary), found `2`: fix the line or re-export the mesh"),
-        ("a.msh", ONE_TET.replace("2.2 0", "4 0"), "a.msh:2: Gmsh version `4` is not read: export as Gmsh 2.2 or 4.1"),
+        ("a.msh", ONE_TET.replace("2.2 0", "4.2 0"), "a.msh:2: Gmsh version `4.2` is not read: export as Gmsh 2.2 or 4.1"),
         ("a.msh", ONE_TET.replace("2.2 0", "9 0"), "a.msh:2: Gmsh version `9` is not read: export as Gmsh 2.2 or 4.1"),
         (
             "a.msh",
@@ -58,21 +67,21 @@ fn what_is_not_read_is_refused_by_name() {
         ),
         (
             "a.msh",
-            ONE_TET.replace("1 4 2 9 1 1 2 3 4", "1 11 2 9 1 1 2 3 4 5 6 7 8 9 10"),
-            "a.msh:13: tets of higher order are not read: export with 4 nodes a tet",
+            ONE_TET.replace("1 4 2 9 1 1 2 3 4", "1 29 2 9 1 1 2 3 4 5 6 7 8 9 10"),
+            "a.msh: 1 tet of higher order would be left out of the body: export tets, pyramids, prisms or hexahedra, of first or second order (Gmsh: Tools, Options, Mesh, Element order 1)",
         ),
         ("a.vtk", vtk.replace("ASCII", "HEX"), "a.vtk:3: expected the word ASCII or BINARY, found `HEX`: fix the line or re-export the mesh"),
         ("a.vtk", vtk.replace("ASCII", "BINARY"), "a.vtk: no POINTS: re-export the mesh with its nodes and tets"),
         ("a.vtk", vtk.replace("3.0", "9.0"), "a.vtk:1: legacy VTK version `9.0` is not read: export as version 2.0 to 5.1"),
         (
             "a.vtk",
-            vtk.replace("UNSTRUCTURED_GRID", "POLYDATA"),
-            "a.vtk:4: VTK data set `POLYDATA` is not read: export as UNSTRUCTURED_GRID",
+            vtk.replace("UNSTRUCTURED_GRID", "STRUCTURED_POINTS"),
+            "a.vtk:4: VTK data set `STRUCTURED_POINTS` is not read: export tets as UNSTRUCTURED_GRID or a surface as POLYDATA (a segmented image: 3D Slicer, Segmentations, Export to models)",
         ),
         (
             "a.vtk",
-            format!("{vtk}POINTS 1 float 0 0 0 CELLS 1 11 10 0 0 0 0 0 0 0 0 0 0 CELL_TYPES 1 24"),
-            "a.vtk:5: tets of higher order are not read: export with 4 nodes a tet",
+            format!("{vtk}POINTS 1 float 0 0 0 CELLS 1 11 10 0 0 0 0 0 0 0 0 0 0 CELL_TYPES 1 42"),
+            "a.vtk: 1 polyhedron would be left out of the body: export tets, pyramids, prisms or hexahedra, of first or second order (Gmsh: Tools, Options, Mesh, Element order 1)",
         ),
     ] {
         assert_eq!(message(import_text(name, &text)), expected);

@@ -74,7 +74,7 @@ fn every_fault_of_device_model_and_board_is_nothing_within_the_tick() {
             Command::HEARD
         }),
         (Fault::ForceImplausible, 10, |rig| {
-            rig.tissue.sick_n = Some(NORMAL * 16.0);
+            rig.tissue.sick_n = Some(NORMAL * 17.0);
             Command::HEARD
         }),
         (Fault::OverSpeed, 2, |rig| {

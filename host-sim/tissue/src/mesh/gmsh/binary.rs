@@ -1,12 +1,13 @@
-//! Gmsh `.msh`, binary: format 2.x and 4.1. Section names are lines of text; the content of a
+//! Gmsh `.msh`, binary: format 2.x, 4.0 and 4.1. Section names are lines of text; the content of a
 //! section is numbers without separators.
 
-use super::kind::{Kind, kind, nodes_of};
+use super::kind::{in_order, kind, nodes_of};
 use super::v4::Regions;
 use super::{Version, version};
 use crate::mesh::bytes::{Bytes, Order};
+use crate::mesh::element::Kind;
 use crate::mesh::error::{Defect, MeshError};
-use crate::mesh::raw::{RawMesh, RawNode, RawTet};
+use crate::mesh::raw::{RawMesh, RawNode};
 
 /// The only size of a `size_t` that Gmsh writes today [bytes].
 const DATA_SIZE: &str = "8";
@@ -23,7 +24,7 @@ pub(super) fn read(file: &str, data: &[u8]) -> Result<RawMesh, MeshError> {
             "$Nodes" => {
                 once(&bytes, &mut has_nodes, "$Nodes")?;
                 match version {
-                    Version::V4 => nodes_4(&mut bytes, &mut mesh)?,
+                    Version::V40 | Version::V4 => nodes_4(&mut bytes, &mut mesh, version == Version::V40)?,
                     Version::V1 | Version::V2 => nodes_2(&mut bytes, &mut mesh)?,
                 }
                 "$EndNodes"
@@ -31,13 +32,19 @@ pub(super) fn read(file: &str, data: &[u8]) -> Result<RawMesh, MeshError> {
             "$Elements" => {
                 once(&bytes, &mut has_elements, "$Elements")?;
                 match version {
-                    Version::V4 => elements_4(&mut bytes, &mut mesh, regions.as_ref())?,
+                    Version::V40 | Version::V4 => {
+                        elements_4(&mut bytes, &mut mesh, regions.as_ref(), version == Version::V40)?;
+                    }
                     Version::V1 | Version::V2 => elements_2(&mut bytes, &mut mesh)?,
                 }
                 "$EndElements"
             }
-            "$Entities" if version == Version::V4 => {
-                regions = Some(entities(&mut bytes)?);
+            "$ParametricNodes" => {
+                let (what, found, instead) = ("binary Gmsh section", tag, "without parametric coordinates");
+                return Err(bytes.error(Defect::Encoding { what, found, instead }));
+            }
+            "$Entities" if version != Version::V2 => {
+                regions = Some(entities(&mut bytes, version == Version::V40)?);
                 "$EndEntities"
             }
             "$PartitionedEntities" => return Err(bytes.error(Defect::Partitioned)),
@@ -108,7 +115,7 @@ fn elements_2(bytes: &mut Bytes, mesh: &mut RawMesh) -> Result<(), MeshError> {
     let announced = count_line(bytes, "the number of elements")?;
     let mut found = 0;
     while found < announced {
-        let kind = element(bytes)?;
+        let (kind, count) = element(bytes)?;
         let in_block = bytes.whole_i32("the number of elements in the block")?;
         let tags = bytes.whole_i32("the number of tags")?;
         if in_block == 0 || in_block > announced - found {
@@ -119,57 +126,36 @@ fn elements_2(bytes: &mut Bytes, mesh: &mut RawMesh) -> Result<(), MeshError> {
             let number = bytes.whole_i32("an element number")?;
             let region = if tags == 0 { 0 } else { bytes.i32("the physical group")?.unsigned_abs() };
             bytes.skip(tags.saturating_sub(1), 4, "the last tag")?;
-            match tet_nodes(bytes, kind, 4, |bytes| bytes.whole_i32("a node number"))? {
-                Ok(nodes) => mesh.tets.push(RawTet { number, line: None, nodes, region }),
-                Err(kind) => mesh.ignore(kind),
-            }
+            let nodes = nodes_of_element(bytes, count, |bytes| bytes.whole_i32("a node number"))?;
+            mesh.add(kind, number, None, &nodes, region);
         }
     }
     Ok(())
 }
 
-/// An element that can be read or skipped.
-#[derive(Clone, Copy)]
-enum Element {
-    Tet,
-    /// Another element, by its kind and number of nodes.
-    Other(&'static str, u64),
-}
-
-/// Reads the type code of the next element.
-fn element(bytes: &mut Bytes) -> Result<Element, MeshError> {
+/// Reads the type code of the next element; returns its kind and number of nodes.
+fn element(bytes: &mut Bytes) -> Result<(Kind, usize), MeshError> {
     let code = bytes.whole_i32("an element type")?;
-    match (kind(code), nodes_of(code)) {
-        (Kind::Tet, _) => Ok(Element::Tet),
-        (Kind::HigherOrderTet, _) => Err(bytes.error(Defect::HigherOrder)),
-        (Kind::Other(kind), Some(nodes)) => Ok(Element::Other(kind, nodes)),
-        (Kind::Other(_), None) => {
-            let (what, found, instead) = ("binary Gmsh element type", code.to_string(), "only elements of first order");
-            Err(bytes.error(Defect::Encoding { what, found, instead }))
-        }
-    }
+    nodes_of(code).map(|count| (kind(code), count)).ok_or_else(|| {
+        let (what, found, instead) = ("binary Gmsh element type", code.to_string(), "only elements of first order");
+        bytes.error(Defect::Encoding { what, found, instead })
+    })
 }
 
-/// Reads the nodes of an element: returns the four of a tet; skips those of another element and
-/// returns its kind.
-fn tet_nodes(
+fn nodes_of_element(
     bytes: &mut Bytes,
-    kind: Element,
-    width: usize,
+    count: usize,
     node: impl Fn(&mut Bytes) -> Result<u64, MeshError>,
-) -> Result<Result<[u64; 4], &'static str>, MeshError> {
-    match kind {
-        Element::Tet => Ok(Ok([node(bytes)?, node(bytes)?, node(bytes)?, node(bytes)?])),
-        Element::Other(kind, nodes) => {
-            bytes.skip(nodes, width, "the nodes of an element")?;
-            Ok(Err(kind))
-        }
-    }
+) -> Result<Vec<u64>, MeshError> {
+    let mut nodes = (0..count).map(|_| node(bytes)).collect::<Result<Vec<_>, _>>()?;
+    in_order(&mut nodes);
+    Ok(nodes)
 }
 
 /// Reads four counts, then the entities; a volume is `i32 tag, f64 x6, count, i32 physical...,
 /// count, i32 surfaces...`. Counts are 64 bits wide.
-fn entities(bytes: &mut Bytes) -> Result<Regions, MeshError> {
+/// A point has one position, in 4.0 a box like the others.
+fn entities(bytes: &mut Bytes, is_40: bool) -> Result<Regions, MeshError> {
     let mut counts = [0; 4];
     for count in &mut counts {
         *count = bytes.u64("the entity counts")?;
@@ -178,7 +164,7 @@ fn entities(bytes: &mut Bytes) -> Result<Regions, MeshError> {
     for (dimension, count) in counts.into_iter().enumerate() {
         for _ in 0..count {
             let tag = bytes.i32("an entity tag")?;
-            bytes.skip(if dimension == 0 { 3 } else { 6 }, 8, "the bounding box")?;
+            bytes.skip(if dimension == 0 && !is_40 { 3 } else { 6 }, 8, "the bounding box")?;
             let groups = bytes.u64("the number of physical groups")?;
             // The first group decides: a solid cannot have two materials.
             let region = if groups == 0 { 0 } else { bytes.i32("a physical group")?.unsigned_abs() };
@@ -195,26 +181,40 @@ fn entities(bytes: &mut Bytes) -> Result<Regions, MeshError> {
     Ok(regions)
 }
 
-/// Reads `blocks count min max`.
-fn header_4(bytes: &mut Bytes) -> Result<(u64, u64), MeshError> {
+/// Reads `blocks count min max`, or `blocks count` in 4.0.
+fn header_4(bytes: &mut Bytes, is_40: bool) -> Result<(u64, u64), MeshError> {
     let (blocks, count) = (bytes.u64("the number of blocks")?, bytes.u64("the number of entries")?);
-    bytes.skip(2, 8, "the lowest and the highest tag")?;
+    bytes.skip(if is_40 { 0 } else { 2 }, 8, "the lowest and the highest tag")?;
     Ok((blocks, count))
 }
 
+/// Reads the dimension and the tag of an entity, in 4.0 in the other order.
+fn entity(bytes: &mut Bytes, is_40: bool) -> Result<(i32, i32), MeshError> {
+    let (first, second) = (bytes.i32("the dimension of the entity")?, bytes.i32("an entity tag")?);
+    Ok(if is_40 { (second, first) } else { (first, second) })
+}
+
 /// Reads blocks of `i32 dimension entity parametric`, a count, that many tags, and that many `f64 x
-/// y z [u v w]`.
-fn nodes_4(bytes: &mut Bytes, mesh: &mut RawMesh) -> Result<(), MeshError> {
-    let (blocks, announced) = header_4(bytes)?;
+/// y z [u v w]`. In 4.0 a tag is an `i32` before its position.
+fn nodes_4(bytes: &mut Bytes, mesh: &mut RawMesh, is_40: bool) -> Result<(), MeshError> {
+    let (blocks, announced) = header_4(bytes, is_40)?;
     for _ in 0..blocks {
-        let dimension = bytes.whole_i32("the dimension of the entity")?;
-        bytes.i32("an entity tag")?;
+        let (dimension, _) = entity(bytes, is_40)?;
+        let dimension = u64::from(dimension.unsigned_abs());
         let parameters = match bytes.i32("the parametric flag 0 or 1")? {
             0 => 0,
             1 => dimension,
             other => return Err(bytes.unexpected("the parametric flag 0 or 1", &other.to_string())),
         };
         let in_block = bytes.u64("the number of nodes in the block")?;
+        if is_40 {
+            for _ in 0..in_block {
+                let number = bytes.whole_i32("a node number")?;
+                mesh.nodes.push(RawNode { number, line: None, position: bytes.position(true)? });
+                bytes.skip(parameters, 8, "the parameters of a node")?;
+            }
+            continue;
+        }
         let first = mesh.nodes.len();
         for _ in 0..in_block {
             mesh.nodes.push(RawNode { number: bytes.u64("a node number")?, line: None, position: [0.0; 3] });
@@ -228,17 +228,16 @@ fn nodes_4(bytes: &mut Bytes, mesh: &mut RawMesh) -> Result<(), MeshError> {
 }
 
 /// Reads blocks of `i32 dimension entity type`, a count, and that many `number nodes...`, all 64
-/// bits wide.
-fn elements_4(bytes: &mut Bytes, mesh: &mut RawMesh, regions: Option<&Regions>) -> Result<(), MeshError> {
-    let (blocks, announced) = header_4(bytes)?;
+/// bits wide, or 32 in 4.0.
+fn elements_4(bytes: &mut Bytes, mesh: &mut RawMesh, regions: Option<&Regions>, is_40: bool) -> Result<(), MeshError> {
+    let (blocks, announced) = header_4(bytes, is_40)?;
     let mut found = 0_u64;
     for _ in 0..blocks {
-        bytes.i32("the dimension of the entity")?;
-        let entity = bytes.i32("an entity tag")?;
-        let kind = element(bytes)?;
+        let (_, entity) = entity(bytes, is_40)?;
+        let (kind, count) = element(bytes)?;
         let in_block = bytes.u64("the number of elements in the block")?;
         let region = match (kind, regions) {
-            (Element::Tet, Some(regions)) => u64::try_from(entity)
+            (Kind::Solid { .. }, Some(regions)) => u64::try_from(entity)
                 .ok()
                 .and_then(|volume| regions.get(&volume).copied())
                 .ok_or_else(|| bytes.unexpected("a volume listed in $Entities", &entity.to_string()))?,
@@ -246,11 +245,10 @@ fn elements_4(bytes: &mut Bytes, mesh: &mut RawMesh, regions: Option<&Regions>) 
         };
         for _ in 0..in_block {
             found += 1;
-            let number = bytes.u64("an element number")?;
-            match tet_nodes(bytes, kind, 8, |bytes| bytes.u64("a node number"))? {
-                Ok(nodes) => mesh.tets.push(RawTet { number, line: None, nodes, region }),
-                Err(kind) => mesh.ignore(kind),
-            }
+            let number = |bytes: &mut Bytes, what| if is_40 { bytes.whole_i32(what) } else { bytes.u64(what) };
+            let own = number(bytes, "an element number")?;
+            let nodes = nodes_of_element(bytes, count, |bytes| number(bytes, "a node number"))?;
+            mesh.add(kind, own, None, &nodes, region);
         }
     }
     agree(bytes, "$Elements", "elements", announced, found)

@@ -1,13 +1,14 @@
-//! Gmsh 4.1: nodes and elements in blocks, one block per geometric entity. The physical group of a
+//! Gmsh 4: nodes and elements in blocks, one block per geometric entity. The physical group of a
 //! tet is the one that `$Entities` gives to its volume.
 
 use std::collections::BTreeMap;
 
-use super::kind::{Kind, kind};
-use super::{physical_group, section_end};
+use super::kind::kind;
+use super::{add, physical_group, section_end};
+use crate::mesh::element::Kind;
 use crate::mesh::error::{Defect, MeshError};
-use crate::mesh::lines::Lines;
-use crate::mesh::raw::{RawMesh, RawNode, RawTet};
+use crate::mesh::lines::{Line, Lines};
+use crate::mesh::raw::{RawMesh, RawNode};
 use crate::mesh::word::Word;
 
 /// Region of every volume that `$Entities` lists, by volume tag.
@@ -42,13 +43,13 @@ pub(super) fn regions(lines: &mut Lines) -> Result<Regions, MeshError> {
 }
 
 /// Reads `blocks nodes min-tag max-tag`, then for each block `dimension entity parametric count`,
-/// that many tags, and that many `x y z [u v w]`.
-pub(super) fn nodes(lines: &mut Lines, mesh: &mut RawMesh) -> Result<(), MeshError> {
-    let (blocks, count) = header(lines, "nodes")?;
+/// that many tags, and that many `x y z [u v w]`. In 4.0 there are no lowest and highest tag, and a
+/// tag is on the line of its position.
+pub(super) fn nodes(lines: &mut Lines, mesh: &mut RawMesh, is_40: bool) -> Result<(), MeshError> {
+    let (blocks, count) = header(lines, "nodes", is_40)?;
     for _ in 0..blocks {
         let mut line = lines.required("the next block of nodes")?;
-        line.whole("the dimension of the entity")?;
-        line.word("an entity tag")?;
+        entity(&mut line, is_40)?;
         let parametric = line.word("the parametric flag 0 or 1")?;
         let in_block = line.whole("the number of nodes in the block")?;
         line.finish()?;
@@ -57,6 +58,14 @@ pub(super) fn nodes(lines: &mut Lines, mesh: &mut RawMesh) -> Result<(), MeshErr
             "1" => true,
             _ => return Err(parametric.unexpected("the parametric flag 0 or 1")),
         };
+        if is_40 {
+            lines.rows("a block of $Nodes", "nodes", in_block, |mut line| {
+                let number = line.whole("a node number")?;
+                mesh.nodes.push(RawNode { number, line: Some(line.at.line), position: line.position()? });
+                if may_have_parameters { Ok(()) } else { line.finish() }
+            })?;
+            continue;
+        }
         let mut numbers = Vec::new();
         lines.rows("a block of $Nodes", "tags", in_block, |mut line| {
             numbers.push(line.whole("a node number")?);
@@ -77,34 +86,23 @@ pub(super) fn nodes(lines: &mut Lines, mesh: &mut RawMesh) -> Result<(), MeshErr
 
 /// Reads `blocks elements min-tag max-tag`, then for each block `dimension entity type count` and
 /// that many `number nodes...`.
-pub(super) fn elements(lines: &mut Lines, mesh: &mut RawMesh, regions: Option<&Regions>) -> Result<(), MeshError> {
-    let (blocks, count) = header(lines, "elements")?;
+pub(super) fn elements(lines: &mut Lines, mesh: &mut RawMesh, regions: Option<&Regions>, is_40: bool) -> Result<(), MeshError> {
+    let (blocks, count) = header(lines, "elements", is_40)?;
     let mut found = 0_u64;
     for _ in 0..blocks {
         let mut line = lines.required("the next block of elements")?;
-        line.whole("the dimension of the entity")?;
-        let entity = line.word("an entity tag")?;
+        let entity = entity(&mut line, is_40)?;
         let kind = kind(line.whole("an element type")?);
         let in_block = line.whole("the number of elements in the block")?;
         line.finish()?;
         let region = match kind {
-            Kind::Tet => region_of(entity, regions)?,
-            Kind::HigherOrderTet | Kind::Other(_) => 0,
+            Kind::Solid { .. } => region_of(entity, regions)?,
+            Kind::Face { .. } | Kind::Unread(_) | Kind::Other(_) => 0,
         };
         lines.rows("a block of $Elements", "elements", in_block, |mut line| {
             found += 1;
             let number = line.whole("an element number")?;
-            match kind {
-                Kind::HigherOrderTet => Err(line.at.error(Defect::HigherOrder)),
-                Kind::Other(kind) => {
-                    mesh.ignore(kind);
-                    Ok(())
-                }
-                Kind::Tet => {
-                    mesh.tets.push(RawTet { number, line: Some(line.at.line), nodes: line.tet_nodes()?, region });
-                    line.finish()
-                }
-            }
+            add(line, mesh, kind, number, region)
         })?;
     }
     agree(lines, "$Elements", "elements", count, found)
@@ -119,12 +117,25 @@ fn region_of(entity: Word, regions: Option<&Regions>) -> Result<u32, MeshError> 
     }
 }
 
-fn header(lines: &mut Lines, items: &'static str) -> Result<(u64, u64), MeshError> {
+/// Reads `dimension tag` of an entity, or `tag dimension` in 4.0; returns the tag.
+fn entity<'a>(line: &mut Line<'a>, is_40: bool) -> Result<Word<'a>, MeshError> {
+    if is_40 {
+        let tag = line.word("an entity tag")?;
+        line.whole("the dimension of the entity")?;
+        return Ok(tag);
+    }
+    line.whole("the dimension of the entity")?;
+    line.word("an entity tag")
+}
+
+fn header(lines: &mut Lines, items: &'static str, is_40: bool) -> Result<(u64, u64), MeshError> {
     let mut line = lines.required(items)?;
     let blocks = line.whole("the number of blocks")?;
     let count = line.whole("the number of entries")?;
-    line.word("the lowest tag")?;
-    line.word("the highest tag")?;
+    if !is_40 {
+        line.word("the lowest tag")?;
+        line.word("the highest tag")?;
+    }
     line.finish()?;
     Ok((blocks, count))
 }

@@ -2,8 +2,8 @@
 //! its line, each with the highest byte first.
 
 use super::cells::Cells;
-use super::{data_set_is_known, number_is_double, version_is_known};
-use crate::mesh::bytes::{Bytes, Order};
+use super::{Sections, data_set_is_known, version_is_known};
+use crate::mesh::bytes::{Bytes, Number, Order};
 use crate::mesh::error::{Defect, MeshError};
 use crate::mesh::raw::{RawMesh, RawNode};
 
@@ -15,15 +15,9 @@ pub(super) fn read(file: &str, data: &[u8]) -> Result<RawMesh, MeshError> {
     // The title may be blank.
     bytes.any_line();
     bytes.required("the word BINARY")?;
-    let line = bytes.required("DATASET")?;
-    match line.split_whitespace().collect::<Vec<_>>()[..] {
-        [keyword, kind] if keyword.eq_ignore_ascii_case("DATASET") => data_set_is_known(kind),
-        _ => return Err(bytes.unexpected("DATASET", &line)),
-    }
-    .map_err(|defect| bytes.error(defect))?;
     let mut mesh = RawMesh::new("legacy VTK", file);
-    let mut cells = None;
-    let mut has_types = false;
+    let mut sections = Sections::default();
+    let mut has_data_set = false;
     while let Some(line) = bytes.line() {
         let mut words = line.split_whitespace();
         let keyword = words.next().unwrap_or_default().to_ascii_uppercase();
@@ -32,51 +26,66 @@ pub(super) fn read(file: &str, data: &[u8]) -> Result<RawMesh, MeshError> {
             word.parse::<u64>().map_err(|_| bytes.unexpected(what, word))
         };
         let repeated = |section| Err(bytes.error(Defect::RepeatedSection { section }));
-        match keyword.as_str() {
-            "POINTS" if !mesh.nodes.is_empty() => return repeated("POINTS"),
+        if !has_data_set && keyword != "DATASET" && keyword != "FIELD" {
+            return Err(bytes.unexpected("DATASET", &line));
+        }
+        let (cells, name) = match keyword.as_str() {
+            "DATASET" => {
+                data_set_is_known(words.next().unwrap_or_default()).map_err(|defect| bytes.error(defect))?;
+                has_data_set = true;
+                continue;
+            }
+            "POINTS" if sections.has_points => return repeated("POINTS"),
             "POINTS" => {
                 let count = whole("the number of points")?;
                 let name = words.next().unwrap_or_default();
-                let double = number_is_double(name).ok_or_else(|| bytes.unexpected("the type float or double", name))?;
+                let kind = Number::of_vtk(name).ok_or_else(|| bytes.unexpected("the type float or double", name))?;
                 for number in 0..count {
-                    mesh.nodes.push(RawNode { number, line: None, position: bytes.position(double)? });
+                    let position = [bytes.any_coordinate(kind)?, bytes.any_coordinate(kind)?, bytes.any_coordinate(kind)?];
+                    mesh.nodes.push(RawNode { number, line: None, position });
                 }
+                sections.has_points = true;
+                continue;
             }
-            "CELLS" if cells.is_some() => return repeated("CELLS"),
-            "CELLS" => {
-                let (count, size) = (whole("the number of cells")?, whole("the size of the cell list")?);
-                let read = if bytes.starts_with("OFFSETS") { with_offsets } else { with_counts };
-                cells = Some(read(&mut bytes, count, size)?);
-            }
-            "CELL_TYPES" if has_types => return repeated("CELL_TYPES"),
+            "CELL_TYPES" if sections.types.is_some() => return repeated("CELL_TYPES"),
             "CELL_TYPES" => {
-                let count = whole("the number of cell types")?;
-                let Some(cells) = &cells else { return Err(bytes.unexpected("CELLS before CELL_TYPES", &line)) };
-                cells.as_many_types(count).map_err(|defect| bytes.error(defect))?;
-                for number in 0..count {
-                    let code = bytes.whole_i32("a cell type")?;
-                    cells.take(number, code, &mut mesh).map_err(|defect| bytes.error(defect))?;
+                let mut types = Vec::new();
+                for _ in 0..whole("the number of cell types")? {
+                    types.push((bytes.whole_i32("a cell type")?, None));
                 }
-                has_types = true;
+                sections.types = Some(types);
+                continue;
             }
             "CELL_DATA" | "POINT_DATA" => break,
             // The section ends at a blank line.
-            "METADATA" => while !bytes.any_line().is_empty() {},
+            "METADATA" => {
+                while !bytes.any_line().is_empty() {}
+                continue;
+            }
             "FIELD" => {
                 words.next();
-                let arrays = whole_of(&bytes, words.next())?;
-                for _ in 0..arrays {
+                for _ in 0..whole_of(&bytes, words.next())? {
                     skip_array(&mut bytes)?;
                 }
+                continue;
             }
+            "CELLS" => (Some(&mut sections.cells), "CELLS"),
+            "POLYGONS" => (Some(&mut sections.polygons), "POLYGONS"),
+            "TRIANGLE_STRIPS" => (Some(&mut sections.strips), "TRIANGLE_STRIPS"),
+            "VERTICES" | "LINES" => (None, "LINES"),
             _ => return Err(bytes.unexpected("the next section (the counts before it are too low)", &line)),
+        };
+        if cells.as_ref().is_some_and(|cells| cells.is_some()) {
+            return repeated(name);
+        }
+        let (count, size) = (whole("the number of cells")?, whole("the size of the cell list")?);
+        let read = if bytes.starts_with("OFFSETS") { with_offsets } else { with_counts };
+        let found = read(&mut bytes, count, size)?;
+        if let Some(cells) = cells {
+            *cells = Some(found);
         }
     }
-    for (found, section) in [(!mesh.nodes.is_empty(), "POINTS"), (cells.is_some(), "CELLS"), (has_types, "CELL_TYPES")] {
-        if !found {
-            return Err(bytes.error(Defect::MissingSection { section }));
-        }
-    }
+    sections.finish(&mut mesh, None)?;
     Ok(mesh)
 }
 
@@ -87,18 +96,38 @@ fn whole_of(bytes: &Bytes, word: Option<&str>) -> Result<u64, MeshError> {
 
 /// Skips an array of a FIELD: `name components tuples type`, then its numbers.
 fn skip_array(bytes: &mut Bytes) -> Result<(), MeshError> {
-    let line = bytes.required("an array of the FIELD")?;
+    let mut line = bytes.required("an array of the FIELD")?;
+    // an array may be followed by what describes it, up to a blank line
+    while line.eq_ignore_ascii_case("METADATA") {
+        while !bytes.any_line().is_empty() {}
+        line = bytes.required("an array of the FIELD")?;
+    }
     let mut words = line.split_whitespace().skip(1);
     let (components, tuples) = (whole_of(bytes, words.next())?, whole_of(bytes, words.next())?);
+    let values = components.saturating_mul(tuples);
     let name = words.next().unwrap_or_default();
-    let size = match name.to_ascii_lowercase().as_str() {
-        "char" | "unsigned_char" => 1,
-        "short" | "unsigned_short" => 2,
-        "int" | "unsigned_int" | "float" | "vtkidtype" => 4,
-        "long" | "unsigned_long" | "vtktypeint64" | "vtktypeuint64" | "double" => 8,
-        _ => return Err(bytes.unexpected("a type of number", name)),
+    let what = "the end of a FIELD";
+    match (name.to_ascii_lowercase().as_str(), Number::of_vtk(name)) {
+        ("bit", _) => bytes.skip(values.div_ceil(8), 1, what),
+        ("string" | "utf8_string", _) => (0..values).try_for_each(|_| skip_text(bytes)),
+        (_, Some(number)) => bytes.skip(values, number.size(), what),
+        (_, None) => Err(bytes.unexpected("a type of number", name)),
+    }
+}
+
+/// Skips a text: the top two bits of its first byte say in how many bytes its length is written.
+fn skip_text(bytes: &mut Bytes) -> Result<(), MeshError> {
+    let what = "the length of a text";
+    let first = bytes.take(1, what)?[0];
+    let more = match first >> 6 {
+        3 => 0,
+        2 => 1,
+        1 => 3,
+        _ => 7,
     };
-    bytes.skip(components.saturating_mul(tuples), size, "the end of a FIELD")
+    let start = u64::from(first & 0x3f);
+    let length = bytes.take(more, what)?.iter().fold(start, |length, byte| length << 8 | u64::from(*byte));
+    bytes.skip(length, 1, "the end of a text")
 }
 
 /// Reads cells up to version 4: `count` times `i32 nodes, i32 node...`, `size` numbers in all.
@@ -120,8 +149,11 @@ fn with_counts(bytes: &mut Bytes, count: u64, size: u64) -> Result<Cells, MeshEr
 fn with_offsets(bytes: &mut Bytes, count: u64, size: u64) -> Result<Cells, MeshError> {
     let offsets = list(bytes, "OFFSETS", count)?;
     let nodes = list(bytes, "CONNECTIVITY", size)?;
+    if offsets.is_empty() {
+        return Ok(Cells::default());
+    }
     let Some((0, ends)) = offsets.split_first().map(|(first, ends)| (*first, ends)) else {
-        return Err(bytes.unexpected("the first offset 0", offsets.first().map_or("none", |_| "another")));
+        return Err(bytes.unexpected("the first offset 0", "another"));
     };
     Cells::of_lists(nodes, ends).map_err(|defect| bytes.error(defect))
 }
@@ -133,14 +165,8 @@ fn list(bytes: &mut Bytes, keyword: &'static str, count: u64) -> Result<Vec<u64>
     if !words.next().is_some_and(|word| word.eq_ignore_ascii_case(keyword)) {
         return Err(bytes.unexpected(keyword, &line));
     }
-    let wide = match words.next().unwrap_or_default().to_ascii_lowercase().as_str() {
-        "vtktypeint64" | "vtktypeuint64" => true,
-        "vtktypeint32" | "vtktypeuint32" | "int" => false,
-        other => return Err(bytes.unexpected("the type vtktypeint64", other)),
-    };
-    let mut numbers = Vec::new();
-    for _ in 0..count {
-        numbers.push(if wide { bytes.u64(keyword)? } else { bytes.whole_i32(keyword)? });
-    }
-    Ok(numbers)
+    let name = words.next().unwrap_or_default();
+    let kind = Number::of_vtk(name).filter(|kind| !matches!(kind, Number::Real(_)));
+    let kind = kind.ok_or_else(|| bytes.unexpected("the type vtktypeint64", name))?;
+    (0..count).map(|_| bytes.any_whole(kind, keyword)).collect()
 }

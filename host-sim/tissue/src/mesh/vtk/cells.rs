@@ -1,8 +1,10 @@
-//! The cells of a VTK file in any layout, and the tets among them.
+//! The cells of a VTK file in any layout.
 
+use super::kind::{STRIP, in_order, kind};
 use super::{Word, Words};
+use crate::mesh::element::Kind;
 use crate::mesh::error::{Defect, MeshError};
-use crate::mesh::raw::{RawMesh, RawTet};
+use crate::mesh::raw::RawMesh;
 
 /// Nodes of all cells in one list, with the position of every cell in it.
 #[derive(Default)]
@@ -124,55 +126,41 @@ impl Cells {
         }
     }
 
-    /// Reads `CELL_TYPES n`, then one code per cell, and adds the tets to `mesh`.
-    pub fn take_tets(&self, words: &mut Words, mesh: &mut RawMesh) -> Result<(), MeshError> {
-        let announced = words.whole("the number of cell types")?;
-        self.as_many_types(announced).map_err(|defect| words.at().error(defect))?;
-        for number in 0..announced {
-            let code = words.value("CELL_TYPES", "types", announced, number)?;
-            self.take(number, code.whole("a cell type")?, mesh).map_err(|defect| code.at.error(defect))?;
-        }
-        Ok(())
-    }
-
     /// Checks that each cell has a type.
     pub fn as_many_types(&self, announced: u64) -> Result<(), Defect> {
         let found = self.cells.len() as u64;
         if announced == found { Ok(()) } else { Err(Defect::Disagree { what: "CELL_TYPES", says: announced, found }) }
     }
 
-    /// Adds the cell of this number to `mesh` if its type is that of a tet; else counts it as left
-    /// out.
-    pub fn take(&self, number: u64, code: u64, mesh: &mut RawMesh) -> Result<(), Defect> {
-        match code {
-            TET => {
-                let cell = usize::try_from(number).ok().and_then(|number| self.cells.get(number));
-                let corners = cell.and_then(|cell| self.nodes.get(cell.first..cell.end)?.try_into().ok());
-                let nodes = corners.ok_or_else(|| Defect::Expected {
-                    what: "a type that fits the cell (a tet has 4 nodes)",
-                    found: code.to_string(),
-                })?;
-                mesh.tets.push(RawTet { number, line: cell.and_then(|cell| cell.line), nodes, region: 0 });
+    /// Adds all cells as faces, of POLYGONS or `TRIANGLE_STRIPS`.
+    pub fn take_faces(&self, number: &dyn Fn(u64) -> u64, strips: bool, mesh: &mut RawMesh) -> Result<(), Defect> {
+        let code = if strips { STRIP } else { POLYGON };
+        (0..self.cells.len() as u64).try_for_each(|cell| self.take(cell, code, number, mesh))
+    }
+
+    /// Adds the cell of this number to `mesh`; `number` gives the number of each of its points.
+    pub fn take(&self, own: u64, code: u64, number: &dyn Fn(u64) -> u64, mesh: &mut RawMesh) -> Result<(), Defect> {
+        let cell = usize::try_from(own).ok().and_then(|own| self.cells.get(own));
+        let nodes = cell.and_then(|cell| self.nodes.get(cell.first..cell.end)).unwrap_or_default();
+        let mut nodes: Vec<u64> = nodes.iter().map(|node| number(*node)).collect();
+        if code == STRIP {
+            for (n, three) in nodes.windows(3).enumerate() {
+                let [a, b, c] = [three[0], three[1 + n % 2], three[2 - n % 2]];
+                mesh.add(Kind::Face { corners: 3, nodes: 3 }, own, None, &[a, b, c], 0);
             }
-            24 | 71 | 78 => return Err(Defect::HigherOrder),
-            other => mesh.ignore(kind(other)),
+            return Ok(());
         }
+        let kind = kind(code, nodes.len());
+        if let Kind::Solid { nodes: wanted, .. } | Kind::Face { nodes: wanted, .. } = kind
+            && wanted != nodes.len()
+        {
+            let what = "a type that fits the cell (a tet has 4 nodes)";
+            return Err(Defect::Expected { what, found: code.to_string() });
+        }
+        in_order(code, &mut nodes);
+        mesh.add(kind, own, cell.and_then(|cell| cell.line), &nodes, 0);
         Ok(())
     }
 }
 
-/// Type code of `VTK_TETRA`.
-const TET: u64 = 10;
-
-fn kind(code: u64) -> &'static str {
-    match code {
-        1 | 2 => "point",
-        3 | 4 | 21 | 35 | 68 | 75 => "line",
-        5 | 6 | 22 | 34 | 69 | 76 => "triangle",
-        8 | 9 | 23 | 28 | 30 | 70 | 77 => "quad",
-        11 | 12 | 25 | 29 | 33 | 72 | 79 => "hexahedron",
-        13 | 26 | 31 | 32 | 73 | 80 => "prism",
-        14 | 27 | 37 | 74 | 81 => "pyramid",
-        _ => "other",
-    }
-}
+const POLYGON: u64 = 7;

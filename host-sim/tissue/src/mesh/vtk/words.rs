@@ -5,7 +5,8 @@ use crate::mesh::error::{Defect, MeshError};
 use crate::mesh::word::At;
 
 /// Keywords that begin or end the data that is read.
-const SECTIONS: [&str; 5] = ["POINTS", "CELLS", "CELL_TYPES", "CELL_DATA", "POINT_DATA"];
+const SECTIONS: [&str; 9] =
+    ["POINTS", "CELLS", "CELL_TYPES", "VERTICES", "LINES", "POLYGONS", "TRIANGLE_STRIPS", "CELL_DATA", "POINT_DATA"];
 
 pub(super) struct Words<'a> {
     lines: Lines<'a>,
@@ -48,16 +49,62 @@ impl<'a> Words<'a> {
     /// The keyword of the next section. `FIELD` and `METADATA` may occur between sections and are
     /// skipped; anything else there means that a count is wrong.
     pub fn next_section(&mut self) -> Result<Option<Word<'a>>, MeshError> {
-        let Some(word) = self.next() else {
-            return Ok(None);
-        };
-        if is_section(word.text) {
-            return Ok(Some(word));
+        while let Some(word) = self.next() {
+            match word.text.to_ascii_uppercase().as_str() {
+                "FIELD" => self.skip_field()?,
+                "METADATA" => {
+                    if let Some(section) = self.skip_metadata() {
+                        return Ok(Some(section));
+                    }
+                }
+                _ if is_section(word.text) => return Ok(Some(word)),
+                _ => return Err(word.unexpected("the next section (the counts before it are too low)")),
+            }
         }
-        if is_keyword(word.text) {
-            return Ok(self.find(|word| is_section(word.text)));
+        Ok(None)
+    }
+
+    /// Skips the rest of `FIELD name count`: arrays `name components tuples type values...`, where
+    /// each tuple of text has a line of its own.
+    pub fn skip_field(&mut self) -> Result<(), MeshError> {
+        self.required("the name of the FIELD")?;
+        for _ in 0..self.whole("the number of arrays")? {
+            let mut name = self.required("an array of the FIELD")?;
+            // an array may be followed by what describes it
+            while name.text.eq_ignore_ascii_case("METADATA") {
+                name = match self.skip_metadata() {
+                    Some(next) => next,
+                    None => self.required("an array of the FIELD")?,
+                };
+            }
+            let (components, tuples) = (self.whole("the number of components")?, self.whole("the number of tuples")?);
+            let kind = self.required("a type of number")?;
+            let values = components.saturating_mul(tuples);
+            if kind.text.eq_ignore_ascii_case("string") {
+                for _ in 0..values {
+                    self.lines.any_line().ok_or_else(|| self.at().error(Defect::Truncated { what: "the end of a FIELD" }))?;
+                }
+                continue;
+            }
+            for _ in 0..values {
+                self.required("the end of a FIELD")?;
+            }
         }
-        Err(word.unexpected("the next section (the counts before it are too low)"))
+        Ok(())
+    }
+
+    /// Skips what describes an array: the lines up to a blank one, or up to a section, whose
+    /// keyword it returns.
+    fn skip_metadata(&mut self) -> Option<Word<'a>> {
+        self.line = None;
+        while let Some(mut line) = self.lines.any_line() {
+            let first = line.next()?;
+            if is_section(first.text) {
+                self.line = Some(line);
+                return Some(first);
+            }
+        }
+        None
     }
 }
 

@@ -1,5 +1,10 @@
-//! XML VTK, `UnstructuredGrid` (`.vtu`): one piece, with arrays as text, as base64 or appended,
-//! which may be compressed by zlib. Attributes of points and cells are not read.
+//! XML VTK, `UnstructuredGrid` (`.vtu`) and `PolyData` (`.vtp`): pieces, with arrays as text, as
+//! base64 or appended, which may be compressed by zlib. Attributes of points and cells are not read.
+//!
+//! Pieces of a divided mesh repeat the points, and perhaps some cells, on their borders: points of
+//! different pieces at the same place are one.
+
+use std::collections::HashMap;
 
 use roxmltree::{Document, Node};
 
@@ -12,7 +17,7 @@ use crate::mesh::raw::{RawMesh, RawNode};
 /// Start of the element with appended arrays, which is not XML if they are raw.
 const APPENDED: &[u8] = b"<AppendedData";
 
-/// Reads a `.vtu` file.
+/// Reads a `.vtu` or `.vtp` file.
 pub(in crate::mesh) fn read(file: &str, data: &[u8]) -> Result<RawMesh, MeshError> {
     let at = data.windows(APPENDED.len()).position(|window| window == APPENDED);
     let (head, tail) = data.split_at(at.unwrap_or(data.len()));
@@ -73,37 +78,99 @@ impl<'a> Reader<'a> {
             return Err(self.expected(root, "VTKFile", root.tag_name().name()));
         }
         let kind = root.attribute("type").unwrap_or("");
-        let grid = root.children().find(|child| child.has_tag_name("UnstructuredGrid"));
-        let Some(grid) = grid.filter(|_| kind == "UnstructuredGrid") else {
+        if ["PUnstructuredGrid", "PPolyData"].contains(&kind) {
+            return Err(self.error(root, Defect::PieceFiles));
+        }
+        let grid = root.children().find(|child| child.has_tag_name(kind));
+        let Some(grid) = grid.filter(|_| ["UnstructuredGrid", "PolyData"].contains(&kind)) else {
             return Err(self.error(root, Defect::XmlDataSet { found: quoted(kind) }));
         };
-        let mut pieces = grid.children().filter(|child| child.has_tag_name("Piece"));
-        let piece = pieces.next().ok_or_else(|| self.error(grid, Defect::MissingSection { section: "Piece" }))?;
-        if pieces.next().is_some() {
-            return Err(self.error(grid, Defect::Partitioned));
-        }
         let encoding = self.encoding(root)?;
-        let points = self.count(piece, "NumberOfPoints")?;
-        let count = self.count(piece, "NumberOfCells")?;
-        let array = |section: &'static str, name: Option<&str>| self.array(piece, section, name, encoding);
-
-        let (node, positions) = array("Points", None)?;
-        let positions = positions.reals(points.saturating_mul(3)).map_err(|defect| self.error(node, defect))?;
-        let (node, ends) = array("Cells", Some("offsets"))?;
-        let ends = ends.wholes(count).map_err(|defect| self.error(node, defect))?;
-        let (node, nodes) = array("Cells", Some("connectivity"))?;
-        let nodes = nodes.wholes(ends.last().copied().unwrap_or(0)).map_err(|defect| self.error(node, defect))?;
-        let (node, types) = array("Cells", Some("types"))?;
-        let types = types.wholes(count).map_err(|defect| self.error(node, defect))?;
-
+        let pieces: Vec<_> = grid.children().filter(|child| child.has_tag_name("Piece")).collect();
+        if pieces.is_empty() {
+            return Err(self.error(grid, Defect::MissingSection { section: "Piece" }));
+        }
         let mut mesh = RawMesh::new("XML VTK", self.file);
-        let places = positions.as_chunks::<3>().0;
-        mesh.nodes.extend((0..).zip(places).map(|(number, at)| RawNode { number, line: None, position: *at }));
-        let cells = Cells::of_lists(nodes, &ends).map_err(|defect| self.error(node, defect))?;
-        for (number, code) in (0..).zip(types) {
-            cells.take(number, code, &mut mesh).map_err(|defect| self.error(node, defect))?;
+        let mut at_place = HashMap::new();
+        for piece in &pieces {
+            let numbers = self.points(*piece, encoding, &mut mesh, (pieces.len() > 1).then_some(&mut at_place))?;
+            // a point that does not exist in one piece keeps its number for the message, and must not
+            // become one of another
+            let missing = if pieces.len() == 1 { 0 } else { 1 << 62 };
+            let number = |point: u64| numbers.get(point as usize).copied().unwrap_or(point | missing);
+            match kind {
+                "PolyData" => {
+                    for (section, count, strips) in [("Polys", "NumberOfPolys", false), ("Strips", "NumberOfStrips", true)] {
+                        let count = if piece.has_attribute(count) { self.count(*piece, count)? } else { 0 };
+                        if count > 0 {
+                            let (node, cells) = self.cells(*piece, section, count, encoding)?;
+                            let taken = cells.take_faces(&number, strips, &mut mesh);
+                            taken.map_err(|defect| self.error(node, defect))?;
+                        }
+                    }
+                }
+                _ => {
+                    let count = self.count(*piece, "NumberOfCells")?;
+                    if count == 0 && pieces.len() > 1 {
+                        continue;
+                    }
+                    let (_, cells) = self.cells(*piece, "Cells", count, encoding)?;
+                    let (node, types) = self.array(*piece, "Cells", Some("types"), encoding)?;
+                    let types = types.wholes(count).map_err(|defect| self.error(node, defect))?;
+                    for (own, code) in (0..).zip(types) {
+                        cells.take(own, code, &number, &mut mesh).map_err(|defect| self.error(node, defect))?;
+                    }
+                }
+            }
         }
         Ok(mesh)
+    }
+
+    /// Adds the points of a piece to a mesh, without those at a place in `at_place`; returns the
+    /// number of each in the mesh.
+    fn points(
+        &self,
+        piece: Node<'a, 'a>,
+        encoding: Encoding,
+        mesh: &mut RawMesh,
+        mut at_place: Option<&mut HashMap<[u64; 3], u64>>,
+    ) -> Result<Vec<u64>, MeshError> {
+        let points = self.count(piece, "NumberOfPoints")?;
+        if points == 0 && at_place.is_some() {
+            return Ok(Vec::new());
+        }
+        let (node, positions) = self.array(piece, "Points", None, encoding)?;
+        let positions = positions.reals(points.saturating_mul(3)).map_err(|defect| self.error(node, defect))?;
+        let mut numbers = Vec::new();
+        for position in positions.as_chunks::<3>().0 {
+            let own = mesh.nodes.len() as u64;
+            let number = match &mut at_place {
+                // adding zero makes -0 and 0 equal
+                Some(at_place) => *at_place.entry(position.map(|x| (x + 0.0).to_bits())).or_insert(own),
+                None => own,
+            };
+            if number == own {
+                mesh.nodes.push(RawNode { number, line: None, position: *position });
+            }
+            numbers.push(number);
+        }
+        Ok(numbers)
+    }
+
+    /// The cells of a section of a piece, and the element of their nodes for error messages.
+    fn cells(
+        &self,
+        piece: Node<'a, 'a>,
+        section: &'static str,
+        count: u64,
+        encoding: Encoding,
+    ) -> Result<(Node<'a, 'a>, Cells), MeshError> {
+        let (node, ends) = self.array(piece, section, Some("offsets"), encoding)?;
+        let ends = ends.wholes(count).map_err(|defect| self.error(node, defect))?;
+        let (node, nodes) = self.array(piece, section, Some("connectivity"), encoding)?;
+        let nodes = nodes.wholes(ends.last().copied().unwrap_or(0)).map_err(|defect| self.error(node, defect))?;
+        let cells = Cells::of_lists(nodes, &ends).map_err(|defect| self.error(node, defect))?;
+        Ok((node, cells))
     }
 
     /// Encoding of the numbers that the file does not write as text.
