@@ -216,7 +216,8 @@ mod tests {
         let (limits, mut slew, mut sent_n) = (limits(), Slew::build(1e-3), Vector3::zeros());
         let mut last = std::vec::Vec::new();
         for n in 0..2_000_u16 {
-            let wanted_n = if (n / 7).is_multiple_of(2) { Vector3::new(-0.17, -0.37, 0.56) } else { Vector3::new(-0.02, -0.36, 0.35) };
+            let wanted_n =
+                if (n / 7).is_multiple_of(2) { Vector3::new(-0.17, -0.37, 0.56) } else { Vector3::new(-0.02, -0.36, 0.35) };
             let seen = Seen { sent_n, ..Seen::none(&limits) };
             sent_n = slew.shape(wanted_n, &seen, &mut ClampFlags::default());
             if n >= 400 {

@@ -16,8 +16,10 @@ use crate::force_out::{DacCode, Outputs};
 use crate::port::Port;
 use crate::probe_in::{EncoderCounts, JointReading, Reading};
 
-/// Ticks without a message from the host after which it counts as lost.
-const SILENCE_TICKS: u8 = 20;
+/// Ticks without a message from the host after which it counts as lost: while a motor is driven,
+/// and while the outputs are off, where a busy host may pause.
+const SILENCE_TICKS: u16 = 20;
+const PAUSE_TICKS: u16 = 500;
 
 /// A commissioning in progress, or its outcome until another one begins.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +32,7 @@ pub struct Bench {
     /// Reading that the loop sees meanwhile.
     shown: Reading,
     confirmed: bool,
-    silent_ticks: u8,
+    silent_ticks: u16,
 }
 
 /// Knowledge of the host of the device before its commissioning. The board's own profile is not
@@ -210,7 +212,9 @@ impl Bench {
             self.stop(Trouble::Faulted);
         }
         let left = command.late_ticks > 0 || command.operator_absent || command.asked == Some(Ask::Stop);
-        if left || self.silent_ticks >= SILENCE_TICKS {
+        let drives = matches!(self.commissioning.stage(), Stage::Drive(_));
+        let most_ticks = if drives { SILENCE_TICKS } else { PAUSE_TICKS };
+        if left || self.silent_ticks >= most_ticks {
             self.stop(Trouble::Interrupted);
         }
         let Reading::Joints(JointReading { counts, status: SensorStatus::Good, .. }) = reading else {

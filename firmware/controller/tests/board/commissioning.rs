@@ -263,6 +263,16 @@ fn whatever_interrupts_it_turns_the_outputs_off_in_the_same_tick() {
 }
 
 #[test]
+fn a_host_that_pauses_ends_it_only_while_a_motor_is_driven() {
+    let (device, setup) = axes([0, 1, 2], [0, 1, 2], [1.0; 3], 1.0);
+    let mut rig = Rig::begin(device, &setup);
+    (0..499).for_each(|_| _ = rig.step(Command::default()));
+    assert_eq!(rig.stage(), Stage::Start(0), "the outputs are off");
+    rig.step(Command::default());
+    assert_eq!(rig.stage(), Stage::Stopped(Trouble::Interrupted));
+}
+
+#[test]
 fn another_patch_or_profile_turns_the_outputs_off_before_it_is_opened() {
     let mut rig = driven();
     rig.haptic.end_commissioning();
