@@ -15,7 +15,7 @@ use palpate_loop::closed_loop::plant::Plant;
 /// Ticks of a motion by hand.
 const MOTION_TICKS: u32 = 400;
 
-/// What the user does.
+/// Action of the user.
 #[derive(Clone, Debug)]
 enum User {
     /// Nothing: the motors move the handle.

@@ -67,8 +67,8 @@ impl Shaper for Longest {
 }
 
 /// Largest growth of the force under a probe at rest [N/s].
-/// Source: derived; a force that rises for half a period at 8 Hz then swings by 6 mN, a fifth of the
-/// 30 mN that a bare finger notices on such devices (DECISIONS.md).
+/// Source: derived; a force that rises for half a period at 8 Hz then swings by 6 mN, a fifth of
+/// the 30 mN that a bare finger notices on such devices (DECISIONS.md).
 pub const RESTING_N_PER_S: f32 = 0.1;
 
 /// Limits the force to the cap, and its growth since the last tick to the slew limit.

@@ -291,7 +291,8 @@ fn forces_on_their_way_are_reserved_for() {
     assert!(paid_n(2.0, 4, 5e-3) < 0.9 * paid_n(0.0, 4, 5e-3));
     // without a delay, the amplifier alone holds a force that goes on
     assert!(paid_n(2.0, 0, 5e-3) < 0.9 * paid_n(0.0, 0, 5e-3));
-    // of a heavy handle, in closed form: every force on its way acts for a tick, when its turn comes
+    // of a heavy handle, in closed form: every force on its way acts for a tick, when its turn
+    // comes
     let heavy = DeviceSpec { delay_ticks: 4, mass_kg: 5.0, ..stylus() };
     let mut port = Port::with(heavy, settings);
     (0..100).for_each(|_| _ = port.step(0.0, 0.0));

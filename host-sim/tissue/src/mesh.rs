@@ -13,7 +13,7 @@ mod gmsh;
 pub mod import;
 mod lines;
 mod pairs;
-mod quality;
+pub(crate) mod quality;
 mod raw;
 mod resolve;
 mod solid;

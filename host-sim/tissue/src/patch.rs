@@ -19,9 +19,9 @@ use palpate::{
 };
 
 use crate::mesh::TetMesh;
+use crate::mesh::quality::element_size;
 use crate::scene::Inclusion;
 use crate::tissue::{Joint, Tissue, ratio_of};
-pub(crate) use foundation::element_size;
 pub use rim::RimSprings;
 use stiffness::Elastic;
 
@@ -167,7 +167,7 @@ impl Patch {
             stiffening_per_m: model.stiffening_per_m,
             depth_limit_m: model.depth_limit_m,
             site_m: file.site_m.into(),
-            element_m: foundation::element_size(nearest),
+            element_m: element_size(nearest),
             fitted_places: file.fitted_places,
             scaled: false,
             nodes: model.nodes.to_vec(),

@@ -65,7 +65,7 @@ pub struct Report {
     pub element_mm: f64,
     /// Number of tets whose orientation the import reversed.
     pub flipped_tets: usize,
-    /// What the import left out or made of other elements, a phrase for each.
+    /// Phrases for everything that the import left out or made of other elements.
     pub notes: Vec<String>,
     /// Longest stable substep at rest [ms].
     pub stable_rest_ms: f64,
@@ -205,8 +205,8 @@ impl Session {
     }
 }
 
-/// Largest element of a mesh file at the site, in probe radii (1): from there on, a tip pressed by a
-/// tenth of its radius may touch none of the points of a surface triangle.
+/// Largest element of a mesh file at the site, in probe radii (1): from there on, a tip pressed by
+/// a tenth of its radius may touch none of the points of a surface triangle.
 pub const COARSEST_RADII: f64 = 2.0;
 
 /// Refuses the mesh of a file that the tick cannot hold, or whose elements are too coarse for the

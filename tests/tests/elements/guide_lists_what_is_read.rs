@@ -122,7 +122,7 @@ fn every_format_is_read_as_the_guide_says() {
     }
 }
 
-/// The same document with its arrays in base64.
+/// A document with its arrays in base64.
 fn in_base64(document: &str) -> Vec<u8> {
     use base64::Engine;
     let mut out = String::new();

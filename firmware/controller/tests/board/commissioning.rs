@@ -84,7 +84,8 @@ impl Rig {
         assert_eq!(rig.haptic.controller.mode(), Mode::Idle);
         let reading = rig.reading();
         rig.haptic.commission(setup, reading);
-        // what the encoders count from is not known: it wraps, and single precision does not hold it
+        // what the encoders count from is not known: it wraps, and single precision does not hold
+        // it
         rig.device.middle = i32::MAX - 1_000;
         rig
     }

@@ -29,9 +29,9 @@ pub struct FaultsArgs {
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(10..=MOST_CASES), conflicts_with_all = ["runs", "soak_s"])]
     pub paths: Option<u64>,
     /// Instead, run this many random yielding hands (at least 10), every second one on a shipped
-    /// device, a fixed family of light hands on stiff tissue, and, without --quick, a minute of each
-    /// motion on each shipped device. Writes hands.csv and summary.json; exits with 1 if more energy
-    /// is given, or less force is felt, than promised.
+    /// device, a fixed family of light hands on stiff tissue, and, without --quick, a minute of
+    /// each motion on each shipped device. Writes hands.csv and summary.json; exits with 1 if more
+    /// energy is given, or less force is felt, than promised.
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(10..=MOST_CASES), conflicts_with_all = ["runs", "soak_s", "paths"])]
     pub hands: Option<u64>,
     /// Instead, search over hands, motions, tissues, tips and devices for the most energy that a

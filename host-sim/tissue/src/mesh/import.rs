@@ -52,7 +52,7 @@ pub struct ImportReport {
 }
 
 impl ImportReport {
-    /// What was changed on the way from the solids of the file to tets, a phrase for each change.
+    /// Phrases for every change on the way from the solids of the file to tets.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let divided = self.divided.iter().map(|(kind, n)| format!("{n} element(s) of type {kind} divided into tets"));

@@ -55,6 +55,11 @@ fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
+/// Side of the equilateral triangle with this area [m].
+pub(crate) fn element_size(area_m2: f64) -> f64 {
+    (4.0 * area_m2 / 3.0_f64.sqrt()).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -62,7 +62,7 @@ pub struct SurfaceReport {
 }
 
 impl SurfaceReport {
-    /// What was left out or is doubtful, a phrase for each.
+    /// Phrases for everything that was left out or is doubtful.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let copies = (self.copies > 0).then(|| format!("{} triangle(s) left out, copies of others", self.copies));
@@ -184,7 +184,7 @@ pub(super) fn checked(file: &str, raw: RawSurface, unit_m: f64) -> Result<Import
     let surface = surface.ok_or_else(|| error(Defect::NoTriangles))?;
     // in file units, since rounding to metres may move a corner through a triangle that it touches
     let found = crossings(&surface, &closed.vertices, &closed.triangles);
-    let crossings = found.map(|Crossings { pairs, near, share }| (pairs, closed::place(near), share));
+    let crossings = found.map(|Crossings { pairs, near, share }| (pairs, nested::place(near), share));
     if let Some((pairs, near, _)) = crossings.clone().filter(|(_, _, share)| *share > CROSSING_SHARE) {
         return Err(error(Defect::Crossing { pairs, near }));
     }

@@ -34,7 +34,7 @@ pub enum Stance {
     Edge,
 }
 
-/// What a mesh would take.
+/// Cost of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {
     /// About the number of its nodes.
@@ -60,8 +60,8 @@ impl Turned {
         self.mesh_with(name, (implicit_m, false), bounds_m, Stance::Face)
     }
 
-    /// Meshes the shape as [`Self::mesh`] does, on a lattice of the given stance. `is_distance` says
-    /// that the implicit function is the distance, which saves most of its evaluations.
+    /// Meshes the shape as [`Self::mesh`] does, on a lattice of the given stance. `is_distance`
+    /// says that the implicit function is the distance, which saves most of its evaluations.
     ///
     /// # Errors
     /// Errors of [`Self::mesh`].
@@ -84,8 +84,8 @@ impl Turned {
         Ok(mesh)
     }
 
-    /// What a mesh of the shape would take, from samples of the lattice. A lattice that does not fit
-    /// into memory is sampled as a coarser one that grows alike.
+    /// Cost of a mesh of the shape, from samples of the lattice. A lattice that does not
+    /// fit into memory is sampled as a coarser one that grows alike.
     pub fn expected(&self, implicit_m: &dyn Fn([f64; 3]) -> f64, bounds_m: [[f64; 3]; 2], stance: Stance) -> Expected {
         let mut coarser = 1.0;
         let lattice = loop {

@@ -5,6 +5,7 @@ use palpate::stages::force::foundation::point_weights;
 use palpate::{FoundationPoint, Triangle};
 
 use super::{Material, Multipliers};
+use crate::mesh::quality::element_size;
 use crate::tissue::Tissue;
 
 pub(super) struct Foundation {
@@ -40,11 +41,6 @@ pub(super) fn of(tissue: &Tissue, material: &Material, multipliers: Option<&Mult
         triangles.push(Triangle { node: t.map(|n| n as u16), reserved: 0 });
     }
     Foundation { triangles, points, stiffening_per_m: stiffening, element_m }
-}
-
-/// Side of the equilateral triangle with this area [m].
-pub(crate) fn element_size(area_m2: f64) -> f64 {
-    (4.0 * area_m2 / 3.0_f64.sqrt()).sqrt()
 }
 
 fn area([a, b, c]: [[f64; 3]; 3]) -> f64 {

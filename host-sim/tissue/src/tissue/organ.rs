@@ -9,8 +9,8 @@ use nalgebra::Vector3;
 use super::organ_source::{OrganSource, Site};
 use super::{boundary, nearest_on_triangle};
 use crate::mesh::TetMesh;
+use crate::mesh::quality::element_size;
 use crate::organ::{Fine, OrganError, Stance, Turned};
-use crate::patch::element_size;
 use crate::scene::{ORGAN_NODES, Scene, SceneError};
 
 /// Number of nodes of an organ if the scene gives none, and its elements under the probe are then

@@ -137,7 +137,7 @@ impl OrganSource {
         Err(OrganError::TooCoarse { organ, spacing_m, defect })
     }
 
-    /// What such a mesh would take.
+    /// Cost of such a mesh.
     pub(super) fn expected(&self, turned: &Turned, stance: Stance) -> Expected {
         turned.expected(&|x| self.value_m(x), self.bounds_m(), stance)
     }
@@ -154,7 +154,7 @@ impl OrganSource {
         self.thickness_in(site, STEPS)
     }
 
-    /// The same within a share of a millimetre, for messages.
+    /// Thickness within a share of a millimetre, for messages.
     pub(super) fn exact_thickness_m(&self, site: &Site) -> f64 {
         self.thickness_in(site, 50 * STEPS)
     }
@@ -175,7 +175,8 @@ impl OrganSource {
             // faces
             Self::File(_, own, _) if underside(own, axis).is_empty() => Vec::new(),
             Self::Surface(surface, _) if !surface.triangles_m().any(|t| faces_away(t, axis)) => Vec::new(),
-            // a wall may be thinner than the elements, which then face anywhere: the surface decides
+            // a wall may be thinner than the elements, which then face anywhere: the surface
+            // decides
             Self::File(surface, ..) => {
                 let mut nodes = underside(mesh, axis);
                 nodes.retain(|n| !surface.wall(mesh.nodes_m[*n as usize]).0);

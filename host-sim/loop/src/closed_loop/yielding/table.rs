@@ -110,8 +110,8 @@ impl HandsTable {
             // a shipped device is promised what the first group is
             let [first, ..] = LATENESSES;
             let group = LATENESSES.into_iter().find(|group| group.name == name).unwrap_or(first);
-            // a press that is held at the force limit is relieved, which takes some of the force of a
-            // minute; what is judged there is that none is lost
+            // a press that is held at the force limit is relieved, which takes some of the force of
+            // a minute; what is judged there is that none is lost
             let least_felt = if name == MINUTES { 0.0 } else { group.least_felt };
             broken.extend(row.broken(name, least_felt, group.any_over));
         }

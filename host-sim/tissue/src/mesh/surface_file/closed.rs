@@ -2,7 +2,7 @@
 
 use super::RawSurface;
 use super::copies::{Unique, unique};
-use super::nested::{Body, outward};
+use super::nested::{Body, outward, place};
 use super::weld::{extent, in_use, weld};
 use crate::mesh::error::Defect;
 use crate::mesh::pairs::{Beyond, Unpaired, Wedge, neighbours, part};
@@ -88,12 +88,6 @@ fn defect(vertices: &[[f64; 3]], unpaired: &Unpaired) -> Defect {
         (None, Some(edge)) => Defect::CrowdedEdge { edges: crowded.len(), near: middle(*edge) },
         (None, None) => Defect::NoTriangles,
     }
-}
-
-/// A place as text for messages, in file units.
-pub(super) fn place(at: [f64; 3]) -> String {
-    let [x, y, z] = at.map(|c| format!("{c:.4}").trim_end_matches('0').trim_end_matches('.').to_owned());
-    format!("({x}, {y}, {z})")
 }
 
 /// Piece that every triangle belongs to, and whether the triangle must be reversed to face as the

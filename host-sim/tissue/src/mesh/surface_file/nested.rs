@@ -1,6 +1,5 @@
 //! Tells the closed pieces of a surface apart: the outer one, hollows in it, and labels.
 
-use super::closed::place;
 use crate::mesh::distance::ClosedSurface;
 use crate::mesh::error::Defect;
 
@@ -78,4 +77,10 @@ pub(super) fn outward(
     }
     let hollow: f64 = hollows.iter().map(|n| volumes[*n].abs()).sum();
     Ok(Body { hollows: hollows.len(), labels, volume: volumes[largest].abs() - hollow })
+}
+
+/// A place as text for messages, in file units.
+pub(super) fn place(at: [f64; 3]) -> String {
+    let [x, y, z] = at.map(|c| format!("{c:.4}").trim_end_matches('0').trim_end_matches('.').to_owned());
+    format!("({x}, {y}, {z})")
 }

@@ -16,8 +16,9 @@ pub(super) fn is_exactly_binary(data: &[u8]) -> bool {
     count(data).is_some_and(|count| count > 0 && data.len() == HEADER + 4 + TRIANGLE * count)
 }
 
-/// Whether the file begins as text does. Many programs begin a binary file with `solid` as well; but
-/// no number of triangles that fits into a file fills four bytes, and no text has a byte of zeros.
+/// Whether the file begins as text does. Many programs begin a binary file with `solid` as well;
+/// but no number of triangles that fits into a file fills four bytes, and no text has a byte of
+/// zeros.
 pub(super) fn is_text(data: &[u8]) -> bool {
     let head = data.trim_ascii_start();
     let is_solid = head.get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid"));

@@ -1,5 +1,6 @@
 //! XML VTK, `UnstructuredGrid` (`.vtu`) and `PolyData` (`.vtp`): pieces, with arrays as text, as
-//! base64 or appended, which may be compressed by zlib. Attributes of points and cells are not read.
+//! base64 or appended, which may be compressed by zlib. Attributes of points and cells are not
+//! read.
 //!
 //! Pieces of a divided mesh repeat the points, and perhaps some cells, on their borders: points of
 //! different pieces at the same place are one.
@@ -94,8 +95,8 @@ impl<'a> Reader<'a> {
         let mut at_place = HashMap::new();
         for piece in &pieces {
             let numbers = self.points(*piece, encoding, &mut mesh, (pieces.len() > 1).then_some(&mut at_place))?;
-            // a point that does not exist in one piece keeps its number for the message, and must not
-            // become one of another
+            // a point that does not exist in one piece keeps its number for the message, and must
+            // not become one of another
             let missing = if pieces.len() == 1 { 0 } else { 1 << 62 };
             let number = |point: u64| numbers.get(point as usize).copied().unwrap_or(point | missing);
             match kind {
