@@ -43,8 +43,8 @@ const AWAY: Duration = Duration::from_millis(400);
 /// Time of silence after which an armed board treats the host as gone. It is longer because on a
 /// busy machine a host may be delayed by half a second.
 const AWAY_FROM_FORCE: Duration = Duration::from_secs(10);
-/// Such a time for a board that is commissioned: shorter than the two seconds for which the next host
-/// waits for a board, if the last one ended without the board hearing of it.
+/// Such a time for a board that is commissioned: shorter than the two seconds for which the next
+/// host waits for a board, if the last one ended without the board hearing of it.
 const AWAY_FROM_COMMISSIONING: Duration = Duration::from_millis(1_500);
 /// Time limit for an event. Events take a second or two; a missing one must not hang the tests.
 const LONGEST: Duration = Duration::from_secs(300);

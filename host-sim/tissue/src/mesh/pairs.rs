@@ -39,7 +39,8 @@ pub(super) fn sides(triangles: &[[u32; 3]]) -> Vec<Side> {
     sides
 }
 
-/// Volumes that several pairs of triangles that meet in an edge enclose between the two of each pair.
+/// Volumes that several pairs of triangles that meet in an edge enclose between the two of each
+/// pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Wedge {
     Body,
