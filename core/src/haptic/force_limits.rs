@@ -10,7 +10,7 @@
 //! makes it ring for up to 0.15 s. But a probe that rests at an edge of the tissue, or whose tip is
 //! hardly wider than an element, may lose and regain a foundation point again and again; the force
 //! then swings for ever, by newtons at worst, although the hand is given no energy. So from
-//! [`RINGS_S`] after the last count on the force grows at [`RESTING_N_PER_S`] at most: a swing
+//! `RINGS_S` after the last count on the force grows at [`RESTING_N_PER_S`] at most: a swing
 //! leaves the hand its lowest force, and any other force at rest is as it was. The next count ends
 //! this.
 //!

@@ -36,7 +36,7 @@ const QUIET: u16 = 200;
 /// (DECISIONS.md).
 const SHARE: f32 = 0.025;
 
-/// The force shakes if its change per tick, low-passed with [`SHARE`], exceeds this [N]:
+/// The force shakes if its change per tick, low-passed with `SHARE`, exceeds this [N]:
 /// about 18 mN RMS.
 /// Source: chosen; below the 20 mN from which `palpate loop` calls a force a vibration.
 pub const SHAKES_N: f32 = 15e-3;
