@@ -6,7 +6,7 @@ use palpate_lab::accept::{Figure, Picture, Row, TESTS, table};
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 /// Page of the book that shows a line of every test.
-const PAGE: &str = "../host-sim/book/src/results/reality.md";
+const PAGE: &str = "../book/src/results/reality.md";
 
 /// Pictures whose curves `live` shows beside the tissue.
 const SHOWN: [&str; 2] = ["beef_topside", "liver_region_1"];
