@@ -65,7 +65,7 @@ fn shown(picture: &Picture) -> (String, String) {
             text.push_str(&format!("{},{x:.2},{y:.4}\n", curve.name.replace(',', ";")));
         }
     }
-    (format!("../host-sim/live/accepted/{}.csv", picture.name), text)
+    (format!("../live/accepted/{}.csv", picture.name), text)
 }
 
 /// Whether two such texts are equal except for rounding.
