@@ -97,6 +97,7 @@ fn plan() -> Plan {
 
 /// Runs a commissioning with the steps of its user. `seen` is called after every tick.
 fn run(handle: &mut Handle, plan: Plan, mut seen: impl FnMut(&mut Commissioning, &mut Handle)) -> Result<Commissioned, Trouble> {
+    let most_n = plan.force_limit_n.min(0.5);
     let mut commissioning = Commissioning::new(plan);
     let (mut from_m, mut since) = (handle.at_m, 0_u32);
     for _ in 0..200_000 {
@@ -117,7 +118,7 @@ fn run(handle: &mut Handle, plan: Plan, mut seen: impl FnMut(&mut Commissioning,
         let left = stage.asks() && commissioning.stage() != stage && !commissioning.stage().ended();
         assert!(confirms || !left, "{stage:?} was left without the user");
         let drives = commands_n.iter().filter(|n| **n != 0.0).count();
-        assert!(commands_n.iter().all(|n| n.abs() <= 0.5) && drives <= 1, "{commands_n:?}");
+        assert!(commands_n.iter().all(|n| n.abs() <= most_n) && drives <= 1, "{commands_n:?}");
         assert!(drives == 0 || matches!(commissioning.stage(), Stage::Drive(_)), "{commands_n:?} in {stage:?}");
         if matches!(stage, Stage::Drive(_)) {
             handle.drive(commands_n, from_m);
@@ -176,6 +177,14 @@ fn friction_mass_delay_and_lag_are_measured() {
             assert!((f64::from(found.count_m[axis]) - count_m).abs() < 0.02 * count_m + 1e-7, "{found:?}");
         }
     }
+}
+
+#[test]
+fn a_weak_device_is_pushed_with_its_own_limit_at_most() {
+    let weak = Plan { force_limit_n: 0.15, ..plan() };
+    assert!(found(&mut handle(), weak).friction_n.iter().all(|n| (n - 0.05).abs() < 5e-3));
+    let stuck = run(&mut Handle { friction_n: 0.2, ..handle() }, weak, |_, _| ());
+    assert_eq!(stuck, Err(Trouble::Stuck(0)));
 }
 
 #[test]

@@ -16,9 +16,9 @@ use crate::force_out::{DacCode, Outputs};
 use crate::port::Port;
 use crate::probe_in::{EncoderCounts, JointReading, Reading};
 
-/// Ticks without a message from the host after which it counts as lost: while a motor is driven,
-/// and while the outputs are off, where a busy host may pause.
+/// Ticks without a message from the host after which it counts as lost while a motor is driven.
 const SILENCE_TICKS: u16 = 20;
+/// Such ticks while the outputs are off: a busy host may pause.
 const PAUSE_TICKS: u16 = 500;
 
 /// A commissioning in progress, or its outcome until another one begins.

@@ -177,9 +177,10 @@ fn print_report(scene: &Scene, session: &Session) {
     println!("  expected  about {:.4} N at 1 mm (a half-space under this probe)", r.half_space_force_at_1mm_n);
     if r.element_mm > 1e3 * scene.probe.radius_m {
         println!(
-            "  warning   elements under the probe ({:.1} mm) are larger than its radius ({:.1} mm): the force is not resolved; take more nodes",
+            "  warning   elements under the probe ({:.1} mm) are larger than its radius ({:.1} mm): the force is not resolved; take more nodes, or for a mesh of tets fit a piece (palpate fit --scene {})",
             r.element_mm,
-            scene.probe.radius_m * 1e3
+            scene.probe.radius_m * 1e3,
+            scene.file
         );
     }
     println!("  model     {}", Standing::of(scene, &session.patch).sentence(scene));

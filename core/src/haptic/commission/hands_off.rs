@@ -254,7 +254,7 @@ impl HandsOff {
             (*n, *m) = (force_n, moved_m);
         }
         if moved_m < RAMP_M || moved.abs() < 2.0 {
-            if force_n <= MOST_N {
+            if force_n <= self.most_n() {
                 return Ok((motor, self.direction() * force_n));
             }
             // a device of fewer axes has fewer motors
@@ -293,7 +293,13 @@ impl HandsOff {
     /// Force of a stroke [N].
     fn stroke_n(&self) -> f32 {
         let margin_n = between(STROKE * self.plan.force_limit_n, STROKE_N[0], STROKE_N[1]);
-        between(self.moved_n() + margin_n, 0.0, MOST_N)
+        between(self.moved_n() + margin_n, 0.0, self.most_n())
+    }
+
+    /// Largest force of a push [N]: that of a device that was not commissioned, or the device's own
+    /// limit.
+    fn most_n(&self) -> f32 {
+        between(self.plan.force_limit_n, 0.0, MOST_N)
     }
 
     fn stroke(&mut self, at_m: [f32; 3]) -> Result<(u8, f32), Trouble> {

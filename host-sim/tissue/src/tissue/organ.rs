@@ -106,8 +106,8 @@ pub(super) fn graded(scene: &Scene, shape: &OrganSource, site: &Site) -> Result<
         };
     }
     let mut best: Option<Rc<Attempt>> = None;
-    let mut wanted = DEFAULT_ORGAN_NODES;
-    while wanted <= *ORGAN_NODES.end() {
+    let (mut wanted, most) = (DEFAULT_ORGAN_NODES, *ORGAN_NODES.end());
+    loop {
         if let Some(found) = search.best(wanted)?.filter(|found| ORGAN_NODES.contains(&found.nodes())) {
             // a thin shape or a narrow hollow may need more nodes from the start
             wanted = wanted.max(found.nodes());
@@ -120,7 +120,10 @@ pub(super) fn graded(scene: &Scene, shape: &OrganSource, site: &Site) -> Result<
                 break;
             }
         }
-        wanted *= MORE;
+        if wanted >= most {
+            break;
+        }
+        wanted = (wanted * MORE).min(most);
     }
     match best {
         Some(best) if best.element_m <= radius_m && best.cut_m <= radius_m => Ok(best.mesh.clone()),
@@ -263,10 +266,14 @@ impl Search<'_> {
         self.scene.bad(key, &format!("{given}{why}{advice}"))
     }
 
-    /// Says how thick the shape is, and how many nodes that would take.
+    /// Says how thick the shape is, and how many nodes that would take; where these would fit, that
+    /// no mesh held the shape.
     fn too_thin(&self) -> String {
         let (name, thickness_m) = (self.shape.name(), self.shape.exact_thickness_m(self.site));
         let expected = self.shape.expected(&self.turned(thickness_m / ACROSS), Stance::Face).nodes;
+        if expected <= *ORGAN_NODES.end() as f64 {
+            return format!("no mesh that was tried holds the shape of {name} at this site");
+        }
         let nodes = if expected.is_finite() { format!("about {expected:.0} nodes") } else { "millions of nodes".to_owned() };
         let [thickness_mm, element_mm] = [thickness_m, thickness_m / ACROSS].map(|m| m * 1e3);
         format!("{name} is {thickness_mm:.1} mm thick at this site, and elements of {element_mm:.2} mm would take {nodes}")
