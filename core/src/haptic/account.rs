@@ -45,7 +45,6 @@ use crate::stages::output::Output;
 /// Source: derived; the longest delay, and the force of this tick. The best window for counts of 55
 /// um is six ticks ([`EnergyAccount::build`]).
 const LINE: usize = DeviceSpec::MOST_DELAY_TICKS as usize + 1;
-const _: () = assert!(256 % LINE == 0, "the index wraps at 256");
 /// Time after the last force within which a new touch belongs to the same contact [s], besides
 /// delay and lag: no hand taps faster, so touches that follow sooner are a limit cycle. Source:
 /// chosen; above the 19 ms between the bounces of a flat tip, which drew 20 mJ in 30 s while each
@@ -212,6 +211,7 @@ impl EnergyAccount {
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting or the number of the device.
     pub fn build(settings: &AccountSettings, device: &DeviceSpec, tick_s: f32) -> Result<Self, BuildError> {
+        const { assert!(256 % LINE == 0, "the index wraps at 256") };
         settings.check()?;
         device.check()?;
         let (mut lag_left, mut lag_mean) = (0.0, 0.0);
