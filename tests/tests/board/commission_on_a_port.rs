@@ -127,6 +127,7 @@ fn ended(outcome: &Outcome, code: i32, says: &str) {
 }
 
 #[test]
+#[ignore = "long: needs an idle machine, because a free handle cannot be fed ahead of a host that pauses"]
 fn a_device_that_is_wired_wrongly_is_commissioned_and_nothing_that_ends_it_changes_the_profile() {
     // motors and encoders swapped and mirrored, and counts of a tenth of the stated size
     let mistake = *MISTAKES.last().unwrap();
