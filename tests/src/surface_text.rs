@@ -150,3 +150,23 @@ impl Triangles {
         bytes
     }
 }
+
+/// The projective plane on six corners: a closed surface of one side.
+#[must_use]
+pub fn projective_plane() -> Triangles {
+    Triangles {
+        corners_mm: (0..6).map(|n| [f64::from(n), f64::from(n * n), f64::from(n * n * n)]).collect(),
+        triangles: vec![
+            [0, 1, 2],
+            [0, 2, 3],
+            [0, 3, 4],
+            [0, 4, 5],
+            [0, 5, 1],
+            [1, 2, 4],
+            [2, 3, 5],
+            [3, 4, 1],
+            [4, 5, 2],
+            [5, 1, 3],
+        ],
+    }
+}

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use palpate_tests::palpate_command::repository;
-use palpate_tests::surface_text::{Triangles, ball};
+use palpate_tests::surface_text::{Triangles, ball, projective_plane};
 use palpate_tissue::mesh::import::{MeshFile, open};
 use palpate_tissue::mesh::{ImportReport, SurfaceReport};
 use palpate_tissue::session::COARSEST_RADII;
@@ -191,22 +191,6 @@ fn every_content_becomes_what_the_guide_says() {
     pierced.corners_mm[4][2] = -40.0;
     let mut open = ball(30.0, 2);
     open.triangles.pop();
-    // the projective plane on six corners
-    let one_sided = Triangles {
-        corners_mm: (0..6).map(|n| [f64::from(n), f64::from(n * n), f64::from(n * n * n)]).collect(),
-        triangles: vec![
-            [0, 1, 2],
-            [0, 2, 3],
-            [0, 3, 4],
-            [0, 4, 5],
-            [0, 5, 1],
-            [1, 2, 4],
-            [2, 3, 5],
-            [3, 4, 1],
-            [4, 5, 2],
-            [5, 1, 3],
-        ],
-    };
     let case = |name: &str| std::fs::read_to_string(repository().join("tests/data/field").join(name)).unwrap();
     let l_prism = read("a.obj", case("concave-polygon-in-obj/l-prism.obj").as_bytes());
     let hollow = ball(30.0, 2).and(&reversed(ball(10.0, 2)));
@@ -250,7 +234,7 @@ fn every_content_becomes_what_the_guide_says() {
         ("triangles that cross, up to 1 % of the surface", skin(&dented).is_ok_and(|report| report.crossings.is_some())),
         ("more that cross", says(skin(&pierced), "the surface passes through itself")),
         ("a surface that is open", says(skin(&open), "the surface is open: 3 edges")),
-        ("a surface with one side", says(skin(&one_sided), "has one side only, near (")),
+        ("a surface with one side", says(skin(&projective_plane()), "has one side only, near (")),
         ("several bodies", says(skin(&ball(30.0, 2).and(&ball(30.0, 2).moved([90.0, 0.0, 0.0]))), "2 separate closed surfaces")),
         ("a body farther than 10 m from the origin", says(skin(&far), "(at most 10 m): move it by (-11000, 0, 0)")),
         // that it is refused is tested with the file of such an organ

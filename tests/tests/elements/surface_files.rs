@@ -1,6 +1,6 @@
 //! Surfaces in STL and OBJ files: read, closed, refused with the reason, and filled with tets.
 
-use palpate_tests::surface_text::{Triangles, ball, cuboid};
+use palpate_tests::surface_text::{Triangles, ball, cuboid, projective_plane};
 use palpate_tissue::mesh::import::{MIN_QUALITY, MeshFile, import, open};
 use palpate_tissue::mesh::{ImportedSurface, MeshError, TetMesh, surface, worst};
 use palpate_tissue::organ::even_mesh;
@@ -241,23 +241,7 @@ fn what_is_no_closed_body_is_refused_with_its_place() {
     let mut pierced = sound();
     pierced.corners_mm[4][2] = -40.0;
     assert!(refusal(&pierced).starts_with("the surface passes through itself"), "{}", refusal(&pierced));
-    // the projective plane on six corners
-    let one_sided = Triangles {
-        corners_mm: (0..6).map(|n| [f64::from(n), f64::from(n * n), f64::from(n * n * n)]).collect(),
-        triangles: vec![
-            [0, 1, 2],
-            [0, 2, 3],
-            [0, 3, 4],
-            [0, 4, 5],
-            [0, 5, 1],
-            [1, 2, 4],
-            [2, 3, 5],
-            [3, 4, 1],
-            [4, 5, 2],
-            [5, 1, 3],
-        ],
-    };
-    assert!(refusal(&one_sided).starts_with("the surface has one side only"), "{}", refusal(&one_sided));
+    assert!(refusal(&projective_plane()).starts_with("the surface has one side only"), "{}", refusal(&projective_plane()));
     let none = Triangles { corners_mm: sound().corners_mm, triangles: Vec::new() };
     assert!(refusal(&none).starts_with("no triangles"), "{}", refusal(&none));
 }
