@@ -5,6 +5,7 @@
 //! methods ─ chart (speed against accuracy)
 //! methods ─ stability (where methods and loops fail)
 //! paper (figures and tables of the two papers), score (equation 14)
+//! faults (the loop under faults, random paths and yielding hands)
 //! command (the studies of `palpate`)
 //! paper_method (the models of the two papers on the core's tick)
 //! accept (the model against raw measurements of tissue)
@@ -20,6 +21,7 @@ pub mod accept;
 pub mod chart;
 pub mod command;
 pub mod error;
+pub mod faults;
 pub mod methods;
 pub mod paper;
 pub mod paper_method;

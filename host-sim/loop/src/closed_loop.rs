@@ -5,26 +5,22 @@
 //!                             every tick is watched against the invariants
 //! ```
 //!
-//! [`run::run`] runs the loop once; [`campaign`] runs it with the faults of [`faulty`]. A
-//! [`device`] profile and a [`hand`] are data. The [`controller`] is the product's or a rival; the
-//! [`surface`] is a wall or the product's patch. The criteria of the [`verdict`] are the same for
-//! all of them.
+//! [`run::run`] runs the loop once. A [`device`] profile and a [`hand`] are data. The [`controller`]
+//! is the product's or a rival; the [`surface`] is a wall or the product's patch. The criteria of the
+//! [`verdict`] are the same for all of them. Campaigns of faults, paths and yielding hands are part
+//! of the evidence.
 
 pub mod butterworth;
-pub mod campaign;
 pub mod controller;
 pub mod device;
 pub mod drive;
-pub mod faulty;
 pub mod fidelity;
 pub mod hand;
 pub mod mistakes;
-pub mod paths;
 pub mod plant;
 pub mod prepared;
 pub mod report;
 pub mod run;
-pub mod soak;
 pub mod spectrum;
 pub mod stimulus;
 pub mod surface;
@@ -32,4 +28,3 @@ pub mod trace;
 pub mod verdict;
 pub mod watch;
 pub mod wiring;
-pub mod yielding;

@@ -5,7 +5,7 @@
 //! hand ─ device ─ reading ─ core::haptic::Cycle ─ force ─ device     watched from outside
 //! ```
 //!
-//! [`closed_loop`] closes it over emulated hands, devices and faults; [`live`] is the same loop,
+//! [`closed_loop`] closes it over emulated hands and devices; [`live`] is the same loop,
 //! driven by a window or a page; [`haptic_session`] leaves the device to its caller, in any
 //! language. [`board_trace`] is the table in which a board's records are stored.
 

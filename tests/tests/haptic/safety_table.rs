@@ -133,7 +133,7 @@ fn missing(name: &str, code: &str) -> Option<String> {
             repository().join(one).exists() || code.contains(one)
         }
         [one] if one.contains('_') || one == "soak" => {
-            let folders = ["tests/tests", "firmware/controller/tests", "core/tests"];
+            let folders = ["tests/tests", "firmware/controller/tests", "core/tests", "host-sim/lab/tests"];
             let programs = folders.iter().flat_map(|folder| std::fs::read_dir(repository().join(folder)).unwrap().flatten());
             programs.into_iter().any(|program| program.path().join(format!("{one}.rs")).is_file())
                 || code.contains(&format!("fn {one}("))

@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
+use crate::faults::paths::PathGround;
+use crate::faults::yielding::{Adversary, Aim, Bounds, GENES, Genes, Outcome, RunLength, YieldingCase};
 use palpate::BuildError;
 use palpate::haptic::account::AccountSettings;
-use palpate_loop::closed_loop::paths::PathGround;
-use palpate_loop::closed_loop::yielding::{Adversary, Aim, Outcome, RunLength, YieldingCase};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 use serde::Serialize;
 
-use palpate_sim::command::options::faults::NamedRun;
+use palpate_sim::command::options::faults::RUN_DIGITS;
 use palpate_sim::command::progress::Progress;
 use palpate_sim::command::verdict::Verdict;
 use palpate_sim::error::Error;
@@ -19,6 +19,29 @@ use palpate_sim::provenance;
 /// Rounds of a search, and with `--quick`.
 pub(super) const ROUNDS: u64 = 60;
 pub(super) const QUICK_ROUNDS: u64 = 4;
+
+// the command line counts the digits before the evidence is built
+const _: () = assert!(RUN_DIGITS == 4 * GENES);
+
+/// Genes of a run, and what its hand may do.
+#[derive(Clone, Copy, Debug)]
+struct NamedRun(Bounds, Genes);
+
+impl std::str::FromStr for NamedRun {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (bounds, genes) = text.split_once(':').unwrap_or(("", text));
+        Ok(Self(if bounds == "person" { Bounds::Person } else { Bounds::Hand }, genes.parse()?))
+    }
+}
+
+impl std::fmt::Display for NamedRun {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let bounds = if self.0 == Bounds::Person { "person" } else { "hand" };
+        write!(f, "{bounds}:{}", self.1)
+    }
+}
 
 /// Contents of `summary.json`.
 #[derive(Serialize)]
@@ -82,7 +105,7 @@ impl WorstRun {
 }
 
 /// Searches for the worst runs, or runs these genes again.
-pub(super) fn search(out: &Path, seed: u64, rounds: u64, again: Option<NamedRun>) -> Result<(), Error> {
+pub(super) fn search(out: &Path, seed: u64, rounds: u64, again: Option<&str>) -> Result<(), Error> {
     let folder = OutputFolder::open(out)?.made_by(provenance::of(None));
     let ground = PathGround::load()?;
     let adversary = Adversary { ground: &ground, seed, length: RunLength::FULL };
@@ -90,7 +113,8 @@ pub(super) fn search(out: &Path, seed: u64, rounds: u64, again: Option<NamedRun>
         Ok(WorstRun::of(&ground, searched_for, named, &adversary.try_genes(&named.1, named.0, &|_| ())?))
     };
     let (mut worst, mut runs) = (Vec::new(), 0);
-    if let Some(named) = again {
+    if let Some(text) = again {
+        let named = text.parse().map_err(|e| Error::from(TissueError::Usage(e)))?;
         worst.push(run("this run", named)?);
         runs += 1;
     } else {

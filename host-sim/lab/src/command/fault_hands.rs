@@ -8,8 +8,8 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::fault_paths::name_faults;
-use palpate_loop::closed_loop::paths::PathGround;
-use palpate_loop::closed_loop::yielding::{Hands, HandsRow, HandsTable, Worst};
+use crate::faults::paths::PathGround;
+use crate::faults::yielding::{Hands, HandsRow, HandsTable, Worst};
 use palpate_sim::command::campaign::Campaign;
 use palpate_sim::command::progress::Progress;
 use palpate_sim::command::verdict::Verdict;

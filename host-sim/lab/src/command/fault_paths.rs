@@ -8,7 +8,7 @@ use std::ops::Range;
 use palpate::Fault;
 use serde::{Deserialize, Serialize};
 
-use palpate_loop::closed_loop::paths::{KINDS, PatchRow, PathGround, PathRow, PathTable, paths};
+use crate::faults::paths::{KINDS, PatchRow, PathGround, PathRow, PathTable, paths};
 use palpate_sim::command::campaign::Campaign;
 use palpate_sim::command::progress::Progress;
 use palpate_sim::command::verdict::Verdict;

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use crate::faults::paths::PathGround;
+use crate::faults::yielding::{TradePoint, trade};
 use palpate_charts::{self as charts, LineSeries, Lines, Scale, ScaledAxis};
-use palpate_loop::closed_loop::paths::PathGround;
-use palpate_loop::closed_loop::yielding::{TradePoint, trade};
 use palpate_tissue::output::OutputFolder;
 use serde::Serialize;
 

@@ -7,12 +7,12 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::{fault_adversary, fault_hands, fault_paths, fault_trade};
+use crate::faults::campaign::{Ground, LightPatch, Table, campaign};
+use crate::faults::faulty::Expected;
+use crate::faults::soak::{Soak, soak};
 use palpate_charts::{self as charts, ReactionBar, ReactionTimes};
-use palpate_loop::closed_loop::campaign::{Ground, LightPatch, Table, campaign};
 use palpate_loop::closed_loop::device::DeviceProfile;
-use palpate_loop::closed_loop::faulty::Expected;
 use palpate_loop::closed_loop::hand::HANDS;
-use palpate_loop::closed_loop::soak::{Soak, soak};
 use palpate_sim::command::campaign::Campaign;
 use palpate_sim::command::options::faults::FaultsArgs;
 use palpate_sim::command::progress::Progress;
@@ -91,7 +91,7 @@ pub(super) fn run(args: &FaultsArgs) -> Result<(), Error> {
     }
     if args.adversary {
         let rounds = if args.quick { fault_adversary::QUICK_ROUNDS } else { fault_adversary::ROUNDS };
-        return fault_adversary::search(&args.out, seed, args.rounds.unwrap_or(rounds), args.genes);
+        return fault_adversary::search(&args.out, seed, args.rounds.unwrap_or(rounds), args.genes.as_deref());
     }
     if args.trade {
         let runs = if args.quick { fault_trade::QUICK_RUNS } else { fault_trade::RUNS };
@@ -156,7 +156,7 @@ impl Faults {
     }
 
     fn summary(&self, table: &Table, soaked: Option<&Soak>) -> Summary {
-        let sum = |of: fn(&palpate_loop::closed_loop::campaign::Row) -> u64| table.rows.iter().map(of).sum();
+        let sum = |of: fn(&crate::faults::campaign::Row) -> u64| table.rows.iter().map(of).sum();
         Summary {
             runs: self.options.runs,
             seed: self.options.seed,

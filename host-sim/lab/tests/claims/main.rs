@@ -1,5 +1,5 @@
 //! The studies keep their claims, in short form: the two papers, the methods with which the product
-//! is compared, stability, measured tissue, and the commands of `palpate` that report them.
+//! is compared, stability, faults, measured tissue, and the commands of `palpate` that report them.
 
 // helpers of the product's tests, each of which some of these tests need in part
 #[path = "../../../../tests/tests/core/allocations.rs"]
@@ -20,9 +20,12 @@ mod sharded;
 mod share;
 
 mod accepted;
+mod fault_campaign;
 mod faults_are_printed;
+mod known_limit_cycle;
 mod methods_are_right;
 mod methods_never_allocate;
+mod no_force_without_contact;
 mod paper_formulas;
 mod paper_local_compression;
 mod paper_pictures;
@@ -30,5 +33,7 @@ mod paper_volume_preserved;
 mod papers_table;
 mod scores_follow_the_paper;
 mod shards_make_one_run;
+mod soak;
 mod stability_loop;
 mod stability_model;
+mod yielding_hands;

@@ -173,7 +173,8 @@ pub fn run_beside(setup: &Setup, surface: &mut impl Surface, beside: &mut impl B
 }
 
 /// Builds the trajectory of a stimulus for this hand on this surface.
-pub(super) fn trajectory_of(setup: &Setup, surface: &impl Surface) -> Trajectory {
+#[must_use]
+pub fn trajectory_of(setup: &Setup, surface: &impl Surface) -> Trajectory {
     let push_n = if setup.hand.grip == Grip::Released { setup.static_n.min(RELEASED_PUSH_N) } else { 0.0 };
     Trajectory {
         stimulus: setup.stimulus,
@@ -186,12 +187,13 @@ pub(super) fn trajectory_of(setup: &Setup, surface: &impl Surface) -> Trajectory
 
 /// Checks of a loop in every tick, and the invariants that it broke.
 #[derive(Clone)]
-pub(super) struct Watched {
+pub struct Watched {
     watch: Watch,
     /// Nothing is promised at the port once another controller's force has acted, or once the
     /// device is not what its profile says.
     port: Option<PortWatch>,
-    pub(super) broken: Vec<Broken>,
+    /// Invariants that were broken, each once.
+    pub broken: Vec<Broken>,
     ticks: u32,
     /// The last reading; a cycle that ends before its sensor is read takes no new one.
     reading: Option<Sensed>,
@@ -199,20 +201,21 @@ pub(super) struct Watched {
 
 impl Watched {
     /// Creates the checks for a loop with these settings on this surface.
-    pub(super) fn of(settings: &Settings, device: &DeviceSpec, surface: &impl Surface) -> Self {
+    #[must_use]
+    pub fn of(settings: &Settings, device: &DeviceSpec, surface: &impl Surface) -> Self {
         let shape = surface.rest_shape();
         let (watch, port) = (Watch::of(settings).over(shape.clone()), Some(PortWatch::over(shape, device)));
         Self { watch, port, broken: Vec::new(), ticks: 0, reading: None }
     }
 
     /// Checks what truly happened at the port in a tick.
-    pub(super) fn acted(&mut self, truth: &Truth) {
+    pub fn acted(&mut self, truth: &Truth) {
         let answer = self.port.as_mut().map_or(Ok(()), |port| port.check(truth));
         self.note(answer);
     }
 
     /// Ends the checks at the port: the device is no longer what its profile says.
-    pub(super) fn leave_port(&mut self) {
+    pub fn leave_port(&mut self) {
         self.port = None;
     }
 
@@ -224,7 +227,8 @@ impl Watched {
         }
     }
 
-    pub(super) fn cycle(
+    /// Runs one checked cycle: the device gets the force that the cycle asks for.
+    pub fn cycle(
         &mut self,
         cycle: &mut Cycle,
         device: &mut impl HapticDevice,

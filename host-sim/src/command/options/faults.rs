@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use palpate_loop::closed_loop::yielding::{Bounds, Genes};
 
 use crate::command::campaign::Shards;
 
@@ -42,8 +41,8 @@ pub struct FaultsArgs {
     #[arg(long, value_name = "COUNT", requires = "adversary", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub rounds: Option<u64>,
     /// Run what the search found again, as it was printed, with --adversary.
-    #[arg(long, value_name = "RUN", requires = "adversary", conflicts_with = "rounds")]
-    pub genes: Option<NamedRun>,
+    #[arg(long, value_name = "RUN", requires = "adversary", conflicts_with = "rounds", value_parser = named_run)]
+    pub genes: Option<String>,
     /// Instead, compare settings of the energy account: the force that is felt against the energy
     /// that is given. Writes trade.csv, summary.json and pictures.
     #[arg(long, conflicts_with_all = ["runs", "soak_s", "paths", "hands", "adversary", "shard"])]
@@ -59,25 +58,16 @@ pub struct FaultsArgs {
     pub shards: Shards,
 }
 
-/// Genes of a run, and what its hand may do, as text: `person:` or `hand:` and the genes.
-#[derive(Clone, Copy, Debug)]
-pub struct NamedRun(pub Bounds, pub Genes);
+/// Hexadecimal digits that describe a run of a yielding hand.
+pub const RUN_DIGITS: usize = 116;
 
-impl std::str::FromStr for NamedRun {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text.split_once(':') {
-            Some(("person", genes)) => Ok(Self(Bounds::Person, genes.parse()?)),
-            Some(("hand", genes)) => Ok(Self(Bounds::Hand, genes.parse()?)),
-            _ => Err("give a run as `palpate faults --adversary` prints it, with person: or hand: in front".into()),
-        }
-    }
-}
-
-impl std::fmt::Display for NamedRun {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let bounds = if self.0 == Bounds::Person { "person" } else { "hand" };
-        write!(f, "{bounds}:{}", self.1)
+/// Accepts a run as `palpate faults --adversary` prints it: `person:` or `hand:` and its digits.
+fn named_run(text: &str) -> Result<String, String> {
+    let digits = text.strip_prefix("person:").or_else(|| text.strip_prefix("hand:"));
+    match digits {
+        Some(digits) if digits.len() == RUN_DIGITS && digits.bytes().all(|b| b.is_ascii_hexdigit()) => Ok(text.to_owned()),
+        _ => Err(format!(
+            "give a run as `palpate faults --adversary` prints it: person: or hand:, and {RUN_DIGITS} hexadecimal digits"
+        )),
     }
 }
