@@ -24,7 +24,8 @@ use palpate_controller::patch::{Memory, Patch};
 
 use super::{Board, EmulateError, EmulatedBoard};
 use palpate_loop::closed_loop::prepared::Prepared;
-use palpate_loop::closed_loop::run::{Beside, Run, Setup, run_beside};
+use palpate_loop::closed_loop::rig::Beside;
+use palpate_loop::closed_loop::run::{Run, Setup, run_beside};
 use palpate_loop::closed_loop::stimulus::{Change, Site, Stimulus};
 use palpate_loop::closed_loop::surface::Surface;
 use palpate_loop::closed_loop::watch::{Placed, RestShape, RestSolid};

@@ -20,7 +20,7 @@ use palpate_controller::link::Refusal;
 
 use super::in_loop::{There, started};
 use super::{Board, EmulateError, EmulatedBoard, image};
-use palpate_loop::closed_loop::run::Beside;
+use palpate_loop::closed_loop::rig::Beside;
 use palpate_loop::live::replay::{Replayed, Witness, aligned, replay_beside, unpack};
 use palpate_loop::live::trace::{Piece, Trace};
 use palpate_tissue::stable_step::StableStep;

@@ -5,10 +5,10 @@
 //!                             every tick is watched against the invariants
 //! ```
 //!
-//! [`run::run`] runs the loop once. A [`device`] profile and a [`hand`] are data. The [`controller`]
-//! is the product's or a rival; the [`surface`] is a wall or the product's patch. The criteria of the
-//! [`verdict`] are the same for all of them. Campaigns of faults, paths and yielding hands are part
-//! of the evidence.
+//! A [`rig`] drives and checks every emulated loop; [`run::run`] runs one with a hand. A [`device`]
+//! profile and a [`hand`] are data. The [`controller`] is the product's or a rival; the [`surface`]
+//! is a wall or the product's patch. The criteria of the [`verdict`] are the same for all of them.
+//! Campaigns of faults, paths and yielding hands are part of the evidence.
 
 pub mod butterworth;
 pub mod controller;
@@ -20,6 +20,7 @@ pub mod mistakes;
 pub mod plant;
 pub mod prepared;
 pub mod report;
+pub mod rig;
 pub mod run;
 pub mod spectrum;
 pub mod stimulus;

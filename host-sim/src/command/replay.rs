@@ -77,7 +77,7 @@ impl ReplayArgs {
             emulated_board: self.emulated.then(|| self.board.name()),
             differs_at_tick: again.differs.map(|d| d.0),
             differs_in: again.differs.map(|d| d.1),
-            invariants_broken: again.broken.iter().map(|(_, b)| b.id).collect(),
+            invariants_broken: again.broken.iter().map(|(b, _)| b.id).collect(),
         };
         folder.write_summary(&summary)?;
         folder.write("trace.csv", replay::table(&again).as_bytes())?;
@@ -100,7 +100,7 @@ impl ReplayArgs {
     /// Checks that no invariant was broken and that no bit differs from the trace.
     fn judge(&self, again: &Replayed) -> Result<(), Error> {
         let file = self.file.display();
-        if let Some((tick, Broken { id, what })) = again.broken.first() {
+        if let Some((Broken { id, what }, tick)) = again.broken.first() {
             return Err(TissueError::Check(format!("{file}: tick {tick} breaks {id}: {what}")).into());
         }
         match again.differs {

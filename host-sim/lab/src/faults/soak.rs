@@ -1,7 +1,7 @@
 //! Hours of normal use: every hand in turn, one motion after the other, on one loop that is never
 //! restarted. No fault may occur, and the tissue must return to its rest shape.
 
-use palpate::haptic::cycle::{Ask, Command, Cycle, Settings};
+use palpate::haptic::cycle::{Ask, Command, Settings};
 use palpate::haptic::mode::Mode;
 use palpate::{BuildError, Fault, Node, Vector3};
 use rand_xoshiro::SplitMix64;
@@ -11,7 +11,8 @@ use super::campaign::{DEPTH_M, Ground, WALL_N_PER_M};
 use super::faulty::Faulty;
 use palpate_loop::closed_loop::hand::{Aim, HANDS};
 use palpate_loop::closed_loop::plant::Plant;
-use palpate_loop::closed_loop::run::{ARMING_TICKS, Setup, Watched, trajectory_of};
+use palpate_loop::closed_loop::rig::{ARMING_TICKS, Rig};
+use palpate_loop::closed_loop::run::{Setup, trajectory_of};
 use palpate_loop::closed_loop::stimulus::{CLEAR_M, Stimulus};
 use palpate_loop::closed_loop::surface::{Surface, Wall, with_tissue};
 use palpate_loop::closed_loop::watch::Broken;
@@ -84,17 +85,14 @@ pub fn soak(ground: &Ground, seconds: f64, done: impl Fn(u64) + Sync) -> Result<
 
 /// A loop on a surface, with its checks.
 struct Loop<'s, S> {
-    cycle: Cycle,
-    watched: Watched,
+    rig: Rig,
     surface: &'s mut S,
-    readings: u32,
     seen: Soak,
 }
 
 impl<S: Surface> Loop<'_, S> {
     fn tick(&mut self, device: &mut Faulty<Plant>, asked: Option<Ask>) -> bool {
-        let telemetry = self.watched.cycle(&mut self.cycle, device, self.surface, Command { asked, ..Command::HEARD });
-        self.readings = self.readings.wrapping_add(1);
+        let telemetry = self.rig.tick_on(device, self.surface, Command { asked, ..Command::HEARD });
         self.seen.ticks += 1;
         self.seen.peak_n = self.seen.peak_n.max(telemetry.applied_n.norm());
         telemetry.output.depth_m > 0.0 || telemetry.applied_n != Vector3::zeros()
@@ -105,7 +103,7 @@ impl<S: Surface> Loop<'_, S> {
         let site = self.surface.site();
         let random = SplitMix64::seed_from_u64(0);
         let mut device = Faulty::new(plant, site.at_m.cast(), site.normal.cast(), site.along.cast(), random);
-        device.number_from(self.readings);
+        device.number_from(self.rig.last().map_or(0, |tick| tick.reading.sequence));
         device
     }
 }
@@ -121,8 +119,7 @@ fn on<S: Surface>(
     let site = surface.site();
     let limits = ground.device.limits(site.at_m.cast());
     let settings = Settings { limits: ground.device.limit_values(), ..Settings::safe(&limits) };
-    let (cycle, watched) = (Cycle::build(&settings, &limits)?, Watched::of(&settings, &limits, surface));
-    let mut held = Loop { cycle, watched, surface, readings: 0, seen: Soak::default() };
+    let mut held = Loop { rig: Rig::on(&settings, &limits, surface)?, surface, seen: Soak::default() };
     let plant = |hand, at_m| Plant::new(ground.device, hand, site.at_m.cast(), site.normal.cast(), at_m);
     arm(&mut held, plant(HANDS[0], site.point_m(-CLEAR_M, 0.0, 0.0)));
     let first: Vec<Vector3<f32>> = nodes(held.surface).iter().map(Node::position_m).collect();
@@ -141,7 +138,7 @@ fn on<S: Surface>(
         for n in 0..ticks {
             let touched = held.tick(&mut device, None);
             device.device().step(&trajectory.aim(f64::from(n) * 1e-3), touched);
-            held.watched.acted(&device.device().truth());
+            held.rig.acted(&device.device().truth());
         }
         // a light fingertip lifts the probe out and keeps it there
         let from_m = device.device().at_m();
@@ -154,10 +151,10 @@ fn on<S: Surface>(
             let at_m = from_m + site.normal * moved_m;
             let aim = Aim { at_m, velocity_m_per_s: Vector3::zeros(), push_n: Vector3::zeros(), let_go: false, steady: true };
             device.device().step(&aim, touched);
-            held.watched.acted(&device.device().truth());
+            held.rig.acted(&device.device().truth());
         }
         held.seen.uses += 1;
-        if let Mode::Fault = held.cycle.mode() {
+        if let Mode::Fault = held.rig.mode() {
             // the fault is recorded once, then the loop is armed again
             let fault = held.trip(&mut device);
             held.seen.trips.extend(fault.map(|f| (hand.id, id, f)));
@@ -171,15 +168,14 @@ fn on<S: Surface>(
         held.seen.denormals = held.seen.denormals.max(now.iter().map(denormal).sum());
         done(held.seen.ticks - before);
     }
-    held.seen.broken = held.watched.broken;
+    held.seen.broken = held.rig.broken().iter().map(|(broken, _)| *broken).collect();
     Ok(held.seen)
 }
 
 impl<S: Surface> Loop<'_, S> {
     /// Returns the latched fault, and clears it.
     fn trip(&mut self, device: &mut Faulty<Plant>) -> Option<Fault> {
-        let telemetry = self.watched.cycle(&mut self.cycle, device, self.surface, Command::HEARD);
-        self.readings = self.readings.wrapping_add(1);
+        let telemetry = self.rig.tick_on(device, self.surface, Command::HEARD);
         for _ in 0..150 {
             self.tick(device, None);
         }

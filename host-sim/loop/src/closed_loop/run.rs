@@ -1,20 +1,19 @@
 //! One run: arm outside, follow a stimulus, evaluate.
 
-use palpate::haptic::cycle::{Ask, Command, Cycle, Settings, Telemetry};
-use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed};
+use palpate::haptic::cycle::{Command, Settings, Telemetry};
+use palpate::haptic::device::HapticDevice;
 use palpate::haptic::mode::Mode;
 use palpate::{BuildError, Fault, Vector3};
 
 use super::device::DeviceProfile;
 use super::hand::{Grip, Hand};
 use super::plant::{Plant, PortEnergy};
-use super::stimulus::{CLEAR_M, Change, Stimulus, Trajectory};
+use super::rig::{Beside, Rig};
+use super::stimulus::{CLEAR_M, Stimulus, Trajectory};
 use super::surface::Surface;
 use super::verdict::{Hold, largest_turn_deg, rms_above};
-use super::watch::{Broken, PortWatch, Tick, Truth, Watch};
+use super::watch::Broken;
 
-/// Ticks for arming and ramp-in, before the evaluation begins.
-pub const ARMING_TICKS: u32 = 700;
 /// Force below which its direction is not evaluated [N].
 const TURN_LEAST_N: f64 = 0.05;
 /// Largest push of a released hand [N].
@@ -88,32 +87,6 @@ impl Run {
     }
 }
 
-/// A second controller: it receives the same inputs as the loop's own controller, and its force
-/// goes to the device.
-pub trait Beside {
-    /// Called if the tissue is to change before the next tick.
-    fn change(&mut self, change: Change);
-
-    /// Called once per tick with what the loop's own controller read, was asked, reported and
-    /// applied. Returns the force to apply to the device [N], or `None` to release it.
-    fn tick(
-        &mut self,
-        reading: Option<Sensed>,
-        command: Command,
-        telemetry: &Telemetry,
-        got_n: Option<Vector3<f32>>,
-    ) -> Option<Vector3<f32>>;
-}
-
-/// Without a second controller, the device receives the force of the loop's own controller.
-impl Beside for () {
-    fn change(&mut self, _: Change) {}
-
-    fn tick(&mut self, _: Option<Sensed>, _: Command, _: &Telemetry, got_n: Option<Vector3<f32>>) -> Option<Vector3<f32>> {
-        got_n
-    }
-}
-
 /// Runs the loop once.
 ///
 /// # Errors
@@ -131,15 +104,8 @@ pub fn run_beside(setup: &Setup, surface: &mut impl Surface, beside: &mut impl B
     let trajectory = trajectory_of(setup, surface);
     let start_m = site.point_m(-CLEAR_M, 0.0, 0.0);
     let mut plant = Plant::new(setup.device, setup.hand, site.at_m.cast(), site.normal.cast(), start_m);
-    let mut cycle = Cycle::build(&setup.settings, &plant.limits())?;
-    let mut watched = Watched::of(&setup.settings, &plant.limits(), surface);
-    for asked in [Ask::Booted, Ask::TestPassed, Ask::Arm] {
-        watched.cycle_beside(&mut cycle, &mut plant, surface, Command { asked: Some(asked), ..Command::HEARD }, beside);
-    }
-    for _ in 0..ARMING_TICKS {
-        watched.cycle_beside(&mut cycle, &mut plant, surface, Command::HEARD, beside);
-        plant.rest();
-    }
+    let mut rig = Rig::on(&setup.settings, &plant.limits(), surface)?;
+    rig.arm(&mut plant, surface, beside, |_, plant| plant.rest());
     plant.set_velocity_m_per_s(-site.normal * trajectory.entry_m_per_s());
 
     let mut rows = Vec::with_capacity((trajectory.seconds() * 1e3) as usize + 1);
@@ -149,12 +115,12 @@ pub fn run_beside(setup: &Setup, surface: &mut impl Surface, beside: &mut impl B
             surface.change(change);
             beside.change(change);
         }
-        let telemetry = watched.cycle_beside(&mut cycle, &mut plant, surface, Command::HEARD, beside);
-        surface.settle(cycle.in_contact());
+        let telemetry = rig.tick_beside(&mut plant, surface, Command::HEARD, beside, Surface::unsound);
+        surface.settle(rig.cycle().in_contact());
         let aim = trajectory.aim(t_s);
         let touched = telemetry.output.depth_m > 0.0 || telemetry.applied_n != Vector3::zeros();
         plant.step(&aim, touched);
-        watched.acted(&plant.truth());
+        rig.acted(&plant.truth());
         rows.push(Row {
             t_s,
             at_m: plant.at_m(),
@@ -169,7 +135,7 @@ pub fn run_beside(setup: &Setup, surface: &mut impl Surface, beside: &mut impl B
         ticks += 1;
         t_s = f64::from(ticks) * 1e-3;
     }
-    Ok(judge(setup, &trajectory, rows, watched.broken))
+    Ok(judge(setup, &trajectory, rows, rig.broken().iter().map(|(broken, _)| *broken).collect()))
 }
 
 /// Builds the trajectory of a stimulus for this hand on this surface.
@@ -182,120 +148,6 @@ pub fn trajectory_of(setup: &Setup, surface: &impl Surface) -> Trajectory {
         depth_m: setup.depth_m,
         reach_m: setup.hand.reach_m(setup.static_n),
         push_n,
-    }
-}
-
-/// Checks of a loop in every tick, and the invariants that it broke.
-#[derive(Clone)]
-pub struct Watched {
-    watch: Watch,
-    /// Nothing is promised at the port once another controller's force has acted, or once the
-    /// device is not what its profile says.
-    port: Option<PortWatch>,
-    /// Invariants that were broken, each once.
-    pub broken: Vec<Broken>,
-    ticks: u32,
-    /// The last reading; a cycle that ends before its sensor is read takes no new one.
-    reading: Option<Sensed>,
-}
-
-impl Watched {
-    /// Creates the checks for a loop with these settings on this surface.
-    #[must_use]
-    pub fn of(settings: &Settings, device: &DeviceSpec, surface: &impl Surface) -> Self {
-        let shape = surface.rest_shape();
-        let (watch, port) = (Watch::of(settings).over(shape.clone()), Some(PortWatch::over(shape, device)));
-        Self { watch, port, broken: Vec::new(), ticks: 0, reading: None }
-    }
-
-    /// Checks what truly happened at the port in a tick.
-    pub fn acted(&mut self, truth: &Truth) {
-        let answer = self.port.as_mut().map_or(Ok(()), |port| port.check(truth));
-        self.note(answer);
-    }
-
-    /// Ends the checks at the port: the device is no longer what its profile says.
-    pub fn leave_port(&mut self) {
-        self.port = None;
-    }
-
-    fn note(&mut self, answer: Result<(), Broken>) {
-        if let Err(broken) = answer
-            && !self.broken.contains(&broken)
-        {
-            self.broken.push(broken);
-        }
-    }
-
-    /// Runs one checked cycle: the device gets the force that the cycle asks for.
-    pub fn cycle(
-        &mut self,
-        cycle: &mut Cycle,
-        device: &mut impl HapticDevice,
-        surface: &mut impl Surface,
-        command: Command,
-    ) -> Telemetry {
-        self.cycle_beside(cycle, device, surface, command, &mut ())
-    }
-
-    /// Runs one checked cycle with a second controller.
-    fn cycle_beside(
-        &mut self,
-        cycle: &mut Cycle,
-        device: &mut impl HapticDevice,
-        surface: &mut impl Surface,
-        command: Command,
-        beside: &mut impl Beside,
-    ) -> Telemetry {
-        let limits = *cycle.limits();
-        let mut seen = Seen { device, reading: None, got_n: None };
-        let telemetry = cycle.tick(&mut seen, surface, command);
-        let Seen { reading, got_n, .. } = seen;
-        let given_n = beside.tick(reading, command, &telemetry, got_n);
-        if given_n != got_n {
-            self.leave_port();
-        }
-        match given_n {
-            Some(force_n) => device.actuate(force_n),
-            None => device.release(),
-        }
-        self.reading = reading.or(self.reading);
-        self.ticks += 1;
-        // reading every node is expensive, and a value that is not finite does not become finite
-        // again: every 16th tick is enough
-        let unsound = if self.ticks.is_multiple_of(16) { surface.unsound() } else { None };
-        if let Some(reading) = self.reading {
-            let answer = self.watch.check(&Tick { command, reading, limits, telemetry, got_n, unsound });
-            self.note(answer);
-        }
-        telemetry
-    }
-}
-
-/// A device whose inputs and outputs are recorded; its force is withheld until the tick is over.
-struct Seen<'a, D> {
-    device: &'a mut D,
-    reading: Option<Sensed>,
-    got_n: Option<Vector3<f32>>,
-}
-
-impl<D: HapticDevice> HapticDevice for Seen<'_, D> {
-    fn limits(&self) -> DeviceSpec {
-        self.device.limits()
-    }
-
-    fn sense(&mut self) -> Sensed {
-        let reading = self.device.sense();
-        self.reading = Some(reading);
-        reading
-    }
-
-    fn actuate(&mut self, force_n: Vector3<f32>) {
-        self.got_n = Some(force_n);
-    }
-
-    fn release(&mut self) {
-        self.got_n = None;
     }
 }
 

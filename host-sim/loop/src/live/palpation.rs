@@ -1,7 +1,7 @@
 //! A running loop: tissue, device, cycle, and the trace of its inputs and outputs.
 
-use palpate::haptic::cycle::{Ask, Command, Cycle, Settings, Telemetry};
-use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed};
+use palpate::haptic::cycle::{Ask, Command, Settings, Telemetry};
+use palpate::haptic::device::{DeviceSpec, HapticDevice};
 use palpate::haptic::mode::Mode;
 use palpate::{ContactMap, Params, Vector3};
 
@@ -9,8 +9,9 @@ use super::choice::{Choice, axis};
 use super::device::{Holding, LiveDevice};
 use super::tissue::LiveTissue;
 use super::trace::{Head, Recorder};
+use crate::closed_loop::rig::Rig;
 pub use crate::closed_loop::stimulus::CLEAR_M;
-use crate::closed_loop::watch::{Broken, Tick, Watch};
+use crate::closed_loop::watch::Broken;
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::TICK_S;
 
@@ -38,7 +39,7 @@ pub struct Told {
     pub at_m: Vector3<f64>,
     /// Telemetry of the loop.
     pub telemetry: Telemetry,
-    /// The invariant of the loop that this tick broke, if any.
+    /// The invariant of the loop that this tick is the first to break, if any.
     pub broken: Option<Broken>,
 }
 
@@ -60,8 +61,7 @@ pub struct Live {
     tissue: LiveTissue,
     port: LiveDevice,
     settings: Settings,
-    cycle: Cycle,
-    watch: Watch,
+    rig: Rig,
     target_m: Vector3<f64>,
     /// Pending parameters: stiffer ones wait until nothing is touched, others until the next tick.
     waiting: Option<Params>,
@@ -84,16 +84,14 @@ impl Live {
         let (port, max_force_n) = LiveDevice::new(holding, site_m, tissue.params().probe.axis, start_m)?;
         let mut settings = Settings::safe(&port.limits());
         settings.limits.max_force_n = max_force_n;
-        let cycle = Cycle::build(&settings, &port.limits())?;
-        let watch = Watch::of(&settings).over(tissue.rest_shape());
+        let rig = Rig::build(&settings, &port.limits())?.over(tissue.rest_shape());
         Ok(Self {
             choice,
             holding: holding.clone(),
             tissue,
             port,
             settings,
-            cycle,
-            watch,
+            rig,
             target_m: start_m,
             waiting: None,
             asked: None,
@@ -134,7 +132,7 @@ impl Live {
     /// Mode of the loop.
     #[must_use]
     pub fn mode(&self) -> Mode {
-        self.cycle.mode()
+        self.rig.mode()
     }
 
     /// Whether a change of stiffness or damping waits for the probe to leave.
@@ -217,28 +215,25 @@ impl Live {
     pub fn tick(&mut self, target_m: Vector3<f64>, heard: bool) -> Told {
         // softening applies at once; stiffening under the probe would create energy
         let softens = self.waiting.is_some_and(|p| p.youngs_modulus_pa <= self.tissue.params().youngs_modulus_pa);
-        if (softens || !self.cycle.in_contact())
+        if (softens || !self.rig.cycle().in_contact())
             && let Some(params) = self.waiting.take()
             && self.tissue.retune(params).is_ok()
             && let Some(recorder) = &mut self.recorder
         {
             recorder.retuned(&params);
         }
-        let asked = self.asked.take().or(match self.cycle.mode() {
+        let asked = self.asked.take().or(match self.rig.mode() {
             Mode::Boot => Some(Ask::Booted),
             Mode::SelfTest => Some(Ask::TestPassed),
             Mode::Idle if heard => Some(Ask::Arm),
             _ => None,
         });
         let command = Command { heard, asked, ..Command::default() };
-        let limits = *self.cycle.limits();
-        let mut listened = Listened { port: &mut self.port, reading: None, got_n: None };
-        let telemetry = self.cycle.tick(&mut listened, &mut self.tissue, command);
-        let Listened { reading, got_n, .. } = listened;
-        let seen = reading.map(|reading| Tick { command, reading, limits, telemetry, got_n, unsound: None });
-        let broken = seen.and_then(|tick| self.watch.check(&tick).err());
-        if let (Some(recorder), Some(reading)) = (&mut self.recorder, reading) {
-            recorder.row(&reading, &command, &telemetry);
+        let known = self.rig.broken().len();
+        let telemetry = self.rig.tick(&mut self.port, &mut self.tissue, command);
+        let broken = self.rig.broken().get(known).map(|(broken, _)| *broken);
+        if let (Some(recorder), Some(tick)) = (&mut self.recorder, self.rig.last()) {
+            recorder.row(&tick.reading, &command, &telemetry);
             if recorder.hash_due() {
                 recorder.hash(self.tissue.hash());
             }
@@ -248,34 +243,5 @@ impl Live {
         let touched = telemetry.output.depth_m > 0.0 || telemetry.applied_n != Vector3::zeros();
         self.port.step(self.target_m, displacement_m / TICK_S, touched);
         Told { at_m: self.port.at_m(), telemetry, broken }
-    }
-}
-
-/// A device whose readings are recorded.
-struct Listened<'a> {
-    port: &'a mut LiveDevice,
-    reading: Option<Sensed>,
-    got_n: Option<Vector3<f32>>,
-}
-
-impl HapticDevice for Listened<'_> {
-    fn limits(&self) -> DeviceSpec {
-        self.port.limits()
-    }
-
-    fn sense(&mut self) -> Sensed {
-        let reading = self.port.sense();
-        self.reading = Some(reading);
-        reading
-    }
-
-    fn actuate(&mut self, force_n: Vector3<f32>) {
-        self.got_n = Some(force_n);
-        self.port.actuate(force_n);
-    }
-
-    fn release(&mut self) {
-        self.got_n = None;
-        self.port.release();
     }
 }

@@ -1,12 +1,13 @@
 //! Repeats a trace with the same core and says where the first bit differs.
 
-use palpate::haptic::cycle::{Command, Cycle, Telemetry};
+use palpate::haptic::cycle::{Command, Telemetry};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
 use palpate::{Params, PatchFile, Vector3};
 
 use super::tissue::LiveTissue;
 use super::trace::{Piece, Trace, digest};
-use crate::closed_loop::watch::{Broken, Tick, Watch};
+use crate::closed_loop::rig::Rig;
+use crate::closed_loop::watch::Broken;
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::Patch;
 
@@ -20,7 +21,7 @@ pub struct Replayed {
     /// The first difference: its tick and quantity.
     pub differs: Option<(u32, &'static str)>,
     /// Invariants of the loop that a tick broke, each once, with its tick.
-    pub broken: Vec<(u32, Broken)>,
+    pub broken: Vec<(Broken, u32)>,
 }
 
 /// A second controller with the same inputs.
@@ -54,17 +55,16 @@ pub fn replay(trace: &Trace) -> Result<Replayed, Error> {
 /// # Errors
 /// Errors of [`replay`].
 pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replayed, Error> {
-    let mut cycle = Cycle::build(&trace.settings, &trace.device)?;
-    let mut device = Replay { limits: trace.device, reading: UNREAD, got_n: None };
+    let mut rig = Rig::build(&trace.settings, &trace.device)?;
+    let mut device = Replay { limits: trace.device, reading: UNREAD };
     let mut tissue: Option<LiveTissue> = None;
     let mut telemetry = Vec::with_capacity(trace.ticks as usize);
     let mut replayed = Replayed { telemetry: Vec::new(), hash: 0, differs: None, broken: Vec::new() };
-    let mut watch = Watch::of(&trace.settings);
     for (n, piece) in trace.pieces.iter().enumerate() {
         match piece {
             Piece::Tissue(bytes) => {
                 let unpacked = unpack(bytes)?;
-                watch = watch.over(unpacked.rest_shape());
+                rig = rig.over(unpacked.rest_shape());
                 tissue = Some(unpacked);
             }
             Piece::Retuned([youngs_modulus_pa, node_damping_per_s]) => {
@@ -87,15 +87,9 @@ pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replay
                     }
                     device.reading.position_m = row.position_m;
                     device.reading.sequence = device.reading.sequence.wrapping_add(1);
-                    let limits = *cycle.limits();
-                    let now = cycle.tick(&mut device, tissue, row.command);
-                    let (command, reading, got_n) = (row.command, device.reading, device.got_n);
-                    if let Err(broken) = watch.check(&Tick { command, reading, limits, telemetry: now, got_n, unsound: None })
-                        && !replayed.broken.iter().any(|(_, b)| *b == broken)
-                    {
-                        replayed.broken.push((now.tick, broken));
-                    }
-                    witness.tick(device.reading, row.command, &now, device.got_n);
+                    let now = rig.tick(&mut device, tissue, row.command);
+                    let got_n = rig.last().and_then(|tick| tick.got_n);
+                    witness.tick(device.reading, row.command, &now, got_n);
                     let same_force = now.applied_n.map(f32::to_bits) == row.applied_n.map(f32::to_bits);
                     if !same_force && replayed.differs.is_none() {
                         replayed.differs = Some((now.tick, "the force"));
@@ -109,6 +103,7 @@ pub fn replay_beside(trace: &Trace, witness: &mut impl Witness) -> Result<Replay
         }
     }
     replayed.telemetry = telemetry;
+    replayed.broken = rig.broken().to_vec();
     Ok(replayed)
 }
 
@@ -147,7 +142,6 @@ const UNREAD: Sensed = Sensed { position_m: Vector3::new(0.0, 0.0, 0.0), sequenc
 struct Replay {
     limits: DeviceSpec,
     reading: Sensed,
-    got_n: Option<Vector3<f32>>,
 }
 
 impl HapticDevice for Replay {
@@ -159,13 +153,9 @@ impl HapticDevice for Replay {
         self.reading
     }
 
-    fn actuate(&mut self, force_n: Vector3<f32>) {
-        self.got_n = Some(force_n);
-    }
+    fn actuate(&mut self, _: Vector3<f32>) {}
 
-    fn release(&mut self) {
-        self.got_n = None;
-    }
+    fn release(&mut self) {}
 }
 
 /// Telemetry of a replay as CSV, with one row per tick.

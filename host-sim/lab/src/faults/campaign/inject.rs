@@ -21,21 +21,21 @@ pub(super) fn begin<S: Surface>(injection: Injection, scene: &mut Scene<'_, S>) 
         }
         Injection::Tissue(fault) => scene.tissue.break_it(Some(fault)),
         Injection::Host(Host::Lowers) => {
-            let now = *scene.armed.cycle.limits();
+            let now = *scene.rig.cycle().limits();
             let asked = LoopLimitSettings { max_force_n: 0.5 * now.max_force_n, ..now };
-            if scene.armed.cycle.lower_limits(&asked).is_err() || *scene.armed.cycle.limits() != asked {
+            if scene.rig.lower_limits(&asked).is_err() || *scene.rig.cycle().limits() != asked {
                 return Some("a lowered limit was not taken");
             }
         }
         Injection::Host(Host::Raises(which)) => {
-            let now = *scene.armed.cycle.limits();
+            let now = *scene.rig.cycle().limits();
             let asked = match which {
                 0 => LoopLimitSettings { max_force_n: now.max_force_n * 1.05, ..now },
                 1 => LoopLimitSettings { max_force_n: f32::NAN, ..now },
                 2 => LoopLimitSettings { max_slew_n_per_s: now.max_slew_n_per_s * 2.0, ..now },
                 _ => LoopLimitSettings { max_speed_m_per_s: -1.0, ..now },
             };
-            if scene.armed.cycle.lower_limits(&asked).is_ok() || *scene.armed.cycle.limits() != now {
+            if scene.rig.lower_limits(&asked).is_ok() || *scene.rig.cycle().limits() != now {
                 return Some("a limit was raised");
             }
         }

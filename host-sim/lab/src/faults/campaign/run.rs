@@ -1,6 +1,6 @@
 //! One case from its first tick to its verdict.
 
-use palpate::haptic::cycle::{Ask, Command, Cycle, Settings};
+use palpate::haptic::cycle::{Ask, Command, Settings};
 use palpate::haptic::mode::Mode;
 use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, ClampFlags, Fault};
@@ -9,13 +9,14 @@ use rand_xoshiro::rand_core::SeedableRng;
 
 use super::case::{Case, Moment};
 use super::inject::{begin, command};
-use super::state::{Armed, Outcome, Scene};
+use super::state::{Outcome, Scene};
 use super::verdict::{reacted, verdict};
 use crate::faults::faulty::{Expected, Faulty, FaultyTissue, Needs, Opening};
 use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_loop::closed_loop::hand::HANDS;
 use palpate_loop::closed_loop::plant::Plant;
-use palpate_loop::closed_loop::run::{ARMING_TICKS, Setup, Watched, trajectory_of};
+use palpate_loop::closed_loop::rig::Rig;
+use palpate_loop::closed_loop::run::{Setup, trajectory_of};
 use palpate_loop::closed_loop::stimulus::{CLEAR_M, Stimulus, Trajectory};
 use palpate_loop::closed_loop::surface::Surface;
 
@@ -37,8 +38,8 @@ pub struct Bed<'a> {
     settings: Settings,
     static_n: f64,
     /// State after ramp-in, and state at the end of arming, before the gain rises.
-    ready: Armed,
-    fresh: Armed,
+    ready: Rig,
+    fresh: Rig,
 }
 
 impl<'a> Bed<'a> {
@@ -46,41 +47,33 @@ impl<'a> Bed<'a> {
     /// press rests [N].
     ///
     /// # Errors
-    /// Propagates errors from [`Cycle::build`].
+    /// Errors of [`Rig::build`].
     pub fn arm(device: &'a DeviceProfile, surface: &mut impl Surface, static_n: f64) -> Result<Self, BuildError> {
         let site = surface.site();
         let limits = device.limits(site.at_m.cast());
         let settings = Settings { limits: device.limit_values(), ..Settings::safe(&limits) };
         let mut plant = Plant::new(device, HANDS[0], site.at_m.cast(), site.normal.cast(), site.point_m(-CLEAR_M, 0.0, 0.0));
-        let mut armed =
-            Armed { cycle: Cycle::build(&settings, &limits)?, watched: Watched::of(&settings, &limits, surface), readings: 0 };
-        let mut fresh = armed.clone();
-        for n in 0..ARMING_TICKS {
-            let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(n as usize).copied();
-            let telemetry = armed.watched.cycle(&mut armed.cycle, &mut plant, surface, Command { asked, ..Command::HEARD });
-            armed.readings += 1;
-            if telemetry.mode != Mode::Active {
-                fresh = armed.clone();
+        let mut ready = Rig::on(&settings, &limits, surface)?;
+        let mut fresh = ready.clone();
+        ready.arm(&mut plant, surface, &mut (), |rig, _| {
+            if rig.mode() != Mode::Active {
+                fresh = rig.clone();
             }
-        }
-        Ok(Self { device, settings, static_n, ready: armed, fresh })
+        });
+        Ok(Self { device, settings, static_n, ready, fresh })
     }
 
     /// Runs one case.
     ///
     /// # Errors
-    /// Propagates errors from [`Cycle::build`].
+    /// Errors of [`Rig::build`].
     pub fn run<S: Surface>(&self, case: &Case, surface: &mut S) -> Result<Outcome, BuildError> {
         let site = surface.site();
         let limits = self.device.limits(site.at_m.cast());
-        let armed = match case.kind().opening {
+        let rig = match case.kind().opening {
             Opening::Active => self.ready.clone(),
             Opening::RampingIn => self.fresh.clone(),
-            Opening::Inside | Opening::Waving => Armed {
-                cycle: Cycle::build(&self.settings, &limits)?,
-                watched: Watched::of(&self.settings, &limits, surface),
-                readings: 0,
-            },
+            Opening::Inside | Opening::Waving => Rig::on(&self.settings, &limits, surface)?,
         };
         let stimulus = case.motion.stimulus().unwrap_or(palpate_loop::closed_loop::stimulus::STIMULI[0]);
         let trajectory = self.trajectory(case, stimulus, surface);
@@ -95,8 +88,8 @@ impl<'a> Bed<'a> {
         });
         let mut device =
             Faulty::new(plant, site.at_m.cast(), site.normal.cast(), site.along.cast(), SplitMix64::seed_from_u64(case.noise));
-        device.number_from(armed.readings);
-        let mut scene = Scene { armed, device, tissue: FaultyTissue::new(surface) };
+        device.number_from(rig.last().map_or(0, |tick| tick.reading.sequence));
+        let mut scene = Scene { rig, device, tissue: FaultyTissue::new(surface) };
         let mut outcome = match case.kind().opening {
             Opening::Active | Opening::RampingIn => {
                 // the patch first receives a pose outside the tissue, as it did while the loop
@@ -106,7 +99,7 @@ impl<'a> Bed<'a> {
             }
             Opening::Inside | Opening::Waving => never_felt(case, &mut scene),
         };
-        outcome.broken = scene.armed.watched.broken;
+        outcome.broken = scene.rig.broken().iter().map(|(broken, _)| *broken).collect();
         Ok(outcome)
     }
 
@@ -144,7 +137,7 @@ fn follow<S: Surface>(case: &Case, trajectory: &Trajectory, from_s: f64, scene: 
     let mut outcome = Outcome::default();
     let (mut begun, mut ended): (Option<u32>, Option<u32>) = (None, None);
     let (mut touched_ticks, mut waited, mut last_n) = (0_u32, 0_u32, 0.0_f32);
-    let mut last_mode = scene.armed.cycle.mode();
+    let mut last_mode = scene.rig.mode();
     // first tick of the present contact's force: a force at its limit that ends for some ticks
     // begins anew
     let mut forced_from = 0;
@@ -170,7 +163,7 @@ fn follow<S: Surface>(case: &Case, trajectory: &Trajectory, from_s: f64, scene: 
                 outcome.injected = true;
                 outcome.wrong = begin(kind.injection, scene);
                 if !kind.injection.keeps_profile() {
-                    scene.armed.watched.leave_port();
+                    scene.rig.leave_port();
                 }
             } else if n >= PATIENCE_TICKS {
                 break;

@@ -1,12 +1,12 @@
 //! State of a campaign run, and its result.
 
 use palpate::Fault;
-use palpate::haptic::cycle::{Command, Cycle, Telemetry};
+use palpate::haptic::cycle::{Command, Telemetry};
 
 use crate::faults::faulty::{Faulty, FaultyTissue};
 use palpate_loop::closed_loop::hand::Aim;
 use palpate_loop::closed_loop::plant::Plant;
-use palpate_loop::closed_loop::run::Watched;
+use palpate_loop::closed_loop::rig::Rig;
 use palpate_loop::closed_loop::surface::Surface;
 use palpate_loop::closed_loop::watch::Broken;
 
@@ -27,31 +27,23 @@ pub struct Outcome {
     pub wrong: Option<&'static str>,
 }
 
-#[derive(Clone)]
-pub(super) struct Armed {
-    pub(super) cycle: Cycle,
-    pub(super) watched: Watched,
-    /// Number of readings that the loop has taken.
-    pub(super) readings: u32,
-}
-
 /// Everything that moves in a run.
 pub(super) struct Scene<'s, S> {
-    pub(super) armed: Armed,
+    pub(super) rig: Rig,
     pub(super) device: Faulty<Plant>,
     pub(super) tissue: FaultyTissue<'s, S>,
 }
 
 impl<S: Surface> Scene<'_, S> {
     pub(super) fn cycle(&mut self, command: Command) -> Telemetry {
-        self.armed.watched.cycle(&mut self.armed.cycle, &mut self.device, &mut self.tissue, command)
+        self.rig.tick_on(&mut self.device, &mut self.tissue, command)
     }
 
     /// Moves device and hand for a tick, and checks what truly happened.
     pub(super) fn step(&mut self, aim: &Aim, touched: bool) {
         let plant = self.device.device();
         plant.step(aim, touched);
-        self.armed.watched.acted(&plant.truth());
+        self.rig.acted(&plant.truth());
     }
 
     /// The plant behind the fault injection.

@@ -1,8 +1,7 @@
 //! One path from arming to the end of its rest, with every tick checked.
 
-use palpate::haptic::cycle::{Ask, Command, Cycle, PatchRenderer, Renderer, Settings, Telemetry};
+use palpate::haptic::cycle::{Command, PatchRenderer, Renderer, Settings, Telemetry};
 use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed, SensorStatus};
-use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::stages::probe::ProbePose;
 use palpate::{BuildError, Fault, Model, Output, Params, Vector3};
@@ -11,8 +10,8 @@ use super::case::PathCase;
 use super::ground::PathGround;
 use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_loop::closed_loop::drive::Drive;
-use palpate_loop::closed_loop::run::ARMING_TICKS;
-use palpate_loop::closed_loop::watch::{Broken, PortWatch, Seen, Tick, Watch};
+use palpate_loop::closed_loop::rig::Rig;
+use palpate_loop::closed_loop::watch::{Broken, Contact, Seen};
 use palpate_tissue::patch::Memory;
 use palpate_tissue::scene::TICK_S;
 
@@ -86,16 +85,10 @@ impl PathCase {
         let start_m = self.route.at_m.first().copied().unwrap_or(on.site.at_m);
         let mut device = Scripted::new(profile, on.site.at_m.cast(), start_m);
         let settings = Settings { limits: profile.limit_values(), ..Settings::safe(&device.limits) };
-        let mut cycle = Cycle::build(&settings, &device.limits)?;
-        let mut watch = Watch::of(&settings).over(on.shape.clone());
-        let mut port = PortWatch::over(on.shape.clone(), &device.limits);
-        for n in 0..ARMING_TICKS {
-            let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(n as usize).copied();
-            // arming happens far from the tissue, where a patch at rest gives no force
-            let telemetry = cycle.tick(&mut device, &mut Nothing, Command { asked, ..Command::HEARD });
-            let _armed = watch.check(&device.tick(&cycle, asked, telemetry));
-        }
-        let limits: LoopLimitSettings = *cycle.limits();
+        let mut rig = Rig::build(&settings, &device.limits)?.over(on.shape.clone()).at_port(on.shape.clone(), &device.limits);
+        // arming happens far from the tissue, where a patch at rest gives no force
+        rig.arm(&mut device, &mut Nothing, &mut (), |_, _| ());
+        let armed_tick = rig.last().map_or(0, |tick| tick.telemetry.tick);
         let mut outcome = PathOutcome { honest: true, ..PathOutcome::default() };
         let (mut ended, mut last_m, mut last_way_m, mut sharpest_m) = (None, start_m, Vector3::zeros(), 0.0_f64);
         for at_m in &self.route.at_m {
@@ -105,22 +98,14 @@ impl PathCase {
                 sharpest_m = sharpest_m.max((displacement_m - last_way_m).norm());
             }
             let truth = device.drive.carry(&last_m, at_m);
-            let port_answer = port.check(&truth);
+            rig.acted(&truth);
             (last_m, last_way_m) = (*at_m, displacement_m);
             device.at_m = *at_m;
             let telemetry =
-                cycle.tick(&mut device, &mut PatchRenderer { model: &model, tuned: &tuned, state: &mut state }, Command::HEARD);
-            let tick = Tick { limits, ..device.tick(&cycle, None, telemetry) };
-            for answer in [port_answer, watch.check(&tick)] {
-                if let Err(broken) = answer
-                    && !outcome.broken.iter().any(|(b, _)| *b == broken)
-                {
-                    outcome.broken.push((broken, outcome.ticks as u32));
-                }
-            }
-            outcome.peak_n = outcome.peak_n.max(tick.force_n().norm());
+                rig.tick(&mut device, &mut PatchRenderer { model: &model, tuned: &tuned, state: &mut state }, Command::HEARD);
+            outcome.peak_n = outcome.peak_n.max(telemetry.applied_n.norm());
             outcome.ticks += 1;
-            see(&Track { at_m: *at_m, telemetry, created_j: port.energy().contact().created_j });
+            see(&Track { at_m: *at_m, telemetry, created_j: contact(&rig).created_j });
             if telemetry.mode == Mode::Fault {
                 outcome.fault = outcome.fault.or(telemetry.fault);
                 let since = ended.get_or_insert(0);
@@ -135,10 +120,16 @@ impl PathCase {
         let stuck = outcome.fault == Some(Fault::SensorFault) && sharpest_m > SHARPEST_M_PER_S2 * TICK_S * TICK_S;
         outcome.honest &= !stuck;
         outcome.by_hand = outcome.honest && sharpest_m <= SHARPEST_M_PER_S2 * TICK_S * TICK_S;
-        outcome.seen = watch.seen();
-        outcome.created_j = port.energy().contact().worst_j;
+        outcome.seen = rig.watch().seen();
+        outcome.created_j = contact(&rig).worst_j;
+        outcome.broken = rig.broken().iter().map(|&(broken, tick)| (broken, tick.saturating_sub(armed_tick + 1))).collect();
         Ok(outcome)
     }
+}
+
+/// Energy of the contacts so far; none once the port is no longer checked.
+fn contact(rig: &Rig) -> Contact {
+    rig.port().map(|port| port.energy().contact()).unwrap_or_default()
 }
 
 /// Free space, which exerts no force.
@@ -157,7 +148,6 @@ struct Scripted {
     limits: DeviceSpec,
     at_m: Vector3<f64>,
     reading: Sensed,
-    got_n: Option<Vector3<f32>>,
     drive: Drive,
 }
 
@@ -168,12 +158,7 @@ impl Scripted {
             DeviceSpec { workspace_low_m: site_m - reach_m, workspace_high_m: site_m + reach_m, ..profile.limits(site_m) };
         let reading = Sensed { position_m: at_m.cast(), sequence: 0, status: SensorStatus::Good };
         let drive = Drive::new(profile.delay_ticks, profile.amplifier_lag_s);
-        Self { limits, at_m, reading, got_n: None, drive }
-    }
-
-    fn tick(&self, cycle: &Cycle, asked: Option<Ask>, telemetry: Telemetry) -> Tick {
-        let command = Command { asked, ..Command::HEARD };
-        Tick { command, reading: self.reading, limits: *cycle.limits(), telemetry, got_n: self.got_n, unsound: None }
+        Self { limits, at_m, reading, drive }
     }
 }
 
@@ -191,12 +176,10 @@ impl HapticDevice for Scripted {
     }
 
     fn actuate(&mut self, force_n: Vector3<f32>) {
-        self.got_n = Some(force_n);
         self.drive.send(force_n.cast());
     }
 
     fn release(&mut self) {
-        self.got_n = None;
         self.drive.release();
     }
 }

@@ -1,6 +1,6 @@
 //! One run, judged from the true position and the force that acted.
 
-use palpate::haptic::cycle::{Ask, Command, Cycle, PatchRenderer, Settings, Telemetry};
+use palpate::haptic::cycle::{Ask, Command, PatchRenderer, Settings, Telemetry};
 use palpate::haptic::device::HapticDevice;
 use palpate::haptic::mode::Mode;
 use palpate::{BuildError, Fault, Model, Vector3};
@@ -16,8 +16,8 @@ use super::truth::{Instant, shake_n};
 use crate::faults::paths::PathGround;
 use palpate_loop::closed_loop::hand::{Grip, Hand};
 use palpate_loop::closed_loop::plant::Plant;
-use palpate_loop::closed_loop::run::ARMING_TICKS;
-use palpate_loop::closed_loop::watch::{Broken, PortWatch};
+use palpate_loop::closed_loop::rig::Rig;
+use palpate_loop::closed_loop::watch::Broken;
 
 /// Least force of the motors that counts as contact [N].
 const ACTS_N: f64 = 1e-4;
@@ -57,7 +57,7 @@ pub struct Outcome {
     pub faults: u32,
     /// Largest acceleration of the tip that the forces of the motors do not explain [m/s^2].
     pub hand_m_per_s2: f64,
-    /// Invariants of the port that were broken, each once.
+    /// Invariants of loop and port that were broken, each once.
     pub broken: Vec<Broken>,
 }
 
@@ -110,17 +110,12 @@ impl YieldingCase {
         let hand = Hand { id: "HY", name: "yielding", grip: Grip::Firm(self.hand) };
         let mut plant = Plant::new(&self.device, hand, on.site.at_m.cast(), on.site.normal.cast(), start_m);
         let limits = plant.limits();
-        let mut port = PortWatch::over(on.shape.clone(), &limits);
         let mut settings = Settings { limits: self.device.limit_values(), ..Settings::safe(&limits) };
         // what is printed, whatever the settings are changed to
         let mut ledger = Ledger::new(self.bound(&settings.account));
         change(&mut settings);
-        let mut cycle = Cycle::build(&settings, &limits)?;
-        for n in 0..ARMING_TICKS {
-            let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(n as usize).copied();
-            cycle.tick(&mut plant, &mut renderer, Command { asked, ..Command::HEARD });
-            plant.rest();
-        }
+        let mut rig = Rig::build(&settings, &limits)?.at_port(on.shape.clone(), &limits);
+        rig.arm(&mut plant, &mut renderer, &mut (), |_, plant| plant.rest());
 
         let mut outcome = Outcome::default();
         let (mut target, mut motion_ticks, mut mode) = (Target { at_m: start_m }, 0, Mode::Active);
@@ -134,7 +129,7 @@ impl YieldingCase {
                 Mode::Idle => Some(Ask::Arm),
                 _ => None,
             };
-            let telemetry = cycle.tick(&mut plant, &mut renderer, Command { asked, ..Command::HEARD });
+            let telemetry = rig.tick(&mut plant, &mut renderer, Command { asked, ..Command::HEARD });
             let before = Instant::of(&plant);
             let aim = if matches!(mode, Mode::Active | Mode::Degraded | Mode::SafeRamp) {
                 motion_ticks = (motion_ticks + 1) % length_ticks;
@@ -148,16 +143,12 @@ impl YieldingCase {
             };
             plant.step(&aim, true);
             outcome.hand_m_per_s2 = outcome.hand_m_per_s2.max(before.hand_m_per_s2(&Instant::of(&plant), self));
-            if let Err(broken) = port.check(&plant.truth())
-                && !outcome.broken.contains(&broken)
-            {
-                outcome.broken.push(broken);
-            }
+            rig.acted(&plant.truth());
             let acting_n = plant.acting_n();
             // contact is what the geometry at rest tells, or any force
             let acts = acting_n.norm() > ACTS_N || telemetry.applied_n != Vector3::zeros();
             ledger.tick(plant.energy().given_j, acts || on.shape_touches(&plant.at_m()));
-            outcome.felt.tick(&telemetry, cycle.limits().max_force_n);
+            outcome.felt.tick(&telemetry, rig.cycle().limits().max_force_n);
             see(&Seen { t_s: f64::from(tick as u32) * TICK_S, at_m: plant.at_m(), acting_n, given_j: ledger.now_j(), telemetry });
             if telemetry.mode == Mode::Fault && mode != Mode::Fault {
                 if outcome.fault.is_none() {
@@ -173,6 +164,7 @@ impl YieldingCase {
             tick += 1;
         }
         outcome.given = ledger.close();
+        outcome.broken = rig.broken().iter().map(|(broken, _)| *broken).collect();
         if self.motion.kind.is_slow() {
             outcome.shake_n = shake_n(&force_n, ticks(self.motion.press_s));
         }
