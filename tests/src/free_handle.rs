@@ -3,13 +3,13 @@
 
 use std::collections::VecDeque;
 
+use crate::mistakes::Mistake;
 use nalgebra::Vector3;
 use palpate::haptic::device::HapticDevice;
 use palpate_controller::force_out::{DacCode, Outputs};
 use palpate_controller::probe_in::EncoderCounts;
 use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_loop::closed_loop::hand::{Aim, HANDS};
-use palpate_loop::closed_loop::mistakes::Mistake;
 use palpate_loop::closed_loop::plant::Plant;
 
 /// Ticks of a motion by hand.

@@ -19,6 +19,7 @@ pub mod far_patch;
 pub mod flash_patch;
 pub mod free_handle;
 pub mod joint_hand;
+pub mod mistakes;
 pub mod oracle;
 pub mod packed;
 pub mod palpate_command;

@@ -6,17 +6,14 @@
 //! ```
 //!
 //! A [`rig`] drives and checks every emulated loop; [`run::run`] runs one with a hand. A [`device`]
-//! profile and a [`hand`] are data. The [`controller`] is the product's or a rival; the [`surface`]
-//! is a wall or the product's patch. The criteria of the [`verdict`] are the same for all of them.
-//! Campaigns of faults, paths and yielding hands are part of the evidence.
+//! profile and a [`hand`] are data; the [`surface`] is a wall or the product's patch. Campaigns of
+//! faults, paths and yielding hands, and rival controllers, are part of the evidence.
 
 pub mod butterworth;
-pub mod controller;
 pub mod device;
 pub mod drive;
 pub mod fidelity;
 pub mod hand;
-pub mod mistakes;
 pub mod plant;
 pub mod prepared;
 pub mod report;

@@ -12,11 +12,11 @@ use palpate::haptic::mode::Mode;
 use palpate_board::EmulatedBoard;
 use palpate_controller::probe_in::EncoderCounts;
 use palpate_loop::closed_loop::device::DeviceProfile;
-use palpate_loop::closed_loop::mistakes::{MISTAKES, Mistake};
 use palpate_loop::day::today;
 use palpate_tests::board_on_a_port::{BoardOnAPort, Hand, Pace};
 use palpate_tests::emulator::build_firmware;
 use palpate_tests::free_handle::FreeHandle;
+use palpate_tests::mistakes::{MISTAKES, Mistake};
 use palpate_tests::palpate_command::{Desk, Outcome, binary, palpate};
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");

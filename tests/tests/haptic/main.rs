@@ -3,6 +3,7 @@
 
 mod boot_inside_tissue_gives_no_force;
 mod checks_are_on;
+mod commissioning;
 mod faults_give_zero_force;
 mod haptic_closed_loop;
 mod haptic_invariants;

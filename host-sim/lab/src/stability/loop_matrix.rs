@@ -32,7 +32,7 @@ use serde::{Deserialize, Serialize};
 
 use self::ceiling::Ceiling;
 use crate::error::Error;
-use palpate_loop::closed_loop::controller::{CONTROLLERS, Controller};
+use crate::stability::controller::{CONTROLLERS, Controller};
 use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_loop::closed_loop::hand::{self, HANDS, Hand};
 use palpate_tissue::Error as TissueError;

@@ -1,8 +1,8 @@
 //! Walls with every controller: theory is met where it applies, the product keeps its promise, and
 //! each other controller fails as expected.
 
+use palpate_lab::stability::controller::Controller;
 use palpate_lab::stability::loop_matrix::{HELD_N_PER_M, LoopSetup, STEP, TapResult, passive_n_per_m};
-use palpate_loop::closed_loop::controller::Controller;
 use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_loop::closed_loop::hand::{HANDS, Hand};
 

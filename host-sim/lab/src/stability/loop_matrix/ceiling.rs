@@ -16,7 +16,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use super::climb::{quiet, weakened};
 use super::{DEPTH_M, FORCE_SHARE};
 use crate::error::Error;
-use palpate_loop::closed_loop::controller::Controller;
+use crate::stability::controller::Controller;
 use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
 use palpate_loop::closed_loop::fidelity;
 use palpate_loop::closed_loop::hand::{self, HANDS, Hand};

@@ -7,7 +7,7 @@ use palpate::{BuildError, ClampFlags, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::{DEPTH_M, FORCE_SHARE, SOFTEST_N_PER_M, STEP, STIFFEST_N_PER_M};
-use palpate_loop::closed_loop::controller::Controller;
+use crate::stability::controller::Controller;
 use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_loop::closed_loop::hand::Hand;
 use palpate_loop::closed_loop::run::{Row, Run, Setup, run};

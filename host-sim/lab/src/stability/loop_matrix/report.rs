@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use super::ceiling::Ceiling;
 use super::{Cell, Climb, HELD_N_PER_M, LoopSummary, MOST_CREATED_J, MOST_STATIC_ERROR, STEP, SWEPT};
 use crate::error::Error;
+use crate::stability::controller::{CONTROLLERS, Controller};
 use palpate_charts::{
     CreatedEnergy, EnergyRow, MatrixCell, MatrixGroup, MatrixRow, StiffnessMatrix, created_energy, stiffness_matrix,
 };
-use palpate_loop::closed_loop::controller::{CONTROLLERS, Controller};
 use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
 use palpate_loop::closed_loop::hand::HANDS;
 use palpate_tissue::output::OutputFolder;

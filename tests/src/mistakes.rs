@@ -6,9 +6,9 @@ use palpate::Vector3;
 use palpate::haptic::commission::{Commissioned, Commissioning, Plan, Stage, Trouble, Wiring};
 use palpate::haptic::device::HapticDevice;
 
-use super::device::DeviceProfile;
-use super::hand::{Aim, HANDS, Hand};
-use super::plant::Plant;
+use palpate_loop::closed_loop::device::DeviceProfile;
+use palpate_loop::closed_loop::hand::{Aim, HANDS, Hand};
+use palpate_loop::closed_loop::plant::Plant;
 use palpate_tissue::scene::TICK_S;
 
 /// A mistake in the set-up of a device, as the wiring that it really has.

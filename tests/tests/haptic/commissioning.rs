@@ -10,12 +10,12 @@ use palpate::haptic::cycle::Settings;
 use palpate::haptic::device::HapticDevice;
 use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
 use palpate_loop::closed_loop::hand::{Aim, HANDS};
-use palpate_loop::closed_loop::mistakes::{HandsOff, MISTAKES, Mistake, commissioned};
 use palpate_loop::closed_loop::plant::Plant;
 use palpate_loop::closed_loop::run::{Setup, run as run_loop};
 use palpate_loop::closed_loop::stimulus::Stimulus;
 use palpate_loop::closed_loop::surface::Wall;
 use palpate_loop::haptic_session::{HapticSession, Input, OutOfOrder};
+use palpate_tests::mistakes::{HandsOff, MISTAKES, Mistake, commissioned};
 
 fn touch() -> DeviceProfile {
     DeviceProfile::load("touch").unwrap()
@@ -100,7 +100,7 @@ fn a_handle_that_is_held_or_moves_ends_it() {
 }
 
 fn session() -> HapticSession {
-    let patch = concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/patches/block-m4f-168.patch");
+    let patch = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/patches/block-m4f-168.patch");
     HapticSession::open_patch(Path::new(patch), "touch").unwrap()
 }
 

@@ -29,10 +29,10 @@ use self::low_pass::LowPass;
 use self::slew::Slew;
 use self::time_domain_passivity::TimeDomainPassivity;
 use self::virtual_coupling::VirtualCoupling;
-use super::device::DeviceProfile;
-use super::stimulus::{Change, Site};
-use super::surface::Surface;
-use super::watch::RestShape;
+use palpate_loop::closed_loop::device::DeviceProfile;
+use palpate_loop::closed_loop::stimulus::{Change, Site};
+use palpate_loop::closed_loop::surface::Surface;
+use palpate_loop::closed_loop::watch::RestShape;
 
 /// Duration of a tick [s].
 const TICK_S: f32 = palpate_tissue::scene::TICK_S as f32;
