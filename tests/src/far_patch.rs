@@ -59,7 +59,7 @@ impl FarPatch {
             PiecePresses::of(&scene, &prepared.placed, (Level::Quick, true), &solved, |_, _| ()).expect("a stored answer");
         let fitted = presses.fit_piece(&prepared, &settings, &mut |_| ()).expect("a fit");
         let judging = Judging {
-            known: &presses.known,
+            known: presses.known.reference(),
             fitted_m: &presses.fitted_m,
             unseen: &presses.unseen,
             disc_radii: PIECE_JUDGED_RADII,

@@ -38,9 +38,6 @@ pub enum CalibrateError {
     /// The uncalibrated patch has no equilibrium under a press.
     #[error("the uncalibrated patch cannot be pressed: {0}")]
     Press(#[from] Unbalanced),
-    /// The reference does not have the presses that the targets need.
-    #[error("the reference has no press at the centre deep enough: press deeper")]
-    Targets,
 }
 
 /// Extent of a fit.

@@ -7,8 +7,6 @@ pub use block::BlockForces;
 pub use surface::SurfaceForces;
 
 use crate::calibrate::targets::Reference;
-use crate::statics::Vector;
-use palpate_tissue::answer::GluedAnswer;
 use palpate_tissue::tissue::Placed;
 
 /// Forces over depth and place.
@@ -39,37 +37,13 @@ impl ForceMap {
         }
     }
 
-    fn own(&self) -> &dyn Reference {
+    /// The map as a reference for a fit and for its evaluation.
+    #[must_use]
+    pub fn reference(&self) -> &dyn Reference {
         match self {
             Self::Block(map) => map,
             Self::Surface(map) => map.as_ref(),
         }
-    }
-}
-
-impl Reference for ForceMap {
-    fn force(&self, place_m: Vector, depth_m: f64) -> Option<f64> {
-        self.own().force(place_m, depth_m)
-    }
-
-    fn deepest_m(&self) -> f64 {
-        self.own().deepest_m()
-    }
-
-    fn shallowest_m(&self) -> f64 {
-        self.own().shallowest_m()
-    }
-
-    fn place_m(&self, offset_m: [f64; 2]) -> Option<Vector> {
-        self.own().place_m(offset_m)
-    }
-
-    fn glued(&self) -> &[GluedAnswer] {
-        self.own().glued()
-    }
-
-    fn displacement_m(&self, depth_m: f64, offset_m: [f64; 2]) -> Option<[f64; 3]> {
-        self.own().displacement_m(depth_m, offset_m)
     }
 }
 

@@ -109,7 +109,7 @@ fn holds(scene: &Scene, presses: &PiecePresses, board: &str, tolerance_pct: f64,
     let chosen = outcome.check(machine, tolerance_pct).unwrap();
     assert!(chosen.fits && chosen.units <= machine.budget());
     let session = read(scene, &file(&outcome));
-    let mut all = errors(&session, &presses.known, depths_m);
+    let mut all = errors(&session, presses.known.reference(), depths_m);
     let (centred, aside) = (all.remove(0), all.into_iter().flatten().collect::<Vec<f64>>());
     let rms = (aside.iter().map(|e| e * e).sum::<f64>() / aside.len() as f64).sqrt();
     let worst = aside.iter().chain(&centred).map(|e| e.abs()).fold(0.0, f64::max);
@@ -121,7 +121,7 @@ fn holds(scene: &Scene, presses: &PiecePresses, board: &str, tolerance_pct: f64,
     assert!(worst <= WORST_RATIO * tolerance_pct, "{worst}");
     // the tick itself, which a board runs, keeps the tolerance too, not only its equilibrium
     let depth_m = *depths_m.last().unwrap();
-    let wanted_n = presses.known.force(V3::zeros(), depth_m).unwrap() * scene.tissue.youngs_modulus_pa;
+    let wanted_n = presses.known.reference().force(V3::zeros(), depth_m).unwrap() * scene.tissue.youngs_modulus_pa;
     let found_n = ticked_n(&session, depth_m);
     assert!((found_n / wanted_n - 1.0).abs() <= WORST_RATIO * tolerance_pct / 100.0, "{found_n} N of {wanted_n} N");
     outcome

@@ -144,7 +144,7 @@ impl Bench<'_> {
         let presses = self.presses.on(&weighed.placed);
         let fit = presses.fit((&tissue, rim.as_ref()), &weighed.material, &params, &settings, &mut |_| {})?;
         let judging = Judging {
-            known: &presses.known,
+            known: presses.known.reference(),
             fitted_m: &presses.fitted_m,
             unseen: &presses.unseen,
             disc_radii: PIECE_JUDGED_RADII,

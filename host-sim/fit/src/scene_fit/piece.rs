@@ -58,6 +58,12 @@ const FITTED_RADII: f64 = 1.15;
 /// Relative deviation of a glued disc's force that counts as one unit of error (1), since there are
 /// only a few discs.
 const GLUED_TOLERANCE: f64 = 0.002;
+/// Shallowest dent that is fitted [probe radii], deviation of a surface node, as a share of the
+/// depth, that counts as one unit of error (1), and difference below which two depths count as
+/// equal [m].
+const DENT_RADII: f64 = 0.2;
+const DENT_TOLERANCE: f64 = 0.008;
+const SAME_M: f64 = 1e-6;
 /// Radius of the ring on which glued discs are fitted, besides those at the site [probe radii], and
 /// their number.
 const RING_RADII: f64 = 0.5;
@@ -240,16 +246,17 @@ impl PiecePresses {
     #[must_use]
     pub fn on(&self, placed: &Placed) -> Self {
         let ForceMap::Surface(_) = &self.known else { return self.clone() };
-        let known = self.known.on(placed);
+        let map = self.known.on(placed);
+        let (known, before) = (map.reference(), self.known.reference());
         let across = tangents(placed.axis).map(Vector::from);
         let moved = |hold: &HoldAnswer| {
             let before_m = Vector::from(hold.place_m);
             let place_m = known.place_m(across.map(|t| before_m.dot(&t)))?;
-            let ratio = known.force(place_m, hold.depth_m)? / self.known.force(before_m, hold.depth_m)?;
+            let ratio = known.force(place_m, hold.depth_m)? / before.force(before_m, hold.depth_m)?;
             Some(HoldAnswer { place_m: place_m.into(), force_over_e_m2: ratio * hold.force_over_e_m2, ..hold.clone() })
         };
         let holds = self.unseen.holds.iter().filter_map(moved).collect();
-        Self { unseen: Answer { holds, ..self.unseen.clone() }, known, ..self.clone() }
+        Self { unseen: Answer { holds, ..self.unseen.clone() }, known: map, ..self.clone() }
     }
 
     /// Fits a patch, with its rim springs if it has some, to the answers for the fit.
@@ -266,16 +273,30 @@ impl PiecePresses {
     ) -> Result<Calibration, Error> {
         let radius_m = f64::from(params.probe.radius_m);
         let aside = ASIDE.map(|(share, times)| (self.scale.depth_m(share), times));
+        let dents_m = self.dents_m(radius_m);
+        let mut centre: Vec<f64> = CENTRE.iter().map(|share| self.scale.depth_m(*share)).collect();
+        centre.retain(|depth_m| dents_m.iter().all(|dent_m| (dent_m - depth_m).abs() > SAME_M));
+        centre.extend(&dents_m);
+        centre.sort_by(f64::total_cmp);
+        let surface = if dents_m.is_empty() { Vec::new() } else { skin_nodes(tissue) };
         let disc = DiscPresses {
-            centre: CENTRE.iter().map(|share| (self.scale.depth_m(*share), CENTRE_TOLERANCE)).collect(),
+            centre: centre.into_iter().map(|depth_m| (depth_m, CENTRE_TOLERANCE)).collect(),
             aside: aside_of(settings.places, &params.probe, &aside),
-            dents: Vec::new(),
+            dents: dents_m.into_iter().map(|depth_m| (depth_m, DENT_TOLERANCE)).collect(),
         };
-        let targets = Targets::over(&self.known, &[], tissue.site_m.into(), radius_m, FITTED_RADII, &disc)
+        let known = self.known.reference();
+        let targets = Targets::over(known, &surface, tissue.site_m.into(), radius_m, FITTED_RADII, &disc)
             .ok_or_else(|| Error::Check("the surface ends near the site: take another site, or a smaller probe".into()))?
-            .with_glued(&glued_around(self.known.glued(), radius_m), GLUED_TOLERANCE);
+            .with_glued(&glued_around(known.glued(), radius_m), GLUED_TOLERANCE);
         calibrate(tissue, material, rim, params, &targets, settings, progress)
             .map_err(|cause| Error::Check(format!("the patch cannot be fitted: {cause}")))
+    }
+
+    /// Depths of the fit at which the answer has the surface [m]; none for an organ.
+    fn dents_m(&self, radius_m: f64) -> Vec<f64> {
+        let fitted = self.fitted_m[0].max(DENT_RADII * radius_m)..=self.scale.deepest_m;
+        let centred = self.answer.holds.iter().filter(|hold| hold.place_m == [0.0; 3] && hold.surface.is_some());
+        centred.map(|hold| hold.depth_m).filter(|depth_m| fitted.contains(depth_m)).collect()
     }
 
     /// Fits the patch that was cut out of the tissue.
@@ -291,6 +312,14 @@ impl PiecePresses {
         let far = &prepared.far;
         self.fit((&far.cut.patch, Some(&far.springs)), &prepared.material, &prepared.params, settings, progress)
     }
+}
+
+/// Nodes of the surface, with their positions [m].
+fn skin_nodes(tissue: &Tissue) -> Vec<(usize, Vector)> {
+    let mut nodes: Vec<u32> = tissue.skin.iter().flatten().copied().collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes.into_iter().map(|n| (n as usize, Vector::from(tissue.mesh.nodes_m[n as usize]))).collect()
 }
 
 /// Returns the solved discs at the site, and interpolated discs on a ring around it. The

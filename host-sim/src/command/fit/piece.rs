@@ -52,13 +52,13 @@ impl FitArgs {
         steps.finish();
         self.print_scene(scene, nodes, recipe.points_per_triangle, &presses.fitted_m);
         kept.said().iter().for_each(|line| println!("{line}"));
-        let stages = Stages { scene, known: &presses.known, store: &store, what: "fit" };
+        let stages = Stages { scene, known: presses.known.reference(), store: &store, what: "fit" };
         let settings = self.settings(nodes, LEAST_GAIN);
         let problem =
             format!("{:?} {recipe:?} {settings:?} {:?} {:?}", store.pressed(), presses.fitted_m, presses.answer.holds);
         let (fit, reused_fit) = stages.fit(&settings, &problem, |progress| presses.fit_piece(&prepared, &settings, progress))?;
         let judging = Judging {
-            known: &presses.known,
+            known: presses.known.reference(),
             fitted_m: &presses.fitted_m,
             unseen: &presses.unseen,
             disc_radii: PIECE_JUDGED_RADII,
@@ -77,7 +77,7 @@ impl FitArgs {
             scene,
             options,
             fitted_m: &presses.fitted_m,
-            known: &presses.known,
+            known: presses.known.reference(),
             answer: &presses.answer,
             reference_nodes: presses.nodes,
             reference_error: presses.error,
