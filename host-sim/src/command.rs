@@ -6,13 +6,9 @@ mod absent;
 mod board;
 #[cfg(feature = "full")]
 mod boards;
-#[cfg(feature = "full")]
-mod calibrate;
 pub mod campaign;
 mod closed_loop;
 mod completions;
-#[cfg(feature = "full")]
-mod cut;
 #[cfg(feature = "full")]
 mod emulate;
 #[cfg(feature = "full")]
@@ -27,12 +23,8 @@ mod on_demand;
 pub mod options;
 #[cfg(feature = "full")]
 mod pack;
-#[cfg(feature = "full")]
-mod plan;
 mod press;
 pub mod progress;
-#[cfg(feature = "full")]
-mod reference;
 mod replay;
 mod scene;
 #[cfg(feature = "full")]
@@ -53,16 +45,12 @@ use palpate_tissue::scene::{Change, Scene};
 use self::on_demand::{Program, build_and_run};
 use self::options::accept::AcceptArgs;
 use self::options::board::BoardCommand;
-use self::options::calibrate::CalibrateArgs;
 use self::options::chart::ChartArgs;
-use self::options::cut::CutArgs;
 use self::options::emulate::EmulateArgs;
 use self::options::faults::FaultsArgs;
 use self::options::fit::FitArgs;
 use self::options::pack::PackArgs;
 use self::options::paper::PaperCommand;
-use self::options::plan::PlanArgs;
-use self::options::reference::ReferenceArgs;
 use self::options::stability::StabilityArgs;
 
 /// Soft tissue for haptic devices: press it, measure it, pack it for a board.
@@ -89,28 +77,17 @@ enum Command {
     /// `palpate scene nodule > mine.toml` makes a file to change; every command with --scene
     /// accepts it.
     Scene(scene::SceneArgs),
-    /// Solve a scene by finite elements: the force and the surface that a press should have.
+    /// Fit a patch to finite elements of a scene, and measure its error at unseen places.
     ///
-    /// Neo-Hookean, quasi-static, on three meshes, each finer than the one before. Writes
-    /// answer.json, summary.json, forces.csv, surface_<k>.csv and a picture as SVG and PNG. Fails
-    /// (exit code 1) if a hold does not converge; converged holds are written nevertheless.
-    Reference(ReferenceArgs),
-    /// Fit a block's patch to a finite-element answer and write it as a patch file.
-    ///
-    /// Every spring, node and foundation point gets a positive multiplier, from static solutions of
-    /// the model at several depths and many places. Writes <scene>-<nodes>.patch, summary.json,
-    /// convergence.csv, accuracy.csv (held-out depths and random places) and a picture as SVG and
-    /// PNG. Fails (exit code 1) if the fit does not improve the patch.
-    Calibrate(CalibrateArgs),
-    /// Calibrate a patch for a scene, and measure its error at unseen places.
-    ///
-    /// Solves the presses that it needs by finite elements, meshes, fits, and presses the patch at
-    /// places and depths that the fit never saw. A block is fitted whole; for an organ or a mesh
-    /// file the patch is the piece around the site, with rim springs for the rest. A stopped run
-    /// continues where it was when it is started again. Writes <scene>-<nodes>.patch, a record of
-    /// the fit and its errors beside it (.patch.json), answer.json, summary.json, accuracy.csv,
-    /// convergence.csv and pictures as SVG and PNG. Fails (exit code 1) if the error is larger than
-    /// --tolerance-pct, and suggests a remedy.
+    /// A block is fitted whole; of an organ or a mesh file the patch is the piece around the site,
+    /// with rim springs for the rest, and so it is of a block with --radius. With --board the piece
+    /// fills the budget of a board; with --smallest it is the smallest that keeps --tolerance-pct
+    /// there. A stopped run continues where it was when it is started again, except a search for
+    /// the smallest, which reuses the finite elements. Writes <scene>-<nodes>.patch
+    /// (<scene>-<board>.patch for a board), a record of the fit and its errors beside it
+    /// (.patch.json), answer.json, summary.json, accuracy.csv, convergence.csv and pictures as SVG
+    /// and PNG; a search writes searched.csv and its chart instead. Fails (exit code 1) if the error
+    /// is larger than --tolerance-pct, and suggests a remedy or a board that would do.
     Fit(FitArgs),
     /// Merge the shards of a campaign, from one machine or several: writes the result that one run
     /// of all cases writes.
@@ -118,8 +95,8 @@ enum Command {
     /// A shard is a share of a command's cases: `palpate faults --shard 1/2 --out out/parts` runs
     /// the first half and writes it to out/parts/shard-1-of-2, and `--shard 2/2` runs the other
     /// half, perhaps on another machine. `palpate merge out/parts` combines both into one result,
-    /// and prints what `palpate faults` prints. accept, chart, faults, loop, stability, and fit and
-    /// plan with --scenes have the option --shard. Fails (exit code 2) if a shard is missing,
+    /// and prints what `palpate faults` prints. accept, chart, faults, loop, stability, and fit
+    /// with --scenes have the option --shard. Fails (exit code 2) if a shard is missing,
     /// duplicate or damaged, or comes from another program, seed, scene or set of options, and says
     /// which shard to run again; nothing is removed. The command's own checks are made here, on the
     /// merged result.
@@ -132,22 +109,6 @@ enum Command {
     /// Writes <scene>-<board>.patch. The firmware can load the file, and a scene presses it with
     /// patch = "FILE" under [solver].
     Pack(PackArgs),
-    /// Cut a patch out of a whole organ, with rim springs for the rest, and calibrate it.
-    ///
-    /// Only the tissue around the site is meshed into the patch, graded to the organ's surface, and
-    /// calibrated against finite elements of the whole organ. Writes <scene>-<board>.patch,
-    /// summary.json and accuracy.csv.
-    Cut(CutArgs),
-    /// Regenerate the tables and figures of a paper that this project implements, and say which of
-    /// its claims held: takes minutes, with --quick half a minute.
-    #[command(subcommand)]
-    Paper(PaperCommand),
-    /// Chart speed against accuracy: all methods at four sizes and two stiffnesses, under the same
-    /// press.
-    ///
-    /// Writes chart.csv (one row per run), summary.json (with the Pareto fronts) and pictures as
-    /// SVG and PNG. For a method that does not survive the press, the row says how it fails.
-    Chart(ChartArgs),
     /// Close the loop over an emulated hand and device, and report what a person would feel besides
     /// the tissue.
     ///
@@ -157,23 +118,6 @@ enum Command {
     /// but the tissue is felt, energy is created or an invariant is broken; above the encoder's
     /// ceiling a toggling count is reported and is not a failure.
     Loop(closed_loop::LoopArgs),
-    /// Inject every kind of fault into the haptic loop, with every hand, at every moment of a
-    /// touch, and check the reaction.
-    ///
-    /// Writes faults.csv (one row per kind of fault), summary.json and a picture as SVG and PNG.
-    /// Fails (exit code 1) if a run breaks an invariant of the loop, or if the reaction is missing,
-    /// late or wrong.
-    Faults(FaultsArgs),
-    /// Find the smallest model of a scene that keeps a force tolerance within a board's budget, and
-    /// write its patch.
-    ///
-    /// Searches patch radius, element size, foundation, substeps and terms. Prints the model, the
-    /// next smaller one that misses the tolerance and the next larger one that keeps it or leaves
-    /// the budget. Writes <scene>-<board>.patch, the record of its fit beside it (.patch.json),
-    /// summary.json (with the promise), searched.csv and the chart of the search as SVG and PNG.
-    /// Fails (exit code 1) if nothing fits, and names a board that would do. A scene that is not
-    /// the standard block is solved by finite elements first.
-    Plan(PlanArgs),
     /// Use a flashed board on a serial port: find it, arm, stop, record, send patches.
     #[command(subcommand)]
     Board(BoardCommand),
@@ -190,21 +134,30 @@ enum Command {
     ///
     /// Shows how the tissue yields, the force, and the state of the loop. Stiffness, a nodule,
     /// device and hand can be changed; the key N hides a nodule to search for and starts a scored
-    /// search. Records traces for `palpate replay`. Window and page are a package of their own,
-    /// host-sim/live, which is built at first use.
+    /// search. Records traces. Window and page are a package of their own, host-sim/live, which is
+    /// built at first use. With --replay a trace is run once more: writes summary.json and trace.csv
+    /// (one row per tick), and fails (exit code 1) at the first bit that differs.
     Live(live::LiveArgs),
-    /// Run a recorded trace of `palpate live` again and compare it bit for bit.
+    /// Check the project's claims: chart, stability, paper, accept, faults.
     ///
-    /// Writes summary.json and trace.csv (one row per tick). Fails (exit code 1) at the first bit
-    /// that differs.
-    Replay(replay::ReplayArgs),
-    /// Compare the model with raw measurements of tissue and with closed forms: what is fitted,
-    /// what is predicted, and the prediction without the term that is tested.
+    /// Each is a command by its own name too: `palpate chart` is `palpate check chart`.
+    #[command(subcommand)]
+    Check(StudyCommand),
+    #[command(flatten)]
+    Short(StudyCommand),
+    /// Print a script with which a shell completes the words of this command.
+    Completions(completions::CompletionsArgs),
+}
+
+/// The studies of the evidence's workspace.
+#[derive(Debug, Subcommand)]
+enum StudyCommand {
+    /// Chart speed against accuracy: all methods at four sizes and two stiffnesses, under the same
+    /// press.
     ///
-    /// Writes summary.json, accept.csv (one row per figure), <data set>.csv and a picture of every
-    /// data set as SVG and PNG. Fails (exit code 1) if a figure is outside its measured range, or
-    /// if all figures of a row would be accepted without the term that it tests.
-    Accept(AcceptArgs),
+    /// Writes chart.csv (one row per run), summary.json (with the Pareto fronts) and pictures as
+    /// SVG and PNG. For a method that does not survive the press, the row says how it fails.
+    Chart(ChartArgs),
     /// Find where methods and loops fail, and the margin to failure.
     ///
     /// Models: every method at stiffnesses from 1 to 200 kPa, pressed, tapped, jittered, with an
@@ -214,13 +167,29 @@ enum Command {
     /// withstand 8 mm, a tap of 0.5 m/s, jitter, a ten times stiffer inclusion and a release from
     /// 3.5 to 100 kPa, or if our loop is not stable at 400 N/m with every hand.
     Stability(StabilityArgs),
-    /// Print a script with which a shell completes the words of this command.
-    Completions(completions::CompletionsArgs),
+    /// Regenerate the tables and figures of a paper that this project implements, and say which of
+    /// its claims held: takes minutes, with --quick half a minute.
+    #[command(subcommand)]
+    Paper(PaperCommand),
+    /// Compare the model with raw measurements of tissue and with closed forms: what is fitted,
+    /// what is predicted, and the prediction without the term that is tested.
+    ///
+    /// Writes summary.json, accept.csv (one row per figure), <data set>.csv and a picture of every
+    /// data set as SVG and PNG. Fails (exit code 1) if a figure is outside its measured range, or
+    /// if all figures of a row would be accepted without the term that it tests.
+    Accept(AcceptArgs),
+    /// Inject every kind of fault into the haptic loop, with every hand, at every moment of a
+    /// touch, and check the reaction.
+    ///
+    /// Writes faults.csv (one row per kind of fault), summary.json and a picture as SVG and PNG.
+    /// Fails (exit code 1) if a run breaks an invariant of the loop, or if the reaction is missing,
+    /// late or wrong.
+    Faults(FaultsArgs),
 }
 
 const AFTER_HELP: &str = "\
-Built when first used, which takes some minutes: fit, reference, calibrate, cut, pack, plan, board, emulate, accept, chart, faults, stability, paper,
-and the option --emulated.
+Built when first used, which takes some minutes: fit, pack, board, emulate, check, and the option --emulated. Not in the lists:
+`palpate completions SHELL` prints a script with which a shell completes these words, and each check is a command by its own name too.
 
 Times in the help of a command are processor time, all cores together: an idle machine with two cores may take half as long, a busy one takes
 longer. A long run prints its progress from time to time.
@@ -229,7 +198,7 @@ Exit code: 0 if what the command promises held, 1 if a check failed, 2 on bad in
 
 Output: a result appears in its folder whole, in place of an earlier one, when the run is done, also if a check failed. A run that is stopped, or
 meets a full disk, leaves the earlier result as it was. A second run into the same folder is refused, and so is a folder with files but without
-a result (pack and calibrate --check add their files to any folder). Patches, and files that you put beside a result, stay.";
+a result (pack adds its files to any folder). Patches, and files that you put beside a result, stay.";
 
 /// Options of most commands.
 #[derive(Args, Clone, Debug)]
@@ -298,9 +267,7 @@ impl Cli {
             None => press::PressArgs::default().run(),
             Some(Command::Press(args)) => args.run(),
             Some(Command::Board(command)) => checked(command.check(), || command.run()),
-            Some(Command::Calibrate(args)) => checked(args.check(), || args.run()),
             Some(Command::Completions(args)) => args.run(),
-            Some(Command::Cut(args)) => checked(args.check(), || args.run()),
             Some(Command::Emulate(args)) => checked(args.check(), || args.run()),
             Some(Command::Fit(args)) => checked(args.check(), || args.run()),
             Some(Command::Live(args)) => args.run(),
@@ -308,27 +275,25 @@ impl Cli {
             Some(Command::Merge(args)) => args.run(),
             Some(Command::Mesh(command)) => command.run(),
             Some(Command::Pack(args)) => checked(args.check(), || args.run()),
-            Some(Command::Plan(args)) => checked(args.check(), || args.run()),
-            Some(Command::Reference(args)) => checked(args.check(), || args.run()),
-            Some(Command::Replay(args)) => args.run(),
             Some(Command::Scene(args)) => args.run(),
-            Some(Command::Accept(_) | Command::Chart(_) | Command::Faults(_) | Command::Paper(_) | Command::Stability(_)) => {
-                build_and_run(Program::Lab)
-            }
+            Some(Command::Check(_) | Command::Short(_)) => build_and_run(Program::Lab),
         }
     }
 
     /// The command, if the evidence's workspace can execute it.
     #[must_use]
     pub fn study(&self) -> Option<Study<'_>> {
-        Some(match self.command.as_ref()? {
-            Command::Accept(args) => Study::Accept(args),
-            Command::Chart(args) => Study::Chart(args),
-            Command::Faults(args) => Study::Faults(args),
-            Command::Merge(args) => Study::Merge(args),
-            Command::Paper(command) => Study::Paper(command),
-            Command::Stability(args) => Study::Stability(args),
+        let study = match self.command.as_ref()? {
+            Command::Merge(args) => return Some(Study::Merge(args)),
+            Command::Check(study) | Command::Short(study) => study,
             _ => return None,
+        };
+        Some(match study {
+            StudyCommand::Accept(args) => Study::Accept(args),
+            StudyCommand::Chart(args) => Study::Chart(args),
+            StudyCommand::Faults(args) => Study::Faults(args),
+            StudyCommand::Paper(command) => Study::Paper(command),
+            StudyCommand::Stability(args) => Study::Stability(args),
         })
     }
 }

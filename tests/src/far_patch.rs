@@ -2,16 +2,21 @@
 //! stiffer or softer inclusions.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use palpate::Params;
-use palpate_fit::calibrate::Settings;
-use palpate_fit::far_field::fitted::{Fitted, Prepared, Recipe, Truth};
-use palpate_tissue::answer::Answer;
-use palpate_tissue::scene::{Inclusion, Scene};
+use palpate_fit::calibrate::{Calibration, Settings};
+use palpate_fit::far_field::prepared::{Prepared, Recipe};
+use palpate_fit::scene_fit::{Judging, Level, PIECE_JUDGED_RADII, PLACES, PiecePresses, Verdict};
+use palpate_fit::solved::Solved;
+use palpate_tissue::scene::{Drive, Inclusion, Scene};
 use palpate_tissue::stable_step::limits;
 
 use crate::bench::Bench;
+
+/// Depth of the deepest press of the fit [m].
+const DEEPEST_M: f64 = 0.008;
 
 /// A patch of the default block, before and after its fit.
 #[derive(Clone, Debug)]
@@ -21,7 +26,9 @@ pub struct FarPatch {
     /// The patch before the fit.
     pub prepared: Prepared,
     /// The patch after the fit.
-    pub fitted: Fitted,
+    pub fitted: Calibration,
+    /// Its errors.
+    pub verdict: Verdict,
 }
 
 impl FarPatch {
@@ -40,12 +47,26 @@ impl FarPatch {
     }
 
     fn fit(radius_m: f64, fine_m: f64) -> Self {
-        let scene = Scene::load("block").expect("a preset");
-        let mut recipe = Recipe::new(radius_m, fine_m, scene.probe.radius_m);
-        recipe.settings = Settings { places: 40, rounds: 8, ..Settings::default() };
+        let mut scene = Scene::load("block").expect("a preset");
+        let Drive::Depth { holds_m, .. } = &mut scene.drive else { panic!("the preset is pressed to a depth") };
+        holds_m.push(DEEPEST_M);
+        let recipe = Recipe::new(radius_m, fine_m, scene.probe.radius_m);
+        let settings = Settings { places: 40, rounds: 8, ..Settings::default() };
         let prepared = Prepared::of(&scene, &recipe).expect("a patch of the block");
-        let fitted = prepared.fit(&Truth::Block(Answer::block()), &recipe.settings, &mut |_| ()).expect("a fit");
-        Self { scene, recipe, prepared, fitted }
+        // the answer for the default block is stored, so nothing is solved
+        let solved = Solved::beside(Path::new("unused"));
+        let presses =
+            PiecePresses::of(&scene, &prepared.placed, (Level::Quick, true), &solved, |_, _| ()).expect("a stored answer");
+        let fitted = presses.fit_piece(&prepared, &settings, &mut |_| ()).expect("a fit");
+        let judging = Judging {
+            known: presses.known.reference(),
+            fitted_m: &presses.fitted_m,
+            unseen: &presses.unseen,
+            disc_radii: PIECE_JUDGED_RADII,
+            places: PLACES,
+        };
+        let verdict = judging.judge(&fitted.patch, &fitted.params).expect("a patch that comes to rest");
+        Self { scene, recipe, prepared, fitted, verdict }
     }
 
     /// The patch, ready to run to the depth `deep_m` [m], with the limits that follow from its

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use palpate::{Model, PatchFile};
 use palpate_fit::far_field::condense::condense;
-use palpate_fit::far_field::fitted::{Prepared, Recipe};
+use palpate_fit::far_field::prepared::{Prepared, Recipe};
 use palpate_fit::far_field::springs::rim_answers;
 use palpate_fit::far_field::{FarField, springs};
 use palpate_fit::statics::Statics;

@@ -64,7 +64,7 @@ pub enum EmulateError {
     NoImage(PathBuf),
     /// There is no patch small enough for the board.
     #[error(
-        "scene {0} has no patch for a board: give one with patch = \"FILE\" under [solver], or `emulate --patch FILE` (`palpate plan` and `palpate pack` make them)"
+        "scene {0} has no patch for a board: give one with patch = \"FILE\" under [solver], or `emulate --patch FILE` (`palpate fit --board` and `palpate pack` make them)"
     )]
     NoPatch(String),
     /// The link to the emulated board broke.

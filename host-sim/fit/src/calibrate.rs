@@ -6,15 +6,12 @@
 //! the reference has them, discs that are glued to the surface, pressed and sheared
 //! ([`crate::statics::Glued`]). Every simulation is the *nonlinear* static solution of the model
 //! that the tick runs ([`crate::statics`]), with its adjoint: one factored tangent gives a force
-//! and its derivatives with respect to thousands of unknowns. [`gauss_newton`] does the fitting;
-//! [`annealing`] (paper 004) minimises the same objective, for comparison.
+//! and its derivatives with respect to thousands of unknowns. [`gauss_newton`] does the fitting.
+//! [`schedule`] is that of paper 004.
 
-pub mod accuracy;
-pub mod annealing;
 pub mod gauss_newton;
 mod measurement;
 pub mod places;
-pub mod reference_map;
 pub mod schedule;
 mod sweep;
 pub mod targets;
@@ -41,37 +38,23 @@ pub enum CalibrateError {
     /// The uncalibrated patch has no equilibrium under a press.
     #[error("the uncalibrated patch cannot be pressed: {0}")]
     Press(#[from] Unbalanced),
-    /// The reference does not have the presses that the targets need.
-    #[error("the reference has no press at the centre deep enough: run `palpate reference` with these depths")]
-    Targets,
 }
 
-/// Extent and method of a fit.
+/// Extent of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Number of places over the disc, without the centre.
     pub places: usize,
-    /// Maximum number of rounds, or of evaluations for annealing.
+    /// Maximum number of rounds.
     pub rounds: usize,
     /// Smallest gain of a round as a share of the objective (1); the fit ends with a round that
     /// gains less.
     pub least_gain: f64,
-    /// Method that minimises the objective.
-    pub fit: Fit,
-}
-
-/// Method that minimises the objective.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fit {
-    /// Gauss-Newton with exact derivatives ([`gauss_newton`]).
-    GaussNewton,
-    /// Simulated annealing ([`annealing`]).
-    Annealing,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { places: 80, rounds: 14, least_gain: 0.002, fit: Fit::GaussNewton }
+        Self { places: 80, rounds: 14, least_gain: 0.002 }
     }
 }
 
@@ -125,10 +108,7 @@ pub fn calibrate(
     let statics = Statics::of(&patch.model(), params)?;
     let unknowns = Unknowns::of(&statics, tissue, targets.reach_m());
     let mut objective = Objective::new(statics, unknowns, targets)?;
-    let rounds = match settings.fit {
-        Fit::GaussNewton => gauss_newton::fit(&mut objective, settings, progress)?,
-        Fit::Annealing => annealing::fit(&mut objective, settings.rounds, progress)?,
-    };
+    let rounds = gauss_newton::fit(&mut objective, settings, progress)?;
     let (multipliers, params) = objective.unknowns().result(objective.statics(), objective.place(), params);
     let mut patch = built(tissue, material, rim, Some(&multipliers));
     patch.set_fitted_places(settings.places as u32);

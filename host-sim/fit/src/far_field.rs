@@ -9,10 +9,9 @@
 pub mod build;
 pub mod condense;
 pub mod cut;
-pub mod fitted;
 pub mod organ_reference;
+pub mod prepared;
 pub mod springs;
-pub mod surface_map;
 pub mod whole;
 
 pub use build::{FarField, FarFieldError};

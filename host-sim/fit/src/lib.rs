@@ -4,6 +4,7 @@
 //! ```text
 //! reference ─ targets ─ calibrate (statics) ─ patch
 //! whole organ ─ far_field ─ rim springs of the patch
+//! force_map: forces between the solved places and depths
 //! settled: the force of the running patch where statics finds no equilibrium
 //! plan: the smallest patch that keeps a tolerance
 //! dynamic: the force on a probe that moves, by finite elements with true masses
@@ -18,6 +19,7 @@
 pub mod calibrate;
 pub mod dynamic;
 pub mod far_field;
+pub mod force_map;
 pub mod half_space;
 pub mod partial_slip;
 pub mod plan;

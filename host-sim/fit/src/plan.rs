@@ -5,21 +5,19 @@
 //! foundation points. After meshing, cutting and condensing, their cost is known before any fit.
 //! They are sorted by cost and searched ([`search`]) by bisection with short fits, and with full
 //! fits around the border. Their forces are compared with those of the whole organ at unseen places
-//! ([`judge`]). For the winner, reductions are then tried: terms left out, and a cheaper treatment
+//! ([`crate::scene_fit::Judging`]). For the winner, reductions are then tried: terms left out, and a cheaper treatment
 //! of the rim ([`rim_treatment`]).
 
 pub mod candidate;
-pub mod judge;
 pub mod judged_candidate;
-pub mod known;
 pub mod outcome;
+mod presses;
 pub mod rim_treatment;
 pub mod search;
 
 pub use candidate::{Candidate, Supply, Weighed};
-pub use judge::{Judge, Judged, WORST_RATIO};
 pub use judged_candidate::{Bench, Effort, JudgedCandidate};
-pub use known::Known;
+pub use presses::presses;
 pub use outcome::Outcome;
 pub use rim_treatment::RimTreatment;
 pub use search::search;

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! presses ─ solve (finite elements, press by press) ─ answer ─┬─ known ─ targets ─ fit ─ patch
-//! organ (a piece of one, and its presses) ────────────────────┴─ unseen ──────────────── judge
+//! piece (a piece of the whole, and its presses) ──────────────┴─ unseen ──────────────── judge
 //! ```
 //!
 //! A block with inclusions is first fitted without them. Then the bump that they cause is fitted
@@ -18,8 +18,7 @@ mod check;
 mod discs;
 mod fit;
 mod judge;
-mod known;
-mod organ;
+mod piece;
 mod presses;
 mod shifted;
 mod solve;
@@ -29,9 +28,8 @@ pub use bump::{Bumps, solve_bumps};
 pub use bump_fit::{BumpDepth, BumpFit, BumpVerdict, Bumped};
 pub use check::{check, check_block, refuse_beyond_the_guard};
 pub use discs::GluedDiscs;
-pub use fit::{FINE_RADII, PLACES_RANGE, Prepared, checked_points, prepare, top_nodes};
-pub use judge::{DepthVerdict, GluedVerdict, Judging, SurfaceVerdict, Verdict};
-pub use known::Known;
-pub use organ::{OrganPresses, PIECE_JUDGED_RADII, PIECE_RADII, element_for, solve_organ, tissue_of};
+pub use fit::{Prepared, prepare};
+pub use judge::{DepthVerdict, GluedVerdict, Judging, SurfaceVerdict, PLACES, Verdict, WORST_RATIO};
+pub use piece::{PIECE_JUDGED_RADII, PIECE_RADII, PiecePresses, element_for, tissue_of};
 pub use presses::{JUDGED_RADII, Level, PressJob, Presses};
 pub use solve::{Forces, PressListener, solve_all};

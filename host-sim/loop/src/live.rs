@@ -5,7 +5,7 @@
 //! window, page (`host-sim/live`):
 //! aim ─ hand and device ─ reading ─┬─ Cycle ─ force on the device
 //!       (emulated, or the pointer) └─ trace: readings, requests, forces
-//! `palpate replay`:
+//! `palpate live --replay`:
 //! trace ─ Cycle ─ same bits?
 //! ```
 //!

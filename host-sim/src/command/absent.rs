@@ -2,13 +2,9 @@
 
 use super::on_demand::{Program, build_and_run};
 use super::options::board::BoardCommand;
-use super::options::calibrate::CalibrateArgs;
-use super::options::cut::CutArgs;
 use super::options::emulate::EmulateArgs;
 use super::options::fit::FitArgs;
 use super::options::pack::PackArgs;
-use super::options::plan::PlanArgs;
-use super::options::reference::ReferenceArgs;
 use crate::error::Error;
 
 macro_rules! absent {
@@ -20,4 +16,4 @@ macro_rules! absent {
         })*
     };
 }
-absent!(BoardCommand, CalibrateArgs, CutArgs, EmulateArgs, FitArgs, PackArgs, PlanArgs, ReferenceArgs);
+absent!(BoardCommand, EmulateArgs, FitArgs, PackArgs);

@@ -2,25 +2,32 @@
 
 mod added_force;
 mod block;
+mod board;
 mod bump;
-mod organ;
+mod piece;
 mod report;
 mod scenes;
+mod search_report;
+mod smallest;
 mod stages;
 mod store;
+mod worth;
 
+use self::board::Load;
 pub(super) use self::scenes::FitScenes;
+use self::store::StoredFit;
 use super::campaign::Campaign;
 use super::options::fit::{FitArgs, FitOptions};
 use super::print_warnings;
 use super::verdict::Verdict as Line;
 use crate::error::Error;
-use palpate_fit::calibrate::{Fit, Settings, too_many_lost};
-use palpate_fit::plan::WORST_RATIO;
-use palpate_fit::scene_fit::{Verdict, check};
+use palpate_fit::calibrate::Settings;
+use palpate_fit::scene_fit::{Verdict, WORST_RATIO, check};
 use palpate_tissue::Error as TissueError;
+use palpate_tissue::budget::CostModel;
 use palpate_tissue::fit_record::FitRecord;
 use palpate_tissue::scene::{NO_PATCH, Scene};
+use palpate_tissue::session::Session;
 use palpate_tissue::trials::Trial;
 
 /// Largest number of nodes of a block's mesh.
@@ -36,9 +43,34 @@ const QUICK_ROUNDS: usize = 3;
 /// bring the force error of 410 nodes from 0.88 to 0.84 %.
 const LEAST_GAIN: f64 = 0.03;
 
-/// A written patch, and its results.
-struct Fitted {
+/// A patch file, before it is written.
+struct PatchFile {
+    name: String,
+    bytes: Vec<u8>,
+    /// Cost of a tick, for a board.
+    load: Option<Load>,
+}
+
+impl PatchFile {
+    /// The file of a fit, named by its number of nodes.
+    fn of(scene: &Scene, session: &Session, fit: &StoredFit) -> Self {
+        Self { name: format!("{}-{}.patch", scene.name, session.report.nodes), bytes: fit.patch(), load: None }
+    }
+}
+
+/// A written patch.
+struct Written {
+    /// Name of the patch file.
+    name: String,
     record: FitRecord,
+    /// Cost of a tick, for a board.
+    load: Option<Load>,
+}
+
+/// Results of a fit.
+struct Fitted {
+    /// The written patch; `None` if the search for the smallest found none.
+    patch: Option<Written>,
     trials: Vec<Trial>,
     /// A suggested remedy, if the patch misses the tolerance.
     missed: Option<String>,
@@ -46,16 +78,20 @@ struct Fitted {
 
 impl Fitted {
     fn verdict(&self, tolerance_pct: f64) -> Result<Line, Error> {
-        let judged = self.record.judged;
-        let known = match self.record.reference_error_pct {
-            Some(pct) if pct > judged.rms_pct => format!("; the finite elements themselves are known to {pct:.2} % only"),
-            _ => String::new(),
-        };
         let check = self.missed.as_ref().map_or(Ok(()), |missed| Err(TissueError::Check(missed.clone())));
         Line::of(check, || {
+            let Some(Written { record, load, .. }) = &self.patch else { return String::new() };
+            let judged = record.judged;
+            let known = match record.reference_error_pct {
+                Some(pct) if pct > judged.rms_pct => format!("; the finite elements themselves are known to {pct:.2} % only"),
+                _ => String::new(),
+            };
+            let load = load.as_ref().map_or_else(String::new, |load| {
+                format!("; a tick takes {:.0} % of what it may on {} (estimate)", load.pct(), load.board)
+            });
             format!(
-                "{} nodes, {:.2} % rms off finite elements at {} places that the fit did not see, {:+.2} % at worst ({tolerance_pct} % asked for){known}",
-                self.record.nodes, judged.rms_pct, judged.places, judged.worst_pct
+                "{} nodes, {:.2} % rms off finite elements at {} places that the fit did not see, {:+.2} % at worst ({tolerance_pct} % asked for){known}{load}",
+                record.nodes, judged.rms_pct, judged.places, judged.worst_pct
             )
         })
     }
@@ -65,17 +101,20 @@ impl FitArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         if let Some(scenes) = self.scenes.clone() {
             let out = self.common.folder("fit");
-            let options = scenes::Options { fit: self.options.clone(), scenes, out: out.clone() };
+            let options = scenes::Options { fit: self.options.clone(), boards: self.board.clone(), scenes, out: out.clone() };
             return FitScenes::start(options, &self.shards, &out);
         }
         self.fit_scene()?.verdict(self.options.tolerance_pct)?.last()
     }
 
     fn fit_scene(&self) -> Result<Fitted, Error> {
-        let scene = self.scene()?;
-        match scene.tissue.block_m {
-            Some(size_m) => self.fit_block(&scene, size_m),
-            None => self.fit_organ(&scene),
+        let machine = self.boards()?.first().copied();
+        let scene = self.scene(machine)?;
+        let whole = self.options.radius_m.is_none() && self.options.element_m.is_none();
+        match (machine, scene.tissue.block_m) {
+            (Some(machine), _) if self.options.smallest => self.fit_smallest(&scene, machine),
+            (None, Some(size_m)) if whole => self.fit_block(&scene, size_m),
+            (machine, _) => self.fit_piece(&scene, machine),
         }
     }
 
@@ -92,14 +131,17 @@ impl FitArgs {
         print_warnings(scene);
     }
 
-    /// Loads the scene, and checks that it can be fitted.
-    fn scene(&self) -> Result<Scene, Error> {
+    /// Loads the scene, and checks that it can be fitted for a board.
+    fn scene(&self, machine: Option<&CostModel>) -> Result<Scene, Error> {
         let mut scene = self.common.load()?;
         self.options.check()?;
         check(&scene)?;
+        if let Some(machine) = machine.filter(|machine| machine.is_board()) {
+            scene.refuse_what_boards_lack(machine.name)?;
+        }
         // the scene may already name the patch that is about to be fitted
         scene.solver.patch = Some(NO_PATCH.into());
-        // for an organ or a mesh the option gives the nodes of the piece, not those of the tissue
+        // for a piece the option gives its own nodes, not those of the tissue
         if scene.tissue.block_m.is_some() {
             scene.tissue.nodes = self.options.nodes.or(scene.tissue.nodes);
         }
@@ -110,35 +152,35 @@ impl FitArgs {
     fn settings(&self, nodes: usize, least_gain: f64) -> Settings {
         let rounds = if self.options.quick { QUICK_ROUNDS } else { ROUNDS };
         let places = self.options.places.unwrap_or((PLACES_TIMES_NODES / nodes.max(1)).clamp(*PLACES.start(), *PLACES.end()));
-        Settings { places, rounds, least_gain, fit: Fit::GaussNewton }
+        Settings { places, rounds, least_gain }
     }
 
     /// The written patch, with a remedy if it misses the tolerance.
-    fn judged(&self, (record, trials): (FitRecord, Vec<Trial>), verdict: &Verdict) -> Fitted {
-        let missed = self.options.missed(record.nodes, verdict);
-        Fitted { record, trials, missed }
+    fn judged(&self, (patch, trials): (Written, Vec<Trial>), verdict: &Verdict) -> Fitted {
+        let missed = self.options.missed(patch.record.nodes, patch.load.is_some(), verdict);
+        Fitted { patch: Some(patch), trials, missed }
     }
 }
 
 impl FitOptions {
     /// Compares the error with the requested one; if it is larger, or too many presses have none,
     /// suggests a remedy.
-    fn missed(&self, nodes: usize, verdict: &Verdict) -> Option<String> {
+    fn missed(&self, nodes: usize, on_board: bool, verdict: &Verdict) -> Option<String> {
         let (rms, worst) = (verdict.rms_pct(), verdict.worst_pct());
-        let (lost, presses) = (verdict.lost_presses, verdict.presses);
-        if too_many_lost(lost, presses) {
+        if verdict.lost_too_many() {
             return Some(format!(
-                "{lost} of {presses} presses could not be judged, because the patch does not come to rest there; the others are {rms:.2} % rms off, {worst:+.2} % at worst; all is written: try another --nodes, or press less deep"
+                "{} of {} presses could not be judged, because the patch does not come to rest there; the others are {rms:.2} % rms off, {worst:+.2} % at worst; all is written: try another --nodes, or press less deep",
+                verdict.lost_presses, verdict.presses
             ));
         }
-        let asked = self.tolerance_pct;
-        let keeps = rms.max(worst.abs() / WORST_RATIO);
+        let (asked, keeps) = (self.tolerance_pct, verdict.keeps_pct());
         if keeps <= asked {
             return None;
         }
         // the error falls roughly with the square root of the number of nodes
         let would_do = match nodes as f64 * (keeps / asked).powi(2) {
             _ if self.quick => "leave out --quick, or ask for".to_owned(),
+            _ if on_board => "take a faster board, let --smallest choose radius and elements, or ask for".to_owned(),
             n if n > MOST_NODES => "more nodes than a block is meshed with would (an estimate): ask for".to_owned(),
             n => format!("try --nodes {:.0} (an estimate), or", (n / 10.0).ceil() * 10.0),
         };
@@ -156,7 +198,17 @@ mod tests {
 
     #[test]
     fn a_verdict_that_leaves_out_many_presses_is_not_ok_however_small_its_error() {
-        let options = FitOptions { nodes: None, radius_m: None, places: None, points: None, tolerance_pct: 2.0, quick: false };
+        let options = FitOptions {
+            nodes: None,
+            radius_m: None,
+            element_m: None,
+            smallest: false,
+            places: None,
+            points: None,
+            tolerance_pct: 2.0,
+            quick: false,
+            device: Default::default(),
+        };
         let verdict = |lost_presses| Verdict {
             depths: Vec::new(),
             unseen_rms_pct: 1.0,
@@ -172,8 +224,8 @@ mod tests {
             surfaces: Vec::new(),
             glued: None,
         };
-        assert_eq!([0, 2].map(|lost| options.missed(60, &verdict(lost))), [None, None]);
-        let missed = options.missed(60, &verdict(3)).unwrap();
+        assert_eq!([0, 2].map(|lost| options.missed(60, false, &verdict(lost))), [None, None]);
+        let missed = options.missed(60, false, &verdict(3)).unwrap();
         assert!(missed.starts_with("3 of 100 presses could not be judged"), "{missed}");
     }
 }

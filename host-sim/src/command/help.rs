@@ -6,39 +6,43 @@ use std::fmt::Write;
 use clap::Command;
 
 /// Commands that check claims; all others are for use.
-const CHECKS: [&str; 8] = ["accept", "calibrate", "chart", "faults", "merge", "paper", "reference", "stability"];
+const CHECKS: [&str; 2] = ["check", "merge"];
+
+/// Commands that are in no list: short names of the checks, and what a shell needs once.
+const UNLISTED: [&str; 6] = ["accept", "chart", "completions", "faults", "paper", "stability"];
 
 /// An example of each command, with its effect.
-const EXAMPLES: [(&str, &str, &str); 21] = [
+const EXAMPLES: [(&str, &str, &str); 17] = [
     ("press", "palpate press --scene nodule --set probe.position_m=[0.01,0]", "press 10 mm beside the nodule"),
     ("scene", "palpate scene nodule > mine.toml", "a scene of your own to change"),
-    ("reference", "palpate reference --quick", "the block by coarse finite elements"),
-    ("calibrate", "palpate calibrate --quick", "fit 130 nodes in a few rounds"),
     ("fit", "palpate fit --scene mine.toml --nodes 130", "a calibrated patch of your scene, and how wrong it is"),
     ("merge", "palpate merge out/parts", "after `palpate faults --shard 1/2 --shard 2/2 --out out/parts`"),
     ("mesh", "palpate mesh check liver.msh --unit mm", "the size of a mesh, its worst tet, and what the import changed"),
     ("pack", "palpate pack --board nucleo-f446re", "the block as a patch file for that board"),
-    ("cut", "palpate cut --scene organ-liver --radius 16mm", "a patch of 16 mm around the site of a liver"),
     ("paper", "palpate paper volume-preserved --quick", "the sparse rows of paper 000"),
+    ("check", "palpate check chart --quick", "every method on two small meshes"),
     ("chart", "palpate chart --quick", "every method on two small meshes"),
     ("loop", "palpate loop --hand H1 --quick --all", "a light fingertip with every stimulus"),
     ("faults", "palpate faults --quick", "6000 faults in the haptic loop"),
-    ("plan", "palpate plan --tolerance-pct 3 --board nucleo-h743zi --quick", "the smallest model within 3 % on that board"),
     ("board", "palpate board list", "the boards that answer on a serial port"),
     ("emulate", "palpate emulate --quick", "the firmware's image against this machine, bit for bit"),
     ("live", "palpate live --scene nodule", "press the tissue over a nodule with the mouse"),
-    ("replay", "palpate replay out/live/live-1.trace", "a recorded trace once more, bit for bit"),
     ("accept", "palpate accept T1", "relaxation against measured beef"),
     ("stability", "palpate stability --quick", "where methods and controllers fail"),
     ("completions", "palpate completions bash > ~/.local/share/bash-completion/completions/palpate", "for bash"),
 ];
 
 /// Names of earlier commands, and where their results are now.
-const GONE: [(&str, &str); 2] = [
+const GONE: [(&str, &str); 7] = [
+    ("calibrate", "use `palpate fit`, which solves the finite elements that it needs"),
+    ("cut", "use `palpate fit --board BOARD`, with --radius and --element if you choose them"),
     (
         "far-field",
-        "its tables are in the book, host-sim/book/src/results/far-field.md, and `palpate plan` searches over the edge of a patch",
+        "its tables are in the book, host-sim/book/src/results/far-field.md, and `palpate fit --smallest` searches over the edge of a patch",
     ),
+    ("plan", "use `palpate fit --smallest --board BOARD --tolerance-pct PERCENT`"),
+    ("replay", "use `palpate live --replay TRACE`"),
+    ("reference", "use `palpate fit`, which writes its finite-element answer to answer.json"),
     ("score", "equation (14) and table 1 of paper 004 are in host-sim/lab/src/score, where a test checks them"),
 ];
 
@@ -50,19 +54,25 @@ pub(super) fn gone(name: &str) -> Option<String> {
 
 /// Lists the subcommands in two groups, and gives each an example and its own default folder.
 pub(super) fn grouped(command: Command) -> Command {
-    let command = command.mut_subcommands(|listed| {
-        let listed = with_default_folder(listed);
-        match EXAMPLES.iter().find(|(name, ..)| *name == listed.get_name()) {
-            Some((_, line, what)) => listed.after_help(format!("Example, {what}:\n  {line}")),
-            None => listed,
-        }
+    let command = command.mut_subcommands(|listed| match listed.get_name() {
+        "check" => exemplified(listed.mut_subcommands(exemplified)),
+        _ => exemplified(listed),
     });
     let template = format!(
         "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\nUse it:\n{}\nCheck its claims:\n{}\nOptions:\n{{options}}{{after-help}}",
-        list(&command, |name| !CHECKS.contains(&name)),
+        list(&command, |name| !CHECKS.contains(&name) && !UNLISTED.contains(&name)),
         list(&command, |name| CHECKS.contains(&name)),
     );
     command.help_template(template)
+}
+
+/// Gives a command its example and its own default folder.
+fn exemplified(command: Command) -> Command {
+    let command = with_default_folder(command);
+    match EXAMPLES.iter().find(|(name, ..)| *name == command.get_name()) {
+        Some((_, line, what)) => command.after_help(format!("Example, {what}:\n  {line}")),
+        None => command,
+    }
 }
 
 /// Adds to the help of `--out` the folder that is used if none is given.
@@ -103,9 +113,11 @@ mod tests {
         let (checks, _) = checks.split_once("Options:").unwrap();
         for command in Cli::command().get_subcommands() {
             let line = format!("\n  {} ", command.get_name());
-            let expected = CHECKS.contains(&command.get_name());
-            assert_eq!((usage.contains(&line), checks.contains(&line)), (!expected, expected), "{help}");
+            let (check, listed) = (CHECKS.contains(&command.get_name()), !UNLISTED.contains(&command.get_name()));
+            assert_eq!((usage.contains(&line), checks.contains(&line)), (!check && listed, check), "{help}");
         }
+        let rows = |list: &str| list.lines().filter(|line| line.starts_with("  ")).count();
+        assert!(rows(usage) <= 9 && rows(usage) + rows(checks) <= 12, "{help}");
         assert!(help.contains("Usage: palpate [COMMAND]") && help.contains("Exit code"), "{help}");
         for command in grouped(Cli::command()).get_subcommands() {
             let (_, line, _) = EXAMPLES.iter().find(|(name, ..)| *name == command.get_name()).unwrap();
@@ -117,7 +129,10 @@ mod tests {
                 assert!(help.contains("[default: out/"), "{help}");
             }
         }
-        for name in CHECKS {
+        for line in ["palpate check chart --quick", "palpate chart --quick"] {
+            grouped(Cli::command()).try_get_matches_from(line.split(' ')).unwrap();
+        }
+        for name in CHECKS.into_iter().chain(UNLISTED) {
             assert!(Cli::command().find_subcommand(name).is_some(), "{name} is no command");
         }
     }

@@ -10,6 +10,7 @@ use std::time::Instant;
 
 use clap::Args;
 
+use super::replay::ReplayArgs;
 use super::tools::{Tools, ended, run};
 use crate::error::Error;
 use palpate_loop::board_trace;
@@ -40,14 +41,19 @@ pub(super) struct LiveArgs {
     /// Build the page and do not serve it.
     #[arg(long, requires = "page")]
     no_serve: bool,
-    /// Folder for the window's recordings and pictures, or for the page [default: out/live,
-    /// out/live-page].
+    #[command(flatten)]
+    replay: ReplayArgs,
+    /// Folder for the window's recordings and pictures, for the page, or for the result of a replay
+    /// [default: out/live, out/live-page, out/replay].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }
 
 impl LiveArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
+        if let Some(file) = &self.replay.file {
+            return self.replay.run(file, self.out.as_deref().unwrap_or(Path::new("out/replay")));
+        }
         // a window is not built if it cannot be shown
         let silent = if self.page {
             None

@@ -9,8 +9,6 @@ use super::closed_loop::Loop;
 #[cfg(feature = "full")]
 use super::fit::FitScenes;
 use super::on_demand::{Program, build_and_run};
-#[cfg(feature = "full")]
-use super::plan::PlanScenes;
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::shard::{FILE, Part, complete, program};
@@ -20,7 +18,7 @@ pub const STUDIES: [&str; 6] = ["accept", "chart", "faults", "faults --paths", "
 
 /// Campaigns of `palpate-full`.
 #[cfg(not(feature = "full"))]
-const OF_FULL: [&str; 2] = ["fit --scenes", "plan --scenes"];
+const OF_FULL: [&str; 1] = ["fit --scenes"];
 
 /// Arguments of `palpate merge`.
 #[derive(Args, Clone, Debug)]
@@ -52,8 +50,6 @@ impl MergeArgs {
             Loop::COMMAND => Loop::merge(parts, out, all),
             #[cfg(feature = "full")]
             FitScenes::COMMAND => FitScenes::merge(parts, out, all),
-            #[cfg(feature = "full")]
-            PlanScenes::COMMAND => PlanScenes::merge(parts, out, all),
             other => Err(Self::unknown(other)),
         }
     }

@@ -4,16 +4,12 @@
 
 pub mod accept;
 pub mod board;
-pub mod calibrate;
 pub mod chart;
-pub mod cut;
 pub mod emulate;
 pub mod faults;
 pub mod fit;
 pub mod pack;
 pub mod paper;
-pub mod plan;
-pub mod reference;
 pub mod stability;
 
 use clap::ValueEnum;

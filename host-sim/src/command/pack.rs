@@ -110,7 +110,7 @@ fn pack(common: &Common, board: &BoardArg, nodes: Option<usize>) -> Result<(), E
     println!("model: {}", Standing::of(&scene, &session.patch).sentence(&scene));
     println!("{}", boards::runs_on(machine));
     if machine.name != "desktop" && !matches!(Standing::of(&scene, &session.patch), Standing::Calibrated { .. }) {
-        println!("palpate cut --board {} with the same scene makes a calibrated patch that fits this board", machine.name);
+        println!("palpate fit --board {} with the same scene makes a calibrated patch that fits this board", machine.name);
     }
     verdict.last()
 }

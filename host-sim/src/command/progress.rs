@@ -230,11 +230,6 @@ impl Status {
         }
     }
 
-    /// Prints a line above the bar.
-    pub fn above(&self, print: impl FnOnce()) {
-        self.bar.suspend(print);
-    }
-
     /// Removes the bar from the terminal.
     pub fn clear(&self) {
         self.bar.finish_and_clear();

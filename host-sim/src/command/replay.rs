@@ -1,6 +1,6 @@
-//! The command `palpate replay`.
+//! `palpate live --replay`: a recorded trace once more, bit for bit.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::Serialize;
@@ -20,14 +20,12 @@ use palpate_tissue::output::OutputFolder;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct ReplayArgs {
-    /// Trace that `palpate live` recorded, in the window or in the page.
-    #[arg(value_name = "TRACE")]
-    file: PathBuf,
-    /// Output folder, created if missing; a finished run replaces an earlier result in it.
-    #[arg(long, value_name = "FOLDER", default_value = "out/replay")]
-    out: PathBuf,
+    /// Run a trace that was recorded in the window or in the page once more, without either, and
+    /// compare it bit for bit.
+    #[arg(long = "replay", value_name = "TRACE", conflicts_with_all = ["scene", "follow", "page"])]
+    pub file: Option<PathBuf>,
     /// Also replay it on the emulated board, in lock-step: every tick must have the trace's bits.
-    #[arg(long)]
+    #[arg(long, requires = "file")]
     emulated: bool,
     /// Firmware image [default: built with `cargo fw`, with a large patch in its flash].
     #[arg(long, value_name = "FILE", requires = "emulated")]
@@ -56,13 +54,14 @@ struct Summary<'a> {
 }
 
 impl ReplayArgs {
-    pub(super) fn run(&self) -> Result<(), Error> {
+    /// Replays a trace into the folder `out`.
+    pub(super) fn run(&self, file: &Path, out: &Path) -> Result<(), Error> {
         if self.emulated && cfg!(not(feature = "full")) {
             return build_and_run(Program::Full);
         }
-        let bytes = std::fs::read(&self.file).map_err(|source| TissueError::Read { path: self.file.clone(), source })?;
-        let trace = Trace::read(&bytes).map_err(|cause| Error::Trace { path: self.file.clone(), cause })?;
-        let folder = OutputFolder::open(&self.out)?.made_by(provenance::of(None));
+        let bytes = std::fs::read(file).map_err(|source| TissueError::Read { path: file.to_owned(), source })?;
+        let trace = Trace::read(&bytes).map_err(|cause| Error::Trace { path: file.to_owned(), cause })?;
+        let folder = OutputFolder::open(out)?.made_by(provenance::of(None));
         let again = self.again(&trace)?;
         let peak_force_n = again.telemetry.iter().map(|t| t.applied_n.norm()).fold(0.0, f32::max);
         let deepest_m = again.telemetry.iter().map(|t| t.output.depth_m).fold(0.0, f32::max);
@@ -81,13 +80,13 @@ impl ReplayArgs {
         };
         folder.write_summary(&summary)?;
         folder.write("trace.csv", replay::table(&again).as_bytes())?;
-        let verdict = Verdict::of(self.judge(&again), || {
+        let verdict = Verdict::of(judge(file, &again), || {
             let boards = if self.emulated { ", on this machine and on the emulated board" } else { "" };
             format!("all {} ticks have the trace's bits{boards}", trace.ticks)
         })?
         .first();
         let seconds = f64::from(trace.ticks) * 1e-3;
-        println!("{}: {} with {}, {seconds:.1} s", self.file.display(), trace.head.scene, trace.head.device);
+        println!("{}: {} with {}, {seconds:.1} s", file.display(), trace.head.scene, trace.head.device);
         println!(
             "  strongest {peak_force_n:.3} N, deepest {:.2} mm; checksum of every node's state at the end {:016x}",
             deepest_m * 1e3,
@@ -95,18 +94,6 @@ impl ReplayArgs {
         );
         println!("\nwrote {}: summary.json, trace.csv", folder.publish()?.display());
         verdict.last()
-    }
-
-    /// Checks that no invariant was broken and that no bit differs from the trace.
-    fn judge(&self, again: &Replayed) -> Result<(), Error> {
-        let file = self.file.display();
-        if let Some((Broken { id, what }, tick)) = again.broken.first() {
-            return Err(TissueError::Check(format!("{file}: tick {tick} breaks {id}: {what}")).into());
-        }
-        match again.differs {
-            None => Ok(()),
-            Some((tick, what)) => Err(TissueError::Check(format!("{file}: {what} differs at tick {tick}")).into()),
-        }
     }
 
     #[cfg(feature = "full")]
@@ -124,5 +111,17 @@ impl ReplayArgs {
     #[expect(clippy::unused_self, reason = "the build with a board asks it")]
     fn again(&self, trace: &Trace) -> Result<Replayed, Error> {
         Ok(replay::replay(trace)?)
+    }
+}
+
+/// Checks that no invariant was broken and that no bit differs from the trace.
+fn judge(file: &Path, again: &Replayed) -> Result<(), Error> {
+    let file = file.display();
+    if let Some((Broken { id, what }, tick)) = again.broken.first() {
+        return Err(TissueError::Check(format!("{file}: tick {tick} breaks {id}: {what}")).into());
+    }
+    match again.differs {
+        None => Ok(()),
+        Some((tick, what)) => Err(TissueError::Check(format!("{file}: {what} differs at tick {tick}")).into()),
     }
 }

@@ -100,7 +100,7 @@ impl Answer {
     /// The file cannot be read, or it is not a valid answer.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(path).map_err(|source| Error::Read { path: path.into(), source })?;
-        let refuse = |cause: String| Error::Usage(format!("{}: {cause}: write it anew with palpate reference", path.display()));
+        let refuse = |cause: String| Error::Usage(format!("{}: {cause}: write it anew with palpate fit", path.display()));
         let answer: Self = serde_json::from_str(&text).map_err(|cause| refuse(cause.to_string()))?;
         for (n, hold) in answer.holds.iter().enumerate() {
             let positive = [hold.depth_m, hold.force_over_e_m2].iter().all(|v| v.is_finite() && *v > 0.0);

@@ -1,10 +1,10 @@
-//! The three calibration methods, applied to targets of a known patch.
+//! The fit, applied to targets of a known patch.
 
 use palpate::Params;
 use palpate_fit::calibrate::places::sunflower;
 use palpate_fit::calibrate::targets::PlaceTarget;
 use palpate_fit::calibrate::{
-    DentTarget, ForceTarget, GluedTarget, Objective, Round, Settings, Sweep, Targets, Unknowns, annealing, gauss_newton,
+    DentTarget, ForceTarget, GluedTarget, Objective, Round, Settings, Sweep, Targets, Unknowns, gauss_newton,
 };
 use palpate_fit::statics::{Solver, Statics, Vector};
 use palpate_tissue::mesh::{BlockSpec, block};
@@ -196,22 +196,4 @@ fn glued_discs_are_fitted_with_the_presses_and_have_the_slope_of_the_cost() {
     let found = (cost(step) - cost(-step)) / (2.0 * step);
     let expected: f64 = gradient.iter().zip(&along).map(|(g, a)| g * a).sum();
     assert!((found / expected - 1.0).abs() < 1e-4, "gradient {expected}, differences {found}");
-}
-
-#[test]
-fn annealing_lowers_the_cost_and_repeats_itself() {
-    assert_eq!(annealing::SCHEDULE_EVALUATIONS, 1 + 570 * 200);
-    let case = Case::small();
-    let fit = || {
-        let mut objective = case.objective();
-        let rounds = annealing::fit(&mut objective, 120, &mut |_| {}).unwrap();
-        check_record(&mut objective, &rounds, 120);
-        (objective.place().to_vec(), rounds)
-    };
-    let (z, rounds) = fit();
-    assert!(rounds.last().unwrap().cost < 0.6 * rounds[0].cost, "{rounds:?}");
-    let [springs, nodes] = case.unknowns.shared_springs_and_nodes();
-    assert!(z.iter().enumerate().all(|(n, z)| (*z != 0.0) == (n == springs || n == nodes)), "others moved");
-    let bits = |z: &[f64]| z.iter().map(|z| z.to_bits()).collect::<Vec<_>>();
-    assert_eq!(bits(&z), bits(&fit().0));
 }

@@ -3,6 +3,7 @@
 
 use palpate_fit::statics::{Solver, Statics, Vector};
 use palpate_tests::far_patch::FarPatch;
+use palpate_tissue::answer::Answer;
 use palpate_tissue::scene::Inclusion;
 
 /// Patch radius and element size [m], which give 68 nodes.
@@ -30,23 +31,29 @@ fn worst(a: &[f64], b: &[f64]) -> f64 {
 #[test]
 fn a_patch_is_right_where_it_was_not_fitted() {
     let patch = FarPatch::quick(SIZE.0, SIZE.1);
-    let accuracy = &patch.fitted.accuracy;
-    for at in &accuracy.forces {
+    let fitted = Statics::of(&patch.fitted.patch.model(), &patch.fitted.params).unwrap();
+    for at in &patch.verdict.depths {
         println!("{at:?}");
     }
+    let at = |mm: f64| *patch.verdict.depths.iter().find(|at| (at.depth_mm - mm).abs() < 1e-6).unwrap();
+    let rms = |errors: [f64; 3]| (errors.iter().map(|e| e * e).sum::<f64>() / 3.0).sqrt();
     // the fit used neither the depths of 1.5, 3 and 6 mm nor any of the places
-    assert!(accuracy.centred_rms_pct(&[1.5, 3.0, 6.0]) < 2.0);
+    assert!(rms([1.5, 3.0, 6.0].map(|mm| at(mm).centred_pct)) < 2.0);
     // a quick fit has forty places, too few for the shallowest presses, so those are not checked
     // here
-    let (rms, worst) = accuracy.disc_pct(&[2.0, 3.0, 4.0]);
-    println!("disc {rms} {worst}, glued {:?}", accuracy.glued);
-    assert!(rms < 2.0 && worst.abs() < 5.0, "{rms} {worst}");
-    let centred = accuracy.glued.iter().filter(|disc| disc.place_mm == [0.0; 3]);
-    assert!(centred.clone().count() >= 2);
-    centred.for_each(|disc| assert!(disc.error_pct.abs() < 3.0, "{disc:?}"));
+    let disc = [2.0, 3.0, 4.0].map(at);
+    assert!(rms(disc.map(|at| at.rms_pct)) < 2.0 && disc.iter().all(|at| at.worst_pct.abs() < 5.0), "{disc:?}");
+    let solver = Solver::of(&fitted).unwrap();
+    let answer = Answer::block();
+    let centred: Vec<_> = answer.glued.iter().filter(|disc| disc.place_m == [0.0; 3]).collect();
+    assert!(centred.len() >= 2);
+    for disc in centred {
+        let found_m = solver.glued(&fitted, Vector::zeros(), disc.radius_m, disc.direction.into()).unwrap().stiffness_m;
+        let off = found_m / disc.stiffness_over_e_m - 1.0;
+        assert!(off.abs() < 0.03, "{:?} {off}", disc.direction);
+    }
     // before the fit it is not accurate
     let raw = Statics::of(&patch.prepared.patch().model(), &patch.prepared.params).unwrap();
-    let fitted = Statics::of(&patch.fitted.patch.model(), &patch.fitted.params).unwrap();
     assert!(worst_of(&raw, &fitted) > 0.05);
 }
 

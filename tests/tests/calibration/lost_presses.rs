@@ -2,7 +2,7 @@
 //! it.
 
 use palpate_fit::calibrate::targets::PlaceTarget;
-use palpate_fit::calibrate::{CalibrateError, Fit, ForceTarget, Objective, Settings, Targets, Unknowns, calibrate};
+use palpate_fit::calibrate::{CalibrateError, ForceTarget, Objective, Settings, Targets, Unknowns, calibrate};
 use palpate_fit::pressed_patch::PressedPatch;
 use palpate_fit::scene_fit::prepare;
 use palpate_fit::settled::{PressForce, SettledPatch};
@@ -37,7 +37,7 @@ fn targets(sound: usize) -> Targets {
 fn fitted(sound: usize) -> Result<usize, CalibrateError> {
     let scene = Scene::load("../host-sim/scenes/trials/nu25-130.toml").unwrap();
     let prepared = prepare(&scene).unwrap();
-    let settings = Settings { places: 1, rounds: 0, least_gain: 0.03, fit: Fit::GaussNewton };
+    let settings = Settings { places: 1, rounds: 0, least_gain: 0.03 };
     calibrate(&prepared.tissue, &prepared.material, None, &prepared.params, &targets(sound), &settings, &mut |_| ())
         .map(|fit| fit.lost_presses)
 }

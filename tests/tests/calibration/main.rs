@@ -1,4 +1,4 @@
-//! Calibration, patches with a far field, and plans.
+//! Calibration, patches with a far field, and the smallest patch.
 
 mod calibrated_patches;
 mod calibration_methods;
@@ -7,5 +7,5 @@ mod far_field_patches_hold;
 mod lost_presses;
 mod moving_presses_agree;
 mod nodules_by_touch;
-mod plan_keeps_its_promise;
 mod shipped_patches_are_current;
+mod smallest_keeps_its_promise;

@@ -1,6 +1,5 @@
 //! The firmware's patches are byte-identical to the present output of `pack` for the M7's default
-//! block and nodule and for the M4F's own calibrated patch (`calibrate --nodes 56 --places 100
-//! --rounds 30`), and so is the record of the latter.
+//! block and nodule and for the M4F's own calibrated patch, and so is the record of the latter.
 
 use palpate_tests::palpate_command::{Desk, palpate, repository};
 

@@ -405,22 +405,25 @@ fn boards_and_options_that_do_not_fit() {
 }
 
 #[test]
-fn a_plan_that_cannot_be() {
+fn a_patch_for_a_board_that_cannot_be() {
     let desk = Desk::default();
-    let pack = |radius, element| ["cut", "--radius-m", radius, "--element-m", element];
+    let pack = |radius, element| ["fit", "--board", "m4f-168", "--radius-m", radius, "--element-m", element];
     for radius in ["-1", "0.004", "0.05", "nan"] {
         refused(&desk, &pack(radius, "0.005"), &["give a radius of 0.0100 to 0.0320 m"]);
     }
     refused(&desk, &pack("0.017", "nan"), &["elements of NaN m", "above zero"]);
     for tolerance in ["0", "-3", "nan", "inf", "101"] {
-        refused(&desk, &["plan", "--tolerance-pct", tolerance], &["--tolerance-pct", "above 0", "at most 100"]);
+        refused(&desk, &["fit", "--tolerance-pct", tolerance], &["--tolerance-pct", "above 0", "at most 100"]);
     }
-    refused(&desk, &["plan", "--tolerance-pct", "0.2"], &["--tolerance-pct 0.2", "reference itself", "take 0.3 or more"]);
-    refused(&desk, &["plan", "--tolerance-pct", "3", "--board", "m4"], &["no board \"m4\"", "desktop, m4f-168, m7-480"]);
-    refused(&desk, &["plan", "--tolerance-pct", "3", "--scene", "blok"], &["did you mean \"block\""]);
-    let plan = ["plan", "--tolerance-pct", "3", "--scene", "scene.toml"];
+    let smallest = |more: &[&'static str]| [&["fit", "--smallest", "--board", "m4f-168"], more].concat();
+    let unknowable = smallest(&["--tolerance-pct", "0.2"]);
+    refused(&desk, &unknowable, &["--tolerance-pct 0.2", "reference itself", "take 0.3 or more"]);
+    refused(&desk, &["fit", "--smallest", "--board", "m4"], &["no board \"m4\"", "desktop, m4f-168, m7-480"]);
+    refused(&desk, &["fit", "--board", "desktop", "--board", "m7-480"], &["--board", "give one, or --scenes"]);
+    refused(&desk, &smallest(&["--scene", "blok"]), &["did you mean \"block\""]);
+    let plan = smallest(&["--scene", "scene.toml"]);
     desk.put("scene.toml", edited(SMALL_BLOCK, NODES, "nodes = 129\ngravity_m_per_s2 = [0.0, 0.0, -9.81]"));
-    refused(&desk, &plan, &["tissue.gravity_m_per_s2", "far field carries no weight"]);
+    refused(&desk, &plan, &["tissue.gravity_m_per_s2", "a fit has no weight"]);
     desk.put("scene.toml", edited(SMALL_BLOCK, "[0.08, 0.08, 0.04]", "[0.01, 0.01, 0.006]"));
     refused(&desk, &plan, &["scene.toml", "patch radius", "use at most"]);
 }

@@ -218,7 +218,7 @@ fn scenes_that_no_fit_can_be_made_of() {
     refused(&desk, &with("--tolerance-pct=0"), &["--tolerance-pct 0", "above 0"]);
     refused(&desk, &with("--points=10"), &["--points 10", "4, 9 or 16"]);
     refused(&desk, &with("--nodes=7"), &["nodes", "7"]);
-    refused(&desk, &with("--radius-m=0.02"), &["--radius", "is a block", "leave it out"]);
+    refused(&desk, &with("--radius-m=0.005"), &["a patch of 0.005 m", "give a radius"]);
     let organ = |option: &'static str| ["fit", "--scene", "organ-liver", "--out", "out", option];
     refused(&desk, &organ("--radius-m=0.005"), &["organ-liver: a patch of 0.005 m", "give a radius"]);
     refused(&desk, &organ("--nodes=3"), &["--nodes 3", "at the nearest", "--radius"]);

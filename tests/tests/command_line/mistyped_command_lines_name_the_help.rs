@@ -16,6 +16,11 @@ fn a_mistyped_command_line_gets_one_line_that_names_the_help() {
         (&["press", "--out", ""], "--out"),
         (&["far-field", "--quick"], "results/far-field.md"),
         (&["score", "marks.csv"], "host-sim/lab/src/score"),
+        (&["calibrate", "--quick"], "palpate fit"),
+        (&["cut", "--radius", "16mm"], "palpate fit --board BOARD"),
+        (&["plan", "--tolerance-pct", "3"], "palpate fit --smallest --board BOARD"),
+        (&["reference"], "palpate fit"),
+        (&["fit", "--smallest"], "--board"),
     ] {
         let outcome = palpate(SCRATCH, desk.folder(), arguments);
         assert_eq!(outcome.code, Some(2), "{arguments:?}: {outcome:?}");
@@ -36,7 +41,7 @@ fn help_and_refusals_build_nothing() {
         command.args(line.split(' ')).current_dir(desk.folder()).env("CARGO", "/nowhere/cargo");
         command.output().expect("palpate was just built")
     };
-    for command in ["accept", "chart", "faults", "paper", "paper local-compression", "stability", "fit", "board arm", "plan"] {
+    for command in ["accept", "chart", "faults", "paper", "paper local-compression", "stability", "fit", "board arm"] {
         let help = ran(&format!("{command} --help"));
         let text = String::from_utf8_lossy(&help.stdout);
         assert!(help.status.success() && text.contains(&format!("Usage: palpate {command}")), "{command}: {text}");

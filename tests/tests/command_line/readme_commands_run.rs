@@ -50,7 +50,7 @@ fn as_run(command: &str, out: &Path) -> String {
         return format!("cargo test {test} -- --list");
     }
     let writes =
-        ["press", "pack", "cut"].iter().any(|c| command.contains(&format!("-- {c}"))) || command.ends_with("cargo run --release");
+        ["press", "pack"].iter().any(|c| command.contains(&format!("-- {c}"))) || command.ends_with("cargo run --release");
     let has_folder = command.contains("--out");
     match (writes && !has_folder, command.contains(" -- ")) {
         (false, _) => command.to_owned(),
@@ -68,20 +68,16 @@ fn failure(line: &str) -> Option<String> {
     (!run.status.success()).then(message)
 }
 
-/// Commands that take minutes on one core. Other tests run a quick form of each except `cut` and
-/// the benchmark.
-const LONG: [&str; 12] = [
+/// Commands that take minutes on one core. Other tests run a quick form of each except the
+/// benchmark.
+const LONG: [&str; 8] = [
     "accept",
     "bench",
-    "calibrate --quick",
     "chart",
-    "cut --scene",
     "faults",
     "fit --scene",
     "loop --quick",
     "paper",
-    "plan",
-    "reference",
     "stability",
 ];
 

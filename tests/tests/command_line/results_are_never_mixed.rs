@@ -210,7 +210,7 @@ fn a_folder_that_cannot_be_replaced_is_refused_before_anything_is_computed() {
     }
     // after bad input not even the parent folders are created
     desk.put("scene.toml", edited(SMALL_BLOCK, "nodes = 129", "nodes = 129\nmesh = \"none.msh\""));
-    assert_eq!(palpate(SCRATCH, desk.folder(), &["reference", "--scene", "scene.toml", "--out", "a/b/c"]).code, Some(2));
+    assert_eq!(palpate(SCRATCH, desk.folder(), &["fit", "--scene", "scene.toml", "--out", "a/b/c"]).code, Some(2));
     assert_eq!(desk.listing(), ["scene.toml"]);
     // a folder whose parent folders do not exist yet
     desk.put("scene.toml", SMALL_BLOCK);

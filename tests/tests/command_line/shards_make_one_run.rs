@@ -13,8 +13,7 @@ use crate::bad_input_says_what_where_how::refused;
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 
-/// Neither fit nor plan is possible for these scenes; the merged table still equals that of a
-/// single run.
+/// No fit is possible for these scenes; the merged table still equals that of a single run.
 #[test]
 fn tables_of_scenes_in_shards_are_one_run() {
     let desk = Desk::default();
@@ -25,13 +24,13 @@ fn tables_of_scenes_in_shards_are_one_run() {
     desk.put("scenes/c.toml", edited(&stiffens, "3500.0", "3.5"));
     are_one(SCRATCH, &desk, 1, &["fit", "--scenes", "scenes"], &[&["1/2"], &["2/2"]], "table");
     let table = std::fs::read_to_string(desk.folder().join("merged/fits.csv")).unwrap();
-    assert!(table.contains("\na,failed,") && table.contains("tissue.stiffening_b = 3"), "{table}");
+    assert!(table.contains("\na,,failed,") && table.contains("tissue.stiffening_b = 3"), "{table}");
 
-    let desk_of_plans = Desk::default();
+    let for_boards = Desk::default();
     let scenes = desk.folder().join("scenes").display().to_string();
-    let plan = ["plan", "--scenes", &scenes, "--tolerance-pct", "3", "--board", "m4f-168", "--board", "desktop"];
-    are_one(SCRATCH, &desk_of_plans, 1, &plan, &[&["1/3", "3/3"], &["2/3"]], "table");
-    let table = std::fs::read_to_string(desk_of_plans.folder().join("merged/plans.csv")).unwrap();
+    let smallest = ["fit", "--smallest", "--scenes", &scenes, "--board", "m4f-168", "--board", "desktop"];
+    are_one(SCRATCH, &for_boards, 1, &smallest, &[&["1/3", "3/3"], &["2/3"]], "table");
+    let table = std::fs::read_to_string(for_boards.folder().join("merged/fits.csv")).unwrap();
     assert_eq!(table.lines().count(), 7, "{table}");
     assert!(table.contains("\na,m4f-168,failed,") && table.contains("\nc,desktop,failed,"), "{table}");
 }
@@ -54,7 +53,7 @@ fn scenes_that_cannot_be_read_are_rows() {
     let table = |path: &str| std::fs::read_to_string(desk.folder().join(path)).unwrap();
     let one = table("one/table/fits.csv");
     assert_eq!(one, table("merged/fits.csv"));
-    assert!(one.lines().count() == 3 && one.contains("\na,failed,") && one.contains(",gone.msh: cannot read"), "{one}");
+    assert!(one.lines().count() == 3 && one.contains("\na,,failed,") && one.contains(",gone.msh: cannot read"), "{one}");
 }
 
 #[test]
@@ -62,11 +61,7 @@ fn what_cannot_be_split_and_what_is_no_shard() {
     let desk = Desk::default();
     desk.put("scene.toml", SMALL_BLOCK);
     refused(&desk, &["fit", "--shard", "1/2"], &["--shard: one scene is fitted in one piece", "--scenes"]);
-    let plan = |more: &[&'static str]| [&["plan", "--tolerance-pct", "3"], more].concat();
-    refused(&desk, &plan(&["--shard", "1/2"]), &["--shard: one scene is planned in one piece", "--scenes"]);
-    refused(&desk, &plan(&["--board", "desktop", "--board", "m7-480"]), &["--board", "give one, or --scenes"]);
-    refused(&desk, &plan(&["--scenes", ".", "--board", "desktop", "--board", "desktop"]), &["--board desktop: given twice"]);
-    refused(&desk, &["plan", "--tolerance-pct", "0", "--scenes", "."], &["--tolerance-pct 0", "above 0"]);
+    refused(&desk, &["fit", "--scenes", ".", "--board", "desktop", "--board", "desktop"], &["--board desktop: given twice"]);
     refused(&desk, &["merge", "absent"], &["absent"]);
     refused(&desk, &["merge", "."], &["there is no shard.jsonl in it", "--shard"]);
 }
@@ -110,10 +105,10 @@ fn shards_are_merged_by_their_program_and_with_their_scene() {
     ends(SCRATCH, &desk, 0, &["merge", "shards", "--out", "merged"]);
 }
 
-/// Fits of two scenes, and plans for two boards.
+/// Fits of two scenes, and the smallest patches for two boards.
 #[test]
-#[ignore = "long: finite elements of two fits, and two plans"]
-fn fits_and_plans_in_shards_are_one_run() {
+#[ignore = "long: finite elements of two fits, and two searches"]
+fn fits_in_shards_are_one_run() {
     let desk = Desk::default();
     std::fs::create_dir(desk.folder().join("scenes")).unwrap();
     desk.put("scenes/small.toml", edited(SMALL_BLOCK, "nodes = 129", "nodes = 60"));
@@ -122,9 +117,9 @@ fn fits_and_plans_in_shards_are_one_run() {
     let fit = ["fit", "--scenes", "scenes", "--quick", "--places", "20", "--tolerance-pct=30"];
     are_one(SCRATCH, &desk, 0, &fit, &[&["2/2"], &["1/2"]], "table");
 
-    let plans = Desk::default();
-    std::fs::create_dir(plans.folder().join("scenes")).unwrap();
-    plans.put("scenes/block.toml", block);
-    let plan = ["plan", "--scenes", "scenes", "--quick", "--tolerance-pct=5", "--board=m4f-168", "--board=m7-480"];
-    are_one(SCRATCH, &plans, 0, &plan, &[&["2/2"], &["1/2"]], "table");
+    let boards = Desk::default();
+    std::fs::create_dir(boards.folder().join("scenes")).unwrap();
+    boards.put("scenes/block.toml", block);
+    let smallest = ["fit", "--smallest", "--scenes", "scenes", "--quick", "--tolerance-pct=5", "--board=m4f-168", "--board=m7-480"];
+    are_one(SCRATCH, &boards, 0, &smallest, &[&["2/2"], &["1/2"]], "table");
 }

@@ -102,8 +102,7 @@ fn a_changed_key_acts_and_a_mistyped_one_names_the_nearest() {
 
     let desk = Desk::default();
     desk.put("scene.toml", SMALL_BLOCK);
-    for command in [&["press"][..], &["fit"], &["pack"], &["loop", "--quick"], &["reference"], &["plan", "--tolerance-pct", "3"]]
-    {
+    for command in [&["press"][..], &["fit"], &["pack"], &["loop", "--quick"], &["fit", "--smallest", "--board", "m4f-168"]] {
         let set = ["--scene", "scene.toml", "--set", "tissue.youngs_modulus=7000"];
         refused(&desk, &[command, &set].concat(), &["--set tissue.youngs_modulus=7000", "did you mean \"youngs_modulus_pa\"?"]);
     }

@@ -3,7 +3,6 @@
 
 mod balance;
 mod block;
-mod command;
 mod glued;
 mod half_space;
 mod linearity;

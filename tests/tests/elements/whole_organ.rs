@@ -148,7 +148,7 @@ fn presses_as_the_block(x: f64) {
     let desk = Desk::default();
     let scene = block_file(&desk, [0.0; 3]);
     let placed = whole(&scene, &[], &SMALL).unwrap();
-    let found = organ_reference(&scene, &placed, &[[x, 0.0]], &[0.002], |_, _| {}).unwrap();
+    let found = organ_reference(&scene, &placed, &[[x, 0.0]], &[0.002], None, |_, _| {}).unwrap();
     let [place] = &found.places[..] else { panic!("{} places", found.places.len()) };
     let expected = Answer::block().hold([x, 0.0, 0.0], 0.002).unwrap().force_over_e_m2;
     let off = place.force_over_e_m2[0] / expected - 1.0;
@@ -290,7 +290,7 @@ fn what_cannot_be_cut_out_is_refused_with_what_would_do() {
     for (offset_m, depths_m, says) in
         [([0.2, 0.0], [0.001, 0.002], "press nearer"), ([0.0; 2], [0.002, 0.001], "rising"), ([0.0; 2], [0.0, 0.001], "rising")]
     {
-        let error = organ_reference(&scene, &placed, &[offset_m], &depths_m, |_, _| {}).unwrap_err().to_string();
+        let error = organ_reference(&scene, &placed, &[offset_m], &depths_m, None, |_, _| {}).unwrap_err().to_string();
         assert!(error.contains(says), "{error}");
     }
 }

@@ -8,17 +8,6 @@ use palpate_tissue::answer::GluedAnswer;
 /// Radius of the disc over which places are spread on a whole block [probe radii]: slightly larger
 /// than 1.5, the radius within which the force must keep its tolerance.
 pub const DISC_RADII: f64 = 1.65;
-/// Depths of the presses at every place [probe radii].
-pub const DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 0.875];
-/// Depths of the presses at the centre [probe radii].
-const CENTRE_DEPTHS_RADII: [f64; 5] = [0.0625, 0.125, 0.25, 0.5, 1.0];
-/// Depths of the presses along a stroke [probe radii]: 0.5, 1, 2, 4 mm for a radius of 8 mm, so
-/// that a slide at a depth of 3 mm is not part of the fit.
-const STROKE_DEPTHS_RADII: [f64; 4] = [0.0625, 0.125, 0.25, 0.5];
-/// Distance by which the places extend beyond both ends of a stroke [probe radii].
-const STROKE_ENDS_RADII: f64 = 0.125;
-/// Depths at which dents are compared [probe radii].
-const DENT_DEPTHS_RADII: [f64; 2] = [0.25, 0.5];
 /// Radius around the centre within which a dent is compared [probe radii].
 const DENT_RADII: f64 = 2.5;
 
@@ -130,26 +119,6 @@ impl Targets {
         self.places.iter().map(|place| place.forces.len()).sum()
     }
 
-    /// Presses at the centre and at `places` further places within `disc_radii` probe radii, to all
-    /// depths that the reference has, with dents at the nodes `surface`, if there are any.
-    #[must_use]
-    pub fn over_a_disc(
-        reference: &(impl Reference + ?Sized),
-        surface: &[(usize, Vector)],
-        centre_m: Vector,
-        radius_m: f64,
-        disc_radii: f64,
-        places: usize,
-    ) -> Option<Self> {
-        let pressed = |depths: &[f64]| depths.iter().map(|depth| (depth * radius_m, tolerance(*depth))).collect();
-        let disc = DiscPresses {
-            centre: pressed(&CENTRE_DEPTHS_RADII),
-            aside: vec![(places, pressed(&DEPTHS_RADII))],
-            dents: DENT_DEPTHS_RADII.iter().map(|depth| (depth * radius_m, DENT_TOLERANCE)).collect(),
-        };
-        Self::over(reference, surface, centre_m, radius_m, disc_radii, &disc)
-    }
-
     /// The presses of `disc` within `disc_radii` probe radii, to all depths that the reference has,
     /// with dents at the nodes `surface`, if there are any.
     #[must_use]
@@ -185,38 +154,6 @@ impl Targets {
         Some(Self { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii })
     }
 
-    /// Presses along a stroke on a flat top (normal along z). The stroke is centred on `centre_m`;
-    /// the places extend over `half_width_m` to both sides and form a golden-ratio lattice, after
-    /// the centre. Returns `None` if the reference has no answer.
-    #[must_use]
-    pub fn over_a_stroke(
-        reference: &(impl Reference + ?Sized),
-        centre_m: Vector,
-        stroke_m: [f64; 3],
-        half_width_m: f64,
-        radius_m: f64,
-        places: usize,
-    ) -> Option<Self> {
-        let stroke = Vector::from(stroke_m);
-        let along = stroke.try_normalize(0.0).unwrap_or_else(Vector::x);
-        let half_length_m = 0.5 * stroke.norm() + STROKE_ENDS_RADII * radius_m;
-        let across = Vector::z().cross(&along);
-        let depths = STROKE_DEPTHS_RADII.map(|depth| (depth * radius_m, tolerance(depth)));
-        let press = |offset_m: Vector| {
-            let forces = forces(reference, offset_m, &depths)?;
-            Some(PlaceTarget { place_m: centre_m + offset_m, forces, dents: Vec::new() })
-        };
-        let mut all = vec![press(Vector::zeros())?];
-        for n in 0..places {
-            let share = (n as f64 + 0.5) / places as f64;
-            let aside = (GOLDEN_RATIO * (n as f64 + 0.5)).fract();
-            let offset = along * (half_length_m * (2.0 * share - 1.0)) + across * (half_width_m * (2.0 * aside - 1.0));
-            all.push(press(offset)?);
-        }
-        let disc_radii = half_length_m.hypot(half_width_m) / radius_m;
-        Some(Self { places: all, glued: Vec::new(), centre_m, radius_m, disc_radii })
-    }
-
     /// Returns the targets with the glued discs of an answer, whose places are relative to the
     /// centre. A relative deviation of `tolerance` (1) counts as one unit of error.
     #[must_use]
@@ -232,34 +169,12 @@ impl Targets {
         self
     }
 
-    /// Returns the targets with other depths [probe radii] at the centre, as far as the reference
-    /// has them, and with the weight of these presses multiplied by `weight`.
-    #[must_use]
-    pub fn with_centre(mut self, reference: &(impl Reference + ?Sized), depths_radii: &[f64], weight: f64) -> Option<Self> {
-        let depths: Vec<(f64, f64)> =
-            depths_radii.iter().map(|depth| (depth * self.radius_m, tolerance(*depth) / weight)).collect();
-        self.places.first_mut()?.forces = forces(reference, Vector::zeros(), &depths)?;
-        Some(self)
-    }
-
     /// Radius around the centre that contains all contacts [m].
     #[must_use]
     pub fn reach_m(&self) -> f64 {
         (self.disc_radii + 1.0) * self.radius_m
     }
 }
-
-/// Relative deviation of a force that counts as one unit of error (1).
-const FORCE_TOLERANCE: f64 = 0.005;
-/// Relative deviation of a glued disc's force that counts as one unit of error (1), if there are
-/// only a few discs.
-pub const GLUED_TOLERANCE: f64 = 0.002;
-/// Deviation of a surface node, as a share of the depth, that counts as one unit of error (1).
-const DENT_TOLERANCE: f64 = 0.008;
-
-/// The golden ratio: the fractional parts of its multiples spread places most evenly over an
-/// interval.
-const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
 /// Target forces at an offset from the centre, for those of `depths` [m] that the reference has,
 /// with their tolerances (1); `None` if the reference does not have the place.
@@ -269,10 +184,4 @@ fn forces(reference: &(impl Reference + ?Sized), offset_m: Vector, depths: &[(f6
     let at =
         |&(depth_m, tolerance): &(f64, f64)| Some(ForceTarget { depth_m, force: reference.force(offset_m, depth_m)?, tolerance });
     known.map(at).collect()
-}
-
-/// Tolerance of a force (1): shallow presses, whose contacts are smaller than an element, may
-/// deviate more.
-fn tolerance(depth_radii: f64) -> f64 {
-    if depth_radii < 0.1 { 2.0 * FORCE_TOLERANCE } else { FORCE_TOLERANCE }
 }

@@ -75,27 +75,13 @@ struct Pressed {
 }
 
 /// Presses the organ of [`super::whole`] with the scene's probe along the axis of its site, without
-/// friction, at each of `offsets_m` from the site and to each of `depths_m`. It calls `progress`
-/// with the number of finished presses and their total number.
+/// friction, at each of `offsets_m` from the site and to each of `depths_m`, except for presses that
+/// are in `solved`. It calls `progress` with the number of finished presses and their total number.
 ///
 /// # Errors
 /// Fails if `depths_m` is empty or does not rise from above zero, if an offset misses the surface,
 /// if there is no equilibrium at some depth, or if there is not enough memory.
 pub fn organ_reference(
-    scene: &Scene,
-    placed: &Placed,
-    offsets_m: &[[f64; 2]],
-    depths_m: &[f64],
-    progress: impl Fn(usize, usize) + Sync,
-) -> Result<OrganReference, Error> {
-    organ_reference_kept(scene, placed, offsets_m, depths_m, None, progress)
-}
-
-/// Like [`organ_reference`], but reuses answers in `solved`.
-///
-/// # Errors
-/// See [`organ_reference`].
-pub fn organ_reference_kept(
     scene: &Scene,
     placed: &Placed,
     offsets_m: &[[f64; 2]],
@@ -124,7 +110,7 @@ pub fn organ_reference_kept(
     let (Some(fine), Some(coarse)) = (pressed.next(), pressed.next()) else {
         return Err(Error::Usage(format!("{}: no press was asked for: give places and depths", scene.file)));
     };
-    // convergence is of third order in the edge under the probe, as in [`crate::reference::study`]
+    // convergence is of third order in the edge under the probe, as in [`crate::reference::extrapolate`]
     let gain = (COARSE.edge / FINE.edge).powi(3) - 1.0;
     let both = || fine.force_over_e_m2.iter().zip(&coarse.force_over_e_m2);
     let ratio: Vec<f64> = both().map(|(f, c)| (f + (f - c) / gain) / c).collect();

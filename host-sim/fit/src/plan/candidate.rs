@@ -5,9 +5,8 @@ use palpate::Params;
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
 use serde::Serialize;
 
-use crate::calibrate::Settings;
 use crate::far_field::FarField;
-use crate::far_field::fitted::{Prepared, Recipe};
+use crate::far_field::prepared::{Prepared, Recipe};
 use palpate_tissue::budget::{CostModel, Counts, triangles_in_reach};
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::{Material, Patch};
@@ -193,10 +192,4 @@ impl<'a> Supply<'a> {
         };
         WHOLE_NODES.iter().rev().filter_map(sized).collect()
     }
-}
-
-/// Settings of a fit with the given numbers of places and rounds.
-#[must_use]
-pub fn settings(places: usize, rounds: usize) -> Settings {
-    Settings { places, rounds, ..Settings::default() }
 }

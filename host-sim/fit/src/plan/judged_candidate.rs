@@ -3,19 +3,18 @@
 use palpate::{Params, Terms};
 use serde::{Serialize, Serializer};
 
-use super::candidate::{Candidate, Weighed, settings};
-use super::judge::{Judge, Judged};
+use super::candidate::{Candidate, Weighed};
 use super::rim_treatment::RimTreatment;
-use crate::far_field::fitted::{Truth, fit_tissue};
+use crate::calibrate::Settings;
+use crate::scene_fit::{Judging, PIECE_JUDGED_RADII, PLACES, PiecePresses, Verdict};
 use palpate_tissue::budget::{CostModel, Counts, MACHINES};
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
 use palpate_tissue::session::moving::MovingReport;
 
-/// Seeds of the places that evaluate a screening and a full fit; no fit uses these places.
-const SCREENING_SEEDS: [u64; 1] = [41];
-const SEEDS: [u64; 4] = [2026, 2027, 2028, 2029];
+/// Number of random places at which a full fit is evaluated.
+const FULL_PLACES: usize = 240;
 
 /// Effort spent on a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -33,10 +32,8 @@ pub struct Bench<'a> {
     pub scene: &'a Scene,
     /// Board for which the scene is planned.
     pub machine: &'static CostModel,
-    /// Reference for fitting and evaluating trials.
-    pub truth: &'a Truth,
-    /// Depths at which trials are evaluated.
-    pub judge: &'a Judge,
+    /// Presses for fitting and evaluating trials.
+    pub presses: &'a PiecePresses,
     /// Tolerance of the forces [%].
     pub tolerance_pct: f64,
     /// Whether the search is quick, with fewer and smaller candidates.
@@ -76,7 +73,7 @@ pub struct JudgedCandidate {
     /// accepts its patch.
     pub fits: bool,
     /// Force errors of the fitted patch.
-    pub judged: Judged,
+    pub judged: Verdict,
     /// The tightest tolerance that the candidate meets [%].
     pub keeps_pct: f64,
     /// Error of the shear stiffness of a glued disc that is due to the rim treatment alone [%].
@@ -135,21 +132,29 @@ impl Bench<'_> {
             candidate.element_radii,
             edge.name()
         ));
-        let settings = match effort {
-            Effort::Screened => settings(40, 6),
-            Effort::Full => settings(100, 14),
+        let (places, rounds, judged_places) = match effort {
+            Effort::Screened => (30, 6, PLACES),
+            Effort::Full => (80, 14, FULL_PLACES),
         };
+        let settings = Settings { places, rounds, ..Settings::default() };
         let (tissue, rim) = edge.applied(weighed);
         let terms = Terms { rim: rim.is_some(), ..terms };
         let params = self.machine.adapt(&Params { terms, ..weighed.params });
         let terms = params.terms;
-        let seeds: &[u64] = if effort == Effort::Full { &SEEDS } else { &SCREENING_SEEDS };
-        let (fit, judged) = self.truth.ask_on(&weighed.placed, |reference| {
-            let fit = fit_tissue(&tissue, rim.as_ref(), &weighed.material, &params, reference, &settings, &mut |_| {})?;
-            let judged = self.judge.judge(&fit.patch, &fit.params, reference, seeds);
-            let judged = judged.map_err(|cause| Error::Check(format!("the fitted patch cannot be pressed: {cause}")))?;
-            Ok::<_, Error>((fit, judged))
-        })?;
+        let presses = self.presses.on(&weighed.placed);
+        let fit = presses.fit((&tissue, rim.as_ref()), &weighed.material, &params, &settings, &mut |_| {})?;
+        let judging = Judging {
+            known: presses.known.reference(),
+            fitted_m: &presses.fitted_m,
+            unseen: &presses.unseen,
+            disc_radii: PIECE_JUDGED_RADII,
+            places: judged_places,
+        };
+        let unpressed = |cause: &dyn std::fmt::Display| Error::Check(format!("the fitted patch cannot be pressed: {cause}"));
+        let judged = judging.judge(&fit.patch, &fit.params).map_err(|cause| unpressed(&cause))?;
+        if judged.lost_too_many() {
+            return Err(unpressed(&"it does not come to rest"));
+        }
         let touched = weighed.counts.touched;
         let counts = Counts::of(&fit.patch.model(), touched);
         let shear_error_pct = edge.shear_error_pct(weighed);
@@ -179,8 +184,8 @@ impl Bench<'_> {
             ram_bytes: counts.ram_bytes(),
             patch_bytes,
             fits: accepted && cost.units <= cost.budget && self.machine.has_room(&counts, patch_bytes),
-            judged,
             keeps_pct: judged.keeps_pct(),
+            judged,
             shear_error_pct,
             moving,
             session,

@@ -1,10 +1,10 @@
 //! The solved presses of a scene as an answer, with its accuracy.
 
 use super::discs::GluedDiscs;
-use super::organ::tissue_of;
+use super::piece::tissue_of;
 use super::presses::{PressJob, Presses};
 use super::solve::Forces;
-use crate::reference::study::extrapolate;
+use crate::reference::extrapolate::extrapolate;
 use palpate_tissue::answer::{Answer, AnswerProbe, GluedAnswer, HoldAnswer};
 use palpate_tissue::error::Error;
 use palpate_tissue::scene::Scene;

@@ -11,13 +11,13 @@ use serde::{Deserialize, Serialize};
 
 use super::bump::{Bumps, KNOWN_RADII};
 use super::fit::{Prepared, aside_of};
-use super::known::Known;
-use super::organ::tissue_of;
+use super::piece::tissue_of;
 use crate::calibrate::places::sunflower;
 use crate::calibrate::targets::{ForceTarget, PlaceTarget, Reference, Targets};
 use crate::calibrate::{
     CalibrateError, Calibration, Objective, Positions, Round, Settings, Unknowns, gauss_newton, too_many_lost,
 };
+use crate::force_map::BlockForces;
 use crate::pressed_patch::{NOT_BEGUN, PressedPatch, larger, rms, worst};
 use crate::settled::{PressForce, SettledPatch};
 use crate::statics::{Balance, Statics, Unbalanced, Vector};
@@ -82,7 +82,7 @@ pub struct BumpFit<'a> {
     /// Patch that was fitted to that block, and its parameters.
     pub plain: (&'a Patch, &'a Params),
     /// Reference forces without the inclusions.
-    pub known: &'a Known,
+    pub known: &'a BlockForces,
     /// Ratios of the forces with and without the inclusions.
     pub bumps: &'a Bumps,
     /// Inclusions of the scene.
@@ -289,7 +289,7 @@ impl BumpFit<'_> {
 /// bump.
 #[derive(Clone, Copy)]
 pub struct Bumped<'a> {
-    known: &'a Known,
+    known: &'a BlockForces,
     bumps: &'a Bumps,
 }
 

@@ -2,10 +2,10 @@
 
 use palpate::{Params, Probe, ProbeShape};
 
-use super::known::Known;
 use super::presses::{DENTS, Presses};
 use crate::calibrate::targets::{DISC_RADII, DiscPresses, Reference};
 use crate::calibrate::{Calibration, Round, Settings, Targets, calibrate};
+use crate::force_map::BlockForces;
 use crate::statics::Vector;
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::{Material, Patch};
@@ -13,7 +13,7 @@ use palpate_tissue::scene::Scene;
 use palpate_tissue::tissue::{Tissue, place_fine};
 
 /// Radius around the site within which elements are smallest [probe radii].
-pub const FINE_RADII: f64 = 1.25;
+const FINE_RADII: f64 = 1.25;
 /// Element size, as a share of the probe's radius, above which triangles have nine foundation
 /// points instead of four (1).
 const NINE_ABOVE: f64 = 0.4;
@@ -21,8 +21,6 @@ const NINE_ABOVE: f64 = 0.4;
 /// sixteen points (1). The stiffness of a contact that covers only few points changes as it moves
 /// over them.
 const SIXTEEN_ABOVE: f64 = 1.85;
-/// Allowed range of the requested number of places; a fit to 20 places already over-fits.
-pub const PLACES_RANGE: std::ops::RangeInclusive<usize> = 20..=2000;
 /// Difference below which two depths count as equal [m].
 const SAME_M: f64 = 1e-6;
 /// Relative deviation of a force that counts as one unit of error (1), at the centre and away from
@@ -63,8 +61,7 @@ pub struct Prepared {
 }
 
 /// Nodes on the top of a block, with their positions [m].
-#[must_use]
-pub fn top_nodes(tissue: &Tissue) -> Vec<(usize, Vector)> {
+fn top_nodes(tissue: &Tissue) -> Vec<(usize, Vector)> {
     let top = (0..).zip(&tissue.mesh.nodes_m).filter(|(_, x)| (x[2] - tissue.site_m[2]).abs() < 1e-9);
     top.map(|(n, x)| (n, Vector::from(*x))).collect()
 }
@@ -86,7 +83,7 @@ pub fn prepare(scene: &Scene) -> Result<Prepared, Error> {
 ///
 /// # Errors
 /// Fails for a number other than 4, 9 and 16.
-pub fn checked_points(count: usize) -> Result<usize, Error> {
+fn checked_points(count: usize) -> Result<usize, Error> {
     match count {
         4 | 9 | 16 => Ok(count),
         _ => Err(Error::Usage(format!("--points {count}: a triangle has 4, 9 or 16 points"))),
@@ -132,7 +129,7 @@ impl Prepared {
         &self,
         scene: &Scene,
         presses: &Presses,
-        known: &Known,
+        known: &BlockForces,
         settings: &Settings,
         progress: &mut dyn FnMut(&Round),
     ) -> Result<Calibration, Error> {
@@ -147,7 +144,7 @@ impl Prepared {
         Ok(fit)
     }
 
-    fn targets(&self, presses: &Presses, known: &Known, places: usize) -> Option<Targets> {
+    fn targets(&self, presses: &Presses, known: &BlockForces, places: usize) -> Option<Targets> {
         let centre_m = Vector::from(self.tissue.site_m);
         let radius_m = f64::from(self.params.probe.radius_m);
         let deepest_m = presses.fitted_m.last()?;
@@ -207,7 +204,7 @@ mod tests {
     fn a_fit_takes_more_points_where_its_shallowest_contact_is_small_beside_an_element() {
         for (nodes, calibrated, fitted) in [(130, 9, 16), (410, 9, 9)] {
             let (scene, prepared) = block(nodes);
-            assert_eq!(prepared.material.points_per_triangle, calibrated, "calibrate, {nodes} nodes");
+            assert_eq!(prepared.material.points_per_triangle, calibrated, "{nodes} nodes");
             let mut presses = Presses::of(&scene, &prepared.tissue, Level::Full);
             // the shallowest fitted depth is a twelfth of 6 mm, whatever the holds of the scene
             presses.fitted_m[0] = 0.0005;

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::calibrate::places::random;
+use crate::calibrate::too_many_lost;
 use crate::calibrate::targets::Reference;
 use crate::pressed_patch::{NOT_BEGUN, error_pct, larger, rms, worst};
 use crate::settled::{PressForce, SettledPatch};
@@ -19,10 +20,12 @@ use crate::statics::{Unbalanced, Vector};
 use palpate_tissue::answer::Answer;
 use palpate_tissue::patch::Patch;
 
-/// Number of random places over the disc at which forces are compared with interpolated ones, in
-/// addition to the unseen presses, and the seed of the places, which no fit uses.
-const PLACES: usize = 40;
+/// Number of random places over the disc at which forces are usually compared with interpolated
+/// ones, in addition to the unseen presses, and the seed of the places, which no fit uses.
+pub const PLACES: usize = 40;
 const SEED: u64 = 2026;
+/// Largest allowed error of a single press, as a multiple of the tolerance (1).
+pub const WORST_RATIO: f64 = 2.5;
 
 /// Errors at one depth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -88,6 +91,18 @@ impl Verdict {
     pub fn worst_pct(&self) -> f64 {
         larger(self.unseen_worst_pct, self.disc_worst_pct)
     }
+
+    /// The tightest tolerance that the errors meet [%].
+    #[must_use]
+    pub fn keeps_pct(&self) -> f64 {
+        self.rms_pct().max(self.worst_pct().abs() / WORST_RATIO)
+    }
+
+    /// Whether so many presses could not be evaluated that the errors say too little.
+    #[must_use]
+    pub fn lost_too_many(&self) -> bool {
+        too_many_lost(self.lost_presses, self.presses)
+    }
 }
 
 /// Finite-element answers with which a patch is evaluated.
@@ -101,6 +116,8 @@ pub struct Judging<'a> {
     pub unseen: &'a Answer,
     /// Radius of the disc of places [probe radii].
     pub disc_radii: f64,
+    /// Number of random places on the disc.
+    pub places: usize,
 }
 
 /// Error of the force of one press.
@@ -137,7 +154,7 @@ impl Judging<'_> {
         let radius_m = self.disc_radii * f64::from(params.probe.radius_m);
         let over_disc = |at: [f64; 2]| self.errors_of_known(&settled, &depths_m, at);
         let disc: Vec<PressError> =
-            random(PLACES, radius_m, SEED).into_par_iter().map(over_disc).collect::<Result<Vec<_>, _>>()?.concat();
+            random(self.places, radius_m, SEED).into_par_iter().map(over_disc).collect::<Result<Vec<_>, _>>()?.concat();
         let all = || direct.iter().chain(&disc);
         let [unseen_pct, disc_pct] = [&direct, &disc].map(|of| of.iter().filter_map(|press| press.pct).collect::<Vec<f64>>());
         Ok(Verdict {
@@ -147,7 +164,7 @@ impl Judging<'_> {
             unseen_presses: unseen_pct.len(),
             disc_rms_pct: rms(&disc_pct),
             disc_worst_pct: worst(&disc_pct),
-            disc_places: PLACES,
+            disc_places: self.places,
             settled_presses: all().filter(|press| matches!(press.found, PressForce::Settled(_))).count(),
             lost_presses: all().filter(|press| press.pct.is_none()).count(),
             presses: all().count(),

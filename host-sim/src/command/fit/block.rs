@@ -3,9 +3,10 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use palpate_fit::scene_fit::{
-    Forces, GluedDiscs, JUDGED_RADII, Judging, Known, Level, Prepared, PressJob, PressListener, Presses, Solved, Verdict, answer,
+    Forces, GluedDiscs, JUDGED_RADII, Judging, Level, PLACES, Prepared, PressJob, PressListener, Presses, Solved, Verdict, answer,
     check_block, prepare, solve_all,
 };
+use palpate_fit::force_map::BlockForces;
 use palpate_fit::solved;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::AnswerProbe;
@@ -18,18 +19,13 @@ use super::bump::Block;
 use super::report::Report;
 use super::stages::Stages;
 use super::store::Store;
-use super::{Fitted, LEAST_GAIN};
+use super::{Fitted, LEAST_GAIN, PatchFile};
 use crate::command::options::fit::FitArgs;
 use crate::error::Error;
 
 impl FitArgs {
     pub(super) fn fit_block(&self, scene: &Scene, size_m: [f64; 3]) -> Result<Fitted, Error> {
         check_block(scene, size_m)?;
-        if self.options.radius_m.is_some() {
-            let why =
-                format!("--radius: the scene {} is a block, which is fitted whole: leave it out, or use palpate cut", scene.file);
-            return Err(TissueError::Usage(why).into());
-        }
         // the force that inclusions add is fitted on top of the patch of the block without them
         let mut plain = scene.clone();
         plain.tissue.inclusion.clear();
@@ -43,7 +39,7 @@ impl FitArgs {
         self.print_scene(scene, prepared.tissue.mesh.nodes_m.len(), prepared.material.points_per_triangle, &presses.fitted_m);
         let kept = solved::Solved::beside(&path);
         let (solved, reused_presses) = reference(&plain, &presses, level, &store, &kept)?;
-        let known = Known::of(&solved.known)
+        let known = BlockForces::of(&solved.known)
             .ok_or_else(|| TissueError::Check("the finite elements gave fewer than four depths at the centre".into()))?;
         let settings = self.settings(prepared.tissue.mesh.nodes_m.len(), LEAST_GAIN);
         let problem = format!("{:?} {presses:?} {settings:?} {:?} {:?}", store.pressed(), prepared.material, solved.known.glued);
@@ -55,7 +51,7 @@ impl FitArgs {
                 Block { prepared: &prepared, presses: &presses, known: &known, solved: &solved, fit: &fit, reused_presses };
             return self.fit_bump(scene, folder, level, &block);
         }
-        let judging = Judging { known: &known, fitted_m: &presses.fitted_m, unseen: &solved.unseen, disc_radii: JUDGED_RADII };
+        let judging = Judging { known: &known, fitted_m: &presses.fitted_m, unseen: &solved.unseen, disc_radii: JUDGED_RADII, places: PLACES };
         let judged = stages.judge(&judging, (&prepared.uncalibrated(), &prepared.params), &fit)?;
         let mut trials = vec![trial(scene, &presses, &prepared, None, &judged.before)];
         trials.extend(other_tip(scene, &presses, &prepared, &judging));
@@ -64,24 +60,21 @@ impl FitArgs {
         answer.holds.extend(solved.unseen.holds.iter().cloned());
         let report = Report {
             scene,
+            options: &self.options,
             fitted_m: &presses.fitted_m,
             known: &known,
             answer: &answer,
-            reference_nodes: solved.nodes,
+            reference_nodes: Some(solved.nodes),
             reference_error: solved.error,
             fit: &fit,
-            session: &judged.session,
-            before: &judged.before,
-            verdict: &judged.verdict,
+            judged: &judged,
             trials: &trials,
             bump: None,
             reused_fit,
             reused_presses,
             places: settings.places,
-            quick: self.options.quick,
-            tolerance_pct: self.options.tolerance_pct,
         };
-        Ok(self.judged(report.write(folder)?, &judged.verdict))
+        Ok(self.judged(report.write(folder, PatchFile::of(scene, &judged.session, &fit))?, &judged.verdict))
     }
 }
 

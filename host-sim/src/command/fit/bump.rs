@@ -2,10 +2,11 @@
 //! block without them.
 
 use palpate_charts::{LineSeries, Lines, Scale, ScaledAxis, lines};
-use palpate_fit::calibrate::{Fit, Settings};
+use palpate_fit::calibrate::Settings;
 use palpate_fit::scene_fit::{
-    BumpFit, Bumps, JUDGED_RADII, Judging, Known, Level, Prepared, Presses, Solved, Verdict, solve_bumps,
+    BumpFit, Bumps, JUDGED_RADII, Judging, Level, PLACES as JUDGED_PLACES, Prepared, Presses, Solved, Verdict, solve_bumps,
 };
+use palpate_fit::force_map::BlockForces;
 use palpate_fit::solved;
 use palpate_fit::statics::Unbalanced;
 use palpate_tissue::Error as TissueError;
@@ -14,7 +15,7 @@ use palpate_tissue::scene::Scene;
 use palpate_tissue::session::packed;
 
 use super::super::progress::Steps;
-use super::Fitted;
+use super::{Fitted, PatchFile};
 use super::added_force::{BumpLine, BumpReport};
 use super::report::Report;
 use super::stages::Stages;
@@ -35,7 +36,7 @@ const LEAST_GAIN: f64 = 0.1;
 pub(super) struct Block<'a> {
     pub prepared: &'a Prepared,
     pub presses: &'a Presses,
-    pub known: &'a Known,
+    pub known: &'a BlockForces,
     pub solved: &'a Solved,
     pub fit: &'a StoredFit,
     pub reused_presses: usize,
@@ -63,11 +64,11 @@ impl FitArgs {
         let bumped = fitting.bumped();
         let stages = Stages { scene, known: &bumped, store: &store, what: "fit of the inclusions" };
         let rounds = if self.options.quick { QUICK_ROUNDS } else { ROUNDS };
-        let settings = Settings { places: PLACES, rounds, least_gain: LEAST_GAIN, fit: Fit::GaussNewton };
+        let settings = Settings { places: PLACES, rounds, least_gain: LEAST_GAIN };
         let problem = format!("{:x} {settings:?} {bumps:?}", block.fit.problem());
         let (fit, reused_fit) = stages.fit(&settings, &problem, |progress| fitting.fit(scene, &settings, progress))?;
         let [known, unseen] = fitting.answers(scene);
-        let judging = Judging { known: &bumped, fitted_m: &bumps.fitted_m, unseen: &unseen, disc_radii: JUDGED_RADII };
+        let judging = Judging { known: &bumped, fitted_m: &bumps.fitted_m, unseen: &unseen, disc_radii: JUDGED_RADII, places: JUDGED_PLACES };
         let judged = stages.judge(&judging, (&fitting.uncalibrated(), &params), &fit)?;
         let bump = report(scene, &fitting, &bumps, &fit)?;
         store.write(block.presses.jobs(), &[block.fit, &fit])?;
@@ -78,24 +79,21 @@ impl FitArgs {
         let fit = fit.after(block.fit);
         let report = Report {
             scene,
+            options: &self.options,
             fitted_m: &bumps.fitted_m,
             known: &bumped,
             answer: &answer,
-            reference_nodes: block.solved.nodes,
+            reference_nodes: Some(block.solved.nodes),
             reference_error: block.solved.error,
             fit: &fit,
-            session: &judged.session,
-            before: &judged.before,
-            verdict: &judged.verdict,
+            judged: &judged,
             trials: &[],
             bump: Some(&bump),
             reused_fit,
             reused_presses: block.reused_presses + kept.found(),
             places: settings.places,
-            quick: self.options.quick,
-            tolerance_pct: self.options.tolerance_pct,
         };
-        let written = report.write(folder)?;
+        let written = report.write(folder, PatchFile::of(scene, &judged.session, &fit))?;
         let verdict = Verdict {
             lost_presses: judged.verdict.lost_presses + bump.fitted.lost_presses,
             presses: judged.verdict.presses + bump.fitted.presses,

@@ -5,35 +5,39 @@ use palpate_charts::{self as charts, ConvergencePoint, Press, Sample};
 use palpate_fit::calibrate::Round;
 use palpate_fit::calibrate::targets::Reference;
 use palpate_fit::scene_fit::{SurfaceVerdict, Verdict, tissue_of};
+use palpate_tissue::session::Session;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::{Answer, AnswerProbe};
 use palpate_tissue::fit_record::{FitRecord, Judged, JudgedPart, JudgedSurface, Moving, OrganRecord, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
-use palpate_tissue::session::Session;
 use palpate_tissue::trials::Trial;
 use serde::Serialize;
 
 use super::added_force::BumpReport;
+use super::board::Load;
+use super::stages::JudgedFit;
 use super::store::StoredFit;
+use super::{PatchFile, Written};
+use crate::command::options::fit::FitOptions;
 use crate::error::Error;
 
 /// All results of a fit.
 pub(super) struct Report<'a> {
     pub scene: &'a Scene,
+    pub options: &'a FitOptions,
     /// Depths that were fitted [m].
     pub fitted_m: &'a [f64],
     /// Forces to which the patch was fitted.
     pub known: &'a dyn Reference,
     /// Finite-element answer with every press.
     pub answer: &'a Answer,
-    /// Nodes of the finest finite-element mesh, and estimated error of its force at the centre (1).
-    pub reference_nodes: usize,
+    /// Nodes of the finest finite-element mesh, unless its answer is stored, and estimated error of
+    /// its force at the centre (1).
+    pub reference_nodes: Option<usize>,
     pub reference_error: f64,
     pub fit: &'a StoredFit,
-    pub session: &'a Session,
-    pub before: &'a Verdict,
-    pub verdict: &'a Verdict,
+    pub judged: &'a JudgedFit,
     pub trials: &'a [Trial],
     /// Errors of the force that a block's inclusions add.
     pub bump: Option<&'a BumpReport>,
@@ -42,8 +46,6 @@ pub(super) struct Report<'a> {
     /// Number of presses that an earlier run solved.
     pub reused_presses: usize,
     pub places: usize,
-    pub quick: bool,
-    pub tolerance_pct: f64,
 }
 
 #[derive(Serialize)]
@@ -54,7 +56,7 @@ struct Summary<'a> {
     reused_presses: usize,
     reused_fit: bool,
     tolerance_pct: f64,
-    reference_nodes: usize,
+    reference_nodes: Option<usize>,
     reference_error_pct: f64,
     fitted_places: usize,
     fitted_depths_m: &'a [f64],
@@ -64,17 +66,20 @@ struct Summary<'a> {
     calibrated: &'a Verdict,
     #[serde(skip_serializing_if = "Option::is_none")]
     bump: Option<&'a BumpReport>,
+    /// Cost of a tick, for a board.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    load: Option<&'a Load>,
     record: &'a FitRecord,
     rounds: &'a [Round],
 }
 
 impl Report<'_> {
-    /// Writes all files, publishes them, and prints the verdict. Returns the record and the trials.
-    pub(super) fn write(&self, folder: OutputFolder) -> Result<(FitRecord, Vec<Trial>), Error> {
-        let patch = self.fit.patch();
-        let record = self.record(&patch)?;
-        let name = format!("{}-{}.patch", self.scene.name, record.nodes);
-        folder.write(&name, &patch)?;
+    /// Writes all files, publishes them, and prints the verdict. Returns the written patch and the
+    /// trials.
+    pub(super) fn write(&self, folder: OutputFolder, patch: PatchFile) -> Result<(Written, Vec<Trial>), Error> {
+        let record = self.record(&patch.bytes)?;
+        let PatchFile { name, bytes, load } = patch;
+        folder.write(&name, &bytes)?;
         record.write(&folder, &name)?;
         self.answer.save(&folder, "answer.json")?;
         self.tables(&folder)?;
@@ -82,24 +87,28 @@ impl Report<'_> {
         folder.write_summary(&Summary {
             scene: &self.scene.name,
             nodes: record.nodes,
-            quick: self.quick,
+            quick: self.options.quick,
             reused_presses: self.reused_presses,
             reused_fit: self.reused_fit,
-            tolerance_pct: self.tolerance_pct,
+            tolerance_pct: self.options.tolerance_pct,
             reference_nodes: self.reference_nodes,
             reference_error_pct: 100.0 * self.reference_error,
             fitted_places: self.places,
             fitted_depths_m: self.fitted_m,
             lost_fit_presses: self.fit.lost_presses,
-            uncalibrated: self.before,
-            calibrated: self.verdict,
+            uncalibrated: &self.judged.before,
+            calibrated: &self.judged.verdict,
             bump: self.bump,
+            load: load.as_ref(),
             record: &record,
             rounds: &self.fit.rounds,
         })?;
         folder.write_json("trials.json", &self.trials)?;
         let file = folder.publish()?.join(&name);
         self.print(&record);
+        if let Some(load) = &load {
+            load.print();
+        }
         println!(
             "\nwrote {}: what it was fitted to beside it, summary.json, accuracy.csv, convergence.csv, answer.json, pictures as SVG and PNG",
             file.display()
@@ -108,51 +117,25 @@ impl Report<'_> {
         let inside = self.scene.tissue.block_m.is_none() && !self.scene.tissue.inclusion.is_empty();
         let without = if inside { ", without its [[tissue.inclusion]], which is in the patch" } else { "" };
         println!("press it with patch = \"{}\" under [solver] of the scene{without}", file.display());
-        Ok((record, self.trials.to_vec()))
+        Ok((Written { name, record, load }, self.trials.to_vec()))
     }
 
     fn record(&self, patch: &[u8]) -> Result<FitRecord, Error> {
-        let (scene, verdict) = (self.scene, self.verdict);
-        let patch_crc32 = checksum(patch)
-            .ok_or_else(|| TissueError::Check("the stored fit is damaged: remove the output folder and fit again".into()))?;
-        let depths = || verdict.depths.iter().map(|d| d.depth_mm * 1e-3);
-        let reference_error_pct = 100.0 * self.reference_error;
-        // inclusions were fitted on top: neither of these errors includes them
-        let plain = self.bump.is_none();
-        Ok(FitRecord {
-            patch_crc32,
-            scene: scene.name.clone(),
-            nodes: self.session.report.nodes,
-            tissue: tissue_of(scene),
-            organ: OrganRecord::of(scene),
-            probe: AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m },
-            fitted_places: self.places as u32,
-            lost_fit_presses: self.fit.lost_presses,
-            fitted_depths_m: self.fitted_m.to_vec(),
-            judged: Judged {
-                rms_pct: verdict.rms_pct(),
-                worst_pct: verdict.worst_pct(),
-                from_m: depths().fold(f64::INFINITY, f64::min),
-                to_m: depths().fold(0.0, f64::max),
-                places: verdict.disc_places,
-                lost_presses: verdict.lost_presses,
-                disc_radius_m: verdict.disc_radius_m,
-                bump: self.bump.map(|bump| JudgedPart { rms_pct: bump.fitted.rms_pct, worst_pct: bump.fitted.worst_pct }),
-                glued: verdict.glued.filter(|_| plain).map(|g| JudgedPart { rms_pct: g.rms_pct, worst_pct: g.worst_pct }),
-                surface: verdict.surfaces.last().filter(|_| plain).map(|s| JudgedSurface {
-                    depth_m: s.depth_mm * 1e-3,
-                    mean_m: s.mean_mm * 1e-3,
-                    most_m: s.most_mm * 1e-3,
-                }),
-            },
-            moving: self.session.report.moving.map(|m| Moving { speed_m_per_s: m.speed_m_per_s, rms_pct: m.rms_pct }),
-            reference_error_pct: Some(reference_error_pct),
-        })
+        let mut record = record(self.scene, &self.judged.session, &self.judged.verdict, self.fitted_m, patch)?;
+        record.fitted_places = self.places as u32;
+        record.lost_fit_presses = self.fit.lost_presses;
+        record.reference_error_pct = Some(100.0 * self.reference_error);
+        if let Some(bump) = self.bump {
+            // inclusions were fitted on top: neither of the other errors includes them
+            let bump = JudgedPart { rms_pct: bump.fitted.rms_pct, worst_pct: bump.fitted.worst_pct };
+            record.judged = Judged { bump: Some(bump), glued: None, surface: None, ..record.judged };
+        }
+        Ok(record)
     }
 
     fn tables(&self, folder: &OutputFolder) -> Result<(), Error> {
         let header = ["depth_mm", "fitted_depth", "centred_pct", "disc_rms_pct", "disc_worst_pct", "uncalibrated_rms_pct"];
-        let rows = self.verdict.depths.iter().zip(&self.before.depths).map(|(after, before)| {
+        let rows = self.judged.verdict.depths.iter().zip(&self.judged.before.depths).map(|(after, before)| {
             let fitted = f64::from(u8::from(after.fitted_depth));
             [after.depth_mm, fitted, after.centred_pct, after.rms_pct, after.worst_pct, before.rms_pct]
         });
@@ -178,6 +161,7 @@ impl Report<'_> {
         let e_pa = self.scene.tissue.youngs_modulus_pa;
         let force_n = |depth_m: f64| self.known.force(Vector3::zeros(), depth_m).unwrap_or(0.0) * e_pa;
         let ours: Vec<Sample> = self
+            .judged
             .verdict
             .depths
             .iter()
@@ -190,7 +174,7 @@ impl Report<'_> {
         let reference: Vec<(f64, f64)> = ours.iter().map(|s| (s.depth_m, force_n(s.depth_m))).collect();
         let press = Press {
             scene: &self.scene.name,
-            node_count: self.session.report.nodes,
+            node_count: self.judged.session.report.nodes,
             trace: &ours,
             holds: &[],
             reference: &reference,
@@ -202,7 +186,7 @@ impl Report<'_> {
     fn print(&self, record: &FitRecord) {
         println!("\nforce error against finite elements, places unknown to the fit; * depths unknown too");
         println!("{:>10} {:>10} {:>11} {:>9} {:>14}", "depth mm", "centred %", "disc rms %", "worst %", "uncalibrated %");
-        for (after, before) in self.verdict.depths.iter().zip(&self.before.depths) {
+        for (after, before) in self.judged.verdict.depths.iter().zip(&self.judged.before.depths) {
             println!(
                 "{:>9.3}{} {:>+10.2} {:>11.2} {:>+9.2} {:>14.2}",
                 after.depth_mm,
@@ -213,10 +197,10 @@ impl Report<'_> {
                 before.rms_pct
             );
         }
-        let v = self.verdict;
+        let (v, before) = (&self.judged.verdict, &self.judged.before);
         println!(
             "{} presses solved at unseen places and depths: {:.2} % rms, worst {:+.2} % (uncalibrated {:.2} and {:+.2} %)",
-            v.unseen_presses, v.unseen_rms_pct, v.unseen_worst_pct, self.before.unseen_rms_pct, self.before.unseen_worst_pct
+            v.unseen_presses, v.unseen_rms_pct, v.unseen_worst_pct, before.unseen_rms_pct, before.unseen_worst_pct
         );
         println!(
             "{} random places within {:.1} mm at all depths: {:.2} % rms, worst {:+.2} %; the finite elements themselves within {:.2} %",
@@ -234,7 +218,7 @@ impl Report<'_> {
             println!("surface off at its nodes: {}", v.surfaces.iter().map(surface).collect::<Vec<_>>().join("; "));
         }
         if let Some(glued) = &v.glued {
-            let before = self.before.glued.map_or(f64::NAN, |before| before.rms_pct);
+            let before = before.glued.map_or(f64::NAN, |before| before.rms_pct);
             println!(
                 "glued discs that the fit never saw, pressed and sheared: {:.2} % rms, worst {:+.2} % (uncalibrated {before:.2} % rms)",
                 glued.rms_pct, glued.worst_pct
@@ -260,4 +244,46 @@ impl Report<'_> {
             );
         }
     }
+}
+
+/// Record of a patch file: what the patch was fitted to, and its errors.
+pub(super) fn record(
+    scene: &Scene,
+    session: &Session,
+    verdict: &Verdict,
+    fitted_m: &[f64],
+    patch: &[u8],
+) -> Result<FitRecord, Error> {
+    let patch_crc32 = checksum(patch)
+        .ok_or_else(|| TissueError::Check("the stored fit is damaged: remove the output folder and fit again".into()))?;
+    let depths = || verdict.depths.iter().map(|d| d.depth_mm * 1e-3);
+    Ok(FitRecord {
+        patch_crc32,
+        scene: scene.name.clone(),
+        nodes: session.report.nodes,
+        tissue: tissue_of(scene),
+        organ: OrganRecord::of(scene),
+        probe: AnswerProbe { shape: scene.probe.shape, radius_m: scene.probe.radius_m },
+        fitted_places: session.patch.fitted_places(),
+        lost_fit_presses: 0,
+        fitted_depths_m: fitted_m.to_vec(),
+        judged: Judged {
+            rms_pct: verdict.rms_pct(),
+            worst_pct: verdict.worst_pct(),
+            from_m: depths().fold(f64::INFINITY, f64::min),
+            to_m: depths().fold(0.0, f64::max),
+            places: verdict.disc_places,
+            lost_presses: verdict.lost_presses,
+            disc_radius_m: verdict.disc_radius_m,
+            bump: None,
+            glued: verdict.glued.map(|g| JudgedPart { rms_pct: g.rms_pct, worst_pct: g.worst_pct }),
+            surface: verdict.surfaces.last().map(|s| JudgedSurface {
+                depth_m: s.depth_mm * 1e-3,
+                mean_m: s.mean_mm * 1e-3,
+                most_m: s.most_mm * 1e-3,
+            }),
+        },
+        moving: session.report.moving.map(|m| Moving { speed_m_per_s: m.speed_m_per_s, rms_pct: m.rms_pct }),
+        reference_error_pct: None,
+    })
 }

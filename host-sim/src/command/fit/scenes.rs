@@ -1,4 +1,4 @@
-//! `palpate fit --scenes`: every scene of a folder fitted and evaluated, in one table.
+//! `palpate fit --scenes`: every scene of a folder fitted and evaluated for every board, in one table.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -15,8 +15,9 @@ use super::super::Common;
 use super::super::campaign::Campaign;
 use super::super::scene_list::{Ended, SceneList, ends_all, named_as, why};
 use super::super::verdict::Verdict;
-use super::Fitted;
-use crate::command::options::fit::{FitArgs, FitOptions};
+use super::board::Load;
+use super::{Fitted, Written};
+use crate::command::options::fit::{FitArgs, FitOptions, boards};
 use crate::error::Error;
 
 /// The settings that determine the fits.
@@ -24,6 +25,7 @@ use crate::error::Error;
 pub(in super::super) struct Options {
     #[serde(flatten)]
     pub fit: FitOptions,
+    pub boards: Vec<String>,
     /// Folder of the scenes and folder of their fits; neither affects the results.
     #[serde(skip)]
     pub scenes: PathBuf,
@@ -31,7 +33,7 @@ pub(in super::super) struct Options {
     pub out: PathBuf,
 }
 
-/// The campaign of the fits of a folder's scenes.
+/// The campaign of the fits of a folder's scenes for some boards.
 pub(in super::super) struct FitScenes {
     options: Options,
     scenes: SceneList,
@@ -42,6 +44,7 @@ pub(in super::super) struct FitScenes {
 pub(in super::super) struct Row {
     /// Name of the scene file, without `.toml`.
     scene: String,
+    board: Option<String>,
     ended: Ended,
     /// Reason why the fit missed the tolerance or failed, if it did.
     why: Option<String>,
@@ -62,17 +65,20 @@ struct Fit {
     to_m: f64,
     /// Error of the finite elements themselves [%].
     reference_error_pct: Option<f64>,
+    /// Cost of a tick on the board.
+    load: Option<Load>,
 }
 
 /// Contents of `summary.json`.
 #[derive(Serialize)]
 struct Summary<'a> {
-    scenes: usize,
+    fits: usize,
     kept: usize,
     missed: usize,
     failed: usize,
     /// Largest error over the scenes that have a patch.
     largest_rms_pct: Option<f64>,
+    boards: &'a [String],
     fit: &'a FitOptions,
     rows: &'a [Row],
 }
@@ -88,6 +94,7 @@ impl Campaign for FitScenes {
 
     fn load(options: Options) -> Result<Self, Error> {
         options.fit.check()?;
+        boards(&options.boards)?;
         Ok(Self { scenes: SceneList::of(&options.scenes)?, options })
     }
 
@@ -104,7 +111,7 @@ impl Campaign for FitScenes {
     }
 
     fn cases(&self) -> u64 {
-        self.scenes.len()
+        self.scenes.len() * self.options.boards.len().max(1) as u64
     }
 
     fn inputs(&self) -> BTreeMap<String, String> {
@@ -112,7 +119,15 @@ impl Campaign for FitScenes {
     }
 
     fn run(&self, cases: Range<u64>) -> Result<Vec<Row>, Error> {
-        self.scenes.files(cases).map(|(name, file)| self.fit(name, &file)).collect()
+        let boards = self.options.boards.len().max(1) as u64;
+        let mut rows = Vec::new();
+        for case in cases {
+            let board = self.options.boards.get((case % boards) as usize);
+            for (name, file) in self.scenes.files(case / boards..case / boards + 1) {
+                rows.push(self.fit(name, &file, board)?);
+            }
+        }
+        Ok(rows)
     }
 
     fn add(rows: &mut Vec<Row>, next: Vec<Row>) {
@@ -123,7 +138,8 @@ impl Campaign for FitScenes {
         let count = |ended: Ended| rows.iter().filter(|row| row.ended == ended).count();
         let [kept, missed, failed] = [Ended::Kept, Ended::Missed, Ended::Failed].map(count);
         let largest_rms_pct = rows.iter().filter_map(|row| Some(row.fit.as_ref()?.rms_pct)).reduce(f64::max);
-        let summary = Summary { scenes: rows.len(), kept, missed, failed, largest_rms_pct, fit: &self.options.fit, rows: &rows };
+        let boards = &self.options.boards[..];
+        let summary = Summary { fits: rows.len(), kept, missed, failed, largest_rms_pct, boards, fit: &self.options.fit, rows: &rows };
         folder.write("fits.csv", csv(&rows)?.as_bytes())?;
         folder.write_summary(&summary)?;
         // one row per line, as in the shipped file
@@ -131,7 +147,7 @@ impl Campaign for FitScenes {
             rows.iter().flat_map(|row| &row.trials).filter_map(|row| serde_json::to_string(row).ok()).collect();
         folder.write("trials.json", format!("[\n{}\n]\n", trials.join(",\n")).as_bytes())?;
         let verdict =
-            Verdict::of(judge(&rows, missed, failed), || format!("all {} scenes fitted within the tolerance", rows.len()))?
+            Verdict::of(judge(&rows, missed, failed), || format!("all {} fits are within the tolerance", rows.len()))?
                 .first();
         print(&rows);
         println!("\nwrote {}: fits.csv, summary.json, trials.json", folder.publish()?.display());
@@ -142,31 +158,41 @@ impl Campaign for FitScenes {
 fn judge(rows: &[Row], missed: usize, failed: usize) -> Result<(), Error> {
     let Some(first) = rows.iter().find(|row| row.ended != Ended::Kept) else { return Ok(()) };
     Err(TissueError::Check(format!(
-        "of {} scenes {failed} could not be fitted, {missed} miss the tolerance; the first: {}: {}",
+        "of {} fits {failed} could not be made, {missed} miss the tolerance; the first: {}: {}",
         rows.len(),
-        first.scene,
+        first.named(),
         first.why.as_deref().unwrap_or("-")
     ))
     .into())
 }
 
+impl Row {
+    /// Name of the scene, and of the board if there is one.
+    fn named(&self) -> String {
+        self.board.as_ref().map_or_else(|| self.scene.clone(), |board| format!("{} on {board}", self.scene))
+    }
+}
+
 impl FitScenes {
-    /// Fits one scene. An error is recorded in its row and does not end the other fits.
-    fn fit(&self, name: &str, file: &str) -> Result<Row, Error> {
-        println!("\n{file}");
-        let out = self.options.out.join(FITS).join(name);
+    /// Fits one scene for one board. An error is recorded in its row and does not end the other
+    /// fits.
+    fn fit(&self, name: &str, file: &str, board: Option<&String>) -> Result<Row, Error> {
+        let below = board.map_or_else(|| name.to_owned(), |board| format!("{name}-{board}"));
+        println!("\n{file}{}", board.map_or_else(String::new, |board| format!(" on {board}")));
+        let out = self.options.out.join(FITS).join(&below);
         let args = FitArgs {
             common: Common::of(file, Some(out)),
             options: self.options.fit.clone(),
+            board: board.cloned().into_iter().collect(),
             scenes: None,
             shards: Default::default(),
         };
-        let row = |ended, why, fit, trials| Row { scene: name.to_owned(), ended, why, fit, trials };
+        let row = |ended, why, fit, trials| Row { scene: name.to_owned(), board: board.cloned(), ended, why, fit, trials };
         Ok(match args.fit_scene() {
-            Ok(Fitted { record, trials, missed }) => {
+            Ok(Fitted { patch, trials, missed }) => {
                 let ended = if missed.is_some() { Ended::Missed } else { Ended::Kept };
-                let fit = Fit {
-                    patch: format!("{name}/{}-{}.patch", record.scene, record.nodes),
+                let fit = patch.map(|Written { name, record, load }| Fit {
+                    patch: format!("{below}/{name}"),
                     patch_crc32: record.patch_crc32,
                     nodes: record.nodes,
                     rms_pct: record.judged.rms_pct,
@@ -174,8 +200,9 @@ impl FitScenes {
                     from_m: record.judged.from_m,
                     to_m: record.judged.to_m,
                     reference_error_pct: record.reference_error_pct,
-                };
-                row(ended, missed.map(|missed| named_as(&missed, name, file)), Some(fit), trials)
+                    load,
+                });
+                row(ended, missed.map(|missed| named_as(&missed, name, file)), fit, trials)
             }
             Err(error) if ends_all(&error) => return Err(error),
             Err(error) => {
@@ -191,6 +218,7 @@ fn csv(rows: &[Row]) -> Result<String, Error> {
     let mut csv = csv::Writer::from_writer(Vec::new());
     let header = [
         "scene",
+        "board",
         "ended",
         "nodes",
         "rms_pct",
@@ -198,6 +226,10 @@ fn csv(rows: &[Row]) -> Result<String, Error> {
         "judged_from_m",
         "judged_to_m",
         "finite_elements_error_pct",
+        "substeps",
+        "cost_per_tick",
+        "budget_per_tick",
+        "unit",
         "patch",
         "patch_crc32",
         "why",
@@ -205,9 +237,13 @@ fn csv(rows: &[Row]) -> Result<String, Error> {
     csv.write_record(header).map_err(write)?;
     for row in rows {
         let number = |of: fn(&Fit) -> Option<f64>| row.fit.as_ref().and_then(of).map_or(String::new(), |n| n.to_string());
+        let load = |of: fn(&Load) -> String| {
+            row.fit.as_ref().and_then(|fit| fit.load.as_ref()).map_or(String::new(), of)
+        };
         let text = |of: fn(&Fit) -> String| row.fit.as_ref().map_or(String::new(), of);
         csv.write_record([
             row.scene.clone(),
+            row.board.clone().unwrap_or_default(),
             row.ended.name().to_owned(),
             text(|fit| fit.nodes.to_string()),
             number(|fit| Some(fit.rms_pct)),
@@ -215,6 +251,10 @@ fn csv(rows: &[Row]) -> Result<String, Error> {
             number(|fit| Some(fit.from_m)),
             number(|fit| Some(fit.to_m)),
             number(|fit| fit.reference_error_pct),
+            load(|load| load.substeps.to_string()),
+            load(|load| load.units.to_string()),
+            load(|load| load.budget.to_string()),
+            load(|load| load.unit.clone()),
             text(|fit| fit.patch.clone()),
             text(|fit| format!("{:08x}", fit.patch_crc32)),
             row.why.clone().unwrap_or_default(),
@@ -226,19 +266,23 @@ fn csv(rows: &[Row]) -> Result<String, Error> {
 }
 
 fn print(rows: &[Row]) {
-    println!("\n{:<24} {:<7} {:>5} {:>7} {:>8} {:>9}  why", "scene", "ended", "nodes", "rms %", "worst %", "elements %");
+    println!(
+        "\n{:<24} {:<7} {:>5} {:>7} {:>8} {:>9} {:>6}  why",
+        "scene", "ended", "nodes", "rms %", "worst %", "elements %", "load %"
+    );
     for row in rows {
-        let mut line = format!("{:<24} {:<7}", row.scene, row.ended.name());
+        let mut line = format!("{:<24} {:<7}", row.named(), row.ended.name());
         let _infallible = match &row.fit {
             Some(fit) => {
                 let elements = fit.reference_error_pct.map_or("-".into(), |pct| format!("{pct:.2}"));
-                write!(line, " {:>5} {:>7.2} {:>+8.2} {elements:>9}", fit.nodes, fit.rms_pct, fit.worst_pct)
+                let load = fit.load.as_ref().map_or("-".into(), |load| format!("{:.0}", load.pct()));
+                write!(line, " {:>5} {:>7.2} {:>+8.2} {elements:>9} {load:>6}", fit.nodes, fit.rms_pct, fit.worst_pct)
             }
-            None => write!(line, " {:>5} {:>7} {:>8} {:>9}", "-", "-", "-", "-"),
+            None => write!(line, " {:>5} {:>7} {:>8} {:>9} {:>6}", "-", "-", "-", "-", "-"),
         };
         println!("{line}  {}", row.why.as_deref().unwrap_or(""));
     }
     println!(
-        "\nforce errors at places and depths that the fit never saw; elements: how far the finite elements themselves may be off"
+        "\nforce errors at places and depths that the fit never saw; elements: how far the finite elements themselves may be off; load: estimated cost of a tick, of what it may cost on the board"
     );
 }

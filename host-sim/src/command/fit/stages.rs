@@ -28,6 +28,8 @@ pub(super) struct Stages<'a> {
 /// A fitted patch and its verdict.
 pub(super) struct JudgedFit {
     pub session: Session,
+    /// Parameters of the patch as it was fitted.
+    pub params: palpate::Params,
     /// Verdict of the patch before the fit.
     pub before: Verdict,
     pub verdict: Verdict,
@@ -76,6 +78,6 @@ impl Stages<'_> {
         steps.one("the fitted patch");
         steps.finish();
         let session = Session::of_fitted(&MACHINES[0], patch, params)?.for_motion(&MACHINES[0], self.scene)?;
-        Ok(JudgedFit { session, before, verdict })
+        Ok(JudgedFit { session, params, before, verdict })
     }
 }

@@ -71,7 +71,7 @@ pub enum BoardCommand {
     },
     /// Send a patch to an idle board, which keeps it until it loses power.
     Upload {
-        /// Patch file of `palpate pack`, `fit`, `plan` or `cut`.
+        /// Patch file of `palpate pack` or `fit`.
         #[arg(value_name = "PATCH")]
         patch: PathBuf,
         #[command(flatten)]

@@ -4,14 +4,16 @@ use std::path::PathBuf;
 
 use clap::Args;
 use palpate_tissue::Error as TissueError;
+use palpate_tissue::budget::CostModel;
 use serde::{Deserialize, Serialize};
 
+use super::pack::{DeviceArg, machine};
 use crate::command::Common;
 use crate::command::campaign::Shards;
 use crate::command::length::metres;
 use crate::error::Error;
 
-/// Range of the number of probe places.
+/// Allowed number of probe places; a fit to 20 places already over-fits.
 const PLACES: std::ops::RangeInclusive<usize> = 20..=2000;
 
 #[derive(Args, Clone, Debug)]
@@ -20,9 +22,16 @@ pub struct FitArgs {
     pub common: Common,
     #[command(flatten)]
     pub options: FitOptions,
-    /// Instead, fit every scene (.toml) of a folder, each into a folder of its own below --out, and
-    /// collect the results in one table (fits.csv, summary.json, trials.json in --out/table). For a
-    /// scene that cannot be fitted the row says why, and the exit code is 1.
+    /// Fit a piece with rim springs whose tick is within the budget of a board: m4f-168 (Cortex-M4F,
+    /// 168 MHz), m4f-170, m4f-180, m7-480 (Cortex-M7, 480 MHz), m7-400, m33-150 or desktop;
+    /// nucleo-f446re, nucleo-g474re, nucleo-h743zi and pico2 select their own budget. With --scenes
+    /// it may be given several times.
+    #[arg(long, value_name = "BOARD")]
+    pub board: Vec<String>,
+    /// Instead, fit every scene (.toml) of a folder, for every board that is given, each into a
+    /// folder of its own below --out, and collect the results in one table (fits.csv, summary.json,
+    /// trials.json in --out/table). For a scene that cannot be fitted the row says why, and the
+    /// exit code is 1.
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["scene", "changes"])]
     pub scenes: Option<PathBuf>,
     #[command(flatten)]
@@ -32,13 +41,22 @@ pub struct FitArgs {
 /// Options of a fit.
 #[derive(Args, Clone, Debug, Serialize, Deserialize)]
 pub struct FitOptions {
-    /// Nodes of the patch [default: the scene's for a block, 100 for a piece of an organ].
+    /// Nodes of the patch [default: the scene's for a block, 100 for a piece, and with --board as
+    /// many as it runs].
     #[arg(long, value_name = "COUNT")]
     pub nodes: Option<usize>,
-    /// Radius of the patch around the site, for an organ or a mesh (16mm, 1.6cm, 0.016) [default:
-    /// 2.125 probe radii].
+    /// Fit a piece of this radius around the site, 1.5 to 2.5 probe radii (16mm, 1.6cm, 0.016),
+    /// with rim springs for the rest [default: the whole for a block without --board, else 2.125
+    /// probe radii].
     #[arg(long = "radius", alias = "radius-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
     pub radius_m: Option<f64>,
+    /// Edge length of the elements at the site of a piece, instead of --nodes.
+    #[arg(long = "element", alias = "element-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true, conflicts_with = "nodes")]
+    pub element_m: Option<f64>,
+    /// Search for the smallest piece that keeps --tolerance-pct on the board: over radius, element
+    /// size, foundation points, substeps and terms.
+    #[arg(long, requires = "board", conflicts_with_all = ["nodes", "radius_m", "element_m", "places", "points"])]
+    pub smallest: bool,
     /// Places of the probe to fit, besides the centre [default: 33 000 divided by the nodes, within
     /// 80 to 250].
     #[arg(long, value_name = "COUNT")]
@@ -52,55 +70,78 @@ pub struct FitOptions {
     /// single press may be off by 2.5 times as much.
     #[arg(long, value_name = "PERCENT", default_value_t = 2.0, allow_negative_numbers = true)]
     pub tolerance_pct: f64,
-    /// Coarse finite elements and few rounds, to try the command: do not rely on the patch.
+    /// Coarse finite elements and few rounds, and fewer candidates with --smallest, to try the
+    /// command: do not rely on the patch.
     #[arg(long)]
     pub quick: bool,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub device: DeviceArg,
 }
 
 impl FitArgs {
     /// Checks whatever needs no finite elements.
     ///
     /// # Errors
-    /// The scene, or an option, cannot be used.
+    /// The scene, a board, the device or an option cannot be used.
     pub fn check(&self) -> Result<(), Error> {
-        if self.scenes.is_none() {
-            if self.shards.any() {
-                let why = "--shard: one scene is fitted in one piece: leave it out, or give a folder of scenes with --scenes";
-                return Err(TissueError::Usage(why.into()).into());
-            }
-            self.common.load()?;
+        self.options.check()?;
+        self.boards()?;
+        if self.scenes.is_some() {
+            return Ok(());
         }
-        self.options.check()
+        if self.shards.any() {
+            let why = "--shard: one scene is fitted in one piece: leave it out, or give a folder of scenes with --scenes";
+            return Err(TissueError::Usage(why.into()).into());
+        }
+        if self.board.len() > 1 {
+            let boards = self.board.join(" --board ");
+            let why = format!("--board {boards}: one scene is fitted for one board: give one, or --scenes");
+            return Err(TissueError::Usage(why).into());
+        }
+        self.common.load().map(drop)
     }
+
+    /// The budgets of the boards.
+    ///
+    /// # Errors
+    /// There is no such board, or it is given twice.
+    pub fn boards(&self) -> Result<Vec<&'static CostModel>, Error> {
+        boards(&self.board)
+    }
+}
+
+/// The budgets of some boards.
+///
+/// # Errors
+/// There is no such board, or it is given twice.
+pub fn boards(names: &[String]) -> Result<Vec<&'static CostModel>, Error> {
+    let board = |(n, name): (usize, &String)| {
+        if names[..n].contains(name) {
+            return Err(TissueError::Usage(format!("--board {name}: given twice: give each board once")).into());
+        }
+        machine(name)
+    };
+    names.iter().enumerate().map(board).collect()
 }
 
 impl FitOptions {
-    /// Checks the numbers.
+    /// Checks the numbers, and the device.
     ///
     /// # Errors
-    /// A number is out of its range.
+    /// A number is out of its range, or the profile of the device cannot be read.
     pub fn check(&self) -> Result<(), Error> {
-        self.places.map(check_places).transpose()?;
-        if let Some(points) = self.points.filter(|points| ![4, 9, 16].contains(points)) {
-            return Err(TissueError::Usage(format!("--points {points}: a triangle has 4, 9 or 16 points")).into());
+        let refuse = |why: String| Err(TissueError::Usage(why).into());
+        if let Some(places) = self.places.filter(|places| !PLACES.contains(places)) {
+            return refuse(format!("--places {places}: take {} to {}", PLACES.start(), PLACES.end()));
         }
-        check_tolerance(self.tolerance_pct)
+        if let Some(points) = self.points.filter(|points| ![4, 9, 16].contains(points)) {
+            return refuse(format!("--points {points}: a triangle has 4, 9 or 16 points"));
+        }
+        let tolerance_pct = self.tolerance_pct;
+        if !(tolerance_pct > 0.0 && tolerance_pct <= 100.0) {
+            return refuse(format!("--tolerance-pct {tolerance_pct}: give a percentage above 0, at most 100"));
+        }
+        self.device.ceiling_n_per_m().map(drop)
     }
-}
-
-/// Checks the number of probe places.
-pub(super) fn check_places(places: usize) -> Result<(), Error> {
-    if PLACES.contains(&places) {
-        return Ok(());
-    }
-    let why = format!("--places {places}: take {} to {}", PLACES.start(), PLACES.end());
-    Err(TissueError::Usage(why).into())
-}
-
-/// Checks a tolerance [%].
-pub(super) fn check_tolerance(tolerance_pct: f64) -> Result<(), Error> {
-    if tolerance_pct > 0.0 && tolerance_pct <= 100.0 {
-        return Ok(());
-    }
-    Err(TissueError::Usage(format!("--tolerance-pct {tolerance_pct}: give a percentage above 0, at most 100")).into())
 }

@@ -45,19 +45,14 @@ impl PackArgs {
     /// # Errors
     /// The board, the device or the scene cannot be used.
     pub fn check(&self) -> Result<(), Error> {
-        check_board(&self.common, &self.board)
+        let machine = self.board.machine()?;
+        self.board.ceiling_n_per_m()?;
+        let scene = self.common.load()?;
+        if machine.is_board() {
+            scene.refuse_what_boards_lack(machine.name)?;
+        }
+        Ok(())
     }
-}
-
-/// Checks board, device and scene.
-pub(super) fn check_board(common: &Common, board: &BoardArg) -> Result<(), Error> {
-    let machine = board.machine()?;
-    board.ceiling_n_per_m()?;
-    let scene = common.load()?;
-    if machine.is_board() {
-        scene.refuse_what_boards_lack(machine.name)?;
-    }
-    Ok(())
 }
 
 #[derive(Args, Clone, Debug)]

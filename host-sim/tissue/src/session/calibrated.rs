@@ -17,7 +17,7 @@ const PATCHES: [&[u8]; 3] = [
     include_bytes!("../../../patches/block-1020.patch"),
 ];
 
-/// Records of the fits of these patches, which `palpate calibrate --check` writes.
+/// Records of the fits of these patches.
 const RECORDS: [&str; 3] = [
     include_str!("../../../patches/block-130.patch.json"),
     include_str!("../../../patches/block-410.patch.json"),

@@ -14,7 +14,7 @@ use palpate_fit::reference::newton::Press;
 use palpate_fit::reference::probe::RigidProbe;
 use palpate_fit::reference::quadratic::QuadraticMesh;
 use palpate_fit::reference::shape::{TET_EDGES, TetRule};
-use palpate_fit::reference::study::find_depth;
+use palpate_fit::reference::find_depth::find_depth;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::clock::thread_time;
 use palpate_tissue::scene::Shape;

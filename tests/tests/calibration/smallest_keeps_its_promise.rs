@@ -1,12 +1,14 @@
-//! The promises of `plan` are compared with the reference at places that neither its fits nor its
+//! The promises of `fit --smallest` are compared with the reference at places that neither its fits nor its
 //! own evaluation used, on scenes that were not used in its development.
 
 use nalgebra::Vector3;
 use palpate::{ProbePose, tick};
 use palpate_fit::calibrate::places::random;
 use palpate_fit::calibrate::targets::Reference;
-use palpate_fit::far_field::fitted::Truth;
-use palpate_fit::plan::{Bench, Known, Outcome, Supply, WORST_RATIO, search};
+use palpate_fit::force_map::ForceMap;
+use palpate_fit::plan::{Bench, Outcome, Supply, presses, search};
+use palpate_fit::scene_fit::{Level, PiecePresses, WORST_RATIO};
+use palpate_fit::solved::Solved;
 use palpate_fit::statics::{Solver, Statics};
 use palpate_tests::palpate_command::Desk;
 use palpate_tests::press_run::{SMALL_BLOCK, edited};
@@ -17,7 +19,7 @@ use palpate_tissue::session::Session;
 
 type V3 = Vector3<f64>;
 
-/// Seed of the places; the plan itself does not use it.
+/// Seed of the places; the search itself does not use it.
 const SEED: u64 = 977;
 const PLACES: usize = 60;
 
@@ -27,13 +29,17 @@ fn scene(text: &str) -> Scene {
     Scene::load(desk.folder().join("scene.toml").to_str().unwrap()).unwrap()
 }
 
-fn planned(scene: &Scene, known: &Known, board: &str, tolerance_pct: f64) -> Outcome {
+fn pressed(scene: &Scene, tolerance_pct: f64) -> PiecePresses {
+    let desk = Desk::default();
+    presses(scene, tolerance_pct, Level::Full, &Solved::beside(&desk.folder().join("out")), |_| {}).unwrap()
+}
+
+fn searched(scene: &Scene, presses: &PiecePresses, board: &str, tolerance_pct: f64) -> Outcome {
     let machine = CostModel::named(board).unwrap();
     let bench = Bench {
         scene,
         machine,
-        truth: &known.truth,
-        judge: &known.judge,
+        presses,
         tolerance_pct,
         quick: true,
         on_board: &|session| Some(session.clone()),
@@ -42,7 +48,7 @@ fn planned(scene: &Scene, known: &Known, board: &str, tolerance_pct: f64) -> Out
     search(&bench, &mut Supply::of(scene, machine, true)).unwrap()
 }
 
-/// Patch file that the plan writes.
+/// Patch file that the search writes.
 fn file(outcome: &Outcome) -> Vec<u8> {
     let session = outcome.chosen.as_ref().unwrap().session.as_ref().unwrap();
     session.patch.pack(&session.params, session.stable.pressed_s as f32)
@@ -57,7 +63,7 @@ fn read(scene: &Scene, bytes: &[u8]) -> Session {
     Session::prepare(&scene).unwrap()
 }
 
-/// Force errors of a patch file at [`PLACES`] places that the plan does not use, and at the centre,
+/// Force errors of a patch file at [`PLACES`] places that the search does not use, and at the centre,
 /// shape \[places\]\[depths\] [%].
 fn errors(Session { patch, params, .. }: &Session, reference: &dyn Reference, depths_m: &[f64]) -> Vec<Vec<f64>> {
     let statics = Statics::of(&patch.model(), params).unwrap();
@@ -95,41 +101,39 @@ fn ticked_n(Session { patch, params, .. }: &Session, depth_m: f64) -> f64 {
     force
 }
 
-/// Checks the promises of a plan. `depths_m` are depths between those of the scene, and shallower
+/// Checks the promises of a search. `depths_m` are depths between those of the scene, and shallower
 /// ones.
-fn holds(scene: &Scene, known: &Known, board: &str, tolerance_pct: f64, depths_m: &[f64]) -> Outcome {
-    let outcome = planned(scene, known, board, tolerance_pct);
+fn holds(scene: &Scene, presses: &PiecePresses, board: &str, tolerance_pct: f64, depths_m: &[f64]) -> Outcome {
+    let outcome = searched(scene, presses, board, tolerance_pct);
     let machine = CostModel::named(board).unwrap();
     let chosen = outcome.check(machine, tolerance_pct).unwrap();
     assert!(chosen.fits && chosen.units <= machine.budget());
     let session = read(scene, &file(&outcome));
-    let (centred, aside) = known.truth.ask(|reference| {
-        let mut all = errors(&session, reference, depths_m);
-        (all.remove(0), all.into_iter().flatten().collect::<Vec<f64>>())
-    });
+    let mut all = errors(&session, presses.known.reference(), depths_m);
+    let (centred, aside) = (all.remove(0), all.into_iter().flatten().collect::<Vec<f64>>());
     let rms = (aside.iter().map(|e| e * e).sum::<f64>() / aside.len() as f64).sqrt();
     let worst = aside.iter().chain(&centred).map(|e| e.abs()).fold(0.0, f64::max);
     println!(
         "{board} {tolerance_pct} %: {} nodes, {:.0} units; own word rms {:.2} worst {:+.2} %, found rms {rms:.2} worst {worst:.2} %, centred {centred:.2?}",
-        chosen.counts.nodes, chosen.units, chosen.judged.rms_pct, chosen.judged.worst_pct
+        chosen.counts.nodes, chosen.units, chosen.judged.rms_pct(), chosen.judged.worst_pct()
     );
     assert!(rms <= tolerance_pct, "{rms}");
     assert!(worst <= WORST_RATIO * tolerance_pct, "{worst}");
     // the tick itself, which a board runs, keeps the tolerance too, not only its equilibrium
     let depth_m = *depths_m.last().unwrap();
-    let wanted_n = known.truth.ask(|r| r.force(V3::zeros(), depth_m)).unwrap() * scene.tissue.youngs_modulus_pa;
+    let wanted_n = presses.known.reference().force(V3::zeros(), depth_m).unwrap() * scene.tissue.youngs_modulus_pa;
     let found_n = ticked_n(&session, depth_m);
     assert!((found_n / wanted_n - 1.0).abs() <= WORST_RATIO * tolerance_pct / 100.0, "{found_n} N of {wanted_n} N");
     outcome
 }
 
 #[test]
-#[ignore = "a minute of fits; the README's plan is the short form"]
+#[ignore = "a minute of fits; the book's search is the short form"]
 fn a_stiffer_block_at_another_tolerance_and_twice_the_same() {
     let scene = scene(&edited(SMALL_BLOCK, "3500.0", "20000.0"));
-    let known = Known::of(&scene, 4.0, |_| {}).unwrap();
-    assert!(matches!(known.truth, Truth::Block(_)));
-    let outcome = holds(&scene, &known, "m4f-168", 4.0, &[0.0012, 0.0017, 0.0025, 0.0033, 0.004]);
+    let presses = pressed(&scene, 4.0);
+    assert!(matches!(presses.known, ForceMap::Block(_)));
+    let outcome = holds(&scene, &presses, "m4f-168", 4.0, &[0.0012, 0.0017, 0.0025, 0.0033, 0.004]);
     // the smaller runner-up misses the tolerance or the budget, and the larger one costs more
     let chosen = outcome.chosen.as_ref().unwrap();
     if let Some(smaller) = &outcome.smaller {
@@ -138,7 +142,7 @@ fn a_stiffer_block_at_another_tolerance_and_twice_the_same() {
     if let Some(larger) = &outcome.larger {
         assert!(larger.units >= chosen.units && (larger.keeps(4.0) || !larger.fits));
     }
-    assert_eq!(file(&outcome), file(&planned(&scene, &known, "m4f-168", 4.0)));
+    assert_eq!(file(&outcome), file(&searched(&scene, &presses, "m4f-168", 4.0)));
 }
 
 #[test]
@@ -147,17 +151,17 @@ fn a_block_of_other_sides_under_another_probe_solved_on_the_spot() {
     let text = edited(SMALL_BLOCK, "block_m = [0.08, 0.08, 0.04]", "block_m = [0.06, 0.07, 0.03]");
     let text = edited(&text, "radius_m = 0.008", "radius_m = 0.006");
     let scene = scene(&edited(&text, "[0.001, 0.002, 0.004]", "[0.001, 0.003]"));
-    let known = Known::of(&scene, 5.0, |_| {}).unwrap();
-    assert!(matches!(known.truth, Truth::Organ(_)));
-    holds(&scene, &known, "m4f-168", 5.0, &[0.0009, 0.0014, 0.002, 0.003]);
+    let presses = pressed(&scene, 5.0);
+    assert!(matches!(presses.known, ForceMap::Surface(_)));
+    holds(&scene, &presses, "m4f-168", 5.0, &[0.0009, 0.0014, 0.002, 0.003]);
 }
 
 #[test]
-#[ignore = "long: a plan of every size"]
+#[ignore = "long: a search of every size"]
 fn a_tolerance_beyond_a_board_says_what_would_do() {
     let scene = scene(SMALL_BLOCK);
-    let known = Known::of(&scene, 0.4, |_| {}).unwrap();
-    let outcome = planned(&scene, &known, "m4f-168", 0.4);
+    let presses = pressed(&scene, 0.4);
+    let outcome = searched(&scene, &presses, "m4f-168", 0.4);
     let machine = CostModel::named("m4f-168").unwrap();
     let refusal = outcome.check(machine, 0.4).unwrap_err();
     println!("{refusal}");

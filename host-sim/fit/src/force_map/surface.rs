@@ -12,8 +12,9 @@ use std::f64::consts::PI;
 
 use nalgebra::{SMatrix, SVector};
 
-use super::organ_reference::{OrganReference, PlaceForces};
+use super::cubic;
 use crate::calibrate::targets::Reference;
+use crate::far_field::organ_reference::{OrganReference, PlaceForces};
 use crate::statics::Vector;
 use palpate_tissue::mesh::triangle::entry_m;
 use palpate_tissue::organ::tangents;
@@ -33,7 +34,7 @@ const RIDGE: f64 = 1e-6;
 
 /// Forces over the surface around a site.
 #[derive(Clone, Debug)]
-pub struct SurfaceMap {
+pub struct SurfaceForces {
     axis: Vector,
     across: [Vector; 2],
     /// Corners of the surface triangles near the site, relative to the site [m].
@@ -48,7 +49,7 @@ pub struct SurfaceMap {
     pub misfit: f64,
 }
 
-impl SurfaceMap {
+impl SurfaceForces {
     /// Returns `None` if the reference has fewer than four depths or eight places.
     #[must_use]
     pub fn of(reference: &OrganReference, placed: &Placed, probe: &ProbeScene) -> Option<Self> {
@@ -219,7 +220,7 @@ fn near_site(placed: &Placed, reach_m: f64) -> Vec<[Vector; 3]> {
     placed.tissue.skin.iter().map(corners).filter(near).collect()
 }
 
-impl Reference for SurfaceMap {
+impl Reference for SurfaceForces {
     fn force(&self, place_m: Vector, depth_m: f64) -> Option<f64> {
         let deepest = self.deepest_m() * (1.0 + 1e-9);
         let shallowest = 0.99 * self.depths_m[0];
@@ -227,16 +228,8 @@ impl Reference for SurfaceMap {
             return None;
         }
         let basis = self.basis(self.across.map(|t| place_m.dot(&t)));
-        let above = self.depths_m.partition_point(|d| *d < depth_m);
-        let first = above.saturating_sub(2).min(self.depths_m.len() - 4);
-        let mut sum = 0.0;
-        for n in first..first + 4 {
-            let others = (first..first + 4).filter(|m| *m != n);
-            let share: f64 =
-                others.map(|m| (depth_m / self.depths_m[m]).ln() / (self.depths_m[n] / self.depths_m[m]).ln()).product();
-            sum += share * basis.dot(&self.terms[n]);
-        }
-        Some(sum.exp() * self.law(place_m, depth_m)?)
+        let ln = cubic(&self.depths_m, depth_m, |n| basis.dot(&self.terms[n]));
+        Some(ln.exp() * self.law(place_m, depth_m)?)
     }
 
     fn deepest_m(&self) -> f64 {
@@ -268,7 +261,7 @@ mod tests {
 
     /// A map of two squares of 80 mm that meet at x = 0; the one at x > 0 is lower and slopes
     /// downward.
-    fn surface(lower_m: f64, slope: f64) -> SurfaceMap {
+    fn surface(lower_m: f64, slope: f64) -> SurfaceForces {
         let wide = 10.0 * RADIUS_M;
         let square = |near: f64, far: f64, [z_near, z_far]: [f64; 2]| {
             let corner = |x: f64, y: f64, z: f64| Vector::new(x, y, z);
@@ -277,7 +270,7 @@ mod tests {
             [[a, b, c], [a, c, d]]
         };
         let low = [-lower_m, -lower_m - slope * wide];
-        SurfaceMap {
+        SurfaceForces {
             axis: Vector::z(),
             across: [Vector::x(), Vector::y()],
             triangles_m: [square(-wide, 0.0, [0.0; 2]), square(0.0, wide, low)].concat(),
@@ -295,7 +288,7 @@ mod tests {
             let along = [0.3, 1.0, 0.0];
             let long = [Shape::Capsule { length_m: 0.01, along }, Shape::Ellipsoid { semi_axes_m: [0.012, 0.006], along }];
             for shape in [Shape::Sphere, Shape::Flat].into_iter().chain(long) {
-                let plane = SurfaceMap { tip: Tip { shape, radius_m: RADIUS_M }, ..surface(0.0, 0.0) };
+                let plane = SurfaceForces { tip: Tip { shape, radius_m: RADIUS_M }, ..surface(0.0, 0.0) };
                 let found = plane.effective_m(Vector::new(0.001, -0.002, 0.0), depth_m).unwrap();
                 assert!((found / depth_m - 1.0).abs() < 0.01, "{depth_m}: {found}");
             }

@@ -1,4 +1,4 @@
-//! Interpolates the known presses between their places and depths.
+//! Interpolates presses of a block between their places and depths.
 //!
 //! Divided by depth^1.5 (Hertz; for a flat end, by the depth), the force changes slowly with depth.
 //! The logarithm of this ratio is interpolated by a cubic in the logarithm of the depth, through
@@ -8,6 +8,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::cubic;
 use crate::calibrate::targets::Reference;
 use crate::statics::Vector;
 use palpate_tissue::answer::{Answer, GluedAnswer, SurfaceGrid};
@@ -22,10 +23,11 @@ const CENTRED_M: f64 = 1e-9;
 
 /// Forces at places over a disc around the centre of a block's top.
 #[derive(Clone, Debug)]
-pub struct Known {
-    /// Depth [m] and ln(F / (E d^p)), where d is the depth and p is `power`, in the order of
-    /// increasing depth.
-    centred: Vec<(f64, f64)>,
+pub struct BlockForces {
+    /// Depths of the centred presses in ascending order [m].
+    depths_m: Vec<f64>,
+    /// ln(F / (E d^p)) of the centred presses, where d is the depth and p is `power`.
+    centred: Vec<f64>,
     /// Depth [m] and coefficients of the polynomial, in the order of increasing depth.
     ratios: Vec<(f64, SVector<f64, TERMS>)>,
     surfaces: Vec<(f64, SurfaceGrid)>,
@@ -34,7 +36,7 @@ pub struct Known {
     length_m: f64,
 }
 
-impl Known {
+impl BlockForces {
     /// Returns `None` if the answer has fewer than four depths at the centre.
     #[must_use]
     pub fn of(answer: &Answer) -> Option<Self> {
@@ -48,11 +50,20 @@ impl Known {
             return None;
         }
         let surfaces = at_centre().filter_map(|h| Some((h.depth_m, h.surface.clone()?))).collect();
-        let mut known =
-            Self { centred, ratios: Vec::new(), surfaces, glued: answer.glued.clone(), power, length_m: answer.probe.radius_m };
+        let (depths_m, centred) = centred.into_iter().unzip();
+        let mut known = Self {
+            depths_m,
+            centred,
+            ratios: Vec::new(),
+            surfaces,
+            glued: answer.glued.clone(),
+            power,
+            length_m: answer.probe.radius_m,
+        };
         let square = answer.tissue.block_m.is_some_and(|size| size[0] == size[1]) && answer.probe.shape.is_round();
-        for n in 0..known.centred.len() {
-            let depth_m = known.centred[n].0;
+        // if places lie on the axes alone, the force is taken not to depend on their direction
+        let on_axes = square && answer.holds.iter().all(|h| h.place_m[0] * h.place_m[1] == 0.0);
+        for depth_m in known.depths_m.clone() {
             let aside = answer.holds.iter().filter(|h| h.depth_m == depth_m && away(h.place_m) > CENTRED_M);
             let centre = known.centred_force(depth_m);
             let (mut normal, mut right) = (SMatrix::<f64, TERMS, TERMS>::identity() * RIDGE, SVector::<f64, TERMS>::zeros());
@@ -60,7 +71,8 @@ impl Known {
             for hold in aside {
                 let [x, y, _] = hold.place_m;
                 let ratio = hold.force_over_e_m2 / centre - 1.0;
-                for at in [[x, y], [y, x]].into_iter().take(if square { 2 } else { 1 }) {
+                let turned = on_axes.then(|| [std::f64::consts::FRAC_1_SQRT_2 * x.hypot(y); 2]);
+                for at in [[x, y], [y, x]].into_iter().take(if square { 2 } else { 1 }).chain(turned) {
                     let shape = known.shape(at);
                     normal += shape * shape.transpose();
                     right += shape * ratio;
@@ -74,27 +86,13 @@ impl Known {
         Some(known)
     }
 
-    /// Depths for the fit in ascending order [m].
-    #[must_use]
-    pub fn depths_m(&self) -> Vec<f64> {
-        self.centred.iter().map(|c| c.0).collect()
-    }
-
     fn shape(&self, [x, y]: [f64; 2]) -> SVector<f64, TERMS> {
         let (x, y) = ((x / self.length_m).powi(2), (y / self.length_m).powi(2));
         [x, y, x * x, x * y, y * y].into()
     }
 
     fn centred_force(&self, depth_m: f64) -> f64 {
-        let above = self.centred.partition_point(|c| c.0 < depth_m);
-        let first = above.saturating_sub(2).min(self.centred.len() - 4);
-        let near = &self.centred[first..first + 4];
-        let mut sum = 0.0;
-        for (n, at) in near.iter().enumerate() {
-            let others = near.iter().enumerate().filter(|(m, _)| *m != n);
-            sum += at.1 * others.map(|(_, o)| (depth_m / o.0).ln() / (at.0 / o.0).ln()).product::<f64>();
-        }
-        sum.exp() * depth_m.powf(self.power)
+        cubic(&self.depths_m, depth_m, |n| self.centred[n]).exp() * depth_m.powf(self.power)
     }
 
     /// Ratio of the force at a place to the centred force (1): linear in the logarithm of the depth
@@ -113,7 +111,7 @@ impl Known {
     }
 }
 
-impl Reference for Known {
+impl Reference for BlockForces {
     fn force(&self, place_m: Vector, depth_m: f64) -> Option<f64> {
         let centred = (depth_m <= self.deepest_m() * (1.0 + 1e-9)).then(|| self.centred_force(depth_m))?;
         if place_m.x.hypot(place_m.y) < CENTRED_M {
@@ -123,11 +121,11 @@ impl Reference for Known {
     }
 
     fn deepest_m(&self) -> f64 {
-        self.centred.last().map_or(0.0, |c| c.0)
+        self.depths_m.last().copied().unwrap_or_default()
     }
 
     fn shallowest_m(&self) -> f64 {
-        self.centred.first().map_or(0.0, |c| c.0)
+        self.depths_m.first().copied().unwrap_or_default()
     }
 
     fn glued(&self) -> &[GluedAnswer] {
@@ -159,11 +157,11 @@ mod tests {
                 answer.holds.push(HoldAnswer { place_m: [x, y, 0.0], depth_m: d, force_over_e_m2, surface: None });
             }
         }
-        let known = Known::of(&answer).unwrap();
+        let map = BlockForces::of(&answer).unwrap();
         for (x, y, d) in [(0.0, 0.0, 0.003), (0.003, -0.005, 0.001), (-0.006, 0.006, 0.0055)] {
-            let found = known.force(Vector::new(x, y, 0.0), d).unwrap();
+            let found = map.force(Vector::new(x, y, 0.0), d).unwrap();
             assert!((found / force(x, y, d) - 1.0).abs() < 1e-6, "{x} {y} {d}: {found}");
         }
-        assert!(known.force(Vector::zeros(), 0.0061).is_none(), "deeper than solved");
+        assert!(map.force(Vector::zeros(), 0.0061).is_none(), "deeper than solved");
     }
 }

@@ -1,0 +1,47 @@
+//! `palpate fit --smallest`: the smallest piece that keeps the tolerance on a board.
+
+use std::cell::Cell;
+
+use palpate_fit::plan::{Bench, Supply, presses, search};
+use palpate_fit::scene_fit::Level;
+use palpate_fit::solved::Solved;
+use palpate_tissue::budget::CostModel;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::Session;
+
+use super::super::progress::Status;
+use super::board::accepted;
+use super::{Fitted, search_report};
+use crate::command::options::fit::FitArgs;
+use crate::error::Error;
+
+/// Approximate number of steps of a quick search, in words.
+const QUICK_STEPS: &str = " of some 20";
+
+impl FitArgs {
+    pub(super) fn fit_smallest(&self, scene: &Scene, machine: &'static CostModel) -> Result<Fitted, Error> {
+        let (quick, tolerance_pct) = (self.options.quick, self.options.tolerance_pct);
+        let ceiling_n_per_m = self.options.device.ceiling_n_per_m()?;
+        let status = Status::start();
+        let level = if quick { Level::Quick } else { Level::Full };
+        let kept = Solved::beside(&self.common.folder("fit"));
+        let presses = presses(scene, tolerance_pct, level, &kept, |what| status.say(what))?;
+        let mut folder = self.common.open("fit", scene)?;
+        // removes the patch of an earlier search, which could be mistaken for that of this one
+        folder.drop_earlier(&format!("{}-{}.patch", scene.name, machine.name));
+        let (steps, of) = (Cell::new(0), if quick { QUICK_STEPS } else { "" });
+        let progress = |what: &str| {
+            steps.set(steps.get() + 1);
+            status.say(format!("step {}{of}: {what}", steps.get()));
+        };
+        let on_board = |session: &Session| accepted(session, scene, machine);
+        let bench =
+            Bench { scene, machine, presses: &presses, tolerance_pct, quick, on_board: &on_board, progress: &progress };
+        let outcome = search(&bench, &mut Supply::of(scene, machine, quick))?;
+        status.clear();
+        kept.said().iter().for_each(|line| println!("{line}"));
+        let patch = search_report::write(folder, &bench, &outcome, ceiling_n_per_m, self.shards.all)?;
+        let missed = outcome.check(machine, tolerance_pct).err().map(|missed| missed.to_string());
+        Ok(Fitted { patch, trials: Vec::new(), missed })
+    }
+}
