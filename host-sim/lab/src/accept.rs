@@ -14,11 +14,11 @@ mod prony_fit;
 mod retreat;
 mod silicone;
 mod stiffening_fit;
-pub mod table;
 mod uniform;
 
 use std::borrow::Cow;
 
+use palpate_charts as charts;
 use palpate_tissue::shard::exact::or_null;
 use serde::{Deserialize, Serialize};
 
@@ -51,6 +51,15 @@ impl Figure {
     #[must_use]
     pub fn needs_term(&self) -> bool {
         !self.accepts(self.without_term)
+    }
+
+    /// Share of the accepted range that the product's value has used up (1): an error is best at
+    /// zero, any other figure at the middle of its range.
+    fn used(&self) -> f64 {
+        match self.accepted {
+            [0.0, high] => self.ours / high,
+            [low, high] => ((self.ours - low.midpoint(high)) / (0.5 * (high - low))).abs(),
+        }
     }
 
     // NaN is not accepted
@@ -119,6 +128,51 @@ pub struct Outcome {
     pub rows: Vec<Row>,
     /// One picture per data set.
     pub pictures: Vec<Picture>,
+}
+
+impl Picture {
+    /// The picture as a chart.
+    #[must_use]
+    pub fn figure(&self) -> charts::Figure {
+        let series = self.curves.iter().map(|curve| {
+            let line = charts::Series::curve(curve.name.replace(',', ";"), curve.points.iter().copied());
+            if curve.measured { line.marked() } else { line }
+        });
+        let [x, y] = self.axes.each_ref().map(|title| charts::ScaledAxis::linear(title.as_ref()));
+        charts::Figure::plot(&self.name, &self.title, &self.below, charts::Plot::new(x, y, series.collect()))
+    }
+}
+
+/// Line of the table "against reality": the figure of a test that is nearest to a bound.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Nearest {
+    test: String,
+    data: String,
+    #[serde(rename = "figure nearest to its bound")]
+    what: String,
+    accepted: String,
+    ours: String,
+    #[serde(rename = "without the term")]
+    without_term: String,
+}
+
+/// The table "against reality", one line per test.
+#[must_use]
+pub fn nearest(outcomes: &[Outcome]) -> Vec<Nearest> {
+    let of_test = |outcome: &Outcome| {
+        let figures = outcome.rows.iter().flat_map(|row| row.figures.iter().map(move |figure| (row, figure)));
+        let (row, figure) = figures.max_by(|(_, a), (_, b)| a.used().total_cmp(&b.used()))?;
+        let [low, high] = figure.accepted;
+        Some(Nearest {
+            test: row.test.to_string(),
+            data: row.data.clone(),
+            what: figure.what.clone(),
+            accepted: format!("{low} to {high}"),
+            ours: format!("{:.3}", figure.ours),
+            without_term: format!("{:.3} ({})", figure.without_term, row.term),
+        })
+    };
+    outcomes.iter().filter_map(of_test).collect()
 }
 
 /// A test: its short name, its description in a progress line, and its function.

@@ -25,5 +25,6 @@ pub mod paper;
 pub mod paper_method;
 pub mod score;
 pub mod stability;
+pub mod study;
 
 pub use error::Error;

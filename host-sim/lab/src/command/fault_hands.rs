@@ -1,39 +1,44 @@
 //! The command `palpate faults --hands`.
 
-use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write;
+use std::collections::BTreeSet;
 use std::ops::Range;
 
+use palpate_loop::closed_loop::paths::PathGround;
+use palpate_loop::closed_loop::yielding::{Hands, HandsRow, HandsTable};
+use palpate_sim::command::progress::Progress;
+use palpate_sim::error::Error;
 use serde::{Deserialize, Serialize};
 
-use super::fault_paths::name_faults;
-use palpate_loop::closed_loop::paths::PathGround;
-use palpate_loop::closed_loop::yielding::{Hands, HandsRow, HandsTable, Worst};
-use palpate_sim::command::campaign::Campaign;
-use palpate_sim::command::progress::Progress;
-use palpate_sim::command::verdict::Verdict;
-use palpate_sim::error::Error;
-use palpate_tissue::Error as TissueError;
-use palpate_tissue::output::OutputFolder;
+use super::fault_paths::{counted, fault_names};
+use crate::study::{Claim, Findings, Study, Table};
 
 /// Largest number of runs with `--quick`.
 pub(super) const QUICK: u64 = 400;
 
-/// Contents of `summary.json`.
-#[derive(Serialize)]
-struct Summary<'a> {
-    runs: u64,
-    seed: u64,
-    rows: BTreeMap<&'a str, Row>,
-    broken: &'a [String],
-    /// The worst runs by each measure.
-    worst: &'a BTreeMap<Cow<'static, str>, Vec<Worst>>,
+/// The settings that determine the runs.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Options {
+    pub hands: u64,
+    pub seed: u64,
+    pub quick: bool,
 }
 
-/// Figures of a row.
+/// Yielding hands.
+pub(super) struct YieldingHands {
+    options: Options,
+    ground: PathGround,
+}
+
+impl YieldingHands {
+    fn hands(&self) -> Hands<'_> {
+        Hands::new(&self.ground, self.options.hands, self.options.seed, self.options.quick)
+    }
+}
+
+/// Figures of a group of hands.
 #[derive(Serialize)]
-struct Row {
+struct Row<'a> {
+    hands: &'a str,
     runs: u64,
     contacts: u64,
     contacts_over_10_uj: u64,
@@ -48,13 +53,14 @@ struct Row {
     runs_over_100_mn: u64,
     strongest_vibration_mn: f64,
     /// Number of runs with a fault, by the number of the first fault.
-    faults: BTreeMap<u8, u64>,
+    faults: String,
 }
 
-impl Row {
-    fn of(row: &HandsRow) -> Self {
+impl<'a> Row<'a> {
+    fn of(hands: &'a str, row: &HandsRow) -> Self {
         let ([over_10_uj, over_100_uj, over_1_mj], [over_50_mn, over_100_mn]) = (row.over, row.shaking);
         Self {
+            hands,
             runs: row.runs,
             contacts: row.contacts,
             contacts_over_10_uj: over_10_uj,
@@ -68,35 +74,24 @@ impl Row {
             runs_over_50_mn: over_50_mn,
             runs_over_100_mn: over_100_mn,
             strongest_vibration_mn: row.shake_n * 1e3,
-            faults: row.faults.clone(),
+            faults: counted(&row.faults),
         }
     }
 }
 
-/// The settings that determine the runs.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Options {
-    pub hands: u64,
-    pub seed: u64,
-    pub quick: bool,
+/// One of the worst runs by a measure.
+#[derive(Serialize)]
+struct WorstRow<'a> {
+    measure: &'a str,
+    run: u64,
+    value: f64,
+    words: &'a str,
 }
 
-/// The campaign of yielding hands.
-pub(super) struct YieldingHands {
-    options: Options,
-    ground: PathGround,
-}
-
-impl YieldingHands {
-    fn hands(&self) -> Hands<'_> {
-        Hands::new(&self.ground, self.options.hands, self.options.seed, self.options.quick)
-    }
-}
-
-impl Campaign for YieldingHands {
+impl Study for YieldingHands {
+    const ID: &'static str = "faults --hands";
     type Options = Options;
-    type Counts = HandsTable;
-    const COMMAND: &'static str = "faults --hands";
+    type Row = HandsTable;
 
     fn load(options: Options) -> Result<Self, Error> {
         Ok(Self { options, ground: PathGround::load()? })
@@ -110,112 +105,50 @@ impl Campaign for YieldingHands {
         self.hands().cases()
     }
 
-    fn run(&self, cases: Range<u64>) -> Result<HandsTable, Error> {
+    fn run(&self, cases: Range<u64>) -> Result<Vec<HandsTable>, Error> {
         let progress = Progress::new(cases.end - cases.start, "runs");
         let table = self.hands().run(cases, |_| (), |n| progress.inc(n))?;
         progress.finish();
-        Ok(table)
+        Ok(vec![table])
     }
 
-    fn add(table: &mut HandsTable, next: HandsTable) {
-        table.add(next);
-    }
-
-    fn report(&self, folder: OutputFolder, table: HandsTable, all: bool) -> Result<(), Error> {
-        let broken = table.broken();
-        let runs: u64 = table.rows.values().map(|row| row.runs).sum();
-        folder.write("hands.csv", csv(&table)?.as_bytes())?;
-        let rows = table.rows.iter().map(|(name, row)| (name.as_ref(), Row::of(row))).collect();
-        folder.write_summary(&Summary { runs, seed: self.options.seed, rows, broken: &broken, worst: &table.worst })?;
-        let verdict = Verdict::of(judge(&broken), || {
-            let worst_j = table.rows.values().map(|row| row.worst_j).fold(0.0, f64::max);
-            format!("{runs} runs of yielding hands keep what is promised; at most {:.3} mJ was given", worst_j * 1e3)
-        })?
-        .first();
-        print(&table, all);
-        println!("\nwrote {}: summary.json, hands.csv", folder.publish()?.display());
-        verdict.last()
-    }
-}
-
-fn judge(broken: &[String]) -> Result<(), Error> {
-    match broken {
-        [] => Ok(()),
-        [first, ..] => Err(TissueError::Check(format!("{} promises do not hold; the first: {first}", broken.len())).into()),
-    }
-}
-
-fn csv(table: &HandsTable) -> Result<String, Error> {
-    let unwritable = |source: csv::Error| TissueError::Write { path: "hands.csv".into(), source: std::io::Error::other(source) };
-    let mut csv = csv::Writer::from_writer(Vec::new());
-    let head = "hands,runs,contacts,contacts_over_10_uj,contacts_over_100_uj,contacts_over_1_mj,worst_mj,worst_share_of_bound,felt_share,lost_pct,unflagged_lost_ticks,runs_over_50_mn,runs_over_100_mn,strongest_vibration_mn,faults";
-    csv.write_record(head.split(',')).map_err(unwritable)?;
-    for (name, row) in &table.rows {
-        let Row { faults, .. } = Row::of(row);
-        let numbers = format!(
-            "{},{},{},{},{},{},{},{},{},{},{},{},{}",
-            row.runs,
-            row.contacts,
-            row.over[0],
-            row.over[1],
-            row.over[2],
-            row.worst_j * 1e3,
-            row.share,
-            row.felt(),
-            row.lost() * 100.0,
-            row.unflagged_ticks,
-            row.shaking[0],
-            row.shaking[1],
-            row.shake_n * 1e3
-        );
-        let record = [name.as_ref()].into_iter().chain(numbers.split(','));
-        csv.write_record(record.chain([counted(&faults).as_str()])).map_err(unwritable)?;
-    }
-    let bytes = csv.into_inner().map_err(|e| TissueError::Write { path: "hands.csv".into(), source: e.into_error() })?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
-}
-
-fn counted(faults: &BTreeMap<u8, u64>) -> String {
-    faults.iter().fold(String::new(), |mut text, (fault, runs)| {
-        // writing to a string cannot fail
-        let _ = write!(text, "{}{fault}:{runs}", if text.is_empty() { "" } else { " " });
-        text
-    })
-}
-
-fn print(table: &HandsTable, all: bool) {
-    println!(
-        "{:<28} {:>6} {:>8} {:>18} {:>9} {:>8} {:>6} {:>7} {:>5} {:>9}  faults",
-        "hands", "runs", "contacts", ">.01 / .1 / 1 mJ", "worst mJ", "of bound", "felt", "lost %", "dark", "shaking"
-    );
-    for (name, row) in &table.rows {
-        println!(
-            "{name:<28} {:>6} {:>8} {:>18} {:>9.4} {:>8.4} {:>6.3} {:>7.3} {:>5} {:>9}  {}",
-            row.runs,
-            row.contacts,
-            row.over.map(|n| n.to_string()).join(" / "),
-            row.worst_j * 1e3,
-            row.share,
-            row.felt(),
-            row.lost() * 100.0,
-            row.unflagged_ticks,
-            row.shaking.map(|n| n.to_string()).join(" / "),
-            counted(&row.faults)
-        );
-    }
-    name_faults(table.rows.values().flat_map(|row| row.faults.keys().copied()).collect::<BTreeSet<u8>>());
-    println!(
-        "\nrows: random devices by delay and lag together; each shipped device; a minute of each motion on each shipped device; a fixed family of light hands on stiff tissue"
-    );
-    println!("worst: the most energy given since an instant without contact, from true positions, and its share of the bound");
-    println!(
-        "felt: of the impulse of the patch's push. lost: ticks with less than half of it for over 20 ms; dark: without a flag"
-    );
-    println!("shaking: runs of slow motions with over 50 / 100 mN above 15 Hz. faults: runs, by the number of the first fault");
-    for (measure, runs) in &table.worst {
-        for Worst { number, words, .. } in runs.iter().take(if all { usize::MAX } else { 1 }) {
-            println!("worst by {measure}: run {number}: {words}");
+    fn findings(&self, parts: Vec<HandsTable>) -> Result<Findings, Error> {
+        let mut table = HandsTable::default();
+        parts.into_iter().for_each(|part| table.add(part));
+        let rows: Vec<Row> = table.rows.iter().map(|(name, row)| Row::of(name, row)).collect();
+        let mut worst = Vec::new();
+        for (measure, runs) in &table.worst {
+            worst.extend(runs.iter().map(|w| WorstRow { measure, run: w.number, value: w.value, words: &w.words }));
         }
+        let mut last = "";
+        let first = worst.iter().map(|row| std::mem::replace(&mut last, row.measure) != row.measure).collect::<Vec<_>>();
+        let broken = table.broken();
+        let runs: u64 = rows.iter().map(|row| row.runs).sum();
+        let worst_mj = rows.iter().map(|row| row.worst_mj).fold(0.0, f64::max);
+        let found = broken.first().map_or(format!("all, in {runs} runs; at most {worst_mj:.3} mJ was given"), |first| {
+            format!("{} do not hold, the first: {first}", broken.len())
+        });
+        let numbers: BTreeSet<u8> = table.rows.values().flat_map(|row| row.faults.keys().copied()).collect();
+        let mut findings = Findings {
+            claims: vec![Claim::promise("promises of energy, felt force and stillness", "all", found, broken.is_empty())],
+            tables: vec![
+                Table::of("hands", &rows)?.about(
+                    "random devices by delay and lag together; each shipped device; a minute of each motion on each; light hands on stiff tissue",
+                ),
+                Table::of("worst_hands", &worst)?.only(first),
+            ],
+            notes: fault_names(numbers),
+            ..Findings::default()
+        };
+        findings.notes.extend([
+            "worst: the most energy given since an instant without contact, from true positions, and its share of the bound".into(),
+            "felt: of the impulse of the patch's push. lost: ticks with less than half of it for over 20 ms".into(),
+            "over mN: runs of slow motions with more above 15 Hz. faults: runs, by the number of the first fault".into(),
+        ]);
+        findings.notes.extend(broken.iter().map(|broken| format!("does not hold: {broken}")));
+        findings.fact("runs", runs);
+        findings.fact("seed", self.options.seed);
+        findings.fact("broken", broken);
+        Ok(findings)
     }
-    table.broken().iter().for_each(|broken| println!("does not hold: {broken}"));
 }

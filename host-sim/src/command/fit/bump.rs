@@ -1,7 +1,7 @@
 //! `palpate fit` of a block with inclusions: the force that they add is fitted to the patch of the
 //! block without them.
 
-use palpate_charts::{LineSeries, Lines, Scale, ScaledAxis, lines};
+use palpate_charts::{Dot, Figure, Plot, ScaledAxis, Series};
 use palpate_fit::calibrate::{Fit, Settings};
 use palpate_fit::scene_fit::{
     BumpFit, Bumps, JUDGED_RADII, Judging, Known, Level, Prepared, Presses, Solved, Verdict, solve_bumps,
@@ -132,26 +132,18 @@ fn report(scene: &Scene, fitting: &BumpFit, bumps: &Bumps, fit: &StoredFit) -> R
 fn draw(scene: &Scene, folder: &OutputFolder, bump: &BumpReport) -> Result<(), Error> {
     let count = bump.line.len();
     let shown: Vec<&BumpLine> = [count / 2, count.saturating_sub(1)].iter().filter_map(|n| bump.line.get(*n)).collect();
-    let names: Vec<[String; 3]> = shown
-        .iter()
-        .map(|line| ["finite elements", "fitted", "scaled in"].map(|who| format!("{who}, {:.2} mm deep", line.depth_m * 1e3)))
-        .collect();
     let mut series = Vec::new();
-    for (line, names) in shown.iter().zip(&names) {
+    for line in shown {
         let curves = [&line.finite_elements_n, &line.fitted_n, &line.scaled_in_n];
-        for (n, (name, force_n)) in names.iter().zip(curves).enumerate() {
+        for (n, (who, force_n)) in ["finite elements", "fitted", "scaled in"].into_iter().zip(curves).enumerate() {
             let found = line.x_m.iter().zip(force_n).filter(|(_, force_n)| force_n.is_finite());
-            let points = found.map(|(x_m, force_n)| (x_m * 1e3, force_n * 1e3)).collect();
-            series.push(LineSeries { name, points, joined: n > 0, marked: n == 0 });
+            let dots = found.map(|(x_m, force_n)| Dot::from((x_m * 1e3, force_n * 1e3))).collect();
+            let name = format!("{who}, {:.2} mm deep", line.depth_m * 1e3);
+            series.push(Series { name, dots, joined: n > 0, marked: n == 0 });
         }
     }
-    let chart = Lines {
-        title: &format!("{}: force that the inclusions add", scene.name),
-        below: "along a line that no fit has seen; scaled in: every constant times what its formula makes of the inclusions",
-        x: ScaledAxis { title: "place along x [mm]", scale: Scale::Linear },
-        y: ScaledAxis { title: "force added [mN]", scale: Scale::Linear },
-        series: &series,
-        levels: &[],
-    };
-    Ok(lines(folder.draft(), "bump", &chart)?)
+    let plot = Plot::new(ScaledAxis::linear("place along x [mm]"), ScaledAxis::linear("force added [mN]"), series);
+    let title = format!("{}: force that the inclusions add", scene.name);
+    let below = "along a line that no fit has seen; scaled in: every constant times what its formula makes of the inclusions";
+    Ok(Figure::plot("bump", title, below, plot).draw(folder.draft())?)
 }

@@ -8,13 +8,16 @@ use super::super::verdict::Verdict;
 use super::unit;
 use super::worth::{self, Worth};
 use crate::error::Error;
-use palpate_charts::{PlanChart, PlanDot, plan};
+use palpate_charts::{Dot, Figure, Level, Plot, ScaledAxis, Series};
 use palpate_fit::far_field::fitted::JUDGED_RADII;
 use palpate_fit::plan::{self as planned, Bench, Effort, Judge, JudgedCandidate, Outcome, RimTreatment, WORST_RATIO};
 use palpate_tissue::budget::CostModel;
 use palpate_tissue::fit_record::{Judged, Moving};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::session::moving::MovingReport;
+
+/// Ratio of the budget to the largest cost above which the budget is not drawn (1).
+const FAR_BUDGET: f64 = 6.0;
 
 #[derive(Serialize)]
 struct Promise<'a> {
@@ -212,38 +215,27 @@ fn draw(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), E
         } else {
             String::new()
         };
-        PlanDot {
-            kind: kinds.iter().position(|k| *k == kind(t)).unwrap_or_default(),
-            cost: t.units / per,
-            error: t.keeps_pct,
-            full: t.effort == Effort::Full,
-            chosen,
-            label,
-        }
+        let radius_px = if chosen { 7.0 } else { 5.0 };
+        Dot { radius_px, hollow: t.effort != Effort::Full, ringed: chosen, label, ..Dot::from((t.units / per, t.keeps_pct)) }
     };
-    let dots: Vec<PlanDot> = outcome.trials.iter().map(dot).collect();
+    let series = kinds.iter().map(|name| {
+        let trials = outcome.trials.iter().filter(|t| kind(t) == *name);
+        Series::dots(name.as_str(), trials.map(dot).collect())
+    });
+    let x = ScaledAxis::log(format!("cost of a tick [{name}]"));
+    let y = ScaledAxis::log("force error: rms, or worst / 2.5 where that is more [%]");
+    let wanted = Level::new(format!("wanted: {} %", bench.tolerance_pct), bench.tolerance_pct);
+    let budget = machine.budget() / per;
+    let dearest = outcome.trials.iter().map(|t| t.units / per).fold(0.0, f64::max);
+    // a budget far beyond every model would leave no room for them
+    let drawn = (budget <= FAR_BUDGET * dearest).then(|| Level::new("budget", budget));
+    let plot = Plot { budget: drawn, ..Plot::new(x, y, series.collect()).levels([wanted]) };
     let title = format!("{}: what keeps {} % on {}", scene.name, bench.tolerance_pct, machine.name);
     let below = format!(
-        "at most {:.0} {name} per tick (estimate); filled: full fit, {} unseen places; hollow: short fit; R: probe radius",
-        machine.budget() / per,
+        "at most {budget:.0} {name} per tick (estimate); filled: full fit, {} unseen places; hollow: short fit; R: probe radius",
         palpate_fit::far_field::fitted::JUDGED_PLACES * 4
     );
-    let names: Vec<&str> = kinds.iter().map(String::as_str).collect();
-    plan(
-        folder.draft(),
-        "plan",
-        &PlanChart {
-            title: &title,
-            below: &below,
-            cost: &format!("cost of a tick [{name}]"),
-            error: "force error: rms, or worst / 2.5 where that is more [%]",
-            budget: machine.budget() / per,
-            tolerance: bench.tolerance_pct,
-            kinds: &names,
-            dots: &dots,
-        },
-    )?;
-    Ok(())
+    Ok(Figure::plot("plan", title, below, plot).draw(folder.draft())?)
 }
 
 fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth], all: bool) {

@@ -1,15 +1,16 @@
 //! Our results against those of other engines: how much cheaper our models are at the same error,
 //! and how much more accurate at the same cost.
 
-use palpate_tissue::output::OutputFolder;
+use serde::Serialize;
 
 use super::press::on_grid;
-use super::{GRIDS, Peer, grid_name};
+use super::{GRIDS, Peer, Peers, figures, grid_name, searched};
 use crate::chart::moving::SPEEDS_MM_PER_S;
 use crate::chart::run::Measured;
-use crate::chart::{Reference, Run, Task, measure};
+use crate::chart::{ChartRow, Reference, Run, Task, measure};
 use crate::error::Error;
 use crate::methods::Method;
+use crate::study::{Findings, Table};
 
 /// Speeds of the ramps that are also compared one by one [mm/s], because the tap dominates the root
 /// mean square over all of them.
@@ -118,41 +119,110 @@ pub fn least(compared: &[Compared], of: impl Fn(&Compared) -> Option<Factors>) -
     Factors { cheaper: over(|f| f.cheaper), nearer: over(|f| f.nearer) }
 }
 
-/// Writes `peers.csv`.
+/// A row of `peers.csv`.
+#[derive(Clone, Debug, Serialize)]
+struct Row<'a> {
+    engine: &'a str,
+    version: &'a str,
+    model: &'a str,
+    mesh: &'a str,
+    nodes: usize,
+    tets: usize,
+    youngs_modulus_pa: f64,
+    substeps: u16,
+    survives_8mm: &'a str,
+    tick_min_us: f64,
+    tick_median_us: f64,
+    held_rms_pct: f64,
+    moving_rms_pct: Option<f64>,
+    ours_cheaper_held: Option<f64>,
+    ours_nearer_held: Option<f64>,
+    ours_cheaper_moving: Option<f64>,
+    ours_nearer_moving: Option<f64>,
+    ours_cheaper_40_mm_per_s: Option<f64>,
+    ours_nearer_40_mm_per_s: Option<f64>,
+    ours_cheaper_200_mm_per_s: Option<f64>,
+    ours_nearer_200_mm_per_s: Option<f64>,
+    ours_same_mesh_tick_min_us: Option<f64>,
+    ours_same_mesh_held_rms_pct: Option<f64>,
+    ours_same_mesh_moving_rms_pct: Option<f64>,
+}
+
+impl<'a> Row<'a> {
+    fn of(compared: &Compared<'a>) -> Self {
+        let Compared { peer, held, moving, ramps, same_mesh } = compared;
+        let (moving, ramps) = (moving.unwrap_or_default(), ramps.map(Option::unwrap_or_default));
+        let [us, held_pct, moving_pct] = same_mesh.unwrap_or_default();
+        Self {
+            engine: &peer.engine,
+            version: &peer.version,
+            model: &peer.model,
+            mesh: &peer.mesh,
+            nodes: peer.nodes,
+            tets: peer.tets,
+            youngs_modulus_pa: peer.youngs_modulus_pa,
+            substeps: peer.substeps,
+            survives_8mm: &peer.survives,
+            tick_min_us: peer.tick_min_us,
+            tick_median_us: peer.tick_median_us,
+            held_rms_pct: peer.held_rms_pct,
+            moving_rms_pct: peer.moving_rms_pct(),
+            ours_cheaper_held: held.cheaper,
+            ours_nearer_held: held.nearer,
+            ours_cheaper_moving: moving.cheaper,
+            ours_nearer_moving: moving.nearer,
+            ours_cheaper_40_mm_per_s: ramps[0].cheaper,
+            ours_nearer_40_mm_per_s: ramps[0].nearer,
+            ours_cheaper_200_mm_per_s: ramps[1].cheaper,
+            ours_nearer_200_mm_per_s: ramps[1].nearer,
+            ours_same_mesh_tick_min_us: us,
+            ours_same_mesh_held_rms_pct: held_pct,
+            ours_same_mesh_moving_rms_pct: moving_pct,
+        }
+    }
+}
+
+/// Runs our model on the meshes of the other engines, and adds the comparison.
 ///
 /// # Errors
-/// The folder cannot be written.
-pub fn write_compared(folder: &OutputFolder, compared: &[Compared]) -> Result<(), Error> {
-    let mut text = String::from(
-        "engine,version,model,mesh,nodes,tets,youngs_modulus_pa,substeps,survives_8mm,tick_min_us,tick_median_us,held_rms_pct,moving_rms_pct,ours_cheaper_held,ours_nearer_held,ours_cheaper_moving,ours_nearer_moving,ours_cheaper_40_mm_per_s,ours_nearer_40_mm_per_s,ours_cheaper_200_mm_per_s,ours_nearer_200_mm_per_s,ours_same_mesh_tick_min_us,ours_same_mesh_held_rms_pct,ours_same_mesh_moving_rms_pct\n",
+/// Fails if a method cannot be built.
+pub fn add(findings: &mut Findings, peers: &Peers, runs: &[Run], moving: bool) -> Result<(), palpate_sim::error::Error> {
+    let reference = Reference::block();
+    let on_grids = same_meshes(&peers.rows, &reference, moving)?;
+    let searched = if moving { searched(&peers.rows, runs, &reference)? } else { Vec::new() };
+    let compared = compare(&peers.rows, &[runs, &searched[..]].concat(), &on_grids);
+    let rows: Vec<Row> = compared.iter().map(Row::of).collect();
+    let about = format!(
+        "engines of other people ({}, {}); cheaper: their tick over that of our cheapest as right; nearer: their error over that of our best as cheap",
+        peers.machine, peers.date
     );
-    let cell = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.2}"));
-    for Compared { peer, held, moving, ramps, same_mesh } in compared {
-        let alone = ramps.map(Option::unwrap_or_default).map(|f| format!("{},{}", cell(f.cheaper), cell(f.nearer))).join(",");
-        let moving = moving.unwrap_or_default();
-        let [us, held_pct, moving_pct] = same_mesh.unwrap_or_default().map(cell);
-        text += &format!(
-            "{},{},\"{}\",{},{},{},{},{},\"{}\",{:.2},{:.2},{:.2},{},{},{},{},{},{alone},{us},{held_pct},{moving_pct}\n",
-            peer.engine,
-            peer.version,
-            peer.model,
-            peer.mesh,
-            peer.nodes,
-            peer.tets,
-            peer.youngs_modulus_pa,
-            peer.substeps,
-            peer.survives,
-            peer.tick_min_us,
-            peer.tick_median_us,
-            peer.held_rms_pct,
-            cell(peer.moving_rms_pct()),
-            cell(held.cheaper),
-            cell(held.nearer),
-            cell(moving.cheaper),
-            cell(moving.nearer),
-        );
+    findings.tables.push(Table::of("peers", &rows)?.about(about));
+    if !searched.is_empty() {
+        let searched: Vec<ChartRow> = searched.iter().filter(|run| run.survived().is_some()).map(ChartRow::of).collect();
+        findings.tables.push(Table::of("searched", &searched)?.about("ours, contact searched").columns(&[
+            "nodes",
+            "youngs_modulus_pa",
+            "substeps",
+            "tick_min_us",
+            "force_rms_pct",
+            "moving_rms_pct",
+        ]));
     }
-    Ok(folder.write("peers.csv", text.as_bytes())?)
+    findings.figures.extend(figures(peers, runs, &on_grids, &searched));
+    let mut say = |what: &str, f: Factors| {
+        let said = |v: Option<f64>| v.map_or("none".into(), |v| format!("{v:.1}"));
+        findings.notes.push(format!(
+            "over all rows, ours is at least, {what}: {} times cheaper as right, {} times nearer as cheap (none: no answer)",
+            said(f.cheaper),
+            said(f.nearer)
+        ));
+    };
+    say("held", least(&compared, |row| Some(row.held)));
+    say("moving, all four", least(&compared, |row| row.moving));
+    for (n, speed) in RAMPS_MM_PER_S.into_iter().enumerate() {
+        say(&format!("ramp of {speed} mm/s"), least(&compared, |row| row.ramps[n]));
+    }
+    Ok(())
 }
 
 #[cfg(test)]
