@@ -28,9 +28,8 @@ const RESTS: f64 = 0.02;
 pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Site) -> Result<(), ChartError> {
     let shown = shown(run, site);
     let stride = shown.len().div_ceil(POINTS).max(1);
-    let curve = |name: &str, value: &dyn Fn(&Row) -> f64| {
-        Series::curve(name, shown.iter().step_by(stride).map(|r| (r.t_s, value(r))))
-    };
+    let curve =
+        |name: &str, value: &dyn Fn(&Row) -> f64| Series::curve(name, shown.iter().step_by(stride).map(|r| (r.t_s, value(r))));
     let chart = |file: &str, title: &str, y: &str, series: Vec<Series>, level: Option<Level>| {
         let plot = Plot::new(ScaledAxis::linear("time [s]"), ScaledAxis::linear(y), series).levels(level);
         Figure::plot(format!("{name}_{file}"), title, below, plot).draw(folder.draft())

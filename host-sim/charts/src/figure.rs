@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use super::ChartError;
 use super::bars::Bars;
 use super::heat::Heat;
 use super::plot::Plot;
-use super::ChartError;
 
 /// A picture of one of the four forms.
 #[derive(Clone, Debug)]

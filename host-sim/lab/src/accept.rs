@@ -23,6 +23,7 @@ use palpate_tissue::shard::exact::or_null;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
+use crate::study::Table;
 pub use prony_fit::{PronyFit, fit as fit_prony};
 
 /// One figure of a row.
@@ -143,36 +144,21 @@ impl Picture {
     }
 }
 
-/// Line of the table "against reality": the figure of a test that is nearest to a bound.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Nearest {
-    test: String,
-    data: String,
-    #[serde(rename = "figure nearest to its bound")]
-    what: String,
-    accepted: String,
-    ours: String,
-    #[serde(rename = "without the term")]
-    without_term: String,
-}
-
-/// The table "against reality", one line per test.
+/// The table "against reality": the figure of each test that is nearest to a bound.
 #[must_use]
-pub fn nearest(outcomes: &[Outcome]) -> Vec<Nearest> {
-    let of_test = |outcome: &Outcome| {
+pub fn nearest(outcomes: &[Outcome]) -> Table {
+    fn of_test(outcome: &Outcome) -> Option<(&Row, &Figure)> {
         let figures = outcome.rows.iter().flat_map(|row| row.figures.iter().map(move |figure| (row, figure)));
-        let (row, figure) = figures.max_by(|(_, a), (_, b)| a.used().total_cmp(&b.used()))?;
-        let [low, high] = figure.accepted;
-        Some(Nearest {
-            test: row.test.to_string(),
-            data: row.data.clone(),
-            what: figure.what.clone(),
-            accepted: format!("{low} to {high}"),
-            ours: format!("{:.3}", figure.ours),
-            without_term: format!("{:.3} ({})", figure.without_term, row.term),
-        })
-    };
-    outcomes.iter().filter_map(of_test).collect()
+        figures.max_by(|(_, a), (_, b)| a.used().total_cmp(&b.used()))
+    }
+    Table::rows("against_reality", outcomes.iter().filter_map(of_test))
+        .col("test", |(row, _)| row.test.to_string())
+        .col("data", |(row, _)| row.data.clone())
+        .col("figure nearest to its bound", |(_, figure)| figure.what.clone())
+        .col("accepted", |(_, figure)| format!("{} to {}", figure.accepted[0], figure.accepted[1]))
+        .col("ours", |(_, figure)| format!("{:.3}", figure.ours))
+        .col("without the term", |(row, figure)| format!("{:.3} ({})", figure.without_term, row.term))
+        .all()
 }
 
 /// A test: its short name, its description in a progress line, and its function.

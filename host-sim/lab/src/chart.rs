@@ -27,7 +27,7 @@ pub use figures::figures;
 pub use front::{front, front_of_three};
 pub use moving::{Moving, SPEEDS_MM_PER_S};
 pub use reference::Reference;
-pub use report::{COSTS, ChartRow, ERRORS, FrontRow, MovingFrontRow, Quantity, TermRow, fronts, moving_fronts};
+pub use report::{COSTS, ERRORS, FrontRow, MovingFrontRow, Quantity, fronts, moving_fronts, rows, terms};
 pub use run::{Measured, Run, measure};
 pub use scope::{Scope, Task};
 pub use survive::{CLEAR_M, Failure, MOST_SUBSTEPS, PressResult, Survival, least_substeps, try_press};

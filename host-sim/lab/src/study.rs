@@ -15,7 +15,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 pub use findings::{Claim, Findings};
-pub use table::Table;
+pub use table::{Cell, Columns, Table};
 
 /// A study whose cases are independent of each other.
 pub trait Study: Sized {

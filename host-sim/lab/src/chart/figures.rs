@@ -30,10 +30,7 @@ pub(super) struct Point {
 }
 
 /// Points of some runs, with cost and error as `of` reads them.
-pub(super) fn points<'a>(
-    runs: impl Iterator<Item = &'a Run>,
-    of: impl Fn(&Measured) -> Option<(f64, f64)>,
-) -> Vec<Point> {
+pub(super) fn points<'a>(runs: impl Iterator<Item = &'a Run>, of: impl Fn(&Measured) -> Option<(f64, f64)>) -> Vec<Point> {
     let point = |run: &Run| {
         let at = of(run.outcome.as_ref().ok()?)?;
         Some(Point { nodes: run.task.nodes, split: run.task.refinement, at, survived: run.survived().is_some() })
@@ -44,8 +41,7 @@ pub(super) fn points<'a>(
 /// Cost against error of several methods, with the front of those that survived.
 pub(super) fn scatter(x: &str, y: &str, budget: Option<(f64, &str)>, methods: &[(&str, Vec<Point>)]) -> Plot {
     let places: Vec<&Point> = methods.iter().flat_map(|(_, points)| points).collect();
-    let survived: Vec<(f64, f64)> =
-        places.iter().map(|p| if p.survived { p.at } else { (f64::NAN, f64::NAN) }).collect();
+    let survived: Vec<(f64, f64)> = places.iter().map(|p| if p.survived { p.at } else { (f64::NAN, f64::NAN) }).collect();
     let front: Vec<(f64, f64)> = super::front(&survived).into_iter().map(|n| survived[n]).collect();
     let mut series = Vec::new();
     for (name, points) in methods {

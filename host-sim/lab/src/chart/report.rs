@@ -2,96 +2,67 @@
 
 use serde::Serialize;
 
+use super::accuracy::{DEPTHS_M, SURFACE_DEPTHS_M};
 use super::front::{front, front_of_three};
+use super::moving::SPEEDS_MM_PER_S;
 use super::run::{Measured, Run};
 use super::term_errors::TermErrors;
+use crate::study::{Columns, Table};
 
-/// A row of the chart; what was not measured is left out.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct ChartRow {
-    method: &'static str,
-    nodes: usize,
-    edges: usize,
-    tets: usize,
-    youngs_modulus_pa: f64,
-    survives_8mm: String,
-    substeps: Option<u16>,
-    min_j_8mm: Option<f64>,
-    tick_min_us: Option<f64>,
-    tick_median_us: Option<f64>,
-    times_springs: Option<f64>,
-    m4f_cycles_estimate: Option<f64>,
-    force_1mm_n: Option<f64>,
-    force_error_1mm_pct: Option<f64>,
-    force_2mm_n: Option<f64>,
-    force_error_2mm_pct: Option<f64>,
-    force_4mm_n: Option<f64>,
-    force_error_4mm_pct: Option<f64>,
-    force_8mm_n: Option<f64>,
-    force_error_8mm_pct: Option<f64>,
-    force_rms_pct: Option<f64>,
-    surface_error_2mm_mm: Option<f64>,
-    surface_error_4mm_mm: Option<f64>,
-    moving_rms_pct: Option<f64>,
-    ramp_40_mm_per_s_rms_pct: Option<f64>,
-    ramp_40_mm_per_s_peak_pct: Option<f64>,
-    ramp_100_mm_per_s_rms_pct: Option<f64>,
-    ramp_100_mm_per_s_peak_pct: Option<f64>,
-    ramp_200_mm_per_s_rms_pct: Option<f64>,
-    ramp_200_mm_per_s_peak_pct: Option<f64>,
-    ramp_500_mm_per_s_rms_pct: Option<f64>,
-    ramp_500_mm_per_s_peak_pct: Option<f64>,
+/// The rows of the chart, printed on request; what was not measured is left out.
+#[must_use]
+pub fn rows(name: &str, runs: &[Run]) -> Columns<Run> {
+    let measured = |run: &Run, of: fn(&Measured) -> Option<f64>| run.outcome.as_ref().ok().and_then(of);
+    let mut table = Table::rows(name, runs.to_vec())
+        .col("method", |run| run.task.method.name())
+        .col("nodes", |run| run.size.nodes)
+        .csv("edges", |run| run.size.edges)
+        .csv("tets", |run| run.size.tets)
+        .col("youngs_modulus_pa", |run| run.task.youngs_modulus_pa)
+        .col("survives_8mm", Run::verdict)
+        .col("substeps", |run| run.outcome.as_ref().ok().map(|m| m.substeps))
+        .col("min_j_8mm", |run| measured(run, |m| Some(m.trial.min_j)))
+        .col("tick_min_us", |run| measured(run, |m| Some(m.time.min_us)))
+        .csv("tick_median_us", |run| measured(run, |m| Some(m.time.median_us)))
+        .col("times_springs", |run| measured(run, |m| Some(m.time.times_springs)))
+        .csv("m4f_cycles_estimate", |run| measured(run, |m| Some(m.m4f_cycles)));
+    let accuracy = |run: &Run| run.outcome.as_ref().ok().map(|m| m.accuracy);
+    for (n, depth_m) in DEPTHS_M.into_iter().enumerate() {
+        let mm = depth_m * 1e3;
+        table = table
+            .csv(&format!("force_{mm}mm_n"), |run| accuracy(run).map(|a| a.force_n[n]))
+            .col(&format!("force_error_{mm}mm_pct"), |run| accuracy(run).and_then(|a| a.force_error_pct[n]));
+    }
+    table = table.col("force_rms_pct", |run| measured(run, |m| m.accuracy.rms_pct()));
+    for (n, depth_m) in SURFACE_DEPTHS_M.into_iter().enumerate() {
+        let name = format!("surface_error_{}mm_mm", depth_m * 1e3);
+        table = table.col(&name, |run| accuracy(run).and_then(|a| a.surface_error_mm[n]));
+    }
+    table = table.col("moving_rms_pct", |run| measured(run, Measured::moving_rms_pct));
+    let ramp = |run: &Run, n: usize| run.outcome.as_ref().ok()?.moving?.ok().map(|moving| moving.0[n]);
+    for (n, speed) in SPEEDS_MM_PER_S.into_iter().enumerate() {
+        table = table
+            .csv(&format!("ramp_{speed}_mm_per_s_rms_pct"), |run| ramp(run, n).map(|r| r.rms_pct))
+            .csv(&format!("ramp_{speed}_mm_per_s_peak_pct"), |run| ramp(run, n).map(|r| r.peak_pct));
+    }
+    table
 }
 
-impl ChartRow {
-    /// The row of a run.
-    #[must_use]
-    pub fn of(run: &Run) -> Self {
-        let head = Self {
-            method: run.task.method.name(),
-            nodes: run.size.nodes,
-            edges: run.size.edges,
-            tets: run.size.tets,
-            youngs_modulus_pa: run.task.youngs_modulus_pa,
-            survives_8mm: run.verdict(),
-            ..Self::default()
-        };
-        let Ok(m) = &run.outcome else { return head };
-        let [f1, f2, f4, f8] = m.accuracy.force_n.map(Some);
-        let [e1, e2, e4, e8] = m.accuracy.force_error_pct;
-        let [s2, s4] = m.accuracy.surface_error_mm;
-        let ramps = m.moving.and_then(Result::ok).map(|moving| moving.0);
-        let [r40, r100, r200, r500] = [0, 1, 2, 3].map(|n| ramps.map(|ramps| ramps[n]));
-        Self {
-            substeps: Some(m.substeps),
-            min_j_8mm: Some(m.trial.min_j),
-            tick_min_us: Some(m.time.min_us),
-            tick_median_us: Some(m.time.median_us),
-            times_springs: Some(m.time.times_springs),
-            m4f_cycles_estimate: Some(m.m4f_cycles),
-            force_1mm_n: f1,
-            force_error_1mm_pct: e1,
-            force_2mm_n: f2,
-            force_error_2mm_pct: e2,
-            force_4mm_n: f4,
-            force_error_4mm_pct: e4,
-            force_8mm_n: f8,
-            force_error_8mm_pct: e8,
-            force_rms_pct: m.accuracy.rms_pct(),
-            surface_error_2mm_mm: s2,
-            surface_error_4mm_mm: s4,
-            moving_rms_pct: m.moving_rms_pct(),
-            ramp_40_mm_per_s_rms_pct: r40.map(|r| r.rms_pct),
-            ramp_40_mm_per_s_peak_pct: r40.map(|r| r.peak_pct),
-            ramp_100_mm_per_s_rms_pct: r100.map(|r| r.rms_pct),
-            ramp_100_mm_per_s_peak_pct: r100.map(|r| r.peak_pct),
-            ramp_200_mm_per_s_rms_pct: r200.map(|r| r.rms_pct),
-            ramp_200_mm_per_s_peak_pct: r200.map(|r| r.peak_pct),
-            ramp_500_mm_per_s_rms_pct: r500.map(|r| r.rms_pct),
-            ramp_500_mm_per_s_peak_pct: r500.map(|r| r.peak_pct),
-            ..head
-        }
-    }
+/// Errors of methods that lack the terms of the tissue.
+#[must_use]
+pub fn terms(errors: &[TermErrors]) -> Table {
+    Table::rows("terms", errors)
+        .col("method", |e| e.method.name())
+        .col("nodes", |e| e.nodes)
+        .col("has_terms", |e| e.has_terms)
+        .col("substeps", |e| e.substeps[0])
+        .col("substeps_stiffening", |e| e.substeps[1])
+        .col("held_1s_error_pct", |e| e.held_pct[0])
+        .col("held_10s_error_pct", |e| e.held_pct[1])
+        .col("stiffening_error_pct", |e| e.stiffening_pct)
+        .col("sideways_error_pct", |e| e.sideways_pct)
+        .all()
+        .about("error where the tissue relaxes, stiffens, rubs; ours with these terms, the others have none")
 }
 
 /// Point of a front of one cost against one error.
@@ -125,39 +96,6 @@ pub struct MovingFrontRow {
     tick_us: f64,
     held_rms_pct: f64,
     moving_rms_pct: f64,
-}
-
-/// Errors of a method that lacks the terms of the tissue.
-#[derive(Clone, Debug, Serialize)]
-pub struct TermRow {
-    method: &'static str,
-    nodes: usize,
-    has_terms: bool,
-    substeps: u16,
-    substeps_stiffening: u16,
-    held_1s_error_pct: Option<f64>,
-    held_10s_error_pct: Option<f64>,
-    stiffening_error_pct: Option<f64>,
-    sideways_error_pct: Option<f64>,
-}
-
-impl TermRow {
-    /// The row of these errors.
-    #[must_use]
-    pub fn of(errors: &TermErrors) -> Self {
-        let ([substeps, substeps_stiffening], [one, ten]) = (errors.substeps, errors.held_pct);
-        Self {
-            method: errors.method.name(),
-            nodes: errors.nodes,
-            has_terms: errors.has_terms,
-            substeps,
-            substeps_stiffening,
-            held_1s_error_pct: one,
-            held_10s_error_pct: ten,
-            stiffening_error_pct: errors.stiffening_pct,
-            sideways_error_pct: errors.sideways_pct,
-        }
-    }
 }
 
 /// Reads a cost or an error from a row.

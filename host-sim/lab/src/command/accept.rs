@@ -5,7 +5,6 @@ use std::ops::Range;
 use palpate_sim::command::options::accept::AcceptOptions;
 use palpate_sim::command::progress::Status;
 use palpate_sim::error::Error;
-use serde::Serialize;
 
 use crate::accept::{Figure, Outcome, Picture, Row, TESTS, Test, nearest};
 use crate::study::{Claim, Findings, Study, Table};
@@ -14,43 +13,6 @@ use crate::study::{Claim, Findings, Study, Table};
 pub(super) struct Accept {
     options: AcceptOptions,
     tests: Vec<Test>,
-}
-
-/// One figure of a data set.
-#[derive(Serialize)]
-struct FigureRow<'a> {
-    test: &'a str,
-    data: &'a str,
-    term: &'a str,
-    fitted: &'a str,
-    predicted: &'a str,
-    figure: &'a str,
-    low: f64,
-    high: f64,
-    ours: f64,
-    without_term: f64,
-    holds: bool,
-    needs_term: bool,
-}
-
-impl<'a> FigureRow<'a> {
-    fn of(row: &'a Row, figure: &'a Figure) -> Self {
-        let [low, high] = figure.accepted;
-        Self {
-            test: &row.test,
-            data: &row.data,
-            term: &row.term,
-            fitted: &row.fitted,
-            predicted: &row.predicted,
-            figure: &figure.what,
-            low,
-            high,
-            ours: figure.ours,
-            without_term: figure.without_term,
-            holds: figure.holds(),
-            needs_term: figure.needs_term(),
-        }
-    }
 }
 
 impl Study for Accept {
@@ -82,26 +44,26 @@ impl Study for Accept {
 
     fn findings(&self, outcomes: Vec<Outcome>) -> Result<Findings, Error> {
         let rows: Vec<&Row> = outcomes.iter().flat_map(|outcome| &outcome.rows).collect();
-        let figures: Vec<(&Row, FigureRow)> =
-            rows.iter().flat_map(|row| row.figures.iter().map(|figure| (*row, FigureRow::of(row, figure)))).collect();
-        let refused = figures.iter().map(|(row, _)| !row.accepted()).collect::<Vec<_>>();
-        let figures: Vec<FigureRow> = figures.into_iter().map(|(_, figure)| figure).collect();
+        let figures: Vec<(&Row, &Figure)> = rows.iter().flat_map(|row| row.figures.iter().map(|figure| (*row, figure))).collect();
+        let count = figures.len();
+        let figures = Table::rows("accept", figures)
+            .csv("test", |(row, _)| row.test.to_string())
+            .col("data", |(row, _)| row.data.clone())
+            .csv("term", |(row, _)| row.term.to_string())
+            .csv("fitted", |(row, _)| row.fitted.clone())
+            .csv("predicted", |(row, _)| row.predicted.clone())
+            .col("figure", |(_, figure)| figure.what.clone())
+            .col("low", |(_, figure)| figure.accepted[0])
+            .col("high", |(_, figure)| figure.accepted[1])
+            .col("ours", |(_, figure)| figure.ours)
+            .col("without_term", |(_, figure)| figure.without_term)
+            .col("holds", |(_, figure)| figure.holds())
+            .col("needs_term", |(_, figure)| figure.needs_term())
+            .only(|(row, _)| !row.accepted());
         Ok(Findings {
-            headline: format!("{} data sets, {} figures", rows.len(), figures.len()),
+            headline: format!("{} data sets, {} figures", rows.len(), count),
             claims: rows.iter().map(|row| claim(row)).collect(),
-            tables: vec![
-                Table::of("accept", &figures)?.only(refused).columns(&[
-                    "data",
-                    "figure",
-                    "low",
-                    "high",
-                    "ours",
-                    "without_term",
-                    "holds",
-                    "needs_term",
-                ]),
-                Table::of("against_reality", &nearest(&outcomes))?.verbatim(),
-            ],
+            tables: vec![figures, nearest(&outcomes).verbatim()],
             plotted: outcomes.iter().flat_map(|outcome| &outcome.pictures).map(Picture::figure).collect(),
             notes: self.tests.iter().map(|(name, what, _)| format!("{name}: against {what}")).collect(),
             ..Findings::default()

@@ -5,9 +5,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use crate::chart::peers::{self, Peers, StandardPress};
-use crate::chart::{
-    ChartRow, Reference, Run, Scope, Task, TermErrors, TermRow, figures, fronts, measure, moving_fronts, term_errors,
-};
+use crate::chart::{Reference, Run, Scope, Task, TermErrors, figures, fronts, measure, moving_fronts, rows, term_errors, terms};
 use crate::methods::{Block, Method};
 use crate::study::{Findings, Study, Table, start};
 use palpate_sim::command::options::chart::{ChartArgs, ChartOptions};
@@ -87,12 +85,11 @@ impl Study for Chart {
     }
 
     fn findings(&self, parts: Vec<Rows>) -> Result<Findings, Error> {
-        let (mut runs, mut terms) = (Vec::new(), Vec::new());
+        let (mut runs, mut errors) = (Vec::new(), Vec::new());
         for part in parts {
             runs.extend(part.runs);
-            terms.extend(part.terms);
+            errors.extend(part.terms);
         }
-        let rows: Vec<ChartRow> = runs.iter().map(ChartRow::of).collect();
         let (fronts, moving_fronts) = (fronts(&runs), moving_fronts(&runs));
         let timed = || fronts.iter().filter(|point| point.cost == "tick_us");
         let ours = timed().filter(|point| point.method.starts_with("palpate")).count();
@@ -113,24 +110,7 @@ impl Study for Chart {
                 Table::of("fronts", &fronts)?.about(about).only(shown),
                 Table::of("moving_fronts", &moving_fronts)?
                     .about("rows that no other beats in tick time, held and moving error together"),
-                Table::of("chart", &rows)?.only(vec![false; rows.len()]).columns(&[
-                    "method",
-                    "nodes",
-                    "youngs_modulus_pa",
-                    "survives_8mm",
-                    "substeps",
-                    "tick_min_us",
-                    "times_springs",
-                    "force_error_1mm_pct",
-                    "force_error_2mm_pct",
-                    "force_error_4mm_pct",
-                    "force_error_8mm_pct",
-                    "force_rms_pct",
-                    "surface_error_2mm_mm",
-                    "surface_error_4mm_mm",
-                    "min_j_8mm",
-                    "moving_rms_pct",
-                ]),
+                rows("chart", &runs).only(|_| false),
             ],
             figures: figures(&runs, &self.options.processor),
             notes: TERMS.map(str::to_owned).into(),
@@ -145,11 +125,7 @@ impl Study for Chart {
             peers::add(&mut findings, peers, &runs, self.options.moving)?;
         }
         if self.options.terms {
-            let terms: Vec<TermRow> = terms.iter().map(TermRow::of).collect();
-            findings.tables.push(
-                Table::of("terms", &terms)?
-                    .about("error where the tissue relaxes, stiffens, rubs; ours with these terms, the others have none"),
-            );
+            findings.tables.push(terms(&errors));
         }
         Ok(findings)
     }

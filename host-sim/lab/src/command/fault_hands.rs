@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use palpate_loop::closed_loop::paths::PathGround;
-use palpate_loop::closed_loop::yielding::{Hands, HandsRow, HandsTable};
+use palpate_loop::closed_loop::yielding::{Hands, HandsTable};
 use palpate_sim::command::progress::Progress;
 use palpate_sim::error::Error;
 use serde::{Deserialize, Serialize};
@@ -35,59 +35,6 @@ impl YieldingHands {
     }
 }
 
-/// Figures of a group of hands.
-#[derive(Serialize)]
-struct Row<'a> {
-    hands: &'a str,
-    runs: u64,
-    contacts: u64,
-    contacts_over_10_uj: u64,
-    contacts_over_100_uj: u64,
-    contacts_over_1_mj: u64,
-    worst_mj: f64,
-    worst_share_of_bound: f64,
-    felt_share: f64,
-    lost_pct: f64,
-    unflagged_lost_ticks: u64,
-    runs_over_50_mn: u64,
-    runs_over_100_mn: u64,
-    strongest_vibration_mn: f64,
-    /// Number of runs with a fault, by the number of the first fault.
-    faults: String,
-}
-
-impl<'a> Row<'a> {
-    fn of(hands: &'a str, row: &HandsRow) -> Self {
-        let ([over_10_uj, over_100_uj, over_1_mj], [over_50_mn, over_100_mn]) = (row.over, row.shaking);
-        Self {
-            hands,
-            runs: row.runs,
-            contacts: row.contacts,
-            contacts_over_10_uj: over_10_uj,
-            contacts_over_100_uj: over_100_uj,
-            contacts_over_1_mj: over_1_mj,
-            worst_mj: row.worst_j * 1e3,
-            worst_share_of_bound: row.share,
-            felt_share: row.felt(),
-            lost_pct: row.lost() * 100.0,
-            unflagged_lost_ticks: row.unflagged_ticks,
-            runs_over_50_mn: over_50_mn,
-            runs_over_100_mn: over_100_mn,
-            strongest_vibration_mn: row.shake_n * 1e3,
-            faults: counted(&row.faults),
-        }
-    }
-}
-
-/// One of the worst runs by a measure.
-#[derive(Serialize)]
-struct WorstRow<'a> {
-    measure: &'a str,
-    run: u64,
-    value: f64,
-    words: &'a str,
-}
-
 impl Study for YieldingHands {
     const ID: &'static str = "faults --hands";
     type Options = Options;
@@ -115,16 +62,33 @@ impl Study for YieldingHands {
     fn findings(&self, parts: Vec<HandsTable>) -> Result<Findings, Error> {
         let mut table = HandsTable::default();
         parts.into_iter().for_each(|part| table.add(part));
-        let rows: Vec<Row> = table.rows.iter().map(|(name, row)| Row::of(name, row)).collect();
-        let mut worst = Vec::new();
-        for (measure, runs) in &table.worst {
-            worst.extend(runs.iter().map(|w| WorstRow { measure, run: w.number, value: w.value, words: &w.words }));
-        }
-        let mut last = "";
-        let first = worst.iter().map(|row| std::mem::replace(&mut last, row.measure) != row.measure).collect::<Vec<_>>();
+        let hands = Table::rows("hands", &table.rows)
+            .col("hands", |(name, _)| name.to_string())
+            .col("runs", |(_, row)| row.runs)
+            .col("contacts", |(_, row)| row.contacts)
+            .col("contacts_over_10_uj", |(_, row)| row.over[0])
+            .col("contacts_over_100_uj", |(_, row)| row.over[1])
+            .col("contacts_over_1_mj", |(_, row)| row.over[2])
+            .col("worst_mj", |(_, row)| row.worst_j * 1e3)
+            .col("worst_share_of_bound", |(_, row)| row.share)
+            .col("felt_share", |(_, row)| row.felt())
+            .col("lost_pct", |(_, row)| row.lost() * 100.0)
+            .col("unflagged_lost_ticks", |(_, row)| row.unflagged_ticks)
+            .col("runs_over_50_mn", |(_, row)| row.shaking[0])
+            .col("runs_over_100_mn", |(_, row)| row.shaking[1])
+            .col("strongest_vibration_mn", |(_, row)| row.shake_n * 1e3)
+            .col("faults", |(_, row)| counted(&row.faults))
+            .all();
+        let worst = table.worst.iter().flat_map(|(measure, runs)| runs.iter().enumerate().map(move |(n, run)| (measure, n, run)));
+        let worst = Table::rows("worst_hands", worst)
+            .col("measure", |(measure, ..)| measure.to_string())
+            .col("run", |(.., run)| run.number)
+            .col("value", |(.., run)| run.value)
+            .col("words", |(.., run)| run.words.clone())
+            .only(|(_, n, _)| *n == 0);
         let broken = table.broken();
-        let runs: u64 = rows.iter().map(|row| row.runs).sum();
-        let worst_mj = rows.iter().map(|row| row.worst_mj).fold(0.0, f64::max);
+        let runs: u64 = table.rows.values().map(|row| row.runs).sum();
+        let worst_mj = table.rows.values().map(|row| row.worst_j * 1e3).fold(0.0, f64::max);
         let found = broken.first().map_or(format!("all, in {runs} runs; at most {worst_mj:.3} mJ was given"), |first| {
             format!("{} do not hold, the first: {first}", broken.len())
         });
@@ -132,16 +96,17 @@ impl Study for YieldingHands {
         let mut findings = Findings {
             claims: vec![Claim::promise("promises of energy, felt force and stillness", "all", found, broken.is_empty())],
             tables: vec![
-                Table::of("hands", &rows)?.about(
+                hands.about(
                     "random devices by delay and lag together; each shipped device; a minute of each motion on each; light hands on stiff tissue",
                 ),
-                Table::of("worst_hands", &worst)?.only(first),
+                worst,
             ],
             notes: fault_names(numbers),
             ..Findings::default()
         };
         findings.notes.extend([
-            "worst: the most energy given since an instant without contact, from true positions, and its share of the bound".into(),
+            "worst: the most energy given since an instant without contact, from true positions, and its share of the bound"
+                .into(),
             "felt: of the impulse of the patch's push. lost: ticks with less than half of it for over 20 ms".into(),
             "over mN: runs of slow motions with more above 15 Hz. faults: runs, by the number of the first fault".into(),
         ]);

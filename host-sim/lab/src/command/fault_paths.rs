@@ -5,7 +5,7 @@ use std::fmt::Display;
 use std::ops::Range;
 
 use palpate::Fault;
-use palpate_loop::closed_loop::paths::{KINDS, PatchRow, PathGround, PathRow, PathTable, paths};
+use palpate_loop::closed_loop::paths::{KINDS, PathGround, PathRow, PathTable, paths};
 use palpate_sim::command::progress::Progress;
 use palpate_sim::error::Error;
 use serde::{Deserialize, Serialize};
@@ -28,62 +28,6 @@ pub(super) struct Options {
 pub(super) struct Paths {
     options: Options,
     ground: PathGround,
-}
-
-/// Results for one kind of path.
-#[derive(Serialize)]
-struct Row {
-    kind: &'static str,
-    paths: u64,
-    ticks: u64,
-    ticks_with_force: u64,
-    outside_m: f64,
-    outside_ticks: u32,
-    into_tissue_n: f64,
-    chatter_turns: u32,
-    created_mj: f64,
-    creating: u64,
-    by_hand: u64,
-    created_by_hand_mj: f64,
-    creating_by_hand: u64,
-    peak_force_n: f32,
-    /// Number of runs by broken invariant, and by fault.
-    broken: String,
-    honest_faults: String,
-    faults: String,
-}
-
-impl Row {
-    fn of(kind: &'static str, row: &PathRow) -> Self {
-        Self {
-            kind,
-            paths: row.runs,
-            ticks: row.ticks,
-            ticks_with_force: row.ticks_with_force,
-            outside_m: row.outside_m,
-            outside_ticks: row.outside_ticks,
-            into_tissue_n: row.into_n,
-            chatter_turns: row.chatter_turns,
-            created_mj: row.created_j * 1e3,
-            creating: row.creating,
-            by_hand: row.by_hand,
-            created_by_hand_mj: row.created_by_hand_j * 1e3,
-            creating_by_hand: row.creating_by_hand,
-            peak_force_n: row.peak_n,
-            broken: counted(&row.broken),
-            honest_faults: counted(&row.honest_faults),
-            faults: counted(&row.faults),
-        }
-    }
-}
-
-/// Runs on a patch under a tip.
-#[derive(Serialize)]
-struct OnPatch<'a> {
-    patch: &'a str,
-    paths: u64,
-    by_hand: u64,
-    creating_by_hand: u64,
 }
 
 impl Study for Paths {
@@ -114,16 +58,35 @@ impl Study for Paths {
         let mut table = PathTable::default();
         parts.iter().for_each(|part| table.add(part));
         let total = table.total();
-        let kinds = KINDS.iter().zip(&table.rows).map(|((_, name), row)| Row::of(name, row));
-        let rows: Vec<Row> = kinds.chain([Row::of("all", &total)]).collect();
-        let on_patch = |(patch, row): (_, &PatchRow)| {
-            let PatchRow { runs: paths, by_hand, creating_by_hand } = *row;
-            OnPatch { patch, paths, by_hand, creating_by_hand }
-        };
-        let patches: Vec<OnPatch> = table.patches.iter().map(|(patch, row)| on_patch((patch.as_ref(), row))).collect();
+        let kinds = KINDS.iter().zip(&table.rows).map(|((_, name), row)| (*name, row)).chain([("all", &total)]);
+        let kinds = Table::rows("paths", kinds)
+            .col("kind", |(name, _): &(&'static str, &PathRow)| *name)
+            .col("paths", |(_, row)| row.runs)
+            .col("ticks", |(_, row)| row.ticks)
+            .col("ticks_with_force", |(_, row)| row.ticks_with_force)
+            .col("outside_m", |(_, row)| row.outside_m)
+            .col("outside_ticks", |(_, row)| row.outside_ticks)
+            .col("into_tissue_n", |(_, row)| row.into_n)
+            .col("chatter_turns", |(_, row)| row.chatter_turns)
+            .col("created_mj", |(_, row)| row.created_j * 1e3)
+            .col("creating", |(_, row)| row.creating)
+            .col("by_hand", |(_, row)| row.by_hand)
+            .col("created_by_hand_mj", |(_, row)| row.created_by_hand_j * 1e3)
+            .col("creating_by_hand", |(_, row)| row.creating_by_hand)
+            .col("peak_force_n", |(_, row)| row.peak_n)
+            .col("broken", |(_, row)| counted(&row.broken))
+            .col("honest_faults", |(_, row)| counted(&row.honest_faults))
+            .col("faults", |(_, row)| counted(&row.faults))
+            .only(|(name, row)| *name == "all" || row.broke() > 0 || !row.honest_faults.is_empty());
+        let patches = Table::rows("path_patches", &table.patches)
+            .col("patch", |(patch, _)| patch.to_string())
+            .col("paths", |(_, row)| row.runs)
+            .col("by_hand", |(_, row)| row.by_hand)
+            .col("creating_by_hand", |(_, row)| row.creating_by_hand)
+            .all();
         let honest: u64 = total.honest_faults.values().sum();
-        let promise = |name, found: u64| Claim::promise(name, "none", format!("{found} of {} paths", self.options.paths), found == 0);
-        let shown = rows.iter().map(|row| row.kind == "all" || !row.broken.is_empty() || !row.honest_faults.is_empty());
+        let promise =
+            |name, found: u64| Claim::promise(name, "none", format!("{found} of {} paths", self.options.paths), found == 0);
         let mut findings = Findings {
             claims: vec![
                 promise("paths that break an invariant", total.broke()),
@@ -131,17 +94,19 @@ impl Study for Paths {
             ],
             headline: format!("strongest force {:.3} N", total.peak_n),
             tables: vec![
-                Table::of("paths", &rows)?.only(shown.collect::<Vec<_>>()),
-                Table::of("path_patches", &patches)?
-                    .about("paths on each patch and tip, those that a hand can make, and those of these over 0.01 mJ"),
+                kinds,
+                patches.about("paths on each patch and tip, those that a hand can make, and those of these over 0.01 mJ"),
             ],
             notes: fault_names(total.faults.keys().copied()),
             ..Findings::default()
         };
         findings.notes.extend([
-            "outside: farthest that the sensed tip was outside the tissue with a force, and ticks in a row over 1 mm (5 allowed)".into(),
-            "into: largest force into the tissue. chatter: turns in a row of a force that swung at rest (under 10 allowed)".into(),
-            "created: by the worst contact, from true positions. creating: paths over 0.01 mJ. by hand: to 1.5 m/s and 200 m/s^2".into(),
+            "outside: farthest that the sensed tip was outside the tissue with a force, and ticks in a row over 1 mm (5 allowed)"
+                .into(),
+            "into: largest force into the tissue. chatter: turns in a row of a force that swung at rest (under 10 allowed)"
+                .into(),
+            "created: by the worst contact, from true positions. creating: paths over 0.01 mJ. by hand: to 1.5 m/s and 200 m/s^2"
+                .into(),
         ]);
         findings.notes.extend(table.examples.iter().take(PRINTED).map(|bad| format!("bad: {bad}")));
         findings.fact("seed", self.options.seed);

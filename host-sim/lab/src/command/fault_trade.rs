@@ -89,13 +89,9 @@ impl Study for Trade {
             tables: vec![Table::of("trade", &points)?],
             figures: vec![
                 figure(&points, runs, "trade_worst", ScaledAxis::log("most energy given [mJ]"), |p| p.worst_mj.max(LEAST_MJ)),
-                figure(
-                    &points,
-                    runs,
-                    "trade_contacts",
-                    ScaledAxis::linear("contacts that create more than 0.1 mJ [%]"),
-                    |p| p.contacts_over_100_uj_pct,
-                ),
+                figure(&points, runs, "trade_contacts", ScaledAxis::linear("contacts that create more than 0.1 mJ [%]"), |p| {
+                    p.contacts_over_100_uj_pct
+                }),
             ],
             ..Findings::default()
         };

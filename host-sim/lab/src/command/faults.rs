@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use palpate_charts::{Bar, Bars, Figure, Form, ScaledAxis};
-use palpate_loop::closed_loop::campaign::{Ground, LightPatch, Table as Kinds, campaign};
+use palpate_loop::closed_loop::campaign::{Ground, LightPatch, Row, Table as Kinds, campaign};
 use palpate_loop::closed_loop::device::DeviceProfile;
-use palpate_loop::closed_loop::faulty::Expected;
+use palpate_loop::closed_loop::faulty::{Expected, FaultType};
 use palpate_loop::closed_loop::hand::HANDS;
 use palpate_loop::closed_loop::soak::{Soak, soak};
 use palpate_sim::command::options::faults::FaultsArgs;
@@ -35,36 +35,6 @@ pub(super) struct Faults {
     options: Options,
     device: DeviceProfile,
     light: LightPatch,
-}
-
-/// Results for one kind of fault.
-#[derive(Serialize)]
-struct Kind {
-    id: &'static str,
-    fault: &'static str,
-    must: &'static str,
-    allowed_ticks: Option<u32>,
-    runs: u64,
-    injected: u64,
-    faulted: u64,
-    latest_reaction_ticks: Option<u32>,
-    peak_force_n: f32,
-    invariants_broken: u64,
-    reactions_wrong: u64,
-    ended_in: String,
-}
-
-/// Results for all kinds of fault that require the same reaction.
-#[derive(Serialize)]
-struct Reaction {
-    what_has_to_follow: &'static str,
-    kinds: usize,
-    runs: u64,
-    injected: u64,
-    latest_reaction_ticks: Option<u32>,
-    allowed_ticks: Option<u32>,
-    reactions_wrong: u64,
-    invariants_broken: u64,
 }
 
 pub(super) fn run(args: &FaultsArgs) -> Result<(), Error> {
@@ -116,30 +86,29 @@ impl Study for Faults {
     fn findings(&self, parts: Vec<Kinds>) -> Result<Findings, Error> {
         let mut table = Kinds::default();
         parts.iter().for_each(|part| table.add(part));
-        let kinds: Vec<Kind> = kinds(&table);
-        let failed = kinds.iter().map(|row| row.invariants_broken + row.reactions_wrong > 0);
-        let failed: Vec<bool> = failed.collect();
         let numbers: BTreeSet<u8> = table.rows.iter().flat_map(|row| row.faults.keys().copied()).collect();
-        let peak_n = kinds.iter().map(|row| row.peak_force_n).fold(0.0, f32::max);
+        let peak_n = table.rows.iter().map(|row| row.peak_n).fold(0.0, f32::max);
         let first = table.examples().first().map_or(String::new(), |first| format!("; the first: {first}"));
         let mut findings = Findings {
             headline: format!("strongest force {peak_n:.3} N"),
             claims: vec![Claim::promise(
-                format!("runs with {} kinds of fault whose reaction is wrong or late, or that break an invariant", kinds.len()),
+                format!(
+                    "runs with {} kinds of fault whose reaction is wrong or late, or that break an invariant",
+                    table.rows.len()
+                ),
                 "none",
                 format!("{} of {}{first}", table.bad(), self.options.runs),
                 table.bad() == 0,
             )],
             tables: vec![
-                Table::of("reactions", &reactions(&table))?
-                    .about("latest: ticks of 1 ms to no force or a falling one, in the slowest run; allowed: the most for that kind"),
-                Table::of("faults", &kinds)?.only(failed),
+                reactions(&table).about("latest: ticks of 1 ms to no force or a falling one; allowed: the most for that kind"),
+                kinds(&table),
             ],
             figures: vec![self.figure(&table)],
             ..Findings::default()
         };
-        if findings.tables[1].is_cut() {
-            findings.notes.extend(fault_paths::fault_names(numbers).into_iter().filter(|_| table.bad() > 0));
+        if table.bad() > 0 {
+            findings.notes = fault_paths::fault_names(numbers);
         }
         findings.fact("seed", self.options.seed);
         findings.fact("hands", HANDS.len());
@@ -164,7 +133,8 @@ impl Faults {
     }
 
     fn judge_soak(&self, findings: &mut Findings, soaked: &Soak) {
-        let trip = soaked.trips.first().map_or(String::new(), |(hand, what, fault)| format!("; the first: {hand} {what}, {fault}"));
+        let trip =
+            soaked.trips.first().map_or(String::new(), |(hand, what, fault)| format!("; the first: {hand} {what}, {fault}"));
         let broken = soaked.broken.first().map_or(String::new(), |b| format!("; the first: {} {}", b.id, b.what));
         let use_s = soaked.ticks as f64 * 1e-3;
         let none = |name: &str, count: usize, first: String| Claim::promise(name, "none", format!("{count}{first}"), count == 0);
@@ -241,40 +211,41 @@ const FOLLOWS: [(&str, &str); 6] = [
     ("nothing", "nothing: it is no fault"),
 ];
 
-fn kinds(table: &Kinds) -> Vec<Kind> {
-    let of = table.kinds().map(|(kind, row)| Kind {
-        id: kind.id,
-        fault: kind.name,
-        must: must(&kind.expected),
-        allowed_ticks: allowed(&kind.expected),
-        runs: row.runs,
-        injected: row.injected,
-        faulted: row.detected,
-        latest_reaction_ticks: row.latest_ticks(),
-        peak_force_n: row.peak_n,
-        invariants_broken: row.broken,
-        reactions_wrong: row.wrong,
-        ended_in: row.ends(),
-    });
-    of.collect()
+type Kind<'a> = (&'static FaultType, &'a Row);
+
+fn kinds(table: &Kinds) -> Table {
+    Table::rows("faults", table.kinds())
+        .col("id", |(kind, _): &Kind| kind.id)
+        .col("fault", |(kind, _)| kind.name)
+        .col("must", |(kind, _)| must(&kind.expected))
+        .col("allowed_ticks", |(kind, _)| allowed(&kind.expected))
+        .col("runs", |(_, row)| row.runs)
+        .col("injected", |(_, row)| row.injected)
+        .col("faulted", |(_, row)| row.detected)
+        .col("latest_reaction_ticks", |(_, row)| row.latest_ticks())
+        .col("peak_force_n", |(_, row)| row.peak_n)
+        .col("invariants_broken", |(_, row)| row.broken)
+        .col("reactions_wrong", |(_, row)| row.wrong)
+        .col("ended_in", |(_, row)| row.ends())
+        .only(|(_, row)| row.broken + row.wrong > 0)
 }
 
-fn reactions(table: &Kinds) -> Vec<Reaction> {
-    let kinds = kinds(table);
-    let of = |(must, what_has_to_follow): (&str, &'static str)| {
-        let of: Vec<&Kind> = kinds.iter().filter(|kind| kind.must == must).collect();
-        let slowest = of.iter().filter_map(|kind| Some((kind.latest_reaction_ticks?, kind.allowed_ticks))).max();
-        let sum = |count: fn(&Kind) -> u64| of.iter().map(|kind| count(kind)).sum();
-        Reaction {
-            what_has_to_follow,
-            kinds: of.len(),
-            runs: sum(|kind| kind.runs),
-            injected: sum(|kind| kind.injected),
-            latest_reaction_ticks: slowest.map(|s| s.0),
-            allowed_ticks: slowest.and_then(|s| s.1),
-            reactions_wrong: sum(|kind| kind.reactions_wrong),
-            invariants_broken: sum(|kind| kind.invariants_broken),
-        }
+/// A row per required reaction, over all kinds of fault that require it.
+fn reactions(table: &Kinds) -> Table {
+    let of = |(name, words): (&str, &'static str)| {
+        (words, table.kinds().filter(|(kind, _)| must(&kind.expected) == name).collect::<Vec<Kind>>())
     };
-    FOLLOWS.map(of).into_iter().filter(|reaction| reaction.kinds > 0).collect()
+    let slowest =
+        |kinds: &[Kind]| kinds.iter().filter_map(|(kind, row)| Some((row.latest_ticks()?, allowed(&kind.expected)))).max();
+    let sum = |kinds: &[Kind], count: fn(&Row) -> u64| kinds.iter().map(|(_, row)| count(row)).sum::<u64>();
+    Table::rows("reactions", FOLLOWS.map(of).into_iter().filter(|(_, kinds)| !kinds.is_empty()))
+        .col("what_has_to_follow", |(words, _)| *words)
+        .col("kinds", |(_, kinds)| kinds.len())
+        .col("runs", |(_, kinds)| sum(kinds, |row| row.runs))
+        .col("injected", |(_, kinds)| sum(kinds, |row| row.injected))
+        .col("latest_reaction_ticks", |(_, kinds)| slowest(kinds).map(|s| s.0))
+        .col("allowed_ticks", |(_, kinds)| slowest(kinds).and_then(|s| s.1))
+        .col("reactions_wrong", |(_, kinds)| sum(kinds, |row| row.wrong))
+        .col("invariants_broken", |(_, kinds)| sum(kinds, |row| row.broken))
+        .all()
 }

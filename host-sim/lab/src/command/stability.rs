@@ -79,7 +79,7 @@ impl Study for Stability {
         let mut findings = Findings::default();
         if let Some(scope) = self.model.clone() {
             let matrix = model::Matrix { scope, cells: cells.model.cells, margins: cells.model.margins };
-            model::report(&matrix, &mut findings)?;
+            model::report(&matrix, &mut findings);
         }
         if self.of_loop.is_some() {
             loop_matrix::report(&LoopSummary::of(cells.of_loop), &mut findings)?;

@@ -14,8 +14,8 @@ pub struct Table {
     rows: Vec<Vec<String>>,
     /// Whether each row is printed without `--all`.
     shown: Vec<bool>,
-    /// Columns that are printed; all if it is empty.
-    printed: &'static [&'static str],
+    /// Whether each column is printed.
+    printed: Vec<bool>,
     /// Whether the cells are printed as they are, without rounding.
     verbatim: bool,
     /// Whether it is only written as CSV.
@@ -40,8 +40,16 @@ impl Table {
         let header = cells(reader.headers().map_err(|why| unwritable(&why))?);
         let rows = reader.records().map(|record| record.as_ref().map(cells).map_err(|why| unwritable(why)));
         let rows = rows.collect::<Result<Vec<_>, _>>()?;
-        let shown = vec![true; rows.len()];
-        Ok(Self { name, about: String::new(), shown, header, rows, printed: &[], verbatim: false, quiet: false })
+        let (shown, printed) = (vec![true; rows.len()], vec![true; header.len()]);
+        Ok(Self { name, about: String::new(), shown, header, rows, printed, verbatim: false, quiet: false })
+    }
+
+    /// Table of values of these rows, which [`Columns::col`] names.
+    pub fn rows<R>(name: impl Into<String>, rows: impl IntoIterator<Item = R>) -> Columns<R> {
+        let rows: Vec<R> = rows.into_iter().collect();
+        let (shown, cells) = (vec![true; rows.len()], vec![Vec::new(); rows.len()]);
+        let (name, about, header, printed) = (name.into(), String::new(), Vec::new(), Vec::new());
+        Columns { rows, table: Self { name, about, shown, header, rows: cells, printed, verbatim: false, quiet: false } }
     }
 
     /// The same table, which prints only these rows without `--all`.
@@ -52,8 +60,9 @@ impl Table {
 
     /// The same table, which prints only these columns.
     #[must_use]
-    pub fn columns(self, printed: &'static [&'static str]) -> Self {
-        Self { printed, ..self }
+    pub fn columns(mut self, printed: &[&str]) -> Self {
+        self.printed = self.header.iter().map(|name| printed.contains(&name.as_str())).collect();
+        self
     }
 
     /// The same table, which prints `about` above its header.
@@ -133,15 +142,85 @@ impl Table {
 
     /// Header and rows of the printed columns, with numbers of four digits.
     fn chosen(&self, all: bool) -> (Vec<String>, Vec<Vec<String>>) {
-        let at = |name: &&str| self.header.iter().position(|column| column == name);
-        let chosen: Vec<usize> = match self.printed {
-            [] => (0..self.header.len()).collect(),
-            printed => printed.iter().filter_map(at).collect(),
-        };
+        let chosen: Vec<usize> = (0..self.header.len()).filter(|n| self.printed[*n]).collect();
         let cell = |cell: &String| if self.verbatim { cell.clone() } else { short(cell) };
         let pick = |row: &Vec<String>| chosen.iter().map(|n| cell(&row[*n])).collect::<Vec<_>>();
         let rows = self.rows.iter().zip(&self.shown).filter(|(_, shown)| all || **shown);
         (pick(&self.header), rows.map(|(row, _)| pick(row)).collect())
+    }
+}
+
+/// A table to which columns are added.
+pub struct Columns<R> {
+    rows: Vec<R>,
+    table: Table,
+}
+
+impl<R> Columns<R> {
+    /// Adds a column.
+    #[must_use]
+    pub fn col<V: Cell>(self, name: &str, of: impl Fn(&R) -> V) -> Self {
+        self.with(name, of, true)
+    }
+
+    /// Adds a column that is in the CSV only.
+    #[must_use]
+    pub fn csv<V: Cell>(self, name: &str, of: impl Fn(&R) -> V) -> Self {
+        self.with(name, of, false)
+    }
+
+    /// The table, of which only these rows are printed without `--all`.
+    #[must_use]
+    pub fn only(self, shown: impl Fn(&R) -> bool) -> Table {
+        Table { shown: self.rows.iter().map(shown).collect(), ..self.table }
+    }
+
+    /// The table.
+    #[must_use]
+    pub fn all(self) -> Table {
+        self.table
+    }
+
+    fn with<V: Cell>(mut self, name: &str, of: impl Fn(&R) -> V, printed: bool) -> Self {
+        self.table.header.push(name.to_owned());
+        self.table.printed.push(printed);
+        self.table.rows.iter_mut().zip(&self.rows).for_each(|(cells, row)| cells.push(of(row).text()));
+        self
+    }
+}
+
+/// A value in a cell.
+pub trait Cell {
+    /// The value as text, with all digits; nothing if it is not there or was not measured.
+    fn text(&self) -> String;
+}
+
+macro_rules! cells {
+    ($($value:ty),*) => {
+        $(impl Cell for $value {
+            fn text(&self) -> String {
+                self.to_string()
+            }
+        })*
+    };
+}
+cells!(bool, u8, u16, u32, u64, usize, &str, String);
+
+impl Cell for f64 {
+    fn text(&self) -> String {
+        if self.is_finite() { format!("{self:?}") } else { String::new() }
+    }
+}
+
+impl Cell for f32 {
+    fn text(&self) -> String {
+        if self.is_finite() { format!("{self:?}") } else { String::new() }
+    }
+}
+
+impl<V: Cell> Cell for Option<V> {
+    fn text(&self) -> String {
+        self.as_ref().map_or(String::new(), Cell::text)
     }
 }
 

@@ -1,13 +1,11 @@
 //! Our results against those of other engines: how much cheaper our models are at the same error,
 //! and how much more accurate at the same cost.
 
-use serde::Serialize;
-
 use super::press::on_grid;
 use super::{GRIDS, Peer, Peers, figures, grid_name, searched};
 use crate::chart::moving::SPEEDS_MM_PER_S;
 use crate::chart::run::Measured;
-use crate::chart::{ChartRow, Reference, Run, Task, measure};
+use crate::chart::{Reference, Run, Task, measure, rows};
 use crate::error::Error;
 use crate::methods::Method;
 use crate::study::{Findings, Table};
@@ -119,94 +117,53 @@ pub fn least(compared: &[Compared], of: impl Fn(&Compared) -> Option<Factors>) -
     Factors { cheaper: over(|f| f.cheaper), nearer: over(|f| f.nearer) }
 }
 
-/// A row of `peers.csv`.
-#[derive(Clone, Debug, Serialize)]
-struct Row<'a> {
-    engine: &'a str,
-    version: &'a str,
-    model: &'a str,
-    mesh: &'a str,
-    nodes: usize,
-    tets: usize,
-    youngs_modulus_pa: f64,
-    substeps: u16,
-    survives_8mm: &'a str,
-    tick_min_us: f64,
-    tick_median_us: f64,
-    held_rms_pct: f64,
-    moving_rms_pct: Option<f64>,
-    ours_cheaper_held: Option<f64>,
-    ours_nearer_held: Option<f64>,
-    ours_cheaper_moving: Option<f64>,
-    ours_nearer_moving: Option<f64>,
-    ours_cheaper_40_mm_per_s: Option<f64>,
-    ours_nearer_40_mm_per_s: Option<f64>,
-    ours_cheaper_200_mm_per_s: Option<f64>,
-    ours_nearer_200_mm_per_s: Option<f64>,
-    ours_same_mesh_tick_min_us: Option<f64>,
-    ours_same_mesh_held_rms_pct: Option<f64>,
-    ours_same_mesh_moving_rms_pct: Option<f64>,
-}
-
-impl<'a> Row<'a> {
-    fn of(compared: &Compared<'a>) -> Self {
-        let Compared { peer, held, moving, ramps, same_mesh } = compared;
-        let (moving, ramps) = (moving.unwrap_or_default(), ramps.map(Option::unwrap_or_default));
-        let [us, held_pct, moving_pct] = same_mesh.unwrap_or_default();
-        Self {
-            engine: &peer.engine,
-            version: &peer.version,
-            model: &peer.model,
-            mesh: &peer.mesh,
-            nodes: peer.nodes,
-            tets: peer.tets,
-            youngs_modulus_pa: peer.youngs_modulus_pa,
-            substeps: peer.substeps,
-            survives_8mm: &peer.survives,
-            tick_min_us: peer.tick_min_us,
-            tick_median_us: peer.tick_median_us,
-            held_rms_pct: peer.held_rms_pct,
-            moving_rms_pct: peer.moving_rms_pct(),
-            ours_cheaper_held: held.cheaper,
-            ours_nearer_held: held.nearer,
-            ours_cheaper_moving: moving.cheaper,
-            ours_nearer_moving: moving.nearer,
-            ours_cheaper_40_mm_per_s: ramps[0].cheaper,
-            ours_nearer_40_mm_per_s: ramps[0].nearer,
-            ours_cheaper_200_mm_per_s: ramps[1].cheaper,
-            ours_nearer_200_mm_per_s: ramps[1].nearer,
-            ours_same_mesh_tick_min_us: us,
-            ours_same_mesh_held_rms_pct: held_pct,
-            ours_same_mesh_moving_rms_pct: moving_pct,
-        }
+fn table(compared: &[Compared]) -> Table {
+    let mut table = Table::rows("peers", compared)
+        .col("engine", |row| row.peer.engine.clone())
+        .csv("version", |row| row.peer.version.clone())
+        .col("model", |row| row.peer.model.clone())
+        .col("mesh", |row| row.peer.mesh.clone())
+        .csv("nodes", |row| row.peer.nodes)
+        .csv("tets", |row| row.peer.tets)
+        .col("youngs_modulus_pa", |row| row.peer.youngs_modulus_pa)
+        .col("substeps", |row| row.peer.substeps)
+        .col("survives_8mm", |row| row.peer.survives.clone())
+        .col("tick_min_us", |row| row.peer.tick_min_us)
+        .csv("tick_median_us", |row| row.peer.tick_median_us)
+        .col("held_rms_pct", |row| row.peer.held_rms_pct)
+        .col("moving_rms_pct", |row| row.peer.moving_rms_pct())
+        .col("ours_cheaper_held", |row| row.held.cheaper)
+        .col("ours_nearer_held", |row| row.held.nearer)
+        .col("ours_cheaper_moving", |row| row.moving.and_then(|f| f.cheaper))
+        .col("ours_nearer_moving", |row| row.moving.and_then(|f| f.nearer));
+    for (n, speed) in RAMPS_MM_PER_S.into_iter().enumerate() {
+        table = table
+            .csv(&format!("ours_cheaper_{speed}_mm_per_s"), |row| row.ramps[n].and_then(|f| f.cheaper))
+            .csv(&format!("ours_nearer_{speed}_mm_per_s"), |row| row.ramps[n].and_then(|f| f.nearer));
     }
+    for (n, name) in ["tick_min_us", "held_rms_pct", "moving_rms_pct"].into_iter().enumerate() {
+        table = table.col(&format!("ours_same_mesh_{name}"), |row| row.same_mesh.and_then(|ours| ours[n]));
+    }
+    table.all()
 }
 
 /// Runs our model on the meshes of the other engines, and adds the comparison.
 ///
 /// # Errors
 /// Fails if a method cannot be built.
-pub fn add(findings: &mut Findings, peers: &Peers, runs: &[Run], moving: bool) -> Result<(), palpate_sim::error::Error> {
+pub fn add(findings: &mut Findings, peers: &Peers, runs: &[Run], moving: bool) -> Result<(), Error> {
     let reference = Reference::block();
     let on_grids = same_meshes(&peers.rows, &reference, moving)?;
     let searched = if moving { searched(&peers.rows, runs, &reference)? } else { Vec::new() };
     let compared = compare(&peers.rows, &[runs, &searched[..]].concat(), &on_grids);
-    let rows: Vec<Row> = compared.iter().map(Row::of).collect();
     let about = format!(
         "engines of other people ({}, {}); cheaper: their tick over that of our cheapest as right; nearer: their error over that of our best as cheap",
         peers.machine, peers.date
     );
-    findings.tables.push(Table::of("peers", &rows)?.about(about));
+    findings.tables.push(table(&compared).about(about));
     if !searched.is_empty() {
-        let searched: Vec<ChartRow> = searched.iter().filter(|run| run.survived().is_some()).map(ChartRow::of).collect();
-        findings.tables.push(Table::of("searched", &searched)?.about("ours, contact searched").columns(&[
-            "nodes",
-            "youngs_modulus_pa",
-            "substeps",
-            "tick_min_us",
-            "force_rms_pct",
-            "moving_rms_pct",
-        ]));
+        let table = rows("searched", &searched).only(|run| run.survived().is_some());
+        findings.tables.push(table.about("ours, contact searched"));
     }
     findings.figures.extend(figures(peers, runs, &on_grids, &searched));
     let mut say = |what: &str, f: Factors| {

@@ -2,7 +2,6 @@
 
 use palpate_charts::{Figure, Level, Plot, ScaledAxis, Series};
 use palpate_tissue::output::OutputFolder;
-use serde::Serialize;
 
 use super::failures::region::{Awake, least_awake};
 use super::failures::{barycentre, correction};
@@ -26,98 +25,11 @@ const MODEL: &str = "local-compression";
 const FORMS: [(ContactPressure, &str); 2] =
     [(ContactPressure::UniformLoad, "uniform load"), (ContactPressure::RigidPunch, "rigid punch")];
 
-/// A press of a method on a scene.
-#[derive(Serialize)]
-struct Press<'a> {
-    scene: &'a str,
-    method: &'a str,
-    force_n: f64,
-    depth_m: f64,
-    virtual_s: Option<f64>,
-    cpu_s: f64,
-}
-
-/// A method on a scene: its depth and its time under the force of the fits, and its depth error
-/// from static finite elements over all forces that it bears.
-#[derive(Serialize)]
-struct MethodRow<'a> {
-    scene: &'a str,
-    nodes: usize,
-    method: &'a str,
-    step_s: Option<f64>,
-    depth_at_1_6_n_mm: Option<f64>,
-    rms_depth_error_pct: Option<f64>,
-    forces: Option<usize>,
-    virtual_ms_to_rest: Option<f64>,
-    cpu_ms_to_rest: Option<f64>,
-    ends: &'a str,
-}
-
-/// A walk of the annealing.
-#[derive(Serialize)]
-struct Walk {
-    fit: String,
-    stiffness_n_per_m: f64,
-    damping_n_s_per_m: f64,
-    distance_mm: Option<f64>,
-    simulations: Option<usize>,
-    without_answer: Option<usize>,
-    /// Highest threshold of (7) that costs at most 2 % in depth.
-    least_stress_pa: Option<f32>,
-}
-
-#[derive(Serialize)]
-struct LargestStep {
-    values: &'static str,
-    stiffness_n_per_m: f64,
-    damping_n_s_per_m: f64,
-    largest_step_s: f64,
-}
-
-/// Hausdorff distance between the key points with the fitted values and with changed ones; none if
-/// the press diverges or sinks.
-#[derive(Serialize)]
-struct SeenRow {
-    finger: &'static str,
-    half_k_mm: Option<f64>,
-    twice_k_mm: Option<f64>,
-    quarter_d_mm: Option<f64>,
-    four_d_mm: Option<f64>,
-}
-
-#[derive(Serialize)]
-struct CorrectionRow {
-    resists_compression: String,
-    step_s: f64,
-    force_n: f64,
-}
-
-#[derive(Serialize)]
-struct RegionRow {
-    pressure: &'static str,
-    least_stress_pa: f64,
-    radius_m: f64,
-    awake_share: f64,
-    force_error: f64,
-}
-
-#[derive(Serialize)]
-struct VolumeRow {
-    coefficient_pa_per_m: f64,
-    force_n: Option<f64>,
-    volume_change_pct: Option<f64>,
-}
-
 /// Tables, claims and pictures of the block and of the organs.
 ///
 /// # Errors
-/// A table cannot be formatted, or a picture cannot be drawn.
-pub fn findings(
-    folder: &OutputFolder,
-    quick: bool,
-    block: &OnBlock,
-    organs: &[OnOrgan],
-) -> Result<Findings, palpate_sim::error::Error> {
+/// A picture cannot be drawn or written.
+pub fn findings(folder: &OutputFolder, quick: bool, block: &OnBlock, organs: &[OnOrgan]) -> Result<Findings, Error> {
     let mut findings = Findings {
         headline: format!(
             "paper 004 on the block and {} organs, against our own finite elements{}",
@@ -129,11 +41,11 @@ pub fn findings(
     for organ in organs {
         findings.drawn.extend(pictures(folder, organ)?);
     }
-    annealing(&mut findings, block, organs)?;
-    sweeps(&mut findings, quick, block, organs)?;
-    corrections(&mut findings, block)?;
-    regions(&mut findings, &block.region)?;
-    volume_force(&mut findings, block)?;
+    annealing(&mut findings, block, organs);
+    sweeps(&mut findings, quick, block, organs);
+    corrections(&mut findings, block);
+    regions(&mut findings, &block.region);
+    volume_force(&mut findings, block);
     Ok(findings)
 }
 
@@ -156,54 +68,39 @@ fn pictures(folder: &OutputFolder, organ: &OnOrgan) -> Result<Vec<(String, Strin
 }
 
 /// Fig. 7, the largest steps with the fitted and the printed values, and what the objective sees.
-fn annealing(findings: &mut Findings, block: &OnBlock, organs: &[OnOrgan]) -> Result<(), palpate_sim::error::Error> {
-    let row = |fit: String, walk: &Found, least_stress_pa: Option<f32>| Walk {
-        fit,
-        stiffness_n_per_m: walk.best.stiffness_n_per_m,
-        damping_n_s_per_m: walk.best.damping_n_s_per_m,
-        distance_mm: Some(walk.best.distance_mm),
-        simulations: Some(walk.simulations[0]),
-        without_answer: Some(walk.simulations[1]),
-        least_stress_pa,
+fn annealing(findings: &mut Findings, block: &OnBlock, organs: &[OnOrgan]) {
+    let walks = block.walks.iter().enumerate().map(|(n, walk)| (format!("block, walk {}", n + 1), walk, None));
+    let walks = walks.chain(organs.iter().map(|o| (o.scene.name.clone(), &o.walk, o.fitted.region)));
+    let walks = Table::rows("walks", walks)
+        .col("fit", |(fit, ..)| fit.clone())
+        .col("stiffness_n_per_m", |(_, walk, _)| walk.best.stiffness_n_per_m)
+        .col("damping_n_s_per_m", |(_, walk, _)| walk.best.damping_n_s_per_m)
+        .col("distance_mm", |(_, walk, _)| walk.best.distance_mm)
+        .col("simulations", |(_, walk, _)| walk.simulations[0])
+        .col("without_answer", |(_, walk, _)| walk.simulations[1])
+        .col("least_stress_pa", |(.., region)| region.map(|region| region.least_stress_pa))
+        .all();
+    let values = ["fitted k, no d", "fitted k and d", "the paper's k, no d", "the paper's k and d"];
+    let steps = Table::rows("largest_step", values.into_iter().zip(&block.steps))
+        .col("values", |(values, _)| *values)
+        .col("stiffness_n_per_m", |(_, ([k, _], _))| *k)
+        .col("damping_n_s_per_m", |(_, ([_, d], _))| *d)
+        .col("largest_step_s", |(_, (_, step_s))| *step_s)
+        .all();
+    let finger = |drive| match drive {
+        Loading::Held => "tip held, at rest",
+        Loading::ForceAtRest => "force, at rest",
+        Loading::ForceOnTheWay => "force, on the way",
     };
-    let mut walks: Vec<Walk> = block.walks.iter().enumerate().map(|(n, w)| row(format!("block, walk {}", n + 1), w, None)).collect();
-    walks.extend(organs.iter().map(|o| {
-        row(o.scene.name.clone(), &o.walk, o.fitted.region.map(|region| region.least_stress_pa))
-    }));
-    let [stiffness_n_per_m, damping_n_s_per_m] = PRINTED;
-    walks.push(Walk {
-        fit: "the paper".into(),
-        stiffness_n_per_m,
-        damping_n_s_per_m,
-        distance_mm: None,
-        simulations: None,
-        without_answer: None,
-        least_stress_pa: None,
-    });
-    let steps = ["fitted k, no d", "fitted k and d", "the paper's k, no d", "the paper's k and d"].into_iter().zip(&block.steps);
-    let steps: Vec<LargestStep> = steps
-        .map(|(values, ([stiffness_n_per_m, damping_n_s_per_m], largest_step_s))| LargestStep {
-            values,
-            stiffness_n_per_m: *stiffness_n_per_m,
-            damping_n_s_per_m: *damping_n_s_per_m,
-            largest_step_s: *largest_step_s,
-        })
-        .collect();
-    let seen = block.seen.each_ref().map(|seen| {
-        let [half_k_mm, twice_k_mm, quarter_d_mm, four_d_mm] = seen.moved_mm.map(|mm| Some(mm).filter(|mm| !mm.is_nan()));
-        let finger = match seen.drive {
-            Loading::Held => "tip held, at rest",
-            Loading::ForceAtRest => "force, at rest",
-            Loading::ForceOnTheWay => "force, on the way",
-        };
-        SeenRow { finger, half_k_mm, twice_k_mm, quarter_d_mm, four_d_mm }
-    });
+    let mut seen = Table::rows("objective", &block.seen).col("finger", |seen| finger(seen.drive));
+    for (n, name) in ["half_k_mm", "twice_k_mm", "quarter_d_mm", "four_d_mm"].into_iter().enumerate() {
+        seen = seen.col(name, |seen| seen.moved_mm[n]);
+    }
     findings.tables.extend([
-        Table::of("walks", &walks)?
+        walks
             .about("Fig. 7: k and d fitted by the paper's annealing to the motion of finite elements after the finger is let go"),
-        Table::of("largest_step", &steps)?.about("largest step with which the network vibrates freely without growing"),
-        Table::of("objective", &seen)?
-            .about("what the objective sees: distance between the key points with the fitted values and with changed ones"),
+        steps.about("largest step with which the network vibrates freely without growing"),
+        seen.all().about("what the objective sees: distance between the key points with the fitted values and with changed ones"),
     ]);
     let below = format!("block, {} nodes; the last trial of each temperature", block.block.size().nodes);
     let figure = |name: &str, title: &str, y: &str, pick: fn(&Step) -> f64, level: Level| {
@@ -249,11 +146,10 @@ fn annealing(findings: &mut Findings, block: &OnBlock, organs: &[OnOrgan]) -> Re
             Some(d_apart < 1.1 && first.damping_n_s_per_m > 3.0 * BOUNDS[1][0]),
         ),
     ]);
-    Ok(())
 }
 
 /// Figs. 8 and 9: force against displacement, and time from load to rest.
-fn sweeps(findings: &mut Findings, quick: bool, found: &OnBlock, organs: &[OnOrgan]) -> Result<(), palpate_sim::error::Error> {
+fn sweeps(findings: &mut Findings, quick: bool, found: &OnBlock, organs: &[OnOrgan]) {
     let layered: Vec<Vec<Curve>> = organs.iter().map(|o| o.layered.iter().map(|(curve, _)| curve.clone()).collect()).collect();
     let of_organs = organs.iter().zip(&layered);
     let scenes = std::iter::once(("block", found.block.size().nodes, &found.curves, &[][..]))
@@ -267,26 +163,8 @@ fn sweeps(findings: &mut Findings, quick: bool, found: &OnBlock, organs: &[OnOrg
             if c.name == MODEL {
                 errors.extend(error.map(|(rms, _)| (scene, rms)));
             }
-            rows.push(MethodRow {
-                scene,
-                nodes,
-                method: c.name,
-                step_s: c.step_s,
-                depth_at_1_6_n_mm: middle.map(|p| p.depth_m * 1e3),
-                rms_depth_error_pct: error.map(|(rms, _)| rms * 100.0),
-                forces: error.map(|(_, forces)| forces),
-                virtual_ms_to_rest: middle.and_then(|p| p.virtual_s).map(|s| s * 1e3),
-                cpu_ms_to_rest: middle.map(|p| p.cpu_s * 1e3),
-                ends: c.ended.as_deref().unwrap_or("survives all"),
-            });
-            presses.extend(c.points.iter().map(|p| Press {
-                scene,
-                method: c.name,
-                force_n: p.force_n,
-                depth_m: p.depth_m,
-                virtual_s: p.virtual_s,
-                cpu_s: p.cpu_s,
-            }));
+            rows.push((scene, nodes, c, error, middle));
+            presses.extend(c.points.iter().map(|p| (scene, c.name, p)));
         }
         findings.plotted.extend(force_and_time(scene, nodes, curves));
         let others = [Method::Springs.name(), Method::Meshless.name(), Method::NeoHookeanNodal.name()];
@@ -303,10 +181,28 @@ fn sweeps(findings: &mut Findings, quick: bool, found: &OnBlock, organs: &[OnOrg
             best += usize::from(times.fold(f64::INFINITY, f64::min) > own.cpu_s);
         }
     }
-    findings.tables.extend([
-        Table::of("methods", &rows)?.about("Figs. 8 and 9: one finger (20 g, 4 N s/m) let go at the surface with a constant force; depth error from static finite elements; processor time to rest"),
-        Table::of("presses", &presses)?.quiet(),
-    ]);
+    let methods = Table::rows("methods", rows)
+        .col("scene", |row| row.0)
+        .col("nodes", |row| row.1)
+        .col("method", |row| row.2.name)
+        .col("step_s", |row| row.2.step_s)
+        .col("depth_at_1_6_n_mm", |row| row.4.map(|p| p.depth_m * 1e3))
+        .col("rms_depth_error_pct", |row| row.3.map(|(rms, _)| rms * 100.0))
+        .col("forces", |row| row.3.map(|(_, forces)| forces))
+        .col("virtual_ms_to_rest", |row| row.4.and_then(|p| p.virtual_s).map(|s| s * 1e3))
+        .col("cpu_ms_to_rest", |row| row.4.map(|p| p.cpu_s * 1e3))
+        .col("ends", |row| row.2.ended.clone().unwrap_or_else(|| "survives all".into()))
+        .all();
+    let presses = Table::rows("presses", presses)
+        .col("scene", |row| row.0)
+        .col("method", |row| row.1)
+        .col("force_n", |(.., p)| p.force_n)
+        .col("depth_m", |(.., p)| p.depth_m)
+        .col("virtual_s", |(.., p)| p.virtual_s)
+        .col("cpu_s", |(.., p)| p.cpu_s)
+        .all();
+    let about = "Figs. 8 and 9: one finger (20 g, 4 N s/m) let go at the surface with a constant force; depth error from static finite elements; processor time to rest";
+    findings.tables.extend([methods.about(about), presses.quiet()]);
     let worst = errors.iter().map(|(_, rms)| *rms).fold(0.0, f64::max);
     let listed: Vec<String> = errors.iter().map(|(scene, rms)| format!("{scene} {:.0} %", rms * 100.0)).collect();
     // few forces on coarse organs cannot decide a claim
@@ -338,16 +234,14 @@ fn sweeps(findings: &mut Findings, quick: bool, found: &OnBlock, organs: &[OnOrg
     if let Some(ratio) = faster.and_then(|(p, l)| Some(l.at(FIT_N)?.cpu_s / p.at(FIT_N)?.cpu_s)) {
         findings.notes.push(format!("the product needs 1/{ratio:.1} of the paper's model's time at {FIT_N} N on the block"));
     }
-    Ok(())
 }
 
 /// Figs. 8 and 9 of a scene.
 fn force_and_time(scene: &str, nodes: usize, curves: &[Curve]) -> [Figure; 2] {
     let drawn = || curves.iter().filter(|c| !c.points.is_empty());
     let origin = || std::iter::once((0.0, 0.0));
-    let forces = drawn().map(|c| {
-        Series::curve(c.name, origin().chain(c.points.iter().map(|p| (p.depth_m * 1e3, p.force_n)))).marked()
-    });
+    let forces =
+        drawn().map(|c| Series::curve(c.name, origin().chain(c.points.iter().map(|p| (p.depth_m * 1e3, p.force_n)))).marked());
     let times = drawn().map(|c| Series::curve(c.name, c.points.iter().map(|p| (p.force_n, p.cpu_s * 1e3))).marked());
     let force = || ScaledAxis::linear("force [N]");
     [
@@ -367,22 +261,18 @@ fn force_and_time(scene: &str, nodes: usize, curves: &[Curve]) -> [Figure; 2] {
 }
 
 /// Where (11)-(13) fail: a force that depends on the time step.
-fn corrections(findings: &mut Findings, found: &OnBlock) -> Result<(), palpate_sim::error::Error> {
-    let mut rows = Vec::new();
-    for c in &found.correction {
-        rows.extend(c.points.iter().map(|(step_s, force_n)| CorrectionRow {
-            resists_compression: c.compensation.name(),
-            step_s: *step_s,
-            force_n: *force_n,
-        }));
-    }
-    findings.tables.push(
-        Table::of("correction", &rows)?
-            .about("(11)-(13): nodes go C/2 in every step, however short, so that the force depends on the time step; an energy has none"),
-    );
-    let curve = |c: &correction::AgainstStep| {
-        Series::curve(c.compensation.name(), c.points.iter().map(|(s, f)| (s * 1e3, *f))).marked()
-    };
+fn corrections(findings: &mut Findings, found: &OnBlock) {
+    let points = found.correction.iter().flat_map(|c| c.points.iter().map(move |point| (c.compensation.name(), point)));
+    let table = Table::rows("correction", points)
+        .col("resists_compression", |(name, _)| name.clone())
+        .col("step_s", |(_, point)| point.0)
+        .col("force_n", |(_, point)| point.1)
+        .all();
+    let about =
+        "(11)-(13): nodes go C/2 in every step, however short, so that the force depends on the time step; an energy has none";
+    findings.tables.push(table.about(about));
+    let curve =
+        |c: &correction::AgainstStep| Series::curve(c.compensation.name(), c.points.iter().map(|(s, f)| (s * 1e3, *f))).marked();
     let series = found.correction.iter().map(curve).collect();
     findings.plotted.push(Figure::plot(
         "correction_against_step",
@@ -405,28 +295,21 @@ fn corrections(findings: &mut Findings, found: &OnBlock) -> Result<(), palpate_s
         format!("with tau_c = 0 the force changes by a factor of {printed:.1} with the time step; as an energy by {energy:.2}"),
         Some(printed < 1.1),
     ));
-    Ok(())
 }
 
 /// Where (7)-(8) fail: a region that ends where the stress is small still ends where the tissue
 /// moves.
-fn regions(findings: &mut Findings, found: &[Awake]) -> Result<(), palpate_sim::error::Error> {
+fn regions(findings: &mut Findings, found: &[Awake]) {
     let name = |form: ContactPressure| FORMS.iter().find(|(f, _)| *f == form).map_or("", |(_, name)| name);
-    let rows: Vec<RegionRow> = found
-        .iter()
-        .map(|a| RegionRow {
-            pressure: name(a.pressure),
-            least_stress_pa: a.least_stress_pa,
-            radius_m: a.radius_m,
-            awake_share: a.share,
-            force_error: a.force_error,
-        })
-        .collect();
     let least: Vec<Awake> = FORMS.iter().filter_map(|(form, _)| least_awake(found, *form, REGION_ERROR)).collect();
-    let shown = found.iter().map(|a| least.contains(a)).collect::<Vec<_>>();
-    findings.tables.push(
-        Table::of("region", &rows)?.about("(7)-(8): nodes that must stay awake, by the least stress at which they do").only(shown),
-    );
+    let table = Table::rows("region", found)
+        .col("pressure", |a| name(a.pressure))
+        .col("least_stress_pa", |a| a.least_stress_pa)
+        .col("radius_m", |a| a.radius_m)
+        .col("awake_share", |a| a.share)
+        .col("force_error", |a| a.force_error)
+        .only(|a| least.contains(a));
+    findings.tables.push(table.about("(7)-(8): nodes that must stay awake, by the least stress at which they do"));
     let figure = |name: &str, title: &str, y: &str, pick: fn(&Awake) -> f64| {
         let series = FORMS.map(|(form, words)| {
             let points = found.iter().filter(|a| a.pressure == form).map(|a| (a.least_stress_pa, pick(a)));
@@ -446,20 +329,16 @@ fn regions(findings: &mut Findings, found: &[Awake]) -> Result<(), palpate_sim::
         format!("with at most 2 % force error, {:.0} % of the block's free nodes must stay awake", share * 100.0),
         Some(share <= 0.5),
     ));
-    Ok(())
 }
 
 /// Where (2) fails: a tet that swells pushes itself.
-fn volume_force(findings: &mut Findings, found: &OnBlock) -> Result<(), palpate_sim::error::Error> {
+fn volume_force(findings: &mut Findings, found: &OnBlock) {
     let ([mean, most], presses) = &found.volume;
-    let rows: Vec<VolumeRow> = presses
-        .iter()
-        .map(|p| VolumeRow {
-            coefficient_pa_per_m: p.coefficient_pa_per_m,
-            force_n: p.force_n,
-            volume_change_pct: Some(p.volume_change_pct).filter(|v| !v.is_nan()),
-        })
-        .collect();
+    let table = Table::rows("volume_force_presses", presses)
+        .col("coefficient_pa_per_m", |p| p.coefficient_pa_per_m)
+        .col("force_n", |p| p.force_n)
+        .col("volume_change_pct", |p| p.volume_change_pct)
+        .all();
     let about = format!(
         "(2): a tet that swells pushes itself with {:.0} % of a corner's force on the mean, {:.0} % at most; presses {:.0} mm deep by the coefficient, which the paper does not print",
         mean * 100.0,
@@ -468,7 +347,7 @@ fn volume_force(findings: &mut Findings, found: &OnBlock) -> Result<(), palpate_
     );
     findings.fact("volume_force_net_share_mean", *mean);
     findings.fact("volume_force_net_share_most", *most);
-    findings.tables.push(Table::of("volume_force_presses", &rows)?.about(about));
+    findings.tables.push(table.about(about));
     let truth = palpate_tissue::answer::Answer::block();
     let hold = truth.holds.iter().find(|h| h.place_m == [0.0; 3] && (h.depth_m - barycentre::DEPTH_M).abs() < 1e-9);
     let truth_n = hold.map(|h| h.force_over_e_m2 * f64::from(found.block.params.youngs_modulus_pa));
@@ -482,10 +361,11 @@ fn volume_force(findings: &mut Findings, found: &OnBlock) -> Result<(), palpate_
         Plot::new(ScaledAxis::log("coefficient [Pa/m]"), ScaledAxis::linear("force [N]"), series)
             .levels(truth_n.map(|n| Level::new("finite elements", n))),
     ));
-    let changes = || rows.iter().filter_map(|row| Some((row, row.volume_change_pct?)));
-    let best = changes().min_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-    let without = changes().find(|(row, _)| row.coefficient_pa_per_m == 0.0);
-    if let (Some((best, best_pct)), Some((without, without_pct))) = (best, without) {
+    let changes = || presses.iter().filter(|p| !p.volume_change_pct.is_nan());
+    let best = changes().min_by(|a, b| a.volume_change_pct.abs().total_cmp(&b.volume_change_pct.abs()));
+    let without = changes().find(|p| p.coefficient_pa_per_m == 0.0);
+    if let (Some(best), Some(without)) = (best, without) {
+        let [best_pct, without_pct] = [best, without].map(|p| p.volume_change_pct);
         let [with_n, without_n] = [best, without].map(|row| row.force_n.unwrap_or(f64::NAN));
         findings.claims.push(Claim::printed(
             "Section 2.1: the volume force ensures volume conservation",
@@ -496,5 +376,4 @@ fn volume_force(findings: &mut Findings, found: &OnBlock) -> Result<(), palpate_
             Some(best_pct.abs() < 0.1 * without_pct.abs()),
         ));
     }
-    Ok(())
 }

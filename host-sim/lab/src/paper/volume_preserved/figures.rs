@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 
+use super::Resolution;
 use super::measured::Measured;
 use super::scene::HangingScene;
 use super::steps::{PRINTED_LAWS, Steps};
-use super::Resolution;
 use crate::error::Error;
 use palpate_charts::{Bar, Bars, Figure, Form, Landmark, Layer, Level, Look, Plot, ScaledAxis, Series, Superposed, superposed};
 use palpate_tissue::Error as TissueError;

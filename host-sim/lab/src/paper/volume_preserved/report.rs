@@ -57,44 +57,6 @@ struct Mean {
     volume_pct: Option<[f64; 2]>,
 }
 
-/// Table 1: displacements of a marker from rest, and errors (13).
-#[derive(Serialize)]
-struct Marker<'a> {
-    resolution: &'a str,
-    after_move: &'a str,
-    marker: &'a str,
-    method: String,
-    displacement_mm: Option<f64>,
-    error_mm: Option<f64>,
-    finite_elements_mm: f64,
-    paper_tomography_mm: Option<f64>,
-    paper_estimated_mm: Option<f64>,
-    paper_error_mm: Option<f64>,
-}
-
-/// Displacement of a landmark or a surface point.
-#[derive(Serialize)]
-struct PointRow<'a> {
-    resolution: &'a str,
-    after_move: &'a str,
-    method: String,
-    rest_x_m: f64,
-    rest_y_m: f64,
-    rest_z_m: f64,
-    u_x_m: f64,
-    u_y_m: f64,
-    u_z_m: f64,
-    fem_u_x_m: f64,
-    fem_u_y_m: f64,
-    fem_u_z_m: f64,
-}
-
-#[derive(Serialize)]
-struct LargestStep {
-    damping: &'static str,
-    largest_step_us: f64,
-}
-
 /// Tables, claims and pictures of everything that was measured.
 ///
 /// # Errors
@@ -102,15 +64,19 @@ struct LargestStep {
 pub fn findings(found: &Measurements, folder: &OutputFolder) -> Result<Findings, palpate_sim::error::Error> {
     let sharpest = &found.resolutions[0];
     let means = means(found);
-    let printed = [("full", &FULL), ("sparse", &SPARSE)].into_iter().flat_map(|(name, p)| [0, 1].map(|n| Mean::printed(name, p, n)));
+    let printed =
+        [("full", &FULL), ("sparse", &SPARSE)].into_iter().flat_map(|(name, p)| [0, 1].map(|n| Mean::printed(name, p, n)));
     let all: Vec<Mean> = means.iter().cloned().chain(printed).collect();
-    let largest = found.steps.stable.iter().map(|(damping, dt_s)| LargestStep { damping, largest_step_us: 1e6 * f64::from(*dt_s) });
+    let largest = Table::rows("largest_step", &found.steps.stable)
+        .col("damping", |(damping, _)| *damping)
+        .col("largest_step_us", |(_, dt_s)| 1e6 * f64::from(*dt_s))
+        .all();
     let mut findings = Findings {
         headline: "paper 000: a liver and its gallbladder, hung by a thread".into(),
         tables: vec![
-            Table::of("markers", &markers(found))?
+            markers(found)
                 .about("Table 1: distances from rest and errors (13); the paper's are of porcine organs against tomography"),
-            Table::of("points", &points(found))?.quiet(),
+            points(found),
             Table::of("means", &all)?
                 .about("sections 3.3 and 3.4: mean distances from our finite elements after each move, change of each organ's volume, speed on one core")
                 .columns(&[
@@ -128,8 +94,7 @@ pub fn findings(found: &Measurements, folder: &OutputFolder) -> Result<Findings,
                     "frames_per_s",
                     "frames_per_s_with_pictures",
                 ]),
-            Table::of("largest_step", &largest.collect::<Vec<_>>())?
-                .about("largest step that the sparse scene survives, springs (11) as printed, no corrections"),
+            largest.about("largest step that the sparse scene survives, springs (11) as printed, no corrections"),
         ],
         claims: printed_claims(found, &means),
         plotted: vec![figures::force_against_step(found.steps), figures::stable_step(found.steps)],
@@ -188,52 +153,52 @@ fn each<'a>(
     })
 }
 
-fn markers<'a>(found: &'a Measurements) -> Vec<Marker<'a>> {
-    let mut rows = Vec::new();
-    for (r, n, after_move, truth, setup, rest) in each(found) {
-        for (l, (marker, _)) in r.assembly.landmarks.iter().enumerate() {
-            let printed = |k: usize| TABLE_1_MM.get(l).and_then(|marker| marker.get(n)).map(|p| p[k]);
+/// Table 1: displacements of the markers from rest, and errors (13).
+fn markers(found: &Measurements) -> Table {
+    let rows = each(found).flat_map(|(r, n, after_move, truth, setup, rest)| {
+        let of = move |(l, (marker, _)): (usize, &'_ (String, _))| {
+            let wanted: Vector3<f64> = truth.landmarks_m[l];
+            let printed = TABLE_1_MM.get(l).and_then(|marker| marker.get(n).copied());
             let at = rest.map(|rest| rest.measured.landmarks_m[l]);
-            rows.push(Marker {
-                resolution: r.name,
-                after_move,
-                marker,
-                method: setup.method.name(),
-                displacement_mm: at.map(|u| 1e3 * u.norm()),
-                error_mm: at.map(|u| 1e3 * (u - truth.landmarks_m[l]).norm()),
-                finite_elements_mm: 1e3 * truth.landmarks_m[l].norm(),
-                paper_tomography_mm: printed(0),
-                paper_estimated_mm: printed(1),
-                paper_error_mm: printed(2),
-            });
-        }
-    }
-    rows
+            (r.name, after_move.to_owned(), marker.to_owned(), setup.method.name(), at, wanted, printed)
+        };
+        r.assembly.landmarks.iter().enumerate().map(of).collect::<Vec<_>>()
+    });
+    Table::rows("markers", rows)
+        .col("resolution", |row| row.0)
+        .col("after_move", |row| row.1.clone())
+        .col("marker", |row| row.2.clone())
+        .col("method", |row| row.3.clone())
+        .col("displacement_mm", |row| row.4.map(|u| 1e3 * u.norm()))
+        .col("error_mm", |row| row.4.map(|u| 1e3 * (u - row.5).norm()))
+        .col("finite_elements_mm", |row| 1e3 * row.5.norm())
+        .col("paper_tomography_mm", |row| row.6.map(|p| p[0]))
+        .col("paper_estimated_mm", |row| row.6.map(|p| p[1]))
+        .col("paper_error_mm", |row| row.6.map(|p| p[2]))
+        .all()
 }
 
-fn points<'a>(found: &'a Measurements) -> Vec<PointRow<'a>> {
+/// Displacements of the landmarks and surface points.
+fn points(found: &Measurements) -> Table {
     let mut rows = Vec::new();
     for (r, _, after_move, truth, setup, rest) in each(found) {
         let Some(Rest { measured, .. }) = rest else { continue };
         let points = r.assembly.landmarks.iter().map(|(_, x)| x).chain(&r.assembly.surface);
         let there = measured.landmarks_m.iter().chain(&measured.surface_m);
         let wanted = truth.landmarks_m.iter().chain(&truth.surface_m);
-        rows.extend(points.zip(there).zip(wanted).map(|((x, u), t)| PointRow {
-            resolution: r.name,
-            after_move,
-            method: setup.method.name(),
-            rest_x_m: x.x,
-            rest_y_m: x.y,
-            rest_z_m: x.z,
-            u_x_m: u.x,
-            u_y_m: u.y,
-            u_z_m: u.z,
-            fem_u_x_m: t.x,
-            fem_u_y_m: t.y,
-            fem_u_z_m: t.z,
-        }));
+        let head = || (r.name, after_move.to_owned(), setup.method.name());
+        rows.extend(points.zip(there).zip(wanted).map(|((x, u), t)| (head(), [*x, *u, *t])));
     }
-    rows
+    let mut table = Table::rows("points", rows)
+        .col("resolution", |(head, _)| head.0)
+        .col("after_move", |(head, _)| head.1.clone())
+        .col("method", |(head, _)| head.2.clone());
+    for (n, what) in ["rest", "u", "fem_u"].into_iter().enumerate() {
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            table = table.col(&format!("{what}_{name}_m"), |(_, vectors)| vectors[n][axis]);
+        }
+    }
+    table.all().quiet()
 }
 
 impl Mean {
@@ -332,7 +297,10 @@ fn printed_claims(found: &Measurements, means: &[Mean]) -> Vec<Claim> {
     let worst = |rows: &[&Mean]| rows.iter().filter_map(|m| Some(m.volume_pct?[0])).fold(0.0, f64::max);
     let mut claims = vec![
         Claim::printed(
-            format!("mean landmark error {} mm ({sharpest} resolution, against tomography)", joined(&paper.landmarks_mm.map(Some))),
+            format!(
+                "mean landmark error {} mm ({sharpest} resolution, against tomography)",
+                joined(&paper.landmarks_mm.map(Some))
+            ),
             format!(
                 "{} mm against finite elements{}",
                 joined(&landmarks),

@@ -5,7 +5,6 @@ use palpate_loop::closed_loop::controller::{CONTROLLERS, Controller};
 use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
 use palpate_loop::closed_loop::hand::HANDS;
 use palpate_sim::error::Error;
-use serde::Serialize;
 
 use super::{Cell, HELD_N_PER_M, LoopSummary, MOST_CREATED_J, MOST_STATIC_ERROR, STEP, SWEPT, walls_n_per_m};
 use crate::study::{Claim, Findings, Table};
@@ -17,80 +16,36 @@ const DRAWN_DELAY: u8 = 1;
 /// Smallest energy that is drawn [mJ].
 const LEAST_MJ: f64 = 1e-3;
 
-#[derive(Serialize)]
-struct CellRow<'a> {
-    device: &'a str,
-    delay_ticks: u8,
-    hand: &'a str,
-    control: &'a str,
-    stiffest_n_per_m: f64,
-    at_least: bool,
-    passive_n_per_m: f64,
-    at_400_holds: bool,
-    at_400_created_mj: f64,
-    at_400_static_error: Option<f64>,
-}
-
-impl<'a> CellRow<'a> {
-    fn of(cell: &'a Cell) -> Self {
-        Self {
-            device: &cell.device,
-            delay_ticks: cell.delay_ticks,
-            hand: cell.hand,
-            control: &cell.control,
-            stiffest_n_per_m: cell.climb.n_per_m,
-            at_least: cell.climb.at_least,
-            passive_n_per_m: cell.passive_n_per_m,
-            at_400_holds: cell.held.holds(),
-            at_400_created_mj: cell.held.created_mj,
-            at_400_static_error: cell.held.static_error,
-        }
-    }
-}
-
-/// Slope of a tissue's force on a device at a depth.
-#[derive(Serialize)]
-struct SlopeRow<'a> {
-    device: &'a str,
-    count_m: f64,
-    friction_n: f64,
-    limit_n: f64,
-    felt_n_per_m: f64,
-    youngs_modulus_pa: f64,
-    depth_m: f64,
-    force_n: f64,
-    slope_n_per_m: f64,
-    /// Stiffest tissue that each of the holding hands held quietly [Pa].
-    h1_holds_pa: Option<f64>,
-    h2_holds_pa: Option<f64>,
-    h3_holds_pa: Option<f64>,
-}
-
 /// Adds the tables, the pictures and the claim of the matrix.
 ///
 /// # Errors
-/// A table cannot be formatted, or a profile cannot be read.
+/// A profile cannot be read.
 pub fn report(summary: &LoopSummary, findings: &mut Findings) -> Result<(), Error> {
-    let cells: Vec<CellRow> = summary.cells.iter().map(CellRow::of).collect();
-    let ours = Controller::Ours.name();
-    let shown = cells.iter().map(|cell| cell.control == ours).collect::<Vec<_>>();
-    let mut slopes = Vec::new();
-    for c in &summary.ceilings {
-        let held = |n: usize| c.held_pa.get(n).map(|(_, pa)| *pa);
-        slopes.extend(c.slopes.iter().map(|slope| SlopeRow {
-            device: &c.device,
-            count_m: c.count_m,
-            friction_n: c.friction_n,
-            limit_n: c.limit_n,
-            felt_n_per_m: c.felt_n_per_m,
-            youngs_modulus_pa: slope.youngs_modulus_pa,
-            depth_m: slope.depth_m,
-            force_n: slope.force_n,
-            slope_n_per_m: slope.n_per_m,
-            h1_holds_pa: held(0),
-            h2_holds_pa: held(1),
-            h3_holds_pa: held(2),
-        }));
+    let cells = Table::rows("stability_loop", &summary.cells)
+        .col("device", |c| c.device.clone())
+        .col("delay_ticks", |c| c.delay_ticks)
+        .col("hand", |c| c.hand)
+        .col("control", |c| c.control.clone())
+        .col("stiffest_n_per_m", |c| c.climb.n_per_m)
+        .col("at_least", |c| c.climb.at_least)
+        .col("passive_n_per_m", |c| c.passive_n_per_m)
+        .col("at_400_holds", |c| c.held.holds())
+        .col("at_400_created_mj", |c| c.held.created_mj)
+        .col("at_400_static_error", |c| c.held.static_error)
+        .only(|c| c.control == Controller::Ours.name());
+    let slopes = summary.ceilings.iter().flat_map(|c| c.slopes.iter().map(move |slope| (c, slope)));
+    let mut slopes = Table::rows("ceilings", slopes)
+        .col("device", |(c, _)| c.device.clone())
+        .csv("count_m", |(c, _)| c.count_m)
+        .csv("friction_n", |(c, _)| c.friction_n)
+        .csv("limit_n", |(c, _)| c.limit_n)
+        .col("felt_n_per_m", |(c, _)| c.felt_n_per_m)
+        .col("youngs_modulus_pa", |(_, slope)| slope.youngs_modulus_pa)
+        .col("depth_m", |(_, slope)| slope.depth_m)
+        .col("force_n", |(_, slope)| slope.force_n)
+        .col("slope_n_per_m", |(_, slope)| slope.n_per_m);
+    for (n, (hand, _)) in summary.ceilings.first().map_or(&[][..], |c| &c.held_pa).iter().enumerate() {
+        slopes = slopes.col(&format!("{}_holds_pa", hand.to_lowercase()), |(c, _)| c.held_pa.get(n).map(|(_, pa)| *pa));
     }
     let found = match summary.broken.as_slice() {
         [] => "all".to_owned(),
@@ -98,20 +53,17 @@ pub fn report(summary: &LoopSummary, findings: &mut Findings) -> Result<(), Erro
     };
     findings.claims.push(Claim::promise(
         format!("hands in which our loop holds a wall of {HELD_N_PER_M} N/m without shaking"),
-        format!(
-            "all seven; at most {:.2} mJ given and {:.1} % static error",
-            MOST_CREATED_J * 1e3,
-            MOST_STATIC_ERROR * 100.0
-        ),
+        format!("all seven; at most {:.2} mJ given and {:.1} % static error", MOST_CREATED_J * 1e3, MOST_STATIC_ERROR * 100.0),
         found,
         summary.broken.is_empty(),
     ));
     findings.tables.extend([
-        Table::of("stability_loop", &cells)?
-            .about("stiffest wall that is tapped at 0.2 m/s and held without shaking, in steps of 12 % from 50 N/m; and a wall of 400 N/m")
-            .only(shown),
-        Table::of("ceilings", &slopes)?
-            .about("limit of the encoder: the contact stiffness from which a count is felt, the slopes of tissues, the stiffest held"),
+        cells.about(
+            "stiffest wall that is tapped at 0.2 m/s and held without shaking, in steps of 12 % from 50 N/m; a wall of 400 N/m",
+        ),
+        slopes
+            .all()
+            .about("limit of the encoder: the stiffness from which a count is felt, slopes of tissues, the stiffest held"),
     ]);
     findings.notes.push(format!("hands: {}", HANDS.map(|h| format!("{} {}", h.id, h.name)).join(", ")));
     for device in SWEPT.into_iter().filter(|d| summary.cells.iter().any(|c| c.device == *d)) {
@@ -215,15 +167,13 @@ fn energy(summary: &LoopSummary) -> Figure {
             text: format!("{:+.0} %, {shaken} of {} shaken", error * 100.0 + 0.0, cells.len()),
         }
     };
-    let bars = CONTROLLERS.iter().flat_map(|control| devices.iter().map(|device| bar(&control.name(), device)).collect::<Vec<_>>());
+    let bars =
+        CONTROLLERS.iter().flat_map(|control| devices.iter().map(|device| bar(&control.name(), device)).collect::<Vec<_>>());
     Figure {
         name: "created_energy".into(),
         title: format!("Energy that the loop gives to the hand at {HELD_N_PER_M:.0} N/m"),
         below: "Tap at 0.2 m/s, one tick late, worst of seven hands; beside: static error, hands shaken; stroke: promised".into(),
-        form: Form::Bars(Bars {
-            axis: ScaledAxis::log("energy created in the worst contact [mJ]"),
-            bars: bars.collect(),
-        }),
+        form: Form::Bars(Bars { axis: ScaledAxis::log("energy created in the worst contact [mJ]"), bars: bars.collect() }),
     }
 }
 
