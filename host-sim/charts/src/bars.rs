@@ -26,7 +26,7 @@ const TEXT_PX: f64 = 150.0;
 const GAP_PX: f64 = 18.0;
 /// Height of the axis below the bars, and largest height of a bar [px].
 const AXIS_PX: f64 = 52.0;
-const HIGHEST_PX: f64 = 30.0;
+const HIGHEST_PX: f64 = 50.0;
 
 /// One bar.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::ChartError;
 use super::bars::Bars;
 use super::heat::Heat;
-use super::plot::Plot;
+use super::plot::{Plot, save_plots};
 
 /// A picture of one of the four forms.
 #[derive(Clone, Debug)]
@@ -25,6 +25,8 @@ pub struct Figure {
 pub enum Form {
     /// Curves and points over one pair of axes: lines and scatter.
     Plot(Plot),
+    /// Several of them, one above the other.
+    Panels(Vec<Plot>),
     /// Horizontal bars.
     Bars(Bars),
     /// A table of coloured cells.
@@ -45,7 +47,8 @@ impl Figure {
     pub fn draw(&self, folder: &Path) -> Result<(), ChartError> {
         let title = [self.title.as_str(), self.below.as_str()];
         match &self.form {
-            Form::Plot(plot) => plot.save(folder, &self.name, title),
+            Form::Plot(plot) => save_plots(std::slice::from_ref(plot), folder, &self.name, title),
+            Form::Panels(plots) => save_plots(plots, folder, &self.name, title),
             Form::Bars(bars) => bars.save(folder, &self.name, title),
             Form::Heat(heat) => heat.save(folder, &self.name, title),
         }

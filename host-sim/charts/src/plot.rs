@@ -88,12 +88,14 @@ pub struct Series {
     pub joined: bool,
     /// Whether a marker is drawn at every point.
     pub marked: bool,
+    /// Whether the line is dashed, because it may lie on another.
+    pub dashed: bool,
 }
 
 impl Series {
     /// A curve without markers.
     pub fn curve(name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        Self { name: name.into(), dots: points.into_iter().map(Dot::from).collect(), joined: true, marked: false }
+        Self { name: name.into(), dots: points.into_iter().map(Dot::from).collect(), joined: true, marked: false, dashed: false }
     }
 
     /// The same curve with a marker at every point.
@@ -104,7 +106,7 @@ impl Series {
 
     /// Points that are not joined.
     pub fn dots(name: impl Into<String>, dots: Vec<Dot>) -> Self {
-        Self { name: name.into(), dots, joined: false, marked: true }
+        Self { name: name.into(), dots, joined: false, marked: true, dashed: false }
     }
 }
 
@@ -154,8 +156,8 @@ impl Plot {
         Self { levels: levels.into_iter().collect(), ..self }
     }
 
-    /// Writes the picture.
-    pub(super) fn save(&self, folder: &Path, name: &str, title: [&str; 2]) -> Result<(), ChartError> {
+    /// Checks the values and determines the axes.
+    fn drawing(&self) -> Result<Drawing<'_>, ChartError> {
         let log = |axis: &ScaledAxis| axis.scale == Scale::Log;
         let dots = || self.series.iter().flat_map(|s| s.dots.iter());
         if dots().next().is_none() {
@@ -176,8 +178,14 @@ impl Plot {
         }
         let x = Ruler::new(self.x.scale, dots().map(|d| d.at.0).chain(self.budget.iter().map(|b| b.at)));
         let y = Ruler::new(self.y.scale, dots().map(|d| d.at.1).chain(self.levels.iter().map(|l| l.at)));
-        save(folder, name, &Drawing { plot: self, title, names, x, y })
+        Ok(Drawing { plot: self, names, x, y })
     }
+}
+
+/// Writes plots one above the other; only the lowest has labels below its axis.
+pub(super) fn save_plots(plots: &[Plot], folder: &Path, name: &str, title: [&str; 2]) -> Result<(), ChartError> {
+    let drawings = plots.iter().map(Plot::drawing).collect::<Result<Vec<_>, _>>()?;
+    save(folder, name, &Panels { title, drawings })
 }
 
 /// Maps values to plotted quantities, which are evenly spaced in the picture.
@@ -265,10 +273,34 @@ fn round_label(value: f64) -> String {
     format!("{value:.1e}").replace(".0e", "e").replace('-', "\u{2212}")
 }
 
-impl Picture for Drawing<'_> {
+struct Panels<'a> {
+    title: [&'a str; 2],
+    drawings: Vec<Drawing<'a>>,
+}
+
+/// Height of the labels below an axis, and distance between two plots [px].
+const LABELS_PX: f64 = 54.0;
+const BETWEEN_PX: f64 = 14.0;
+
+impl Picture for Panels<'_> {
     fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> Drawn<DB> {
-        let plot = self.plot;
         title(area, self.title[0], self.title[1])?;
+        let plots = area.dim_in_pixel().1.cast_signed() - px(TITLE_HEIGHT_PX + LABELS_PX);
+        let (mut rest, mut top_px) = (area.clone(), TITLE_HEIGHT_PX);
+        for (n, drawing) in self.drawings.iter().enumerate() {
+            let last = n + 1 == self.drawings.len();
+            let height = px(top_px) + plots / self.drawings.len() as i32;
+            let (panel, below) = if last { (rest.clone(), rest) } else { rest.split_vertically(height) };
+            drawing.draw(&panel, top_px, if last { LABELS_PX } else { 0.0 })?;
+            (rest, top_px) = (below, BETWEEN_PX);
+        }
+        Ok(())
+    }
+}
+
+impl Drawing<'_> {
+    fn draw<DB: DrawingBackend>(&self, area: &Area<DB>, top_px: f64, labels_px: f64) -> Drawn<DB> {
+        let plot = self.plot;
         let drawn = |name: &&str| plot.series.iter().find(|s| s.name == *name && !s.dots.is_empty());
         let sign = |s: &Series| Sign::Line { look: self.look(&s.name), joined: s.joined, marked: s.marked };
         let mut entries: Vec<_> = self.names.iter().filter_map(|name| Some((sign(drawn(name)?), *name))).collect();
@@ -277,21 +309,33 @@ impl Picture for Drawing<'_> {
             entries.push((Sign::Wire(FRONT), "unbeaten in both"));
         }
         let taken = key_column::room(area, &entries)?;
-        let mut chart = builder(area).margin_right(taken).build_cartesian_2d(self.x.coordinate(), self.y.coordinate())?;
+        let mut chart = builder(area)
+            .margin_top(px(top_px))
+            .margin_right(taken)
+            .x_label_area_size(px(labels_px))
+            .build_cartesian_2d(self.x.coordinate(), self.y.coordinate())?;
         axes(
             &mut chart,
             Labels { title: &plot.x.title, ticks: 12, of: &|v| self.x.label(*v) },
             Labels { title: &plot.y.title, ticks: 12, of: &|v| self.y.label(*v) },
         )?;
-        let at = |(x, y): (f64, f64)| chart.backend_coord(&(self.x.at(x), self.y.at(y)));
+        // the chart's coordinates are those of the canvas, the area's begin at its own corner
+        let (left, top) = area.get_base_pixel();
+        let at = |(x, y): (f64, f64)| {
+            let (x, y) = chart.backend_coord(&(self.x.at(x), self.y.at(y)));
+            (x - left, y - top)
+        };
         let (xs, ys) = chart.plotting_area().get_pixel_range();
+        let (xs, ys) = (xs.start - left..xs.end - left, ys.start - top..ys.end - top);
+        let corner = (self.x.range.start, self.y.range.start);
+        let across = |level: f64| chart.backend_coord(&(corner.0, self.y.at(level))).1 - top;
         let mut page = Page::new(Frame { low: (xs.start, ys.start), high: (xs.end, ys.end) });
         for level in &plot.levels {
-            let y = chart.backend_coord(&(self.x.range.start, self.y.at(level.at))).1;
+            let y = across(level.at);
             area.draw(&DashedPathElement::new([(xs.start, y), (xs.end, y)], px(7.0), px(5.0), line(MUTED, 1.6)))?;
         }
         if let Some(budget) = &plot.budget {
-            let x = chart.backend_coord(&(self.x.at(budget.at), self.y.range.start)).0;
+            let x = chart.backend_coord(&(self.x.at(budget.at), corner.1)).0 - left;
             area.draw(&PathElement::new([(x, ys.start), (x, ys.end)], line(WARN, 1.4)))?;
             let style = text(TICK_PX, WARN, (HPos::Right, VPos::Center));
             area.draw_text(&budget.name, &style, (x - px(6.0), ys.start + px(12.0)))?;
@@ -307,7 +351,11 @@ impl Picture for Drawing<'_> {
             let look = self.look(&series.name);
             let path: Vec<_> = series.dots.iter().map(|d| at(d.at)).collect();
             if series.joined {
-                area.draw(&PathElement::new(path.clone(), line(look.color, if series.marked { 1.6 } else { 2.2 })))?;
+                let style = line(look.color, if series.marked || series.dashed { 1.6 } else { 2.2 });
+                match series.dashed {
+                    true => area.draw(&DashedPathElement::new(path.clone(), px(7.0), px(5.0), style))?,
+                    false => area.draw(&PathElement::new(path.clone(), style))?,
+                }
                 page.add_curve(path.clone(), px(3.0));
             }
             for (dot, center) in series.dots.iter().zip(path).filter(|_| series.marked) {
@@ -330,7 +378,7 @@ impl Picture for Drawing<'_> {
                 area.draw_text(&dot.label, &text(TICK_PX, MUTED, anchor), corner)?;
             }
         }
-        key_column::draw(area, &entries, taken, px(TITLE_HEIGHT_PX))
+        key_column::draw(area, &entries, taken, px(top_px))
     }
 }
 
@@ -343,7 +391,6 @@ fn stairs(corners: &[(i32, i32)], right: i32, top: i32) -> Vec<(i32, i32)> {
 
 struct Drawing<'a> {
     plot: &'a Plot,
-    title: [&'a str; 2],
     /// Distinct names of the series, which determine their looks.
     names: Vec<&'a str>,
     x: Ruler,

@@ -57,7 +57,7 @@ pub(super) fn scatter(x: &str, y: &str, budget: Option<(f64, &str)>, methods: &[
         let splits = if splits.is_empty() { vec![1] } else { splits };
         series.extend(splits.into_iter().map(|split| {
             let dots = points.iter().filter(|p| p.split == split).map(dot).collect();
-            Series { name: (*name).to_owned(), dots, joined: true, marked: true }
+            Series { joined: true, ..Series::dots(*name, dots) }
         }));
     }
     let budget = budget.map(|(at, name)| Level::new(name, at));

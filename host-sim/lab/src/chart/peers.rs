@@ -16,4 +16,4 @@ pub use grid::{GRIDS, grid, grid_name};
 pub use picture::figures;
 pub use press::{MODULI_PA, PeerMesh, StandardPress, meshes, on_grid};
 pub use searched::searched;
-pub use table::{Peer, PeerError, Peers, columns};
+pub use table::{Peer, Peers, columns};

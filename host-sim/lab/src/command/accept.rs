@@ -81,6 +81,6 @@ fn claim(row: &Row) -> Claim {
         None if row.accepted() => format!("{} figures in their ranges", row.figures.len()),
         None => format!("everything holds without {} as well, so it shows nothing", row.term),
     };
-    let name = format!("{} {}: {} as measured, with {}", row.test, row.data, row.predicted, row.term);
-    Claim::promise(name, "in every range, and in not all of them without the term", found, row.accepted())
+    let bound = format!("every figure in its range, but not without {}", row.term);
+    Claim::promise(format!("{} {}", row.test, row.data), bound, found, row.accepted())
 }

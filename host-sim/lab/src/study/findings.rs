@@ -9,6 +9,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::Table;
+use super::table::short;
 
 /// Largest number of claims that are spelled out in the verdict.
 const SPELLED: usize = 3;
@@ -107,9 +108,10 @@ impl Findings {
         let printed = self.tables.iter().filter(|table| !table.is_quiet()).map(|table| table.print(all));
         printed.filter(|text| !text.is_empty()).for_each(|text| println!("{text}"));
         let told = self.claims.iter().filter(|claim| !claim.promised || claim.holds != Some(true));
-        for Claim { name, bound, found, .. } in told.clone() {
-            println!("claim: {name} ({bound})\n  here: {found}");
-        }
+        told.for_each(|claim| println!("{}: {} ({})\n  here: {}", claim.verdict(), claim.name, claim.bound, claim.found));
+        let facts = self.facts.iter().filter(|(_, value)| value.is_number());
+        let facts: Vec<String> = facts.map(|(name, value)| format!("{name} {}", short(&value.to_string()))).collect();
+        println!("{}", facts.join(", "));
         self.notes.iter().for_each(|note| println!("{note}"));
         if !all && self.tables.iter().any(Table::is_cut) {
             println!("--all prints every row");
@@ -125,8 +127,20 @@ impl Findings {
         Err(TissueError::Check(format!("{name}: {found}, where {bound} is promised{more}")).into())
     }
 
-    /// The result in one line: the headline, and the promises that hold.
+    /// The result in one line: the headline, how many statements of a paper hold, and the promises
+    /// that hold.
     fn in_words(&self) -> String {
+        let printed = || self.claims.iter().filter(|claim| !claim.promised);
+        let count = |holds: Option<bool>| printed().filter(|claim| claim.holds == holds).count();
+        let of_paper = (printed().count() > 0).then(|| {
+            format!(
+                "of {} statements of the paper {} hold here, {} do not (no failure of palpate), {} cannot be tried",
+                printed().count(),
+                count(Some(true)),
+                count(Some(false)),
+                count(None)
+            )
+        });
         let promises: Vec<&Claim> = self.claims.iter().filter(|claim| claim.promised).collect();
         let said = |claim: &&Claim| format!("{}: {} (promised: {})", claim.name, claim.found, claim.bound);
         let kept = match promises.len() {
@@ -135,7 +149,7 @@ impl Findings {
             _ => Some(promises.iter().map(said).collect::<Vec<_>>().join("; ")),
         };
         let headline = Some(self.headline.clone()).filter(|words| !words.is_empty());
-        headline.into_iter().chain(kept).collect::<Vec<_>>().join("; ")
+        headline.into_iter().chain(of_paper).chain(kept).collect::<Vec<_>>().join("; ")
     }
     /// The whole report: tables, claims, pictures and notes.
     fn markdown(&self) -> String {

@@ -229,7 +229,7 @@ fn is_number(cell: &str) -> bool {
 }
 
 /// A number with a fraction, rounded to four digits; any other text as it is.
-fn short(cell: &str) -> String {
+pub(super) fn short(cell: &str) -> String {
     let Some(value) = cell.parse::<f64>().ok().filter(|v| v.is_finite() && cell.contains(['.', 'e'])) else {
         return cell.to_owned();
     };

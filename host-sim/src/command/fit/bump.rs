@@ -139,7 +139,7 @@ fn draw(scene: &Scene, folder: &OutputFolder, bump: &BumpReport) -> Result<(), E
             let found = line.x_m.iter().zip(force_n).filter(|(_, force_n)| force_n.is_finite());
             let dots = found.map(|(x_m, force_n)| Dot::from((x_m * 1e3, force_n * 1e3))).collect();
             let name = format!("{who}, {:.2} mm deep", line.depth_m * 1e3);
-            series.push(Series { name, dots, joined: n > 0, marked: n == 0 });
+            series.push(Series { joined: n > 0, marked: n == 0, ..Series::dots(name, dots) });
         }
     }
     let plot = Plot::new(ScaledAxis::linear("place along x [mm]"), ScaledAxis::linear("force added [mN]"), series);

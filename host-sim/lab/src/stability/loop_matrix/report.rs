@@ -96,7 +96,7 @@ fn climbed(cell: &Cell, named_n_per_m: f64) -> HeatCell {
 }
 
 fn matrix(name: String, title: String, groups: Vec<HeatGroup>, rows: Vec<HeatRow>) -> Figure {
-    let key = [0.125, 0.5, 1.0, 2.0, 8.0].map(|ratio| (Tone::Ratio(ratio).cell(""), format!("{ratio} of what its maker names")));
+    let key = [0.125, 0.5, 1.0, 2.0, 8.0].map(|ratio| (Tone::Ratio(ratio).cell(""), format!("{ratio} x what its maker names")));
     let below = format!(
         "Largest stiffness [N/m] without a limit cycle, tap at 0.2 m/s and hold; >: none shook; all: to {:.0}; –: 50 shakes",
         stiffest_tried_n_per_m()

@@ -100,9 +100,10 @@ pub fn report(matrix: &Matrix, findings: &mut Findings) {
         margins(matrix).about("how far a quantity can go before a press to 8 mm or a tap of 0.5 m/s fails, and in which way"),
     ]);
     worst(matrix, findings);
-    let promised = matrix.cells.iter().filter(|cell| is_promised(cell)).count();
+    let cells = || matrix.cells.iter().filter(|cell| is_promised(cell));
+    let (promised, lowest_j) = (cells().count(), cells().map(|c| c.figures.lowest_j).fold(f64::INFINITY, f64::min));
     let found = match broken.as_slice() {
-        [] => format!("all {promised}"),
+        [] => format!("all {promised}; the tet squeezed most keeps {lowest_j:.3}"),
         [first, ..] => format!("{} of {promised} do not hold, the first: {first}", broken.len()),
     };
     findings.claims.push(Claim::promise(
