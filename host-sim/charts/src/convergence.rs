@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use super::ChartError;
 use super::figure::Figure;
 use super::plot::{Plot, ScaledAxis, Series};
-use super::ChartError;
 
 /// State of a calibration after a round.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -19,8 +19,6 @@ use super::marker::{DISTINCT, Look, look, outline};
 use super::picture::{Picture, save};
 use super::place::{Frame, Page};
 use super::style::{INK, MUTED, TICK_PX, WARN, line, px, text};
-use super::tick_time::histogram::round_points;
-use super::tick_time::plain;
 use super::{ChartError, check_series};
 
 /// Colour of the front.
@@ -262,6 +260,30 @@ impl Ranged for Ticked {
     fn range(&self) -> Range<f64> {
         self.even.range()
     }
+}
+
+/// Formats a number without trailing zeros.
+fn plain(value: f64) -> String {
+    let digits = format!("{value:.6}");
+    digits.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// Round numbers for a logarithmic axis over `range`, as fine as possible with at most `most` of
+/// them.
+fn round_points(range: &Range<f64>, most: usize) -> Vec<f64> {
+    let steps: [&[f64]; 5] = [
+        &[1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
+        &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
+        &[1.0, 2.0, 5.0],
+        &[1.0, 3.0],
+        &[1.0],
+    ];
+    let within = |steps: &[f64]| -> Vec<f64> {
+        let decades = range.start.log10().floor() as i32..=range.end.log10().ceil() as i32;
+        decades.flat_map(|d| steps.iter().map(move |s| s * 10_f64.powi(d))).filter(|p| range.contains(p)).collect()
+    };
+    let mut finest_first = steps.iter().map(|s| within(s));
+    finest_first.find(|p| p.len() <= most).unwrap_or_default()
 }
 
 /// Formats a round number; uses a power of ten where the reader would have to count zeros.

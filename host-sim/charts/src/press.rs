@@ -45,7 +45,8 @@ pub fn force_depth(folder: &Path, name: &str, press: &Press) -> Result<(), Chart
         // a run of one sample has no curve
         series.push(Series::dots("going in", trace.iter().map(|s| at(s.depth_m, s.force_n).into()).collect()));
     }
-    let [x, y] = [("depth", length), ("force", force)].map(|(what, unit)| ScaledAxis::linear(format!("{what} [{}]", unit.symbol)));
+    let [x, y] =
+        [("depth", length), ("force", force)].map(|(what, unit)| ScaledAxis::linear(format!("{what} [{}]", unit.symbol)));
     let below = format!("{}; a probe that moves also feels inertia and damping", press.summary(length, force));
     Figure::plot(name, format!("{}: force against depth", press.scene), below, Plot::new(x, y, series)).draw(folder)
 }

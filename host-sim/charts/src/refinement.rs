@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use super::ChartError;
 use super::axis::Unit;
 use super::figure::Figure;
 use super::plot::{Dot, Plot, ScaledAxis, Series};
-use super::ChartError;
 
 /// Depth [m] and force [N] of every hold on one mesh.
 #[derive(Clone, Debug)]
@@ -43,7 +43,8 @@ pub fn refinement(folder: &Path, name: &str, refinement: &Refinement) -> Result<
         let dot = |at| Dot { radius_px: 3.6 + 2.2 * coarser as f64, hollow: coarser > 0, ..Dot::from(at) };
         Series { joined: coarser == 0, ..Series::dots(format!("{} nodes", level.nodes), at.map(dot).collect()) }
     });
-    let [x, y] = [("depth", length), ("force", force)].map(|(what, unit)| ScaledAxis::linear(format!("{what} [{}]", unit.symbol)));
+    let [x, y] =
+        [("depth", length), ("force", force)].map(|(what, unit)| ScaledAxis::linear(format!("{what} [{}]", unit.symbol)));
     let title = format!("{}: force against depth by finite elements", refinement.scene);
     Figure::plot(name, title, refinement.caption, Plot::new(x, y, series.collect())).draw(folder)
 }

@@ -166,8 +166,7 @@ impl Peers {
         for record in reader.records() {
             let record = record.map_err(wrong)?;
             rows.push(
-                Cells { line: record.position().map_or(0, csv::Position::line), columns: &columns, record: &record }
-                    .peer()?,
+                Cells { line: record.position().map_or(0, csv::Position::line), columns: &columns, record: &record }.peer()?,
             );
         }
         if rows.is_empty() {
@@ -202,12 +201,7 @@ impl Cells<'_> {
     }
 
     fn wrong(&self, column: &str, wanted: &str) -> PeerError {
-        PeerError::Value {
-            line: self.line,
-            column: column.into(),
-            found: self.text(column).into(),
-            wanted: wanted.into(),
-        }
+        PeerError::Value { line: self.line, column: column.into(), found: self.text(column).into(), wanted: wanted.into() }
     }
 
     fn word(&self, column: &str) -> Result<String, PeerError> {
