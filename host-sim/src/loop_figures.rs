@@ -1,6 +1,6 @@
 //! Draws one run: force and depth over time, energy, spectrum.
 
-use palpate_charts::{ChartError, Level, LineSeries, Lines, Scale, ScaledAxis, lines};
+use palpate_charts::{ChartError, Dot, Figure, Level, Plot, ScaledAxis, Series};
 use palpate_loop::closed_loop::run::{Row, Run};
 use palpate_loop::closed_loop::spectrum::density;
 use palpate_loop::closed_loop::stimulus::Site;
@@ -28,52 +28,38 @@ const RESTS: f64 = 0.02;
 pub fn draw(folder: &OutputFolder, name: &str, below: &str, run: &Run, site: &Site) -> Result<(), ChartError> {
     let shown = shown(run, site);
     let stride = shown.len().div_ceil(POINTS).max(1);
-    let curve = |name: &'static str, value: &dyn Fn(&Row) -> f64| LineSeries {
-        name,
-        points: shown.iter().step_by(stride).map(|r| (r.t_s, value(r))).collect(),
-        joined: true,
-        marked: false,
+    let curve =
+        |name: &str, value: &dyn Fn(&Row) -> f64| Series::curve(name, shown.iter().step_by(stride).map(|r| (r.t_s, value(r))));
+    let chart = |file: &str, title: &str, y: &str, series: Vec<Series>, level: Option<Level>| {
+        let plot = Plot::new(ScaledAxis::linear("time [s]"), ScaledAxis::linear(y), series).levels(level);
+        Figure::plot(format!("{name}_{file}"), title, below, plot).draw(folder.draft())
     };
     // from the fault on, the mode allows no force
     let fault = run.fault.and(shown.iter().find(|r| r.telemetry.fault.is_some()));
-    let time = ScaledAxis { title: "time [s]", scale: Scale::Linear };
-    let chart = |file: &str, title: &str, y: &str, series: &[LineSeries], levels: &[Level]| {
-        let y = ScaledAxis { title: y, scale: Scale::Linear };
-        lines(folder.draft(), &format!("{name}_{file}"), &Lines { title, below, x: time, y, series, levels })
-    };
     let normal = site.normal;
     let along = |force: palpate::Vector3<f32>| f64::from(force.dot(&normal.cast()));
     let mut force = vec![
         curve("force of the tissue", &|r| along(r.telemetry.output.force_n)),
         curve("force on the hand", &|r| r.acting_n.dot(&normal)),
     ];
-    force.extend(fault.map(|r| LineSeries { name: "fault: force off", points: vec![(r.t_s, 0.0)], joined: false, marked: true }));
-    chart("force", "What the hand feels", "force along the normal [N]", &force, &[])?;
-    let depth = [curve("handle", &|r| -(r.at_m - site.at_m).dot(&normal) * 1e3)];
-    chart("depth", "Where the handle is", "depth below the surface [mm]", &depth, &[Level { name: "surface", y: 0.0 }])?;
-    let energy = [curve("given since the touch", &|r| r.energy.given_j * 1e3)];
-    chart(
-        "energy",
-        "Energy given to the hand",
-        "energy [mJ]",
-        &energy,
-        &[Level { name: "zero: more is created energy", y: 0.0 }],
-    )?;
+    force.extend(fault.map(|r| Series::dots("fault: force off", vec![Dot::from((r.t_s, 0.0))])));
+    chart("force", "What the hand feels", "force along the normal [N]", force, None)?;
+    let depth = vec![curve("handle", &|r| -(r.at_m - site.at_m).dot(&normal) * 1e3)];
+    chart("depth", "Where the handle is", "depth below the surface [mm]", depth, Some(Level::new("surface", 0.0)))?;
+    let energy = vec![curve("given since the touch", &|r| r.energy.given_j * 1e3)];
+    let zero = Level::new("zero: more is created energy", 0.0);
+    chart("energy", "Energy given to the hand", "energy [mJ]", energy, Some(zero))?;
     let points = density(&run.rows.iter().map(|r| along(r.telemetry.applied_n)).collect::<Vec<_>>());
     let points: Vec<(f64, f64)> = points.into_iter().map(|(hz, d)| (hz, (d * 1e3).max(1e-6))).collect();
     if points.is_empty() {
         return Ok(());
     }
     let top = points.iter().map(|p| p.1).fold(LIMIT_MN_PER_SQRT_HZ, f64::max);
-    let limit = vec![(FELT_FROM_HZ, top), (FELT_FROM_HZ, LIMIT_MN_PER_SQRT_HZ), (NYQUIST_HZ, LIMIT_MN_PER_SQRT_HZ)];
-    let series = [
-        LineSeries { name: "force on the hand", points, joined: true, marked: false },
-        LineSeries { name: "20 mN rms above 20 Hz", points: limit, joined: true, marked: false },
-    ];
-    let x = ScaledAxis { title: "frequency [Hz]", scale: Scale::Log };
-    let y = ScaledAxis { title: "density [mN/sqrt(Hz)]", scale: Scale::Log };
+    let limit = [(FELT_FROM_HZ, top), (FELT_FROM_HZ, LIMIT_MN_PER_SQRT_HZ), (NYQUIST_HZ, LIMIT_MN_PER_SQRT_HZ)];
+    let series = vec![Series::curve("force on the hand", points), Series::curve("20 mN rms above 20 Hz", limit)];
+    let plot = Plot::new(ScaledAxis::log("frequency [Hz]"), ScaledAxis::log("density [mN/sqrt(Hz)]"), series);
     let title = "Spectrum of the force: vibration is felt where it is near the limit";
-    lines(folder.draft(), &format!("{name}_spectrum"), &Lines { title, below, x, y, series: &series, levels: &[] })
+    Figure::plot(format!("{name}_spectrum"), title, below, plot).draw(folder.draft())
 }
 
 /// Rows from shortly before the touch to shortly after the handle came to rest.

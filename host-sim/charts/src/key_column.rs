@@ -9,7 +9,7 @@ use plotters::style::{Color, RGBColor};
 use super::canvas::Area;
 use super::canvas::Drawn;
 use super::layout::{MARGIN_PX, cut, width};
-use super::speed_accuracy::marker::{Look, outline};
+use super::marker::{Look, outline};
 use super::style::{INK, TICK_PX, line, px, text};
 
 /// Graphic in front of a name in the legend.

@@ -4,12 +4,11 @@ use plotters::chart::ChartContext;
 use plotters::coord::cartesian::Cartesian2d;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::drawing::DrawingAreaErrorKind;
-use plotters::prelude::{ChartBuilder, DrawingBackend, SeriesLabelPosition};
+use plotters::prelude::{ChartBuilder, DrawingBackend};
 use plotters::style::text_anchor::{HPos, VPos};
-use plotters::style::{TRANSPARENT, TextStyle, WHITE};
+use plotters::style::{TRANSPARENT, TextStyle};
 
 use super::canvas::{Area, Drawn};
-use super::place::Frame;
 use super::style::{GRID, INK, LABEL_PX, MUTED, TICK_PX, TITLE_PX, heading, line, px, text};
 
 /// A chart with two numeric axes.
@@ -114,41 +113,5 @@ where
         .y_label_formatter(y.of)
         .x_desc(x.title)
         .y_desc(y.title)
-        .draw()
-}
-
-/// Distance of the legend from the top left corner of the plot [px].
-const LEGEND_PX: (f64, f64) = (10.0, 6.0);
-
-/// Part of the canvas that a legend of `entries` lines may occupy.
-pub fn legend_frame<'a, DB, X, Y>(chart: &Chart<'a, DB, X, Y>, entries: u32) -> Frame
-where
-    DB: DrawingBackend + 'a,
-    X: Ranged<ValueType = f64>,
-    Y: Ranged<ValueType = f64>,
-{
-    let base = chart.plotting_area().get_base_pixel();
-    let lines = f64::from(entries);
-    Frame {
-        low: (base.0 + px(LEGEND_PX.0), base.1 + px(LEGEND_PX.1)),
-        high: (base.0 + px(180.0), base.1 + px(24.0 + 20.0 * lines)),
-    }
-}
-
-/// Draws the legend of all labelled series at the top left of the plot.
-pub fn legend<'a, DB, X, Y>(chart: &mut Chart<'a, DB, X, Y>) -> Drawn<DB>
-where
-    DB: DrawingBackend + 'a,
-    X: Ranged<ValueType = f64>,
-    Y: Ranged<ValueType = f64>,
-{
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::Coordinate(px(LEGEND_PX.0), px(LEGEND_PX.1)))
-        .margin(px(9.0))
-        .legend_area_size(px(38.0))
-        .background_style(WHITE)
-        .border_style(TRANSPARENT)
-        .label_font(text(TICK_PX, INK, (HPos::Left, VPos::Top)))
         .draw()
 }

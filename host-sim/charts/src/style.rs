@@ -18,10 +18,6 @@ const FAMILY: &str = "Noto Sans, Open Sans, Helvetica, Arial, sans-serif";
 pub const INK: RGBColor = RGBColor(0x22, 0x26, 0x2a);
 pub const MUTED: RGBColor = RGBColor(0x66, 0x6c, 0x72);
 pub const GRID: RGBColor = RGBColor(0xe3, 0xe6, 0xe9);
-pub const PRESS: RGBColor = RGBColor(0x1f, 0x6f, 0xb4);
-pub const BAR: RGBColor = RGBColor(0x6f, 0xa3, 0xd2);
-pub const RELEASE: RGBColor = RGBColor(0xe3, 0x8b, 0x1d);
-pub const DEPTH: RGBColor = RGBColor(0x4a, 0x53, 0x5c);
 pub const REFERENCE: RGBColor = RGBColor(0xc8, 0x4b, 0x1e);
 pub const WARN: RGBColor = RGBColor(0xb3, 0x26, 0x1e);
 

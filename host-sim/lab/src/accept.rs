@@ -14,15 +14,16 @@ mod prony_fit;
 mod retreat;
 mod silicone;
 mod stiffening_fit;
-pub mod table;
 mod uniform;
 
 use std::borrow::Cow;
 
+use palpate_charts as charts;
 use palpate_tissue::shard::exact::or_null;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
+use crate::study::Table;
 pub use prony_fit::{PronyFit, fit as fit_prony};
 
 /// One figure of a row.
@@ -51,6 +52,15 @@ impl Figure {
     #[must_use]
     pub fn needs_term(&self) -> bool {
         !self.accepts(self.without_term)
+    }
+
+    /// Share of the accepted range that the product's value has used up (1): an error is best at
+    /// zero, any other figure at the middle of its range.
+    fn used(&self) -> f64 {
+        match self.accepted {
+            [0.0, high] => self.ours / high,
+            [low, high] => ((self.ours - low.midpoint(high)) / (0.5 * (high - low))).abs(),
+        }
     }
 
     // NaN is not accepted
@@ -119,6 +129,36 @@ pub struct Outcome {
     pub rows: Vec<Row>,
     /// One picture per data set.
     pub pictures: Vec<Picture>,
+}
+
+impl Picture {
+    /// The picture as a chart.
+    #[must_use]
+    pub fn figure(&self) -> charts::Figure {
+        let series = self.curves.iter().map(|curve| {
+            let line = charts::Series::curve(curve.name.replace(',', ";"), curve.points.iter().copied());
+            if curve.measured { line.marked() } else { line }
+        });
+        let [x, y] = self.axes.each_ref().map(|title| charts::ScaledAxis::linear(title.as_ref()));
+        charts::Figure::plot(&self.name, &self.title, &self.below, charts::Plot::new(x, y, series.collect()))
+    }
+}
+
+/// The table "against reality": the figure of each test that is nearest to a bound.
+#[must_use]
+pub fn nearest(outcomes: &[Outcome]) -> Table {
+    fn of_test(outcome: &Outcome) -> Option<(&Row, &Figure)> {
+        let figures = outcome.rows.iter().flat_map(|row| row.figures.iter().map(move |figure| (row, figure)));
+        figures.max_by(|(_, a), (_, b)| a.used().total_cmp(&b.used()))
+    }
+    Table::rows("against_reality", outcomes.iter().filter_map(of_test))
+        .col("test", |(row, _)| row.test.to_string())
+        .col("data", |(row, _)| row.data.clone())
+        .col("figure nearest to its bound", |(_, figure)| figure.what.clone())
+        .col("accepted", |(_, figure)| format!("{} to {}", figure.accepted[0], figure.accepted[1]))
+        .col("ours", |(_, figure)| format!("{:.3}", figure.ours))
+        .col("without the term", |(row, figure)| format!("{:.3} ({})", figure.without_term, row.term))
+        .all()
 }
 
 /// A test: its short name, its description in a progress line, and its function.

@@ -23,13 +23,13 @@ mod timing;
 
 pub use accuracy::{Accuracy, DEPTHS_M, SURFACE_DEPTHS_M};
 pub use cycles::{CYCLES_PER_FLOP, m4f_cycles};
-pub use figures::draw;
+pub use figures::figures;
 pub use front::{front, front_of_three};
 pub use moving::{Moving, SPEEDS_MM_PER_S};
 pub use reference::Reference;
-pub use report::{COSTS, ERRORS, Front, FrontPoint, MovingFront, MovingPoint, Quantity, Summary, write};
+pub use report::{COSTS, ERRORS, FrontRow, MovingFrontRow, Quantity, fronts, moving_fronts, rows, terms};
 pub use run::{Measured, Run, measure};
 pub use scope::{Scope, Task};
 pub use survive::{CLEAR_M, Failure, MOST_SUBSTEPS, PressResult, Survival, least_substeps, try_press};
-pub use term_errors::{TermErrors, term_errors, write_term_errors};
+pub use term_errors::{TermErrors, term_errors};
 pub use timing::{TickTime, tick_time};

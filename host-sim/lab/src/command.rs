@@ -11,60 +11,66 @@ mod faults;
 mod paper;
 mod stability;
 
-use palpate_sim::command::Study;
+use std::path::Path;
+
 use palpate_sim::command::campaign::Campaign;
 use palpate_sim::command::merge::MergeArgs;
 use palpate_sim::error::Error;
+use palpate_tissue::shard::Part;
 
-use self::accept::Accept;
-use self::chart::Chart;
-use self::fault_hands::YieldingHands;
-use self::fault_paths::Paths;
-use self::faults::Faults;
-use self::stability::Stability;
+use crate::study::{Runner, Study, start};
+
+type Merge = fn(Vec<Part>, &Path, bool) -> Result<(), Error>;
+
+const fn mergeable<S: Study>() -> (&'static str, Merge) {
+    (S::ID, Runner::<S>::merge)
+}
+
+/// Studies that run in shards.
+const STUDIES: [(&str, Merge); 6] = [
+    mergeable::<accept::Accept>(),
+    mergeable::<chart::Chart>(),
+    mergeable::<faults::Faults>(),
+    mergeable::<fault_paths::Paths>(),
+    mergeable::<fault_hands::YieldingHands>(),
+    mergeable::<stability::Stability>(),
+];
 
 /// Runs a study.
 ///
 /// # Errors
 /// Its input is invalid, or one of its checks failed.
-pub fn run(study: Study<'_>) -> Result<(), Error> {
+pub fn run(study: palpate_sim::command::Study<'_>) -> Result<(), Error> {
+    use palpate_sim::command::Study as Asked;
     match study {
-        Study::Accept(args) => accept::run(args),
-        Study::Chart(args) => chart::run(args),
-        Study::Faults(args) => faults::run(args),
-        Study::Paper(command) => paper::run(command),
-        Study::Stability(args) => stability::run(args),
-        Study::Merge(args) => merge(args),
+        Asked::Accept(args) => start::<accept::Accept>(args.options.clone(), &args.shards, &args.out),
+        Asked::Chart(args) => chart::run(args),
+        Asked::Faults(args) => faults::run(args),
+        Asked::Paper(command) => paper::run(command),
+        Asked::Stability(args) => start::<stability::Stability>(args.options.clone(), &args.shards, &args.out),
+        Asked::Merge(args) => merge(args),
     }
 }
 
 fn merge(args: &MergeArgs) -> Result<(), Error> {
     let parts = args.parts()?;
-    let (out, all) = (&args.out, args.all);
-    let campaign = MergeArgs::campaign(&parts)?.to_owned();
-    match campaign.as_str() {
-        Accept::COMMAND => Accept::merge(parts, out, all),
-        Chart::COMMAND => Chart::merge(parts, out, all),
-        Faults::COMMAND => Faults::merge(parts, out, all),
-        Paths::COMMAND => Paths::merge(parts, out, all),
-        YieldingHands::COMMAND => YieldingHands::merge(parts, out, all),
-        Stability::COMMAND => Stability::merge(parts, out, all),
-        other => Err(MergeArgs::unknown(other)),
+    let study = MergeArgs::campaign(&parts)?.to_owned();
+    match STUDIES.into_iter().find(|(id, _)| *id == study) {
+        Some((_, merge)) => merge(parts, &args.out, args.all),
+        None => Err(MergeArgs::unknown(&study)),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use palpate_sim::command::merge::STUDIES;
+    use palpate_sim::command::merge;
     use palpate_sim::command::options::accept::TESTS;
 
-    use super::*;
+    use super::STUDIES;
 
     #[test]
-    fn palpate_knows_the_names_of_the_campaigns_and_of_the_tests() {
-        let campaigns =
-            [Accept::COMMAND, Chart::COMMAND, Faults::COMMAND, Paths::COMMAND, YieldingHands::COMMAND, Stability::COMMAND];
-        assert_eq!(campaigns, STUDIES);
+    fn palpate_knows_the_names_of_the_studies_and_of_the_tests() {
+        assert_eq!(STUDIES.map(|(id, _)| id), merge::STUDIES);
         assert_eq!(crate::accept::TESTS.map(|(name, ..)| name), TESTS);
     }
 }

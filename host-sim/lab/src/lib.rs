@@ -27,5 +27,6 @@ pub mod paper;
 pub mod paper_method;
 pub mod score;
 pub mod stability;
+pub mod study;
 
 pub use error::Error;

@@ -5,7 +5,6 @@
 //! 004 *local compression deformation of soft tissue* (an abdomen and a foot, pressed).
 
 pub mod local_compression;
-pub mod report;
 pub mod volume_preserved;
 
 /// A progress display.

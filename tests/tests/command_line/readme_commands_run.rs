@@ -70,16 +70,7 @@ fn failure(line: &str) -> Option<String> {
 
 /// Commands that take minutes on one core. Other tests run a quick form of each except the
 /// benchmark.
-const LONG: [&str; 8] = [
-    "accept",
-    "bench",
-    "chart",
-    "faults",
-    "fit --scene",
-    "loop --quick",
-    "paper",
-    "stability",
-];
+const LONG: [&str; 8] = ["accept", "bench", "chart", "faults", "fit --scene", "loop --quick", "paper", "stability"];
 
 #[test]
 fn every_short_command_of_readme_and_book_exits_with_0() {

@@ -1,11 +1,10 @@
 //! The pictures of the chart: one for each combination of stiffness, cost and error.
 
-use super::report::{COSTS, ERRORS};
+use palpate_charts::{Dot, Figure, Level, Plot, ScaledAxis, Series, radius_px};
+
+use super::report::{COSTS, ERRORS, moduli_pa};
 use super::run::{Measured, Run};
-use crate::error::Error;
 use crate::methods::Method;
-use palpate_charts::{MethodPoint, MethodPoints, SpeedAccuracy, speed_accuracy};
-use palpate_tissue::output::OutputFolder;
 
 /// Each cost: label of its axis, budget in the unit of the axis, label of the budget.
 pub(super) const COST_WORDS: [(&str, f64, &str); 2] = [
@@ -19,110 +18,92 @@ pub(super) const ERROR_WORDS: [(&str, &str); 3] = [
     ("force while the probe moves", "RMS force error in ramps of 40, 100, 200 and a tap of 500 mm/s [% of the peak]"),
 ];
 
-/// Draws the pictures for rows whose times were measured on `processor`; returns the names of the
-/// written pictures without their extension. A quantity without a reference has no picture.
-///
-/// # Errors
-/// Fails if a picture cannot be drawn or written.
-pub fn draw(folder: &OutputFolder, runs: &[Run], processor: &str) -> Result<Vec<String>, Error> {
-    let mut moduli: Vec<f64> = runs.iter().map(|r| r.task.youngs_modulus_pa).collect();
-    moduli.dedup();
+/// Point of a method, for one mesh and one split of its substeps.
+#[derive(Clone, Debug)]
+pub(super) struct Point {
+    pub nodes: usize,
+    /// Number of parts into which each substep is divided; the points of a split are joined.
+    pub split: u16,
+    /// Cost and error.
+    pub at: (f64, f64),
+    pub survived: bool,
+}
+
+/// Points of some runs, with cost and error as `of` reads them.
+pub(super) fn points<'a>(runs: impl Iterator<Item = &'a Run>, of: impl Fn(&Measured) -> Option<(f64, f64)>) -> Vec<Point> {
+    let point = |run: &Run| {
+        let at = of(run.outcome.as_ref().ok()?)?;
+        Some(Point { nodes: run.task.nodes, split: run.task.refinement, at, survived: run.survived().is_some() })
+    };
+    runs.filter_map(point).collect()
+}
+
+/// Cost against error of several methods, with the front of those that survived.
+pub(super) fn scatter(x: &str, y: &str, budget: Option<(f64, &str)>, methods: &[(&str, Vec<Point>)]) -> Plot {
+    let places: Vec<&Point> = methods.iter().flat_map(|(_, points)| points).collect();
+    let survived: Vec<(f64, f64)> = places.iter().map(|p| if p.survived { p.at } else { (f64::NAN, f64::NAN) }).collect();
+    let front: Vec<(f64, f64)> = super::front(&survived).into_iter().map(|n| survived[n]).collect();
+    let mut series = Vec::new();
+    for (name, points) in methods {
+        let dot = |p: &Point| {
+            let split = if p.split > 1 { format!(" x{}", p.split) } else { String::new() };
+            let label = if front.contains(&p.at) { format!("{name} {}{split}", p.nodes) } else { String::new() };
+            Dot { radius_px: radius_px(p.nodes), hollow: !p.survived, label, ..Dot::from(p.at) }
+        };
+        let mut splits: Vec<u16> = points.iter().map(|p| p.split).collect();
+        splits.sort_unstable();
+        splits.dedup();
+        // a method without points keeps its place among the looks
+        let splits = if splits.is_empty() { vec![1] } else { splits };
+        series.extend(splits.into_iter().map(|split| {
+            let dots = points.iter().filter(|p| p.split == split).map(dot).collect();
+            Series { joined: true, ..Series::dots(*name, dots) }
+        }));
+    }
+    let budget = budget.map(|(at, name)| Level::new(name, at));
+    Plot { budget, front, ..Plot::new(ScaledAxis::log(x), ScaledAxis::log(y), series) }
+}
+
+/// The pictures for rows whose times were measured on `processor`. A quantity without a reference
+/// has no picture. The last compares, for each stiffness, the moving error with the held one of all
+/// models whose tick takes at most a millisecond.
+#[must_use]
+pub fn figures(runs: &[Run], processor: &str) -> Vec<Figure> {
     let below = format!(
-        "80 x 80 x 40 mm block, hemisphere R = 8 mm, substeps to survive 8 mm; {processor}; {}",
+        "80 x 80 x 40 mm block, hemisphere R = 8 mm, substeps to survive 8 mm (hollow: did not); {processor}; {}",
         palpate_tissue::machine::build()
     );
-    let below = match runs.iter().any(|r| r.task.refinement > 1) {
-        true => format!("{below}; lines: one split"),
-        false => below,
-    };
-    let mut names = Vec::new();
-    for &modulus_pa in &moduli {
-        for ((cost_name, cost), (cost_axis, budget, budget_name)) in COSTS.into_iter().zip(COST_WORDS) {
-            for ((error_name, error), (what, error_axis)) in ERRORS.into_iter().zip(ERROR_WORDS) {
+    let mut figures = Vec::new();
+    for modulus_pa in moduli_pa(runs) {
+        let kpa = modulus_pa * 1e-3;
+        let methods = |of: &dyn Fn(&Measured) -> Option<(f64, f64)>| {
+            let own = |m: Method| runs.iter().filter(move |r| r.task.method == m && r.task.youngs_modulus_pa == modulus_pa);
+            Method::ALL.map(|method| (method.name(), points(own(method), of)))
+        };
+        let mut add = |name: String, title: String, plot: Plot| {
+            if plot.series.iter().any(|s| !s.dots.is_empty()) {
+                figures.push(Figure::plot(name, title, below.as_str(), plot));
+            }
+        };
+        for ((cost_name, cost), (x, budget, budget_name)) in COSTS.into_iter().zip(COST_WORDS) {
+            for ((error_name, error), (what, y)) in ERRORS.into_iter().zip(ERROR_WORDS) {
                 // cycles are drawn in thousands
                 let scale = if cost_name == "m4f_cycles" { 1e-3 } else { 1.0 };
-                let methods = methods(runs, modulus_pa, |m| Some((cost(m)? * scale, error(m)?)));
-                if methods.iter().all(|m| m.points.is_empty()) {
-                    continue;
-                }
-                let kpa = modulus_pa * 1e-3;
-                let name = format!("{error_name}_over_{cost_name}_{kpa}kpa");
-                let front = front_of(&methods);
-                let chart = SpeedAccuracy {
-                    title: &format!("Speed against accuracy of the {what}, {kpa} kPa"),
-                    below: &below,
-                    cost: cost_axis,
-                    error: error_axis,
-                    budget: Some((budget, budget_name)),
-                    methods: &methods,
-                    front: &front,
-                };
-                speed_accuracy(folder.draft(), &name, &chart)?;
-                names.push(name);
+                let methods = methods(&|m| Some((cost(m)? * scale, error(m)?)));
+                add(
+                    format!("{error_name}_over_{cost_name}_{kpa}kpa"),
+                    format!("Speed against accuracy of the {what}, {kpa} kPa"),
+                    scatter(x, y, Some((budget, budget_name)), &methods),
+                );
             }
         }
-    }
-    names.extend(moving_pictures(folder, runs, &below)?);
-    Ok(names)
-}
-
-/// Moving error over held error of every model whose tick takes at most a millisecond, one picture
-/// per stiffness. The front consists of those that none of the others beats in both errors.
-fn moving_pictures(folder: &OutputFolder, runs: &[Run], below: &str) -> Result<Vec<String>, Error> {
-    let mut moduli: Vec<f64> = runs.iter().map(|r| r.task.youngs_modulus_pa).collect();
-    moduli.dedup();
-    let mut names = Vec::new();
-    for modulus_pa in moduli {
-        let errors = |m: &Measured| {
+        let methods = methods(&|m| {
             let within = m.time.min_us <= COST_WORDS[0].1;
             within.then_some((m.accuracy.rms_pct()?, m.moving_rms_pct()?))
-        };
-        let methods = methods(runs, modulus_pa, errors);
-        if methods.iter().all(|m| m.points.is_empty()) {
-            continue;
-        }
-        let (kpa, front) = (modulus_pa * 1e-3, front_of(&methods));
-        let name = format!("moving_over_held_{kpa}kpa");
-        let chart = SpeedAccuracy {
-            title: &format!("Error while moving against error when held, ticks under 1 ms, {kpa} kPa"),
-            below,
-            cost: "RMS force error of held presses at 1, 2, 4 and 8 mm [%]",
-            error: ERROR_WORDS[2].1,
-            budget: None,
-            methods: &methods,
-            front: &front,
-        };
-        speed_accuracy(folder.draft(), &name, &chart)?;
-        names.push(name);
+        });
+        let x = "RMS force error of held presses at 1, 2, 4 and 8 mm [%]";
+        let title = format!("Error while moving against error when held, ticks under 1 ms, {kpa} kPa");
+        add(format!("moving_over_held_{kpa}kpa"), title, scatter(x, ERROR_WORDS[2].1, None, &methods));
     }
-    Ok(names)
-}
-
-fn methods(runs: &[Run], modulus_pa: f64, of: impl Fn(&Measured) -> Option<(f64, f64)>) -> Vec<MethodPoints<'static>> {
-    let points = |method: Method| {
-        let rows = runs.iter().filter(|r| r.task.method == method && r.task.youngs_modulus_pa == modulus_pa);
-        let point = |run: &Run| {
-            let (cost, error) = of(run.outcome.as_ref().ok()?)?;
-            Some(MethodPoint {
-                nodes: run.task.nodes,
-                split: run.task.refinement,
-                cost,
-                error,
-                survived: run.survived().is_some(),
-            })
-        };
-        MethodPoints { name: method.name(), points: rows.filter_map(point).collect() }
-    };
-    Method::ALL.map(points).into()
-}
-
-pub(super) fn front_of(methods: &[MethodPoints]) -> Vec<(usize, usize)> {
-    let places: Vec<(usize, usize)> =
-        methods.iter().enumerate().flat_map(|(m, method)| (0..method.points.len()).map(move |p| (m, p))).collect();
-    let at = |&(m, p): &(usize, usize)| {
-        let point: &MethodPoint = &methods[m].points[p];
-        if point.survived { (point.cost, point.error) } else { (f64::NAN, f64::NAN) }
-    };
-    let points: Vec<(f64, f64)> = places.iter().map(at).collect();
-    super::front(&points).into_iter().map(|n| places[n]).collect()
+    figures
 }

@@ -11,9 +11,9 @@ mod press;
 mod searched;
 mod table;
 
-pub use compare::{Compared, Factors, RAMPS_MM_PER_S, compare, least, same_meshes, write_compared};
+pub use compare::{Compared, Factors, RAMPS_MM_PER_S, add, compare, least, same_meshes};
 pub use grid::{GRIDS, grid, grid_name};
-pub use picture::draw_peers;
+pub use picture::figures;
 pub use press::{MODULI_PA, PeerMesh, StandardPress, meshes, on_grid};
 pub use searched::searched;
-pub use table::{Peer, PeerError, Peers, columns};
+pub use table::{Peer, Peers, columns};

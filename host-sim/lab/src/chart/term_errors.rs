@@ -14,7 +14,6 @@ use crate::error::Error;
 use crate::methods::{Block, Method, RunningMethod};
 use palpate::{MOST_TERMS, Params, PronyTerm, Vector3};
 use palpate_tissue::error::Error as TissueError;
-use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 
 /// Finite-element forces of the Fung-Demiray law, by exponent and place.
@@ -95,23 +94,6 @@ pub fn term_errors(method: Method, block: &Block) -> Result<Option<TermErrors>, 
         stiffening_pct: deep.map(|force_n| error_pct(force_n, terms.stiffened_m2 * e_pa)),
         sideways_pct: sideways.map(|ratio| error_pct(ratio, FRICTION)),
     }))
-}
-
-/// Writes `terms.csv`.
-///
-/// # Errors
-/// The folder cannot be written.
-pub fn write_term_errors(folder: &OutputFolder, errors: &[TermErrors]) -> Result<(), Error> {
-    let mut text = String::from(
-        "method,nodes,has_terms,substeps,substeps_stiffening,held_1s_error_pct,held_10s_error_pct,stiffening_error_pct,sideways_error_pct\n",
-    );
-    for row in errors {
-        let [one, ten] = row.held_pct;
-        let cells = [one, ten, row.stiffening_pct, row.sideways_pct].map(|pct| pct.map_or(String::new(), |p| format!("{p:.2}")));
-        let [elastic, stiffening] = row.substeps;
-        text += &format!("{},{},{},{elastic},{stiffening},{}\n", row.method.name(), row.nodes, row.has_terms, cells.join(","));
-    }
-    Ok(folder.write("terms.csv", text.as_bytes())?)
 }
 
 /// The relaxation terms and the reference of the stiffening tissue.

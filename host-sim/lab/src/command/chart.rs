@@ -1,21 +1,15 @@
 //! The command `palpate chart`.
 
-mod peer_report;
-
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use crate::chart::peers::{Peers, StandardPress};
-use crate::chart::{
-    FrontPoint, MovingPoint, Reference, Run, Scope, Summary, Task, TermErrors, draw, measure, term_errors, write,
-    write_term_errors,
-};
+use crate::chart::peers::{self, Peers, StandardPress};
+use crate::chart::{Reference, Run, Scope, Task, TermErrors, figures, fronts, measure, moving_fronts, rows, term_errors, terms};
 use crate::methods::{Block, Method};
-use palpate_sim::command::campaign::Campaign;
+use crate::study::{Findings, Study, Table, start};
 use palpate_sim::command::options::chart::{ChartArgs, ChartOptions};
 use palpate_sim::command::progress::Steps;
-use palpate_sim::command::verdict::Verdict;
 use palpate_sim::error::Error;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
@@ -25,7 +19,15 @@ const NODES: usize = 410;
 const QUICK_NODES: usize = 130;
 const TERMS_PA: f64 = 20e3;
 
-/// The campaign of all methods at the same press.
+/// Conditions that all methods share, conditions in which they differ, and origin of the cycle
+/// estimates.
+const TERMS: [&str; 3] = [
+    "contact: the same foundation points and law for all but implicit and compliance, which have unilateral contact at the nodes",
+    "mass floor and damping: the same for all but implicit (true masses) and compliance (no masses)",
+    "m4f_cycles are estimates: of ours from instruction counts, of the others from counted floating-point operations",
+];
+
+/// All methods at the same press.
 pub(super) struct Chart {
     options: ChartOptions,
     scope: Scope,
@@ -46,13 +48,13 @@ pub(super) fn run(args: &ChartArgs) -> Result<(), Error> {
         println!("wrote {}: press.json", folder.publish()?.display());
         return Ok(());
     }
-    Chart::start(args.options.clone(), &args.shards, &args.out)
+    start::<Chart>(args.options.clone(), &args.shards, &args.out)
 }
 
-impl Campaign for Chart {
+impl Study for Chart {
+    const ID: &'static str = "chart";
     type Options = ChartOptions;
-    type Counts = Rows;
-    const COMMAND: &'static str = "chart";
+    type Row = Rows;
 
     fn load(options: ChartOptions) -> Result<Self, Error> {
         let mut scope = if options.quick { Scope::quick(options.moving) } else { Scope::full(options.moving) };
@@ -74,55 +76,59 @@ impl Campaign for Chart {
         (self.groups().count() + of_terms) as u64
     }
 
-    fn run(&self, cases: Range<u64>) -> Result<Rows, Error> {
+    fn run(&self, cases: Range<u64>) -> Result<Vec<Rows>, Error> {
         // the numbers of the cases count the groups of rows first, then the terms
         let (first, end, groups) = (cases.start as usize, cases.end as usize, self.groups().count());
         let runs = self.measure(first.min(groups)..end.min(groups))?;
         let terms = self.terms(first.saturating_sub(groups)..end.saturating_sub(groups))?;
-        Ok(Rows { runs, terms })
+        Ok(vec![Rows { runs, terms }])
     }
 
-    fn add(rows: &mut Rows, next: Rows) {
-        rows.runs.extend(next.runs);
-        rows.terms.extend(next.terms);
-    }
-
-    fn report(&self, folder: OutputFolder, Rows { runs, terms }: Rows, all: bool) -> Result<(), Error> {
-        let summary = Summary::of(&runs, &self.options.processor);
-        write(&folder, &runs, &summary)?;
-        draw(&folder, &runs, &self.options.processor)?;
-        let verdict = Verdict::ok(in_words(&summary)).first();
-        if all {
-            print_table(&runs);
+    fn findings(&self, parts: Vec<Rows>) -> Result<Findings, Error> {
+        let (mut runs, mut errors) = (Vec::new(), Vec::new());
+        for part in parts {
+            runs.extend(part.runs);
+            errors.extend(part.terms);
         }
-        print_fronts(&summary, all);
-        if !all {
-            println!(
-                "\n--all prints a row per method, size and stiffness, and the same tables over estimated cycles of a Cortex-M4F"
-            );
+        let (fronts, moving_fronts) = (fronts(&runs), moving_fronts(&runs));
+        let timed = || fronts.iter().filter(|point| point.cost == "tick_us");
+        let ours = timed().filter(|point| point.method.starts_with("palpate")).count();
+        let survived = runs.iter().filter(|run| run.survived().is_some()).count();
+        let shown = fronts.iter().map(|point| point.cost == "tick_us").collect::<Vec<_>>();
+        let about = format!(
+            "rows that no other beats in both cost and error, from cheap to accurate; times are of {}; {}",
+            self.options.processor,
+            palpate_tissue::machine::build()
+        );
+        let mut findings = Findings {
+            headline: format!(
+                "{survived} of {} rows survive the press to 8 mm; {ours} of the {} rows that no other beats in both tick time and error are ours",
+                runs.len(),
+                timed().count()
+            ),
+            tables: vec![
+                Table::of("fronts", &fronts)?.about(about).only(shown),
+                Table::of("moving_fronts", &moving_fronts)?
+                    .about("rows that no other beats in tick time, held and moving error together"),
+                rows("chart", &runs).only(|_| false),
+            ],
+            figures: figures(&runs, &self.options.processor),
+            notes: TERMS.map(str::to_owned).into(),
+            ..Findings::default()
+        };
+        findings.fact("rows", runs.len());
+        findings.fact("survived", survived);
+        if moving_fronts.is_empty() {
+            findings.tables.remove(1);
         }
         if let Some(peers) = &self.peers {
-            peer_report::add(&folder, peers, &runs, self.options.moving)?;
+            peers::add(&mut findings, peers, &runs, self.options.moving)?;
         }
         if self.options.terms {
-            write_term_errors(&folder, &terms)?;
-            print_terms(&terms);
+            findings.tables.push(terms(&errors));
         }
-        println!("\nwrote {}: summary.json, chart.csv, pictures as SVG and PNG", folder.publish()?.display());
-        verdict.last()
+        Ok(findings)
     }
-}
-
-/// Says how many methods survived, and how many points of the front belong to our models.
-fn in_words(summary: &Summary) -> String {
-    let points = || summary.fronts.iter().filter(|front| front.cost == "tick_us").flat_map(|front| &front.points);
-    let ours = points().filter(|point| point.method.starts_with("palpate")).count();
-    format!(
-        "{} of {} rows survive the press to 8 mm; {ours} of the {} rows that no other beats in both tick time and error are ours",
-        summary.survived,
-        summary.rows,
-        points().count()
-    )
 }
 
 /// Whether a row is among the requested ones.
@@ -187,93 +193,5 @@ impl Chart {
         }
         steps.finish();
         Ok(found)
-    }
-}
-
-fn print_terms(errors: &[TermErrors]) {
-    println!(
-        "\nerror where the tissue relaxes, stiffens, rubs; ours with these terms, the others have none\n{:<22} {:>5} {:>6} {:>12} {:>12} {:>14} {:>12}",
-        "method", "nodes", "terms", "held 1 s %", "held 10 s %", "b 10, 6 mm %", "sideways %"
-    );
-    let said = |pct: Option<f64>| pct.map_or("diverges".into(), |pct| format!("{pct:+.1}"));
-    for row in errors {
-        let ([one, ten], has) = (row.held_pct.map(said), if row.has_terms { "with" } else { "none" });
-        let (deep, sideways) = (said(row.stiffening_pct), said(row.sideways_pct));
-        println!("{:<22} {:>5} {has:>6} {one:>12} {ten:>12} {deep:>14} {sideways:>12}", row.method.name(), row.nodes);
-    }
-}
-
-fn print_table(runs: &[Run]) {
-    println!(
-        "{:<22} {:>5} {:>5} {:>5} {:>9} {:>8} {:>30} {:>6} {:>8} {:>8} {:>6} {:>8}",
-        "method",
-        "nodes",
-        "kPa",
-        "steps",
-        "us/tick",
-        "x spring",
-        "force error % 1/2/4/8 mm",
-        "RMS %",
-        "u2 mm",
-        "u4 mm",
-        "min J",
-        "moving %"
-    );
-    for run in runs {
-        let task = run.task;
-        print!("{:<22} {:>5} {:>5}", task.method.name(), task.nodes, task.youngs_modulus_pa * 1e-3);
-        let Ok(m) = &run.outcome else {
-            println!("   {}", run.verdict());
-            continue;
-        };
-        let or_dash = |v: Option<f64>, digits: usize| v.map_or("-".into(), |v| format!("{v:.digits$}"));
-        let signed = |v: Option<f64>| v.map_or("-".into(), |v| format!("{v:+.1}"));
-        let [u2, u4] = m.accuracy.surface_error_mm;
-        let errors = m.accuracy.force_error_pct.map(signed).join(" ");
-        let (us, springs, rms) = (m.time.min_us, m.time.times_springs, or_dash(m.accuracy.rms_pct(), 1));
-        print!(" {:>5} {us:>9.1} {springs:>8.1} {errors:>30} {rms:>6}", m.substeps);
-        let moving = match m.moving {
-            Some(Err(_)) => "diverges".into(),
-            _ => or_dash(m.moving_rms_pct(), 1),
-        };
-        print!(" {:>8} {:>8} {:>6.2} {moving:>8}", or_dash(u2, 3), or_dash(u4, 3), m.trial.min_j);
-        println!("{}", m.trial.failure.map_or(String::new(), |f| format!("  {f}")));
-    }
-}
-
-/// Name of a cost or an error of a front, in words.
-fn meaning(name: &str) -> &str {
-    match name {
-        "tick_us" => "the time of a tick on this machine [us]",
-        "m4f_cycles" => "the cycles of a tick on a Cortex-M4F, by estimate",
-        "force_rms_pct" => "the error of the held force [% rms]",
-        "surface_mm" => "the error of the surface [mm]",
-        "moving_rms_pct" => "the error of the force while the probe moves [% rms]",
-        other => other,
-    }
-}
-
-/// Prints tables of errors against tick time, and with `all` also against estimated cycles.
-fn print_fronts(summary: &Summary, all: bool) {
-    println!("times are of {}; {}", summary.machine, summary.build);
-    println!(
-        "each table: the rows that no other beats in both cost and error, from cheap to accurate; the first, of the force, matters most"
-    );
-    for front in summary.fronts.iter().filter(|front| all || front.cost != "m4f_cycles") {
-        println!("\nat {} kPa: {}, against {}", front.youngs_modulus_pa * 1e-3, meaning(front.cost), meaning(front.error));
-        println!("{:<22} {:>5} {:>8} {:>14} {:>14}", "method", "nodes", "substeps", front.cost, front.error);
-        for FrontPoint { method, nodes, substeps, cost, error } in &front.points {
-            println!("{method:<22} {nodes:>5} {substeps:>8} {cost:>14.1} {error:>14.3}");
-        }
-    }
-    for front in &summary.moving_fronts {
-        println!(
-            "\nat {} kPa: tick time, held and moving error together; no other row is as good in all three",
-            front.youngs_modulus_pa * 1e-3
-        );
-        println!("{:<22} {:>5} {:>5} {:>9} {:>7} {:>8}", "method", "nodes", "steps", "us/tick", "held %", "moving %");
-        for MovingPoint { method, nodes, substeps, tick_us, held_rms_pct, moving_rms_pct } in &front.points {
-            println!("{method:<22} {nodes:>5} {substeps:>5} {tick_us:>9.1} {held_rms_pct:>7.1} {moving_rms_pct:>8.1}");
-        }
     }
 }

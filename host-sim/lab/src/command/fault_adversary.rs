@@ -1,31 +1,30 @@
 //! The command `palpate faults --adversary`.
 
-use std::path::Path;
+use std::ops::Range;
 
 use crate::faults::paths::PathGround;
 use crate::faults::yielding::{Adversary, Aim, Bounds, GENES, Genes, Outcome, RunLength, YieldingCase};
 use palpate::BuildError;
 use palpate::haptic::account::AccountSettings;
-use palpate_tissue::Error as TissueError;
-use palpate_tissue::output::OutputFolder;
-use serde::Serialize;
-
 use palpate_sim::command::options::faults::RUN_DIGITS;
 use palpate_sim::command::progress::Progress;
-use palpate_sim::command::verdict::Verdict;
 use palpate_sim::error::Error;
-use palpate_sim::provenance;
+use serde::{Deserialize, Serialize};
+
+use crate::study::{Claim, Findings, Study, Table};
 
 /// Rounds of a search, and with `--quick`.
 pub(super) const ROUNDS: u64 = 60;
 pub(super) const QUICK_ROUNDS: u64 = 4;
+/// Quantities that are searched for, in the order of [`Aim::ALL`].
+const SEARCHED_FOR: [&str; 3] = ["share of the bound", "energy of a contact", "vibration"];
 
 // the command line counts the digits before the evidence is built
 const _: () = assert!(RUN_DIGITS == 4 * GENES);
 
 /// Genes of a run, and what its hand may do.
 #[derive(Clone, Copy, Debug)]
-struct NamedRun(Bounds, Genes);
+pub(super) struct NamedRun(Bounds, Genes);
 
 impl std::str::FromStr for NamedRun {
     type Err = String;
@@ -43,19 +42,27 @@ impl std::fmt::Display for NamedRun {
     }
 }
 
-/// Contents of `summary.json`.
-#[derive(Serialize)]
-struct Summary {
-    seed: u64,
-    rounds: u64,
-    runs: u64,
-    worst: Vec<WorstRun>,
+/// The settings that determine the runs.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Options {
+    pub seed: u64,
+    pub rounds: u64,
+    /// A run to be made again, instead of a search.
+    #[serde(skip)]
+    pub again: Option<NamedRun>,
+}
+
+/// A search for each aim, or one run.
+pub(super) struct Search {
+    options: Options,
+    ground: PathGround,
 }
 
 /// The worst run of a search.
-#[derive(Serialize)]
-struct WorstRun {
-    searched_for: &'static str,
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct WorstRun {
+    searched_for: String,
+    runs: u64,
     share_of_bound: f64,
     given_mj: f64,
     created_in_a_contact_mj: f64,
@@ -68,12 +75,13 @@ struct WorstRun {
     case: String,
 }
 
-impl WorstRun {
-    fn of(ground: &PathGround, searched_for: &'static str, named: NamedRun, outcome: &Outcome) -> Self {
-        let case = YieldingCase::of(ground, &named.1, &ground.devices[0], named.0);
+impl Search {
+    fn worst(&self, searched_for: &str, runs: u64, named: NamedRun, outcome: &Outcome) -> WorstRun {
+        let case = YieldingCase::of(&self.ground, &named.1, &self.ground.devices[0], named.0);
         let bound = case.bound(&AccountSettings::DEFAULT);
-        Self {
-            searched_for,
+        WorstRun {
+            searched_for: searched_for.to_owned(),
+            runs,
             share_of_bound: outcome.given.share,
             given_mj: outcome.given.most_j * 1e3,
             created_in_a_contact_mj: Aim::Created.value(outcome).max(0.0) * 1e3,
@@ -83,59 +91,74 @@ impl WorstRun {
             hand_m_per_s2: outcome.hand_m_per_s2,
             faults: outcome.faults,
             genes: named.to_string(),
-            case: case.in_words(ground),
+            case: case.in_words(&self.ground),
         }
-    }
-
-    fn print(&self) {
-        println!(
-            "{}: {:.4} of the bound ({:.3} mJ at once, {:.3} mJ in ten seconds), {:.4} mJ given, {:.4} mJ in a contact, {:.0} mN, hand {:.0} m/s^2, {} faults",
-            self.searched_for,
-            self.share_of_bound,
-            self.at_once_mj,
-            self.in_ten_seconds_mj,
-            self.given_mj,
-            self.created_in_a_contact_mj,
-            self.vibration_mn,
-            self.hand_m_per_s2,
-            self.faults
-        );
-        println!("  {}\n  again: palpate faults --adversary --genes {}", self.case, self.genes);
     }
 }
 
-/// Searches for the worst runs, or runs these genes again.
-pub(super) fn search(out: &Path, seed: u64, rounds: u64, again: Option<&str>) -> Result<(), Error> {
-    let folder = OutputFolder::open(out)?.made_by(provenance::of(None));
-    let ground = PathGround::load()?;
-    let adversary = Adversary { ground: &ground, seed, length: RunLength::FULL };
-    let run = |searched_for, named: NamedRun| -> Result<WorstRun, BuildError> {
-        Ok(WorstRun::of(&ground, searched_for, named, &adversary.try_genes(&named.1, named.0, &|_| ())?))
-    };
-    let (mut worst, mut runs) = (Vec::new(), 0);
-    if let Some(text) = again {
-        let named = text.parse().map_err(|e| Error::from(TissueError::Usage(e)))?;
-        worst.push(run("this run", named)?);
-        runs += 1;
-    } else {
-        let progress = Progress::new(Adversary::runs(rounds) * Aim::ALL.len() as u64, "runs");
-        for (aim, searched_for) in Aim::ALL.into_iter().zip(["share of the bound", "energy of a contact", "vibration"]) {
-            let found = adversary.search(aim, rounds, |_| (), |n| progress.inc(n))?;
-            worst.push(run(searched_for, NamedRun(aim.bounds(), found.genes))?);
-            runs += found.runs;
-        }
-        progress.finish();
+impl Study for Search {
+    const ID: &'static str = "faults --adversary";
+    type Options = Options;
+    type Row = WorstRun;
+
+    fn load(options: Options) -> Result<Self, Error> {
+        Ok(Self { options, ground: PathGround::load()? })
     }
-    let most = worst.iter().map(|run| run.share_of_bound).fold(0.0, f64::max);
-    // written so that NaN fails
-    let judged = if most <= 1.0 {
-        Ok(())
-    } else {
-        Err(Error::from(TissueError::Check(format!("a hand was given {most:.3} times the bound of its device"))))
-    };
-    let verdict = Verdict::of(judged, || format!("the worst of {runs} runs gives {most:.4} of its bound"))?.first();
-    worst.iter().for_each(WorstRun::print);
-    folder.write_summary(&Summary { seed, rounds, runs, worst })?;
-    println!("wrote {}: summary.json", folder.publish()?.display());
-    verdict.last()
+
+    fn options(&self) -> &Options {
+        &self.options
+    }
+
+    fn cases(&self) -> u64 {
+        if self.options.again.is_some() { 1 } else { Aim::ALL.len() as u64 }
+    }
+
+    fn run(&self, cases: Range<u64>) -> Result<Vec<WorstRun>, Error> {
+        let adversary = Adversary { ground: &self.ground, seed: self.options.seed, length: RunLength::FULL };
+        let run = |searched_for, runs, named: NamedRun| -> Result<WorstRun, BuildError> {
+            Ok(self.worst(searched_for, runs, named, &adversary.try_genes(&named.1, named.0, &|_| ())?))
+        };
+        if let Some(named) = self.options.again {
+            return Ok(vec![run("this run", 1, named)?]);
+        }
+        let progress = Progress::new(Adversary::runs(self.options.rounds) * (cases.end - cases.start), "runs");
+        let search = |n: u64| -> Result<WorstRun, BuildError> {
+            let aim = Aim::ALL[n as usize];
+            let found = adversary.search(aim, self.options.rounds, |_| (), |n| progress.inc(n))?;
+            run(SEARCHED_FOR[n as usize], found.runs, NamedRun(aim.bounds(), found.genes))
+        };
+        let worst = cases.map(search).collect::<Result<_, _>>()?;
+        progress.finish();
+        Ok(worst)
+    }
+
+    fn findings(&self, worst: Vec<WorstRun>) -> Result<Findings, Error> {
+        let most = worst.iter().map(|run| run.share_of_bound).fold(0.0, f64::max);
+        let again = |run: &WorstRun| format!("{}\n  again: palpate faults --adversary --genes {}", run.case, run.genes);
+        let mut findings = Findings {
+            // written so that NaN fails
+            claims: vec![Claim::promise(
+                "share of the bound of its device that a hand is given",
+                "at most 1",
+                format!("{most:.4} in the worst of {} runs", worst.iter().map(|run| run.runs).sum::<u64>()),
+                most <= 1.0,
+            )],
+            tables: vec![Table::of("adversary", &worst)?.columns(&[
+                "searched_for",
+                "share_of_bound",
+                "at_once_mj",
+                "in_ten_seconds_mj",
+                "given_mj",
+                "created_in_a_contact_mj",
+                "vibration_mn",
+                "hand_m_per_s2",
+                "faults",
+            ])],
+            notes: worst.iter().map(again).collect(),
+            ..Findings::default()
+        };
+        findings.fact("seed", self.options.seed);
+        findings.fact("rounds", self.options.rounds);
+        Ok(findings)
+    }
 }

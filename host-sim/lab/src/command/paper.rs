@@ -14,13 +14,13 @@ pub(super) fn run(command: &PaperCommand) -> Result<(), Error> {
             let (scene, quick, solve) = (args.scene.clone(), args.quick, args.solve);
             let options = volume_preserved::Options { scene, quick, solve, provenance: provenance::of(None) };
             let folder = folder(args.out.as_ref(), "volume-preserved");
-            Ok(volume_preserved::run(&options, &folder, &Status::start())?)
+            volume_preserved::run(&options, &folder, &Status::start())
         }
         PaperCommand::LocalCompression(args) => {
             let (scene, quick) = (args.scene.clone(), args.quick);
             let options = local_compression::Options { quick, scene, provenance: provenance::of(None) };
             let folder = folder(args.out.as_ref(), "local-compression");
-            Ok(local_compression::run(&options, &folder, &Status::start())?)
+            local_compression::run(&options, &folder, &Status::start())
         }
     }
 }

@@ -19,7 +19,6 @@ pub mod scene;
 pub mod site;
 pub mod steps;
 mod study;
-mod summary;
 pub mod sweep;
 pub mod truth;
 
@@ -27,8 +26,8 @@ use std::path::Path;
 
 use crate::error::Error;
 use crate::paper::Progress;
-use crate::paper::report::{Report, print_claims, verdict};
 use palpate_tissue::output::OutputFolder;
+use palpate_tissue::scene::SceneError;
 use progress::AnnealingProgress;
 use scene::{PRESETS, PressScene};
 use site::Site;
@@ -51,12 +50,12 @@ pub struct Options {
 /// # Errors
 /// Fails if the scene is invalid, if the core or a method rejects the model, or if the folder
 /// cannot be written.
-pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), Error> {
+pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), palpate_sim::error::Error> {
     let size = if options.quick { Size::quick() } else { Size::full() };
     let names = options.scene.clone().map_or_else(|| PRESETS.map(|(name, _)| name.to_owned()).to_vec(), |name| vec![name]);
     // all scenes are checked before anything is computed
-    let scenes = names.iter().map(|name| PressScene::load(name)).collect::<Result<Vec<_>, _>>()?;
-    let sites = scenes.iter().map(|scene| Site::of(scene, size.coarser)).collect::<Result<Vec<_>, _>>()?;
+    let scenes = names.iter().map(|name| PressScene::load(name)).collect::<Result<Vec<_>, SceneError>>().map_err(Error::from)?;
+    let sites = scenes.iter().map(|scene| Site::of(scene, size.coarser)).collect::<Result<Vec<_>, Error>>()?;
     let folder = OutputFolder::open(out)?.made_by(options.provenance.clone());
     let trials = 2 * size.trials[0] + scenes.len() * size.trials[1];
     let annealing = AnnealingProgress::new(progress, trials);
@@ -67,26 +66,8 @@ pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(),
     }
     progress.clear();
 
-    let machine = palpate_tissue::machine::processor();
-    let mut report = Report::new("Paper 004, local compression deformation of soft tissue: its figures, run here");
-    let names: Vec<&str> = organs.iter().map(|o| o.scene.name.as_str()).collect();
-    report.say(format!(
-        "Scenes: the standard block ({:.0} kPa) and {}. Machine: {machine}. {}The paper's tomography and its finite-element model are not public: organs are shapes of our own, \
-         truth is our own finite elements. Its formulas (2), (4)-(9), (12), (13) are lost in the text we have and reconstructed. Table 1 and (14): host-sim/lab/src/score.",
-        study::BLOCK_PA * 1e-3,
-        names.join(", "),
-        if options.quick { "Quick run: few forces, few trials at each temperature, coarse organs. " } else { "" },
-    ));
-    report::pictures(&mut report, &folder, &organs)?;
-    report::annealing(&mut report, &folder, &block, &organs)?;
-    report::sweeps(&mut report, &folder, &machine, &block, &organs)?;
-    report::failures(&mut report, &folder, &block)?;
-    summary::write(&folder, options.quick, &block, &organs, report.claims())?;
-    let claims = report.claims().to_vec();
-    folder.write("report.md", report.finish().as_bytes())?;
-    println!("{}", verdict(&claims, &[]));
-    summary::print(&block, &organs);
-    print_claims(&claims, &folder.publish()?);
-    println!("{}", verdict(&claims, &[]));
-    Ok(())
+    let mut findings = report::findings(&folder, options.quick, &block, &organs)?;
+    findings.fact("paper", "local-compression");
+    findings.fact("quick", options.quick);
+    findings.report(folder, true)
 }

@@ -86,7 +86,7 @@ const WEIGHT_M_PER_S2: [f64; 3] = [0.0, 0.0, -9.81];
 /// # Errors
 /// Fails if the scene is invalid, if the finite elements do not converge, or if a promise of the
 /// product did not hold.
-pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), Error> {
+pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), palpate_sim::error::Error> {
     let scene = HangingScene::load(&options.scene)?;
     let sizes: &[usize] = if options.quick { &[1] } else { &[0, 1] };
     let assemblies = sizes.iter().map(|at| assemble(&scene, *at)).collect::<Result<Vec<_>, _>>()?;
@@ -114,16 +114,18 @@ pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(),
     progress.say("steps that survive".into());
     let steps = Steps::measure(&sparse.assembly, options.quick)?;
     progress.clear();
-    let findings = report::Findings {
+    let found = report::Measurements {
         scene: &scene,
         resolutions: &resolutions,
         weighed: weighed.as_ref(),
         subdivided: subdivided.as_ref(),
         steps: &steps,
-        quick: options.quick,
-        elapsed_s: started.elapsed().as_secs_f64(),
     };
-    report::write(&findings, folder)
+    let mut findings = report::findings(&found, &folder)?;
+    findings.fact("scene", scene.name.as_str());
+    findings.fact("quick", options.quick);
+    findings.fact("elapsed_s", started.elapsed().as_secs_f64());
+    findings.report(folder, true)
 }
 
 /// Names of the resolutions.

@@ -22,7 +22,7 @@ mod climb;
 mod report;
 
 pub use climb::{Climb, LoopSetup, TapResult, quiet, walls_n_per_m};
-pub use report::{draw, print, write};
+pub use report::report;
 
 use std::ops::Range;
 
@@ -35,7 +35,6 @@ use crate::error::Error;
 use crate::stability::controller::{CONTROLLERS, Controller};
 use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_loop::closed_loop::hand::{self, HANDS, Hand};
-use palpate_tissue::Error as TissueError;
 
 /// First stiffness of a climb [N/m].
 pub const SOFTEST_N_PER_M: f64 = 50.0;
@@ -151,12 +150,8 @@ pub struct Part {
 }
 
 /// All results of the loop matrix.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct LoopSummary {
-    /// Factor from one stiffness of a climb to the next (1).
-    pub step: f64,
-    /// Largest stiffness of a climb that was tried [N/m].
-    pub stiffest_tried_n_per_m: f64,
     /// Cells of the matrix, by device, delay, hand and controller.
     pub cells: Vec<Cell>,
     /// Ceilings that the encoders allow.
@@ -201,21 +196,11 @@ impl LoopSummary {
     #[must_use]
     pub fn of(all: Part) -> Self {
         let broken = broken(&all.cells);
-        let stiffest_tried_n_per_m = walls_n_per_m().last().unwrap_or(SOFTEST_N_PER_M);
-        let ceilings = ceiling::joined(all.ceilings);
-        Self { step: STEP, stiffest_tried_n_per_m, cells: all.cells, ceilings, broken }
-    }
-
-    /// Checks the promises of the matrix.
-    ///
-    /// # Errors
-    /// Returns the promises that did not hold.
-    pub fn check(&self) -> Result<(), Error> {
-        if self.broken.is_empty() { Ok(()) } else { Err(TissueError::Check(self.broken.join("; ")).into()) }
+        Self { cells: all.cells, ceilings: ceiling::joined(all.ceilings), broken }
     }
 
     /// Cells of a device, a delay and a controller, one for each hand.
-    fn row<'a>(&'a self, device: &'a str, delay_ticks: u8, control: &'a str) -> impl Iterator<Item = &'a Cell> {
+    fn row<'a, 'b>(&'a self, device: &'b str, delay_ticks: u8, control: &'b str) -> impl Iterator<Item = &'a Cell> + use<'a, 'b> {
         self.cells.iter().filter(move |c| c.device == device && c.delay_ticks == delay_ticks && c.control == control)
     }
 }

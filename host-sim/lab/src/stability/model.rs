@@ -22,11 +22,10 @@ mod report;
 mod verdict;
 
 pub use built_method::{Build, BuiltMethod, ROWS, Row};
-pub use figures::draw;
 pub use load_case::{CASES, CaseTissue, LoadCase, Promise, QUICK_CASES, Stimulus};
 pub use margin::{Axis, Margin, largest, margin};
 pub use matrix::{Cell, MarginCell, Matrix, Part, Scope, run};
 pub use press::{Loading, Trace, press};
 pub use promise::{LEAST_J, promises};
-pub use report::{Summary, write};
+pub use report::report;
 pub use verdict::{Figures, Verdict, judge};

@@ -1,4 +1,4 @@
-//! Box plots, line charts and superposed surfaces are complete, labelled and correct, or do not
+//! Bars, plots and superposed surfaces are complete, labelled and correct, or do not
 //! exist at all.
 
 use std::error::Error;
@@ -7,36 +7,29 @@ use std::io::BufReader;
 use std::path::Path;
 
 use palpate_charts::{
-    BoxCluster, BoxPlot, ChartError, LabelledValues, Landmark, Layer, Level, LineSeries, Lines, Look, Scale, ScaledAxis,
-    Superposed, box_plot, lines, superposed,
+    Bar, Bars, ChartError, Figure, Form, Landmark, Layer, Level, Look, Plot, Scale, ScaledAxis, Series, Superposed, superposed,
 };
 
 type Checked = Result<(), Box<dyn Error>>;
 
-const SMALL: [f64; 6] = [0.12, 0.2, 0.22, 0.25, 0.31, 0.9];
-const LARGE: [f64; 5] = [0.8, 1.1, 1.2, 1.5, 1.9];
-
-fn clusters() -> Vec<BoxCluster<'static>> {
-    let boxes = |near: &'static [f64], far: &'static [f64]| {
-        vec![LabelledValues { name: "plain springs", values: far }, LabelledValues { name: "volume preserved", values: near }]
-    };
-    vec![
-        BoxCluster { label: "small deformation", boxes: boxes(&SMALL, &LARGE) },
-        BoxCluster { label: "large deformation", boxes: boxes(&LARGE, &LARGE) },
-    ]
+fn bar(name: &str, kind: &str, span: [f64; 2]) -> Bar {
+    let (name, kind) = (name.to_owned(), kind.to_owned());
+    Bar { name, kind, span, whiskers: Some(span), mark: Some(span[0]), allowed: None, text: String::new() }
 }
 
-fn boxes<'a>(clusters: &'a [BoxCluster<'a>]) -> BoxPlot<'a> {
-    BoxPlot { title: "Error at the landmarks", below: "made up", quantity: "error [mm]", clusters }
+fn bars(name: &str, bars: Vec<Bar>) -> Figure {
+    let form = Form::Bars(Bars { axis: ScaledAxis::linear("error [mm]"), bars });
+    Figure { name: name.into(), title: "Error at the landmarks".into(), below: "made up".into(), form }
 }
 
-fn curve(name: &str, points: Vec<(f64, f64)>) -> LineSeries<'_> {
-    LineSeries { name, points, joined: true, marked: true }
+fn curve(name: &str, points: &[(f64, f64)]) -> Series {
+    Series::curve(name, points.iter().copied()).marked()
 }
 
-fn chart<'a>(scale: Scale, series: &'a [LineSeries<'a>], levels: &'a [Level<'a>]) -> Lines<'a> {
-    let axis = |title| ScaledAxis { title, scale };
-    Lines { title: "A & B", below: "made up", x: axis("nodes [1]"), y: axis("time [ms]"), series, levels }
+fn chart(scale: Scale, series: Vec<Series>) -> Figure {
+    let axis = |title: &str| ScaledAxis { title: title.into(), scale };
+    let plot = Plot::new(axis("nodes [1]"), axis("time [ms]"), series).levels([Level::new("budget", 1.0)]);
+    Figure::plot("lines", "A & B", "made up", plot)
 }
 
 /// A tetrahedron whose edges along the axes have the length `m`.
@@ -83,13 +76,13 @@ fn whole(folder: &Path, name: &str, labels: &[&str]) -> Checked {
 fn pictures_are_whole_and_labelled() -> Checked {
     let folder = tempfile::tempdir()?;
     let folder = folder.path();
-    box_plot(folder, "boxes", &boxes(&clusters()))?;
-    whole(folder, "boxes", &["error [mm]", "small deformation", "large deformation", "plain springs", "volume preserved"])?;
+    let shown = ["small", "large"].map(|name| [bar(name, "springs", [0.8, 1.9]), bar(name, "volumes", [0.1, 0.9])]);
+    bars("bars", shown.concat()).draw(folder)?;
+    whole(folder, "bars", &["error [mm]", "small", "large", "springs", "volumes"])?;
 
-    let series = [curve("one", vec![(10.0, 0.01), (100.0, 0.2), (3000.0, 9.0)]), curve("two", vec![(20.0, 3.0), (500.0, 0.5)])];
-    let levels = [Level { name: "budget", y: 1.0 }];
+    let series = vec![curve("one", &[(10.0, 0.01), (100.0, 0.2), (3000.0, 9.0)]), curve("two", &[(20.0, 3.0), (500.0, 0.5)])];
     for scale in [Scale::Linear, Scale::Log] {
-        lines(folder, "lines", &chart(scale, &series, &levels))?;
+        chart(scale, series.clone()).draw(folder)?;
         whole(folder, "lines", &["A &amp; B", "nodes [1]", "time [ms]", "one", "two", "budget", "1000"])?;
     }
 
@@ -124,25 +117,22 @@ fn what_is_nearer_hides_what_is_behind() -> Checked {
 }
 
 #[test]
-fn boxes_stand_where_their_values_are() -> Checked {
+fn bars_stand_where_their_values_are() -> Checked {
     let folder = tempfile::tempdir()?;
-    let rows_of_ink = |values: &[f64]| -> Result<Vec<usize>, Box<dyn Error>> {
-        let all = [
-            BoxCluster { label: "a", boxes: vec![LabelledValues { name: "x", values }] },
-            BoxCluster { label: "b", boxes: vec![LabelledValues { name: "x", values: &[0.0, 10.0] }] },
-        ];
-        box_plot(folder.path(), "x", &boxes(&all))?;
+    let columns_of_ink = |span: [f64; 2]| -> Result<Vec<usize>, Box<dyn Error>> {
+        bars("x", vec![bar("a", "x", span), bar("b", "y", [0.0, 10.0])]).draw(folder.path())?;
         let rgb = pixels(&folder.path().join("x.png"))?;
-        // a row counts if it contains the blue of the first series in the left half of the plot
+        // a column counts if it contains the blue of the first kind, left of the legend
         let blue = |p: &[u8]| u32::from(p[2]) > u32::from(p[0]) + 60;
-        Ok(rgb.chunks(3000).enumerate().filter(|(_, row)| row.chunks(3).take(500).any(blue)).map(|(y, _)| y).collect())
+        let column = |x: &usize| rgb.chunks(3000).any(|row| blue(&row[3 * x..3 * x + 3]));
+        Ok((0..880).filter(column).collect())
     };
-    let (low, high) = (rows_of_ink(&[1.0, 2.0, 3.0])?, rows_of_ink(&[7.0, 8.0, 9.0])?);
+    let (low, high) = (columns_of_ink([1.0, 3.0])?, columns_of_ink([7.0, 9.0])?);
     let (low, high) = ((low[0], low[low.len() - 1]), (high[0], high[high.len() - 1]));
-    // 6 units higher with the same height: the axis is linear
-    assert!(low.0 > high.1 && (low.1 - low.0).abs_diff(high.1 - high.0) <= 2, "{low:?} {high:?}");
+    // 6 units farther with the same length: the axis is linear
+    assert!(low.1 < high.0 && (low.1 - low.0).abs_diff(high.1 - high.0) <= 2, "{low:?} {high:?}");
     let unit = (low.1 - low.0) as f64 / 2.0;
-    assert!(((low.0 - high.0) as f64 / unit - 6.0).abs() < 0.2, "{low:?} {high:?}");
+    assert!(((high.0 - low.0) as f64 / unit - 6.0).abs() < 0.3, "{low:?} {high:?}");
     Ok(())
 }
 
@@ -150,21 +140,18 @@ fn boxes_stand_where_their_values_are() -> Checked {
 fn what_cannot_be_drawn_is_refused_and_leaves_nothing() -> Checked {
     let folder = tempfile::tempdir()?;
     let folder = folder.path();
-    let with = |values| [BoxCluster { label: "all", boxes: vec![LabelledValues { name: "ours", values }] }];
-    let one = |points| [curve("ours", points)];
     let good = tet(0.05);
     let mut bad = good;
     bad[2][1] = f64::NAN;
     let shape = |nodes_m| [layer("organ", nodes_m, Look::Wire)];
     let refusals: Vec<(Result<(), ChartError>, &str)> = vec![
-        (box_plot(folder, "x", &boxes(&[])), "clusters is empty"),
-        (box_plot(folder, "x", &boxes(&with(&[]))), "\"all, ours\" has no values"),
-        (box_plot(folder, "x", &boxes(&with(&[1.0, f64::NAN]))), "\"all, ours\": values[1] is NaN"),
-        (lines(folder, "x", &chart(Scale::Linear, &[], &[])), "series is empty"),
-        (lines(folder, "x", &chart(Scale::Linear, &one(vec![]), &[])), "\"ours\" has no values"),
-        (lines(folder, "x", &chart(Scale::Linear, &one(vec![(0.0, f64::INFINITY)]), &[])), "\"ours\": y[0] is inf"),
+        (bars("x", Vec::new()).draw(folder), "bars is empty"),
+        (bars("x", vec![bar("all", "ours", [1.0, f64::NAN])]).draw(folder), "\"all ours\": values[1] is NaN"),
+        (chart(Scale::Linear, Vec::new()).draw(folder), "series is empty"),
+        (chart(Scale::Linear, vec![curve("ours", &[])]).draw(folder), "series is empty"),
+        (chart(Scale::Linear, vec![curve("ours", &[(0.0, f64::INFINITY)])]).draw(folder), "\"ours\": y[0] is inf"),
         (
-            lines(folder, "x", &chart(Scale::Log, &one(vec![(1.0, 1.0), (0.0, 1.0)]), &[])),
+            chart(Scale::Log, vec![curve("ours", &[(1.0, 1.0), (0.0, 1.0)])]).draw(folder),
             "x[1] is 0, which cannot be drawn: a log",
         ),
         (superposed(folder, "x", &scene(&[], &[])), "layers is empty"),
@@ -185,16 +172,12 @@ fn extreme_data_draws() -> Checked {
     let folder = tempfile::tempdir()?;
     let folder = folder.path();
     for value in [0.0, -3.0, 1e-9, 1e11] {
-        let all = [value; 3];
-        let one = [BoxCluster {
-            label: "a long label that has no room below its only box",
-            boxes: vec![LabelledValues { name: "x", values: &all }],
-        }];
-        box_plot(folder, "x", &boxes(&one))?;
-        lines(folder, "x", &chart(Scale::Linear, &[curve("x", vec![(value, value)])], &[]))?;
+        let name = "a long label that has no room beside its only bar";
+        bars("x", vec![bar(name, "x", [value, value])]).draw(folder)?;
+        chart(Scale::Linear, vec![curve("x", &[(value, value)])]).draw(folder)?;
     }
-    let wide = [curve("a name much longer than the column beside the plot has room for", vec![(1e-9, 1e9), (1e9, 1e-9)])];
-    lines(folder, "x", &chart(Scale::Log, &wide, &[]))?;
+    let name = "a name much longer than the column beside the plot has room for";
+    chart(Scale::Log, vec![curve(name, &[(1e-9, 1e9), (1e9, 1e-9)])]).draw(folder)?;
     let point = [[1.0; 3]; 4];
     for (eye, up) in [([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]), ([0.0, -2.0, 0.0], [0.0, 0.0, 1.0])] {
         for nodes in [point, tet(0.05)] {

@@ -8,9 +8,9 @@ use palpate::ClampFlags;
 use palpate_lab::methods::Method;
 use palpate_lab::stability::model::{
     Axis, Build, BuiltMethod, CASES, CaseTissue, Figures, LoadCase, Loading, Matrix, Promise, ROWS, Row, Scope, Stimulus, Trace,
-    Verdict, draw, judge, largest, margin, promises, run, write,
+    Verdict, judge, largest, margin, promises, report, run,
 };
-use palpate_tissue::output::OutputFolder;
+use palpate_lab::study::Findings;
 use palpate_tissue::patch::{Material, Patch};
 use palpate_tissue::stable_step::StableStep;
 
@@ -168,19 +168,16 @@ fn the_product_stands_what_it_promises() {
         assert!(broken[0].contains(name) && broken[0].contains("palpate at 3.5 kPa") && !broken[0].contains('\n'), "{broken:?}");
     }
 
+    let mut findings = Findings::default();
+    report(&matrix, &mut findings);
+    let csv = findings.tables.iter().map(|table| table.csv()).collect::<Vec<_>>();
+    assert_eq!(csv[1].lines().count(), 1 + matrix.cells.len());
+    assert_eq!(csv[2].lines().count(), 1, "no margins were asked for");
+    assert!(findings.claims[0].promised && findings.claims[0].holds == Some(true));
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let out = OutputFolder::open(folder.path()).expect("it can be written");
-    write(&out, &matrix).expect("written");
-    draw(&out, &matrix).expect("drawn");
-    out.publish().expect("moved into place");
-    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
-    let csv = read("stability_model.csv");
-    let columns = csv.lines().next().expect("a header").split(',').count();
-    assert_eq!(csv.lines().count(), 1 + matrix.cells.len());
-    assert!(csv.lines().all(|line| line.split(',').count() == columns), "{csv}");
-    assert_eq!(read("stability_margins.csv").lines().count(), 1, "no margins were asked for");
-    assert!(read("stability_model.svg").contains("palpate-calibrated"));
-    assert!(std::fs::read(folder.path().join("stability_model.png")).expect("a picture").starts_with(b"\x89PNG"));
+    findings.figures[0].draw(folder.path()).expect("drawn");
+    let svg = std::fs::read_to_string(folder.path().join("stability_model.svg")).expect("a picture");
+    assert!(svg.contains("palpate-calibrated"));
 }
 
 /// Every method's tissue contains the inclusion: at 1.5 mm depth, where no method has failed yet,

@@ -1,12 +1,12 @@
 //! `palpate fit` of a block with inclusions: the force that they add is fitted to the patch of the
 //! block without them.
 
-use palpate_charts::{LineSeries, Lines, Scale, ScaledAxis, lines};
+use palpate_charts::{Dot, Figure, Plot, ScaledAxis, Series};
 use palpate_fit::calibrate::Settings;
+use palpate_fit::force_map::BlockForces;
 use palpate_fit::scene_fit::{
     BumpFit, Bumps, JUDGED_RADII, Judging, Level, PLACES as JUDGED_PLACES, Prepared, Presses, Solved, Verdict, solve_bumps,
 };
-use palpate_fit::force_map::BlockForces;
 use palpate_fit::solved;
 use palpate_fit::statics::Unbalanced;
 use palpate_tissue::Error as TissueError;
@@ -15,11 +15,11 @@ use palpate_tissue::scene::Scene;
 use palpate_tissue::session::packed;
 
 use super::super::progress::Steps;
-use super::{Fitted, PatchFile};
 use super::added_force::{BumpLine, BumpReport};
 use super::report::Report;
 use super::stages::Stages;
 use super::store::{Store, StoredFit};
+use super::{Fitted, PatchFile};
 use crate::command::options::fit::FitArgs;
 use crate::error::Error;
 
@@ -68,7 +68,13 @@ impl FitArgs {
         let problem = format!("{:x} {settings:?} {bumps:?}", block.fit.problem());
         let (fit, reused_fit) = stages.fit(&settings, &problem, |progress| fitting.fit(scene, &settings, progress))?;
         let [known, unseen] = fitting.answers(scene);
-        let judging = Judging { known: &bumped, fitted_m: &bumps.fitted_m, unseen: &unseen, disc_radii: JUDGED_RADII, places: JUDGED_PLACES };
+        let judging = Judging {
+            known: &bumped,
+            fitted_m: &bumps.fitted_m,
+            unseen: &unseen,
+            disc_radii: JUDGED_RADII,
+            places: JUDGED_PLACES,
+        };
         let judged = stages.judge(&judging, (&fitting.uncalibrated(), &params), &fit)?;
         let bump = report(scene, &fitting, &bumps, &fit)?;
         store.write(block.presses.jobs(), &[block.fit, &fit])?;
@@ -130,26 +136,18 @@ fn report(scene: &Scene, fitting: &BumpFit, bumps: &Bumps, fit: &StoredFit) -> R
 fn draw(scene: &Scene, folder: &OutputFolder, bump: &BumpReport) -> Result<(), Error> {
     let count = bump.line.len();
     let shown: Vec<&BumpLine> = [count / 2, count.saturating_sub(1)].iter().filter_map(|n| bump.line.get(*n)).collect();
-    let names: Vec<[String; 3]> = shown
-        .iter()
-        .map(|line| ["finite elements", "fitted", "scaled in"].map(|who| format!("{who}, {:.2} mm deep", line.depth_m * 1e3)))
-        .collect();
     let mut series = Vec::new();
-    for (line, names) in shown.iter().zip(&names) {
+    for line in shown {
         let curves = [&line.finite_elements_n, &line.fitted_n, &line.scaled_in_n];
-        for (n, (name, force_n)) in names.iter().zip(curves).enumerate() {
+        for (n, (who, force_n)) in ["finite elements", "fitted", "scaled in"].into_iter().zip(curves).enumerate() {
             let found = line.x_m.iter().zip(force_n).filter(|(_, force_n)| force_n.is_finite());
-            let points = found.map(|(x_m, force_n)| (x_m * 1e3, force_n * 1e3)).collect();
-            series.push(LineSeries { name, points, joined: n > 0, marked: n == 0 });
+            let dots = found.map(|(x_m, force_n)| Dot::from((x_m * 1e3, force_n * 1e3))).collect();
+            let name = format!("{who}, {:.2} mm deep", line.depth_m * 1e3);
+            series.push(Series { joined: n > 0, marked: n == 0, ..Series::dots(name, dots) });
         }
     }
-    let chart = Lines {
-        title: &format!("{}: force that the inclusions add", scene.name),
-        below: "along a line that no fit has seen; scaled in: every constant times what its formula makes of the inclusions",
-        x: ScaledAxis { title: "place along x [mm]", scale: Scale::Linear },
-        y: ScaledAxis { title: "force added [mN]", scale: Scale::Linear },
-        series: &series,
-        levels: &[],
-    };
-    Ok(lines(folder.draft(), "bump", &chart)?)
+    let plot = Plot::new(ScaledAxis::linear("place along x [mm]"), ScaledAxis::linear("force added [mN]"), series);
+    let title = format!("{}: force that the inclusions add", scene.name);
+    let below = "along a line that no fit has seen; scaled in: every constant times what its formula makes of the inclusions";
+    Ok(Figure::plot("bump", title, below, plot).draw(folder.draft())?)
 }

@@ -1,15 +1,14 @@
 //! Our results against those of other engines: how much cheaper our models are at the same error,
 //! and how much more accurate at the same cost.
 
-use palpate_tissue::output::OutputFolder;
-
 use super::press::on_grid;
-use super::{GRIDS, Peer, grid_name};
+use super::{GRIDS, Peer, Peers, figures, grid_name, searched};
 use crate::chart::moving::SPEEDS_MM_PER_S;
 use crate::chart::run::Measured;
-use crate::chart::{Reference, Run, Task, measure};
+use crate::chart::{Reference, Run, Task, measure, rows};
 use crate::error::Error;
 use crate::methods::Method;
+use crate::study::{Findings, Table};
 
 /// Speeds of the ramps that are also compared one by one [mm/s], because the tap dominates the root
 /// mean square over all of them.
@@ -118,41 +117,69 @@ pub fn least(compared: &[Compared], of: impl Fn(&Compared) -> Option<Factors>) -
     Factors { cheaper: over(|f| f.cheaper), nearer: over(|f| f.nearer) }
 }
 
-/// Writes `peers.csv`.
+fn table(compared: &[Compared]) -> Table {
+    let mut table = Table::rows("peers", compared)
+        .col("engine", |row| row.peer.engine.clone())
+        .csv("version", |row| row.peer.version.clone())
+        .col("model", |row| row.peer.model.clone())
+        .col("mesh", |row| row.peer.mesh.clone())
+        .csv("nodes", |row| row.peer.nodes)
+        .csv("tets", |row| row.peer.tets)
+        .col("youngs_modulus_pa", |row| row.peer.youngs_modulus_pa)
+        .col("substeps", |row| row.peer.substeps)
+        .col("survives_8mm", |row| row.peer.survives.clone())
+        .col("tick_min_us", |row| row.peer.tick_min_us)
+        .csv("tick_median_us", |row| row.peer.tick_median_us)
+        .col("held_rms_pct", |row| row.peer.held_rms_pct)
+        .col("moving_rms_pct", |row| row.peer.moving_rms_pct())
+        .col("ours_cheaper_held", |row| row.held.cheaper)
+        .col("ours_nearer_held", |row| row.held.nearer)
+        .col("ours_cheaper_moving", |row| row.moving.and_then(|f| f.cheaper))
+        .col("ours_nearer_moving", |row| row.moving.and_then(|f| f.nearer));
+    for (n, speed) in RAMPS_MM_PER_S.into_iter().enumerate() {
+        table = table
+            .csv(&format!("ours_cheaper_{speed}_mm_per_s"), |row| row.ramps[n].and_then(|f| f.cheaper))
+            .csv(&format!("ours_nearer_{speed}_mm_per_s"), |row| row.ramps[n].and_then(|f| f.nearer));
+    }
+    for (n, name) in ["tick_min_us", "held_rms_pct", "moving_rms_pct"].into_iter().enumerate() {
+        table = table.col(&format!("ours_same_mesh_{name}"), |row| row.same_mesh.and_then(|ours| ours[n]));
+    }
+    table.all()
+}
+
+/// Runs our model on the meshes of the other engines, and adds the comparison.
 ///
 /// # Errors
-/// The folder cannot be written.
-pub fn write_compared(folder: &OutputFolder, compared: &[Compared]) -> Result<(), Error> {
-    let mut text = String::from(
-        "engine,version,model,mesh,nodes,tets,youngs_modulus_pa,substeps,survives_8mm,tick_min_us,tick_median_us,held_rms_pct,moving_rms_pct,ours_cheaper_held,ours_nearer_held,ours_cheaper_moving,ours_nearer_moving,ours_cheaper_40_mm_per_s,ours_nearer_40_mm_per_s,ours_cheaper_200_mm_per_s,ours_nearer_200_mm_per_s,ours_same_mesh_tick_min_us,ours_same_mesh_held_rms_pct,ours_same_mesh_moving_rms_pct\n",
+/// Fails if a method cannot be built.
+pub fn add(findings: &mut Findings, peers: &Peers, runs: &[Run], moving: bool) -> Result<(), Error> {
+    let reference = Reference::block();
+    let on_grids = same_meshes(&peers.rows, &reference, moving)?;
+    let searched = if moving { searched(&peers.rows, runs, &reference)? } else { Vec::new() };
+    let compared = compare(&peers.rows, &[runs, &searched[..]].concat(), &on_grids);
+    let about = format!(
+        "engines of other people ({}, {}); cheaper: their tick over that of our cheapest as right; nearer: their error over that of our best as cheap",
+        peers.machine, peers.date
     );
-    let cell = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.2}"));
-    for Compared { peer, held, moving, ramps, same_mesh } in compared {
-        let alone = ramps.map(Option::unwrap_or_default).map(|f| format!("{},{}", cell(f.cheaper), cell(f.nearer))).join(",");
-        let moving = moving.unwrap_or_default();
-        let [us, held_pct, moving_pct] = same_mesh.unwrap_or_default().map(cell);
-        text += &format!(
-            "{},{},\"{}\",{},{},{},{},{},\"{}\",{:.2},{:.2},{:.2},{},{},{},{},{},{alone},{us},{held_pct},{moving_pct}\n",
-            peer.engine,
-            peer.version,
-            peer.model,
-            peer.mesh,
-            peer.nodes,
-            peer.tets,
-            peer.youngs_modulus_pa,
-            peer.substeps,
-            peer.survives,
-            peer.tick_min_us,
-            peer.tick_median_us,
-            peer.held_rms_pct,
-            cell(peer.moving_rms_pct()),
-            cell(held.cheaper),
-            cell(held.nearer),
-            cell(moving.cheaper),
-            cell(moving.nearer),
-        );
+    findings.tables.push(table(&compared).about(about));
+    if !searched.is_empty() {
+        let table = rows("searched", &searched).only(|run| run.survived().is_some());
+        findings.tables.push(table.about("ours, contact searched"));
     }
-    Ok(folder.write("peers.csv", text.as_bytes())?)
+    findings.figures.extend(figures(peers, runs, &on_grids, &searched));
+    let mut say = |what: &str, f: Factors| {
+        let said = |v: Option<f64>| v.map_or("none".into(), |v| format!("{v:.1}"));
+        findings.notes.push(format!(
+            "over all rows, ours is at least, {what}: {} times cheaper as right, {} times nearer as cheap (none: no answer)",
+            said(f.cheaper),
+            said(f.nearer)
+        ));
+    };
+    say("held", least(&compared, |row| Some(row.held)));
+    say("moving, all four", least(&compared, |row| row.moving));
+    for (n, speed) in RAMPS_MM_PER_S.into_iter().enumerate() {
+        say(&format!("ramp of {speed} mm/s"), least(&compared, |row| row.ramps[n]));
+    }
+    Ok(())
 }
 
 #[cfg(test)]

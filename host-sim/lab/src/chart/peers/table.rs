@@ -1,7 +1,7 @@
 //! Reads the table of other engines' results, `peers.csv`. A table is refused unless it is complete
 //! and was measured with this press.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::press::StandardPress;
 use crate::chart::{DEPTHS_M, Reference, moving};
@@ -32,65 +32,27 @@ const SAME_PCT: f64 = 0.05;
 
 /// Why a table of peers is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PeerError {
+enum PeerError {
     /// The first lines do not state a version that can be read.
-    #[error("{file}: is no table of peers of version {VERSION}: write it with host-sim/lab/peers/run.py")]
-    Version {
-        /// Path of the table.
-        file: PathBuf,
-    },
+    #[error("is no table of peers of version {VERSION}: write it with host-sim/lab/peers/run.py")]
+    Version,
     /// The table was measured with a different press.
     #[error(
-        "{file}: was measured at press {found}, this chart's is {wanted}: give run.py the press.json of `palpate chart --press`, and measure again"
+        "was measured at press {found}, this chart's is {wanted}: give run.py the press.json of `palpate chart --press`, and measure again"
     )]
-    Scene {
-        /// Path of the table.
-        file: PathBuf,
-        /// Hash in the file.
-        found: String,
-        /// Hash of the press of this program.
-        wanted: String,
-    },
-    /// A column is missing, unknown or in the wrong place.
-    #[error("{file}: column {at} is {found}, not {wanted}: write it with host-sim/lab/peers/run.py")]
-    Column {
-        /// Path of the table.
-        file: PathBuf,
-        /// Number of the column, from 1.
-        at: usize,
-        /// Name found in that place, in quotes, or a phrase saying that there is none.
-        found: String,
-        /// Name expected in that place, in quotes, or a phrase saying that none is expected.
-        wanted: String,
-    },
-    /// A value in a row cannot be read or is implausible.
-    #[error("{file}: line {line}: {column} is {found:?}, not {wanted}: measure that row again")]
-    Value {
-        /// Path of the table.
-        file: PathBuf,
-        /// Line in the file, from 1.
-        line: u64,
-        /// Name of the column.
-        column: String,
-        /// Value in that column.
-        found: String,
-        /// Rule that the value breaks.
-        wanted: String,
-    },
+    Scene { found: String, wanted: String },
+    /// A column is missing, unknown or in the wrong place; the columns are counted from 1.
+    #[error("column {at} is {found}, not {wanted}: write it with host-sim/lab/peers/run.py")]
+    Column { at: usize, found: String, wanted: String },
+    /// A value in a row cannot be read or is implausible; the lines are counted from 1.
+    #[error("line {line}: {column} is {found:?}, not {wanted}: measure that row again")]
+    Value { line: u64, column: String, found: String, wanted: String },
     /// The file is not text, or not a table.
-    #[error("{file}: {cause}: write it with host-sim/lab/peers/run.py")]
-    Table {
-        /// Path of the table.
-        file: PathBuf,
-        /// Cause, as reported by the parser.
-        cause: String,
-    },
+    #[error("{0}: write it with host-sim/lab/peers/run.py")]
+    Table(String),
     /// The table has no rows.
-    #[error("{file}: has no rows: let host-sim/lab/peers/run.py finish one engine")]
-    Empty {
-        /// Path of the table.
-        file: PathBuf,
-    },
+    #[error("has no rows: let host-sim/lab/peers/run.py finish one engine")]
+    Empty,
 }
 
 /// Row of the table: an engine with one setting on one mesh.
@@ -167,19 +129,15 @@ impl Peers {
     /// Reads a table that was measured with the standard press.
     ///
     /// # Errors
-    /// Fails if the file cannot be read, or with the first defect of the table as a [`PeerError`].
+    /// Fails if the file cannot be read, or with the first defect of the table.
     pub fn load(file: &Path) -> Result<Self, Error> {
         let text = std::fs::read_to_string(file).map_err(|source| TissueError::Read { path: file.into(), source })?;
         let hash = StandardPress::new()?.hash()?;
-        Self::parse(file, &text, &hash).map_err(|wrong| TissueError::Usage(wrong.to_string()).into())
+        Self::parse(&text, &hash).map_err(|wrong| TissueError::Usage(format!("{}: {wrong}", file.display())).into())
     }
 
-    /// Reads the text of a table; `file` names the table in errors; `hash` is the checksum of the
-    /// press with which it must have been measured.
-    ///
-    /// # Errors
-    /// Returns the first defect of the table.
-    pub fn parse(file: &Path, text: &str, hash: &str) -> Result<Self, PeerError> {
+    /// Reads the text of a table, which must have been measured with the press of this checksum.
+    fn parse(text: &str, hash: &str) -> Result<Self, PeerError> {
         let said = |key: &str| {
             let lines = text.lines().take_while(|line| line.starts_with('#'));
             lines
@@ -187,13 +145,13 @@ impl Peers {
                 .find_map(|(name, value)| (name.trim() == key).then(|| value.trim().to_owned()))
         };
         if said("peers").as_deref() != Some(VERSION) {
-            return Err(PeerError::Version { file: file.into() });
+            return Err(PeerError::Version);
         }
         let found = said("scene").unwrap_or_else(|| "unnamed".into());
         if found != hash {
-            return Err(PeerError::Scene { file: file.into(), found, wanted: hash.into() });
+            return Err(PeerError::Scene { found, wanted: hash.into() });
         }
-        let wrong = |cause: csv::Error| PeerError::Table { file: file.into(), cause: cause.to_string() };
+        let wrong = |cause: csv::Error| PeerError::Table(cause.to_string());
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
         let columns = columns();
         let header = reader.headers().map_err(wrong)?.clone();
@@ -201,19 +159,18 @@ impl Peers {
             let (found, wanted) = (header.get(at), columns.get(at).map(String::as_str));
             if found != wanted {
                 let quoted = |name: Option<&str>| name.map_or("none".into(), |name| format!("{name:?}"));
-                return Err(PeerError::Column { file: file.into(), at: at + 1, found: quoted(found), wanted: quoted(wanted) });
+                return Err(PeerError::Column { at: at + 1, found: quoted(found), wanted: quoted(wanted) });
             }
         }
         let mut rows = Vec::new();
         for record in reader.records() {
             let record = record.map_err(wrong)?;
             rows.push(
-                Cells { file, line: record.position().map_or(0, csv::Position::line), columns: &columns, record: &record }
-                    .peer()?,
+                Cells { line: record.position().map_or(0, csv::Position::line), columns: &columns, record: &record }.peer()?,
             );
         }
         if rows.is_empty() {
-            return Err(PeerError::Empty { file: file.into() });
+            return Err(PeerError::Empty);
         }
         let or_unnamed = |key| said(key).unwrap_or_else(|| "not named".into());
         Ok(Self { machine: or_unnamed("machine"), date: or_unnamed("date"), rows })
@@ -232,7 +189,6 @@ pub fn columns() -> Vec<String> {
 }
 
 struct Cells<'a> {
-    file: &'a Path,
     line: u64,
     columns: &'a [String],
     record: &'a csv::StringRecord,
@@ -245,13 +201,7 @@ impl Cells<'_> {
     }
 
     fn wrong(&self, column: &str, wanted: &str) -> PeerError {
-        PeerError::Value {
-            file: self.file.into(),
-            line: self.line,
-            column: column.into(),
-            found: self.text(column).into(),
-            wanted: wanted.into(),
-        }
+        PeerError::Value { line: self.line, column: column.into(), found: self.text(column).into(), wanted: wanted.into() }
     }
 
     fn word(&self, column: &str) -> Result<String, PeerError> {
@@ -345,13 +295,13 @@ mod tests {
     }
 
     fn parse(text: &str) -> Result<Peers, PeerError> {
-        Peers::parse(Path::new("peers.csv"), text, HASH)
+        Peers::parse(text, HASH)
     }
 
     #[track_caller]
     fn refused(text: &str, says: &[&str]) {
         let why = parse(text).unwrap_err().to_string();
-        assert!(!why.contains('\n') && why.starts_with("peers.csv: "), "{why}");
+        assert!(!why.contains('\n'), "{why}");
         says.iter().for_each(|words| assert!(why.contains(words), "not a word of `{words}`: {why}"));
     }
 

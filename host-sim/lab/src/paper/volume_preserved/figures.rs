@@ -2,16 +2,12 @@
 
 use nalgebra::Vector3;
 
+use super::Resolution;
 use super::measured::Measured;
 use super::scene::HangingScene;
 use super::steps::{PRINTED_LAWS, Steps};
-use super::{METHODS, Resolution};
 use crate::error::Error;
-use crate::paper::report::Report;
-use palpate_charts::{
-    BoxCluster, BoxPlot, LabelledValues, Landmark, Layer, LineSeries, Lines, Look, Scale, ScaledAxis, Superposed, box_plot,
-    lines, superposed,
-};
+use palpate_charts::{Bar, Bars, Figure, Form, Landmark, Layer, Level, Look, Plot, ScaledAxis, Series, Superposed, superposed};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 
@@ -20,20 +16,21 @@ const SHORT: [&str; 4] = ["palpate", "paper, (12) with l0 in mm", "paper, 0.1 cr
 /// Indices in [`METHODS`] of the methods that are drawn.
 const DRAWN: [usize; 2] = [0, 2];
 
-/// Fig. 2: organs at rest and deformed, superposed; one picture for each move and method.
-pub fn fig_2(scene: &HangingScene, resolution: &Resolution, folder: &OutputFolder, report: &mut Report) -> Result<(), Error> {
-    report.say("Fig. 2: rest (wire) and lifted organs, markers 1 to 7.");
+/// Fig. 2: organs at rest (wire) and deformed, superposed; one picture for each move and method.
+/// Returns the name and the title of each.
+pub fn fig_2(scene: &HangingScene, resolution: &Resolution, folder: &OutputFolder) -> Result<Vec<(String, String)>, Error> {
+    let mut drawn = Vec::new();
     for (n, name) in scene.attachment.names.iter().enumerate() {
         for m in DRAWN {
             let (_, rests) = &resolution.runs[m];
             let Some(Ok(rest)) = rests.get(n) else { continue };
             let file = format!("fig2_{}_{name}_{}", resolution.name, ["palpate", "", "paper"][m]);
-            let title = format!("{}, {name} move: {}", scene.name, SHORT[m]);
+            let title = format!("Fig. 2, {}, {name} move: {}", scene.name, SHORT[m]);
             draw(resolution, &rest.measured, &title, folder, &file)?;
-            report.picture(&file, &title);
+            drawn.push((file, title));
         }
     }
-    Ok(())
+    Ok(drawn)
 }
 
 /// CPU time to draw and write one picture of Fig. 2 [s]; NaN if every method diverged.
@@ -90,87 +87,65 @@ fn draw(resolution: &Resolution, measured: &Measured, title: &str, folder: &Outp
     Ok(superposed(folder.draft(), file, &picture)?)
 }
 
-/// Fig. 3: box plot of the surface errors.
-pub fn fig_3(scene: &HangingScene, resolution: &Resolution, folder: &OutputFolder, report: &mut Report) -> Result<(), Error> {
-    let mut errors = Vec::new();
-    for (n, truth) in resolution.truth.moves.iter().enumerate() {
-        let of = resolution.runs.iter().map(|(_, rests)| {
-            let rest = rests.get(n).and_then(|r| r.as_ref().ok());
-            rest.map(|rest| rest.measured.surface_errors_m(truth).into_iter().map(|e| 1e3 * e).collect::<Vec<f64>>())
-        });
-        errors.push(of.collect::<Vec<_>>());
+/// Fig. 3: quartiles of the surface errors, with the smallest and the largest.
+pub fn fig_3(scene: &HangingScene, resolution: &Resolution) -> Figure {
+    let mut bars = Vec::new();
+    for (n, (name, truth)) in scene.attachment.names.iter().zip(&resolution.truth.moves).enumerate() {
+        for ((_, rests), short) in resolution.runs.iter().zip(SHORT) {
+            let Some(Ok(rest)) = rests.get(n) else { continue };
+            let mut errors_mm: Vec<f64> = rest.measured.surface_errors_m(truth).into_iter().map(|e| 1e3 * e).collect();
+            errors_mm.sort_by(f64::total_cmp);
+            let at = |share: f64| errors_mm[(share * (errors_mm.len() - 1) as f64).round() as usize];
+            bars.push(Bar {
+                name: format!("{name} move"),
+                kind: short.to_owned(),
+                span: [at(0.25), at(0.75)],
+                whiskers: Some([at(0.0), at(1.0)]),
+                mark: Some(at(0.5)),
+                allowed: None,
+                text: String::new(),
+            });
+        }
     }
-    let labels: Vec<String> = scene.attachment.names.iter().map(|name| format!("{name} move")).collect();
-    let clusters: Vec<BoxCluster> = labels
-        .iter()
-        .zip(&errors)
-        .map(|(label, of)| BoxCluster {
-            label,
-            boxes: of
-                .iter()
-                .zip(SHORT)
-                .filter_map(|(values, name)| values.as_ref().map(|values| LabelledValues { name, values }))
-                .collect(),
-        })
-        .collect();
     let points = resolution.assembly.surface.len();
-    let title = format!("{}: surface error of {points} points, {} resolution", scene.name, resolution.name);
-    let below = "distance to finite elements of the same scene (13)";
-    let file = format!("fig3_{}", resolution.name);
-    box_plot(folder.draft(), &file, &BoxPlot { title: &title, below, quantity: "error [mm]", clusters: &clusters })?;
-    report.say(format!("Fig. 3: surface error of {points} points of the lifted part's upper surface."));
-    report.picture(&file, &title);
-    debug_assert_eq!(SHORT.len(), METHODS.len());
-    Ok(())
+    Figure {
+        name: format!("fig3_{}", resolution.name),
+        title: format!("Fig. 3, {}: surface error of {points} points, {} resolution", scene.name, resolution.name),
+        below: "distance to finite elements of the same scene (13): median, quartiles, smallest and largest".into(),
+        form: Form::Bars(Bars { axis: ScaledAxis::linear("error [mm]"), bars }),
+    }
 }
 
-/// Draws the force of a press over the time step.
-pub fn force_against_step(steps: &Steps, folder: &OutputFolder, report: &mut Report) -> Result<(), Error> {
+/// The force of a press over the time step.
+pub fn force_against_step(steps: &Steps) -> Figure {
     const NAMES: [&str; 3] = ["corrections, tau = 0", "corrections, tau = 0.1", "compensation as an energy"];
-    let series: Vec<LineSeries> = NAMES
-        .into_iter()
-        .zip(&steps.force)
-        .map(|(name, curve)| LineSeries {
-            name,
-            points: curve.iter().map(|(dt_s, force_n)| (1e3 * dt_s, 1e3 * force_n)).collect(),
-            joined: true,
-            marked: true,
-        })
-        .collect();
-    let title = "A correction of positions makes the force depend on the time step";
-    let chart = Lines {
-        title,
-        below: "block of 130 nodes pressed 2 mm deep; finite elements say 49.2 mN",
-        x: ScaledAxis { title: "time step [ms]", scale: Scale::Log },
-        y: ScaledAxis { title: "force [mN]", scale: Scale::Linear },
-        series: &series,
-        levels: &[palpate_charts::Level { name: "finite elements", y: 49.2 }],
+    let curve = |(name, curve): (&str, &Vec<(f64, f64)>)| {
+        Series::curve(name, curve.iter().map(|(dt_s, force_n)| (1e3 * dt_s, 1e3 * force_n))).marked()
     };
-    lines(folder.draft(), "force_against_step", &chart)?;
-    report.picture("force_against_step", title);
-    Ok(())
+    let series = NAMES.into_iter().zip(&steps.force).map(curve).collect();
+    let plot = Plot::new(ScaledAxis::log("time step [ms]"), ScaledAxis::linear("force [mN]"), series);
+    Figure::plot(
+        "force_against_step",
+        "A correction of positions makes the force depend on the time step",
+        "block of 130 nodes pressed 2 mm deep; finite elements say 49.2 mN",
+        plot.levels([Level::new("finite elements", 49.2)]),
+    )
 }
 
-/// Draws the largest stable time step over the damping, with those of the printed forms as
-/// horizontal lines.
-pub fn stable_step(steps: &Steps, folder: &OutputFolder, report: &mut Report) -> Result<(), Error> {
-    let points = steps.damped.iter().map(|(share, dt_s)| (*share, 1e3 * dt_s)).collect();
-    let series = [LineSeries { name: "a share of critical", points, joined: true, marked: true }];
+/// The largest stable time step over the damping, with those of the printed forms as horizontal
+/// lines.
+pub fn stable_step(steps: &Steps) -> Figure {
+    let points = steps.damped.iter().map(|(share, dt_s)| (*share, 1e3 * dt_s));
+    let series = vec![Series::curve("a share of critical", points).marked()];
     let level = |name: &'static str| {
         let found = steps.stable.iter().find(|(law, _)| *law == name);
-        found.map(|(name, dt_s)| palpate_charts::Level { name, y: 1e3 * f64::from(*dt_s) })
+        found.map(|(name, dt_s)| Level::new(*name, 1e3 * f64::from(*dt_s)))
     };
-    let levels: Vec<_> = PRINTED_LAWS.into_iter().filter_map(level).collect();
-    let title = "The damper (12) as printed leaves no step that a tick could take";
-    let chart = Lines {
-        title,
-        below: "largest step of the sparse scene, springs (11); a tick is 1 ms",
-        x: ScaledAxis { title: "damping of each spring over critical [1]", scale: Scale::Log },
-        y: ScaledAxis { title: "largest step [ms]", scale: Scale::Log },
-        series: &series,
-        levels: &levels,
-    };
-    lines(folder.draft(), "stable_step", &chart)?;
-    report.picture("stable_step", title);
-    Ok(())
+    let x = ScaledAxis::log("damping of each spring over critical [1]");
+    Figure::plot(
+        "stable_step",
+        "The damper (12) as printed leaves no step that a tick could take",
+        "largest step of the sparse scene, springs (11); a tick is 1 ms",
+        Plot::new(x, ScaledAxis::log("largest step [ms]"), series).levels(PRINTED_LAWS.into_iter().filter_map(level)),
+    )
 }

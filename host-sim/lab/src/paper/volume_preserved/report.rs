@@ -1,12 +1,10 @@
-//! The report: tables with the paper's numbers next to ours, pictures, CSV files and summary.
-
-use std::path::Path;
+//! Tables with the paper's numbers next to ours, claims and pictures.
 
 use nalgebra::Vector3;
 use palpate::Fault;
-use serde_json::{Value, json};
+use palpate_tissue::output::OutputFolder;
+use serde::Serialize;
 
-use super::assembly::Assembly;
 use super::measured::{Measured, mean};
 use super::method::{Rest, Setup};
 use super::printed::{FULL, Printed, SPARSE, TABLE_1_MM};
@@ -14,13 +12,15 @@ use super::scene::HangingScene;
 use super::steps::Steps;
 use super::truth::Truth;
 use super::{METHODS, PROMISED_M, PROMISED_VOLUME_PCT, Resolution, figures};
-use crate::error::Error;
-use crate::paper::report::{Claim, Report, print_claims, verdict};
-use palpate_tissue::Error as TissueError;
-use palpate_tissue::output::OutputFolder;
+use crate::study::{Claim, Findings, Table};
+
+/// Duration of a frame in real time [s].
+const FRAME_S: f64 = 1.0 / 30.0;
+/// Smallest local volume ratio of a deformation that is well distributed (1).
+const WELL_DISTRIBUTED_J: f64 = 0.3;
 
 /// Everything that was measured.
-pub struct Findings<'a> {
+pub struct Measurements<'a> {
     /// Scene that was simulated.
     pub scene: &'a HangingScene,
     /// Full and sparse resolution, or only the sparse one.
@@ -31,459 +31,342 @@ pub struct Findings<'a> {
     pub subdivided: Option<&'a Truth>,
     /// Largest stable time steps, and forces as a function of the step.
     pub steps: &'a Steps,
-    /// Whether only the sparse resolution was run.
-    pub quick: bool,
-    /// Duration of the run [s].
-    pub elapsed_s: f64,
 }
 
-/// Writes report, pictures, CSV files and summary, and prints the results.
+/// Mean errors of a method after a move; what was not reached is left out.
+#[derive(Clone, Debug, Default, Serialize)]
+struct Mean {
+    method: String,
+    resolution: String,
+    after_move: String,
+    landmarks_mm: Option<f64>,
+    inside_mm: Option<f64>,
+    surface_mm: Option<f64>,
+    /// Change of each organ's volume.
+    volume_change_pct: String,
+    min_j: Option<f64>,
+    at_rest: Option<bool>,
+    step_ms: Option<f64>,
+    steps: Option<usize>,
+    cpu_us_per_step: Option<f64>,
+    /// Frames of 1/30 s in a second of one core, without and with drawing a picture of each.
+    frames_per_s: Option<f64>,
+    frames_per_s_with_pictures: Option<f64>,
+    /// Largest change of an organ's volume, and change of all together.
+    #[serde(skip)]
+    volume_pct: Option<[f64; 2]>,
+}
+
+/// Tables, claims and pictures of everything that was measured.
 ///
 /// # Errors
-/// Fails if the folder cannot be written, or if a promise of the product did not hold.
-pub fn write(findings: &Findings, folder: OutputFolder) -> Result<(), Error> {
-    let scene = findings.scene;
-    let mut report = Report::new("Paper 000: a liver and its gallbladder, hung by a thread");
-    introduce(findings, &mut report);
-    for resolution in findings.resolutions {
-        report.section(&format!("Table 1, {} resolution", resolution.name));
-        let sizes: Vec<String> = resolution.assembly.meshes.iter().map(|m| m.tets.len().to_string()).collect();
-        report.say(format!(
-            "{} tets. Distances from rest and errors (13), mm. The paper's columns are porcine organs against tomography.",
-            sizes.join(" + ")
-        ));
-        for (n, name) in scene.attachment.names.iter().enumerate() {
-            markers(resolution, n, name, &mut report);
-        }
-        figures::fig_2(scene, resolution, &folder, &mut report)?;
-        figures::fig_3(scene, resolution, &folder, &mut report)?;
-    }
-    report.section("Sections 3.3 and 3.4: mean errors, volume, speed");
-    means(findings, &mut report);
-    frames(findings, &mut report);
-    failures(findings, &folder, &mut report)?;
-    claims(findings, &mut report);
-    let broken = broken_promises(findings);
-    let summary = summary(findings, &report, &broken);
-    folder.write_summary(&summary)?;
-    csv(findings, &folder)?;
-    let claims = report.claims().to_vec();
-    folder.write("report.md", report.finish().as_bytes())?;
-    print(findings, &claims, &broken, &folder.publish()?);
-    if broken.is_empty() { Ok(()) } else { Err(TissueError::Check(broken.join("; ")).into()) }
-}
-
-fn mm(value_m: f64) -> String {
-    format!("{:.2}", 1e3 * value_m)
-}
-
-fn introduce(findings: &Findings, report: &mut Report) {
-    let Findings { scene, resolutions, subdivided, .. } = findings;
-    let truth = &resolutions[0].truth;
-    let weight = if scene.gravity_m_per_s2 == [0.0; 3] {
-        "the rest shape is the shape under gravity"
-    } else {
-        "gravity on, from a stress-free shape"
+/// A table cannot be formatted, or a picture cannot be drawn.
+pub fn findings(found: &Measurements, folder: &OutputFolder) -> Result<Findings, palpate_sim::error::Error> {
+    let sharpest = &found.resolutions[0];
+    let means = means(found);
+    let printed =
+        [("full", &FULL), ("sparse", &SPARSE)].into_iter().flat_map(|(name, p)| [0, 1].map(|n| Mean::printed(name, p, n)));
+    let all: Vec<Mean> = means.iter().cloned().chain(printed).collect();
+    let largest = Table::rows("largest_step", &found.steps.stable)
+        .col("damping", |(damping, _)| *damping)
+        .col("largest_step_us", |(_, dt_s)| 1e6 * f64::from(*dt_s))
+        .all();
+    let mut findings = Findings {
+        headline: "paper 000: a liver and its gallbladder, hung by a thread".into(),
+        tables: vec![
+            markers(found)
+                .about("Table 1: distances from rest and errors (13); the paper's are of porcine organs against tomography"),
+            points(found),
+            Table::of("means", &all)?
+                .about("sections 3.3 and 3.4: mean distances from our finite elements after each move, change of each organ's volume, speed on one core")
+                .columns(&[
+                    "method",
+                    "resolution",
+                    "after_move",
+                    "landmarks_mm",
+                    "inside_mm",
+                    "surface_mm",
+                    "volume_change_pct",
+                    "min_j",
+                    "at_rest",
+                    "step_ms",
+                    "cpu_us_per_step",
+                    "frames_per_s",
+                    "frames_per_s_with_pictures",
+                ]),
+            largest.about("largest step that the sparse scene survives, springs (11) as printed, no corrections"),
+        ],
+        claims: printed_claims(found, &means),
+        plotted: vec![figures::force_against_step(found.steps), figures::stable_step(found.steps)],
+        notes: notes(found),
+        ..Findings::default()
     };
-    report.say(format!(
-        "Scene `{}`: our own shapes of a liver and a gallbladder of realistic size, joined over a fossa; posterior and Lobe 2 fixed where they face the \
-         ground, Lobe 1 lifted by a stick that moves {} mm. E = {} Pa, nu = {}, {weight}. The paper's truth, tomography of a pig's organs, is not public: ours is \
-         finite elements of the same scene on the same mesh (10-node tets, neo-Hookean), {} nodes and {} tets, {} Newton iterations.",
-        scene.name,
-        scene.attachment.moves_m.iter().map(|m| format!("{:.4}", 1e3 * Vector3::from(*m).norm())).collect::<Vec<_>>().join(" and "),
-        scene.organ.iter().map(|o| o.youngs_modulus_pa.to_string()).collect::<Vec<_>>().join(" and "),
-        scene.poisson_ratio,
-        truth.size[0],
-        truth.size[1],
-        truth.iterations
-    ));
-    if let (Some(finer), Some(sparse)) = (subdivided, resolutions.last()) {
-        let drift = |n: usize| mm(mean(&sparse.truth.moves[n].landmark_errors_m(&finer.moves[n])));
-        report.say(format!(
-            "How far that truth can be trusted: with every tet of the sparse mesh cut into eight ({} tets), supports and stick on the same nodes, the elements put the landmarks {} mm \
-             elsewhere on average. Errors below are errors on the same mesh. Between the two resolutions the scene itself differs, because supports and stick hold \
-             other nodes: see the columns of finite elements in the two tables.",
+    findings.claims.extend(promises(found, &means));
+    for resolution in found.resolutions {
+        findings.drawn.extend(figures::fig_2(found.scene, resolution, folder)?);
+        findings.figures.push(figures::fig_3(found.scene, resolution));
+    }
+    let truth = &sharpest.truth;
+    findings.fact("reference_nodes", truth.size[0]);
+    findings.fact("reference_tets", truth.size[1]);
+    findings.fact("reference_iterations", truth.iterations);
+    findings.fact("reference_volume_change_pct", truth.moves.iter().map(|m| m.volume_change_pct.clone()).collect::<Vec<_>>());
+    Ok(findings)
+}
+
+fn notes(found: &Measurements) -> Vec<String> {
+    let scene = found.scene;
+    let lifted: Vec<String> = scene.attachment.moves_m.iter().map(|m| format!("{:.4}", 1e3 * Vector3::from(*m).norm())).collect();
+    let weight = if scene.gravity_m_per_s2 == [0.0; 3] { "the rest shape is that under gravity" } else { "gravity on" };
+    let mut notes = vec![
+        format!(
+            "Scene `{}`: our own shapes, Lobe 1 lifted by a stick that moves {} mm, {weight}. Truth: finite elements of the same scene on the same mesh (10-node tets, neo-Hookean), because the paper's tomography is not public",
+            scene.name,
+            lifted.join(" and ")
+        ),
+        "(12) has the unit kg/(s m), so its size depends on the unit of length; explicit dampers along springs cost step whatever their form".into(),
+        "(6)-(8) move positions by a part of the violation at every step, a force of about m dx/dt^2 that grows as the step shrinks; the same intent as an energy has no step in it".into(),
+    ];
+    if let (Some(finer), Some(sparse)) = (found.subdivided, found.resolutions.last()) {
+        let drift = |n: usize| format!("{:.2}", 1e3 * mean(&sparse.truth.moves[n].landmark_errors_m(&finer.moves[n])));
+        notes.push(format!(
+            "with every tet of the sparse mesh cut into eight ({} tets), finite elements put the landmarks {} mm elsewhere on average",
             finer.size[1],
             (0..finer.moves.len()).map(drift).collect::<Vec<_>>().join(" and ")
         ));
     }
-    report.say(format!(
-        "They change volumes by {}.",
-        truth.moves.iter().map(|m| percents(&m.volume_change_pct)).collect::<Vec<_>>().join(" and ")
-    ));
+    notes
 }
 
-fn percents(values: &[f64]) -> String {
-    values.iter().map(|v| format!("{v:+.3} %")).collect::<Vec<_>>().join(" / ")
+fn ended(rests: &[Result<Rest, Fault>], n: usize) -> Option<&Rest> {
+    rests.get(n).and_then(|r| r.as_ref().ok())
 }
 
-fn markers(resolution: &Resolution, n: usize, name: &str, report: &mut Report) {
-    report.say(format!("{} move:", capital(name)));
-    let truth = &resolution.truth.moves[n];
-    let ended: Vec<Option<&Measured>> = resolution.runs.iter().map(|(_, rests)| ended(rests, n)).collect();
-    let mut header = vec!["marker".to_string(), "finite elements".into()];
-    for (setup, _) in &resolution.runs {
-        header.push(setup.method.name());
-        header.push("error".into());
-    }
-    header.extend(["paper: CT".into(), "paper: estimated".into(), "paper: error".into()]);
-    let header: Vec<&str> = header.iter().map(String::as_str).collect();
-    let rows = (0..truth.landmarks_m.len()).map(|l| {
-        let mut row = vec![resolution.assembly.landmarks[l].0.clone(), mm(truth.landmarks_m[l].norm())];
-        for end in &ended {
-            match end {
-                Some(m) => {
-                    row.push(mm(m.landmarks_m[l].norm()));
-                    row.push(mm((m.landmarks_m[l] - truth.landmarks_m[l]).norm()));
-                }
-                None => row.extend(["diverged".to_string(), "-".into()]),
-            }
-        }
-        let printed = TABLE_1_MM.get(l).and_then(|marker| marker.get(n));
-        row.extend([0, 1, 2].map(|k| printed.map_or("-".into(), |p| format!("{:.2}", p[k]))));
-        row
-    });
-    report.table(&header, rows.collect::<Vec<_>>());
-}
-
-fn ended(rests: &[Result<Rest, Fault>], n: usize) -> Option<&Measured> {
-    rests.get(n).and_then(|r| r.as_ref().ok()).map(|rest| &rest.measured)
-}
-
-fn capital(word: &str) -> String {
-    let mut letters = word.chars();
-    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// One row of the table of means.
-struct Row {
-    method: String,
-    resolution: &'static str,
-    landmarks_mm: Vec<f64>,
-    inside_mm: Vec<f64>,
-    surface_mm: Vec<f64>,
-    volume_pct: Vec<Vec<f64>>,
-    min_j: Vec<f64>,
-    at_rest: Vec<bool>,
-    step_ms: f64,
-    steps: usize,
-    us_per_step: f64,
-}
-
-impl Row {
-    fn of(resolution: &Resolution, setup: &Setup, rests: &[Result<Rest, Fault>]) -> Self {
-        let good: Vec<(&Rest, &Measured)> =
-            rests.iter().zip(&resolution.truth.moves).filter_map(|(r, t)| r.as_ref().ok().map(|r| (r, t))).collect();
-        let landmarks: Vec<Vec<f64>> = good.iter().map(|(r, t)| r.measured.landmark_errors_m(t)).collect();
-        let scene = &resolution.assembly.scene.landmark;
-        let share = |e: &Vec<f64>, inside: bool| {
-            let part = e.iter().zip(scene).filter(|(_, l)| l.inside_m.is_some() == inside).map(|(e, _)| *e);
-            1e3 * mean(&part.collect::<Vec<_>>())
-        };
-        let steps: usize = good.iter().map(|(r, _)| r.steps).sum();
-        Self {
-            method: setup.method.name(),
-            resolution: resolution.name,
-            landmarks_mm: landmarks.iter().map(|e| share(e, false)).collect(),
-            inside_mm: landmarks.iter().map(|e| share(e, true)).collect(),
-            surface_mm: good.iter().map(|(r, t)| 1e3 * mean(&r.measured.surface_errors_m(t))).collect(),
-            volume_pct: good.iter().map(|(r, _)| r.measured.volume_change_pct.clone()).collect(),
-            min_j: good.iter().map(|(r, _)| r.measured.min_j).collect(),
-            at_rest: good.iter().map(|(r, _)| r.at_rest).collect(),
-            step_ms: 1e3 * f64::from(setup.dt_s),
-            steps,
-            us_per_step: 1e6 * good.iter().map(|(r, _)| r.cpu_s).sum::<f64>() / steps.max(1) as f64,
-        }
-    }
-
-    fn json(&self) -> Value {
-        json!({
-            "method": self.method, "resolution": self.resolution, "mean_landmark_error_mm": self.landmarks_mm,
-            "mean_inside_error_mm": self.inside_mm, "mean_surface_error_mm": self.surface_mm, "volume_change_pct": self.volume_pct,
-            "min_j": self.min_j, "at_rest": self.at_rest, "step_ms": self.step_ms, "steps": self.steps, "cpu_us_per_step": self.us_per_step, "steps_per_s": 1e6 / self.us_per_step,
+/// The setups of a resolution with every move: number and name of the move, and the truth after it.
+fn each<'a>(
+    found: &'a Measurements,
+) -> impl Iterator<Item = (&'a Resolution<'a>, usize, &'a str, &'a Measured, &'a Setup, Option<&'a Rest>)> {
+    found.resolutions.iter().flat_map(move |r| {
+        found.scene.attachment.names.iter().enumerate().flat_map(move |(n, name)| {
+            r.runs.iter().map(move |(setup, rests)| (r, n, name.as_str(), &r.truth.moves[n], setup, ended(rests, n)))
         })
-    }
+    })
 }
 
-fn rows(findings: &Findings) -> Vec<Row> {
-    let all = findings.resolutions.iter().flat_map(|r| r.runs.iter().map(move |(setup, rests)| Row::of(r, setup, rests)));
-    all.collect()
-}
-
-fn weighed_rows(findings: &Findings) -> Vec<Row> {
-    let of = |r: &Resolution| {
-        let rows = r.runs.iter().map(|(setup, rests)| Row { resolution: "sparse, weight on", ..Row::of(r, setup, rests) });
-        rows.collect::<Vec<_>>()
-    };
-    findings.weighed.map(of).unwrap_or_default()
-}
-
-fn joined(values: &[f64], digits: usize) -> String {
-    if values.is_empty() {
-        "diverged".into()
-    } else {
-        values.iter().map(|v| format!("{v:.digits$}")).collect::<Vec<_>>().join(" / ")
-    }
-}
-
-fn means(findings: &Findings, report: &mut Report) {
-    report.say("Small / large move. Volume: change of liver and gallbladder, small; large. Time: CPU of one core.");
-    let header = [
-        "method",
-        "resolution",
-        "landmarks mm",
-        "inside mm",
-        "surface mm",
-        "volume %",
-        "min J",
-        "step ms",
-        "us a step",
-        "CPU s a virtual s",
-        "at rest",
-    ];
-    let printed = |name: &str, p: &Printed| {
-        vec![
-            "paper, against tomography".to_string(),
-            name.into(),
-            joined(&p.landmarks_mm, 2),
-            p.inside_mm.map_or("-".into(), |i| joined(&i, 2)),
-            joined(&p.surface_mm, 2),
-            format!("{}; {} (total)", p.volume_pct[0], p.volume_pct[1]),
-            "-".into(),
-            "-".into(),
-            "-".into(),
-            format!("{} frames a second", p.frames_per_s),
-            "-".into(),
-        ]
-    };
-    let ours = rows(findings).into_iter().chain(weighed_rows(findings)).map(|r| {
-        let volume = r
-            .volume_pct
-            .iter()
-            .map(|v| v.iter().map(|v| format!("{v:+.3}")).collect::<Vec<_>>().join(" "))
-            .collect::<Vec<_>>()
-            .join("; ");
-        vec![
-            r.method.clone(),
-            r.resolution.into(),
-            joined(&r.landmarks_mm, 2),
-            joined(&r.inside_mm, 2),
-            joined(&r.surface_mm, 2),
-            volume,
-            joined(&r.min_j, 2),
-            format!("{:.3}", r.step_ms),
-            format!("{:.0}", r.us_per_step),
-            format!("{:.2}", r.us_per_step * 1e-3 / r.step_ms),
-            r.at_rest.iter().map(|b| if *b { "yes" } else { "no" }).collect::<Vec<_>>().join(" / "),
-        ]
+/// Table 1: displacements of the markers from rest, and errors (13).
+fn markers(found: &Measurements) -> Table {
+    let rows = each(found).flat_map(|(r, n, after_move, truth, setup, rest)| {
+        let of = move |(l, (marker, _)): (usize, &'_ (String, _))| {
+            let wanted: Vector3<f64> = truth.landmarks_m[l];
+            let printed = TABLE_1_MM.get(l).and_then(|marker| marker.get(n).copied());
+            let at = rest.map(|rest| rest.measured.landmarks_m[l]);
+            (r.name, after_move.to_owned(), marker.to_owned(), setup.method.name(), at, wanted, printed)
+        };
+        r.assembly.landmarks.iter().enumerate().map(of).collect::<Vec<_>>()
     });
-    report.table(&header, ours.chain([printed("full", &FULL), printed("sparse", &SPARSE)]).collect::<Vec<_>>());
+    Table::rows("markers", rows)
+        .col("resolution", |row| row.0)
+        .col("after_move", |row| row.1.clone())
+        .col("marker", |row| row.2.clone())
+        .col("method", |row| row.3.clone())
+        .col("displacement_mm", |row| row.4.map(|u| 1e3 * u.norm()))
+        .col("error_mm", |row| row.4.map(|u| 1e3 * (u - row.5).norm()))
+        .col("finite_elements_mm", |row| 1e3 * row.5.norm())
+        .col("paper_tomography_mm", |row| row.6.map(|p| p[0]))
+        .col("paper_estimated_mm", |row| row.6.map(|p| p[1]))
+        .col("paper_error_mm", |row| row.6.map(|p| p[2]))
+        .all()
 }
 
-/// Frames per second that a simulation in real time reaches: one frame takes the steps of a
-/// thirtieth of a second, without and with drawing and writing the picture.
-fn frames(findings: &Findings, report: &mut Report) {
-    const FRAME_S: f64 = 1.0 / 30.0;
-    let rows = rows(findings).into_iter().zip(findings.resolutions.iter().flat_map(|r| r.runs.iter().map(move |_| r.picture_s)));
-    let rows = rows.map(|(r, picture_s)| {
-        let steps_s = FRAME_S / (1e-3 * r.step_ms) * 1e-6 * r.us_per_step;
-        let (without, with) = (1.0 / steps_s, 1.0 / (steps_s + picture_s));
-        [
-            r.method.clone(),
-            r.resolution.into(),
-            format!("{:.0}", 1e6 / r.us_per_step),
-            format!("{without:.1}"),
-            format!("{with:.2}"),
-        ]
-    });
-    report.say(
-        "Speed on one core. A frame is 1/30 s of virtual time; a picture is one of Fig. 2, drawn by painter's algorithm on the processor and written as SVG and PNG: it is made for \
-         paper, not for speed, and takes most of the time. The paper's 15 and 40 frames a second are OpenGL's; how many steps a frame has it does not say.",
-    );
-    let header = ["method", "resolution", "steps a second", "frames a second, pictures excluded", "pictures included"];
-    report.table(&header, rows.collect::<Vec<_>>());
-}
-
-fn failures(findings: &Findings, folder: &OutputFolder, report: &mut Report) -> Result<(), Error> {
-    report.section("Where the printed formulas fail");
-    report.say(
-        "**The damper (12)** has the unit kg/(s m), so its size depends on the unit of length. Largest step that the sparse scene survives, springs (11) as printed, no \
-         corrections; explicit dampers along springs cost step whatever their form:",
-    );
-    let rows =
-        findings.steps.stable.iter().map(|(name, dt_s)| vec![(*name).to_string(), format!("{:.3}", 1e6 * f64::from(*dt_s))]);
-    report.table(&["damping constant", "largest step us"], rows.collect::<Vec<_>>());
-    figures::stable_step(findings.steps, folder, report)?;
-    report.say(
-        "**The length corrections (6)-(8)** move positions by a part of the violation at every step, which is a force of about m dx/dt^2: a block of 130 nodes, pressed 2 mm \
-         deep, answers with a force that grows as the step shrinks. With tau = 0, the paper's setting, every spring is corrected at every step. The same intent as an energy \
-         (the product's compensation) has no step in it.",
-    );
-    figures::force_against_step(findings.steps, folder, report)
-}
-
-fn product(findings: &Findings) -> Option<Row> {
-    rows(findings).into_iter().find(|r| r.method == METHODS[0].name())
-}
-
-fn claims(findings: &Findings, report: &mut Report) {
-    let all = rows(findings);
-    let sharpest = findings.resolutions[0].name;
-    let find = |n: usize, resolution: &str| all.iter().find(|r| r.method == METHODS[n].name() && r.resolution == resolution);
-    let paper = if sharpest == "full" { &FULL } else { &SPARSE };
-    if let Some(r) = find(2, sharpest) {
-        let held = r.landmarks_mm.len() == 2 && (0..2).all(|k| r.landmarks_mm[k] <= paper.landmarks_mm[k]);
-        let said = format!("mean landmark error {} mm", joined(&paper.landmarks_mm, 2));
-        report.claim(
-            format!("{said} ({sharpest} resolution, against tomography)"),
-            format!("{} mm against finite elements{}", joined(&r.landmarks_mm, 2), still_moving(r)),
-            Some(held),
-        );
-        // volume change of all organs together, as in the paper
-        let rest_m3 = rest_volumes_m3(&findings.resolutions[0].assembly);
-        let whole_m3: f64 = rest_m3.iter().sum();
-        let total: Vec<f64> =
-            r.volume_pct.iter().map(|v| v.iter().zip(&rest_m3).map(|(p, m3)| p * m3).sum::<f64>().abs() / whole_m3).collect();
-        let held = total.len() == 2 && (0..2).all(|k| total[k] <= paper.volume_pct[k]);
-        let said = format!("volume changes by {} and {} %", paper.volume_pct[0], paper.volume_pct[1]);
-        report.claim(said, format!("by {} %", joined(&total, 2)), Some(held));
-        report.claim(
-            "no local deformation: it is well distributed",
-            format!("least local volume ratio {}", joined(&r.min_j, 2)),
-            Some(r.min_j.iter().all(|j| *j > 0.3)),
-        );
+/// Displacements of the landmarks and surface points.
+fn points(found: &Measurements) -> Table {
+    let mut rows = Vec::new();
+    for (r, _, after_move, truth, setup, rest) in each(found) {
+        let Some(Rest { measured, .. }) = rest else { continue };
+        let points = r.assembly.landmarks.iter().map(|(_, x)| x).chain(&r.assembly.surface);
+        let there = measured.landmarks_m.iter().chain(&measured.surface_m);
+        let wanted = truth.landmarks_m.iter().chain(&truth.surface_m);
+        let head = || (r.name, after_move.to_owned(), setup.method.name());
+        rows.extend(points.zip(there).zip(wanted).map(|((x, u), t)| (head(), [*x, *u, *t])));
     }
-    if let (Some(with), Some(without)) = (find(2, sharpest), find(3, sharpest)) {
-        let volume = |r: &Row| r.volume_pct.iter().flatten().fold(0.0_f64, |a, b| a.max(b.abs()));
-        report.claim(
-            "tau = 0 preserves volume through the springs alone",
-            format!("worst volume change {:.2} %, without the corrections {:.2} %", volume(with), volume(without)),
-            Some(volume(with) < volume(without)),
-        );
+    let mut table = Table::rows("points", rows)
+        .col("resolution", |(head, _)| head.0)
+        .col("after_move", |(head, _)| head.1.clone())
+        .col("method", |(head, _)| head.2.clone());
+    for (n, what) in ["rest", "u", "fem_u"].into_iter().enumerate() {
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            table = table.col(&format!("{what}_{name}_m"), |(_, vectors)| vectors[n][axis]);
+        }
     }
-    if let (Some(full), Some(sparse)) = (find(2, "full"), find(2, "sparse")) {
-        let held = (0..2).all(|k| full.landmarks_mm.get(k) < sparse.landmarks_mm.get(k));
-        report.claim(
-            "a sparser mesh is less accurate: 2.59 and 5.27 mm instead of 1.50 and 2.93",
-            format!("{} mm instead of {}", joined(&sparse.landmarks_mm, 2), joined(&full.landmarks_mm, 2)),
-            Some(held),
-        );
-    }
-    for (resolution, printed) in [("full", &FULL), ("sparse", &SPARSE)] {
-        let Some(r) = find(2, resolution) else { continue };
-        let per_virtual_s = r.us_per_step * 1e-3 / r.step_ms;
-        report.claim(
-            format!("{} frames a second with the {resolution} mesh, in real time", printed.frames_per_s),
-            format!("a virtual second takes {per_virtual_s:.2} s on one core, pictures excluded"),
-            Some(per_virtual_s <= 1.0),
-        );
-    }
-    report.claim("accuracy against the porcine organs", "the tomography is not public", None);
+    table.all().quiet()
 }
 
-fn still_moving(row: &Row) -> &'static str {
-    if row.at_rest.iter().all(|r| *r) { "" } else { " (still swaying after 6 s)" }
+impl Mean {
+    fn of(r: &Resolution, name: &str, n: usize, after_move: &str, (setup, rests): &(Setup, Vec<Result<Rest, Fault>>)) -> Self {
+        let good = || rests.iter().filter_map(|rest| rest.as_ref().ok());
+        let steps: usize = good().map(|rest| rest.steps).sum();
+        let us = 1e6 * good().map(|rest| rest.cpu_s).sum::<f64>() / steps.max(1) as f64;
+        let step_ms = 1e3 * f64::from(setup.dt_s);
+        let frame_s = FRAME_S / (1e-3 * step_ms) * 1e-6 * us;
+        let head = Self {
+            method: setup.method.name(),
+            resolution: name.to_owned(),
+            after_move: after_move.to_owned(),
+            step_ms: Some(step_ms),
+            steps: Some(steps),
+            cpu_us_per_step: Some(us),
+            frames_per_s: Some(1.0 / frame_s).filter(|f| f.is_finite()),
+            frames_per_s_with_pictures: Some(1.0 / (frame_s + r.picture_s)).filter(|f| f.is_finite()),
+            ..Self::default()
+        };
+        let Some(Rest { measured, at_rest, .. }) = ended(rests, n) else { return head };
+        let truth = &r.truth.moves[n];
+        let errors = measured.landmark_errors_m(truth);
+        let share_mm = |inside: bool| {
+            let part = errors.iter().zip(&r.assembly.scene.landmark).filter(|(_, l)| l.inside_m.is_some() == inside);
+            1e3 * mean(&part.map(|(e, _)| *e).collect::<Vec<_>>())
+        };
+        let volumes = &measured.volume_change_pct;
+        let rest_m3 = rest_volumes_m3(r);
+        let total = volumes.iter().zip(&rest_m3).map(|(pct, m3)| pct * m3).sum::<f64>() / rest_m3.iter().sum::<f64>();
+        Self {
+            landmarks_mm: Some(share_mm(false)),
+            inside_mm: Some(share_mm(true)),
+            surface_mm: Some(1e3 * mean(&measured.surface_errors_m(truth))),
+            volume_change_pct: volumes.iter().map(|v| format!("{v:+.4}")).collect::<Vec<_>>().join(" "),
+            min_j: Some(measured.min_j),
+            at_rest: Some(*at_rest),
+            volume_pct: Some([volumes.iter().fold(0.0_f64, |a, b| a.max(b.abs())), total.abs()]),
+            ..head
+        }
+    }
+
+    fn printed(resolution: &str, printed: &Printed, n: usize) -> Self {
+        Self {
+            method: "paper, against tomography".into(),
+            resolution: resolution.to_owned(),
+            after_move: ["small", "large"][n].into(),
+            landmarks_mm: Some(printed.landmarks_mm[n]),
+            inside_mm: printed.inside_mm.map(|inside| inside[n]),
+            surface_mm: Some(printed.surface_mm[n]),
+            volume_change_pct: format!("{} (total)", printed.volume_pct[n]),
+            frames_per_s: Some(printed.frames_per_s),
+            ..Self::default()
+        }
+    }
 }
 
-fn rest_volumes_m3(assembly: &Assembly) -> Vec<f64> {
+fn means(found: &Measurements) -> Vec<Mean> {
+    let named = found.resolutions.iter().map(|r| (r, r.name)).chain(found.weighed.map(|r| (r, "sparse, weight on")));
+    let names = &found.scene.attachment.names;
+    named
+        .flat_map(|(r, name)| {
+            let of = move |run| names.iter().enumerate().map(move |(n, after)| Mean::of(r, name, n, after, run));
+            r.runs.iter().flat_map(of)
+        })
+        .collect()
+}
+
+fn rest_volumes_m3(resolution: &Resolution) -> Vec<f64> {
+    let assembly = &resolution.assembly;
     let still = vec![Vector3::zeros(); assembly.quadratic.nodes_m.len()];
     assembly.organs.iter().map(|organ| organ.volume(&assembly.quadratic, &still).rest_m3).collect()
 }
 
-/// Promises that the product did not keep, one sentence each. Limits on error and volume apply only
-/// at full resolution.
-fn broken_promises(findings: &Findings) -> Vec<String> {
-    let mut broken = Vec::new();
-    let Some(row) = product(findings) else { return broken };
-    for (n, name) in findings.scene.attachment.names.iter().enumerate() {
-        let Some(error_mm) = row.landmarks_mm.get(n) else {
-            broken.push(format!("palpate did not survive the {name} move"));
-            continue;
+/// Values of the moves, as text.
+fn joined(values: &[Option<f64>]) -> String {
+    values.iter().map(|v| v.map_or("diverged".into(), |v| format!("{v:.2}"))).collect::<Vec<_>>().join(" / ")
+}
+
+/// The statements of the paper, with its method of 0.1 critical damping.
+fn printed_claims(found: &Measurements, means: &[Mean]) -> Vec<Claim> {
+    let sharpest = found.resolutions[0].name;
+    let of = |n: usize, resolution: &str| -> Vec<&Mean> {
+        means.iter().filter(|m| m.method == METHODS[n].name() && m.resolution == resolution).collect()
+    };
+    let paper = if sharpest == "full" { &FULL } else { &SPARSE };
+    let values = |rows: &[&Mean], of: fn(&Mean) -> Option<f64>| rows.iter().map(|m| of(m)).collect::<Vec<_>>();
+    let at_most = |found: &[Option<f64>], most: [f64; 2]| {
+        found.len() == 2 && found.iter().zip(most).all(|(found, most)| found.is_some_and(|v| v <= most))
+    };
+    let (with, without) = (of(2, sharpest), of(3, sharpest));
+    let landmarks = values(&with, |m| m.landmarks_mm);
+    let total = values(&with, |m| Some(m.volume_pct?[1]));
+    let least = values(&with, |m| m.min_j);
+    let swaying = with.iter().any(|m| m.at_rest == Some(false));
+    let worst = |rows: &[&Mean]| rows.iter().filter_map(|m| Some(m.volume_pct?[0])).fold(0.0, f64::max);
+    let mut claims = vec![
+        Claim::printed(
+            format!(
+                "mean landmark error {} mm ({sharpest} resolution, against tomography)",
+                joined(&paper.landmarks_mm.map(Some))
+            ),
+            format!(
+                "{} mm against finite elements{}",
+                joined(&landmarks),
+                if swaying { " (still swaying after 6 s)" } else { "" }
+            ),
+            Some(at_most(&landmarks, paper.landmarks_mm)),
+        ),
+        Claim::printed(
+            format!("volume changes by {} and {} %", paper.volume_pct[0], paper.volume_pct[1]),
+            format!("by {} %", joined(&total)),
+            Some(at_most(&total, paper.volume_pct)),
+        ),
+        Claim::printed(
+            "no local deformation: it is well distributed",
+            format!("least local volume ratio {}", joined(&least)),
+            Some(least.iter().flatten().all(|j| *j > WELL_DISTRIBUTED_J)),
+        ),
+        Claim::printed(
+            "tau = 0 preserves volume through the springs alone",
+            format!("worst volume change {:.2} %, without the corrections {:.2} %", worst(&with), worst(&without)),
+            Some(worst(&with) < worst(&without)),
+        ),
+    ];
+    let [full, sparse] = ["full", "sparse"].map(|name| values(&of(2, name), |m| m.landmarks_mm));
+    if !full.is_empty() && !sparse.is_empty() {
+        claims.push(Claim::printed(
+            "a sparser mesh is less accurate: 2.59 and 5.27 mm instead of 1.50 and 2.93",
+            format!("{} mm instead of {}", joined(&sparse), joined(&full)),
+            Some((0..2).all(|k| full.get(k).copied().flatten() < sparse.get(k).copied().flatten())),
+        ));
+    }
+    for (resolution, printed) in [("full", &FULL), ("sparse", &SPARSE)] {
+        let Some(frames) = of(2, resolution).first().and_then(|m| m.frames_per_s) else { continue };
+        let per_virtual_s = 1.0 / (frames * FRAME_S);
+        claims.push(Claim::printed(
+            format!("{} frames a second with the {resolution} mesh, in real time", printed.frames_per_s),
+            format!("a virtual second takes {per_virtual_s:.2} s on one core, pictures excluded"),
+            Some(per_virtual_s <= 1.0),
+        ));
+    }
+    claims.push(Claim::printed("accuracy against the porcine organs", "the tomography is not public", None));
+    claims
+}
+
+/// The promises of the product. Limits on error and volume apply only at full resolution.
+fn promises(found: &Measurements, means: &[Mean]) -> Vec<Claim> {
+    let mut claims = Vec::new();
+    let resolution = found.resolutions[0].name;
+    let product = means.iter().filter(|m| m.method == METHODS[0].name() && m.resolution == resolution);
+    for (n, mean) in product.enumerate() {
+        let after = |what: &str| format!("{what} after the {} move", mean.after_move);
+        let said = |value: Option<f64>, unit: &str| value.map_or("did not survive".into(), |v| format!("{v:.3}{unit}"));
+        let mut promise = |what: &str, bound: String, value: Option<f64>, unit, holds: bool| {
+            claims.push(Claim::promise(after(what), bound, said(value, unit), holds));
         };
-        if row.min_j[n] <= 0.0 {
-            broken.push(format!("a tet is inside out after the {name} move"));
-        }
-        // the promised limits are those of the full resolution
-        if row.resolution != "full" {
+        promise("smallest volume ratio of a tet", "above 0".into(), mean.min_j, "", mean.min_j.is_some_and(|j| j > 0.0));
+        if resolution != "full" {
             continue;
         }
-        if PROMISED_M.get(n).is_some_and(|most| error_mm * 1e-3 > *most) {
-            broken.push(format!("mean landmark error {error_mm:.2} mm after the {name} move"));
-        }
-        let volume = row.volume_pct[n].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-        if PROMISED_VOLUME_PCT.get(n).is_some_and(|most| volume > *most) {
-            broken.push(format!("volume change {volume:.3} % after the {name} move"));
-        }
-    }
-    broken
-}
-
-fn summary(findings: &Findings, report: &Report, broken: &[String]) -> Value {
-    let truth = &findings.resolutions[0].truth;
-    let steps = findings.steps;
-    json!({
-        "paper": "000", "scene": findings.scene.name, "quick": findings.quick, "elapsed_s": findings.elapsed_s,
-        "reference": {
-            "nodes": truth.size[0], "tets": truth.size[1], "iterations": truth.iterations,
-            "mean_landmark_change_when_sparse_is_subdivided_mm": findings.subdivided.zip(findings.resolutions.last()).map(|(finer, sparse)| {
-                (0..finer.moves.len()).map(|n| 1e3 * mean(&sparse.truth.moves[n].landmark_errors_m(&finer.moves[n]))).collect::<Vec<_>>()
-            }),
-            "volume_change_pct": truth.moves.iter().map(|m| m.volume_change_pct.clone()).collect::<Vec<_>>(),
-        },
-        "rows": rows(findings).iter().chain(&weighed_rows(findings)).map(Row::json).collect::<Vec<_>>(),
-        "largest_step_ms": steps.stable.iter().map(|(name, dt)| json!({"damping": name, "step_ms": 1e3 * f64::from(*dt)})).collect::<Vec<_>>(),
-        "claims": report.claims(), "broken_promises": broken,
-    })
-}
-
-fn csv(findings: &Findings, folder: &OutputFolder) -> Result<(), Error> {
-    for resolution in findings.resolutions {
-        for (n, name) in findings.scene.attachment.names.iter().enumerate() {
-            let truth = &resolution.truth.moves[n];
-            for (m, (_, rests)) in resolution.runs.iter().enumerate() {
-                let Some(found) = ended(rests, n) else { continue };
-                let points = resolution.assembly.landmarks.iter().map(|(_, x)| x).chain(&resolution.assembly.surface);
-                let there = found.landmarks_m.iter().chain(&found.surface_m);
-                let wanted = truth.landmarks_m.iter().chain(&truth.surface_m);
-                let rows = points.zip(there).zip(wanted).map(|((x, u), t)| [x.x, x.y, x.z, u.x, u.y, u.z, t.x, t.y, t.z]);
-                let header =
-                    ["rest_x_m", "rest_y_m", "rest_z_m", "u_x_m", "u_y_m", "u_z_m", "fem_u_x_m", "fem_u_y_m", "fem_u_z_m"];
-                folder.write_csv(&format!("points_{}_{name}_method{m}.csv", resolution.name), header, rows)?;
-            }
+        if let (Some(most_m), Some(most_pct)) = (PROMISED_M.get(n), PROMISED_VOLUME_PCT.get(n)) {
+            let (error, volume) = (mean.landmarks_mm, mean.volume_pct.map(|v| v[0]));
+            let holds = error.is_some_and(|mm| mm * 1e-3 <= *most_m);
+            promise("mean landmark error", format!("at most {} mm", most_m * 1e3), error, " mm", holds);
+            let holds = volume.is_some_and(|pct| pct <= *most_pct);
+            promise("largest change of an organ's volume", format!("at most {most_pct} %"), volume, " %", holds);
         }
     }
-    let rows =
-        findings.steps.force.iter().enumerate().flat_map(|(n, curve)| curve.iter().map(move |(dt, f)| [n as f64, *dt, *f]));
-    let damped = findings.steps.damped.iter().map(|(share, dt_s)| [*share, *dt_s]);
-    folder.write_csv("stable_step.csv", ["damping_over_critical", "largest_step_s"], damped)?;
-    Ok(folder.write_csv("force_against_step.csv", ["curve_0_tau0_1_tau0.1_2_energy", "step_s", "force_n"], rows)?)
-}
-
-fn print(findings: &Findings, claims: &[Claim], broken: &[String], out: &Path) {
-    println!("{}", verdict(claims, broken));
-    println!(
-        "mean distance from our finite elements, after each of two lifts; J: volume of the worst tet over that at rest, negative is inside out"
-    );
-    println!(
-        "palpate promises, at full resolution: landmarks within {} mm, every J above 0",
-        PROMISED_M.map(|most| (most * 1e3).to_string()).join(" / ")
-    );
-    println!("{:<60} {:>7} {:>17} {:>15} {:>11}", "method", "mesh", "landmarks mm", "surface mm", "min J");
-    for r in rows(findings).into_iter().chain(weighed_rows(findings)) {
-        println!(
-            "{:<60} {:>7} {:>17} {:>15} {:>11}",
-            r.method,
-            r.resolution,
-            joined(&r.landmarks_mm, 2),
-            joined(&r.surface_mm, 2),
-            joined(&r.min_j, 2)
-        );
-    }
-    println!(
-        "paper, against tomography: landmarks {} mm full, {} mm sparse\n",
-        joined(&FULL.landmarks_mm, 2),
-        joined(&SPARSE.landmarks_mm, 2)
-    );
-    print_claims(claims, out);
-    println!("{}", verdict(claims, broken));
+    claims
 }

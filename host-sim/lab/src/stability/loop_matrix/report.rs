@@ -1,295 +1,180 @@
 //! Tables and pictures of the loop matrix.
 
-use std::fmt::Write as _;
-
-use super::ceiling::Ceiling;
-use super::{Cell, Climb, HELD_N_PER_M, LoopSummary, MOST_CREATED_J, MOST_STATIC_ERROR, STEP, SWEPT};
-use crate::error::Error;
 use crate::stability::controller::{CONTROLLERS, Controller};
-use palpate_charts::{
-    CreatedEnergy, EnergyRow, MatrixCell, MatrixGroup, MatrixRow, StiffnessMatrix, created_energy, stiffness_matrix,
-};
+use palpate_charts::{Bar, Bars, Figure, Form, Heat, HeatCell, HeatGroup, HeatRow, ScaledAxis, Tone};
 use palpate_loop::closed_loop::device::{DeviceProfile, PROFILES};
 use palpate_loop::closed_loop::hand::HANDS;
-use palpate_tissue::output::OutputFolder;
+use palpate_sim::error::Error;
+
+use super::{Cell, HELD_N_PER_M, LoopSummary, MOST_CREATED_J, MOST_STATIC_ERROR, STEP, SWEPT, walls_n_per_m};
+use crate::study::{Claim, Findings, Table};
 
 /// Delays at which the swept devices are run [ticks].
 const DELAYS: [u8; 3] = [0, 1, 2];
 /// Delay for which the created energy is drawn [ticks], which is that of the shipped devices.
 const DRAWN_DELAY: u8 = 1;
-/// Smallest static error that is reported (1).
-const SEEN_ERROR: f64 = 5e-3;
+/// Smallest energy that is drawn [mJ].
+const LEAST_MJ: f64 = 1e-3;
 
-/// Writes `stability_loop.csv` and `ceilings.csv`.
+/// Adds the tables, the pictures and the claim of the matrix.
 ///
 /// # Errors
-/// The folder cannot be written.
-pub fn write(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
-    let mut text = String::from(
-        "device,delay_ticks,hand,control,stiffest_n_per_m,at_least,passive_n_per_m,at_400_holds,at_400_created_mj,at_400_static_error\n",
-    );
-    for c in &summary.cells {
-        let held = &c.held;
-        let _ = writeln!(
-            text,
-            "{},{},{},{},{},{},{},{},{},{}",
-            c.device,
-            c.delay_ticks,
-            c.hand,
-            c.control,
-            c.climb.n_per_m,
-            c.climb.at_least,
-            c.passive_n_per_m,
-            held.holds(),
-            held.created_mj,
-            held.static_error.map_or(String::new(), |e| e.to_string())
-        );
+/// A profile cannot be read.
+pub fn report(summary: &LoopSummary, findings: &mut Findings) -> Result<(), Error> {
+    let cells = Table::rows("stability_loop", &summary.cells)
+        .col("device", |c| c.device.clone())
+        .col("delay_ticks", |c| c.delay_ticks)
+        .col("hand", |c| c.hand)
+        .col("control", |c| c.control.clone())
+        .col("stiffest_n_per_m", |c| c.climb.n_per_m)
+        .col("at_least", |c| c.climb.at_least)
+        .col("passive_n_per_m", |c| c.passive_n_per_m)
+        .col("at_400_holds", |c| c.held.holds())
+        .col("at_400_created_mj", |c| c.held.created_mj)
+        .col("at_400_static_error", |c| c.held.static_error)
+        .only(|c| c.control == Controller::Ours.name());
+    let slopes = summary.ceilings.iter().flat_map(|c| c.slopes.iter().map(move |slope| (c, slope)));
+    let mut slopes = Table::rows("ceilings", slopes)
+        .col("device", |(c, _)| c.device.clone())
+        .csv("count_m", |(c, _)| c.count_m)
+        .csv("friction_n", |(c, _)| c.friction_n)
+        .csv("limit_n", |(c, _)| c.limit_n)
+        .col("felt_n_per_m", |(c, _)| c.felt_n_per_m)
+        .col("youngs_modulus_pa", |(_, slope)| slope.youngs_modulus_pa)
+        .col("depth_m", |(_, slope)| slope.depth_m)
+        .col("force_n", |(_, slope)| slope.force_n)
+        .col("slope_n_per_m", |(_, slope)| slope.n_per_m);
+    for (n, (hand, _)) in summary.ceilings.first().map_or(&[][..], |c| &c.held_pa).iter().enumerate() {
+        slopes = slopes.col(&format!("{}_holds_pa", hand.to_lowercase()), |(c, _)| c.held_pa.get(n).map(|(_, pa)| *pa));
     }
-    folder.write("stability_loop.csv", text.as_bytes())?;
-    Ok(folder.write("ceilings.csv", ceilings_csv(&summary.ceilings).as_bytes())?)
-}
-
-/// Formats one row per device, tissue and depth; the stiffest tissues held are repeated in every
-/// row of a device.
-fn ceilings_csv(ceilings: &[Ceiling]) -> String {
-    let mut text = String::from("device,count_m,friction_n,limit_n,felt_n_per_m,youngs_modulus_pa,depth_m,force_n,slope_n_per_m");
-    let hands = ceilings.first().map(|c| c.held_pa.as_slice()).unwrap_or_default();
-    for (hand, _) in hands {
-        let _ = write!(text, ",{}_holds_pa", hand.to_lowercase());
-    }
-    text.push('\n');
-    for c in ceilings {
-        for s in &c.slopes {
-            let (e, depth_m) = (s.youngs_modulus_pa, s.depth_m);
-            let _ = write!(text, "{},{},{},{},{},{e},{depth_m}", c.device, c.count_m, c.friction_n, c.limit_n, c.felt_n_per_m);
-            let _ = write!(text, ",{},{}", s.force_n, s.n_per_m);
-            for (_, held_pa) in &c.held_pa {
-                let _ = write!(text, ",{held_pa}");
-            }
-            text.push('\n');
-        }
-    }
-    text
-}
-
-/// Prints the main results of our controller, or of all controllers.
-pub fn print(summary: &LoopSummary, all: bool) {
-    let shown: Vec<String> =
-        CONTROLLERS.iter().filter(|c| all || **c == Controller::Ours).map(|controller| controller.name()).collect();
-    let names = HANDS.map(|h| format!("{} {}", h.id, h.name)).join(", ");
-    let hands = HANDS.map(|h| format!("{:>6}", h.id)).join("");
-    println!(
-        "by hand: the stiffest wall that is tapped at 0.2 m/s and held without shaking [N/m], in steps of 12 % from 50 (>: none shook); 400 and more is promised"
-    );
-    println!(
-        "at 400 N/m, over all hands: mJ given to the worst (at most {:.2} promised), how many shake (none), static error % in the others (at most {:.1})",
-        MOST_CREATED_J * 1e3,
-        MOST_STATIC_ERROR * 100.0
-    );
-    println!("hands: {names}\n");
-    for device in SWEPT {
-        for delay in DELAYS {
-            let Some(first) = summary.cells.iter().find(|c| c.device == device && c.delay_ticks == delay) else { continue };
-            println!(
-                "{device}, force {delay} ticks late (by theory the device holds {:.0} N/m in any hand without a controller)",
-                first.passive_n_per_m
-            );
-            println!("  {:<18}{hands}{:>10}{:>8}{:>8}", "", "mJ given", "shaken", "error %");
-            for control in &shown {
-                let cells: Vec<&Cell> = summary.row(device, delay, control).collect();
-                let stiffest: String = cells.iter().map(|c| said(c.climb)).collect();
-                let (created_mj, shaken, error) = (worst_mj(&cells), shaken(&cells), worst_error(&cells) * 100.0 + 0.0);
-                println!("  {control:<18}{stiffest}{created_mj:>10.3}{shaken:>8}{error:>8.1}");
-            }
-            println!();
-        }
-    }
-    print_ceilings(&summary.ceilings);
-}
-
-fn print_ceilings(ceilings: &[Ceiling]) {
-    println!("limit of the encoder, whatever the controller; felt: the contact stiffness from which one encoder count is felt;");
-    println!(
-        "then the stiffness of blocks under the probe at their deepest press (*: above that), and the stiffest tissue held quietly by hand"
-    );
-    let hands = ceilings.first().map(|c| c.held_pa.as_slice()).unwrap_or_default();
-    let names: String = hands.iter().map(|(hand, _)| format!("{:>7}", format!("{hand} kPa"))).collect();
-    println!(
-        "  {:<14}{:>8}{:>9}{:>10}{:>14}{:>14}{:>14}  {names}",
-        "", "count um", "limit N", "felt N/m", "3.5 kPa N/m", "20 kPa", "100 kPa"
-    );
-    for c in ceilings {
-        let deepest = |e: f64| {
-            let slope = c.slopes.iter().rfind(|s| s.youngs_modulus_pa == e);
-            slope.map_or("-".into(), |s| {
-                let over = if s.n_per_m > c.felt_n_per_m { "*" } else { "" };
-                format!("{:.0}{over} {:.1} mm", s.n_per_m, s.depth_m * 1e3)
-            })
-        };
-        let [soft, middle, stiff] = super::ceiling::TABLED_PA.map(deepest);
-        let held: String = c.held_pa.iter().map(|(_, e)| format!("{:>7.0}", e * 1e-3)).collect();
-        let (count, limit, felt) = (c.count_m * 1e6, c.limit_n, c.felt_n_per_m);
-        println!("  {:<14}{count:>8.0}{limit:>9.1}{felt:>10.0}{soft:>14}{middle:>14}{stiff:>14}  {held}", c.device);
-    }
-}
-
-fn worst_mj(cells: &[&Cell]) -> f64 {
-    cells.iter().map(|c| c.held.created_mj).fold(0.0, f64::max)
-}
-
-fn said(climb: Climb) -> String {
-    let more = if climb.at_least { ">" } else { "" };
-    format!("{:>6}", format!("{more}{:.0}", climb.n_per_m))
-}
-
-fn shaken(cells: &[&Cell]) -> usize {
-    cells.iter().filter(|c| !c.held.quiet).count()
-}
-
-/// Static error of largest magnitude among the cells that have one, with its sign (1).
-fn worst_error(cells: &[&Cell]) -> f64 {
-    cells
-        .iter()
-        .filter_map(|c| c.held.static_error)
-        .fold(0.0, |worst: f64, e| if e.abs() > worst.abs().max(1e-6) { e } else { worst })
-}
-
-/// Draws `stiffness_<device>` for every swept device, `stiffness_profiles` if all profiles were
-/// run, and `created_energy`.
-///
-/// # Errors
-/// Fails if a picture cannot be drawn or written.
-pub fn draw(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
+    let found = match summary.broken.as_slice() {
+        [] => "all".to_owned(),
+        broken => broken.join("; "),
+    };
+    findings.claims.push(Claim::promise(
+        format!("hands in which our loop holds a wall of {HELD_N_PER_M} N/m without shaking"),
+        format!("all seven; at most {:.2} mJ given and {:.1} % static error", MOST_CREATED_J * 1e3, MOST_STATIC_ERROR * 100.0),
+        found,
+        summary.broken.is_empty(),
+    ));
+    findings.tables.extend([
+        cells.about(
+            "stiffest wall that is tapped at 0.2 m/s and held without shaking, in steps of 12 % from 50 N/m; a wall of 400 N/m",
+        ),
+        slopes
+            .all()
+            .about("limit of the encoder: the stiffness from which a count is felt, slopes of tissues, the stiffest held"),
+    ]);
+    findings.notes.push(format!("hands: {}", HANDS.map(|h| format!("{} {}", h.id, h.name)).join(", ")));
     for device in SWEPT.into_iter().filter(|d| summary.cells.iter().any(|c| c.device == *d)) {
-        swept(folder, summary, device)?;
+        findings.figures.push(swept(summary, device)?);
     }
     if summary.cells.iter().any(|c| !SWEPT.contains(&c.device.as_str())) {
-        profiles(folder, summary)?;
+        findings.figures.push(profiles(summary)?);
     }
-    energy(folder, summary)
+    findings.figures.push(energy(summary));
+    Ok(())
 }
 
-fn climbed(cell: &Cell) -> MatrixCell {
-    MatrixCell { n_per_m: cell.climb.n_per_m, at_least: cell.climb.at_least }
-}
-
-fn passive(cell: &Cell) -> MatrixCell {
-    MatrixCell { n_per_m: cell.passive_n_per_m, at_least: false }
-}
-
-fn swept(folder: &OutputFolder, summary: &LoopSummary, device: &str) -> Result<(), Error> {
-    let ceiling = DeviceProfile::load(device)?.stiffness_ceiling_n_per_m;
-    let late = |delay: u8| match delay {
-        0 => "no delay".to_owned(),
-        1 => "1 tick late".to_owned(),
-        n => format!("{n} ticks late"),
+/// Cell of a stiffness, coloured by its ratio to what the maker of the device names.
+fn heat(n_per_m: f64, at_least: bool, named_n_per_m: f64) -> HeatCell {
+    let said = match n_per_m {
+        0.0 => "–".into(),
+        k if k >= stiffest_tried_n_per_m() => "all".into(),
+        k if at_least => format!(">{k:.0}"),
+        k => format!("{k:.0}"),
     };
-    let groups = DELAYS.map(|d| MatrixGroup { name: late(d), columns: HANDS.map(|h| (h.id.to_owned(), ceiling)).to_vec() });
-    let mut soft = Vec::new();
-    let mut rows = Vec::new();
-    for name in CONTROLLERS.map(|c| c.name()) {
-        let cells: Vec<&Cell> = DELAYS.iter().flat_map(|d| summary.row(device, *d, &name)).collect();
-        let error = worst_error(&cells);
-        let star = if error.abs() > SEEN_ERROR { "*" } else { "" };
-        if error.abs() > SEEN_ERROR {
-            soft.push(format!("{name} {:+.0} %", error * 100.0));
-        }
-        let cells = cells.iter().copied().map(climbed).collect();
-        rows.push(MatrixRow { name: format!("{name}{star}"), cells, closed: false });
-    }
-    let first = CONTROLLERS[0].name();
-    let closed = DELAYS.iter().flat_map(|d| summary.row(device, *d, &first)).map(passive).collect();
-    rows.push(MatrixRow { name: "passive (closed form)".into(), cells: closed, closed: true });
-    let hands = HANDS.map(|h| format!("{} {}", h.id, h.name)).join(", ");
-    let notes = [
-        format!("* not the wall that was asked for; at 400 N/m it feels {}", soft.join(", ")),
-        hands,
-        format!(
-            "all: quiet to {:.0} N/m. >: none shook, stiffer ones met the force limit. –: 50 N/m shakes. passive: b/(T/2 + delay), own damping, any hand.",
-            summary.stiffest_tried_n_per_m
-        ),
-    ];
-    let title = format!("Stiffest wall that does not shake the hand: {device}");
-    let caption =
-        "Largest stiffness [N/m] without a limit cycle, tap at 0.2 m/s and hold; climbed in 12 % steps to the first that shakes";
-    let matrix = StiffnessMatrix {
-        title: &title,
-        caption,
-        groups: &groups,
-        rows: &rows,
-        stiffest_n_per_m: summary.stiffest_tried_n_per_m,
-        notes: &notes,
-    };
-    Ok(stiffness_matrix(folder.draft(), &format!("stiffness_{device}"), &matrix)?)
+    Tone::Ratio(n_per_m / named_n_per_m).cell(said)
 }
 
-/// Draws every profile at its own delay, with the hand that has the lowest limit.
-fn profiles(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
-    let mut columns = Vec::new();
-    let mut devices = Vec::new();
-    for (name, _) in PROFILES {
-        let device = DeviceProfile::load(name)?;
-        columns.push((name.to_owned(), device.stiffness_ceiling_n_per_m));
-        devices.push((name, device.delay_ticks));
-    }
+fn stiffest_tried_n_per_m() -> f64 {
+    walls_n_per_m().last().unwrap_or(f64::NAN)
+}
+
+fn climbed(cell: &Cell, named_n_per_m: f64) -> HeatCell {
+    heat(cell.climb.n_per_m, cell.climb.at_least, named_n_per_m)
+}
+
+fn matrix(name: String, title: String, groups: Vec<HeatGroup>, rows: Vec<HeatRow>) -> Figure {
+    let key = [0.125, 0.5, 1.0, 2.0, 8.0].map(|ratio| (Tone::Ratio(ratio).cell(""), format!("{ratio} x what its maker names")));
+    let below = format!(
+        "Largest stiffness [N/m] without a limit cycle, tap at 0.2 m/s and hold; >: none shook; all: to {:.0}; –: 50 shakes",
+        stiffest_tried_n_per_m()
+    );
+    Figure { name, title, below, form: Form::Heat(Heat { groups, rows, key: key.into(), foot: String::new() }) }
+}
+
+fn swept(summary: &LoopSummary, device: &str) -> Result<Figure, Error> {
+    let named = DeviceProfile::load(device)?.stiffness_ceiling_n_per_m;
+    let late = ["no delay", "1 tick late", "2 ticks late"];
+    let group = |late: &str| HeatGroup { label: [String::new(), late.to_owned()], feet: HANDS.map(|h| h.id.to_owned()).to_vec() };
+    let cells = |control: &str| DELAYS.iter().flat_map(|d| summary.row(device, *d, control)).collect::<Vec<_>>();
+    let of = |name: String| HeatRow { cells: cells(&name).into_iter().map(|c| climbed(c, named)).collect(), name, apart: false };
+    let passive = cells(&CONTROLLERS[0].name()).into_iter().map(|c| heat(c.passive_n_per_m, false, named));
+    let passive = HeatRow { name: "passive (closed form)".into(), apart: true, cells: passive.collect() };
+    let rows = CONTROLLERS.iter().map(|c| of(c.name())).chain([passive]).collect();
+    let title = format!("Stiffest wall that does not shake the hand: {device} (its maker names {named:.0} N/m)");
+    Ok(matrix(format!("stiffness_{device}"), title, late.map(group).into(), rows))
+}
+
+/// Every profile at its own delay, with the hand that has the lowest limit.
+fn profiles(summary: &LoopSummary) -> Result<Figure, Error> {
+    let devices = PROFILES.iter().map(|(name, _)| Ok((*name, DeviceProfile::load(name)?)));
+    let devices = devices.collect::<Result<Vec<_>, Error>>()?;
     // lowest limit among the hands with which the loop shakes; a lower bound if it shakes with none
-    let worst = |control: &str| -> Vec<MatrixCell> {
-        let of = |(name, delay): &(&str, u8)| {
-            let cells: Vec<MatrixCell> = summary.row(name, *delay, control).map(climbed).collect();
-            let least = |bounds: bool| {
-                cells.iter().filter(|c| c.at_least == bounds).copied().min_by(|a, b| a.n_per_m.total_cmp(&b.n_per_m))
-            };
-            least(false).or(least(true)).unwrap_or(MatrixCell { n_per_m: 0.0, at_least: false })
+    let worst = |control: &str, (name, device): &(&str, DeviceProfile)| {
+        let cells: Vec<&Cell> = summary.row(name, device.delay_ticks, control).collect();
+        let least = |bounds: bool| {
+            let of = cells.iter().filter(|c| c.climb.at_least == bounds);
+            of.min_by(|a, b| a.climb.n_per_m.total_cmp(&b.climb.n_per_m))
         };
-        devices.iter().map(of).collect()
+        let named = device.stiffness_ceiling_n_per_m;
+        least(false).or(least(true)).map_or(heat(0.0, false, named), |cell| climbed(cell, named))
     };
-    let mut rows: Vec<MatrixRow> =
-        CONTROLLERS.iter().map(|c| MatrixRow { name: c.name(), cells: worst(&c.name()), closed: false }).collect();
+    let row = |name: String| HeatRow { cells: devices.iter().map(|d| worst(&name, d)).collect(), name, apart: false };
     let first = CONTROLLERS[0].name();
-    let closed = devices.iter().filter_map(|(name, delay)| summary.row(name, *delay, &first).next().map(passive)).collect();
-    rows.push(MatrixRow { name: "passive (closed form)".into(), cells: closed, closed: true });
-    let named: Vec<String> = columns.iter().map(|(name, ceiling)| format!("{name} {ceiling:.0}")).collect();
-    let notes = [
-        format!("Named by the maker or taken for it [N/m]: {}", named.join(", ")),
-        format!(
-            "all: quiet to {:.0} N/m. >: none shook, stiffer ones met the force limit. –: 50 N/m shakes.",
-            summary.stiffest_tried_n_per_m
-        ),
-    ];
-    let matrix = StiffnessMatrix {
-        title: "Stiffest wall that does not shake the worst of seven hands: every device",
-        caption: "Largest stiffness [N/m] without a limit cycle, each device at its own delay; colour: against what its maker names",
-        groups: &[MatrixGroup { name: String::new(), columns }],
-        rows: &rows,
-        stiffest_n_per_m: summary.stiffest_tried_n_per_m,
-        notes: &notes,
+    let passive = devices.iter().filter_map(|(name, device)| {
+        let cell = summary.row(name, device.delay_ticks, &first).next()?;
+        Some(heat(cell.passive_n_per_m, false, device.stiffness_ceiling_n_per_m))
+    });
+    let passive = HeatRow { name: "passive (closed form)".into(), apart: true, cells: passive.collect() };
+    let rows = CONTROLLERS.iter().map(|c| row(c.name())).chain([passive]).collect();
+    let group = |(name, device): &(&str, DeviceProfile)| HeatGroup {
+        label: [(*name).to_owned(), format!("{:.0}", device.stiffness_ceiling_n_per_m)],
+        feet: vec![String::new()],
     };
-    Ok(stiffness_matrix(folder.draft(), "stiffness_profiles", &matrix)?)
+    let title = "Stiffest wall that does not shake the worst of seven hands: every device, and what its maker names";
+    Ok(matrix("stiffness_profiles".into(), title.into(), devices.iter().map(group).collect(), rows))
 }
 
-fn energy(folder: &OutputFolder, summary: &LoopSummary) -> Result<(), Error> {
+/// Energy that each controller gives to the worst hand, with its static error and the hands that it
+/// shakes.
+fn energy(summary: &LoopSummary) -> Figure {
     let devices: Vec<&str> = SWEPT.into_iter().filter(|d| summary.cells.iter().any(|c| c.device == *d)).collect();
-    let rows: Vec<EnergyRow> = CONTROLLERS
-        .iter()
-        .map(|control| {
-            let name = control.name();
-            let of = |device: &&str| worst_mj(&summary.row(device, DRAWN_DELAY, &name).collect::<Vec<_>>()) * 1e-3;
-            let all: Vec<&Cell> = devices.iter().flat_map(|d| summary.row(d, DRAWN_DELAY, &name)).collect();
-            let error = worst_error(&all);
-            let error = if error.abs() < SEEN_ERROR { "0".into() } else { format!("{:+.0} %", error * 100.0) };
-            let beside = [error, format!("{} of {}", shaken(&all), all.len())];
-            EnergyRow { created_j: devices.iter().map(of).collect(), name, beside }
-        })
-        .collect();
-    let title = format!("Energy that the loop gives to the hand at {HELD_N_PER_M:.0} N/m");
-    let bars = CreatedEnergy {
-        title: &title,
-        caption: "Tap at 0.2 m/s, one tick late, worst of seven hands; at the true port, in the worst contact",
-        devices: &devices,
-        rows: &rows,
-        promised_j: MOST_CREATED_J,
+    let bar = |name: &str, device: &str| {
+        let cells: Vec<&Cell> = summary.row(device, DRAWN_DELAY, name).collect();
+        let created_mj = cells.iter().map(|c| c.held.created_mj).fold(0.0, f64::max);
+        let larger = |worst: f64, error: f64| if error.abs() > worst.abs() { error } else { worst };
+        let error = cells.iter().filter_map(|c| c.held.static_error).fold(0.0, larger);
+        let shaken = cells.iter().filter(|c| !c.held.quiet).count();
+        Bar {
+            name: name.to_owned(),
+            kind: device.to_owned(),
+            span: [LEAST_MJ, created_mj.max(LEAST_MJ)],
+            whiskers: None,
+            mark: None,
+            allowed: (name == Controller::Ours.name()).then_some(MOST_CREATED_J * 1e3),
+            text: format!("{:+.0} %, {shaken} of {} shaken", error * 100.0 + 0.0, cells.len()),
+        }
     };
-    Ok(created_energy(folder.draft(), "created_energy", &bars)?)
+    let bars =
+        CONTROLLERS.iter().flat_map(|control| devices.iter().map(|device| bar(&control.name(), device)).collect::<Vec<_>>());
+    Figure {
+        name: "created_energy".into(),
+        title: format!("Energy that the loop gives to the hand at {HELD_N_PER_M:.0} N/m"),
+        below: "Tap at 0.2 m/s, one tick late, worst of seven hands; beside: static error, hands shaken; stroke: promised".into(),
+        form: Form::Bars(Bars { axis: ScaledAxis::log("energy created in the worst contact [mJ]"), bars: bars.collect() }),
+    }
 }
 
 const _: () = assert!(STEP == 1.12, "captions say 12 %");

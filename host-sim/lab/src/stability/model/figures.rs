@@ -5,20 +5,15 @@ use super::margin::{Axis, Margin};
 use super::matrix::Matrix;
 use super::promise::LEAST_J;
 use super::verdict::{Figures, Verdict};
-use crate::error::Error;
-use palpate_charts::{HeatCell, HeatGroup, HeatMatrix, HeatRow, Tone, heat_matrix};
-use palpate_tissue::output::OutputFolder;
+use palpate_charts::{Figure, Form, Heat, HeatCell, HeatGroup, HeatRow, Tone};
 
 /// Multiple of the standard value below which a margin is drawn as thin (1).
 const THIN: f64 = 1.25;
 
-/// Draws `stability_model` and `stability_margins`.
-///
-/// # Errors
-/// Fails if a picture cannot be drawn or written.
-pub fn draw(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
-    verdicts(folder, matrix)?;
-    if matrix.margins.is_empty() { Ok(()) } else { margins(folder, matrix) }
+/// The pictures `stability_model` and `stability_margins`.
+pub fn figures(matrix: &Matrix) -> Vec<Figure> {
+    let margins = (!matrix.margins.is_empty()).then(|| margins(matrix));
+    std::iter::once(verdicts(matrix)).chain(margins).collect()
 }
 
 fn look(verdict: Verdict) -> HeatCell {
@@ -32,7 +27,7 @@ fn look(verdict: Verdict) -> HeatCell {
         Verdict::Inverted => (Tone::Failure, "I"),
         Verdict::Diverged => (Tone::Lost, "X"),
     };
-    HeatCell { tone, sign: sign.into() }
+    tone.cell(sign)
 }
 
 fn meaning(verdict: Verdict) -> &'static str {
@@ -55,11 +50,11 @@ fn cell_look(figures: &Figures) -> HeatCell {
 }
 
 fn squeezed() -> HeatCell {
-    HeatCell { tone: Tone::Thin, sign: "s".into() }
+    Tone::Thin.cell("s")
 }
 
 fn empty() -> HeatCell {
-    HeatCell { tone: Tone::Empty, sign: String::new() }
+    Tone::Empty.cell("")
 }
 
 /// Rows that were run, with a gap before the other configurations of the product and before the
@@ -86,7 +81,7 @@ fn steps(matrix: &Matrix, row: &Row) -> String {
     }
 }
 
-fn verdicts(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
+fn verdicts(matrix: &Matrix) -> Figure {
     let scope = &matrix.scope;
     let kpa = |pa: &f64| (pa * 1e-3).to_string();
     // there is room only for the first and the last of many labels
@@ -106,27 +101,24 @@ fn verdicts(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
         places.map(cell).collect()
     };
     let rows = rows(matrix, of_row);
-    let mut key: Vec<(HeatCell, &str)> = Verdict::ALL.map(|v| (look(v), meaning(v))).into();
-    key.insert(1, (squeezed(), "a tet below 1/5"));
-    key.push((empty(), "refused, or has no such term"));
+    let mut key: Vec<(HeatCell, String)> = Verdict::ALL.map(|v| (look(v), meaning(v).to_owned())).into();
+    key.insert(1, (squeezed(), "a tet below 1/5".to_owned()));
+    key.push((empty(), "refused, or has no such term".to_owned()));
     let moduli: Vec<String> = scope.moduli_pa.iter().map(kpa).collect();
     let below = format!(
         "Block of {} nodes, 40 mm high, hemisphere R = 8 mm; presses at 40 mm/s; 8 mm if not said; from left {} kPa",
         scope.nodes,
         moduli.join(", "),
     );
-    let drawn = HeatMatrix {
-        title: "Where the methods fail",
-        below: &below,
-        groups: &groups,
-        rows: &rows,
-        key: &key,
-        foot: "stiffness [kPa]",
-    };
-    Ok(heat_matrix(folder.draft(), "stability_model", &drawn)?)
+    Figure {
+        name: "stability_model".into(),
+        title: "Where the methods fail".into(),
+        below,
+        form: Form::Heat(Heat { groups, rows, key, foot: "stiffness [kPa]".into() }),
+    }
 }
 
-fn margins(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
+fn margins(matrix: &Matrix) -> Figure {
     let moduli = &matrix.scope.margins_at_pa;
     let label = |axis: Axis| match axis {
         Axis::Tick => ["longest tick [ms]", "press and tap"],
@@ -150,27 +142,25 @@ fn margins(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
         places.map(cell).collect()
     };
     let rows = rows(matrix, of_row);
-    let tone = |tone| HeatCell { tone, sign: String::new() };
     let key = [
-        (tone(Tone::Good), "stands 1.25 times the standard and more"),
-        (tone(Tone::Slight), "stands the standard"),
-        (tone(Tone::Failure), "does not stand it"),
-        (tone(Tone::Empty), "the letter: what comes beyond (as in the verdicts)"),
+        (Tone::Good, "stands 1.25 times the standard and more"),
+        (Tone::Slight, "stands the standard"),
+        (Tone::Failure, "does not stand it"),
+        (Tone::Empty, "the letter: what comes beyond (as in the verdicts)"),
     ];
-    let drawn = HeatMatrix {
-        title: "How much more the methods stand before they fail",
-        below: "One quantity grows, the rest stays at the standard: 1 ms, 8 mm, 0.5 m/s, the stiffness below each column",
-        groups: &groups,
-        rows: &rows,
-        key: &key,
-        foot: "",
-    };
-    Ok(heat_matrix(folder.draft(), "stability_margins", &drawn)?)
+    let key = key.map(|(tone, meaning)| (tone.cell(""), meaning.to_owned())).into();
+    let below = "One quantity grows, the rest stays at the standard: 1 ms, 8 mm, 0.5 m/s, the stiffness below each column";
+    Figure {
+        name: "stability_margins".into(),
+        title: "How much more the methods stand before they fail".into(),
+        below: below.into(),
+        form: Form::Heat(Heat { groups, rows, key, foot: String::new() }),
+    }
 }
 
 fn margin_look(axis: Axis, youngs_modulus_pa: f64, margin: &Margin) -> HeatCell {
     let letter = margin.beyond.map_or(String::new(), |v| format!("  {}", look(v).sign));
-    let Some(value) = margin.passes else { return HeatCell { tone: Tone::Failure, sign: format!("–{letter}") } };
+    let Some(value) = margin.passes else { return Tone::Failure.cell(format!("–{letter}")) };
     let over = value / axis.standard(youngs_modulus_pa);
     let tone = match over {
         over if over >= THIN => Tone::Good,
@@ -178,5 +168,5 @@ fn margin_look(axis: Axis, youngs_modulus_pa: f64, margin: &Margin) -> HeatCell 
         over if over >= 0.95 => Tone::Slight,
         _ => Tone::Failure,
     };
-    HeatCell { tone, sign: format!("{}{letter}", axis.said(value, margin.beyond.is_none())) }
+    tone.cell(format!("{}{letter}", axis.said(value, margin.beyond.is_none())))
 }

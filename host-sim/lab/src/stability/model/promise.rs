@@ -23,7 +23,8 @@ pub fn is_promised(cell: &Cell) -> bool {
     cell.row.is_promised() && stiffness && cell.case.promise != Promise::None
 }
 
-fn broken(cell: &Cell) -> Option<String> {
+/// The promise of a cell that did not hold, in one sentence.
+pub(super) fn broken(cell: &Cell) -> Option<String> {
     let figures = &cell.figures;
     let wanted = match cell.case.promise {
         Promise::Hold => Verdict::Held,

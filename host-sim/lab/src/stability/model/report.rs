@@ -1,190 +1,131 @@
-//! The matrix as CSV and JSON.
+//! The matrix as tables.
 
 use palpate::ClampFlags;
-use serde::Serialize;
 
+use super::built_method::Row;
 use super::load_case::{CaseTissue, Stimulus};
 use super::matrix::{Cell, Matrix};
-use super::promise::{is_promised, promises};
+use super::promise::{LEAST_J, broken, is_promised, promises};
 use super::verdict::Verdict;
-use crate::error::Error;
-use palpate_tissue::output::OutputFolder;
+use crate::study::{Claim, Findings, Table};
 
-/// Contents of `summary.json`.
-#[derive(Clone, Debug, Serialize)]
-pub struct Summary {
-    /// Name of the scene that was pressed.
-    pub scene: String,
-    /// Definitions of the terms that the report uses.
-    pub terms: [&'static str; 5],
-    /// Number of cells of every row by verdict.
-    pub rows: Vec<Counts>,
-    /// Worst figures of the product in the cells for which it makes promises.
-    pub product: Worst,
-    /// Promises that did not hold, one sentence each.
-    pub broken: Vec<String>,
+/// Definitions of the terms of the tables.
+const TERMS: [&str; 5] = [
+    "substeps: the product's as a session derives them, the others' the fewest with which they survive the chart's press to 8 mm on the same tissue",
+    "jitter: the pose that a tick is given was sensed up to half a tick before or after it; the step of the model stays what it is, as on a device",
+    "held: the product's guard let the tip no deeper than 10 mm; the other methods have no depth limit, and no more than 1 m/s is shown to any but implicit and compliance",
+    "force is cut at 12 N, the most the core lets out: above that a fall of it is not seen; it is judged in slow presses only",
+    "margins: one quantity grows while the others stay at the press to 8 mm and the tap of 0.5 m/s, found within 5 %; the tick up to 2 ms, which is what the foundation's damping and slope allow",
+];
+
+/// The cells of the matrix; those that break a promise are printed.
+fn cells(matrix: &Matrix) -> Table {
+    Table::rows("stability_model", &matrix.cells)
+        .col("row", |c| c.row.name())
+        .csv("method", |c| c.row.method.name())
+        .csv("substeps", |c| c.substeps)
+        .col("youngs_modulus_pa", |c| c.youngs_modulus_pa)
+        .col("case", |c| c.case.name)
+        .csv("depth_m", |c| c.case.stimulus.depth_m)
+        .csv("in_m_per_s", |c| c.case.stimulus.in_m_per_s)
+        .csv("out_m_per_s", |c| c.case.stimulus.out_m_per_s)
+        .csv("jitter", |c| c.case.stimulus.jitter)
+        .csv("tissue", |c| c.case.tissue.name())
+        .col("promised", |c| is_promised(c))
+        .col("verdict", |c| c.figures.verdict.name())
+        .col("lowest_j", |c| c.figures.lowest_j)
+        .col("held_j", |c| c.figures.held_j)
+        .col("residual_mm", |c| c.figures.residual_mm)
+        .col("force_drop_pct", |c| c.figures.drop_pct)
+        .csv("moved_mm", |c| c.figures.moved_mm)
+        .csv("force_change_pct", |c| c.figures.force_change_pct)
+        .csv("held_n", |c| c.figures.held_n)
+        .csv("peak_n", |c| c.figures.peak_n)
+        .csv("diverged_at_mm", |c| c.figures.diverged_at_mm)
+        .csv("depth_held", |c| c.figures.limiters.contains(ClampFlags::DEPTH))
+        .csv("speed_limited", |c| c.figures.limiters.contains(ClampFlags::SPEED))
+        .csv("force_cut", |c| c.figures.limiters.contains(ClampFlags::FORCE))
+        .only(|c| is_promised(c) && broken(c).is_some())
 }
 
-/// Number of cells of a row by verdict.
-#[derive(Clone, Debug, Serialize)]
-pub struct Counts {
-    /// Name of the row.
-    pub row: String,
-    /// Substeps per tick at each stiffness, on the block without the inclusion.
-    pub substeps: Vec<u16>,
-    /// Verdicts and the number of cells that have them.
-    pub verdicts: Vec<(Verdict, usize)>,
+fn margins(matrix: &Matrix) -> Table {
+    Table::rows("stability_margins", &matrix.margins)
+        .col("row", |c| c.row.name())
+        .csv("method", |c| c.row.method.name())
+        .csv("substeps", |c| c.substeps)
+        .col("youngs_modulus_pa", |c| c.youngs_modulus_pa)
+        .col("quantity", |c| c.axis.name())
+        .col("standard", |c| c.axis.standard(c.youngs_modulus_pa))
+        .col("passes_up_to", |c| c.margin.passes)
+        .col("largest_tried", |c| c.axis.range()[1])
+        .col("beyond", |c| c.margin.beyond.map(Verdict::name))
+        .only(|c| c.row.is_promised())
 }
 
-/// Worst figures over the cells for which the product makes promises.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Worst {
-    /// Number of cells to which a promise applies.
-    pub cells: usize,
-    /// Smallest volume ratio J of a tet in any tick (1).
-    pub lowest_j: f64,
-    /// Smallest volume ratio J of a tet at the end of a hold (1).
-    pub held_j: f64,
-    /// Largest distance of a node from its rest position half a second after a release [mm].
-    pub residual_mm: f64,
-    /// Largest fall of the force in a slow press, relative to the largest force [%].
-    pub drop_pct: f64,
-    /// Largest fall of the force in a slow press with jittered poses, relative to the largest force
-    /// [%]. The speed of the tip jumps from tick to tick, and the force jumps with it.
-    pub jitter_drop_pct: f64,
-    /// Largest change of the force in the last 20 ms of a hold [%].
-    pub force_change_pct: f64,
+/// The rows of the matrix: substeps at each stiffness, on the block without the inclusion, and the
+/// number of cells that ended in each verdict.
+fn methods(matrix: &Matrix) -> Table {
+    let own = |row: &Row| matrix.cells.iter().filter(move |c| c.row == *row).collect::<Vec<_>>();
+    let rows = matrix.scope.rows.iter().map(|row| (row, own(row))).filter(|(_, own)| !own.is_empty());
+    let substeps = |own: &[&Cell]| {
+        let plain = |pa: &f64| own.iter().find(|c| c.youngs_modulus_pa == *pa && c.case.tissue == CaseTissue::Plain);
+        let at = matrix.scope.moduli_pa.iter().filter_map(plain).map(|c| c.substeps.to_string());
+        at.collect::<Vec<_>>().join("/")
+    };
+    let ended = |own: &[&Cell]| {
+        let count = |v: Verdict| (own.iter().filter(|c| c.figures.verdict == v).count(), v.name());
+        let counts = Verdict::ALL.map(count).into_iter().filter(|(n, _)| *n > 0);
+        counts.map(|(n, name)| format!("{n} {name}")).collect::<Vec<_>>().join(", ")
+    };
+    Table::rows("stability_methods", rows)
+        .col("method", |(row, _)| row.name())
+        .col("substeps", |(_, own)| substeps(own))
+        .col("ended_in", |(_, own)| ended(own))
+        .only(|(row, _)| row.is_promised())
 }
 
-impl Summary {
-    /// Counts verdicts, promises and margins of a matrix.
-    #[must_use]
-    pub fn of(matrix: &Matrix) -> Self {
-        let rows = matrix.scope.rows.iter().filter_map(|row| {
-            let own: Vec<&Cell> = matrix.cells.iter().filter(|c| c.row == *row).collect();
-            let of = |pa: &f64| {
-                own.iter().find(|c| c.youngs_modulus_pa == *pa && c.case.tissue == CaseTissue::Plain).map(|c| c.substeps)
-            };
-            let substeps = matrix.scope.moduli_pa.iter().filter_map(of).collect();
-            let count = |verdict: Verdict| own.iter().filter(|c| c.figures.verdict == verdict).count();
-            let verdicts = Verdict::ALL.map(|v| (v, count(v))).into_iter().filter(|(_, n)| *n > 0).collect();
-            (!own.is_empty()).then(|| Counts { row: row.name(), substeps, verdicts })
-        });
-        Self {
-            scene: format!("block 80 x 80 x 40 mm of {} nodes, nu 0.45, hemisphere R = 8 mm", matrix.scope.nodes),
-            terms: [
-                "substeps: the product's as a session derives them, the others' the fewest with which they survive the chart's press to 8 mm on the same tissue",
-                "jitter: the pose that a tick is given was sensed up to half a tick before or after it; the step of the model stays what it is, as on a device",
-                "held: the product's guard let the tip no deeper than 10 mm; the other methods have no depth limit, and no more than 1 m/s is shown to any but implicit and compliance",
-                "force is cut at 12 N, the most the core lets out: above that a fall of it is not seen; it is judged in slow presses only",
-                "margins: one quantity grows while the others stay at the press to 8 mm and the tap of 0.5 m/s, found within 5 %; the tick up to 2 ms, which is what the foundation's damping and slope allow",
-            ],
-            rows: rows.collect(),
-            product: Worst::of(matrix),
-            broken: promises(matrix),
-        }
-    }
-}
-
-impl Worst {
-    fn of(matrix: &Matrix) -> Self {
-        let none = Self {
-            cells: 0,
-            lowest_j: f64::INFINITY,
-            held_j: f64::INFINITY,
-            residual_mm: 0.0,
-            drop_pct: 0.0,
-            jitter_drop_pct: 0.0,
-            force_change_pct: 0.0,
-        };
-        matrix.cells.iter().filter(|c| is_promised(c)).fold(none, |worst, cell| {
-            let f = &cell.figures;
-            let stimulus = cell.case.stimulus;
-            let even = Stimulus { jitter: 0.0, ..stimulus };
-            let drop_pct = if stimulus.is_slow() { f.drop_pct } else { 0.0 };
-            let jitter_drop_pct = if even.is_slow() { f.drop_pct } else { 0.0 };
-            Self {
-                cells: worst.cells + 1,
-                lowest_j: worst.lowest_j.min(f.lowest_j),
-                held_j: worst.held_j.min(f.held_j),
-                residual_mm: worst.residual_mm.max(f.residual_mm),
-                drop_pct: worst.drop_pct.max(drop_pct),
-                jitter_drop_pct: worst.jitter_drop_pct.max(jitter_drop_pct),
-                force_change_pct: worst.force_change_pct.max(f.force_change_pct),
-            }
-        })
-    }
-}
-
-/// Writes `stability_model.csv` and `stability_margins.csv`.
-///
-/// # Errors
-/// The folder cannot be written.
-pub fn write(folder: &OutputFolder, matrix: &Matrix) -> Result<(), Error> {
-    folder.write("stability_model.csv", cells(matrix).as_bytes())?;
-    Ok(folder.write("stability_margins.csv", margins(matrix).as_bytes())?)
-}
-
-fn cells(matrix: &Matrix) -> String {
-    let mut text = String::from(
-        "row,method,substeps,youngs_modulus_pa,case,depth_m,in_m_per_s,out_m_per_s,jitter,tissue,promised,verdict,lowest_j,held_j,residual_mm,force_drop_pct,moved_mm,force_change_pct,held_n,peak_n,diverged_at_mm,depth_held,speed_limited,force_cut\n",
+/// Adds the tables, the pictures and the claim of the matrix.
+pub fn report(matrix: &Matrix, findings: &mut Findings) {
+    let moduli: Vec<String> = matrix.scope.moduli_pa.iter().map(|pa| (pa * 1e-3).to_string()).collect();
+    let about = format!(
+        "block 80 x 80 x 40 mm of {} nodes, nu 0.45, hemisphere R = 8 mm; substeps at {} kPa; {} presses and taps per row",
+        matrix.scope.nodes,
+        moduli.join("/"),
+        matrix.scope.moduli_pa.len() * matrix.scope.cases.len()
     );
-    for cell in &matrix.cells {
-        let (f, s) = (&cell.figures, cell.case.stimulus);
-        let clamped = |limiter: ClampFlags| f.limiters.contains(limiter).to_string();
-        let row = [
-            cell.row.name(),
-            cell.row.method.name().into(),
-            cell.substeps.to_string(),
-            cell.youngs_modulus_pa.to_string(),
-            cell.case.name.into(),
-            s.depth_m.to_string(),
-            s.in_m_per_s.to_string(),
-            s.out_m_per_s.to_string(),
-            s.jitter.to_string(),
-            cell.case.tissue.name().into(),
-            is_promised(cell).to_string(),
-            f.verdict.name().into(),
-            number(f.lowest_j, 4),
-            number(f.held_j, 4),
-            number(f.residual_mm, 5),
-            number(f.drop_pct, 3),
-            number(f.moved_mm, 5),
-            number(f.force_change_pct, 3),
-            number(f.held_n, 5),
-            number(f.peak_n, 5),
-            f.diverged_at_mm.map_or(String::new(), |d| number(d, 2)),
-            clamped(ClampFlags::DEPTH),
-            clamped(ClampFlags::SPEED),
-            clamped(ClampFlags::FORCE),
-        ];
-        text.push_str(&row.join(","));
-        text.push('\n');
-    }
-    text
+    let broken = promises(matrix);
+    findings.tables.extend([
+        methods(matrix).about(about),
+        cells(matrix),
+        margins(matrix).about("how far a quantity can go before a press to 8 mm or a tap of 0.5 m/s fails, and in which way"),
+    ]);
+    worst(matrix, findings);
+    let cells = || matrix.cells.iter().filter(|cell| is_promised(cell));
+    let (promised, lowest_j) = (cells().count(), cells().map(|c| c.figures.lowest_j).fold(f64::INFINITY, f64::min));
+    let found = match broken.as_slice() {
+        [] => format!("all {promised}; the tet squeezed most keeps {lowest_j:.3}"),
+        [first, ..] => format!("{} of {promised} do not hold, the first: {first}", broken.len()),
+    };
+    findings.claims.push(Claim::promise(
+        "presses that our patches promise to survive",
+        format!("all, and every tet keeps {LEAST_J} of its volume"),
+        found,
+        broken.is_empty(),
+    ));
+    findings.notes.extend(broken.iter().map(|line| format!("does not hold: {line}")));
+    findings.notes.extend(TERMS.map(str::to_owned));
+    findings.figures.extend(super::figures::figures(matrix));
 }
 
-fn margins(matrix: &Matrix) -> String {
-    let mut text = String::from("row,method,substeps,youngs_modulus_pa,quantity,standard,passes_up_to,largest_tried,beyond\n");
-    for cell in &matrix.margins {
-        let row = [
-            cell.row.name(),
-            cell.row.method.name().into(),
-            cell.substeps.to_string(),
-            cell.youngs_modulus_pa.to_string(),
-            cell.axis.name().into(),
-            cell.axis.standard(cell.youngs_modulus_pa).to_string(),
-            cell.margin.passes.map_or(String::new(), |v| format!("{v:.4e}")),
-            cell.axis.range()[1].to_string(),
-            cell.margin.beyond.map_or("", Verdict::name).into(),
-        ];
-        text.push_str(&row.join(","));
-        text.push('\n');
-    }
-    text
-}
-
-/// Formats a value; the text is empty if nothing was measured.
-fn number(value: f64, digits: usize) -> String {
-    if value.is_finite() { format!("{value:.digits$}") } else { String::new() }
+/// Adds the worst figures over the cells for which the product makes promises.
+fn worst(matrix: &Matrix, findings: &mut Findings) {
+    let cells = || matrix.cells.iter().filter(|cell| is_promised(cell));
+    let slow = |cell: &&Cell| cell.case.stimulus.is_slow();
+    let jittered = |cell: &&Cell| Stimulus { jitter: 0.0, ..cell.case.stimulus }.is_slow();
+    findings.fact("worst_lowest_j", cells().map(|c| c.figures.lowest_j).fold(f64::INFINITY, f64::min));
+    findings.fact("worst_held_j", cells().map(|c| c.figures.held_j).fold(f64::INFINITY, f64::min));
+    findings.fact("worst_residual_mm", cells().map(|c| c.figures.residual_mm).fold(0.0, f64::max));
+    findings.fact("worst_drop_pct", cells().filter(slow).map(|c| c.figures.drop_pct).fold(0.0, f64::max));
+    findings.fact("worst_jitter_drop_pct", cells().filter(jittered).map(|c| c.figures.drop_pct).fold(0.0, f64::max));
+    findings.fact("worst_force_change_pct", cells().map(|c| c.figures.force_change_pct).fold(0.0, f64::max));
 }

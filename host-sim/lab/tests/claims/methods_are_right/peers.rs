@@ -3,10 +3,9 @@
 use std::fmt::Write as _;
 
 use crate::palpate_command::{Desk, palpate, repository};
-use palpate_lab::chart::peers::{Peers, StandardPress, columns, compare, draw_peers, least, same_meshes};
+use palpate_lab::chart::peers::{Peers, StandardPress, columns, compare, figures, least, same_meshes};
 use palpate_lab::chart::{DEPTHS_M, Reference, Task, measure};
 use palpate_lab::methods::{Block, Method};
-use palpate_tissue::output::OutputFolder;
 
 /// A table of two fictitious engines for this press, too stiff by 25 and 60 %.
 fn table(hash: &str) -> String {
@@ -46,9 +45,10 @@ fn ours_stands_beside_theirs() {
     assert_eq!(least(&rows, |row| Some(row.held)).nearer, alpha.held.nearer);
     assert!(compare(&peers.rows, &[], &on_grids).is_empty());
 
-    let folder = OutputFolder::open(&desk.folder().join("out")).unwrap();
-    assert_eq!(draw_peers(&folder, &peers, &runs, &on_grids, &[]).unwrap(), ["peers_held_3.5kpa"]);
-    let svg = std::fs::read_to_string(folder.publish().unwrap().join("peers_held_3.5kpa.svg")).unwrap();
+    let [figure] = &figures(&peers, &runs, &on_grids, &[])[..] else { panic!("one picture") };
+    assert_eq!(figure.name, "peers_held_3.5kpa");
+    figure.draw(desk.folder()).unwrap();
+    let svg = std::fs::read_to_string(desk.folder().join("peers_held_3.5kpa.svg")).unwrap();
     for name in ["alpha model", "beta model", "ours, uncalibrated", "ours, on their grids"] {
         assert!(svg.contains(name), "{name} is not in the legend");
     }

@@ -61,7 +61,7 @@ pub fn look(index: usize) -> Look {
 }
 
 /// Looks for a small number of series: neighbours differ in hue, lightness and shape.
-const DISTINCT: [Look; 8] = [
+pub const DISTINCT: [Look; 8] = [
     Look { color: RGBColor(0x1f, 0x6f, 0xb4), shape: Marker::Disc },
     Look { color: RGBColor(0xe3, 0x8b, 0x1d), shape: Marker::Square },
     Look { color: RGBColor(0x2f, 0x93, 0x57), shape: Marker::Up },

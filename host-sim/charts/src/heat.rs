@@ -20,7 +20,7 @@ use super::style::{INK, MUTED, TICK_PX, px, text};
 
 /// Rating of a cell from good to bad, which sets its colour: a worse fault is darker. `Empty` is
 /// not a rating.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tone {
     /// The value is as required.
     Good,
@@ -42,6 +42,15 @@ pub enum Tone {
     Lost,
     /// Nothing was measured here.
     Empty,
+    /// Ratio to what is wanted: orange below one, blue from one on, darker the farther from one.
+    Ratio(f64),
+}
+
+impl Tone {
+    /// Cell with this rating and this text.
+    pub fn cell(self, sign: impl Into<String>) -> HeatCell {
+        HeatCell { tone: self, sign: sign.into() }
+    }
 }
 
 /// One cell of the matrix.
@@ -73,21 +82,17 @@ pub struct HeatRow {
     pub cells: Vec<HeatCell>,
 }
 
-/// Data and labels of a heat matrix.
-#[derive(Clone, Copy, Debug)]
-pub struct HeatMatrix<'a> {
-    /// First line above the matrix.
-    pub title: &'a str,
-    /// Second line above the matrix.
-    pub below: &'a str,
+/// A table of coloured cells.
+#[derive(Clone, Debug)]
+pub struct Heat {
     /// Groups of columns from left to right.
-    pub groups: &'a [HeatGroup],
+    pub groups: Vec<HeatGroup>,
     /// Rows from top to bottom.
-    pub rows: &'a [HeatRow],
+    pub rows: Vec<HeatRow>,
     /// Entries of the key: a cell and its meaning.
-    pub key: &'a [(HeatCell, &'a str)],
+    pub key: Vec<(HeatCell, String)>,
     /// Label to the left of the texts below the columns.
-    pub foot: &'a str,
+    pub foot: String,
 }
 
 /// Space for the names of the rows, between groups, and for the lines around the matrix [px].
@@ -103,25 +108,34 @@ const FOOT_PX: f64 = 10.0;
 /// Maximum height of a row [px].
 const HIGHEST_PX: f64 = 40.0;
 
-/// Writes `NAME.svg` and `NAME.png` into `folder`.
-///
-/// # Errors
-/// Fails if there are no rows or columns, if a row does not have one cell per column, or if the
-/// folder cannot be written.
-pub fn heat_matrix(folder: &Path, name: &str, matrix: &HeatMatrix) -> Result<(), ChartError> {
-    let columns: usize = matrix.groups.iter().map(|g| g.feet.len()).sum();
-    if columns == 0 || matrix.rows.is_empty() {
-        return Err(ChartError::Empty { what: "matrix" });
+impl Heat {
+    pub(super) fn save(&self, folder: &Path, name: &str, title: [&str; 2]) -> Result<(), ChartError> {
+        let columns: usize = self.groups.iter().map(|g| g.feet.len()).sum();
+        if columns == 0 || self.rows.is_empty() {
+            return Err(ChartError::Empty { what: "rows" });
+        }
+        if let Some(row) = self.rows.iter().find(|row| row.cells.len() != columns) {
+            return Err(ChartError::EmptySeries { series: row.name.clone() });
+        }
+        save(folder, name, &Drawing { matrix: self, title, columns })
     }
-    if let Some(row) = matrix.rows.iter().find(|row| row.cells.len() != columns) {
-        return Err(ChartError::EmptySeries { series: row.name.clone() });
-    }
-    save(folder, name, &Drawing { matrix, columns })
 }
 
 struct Drawing<'a> {
-    matrix: &'a HeatMatrix<'a>,
+    matrix: &'a Heat,
+    title: [&'a str; 2],
     columns: usize,
+}
+
+/// Half of the span of the colours of ratios [octaves].
+const OCTAVES: f64 = 3.0;
+
+/// Colour of a ratio, and colour of the text on it.
+fn shade(ratio: f64) -> (RGBColor, RGBColor) {
+    let share = (ratio.max(1e-3).log2().abs() / OCTAVES).min(1.0);
+    let (pale, deep) = if ratio < 1.0 { ([252, 226, 205], [201, 84, 20]) } else { ([219, 233, 246], [28, 90, 152]) };
+    let mix = |n: usize| (f64::from(pale[n]) + (f64::from(deep[n]) - f64::from(pale[n])) * share) as u8;
+    (RGBColor(mix(0), mix(1), mix(2)), if share > 0.6 { WHITE } else { INK })
 }
 
 /// Fill colour of a cell and colour of the text on it.
@@ -137,13 +151,14 @@ fn colors(tone: Tone) -> (RGBColor, RGBColor) {
         Tone::Failure => (RGBColor(0xad, 0x2b, 0x32), WHITE),
         Tone::Lost => (RGBColor(0x2b, 0x2b, 0x33), WHITE),
         Tone::Empty => (RGBColor(0xf1, 0xf2, 0xf4), MUTED),
+        Tone::Ratio(ratio) => shade(ratio),
     }
 }
 
 impl Picture for Drawing<'_> {
     fn draw<DB: DrawingBackend>(&self, area: &Area<DB>) -> Drawn<DB> {
         let matrix = self.matrix;
-        title(area, matrix.title, matrix.below)?;
+        title(area, self.title[0], self.title[1])?;
         let (wide, high) = area.dim_in_pixel();
         let (wide, high) = (f64::from(wide) / f64::from(px(1.0)), f64::from(high) / f64::from(px(1.0)));
         let left = MARGIN_PX + NAMES_PX;
@@ -157,7 +172,7 @@ impl Picture for Drawing<'_> {
         let mut x = left;
         let mut starts = Vec::with_capacity(self.columns);
         let bottom = top + apart + cell_high * matrix.rows.len() as f64;
-        for group in matrix.groups {
+        for group in &matrix.groups {
             let middle = x + cell_wide * group.feet.len() as f64 / 2.0;
             for (line, y) in group.label.iter().zip([top - 29.0, top - 12.0]) {
                 area.draw_text(line, &centered(TICK_PX - 1.0, INK), (px(middle), px(y)))?;
@@ -170,7 +185,7 @@ impl Picture for Drawing<'_> {
             x += GAP_PX;
         }
         let to_the_right = |size, color| text(size, color, (HPos::Right, VPos::Center));
-        area.draw_text(matrix.foot, &to_the_right(FOOT_PX + 1.0, MUTED), (px(left - 10.0), px(bottom + 10.0)))?;
+        area.draw_text(&matrix.foot, &to_the_right(FOOT_PX + 1.0, MUTED), (px(left - 10.0), px(bottom + 10.0)))?;
 
         let mut y = top;
         for (n, row) in matrix.rows.iter().enumerate() {
@@ -205,7 +220,7 @@ impl Drawing<'_> {
         let most_px = f64::from(area.dim_in_pixel().0) / f64::from(px(1.0)) - MARGIN_PX;
         let mut places = Vec::with_capacity(self.matrix.key.len());
         let (mut x, mut line) = (MARGIN_PX, 0.0);
-        for (_, meaning) in self.matrix.key {
+        for (_, meaning) in &self.matrix.key {
             let wide = 23.0 + f64::from(width(area, meaning, &style)?) / f64::from(px(1.0));
             if x + wide > most_px && x > MARGIN_PX {
                 (x, line) = (MARGIN_PX, line + 1.0);
