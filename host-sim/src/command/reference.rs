@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::options::reference::ReferenceArgs;
-use super::progress::Spinner;
+use super::progress::{Spinner, Status};
 use super::verdict::Verdict;
 use crate::error::Error;
 use palpate_charts::{self as charts, Refinement, RefinementLevel};
@@ -21,11 +21,12 @@ impl ReferenceArgs {
         }
         let scene = self.common.load()?;
         let folder = self.common.open("reference", &scene)?;
-        let mut spinner = Spinner::default();
+        let status = Status::start();
+        status.say("meshing the tissue");
         let study = study(&scene, self.quick, |level, depth_m| {
-            spinner.show(|| format!("mesh {} of 3, {:.2} mm deep", level + 1, depth_m * 1e3));
+            status.say(format!("mesh {} of 3, {:.2} mm deep", level + 1, depth_m * 1e3));
         })?;
-        spinner.clear();
+        status.clear();
         let report = Report::new(&scene, &study);
         let verdict = Verdict::of(judge(&scene, &study), || in_words(&study, &report))?.first();
         report.print();

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use palpate_tests::press_run::{SMALL_BLOCK, edited};
+use palpate_tests::surface_text::{Triangles, ball, cuboid};
 use palpate_tissue::mesh::import::{MeshFile, open};
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
@@ -49,7 +51,7 @@ fn no_support_lies_on_the_roof_of_a_cavity() {
         let off_mm = 1e3 * (x * x + y * y + (z + 0.015) * (z + 0.015)).sqrt();
         assert!(off_mm > 7.5 && z < -0.02, "a support {off_mm} mm from the middle of the cavity, {z} m high");
     }
-    assert_eq!(palpate_tissue::mesh::surface::hollows(&mesh), 1);
+    assert_eq!(palpate_tissue::mesh::surface::hollows(&mesh), Some(1));
 }
 
 #[test]
@@ -71,6 +73,44 @@ fn what_no_mesh_can_hold_is_refused_with_what_works() {
     let nodes: f64 = about.and_then(|nodes| nodes.parse().ok()).unwrap_or_else(|| panic!("{sheet}"));
     // 100 x 100 x 2 mm in elements of 0.66 mm, two nodes in a cube of the lattice, growing to 1 mm
     assert!((4e4..1.4e5).contains(&nodes) && sheet.contains("2.0 mm thick"), "{sheet}");
+}
+
+/// Prepares a press on the top of a surface, at `site` in millimetres.
+fn pressed(surface: &Triangles, site_mm: [f64; 3]) -> Result<Session, String> {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("a.obj"), surface.obj()).unwrap();
+    let scene = edited(SMALL_BLOCK, "block_m = [0.08, 0.08, 0.04]", "mesh = \"a.obj\"\nlength_unit = \"mm\"");
+    let site = format!("site = {:?}", site_mm.map(|x| x * 1e-3));
+    let scene = edited(&edited(&scene, "nodes = 129", ""), "position_m = [0.0, 0.0]", &site);
+    std::fs::write(dir.path().join("a.toml"), scene).unwrap();
+    let scene = Scene::load(dir.path().join("a.toml").to_str().unwrap()).unwrap();
+    Session::prepare(&scene).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_place_without_tissue_and_a_body_that_crosses_itself_are_named() {
+    // a hollow of 8 mm that touches the top of a block from below
+    let mut hollow = ball(8.0, 2).moved([30.0, 30.0, 32.0]);
+    hollow.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+    let mut block = cuboid([60.0, 60.0, 40.0]);
+    // with a corner of the top at the place
+    block.triangles.retain(|t| !t.iter().all(|n| block.corners_mm[*n][2] == 40.0));
+    block.corners_mm.push([30.0, 30.0, 40.0]);
+    block.triangles.extend([[4, 5, 8], [5, 7, 8], [7, 6, 8], [6, 4, 8]]);
+    let touching = block.and(&hollow);
+    let bare = pressed(&touching, [30.0, 30.0, 40.0]).map(|_| ()).unwrap_err();
+    assert!(bare.contains("probe.site") && bare.contains("a hollow, or another side, touches the surface"), "{bare}");
+    // a corner that is drawn through the triangles beside it
+    let mut crossed = ball(30.0, 5);
+    let at = crossed.corners_mm[2000];
+    let beside = crossed.triangles.iter().find(|t| t.contains(&2000)).unwrap().map(|n| crossed.corners_mm[n]);
+    let far = beside.into_iter().max_by(|a, b| (a[0] - at[0]).abs().total_cmp(&(b[0] - at[0]).abs())).unwrap();
+    crossed.corners_mm[2000] = [0, 1, 2].map(|k| at[k] + 12.0 * (far[k] - at[k]));
+    match pressed(&crossed, [0.0, 0.0, 30.0]) {
+        // where the crossing is far from the place it may be smaller than the elements
+        Ok(session) => assert!(session.report.notes.iter().any(|note| note.contains("cross")), "{:?}", session.report.notes),
+        Err(why) => assert!(why.contains("of its triangles cross, the first near ("), "{why}"),
+    }
 }
 
 #[test]

@@ -93,9 +93,10 @@ fn check(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
 }
 
 fn graded(scene: &Scene, shape: &OrganSource, site: &Site, sizes: &Sizes) -> Result<TetMesh, Error> {
-    let spacing_m = sizes.fine_m / MEAN_EDGE;
+    let through_m = shape.thickness_m(site) / THROUGH;
+    let spacing_m = (sizes.fine_m / MEAN_EDGE).min(through_m);
     let fine = Fine { at_m: site.at_m, radius_m: sizes.fine_radius_m, spacing_m, growth: lattice_growth(sizes) };
-    let mut coarsest_m = (shape.thickness_m(site) / THROUGH).max(spacing_m);
+    let mut coarsest_m = through_m;
     let mut tries = 0;
     loop {
         let turned = Turned { fine, axis: site.axis, stroke_m: sizes.stroke_m, coarsest_m };

@@ -2,7 +2,7 @@
 //! corners.
 
 use super::RawSurface;
-use crate::mesh::bytes::{Bytes, Order};
+use crate::mesh::bytes::{Bytes, Number, Order};
 use crate::mesh::error::{Defect, MeshError, quoted};
 use crate::mesh::lines::Lines;
 
@@ -41,7 +41,7 @@ fn count(data: &[u8]) -> Option<usize> {
 pub(super) fn read_binary(file: &str, data: &[u8]) -> Result<RawSurface, MeshError> {
     let mut bytes = Bytes::new(file, data, Order::Little);
     bytes.skip(1, HEADER, "the end of the STL header")?;
-    let announced = bytes.whole_i32("the number of triangles")?;
+    let announced = bytes.any_whole(Number::Unsigned(4), "the number of triangles")?;
     let mut surface = RawSurface::new("binary STL", Vec::new());
     for found in 0..announced {
         let Ok(triangle) = bytes.take(TRIANGLE, "a triangle") else {
