@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
+use palpate_tests::cube_mesh::cube;
 use palpate_tests::press_run::{SMALL_BLOCK, edited};
 use palpate_tests::surface_text::{Triangles, ball, cuboid};
 use palpate_tissue::mesh::import::{MeshFile, open};
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
+use palpate_tissue::session::coarse::missing_pct;
 
 fn case(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("data/field").join(name)
@@ -75,16 +77,35 @@ fn what_no_mesh_can_hold_is_refused_with_what_works() {
     assert!((4e4..1.4e5).contains(&nodes) && sheet.contains("2.0 mm thick"), "{sheet}");
 }
 
-/// Prepares a press on the top of a surface, at `site` in millimetres.
-fn pressed(surface: &Triangles, site_mm: [f64; 3]) -> Result<Session, String> {
+/// A scene whose tissue is a file, pressed at `site_m`; the file is gone when the folder is.
+fn scene_of((name, content): (&str, String), unit: &str, site_m: [f64; 3]) -> (Scene, tempfile::TempDir) {
     let dir = tempfile::tempdir().unwrap();
-    std::fs::write(dir.path().join("a.obj"), surface.obj()).unwrap();
-    let scene = edited(SMALL_BLOCK, "block_m = [0.08, 0.08, 0.04]", "mesh = \"a.obj\"\nlength_unit = \"mm\"");
-    let site = format!("site = {:?}", site_mm.map(|x| x * 1e-3));
-    let scene = edited(&edited(&scene, "nodes = 129", ""), "position_m = [0.0, 0.0]", &site);
+    std::fs::write(dir.path().join(name), content).unwrap();
+    let source = format!("mesh = \"{name}\"\nlength_unit = \"{unit}\"");
+    let scene = edited(SMALL_BLOCK, "block_m = [0.08, 0.08, 0.04]", &source);
+    let scene = edited(&edited(&scene, "nodes = 129", ""), "position_m = [0.0, 0.0]", &format!("site = {site_m:?}"));
     std::fs::write(dir.path().join("a.toml"), scene).unwrap();
-    let scene = Scene::load(dir.path().join("a.toml").to_str().unwrap()).unwrap();
+    (Scene::load(dir.path().join("a.toml").to_str().unwrap()).unwrap(), dir)
+}
+
+/// Prepares a press on a surface, at `site` in millimetres.
+fn pressed(surface: &Triangles, site_mm: [f64; 3]) -> Result<Session, String> {
+    let (scene, _dir) = scene_of(("a.obj", surface.obj()), "mm", site_mm.map(|x| x * 1e-3));
     Session::prepare(&scene).map_err(|error| error.to_string())
+}
+
+#[test]
+fn coarse_tets_are_refused_or_say_how_soft_they_are() {
+    let tets = |nodes| scene_of(("a.msh", cube(nodes, 0.06)), "m", [0.03, 0.03, 0.06]);
+    let (scene, _dir) = tets(6);
+    let coarse = Session::prepare(&scene).map(|_| ()).unwrap_err().to_string();
+    for words in ["has elements of 12.9 mm at the site", "palpate fit --scene ", "at most 10.0 mm there"] {
+        assert!(coarse.contains(words), "{coarse}");
+    }
+    let (scene, _dir) = tets(8);
+    let session = Session::prepare(&scene).unwrap();
+    let missing_pct = missing_pct(&scene, &session.patch).unwrap();
+    assert!((20.0..25.0).contains(&missing_pct), "{missing_pct} % with elements of {} mm", session.report.element_mm);
 }
 
 #[test]
@@ -100,17 +121,15 @@ fn a_place_without_tissue_and_a_body_that_crosses_itself_are_named() {
     let touching = block.and(&hollow);
     let bare = pressed(&touching, [30.0, 30.0, 40.0]).map(|_| ()).unwrap_err();
     assert!(bare.contains("probe.site") && bare.contains("a hollow, or another side, touches the surface"), "{bare}");
-    // a corner that is drawn through the triangles beside it
+    // beside the place, a corner is drawn far through the triangles around it
     let mut crossed = ball(30.0, 5);
-    let at = crossed.corners_mm[2000];
-    let beside = crossed.triangles.iter().find(|t| t.contains(&2000)).unwrap().map(|n| crossed.corners_mm[n]);
-    let far = beside.into_iter().max_by(|a, b| (a[0] - at[0]).abs().total_cmp(&(b[0] - at[0]).abs())).unwrap();
-    crossed.corners_mm[2000] = [0, 1, 2].map(|k| at[k] + 12.0 * (far[k] - at[k]));
-    match pressed(&crossed, [0.0, 0.0, 30.0]) {
-        // where the crossing is far from the place it may be smaller than the elements
-        Ok(session) => assert!(session.report.notes.iter().any(|note| note.contains("cross")), "{:?}", session.report.notes),
-        Err(why) => assert!(why.contains("of its triangles cross, the first near ("), "{why}"),
-    }
+    let from_mm = |at: &[f64; 3]| (at[0] - 10.0).powi(2) + at[1].powi(2) + (at[2] - 28.0).powi(2);
+    let mut order: Vec<usize> = (0..crossed.corners_mm.len()).collect();
+    order.sort_by(|a, b| from_mm(&crossed.corners_mm[*a]).total_cmp(&from_mm(&crossed.corners_mm[*b])));
+    let (at, beside) = (crossed.corners_mm[order[0]], crossed.corners_mm[order[6]]);
+    crossed.corners_mm[order[0]] = [0, 1, 2].map(|k| at[k] + 3.0 * (beside[k] - at[k]));
+    let why = pressed(&crossed, [0.0, 0.0, 30.0]).map(|_| ()).unwrap_err();
+    assert!(why.contains("of its triangles cross, the first near (") && why.contains("unite its parts"), "{why}");
 }
 
 #[test]

@@ -153,8 +153,7 @@ impl OrganSource {
     /// the hollow behind it, or leave no tissue there. Adds the number of steps of the implicit
     /// function to `steps`.
     pub(super) fn mesh_with(&self, turned: &Turned, stance: Stance, steps: &Cell<usize>) -> Result<TetMesh, OrganError> {
-        let is_distance = !matches!(self, Self::Organ(_));
-        let implicit = (&self.counting(steps) as &dyn Fn([f64; 3]) -> f64, is_distance);
+        let implicit = (&self.counting(steps) as &dyn Fn([f64; 3]) -> f64, self.is_distance());
         let mesh = turned.mesh_with(self.name(), implicit, self.bounds_m(), stance)?;
         let hollows = match self {
             Self::File(surface, ..) | Self::Surface(surface, _) => surface.hollows(),
@@ -169,7 +168,11 @@ impl OrganSource {
 
     /// Cost of such a mesh; the steps to find it are added to `steps`.
     pub(super) fn expected(&self, turned: &Turned, stance: Stance, steps: &Cell<usize>) -> Expected {
-        turned.expected(&self.counting(steps), self.bounds_m(), stance)
+        turned.expected((&self.counting(steps), self.is_distance()), self.bounds_m(), stance)
+    }
+
+    fn is_distance(&self) -> bool {
+        !matches!(self, Self::Organ(_))
     }
 
     fn counting<'a>(&'a self, steps: &'a Cell<usize>) -> impl Fn([f64; 3]) -> f64 + 'a {

@@ -17,18 +17,22 @@ pub(super) fn is_exactly_binary(data: &[u8]) -> bool {
 }
 
 /// Whether the file begins as text does. Many programs begin a binary file with `solid` as well;
-/// but no number of triangles that fits into a file fills four bytes, and no text has a byte of
-/// zeros.
+/// but a number of triangles that fits into a file fills no four bytes, one that the program left
+/// open is all ones, and no text has a byte of zeros or of ones.
 pub(super) fn is_text(data: &[u8]) -> bool {
     let head = data.trim_ascii_start();
     let is_solid = head.get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid"));
-    is_solid && !data.iter().take(HEADER + 4).any(|byte| *byte == 0)
+    is_solid && !begins_binary(data)
 }
 
 /// Whether the file begins as a binary one does, whatever its length.
 pub(super) fn is_binary_solid(data: &[u8]) -> bool {
     let head = data.get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid"));
-    head && data.iter().take(HEADER + 4).any(|byte| *byte == 0)
+    head && begins_binary(data)
+}
+
+fn begins_binary(data: &[u8]) -> bool {
+    data.iter().take(HEADER + 4).any(|byte| matches!(byte, 0 | 0xff))
 }
 
 fn count(data: &[u8]) -> Option<usize> {
