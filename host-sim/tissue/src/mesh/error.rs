@@ -110,7 +110,9 @@ pub enum Defect {
         "the surface passes through itself: {pairs} pairs of triangles cross, the first near {near} in file units: unite its parts (Blender: Boolean, Union) or remesh by voxels"
     )]
     Crossing { pairs: usize, near: String },
-    #[error("{pieces} separate closed surfaces, one of them at {near} in file units, not one body with hollows: keep one body, or unite those that touch (Blender: Boolean, Union)")]
+    #[error(
+        "{pieces} separate closed surfaces, one of them at {near} in file units, not one body with hollows: keep one body, or unite those that touch (Blender: Boolean, Union)"
+    )]
     Bodies { pieces: usize, near: String },
 
     #[error("no tets{ignored}: mesh the volume, not only its surface, and re-export")]
