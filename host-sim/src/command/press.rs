@@ -16,6 +16,7 @@ use palpate_tissue::press::{self, Hold, Press};
 use palpate_tissue::reference_values;
 use palpate_tissue::scene::{Drive, Scene};
 use palpate_tissue::session::Session;
+use palpate_tissue::session::coarse;
 use palpate_tissue::session::moving::{DEFAULT_ERROR_PCT, MovingReport};
 use palpate_tissue::session::standing::Standing;
 use palpate_tissue::tissue::filled;
@@ -91,8 +92,16 @@ fn in_words(scene: &Scene, session: &Session, press: &Press) -> String {
         }
         _ => String::new(),
     };
+    let soft = match coarse::missing_pct(scene, &session.patch) {
+        Some(pct) => format!(
+            ", up to {pct:.0} % too soft with elements of {:.1} mm under a probe of radius {:.1} mm",
+            session.report.element_mm,
+            scene.probe.radius_m * 1e3
+        ),
+        None => String::new(),
+    };
     let [_, _, slowest_us] = press.tick_us();
-    format!("{right}{moving}; the slowest tick took {:.1} % of its millisecond", f64::from(slowest_us) * 0.1)
+    format!("{right}{soft}{moving}; the slowest tick took {:.1} % of its millisecond", f64::from(slowest_us) * 0.1)
 }
 
 /// Force of the finite elements at a hold [N], if it is stored.
@@ -175,9 +184,9 @@ fn print_report(scene: &Scene, session: &Session) {
     }
     print_warnings(scene);
     println!("  expected  about {:.4} N at 1 mm (a half-space under this probe)", r.half_space_force_at_1mm_n);
-    if r.element_mm > 1e3 * scene.probe.radius_m {
+    if let Some(pct) = coarse::missing_pct(scene, &session.patch) {
         println!(
-            "  warning   elements under the probe ({:.1} mm) are larger than its radius ({:.1} mm): the force is not resolved; take more nodes, or for a mesh of tets fit a piece (palpate fit --scene {})",
+            "  warning   elements under the probe ({:.1} mm) are coarse for its radius ({:.1} mm): the force may be up to {pct:.0} % too low; take more nodes, or fit the scene (palpate fit --scene {})",
             r.element_mm,
             scene.probe.radius_m * 1e3,
             scene.file

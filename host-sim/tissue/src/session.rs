@@ -1,6 +1,7 @@
 //! A scene prepared to run, with its patch, parameters, stable step and start-up report.
 
 pub mod calibrated;
+pub mod coarse;
 pub mod moving;
 pub mod packed;
 pub mod standing;
@@ -12,10 +13,9 @@ use crate::error::Error;
 use crate::mesh::{ImportReport, SurfaceReport, WorstTet, worst};
 use crate::patch::{Material, Patch};
 use crate::recorded_tips::read_tips;
-use crate::scene::{NO_PATCH, Scene, SceneError, TICK_S, Tip};
+use crate::scene::{NO_PATCH, Scene, TICK_S, Tip};
 use crate::stable_step::{MARGIN, StableStep, limits, substeps_for_taps};
-use crate::tissue::organ::element_at_m;
-use crate::tissue::{DEFAULT_NODES, Layout, Tissue, place};
+use crate::tissue::{DEFAULT_NODES, Layout, place};
 
 /// A scene ready to run.
 #[derive(Clone, Debug)]
@@ -119,7 +119,7 @@ impl Session {
             return Self::of_patch(machine, patch, fitted(scene, &packed), tips_m, 0);
         }
         if placed.import.is_some() {
-            refuse_coarse(scene, &placed.tissue)?;
+            coarse::refuse(scene, &placed.tissue)?;
         }
         let params = scene.params(placed.axis);
         let material = Material { poisson_ratio: f64::from(params.poisson_ratio), ..Material::default() };
@@ -203,29 +203,6 @@ impl Session {
     pub fn tip_m(&self, depth_m: f64) -> Vector3<f32> {
         self.patch.site_m() - self.params.probe.axis * depth_m as f32
     }
-}
-
-/// Largest element of a mesh file at the site, in probe radii (1): from there on, a tip pressed by
-/// a tenth of its radius may touch none of the points of a surface triangle.
-pub const COARSEST_RADII: f64 = 2.0;
-
-/// Refuses the mesh of a file that the tick cannot hold, or whose elements are too coarse for the
-/// probe: it would press between the nodes, without a force.
-fn refuse_coarse(scene: &Scene, tissue: &Tissue) -> Result<(), SceneError> {
-    let nodes = tissue.mesh.nodes_m.len();
-    let cut = format!("palpate fit --scene {} cuts out a piece with fine elements of its own", scene.file);
-    let most = usize::from(u16::MAX);
-    if nodes > most {
-        return scene.bad("tissue.mesh", &format!("has {nodes} nodes, more than the {most} of a tick: {cut}"));
-    }
-    let [element_mm, radius_mm] = [element_at_m(&tissue.mesh, tissue.site_m), scene.probe.radius_m].map(|m| m * 1e3);
-    if element_mm > COARSEST_RADII * radius_mm {
-        let why = format!(
-            "has elements of {element_mm:.1} mm at the site, too large for a probe of radius {radius_mm:.1} mm: {cut}; or refine the mesh there"
-        );
-        return scene.bad("tissue.mesh", &why);
-    }
-    Ok(())
 }
 
 /// Sets the steepness of each node if the scene has regions or inclusions. Otherwise a packed patch

@@ -311,25 +311,25 @@ fn length_unit_scales_the_mesh() {
         desk.put("cube.msh", cube(n, side));
         press_at(SCRATCH, desk, &cube_scene(unit, site), &[])
     };
-    let top = "[0.03, 0.03, 0.06]";
-    let metres = pressed(7, 0.06, "\"m\"", top);
-    assert!((metres.number("/report/size_mm/0") - 60.0).abs() < 1e-4);
-    for (side, unit) in [(60.0, "\"mm\""), (60.0, "0.001"), (2.0, "0.03"), (0.06, "1")] {
-        let same = pressed(7, side, unit, top);
+    let top = "[0.02, 0.02, 0.04]";
+    let metres = pressed(6, 0.04, "\"m\"", top);
+    assert!((metres.number("/report/size_mm/0") - 40.0).abs() < 1e-4);
+    for (side, unit) in [(40.0, "\"mm\""), (40.0, "0.001"), (2.0, "0.02"), (0.04, "1")] {
+        let same = pressed(6, side, unit, top);
         // coordinates differ in their last bit
         for ratio in ratios(&same, &metres) {
             assert!((ratio - 1.0).abs() < 1e-3, "{side} x {unit}: {ratio}");
         }
     }
-    let twice = pressed(11, 0.06, "2.0", "[0.06, 0.06, 0.12]");
-    assert!((twice.number("/report/size_mm/0") - 120.0).abs() < 1e-4);
+    let twice = pressed(11, 0.04, "2.0", "[0.04, 0.04, 0.08]");
+    assert!((twice.number("/report/size_mm/0") - 80.0).abs() < 1e-4);
     assert!((twice.number("/report/mass_g") / metres.number("/report/mass_g") / 8.0 - 1.0).abs() < 1e-5);
 }
 
 #[test]
 fn site_is_pressed_along_its_normal() {
     let desk = Desk::default();
-    desk.put("cube.msh", cube(7, 0.06));
+    desk.put("cube.msh", cube(9, 0.06));
     // outside the face toward the operator, a millimetre from it
     let run = press_at(SCRATCH, desk, &cube_scene("\"m\"", "[0.061, 0.03, 0.03]"), &[]);
     let forces =

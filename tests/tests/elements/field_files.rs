@@ -2,9 +2,13 @@
 
 use std::path::PathBuf;
 
+use palpate_tests::cube_mesh::cube;
+use palpate_tests::press_run::{SMALL_BLOCK, edited};
+use palpate_tests::surface_text::{Triangles, ball, cuboid};
 use palpate_tissue::mesh::import::{MeshFile, open};
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
+use palpate_tissue::session::coarse::missing_pct;
 
 fn case(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("data/field").join(name)
@@ -49,7 +53,7 @@ fn no_support_lies_on_the_roof_of_a_cavity() {
         let off_mm = 1e3 * (x * x + y * y + (z + 0.015) * (z + 0.015)).sqrt();
         assert!(off_mm > 7.5 && z < -0.02, "a support {off_mm} mm from the middle of the cavity, {z} m high");
     }
-    assert_eq!(palpate_tissue::mesh::surface::hollows(&mesh), 1);
+    assert_eq!(palpate_tissue::mesh::surface::hollows(&mesh), Some(1));
 }
 
 #[test]
@@ -71,6 +75,61 @@ fn what_no_mesh_can_hold_is_refused_with_what_works() {
     let nodes: f64 = about.and_then(|nodes| nodes.parse().ok()).unwrap_or_else(|| panic!("{sheet}"));
     // 100 x 100 x 2 mm in elements of 0.66 mm, two nodes in a cube of the lattice, growing to 1 mm
     assert!((4e4..1.4e5).contains(&nodes) && sheet.contains("2.0 mm thick"), "{sheet}");
+}
+
+/// A scene whose tissue is a file, pressed at `site_m`; the file is gone when the folder is.
+fn scene_of((name, content): (&str, String), unit: &str, site_m: [f64; 3]) -> (Scene, tempfile::TempDir) {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join(name), content).unwrap();
+    let source = format!("mesh = \"{name}\"\nlength_unit = \"{unit}\"");
+    let scene = edited(SMALL_BLOCK, "block_m = [0.08, 0.08, 0.04]", &source);
+    let scene = edited(&edited(&scene, "nodes = 129", ""), "position_m = [0.0, 0.0]", &format!("site = {site_m:?}"));
+    std::fs::write(dir.path().join("a.toml"), scene).unwrap();
+    (Scene::load(dir.path().join("a.toml").to_str().unwrap()).unwrap(), dir)
+}
+
+/// Prepares a press on a surface, at `site` in millimetres.
+fn pressed(surface: &Triangles, site_mm: [f64; 3]) -> Result<Session, String> {
+    let (scene, _dir) = scene_of(("a.obj", surface.obj()), "mm", site_mm.map(|x| x * 1e-3));
+    Session::prepare(&scene).map_err(|error| error.to_string())
+}
+
+#[test]
+fn coarse_tets_are_refused_or_say_how_soft_they_are() {
+    let tets = |nodes| scene_of(("a.msh", cube(nodes, 0.06)), "m", [0.03, 0.03, 0.06]);
+    let (scene, _dir) = tets(6);
+    let coarse = Session::prepare(&scene).map(|_| ()).unwrap_err().to_string();
+    for words in ["has elements of 12.9 mm at the site", "palpate fit --scene ", "at most 10.0 mm there"] {
+        assert!(coarse.contains(words), "{coarse}");
+    }
+    let (scene, _dir) = tets(8);
+    let session = Session::prepare(&scene).unwrap();
+    let missing_pct = missing_pct(&scene, &session.patch).unwrap();
+    assert!((20.0..25.0).contains(&missing_pct), "{missing_pct} % with elements of {} mm", session.report.element_mm);
+}
+
+#[test]
+fn a_place_without_tissue_and_a_body_that_crosses_itself_are_named() {
+    // a hollow of 8 mm that touches the top of a block from below
+    let mut hollow = ball(8.0, 2).moved([30.0, 30.0, 32.0]);
+    hollow.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+    let mut block = cuboid([60.0, 60.0, 40.0]);
+    // with a corner of the top at the place
+    block.triangles.retain(|t| !t.iter().all(|n| block.corners_mm[*n][2] == 40.0));
+    block.corners_mm.push([30.0, 30.0, 40.0]);
+    block.triangles.extend([[4, 5, 8], [5, 7, 8], [7, 6, 8], [6, 4, 8]]);
+    let touching = block.and(&hollow);
+    let bare = pressed(&touching, [30.0, 30.0, 40.0]).map(|_| ()).unwrap_err();
+    assert!(bare.contains("probe.site") && bare.contains("a hollow, or another side, touches the surface"), "{bare}");
+    // beside the place, a corner is drawn far through the triangles around it
+    let mut crossed = ball(30.0, 5);
+    let from_mm = |at: &[f64; 3]| (at[0] - 10.0).powi(2) + at[1].powi(2) + (at[2] - 28.0).powi(2);
+    let mut order: Vec<usize> = (0..crossed.corners_mm.len()).collect();
+    order.sort_by(|a, b| from_mm(&crossed.corners_mm[*a]).total_cmp(&from_mm(&crossed.corners_mm[*b])));
+    let (at, beside) = (crossed.corners_mm[order[0]], crossed.corners_mm[order[6]]);
+    crossed.corners_mm[order[0]] = [0, 1, 2].map(|k| at[k] + 3.0 * (beside[k] - at[k]));
+    let why = pressed(&crossed, [0.0, 0.0, 30.0]).map(|_| ()).unwrap_err();
+    assert!(why.contains("of its triangles cross, the first near (") && why.contains("unite its parts"), "{why}");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use palpate_tests::palpate_command::repository;
 use palpate_tests::surface_text::{Triangles, ball, projective_plane};
 use palpate_tissue::mesh::import::{MeshFile, open};
 use palpate_tissue::mesh::{ImportReport, SurfaceReport};
-use palpate_tissue::session::COARSEST_RADII;
+use palpate_tissue::session::coarse::COARSEST_RADII;
 
 use crate::file_variants::{gmsh, polydata, polydata_xml, solids};
 use crate::mesh_import::block::regular;

@@ -247,6 +247,56 @@ fn what_is_no_closed_body_is_refused_with_its_place() {
 }
 
 #[test]
+fn blocks_that_share_a_wall_are_two_bodies_whatever_the_diagonals_of_the_wall() {
+    let left = || cuboid([30.0, 60.0, 40.0]);
+    let mut right = left().moved([30.0, 0.0, 0.0]);
+    let alike = refusal(&left().and(&right));
+    assert!(alike.contains("edges belong to more than two triangles") && alike.contains("part the walls"), "{alike}");
+    // the wall of the right block, by the other diagonal
+    right.triangles.retain(|t| !t.iter().all(|n| right.corners_mm[*n][0] == 30.0));
+    right.triangles.extend([[0, 4, 2], [2, 4, 6]]);
+    assert!((right.volume_mm3() - left().volume_mm3()).abs() < 1e-6);
+    // written triangle by triangle, so that the corners are joined
+    let text = left().and(&right).stl();
+    let other = open_bytes("a.stl", text.as_bytes()).map(|_| ()).unwrap_err().defect.to_string();
+    assert!(other.starts_with("2 separate closed surfaces") && other.contains("unite those that touch"), "{other}");
+}
+
+#[test]
+fn corners_of_left_out_triangles_add_nothing_to_the_size() {
+    // a block, and a triangle that stands out from it, once for each of its sides
+    let mut fin = cuboid([60.0, 60.0, 40.0]);
+    fin.corners_mm.extend([[70.0, 60.0, 40.0], [60.0, 60.0, 55.0]]);
+    fin.triangles.extend([[7, 8, 9], [7, 9, 8]]);
+    let report = read("a.obj", fin.obj().as_bytes()).report;
+    assert_eq!((report.copies, report.vertices, report.triangles), (2, 8, 12));
+    assert!(report.size_m.iter().zip([0.06, 0.06, 0.04]).all(|(is, right)| (is - right).abs() < 1e-12), "{:?}", report.size_m);
+}
+
+#[test]
+fn what_is_no_mesh_is_named_with_what_to_do() {
+    let utf_16: Vec<u8> = [0xff, 0xfe].into_iter().chain("solid x\nfacet".encode_utf16().flat_map(u16::to_le_bytes)).collect();
+    let mut counted = ball(30.0, 1).binary_stl();
+    counted[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
+    for (name, content, says, advises) in [
+        ("a.stl", &b"version https://git-lfs.github.com/spec/v1\noid sha256:abc\nsize 9\n"[..], "Git LFS", "git lfs pull"),
+        ("a.stl", b"<!DOCTYPE html><html>404</html>", "a web page", "download"),
+        ("a.vtu", b"<html><body>sign in</body></html>", "a web page", "download"),
+        ("a.stl", &utf_16, "UTF-16", "save it as UTF-8"),
+        ("a.nas", b"$ Nastran\nBEGIN BULK\nGRID,1,,0.,0.,0.\n", "Nastran", "export as Gmsh"),
+        ("a.bdf", b"$$ made by hand\nBEGIN BULK\n", "Nastran", "export as Gmsh"),
+        ("a.stl", &counted, "announces 4294967295 triangles but holds 32", "re-export"),
+    ] {
+        let refusal = open_bytes(name, content).map(|_| ()).unwrap_err().to_string();
+        assert!(refusal.contains(says) && refusal.contains(advises), "{refusal}");
+    }
+    let voxel = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 float\n0 0 0\n30 0 0\n0 30 0\n30 30 0\n0 0 30\n30 0 30\n0 30 30\n30 30 30\nCELLS 1 9\n8 0 1 2 3 4 5 6 7\nCELL_TYPES 1\n12\n";
+    let folded = open_bytes("a.vtk", voxel.as_bytes()).map(|_| ()).unwrap_err().defect.to_string();
+    assert!(folded.starts_with("element 0 is folded over itself") && folded.contains("voxel (type 11)"), "{folded}");
+    assert!(open_bytes("a.vtk", voxel.replace("\n12\n", "\n11\n").as_bytes()).is_ok());
+}
+
+#[test]
 fn a_surface_where_tets_are_wanted_is_told_apart() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.stl");

@@ -7,8 +7,10 @@ use nalgebra::Vector3;
 use palpate_fit::far_field::Sizes;
 use palpate_fit::far_field::organ_reference::organ_reference;
 use palpate_fit::far_field::whole::{from_stroke_m, whole};
+use palpate_fit::scene_fit::element_for;
 use palpate_tests::palpate_command::{Desk, repository};
 use palpate_tests::press_run::{SMALL_BLOCK, edited};
+use palpate_tests::surface_text::cuboid;
 use palpate_tissue::answer::Answer;
 use palpate_tissue::mesh::import::import;
 use palpate_tissue::mesh::surface::{edges, pieces, surface};
@@ -130,6 +132,20 @@ fn a_block_from_a_file_keeps_its_shape_and_is_fine_at_the_site() {
     let heights = placed.tissue.anchors.iter().map(|n| mesh.nodes_m[*n as usize][2]);
     assert!(heights.fold(-1.0, f64::max) < -0.03);
     assert!((0_u32..).zip(&mesh.nodes_m).all(|(n, x)| x[2] > -0.04 + 1e-9 || placed.tissue.anchors.contains(&n)));
+}
+
+#[test]
+fn a_plate_thinner_than_the_elements_gets_smaller_ones() {
+    let desk = Desk::default();
+    desk.put("plate.obj", cuboid([60.0, 60.0, 4.0]).obj());
+    let scene = scene_of(&desk, "mesh = \"plate.obj\"\nlength_unit = \"mm\"", [0.03, 0.03, 0.004]);
+    let sizes = Sizes { fine_m: 0.008, growth: 0.0, ..SMALL };
+    let placed = whole(&scene, &[], &sizes).unwrap();
+    sound(&placed);
+    assert!((volumes_m3(&placed.tissue.mesh).iter().sum::<f64>() / 14.4e-6 - 1.0).abs() < 0.1);
+    // a number of nodes is found although the largest elements that are tried do not fit
+    let element_m = element_for(&scene, 0.017, 300).unwrap();
+    assert!(element_m > 0.001 && element_m < 0.008, "{element_m}");
 }
 
 #[test]

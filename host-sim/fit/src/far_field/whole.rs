@@ -15,8 +15,8 @@ use palpate_tissue::tissue::organ::THROUGH;
 use palpate_tissue::tissue::organ_source::{OrganSource, Site};
 use palpate_tissue::tissue::{Placed, on_shape, place_block};
 
-/// Factor by which the size of the coarsest elements is reduced if the lattice tears the organ, and
-/// the maximum number of such attempts.
+/// Factor by which the size of the coarsest elements is reduced if the lattice tears the organ, or
+/// the organ is thinner than they are, and the maximum number of such attempts.
 const LESS: f64 = 0.7;
 const TRIES: u32 = 8;
 /// Largest allowed share of the organ's volume in the patch (1).
@@ -25,8 +25,8 @@ const MOST_SHARE: f64 = 0.5;
 /// Meshes the tissue of a scene around its site. Edges are about `fine_m` long within
 /// `fine_radius_m` of the site, grow to the length that `growth` gives at the edge of the patch,
 /// and are everywhere short enough for two elements through the organ under the site. If the mesh
-/// would still tear where the organ is thin, the coarsest elements are made smaller. A block has
-/// the mesh of [`block_with_rim`].
+/// would still tear where the organ is thin, the coarsest elements are made smaller, and in the end
+/// those of `fine_m` too. A block has the mesh of [`block_with_rim`].
 ///
 /// # Errors
 /// Fails, with a remedy, if the scene has no tissue, if the sizes are invalid, if the site is
@@ -93,15 +93,16 @@ fn check(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
 }
 
 fn graded(scene: &Scene, shape: &OrganSource, site: &Site, sizes: &Sizes) -> Result<TetMesh, Error> {
-    let spacing_m = sizes.fine_m / MEAN_EDGE;
-    let fine = Fine { at_m: site.at_m, radius_m: sizes.fine_radius_m, spacing_m, growth: lattice_growth(sizes) };
+    let mut spacing_m = sizes.fine_m / MEAN_EDGE;
     let mut coarsest_m = (shape.thickness_m(site) / THROUGH).max(spacing_m);
     let mut tries = 0;
     loop {
+        let fine = Fine { at_m: site.at_m, radius_m: sizes.fine_radius_m, spacing_m, growth: lattice_growth(sizes) };
         let turned = Turned { fine, axis: site.axis, stroke_m: sizes.stroke_m, coarsest_m };
         match shape.mesh(&turned) {
-            Err(OrganError::TooCoarse { .. } | OrganError::Inverted { .. }) if tries < TRIES && coarsest_m > spacing_m => {
-                coarsest_m = (LESS * coarsest_m).max(spacing_m);
+            Err(OrganError::Empty { .. } | OrganError::TooCoarse { .. } | OrganError::Inverted { .. }) if tries < TRIES => {
+                coarsest_m *= LESS;
+                spacing_m = spacing_m.min(coarsest_m);
                 tries += 1;
             }
             other => return other.map_err(|cause| Error::Usage(format!("{}: {cause}", scene.file))),

@@ -56,6 +56,19 @@ pub struct Foot {
     pub at_m: [f64; 3],
     /// Distance to the surface [m], negative inside.
     pub distance_m: f64,
+    /// Number of boxes and triangles that were looked at, to which the time is proportional.
+    pub looked_at: usize,
+}
+
+/// The facet that is nearest to a point.
+struct Nearest {
+    /// Square of the distance to it [m^2].
+    squared: f64,
+    /// Index of the facet.
+    facet: usize,
+    /// Place on it, by the weights of its corners.
+    at: [f64; 3],
+    looked_at: usize,
 }
 
 impl ClosedSurface {
@@ -125,6 +138,15 @@ impl ClosedSurface {
         self.facets.iter().map(|facet| facet.corners)
     }
 
+    /// The triangles in the order of the list that the surface was made of, and whether each is part
+    /// of the wall of a cavity.
+    #[must_use]
+    pub fn in_order_m(&self) -> Vec<([V3; 3], bool)> {
+        let mut facets: Vec<&Facet> = self.facets.iter().collect();
+        facets.sort_unstable_by_key(|facet| facet.triangle);
+        facets.into_iter().map(|facet| (facet.corners, facet.is_inner)).collect()
+    }
+
     /// Number of cavities.
     #[must_use]
     pub fn hollows(&self) -> usize {
@@ -135,7 +157,7 @@ impl ClosedSurface {
     /// unit normal.
     #[must_use]
     pub fn wall(&self, at_m: [f64; 3]) -> (bool, [f64; 3]) {
-        let facet = &self.facets[self.nearest(&V3::from(at_m)).1];
+        let facet = &self.facets[self.nearest(&V3::from(at_m)).facet];
         (facet.is_inner, facet.normal.into())
     }
 
@@ -143,22 +165,21 @@ impl ClosedSurface {
     #[must_use]
     pub fn foot(&self, at_m: [f64; 3]) -> Foot {
         let point = V3::from(at_m);
-        let (squared, n, at) = self.nearest(&point);
-        let foot = self.facets[n].place(at);
-        let outside = (point - foot).dot(&self.facets[n].normal_at(at)) >= 0.0;
-        Foot { at_m: foot.into(), distance_m: if outside { squared.sqrt() } else { -squared.sqrt() } }
+        let Nearest { squared, facet, at, looked_at } = self.nearest(&point);
+        let foot = self.facets[facet].place(at);
+        let outside = (point - foot).dot(&self.facets[facet].normal_at(at)) >= 0.0;
+        Foot { at_m: foot.into(), distance_m: if outside { squared.sqrt() } else { -squared.sqrt() }, looked_at }
     }
 
-    /// The square of the distance to the nearest facet, its index, and the place on it by the
-    /// weights of its corners.
-    fn nearest(&self, point: &V3) -> (f64, usize, [f64; 3]) {
-        let mut best = (f64::INFINITY, 0, [1.0, 0.0, 0.0]);
+    fn nearest(&self, point: &V3) -> Nearest {
+        let mut best = Nearest { squared: f64::INFINITY, facet: 0, at: [1.0, 0.0, 0.0], looked_at: 0 };
         let mut open = vec![(0, 0.0)];
         while let Some((index, least)) = open.pop() {
             let own = &self.boxes[index];
-            if least >= best.0 {
+            if least >= best.squared {
                 continue;
             }
+            best.looked_at += 1;
             if own.second != 0 {
                 let halves = [index + 1, own.second].map(|half| (half, self.boxes[half].squared_to(point)));
                 let [near, far] = if halves[0].1 <= halves[1].1 { halves } else { [halves[1], halves[0]] };
@@ -169,8 +190,9 @@ impl ClosedSurface {
                 let facet = &self.facets[n];
                 let at = nearest_on_triangle(&facet.corners, point);
                 let squared = (facet.place(at) - point).norm_squared();
-                if squared < best.0 {
-                    best = (squared, n, at);
+                best.looked_at += 1;
+                if squared < best.squared {
+                    best = Nearest { squared, facet: n, at, ..best };
                 }
             }
         }
@@ -260,6 +282,16 @@ mod tests {
             if expected < 0.0 { inside += 1 } else { outside += 1 }
         }
         assert!(inside > 500 && outside > 500, "{inside} {outside}");
+    }
+
+    #[test]
+    fn the_triangles_keep_their_order() {
+        let mesh =
+            block(&BlockSpec { size_m: [0.08, 0.06, 0.04], nodes: 120, fine_at_m: [0.0; 2], fine_radius_m: 0.01 }).unwrap();
+        let wanted: Vec<_> = surface::surface(&mesh.tets).iter().map(|t| t.map(|n| V3::from(mesh.nodes_m[n as usize]))).collect();
+        let surface = ClosedSurface::of(&mesh).unwrap();
+        assert!(surface.in_order_m().into_iter().eq(wanted.iter().map(|corners| (*corners, false))));
+        assert!(!surface.triangles_m().eq(wanted), "boxes reorder the triangles");
     }
 
     #[test]

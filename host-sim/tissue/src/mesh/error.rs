@@ -44,6 +44,8 @@ pub enum Defect {
         "unknown mesh format (starts with `{starts}`): export as Gmsh 2.2 or 4.1 (.msh), as VTK (.vtu, .vtk), or as a closed surface (.stl, .obj, .ply, .vtp)"
     )]
     UnknownFormat { starts: String },
+    #[error("{is}: {instead}")]
+    Foreign { is: &'static str, instead: &'static str },
     #[error("not sound XML ({cause}): re-export the mesh")]
     Xml { cause: String },
     #[error("{what} `{found}` is not read: export {instead}")]
@@ -98,13 +100,19 @@ pub enum Defect {
         "{edges} edges belong to more than two triangles, the first at {near} in file units: part the walls that touch there, or remesh by voxels (Blender: Remesh)"
     )]
     CrowdedEdge { edges: usize, near: String },
+    #[error(
+        "the walls of several parts meet in an edge near {near} in file units and face no common way: turn each part outward (Blender: Recalculate Outside), and unite them (Blender: Boolean, Union)"
+    )]
+    WallsMeet { near: String },
     #[error("the surface has one side only, near {near} in file units: cut the twisted band there and close it again")]
     OneSided { near: String },
     #[error(
         "the surface passes through itself: {pairs} pairs of triangles cross, the first near {near} in file units: unite its parts (Blender: Boolean, Union) or remesh by voxels"
     )]
     Crossing { pairs: usize, near: String },
-    #[error("{pieces} separate closed surfaces, one of them at {near} in file units, not one body with hollows: keep one body")]
+    #[error(
+        "{pieces} separate closed surfaces, one of them at {near} in file units, not one body with hollows: keep one body, or unite those that touch (Blender: Boolean, Union)"
+    )]
     Bodies { pieces: usize, near: String },
 
     #[error("no tets{ignored}: mesh the volume, not only its surface, and re-export")]
@@ -146,6 +154,10 @@ pub enum Defect {
         in_line(*first_line)
     )]
     FoldedFace { tet: u64, first: u64, first_line: Option<usize> },
+    #[error(
+        "element {element} is folded over itself: its nodes are not in the order of the format, as those of a hexahedron (type 12) in the order of a voxel (type 11) are not; fix the type or the order"
+    )]
+    FoldedElement { element: u64 },
     #[error("the tets form {parts} parts that share no face ({sizes}; tet {tet} begins the smallest): keep one connected piece")]
     Parts { parts: usize, sizes: String, tet: u64 },
 }

@@ -82,6 +82,9 @@ pub fn open(path: &Path, unit_m: f64) -> Result<MeshFile, MeshError> {
     let (file, data) = (name(path), content(path)?);
     let data = data.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&data);
     let head = data.trim_ascii_start();
+    if let Some((is, instead)) = foreign(head).filter(|_| !surface_file::is_exactly_binary(data)) {
+        return Err(whole_file(path, Defect::Foreign { is, instead }));
+    }
     let mut raw = if head.starts_with(b"$") {
         gmsh::read(&file, data)
     } else if head.get(..16).is_some_and(|start| start.eq_ignore_ascii_case(b"# vtk DataFile V")) {
@@ -102,6 +105,30 @@ pub fn open(path: &Path, unit_m: f64) -> Result<MeshFile, MeshError> {
         return surface_file::checked(&file, surface, unit_m).map(MeshFile::Surface);
     }
     checked(raw, unit_m).map(MeshFile::Tets)
+}
+
+/// What a file is that holds no mesh, by its first bytes, and what to do.
+fn foreign(head: &[u8]) -> Option<(&'static str, &'static str)> {
+    let begins = |with: &str| head.get(..with.len()).is_some_and(|start| start.eq_ignore_ascii_case(with.as_bytes()));
+    let line = head.split(|byte| matches!(byte, b'\n' | b'\r')).next().unwrap_or_default();
+    // the name of a Gmsh section stands alone, right behind its sign
+    let is_comment = line.starts_with(b"$") && !line.get(1).is_some_and(u8::is_ascii_alphabetic);
+    match () {
+        () if begins("version https://git-lfs") => {
+            Some(("a pointer of Git LFS, not the file itself", "fetch that with `git lfs pull`"))
+        }
+        () if begins("<!doctype html") || begins("<html") => {
+            Some(("a web page, not a mesh", "download the file itself (on GitHub: Raw)"))
+        }
+        () if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") => {
+            Some(("text in UTF-16", "save it as UTF-8 or plain ASCII"))
+        }
+        () if is_comment => Some((
+            "it begins with `$` but with no section of Gmsh: a Nastran file",
+            "export as Gmsh 2.2 or 4.1 (.msh) or as VTK (.vtu)",
+        )),
+        () => None,
+    }
 }
 
 /// Reads, checks and orients the mesh in the file at `path`, `unit_m` metres per file unit.

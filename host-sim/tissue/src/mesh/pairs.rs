@@ -80,6 +80,9 @@ pub(super) fn neighbours(vertices: &[[f64; 3]], triangles: &[[u32; 3]], wedge: W
     if open.is_empty() && crowded.is_empty() { Ok(around) } else { Err(Unpaired { open, crowded }) }
 }
 
+/// Angle below which two triangles at an edge lie on each other [rad].
+const SAME_ANGLE: f64 = 1e-9;
+
 /// Pairs of sides of one edge, each around a wedge.
 fn wedges(vertices: &[[f64; 3]], triangles: &[[u32; 3]], edge: &[Side], wedge: Wedge) -> Vec<[Side; 2]> {
     let Some(first) = edge.first() else { return Vec::new() };
@@ -101,6 +104,14 @@ fn wedges(vertices: &[[f64; 3]], triangles: &[[u32; 3]], edge: &[Side], wedge: W
         })
         .collect();
     turned.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // walls of two parts that lie on each other: the one part ends where the next begins, and their
+    // order is that of the rounding
+    for n in 1..turned.len() {
+        let ends = |side: &Side| side.rises == (wedge == Wedge::Body);
+        if turned[n].0 - turned[n - 1].0 < SAME_ANGLE && ends(&turned[n].1) && !ends(&turned[n - 1].1) {
+            turned.swap(n - 1, n);
+        }
+    }
     // a triangle that has the edge in rising order faces the way in which the angle grows: the
     // body before it begins at one that has the edge in falling order
     let start = turned.iter().position(|(_, side)| side.rises == (wedge == Wedge::Void)).unwrap_or(0);

@@ -79,13 +79,15 @@ pub(super) struct Walls {
     pub is_inner: Vec<bool>,
     /// Number of cavities.
     pub hollows: usize,
+    /// Whether a wall has a node in common with the skin or another wall.
+    pub touch: bool,
 }
 
 /// The walls of cavities among the triangles of a closed surface, counter-clockwise seen from
 /// outside: the pieces that, by their orientation, enclose a negative volume. Cavities that touch
 /// each other or the skin in a node or an edge are apart.
 pub(super) fn walls(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Walls {
-    let none = || Walls { is_inner: vec![false; triangles.len()], hollows: 0 };
+    let none = || Walls { is_inner: vec![false; triangles.len()], hollows: 0, touch: false };
     let Ok(around) = neighbours(nodes_m, triangles, Wedge::Void) else { return none() };
     let mut parent: Vec<usize> = (0..triangles.len()).collect();
     for (n, beyond) in around.iter().enumerate() {
@@ -100,16 +102,28 @@ pub(super) fn walls(nodes_m: &[[f64; 3]], triangles: &[[u32; 3]]) -> Walls {
         let [a, b, c] = triangle.map(|n| Vector3::from(nodes_m[n as usize]) - origin);
         six_volume_m3[root(&mut parent, n)] += a.dot(&b.cross(&c));
     }
+    let mut piece_at = vec![None; nodes_m.len()];
+    let mut touch = false;
+    for (n, triangle) in triangles.iter().enumerate() {
+        let own = root(&mut parent, n);
+        for corner in triangle {
+            let first = *piece_at[*corner as usize].get_or_insert(own);
+            touch |= first != own && (six_volume_m3[own] < 0.0 || six_volume_m3[first] < 0.0);
+        }
+    }
     Walls {
         is_inner: (0..triangles.len()).map(|n| six_volume_m3[root(&mut parent, n)] < 0.0).collect(),
         hollows: six_volume_m3.iter().filter(|six| **six < 0.0).count(),
+        touch,
     }
 }
 
-/// Number of internal cavities of a mesh.
+/// Number of internal cavities of a mesh; `None` if the wall of one has a node in common with the
+/// skin or another wall, so that no tissue is left between them.
 #[must_use]
-pub fn hollows(mesh: &TetMesh) -> usize {
-    walls(&mesh.nodes_m, &surface(&mesh.tets)).hollows
+pub fn hollows(mesh: &TetMesh) -> Option<usize> {
+    let walls = walls(&mesh.nodes_m, &surface(&mesh.tets));
+    (!walls.touch).then_some(walls.hollows)
 }
 
 /// Whether each node lies on the wall of an internal cavity, shape `[nodes]`.
@@ -185,6 +199,15 @@ mod tests {
         let rests_on = crate::tissue::underside(&cubes(&[[2, 2, 2]]), [0.0, 0.0, 1.0]);
         assert_eq!(rests_on, (0..36).collect::<Vec<u32>>(), "the roof of a hollow holds nothing");
         assert_eq!(hollow(&cubes(&[[1, 1, 1], [3, 3, 3]])).iter().filter(|on| **on).count(), 16);
+    }
+
+    #[test]
+    fn hollows_that_touch_in_a_node_are_not_counted() {
+        assert_eq!(hollows(&cubes(&[[2, 2, 2]])), Some(1));
+        assert_eq!(hollows(&cubes(&[[1, 1, 1], [3, 3, 3]])), Some(2));
+        assert_eq!(hollows(&cubes(&[[1, 1, 1], [2, 2, 2]])), None);
+        // a notch at the corner of the block meets the hollow in a node
+        assert_eq!(hollows(&cubes(&[[0, 0, 0], [1, 1, 1]])), None);
     }
 
     #[test]

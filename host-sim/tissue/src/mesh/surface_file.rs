@@ -162,6 +162,11 @@ impl Format {
     }
 }
 
+/// Whether the file has the length of a binary STL file with as many triangles as it announces.
+pub(super) fn is_exactly_binary(data: &[u8]) -> bool {
+    stl::is_exactly_binary(data)
+}
+
 /// Reads a surface.
 pub(super) fn read(file: &str, data: &[u8], format: Format) -> Result<RawSurface, MeshError> {
     match format {

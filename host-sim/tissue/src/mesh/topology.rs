@@ -28,8 +28,13 @@ fn is_even([a, b, c]: [u32; 3]) -> bool {
 }
 
 fn folded(solid: &Solid, a: &FaceSide, b: &FaceSide) -> MeshError {
-    let defect =
-        Defect::FoldedFace { tet: solid.tet(b.tet).number, first: solid.tet(a.tet).number, first_line: solid.tet(a.tet).line };
+    let (tet, first) = (solid.tet(b.tet), solid.tet(a.tet));
+    // both are parts of one element
+    let defect = if tet.number == first.number {
+        Defect::FoldedElement { element: tet.number }
+    } else {
+        Defect::FoldedFace { tet: tet.number, first: first.number, first_line: first.line }
+    };
     solid.error_at_tet(b.tet, defect)
 }
 

@@ -129,7 +129,7 @@ fn chord(value: &impl Fn(f64) -> f64) -> Option<f64> {
 }
 
 /// Share of a distance within which a point is on the same side, rounding included (1).
-const SAME_SIDE: f64 = 0.999;
+pub(super) const SAME_SIDE: f64 = 0.999;
 
 fn cut(organ: &str, shape: Shape, lattice: &Lattice) -> Result<TetMesh, OrganError> {
     let Shape { implicit, is_distance } = shape;

@@ -85,8 +85,14 @@ impl Turned {
     }
 
     /// Cost of a mesh of the shape, from samples of the lattice. A lattice that does not
-    /// fit into memory is sampled as a coarser one that grows alike.
-    pub fn expected(&self, implicit_m: &dyn Fn([f64; 3]) -> f64, bounds_m: [[f64; 3]; 2], stance: Stance) -> Expected {
+    /// fit into memory is sampled as a coarser one that grows alike. `is_distance` is that of
+    /// [`Self::mesh_with`].
+    pub fn expected(
+        &self,
+        (implicit_m, is_distance): (&dyn Fn([f64; 3]) -> f64, bool),
+        bounds_m: [[f64; 3]; 2],
+        stance: Stance,
+    ) -> Expected {
         let mut coarser = 1.0;
         let lattice = loop {
             let fine = Fine { spacing_m: coarser * self.fine.spacing_m, ..self.fine };
@@ -99,7 +105,8 @@ impl Turned {
         };
         let turn = self.turn(stance);
         let at = V3::from(self.fine.at_m);
-        let is_inside = |triple| implicit_m((at + turn * lattice.place(triple)).into()) < 0.0;
+        let mut balls = Balls { of_distance: is_distance, known: Vec::new() };
+        let mut value_m = |from: V3| balls.value_m(from, &|from| implicit_m((at + turn * from).into()));
         let step = (lattice.len() / SAMPLES as usize).max(1);
         // a step that has no factor in common with the sides of the box
         let samples = (0..lattice.len()).step_by(step | 1);
@@ -107,9 +114,12 @@ impl Turned {
         let (mut inside, mut cuts) = (0.0, 0.0);
         for name in samples {
             let triple = lattice.triple(name as u32);
-            if is_inside(triple) {
+            let own = lattice.place(triple);
+            let own_m = value_m(own);
+            if own_m < 0.0 {
                 inside += 1.0;
-                cuts += NEIGHBOURS.iter().filter(|way| !is_inside([0, 1, 2].map(|k| triple[k] + way[k]))).count() as f64;
+                let mut is_cut = |way: &[i32; 3]| value_m(lattice.place([0, 1, 2].map(|k| triple[k] + way[k]))) >= 0.0;
+                cuts += NEIGHBOURS.iter().filter(|way| is_cut(way)).count() as f64;
             }
         }
         // a quarter of the triples are points of the lattice
@@ -142,6 +152,38 @@ impl Turned {
             return frame;
         }
         frame * Matrix3::from_rows(&[[r, r, 0.0].into(), [0.0, 0.0, 1.0].into(), [r, -r, 0.0].into()])
+    }
+}
+
+/// Largest number of balls that are kept.
+const BALLS: usize = 16;
+
+/// Balls that a distance is known to keep on one side of the surface: deep inside a body, where
+/// many triangles are about equally near, a distance takes the longest to find.
+struct Balls {
+    of_distance: bool,
+    /// Centre of each, and the distance there [m].
+    known: Vec<(V3, f64)>,
+}
+
+impl Balls {
+    /// The function at a place, or for a distance a value of the same sign that is nearer to zero.
+    fn value_m(&mut self, at: V3, implicit_m: &dyn Fn(V3) -> f64) -> f64 {
+        let within = |(centre, distance_m): &(V3, f64)| {
+            let left_m = stuffing::SAME_SIDE * distance_m.abs() - (at - centre).norm();
+            (left_m > 0.0).then(|| left_m.copysign(*distance_m))
+        };
+        if let Some(value_m) = self.known.iter().find_map(within) {
+            return value_m;
+        }
+        let value_m = implicit_m(at);
+        if self.of_distance {
+            // the larger ones in front
+            let place = self.known.partition_point(|(_, known_m)| known_m.abs() > value_m.abs());
+            self.known.insert(place, (at, value_m));
+            self.known.truncate(BALLS);
+        }
+        value_m
     }
 }
 
@@ -184,6 +226,25 @@ mod tests {
             faces += 1;
         }
         assert!(faces > 40, "{faces}");
+    }
+
+    #[test]
+    fn a_mesh_is_expected_alike_with_and_without_knowing_that_the_function_is_a_distance() {
+        let ball = |x: [f64; 3]| V3::from(x).norm() - 0.03;
+        let fine = Fine { at_m: [0.0, 0.0, 0.03], radius_m: 0.01, spacing_m: 0.002, growth: 1.0 };
+        let turned = Turned { fine, axis: [0.0, 0.0, 1.0], stroke_m: [0.0; 3], coarsest_m: 0.02 };
+        let asked = std::cell::Cell::new(0);
+        let counted = |x: [f64; 3]| {
+            asked.set(asked.get() + 1);
+            ball(x)
+        };
+        let expected = |is_distance| turned.expected((&counted, is_distance), [[-0.03; 3], [0.03; 3]], Stance::Face);
+        let plain = expected(false);
+        let plainly = asked.replace(0);
+        assert_eq!(expected(true), plain);
+        assert!(5 * asked.get() < 3 * plainly, "{} of {plainly}", asked.get());
+        let nodes = turned.mesh("ball", &ball, [[-0.03; 3], [0.03; 3]]).unwrap().nodes_m.len() as f64;
+        assert!((plain.nodes / nodes - 1.0).abs() < 0.2, "{} for {nodes}", plain.nodes);
     }
 
     #[test]

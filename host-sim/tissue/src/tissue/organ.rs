@@ -31,14 +31,18 @@ const WORST_SHARE: f64 = 0.15;
 /// Ratio of the expected to the wanted number of nodes above which no mesh is made to count them
 /// (1): far above the error of the expectation.
 const TOO_MANY: f64 = 4.0;
-/// Number of lattice points in all meshes that are tried for a scene: a few seconds. A body that
-/// fills its box takes a tenth of them.
-const MOST_POINTS: usize = 10_000_000;
-/// Number of lattice points that take as long as a node of the mesh.
-const POINTS_PER_NODE: usize = 100;
+/// Number of steps of the implicit function in all meshes that are tried for a scene: a few
+/// seconds. A body that fills its box takes a tenth of them.
+const MOST_STEPS: usize = 40_000_000;
+/// Number of such steps that take as long as a point of the lattice, and as a node of the mesh.
+const STEPS_PER_POINT: usize = 10;
+const STEPS_PER_NODE: usize = 1000;
 /// Largest element under the probe, and largest distance of the site from the mesh, with which a
 /// mesh is good enough, in probe radii (1).
 const GOOD_RADII: [f64; 2] = [1.0, 0.1];
+/// Largest such element as a share of the thickness there (1): two elements through a thin place,
+/// where a plate as thick as the probe's radius is else 15 % too soft.
+const GOOD_THICKNESS: f64 = 0.6;
 /// Number of elements across a thin body (1).
 const ACROSS: f64 = 3.0;
 /// Growth of the number of nodes from one attempt to the next where the scene gives none (1).
@@ -64,8 +68,9 @@ impl Attempt {
         Self { mesh, element_m, cut_m }
     }
 
-    fn is_good(&self, radius_m: f64) -> bool {
-        self.element_m <= GOOD_RADII[0] * radius_m && self.cut_m <= GOOD_RADII[1] * radius_m
+    fn is_good(&self, radius_m: f64, thickness_m: f64) -> bool {
+        let good_m = (GOOD_RADII[0] * radius_m).min(GOOD_THICKNESS * thickness_m);
+        self.element_m <= good_m && self.cut_m <= GOOD_RADII[1] * radius_m
     }
 
     fn nodes(&self) -> usize {
@@ -93,9 +98,12 @@ pub(crate) fn element_at_m(mesh: &TetMesh, at_m: [f64; 3]) -> f64 {
 /// Meshes a shape with about the number of nodes that the scene asks for or, if it gives none, with
 /// as many as the site needs.
 pub(super) fn graded(scene: &Scene, shape: &OrganSource, site: &Site) -> Result<TetMesh, SceneError> {
+    if shape.is_bare(site) {
+        let why = "is where a hollow, or another side, touches the surface: there is no tissue to press, take another place";
+        return scene.bad("probe.site", why);
+    }
     let thickness_m = shape.thickness_m(site);
-    let search =
-        Search { scene, shape, site, thickness_m, points_left: Cell::new(MOST_POINTS), tried: RefCell::new(BTreeMap::new()) };
+    let search = Search { scene, shape, site, thickness_m, steps: Cell::new(0), tried: RefCell::new(BTreeMap::new()) };
     let radius_m = scene.probe.radius_m;
     if let Some(wanted) = scene.tissue.nodes {
         let found = search.best(wanted)?.filter(|found| is_near(found, wanted));
@@ -112,7 +120,7 @@ pub(super) fn graded(scene: &Scene, shape: &OrganSource, site: &Site) -> Result<
             // a thin shape or a narrow hollow may need more nodes from the start
             wanted = wanted.max(found.nodes());
             let better = best.as_ref().is_none_or(|best| found.element_m.max(found.cut_m) < best.element_m.max(best.cut_m));
-            let is_good = found.is_good(radius_m);
+            let is_good = found.is_good(radius_m, thickness_m);
             if better {
                 best = Some(found);
             }
@@ -141,8 +149,8 @@ struct Search<'a> {
     site: &'a Site,
     /// Thickness of the shape under the site [m].
     thickness_m: f64,
-    /// Number of lattice points that may still be looked at, so that no shape takes minutes.
-    points_left: Cell<usize>,
+    /// Number of steps spent so far.
+    steps: Cell<usize>,
     /// Results by the bits of the spacing and the stance: searches for other numbers of nodes pass
     /// through the same spacings.
     tried: RefCell<BTreeMap<(u64, bool), Tried>>,
@@ -209,15 +217,21 @@ impl Search<'_> {
         if let Some(tried) = self.tried.borrow().get(&key) {
             return Ok(tried.clone());
         }
+        if self.steps.get() > MOST_STEPS {
+            return Ok(Tried::TooFine);
+        }
         let turned = self.turned(spacing_m);
-        let expected = self.shape.expected(&turned, stance);
+        let expected = self.shape.expected(&turned, stance, &self.steps);
         if expected.nodes > most {
             return Ok(Tried::TooFine);
         }
-        let points = expected.points.saturating_add(POINTS_PER_NODE * expected.nodes as usize);
-        let Some(left) = self.points_left.get().checked_sub(points) else { return Ok(Tried::TooFine) };
-        self.points_left.set(left);
-        let tried = match self.shape.mesh_with(&turned, stance) {
+        let of_lattice = expected.points.saturating_mul(STEPS_PER_POINT);
+        let steps = self.steps.get().saturating_add(of_lattice).saturating_add(STEPS_PER_NODE * expected.nodes as usize);
+        if steps > MOST_STEPS {
+            return Ok(Tried::TooFine);
+        }
+        self.steps.set(steps);
+        let tried = match self.shape.mesh_with(&turned, stance, &self.steps) {
             Ok(mesh) => Tried::Mesh(Rc::new(Attempt::of(mesh, self.site))),
             Err(OrganError::Empty { .. } | OrganError::TooCoarse { .. } | OrganError::Inverted { .. }) => Tried::TooCoarse,
             Err(OrganError::TooFine { .. }) => Tried::TooFine,
@@ -244,21 +258,24 @@ impl Search<'_> {
             }
             nodes *= MORE;
         }
-        let why = match found {
-            None => self.too_thin(),
-            Some(found) if found.cut_m > radius_m => {
+        let why = match (found, works) {
+            (None, Some(_)) => format!("no mesh of about so many nodes holds the shape of {}", self.shape.name()),
+            (None, None) => self.too_thin(),
+            (Some(found), _) if found.cut_m > radius_m => {
                 format!("a mesh of so many nodes cuts {:.1} mm off the place that is pressed", found.cut_m * 1e3)
             }
-            Some(found) => {
+            (Some(found), _) => {
                 let [element_mm, radius_mm] = [found.element_m, radius_m].map(|m| m * 1e3);
                 format!("its elements under the probe would be {element_mm:.1} mm, larger than the radius of {radius_mm:.1} mm")
             }
         };
-        let most = ORGAN_NODES.end();
-        let advice = match works {
-            Some(nodes) => format!(": give nodes = {nodes}"),
-            None => format!(
-                "; at most {most} nodes fit: press a thicker place, or mesh the body by hand (.msh) and let palpate fit cut a piece out of it"
+        let advice = match (found, works) {
+            (_, Some(nodes)) => format!(": give nodes = {nodes}"),
+            (None, None) => String::new(),
+            (Some(_), None) => format!(
+                "; at most {} nodes fit: palpate fit --scene {} cuts out a piece with fine elements of its own",
+                ORGAN_NODES.end(),
+                self.scene.file
             ),
         };
         let key = if self.scene.tissue.nodes.is_some() { "tissue.nodes" } else { "tissue.mesh:" };
@@ -270,12 +287,21 @@ impl Search<'_> {
     /// no mesh held the shape.
     fn too_thin(&self) -> String {
         let (name, thickness_m) = (self.shape.name(), self.shape.exact_thickness_m(self.site));
-        let expected = self.shape.expected(&self.turned(thickness_m / ACROSS), Stance::Face).nodes;
-        if expected <= *ORGAN_NODES.end() as f64 {
-            return format!("no mesh that was tried holds the shape of {name} at this site");
+        let expected = self.shape.expected(&self.turned(thickness_m / ACROSS), Stance::Face, &self.steps).nodes;
+        if let Some((pairs, near)) = self.shape.crossings() {
+            return format!(
+                "{pairs} pair(s) of its triangles cross, the first near {near} in file units, and no mesh that was tried holds such a shape: unite its parts (Blender: Boolean, Union) or remesh by voxels"
+            );
+        }
+        let most = ORGAN_NODES.end();
+        let advice = "press a thicker place, or a smaller piece of the body around the site";
+        if expected <= *most as f64 {
+            return format!("no mesh that was tried holds the shape of {name} at this site: {advice}");
         }
         let nodes = if expected.is_finite() { format!("about {expected:.0} nodes") } else { "millions of nodes".to_owned() };
         let [thickness_mm, element_mm] = [thickness_m, thickness_m / ACROSS].map(|m| m * 1e3);
-        format!("{name} is {thickness_mm:.1} mm thick at this site, and elements of {element_mm:.2} mm would take {nodes}")
+        format!(
+            "{name} is {thickness_mm:.1} mm thick at this site, and elements of {element_mm:.2} mm would take {nodes}, at most {most} fit: {advice}"
+        )
     }
 }

@@ -1,9 +1,11 @@
 //! A closed shape that can be remeshed (a surface file, the surface of a mesh file, or an organ of
 //! [`crate::organ`]), with its site and its fixed parts.
 
+use std::cell::Cell;
+
 use nalgebra::Vector3;
 
-use super::{UNDERSIDE_COSINE, boundary, faces_away, nearest_on_surface, underside};
+use super::{UNDERSIDE_COSINE, faces_away, nearest_on_surface, underside};
 use crate::error::Error;
 use crate::mesh::import::{MeshFile, open};
 use crate::mesh::{ClosedSurface, ImportReport, SurfaceReport, TetMesh, surface};
@@ -14,6 +16,11 @@ type V3 = Vector3<f64>;
 
 /// Number of samples along the path on which the thickness is measured.
 const STEPS: u32 = 400;
+/// Number of steps for the implicit function of a built-in organ.
+const ORGAN_STEPS: usize = 20;
+/// Largest thickness at which a shape has no tissue under a site, as a share of its size (1): the
+/// first sample of the thickness.
+const BARE_SHARE: f64 = 1.5 / (50.0 * STEPS as f64);
 
 /// A closed shape, by its source.
 pub enum OrganSource {
@@ -73,12 +80,24 @@ impl OrganSource {
         }
     }
 
+    /// Number of pairs of triangles that cross, and a place near the first in file units.
+    pub(super) fn crossings(&self) -> Option<&(usize, String)> {
+        match self {
+            Self::Surface(_, report) => report.crossings.as_ref(),
+            Self::File(..) | Self::Organ(_) => None,
+        }
+    }
+
     /// Surface point nearest to the scene's site, and the outward normal there; for a faceted
     /// surface, the mean normal within a probe radius.
     pub fn site(&self, scene: &Scene) -> Result<Site, SceneError> {
         let Some(wanted) = scene.probe.site else { return scene.bad("probe.site", "is missing: give x, y, z in metres") };
         let (at_m, axis) = match self {
-            Self::File(_, mesh, _) => nearest_on_surface(&boundary(mesh), wanted, scene.probe.radius_m),
+            // not that of the mesh, which takes seconds to find in millions of tets
+            Self::File(surface, ..) => {
+                let skin: Vec<_> = surface.in_order_m().into_iter().map(|(corners, _)| corners).collect();
+                nearest_on_surface(&skin, wanted, scene.probe.radius_m)
+            }
             Self::Surface(surface, _) => {
                 nearest_on_surface(&surface.triangles_m().collect::<Vec<_>>(), wanted, scene.probe.radius_m)
             }
@@ -110,36 +129,58 @@ impl OrganSource {
 
     /// Implicit function of the shape [m]: negative inside, zero on the surface.
     pub fn value_m(&self, at_m: [f64; 3]) -> f64 {
+        self.value_counted(at_m).0
+    }
+
+    /// The implicit function, and the number of steps that it took.
+    fn value_counted(&self, at_m: [f64; 3]) -> (f64, usize) {
         match self {
-            Self::File(surface, ..) | Self::Surface(surface, _) => surface.foot(at_m).distance_m,
-            Self::Organ(organ) => organ.implicit_m(at_m),
+            Self::File(surface, ..) | Self::Surface(surface, _) => {
+                let foot = surface.foot(at_m);
+                (foot.distance_m, foot.looked_at)
+            }
+            Self::Organ(organ) => (organ.implicit_m(at_m), ORGAN_STEPS),
         }
     }
 
     /// A mesh of the shape; all regions are 0.
     pub fn mesh(&self, turned: &Turned) -> Result<TetMesh, OrganError> {
-        self.mesh_with(turned, Stance::Face)
+        self.mesh_with(turned, Stance::Face, &Cell::new(0))
     }
 
     /// A mesh of the shape on a lattice of this stance. Every hollow of the shape is one of the
-    /// mesh: a lattice that is too coarse for a wall would open the hollow behind it.
-    pub fn mesh_with(&self, turned: &Turned, stance: Stance) -> Result<TetMesh, OrganError> {
-        let is_distance = !matches!(self, Self::Organ(_));
-        let mesh = turned.mesh_with(self.name(), (&|x| self.value_m(x), is_distance), self.bounds_m(), stance)?;
+    /// mesh, apart from the skin and the others: a lattice that is too coarse for a wall would open
+    /// the hollow behind it, or leave no tissue there. Adds the number of steps of the implicit
+    /// function to `steps`.
+    pub(super) fn mesh_with(&self, turned: &Turned, stance: Stance, steps: &Cell<usize>) -> Result<TetMesh, OrganError> {
+        let implicit = (&self.counting(steps) as &dyn Fn([f64; 3]) -> f64, self.is_distance());
+        let mesh = turned.mesh_with(self.name(), implicit, self.bounds_m(), stance)?;
         let hollows = match self {
             Self::File(surface, ..) | Self::Surface(surface, _) => surface.hollows(),
             Self::Organ(_) => return Ok(mesh),
         };
-        if hollows == surface::hollows(&mesh) {
+        if surface::hollows(&mesh) == Some(hollows) {
             return Ok(mesh);
         }
-        let (organ, spacing_m, defect) = (self.name().to_owned(), turned.fine.spacing_m, "opens or loses a hollow");
+        let (organ, spacing_m, defect) = (self.name().to_owned(), turned.fine.spacing_m, "opens, loses or touches a hollow");
         Err(OrganError::TooCoarse { organ, spacing_m, defect })
     }
 
-    /// Cost of such a mesh.
-    pub(super) fn expected(&self, turned: &Turned, stance: Stance) -> Expected {
-        turned.expected(&|x| self.value_m(x), self.bounds_m(), stance)
+    /// Cost of such a mesh; the steps to find it are added to `steps`.
+    pub(super) fn expected(&self, turned: &Turned, stance: Stance, steps: &Cell<usize>) -> Expected {
+        turned.expected((&self.counting(steps), self.is_distance()), self.bounds_m(), stance)
+    }
+
+    fn is_distance(&self) -> bool {
+        !matches!(self, Self::Organ(_))
+    }
+
+    fn counting<'a>(&'a self, steps: &'a Cell<usize>) -> impl Fn([f64; 3]) -> f64 + 'a {
+        move |at_m| {
+            let (value_m, own) = self.value_counted(at_m);
+            steps.set(steps.get().saturating_add(own));
+            value_m
+        }
     }
 
     fn bounds_m(&self) -> [[f64; 3]; 2] {
@@ -147,6 +188,12 @@ impl OrganSource {
             Self::File(surface, ..) | Self::Surface(surface, _) => surface.bounds_m(),
             Self::Organ(organ) => organ.bounds_m(),
         }
+    }
+
+    /// Whether there is no tissue under a site, because the wall of a hollow, or another side, meets
+    /// the surface there.
+    pub(super) fn is_bare(&self, site: &Site) -> bool {
+        self.exact_thickness_m(site) <= BARE_SHARE * self.longest_m()
     }
 
     /// Thickness of the shape along the inward normal at a site [m].
@@ -160,11 +207,15 @@ impl OrganSource {
     }
 
     fn thickness_in(&self, site: &Site, steps: u32) -> f64 {
-        let [low, high] = self.bounds_m().map(V3::from);
-        let longest_m = (high - low).norm();
+        let longest_m = self.longest_m();
         let depth_m = |n: u32| longest_m * f64::from(n) / f64::from(steps);
         let inside = |n: &u32| self.value_m((V3::from(site.at_m) - V3::from(site.axis) * depth_m(*n)).into()) < 0.0;
         depth_m((1..=steps).take_while(inside).last().unwrap_or(1))
+    }
+
+    fn longest_m(&self) -> f64 {
+        let [low, high] = self.bounds_m().map(V3::from);
+        (high - low).norm()
     }
 
     /// Nodes of a mesh of the shape that are fixed when it is pressed along `axis`, ascending:
@@ -173,8 +224,11 @@ impl OrganSource {
         match self {
             // a shape without an underside is refused, even if trimming gave the mesh downward
             // faces
-            Self::File(_, own, _) if underside(own, axis).is_empty() => Vec::new(),
-            Self::Surface(surface, _) if !surface.triangles_m().any(|t| faces_away(t, axis)) => Vec::new(),
+            Self::File(surface, ..) | Self::Surface(surface, _)
+                if !surface.in_order_m().into_iter().any(|(corners, is_inner)| !is_inner && faces_away(corners, axis)) =>
+            {
+                Vec::new()
+            }
             // a wall may be thinner than the elements, which then face anywhere: the surface
             // decides
             Self::File(surface, ..) => {

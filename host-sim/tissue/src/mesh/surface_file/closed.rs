@@ -5,7 +5,7 @@ use super::copies::{Unique, unique};
 use super::nested::{Body, outward, place};
 use super::weld::{extent, in_use, weld};
 use crate::mesh::error::Defect;
-use crate::mesh::pairs::{Beyond, Unpaired, Wedge, neighbours, part};
+use crate::mesh::pairs::{Beyond, Unpaired, Wedge, neighbours, part, sides};
 
 /// Distances, as shares of the largest extent, within which corners are merged until the surface is
 /// closed (1): nothing, a few rounding errors in single precision, then texts of fewer digits.
@@ -37,6 +37,9 @@ pub(super) fn close(raw: &RawSurface) -> Result<Closed, Defect> {
     let copies = all - left_out - triangles.len();
     if triangles.is_empty() {
         return Err(Defect::NoTriangles);
+    }
+    if copies > 0 {
+        (vertices, triangles) = in_use(&vertices, &triangles);
     }
     let around = neighbours(&vertices, &triangles, Wedge::Body).map_err(|unpaired| defect(&vertices, &unpaired))?;
     part(&mut vertices, &mut triangles, &around);
@@ -111,7 +114,7 @@ fn orient(vertices: &[[f64; 3]], triangles: &[[u32; 3]], around: &[[Beyond; 3]])
                         next.push(other);
                     }
                     Some((_, found)) if found != wanted => {
-                        return Err(Defect::OneSided { near: place(vertices[triangles[other][0] as usize]) });
+                        return Err(one_sided(vertices, triangles, triangles[other][0]));
                     }
                     Some(_) => {}
                 }
@@ -120,6 +123,17 @@ fn orient(vertices: &[[f64; 3]], triangles: &[[u32; 3]], around: &[[Beyond; 3]])
         pieces += 1;
     }
     Ok(state.into_iter().flatten().unzip())
+}
+
+/// A surface that cannot be oriented: walls of several parts that meet in an edge may be paired
+/// wrongly, any other has one side only.
+fn one_sided(vertices: &[[f64; 3]], triangles: &[[u32; 3]], near: u32) -> Defect {
+    let sides = sides(triangles);
+    let mut edges = sides.chunk_by(|a, b| a.key == b.key);
+    match edges.find(|edge| edge.len() > 2) {
+        Some(edge) => Defect::WallsMeet { near: place(vertices[edge[0].key[0] as usize]) },
+        None => Defect::OneSided { near: place(vertices[near as usize]) },
+    }
 }
 
 fn turn(triangles: &mut [[u32; 3]], turned: &[bool]) {

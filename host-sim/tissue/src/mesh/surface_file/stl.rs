@@ -2,7 +2,7 @@
 //! corners.
 
 use super::RawSurface;
-use crate::mesh::bytes::{Bytes, Order};
+use crate::mesh::bytes::{Bytes, Number, Order};
 use crate::mesh::error::{Defect, MeshError, quoted};
 use crate::mesh::lines::Lines;
 
@@ -17,18 +17,22 @@ pub(super) fn is_exactly_binary(data: &[u8]) -> bool {
 }
 
 /// Whether the file begins as text does. Many programs begin a binary file with `solid` as well;
-/// but no number of triangles that fits into a file fills four bytes, and no text has a byte of
-/// zeros.
+/// but a number of triangles that fits into a file fills no four bytes, one that the program left
+/// open is all ones, and no text has a byte of zeros or of ones.
 pub(super) fn is_text(data: &[u8]) -> bool {
     let head = data.trim_ascii_start();
     let is_solid = head.get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid"));
-    is_solid && !data.iter().take(HEADER + 4).any(|byte| *byte == 0)
+    is_solid && !begins_binary(data)
 }
 
 /// Whether the file begins as a binary one does, whatever its length.
 pub(super) fn is_binary_solid(data: &[u8]) -> bool {
     let head = data.get(..5).is_some_and(|start| start.eq_ignore_ascii_case(b"solid"));
-    head && data.iter().take(HEADER + 4).any(|byte| *byte == 0)
+    head && begins_binary(data)
+}
+
+fn begins_binary(data: &[u8]) -> bool {
+    data.iter().take(HEADER + 4).any(|byte| matches!(byte, 0 | 0xff))
 }
 
 fn count(data: &[u8]) -> Option<usize> {
@@ -41,7 +45,7 @@ fn count(data: &[u8]) -> Option<usize> {
 pub(super) fn read_binary(file: &str, data: &[u8]) -> Result<RawSurface, MeshError> {
     let mut bytes = Bytes::new(file, data, Order::Little);
     bytes.skip(1, HEADER, "the end of the STL header")?;
-    let announced = bytes.whole_i32("the number of triangles")?;
+    let announced = bytes.any_whole(Number::Unsigned(4), "the number of triangles")?;
     let mut surface = RawSurface::new("binary STL", Vec::new());
     for found in 0..announced {
         let Ok(triangle) = bytes.take(TRIANGLE, "a triangle") else {
