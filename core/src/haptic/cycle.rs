@@ -134,7 +134,7 @@ impl Cycle {
             apart: Apart::new(device.count_m),
             plausible: Plausible::default(),
             runaway: Runaway::default(),
-            ceiling: Ceiling::new(device.ceiling_n_per_m()),
+            ceiling: Ceiling::new(device.ceiling_n_per_m(settings.tick_s)),
             gains: Gains::new(&settings.arming),
             stillness: Stillness::new(&settings.arming, settings.tick_s),
             slew: Slew::build(settings.tick_s),

@@ -39,6 +39,28 @@ fn a_contact_is_weakened_and_never_stiffened() {
 }
 
 #[test]
+fn what_is_on_its_way_lowers_the_ceiling_of_a_light_handle() {
+    let ceiling = |delay_ticks, lag_s, mass_kg, count_m| {
+        let device =
+            DeviceSpec { delay_ticks, lag_s, mass_kg, count_m, stiffness_ceiling_n_per_m: 1_000.0, ..DeviceSpec::STYLUS };
+        device.ceiling_n_per_m(1e-3)
+    };
+    for (delay_ticks, lag_s, mass_kg, count_m, right) in [
+        (1, 1e-3, 0.045, 0.0, 1_000.0),
+        (7, 2e-3, 0.045, 0.0, 225.0),
+        (7, 2e-3, 0.09, 0.0, 450.0),
+        (4, 5e-3, 0.09, 0.0, 450.0),
+        (3, 0.0, 0.02, 0.0, 625.0),
+        (3, 0.0, 0.02, 100e-6, 600.0),
+        (7, 2e-3, 0.045, 100e-6, 225.0),
+        (1, 1e-3, 0.045, 100e-6, 600.0),
+    ] {
+        let found = ceiling(delay_ticks, lag_s, mass_kg, count_m);
+        assert!((found / right - 1.0_f32).abs() < 1e-4, "{delay_ticks} ticks, {lag_s} s, {mass_kg} kg: {found} N/m");
+    }
+}
+
+#[test]
 fn the_gain_does_not_follow_a_stiffness_that_changes_under_the_hand() {
     let mut bench = Bench::with(800.0, DeviceSpec { stiffness_ceiling_n_per_m: 400.0, ..stylus() }, |_| ());
     bench.wall.stiffness_n_per_m = 800.0;

@@ -103,7 +103,8 @@ fn the_patch_is_never_shown_deeper_than_it_answers() {
 
 #[test]
 fn the_patch_sinks_no_faster_than_its_limit() {
-    let mut tissue = Tissue::new();
+    // below the speed limit, which is the sink limit of a coarse patch and would hold in its place
+    let mut tissue = Tissue::with(|params| params.limits.max_sink_m_per_s = 0.4 * params.limits.max_speed_m_per_s);
     tissue.press(1e-3);
     let most_m = tissue.file.params.limits.max_sink_m_per_s * 1e-3;
     let before_m = tissue.high(-1e-3).depth_m;

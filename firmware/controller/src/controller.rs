@@ -82,7 +82,7 @@ impl Controller {
     /// Largest contact stiffness that the device renders [N/m].
     #[must_use]
     pub fn stiffness_ceiling_n_per_m(&self) -> f32 {
-        self.edge.limits().ceiling_n_per_m()
+        self.edge.limits().ceiling_n_per_m(TICK_S)
     }
 
     /// Limits of the loop that apply now.

@@ -13,7 +13,7 @@ mod offer;
 use crate::link::inbox::Reply;
 use crate::link::{Change, FromBoard, Identity, Inbox, Receiver, Refusal, ToBoard, Upload};
 use crate::log::Event;
-use crate::patch::{Memory, Patch, PatchSlot};
+use crate::patch::{Memory, Patch, PatchSlot, TICK_S};
 use palpate::haptic::account::EnergyBound;
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
 
@@ -234,7 +234,7 @@ fn store<B: Board>(haptic: &mut HapticLoop<B>, tissue: &mut PatchSlot<'_>, profi
     haptic.end_commissioning();
     profile.check().map_err(StoreError::Profile)?;
     let (settings, edge) = profile.split();
-    tissue.check_contact(edge.limits().ceiling_n_per_m(), &mut || keep_awake(&mut haptic.board))?;
+    tissue.check_contact(edge.limits().ceiling_n_per_m(TICK_S), &mut || keep_awake(&mut haptic.board))?;
     let generation = match config::store(haptic.board.profile_memory(), profile) {
         Err(StoreError::Flash) => 0,
         kept => kept.map_err(Refusal::from)?,

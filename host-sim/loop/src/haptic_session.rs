@@ -337,7 +337,7 @@ impl HapticSession {
     /// down; `None` if the hand feels the tissue as it is.
     #[must_use]
     pub fn ceiling_note(&self) -> Option<String> {
-        ceiling_note(self.tissue.contact_n_per_m(), self.device.spec.ceiling_n_per_m())
+        ceiling_note(self.tissue.contact_n_per_m(), self.device.spec.ceiling_n_per_m(TICK_S as f32))
     }
 
     /// Limits of the loop.

@@ -11,7 +11,7 @@ use super::surface::{depth_at_m, force_at_n, static_curve, tangent_m};
 use super::verdict::FELT_N;
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::Patch;
-use palpate_tissue::scene::Scene;
+use palpate_tissue::scene::{Scene, TICK_S};
 use palpate_tissue::session::Session;
 use palpate_tissue::stable_step::substeps_for_fast_taps;
 
@@ -160,8 +160,8 @@ impl Prepared {
         };
         let (static_n, slope_n_per_m) = rest(&curve, depth_m);
         let contact_n_per_m = f64::from(tangent_m(&patch, &raised)? * raised.youngs_modulus_pa);
-        let ceiling_gain =
-            f64::from(ceiling::gain(contact_n_per_m as f32, device.limits(palpate::Vector3::zeros()).ceiling_n_per_m()));
+        let ceiling_n_per_m = device.limits(palpate::Vector3::zeros()).ceiling_n_per_m(TICK_S as f32);
+        let ceiling_gain = f64::from(ceiling::gain(contact_n_per_m as f32, ceiling_n_per_m));
         Ok(Self {
             patch,
             params: raised,

@@ -4,6 +4,7 @@ use clap::Args;
 use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::{CHIPS, CostModel, MACHINES};
+use palpate_tissue::scene::TICK_S;
 use serde::{Deserialize, Serialize};
 
 use crate::command::Common;
@@ -82,7 +83,7 @@ impl DeviceArg {
     /// The profile of the device cannot be read.
     pub fn ceiling_n_per_m(&self) -> Result<f32, Error> {
         let Some(device) = &self.device else { return Ok(f32::MAX) };
-        Ok(DeviceProfile::load(device)?.limits(palpate::Vector3::zeros()).ceiling_n_per_m())
+        Ok(DeviceProfile::load(device)?.limits(palpate::Vector3::zeros()).ceiling_n_per_m(TICK_S as f32))
     }
 }
 
