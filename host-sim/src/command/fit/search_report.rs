@@ -1,7 +1,7 @@
 //! Result files and printed report of `fit --smallest`.
 
 use palpate::Terms;
-use palpate_charts::{Level, LineSeries, Lines, Scale, ScaledAxis, lines};
+use palpate_charts::{Dot, Figure, Level, Plot, ScaledAxis, Series};
 use palpate_fit::plan::{Bench, Effort, JudgedCandidate, Outcome, RimTreatment};
 use palpate_fit::scene_fit::WORST_RATIO;
 use palpate_tissue::budget::CostModel;
@@ -14,6 +14,9 @@ use super::board::{Load, file};
 use super::report::record;
 use super::worth::{self, Worth};
 use crate::error::Error;
+
+/// Ratio of the budget to the largest cost above which the budget is not drawn (1).
+const FAR_BUDGET: f64 = 6.0;
 
 #[derive(Serialize)]
 struct Summary<'a> {
@@ -133,29 +136,33 @@ fn kind(trial: &JudgedCandidate) -> String {
 }
 
 fn draw(folder: &OutputFolder, bench: &Bench, outcome: &Outcome) -> Result<(), Error> {
-    let (machine, scene) = (bench.machine, bench.scene);
-    let ((unit, per), tolerance_pct) = (unit(machine), bench.tolerance_pct);
+    let (machine, tolerance_pct) = (bench.machine, bench.tolerance_pct);
+    let (unit, per) = unit(machine);
     let mut kinds: Vec<String> = outcome.trials.iter().map(kind).collect();
     // radii come first, in their order, then the trials that omit something
     kinds.sort_by_key(|k| (!k.starts_with("radius"), k.clone()));
     kinds.dedup();
-    let point = |t: &JudgedCandidate| (t.units / per, t.keeps_pct);
-    let of_kind = |name: &String| outcome.trials.iter().filter(|t| kind(t) == *name).map(point).collect();
-    let dots = |name, points| LineSeries { name, points, joined: false, marked: true };
-    let mut series: Vec<LineSeries> = kinds.iter().map(|name| dots(name, of_kind(name))).collect();
-    series.extend(outcome.chosen.as_ref().map(|chosen| dots("chosen", vec![point(chosen)])));
-    let (budget, errors) = (machine.budget() / per, || outcome.trials.iter().map(|t| t.keeps_pct));
-    let points = vec![(budget, errors().fold(tolerance_pct, f64::min)), (budget, errors().fold(tolerance_pct, f64::max))];
-    series.push(LineSeries { name: "budget of a tick", points, joined: true, marked: false });
-    let chart = Lines {
-        title: &format!("{}: what keeps {tolerance_pct} % on {}", scene.name, machine.name),
-        below: "cost of a tick (estimate) and force error of every model that was tried; R: probe radius",
-        x: ScaledAxis { title: &format!("cost of a tick [{unit}]"), scale: Scale::Log },
-        y: ScaledAxis { title: "force error: rms, or worst / 2.5 where that is more [%]", scale: Scale::Log },
-        series: &series,
-        levels: &[Level { name: "tolerance", y: tolerance_pct }],
+    let chosen = outcome.chosen.as_ref();
+    let dot = |t: &JudgedCandidate| {
+        let ringed = chosen.is_some_and(|c| (c.candidate, c.edge, c.terms, c.effort) == (t.candidate, t.edge, t.terms, t.effort));
+        let label = if ringed { format!("chosen: {} nodes", t.counts.nodes) } else { String::new() };
+        Dot { ringed, label, hollow: t.effort != Effort::Full, ..Dot::from((t.units / per, t.keeps_pct)) }
     };
-    Ok(lines(folder.draft(), "searched", &chart)?)
+    let series = kinds.iter().map(|name| {
+        let trials = outcome.trials.iter().filter(|t| kind(t) == *name);
+        Series::dots(name.as_str(), trials.map(dot).collect())
+    });
+    let x = ScaledAxis::log(format!("cost of a tick [{unit}]"));
+    let y = ScaledAxis::log("force error: rms, or worst / 2.5 where that is more [%]");
+    let wanted = Level::new(format!("tolerance: {tolerance_pct} %"), tolerance_pct);
+    let budget = machine.budget() / per;
+    let dearest = outcome.trials.iter().map(|t| t.units / per).fold(0.0, f64::max);
+    // a budget far beyond every model would leave no room for them
+    let drawn = (budget <= FAR_BUDGET * dearest).then(|| Level::new("budget", budget));
+    let plot = Plot { budget: drawn, ..Plot::new(x, y, series.collect()).levels([wanted]) };
+    let title = format!("{}: what keeps {tolerance_pct} % on {}", bench.scene.name, machine.name);
+    let below = format!("at most {budget:.0} {unit} per tick (estimate); filled: full fit; hollow: short fit; R: probe radius");
+    Ok(Figure::plot("searched", title, below, plot).draw(folder.draft())?)
 }
 
 fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth], all: bool) {
