@@ -70,12 +70,13 @@ fn failure(line: &str) -> Option<String> {
 
 /// Commands that take minutes on one core. Other tests run a quick form of each except the
 /// benchmark.
-const LONG: [&str; 8] = [
+const LONG: [&str; 9] = [
     "accept",
     "bench",
     "chart",
     "faults",
     "fit --scene",
+    "fit --smallest",
     "loop --quick",
     "paper",
     "stability",
