@@ -17,7 +17,7 @@ pub mod search;
 
 pub use candidate::{Candidate, Supply, Weighed};
 pub use judged_candidate::{Bench, Effort, JudgedCandidate};
-pub use presses::presses;
 pub use outcome::Outcome;
+pub use presses::presses;
 pub use rim_treatment::RimTreatment;
 pub use search::search;

@@ -115,7 +115,10 @@ fn holds(scene: &Scene, presses: &PiecePresses, board: &str, tolerance_pct: f64,
     let worst = aside.iter().chain(&centred).map(|e| e.abs()).fold(0.0, f64::max);
     println!(
         "{board} {tolerance_pct} %: {} nodes, {:.0} units; own word rms {:.2} worst {:+.2} %, found rms {rms:.2} worst {worst:.2} %, centred {centred:.2?}",
-        chosen.counts.nodes, chosen.units, chosen.judged.rms_pct(), chosen.judged.worst_pct()
+        chosen.counts.nodes,
+        chosen.units,
+        chosen.judged.rms_pct(),
+        chosen.judged.worst_pct()
     );
     assert!(rms <= tolerance_pct, "{rms}");
     assert!(worst <= WORST_RATIO * tolerance_pct, "{worst}");

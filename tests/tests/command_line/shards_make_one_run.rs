@@ -120,6 +120,7 @@ fn fits_in_shards_are_one_run() {
     let boards = Desk::default();
     std::fs::create_dir(boards.folder().join("scenes")).unwrap();
     boards.put("scenes/block.toml", block);
-    let smallest = ["fit", "--smallest", "--scenes", "scenes", "--quick", "--tolerance-pct=5", "--board=m4f-168", "--board=m7-480"];
+    let smallest =
+        ["fit", "--smallest", "--scenes", "scenes", "--quick", "--tolerance-pct=5", "--board=m4f-168", "--board=m7-480"];
     are_one(SCRATCH, &boards, 0, &smallest, &[&["2/2"], &["1/2"]], "table");
 }

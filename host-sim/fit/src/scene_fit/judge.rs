@@ -12,8 +12,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::calibrate::places::random;
-use crate::calibrate::too_many_lost;
 use crate::calibrate::targets::Reference;
+use crate::calibrate::too_many_lost;
 use crate::pressed_patch::{NOT_BEGUN, error_pct, larger, rms, worst};
 use crate::settled::{PressForce, SettledPatch};
 use crate::statics::{Unbalanced, Vector};

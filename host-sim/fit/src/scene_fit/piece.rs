@@ -187,9 +187,8 @@ impl PiecePresses {
         }
         let fitted_m = FITTED.map(|share| scale.depth_m(share)).to_vec();
         let between = fitted_m[0]..scale.deepest_m;
-        let is_unseen = |hold: &&HoldAnswer| {
-            hold.place_m == [0.0; 3] && between.contains(&hold.depth_m) && !fitted_m.contains(&hold.depth_m)
-        };
+        let is_unseen =
+            |hold: &&HoldAnswer| hold.place_m == [0.0; 3] && between.contains(&hold.depth_m) && !fitted_m.contains(&hold.depth_m);
         let mut unseen = Answer { holds: answer.holds.iter().filter(is_unseen).cloned().collect(), ..answer.clone() };
         unseen.holds.iter_mut().for_each(|hold| hold.surface = None);
         let known = ForceMap::Block(known);

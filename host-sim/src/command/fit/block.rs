@@ -2,11 +2,11 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use palpate_fit::scene_fit::{
-    Forces, GluedDiscs, JUDGED_RADII, Judging, Level, PLACES, Prepared, PressJob, PressListener, Presses, Solved, Verdict, answer,
-    check_block, prepare, solve_all,
-};
 use palpate_fit::force_map::BlockForces;
+use palpate_fit::scene_fit::{
+    Forces, GluedDiscs, JUDGED_RADII, Judging, Level, PLACES, Prepared, PressJob, PressListener, Presses, Solved, Verdict,
+    answer, check_block, prepare, solve_all,
+};
 use palpate_fit::solved;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::AnswerProbe;
@@ -51,7 +51,13 @@ impl FitArgs {
                 Block { prepared: &prepared, presses: &presses, known: &known, solved: &solved, fit: &fit, reused_presses };
             return self.fit_bump(scene, folder, level, &block);
         }
-        let judging = Judging { known: &known, fitted_m: &presses.fitted_m, unseen: &solved.unseen, disc_radii: JUDGED_RADII, places: PLACES };
+        let judging = Judging {
+            known: &known,
+            fitted_m: &presses.fitted_m,
+            unseen: &solved.unseen,
+            disc_radii: JUDGED_RADII,
+            places: PLACES,
+        };
         let judged = stages.judge(&judging, (&prepared.uncalibrated(), &prepared.params), &fit)?;
         let mut trials = vec![trial(scene, &presses, &prepared, None, &judged.before)];
         trials.extend(other_tip(scene, &presses, &prepared, &judging));

@@ -71,11 +71,7 @@ impl Load {
 }
 
 /// Finds the smallest element with which a patch fits the machine in one substep [m].
-pub(super) fn smallest_element(
-    scene: &Scene,
-    machine: &CostModel,
-    recipe: &impl Fn(f64) -> Recipe,
-) -> Result<f64, Error> {
+pub(super) fn smallest_element(scene: &Scene, machine: &CostModel, recipe: &impl Fn(f64) -> Recipe) -> Result<f64, Error> {
     let fits = |fine_m: f64| {
         let patch = Prepared::of(scene, &recipe(fine_m))?.patch();
         Load::of(&patch, scene, machine, 1).check(patch.model().nodes.len()).map(drop)

@@ -3,10 +3,10 @@
 
 use palpate_charts::{LineSeries, Lines, Scale, ScaledAxis, lines};
 use palpate_fit::calibrate::Settings;
+use palpate_fit::force_map::BlockForces;
 use palpate_fit::scene_fit::{
     BumpFit, Bumps, JUDGED_RADII, Judging, Level, PLACES as JUDGED_PLACES, Prepared, Presses, Solved, Verdict, solve_bumps,
 };
-use palpate_fit::force_map::BlockForces;
 use palpate_fit::solved;
 use palpate_fit::statics::Unbalanced;
 use palpate_tissue::Error as TissueError;
@@ -15,11 +15,11 @@ use palpate_tissue::scene::Scene;
 use palpate_tissue::session::packed;
 
 use super::super::progress::Steps;
-use super::{Fitted, PatchFile};
 use super::added_force::{BumpLine, BumpReport};
 use super::report::Report;
 use super::stages::Stages;
 use super::store::{Store, StoredFit};
+use super::{Fitted, PatchFile};
 use crate::command::options::fit::FitArgs;
 use crate::error::Error;
 
@@ -68,7 +68,13 @@ impl FitArgs {
         let problem = format!("{:x} {settings:?} {bumps:?}", block.fit.problem());
         let (fit, reused_fit) = stages.fit(&settings, &problem, |progress| fitting.fit(scene, &settings, progress))?;
         let [known, unseen] = fitting.answers(scene);
-        let judging = Judging { known: &bumped, fitted_m: &bumps.fitted_m, unseen: &unseen, disc_radii: JUDGED_RADII, places: JUDGED_PLACES };
+        let judging = Judging {
+            known: &bumped,
+            fitted_m: &bumps.fitted_m,
+            unseen: &unseen,
+            disc_radii: JUDGED_RADII,
+            places: JUDGED_PLACES,
+        };
         let judged = stages.judge(&judging, (&fitting.uncalibrated(), &params), &fit)?;
         let bump = report(scene, &fitting, &bumps, &fit)?;
         store.write(block.presses.jobs(), &[block.fit, &fit])?;

@@ -54,8 +54,7 @@ impl FitArgs {
         kept.said().iter().for_each(|line| println!("{line}"));
         let stages = Stages { scene, known: presses.known.reference(), store: &store, what: "fit" };
         let settings = self.settings(nodes, LEAST_GAIN);
-        let problem =
-            format!("{:?} {recipe:?} {settings:?} {:?} {:?}", store.pressed(), presses.fitted_m, presses.answer.holds);
+        let problem = format!("{:?} {recipe:?} {settings:?} {:?} {:?}", store.pressed(), presses.fitted_m, presses.answer.holds);
         let (fit, reused_fit) = stages.fit(&settings, &problem, |progress| presses.fit_piece(&prepared, &settings, progress))?;
         let judging = Judging {
             known: presses.known.reference(),

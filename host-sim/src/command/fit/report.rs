@@ -5,12 +5,12 @@ use palpate_charts::{self as charts, ConvergencePoint, Press, Sample};
 use palpate_fit::calibrate::Round;
 use palpate_fit::calibrate::targets::Reference;
 use palpate_fit::scene_fit::{SurfaceVerdict, Verdict, tissue_of};
-use palpate_tissue::session::Session;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::{Answer, AnswerProbe};
 use palpate_tissue::fit_record::{FitRecord, Judged, JudgedPart, JudgedSurface, Moving, OrganRecord, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
+use palpate_tissue::session::Session;
 use palpate_tissue::trials::Trial;
 use serde::Serialize;
 

@@ -139,7 +139,8 @@ impl Campaign for FitScenes {
         let [kept, missed, failed] = [Ended::Kept, Ended::Missed, Ended::Failed].map(count);
         let largest_rms_pct = rows.iter().filter_map(|row| Some(row.fit.as_ref()?.rms_pct)).reduce(f64::max);
         let boards = &self.options.boards[..];
-        let summary = Summary { fits: rows.len(), kept, missed, failed, largest_rms_pct, boards, fit: &self.options.fit, rows: &rows };
+        let summary =
+            Summary { fits: rows.len(), kept, missed, failed, largest_rms_pct, boards, fit: &self.options.fit, rows: &rows };
         folder.write("fits.csv", csv(&rows)?.as_bytes())?;
         folder.write_summary(&summary)?;
         // one row per line, as in the shipped file
@@ -147,8 +148,7 @@ impl Campaign for FitScenes {
             rows.iter().flat_map(|row| &row.trials).filter_map(|row| serde_json::to_string(row).ok()).collect();
         folder.write("trials.json", format!("[\n{}\n]\n", trials.join(",\n")).as_bytes())?;
         let verdict =
-            Verdict::of(judge(&rows, missed, failed), || format!("all {} fits are within the tolerance", rows.len()))?
-                .first();
+            Verdict::of(judge(&rows, missed, failed), || format!("all {} fits are within the tolerance", rows.len()))?.first();
         print(&rows);
         println!("\nwrote {}: fits.csv, summary.json, trials.json", folder.publish()?.display());
         verdict.last()
@@ -237,9 +237,7 @@ fn csv(rows: &[Row]) -> Result<String, Error> {
     csv.write_record(header).map_err(write)?;
     for row in rows {
         let number = |of: fn(&Fit) -> Option<f64>| row.fit.as_ref().and_then(of).map_or(String::new(), |n| n.to_string());
-        let load = |of: fn(&Load) -> String| {
-            row.fit.as_ref().and_then(|fit| fit.load.as_ref()).map_or(String::new(), of)
-        };
+        let load = |of: fn(&Load) -> String| row.fit.as_ref().and_then(|fit| fit.load.as_ref()).map_or(String::new(), of);
         let text = |of: fn(&Fit) -> String| row.fit.as_ref().map_or(String::new(), of);
         csv.write_record([
             row.scene.clone(),

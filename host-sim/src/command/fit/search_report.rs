@@ -167,7 +167,8 @@ fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth], all: bool) {
     );
     println!("shear %: error that the patch's edge makes on a glued disc; {name}: cost per tick (estimate)");
     println!("radius: of the patch, and elements: their size, in probe radii; points: contact points per surface triangle\n");
-    let header = ["nodes", "radius", "elements", "points", "substeps", name, "RAM+flash", "rms %", "worst %", "shear %", "moving %"];
+    let header =
+        ["nodes", "radius", "elements", "points", "substeps", name, "RAM+flash", "rms %", "worst %", "shear %", "moving %"];
     let line = |what: &str, cells: [String; 11]| {
         let widths = [5, 6, 8, 6, 8, 9, 9, 7, 8, 8, 8];
         let cells: Vec<String> = cells.iter().zip(widths).map(|(cell, width)| format!("{cell:>width$}")).collect();

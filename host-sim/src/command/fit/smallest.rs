@@ -35,8 +35,7 @@ impl FitArgs {
             status.say(format!("step {}{of}: {what}", steps.get()));
         };
         let on_board = |session: &Session| accepted(session, scene, machine);
-        let bench =
-            Bench { scene, machine, presses: &presses, tolerance_pct, quick, on_board: &on_board, progress: &progress };
+        let bench = Bench { scene, machine, presses: &presses, tolerance_pct, quick, on_board: &on_board, progress: &progress };
         let outcome = search(&bench, &mut Supply::of(scene, machine, quick))?;
         status.clear();
         kept.said().iter().for_each(|line| println!("{line}"));
