@@ -103,13 +103,14 @@ fn rfc3339(seconds: u64) -> String {
     format!("{:04}-{month:02}-{date:02}T{hour:02}:{minute:02}:{:02}Z", 400 * era + year + next, second % 60)
 }
 
-/// Arguments of this process that affect a result.
+/// Arguments of this process that affect a result. Those of `check chart` are those of `chart`.
 #[must_use]
 pub fn command_line() -> Vec<String> {
     deciding(std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()))
 }
 
-fn deciding(mut arguments: impl Iterator<Item = String>) -> Vec<String> {
+fn deciding(arguments: impl Iterator<Item = String>) -> Vec<String> {
+    let mut arguments = arguments.enumerate().filter(|(n, argument)| *n > 0 || argument != "check").map(|(_, argument)| argument);
     let mut kept = Vec::new();
     while let Some(argument) = arguments.next() {
         if ELSEWHERE.contains(&argument.as_str()) {
@@ -145,7 +146,8 @@ mod tests {
     fn a_command_line_keeps_what_decides_a_result() {
         let kept = |line: &str| deciding(line.split(' ').map(str::to_owned)).join(" ");
         assert_eq!(kept("faults --shard 1/3 --runs 100 --out a --all"), "faults --runs 100");
-        assert_eq!(kept("plan --out=a --tolerance-pct=3 --shard=1/2"), "plan --tolerance-pct=3");
+        assert_eq!(kept("fit --out=a --tolerance-pct=3 --shard=1/2"), "fit --tolerance-pct=3");
+        assert_eq!(kept("check chart --quick --out out/a"), "chart --quick");
         assert_eq!(kept("press --scene block"), "press --scene block");
     }
 }

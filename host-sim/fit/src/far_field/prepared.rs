@@ -91,7 +91,7 @@ impl Prepared {
 
 /// Refuses a radius outside its range. A patch that is narrower than the spread of the contact is
 /// wrong, however it is fitted; a much wider one costs as much as a whole organ.
-fn refuse_odd(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
+pub(crate) fn refuse_odd(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
     let probe_m = scene.probe.radius_m;
     let [least_m, most_m] = RADII.map(|radii| radii * probe_m);
     // a small tolerance for rounding in products of decimal numbers

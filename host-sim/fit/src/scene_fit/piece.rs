@@ -7,8 +7,8 @@ use crate::calibrate::places::{random, sunflower};
 use crate::calibrate::targets::{DiscPresses, Reference};
 use crate::calibrate::{Calibration, Round, Settings, Targets, calibrate};
 use crate::far_field::organ_reference::{OrganReference, PlaceForces, organ_reference};
-use crate::far_field::prepared::{Prepared, Recipe, deepest_hold_m};
-use crate::far_field::whole::{shape_of, whole_of};
+use crate::far_field::prepared::{Prepared, Recipe, deepest_hold_m, refuse_odd};
+use crate::far_field::whole::{shape_of, whole, whole_of};
 use crate::far_field::{Cut, RimSprings};
 use crate::force_map::{BlockForces, ForceMap, SurfaceForces};
 use crate::solved::Solved;
@@ -116,10 +116,16 @@ impl DepthScale {
 /// # Errors
 /// Fails if no edge length gives such a number, or if the organ cannot be cut at this radius.
 pub fn element_for(scene: &Scene, radius_m: f64, nodes: usize) -> Result<f64, Error> {
-    let shape = shape_of(scene)?;
+    let sizes_of = |edge_m: f64| Recipe::new(radius_m, edge_m, scene.probe.radius_m).sizes;
+    refuse_odd(scene, &sizes_of(scene.probe.radius_m))?;
+    // a large file is read once
+    let shape = if scene.tissue.block_m.is_some() { None } else { Some(shape_of(scene)?) };
     let count = |edge_m: f64| -> Result<usize, Error> {
-        let sizes = Recipe::new(radius_m, edge_m, scene.probe.radius_m).sizes;
-        let placed = whole_of(scene, &[], &sizes, &shape)?;
+        let sizes = sizes_of(edge_m);
+        let placed = match &shape {
+            Some(shape) => whole_of(scene, &[], &sizes, shape)?,
+            None => whole(scene, &[], &sizes)?,
+        };
         let cut = Cut::of(&placed.tissue, &sizes).map_err(|cause| Error::Usage(format!("{}: {cause}", scene.file)))?;
         Ok(cut.patch.mesh.nodes_m.len())
     };
