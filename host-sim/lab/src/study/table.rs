@@ -52,32 +52,32 @@ impl Table {
         Columns { rows, table: Self { name, about, shown, header, rows: cells, printed, verbatim: false, quiet: false } }
     }
 
-    /// The same table, which prints only these rows without `--all`.
+    /// Hides all but these rows, unless `--all` is given.
     #[must_use]
     pub fn only(self, shown: impl IntoIterator<Item = bool>) -> Self {
         Self { shown: shown.into_iter().collect(), ..self }
     }
 
-    /// The same table, which prints only these columns.
+    /// Prints only these columns.
     #[must_use]
     pub fn columns(mut self, printed: &[&str]) -> Self {
         self.printed = self.header.iter().map(|name| printed.contains(&name.as_str())).collect();
         self
     }
 
-    /// The same table, which prints `about` above its header.
+    /// Puts a line above the header.
     #[must_use]
     pub fn about(self, about: impl Into<String>) -> Self {
         Self { about: about.into(), ..self }
     }
 
-    /// The same table, which prints its cells as they are.
+    /// Prints the cells as they are, without rounding.
     #[must_use]
     pub fn verbatim(self) -> Self {
         Self { verbatim: true, ..self }
     }
 
-    /// The same table, which is only written as CSV.
+    /// Keeps the table off the terminal and the report: it is only written as CSV.
     #[must_use]
     pub fn quiet(self) -> Self {
         Self { quiet: true, ..self }
