@@ -265,7 +265,7 @@ mod tests {
         let table = Table::of("t", &rows).unwrap();
         assert_eq!(table.csv(), "name,force_n,depth_m,count\n\"a, b\",1.234567,,12\nc,1e-9,100.0,7\n");
         let printed = table.print(true);
-        assert_eq!(printed, "name    force_n  depth_m  count\na, b      1.235             12\nc     1.000e-9      100      7\n");
+        assert_eq!(printed, "name   force_n  depth_m  count\na, b     1.235              12\nc     1.000e-9      100      7\n");
         let cut = table.clone().only([false, true]).columns(&["count"]);
         assert_eq!((cut.print(false).as_str(), cut.is_cut()), ("count\n    7\n", true));
         assert_eq!(table.only([false, false]).print(false), "");
