@@ -96,7 +96,7 @@ impl Series {
         Self { name: name.into(), dots: points.into_iter().map(Dot::from).collect(), joined: true, marked: false, dashed: false }
     }
 
-    /// The same curve with a marker at every point.
+    /// Adds a marker at every point.
     #[must_use]
     pub fn marked(self) -> Self {
         Self { marked: true, ..self }
@@ -148,7 +148,7 @@ impl Plot {
         Self { x, y, series, levels: Vec::new(), budget: None, front: Vec::new() }
     }
 
-    /// The same with dashed horizontal lines.
+    /// Adds dashed horizontal lines.
     #[must_use]
     pub fn levels(self, levels: impl IntoIterator<Item = Level>) -> Self {
         Self { levels: levels.into_iter().collect(), ..self }

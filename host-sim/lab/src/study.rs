@@ -44,7 +44,7 @@ pub trait Study: Sized {
     /// A case cannot be run.
     fn run(&self, cases: Range<u64>) -> Result<Vec<Self::Row>, Error>;
 
-    /// What the rows of all cases, in their order, say.
+    /// Tables, claims and figures of the rows of all cases, which are in their order.
     ///
     /// # Errors
     /// A table cannot be formatted, or a further run fails.

@@ -24,7 +24,7 @@ pub(super) struct Options {
     pub seed: u64,
 }
 
-/// The same hands with every setting.
+/// Comparison of settings on the same hands.
 pub(super) struct Trade {
     options: Options,
     ground: PathGround,
@@ -101,7 +101,7 @@ impl Study for Trade {
     }
 }
 
-/// What is felt against a measure of the energy, with two lines for each delay.
+/// Picture of the felt share against a measure of the energy, with two lines for each delay.
 fn figure(points: &[Point], runs: u64, name: &str, x: ScaledAxis, measure: fn(&Point) -> f64) -> Figure {
     let series = points.chunks(TradePoint::settings().len() / 2).enumerate().map(|(n, line)| {
         let varied = if n % 2 == 0 { "0 to 50 m/s²" } else { "handle 0 to 1" };

@@ -17,9 +17,9 @@ const SPELLED: usize = 3;
 /// A claim and what was found.
 #[derive(Clone, Debug, Serialize)]
 pub struct Claim {
-    /// What is claimed.
+    /// Name of the quantity, or statement of a paper.
     pub name: String,
-    /// Bound that is promised, or statement of a paper.
+    /// Bound of the quantity.
     pub bound: String,
     /// Value found.
     pub found: String,
@@ -41,7 +41,7 @@ impl Claim {
         Self { name: printed.into(), bound: "as printed".into(), found: found.into(), holds, promised: false }
     }
 
-    /// What the finding says about the claim.
+    /// Verdict on the claim, in words.
     #[must_use]
     pub fn verdict(&self) -> &'static str {
         match self.holds {
@@ -52,7 +52,7 @@ impl Claim {
     }
 }
 
-/// What a study found.
+/// Everything that a study writes and prints.
 #[derive(Debug, Default)]
 pub struct Findings {
     /// The result in one sentence, besides the claims; may be empty.
@@ -87,8 +87,8 @@ impl Findings {
         self.facts.insert(name.to_owned(), value.into());
     }
 
-    /// Writes everything, prints it with the verdict before and after, and returns the verdict. With
-    /// `all`, every row is printed.
+    /// Writes everything, prints it with the verdict before and after, and returns the verdict.
+    /// With `all`, every row is printed.
     ///
     /// # Errors
     /// A promise does not hold, or the folder cannot be written.

@@ -52,32 +52,32 @@ impl Table {
         Columns { rows, table: Self { name, about, shown, header, rows: cells, printed, verbatim: false, quiet: false } }
     }
 
-    /// The same table, which prints only these rows without `--all`.
+    /// Hides all but these rows, unless `--all` is given.
     #[must_use]
     pub fn only(self, shown: impl IntoIterator<Item = bool>) -> Self {
         Self { shown: shown.into_iter().collect(), ..self }
     }
 
-    /// The same table, which prints only these columns.
+    /// Prints only these columns.
     #[must_use]
     pub fn columns(mut self, printed: &[&str]) -> Self {
         self.printed = self.header.iter().map(|name| printed.contains(&name.as_str())).collect();
         self
     }
 
-    /// The same table, which prints `about` above its header.
+    /// Puts a line above the header.
     #[must_use]
     pub fn about(self, about: impl Into<String>) -> Self {
         Self { about: about.into(), ..self }
     }
 
-    /// The same table, which prints its cells as they are.
+    /// Prints the cells as they are, without rounding.
     #[must_use]
     pub fn verbatim(self) -> Self {
         Self { verbatim: true, ..self }
     }
 
-    /// The same table, which is only written as CSV.
+    /// Keeps the table off the terminal and the report: it is only written as CSV.
     #[must_use]
     pub fn quiet(self) -> Self {
         Self { quiet: true, ..self }
@@ -265,7 +265,7 @@ mod tests {
         let table = Table::of("t", &rows).unwrap();
         assert_eq!(table.csv(), "name,force_n,depth_m,count\n\"a, b\",1.234567,,12\nc,1e-9,100.0,7\n");
         let printed = table.print(true);
-        assert_eq!(printed, "name    force_n  depth_m  count\na, b      1.235             12\nc     1.000e-9      100      7\n");
+        assert_eq!(printed, "name   force_n  depth_m  count\na, b     1.235              12\nc     1.000e-9      100      7\n");
         let cut = table.clone().only([false, true]).columns(&["count"]);
         assert_eq!((cut.print(false).as_str(), cut.is_cut()), ("count\n    7\n", true));
         assert_eq!(table.only([false, false]).print(false), "");

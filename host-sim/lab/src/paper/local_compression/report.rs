@@ -260,7 +260,7 @@ fn force_and_time(scene: &str, nodes: usize, curves: &[Curve]) -> [Figure; 2] {
     ]
 }
 
-/// Where (11)-(13) fail: a force that depends on the time step.
+/// The failure of (11)-(13): a force that depends on the time step.
 fn corrections(findings: &mut Findings, found: &OnBlock) {
     let points = found.correction.iter().flat_map(|c| c.points.iter().map(move |point| (c.compensation.name(), point)));
     let table = Table::rows("correction", points)
@@ -297,8 +297,8 @@ fn corrections(findings: &mut Findings, found: &OnBlock) {
     ));
 }
 
-/// Where (7)-(8) fail: a region that ends where the stress is small still ends where the tissue
-/// moves.
+/// The failure of (7)-(8): a region that ends where the stress is small still ends where the
+/// tissue moves.
 fn regions(findings: &mut Findings, found: &[Awake]) {
     let name = |form: ContactPressure| FORMS.iter().find(|(f, _)| *f == form).map_or("", |(_, name)| name);
     let least: Vec<Awake> = FORMS.iter().filter_map(|(form, _)| least_awake(found, *form, REGION_ERROR)).collect();
@@ -331,7 +331,7 @@ fn regions(findings: &mut Findings, found: &[Awake]) {
     ));
 }
 
-/// Where (2) fails: a tet that swells pushes itself.
+/// The failure of (2): a tet that swells pushes itself.
 fn volume_force(findings: &mut Findings, found: &OnBlock) {
     let ([mean, most], presses) = &found.volume;
     let table = Table::rows("volume_force_presses", presses)
