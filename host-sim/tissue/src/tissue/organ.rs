@@ -33,7 +33,7 @@ const WORST_SHARE: f64 = 0.15;
 const TOO_MANY: f64 = 4.0;
 /// Number of steps of the implicit function in all meshes that are tried for a scene: a few
 /// seconds. A body that fills its box takes a tenth of them.
-const MOST_STEPS: usize = 40_000_000;
+const MOST_STEPS: usize = 30_000_000;
 /// Number of such steps that take as long as a point of the lattice, and as a node of the mesh.
 const STEPS_PER_POINT: usize = 10;
 const STEPS_PER_NODE: usize = 1000;
