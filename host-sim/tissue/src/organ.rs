@@ -5,6 +5,7 @@
 //! 2007). Lengths are in metres and z points up; the file of each organ says what x and y are.
 
 mod abdomen;
+mod balls;
 mod count;
 mod distance;
 mod error;

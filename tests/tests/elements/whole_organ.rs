@@ -144,7 +144,7 @@ fn a_plate_thinner_than_the_elements_gets_smaller_ones() {
     sound(&placed);
     assert!((volumes_m3(&placed.tissue.mesh).iter().sum::<f64>() / 14.4e-6 - 1.0).abs() < 0.1);
     // a number of nodes is found although the largest elements that are tried do not fit
-    let element_m = element_for(&scene, 0.017, 300).unwrap();
+    let element_m = element_for(&scene, 0.017, 485).unwrap();
     assert!(element_m > 0.001 && element_m < 0.008, "{element_m}");
 }
 

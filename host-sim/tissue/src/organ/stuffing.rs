@@ -10,6 +10,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::OrganError;
+use super::balls::Balls;
 use super::lattice::{LONG, Lattice, NEIGHBOURS, is_even, tets_around};
 use super::parts::V3;
 use super::sound;
@@ -128,21 +129,13 @@ fn chord(value: &impl Fn(f64) -> f64) -> Option<f64> {
     None
 }
 
-/// Share of a distance within which a point is on the same side, rounding included (1).
-pub(super) const SAME_SIDE: f64 = 0.999;
-
 fn cut(organ: &str, shape: Shape, lattice: &Lattice) -> Result<TetMesh, OrganError> {
     let Shape { implicit, is_distance } = shape;
     let mut sides = vec![Side::Out; lattice.len()];
-    let mut ball = (V3::zeros(), 0.0, Side::Out);
+    let mut balls = Balls::new(is_distance);
     for triple in lattice.points() {
         if let Some(name) = lattice.name(triple) {
-            let at = lattice.place(triple);
-            if (at - ball.0).norm_squared() < ball.1 {
-                sides[name as usize] = ball.2;
-                continue;
-            }
-            let value = implicit(at);
+            let value = balls.value_m(lattice.place(triple), implicit);
             sides[name as usize] = if value < 0.0 {
                 Side::In
             } else if value > 0.0 {
@@ -150,9 +143,6 @@ fn cut(organ: &str, shape: Shape, lattice: &Lattice) -> Result<TetMesh, OrganErr
             } else {
                 Side::On
             };
-            if is_distance {
-                ball = (at, (SAME_SIDE * value).powi(2), sides[name as usize]);
-            }
         }
     }
     let mut stuffing = Stuffing { lattice, sides, moved: BTreeMap::new(), cuts: BTreeMap::new() };

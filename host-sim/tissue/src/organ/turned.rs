@@ -6,6 +6,7 @@
 
 use nalgebra::Matrix3;
 
+use super::balls::Balls;
 use super::lattice::{Lattice, NEIGHBOURS, Refusal};
 use super::parts::V3;
 use super::{Fine, OrganError, stuffing};
@@ -105,7 +106,7 @@ impl Turned {
         };
         let turn = self.turn(stance);
         let at = V3::from(self.fine.at_m);
-        let mut balls = Balls { of_distance: is_distance, known: Vec::new() };
+        let mut balls = Balls::new(is_distance);
         let mut value_m = |from: V3| balls.value_m(from, &|from| implicit_m((at + turn * from).into()));
         let step = (lattice.len() / SAMPLES as usize).max(1);
         // a step that has no factor in common with the sides of the box
@@ -152,38 +153,6 @@ impl Turned {
             return frame;
         }
         frame * Matrix3::from_rows(&[[r, r, 0.0].into(), [0.0, 0.0, 1.0].into(), [r, -r, 0.0].into()])
-    }
-}
-
-/// Largest number of balls that are kept.
-const BALLS: usize = 16;
-
-/// Balls that a distance is known to keep on one side of the surface: deep inside a body, where
-/// many triangles are about equally near, a distance takes the longest to find.
-struct Balls {
-    of_distance: bool,
-    /// Centre of each, and the distance there [m].
-    known: Vec<(V3, f64)>,
-}
-
-impl Balls {
-    /// The function at a place, or for a distance a value of the same sign that is nearer to zero.
-    fn value_m(&mut self, at: V3, implicit_m: &dyn Fn(V3) -> f64) -> f64 {
-        let within = |(centre, distance_m): &(V3, f64)| {
-            let left_m = stuffing::SAME_SIDE * distance_m.abs() - (at - centre).norm();
-            (left_m > 0.0).then(|| left_m.copysign(*distance_m))
-        };
-        if let Some(value_m) = self.known.iter().find_map(within) {
-            return value_m;
-        }
-        let value_m = implicit_m(at);
-        if self.of_distance {
-            // the larger ones in front
-            let place = self.known.partition_point(|(_, known_m)| known_m.abs() > value_m.abs());
-            self.known.insert(place, (at, value_m));
-            self.known.truncate(BALLS);
-        }
-        value_m
     }
 }
 

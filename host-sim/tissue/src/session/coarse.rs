@@ -10,9 +10,10 @@ use crate::tissue::organ::element_at_m;
 pub const COARSEST_RADII: f64 = 1.25;
 
 /// Share of the force that is missing at worst [%] with elements of this size at the site, in probe
-/// radii, if the patch is not calibrated: the block in elements of one size, pressed by an eighth
-/// to half of the radius at 4 places, against finite elements. With smaller elements the error is
-/// that of any uncalibrated patch; with 1.44 and 1.65 radii 43 and 100 % are missing.
+/// radii, if the patch is not calibrated: the block in elements of one size on two lattices,
+/// pressed by an eighth to half of the radius at 4 to 6 places, against finite elements. With
+/// smaller elements the error is that of any uncalibrated patch; with 1.34, 1.44 and 1.65 radii 28,
+/// 43 and 100 % are missing.
 const MISSING_PCT: [(f64, f64); 3] = [(0.75, 12.0), (1.0, 20.0), (1.25, 25.0)];
 
 /// Share of the force that may be missing because the elements under the probe are coarse [%];

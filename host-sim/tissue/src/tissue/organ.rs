@@ -33,10 +33,10 @@ const WORST_SHARE: f64 = 0.15;
 const TOO_MANY: f64 = 4.0;
 /// Number of steps of the implicit function in all meshes that are tried for a scene: a few
 /// seconds. A body that fills its box takes a tenth of them.
-const MOST_STEPS: usize = 40_000_000;
+const MOST_STEPS: usize = 30_000_000;
 /// Number of such steps that take as long as a point of the lattice, and as a node of the mesh.
-const STEPS_PER_POINT: usize = 10;
-const STEPS_PER_NODE: usize = 1000;
+const STEPS_PER_POINT: usize = 1;
+const STEPS_PER_NODE: usize = 200;
 /// Largest element under the probe, and largest distance of the site from the mesh, with which a
 /// mesh is good enough, in probe radii (1).
 const GOOD_RADII: [f64; 2] = [1.0, 0.1];
