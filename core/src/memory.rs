@@ -62,6 +62,7 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RU
     ///
     /// # Errors
     /// Errors of [`Params::build`]; [`BuildError::TooLarge`] names the memory that is too small.
+    #[inline]
     pub fn start(&mut self, model: &Model, params: &Params) -> Result<(Tuned<'_>, State<'_>), BuildError> {
         self.start_in_rounds(model, params, &mut || {})
     }
@@ -70,6 +71,7 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RU
     ///
     /// # Errors
     /// Errors of [`Memory::start`].
+    #[inline]
     pub fn start_in_rounds(
         &mut self,
         model: &Model,
@@ -105,6 +107,7 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RU
     ///
     /// # Errors
     /// Errors of [`Params::build`]; [`BuildError::TooLarge`] names the memory that is too small.
+    #[inline]
     pub fn judge(
         &mut self,
         model: &Model,
@@ -132,6 +135,7 @@ impl<const NODES: usize, const TRIANGLES: usize, const RELAXING: usize, const RU
 }
 
 /// Sets the length of an array to `need` and every entry to `value`.
+#[inline]
 fn fill<T: Clone, const N: usize>(item: &'static str, array: &mut Vec<T, N>, need: usize, value: T) -> Result<(), BuildError> {
     array.clear();
     array.resize(need, value).map_err(|_| BuildError::TooLarge { item, need, have: N })

@@ -160,6 +160,7 @@ impl Model<'_> {
     ///
     /// # Errors
     /// Returns the kind and the index of the first invalid item.
+    #[inline]
     pub fn check(&self) -> Result<(), BuildError> {
         let nodes = self.nodes.len();
         let outside = |item, index, node: u16| match usize::from(node) < nodes {
@@ -233,6 +234,7 @@ impl Model<'_> {
     /// Checks that neighbours name each other across the same three nodes, and that every triangle
     /// is a boundary face of its owner. Otherwise a tip could be located inside tissue where there
     /// is none.
+    #[inline]
     fn check_neighbours(&self) -> Result<(), BuildError> {
         let has = |tet: &Tet, nodes: &[u16], but: u16| nodes.iter().all(|n| *n == but || tet.node.contains(n));
         for (index, (tet, across)) in self.tets.iter().zip(self.neighbours).enumerate() {
@@ -260,6 +262,7 @@ impl Model<'_> {
 
     /// Checks that the edges follow the order of the rim nodes. The tick passes over the edges
     /// once, along the rim nodes: an edge out of order, and all edges after it, would be skipped.
+    #[inline]
     fn check_rim_order(&self) -> Result<(), BuildError> {
         let mut passed = self.rim_nodes.iter();
         let mut first = None;
@@ -275,6 +278,7 @@ impl Model<'_> {
         Ok(())
     }
 
+    #[inline]
     fn check_sizes(&self) -> Result<(), BuildError> {
         let same = |item, need, have| match need == have {
             true => Ok(()),

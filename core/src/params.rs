@@ -133,6 +133,7 @@ const MOST_STIFFENING: f32 = if cfg!(target_os = "none") { 0.0 } else { 100.0 };
 const MOST_FRICTION: f32 = 5.0;
 
 /// Visits both ends of every spring, with the inertia of the other end.
+#[inline]
 fn each_end(model: &Model, node_step: &mut [NodeStep], visit: impl Fn(&Spring, &mut NodeStep, NodeStep)) {
     for spring in model.springs {
         let [i, j] = [spring.i, spring.j].map(usize::from);
@@ -217,6 +218,7 @@ impl Tuned<'_> {
 
     /// Whether the tissue relaxes; the state then needs [`crate::State::with_relaxation`].
     #[must_use]
+    #[inline]
     pub fn relaxes(&self) -> bool {
         self.prony.terms > 0
     }
@@ -255,6 +257,7 @@ impl Tuned<'_> {
     /// Gains of the smooth fields, which [`Params::derive`] takes together with the inertia of the
     /// nodes.
     #[must_use]
+    #[inline]
     pub fn gains(&self) -> Gains {
         self.gains
     }
@@ -275,6 +278,7 @@ impl Params {
     }
 
     /// Relaxation terms in effect: none if relaxation is switched off.
+    #[inline]
     fn relaxes(&self) -> &[PronyTerm; MOST_TERMS] {
         if self.terms.relaxation { &self.relaxation } else { &[PronyTerm::NONE; MOST_TERMS] }
     }
@@ -285,6 +289,7 @@ impl Params {
     /// # Errors
     /// Returns the first parameter out of range or the first invalid item of the model, or reports
     /// that the memory is too small.
+    #[inline]
     pub fn build<'a>(&self, model: &Model, node_step: &'a mut [NodeStep]) -> Result<Tuned<'a>, BuildError> {
         self.build_in_rounds(model, node_step, &mut || {})
     }
@@ -295,6 +300,7 @@ impl Params {
     ///
     /// # Errors
     /// Errors of [`Params::build`].
+    #[inline]
     pub fn build_in_rounds<'a>(
         &self,
         model: &Model,
@@ -320,6 +326,7 @@ impl Params {
     /// modulus only and must have passed [`Params::check`]; the state stays as it is. Call it
     /// between two ticks. The smooth fields remain those of the modulus that the patch was built
     /// with, because finding them anew takes longer than a tick.
+    #[inline]
     pub fn retune(&self, model: &Model, tuned: &mut Tuned<'_>) {
         let node_step = core::mem::take(&mut tuned.node_step);
         self.weigh(model, node_step);
@@ -329,6 +336,7 @@ impl Params {
 
     /// Gains of the smooth fields for the masses that [`Self::weigh`] computed. Without the term of
     /// relative mass the tick has no mass between neighbours, so `added` is set to zero.
+    #[inline]
     fn gains(&self, model: &Model, node_step: &mut [NodeStep]) -> Gains {
         let gains = smooth::gains(model, node_step, self.terms.relative_mass);
         if !self.terms.relative_mass {
@@ -338,6 +346,7 @@ impl Params {
     }
 
     /// Computes the masses of a model that has been checked.
+    #[inline]
     fn weigh(&self, model: &Model, node_step: &mut [NodeStep]) {
         let e = self.youngs_modulus_pa;
         let dt = self.tick_s / f32::from(self.substeps);
@@ -398,6 +407,7 @@ impl Params {
     /// Derives the scalars, given the masses and gains that [`Self::build`] computed for these
     /// parameters. A caller that owns its memory derives them in every tick, at no cost.
     #[must_use]
+    #[inline]
     pub fn derive<'a>(&self, node_step: &'a mut [NodeStep], gains: Gains) -> Tuned<'a> {
         let e = self.youngs_modulus_pa;
         let dt = self.tick_s / f32::from(self.substeps);
@@ -440,6 +450,7 @@ impl Params {
     ///
     /// # Errors
     /// Returns the name and the range of the first parameter outside its range.
+    #[inline]
     pub fn check(&self) -> Result<(), BuildError> {
         let dt = self.tick_s / f32::from(self.substeps.max(1));
         let highest = GuardLimits::HIGHEST;

@@ -42,6 +42,7 @@ const LEAST: f32 = 0.01;
 
 /// Finds the fields of these masses and sets unused ones to zero; `after_round` is called after
 /// every round.
+#[inline]
 pub(crate) fn find(model: &Model, node_step: &mut [NodeStep], series: bool, after_round: &mut dyn FnMut()) {
     for (node, rest) in node_step.iter_mut().zip(model.nodes) {
         let [x, y, z] = rest.rest_m;
@@ -73,11 +74,13 @@ fn at(node: &NodeStep, field: usize) -> f32 {
 }
 
 /// Number of fields: all of them with the two terms of the series, one with the diagonal alone.
+#[inline]
 const fn count(series: bool) -> usize {
     if series { FIELDS } else { 1 }
 }
 
 /// Gains of the fields that [`find`] computed, for the present masses.
+#[inline]
 pub(crate) fn gains(model: &Model, node_step: &[NodeStep], series: bool) -> Gains {
     let mut gains = [0.0; FIELDS];
     for (field, gain) in gains.iter_mut().enumerate().take(count(series)) {

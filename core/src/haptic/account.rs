@@ -93,6 +93,7 @@ impl AccountSettings {
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting.
+    #[inline]
     pub fn check(&self) -> Result<(), BuildError> {
         each_within(&RANGES, [self.allowance_j, self.refill_w, self.acceleration_m_per_s2, self.handle_share])
     }
@@ -211,6 +212,7 @@ impl EnergyAccount {
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting or the number of the device.
+    #[inline]
     pub fn build(settings: &AccountSettings, device: &DeviceSpec, tick_s: f32) -> Result<Self, BuildError> {
         const { assert!(256 % LINE == 0, "the index wraps at 256") };
         settings.check()?;
@@ -265,6 +267,7 @@ impl EnergyAccount {
     /// on its way when the hand turns more sharply than the account reserves for, and, for as long
     /// as the loop runs, the refill and what a count hides (SAFETY.md).
     #[must_use]
+    #[inline]
     pub fn bound(settings: &AccountSettings, device: &DeviceSpec, tick_s: f32) -> EnergyBound {
         let most_n = device.max_force_n;
         let lag = device.lag_s / tick_s;
@@ -412,8 +415,10 @@ impl Monitor for EnergyAccount {
         if self.balance_j < -self.bound.at_once_j { Err(Fault::EnergyCreated) } else { Ok(()) }
     }
 
-    /// Forgets positions and the forces on their way, which end when the device is released. The
-    /// balance stays, so that clearing a fault buys no energy.
+    /// Forgets positions, the forces on their way, which end when the device is released, and what
+    /// the tissue stored. The balance stays, or falls to the allowance if it is above it: clearing a
+    /// fault raises it by nothing. What a clearing hides is the work since the last count, which
+    /// is not charged any more: at most the force times a count along each axis.
     fn reset(&mut self) {
         (self.line_n, self.lagging_n, self.fresh) = ([Vector3::zeros(); LINE], Vector3::zeros(), true);
         (self.given_j, self.created_j, self.stored_j) = (0.0, 0.0, 0.0);

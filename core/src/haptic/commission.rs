@@ -77,12 +77,14 @@ pub enum Stage {
 impl Stage {
     /// Whether a step of the user is waited for.
     #[must_use]
+    #[inline]
     pub fn asks(self) -> bool {
         matches!(self, Self::Start(_) | Self::Move(_) | Self::LetGo)
     }
 
     /// Whether it has ended.
     #[must_use]
+    #[inline]
     pub fn ended(self) -> bool {
         matches!(self, Self::Done | Self::Stopped(_))
     }
@@ -136,6 +138,7 @@ pub struct Commissioning {
 impl Commissioning {
     /// Begins with the first axis.
     #[must_use]
+    #[inline]
     pub fn new(plan: Plan) -> Self {
         let first = (0..3).find(|axis| has(&plan, *axis));
         Self {
@@ -153,17 +156,20 @@ impl Commissioning {
 
     /// Step that is in progress.
     #[must_use]
+    #[inline]
     pub fn stage(&self) -> Stage {
         self.stage
     }
 
     /// Result, once it is complete.
     #[must_use]
+    #[inline]
     pub fn result(&self) -> Option<&Commissioned> {
         self.result.as_ref()
     }
 
     /// Ends it without a result, unless it has ended.
+    #[inline]
     pub fn stop(&mut self, trouble: Trouble) {
         if !self.stage.ended() {
             self.stage = Stage::Stopped(trouble);
@@ -172,6 +178,7 @@ impl Commissioning {
 
     /// Runs one tick: takes the readings of the sensors, and whether the user confirms the step
     /// that [`Self::stage`] asks for. Returns the forces for the motors [N].
+    #[inline]
     pub fn tick(&mut self, sensors: [f32; 3], confirmed: bool) -> [f32; 3] {
         if !sensors.iter().all(|reading| reading.is_finite()) {
             self.stop(Trouble::Faulted);
@@ -218,6 +225,7 @@ impl Commissioning {
     }
 
     /// Assigns a sensor to an axis after a motion by hand.
+    #[inline]
     fn moved(&mut self, axis: u8, sensors: [f32; 3]) -> Result<Stage, Trouble> {
         let (mut best, mut second) = ((0_u8, 0.0_f32), 0.0_f32);
         for sensor in 0..3 {
@@ -256,6 +264,7 @@ impl Commissioning {
     }
 
     /// Gives the axes that the device does not have the sensors that are left.
+    #[inline]
     fn spare(&mut self) {
         for axis in 0..3_u8 {
             if has(&self.plan, axis) {
@@ -270,6 +279,7 @@ impl Commissioning {
     }
 
     /// Smallest step of each axis' reading [m].
+    #[inline]
     fn count_m(&self) -> [f32; 3] {
         let mut count_m = [0.0; 3];
         for (axis, place) in (0..3).zip(&mut count_m) {
@@ -283,6 +293,7 @@ impl Commissioning {
     }
 }
 
+#[inline]
 fn has(plan: &Plan, axis: u8) -> bool {
     plan.axes.get(usize::from(axis)).copied().unwrap_or(false)
 }

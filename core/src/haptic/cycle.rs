@@ -120,6 +120,7 @@ impl Cycle {
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting, of the device or of the loop.
+    #[inline]
     pub fn build(settings: &Settings, device: &DeviceSpec) -> Result<Self, BuildError> {
         settings.arming.check()?;
         Ok(Self {

@@ -100,6 +100,7 @@ impl DampingSettings {
     /// 0.3 N s/m per tick a tap of 1 m/s at two ticks of delay creates 0.0005 mJ, with a total of
     /// 0.3 it creates 0.07 (DECISIONS.md).
     #[must_use]
+    #[inline]
     pub fn safe(delay_s: f32, tick_s: f32) -> Self {
         let tau_s = 2.0 * delay_s + tick_s;
         // with more than one tick of delay the motion reverses before the tangent has damped it
@@ -111,6 +112,7 @@ impl DampingSettings {
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the first number out of its range.
+    #[inline]
     pub fn check(&self) -> Result<(), BuildError> {
         each_within(&RANGES, [self.tau_s, self.constant_n_s_per_m, self.velocity_share])
     }
@@ -149,6 +151,7 @@ impl Damping {
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the setting.
+    #[inline]
     pub fn build(settings: &DampingSettings, tick_s: f32, count_m: f32) -> Result<Self, BuildError> {
         settings.check()?;
         within(&[("tick_s", tick_s, 1e-4, 1e-2), ("device.count_m", count_m, 0.0, 1e-3)])?;

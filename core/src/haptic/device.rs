@@ -114,6 +114,7 @@ impl DeviceSpec {
     /// 0.1 mJ, and less than half of the force is felt in 1.4 % of the ticks instead of 6.7 %
     /// (`palpate faults --hands`).
     #[must_use]
+    #[inline]
     pub fn ceiling_n_per_m(&self, tick_s: f32) -> f32 {
         let late_s = self.delay_s(tick_s) + tick_s;
         let late_n_per_m = 0.5 * self.mass_kg / (late_s * late_s);
@@ -126,7 +127,6 @@ impl DeviceSpec {
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the first value out of range; NaN is out of every range.
-    #[inline(never)]
     pub fn check(&self) -> Result<(), BuildError> {
         let (low_m, size_m) = (self.workspace_low_m, self.workspace_high_m - self.workspace_low_m);
         let sides = [low_m.x, low_m.y, low_m.z, size_m.x, size_m.y, size_m.z];

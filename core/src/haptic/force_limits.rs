@@ -12,7 +12,9 @@
 //! then swings for ever, by newtons at worst, although the hand is given no energy. So from
 //! `RINGS_S` after the last count on the force grows at [`RESTING_N_PER_S`] at most: a swing
 //! leaves the hand its lowest force, and any other force at rest is as it was. The next count ends
-//! this.
+//! this: a count of the reading, not of the position that the patch is shown. The two differ while
+//! a count that flips is shown as its mean ([`super::toggle`]), which moves in every tick, so that
+//! by the shown position a probe would be at rest no sooner, and later once the flips have ended.
 //!
 //! * in: wanted force, force sent last, cap [N]; displacement of the tick [m]
 //! * out: force [N], and the limits that acted

@@ -147,6 +147,7 @@ impl LoopLimits {
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the limit; NaN is out of every range.
+    #[inline]
     pub fn build(values: &LoopLimitSettings, device: &DeviceSpec, tick_s: f32) -> Result<Self, BuildError> {
         device.check()?;
         within(&[("tick_s", tick_s, 1e-4, 1e-2)])?;
@@ -164,6 +165,7 @@ impl LoopLimits {
     /// # Errors
     /// [`BuildError::OutOfRange`] names the limit that would be higher than it is, or is NaN;
     /// nothing changes then.
+    #[inline]
     pub fn lowered(&self, values: &LoopLimitSettings) -> Result<Self, BuildError> {
         values.check_below(&self.values)?;
         Ok(Self::derive(values, &self.device, self.tick_s))

@@ -71,6 +71,7 @@ pub struct Press {
 ///
 /// # Errors
 /// The fault of a patch that diverges.
+#[inline]
 pub fn tangent_m(
     model: &Model,
     tuned: &mut Tuned<'_>,
@@ -92,6 +93,7 @@ pub fn tangent_m(
     Ok(slope? / tuned.youngs_modulus_pa)
 }
 
+#[inline]
 fn slope_n_per_m(
     model: &Model,
     tuned: &Tuned<'_>,
@@ -125,6 +127,7 @@ fn slope_n_per_m(
 /// Radius of the contact under a probe at this depth [m]: that of a flat end, or that of a sphere
 /// on a half-space (Hertz).
 #[must_use]
+#[inline]
 pub fn contact_radius_m(probe: &Probe, depth_m: f32) -> f32 {
     let radius_m = probe.radius_m;
     match probe.shape {
@@ -136,12 +139,14 @@ pub fn contact_radius_m(probe: &Probe, depth_m: f32) -> f32 {
 
 /// Smallest contact radius of a tip of this shape, in elements (1).
 #[must_use]
+#[inline]
 pub fn least_width(shape: ProbeShape) -> f32 {
     if shape == ProbeShape::Flat { LEAST_WIDTH_FLAT } else { LEAST_WIDTH }
 }
 
 /// Radius of the narrowest tip that is wide enough at this depth [m].
 #[must_use]
+#[inline]
 pub fn least_radius_m(probe: &Probe, depth_m: f32, element_m: f32) -> f32 {
     let contact_m = least_width(probe.shape) * element_m;
     match probe.shape {
@@ -154,6 +159,7 @@ pub fn least_radius_m(probe: &Probe, depth_m: f32, element_m: f32) -> f32 {
 /// Size of the surface elements at a site [m]: edge of an equilateral triangle with the mean area
 /// of the triangles around the surface node nearest to the site.
 #[must_use]
+#[inline]
 pub fn element_m(model: &Model, site_m: Vector3<f32>) -> f32 {
     /// Square of an equilateral triangle's edge over twice its area (1): two over the root of
     /// three. Source: geometry.

@@ -116,6 +116,7 @@ pub(super) struct HandsOff {
 }
 
 impl HandsOff {
+    #[inline]
     pub fn new(plan: &Plan) -> Self {
         Self {
             plan: *plan,
@@ -144,12 +145,14 @@ impl HandsOff {
     }
 
     /// Begins with the handle free, at this position.
+    #[inline]
     pub fn begin(&mut self, at_m: [f32; 3], count_m: [f32; 3]) {
         (self.home_m, self.still_m, self.still, self.ticks) = (at_m, at_m, 0, 0);
         self.moving_m = count_m.map(|count_m| if 2.01 * count_m > MOVED_M { 2.01 * count_m } else { MOVED_M });
     }
 
     /// Runs one tick; returns the motor and its force [N].
+    #[inline]
     pub fn tick(&mut self, at_m: [f32; 3]) -> Result<(u8, f32), Trouble> {
         if self.axes().any(|axis| (nth(at_m, axis) - nth(self.home_m, axis)).abs() > FAR_M) {
             let undriven = self.step == Step::Rest && self.push == 0;
@@ -175,20 +178,24 @@ impl HandsOff {
         }
     }
 
+    #[inline]
     fn axes(&self) -> impl Iterator<Item = u8> + use<> {
         let plan = self.plan;
         (0..3).filter(move |axis| has(&plan, *axis))
     }
 
     /// Direction of the present push (1).
+    #[inline]
     fn direction(&self) -> f32 {
         if self.push.is_multiple_of(2) { 1.0 } else { -1.0 }
     }
 
+    #[inline]
     fn found(&mut self) -> Option<&mut Found> {
         self.found.get_mut(usize::from(self.motor))
     }
 
+    #[inline]
     fn rest(&mut self, at_m: [f32; 3]) -> Result<(u8, f32), Trouble> {
         let none = (self.motor, 0.0);
         if self.still < REST_TICKS {
@@ -212,6 +219,7 @@ impl HandsOff {
     }
 
     /// A free handle stays where a push has moved it; one that is held springs back.
+    #[inline]
     fn kept(&mut self, at_m: [f32; 3]) -> Result<(), Trouble> {
         let (motor, pushed, from_m) = (self.motor, usize::from(self.push - 1), self.from_m);
         let Some(found) = self.found() else { return Ok(()) };
@@ -223,6 +231,7 @@ impl HandsOff {
     }
 
     /// The two directions of a free handle need about the same force.
+    #[inline]
     fn even(&mut self) -> Result<(), Trouble> {
         let motor = self.motor;
         let Some(found) = self.found() else { return Ok(()) };
@@ -230,6 +239,7 @@ impl HandsOff {
         if (one - other).abs() > UNEVEN.0 + UNEVEN.1 * 0.5 * (one + other) { Err(Trouble::Unsteady(motor)) } else { Ok(()) }
     }
 
+    #[inline]
     fn ramp(&mut self, at_m: [f32; 3]) -> Result<(u8, f32), Trouble> {
         let force_n = RAMP_N_PER_S * self.plan.tick_s * f32::from(self.ticks);
         let (mut first, mut second) = ((0_u8, 0.0_f32), 0.0_f32);
@@ -285,12 +295,14 @@ impl HandsOff {
     }
 
     /// Larger of the forces at which the handle began to move [N].
+    #[inline]
     fn moved_n(&self) -> f32 {
         let [one, other] = self.found.get(usize::from(self.motor)).map_or([0.0; 2], |found| found.moved_n);
         if one > other { one } else { other }
     }
 
     /// Force of a stroke [N].
+    #[inline]
     fn stroke_n(&self) -> f32 {
         let margin_n = between(STROKE * self.plan.force_limit_n, STROKE_N[0], STROKE_N[1]);
         between(self.moved_n() + margin_n, 0.0, self.most_n())
@@ -298,10 +310,12 @@ impl HandsOff {
 
     /// Largest force of a push [N]: that of a device that was not commissioned, or the device's own
     /// limit.
+    #[inline]
     fn most_n(&self) -> f32 {
         between(self.plan.force_limit_n, 0.0, MOST_N)
     }
 
+    #[inline]
     fn stroke(&mut self, at_m: [f32; 3]) -> Result<(u8, f32), Trouble> {
         let (axis, sign) = self.found().map_or((0, 1.0), |found| (found.axis.unwrap_or(0), found.sign));
         let along = sign * self.direction();
@@ -324,6 +338,7 @@ impl HandsOff {
         Ok((self.motor, self.direction() * force_n))
     }
 
+    #[inline]
     fn fitted(&mut self) {
         let per_kg = self.response.per_kg();
         if let Some(found) = self.found()
@@ -336,11 +351,13 @@ impl HandsOff {
     }
 
     /// Waits for rest before the next push.
+    #[inline]
     fn pushed(&mut self) {
         self.push += 1;
         (self.step, self.ticks, self.still) = (Step::Rest, 0, 0);
     }
 
+    #[inline]
     fn next_motor(&mut self) {
         (self.push, self.step, self.ticks, self.still) = (0, Step::Rest, 0, 0);
         self.ended = self.motor >= 2;
@@ -348,10 +365,12 @@ impl HandsOff {
     }
 
     /// The result, once the last motor was measured.
+    #[inline]
     pub fn result(&self, wiring: &Wiring) -> Option<Result<Commissioned, Trouble>> {
         self.ended.then(|| self.of(wiring))
     }
 
+    #[inline]
     fn of(&self, wiring: &Wiring) -> Result<Commissioned, Trouble> {
         let (delay_ticks, lag_ticks) = self.response.found().ok_or(Trouble::Unclear)?;
         let tick_s = self.plan.tick_s;
@@ -392,6 +411,7 @@ impl HandsOff {
 
 /// Friction: the force at which the motion was seen, less its growth since the motion began. Under
 /// a force that grows by `r` a mass has travelled `r t^3 / 6 m` after the time `t`.
+#[inline]
 fn friction_n(found: &Found, mass_kg: f32, late_s: f32) -> f32 {
     let ([n, m], [other_n, other_m]) =
         ([found.moved_n, found.moved_m].map(|both| both[0]), [found.moved_n, found.moved_m].map(|both| both[1]));
@@ -404,6 +424,7 @@ fn friction_n(found: &Found, mass_kg: f32, late_s: f32) -> f32 {
 }
 
 /// Cube root of a number between 0 and 1, by Newton's method from above.
+#[inline]
 fn cube_root(cube: f32) -> f32 {
     let mut root = 1.0_f32;
     for _ in 0..24_u8 {

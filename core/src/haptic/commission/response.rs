@@ -57,11 +57,13 @@ impl Response {
     };
 
     /// Begins a stroke.
+    #[inline]
     pub fn begin(&mut self) {
         (self.ticks, self.reversed) = (0, TICKS);
     }
 
     /// Records a reading; returns false if there is no room for more.
+    #[inline]
     pub fn record(&mut self, travel_m: f32) -> bool {
         match self.travel_m.get_mut(self.ticks) {
             Some(place) => {
@@ -74,16 +76,19 @@ impl Response {
     }
 
     /// The next tick's force is the first that is reversed.
+    #[inline]
     pub fn reverse(&mut self) {
         self.reversed = self.ticks;
     }
 
     /// Ticks so far, and whether the force is reversed.
+    #[inline]
     pub fn state(&self) -> (usize, bool) {
         (self.ticks, self.reversed < TICKS)
     }
 
     /// Largest travel so far [m], and ticks since it was reached first.
+    #[inline]
     pub fn summit(&self) -> (f32, usize) {
         let seen = self.travel_m.iter().take(self.ticks);
         let (at, most_m) = seen.enumerate().fold((0, 0.0), |top: (usize, f32), (n, x)| if *x > top.1 { (n, *x) } else { top });
@@ -91,6 +96,7 @@ impl Response {
     }
 
     /// Prepares the fit of a stroke. `moving_m` is the travel that counts as motion.
+    #[inline]
     pub fn prepare(&mut self, moving_m: f32) {
         let (most_m, since) = self.summit();
         let to = self.ticks.saturating_sub(since);
@@ -105,6 +111,7 @@ impl Response {
     }
 
     /// Fits one pair of delay and lag; returns false when all are done.
+    #[inline]
     pub fn fit(&mut self, force_n: f32, scratch: &mut [f32; TICKS]) -> bool {
         let Some(misfit) = self.misfit.get_mut(self.pair) else { return false };
         let (delay, lag) = pair(self.pair);
@@ -147,11 +154,13 @@ impl Response {
 
     /// One over the mass by the last stroke's best pair, in displacement per force and square tick
     /// [m/N]; zero if the stroke was too short.
+    #[inline]
     pub fn per_kg(&self) -> f32 {
         if self.shapes.to < self.shapes.from + LEAST { 0.0 } else { self.best.1 }
     }
 
     /// Delay [ticks] and lag [ticks] that fit all strokes best; `None` if there was no stroke.
+    #[inline]
     pub fn found(&self) -> Option<(u8, f32)> {
         let least = self.misfit.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1))?;
         let (delay, lag) = pair(least.0);
@@ -172,6 +181,7 @@ struct Shapes {
 }
 
 impl Shapes {
+    #[inline]
     fn prepare(&mut self, travel_m: &[f32; TICKS]) {
         let count = (self.to - self.from) as f32;
         (self.mean_square, self.per_norm) = (0.0, [1.0; POWERS]);
@@ -200,6 +210,7 @@ impl Shapes {
     }
 
     /// A power of time at a reading, orthogonal to the lower ones and of length one.
+    #[inline]
     fn power(&self, power: usize, n: usize) -> f32 {
         // symmetric about the middle of the readings, so that even and odd powers are orthogonal
         let count = (self.to - self.from) as f32;
@@ -213,6 +224,7 @@ impl Shapes {
     }
 
     /// Removes the part of a row along the powers of time.
+    #[inline]
     fn remove_powers(&self, row: &mut [f32; TICKS]) {
         for power in 0..POWERS {
             let part: f32 = (self.from..self.to).map(|n| at(row, n) * self.power(power, n)).sum();
@@ -225,6 +237,7 @@ impl Shapes {
 
     /// Removes the part of a row along all shapes; twice, because single precision leaves a
     /// remainder.
+    #[inline]
     fn remove_from(&self, row: &mut [f32; TICKS]) {
         for _ in 0..2_u8 {
             self.remove_powers(row);
@@ -235,6 +248,7 @@ impl Shapes {
 }
 
 /// `exp(-x)` for x between 0 and 2: a sixteenth of it as a series, then its sixteenth power.
+#[inline]
 fn falls_to(x: f32) -> f32 {
     let y = -x / 16.0;
     let mut power = 1.0 + y * (1.0 + y * (0.5 + y * (1.0 / 6.0 + y / 24.0)));
@@ -245,20 +259,24 @@ fn falls_to(x: f32) -> f32 {
 }
 
 /// Delay and lag of a pair [ticks].
+#[inline]
 fn pair(number: usize) -> (usize, f32) {
     (number / LAGS, (number % LAGS) as f32 * LAG_STEP)
 }
 
+#[inline]
 fn at(row: &[f32; TICKS], n: usize) -> f32 {
     row.get(n).copied().unwrap_or(0.0)
 }
 
+#[inline]
 fn put(row: &mut [f32; TICKS], n: usize, value: f32) {
     if let Some(place) = row.get_mut(n) {
         *place = value;
     }
 }
 
+#[inline]
 fn dot(a: &[f32; TICKS], b: &[f32; TICKS], from: usize, to: usize) -> f32 {
     a.iter().zip(b).take(to).skip(from).map(|(a, b)| a * b).sum()
 }

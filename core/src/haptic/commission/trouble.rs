@@ -39,6 +39,7 @@ pub enum Trouble {
 impl Trouble {
     /// Number on the link, with the axis or motor: see [`Self::of_number`].
     #[must_use]
+    #[inline]
     pub fn number(self) -> u8 {
         match self {
             Self::Interrupted => 1,
@@ -59,6 +60,7 @@ impl Trouble {
 
     /// The reason with this number, if there is one.
     #[must_use]
+    #[inline]
     pub fn of_number(number: u8) -> Option<Self> {
         let plain = [Self::Interrupted, Self::Faulted, Self::Moving, Self::TooFar, Self::Unclear];
         let of: [fn(u8) -> Self; 8] = [
@@ -77,6 +79,7 @@ impl Trouble {
 }
 
 impl fmt::Display for Trouble {
+    #[inline]
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let axis = |axis: &u8| AXES.get(usize::from(*axis)).copied().unwrap_or("?");
         match self {

@@ -22,6 +22,7 @@ impl Wiring {
 
     /// Positions along the axes for the values of the sensors.
     #[must_use]
+    #[inline]
     pub fn read(&self, sensors: [f32; 3]) -> [f32; 3] {
         let [a, b, c] = self.sensor.map(|sensor| nth(sensors, sensor));
         let [per_a, per_b, per_c] = self.per_unit;
@@ -30,6 +31,7 @@ impl Wiring {
 
     /// Commands to the motors for forces along the axes.
     #[must_use]
+    #[inline]
     pub fn drive(&self, along: [f32; 3]) -> [f32; 3] {
         let mut commands = [0.0; 3];
         for (motor, (force, sign)) in self.motor.iter().zip(along.into_iter().zip(self.motor_sign)) {
@@ -44,6 +46,7 @@ impl Wiring {
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] names the first entry that is wrong.
+    #[inline]
     pub fn check(&self) -> Result<(), BuildError> {
         for (name, order) in [("wiring.sensor", self.sensor), ("wiring.motor", self.motor)] {
             let [a, b, c] = order;
@@ -65,6 +68,7 @@ impl Wiring {
 }
 
 /// The entry of this number; zero if there is none.
+#[inline]
 pub(super) fn nth(values: [f32; 3], number: u8) -> f32 {
     values.get(usize::from(number)).copied().unwrap_or(0.0)
 }
