@@ -5,6 +5,7 @@
 //! methods ─ chart (speed against accuracy)
 //! methods ─ stability (where methods and loops fail)
 //! paper (figures and tables of the two papers), score (equation 14)
+//! study (cases, rows, claims, figures: runs, writes, prints and judges all of these)
 //! command (the studies of `palpate`)
 //! paper_method (the models of the two papers on the core's tick)
 //! accept (the model against raw measurements of tissue)
