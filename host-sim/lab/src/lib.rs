@@ -6,6 +6,7 @@
 //! methods ─ stability (where methods and loops fail)
 //! paper (figures and tables of the two papers), score (equation 14)
 //! faults (the loop under faults, random paths and yielding hands)
+//! study (cases, rows, claims, figures: runs, writes, prints and judges all of these)
 //! command (the studies of `palpate`)
 //! paper_method (the models of the two papers on the core's tick)
 //! accept (the model against raw measurements of tissue)
