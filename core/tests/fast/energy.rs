@@ -244,7 +244,7 @@ fn reserved_m(device: DeviceSpec, way_m: f32) -> f32 {
 fn a_force_is_paid_for_over_its_delay_its_lag_a_count_and_the_acceleration() {
     let heavy = DeviceSpec { mass_kg: 5.0, ..stylus() };
     // the window of an ideal sensor is one tick: half of its acceleration is unseen
-    let a_m = |force_n: f32| (3.0 + 0.85 * force_n / 5.0) * 1e-6;
+    let a_m = |force_n: f32| (3.0 + 0.7 * force_n / 5.0) * 1e-6;
     for (delay_ticks, lag_s) in [(0, 0.0), (1, 0.0), (4, 0.0), (7, 0.0), (0, 2e-3), (3, 5e-3)] {
         let way_m = 40e-6;
         let found_m = reserved_m(DeviceSpec { delay_ticks, lag_s, ..heavy }, way_m);
@@ -298,7 +298,7 @@ fn forces_on_their_way_are_reserved_for() {
     (0..100).for_each(|_| _ = port.step(0.0, 0.0));
     (0..4).for_each(|_| _ = port.step(0.0, 2.0));
     port.moves([0.0; 3]).unwrap();
-    let a_m = |force_n: f32| (3.0 + 0.85 * force_n / 5.0) * 1e-6;
+    let a_m = |force_n: f32| (3.0 + 0.7 * force_n / 5.0) * 1e-6;
     let reserved_j: f32 = (0..4_u8).map(|late| 2.0 * a_m(2.0) * (f32::from(late) + 1.0)).sum();
     let found_n = port.pays([0.0, 0.0, 100.0], 0.0).z;
     let right_n = (port.account.energy().balance_j - reserved_j) / (a_m(100.0) * 5.0);
