@@ -59,7 +59,7 @@ impl ScaledAxis {
 pub struct Dot {
     /// Position along x and along y.
     pub at: (f64, f64),
-    /// Radius of the marker [px].
+    /// Radius of the marker in pixels.
     pub radius_px: f64,
     /// Whether only the outline of the marker is drawn.
     pub hollow: bool,
