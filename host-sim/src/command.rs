@@ -86,8 +86,8 @@ enum Command {
     /// the smallest, which reuses the finite elements. Writes <scene>-<nodes>.patch
     /// (<scene>-<board>.patch for a board), a record of the fit and its errors beside it
     /// (.patch.json), answer.json, summary.json, accuracy.csv, convergence.csv and pictures as SVG
-    /// and PNG; a search writes searched.csv and its chart instead. Fails (exit code 1) if the error
-    /// is larger than --tolerance-pct, and suggests a remedy or a board that would do.
+    /// and PNG; a search writes searched.csv and its chart instead. Fails (exit code 1) if the
+    /// error is larger than --tolerance-pct, and suggests a remedy or a board that would do.
     Fit(FitArgs),
     /// Merge the shards of a campaign, from one machine or several: writes the result that one run
     /// of all cases writes.
@@ -135,8 +135,8 @@ enum Command {
     /// Shows how the tissue yields, the force, and the state of the loop. Stiffness, a nodule,
     /// device and hand can be changed; the key N hides a nodule to search for and starts a scored
     /// search. Records traces. Window and page are a package of their own, host-sim/live, which is
-    /// built at first use. With --replay a trace is run once more: writes summary.json and trace.csv
-    /// (one row per tick), and fails (exit code 1) at the first bit that differs.
+    /// built at first use. With --replay a trace is run once more: writes summary.json and
+    /// trace.csv (one row per tick), and fails (exit code 1) at the first bit that differs.
     Live(live::LiveArgs),
     /// Check the project's claims: chart, stability, paper, accept, faults.
     ///
@@ -155,8 +155,9 @@ enum StudyCommand {
     /// Chart speed against accuracy: all methods at four sizes and two stiffnesses, under the same
     /// press.
     ///
-    /// Writes chart.csv (one row per run), summary.json (with the Pareto fronts) and pictures as
-    /// SVG and PNG. For a method that does not survive the press, the row says how it fails.
+    /// Writes chart.csv (one row per run), fronts.csv (the Pareto fronts), report.md, summary.json
+    /// and pictures as SVG and PNG. For a method that does not survive the press, the row says how
+    /// it fails.
     Chart(ChartArgs),
     /// Find where methods and loops fail, and the margin to failure.
     ///
@@ -251,7 +252,9 @@ impl Cli {
     /// Errors of clap: bad options, or a request for the help or the version.
     pub fn read() -> Result<Self, clap::Error> {
         let mut command = help::grouped(Self::command());
-        if let Some(why) = std::env::args().nth(1).and_then(|name| help::gone(&name)) {
+        // `palpate NAME`, `palpate help NAME` and `palpate check NAME`
+        let mut words = std::env::args().skip(1).skip_while(|word| word == "help" || word == "check");
+        if let Some(why) = words.next().and_then(|name| help::gone(&name)) {
             return Err(command.error(ErrorKind::InvalidSubcommand, why));
         }
         let mut matches = command.try_get_matches_from_mut(std::env::args_os())?;

@@ -74,5 +74,8 @@ fn tell(message: &str) {
 fn one_line(message: &str) -> String {
     let lines = message.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more information"));
     let said: Vec<&str> = lines.filter(|l| !l.is_empty()).collect();
-    format!("{}: see --help", said.join(" ").trim_start_matches("error: "))
+    let said = said.join(" ");
+    let said = said.trim_start_matches("error: ");
+    // the help of a command that is gone would say so again
+    if said.contains("is gone: ") { said.to_owned() } else { format!("{said}: see --help") }
 }

@@ -417,8 +417,8 @@ impl Monitor for EnergyAccount {
     }
 
     /// Forgets positions, the forces on their way, which end when the device is released, and what
-    /// the tissue stored. The balance stays, or falls to the allowance if it is above it: clearing a
-    /// fault raises it by nothing. What a clearing hides is the work since the last count, which
+    /// the tissue stored. The balance stays, or falls to the allowance if it is above it: clearing
+    /// a fault raises it by nothing. What a clearing hides is the work since the last count, which
     /// is not charged any more: at most the force times a count along each axis.
     fn reset(&mut self) {
         (self.line_n, self.lagging_n, self.fresh) = ([Vector3::zeros(); LINE], Vector3::zeros(), true);

@@ -111,8 +111,8 @@ impl DeviceSpec {
     /// Above `K = m / t^2` no loop keeps the hand from getting more than it gave, unless it sends
     /// less than `K` asks for. Half of that leaves the other half to the motion of the hand itself:
     /// of 291 random hands with delays of 5.5 to 17 ms, one contact in 950 is then given more than
-    /// 0.1 mJ instead of four, and less than half of the force is felt in 2.4 % of the ticks instead
-    /// of 6.7 % (`palpate faults --hands`).
+    /// 0.1 mJ instead of four, and less than half of the force is felt in 2.4 % of the ticks
+    /// instead of 6.7 % (`palpate faults --hands`).
     #[must_use]
     #[inline]
     pub fn ceiling_n_per_m(&self, tick_s: f32) -> f32 {

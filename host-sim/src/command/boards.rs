@@ -6,11 +6,9 @@ use palpate_controller::patch::{Budget, Memory, Patch};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::{CostModel, MACHINES};
 
+use super::options::fit::MOST_POINTS;
 use super::options::pack::BOARDS;
 use crate::error::Error;
-
-/// Largest number of foundation points per triangle for which a board's image is built.
-const MOST_POINTS: usize = 9;
 
 /// Refuses a patch with more foundation points per triangle than the boards' images support.
 pub(super) fn refuse_points(model: &Model, board: &str) -> Result<(), Error> {

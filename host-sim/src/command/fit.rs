@@ -90,8 +90,12 @@ impl Fitted {
                 format!("; a tick takes {:.0} % of what it may on {} (estimate)", load.pct(), load.board)
             });
             format!(
-                "{} nodes, {:.2} % rms off finite elements at {} places that the fit did not see, {:+.2} % at worst ({tolerance_pct} % asked for){known}{load}",
-                record.nodes, judged.rms_pct, judged.places, judged.worst_pct
+                "{} nodes, {:.2} % rms off finite elements at {} places that the fit did not see, {:+.2} % at worst ({tolerance_pct} % rms and {:.1} % asked for){known}{load}",
+                record.nodes,
+                judged.rms_pct,
+                judged.places,
+                judged.worst_pct,
+                WORST_RATIO * tolerance_pct
             )
         })
     }

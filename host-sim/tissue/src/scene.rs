@@ -334,8 +334,9 @@ pub struct Solver {
     /// Largest force error [%] that floored masses may cause while the probe moves at the drive's
     /// speed: the root mean square over the ramp, relative to the largest force of the ramp. The
     /// error of the mesh itself comes on top. `press`, `pack` and `fit --smallest` choose their
-    /// substeps by this bound. Without this key `press` and `fit --smallest` aim at 5 %, and a press
-    /// that cannot meet the bound runs with a warning. `loop` chooses its substeps by taps that it simulates.
+    /// substeps by this bound. Without this key `press` and `fit --smallest` aim at 5 %, and a
+    /// press that cannot meet the bound runs with a warning. `loop` chooses its substeps by taps
+    /// that it simulates.
     ///
     /// * range: above 0 to 100
     pub moving_error_pct: Option<f64>,

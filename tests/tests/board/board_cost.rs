@@ -335,7 +335,7 @@ fn items(model: &Model) -> [usize; 7] {
     ]
 }
 
-/// The costs that `plan` and `pack` assume agree with the emulator's counts.
+/// The costs that `fit` and `pack` assume agree with the emulator's counts.
 #[test]
 #[ignore = "long: two more images and their logs"]
 fn the_budget_knows_what_a_rim_costs() {

@@ -16,7 +16,7 @@ const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 fn the_guide_takes_at_most_ten_lines_and_its_patch_is_calibrated() {
     let guide = std::fs::read_to_string(repository().join("firmware/controller/README.md")).unwrap();
     let lines: Vec<&str> = guide.split("```sh\n").nth(1).unwrap().split("```").next().unwrap().lines().collect();
-    assert!(lines.len() <= 10 && lines[1].contains(" -- cut --scene block "), "{lines:?}");
+    assert!(lines.len() <= 10 && lines[1].contains(" -- fit --scene block "), "{lines:?}");
     let steps = lines.iter().filter_map(|line| line.split(" -- board ").nth(1)?.split(' ').next());
     assert_eq!(steps.collect::<Vec<_>>(), ["status", "profile", "home", "arm"], "those of the test below");
 }

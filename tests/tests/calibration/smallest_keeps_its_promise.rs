@@ -1,5 +1,5 @@
-//! The promises of `fit --smallest` are compared with the reference at places that neither its fits nor its
-//! own evaluation used, on scenes that were not used in its development.
+//! The promises of `fit --smallest` are compared with the reference at places that neither its fits
+//! nor its own evaluation used, on scenes that were not used in its development.
 
 use nalgebra::Vector3;
 use palpate::{ProbePose, tick};
@@ -63,8 +63,8 @@ fn read(scene: &Scene, bytes: &[u8]) -> Session {
     Session::prepare(&scene).unwrap()
 }
 
-/// Force errors of a patch file at [`PLACES`] places that the search does not use, and at the centre,
-/// shape \[places\]\[depths\] [%].
+/// Force errors of a patch file at [`PLACES`] places that the search does not use, and at the
+/// centre, shape \[places\]\[depths\] [%].
 fn errors(Session { patch, params, .. }: &Session, reference: &dyn Reference, depths_m: &[f64]) -> Vec<Vec<f64>> {
     let statics = Statics::of(&patch.model(), params).unwrap();
     let solver = Solver::of(&statics).unwrap();

@@ -294,8 +294,8 @@ fn every_command_that_opens_a_folder_publishes_it() {
     // files whose functions pass the folder on by value, and the files that publish it
     let handed = [
         ("command/fit/block.rs", "command/fit/report.rs"),
-        ("command/fit/organ.rs", "command/fit/report.rs"),
-        ("command/plan.rs", "command/plan/report.rs"),
+        ("command/fit/piece.rs", "command/fit/report.rs"),
+        ("command/fit/smallest.rs", "command/fit/search_report.rs"),
         ("paper/volume_preserved.rs", "paper/volume_preserved/report.rs"),
     ];
     // draws a picture to time it and discards it

@@ -87,8 +87,8 @@ fn the_schema_knows_every_command_that_writes_a_summary() {
         .collect();
     assert_eq!(known, ruled);
     let help = palpate(SCRATCH, Desk::default().folder(), &["--help"]).stdout;
-    // these write no summary of their own: they print lists, write files of the user's choice, use a
-    // board, or name another command
+    // these write no summary of their own: they print lists, write files of the user's choice, use
+    // a board, or name another command
     let others = ["scene", "mesh", "pack", "merge", "check", "board", "help"];
     let listed = help.lines().skip_while(|line| *line != "Use it:").take_while(|line| *line != "Options:");
     for line in listed.filter(|line| line.starts_with("  ")) {

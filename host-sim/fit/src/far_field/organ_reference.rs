@@ -75,8 +75,9 @@ struct Pressed {
 }
 
 /// Presses the organ of [`super::whole`] with the scene's probe along the axis of its site, without
-/// friction, at each of `offsets_m` from the site and to each of `depths_m`, except for presses that
-/// are in `solved`. It calls `progress` with the number of finished presses and their total number.
+/// friction, at each of `offsets_m` from the site and to each of `depths_m`, except for presses
+/// that are in `solved`. It calls `progress` with the number of finished presses and their total
+/// number.
 ///
 /// # Errors
 /// Fails if `depths_m` is empty or does not rise from above zero, if an offset misses the surface,
@@ -110,7 +111,8 @@ pub fn organ_reference(
     let (Some(fine), Some(coarse)) = (pressed.next(), pressed.next()) else {
         return Err(Error::Usage(format!("{}: no press was asked for: give places and depths", scene.file)));
     };
-    // convergence is of third order in the edge under the probe, as in [`crate::reference::extrapolate`]
+    // convergence is of third order in the edge under the probe, as in
+    // [`crate::reference::extrapolate`]
     let gain = (COARSE.edge / FINE.edge).powi(3) - 1.0;
     let both = || fine.force_over_e_m2.iter().zip(&coarse.force_over_e_m2);
     let ratio: Vec<f64> = both().map(|(f, c)| (f + (f - c) / gain) / c).collect();

@@ -158,8 +158,8 @@ impl PiecePresses {
     /// no press is shallower than an eighth of the probe's radius.
     ///
     /// # Errors
-    /// Fails if a place is beside the surface, if there is no equilibrium at some depth, or if there is
-    /// not enough memory.
+    /// Fails if a place is beside the surface, if there is no equilibrium at some depth, or if
+    /// there is not enough memory.
     pub fn of(
         scene: &Scene,
         placed: &Placed,

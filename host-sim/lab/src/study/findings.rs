@@ -116,7 +116,8 @@ impl Findings {
         if !all && self.tables.iter().any(Table::is_cut) {
             println!("--all prints every row");
         }
-        println!("wrote {}: report.md, summary.json, tables as CSV, pictures as SVG and PNG", folder.publish()?.display());
+        let pictures = if self.figures.is_empty() && self.plotted.is_empty() { "" } else { ", pictures as SVG and PNG" };
+        println!("wrote {}: report.md, summary.json, tables as CSV{pictures}", folder.publish()?.display());
         verdict.last()
     }
 

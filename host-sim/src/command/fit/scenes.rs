@@ -1,4 +1,5 @@
-//! `palpate fit --scenes`: every scene of a folder fitted and evaluated for every board, in one table.
+//! `palpate fit --scenes`: every scene of a folder fitted and evaluated for every board, in one
+//! table.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;

@@ -22,10 +22,10 @@ pub struct FitArgs {
     pub common: Common,
     #[command(flatten)]
     pub options: FitOptions,
-    /// Fit a piece with rim springs whose tick is within the budget of a board: m4f-168 (Cortex-M4F,
-    /// 168 MHz), m4f-170, m4f-180, m7-480 (Cortex-M7, 480 MHz), m7-400, m33-150 or desktop;
-    /// nucleo-f446re, nucleo-g474re, nucleo-h743zi and pico2 select their own budget. With --scenes
-    /// it may be given several times.
+    /// Fit a piece with rim springs whose tick is within the budget of a board: m4f-168
+    /// (Cortex-M4F, 168 MHz), m4f-170, m4f-180, m7-480 (Cortex-M7, 480 MHz), m7-400, m33-150 or
+    /// desktop; nucleo-f446re, nucleo-g474re, nucleo-h743zi and pico2 select their own budget. With
+    /// --scenes it may be given several times.
     #[arg(long, value_name = "BOARD")]
     pub board: Vec<String>,
     /// Instead, fit every scene (.toml) of a folder, for every board that is given, each into a
@@ -45,7 +45,7 @@ pub struct FitOptions {
     /// many as it runs].
     #[arg(long, value_name = "COUNT")]
     pub nodes: Option<usize>,
-    /// Fit a piece of this radius around the site, 1.5 to 2.5 probe radii (16mm, 1.6cm, 0.016),
+    /// Fit a piece of this radius around the site, 1.25 to 4 probe radii (16mm, 1.6cm, 0.016),
     /// with rim springs for the rest [default: the whole for a block without --board, else 2.125
     /// probe radii].
     #[arg(long = "radius", alias = "radius-m", value_name = "LENGTH", value_parser = metres, allow_negative_numbers = true)]
@@ -79,6 +79,9 @@ pub struct FitOptions {
     pub device: DeviceArg,
 }
 
+/// Largest number of foundation points per triangle for which a board's image is built.
+pub const MOST_POINTS: usize = 9;
+
 impl FitArgs {
     /// Checks whatever needs no finite elements.
     ///
@@ -86,7 +89,13 @@ impl FitArgs {
     /// The scene, a board, the device or an option cannot be used.
     pub fn check(&self) -> Result<(), Error> {
         self.options.check()?;
-        self.boards()?;
+        let boards = self.boards()?;
+        if self.options.points.is_some_and(|points| points > MOST_POINTS) && boards.iter().any(|board| board.is_board()) {
+            let why = format!(
+                "--points: the image of a board has room for {MOST_POINTS}: give --points {MOST_POINTS}, or leave it out"
+            );
+            return Err(TissueError::Usage(why).into());
+        }
         if self.scenes.is_some() {
             return Ok(());
         }

@@ -138,8 +138,8 @@ impl ClosedSurface {
         self.facets.iter().map(|facet| facet.corners)
     }
 
-    /// The triangles in the order of the list that the surface was made of, and whether each is part
-    /// of the wall of a cavity.
+    /// The triangles in the order of the list that the surface was made of, and whether each is
+    /// part of the wall of a cavity.
     #[must_use]
     pub fn in_order_m(&self) -> Vec<([V3; 3], bool)> {
         let mut facets: Vec<&Facet> = self.facets.iter().collect();

@@ -107,7 +107,7 @@ pub fn open(path: &Path, unit_m: f64) -> Result<MeshFile, MeshError> {
     checked(raw, unit_m).map(MeshFile::Tets)
 }
 
-/// What a file is that holds no mesh, by its first bytes, and what to do.
+/// Names a file that holds no mesh by its first bytes, and says what to do.
 fn foreign(head: &[u8]) -> Option<(&'static str, &'static str)> {
     let begins = |with: &str| head.get(..with.len()).is_some_and(|start| start.eq_ignore_ascii_case(with.as_bytes()));
     let line = head.split(|byte| matches!(byte, b'\n' | b'\r')).next().unwrap_or_default();
@@ -120,7 +120,7 @@ fn foreign(head: &[u8]) -> Option<(&'static str, &'static str)> {
         () if begins("<!doctype html") || begins("<html") => {
             Some(("a web page, not a mesh", "download the file itself (on GitHub: Raw)"))
         }
-        () if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") => {
+        () if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") || is_wide(head) => {
             Some(("text in UTF-16", "save it as UTF-8 or plain ASCII"))
         }
         () if is_comment => Some((
@@ -129,6 +129,13 @@ fn foreign(head: &[u8]) -> Option<(&'static str, &'static str)> {
         )),
         () => None,
     }
+}
+
+/// Whether every other byte is zero and those between are text: UTF-16 without its mark.
+fn is_wide(head: &[u8]) -> bool {
+    let pairs = head.get(..16).unwrap_or_default().chunks_exact(2);
+    let text = |byte: u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
+    pairs.len() > 0 && (pairs.clone().all(|p| p[0] == 0 && text(p[1])) || pairs.clone().all(|p| p[1] == 0 && text(p[0])))
 }
 
 /// Reads, checks and orients the mesh in the file at `path`, `unit_m` metres per file unit.

@@ -190,8 +190,8 @@ impl OrganSource {
         }
     }
 
-    /// Whether there is no tissue under a site, because the wall of a hollow, or another side, meets
-    /// the surface there.
+    /// Whether there is no tissue under a site, because the wall of a hollow, or another side,
+    /// meets the surface there.
     pub(super) fn is_bare(&self, site: &Site) -> bool {
         self.exact_thickness_m(site) <= BARE_SHARE * self.longest_m()
     }
