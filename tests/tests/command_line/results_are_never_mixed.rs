@@ -296,7 +296,8 @@ fn every_command_that_opens_a_folder_publishes_it() {
         ("command/fit/block.rs", "command/fit/report.rs"),
         ("command/fit/piece.rs", "command/fit/report.rs"),
         ("command/fit/smallest.rs", "command/fit/search_report.rs"),
-        ("paper/volume_preserved.rs", "paper/volume_preserved/report.rs"),
+        ("paper/local_compression.rs", "study/findings.rs"),
+        ("paper/volume_preserved.rs", "study/findings.rs"),
     ];
     // draws a picture to time it and discards it
     let thrown_away = "paper/volume_preserved/figures.rs";
@@ -317,7 +318,7 @@ fn every_command_that_opens_a_folder_publishes_it() {
             assert!(publishes > 0, "{name} opens an output folder, {publisher} does not publish it");
         }
     }
-    assert!(openers > 14, "{openers}");
+    assert!(openers > 12, "{openers}");
 }
 
 /// A plan that finds no patch must remove the patch of the plan before it; other patches stay.
