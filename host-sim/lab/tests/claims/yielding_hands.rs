@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 
 use palpate::haptic::account::AccountSettings;
 use palpate_lab::faults::paths::PathGround;
-use palpate_lab::faults::yielding::{Adversary, Aim, Hands, HandsTable, RunLength};
+use palpate_lab::faults::yielding::{Adversary, Aim, Bounds, Genes, Hands, HandsTable, RunLength, YieldingCase};
 
 /// Number of random runs.
 const RUNS: u64 = 200;
@@ -16,7 +16,7 @@ const ROUNDS: u64 = 2;
 
 /// Slightly more than the known share of ticks with a lost force on devices whose force acts later
 /// than 5.5 ms (1). The target is 0.001.
-const KNOWN_LOST: f64 = 0.006;
+const KNOWN_LOST: f64 = 0.004;
 
 static GROUND: LazyLock<PathGround> = LazyLock::new(|| PathGround::load().unwrap());
 
@@ -51,11 +51,17 @@ fn light_hands_on_stiff_tissue_neither_shake_nor_get_energy() {
     assert!(table.broken().is_empty(), "{:#?}\n{:#?}", table.broken(), table.worst);
 }
 
+/// The campaign sees energy where nothing keeps it away.
 #[test]
-fn without_the_account_contacts_create_energy() {
-    let table = with(&hands(), 0..RUNS, AccountSettings::HIGHEST);
-    println!("{:#?}", table.broken());
-    assert!(table.broken().iter().any(|broken| broken.contains("create more than 0.1 mJ")), "{:?}", table.rows);
+fn without_account_and_ceiling_contacts_create_energy() {
+    let created_j = |number| {
+        let case = YieldingCase::of(&GROUND, &Genes::draw(number, 1), &GROUND.devices[0], Bounds::Person);
+        let case = YieldingCase { uncapped: true, ..case };
+        Aim::Created.value(&case.run(&GROUND, RunLength::QUICK, |settings| settings.account = AccountSettings::HIGHEST).unwrap())
+    };
+    let worst_j = (0..RUNS).map(created_j).fold(0.0, f64::max);
+    println!("{worst_j} J");
+    assert!(worst_j > 1e-4, "{worst_j} J");
 }
 
 #[test]
