@@ -132,6 +132,9 @@ mod tests {
             assert_eq!(still.gain(), 1.0, "{push_n} N");
             hold(&mut still, 500, push_n, 0, true);
             assert!((still.gain() - 0.5).abs() < 1e-3, "{push_n} N: {}", still.gain());
+            let (limits, mut told) = (crate::haptic::limits::tests::limits(), ClampFlags::DEFAULT);
+            let left_n = still.shape(Vector3::z() * push_n, &Seen::none(&limits), &mut told);
+            assert!((left_n.z / push_n - 0.5).abs() < 1e-3 && told.contains(ClampFlags::GAIN), "{push_n} N: {left_n}");
             hold(&mut still, 501, push_n, 0, true);
             assert_eq!(still.gain(), 0.0, "{push_n} N");
         }
