@@ -12,7 +12,7 @@
 //! ```text
 //! charge    E <- E - W                 W: work of the force that acted since the last count
 //! ceiling   E <- min(E, e0 + S)      S: what the tissue can return; zero once the contact is over
-//! refill    E <- E + P T               while E < e0
+//! refill    E <- E + P T + R T/0.2 s   while E < e0; R: what the ceiling withheld in this contact
 //! send      s F, with s |F| D(F, d) <= E - sum over the forces on their way of |G| D(G, j)
 //!
 //! D(G, j) = max(0, (v + q/(n T) + a n T/2) T + a T^2 (j + 1/2 + l)), v = u.G/|G|, a = a0 + c |G|/m
@@ -23,7 +23,9 @@
 //! count `q` and one window's acceleration. While the probe accelerates by less than `a`,
 //! everything that was sent is paid for, and the hand is given at most `e0 + P t`. Beyond `a` the
 //! balance falls below zero, and no force is sent until it has recovered, so that only what was on
-//! its way is given beyond, once. SAFETY.md derives the bound; [`EnergyAccount::bound`] evaluates
+//! its way is given beyond, once. What the ceiling withheld is lost within 0.2 s, so that a hand that
+//! kneads saves up nothing that could shake it later; what of it meets a debt pays the debt, because
+//! the hand gave it in the same contact. At the contact's end all of it does. SAFETY.md derives the bound; [`EnergyAccount::bound`] evaluates
 //! it.
 //!
 //! * in: position [m], force sent last [N], the tissue's force and depth [N, m]
@@ -203,6 +205,8 @@ pub struct EnergyAccount {
     /// Energy that the tissue can return [J], and the share of it that a tick forgets (1).
     stored_j: f32,
     forgets: f32,
+    /// Energy of the hand that the ceiling withheld in this contact, as far as it is not lost [J].
+    withheld_j: f32,
     given_j: f32,
     created_j: f32,
     bound: EnergyBound,
@@ -258,6 +262,7 @@ impl EnergyAccount {
             balance_j: 0.0,
             stored_j: 0.0,
             forgets: tick_s / RINGS_S,
+            withheld_j: 0.0,
             given_j: 0.0,
             created_j: 0.0,
             bound: Self::bound(settings, device, tick_s),
@@ -304,12 +309,14 @@ impl EnergyAccount {
         if self.given_j > self.created_j {
             self.created_j = self.given_j;
         }
+        let returned_j = self.withheld_j * self.forgets;
+        self.withheld_j -= returned_j;
         if self.balance_j < self.allowance_j {
-            self.balance_j += self.refill_j;
+            self.balance_j += self.refill_j + returned_j;
         }
         if !touched && self.idle_ticks > self.kept_ticks {
-            (self.given_j, self.created_j, self.stored_j) = (0.0, 0.0, 0.0);
-            self.cap();
+            self.balance_j += self.withheld_j;
+            self.end_contact();
         }
     }
 
@@ -328,12 +335,20 @@ impl EnergyAccount {
         displacement_m
     }
 
-    /// Lowers the balance to the allowance and what the tissue can return.
+    /// Lowers the balance to the allowance and what the tissue can return, and keeps the rest.
     fn cap(&mut self) {
         let most_j = self.allowance_j + self.stored_j;
         if self.balance_j > most_j {
+            self.withheld_j += self.balance_j - most_j;
             self.balance_j = most_j;
         }
+    }
+
+    /// Forgets the contact: the balance is the allowance at most.
+    fn end_contact(&mut self) {
+        (self.given_j, self.created_j, self.stored_j) = (0.0, 0.0, 0.0);
+        self.cap();
+        self.withheld_j = 0.0;
     }
 
     /// The longest force along `force_n` [N] that the balance pays for. The tissue's force
@@ -422,9 +437,8 @@ impl Monitor for EnergyAccount {
     /// is not charged any more: at most the force times a count along each axis.
     fn reset(&mut self) {
         (self.line_n, self.lagging_n, self.fresh) = ([Vector3::zeros(); LINE], Vector3::zeros(), true);
-        (self.given_j, self.created_j, self.stored_j) = (0.0, 0.0, 0.0);
         self.axes = [Axis::default(); 3];
-        self.cap();
+        self.end_contact();
     }
 }
 

@@ -73,6 +73,7 @@ impl Study for YieldingHands {
             .col("worst_share_of_bound", |(_, row)| row.share)
             .col("felt_share", |(_, row)| row.felt())
             .col("lost_pct", |(_, row)| row.lost() * 100.0)
+            .col("lost_unowed_pct", |(_, row)| row.lost_unowed() * 100.0)
             .col("unflagged_lost_ticks", |(_, row)| row.unflagged_ticks)
             .col("runs_over_50_mn", |(_, row)| row.shaking[0])
             .col("runs_over_100_mn", |(_, row)| row.shaking[1])

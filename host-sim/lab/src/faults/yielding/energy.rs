@@ -87,6 +87,13 @@ impl Ledger {
         self.now_j
     }
 
+    /// Energy that the hand was given since the instant without contact in which it had been given
+    /// least [J].
+    #[must_use]
+    pub fn owed_j(&self) -> f64 {
+        self.now_j - self.least_j
+    }
+
     /// Closes the ledger, and the contact that has not ended.
     #[must_use]
     pub fn close(mut self) -> GivenEnergy {
@@ -110,6 +117,7 @@ mod tests {
         tick(-3e-3, true, 30);
         tick(-3e-3, false, 30);
         tick(-1e-3, true, 30);
+        assert_eq!(ledger.owed_j(), 2e-3);
         let given = ledger.close();
         assert_eq!(given.contacts_j, [0.0, 2e-3]);
         assert!(given.most_j == 2e-3 && (given.share - 2.0).abs() < 1e-6, "{given:?}");

@@ -18,6 +18,8 @@ pub struct Felt {
     pub asked_ticks: u64,
     /// Those among them in which more than half of the force was lost for more than 20 ticks.
     pub lost_ticks: u64,
+    /// Those among the lost ticks in which the hand owed energy.
+    pub owed_ticks: u64,
     /// Those among the lost ticks that no flag tells.
     pub unflagged_ticks: u64,
     /// Impulse of the patch's push up to the force limit [N s].
@@ -29,8 +31,9 @@ pub struct Felt {
 }
 
 impl Felt {
-    /// Counts a tick of a loop with this force limit [N].
-    pub fn tick(&mut self, seen: &Telemetry, limit_n: f32) {
+    /// Counts a tick of a loop with this force limit [N]; `owes` tells whether the hand has been
+    /// given energy that it has not given back, so that the bound requires the loss.
+    pub fn tick(&mut self, seen: &Telemetry, limit_n: f32, owes: bool) {
         let normal = seen.output.normal;
         let push_n = seen.output.force_n.dot(&normal).min(limit_n);
         let felt_n = seen.applied_n.dot(&normal);
@@ -50,6 +53,7 @@ impl Felt {
         self.weak_ticks += 1;
         if self.weak_ticks > SHORT_TICKS {
             self.lost_ticks += 1;
+            self.owed_ticks += u64::from(owes);
             self.unflagged_ticks += u64::from(!FLAGS.iter().any(|flag| seen.limiters.contains(*flag)));
         }
     }

@@ -21,6 +21,8 @@ use palpate_loop::closed_loop::watch::Broken;
 
 /// Least force of the motors that counts as contact [N].
 const ACTS_N: f64 = 1e-4;
+/// Energy above which a hand owes what it was given [J]: the most that a contact may create.
+const OWES_J: f64 = 0.1e-3;
 /// Speed limit of a hand that shakes on purpose [m/s]: none but its acceleration.
 const ANY_M_PER_S: f64 = 100.0;
 
@@ -148,7 +150,7 @@ impl YieldingCase {
             // contact is what the geometry at rest tells, or any force
             let acts = acting_n.norm() > ACTS_N || telemetry.applied_n != Vector3::zeros();
             ledger.tick(plant.energy().given_j, acts || on.shape_touches(&plant.at_m()));
-            outcome.felt.tick(&telemetry, rig.cycle().limits().max_force_n);
+            outcome.felt.tick(&telemetry, rig.cycle().limits().max_force_n, ledger.owed_j() > OWES_J);
             see(&Seen { t_s: f64::from(tick as u32) * TICK_S, at_m: plant.at_m(), acting_n, given_j: ledger.now_j(), telemetry });
             if telemetry.mode == Mode::Fault && mode != Mode::Fault {
                 if outcome.fault.is_none() {
