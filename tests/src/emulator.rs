@@ -122,12 +122,14 @@ pub fn build_firmware_with(target: &Path, features: &[&str], patch: &Path) -> Re
     variant(target, features, Some(patch))
 }
 
-/// Builds an image with overflow checks and debug assertions and with its own build of the
-/// libraries. It is never flashed.
+/// Builds an image whose own code has overflow checks and debug assertions. It is never flashed.
 pub fn build_checked_firmware(target: &Path) -> Result<PathBuf, EmulatorError> {
-    let checks = ["CARGO_PROFILE_FIRMWARE_OVERFLOW_CHECKS", "CARGO_PROFILE_FIRMWARE_DEBUG_ASSERTIONS"];
     let mut command = image_at(&target.join("checked"), Some(target), &[], None, "palpate-firmware");
-    command.envs(checks.map(|check| (check, "true")));
+    for package in ["palpate", "palpate-controller", "palpate-firmware"] {
+        for check in ["overflow-checks", "debug-assertions"] {
+            command.args(["--config", &format!("profile.firmware.package.{package}.{check}=true")]);
+        }
+    }
     built(command, target.join("checked").join(TARGET).join("firmware/palpate-firmware"))
 }
 
