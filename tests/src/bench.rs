@@ -1,5 +1,8 @@
 //! Patches to test with, and deformed states that no press would reach.
 
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
 use palpate::{Model, Params, Vector3};
 use palpate_fit::far_field::{FarField, Sizes};
 use palpate_tissue::mesh::{BlockSpec, block};
@@ -81,7 +84,15 @@ impl Bench {
         Self { patch, params }
     }
 
+    /// A block is meshed once in each test program, since the mesh takes longer than most tests.
     fn build(nodes: usize, scale: f64, fixed: bool, points_per_triangle: usize) -> Self {
+        static BUILT: Mutex<BTreeMap<(usize, u64, bool, usize), Bench>> = Mutex::new(BTreeMap::new());
+        let mut built = BUILT.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = (nodes, scale.to_bits(), fixed, points_per_triangle);
+        built.entry(key).or_insert_with(|| Self::meshed(nodes, scale, fixed, points_per_triangle)).clone()
+    }
+
+    fn meshed(nodes: usize, scale: f64, fixed: bool, points_per_triangle: usize) -> Self {
         let tissue = Self::tissue(nodes, scale, fixed);
         let mut params = Params::default();
         params.probe.radius_m = (RADIUS_M * scale) as f32;

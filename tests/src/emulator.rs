@@ -16,6 +16,7 @@ use palpate_board::firmware_image::FirmwareImage;
 
 use crate::crash::{self, Planned};
 use crate::debugger::Debugger;
+use crate::packed;
 
 /// Time limit of a run. Runs take seconds; one that hangs must not hang the tests.
 const TIMEOUT: Duration = Duration::from_secs(300);
@@ -115,27 +116,32 @@ pub fn build_firmware(target: &Path, features: &[&str]) -> Result<PathBuf, Emula
 /// Builds the firmware with the patch file `patch`, an absolute path, and returns its ELF file.
 /// `target` is cargo's target directory.
 pub fn build_firmware_with(target: &Path, features: &[&str], patch: &Path) -> Result<PathBuf, EmulatorError> {
+    if patch == packed::shipped("block-m4f-168.patch") {
+        return build_firmware(target, features); // it is the default one
+    }
     variant(target, features, Some(patch))
 }
 
-/// Builds an image with overflow checks and debug assertions and with its own build of the
-/// libraries. It is never flashed.
+/// Builds an image whose own code has overflow checks and debug assertions. It is never flashed.
 pub fn build_checked_firmware(target: &Path) -> Result<PathBuf, EmulatorError> {
-    let checks = ["CARGO_PROFILE_FIRMWARE_OVERFLOW_CHECKS", "CARGO_PROFILE_FIRMWARE_DEBUG_ASSERTIONS"];
     let mut command = image_at(&target.join("checked"), Some(target), &[], None, "palpate-firmware");
-    command.envs(checks.map(|check| (check, "true")));
+    for package in ["palpate", "palpate-controller", "palpate-firmware"] {
+        for check in ["overflow-checks", "debug-assertions"] {
+            command.args(["--config", &format!("profile.firmware.package.{package}.{check}=true")]);
+        }
+    }
     built(command, target.join("checked").join(TARGET).join("firmware/palpate-firmware"))
 }
 
-/// Builds the image of the NUCLEO-H743ZI with `cargo fw-h743`. `patch` is the absolute path of a
-/// patch file.
-pub fn build_nucleo(target: &Path, patch: &Path) -> Result<PathBuf, EmulatorError> {
+/// Builds the image of the NUCLEO-H743ZI with its default patch. `./test` has built the same one
+/// with the same command beside the lints.
+pub fn build_nucleo(target: &Path) -> Result<PathBuf, EmulatorError> {
     static BUILDING: Mutex<()> = Mutex::new(());
     let _one_at_a_time = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
     let own = target.join("nucleo");
     let mut command = Command::new(std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()));
     command.args(["fw-h743", "--bin", "palpate-firmware", "--target-dir"]).arg(&own);
-    command.env("PALPATE_PATCH", patch).env("CARGO_BUILD_BUILD_DIR", target);
+    command.env_remove("PALPATE_PATCH").env("CARGO_BUILD_BUILD_DIR", target);
     built(command, own.join(TARGET).join("firmware/palpate-firmware"))
 }
 

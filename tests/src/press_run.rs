@@ -1,6 +1,7 @@
 //! Runs of `press` and their results, read back from the files.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use serde_json::Value;
 
@@ -75,8 +76,8 @@ impl Table {
 /// Results of a finished press.
 #[derive(Debug)]
 pub struct PressRun {
-    /// Folder in which the command ran.
-    pub desk: Desk,
+    /// Folder in which the command ran; dropped with the run.
+    _desk: Option<Desk>,
     /// Folder in which the run left its result.
     pub out: PathBuf,
     /// Exit code and output of the command.
@@ -85,6 +86,8 @@ pub struct PressRun {
     pub summary: Value,
     /// Contents of `trace.csv`.
     pub trace: Table,
+    /// Contents of `surface_<k>.csv`, one per hold.
+    surfaces: Vec<Table>,
 }
 
 /// A hold of `summary.json`.
@@ -108,6 +111,17 @@ pub struct Hold {
 #[must_use]
 pub fn press(scratch: &str, scene: &str) -> PressRun {
     press_at(scratch, Desk::default(), scene, &[])
+}
+
+/// The press of [`SMALL_BLOCK`], which many tests compare with: run once in each test program. Its
+/// tables stay, its folder is deleted.
+///
+/// # Panics
+/// Panics as [`press`] does.
+#[must_use]
+pub fn small_block(scratch: &str) -> &'static PressRun {
+    static RUN: OnceLock<PressRun> = OnceLock::new();
+    RUN.get_or_init(|| PressRun { _desk: None, ..press(scratch, SMALL_BLOCK) })
 }
 
 /// Like [`press`], with more options and in a folder that holds the files that the scene names.
@@ -138,9 +152,11 @@ impl PressRun {
         assert_eq!(outcome.code, Some(0), "{outcome:?}");
         let out = desk.folder().join("out");
         let json = std::fs::read_to_string(out.join("summary.json")).expect("press writes a summary");
-        let summary = serde_json::from_str(&json).expect("the summary is JSON");
+        let summary: Value = serde_json::from_str(&json).expect("the summary is JSON");
         let trace = Table::read(&out.join("trace.csv"));
-        Self { desk, out, outcome, summary, trace }
+        let holds = summary["holds"].as_array().map_or(0, Vec::len);
+        let surfaces = (0..holds).map(|k| Table::read(&out.join(format!("surface_{k}.csv")))).collect();
+        Self { _desk: Some(desk), out, outcome, summary, trace, surfaces }
     }
 
     /// A number in the summary, by its path, such as `/report/mass_g`.
@@ -177,7 +193,7 @@ impl PressRun {
 
     /// Table `surface_<k>.csv` of hold `k`.
     #[must_use]
-    pub fn surface(&self, k: usize) -> Table {
-        Table::read(&self.out.join(format!("surface_{k}.csv")))
+    pub fn surface(&self, k: usize) -> &Table {
+        &self.surfaces[k]
     }
 }

@@ -28,7 +28,6 @@ use palpate_sim::port::device_file;
 use palpate_tests::emulator::build_nucleo;
 use palpate_tests::flash_patch::in_flash;
 use palpate_tests::joint_hand::counts_at;
-use palpate_tests::packed;
 use palpate_tests::palpate_command::repository;
 use palpate_tests::share::long;
 use serde_json::{Value, json};
@@ -150,7 +149,7 @@ fn axes(periods: u32) -> Vec<Period> {
 /// Runs the image; `None` if the model is not available.
 fn run(name: &str, periods: &[Period], hang: &Value) -> Option<Journal> {
     let python = python()?;
-    let image = build_nucleo(target(), &packed::shipped("block-m4f-168.patch")).unwrap();
+    let image = build_nucleo(target()).unwrap();
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let [scenario, journal] = ["scenario", "journal"].map(|what| folder.join(format!("{name}-{what}.json")));
     let mut sequence = 0;

@@ -5,7 +5,6 @@ mod a_board_on_a_port;
 mod a_rubbing_probe_on_the_board;
 mod board_and_desktop_give_the_same_bits;
 mod board_cost;
-mod checked_image_overflows_nowhere;
 mod classes_agree_with_the_disassembler;
 #[cfg(unix)]
 mod commission_on_a_port;
@@ -21,7 +20,7 @@ mod log_over_the_link;
 mod mechanisms_on_the_board;
 #[cfg(unix)]
 mod paddle_on_a_port;
-mod relaxing_tissue_on_the_board;
+
 mod self_test_says_same_bits;
 mod tick_cannot_panic;
 mod uart_carries_frames;

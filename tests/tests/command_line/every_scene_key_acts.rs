@@ -3,7 +3,7 @@
 
 use palpate_tests::cube_mesh::cube;
 use palpate_tests::palpate_command::{Desk, palpate};
-use palpate_tests::press_run::{PressRun, SMALL_BLOCK, edited, press, press_at};
+use palpate_tests::press_run::{PressRun, SMALL_BLOCK, edited, press, press_at, small_block};
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 const BLOCK: &str = "block_m = [0.08, 0.08, 0.04]";
@@ -11,8 +11,8 @@ const NODES: &str = "nodes = 129";
 const HOLDS: &str = "holds_m = [0.001, 0.002, 0.004]";
 const PLACE: &str = "position_m = [0.0, 0.0]";
 
-fn small() -> PressRun {
-    press(SCRATCH, SMALL_BLOCK)
+fn small() -> &'static PressRun {
+    small_block(SCRATCH)
 }
 
 fn changed(from: &str, to: &str) -> PressRun {
@@ -34,13 +34,14 @@ fn largest_difference_n(a: &PressRun, b: &PressRun) -> f64 {
 /// Checks that a changed key does not affect the force at rest but does affect the force before
 /// that.
 #[track_caller]
-fn dynamics_only(key: &str, from: &str, to: &str) {
+fn dynamics_only(key: &str, from: &str, to: &str) -> PressRun {
     let (plain, other) = (small(), changed(from, to));
-    let (ratios, on_the_way_n) = (ratios(&other, &plain), largest_difference_n(&other, &plain));
+    let (ratios, on_the_way_n) = (ratios(&other, plain), largest_difference_n(&other, plain));
     println!("{key}: holds {ratios:.5?}, on the way up to {on_the_way_n:.5} N");
     // the tolerance covers the motion that remains after 0.3 s
     assert!(ratios.iter().all(|r| (r - 1.0).abs() < 0.005), "{key}: {ratios:?}");
     assert!(on_the_way_n > 1e-3 * plain.forces_n()[2], "{key}: {on_the_way_n} N");
+    other
 }
 
 #[test]
@@ -56,7 +57,7 @@ fn block_has_its_sides() {
     }
     assert!((thin.number("/report/mass_g") - 1060.0 * 0.06 * 0.07 * 0.02 * 1e3).abs() < 1e-3);
     // the fixed bottom is nearer, so the force is larger
-    assert!(ratios(&thin, &small())[2] > 1.05);
+    assert!(ratios(&thin, small())[2] > 1.05);
 }
 
 #[test]
@@ -67,7 +68,7 @@ fn node_count_is_exact() {
 
 #[test]
 fn force_is_proportional_to_youngs_modulus() {
-    for ratio in ratios(&changed("3500.0", "7000.0"), &small()) {
+    for ratio in ratios(&changed("3500.0", "7000.0"), small()) {
         assert!((ratio / 2.0 - 1.0).abs() < 0.005, "{ratio}");
     }
 }
@@ -76,21 +77,21 @@ fn force_is_proportional_to_youngs_modulus() {
 fn lower_poisson_ratio_is_softer() {
     // contact force is proportional to 1/(1 - nu^2): 0.80/0.91 = 0.88 on a half-space, and
     // confinement is weaker
-    let ratios = ratios(&changed("= 0.45", "= 0.3"), &small());
+    let ratios = ratios(&changed("= 0.45", "= 0.3"), small());
     println!("nu 0.3 over 0.45: {ratios:.4?}");
     assert!(ratios.iter().all(|r| (0.75..0.95).contains(r)), "{ratios:?}");
 }
 
 #[test]
 fn density_changes_mass_and_dynamics_not_statics() {
-    dynamics_only("density_kg_per_m3", "1060.0", "5300.0");
-    let ratio = changed("1060.0", "5300.0").number("/report/mass_g") / small().number("/report/mass_g");
+    let heavy = dynamics_only("density_kg_per_m3", "1060.0", "5300.0");
+    let ratio = heavy.number("/report/mass_g") / small().number("/report/mass_g");
     assert!((ratio / 5.0 - 1.0).abs() < 1e-6, "{ratio}");
 }
 
 #[test]
 fn node_damping_changes_dynamics_not_statics() {
-    dynamics_only("node_damping_per_s", NODES, "nodes = 129\nnode_damping_per_s = 200.0");
+    let _damped = dynamics_only("node_damping_per_s", NODES, "nodes = 129\nnode_damping_per_s = 200.0");
 }
 
 #[test]
@@ -121,7 +122,7 @@ fn tissue_sags_under_gravity_by_its_weight() {
 
 #[test]
 fn friction_holds_the_surface_under_the_probe() {
-    let friction = |mu: &str| ratios(&changed(PLACE, &format!("{PLACE}\nfriction = {mu}")), &small());
+    let friction = |mu: &str| ratios(&changed(PLACE, &format!("{PLACE}\nfriction = {mu}")), small());
     assert!(friction("0.0").iter().all(|r| *r == 1.0), "none is the default");
     // friction resists the sideways motion: the result is between a smooth probe and a glued one
     let [some, much] = ["0.2", "0.8"].map(friction);
@@ -139,11 +140,11 @@ fn relaxation_fades_holds_and_the_long_term_modulus_is_what_stays() {
     };
     let plain = small();
     // 15 time constants of the fast term, but almost none of the slow one
-    for ratio in ratios(&press(SCRATCH, &relaxing("youngs_modulus_pa = 3500.0")), &plain) {
+    for ratio in ratios(&press(SCRATCH, &relaxing("youngs_modulus_pa = 3500.0")), plain) {
         assert!((ratio / 0.6 - 1.0).abs() < 0.01, "{ratio}");
     }
     // half of a modulus of 7 kPa remains
-    for ratio in ratios(&press(SCRATCH, &relaxing("long_term_modulus_pa = 3500.0")), &plain) {
+    for ratio in ratios(&press(SCRATCH, &relaxing("long_term_modulus_pa = 3500.0")), plain) {
         assert!((ratio / 1.2 - 1.0).abs() < 0.01, "{ratio}");
     }
 }
@@ -151,7 +152,7 @@ fn relaxation_fades_holds_and_the_long_term_modulus_is_what_stays() {
 #[test]
 fn stiffening_acts_where_the_press_is_deep() {
     let stiffening = press(SCRATCH, &edited(SMALL_BLOCK, "nodes = 129", "nodes = 129\nstiffening_b = 10.0"));
-    let ratios = ratios(&stiffening, &small());
+    let ratios = ratios(&stiffening, small());
     assert!(ratios.first().is_some_and(|r| *r > 1.005) && ratios.windows(2).all(|pair| pair[1] > pair[0]), "{ratios:?}");
 }
 
@@ -159,7 +160,7 @@ fn stiffening_acts_where_the_press_is_deep() {
 fn inclusion_acts_where_it_is() {
     let ball = |center: &str, radius: &str, ratio: &str| {
         let table = format!("[[tissue.inclusion]]\ncenter_m = {center}\nradius_m = {radius}\nstiffness_ratio = {ratio}\n[probe]");
-        ratios(&changed("[probe]", &table), &small())[2]
+        ratios(&changed("[probe]", &table), small())[2]
     };
     let (below, soft, small, aside) = (
         ball("[0.0, 0.0, -0.012]", "0.006", "10.0"),
@@ -188,7 +189,7 @@ fn inclusion_stiffens_by_an_exponent_of_its_own() {
 #[test]
 fn smaller_probe_presses_less() {
     // Hertz: force is proportional to the square root of the radius
-    let ratios = ratios(&changed("radius_m = 0.008", "radius_m = 0.004"), &small());
+    let ratios = ratios(&changed("radius_m = 0.008", "radius_m = 0.004"), small());
     println!("radius 4 mm over 8 mm: {ratios:.4?}");
     assert!(ratios.iter().all(|r| (0.45..0.95).contains(r)), "{ratios:?}");
 }
@@ -201,7 +202,7 @@ fn a_capsule_is_as_long_as_it_says_and_lies_as_it_says() {
     let [none, short, long] = ["0.0", "0.006", "0.012"].map(|length| tip(length, "[1.0, 0.0, 0.0]"));
     // a capsule of length zero is a sphere; pressed less deep than its radius, a sphere and a
     // hemisphere give the same force
-    assert!(ratios(&none, &small()).iter().all(|r| (r - 1.0).abs() < 1e-3));
+    assert!(ratios(&none, small()).iter().all(|r| (r - 1.0).abs() < 1e-3));
     for (shorter, longer) in [(&none, &short), (&short, &long)] {
         assert!(ratios(longer, shorter).iter().all(|r| (1.1..1.8).contains(r)), "{:?}", ratios(longer, shorter));
     }
@@ -225,7 +226,7 @@ fn an_ellipsoid_has_its_three_semi_axes() {
         press(SCRATCH, &edited(&scene, "shape = \"hemisphere\"", &shape))
     };
     let round = tip("[0.008, 0.008, 0.008]");
-    assert!(ratios(&round, &small()).iter().all(|r| (r - 1.0).abs() < 1e-3));
+    assert!(ratios(&round, small()).iter().all(|r| (r - 1.0).abs() < 1e-3));
     // Hertz: approximately the square root of the mean of the two radii of curvature
     for wider in [tip("[0.012, 0.008, 0.008]"), tip("[0.008, 0.012, 0.008]"), tip("[0.008, 0.008, 0.006]")] {
         assert!(ratios(&wider, &round).iter().all(|r| (1.05..1.4).contains(r)), "{:?}", ratios(&wider, &round));

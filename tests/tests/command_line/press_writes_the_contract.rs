@@ -1,7 +1,7 @@
 //! `press` writes the promised files, and their contents are consistent.
 
 use palpate_tests::palpate_command::{Desk, palpate};
-use palpate_tests::press_run::{PressRun, SMALL_BLOCK, Table, press, press_at};
+use palpate_tests::press_run::{PressRun, SMALL_BLOCK, Table, press, press_at, small_block};
 use serde_json::Value;
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
@@ -24,7 +24,7 @@ fn end_of_hold(run: &PressRun, k: usize) -> usize {
 
 #[test]
 fn summary_has_the_contract_keys_with_their_types() {
-    let run = press(SCRATCH, SMALL_BLOCK);
+    let run = small_block(SCRATCH);
     let s = &run.summary;
     assert_eq!(s["scene"], "small");
     assert_eq!(s["method"], "palpate");
@@ -80,7 +80,7 @@ fn folder_holds_the_files_and_nothing_else() {
 
 #[test]
 fn trace_has_one_row_a_millisecond() {
-    let run = press(SCRATCH, SMALL_BLOCK);
+    let run = small_block(SCRATCH);
     let columns = [
         "t_s",
         "probe_x_m",
@@ -108,7 +108,7 @@ fn trace_has_one_row_a_millisecond() {
 
 #[test]
 fn tick_times_of_summary_and_trace_are_the_same() {
-    let run = press(SCRATCH, SMALL_BLOCK);
+    let run = small_block(SCRATCH);
     let mut tick_us = run.trace.column("tick_us");
     assert_eq!(tick_us.iter().filter(|us| **us > 1000.0).count() as f64, run.number("/deadline_misses"));
     tick_us.sort_by(f64::total_cmp);
@@ -120,9 +120,9 @@ fn tick_times_of_summary_and_trace_are_the_same() {
 
 #[test]
 fn holds_of_the_summary_are_rows_of_the_trace() {
-    let run = press(SCRATCH, SMALL_BLOCK);
+    let run = small_block(SCRATCH);
     for (k, hold) in run.holds().iter().enumerate() {
-        let row = end_of_hold(&run, k);
+        let row = end_of_hold(run, k);
         assert_eq!(hold.force_n, run.trace.column("force_z_n")[row], "hold {k}");
         assert_eq!(hold.depth_m, run.trace.column("depth_m")[row], "hold {k}");
         // frictionless contact on a flat top: the asymmetry of the mesh tilts the contact normal by
@@ -143,7 +143,7 @@ fn holds_of_the_summary_are_rows_of_the_trace() {
 
 #[test]
 fn surface_is_the_closed_skin_pressed_in_under_the_probe() {
-    let run = press(SCRATCH, SMALL_BLOCK);
+    let run = small_block(SCRATCH);
     for (k, target) in TARGETS_M.into_iter().enumerate() {
         let surface = run.surface(k);
         let columns = ["rest_x_m", "rest_y_m", "rest_z_m", "displacement_x_m", "displacement_y_m", "displacement_z_m"];
@@ -213,7 +213,7 @@ fn vtu_is_well_formed_and_agrees_with_summary_and_surface() {
         // on three edges of 4 mm and more
         let least = ratio.iter().copied().fold(f64::INFINITY, f64::min);
         assert!((least - hold.min_j).abs() < 1e-5, "{least} {hold:?}");
-        for row in run.surface(k).rows {
+        for row in &run.surface(k).rows {
             // single-precision values are printed as such there and converted to double precision
             // here
             let same = |n: usize| {
@@ -228,7 +228,7 @@ fn vtu_is_well_formed_and_agrees_with_summary_and_surface() {
 
 #[test]
 fn printed_table_is_aligned_and_agrees_with_the_summary() {
-    let run = press(SCRATCH, SMALL_BLOCK);
+    let run = small_block(SCRATCH);
     let lines: Vec<&str> = run.outcome.stdout.lines().collect();
     let head = lines.iter().position(|l| l.contains("force N")).expect("the table has a head");
     let rows = &lines[head + 1..=head + TARGETS_M.len()];
@@ -252,9 +252,9 @@ fn same_scene_gives_the_same_files_but_for_the_clock() {
         trace.rows.iter_mut().for_each(|row| {
             row.pop();
         });
-        (trace.rows, run.summary["state_hash"].clone(), run.summary["holds"].clone(), run.surface(2).rows)
+        (trace.rows, run.summary["state_hash"].clone(), run.summary["holds"].clone(), run.surface(2).rows.clone())
     };
-    assert_eq!(untimed(&press(SCRATCH, SMALL_BLOCK)), untimed(&press(SCRATCH, SMALL_BLOCK)));
+    assert_eq!(untimed(&press(SCRATCH, SMALL_BLOCK)), untimed(small_block(SCRATCH)));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 
 use palpate_tests::palpate_command::{Desk, Outcome, binary, palpate, repository};
-use palpate_tests::press_run::{SMALL_BLOCK, edited, press, press_at};
+use palpate_tests::press_run::{SMALL_BLOCK, edited, press, press_at, small_block};
 
 use crate::bad_input_says_what_where_how::refused;
 
@@ -98,7 +98,7 @@ fn a_changed_key_acts_and_a_mistyped_one_names_the_nearest() {
     let as_file = press(SCRATCH, &edited(SMALL_BLOCK, "3500.0", "7000.0"));
     let as_set = press_at(SCRATCH, Desk::default(), SMALL_BLOCK, &["--set", "tissue.youngs_modulus_pa=7000"]);
     assert_eq!(as_file.forces_n(), as_set.forces_n());
-    assert_ne!(as_file.forces_n(), press(SCRATCH, SMALL_BLOCK).forces_n());
+    assert_ne!(as_file.forces_n(), small_block(SCRATCH).forces_n());
 
     let desk = Desk::default();
     desk.put("scene.toml", SMALL_BLOCK);

@@ -35,7 +35,7 @@ fn press(bench: &Bench, params: &Params, speed_m_per_s: f32) -> Outcome {
 
 #[test]
 fn taps_and_presses_hold_with_a_margin() {
-    let mut share = Share::one_in(5);
+    let mut share = Share::one_in(7);
     for nodes in SIZES {
         for youngs_modulus_pa in [3.5e3, 20e3] {
             for bench in [bench(nodes, youngs_modulus_pa), deep(Bench::calibrated(nodes), youngs_modulus_pa)] {

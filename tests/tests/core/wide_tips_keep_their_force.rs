@@ -14,7 +14,7 @@ const FELT_M: f32 = 50e-6;
 
 #[test]
 fn a_wide_flat_tip_keeps_its_force_wherever_it_came_from() {
-    let mut share = Share::one_in(3);
+    let mut share = Share::one_in(7);
     for nodes in [410, 1020] {
         for radius_m in [8e-3, 12e-3] {
             let bench = Bench::block(nodes).with(|p| (p.probe.shape, p.probe.radius_m) = (ProbeShape::Flat, radius_m));

@@ -22,7 +22,7 @@ use crate::mesh_import::write::{FORMATS, Format, write};
 const FOLDER: &str = "PALPATE_TEST_READS_IN";
 /// CPU time of each reader [s], in the same process.
 const SECONDS: &str = "PALPATE_TEST_READS_FOR_S";
-const QUICK_S: u64 = 2;
+const QUICK_S: u64 = 1;
 const LONG_S: u64 = 3600;
 /// Most CPU time for one file.
 const SLOWEST: Duration = Duration::from_secs(2);

@@ -7,6 +7,7 @@ mod far_field;
 mod fem_reference;
 mod field_files;
 mod file_variants;
+mod fingerprint;
 mod fuzz;
 mod guide_lists_what_is_read;
 mod hanging_reference;
