@@ -39,7 +39,7 @@ impl FitArgs {
         let outcome = search(&bench, &mut Supply::of(scene, machine, quick))?;
         status.clear();
         kept.said().iter().for_each(|line| println!("{line}"));
-        let patch = search_report::write(folder, &bench, &outcome, ceiling_n_per_m, self.shards.all)?;
+        let patch = search_report::write(folder, &bench, &outcome, ceiling_n_per_m, self.cases.all)?;
         let missed = outcome.check(machine, tolerance_pct).err().map(|missed| missed.to_string());
         Ok(Fitted { patch, trials: Vec::new(), missed })
     }

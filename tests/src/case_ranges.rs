@@ -1,4 +1,4 @@
-//! Campaigns in shards, compared with a single run.
+//! Campaigns in ranges of cases, compared with a single run.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -33,29 +33,28 @@ pub fn ends(scratch: &str, desk: &Desk, code: i32, arguments: &[&str]) {
     assert_eq!(outcome.code, Some(code), "{arguments:?}: {outcome:?}");
 }
 
-/// Runs shards of a command into `shards`, one process per group of shards.
+/// Runs ranges of a command's cases into `ranges`.
 ///
 /// # Panics
-/// A shard does not exit with 0.
+/// A range does not exit with 0.
 #[track_caller]
-pub fn shards(scratch: &str, desk: &Desk, command: &[&str], groups: &[&[&str]]) {
-    for group in groups {
-        let options: Vec<&str> = group.iter().flat_map(|shard| ["--shard", shard]).collect();
-        ends(scratch, desk, 0, &[command, &["--out", "shards"], &options].concat());
+pub fn ranges(scratch: &str, desk: &Desk, command: &[&str], ranges: &[&str]) {
+    for cases in ranges {
+        ends(scratch, desk, 0, &[command, &["--out", "ranges", "--cases", cases]].concat());
     }
 }
 
-/// Checks that a single run of a command and the merge of its shards write the same files with the
+/// Checks that a single run of a command and the merge of its ranges write the same files with the
 /// same bytes, and that both exit with `code`. `whole` is the folder, below the single run's, that
 /// contains the result to compare.
 ///
 /// # Panics
 /// They differ.
 #[track_caller]
-pub fn are_one(scratch: &str, desk: &Desk, code: i32, command: &[&str], groups: &[&[&str]], whole: &str) {
+pub fn are_one(scratch: &str, desk: &Desk, code: i32, command: &[&str], of: &[&str], whole: &str) {
     ends(scratch, desk, code, &[command, &["--out", "one"]].concat());
-    shards(scratch, desk, command, groups);
-    ends(scratch, desk, code, &["merge", "shards", "--out", "merged"]);
+    ranges(scratch, desk, command, of);
+    ends(scratch, desk, code, &["merge", "ranges", "--out", "merged"]);
     let (one, merged) = (files(&desk.folder().join("one").join(whole)), files(&desk.folder().join("merged")));
     assert!(one.len() > 1 && one.contains_key("summary.json"), "{:?}", one.keys());
     assert_eq!(one.keys().collect::<Vec<_>>(), merged.keys().collect::<Vec<_>>());
