@@ -1,7 +1,7 @@
 //! Campaigns in ranges of cases: `palpate merge` writes files that are byte-identical to those of a
 //! single run, or refuses and changes nothing.
 
-use palpate_tests::case_ranges::{are_one, ends, ranges};
+use palpate_tests::case_ranges::are_one;
 use palpate_tests::palpate_command::{Desk, repository};
 use palpate_tests::press_run::{SMALL_BLOCK, edited};
 
