@@ -206,7 +206,7 @@ a result (pack adds its files to any folder). Patches, and files that you put be
 #[derive(Args, Clone, Debug)]
 pub struct Common {
     /// A preset (block, block-deep, block-20kpa, nodule, abdomen, foot, organ-liver, beef,
-    /// pig-liver, liver) or the path of a scene file (.toml, see host-sim/scenes).
+    /// pig-liver) or the path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     pub scene: String,
     /// Change a key of the scene, such as `tissue.youngs_modulus_pa=5000` or

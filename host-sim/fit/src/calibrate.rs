@@ -7,12 +7,10 @@
 //! ([`crate::statics::Glued`]). Every simulation is the *nonlinear* static solution of the model
 //! that the tick runs ([`crate::statics`]), with its adjoint: one factored tangent gives a force
 //! and its derivatives with respect to thousands of unknowns. [`gauss_newton`] does the fitting.
-//! [`schedule`] is that of paper 004.
 
 pub mod gauss_newton;
 mod measurement;
 pub mod places;
-pub mod schedule;
 mod sweep;
 pub mod targets;
 mod unknowns;

@@ -8,6 +8,7 @@
 //! faults (the loop under faults, random paths and yielding hands)
 //! study (cases, rows, claims, figures: runs, writes, prints and judges all of these)
 //! command (the studies of `palpate`)
+//! hanging (organs under their weight)
 //! paper_method (the models of the two papers on the core's tick)
 //! accept (the model against raw measurements of tissue)
 //! ```
@@ -23,6 +24,7 @@ pub mod chart;
 pub mod command;
 pub mod error;
 pub mod faults;
+pub mod hanging;
 pub mod methods;
 pub mod paper;
 pub mod paper_method;

@@ -9,7 +9,6 @@ mod field_files;
 mod file_variants;
 mod fuzz;
 mod guide_lists_what_is_read;
-mod hanging_reference;
 mod mesh_import;
 mod organ_meshes;
 mod solved_again;

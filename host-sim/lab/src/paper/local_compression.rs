@@ -8,6 +8,7 @@
 pub mod checkpoint;
 pub mod failures;
 mod figures;
+mod find_depth;
 pub mod fit;
 pub mod hausdorff;
 pub mod identifiability;
@@ -16,6 +17,7 @@ mod progress;
 mod report;
 pub mod rest;
 pub mod scene;
+pub mod schedule;
 pub mod site;
 pub mod steps;
 mod study;

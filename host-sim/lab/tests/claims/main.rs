@@ -22,6 +22,7 @@ mod share;
 mod accepted;
 mod fault_campaign;
 mod faults_are_printed;
+mod hanging;
 mod known_limit_cycle;
 mod methods_are_right;
 mod methods_never_allocate;

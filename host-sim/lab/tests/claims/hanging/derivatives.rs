@@ -1,12 +1,12 @@
 //! Residual and tangent are the derivatives of the energy, including weight and ties.
 
 use palpate::Vector3;
-use palpate_fit::reference::organs::join;
 use palpate_fit::reference::quadratic::QuadraticMesh;
-use palpate_fit::reference::suspension::Suspension;
-use palpate_fit::reference::tie::layer;
+use palpate_lab::hanging::organs::join;
+use palpate_lab::hanging::suspension::Suspension;
+use palpate_lab::hanging::tie::layer;
 
-use crate::hanging_reference::{bar, body};
+use crate::hanging::{bar, body};
 
 /// Step of the central differences [m].
 const STEP_M: f64 = 1e-8;

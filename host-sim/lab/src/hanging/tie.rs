@@ -10,11 +10,11 @@
 
 use nalgebra::Vector3;
 
-use super::assembly::Pattern;
-use super::body::Assembled;
-use super::nearest::nearest;
-use super::quadratic::QuadraticMesh;
-use super::shape::{triangle_points, triangle_shape};
+use palpate_fit::reference::assembly::Pattern;
+use palpate_fit::reference::body::Assembled;
+use palpate_fit::reference::nearest::nearest;
+use palpate_fit::reference::quadratic::QuadraticMesh;
+use palpate_fit::reference::shape::{triangle_points, triangle_shape};
 
 /// A spring between a point on one surface and a point on another.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,14 +2,14 @@
 
 use palpate::Vector3;
 use palpate_fit::reference::body::{Body, Stiffness};
-use palpate_fit::reference::hang::Hanging;
-use palpate_fit::reference::locate::Locator;
-use palpate_fit::reference::organs::Organ;
 use palpate_fit::reference::quadratic::QuadraticMesh;
 use palpate_fit::reference::shape::TetRule;
-use palpate_fit::reference::suspension::Suspension;
+use palpate_lab::hanging::hang::Hanging;
+use palpate_lab::hanging::locate::Locator;
+use palpate_lab::hanging::organs::Organ;
+use palpate_lab::hanging::suspension::Suspension;
 
-use crate::hanging_reference::{assert_within, bar, body, nodes_where};
+use crate::hanging::{assert_within, bar, body, nodes_where};
 
 const LENGTH_M: f64 = 0.06;
 const SIDE_M: f64 = 0.02;

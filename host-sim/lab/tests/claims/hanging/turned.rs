@@ -1,13 +1,13 @@
 //! A body whose held nodes are all rotated about an axis is rotated as a whole.
 
 use palpate::Vector3;
-use palpate_fit::reference::hang::Hanging;
-use palpate_fit::reference::organs::{Organ, join};
 use palpate_fit::reference::quadratic::QuadraticMesh;
-use palpate_fit::reference::suspension::Suspension;
-use palpate_fit::reference::tie::layer;
+use palpate_lab::hanging::hang::Hanging;
+use palpate_lab::hanging::organs::{Organ, join};
+use palpate_lab::hanging::suspension::Suspension;
+use palpate_lab::hanging::tie::layer;
 
-use crate::hanging_reference::{bar, body, nodes_where};
+use crate::hanging::{bar, body, nodes_where};
 
 /// Number and angle of the steps of a rotation by 129 degrees about y.
 const STEPS: usize = 9;

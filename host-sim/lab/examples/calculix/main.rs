@@ -1,6 +1,6 @@
 //! Compares the press of the block with `CalculiX`, an independent solver.
 //!
-//! `cargo run --release -p palpate-fit --example calculix -- write FOLDER` writes the decks, `ccx`
+//! `cargo run --release --example calculix -- write FOLDER` in `host-sim/lab` writes the decks, `ccx`
 //! solves them (`ccx -i FOLDER/press`), and `compare` in place of `write` reads the results and
 //! prints them next to those of our finite elements and our patch. `tests/calculix` does all three.
 

@@ -1,6 +1,6 @@
 //! Finds the depth at which a press has a given force.
 
-use super::newton::{Press, Stalled};
+use palpate_fit::reference::newton::{Press, Stalled};
 
 /// Accepted deviation of the force, as a share of its target (1).
 const FORCE_TOLERANCE: f64 = 1e-4;

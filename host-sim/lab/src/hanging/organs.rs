@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::quadratic::QuadraticMesh;
-use super::shape::{TetRule, tet_gradients, tet_slopes};
+use palpate_fit::reference::quadratic::QuadraticMesh;
+use palpate_fit::reference::shape::{TetRule, tet_gradients, tet_slopes};
 
 /// Ranges of one organ in a mesh of several organs that share no nodes.
 #[derive(Clone, Debug, PartialEq, Eq)]

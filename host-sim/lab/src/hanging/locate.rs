@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::nearest::nearest;
 use super::organs::Organ;
-use super::quadratic::QuadraticMesh;
-use super::shape::{tet_shape, tet_slopes, triangle_shape};
+use palpate_fit::reference::nearest::nearest;
+use palpate_fit::reference::quadratic::QuadraticMesh;
+use palpate_fit::reference::shape::{tet_shape, tet_slopes, triangle_shape};
 
 /// Amount by which rounding may place volume coordinates outside a tet (1).
 const SLACK: f64 = 1e-9;

@@ -8,9 +8,9 @@
 
 use nalgebra::Vector3;
 
-use super::body::{Assembled, Body};
-use super::minimise::{Minimiser, Potential};
 use super::suspension::{HangError, Suspension};
+use palpate_fit::reference::body::{Assembled, Body};
+use palpate_fit::reference::minimise::{Minimiser, Potential};
 
 /// First and smallest step, as shares of the whole load (1).
 const FIRST_STEP: f64 = 0.25;

@@ -2,14 +2,14 @@
 //! body without support is refused.
 
 use palpate::Vector3;
-use palpate_fit::reference::hang::Hanging;
-use palpate_fit::reference::locate::Locator;
-use palpate_fit::reference::organs::{Organ, join};
 use palpate_fit::reference::quadratic::QuadraticMesh;
-use palpate_fit::reference::suspension::{HangError, Suspension};
-use palpate_fit::reference::tie::layer;
+use palpate_lab::hanging::hang::Hanging;
+use palpate_lab::hanging::locate::Locator;
+use palpate_lab::hanging::organs::{Organ, join};
+use palpate_lab::hanging::suspension::{HangError, Suspension};
+use palpate_lab::hanging::tie::layer;
 
-use crate::hanging_reference::{assert_within, bar, body, nodes_where};
+use crate::hanging::{assert_within, bar, body, nodes_where};
 
 const SIDE_M: f64 = 0.02;
 /// Thickness of the upper block, and of both blocks together [m].

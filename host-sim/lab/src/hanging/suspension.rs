@@ -6,9 +6,9 @@
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use super::body::{Assembled, Body};
-use super::shape::tet_slopes;
 use super::tie::Tie;
+use palpate_fit::reference::body::{Assembled, Body};
+use palpate_fit::reference::shape::tet_slopes;
 
 /// Share of a tet's weight at each corner and at each midpoint of an edge (1): the integrals of the
 /// shape functions.
