@@ -75,11 +75,9 @@ pub struct Round {
 /// A calibrated patch.
 #[derive(Clone, Debug)]
 pub struct Calibration {
-    /// Multipliers that were fitted.
-    pub multipliers: Multipliers,
     /// Parameters with the fitted scalars.
     pub params: Params,
-    /// Patch built with these multipliers and parameters.
+    /// Patch built with the fitted multipliers and these parameters.
     pub patch: Patch,
     /// Records of all rounds, first to last.
     pub rounds: Vec<Round>,
@@ -110,7 +108,7 @@ pub fn calibrate(
     let (multipliers, params) = objective.unknowns().result(objective.statics(), objective.place(), params);
     let mut patch = built(tissue, material, rim, Some(&multipliers));
     patch.set_fitted_places(settings.places as u32);
-    Ok(Calibration { multipliers, params, patch, rounds, lost_presses: objective.lost_presses() })
+    Ok(Calibration { params, patch, rounds, lost_presses: objective.lost_presses() })
 }
 
 fn built(tissue: &Tissue, material: &Material, rim: Option<&RimSprings>, multipliers: Option<&Multipliers>) -> Patch {

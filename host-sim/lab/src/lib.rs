@@ -22,7 +22,6 @@ extern crate palpate_tissue;
 pub mod accept;
 pub mod chart;
 pub mod command;
-pub mod error;
 pub mod faults;
 pub mod hanging;
 pub mod methods;
@@ -32,4 +31,4 @@ pub mod score;
 pub mod stability;
 pub mod study;
 
-pub use error::Error;
+pub use palpate_sim::error::{self, Error};

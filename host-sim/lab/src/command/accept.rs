@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use palpate_sim::command::options::accept::AcceptOptions;
-use palpate_sim::command::progress::Status;
+use palpate_sim::command::progress::Progress;
 use palpate_sim::error::Error;
 
 use crate::accept::{Figure, Outcome, Picture, Row, TESTS, Test, nearest};
@@ -29,7 +29,7 @@ impl Study for Accept {
     }
 
     fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, Outcome)>, Error> {
-        let status = Status::start();
+        let status = Progress::start();
         let run = |case: u64| {
             let (name, what, test) = self.tests[case as usize];
             status.say(format!("{name}: against {what}"));

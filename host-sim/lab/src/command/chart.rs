@@ -9,7 +9,7 @@ use crate::chart::{Reference, Run, Scope, Task, TermErrors, figures, fronts, mea
 use crate::methods::{Block, Method};
 use crate::study::{Findings, Study, Table, start};
 use palpate_sim::command::options::chart::{ChartArgs, ChartOptions};
-use palpate_sim::command::progress::Steps;
+use palpate_sim::command::progress::Progress;
 use palpate_sim::error::Error;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::machine;
@@ -154,7 +154,7 @@ impl Chart {
         let chosen: Vec<&[Task]> = self.groups().skip(groups.start).take(groups.len()).collect();
         let total: usize = chosen.iter().map(|tasks| tasks.len()).sum();
         let reference = Reference::block();
-        let steps = Steps::new("chart", total);
+        let steps = Progress::new(total as u64, "chart");
         let mut block: Option<Block> = None;
         let mut runs = Vec::with_capacity(total);
         let mut done = 0;
@@ -184,7 +184,7 @@ impl Chart {
     /// Measures the methods with these numbers in tissue with terms, on the block of 20 kPa.
     fn terms(&self, methods: Range<usize>) -> Result<Vec<TermErrors>, Error> {
         let nodes = if self.options.quick { QUICK_NODES } else { NODES };
-        let steps = Steps::new("terms", methods.len());
+        let steps = Progress::new(methods.len() as u64, "terms");
         let mut found = Vec::new();
         for (n, method) in Method::ALL.into_iter().skip(methods.start).take(methods.len()).enumerate() {
             steps.show(n, methods.len(), method.name());
