@@ -24,5 +24,4 @@ pub mod probe;
 pub mod quadratic;
 pub mod refine;
 pub mod shape;
-pub(crate) mod task;
 pub mod touch;

@@ -2,7 +2,6 @@
 
 mod block_mesh;
 mod contact_map;
-mod dynamic_truth;
 mod far_field;
 mod fem_reference;
 mod field_files;

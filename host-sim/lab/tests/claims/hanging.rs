@@ -41,6 +41,6 @@ fn nodes_where(mesh: &QuadraticMesh, at: impl Fn(&Vector3<f64>) -> bool) -> Vec<
     (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| at(x)).map(|(n, _)| n).collect()
 }
 
-fn assert_within(what: &str, value: f64, known: f64, share: f64) {
+pub fn assert_within(what: &str, value: f64, known: f64, share: f64) {
     assert!((value / known - 1.0).abs() < share, "{what}: {value:e}, should be {known:e} within {share:e}");
 }

@@ -20,6 +20,7 @@ mod schema;
 mod share;
 
 mod accepted;
+mod dynamic_truth;
 mod fault_campaign;
 mod faults_are_printed;
 mod hanging;

@@ -3,9 +3,9 @@
 use nalgebra::Vector3;
 
 use super::scheme::Anchored;
-use crate::reference::body::{Assembled, Body, Contact};
-use crate::reference::minimise::Potential;
-use crate::reference::shape::{TetRule, tet_shape, tet_slopes};
+use palpate_fit::reference::body::{Assembled, Body, Contact};
+use palpate_fit::reference::minimise::Potential;
+use palpate_fit::reference::shape::{TetRule, tet_shape, tet_slopes};
 
 /// Integrals of the products of shape functions [m^3], in the order of the body's tangent.
 pub(super) fn masses_m3(body: &Body) -> Vec<f64> {

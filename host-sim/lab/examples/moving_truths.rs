@@ -1,12 +1,12 @@
 //! Recomputes the stored references for moving probes and writes their tables.
 //!
-//! Run `cargo run --release -p palpate-fit --example moving_truths -- FOLDER [NAME...]`; without
+//! Run `cargo run --release --example moving_truths -- FOLDER [NAME...]`; without
 //! names it recomputes all of them.
 
 use std::path::PathBuf;
 use std::time::Instant;
 
-use palpate_fit::dynamic::truths::Computed;
+use palpate_lab::dynamic::truths::Computed;
 use palpate_tissue::moving::truth::{TRUTHS, Truth};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

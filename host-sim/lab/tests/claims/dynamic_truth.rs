@@ -5,7 +5,7 @@ mod bar;
 mod moving;
 mod stored;
 
-use palpate_fit::dynamic::settings::Settings;
+use palpate_lab::dynamic::settings::Settings;
 use palpate_tissue::scene::Scene;
 
 /// Settings whose mesh and step take seconds; finer ones change the force by about one per cent.

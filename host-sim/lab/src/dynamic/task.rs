@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::body::Material;
-use super::refine::refine;
+use palpate_fit::reference::body::Material;
+use palpate_fit::reference::refine::refine;
 use palpate_tissue::error::Error;
 use palpate_tissue::mesh::TetMesh;
 use palpate_tissue::scene::Scene;
@@ -12,7 +12,7 @@ use palpate_tissue::scene::Scene;
 const EDGE_GROWTH: f64 = 0.35;
 
 /// A scene whose tissue can be solved, with the depth for which its meshes are refined.
-pub(crate) struct Task<'a> {
+pub(super) struct Task<'a> {
     pub scene: &'a Scene,
     pub material: Material,
     /// Depth of the deepest press [m].

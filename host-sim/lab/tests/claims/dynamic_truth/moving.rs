@@ -1,16 +1,16 @@
 //! Presses of the block: invariances, the static limit, and independently computed forces.
 
 use palpate::Vector3;
-use palpate_fit::dynamic::compute;
-use palpate_fit::dynamic::error::DynamicError;
-use palpate_fit::dynamic::motion::{Motion, Pose};
-use palpate_fit::dynamic::piece::Piece;
-use palpate_fit::dynamic::settings::Settings;
 use palpate_fit::reference::newton::Press;
 use palpate_fit::reference::probe::RigidProbe;
+use palpate_lab::dynamic::compute;
+use palpate_lab::dynamic::error::DynamicError;
+use palpate_lab::dynamic::motion::{Motion, Pose};
+use palpate_lab::dynamic::piece::Piece;
+use palpate_lab::dynamic::settings::Settings;
 
 use crate::dynamic_truth::{block, coarse};
-use crate::fem_reference::assert_within;
+use crate::hanging::assert_within;
 
 /// Depth [mm] and force over E [mm^2]: first by other quadratic elements with Newmark's average
 /// acceleration, then by this project's finest mesh and shortest step. The contact of the former

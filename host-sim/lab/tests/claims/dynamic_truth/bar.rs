@@ -3,10 +3,10 @@
 use std::f64::consts::FRAC_PI_2;
 
 use palpate::Vector3;
-use palpate_fit::dynamic::march::{Inertia, March};
 use palpate_fit::reference::body::{Body, Material};
 use palpate_fit::reference::quadratic::QuadraticMesh;
 use palpate_fit::reference::shape::TetRule;
+use palpate_lab::dynamic::march::{Inertia, March};
 use palpate_tissue::mesh::TetMesh;
 
 const CELLS: usize = 40;

@@ -1,11 +1,11 @@
 //! The stored references: each is complete, and a new computation reproduces it.
 
-use palpate_fit::dynamic::truths::Computed;
+use palpate_lab::dynamic::truths::Computed;
 use palpate_tissue::answer::Answer;
 use palpate_tissue::moving::truth::{Site, TRUTHS, Trajectory, Truth};
 
 use crate::dynamic_truth::coarse;
-use crate::fem_reference::assert_within;
+use crate::hanging::assert_within;
 
 #[test]
 fn every_table_is_read_and_ends_near_the_static_force() {
@@ -32,7 +32,7 @@ fn every_table_is_read_and_ends_near_the_static_force() {
 
 /// Force over E [m^2] of the shipped static reference for a centred press of 4 mm.
 fn read(file: &str) -> Option<f64> {
-    let folder = palpate_tests::palpate_command::repository().join("host-sim/references");
+    let folder = crate::palpate_command::repository().join("host-sim/references");
     let answer = Answer::load(&folder.join(file)).expect("shipped");
     answer.hold([0.0; 3], 0.004).map(|hold| hold.force_over_e_m2)
 }

@@ -9,9 +9,9 @@ use super::motion::Motion;
 use super::piece::Piece;
 use super::scheme::{Nodes, Scheme};
 use super::settings::Settings;
-use crate::reference::body::{Body, Contact};
-use crate::reference::minimise::Minimiser;
-use crate::reference::probe::RigidProbe;
+use palpate_fit::reference::body::{Body, Contact};
+use palpate_fit::reference::minimise::Minimiser;
+use palpate_fit::reference::probe::RigidProbe;
 
 /// Number of times that a step may be halved if it does not converge.
 const MOST_HALVINGS: usize = 5;

@@ -9,10 +9,10 @@ use palpate_tissue::tissue;
 use super::error::DynamicError;
 use super::motion::{Motion, Pose};
 use super::settings::Settings;
-use crate::reference::body::Body;
-use crate::reference::domain::{BlockCase, mesh_body};
-use crate::reference::shape::TetRule;
-use crate::reference::task::Task;
+use super::task::Task;
+use palpate_fit::reference::body::Body;
+use palpate_fit::reference::domain::{BlockCase, mesh_body};
+use palpate_fit::reference::shape::TetRule;
 
 /// Longest edge under the probe of an imported mesh, divided by the contact radius (1).
 const EDGE: f64 = 0.4;
