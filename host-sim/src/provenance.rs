@@ -8,8 +8,6 @@ use palpate_tissue::scene::Scene;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::command::campaign::rows::Part;
-
 /// Options for the output folder, the cases or the printed rows, which do not affect the result.
 const ELSEWHERE: [&str; 2] = ["--out", "--cases"];
 const PRINTED: &str = "--all";
@@ -47,14 +45,10 @@ pub fn of(scene: Option<&Scene>) -> Value {
     told(&command_line(), Computer { processor: processor(), cores: cores() }, scene)
 }
 
-/// Provenance of merged rows: that of a single run of all cases, except for the date.
+/// Provenance of a result whose cases ran elsewhere, with this command line.
 #[must_use]
-pub fn of_parts(parts: &[Part], scene: Option<&Scene>) -> Value {
-    let mut processors: Vec<&str> = parts.iter().map(|part| part.heading.processor.as_str()).collect();
-    processors.dedup();
-    let first = parts.first().map(|part| &part.heading);
-    let machine = Computer { processor: processors.join("; "), cores: first.map_or(1, |heading| heading.cores) };
-    told(first.map_or(&[], |heading| &heading.command_line), machine, scene)
+pub fn of_cases(command_line: &[String], processor: String, cores: usize, scene: Option<&Scene>) -> Value {
+    told(command_line, Computer { processor, cores }, scene)
 }
 
 /// Commit of a program that contains this crate and changes apart from it.

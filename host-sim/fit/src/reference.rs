@@ -4,8 +4,8 @@
 //! neo-Hookean tissue ([`body`]) are pressed by a frictionless rigid probe ([`probe`]). Newton's
 //! method with line search ([`minimise`]) and load stepping ([`newton`]) solves the press with a
 //! sparse Cholesky factor (`cholesky`); within each iteration the contact is solved for (`near`).
-//! [`glued`] solves a glued disc at small displacement. All quantities are divided by Young's modulus: the modulus is 1 Pa here, and a
-//! force [N] becomes an area [m^2].
+//! [`glued`] solves a glued disc at small displacement. All quantities are divided by Young's
+//! modulus: the modulus is 1 Pa here, and a force [N] becomes an area [m^2].
 
 pub mod assembly;
 pub mod body;

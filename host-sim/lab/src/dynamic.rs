@@ -8,8 +8,8 @@
 //! ```
 //!
 //! The elements, the energy of the tissue and the frictionless penalty contact are those of the
-//! static [`reference`](palpate_fit::reference). This module adds consistent masses, the node damping of
-//! the product (a force of damping times mass times velocity) and an implicit time step
+//! static [`reference`](palpate_fit::reference). This module adds consistent masses, the node
+//! damping of the product (a force of damping times mass times velocity) and an implicit time step
 //! ([`scheme`]). Every step is the minimum of a potential, which the Newton's method of the static
 //! reference finds. Nothing is shared with the real-time core, so the two verify each other.
 //!

@@ -136,7 +136,10 @@ pub trait Campaign {
         if (self.inputs(), self.cases()) != (heading.inputs.clone(), heading.of) {
             return refuse("the input has changed since the cases ran: merge with the same files, or run them again".into());
         }
-        let folder = OutputFolder::open(out)?.made_by(provenance::of_parts(parts, self.scene()));
+        let mut processors: Vec<&str> = parts.iter().map(|part| part.heading.processor.as_str()).collect();
+        processors.dedup();
+        let provenance = provenance::of_cases(&heading.command_line, processors.join("; "), heading.cores, self.scene());
+        let folder = OutputFolder::open(out)?.made_by(provenance);
         let rows = parts.iter().map(Part::rows).collect::<Result<Vec<_>, _>>()?;
         self.report(folder, rows.into_iter().flatten().map(|(_, row)| row).collect(), all)
     }

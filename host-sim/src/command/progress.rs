@@ -1,5 +1,5 @@
-//! Progress of long work: a bar or a spinner on a terminal, or a line every few seconds without one.
-//! Nothing is printed about work that ends within two seconds.
+//! Progress of long work: a bar or a spinner on a terminal, or a line every few seconds without
+//! one. Nothing is printed about work that ends within two seconds.
 
 use std::io::IsTerminal;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};

@@ -1,8 +1,9 @@
 //! Compares the press of the block with `CalculiX`, an independent solver.
 //!
-//! `cargo run --release --example calculix -- write FOLDER` in `host-sim/lab` writes the decks, `ccx`
-//! solves them (`ccx -i FOLDER/press`), and `compare` in place of `write` reads the results and
-//! prints them next to those of our finite elements and our patch. `tests/calculix` does all three.
+//! `cargo run --release --example calculix -- write FOLDER` in `host-sim/lab` writes the decks,
+//! `ccx` solves them (`ccx -i FOLDER/press`), and `compare` in place of `write` reads the results
+//! and prints them next to those of our finite elements and our patch. `tests/calculix` does all
+//! three.
 
 mod ball;
 mod compare;

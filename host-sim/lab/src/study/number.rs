@@ -1,4 +1,5 @@
-//! Serialized form of a number that need not be finite, which JSON does not have: text if it is not.
+//! Serialized form of a number that need not be finite, which JSON does not have: text if it is
+//! not.
 
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serializer};

@@ -1,5 +1,5 @@
-//! Studies in ranges of cases: `palpate merge` writes files that are byte-identical to those of a single
-//! run, or refuses and changes nothing.
+//! Studies in ranges of cases: `palpate merge` writes files that are byte-identical to those of a
+//! single run, or refuses and changes nothing.
 
 use std::collections::BTreeMap;
 
