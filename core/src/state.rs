@@ -78,10 +78,30 @@ pub(crate) struct TouchPlane {
     pub normal: Vector3<f32>,
 }
 
-/// The part of a [`State`] outside the arrays that it borrows. With it, a caller that owns the
-/// arrays can drop a state between ticks and resume it later.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Parked {
+/// Defines [`Parked`], and how a [`State`] gives and takes it, from one list of fields.
+macro_rules! parked {
+    ($($field:ident: $kind:ty,)*) => {
+        /// The part of a [`State`] outside the arrays that it borrows. With it, a caller that owns
+        /// the arrays can drop a state between ticks and resume it later.
+        #[derive(Clone, Copy, Debug, Default)]
+        pub struct Parked {
+            $($field: $kind,)*
+        }
+
+        impl State<'_> {
+            /// The part of the state outside the borrowed arrays.
+            #[must_use]
+            pub fn held(&self) -> Parked {
+                Parked { $($field: self.$field,)* }
+            }
+
+            fn hold(&mut self, held: Parked) {
+                $(self.$field = held.$field;)*
+            }
+        }
+    };
+}
+parked! {
     near: usize,
     tip_m: Option<Vector3<f32>>,
     touch: Option<TouchPlane>,
@@ -204,46 +224,29 @@ impl<'a> State<'a> {
         fits("nodes", model.nodes.len(), nodes.len())?;
         fits("surface triangles", model.triangles.len(), candidates.len())?;
         fits("tet shapes", TetShapes::count(model), shapes.len())?;
-        let Parked {
-            near,
-            tip_m,
-            touch,
-            pressed,
-            been_outside,
-            apart,
-            offset_m,
-            limit_from_m,
-            over,
-            shaft,
-            seat,
-            body,
-            rubbing,
-            previous_m_per_s,
-            fault,
-        } = held;
         Ok(Self {
             shapes: &mut shapes[..TetShapes::count(model)],
             faded: &mut [],
             bristles: &mut [],
             nodes: &mut nodes[..model.nodes.len()],
             candidates: &mut candidates[..model.triangles.len()],
-            near,
-            tip_m,
-            touch,
-            pressed,
-            been_outside,
-            apart,
-            offset_m,
-            limit_from_m,
-            over,
-            shaft,
-            seat,
-            body,
-            rubbing,
+            near: held.near,
+            tip_m: held.tip_m,
+            touch: held.touch,
+            pressed: held.pressed,
+            been_outside: held.been_outside,
+            apart: held.apart,
+            offset_m: held.offset_m,
+            limit_from_m: held.limit_from_m,
+            over: held.over,
+            shaft: held.shaft,
+            seat: held.seat,
+            body: held.body,
+            rubbing: held.rubbing,
             rubbed: Rubbed::NONE,
             floored: Floored::NONE,
-            previous_m_per_s,
-            fault,
+            previous_m_per_s: held.previous_m_per_s,
+            fault: held.fault,
         })
     }
 
@@ -268,67 +271,14 @@ impl<'a> State<'a> {
         self
     }
 
-    /// The part of the state outside the borrowed arrays.
-    #[must_use]
-    pub fn held(&self) -> Parked {
-        let Self {
-            near,
-            tip_m,
-            touch,
-            pressed,
-            been_outside,
-            apart,
-            offset_m,
-            limit_from_m,
-            over,
-            shaft,
-            seat,
-            body,
-            rubbing,
-            previous_m_per_s,
-            fault,
-            ..
-        } = *self;
-        Parked {
-            near,
-            tip_m,
-            touch,
-            pressed,
-            been_outside,
-            apart,
-            offset_m,
-            limit_from_m,
-            over,
-            shaft,
-            seat,
-            body,
-            rubbing,
-            previous_m_per_s,
-            fault,
-        }
-    }
-
     /// Returns to rest and clears a latched fault.
     pub fn reset(&mut self, model: &Model) {
         for (node, rest) in self.nodes.iter_mut().zip(model.nodes) {
             node.put_to_rest(rest.rest_m.into());
         }
         self.faded.fill(Faded::ZERO);
-        self.near = 0;
-        self.tip_m = None;
-        self.touch = None;
-        self.pressed = None;
-        self.been_outside = false;
-        self.apart = false;
-        self.offset_m = Vector3::zeros();
-        self.limit_from_m = None;
-        self.over = None;
-        self.shaft = false;
-        self.seat = Seat::default();
-        self.body = Seat::default();
-        (self.rubbing, self.rubbed, self.floored) = (0, Rubbed::NONE, Floored::NONE);
-        self.previous_m_per_s = Vector3::zeros();
-        self.fault = None;
+        self.hold(Parked::default());
+        (self.rubbed, self.floored) = (Rubbed::NONE, Floored::NONE);
     }
 
     /// Copies another state of the same model: positions, velocities, memories, contact, fault.
@@ -345,21 +295,8 @@ impl<'a> State<'a> {
         for (to, from) in self.bristles.iter_mut().zip(other.bristles.iter()) {
             *to = *from;
         }
-        self.near = other.near;
-        self.tip_m = other.tip_m;
-        self.touch = other.touch;
-        self.pressed = other.pressed;
-        self.been_outside = other.been_outside;
-        self.apart = other.apart;
-        self.offset_m = other.offset_m;
-        self.limit_from_m = other.limit_from_m;
-        self.over = other.over;
-        self.shaft = other.shaft;
-        self.seat = other.seat;
-        self.body = other.body;
-        (self.rubbing, self.rubbed, self.floored) = (other.rubbing, other.rubbed, other.floored);
-        self.previous_m_per_s = other.previous_m_per_s;
-        self.fault = other.fault;
+        self.hold(other.held());
+        (self.rubbed, self.floored) = (other.rubbed, other.floored);
     }
 
     /// The nodes, in the model's order.

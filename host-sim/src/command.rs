@@ -17,7 +17,7 @@ mod hardware_in_loop;
 mod help;
 mod length;
 mod live;
-pub mod merge;
+mod merge;
 mod mesh;
 mod on_demand;
 pub mod options;
@@ -39,6 +39,7 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::Error;
 use crate::provenance;
+use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::{Change, Scene};
 
@@ -89,17 +90,17 @@ enum Command {
     /// and PNG; a search writes searched.csv and its chart instead. Fails (exit code 1) if the
     /// error is larger than --tolerance-pct, and suggests a remedy or a board that would do.
     Fit(FitArgs),
-    /// Merge the shards of a campaign, from one machine or several: writes the result that one run
-    /// of all cases writes.
+    /// Merge ranges of a campaign's cases, from one machine or several: writes the result that one
+    /// run of all cases writes.
     ///
-    /// A shard is a share of a command's cases: `palpate faults --shard 1/2 --out out/parts` runs
-    /// the first half and writes it to out/parts/shard-1-of-2, and `--shard 2/2` runs the other
-    /// half, perhaps on another machine. `palpate merge out/parts` combines both into one result,
-    /// and prints what `palpate faults` prints. accept, chart, faults, loop, stability, and fit
-    /// with --scenes have the option --shard. Fails (exit code 2) if a shard is missing,
-    /// duplicate or damaged, or comes from another program, seed, scene or set of options, and says
-    /// which shard to run again; nothing is removed. The command's own checks are made here, on the
-    /// merged result.
+    /// `palpate faults --runs 200 --cases 0..100 --out out/parts` runs the first half of the cases
+    /// and writes their rows to out/parts/cases-0-100/rows.csv, and `--cases 100..200` runs the
+    /// other half, perhaps on another machine. `palpate merge out/parts` reports both as one
+    /// result, and prints what `palpate faults --runs 200` prints. accept, chart, faults, loop,
+    /// stability, and fit with --scenes have the option --cases. Fails (exit code 2) if cases are
+    /// missing or there twice, or a file is damaged or comes from another program, scene or command
+    /// line, and says what to run again; nothing is removed. The command's own checks are made
+    /// here, on the merged result.
     Merge(merge::MergeArgs),
     /// Check a mesh or surface file, fill a surface with tets.
     #[command(subcommand)]
@@ -205,7 +206,7 @@ a result (pack adds its files to any folder). Patches, and files that you put be
 #[derive(Args, Clone, Debug)]
 pub struct Common {
     /// A preset (block, block-deep, block-20kpa, nodule, abdomen, foot, organ-liver, beef,
-    /// pig-liver, liver) or the path of a scene file (.toml, see host-sim/scenes).
+    /// pig-liver) or the path of a scene file (.toml, see host-sim/scenes).
     #[arg(long, value_name = "NAME|FILE", default_value = "block")]
     pub scene: String,
     /// Change a key of the scene, such as `tissue.youngs_modulus_pa=5000` or
@@ -254,7 +255,9 @@ impl Cli {
         let mut command = help::grouped(Self::command());
         // `palpate NAME`, `palpate help NAME` and `palpate check NAME`
         let mut words = std::env::args().skip(1).skip_while(|word| word == "help" || word == "check");
-        if let Some(why) = words.next().and_then(|name| help::gone(&name)) {
+        if let Some(why) =
+            words.next().and_then(|name| help::gone(&name)).or_else(|| words.find_map(|word| help::gone_option(&word)))
+        {
             return Err(command.error(ErrorKind::InvalidSubcommand, why));
         }
         let mut matches = command.try_get_matches_from_mut(std::env::args_os())?;
@@ -275,7 +278,7 @@ impl Cli {
             Some(Command::Fit(args)) => checked(args.check(), || args.run()),
             Some(Command::Live(args)) => args.run(),
             Some(Command::Loop(args)) => args.run(),
-            Some(Command::Merge(args)) => args.run(),
+            Some(Command::Merge(args)) => args.command()?.run(),
             Some(Command::Mesh(command)) => command.run(),
             Some(Command::Pack(args)) => checked(args.check(), || args.run()),
             Some(Command::Scene(args)) => args.run(),
@@ -283,15 +286,17 @@ impl Cli {
         }
     }
 
-    /// The command, if the evidence's workspace can execute it.
-    #[must_use]
-    pub fn study(&self) -> Option<Study<'_>> {
-        let study = match self.command.as_ref()? {
-            Command::Merge(args) => return Some(Study::Merge(args)),
-            Command::Check(study) | Command::Short(study) => study,
-            _ => return None,
+    /// Runs the command, which must be one that the evidence's workspace executes, with `study`.
+    ///
+    /// # Errors
+    /// It is another command, its input is invalid, or a check failed.
+    pub fn run_study(&self, study: impl FnOnce(Study<'_>) -> Result<(), Error>) -> Result<(), Error> {
+        let asked = match &self.command {
+            Some(Command::Merge(args)) => return args.command()?.run_study(study),
+            Some(Command::Check(asked) | Command::Short(asked)) => asked,
+            _ => return Err(TissueError::Usage("this program has the studies alone: run palpate".into()).into()),
         };
-        Some(match study {
+        study(match asked {
             StudyCommand::Accept(args) => Study::Accept(args),
             StudyCommand::Chart(args) => Study::Chart(args),
             StudyCommand::Faults(args) => Study::Faults(args),
@@ -315,8 +320,6 @@ pub enum Study<'a> {
     Chart(&'a ChartArgs),
     /// `palpate faults`
     Faults(&'a FaultsArgs),
-    /// `palpate merge`, of shards of a study
-    Merge(&'a merge::MergeArgs),
     /// `palpate paper`
     Paper(&'a PaperCommand),
     /// `palpate stability`

@@ -12,8 +12,6 @@ extern crate palpate_tissue;
 
 use std::process::ExitCode;
 
-use palpate_tissue::Error as TissueError;
-
 use self::command::{Cli, Study};
 use self::error::Error;
 
@@ -39,10 +37,7 @@ pub fn run() -> ExitCode {
 #[must_use]
 pub fn run_study(commit: &'static str, study: impl FnOnce(Study<'_>) -> Result<(), Error>) -> ExitCode {
     provenance::built_from(commit);
-    run_with(|cli| match cli.study() {
-        Some(asked) => study(asked),
-        None => Err(TissueError::Usage("this program has the studies alone: run palpate".into()).into()),
-    })
+    run_with(|cli| cli.run_study(study))
 }
 
 fn run_with(run: impl FnOnce(&Cli) -> Result<(), Error>) -> ExitCode {

@@ -5,12 +5,11 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use palpate_tissue::machine::{PROFILE, cores, processor};
 use palpate_tissue::scene::Scene;
-use palpate_tissue::shard::Part;
 use serde::Serialize;
 use serde_json::Value;
 
-/// Options for the output folder, the shards or the printed rows, which do not affect the result.
-const ELSEWHERE: [&str; 2] = ["--out", "--shard"];
+/// Options for the output folder, the cases or the printed rows, which do not affect the result.
+const ELSEWHERE: [&str; 2] = ["--out", "--cases"];
 const PRINTED: &str = "--all";
 
 /// Origin of a result.
@@ -46,14 +45,10 @@ pub fn of(scene: Option<&Scene>) -> Value {
     told(&command_line(), Computer { processor: processor(), cores: cores() }, scene)
 }
 
-/// Provenance of merged shards: that of a single run of all cases, except for the date.
+/// Provenance of a result whose cases ran elsewhere, with this command line.
 #[must_use]
-pub fn of_shards(shards: &[Part], scene: Option<&Scene>) -> Value {
-    let mut processors: Vec<&str> = shards.iter().map(|shard| shard.heading.processor.as_str()).collect();
-    processors.dedup();
-    let first = shards.first().map(|shard| &shard.heading);
-    let machine = Computer { processor: processors.join("; "), cores: first.map_or(1, |heading| heading.cores) };
-    told(first.map_or(&[], |heading| &heading.command_line), machine, scene)
+pub fn of_cases(command_line: &[String], processor: String, cores: usize, scene: Option<&Scene>) -> Value {
+    told(command_line, Computer { processor, cores }, scene)
 }
 
 /// Commit of a program that contains this crate and changes apart from it.
@@ -145,8 +140,8 @@ mod tests {
     #[test]
     fn a_command_line_keeps_what_decides_a_result() {
         let kept = |line: &str| deciding(line.split(' ').map(str::to_owned)).join(" ");
-        assert_eq!(kept("faults --shard 1/3 --runs 100 --out a --all"), "faults --runs 100");
-        assert_eq!(kept("fit --out=a --tolerance-pct=3 --shard=1/2"), "fit --tolerance-pct=3");
+        assert_eq!(kept("faults --cases 0..9 --runs 100 --out a --all"), "faults --runs 100");
+        assert_eq!(kept("fit --out=a --tolerance-pct=3 --cases=1..2"), "fit --tolerance-pct=3");
         assert_eq!(kept("check chart --quick --out out/a"), "chart --quick");
         assert_eq!(kept("press --scene block"), "press --scene block");
     }

@@ -76,7 +76,7 @@ impl Bench {
     #[must_use]
     pub fn far_field(nodes: usize, radius_m: f64) -> Self {
         let whole = Self::tissue(nodes, 1.0, true);
-        let sizes = Sizes { radius_m, fine_m: 0.0, fine_radius_m: 0.0, growth: 0.0, stroke_m: [0.0; 3] };
+        let sizes = Sizes { radius_m, fine_m: 0.0, fine_radius_m: 0.0, growth: 0.0 };
         let mut params = Params::default();
         let material = Material::default();
         let patch = FarField::of(&whole, &sizes, &material, &params).expect("a patch with an outside").patch(&material);

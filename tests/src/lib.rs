@@ -10,6 +10,7 @@ pub mod bench;
 #[cfg(unix)]
 pub mod board_on_a_port;
 pub mod c_compiler;
+pub mod case_ranges;
 pub mod crash;
 pub mod cube_mesh;
 pub mod debugger;
@@ -29,7 +30,6 @@ pub mod press_run;
 pub mod pseudo_terminal;
 pub mod rounding;
 pub mod schema;
-pub mod sharded;
 pub mod share;
 pub mod surface_text;
 pub mod tap;

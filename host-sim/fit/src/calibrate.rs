@@ -7,12 +7,10 @@
 //! ([`crate::statics::Glued`]). Every simulation is the *nonlinear* static solution of the model
 //! that the tick runs ([`crate::statics`]), with its adjoint: one factored tangent gives a force
 //! and its derivatives with respect to thousands of unknowns. [`gauss_newton`] does the fitting.
-//! [`schedule`] is that of paper 004.
 
 pub mod gauss_newton;
 mod measurement;
 pub mod places;
-pub mod schedule;
 mod sweep;
 pub mod targets;
 mod unknowns;
@@ -77,11 +75,9 @@ pub struct Round {
 /// A calibrated patch.
 #[derive(Clone, Debug)]
 pub struct Calibration {
-    /// Multipliers that were fitted.
-    pub multipliers: Multipliers,
     /// Parameters with the fitted scalars.
     pub params: Params,
-    /// Patch built with these multipliers and parameters.
+    /// Patch built with the fitted multipliers and these parameters.
     pub patch: Patch,
     /// Records of all rounds, first to last.
     pub rounds: Vec<Round>,
@@ -112,7 +108,7 @@ pub fn calibrate(
     let (multipliers, params) = objective.unknowns().result(objective.statics(), objective.place(), params);
     let mut patch = built(tissue, material, rim, Some(&multipliers));
     patch.set_fitted_places(settings.places as u32);
-    Ok(Calibration { multipliers, params, patch, rounds, lost_presses: objective.lost_presses() })
+    Ok(Calibration { params, patch, rounds, lost_presses: objective.lost_presses() })
 }
 
 fn built(tissue: &Tissue, material: &Material, rim: Option<&RimSprings>, multipliers: Option<&Multipliers>) -> Patch {

@@ -7,7 +7,6 @@
 //! force_map: forces between the solved places and depths
 //! settled: the force of the running patch where statics finds no equilibrium
 //! plan: the smallest patch that keeps a tolerance
-//! dynamic: the force on a probe that moves, by finite elements with true masses
 //! half_space (relaxing), partial_slip (with friction): closed forms to compare with
 //! ```
 //!
@@ -17,7 +16,6 @@
 //! the smallest patch. Stored finite-element answers are in [`solved`].
 
 pub mod calibrate;
-pub mod dynamic;
 pub mod far_field;
 pub mod force_map;
 pub mod half_space;

@@ -2,7 +2,7 @@
 
     calculix.py press.json FOLDER
 
-Solves the decks that the example `calculix` of palpate-fit writes (cargo run --release -p palpate-fit --example
+Solves the decks that the example `calculix` of palpate-lab writes (in host-sim/lab: cargo run --release --example
 calculix -- write FOLDER) with ccx, and prints its forces next to the reference against which all engines are judged.
 Ends with a message if ccx is missing.
 """
@@ -38,7 +38,7 @@ def main():
     print(f"{'law':26} {'depth mm':>8} {'CalculiX N':>11} {'reference N':>11} {'apart %':>8}")
     for deck, law in DECKS.items():
         if not (folder / f"{deck}.inp").exists():
-            sys.exit(f"{folder / deck}.inp is missing: write it with the example calculix of palpate-fit")
+            sys.exit(f"{folder / deck}.inp is missing: write it with the example calculix of palpate-lab")
         with open(folder / f"{deck}.log", "w", encoding="utf-8") as log:
             subprocess.run(["ccx", "-i", deck], cwd=folder, stdout=log, stderr=log, check=False)
         found = forces_mn(folder / f"{deck}.dat")

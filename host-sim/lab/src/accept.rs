@@ -19,11 +19,10 @@ mod uniform;
 use std::borrow::Cow;
 
 use palpate_charts as charts;
-use palpate_tissue::shard::exact::or_null;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::study::Table;
+use crate::study::{Table, number};
 pub use prony_fit::{PronyFit, fit as fit_prony};
 
 /// One figure of a row.
@@ -34,10 +33,10 @@ pub struct Figure {
     /// Smallest and largest value that is accepted.
     pub accepted: [f64; 2],
     /// Value computed by the product; NaN if it has none.
-    #[serde(deserialize_with = "or_null")]
+    #[serde(with = "number")]
     pub ours: f64,
     /// Value computed by the product without the term.
-    #[serde(deserialize_with = "or_null")]
+    #[serde(with = "number")]
     pub without_term: f64,
 }
 

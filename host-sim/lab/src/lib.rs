@@ -8,6 +8,7 @@
 //! faults (the loop under faults, random paths and yielding hands)
 //! study (cases, rows, claims, figures: runs, writes, prints and judges all of these)
 //! command (the studies of `palpate`)
+//! hanging (organs under their weight), dynamic (a probe that moves): finite elements
 //! paper_method (the models of the two papers on the core's tick)
 //! accept (the model against raw measurements of tissue)
 //! ```
@@ -21,8 +22,9 @@ extern crate palpate_tissue;
 pub mod accept;
 pub mod chart;
 pub mod command;
-pub mod error;
+pub mod dynamic;
 pub mod faults;
+pub mod hanging;
 pub mod methods;
 pub mod paper;
 pub mod paper_method;
@@ -30,4 +32,4 @@ pub mod score;
 pub mod stability;
 pub mod study;
 
-pub use error::Error;
+pub use palpate_sim::error::{self, Error};

@@ -1,14 +1,14 @@
-//! A study: numbered cases, rows, claims and figures. [`Runner`] runs its cases at once or in
-//! shards, and writes, prints and judges what it finds.
+//! A study: numbered cases, rows, claims and figures. [`start`] runs its cases at once or in
+//! ranges, and writes, prints and judges what it finds.
 
 mod findings;
+pub mod number;
 mod table;
 
-use std::fmt::Debug;
 use std::ops::Range;
 use std::path::Path;
 
-use palpate_sim::command::campaign::{Campaign, Shards};
+use palpate_sim::command::campaign::{Campaign, CaseArgs};
 use palpate_sim::error::Error;
 use palpate_tissue::output::OutputFolder;
 use serde::Serialize;
@@ -18,31 +18,19 @@ pub use findings::{Claim, Findings};
 pub use table::{Cell, Columns, Table};
 
 /// A study whose cases are independent of each other.
-pub trait Study: Sized {
-    /// Name of the command, as on the command line.
-    const ID: &'static str;
-    /// Everything that determines the cases.
-    type Options: Serialize + DeserializeOwned;
-    /// Result of one or several adjacent cases.
-    type Row: Serialize + DeserializeOwned + Debug;
-
-    /// Creates the study, and reads the files that the options name.
-    ///
-    /// # Errors
-    /// Fails if the input is invalid.
-    fn load(options: Self::Options) -> Result<Self, Error>;
-
-    /// Everything that determines the cases.
-    fn options(&self) -> &Self::Options;
+pub trait Study {
+    /// Result of one or several adjacent cases, all of whose numbers are finite unless they are
+    /// written with [`number`].
+    type Row: Serialize + DeserializeOwned;
 
     /// Number of cases.
     fn cases(&self) -> u64;
 
-    /// Runs the cases with these numbers.
+    /// Runs the cases with these numbers. Each row comes with the number of its first case.
     ///
     /// # Errors
     /// A case cannot be run.
-    fn run(&self, cases: Range<u64>) -> Result<Vec<Self::Row>, Error>;
+    fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, Self::Row)>, Error>;
 
     /// Tables, claims and figures of the rows of all cases, which are in their order.
     ///
@@ -51,32 +39,18 @@ pub trait Study: Sized {
     fn findings(&self, rows: Vec<Self::Row>) -> Result<Findings, Error>;
 }
 
-/// Runs a study as a campaign.
-pub struct Runner<S>(S);
+/// A study as a campaign.
+struct Runner<S>(S);
 
 impl<S: Study> Campaign for Runner<S> {
-    type Options = S::Options;
-    type Counts = Vec<S::Row>;
-    const COMMAND: &'static str = S::ID;
-
-    fn load(options: S::Options) -> Result<Self, Error> {
-        S::load(options).map(Self)
-    }
-
-    fn options(&self) -> &S::Options {
-        self.0.options()
-    }
+    type Row = S::Row;
 
     fn cases(&self) -> u64 {
         self.0.cases()
     }
 
-    fn run(&self, cases: Range<u64>) -> Result<Vec<S::Row>, Error> {
+    fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, S::Row)>, Error> {
         self.0.run(cases)
-    }
-
-    fn add(rows: &mut Vec<S::Row>, next: Vec<S::Row>) {
-        rows.extend(next);
     }
 
     fn report(&self, folder: OutputFolder, rows: Vec<S::Row>, all: bool) -> Result<(), Error> {
@@ -84,10 +58,10 @@ impl<S: Study> Campaign for Runner<S> {
     }
 }
 
-/// Runs all cases of a study, or the requested shards.
+/// Runs all cases of a study, or the requested range; or merges the rows of ranges.
 ///
 /// # Errors
 /// The input is invalid, or a claim does not hold.
-pub fn start<S: Study>(options: S::Options, shards: &Shards, out: &Path) -> Result<(), Error> {
-    Runner::<S>::start(options, shards, out)
+pub fn start(study: impl Study, args: &CaseArgs, out: &Path) -> Result<(), Error> {
+    Runner(study).start(args, out)
 }

@@ -41,9 +41,9 @@ pub struct Controls {
 /// Result of the exercise, position of the answer [m], and the nodule.
 type Answered = (Found, [f64; 2], Nodule);
 
-/// Presets that need no file beside them.
+/// Names of the presets.
 pub(crate) fn presets() -> impl Iterator<Item = &'static str> {
-    PRESETS.iter().map(|(name, _)| *name).filter(|name| *name != "liver")
+    PRESETS.iter().map(|(name, _)| *name)
 }
 
 /// A running exercise.

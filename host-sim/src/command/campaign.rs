@@ -1,8 +1,17 @@
-//! Commands whose work is numbered cases. They run all cases at once, or shards that are merged
-//! later.
+//! Commands whose work is numbered cases. They run all cases, or ranges of cases whose rows are
+//! merged later.
+//!
+//! ```text
+//! --cases 0..50   ─ Campaign::run ─ rows.csv ┐
+//! --cases 50..100 ─ Campaign::run ─ rows.csv ┴ palpate merge ─ Campaign::report, as of one run
+//! ```
+//!
+//! Any scheduler can start the ranges: they do not communicate.
+
+pub mod fingerprint;
+pub mod rows;
 
 use std::collections::BTreeMap;
-use std::fmt::Debug;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -10,66 +19,49 @@ use clap::Args;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use self::rows::{FILE, Heading, Part};
 use crate::error::Error;
 use crate::provenance;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
-use palpate_tissue::shard::{FILE, Heading, Part, PartError, Shard};
 
 /// Selection of the cases that this process runs, and of the rows that it prints.
 #[derive(Args, Clone, Debug, Default)]
-pub struct Shards {
+pub struct CaseArgs {
     /// Print every row; otherwise only the failed rows and the totals are printed.
     #[arg(long)]
     pub all: bool,
-    /// Run only part I of N of the cases, and write its counts to a folder of its own below --out,
-    /// for `palpate merge`. May be given several times.
-    #[arg(long, value_name = "I/N", help_heading = "Many machines")]
-    shard: Vec<Shard>,
+    /// Run only the cases from number A up to B - 1, counted from 0, and write their rows to a
+    /// folder of its own below --out, for `palpate merge`. A range whose rows are there already is
+    /// not run again.
+    #[arg(long, value_name = "A..B", value_parser = range, help_heading = "Many machines")]
+    cases: Option<Range<u64>>,
+    /// Folders of the rows of all cases, none of which is then run: how `palpate merge` starts the
+    /// command.
+    #[arg(long, hide = true, value_name = "FOLDER", conflicts_with = "cases")]
+    rows_in: Vec<PathBuf>,
 }
 
-impl Shards {
-    /// Whether shards were asked for.
+impl CaseArgs {
+    /// Whether a range of cases was asked for.
     #[must_use]
-    pub fn any(&self) -> bool {
-        !self.shard.is_empty()
+    pub fn are_some(&self) -> bool {
+        self.cases.is_some()
     }
+}
+
+fn range(text: &str) -> Result<Range<u64>, String> {
+    let numbers = text.split_once("..").and_then(|(first, end)| Some(first.parse().ok()?..end.parse().ok()?));
+    let cases = numbers.filter(|cases: &Range<u64>| !cases.is_empty());
+    cases.ok_or_else(|| "give A..B with A below B, such as 0..100 for the first hundred cases".to_owned())
 }
 
 /// A command whose work is numbered cases.
-pub trait Campaign: Sized {
-    /// Everything that determines the campaign's cases.
-    type Options: Serialize + DeserializeOwned;
-    /// Counts over some of the cases.
-    type Counts: Serialize + DeserializeOwned + Debug;
-    /// Name of the command, as on the command line.
-    const COMMAND: &'static str;
-
-    /// Creates the campaign, and reads the files that the options name.
-    ///
-    /// # Errors
-    /// Fails if the input is invalid.
-    fn load(options: Self::Options) -> Result<Self, Error>;
-
-    /// Creates the campaign of shards that ran elsewhere.
-    ///
-    /// # Errors
-    /// Its input is missing or has changed.
-    fn of_shards(options: Self::Options, heading: &Heading) -> Result<Self, Error> {
-        let campaign = Self::load(options)?;
-        if campaign.inputs() == heading.inputs && campaign.cases() == heading.cases {
-            return Ok(campaign);
-        }
-        Err(TissueError::Usage(format!(
-            "the input of `palpate {}` is no longer that of the shards: merge where they ran, with the same files, or run them again",
-            Self::COMMAND
-        ))
-        .into())
-    }
-
-    /// Everything that determines the campaign's cases.
-    fn options(&self) -> &Self::Options;
+pub trait Campaign {
+    /// Result of one case, or of several adjacent ones. A field that is not finite must be read
+    /// from text.
+    type Row: Serialize + DeserializeOwned;
 
     /// Number of cases in the campaign.
     fn cases(&self) -> u64;
@@ -79,15 +71,13 @@ pub trait Campaign: Sized {
         BTreeMap::new()
     }
 
-    /// Runs the cases with these numbers, each independently of the others.
-    fn run(&self, cases: Range<u64>) -> Result<Self::Counts, Error>;
-
-    /// Adds the counts of the cases that follow. The sum is exact: no rounded numbers are added.
-    fn add(counts: &mut Self::Counts, next: Self::Counts);
+    /// Runs the cases with these numbers, each independently of the others. Each row comes with the
+    /// number of its first case.
+    fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, Self::Row)>, Error>;
 
     /// Writes and publishes the result of all cases, prints it, and checks it. With `all`, every
     /// row is printed.
-    fn report(&self, folder: OutputFolder, counts: Self::Counts, all: bool) -> Result<(), Error>;
+    fn report(&self, folder: OutputFolder, rows: Vec<Self::Row>, all: bool) -> Result<(), Error>;
 
     /// The scene of all cases, if they share one.
     fn scene(&self) -> Option<&Scene> {
@@ -95,75 +85,75 @@ pub trait Campaign: Sized {
     }
 
     /// Folder of the result of all cases, under `--out`.
-    fn whole(out: &Path) -> PathBuf {
+    fn whole(&self, out: &Path) -> PathBuf {
         out.to_owned()
     }
 
-    /// Runs all cases, or the requested shards.
-    fn start(options: Self::Options, shards: &Shards, out: &Path) -> Result<(), Error> {
-        let campaign = Self::load(options)?;
-        if !shards.any() {
-            let folder = OutputFolder::open(&Self::whole(out))?.made_by(provenance::of(campaign.scene()));
-            let counts = campaign.run(0..campaign.cases())?;
-            return campaign.report(folder, counts, shards.all);
+    /// Runs all cases, or the requested range; or merges the rows of ranges.
+    fn start(&self, args: &CaseArgs, out: &Path) -> Result<(), Error> {
+        if let Some(cases) = &args.cases {
+            return self.run_range(cases, out);
         }
-        shards.shard.iter().try_for_each(|shard| campaign.run_shard(*shard, out))
+        if !args.rows_in.is_empty() {
+            return self.merge(&rows::complete(&args.rows_in)?, out, args.all);
+        }
+        let folder = OutputFolder::open(&self.whole(out))?.made_by(provenance::of(self.scene()));
+        let rows = self.run(0..self.cases())?;
+        self.report(folder, rows.into_iter().map(|(_, row)| row).collect(), args.all)
     }
 
-    /// Runs a shard and writes its counts; the checks are made by `merge`, on all of them.
-    fn run_shard(&self, shard: Shard, out: &Path) -> Result<(), Error> {
-        let (total, cases) = (self.cases(), shard.cases(self.cases()));
-        let folder = OutputFolder::open(&out.join(format!("shard-{}-of-{}", shard.number(), shard.of())))?;
-        let mut heading = Heading::new(Self::COMMAND, self.named_options()?, self.inputs(), total, shard)
-            .map_err(|source| TissueError::Read { path: "the program's own file".into(), source })?;
-        heading.command_line = provenance::command_line();
-        let counts = self.run(cases.clone())?;
-        folder.write(FILE, Part::write(&heading, &counts).map_err(unwritable)?.as_bytes())?;
-        let again: Self::Counts = Part::read(&folder.draft().join(FILE)).map_err(unreadable)?.counts().map_err(unwritable)?;
-        // JSON cannot represent every number: an error here is better than a wrong result after the
-        // merge
-        if format!("{again:?}") != format!("{counts:?}") {
-            return Err(unreadable(PartError::Damaged));
+    /// Runs a range of cases and writes their rows; the checks are made by `merge`, on all of them.
+    fn run_range(&self, asked: &Range<u64>, out: &Path) -> Result<(), Error> {
+        let of = self.cases();
+        let cases = asked.start..asked.end.min(of);
+        if cases.is_empty() {
+            let why = format!("--cases {asked:?}: there are {of} cases: give a range that begins below {of}");
+            return Err(TissueError::Usage(why).into());
         }
-        let file = folder.publish()?.join(FILE);
-        println!("ok: shard {shard} has cases {} up to {} of {total}; wrote {}", cases.start, cases.end, file.display());
+        let path = out.join(format!("cases-{}-{}", cases.start, cases.end));
+        let heading = Heading::new(self.inputs(), of, cases.clone())?;
+        if Part::read(&path.join(FILE)).is_ok_and(|part| part.heading == heading) {
+            println!("ok: cases {cases:?} of {of} are in {} already", path.display());
+            return Ok(());
+        }
+        let folder = OutputFolder::open(&path)?;
+        let rows = self.run(cases.clone())?;
+        folder.write(FILE, rows::text(&heading, &rows)?.as_bytes())?;
+        let path = folder.publish()?;
+        println!("ok: cases {cases:?} of {of}; wrote {}", path.join(FILE).display());
         Ok(())
     }
 
-    /// The options by their names.
-    ///
-    /// # Errors
-    /// JSON cannot represent them.
-    fn named_options(&self) -> Result<BTreeMap<String, serde_json::Value>, Error> {
-        let value = serde_json::to_value(self.options()).map_err(unwritable)?;
-        Ok(value.as_object().into_iter().flatten().map(|(key, value)| (key.clone(), value.clone())).collect())
-    }
-
     /// Writes the same result as a single run of all cases.
-    fn merge(parts: Vec<Part>, out: &Path, all: bool) -> Result<(), Error> {
-        let Some(heading) = parts.first().map(|part| part.heading.clone()) else { return Ok(()) };
-        let unread = |shard: Shard| {
-            move |why| TissueError::Usage(format!("shard {shard} of {} cannot be read: {why}: run it again", Self::COMMAND))
-        };
-        let options = serde_json::from_value(heading.options.clone().into_iter().collect()).map_err(unread(heading.shard))?;
-        let campaign = Self::of_shards(options, &heading)?;
-        let folder = OutputFolder::open(out)?.made_by(provenance::of_shards(&parts, campaign.scene()));
-        let mut counts: Option<Self::Counts> = None;
-        for part in parts {
-            let next = part.counts().map_err(unread(part.heading.shard))?;
-            match &mut counts {
-                Some(counts) => Self::add(counts, next),
-                None => counts = Some(next),
-            }
+    fn merge(&self, parts: &[Part], out: &Path, all: bool) -> Result<(), Error> {
+        let Some(heading) = parts.first().map(|part| &part.heading) else { return Ok(()) };
+        let refuse = |why: String| Err(TissueError::Usage(why).into());
+        let own = fingerprint::program()?;
+        if heading.program != own {
+            let ran = &heading.program;
+            return refuse(format!("the rows are of program {ran}, this is {own}: merge with the program that ran them"));
         }
-        counts.map_or(Ok(()), |counts| campaign.report(folder, counts, all))
+        if (self.inputs(), self.cases()) != (heading.inputs.clone(), heading.of) {
+            return refuse("the input has changed since the cases ran: merge with the same files, or run them again".into());
+        }
+        let mut processors: Vec<&str> = parts.iter().map(|part| part.heading.processor.as_str()).collect();
+        processors.dedup();
+        let provenance = provenance::of_cases(&heading.command_line, processors.join("; "), heading.cores, self.scene());
+        let folder = OutputFolder::open(out)?.made_by(provenance);
+        let rows = parts.iter().map(Part::rows).collect::<Result<Vec<_>, _>>()?;
+        self.report(folder, rows.into_iter().flatten().map(|(_, row)| row).collect(), all)
     }
 }
 
-fn unreadable(why: PartError) -> Error {
-    TissueError::Write { path: PathBuf::from(FILE), source: std::io::Error::other(why) }.into()
-}
+#[cfg(test)]
+mod tests {
+    use super::range;
 
-fn unwritable(why: serde_json::Error) -> Error {
-    TissueError::Write { path: PathBuf::from(FILE), source: why.into() }.into()
+    #[test]
+    fn a_range_has_a_first_case_and_an_end_beyond_it() {
+        assert_eq!(range("700..800"), Ok(700..800));
+        for text in ["", "7", "7..", "..8", "8..7", "7..7", "7/1000", "7...8", "7..=8", "-1..2", "a..b"] {
+            assert!(range(text).is_err(), "{text}");
+        }
+    }
 }

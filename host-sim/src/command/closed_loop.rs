@@ -6,9 +6,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use palpate::Vector3;
-use serde::{Deserialize, Serialize};
 
-use super::campaign::{Campaign, Shards};
+use super::campaign::{Campaign, CaseArgs, fingerprint};
 use super::hardware_in_loop::HardwareInLoop;
 use super::length::metres;
 use super::on_demand::{Program, build_and_run};
@@ -26,8 +25,7 @@ use palpate_loop::closed_loop::stimulus::{STIMULI, Site, Stimulus};
 use palpate_loop::closed_loop::trace;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
-use palpate_tissue::scene::{Change, Scene};
-use palpate_tissue::shard::{checksum, scene_checksum};
+use palpate_tissue::scene::Scene;
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct LoopArgs {
@@ -37,17 +35,17 @@ pub(super) struct LoopArgs {
     runs: RunOptions,
     /// The hand feels the firmware's image in the emulator, with the scene's patch for a board;
     /// every tick must agree with the desktop's to the bit.
-    #[arg(long, conflicts_with_all = ["wall", "shard"])]
+    #[arg(long, conflicts_with_all = ["wall", "cases"])]
     emulated: bool,
     /// The firmware's image, with --emulated [default: built with `cargo fw`].
     #[arg(long, value_name = "FILE", requires = "emulated")]
     image: Option<PathBuf>,
     #[command(flatten)]
-    shards: Shards,
+    cases: CaseArgs,
 }
 
 /// The requested runs.
-#[derive(Args, Clone, Debug, Serialize, Deserialize)]
+#[derive(Args, Clone, Debug)]
 struct RunOptions {
     /// Press a plain spring of this stiffness in N/m in place of the scene's tissue.
     #[arg(long, allow_negative_numbers = true, value_name = "N/m", conflicts_with = "scene")]
@@ -83,24 +81,8 @@ struct RunOptions {
     quick: bool,
 }
 
-/// The settings that determine the runs.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Options {
-    scene: String,
-    #[serde(default)]
-    changes: Vec<Change>,
-    #[serde(flatten)]
-    runs: RunOptions,
-    /// Not recorded: this option cannot be combined with --shard.
-    #[serde(skip)]
-    emulated: bool,
-    #[serde(skip)]
-    image: Option<PathBuf>,
-}
-
 /// The campaign of all hands and stimuli on one surface.
 pub(super) struct Loop {
-    options: Options,
     device: DeviceProfile,
     hands: Vec<Hand>,
     stimuli: Vec<Stimulus>,
@@ -117,20 +99,14 @@ impl LoopArgs {
         if self.emulated && cfg!(not(feature = "full")) {
             return build_and_run(Program::Full);
         }
-        let Self { common, runs, emulated, image, shards } = self.clone();
-        let folder = common.folder("loop");
-        Loop::start(Options { scene: common.scene, changes: common.changes, runs, emulated, image }, &shards, &folder)
+        Loop::of(self)?.start(&self.cases, &self.common.folder("loop"))
     }
 }
 
-impl Campaign for Loop {
-    type Options = Options;
-    type Counts = Vec<Row>;
-    const COMMAND: &'static str = "loop";
-
-    fn load(options: Options) -> Result<Self, Error> {
-        let runs = &options.runs;
-        let device = options.device()?;
+impl Loop {
+    fn of(args: &LoopArgs) -> Result<Self, Error> {
+        let runs = &args.runs;
+        let device = args.device()?;
         let hands = one_or_all("--hand", runs.hand.as_deref(), &HANDS, Hand::named, |h| h.id)?;
         let stimuli = one_or_all("--stimulus", runs.stimulus.as_deref(), &STIMULI, Stimulus::named, |s| s.id)?;
         let stimuli: Vec<Stimulus> = stimuli.into_iter().map(|s| if runs.quick { s.short() } else { s }).collect();
@@ -142,7 +118,7 @@ impl Campaign for Loop {
             ))
             .into());
         }
-        let Felt { name, target, board, scene } = options.target(&device)?;
+        let Felt { name, target, board, scene } = args.target(&device)?;
         if let Some(stimulus) = stimuli.iter().find(|s| board.as_ref().is_some_and(|board| board.cannot_follow(s))) {
             return Err(TissueError::Usage(format!(
                 "--stimulus {} swaps the far field, which a board takes with a patch alone: name another with --stimulus, or leave --emulated out",
@@ -151,17 +127,28 @@ impl Campaign for Loop {
         }
         let mut inputs = BTreeMap::new();
         if runs.wall.is_none() {
-            inputs.extend(scene_checksum(&options.scene)?.map(|sum| ("scene".to_owned(), sum)));
+            inputs.extend(fingerprint::scene(&args.common.scene)?.map(|sum| ("scene".to_owned(), sum)));
         }
         if let Ok(profile) = std::fs::read(&runs.device) {
-            inputs.insert("device".to_owned(), checksum(&profile));
+            inputs.insert("device".to_owned(), fingerprint::checksum(&profile));
         }
-        Ok(Self { options, device, hands, stimuli, name, target, board, scene, inputs })
+        Ok(Self { device, hands, stimuli, name, target, board, scene, inputs })
     }
 
-    fn options(&self) -> &Options {
-        &self.options
+    fn pairs(&self) -> Vec<(Hand, Stimulus)> {
+        pairs(&self.device, &self.hands, &self.stimuli)
     }
+
+    fn make(&self, hand: Hand, stimulus: Stimulus) -> Result<Run, Error> {
+        match &self.board {
+            Some(board) => board.run(&self.target.setup(&self.device, hand, stimulus)),
+            None => Ok(self.target.run(&self.device, hand, stimulus)?),
+        }
+    }
+}
+
+impl Campaign for Loop {
+    type Row = Row;
 
     fn cases(&self) -> u64 {
         self.pairs().len() as u64
@@ -175,7 +162,7 @@ impl Campaign for Loop {
         self.scene.as_ref()
     }
 
-    fn run(&self, cases: Range<u64>) -> Result<Vec<Row>, Error> {
+    fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, Row)>, Error> {
         let pairs: Vec<(Hand, Stimulus)> = self.pairs().into_iter().take(cases.end as usize).skip(cases.start as usize).collect();
         let progress = Progress::new(pairs.len() as u64, "runs");
         let rows = rows(&self.target, &self.device, &pairs, &|hand, stimulus| {
@@ -184,11 +171,7 @@ impl Campaign for Loop {
             Ok::<Run, Error>(run)
         });
         progress.finish();
-        rows
-    }
-
-    fn add(rows: &mut Vec<Row>, next: Vec<Row>) {
-        rows.extend(next);
+        Ok(cases.zip(rows?).collect())
     }
 
     fn report(&self, folder: OutputFolder, rows: Vec<Row>, all: bool) -> Result<(), Error> {
@@ -260,20 +243,7 @@ struct Felt {
     scene: Option<Scene>,
 }
 
-impl Loop {
-    fn pairs(&self) -> Vec<(Hand, Stimulus)> {
-        pairs(&self.device, &self.hands, &self.stimuli)
-    }
-
-    fn make(&self, hand: Hand, stimulus: Stimulus) -> Result<Run, Error> {
-        match &self.board {
-            Some(board) => board.run(&self.target.setup(&self.device, hand, stimulus)),
-            None => Ok(self.target.run(&self.device, hand, stimulus)?),
-        }
-    }
-}
-
-impl Options {
+impl LoopArgs {
     fn device(&self) -> Result<DeviceProfile, Error> {
         let mut device = DeviceProfile::load(&self.runs.device)?;
         device.assumed().iter().for_each(|sentence| eprintln!("{sentence}"));
@@ -292,7 +262,7 @@ impl Options {
     /// Sets up the tissue or the wall.
     fn target(&self, device: &DeviceProfile) -> Result<Felt, Error> {
         let Some(n_per_m) = self.runs.wall else {
-            let mut scene = Scene::load_with(&self.scene, &self.changes)?;
+            let mut scene = self.common.load()?;
             if self.emulated {
                 scene.refuse_what_boards_lack("a board")?;
             }

@@ -105,8 +105,7 @@ impl FitArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         if let Some(scenes) = self.scenes.clone() {
             let out = self.common.folder("fit");
-            let options = scenes::Options { fit: self.options.clone(), boards: self.board.clone(), scenes, out: out.clone() };
-            return FitScenes::start(options, &self.shards, &out);
+            return FitScenes::of(self, &scenes, &out)?.start(&self.cases, &out);
         }
         self.fit_scene()?.verdict(self.options.tolerance_pct)?.last()
     }

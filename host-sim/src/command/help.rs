@@ -16,7 +16,7 @@ const EXAMPLES: [(&str, &str, &str); 17] = [
     ("press", "palpate press --scene nodule --set probe.position_m=[0.01,0]", "press 10 mm beside the nodule"),
     ("scene", "palpate scene nodule > mine.toml", "a scene of your own to change"),
     ("fit", "palpate fit --scene mine.toml --nodes 130", "a calibrated patch of your scene, and how wrong it is"),
-    ("merge", "palpate merge out/parts", "after `palpate faults --shard 1/2 --shard 2/2 --out out/parts`"),
+    ("merge", "palpate merge out/parts", "after `palpate loop --quick --out out/parts --cases 0..50`, and `--cases 50..999`"),
     ("mesh", "palpate mesh check liver.msh --unit mm", "the size of a mesh, its worst tet, and what the import changed"),
     ("pack", "palpate pack --board nucleo-f446re", "the block as a patch file for that board"),
     ("paper", "palpate paper volume-preserved --quick", "the sparse rows of paper 000"),
@@ -50,6 +50,12 @@ const GONE: [(&str, &str); 7] = [
 pub(super) fn gone(name: &str) -> Option<String> {
     let (name, now) = GONE.iter().find(|(gone, _)| *gone == name)?;
     Some(format!("`palpate {name}` is gone: {now}"))
+}
+
+/// Error message for an option that is gone.
+pub(super) fn gone_option(word: &str) -> Option<String> {
+    let shard = word == "--shard" || word.starts_with("--shard=");
+    shard.then(|| "`--shard` is gone: use --cases A..B, which runs the cases from number A up to B - 1, counted from 0".into())
 }
 
 /// Lists the subcommands in two groups, and gives each an example and its own default folder.

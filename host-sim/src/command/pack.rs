@@ -35,7 +35,7 @@ fn pack(common: &Common, board: &BoardArg, nodes: Option<usize>) -> Result<(), E
     }
     if nodes.is_some() && scene.tissue.block_m.is_none() {
         return Err(TissueError::Usage(format!(
-            "--nodes is for a block; scene {} brings its own mesh: leave it out",
+            "--nodes is for a block; scene {} has a shape of its own: leave it out",
             scene.name
         ))
         .into());

@@ -1,69 +1,170 @@
-//! Progress of long work: a bar on a terminal, or a line every few seconds without one.
+//! Progress of long work: a bar or a spinner on a terminal, or a line every few seconds without
+//! one. Nothing is printed about work that ends within two seconds.
 
 use std::io::IsTerminal;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressStyle};
 
 /// Duration up to which work prints no progress.
 const QUIET: Duration = Duration::from_secs(2);
 /// Time between two lines without a terminal [s].
 const LINE_S: u64 = 10;
-/// Time between two lines that name a step.
-const STEP_LINE: Duration = Duration::from_secs(4);
+/// Time between two turns of a spinner.
+const TURN: Duration = Duration::from_millis(200);
 
-/// Counts steps of work, on standard error.
+/// Progress of work, on standard error. A thread of its own prints it, also while a single step
+/// takes long.
 pub struct Progress {
-    bar: ProgressBar,
+    shared: Arc<Shared>,
+    /// The thread, which ends when the sender is dropped.
+    thread: Option<(Sender<()>, JoinHandle<()>)>,
+}
+
+struct Shared {
     what: &'static str,
-    length: u64,
-    done: AtomicU64,
-    began: Instant,
-    /// Time of the last line [s]; unused on a terminal.
-    told_s: AtomicU64,
-    terminal: bool,
+    /// The bar on a terminal; `None` without one.
+    bar: Option<ProgressBar>,
+    count: Mutex<Count>,
+}
+
+#[derive(Default)]
+struct Count {
+    done: u64,
+    /// Number of steps; zero while it is unknown.
+    of: u64,
+    doing: String,
+    /// Whether there is something to print.
+    shown: bool,
 }
 
 impl Progress {
-    /// Begins a count up to `length`; `what` is the plural of its steps.
-    pub fn new(length: u64, what: &'static str) -> Self {
-        let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::hidden());
-        if let Ok(style) = ProgressStyle::with_template(&format!("{{bar:30}} {{pos}}/{{len}} {what}, {{eta}} left")) {
-            bar.set_style(style);
-        }
-        let terminal = std::io::stderr().is_terminal();
-        Self { bar, what, length, done: AtomicU64::new(0), began: Instant::now(), told_s: AtomicU64::new(0), terminal }
+    /// Begins a count up to `of`; `what` names the work or, in the plural, its steps.
+    #[must_use]
+    pub fn new(of: u64, what: &'static str) -> Self {
+        Self::of(what, Count { of, shown: of > 0, ..Count::default() })
+    }
+
+    /// Begins work that only describes its current activity.
+    #[must_use]
+    pub fn start() -> Self {
+        Self::of("", Count::default())
+    }
+
+    fn of(what: &'static str, count: Count) -> Self {
+        let bar = std::io::stderr().is_terminal().then(ProgressBar::no_length);
+        let shared = Arc::new(Shared { what, bar, count: Mutex::new(count) });
+        let (end, ended) = channel();
+        let told = Arc::clone(&shared);
+        let thread = std::thread::spawn(move || told.tell(&ended));
+        Self { shared, thread: Some((end, thread)) }
     }
 
     /// Adds this many steps to the count.
     pub fn inc(&self, steps: u64) {
-        let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
-        let spent = self.began.elapsed();
-        if self.terminal {
-            if self.bar.is_hidden() && spent > QUIET {
-                self.bar.set_draw_target(ProgressDrawTarget::stderr());
-            }
-            self.bar.inc(steps);
-            return;
-        }
-        let (now_s, told_s) = (spent.as_secs(), self.told_s.load(Ordering::Relaxed));
-        let mine = || self.told_s.compare_exchange(told_s, now_s, Ordering::Relaxed, Ordering::Relaxed).is_ok();
-        if now_s >= told_s + LINE_S && mine() {
-            eprintln!("{done} of {} {} after {now_s} s", self.length, self.what);
-        }
+        self.update(|count| count.done += steps);
     }
 
-    /// Removes the bar from the terminal.
+    /// Describes the current activity.
+    pub fn say(&self, doing: impl Into<String>) {
+        self.update(|count| count.doing = doing.into());
+    }
+
+    /// Counts one more step as done; `step` names it.
+    pub fn one(&self, step: &str) {
+        self.update(|count| (count.done, count.doing) = (count.done + 1, step.to_owned()));
+    }
+
+    /// Sets the count to `done` steps of `of`; `next` names the next one.
+    pub fn show(&self, done: usize, of: usize, next: &str) {
+        self.update(|count| (count.done, count.of, count.doing) = (done as u64, of as u64, next.to_owned()));
+    }
+
+    fn update(&self, change: impl FnOnce(&mut Count)) {
+        let mut count = self.shared.count();
+        change(&mut count);
+        count.shown = true;
+    }
+
+    /// Removes the bar from the terminal, until something is said again.
     pub fn finish(&self) {
-        self.bar.finish_and_clear();
+        // the thread draws while it holds the lock
+        self.shared.count().shown = false;
+        self.shared.bar.iter().for_each(ProgressBar::finish_and_clear);
     }
 }
 
-/// Progress of work of unknown length.
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some((end, thread)) = self.thread.take() {
+            drop(end);
+            // a thread that panicked has already reported it
+            let _ = thread.join();
+        }
+        self.finish();
+    }
+}
+
+impl Shared {
+    fn count(&self) -> MutexGuard<'_, Count> {
+        // a worker may have panicked: the count is still valid
+        self.count.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn tell(&self, ended: &Receiver<()>) {
+        let (began, mut told_s) = (Instant::now(), None);
+        while ended.recv_timeout(TURN) == Err(RecvTimeoutError::Timeout) {
+            let spent = began.elapsed();
+            let count = self.count();
+            if spent < QUIET || !count.shown {
+                continue;
+            }
+            match &self.bar {
+                Some(bar) => self.draw(bar, &count),
+                None if told_s.is_none_or(|told_s| spent.as_secs() >= told_s + LINE_S) => {
+                    told_s = Some(spent.as_secs());
+                    self.line(&count, spent.as_secs());
+                }
+                None => {}
+            }
+        }
+    }
+
+    fn draw(&self, bar: &ProgressBar, count: &Count) {
+        let style = ProgressStyle::with_template(match count.of {
+            0 => "{spinner} {prefix} {msg} {elapsed}",
+            _ => "{prefix} {bar:30} {pos}/{len} {msg}, {eta} left",
+        });
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+        bar.set_prefix(self.what);
+        bar.set_length(count.of);
+        bar.set_position(count.done);
+        bar.set_message(count.doing.clone());
+        bar.tick();
+    }
+
+    fn line(&self, count: &Count, spent_s: u64) {
+        let Count { done, of, doing, .. } = count;
+        match (of, doing.as_str()) {
+            (0, doing) => eprintln!("after {spent_s} s: {doing}"),
+            (of, "") => eprintln!("{}: {done} of {of} after {spent_s} s", self.what),
+            (of, doing) => eprintln!("{}: {done} of {of} after {spent_s} s, {doing}", self.what),
+        }
+    }
+}
+
+/// Does work that does not count its steps, and names it from the third second on.
+pub fn told<T>(doing: &str, work: impl FnOnce() -> T) -> T {
+    let progress = Progress::start();
+    progress.say(doing);
+    work()
+}
+
+/// Progress of work that must not share the processor with another thread: it turns the spinner
+/// itself.
 #[derive(Default)]
 pub struct Spinner {
     began: Option<Instant>,
@@ -95,64 +196,10 @@ impl Spinner {
         bar.tick();
     }
 
-    /// Removes the spinner from the terminal.
-    pub fn clear(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
-    }
-}
-
-/// Time between two turns of the spinner beside work that cannot turn it.
-const TURN: Duration = Duration::from_millis(200);
-
-/// Does work that does not count its steps, and names it from the third second on.
-pub fn told<T>(doing: &str, work: impl FnOnce() -> T) -> T {
-    let (end, ended) = channel::<()>();
-    std::thread::scope(|scope| {
-        scope.spawn(move || {
-            let mut spinner = Spinner { began: Some(Instant::now()), ..Spinner::default() };
-            while ended.recv_timeout(TURN) == Err(RecvTimeoutError::Timeout) {
-                spinner.show(|| doing.to_owned());
-            }
-            spinner.clear();
-        });
-        let result = work();
-        drop(end);
-        result
-    })
-}
-
-/// Progress of work that lasts until it is ended: beside a spinner on a terminal, or in a line
-/// every few seconds without one.
-pub struct Lines {
-    spinner: Spinner,
-    began: Instant,
-    written: Instant,
-    terminal: bool,
-}
-
-impl Default for Lines {
-    fn default() -> Self {
-        let now = Instant::now();
-        Self { spinner: Spinner::default(), began: now, written: now, terminal: std::io::stderr().is_terminal() }
-    }
-}
-
-impl Lines {
-    /// Sets the description of the present state.
-    pub fn say(&mut self, how: impl FnOnce() -> String) {
-        if self.terminal {
-            self.spinner.show(how);
-        } else if self.written.elapsed() >= STEP_LINE {
-            self.written = Instant::now();
-            eprintln!("after {:.0} s: {}", self.began.elapsed().as_secs_f64(), how());
-        }
-    }
-
-    /// Prints a line above the spinner.
+    /// Prints lines above the spinner.
+    #[cfg(feature = "full")]
     pub fn above(&self, print: impl FnOnce()) {
-        match &self.spinner.bar {
+        match &self.bar {
             Some(bar) => bar.suspend(print),
             None => print(),
         }
@@ -160,157 +207,6 @@ impl Lines {
 
     /// Removes the spinner from the terminal.
     pub fn clear(&self) {
-        self.spinner.clear();
-    }
-}
-
-/// Progress of work that describes its current activity.
-pub struct Status {
-    bar: ProgressBar,
-    /// Prints the activity if there is no terminal.
-    teller: Option<Teller>,
-}
-
-/// Writes a line every few seconds, even while a single step takes longer.
-struct Teller {
-    doing: Arc<Mutex<String>>,
-    /// The thread ends when this sender is dropped.
-    end: Sender<()>,
-    thread: JoinHandle<()>,
-}
-
-impl Teller {
-    fn start() -> Self {
-        let (end, ended) = channel();
-        let doing = Arc::new(Mutex::new(String::new()));
-        let shared = Arc::clone(&doing);
-        let began = Instant::now();
-        let thread = std::thread::spawn(move || {
-            let mut wait = QUIET;
-            while ended.recv_timeout(wait) == Err(RecvTimeoutError::Timeout) {
-                wait = Duration::from_secs(LINE_S);
-                let doing = shared.lock().unwrap_or_else(PoisonError::into_inner);
-                if !doing.is_empty() {
-                    eprintln!("after {} s: {doing}", began.elapsed().as_secs());
-                }
-            }
-        });
-        Self { doing, end, thread }
-    }
-
-    fn say(&self, doing: String) {
-        *self.doing.lock().unwrap_or_else(PoisonError::into_inner) = doing;
-    }
-
-    fn stop(self) {
-        drop(self.end);
-        // a thread that panicked has already reported it
-        let _ = self.thread.join();
-    }
-}
-
-impl Status {
-    /// Begins work of unknown length.
-    #[must_use]
-    pub fn start() -> Self {
-        if !std::io::stderr().is_terminal() {
-            return Self { bar: ProgressBar::hidden(), teller: Some(Teller::start()) };
-        }
-        let style = ProgressStyle::with_template("{spinner} {elapsed} {msg}");
-        let bar = ProgressBar::new_spinner().with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
-        bar.enable_steady_tick(Duration::from_millis(200));
-        Self { bar, teller: None }
-    }
-
-    /// Sets the description of the next part of the work.
-    pub fn say(&self, doing: impl Into<String>) {
-        match &self.teller {
-            Some(teller) => teller.say(doing.into()),
-            None => self.bar.set_message(doing.into()),
-        }
-    }
-
-    /// Removes the bar from the terminal.
-    pub fn clear(&self) {
-        self.bar.finish_and_clear();
-        if let Some(teller) = &self.teller {
-            teller.say(String::new());
-        }
-    }
-}
-
-impl Drop for Status {
-    fn drop(&mut self) {
-        if let Some(teller) = self.teller.take() {
-            teller.stop();
-        }
-    }
-}
-
-/// Progress of work that names each of its steps.
-pub struct Steps {
-    stage: &'static str,
-    began: Instant,
-    /// The bar on a terminal; `None` without one.
-    bar: Option<ProgressBar>,
-    count: Mutex<Count>,
-}
-
-struct Count {
-    done: usize,
-    total: usize,
-    /// Time at which the last line was written.
-    written: Instant,
-}
-
-impl Steps {
-    /// Begins a stage of `total` steps.
-    pub fn new(stage: &'static str, total: usize) -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
-            let style = ProgressStyle::with_template("{prefix} {bar:30} {pos}/{len} {msg} {elapsed}");
-            let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-            let bar = ProgressBar::new(total as u64).with_style(style).with_prefix(stage);
-            bar.enable_steady_tick(Duration::from_millis(200));
-            bar
-        });
-        let now = Instant::now();
-        Self { stage, began: now, bar, count: Mutex::new(Count { done: 0, total, written: now }) }
-    }
-
-    /// Counts one more step as done; `step` names it.
-    pub fn one(&self, step: &str) {
-        self.update(|count| count.done += 1, step);
-    }
-
-    /// Names the position that the next step has reached.
-    pub fn at(&self, place: &str) {
-        self.update(|_| (), place);
-    }
-
-    /// Sets the count to `done` steps of `total`; `next` names the next one.
-    pub fn show(&self, done: usize, total: usize, next: &str) {
-        self.update(|count| (count.done, count.total) = (done, total), next);
-    }
-
-    fn update(&self, change: impl FnOnce(&mut Count), message: &str) {
-        // another thread may have panicked between a count and its line: the count is still valid
-        let mut count = self.count.lock().unwrap_or_else(PoisonError::into_inner);
-        change(&mut count);
-        if let Some(bar) = &self.bar {
-            bar.set_length(count.total as u64);
-            bar.set_position(count.done as u64);
-            bar.set_message(message.to_owned());
-        } else if count.written.elapsed() >= STEP_LINE {
-            count.written = Instant::now();
-            let (done, total, spent_s) = (count.done, count.total, self.began.elapsed().as_secs_f64());
-            eprintln!("{}: {done} of {total} after {spent_s:.0} s, {message}", self.stage);
-        }
-    }
-
-    /// Removes the bar from the terminal.
-    pub fn finish(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
+        self.bar.iter().for_each(ProgressBar::finish_and_clear);
     }
 }

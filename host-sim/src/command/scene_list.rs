@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::campaign::fingerprint;
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
-use palpate_tissue::shard::scene_checksum;
 
 /// Entry in place of the checksum of a file that cannot be read: only its own scene fails.
 const UNREADABLE: &str = "unreadable";
@@ -16,7 +16,6 @@ const UNREADABLE: &str = "unreadable";
 /// Every scene file (.toml) of a folder, by name, with its checksum.
 #[derive(Clone, Debug)]
 pub(super) struct SceneList {
-    /// Empty when shards are merged, which needs no scene file.
     folder: PathBuf,
     checksums: BTreeMap<String, String>,
 }
@@ -31,7 +30,7 @@ impl SceneList {
             if let (Some("toml"), Some(name), false) =
                 (path.extension().and_then(|e| e.to_str()), path.file_stem().and_then(|s| s.to_str()), path.is_dir())
             {
-                let checksum = scene_checksum(&path.display().to_string()).unwrap_or_else(|_| Some(UNREADABLE.to_owned()));
+                let checksum = fingerprint::scene(&path.display().to_string()).unwrap_or_else(|_| Some(UNREADABLE.to_owned()));
                 let checksum = checksum.unwrap_or_default();
                 checksums.insert(name.to_owned(), checksum);
             }
@@ -41,11 +40,6 @@ impl SceneList {
             return Err(TissueError::Usage(why).into());
         }
         Ok(Self { folder: folder.to_owned(), checksums })
-    }
-
-    /// Creates the list that was recorded in shards.
-    pub(super) fn noted(checksums: &BTreeMap<String, String>) -> Self {
-        Self { folder: PathBuf::new(), checksums: checksums.clone() }
     }
 
     pub(super) fn checksums(&self) -> &BTreeMap<String, String> {
@@ -87,7 +81,7 @@ impl Ended {
 }
 
 /// Says in one line of the row why a scene missed or failed. The scene's file and those beside it
-/// are named without the folder, which may be in another place for another shard.
+/// are named without the folder, which may be in another place on another machine.
 pub(super) fn why(error: &Error, name: &str, file: &str) -> String {
     let why = match error {
         Error::Tissue(TissueError::Check(why)) => why.clone(),

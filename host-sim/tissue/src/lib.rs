@@ -28,7 +28,6 @@ pub mod recorded_tips;
 pub mod reference_values;
 pub mod scene;
 pub mod session;
-pub mod shard;
 pub mod stable_step;
 pub mod terminal;
 pub mod tissue;

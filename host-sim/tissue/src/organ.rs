@@ -190,7 +190,7 @@ impl Organ {
             Spec::Spacing(spacing_m) => self.uniform(spacing_m)?,
             Spec::Tets(tets) => self.counted(tets)?,
             Spec::Fine(fine) => {
-                let lattice = Lattice::fine(&fine, self.box_m).map_err(|refusal| refusal.of(self.name))?;
+                let lattice = Lattice::fine(&fine, f64::INFINITY, self.box_m).map_err(|refusal| refusal.of(self.name))?;
                 stuffing::stuff(self.name, &self.implicit, &lattice)?
             }
         };

@@ -30,11 +30,10 @@ pub const TICK_S: f64 = 1e-3;
 pub const NO_PATCH: &str = "none";
 
 /// Scenes that come with the program: name and text.
-pub const PRESETS: [(&str, &str); 10] = [
+pub const PRESETS: [(&str, &str); 9] = [
     ("block", include_str!("../../scenes/block.toml")),
     ("block-deep", include_str!("../../scenes/block-deep.toml")),
     ("block-20kpa", include_str!("../../scenes/block-20kpa.toml")),
-    ("liver", include_str!("../../scenes/liver.toml")),
     ("nodule", include_str!("../../scenes/nodule.toml")),
     ("abdomen", include_str!("../../scenes/abdomen.toml")),
     ("foot", include_str!("../../scenes/foot.toml")),

@@ -1,5 +1,5 @@
 //! A moving probe compared with the dynamic reference: implicit finite elements with true masses
-//! (`palpate_fit::dynamic`), which share no code with the tick and were not used in any fit.
+//! (`host-sim/lab/src/dynamic`), which share no code with the tick and were not used in any fit.
 //!
 //! The constants of the moving tick were chosen on the centred ramps of 40 and 200 mm/s at 3.5 kPa;
 //! the number of smooth fields also on those ramps at 20 and 100 kPa. Speeds of 100 and 500 mm/s

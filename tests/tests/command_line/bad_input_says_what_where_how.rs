@@ -87,19 +87,6 @@ fn a_scene_that_is_not_there() {
 }
 
 #[test]
-fn a_preset_whose_mesh_is_not_beside_the_working_directory() {
-    let desk = Desk::default();
-    let below = desk.folder().join("repository");
-    std::fs::create_dir(&below).unwrap();
-    let outcome = palpate(SCRATCH, &below, &["press", "--scene", "liver"]);
-    assert_eq!((outcome.code, outcome.stderr.lines().count()), (Some(2), 1), "{outcome:?}");
-    for words in ["liver: tissue.mesh", "liver.msh", "working directory", "repository's root"] {
-        assert!(outcome.stderr.contains(words), "{outcome:?}");
-    }
-    assert!(std::fs::read_dir(&below).unwrap().next().is_none());
-}
-
-#[test]
 fn an_unknown_key_with_its_line_and_the_nearest_known_one() {
     for (from, to, line, near) in [
         ("name =", "naem =", 1, "name"),
@@ -401,7 +388,7 @@ fn boards_and_options_that_do_not_fit() {
     let desk = Desk::default();
     refused(&desk, &["pack", "--board", "m4f"], &["no board \"m4f\"", "desktop, m4f-168, m7-480"]);
     refused(&desk, &["pack", "--nodes", "3"], &["nodes = 3", "from 30 to 5000"]);
-    refused(&desk, &["pack", "--scene", "liver", "--nodes", "99"], &["--nodes", "own mesh", "leave it out"]);
+    refused(&desk, &["pack", "--scene", "organ-liver", "--nodes", "99"], &["--nodes", "shape of its own", "leave it out"]);
 }
 
 #[test]

@@ -34,7 +34,7 @@ fn on_bottom(x: &[f64; 3]) -> bool {
 
 /// Sizes of a patch of this radius that is cut along the existing mesh.
 fn radius(radius_m: f64) -> Sizes {
-    Sizes { radius_m, fine_m: 0.0, fine_radius_m: 0.0, growth: 0.0, stroke_m: [0.0; 3] }
+    Sizes { radius_m, fine_m: 0.0, fine_radius_m: 0.0, growth: 0.0 }
 }
 
 fn far_field(whole: &Tissue, sizes: &Sizes) -> FarField {

@@ -12,8 +12,7 @@ use palpate_tests::palpate_command::repository;
 use palpate_tests::share::long;
 
 /// Beginnings of the paths whose files the results depend on.
-const SOURCES: [&str; 14] = [
-    "host-sim/fit/src/dynamic",
+const SOURCES: [&str; 11] = [
     "host-sim/fit/src/reference",
     "host-sim/references/block.json",
     "host-sim/tissue/src/mesh",
@@ -22,9 +21,7 @@ const SOURCES: [&str; 14] = [
     "host-sim/tissue/src/scene",
     "host-sim/tissue/src/tissue",
     "tests/data/stiffening",
-    "tests/tests/elements/dynamic_truth",
     "tests/tests/elements/fem_reference",
-    "tests/tests/elements/hanging_reference",
     "tests/tests/elements/stiffening_agrees",
     "tests/tests/elements/stiffening_regions",
 ];

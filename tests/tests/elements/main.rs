@@ -2,7 +2,6 @@
 
 mod block_mesh;
 mod contact_map;
-mod dynamic_truth;
 mod far_field;
 mod fem_reference;
 mod field_files;
@@ -10,7 +9,6 @@ mod file_variants;
 mod fingerprint;
 mod fuzz;
 mod guide_lists_what_is_read;
-mod hanging_reference;
 mod mesh_import;
 mod organ_meshes;
 mod solved_again;

@@ -1,11 +1,10 @@
-//! Mesh import: every format, every defect, damaged files, and real files.
+//! Mesh import: every format, every defect, and damaged files.
 
 pub mod block;
 pub mod damage;
 mod defects;
 pub mod encode;
 mod formats;
-mod liver;
 mod round_trip;
 mod size;
 mod surface;

@@ -6,22 +6,21 @@ use std::fmt::Write;
 use nalgebra::Vector3;
 use palpate_fit::far_field::Sizes;
 use palpate_fit::far_field::organ_reference::organ_reference;
-use palpate_fit::far_field::whole::{from_stroke_m, whole};
+use palpate_fit::far_field::whole::{distance_m, whole};
 use palpate_fit::scene_fit::element_for;
-use palpate_tests::palpate_command::{Desk, repository};
+use palpate_tests::palpate_command::Desk;
 use palpate_tests::press_run::{SMALL_BLOCK, edited};
 use palpate_tests::surface_text::cuboid;
 use palpate_tissue::answer::Answer;
-use palpate_tissue::mesh::import::import;
 use palpate_tissue::mesh::surface::{edges, pieces, surface};
-use palpate_tissue::mesh::{BlockSpec, ClosedSurface, TetMesh, block};
+use palpate_tissue::mesh::{BlockSpec, TetMesh, block};
 use palpate_tissue::organ::Organ;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::tissue::Placed;
 
 type V3 = Vector3<f64>;
 
-const SMALL: Sizes = Sizes { radius_m: 0.017, fine_m: 0.0046, fine_radius_m: 0.008, growth: 0.45, stroke_m: [0.0; 3] };
+const SMALL: Sizes = Sizes { radius_m: 0.017, fine_m: 0.0046, fine_radius_m: 0.008, growth: 0.45 };
 const SIDES_M: [f64; 3] = [0.08, 0.08, 0.04];
 
 fn msh(mesh: &TetMesh) -> String {
@@ -77,17 +76,17 @@ fn surface_nodes(mesh: &TetMesh) -> Vec<u32> {
 fn patch_nodes(placed: &Placed, sizes: &Sizes) -> usize {
     let mesh = &placed.tissue.mesh;
     let middle = |t: &&[u32; 4]| [0, 1, 2].map(|k| t.iter().map(|n| mesh.nodes_m[*n as usize][k]).sum::<f64>() / 4.0);
-    let inside = |t: &&[u32; 4]| from_stroke_m(placed.tissue.site_m, sizes.stroke_m, middle(t)) <= sizes.radius_m;
+    let inside = |t: &&[u32; 4]| distance_m(placed.tissue.site_m, middle(t)) <= sizes.radius_m;
     let mut nodes: Vec<u32> = mesh.tets.iter().filter(inside).flatten().copied().collect();
     nodes.sort_unstable();
     nodes.dedup();
     nodes.len()
 }
 
-/// Mean length of the edges within `reach_m` of the stroke [m].
-fn mean_edge_m(placed: &Placed, sizes: &Sizes, reach_m: f64) -> f64 {
+/// Mean length of the edges within `reach_m` of the site [m].
+fn mean_edge_m(placed: &Placed, reach_m: f64) -> f64 {
     let mesh = &placed.tissue.mesh;
-    let near = |n: u32| from_stroke_m(placed.tissue.site_m, sizes.stroke_m, mesh.nodes_m[n as usize]) <= reach_m;
+    let near = |n: u32| distance_m(placed.tissue.site_m, mesh.nodes_m[n as usize]) <= reach_m;
     let place = |n: u32| V3::from(mesh.nodes_m[n as usize]);
     let lengths: Vec<f64> =
         edges(&mesh.tets).into_iter().filter(|[i, j]| near(*i) && near(*j)).map(|[i, j]| (place(i) - place(j)).norm()).collect();
@@ -115,7 +114,7 @@ fn a_block_from_a_file_keeps_its_shape_and_is_fine_at_the_site() {
     assert!(placed.import.as_ref().is_some_and(|i| i.nodes == 300));
     let off_m = surface_nodes(mesh).iter().map(|n| from_block_m(&mesh.nodes_m[*n as usize]).abs()).fold(0.0, f64::max);
     let volume_share = volumes_m3(mesh).iter().sum::<f64>() / SIDES_M.iter().product::<f64>();
-    let (fine_m, nodes) = (mean_edge_m(&placed, &SMALL, 0.009), patch_nodes(&placed, &SMALL));
+    let (fine_m, nodes) = (mean_edge_m(&placed, 0.009), patch_nodes(&placed, &SMALL));
     println!(
         "{} nodes, patch {nodes}; {off_m:e} m off; volume {volume_share:.4}; edges {:.3} mm",
         mesh.nodes_m.len(),
@@ -180,26 +179,6 @@ fn presses_as_the_block(x: f64) {
 }
 
 #[test]
-fn a_stroke_is_fine_all_along() {
-    let desk = Desk::default();
-    let scene = block_file(&desk, [0.0; 3]);
-    let sizes = Sizes { stroke_m: [0.03, 0.0, 0.0], ..SMALL };
-    let placed = whole(&scene, &[], &sizes).unwrap();
-    sound(&placed);
-    let (own_m, nodes) = (mean_edge_m(&placed, &sizes, 0.009), patch_nodes(&placed, &sizes));
-    let ends: Vec<f64> = [-0.015, 0.015]
-        .map(|x| {
-            let mut end = placed.clone();
-            end.tissue.site_m = [x, 0.0, 0.0];
-            mean_edge_m(&end, &SMALL, 0.008)
-        })
-        .into();
-    println!("edges {:.3} mm, at the ends {ends:.5?} m; {nodes} nodes", own_m * 1e3);
-    assert!(ends.iter().chain([&own_m]).all(|m| (m / SMALL.fine_m - 1.0).abs() < 0.1));
-    assert!(nodes > patch_nodes(&whole(&scene, &[], &SMALL).unwrap(), &SMALL) + 40);
-}
-
-#[test]
 fn organs_of_our_own_lie_on_their_shape_with_layers_and_bones() {
     for (name, site) in [("abdomen", [0.03, 0.0, 0.104]), ("foot", [-0.075, 0.0, 0.031]), ("liver", [0.0, 0.044, 0.046])] {
         let organ = Organ::named(name).unwrap();
@@ -222,43 +201,6 @@ fn organs_of_our_own_lie_on_their_shape_with_layers_and_bones() {
         assert_eq!(bones.is_empty(), name != "foot");
         assert!(bones.iter().all(|n| placed.tissue.anchors.contains(n)));
     }
-}
-
-#[test]
-fn a_real_liver_keeps_its_facets_if_it_is_there() {
-    let path = repository().join("../shared/data/liver.msh");
-    if !path.is_file() {
-        println!("skipped: {} is not there", path.display());
-        return;
-    }
-    let desk = Desk::default();
-    let source = format!("mesh = {:?}\nlength_unit = 0.025", path.canonicalize().unwrap());
-    let placed = whole(&scene_of(&desk, &source, [-0.073, 0.078, 0.056]), &[], &SMALL).unwrap();
-    sound(&placed);
-    let file = import(&path, 0.025).unwrap().mesh;
-    let (mesh, own) = (&placed.tissue.mesh, ClosedSurface::of(&file).unwrap());
-    let off_m = surface_nodes(mesh).iter().map(|n| own.foot(mesh.nodes_m[*n as usize]).distance_m.abs()).fold(0.0, f64::max);
-    // the other direction: distances from points of the file's facets near the site to the new
-    // surface
-    let new = ClosedSurface::of(mesh).unwrap();
-    let site = V3::from(placed.tissue.site_m);
-    let mut back_m = [0.0_f64; 2];
-    for t in surface(&file.tets) {
-        let [a, b, c] = t.map(|n| V3::from(file.nodes_m[n as usize]));
-        for (i, j) in (0..=20).flat_map(|i| (0..=20 - i).map(move |j| (i, j))) {
-            let x = a + (b - a) * (f64::from(i) / 20.0) + (c - a) * (f64::from(j) / 20.0);
-            let off_m = new.foot(x.into()).distance_m.abs();
-            for (most, reach_m) in back_m.iter_mut().zip([0.008, 0.017]) {
-                if (x - site).norm() <= reach_m {
-                    *most = most.max(off_m);
-                }
-            }
-        }
-    }
-    println!("{} nodes, patch {}, {off_m:e} m off; back {back_m:.6?} m", mesh.nodes_m.len(), patch_nodes(&placed, &SMALL));
-    assert!(off_m < 1e-9);
-    // ridges between facets are cut off by elements of the local size
-    assert!(back_m[0] < 0.1 * SMALL.fine_m && back_m[1] < 0.35 * SMALL.fine_m);
 }
 
 #[track_caller]
@@ -297,7 +239,6 @@ fn what_cannot_be_cut_out_is_refused_with_what_would_do() {
         (Sizes { radius_m: f64::NAN, ..SMALL }, "radius is NaN"),
         (Sizes { fine_m: 0.0, ..SMALL }, "fine edge is 0"),
         (Sizes { growth: -1.0, ..SMALL }, "growth"),
-        (Sizes { stroke_m: [f64::INFINITY, 0.0, 0.0], ..SMALL }, "stroke"),
         (Sizes { fine_m: 2e-4, fine_radius_m: 0.1, ..SMALL }, "larger spacing"),
     ] {
         refused(&scene, &sizes, &[says]);

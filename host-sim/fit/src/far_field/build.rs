@@ -63,8 +63,7 @@ impl FarField {
         let free = Statics::of(&patch.model(), params)?;
         let tets = cut.outside.mesh.tets.len();
         let exact_m = condense(&cut.outside, material.poisson_ratio).ok_or(FarFieldError::Outside { tets })?;
-        let stroke: f64 = sizes.stroke_m.iter().map(|s| s * s).sum();
-        let reach_m = LOADED_RADII * f64::from(params.probe.radius_m) + 0.5 * stroke.sqrt();
+        let reach_m = LOADED_RADII * f64::from(params.probe.radius_m);
         let answers_per_m = rim_answers(&free, &cut, &exact_m, reach_m)?;
         let springs = springs::fit(&cut, &exact_m, &answers_per_m);
         Ok(Self { cut, exact_m, answers_per_m, springs })

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use thiserror::Error;
 
 use super::Sizes;
-use super::whole::from_stroke_m;
+use super::whole::distance_m;
 use palpate_tissue::mesh::{TetMesh, surface};
 use palpate_tissue::tissue::Tissue;
 
@@ -75,7 +75,7 @@ impl Cut {
             return Err(CutError::NoAnchor);
         }
         let mesh = &whole.mesh;
-        let away: Vec<f64> = mesh.tets.iter().map(|t| from_stroke_m(whole.site_m, sizes.stroke_m, centroid(mesh, t))).collect();
+        let away: Vec<f64> = mesh.tets.iter().map(|t| distance_m(whole.site_m, centroid(mesh, t))).collect();
         let choose = |radius_m: f64| held(whole, connected(&mesh.tets, &away, radius_m));
         if !away.iter().any(|a| *a <= sizes.radius_m) {
             return Err(CutError::Empty { radius_mm });

@@ -256,7 +256,7 @@ mod tests {
 
     #[test]
     fn whatever_changes_the_forces_changes_the_problem() {
-        let sizes = Sizes { radius_m: 0.017, fine_m: 0.0046, fine_radius_m: 0.008, growth: 0.45, stroke_m: [0.0; 3] };
+        let sizes = Sizes { radius_m: 0.017, fine_m: 0.0046, fine_radius_m: 0.008, growth: 0.45 };
         let problem = |change: fn(&mut Scene), depth_m: f64, place: [f64; 3]| {
             let mut scene = Scene::load("organ-liver").unwrap();
             change(&mut scene);

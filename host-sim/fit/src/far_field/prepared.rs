@@ -36,7 +36,7 @@ impl Recipe {
     #[must_use]
     pub fn new(radius_m: f64, fine_m: f64, probe_radius_m: f64) -> Self {
         Self {
-            sizes: Sizes { radius_m, fine_m, fine_radius_m: probe_radius_m, growth: 0.45, stroke_m: [0.0; 3] },
+            sizes: Sizes { radius_m, fine_m, fine_radius_m: probe_radius_m, growth: 0.45 },
             points_per_triangle: if fine_m > 0.4 * probe_radius_m { 9 } else { 4 },
         }
     }

@@ -67,13 +67,10 @@ pub fn whole_of(scene: &Scene, tips_m: &[[f32; 3]], sizes: &Sizes, shape: &Organ
     Ok(placed)
 }
 
-/// Distance of a point from the segment along which the site travels [m].
+/// Distance between two points [m].
 #[must_use]
-pub fn from_stroke_m(site_m: [f64; 3], stroke_m: [f64; 3], at_m: [f64; 3]) -> f64 {
-    let (half, off) = (0.5 * Vector3::from(stroke_m), Vector3::from(at_m) - Vector3::from(site_m));
-    let square = half.norm_squared();
-    let along = if square > 0.0 { (off.dot(&half) / square).clamp(-1.0, 1.0) } else { 0.0 };
-    (off - half * along).norm()
+pub fn distance_m(a_m: [f64; 3], b_m: [f64; 3]) -> f64 {
+    (Vector3::from(b_m) - Vector3::from(a_m)).norm()
 }
 
 fn check(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
@@ -86,9 +83,6 @@ fn check(scene: &Scene, sizes: &Sizes) -> Result<(), Error> {
     if !(0.0..=10.0).contains(&sizes.growth) {
         return Err(Error::Usage(format!("{}: the growth around the patch is {}: give 0 to 10", scene.file, sizes.growth)));
     }
-    if !sizes.stroke_m.iter().all(|c| c.abs() <= 1.0) {
-        return Err(Error::Usage(format!("{}: the site's stroke is {:?}: give metres", scene.file, sizes.stroke_m)));
-    }
     Ok(())
 }
 
@@ -98,7 +92,7 @@ fn graded(scene: &Scene, shape: &OrganSource, site: &Site, sizes: &Sizes) -> Res
     let mut tries = 0;
     loop {
         let fine = Fine { at_m: site.at_m, radius_m: sizes.fine_radius_m, spacing_m, growth: lattice_growth(sizes) };
-        let turned = Turned { fine, axis: site.axis, stroke_m: sizes.stroke_m, coarsest_m };
+        let turned = Turned { fine, axis: site.axis, coarsest_m };
         match shape.mesh(&turned) {
             Err(OrganError::Empty { .. } | OrganError::TooCoarse { .. } | OrganError::Inverted { .. }) if tries < TRIES => {
                 coarsest_m *= LESS;
@@ -136,13 +130,13 @@ fn lattice_growth(sizes: &Sizes) -> f64 {
 
 fn refuse_swallowed(scene: &Scene, placed: &Placed, sizes: &Sizes) -> Result<(), SceneError> {
     let (mesh, site_m) = (&placed.tissue.mesh, placed.tissue.site_m);
-    let distance_m = |x: [f64; 3]| from_stroke_m(site_m, sizes.stroke_m, x);
+    let from_site_m = |x: [f64; 3]| distance_m(site_m, x);
     let mut parts: Vec<(f64, f64)> = mesh
         .tets
         .iter()
         .map(|tet| {
             let [a, b, c, d] = tet.map(|n| Vector3::from(mesh.nodes_m[n as usize]));
-            (distance_m(((a + b + c + d) / 4.0).into()), (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0)
+            (from_site_m(((a + b + c + d) / 4.0).into()), (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0)
         })
         .collect();
     parts.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -154,7 +148,7 @@ fn refuse_swallowed(scene: &Scene, placed: &Placed, sizes: &Sizes) -> Result<(),
     });
     let by_volume_m = fits.last().map_or(0.0, |p| p.0);
     // at least one support of the organ must remain outside the patch
-    let furthest_m = placed.tissue.anchors.iter().map(|n| distance_m(mesh.nodes_m[*n as usize])).fold(0.0, f64::max);
+    let furthest_m = placed.tissue.anchors.iter().map(|n| from_site_m(mesh.nodes_m[*n as usize])).fold(0.0, f64::max);
     let largest_m = by_volume_m.min(furthest_m);
     if sizes.radius_m < largest_m {
         return Ok(());
@@ -176,7 +170,7 @@ mod tests {
     #[test]
     fn the_lattices_growth_gives_the_volume_asked_for_at_the_edge_of_the_patch() {
         for growth in [0.0, 0.1, 0.45, 1.0] {
-            let sizes = Sizes { radius_m: 0.017, fine_m: 0.0046, fine_radius_m: 0.008, growth, stroke_m: [0.0; 3] };
+            let sizes = Sizes { radius_m: 0.017, fine_m: 0.0046, fine_radius_m: 0.008, growth };
             let g = lattice_growth(&sizes);
             // distance after the growth, as the documentation of the lattice defines it
             let after = |rho: f64| {
@@ -192,14 +186,5 @@ mod tests {
             let edge = (slope * (0.017 / low).powi(2)).cbrt();
             assert!((edge - 1.0 - growth * 0.009 / 0.0046).abs() < 1e-5, "{growth}: {edge}");
         }
-    }
-
-    #[test]
-    fn the_distance_from_a_stroke_is_that_from_its_nearest_point() {
-        let stroke_m = [0.02, 0.0, 0.0];
-        for (at_m, expected) in [([0.005, 0.003, 0.0], 0.003), ([0.013, 0.0, 0.004], 0.005), ([-0.02, 0.0, 0.0], 0.01)] {
-            assert!((from_stroke_m([0.0; 3], stroke_m, at_m) - expected).abs() < 1e-15);
-        }
-        assert!((from_stroke_m([1.0, 0.0, 0.0], [0.0; 3], [1.0, 3.0, 4.0]) - 5.0).abs() < 1e-15);
     }
 }

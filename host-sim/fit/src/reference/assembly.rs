@@ -7,7 +7,7 @@ use super::elimination::eliminate;
 use super::quadratic::QuadraticMesh;
 
 /// Positions of the 3 x 3 blocks of node pairs in the lower triangle of the matrix.
-pub(crate) struct Pattern {
+pub struct Pattern {
     nodes: usize,
     /// The blocks of block column `j` are `block_start[j]..block_start[j + 1]`; the first is on the
     /// diagonal.
@@ -47,7 +47,7 @@ impl Pattern {
 
     /// Analyses the factorisation, with the nodes `last` eliminated at the end in their given
     /// order; `None` if there is not enough memory for the factor.
-    pub fn analyse(&self, last: &[u32]) -> Option<Cholesky> {
+    pub(crate) fn analyse(&self, last: &[u32]) -> Option<Cholesky> {
         let below = |n: usize| &self.block_row[self.block_start[n] + 1..self.block_start[n + 1]];
         let order = eliminate(self.nodes, below, last)?;
         let order = order.into_iter().flat_map(|n| (0..3).map(move |k| 3 * n as usize + k)).collect();

@@ -92,13 +92,14 @@ pub struct Body {
     pub touchable: Vec<usize>,
     /// Number of mirror images, including this piece, of which the whole consists.
     pub copies: f64,
-    pub(crate) pattern: Pattern,
+    /// Blocks of the tangent, and their places in it.
+    pub pattern: Pattern,
     points: Vec<Point>,
     points_per_tet: usize,
     /// Estimated rounding error of the elastic energy over Young's modulus [m^3]: machine epsilon
     /// times the sum of shear modulus times volume. The energy is a small difference of numbers of
     /// this size.
-    pub(super) rounding_m3: f64,
+    pub rounding_m3: f64,
 }
 
 /// Energy and its derivatives at one state of displacement.
@@ -168,7 +169,7 @@ impl Body {
     }
 
     /// Reserves blocks of the tangent between all nodes of each group.
-    pub(super) fn couple(&mut self, groups: &[[u32; 12]]) {
+    pub fn couple(&mut self, groups: &[[u32; 12]]) {
         self.pattern = Pattern::new(&self.mesh, groups);
     }
 
@@ -198,7 +199,7 @@ impl Body {
 
     /// Energy, residual and, if requested, tangent, all without contact; `None` if an element is
     /// inverted.
-    pub(crate) fn derive(&self, displacement_m: &[Vector3<f64>], tangent: bool) -> Option<Assembled> {
+    pub fn derive(&self, displacement_m: &[Vector3<f64>], tangent: bool) -> Option<Assembled> {
         let mut sum = Assembled {
             energy_m3: 0.0,
             residual_m2: vec![Vector3::zeros(); self.mesh.nodes_m.len()],

@@ -23,7 +23,7 @@ const STRENGTHEN: [f64; 5] = [0.0, 1e-3, 1e-2, 1e-1, 1.0];
 const ROUNDED: f64 = 1e-5;
 
 /// Energy of a body and of all loads except the contact with the probe.
-pub(crate) trait Potential {
+pub trait Potential {
     /// Body whose equilibrium is sought.
     fn body(&self) -> &Body;
 
@@ -54,7 +54,7 @@ struct Balance {
 }
 
 /// Finds equilibria of one body, and keeps the Cholesky factor between iterations.
-pub(crate) struct Minimiser {
+pub struct Minimiser {
     solver: Cholesky,
     near: Near,
     /// Condensed stiffness of the near nodes from the last factor; `None` if a tangent must be

@@ -149,7 +149,7 @@ impl BumpFit<'_> {
         let mut patch = Patch::build(&tissue, material, Some(&multipliers));
         patch.set_fitted_places(settings.places as u32);
         patch.set_scaled();
-        Ok(Calibration { multipliers, params, patch, rounds, lost_presses })
+        Ok(Calibration { params, patch, rounds, lost_presses })
     }
 
     /// Tissue of the block with its inclusions.

@@ -39,7 +39,7 @@ pub fn rows(name: &str, runs: &[Run]) -> Columns<Run> {
         table = table.col(&name, |run| accuracy(run).and_then(|a| a.surface_error_mm[n]));
     }
     table = table.col("moving_rms_pct", |run| measured(run, Measured::moving_rms_pct));
-    let ramp = |run: &Run, n: usize| run.outcome.as_ref().ok()?.moving?.ok().map(|moving| moving.0[n]);
+    let ramp = |run: &Run, n: usize| run.outcome.as_ref().ok()?.moving.map(|moving| moving.0[n]);
     for (n, speed) in SPEEDS_MM_PER_S.into_iter().enumerate() {
         table = table
             .csv(&format!("ramp_{speed}_mm_per_s_rms_pct"), |run| ramp(run, n).map(|r| r.rms_pct))

@@ -1,8 +1,7 @@
 //! Measurement of one row of the chart.
 
 use super::accuracy::Accuracy;
-use palpate::Fault;
-use palpate_tissue::shard::exact;
+use crate::study::number;
 use serde::{Deserialize, Serialize};
 
 use super::cycles::m4f_cycles;
@@ -34,14 +33,13 @@ pub struct Measured {
     pub trial: PressResult,
     /// Errors at rest.
     pub accuracy: Accuracy,
-    /// Errors while the probe moves, or the fault of a method that diverges in a ramp or the tap;
-    /// `None` if they were not requested or no reference exists.
-    #[serde(with = "exact::fault")]
-    pub moving: Option<Result<Moving, Fault>>,
+    /// Errors while the probe moves; `None` if they were not requested, no reference exists, or the
+    /// method diverges in a ramp or the tap.
+    pub moving: Option<Moving>,
     /// Processor time of a tick.
     pub time: TickTime,
     /// Estimated cycles of a tick on a Cortex-M4F.
-    #[serde(with = "exact")]
+    #[serde(with = "number")]
     pub m4f_cycles: f64,
 }
 
@@ -50,7 +48,7 @@ impl Measured {
     /// method diverged.
     #[must_use]
     pub fn moving_rms_pct(&self) -> Option<f64> {
-        self.moving?.ok().map(|moving| moving.rms_pct())
+        self.moving.map(|moving| moving.rms_pct())
     }
 }
 
@@ -106,7 +104,7 @@ fn of_task(
         _ => task.method.run(block, substeps, |running| try_press(block, running))?,
     };
     let Some(trial) = trial else { return Ok(None) };
-    let moving = if moving { Moving::measure(task.method, block, substeps)? } else { None };
+    let moving = if moving { Moving::measure(task.method, block, substeps)?.and_then(Result::ok) } else { None };
     let accuracy = task.method.run(block, substeps, |running| Accuracy::measure(block, running, reference))?;
     let time = tick_time(task.method, block, substeps)?;
     let all = substeps.saturating_mul(task.refinement);

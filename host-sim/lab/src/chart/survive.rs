@@ -4,8 +4,8 @@
 //! finite, the tissue comes to rest in the hold, and it returns to its rest shape after the
 //! release. Bounded motion is not enough: methods that never diverge can leave tets inside out.
 
+use crate::study::number;
 use palpate::Vector3;
-use palpate_tissue::shard::exact;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
@@ -42,17 +42,17 @@ pub enum Failure {
     #[error("does not come to rest: {moved_mm:.2} mm and {force_pct:.0} % of the force in 20 ms")]
     Restless {
         /// Largest displacement of a node over the last 20 ticks [mm].
-        #[serde(with = "exact")]
+        #[serde(with = "number")]
         moved_mm: f64,
         /// Change of the force over these ticks [%].
-        #[serde(with = "exact")]
+        #[serde(with = "number")]
         force_pct: f64,
     },
     /// The tissue is still deformed after the release.
     #[error("does not return: {left_mm:.2} mm left after the release")]
     Deformed {
         /// Largest distance of a node from its rest position [mm].
-        #[serde(with = "exact")]
+        #[serde(with = "number")]
         left_mm: f64,
     },
 }
@@ -64,7 +64,7 @@ pub struct PressResult {
     pub failure: Option<Failure>,
     /// Smallest ratio of a tet's volume to its rest volume at the end of the hold (1); NaN if the
     /// method diverged before.
-    #[serde(with = "exact")]
+    #[serde(with = "number")]
     pub min_j: f64,
 }
 

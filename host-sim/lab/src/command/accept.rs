@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use palpate_sim::command::options::accept::AcceptOptions;
-use palpate_sim::command::progress::Status;
+use palpate_sim::command::progress::Progress;
 use palpate_sim::error::Error;
 
 use crate::accept::{Figure, Outcome, Picture, Row, TESTS, Test, nearest};
@@ -11,35 +11,31 @@ use crate::study::{Claim, Findings, Study, Table};
 
 /// The selected tests, each of which is a case.
 pub(super) struct Accept {
-    options: AcceptOptions,
     tests: Vec<Test>,
 }
 
-impl Study for Accept {
-    const ID: &'static str = "accept";
-    type Options = AcceptOptions;
-    type Row = Outcome;
-
-    fn load(options: AcceptOptions) -> Result<Self, Error> {
+impl Accept {
+    pub(super) fn of(options: &AcceptOptions) -> Self {
         let asked = |name: &str| options.tests.is_empty() || options.tests.iter().any(|asked| asked == name);
-        Ok(Self { tests: TESTS.into_iter().filter(|(name, ..)| asked(name)).collect(), options })
+        Self { tests: TESTS.into_iter().filter(|(name, ..)| asked(name)).collect() }
     }
+}
 
-    fn options(&self) -> &AcceptOptions {
-        &self.options
-    }
+impl Study for Accept {
+    type Row = Outcome;
 
     fn cases(&self) -> u64 {
         self.tests.len() as u64
     }
 
-    fn run(&self, cases: Range<u64>) -> Result<Vec<Outcome>, Error> {
-        let status = Status::start();
-        let run = |(name, what, test): &Test| {
+    fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, Outcome)>, Error> {
+        let status = Progress::start();
+        let run = |case: u64| {
+            let (name, what, test) = self.tests[case as usize];
             status.say(format!("{name}: against {what}"));
-            Ok(test()?)
+            Ok((case, test()?))
         };
-        self.tests[cases.start as usize..cases.end as usize].iter().map(run).collect()
+        cases.map(run).collect()
     }
 
     fn findings(&self, outcomes: Vec<Outcome>) -> Result<Findings, Error> {

@@ -9,9 +9,10 @@ use crate::chart::{Reference, Run, Scope, Task, TermErrors, figures, fronts, mea
 use crate::methods::{Block, Method};
 use crate::study::{Findings, Study, Table, start};
 use palpate_sim::command::options::chart::{ChartArgs, ChartOptions};
-use palpate_sim::command::progress::Steps;
+use palpate_sim::command::progress::Progress;
 use palpate_sim::error::Error;
 use palpate_tissue::Error as TissueError;
+use palpate_tissue::machine;
 use palpate_tissue::output::OutputFolder;
 
 /// Nodes and Young's modulus [Pa] of the block on which the terms are measured.
@@ -37,6 +38,8 @@ pub(super) struct Chart {
 /// Rows of some cases. The times of a tick are passed on unchanged.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Rows {
+    /// Processor on which the ticks were timed.
+    processor: String,
     runs: Vec<Run>,
     terms: Vec<TermErrors>,
 }
@@ -48,45 +51,47 @@ pub(super) fn run(args: &ChartArgs) -> Result<(), Error> {
         println!("wrote {}: press.json", folder.publish()?.display());
         return Ok(());
     }
-    start::<Chart>(args.options.clone(), &args.shards, &args.out)
+    start(Chart::of(&args.options)?, &args.cases, &args.out)
 }
 
-impl Study for Chart {
-    const ID: &'static str = "chart";
-    type Options = ChartOptions;
-    type Row = Rows;
-
-    fn load(options: ChartOptions) -> Result<Self, Error> {
+impl Chart {
+    fn of(options: &ChartOptions) -> Result<Self, Error> {
         let mut scope = if options.quick { Scope::quick(options.moving) } else { Scope::full(options.moving) };
-        scope.tasks.retain(|task| wants(&options, task));
+        scope.tasks.retain(|task| wants(options, task));
         if scope.tasks.is_empty() {
             let why = "--kpa and --nodes leave no row: give moduli and numbers of nodes that the chart has, 3.5 and 57 for one";
             return Err(TissueError::Usage(why.into()).into());
         }
         let peers = options.with.as_deref().map(Peers::load).transpose()?;
-        Ok(Self { options, scope, peers })
+        Ok(Self { options: options.clone(), scope, peers })
     }
+}
 
-    fn options(&self) -> &ChartOptions {
-        &self.options
-    }
+impl Study for Chart {
+    type Row = Rows;
 
     fn cases(&self) -> u64 {
         let of_terms = if self.options.terms { Method::ALL.len() } else { 0 };
         (self.groups().count() + of_terms) as u64
     }
 
-    fn run(&self, cases: Range<u64>) -> Result<Vec<Rows>, Error> {
+    fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, Rows)>, Error> {
         // the numbers of the cases count the groups of rows first, then the terms
         let (first, end, groups) = (cases.start as usize, cases.end as usize, self.groups().count());
         let runs = self.measure(first.min(groups)..end.min(groups))?;
         let terms = self.terms(first.saturating_sub(groups)..end.saturating_sub(groups))?;
-        Ok(vec![Rows { runs, terms }])
+        Ok(vec![(cases.start, Rows { processor: machine::processor(), runs, terms })])
     }
 
     fn findings(&self, parts: Vec<Rows>) -> Result<Findings, Error> {
         let (mut runs, mut errors) = (Vec::new(), Vec::new());
+        let processor = parts.first().map_or(String::new(), |part| part.processor.clone());
         for part in parts {
+            if part.processor != processor {
+                let why =
+                    format!("cases were timed on {processor} and on {}: run all cases on one kind of processor", part.processor);
+                return Err(TissueError::Usage(why).into());
+            }
             runs.extend(part.runs);
             errors.extend(part.terms);
         }
@@ -97,8 +102,8 @@ impl Study for Chart {
         let shown = fronts.iter().map(|point| point.cost == "tick_us").collect::<Vec<_>>();
         let about = format!(
             "rows that no other beats in both cost and error, from cheap to accurate; times are of {}; {}",
-            self.options.processor,
-            palpate_tissue::machine::build()
+            processor,
+            machine::build()
         );
         let mut findings = Findings {
             headline: format!(
@@ -112,7 +117,7 @@ impl Study for Chart {
                     .about("rows that no other beats in tick time, held and moving error together"),
                 rows("chart", &runs).only(|_| false),
             ],
-            figures: figures(&runs, &self.options.processor),
+            figures: figures(&runs, &processor),
             notes: TERMS.map(str::to_owned).into(),
             ..Findings::default()
         };
@@ -149,7 +154,7 @@ impl Chart {
         let chosen: Vec<&[Task]> = self.groups().skip(groups.start).take(groups.len()).collect();
         let total: usize = chosen.iter().map(|tasks| tasks.len()).sum();
         let reference = Reference::block();
-        let steps = Steps::new("chart", total);
+        let steps = Progress::new(total as u64, "chart");
         let mut block: Option<Block> = None;
         let mut runs = Vec::with_capacity(total);
         let mut done = 0;
@@ -179,7 +184,7 @@ impl Chart {
     /// Measures the methods with these numbers in tissue with terms, on the block of 20 kPa.
     fn terms(&self, methods: Range<usize>) -> Result<Vec<TermErrors>, Error> {
         let nodes = if self.options.quick { QUICK_NODES } else { NODES };
-        let steps = Steps::new("terms", methods.len());
+        let steps = Progress::new(methods.len() as u64, "terms");
         let mut found = Vec::new();
         for (n, method) in Method::ALL.into_iter().skip(methods.start).take(methods.len()).enumerate() {
             steps.show(n, methods.len(), method.name());

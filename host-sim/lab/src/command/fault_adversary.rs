@@ -42,19 +42,12 @@ impl std::fmt::Display for NamedRun {
     }
 }
 
-/// The settings that determine the runs.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Options {
-    pub seed: u64,
-    pub rounds: u64,
-    /// A run to be made again, instead of a search.
-    #[serde(skip)]
-    pub again: Option<NamedRun>,
-}
-
 /// A search for each aim, or one run.
 pub(super) struct Search {
-    options: Options,
+    seed: u64,
+    rounds: u64,
+    /// A run to be made again, instead of a search.
+    again: Option<NamedRun>,
     ground: PathGround,
 }
 
@@ -76,6 +69,10 @@ pub(super) struct WorstRun {
 }
 
 impl Search {
+    pub(super) fn of(seed: u64, rounds: u64, again: Option<NamedRun>) -> Result<Self, Error> {
+        Ok(Self { seed, rounds, again, ground: PathGround::load()? })
+    }
+
     fn worst(&self, searched_for: &str, runs: u64, named: NamedRun, outcome: &Outcome) -> WorstRun {
         let case = YieldingCase::of(&self.ground, &named.1, &self.ground.devices[0], named.0);
         let bound = case.bound(&AccountSettings::DEFAULT);
@@ -97,35 +94,25 @@ impl Search {
 }
 
 impl Study for Search {
-    const ID: &'static str = "faults --adversary";
-    type Options = Options;
     type Row = WorstRun;
 
-    fn load(options: Options) -> Result<Self, Error> {
-        Ok(Self { options, ground: PathGround::load()? })
-    }
-
-    fn options(&self) -> &Options {
-        &self.options
-    }
-
     fn cases(&self) -> u64 {
-        if self.options.again.is_some() { 1 } else { Aim::ALL.len() as u64 }
+        if self.again.is_some() { 1 } else { Aim::ALL.len() as u64 }
     }
 
-    fn run(&self, cases: Range<u64>) -> Result<Vec<WorstRun>, Error> {
-        let adversary = Adversary { ground: &self.ground, seed: self.options.seed, length: RunLength::FULL };
+    fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, WorstRun)>, Error> {
+        let adversary = Adversary { ground: &self.ground, seed: self.seed, length: RunLength::FULL };
         let run = |searched_for, runs, named: NamedRun| -> Result<WorstRun, BuildError> {
             Ok(self.worst(searched_for, runs, named, &adversary.try_genes(&named.1, named.0, &|_| ())?))
         };
-        if let Some(named) = self.options.again {
-            return Ok(vec![run("this run", 1, named)?]);
+        if let Some(named) = self.again {
+            return Ok(vec![(0, run("this run", 1, named)?)]);
         }
-        let progress = Progress::new(Adversary::runs(self.options.rounds) * (cases.end - cases.start), "runs");
-        let search = |n: u64| -> Result<WorstRun, BuildError> {
+        let progress = Progress::new(Adversary::runs(self.rounds) * (cases.end - cases.start), "runs");
+        let search = |n: u64| -> Result<(u64, WorstRun), BuildError> {
             let aim = Aim::ALL[n as usize];
-            let found = adversary.search(aim, self.options.rounds, |_| (), |n| progress.inc(n))?;
-            run(SEARCHED_FOR[n as usize], found.runs, NamedRun(aim.bounds(), found.genes))
+            let found = adversary.search(aim, self.rounds, |_| (), |n| progress.inc(n))?;
+            Ok((n, run(SEARCHED_FOR[n as usize], found.runs, NamedRun(aim.bounds(), found.genes))?))
         };
         let worst = cases.map(search).collect::<Result<_, _>>()?;
         progress.finish();
@@ -157,8 +144,8 @@ impl Study for Search {
             notes: worst.iter().map(again).collect(),
             ..Findings::default()
         };
-        findings.fact("seed", self.options.seed);
-        findings.fact("rounds", self.options.rounds);
+        findings.fact("seed", self.seed);
+        findings.fact("rounds", self.rounds);
         Ok(findings)
     }
 }

@@ -7,7 +7,6 @@ use crate::faults::paths::PathGround;
 use crate::faults::yielding::{Hands, HandsTable};
 use palpate_sim::command::progress::Progress;
 use palpate_sim::error::Error;
-use serde::{Deserialize, Serialize};
 
 use super::fault_paths::{counted, fault_names};
 use crate::study::{Claim, Findings, Study, Table};
@@ -15,48 +14,36 @@ use crate::study::{Claim, Findings, Study, Table};
 /// Largest number of runs with `--quick`.
 pub(super) const QUICK: u64 = 400;
 
-/// The settings that determine the runs.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Options {
-    pub hands: u64,
-    pub seed: u64,
-    pub quick: bool,
-}
-
 /// Yielding hands.
 pub(super) struct YieldingHands {
-    options: Options,
+    hands: u64,
+    seed: u64,
+    quick: bool,
     ground: PathGround,
 }
 
 impl YieldingHands {
+    pub(super) fn of(hands: u64, seed: u64, quick: bool) -> Result<Self, Error> {
+        Ok(Self { hands, seed, quick, ground: PathGround::load()? })
+    }
+
     fn hands(&self) -> Hands<'_> {
-        Hands::new(&self.ground, self.options.hands, self.options.seed, self.options.quick)
+        Hands::new(&self.ground, self.hands, self.seed, self.quick)
     }
 }
 
 impl Study for YieldingHands {
-    const ID: &'static str = "faults --hands";
-    type Options = Options;
     type Row = HandsTable;
-
-    fn load(options: Options) -> Result<Self, Error> {
-        Ok(Self { options, ground: PathGround::load()? })
-    }
-
-    fn options(&self) -> &Options {
-        &self.options
-    }
 
     fn cases(&self) -> u64 {
         self.hands().cases()
     }
 
-    fn run(&self, cases: Range<u64>) -> Result<Vec<HandsTable>, Error> {
+    fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, HandsTable)>, Error> {
         let progress = Progress::new(cases.end - cases.start, "runs");
-        let table = self.hands().run(cases, |_| (), |n| progress.inc(n))?;
+        let table = self.hands().run(cases.clone(), |_| (), |n| progress.inc(n))?;
         progress.finish();
-        Ok(vec![table])
+        Ok(vec![(cases.start, table)])
     }
 
     fn findings(&self, parts: Vec<HandsTable>) -> Result<Findings, Error> {
@@ -113,7 +100,7 @@ impl Study for YieldingHands {
         ]);
         findings.notes.extend(broken.iter().map(|broken| format!("does not hold: {broken}")));
         findings.fact("runs", runs);
-        findings.fact("seed", self.options.seed);
+        findings.fact("seed", self.seed);
         findings.fact("broken", broken);
         Ok(findings)
     }

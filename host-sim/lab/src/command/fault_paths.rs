@@ -8,7 +8,6 @@ use crate::faults::paths::{KINDS, PathGround, PathRow, PathTable, paths};
 use palpate::Fault;
 use palpate_sim::command::progress::Progress;
 use palpate_sim::error::Error;
-use serde::{Deserialize, Serialize};
 
 use crate::study::{Claim, Findings, Study, Table};
 
@@ -17,41 +16,31 @@ pub(super) const QUICK: u64 = 4_000;
 /// Number of bad paths that are printed.
 const PRINTED: usize = 10;
 
-/// The settings that determine the paths.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Options {
-    pub paths: u64,
-    pub seed: u64,
-}
-
 /// Random paths of the probe.
 pub(super) struct Paths {
-    options: Options,
+    paths: u64,
+    seed: u64,
     ground: PathGround,
 }
 
+impl Paths {
+    pub(super) fn of(paths: u64, seed: u64) -> Result<Self, Error> {
+        Ok(Self { paths, seed, ground: PathGround::load()? })
+    }
+}
+
 impl Study for Paths {
-    const ID: &'static str = "faults --paths";
-    type Options = Options;
     type Row = PathTable;
 
-    fn load(options: Options) -> Result<Self, Error> {
-        Ok(Self { options, ground: PathGround::load()? })
-    }
-
-    fn options(&self) -> &Options {
-        &self.options
-    }
-
     fn cases(&self) -> u64 {
-        self.options.paths
+        self.paths
     }
 
-    fn run(&self, cases: Range<u64>) -> Result<Vec<PathTable>, Error> {
+    fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, PathTable)>, Error> {
         let progress = Progress::new(cases.end - cases.start, "paths");
-        let table = paths(&self.ground, cases, self.options.seed, |n| progress.inc(n))?;
+        let table = paths(&self.ground, cases.clone(), self.seed, |n| progress.inc(n))?;
         progress.finish();
-        Ok(vec![table])
+        Ok(vec![(cases.start, table)])
     }
 
     fn findings(&self, parts: Vec<PathTable>) -> Result<Findings, Error> {
@@ -85,8 +74,7 @@ impl Study for Paths {
             .col("creating_by_hand", |(_, row)| row.creating_by_hand)
             .all();
         let honest: u64 = total.honest_faults.values().sum();
-        let promise =
-            |name, found: u64| Claim::promise(name, "none", format!("{found} of {} paths", self.options.paths), found == 0);
+        let promise = |name, found: u64| Claim::promise(name, "none", format!("{found} of {} paths", self.paths), found == 0);
         let mut findings = Findings {
             claims: vec![
                 promise("paths that break an invariant", total.broke()),
@@ -109,7 +97,7 @@ impl Study for Paths {
                 .into(),
         ]);
         findings.notes.extend(table.examples.iter().take(PRINTED).map(|bad| format!("bad: {bad}")));
-        findings.fact("seed", self.options.seed);
+        findings.fact("seed", self.seed);
         findings.fact("bad", table.examples);
         findings.fact("creating", table.creating);
         Ok(findings)

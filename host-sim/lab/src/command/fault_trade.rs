@@ -17,16 +17,10 @@ pub(super) const QUICK_RUNS: u64 = 6;
 /// Smallest energy that the chart shows [mJ].
 const LEAST_MJ: f64 = 1e-4;
 
-/// The settings that determine the runs.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Options {
-    pub runs: u64,
-    pub seed: u64,
-}
-
 /// Comparison of settings on the same hands.
 pub(super) struct Trade {
-    options: Options,
+    runs: u64,
+    seed: u64,
     ground: PathGround,
 }
 
@@ -58,32 +52,28 @@ impl Point {
     }
 }
 
+impl Trade {
+    pub(super) fn of(runs: u64, seed: u64) -> Result<Self, Error> {
+        Ok(Self { runs, seed, ground: PathGround::load()? })
+    }
+}
+
 impl Study for Trade {
-    const ID: &'static str = "faults --trade";
-    type Options = Options;
     type Row = Point;
-
-    fn load(options: Options) -> Result<Self, Error> {
-        Ok(Self { options, ground: PathGround::load()? })
-    }
-
-    fn options(&self) -> &Options {
-        &self.options
-    }
 
     fn cases(&self) -> u64 {
         1
     }
 
-    fn run(&self, _: Range<u64>) -> Result<Vec<Point>, Error> {
-        let progress = Progress::new(TradePoint::count() as u64 * self.options.runs, "runs");
-        let found = trade(&self.ground, self.options.runs, self.options.seed, |n| progress.inc(n))?;
+    fn run(&self, _: Range<u64>) -> Result<Vec<(u64, Point)>, Error> {
+        let progress = Progress::new(TradePoint::count() as u64 * self.runs, "runs");
+        let found = trade(&self.ground, self.runs, self.seed, |n| progress.inc(n))?;
         progress.finish();
-        Ok(found.iter().map(Point::of).collect())
+        Ok(found.iter().map(|point| (0, Point::of(point))).collect())
     }
 
     fn findings(&self, points: Vec<Point>) -> Result<Findings, Error> {
-        let Options { runs, seed } = self.options;
+        let (runs, seed) = (self.runs, self.seed);
         let mut findings = Findings {
             headline: format!("{} settings at {runs} runs each", points.len()),
             tables: vec![Table::of("trade", &points)?],

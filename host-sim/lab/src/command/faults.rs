@@ -21,73 +21,67 @@ use crate::study::{Claim, Findings, Study, Table, start};
 /// Largest distance of a node from its initial position after normal use [m].
 const DRIFT_M: f32 = 1e-6;
 
-/// The settings that determine the runs.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Options {
+/// Faults on one device.
+struct Faults {
     runs: u64,
     seed: u64,
-    /// Not recorded: this option cannot be combined with --shard.
-    #[serde(skip)]
     soak_s: u32,
-}
-
-/// Faults on one device.
-pub(super) struct Faults {
-    options: Options,
     device: DeviceProfile,
     light: LightPatch,
 }
 
+/// Runs with one kind of fault among adjacent cases.
+#[derive(Serialize, Deserialize)]
+struct OfKind {
+    /// Position among the kinds of fault.
+    kind: usize,
+    row: Row,
+}
+
 pub(super) fn run(args: &FaultsArgs) -> Result<(), Error> {
-    let (seed, shards, out, quick) = (args.seed, &args.shards, &args.out, args.quick);
+    let (seed, cases, out, quick) = (args.seed, &args.cases, &args.out, args.quick);
     if let Some(paths) = args.paths {
         let paths = if quick { paths.min(fault_paths::QUICK) } else { paths };
-        return start::<fault_paths::Paths>(fault_paths::Options { paths, seed }, shards, out);
+        return start(fault_paths::Paths::of(paths, seed)?, cases, out);
     }
     if let Some(hands) = args.hands {
         let hands = if quick { hands.min(fault_hands::QUICK) } else { hands };
-        return start::<fault_hands::YieldingHands>(fault_hands::Options { hands, seed, quick }, shards, out);
+        return start(fault_hands::YieldingHands::of(hands, seed, quick)?, cases, out);
     }
     if args.adversary {
         let rounds = args.rounds.unwrap_or(if quick { fault_adversary::QUICK_ROUNDS } else { fault_adversary::ROUNDS });
         let again = args.genes.as_deref().map(str::parse).transpose().map_err(TissueError::Usage)?;
-        return start::<fault_adversary::Search>(fault_adversary::Options { seed, rounds, again }, shards, out);
+        return start(fault_adversary::Search::of(seed, rounds, again)?, cases, out);
     }
     if args.trade {
         let runs = if quick { fault_trade::QUICK_RUNS } else { fault_trade::RUNS };
-        return start::<fault_trade::Trade>(fault_trade::Options { runs, seed }, shards, out);
+        return start(fault_trade::Trade::of(runs, seed)?, cases, out);
     }
     let runs = args.runs.unwrap_or(if quick { 6_000 } else { 100_000 });
-    start::<Faults>(Options { runs, seed, soak_s: args.soak_s }, shards, out)
+    let (device, light) = (DeviceProfile::load("touch")?, LightPatch::load()?);
+    start(Faults { runs, seed, soak_s: args.soak_s, device, light }, cases, out)
 }
 
 impl Study for Faults {
-    const ID: &'static str = "faults";
-    type Options = Options;
-    type Row = Kinds;
-
-    fn load(options: Options) -> Result<Self, Error> {
-        Ok(Self { options, device: DeviceProfile::load("touch")?, light: LightPatch::load()? })
-    }
-
-    fn options(&self) -> &Options {
-        &self.options
-    }
+    type Row = OfKind;
 
     fn cases(&self) -> u64 {
-        self.options.runs
+        self.runs
     }
 
-    fn run(&self, cases: Range<u64>) -> Result<Vec<Kinds>, Error> {
+    fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, OfKind)>, Error> {
         let progress = Progress::new(cases.end - cases.start, "runs");
-        let table = campaign(&Ground::new(&self.device, &self.light), cases, self.options.seed, |n| progress.inc(n))?;
+        let table = campaign(&Ground::new(&self.device, &self.light), cases.clone(), self.seed, |n| progress.inc(n))?;
         progress.finish();
-        Ok(vec![table])
+        let of_kind = |(kind, row): (usize, Row)| (cases.start, OfKind { kind, row });
+        Ok(table.rows.into_iter().enumerate().filter(|(_, row)| row.runs > 0).map(of_kind).collect())
     }
 
-    fn findings(&self, parts: Vec<Kinds>) -> Result<Findings, Error> {
+    fn findings(&self, parts: Vec<OfKind>) -> Result<Findings, Error> {
         let mut table = Kinds::default();
-        parts.iter().for_each(|part| table.add(part));
+        for OfKind { kind, row } in &parts {
+            table.rows.get_mut(*kind).into_iter().for_each(|of_all| of_all.add(row));
+        }
         let numbers: BTreeSet<u8> = table.rows.iter().flat_map(|row| row.faults.keys().copied()).collect();
         let peak_n = table.rows.iter().map(|row| row.peak_n).fold(0.0, f32::max);
         let first = table.examples().first().map_or(String::new(), |first| format!("; the first: {first}"));
@@ -99,7 +93,7 @@ impl Study for Faults {
                     table.rows.len()
                 ),
                 "none",
-                format!("{} of {}{first}", table.bad(), self.options.runs),
+                format!("{} of {}{first}", table.bad(), self.runs),
                 table.bad() == 0,
             )],
             tables: vec![
@@ -112,7 +106,7 @@ impl Study for Faults {
         if table.bad() > 0 {
             findings.notes = fault_paths::fault_names(numbers);
         }
-        findings.fact("seed", self.options.seed);
+        findings.fact("seed", self.seed);
         findings.fact("hands", HANDS.len());
         if let Some(soaked) = self.soak()? {
             self.judge_soak(&mut findings, &soaked);
@@ -124,12 +118,12 @@ impl Study for Faults {
 impl Faults {
     /// Runs normal use, if it was requested.
     fn soak(&self) -> Result<Option<Soak>, Error> {
-        if self.options.soak_s == 0 {
+        if self.soak_s == 0 {
             return Ok(None);
         }
-        let ticks = u64::from(self.options.soak_s) * 1000;
+        let ticks = u64::from(self.soak_s) * 1000;
         let progress = Progress::new(ticks, "ticks of normal use");
-        let soaked = soak(&Ground::new(&self.device, &self.light), self.options.soak_s.into(), |n| progress.inc(n))?;
+        let soaked = soak(&Ground::new(&self.device, &self.light), self.soak_s.into(), |n| progress.inc(n))?;
         progress.finish();
         Ok(Some(soaked))
     }
@@ -175,7 +169,7 @@ impl Faults {
             title: "From a fault to no force, or to a falling one".into(),
             below: format!(
                 "{} runs in {} hands; bar: fastest to slowest, dot: median, stroke: time allowed; none: not always recognised",
-                self.options.runs,
+                self.runs,
                 HANDS.len()
             ),
             form: Form::Bars(Bars { axis: ScaledAxis::log("ms to the reaction"), bars: bars.collect() }),

@@ -13,7 +13,6 @@ use crate::study::{Findings, Study};
 
 /// Methods, and loops.
 pub(super) struct Stability {
-    options: StabilityOptions,
     /// Scope of the models; `None` with `--loop`.
     model: Option<model::Scope>,
     /// Scope of the loop; `None` with `--model`.
@@ -29,25 +28,13 @@ pub(super) struct Cells {
 }
 
 impl Study for Stability {
-    const ID: &'static str = "stability";
-    type Options = StabilityOptions;
     type Row = Cells;
-
-    fn load(options: StabilityOptions) -> Result<Self, Error> {
-        let model = if options.quick { model::Scope::quick() } else { model::Scope::full() };
-        let of_loop = if options.model { None } else { Some(loop_matrix::Scope::new(options.quick, options.full)?) };
-        Ok(Self { model: (!options.only_loop).then_some(model), of_loop, options })
-    }
-
-    fn options(&self) -> &StabilityOptions {
-        &self.options
-    }
 
     fn cases(&self) -> u64 {
         (self.places() + self.of_loop.as_ref().map_or(0, loop_matrix::Scope::cases)) as u64
     }
 
-    fn run(&self, cases: Range<u64>) -> Result<Vec<Cells>, Error> {
+    fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, Cells)>, Error> {
         // cases are numbered with the methods first, then the loops
         let (first, end, places) = (cases.start as usize, cases.end as usize, self.places());
         let mut cells = Cells::default();
@@ -65,7 +52,7 @@ impl Study for Stability {
             progress.finish();
             cells.of_loop = part?;
         }
-        Ok(vec![cells])
+        Ok(vec![(cases.start, cells)])
     }
 
     fn findings(&self, parts: Vec<Cells>) -> Result<Findings, Error> {
@@ -89,6 +76,12 @@ impl Study for Stability {
 }
 
 impl Stability {
+    pub(super) fn of(options: &StabilityOptions) -> Result<Self, Error> {
+        let model = if options.quick { model::Scope::quick() } else { model::Scope::full() };
+        let of_loop = if options.model { None } else { Some(loop_matrix::Scope::new(options.quick, options.full)?) };
+        Ok(Self { model: (!options.only_loop).then_some(model), of_loop })
+    }
+
     fn places(&self) -> usize {
         self.model.as_ref().map_or(0, model::Scope::places)
     }

@@ -8,6 +8,7 @@
 pub mod checkpoint;
 pub mod failures;
 mod figures;
+mod find_depth;
 pub mod fit;
 pub mod hausdorff;
 pub mod identifiability;
@@ -16,6 +17,7 @@ mod progress;
 mod report;
 pub mod rest;
 pub mod scene;
+pub mod schedule;
 pub mod site;
 pub mod steps;
 mod study;
@@ -50,11 +52,11 @@ pub struct Options {
 /// # Errors
 /// Fails if the scene is invalid, if the core or a method rejects the model, or if the folder
 /// cannot be written.
-pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), palpate_sim::error::Error> {
+pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), Error> {
     let size = if options.quick { Size::quick() } else { Size::full() };
     let names = options.scene.clone().map_or_else(|| PRESETS.map(|(name, _)| name.to_owned()).to_vec(), |name| vec![name]);
     // all scenes are checked before anything is computed
-    let scenes = names.iter().map(|name| PressScene::load(name)).collect::<Result<Vec<_>, SceneError>>().map_err(Error::from)?;
+    let scenes = names.iter().map(|name| PressScene::load(name)).collect::<Result<Vec<_>, SceneError>>()?;
     let sites = scenes.iter().map(|scene| Site::of(scene, size.coarser)).collect::<Result<Vec<_>, Error>>()?;
     let folder = OutputFolder::open(out)?.made_by(options.provenance.clone());
     let trials = 2 * size.trials[0] + scenes.len() * size.trials[1];

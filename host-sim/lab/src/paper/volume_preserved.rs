@@ -86,7 +86,7 @@ const WEIGHT_M_PER_S2: [f64; 3] = [0.0, 0.0, -9.81];
 /// # Errors
 /// Fails if the scene is invalid, if the finite elements do not converge, or if a promise of the
 /// product did not hold.
-pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), palpate_sim::error::Error> {
+pub fn run(options: &Options, out: &Path, progress: &dyn Progress) -> Result<(), Error> {
     let scene = HangingScene::load(&options.scene)?;
     let sizes: &[usize] = if options.quick { &[1] } else { &[0, 1] };
     let assemblies = sizes.iter().map(|at| assemble(&scene, *at)).collect::<Result<Vec<_>, _>>()?;

@@ -100,7 +100,7 @@ impl Findings {
             folder.write(&format!("{}.csv", figure.name), points(figure).as_bytes())?;
         }
         for figure in self.figures.iter().chain(&self.plotted) {
-            figure.draw(folder.draft()).map_err(crate::Error::from)?;
+            figure.draw(folder.draft())?;
         }
         folder.write("report.md", self.markdown().as_bytes())?;
         folder.write_summary(&Summary { facts: &self.facts, claims: &self.claims })?;

@@ -7,21 +7,23 @@ mod allocations;
 #[path = "../../../../tests/src/bench.rs"]
 #[allow(dead_code)]
 mod bench;
+#[path = "../../../../tests/src/case_ranges.rs"]
+mod case_ranges;
 #[path = "../../../../tests/src/palpate_command.rs"]
 #[allow(dead_code)]
 mod palpate_command;
 #[path = "../../../../tests/src/schema.rs"]
 #[allow(dead_code)]
 mod schema;
-#[path = "../../../../tests/src/sharded.rs"]
-mod sharded;
 #[path = "../../../../tests/src/share.rs"]
 #[allow(dead_code)]
 mod share;
 
 mod accepted;
+mod dynamic_truth;
 mod fault_campaign;
 mod faults_are_printed;
+mod hanging;
 mod known_limit_cycle;
 mod methods_are_right;
 mod methods_never_allocate;
@@ -31,8 +33,8 @@ mod paper_local_compression;
 mod paper_pictures;
 mod paper_volume_preserved;
 mod papers_table;
+mod ranges_make_one_run;
 mod scores_follow_the_paper;
-mod shards_make_one_run;
 mod soak;
 mod stability_loop;
 mod stability_model;

@@ -4,7 +4,6 @@ use std::sync::OnceLock;
 
 use crate::bench::Noise;
 use nalgebra::{Matrix3, Vector3};
-use palpate_fit::calibrate::schedule::{Schedule, Verdict, Walk};
 use palpate_lab::methods::{Block, Law, Meshless, Method, NeoHookean, Volume};
 use palpate_lab::paper::local_compression::failures::{barycentre, correction, region};
 use palpate_lab::paper::local_compression::fit::{Target, distance_mm};
@@ -12,6 +11,7 @@ use palpate_lab::paper::local_compression::hausdorff::{directed, hausdorff};
 use palpate_lab::paper::local_compression::identifiability::largest_step_s;
 use palpate_lab::paper::local_compression::methods::{Fitted, StudyMethod};
 use palpate_lab::paper::local_compression::scene::{PRESETS, PressScene};
+use palpate_lab::paper::local_compression::schedule::{Schedule, Verdict, Walk};
 use palpate_lab::paper::local_compression::site::Site;
 use palpate_lab::paper::local_compression::steps::hold;
 use palpate_lab::paper::local_compression::truth::Truth;

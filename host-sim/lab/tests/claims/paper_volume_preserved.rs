@@ -120,7 +120,7 @@ fn subdivision_keeps_volume_supports_and_joint() {
     };
     for (c, f) in coarse.organs.iter().zip(&fine.organs) {
         assert_eq!(8 * c.tets.len(), f.tets.len());
-        let rest = |a: &Assembly, o: &palpate_fit::reference::organs::Organ| {
+        let rest = |a: &Assembly, o: &palpate_lab::hanging::organs::Organ| {
             o.volume(&a.quadratic, &vec![Vector::zeros(); a.quadratic.nodes_m.len()]).rest_m3
         };
         assert!((rest(&fine, f) / rest(&coarse, c) - 1.0).abs() < 1e-9);

@@ -17,7 +17,7 @@ use self::writer::{Writer, Written};
 use super::log::{LISTENING, Log};
 use super::status;
 use crate::command::options::board::{PortArgs, Stream};
-use crate::command::progress::Lines;
+use crate::command::progress::Spinner;
 use crate::error::Error;
 use crate::port::session::{force_words, released_by_itself};
 use crate::port::{PortError, Session};
@@ -170,7 +170,7 @@ fn follow(
 ) -> Result<(), Error> {
     let begun = Instant::now();
     let mut asked = begun;
-    let mut lines = Lines::default();
+    let mut lines = Spinner::default();
     let outcome = loop {
         if ENDED.load(Ordering::Relaxed) || until.is_some_and(|until| begun.elapsed() >= until) {
             break Ok(());
@@ -196,7 +196,7 @@ fn follow(
         if !files.add(&record, &session.identity) {
             break Ok(()); // break Ok(()); // the reason is given at the end
         }
-        lines.say(|| format!("{}; {}, {:.2} mm deep", status::mode(&record), force_words(&record), record.depth_m * 1e3));
+        lines.show(|| format!("{}; {}, {:.2} mm deep", status::mode(&record), force_words(&record), record.depth_m * 1e3));
         if arm {
             let mode = record.mode();
             if let Some(ended) = ended_by_board(&record, *held) {

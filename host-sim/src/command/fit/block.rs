@@ -14,7 +14,7 @@ use palpate_tissue::scene::Scene;
 use palpate_tissue::session::calibrated;
 use palpate_tissue::trials::Trial;
 
-use super::super::progress::Steps;
+use super::super::progress::Progress;
 use super::bump::Block;
 use super::report::Report;
 use super::stages::Stages;
@@ -126,7 +126,7 @@ fn reference(
     store: &Store,
     kept: &solved::Solved,
 ) -> Result<(Solved, usize), Error> {
-    let steps = Steps::new("finite elements", presses.jobs().count());
+    let steps = Progress::new(presses.jobs().count() as u64, "finite elements");
     let watched = Watched { store, steps: &steps, reused: AtomicUsize::new(0) };
     let found = solve_all(scene, presses, &watched)?;
     steps.finish();
@@ -134,7 +134,7 @@ fn reference(
     if reused > 0 {
         println!("finite elements: {reused} of {} presses as an earlier run left them", found.len());
     }
-    let steps = Steps::new("glued discs", 0);
+    let steps = Progress::new(0, "glued discs");
     let discs = GluedDiscs::solve(scene, level, kept, |done, all| steps.show(done, all, "pressed and sheared"))?;
     steps.finish();
     let solved = answer(scene, presses, discs, |job| found.iter().find(|(own, _)| own == job).map(|(_, forces)| forces.clone()))?;
@@ -144,7 +144,7 @@ fn reference(
 /// Stores and reports each press when it is solved.
 struct Watched<'a> {
     store: &'a Store<'a>,
-    steps: &'a Steps,
+    steps: &'a Progress,
     /// Number of presses that an earlier run solved.
     reused: AtomicUsize,
 }
@@ -156,7 +156,7 @@ impl PressListener for Watched<'_> {
 
     fn reached(&self, job: &PressJob, depth_m: f64) {
         let [x, y] = job.place_m.map(|x| x * 1e3);
-        self.steps.at(&format!("({x:.1}, {y:.1}) mm, {:.2} mm deep", depth_m * 1e3));
+        self.steps.say(format!("({x:.1}, {y:.1}) mm, {:.2} mm deep", depth_m * 1e3));
     }
 
     fn done(&self, job: &PressJob, forces: &Forces, anew: bool) -> Result<(), TissueError> {

@@ -14,7 +14,7 @@ use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::packed;
 
-use super::super::progress::Steps;
+use super::super::progress::Progress;
 use super::added_force::{BumpLine, BumpReport};
 use super::report::Report;
 use super::stages::Stages;
@@ -48,7 +48,7 @@ impl FitArgs {
         let path = self.common.folder("fit");
         let store = Store::of(&path, &folder, scene);
         let kept = solved::Solved::beside(&path);
-        let steps = Steps::new("finite elements", 0);
+        let steps = Progress::new(0, "finite elements");
         let told = |done, all| steps.show(done, all, "places with the inclusions and without");
         let bumps = solve_bumps(scene, deepest_m, level, &kept, told)?;
         steps.finish();

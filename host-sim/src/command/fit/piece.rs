@@ -6,7 +6,7 @@ use palpate_fit::solved::Solved;
 use palpate_tissue::budget::CostModel;
 use palpate_tissue::scene::Scene;
 
-use super::super::progress::{Steps, told};
+use super::super::progress::{Progress, told};
 use super::board::{Load, file, on_board, smallest_element};
 use super::report::Report;
 use super::stages::Stages;
@@ -45,7 +45,7 @@ impl FitArgs {
         let store = Store::of(&path, &folder, scene);
         let level = if options.quick { Level::Quick } else { Level::Full };
         let kept = Solved::beside(&path);
-        let steps = Steps::new("finite elements", 0);
+        let steps = Progress::new(0, "finite elements");
         let presses = PiecePresses::of(scene, &prepared.placed, (level, machine.is_some()), &kept, |done, all| {
             steps.show(done, all, "presses of the whole");
         })?;

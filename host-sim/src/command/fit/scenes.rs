@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
-use palpate_tissue::shard::Heading;
 use palpate_tissue::trials::Trial;
 use serde::{Deserialize, Serialize};
 
@@ -18,26 +17,16 @@ use super::super::scene_list::{Ended, SceneList, ends_all, named_as, why};
 use super::super::verdict::Verdict;
 use super::board::Load;
 use super::{Fitted, Written};
-use crate::command::options::fit::{FitArgs, FitOptions, boards};
+use crate::command::options::fit::{FitArgs, FitOptions};
 use crate::error::Error;
-
-/// The settings that determine the fits.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(in super::super) struct Options {
-    #[serde(flatten)]
-    pub fit: FitOptions,
-    pub boards: Vec<String>,
-    /// Folder of the scenes and folder of their fits; neither affects the results.
-    #[serde(skip)]
-    pub scenes: PathBuf,
-    #[serde(skip)]
-    pub out: PathBuf,
-}
 
 /// The campaign of the fits of a folder's scenes for some boards.
 pub(in super::super) struct FitScenes {
-    options: Options,
+    fit: FitOptions,
+    boards: Vec<String>,
     scenes: SceneList,
+    /// Folder of the folder of all fits.
+    out: PathBuf,
 }
 
 /// A row of the table.
@@ -89,59 +78,38 @@ const FITS: &str = "fits";
 const TABLE: &str = "table";
 
 impl Campaign for FitScenes {
-    type Options = Options;
-    type Counts = Vec<Row>;
-    const COMMAND: &'static str = "fit --scenes";
+    type Row = Row;
 
-    fn load(options: Options) -> Result<Self, Error> {
-        options.fit.check()?;
-        boards(&options.boards)?;
-        Ok(Self { scenes: SceneList::of(&options.scenes)?, options })
-    }
-
-    fn of_shards(options: Options, heading: &Heading) -> Result<Self, Error> {
-        Ok(Self { scenes: SceneList::noted(&heading.inputs), options })
-    }
-
-    fn whole(out: &Path) -> PathBuf {
+    fn whole(&self, out: &Path) -> PathBuf {
         out.join(TABLE)
     }
 
-    fn options(&self) -> &Options {
-        &self.options
-    }
-
     fn cases(&self) -> u64 {
-        self.scenes.len() * self.options.boards.len().max(1) as u64
+        self.scenes.len() * self.boards.len().max(1) as u64
     }
 
     fn inputs(&self) -> BTreeMap<String, String> {
         self.scenes.checksums().clone()
     }
 
-    fn run(&self, cases: Range<u64>) -> Result<Vec<Row>, Error> {
-        let boards = self.options.boards.len().max(1) as u64;
+    fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, Row)>, Error> {
+        let boards = self.boards.len().max(1) as u64;
         let mut rows = Vec::new();
         for case in cases {
-            let board = self.options.boards.get((case % boards) as usize);
+            let board = self.boards.get((case % boards) as usize);
             for (name, file) in self.scenes.files(case / boards..case / boards + 1) {
-                rows.push(self.fit(name, &file, board)?);
+                rows.push((case, self.fit(name, &file, board)?));
             }
         }
         Ok(rows)
-    }
-
-    fn add(rows: &mut Vec<Row>, next: Vec<Row>) {
-        rows.extend(next);
     }
 
     fn report(&self, folder: OutputFolder, rows: Vec<Row>, _all: bool) -> Result<(), Error> {
         let count = |ended: Ended| rows.iter().filter(|row| row.ended == ended).count();
         let [kept, missed, failed] = [Ended::Kept, Ended::Missed, Ended::Failed].map(count);
         let largest_rms_pct = rows.iter().filter_map(|row| Some(row.fit.as_ref()?.rms_pct)).reduce(f64::max);
-        let boards = &self.options.boards[..];
-        let summary =
-            Summary { fits: rows.len(), kept, missed, failed, largest_rms_pct, boards, fit: &self.options.fit, rows: &rows };
+        let boards = &self.boards[..];
+        let summary = Summary { fits: rows.len(), kept, missed, failed, largest_rms_pct, boards, fit: &self.fit, rows: &rows };
         folder.write("fits.csv", csv(&rows)?.as_bytes())?;
         folder.write_summary(&summary)?;
         // one row per line, as in the shipped file
@@ -175,18 +143,23 @@ impl Row {
 }
 
 impl FitScenes {
+    pub(super) fn of(args: &FitArgs, scenes: &Path, out: &Path) -> Result<Self, Error> {
+        let (fit, boards) = (args.options.clone(), args.board.clone());
+        Ok(Self { fit, boards, scenes: SceneList::of(scenes)?, out: out.to_owned() })
+    }
+
     /// Fits one scene for one board. An error is recorded in its row and does not end the other
     /// fits.
     fn fit(&self, name: &str, file: &str, board: Option<&String>) -> Result<Row, Error> {
         let below = board.map_or_else(|| name.to_owned(), |board| format!("{name}-{board}"));
         println!("\n{file}{}", board.map_or_else(String::new, |board| format!(" on {board}")));
-        let out = self.options.out.join(FITS).join(&below);
+        let out = self.out.join(FITS).join(&below);
         let args = FitArgs {
             common: Common::of(file, Some(out)),
-            options: self.options.fit.clone(),
+            options: self.fit.clone(),
             board: board.cloned().into_iter().collect(),
             scenes: None,
-            shards: Default::default(),
+            cases: Default::default(),
         };
         let row = |ended, why, fit, trials| Row { scene: name.to_owned(), board: board.cloned(), ended, why, fit, trials };
         Ok(match args.fit_scene() {

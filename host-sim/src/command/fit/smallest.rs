@@ -9,7 +9,7 @@ use palpate_tissue::budget::CostModel;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
 
-use super::super::progress::Status;
+use super::super::progress::Progress;
 use super::board::accepted;
 use super::{Fitted, search_report};
 use crate::command::options::fit::FitArgs;
@@ -22,7 +22,7 @@ impl FitArgs {
     pub(super) fn fit_smallest(&self, scene: &Scene, machine: &'static CostModel) -> Result<Fitted, Error> {
         let (quick, tolerance_pct) = (self.options.quick, self.options.tolerance_pct);
         let ceiling_n_per_m = self.options.device.ceiling_n_per_m()?;
-        let status = Status::start();
+        let status = Progress::start();
         let level = if quick { Level::Quick } else { Level::Full };
         let kept = Solved::beside(&self.common.folder("fit"));
         let presses = presses(scene, tolerance_pct, level, &kept, |what| status.say(what))?;
@@ -37,9 +37,9 @@ impl FitArgs {
         let on_board = |session: &Session| accepted(session, scene, machine);
         let bench = Bench { scene, machine, presses: &presses, tolerance_pct, quick, on_board: &on_board, progress: &progress };
         let outcome = search(&bench, &mut Supply::of(scene, machine, quick))?;
-        status.clear();
+        status.finish();
         kept.said().iter().for_each(|line| println!("{line}"));
-        let patch = search_report::write(folder, &bench, &outcome, ceiling_n_per_m, self.shards.all)?;
+        let patch = search_report::write(folder, &bench, &outcome, ceiling_n_per_m, self.cases.all)?;
         let missed = outcome.check(machine, tolerance_pct).err().map(|missed| missed.to_string());
         Ok(Fitted { patch, trials: Vec::new(), missed })
     }

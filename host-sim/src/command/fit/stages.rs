@@ -11,7 +11,7 @@ use palpate_tissue::scene::Scene;
 use palpate_tissue::session::{Session, packed};
 use palpate_tissue::stable_step::StableStep;
 
-use super::super::progress::Steps;
+use super::super::progress::Progress;
 use super::store::{Store, StoredFit};
 use crate::error::Error;
 
@@ -51,7 +51,7 @@ impl Stages<'_> {
             stored.print_lost();
             return Ok((stored, true));
         }
-        let steps = Steps::new(self.what, settings.rounds + 1);
+        let steps = Progress::new(settings.rounds as u64 + 1, self.what);
         let fit = make(&mut |r: &Round| steps.one(&format!("force error {:.2} % rms", r.force_rms_pct)))?;
         steps.finish();
         let stable = StableStep::measure(&fit.patch.wide_model(), &fit.params, fit.patch.site_m()).map_err(TissueError::from)?;
@@ -71,7 +71,7 @@ impl Stages<'_> {
     ) -> Result<JudgedFit, Error> {
         let unbalanced = |cause: Unbalanced| Error::Tissue(TissueError::Check(format!("scene {}: {cause}", self.scene.name)));
         let (patch, params) = packed::unpack(&fit.patch()).map_err(TissueError::from)?;
-        let steps = Steps::new("judging", 2);
+        let steps = Progress::new(2, "judging");
         let before = judging.judge(uncalibrated.0, uncalibrated.1).map_err(unbalanced)?;
         steps.one("the patch before the fit");
         let verdict = judging.judge(&patch, &params).map_err(unbalanced)?;

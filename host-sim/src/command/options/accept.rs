@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use serde::{Deserialize, Serialize};
 
-use crate::command::campaign::Shards;
+use crate::command::campaign::CaseArgs;
 
 /// Names of the tests.
 pub const TESTS: [&str; 5] = ["T1", "T2", "T3", "T4", "T5"];
@@ -18,11 +17,11 @@ pub struct AcceptArgs {
     #[arg(long, value_name = "FOLDER", default_value = "out/accept")]
     pub out: PathBuf,
     #[command(flatten)]
-    pub shards: Shards,
+    pub cases: CaseArgs,
 }
 
 /// The selected tests.
-#[derive(Args, Clone, Debug, Serialize, Deserialize)]
+#[derive(Args, Clone, Debug)]
 pub struct AcceptOptions {
     /// Run only these tests [default: all].
     #[arg(value_name = "TEST", value_parser = TESTS)]

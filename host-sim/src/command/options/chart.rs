@@ -3,27 +3,25 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use palpate_tissue::machine;
-use serde::{Deserialize, Serialize};
 
-use crate::command::campaign::Shards;
+use crate::command::campaign::CaseArgs;
 
 #[derive(Args, Clone, Debug)]
 pub struct ChartArgs {
     #[command(flatten)]
     pub options: ChartOptions,
     /// Only write press.json, which describes the press for other engines; see host-sim/lab/peers.
-    #[arg(long, conflicts_with_all = ["quick", "moving", "terms", "kpa", "nodes", "with", "shard"])]
+    #[arg(long, conflicts_with_all = ["quick", "moving", "terms", "kpa", "nodes", "with", "cases"])]
     pub press: bool,
     /// Output folder, created if missing; a finished run replaces an earlier result in it.
     #[arg(long, value_name = "FOLDER", default_value = "out/chart")]
     pub out: PathBuf,
     #[command(flatten)]
-    pub shards: Shards,
+    pub cases: CaseArgs,
 }
 
 /// The settings that determine the rows.
-#[derive(Args, Clone, Debug, Serialize, Deserialize)]
+#[derive(Args, Clone, Debug)]
 pub struct ChartOptions {
     /// Only the two smallest meshes at 3.5 kPa: 5 s of processor time.
     #[arg(long)]
@@ -44,10 +42,6 @@ pub struct ChartOptions {
     pub nodes: Vec<usize>,
     /// Also draw and compare the results of other engines at this press: the peers.csv that
     /// host-sim/lab/peers/run.py wrote.
-    #[arg(long, value_name = "FILE", conflicts_with = "shard")]
+    #[arg(long, value_name = "FILE", conflicts_with = "cases")]
     pub with: Option<PathBuf>,
-    /// Processor on which the ticks are timed. Times of two processors do not belong in one chart,
-    /// so shards of another processor are refused.
-    #[arg(skip = machine::processor())]
-    pub processor: String,
 }

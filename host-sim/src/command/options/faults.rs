@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::command::campaign::Shards;
+use crate::command::campaign::CaseArgs;
 
 /// Largest number of runs: two months on a thousand cores; a larger number is probably a typing
 /// error.
@@ -19,8 +19,8 @@ pub struct FaultsArgs {
     #[arg(long, value_name = "NUMBER", default_value_t = 1)]
     pub seed: u64,
     /// Also run this many seconds of normal use, in which no fault may occur. It is one long run,
-    /// so --shard excludes it.
-    #[arg(conflicts_with = "shard", long = "soak-s", value_name = "SECONDS", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
+    /// so --cases excludes it.
+    #[arg(conflicts_with = "cases", long = "soak-s", value_name = "SECONDS", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     pub soak_s: u32,
     /// Instead, run this many random paths (at least 10) through, along, around and under every
     /// shipped patch, at 1-100 kPa, on every device. Writes paths.csv and summary.json; exits with
@@ -35,7 +35,7 @@ pub struct FaultsArgs {
     pub hands: Option<u64>,
     /// Instead, search over hands, motions, tissues, tips and devices for the most energy that a
     /// hand can be given; exits with 1 if it exceeds the printed bound.
-    #[arg(long, conflicts_with_all = ["runs", "soak_s", "paths", "hands", "shard"])]
+    #[arg(long, conflicts_with_all = ["runs", "soak_s", "paths", "hands", "cases"])]
     pub adversary: bool,
     /// Rounds of the search, with --adversary [default: 60, with --quick 4].
     #[arg(long, value_name = "COUNT", requires = "adversary", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
@@ -45,7 +45,7 @@ pub struct FaultsArgs {
     pub genes: Option<String>,
     /// Instead, compare settings of the energy account: the force that is felt against the energy
     /// that is given. Writes trade.csv, summary.json and pictures.
-    #[arg(long, conflicts_with_all = ["runs", "soak_s", "paths", "hands", "adversary", "shard"])]
+    #[arg(long, conflicts_with_all = ["runs", "soak_s", "paths", "hands", "adversary", "cases"])]
     pub trade: bool,
     /// Run fewer: 6000 runs, or at most 4000 paths (12 and 32 s of processor time), or at most 400
     /// shorter runs of hands.
@@ -55,7 +55,7 @@ pub struct FaultsArgs {
     #[arg(long, value_name = "FOLDER", default_value = "out/faults")]
     pub out: PathBuf,
     #[command(flatten)]
-    pub shards: Shards,
+    pub cases: CaseArgs,
 }
 
 /// Hexadecimal digits that describe a run of a yielding hand.

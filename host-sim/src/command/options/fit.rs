@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use clap::Args;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::CostModel;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::pack::{DeviceArg, machine};
 use crate::command::Common;
-use crate::command::campaign::Shards;
+use crate::command::campaign::CaseArgs;
 use crate::command::length::metres;
 use crate::error::Error;
 
@@ -35,11 +35,11 @@ pub struct FitArgs {
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["scene", "changes"])]
     pub scenes: Option<PathBuf>,
     #[command(flatten)]
-    pub shards: Shards,
+    pub cases: CaseArgs,
 }
 
 /// Options of a fit.
-#[derive(Args, Clone, Debug, Serialize, Deserialize)]
+#[derive(Args, Clone, Debug, Serialize)]
 pub struct FitOptions {
     /// Nodes of the patch [default: the scene's for a block, 100 for a piece, and with --board as
     /// many as it runs].
@@ -99,8 +99,8 @@ impl FitArgs {
         if self.scenes.is_some() {
             return Ok(());
         }
-        if self.shards.any() {
-            let why = "--shard: one scene is fitted in one piece: leave it out, or give a folder of scenes with --scenes";
+        if self.cases.are_some() {
+            let why = "--cases: one scene is fitted in one piece: leave it out, or give a folder of scenes with --scenes";
             return Err(TissueError::Usage(why.into()).into());
         }
         if self.board.len() > 1 {

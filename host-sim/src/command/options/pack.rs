@@ -5,7 +5,7 @@ use palpate_loop::closed_loop::device::DeviceProfile;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::{CHIPS, CostModel, MACHINES};
 use palpate_tissue::scene::TICK_S;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::command::Common;
 use crate::error::Error;
@@ -68,7 +68,7 @@ pub struct BoardArg {
 }
 
 /// Device for which a patch is made.
-#[derive(Args, Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Args, Clone, Debug, Default, Serialize)]
 pub struct DeviceArg {
     /// Device on the board, by name or profile (.toml): a contact stiffer than its stiffness
     /// ceiling is refused, with what is accepted instead, as by the board itself.

@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use serde::{Deserialize, Serialize};
 
-use crate::command::campaign::Shards;
+use crate::command::campaign::CaseArgs;
 
 #[derive(Args, Clone, Debug)]
 pub struct StabilityArgs {
@@ -15,11 +14,11 @@ pub struct StabilityArgs {
     #[arg(long, value_name = "FOLDER", default_value = "out/stability")]
     pub out: PathBuf,
     #[command(flatten)]
-    pub shards: Shards,
+    pub cases: CaseArgs,
 }
 
 /// The settings of both matrices.
-#[derive(Args, Clone, Debug, Serialize, Deserialize)]
+#[derive(Args, Clone, Debug)]
 pub struct StabilityOptions {
     /// Run only the methods, without a device in the loop.
     #[arg(long, conflicts_with = "only_loop")]

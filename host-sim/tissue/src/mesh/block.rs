@@ -71,8 +71,6 @@ pub enum BlockError {
     Radius { value: f64 },
     #[error("block nodes = {nodes}: no sound mesh found; use a few nodes more or fewer")]
     Unsound { nodes: usize },
-    #[error("block stroke_m[{axis}] = {value} m: must be finite, and 0 along z")]
-    Stroke { axis: usize, value: f64 },
     #[error("block growth = {value}: must be from 0 to {MAX_GROWTH}")]
     Growth { value: f64 },
     #[error("block radius_m = {value} m: the patch reaches a side or the bottom; use at most {most} m")]
@@ -83,9 +81,7 @@ pub enum BlockError {
         "block fine_m = {value} m: must fit once into the patch radius and twice between site and wall; use at most {most} m"
     )]
     Fine { value: f64, most: f64 },
-    #[error(
-        "block site: a wall is {wall} m from its way, must be at least {least} m, two elements; move it inward or shorten the stroke"
-    )]
+    #[error("block site: a wall is {wall} m from it, must be at least {least} m, two elements; move it inward")]
     AtWall { wall: f64, least: f64 },
     #[error("block fine_m = {value} m: asks for {nodes} nodes, more than {MAX_NODES}; use at least {least} m")]
     TooMany { value: f64, nodes: usize, least: f64 },
@@ -160,7 +156,6 @@ fn unit_box(size_m: [f64; 3], at_m: [f64; 2], fine_radius_m: f64) -> Grading {
         low: [-half[0], -half[1], -unit(size_m[2])],
         high: [half[0], half[1], 0.0],
         spot: [x.clamp(-half[0], half[0]), y.clamp(-half[1], half[1]), 0.0],
-        half_stroke: [0.0; 3],
         shell: None,
         fine_radius: unit(fine_radius_m),
         fine_size: 0.0,

@@ -2,7 +2,7 @@
 //!
 //! A table is a CSV file in `references/moving`: lines that begin with `#` say how it was computed,
 //! one line names the columns, and the rows are in SI units at a fixed spacing in time. The example
-//! `moving_truths` of `palpate-fit` computes them.
+//! `moving_truths` of `host-sim/lab` computes them.
 
 use super::table::Table;
 use crate::scene::{Scene, SceneError, TissueScene};

@@ -58,8 +58,6 @@ struct Growth {
     factor: f64,
     /// Largest stretch along the ray (1).
     most: f64,
-    /// Vector from the middle to an end of the segment around which the lattice is finest.
-    half_stroke: V3,
 }
 
 /// Why a lattice cannot be built; [`Refusal::of`] adds the name of the organ.
@@ -80,14 +78,9 @@ impl Lattice {
         Self::around(spacing_m, middle, None, [half, half])
     }
 
-    /// Builds a lattice with spacing that grows away from a place.
-    pub fn fine(fine: &Fine, bounds: [[f64; 3]; 2]) -> Result<Self, Refusal> {
-        Self::along(fine, [0.0; 3], f64::INFINITY, bounds)
-    }
-
-    /// Builds a lattice with spacing that grows away from a segment, `stroke_m` from end to end and
-    /// centred on the place. Elements along a ray are at most `coarsest_m` long.
-    pub fn along(fine: &Fine, stroke_m: [f64; 3], coarsest_m: f64, [low, high]: [[f64; 3]; 2]) -> Result<Self, Refusal> {
+    /// Builds a lattice with spacing that grows away from a place. Elements along a ray are at most
+    /// `coarsest_m` long.
+    pub fn fine(fine: &Fine, coarsest_m: f64, [low, high]: [[f64; 3]; 2]) -> Result<Self, Refusal> {
         length("radius_m", fine.radius_m)?;
         if !(0.0..=100.0).contains(&fine.growth) {
             return Err(Refusal::Number { what: "growth", value: fine.growth, wanted: "0 to 100" });
@@ -96,10 +89,8 @@ impl Lattice {
             return Err(Refusal::Number { what: "at_m", value, wanted: "a place in the organ's frame, in metres" });
         }
         let most = (coarsest_m / fine.spacing_m).max(1.0);
-        let growth = Growth { radius: fine.radius_m, factor: fine.growth, most, half_stroke: 0.5 * V3::from(stroke_m) };
-        let half = growth.half_stroke.abs();
-        let reach = [low, high]
-            .map(|corner| std::array::from_fn(|k| half[k] + growth.unmoved((corner[k] - fine.at_m[k]).abs() + half[k])));
+        let growth = Growth { radius: fine.radius_m, factor: fine.growth, most };
+        let reach = [low, high].map(|corner| std::array::from_fn(|k| growth.unmoved((corner[k] - fine.at_m[k]).abs())));
         Self::around(fine.spacing_m, fine.at_m.into(), Some(growth), reach)
     }
 
@@ -127,11 +118,7 @@ impl Lattice {
         let [i, j, k] = triple.map(f64::from);
         let from = 0.5 * self.spacing_m * V3::new(i, j, k);
         match self.growth {
-            Some(growth) => {
-                let nearest = growth.nearest(from);
-                let off = from - nearest;
-                self.at + nearest + off * growth.stretch(off.norm())
-            }
+            Some(growth) => self.at + from * growth.stretch(from.norm()),
             None => self.at + from,
         }
     }
@@ -195,12 +182,6 @@ impl Growth {
         let grown = w.min(limit);
         let beyond = if w > limit { self.most * (w - limit) } else { 0.0 };
         self.radius * (1.0 + grown + self.factor * grown * grown * (1.0 + grown / 3.0) + beyond) / before
-    }
-
-    /// Point of the segment nearest to a given point, both relative to the segment's middle.
-    fn nearest(self, from: V3) -> V3 {
-        let square = self.half_stroke.norm_squared();
-        if square > 0.0 { self.half_stroke * (from.dot(&self.half_stroke) / square).clamp(-1.0, 1.0) } else { V3::zeros() }
     }
 
     /// Distance before the map of a point that the map brings to the distance `after`, by
@@ -298,7 +279,7 @@ mod tests {
 
     #[test]
     fn growth_is_smooth_at_the_fine_radius_and_inverted_by_unmoved() {
-        let growth = Growth { radius: 0.01, factor: 1.0, most: f64::INFINITY, half_stroke: V3::zeros() };
+        let growth = Growth { radius: 0.01, factor: 1.0, most: f64::INFINITY };
         for after in [0.004, 0.01, 0.0101, 0.05, 0.2] {
             let before = growth.unmoved(after);
             assert!((before * growth.stretch(before) - after).abs() < 1e-12);
@@ -308,14 +289,12 @@ mod tests {
     }
 
     #[test]
-    fn a_stretch_at_its_limit_stays_there_and_a_segment_is_followed() {
-        let growth = Growth { radius: 0.01, factor: 1.0, most: 4.0, half_stroke: V3::new(0.0, 0.02, 0.0) };
+    fn a_stretch_at_its_limit_stays_there() {
+        let growth = Growth { radius: 0.01, factor: 1.0, most: 4.0 };
         let slope = |at: f64| ((at + 1e-6) * growth.stretch(at + 1e-6) - (at - 1e-6) * growth.stretch(at - 1e-6)) / 2e-6;
         // the stretch along the ray is (rho/R)^2, until it reaches 4
         for (at, expected) in [(0.005, 1.0), (0.015, 2.25), (0.0199, 3.9601), (0.021, 4.0), (0.1, 4.0)] {
             assert!((slope(at) - expected).abs() < 1e-6, "{at}: {}", slope(at));
         }
-        assert_eq!(growth.nearest(V3::new(0.5, 0.011, 0.3)), V3::new(0.0, 0.011, 0.0));
-        assert_eq!(growth.nearest(V3::new(0.5, -0.3, 0.3)), V3::new(0.0, -0.02, 0.0));
     }
 }

@@ -12,15 +12,13 @@ use super::parts::V3;
 use super::{Fine, OrganError, stuffing};
 use crate::mesh::TetMesh;
 
-/// A lattice that is aligned with a surface and finest along a segment on it.
+/// A lattice that is aligned with a surface and finest at a place on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turned {
     /// Place where the lattice is finest, and how its cubes grow from there.
     pub fine: Fine,
     /// Outward unit normal of the surface at the place.
     pub axis: [f64; 3],
-    /// The segment from end to end, centred on the place [m]; zero if it is only the place.
-    pub stroke_m: [f64; 3],
     /// Largest length of an element along a ray from the place [m].
     pub coarsest_m: f64,
 }
@@ -139,8 +137,7 @@ impl Turned {
         let (low, high) = corners
             .fold((V3::repeat(f64::INFINITY), V3::repeat(f64::NEG_INFINITY)), |(low, high), x| (low.inf(&x), high.sup(&x)));
         let fine = Fine { at_m: [0.0; 3], ..self.fine };
-        let stroke: [f64; 3] = (turn.transpose() * V3::from(self.stroke_m)).into();
-        Lattice::along(&fine, stroke, self.coarsest_m, [low.into(), high.into()])
+        Lattice::fine(&fine, self.coarsest_m, [low.into(), high.into()])
     }
 
     /// Rotation from the lattice's frame to the shape's.
@@ -176,7 +173,7 @@ mod tests {
         let axis = [0.36, 0.48, 0.8];
         let at_m = [0.01, -0.02, 0.03];
         let fine = Fine { at_m, radius_m: 0.02, spacing_m: 0.004, growth: 0.5 };
-        let turned = Turned { fine, axis, stroke_m: [0.0; 3], coarsest_m: 0.02 };
+        let turned = Turned { fine, axis, coarsest_m: 0.02 };
         let height = |x: [f64; 3]| (V3::from(x) - V3::from(at_m)).dot(&V3::from(axis));
         // half of a ball
         let shape = |x: [f64; 3]| height(x).max((V3::from(x) - V3::from(at_m)).norm() - 0.05);
@@ -201,7 +198,7 @@ mod tests {
     fn a_mesh_is_expected_alike_with_and_without_knowing_that_the_function_is_a_distance() {
         let ball = |x: [f64; 3]| V3::from(x).norm() - 0.03;
         let fine = Fine { at_m: [0.0, 0.0, 0.03], radius_m: 0.01, spacing_m: 0.002, growth: 1.0 };
-        let turned = Turned { fine, axis: [0.0, 0.0, 1.0], stroke_m: [0.0; 3], coarsest_m: 0.02 };
+        let turned = Turned { fine, axis: [0.0, 0.0, 1.0], coarsest_m: 0.02 };
         let asked = std::cell::Cell::new(0);
         let counted = |x: [f64; 3]| {
             asked.set(asked.get() + 1);

@@ -92,18 +92,6 @@ impl Scene {
         Ok(())
     }
 
-    /// Refuses a tip that is not round; `what` names the command that needs a round one.
-    ///
-    /// # Errors
-    /// The tip is a capsule or an ellipsoid.
-    pub fn refuse_long_tip(&self, what: &str) -> Result<(), SceneError> {
-        if self.probe.shape.is_round() {
-            return Ok(());
-        }
-        let why = format!("= {}: {what} takes round tips only: use palpate fit --scene", self.probe.tip());
-        self.bad("probe.shape", &why)
-    }
-
     /// Refuses tissue that stiffens, for commands that fit a patch: patches are fitted to
     /// neo-Hookean tissue.
     ///

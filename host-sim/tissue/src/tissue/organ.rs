@@ -183,7 +183,7 @@ impl Search<'_> {
         let radius_m = FINE_RADII * self.scene.probe.radius_m;
         let fine = Fine { at_m: self.site.at_m, radius_m, spacing_m, growth: GROWTH };
         let coarsest_m = (self.thickness_m / THROUGH).max(spacing_m);
-        Turned { fine, axis: self.site.axis, stroke_m: [0.0; 3], coarsest_m }
+        Turned { fine, axis: self.site.axis, coarsest_m }
     }
 
     fn nearest(&self, wanted: usize, stance: Stance) -> Result<Option<Rc<Attempt>>, SceneError> {

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::mesh::import::{MeshFile, open};
 use crate::mesh::{ClosedSurface, ImportReport, SurfaceReport, TetMesh, surface};
 use crate::organ::{Expected, Organ, OrganError, Stance, Turned};
-use crate::scene::{PRESETS, Scene, SceneError};
+use crate::scene::{Scene, SceneError};
 
 type V3 = Vector3<f64>;
 
@@ -53,14 +53,6 @@ impl OrganSource {
             return Ok(Some(Self::Organ(organ)));
         }
         let (Some(path), Some(unit)) = (&tissue.mesh, tissue.length_unit) else { return Ok(None) };
-        if !path.is_file() && PRESETS.iter().any(|(name, _)| *name == scene.file) {
-            let why = format!(
-                "= {} is looked for from the working directory and is not there: start from the repository's root, or give your own mesh in a copy of host-sim/scenes/{}.toml",
-                path.display(),
-                scene.file
-            );
-            return Err(SceneError::value(&scene.file, "tissue.mesh", &why).into());
-        }
         match open(path, unit.metres)? {
             MeshFile::Surface(imported) => Ok(Some(Self::Surface(imported.surface, imported.report))),
             MeshFile::Tets(_) if tissue.nodes.is_some() => Ok(scene.refuse_nodes()?),

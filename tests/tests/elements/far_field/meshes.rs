@@ -14,7 +14,7 @@ const PROMISED_PCT: f64 = 0.5;
 
 /// A mesh with nodes on the hemisphere along which it will be cut.
 fn smooth(site_m: [f64; 2], radius_m: f64, fine_m: f64, growth: f64, variant: u32) -> (Tissue, Sizes) {
-    let sizes = Sizes { radius_m, fine_m, fine_radius_m: RADIUS_M, growth, stroke_m: [0.0; 3] };
+    let sizes = Sizes { radius_m, fine_m, fine_radius_m: RADIUS_M, growth };
     let mesh = block_with_rim(BLOCK_M, site_m, &sizes, variant).unwrap();
     (tissue(mesh, [site_m[0], site_m[1], 0.0], on_bottom), sizes)
 }

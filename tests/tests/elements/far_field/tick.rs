@@ -83,7 +83,7 @@ fn momentum_comes_from_the_probe_and_the_rim_alone() {
 
 #[test]
 fn ticks_settle_to_the_statics_and_the_rim_bears_the_probe() {
-    let sizes = Sizes { radius_m: 0.018, fine_m: 0.004, fine_radius_m: RADIUS_M, growth: 0.45, stroke_m: [0.0; 3] };
+    let sizes = Sizes { radius_m: 0.018, fine_m: 0.004, fine_radius_m: RADIUS_M, growth: 0.45 };
     let whole = tissue(block_with_rim(BLOCK_M, [0.0; 2], &sizes, 0).unwrap(), [0.0; 3], on_bottom);
     let far = far_field(&whole, &sizes);
     let patch = far.patch(&Material::default());

@@ -83,7 +83,7 @@ pub fn compare<'a>(peers: &'a [Peer], runs: &[Run], on_grids: &[Run]) -> Vec<Com
         let of_patch = |run: &&Run| run.task.method == Method::Calibrated && run.task.refinement == 1;
         let ramps = RAMPS_MM_PER_S.map(|speed| {
             let at = SPEEDS_MM_PER_S.iter().position(|v| *v == speed)?;
-            let own = |m: &Measured| Some(m.moving?.ok()?.0.get(at)?.rms_pct);
+            let own = |m: &Measured| Some(m.moving?.0.get(at)?.rms_pct);
             peer.moving_pct[at].filter(|_| moved).map(|pct| factors(&ours, peer, pct, own))
         });
         let same = match peer.mesh.split_once('-') {

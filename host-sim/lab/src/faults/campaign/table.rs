@@ -72,21 +72,7 @@ impl Table {
 
     /// Adds the results of another table.
     pub fn add(&mut self, other: &Self) {
-        for (row, more) in self.rows.iter_mut().zip(&other.rows) {
-            row.runs += more.runs;
-            row.injected += more.injected;
-            row.detected += more.detected;
-            for (ticks, count) in &more.reaction_ticks {
-                *row.reaction_ticks.entry(*ticks).or_default() += count;
-            }
-            row.peak_n = row.peak_n.max(more.peak_n);
-            row.broken += more.broken;
-            row.wrong += more.wrong;
-            for (fault, count) in &more.faults {
-                *row.faults.entry(*fault).or_default() += count;
-            }
-            row.show(more.examples.iter().cloned());
-        }
+        self.rows.iter_mut().zip(&other.rows).for_each(|(row, more)| row.add(more));
     }
 
     /// All kinds of fault, each with its row.
@@ -126,6 +112,23 @@ impl Case {
 }
 
 impl Row {
+    /// Adds the results of further runs.
+    pub fn add(&mut self, more: &Self) {
+        self.runs += more.runs;
+        self.injected += more.injected;
+        self.detected += more.detected;
+        for (ticks, count) in &more.reaction_ticks {
+            *self.reaction_ticks.entry(*ticks).or_default() += count;
+        }
+        self.peak_n = self.peak_n.max(more.peak_n);
+        self.broken += more.broken;
+        self.wrong += more.wrong;
+        for (fault, count) in &more.faults {
+            *self.faults.entry(*fault).or_default() += count;
+        }
+        self.show(more.examples.iter().cloned());
+    }
+
     /// Records bad runs and keeps those with the lowest numbers, whatever the order in which they
     /// arrive.
     fn show(&mut self, examples: impl IntoIterator<Item = (u64, String)>) {

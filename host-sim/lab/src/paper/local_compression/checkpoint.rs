@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::fit::Step;
+use super::schedule::Walk;
 use crate::error::Error;
-use palpate_fit::calibrate::schedule::Walk;
 use palpate_tissue::output::OutputFolder;
 
 /// Contents of a checkpoint file.

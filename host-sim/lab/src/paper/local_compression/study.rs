@@ -9,12 +9,12 @@ use super::identifiability::{PRINTED, Seen, largest_step_s, seen};
 use super::methods::{Fitted, StudyMethod};
 use super::progress::AnnealingProgress;
 use super::scene::PressScene;
+use super::schedule::Schedule;
 use super::site::{DEEPEST_RADII, Site};
 use super::sweep::{Curve, NODE_DAMPING_PER_S, curve, region_for, static_curve, study_methods};
 use super::truth::Truth;
 use crate::error::Error;
 use crate::methods::{Block, Method, RADIUS_M};
-use palpate_fit::calibrate::schedule::Schedule;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::output::OutputFolder;
 

@@ -6,11 +6,11 @@
 
 use palpate::Vector3;
 
+use super::find_depth::find_depth;
 use super::site::Site;
 use crate::error::Error;
 use crate::methods::Block;
 use palpate_fit::reference::body::{Body, Stiffness};
-use palpate_fit::reference::find_depth::find_depth;
 use palpate_fit::reference::newton::Press;
 use palpate_fit::reference::probe::RigidProbe;
 use palpate_fit::reference::quadratic::QuadraticMesh;

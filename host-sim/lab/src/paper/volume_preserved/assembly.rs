@@ -12,9 +12,9 @@ use nalgebra::Vector3;
 
 use super::scene::{FixedScene, HangingScene};
 use crate::error::Error;
-use palpate_fit::reference::locate::Locator;
+use crate::hanging::locate::Locator;
+use crate::hanging::organs::{Organ, join};
 use palpate_fit::reference::nearest::{Nearest, nearest};
-use palpate_fit::reference::organs::{Organ, join};
 use palpate_fit::reference::quadratic::QuadraticMesh;
 use palpate_fit::reference::shape::{TET_EDGES, TRIANGLE_EDGES};
 use palpate_tissue::mesh::TetMesh;

@@ -5,7 +5,7 @@
 use nalgebra::Vector3;
 
 use super::assembly::Assembly;
-use palpate_fit::reference::locate::Locator;
+use crate::hanging::locate::Locator;
 
 /// Measures of one deformation.
 #[derive(Clone, Debug)]

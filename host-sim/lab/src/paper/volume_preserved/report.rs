@@ -61,7 +61,7 @@ struct Mean {
 ///
 /// # Errors
 /// A table cannot be formatted, or a picture cannot be drawn.
-pub fn findings(found: &Measurements, folder: &OutputFolder) -> Result<Findings, palpate_sim::error::Error> {
+pub fn findings(found: &Measurements, folder: &OutputFolder) -> Result<Findings, crate::Error> {
     let sharpest = &found.resolutions[0];
     let means = means(found);
     let printed =

@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 use super::assembly::Assembly;
 use super::measured::Measured;
 use crate::error::Error;
+use crate::hanging::hang::Hanging;
+use crate::hanging::suspension::Suspension;
+use crate::hanging::tie::layer;
 use palpate_fit::reference::body::{Body, Stiffness};
-use palpate_fit::reference::hang::Hanging;
 use palpate_fit::reference::shape::TetRule;
-use palpate_fit::reference::suspension::Suspension;
-use palpate_fit::reference::tie::layer;
 use palpate_tissue::Error as TissueError;
 
 /// Finite-element solution of the scene.

@@ -1,7 +1,5 @@
 //! The matrix as tables.
 
-use palpate::ClampFlags;
-
 use super::built_method::Row;
 use super::load_case::{CaseTissue, Stimulus};
 use super::matrix::{Cell, Matrix};
@@ -42,9 +40,9 @@ fn cells(matrix: &Matrix) -> Table {
         .csv("held_n", |c| c.figures.held_n)
         .csv("peak_n", |c| c.figures.peak_n)
         .csv("diverged_at_mm", |c| c.figures.diverged_at_mm)
-        .csv("depth_held", |c| c.figures.limiters.contains(ClampFlags::DEPTH))
-        .csv("speed_limited", |c| c.figures.limiters.contains(ClampFlags::SPEED))
-        .csv("force_cut", |c| c.figures.limiters.contains(ClampFlags::FORCE))
+        .csv("depth_held", |c| c.figures.depth_held)
+        .csv("speed_limited", |c| c.figures.speed_limited)
+        .csv("force_cut", |c| c.figures.force_cut)
         .only(|c| is_promised(c) && broken(c).is_some())
 }
 

@@ -1,7 +1,7 @@
 //! Verdict on a press: its worst failure, if any.
 
+use crate::study::number;
 use palpate::ClampFlags;
-use palpate_tissue::shard::exact;
 use serde::{Deserialize, Serialize};
 
 use super::press::{Loading, Trace};
@@ -76,34 +76,37 @@ pub struct Figures {
     /// Worst failure of the press, if any.
     pub verdict: Verdict,
     /// Smallest volume ratio J of a tet in any tick (1).
-    #[serde(with = "exact")]
+    #[serde(with = "number")]
     pub lowest_j: f64,
     /// Smallest volume ratio J of a tet at the end of the hold (1).
-    #[serde(with = "exact")]
+    #[serde(with = "number")]
     pub held_j: f64,
     /// Largest distance of a node from its rest position after the release [mm].
-    #[serde(with = "exact")]
+    #[serde(with = "number")]
     pub residual_mm: f64,
     /// Fall of the force during the descent, relative to the largest force [%].
-    #[serde(with = "exact")]
+    #[serde(with = "number")]
     pub drop_pct: f64,
     /// Largest displacement of a node in the last 20 ms of the hold [mm].
-    #[serde(with = "exact")]
+    #[serde(with = "number")]
     pub moved_mm: f64,
     /// Change of the force in the last 20 ms of the hold [%].
-    #[serde(with = "exact")]
+    #[serde(with = "number")]
     pub force_change_pct: f64,
     /// Force at the end of the hold [N].
-    #[serde(with = "exact")]
+    #[serde(with = "number")]
     pub held_n: f64,
     /// Largest force [N].
-    #[serde(with = "exact")]
+    #[serde(with = "number")]
     pub peak_n: f64,
     /// Depth at divergence [mm].
     pub diverged_at_mm: Option<f64>,
-    /// Inputs that the guard clamped.
-    #[serde(with = "exact::clamp_flags")]
-    pub limiters: ClampFlags,
+    /// Whether the guard clamped the depth.
+    pub depth_held: bool,
+    /// Whether the guard clamped the speed.
+    pub speed_limited: bool,
+    /// Whether the force was clamped.
+    pub force_cut: bool,
 }
 
 /// Classifies a press. If the press is `slow`, the force during the descent is due to the stiffness
@@ -140,7 +143,9 @@ pub fn judge(trace: &Trace, slow: bool) -> Figures {
         held_n: trace.held_n,
         peak_n: trace.peak_n,
         diverged_at_mm: trace.diverged_at_m.map(|d| d * 1e3),
-        limiters: trace.limiters,
+        depth_held: trace.limiters.contains(ClampFlags::DEPTH),
+        speed_limited: trace.limiters.contains(ClampFlags::SPEED),
+        force_cut: trace.limiters.contains(ClampFlags::FORCE),
     }
 }
 

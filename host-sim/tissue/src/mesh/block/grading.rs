@@ -27,9 +27,7 @@ pub(super) struct Grading {
     pub low: Vec3,
     pub high: Vec3,
     pub spot: Vec3,
-    /// The spot moves from `spot - half_stroke` to `spot + half_stroke`.
-    pub half_stroke: Vec3,
-    /// Radius of the half sphere around that segment on which nodes are held.
+    /// Radius of the half sphere around the spot on which nodes are held.
     pub shell: Option<f64>,
     pub fine_radius: f64,
     /// Element size within the fine radius.
@@ -240,7 +238,7 @@ mod tests {
 
     fn unit_cube(fine_radius: f64) -> Grading {
         let (low, high) = ([-0.5, -0.5, -1.0], [0.5, 0.5, 0.0]);
-        Grading { low, high, spot: [0.0; 3], half_stroke: [0.0; 3], shell: None, fine_radius, fine_size: 0.0, growth: 0.0 }
+        Grading { low, high, spot: [0.0; 3], shell: None, fine_radius, fine_size: 0.0, growth: 0.0 }
     }
 
     #[test]

@@ -20,9 +20,6 @@ pub struct Sizes {
     pub fine_radius_m: f64,
     /// Growth of the edge length per distance beyond that (1).
     pub growth: f64,
-    /// Stroke of the site from end to end [m], centred on the site: the patch is then everything
-    /// within `radius_m` of that segment. Zero for a fixed site.
-    pub stroke_m: [f64; 3],
 }
 
 /// Number of arrangements that are tried until no tet crosses the shell; otherwise the one with the
@@ -34,7 +31,7 @@ const HALVINGS: usize = 24;
 /// Meshes a block (`size_m` along x, y, z, top face at z = 0) around a site on its top face.
 ///
 /// Edges have the length that `sizes` asks for, but no more than half the gap between patch and
-/// wall. The tets whose centroid is within `sizes.radius_m` of the site (or of its stroke) are
+/// wall. The tets whose centroid is within `sizes.radius_m` of the site are
 /// connected by faces and end on that half sphere: the rim nodes are on it, except at a few faces
 /// where no sound tets would fit. Another `variant` arranges the same number of nodes differently;
 /// for the same arguments the mesh is bit-identical on every machine.
@@ -77,12 +74,7 @@ fn checked(size_m: [f64; 3], at_m: [f64; 2], sizes: &Sizes) -> Result<Grading, B
     if !(0.0..=MAX_GROWTH).contains(&sizes.growth) {
         return Err(BlockError::Growth { value: sizes.growth });
     }
-    for (axis, value) in sizes.stroke_m.into_iter().enumerate() {
-        if !value.is_finite() || (axis == 2 && value != 0.0) {
-            return Err(BlockError::Stroke { axis, value });
-        }
-    }
-    let side = |k: usize| 0.5 * size_m[k] - at_m[k].abs() - 0.5 * sizes.stroke_m[k].abs();
+    let side = |k: usize| 0.5 * size_m[k] - at_m[k].abs();
     let wall = side(0).min(side(1)).min(size_m[2]);
     let (radius, fine) = (sizes.radius_m, sizes.fine_m);
     if wall <= 0.0 {
@@ -98,7 +90,6 @@ fn checked(size_m: [f64; 3], at_m: [f64; 2], sizes: &Sizes) -> Result<Grading, B
     }
     let unit = |x: f64| to_unit(size_m, x);
     let mut grading = unit_box(size_m, at_m, sizes.fine_radius_m);
-    grading.half_stroke = sizes.stroke_m.map(|s| 0.5 * unit(s));
     grading.shell = Some(unit(radius));
     grading.fine_size = unit(fine);
     grading.growth = sizes.growth;

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
 
 fn sizes(radius_mm: f64, fine_mm: f64, growth: f64) -> Sizes {
-    Sizes { radius_m: radius_mm * 1e-3, fine_m: fine_mm * 1e-3, fine_radius_m: 8e-3, growth, stroke_m: [0.0; 3] }
+    Sizes { radius_m: radius_mm * 1e-3, fine_m: fine_mm * 1e-3, fine_radius_m: 8e-3, growth }
 }
 
 /// Patch that is cut out, measured from the mesh alone.
@@ -22,11 +22,8 @@ struct Patch {
     rim_edge_m: f64,
 }
 
-fn away_m(p: Vec3, at_m: [f64; 2], sizes: &Sizes) -> f64 {
-    let half = 0.5 * sizes.stroke_m[0];
-    let d = [p[0] - at_m[0], p[1] - at_m[1], p[2]];
-    let along = if half > 0.0 { d[0].clamp(-half, half) } else { 0.0 };
-    ((d[0] - along).powi(2) + d[1].powi(2) + d[2].powi(2)).sqrt()
+fn away_m(p: Vec3, at_m: [f64; 2]) -> f64 {
+    super::super::vector::distance(p, [at_m[0], at_m[1], 0.0])
 }
 
 fn faces(tet: [u32; 4]) -> [[u32; 3]; 4] {
@@ -38,15 +35,14 @@ fn faces(tet: [u32; 4]) -> [[u32; 3]; 4] {
 
 fn measure(mesh: &TetMesh, at_m: [f64; 2], sizes: &Sizes) -> Patch {
     let at = |n: u32| mesh.nodes_m[n as usize];
-    let inside: Vec<bool> =
-        mesh.tets.iter().map(|t| away_m(centroid(&mesh.nodes_m, *t), at_m, sizes) <= sizes.radius_m).collect();
+    let inside: Vec<bool> = mesh.tets.iter().map(|t| away_m(centroid(&mesh.nodes_m, *t), at_m) <= sizes.radius_m).collect();
     let mut by_face: BTreeMap<[u32; 3], Vec<usize>> = BTreeMap::new();
     for (t, tet) in mesh.tets.iter().enumerate() {
         faces(*tet).into_iter().for_each(|f| by_face.entry(f).or_default().push(t));
     }
     let rim_faces: Vec<[u32; 3]> =
         by_face.iter().filter(|(_, t)| t.len() == 2 && inside[t[0]] != inside[t[1]]).map(|(f, _)| *f).collect();
-    let on_shell = |n: &u32| (away_m(at(*n), at_m, sizes) - sizes.radius_m).abs() < 1e-9;
+    let on_shell = |n: &u32| (away_m(at(*n), at_m) - sizes.radius_m).abs() < 1e-9;
     let shell_faces = rim_faces.iter().filter(|f| f.iter().all(on_shell)).count();
     let patch: Vec<[u32; 4]> = mesh.tets.iter().zip(&inside).filter(|(_, i)| **i).map(|(t, _)| *t).collect();
     let six_volume = |t: &[u32; 4]| {
@@ -59,7 +55,7 @@ fn measure(mesh: &TetMesh, at_m: [f64; 2], sizes: &Sizes) -> Patch {
     let mean = |edges: Vec<[u32; 2]>| edges.iter().map(|e| length(*e)).sum::<f64>() / edges.len() as f64;
     let near: Vec<[u32; 2]> = super::super::relax::edges(&patch)
         .into_iter()
-        .filter(|e| e.iter().all(|n| away_m(at(*n), at_m, sizes) <= sizes.fine_radius_m))
+        .filter(|e| e.iter().all(|n| away_m(at(*n), at_m) <= sizes.fine_radius_m))
         .collect();
     let rim_edges: BTreeSet<[u32; 2]> = rim_faces.iter().flat_map(|[a, b, c]| [[*a, *b], [*a, *c], [*b, *c]]).collect();
     Patch {
@@ -102,22 +98,16 @@ fn patches_have_the_nodes_asked_for_and_end_on_the_shell() {
 
 /// A triangle with edges of length s inscribed in a sphere lies s^2 / (8 R) below it on average.
 #[test]
-fn patch_volume_is_the_half_capsule_less_the_chords() {
-    for stroke_mm in [0.0, 12.0] {
-        for (radius_mm, fine_mm, growth, _) in RECIPES {
-            let sizes = Sizes { stroke_m: [stroke_mm * 1e-3, 0.0, 0.0], ..sizes(radius_mm, fine_mm, growth) };
-            let (_, patch) = built([0.1, 0.08, 0.04], [0.0; 2], &sizes, 0);
-            assert!(patch.shell_share > 0.95, "{patch:?}");
-            let (r, l, s) = (sizes.radius_m, sizes.stroke_m[0], patch.rim_edge_m);
-            let pi = std::f64::consts::PI;
-            let smooth = 2.0 / 3.0 * pi * r.powi(3) + 0.5 * pi * r * r * l;
-            let sphere = 2.0 * pi * r * r * (s * s / (8.0 * r));
-            // A cylinder is curved in one direction only: half the sag.
-            let cylinder = pi * r * l * (s * s / (16.0 * r));
-            let missing = smooth - patch.volume_m3;
-            let expected = sphere + cylinder;
-            assert!((missing / expected - 1.0).abs() < 0.3, "{stroke_mm} {radius_mm}: {missing:e} {expected:e}");
-        }
+fn patch_volume_is_the_half_sphere_less_the_chords() {
+    for (radius_mm, fine_mm, growth, _) in RECIPES {
+        let sizes = sizes(radius_mm, fine_mm, growth);
+        let (_, patch) = built([0.1, 0.08, 0.04], [0.0; 2], &sizes, 0);
+        assert!(patch.shell_share > 0.95, "{patch:?}");
+        let (r, s) = (sizes.radius_m, patch.rim_edge_m);
+        let pi = std::f64::consts::PI;
+        let missing = 2.0 / 3.0 * pi * r.powi(3) - patch.volume_m3;
+        let expected = 2.0 * pi * r * r * (s * s / (8.0 * r));
+        assert!((missing / expected - 1.0).abs() < 0.3, "{radius_mm}: {missing:e} {expected:e}");
     }
 }
 
@@ -140,7 +130,7 @@ fn no_tet_spans_from_rim_to_wall() {
         let sizes = sizes(17.0, 4.6, 0.45);
         let (mesh, patch) = built(size_m, [0.0; 2], &sizes, 0);
         let at = |n: &u32| mesh.nodes_m[*n as usize];
-        let in_patch = |n: &u32| away_m(at(n), [0.0; 2], &sizes) <= sizes.radius_m + 1e-9;
+        let in_patch = |n: &u32| away_m(at(n), [0.0; 2]) <= sizes.radius_m + 1e-9;
         let on_wall = |n: &u32| at(n)[2] == -size_m[2] || (0..2).any(|k| at(n)[k].abs() == 0.5 * size_m[k]);
         assert!(!mesh.tets.iter().any(|t| t.iter().any(in_patch) && t.iter().any(on_wall)), "{size_m:?}");
         assert!(patch.shell_share > 0.95, "{patch:?}");
@@ -174,7 +164,7 @@ fn what_does_not_fit_is_refused_and_the_value_named_works() {
     assert!(block_with_rim(BLOCK_M, at, &Sizes { radius_m: most, ..good }, 0).is_ok());
     let BlockError::Fine { most, .. } = refuse(at, Sizes { fine_m: 0.018, ..good }) else { panic!() };
     assert!(block_with_rim(BLOCK_M, at, &Sizes { fine_m: most, ..good }, 0).is_ok());
-    assert!(matches!(refuse([0.035, 0.0], Sizes { stroke_m: [0.02, 0.0, 0.0], ..good }), BlockError::AtWall { .. }));
+    assert!(matches!(refuse([0.04, 0.0], good), BlockError::AtWall { .. }));
     assert!(matches!(refuse([0.05, 0.0], good), BlockError::Spot { axis: 0, .. }));
     let even = Sizes { fine_m: 1e-3, growth: 0.0, radius_m: 0.01, ..good };
     let BlockError::TooMany { nodes, least, .. } = refuse(at, even) else { panic!() };
@@ -190,8 +180,5 @@ fn what_does_not_fit_is_refused_and_the_value_named_works() {
     }
     for bad in [f64::NAN, -0.1, 1.1] {
         assert!(matches!(refuse(at, Sizes { growth: bad, ..good }), BlockError::Growth { .. }));
-    }
-    for stroke_m in [[f64::NAN, 0.0, 0.0], [0.0, 0.0, 1e-3]] {
-        assert!(matches!(refuse(at, Sizes { stroke_m, ..good }), BlockError::Stroke { .. }));
     }
 }

@@ -1,12 +1,11 @@
-//! The half sphere (half capsule, for a site with a stroke) under the top face, along which a patch
-//! will be cut out of the block.
+//! The half sphere under the top face, along which a patch will be cut out of the block.
 //!
 //! Some nodes are held on this shell and the others are kept off it, so that Delaunay tets respect
 //! it: each tet is then inside or outside, never both.
 
 use super::grading::Grading;
 use super::seed::{Domain, Side, points};
-use super::vector::{Vec3, add_scaled, distance, dot, sub};
+use super::vector::{Vec3, add_scaled, distance, sub};
 use std::f64::consts::PI;
 
 /// Half the thickness, in shell radii, of the layer whose points are projected onto the shell to
@@ -16,18 +15,9 @@ const LAYER: f64 = 0.125;
 const SAMPLES: usize = 1024;
 
 impl Grading {
-    /// Distance to the segment along which the spot moves.
+    /// Distance to the spot.
     pub fn away(&self, p: Vec3) -> f64 {
-        distance(p, self.nearest(p))
-    }
-
-    fn nearest(&self, p: Vec3) -> Vec3 {
-        let square = dot(self.half_stroke, self.half_stroke);
-        if square == 0.0 {
-            return self.spot;
-        }
-        let along = dot(sub(p, self.spot), self.half_stroke) / square;
-        add_scaled(self.spot, along.clamp(-1.0, 1.0), self.half_stroke)
+        distance(p, self.spot)
     }
 
     /// Largest element that fits twice between shell and wall at `p`; infinite without a shell.
@@ -44,15 +34,9 @@ impl Grading {
         sides.fold(p[2] - self.low[2], f64::min)
     }
 
-    /// Distance from the segment along which the spot moves to the nearest wall.
-    pub fn way_to_wall(&self) -> f64 {
-        let end = |s: f64| self.wall_distance(add_scaled(self.spot, s, self.half_stroke));
-        end(-1.0).min(end(1.0))
-    }
-
     /// Size of the smallest element anywhere.
     pub fn least_size(&self) -> f64 {
-        let gap = self.shell.map_or(f64::INFINITY, |radius| self.way_to_wall() - radius);
+        let gap = self.shell.map_or(f64::INFINITY, |radius| self.wall_distance(self.spot) - radius);
         self.fine_size.min(0.5 * gap)
     }
 
@@ -73,8 +57,7 @@ impl Grading {
         if target == away || away == 0.0 {
             return p;
         }
-        let centre = self.nearest(p);
-        add_scaled(centre, target / away, sub(p, centre))
+        add_scaled(self.spot, target / away, sub(p, self.spot))
     }
 
     /// Point of the shell nearest to `p`, if `p` is close to the shell.
@@ -86,21 +69,19 @@ impl Grading {
     /// Corners of a box around all points that [`Self::near_shell`] accepts.
     pub fn shell_box(&self) -> [Vec3; 2] {
         let reach = self.shell.unwrap_or(0.0) * (1.0 + LAYER);
-        let side = |k: usize| reach + self.half_stroke[k].abs();
-        [std::array::from_fn(|k| self.spot[k] - side(k)), [self.spot[0] + side(0), self.spot[1] + side(1), self.spot[2]]]
+        [self.spot.map(|x| x - reach), [self.spot[0] + reach, self.spot[1] + reach, self.spot[2]]]
     }
 
     /// Numbers of elements along the circle where the shell meets the top face, and on the shell's
     /// area.
     pub fn shell_elements(&self) -> [f64; 2] {
         let radius = self.shell.unwrap_or(0.0);
-        let stroke = 2.0 * dot(self.half_stroke, self.half_stroke).sqrt();
         let mean = |domain: Domain, power: i32| {
             let sum: f64 = points(self, domain, 0, SAMPLES).map(|p| self.size_at(p).powi(-power)).sum();
             sum / SAMPLES as f64
         };
-        let circle = (2.0 * PI * radius + 2.0 * stroke) * mean(Domain::Circle, 1);
-        let area = (2.0 * PI * radius * radius + PI * radius * stroke) * mean(Domain::Shell, 2);
+        let circle = 2.0 * PI * radius * mean(Domain::Circle, 1);
+        let area = 2.0 * PI * radius * radius * mean(Domain::Shell, 2);
         [circle, area]
     }
 }
@@ -109,12 +90,11 @@ impl Grading {
 mod tests {
     use super::*;
 
-    fn travelling() -> Grading {
+    fn off_centre() -> Grading {
         Grading {
             low: [-0.5, -0.5, -0.5],
             high: [0.5, 0.5, 0.0],
             spot: [0.1, 0.0, 0.0],
-            half_stroke: [0.1, 0.0, 0.0],
             shell: Some(0.2),
             fine_radius: 0.1,
             fine_size: 0.05,
@@ -123,8 +103,8 @@ mod tests {
     }
 
     #[test]
-    fn a_shell_node_lands_on_the_capsule_and_others_stay_off_it() {
-        let grading = travelling();
+    fn a_shell_node_lands_on_the_half_sphere_and_others_stay_off_it() {
+        let grading = off_centre();
         for p in [[0.05, 0.02, -0.1], [0.45, 0.1, -0.3], [-0.3, -0.2, 0.0], [0.12, 0.15, -0.14]] {
             let on = grading.hold(Side::Shell, p, 0.0);
             assert!((grading.away(on) - 0.2).abs() < 1e-15);
@@ -137,21 +117,21 @@ mod tests {
     #[test]
     fn shell_elements_are_length_and_area_over_the_size() {
         // The size is .05 + .4 * .1 on the whole shell; walls this far away do not limit it.
-        let grading = Grading { low: [-1.0; 3], high: [1.0, 1.0, 0.0], ..travelling() };
+        let grading = Grading { low: [-1.0; 3], high: [1.0, 1.0, 0.0], ..off_centre() };
         let [circle, area] = grading.shell_elements();
         let size = 0.09;
-        assert!((circle * size - (0.4 * PI + 0.4)).abs() < 1e-9);
-        assert!((area * size * size - PI * (0.08 + 0.04)).abs() < 1e-9);
+        assert!((circle * size - 0.4 * PI).abs() < 1e-9);
+        assert!((area * size * size - 0.08 * PI).abs() < 1e-9);
     }
 
     #[test]
     fn two_elements_fit_between_shell_and_wall() {
-        let grading = Grading { fine_size: 0.3, ..travelling() };
-        // The nearest wall is at x = .5; the stroke ends at .2 and the shell at .4.
+        let grading = Grading { fine_size: 0.3, ..off_centre() };
+        // The nearest wall is at x = .5; the shell ends at .3.
         for i in 0..=10 {
-            let p = [0.4 + 0.01 * f64::from(i), 0.0, 0.0];
-            assert!(grading.size_at(p) < 0.05 + 1e-12);
+            let p = [0.3 + 0.02 * f64::from(i), 0.0, 0.0];
+            assert!(grading.size_at(p) < 0.1 + 1e-12);
         }
-        assert!((grading.least_size() - 0.05).abs() < 1e-12);
+        assert!((grading.least_size() - 0.1).abs() < 1e-12);
     }
 }

@@ -89,16 +89,7 @@ mod tests {
     #[test]
     fn worst_tet_rises_and_the_volume_stays() {
         let (low, high) = ([-0.5, -0.5, -1.0], [0.5, 0.5, 0.0]);
-        let mut grading = Grading {
-            low,
-            high,
-            spot: [0.0; 3],
-            half_stroke: [0.0; 3],
-            shell: None,
-            fine_radius: 0.1,
-            fine_size: 0.0,
-            growth: 0.0,
-        };
+        let mut grading = Grading { low, high, spot: [0.0; 3], shell: None, fine_radius: 0.1, fine_size: 0.0, growth: 0.0 };
         let budget = grading.fit(200).unwrap();
         // The cloud is not relaxed, so that there are plenty of slivers.
         let mut cloud = seed(&grading, &budget, 0);
