@@ -89,7 +89,7 @@ pub struct Parked {
     been_outside: bool,
     apart: bool,
     offset_m: Vector3<f32>,
-    limit_from_m: Option<Vector3<f32>>,
+    limit: Option<TouchPlane>,
     over: Option<u16>,
     shaft: bool,
     seat: Seat,
@@ -146,8 +146,8 @@ pub struct State<'a> {
     /// Displacement that the depth limit withholds from the patch [m]: it is added to the sensed
     /// tip before the speed limits are applied.
     pub(crate) offset_m: Vector3<f32>,
-    /// Sensed tip at which the depth limit began to act [m].
-    pub(crate) limit_from_m: Option<Vector3<f32>>,
+    /// Where the depth limit was met: from this point on the force continues along this normal.
+    pub(crate) limit: Option<TouchPlane>,
     /// Surface triangle that carried the largest share of the last push; `None` once the sensed tip
     /// is outside.
     pub(crate) over: Option<u16>,
@@ -212,7 +212,7 @@ impl<'a> State<'a> {
             been_outside,
             apart,
             offset_m,
-            limit_from_m,
+            limit,
             over,
             shaft,
             seat,
@@ -234,7 +234,7 @@ impl<'a> State<'a> {
             been_outside,
             apart,
             offset_m,
-            limit_from_m,
+            limit,
             over,
             shaft,
             seat,
@@ -279,7 +279,7 @@ impl<'a> State<'a> {
             been_outside,
             apart,
             offset_m,
-            limit_from_m,
+            limit,
             over,
             shaft,
             seat,
@@ -297,7 +297,7 @@ impl<'a> State<'a> {
             been_outside,
             apart,
             offset_m,
-            limit_from_m,
+            limit,
             over,
             shaft,
             seat,
@@ -321,7 +321,7 @@ impl<'a> State<'a> {
         self.been_outside = false;
         self.apart = false;
         self.offset_m = Vector3::zeros();
-        self.limit_from_m = None;
+        self.limit = None;
         self.over = None;
         self.shaft = false;
         self.seat = Seat::default();
@@ -352,7 +352,7 @@ impl<'a> State<'a> {
         self.been_outside = other.been_outside;
         self.apart = other.apart;
         self.offset_m = other.offset_m;
-        self.limit_from_m = other.limit_from_m;
+        self.limit = other.limit;
         self.over = other.over;
         self.shaft = other.shaft;
         self.seat = other.seat;
