@@ -80,7 +80,7 @@ impl<'a> SettledPatch<'a> {
         // on a curved surface, the rim of a flat tip touches before its middle does
         let step_m = SPEED_M_PER_S * TICK_S;
         let mut at_m = -f64::from(self.params.probe.radius_m);
-        let mut pressed = |depth_m: f64, state: &mut State| {
+        let pressed = |depth_m: f64, state: &mut State| {
             let output = tick(&model, &tuned, state, ProbePose { tip_m: tip_m(depth_m) });
             let clamped = |flag| output.limiters.contains(flag);
             // beyond the depth limit, the shown tip lags behind for another reason than its speed

@@ -166,7 +166,9 @@ pub fn judged_again(scene: &Scene, session: &Session, record: &FitRecord) -> Res
     let disc_radii = record.judged.disc_radius_m / scene.probe.radius_m;
     let judging = Judging { known: &known, fitted_m: &[], unseen: &unseen, disc_radii, places: record.judged.places };
     let judged = judging.judge(session)?.judged();
-    Ok(Judged { surface: judged.surface.filter(|_| record.judged.surface.is_some()), ..judged })
+    let surface = judged.surface.filter(|_| record.judged.surface.is_some());
+    // as the record has it: the radius of a probe in a session is rounded
+    Ok(Judged { surface, disc_radius_m: record.judged.disc_radius_m, ..judged })
 }
 
 /// Error of the force of one press.
