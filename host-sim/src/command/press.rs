@@ -179,9 +179,9 @@ fn print_report(scene: &Scene, session: &Session) {
         r.mass_floor_ratio
     );
     if let Some(moving) = r.moving {
-        let MovingReport { speed_m_per_s, rms_pct, allowed_pct } = moving;
+        let MovingReport { speed_m_per_s, motion, rms_pct, allowed_pct, .. } = moving;
         println!(
-            "  moving    {rms_pct:.1} % off on the way down at {:.0} mm/s, against the same patch with almost true masses",
+            "  moving    {rms_pct:.1} % off at up to {:.0} mm/s in the worst motion tried ({motion}), the 20 ms after it included",
             speed_m_per_s * 1e3
         );
         if rms_pct > allowed_pct {
@@ -229,7 +229,7 @@ fn print_moving(errors: &[RampError]) {
         return;
     }
     println!(
-        "\non ramps down to 4 mm: how far the force is off finite elements that move, in % (rms in % of the peak force, at most {DEFAULT_ERROR_PCT} is good)"
+        "\non ramps down to 4 mm: how far the force is off finite elements that move, in % (rms with the 20 ms after the stop, in % of the peak force, at most {DEFAULT_ERROR_PCT} is good)"
     );
     println!("{:>10} {:>8} {:>8} {:>8} {:>8} {:>9} {:>8}", "mm/s", "at 1 mm", "at 2 mm", "at 3 mm", "at 4 mm", "rms", "at peak");
     for e in errors {

@@ -208,13 +208,16 @@ fn is_none(count: &usize) -> bool {
 }
 
 /// Force error that floored masses cause under a moving probe.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Moving {
-    /// Speed of the ramp [m/s].
+    /// Largest speed of the motions that were tried [m/s].
     pub speed_m_per_s: f64,
-    /// Root mean square over the ramp, relative to the largest force of the ramp [%].
+    /// Root mean square over the worst motion, relative to its largest force [%].
     pub rms_pct: f64,
+    /// Name of that motion, if more than a ramp was tried.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<String>,
 }
 
 impl FitRecord {

@@ -204,11 +204,11 @@ fn a_patch_knows_its_own_moving_error() {
         for (kpa, speed) in [3.5, 20.0, 100.0].into_iter().flat_map(|kpa| [40, 100, 200].map(|speed| (kpa, speed))) {
             let whole = Bench::calibrated(nodes).with(|p| p.youngs_modulus_pa = (kpa * 1e3) as f32);
             let site_m = whole.patch.site_m();
-            let approach = Approach { site_m, speed_m_per_s: f64::from(speed) * 1e-3, depth_m: 0.004 };
+            let approach = Approach { site_m, speed_m_per_s: f64::from(speed) * 1e-3, depth_m: 0.004, free: false };
             let check = SelfCheck::of(&whole.patch, &whole.params, approach).unwrap().unwrap();
             for times in [1, 2, 3] {
                 let params = with_substeps(&whole.params, times);
-                let own_pct = check.rms_pct(&whole.patch, &params).unwrap().unwrap();
+                let own_pct = check.worst(&whole.patch, &params).unwrap().unwrap().rms_pct;
                 let ramp = Ramp::named(&format!("centre-{kpa}kpa-{speed}")).unwrap();
                 let true_pct = ramp.judge_patch(&whole.patch, &params, site_m).unwrap().unwrap().rms_pct;
                 println!("{nodes} nodes, {kpa} kPa, {speed} mm/s, {times} substeps: {true_pct:.2} %, by itself {own_pct:.2} %");
@@ -244,11 +244,11 @@ fn substeps_are_as_many_as_the_motion_needs() {
         let substeps = session.params.substeps;
         println!("{kpa} kPa at {m_per_s} m/s: {substeps} substeps, {moving:?}");
         assert_eq!(substeps == 1, one_step, "{kpa} kPa at {m_per_s} m/s: {moving:?}");
-        assert!(moving.keeps(), "{moving:?}");
+        assert!(moving.rms_pct <= moving.allowed_pct, "{moving:?}");
         if !one_step {
-            let approach = Approach { site_m: whole.patch.site_m(), speed_m_per_s: m_per_s, depth_m: 0.004 };
+            let approach = Approach { site_m: whole.patch.site_m(), speed_m_per_s: m_per_s, depth_m: 0.004, free: false };
             let check = SelfCheck::of(&whole.patch, &whole.params, approach).unwrap().unwrap();
-            let fewer = check.rms_pct(&whole.patch, &with_substeps(&whole.params, substeps - 1)).unwrap().unwrap();
+            let fewer = check.worst(&whole.patch, &with_substeps(&whole.params, substeps - 1)).unwrap().unwrap().rms_pct;
             assert!(fewer > moving.allowed_pct, "{} substeps are {fewer} % off", substeps - 1);
         }
         for ramp in Ramp::of_scene(&scene).unwrap().iter().filter(|r| f64::from(r.speed_mm_per_s) <= m_per_s * 1e3) {

@@ -162,7 +162,11 @@ impl Bench<'_> {
         let (mut substeps, mut patch_bytes, mut moving, mut session) = (weighed.substeps, weighed.patch_bytes, None, None);
         let mut accepted = true;
         if effort == Effort::Full {
-            let ready = ready.for_motion_at_any_cost(self.machine, self.scene)?;
+            // a limit that the scene asks for may take a faster board
+            let ready = match self.scene.solver.moving_error_pct {
+                Some(_) => ready.for_motion_at_any_cost(self.machine, self.scene)?,
+                None => ready.for_motion(self.machine, self.scene)?,
+            };
             let on_board = (self.on_board)(&ready);
             accepted = on_board.is_some();
             let ready = on_board.unwrap_or(ready);

@@ -245,11 +245,12 @@ impl Report<'_> {
         if v.lost_presses > 0 {
             println!("{} of {} presses could not be judged: the patch does not come to rest there", v.lost_presses, v.presses);
         }
-        if let Some(moving) = record.moving {
+        if let Some(moving) = &record.moving {
             println!(
-                "moving at {:.0} mm/s: {:.1} % off the same patch with almost true masses",
+                "moving at up to {:.0} mm/s: {:.1} % off in the worst motion tried ({})",
                 moving.speed_m_per_s * 1e3,
-                moving.rms_pct
+                moving.rms_pct,
+                moving.motion.as_deref().unwrap_or("ramp")
             );
         }
     }
@@ -276,7 +277,11 @@ pub(super) fn record(
         lost_fit_presses: 0,
         fitted_depths_m: fitted_m.to_vec(),
         judged: verdict.judged(),
-        moving: session.report.moving.map(|m| Moving { speed_m_per_s: m.speed_m_per_s, rms_pct: m.rms_pct }),
+        moving: session.report.moving.map(|m| Moving {
+            speed_m_per_s: m.speed_m_per_s,
+            rms_pct: m.rms_pct,
+            motion: Some(m.motion.into()),
+        }),
         reference_error_pct: None,
     })
 }
