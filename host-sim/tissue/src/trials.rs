@@ -76,7 +76,7 @@ impl Expected {
     }
 }
 
-/// What the error of a patch depends on.
+/// Properties of a press on which the error of a patch depends.
 struct Case {
     size_m: [f64; 3],
     poisson_ratio: f64,
