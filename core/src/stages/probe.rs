@@ -77,9 +77,9 @@ impl Motion {
 
 /// Stiffness over Young's modulus [m] with which the force continues beyond a depth limit: twice
 /// the radius of a Hertz contact there, times the plane modulus over Young's. As deep as the probe
-/// is wide, that radius is a fifth larger than on a half-space (Sneddon, Int. J. Engineering Science
-/// 3, 1965), and finite thickness stiffens tissue by as much: on the shipped patches with a limit
-/// of 5 mm, the force 8 mm deep is 3 to 4 % too low.
+/// is wide, that radius is a fifth larger than on a half-space (Sneddon, Int. J. Engineering
+/// Science 3, 1965), and finite thickness stiffens tissue by as much: on the shipped patches with a
+/// limit of 5 mm, the force 8 mm deep is 3 to 4 % too low.
 #[must_use]
 #[inline(never)]
 pub fn continuation_m(probe: &Probe, poisson_ratio: f32, limit_m: f32) -> f32 {

@@ -197,8 +197,8 @@ fn a_floor_on_every_node_is_seen() {
 }
 
 /// Without a reference, a patch is compared with itself at much shorter substeps. Up to 200 mm/s,
-/// at any stiffness and substep, the true error exceeds this estimate by less than 4 % of the peak,
-/// and the estimate is less than one and a half times the true error plus 2 %.
+/// at any stiffness and substep, the true error exceeds this estimate by less than 3.5 % of the
+/// peak, and the estimate is less than one and a half times the true error plus 2 %.
 #[test]
 fn a_patch_knows_its_own_moving_error() {
     for nodes in [130, 410] {
@@ -213,7 +213,7 @@ fn a_patch_knows_its_own_moving_error() {
                 let ramp = Ramp::named(&format!("centre-{kpa}kpa-{speed}")).unwrap();
                 let true_pct = ramp.judge_patch(&whole.patch, &params, site_m).unwrap().unwrap().rms_pct;
                 println!("{nodes} nodes, {kpa} kPa, {speed} mm/s, {times} substeps: {true_pct:.2} %, by itself {own_pct:.2} %");
-                assert!(true_pct < own_pct + 4.0, "{true_pct} beyond {own_pct}");
+                assert!(true_pct < own_pct + 3.5, "{true_pct} beyond {own_pct}");
                 assert!(own_pct < 1.5 * true_pct + 2.0, "{own_pct} beyond {true_pct}");
             }
         }

@@ -79,7 +79,7 @@ impl Scene {
         match holds_m.iter().position(|h| *h > most_m * (1.0 + f64::from(f32::EPSILON))) {
             None => Ok(()),
             Some(n) => {
-                let why = format!("= {} is deeper than {because} ({:.6} m): press less deep", holds_m[n], most_m as f32);
+                let why = format!("= {} is deeper than {because} ({most_m:.4} m): press less deep", holds_m[n]);
                 self.bad(&format!("drive.holds_m[{n}]"), &why)
             }
         }

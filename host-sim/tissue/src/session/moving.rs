@@ -39,8 +39,11 @@ pub struct MovingReport {
     pub rms_pct: f64,
     /// Largest error that is aimed at [%].
     pub allowed_pct: f64,
-    /// Whether the scene asks for that limit.
+    /// Whether the scene asks for that limit. It limits the deviation from the same patch alone:
+    /// substeps do not change the error of the mesh.
     pub asked: bool,
+    /// Whether that deviation is within the limit.
+    pub within: bool,
 }
 
 /// A multiple of the substeps that was tried, and its result.
@@ -52,11 +55,13 @@ struct Tried {
 }
 
 impl Tried {
-    fn report(&self, scene: &Scene, approach: Approach) -> MovingReport {
+    /// The report, with the errors against the stored finite elements of the scene.
+    fn report(&self, scene: &Scene, approach: Approach, truths: Option<Worst>) -> MovingReport {
         let Approach { speed_m_per_s, .. } = approach;
-        let Worst { rms_pct, motion } = self.worst;
-        let asked = scene.solver.moving_error_pct.is_some();
-        MovingReport { speed_m_per_s, motion, rms_pct, allowed_pct: allowed_pct(scene), asked }
+        let Worst { rms_pct, motion } = truths.map_or(self.worst, |truths| self.worst.or(truths));
+        let (asked, allowed_pct) = (scene.solver.moving_error_pct.is_some(), allowed_pct(scene));
+        let within = self.worst.rms_pct <= allowed_pct;
+        MovingReport { speed_m_per_s, motion, rms_pct, allowed_pct, asked, within }
     }
 }
 
@@ -64,7 +69,7 @@ impl MovingReport {
     /// Whether the error is within the limit that the scene asks for, if it does.
     #[must_use]
     pub fn keeps(&self) -> bool {
-        !self.asked || self.rms_pct <= self.allowed_pct
+        !self.asked || self.within
     }
 }
 
@@ -97,7 +102,8 @@ impl Session {
         if best.worst.rms_pct > allowed_pct && scene.solver.moving_error_pct.is_some() {
             return Err(self.cannot_keep(scene, approach, best, &tried));
         }
-        let (times, report) = (best.times, best.report(scene, approach));
+        let truths = self.off_truths(scene, &with_substeps(&self.params, best.times), approach)?;
+        let (times, report) = (best.times, best.report(scene, approach, truths));
         self.with_motion(approach, times, report)
     }
 
@@ -109,7 +115,8 @@ impl Session {
     pub fn for_motion_at_any_cost(self, machine: &CostModel, scene: &Scene) -> Result<Self, Error> {
         let Some((approach, tried)) = self.tried(machine, scene)? else { return Ok(self) };
         let Some(best) = tried.iter().min_by(|a, b| a.worst.rms_pct.total_cmp(&b.worst.rms_pct)) else { return Ok(self) };
-        let (times, report) = (best.times, best.report(scene, approach));
+        let truths = self.off_truths(scene, &with_substeps(&self.params, best.times), approach)?;
+        let (times, report) = (best.times, best.report(scene, approach, truths));
         self.with_motion(approach, times, report)
     }
 
@@ -132,7 +139,7 @@ impl Session {
         let Some(check) = SelfCheck::of(&self.patch, &self.params, approach)? else { return Ok(None) };
         let mut tried: Vec<Tried> = Vec::new();
         for times in TRIED {
-            let Some(one) = self.try_substeps(machine, scene, &check, approach, times)? else { continue };
+            let Some(one) = self.try_substeps(machine, &check, times)? else { continue };
             let keeps = one.worst.rms_pct <= allowed_pct;
             let too_slow = one.cost.units > one.cost.budget;
             tried.push(one);
@@ -167,14 +174,7 @@ impl Session {
 
     /// Tries a multiple of the substeps. `None` if the patch is not stable with it or does not
     /// survive a motion.
-    fn try_substeps(
-        &self,
-        machine: &CostModel,
-        scene: &Scene,
-        check: &SelfCheck,
-        approach: Approach,
-        times: u16,
-    ) -> Result<Option<Tried>, Error> {
+    fn try_substeps(&self, machine: &CostModel, check: &SelfCheck, times: u16) -> Result<Option<Tried>, Error> {
         let params = with_substeps(&self.params, times);
         let (model, site_m) = (self.patch.wide_model(), self.patch.site_m());
         if times > 1 {
@@ -186,7 +186,6 @@ impl Session {
             }
         }
         let Some(worst) = check.worst(&self.patch, &params)? else { return Ok(None) };
-        let worst = self.off_truths(scene, &params, approach)?.map_or(worst, |truths| worst.or(truths));
         let touched = triangles_in_reach(&model, site_m.into(), params.probe.reach_m());
         let cost = machine.cost_with(&model, &params, touched, params.substeps);
         Ok(Some(Tried { times, substeps: params.substeps, worst, cost }))
