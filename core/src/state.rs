@@ -109,7 +109,7 @@ parked! {
     been_outside: bool,
     apart: bool,
     offset_m: Vector3<f32>,
-    limit_from_m: Option<Vector3<f32>>,
+    limit: Option<TouchPlane>,
     over: Option<u16>,
     shaft: bool,
     seat: Seat,
@@ -166,8 +166,8 @@ pub struct State<'a> {
     /// Displacement that the depth limit withholds from the patch [m]: it is added to the sensed
     /// tip before the speed limits are applied.
     pub(crate) offset_m: Vector3<f32>,
-    /// Sensed tip at which the depth limit began to act [m].
-    pub(crate) limit_from_m: Option<Vector3<f32>>,
+    /// Where the depth limit was met: from this point on the force continues along this normal.
+    pub(crate) limit: Option<TouchPlane>,
     /// Surface triangle that carried the largest share of the last push; `None` once the sensed tip
     /// is outside.
     pub(crate) over: Option<u16>,
@@ -237,7 +237,7 @@ impl<'a> State<'a> {
             been_outside: held.been_outside,
             apart: held.apart,
             offset_m: held.offset_m,
-            limit_from_m: held.limit_from_m,
+            limit: held.limit,
             over: held.over,
             shaft: held.shaft,
             seat: held.seat,

@@ -84,7 +84,7 @@ pub fn write(
         }
     }
     let [p50, p99, max] = press.tick_us();
-    let model = Standing::of(scene, &session.patch);
+    let model = Standing::of(scene, session);
     let summary = Summary {
         scene: &scene.name,
         method: scene.solver.method.name(),

@@ -10,7 +10,9 @@ use palpate_fit::calibrate::{Calibration, Settings};
 use palpate_fit::far_field::prepared::{Prepared, Recipe};
 use palpate_fit::scene_fit::{Judging, Level, PIECE_JUDGED_RADII, PLACES, PiecePresses, Verdict};
 use palpate_fit::solved::Solved;
+use palpate_tissue::budget::MACHINES;
 use palpate_tissue::scene::{Drive, Inclusion, Scene};
+use palpate_tissue::session::Session;
 use palpate_tissue::stable_step::limits;
 
 use crate::bench::Bench;
@@ -65,7 +67,8 @@ impl FarPatch {
             disc_radii: PIECE_JUDGED_RADII,
             places: PLACES,
         };
-        let verdict = judging.judge(&fitted.patch, &fitted.params).expect("a patch that comes to rest");
+        let session = Session::of_fitted(&MACHINES[0], fitted.patch.clone(), fitted.params).expect("a patch that runs");
+        let verdict = judging.judge(&session).expect("a reference of the whole disc");
         Self { scene, recipe, prepared, fitted, verdict }
     }
 

@@ -17,7 +17,7 @@ use crate::fault::Fault;
 use crate::lanes::sqrt;
 use crate::model::Model;
 use crate::params::{GuardLimits, Probe, ProbeShape, Tuned};
-use crate::stages::probe::ProbePose;
+use crate::stages::probe::{ProbePose, continuation_m};
 use crate::state::State;
 use crate::tick::tick;
 
@@ -82,6 +82,8 @@ pub fn tangent_m(
 ) -> Result<f32, Fault> {
     let (probe, limits, keep) = (tuned.probe, tuned.limits, tuned.keep);
     let (prony, remembers, friction) = (tuned.prony, tuned.remembers, tuned.friction);
+    // beyond the depth limit the contact has this stiffness, whatever the tissue there
+    let beyond_m = continuation_m(&Probe { radius_m: press.radius_m, ..probe }, model.poisson_ratio, press.depth_m);
     tuned.probe.radius_m = press.radius_m;
     tuned.limits = GuardLimits { max_force_n: f32::MAX, ..limits };
     (tuned.prony.terms, tuned.remembers, tuned.friction, tuned.keep) = (0, false, 0.0, KEEP);
@@ -90,7 +92,9 @@ pub fn tangent_m(
     state.reset(model);
     (tuned.probe, tuned.limits, tuned.keep) = (probe, limits, keep);
     (tuned.prony, tuned.remembers, tuned.friction) = (prony, remembers, friction);
-    Ok(slope? / tuned.youngs_modulus_pa)
+    let tangent_m = slope? / tuned.youngs_modulus_pa;
+    // a tip that finds no resistance has none to continue
+    Ok(if tangent_m > 0.0 && tangent_m < beyond_m { beyond_m } else { tangent_m })
 }
 
 #[inline]

@@ -17,7 +17,7 @@ use crate::model::Model;
 use crate::params::Tuned;
 use crate::stages::force::foundation::Load;
 use crate::stages::presence::Plane;
-use crate::stages::probe::Motion;
+use crate::stages::probe::{Motion, continuation_m};
 use crate::state::{State, TouchPlane};
 
 /// Output of a tick.
@@ -117,16 +117,23 @@ pub fn read(
         return Err(Fault::ForceNotFinite);
     }
     force_n = normal * length;
-    if tuned.remembers && tuned.rubs() {
+    let (rubs, continues) = (tuned.remembers && tuned.rubs(), motion.beyond_m != Vector3::zeros());
+    if rubs {
         // friction shrinks in proportion to the push that carries it
         let kept = if length < bare_n { length / bare_n } else { 1.0 };
         (force_n, out.grip_n) = rub(tuned, &state.rubbed, force_n, kept);
+    }
+    if continues {
+        let stiffness_m = continuation_m(&tuned.probe, model.poisson_ratio, model.depth_limit_m);
+        force_n += motion.beyond_m * (stiffness_m * tuned.youngs_modulus_pa);
+    }
+    if rubs || continues {
         let square = force_n.dot(&force_n);
         if !square.is_finite() {
             return Err(Fault::ForceNotFinite);
         }
         if square > tuned.limits.max_force_n * tuned.limits.max_force_n {
-            // push and friction are clamped together
+            // push, friction and continuation are clamped together
             let share = tuned.limits.max_force_n / sqrt(square);
             force_n *= share;
             out.grip_n *= share;
@@ -137,7 +144,7 @@ pub fn read(
         out.limiters.set(ClampFlags::FORCE);
     }
     let rest_m = load.rest * per_push;
-    let depth_m = (rest_m - motion.to_m).dot(&normal);
+    let depth_m = (rest_m - motion.to_m + motion.beyond_m).dot(&normal);
     state.touch = Some(TouchPlane { rest_m, normal });
     state.over = Some(load.strongest.1);
     out.force_n = force_n;

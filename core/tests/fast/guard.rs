@@ -97,8 +97,40 @@ fn the_patch_is_never_shown_deeper_than_it_answers() {
     (0..60_u8).for_each(|n| held |= tissue.high(0.1e-3 - limit_m - 40e-6 * f32::from(n)).limiters.contains(ClampFlags::DEPTH));
     assert!(held, "and it says so");
     let pressed = tissue.high(-limit_m - 2.3e-3);
-    assert!(pressed.depth_m < 1.02 * limit_m && pressed.depth_m > 0.9 * limit_m, "{} of {limit_m} m", pressed.depth_m);
+    let shown_m = pressed.depth_m - pressed.apart_m;
+    assert!(shown_m < 1.02 * limit_m && shown_m > 0.9 * limit_m, "{shown_m} of {limit_m} m");
     assert_eq!(pressed.fault, None);
+}
+
+/// Without a continuation, the force of the block stays at 0.19 N from 5 mm on, and the hand falls
+/// through.
+#[test]
+fn beyond_the_depth_limit_the_force_goes_on_rising_and_comes_back_the_same() {
+    for mut tissue in [Tissue::new(), Tissue::cut(), Tissue::fine(|_| ())] {
+        let limit_m = tissue.file.model.depth_limit_m;
+        tissue.press(limit_m - 0.5e-3);
+        let normal = tissue.tuned.probe().axis;
+        let mut held_n = |depth_m: f32| (0..100).map(|_| tissue.at(normal * -depth_m)).last().unwrap().force_n.dot(&normal);
+        let depths_m: Vec<f32> = (0..12).map(|n| limit_m + 0.5e-3 * (n as f32 - 1.0)).collect();
+        let way_in: Vec<f32> = depths_m.iter().map(|m| held_n(*m)).collect();
+        let slope = |pair: &[f32]| (pair[1] - pair[0]) / 0.5e-3;
+        let before = slope(&way_in[..2]);
+        for pair in way_in[1..].windows(2) {
+            assert!((0.6 * before..1.2 * before).contains(&slope(pair)), "{way_in:?}");
+        }
+        for (depth_m, force_n) in depths_m.iter().zip(&way_in).rev() {
+            let back_n = held_n(*depth_m);
+            assert!((back_n / force_n - 1.0).abs() < 0.01, "{depth_m} m: {force_n} N, then {back_n} N");
+        }
+    }
+}
+
+#[test]
+fn the_largest_force_holds_beyond_the_depth_limit_too() {
+    let mut tissue = Tissue::with(|params| params.limits.max_force_n = 0.25);
+    let limit_m = tissue.file.model.depth_limit_m;
+    let pressed = tissue.press(limit_m + 4e-3);
+    assert!(pressed.limiters.contains(ClampFlags::FORCE) && (pressed.force_n.norm() - 0.25).abs() < 1e-6, "{pressed:?}");
 }
 
 #[test]

@@ -29,7 +29,7 @@ pub use bump_fit::{BumpDepth, BumpFit, BumpVerdict, Bumped};
 pub use check::{check, check_block, refuse_beyond_the_guard};
 pub use discs::GluedDiscs;
 pub use fit::{Prepared, prepare};
-pub use judge::{DepthVerdict, GluedVerdict, Judging, PLACES, SurfaceVerdict, Verdict, WORST_RATIO};
+pub use judge::{DepthVerdict, GluedVerdict, Judging, PLACES, SurfaceVerdict, Verdict, WORST_RATIO, judged_again};
 pub use piece::{PIECE_JUDGED_RADII, PIECE_RADII, PiecePresses, element_for, tissue_of};
 pub use presses::{JUDGED_RADII, Level, PressJob, Presses};
 pub use solve::{Forces, PressListener, solve_all};

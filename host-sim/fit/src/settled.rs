@@ -1,122 +1,120 @@
-//! Forces of a patch, including places where the static solver finds no equilibrium.
+//! Forces of a patch as it runs: ticks of the core press it, through guard, presence and
+//! foundation, and hold it at each depth until the force is at rest.
 //!
-//! Under the edge of a flat tip, and where springs can buckle into two shapes, Newton's iteration
-//! may not converge although the running patch settles. A verdict without such places would be too
-//! favourable; therefore ticks of the core press the patch there and hold it until the force is at
-//! rest.
+//! The static solver of a fit knows neither the guard nor a patch that springs cannot hold; a force
+//! that is stated to a user therefore comes from here.
 
-use std::sync::OnceLock;
+use palpate::{ClampFlags, Params, ProbePose, State, Terms, Vector3, tick};
 
-use palpate::{ClampFlags, Params, ProbePose, Terms, tick};
-
-use crate::pressed_patch::PressedPatch;
-use crate::statics::{Unbalanced, Vector};
-use palpate_tissue::budget::MACHINES;
-use palpate_tissue::patch::{Memory, Patch};
+use crate::statics::Vector;
+use palpate_tissue::error::Error;
+use palpate_tissue::patch::Memory;
 use palpate_tissue::scene::TICK_S;
 use palpate_tissue::session::Session;
 
-/// Speed of the press [m/s], slow compared with the waves in the softest tissue.
-const SPEED_M_PER_S: f64 = 0.02;
+/// Speed of the press [m/s], that of a hand that palpates slowly.
+const SPEED_M_PER_S: f64 = 0.04;
+/// Damping of the nodes [1/s], close to critical for the slowest motion: the force at rest does not
+/// depend on it, and is reached in a third of the ticks.
+const DAMPING_PER_S: f32 = 100.0;
 /// Largest deviation of the force from its mean over one window, as a share of the mean, at which
 /// it counts as at rest (1).
-const RESTS: f64 = 1e-3;
-const WINDOW_TICKS: usize = 100;
+const RESTS: f64 = 3e-4;
+const WINDOW_TICKS: usize = 25;
 /// Number of ticks of a hold after which the press counts as lost.
 const HOLD_TICKS: usize = 4_000;
 
-/// A patch that is pressed in static equilibrium, and by ticks of the core where there is no
-/// equilibrium.
+/// A patch that is pressed by ticks of the core.
 pub struct SettledPatch<'a> {
-    /// Patch in static equilibrium.
-    pub balanced: PressedPatch,
-    patch: &'a Patch,
+    session: &'a Session,
     params: Params,
-    /// The running patch, which is built at the first press without equilibrium; `None` if it
-    /// cannot run.
-    running: OnceLock<Option<Session>>,
 }
 
-/// Force of one press over Young's modulus [m^2].
+/// A press that was held until the force came to rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PressForce {
-    /// Force in static equilibrium.
-    Balanced(f64),
-    /// Force of the running patch after it came to rest.
-    Settled(f64),
-    /// Neither a static equilibrium nor a state of rest was found.
-    Lost,
-}
-
-impl PressForce {
-    /// The force over Young's modulus, if it was found [m^2].
-    #[must_use]
-    pub fn found_m2(self) -> Option<f64> {
-        match self {
-            Self::Balanced(force_m2) | Self::Settled(force_m2) => Some(force_m2),
-            Self::Lost => None,
-        }
-    }
+pub struct Settled {
+    /// Force along the press over Young's modulus [m^2].
+    pub force_m2: f64,
+    /// Whether the depth limit of the patch acted.
+    pub limited: bool,
 }
 
 impl<'a> SettledPatch<'a> {
-    /// Brings a patch to rest under a probe that does not touch it yet.
+    /// Takes the patch of a session, without friction and relaxation, which no static reference
+    /// has.
+    #[must_use]
+    pub fn of(session: &'a Session) -> Self {
+        let Params { terms, node_damping_per_s, .. } = session.params;
+        let terms = Terms { friction: false, relaxation: false, ..terms };
+        let node_damping_per_s = node_damping_per_s.max(DAMPING_PER_S);
+        Self { session, params: Params { terms, node_damping_per_s, ..session.params } }
+    }
+
+    /// Presses at an offset from the site [m] to ascending depths [m]. `None` stands for a press
+    /// that faults, that the speed or the force limit disturbs, or that does not come to rest, and
+    /// for all deeper ones.
     ///
     /// # Errors
-    /// Fails if the patch has no equilibrium at rest.
-    pub fn of(patch: &'a Patch, params: &Params) -> Result<Self, Unbalanced> {
-        let balanced = PressedPatch::of(patch, params)?;
-        Ok(Self { balanced, patch, params: *params, running: OnceLock::new() })
+    /// Fails if the core rejects the model.
+    pub fn press(&self, offset_m: Vector, depths_m: &[f64]) -> Result<Vec<Option<Settled>>, Error> {
+        self.press_seen(offset_m, depths_m, |_, _, _| ())
     }
 
-    /// Force of each press at an offset from the site [m] to ascending depths [m].
-    #[must_use]
-    pub fn press(&self, offset_m: Vector, depths_m: &[f64]) -> Vec<PressForce> {
-        let (found, _) = self.balanced.press_while_balanced(offset_m, depths_m.iter().copied(), |_, here| here.force);
-        let lost = depths_m.iter().skip(found.len());
-        let settled = lost
-            .map(|depth_m| self.settled_m2(offset_m, *depth_m).map_or(PressForce::Lost, PressForce::Settled))
-            .collect::<Vec<_>>();
-        found.into_iter().map(PressForce::Balanced).chain(settled).collect()
-    }
-
-    /// Force over Young's modulus [m^2] of the running patch after it was pressed to a depth [m]
-    /// and held until the force is at rest; `None` if it faults or does not come to rest.
-    #[must_use]
-    pub fn settled_m2(&self, offset_m: Vector, depth_m: f64) -> Option<f64> {
-        // static equilibrium does not include friction and relaxation
-        let terms = Terms { friction: false, relaxation: false, ..self.params.terms };
-        let params = Params { terms, ..self.params };
-        let running = self.running.get_or_init(|| Session::of_fitted(&MACHINES[0], self.patch.clone(), params).ok());
-        let session = running.as_ref()?;
-        let model = session.patch.wide_model();
+    /// Presses as [`Self::press`] does; `see` is called at the end of each hold with the number of
+    /// its depth, the tip [m] and the state.
+    ///
+    /// # Errors
+    /// Fails if the core rejects the model.
+    pub fn press_seen(
+        &self,
+        offset_m: Vector,
+        depths_m: &[f64],
+        mut see: impl FnMut(usize, Vector3<f32>, &State),
+    ) -> Result<Vec<Option<Settled>>, Error> {
+        let model = self.session.patch.wide_model();
         let mut memory = Memory::for_model(&model);
-        let (tuned, mut state) = memory.start(&model, &session.params).ok()?;
-        let (place_m, axis) = (self.balanced.site_m + offset_m, self.balanced.statics.axis());
-        // a force that a limiter has clamped is not that of the tissue
-        let mut pressed = |depth_m: f64| {
-            let pose = ProbePose { tip_m: (place_m - axis * depth_m).cast() };
-            let output = tick(&model, &tuned, &mut state, pose);
-            let free = output.fault.is_none() && output.limiters == ClampFlags::default();
-            free.then(|| output.force_n.cast::<f64>().dot(&axis))
-        };
+        let (tuned, mut state) = memory.start(&model, &self.params)?;
+        let axis: Vector = self.params.probe.axis.cast();
+        let place_m = self.session.patch.site_m().cast() + offset_m;
+        let tip_m = |depth_m: f64| (place_m - axis * depth_m).cast();
         // on a curved surface, the rim of a flat tip touches before its middle does
-        let (step_m, clear_m) = (SPEED_M_PER_S * TICK_S, f64::from(session.params.probe.radius_m));
-        let ramp_ticks = ((depth_m + clear_m) / step_m).floor() as i32;
-        for n in 0..=ramp_ticks {
-            pressed(f64::from(n) * step_m - clear_m)?;
-        }
-        let mut window = Vec::with_capacity(WINDOW_TICKS);
-        for _ in 0..HOLD_TICKS / WINDOW_TICKS {
-            window.clear();
-            for _ in 0..WINDOW_TICKS {
-                window.push(pressed(depth_m)?);
+        let step_m = SPEED_M_PER_S * TICK_S;
+        let mut at_m = -f64::from(self.params.probe.radius_m);
+        let pressed = |depth_m: f64, state: &mut State| {
+            let output = tick(&model, &tuned, state, ProbePose { tip_m: tip_m(depth_m) });
+            let clamped = |flag| output.limiters.contains(flag);
+            // beyond the depth limit, the shown tip lags behind for another reason than its speed
+            let limited = clamped(ClampFlags::DEPTH);
+            let disturbed = clamped(ClampFlags::FORCE) || clamped(ClampFlags::BURIED) || clamped(ClampFlags::SPEED) && !limited;
+            (output.fault.is_none() && !disturbed).then(|| (output.force_n.cast::<f64>().dot(&axis), limited))
+        };
+        let mut hold = |depth_m: f64, state: &mut State| {
+            while at_m < depth_m {
+                pressed(at_m, state)?;
+                at_m += step_m;
             }
-            let mean_n = window.iter().sum::<f64>() / WINDOW_TICKS as f64;
-            if mean_n > 0.0 && window.iter().all(|force_n| (force_n / mean_n - 1.0).abs() < RESTS) {
-                return Some(mean_n / f64::from(session.params.youngs_modulus_pa));
+            at_m = depth_m;
+            let mut window = [0.0; WINDOW_TICKS];
+            let mut limited = false;
+            for _ in 0..HOLD_TICKS / WINDOW_TICKS {
+                for force_n in &mut window {
+                    (*force_n, limited) = pressed(depth_m, state)?;
+                }
+                let mean_n = window.iter().sum::<f64>() / WINDOW_TICKS as f64;
+                if mean_n > 0.0 && window.iter().all(|force_n| (force_n / mean_n - 1.0).abs() < RESTS) {
+                    return Some(Settled { force_m2: mean_n / f64::from(self.params.youngs_modulus_pa), limited });
+                }
             }
+            None
+        };
+        let mut found = vec![None; depths_m.len()];
+        for (n, (depth_m, found)) in depths_m.iter().zip(&mut found).enumerate() {
+            *found = hold(*depth_m, &mut state);
+            if found.is_none() {
+                break;
+            }
+            see(n, tip_m(*depth_m), &state);
         }
-        None
+        Ok(found)
     }
 }

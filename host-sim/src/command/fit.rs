@@ -220,7 +220,7 @@ mod tests {
             disc_rms_pct: 1.0,
             disc_worst_pct: 2.0,
             disc_places: 0,
-            settled_presses: 0,
+            limited_presses: 0,
             lost_presses,
             presses: 100,
             disc_radius_m: 0.01,

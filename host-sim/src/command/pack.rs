@@ -7,6 +7,7 @@ use super::progress::told;
 use super::verdict::Verdict;
 use super::{Common, boards, print_warnings};
 use crate::error::Error;
+use palpate_fit::scene_fit::judged_again;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::{Cost, CostModel, triangles_in_reach};
 use palpate_tissue::fit_record::{FitRecord, checksum};
@@ -83,9 +84,11 @@ fn pack(common: &Common, board: &BoardArg, nodes: Option<usize>) -> Result<(), E
     }
     let folder = OutputFolder::add_to(&common.folder("pack"))?;
     folder.write(&name, &bytes)?;
-    // the errors of the record remain those of the fit, since its constants are packed unchanged
-    if let (Standing::Calibrated { record }, Some(patch_crc32)) = (Standing::of(&scene, &session.patch), checksum(&bytes)) {
-        FitRecord { patch_crc32, ..record }.write(&folder, &name)?;
+    let mut standing = Standing::of(&scene, &session);
+    if let (Standing::Calibrated { record, .. }, Some(patch_crc32)) = (&mut standing, checksum(&bytes)) {
+        let judged = told("judging the patch", || judged_again(&scene, &session, record))?;
+        *record = FitRecord { patch_crc32, nodes: model.nodes.len(), judged, ..record.clone() };
+        record.write(&folder, &name)?;
     }
     let out = folder.publish()?;
     let file = out.join(name);
@@ -94,7 +97,7 @@ fn pack(common: &Common, board: &BoardArg, nodes: Option<usize>) -> Result<(), E
         model.nodes.len(),
         machine.name,
         100.0 * cost.units / cost.budget,
-        Standing::of(&scene, &session.patch).short()
+        standing.short()
     ))
     .first();
     print_warnings(&scene);
@@ -107,9 +110,9 @@ fn pack(common: &Common, board: &BoardArg, nodes: Option<usize>) -> Result<(), E
         bytes.len()
     );
     println!("about {:.0} of at most {:.0} {} per tick on {} (estimate)", cost.units, cost.budget, machine.unit, machine.name);
-    println!("model: {}", Standing::of(&scene, &session.patch).sentence(&scene));
+    println!("model: {}", standing.sentence(&scene));
     println!("{}", boards::runs_on(machine));
-    if machine.name != "desktop" && !matches!(Standing::of(&scene, &session.patch), Standing::Calibrated { .. }) {
+    if machine.name != "desktop" && !matches!(standing, Standing::Calibrated { .. }) {
         println!("palpate fit --board {} with the same scene makes a calibrated patch that fits this board", machine.name);
     }
     verdict.last()

@@ -1,6 +1,7 @@
 //! The command `palpate press`.
 
 use clap::Args;
+use palpate::ClampFlags;
 
 use super::mesh::box_mm;
 use super::progress::{Spinner, told};
@@ -84,7 +85,7 @@ fn in_words(scene: &Scene, session: &Session, press: &Press) -> String {
     let right = match furthest {
         Some(pct) if pct > FAR_PCT => format!("it ran, but is {pct:.1} % off finite elements"),
         Some(pct) => format!("within {pct:.1} % of finite elements"),
-        None => Standing::of(scene, &session.patch).short(),
+        None => Standing::of(scene, session).short(),
     };
     let moving = match session.report.moving {
         Some(MovingReport { rms_pct, allowed_pct, .. }) if rms_pct > allowed_pct => {
@@ -100,8 +101,15 @@ fn in_words(scene: &Scene, session: &Session, press: &Press) -> String {
         ),
         None => String::new(),
     };
+    let limited = match press.limiters.contains(ClampFlags::DEPTH) {
+        true => format!(
+            ", continued by a straight line below {:.2} mm, where the patch ends and the guard holds its tip",
+            session.report.depth_limit_mm
+        ),
+        false => String::new(),
+    };
     let [_, _, slowest_us] = press.tick_us();
-    format!("{right}{soft}{moving}; the slowest tick took {:.1} % of its millisecond", f64::from(slowest_us) * 0.1)
+    format!("{right}{soft}{limited}{moving}; the slowest tick took {:.1} % of its millisecond", f64::from(slowest_us) * 0.1)
 }
 
 /// Force of the finite elements at a hold [N], if it is stored.
@@ -171,9 +179,9 @@ fn print_report(scene: &Scene, session: &Session) {
         r.mass_floor_ratio
     );
     if let Some(moving) = r.moving {
-        let MovingReport { speed_m_per_s, rms_pct, allowed_pct } = moving;
+        let MovingReport { speed_m_per_s, motion, rms_pct, allowed_pct, .. } = moving;
         println!(
-            "  moving    {rms_pct:.1} % off on the way down at {:.0} mm/s, against the same patch with almost true masses",
+            "  moving    {rms_pct:.1} % off at up to {:.0} mm/s in the worst motion tried ({motion}), the 20 ms after it included",
             speed_m_per_s * 1e3
         );
         if rms_pct > allowed_pct {
@@ -192,7 +200,7 @@ fn print_report(scene: &Scene, session: &Session) {
             scene.file
         );
     }
-    println!("  model     {}", Standing::of(scene, &session.patch).sentence(scene));
+    println!("  model     {}", Standing::of(scene, session).sentence(scene));
 }
 
 /// Describes the supports of the tissue.
@@ -221,7 +229,7 @@ fn print_moving(errors: &[RampError]) {
         return;
     }
     println!(
-        "\non ramps down to 4 mm: how far the force is off finite elements that move, in % (rms in % of the peak force, at most {DEFAULT_ERROR_PCT} is good)"
+        "\non ramps down to 4 mm: how far the force is off finite elements that move, in % (rms with the 20 ms after the stop, in % of the peak force, at most {DEFAULT_ERROR_PCT} is good)"
     );
     println!("{:>10} {:>8} {:>8} {:>8} {:>8} {:>9} {:>8}", "mm/s", "at 1 mm", "at 2 mm", "at 3 mm", "at 4 mm", "rms", "at peak");
     for e in errors {

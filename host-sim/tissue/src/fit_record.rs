@@ -97,9 +97,10 @@ impl OrganRecord {
         Some(Self { name, mesh_crc32, site_m: scene.probe.site.unwrap_or_default(), regions: regions.collect() })
     }
 
-    /// The key in which a scene with this organ differs from `fitted`, and the fitted value.
+    /// The key in which a scene with this organ differs from `fitted`, and the fitted value. A site
+    /// differs beyond the judged disc around the fitted one [m].
     #[must_use]
-    pub fn first_difference(&self, fitted: &Self) -> Option<(&'static str, String)> {
+    pub fn first_difference(&self, fitted: &Self, disc_radius_m: f64) -> Option<(&'static str, String)> {
         let key = if self.mesh_crc32.is_some() { "tissue.mesh" } else { "tissue.organ" };
         if self.name != fitted.name {
             return Some((key, fitted.name.clone()));
@@ -107,8 +108,9 @@ impl OrganRecord {
         if self.mesh_crc32 != fitted.mesh_crc32 {
             return Some((key, format!("another file of the name {}", fitted.name)));
         }
-        if self.site_m != fitted.site_m {
-            return Some(("probe.site", format!("{:?}", fitted.site_m)));
+        let squares = self.site_m.iter().zip(fitted.site_m).map(|(own, of)| (own - of).powi(2));
+        if squares.sum::<f64>().sqrt() > disc_radius_m {
+            return Some(("probe.site", format!("{:?} and {disc_radius_m} m around it", fitted.site_m)));
         }
         let same = |(own, of): (&(String, f64), &(String, f64))| own.0 == of.0 && (own.1 / of.1 - 1.0).abs() < SAME;
         if self.regions.len() != fitted.regions.len() || !self.regions.iter().zip(&fitted.regions).all(same) {
@@ -206,13 +208,16 @@ fn is_none(count: &usize) -> bool {
 }
 
 /// Force error that floored masses cause under a moving probe.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Moving {
-    /// Speed of the ramp [m/s].
+    /// Largest speed of the motions that were tried [m/s].
     pub speed_m_per_s: f64,
-    /// Root mean square over the ramp, relative to the largest force of the ramp [%].
+    /// Root mean square over the worst motion, relative to its largest force [%].
     pub rms_pct: f64,
+    /// Name of that motion, if more than a ramp was tried.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<String>,
 }
 
 impl FitRecord {

@@ -331,11 +331,11 @@ pub struct Solver {
     /// * default: the shipped patch that fits the scene, if there is one
     pub patch: Option<PathBuf>,
     /// Largest force error [%] that floored masses may cause while the probe moves at the drive's
-    /// speed: the root mean square over the ramp, relative to the largest force of the ramp. The
-    /// error of the mesh itself comes on top. `press`, `pack` and `fit --smallest` choose their
-    /// substeps by this bound. Without this key `press` and `fit --smallest` aim at 5 %, and a
-    /// press that cannot meet the bound runs with a warning. `loop` chooses its substeps by taps
-    /// that it simulates.
+    /// speed, on a board at 200 mm/s at least: the root mean square over the worst of the motions
+    /// that the drive can make, relative to the largest force of that motion. The error of the mesh
+    /// itself comes on top. `press`, `pack` and `fit` choose their substeps by this bound. Without
+    /// this key `press` and `fit` aim at 5 %, and say what they reach. `loop` chooses its substeps
+    /// by taps that it simulates.
     ///
     /// * range: above 0 to 100
     pub moving_error_pct: Option<f64>,

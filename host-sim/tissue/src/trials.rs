@@ -21,8 +21,6 @@ const NODES: f64 = 1.2;
 const RADIUS: f64 = 0.7;
 /// Difference of the logarithm of depth over radius that counts as one (1).
 const DEPTH: f64 = 1.0;
-/// Distance of a scene from a trial below which they count as alike (1).
-const ALIKE: f64 = 1.0;
 /// Distance between a flat and a round tip (1).
 const OTHER_SHAPE: f64 = 3.0;
 
@@ -51,38 +49,85 @@ pub struct Trial {
     pub worst_pct: f64,
 }
 
-/// Expected force error of a scene, taken from the trial that is most like it.
+/// Bound on the force error of a scene, from the trial that is most like it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Expected {
-    /// Root mean square over places and depths [%].
+    /// Root mean square over places and depths, at most [%].
     pub rms_pct: f64,
-    /// Largest force error, with its sign [%].
+    /// Largest magnitude of a force error, at most [%].
     pub worst_pct: f64,
     /// Name of the trial's scene.
     pub trial: String,
-    /// Whether the trial is alike enough for its error to be expected.
-    pub alike: bool,
+    /// Errors of that trial [%]: root mean square, and the largest with its sign.
+    pub measured_pct: [f64; 2],
+}
+
+impl Expected {
+    /// The bound, and the trial that it comes from, in words.
+    #[must_use]
+    pub fn bound(&self) -> String {
+        let [rms_pct, worst_pct] = self.measured_pct;
+        format!(
+            "at most {:.0} % rms and {:.0} % at worst off finite elements (trial {} was {rms_pct:.1} and {worst_pct:+.0} % off, and from trial to trial errors grow no faster)",
+            self.rms_pct.ceil(),
+            self.worst_pct.ceil(),
+            self.trial
+        )
+    }
+}
+
+/// Properties of a press on which the error of a patch depends.
+struct Case {
+    size_m: [f64; 3],
+    poisson_ratio: f64,
+    probe: AnswerProbe,
+    nodes: usize,
+    deepest_m: f64,
+    /// Tip that the patch was fitted to, if it was fitted to another.
+    fitted: Option<AnswerProbe>,
 }
 
 impl Trial {
-    /// Distance of a scene from the trial (1); below one they are alike.
-    fn unlike(&self, scene: &Scene, size_m: [f64; 3], nodes: usize) -> f64 {
-        let deepest_m = match &scene.drive {
-            Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.iter().copied().fold(0.0, f64::max),
-            Drive::Force { .. } | Drive::Trace { .. } => 0.5 * scene.probe.radius_m,
-        };
-        let radius_m = scene.probe.radius_m;
-        let own = scene.probe.tip();
-        let [x, y, z] = self.block_m;
-        let ratio = |own: f64, other: f64, scale: f64| ((own / other).ln() / scale).powi(2);
-        let squares = ((scene.tissue.poisson_ratio - self.poisson_ratio) / POISSON_RATIO).powi(2)
-            + ratio(nodes as f64, self.nodes as f64, NODES)
-            + ratio(radius_m / size_m[2], self.probe.radius_m / z, RADIUS)
-            + ratio(radius_m / size_m[0].min(size_m[1]), self.probe.radius_m / x.min(y), RADIUS)
-            + ratio(deepest_m / radius_m, self.deepest_m / self.probe.radius_m, DEPTH)
-            + unlike_shape(&own, &self.probe).powi(2);
-        squares.sqrt()
+    fn case(&self) -> Case {
+        let Self { block_m, poisson_ratio, probe, nodes, deepest_m, fitted, .. } = self;
+        Case {
+            size_m: *block_m,
+            poisson_ratio: *poisson_ratio,
+            probe: *probe,
+            nodes: *nodes,
+            deepest_m: *deepest_m,
+            fitted: *fitted,
+        }
     }
+
+    /// Distance of a case from the trial (1).
+    fn unlike(&self, case: &Case) -> f64 {
+        let [x, y, z] = self.block_m;
+        let radius_m = case.probe.radius_m;
+        let ratio = |own: f64, other: f64, scale: f64| ((own / other).ln() / scale).powi(2);
+        let squares = ((case.poisson_ratio - self.poisson_ratio) / POISSON_RATIO).powi(2)
+            + ratio(case.nodes as f64, self.nodes as f64, NODES)
+            + ratio(radius_m / case.size_m[2], self.probe.radius_m / z, RADIUS)
+            + ratio(radius_m / case.size_m[0].min(case.size_m[1]), self.probe.radius_m / x.min(y), RADIUS)
+            + ratio(case.deepest_m / radius_m, self.deepest_m / self.probe.radius_m, DEPTH)
+            + unlike_shape(&case.probe, &self.probe).powi(2);
+        // how much larger the tip is than the fitted one, in the case and in the trial
+        let unlike_fit = match (&case.fitted, &self.fitted) {
+            (Some(own), Some(theirs)) => {
+                let scale = (radius_m / own.radius_m) / (self.probe.radius_m / theirs.radius_m);
+                (scale.ln() / RADIUS).abs() + unlike_shape(own, theirs)
+            }
+            _ => 0.0,
+        };
+        squares.sqrt() + unlike_fit
+    }
+}
+
+/// Largest growth of an error from one trial to another, per unit of their distance and at least
+/// for one unit: the logarithm of the ratio (1).
+fn growth(trials: &[Trial], error: impl Fn(&Trial) -> f64) -> f64 {
+    let pairs = trials.iter().flat_map(|own| trials.iter().map(move |other| (own, other)));
+    pairs.map(|(own, other)| (error(own) / error(other)).ln() / other.unlike(&own.case()).max(1.0)).fold(0.0, f64::max)
 }
 
 /// The trials that are shipped.
@@ -91,34 +136,42 @@ pub fn shipped() -> Vec<Trial> {
     serde_json::from_str(TRIALS).unwrap_or_default()
 }
 
-/// Expected error of a scene on a block with `nodes` nodes: uncalibrated, or with a patch fitted to
-/// another tip on the same tissue. `None` if there is no trial of that kind; no trial has tissue
-/// that stiffens.
+/// Bound on the error of a scene on a block with `nodes` nodes: uncalibrated, or with a patch
+/// fitted to another tip on the same tissue. It is the error of the nearest trial, times the growth
+/// with distance that no pair of trials exceeds. `None` if there is no trial of that kind; no trial
+/// has tissue that stiffens.
 #[must_use]
 pub fn expected(scene: &Scene, nodes: usize, fitted: Option<&FitRecord>) -> Option<Expected> {
-    let size_m = scene.tissue.block_m.filter(|_| scene.tissue.most_stiffening_b() == 0.0)?;
-    let own = scene.probe.tip();
-    let of_kind = |trial: &Trial| match fitted {
-        None => trial.fitted.is_none(),
-        Some(record) => {
-            record.probe != own
-                && record.tissue.poisson_ratio == scene.tissue.poisson_ratio
-                && record.tissue.block_m == scene.tissue.block_m
-                && trial.fitted.is_some()
-        }
+    let (tissue, radius_m) = (&scene.tissue, scene.probe.radius_m);
+    let deepest_m = match &scene.drive {
+        Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. } => holds_m.iter().copied().fold(0.0, f64::max),
+        Drive::Force { .. } | Drive::Trace { .. } => 0.5 * radius_m,
     };
-    // compares how much larger the tip is than the fitted one in the scene and in the trial
-    let unlike_fit = |trial: &Trial| match (fitted, &trial.fitted) {
-        (Some(record), Some(theirs)) => {
-            let scale = (own.radius_m / record.probe.radius_m) / (trial.probe.radius_m / theirs.radius_m);
-            (scale.ln() / RADIUS).abs() + unlike_shape(&record.probe, theirs)
-        }
-        _ => 0.0,
+    let case = Case {
+        size_m: tissue.block_m.filter(|_| tissue.most_stiffening_b() == 0.0)?,
+        poisson_ratio: tissue.poisson_ratio,
+        probe: scene.probe.tip(),
+        nodes,
+        deepest_m,
+        fitted: fitted.map(|record| record.probe),
     };
-    let trials = shipped();
-    let ranked = trials.iter().filter(|trial| of_kind(trial)).map(|t| (t.unlike(scene, size_m, nodes) + unlike_fit(t), t));
+    let is_same = |record: &FitRecord| {
+        record.probe != case.probe && record.tissue.poisson_ratio == case.poisson_ratio && record.tissue.block_m == tissue.block_m
+    };
+    if !fitted.is_none_or(is_same) {
+        return None;
+    }
+    let mut trials = shipped();
+    trials.retain(|trial| trial.fitted.is_some() == fitted.is_some());
+    let ranked = trials.iter().map(|trial| (trial.unlike(&case), trial));
     let (unlike, nearest) = ranked.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(Expected { rms_pct: nearest.rms_pct, worst_pct: nearest.worst_pct, trial: nearest.scene.clone(), alike: unlike < ALIKE })
+    let bound = |error: fn(&Trial) -> f64| error(nearest) * (unlike.max(1.0) * growth(&trials, error)).exp();
+    Some(Expected {
+        rms_pct: bound(|trial| trial.rms_pct),
+        worst_pct: bound(|trial| trial.worst_pct.abs()),
+        trial: nearest.scene.clone(),
+        measured_pct: [nearest.rms_pct, nearest.worst_pct],
+    })
 }
 
 /// Distance between two tips apart from their size (1): flat or not, and the ratio of width to

@@ -5,9 +5,11 @@ use palpate_fit::calibrate::targets::PlaceTarget;
 use palpate_fit::calibrate::{CalibrateError, ForceTarget, Objective, Settings, Targets, Unknowns, calibrate};
 use palpate_fit::pressed_patch::PressedPatch;
 use palpate_fit::scene_fit::prepare;
-use palpate_fit::settled::{PressForce, SettledPatch};
+use palpate_fit::settled::SettledPatch;
 use palpate_fit::statics::{Statics, Vector};
+use palpate_tissue::budget::MACHINES;
 use palpate_tissue::scene::Scene;
+use palpate_tissue::session::{Session, calibrated};
 
 const DEPTH_M: f64 = 0.006;
 /// Number of presses with an equilibrium for each one without; at least fifty are required.
@@ -83,33 +85,44 @@ fn many_presses_without_balance_end_it() {
 fn a_press_without_balance_is_judged_by_the_running_patch() {
     let scene = Scene::load("../host-sim/scenes/trials/nu25-130.toml").unwrap();
     let prepared = prepare(&scene).unwrap();
-    let patch = prepared.uncalibrated();
-    let settled = SettledPatch::of(&patch, &prepared.params).unwrap();
-    let forces = |place: Vector| settled.press(place, &[0.004, DEPTH_M]);
-    let here = forces(buckles());
-    assert!(matches!(here[..], [PressForce::Balanced(_), PressForce::Settled(_)]), "{here:?}");
-    let beside = [-1.0, 1.0].map(|side| forces(buckles() + Vector::new(0.0, side * 3e-4, 0.0))[1]);
-    let beside = beside.map(|force| match force {
-        PressForce::Balanced(force_m2) => force_m2,
-        other => panic!("these places serve no longer: {other:?}"),
-    });
-    let ratio = here[1].found_m2().unwrap() / (0.5 * (beside[0] + beside[1]));
-    assert!((ratio - 1.0).abs() < 0.02, "{ratio}: {here:?} {beside:?}");
+    let session = Session::of_fitted(&MACHINES[0], prepared.uncalibrated(), prepared.params).unwrap();
+    let settled = SettledPatch::of(&session);
+    let force_m2 = |place: Vector| settled.press(place, &[0.004, DEPTH_M]).unwrap()[1].unwrap().force_m2;
+    let [here, before, after] = [0.0, -3e-4, 3e-4].map(|aside_m| force_m2(buckles() + Vector::new(0.0, aside_m, 0.0)));
+    let ratio = here / (0.5 * (before + after));
+    assert!((ratio - 1.0).abs() < 0.02, "{ratio}: {here} between {before} and {after}");
 }
 
-/// The two ways to the same force; the second place lies below the rest surface, as the rim of a
-/// flat tip does where tissue is curved.
+/// The two ways to the same force, below the depth limit; the second place lies below the rest
+/// surface, as the rim of a flat tip does where tissue is curved.
 #[test]
 fn the_running_patch_settles_at_the_force_of_the_equilibrium() {
     for (scene, depth_m) in [("nu25-130", 0.004), ("flat8-410", 0.001)] {
         let scene = Scene::load(&format!("../host-sim/scenes/trials/{scene}.toml")).unwrap();
         let prepared = prepare(&scene).unwrap();
-        let patch = prepared.uncalibrated();
-        let settled = SettledPatch::of(&patch, &prepared.params).unwrap();
+        let session = Session::of_fitted(&MACHINES[0], prepared.uncalibrated(), prepared.params).unwrap();
+        let pressed = PressedPatch::of(&session.patch, &session.params).unwrap();
         for place in [Vector::new(0.003, -0.002, 0.0), Vector::new(-0.001, 0.004, -0.0005)] {
-            let [PressForce::Balanced(balanced_m2)] = settled.press(place, &[depth_m])[..] else { panic!("{place:?}") };
-            let settled_m2 = settled.settled_m2(place, depth_m).unwrap();
-            assert!((settled_m2 / balanced_m2 - 1.0).abs() < 2e-3, "{}: {place:?} {settled_m2} {balanced_m2}", scene.name);
+            let balanced_m2 = pressed.press(place, [depth_m], |_, balance| balance.force).unwrap()[0];
+            let settled = SettledPatch::of(&session).press(place, &[depth_m]).unwrap()[0].unwrap();
+            let ratio = settled.force_m2 / balanced_m2;
+            assert!(!settled.limited && (ratio - 1.0).abs() < 2e-3, "{}: {place:?} {settled:?} {balanced_m2}", scene.name);
         }
     }
+}
+
+/// The guard holds the tip at the limit, and the verdict is of what the hand feels: the static
+/// solver would press on as if there were no limit.
+#[test]
+fn a_press_beyond_the_depth_limit_is_judged_by_its_continuation() {
+    let (mut patch, params) = calibrated::sized(130).unwrap();
+    let pressed = PressedPatch::of(&patch, &params).unwrap();
+    let free_m2 = pressed.press(Vector::zeros(), [0.002, DEPTH_M], |_, balance| balance.force).unwrap();
+    patch.set_depth_limit_m(0.003);
+    let session = Session::of_fitted(&MACHINES[0], patch, params).unwrap();
+    let found = SettledPatch::of(&session).press(Vector::zeros(), &[0.002, DEPTH_M]).unwrap();
+    let [shallow, deep] = [found[0].unwrap(), found[1].unwrap()];
+    assert!(!shallow.limited && (shallow.force_m2 / free_m2[0] - 1.0).abs() < 2e-3, "{shallow:?} {free_m2:?}");
+    let ratio = deep.force_m2 / free_m2[1];
+    assert!(deep.limited && (0.75..0.95).contains(&ratio), "{ratio}: {deep:?} {free_m2:?}");
 }

@@ -125,7 +125,7 @@ fn a_patch_file_that_is_not_what_the_scene_says() {
     for (from, to, key) in [
         (POISSON, "poisson_ratio = 0.4", "tissue.poisson_ratio = 0.4"),
         (BLOCK, "block_m = [0.08, 0.08, 0.05]", "tissue.block_m[2] = 0.05"),
-        (PLACE, "position_m = [0.0, 0.01]", "probe.position_m[1] = 0.01"),
+        (PLACE, "position_m = [0.0, 0.01]", "probe.position_m = [0, 0.01]"),
         (HOLDS, "holds_m = [0.001, 0.012]", "drive.holds_m[1] = 0.012"),
     ] {
         refused_scene(&desk, &edited(&scene, from, to), &["scene.toml", key, "a.patch"]);

@@ -21,7 +21,9 @@ const LEAST_N: f32 = 2e-4;
 /// Interval between the recorded rows [ticks].
 const EVERY: usize = 10;
 const WALL_N_PER_M: f64 = 400.0;
-const YOUNGS_MODULUS_PA: f32 = 20e3;
+/// Young's modulus of the blocks [Pa]: their contact stays below the device's stiffness ceiling,
+/// above which a gain would hide a change of stiffness.
+const YOUNGS_MODULUS_PA: f32 = 18e3;
 /// Segment of a motion: depth [m], distance along the surface [m], and speed [m/s], or duration [s]
 /// if it stands still.
 type Motion = (f64, f64, f64);

@@ -101,7 +101,7 @@ proptest! {
         place(&mut state, &model, Deformation { strain: 0.05 * deformation.strain, jitter: 0.1 * deformation.jitter, ..deformation }, 0.0);
         let velocity = Vector3::new(0.1, -0.2, -0.3);
         for to_m in [at_depth(-0.1), at_depth(depth_m)] {
-            let mut motion = Motion { from_m: to_m, to_m, velocity_m_per_s: velocity, apart_m: 0.0, outside: false, limiters: ClampFlags::default() };
+            let mut motion = Motion { from_m: to_m, to_m, velocity_m_per_s: velocity, apart_m: 0.0, beyond_m: Vector3::zeros(), outside: false, limiters: ClampFlags::default() };
             contact::find(&model, &tuned, &mut state, &mut motion);
         }
         let load = force::accumulate(&model, &tuned, &mut state, at_depth(depth_m), velocity);

@@ -182,6 +182,7 @@ fn contact_forces_are_slopes_of_the_foundation_and_its_damping() {
                 to_m,
                 velocity_m_per_s: velocity,
                 apart_m: 0.0,
+                beyond_m: Vector3::zeros(),
                 outside: false,
                 limiters: ClampFlags::default(),
             };

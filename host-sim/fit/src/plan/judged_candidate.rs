@@ -151,18 +151,22 @@ impl Bench<'_> {
             places: judged_places,
         };
         let unpressed = |cause: &dyn std::fmt::Display| Error::Check(format!("the fitted patch cannot be pressed: {cause}"));
-        let judged = judging.judge(&fit.patch, &fit.params).map_err(|cause| unpressed(&cause))?;
+        let ready = Session::of_fitted(self.machine, fit.patch, fit.params)?;
+        let judged = judging.judge(&ready).map_err(|cause| unpressed(&cause))?;
         if judged.lost_too_many() {
             return Err(unpressed(&"it does not come to rest"));
         }
         let touched = weighed.counts.touched;
-        let counts = Counts::of(&fit.patch.model(), touched);
+        let counts = Counts::of(&ready.patch.model(), touched);
         let shear_error_pct = edge.shear_error_pct(weighed);
         let (mut substeps, mut patch_bytes, mut moving, mut session) = (weighed.substeps, weighed.patch_bytes, None, None);
         let mut accepted = true;
         if effort == Effort::Full {
-            let ready =
-                Session::of_fitted(self.machine, fit.patch, fit.params)?.for_motion_at_any_cost(self.machine, self.scene)?;
+            // a limit that the scene asks for may take a faster board
+            let ready = match self.scene.solver.moving_error_pct {
+                Some(_) => ready.for_motion_at_any_cost(self.machine, self.scene)?,
+                None => ready.for_motion(self.machine, self.scene)?,
+            };
             let on_board = (self.on_board)(&ready);
             accepted = on_board.is_some();
             let ready = on_board.unwrap_or(ready);

@@ -19,12 +19,14 @@ use crate::calibrate::{
 };
 use crate::force_map::BlockForces;
 use crate::pressed_patch::{NOT_BEGUN, PressedPatch, larger, rms, worst};
-use crate::settled::{PressForce, SettledPatch};
+use crate::settled::{Settled, SettledPatch};
 use crate::statics::{Balance, Statics, Unbalanced, Vector};
 use palpate_tissue::answer::{Answer, AnswerProbe, HoldAnswer};
+use palpate_tissue::budget::MACHINES;
 use palpate_tissue::error::Error;
 use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::{Inclusion, Scene};
+use palpate_tissue::session::Session;
 use palpate_tissue::tissue::{Tissue, ratio_of};
 
 /// Deviation of a bump, as a share of the highest bump at its depth, that counts as one unit of
@@ -224,20 +226,20 @@ impl BumpFit<'_> {
     /// \[depths\]\[places\]; NaN where the patch does not come to rest.
     ///
     /// # Errors
-    /// Fails if the patch has no equilibrium at rest.
-    pub fn along_the_line(&self, patch: &Patch, params: &Params) -> Result<Vec<Vec<(f64, f64)>>, Unbalanced> {
-        let places = self.pairs(patch, params, self.bumps.line_m())?;
+    /// Fails if a patch cannot run.
+    pub fn along_the_line(&self, session: &Session) -> Result<Vec<Vec<(f64, f64)>>, Error> {
+        let places = self.pairs(session, self.bumps.line_m())?;
         let depths = 0..self.bumps.depths_m.len();
         let at = |place: &Vec<Pair>, n: usize| place.get(n).copied().flatten().unwrap_or((f64::NAN, f64::NAN));
         Ok(depths.map(|n| places.iter().map(|place| at(place, n)).collect()).collect())
     }
 
-    /// Evaluates the bump of a patch, at rest on its own site, at unseen places.
+    /// Evaluates the bump of the patch of a session at unseen places.
     ///
     /// # Errors
-    /// Fails if the patch has no equilibrium at rest.
-    pub fn judge(&self, patch: &Patch, params: &Params) -> Result<BumpVerdict, Unbalanced> {
-        let places = self.pairs(patch, params, self.bumps.unseen_m())?;
+    /// Fails if a patch cannot run.
+    pub fn judge(&self, session: &Session) -> Result<BumpVerdict, Error> {
+        let places = self.pairs(session, self.bumps.unseen_m())?;
         let at_depth = |(n, depth_m): (usize, &f64)| {
             let (highest_m2, plain_m2) = self.highest_m2(*depth_m);
             let found = |place: &Vec<Pair>| place.get(n).copied().flatten();
@@ -265,23 +267,20 @@ impl BumpFit<'_> {
 
     /// Bumps of a patch and of the finite elements over E [m^2], shape \[places\]\[depths\]; `None`
     /// where the patch does not come to rest with the inclusions or without them.
-    fn pairs(&self, patch: &Patch, params: &Params, places_m: &[[f64; 2]]) -> Result<Vec<Vec<Pair>>, Unbalanced> {
-        let (plain, own) = (SettledPatch::of(self.plain.0, self.plain.1)?, SettledPatch::of(patch, params)?);
+    fn pairs(&self, session: &Session, places_m: &[[f64; 2]]) -> Result<Vec<Vec<Pair>>, Error> {
+        let (patch, params) = self.plain;
+        let without = Session::of_fitted(&MACHINES[0], patch.clone(), *params)?;
+        let (plain, own) = (SettledPatch::of(&without), SettledPatch::of(session));
         let depths_m = &self.bumps.depths_m;
         let place = |place: &[f64; 2]| {
             let offset_m = Vector::new(place[0], place[1], 0.0);
-            let pair = |((depth_m, without), with): ((&f64, PressForce), PressForce)| {
-                let bump_m2 = match (without, with) {
-                    (PressForce::Balanced(without_m2), PressForce::Balanced(with_m2)) => with_m2 - without_m2,
-                    // for a small difference, both forces must be computed with the same method
-                    _ => own.settled_m2(offset_m, *depth_m)? - plain.settled_m2(offset_m, *depth_m)?,
-                };
-                Some((bump_m2, self.bump_m2(*place, *depth_m)?))
+            let forces = plain.press(offset_m, depths_m)?.into_iter().zip(own.press(offset_m, depths_m)?);
+            let pair = |(depth_m, (without, with)): (&f64, (Option<Settled>, Option<Settled>))| {
+                Some((with?.force_m2 - without?.force_m2, self.bump_m2(*place, *depth_m)?))
             };
-            let forces = plain.press(offset_m, depths_m).into_iter().zip(own.press(offset_m, depths_m));
-            depths_m.iter().zip(forces).map(|(depth_m, (without, with))| pair(((depth_m, without), with))).collect()
+            Ok(depths_m.iter().zip(forces).map(pair).collect())
         };
-        Ok(places_m.par_iter().map(place).collect())
+        places_m.par_iter().map(place).collect()
     }
 }
 

@@ -1,4 +1,5 @@
-//! Measures the force error of a patch at unseen places and depths.
+//! Measures the force error of a patch at unseen places and depths, through ticks of the core as a
+//! device runs them: every error that is stated of a patch comes from here.
 
 mod glued;
 mod surface;
@@ -7,23 +8,28 @@ pub use glued::GluedVerdict;
 use surface::CENTRED_M;
 pub use surface::SurfaceVerdict;
 
-use palpate::Params;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::calibrate::places::random;
 use crate::calibrate::targets::Reference;
 use crate::calibrate::too_many_lost;
-use crate::pressed_patch::{NOT_BEGUN, error_pct, larger, rms, worst};
-use crate::settled::{PressForce, SettledPatch};
-use crate::statics::{Unbalanced, Vector};
+use crate::force_map::BlockForces;
+use crate::pressed_patch::{error_pct, larger, rms, worst};
+use crate::settled::{Settled, SettledPatch};
+use crate::statics::Vector;
 use palpate_tissue::answer::Answer;
-use palpate_tissue::patch::Patch;
+use palpate_tissue::error::Error;
+use palpate_tissue::fit_record::{FitRecord, Judged, JudgedPart, JudgedSurface};
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::Session;
 
 /// Number of random places over the disc at which forces are usually compared with interpolated
 /// ones, in addition to the unseen presses, and the seed of the places, which no fit uses.
 pub const PLACES: usize = 40;
 const SEED: u64 = 2026;
+/// Difference below which two depths count as the same [m].
+const SAME_M: f64 = 1e-7;
 /// Largest allowed error of a single press, as a multiple of the tolerance (1).
 pub const WORST_RATIO: f64 = 2.5;
 
@@ -62,11 +68,9 @@ pub struct Verdict {
     pub disc_worst_pct: f64,
     /// Number of random places of the disc.
     pub disc_places: usize,
-    /// Number of presses for which the static solver found no equilibrium, so that the running
-    /// patch was pressed and held instead.
-    pub settled_presses: usize,
-    /// Number of presses that could not be evaluated because the running patch does not come to
-    /// rest either.
+    /// Number of presses beyond the depth limit of the patch, whose force is a continuation.
+    pub limited_presses: usize,
+    /// Number of presses that could not be evaluated because the patch does not come to rest.
     pub lost_presses: usize,
     /// Total number of presses, including those at random places.
     pub presses: usize,
@@ -98,6 +102,28 @@ impl Verdict {
         self.rms_pct().max(self.worst_pct().abs() / WORST_RATIO)
     }
 
+    /// The errors as the record of a patch states them.
+    #[must_use]
+    pub fn judged(&self) -> Judged {
+        let depths_m = || self.depths.iter().map(|at| at.depth_mm * 1e-3);
+        Judged {
+            rms_pct: self.rms_pct(),
+            worst_pct: self.worst_pct(),
+            from_m: depths_m().fold(f64::INFINITY, f64::min),
+            to_m: depths_m().fold(0.0, f64::max),
+            places: self.disc_places,
+            lost_presses: self.lost_presses,
+            disc_radius_m: self.disc_radius_m,
+            bump: None,
+            glued: self.glued.map(|glued| JudgedPart { rms_pct: glued.rms_pct, worst_pct: glued.worst_pct }),
+            surface: self.surfaces.last().map(|surface| JudgedSurface {
+                depth_m: surface.depth_mm * 1e-3,
+                mean_m: surface.mean_mm * 1e-3,
+                most_m: surface.most_mm * 1e-3,
+            }),
+        }
+    }
+
     /// Whether so many presses could not be evaluated that the errors say too little.
     #[must_use]
     pub fn lost_too_many(&self) -> bool {
@@ -120,38 +146,63 @@ pub struct Judging<'a> {
     pub places: usize,
 }
 
+/// Errors of a packed patch, judged anew between the depths of its record. Without a stored
+/// finite-element answer for the scene, the record keeps the errors of its fit: the constants are
+/// the same, and a force at rest depends neither on masses nor on substeps.
+///
+/// # Errors
+/// Errors of [`Judging::judge`].
+pub fn judged_again(scene: &Scene, session: &Session, record: &FitRecord) -> Result<Judged, Error> {
+    let answer = Answer::block();
+    let Some(known) = BlockForces::of(&answer).filter(|_| answer.is_for(scene) && record.judged.bump.is_none()) else {
+        return Ok(record.judged);
+    };
+    let depths_m = record.judged.from_m - SAME_M..record.judged.to_m + SAME_M;
+    let mut unseen = answer.clone();
+    unseen.holds.retain(|hold| hold.place_m == [0.0; 3] && depths_m.contains(&hold.depth_m));
+    if record.judged.glued.is_none() {
+        unseen.glued.clear();
+    }
+    let disc_radii = record.judged.disc_radius_m / scene.probe.radius_m;
+    let judging = Judging { known: &known, fitted_m: &[], unseen: &unseen, disc_radii, places: record.judged.places };
+    let judged = judging.judge(session)?.judged();
+    let surface = judged.surface.filter(|_| record.judged.surface.is_some());
+    // as the record has it: the radius of a probe in a session is rounded
+    Ok(Judged { surface, disc_radius_m: record.judged.disc_radius_m, ..judged })
+}
+
 /// Error of the force of one press.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct PressError {
     place_m: [f64; 3],
     depth_m: f64,
-    /// Force of the patch in this press.
-    found: PressForce,
-    /// Relative error of the force [%]; `None` if the patch has no force there.
+    /// Whether the depth limit of the patch acted.
+    limited: bool,
+    /// Relative error of the force [%]; `None` if the patch does not come to rest there.
     pct: Option<f64>,
 }
 
 impl Judging<'_> {
-    /// Brings a patch to rest at its own site, then evaluates it in the unseen presses and in
-    /// presses over the disc of places.
+    /// Evaluates the patch of a session in the unseen presses and in presses over the disc of
+    /// places.
     ///
     /// # Errors
-    /// Fails if the patch has no equilibrium at rest, or if the reference does not know a place of
-    /// the disc.
-    pub fn judge(&self, patch: &Patch, params: &Params) -> Result<Verdict, Unbalanced> {
-        let settled = SettledPatch::of(patch, params)?;
+    /// Fails if the core rejects the model, or if the reference does not know a place of the disc.
+    pub fn judge(&self, session: &Session) -> Result<Verdict, Error> {
+        let settled = SettledPatch::of(session);
         let mut places: Vec<[f64; 3]> = Vec::new();
         for hold in &self.unseen.holds {
             if !places.contains(&hold.place_m) {
                 places.push(hold.place_m);
             }
         }
-        let direct: Vec<PressError> = places.into_par_iter().flat_map_iter(|at| self.errors_of_unseen(&settled, at)).collect();
+        let direct: Vec<PressError> =
+            places.into_par_iter().map(|at| self.errors_of_unseen(&settled, at)).collect::<Result<Vec<_>, _>>()?.concat();
         // depths of all answers; a single place has only some of them
         let mut depths_m: Vec<f64> = self.unseen.holds.iter().map(|h| h.depth_m).chain(self.fitted_m.iter().copied()).collect();
         depths_m.sort_by(f64::total_cmp);
         depths_m.dedup();
-        let radius_m = self.disc_radii * f64::from(params.probe.radius_m);
+        let radius_m = self.disc_radii * f64::from(session.params.probe.radius_m);
         let over_disc = |at: [f64; 2]| self.errors_of_known(&settled, &depths_m, at);
         let disc: Vec<PressError> =
             random(self.places, radius_m, SEED).into_par_iter().map(over_disc).collect::<Result<Vec<_>, _>>()?.concat();
@@ -165,17 +216,17 @@ impl Judging<'_> {
             disc_rms_pct: rms(&disc_pct),
             disc_worst_pct: worst(&disc_pct),
             disc_places: self.places,
-            settled_presses: all().filter(|press| matches!(press.found, PressForce::Settled(_))).count(),
+            limited_presses: all().filter(|press| press.limited).count(),
             lost_presses: all().filter(|press| press.pct.is_none()).count(),
             presses: all().count(),
             disc_radius_m: radius_m,
-            surfaces: self.surfaces(&settled.balanced)?,
-            glued: self.glued(&settled.balanced)?,
+            surfaces: self.surfaces(&settled, session)?,
+            glued: self.glued(session)?,
         })
     }
 
     /// Errors of all unseen presses at a place, in the order of increasing depth.
-    fn errors_of_unseen(&self, settled: &SettledPatch, place_m: [f64; 3]) -> Vec<PressError> {
+    fn errors_of_unseen(&self, settled: &SettledPatch, place_m: [f64; 3]) -> Result<Vec<PressError>, Error> {
         let here = self.unseen.holds.iter().filter(|h| h.place_m == place_m);
         let mut holds: Vec<(f64, f64)> = here.map(|h| (h.depth_m, h.force_over_e_m2)).collect();
         holds.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -184,31 +235,27 @@ impl Judging<'_> {
 
     /// Errors at a place, compared with the forces that are interpolated between solved places,
     /// shape \[depths\].
-    fn errors_of_known(
-        &self,
-        settled: &SettledPatch,
-        depths_m: &[f64],
-        place_m: [f64; 2],
-    ) -> Result<Vec<PressError>, Unbalanced> {
-        let offset_m = self.known.place_m(place_m).ok_or(NOT_BEGUN)?;
-        let wanted = |depth_m: &f64| self.known.force(offset_m, *depth_m).map(|force_m2| (*depth_m, force_m2)).ok_or(NOT_BEGUN);
+    fn errors_of_known(&self, settled: &SettledPatch, depths_m: &[f64], place_m: [f64; 2]) -> Result<Vec<PressError>, Error> {
+        let unknown = || Error::Check(format!("the finite elements know no force at {place_m:?} m: solve them anew"));
+        let offset_m = self.known.place_m(place_m).ok_or_else(unknown)?;
+        let wanted = |depth_m: &f64| self.known.force(offset_m, *depth_m).map(|m2| (*depth_m, m2)).ok_or_else(unknown);
         let wanted = depths_m.iter().map(wanted).collect::<Result<Vec<_>, _>>()?;
-        Ok(errors(settled, offset_m, &wanted))
+        errors(settled, offset_m, &wanted)
     }
 }
 
 /// Errors at an offset from the site [m], for pairs of a depth [m] and its required force over E
 /// [m^2].
-fn errors(settled: &SettledPatch, offset_m: Vector, wanted: &[(f64, f64)]) -> Vec<PressError> {
+fn errors(settled: &SettledPatch, offset_m: Vector, wanted: &[(f64, f64)]) -> Result<Vec<PressError>, Error> {
     let depths_m: Vec<f64> = wanted.iter().map(|(depth_m, _)| *depth_m).collect();
-    let pressed = settled.press(offset_m, &depths_m);
-    let error = |((depth_m, wanted_m2), found): (&(f64, f64), PressForce)| PressError {
+    let pressed = settled.press(offset_m, &depths_m)?;
+    let error = |((depth_m, wanted_m2), found): (&(f64, f64), Option<Settled>)| PressError {
         place_m: offset_m.into(),
         depth_m: *depth_m,
-        found,
-        pct: found.found_m2().map(|found_m2| error_pct(found_m2, *wanted_m2)),
+        limited: found.is_some_and(|found| found.limited),
+        pct: found.map(|found| error_pct(found.force_m2, *wanted_m2)),
     };
-    wanted.iter().zip(pressed).map(error).collect()
+    Ok(wanted.iter().zip(pressed).map(error).collect())
 }
 
 /// Errors by depth. The error at the centre is that of a press that was solved there, if there is

@@ -10,8 +10,9 @@ use palpate_fit::scene_fit::{
 use palpate_fit::solved;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::AnswerProbe;
+use palpate_tissue::budget::MACHINES;
 use palpate_tissue::scene::Scene;
-use palpate_tissue::session::calibrated;
+use palpate_tissue::session::{Session, calibrated};
 use palpate_tissue::trials::Trial;
 
 use super::super::progress::Progress;
@@ -58,8 +59,9 @@ impl FitArgs {
             disc_radii: JUDGED_RADII,
             places: PLACES,
         };
-        let judged = stages.judge(&judging, (&prepared.uncalibrated(), &prepared.params), &fit)?;
-        let mut trials = vec![trial(scene, &presses, &prepared, None, &judged.before)];
+        let judged = stages.judge(&judging, (&prepared.uncalibrated(), &prepared.params), &fit, &MACHINES[0])?;
+        let before = judged.before.iter().map(|before| trial(scene, &presses, &prepared, None, before));
+        let mut trials: Vec<Trial> = before.collect();
         trials.extend(other_tip(scene, &presses, &prepared, &judging));
         store.write(presses.jobs(), &[&fit])?;
         let mut answer = solved.known.clone();
@@ -96,7 +98,7 @@ fn other_tip(scene: &Scene, presses: &Presses, prepared: &Prepared, judging: &Ju
     let (patch, packed) = calibrated::sized(nodes)?;
     let params = palpate::Params { probe: prepared.params.probe, ..packed };
     // a patch that cannot be pressed that deep does not count as a trial
-    let verdict = judging.judge(&patch, &params).ok()?;
+    let verdict = judging.judge(&Session::of_fitted(&MACHINES[0], patch, params).ok()?).ok()?;
     Some(trial(scene, presses, prepared, Some(record.probe), &verdict))
 }
 

@@ -8,11 +8,11 @@ use palpate_fit::scene_fit::{
     BumpFit, Bumps, JUDGED_RADII, Judging, Level, PLACES as JUDGED_PLACES, Prepared, Presses, Solved, Verdict, solve_bumps,
 };
 use palpate_fit::solved;
-use palpate_fit::statics::Unbalanced;
 use palpate_tissue::Error as TissueError;
+use palpate_tissue::budget::MACHINES;
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
-use palpate_tissue::session::packed;
+use palpate_tissue::session::{Session, packed};
 
 use super::super::progress::Progress;
 use super::added_force::{BumpLine, BumpReport};
@@ -75,8 +75,8 @@ impl FitArgs {
             disc_radii: JUDGED_RADII,
             places: JUDGED_PLACES,
         };
-        let judged = stages.judge(&judging, (&fitting.uncalibrated(), &params), &fit)?;
-        let bump = report(scene, &fitting, &bumps, &fit)?;
+        let judged = stages.judge(&judging, (&fitting.uncalibrated(), &params), &fit, &MACHINES[0])?;
+        let bump = report(scene, &fitting, &bumps, &judged.session)?;
         store.write(block.presses.jobs(), &[block.fit, &fit])?;
         let mut answer = known;
         answer.holds.extend(unseen.holds.iter().cloned());
@@ -109,12 +109,9 @@ impl FitArgs {
     }
 }
 
-fn report(scene: &Scene, fitting: &BumpFit, bumps: &Bumps, fit: &StoredFit) -> Result<BumpReport, Error> {
-    let unbalanced = |cause: Unbalanced| Error::Tissue(TissueError::Check(format!("scene {}: {cause}", scene.name)));
-    let (own, own_params) = packed::unpack(&fit.patch()).map_err(TissueError::from)?;
-    let (scaled, params) = (fitting.scaled(), fitting.plain.1);
-    let along = |patch, params| fitting.along_the_line(patch, params).map_err(unbalanced);
-    let (fitted, scaled_in) = (along(&own, &own_params)?, along(&scaled, params)?);
+fn report(scene: &Scene, fitting: &BumpFit, bumps: &Bumps, own: &Session) -> Result<BumpReport, Error> {
+    let scaled = Session::of_fitted(&MACHINES[0], fitting.scaled(), *fitting.plain.1)?;
+    let (fitted, scaled_in) = (fitting.along_the_line(own)?, fitting.along_the_line(&scaled)?);
     let e_pa = scene.tissue.youngs_modulus_pa;
     let depths = bumps.depths_m.iter().zip(fitted.iter().zip(&scaled_in));
     let line = depths.map(|(depth_m, (fitted, scaled_in))| BumpLine {
@@ -126,8 +123,8 @@ fn report(scene: &Scene, fitting: &BumpFit, bumps: &Bumps, fit: &StoredFit) -> R
     });
     Ok(BumpReport {
         line: line.collect(),
-        scaled_in: fitting.judge(&scaled, params).map_err(unbalanced)?,
-        fitted: fitting.judge(&own, &own_params).map_err(unbalanced)?,
+        scaled_in: fitting.judge(&scaled)?,
+        fitted: fitting.judge(own)?,
         reference_error_pct: 100.0 * bumps.error,
     })
 }

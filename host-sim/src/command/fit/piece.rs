@@ -3,11 +3,11 @@
 use palpate_fit::far_field::prepared::{Prepared, Recipe};
 use palpate_fit::scene_fit::{Judging, Level, PIECE_JUDGED_RADII, PIECE_RADII, PLACES, PiecePresses, element_for};
 use palpate_fit::solved::Solved;
-use palpate_tissue::budget::CostModel;
+use palpate_tissue::budget::{CostModel, MACHINES};
 use palpate_tissue::scene::Scene;
 
 use super::super::progress::{Progress, told};
-use super::board::{Load, file, on_board, smallest_element};
+use super::board::{Load, file, smallest_element};
 use super::report::Report;
 use super::stages::Stages;
 use super::store::Store;
@@ -63,10 +63,9 @@ impl FitArgs {
             disc_radii: PIECE_JUDGED_RADII,
             places: PLACES,
         };
-        let mut judged = stages.judge(&judging, (&piece, &prepared.params), &fit)?;
+        let judged = stages.judge(&judging, (&piece, &prepared.params), &fit, machine.unwrap_or(&MACHINES[0]))?;
         let mut patch = PatchFile { name: format!("{}-{nodes}.patch", scene.name), bytes: fit.patch(), load: None };
         if let Some(machine) = machine {
-            judged.session = on_board(&judged.session.patch, judged.params, machine)?;
             let load = Load::of(&judged.session.patch, scene, machine, judged.session.params.substeps).check(nodes)?;
             let (name, bytes) = file(&judged.session, scene, machine, options.device.ceiling_n_per_m()?)?;
             patch = PatchFile { name, bytes, load: Some(load) };

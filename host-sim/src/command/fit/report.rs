@@ -7,7 +7,7 @@ use palpate_fit::calibrate::targets::Reference;
 use palpate_fit::scene_fit::{SurfaceVerdict, Verdict, tissue_of};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::{Answer, AnswerProbe};
-use palpate_tissue::fit_record::{FitRecord, Judged, JudgedPart, JudgedSurface, Moving, OrganRecord, checksum};
+use palpate_tissue::fit_record::{FitRecord, Judged, JudgedPart, Moving, OrganRecord, checksum};
 use palpate_tissue::output::OutputFolder;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::Session;
@@ -62,7 +62,7 @@ struct Summary<'a> {
     fitted_depths_m: &'a [f64],
     /// Presses that did not count in the last round, because the patch has no equilibrium there.
     lost_fit_presses: usize,
-    uncalibrated: &'a Verdict,
+    uncalibrated: Option<&'a Verdict>,
     calibrated: &'a Verdict,
     #[serde(skip_serializing_if = "Option::is_none")]
     bump: Option<&'a BumpReport>,
@@ -96,7 +96,7 @@ impl Report<'_> {
             fitted_places: self.places,
             fitted_depths_m: self.fitted_m,
             lost_fit_presses: self.fit.lost_presses,
-            uncalibrated: &self.judged.before,
+            uncalibrated: self.judged.before.as_ref(),
             calibrated: &self.judged.verdict,
             bump: self.bump,
             load: load.as_ref(),
@@ -135,9 +135,9 @@ impl Report<'_> {
 
     fn tables(&self, folder: &OutputFolder) -> Result<(), Error> {
         let header = ["depth_mm", "fitted_depth", "centred_pct", "disc_rms_pct", "disc_worst_pct", "uncalibrated_rms_pct"];
-        let rows = self.judged.verdict.depths.iter().zip(&self.judged.before.depths).map(|(after, before)| {
+        let rows = self.judged.verdict.depths.iter().enumerate().map(|(n, after)| {
             let fitted = f64::from(u8::from(after.fitted_depth));
-            [after.depth_mm, fitted, after.centred_pct, after.rms_pct, after.worst_pct, before.rms_pct]
+            [after.depth_mm, fitted, after.centred_pct, after.rms_pct, after.worst_pct, self.before(|v| v.depths[n].rms_pct)]
         });
         folder.write_csv("accuracy.csv", header, rows)?;
         let header = ["evaluations", "cost", "force_rms_pct", "dent_mean_mm", "elapsed_s"];
@@ -183,10 +183,15 @@ impl Report<'_> {
         Ok(())
     }
 
+    /// A figure of the patch before the fit; not a number if it cannot run.
+    fn before(&self, figure: impl Fn(&Verdict) -> f64) -> f64 {
+        self.judged.before.as_ref().map_or(f64::NAN, figure)
+    }
+
     fn print(&self, record: &FitRecord) {
         println!("\nforce error against finite elements, places unknown to the fit; * depths unknown too");
         println!("{:>10} {:>10} {:>11} {:>9} {:>14}", "depth mm", "centred %", "disc rms %", "worst %", "uncalibrated %");
-        for (after, before) in self.judged.verdict.depths.iter().zip(&self.judged.before.depths) {
+        for (n, after) in self.judged.verdict.depths.iter().enumerate() {
             println!(
                 "{:>9.3}{} {:>+10.2} {:>11.2} {:>+9.2} {:>14.2}",
                 after.depth_mm,
@@ -194,13 +199,17 @@ impl Report<'_> {
                 after.centred_pct,
                 after.rms_pct,
                 after.worst_pct,
-                before.rms_pct
+                self.before(|v| v.depths[n].rms_pct)
             );
         }
-        let (v, before) = (&self.judged.verdict, &self.judged.before);
+        let v = &self.judged.verdict;
         println!(
             "{} presses solved at unseen places and depths: {:.2} % rms, worst {:+.2} % (uncalibrated {:.2} and {:+.2} %)",
-            v.unseen_presses, v.unseen_rms_pct, v.unseen_worst_pct, before.unseen_rms_pct, before.unseen_worst_pct
+            v.unseen_presses,
+            v.unseen_rms_pct,
+            v.unseen_worst_pct,
+            self.before(|v| v.unseen_rms_pct),
+            self.before(|v| v.unseen_worst_pct)
         );
         println!(
             "{} random places within {:.1} mm at all depths: {:.2} % rms, worst {:+.2} %; the finite elements themselves within {:.2} %",
@@ -218,7 +227,7 @@ impl Report<'_> {
             println!("surface off at its nodes: {}", v.surfaces.iter().map(surface).collect::<Vec<_>>().join("; "));
         }
         if let Some(glued) = &v.glued {
-            let before = before.glued.map_or(f64::NAN, |before| before.rms_pct);
+            let before = self.before(|v| v.glued.map_or(f64::NAN, |glued| glued.rms_pct));
             println!(
                 "glued discs that the fit never saw, pressed and sheared: {:.2} % rms, worst {:+.2} % (uncalibrated {before:.2} % rms)",
                 glued.rms_pct, glued.worst_pct
@@ -227,20 +236,21 @@ impl Report<'_> {
         if let Some(bump) = self.bump {
             bump.print();
         }
-        if v.settled_presses > 0 {
+        if v.limited_presses > 0 {
             println!(
-                "{} of {} presses: no static equilibrium was found, their force is that of the running patch after it settled",
-                v.settled_presses, v.presses
+                "{} of {} presses are beyond the depth limit of the patch, where the force is continued",
+                v.limited_presses, v.presses
             );
         }
         if v.lost_presses > 0 {
             println!("{} of {} presses could not be judged: the patch does not come to rest there", v.lost_presses, v.presses);
         }
-        if let Some(moving) = record.moving {
+        if let Some(moving) = &record.moving {
             println!(
-                "moving at {:.0} mm/s: {:.1} % off the same patch with almost true masses",
+                "moving at up to {:.0} mm/s: {:.1} % off in the worst motion tried ({})",
                 moving.speed_m_per_s * 1e3,
-                moving.rms_pct
+                moving.rms_pct,
+                moving.motion.as_deref().unwrap_or("ramp")
             );
         }
     }
@@ -256,7 +266,6 @@ pub(super) fn record(
 ) -> Result<FitRecord, Error> {
     let patch_crc32 = checksum(patch)
         .ok_or_else(|| TissueError::Check("the stored fit is damaged: remove the output folder and fit again".into()))?;
-    let depths = || verdict.depths.iter().map(|d| d.depth_mm * 1e-3);
     Ok(FitRecord {
         patch_crc32,
         scene: scene.name.clone(),
@@ -267,23 +276,12 @@ pub(super) fn record(
         fitted_places: session.patch.fitted_places(),
         lost_fit_presses: 0,
         fitted_depths_m: fitted_m.to_vec(),
-        judged: Judged {
-            rms_pct: verdict.rms_pct(),
-            worst_pct: verdict.worst_pct(),
-            from_m: depths().fold(f64::INFINITY, f64::min),
-            to_m: depths().fold(0.0, f64::max),
-            places: verdict.disc_places,
-            lost_presses: verdict.lost_presses,
-            disc_radius_m: verdict.disc_radius_m,
-            bump: None,
-            glued: verdict.glued.map(|g| JudgedPart { rms_pct: g.rms_pct, worst_pct: g.worst_pct }),
-            surface: verdict.surfaces.last().map(|s| JudgedSurface {
-                depth_m: s.depth_mm * 1e-3,
-                mean_m: s.mean_mm * 1e-3,
-                most_m: s.most_mm * 1e-3,
-            }),
-        },
-        moving: session.report.moving.map(|m| Moving { speed_m_per_s: m.speed_m_per_s, rms_pct: m.rms_pct }),
+        judged: verdict.judged(),
+        moving: session.report.moving.map(|m| Moving {
+            speed_m_per_s: m.speed_m_per_s,
+            rms_pct: m.rms_pct,
+            motion: Some(m.motion.into()),
+        }),
         reference_error_pct: None,
     })
 }

@@ -210,7 +210,7 @@ fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth], all: bool) {
     most[7] = format!("{tolerance_pct:.2}");
     most[8] = format!("{:.2}", WORST_RATIO * tolerance_pct);
     most[9] = format!("{tolerance_pct:.2}");
-    most[10] = or_dash(shown.and_then(|t| t.moving).map(|m| m.allowed_pct));
+    most[10] = or_dash(shown.and_then(|t| t.moving).filter(|m| m.asked).map(|m| m.allowed_pct));
     line("at most", most);
     let less = |t: &&JudgedCandidate| omitted(t.edge, t.terms).is_some();
     for trial in outcome.trials.iter().filter(|_| all).filter(less) {
@@ -234,8 +234,9 @@ fn print(bench: &Bench, outcome: &Outcome, terms: &[Worth], all: bool) {
     );
     if let Some(moving) = outcome.chosen.as_ref().and_then(|t| t.moving) {
         println!(
-            "moving %: force error on the way down at {:.0} mm/s, against the same patch with almost true masses",
-            moving.speed_m_per_s * 1e3
+            "moving %: force error at up to {:.0} mm/s in the worst motion tried (of the chosen model: {})",
+            moving.speed_m_per_s * 1e3,
+            moving.motion
         );
     }
     for Worth { term, cost_pct, error } in terms {

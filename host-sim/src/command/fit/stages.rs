@@ -3,15 +3,16 @@
 use palpate_fit::calibrate::targets::Reference;
 use palpate_fit::calibrate::{Calibration, Round, Settings};
 use palpate_fit::scene_fit::{Judging, Verdict, refuse_beyond_the_guard};
-use palpate_fit::statics::{Unbalanced, Vector};
+use palpate_fit::statics::Vector;
 use palpate_tissue::Error as TissueError;
-use palpate_tissue::budget::MACHINES;
+use palpate_tissue::budget::CostModel;
 use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::{Session, packed};
 use palpate_tissue::stable_step::StableStep;
 
 use super::super::progress::Progress;
+use super::board::{accepted, on_board};
 use super::store::{Store, StoredFit};
 use crate::error::Error;
 
@@ -27,11 +28,10 @@ pub(super) struct Stages<'a> {
 
 /// A fitted patch and its verdict.
 pub(super) struct JudgedFit {
+    /// The patch as the machine runs it.
     pub session: Session,
-    /// Parameters of the patch as it was fitted.
-    pub params: palpate::Params,
-    /// Verdict of the patch before the fit.
-    pub before: Verdict,
+    /// Verdict of the patch before the fit; `None` if it cannot run.
+    pub before: Option<Verdict>,
     pub verdict: Verdict,
 }
 
@@ -62,22 +62,24 @@ impl Stages<'_> {
         Ok((stored, false))
     }
 
-    /// Evaluates the patch before and after the fit.
+    /// Evaluates the patch before and after the fit, as `machine` runs it.
     pub(super) fn judge(
         &self,
         judging: &Judging,
         uncalibrated: (&Patch, &palpate::Params),
         fit: &StoredFit,
+        machine: &CostModel,
     ) -> Result<JudgedFit, Error> {
-        let unbalanced = |cause: Unbalanced| Error::Tissue(TissueError::Check(format!("scene {}: {cause}", self.scene.name)));
         let (patch, params) = packed::unpack(&fit.patch()).map_err(TissueError::from)?;
         let steps = Progress::new(2, "judging");
-        let before = judging.judge(uncalibrated.0, uncalibrated.1).map_err(unbalanced)?;
+        let before = Session::of_fitted(machine, uncalibrated.0.clone(), *uncalibrated.1);
+        let before = before.and_then(|session| judging.judge(&session)).ok();
         steps.one("the patch before the fit");
-        let verdict = judging.judge(&patch, &params).map_err(unbalanced)?;
+        let session = on_board(&patch, params, machine)?;
+        let session = accepted(&session.clone().for_motion(machine, self.scene)?, self.scene, machine).unwrap_or(session);
+        let verdict = judging.judge(&session)?;
         steps.one("the fitted patch");
         steps.finish();
-        let session = Session::of_fitted(&MACHINES[0], patch, params)?.for_motion(&MACHINES[0], self.scene)?;
-        Ok(JudgedFit { session, params, before, verdict })
+        Ok(JudgedFit { session, before, verdict })
     }
 }

@@ -18,11 +18,8 @@ pub const AT_M: [f64; 4] = [0.001, 0.002, 0.003, 0.004];
 const LEAD_TICKS: i32 = 5;
 /// Ticks of the hold after the ramp.
 const HOLD_TICKS: i32 = 40;
-/// Speed from which a ramp counts as a tap [mm/s].
-const TAP_MM_PER_S: u32 = 500;
-/// Number of ticks after the stop of a tap that are evaluated as well: most of its response follows
-/// the stop.
-const AFTER_TAP_TICKS: i32 = 20;
+/// Number of ticks after the stop that are evaluated as well: there floored masses are felt most.
+const AFTER_STOP_TICKS: i32 = 20;
 
 /// A stored ramp with its table, ready for comparison.
 #[derive(Clone, Debug)]
@@ -41,8 +38,8 @@ pub struct RampError {
     pub speed_mm_per_s: u32,
     /// Error at each of [`AT_M`], relative to the reference force there [%].
     pub at_pct: [f64; 4],
-    /// Root mean square over the ramp, relative to its largest reference force [%]; for a tap (500
-    /// mm/s) including the 20 ms after its stop.
+    /// Root mean square over the ramp and the 20 ms after its stop, relative to its largest
+    /// reference force [%].
     pub rms_pct: f64,
     /// Error of the largest force, including the hold [%].
     pub peak_pct: f64,
@@ -100,7 +97,7 @@ impl Ramp {
     }
 
     fn judged_ticks(&self) -> i32 {
-        self.ticks() + if self.speed_mm_per_s >= TAP_MM_PER_S { AFTER_TAP_TICKS } else { 0 }
+        self.ticks() + AFTER_STOP_TICKS
     }
 
     /// Displacement per tick [m].

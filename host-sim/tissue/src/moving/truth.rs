@@ -59,6 +59,17 @@ impl Trajectory {
         }
     }
 
+    /// Name of the motion in a report.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ramp { .. } => "stop",
+            Self::Tap { .. } => "tap",
+            Self::Swing { .. } => "swing",
+            Self::Drag { .. } => "drag",
+        }
+    }
+
     /// Mean depth and amplitude of a swing [m].
     pub const SWING_M: [f64; 2] = [0.0025, 0.0015];
 }

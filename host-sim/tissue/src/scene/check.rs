@@ -75,7 +75,8 @@ impl Scene {
     /// Refuses holds deeper than `most_m`; `because` ends the message after "is deeper than".
     pub fn refuse_deeper_than(&self, most_m: f64, because: &str) -> Result<(), SceneError> {
         let (Drive::Depth { holds_m, .. } | Drive::Hand { holds_m, .. }) = &self.drive else { return Ok(()) };
-        match holds_m.iter().position(|h| *h > most_m) {
+        // a limit from a patch file is rounded to single precision
+        match holds_m.iter().position(|h| *h > most_m * (1.0 + f64::from(f32::EPSILON))) {
             None => Ok(()),
             Some(n) => {
                 let why = format!("= {} is deeper than {because} ({most_m:.4} m): press less deep", holds_m[n]);

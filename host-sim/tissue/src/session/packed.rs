@@ -27,10 +27,43 @@ pub(super) fn open(scene: &Scene, path: &Path) -> Result<(Patch, Params), Error>
         );
         scene.bad("solver.patch", &why)?;
     }
-    agree(scene, path, &file)?;
-    agree_with_its_organ(scene, path)?;
-    agree_with_its_inclusions(scene, path)?;
-    Ok((Patch::of_file(&file), file.params))
+    let record = FitRecord::of_file(path);
+    let mut patch = Patch::of_file(&file);
+    // a patch answers at least as deep as it was judged
+    let judged_m = record.as_ref().map_or(0.0, |record| record.judged.to_m);
+    patch.set_depth_limit_m(file.model.depth_limit_m.max(judged_m as f32));
+    let disc_m = record.as_ref().map_or(0.0, |record| record.judged.disc_radius_m);
+    agree(scene, path, &file, disc_m)?;
+    scene.refuse_deeper_than(f64::from(patch.model().depth_limit_m), &format!("{} answers", path.display()))?;
+    if let Some([x, y]) = scene.probe.position_m {
+        patch.set_site_m([x, y, file.site_m.z.into()]);
+    }
+    if let Some(offset_m) = offset_on_its_organ(scene, path, record.as_ref())? {
+        let missed = || {
+            let why = format!("= {:?} is beside the surface of {}", scene.probe.site.unwrap_or_default(), path.display());
+            scene.bad::<()>("probe.site", &why).unwrap_err()
+        };
+        patch.set_site_m(on_surface(&file, offset_m).ok_or_else(missed)?);
+    }
+    agree_with_its_inclusions(scene, path, record.as_ref())?;
+    Ok((patch, file.params))
+}
+
+/// The outermost point of the patch's surface along the press, through its site shifted by
+/// `offset_m` [m]; `None` beside the surface.
+fn on_surface(file: &PatchFile, offset_m: Vector3<f64>) -> Option<[f64; 3]> {
+    let axis: Vector3<f64> = file.params.probe.axis.cast();
+    let through_m = file.site_m.cast::<f64>() + offset_m;
+    let height_m = |triangle: &palpate::Triangle| {
+        let [a, b, c] = triangle.node.map(|n| Vector3::from(file.model.nodes[usize::from(n)].rest_m).cast::<f64>() - through_m);
+        // the line of the press passes the triangle if it is on one side of all edges
+        let [u, v, w] = [(b, c), (c, a), (a, b)].map(|(p, q)| p.cross(&q).dot(&axis));
+        let sum = u + v + w;
+        let inside = sum > 0.0 && [u, v, w].iter().all(|part| *part >= -1e-9 * sum);
+        inside.then(|| (a * u + b * v + c * w).dot(&axis) / sum)
+    };
+    let highest_m = file.model.triangles.iter().filter_map(height_m).reduce(f64::max)?;
+    Some((through_m + axis * highest_m).into())
 }
 
 /// Reads a patch and the parameters that it was packed with, from bytes that came with the program.
@@ -49,7 +82,7 @@ fn words(bytes: &[u8]) -> Vec<u32> {
 }
 
 /// Checks that each value that is in both the file and the scene is the same in both.
-fn agree(scene: &Scene, path: &Path, file: &PatchFile) -> Result<(), SceneError> {
+fn agree(scene: &Scene, path: &Path, file: &PatchFile, disc_m: f64) -> Result<(), SceneError> {
     let path = path.display();
     let packed = file.model.poisson_ratio;
     if scene.tissue.poisson_ratio as f32 != packed {
@@ -70,43 +103,44 @@ fn agree(scene: &Scene, path: &Path, file: &PatchFile) -> Result<(), SceneError>
     if !whole {
         agree_with_its_fit(scene, &path.to_string(), file)?;
     }
-    for (axis, place) in scene.probe.position_m.iter().flatten().enumerate() {
-        let packed = f64::from(file.site_m[axis]);
-        if (packed - place).abs() > ROUNDING * scene.probe.radius_m {
-            let why = format!("= {place}, but {path} is made for {packed:.6} there: use that or pack it again");
-            return scene.bad(&format!("probe.position_m[{axis}]"), &why);
-        }
+    let Some([x, y]) = scene.probe.position_m else { return Ok(()) };
+    let [own_x, own_y] = [file.site_m.x, file.site_m.y].map(f64::from);
+    if (x - own_x).hypot(y - own_y) > disc_m + ROUNDING * scene.probe.radius_m {
+        let why = format!(
+            "= [{x}, {y}], but {path} is made for [{own_x:.6}, {own_y:.6}] and {disc_m} m around it: use that or pack it again"
+        );
+        return scene.bad("probe.position_m", &why);
     }
-    scene.refuse_deeper_than(f64::from(file.model.depth_limit_m), &format!("{path} answers"))
+    Ok(())
 }
 
 /// Checks a scene that has both an organ and a patch: by the record beside it, the patch must be a
-/// piece of that organ at the scene's site.
-fn agree_with_its_organ(scene: &Scene, path: &Path) -> Result<(), SceneError> {
+/// piece of that organ, judged around the scene's site. Returns the offset of that site from the
+/// fitted one, across the press [m].
+fn offset_on_its_organ(scene: &Scene, path: &Path, record: Option<&FitRecord>) -> Result<Option<Vector3<f64>>, SceneError> {
     if let Some(mesh) = scene.tissue.mesh.as_ref().filter(|mesh| !mesh.is_file()) {
         let why = format!("= {} is not there: check the path, or leave it out, the patch needs it no more", mesh.display());
         return scene.bad("tissue.mesh", &why);
     }
-    let Some(own) = OrganRecord::of(scene) else { return Ok(()) };
-    let Some(fitted) = FitRecord::of_file(path).and_then(|record| record.organ) else {
+    let Some(own) = OrganRecord::of(scene) else { return Ok(None) };
+    let Some((record, fitted)) = record.and_then(|record| Some((record, record.organ.as_ref()?))) else {
         let why = format!(
             "= {} has no record beside it (.patch.json) that says which organ it is a piece of: remove the scene's organ or mesh, or fit it again",
             path.display()
         );
         return scene.bad("solver.patch", &why);
     };
-    match own.first_difference(&fitted) {
-        None => Ok(()),
-        Some((key, was)) => {
-            scene.bad(key, &format!("is not what {} was fitted to ({was}): use that, or fit it again", path.display()))
-        }
+    if let Some((key, was)) = own.first_difference(fitted, record.judged.disc_radius_m) {
+        return scene.bad(key, &format!("is not what {} was fitted to ({was}): use that, or fit it again", path.display()));
     }
+    let offset_m = Vector3::from(own.site_m) - Vector3::from(fitted.site_m);
+    Ok((offset_m.norm() > 0.0).then_some(offset_m))
 }
 
 /// Checks the inclusions of a scene against those that its patch of a block was fitted with. They
 /// are part of the patch's constants: a scene can neither leave them out nor move them.
-fn agree_with_its_inclusions(scene: &Scene, path: &Path) -> Result<(), SceneError> {
-    let Some(record) = FitRecord::of_file(path) else { return Ok(()) };
+fn agree_with_its_inclusions(scene: &Scene, path: &Path, record: Option<&FitRecord>) -> Result<(), SceneError> {
+    let Some(record) = record else { return Ok(()) };
     let fitted = &record.tissue.inclusion;
     if record.judged.bump.is_none() || *fitted == scene.tissue.elastic_inclusions() {
         return Ok(());
