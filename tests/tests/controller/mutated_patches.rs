@@ -1,6 +1,6 @@
-//! Mutated patches with repaired checksums, a hundred thousand in the long form, go through the code
-//! that opens an upload on the board. Each is refused with a reason, or is pressed without harm. The mutations
-//! change words and bytes without knowledge of the file's fields.
+//! Mutated patches with repaired checksums, a hundred thousand in the long form, go through the
+//! code that opens an upload on the board. Each is refused with a reason, or is pressed without
+//! harm. The mutations change words and bytes without knowledge of the file's fields.
 
 use palpate::haptic::cycle::{Command, Renderer, Settings};
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
