@@ -144,7 +144,7 @@ impl Standing {
 fn expectation(expected: Option<&Expected>) -> String {
     match expected {
         None => "how wrong is unknown, no trial is like it".into(),
-        Some(e) => format!("{} (of the scenes in host-sim/scenes/trials the one most like it)", e.bound()),
+        Some(e) => e.bound(),
     }
 }
 
