@@ -68,7 +68,7 @@ impl Expected {
     pub fn bound(&self) -> String {
         let [rms_pct, worst_pct] = self.measured_pct;
         format!(
-            "at most {:.0} % rms and {:.0} % at worst off finite elements (trial {} was {rms_pct:.1} and {worst_pct:+.0} % off, and from trial to trial errors grow no faster)",
+            "at most {:.0} % rms and {:.0} % at worst off finite elements (a bound from trial {}, which was {rms_pct:.1} and {worst_pct:+.0} % off; it holds for each trial from the others)",
             self.rms_pct.ceil(),
             self.worst_pct.ceil(),
             self.trial
@@ -123,11 +123,20 @@ impl Trial {
     }
 }
 
-/// Largest growth of an error from one trial to another, per unit of their distance and at least
-/// for one unit: the logarithm of the ratio (1).
+/// The trial that is most like a case, and its distance (1).
+fn nearest<'a>(case: &Case, trials: impl Iterator<Item = &'a Trial>) -> Option<(f64, &'a Trial)> {
+    trials.map(|trial| (trial.unlike(case), trial)).min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// Growth of an error per unit of distance, and at least for one unit (1): the largest logarithm of
+/// the ratio between a trial and the one most like it. With it, each trial that is left out is
+/// bounded by the others.
 fn growth(trials: &[Trial], error: impl Fn(&Trial) -> f64) -> f64 {
-    let pairs = trials.iter().flat_map(|own| trials.iter().map(move |other| (own, other)));
-    pairs.map(|(own, other)| (error(own) / error(other)).ln() / other.unlike(&own.case()).max(1.0)).fold(0.0, f64::max)
+    let from_others = |(n, own): (usize, &Trial)| {
+        let others = trials.iter().enumerate().filter(|(other, _)| *other != n).map(|(_, trial)| trial);
+        nearest(&own.case(), others).map_or(0.0, |(unlike, other)| (error(own) / error(other)).ln() / unlike.max(1.0))
+    };
+    trials.iter().enumerate().map(from_others).fold(0.0, f64::max)
 }
 
 /// The trials that are shipped.
@@ -137,8 +146,8 @@ pub fn shipped() -> Vec<Trial> {
 }
 
 /// Bound on the error of a scene on a block with `nodes` nodes: uncalibrated, or with a patch
-/// fitted to another tip on the same tissue. It is the error of the nearest trial, times the growth
-/// with distance that no pair of trials exceeds. `None` if there is no trial of that kind; no trial
+/// fitted to another tip on the same tissue. It is the error of the nearest trial, grown with the
+/// distance from it. `None` if there is no trial of that kind; no trial
 /// has tissue that stiffens.
 #[must_use]
 pub fn expected(scene: &Scene, nodes: usize, fitted: Option<&FitRecord>) -> Option<Expected> {
@@ -163,8 +172,7 @@ pub fn expected(scene: &Scene, nodes: usize, fitted: Option<&FitRecord>) -> Opti
     }
     let mut trials = shipped();
     trials.retain(|trial| trial.fitted.is_some() == fitted.is_some());
-    let ranked = trials.iter().map(|trial| (trial.unlike(&case), trial));
-    let (unlike, nearest) = ranked.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (unlike, nearest) = nearest(&case, trials.iter())?;
     let bound = |error: fn(&Trial) -> f64| error(nearest) * (unlike.max(1.0) * growth(&trials, error)).exp();
     Some(Expected {
         rms_pct: bound(|trial| trial.rms_pct),

@@ -30,8 +30,9 @@ const BLOCK_M: [f64; 3] = [0.08, 0.08, 0.04];
 const POISSON_RATIO: f64 = 0.45;
 /// Radius of the hemisphere that the patches were fitted with [m].
 const RADIUS_M: f64 = 0.008;
-/// Largest distance of the fitted places from the block's centre, in probe radii (1).
-const FITTED_RADII: f64 = 1.5;
+/// Largest distance of the fitted and of the judged places from the block's centre, in probe radii
+/// (1).
+const FITTED_RADII: f64 = 1.65;
 
 /// The shipped patch for a scene and the parameters fitted with it, if the scene has the block,
 /// Poisson's ratio, probe and number of nodes of a shipped patch and presses within the fitted

@@ -95,8 +95,11 @@ impl Standing {
                     record.judged.sentence()
                 )
             }
-            Self::CalibratedForAnother { differs, expected, .. } => {
-                format!("{}: {}; {advice}", differs.join(", "), expectation(expected.as_ref()))
+            Self::CalibratedForAnother { differs, expected: Some(expected), .. } => {
+                format!("{}: {}; {advice}", differs.join(", "), expectation(Some(expected)))
+            }
+            Self::CalibratedForAnother { differs, expected: None, record } => {
+                format!("{}: {}; beyond that how wrong is unknown; {advice}", differs.join(", "), record.judged.sentence())
             }
             Self::Unrecorded { fitted_places } => {
                 format!(
@@ -127,9 +130,12 @@ impl Standing {
             Self::CalibratedForAnother { expected: Some(e), .. } | Self::Uncalibrated { expected: Some(e) } => {
                 format!("not calibrated for this scene, {}", e.bound())
             }
-            Self::CalibratedForAnother { expected: None, .. } | Self::Uncalibrated { expected: None } => {
-                "not calibrated for this scene, how far off is unknown".into()
-            }
+            Self::CalibratedForAnother { expected: None, differs, record } => format!(
+                "{}: {:.1} % rms off finite elements there, how far off beyond is unknown",
+                differs.join(", "),
+                record.judged.rms_pct
+            ),
+            Self::Uncalibrated { expected: None } => "not calibrated for this scene, how far off is unknown".into(),
             Self::Unrecorded { .. } => "calibrated for a scene that is not recorded, how far off is unknown".into(),
         }
     }
@@ -138,7 +144,7 @@ impl Standing {
 fn expectation(expected: Option<&Expected>) -> String {
     match expected {
         None => "how wrong is unknown, no trial is like it".into(),
-        Some(e) => format!("{} (of the scenes in host-sim/scenes/trials the one most like it)", e.bound()),
+        Some(e) => e.bound(),
     }
 }
 
