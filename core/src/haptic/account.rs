@@ -12,7 +12,8 @@
 //! ```text
 //! charge    E <- E - W                 W: work of the force that acted since the last count
 //! ceiling   E <- min(E, e0 + S)      S: what the tissue can return; zero once the contact is over
-//! refill    E <- E + P T + R T/0.2 s   while E < e0; R: what the ceiling withheld in this contact
+//! refill    E <- E + P T               while E < e0
+//! debt      E <- min(E + R T/0.2 s, 0)  while E < 0; R: what the ceiling withheld in this contact
 //! send      s F, with s |F| D(F, d) <= E - sum over the forces on their way of |G| D(G, j)
 //!
 //! D(G, j) = max(0, (v + q/(n T) + a n T/2) T + a T^2 (j + 1/2 + l)), v = u.G/|G|, a = a0 + c |G|/m
@@ -23,10 +24,10 @@
 //! count `q` and one window's acceleration. While the probe accelerates by less than `a`,
 //! everything that was sent is paid for, and the hand is given at most `e0 + P t`. Beyond `a` the
 //! balance falls below zero, and no force is sent until it has recovered, so that only what was on
-//! its way is given beyond, once. What the ceiling withheld is lost within 0.2 s, so that a hand that
-//! kneads saves up nothing that could shake it later; what of it meets a debt pays the debt, because
-//! the hand gave it in the same contact. At the contact's end all of it does. SAFETY.md derives the bound; [`EnergyAccount::bound`] evaluates
-//! it.
+//! its way is given beyond, once. What the ceiling withheld is lost within 0.2 s, so that a hand
+//! that kneads saves up nothing that could shake it later. What of it meets a debt pays the debt,
+//! because the hand gave it in the same contact, and at the contact's end all of it does.
+//! SAFETY.md derives the bound; [`EnergyAccount::bound`] evaluates it.
 //!
 //! * in: position [m], force sent last [N], the tissue's force and depth [N, m]
 //! * out: the force to send [N], in the same direction and not longer
@@ -311,11 +312,12 @@ impl EnergyAccount {
         }
         let returned_j = self.withheld_j * self.forgets;
         self.withheld_j -= returned_j;
+        self.pay_debt(returned_j);
         if self.balance_j < self.allowance_j {
-            self.balance_j += self.refill_j + returned_j;
+            self.balance_j += self.refill_j;
         }
         if !touched && self.idle_ticks > self.kept_ticks {
-            self.balance_j += self.withheld_j;
+            self.pay_debt(self.withheld_j);
             self.end_contact();
         }
     }
@@ -341,6 +343,14 @@ impl EnergyAccount {
         if self.balance_j > most_j {
             self.withheld_j += self.balance_j - most_j;
             self.balance_j = most_j;
+        }
+    }
+
+    /// Raises a balance below zero by this energy [J], to zero at most: more would feed a limit
+    /// cycle.
+    fn pay_debt(&mut self, energy_j: f32) {
+        if self.balance_j < 0.0 {
+            self.balance_j = between(self.balance_j + energy_j, self.balance_j, 0.0);
         }
     }
 

@@ -298,7 +298,7 @@ fn another_tick_more_substeps_and_lighter_masses_are_refused_with_their_reason()
         Ok(56),
         "a probe that touches all triangles but one fits the M7; all of them have no outward side"
     );
-    assert_eq!(upload_by_frames(&with_field(&vouched, 5e-3, 1.0), &mut memory), Err(Refusal::PatchSite), "a metre deep");
+    assert_eq!(upload_by_frames(&with_field(&vouched, 6e-3, 1.0), &mut memory), Err(Refusal::PatchSite), "a metre deep");
     let many = {
         let file = PatchFile::open(packed::on_words(&packed::shipped("block-m4f-168.patch"))).unwrap();
         let params = palpate::Params { substeps: 1_000, ..file.params };

@@ -164,7 +164,7 @@ impl Bench<'_> {
         if effort == Effort::Full {
             // a limit that the scene asks for may take a faster board
             let ready = match self.scene.solver.moving_error_pct {
-                Some(_) => ready.for_motion_at_any_cost(self.machine, self.scene)?,
+                Some(_) => ready.clone().for_motion_as(self.machine, self.scene, |_| true)?.unwrap_or(ready),
                 None => ready.for_motion(self.machine, self.scene)?,
             };
             let on_board = (self.on_board)(&ready);

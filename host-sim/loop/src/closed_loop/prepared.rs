@@ -1,8 +1,8 @@
 //! A scene prepared for a device: how deep it may be pressed, how many substeps a tap needs, and up
 //! to which stiffness the encoder is fine enough.
 
-use palpate::Params;
 use palpate::haptic::ceiling;
+use palpate::{GuardLimits, Params};
 
 use super::device::DeviceProfile;
 use super::fidelity::{self, TAPS};
@@ -152,7 +152,10 @@ impl Prepared {
             true => substeps_for_fast_taps(&patch.wide_model(), &params, patch.site_m(), params.substeps)?,
             false => Some(params.substeps),
         };
-        let raised = Params { substeps: substeps.unwrap_or(params.substeps), ..params };
+        // beyond the guard's depth the force does not rise: the device sends no more
+        let most_n = (GUARD_SHARE * device.force_limit_n) as f32;
+        let limits = GuardLimits { max_force_n: most_n.min(params.limits.max_force_n), ..params.limits };
+        let raised = Params { substeps: substeps.unwrap_or(params.substeps), limits, ..params };
         let has_reference = fidelity.errors.iter().all(|e| e.is_finite());
         let fidelity = match has_reference && raised.substeps > params.substeps {
             true => fidelity::as_it_is(&patch, &raised, depth_m)?,

@@ -111,7 +111,7 @@ pub(super) fn accepted(session: &Session, scene: &Scene, machine: &CostModel) ->
         return Some(session.clone());
     }
     let raised = on_board(&session.patch, session.params, machine).ok()?;
-    raised.for_motion_at_any_cost(machine, scene).ok().filter(accepts)
+    raised.for_motion_as(machine, scene, accepts).ok().flatten()
 }
 
 fn packed(session: &Session) -> Vec<u8> {

@@ -107,17 +107,26 @@ impl Session {
         self.with_motion(approach, times, report)
     }
 
-    /// Chooses the substeps as [`Self::for_motion`] does, but without a budget, for a plan that
-    /// compares models.
+    /// Chooses the substeps with the smallest error among those with which `accepts` the session.
     ///
     /// # Errors
     /// Fails if the core rejects the model.
-    pub fn for_motion_at_any_cost(self, machine: &CostModel, scene: &Scene) -> Result<Self, Error> {
-        let Some((approach, tried)) = self.tried(machine, scene)? else { return Ok(self) };
-        let Some(best) = tried.iter().min_by(|a, b| a.worst.rms_pct.total_cmp(&b.worst.rms_pct)) else { return Ok(self) };
-        let truths = self.off_truths(scene, &with_substeps(&self.params, best.times), approach)?;
-        let (times, report) = (best.times, best.report(scene, approach, truths));
-        self.with_motion(approach, times, report)
+    pub fn for_motion_as(
+        self,
+        machine: &CostModel,
+        scene: &Scene,
+        accepts: impl Fn(&Self) -> bool,
+    ) -> Result<Option<Self>, Error> {
+        let Some((approach, mut tried)) = self.tried(machine, scene)? else { return Ok(accepts(&self).then_some(self)) };
+        tried.sort_by(|a, b| a.worst.rms_pct.total_cmp(&b.worst.rms_pct));
+        for one in tried {
+            let truths = self.off_truths(scene, &with_substeps(&self.params, one.times), approach)?;
+            let judged = self.clone().with_motion(approach, one.times, one.report(scene, approach, truths))?;
+            if accepts(&judged) {
+                return Ok(Some(judged));
+            }
+        }
+        Ok(None)
     }
 
     fn with_motion(mut self, approach: Approach, times: u16, report: MovingReport) -> Result<Self, Error> {

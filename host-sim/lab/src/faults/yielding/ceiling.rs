@@ -2,7 +2,7 @@
 //! renders.
 
 use palpate::haptic::cycle::{PatchRenderer, Renderer};
-use palpate::stages::probe::ProbePose;
+use palpate::stages::probe::{ProbePose, continuation_m};
 use palpate::{Output, Params};
 
 use crate::faults::paths::PathPatch;
@@ -32,11 +32,12 @@ impl Renderer for Measured<'_, '_> {
     }
 }
 
-/// The stiffest static slope of a patch down to the depth limit [N/m].
+/// The stiffest static slope of a patch down to the depth limit and beyond it [N/m].
 pub(super) fn stiffest_n_per_m(on: &PathPatch, params: &Params, limit_m: f64) -> f32 {
     let youngs_modulus_pa = f64::from(params.youngs_modulus_pa);
     let force_n = |depth_m: f64| on.force_n(youngs_modulus_pa, depth_m);
     let slope_n_per_m = |depth_m: f64| (force_n(depth_m) - force_n(depth_m - STEP_M)) / STEP_M;
     let depths_m = (1..DEPTHS).map(|n| limit_m * f64::from(n) / f64::from(DEPTHS));
-    depths_m.map(slope_n_per_m).fold(0.0, f64::max) as f32
+    let beyond_m = continuation_m(&params.probe, params.poisson_ratio, limit_m as f32);
+    depths_m.map(slope_n_per_m).fold(f64::from(beyond_m) * youngs_modulus_pa, f64::max) as f32
 }

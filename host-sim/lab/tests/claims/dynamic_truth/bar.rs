@@ -9,7 +9,6 @@ use palpate_fit::reference::shape::TetRule;
 use palpate_lab::dynamic::march::{Inertia, March};
 use palpate_tissue::mesh::TetMesh;
 
-
 const CELLS: usize = 40;
 const CELL_M: f64 = 0.001;
 const LENGTH_M: f64 = CELLS as f64 * CELL_M;
