@@ -8,7 +8,8 @@
 //! The shown tip goes no deeper than the patch's depth limit. Beyond it the force continues: a
 //! spring with the stiffness of a Hertz contact at the limit ([`continuation_m`]) acts
 //! between the sensed tip and the point at which the limit was met, along the normal there. Its
-//! force is a function of place alone until the limit is left, so it returns what it took.
+//! force is a function of place alone until the limit is left, so it returns what it took. After a
+//! slide beyond the limit the shown tip keeps its distance, and the spring ends.
 //!
 //! * in: sensed tip [m], patch frame; its [`Presence`]
 //! * out: the straight displacement of the shown tip in this tick, with speed and depth clamped;
@@ -173,7 +174,7 @@ pub fn admit(model: &Model, tuned: &Tuned, state: &mut State, pose: ProbePose) -
     }
     let mut beyond_m = Vector3::zeros();
     if let Some(limit) = state.limit {
-        let depth_m = (limit.rest_m - pose.tip_m).dot(&limit.normal);
+        let depth_m = (limit.rest_m - pose.tip_m - state.offset_m).dot(&limit.normal);
         if depth_m > 0.0 {
             beyond_m = limit.normal * depth_m;
         }

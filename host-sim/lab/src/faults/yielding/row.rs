@@ -10,8 +10,8 @@ use super::run::Outcome;
 const OVER_J: [f64; 3] = [0.01e-3, 0.1e-3, 1e-3];
 /// Vibrations above which runs are counted [N].
 const SHAKES_N: [f64; 2] = [0.05, 0.1];
-/// Largest share of ticks with a force lost by a hand that owes nothing, in thousandths, and of contacts above 0.1 mJ where any
-/// may be.
+/// Largest share of ticks with a force lost by a hand that owes nothing, in thousandths, and of
+/// contacts above 0.1 mJ where any may be.
 const LOST_PER_MILLE: u64 = 1;
 const OVER_PER_MILLE: u64 = 1;
 
