@@ -111,7 +111,7 @@ impl DeviceSpec {
     /// Above `K = m / t^2` no loop keeps the hand from getting more than it gave, unless it sends
     /// less than `K` asks for. A third of that leaves the rest to the motion of the hand itself: of
     /// 291 random hands with delays of 5.5 to 17 ms, those that owe no energy then lose half of the
-    /// force in 0.09 % of the ticks, with half of it in 0.6 %, and feel 0.62 of the tissue's own
+    /// force in 0.08 % of the ticks, with half of it in 0.6 %, and feel 0.53 of the tissue's own
     /// push (`palpate faults --hands`).
     #[must_use]
     #[inline]
