@@ -42,7 +42,10 @@ impl Monitor for Plausible {
             return Err(Fault::ForceNotFinite);
         }
         let implausible_n = seen.limits.implausible_n;
-        self.ticks = if square > implausible_n * implausible_n { self.ticks.saturating_add(1) } else { 0 };
+        // beyond the depth limit a spring of the guard acts besides, which rises with the way
+        let guarded = seen.output.limiters.contains(ClampFlags::DEPTH);
+        let implausible = square > implausible_n * implausible_n && !guarded;
+        self.ticks = if implausible { self.ticks.saturating_add(1) } else { 0 };
         match self.ticks >= limits.implausible_ticks {
             true => Err(Fault::ForceImplausible),
             false => Ok(()),
