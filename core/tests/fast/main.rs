@@ -13,6 +13,7 @@ mod ceiling;
 mod commissioning;
 mod damping;
 mod deadline;
+mod debt;
 mod energy;
 mod faults;
 mod friction;
