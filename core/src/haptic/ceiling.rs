@@ -41,6 +41,7 @@ impl Ceiling {
         if self.gain < 1.0 {
             output.force_n *= self.gain;
             output.grip_n *= self.gain;
+            output.continuation_n *= self.gain;
             output.limiters.set(ClampFlags::GAIN);
         }
     }

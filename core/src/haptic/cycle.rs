@@ -264,7 +264,7 @@ impl Cycle {
         if output.outside {
             // whatever the renderer answers, no force acts on a tip that is outside
             let none = Vector3::zeros();
-            seen.output = Output { force_n: none, depth_m: 0.0, normal: none, grip_n: 0.0, ..output };
+            seen.output = Output { force_n: none, depth_m: 0.0, normal: none, grip_n: 0.0, continuation_n: 0.0, ..output };
         }
         self.touched = seen.touched;
         self.toggle.answered(&seen.output.force_n);

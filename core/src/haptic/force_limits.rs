@@ -41,10 +41,9 @@ impl Monitor for Plausible {
         if !square.is_finite() {
             return Err(Fault::ForceNotFinite);
         }
-        let implausible_n = seen.limits.implausible_n;
-        // beyond the depth limit a spring of the guard acts besides, which rises with the way
-        let guarded = seen.output.limiters.contains(ClampFlags::DEPTH);
-        let implausible = square > implausible_n * implausible_n && !guarded;
+        // the guard's spring beyond the depth limit says nothing about the model
+        let implausible_n = seen.limits.implausible_n + seen.output.continuation_n;
+        let implausible = square > implausible_n * implausible_n;
         self.ticks = if implausible { self.ticks.saturating_add(1) } else { 0 };
         match self.ticks >= limits.implausible_ticks {
             true => Err(Fault::ForceImplausible),
@@ -266,8 +265,12 @@ mod tests {
     }
 
     fn judge(plausible: &mut Plausible, force_n: f32) -> Result<(), Fault> {
+        judge_with(plausible, force_n, 0.0)
+    }
+
+    fn judge_with(plausible: &mut Plausible, force_n: f32, continuation_n: f32) -> Result<(), Fault> {
         let limits = limits();
-        let output = crate::Output { force_n: Vector3::new(0.0, 0.0, force_n), ..crate::Output::NONE };
+        let output = crate::Output { force_n: Vector3::new(0.0, 0.0, force_n), continuation_n, ..crate::Output::NONE };
         plausible.judge(&Seen { output, ..Seen::none(&limits) })
     }
 
@@ -283,5 +286,17 @@ mod tests {
         for n in 0..1_000 {
             assert_eq!(judge(&mut plausible, if n % 10 == 9 { 1.0 } else { 16.6 }), Ok(()), "tick {n}");
         }
+    }
+
+    #[test]
+    fn beyond_the_depth_limit_the_tissues_own_force_is_judged() {
+        let mut plausible = Plausible::default();
+        for n in 0..100 {
+            assert_eq!(judge_with(&mut plausible, 16.6, 0.2), Ok(()), "tick {n}");
+        }
+        for _ in 0..9 {
+            assert_eq!(judge_with(&mut plausible, 16.8, 0.2), Ok(()));
+        }
+        assert_eq!(judge_with(&mut plausible, 16.8, 0.2), Err(Fault::ForceImplausible));
     }
 }

@@ -36,6 +36,9 @@ pub struct Output {
     pub normal: Vector3<f32>,
     /// Largest force along the surface that the contact can carry [N]; zero without friction.
     pub grip_n: f32,
+    /// Share of the force that the guard's spring adds beyond the depth limit, as a length [N]: it
+    /// says nothing about the tissue.
+    pub continuation_n: f32,
     /// Number of free nodes that moved.
     pub active_nodes: u16,
     /// Distance between the tip that the patch was shown and the sensed tip [m].
@@ -56,6 +59,7 @@ impl Output {
         point_m: Vector3::new(0.0, 0.0, 0.0),
         normal: Vector3::new(0.0, 0.0, 0.0),
         grip_n: 0.0,
+        continuation_n: 0.0,
         active_nodes: 0,
         apart_m: 0.0,
         outside: false,
@@ -125,7 +129,9 @@ pub fn read(
     }
     if continues {
         let stiffness_m = continuation_m(&tuned.probe, model.poisson_ratio, model.depth_limit_m);
-        force_n += motion.beyond_m * (stiffness_m * tuned.youngs_modulus_pa);
+        let continuation_n = motion.beyond_m * (stiffness_m * tuned.youngs_modulus_pa);
+        out.continuation_n = sqrt(continuation_n.dot(&continuation_n));
+        force_n += continuation_n;
     }
     if rubs || continues {
         let square = force_n.dot(&force_n);
@@ -137,6 +143,7 @@ pub fn read(
             let share = tuned.limits.max_force_n / sqrt(square);
             force_n *= share;
             out.grip_n *= share;
+            out.continuation_n *= share;
             out.limiters.set(ClampFlags::FORCE);
         }
     } else if length > tuned.limits.max_force_n {

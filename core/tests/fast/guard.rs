@@ -110,7 +110,10 @@ fn beyond_the_depth_limit_the_force_goes_on_rising_and_comes_back_the_same() {
         let limit_m = tissue.file.model.depth_limit_m;
         tissue.press(limit_m - 0.5e-3);
         let normal = tissue.tuned.probe().axis;
-        let mut held_n = |depth_m: f32| (0..100).map(|_| tissue.at(normal * -depth_m)).last().unwrap().force_n.dot(&normal);
+        let mut held = |depth_m: f32| (0..100).map(|_| tissue.at(normal * -depth_m)).last().unwrap();
+        let own_n = [0.0, 5e-3].map(|beyond_m| held(limit_m + beyond_m)).map(|at| at.force_n.dot(&normal) - at.continuation_n);
+        assert!((own_n[1] / own_n[0] - 1.0).abs() < 0.01, "the tissue's own force stays: {own_n:?} N");
+        let mut held_n = |depth_m: f32| held(depth_m).force_n.dot(&normal);
         let depths_m: Vec<f32> = (0..12).map(|n| limit_m + 0.5e-3 * (n as f32 - 1.0)).collect();
         let way_in: Vec<f32> = depths_m.iter().map(|m| held_n(*m)).collect();
         let slope = |pair: &[f32]| (pair[1] - pair[0]) / 0.5e-3;

@@ -18,11 +18,6 @@ const ROUNDS: u64 = 2;
 /// than 5.5 ms (1). The target is 0.001.
 const KNOWN_LOST: f64 = 0.004;
 
-/// Slightly less than the known share of the push that the few short runs on the Inverse3 feel (1),
-/// since the force goes on beyond the depth limit. The target is 0.97; sixty runs of full length
-/// feel all of it.
-const KNOWN_FELT: f64 = 0.95;
-
 static GROUND: LazyLock<PathGround> = LazyLock::new(|| PathGround::load().unwrap());
 
 fn hands() -> Hands<'static> {
@@ -42,11 +37,9 @@ fn random_hands_get_no_energy_and_lose_no_force() {
     assert!(ticks > RUNS * 500, "{ticks} ticks with a force");
     // Devices whose force acts later than 5.5 ms still lose some of it. It must not become more.
     let lost = |broken: &String| broken.starts_with("later") && broken.contains("ticks are lost");
-    let felt = |broken: &String| broken.starts_with("inverse3") && broken.contains("is felt");
-    let broken: Vec<String> = table.broken().into_iter().filter(|broken| !lost(broken) && !felt(broken)).collect();
+    let broken: Vec<String> = table.broken().into_iter().filter(|broken| !lost(broken)).collect();
     assert!(broken.is_empty(), "{broken:#?}\n{:#?}", table.worst);
     assert!(table.rows["later"].lost() < KNOWN_LOST, "{:#?}", table.worst);
-    assert!(table.rows["inverse3"].felt() > KNOWN_FELT, "{:#?}", table.worst);
 }
 
 #[test]

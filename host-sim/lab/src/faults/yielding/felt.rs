@@ -2,6 +2,7 @@
 
 use palpate::ClampFlags;
 use palpate::haptic::cycle::Telemetry;
+use palpate::haptic::limits::LoopLimitSettings;
 use palpate_tissue::scene::TICK_S;
 
 /// Push of the patch from which a loss counts [N].
@@ -22,23 +23,27 @@ pub struct Felt {
     pub owed_ticks: u64,
     /// Those among the lost ticks that no flag tells.
     pub unflagged_ticks: u64,
-    /// Impulse of the patch's push up to the force limit [N s].
+    /// Impulse of the patch's push, as far as the profile's limits of the force and of its growth
+    /// allow it [N s].
     pub asked_n_s: f64,
     /// Impulse of the force along that push that was sent to the device [N s].
     pub felt_n_s: f64,
+    /// Push that the limits allowed in the last tick [N].
+    allowed_n: f32,
     /// Ticks in a row with less than half of the force.
     weak_ticks: u32,
 }
 
 impl Felt {
-    /// Counts a tick of a loop with this force limit [N]; `owes` tells whether the hand has been
-    /// given energy that it has not given back, so that the bound requires the loss.
-    pub fn tick(&mut self, seen: &Telemetry, limit_n: f32, owes: bool) {
-        let normal = seen.output.normal;
+    /// Counts a tick of a loop with these limits; `owes` tells whether the hand has been given
+    /// energy that it has not given back, so that the bound requires the loss.
+    pub fn tick(&mut self, seen: &Telemetry, limits: &LoopLimitSettings, owes: bool) {
+        let (normal, limit_n) = (seen.output.normal, limits.max_force_n);
         let push_n = seen.output.force_n.dot(&normal).min(limit_n);
         let felt_n = seen.applied_n.dot(&normal);
+        self.allowed_n = push_n.min(self.allowed_n + limits.max_slew_n_per_s * TICK_S as f32).max(0.0);
         if push_n > 0.0 {
-            self.asked_n_s += f64::from(push_n) * TICK_S;
+            self.asked_n_s += f64::from(self.allowed_n) * TICK_S;
             self.felt_n_s += f64::from(felt_n) * TICK_S;
         }
         if push_n <= FELT_N {

@@ -150,7 +150,7 @@ impl YieldingCase {
             // contact is what the geometry at rest tells, or any force
             let acts = acting_n.norm() > ACTS_N || telemetry.applied_n != Vector3::zeros();
             ledger.tick(plant.energy().given_j, acts || on.shape_touches(&plant.at_m()));
-            outcome.felt.tick(&telemetry, rig.cycle().limits().max_force_n, ledger.owed_j() > OWES_J);
+            outcome.felt.tick(&telemetry, rig.cycle().limits(), ledger.owed_j() > OWES_J);
             see(&Seen { t_s: f64::from(tick as u32) * TICK_S, at_m: plant.at_m(), acting_n, given_j: ledger.now_j(), telemetry });
             if telemetry.mode == Mode::Fault && mode != Mode::Fault {
                 if outcome.fault.is_none() {
