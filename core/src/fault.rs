@@ -178,7 +178,7 @@ pub enum Fault {
     EnergyCreated = 10,
     /// The self-test did not pass.
     SelfTestFailed = 11,
-    /// Ticks ended too late.
+    /// Ticks ended too late, or those of the patch are too long to arm.
     DeadlineMissed = 12,
     /// The supply fell below what the actuators need.
     SupplyLow = 13,
@@ -242,6 +242,7 @@ impl Fault {
     pub fn remedy(self) -> Option<&'static str> {
         match self {
             Self::OutOfWorkspace => Some("check the unit and the frame of the readings, and the profile's workspace"),
+            Self::DeadlineMissed => Some("take a smaller patch, see `palpate board status` for its longest tick"),
             Self::Runaway => Some("commission the device again: a sign may have changed"),
             _ => None,
         }

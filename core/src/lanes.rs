@@ -76,6 +76,14 @@ pub fn sqrt(x: f32) -> f32 {
     sqrtf(x)
 }
 
+/// Square root as a function, for code that runs once: inlined, the instruction is followed by a
+/// call for negative numbers.
+#[inline(never)]
+#[must_use]
+pub fn square_root(x: f32) -> f32 {
+    sqrt(x)
+}
+
 /// `W` numbers on which every operation acts elementwise.
 #[cfg_attr(armv7em_fp, expect(dead_code, reason = "in assembly there"))]
 pub trait Lanes<const W: usize>:

@@ -66,6 +66,7 @@ pub use bristle::Bristle;
 pub use contact_map::ContactMap;
 pub use fault::{BuildError, ClampFlags, Fault};
 pub use inertia::{FIELDS, Gains, NodeStep};
+pub use lanes::square_root;
 pub use memory::Memory;
 pub use model::{FoundationPoint, Model, NodeRest, RimEdge, RimNode, Spring, Tet, Triangle};
 pub use nalgebra::Vector3;

@@ -162,6 +162,13 @@ impl Model<'_> {
     /// Returns the kind and the index of the first invalid item.
     #[inline]
     pub fn check(&self) -> Result<(), BuildError> {
+        self.check_arrays()?;
+        self.check_neighbours()
+    }
+
+    /// The part of [`Self::check`] that looks at each array on its own.
+    #[inline]
+    pub(crate) fn check_arrays(&self) -> Result<(), BuildError> {
         let nodes = self.nodes.len();
         let outside = |item, index, node: u16| match usize::from(node) < nodes {
             true => Ok(()),
@@ -227,16 +234,19 @@ impl Model<'_> {
             finite("rim edge", n, &r.block_m)?;
         }
         self.check_rim_order()?;
-        self.check_sizes()?;
-        self.check_neighbours()
+        self.check_sizes()
     }
 
     /// Checks that neighbours name each other across the same three nodes, and that every triangle
     /// is a boundary face of its owner. Otherwise a tip could be located inside tissue where there
     /// is none.
     #[inline]
-    fn check_neighbours(&self) -> Result<(), BuildError> {
-        let has = |tet: &Tet, nodes: &[u16], but: u16| nodes.iter().all(|n| *n == but || tet.node.contains(n));
+    pub(crate) fn check_neighbours(&self) -> Result<(), BuildError> {
+        // written out, because a board calls the library's search as a function
+        let has = |tet: &Tet, nodes: &[u16], but: u16| {
+            let [a, b, c, d] = tet.node;
+            nodes.iter().all(|n| *n == but || *n == a || *n == b || *n == c || *n == d)
+        };
         for (index, (tet, across)) in self.tets.iter().zip(self.neighbours).enumerate() {
             for (&corner, &other) in tet.node.iter().zip(across) {
                 let mutual = match self.tets.get(other as usize).zip(self.neighbours.get(other as usize)) {

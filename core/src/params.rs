@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 
 use crate::fault::BuildError;
 use crate::inertia::{Gains, NEIGHBOUR, NodeStep};
+use crate::lanes::square_root;
 use crate::model::{Model, Spring};
 use crate::smooth;
 pub use probe::{Probe, ProbeShape};
@@ -308,13 +309,17 @@ impl Params {
         after_round: &mut dyn FnMut(),
     ) -> Result<Tuned<'a>, BuildError> {
         self.check()?;
-        model.check()?;
+        model.check_arrays()?;
+        after_round();
+        model.check_neighbours()?;
+        after_round();
         if self.poisson_ratio != model.poisson_ratio {
             return Err(BuildError::PoissonMismatch { given: self.poisson_ratio, patch: model.poisson_ratio });
         }
         let (need, have) = (model.nodes.len(), node_step.len());
         let node_step = node_step.get_mut(..need).ok_or(BuildError::TooLarge { item: "nodes", need, have })?;
         self.weigh(model, node_step);
+        after_round();
         if node_step.iter().any(|node| node.added > 0.0) {
             smooth::find(model, node_step, self.terms.relative_mass, after_round);
         }
@@ -475,7 +480,7 @@ impl Params {
             ("gravity_m_per_s2[0]", self.gravity_m_per_s2[0], -100.0, 100.0),
             ("gravity_m_per_s2[1]", self.gravity_m_per_s2[1], -100.0, 100.0),
             ("gravity_m_per_s2[2]", self.gravity_m_per_s2[2], -100.0, 100.0),
-            ("probe.axis length", self.probe.axis.norm(), 0.999, 1.001),
+            ("probe.axis length", square_root(self.probe.axis.dot(&self.probe.axis)), 0.999, 1.001),
             ("substeps", f32::from(self.substeps), 1.0, 1000.0),
         ];
         for (parameter, value, min, max) in ranges {

@@ -20,6 +20,7 @@ use cortex_m_rt::entry;
 use palpate_controller::board::Board;
 use palpate_controller::config::{self, Profile};
 use palpate_controller::controller::{Arming, Controller};
+use palpate_controller::crash::Crash;
 use palpate_controller::haptic_loop::HapticLoop;
 use palpate_controller::link::{Refusal, Upload};
 use palpate_controller::patch::{Memory, Patch, PatchSlot};
@@ -91,6 +92,12 @@ fn haptic_loop(arming: Arming) -> &'static mut HapticLoop<ThisBoard> {
 fn or_stop<T, E: defmt::Format>(result: Result<T, E>, what: &str) -> T {
     result.unwrap_or_else(|error| {
         defmt::error!("{}: {}", what, error);
-        board::stop(format_args!("{what}: the log says why"))
+        stop_without(what)
     })
+}
+
+/// Not inlined, since each caller would contain it.
+#[inline(never)]
+fn stop_without(what: &str) -> ! {
+    board::stop(&Crash::panic(what, 0), format_args!("{what}: the log says why"))
 }

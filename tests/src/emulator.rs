@@ -133,16 +133,17 @@ pub fn build_checked_firmware(target: &Path) -> Result<PathBuf, EmulatorError> {
     built(command, target.join("checked").join(TARGET).join("firmware/palpate-firmware"))
 }
 
-/// Builds the image of the NUCLEO-H743ZI with its default patch. `./test` has built the same one
-/// with the same command beside the lints.
-pub fn build_nucleo(target: &Path) -> Result<PathBuf, EmulatorError> {
+/// Builds the image of a real board with the patch of its alias `fw-BOARD`. `./test` has built the
+/// same one with the same command beside the lints.
+pub fn build_flashed(target: &Path, board: &str) -> Result<PathBuf, EmulatorError> {
     static BUILDING: Mutex<()> = Mutex::new(());
     let _one_at_a_time = BUILDING.lock().unwrap_or_else(PoisonError::into_inner);
-    let own = target.join("nucleo");
+    let own = target.join("flashed").join(board);
     let mut command = Command::new(std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()));
-    command.args(["fw-h743", "--bin", "palpate-firmware", "--target-dir"]).arg(&own);
+    command.args([&format!("fw-{board}"), "--bin", "palpate-firmware", "--target-dir"]).arg(&own);
     command.env_remove("PALPATE_PATCH").env("CARGO_BUILD_BUILD_DIR", target);
-    built(command, own.join(TARGET).join("firmware/palpate-firmware"))
+    let triple = if board == "pico2" { "thumbv8m.main-none-eabihf" } else { TARGET };
+    built(command, own.join(triple).join("firmware/palpate-firmware"))
 }
 
 /// Links an image that contains a tick and no code that may panic. With `planted` it contains one

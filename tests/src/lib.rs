@@ -28,6 +28,7 @@ pub mod pipeline_model;
 pub mod press_run;
 #[cfg(unix)]
 pub mod pseudo_terminal;
+pub mod register_model;
 pub mod rounding;
 pub mod schema;
 pub mod share;

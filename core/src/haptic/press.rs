@@ -14,7 +14,7 @@
 use nalgebra::Vector3;
 
 use crate::fault::Fault;
-use crate::lanes::sqrt;
+use crate::lanes::square_root;
 use crate::model::Model;
 use crate::params::{GuardLimits, Probe, ProbeShape, Tuned};
 use crate::stages::probe::{ProbePose, continuation_m};
@@ -136,7 +136,7 @@ pub fn contact_radius_m(probe: &Probe, depth_m: f32) -> f32 {
     let radius_m = probe.radius_m;
     match probe.shape {
         ProbeShape::Flat => radius_m,
-        _ if depth_m < radius_m => sqrt(radius_m * depth_m),
+        _ if depth_m < radius_m => square_root(radius_m * depth_m),
         _ => radius_m,
     }
 }
@@ -181,10 +181,10 @@ pub fn element_m(model: &Model, site_m: Vector3<f32>) -> f32 {
     for triangle in model.triangles.iter().filter(|triangle| triangle.node.contains(&nearest)) {
         let [a, b, c] = triangle.node.map(at_m);
         let normal_m2 = (b - a).cross(&(c - a));
-        twice_m2 += sqrt(normal_m2.dot(&normal_m2));
+        twice_m2 += square_root(normal_m2.dot(&normal_m2));
         count += 1.0;
     }
-    sqrt(SQUARE * twice_m2 / count)
+    square_root(SQUARE * twice_m2 / count)
 }
 
 #[cfg(test)]

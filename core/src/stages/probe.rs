@@ -20,7 +20,7 @@
 use nalgebra::Vector3;
 
 use crate::fault::{ClampFlags, Fault};
-use crate::lanes::sqrt;
+use crate::lanes::{sqrt, square_root};
 use crate::model::Model;
 use crate::params::{Probe, ProbeShape, Tuned};
 use crate::stages::presence::{self, Presence};
@@ -86,7 +86,7 @@ impl Motion {
 pub fn continuation_m(probe: &Probe, poisson_ratio: f32, limit_m: f32) -> f32 {
     let radius_m = match probe.shape {
         ProbeShape::Flat => probe.radius_m,
-        _ if limit_m < probe.radius_m => sqrt(probe.radius_m * limit_m),
+        _ if limit_m < probe.radius_m => square_root(probe.radius_m * limit_m),
         _ => probe.radius_m,
     };
     2.0 * radius_m / (1.0 - poisson_ratio * poisson_ratio)

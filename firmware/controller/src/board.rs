@@ -5,6 +5,7 @@ use palpate::Fault;
 
 pub use crate::about::About;
 use crate::config::Flash;
+use crate::crash::Crash;
 use crate::force_out::Outputs;
 use crate::link::Log;
 use crate::log::Event;
@@ -55,6 +56,9 @@ pub trait Board {
 
     /// Adds a millisecond to the time under power, by which [`crate::resets`] dates crashes.
     fn count_millisecond(&mut self);
+
+    /// The last crash since power-on.
+    fn last_crash(&self) -> Option<Crash>;
 
     /// Whether the board's part of the self-test is passed: the outputs are off, and the break
     /// input is armed on boards that have one.

@@ -6,9 +6,9 @@
 //! * cost: that of [`crate::kinematics`]; some ten instructions for three orthogonal axes
 //! * failures: impossible joint angles count as a failed sensor
 
-use palpate::Vector3;
 use palpate::haptic::commission::Wiring;
 use palpate::haptic::device::{Sensed, SensorStatus};
+use palpate::{Vector3, square_root};
 
 use crate::force_out::{self, ActuatorCommand, DacCode, Outputs};
 use crate::kinematics::{Linkage, MechanismProfile};
@@ -211,7 +211,7 @@ impl Driven {
         let _possible = linkage.tip_m(self.home_rad);
         let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| Vector3::from(linkage.torques_n_m(axis)));
         let squares = x.component_mul(&x) + y.component_mul(&y) + z.component_mul(&z);
-        let levers_m: [f32; 3] = squares.map(libm::sqrtf).into();
+        let levers_m: [f32; 3] = squares.map(square_root).into();
         let (mut stated, mut shares) = (levers_m, levers_m);
         stated.iter_mut().zip(self.rad_per_count).for_each(|(lever, rad)| *lever *= rad.abs());
         shares.iter_mut().zip(self.per_n_m).for_each(|(lever, per_n_m)| *lever *= per_n_m.abs());

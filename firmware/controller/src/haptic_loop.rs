@@ -34,9 +34,18 @@ pub struct HapticLoop<B> {
     /// Number of the last tick's period.
     period: u32,
     found: Option<Fault>,
+    /// Longest tick of the patch in the tap with which it was opened [counts].
+    tap_counts: u32,
+    /// Longest tick in `Idle`, which does not run the patch [counts].
+    idle_counts: u32,
+    /// Largest sum of both with which the board arms [counts].
+    most_counts: u32,
     seen: Snapshot,
     forces: Fnv,
 }
+
+/// Largest share of a period that the longest measured tick may take [%].
+pub const MOST_PERCENT: u32 = 85;
 
 impl<B: Board> HapticLoop<B> {
     /// Creates the loop before its first tick.
@@ -50,6 +59,9 @@ impl<B: Board> HapticLoop<B> {
             late_ticks: 0,
             period: 0,
             found: None,
+            tap_counts: 0,
+            idle_counts: 0,
+            most_counts: u32::MAX,
             seen: Snapshot::START,
             forces: Fnv::default(),
         }
@@ -60,6 +72,8 @@ impl<B: Board> HapticLoop<B> {
     /// * **Trigger**: the hardware tick timer, every millisecond; `period` is the number of the
     ///   period that began. In lock-step the host's pose is the trigger, and `period` is `None`.
     /// * **Deadline**: the force is on the converters before the next period begins.
+    ///   A patch whose longest measured tick takes more than 85 % of a period is not armed: the
+    ///   request becomes the fault of late ticks.
     /// * **Overrun**: handled here, not by a supervisor of lower priority, which late ticks would
     ///   starve. A late force is still written, since it is newer than the one on the converters;
     ///   the periods that the tick overran are skipped, so the next tick starts on an edge of the
@@ -92,7 +106,7 @@ impl<B: Board> HapticLoop<B> {
         let (missed, waited) = self.begin(period);
         let started = self.board.clock_counts();
         let supply = self.board.supply_low().then_some(Fault::SupplyLow);
-        let own = self.found.take();
+        let own = self.found.take().or(self.is_too_long(command.asked, period).then_some(Fault::DeadlineMissed));
         let found = self.board.emergency_stop().or(own).or(supply).or(command.found);
         let operator_absent = self.board.operator_absent().unwrap_or(command.operator_absent);
         let command = Command { found, late_ticks: self.late_ticks.max(missed), operator_absent, ..command };
@@ -141,6 +155,9 @@ impl<B: Board> HapticLoop<B> {
             seen.starts = seen.starts.map_or(Some([waited; 2]), |[least, most]| Some([least.min(waited), most.max(waited)]));
         }
         seen.faults += u32::from(telemetry.mode == Mode::Fault);
+        if telemetry.mode == Mode::Idle {
+            self.idle_counts = self.idle_counts.max(spent);
+        }
         (seen.mode, seen.fault, seen.force_n) = (telemetry.mode, telemetry.fault, telemetry.applied_n.into());
         self.forces.vector(telemetry.applied_n);
         Record::new(&telemetry, outputs, spent)
@@ -154,6 +171,25 @@ impl<B: Board> HapticLoop<B> {
         let missed = period.wrapping_sub(self.period).saturating_sub(1);
         self.period = period;
         (u16::try_from(missed).unwrap_or(u16::MAX), Some(self.board.since_period_counts()))
+    }
+
+    /// Takes the longest tick of a patch that was opened, in `Idle`, and the duration of a period
+    /// [counts].
+    pub fn rehearsed(&mut self, tap_counts: u32, period_counts: u32) {
+        self.tap_counts = tap_counts;
+        self.most_counts = period_counts / 100 * MOST_PERCENT;
+    }
+
+    /// Longest tick to be expected under force [counts], by the board's own clock and memories: that
+    /// of the patch in a tap, and that of the loop around it.
+    #[must_use]
+    pub fn longest_counts(&self) -> u32 {
+        self.tap_counts.saturating_add(self.idle_counts)
+    }
+
+    /// Whether this is a request to arm that would lead to late ticks. In lock-step no tick is late.
+    fn is_too_long(&self, asked: Option<Ask>, period: Option<u32>) -> bool {
+        asked == Some(Ask::Arm) && period.is_some() && self.longest_counts() > self.most_counts
     }
 
     /// Begins a commissioning in `Idle`.

@@ -21,6 +21,7 @@ pub mod board;
 pub mod commission;
 pub mod config;
 pub mod controller;
+pub mod crash;
 pub mod device;
 pub mod force_out;
 pub mod haptic_loop;

@@ -10,13 +10,14 @@
 //!                 patch begin / part / end, supply low, report, identify,
 //!                 joints (as pose), store a profile, home, listen to the log
 //! board -> host   record of a tick, refusal, patch taken, profile stored, state, identity, homed,
-//!                 log, modulus taken
+//!                 log, modulus taken, crash
 //! ```
 
 pub mod frame;
 pub mod inbox;
 pub mod log;
 pub mod message;
+pub mod queue;
 pub mod receiver;
 pub mod record;
 mod stuffing;
@@ -27,6 +28,7 @@ pub use frame::{FRAME_BYTES, FrameError, encode};
 pub use inbox::{Change, Inbox};
 pub use log::Log;
 pub use message::{FromBoard, Identity, ToBoard};
+pub use queue::ByteQueue;
 pub use receiver::Receiver;
 pub use record::Record;
 pub use upload::Upload;

@@ -40,6 +40,8 @@ pub struct Patch<'a> {
     packed_pa: f32,
     /// Checksum of the patch file.
     checksum: u32,
+    /// Cycles of its costliest tick, by [`cost`].
+    predicted_cycles: f32,
     /// Requested Young's modulus that has not been applied yet [Pa].
     asked_pa: Option<f32>,
     state: State<'a>,
@@ -72,27 +74,29 @@ const MOST_POINTS: usize = 9;
 pub const MODULUS: &str = "youngs_modulus_pa of the patch";
 
 /// Checks a patch as the board would run it, up to the largest modulus that may be requested.
+/// Returns the predicted cycles of its costliest tick.
 ///
 /// # Errors
 /// See [`Patch::open_within`].
 // not inlined: the start that follows would keep these masses and parameters on the stack
 #[inline(never)]
-fn judge(budget: &Budget, file: &PatchFile, memory: &mut Memory, after_round: &mut dyn FnMut()) -> Result<(), BuildError> {
+fn judge(budget: &Budget, file: &PatchFile, memory: &mut Memory, after_round: &mut dyn FnMut()) -> Result<f32, BuildError> {
     let (model, params) = (&file.model, &file.params);
     let (mut tuned, scratch) = memory.judge(model, params, after_round)?;
     if model.spring_rows.is_empty() {
         // the board processes springs by rows: without rows it would process none
         return Err(BuildError::LengthMismatch { item: "spring rows", need: model.nodes.len(), have: 0 });
     }
-    budget.check(file, site::check(file)?)?;
+    let predicted_cycles = budget.check(file, site::check(file)?)?;
     after_round();
     // twice the packed modulus may be requested later
     let stiffest = Params { youngs_modulus_pa: 2.0 * params.youngs_modulus_pa, ..*params };
     // as the board runs it after such a request: the smooth fields stay, their gains are recomputed
     stiffest.retune(model, &mut tuned);
-    step::check(model, &stiffest, &tuned, scratch)?;
     after_round();
-    Ok(())
+    step::check(model, &stiffest, &tuned, scratch, after_round)?;
+    after_round();
+    Ok(predicted_cycles)
 }
 
 impl<'a> Patch<'a> {
@@ -135,7 +139,7 @@ impl<'a> Patch<'a> {
             return Err(BuildError::LengthMismatch { item: "foundation", need, have: model.foundation.len() });
         }
         let packed_pa = params.youngs_modulus_pa;
-        judge(budget, &file, memory, after_round)?;
+        let predicted_cycles = judge(budget, &file, memory, after_round)?;
         if let Some(asked) = youngs_modulus_pa {
             BuildError::within(MODULUS, asked, 0.5 * packed_pa, 2.0 * packed_pa)?;
             params.youngs_modulus_pa = asked;
@@ -145,7 +149,20 @@ impl<'a> Patch<'a> {
         let checksum = PatchFile::checksum(bytes).unwrap_or_default();
         let site_m = file.site_m;
         let (asked_pa, contact, resting) = (None, None, false);
-        Ok(Self { model, params, tuned, packed_pa, checksum, asked_pa, state, placement, site_m, contact, resting })
+        Ok(Self {
+            model,
+            params,
+            tuned,
+            packed_pa,
+            checksum,
+            predicted_cycles,
+            asked_pa,
+            state,
+            placement,
+            site_m,
+            contact,
+            resting,
+        })
     }
 
     /// [`Patch::open_within`] for a device: the contact must suit its stiffness ceiling [N/m], and
@@ -191,6 +208,20 @@ impl<'a> Patch<'a> {
         self.params.retune(&self.model, &mut self.tuned);
     }
 
+    /// Runs a tick with the tip this deep below the site [m], for a board that measures its
+    /// duration.
+    #[inline(never)]
+    pub fn tap(&mut self, depth_m: f32) {
+        let pose = ProbePose { tip_m: self.site_m - self.params.probe.axis * depth_m };
+        palpate::tick(&self.model, &self.tuned, &mut self.state, pose);
+    }
+
+    /// Puts the patch at rest at once.
+    #[inline(never)]
+    pub fn rest(&mut self) {
+        self.state.reset(&self.model);
+    }
+
     /// Hash of all node positions and velocities.
     #[must_use]
     pub fn state_hash(&self) -> u64 {
@@ -227,10 +258,12 @@ impl PatchSlot<'_> {
         self.0.as_ref().map_or((0, 0), |patch| (patch.model().nodes.len(), patch.state_hash()))
     }
 
-    /// Checksum of the patch file, and Young's modulus [Pa]; zeros while there is no patch.
+    /// Checksum of the patch file, Young's modulus [Pa], and predicted cycles of the costliest tick;
+    /// zeros while there is no patch.
     #[must_use]
-    pub fn identity(&self) -> (u32, f32) {
-        self.0.as_ref().map_or((0, 0.0), |patch| (patch.checksum, patch.params.youngs_modulus_pa))
+    pub fn identity(&self) -> (u32, f32, f32) {
+        let of = |patch: &Patch<'_>| (patch.checksum, patch.params.youngs_modulus_pa, patch.predicted_cycles);
+        self.0.as_ref().map_or((0, 0.0, 0.0), of)
     }
 
     /// Like [`Patch::ask_modulus`], on a device with this stiffness ceiling [N/m].

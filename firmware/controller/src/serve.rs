@@ -1,7 +1,7 @@
 //! The controller with a host on its link, in one of two modes.
 //!
 //! * **Timed**: the tick timer begins a tick, the board's own sensors give the pose, the link is
-//!   read without blocking, and a record is sent every 20 ticks. A host that is silent for 20 ticks
+//!   read without blocking after the force was written, and a record is sent every 20 ticks. A host that is silent for 20 ticks
 //!   counts as lost, and the force is ramped down to zero.
 //! * **Lock-step**: the host's pose begins a tick, and the record sent to the host ends it. No
 //!   timer runs, so no tick is ever late. The emulator stops while the board waits for the host, so
@@ -41,6 +41,13 @@ pub const LISTENS_TICKS: u32 = 250;
 /// After this many ticks of silence a host may return with any sequence number.
 const FORGET_TICKS: u32 = 100;
 
+/// Speed of the tap that is measured when a patch is opened [m/tick], that of the script's hand, and
+/// the depth at which it begins [m].
+const TAP_M: f32 = 0.23e-3;
+const ABOVE_M: f32 = -3e-3;
+/// Periods of the tick timer per second.
+const PERIODS_PER_S: u32 = 1_000;
+
 /// Trigger of a tick.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Pace {
@@ -77,8 +84,9 @@ pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: 
             Ok(Some(bytes)) => match open(haptic, bytes, memory, offer.modulus_pa) {
                 Ok(patch) => {
                     let mut tissue = PatchSlot(Some(patch));
+                    rehearse(haptic, &mut tissue);
                     let nodes = tissue.state().0 as u32;
-                    let (checksum, youngs_modulus_pa) = tissue.identity();
+                    let (checksum, youngs_modulus_pa, _) = tissue.identity();
                     haptic.board.log(Event::PatchOpened { nodes, checksum, youngs_modulus_pa });
                     if offer.asked {
                         line.send(&mut haptic.board, &FromBoard::PatchTaken(nodes));
@@ -122,6 +130,24 @@ fn open<'a>(
     Patch::open_for(&board.budget(), ceiling_n_per_m, bytes, memory, modulus_pa, &mut || keep_awake(board))
 }
 
+/// Measures the longest tick of a patch that was opened, in a tap to its depth limit with the
+/// outputs off.
+#[inline(never)]
+fn rehearse(haptic: &mut HapticLoop<impl Board>, tissue: &mut PatchSlot<'_>) {
+    let (Some(patch), board) = (&mut tissue.0, &mut haptic.board) else { return };
+    let (mut longest_counts, mut depth_m) = (0, ABOVE_M);
+    while depth_m < patch.model().depth_limit_m {
+        depth_m += TAP_M;
+        keep_awake(board);
+        let started = board.clock_counts();
+        patch.tap(depth_m);
+        longest_counts = longest_counts.max(board.clock_counts().wrapping_sub(started));
+    }
+    patch.rest();
+    let period_counts = board.about().clock_hz / PERIODS_PER_S;
+    haptic.rehearsed(longest_counts, period_counts);
+}
+
 /// Feeds the watchdog while the pins show that the outputs are off.
 fn keep_awake(board: &mut impl Board) {
     if board.outputs() == Outputs::OFF {
@@ -142,10 +168,6 @@ async fn serve<B: Board>(
     let mut newest = Reading::Tip(failed);
     let mut silent_ticks = 0_u32;
     loop {
-        let period = match pace {
-            Pace::Timed => Some(haptic.board.next_period().await),
-            Pace::LockStep => None,
-        };
         loop {
             let Some(byte) = line.byte(&mut haptic.board) else {
                 if pace == Pace::LockStep {
@@ -197,9 +219,15 @@ async fn serve<B: Board>(
                     line.refuse(&mut haptic.board, Refusal::NotIdle);
                 }
                 Reply::Report => report(tissue, haptic, line),
-                Reply::Identify => identify(tissue, &mut haptic.board, line),
+                Reply::Identify => identify(tissue, haptic, line),
             }
         }
+        // the link was read before the period begins, so that the time at which the force is
+        // written does not depend on its traffic
+        let period = match pace {
+            Pace::Timed => Some(haptic.board.next_period().await),
+            Pace::LockStep => None,
+        };
         let (reading, command) = inbox.clear();
         silent_ticks = if command.heard { 0 } else { silent_ticks.saturating_add(1) };
         if silent_ticks == FORGET_TICKS {
@@ -266,9 +294,12 @@ fn report<B: Board>(tissue: &PatchSlot<'_>, haptic: &mut HapticLoop<B>, line: &m
         commissioned: haptic.controller.commissioned(),
     };
     line.send(&mut haptic.board, &state);
+    if let Some(crash) = haptic.board.last_crash() {
+        line.send(&mut haptic.board, &FromBoard::Crashed(crash));
+    }
 }
 
-fn identify(tissue: &PatchSlot<'_>, board: &mut impl Board, line: &mut Line) {
-    let identity = Identity::new(&board.about(), tissue.identity());
-    line.send(board, &FromBoard::Identity(identity));
+fn identify<B: Board>(tissue: &PatchSlot<'_>, haptic: &mut HapticLoop<B>, line: &mut Line) {
+    let identity = Identity::new(&haptic.board.about(), tissue.identity(), haptic.longest_counts());
+    line.send(&mut haptic.board, &FromBoard::Identity(identity));
 }

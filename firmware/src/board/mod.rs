@@ -36,12 +36,18 @@
 
 use core::{fmt, panic::PanicInfo};
 use palpate_controller::board::About;
+use palpate_controller::crash::Crash;
 use palpate_controller::force_out::Outputs;
 
 use palpate_controller::script::Script;
 use palpate_controller::serve::Pace;
 
 include!(concat!(env!("OUT_DIR"), "/built_day.rs"));
+
+/// Reciprocal of the time after which a pin is read back: 2 us, of which a Cortex-M7 may wait half.
+/// A pin that drives 10 nF through 100 ohm has reached half of its swing by then.
+#[cfg(not(feature = "mps2"))]
+const SETTLES_HZ: u32 = 500_000;
 
 /// Task that an image performs.
 #[derive(Clone, Copy)]
@@ -67,8 +73,10 @@ mod this_board;
 pub use this_board::ThisBoard;
 #[expect(unsafe_code, reason = "the stack's bounds are the linker's, and a hard fault needs a fresh one")]
 mod stack;
-pub use resets::count_millisecond;
+pub use resets::{count_millisecond, last_crash};
 pub use stack::{STACK_BYTES, stack_used_bytes};
+
+mod queues;
 
 #[cfg(not(feature = "mps2"))]
 #[expect(unsafe_code, reason = "memory is filled by the linker's symbols")]
@@ -121,12 +129,13 @@ pub fn about() -> About {
     About { name: NAME, built_day: BUILT_DAY, clock_hz: clock_hz(), image: log::image() }
 }
 
-/// Releases the force, then prints the reason and leaves the rest to the board: the watchdog's
+/// Releases the force, then keeps and prints the reason and leaves the rest to the board: the watchdog's
 /// reset, or the end of an emulated run.
-pub fn stop(reason: fmt::Arguments<'_>) -> ! {
+pub fn stop(crash: &Crash, reason: fmt::Arguments<'_>) -> ! {
     // no interrupt may restore a force after this
     cortex_m::interrupt::disable();
     outputs_off();
+    resets::keep(crash);
     print(reason);
     print(format_args!("{}", if outputs() == Outputs::OFF { "outputs off" } else { "OUTPUTS ON" }));
     after_crash()
@@ -134,5 +143,7 @@ pub fn stop(reason: fmt::Arguments<'_>) -> ! {
 
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
-    stop(format_args!("{info}"))
+    outputs_off(); // first of all
+    let crash = info.location().map_or(Crash::HUNG, |place| Crash::panic(place.file(), place.line()));
+    stop(&crash, format_args!("{info}"))
 }

@@ -17,6 +17,7 @@ use cortex_m_rt::exception;
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use palpate::Fault;
 use palpate_controller::board::WATCHDOG_US;
+use palpate_controller::crash::Crash;
 use palpate_controller::force_out::{DacCode, Outputs};
 use palpate_controller::patch::Budget;
 use palpate_controller::probe_in::Reading;
@@ -350,5 +351,5 @@ pub fn exit(success: bool) -> ! {
 unsafe fn NonMaskableInt() -> ! {
     outputs_off();
     let silent = clock_counts().wrapping_sub(FED.load(Ordering::Relaxed)) / (CLOCK_HZ / 1_000_000);
-    crate::board::stop(format_args!("watchdog: no tick was completed for silent_us={silent}"))
+    crate::board::stop(&Crash::HUNG, format_args!("watchdog: no tick was completed for silent_us={silent}"))
 }

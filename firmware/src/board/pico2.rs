@@ -39,18 +39,17 @@ use embassy_rp::pac::{self, IO_BANK0, PWM, SIO, UART0, WATCHDOG};
 use embassy_rp::pwm::{Config, Pwm};
 use embassy_rp::uart::Uart;
 use embassy_rp::{Peri, interrupt};
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::channel::Channel;
 use palpate::Fault;
 use palpate_controller::board::WATCHDOG_US;
 use palpate_controller::force_out::bridge::{AxisPins, Bridge, Line, Pins, StopCircuit};
 use palpate_controller::force_out::{DacCode, Outputs};
 use palpate_controller::patch::Budget;
 
-use super::fast_memory;
 #[cfg(not(feature = "self-test"))]
 pub use super::flashed::duty;
 pub use super::flashed::{ProfileMemory, after_crash, debug_start, debug_write, exit, idle, print};
+pub use super::queues::room as link_room;
+use super::{SETTLES_HZ, fast_memory, queues};
 use crate::period;
 
 mod encoders;
@@ -72,8 +71,6 @@ static HAPTIC: InterruptExecutor = InterruptExecutor::new();
 static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
 /// Converter codes last written.
 static CODES: [AtomicI16; 3] = [const { AtomicI16::new(0) }; 3];
-/// Queue of bytes for the host.
-static OUT: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
 
 #[interrupt]
 unsafe fn SWI_IRQ_0() {
@@ -117,11 +114,19 @@ pub fn start_executors() -> (SendSpawner, SendSpawner) {
     outputs_off();
     encoders::start([p.PIN_2.into(), p.PIN_3.into(), p.PIN_4.into(), p.PIN_5.into(), p.PIN_6.into(), p.PIN_7.into()]);
     core::mem::forget(Uart::new_blocking(p.UART0, p.PIN_0, p.PIN_1, embassy_rp::uart::Config::default()));
+    UART0.uartimsc().write(|w| {
+        w.set_rxim(true);
+        w.set_rtim(true); // also for fewer bytes than the level that raises the other one
+    });
     if let Some(mut core) = cortex_m::Peripherals::take() {
         core.DCB.enable_trace();
         core.DWT.enable_cycle_counter();
         // SAFETY: no critical section in this image is built on priority masking (BASEPRI).
-        unsafe { core.SCB.set_priority(SystemHandler::SysTick, 0x20) };
+        unsafe {
+            core.SCB.set_priority(SystemHandler::SysTick, 0x20);
+            core.NVIC.set_priority(interrupt::UART0_IRQ, 0x30); // above the haptic loop
+            interrupt::UART0_IRQ.enable();
+        }
     }
     interrupt::SWI_IRQ_0.set_priority(Priority::P1);
     interrupt::SWI_IRQ_1.set_priority(Priority::P2);
@@ -245,7 +250,7 @@ pub fn write_outputs(outputs: Outputs) {
 /// Reads the outputs back, by pin levels and by the registers that drive them, once they have
 /// settled.
 pub fn outputs() -> Outputs {
-    cortex_m::asm::delay(clock_hz() / 2_000_000);
+    cortex_m::asm::delay(clock_hz() / SETTLES_HZ);
     let axes = core::array::from_fn(|axis| AxisPins {
         steps: PWM.ch(axis).cc().read().a(),
         pwm_level: is_high(MAGNITUDES[axis]),
@@ -282,8 +287,8 @@ pub fn operator_absent() -> Option<bool> {
     Some(!is_high(OPERATOR))
 }
 
-/// Share of this core's cycles that the budget counts (1). Costs are those of a Cortex-M4F, which
-/// processes springs and tets in assembly; the compiled loops of this core take a quarter longer.
+/// Share of this core's cycles that the budget counts (1): conflicts between code and data in the
+/// banks of RAM, and reads of the serial flash, are in no cost.
 const WORTH: f32 = 0.8;
 
 /// Cycles that a patch may take per tick: the share of a Cortex-M4F's tick, at this clock.
@@ -291,34 +296,34 @@ pub fn budget() -> Budget {
     Budget { cycles: WORTH * Budget::M4F_168.cycles / 168e6 * clock_hz() as f32 }
 }
 
-/// Reads the bytes received, and sends pending ones. Once per tick suffices for hardware queues of
-/// 32 bytes at 115 200 baud.
+/// Reads the bytes received. The interrupt is pended as well, so that transfers resume in the next
+/// tick if it was missed.
 pub fn link_read(bytes: &mut [u8]) -> usize {
-    send_waiting();
-    bytes.iter_mut().map_while(|byte| (!UART0.uartfr().read().rxfe()).then(|| *byte = UART0.uartdr().read().data())).count()
+    interrupt::UART0_IRQ.pend();
+    queues::read(bytes)
 }
 
-/// Number of bytes that the queue has room for.
-pub fn link_room() -> usize {
-    OUT.free_capacity()
+/// Queues a frame, without blocking, or drops it if it does not fit as a whole.
+pub fn link_write(frame: &[u8]) {
+    queues::write(frame);
+    interrupt::UART0_IRQ.pend();
 }
 
-/// Puts a frame in the queue, or drops it if it does not fit as a whole.
-pub fn link_write(bytes: &[u8]) {
-    if OUT.free_capacity() >= bytes.len() {
-        for byte in bytes {
-            let _ = OUT.try_send(*byte); // there is room
+/// Moves all received bytes to their queue, and queued bytes to the UART while it accepts them. An
+/// interrupt, because the UART's own queue holds 2.8 ms of bytes and a patch takes longer to open.
+#[interrupt]
+fn UART0_IRQ() {
+    while !UART0.uartfr().read().rxfe() {
+        queues::keep(UART0.uartdr().read().data());
+    }
+    let waits = loop {
+        if UART0.uartfr().read().txff() {
+            break true;
         }
-    }
-    send_waiting();
-}
-
-/// Moves bytes from the queue to the UART's own queue.
-fn send_waiting() {
-    while !UART0.uartfr().read().txff() {
-        let Ok(byte) = OUT.try_receive() else { break };
+        let Some(byte) = queues::next() else { break false };
         UART0.uartdr().write(|w| w.set_data(byte));
-    }
+    };
+    UART0.uartimsc().modify(|w| w.set_txim(waits));
 }
 
 /// Unit of [`clock_counts`] in words.

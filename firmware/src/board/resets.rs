@@ -1,8 +1,9 @@
-//! Record of the crashes that reset the board, in RAM that neither a reset nor start-up clears.
+//! Records of the crashes that reset the board, in RAM that neither a reset nor start-up clears.
 
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use palpate_controller::crash::{Crash, CrashRecord};
 use palpate_controller::resets::{Cause, Resets};
 
 /// Marks a reset that the program made after a crash.
@@ -14,6 +15,10 @@ static mut RESETS: MaybeUninit<Resets> = MaybeUninit::uninit();
 // SAFETY: as above.
 #[unsafe(link_section = ".uninit.cause")]
 static mut CAUSE: MaybeUninit<u32> = MaybeUninit::uninit();
+
+// SAFETY: as above.
+#[unsafe(link_section = ".uninit.crash")]
+static mut CRASH: MaybeUninit<CrashRecord> = MaybeUninit::uninit();
 
 static STARTED: AtomicBool = AtomicBool::new(false);
 static BARRED: AtomicBool = AtomicBool::new(false);
@@ -29,8 +34,26 @@ pub fn barred(by_watchdog: bool) -> bool {
         let cause = if core::mem::take(cause) == CRASHED || by_watchdog { Cause::Crash } else { Cause::Power };
         BARRED.store(resets.start(cause), Ordering::Relaxed);
         AFTER_CRASH.store(cause == Cause::Crash, Ordering::Relaxed);
+        crash_record().start(cause == Cause::Crash);
     }
     BARRED.load(Ordering::Relaxed)
+}
+
+/// The record of the last crash.
+fn crash_record() -> &'static mut CrashRecord {
+    // SAFETY: every bit pattern is valid for the record, whose fields are integers. It is written
+    // before any task runs and by a crash, which never returns to a reader.
+    unsafe { &mut *(&raw mut CRASH).cast::<CrashRecord>() }
+}
+
+/// Keeps a crash for the next start.
+pub fn keep(crash: &Crash) {
+    crash_record().keep(crash);
+}
+
+/// The last crash since power-on.
+pub fn last_crash() -> Option<Crash> {
+    crash_record().last()
 }
 
 /// Whether a crash caused this start; valid after the first call of [`barred`].

@@ -1,7 +1,9 @@
 //! The stack, which is below the statics (`memory.x`) and painted by cortex-m-rt, and the handler
 //! of its overflow.
 
-use super::outputs_off;
+use palpate_controller::crash::Crash;
+
+use super::{outputs_off, stop};
 
 unsafe extern "C" {
     static _stack_start: u32;
@@ -49,12 +51,15 @@ extern "C" fn on_hard_fault(frame: *const u32) -> ! {
     if stack.contains(&frame.addr()) {
         // SAFETY: eight words from here on are within the stack.
         let [lr, pc] = unsafe { [frame.add(5).read_volatile(), frame.add(6).read_volatile()] };
-        crate::board::stop(format_args!("hard fault at pc={pc:#010x} lr={lr:#010x}"))
+        // SAFETY: registers of the core without side effects on reading.
+        let scb = unsafe { &*cortex_m::peripheral::SCB::PTR };
+        let crash = Crash::hard_fault(pc, lr, scb.cfsr.read(), scb.bfar.read());
+        stop(&crash, format_args!("hard fault at pc={pc:#010x} lr={lr:#010x}"))
     }
-    crate::board::stop(format_args!("hard fault: the stack overflowed"))
+    stop(&Crash::STACK_OVERFLOW, format_args!("hard fault: the stack overflowed"))
 }
 
 #[cortex_m_rt::exception]
 unsafe fn DefaultHandler(irqn: i16) -> ! {
-    crate::board::stop(format_args!("interrupt {irqn} has no handler"))
+    stop(&Crash::stray_interrupt(irqn.cast_unsigned().into()), format_args!("interrupt {irqn} has no handler"))
 }

@@ -46,9 +46,10 @@ mod encoders;
 mod link;
 mod pin;
 
+pub use super::queues::room as link_room;
 pub use bridge::{emergency_stop, healthy, outputs, outputs_off, write_outputs};
 pub use encoders::sense;
-pub use link::{read as link_read, room as link_room, write as link_write};
+pub use link::{read as link_read, write as link_write};
 use pin::Pin;
 use this::This;
 

@@ -2,6 +2,7 @@
 
 use palpate::Fault;
 use palpate_controller::board::{About, Board};
+use palpate_controller::crash::Crash;
 use palpate_controller::force_out::Outputs;
 use palpate_controller::link::Log;
 use palpate_controller::log::Event;
@@ -9,8 +10,8 @@ use palpate_controller::patch::Budget;
 use palpate_controller::probe_in::Reading;
 
 use super::{
-    ProfileMemory, about, budget, clock_counts, count_millisecond, emergency_stop, feed_watchdog, healthy, link_read, link_room,
-    link_write, log, operator_absent, outputs, outputs_off, sense, since_period_counts, stack_used_bytes, supply_low,
+    ProfileMemory, about, budget, clock_counts, count_millisecond, emergency_stop, feed_watchdog, healthy, last_crash, link_read,
+    link_room, link_write, log, operator_absent, outputs, outputs_off, sense, since_period_counts, stack_used_bytes, supply_low,
     write_outputs,
 };
 use crate::period;
@@ -62,6 +63,10 @@ impl Board for ThisBoard {
 
     fn count_millisecond(&mut self) {
         count_millisecond();
+    }
+
+    fn last_crash(&self) -> Option<Crash> {
+        last_crash()
     }
 
     fn healthy(&self) -> bool {

@@ -3,6 +3,7 @@
 
 use palpate::Fault;
 use palpate_controller::board::{About, Board};
+use palpate_controller::crash::Crash;
 use palpate_controller::force_out::Outputs;
 use palpate_controller::patch::Budget;
 use palpate_controller::probe_in::Reading;
@@ -65,6 +66,10 @@ impl Board for Motorless {
 
     fn count_millisecond(&mut self) {
         self.this.count_millisecond();
+    }
+
+    fn last_crash(&self) -> Option<Crash> {
+        self.this.last_crash()
     }
 
     fn healthy(&self) -> bool {

@@ -4,6 +4,7 @@
 use palpate::Fault;
 use palpate_controller::board::{About, Board};
 use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
+use palpate_controller::crash::Crash;
 use palpate_controller::force_out::Outputs;
 use palpate_controller::patch::Budget;
 use palpate_controller::probe_in::Reading;
@@ -75,6 +76,10 @@ impl Board for DesktopBoard {
     fn feed_watchdog(&mut self) {}
 
     fn count_millisecond(&mut self) {}
+
+    fn last_crash(&self) -> Option<Crash> {
+        None
+    }
 
     fn healthy(&self) -> bool {
         self.outputs == Outputs::OFF

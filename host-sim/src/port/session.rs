@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use palpate::haptic::cycle::ArmingSettings;
 use palpate::haptic::mode::Mode;
+use palpate_controller::board::About;
 use palpate_controller::link::message::HostAsk;
 use palpate_controller::link::receiver::Counts;
 use palpate_controller::link::{FromBoard, Identity, Log, Record, ToBoard};
@@ -62,7 +63,7 @@ impl Session {
                 return Err(PortError::Foreign { port: port.into(), bytes: line.heard_bytes() });
             }
         };
-        let nobody = Identity { name: [0; 32], built_day: 0, clock_hz: 0, patch_checksum: 0, youngs_modulus_pa: 0.0, image: 0 };
+        let nobody = Identity::new(&About { name: "", built_day: 0, clock_hz: 0, image: 0 }, (0, 0.0, 0.0), 0);
         let mut session = Self { line, identity: nobody, record, log, heard: Instant::now(), keep_alive: false };
         session.identity = session.identify()?.ok_or_else(|| PortError::Deaf(port.into()))?;
         Ok(session)

@@ -108,6 +108,7 @@ fn a_board_is_found_told_of_and_given_another_patch_without_a_force() {
         "patch   56 nodes, checksum ",
         "3500 Pa",
         " MHz",
+        " % of a period, measured in a tap when the patch was opened; above 85 % the board does not arm (predicted",
         "stack   ",
         "error   calibrated to finite elements of scene block at 100 places: 4.2 % rms off, -33.8 % at worst",
     ] {
@@ -248,6 +249,9 @@ fn a_board_that_crashed_too_often_refuses_to_arm_in_words() {
     let (desk, on) = (Desk::default(), BoardOnAPort::start_after_crashes(image(), EmulatedBoard::M4f, PATIENT));
     refused(&board(&desk, on.port(), &["arm", "--seconds", "60"]), "the board refuses: the board crashed three times");
     assert_eq!((on.truth().mode(), on.truth().largest_n), (Some(Mode::Idle), 0.0));
+    // it has left no record of a crash, so its watchdog ended a hang
+    let status = done(&desk, on.port(), &["status"]);
+    assert!(status.contains("crash   since power-on: ticks did not complete, and the watchdog acted"), "{status}");
 }
 
 /// Runs a command against a peer that is not a Palpate board. Returns its outcome and the bytes

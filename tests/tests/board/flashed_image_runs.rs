@@ -1,34 +1,33 @@
-//! The unchanged image that is flashed on a NUCLEO-H743ZI runs on a model of the chip's registers
-//! (`tests/unicorn`). It boots with its outputs off, feeds the watchdog, arms over the frames of
-//! the link, and presses bit-identically to the desktop's controller. After a hang the pins are
-//! off.
+//! The unchanged images that are flashed on the real boards run on models of their chips'
+//! registers (`tests/unicorn`). Each boots with its outputs off, feeds the watchdog, arms over the
+//! frames of the link, and presses bit-identically to the desktop's controller. After a hang, a
+//! hard fault, late ticks and an open stop circuit the pins are off.
 //!
-//! The model executes instructions and emulates registers. It does not measure time and does not
+//! The models execute instructions and emulate registers. They do not measure time and do not
 //! replace hardware.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 
+use palpate::Fault;
 use palpate::haptic::cycle::Settings;
 use palpate::haptic::device::{HapticDevice, SensorStatus};
 use palpate::haptic::mode::Mode;
-use palpate_board::defmt_log::{self, LogTable};
 use palpate_board::desktop_board::DesktopBoard;
 use palpate_controller::controller::{Arming, Controller};
 use palpate_controller::force_out::{DacCode, bridge::Bridge};
 use palpate_controller::haptic_loop::HapticLoop;
 use palpate_controller::link::inbox::Reply;
 use palpate_controller::link::message::HostAsk;
-use palpate_controller::link::{FRAME_BYTES, FromBoard, Inbox, Receiver, Record, Refusal, ToBoard, encode};
+use palpate_controller::link::{FromBoard, Inbox, Receiver, Record, Refusal, ToBoard};
 use palpate_controller::patch::{Memory, Patch};
 use palpate_controller::port::Port;
 use palpate_controller::probe_in::{EncoderCounts, JointReading, Reading};
 use palpate_controller::script;
 use palpate_sim::port::device_file;
-use palpate_tests::emulator::build_nucleo;
-use palpate_tests::flash_patch::in_flash;
+use palpate_tests::firmware_image::FirmwareImage;
 use palpate_tests::joint_hand::counts_at;
 use palpate_tests::palpate_command::repository;
+use palpate_tests::register_model::{Flashed, Journal, Period, Row, Scenario, run};
 use palpate_tests::share::long;
 use serde_json::{Value, json};
 
@@ -51,81 +50,6 @@ fn target() -> &'static Path {
     Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap()
 }
 
-/// Python with the packages of the model in a virtual environment of its own; `None` if that is not
-/// possible.
-fn python() -> Option<PathBuf> {
-    let model = repository().join("tests/unicorn");
-    let environment = target().join("unicorn-env");
-    let python = environment.join("bin/python");
-    let runs = |program: &Path, arguments: &[&str]| {
-        Command::new(program).args(arguments).output().is_ok_and(|output| output.status.success())
-    };
-    let check = ["-c", "import elftools, unicorn; assert unicorn.__version__ == '2.1.4'"];
-    if runs(&python, &check) {
-        return Some(python);
-    }
-    let (place, wanted) = (environment.to_str()?, model.join("requirements.txt"));
-    let made = runs(Path::new("python3"), &["-m", "venv", place])
-        && runs(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r", wanted.to_str()?])
-        && runs(&python, &check);
-    if !made {
-        println!("skipped: python3 with venv, and unicorn and pyelftools from PyPI, cannot be had here");
-    }
-    made.then_some(python)
-}
-
-/// A row of the journal, which the model writes once per period.
-struct Row {
-    enable: bool,
-    main_output: bool,
-    steps: [u64; 3],
-    reverse: [bool; 3],
-    taken: Vec<u8>,
-    sent: Vec<u8>,
-    fed: u64,
-    driven: bool,
-    resets: u64,
-}
-
-impl Row {
-    fn of(row: &Value) -> Self {
-        let pin = |n: usize| row["pins"][n].as_u64().unwrap();
-        let bytes = |key: &str| {
-            let text = row[key].as_str().unwrap();
-            (0..text.len() / 2).map(|n| u8::from_str_radix(&text[2 * n..2 * n + 2], 16).unwrap()).collect()
-        };
-        Self {
-            enable: pin(0) == 1,
-            main_output: pin(1) == 1,
-            steps: [2, 3, 4].map(pin),
-            reverse: [5, 6, 7].map(|n| pin(n) == 1),
-            taken: bytes("taken"),
-            sent: bytes("sent"),
-            fed: row["fed"].as_u64().unwrap(),
-            driven: row["driven"].as_bool().unwrap(),
-            resets: row["resets"].as_u64().unwrap(),
-        }
-    }
-
-    fn is_off(&self) -> bool {
-        !self.enable && !self.main_output && !self.driven
-    }
-}
-
-struct Journal {
-    image: PathBuf,
-    period_steps: u16,
-    watchdog_ms: f64,
-    /// Rows of the journal; the first describes the start-up.
-    rows: Vec<Row>,
-}
-
-/// Input of a period: encoder counts and the host's message, if any.
-struct Period {
-    counts: [i32; 3],
-    says: Option<ToBoard<'static>>,
-}
-
 /// Message of a host that sends heartbeats, reads the log and requests the force once.
 fn host(period: u32, arm_at: u32) -> Option<ToBoard<'static>> {
     match period {
@@ -146,53 +70,22 @@ fn axes(periods: u32) -> Vec<Period> {
     (0..periods).map(|period| Period { counts: counts(period), says: says(period) }).collect()
 }
 
-/// Runs the image; `None` if the model is not available.
-fn run(name: &str, periods: &[Period], hang: &Value) -> Option<Journal> {
-    let python = python()?;
-    let image = build_nucleo(target()).unwrap();
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let [scenario, journal] = ["scenario", "journal"].map(|what| folder.join(format!("{name}-{what}.json")));
-    let mut sequence = 0;
-    let mut frame = |message: &ToBoard<'_>| {
-        sequence += 1;
-        let mut out = [0; FRAME_BYTES];
-        encode(sequence, message, &mut out).unwrap().iter().map(|byte| format!("{byte:02x}")).collect::<String>()
-    };
-    let rows: Vec<Value> = periods
-        .iter()
-        .map(|period| json!({"counts": period.counts, "bytes": period.says.as_ref().map_or_else(String::new, &mut frame)}))
-        .collect();
-    std::fs::write(&scenario, json!({"periods": rows, "hang": hang}).to_string()).unwrap();
-    let run = Command::new(python)
-        .arg(repository().join("tests/unicorn/run.py"))
-        .args([&image, &scenario, &journal])
-        .env("PYTHONDONTWRITEBYTECODE", "1")
-        .output()
-        .unwrap();
-    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
-    let read: Value = serde_json::from_slice(&std::fs::read(&journal).unwrap()).unwrap();
-    Some(Journal {
-        image,
-        period_steps: u16::try_from(read["period_steps"].as_u64().unwrap()).unwrap(),
-        watchdog_ms: read["watchdog_ms"].as_f64().unwrap(),
-        rows: read["rows"].as_array().unwrap().iter().map(Row::of).collect(),
-    })
-}
-
 /// Runs the desktop's controller on the bytes that the image received on its UART, tick by tick.
-fn on_desktop(periods: &[Period], rows: &[Row]) -> Vec<Record> {
+fn on_desktop(board: Flashed, periods: &[Period], rows: &[Row]) -> Vec<Record> {
     let mut memory = Box::new(Memory::RESERVED);
-    let mut patch = Patch::open(in_flash(), &mut memory, None).unwrap();
+    let mut patch = Patch::open(board.patch(), &mut memory, None).unwrap();
     let controller =
         Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP.without_home(), Arming::OnRequest).unwrap();
     let mut haptic = HapticLoop::new(DesktopBoard::default(), controller);
-    let (mut receiver, mut inbox, mut sequence) = (Receiver::NEW, Inbox::default(), 0);
-    let joints = |counts: [i32; 3], sequence| {
-        Reading::Joints(JointReading { counts: counts.map(EncoderCounts), sequence, status: SensorStatus::Good })
-    };
-    let mut newest = joints([0; 3], 0);
+    let (mut receiver, mut inbox) = (Receiver::NEW, Inbox::default());
     let mut records = Vec::new();
-    for (period, row) in periods.iter().zip(rows) {
+    for ((period, row), sequence) in periods.iter().zip(rows).zip(1..) {
+        let (_, command) = inbox.clear();
+        let newest =
+            Reading::Joints(JointReading { counts: period.counts.map(EncoderCounts), sequence, status: SensorStatus::Good });
+        records.push(haptic.tick(&mut patch, newest, command, None));
+        patch.settle(haptic.controller.in_contact());
+        // a board reads its link after it has written the force
         for byte in &row.taken {
             let Some(message) = receiver.push::<ToBoard<'_>>(*byte) else { continue };
             match inbox.take(&message.unwrap(), &mut haptic.controller, None) {
@@ -205,68 +98,58 @@ fn on_desktop(periods: &[Period], rows: &[Row]) -> Vec<Record> {
                 other => panic!("{other:?}"),
             }
         }
-        let (_, command) = inbox.clear();
-        sequence += 1;
-        newest = joints(period.counts, sequence);
-        records.push(haptic.tick(&mut patch, newest, command, None));
-        patch.settle(haptic.controller.in_contact());
     }
     records
 }
 
+/// Runs the image through a scenario without further events; `None` if the model is not available.
+fn press(board: Flashed, name: &str, periods: &[Period]) -> Option<Journal> {
+    run(target(), board, &Scenario { name, periods, more: Value::Null })
+}
+
 /// Checks that the image's pins and records equal the desktop's to the bit. Returns the desktop's
 /// records and the image's other messages.
-fn agree(periods: &[Period], journal: &Journal) -> (Vec<Record>, Vec<FromBoard>) {
-    let (started, rows) = journal.rows.split_first().unwrap();
+fn agree(board: Flashed, periods: &[Period], journal: &Journal) -> (Vec<Record>, Vec<FromBoard>) {
+    let Journal { started, rows, .. } = journal;
     assert!(started.is_off() && started.fed > 0, "start-up drives nothing and begins to feed the watchdog");
+    assert_eq!(started.lost, 0, "a peripheral is written only once it has its clock");
     assert!((4.0..=f64::from(OFF_MS)).contains(&journal.watchdog_ms), "{} ms", journal.watchdog_ms);
-    let records = on_desktop(periods, rows);
+    let records = on_desktop(board, periods, rows);
+    let mut last = [Bridge { steps: 0, reverse: false }; 3];
     for (n, (row, record)) in rows.iter().zip(&records).enumerate() {
         assert_eq!((row.enable, row.main_output), (record.enabled, record.enabled), "period {n}");
+        let bridges = record.codes.map(|code| Bridge::of(DacCode(code), journal.period_steps));
         for axis in 0..3 {
-            let bridge = Bridge::of(DacCode(record.codes[axis]), journal.period_steps);
             let there = (row.steps[axis], row.reverse[axis]);
-            assert_eq!(there, (bridge.steps.into(), bridge.reverse), "period {n}, axis {axis}");
+            assert_eq!(there, (bridges[axis].steps.into(), bridges[axis].reverse), "period {n}, axis {axis}");
         }
+        let ended = last.iter().zip(bridges).filter(|(last, next)| last.passes_zero(*next)).count() as u64;
+        // a timer of an STM32 carries three axes, so a restart would cut the pulses of the others
+        let restarts = if board == Flashed::Pico2 { ended } else { 0 };
+        assert_eq!(row.restarts, restarts, "period {n}: {ended} pulses had to end");
+        last = bridges;
         assert!(row.fed > 0 && row.resets == 1, "period {n}");
         assert!(record.enabled || row.is_off(), "period {n}: something drove the pins meanwhile");
     }
     // and the records that it sent over its UART
-    let (mut receiver, mut told, mut others) = (Receiver::NEW, 0, Vec::new());
-    for byte in journal.rows.iter().flat_map(|row| &row.sent) {
-        match receiver.push::<FromBoard>(*byte) {
-            Some(Ok(FromBoard::Record(there))) => {
+    let (mut told, mut others) = (0, Vec::new());
+    for message in Journal::messages(rows) {
+        match message {
+            FromBoard::Record(there) => {
                 let here = records.iter().filter(|record| record.tick == there.tick);
                 // a new profile restarts the tick numbers, so several records may have this one
                 assert!(here.into_iter().any(|here| there.first_difference(here).is_none()), "tick {}", there.tick);
                 told += 1;
             }
-            Some(Ok(FromBoard::Log(_))) => {} // see `log`
-            Some(Ok(other)) => others.push(other),
-            Some(Err(error)) => panic!("{error}"),
-            None => {}
+            FromBoard::Log(_) => {} // see `begins`
+            other => others.push(other),
         }
     }
     assert!(told > rows.len() / 20 - 5, "{told} records");
     (records, others)
 }
 
-/// Log lines that the image sent in these rows, decoded with its ELF file.
-fn log(journal: &Journal, rows: &[Row]) -> Vec<String> {
-    let elf = std::fs::read(&journal.image).unwrap();
-    let image = defmt_log::checksum(&elf).unwrap();
-    let table = LogTable::of_board(journal.image.clone(), image).unwrap();
-    let (mut receiver, mut lines) = (Receiver::NEW, Vec::new());
-    for byte in rows.iter().flat_map(|row| &row.sent) {
-        if let Some(Ok(FromBoard::Log(log))) = receiver.push::<FromBoard>(*byte) {
-            assert_eq!(log.lost, 0);
-            lines.extend(table.lines(log.frames.bytes()));
-        }
-    }
-    lines
-}
-
-/// Checks that the first lines contain the given words, one entry per line.
+/// Checks that the first lines of the log contain the given words, one entry per line.
 fn begins(lines: &[String], words: &[&str]) {
     let agree = lines.len() >= words.len() && lines.iter().zip(words).all(|(line, words)| line.contains(words));
     assert!(agree, "{lines:#?} do not begin with {words:#?}");
@@ -275,30 +158,77 @@ fn begins(lines: &[String], words: &[&str]) {
 fn felt(records: &[Record]) -> f32 {
     let largest_n = records.iter().map(|record| record.applied_n[2]).fold(0.0, f32::max);
     assert_eq!(records.last().unwrap().mode(), Some(Mode::Active));
-    assert!(largest_n > 0.1, "the press of 4 mm was not felt: {largest_n} N");
+    assert!(largest_n > 0.05, "the press of 4 mm was not felt: {largest_n} N");
     largest_n
 }
 
-#[test]
-fn it_boots_arms_and_presses_like_the_desktop_to_the_bit() {
+/// Boots, arms and presses.
+fn presses_like_the_desktop(board: Flashed) {
     let periods = axes(if long() { LEAD_TICKS + 2_000 } else { PRESSED_TICKS });
-    let Some(journal) = run("press", &periods, &Value::Null) else { return };
-    let (records, others) = agree(&periods, &journal);
+    let Some(journal) = press(board, "press", &periods) else { return };
+    let (records, others) = agree(board, &periods, &journal);
     assert_eq!(others, [FromBoard::Homed]);
     let told = [
         "started after power-on or the reset button",
         "no profile found: three axes, not homed",
-        "patch opened: 56 nodes, checksum ",
+        "patch opened: ",
         "mode self-test, was boot",
         "mode idle, was self-test",
         "home pose taken",
         "mode arming, was idle",
         "mode active, was arming",
     ];
-    begins(&log(&journal, &journal.rows), &told);
+    begins(&journal.log(&journal.rows), &told);
     let armed = records.iter().position(|record| record.enabled).unwrap();
     assert!(armed as u32 > ARM_AT, "armed in tick {armed}, before the host asked");
-    println!("{} ticks, armed in tick {armed}, {:.4} N at most", records.len(), felt(&records));
+    println!("{board:?}: {} ticks, armed in tick {armed}, {:.4} N at most", records.len(), felt(&records));
+}
+
+#[test]
+fn the_h743_presses_like_the_desktop_to_the_bit() {
+    presses_like_the_desktop(Flashed::H743);
+}
+
+#[test]
+fn the_f446_presses_like_the_desktop_to_the_bit() {
+    presses_like_the_desktop(Flashed::F446);
+}
+
+#[test]
+fn the_g474_presses_like_the_desktop_to_the_bit() {
+    presses_like_the_desktop(Flashed::G474);
+}
+
+#[test]
+fn the_pico_2_presses_like_the_desktop_to_the_bit() {
+    presses_like_the_desktop(Flashed::Pico2);
+}
+
+/// Erratum ES0392 2.2.9: on revision Y, reads from AXI SRAM, in which uploaded patches are, may
+/// return wrong data unless its port issues one read at a time.
+#[test]
+fn the_first_revision_of_the_h743_reads_its_axi_sram_one_word_at_a_time_and_runs_slower() {
+    const AXI_SRAM_READ_ISSUING: u32 = 0x5100_8108;
+    const PLL1_DIVIDERS: u32 = 0x5802_4430;
+    for (revision, issuing, times) in [(0x1003_6450_u32, Some(1), 50), (0x2003_6450, None, 60)] {
+        let more = json!({"values": {"0x5c001000": revision}});
+        let scenario = Scenario { name: "revision", periods: &axes(2), more };
+        let Some(journal) = run(target(), Flashed::H743, &scenario) else { return };
+        assert_eq!(journal.register(AXI_SRAM_READ_ISSUING), issuing, "{revision:x}");
+        assert_eq!(journal.register(PLL1_DIVIDERS).unwrap() & 0x1FF, times - 1, "{revision:x}");
+    }
+}
+
+/// The window watchdog of the F446 acts after 3.6 ms, which is 655 000 cycles. An instruction takes
+/// up to two of them with flash wait states.
+#[test]
+fn the_watchdog_is_fed_often_while_a_patch_opens() {
+    const MOST_INSTRUCTIONS: u64 = 120_000;
+    let scenario = Scenario { name: "opening", periods: &axes(2), more: json!({"count": true}) };
+    let Some(journal) = run(target(), Flashed::F446, &scenario) else { return };
+    let longest = journal.longest_unfed();
+    println!("{longest} instructions at most between two feedings");
+    assert!((10_000..=MOST_INSTRUCTIONS).contains(&longest), "{longest}");
 }
 
 /// A paddle on the pins: its profile and home pose are sent over the link, then the script presses.
@@ -330,8 +260,8 @@ fn a_paddle_is_pressed_like_the_desktop_to_the_bit() {
             Period { counts: [POWER_ON_COUNTS + joint, 0, 0], says }
         })
         .collect();
-    let Some(journal) = run("paddle", &periods, &Value::Null) else { return };
-    let (records, others) = agree(&periods, &journal);
+    let Some(journal) = press(Flashed::G474, "paddle", &periods) else { return };
+    let (records, others) = agree(Flashed::G474, &periods, &journal);
     assert!(matches!(others[..], [FromBoard::Stored(_), FromBoard::Homed]), "{others:?}");
     let codes = records.iter().map(|record| record.codes);
     assert!(codes.clone().any(|codes| codes[0] > 100) && codes.into_iter().all(|codes| codes[1..] == [0, 0]));
@@ -344,27 +274,116 @@ fn a_hang_under_force_ends_with_the_pins_off() {
     let after = 220;
     // late enough after the reset for the loop to be idle, and early enough to arm before the end
     let again = at + 100;
-    for hang in [json!({"at": at, "how": "loop", "symbol": "7palpate4tick4tick17h"}), json!({"at": at, "how": "no ticks"})] {
+    let hangs = [
+        (Flashed::H743, json!({"at": at, "how": "loop", "symbol": "7palpate4tick4tick17h"})),
+        (Flashed::F446, json!({"at": at, "how": "no ticks"})),
+        (Flashed::Pico2, json!({"at": at, "how": "no ticks"})),
+    ];
+    for (board, event) in hangs {
         let mut periods = axes(at + after);
         periods[again as usize].says = Some(ToBoard::Ask(HostAsk::Arm));
-        let Some(journal) = run("hang", &periods, &hang) else { return };
-        let rows = &journal.rows[1..];
+        let scenario = Scenario { name: "hang", periods: &periods, more: json!({"event": event}) };
+        let Some(journal) = run(target(), board, &scenario) else { return };
+        let rows = &journal.rows;
         let hung = at as usize;
-        assert!(rows[hung - 1].enable && rows[hung - 1].steps[2] > 0, "a force acts before");
-        let off = (hung..).find(|n| rows[*n].resets == 2).expect("the watchdog acts") - hung;
-        println!("{hang}: off within {off} periods after the last tick");
+        let off = off_after(board, rows, hung);
+        println!("{board:?} {event}: off within {off} periods after the last tick");
         assert!(rows[hung..hung + off].iter().all(|row| row.fed == 0), "nothing feeds the watchdog");
-        assert!(off < OFF_MS as usize, "{off} periods");
-        for row in &rows[hung + off + 1..] {
-            assert!(row.is_off() && row.resets == 2, "it starts anew and arms nothing by itself");
-        }
-        assert!(rows.last().unwrap().fed > 0, "it runs again");
-        let (mut receiver, mut refused) = (Receiver::NEW, false);
-        for byte in rows[again as usize..].iter().flat_map(|row| &row.sent) {
-            let said = receiver.push::<FromBoard>(*byte);
-            refused |= matches!(said, Some(Ok(FromBoard::Refused(Refusal::NotHomed))));
-        }
-        begins(&log(&journal, &rows[hung + off..]), &["WARN started after a crash or the watchdog's reset"]);
+        let after = &rows[hung + off..];
+        let refused = Journal::messages(after).contains(&FromBoard::Refused(Refusal::NotHomed));
+        begins(&journal.log(after), &["WARN started after a crash or the watchdog's reset"]);
         assert!(refused, "asked for the force again, it lacks its home pose: it forgot what it was");
     }
+}
+
+/// Periods from an event under force until the watchdog has turned the pins off and reset the
+/// board, which stays off.
+fn off_after(board: Flashed, rows: &[Row], at: usize) -> usize {
+    assert!(rows[at - 1].enable && rows[at - 1].steps[2] > 0, "{board:?}: a force acts before");
+    let off = (at..rows.len()).find(|n| rows[*n].resets == 2).expect("the watchdog acts") - at;
+    assert!(off < OFF_MS as usize, "{board:?}: {off} periods");
+    for row in &rows[at + off + 1..] {
+        assert!(row.is_off() && row.resets == 2, "{board:?} starts anew and arms nothing by itself");
+    }
+    assert!(rows.last().unwrap().fed > 0, "{board:?} runs again");
+    off
+}
+
+#[test]
+fn an_open_stop_circuit_ends_the_force_in_the_tick_in_which_it_opens() {
+    for board in [Flashed::F446, Flashed::G474, Flashed::Pico2] {
+        let at = PRESSED_TICKS - 20;
+        let scenario =
+            Scenario { name: "stop", periods: &axes(PRESSED_TICKS + 40), more: json!({"event": {"at": at, "how": "stop"}}) };
+        let Some(journal) = run(target(), board, &scenario) else { return };
+        let rows = &journal.rows;
+        assert!(rows[at as usize - 1].enable && rows[at as usize - 1].steps[2] > 0, "{board:?}: a force acts before");
+        for row in &rows[at as usize..] {
+            assert!(!row.enable && !row.main_output && row.resets == 1, "{board:?}");
+        }
+        assert_eq!(last_fault(rows), Some(Fault::EmergencyStop), "{board:?}: latched, although it has closed again");
+    }
+}
+
+/// The report of a crash outlives the reset: what it was and where.
+#[test]
+fn a_hard_fault_under_force_ends_with_the_pins_off_and_is_reported_after_the_reset() {
+    const BUS_ERROR: u32 = 1 << 9 | 1 << 15;
+    const NOWHERE: u32 = 0x6000_0000;
+    let at = PRESSED_TICKS - 20;
+    let asked = at + 100;
+    for board in [Flashed::F446, Flashed::Pico2] {
+        let mut periods = axes(at + 220);
+        periods[asked as usize].says = Some(ToBoard::Report);
+        let symbol = "7palpate4tick4tick17h";
+        let event = json!({"at": at, "how": "hard fault", "symbol": symbol, "cfsr": BUS_ERROR, "bfar": NOWHERE});
+        let scenario = Scenario { name: "hard-fault", periods: &periods, more: json!({"event": event}) };
+        let Some(journal) = run(target(), board, &scenario) else { return };
+        let rows = &journal.rows;
+        let off = off_after(board, rows, at as usize);
+        assert!(!rows[at as usize].enable && !rows[at as usize].main_output, "{board:?}: off before the watchdog acts");
+        let crashes = Journal::messages(&rows[at as usize + off..]).into_iter().filter_map(|message| match message {
+            FromBoard::Crashed(crash) => Some(crash),
+            _ => None,
+        });
+        let crash = crashes.last().expect("a report of the crash");
+        println!("{board:?}: {crash}");
+        let image = std::fs::read(&journal.image).unwrap();
+        let image = FirmwareImage::parse(&image).unwrap();
+        assert_eq!(image.function_at(crash.pc).map(|found| found.name.as_str()), Some("palpate::tick::tick"));
+        assert!(image.function_at(crash.lr).is_some());
+        assert_eq!((crash.cfsr, crash.address), (BUS_ERROR, NOWHERE));
+        assert!(crash.to_string().contains("bus error in accessing data, address 0x60000000"), "{crash}");
+    }
+}
+
+/// The model's cycle counter advances by a fixed number at each reading, so the tick of the patch
+/// and the loop around it take as many cycles.
+#[test]
+fn a_board_whose_measured_tick_is_too_long_does_not_arm_and_tells_the_fault() {
+    for (board, period_cycles) in [(Flashed::F446, 180_000), (Flashed::Pico2, 150_000)] {
+        for (percent, armed) in [(42, true), (43, false)] {
+            let mut periods = axes(220);
+            periods[20].says = Some(ToBoard::Identify);
+            let more = json!({"cycles_per_reading": period_cycles / 100 * percent});
+            let scenario = Scenario { name: "too-long", periods: &periods, more };
+            let Some(journal) = run(target(), board, &scenario) else { return };
+            let fault = (!armed).then_some(Fault::DeadlineMissed);
+            assert_eq!((last_fault(&journal.rows), journal.rows.last().unwrap().enable), (fault, armed), "{board:?} {percent}");
+            let told = Journal::messages(&journal.rows).into_iter().find_map(|message| match message {
+                FromBoard::Identity(identity) => Some(identity.longest_counts),
+                _ => None,
+            });
+            assert_eq!(told, Some(2 * period_cycles / 100 * percent), "{board:?}: the identity says how long");
+        }
+    }
+}
+
+/// Fault in the newest record.
+fn last_fault(rows: &[Row]) -> Option<Fault> {
+    let records = Journal::messages(rows).into_iter().filter_map(|message| match message {
+        FromBoard::Record(record) => Some(record),
+        _ => None,
+    });
+    records.last().and_then(|record| record.fault())
 }

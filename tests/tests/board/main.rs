@@ -20,7 +20,7 @@ mod log_over_the_link;
 mod mechanisms_on_the_board;
 #[cfg(unix)]
 mod paddle_on_a_port;
-
+mod pico_2_counts_encoder_edges;
 mod self_test_says_same_bits;
 mod tick_cannot_panic;
 mod uart_carries_frames;

@@ -100,7 +100,7 @@ unsafe extern "C" fn measure_tets(tets: *const Tet, count: usize, nodes: *mut No
     // r0 tet, r1 tets left, r2 x of the first node, r3 last, r6 r7 r8 r12 corners a b c d, lr size
     // s0-s2 a, s3 its p, s4-s7 b, s8-s11 c, s12-s15 d
     naked_asm!(
-        ".fpu fpv4-sp-d16",
+        env!("PALPATE_PROCESSOR"),
         "push {{r4-r8, lr}}",
         "vpush {{d8-d9}}",
         "add r2, #{x}",
@@ -170,7 +170,7 @@ unsafe extern "C" fn push_tets(tets: *const Tet, count: usize, nodes: *mut Node,
     // s0-s2 a, s3 its p and later the sum of pressures, s4-s6 b, s8-s10 c, s12-s14 d, s7 s11 s15
     // their p; s16-s18 the tet's constants; s19-s27 gradients; s28 barrier_below, s29 -1, s30 -2.5
     naked_asm!(
-        ".fpu fpv4-sp-d16",
+        env!("PALPATE_PROCESSOR"),
         "push {{r4-r8, lr}}",
         "vpush {{d8-d15}}",
         "vmov.f32 s28, s0",
@@ -303,7 +303,7 @@ unsafe extern "C" fn pull_rows(rows: &Rows, onset: f32, chi: f32) {
     // s0-s2 f of the other end, s3-s5 its x and then the force, s6 k, s7 k_rest, s10-s12 own f,
     // s13-s15 own x, s16 onset, s17 chi
     naked_asm!(
-        ".fpu fpv4-sp-d16",
+        env!("PALPATE_PROCESSOR"),
         "push {{r4-r8, lr}}",
         "vpush {{d8-d9}}",
         "ldmia r0, {{r0-r5}}",

@@ -28,11 +28,11 @@ impl Bridge {
         Self { steps, reverse: code.0 < 0 && steps > 0 }
     }
 
-    /// Whether the pin must be low before it is set to `next`: the direction pin acts at once, and
-    /// a pulse in progress would push in the wrong direction.
+    /// Whether a pulse in progress must end before the pins are set to `next`: the direction pin
+    /// acts at once, and the pulse would push in the wrong direction; at 0 % the pin is low at once.
     #[must_use]
     pub fn passes_zero(self, next: Self) -> bool {
-        next.steps == 0 || self.reverse != next.reverse
+        self.steps > 0 && (next.steps == 0 || self.reverse != next.reverse)
     }
 }
 
@@ -157,7 +157,10 @@ mod tests {
     fn the_pulse_ends_before_the_direction_turns() {
         let of = |code| Bridge::of(DacCode(code), PERIOD);
         assert!(of(900).passes_zero(of(-900)) && of(-900).passes_zero(of(900)) && of(900).passes_zero(of(0)));
-        assert!(!of(900).passes_zero(of(500)) && !of(-900).passes_zero(of(-500)) && !of(0).passes_zero(of(900)));
+        assert!(!of(900).passes_zero(of(500)) && !of(-900).passes_zero(of(-500)));
+        for code in [-900, -1, 0, 1, 900] {
+            assert!(!of(0).passes_zero(of(code)), "at zero no pulse is in progress: {code}");
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@
 //! `near_m`; the distal arms `far_m` meet at the tip. The tip moves in the x-z plane: z is up, out
 //! of the tissue.
 
-use palpate::Vector3;
+use palpate::{Vector3, square_root};
 
 use super::{DIMENSIONS, Mechanism, MechanismError, sin_cos};
 
@@ -55,7 +55,7 @@ impl Mechanism for Pantograph {
         if !(square > FOLDED * self.far_m * self.far_m && height_square > 1e-3 * self.far_m * self.far_m) {
             return None; // stretched or folded: the tip's direction of motion is undetermined, and torques are unbounded
         }
-        let rise = root(height_square / square);
+        let rise = square_root(height_square / square);
         let tip = [elbow[0] + 0.5 * across[0] + rise * across[1], elbow[1] + 0.5 * across[1] - rise * across[0]];
         // both distal arms keep their length: (tip - elbow) . tip' = (tip - elbow) . elbow', and
         // likewise for the other elbow
@@ -82,9 +82,4 @@ impl Mechanism for Pantograph {
                 square < most * most && square > least * least
             })
     }
-}
-
-/// Square root of a positive number.
-fn root(square: f32) -> f32 {
-    libm::sqrtf(square)
 }

@@ -1,8 +1,8 @@
 //! A mechanism as data: the part of a device profile that describes it, and a check that the
 //! mechanism can move as the profile says.
 
-use palpate::Vector3;
 use palpate::haptic::device::DeviceSpec;
+use palpate::{Vector3, square_root};
 use serde::{Deserialize, Serialize};
 
 use super::{DIMENSIONS, Kind, Linkage, MechanismError};
@@ -98,7 +98,7 @@ impl MechanismProfile {
     fn longest_count_m(&self, [x, y, z]: &[[f32; 3]; 3]) -> f32 {
         let levers = x.iter().zip(y.iter().zip(z));
         let squares = levers.zip(self.rad_per_count).map(|((x, (y, z)), step)| (x * x + y * y + z * z) * step * step);
-        libm::sqrtf(squares.fold(0.0_f32, f32::max))
+        square_root(squares.fold(0.0_f32, f32::max))
     }
 }
 

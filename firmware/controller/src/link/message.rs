@@ -8,6 +8,7 @@ use super::record::Record;
 use crate::about::About;
 use crate::commission::{Progress, Setup, WireResult};
 use crate::config::Profile;
+use crate::crash::Crash;
 use crate::refusal::Refusal;
 use crate::wire_limits::WireLimits;
 
@@ -143,6 +144,8 @@ pub enum FromBoard {
     /// Result of the commissioning. The profile is still the old one: the host completes it and
     /// sends it with [`ToBoard::Store`].
     Commissioned(WireResult),
+    /// The last crash since power-on, after the answer to [`ToBoard::Report`].
+    Crashed(Crash),
 }
 
 /// Longest name of a board with its image's version [bytes].
@@ -161,18 +164,37 @@ pub struct Identity {
     pub patch_checksum: u32,
     /// Young's modulus of the patch [Pa]; 0 while there is no patch.
     pub youngs_modulus_pa: f32,
+    /// Predicted cycles of the patch's costliest tick on a Cortex-M4F without wait states.
+    pub predicted_cycles: f32,
+    /// Longest tick to be expected, as [`crate::haptic_loop::HapticLoop::longest_counts`] has
+    /// measured it [counts]; 0 before a patch was opened.
+    pub longest_counts: u32,
     /// Checksum of the image's sources and features, which its ELF file contains too: hosts find
     /// the file that decodes the log by it. 0 if unknown.
     pub image: u32,
 }
 
 impl Identity {
-    /// Creates the identity of a board with a patch of this checksum and Young's modulus [Pa].
+    /// Creates the identity of a board with a patch of this checksum, Young's modulus [Pa] and
+    /// predicted cycles, and with this longest tick [counts].
     #[must_use]
-    pub fn new(about: &About, (patch_checksum, youngs_modulus_pa): (u32, f32)) -> Self {
+    pub fn new(
+        about: &About,
+        (patch_checksum, youngs_modulus_pa, predicted_cycles): (u32, f32, f32),
+        longest_counts: u32,
+    ) -> Self {
         let mut name = [0; NAME_BYTES];
         name.iter_mut().zip(about.name.bytes()).for_each(|(place, byte)| *place = byte);
-        Self { name, built_day: about.built_day, clock_hz: about.clock_hz, patch_checksum, youngs_modulus_pa, image: about.image }
+        Self {
+            name,
+            built_day: about.built_day,
+            clock_hz: about.clock_hz,
+            patch_checksum,
+            youngs_modulus_pa,
+            predicted_cycles,
+            longest_counts,
+            image: about.image,
+        }
     }
 }
 

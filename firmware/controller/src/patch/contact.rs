@@ -58,6 +58,7 @@ impl Patch<'_> {
             Some(contact) => contact,
             None => {
                 let element_m = press::element_m(&self.model, self.site_m);
+                after_round();
                 let tangent_m = self.tangent_m(own, after_round).map_err(|_| Refusal::PatchStep)?;
                 *self.contact.insert(Contact { tangent_m, element_m })
             }

@@ -55,12 +55,13 @@ impl Budget {
     pub const M7_480: Self = Self { cycles: LOAD * 480e3 };
 
     /// Refuses a patch whose costliest tick, with this many triangles under the probe, exceeds the
-    /// budget.
+    /// budget; returns its cycles otherwise.
     ///
     /// # Errors
     /// [`BuildError::OutOfRange`] with [`COST`].
-    pub fn check(&self, file: &PatchFile<'_>, touched: usize) -> Result<(), BuildError> {
-        BuildError::within(COST, cycles(file, touched), 0.0, self.cycles)
+    pub fn check(&self, file: &PatchFile<'_>, touched: usize) -> Result<f32, BuildError> {
+        let cycles = cycles(file, touched);
+        BuildError::within(COST, cycles, 0.0, self.cycles).map(|()| cycles)
     }
 }
 

@@ -18,7 +18,7 @@
 //! tick in which it occurs, and is a fault.
 
 use palpate::stages::force::foundation::point_weights;
-use palpate::{BuildError, Model, Params, Tuned, Vector3};
+use palpate::{BuildError, Model, Params, Tuned, Vector3, square_root};
 
 /// Smallest accepted ratio of mass to `E D dt^2` (1): twice the 1/4 at which a single node between
 /// fixed ones diverges. The shipped patches, which come to rest after taps, have larger ratios.
@@ -45,8 +45,12 @@ pub const CONTACT: &str = "stiffness of the foundation over the tissue's";
 /// the node's own stiffness (1).
 pub const MOST_CONTACT: f32 = 20.0;
 
+/// Number of tets that are checked between two calls of `after_round`; a board takes 800
+/// instructions for each.
+const TETS_PER_ROUND: usize = 64;
+
 /// Checks rest shape and masses. `tuned` was built from `params`; `stiffness_m` and `six_volume_m3`
-/// are scratch memory with one entry per node.
+/// are scratch memory with one entry per node. `after_round` is called in between.
 ///
 /// # Errors
 /// [`BuildError::Degenerate`] names the first item that contradicts the rest shape.
@@ -57,11 +61,13 @@ pub fn check(
     params: &Params,
     tuned: &Tuned<'_>,
     [stiffness_m, six_volume_m3]: [&mut [f32]; 2],
+    after_round: &mut dyn FnMut(),
 ) -> Result<(), BuildError> {
     stiffness_m.fill(0.0);
     six_volume_m3.fill(0.0);
     springs(model, 1.0 + params.compensation, stiffness_m)?;
-    tets(model, stiffness_m, six_volume_m3)?;
+    tets(model, stiffness_m, six_volume_m3, after_round)?;
+    after_round();
     rim(model, stiffness_m);
     let sums = stiffness_m.iter().zip(six_volume_m3.iter());
     for (index, ((node, inertia), (own_m, six_m3))) in model.nodes.iter().zip(tuned.node_step()).zip(sums).enumerate() {
@@ -74,8 +80,9 @@ pub fn check(
             BuildError::within(FLOOR, 1.0 / (yields * own_m * tuned.substep_s()), LEAST_FLOOR, MOST_MASS)?;
         }
     }
+    after_round();
     contact(model, stiffness_m, six_volume_m3)?;
-    series(model, tuned, [stiffness_m, six_volume_m3])
+    series(model, tuned, [stiffness_m, six_volume_m3], after_round)
 }
 
 /// Checks the ratio of the foundation's stiffness at each node to the node's own.
@@ -98,7 +105,12 @@ fn contact(model: &Model<'_>, stiffness_m: &[f32], slope_m: &mut [f32]) -> Resul
 
 /// Checks the least eigenvalue of N. The iteration uses `N - I`, whose eigenvalue of largest
 /// magnitude belongs to the least one of N.
-fn series(model: &Model<'_>, tuned: &Tuned<'_>, [shape, next]: [&mut [f32]; 2]) -> Result<(), BuildError> {
+fn series(
+    model: &Model<'_>,
+    tuned: &Tuned<'_>,
+    [shape, next]: [&mut [f32]; 2],
+    after_round: &mut dyn FnMut(),
+) -> Result<(), BuildError> {
     let inertia = tuned.node_step();
     if inertia.iter().all(|node| node.added == 0.0) {
         return Ok(());
@@ -110,6 +122,7 @@ fn series(model: &Model<'_>, tuned: &Tuned<'_>, [shape, next]: [&mut [f32]; 2]) 
     }
     let mut least = 0.0;
     for _ in 0..ROUNDS {
+        after_round();
         next.fill(0.0);
         for spring in model.springs {
             let [i, j] = [spring.i, spring.j].map(usize::from);
@@ -158,8 +171,16 @@ fn springs(model: &Model<'_>, factor: f32, stiffness_m: &mut [f32]) -> Result<()
 
 /// Adds volume term and barrier to the mean diagonal, and sums six times the volume around each
 /// node.
-fn tets(model: &Model<'_>, stiffness_m: &mut [f32], six_volume_m3: &mut [f32]) -> Result<(), BuildError> {
+fn tets(
+    model: &Model<'_>,
+    stiffness_m: &mut [f32],
+    six_volume_m3: &mut [f32],
+    after_round: &mut dyn FnMut(),
+) -> Result<(), BuildError> {
     for (index, tet) in model.tets.iter().enumerate() {
+        if index.is_multiple_of(TETS_PER_ROUND) {
+            after_round();
+        }
         let [a, b, c, d] = tet.node.map(|node| position_m(model, node));
         let (u, v, w) = (b - a, c - a, d - a);
         // gradients of six times the volume
@@ -190,11 +211,11 @@ fn rim(model: &Model<'_>, stiffness_m: &mut [f32]) {
     for rim in model.rim_nodes {
         let [xx, yy, zz, xy, xz, yz] = rim.block_m;
         let square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz);
-        add(stiffness_m, rim.node as u16, libm::sqrtf(square * THIRD));
+        add(stiffness_m, rim.node as u16, square_root(square * THIRD));
     }
     for edge in model.rim_edges {
         let square: f32 = edge.block_m.iter().map(|entry| entry * entry).sum();
-        edge.node.iter().for_each(|node| add(stiffness_m, *node, libm::sqrtf(square * THIRD)));
+        edge.node.iter().for_each(|node| add(stiffness_m, *node, square_root(square * THIRD)));
     }
 }
 

@@ -231,7 +231,7 @@ fn a_patch_that_only_its_packed_modulus_keeps_stable_is_refused() {
             let params = Params { youngs_modulus_pa: share * file.params.youngs_modulus_pa, ..file.params };
             let mut memory = Box::new(Memory::RESERVED);
             let (tuned, scratch) = memory.judge(&file.model, &params, &mut || {}).unwrap();
-            step::check(&file.model, &params, &tuned, scratch).is_ok()
+            step::check(&file.model, &params, &tuned, scratch, &mut || {}).is_ok()
         };
         assert_eq!(opened(&Budget::M4F_168, bytes).is_ok(), stable(2.0), "{} Pa", file.params.youngs_modulus_pa);
         refused_for_twice += usize::from(stable(1.0) && !stable(2.0));

@@ -5,6 +5,8 @@ use std::future::Future;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
+use palpate::Fault;
+use palpate::haptic::mode::Mode;
 use palpate_controller::controller::Arming;
 use palpate_controller::link::message::HostAsk;
 use palpate_controller::link::{FRAME_BYTES, FromBoard, Refusal, ToBoard, Upload, encode};
@@ -69,15 +71,54 @@ fn a_report_and_a_name_wait_until_no_force_may_act() {
     }
     let refused = format!("{:?}", FromBoard::Refused(Refusal::NotIdle));
     let told = answers(&ticks);
+    // the link is read after the force of a period, before the next one begins
     let expected = [
-        (4, "state"),
-        (4, "identity"),
-        (START_UP_TICKS, refused.as_str()),
-        (START_UP_TICKS, refused.as_str()),
-        (START_UP_TICKS + 215, "state"),
-        (START_UP_TICKS + 215, "identity"),
+        (3, "state"),
+        (3, "identity"),
+        (START_UP_TICKS - 1, refused.as_str()),
+        (START_UP_TICKS - 1, refused.as_str()),
+        (START_UP_TICKS + 214, "state"),
+        (START_UP_TICKS + 214, "identity"),
     ];
     assert_eq!(told.iter().map(|(period, said)| (*period, said.as_str())).collect::<Vec<_>>(), expected);
+}
+
+/// The mock's clock advances by the same step at each reading, so the tick of the patch and the
+/// tick around it take one step each.
+#[test]
+fn a_board_does_not_arm_if_its_measured_tick_takes_more_than_85_percent_of_a_period() {
+    const PERIOD_COUNTS: u32 = 1_000;
+    for (step, armed) in [(0, true), (1, true), (425, true), (426, false), (PERIOD_COUNTS, false)] {
+        let mut haptic = haptic_loop(Arming::OnRequest);
+        haptic.board.clock_step = step;
+        haptic.board.last_period = Some(300);
+        for tick in 1..=300 {
+            let mut messages = vec![pose(tick, 5e-3)];
+            messages.extend((tick == 8).then_some(ToBoard::Ask(HostAsk::Arm)));
+            messages.extend((tick == 6).then_some(ToBoard::Identify));
+            for (n, message) in messages.iter().enumerate() {
+                let number = 2 * tick as u16 + n as u16;
+                haptic.board.from_host.push_back(encode(number, message, &mut [0; FRAME_BYTES]).unwrap().to_vec());
+            }
+            haptic.board.from_host.push_back(Vec::new());
+        }
+        let (mut memory, mut upload) = (Box::new(Memory::RESERVED), Box::new(Upload::RESERVED));
+        {
+            let service = pin!(run(&mut haptic, &BLOCK.0, &mut memory, &mut upload, Pace::Timed));
+            assert_eq!(service.poll(&mut Context::from_waker(Waker::noop())), Poll::Pending, "the timer stops");
+        }
+        let expected = if armed { (Mode::Active, None) } else { (Mode::Fault, Some(Fault::DeadlineMissed)) };
+        assert_eq!((haptic.seen().mode, haptic.seen().fault), expected, "{step}");
+        let told = std::mem::take(&mut haptic.board.to_host).into_iter().find_map(|frame| {
+            decoded(frame, |message| match message {
+                FromBoard::Identity(identity) => Some((identity.longest_counts, identity.predicted_cycles)),
+                _ => None,
+            })
+        });
+        let (longest_counts, predicted_cycles) = told.unwrap();
+        assert_eq!(longest_counts, 2 * step, "the identity says it");
+        assert!((50e3..126e3).contains(&predicted_cycles), "{predicted_cycles} beside it");
+    }
 }
 
 #[test]

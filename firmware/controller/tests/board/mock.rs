@@ -1,5 +1,6 @@
 //! A board whose pins, clock and supply are set by the test.
 
+use std::cell::Cell;
 use std::collections::VecDeque;
 
 use palpate::haptic::cycle::{Renderer, Settings};
@@ -8,6 +9,7 @@ use palpate::{Fault, Output, ProbePose, Vector3};
 use palpate_controller::board::{About, Board};
 use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
 use palpate_controller::controller::{Arming, Controller};
+use palpate_controller::crash::Crash;
 use palpate_controller::force_out::Outputs;
 use palpate_controller::haptic_loop::HapticLoop;
 use palpate_controller::link::Log;
@@ -45,6 +47,9 @@ pub struct Mock {
     pub last_period: Option<u32>,
     /// Whether the board logs a line in every period.
     pub chatty: bool,
+    /// Clock, and its steps between two readings [counts].
+    pub clock: Cell<u32>,
+    pub clock_step: u32,
     /// Whether the board keeps no frame of the log for the link.
     pub quiet: bool,
 }
@@ -76,6 +81,8 @@ impl Default for Mock {
             ring: Ring::EMPTY,
             last_period: None,
             chatty: false,
+            clock: Cell::new(0),
+            clock_step: 0,
             quiet: false,
         }
     }
@@ -101,7 +108,8 @@ impl Board for Mock {
     type ProfileMemory = Slots;
 
     fn clock_counts(&self) -> u32 {
-        0
+        self.clock.set(self.clock.get().wrapping_add(self.clock_step));
+        self.clock.get()
     }
 
     fn since_period_counts(&self) -> u32 {
@@ -145,6 +153,10 @@ impl Board for Mock {
 
     fn count_millisecond(&mut self) {
         self.milliseconds += 1;
+    }
+
+    fn last_crash(&self) -> Option<Crash> {
+        None
     }
 
     fn healthy(&self) -> bool {

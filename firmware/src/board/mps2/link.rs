@@ -10,7 +10,7 @@ use semihosting::fs::File;
 use semihosting::io::{self, Read as _, Write as _};
 
 use super::{hand, uart};
-use crate::board::Duty;
+use crate::board::{Duty, queues};
 use palpate_controller::serve::Pace;
 
 /// The task if the emulator's command line names none.
@@ -41,7 +41,8 @@ pub fn duty() -> Duty {
         let (input, output) = (open(|path| File::open(path)), open(|path| File::create(path)));
         let pins = open(|path| File::create(path));
         let (Some(input), Some(output)) = (input, output) else {
-            crate::board::stop(format_args!("two FIFOs are needed: lock-step IN OUT or paced IN OUT [PINS]"))
+            super::print(format_args!("two FIFOs are needed: IN OUT [PINS]"));
+            super::exit(false)
         };
         FILES.lock(|link| *link.borrow_mut() = Some(Files { input, output, pins }));
         if first == Some("paced") {
@@ -82,7 +83,7 @@ pub fn link_read(bytes: &mut [u8]) -> usize {
             .as_mut()
             .map(|files| if hand::is_there() { paced(files, bytes) } else { files.input.read(bytes).unwrap_or(0) })
     });
-    from_file.unwrap_or_else(|| uart::read(bytes))
+    from_file.unwrap_or_else(|| queues::read(bytes))
 }
 
 /// Bit of a packet's length which says that the hand's position is given in encoder counts.
@@ -121,7 +122,7 @@ fn paced(Files { input, pins, .. }: &mut Files, bytes: &mut [u8]) -> usize {
 
 /// Number of bytes that the link would accept now; a file accepts any number.
 pub fn link_room() -> usize {
-    if FILES.lock(|link| link.borrow().is_some()) { usize::MAX } else { uart::room() }
+    if FILES.lock(|link| link.borrow().is_some()) { usize::MAX } else { queues::room() }
 }
 
 /// Sends bytes to the host.

@@ -1,9 +1,9 @@
 //! CMSDK UART 0 as the link: interrupts move bytes between its one-byte registers and two queues.
 
 use cortex_m::peripheral::NVIC;
-use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, channel::Channel};
 
 use super::{CLOCK_HZ, Interrupt, set_priority};
+use crate::board::queues;
 
 const DATA: *mut u32 = 0x4000_4000 as *mut u32;
 const STATE: *mut u32 = 0x4000_4004 as *mut u32;
@@ -18,11 +18,6 @@ const RECEIVED: u32 = 2;
 const ENABLE: u32 = 0b1111;
 const BAUD: u32 = 115_200;
 
-/// Queues with room for four of the longest frames each. Received bytes that do not fit are lost,
-/// and their frame is dropped for its checksum.
-static IN: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
-static OUT: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
-
 pub fn start() {
     for interrupt in [Interrupt::UartReceived, Interrupt::UartSent] {
         set_priority(interrupt);
@@ -36,24 +31,9 @@ pub fn start() {
     }
 }
 
-/// Reads the bytes received so far, without blocking.
-pub fn read(bytes: &mut [u8]) -> usize {
-    bytes.iter_mut().map_while(|byte| IN.try_receive().ok().map(|came| *byte = came)).count()
-}
-
-/// Number of bytes that the queue has room for.
-pub fn room() -> usize {
-    OUT.free_capacity()
-}
-
-/// Puts a frame in the queue, without blocking, or drops it if it does not fit as a whole.
-pub fn write(bytes: &[u8]) {
-    if OUT.free_capacity() < bytes.len() {
-        return;
-    }
-    for byte in bytes {
-        let _ = OUT.try_send(*byte); // there is room
-    }
+/// Queues a frame, without blocking, or drops it if it does not fit as a whole.
+pub fn write(frame: &[u8]) {
+    queues::write(frame);
     NVIC::pend(Interrupt::UartSent); // starts sending, if the UART is idle
 }
 
@@ -62,7 +42,7 @@ pub extern "C" fn on_received() {
     unsafe {
         INTCLEAR.write_volatile(RECEIVED);
         while STATE.read_volatile() & RECEIVE_FULL != 0 {
-            let _ = IN.try_send(DATA.read_volatile() as u8); // no room: lost, see above
+            queues::keep(DATA.read_volatile() as u8);
         }
     }
 }
@@ -72,7 +52,7 @@ pub extern "C" fn on_sent() {
     unsafe {
         INTCLEAR.write_volatile(SENT);
         while STATE.read_volatile() & SEND_FULL == 0 {
-            let Ok(byte) = OUT.try_receive() else { return };
+            let Some(byte) = queues::next() else { return };
             DATA.write_volatile(byte.into());
         }
     }

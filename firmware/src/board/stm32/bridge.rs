@@ -24,6 +24,7 @@ use palpate_controller::force_out::bridge::{AxisPins, Bridge, Pins, StopCircuit}
 use palpate_controller::force_out::{DacCode, Outputs};
 
 use super::{Stm32Board, This, clock_hz};
+use crate::board::SETTLES_HZ;
 
 /// Codes last written to the converters, and length of the PWM period [steps].
 static CODES: [AtomicI16; 3] = [const { AtomicI16::new(0) }; 3];
@@ -43,6 +44,12 @@ pub fn start(
     PERIOD_STEPS.store(pwm.max_duty_cycle(), Ordering::Relaxed);
     arm_break_input();
     outputs_off();
+    for (register, channel) in [(0, 0), (0, 1), (1, 0)] {
+        // a compare register acts at once and not at the end of the period, so that a pulse can be
+        // ended without a restart of the timer, which would cut the pulses of the other axes; the
+        // pulse of the period in which a force is written lies between the old and the new one
+        TIM1.ccmr_output(register).modify(|w| w.set_ocpe(channel, false));
+    }
     pwm.ch1().enable();
     pwm.ch2().enable();
     pwm.ch3().enable();
@@ -92,25 +99,13 @@ pub fn write_outputs(outputs: Outputs) {
         This::PINS.enable.set(false);
         TIM1.bdtr().modify(|w| w.set_moe(false));
     }
-    let bridge = |code: &AtomicI16| Bridge::of(DacCode(code.load(Ordering::Relaxed)), period_steps());
-    let next = outputs.codes.map(|code| Bridge::of(code, period_steps()));
-    let passes_zero: [bool; 3] =
-        core::array::from_fn(|axis| CODES.get(axis).is_none_or(|code| bridge(code).passes_zero(next[axis])));
-    if passes_zero.contains(&true) {
-        for (axis, passes) in passes_zero.into_iter().enumerate() {
-            if passes {
-                TIM1.ccr(axis).write(|w| w.set_ccr(0));
-            }
+    for (axis, ((code, kept), pin)) in outputs.codes.into_iter().zip(&CODES).zip(This::PINS.directions).enumerate() {
+        let next = Bridge::of(code, period_steps());
+        if Bridge::of(DacCode(kept.load(Ordering::Relaxed)), period_steps()).passes_zero(next) {
+            TIM1.ccr(axis).write(|w| w.set_ccr(0)); // no pulse outlives its direction
         }
-        // compare registers take effect at the end of a period: end the period now, so that no
-        // pulse outlives its direction
-        TIM1.egr().write(|w| w.set_ug(true));
-    }
-    for ((axis, bridge), pin) in next.into_iter().enumerate().zip(This::PINS.directions) {
-        pin.set(bridge.reverse);
-        TIM1.ccr(axis).write(|w| w.set_ccr(bridge.steps));
-    }
-    for (kept, code) in CODES.iter().zip(outputs.codes) {
+        pin.set(next.reverse);
+        TIM1.ccr(axis).write(|w| w.set_ccr(next.steps));
         kept.store(code.0, Ordering::Relaxed);
     }
     if outputs.enabled && stop_circuit().allows_outputs() {
@@ -122,9 +117,7 @@ pub fn write_outputs(outputs: Outputs) {
 /// Reads the outputs back, by pin levels and by the registers that drive them, once they have
 /// settled.
 pub fn outputs() -> Outputs {
-    // a pin reaches its level within 0.5 us, ten times the duration of the slowest edge in the data
-    // sheets at 50 pF
-    cortex_m::asm::delay(clock_hz() / 2_000_000);
+    cortex_m::asm::delay(clock_hz() / SETTLES_HZ);
     let pins = &This::PINS;
     let axes = core::array::from_fn(|axis| AxisPins {
         steps: TIM1.ccr(axis).read().ccr(),

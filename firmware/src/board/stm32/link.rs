@@ -4,15 +4,9 @@
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::usart::{Config, Instance, RxPin, TxPin, Uart};
 use embassy_stm32::{Peri, pac::usart::Usart};
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::channel::Channel;
 
 use super::{Stm32Board, This};
-
-/// Queues with room for four of the longest frames each. Received bytes that do not fit are lost,
-/// and their frame is dropped for its checksum.
-static IN: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
-static OUT: Channel<CriticalSectionRawMutex, u8, 1024> = Channel::new();
+use crate::board::queues;
 
 /// Claims the pins and starts the interrupt.
 pub fn start<T: Instance>(usart: Peri<'static, T>, rx: Peri<'static, impl RxPin<T>>, tx: Peri<'static, impl TxPin<T>>) {
@@ -35,22 +29,12 @@ pub fn start<T: Instance>(usart: Peri<'static, T>, rx: Peri<'static, impl RxPin<
 /// tick if an error flag has masked its source.
 pub fn read(bytes: &mut [u8]) -> usize {
     This::LINK_INTERRUPT.pend();
-    bytes.iter_mut().map_while(|byte| IN.try_receive().ok().map(|came| *byte = came)).count()
+    queues::read(bytes)
 }
 
-/// Number of bytes that the queue has room for.
-pub fn room() -> usize {
-    OUT.free_capacity()
-}
-
-/// Puts a frame in the queue, without blocking, or drops it if it does not fit as a whole.
-pub fn write(bytes: &[u8]) {
-    if OUT.free_capacity() < bytes.len() {
-        return;
-    }
-    for byte in bytes {
-        let _ = OUT.try_send(*byte); // there is room
-    }
+/// Queues a frame, without blocking, or drops it if it does not fit as a whole.
+pub fn write(frame: &[u8]) {
+    queues::write(frame);
     This::LINK_INTERRUPT.pend();
 }
 
@@ -58,13 +42,13 @@ pub fn write(bytes: &[u8]) {
 pub fn on_interrupt() {
     let registers = This::LINK;
     while let Some(byte) = received(registers) {
-        let _ = IN.try_send(byte); // no room: lost, see above
+        queues::keep(byte);
     }
     let waits = loop {
         if !can_send(registers) {
-            break !OUT.is_empty();
+            break true;
         }
-        let Ok(byte) = OUT.try_receive() else { break false };
+        let Some(byte) = queues::next() else { break false };
         send(registers, byte);
     };
     registers.cr1().modify(|w| w.set_txeie(waits));

@@ -11,8 +11,11 @@
 //! | light | LD2, PA5 |
 //!
 //! **Second watchdog.** The clock of the independent one (LSI) may be off by 50 % here: 4.5 ms may
-//! be 8.5 ms. The window watchdog runs on the core's own clock and acts after 4.4 ms; the
-//! independent one remains for the case that this clock stops.
+//! be 8.5 ms. The window watchdog runs on the core's own clock, whose prescaler is not reset by a
+//! feed: it acts after 3.6 to 4.4 ms. The independent one remains for the case that this clock
+//! stops. A debugger that halts the core does not stop the window watchdog: whether the outputs of
+//! a stopped TIM1 are off is documented for the other two chips and not for this one, so a halt
+//! ends in a reset.
 
 use embassy_stm32::interrupt;
 use embassy_stm32::pac::Interrupt;
@@ -21,7 +24,7 @@ use embassy_stm32::pac::{
 };
 use embassy_stm32::rcc::{AHBPrescaler, APBPrescaler, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk};
 use embassy_stm32::timer::simple_pwm::PwmPin;
-use embassy_stm32::{Config, Peripherals};
+use embassy_stm32::{Config, Peripherals, peripherals, rcc};
 
 use super::{BoardPins, Pin, Stm32Board, bridge, encoders, input, link, output, prepare_watchdog, pulled_down, stop_input};
 
@@ -96,11 +99,8 @@ impl Stm32Board for This {
     }
 
     fn freeze_with_debugger() {
-        DBGMCU.apb2fzr().modify(|w| w.set_tim1(true)); // a frozen TIM1 drives its outputs as if MOE were clear
-        DBGMCU.apb1fzr().modify(|w| {
-            w.set_iwdg(true);
-            w.set_wwdg(true);
-        });
+        DBGMCU.apb2fzr().modify(|w| w.set_tim1(true));
+        DBGMCU.apb1fzr().modify(|w| w.set_iwdg(true));
     }
 
     fn start_caches() {
@@ -118,7 +118,9 @@ impl Stm32Board for This {
     }
 
     fn start_second_watchdog() {
-        RCC.apb1enr().modify(|w| w.set_wwdgen(true));
+        // waits until the watchdog has its clock: a write before that may be lost, and the reset
+        // values mean 0.55 ms (erratum "delay after an RCC peripheral clock enabling")
+        rcc::enable_and_reset::<peripherals::WWDG>();
         WWDG.cfr().write(|w| {
             w.set_wdgtb(Wdgtb::DIV8);
             w.set_w(0x7F);

@@ -33,6 +33,10 @@ super::handlers!(tick: TIM7, haptic: UART7, background: UART8, link: USART3);
 /// Revisions that run at 480 MHz: X and V. All others, including unknown ones, run at 400 MHz.
 const FAST_REVISIONS: [u16; 2] = [0x2001, 0x2003];
 
+/// Number of reads in flight on the interconnect's port to AXI SRAM; the chip's description lacks
+/// this register.
+const AXI_SRAM_READ_ISSUING: *mut u32 = 0x5100_8108 as *mut u32;
+
 fn is_fast() -> bool {
     FAST_REVISIONS.contains(&DBGMCU.idc().read().rev_id())
 }
@@ -116,6 +120,11 @@ impl Stm32Board for This {
     }
 
     fn start_caches() {
+        if !is_fast() {
+            // erratum ES0392 2.2.9: on revision Y, reads from AXI SRAM may return wrong data
+            // SAFETY: a register of the interconnect, which ST's start-up code sets as well.
+            unsafe { AXI_SRAM_READ_ISSUING.write_volatile(1) };
+        }
         // SAFETY: called once, before any task runs; no other code owns these peripherals, and no
         // DMA changes memory behind the caches.
         let mut core = unsafe { cortex_m::Peripherals::steal() };

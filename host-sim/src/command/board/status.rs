@@ -5,7 +5,11 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use palpate::haptic::account::EnergyBound;
 use palpate::haptic::device::DeviceSpec;
 use palpate::haptic::mode::Mode;
+use palpate_board::defmt_log::checksum;
+use palpate_board::firmware_image::FirmwareImage;
 use palpate_board::patch_record;
+use palpate_controller::crash::Crash;
+use palpate_controller::haptic_loop::MOST_PERCENT;
 use palpate_controller::link::{FromBoard, Identity, Record, ToBoard};
 use palpate_controller::words;
 
@@ -29,11 +33,21 @@ pub(super) fn run(port: &PortArgs) -> Result<(), Error> {
     })?;
     // the record after the answer has the time of a tick without other work
     let wait = Duration::from_millis(100);
-    while !matches!(session.next(wait)?, Some(FromBoard::Record(_)) | None) {}
+    let mut crashed = None;
+    loop {
+        match session.next(wait)? {
+            Some(FromBoard::Record(_)) | None => break,
+            Some(FromBoard::Crashed(crash)) => crashed = Some(crash),
+            Some(_) => {}
+        }
+    }
     let (record, identity) = (&session.record, &session.identity);
     println!("board   {} on {}", image(identity), session.port());
     println!("mode    {}", mode(record));
     println!("fault   {}", fault(record));
+    if let Some(crash) = &crashed {
+        println!("crash   {}", last_crash(port, identity, crash));
+    }
     println!("force   {}", force_words(record));
     if let Some((.., bound)) = &state {
         println!(
@@ -56,6 +70,7 @@ pub(super) fn run(port: &PortArgs) -> Result<(), Error> {
             );
             println!("error   {}", error(port, identity));
             println!("tick    {}", tick(record, identity));
+            println!("        {}", longest(identity));
             println!("stack   {stack} bytes at the deepest since power-on");
             println!("link    {bad_frames} frames dropped there, {} here", session.counts().bad);
         }
@@ -79,6 +94,18 @@ pub(super) fn device(commissioned: bool) -> String {
             "not commissioned: the force is at most {} N; `palpate board commission` measures signs, units and delays",
             DeviceSpec::UNCOMMISSIONED_N
         ),
+    }
+}
+
+/// The last crash since power-on, with the names of its functions from the ELF file of the image.
+fn last_crash(port: &PortArgs, identity: &Identity, crash: &Crash) -> String {
+    let files = port.image.clone().into_iter().chain(images()).filter_map(|path| std::fs::read(path).ok());
+    let image = files.filter(|elf| checksum(elf) == Some(identity.image)).find_map(|elf| FirmwareImage::parse(&elf).ok());
+    let named = |address: u32| image.as_ref().and_then(|image| image.function_at(address & !1)).map(|found| found.name.as_str());
+    match (named(crash.pc), named(crash.lr)) {
+        (Some(at), Some(caller)) => format!("since power-on: {crash} (in {at}, called from {caller})"),
+        (Some(at), None) => format!("since power-on: {crash} (in {at})"),
+        _ => format!("since power-on: {crash}"),
     }
 }
 
@@ -143,6 +170,20 @@ fn tick(record: &Record, identity: &Identity) -> String {
         us / TICK_US * 1e2,
         record.spent_counts,
         f64::from(identity.clock_hz) / 1e6
+    )
+}
+
+/// Longest tick as the board has measured it, beside the prediction, in words.
+fn longest(identity: &Identity) -> String {
+    if identity.clock_hz == 0 || identity.longest_counts == 0 {
+        return "longest not measured by this board".into();
+    }
+    let share = f64::from(identity.longest_counts) / f64::from(identity.clock_hz) * 1e3;
+    format!(
+        "longest {:.1} % of a period, measured in a tap when the patch was opened; above {MOST_PERCENT} % the board does not \
+         arm (predicted for the patch alone: {:.0} cycles of a Cortex-M4F without wait states)",
+        share * 1e2,
+        identity.predicted_cycles
     )
 }
 

@@ -52,7 +52,7 @@ fn a_budget_is_three_quarters_of_a_tick_and_what_exceeds_it_is_refused() {
     assert_eq!((Budget::M4F_168.cycles, Budget::M7_480.cycles), (126e3, 360e3));
     let file = PatchFile::open(&NINE.0).unwrap();
     let cost = cycles(&file, 9);
-    assert_eq!(Budget { cycles: cost }.check(&file, 9), Ok(()));
+    assert_eq!(Budget { cycles: cost }.check(&file, 9), Ok(cost));
     let refused = BuildError::OutOfRange { parameter: COST, value: cost, min: 0.0, max: cost - 1.0 };
     assert_eq!(Budget { cycles: cost - 1.0 }.check(&file, 9), Err(refused));
 }

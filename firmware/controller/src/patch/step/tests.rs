@@ -34,7 +34,7 @@ impl Judged {
     fn check(&mut self, model: &Model<'_>) -> Result<(), BuildError> {
         let (tuned, scratch) = self.memory.judge(&self.file.model, &self.file.params, &mut || {}).unwrap();
         let params = Params { compensation: self.compensation, ..self.file.params };
-        check(model, &params, &tuned, scratch)
+        check(model, &params, &tuned, scratch, &mut || {})
     }
 
     /// Checks the file with changed springs, tets or nodes, and unchanged masses.
@@ -244,7 +244,7 @@ fn the_neighbours_part_is_judged_by_its_least_eigenvalue() {
         let model = Model { springs: &springs, foundation: &foundation, ..patch.file.model };
         let (tuned, scratch) = patch.memory.judge(&model, &patch.file.params, &mut || {}).unwrap();
         let least = least_eigenvalue(&model, &tuned);
-        let answer = check(&model, &patch.file.params, &tuned, scratch);
+        let answer = check(&model, &patch.file.params, &tuned, scratch, &mut || {});
         match answer {
             Err(BuildError::OutOfRange { parameter: SERIES, value, .. }) => {
                 let value = f64::from(value);

@@ -31,5 +31,7 @@ pub(in super::super) fn identity() -> Identity {
         image: 0,
         patch_checksum: 0x0bad_cafe,
         youngs_modulus_pa: 3500.0,
+        predicted_cycles: 0.0,
+        longest_counts: 0,
     }
 }

@@ -1,0 +1,88 @@
+//! A queue of bytes between the haptic loop and the interrupt of a UART. Not generic, so that its
+//! code is compiled in this crate, which images build for size.
+
+use heapless::Deque;
+
+use super::FRAME_BYTES;
+
+/// Room for three of the longest frames, or for 66 ms of bytes at 115 200 baud.
+const QUEUE_BYTES: usize = 3 * FRAME_BYTES;
+
+/// Bytes that wait.
+#[derive(Debug)]
+pub struct ByteQueue(Deque<u8, QUEUE_BYTES>);
+
+impl ByteQueue {
+    /// A queue without bytes.
+    pub const EMPTY: Self = Self(Deque::new());
+
+    /// Number of bytes that there is room for.
+    #[must_use]
+    pub fn room(&self) -> usize {
+        QUEUE_BYTES - self.0.len()
+    }
+
+    /// Queues a frame, or drops it if it does not fit as a whole.
+    #[inline(never)]
+    pub fn write(&mut self, frame: &[u8]) {
+        if self.room() >= frame.len() {
+            frame.iter().for_each(|byte| self.push(*byte));
+        }
+    }
+
+    /// Moves the oldest bytes to `bytes`, and returns their number.
+    #[inline(never)]
+    pub fn read(&mut self, bytes: &mut [u8]) -> usize {
+        let mut count = 0;
+        for place in bytes {
+            let Some(byte) = self.pop() else { break };
+            *place = byte;
+            count += 1;
+        }
+        count
+    }
+
+    /// Queues a byte. If it does not fit it is lost, and its frame is dropped for its checksum.
+    #[inline(never)]
+    pub fn push(&mut self, byte: u8) {
+        let _ = self.0.push_back(byte);
+    }
+
+    /// Removes the oldest byte.
+    #[inline(never)]
+    pub fn pop(&mut self) -> Option<u8> {
+        self.0.pop_front()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use super::*;
+
+    #[test]
+    fn bytes_come_out_in_order_and_a_frame_without_room_is_dropped_whole() {
+        let mut queue = ByteQueue::EMPTY;
+        let (mut sent, mut came, mut next) = (Vec::<u8>::new(), Vec::<u8>::new(), 0_u8);
+        for round in 0..40 {
+            let frame: Vec<u8> = (0..FRAME_BYTES - round).map(|n| next.wrapping_add(n as u8)).collect();
+            let fits = queue.room() >= frame.len();
+            let before = queue.room();
+            queue.write(&frame);
+            assert_eq!(before - queue.room(), if fits { frame.len() } else { 0 }, "round {round}");
+            if fits {
+                sent.extend(&frame);
+                next = next.wrapping_add(frame.len() as u8);
+            }
+            let mut bytes = [0; 100];
+            let count = queue.read(&mut bytes);
+            came.extend(&bytes[..count]);
+        }
+        while let Some(byte) = queue.pop() {
+            came.push(byte);
+        }
+        assert!(sent.len() > 3 * QUEUE_BYTES && sent.len() < 40 * (FRAME_BYTES - 40), "some were dropped");
+        assert_eq!(came, sent);
+    }
+}

@@ -1,0 +1,257 @@
+//! Runs the unchanged image that is flashed on a real board on a model of its chip's registers
+//! (`tests/unicorn`), which executes instructions and does not measure time.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use palpate_board::defmt_log::{self, LogTable};
+use palpate_controller::link::{FRAME_BYTES, FromBoard, Receiver, ToBoard, encode};
+use serde_json::{Value, json};
+
+use crate::emulator::build_flashed;
+use crate::packed;
+use crate::palpate_command::repository;
+
+/// Board whose image is run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flashed {
+    /// NUCLEO-H743ZI and ZI2.
+    H743,
+    /// NUCLEO-F446RE.
+    F446,
+    /// NUCLEO-G474RE.
+    G474,
+    /// Raspberry Pi Pico 2.
+    Pico2,
+}
+
+impl Flashed {
+    /// Name of the board's alias, after `fw-`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::H743 => "h743",
+            Self::F446 => "f446",
+            Self::G474 => "g474",
+            Self::Pico2 => "pico2",
+        }
+    }
+
+    /// The patch in the board's image.
+    #[must_use]
+    pub fn patch(self) -> &'static [u8] {
+        packed::on_words(&packed::shipped(if self == Self::Pico2 { "liver-m4f-168.patch" } else { "block-m4f-168.patch" }))
+    }
+}
+
+/// Input of a period: encoder counts and the host's message, if any.
+pub struct Period {
+    /// Counts of the three encoders.
+    pub counts: [i32; 3],
+    /// What the host sends.
+    pub says: Option<ToBoard<'static>>,
+}
+
+/// What happens to the board besides its periods.
+pub struct Scenario<'a> {
+    /// Name of the files that the run leaves, unique per test.
+    pub name: &'a str,
+    /// Input of each period of the tick timer.
+    pub periods: &'a [Period],
+    /// Further keys of a scenario, as `tests/unicorn/run.py` lists them; null if there are none.
+    pub more: Value,
+}
+
+/// A row of the journal, which the model writes once per period.
+pub struct Row {
+    /// Level of the enable line.
+    pub enable: bool,
+    /// Whether the main output is on.
+    pub main_output: bool,
+    /// Steps of the pulses.
+    pub steps: [u64; 3],
+    /// Levels of the direction pins.
+    pub reverse: [bool; 3],
+    /// Bytes that the image read from its UART.
+    pub taken: Vec<u8>,
+    /// Bytes that it sent.
+    pub sent: Vec<u8>,
+    /// Number of times that it fed a watchdog.
+    pub fed: u64,
+    /// Number of times that it restarted a timer of the pulses.
+    pub restarts: u64,
+    /// Number of writes to a peripheral whose clock did not run yet.
+    pub lost: u64,
+    /// Whether a force could act in between.
+    pub driven: bool,
+    /// Number of resets so far, with the one at power-on.
+    pub resets: u64,
+}
+
+impl Row {
+    fn of(row: &Value) -> Self {
+        let pin = |n: usize| number(&row["pins"][n]);
+        let bytes = |key: &str| {
+            let text = row[key].as_str().unwrap_or_default();
+            (0..text.len() / 2).filter_map(|n| u8::from_str_radix(&text[2 * n..2 * n + 2], 16).ok()).collect()
+        };
+        Self {
+            enable: pin(0) == 1,
+            main_output: pin(1) == 1,
+            steps: [2, 3, 4].map(pin),
+            reverse: [5, 6, 7].map(|n| pin(n) == 1),
+            taken: bytes("taken"),
+            sent: bytes("sent"),
+            fed: number(&row["fed"]),
+            restarts: number(&row["restart"]),
+            lost: number(&row["lost"]),
+            driven: row["driven"] == true,
+            resets: number(&row["resets"]),
+        }
+    }
+
+    /// Whether no force could act, now or in between.
+    #[must_use]
+    pub fn is_off(&self) -> bool {
+        !self.enable && !self.main_output && !self.driven
+    }
+}
+
+/// What the model has written about a run.
+pub struct Journal {
+    /// The image that was run.
+    pub image: PathBuf,
+    /// Steps of the timer per period of the pulses.
+    pub period_steps: u16,
+    /// Shortest time of the board's watchdogs [ms].
+    pub watchdog_ms: f64,
+    /// Row of the start-up.
+    pub started: Row,
+    /// Row of each period.
+    pub rows: Vec<Row>,
+    told: Value,
+}
+
+impl Journal {
+    /// Register at the end of the run; `None` if the image never wrote it.
+    #[must_use]
+    pub fn register(&self, address: u32) -> Option<u64> {
+        self.told["registers"].get(format!("{address:#x}")).map(number)
+    }
+
+    /// Most instructions between two feedings of the watchdog during start-up, if the scenario
+    /// counts them.
+    #[must_use]
+    pub fn longest_unfed(&self) -> u64 {
+        number(&self.told["longest_unfed"])
+    }
+
+    /// Messages in these rows.
+    ///
+    /// # Panics
+    /// Panics if a frame is damaged.
+    #[must_use]
+    pub fn messages(rows: &[Row]) -> Vec<FromBoard> {
+        let mut receiver = Receiver::NEW;
+        let bytes = rows.iter().flat_map(|row| &row.sent);
+        bytes.filter_map(|byte| receiver.push::<FromBoard>(*byte)).map(|message| message.expect("a good frame")).collect()
+    }
+
+    /// Lines of the log that the image sent in these rows, decoded with its ELF file.
+    ///
+    /// # Panics
+    /// Panics if the image cannot decode them, or some are lost.
+    #[must_use]
+    pub fn log(&self, rows: &[Row]) -> Vec<String> {
+        let elf = std::fs::read(&self.image).expect("an image");
+        let image = defmt_log::checksum(&elf).expect("the checksum of the image");
+        let table = LogTable::of_board(self.image.clone(), image).expect("a table of the log's words");
+        let pieces = Self::messages(rows).into_iter().filter_map(|message| match message {
+            FromBoard::Log(log) => Some(log),
+            _ => None,
+        });
+        let lines = pieces.flat_map(|log| {
+            assert_eq!(log.lost, 0, "lines are lost");
+            table.lines(log.frames.bytes())
+        });
+        lines.collect()
+    }
+}
+
+/// Runs the image of a board; `None` if the model is not available.
+///
+/// # Panics
+/// Panics if the image cannot be built, or the model finds no way on.
+#[must_use]
+pub fn run(target: &Path, board: Flashed, scenario: &Scenario) -> Option<Journal> {
+    let python = python(target)?;
+    let image = build_flashed(target, board.name()).expect("the image builds");
+    let folder = target.join("tmp/register-model");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let [given, told] =
+        ["scenario", "journal"].map(|what| folder.join(format!("{}-{}-{what}.json", board.name(), scenario.name)));
+    let mut sequence = 0;
+    let mut frame = |message: &ToBoard<'_>| {
+        sequence += 1;
+        let mut out = [0; FRAME_BYTES];
+        let bytes = encode(sequence, message, &mut out).expect("a message fits its frame");
+        bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>()
+    };
+    let rows: Vec<Value> = scenario
+        .periods
+        .iter()
+        .map(|period| json!({"counts": period.counts, "bytes": period.says.as_ref().map_or_else(String::new, &mut frame)}))
+        .collect();
+    let mut whole = json!({ "periods": rows });
+    if let (Some(whole), Some(more)) = (whole.as_object_mut(), scenario.more.as_object()) {
+        whole.extend(more.clone());
+    }
+    std::fs::write(&given, whole.to_string()).expect("a file");
+    let run = Command::new(python)
+        .arg(repository().join("tests/unicorn/run.py"))
+        .arg(board.name())
+        .args([&image, &given, &told])
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .output()
+        .expect("python runs");
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let told: Value = serde_json::from_slice(&std::fs::read(&told).expect("a journal")).expect("JSON");
+    let mut rows = told["rows"].as_array().into_iter().flatten().map(Row::of);
+    Some(Journal {
+        image,
+        period_steps: u16::try_from(number(&told["period_steps"])).expect("16 bits"),
+        watchdog_ms: told["watchdog_ms"].as_f64().unwrap_or_default(),
+        started: rows.next().expect("the row of the start-up"),
+        rows: rows.collect(),
+        told,
+    })
+}
+
+fn number(value: &Value) -> u64 {
+    value.as_u64().unwrap_or_default()
+}
+
+/// Python with the packages of the model in a virtual environment of its own; `None` if that is not
+/// possible.
+fn python(target: &Path) -> Option<PathBuf> {
+    static MAKING: std::sync::Mutex<()> = std::sync::Mutex::new(());
+    let _one_at_a_time = MAKING.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let model = repository().join("tests/unicorn");
+    let environment = target.join("unicorn-env");
+    let python = environment.join("bin/python");
+    let runs = |program: &Path, arguments: &[&str]| {
+        Command::new(program).args(arguments).output().is_ok_and(|output| output.status.success())
+    };
+    let check = ["-c", "import elftools, unicorn; assert unicorn.__version__ == '2.1.4'"];
+    if runs(&python, &check) {
+        return Some(python);
+    }
+    let (place, wanted) = (environment.to_str()?, model.join("requirements.txt"));
+    let made = runs(Path::new("python3"), &["-m", "venv", place])
+        && runs(&python, &["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r", wanted.to_str()?])
+        && runs(&python, &check);
+    if !made {
+        println!("skipped: python3 with venv, and unicorn and pyelftools from PyPI, cannot be had here");
+    }
+    made.then_some(python)
+}

@@ -1,0 +1,235 @@
+"""Registers of the STM32 that the images of the Nucleo boards use. Each chip is a row of `CHIPS`."""
+
+from unicorn.arm_const import UC_CPU_ARM_CORTEX_M4, UC_CPU_ARM_CORTEX_M7
+
+from chip import Chip
+
+CR1, DIER, SR, EGR, CCER, CNT, ARR, CCR1, BDTR = 0x00, 0x0C, 0x10, 0x14, 0x20, 0x24, 0x2C, 0x34, 0x44  # of the timers
+MODER, IDR, ODR, BSRR = 0x00, 0x10, 0x14, 0x18  # of the ports
+RXNE, TC, TXE, TEACK, REACK = 1 << 5, 1 << 6, 1 << 7, 1 << 21, 1 << 22
+RXNEIE = 1 << 5
+MOE = 1 << 15
+LSI_HZ = 32_000
+
+# Register maps: RM0433 (H743), RM0390 (F446), RM0440 (G474), the tables of section 2.
+TIMERS = {"TIM2": 0x4000_0000, "TIM3": 0x4000_0400, "TIM4": 0x4000_0800, "TIM7": 0x4000_1400}
+SMALL_PINS = {
+    "enable": ("GPIOC", 8),
+    "directions": [("GPIOB", 13), ("GPIOB", 14), ("GPIOB", 15)],
+    "stop": ("GPIOB", 12),
+    "high": [("GPIOB", 12), ("GPIOC", 9), ("GPIOC", 10)],
+}
+CHIPS = {
+    "h743": {
+        "cpu": UC_CPU_ARM_CORTEX_M7,
+        "base": TIMERS
+        | {
+            "USART": 0x4000_4800,
+            "TIM1": 0x4001_0000,
+            "IWDG": 0x5800_4800,
+            "GPIOE": 0x5802_1000,
+            "GPIOF": 0x5802_1400,
+            "RCC": 0x5802_4400,
+            "PWR": 0x5802_4800,
+        },
+        # code flash, the TCMs, AXI and other SRAM
+        "memory": [(0, 0x1_0000), (0x0800_0000, 0x20_0000), (0x2000_0000, 0x2_0000), (0x2400_0000, 0x8_0000), (0x3000_0000, 0x4_8000)],
+        # pairs of "on" and "ready" bits in the registers of the RCC, by offset
+        "ready": {
+            0x00: [(0, 2), (7, 8), (12, 13), (16, 17), (24, 25), (26, 27), (28, 29)],
+            0x70: [(0, 1)],
+            0x74: [(0, 1)],
+        },
+        "clock_switch": (0x10, 3, 3),  # register, bits of the setting, place of the bits that report it
+        "clocks_on": range(0xD4, 0xF8),
+        "power": {0x04: 1 << 13 | 3 << 14, 0x18: 1 << 13, 0x0C: 1 << 16 | 1 << 25 | 1 << 26},  # bits that are always set
+        "reset_cause": (0xD0, 1 << 26, 1 << 23),  # register, bit of the watchdog, bit of power-on
+        "usart": (0x1C, 0x24, 0x28),  # status, received, sent
+        "irq": {"TIM7": 55, "USART": 39},
+        "clock_hz": 480_000_000,
+        # stop circuit closed, supply good, operator present
+        "pins": {
+            "enable": ("GPIOF", 12),
+            "directions": [("GPIOF", 3), ("GPIOF", 5), ("GPIOF", 10)],
+            "stop": ("GPIOE", 15),
+            "high": [("GPIOE", 15), ("GPIOF", 13), ("GPIOF", 14)],
+        },
+        "values": {0x5C00_1000: 0x2003_6450},  # revision V
+    },
+    "f446": {
+        "cpu": UC_CPU_ARM_CORTEX_M4,
+        "base": TIMERS
+        | {
+            "WWDG": 0x4000_2C00,
+            "IWDG": 0x4000_3000,
+            "USART": 0x4000_4400,
+            "PWR": 0x4000_7000,
+            "TIM1": 0x4001_0000,
+            "GPIOA": 0x4002_0000,
+            "GPIOB": 0x4002_0400,
+            "GPIOC": 0x4002_0800,
+            "RCC": 0x4002_3800,
+        },
+        "memory": [(0x0800_0000, 0x8_0000), (0x2000_0000, 0x2_0000)],
+        "ready": {0x00: [(0, 1), (16, 17), (24, 25), (26, 27), (28, 29)], 0x74: [(0, 1)]},
+        "clock_switch": (0x08, 2, 2),
+        "clocks_on": range(0x30, 0x48),
+        "power": {0x04: 1 << 14 | 1 << 16 | 1 << 17},
+        "reset_cause": (0x74, 1 << 29, 1 << 27),
+        "usart": (0x00, 0x04, 0x04),
+        "irq": {"TIM7": 55, "USART": 38},
+        "clock_hz": 180_000_000,
+        "window_hz": 45_000_000 / 4096,
+        "pins": SMALL_PINS,
+        "values": {},
+    },
+    "g474": {
+        "cpu": UC_CPU_ARM_CORTEX_M4,
+        "base": TIMERS
+        | {
+            "IWDG": 0x4000_3000,
+            "USART": 0x4000_4400,
+            "PWR": 0x4000_7000,
+            "TIM1": 0x4001_2C00,
+            "RCC": 0x4002_1000,
+            "GPIOA": 0x4800_0000,
+            "GPIOB": 0x4800_0400,
+            "GPIOC": 0x4800_0800,
+        },
+        "memory": [(0x0800_0000, 0x8_0000), (0x2000_0000, 0x2_0000)],
+        "ready": {0x00: [(8, 10), (16, 17), (24, 25)], 0x90: [(0, 1)], 0x94: [(0, 1)], 0x98: [(0, 1)]},
+        "clock_switch": (0x08, 2, 2),
+        "clocks_on": range(0x48, 0x64),
+        "power": {},
+        "reset_cause": (0x94, 1 << 29, 1 << 27),
+        "usart": (0x1C, 0x24, 0x28),
+        "irq": {"TIM7": 55, "USART": 38},
+        "clock_hz": 170_000_000,
+        "pins": SMALL_PINS,
+        "values": {0x4002_1000: 0x500},  # the oscillator that runs after a reset
+    },
+}
+
+
+class Stm32(Chip):
+    """An STM32 by its row of `CHIPS`, with register values that differ from it."""
+
+    def __init__(self, name, elf, values=None):
+        self.row = CHIPS[name]
+        self.base, self.values = self.row["base"], self.row["values"] | (values or {})
+        self.MEMORY, self.CPU = self.row["memory"], self.row["cpu"]
+        self.ports = {self.base[name]: name for name in self.base if name.startswith("GPIO")}
+        self.inputs = {name: sum(1 << pin for port, pin in self.row["pins"]["high"] if port == name) for name in self.ports.values()}
+        super().__init__(elf)
+
+    def reset_values(self, by_watchdog):
+        register, watchdog, power = self.row["reset_cause"]
+        self.too_early = False
+        return {self.base["RCC"] + register: watchdog if by_watchdog else power} | self.values
+
+    def cycles_per_period(self):
+        return self.row["clock_hz"] // 1000
+
+    def of(self, name, offset):
+        return self.at(self.base[name] + offset)
+
+    def word(self, address, kept):
+        self.too_early = self.too_early and address >= 0xE000_0000
+        for axis, timer in enumerate(["TIM2", "TIM3", "TIM4"]):
+            if address == self.base[timer] + CNT:
+                return self.encoders[axis] & (0xFFFF_FFFF if timer == "TIM2" else 0xFFFF)
+        if address & ~0x3FF == self.base["RCC"]:
+            offset = address - self.base["RCC"]
+            for on, ready in self.row["ready"].get(offset, []):
+                kept = kept & ~(1 << ready) | (kept >> on & 1) << ready
+            switch, bits, reported = self.row["clock_switch"]
+            mask = (1 << bits) - 1
+            return kept & ~(mask << reported) | (kept & mask) << reported if offset == switch else kept
+        if address & ~0x3FF == self.base["PWR"]:
+            return kept | self.row["power"].get(address - self.base["PWR"], 0)
+        status, received, _ = self.row["usart"]
+        if address == self.base["USART"] + status:
+            return TXE | TC | TEACK | REACK | (RXNE if self.fifo else 0)
+        if address == self.base["USART"] + received and self.fifo:
+            return self.take_byte()
+        port = self.ports.get(address - IDR)
+        if port:
+            moder = self.of(port, MODER)
+            driven = sum(1 << pin for pin in range(16) if moder >> (2 * pin) & 3 == 1)
+            return self.of(port, ODR) & driven | self.inputs[port] & ~driven
+        if address == self.base["TIM7"] + CNT:
+            return 0
+        return kept
+
+    def stores(self, address, value):
+        offset = address - self.base["RCC"]
+        if offset in self.row["clocks_on"]:
+            self.too_early |= bool(value & ~self.at(address))
+        elif self.too_early and not 0 <= offset < 0x400 and address < 0xE000_0000:
+            # a peripheral has its clock some cycles after it was enabled, which a read of any register takes: the write is lost
+            self.journal.append("lost")
+            return False
+        if address == self.base["USART"] + self.row["usart"][2]:
+            self.sent.append(value & 0xFF)
+            return False
+        if address == self.base["IWDG"]:
+            if value == 0xCCCC:
+                self.fed["IWDG"] = self.periods
+            if value in (0xCCCC, 0xAAAA):
+                self.feed("IWDG", starts="IWDG" in self.fed)
+            return False
+        if address == self.base.get("WWDG") and value & 0x80:
+            self.feed("WWDG")
+        if address == self.base["TIM1"] + EGR:
+            self.journal.append("restart")
+        port = address - BSRR
+        if port in self.ports:
+            self.registers[port + ODR] = (self.at(port + ODR) & ~(value >> 16) | value) & 0xFFFF
+            return False
+        if address == self.base["TIM1"] + SR:
+            self.registers[address] = self.at(address) & value  # flags are cleared by writing zero
+            return False
+        return True
+
+    def driving(self):
+        port, pin = self.row["pins"]["enable"]
+        pulses = self.of("TIM1", BDTR) & MOE and self.of("TIM1", CCER)
+        return bool(pulses) or bool(self.of(port, ODR) >> pin & 1)
+
+    def pins(self):
+        level = lambda place: self.of(place[0], ODR) >> place[1] & 1
+        steps = [self.of("TIM1", CCR1 + 4 * axis) & 0xFFFF for axis in range(3)]
+        pins = self.row["pins"]
+        return [level(pins["enable"]), int(bool(self.of("TIM1", BDTR) & MOE)), *steps, *map(level, pins["directions"])]
+
+    def period_steps(self):
+        return self.of("TIM1", ARR) + 1
+
+    def watchdogs(self):
+        if "IWDG" not in self.fed:
+            return {}
+        divider = 4 << (self.of("IWDG", 0x04) & 7)
+        limits = {"IWDG": ((self.of("IWDG", 0x08) & 0xFFF) + 1) * divider / LSI_HZ * 1000}
+        if "WWDG" in self.fed:
+            ticks = (self.of("WWDG", 0) & 0x7F) - 0x3F
+            limits["WWDG"] = ticks * (1 << (self.of("WWDG", 4) >> 7 & 3)) / self.row["window_hz"] * 1000
+        return limits
+
+    def raises(self):
+        irq, raised = self.row["irq"], set()
+        if self.of("TIM7", CR1) & 1 and self.of("TIM7", DIER) & 1:
+            self.registers[self.base["TIM7"] + SR] = 1
+            raised.add(irq["TIM7"])
+        if self.fifo and self.of("USART", 0x00 if self.row["usart"][0] else 0x0C) & RXNEIE:
+            raised.add(irq["USART"])
+        return raised
+
+    def stop_ticks(self):
+        self.registers[self.base["TIM7"] + CR1] = 0
+
+    def open_stop_circuit(self, is_open):
+        port, pin = self.row["pins"]["stop"]
+        self.inputs[port] = self.inputs[port] & ~(1 << pin) | (0 if is_open else 1 << pin)
+        if is_open and self.of("TIM1", BDTR) >> 12 & 1:  # the break input acts without the program
+            self.registers[self.base["TIM1"] + BDTR] &= ~MOE
+            self.registers[self.base["TIM1"] + SR] = self.of("TIM1", SR) | 1 << 7
