@@ -1,6 +1,5 @@
 //! Readings of the sensors, and the probe pose of three orthogonal axes.
 
-use fixed::types::I2F30;
 use palpate::haptic::device::{Sensed, SensorStatus};
 use palpate::{ProbePose, Vector3};
 
@@ -10,20 +9,20 @@ use palpate::{ProbePose, Vector3};
 pub struct EncoderCounts(pub i32);
 
 impl EncoderCounts {
-    /// Length of one count [m]: 10 um. At 55 um one count on 100 kPa tissue is 70 mN, which the
-    /// hand feels as a buzz.
-    ///
-    /// `I2F30` holds +-2 m in steps of 0.93 nm, so the rounded scale is off by less than 5e-5
-    /// relative: 5 um at 100 mm.
-    pub const M_PER_COUNT: I2F30 = I2F30::lit("0.00001");
-    /// Length of one count as a plain number, for device profiles [m].
+    /// Length of one count [m], for device profiles. At 55 um one count on 100 kPa tissue is 70 mN,
+    /// which the hand feels as a buzz.
     pub const LENGTH_M: f32 = 1e-5;
+    /// Length of one count [`Self::STEP_M`]: 10 um, rounded, which is off by less than 5e-5
+    /// relative: 5 um at 100 mm.
+    const STEPS: i32 = 10_737;
+    /// Step of a position in 32 bits, which then holds +-2 m: 2^-30 m = 0.93 nm.
+    const STEP_M: f32 = 1.0 / (1_u32 << 30) as f32;
 
     /// Position on this axis [m]; saturates at +-2 m. The product with the integer count is exact;
     /// only the conversion to `f32` rounds.
     #[must_use]
     pub fn position_m(self) -> f32 {
-        Self::M_PER_COUNT.saturating_mul_int(self.0).to_num()
+        self.0.saturating_mul(Self::STEPS) as f32 * Self::STEP_M
     }
 }
 
