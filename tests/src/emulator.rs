@@ -24,6 +24,9 @@ const TIMEOUT: Duration = Duration::from_secs(300);
 /// Items of the emulator's log: one line before each executed instruction (with `-singlestep`).
 const LOGGED: &str = "exec,nochain";
 
+/// Function that begins each period.
+const PERIOD: &str = "palpate_firmware::board::mps2::on_tick_timer";
+
 /// Target of the boards, as in `cargo fw`.
 const TARGET: &str = "thumbv7em-none-eabihf";
 
@@ -76,8 +79,9 @@ pub struct Run<'a> {
     pub crash: Option<Planned>,
     /// Whether the board resets after a crash, as on hardware; otherwise the run ends.
     pub restart: bool,
-    /// File that receives a log of every executed instruction; with a planted crash the log begins
-    /// at the crash. A log slows the emulator down a hundredfold.
+    /// File that receives a log of every executed instruction from the first period on, or from the
+    /// planted crash. A log slows the emulator down a hundredfold, and opening the patch takes more
+    /// instructions than a hundred ticks.
     pub exec_log: Option<&'a Path>,
 }
 
@@ -221,34 +225,41 @@ impl Run<'_> {
         let mut command = Command::new("qemu-system-arm");
         command.args(["-machine", machine, "-cpu", cpu, "-nographic", "-monitor", "none", "-serial", "null"]);
         let restart = if self.restart { ",arg=restart" } else { "" };
-        if self.crash.is_some() {
+        if self.is_debugged() {
             command.arg("-S").arg("-gdb").arg(format!("unix:{},server=on,wait=off", socket.display()));
         }
         command.arg("-semihosting-config");
         command.arg(format!("enable=on,target=native,arg=palpate-firmware,arg={},arg={}{restart}", self.ticks, self.lead_ticks));
         // without `sleep` the emulator's clock jumps when a debugger stops it; a scripted run never
         // sleeps
-        let sleep = if self.crash.is_some() { "on" } else { "off" };
+        let sleep = if self.is_debugged() { "on" } else { "off" };
         command.arg("-icount").arg(format!("shift={},sleep={sleep}", self.shift));
         if let Some(log) = self.exec_log {
             command.args(["-singlestep", "-D"]).arg(log);
         }
-        if self.exec_log.is_some() && self.crash.is_none() {
-            command.args(["-d", LOGGED]);
-            if let Some(ranges) = but_idling(elf) {
-                command.arg("-dfilter").arg(ranges);
-            }
+        if self.exec_log.is_some()
+            && self.crash.is_none()
+            && let Some(ranges) = but_idling(elf)
+        {
+            command.arg("-dfilter").arg(ranges);
         }
         command.arg("-kernel").arg(elf);
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         command
     }
 
-    /// Plants the crash, and begins the log when it happens.
-    fn debug(&self, mut debugger: Debugger, image: &FirmwareImage, planned: &Planned) -> io::Result<()> {
-        crash::plant(&mut debugger, image, planned)?;
+    fn is_debugged(&self) -> bool {
+        self.crash.is_some() || self.exec_log.is_some()
+    }
+
+    /// Plants the crash, and begins the log when it happens or at the first period.
+    fn debug(&self, mut debugger: Debugger, image: &FirmwareImage) -> io::Result<()> {
+        if let Some(planned) = &self.crash {
+            crash::plant(&mut debugger, image, planned)?;
+        }
         if self.exec_log.is_some() {
-            debugger.run_to(crash::CRASH)?;
+            let period = image.function_named(PERIOD).ok_or_else(|| io::Error::other("the image has no tick timer"))?;
+            debugger.run_to(if self.crash.is_some() { crash::CRASH } else { period.address })?;
             debugger.monitor(&format!("log {LOGGED}"))?;
         }
         debugger.detach()
@@ -261,10 +272,10 @@ impl Run<'_> {
         let socket = folder.path().join("debugger");
         let mut child = self.command(elf, &socket).spawn().map_err(not_started)?;
         let (frames, text) = (drain(child.stdout.take()), drain(child.stderr.take()));
-        if let Some(planned) = &self.crash {
+        if self.is_debugged() {
             let image = std::fs::read(elf).map_err(not_started)?;
             let image = FirmwareImage::parse(&image).map_err(|cause| EmulatorError::NotBuilt(cause.to_string()))?;
-            if let Err(source) = Debugger::connect(&socket).and_then(|debugger| self.debug(debugger, &image, planned)) {
+            if let Err(source) = Debugger::connect(&socket).and_then(|debugger| self.debug(debugger, &image)) {
                 child.kill().map_err(not_started)?;
                 child.wait().map_err(not_started)?;
                 let last_words = String::from_utf8_lossy(&text.join().unwrap_or_default()).into_owned();
