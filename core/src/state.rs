@@ -7,6 +7,7 @@ use crate::bristle::{Bristle, Rubbed};
 use crate::fault::{BuildError, Fault};
 use crate::inertia::Floored;
 use crate::lanes::{ROW, Row, add, row, vector};
+use crate::law::LawMemory;
 use crate::model::Model;
 use crate::params::MOST_TERMS;
 
@@ -116,6 +117,7 @@ parked! {
     body: Seat,
     rubbing: usize,
     previous_m_per_s: Vector3<f32>,
+    law: LawMemory,
     fault: Option<Fault>,
 }
 
@@ -185,6 +187,8 @@ pub struct State<'a> {
     pub(crate) floored: Floored,
     /// The probe's velocity in the last tick [m/s].
     pub(crate) previous_m_per_s: Vector3<f32>,
+    /// Memory of a law.
+    pub(crate) law: LawMemory,
     pub(crate) fault: Option<Fault>,
 }
 
@@ -246,6 +250,7 @@ impl<'a> State<'a> {
             rubbed: Rubbed::NONE,
             floored: Floored::NONE,
             previous_m_per_s: held.previous_m_per_s,
+            law: held.law,
             fault: held.fault,
         })
     }
