@@ -217,10 +217,11 @@ impl Law<'_> {
         let share = if tuned.relaxes() { memory.fade(tuned, sqrt(2.0 * energy(at, d))) } else { 1.0 };
         let before = memory.moves;
         let push = held * share + self.drive(tuned, &mut memory.moves, [sqrt(root), root], sink);
-        if push <= 0.0 && (sink < 0.0 || share < 0.0) {
+        if share < 0.0 || push <= 0.0 && sink < 0.0 {
             // a tip that has left the tissue, or has not met it again, does not move its masses
             memory.moves = before;
             self.drift(tuned, &mut memory.moves);
+            return (0.0, share);
         }
         (push, share)
     }
