@@ -4,6 +4,7 @@ mod added_force;
 mod block;
 mod board;
 mod bump;
+mod law;
 mod piece;
 mod report;
 mod scenes;
@@ -113,6 +114,9 @@ impl FitArgs {
     fn fit_scene(&self) -> Result<Fitted, Error> {
         let machine = self.boards()?.first().copied();
         let scene = self.scene(machine)?;
+        if self.options.law {
+            return self.fit_law(&scene, machine);
+        }
         let whole = self.options.radius_m.is_none() && self.options.element_m.is_none();
         match (machine, scene.tissue.block_m) {
             (Some(machine), _) if self.options.smallest => self.fit_smallest(&scene, machine),
@@ -206,6 +210,7 @@ mod tests {
             radius_m: None,
             element_m: None,
             smallest: false,
+            law: false,
             places: None,
             points: None,
             tolerance_pct: 2.0,
