@@ -40,7 +40,7 @@ use crate::lanes::sqrt;
 use crate::model::Model;
 use crate::params::{MOST_TERMS, Tuned};
 use crate::stages::force::foundation::Load;
-use crate::state::State;
+use crate::state::{Fnv, State};
 
 /// Largest number of branches.
 pub const MOST_BRANCHES: usize = 4;
@@ -266,6 +266,14 @@ fn energy([_, a0, a1, a2, a3]: &[f32; FIELDS], d: f32) -> f32 {
 }
 
 impl LawMemory {
+    /// Adds the bits of a memory that was used.
+    #[inline]
+    pub(crate) fn hash(&self, hash: &mut Fnv) {
+        if *self != Self::default() {
+            self.moves.iter().chain(&self.faded).for_each(|value| hash.bytes(&value.to_bits().to_le_bytes()));
+        }
+    }
+
     /// Lets the branches of relaxation follow the coordinate q of the held force, or that of the
     /// tissue's own surface where the tip has left it; returns the share of the held force that
     /// acts (1), which is negative there.

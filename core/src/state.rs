@@ -339,7 +339,7 @@ impl<'a> State<'a> {
         self.touch.is_some()
     }
 
-    /// FNV-1a over the bits of all positions and velocities: equal hashes on desktop and board mean
+    /// FNV-1a over the bits of all positions and velocities, and of the memory of a law: equal hashes on desktop and board mean
     /// equal states.
     #[must_use]
     pub fn hash(&self) -> u64 {
@@ -348,6 +348,7 @@ impl<'a> State<'a> {
             hash.vector(vector(&node.x));
             hash.vector(vector(&node.v));
         }
+        self.law.hash(&mut hash);
         hash.finish()
     }
 }

@@ -54,23 +54,22 @@ pub fn scaled_branches(radius_m: f64) -> [Branch; MOST_BRANCHES] {
     scaled
 }
 
-/// The rest shape of a block, in six tets, with its top as the only surface that can be touched.
+/// The rest shape of a block: tets from the site to the halves of the other five faces. Only the top
+/// can be touched.
 #[must_use]
 pub fn block_shape(size_m: [f64; 3], site_m: [f64; 3], depth_limit_m: f64) -> Tissue {
     let corner = |n: usize| {
         let side = |k: usize| if n >> k & 1 == 1 { 0.5 } else { -0.5 };
         [side(0) * size_m[0], side(1) * size_m[1], if n >> 2 & 1 == 1 { 0.0 } else { -size_m[2] }]
     };
-    // one tet for each order in which the three coordinates rise from the first corner to the last
-    let orders = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [1, 0, 2], [0, 2, 1], [2, 1, 0]];
-    let tet = |(n, [a, b, _]): (usize, [u32; 3])| {
-        let (first, second) = (1 << a, 1 << a | 1 << b);
-        if n < 3 { [0, first, second, 7] } else { [0, second, first, 7] }
-    };
-    let tets: Vec<[u32; 4]> = orders.into_iter().enumerate().map(tet).collect();
-    let stiffness_ratio = vec![1.0; tets.len()];
-    let mesh = TetMesh { nodes_m: (0..8).map(corner).collect(), regions: vec![0; tets.len()], tets };
-    let skin = vec![[4, 5, 7], [4, 7, 6]];
+    let nodes_m: Vec<[f64; 3]> = (0..8).map(corner).chain([site_m]).collect();
+    let site = 8;
+    // corners of each face in order, counter-clockwise seen from outside
+    let faces = [[0, 2, 3, 1], [0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6]];
+    let tets: Vec<[u32; 4]> = faces.iter().flat_map(|[a, b, c, d]| [[site, *a, *b, *c], [site, *a, *c, *d]]).collect();
+    let skin = vec![[site, 4, 5], [site, 5, 7], [site, 7, 6], [site, 6, 4]];
+    let (stiffness_ratio, regions) = (vec![1.0; tets.len()], vec![0; tets.len()]);
+    let mesh = TetMesh { nodes_m, tets, regions };
     Tissue { mesh, stiffness_ratio, skin, anchors: vec![0, 1, 2, 3], site_m, depth_limit_m }
 }
 
@@ -137,6 +136,17 @@ mod tests {
     use crate::scene_fit::{Judging, PLACES};
     use palpate_tissue::budget::MACHINES;
     use palpate_tissue::session::Session;
+
+    #[test]
+    fn the_rest_shape_of_a_block_fills_it() {
+        let rest = block_shape([0.08, 0.06, 0.04], [0.003, -0.004, 0.0], 0.005);
+        assert!((rest.mesh.volume_m3() / (0.08 * 0.06 * 0.04) - 1.0).abs() < 1e-12);
+        let six_m3 = rest.mesh.tets.iter().map(|tet| {
+            let [a, b, c, d] = tet.map(|n| nalgebra::Vector3::from(rest.mesh.nodes_m[n as usize]));
+            (b - a).cross(&(c - a)).dot(&(d - a))
+        });
+        assert!(six_m3.clone().all(|six_m3| six_m3 > 0.0), "{:?}", six_m3.collect::<Vec<_>>());
+    }
 
     #[test]
     fn a_law_of_the_block_holds_where_and_as_it_was_not_fitted() {

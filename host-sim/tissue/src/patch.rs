@@ -178,11 +178,6 @@ impl Patch {
         }
     }
 
-    /// Adds a law, which then answers in place of the nodes.
-    pub fn set_law(&mut self, law: OwnLaw) {
-        self.law = Some(law);
-    }
-
     /// Copies the patch out of a patch file.
     #[must_use]
     pub fn of_file(file: &PatchFile) -> Self {

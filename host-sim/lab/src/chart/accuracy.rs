@@ -108,6 +108,9 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
 /// by point on a square grid of rest positions: each part of the surface is weighted by its area,
 /// whatever the mesh.
 fn surface_error_mm(block: &Block, running: &dyn RunningMethod, reference: &Reference, depth_m: f64) -> Option<f64> {
+    if !running.has_surface() {
+        return None;
+    }
     let mesh = &block.tissue.mesh;
     let moved = positions(running, mesh.nodes_m.len());
     let rest: Vec<Vector3<f64>> = mesh.nodes_m.iter().map(|x| Vector3::from(*x)).collect();

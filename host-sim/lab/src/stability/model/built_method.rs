@@ -43,9 +43,10 @@ pub struct Row {
 }
 
 /// All rows: the product first, then its parts, then the other methods in the order of the chart.
-pub const ROWS: [Row; 15] = [
+pub const ROWS: [Row; 16] = [
     row(Method::Palpate, Build::Derived),
     row(Method::Calibrated, Build::Derived),
+    row(Method::Law, Build::Derived),
     row(Method::Palpate, Build::Unguarded),
     row(Method::SpringsVolumeNodal, Build::Derived),
     row(Method::SpringsVolumeTet, Build::Derived),
