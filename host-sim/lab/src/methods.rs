@@ -226,6 +226,7 @@ impl Method {
 #[must_use]
 pub fn calibrated(block: &Block) -> Option<(Patch, Params)> {
     let (mut patch, packed) = palpate_tissue::session::calibrated::sized(block.size().nodes)?;
+    patch = patch.with_inclusions(&block.inclusions);
     patch.set_depth_limit_m(block.tissue.depth_limit_m as f32);
     let Params { compensation, compensation_threshold, mass_floor, .. } = packed;
     let contact_damping = block.contact_damping.unwrap_or(packed.contact_damping);

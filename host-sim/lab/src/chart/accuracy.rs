@@ -82,7 +82,10 @@ impl Accuracy {
 }
 
 /// Mean force along the probe's axis once it has settled [N].
-fn hold(block: &Block, running: &mut dyn RunningMethod, depth_m: f64) -> Result<f64, Fault> {
+///
+/// # Errors
+/// The method diverged.
+pub fn hold(block: &Block, running: &mut dyn RunningMethod, depth_m: f64) -> Result<f64, Fault> {
     let (mut last_n, mut still) = (f64::NAN, 0);
     for _ in 0..MOST_MEANS {
         let mut sum_n = 0.0;
