@@ -177,7 +177,14 @@ impl Law<'_> {
 
     /// The probe's load on the tissue.
     #[inline]
-    pub(crate) fn load(&self, model: &Model, tuned: &Tuned, state: &mut State, tip_m: Vector3<f32>, m_per_s: Vector3<f32>) -> Load {
+    pub(crate) fn load(
+        &self,
+        model: &Model,
+        tuned: &Tuned,
+        state: &mut State,
+        tip_m: Vector3<f32>,
+        m_per_s: Vector3<f32>,
+    ) -> Load {
         let (axis, along) = (tuned.probe.axis, Vector3::from(self.shape.along));
         let across = axis.cross(&along);
         let from_m = tip_m - Vector3::from(self.shape.origin_m);
@@ -309,9 +316,7 @@ fn under(model: &Model, state: &State, tip_m: Vector3<f32>, axis: Vector3<f32>) 
         let corners = model.triangles.get(usize::from(*index)).map(|triangle| {
             triangle.node.map(|n| model.nodes.get(usize::from(n)).map_or(tip_m, |node| Vector3::from(node.rest_m)) - tip_m)
         });
-        corners.is_some_and(|[a, b, c]| {
-            [(a, b), (b, c), (c, a)].iter().all(|(from, to)| from.cross(to).dot(&axis) >= 0.0)
-        })
+        corners.is_some_and(|[a, b, c]| [(a, b), (b, c), (c, a)].iter().all(|(from, to)| from.cross(to).dot(&axis) >= 0.0))
     };
     let mut near = state.candidates.iter().take(state.near).copied();
     let last = state.over.filter(|over| state.near > 0 && contains(over));

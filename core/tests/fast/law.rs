@@ -1,9 +1,7 @@
 //! A law, which answers without nodes: passive in every motion, the same tissue at every tick rate,
 //! and never an extrapolation.
 
-use palpate::{
-    Branch, BuildError, ClampFlags, Law, LawShape, MOST_TERMS, Model, PatchFile, PronyTerm, Terms, Vector3,
-};
+use palpate::{Branch, BuildError, ClampFlags, Law, LawShape, MOST_TERMS, Model, PatchFile, PronyTerm, Terms, Vector3};
 
 use super::guard::Tissue;
 use super::relaxation::TERMS;
@@ -89,7 +87,8 @@ fn no_motion_gets_more_work_out_than_went_in() {
 
 #[test]
 fn the_force_is_the_gradient_of_a_potential_and_tilts_with_the_surface() {
-    let mut tissue = with(LawShape { side: 7, branches: [Branch { c: 0.0, length_m: 1.0 }; 4], ..PLAIN }, bumpy(), 1e-3, [PronyTerm::NONE; 3]);
+    let mut tissue =
+        with(LawShape { side: 7, branches: [Branch { c: 0.0, length_m: 1.0 }; 4], ..PLAIN }, bumpy(), 1e-3, [PronyTerm::NONE; 3]);
     // round a closed way in contact, partly beyond the disc, the work is zero
     let at = |n: u32| {
         let angle = std::f32::consts::TAU * n as f32 / 4000.0;

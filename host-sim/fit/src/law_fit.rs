@@ -13,7 +13,6 @@ mod squares;
 
 use palpate::{Branch, LawShape, MOST_BRANCHES, Params};
 
-
 use crate::calibrate::targets::Reference;
 use palpate_tissue::answer::Answer;
 use palpate_tissue::error::Error;
@@ -122,12 +121,13 @@ pub fn stored(scene: &Scene) -> Option<(Answer, Answer, Vec<f64>)> {
     let (mut known, mut unseen) = (answer.clone(), answer);
     let fitted = |depth_m: f64| FITTED_M.iter().any(|m| (m - depth_m).abs() < 1e-7);
     known.holds.retain(|hold| fitted(hold.depth_m));
-    unseen.holds.retain(|hold| !fitted(hold.depth_m) && hold.depth_m <= FITTED_M[4] && hold.place_m[0] <= STORED_RADII * scene.probe.radius_m);
+    unseen.holds.retain(|hold| {
+        !fitted(hold.depth_m) && hold.depth_m <= FITTED_M[4] && hold.place_m[0] <= STORED_RADII * scene.probe.radius_m
+    });
     unseen.holds.iter_mut().for_each(|hold| hold.surface = None);
     unseen.glued.clear();
     Some((known, unseen, FITTED_M.to_vec()))
 }
-
 
 #[cfg(test)]
 mod tests {

@@ -164,7 +164,10 @@ impl Method {
     /// Whether the method is the product's, with all or some of its terms.
     #[must_use]
     pub fn is_ours(self) -> bool {
-        matches!(self, Self::Springs | Self::SpringsVolumeTet | Self::SpringsVolumeNodal | Self::Palpate | Self::Calibrated | Self::Law)
+        matches!(
+            self,
+            Self::Springs | Self::SpringsVolumeTet | Self::SpringsVolumeNodal | Self::Palpate | Self::Calibrated | Self::Law
+        )
     }
 
     /// Whether more substeps can improve the method.

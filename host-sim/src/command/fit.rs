@@ -64,6 +64,8 @@ struct Written {
     /// Name of the patch file.
     name: String,
     record: FitRecord,
+    /// The model in words: its nodes, or the constants of a law.
+    model: String,
     /// Cost of a tick, for a board.
     load: Option<Load>,
 }
@@ -81,7 +83,7 @@ impl Fitted {
     fn verdict(&self, tolerance_pct: f64) -> Result<Line, Error> {
         let check = self.missed.as_ref().map_or(Ok(()), |missed| Err(TissueError::Check(missed.clone())));
         Line::of(check, || {
-            let Some(Written { record, load, .. }) = &self.patch else { return String::new() };
+            let Some(Written { record, load, model, .. }) = &self.patch else { return String::new() };
             let judged = record.judged;
             let known = match record.reference_error_pct {
                 Some(pct) if pct > judged.rms_pct => format!("; the finite elements themselves are known to {pct:.2} % only"),
@@ -91,8 +93,7 @@ impl Fitted {
                 format!("; a tick takes {:.0} % of what it may on {} (estimate)", load.pct(), load.board)
             });
             format!(
-                "{} nodes, {:.2} % rms off finite elements at {} places that the fit did not see, {:+.2} % at worst ({tolerance_pct} % rms and {:.1} % asked for){known}{load}",
-                record.nodes,
+                "{model}, {:.2} % rms off finite elements at {} places that the fit did not see, {:+.2} % at worst ({tolerance_pct} % rms and {:.1} % asked for){known}{load}",
                 judged.rms_pct,
                 judged.places,
                 judged.worst_pct,

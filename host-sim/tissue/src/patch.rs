@@ -14,8 +14,8 @@ mod stiffness;
 use std::collections::BTreeMap;
 
 use palpate::{
-    Bristle, Faded, FoundationPoint, LAW_FIELDS, Law, LawShape, Model, Node, NodeRest, NodeStep, Params, PatchFile, RimEdge, RimNode, Spring, State, Tet,
-    TetShapes, Triangle, Tuned, Vector3,
+    Bristle, Faded, FoundationPoint, LAW_FIELDS, Law, LawShape, Model, Node, NodeRest, NodeStep, Params, PatchFile, RimEdge,
+    RimNode, Spring, State, Tet, TetShapes, Triangle, Tuned, Vector3,
 };
 
 use crate::mesh::TetMesh;

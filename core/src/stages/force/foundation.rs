@@ -71,7 +71,8 @@ pub struct Load {
 
 impl Load {
     /// The load of a surface that the probe does not touch.
-    pub const NONE: Self = Self { force: ZERO, push: 0.0, point: ZERO, rest: ZERO, strongest: (0.0, 0), covered: false, limited: false };
+    pub const NONE: Self =
+        Self { force: ZERO, push: 0.0, point: ZERO, rest: ZERO, strongest: (0.0, 0), covered: false, limited: false };
 
     /// Sums the loads of a tick's substeps.
     #[inline(always)]

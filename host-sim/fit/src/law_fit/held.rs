@@ -48,41 +48,43 @@ fn weights(side: usize, reach_m: f64, place_m: [f64; 2]) -> Vec<(usize, f64)> {
 
 /// Control values of a law, shape \[side, side\]; `None` if the reference lacks a place.
 pub(super) fn fit(presses: &LawPresses, side: usize, reach_m: f64, axis: Vector) -> Option<Vec<[f32; LAW_FIELDS]>> {
-        let count = side * side;
-        let places: Vec<[f64; 2]> = std::iter::once([0.0; 2]).chain(sunflower(PLACES, reach_m)).collect();
-        let [shallowest_m, deepest_m] = presses.depths_m;
+    let count = side * side;
+    let places: Vec<[f64; 2]> = std::iter::once([0.0; 2]).chain(sunflower(PLACES, reach_m)).collect();
+    let [shallowest_m, deepest_m] = presses.depths_m;
     let between = (1..DEPTHS).map(|n| shallowest_m * (deepest_m / shallowest_m).powf(n as f64 / DEPTHS as f64));
     let depths_m: Vec<f64> = [shallowest_m].into_iter().chain(between).chain([deepest_m]).collect();
     let mut heights = Squares::new(count);
-        let mut constants = Squares::new(count * CONSTANTS);
-        for place_m in &places {
-            let (weights, offset_m) = (weights(side, reach_m, *place_m), presses.known.place_m(*place_m)?);
-            // depths of the reference begin at the surface below the tip, those of the law where
-            // the tip touches
-            let touch_m = presses.known.touch_m(*place_m)?;
-            let lift_m = touch_m - offset_m.dot(&axis);
-            heights.add(&weights, touch_m);
-            for depth_m in &depths_m {
-                let force_m2 = presses.known.force(offset_m, *depth_m)?;
-                let d = depth_m + lift_m;
-                let row: Vec<(usize, f64)> = weights
-                    .iter()
-                    .flat_map(|(n, w)| (0..CONSTANTS).map(move |k| (n * CONSTANTS + k, w * d.powf(1.5) * (d / SCALE_M).powi(k as i32) / force_m2)))
-                    .collect();
-                constants.add(&row, 1.0);
-            }
+    let mut constants = Squares::new(count * CONSTANTS);
+    for place_m in &places {
+        let (weights, offset_m) = (weights(side, reach_m, *place_m), presses.known.place_m(*place_m)?);
+        // depths of the reference begin at the surface below the tip, those of the law where
+        // the tip touches
+        let touch_m = presses.known.touch_m(*place_m)?;
+        let lift_m = touch_m - offset_m.dot(&axis);
+        heights.add(&weights, touch_m);
+        for depth_m in &depths_m {
+            let force_m2 = presses.known.force(offset_m, *depth_m)?;
+            let d = depth_m + lift_m;
+            let row: Vec<(usize, f64)> = weights
+                .iter()
+                .flat_map(|(n, w)| {
+                    (0..CONSTANTS).map(move |k| (n * CONSTANTS + k, w * d.powf(1.5) * (d / SCALE_M).powi(k as i32) / force_m2))
+                })
+                .collect();
+            constants.add(&row, 1.0);
         }
-        if side > 1 {
-            smooth(&mut heights, side, 1);
-            smooth(&mut constants, side, CONSTANTS);
-        }
-        let all = |squares: &Squares, count| Some(squares.solve(&(0..count).collect::<Vec<usize>>())?.1);
-        let (heights, constants) = (all(&heights, count)?, all(&constants, count * CONSTANTS)?);
-        let row = |n: usize| {
-            std::array::from_fn(|k| match k.checked_sub(1) {
-                None => heights[n] as f32,
-                Some(k) => (constants[n * CONSTANTS + k] / SCALE_M.powi(k as i32)) as f32,
-            })
-        };
-        Some((0..count).map(row).collect())
     }
+    if side > 1 {
+        smooth(&mut heights, side, 1);
+        smooth(&mut constants, side, CONSTANTS);
+    }
+    let all = |squares: &Squares, count| Some(squares.solve(&(0..count).collect::<Vec<usize>>())?.1);
+    let (heights, constants) = (all(&heights, count)?, all(&constants, count * CONSTANTS)?);
+    let row = |n: usize| {
+        std::array::from_fn(|k| match k.checked_sub(1) {
+            None => heights[n] as f32,
+            Some(k) => (constants[n * CONSTANTS + k] / SCALE_M.powi(k as i32)) as f32,
+        })
+    };
+    Some((0..count).map(row).collect())
+}

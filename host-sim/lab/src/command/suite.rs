@@ -34,7 +34,8 @@ impl Suite {
     pub(super) fn of(options: &SuiteOptions) -> Self {
         let sizes = if options.quick { &SIZES[..1] } else { &SIZES[..] };
         let own = |nodes: usize| Method::ALL.into_iter().map(move |method| (method, nodes));
-        let cases = sizes.iter().flat_map(|nodes| own(*nodes)).filter(|(method, nodes)| *method != Method::Law || *nodes == SIZES[0]);
+        let cases =
+            sizes.iter().flat_map(|nodes| own(*nodes)).filter(|(method, nodes)| *method != Method::Law || *nodes == SIZES[0]);
         Self { cases: cases.collect() }
     }
 }
@@ -79,7 +80,8 @@ impl Study for Suite {
                 lines.len()
             ),
             tables: vec![
-                Table::of("suite", &lines)?.about("what each scene needs at least: the cheapest method within 2 % and within 5 %"),
+                Table::of("suite", &lines)?
+                    .about("what each scene needs at least: the cheapest method within 2 % and within 5 %"),
                 Table::of("rows", &rows)?.quiet(),
             ],
             ..Findings::default()

@@ -34,8 +34,7 @@ pub struct SuiteScene {
     nodule: bool,
 }
 
-const PLAIN: SuiteScene =
-    SuiteScene { name: "", held: "", away_m: [0.0; 2], motions: &[], term: None, tip: None, nodule: false };
+const PLAIN: SuiteScene = SuiteScene { name: "", held: "", away_m: [0.0; 2], motions: &[], term: None, tip: None, nodule: false };
 
 /// Root mean square of two errors.
 fn both([a, b]: [Option<f64>; 2]) -> Option<f64> {
@@ -48,7 +47,12 @@ pub const SCENES: [SuiteScene; 12] = [
         name: "plain block",
         held: BLOCK,
         motions: &[
-            "centre-3.5kpa-40", "centre-3.5kpa-200", "centre-20kpa-40", "centre-20kpa-200", "centre-100kpa-40", "centre-100kpa-200",
+            "centre-3.5kpa-40",
+            "centre-3.5kpa-200",
+            "centre-20kpa-40",
+            "centre-20kpa-200",
+            "centre-100kpa-40",
+            "centre-100kpa-200",
         ],
         ..PLAIN
     },

@@ -5,9 +5,7 @@ use palpate_fit::far_field::prepared::{Prepared, Recipe};
 use palpate_fit::force_map::BlockForces;
 use palpate_fit::law_fit::motions::{self, MotionError};
 use palpate_fit::law_fit::{LawPresses, STORED_RADII, block_shape, fit, stored};
-use palpate_fit::scene_fit::{
-    JUDGED_RADII, Judging, Level, PIECE_JUDGED_RADII, PIECE_RADII, PLACES, PiecePresses, Verdict,
-};
+use palpate_fit::scene_fit::{JUDGED_RADII, Judging, Level, PIECE_JUDGED_RADII, PIECE_RADII, PLACES, PiecePresses, Verdict};
 use palpate_fit::solved::Solved;
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::answer::Answer;
@@ -56,7 +54,12 @@ struct Summary<'a> {
 
 impl LawFit {
     /// Fits and judges the law of a scene whose stored answer or solved presses are `presses`.
-    pub(super) fn of_piece(scene: &Scene, machine: &CostModel, prepared: &Prepared, presses: &PiecePresses) -> Result<Self, TissueError> {
+    pub(super) fn of_piece(
+        scene: &Scene,
+        machine: &CostModel,
+        prepared: &Prepared,
+        presses: &PiecePresses,
+    ) -> Result<Self, TissueError> {
         let deepest_m = presses.fitted_m.last().copied().unwrap_or_default();
         let placed = &prepared.placed;
         let rest = match scene.tissue.block_m {
@@ -70,7 +73,8 @@ impl LawFit {
         let mut unseen = presses.unseen.clone();
         unseen.holds.iter_mut().for_each(|hold| hold.surface = None);
         unseen.glued.clear();
-        let judging = Judging { known, fitted_m: &presses.fitted_m, unseen: &unseen, disc_radii: PIECE_JUDGED_RADII, places: PLACES };
+        let judging =
+            Judging { known, fitted_m: &presses.fitted_m, unseen: &unseen, disc_radii: PIECE_JUDGED_RADII, places: PLACES };
         let session = Session::of_fitted(machine, patch, params)?;
         Self::judged(scene, session, &judging, presses.error, presses.answer.clone())
     }
@@ -84,13 +88,18 @@ impl LawFit {
         let rest = block_shape(size_m, [0.0; 3], deepest_m);
         let law = LawPresses { known: &known, depths_m: [fitted_m[0], deepest_m], reach_radii: STORED_RADII };
         let (patch, params) = fit(scene, &rest, [0.0, 0.0, 1.0], &law)?;
-        let judging =
-            Judging { known: &between, fitted_m: &fitted_m, unseen: &unseen, disc_radii: JUDGED_RADII, places: PLACES };
+        let judging = Judging { known: &between, fitted_m: &fitted_m, unseen: &unseen, disc_radii: JUDGED_RADII, places: PLACES };
         let session = Session::of_fitted(machine, patch, params)?;
         Self::judged(scene, session, &judging, STORED_ERROR, all.clone()).map(Some)
     }
 
-    fn judged(scene: &Scene, session: Session, judging: &Judging, reference_error: f64, answer: Answer) -> Result<Self, TissueError> {
+    fn judged(
+        scene: &Scene,
+        session: Session,
+        judging: &Judging,
+        reference_error: f64,
+        answer: Answer,
+    ) -> Result<Self, TissueError> {
         let verdict = judging.judge(&session)?;
         let motions = motions::errors(scene, &session.patch, &session.params)?;
         let fitted_m = judging.fitted_m.to_vec();
@@ -121,7 +130,7 @@ impl LawFit {
             rms_pct: motion.rms_pct,
             motion: Some(motion.name.clone()),
         });
-        Ok((bytes, Written { name, record, load: None }))
+        Ok((bytes, Written { name, record, model: format!("a law of {} constants", self.constants()), load: None }))
     }
 
     fn fastest_m_per_s(&self) -> f64 {
@@ -163,7 +172,13 @@ impl FitArgs {
 
 impl LawFit {
     /// Writes all files, publishes them, and prints the errors.
-    pub(super) fn write(&self, folder: OutputFolder, scene: &Scene, options: &FitOptions, name: String) -> Result<Written, Error> {
+    pub(super) fn write(
+        &self,
+        folder: OutputFolder,
+        scene: &Scene,
+        options: &FitOptions,
+        name: String,
+    ) -> Result<Written, Error> {
         let (bytes, written) = self.file(scene, name)?;
         folder.write(&written.name, &bytes)?;
         written.record.write(&folder, &written.name)?;
@@ -171,7 +186,10 @@ impl LawFit {
         folder.write_csv(
             "accuracy.csv",
             ["depth_mm", "fitted_depth", "centred_pct", "disc_rms_pct", "disc_worst_pct"],
-            self.verdict.depths.iter().map(|d| [d.depth_mm, f64::from(u8::from(d.fitted_depth)), d.centred_pct, d.rms_pct, d.worst_pct]),
+            self.verdict
+                .depths
+                .iter()
+                .map(|d| [d.depth_mm, f64::from(u8::from(d.fitted_depth)), d.centred_pct, d.rms_pct, d.worst_pct]),
         )?;
         folder.write_summary(&Summary {
             scene: &scene.name,
@@ -186,7 +204,11 @@ impl LawFit {
         })?;
         let file = folder.publish()?.join(&written.name);
         self.print();
-        println!("\nwrote {} ({} bytes): its record beside it, summary.json, accuracy.csv, answer.json", file.display(), bytes.len());
+        println!(
+            "\nwrote {} ({} bytes): its record beside it, summary.json, accuracy.csv, answer.json",
+            file.display(),
+            bytes.len()
+        );
         println!("press it with patch = \"{}\" under [solver] of the scene", file.display());
         Ok(written)
     }
@@ -228,7 +250,9 @@ impl LawFit {
             100.0 * self.reference_error
         );
         if self.motions.is_empty() {
-            println!("moving: no motion of this tissue is stored; the branches are those of the preset block, scaled with the radius");
+            println!(
+                "moving: no motion of this tissue is stored; the branches are those of the preset block, scaled with the radius"
+            );
         } else {
             println!("moving, % rms of the peak; * unknown to the fit");
             for motion in &self.motions {
