@@ -42,8 +42,9 @@ impl Monitor for Plausible {
             return Err(Fault::ForceNotFinite);
         }
         let implausible_n = seen.limits.implausible_n;
-        // beyond the depth limit a spring of the guard acts besides, which rises with the way
-        let guarded = seen.output.limiters.contains(ClampFlags::DEPTH);
+        // beyond the depth limit a spring of the guard acts besides, which rises with the way; beyond
+        // the places of a law, which sets the same flag, the shown tip is the sensed one
+        let guarded = seen.output.limiters.contains(ClampFlags::DEPTH) && seen.output.apart_m > 0.0;
         let implausible = square > implausible_n * implausible_n && !guarded;
         self.ticks = if implausible { self.ticks.saturating_add(1) } else { 0 };
         match self.ticks >= limits.implausible_ticks {
