@@ -4,7 +4,7 @@
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::SensorStatus;
 use palpate::haptic::mode::Mode;
-use palpate::{Fault, Output, Vector3};
+use palpate::{ClampFlags, Fault, Output, Vector3};
 
 use crate::bench::{Bench, CLEAR_M, pushing, stylus};
 
@@ -137,6 +137,16 @@ fn an_implausible_force_is_borne_nine_ticks_within_the_limits() {
         assert!(record.applied_n.norm() <= 3.0 + 1e-5);
     }
     assert_eq!(bench.tick().fault, Some(Fault::ForceImplausible));
+}
+
+#[test]
+fn only_a_tip_that_the_depth_limit_holds_back_may_meet_any_force() {
+    for (apart_m, fault) in [(1e-3, None), (0.0, Some(Fault::ForceImplausible))] {
+        let mut bench = Bench::new(400.0).active();
+        // beyond the places of a law the tip is not held back
+        bench.wall.answer = Some(Output { limiters: ClampFlags::DEPTH, apart_m, ..pushing(1e-3, 16.6) });
+        assert_eq!(bench.ticks(10).fault, fault, "{apart_m} m");
+    }
 }
 
 #[test]
