@@ -103,7 +103,12 @@ impl SuiteScene {
             (block.params.probe.shape, block.params.probe.radius_m) = (shape, radius_m);
         }
         if self.nodule {
-            return block.with_inclusion(Inclusion { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0 });
+            return block.with_inclusion(Inclusion {
+                center_m: [0.0, 0.0, -0.012],
+                radius_m: 0.006,
+                stiffness_ratio: 10.0,
+                stiffening_b: None,
+            });
         }
         block
     }
