@@ -40,7 +40,7 @@ use crate::lanes::sqrt;
 use crate::model::Model;
 use crate::params::{MOST_TERMS, Tuned};
 use crate::stages::force::foundation::Load;
-use crate::state::{Fnv, State};
+use crate::state::State;
 
 /// Largest number of branches.
 pub const MOST_BRANCHES: usize = 4;
@@ -79,7 +79,7 @@ pub struct LawShape {
 #[derive(Clone, Copy, Debug)]
 pub struct Law<'a> {
     /// Constants.
-    pub shape: LawShape,
+    pub shape: &'a LawShape,
     /// Control values of the splines: touch height [m] and a0 .. a3 [`m^(1/2)` .. `m^(-5/2)`],
     /// shape \[side, side\], y first.
     pub table: &'a [[f32; FIELDS]],
@@ -107,7 +107,7 @@ impl Law<'_> {
     /// # Errors
     /// Names the item that is out of range; a negative constant would create energy.
     pub fn check(&self, axis: &Vector3<f32>) -> Result<(), BuildError> {
-        let LawShape { along, reach_m, side, origin_m, branches } = self.shape;
+        let LawShape { along, reach_m, side, origin_m, branches } = *self.shape;
         if side != 1 && !(4..=MOST_ROWS).contains(&side) {
             return Err(BuildError::OutOfRange { parameter: "law.side", value: side as f32, min: 4.0, max: MOST_ROWS as f32 });
         }
@@ -138,7 +138,7 @@ impl Law<'_> {
     /// on its edge.
     #[inline]
     fn at(&self, mut place_m: [f32; 2]) -> At {
-        let LawShape { reach_m, side, .. } = self.shape;
+        let LawShape { reach_m, side, .. } = *self.shape;
         let [x, y] = place_m;
         let square = x * x + y * y;
         let beyond = square > reach_m * reach_m;
@@ -191,14 +191,17 @@ impl Law<'_> {
         let at = self.at([from_m.dot(&along), from_m.dot(&across)]);
         let [dx, dy] = at.slopes;
         let d = at.value[0] - from_m.dot(&axis);
+        let mut memory = LawMemory::of(state);
         let under = if d > 0.0 { under(model, state, tip_m, axis) } else { None };
         let Some(triangle) = under else {
-            self.rest(tuned, &mut state.law);
+            self.rest(tuned, &mut memory);
+            memory.keep(state);
             return Load::NONE;
         };
         let outward = axis - along * dx[0] - across * dy[0];
-        let sink = -m_per_s.dot(&outward) * tuned.per_wave;
-        let (push, share) = self.push(tuned, &mut state.law, &at.value, d, sink);
+        let sink = -m_per_s.dot(&outward) * per_wave(tuned);
+        let (push, share) = self.push(tuned, &mut memory, &at.value, d, sink);
+        memory.keep(state);
         if push <= 0.0 {
             return Load::NONE;
         }
@@ -237,10 +240,10 @@ impl Law<'_> {
     /// over E [m^2]. Backward Euler: passive for every step.
     #[inline]
     fn drive(&self, tuned: &Tuned, moves: &mut [f32; MOST_BRANCHES], [low, high]: [f32; 2], sink: f32) -> f32 {
-        let mut push = 0.0;
+        let (mut push, wave_m) = (0.0, tuned.substep_s / per_wave(tuned));
         for ((branch, z), g) in self.shape.branches.iter().zip(moves).zip([low, low, high, high]) {
             if branch.c > 0.0 {
-                let step = tuned.wave_m / branch.length_m;
+                let step = wave_m / branch.length_m;
                 *z = (*z + step * g * sink) / (1.0 + step + (1.0 - tuned.keep));
                 push += branch.c * g * (g * sink - *z);
             }
@@ -264,6 +267,12 @@ impl Law<'_> {
     }
 }
 
+/// One over the speed of the tissue's waves, `sqrt(density / E)` [s/m].
+#[inline]
+fn per_wave(tuned: &Tuned) -> f32 {
+    sqrt(tuned.density_rate * tuned.substep_s)
+}
+
 /// Energy of the held force over E [m^3] at a depth, or its slope, of these values of the splines
 /// or of their slopes.
 #[inline]
@@ -273,11 +282,30 @@ fn energy([_, a0, a1, a2, a3]: &[f32; FIELDS], d: f32) -> f32 {
 }
 
 impl LawMemory {
-    /// Adds the bits of a memory that was used.
+    /// Reads the memory that the last tick kept in a state.
     #[inline]
-    pub(crate) fn hash(&self, hash: &mut Fnv) {
-        if *self != Self::default() {
-            self.moves.iter().chain(&self.faded).for_each(|value| hash.bytes(&value.to_bits().to_le_bytes()));
+    fn of(state: &State) -> Self {
+        let mut memory = Self::default();
+        for (z, node) in memory.moves.iter_mut().zip(state.nodes.iter()) {
+            *z = node.v[0];
+        }
+        if let Some(faded) = state.faded.first() {
+            memory.faded = faded.0.map(|row| row[0]);
+        }
+        memory
+    }
+
+    /// Keeps the memory: the velocities of the masses as those of the first nodes, which do not
+    /// move, and what has faded at the first node.
+    #[inline]
+    fn keep(&self, state: &mut State) {
+        for (z, node) in self.moves.iter().zip(state.nodes.iter_mut()) {
+            node.v[0] = *z;
+        }
+        if let Some(faded) = state.faded.first_mut() {
+            for (row, s) in faded.0.iter_mut().zip(self.faded) {
+                row[0] = s;
+            }
         }
     }
 
@@ -354,7 +382,7 @@ mod tests {
             side: 1,
             branches: [branch(6.5e-4, 48e-3), branch(0.0, 1.0), branch(19e-3, 48e-3), branch(4e-3, 5e-3)],
         };
-        let law = Law { shape, table: &[AT] };
+        let law = Law { shape: &shape, table: &[AT] };
         let term = |share, time_s| PronyTerm { share, time_s };
         for relaxation in [[PronyTerm::NONE; MOST_TERMS], [term(0.3, 0.004), term(0.3, 0.05), term(0.2, 1.0)]] {
             let tuned = Params { relaxation, ..Params::default() }.derive(&mut [], [0.0; 4]);
@@ -364,7 +392,7 @@ mod tests {
                 let to = f32::from((seed >> 16) as u16) * (7e-3 / 65_536.0) - 2e-3;
                 // jerks, and now and then a slow way
                 let next = if seed & 0x7000 == 0 { to } else { d + (to - d) * 0.02 };
-                let sink = (next - d) / tuned.wave_m;
+                let sink = (next - d) / (tuned.substep_s / per_wave(&tuned));
                 let before = stored(&law, &tuned, &memory, d);
                 let push = if next > 0.0 {
                     law.push(&tuned, &mut memory, &AT, next, sink).0

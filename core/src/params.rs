@@ -9,7 +9,6 @@ use nalgebra::Vector3;
 
 use crate::fault::BuildError;
 use crate::inertia::{Gains, NEIGHBOUR, NodeStep};
-use crate::lanes::sqrt;
 use crate::model::{Model, Spring};
 use crate::smooth;
 pub use probe::{Probe, ProbeShape};
@@ -163,10 +162,6 @@ pub struct Tuned<'a> {
     /// One over the number of substeps.
     pub(crate) substep_share: f32,
     pub(crate) ticks_per_s: f32,
-    /// One over the speed of a law's waves, `sqrt(density / E)` [s/m], and their way in a substep
-    /// [m].
-    pub(crate) per_wave: f32,
-    pub(crate) wave_m: f32,
     /// Share of the velocity that remains after a substep with mass-proportional damping alpha (1):
     /// `1 - alpha dt`.
     pub(crate) keep: f32,
@@ -421,7 +416,6 @@ impl Params {
         let dt = self.tick_s / f32::from(self.substeps);
         let prony = Prony::of(self.relaxes(), dt);
         let friction = if self.terms.friction { self.friction } else { 0.0 };
-        let wave_m_per_s = sqrt(e / self.density_kg_per_m3);
         Tuned {
             terms: self.terms,
             probe: self.probe,
@@ -432,8 +426,6 @@ impl Params {
             substep_s: dt,
             substep_share: 1.0 / f32::from(self.substeps),
             ticks_per_s: 1.0 / self.tick_s,
-            per_wave: 1.0 / wave_m_per_s,
-            wave_m: wave_m_per_s * dt,
             keep: 1.0 - self.node_damping_per_s * dt,
             density_rate: self.density_kg_per_m3 / (e * dt),
             onset: 1.0 - self.compensation_threshold,

@@ -208,7 +208,7 @@ impl<'a> PatchFile<'a> {
             _ => return Err(BuildError::NotAPatch),
         };
         if header.terms & LAW != 0 {
-            let shape: LawShape = value(&mut body)?;
+            let [shape]: &[LawShape; 1] = section(&mut body, 1)?.try_into().map_err(|_| BuildError::NotAPatch)?;
             let rows = shape.side.checked_mul(shape.side).ok_or(BuildError::NotAPatch)?;
             model.law = Some(Law { shape, table: section(&mut body, rows)? });
         }
@@ -283,7 +283,7 @@ impl<'a> PatchFile<'a> {
         };
         let tip: &[u8] = if probe_shape < 3 { &[] } else { bytemuck::bytes_of(&tip) };
         let (law, table): (&[u8], &[u8]) = match &model.law {
-            Some(law) => (bytemuck::bytes_of(&law.shape), bytemuck::cast_slice(law.table)),
+            Some(law) => (bytemuck::bytes_of(law.shape), bytemuck::cast_slice(law.table)),
             None => (&[], &[]),
         };
         let mut header = Header {

@@ -7,7 +7,6 @@ use crate::bristle::{Bristle, Rubbed};
 use crate::fault::{BuildError, Fault};
 use crate::inertia::Floored;
 use crate::lanes::{ROW, Row, add, row, vector};
-use crate::law::LawMemory;
 use crate::model::Model;
 use crate::params::MOST_TERMS;
 
@@ -117,7 +116,6 @@ parked! {
     body: Seat,
     rubbing: usize,
     previous_m_per_s: Vector3<f32>,
-    law: LawMemory,
     fault: Option<Fault>,
 }
 
@@ -187,8 +185,6 @@ pub struct State<'a> {
     pub(crate) floored: Floored,
     /// The probe's velocity in the last tick [m/s].
     pub(crate) previous_m_per_s: Vector3<f32>,
-    /// Memory of a law.
-    pub(crate) law: LawMemory,
     pub(crate) fault: Option<Fault>,
 }
 
@@ -250,7 +246,6 @@ impl<'a> State<'a> {
             rubbed: Rubbed::NONE,
             floored: Floored::NONE,
             previous_m_per_s: held.previous_m_per_s,
-            law: held.law,
             fault: held.fault,
         })
     }
@@ -339,7 +334,7 @@ impl<'a> State<'a> {
         self.touch.is_some()
     }
 
-    /// FNV-1a over the bits of all positions and velocities, and of the memory of a law: equal hashes on desktop and board mean
+    /// FNV-1a over the bits of all positions and velocities: equal hashes on desktop and board mean
     /// equal states.
     #[must_use]
     pub fn hash(&self) -> u64 {
@@ -348,7 +343,6 @@ impl<'a> State<'a> {
             hash.vector(vector(&node.x));
             hash.vector(vector(&node.v));
         }
-        self.law.hash(&mut hash);
         hash.finish()
     }
 }

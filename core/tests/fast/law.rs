@@ -25,7 +25,7 @@ const HELD: [f32; 5] = [0.0, 0.153, 3.3, -764.0, 35_800.0];
 fn with(shape: LawShape, table: &'static [[f32; 5]], tick_s: f32, terms: [PronyTerm; MOST_TERMS]) -> Tissue {
     let mut file = Tissue::new().file;
     let origin_m = file.site_m.into();
-    let law = Some(Law { shape: LawShape { origin_m, ..shape }, table });
+    let law = Some(Law { shape: Box::leak(Box::new(LawShape { origin_m, ..shape })), table });
     let none = Model { springs: &[], spring_rows: &[], foundation: &[], rim_nodes: &[], rim_edges: &[], ..file.model };
     file.model = Model { law, ..none };
     (file.params.tick_s, file.params.substeps, file.params.relaxation) = (tick_s, 1, terms);
@@ -175,7 +175,7 @@ fn a_patch_file_carries_a_law_and_the_terms_choose_between_it_and_the_nodes() {
 #[test]
 fn a_law_that_would_create_energy_is_refused() {
     let refused = |shape: LawShape, table: &'static [[f32; 5]]| {
-        let law = Law { shape, table };
+        let law = Law { shape: &shape, table };
         law.check(&Vector3::z()).unwrap_err()
     };
     let mut pushing = PLAIN;

@@ -209,7 +209,7 @@ impl Patch {
             foundation: model.foundation.to_vec(),
             rim_nodes: model.rim_nodes.to_vec(),
             rim_edges: model.rim_edges.to_vec(),
-            law: model.law.map(|law| OwnLaw { shape: law.shape, table: law.table.to_vec() }),
+            law: model.law.map(|law| OwnLaw { shape: *law.shape, table: law.table.to_vec() }),
         }
     }
 
@@ -242,7 +242,7 @@ impl Patch {
             foundation: &self.foundation,
             rim_nodes: &self.rim_nodes,
             rim_edges: &self.rim_edges,
-            law: self.law.as_ref().map(|law| Law { shape: law.shape, table: &law.table }),
+            law: self.law.as_ref().map(|law| Law { shape: &law.shape, table: &law.table }),
         }
     }
 
