@@ -136,7 +136,8 @@ impl Law<'_> {
 
     /// Splines at a place relative to the origin [m]. Beyond the disc, the place is the nearest one
     /// on its edge.
-    #[inline]
+    // inlined, it would take kilobytes of a board's flash
+    #[cfg_attr(target_os = "none", inline(never))]
     fn at(&self, mut place_m: [f32; 2]) -> At {
         let LawShape { reach_m, side, .. } = *self.shape;
         let [x, y] = place_m;
@@ -153,9 +154,11 @@ impl Law<'_> {
         let per_m = (side - 3) as f32 / (2.0 * reach_m);
         let [(column, wx, dx), (row, wy, dy)] = place_m.map(|m| weights((m + reach_m) * per_m, side - 4));
         at.value = [0.0; FIELDS];
-        for ((n, wy), dy) in (row..).zip(wy).zip(dy) {
+        // not a constant: unrolled, the sum would take a kilobyte of a board's flash
+        let four = (side as usize).min(4);
+        for ((n, wy), dy) in (row..).zip(wy).zip(dy).take(four) {
             let rows = self.table.get(n * side as usize + column..).unwrap_or_default();
-            for ((values, wx), dx) in rows.iter().zip(wx).zip(dx) {
+            for ((values, wx), dx) in rows.iter().zip(wx).zip(dx).take(four) {
                 let (w, along, across) = (wx * wy, dx * wy * per_m, wx * dy * per_m);
                 for (k, value) in values.iter().enumerate() {
                     at.value[k] += w * value;
@@ -176,7 +179,7 @@ impl Law<'_> {
     }
 
     /// The probe's load on the tissue.
-    #[inline]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub(crate) fn load(
         &self,
         model: &Model,
@@ -219,7 +222,8 @@ impl Law<'_> {
 
     /// Push along n over E [m^2], zero or less if the tissue has lost the tip, and the share of the
     /// held force that is left (1), with the tip `d` deep and sinking at `sink` over w.
-    #[inline]
+    // inlined, it would take kilobytes of a board's flash
+    #[cfg_attr(target_os = "none", inline(never))]
     fn push(&self, tuned: &Tuned, memory: &mut LawMemory, at: &[f32; FIELDS], d: f32, sink: f32) -> (f32, f32) {
         let [_, a0, a1, a2, a3] = at;
         let root = sqrt(d);
@@ -238,7 +242,8 @@ impl Law<'_> {
 
     /// Moves the masses with a tip that sinks at this speed over w; returns the sum of their pushes
     /// over E [m^2]. Backward Euler: passive for every step.
-    #[inline]
+    // inlined, it would take kilobytes of a board's flash
+    #[cfg_attr(target_os = "none", inline(never))]
     fn drive(&self, tuned: &Tuned, moves: &mut [f32; MOST_BRANCHES], [low, high]: [f32; 2], sink: f32) -> f32 {
         let (mut push, wave_m) = (0.0, tuned.substep_s / per_wave(tuned));
         for ((branch, z), g) in self.shape.branches.iter().zip(moves).zip([low, low, high, high]) {
@@ -275,7 +280,8 @@ fn per_wave(tuned: &Tuned) -> f32 {
 
 /// Energy of the held force over E [m^3] at a depth, or its slope, of these values of the splines
 /// or of their slopes.
-#[inline]
+// inlined, it would take kilobytes of a board's flash
+#[cfg_attr(target_os = "none", inline(never))]
 fn energy([_, a0, a1, a2, a3]: &[f32; FIELDS], d: f32) -> f32 {
     let mean = a0 * (1.0 / 2.5) + d * (a1 * (1.0 / 3.5) + d * (a2 * (1.0 / 4.5) + d * (a3 * (1.0 / 5.5))));
     d * d * sqrt(d) * mean
@@ -312,7 +318,8 @@ impl LawMemory {
     /// Lets the branches of relaxation follow the coordinate q of the held force, or that of the
     /// tissue's own surface where the tip has left it; returns the share of the held force that
     /// acts (1), which is negative there.
-    #[inline]
+    // inlined, it would take kilobytes of a board's flash
+    #[cfg_attr(target_os = "none", inline(never))]
     fn fade(&mut self, tuned: &Tuned, q: f32) -> f32 {
         let prony = &tuned.prony;
         let faded: f32 = self.faded.iter().sum();
