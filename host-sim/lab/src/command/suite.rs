@@ -5,7 +5,7 @@ use std::ops::Range;
 use palpate_sim::command::options::suite::SuiteOptions;
 use palpate_sim::command::progress::Progress;
 use palpate_sim::error::Error;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::methods::Method;
 use crate::study::{Findings, Study, Table};
@@ -19,6 +19,12 @@ const WITHIN_PCT: [f64; 2] = [2.0, 5.0];
 /// Every method on every scene.
 pub(super) struct Suite {
     cases: Vec<(Method, usize)>,
+}
+
+/// Rows of one method and mesh.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Rows {
+    rows: Vec<SuiteRow>,
 }
 
 /// A line of the table: a scene, what the law is off there, and the cheapest methods.
@@ -41,26 +47,26 @@ impl Suite {
 }
 
 impl Study for Suite {
-    type Row = Vec<SuiteRow>;
+    type Row = Rows;
 
     fn cases(&self) -> u64 {
         self.cases.len() as u64
     }
 
-    fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, Vec<SuiteRow>)>, Error> {
+    fn run(&self, cases: Range<u64>) -> Result<Vec<(u64, Rows)>, Error> {
         let chosen = self.cases.iter().enumerate().skip(cases.start as usize).take((cases.end - cases.start) as usize);
         let steps = Progress::new(cases.end - cases.start, "suite");
         let mut rows = Vec::new();
         for (n, (method, nodes)) in chosen {
-            rows.push((n as u64, run(*method, *nodes)?));
+            rows.push((n as u64, Rows { rows: run(*method, *nodes)? }));
             steps.one(&format!("{} {nodes} nodes", method.name()));
         }
         steps.finish();
         Ok(rows)
     }
 
-    fn findings(&self, parts: Vec<Vec<SuiteRow>>) -> Result<Findings, Error> {
-        let rows: Vec<SuiteRow> = parts.into_iter().flatten().collect();
+    fn findings(&self, parts: Vec<Rows>) -> Result<Findings, Error> {
+        let rows: Vec<SuiteRow> = parts.into_iter().flat_map(|part| part.rows).collect();
         let name = |row: &SuiteRow| {
             let nodes = if row.nodes > 0 { format!(" {}", row.nodes) } else { String::new() };
             format!("{}{nodes} ({:.1} %, {:.2} us)", row.method, row.worst_pct().unwrap_or(f64::NAN), row.tick_us)
