@@ -12,9 +12,9 @@ use palpate_tissue::patch::{Material, Patch};
 /// Cycles per floating-point operation including its loads and stores, from our own tet kernel (291
 /// cycles for about 100 operations).
 pub const CYCLES_PER_FLOP: f64 = 2.9;
-/// Cycles of a tick of a law without a table, with guard and presence: instructions of the image
-/// times the cycle table.
-const LAW_CYCLES: f64 = 1800.0;
+/// Cycles of a whole tick of the image with a law, the haptic cycle and the board's own part
+/// included: 38 us at 168 MHz, as `palpate emulate` estimates it.
+const LAW_CYCLES: f64 = 6400.0;
 /// Operations to convert a node's position and force between the core and a method.
 const KICK_FLOPS: f64 = 12.0;
 
