@@ -267,7 +267,8 @@ impl ClampFlags {
     /// The probe moved faster than `max_speed_m_per_s`, or into the tissue faster than
     /// `max_sink_m_per_s`; the patch was shown a probe that moves at that limit.
     pub const SPEED: Self = Self(1);
-    /// The probe was deeper than the patch's depth limit and was clamped to it.
+    /// The probe was deeper than the patch's depth limit, or beyond the places of its law, and was
+    /// clamped to it.
     pub const DEPTH: Self = Self(2);
     /// The force was larger than `max_force_n`; its magnitude was clamped, its direction kept.
     pub const FORCE: Self = Self(4);

@@ -22,6 +22,7 @@
 //! | anchor | a fixed node |
 //! | compensation | the term that resists over-compression |
 //! | relaxation | the decay of force in tissue that is held deformed |
+//! | law | the force over place, depth and speed, without nodes |
 //! | far field | the rest of the organ around the patch, represented by rim springs |
 //! | device, hand | the actuated handle that carries the probe; the user's hand on it |
 //! | tick, substep | one period of the loop (1 ms); one integration step within it |
@@ -50,6 +51,7 @@ mod fault;
 pub mod haptic;
 mod inertia;
 mod lanes;
+mod law;
 mod memory;
 pub mod method;
 mod model;
@@ -67,6 +69,7 @@ pub use contact_map::ContactMap;
 pub use fault::{BuildError, ClampFlags, Fault};
 pub use inertia::{FIELDS, Gains, NodeStep};
 pub use lanes::square_root;
+pub use law::{Branch, FIELDS as LAW_FIELDS, Law, LawShape, MOST_BRANCHES};
 pub use memory::Memory;
 pub use model::{FoundationPoint, Model, NodeRest, RimEdge, RimNode, Spring, Tet, Triangle};
 pub use nalgebra::Vector3;

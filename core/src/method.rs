@@ -3,8 +3,8 @@
 //! | hook | when | [`Product`] |
 //! |---|---|---|
 //! | [`Method::begin`] | once per tick, after the contact was found | nothing |
-//! | [`Method::force`] | once per substep | every term of [`force`] |
-//! | [`Method::advance`] | once per substep | symplectic Euler ([`integrate`]) |
+//! | [`Method::force`] | once per substep | every term of [`force`], or a [`Law`] |
+//! | [`Method::advance`] | once per substep | symplectic Euler ([`integrate`]), if no law answers |
 //! | [`Method::correct`] | once per substep | nothing |
 //!
 //! Guard, contact and output are those of the product. A method is a type, so an image contains
@@ -38,6 +38,7 @@
 use nalgebra::Vector3;
 
 use crate::fault::Fault;
+use crate::law::Law;
 use crate::model::Model;
 use crate::params::Tuned;
 use crate::stages::force::foundation::Load;
@@ -82,4 +83,30 @@ pub trait Method {
 #[derive(Clone, Copy, Debug)]
 pub struct Product;
 
-impl Method for Product {}
+impl Method for Product {
+    #[inline(always)]
+    fn force(
+        &mut self,
+        model: &Model,
+        tuned: &Tuned,
+        state: &mut State,
+        tip_m: Vector3<f32>,
+        velocity_m_per_s: Vector3<f32>,
+    ) -> Load {
+        match law(model, tuned) {
+            Some(law) => law.load(model, tuned, state, tip_m, velocity_m_per_s),
+            None => force::accumulate(model, tuned, state, tip_m, velocity_m_per_s),
+        }
+    }
+
+    #[inline(always)]
+    fn advance(&mut self, model: &Model, tuned: &Tuned, state: &mut State) -> Result<u16, Fault> {
+        if law(model, tuned).is_some() { Ok(0) } else { integrate::advance(model, tuned, state) }
+    }
+}
+
+/// The law that answers in place of the nodes.
+#[inline(always)]
+fn law<'a>(model: &'a Model, tuned: &Tuned) -> Option<&'a Law<'a>> {
+    model.law.as_ref().filter(|_| tuned.terms.law)
+}

@@ -8,6 +8,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::fault::BuildError;
+use crate::law::Law;
 
 /// A node at rest.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -135,6 +136,9 @@ pub struct Model<'a> {
     /// Rim springs between rim nodes, in the order of their first nodes in `rim_nodes`. May be
     /// empty.
     pub rim_edges: &'a [RimEdge],
+    /// Law that answers in place of the nodes, unless [`crate::Terms::law`] is off. A model with a
+    /// law may have no springs and no foundation: its tets are then the rest shape alone.
+    pub law: Option<Law<'a>>,
 }
 
 impl Model<'_> {
@@ -300,7 +304,9 @@ impl Model<'_> {
         if !self.steepness.is_empty() {
             same("node steepnesses", self.nodes.len(), self.steepness.len())?;
         }
-        same("foundation", self.points_per_triangle() * self.triangles.len(), self.foundation.len())?;
+        if self.law.is_none() || !self.foundation.is_empty() {
+            same("foundation", self.points_per_triangle() * self.triangles.len(), self.foundation.len())?;
+        }
         if !self.spring_rows.is_empty() {
             same("spring rows", self.nodes.len(), self.spring_rows.len())?;
             let counted = self.spring_rows.iter().map(|&n| usize::from(n)).sum();

@@ -313,6 +313,9 @@ impl Params {
         after_round();
         model.check_neighbours()?;
         after_round();
+        if let Some(law) = &model.law {
+            law.check(&self.probe.axis)?;
+        }
         if self.poisson_ratio != model.poisson_ratio {
             return Err(BuildError::PoissonMismatch { given: self.poisson_ratio, patch: model.poisson_ratio });
         }

@@ -8,7 +8,7 @@
 //! Optional data follow the arrays, each announced by a bit in `terms`: the shares and times of
 //! tissue that relaxes, the coefficient of a probe with friction, the exponent of tissue that
 //! stiffens, and the steepness of its nodes if regions differ. For a capsule or an ellipsoid, as
-//! given by `probe_shape`, a direction and lengths come last. Files without these data keep the
+//! given by `probe_shape`, a direction and lengths come next, and a law with its table comes last. Files without these data keep the
 //! layout of before, and a reader that does not know a term or a shape refuses the file.
 
 use bytemuck::{Pod, Zeroable};
@@ -16,6 +16,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use nalgebra::Vector3;
 
 use crate::fault::BuildError;
+use crate::law::{Law, LawShape};
 use crate::model::Model;
 use crate::params::{GuardLimits, MOST_TERMS, Params, Probe, ProbeShape, PronyTerm, Terms};
 
@@ -59,7 +60,8 @@ struct Header {
     max_force_n: f32,
     /// Bit 0: volume, 1: compensation, 2: rim, 3: relative mass, 7: smooth mass. The other bits
     /// announce data after the arrays, in this order: bit 4: relaxation (shares and times), 5:
-    /// friction, 6: stiffening, 8: steepness of every node. Bits without a meaning are zero.
+    /// friction, 6: stiffening, 8: steepness of every node; after the tip bit 9: a law. Bits without
+    /// a meaning are zero.
     terms: u32,
     /// Number of probe positions at which the constants were fitted; 0 if they come from formulas
     /// alone.
@@ -77,11 +79,12 @@ const RUBS: u32 = 1 << 5;
 const STIFFENS: u32 = 1 << 6;
 const SMOOTH_MASS: u32 = 1 << 7;
 const UNEVENLY: u32 = 1 << 8;
+const LAW: u32 = 1 << 9;
 /// Bits of `terms` that this build knows.
 #[cfg(not(target_os = "none"))]
-const KNOWN: u32 = 15 | RELAXES | RUBS | STIFFENS | SMOOTH_MASS | UNEVENLY;
+const KNOWN: u32 = 15 | RELAXES | RUBS | STIFFENS | SMOOTH_MASS | UNEVENLY | LAW;
 #[cfg(target_os = "none")]
-const KNOWN: u32 = 15 | RELAXES | RUBS | STIFFENS | SMOOTH_MASS;
+const KNOWN: u32 = 15 | RELAXES | RUBS | STIFFENS | SMOOTH_MASS | LAW;
 /// Offset of the checksummed part, which begins after magic, version and checksum.
 const CHECKED_FROM: usize = 16;
 
@@ -151,7 +154,6 @@ impl<'a> PatchFile<'a> {
         }
         let [nodes, springs, tets, neighbours, triangles, owners, foundation, rim_nodes, rim_edges, anchors, rows] =
             header.counts;
-        #[cfg_attr(target_os = "none", expect(unused_mut, reason = "boards run no tissue that stiffens"))]
         let mut model = Model {
             poisson_ratio: header.poisson_ratio,
             stiffening_per_m: header.stiffening_per_m,
@@ -169,6 +171,7 @@ impl<'a> PatchFile<'a> {
             rim_edges: section(&mut body, rim_edges)?,
             anchors: section(&mut body, anchors)?,
             spring_rows: section(&mut body, rows)?,
+            law: None,
         };
         let relaxation: Relaxation = match header.terms & RELAXES {
             0 => Relaxation::default(),
@@ -204,6 +207,11 @@ impl<'a> PatchFile<'a> {
             3 | 4 => return Err(BuildError::NoSuchTip),
             _ => return Err(BuildError::NotAPatch),
         };
+        if header.terms & LAW != 0 {
+            let [shape]: &[LawShape; 1] = section(&mut body, 1)?.try_into().map_err(|_| BuildError::NotAPatch)?;
+            let rows = shape.side.checked_mul(shape.side).ok_or(BuildError::NotAPatch)?;
+            model.law = Some(Law { shape, table: section(&mut body, rows)? });
+        }
         if !body.is_empty() {
             return Err(BuildError::NotAPatch);
         }
@@ -232,6 +240,7 @@ impl<'a> PatchFile<'a> {
                 stiffening: true,
                 relaxation: true,
                 friction: true,
+                law: true,
             },
             limits: GuardLimits {
                 max_speed_m_per_s: header.max_speed_m_per_s,
@@ -273,6 +282,10 @@ impl<'a> PatchFile<'a> {
             ProbeShape::Ellipsoid { semi_axes_m: [a, b], along } => (4, [along.x, along.y, along.z, a, b]),
         };
         let tip: &[u8] = if probe_shape < 3 { &[] } else { bytemuck::bytes_of(&tip) };
+        let (law, table): (&[u8], &[u8]) = match &model.law {
+            Some(law) => (bytemuck::bytes_of(law.shape), bytemuck::cast_slice(law.table)),
+            None => (&[], &[]),
+        };
         let mut header = Header {
             magic: MAGIC,
             version: VERSION,
@@ -308,7 +321,8 @@ impl<'a> PatchFile<'a> {
                 | if rubs { RUBS } else { 0 }
                 | if stiffens { STIFFENS } else { 0 }
                 | if params.terms.smooth_mass { SMOOTH_MASS } else { 0 }
-                | if steepness.is_empty() { 0 } else { UNEVENLY },
+                | if steepness.is_empty() { 0 } else { UNEVENLY }
+                | if law.is_empty() { 0 } else { LAW },
             fitted_places: self.fitted_places,
         };
         let mut digest = CRC.digest();
@@ -322,6 +336,8 @@ impl<'a> PatchFile<'a> {
         digest.update(stiffening);
         digest.update(steepness);
         digest.update(tip);
+        digest.update(law);
+        digest.update(table);
         header.crc = digest.finalize();
         sink(bytemuck::bytes_of(&header));
         for (bytes, _) in sections(model) {
@@ -333,6 +349,8 @@ impl<'a> PatchFile<'a> {
         sink(stiffening);
         sink(steepness);
         sink(tip);
+        sink(law);
+        sink(table);
     }
 }
 
@@ -400,6 +418,7 @@ mod tests {
             foundation: &[],
             rim_nodes: &[],
             rim_edges: &[],
+            law: None,
         };
         let file = PatchFile { model, params, site_m: Vector3::zeros(), stable_dt_s: 1e-3, fitted_places: 0 };
         let (mut words, mut length) = ([0_u32; HEADER / 4 + 5], 0);

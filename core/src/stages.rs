@@ -1,5 +1,7 @@
 //! The stages of a tick, one file each, in the order of [`crate::tick`].
 //!
+//! A model with a law has no nodes that move: the law answers in place of force and integrate.
+//!
 //! In tissue that stiffens (desktop only), the energy of springs and foundation is computed before
 //! their forces. With friction, the foundation also holds the touched nodes along the surface. In
 //! tissue that relaxes, the last force term fades the sum of the others at each node. The mass that

@@ -53,6 +53,7 @@ use self::options::fit::FitArgs;
 use self::options::pack::PackArgs;
 use self::options::paper::PaperCommand;
 use self::options::stability::StabilityArgs;
+use self::options::suite::SuiteArgs;
 
 /// Soft tissue for haptic devices: press it, measure it, pack it for a board.
 ///
@@ -160,6 +161,12 @@ enum StudyCommand {
     /// and pictures as SVG and PNG. For a method that does not survive the press, the row says how
     /// it fails.
     Chart(ChartArgs),
+    /// Run every method on twelve scenes that differ from the plain block in one thing each, and say
+    /// which is the cheapest that each scene needs: the law without nodes, a patch, or another.
+    ///
+    /// Writes suite.csv (one row per scene), rows.csv (one per scene, method and mesh) and
+    /// summary.json.
+    Suite(SuiteArgs),
     /// Find where methods and loops fail, and the margin to failure.
     ///
     /// Models: every method at stiffnesses from 1 to 200 kPa, pressed, tapped, jittered, with an
@@ -302,6 +309,7 @@ impl Cli {
             StudyCommand::Faults(args) => Study::Faults(args),
             StudyCommand::Paper(command) => Study::Paper(command),
             StudyCommand::Stability(args) => Study::Stability(args),
+            StudyCommand::Suite(args) => Study::Suite(args),
         })
     }
 }
@@ -324,4 +332,6 @@ pub enum Study<'a> {
     Paper(&'a PaperCommand),
     /// `palpate stability`
     Stability(&'a StabilityArgs),
+    /// `palpate suite`
+    Suite(&'a SuiteArgs),
 }

@@ -25,6 +25,8 @@ pub struct Terms {
     /// The probe rubs with the coefficient [`super::Params::friction`]. If that is zero, the term
     /// costs nothing.
     pub friction: bool,
+    /// A model with a law answers by it; when this is off, its nodes do.
+    pub law: bool,
 }
 
 impl Terms {
@@ -38,6 +40,7 @@ impl Terms {
         stiffening: true,
         relaxation: true,
         friction: true,
+        law: true,
     };
     /// Springs, masses, contact: the papers' plain mass-spring model.
     pub const SPRINGS_ONLY: Self = Self {
@@ -49,5 +52,6 @@ impl Terms {
         stiffening: false,
         relaxation: false,
         friction: false,
+        law: false,
     };
 }

@@ -90,6 +90,9 @@ pub fn read(
         outside: motion.outside,
         ..Output::NONE
     };
+    if load.limited {
+        out.limiters.set(ClampFlags::DEPTH);
+    }
     if load.covered {
         return Ok(buried(state, out));
     }

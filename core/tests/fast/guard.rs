@@ -46,6 +46,11 @@ impl Tissue {
     fn of(bytes: &'static [u8], change: impl Fn(&mut Params)) -> Self {
         let mut file = PatchFile::open(bytes).unwrap();
         change(&mut file.params);
+        Self::of_file(file)
+    }
+
+    /// Tissue of an opened file.
+    pub fn of_file(file: PatchFile<'static>) -> Self {
         let (nodes, triangles) = (file.model.nodes.len(), file.model.triangles.len());
         let tuned = file.params.build(&file.model, vec![NodeStep::ZERO; nodes].leak()).unwrap();
         let shapes = vec![TetShapes::ZERO; TetShapes::count(&file.model)].leak();

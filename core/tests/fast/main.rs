@@ -19,6 +19,7 @@ mod faults;
 mod friction;
 mod gate;
 mod guard;
+mod law;
 mod limiter;
 mod limits;
 mod output;

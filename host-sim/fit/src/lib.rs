@@ -6,6 +6,7 @@
 //! whole organ ─ far_field ─ rim springs of the patch
 //! force_map: forces between the solved places and depths
 //! settled: the force of the running patch where statics finds no equilibrium
+//! law_fit: the law without nodes, held and moving
 //! plan: the smallest patch that keeps a tolerance
 //! half_space (relaxing), partial_slip (with friction): closed forms to compare with
 //! ```
@@ -19,6 +20,7 @@ pub mod calibrate;
 pub mod far_field;
 pub mod force_map;
 pub mod half_space;
+pub mod law_fit;
 pub mod partial_slip;
 pub mod plan;
 pub mod pressed_patch;

@@ -21,7 +21,7 @@ mod survive;
 mod term_errors;
 mod timing;
 
-pub use accuracy::{Accuracy, DEPTHS_M, SURFACE_DEPTHS_M};
+pub use accuracy::{Accuracy, DEPTHS_M, SURFACE_DEPTHS_M, hold};
 pub use cycles::{CYCLES_PER_FLOP, m4f_cycles};
 pub use figures::figures;
 pub use front::{front, front_of_three};

@@ -10,6 +10,7 @@ mod fault_trade;
 mod faults;
 mod paper;
 mod stability;
+mod suite;
 
 use palpate_sim::error::Error;
 
@@ -26,6 +27,7 @@ pub fn run(study: palpate_sim::command::Study<'_>) -> Result<(), Error> {
         Asked::Chart(args) => chart::run(args),
         Asked::Faults(args) => faults::run(args),
         Asked::Paper(command) => paper::run(command),
+        Asked::Suite(args) => start(suite::Suite::of(&args.options), &args.cases, &args.out),
         Asked::Stability(args) => start(stability::Stability::of(&args.options)?, &args.cases, &args.out),
     }
 }

@@ -6,6 +6,7 @@
 //! methods ─ stability (where methods and loops fail)
 //! paper (figures and tables of the two papers), score (equation 14)
 //! faults (the loop under faults, random paths and yielding hands)
+//! methods ─ suite (what each scene needs at least)
 //! study (cases, rows, claims, figures: runs, writes, prints and judges all of these)
 //! command (the studies of `palpate`)
 //! hanging (organs under their weight), dynamic (a probe that moves): finite elements
@@ -31,5 +32,6 @@ pub mod paper_method;
 pub mod score;
 pub mod stability;
 pub mod study;
+pub mod suite;
 
 pub use palpate_sim::error::{self, Error};

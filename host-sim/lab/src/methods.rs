@@ -14,6 +14,7 @@ mod compliance;
 mod corotational;
 mod factor;
 mod implicit;
+mod law;
 mod linear;
 mod meshless;
 mod moving_least_squares;
@@ -29,6 +30,7 @@ pub use compliance::Compliance;
 pub use corotational::Corotational;
 pub use factor::Factor;
 pub use implicit::Implicit;
+pub use law::law;
 pub use linear::LinearElastic;
 pub use meshless::Meshless;
 pub use moving_least_squares::{ShapeFunctions, Share, integration_points_m};
@@ -64,6 +66,11 @@ pub trait RunningMethod {
         ClampFlags::DEFAULT
     }
 
+    /// Whether the method has a surface that deforms.
+    fn has_surface(&self) -> bool {
+        true
+    }
+
     /// Floating-point operations of the solver in the last tick; 0 for methods without a solver.
     fn solver_flops(&self) -> f64 {
         0.0
@@ -87,6 +94,8 @@ pub enum Method {
     Palpate,
     /// The product with a calibrated patch.
     Calibrated,
+    /// The product's law, which has no nodes.
+    Law,
     /// Linear tets, each in its own rotating frame.
     Corotational,
     /// Total-Lagrangian neo-Hookean tets.
@@ -106,7 +115,7 @@ pub enum Method {
 
 impl Method {
     /// All methods in the order of legends and tables.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Springs,
         Self::VolumePreserved,
         Self::LocalCompression,
@@ -114,6 +123,7 @@ impl Method {
         Self::SpringsVolumeNodal,
         Self::Palpate,
         Self::Calibrated,
+        Self::Law,
         Self::Corotational,
         Self::NeoHookean,
         Self::NeoHookeanNodal,
@@ -134,6 +144,7 @@ impl Method {
             Self::SpringsVolumeNodal => "springs-volume-nodal",
             Self::Palpate => "palpate",
             Self::Calibrated => "palpate-calibrated",
+            Self::Law => "palpate-law",
             Self::Corotational => "corotational",
             Self::NeoHookean => "neo-hookean",
             Self::NeoHookeanNodal => "neo-hookean-nodal",
@@ -153,13 +164,16 @@ impl Method {
     /// Whether the method is the product's, with all or some of its terms.
     #[must_use]
     pub fn is_ours(self) -> bool {
-        matches!(self, Self::Springs | Self::SpringsVolumeTet | Self::SpringsVolumeNodal | Self::Palpate | Self::Calibrated)
+        matches!(
+            self,
+            Self::Springs | Self::SpringsVolumeTet | Self::SpringsVolumeNodal | Self::Palpate | Self::Calibrated | Self::Law
+        )
     }
 
     /// Whether more substeps can improve the method.
     #[must_use]
     pub fn takes_substeps(self) -> bool {
-        self != Self::Compliance
+        !matches!(self, Self::Compliance | Self::Law)
     }
 
     /// Builds the method for a block and passes it to `work`; each of its `substeps` is split by
@@ -197,6 +211,7 @@ impl Method {
                 Some((patch, fitted)) => own(&patch, &split(&fitted), work)?,
                 None => return Ok(None),
             },
+            Self::Law => law::with(block, &Params { substeps: 1, ..block.params }, work)?,
             Self::Corotational => on_core::with_law(block, &params, Corotational::new(block), work)?,
             Self::NeoHookean => on_core::with_law(block, &params, NeoHookean::new(block, Volume::PerTet), work)?,
             Self::NeoHookeanNodal => on_core::with_law(block, &params, NeoHookean::new(block, Volume::Nodal), work)?,
@@ -214,6 +229,7 @@ impl Method {
 #[must_use]
 pub fn calibrated(block: &Block) -> Option<(Patch, Params)> {
     let (mut patch, packed) = palpate_tissue::session::calibrated::sized(block.size().nodes)?;
+    patch = patch.with_inclusions(&block.inclusions);
     patch.set_depth_limit_m(block.tissue.depth_limit_m as f32);
     let Params { compensation, compensation_threshold, mass_floor, .. } = packed;
     let contact_damping = block.contact_damping.unwrap_or(packed.contact_damping);

@@ -4,6 +4,7 @@ mod added_force;
 mod block;
 mod board;
 mod bump;
+mod law;
 mod piece;
 mod report;
 mod scenes;
@@ -63,6 +64,8 @@ struct Written {
     /// Name of the patch file.
     name: String,
     record: FitRecord,
+    /// The model in words: its nodes, or the constants of a law.
+    model: String,
     /// Cost of a tick, for a board.
     load: Option<Load>,
 }
@@ -80,7 +83,7 @@ impl Fitted {
     fn verdict(&self, tolerance_pct: f64) -> Result<Line, Error> {
         let check = self.missed.as_ref().map_or(Ok(()), |missed| Err(TissueError::Check(missed.clone())));
         Line::of(check, || {
-            let Some(Written { record, load, .. }) = &self.patch else { return String::new() };
+            let Some(Written { record, load, model, .. }) = &self.patch else { return String::new() };
             let judged = record.judged;
             let known = record
                 .reference_error_pct
@@ -89,8 +92,7 @@ impl Fitted {
                 format!("; a tick takes {:.0} % of what it may on {} (estimate)", load.pct(), load.board)
             });
             format!(
-                "{} nodes, {:.2} % rms off finite elements at {} places that the fit did not see, {:+.2} % at worst ({tolerance_pct} % rms and {:.1} % asked for){known}{load}",
-                record.nodes,
+                "{model}, {:.2} % rms off finite elements at {} places that the fit did not see, {:+.2} % at worst ({tolerance_pct} % rms and {:.1} % asked for){known}{load}",
                 judged.rms_pct,
                 judged.places,
                 judged.worst_pct,
@@ -112,6 +114,9 @@ impl FitArgs {
     fn fit_scene(&self) -> Result<Fitted, Error> {
         let machine = self.boards()?.first().copied();
         let scene = self.scene(machine)?;
+        if self.options.law {
+            return self.fit_law(&scene, machine);
+        }
         let whole = self.options.radius_m.is_none() && self.options.element_m.is_none();
         match (machine, scene.tissue.block_m) {
             (Some(machine), _) if self.options.smallest => self.fit_smallest(&scene, machine),
@@ -205,6 +210,7 @@ mod tests {
             radius_m: None,
             element_m: None,
             smallest: false,
+            law: false,
             places: None,
             points: None,
             tolerance_pct: 2.0,

@@ -11,6 +11,7 @@ pub mod fit;
 pub mod pack;
 pub mod paper;
 pub mod stability;
+pub mod suite;
 
 use clap::ValueEnum;
 

@@ -45,6 +45,11 @@ impl PressArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let scene = self.common.load()?;
         let session = told("meshing the tissue", || Session::prepare(&scene)?.for_motion(&MACHINES[0], &scene))?;
+        if self.contact && session.patch.model().law.is_some() {
+            let why =
+                "--contact: a law has no surface that is pressed: leave it out, or fit a patch with `palpate fit` without --law";
+            return Err(palpate_tissue::Error::Usage(why.into()).into());
+        }
         let ramps = Ramp::of_scene(&scene).map_err(palpate_tissue::Error::from)?;
         // the folder is opened once the scene has been checked, so that bad input leaves no files
         let folder = self.common.open("press", &scene)?;

@@ -14,8 +14,8 @@ mod stiffness;
 use std::collections::BTreeMap;
 
 use palpate::{
-    Bristle, Faded, FoundationPoint, Model, Node, NodeRest, NodeStep, Params, PatchFile, RimEdge, RimNode, Spring, State, Tet,
-    TetShapes, Triangle, Tuned, Vector3,
+    Bristle, Faded, FoundationPoint, LAW_FIELDS, Law, LawShape, Model, Node, NodeRest, NodeStep, Params, PatchFile, RimEdge,
+    RimNode, Spring, State, Tet, TetShapes, Triangle, Tuned, Vector3,
 };
 
 use crate::mesh::TetMesh;
@@ -83,6 +83,15 @@ impl Default for Material {
     }
 }
 
+/// A law that owns its table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OwnLaw {
+    /// Constants.
+    pub shape: LawShape,
+    /// Control values of the splines, shape \[side, side\].
+    pub table: Vec<[f32; LAW_FIELDS]>,
+}
+
 /// A patch that owns its arrays.
 #[derive(Clone, Debug)]
 pub struct Patch {
@@ -108,6 +117,7 @@ pub struct Patch {
     foundation: Vec<FoundationPoint>,
     rim_nodes: Vec<RimNode>,
     rim_edges: Vec<RimEdge>,
+    law: Option<OwnLaw>,
 }
 
 impl Patch {
@@ -149,6 +159,22 @@ impl Patch {
             foundation: law.points,
             rim_nodes: Vec::new(),
             rim_edges: Vec::new(),
+            law: None,
+        }
+    }
+
+    /// A law and the rest shape of a tissue, without anything that deforms. The mesh may be as coarse
+    /// as its surface allows: it only says where the tissue is.
+    #[must_use]
+    pub fn of_law(rest: &Tissue, poisson_ratio: f64, law: OwnLaw) -> Self {
+        let material = Material { poisson_ratio, ..Material::default() };
+        Self {
+            spring_rows: Vec::new(),
+            springs: Vec::new(),
+            scheduled: Vec::new(),
+            foundation: Vec::new(),
+            law: Some(law),
+            ..Self::build(rest, &material, None)
         }
     }
 
@@ -183,6 +209,7 @@ impl Patch {
             foundation: model.foundation.to_vec(),
             rim_nodes: model.rim_nodes.to_vec(),
             rim_edges: model.rim_edges.to_vec(),
+            law: model.law.map(|law| OwnLaw { shape: *law.shape, table: law.table.to_vec() }),
         }
     }
 
@@ -215,6 +242,7 @@ impl Patch {
             foundation: &self.foundation,
             rim_nodes: &self.rim_nodes,
             rim_edges: &self.rim_edges,
+            law: self.law.as_ref().map(|law| Law { shape: &law.shape, table: &law.table }),
         }
     }
 

@@ -255,6 +255,7 @@ fn fitted(scene: &Scene, packed: &Params) -> Params {
         stiffening: own.terms.stiffening,
         relaxation: own.terms.relaxation,
         friction: own.terms.friction,
+        law: own.terms.law,
     };
     Params {
         compensation: packed.compensation,

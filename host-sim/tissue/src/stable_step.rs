@@ -58,6 +58,8 @@ const FAST_TICKS: [usize; 2] = [20, 15];
 const LONGER: f32 = 1.15;
 /// Number of power iterations for each sample.
 const ITERATIONS: usize = 30;
+/// Longest tick that a law is given [s], the longest that the core accepts.
+const LAW_S: f64 = 1e-2;
 /// Share of the longest stable substep that is used (1).
 pub const MARGIN: f64 = 0.9;
 
@@ -111,6 +113,10 @@ impl StableStep {
     /// # Errors
     /// Fails if [`Params::build`] rejects the model or the parameters.
     pub fn measure(model: &Model, params: &Params, site_m: Vector3<f32>) -> Result<Option<Self>, BuildError> {
+        if model.law.is_some() && params.terms.law {
+            // a law has no step that could be unstable
+            return Ok(Some(Self { rest_s: LAW_S, pressed_s: LAW_S }));
+        }
         let careful =
             Params { substeps: CAREFUL_SUBSTEPS.max(params.substeps), limits: unbounded_but_sink(params), ..elastic(params) };
         let mut memory = Memory::for_model(model);

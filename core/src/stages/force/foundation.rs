@@ -65,11 +65,14 @@ pub struct Load {
     pub strongest: (f32, u16),
     /// The surface has closed over a tip without a handle.
     pub covered: bool,
+    /// The tip is beyond the places of a law.
+    pub limited: bool,
 }
 
 impl Load {
     /// The load of a surface that the probe does not touch.
-    pub const NONE: Self = Self { force: ZERO, push: 0.0, point: ZERO, rest: ZERO, strongest: (0.0, 0), covered: false };
+    pub const NONE: Self =
+        Self { force: ZERO, push: 0.0, point: ZERO, rest: ZERO, strongest: (0.0, 0), covered: false, limited: false };
 
     /// Sums the loads of a tick's substeps.
     #[inline(always)]
@@ -79,6 +82,7 @@ impl Load {
         self.point += other.point;
         self.rest += other.rest;
         self.covered |= other.covered;
+        self.limited |= other.limited;
         if other.strongest.0 > self.strongest.0 {
             self.strongest = other.strongest;
         }

@@ -161,6 +161,7 @@ mod tests {
             foundation: &[],
             rim_nodes: &[],
             rim_edges: &[],
+            law: None,
         };
         let params = Params { limits: GuardLimits::HIGHEST, ..Params::default() };
         let tuned = params.derive(&mut [], [0.0; 4]);

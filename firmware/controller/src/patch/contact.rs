@@ -57,7 +57,8 @@ impl Patch<'_> {
         let contact = match self.contact {
             Some(contact) => contact,
             None => {
-                let element_m = press::element_m(&self.model, self.site_m);
+                // a law has no elements that a narrow tip could slip between
+                let element_m = if self.model.law.is_some() { 0.0 } else { press::element_m(&self.model, self.site_m) };
                 after_round();
                 let tangent_m = self.tangent_m(own, after_round).map_err(|_| Refusal::PatchStep)?;
                 *self.contact.insert(Contact { tangent_m, element_m })

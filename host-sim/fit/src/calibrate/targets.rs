@@ -103,6 +103,11 @@ pub trait Reference: Sync {
     fn place_m(&self, offset_m: [f64; 2]) -> Option<Vector> {
         Some(Vector::new(offset_m[0], offset_m[1], 0.0))
     }
+    /// Height above the site, along the press, at which the tip touches first when it comes down at
+    /// an offset from the site [m].
+    fn touch_m(&self, _offset_m: [f64; 2]) -> Option<f64> {
+        Some(0.0)
+    }
     /// Answers for discs glued to the surface; there may be none.
     fn glued(&self) -> &[GluedAnswer] {
         &[]

@@ -199,6 +199,7 @@ impl Ladder<'_> {
                 stiffening: a.stiffening && b.stiffening,
                 relaxation: a.relaxation && b.relaxation,
                 friction: a.friction && b.friction,
+                law: a.law && b.law,
             };
             let terms = both(best.terms, without);
             let Some(screened) = self.run(step, edge, terms, Effort::Screened) else { continue };

@@ -82,7 +82,10 @@ impl Accuracy {
 }
 
 /// Mean force along the probe's axis once it has settled [N].
-fn hold(block: &Block, running: &mut dyn RunningMethod, depth_m: f64) -> Result<f64, Fault> {
+///
+/// # Errors
+/// The method diverged.
+pub fn hold(block: &Block, running: &mut dyn RunningMethod, depth_m: f64) -> Result<f64, Fault> {
     let (mut last_n, mut still) = (f64::NAN, 0);
     for _ in 0..MOST_MEANS {
         let mut sum_n = 0.0;
@@ -108,6 +111,9 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
 /// by point on a square grid of rest positions: each part of the surface is weighted by its area,
 /// whatever the mesh.
 fn surface_error_mm(block: &Block, running: &dyn RunningMethod, reference: &Reference, depth_m: f64) -> Option<f64> {
+    if !running.has_surface() {
+        return None;
+    }
     let mesh = &block.tissue.mesh;
     let moved = positions(running, mesh.nodes_m.len());
     let rest: Vec<Vector3<f64>> = mesh.nodes_m.iter().map(|x| Vector3::from(*x)).collect();

@@ -12,6 +12,9 @@ use palpate_tissue::patch::{Material, Patch};
 /// Cycles per floating-point operation including its loads and stores, from our own tet kernel (291
 /// cycles for about 100 operations).
 pub const CYCLES_PER_FLOP: f64 = 2.9;
+/// Cycles of a whole tick of the image with a law, the haptic cycle and the board's own part
+/// included: 38 us at 168 MHz, as `palpate emulate` estimates it.
+const LAW_CYCLES: f64 = 6400.0;
 /// Operations to convert a node's position and force between the core and a method.
 const KICK_FLOPS: f64 = 12.0;
 
@@ -43,6 +46,7 @@ pub fn m4f_cycles(method: Method, block: &Block, substeps: u16, solver_flops: f6
         Method::SpringsVolumeTet | Method::SpringsVolumeNodal | Method::Palpate | Method::Calibrated => {
             machine.cost(&model, touched, substeps).units
         }
+        Method::Law => LAW_CYCLES,
         Method::Corotational => on_core(tets * Corotational::FLOPS_PER_TET),
         Method::NeoHookean => on_core(tets * NeoHookean::FLOPS_PER_TET),
         Method::NeoHookeanNodal => on_core(tets * (NeoHookean::FLOPS_PER_TET + NeoHookean::FLOPS_NODAL)),

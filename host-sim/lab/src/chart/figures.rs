@@ -33,7 +33,7 @@ pub(super) struct Point {
 pub(super) fn points<'a>(runs: impl Iterator<Item = &'a Run>, of: impl Fn(&Measured) -> Option<(f64, f64)>) -> Vec<Point> {
     let point = |run: &Run| {
         let at = of(run.outcome.as_ref().ok()?)?;
-        Some(Point { nodes: run.task.nodes, split: run.task.refinement, at, survived: run.survived().is_some() })
+        Some(Point { nodes: run.size.nodes, split: run.task.refinement, at, survived: run.survived().is_some() })
     };
     runs.filter_map(point).collect()
 }
@@ -47,7 +47,8 @@ pub(super) fn scatter(x: &str, y: &str, budget: Option<(f64, &str)>, methods: &[
     for (name, points) in methods {
         let dot = |p: &Point| {
             let split = if p.split > 1 { format!(" x{}", p.split) } else { String::new() };
-            let label = if front.contains(&p.at) { format!("{name} {}{split}", p.nodes) } else { String::new() };
+            let nodes = if p.nodes > 0 { format!(" {}", p.nodes) } else { String::new() };
+            let label = if front.contains(&p.at) { format!("{name}{nodes}{split}") } else { String::new() };
             Dot { radius_px: radius_px(p.nodes), hollow: !p.survived, label, ..Dot::from(p.at) }
         };
         let mut splits: Vec<u16> = points.iter().map(|p| p.split).collect();

@@ -135,7 +135,7 @@ pub fn fronts(runs: &[Run]) -> Vec<FrontRow> {
                 let points: Vec<(f64, f64)> = rows.iter().map(|row| row.2).collect();
                 fronts.extend(front(&points).into_iter().map(|n| {
                     let (run, substeps, (cost_value, error_value)) = rows[n];
-                    let (method, nodes) = (run.task.method.name(), run.task.nodes);
+                    let (method, nodes) = (run.task.method.name(), run.size.nodes);
                     FrontRow { youngs_modulus_pa, cost, error, method, nodes, substeps, cost_value, error_value }
                 }));
             }
@@ -155,7 +155,7 @@ pub fn moving_fronts(runs: &[Run]) -> Vec<MovingFrontRow> {
         let points: Vec<[f64; 3]> = rows.iter().map(|row| row.2).collect();
         fronts.extend(front_of_three(&points).into_iter().map(|n| {
             let (run, substeps, [tick_us, held_rms_pct, moving_rms_pct]) = rows[n];
-            let (method, nodes) = (run.task.method.name(), run.task.nodes);
+            let (method, nodes) = (run.task.method.name(), run.size.nodes);
             MovingFrontRow { youngs_modulus_pa, method, nodes, substeps, tick_us, held_rms_pct, moving_rms_pct }
         }));
     }

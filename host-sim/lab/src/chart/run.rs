@@ -11,7 +11,7 @@ use super::scope::Task;
 use super::survive::{Failure, PressResult, Survival, least_substeps, try_press};
 use super::timing::{TickTime, tick_time};
 use crate::error::Error;
-use crate::methods::{Block, Size};
+use crate::methods::{Block, Method, Size};
 
 /// Row of the chart: its task, the counts of its mesh and its outcome.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -85,7 +85,10 @@ pub fn measure(tasks: &[Task], block: &Block, reference: &Reference, moving: boo
             Some(Err(failure)) => Some(Err(format!("{failure} with up to {} substeps", super::MOST_SUBSTEPS))),
             Some(Ok(survival)) => of_task(task, &block, reference, survival, moving)?,
         };
-        runs.extend(outcome.map(|outcome| Run { task, size: block.size(), outcome }));
+        // a law has none of the mesh's items
+        let none = Size { nodes: 0, edges: 0, tets: 0 };
+        let size = if task.method == Method::Law { none } else { block.size() };
+        runs.extend(outcome.map(|outcome| Run { task, size, outcome }));
     }
     Ok(runs)
 }

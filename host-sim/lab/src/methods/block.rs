@@ -27,6 +27,8 @@ pub struct Block {
     /// Contact dashpot that replaces that of the calibrated patch [substeps]; see
     /// [`Params::contact_damping`].
     pub contact_damping: Option<f32>,
+    /// Balls of another stiffness inside.
+    pub inclusions: Vec<Inclusion>,
 }
 
 /// Numbers of nodes, edges and tets, on which costs depend.
@@ -68,7 +70,7 @@ impl Block {
         let mut params = Params { youngs_modulus_pa: youngs_modulus_pa as f32, ..Params::default() };
         params.probe.shape = ProbeShape::Hemisphere;
         params.probe.radius_m = RADIUS_M as f32;
-        Self { tissue, params, refinement: 1, contact_damping: None }
+        Self { tissue, params, refinement: 1, contact_damping: None, inclusions: Vec::new() }
     }
 
     /// Returns the block with a stiffer or softer ball inside.
@@ -76,6 +78,7 @@ impl Block {
     pub fn with_inclusion(mut self, ball: Inclusion) -> Self {
         let mesh = &self.tissue.mesh;
         self.tissue.stiffness_ratio = mesh.tets.iter().map(|tet| ratio_of(mesh, tet, &[ball])).collect();
+        self.inclusions.push(ball);
         self
     }
 

@@ -117,7 +117,8 @@ impl Report<'_> {
         let inside = self.scene.tissue.block_m.is_none() && !self.scene.tissue.inclusion.is_empty();
         let without = if inside { ", without its [[tissue.inclusion]], which is in the patch" } else { "" };
         println!("press it with patch = \"{}\" under [solver] of the scene{without}", file.display());
-        Ok((Written { name, record, load }, self.trials.to_vec()))
+        let model = format!("{} nodes", record.nodes);
+        Ok((Written { name, record, model, load }, self.trials.to_vec()))
     }
 
     fn record(&self, patch: &[u8]) -> Result<FitRecord, Error> {

@@ -165,7 +165,7 @@ impl FitScenes {
         Ok(match args.fit_scene() {
             Ok(Fitted { patch, trials, missed }) => {
                 let ended = if missed.is_some() { Ended::Missed } else { Ended::Kept };
-                let fit = patch.map(|Written { name, record, load }| Fit {
+                let fit = patch.map(|Written { name, record, load, .. }| Fit {
                     patch: format!("{below}/{name}"),
                     patch_crc32: record.patch_crc32,
                     nodes: record.nodes,

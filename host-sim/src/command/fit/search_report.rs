@@ -59,7 +59,8 @@ pub(super) fn write(
         let (board, unit) = (machine.name.to_owned(), machine.unit.to_owned());
         let load = Load { board, substeps: chosen.substeps, units: chosen.units, budget: machine.budget(), unit };
         terms = worth::of(machine, &chosen.counts, &session.params);
-        written = Some(Written { name, record, load: Some(load) });
+        let model = format!("{} nodes", record.nodes);
+        written = Some(Written { name, record, model, load: Some(load) });
     }
     folder.write_summary(&Summary {
         scene: &scene.name,

@@ -2,8 +2,9 @@
 
 use std::cell::Cell;
 
+use palpate_fit::far_field::prepared::{Prepared, Recipe};
 use palpate_fit::plan::{Bench, Supply, presses, search};
-use palpate_fit::scene_fit::Level;
+use palpate_fit::scene_fit::{Level, PIECE_RADII, PiecePresses};
 use palpate_fit::solved::Solved;
 use palpate_tissue::budget::CostModel;
 use palpate_tissue::scene::Scene;
@@ -11,6 +12,7 @@ use palpate_tissue::session::Session;
 
 use super::super::progress::Progress;
 use super::board::accepted;
+use super::law::{ELEMENT_RADII, LawFit};
 use super::{Fitted, search_report};
 use crate::command::options::fit::FitArgs;
 use crate::error::Error;
@@ -29,6 +31,16 @@ impl FitArgs {
         let mut folder = self.common.open("fit", scene)?;
         // removes the patch of an earlier search, which could be mistaken for that of this one
         folder.drop_earlier(&format!("{}-{}.patch", scene.name, machine.name));
+        status.say("fitting a law");
+        match law(scene, machine, &presses, tolerance_pct) {
+            Ok((fitted, reason)) => {
+                status.finish();
+                let written = fitted.write(folder, scene, &self.options, format!("{}-{}.patch", scene.name, machine.name))?;
+                println!("{reason}");
+                return Ok(Fitted { patch: Some(written), trials: Vec::new(), missed: None });
+            }
+            Err(reason) => status.say(reason),
+        }
         let (steps, of) = (Cell::new(0), if quick { QUICK_STEPS } else { "" });
         let progress = |what: &str| {
             steps.set(steps.get() + 1);
@@ -43,4 +55,19 @@ impl FitArgs {
         let missed = outcome.check(machine, tolerance_pct).err().map(|missed| missed.to_string());
         Ok(Fitted { patch, trials: Vec::new(), missed })
     }
+}
+
+/// The law of the scene's site, with the reason why it is enough; otherwise the reason why it is
+/// not.
+fn law(scene: &Scene, machine: &CostModel, presses: &PiecePresses, tolerance_pct: f64) -> Result<(LawFit, String), String> {
+    scene.refuse_what_a_law_lacks("a law has no nodes").map_err(|why| why.to_string())?;
+    let radius_m = scene.probe.radius_m;
+    let recipe = Recipe::new(PIECE_RADII * radius_m, ELEMENT_RADII * radius_m, radius_m);
+    let prepared = Prepared::of(scene, &recipe).map_err(|why| why.to_string())?;
+    let presses = presses.on(&prepared.placed);
+    let mut fitted = LawFit::of_piece(scene, machine, &prepared, &presses).map_err(|why| why.to_string())?;
+    let reason = fitted.reason(scene, tolerance_pct)?;
+    // a board that refuses the law gets a patch
+    fitted.session = accepted(&fitted.session, scene, machine).ok_or_else(|| format!("{} refuses a law", machine.name))?;
+    Ok((fitted, reason))
 }

@@ -57,6 +57,11 @@ pub struct FitOptions {
     /// size, foundation points, substeps and terms.
     #[arg(long, requires = "board", conflicts_with_all = ["nodes", "radius_m", "element_m", "places", "points"])]
     pub smallest: bool,
+    /// Fit a law instead: the force over place, depth and speed, without nodes. It needs about 60
+    /// operations a tick, and answers one tip on one site; friction, a nodule that moves, a contact
+    /// map and a second tip need a patch.
+    #[arg(long, conflicts_with_all = ["nodes", "radius_m", "element_m", "smallest", "places", "points"])]
+    pub law: bool,
     /// Places of the probe to fit, besides the centre [default: 33 000 divided by the nodes, within
     /// 80 to 250].
     #[arg(long, value_name = "COUNT")]

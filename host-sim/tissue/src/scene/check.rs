@@ -128,6 +128,21 @@ impl Scene {
         self.bad(&key, &why)
     }
 
+    /// Refuses what only nodes can answer, where a law answers; `why` names the law.
+    ///
+    /// # Errors
+    /// The probe has friction, or the tissue stiffens, has weight or holds a nodule.
+    pub fn refuse_what_a_law_lacks(&self, why: &str) -> Result<(), SceneError> {
+        let (key, what) = match () {
+            () if self.probe.friction > 0.0 => ("probe.friction", "friction, which slides over nodes"),
+            () if self.tissue.most_stiffening_b() > 0.0 => ("tissue.stiffening_b", "stiffening, which is that of nodes"),
+            () if self.tissue.gravity_m_per_s2 != [0.0; 3] => ("tissue.gravity_m_per_s2", "weight, which nodes carry"),
+            () if !self.tissue.inclusion.is_empty() => ("tissue.inclusion", "a nodule of its own, which nodes feel"),
+            () => return Ok(()),
+        };
+        self.bad(key, &format!("asks for {what}, but {why}: leave it out, or fit a patch with `palpate fit` without --law"))
+    }
+
     /// Checks the direction of a capsule or an ellipsoid. Returns an axis of the press for the
     /// core's checks: that of a block, or, where the surface decides, one that the long side is not
     /// along.

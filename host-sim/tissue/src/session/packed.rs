@@ -100,8 +100,11 @@ fn agree(scene: &Scene, path: &Path, file: &PatchFile, disc_m: f64) -> Result<()
             return scene.bad(&format!("tissue.block_m[{axis}]"), &why);
         }
     }
-    if !whole {
+    if !whole || file.model.law.is_some() {
         agree_with_its_fit(scene, &path.to_string(), file)?;
+    }
+    if file.model.law.is_some() && file.model.springs.is_empty() {
+        scene.refuse_what_a_law_lacks(&format!("{path} holds a law"))?;
     }
     let Some([x, y]) = scene.probe.position_m else { return Ok(()) };
     let [own_x, own_y] = [file.site_m.x, file.site_m.y].map(f64::from);

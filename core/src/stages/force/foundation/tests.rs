@@ -386,6 +386,7 @@ fn loads_of_substeps_are_added_and_the_strongest_push_is_kept() {
         rest: Vector3::new(8.0, 9.0, 10.0) * times,
         strongest,
         covered: false,
+        limited: false,
     };
     for (other, kept) in [((2.0, 8), (2.0, 8)), ((0.5, 8), (1.0, 7)), ((1.0, 8), (1.0, 7))] {
         let mut sum = load(1.0, (1.0, 7));

@@ -43,9 +43,10 @@ pub struct Row {
 }
 
 /// All rows: the product first, then its parts, then the other methods in the order of the chart.
-pub const ROWS: [Row; 15] = [
+pub const ROWS: [Row; 16] = [
     row(Method::Palpate, Build::Derived),
     row(Method::Calibrated, Build::Derived),
+    row(Method::Law, Build::Derived),
     row(Method::Palpate, Build::Unguarded),
     row(Method::SpringsVolumeNodal, Build::Derived),
     row(Method::SpringsVolumeTet, Build::Derived),
@@ -130,7 +131,7 @@ impl BuiltMethod {
             return Ok(Some(Self { row, block, substeps, guarded: None }));
         }
         block.tissue.depth_limit_m = DEPTH_MARGIN * DEEPEST_M;
-        let Some((patch, params)) = product(&block, row.method, inclusion) else { return Ok(None) };
+        let Some((patch, params)) = product(&block, row.method) else { return Ok(None) };
         let params = Params { substeps: 1, limits: limits(&patch, f64::from(params.tick_s)), ..params };
         let params = if tissue == CaseTissue::Stiffening {
             // as in the command `press`, exponents that exceed the bound at the depth limit are
@@ -192,10 +193,9 @@ impl BuiltMethod {
 }
 
 /// Patch and parameters of the product on a block; `None` if no calibrated patch exists.
-fn product(block: &Block, method: Method, inclusion: bool) -> Option<(Patch, Params)> {
+fn product(block: &Block, method: Method) -> Option<(Patch, Params)> {
     if method == Method::Calibrated {
-        let (patch, params) = calibrated(block)?;
-        return Some((if inclusion { patch.with_inclusions(&[INCLUSION]) } else { patch }, params));
+        return calibrated(block);
     }
     Some((Patch::build(&block.tissue, &Material::default(), None), block.params))
 }
