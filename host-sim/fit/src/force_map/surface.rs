@@ -223,13 +223,13 @@ impl Reference for SurfaceForces {
     }
 
     fn touch_m(&self, offset_m: [f64; 2]) -> Option<f64> {
-        let tip_m = self.place_m(offset_m)?.dot(&self.axis);
+        let tip_m = self.place_m(offset_m)?.dot(&self.surface.axis);
         let plane = self.across[0] * offset_m[0] + self.across[1] * offset_m[1];
         let radius_m = self.length_m;
         // a round tip touches a slope beside its lowest point
         let lift_m = |(r_m, _, off_m): (f64, f64, Vector)| {
             let above_m = radius_m - (radius_m * radius_m - r_m * r_m).max(0.0).sqrt();
-            self.height_m(plane + off_m).map_or(f64::NEG_INFINITY, |height_m| height_m - above_m)
+            self.surface.height_m(plane + off_m).map_or(f64::NEG_INFINITY, |height_m| height_m - above_m)
         };
         let round = !matches!(self.tip.shape, Shape::Flat);
         Some(self.points(radius_m).filter(|_| round).map(lift_m).fold(tip_m, f64::max))
