@@ -365,8 +365,8 @@ mod tests {
 
     const AT: [f32; FIELDS] = [0.0, 0.153, 3.3, -764.0, 35_800.0];
 
-    /// Energy stored over E [m^3]: of the masses, and of the held force with its Maxwell branches on
-    /// the tissue's own surface.
+    /// Energy stored over E [m^3]: of the masses, and of the held force with its Maxwell branches
+    /// on the tissue's own surface.
     fn stored(law: &Law, tuned: &Tuned, memory: &LawMemory, d: f32) -> f32 {
         let prony = &tuned.prony;
         let q = if d > 0.0 { sqrt(2.0 * energy(&AT, d)) } else { 0.0 };

@@ -8,8 +8,9 @@
 //! Optional data follow the arrays, each announced by a bit in `terms`: the shares and times of
 //! tissue that relaxes, the coefficient of a probe with friction, the exponent of tissue that
 //! stiffens, and the steepness of its nodes if regions differ. For a capsule or an ellipsoid, as
-//! given by `probe_shape`, a direction and lengths come next, and a law with its table comes last. Files without these data keep the
-//! layout of before, and a reader that does not know a term or a shape refuses the file.
+//! given by `probe_shape`, a direction and lengths come next, and a law with its table comes last.
+//! Files without these data keep the layout of before, and a reader that does not know a term or a
+//! shape refuses the file.
 
 use bytemuck::{Pod, Zeroable};
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -60,8 +61,8 @@ struct Header {
     max_force_n: f32,
     /// Bit 0: volume, 1: compensation, 2: rim, 3: relative mass, 7: smooth mass. The other bits
     /// announce data after the arrays, in this order: bit 4: relaxation (shares and times), 5:
-    /// friction, 6: stiffening, 8: steepness of every node; after the tip bit 9: a law. Bits without
-    /// a meaning are zero.
+    /// friction, 6: stiffening, 8: steepness of every node; after the tip bit 9: a law. Bits
+    /// without a meaning are zero.
     terms: u32,
     /// Number of probe positions at which the constants were fitted; 0 if they come from formulas
     /// alone.

@@ -161,8 +161,8 @@ enum StudyCommand {
     /// and pictures as SVG and PNG. For a method that does not survive the press, the row says how
     /// it fails.
     Chart(ChartArgs),
-    /// Run every method on twelve scenes that differ from the plain block in one thing each, and say
-    /// which is the cheapest that each scene needs: the law without nodes, a patch, or another.
+    /// Run every method on twelve scenes that differ from the plain block in one thing each, and
+    /// say which is the cheapest that each scene needs: the law without nodes, a patch, or another.
     ///
     /// Writes suite.csv (one row per scene), rows.csv (one per scene, method and mesh) and
     /// summary.json.

@@ -48,11 +48,11 @@ impl Flashed {
 pub struct Period {
     /// Counts of the three encoders.
     pub counts: [i32; 3],
-    /// What the host sends.
+    /// Messages that the host sends.
     pub says: Option<ToBoard<'static>>,
 }
 
-/// What happens to the board besides its periods.
+/// Events at the board besides its periods.
 pub struct Scenario<'a> {
     /// Name of the files that the run leaves, unique per test.
     pub name: &'a str,
@@ -117,7 +117,7 @@ impl Row {
     }
 }
 
-/// What the model has written about a run.
+/// Report of the model about a run.
 pub struct Journal {
     /// The image that was run.
     pub image: PathBuf,

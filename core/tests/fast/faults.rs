@@ -4,7 +4,7 @@
 use palpate::haptic::cycle::{Ask, Command};
 use palpate::haptic::device::SensorStatus;
 use palpate::haptic::mode::Mode;
-use palpate::{ClampFlags, Fault, Output, Vector3};
+use palpate::{Fault, Output, Vector3};
 
 use crate::bench::{Bench, CLEAR_M, pushing, stylus};
 

@@ -11,7 +11,7 @@ const MAGIC: u32 = 0xC4A5_0001;
 /// Longest part of a source file's name that is kept, its end [bytes].
 const FILE_BYTES: usize = 32;
 
-/// What ended the program. All values are words, so that any content of memory is valid.
+/// Cause of the end of a program. All values are words, so that any content of memory is valid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, Serialize, Deserialize)]
 #[repr(C)]
 pub struct Crash {

@@ -180,14 +180,15 @@ impl<B: Board> HapticLoop<B> {
         self.most_counts = period_counts / 100 * MOST_PERCENT;
     }
 
-    /// Longest tick to be expected under force [counts], by the board's own clock and memories: that
-    /// of the patch in a tap, and that of the loop around it.
+    /// Longest tick to be expected under force [counts], by the board's own clock and memories:
+    /// that of the patch in a tap, and that of the loop around it.
     #[must_use]
     pub fn longest_counts(&self) -> u32 {
         self.tap_counts.saturating_add(self.idle_counts)
     }
 
-    /// Whether this is a request to arm that would lead to late ticks. In lock-step no tick is late.
+    /// Whether this is a request to arm that would lead to late ticks. In lock-step no tick is
+    /// late.
     fn is_too_long(&self, asked: Option<Ask>, period: Option<u32>) -> bool {
         asked == Some(Ask::Arm) && period.is_some() && self.longest_counts() > self.most_counts
     }

@@ -262,8 +262,8 @@ impl PatchSlot<'_> {
         self.0.as_ref().map_or((0, 0), |patch| (patch.model().nodes.len(), patch.state_hash()))
     }
 
-    /// Checksum of the patch file, Young's modulus [Pa], and predicted cycles of the costliest tick;
-    /// zeros while there is no patch.
+    /// Checksum of the patch file, Young's modulus [Pa], and predicted cycles of the costliest
+    /// tick; zeros while there is no patch.
     #[must_use]
     pub fn identity(&self) -> (u32, f32, f32) {
         let of = |patch: &Patch<'_>| (patch.checksum, patch.params.youngs_modulus_pa, patch.predicted_cycles);

@@ -129,8 +129,8 @@ pub fn about() -> About {
     About { name: NAME, built_day: BUILT_DAY, clock_hz: clock_hz(), image: log::image() }
 }
 
-/// Releases the force, then keeps and prints the reason and leaves the rest to the board: the watchdog's
-/// reset, or the end of an emulated run.
+/// Releases the force, then keeps and prints the reason and leaves the rest to the board: the
+/// watchdog's reset, or the end of an emulated run.
 pub fn stop(crash: &Crash, reason: fmt::Arguments<'_>) -> ! {
     // no interrupt may restore a force after this
     cortex_m::interrupt::disable();

@@ -53,8 +53,8 @@ pub fn scaled_branches(radius_m: f64) -> [Branch; MOST_BRANCHES] {
     scaled
 }
 
-/// The rest shape of a block: tets from the site to the halves of the other five faces. Only the top
-/// can be touched.
+/// The rest shape of a block: tets from the site to the halves of the other five faces. Only the
+/// top can be touched.
 #[must_use]
 pub fn block_shape(size_m: [f64; 3], site_m: [f64; 3], depth_limit_m: f64) -> Tissue {
     let corner = |n: usize| {
@@ -158,7 +158,8 @@ mod tests {
         let (patch, params) = fit(&scene, &rest, [0.0, 0.0, 1.0], &presses).unwrap();
         let all = BlockForces::of(&Answer::block()).unwrap();
         let session = Session::of_fitted(&MACHINES[0], patch, params).unwrap();
-        let judging = Judging { known: &all, fitted_m: &depths_m, unseen: &unseen, disc_radii: 1.5, places: PLACES };
+        let judging =
+            Judging { known: &all, fitted_m: &depths_m, unseen: &unseen, disc_radii: 1.5, places: PLACES, reference_error: 0.0 };
         let verdict = judging.judge(&session).unwrap();
         assert!(verdict.rms_pct() < 1.0 && verdict.worst_pct().abs() < 2.0 && verdict.lost_presses == 0, "{verdict:?}");
         let errors = motions::errors(&scene, &session.patch, &session.params).unwrap();

@@ -1,9 +1,10 @@
-//! Scenes that differ from the plain block in one thing each, and every method on each of them: what
-//! a scene needs at least.
+//! Scenes that differ from the plain block in one thing each, and every method on each of them:
+//! what a scene needs at least.
 //!
-//! The references are stored: finite elements of held presses and of motions, Coulomb's law, and the
-//! relaxation of beef. A method keeps the parameters that it has on the chart, and the product's law
-//! those of the plain block, so that the suite shows where a law of one site and one tip ends.
+//! The references are stored: finite elements of held presses and of motions, Coulomb's law, and
+//! the relaxation of beef. A method keeps the parameters that it has on the chart, and the
+//! product's law those of the plain block, so that the suite shows where a law of one site and one
+//! tip ends.
 
 mod measure;
 mod scenes;

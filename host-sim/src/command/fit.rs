@@ -218,6 +218,7 @@ mod tests {
             device: Default::default(),
         };
         let verdict = |lost_presses| Verdict {
+            reference_pct: 0.0,
             depths: Vec::new(),
             unseen_rms_pct: 1.0,
             unseen_worst_pct: 2.0,

@@ -138,8 +138,8 @@ pub const MACHINES: [CostModel; 3] = [
 ];
 
 /// Chips with a Cortex-M4F's instructions at another clock, which `--board` accepts as well: the
-/// boards of `firmware/PORTING.md`. Each cycle of the M33's 150 MHz counts as 0.8: conflicts between
-/// code and data in the banks of its RAM, and reads of its serial flash, are in no cost.
+/// boards of `firmware/PORTING.md`. Each cycle of the M33's 150 MHz counts as 0.8: conflicts
+/// between code and data in the banks of its RAM, and reads of its serial flash, are in no cost.
 pub const CHIPS: [CostModel; 4] = [
     CostModel { name: "m7-400", per_ms: 400e3, relative_mass: true, ..M4F_168 },
     CostModel { name: "m4f-180", per_ms: 180e3, room: Some(SMALL_FLASH), ..M4F_168 },

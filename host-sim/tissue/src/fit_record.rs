@@ -250,7 +250,7 @@ impl FitRecord {
         )
     }
 
-    /// What a reader has to know of a fit that was made with `--quick`.
+    /// Remark on a fit that was made with `--quick`, for its reader.
     #[must_use]
     pub fn quickly(&self) -> &'static str {
         if self.quick { "; fitted with --quick, with fewer presses and rounds than without it" } else { "" }

@@ -163,8 +163,8 @@ impl Patch {
         }
     }
 
-    /// A law and the rest shape of a tissue, without anything that deforms. The mesh may be as coarse
-    /// as its surface allows: it only says where the tissue is.
+    /// A law and the rest shape of a tissue, without anything that deforms. The mesh may be as
+    /// coarse as its surface allows: it only says where the tissue is.
     #[must_use]
     pub fn of_law(rest: &Tissue, poisson_ratio: f64, law: OwnLaw) -> Self {
         let material = Material { poisson_ratio, ..Material::default() };

@@ -29,7 +29,8 @@ impl Bridge {
     }
 
     /// Whether a pulse in progress must end before the pins are set to `next`: the direction pin
-    /// acts at once, and the pulse would push in the wrong direction; at 0 % the pin is low at once.
+    /// acts at once, and the pulse would push in the wrong direction; at 0 % the pin is low at
+    /// once.
     #[must_use]
     pub fn passes_zero(self, next: Self) -> bool {
         self.steps > 0 && (next.steps == 0 || self.reverse != next.reverse)

@@ -53,8 +53,8 @@ impl Squares {
         Some((reduction, x))
     }
 
-    /// Non-negative values of some unknowns that minimise the sum, and the reduction that they bring:
-    /// the best of all sets in which the others are zero.
+    /// Non-negative values of some unknowns that minimise the sum, and the reduction that they
+    /// bring: the best of all sets in which the others are zero.
     pub(super) fn non_negative(&self, chosen: &[usize]) -> (f64, Vec<f64>) {
         let mut best = (0.0, vec![0.0; chosen.len()]);
         for set in 1..1_usize << chosen.len() {

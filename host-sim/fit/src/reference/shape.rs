@@ -133,7 +133,8 @@ pub fn tet_gradients(at: [f64; 4], slopes: &[Vector3<f64>; 4]) -> [Vector3<f64>;
 /// [m^3].
 #[must_use]
 pub fn tet_at(at: [f64; 4], nodes_m: &[Vector3<f64>; 10]) -> ([Vector3<f64>; 10], f64) {
-    // derivatives with respect to the last three volume coordinates; the first decreases accordingly
+    // derivatives with respect to the last three volume coordinates; the first decreases
+    // accordingly
     let unit = [Vector3::repeat(-1.0), Vector3::x(), Vector3::y(), Vector3::z()];
     let slopes = tet_gradients(at, &unit);
     let stretch: Matrix3<f64> = nodes_m.iter().zip(&slopes).map(|(x, slope)| x * slope.transpose()).sum();

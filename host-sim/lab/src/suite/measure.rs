@@ -64,7 +64,8 @@ pub(super) fn moving_pct(scene: &SuiteScene, method: Method, block: &Block, subs
     Ok(rms(&errors))
 }
 
-/// Error along a stored motion; of a ramp until 20 ms after its stop. `None` if the method diverges.
+/// Error along a stored motion; of a ramp until 20 ms after its stop. `None` if the method
+/// diverges.
 fn course_pct(truth: &Truth, block: &Block, running: &mut dyn RunningMethod) -> Result<Option<f64>, Error> {
     let table = truth.stored().map_err(TissueError::from)?;
     let place_m = match truth.site {

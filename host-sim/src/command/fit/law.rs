@@ -85,7 +85,8 @@ impl LawFit {
         Self::judged(scene, session, &judging, presses.answer.clone())
     }
 
-    /// Fits and judges the law of the preset block from its stored answer; `None` for another scene.
+    /// Fits and judges the law of the preset block from its stored answer; `None` for another
+    /// scene.
     fn of_stored(scene: &Scene, machine: &CostModel) -> Result<Option<Self>, TissueError> {
         let (Some((known, unseen, fitted_m)), Some(size_m)) = (stored(scene), scene.tissue.block_m) else { return Ok(None) };
         let all = Answer::block();

@@ -113,7 +113,7 @@ impl Standing {
         sentence + self.quickly()
     }
 
-    /// What has to be said of a fit that was made with `--quick`.
+    /// Remark on a fit that was made with `--quick`.
     fn quickly(&self) -> &'static str {
         match self {
             Self::Calibrated { record, .. } | Self::CalibratedForAnother { record, .. } => record.quickly(),

@@ -174,8 +174,8 @@ impl OrganSource {
         turned.expected((&self.counting(steps), self.is_distance()), self.bounds_m(), stance)
     }
 
-    /// Signed distance of a point near the surface [m], negative inside, and the outward unit normal
-    /// there. For an organ the distance is of first order.
+    /// Signed distance of a point near the surface [m], negative inside, and the outward unit
+    /// normal there. For an organ the distance is of first order.
     pub fn distance_m(&self, at_m: [f64; 3]) -> (f64, [f64; 3]) {
         match self {
             Self::File(surface, ..) | Self::Surface(surface, _) => {
