@@ -11,7 +11,6 @@ pub mod condense;
 pub mod cut;
 pub mod organ_reference;
 pub mod prepared;
-pub mod shape_surface;
 pub mod springs;
 pub mod whole;
 
