@@ -11,6 +11,7 @@
 pub mod contact;
 pub mod force;
 pub mod integrate;
+pub mod law;
 pub mod output;
 pub mod presence;
 pub mod probe;
