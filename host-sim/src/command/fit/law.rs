@@ -82,7 +82,8 @@ impl LawFit {
     /// Fits and judges the law of the preset block from its stored answer; `None` for another
     /// scene.
     fn of_stored(scene: &Scene, machine: &CostModel) -> Result<Option<Self>, TissueError> {
-        let (Some((known, unseen, fitted_m)), Some(size_m)) = (stored(scene), scene.tissue.block_m) else { return Ok(None) };
+        let (Some((known, mut unseen, fitted_m)), Some(size_m)) = (stored(scene), scene.tissue.block_m) else { return Ok(None) };
+        unseen.holds.iter_mut().for_each(|hold| hold.surface = None);
         let all = Answer::block();
         let (Some(known), Some(between)) = (BlockForces::of(&known), BlockForces::of(&all)) else { return Ok(None) };
         let deepest_m = known.deepest_m();
