@@ -119,9 +119,9 @@ fn agree(board: Flashed, periods: &[Period], journal: &Journal) -> (Vec<Record>,
     for (n, (row, record)) in rows.iter().zip(&records).enumerate() {
         assert_eq!((row.enable, row.main_output), (record.enabled, record.enabled), "period {n}");
         let bridges = record.codes.map(|code| Bridge::of(DacCode(code), journal.period_steps));
-        for axis in 0..3 {
+        for (axis, bridge) in bridges.iter().enumerate() {
             let there = (row.steps[axis], row.reverse[axis]);
-            assert_eq!(there, (bridges[axis].steps.into(), bridges[axis].reverse), "period {n}, axis {axis}");
+            assert_eq!(there, (bridge.steps.into(), bridge.reverse), "period {n}, axis {axis}");
         }
         let ended = last.iter().zip(bridges).filter(|(last, next)| last.passes_zero(*next)).count() as u64;
         // a timer of an STM32 carries three axes, so a restart would cut the pulses of the others
@@ -342,11 +342,11 @@ fn a_hard_fault_under_force_ends_with_the_pins_off_and_is_reported_after_the_res
         let rows = &journal.rows;
         let off = off_after(board, rows, at as usize);
         assert!(!rows[at as usize].enable && !rows[at as usize].main_output, "{board:?}: off before the watchdog acts");
-        let crashes = Journal::messages(&rows[at as usize + off..]).into_iter().filter_map(|message| match message {
+        let mut crashes = Journal::messages(&rows[at as usize + off..]).into_iter().filter_map(|message| match message {
             FromBoard::Crashed(crash) => Some(crash),
             _ => None,
         });
-        let crash = crashes.last().expect("a report of the crash");
+        let crash = crashes.next_back().expect("a report of the crash");
         println!("{board:?}: {crash}");
         let image = std::fs::read(&journal.image).unwrap();
         let image = FirmwareImage::parse(&image).unwrap();
@@ -381,9 +381,9 @@ fn a_board_whose_measured_tick_is_too_long_does_not_arm_and_tells_the_fault() {
 
 /// Fault in the newest record.
 fn last_fault(rows: &[Row]) -> Option<Fault> {
-    let records = Journal::messages(rows).into_iter().filter_map(|message| match message {
+    let mut records = Journal::messages(rows).into_iter().filter_map(|message| match message {
         FromBoard::Record(record) => Some(record),
         _ => None,
     });
-    records.last().and_then(|record| record.fault())
+    records.next_back().and_then(|record| record.fault())
 }
