@@ -77,7 +77,7 @@ pub fn write(
     vtu: bool,
 ) -> Result<(), Error> {
     trace_file::write(folder, press)?;
-    for (k, hold) in press.holds.iter().enumerate() {
+    for (k, hold) in press.holds.iter().enumerate().filter(|_| has_surface(session)) {
         write_surface(folder, session, k, hold)?;
         if vtu {
             crate::vtu::write(folder, session, k, hold)?;
@@ -122,6 +122,12 @@ pub fn write(
     folder.write_summary(&summary)?;
     draw(folder, scene, session, press)?;
     contact.map_or(Ok(()), |contact| contact_report::write(folder, scene, session, contact))
+}
+
+/// Whether the tissue has a surface that a press deforms: that of a law only tells where the tissue
+/// is.
+pub fn has_surface(session: &Session) -> bool {
+    session.patch.model().law.is_none()
 }
 
 fn limiter_names(limiters: ClampFlags) -> Vec<&'static str> {
@@ -170,6 +176,9 @@ fn draw(folder: &OutputFolder, scene: &Scene, session: &Session, press: &Press) 
     let times: Vec<f32> = press.ticks.iter().map(|t| t.tick_us).collect();
     let times = TickTimes { scene: &scene.name, node_count: session.report.nodes, machine: &press.timed_on, tick_us: &times };
     charts::tick_time(folder.draft(), "tick_time", &times)?;
+    if !has_surface(session) {
+        return Ok(());
+    }
     if let Some(deepest) = press.holds.iter().max_by(|a, b| a.depth_m.total_cmp(&b.depth_m)) {
         draw_surface(folder, scene, session, deepest)?;
     }

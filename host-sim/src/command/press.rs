@@ -45,10 +45,11 @@ impl PressArgs {
     pub(super) fn run(&self) -> Result<(), Error> {
         let scene = self.common.load()?;
         let session = told("meshing the tissue", || Session::prepare(&scene)?.for_motion(&MACHINES[0], &scene))?;
-        if self.contact && session.patch.model().law.is_some() {
-            let why =
-                "--contact: a law has no surface that is pressed: leave it out, or fit a patch with `palpate fit` without --law";
-            return Err(palpate_tissue::Error::Usage(why.into()).into());
+        let dented = press_report::has_surface(&session);
+        if let Some((_, option)) = [(self.contact, "--contact"), (self.vtu, "--vtu")].iter().find(|(asked, _)| *asked && !dented)
+        {
+            let why = "a law has no surface that is pressed: leave it out, or fit a patch with `palpate fit` without --law";
+            return Err(palpate_tissue::Error::Usage(format!("{option}: {why}")).into());
         }
         let ramps = Ramp::of_scene(&scene).map_err(palpate_tissue::Error::from)?;
         // the folder is opened once the scene has been checked, so that bad input leaves no files
@@ -71,8 +72,9 @@ impl PressArgs {
             println!("\ncontact   {}", contact_report::sentence(deepest.as_ref()));
         }
         let out = folder.publish()?;
+        let surface = if dented { " surface_*.csv," } else { "" };
         let map = if deepest.is_some() { " contact.csv," } else { "" };
-        println!("\nwrote {}: summary.json, trace.csv, surface_*.csv,{map} pictures as SVG and PNG", out.display());
+        println!("\nwrote {}: summary.json, trace.csv,{surface}{map} pictures as SVG and PNG", out.display());
         verdict.last()
     }
 }

@@ -82,8 +82,7 @@ impl LawFit {
     /// Fits and judges the law of the preset block from its stored answer; `None` for another
     /// scene.
     fn of_stored(scene: &Scene, machine: &CostModel) -> Result<Option<Self>, TissueError> {
-        let (Some((known, mut unseen, fitted_m)), Some(size_m)) = (stored(scene), scene.tissue.block_m) else { return Ok(None) };
-        unseen.holds.iter_mut().for_each(|hold| hold.surface = None);
+        let (Some((known, unseen, fitted_m)), Some(size_m)) = (stored(scene), scene.tissue.block_m) else { return Ok(None) };
         let all = Answer::block();
         let (Some(known), Some(between)) = (BlockForces::of(&known), BlockForces::of(&all)) else { return Ok(None) };
         let deepest_m = known.deepest_m();
@@ -102,7 +101,8 @@ impl LawFit {
         reference_error: f64,
         answer: Answer,
     ) -> Result<Self, TissueError> {
-        let verdict = judging.judge(&session)?;
+        let mut verdict = judging.judge(&session)?;
+        verdict.surfaces.clear(); // a law has none
         let motions = motions::errors(scene, &session.patch, &session.params)?;
         let fitted_m = judging.fitted_m.to_vec();
         Ok(Self { session, verdict, motions, reference_error, fitted_m, answer })
