@@ -10,11 +10,11 @@
 //! 2010) bounds the change of the force in a sample in a similar way, from the hand's damping.
 //!
 //! ```text
-//! charge    E <- E - W                 W: work of the force that acted since the last count
+//! charge    E <- E - W - q R         W: work by the readings; R: rise of the force along each axis
 //! ceiling   E <- min(E, e0 + S)      S: what the tissue can return; zero once the contact is over
-//! refill    E <- E + P T               while E < e0
+//! refill    E <- E + P T               while E < e0 + S
 //! debt      E <- min(E + R T/0.2 s, 0)  while E < 0; R: what the ceiling withheld in this contact
-//! send      s F, with s |F| D(F, d) <= E - sum over the forces on their way of |G| D(G, j)
+//! send      s F, with s |F| D(F, d) + q R <= E - sum over the forces on their way of |G| D(G, j)
 //!
 //! D(G, j) = max(0, (v + q/(n T) + a n T/2) T + a T^2 (j + 1/2 + l)), v = u.G/|G|, a = a0 + c |G|/m
 //! ```
@@ -27,7 +27,12 @@
 //! its way is given beyond, once. What the ceiling withheld is lost within 0.2 s, so that a hand
 //! that kneads saves up nothing that could shake it later. What of it meets a debt pays the debt,
 //! because the hand gave it in the same contact, and at the contact's end all of it does.
-//! SAFETY.md derives the bound; [`EnergyAccount::bound`] evaluates it.
+//!
+//! A reading is half a count off at most. Summed by parts, the work that the readings do not tell
+//! is at most that times the variation of the force, so a rise of the force pays for what counts
+//! can hide in it and in the fall that follows, `q R`. The refill `P` gives back what a hand's own
+//! motion varies the force by ([`VARIATION_N_PER_S`]), and the allowance `e0` covers one press with
+//! the largest force. SAFETY.md derives the bound; [`EnergyAccount::bound`] evaluates it.
 //!
 //! * in: position [m], force sent last [N], the tissue's force and depth [N, m]
 //! * out: the force to send [N], in the same direction and not longer
@@ -56,6 +61,11 @@ const KEPT_S: f32 = 0.02;
 /// Lags of the amplifier after which its force has all but faded (1): `exp(-3)` is 5 %.
 /// Source: chosen; that share.
 const LAGS: f32 = 3.0;
+
+/// Variation of the force, rises and falls, for which the refill pays [N/s].
+/// Source: measured (`palpate faults --hands`); the force of a hand that kneads or slides on counts
+/// of 55 to 80 um varies by 40 to 150 N/s. With 100, a hand on counts of 80 um loses its force.
+const VARIATION_N_PER_S: f32 = 150.0;
 
 /// Settings of the account.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,48 +142,14 @@ impl EnergyBound {
     }
 }
 
-/// Displacement and force along an axis.
-#[derive(Clone, Copy, Debug, Default)]
-struct Axis {
-    /// Position of the probe in the backlash (0 .. `play_m`) [m].
-    slack_m: f32,
-    /// Mean of the force that acted since the last count [N], and the ticks that it covers (1).
-    mean_n: f32,
-    ticks: f32,
-}
-
-impl Axis {
-    /// Work [J] of the force since the last count, now that the axis reports a displacement [m].
-    ///
-    /// A probe that passes through a count did so under the mean force. One that leaves a count
-    /// where it entered it moved to and fro: in under the mean force and out under the last one, if
-    /// that gives it more.
-    #[inline(never)] // three copies would take 200 bytes more of the board's flash
-    fn work_j(&mut self, acting_n: f32, displacement_m: f32, play_m: f32) -> f32 {
-        self.ticks += 1.0;
-        self.mean_n += (acting_n - self.mean_n) / self.ticks;
-        let moved_m = self.slack_m + displacement_m;
-        self.slack_m = between(moved_m, 0.0, play_m);
-        let passed_m = moved_m - self.slack_m;
-        let back_j = (displacement_m - passed_m) * (acting_n - self.mean_n);
-        let work_j = passed_m * self.mean_n + if back_j > 0.0 { back_j } else { 0.0 };
-        if play_m == 0.0 || displacement_m != 0.0 {
-            (self.mean_n, self.ticks) = (0.0, 0.0);
-        }
-        work_j
-    }
-}
-
 /// The account: balance, forces on their way, and the last positions.
 #[derive(Clone, Copy, Debug)]
 pub struct EnergyAccount {
     allowance_j: f32,
     /// Refill per tick [J].
     refill_j: f32,
-    /// Backlash applied to the displacement [m], so that a flipping count costs nothing while the
-    /// hand rests.
-    play_m: f32,
-    axes: [Axis; 3],
+    /// A count of the position [m].
+    count_m: f32,
     /// Force that the amplifier gives at the end of the tick: it follows the delayed force with the
     /// declared lag [N].
     lagging_n: Vector3<f32>,
@@ -237,12 +213,11 @@ impl EnergyAccount {
         // the window in which a count and the hand's acceleration leave the least doubt
         let best = if hand_m > 0.0 { sqrt(2.0 * device.count_m / hand_m) + 0.5 } else { 1.0 };
         let window = between(best, 1.0, f32::from(DeviceSpec::MOST_DELAY_TICKS)) as u8;
+        let bound = Self::bound(settings, device, tick_s);
         Ok(Self {
-            allowance_j: settings.allowance_j,
-            refill_j: settings.refill_w * tick_s,
-            // rounding in the last bit of a position is no count
-            play_m: 1.01 * device.count_m,
-            axes: [Axis::default(); 3],
+            allowance_j: settings.allowance_j + device.count_m * device.max_force_n,
+            refill_j: bound.lasting_w * tick_s,
+            count_m: device.count_m,
             lagging_n: Vector3::zeros(),
             lag_left,
             lag_mean,
@@ -266,13 +241,13 @@ impl EnergyAccount {
             withheld_j: 0.0,
             given_j: 0.0,
             created_j: 0.0,
-            bound: Self::bound(settings, device, tick_s),
+            bound,
         })
     }
 
     /// The most that a hand on this device can be given beyond what it gave: the allowance, what is
     /// on its way when the hand turns more sharply than the account reserves for, and, for as long
-    /// as the loop runs, the refill and what a count hides (SAFETY.md).
+    /// as the loop runs, the refill (SAFETY.md).
     #[must_use]
     #[inline]
     pub fn bound(settings: &AccountSettings, device: &DeviceSpec, tick_s: f32) -> EnergyBound {
@@ -286,9 +261,9 @@ impl EnergyAccount {
         // the second term is the tail of the lag, which outlasts a delay of the same length
         let way_m = sharp_m_per_s2 * tick_s * tick_s * 0.5 * (ticks * (ticks + window) + lag * (lag + 1.0));
         EnergyBound {
-            // the backlash hides a count at either end of a motion
-            at_once_j: settings.allowance_j + most_n * (way_m + 2.0 * device.count_m),
-            lasting_w: settings.refill_w + super::toggle::SHAKES_N * device.count_m / (2.0 * tick_s),
+            at_once_j: settings.allowance_j + most_n * (way_m + device.count_m),
+            // a rise of the force is half of its variation
+            lasting_w: settings.refill_w + 0.5 * VARIATION_N_PER_S * device.count_m,
         }
     }
 
@@ -300,20 +275,12 @@ impl EnergyAccount {
         let gap_n = self.lagging_n - delayed_n;
         let acting_n = delayed_n + gap_n * self.lag_mean;
         self.lagging_n = delayed_n + gap_n * self.lag_left;
-        let displacement_m = self.moved_to(position_m);
-        let mut work_j = 0.0;
-        for ((axis, force_n), moved_m) in self.axes.iter_mut().zip(acting_n.iter()).zip(displacement_m.iter()) {
-            work_j += axis.work_j(*force_n, *moved_m, self.play_m);
-        }
-        self.balance_j -= work_j;
-        self.given_j += work_j;
-        if self.given_j > self.created_j {
-            self.created_j = self.given_j;
-        }
+        let work_j = acting_n.dot(&self.moved_to(position_m));
+        self.pay_out(work_j);
         let returned_j = self.withheld_j * self.forgets;
         self.withheld_j -= returned_j;
         self.pay_debt(returned_j);
-        if self.balance_j < self.allowance_j {
+        if self.balance_j < self.allowance_j + self.stored_j {
             self.balance_j += self.refill_j;
         }
         if !touched && self.idle_ticks > self.kept_ticks {
@@ -335,6 +302,26 @@ impl EnergyAccount {
             *newest = *position_m;
         }
         displacement_m
+    }
+
+    /// Takes energy that the hand was given, or may have been, off the balance [J].
+    fn pay_out(&mut self, energy_j: f32) {
+        self.balance_j -= energy_j;
+        self.given_j += energy_j;
+        if self.given_j > self.created_j {
+            self.created_j = self.given_j;
+        }
+    }
+
+    /// What counts can hide in a rise of the force to this one [N], and in the fall that follows
+    /// [J]. The error of a reading along an axis is that axis's own, so axes are added.
+    fn hidden_j(&self, force_n: &Vector3<f32>) -> f32 {
+        let last_n = self.line_n.get(usize::from(self.next.wrapping_sub(1)) % LINE).copied().unwrap_or_default();
+        let rise_n = force_n.zip_map(&last_n, |now, last| {
+            let rise = now.abs() - if now * last > 0.0 { last.abs() } else { 0.0 };
+            if rise > 0.0 { rise } else { 0.0 }
+        });
+        self.count_m * rise_n.sum()
     }
 
     /// Lowers the balance to the allowance and what the tissue can return, and keeps the rest.
@@ -379,11 +366,12 @@ impl EnergyAccount {
             return Vector3::zeros();
         }
         let (delay, lag) = (f32::from(self.delay_ticks), self.lag_ticks);
-        let cost_j = length_n * self.way_m(force_n, length_n, 1.0, delay + 0.5 + lag);
+        let cost_j = length_n * self.way_m(force_n, length_n, 1.0, delay + 0.5 + lag) + self.hidden_j(force_n);
         let left_j = self.balance_j - self.reserved_j();
         if cost_j <= left_j {
             *force_n
         } else if left_j > 0.0 {
+            // convex in the length: a shorter force costs no more than its share
             force_n * (left_j / cost_j)
         } else {
             Vector3::zeros()
@@ -419,6 +407,7 @@ impl EnergyAccount {
 
     /// Records the force sent in this tick [N].
     pub fn sent(&mut self, force_n: Vector3<f32>) {
+        self.pay_out(self.hidden_j(&force_n));
         if let Some(newest) = self.line_n.get_mut(usize::from(self.next) % LINE) {
             *newest = force_n;
         }
@@ -443,11 +432,10 @@ impl Monitor for EnergyAccount {
 
     /// Forgets positions, the forces on their way, which end when the device is released, and what
     /// the tissue stored. The balance stays, or falls to the allowance if it is above it: clearing
-    /// a fault raises it by nothing. What a clearing hides is the work since the last count, which
-    /// is not charged any more: at most the force times a count along each axis.
+    /// a fault raises it by nothing. What a clearing hides is the work of the force that acted in
+    /// the tick of a fault that was found before the charge.
     fn reset(&mut self) {
         (self.line_n, self.lagging_n, self.fresh) = ([Vector3::zeros(); LINE], Vector3::zeros(), true);
-        self.axes = [Axis::default(); 3];
         self.end_contact();
     }
 }

@@ -39,7 +39,7 @@ const SHARE: f32 = 0.025;
 /// The force shakes if its change per tick, low-passed with `SHARE`, exceeds this [N]:
 /// about 18 mN RMS.
 /// Source: chosen; below the 20 mN from which `palpate loop` calls a force a vibration.
-pub const SHAKES_N: f32 = 15e-3;
+const SHAKES_N: f32 = 15e-3;
 
 /// One axis: the position that was read and the one that is shown.
 #[derive(Clone, Copy, Debug, Default)]

@@ -66,34 +66,36 @@ fn the_end_of_a_contact_pays_its_debt_and_clearing_a_fault_pays_nothing() {
     assert!(owes_j < -0.4e-3, "{owes_j}");
 }
 
-/// Known excess (LIMITS.md): a reading that swings by `n` counts may be a motion of `n + 1`, and
-/// `n - 1` are charged. A handle that is shaken across several counts, with 78 m/s^2, is given more
-/// than the bound says for ever. It gets nothing that the account could see.
+/// A handle that a machine shakes across several counts, on a stiff wall: the readings hide where it
+/// turns round. What it is given in a second stays below the lasting part of the bound.
 #[test]
-fn a_swing_of_several_counts_is_given_up_to_ten_times_the_lasting_power() {
+fn a_handle_that_is_shaken_across_counts_is_given_no_more_than_the_lasting_power() {
     let device = DeviceSpec { count_m: 55e-6, delay_ticks: 1, max_force_n: 3.0, stiffness_ceiling_n_per_m: 700.0, ..stylus() };
     let lasting_w = EnergyAccount::bound(&AccountSettings::DEFAULT, &device, 1e-3).lasting_w;
-    let most_w = |hz: f32, swing_m: f32| {
-        let given_w = |base_m: f32| {
-            let mut bench = Bench::with(670.0, device, |_| ()).active();
-            let (mut at_m, mut sent_n, mut given_j) = (10e-3, [0.0; 2], 0.0);
-            for n in 0..9_000_u16 {
-                let turns = hz * 1e-3 * f32::from(n);
-                let next_m = base_m + swing_m * libm::sinf(core::f32::consts::TAU * (turns - libm::floorf(turns)));
-                let next_m = if n < 1_000 { 10e-3 + (base_m - 10e-3) * 1e-3 * f32::from(n) } else { next_m };
-                if n > 5_000 {
-                    given_j += sent_n[0] * (next_m - at_m);
-                }
-                at_m = next_m;
-                let count_m = device.count_m;
-                let applied_n = bench.at((libm::floorf(at_m / count_m) + 0.5) * count_m).applied_n.z;
-                sent_n = [sent_n[1], applied_n];
+    let given_w = |hz: f32, swing_m: f32, base_m: f32| {
+        let mut bench = Bench::with(670.0, device, |_| ()).active();
+        let (mut at_m, mut sent_n, mut given_j) = (10e-3, [0.0; 2], 0.0);
+        for n in 0..9_000_u16 {
+            let turns = hz * 1e-3 * f32::from(n);
+            let next_m = base_m + swing_m * libm::sinf(core::f32::consts::TAU * (turns - libm::floorf(turns)));
+            let next_m = if n < 1_000 { 10e-3 + (base_m - 10e-3) * 1e-3 * f32::from(n) } else { next_m };
+            if n > 5_000 {
+                given_j += sent_n[0] * (next_m - at_m);
             }
-            given_j / 4.0
-        };
-        (0..8_u8).map(|n| given_w(-2e-3 - 0.21e-3 * f32::from(n))).fold(f32::MIN, f32::max)
+            at_m = next_m;
+            let count_m = device.count_m;
+            let applied_n = bench.at((libm::floorf(at_m / count_m) + 0.5) * count_m).applied_n.z;
+            sent_n = [sent_n[1], applied_n];
+        }
+        given_j / 4.0
     };
-    let (fast_w, slow_w) = (most_w(67.0, 290e-6), most_w(15.0, 290e-6));
-    assert!((2.0..10.0).contains(&(fast_w / lasting_w)), "{fast_w} W of {lasting_w}");
-    assert!(slow_w < lasting_w, "below 20 Hz it holds: {slow_w} W of {lasting_w}");
+    let mut most_w = 0.0_f32;
+    for (hz, swing_m) in [(15.0, 290e-6), (67.0, 290e-6), (67.0, 110e-6), (101.0, 296e-6), (135.0, 270e-6), (215.0, 60e-6)] {
+        for n in 0..4_u8 {
+            let found_w = given_w(hz, swing_m, -2e-3 - 0.43e-3 * f32::from(n));
+            assert!(found_w < lasting_w, "{hz} Hz, {swing_m} m: {found_w} W of {lasting_w}");
+            most_w = most_w.max(found_w);
+        }
+    }
+    assert!(most_w > 0.3 * lasting_w, "a motion that gets nothing would show nothing: {most_w} W");
 }

@@ -64,14 +64,14 @@ fn a_press_that_stops_dead_keeps_its_force_while_the_tissue_rings() {
 
 /// A hand that trembles in soft contact: 0.5 mm deep, 0.2 mm up and down at 6 Hz, counts of 55 um.
 #[test]
-fn the_energy_of_a_slow_motion_in_and_out_is_that_of_the_true_displacement() {
+fn a_slow_motion_is_charged_its_true_energy_and_at_most_a_count_for_every_rise_beyond() {
     let mut tissue = Tissue::with(|params| params.youngs_modulus_pa = 60e3);
     let count_m = 55e-6;
     let limits = DeviceSpec { count_m, ..stylus() };
     let sensed = Sensed { position_m: Vector3::zeros(), sequence: 0, status: SensorStatus::Good };
     let mut device = Device { limits, sensed, drive_n: None };
     let mut cycle = Cycle::build(&Settings::safe(&limits), &limits).unwrap();
-    let (mut last_m, mut sent_n, mut true_j, mut energy_j) = (5e-3, [0.0; 2], 0.0, 0.0);
+    let (mut last_m, mut sent_n, mut true_j, mut energy_j, mut rises_n) = (5e-3, [0.0_f32; 2], 0.0, 0.0, 0.0);
     for n in 0..5_255_u16 {
         let asked = [Ask::Booted, Ask::TestPassed, Ask::Arm].get(usize::from(n)).copied();
         let z_m = match n {
@@ -81,9 +81,12 @@ fn the_energy_of_a_slow_motion_in_and_out_is_that_of_the_true_displacement() {
         };
         true_j += sent_n[0] * (z_m - last_m);
         let record = run(&mut cycle, &mut device, &mut tissue, libm::floorf(z_m / count_m) * count_m, asked);
+        rises_n += (record.applied_n.z - sent_n[1]).max(0.0);
         (last_m, sent_n, energy_j) = (z_m, [sent_n[1], record.applied_n.z], record.energy.given_j);
     }
-    assert!((0.8..1.25).contains(&(energy_j / true_j)) && true_j < -50e-6, "{energy_j} J, {true_j} J");
+    // a reading is half a count off, so that a rise and its fall hide between nothing and two counts
+    let most_j = true_j + 2.0 * count_m * rises_n;
+    assert!((true_j..most_j).contains(&energy_j) && true_j < -50e-6, "{true_j}, {energy_j}, {most_j} J");
 }
 
 #[test]

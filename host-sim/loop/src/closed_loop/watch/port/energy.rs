@@ -7,16 +7,18 @@
 //! `A = a + F / m` (its own sharpest acceleration, and that of the bare handle by the motors) is
 //! carried along the largest force `F` by `A t^2 / 2` meanwhile, and by `A t n / 2` because the
 //! velocity was an old one; behind a lag `l` the force fades away and acts over `A l (l + T) / 2`
-//! more. The two ends of that way are known to one count each:
+//! more. Where the probe is within a count `q` nobody can see, so that the work of a force is known
+//! to half a count times its variation. A press with the largest force and a retreat vary it by
+//! `2 F`, and a hand at work varies it by up to `f` per second for as long as it works; a loop that
+//! is to take nothing from such a hand may be wrong by as much:
 //!
 //! ```text
-//! at once   e + F (A (t (t + n) + l (l + T)) / 2 + 2 q)
-//! lasting   p + f q / (2 T)
+//! at once   e + F (A (t (t + n) + l (l + T)) / 2 + q)
+//! lasting   p + f q / 2
 //! ```
 //!
-//! Within a count nobody can see where the probe is, so a force that changes by `f` at every second
-//! tick may do work on it for ever. `e`, `p` and `f` are what a hand does not feel. SAFETY.md
-//! prints the numbers; a test compares them with those that the loop states.
+//! `e` and `p` are what a hand does not feel. SAFETY.md prints the numbers; a test compares them
+//! with those that the loop states.
 //!
 //! **What the tissue could return** at the start of a window is at most the largest force that
 //! acted in this contact times the true depth: the force grows with depth, so it does no more work
@@ -38,10 +40,11 @@ use palpate_tissue::scene::TICK_S;
 const HAND_M_PER_S2: f64 = 200.0;
 /// Age of the oldest position from which a velocity is computed [s].
 const VELOCITY_S: f64 = 7e-3;
-/// Energy [J], power [W] and change of a force from tick to tick [N] that no hand feels.
+/// Energy [J] and power [W] that no hand feels.
 const UNFELT_J: f64 = 20e-6;
 const UNFELT_W: f64 = 30e-6;
-const UNFELT_N: f64 = 15e-3;
+/// Largest variation of the force under a hand that kneads or slides, rises and falls [N/s].
+const VARIES_N_PER_S: f64 = 150.0;
 
 /// The most energy that a hand may be given.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +64,7 @@ impl PortBound {
         let sharpest_m_per_s2 = HAND_M_PER_S2 + most_n / f64::from(device.mass_kg);
         let lag_s = f64::from(device.lag_s);
         let way_m = 0.5 * sharpest_m_per_s2 * (acts_s * (acts_s + VELOCITY_S) + lag_s * (lag_s + TICK_S));
-        Self { at_once_j: UNFELT_J + most_n * (way_m + 2.0 * count_m), lasting_w: UNFELT_W + UNFELT_N * count_m / (2.0 * TICK_S) }
+        Self { at_once_j: UNFELT_J + most_n * (way_m + count_m), lasting_w: UNFELT_W + 0.5 * VARIES_N_PER_S * count_m }
     }
 }
 
