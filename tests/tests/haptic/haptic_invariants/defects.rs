@@ -265,8 +265,9 @@ fn pushed_out(mut rig: Rig, contacts: u32) -> bool {
         rig.go(-3e-3, 0.1);
         rig.hold(30);
     }
-    assert!(rig.broken.iter().all(|b| b.id == "I11"), "{:?}", rig.broken);
-    !rig.broken.is_empty()
+    // what the bound allows may shake the hand (I15): the tissue is sick
+    assert!(rig.broken.iter().all(|b| matches!(b.id, "I11" | "I15")), "{:?}", rig.broken);
+    rig.broken.iter().any(|b| b.id == "I11")
 }
 
 #[test]

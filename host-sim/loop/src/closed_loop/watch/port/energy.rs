@@ -9,8 +9,8 @@
 //! velocity was an old one; behind a lag `l` the force fades away and acts over `A l (l + T) / 2`
 //! more. Where the probe is within a count `q` nobody can see, so that the work of a force is known
 //! to half a count times its variation. A press with the largest force and a retreat vary it by
-//! `2 F`, and a hand at work varies it by up to `f` per second for as long as it works; a loop that
-//! is to take nothing from such a hand may be wrong by as much:
+//! `2 F`, and a hand at work by up to `f` per second; a loop that is to take nothing from such a
+//! hand may be wrong by as much:
 //!
 //! ```text
 //! at once   e + F (A (t (t + n) + l (l + T)) / 2 + q)
