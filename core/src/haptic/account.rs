@@ -19,6 +19,9 @@
 //! D(G, j) = max(0, (v + q/(n T) + a n T/2) T + a T^2 (j + 1/2 + l)), v = u.G/|G|, a = a0 + c |G|/m
 //! ```
 //!
+//! A force is also shortened to what the account could pay for in every tick of its way, as if all
+//! forces on their way were as long: it would else alternate from tick to tick, and pay for rises.
+//!
 //! `D(G, j)` bounds the displacement along a force `G` that begins to act in `j` ticks, during one
 //! tick, behind a lag of `l` ticks: `u` is the mean velocity over the last `n` ticks, known to one
 //! count `q` and one window's acceleration. While the probe accelerates by less than `a`,
@@ -365,17 +368,20 @@ impl EnergyAccount {
         if self.balance_j <= 0.0 {
             return Vector3::zeros();
         }
-        let (delay, lag) = (f32::from(self.delay_ticks), self.lag_ticks);
-        let cost_j = length_n * self.way_m(force_n, length_n, 1.0, delay + 0.5 + lag) + self.hidden_j(force_n);
+        let (ticks, lag) = (f32::from(self.delay_ticks) + 1.0, self.lag_ticks);
+        let rise_j = self.hidden_j(force_n);
+        let cost_j = rise_j + length_n * self.way_m(force_n, length_n, 1.0, ticks - 0.5 + lag);
+        // A force that the account cannot pay for in every tick of its way would fall again in the
+        // next one, and each rise costs a count.
+        let late = ticks * (0.5 * ticks + lag) + lag * (0.5 + lag);
+        let held_j = rise_j + length_n * self.way_m(force_n, length_n, ticks + lag, late);
         let left_j = self.balance_j - self.reserved_j();
-        if cost_j <= left_j {
-            *force_n
-        } else if left_j > 0.0 {
-            // convex in the length: a shorter force costs no more than its share
-            force_n * (left_j / cost_j)
-        } else {
-            Vector3::zeros()
+        if left_j <= 0.0 {
+            return Vector3::zeros();
         }
+        // both costs are convex in the length: a shorter force costs no more than its share
+        let share = between(left_j / cost_j, 0.0, self.balance_j / held_j);
+        if share < 1.0 { force_n * share } else { *force_n }
     }
 
     /// The most work that the forces on their way can still do [J].

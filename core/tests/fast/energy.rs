@@ -157,7 +157,9 @@ fn a_rise_pays_for_a_count_along_each_axis_and_a_fall_for_nothing() {
         port.account.sent(force_n.into());
         (port.account.energy().given_j - before_j) / q
     };
-    for (force_n, rise_n) in [([1.0, 0.0, 2.0], 3.0), ([0.5, -0.5, 2.0], 0.5), ([0.0, 0.5, 2.5], 1.0), ([0.0; 3], 0.0), ([0.0, 0.0, 1.0], 1.0)] {
+    for (force_n, rise_n) in
+        [([1.0, 0.0, 2.0], 3.0), ([0.5, -0.5, 2.0], 0.5), ([0.0, 0.5, 2.5], 1.0), ([0.0; 3], 0.0), ([0.0, 0.0, 1.0], 1.0)]
+    {
         assert!((costs(force_n) - rise_n).abs() < 1e-4, "{force_n:?}");
     }
     // a force that would rise waits until it is paid for, and one that stays costs nothing more
@@ -260,7 +262,10 @@ fn a_force_is_paid_for_over_its_delay_its_lag_a_count_and_the_acceleration() {
     for (delay_ticks, lag_s) in [(0, 0.0), (1, 0.0), (4, 0.0), (7, 0.0), (0, 2e-3), (3, 5e-3)] {
         let way_m = 40e-6;
         let found_m = reserved_m(DeviceSpec { delay_ticks, lag_s, ..heavy }, way_m);
-        let right_m = way_m + a_m(100.0) * (1.0 + f32::from(delay_ticks) + lag_s * 1e3);
+        // a force that can be held: one in each tick of the delay, and the amplifier's
+        let (ticks, lag) = (1.0 + f32::from(delay_ticks), lag_s * 1e3);
+        let late = ticks * (0.5 * ticks + lag) + lag * (0.5 + lag);
+        let right_m = (way_m + 0.5 * a_m(100.0)) * (ticks + lag) + a_m(100.0) * late;
         assert!((found_m / right_m - 1.0).abs() < 2e-2, "{delay_ticks} ticks, {lag_s} s: {found_m} m, not {right_m} m");
     }
     // counts of 54 um: a window of six ticks leaves a sixth of a count and three ticks of
@@ -299,8 +304,8 @@ fn forces_on_their_way_are_reserved_for() {
         });
         port.pays([0.0, 0.0, 100.0], 0.0).z
     };
-    let [none, one, two] = [0.0, 1.0, 2.0].map(|n| paid_n(n, 4, 0.0));
-    assert!(one < 0.9 * none && two < one, "{none} {one} {two}");
+    let [none, two, more] = [0.0, 2.0, 2.1].map(|n| paid_n(n, 4, 0.0));
+    assert!(two < 0.9 * none && more < two, "{none} {two} {more}");
     assert!(paid_n(2.0, 4, 5e-3) < 0.9 * paid_n(0.0, 4, 5e-3));
     // without a delay, the amplifier alone holds a force that goes on
     assert!(paid_n(2.0, 0, 5e-3) < 0.9 * paid_n(0.0, 0, 5e-3));
@@ -309,13 +314,31 @@ fn forces_on_their_way_are_reserved_for() {
     let heavy = DeviceSpec { delay_ticks: 4, mass_kg: 5.0, ..stylus() };
     let mut port = Port::with(heavy, settings);
     (0..100).for_each(|_| _ = port.step(0.0, 0.0));
-    (0..4).for_each(|_| _ = port.step(0.0, 2.0));
+    (0..4).for_each(|_| _ = port.step(0.0, 15.0));
     port.moves([0.0; 3]).unwrap();
     let a_m = |force_n: f32| (3.0 + 0.7 * force_n / 5.0) * 1e-6;
-    let reserved_j: f32 = (0..4_u8).map(|late| 2.0 * a_m(2.0) * (f32::from(late) + 1.0)).sum();
+    let reserved_j: f32 = (0..4_u8).map(|late| 15.0 * a_m(15.0) * (f32::from(late) + 1.0)).sum();
     let found_n = port.pays([0.0, 0.0, 100.0], 0.0).z;
     let right_n = (port.account.energy().balance_j - reserved_j) / (a_m(100.0) * 5.0);
     assert!((found_n / right_n - 1.0).abs() < 1e-3, "{found_n} N, not {right_n} N: {reserved_j} J");
+}
+
+/// Without that, a force at rest that the account cannot pay for would alternate from tick to tick,
+/// and every rise would cost a count.
+#[test]
+fn a_force_at_rest_that_is_not_paid_for_does_not_alternate() {
+    for delay in [1, 2, 4, 7] {
+        let mut port = Port::new(delay, 0.0, 10e-6);
+        (0..300).for_each(|_| _ = port.step(0.0, 0.0));
+        let mut last_n = 0.0;
+        for tick in 0..2_000 {
+            let sent_n = port.pays([0.0, 0.0, 3.0], 0.0).z;
+            assert!(tick < 10 || sent_n >= 0.999 * last_n, "delay {delay}, tick {tick}: {sent_n} N after {last_n}");
+            port.step(0.0, sent_n);
+            last_n = sent_n;
+        }
+        assert!(last_n > 0.01, "delay {delay}: {last_n} N");
+    }
 }
 
 #[test]

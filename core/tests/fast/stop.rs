@@ -1,6 +1,7 @@
 //! How a force ends: by request, by silence, by a limit that is lowered.
 
 use palpate::haptic::cycle::{Ask, Command};
+use palpate::haptic::device::DeviceSpec;
 use palpate::haptic::limits::LoopLimitSettings;
 use palpate::haptic::mode::Mode;
 use palpate::{ClampFlags, Vector3};
@@ -103,7 +104,8 @@ fn limits_are_lowered_under_force_and_never_raised() {
 
 #[test]
 fn held_poses_and_growth_are_told() {
-    let mut bench = Bench::new(400.0).active();
+    // a handle so heavy that the account pays for the push at once
+    let mut bench = Bench::with(400.0, DeviceSpec { mass_kg: 1.0, ..stylus() }, |_| ()).active();
     assert!(set(&bench.repeat(Command::HEARD), ClampFlags::HELD));
     assert!(!set(&bench.tick(), ClampFlags::HELD));
     bench.wall.answer = Some(crate::bench::pushing(5e-3, 2.0));
