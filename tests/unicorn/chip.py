@@ -28,6 +28,7 @@ from unicorn.arm_const import (
 SCS, CYCLE_COUNT = 0xE000_E000, 0xE000_1004
 CFSR, BFAR = SCS + 0xD28, SCS + 0xD38
 BYTES_IN_A_TICK = 11  # at 115 200 baud
+LATE_INSTRUCTIONS = 20_000  # after which a late tick is interrupted by the next period; a press takes three times as many
 RETURN = 0x1FFF_0000  # stands for an exception return; the page is executable
 HARD_FAULT, SYSTICK = 3 - 16, 15 - 16  # vectors, counted from the first interrupt
 FRAME = [UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_REG_R12, UC_ARM_REG_LR, UC_ARM_REG_PC, UC_ARM_REG_XPSR]
@@ -264,8 +265,20 @@ class Chip:
             if most and self._next_irq() is None:
                 return False
 
-    def period(self, hangs=False):
-        """One period of the tick timer: raises its interrupt and runs the core. Returns False if the core hangs."""
+    def period(self, hangs=False, late=0):
+        """One period of the tick timer: raises its interrupt and runs the core. Returns False if the core hangs.
+
+        A late tick still runs when `late` further periods begin.
+        """
+        for _ in range(late):
+            if self._begin():
+                self.uc.ctl_flush_tb()  # or instructions that ran before are not counted
+                asleep = self.run_until_sleep(LATE_INSTRUCTIONS)
+                assert not asleep, f"the tick of period {self.periods} is too short to be late"
+        return self._begin() and self.run_until_sleep(self.cycles_per_period() if hangs else 0)
+
+    def _begin(self):
+        """Begins a period. Returns False if a watchdog acts instead."""
         self.periods += 1
         if any(self.periods - self.fed.get(name, self.periods) > limit for name, limit in self.watchdogs().items()):
             self.reset(by_watchdog=True)
@@ -275,7 +288,7 @@ class Chip:
             self.fifo.append(self.to_board.pop(0))
             moved += 1
         self.pending |= self.raises()
-        return self.run_until_sleep(self.cycles_per_period() if hangs else 0)
+        return True
 
     stored = False
     cycles, longest_unfed, unfed = 0, 0, None

@@ -67,7 +67,7 @@ fn axes(periods: u32) -> Vec<Period> {
         script::counts(period, LEAD_TICKS).map(|axis| axis.0 * share / 10)
     };
     let says = |period| if period == SHOWN_AT { Some(ToBoard::Home) } else { host(period, ARM_AT) };
-    (0..periods).map(|period| Period { counts: counts(period), says: says(period) }).collect()
+    (0..periods).map(|period| Period { counts: counts(period), says: says(period), late: 0 }).collect()
 }
 
 /// Runs the desktop's controller on the bytes that the image received on its UART, tick by tick.
@@ -103,8 +103,8 @@ fn on_desktop(board: Flashed, periods: &[Period], rows: &[Row]) -> Vec<Record> {
 }
 
 /// Runs the image through a scenario without further events; `None` if the model is not available.
-fn press(board: Flashed, name: &str, periods: &[Period]) -> Option<Journal> {
-    run(target(), board, &Scenario { name, periods, more: Value::Null })
+fn press(board: Flashed, periods: &[Period]) -> Option<Journal> {
+    run(target(), board, &Scenario { periods, more: Value::Null })
 }
 
 /// Checks that the image's pins and records equal the desktop's to the bit. Returns the desktop's
@@ -165,7 +165,7 @@ fn felt(records: &[Record]) -> f32 {
 /// Boots, arms and presses.
 fn presses_like_the_desktop(board: Flashed) {
     let periods = axes(if long() { LEAD_TICKS + 2_000 } else { PRESSED_TICKS });
-    let Some(journal) = press(board, "press", &periods) else { return };
+    let Some(journal) = press(board, &periods) else { return };
     let (records, others) = agree(board, &periods, &journal);
     assert_eq!(others, [FromBoard::Homed]);
     let told = [
@@ -212,7 +212,7 @@ fn the_first_revision_of_the_h743_reads_its_axi_sram_one_word_at_a_time_and_runs
     const PLL1_DIVIDERS: u32 = 0x5802_4430;
     for (revision, issuing, times) in [(0x1003_6450_u32, Some(1), 50), (0x2003_6450, None, 60)] {
         let more = json!({"values": {"0x5c001000": revision}});
-        let scenario = Scenario { name: "revision", periods: &axes(2), more };
+        let scenario = Scenario { periods: &axes(2), more };
         let Some(journal) = run(target(), Flashed::H743, &scenario) else { return };
         assert_eq!(journal.register(AXI_SRAM_READ_ISSUING), issuing, "{revision:x}");
         assert_eq!(journal.register(PLL1_DIVIDERS).unwrap() & 0x1FF, times - 1, "{revision:x}");
@@ -224,7 +224,7 @@ fn the_first_revision_of_the_h743_reads_its_axi_sram_one_word_at_a_time_and_runs
 #[test]
 fn the_watchdog_is_fed_often_while_a_patch_opens() {
     const MOST_INSTRUCTIONS: u64 = 120_000;
-    let scenario = Scenario { name: "opening", periods: &axes(2), more: json!({"count": true}) };
+    let scenario = Scenario { periods: &axes(2), more: json!({"count": true}) };
     let Some(journal) = run(target(), Flashed::F446, &scenario) else { return };
     let longest = journal.longest_unfed();
     println!("{longest} instructions at most between two feedings");
@@ -257,10 +257,10 @@ fn a_paddle_is_pressed_like_the_desktop_to_the_bit() {
                 HOME_AT => Some(ToBoard::Home),
                 _ => host(period, THERE_AT + ARM_AT),
             };
-            Period { counts: [POWER_ON_COUNTS + joint, 0, 0], says }
+            Period { counts: [POWER_ON_COUNTS + joint, 0, 0], says, late: 0 }
         })
         .collect();
-    let Some(journal) = press(Flashed::G474, "paddle", &periods) else { return };
+    let Some(journal) = press(Flashed::G474, &periods) else { return };
     let (records, others) = agree(Flashed::G474, &periods, &journal);
     assert!(matches!(others[..], [FromBoard::Stored(_), FromBoard::Homed]), "{others:?}");
     let codes = records.iter().map(|record| record.codes);
@@ -282,7 +282,7 @@ fn a_hang_under_force_ends_with_the_pins_off() {
     for (board, event) in hangs {
         let mut periods = axes(at + after);
         periods[again as usize].says = Some(ToBoard::Ask(HostAsk::Arm));
-        let scenario = Scenario { name: "hang", periods: &periods, more: json!({"event": event}) };
+        let scenario = Scenario { periods: &periods, more: json!({"event": event}) };
         let Some(journal) = run(target(), board, &scenario) else { return };
         let rows = &journal.rows;
         let hung = at as usize;
@@ -309,12 +309,37 @@ fn off_after(board: Flashed, rows: &[Row], at: usize) -> usize {
     off
 }
 
+/// One late tick costs half of the next force, two in a row end it. Nothing was wrong with them but
+/// their time.
+#[test]
+fn late_ticks_under_force_release_it_and_tell_the_fault() {
+    const ONCE: usize = PRESSED_TICKS as usize - 60;
+    const TWICE: usize = ONCE + 40;
+    for board in [Flashed::H743, Flashed::F446, Flashed::G474, Flashed::Pico2] {
+        let mut periods = axes(PRESSED_TICKS + 20);
+        for late in [ONCE, TWICE, TWICE + 1] {
+            periods[late].late = 1;
+        }
+        let Some(journal) = press(board, &periods) else { return };
+        let rows = &journal.rows;
+        let force = |n: usize| if rows[n].enable && rows[n].main_output { rows[n].steps[2] } else { 0 };
+        let (before, after) = (force(ONCE), force(ONCE + 1));
+        assert!(before > 20 && after > 0 && 2 * after <= before + 1, "{board:?}: {before}, then {after} steps");
+        assert!(force(TWICE - 1) > 20 && force(TWICE) > 0, "{board:?}: it has returned, and one more late tick is no fault");
+        assert_eq!(last_fault(&rows[..=TWICE]), None, "{board:?}");
+        for row in &rows[TWICE + 1..] {
+            assert!(!row.enable && !row.main_output && row.resets == 1, "{board:?}: off in the second late tick");
+        }
+        assert!(rows[TWICE + 2..].iter().all(Row::is_off), "{board:?}");
+        assert_eq!(last_fault(rows), Some(Fault::DeadlineMissed), "{board:?}");
+    }
+}
+
 #[test]
 fn an_open_stop_circuit_ends_the_force_in_the_tick_in_which_it_opens() {
     for board in [Flashed::F446, Flashed::G474, Flashed::Pico2] {
         let at = PRESSED_TICKS - 20;
-        let scenario =
-            Scenario { name: "stop", periods: &axes(PRESSED_TICKS + 40), more: json!({"event": {"at": at, "how": "stop"}}) };
+        let scenario = Scenario { periods: &axes(PRESSED_TICKS + 40), more: json!({"event": {"at": at, "how": "stop"}}) };
         let Some(journal) = run(target(), board, &scenario) else { return };
         let rows = &journal.rows;
         assert!(rows[at as usize - 1].enable && rows[at as usize - 1].steps[2] > 0, "{board:?}: a force acts before");
@@ -337,7 +362,7 @@ fn a_hard_fault_under_force_ends_with_the_pins_off_and_is_reported_after_the_res
         periods[asked as usize].says = Some(ToBoard::Report);
         let symbol = "7palpate4tick4tick17h";
         let event = json!({"at": at, "how": "hard fault", "symbol": symbol, "cfsr": BUS_ERROR, "bfar": NOWHERE});
-        let scenario = Scenario { name: "hard-fault", periods: &periods, more: json!({"event": event}) };
+        let scenario = Scenario { periods: &periods, more: json!({"event": event}) };
         let Some(journal) = run(target(), board, &scenario) else { return };
         let rows = &journal.rows;
         let off = off_after(board, rows, at as usize);
@@ -366,7 +391,7 @@ fn a_board_whose_measured_tick_is_too_long_does_not_arm_and_tells_the_fault() {
             let mut periods = axes(220);
             periods[20].says = Some(ToBoard::Identify);
             let more = json!({"cycles_per_reading": period_cycles / 100 * percent});
-            let scenario = Scenario { name: "too-long", periods: &periods, more };
+            let scenario = Scenario { periods: &periods, more };
             let Some(journal) = run(target(), board, &scenario) else { return };
             let fault = (!armed).then_some(Fault::DeadlineMissed);
             assert_eq!((last_fault(&journal.rows), journal.rows.last().unwrap().enable), (fault, armed), "{board:?} {percent}");
