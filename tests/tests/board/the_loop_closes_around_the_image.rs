@@ -119,7 +119,7 @@ fn pressed(board: Flashed, assumed: &Mistake, really: &Mistake) -> Option<[Vecto
             SET_UP_AT if *assumed == STRAIGHT => Some(ToBoard::Home),
             SET_UP_AT => Some(ToBoard::Store(profile)),
             ARM_AT => Some(ToBoard::Ask(HostAsk::Arm)),
-            _ if period % 5 == 0 => Some(ToBoard::Heartbeat),
+            _ if period.is_multiple_of(5) => Some(ToBoard::Heartbeat),
             _ => None,
         };
         period += 1;
