@@ -184,6 +184,9 @@ pub struct Tuned<'a> {
     pub(crate) friction: f32,
     /// Ratio of the tangential to the normal stiffness of a half-space (1).
     pub(crate) along: f32,
+    /// Largest number of surface triangles that a substep presses; a caller whose time is bounded
+    /// sets it. Further ones are not pressed, which raises [`crate::ClampFlags::DEPTH`].
+    pub most_pressed: usize,
     /// True if the tissue relaxes or the probe has friction.
     pub(crate) remembers: bool,
     /// True if some node has added mass relative to its neighbours.
@@ -339,7 +342,7 @@ impl Params {
         let node_step = core::mem::take(&mut tuned.node_step);
         self.weigh(model, node_step);
         let gains = self.gains(model, node_step);
-        *tuned = self.derive(node_step, gains);
+        *tuned = Tuned { most_pressed: tuned.most_pressed, ..self.derive(node_step, gains) };
     }
 
     /// Gains of the smooth fields for the masses that [`Self::weigh`] computed. Without the term of
@@ -437,6 +440,7 @@ impl Params {
             compensation: self.compensation,
             contact_damping_s: self.contact_damping * dt,
             lumping_s: CONTACT_LUMPING * dt,
+            most_pressed: usize::MAX,
             // a node's volume is a quarter of its tets', mu is E / (2 (1 + nu))
             steepness: if self.terms.stiffening {
                 2.0 * self.stiffening_b * (2.0 * (1.0 + self.poisson_ratio)) * 24.0
