@@ -71,6 +71,8 @@ pub mod log;
 mod resets;
 mod this_board;
 pub use this_board::ThisBoard;
+#[expect(unsafe_code, reason = "one instruction, and a name that the linker looks for")]
+mod square_root;
 #[expect(unsafe_code, reason = "the stack's bounds are the linker's, and a hard fault needs a fresh one")]
 mod stack;
 pub use resets::{count_millisecond, last_crash};

@@ -12,9 +12,9 @@ pub const AXIS: &str = "probe.axis along the outward normal";
 /// Parameter of [`BuildError::OutOfRange`] for an axis that is not a unit vector.
 pub const AXIS_LENGTH: &str = "square of the length of probe.axis";
 /// Places of the probe along each edge of a triangle, less one.
-const PARTS: u8 = 6;
-/// Nodes that [`super::Memory`] holds, rounded up.
-const MOST_NODES: usize = 512;
+const PARTS: u32 = 6;
+/// Nodes that [`super::Memory`] holds.
+const MOST_NODES: usize = 480;
 /// Tolerance on the squared length of the axis, for rounding (1).
 const UNIT: f32 = 1e-5;
 
@@ -45,34 +45,28 @@ pub fn check(file: &PatchFile<'_>) -> Result<usize, BuildError> {
 #[inline(never)]
 pub fn most_in_reach(file: &PatchFile<'_>, after_round: &mut dyn FnMut()) -> usize {
     let (model, radius_m) = (&file.model, file.params.probe.radius_m);
-    let at_m =
-        |node: u16| model.nodes.get(usize::from(node)).map_or_else(|| Vector3::repeat(f32::MAX), |node| node.rest_m.into());
     let mut most = 0;
     for triangle in model.triangles {
-        let [a, b, c] = triangle.node.map(at_m);
-        let (along_m, across_m) = ((b - a) * (1.0 / PARTS as f32), (c - a) * (1.0 / PARTS as f32));
-        for i in 0..=PARTS {
-            for j in 0..=PARTS - i {
-                let place_m = a + along_m * i as f32 + across_m * j as f32;
-                most = most.max(reached(model, place_m, radius_m));
+        // arrays, because every function of a vector would be a call in code built for size
+        let [a, b, c] = triangle.node.map(|node| model.nodes.get(usize::from(node)).map_or([0.0; 3], |node| node.rest_m));
+        for place in 0..(PARTS + 1) * (PARTS + 1) {
+            let (i, j) = (place / (PARTS + 1), place % (PARTS + 1));
+            if i + j > PARTS {
+                continue;
             }
+            let shares = [PARTS - i - j, i, j].map(|part| part as f32 * (1.0 / PARTS as f32));
+            let place_m: [f32; 3] = core::array::from_fn(|k| a[k] * shares[0] + b[k] * shares[1] + c[k] * shares[2]);
+            let mut near = [true; MOST_NODES];
+            for (node, near) in model.nodes.iter().zip(&mut near) {
+                let square_m2 = node.rest_m.iter().zip(&place_m).map(|(at, place)| (at - place) * (at - place)).sum::<f32>();
+                *near = square_m2 <= radius_m * radius_m;
+            }
+            let is_near = |node: &u16| near.get(usize::from(*node)) != Some(&false);
+            most = most.max(model.triangles.iter().filter(|triangle| triangle.node.iter().any(is_near)).count());
         }
         after_round();
     }
     most
-}
-
-/// Surface triangles with a corner within a radius of a place.
-fn reached(model: &Model<'_>, place_m: Vector3<f32>, radius_m: f32) -> usize {
-    let mut near = [0_u32; MOST_NODES / 32];
-    for (node, word) in model.nodes.chunks(32).zip(&mut near) {
-        for (n, node) in node.iter().enumerate() {
-            let apart_m = Vector3::from(node.rest_m) - place_m;
-            *word |= u32::from(apart_m.dot(&apart_m) <= radius_m * radius_m) << n;
-        }
-    }
-    let is_near = |n: &u16| near.get(usize::from(n / 32)).is_none_or(|word| word >> (n % 32) & 1 == 1);
-    model.triangles.iter().filter(|triangle| triangle.node.iter().any(is_near)).count()
 }
 
 /// Corners of each surface triangle with at least one corner within the probe's radius of the site.
