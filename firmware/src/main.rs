@@ -78,10 +78,11 @@ fn main() -> ! {
 #[inline(never)]
 fn haptic_loop(arming: Arming) -> &'static mut HapticLoop<ThisBoard> {
     let mut this = ThisBoard::default();
-    let kept = config::load(this.profile_memory());
+    let waiting = board::store_waiting(this.profile_memory());
+    let kept = waiting.or_else(|| config::load(this.profile_memory()).map(|kept| kept.0));
     let known = kept.is_some();
     board::log::started(known, arming == Arming::Barred);
-    let (settings, edge) = kept.map_or_else(Profile::desktop, |kept| kept.0).split();
+    let (settings, edge) = kept.unwrap_or_else(Profile::desktop).split();
     let edge = if known { edge } else { edge.without_home() };
     let controller = or_stop(Controller::build(&settings, edge, arming).map_err(Refusal::from), "no controller");
     LOOP.init(HapticLoop::new(this, controller))

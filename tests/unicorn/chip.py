@@ -34,6 +34,10 @@ HARD_FAULT, SYSTICK = 3 - 16, 15 - 16  # vectors, counted from the first interru
 FRAME = [UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_REG_R12, UC_ARM_REG_LR, UC_ARM_REG_PC, UC_ARM_REG_XPSR]
 
 
+class PowerCut(Exception):
+    """The power fails while the flash is erased or written."""
+
+
 class Chip:
     """A chip with an image in its flash."""
 
@@ -97,6 +101,36 @@ class Chip:
     def raises(self):
         """Interrupts that begin with a period of the tick timer."""
         raise NotImplementedError
+
+    # flash, which the image erases and writes
+
+    def erase(self, first, size):
+        """Erases a sector, half of it if the power fails meanwhile."""
+        fails = self._operation()
+        self.uc.mem_write(first, b"\xff" * (size // 2 if fails else size))
+        if fails:
+            raise PowerCut
+
+    def write(self, first, data):
+        """Writes erased bytes, some of their bits if the power fails meanwhile."""
+        assert set(self.uc.mem_read(first, len(data))) == {0xFF}, f"{first:#x} is not erased"
+        fails = self._operation()
+        self.uc.mem_write(first, bytes(byte | 0x5A for byte in data) if fails else bytes(data))
+        if fails:
+            raise PowerCut
+
+    def _operation(self):
+        self.journal.append("flash")
+        assert not self.driving() and not self.watchdogs(), "the flash is written while a force can act"
+        self.power_fails_in -= 1
+        return self.power_fails_in == 0
+
+    def power_on(self):
+        """Starts anew: RAM has any content, the flash has its own."""
+        for start, size in self.MEMORY:
+            if start >= 0x2000_0000:
+                self.uc.mem_write(start, b"\xc5" * size)
+        self.reset(by_watchdog=False)
 
     # registers
 
@@ -292,6 +326,7 @@ class Chip:
 
     stored = False
     cycles, longest_unfed, unfed = 0, 0, None
+    power_fails_in = 0  # operations of the flash
 
 
 def explain(chip, error: UcError):

@@ -9,7 +9,8 @@ the end of the input a last line describes the whole run.
 
 A scenario may contain an `event`, which happens before the period `at`: `loop` replaces the start of the function
 whose name contains `symbol` by an endless loop until the watchdog's reset, `hard fault` happens at that function,
-`no ticks` stops the tick timer, `stop` opens the stop circuit for one period. `values` are registers that differ after
+`no ticks` stops the tick timer, `stop` opens the stop circuit for one period, the board is going to `restart` itself
+and the power fails during operation number `power_fails_in` of the flash, or the `power` fails at once. `values` are registers that differ after
 a reset, `cycles_per_reading` is the speed of the cycle counter, and `count` asks for the instructions between two
 feedings of the watchdog during start-up.
 """
@@ -19,7 +20,7 @@ import sys
 
 from unicorn import UcError
 
-from chip import Chip, explain
+from chip import Chip, PowerCut, explain
 from rp2350 import Rp2350
 from stm32 import CHIPS, Stm32
 
@@ -34,7 +35,7 @@ def row(chip: Chip, events):
         "sent": bytes(chip.sent).hex(),
         "driven": "driving" in events,
         "resets": chip.resets,
-    } | {name: events.count(name) for name in ("fed", "restart", "lost")}
+    } | {name: events.count(name) for name in ("fed", "restart", "lost", "flash")}
     chip.taken.clear()
     chip.sent.clear()
     events.clear()
@@ -53,6 +54,15 @@ def write(chip: Chip, at, bytes_):
     chip.uc.ctl_remove_cache(at, at + len(bytes_))
 
 
+def start(chip: Chip):
+    """Runs the start-up; if the power fails meanwhile, twice."""
+    try:
+        chip.run_until_sleep()
+    except PowerCut:
+        chip.power_on()
+        chip.run_until_sleep()
+
+
 def tell(what):
     print(json.dumps(what), flush=True)
 
@@ -66,7 +76,7 @@ def main():
     event, planted, hangs = scenario.get("event") or {"at": None}, None, False
     try:
         counting = scenario.get("count") and chip.count_instructions()
-        chip.run_until_sleep()
+        start(chip)
         if counting:
             chip.uc.hook_del(counting)
             chip.uc.ctl_flush_tb()
@@ -84,9 +94,14 @@ def main():
                 chip.plant_hard_fault(place_of(chip, event["symbol"]), event["cfsr"], event["bfar"])
             elif happens == "no ticks":
                 chip.stop_ticks()
+            elif happens == "restart":
+                chip.power_fails_in = event.get("power_fails_in", 0)
+            elif happens == "power":
+                chip.power_on()
+                start(chip)
             if event.get("how") == "stop":
                 chip.open_stop_circuit(happens == "stop")
-            hangs |= happens in ("loop", "hard fault")
+            hangs |= happens in ("loop", "hard fault", "restart")
             before = chip.resets
             chip.period(hangs, period["late"])
             answer = row(chip, chip.journal)
@@ -94,7 +109,7 @@ def main():
                 if planted:
                     write(chip, *planted)
                 planted, hangs = None, False
-                chip.run_until_sleep()
+                start(chip)
             tell(answer)
     except UcError as error:
         sys.exit(explain(chip, error))

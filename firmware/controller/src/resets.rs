@@ -16,6 +16,8 @@ pub enum Cause {
     Power,
     /// The watchdog, a panic or a hard fault.
     Crash,
+    /// The board restarted itself to store a profile, which neither counts nor ends a bar.
+    Restart,
 }
 
 /// Times of the last crashes, in memory that start-up does not clear.
