@@ -159,6 +159,14 @@ impl Journal {
         bytes.filter_map(|byte| receiver.push::<FromBoard>(*byte)).map(|message| message.expect("a good frame")).collect()
     }
 
+    /// Messages in these rows, without frames that a reset has cut.
+    #[must_use]
+    pub fn whole_messages(rows: &[Row]) -> Vec<FromBoard> {
+        let mut receiver = Receiver::NEW;
+        let bytes = rows.iter().flat_map(|row| &row.sent);
+        bytes.filter_map(|byte| receiver.push::<FromBoard>(*byte)?.ok()).collect()
+    }
+
     /// Lines of the log that the image sent in these rows, decoded with its ELF file.
     ///
     /// # Panics

@@ -9,7 +9,17 @@ model therefore does not show how long a tick takes; the image's cycle counter a
 import struct
 
 from elftools.elf.elffile import ELFFile
-from unicorn import UC_ARCH_ARM, UC_HOOK_CODE, UC_MODE_MCLASS, UC_MODE_THUMB, UC_PROT_ALL, Uc, UcError
+from unicorn import (
+    UC_ARCH_ARM,
+    UC_ERR_READ_PROT,
+    UC_HOOK_CODE,
+    UC_MODE_MCLASS,
+    UC_MODE_THUMB,
+    UC_PROT_ALL,
+    UC_PROT_WRITE,
+    Uc,
+    UcError,
+)
 from unicorn.arm_const import (
     UC_ARM_REG_FPSCR,
     UC_ARM_REG_LR,
@@ -38,6 +48,10 @@ class PowerCut(Exception):
     """The power fails while the flash is erased or written."""
 
 
+class SystemReset(Exception):
+    """The image resets the chip."""
+
+
 class Chip:
     """A chip with an image in its flash."""
 
@@ -45,6 +59,7 @@ class Chip:
     REGISTERS = [(0x4000_0000, 0x2000_0000), (0xE000_0000, 0x10_0000)]  # (start, size)
     CPU = None
     FIFO_BYTES = 16
+    UNREADABLE_IF_TORN = False  # whether reading a half-written word of the flash is a fault
     CYCLES_PER_READING = 64  # of the cycle counter, which must move, or delays would be endless
 
     def __init__(self, elf):
@@ -52,6 +67,8 @@ class Chip:
         self.uc.ctl_set_cpu_model(self.CPU)
         for start, size in self.MEMORY:
             self.uc.mem_map(start, size, UC_PROT_ALL)
+            if 0 < start < 0x2000_0000:
+                self.uc.mem_write(start, b"\xff" * size)
         with open(elf, "rb") as file:
             image = ELFFile(file)
             for segment in image.iter_segments():
@@ -107,6 +124,7 @@ class Chip:
     def erase(self, first, size):
         """Erases a sector, half of it if the power fails meanwhile."""
         fails = self._operation()
+        self.uc.mem_protect(first & ~0xFFF, max(size, 0x1000), UC_PROT_ALL)
         self.uc.mem_write(first, b"\xff" * (size // 2 if fails else size))
         if fails:
             raise PowerCut
@@ -117,6 +135,8 @@ class Chip:
         fails = self._operation()
         self.uc.mem_write(first, bytes(byte | 0x5A for byte in data) if fails else bytes(data))
         if fails:
+            if self.UNREADABLE_IF_TORN:
+                self.uc.mem_protect(first & ~0xFFF, 0x1000, UC_PROT_WRITE)
             raise PowerCut
 
     def _operation(self):
@@ -175,6 +195,8 @@ class Chip:
             self._stop()
         elif 0x280 <= scs < 0x2A0:
             self.pending -= bits(0x280)
+        elif scs == 0xD0C and value & 4:
+            raise SystemReset
         elif scs == 0xF00:
             self.pending.add(value & 0x1FF)
             self._stop()
@@ -282,7 +304,12 @@ class Chip:
             irq = self._next_irq()
             if irq is not None:
                 self._enter(irq)
-            self.uc.emu_start(self.pc | 1, 0xFFFF_FFFE, count=most)
+            try:
+                self.uc.emu_start(self.pc | 1, 0xFFFF_FFFE, count=most)
+            except UcError as error:
+                if error.errno != UC_ERR_READ_PROT:
+                    raise
+                self.pending.add(HARD_FAULT)
             self.pc = self.uc.reg_read(UC_ARM_REG_PC) & ~1
             if self.stored:  # stopped after the store that set an interrupt pending: skip that store
                 self.stored = False

@@ -7,7 +7,7 @@ timer: counts of the three encoders, bytes for the UART in hexadecimal, and `lat
 timer during the tick. Each line is answered with a row of the journal, the first one describing the start-up. After
 the end of the input a last line describes the whole run.
 
-A scenario may contain an `event`, which happens before the period `at`: `loop` replaces the start of the function
+A scenario may contain `events`, each of which happens before the period `at`: `loop` replaces the start of the function
 whose name contains `symbol` by an endless loop until the watchdog's reset, `hard fault` happens at that function,
 `no ticks` stops the tick timer, `stop` opens the stop circuit for one period, the board is going to `restart` itself
 and the power fails during operation number `power_fails_in` of the flash, or the `power` fails at once. `values` are registers that differ after
@@ -20,7 +20,7 @@ import sys
 
 from unicorn import UcError
 
-from chip import Chip, PowerCut, explain
+from chip import Chip, PowerCut, SystemReset, explain
 from rp2350 import Rp2350
 from stm32 import CHIPS, Stm32
 
@@ -55,12 +55,14 @@ def write(chip: Chip, at, bytes_):
 
 
 def start(chip: Chip):
-    """Runs the start-up; if the power fails meanwhile, twice."""
-    try:
-        chip.run_until_sleep()
-    except PowerCut:
-        chip.power_on()
-        chip.run_until_sleep()
+    """Runs the start-up, anew after each cut of the power and each reset."""
+    while True:
+        try:
+            return chip.run_until_sleep()
+        except PowerCut:
+            chip.power_on()
+        except SystemReset:
+            chip.reset(by_watchdog=False)
 
 
 def tell(what):
@@ -73,7 +75,8 @@ def main():
     values = {int(at, 0): value for at, value in scenario.get("values", {}).items()}
     chip = Stm32(board, image, values) if board in CHIPS else Rp2350(image)
     chip.CYCLES_PER_READING = scenario.get("cycles_per_reading", chip.CYCLES_PER_READING)
-    event, planted, hangs = scenario.get("event") or {"at": None}, None, False
+    events, planted, hangs = {event["at"]: event for event in scenario.get("events", [])}, None, False
+    has_stop = any(event["how"] == "stop" for event in events.values())
     try:
         counting = scenario.get("count") and chip.count_instructions()
         start(chip)
@@ -85,7 +88,8 @@ def main():
             period = json.loads(line)
             chip.encoders = period["counts"]
             chip.to_board += bytes.fromhex(period["bytes"])
-            happens = event["how"] if number == event["at"] else None
+            event = events.get(number, {})
+            happens = event.get("how")
             if happens == "loop":
                 at = place_of(chip, event["symbol"])
                 planted = (at, bytes(chip.uc.mem_read(at, 2)))
@@ -99,7 +103,7 @@ def main():
             elif happens == "power":
                 chip.power_on()
                 start(chip)
-            if event.get("how") == "stop":
+            if has_stop:
                 chip.open_stop_circuit(happens == "stop")
             hangs |= happens in ("loop", "hard fault", "restart")
             before = chip.resets

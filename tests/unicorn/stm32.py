@@ -113,7 +113,7 @@ CHIPS = {
         "irq": {"TIM7": 55, "USART": 38},
         "clock_hz": 170_000_000,
         # the highest bit of the number selects the bank
-        "flash": ([(0, 0x4002_2000)], 0x08, 0x14, (31, 0, 1, 16), (3, 9), [0x800] * 0x180),
+        "flash": ([(0, 0x4002_2000)], 0x08, 0x14, (31, 0, 1, 16), (3, 9), [0x800] * 0x100),
         "pins": SMALL_PINS,
         "values": {0x4002_1000: 0x500, 0x4002_2020: 1 << 22},  # the oscillator that runs after a reset; two banks
     },
@@ -127,6 +127,7 @@ class Stm32(Chip):
         self.row = CHIPS[name]
         self.base, self.values = self.row["base"], self.row["values"] | (values or {})
         self.MEMORY, self.CPU = self.row["memory"], self.row["cpu"]
+        self.UNREADABLE_IF_TORN = name == "h743"
         self.ports = {self.base[name]: name for name in self.base if name.startswith("GPIO")}
         self.inputs = {name: sum(1 << pin for port, pin in self.row["pins"]["high"] if port == name) for name in self.ports.values()}
         super().__init__(elf)
@@ -189,7 +190,7 @@ class Stm32(Chip):
                     self.registers[registers + cr] &= ~(1 << bits[0])
                 return False
             if address == registers + cr:
-                return self._flash_control(first, self.at(address), value)
+                return self._flash_control(first, address, value)
         if address == self.base["USART"] + self.row["usart"][2]:
             self.sent.append(value & 0xFF)
             return False
@@ -212,10 +213,10 @@ class Stm32(Chip):
             return False
         return True
 
-    def _flash_control(self, first, old, value):
-        """A write to CR of the flash of which a bank begins at `first`."""
+    def _flash_control(self, first, registers, value):
+        """A write to the register CR of a bank that begins at `first`."""
         _, _, _, (lock, program, erases, begin), (place, bits), sizes = self.row["flash"]
-        if old >> lock & 1:
+        if self.at(registers) >> lock & 1:
             return False
         first += FLASH_START
         slots = [first + sum(sizes[:-2]), sum(sizes[-2:])]
@@ -225,6 +226,8 @@ class Stm32(Chip):
             if bits == 9:  # two banks of 128 pages: bit 8 of the number is the second one
                 number = number & 0x7F | number >> 1 & 0x80
             self.erase(first + sum(sizes[:number]), sizes[number])
+            self.registers[registers] = value & ~(1 << begin)  # the hardware clears it
+            return False
         elif value >> program & 1:
             self.before = bytes(self.uc.mem_read(*slots))
         elif self.before:

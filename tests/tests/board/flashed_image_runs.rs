@@ -282,7 +282,7 @@ fn a_hang_under_force_ends_with_the_pins_off() {
     for (board, event) in hangs {
         let mut periods = axes(at + after);
         periods[again as usize].says = Some(ToBoard::Ask(HostAsk::Arm));
-        let scenario = Scenario { periods: &periods, more: json!({"event": event}) };
+        let scenario = Scenario { periods: &periods, more: json!({"events": [event]}) };
         let Some(journal) = run(target(), board, &scenario) else { return };
         let rows = &journal.rows;
         let hung = at as usize;
@@ -339,7 +339,7 @@ fn late_ticks_under_force_release_it_and_tell_the_fault() {
 fn an_open_stop_circuit_ends_the_force_in_the_tick_in_which_it_opens() {
     for board in [Flashed::F446, Flashed::G474, Flashed::Pico2] {
         let at = PRESSED_TICKS - 20;
-        let scenario = Scenario { periods: &axes(PRESSED_TICKS + 40), more: json!({"event": {"at": at, "how": "stop"}}) };
+        let scenario = Scenario { periods: &axes(PRESSED_TICKS + 40), more: json!({"events": [{"at": at, "how": "stop"}]}) };
         let Some(journal) = run(target(), board, &scenario) else { return };
         let rows = &journal.rows;
         assert!(rows[at as usize - 1].enable && rows[at as usize - 1].steps[2] > 0, "{board:?}: a force acts before");
@@ -362,7 +362,7 @@ fn a_hard_fault_under_force_ends_with_the_pins_off_and_is_reported_after_the_res
         periods[asked as usize].says = Some(ToBoard::Report);
         let symbol = "7palpate4tick4tick17h";
         let event = json!({"at": at, "how": "hard fault", "symbol": symbol, "cfsr": BUS_ERROR, "bfar": NOWHERE});
-        let scenario = Scenario { periods: &periods, more: json!({"event": event}) };
+        let scenario = Scenario { periods: &periods, more: json!({"events": [event]}) };
         let Some(journal) = run(target(), board, &scenario) else { return };
         let rows = &journal.rows;
         let off = off_after(board, rows, at as usize);
