@@ -13,6 +13,7 @@ use palpate::haptic::cycle::Settings;
 use palpate::haptic::device::{HapticDevice, SensorStatus};
 use palpate::haptic::mode::Mode;
 use palpate_board::desktop_board::DesktopBoard;
+use palpate_controller::config::Profile;
 use palpate_controller::controller::{Arming, Controller};
 use palpate_controller::force_out::{DacCode, bridge::Bridge};
 use palpate_controller::haptic_loop::HapticLoop;
@@ -71,11 +72,12 @@ fn axes(periods: u32) -> Vec<Period> {
 }
 
 /// Runs the desktop's controller on the bytes that the image received on its UART, tick by tick.
-fn on_desktop(board: Flashed, periods: &[Period], rows: &[Row]) -> Vec<Record> {
+fn on_desktop(board: Flashed, profile: Option<&Profile>, periods: &[Period], rows: &[Row]) -> Vec<Record> {
     let mut memory = Box::new(Memory::RESERVED);
     let mut patch = Patch::open(board.patch(), &mut memory, None).unwrap();
-    let controller =
-        Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP.without_home(), Arming::OnRequest).unwrap();
+    let unknown = || (Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP.without_home());
+    let (settings, port) = profile.map_or_else(unknown, Profile::split);
+    let controller = Controller::build(&settings, port, Arming::OnRequest).unwrap();
     let mut haptic = HapticLoop::new(DesktopBoard::default(), controller);
     let (mut receiver, mut inbox) = (Receiver::NEW, Inbox::default());
     let mut records = Vec::new();
@@ -87,13 +89,14 @@ fn on_desktop(board: Flashed, periods: &[Period], rows: &[Row]) -> Vec<Record> {
         patch.settle(haptic.controller.in_contact());
         // a board reads its link after it has written the force
         for byte in &row.taken {
-            let Some(message) = receiver.push::<ToBoard<'_>>(*byte) else { continue };
-            match inbox.take(&message.unwrap(), &mut haptic.controller, None) {
+            let message = match receiver.push::<ToBoard<'_>>(*byte) {
+                Some(Ok(message)) => message,
+                Some(Err(_)) if profile.is_some() => continue, // cut by the restart
+                Some(Err(error)) => panic!("{error:?}"),
+                None => continue,
+            };
+            match inbox.take(&message, &mut haptic.controller, None) {
                 Reply::None | Reply::Listen(_) => {}
-                Reply::Store(profile) => {
-                    let (settings, port) = profile.split();
-                    haptic.controller.restart(&settings, port).unwrap();
-                }
                 Reply::Home => assert!(haptic.controller.show_home(&newest)),
                 other => panic!("{other:?}"),
             }
@@ -107,14 +110,20 @@ fn press(board: Flashed, periods: &[Period]) -> Option<Journal> {
     run(target(), board, &Scenario { periods, more: Value::Null })
 }
 
-/// Checks that the image's pins and records equal the desktop's to the bit. Returns the desktop's
-/// records and the image's other messages.
-fn agree(board: Flashed, periods: &[Period], journal: &Journal) -> (Vec<Record>, Vec<FromBoard>) {
-    let Journal { started, rows, .. } = journal;
+/// Checks that the image's pins and records equal the desktop's to the bit, from the restart on in
+/// which it stored a profile, if there was one. Returns the desktop's records and the image's other
+/// messages.
+fn agree(board: Flashed, profile: Option<&Profile>, periods: &[Period], journal: &Journal) -> (Vec<Record>, Vec<FromBoard>) {
+    let (started, resets) = (&journal.started, 1 + u64::from(profile.is_some()));
+    // the start-up belongs to the row after the one of the reset
+    let first = journal.rows.iter().position(|row| row.resets == resets).unwrap() + usize::from(profile.is_some());
+    let (before, rows) = journal.rows.split_at(first);
+    let periods = &periods[first..];
+    assert!(before.iter().all(Row::is_off));
     assert!(started.is_off() && started.fed > 0, "start-up drives nothing and begins to feed the watchdog");
     assert_eq!(started.lost, 0, "a peripheral is written only once it has its clock");
     assert!((4.0..=f64::from(OFF_MS)).contains(&journal.watchdog_ms), "{} ms", journal.watchdog_ms);
-    let records = on_desktop(board, periods, rows);
+    let records = on_desktop(board, profile, periods, rows);
     let mut last = [Bridge { steps: 0, reverse: false }; 3];
     for (n, (row, record)) in rows.iter().zip(&records).enumerate() {
         assert_eq!((row.enable, row.main_output), (record.enabled, record.enabled), "period {n}");
@@ -128,7 +137,7 @@ fn agree(board: Flashed, periods: &[Period], journal: &Journal) -> (Vec<Record>,
         let restarts = if board == Flashed::Pico2 { ended } else { 0 };
         assert_eq!(row.restarts, restarts, "period {n}: {ended} pulses had to end");
         last = bridges;
-        assert!(row.fed > 0 && row.resets == 1, "period {n}");
+        assert!(row.fed > 0 && row.resets == resets, "period {n}");
         assert!(record.enabled || row.is_off(), "period {n}: something drove the pins meanwhile");
     }
     // and the records that it sent over its UART
@@ -136,9 +145,8 @@ fn agree(board: Flashed, periods: &[Period], journal: &Journal) -> (Vec<Record>,
     for message in Journal::messages(rows) {
         match message {
             FromBoard::Record(there) => {
-                let here = records.iter().filter(|record| record.tick == there.tick);
-                // a new profile restarts the tick numbers, so several records may have this one
-                assert!(here.into_iter().any(|here| there.first_difference(here).is_none()), "tick {}", there.tick);
+                let here = records.iter().find(|record| record.tick == there.tick).unwrap();
+                assert_eq!(there.first_difference(here), None, "tick {}", there.tick);
                 told += 1;
             }
             FromBoard::Log(_) => {} // see `begins`
@@ -166,7 +174,7 @@ fn felt(records: &[Record]) -> f32 {
 fn presses_like_the_desktop(board: Flashed) {
     let periods = axes(if long() { LEAD_TICKS + 2_000 } else { PRESSED_TICKS });
     let Some(journal) = press(board, &periods) else { return };
-    let (records, others) = agree(board, &periods, &journal);
+    let (records, others) = agree(board, None, &periods, &journal);
     assert_eq!(others, [FromBoard::Homed]);
     let told = [
         "started after power-on or the reset button",
@@ -260,8 +268,9 @@ fn a_paddle_is_pressed_like_the_desktop_to_the_bit() {
             Period { counts: [POWER_ON_COUNTS + joint, 0, 0], says, late: 0 }
         })
         .collect();
-    let Some(journal) = press(Flashed::G474, &periods) else { return };
-    let (records, others) = agree(Flashed::G474, &periods, &journal);
+    let more = json!({"events": [{"at": STORE_AT, "how": "restart"}]});
+    let Some(journal) = run(target(), Flashed::G474, &Scenario { periods: &periods, more }) else { return };
+    let (records, others) = agree(Flashed::G474, Some(&profile), &periods, &journal);
     assert!(matches!(others[..], [FromBoard::Stored(_), FromBoard::Homed]), "{others:?}");
     let codes = records.iter().map(|record| record.codes);
     assert!(codes.clone().any(|codes| codes[0] > 100) && codes.into_iter().all(|codes| codes[1..] == [0, 0]));

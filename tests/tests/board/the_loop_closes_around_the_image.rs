@@ -21,13 +21,13 @@ use palpate_loop::closed_loop::hand::{Aim, HANDS};
 use palpate_loop::closed_loop::plant::Plant;
 use palpate_tests::mistakes::Mistake;
 use palpate_tests::register_model::{Flashed, Period, Row, lock_step};
-use serde_json::Value;
+use serde_json::json;
 
 /// Periods in which the host stores the profile or declares the home pose, and requests the force.
 const SET_UP_AT: usize = 10;
-const ARM_AT: usize = 80;
+const ARM_AT: usize = 120;
 /// Period in which the hand leaves the home pose, and duration of the motion.
-const LEAVES_AT: usize = 20;
+const LEAVES_AT: usize = 60;
 const LEAVING_TICKS: usize = 30;
 /// Period in which the hand begins to press, once the force is ramped in, and the duration of the
 /// press and of the hold.
@@ -111,7 +111,8 @@ fn pressed(board: Flashed, assumed: &Mistake, really: &Mistake) -> Option<[Vecto
         ..Profile::desktop()
     };
     let mut period = 0_usize;
-    lock_step(Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap(), board, &Value::Null, |row| {
+    let more = if *assumed == STRAIGHT { json!({}) } else { json!({"events": [{"at": SET_UP_AT, "how": "restart"}]}) };
+    lock_step(Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap(), board, &more, |row| {
         let share = |from: usize, ticks: usize| (period.saturating_sub(from) as f64 / ticks as f64).min(1.0);
         let above_m = ABOVE_M * share(LEAVES_AT, LEAVING_TICKS);
         handle.step(row, above_m + (PRESSED_M - above_m) * share(PRESS_AT, PRESS_TICKS));
