@@ -93,7 +93,7 @@ mod flashed;
 #[expect(unsafe_code, reason = "flash is read by address, and what waits for it outlives a reset")]
 mod profile_flash;
 #[cfg(not(feature = "mps2"))]
-pub use profile_flash::{ProfileMemory, restarted_for, store_by_restart, store_waiting};
+pub use profile_flash::{ProfileMemory, kept_profile, restarted_for, store_by_restart};
 
 #[cfg(feature = "pico2")]
 #[expect(unsafe_code, reason = "interrupt entry and registers shared with fault handlers are the board's to touch")]
@@ -117,7 +117,7 @@ use mps2 as family;
 compile_error!("name a board: --features mps2, nucleo-h743zi, nucleo-f446re, nucleo-g474re or pico2");
 
 #[cfg(feature = "mps2")]
-pub use family::{ProfileMemory, store_waiting};
+pub use family::{ProfileMemory, kept_profile};
 
 pub use family::{
     NAME, after_crash, barred, budget, clock_counts, clock_hz, counts_to_ns, emergency_stop, exit, feed_watchdog, healthy, idle,

@@ -73,10 +73,9 @@ pub fn is_reading() -> bool {
     mark == READS_A || mark == READS_A + 1
 }
 
-/// Erases a slot that could not be read, and stores the profile that was set aside before the
-/// restart; called before the watchdog runs. Returns that profile, which is used even if its
-/// storing failed.
-pub fn store_waiting(memory: &mut ProfileMemory) -> Option<Profile> {
+/// The profile to use, read before the watchdog runs. A slot that could not be read is erased, and a
+/// profile that was set aside before the restart is stored, and used even if that fails.
+pub fn kept_profile(memory: &mut ProfileMemory) -> Option<Profile> {
     // SAFETY: as in `read`; after power-on the content is random.
     let mark = unsafe { core::mem::replace(&mut *reading(), 0) };
     for slot in [Slot::A, Slot::B] {
@@ -85,7 +84,7 @@ pub fn store_waiting(memory: &mut ProfileMemory) -> Option<Profile> {
             let _erased = memory.erase(slot);
         }
     }
-    let profile = aside().take()?;
+    let Some(profile) = aside().take() else { return config::load(memory).map(|kept| kept.0) };
     STORED.store(config::store(memory, &profile).unwrap_or(0), Ordering::Relaxed);
     Some(profile)
 }

@@ -1,7 +1,7 @@
 //! Checks that the site of a patch lies on its surface, faces the probe, and has tissue below it
 //! down to the depth limit. Counts the triangles that a probe reaches at most.
 
-use palpate::{BuildError, Model, PatchFile, Vector3};
+use palpate::{BuildError, Model, PatchFile, Triangle, Vector3};
 
 /// Parameter of [`BuildError::OutOfRange`] for a site with no surface triangle in reach.
 pub const SITE: &str = "surface triangles in reach of the patch's site";
@@ -27,9 +27,10 @@ pub fn check(file: &PatchFile<'_>) -> Result<usize, BuildError> {
     // a longer axis would scale the forces on the device
     BuildError::within(AXIS_LENGTH, axis.dot(&axis), 1.0 - UNIT, 1.0 + UNIT)?;
     let (mut touched, mut outward_m2) = (0_usize, Vector3::zeros());
-    for corners in in_reach(file) {
+    let near = near(file, &file.site_m);
+    for triangle in model.triangles.iter().filter(|triangle| touches(triangle, &near)) {
         touched += 1;
-        let [a, b, c] = corners;
+        let [a, b, c] = triangle.node.map(|node| corner_m(model, node));
         outward_m2 += (b - a).cross(&(c - a));
     }
     BuildError::within(SITE, touched as f32, 1.0, f32::MAX)?;
@@ -44,42 +45,49 @@ pub fn check(file: &PatchFile<'_>) -> Result<usize, BuildError> {
 /// the surface at rest. It bounds the cost of a tick, which presses no more of them.
 #[inline(never)]
 pub fn most_in_reach(file: &PatchFile<'_>, after_round: &mut dyn FnMut()) -> usize {
-    let (model, radius_m) = (&file.model, file.params.probe.radius_m);
+    let model = &file.model;
     let mut most = 0;
     for triangle in model.triangles {
-        // arrays, because every function of a vector would be a call in code built for size
-        let [a, b, c] = triangle.node.map(|node| model.nodes.get(usize::from(node)).map_or([0.0; 3], |node| node.rest_m));
-        for place in 0..(PARTS + 1) * (PARTS + 1) {
-            let (i, j) = (place / (PARTS + 1), place % (PARTS + 1));
-            if i + j > PARTS {
-                continue;
+        let [a, b, c] = triangle.node.map(|node| corner_m(model, node));
+        let (along_m, across_m) = ((b - a) * (1.0 / PARTS as f32), (c - a) * (1.0 / PARTS as f32));
+        let mut row_m = a;
+        for row in 0..=PARTS {
+            let mut place_m = row_m;
+            for _ in row..=PARTS {
+                let near = near(file, &place_m);
+                most = most.max(model.triangles.iter().filter(|triangle| touches(triangle, &near)).count());
+                after_round();
+                place_m += across_m;
             }
-            let shares = [PARTS - i - j, i, j].map(|part| part as f32 * (1.0 / PARTS as f32));
-            let place_m: [f32; 3] = core::array::from_fn(|k| a[k] * shares[0] + b[k] * shares[1] + c[k] * shares[2]);
-            let mut near = [true; MOST_NODES];
-            for (node, near) in model.nodes.iter().zip(&mut near) {
-                let square_m2 = node.rest_m.iter().zip(&place_m).map(|(at, place)| (at - place) * (at - place)).sum::<f32>();
-                *near = square_m2 <= radius_m * radius_m;
-            }
-            let is_near = |node: &u16| near.get(usize::from(*node)) != Some(&false);
-            most = most.max(model.triangles.iter().filter(|triangle| triangle.node.iter().any(is_near)).count());
+            row_m += along_m;
         }
-        after_round();
     }
     most
 }
 
-/// Corners of each surface triangle with at least one corner within the probe's radius of the site.
-fn in_reach<'f>(file: &'f PatchFile<'_>) -> impl Iterator<Item = [Vector3<f32>; 3]> + 'f {
+#[inline(never)]
+fn corner_m(model: &Model<'_>, node: u16) -> Vector3<f32> {
+    model.nodes.get(usize::from(node)).map_or([0.0; 3], |node| node.rest_m).into()
+}
+
+/// Marks the nodes within the probe's radius of a place.
+#[inline(never)]
+fn near(file: &PatchFile<'_>, place_m: &Vector3<f32>) -> [bool; MOST_NODES] {
+    let mut near = [true; MOST_NODES];
     let radius_m = file.params.probe.radius_m;
-    let near = move |corner: &Vector3<f32>| {
-        let displacement_m = corner - file.site_m;
-        displacement_m.dot(&displacement_m) <= radius_m * radius_m
-    };
-    let corners = |model: &Model<'_>, nodes: [u16; 3]| {
-        nodes.map(|node| model.nodes.get(usize::from(node)).map_or_else(|| Vector3::repeat(f32::MAX), |node| node.rest_m.into()))
-    };
-    file.model.triangles.iter().map(move |triangle| corners(&file.model, triangle.node)).filter(move |c| c.iter().any(near))
+    for (node, near) in file.model.nodes.iter().zip(&mut near) {
+        // no vectors, because each of their functions would be a call in code built for size
+        let [x, y, z] = node.rest_m;
+        let (x, y, z) = (x - place_m.x, y - place_m.y, z - place_m.z);
+        *near = x * x + y * y + z * z <= radius_m * radius_m;
+    }
+    near
+}
+
+/// Whether at least one corner of a triangle is marked.
+#[inline(never)]
+fn touches(triangle: &Triangle, near: &[bool; MOST_NODES]) -> bool {
+    triangle.node.iter().any(|node| near.get(usize::from(*node)) != Some(&false))
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use core::mem::MaybeUninit;
 
-use palpate_controller::config::{Flash, FlashError, Profile, SLOT_BYTES, Slot};
+use palpate_controller::config::{self, Flash, FlashError, Profile, SLOT_BYTES, Slot};
 
 // SAFETY: nothing else is put into this section; the name is unique.
 #[unsafe(link_section = ".uninit.slots")]
@@ -45,7 +45,7 @@ impl Flash for ProfileMemory {
     }
 }
 
-/// No profile waits for a restart: this memory is written at once.
-pub fn store_waiting(_: &mut ProfileMemory) -> Option<Profile> {
-    None
+/// The profile that this memory keeps.
+pub fn kept_profile(memory: &mut ProfileMemory) -> Option<Profile> {
+    config::load(memory).map(|kept| kept.0)
 }
