@@ -57,7 +57,7 @@ fn a_file_for_the_boot_loader_of_a_pico_2_holds_the_binary_in_numbered_blocks() 
     const ARM_SECURE: u32 = 0xE48B_FF59;
     let desk = tempfile::tempdir().unwrap();
     let [binary, out] = ["a.bin", "a.uf2"].map(|name| desk.path().join(name));
-    let written: Vec<u8> = (0..700_u32).map(|n| (n * n >> 3) as u8).collect();
+    let written: Vec<u8> = (0..700_u32).map(|n| ((n * n) >> 3) as u8).collect();
     std::fs::write(&binary, &written).unwrap();
     assert!(Command::new(repository().join("host-sim/uf2")).args([&binary, &out]).status().unwrap().success());
     let mut read = Vec::new();
