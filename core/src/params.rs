@@ -184,7 +184,8 @@ pub struct Tuned<'a> {
     pub(crate) friction: f32,
     /// Ratio of the tangential to the normal stiffness of a half-space (1).
     pub(crate) along: f32,
-    /// Most surface triangles that a substep presses: further ones raise [`crate::ClampFlags::DEPTH`].
+    /// Most surface triangles that a substep presses. Further ones raise
+    /// [`crate::ClampFlags::DEPTH`].
     pub most_pressed: usize,
     /// True if the tissue relaxes or the probe has friction.
     pub(crate) remembers: bool,

@@ -72,9 +72,9 @@ pub fn of_chip() -> Option<Memories> {
     })
 }
 
-/// RP2350 of a Pico 2, by its data sheet: 4 MB of serial flash, of which the last two sectors of 4 KB
-/// hold profiles, and 512 KB of contiguous RAM. Its boot ROM looks for a block in the first 4 KB of
-/// flash.
+/// RP2350 of a Pico 2, by its data sheet: 4 MB of serial flash, of which the last two sectors of
+/// 4 KB hold profiles, and 512 KB of contiguous RAM. Its boot ROM looks for a block in the first
+/// 4 KB of flash.
 #[cfg(feature = "pico2")]
 pub fn of_chip() -> Option<Memories> {
     let ram = Region { origin: 0x2000_0000, bytes: 512 * 1024 };

@@ -1,4 +1,5 @@
-//! A profile that is set aside until the board has restarted, in memory that a reset does not clear.
+//! A profile that is set aside until the board has restarted, in memory that a reset does not
+//! clear.
 //!
 //! Erasing flash takes longer than the watchdog's time. The board therefore sets a new profile
 //! aside, restarts, and stores it before the watchdog runs and anything can be armed.

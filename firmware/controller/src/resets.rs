@@ -85,6 +85,17 @@ mod tests {
     }
 
     #[test]
+    fn a_restart_that_is_meant_neither_counts_nor_ends_a_bar() {
+        let mut resets = Resets::POWER_ON;
+        for _ in 0..5 {
+            assert!(!resets.start(Cause::Restart));
+        }
+        assert_eq!([Cause::Crash, Cause::Crash, Cause::Crash].map(|cause| resets.start(cause)), [false, false, true]);
+        assert!(resets.start(Cause::Restart));
+        assert!(!resets.start(Cause::Power));
+    }
+
+    #[test]
     fn three_crashes_within_a_minute_bar_and_fewer_or_slower_ones_do_not() {
         assert!(!bars(0, 0) && !bars(2, 10));
         assert!(bars(3, 10) && bars(3, 29_999) && bars(30, 10));

@@ -73,8 +73,8 @@ pub fn is_reading() -> bool {
     mark == READS_A || mark == READS_A + 1
 }
 
-/// The profile to use, read before the watchdog runs. A slot that could not be read is erased, and a
-/// profile that was set aside before the restart is stored, and used even if that fails.
+/// The profile to use, read before the watchdog runs. A slot that could not be read is erased, and
+/// a profile that was set aside before the restart is stored, and used even if that fails.
 pub fn kept_profile(memory: &mut ProfileMemory) -> Option<Profile> {
     // SAFETY: as in `read`; after power-on the content is random.
     let mark = unsafe { core::mem::replace(&mut *reading(), 0) };

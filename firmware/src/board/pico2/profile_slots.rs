@@ -1,5 +1,5 @@
-//! The last two sectors of the serial flash, for profiles. The boot ROM erases and writes them, while
-//! the program that calls it runs from RAM.
+//! The last two sectors of the serial flash, for profiles. The boot ROM erases and writes them,
+//! while the program that calls it runs from RAM.
 
 use embassy_rp::flash::{Blocking, ERASE_SIZE, FLASH_BASE, Flash};
 use embassy_rp::pac::WATCHDOG;

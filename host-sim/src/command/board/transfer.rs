@@ -118,7 +118,8 @@ pub(super) fn profile(device: &str, port: &PortArgs) -> Result<(), Error> {
     port.with(|session| send_profile(&device, &profile, session))
 }
 
-/// Sends a profile. A board with flash restarts to store it and erases a sector for up to two seconds.
+/// Sends a profile. A board with flash restarts to store it and erases a sector for up to two
+/// seconds.
 pub(super) fn send_profile(device: &DeviceProfile, profile: &Profile, session: &mut Session) -> Result<(), Error> {
     session.silence = ANSWER;
     session.send(&ToBoard::Store(*profile))?;
