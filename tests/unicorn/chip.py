@@ -326,8 +326,10 @@ class Chip:
             if most and self._next_irq() is None:
                 return False
 
-    def period(self, hangs=False, late=0):
+    def period(self, most=0, late=0):
         """One period of the tick timer: raises its interrupt and runs the core. Returns False if the core hangs.
+
+        A core that may hang runs `most` instructions.
 
         A late tick still runs when `late` further periods begin.
         """
@@ -336,7 +338,7 @@ class Chip:
                 self.uc.ctl_flush_tb()  # or instructions that ran before are not counted
                 asleep = self.run_until_sleep(LATE_INSTRUCTIONS)
                 assert not asleep, f"the tick of period {self.periods} is too short to be late"
-        return self._begin() and self.run_until_sleep(self.cycles_per_period() if hangs else 0)
+        return self._begin() and self.run_until_sleep(most)
 
     def _begin(self):
         """Begins a period. Returns False if a watchdog acts instead."""

@@ -25,6 +25,7 @@ from rp2350 import Rp2350
 from stm32 import CHIPS, Stm32
 
 LOOP = b"\xfe\xe7"  # b .
+RESTART_INSTRUCTIONS = 40_000  # in a period of a board that waits for its watchdog: more than an idle tick takes
 
 
 def row(chip: Chip, events):
@@ -75,7 +76,7 @@ def main():
     values = {int(at, 0): value for at, value in scenario.get("values", {}).items()}
     chip = Stm32(board, image, values) if board in CHIPS else Rp2350(image)
     chip.CYCLES_PER_READING = scenario.get("cycles_per_reading", chip.CYCLES_PER_READING)
-    events, planted, hangs = {event["at"]: event for event in scenario.get("events", [])}, None, False
+    events, planted, hangs = {event["at"]: event for event in scenario.get("events", [])}, None, 0
     has_stop = any(event["how"] == "stop" for event in events.values())
     try:
         counting = scenario.get("count") and chip.count_instructions()
@@ -105,14 +106,17 @@ def main():
                 start(chip)
             if has_stop:
                 chip.open_stop_circuit(happens == "stop")
-            hangs |= happens in ("loop", "hard fault", "restart")
+            if happens in ("loop", "hard fault"):
+                hangs = chip.cycles_per_period()
+            elif happens == "restart":
+                hangs = RESTART_INSTRUCTIONS
             before = chip.resets
             chip.period(hangs, period["late"])
             answer = row(chip, chip.journal)
             if chip.resets > before:
                 if planted:
                     write(chip, *planted)
-                planted, hangs = None, False
+                planted, hangs = None, 0
                 start(chip)
             tell(answer)
     except UcError as error:
