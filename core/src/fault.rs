@@ -268,7 +268,7 @@ impl ClampFlags {
     /// `max_sink_m_per_s`; the patch was shown a probe that moves at that limit.
     pub const SPEED: Self = Self(1);
     /// The probe was deeper than the patch's depth limit, or beyond the places of its law, and was
-    /// clamped to it.
+    /// clamped to it; or it pressed more triangles than a tick has time for.
     pub const DEPTH: Self = Self(2);
     /// The force was larger than `max_force_n`; its magnitude was clamped, its direction kept.
     pub const FORCE: Self = Self(4);

@@ -3,13 +3,13 @@
 
 mod probe;
 mod prony;
+mod ranges;
 mod terms;
 
 use nalgebra::Vector3;
 
 use crate::fault::BuildError;
 use crate::inertia::{Gains, NEIGHBOUR, NodeStep};
-use crate::lanes::square_root;
 use crate::model::{Model, Spring};
 use crate::smooth;
 pub use probe::{Probe, ProbeShape};
@@ -184,6 +184,9 @@ pub struct Tuned<'a> {
     pub(crate) friction: f32,
     /// Ratio of the tangential to the normal stiffness of a half-space (1).
     pub(crate) along: f32,
+    /// Most surface triangles that a substep presses. Further ones raise
+    /// [`crate::ClampFlags::DEPTH`].
+    pub most_pressed: usize,
     /// True if the tissue relaxes or the probe has friction.
     pub(crate) remembers: bool,
     /// True if some node has added mass relative to its neighbours.
@@ -339,7 +342,9 @@ impl Params {
         let node_step = core::mem::take(&mut tuned.node_step);
         self.weigh(model, node_step);
         let gains = self.gains(model, node_step);
+        let most_pressed = tuned.most_pressed;
         *tuned = self.derive(node_step, gains);
+        tuned.most_pressed = most_pressed;
     }
 
     /// Gains of the smooth fields for the masses that [`Self::weigh`] computed. Without the term of
@@ -437,6 +442,7 @@ impl Params {
             compensation: self.compensation,
             contact_damping_s: self.contact_damping * dt,
             lumping_s: CONTACT_LUMPING * dt,
+            most_pressed: usize::MAX,
             // a node's volume is a quarter of its tets', mu is E / (2 (1 + nu))
             steepness: if self.terms.stiffening {
                 2.0 * self.stiffening_b * (2.0 * (1.0 + self.poisson_ratio)) * 24.0
@@ -452,45 +458,5 @@ impl Params {
             gains,
             node_step,
         }
-    }
-
-    /// Checks every parameter against its range.
-    ///
-    /// # Errors
-    /// Returns the name and the range of the first parameter outside its range.
-    #[inline]
-    pub fn check(&self) -> Result<(), BuildError> {
-        let dt = self.tick_s / f32::from(self.substeps.max(1));
-        let highest = GuardLimits::HIGHEST;
-        // (name, value, smallest, largest); ranges are wide: they catch a wrong unit, not a bold
-        // choice
-        let ranges = [
-            ("youngs_modulus_pa", self.youngs_modulus_pa, 1.0, 1e9),
-            ("poisson_ratio", self.poisson_ratio, 0.25, 0.4999),
-            ("density_kg_per_m3", self.density_kg_per_m3, 1.0, 3e4),
-            ("tick_s", self.tick_s, 1e-5, 1e-2),
-            ("node_damping_per_s", self.node_damping_per_s, 0.0, 1.0 / dt),
-            ("compensation", self.compensation, 0.0, 100.0),
-            ("compensation_threshold", self.compensation_threshold, 0.0, 0.9),
-            ("mass_floor", self.mass_floor, 0.0, 1e3),
-            ("contact_damping", self.contact_damping, 0.0, 1.0),
-            ("friction", self.friction, 0.0, MOST_FRICTION),
-            ("stiffening_b", self.stiffening_b, 0.0, MOST_STIFFENING),
-            ("probe.radius_m", self.probe.radius_m, f32::MIN_POSITIVE, 1.0),
-            ("limits.max_speed_m_per_s", self.limits.max_speed_m_per_s, f32::MIN_POSITIVE, highest.max_speed_m_per_s),
-            ("limits.max_sink_m_per_s", self.limits.max_sink_m_per_s, f32::MIN_POSITIVE, highest.max_sink_m_per_s),
-            ("limits.max_force_n", self.limits.max_force_n, 0.0, highest.max_force_n),
-            ("gravity_m_per_s2[0]", self.gravity_m_per_s2[0], -100.0, 100.0),
-            ("gravity_m_per_s2[1]", self.gravity_m_per_s2[1], -100.0, 100.0),
-            ("gravity_m_per_s2[2]", self.gravity_m_per_s2[2], -100.0, 100.0),
-            ("probe.axis length", square_root(self.probe.axis.dot(&self.probe.axis)), 0.999, 1.001),
-            ("substeps", f32::from(self.substeps), 1.0, 1000.0),
-        ];
-        for (parameter, value, min, max) in ranges {
-            BuildError::within(parameter, value, min, max)?;
-        }
-        #[cfg(feature = "long-tips")]
-        self.probe.check_shape()?;
-        prony::check(self.relaxes(), self.tick_s)
     }
 }

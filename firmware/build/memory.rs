@@ -59,8 +59,12 @@ pub fn of_chip() -> Option<Memories> {
         }
     }
     let fast_code = named("ITCM");
+    // the last two sectors hold profiles (`stm32/profile_slots.rs`)
+    let sectors = memory.iter().filter(|r| matches!(r.kind, MemoryRegionKind::Flash)).filter_map(|r| r.settings.as_ref());
+    let sector_bytes = sectors.map(|settings| settings.erase_size).max().unwrap_or(0);
+    let flash = from(0x0800_0000, true);
     Some(Memories {
-        flash: from(0x0800_0000, true),
+        flash: Region { bytes: flash.bytes - 2 * sector_bytes, ..flash },
         ram: from(0x2000_0000, false),
         fast_code,
         large: named("AXISRAM"),
@@ -68,12 +72,13 @@ pub fn of_chip() -> Option<Memories> {
     })
 }
 
-/// RP2350 of a Pico 2, by its data sheet: 4 MB of serial flash, 512 KB of contiguous RAM. Its boot
-/// ROM looks for a block in the first 4 KB of flash.
+/// RP2350 of a Pico 2, by its data sheet: 4 MB of serial flash, of which the last two sectors of
+/// 4 KB hold profiles, and 512 KB of contiguous RAM. Its boot ROM looks for a block in the first
+/// 4 KB of flash.
 #[cfg(feature = "pico2")]
 pub fn of_chip() -> Option<Memories> {
     let ram = Region { origin: 0x2000_0000, bytes: 512 * 1024 };
-    let flash = Region { origin: 0x1000_0000, bytes: 4 * 1024 * 1024 };
+    let flash = Region { origin: 0x1000_0000, bytes: (4 * 1024 - 8) * 1024 };
     Some(Memories { flash, ram, fast_code: Some(Region { bytes: 0, ..ram }), large: None, boot_block: true })
 }
 

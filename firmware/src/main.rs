@@ -18,7 +18,7 @@ mod telemetry;
 use board::{Duty, ThisBoard};
 use cortex_m_rt::entry;
 use palpate_controller::board::Board;
-use palpate_controller::config::{self, Profile};
+use palpate_controller::config::Profile;
 use palpate_controller::controller::{Arming, Controller};
 use palpate_controller::crash::Crash;
 use palpate_controller::haptic_loop::HapticLoop;
@@ -78,10 +78,10 @@ fn main() -> ! {
 #[inline(never)]
 fn haptic_loop(arming: Arming) -> &'static mut HapticLoop<ThisBoard> {
     let mut this = ThisBoard::default();
-    let kept = config::load(this.profile_memory());
+    let kept = board::kept_profile(this.profile_memory());
     let known = kept.is_some();
     board::log::started(known, arming == Arming::Barred);
-    let (settings, edge) = kept.map_or_else(Profile::desktop, |kept| kept.0).split();
+    let (settings, edge) = kept.unwrap_or_else(Profile::desktop).split();
     let edge = if known { edge } else { edge.without_home() };
     let controller = or_stop(Controller::build(&settings, edge, arming).map_err(Refusal::from), "no controller");
     LOOP.init(HapticLoop::new(this, controller))

@@ -1,8 +1,9 @@
 //! Runs the unchanged image that is flashed on a real board on a model of its chip's registers
 //! (`tests/unicorn`), which executes instructions and does not measure time.
 
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use palpate_board::defmt_log::{self, LogTable};
 use palpate_controller::link::{FRAME_BYTES, FromBoard, Receiver, ToBoard, encode};
@@ -45,17 +46,18 @@ impl Flashed {
 }
 
 /// Input of a period: encoder counts and the host's message, if any.
+#[derive(Clone, Copy)]
 pub struct Period {
     /// Counts of the three encoders.
     pub counts: [i32; 3],
     /// Messages that the host sends.
     pub says: Option<ToBoard<'static>>,
+    /// Number of periods that begin before the tick of this one ends.
+    pub late: u32,
 }
 
-/// Events at the board besides its periods.
+/// Events at the board.
 pub struct Scenario<'a> {
-    /// Name of the files that the run leaves, unique per test.
-    pub name: &'a str,
     /// Input of each period of the tick timer.
     pub periods: &'a [Period],
     /// Further keys of a scenario, as `tests/unicorn/run.py` lists them; null if there are none.
@@ -157,6 +159,14 @@ impl Journal {
         bytes.filter_map(|byte| receiver.push::<FromBoard>(*byte)).map(|message| message.expect("a good frame")).collect()
     }
 
+    /// Messages in these rows, without frames that a reset has cut.
+    #[must_use]
+    pub fn whole_messages(rows: &[Row]) -> Vec<FromBoard> {
+        let mut receiver = Receiver::NEW;
+        let bytes = rows.iter().flat_map(|row| &row.sent);
+        bytes.filter_map(|byte| receiver.push::<FromBoard>(*byte)?.ok()).collect()
+    }
+
     /// Lines of the log that the image sent in these rows, decoded with its ELF file.
     ///
     /// # Panics
@@ -184,12 +194,34 @@ impl Journal {
 /// Panics if the image cannot be built, or the model finds no way on.
 #[must_use]
 pub fn run(target: &Path, board: Flashed, scenario: &Scenario) -> Option<Journal> {
+    let mut periods = scenario.periods.iter();
+    lock_step(target, board, &scenario.more, |_| periods.next().copied())
+}
+
+/// Runs the image of a board in lock-step: `input` gives the input of a period after the row of the
+/// last one, and ends the run with `None`.
+///
+/// # Panics
+/// As [`run`].
+#[must_use]
+pub fn lock_step(target: &Path, board: Flashed, more: &Value, mut input: impl FnMut(&Row) -> Option<Period>) -> Option<Journal> {
     let python = python(target)?;
     let image = build_flashed(target, board.name()).expect("the image builds");
-    let folder = target.join("tmp/register-model");
-    std::fs::create_dir_all(&folder).expect("a folder");
-    let [given, told] =
-        ["scenario", "journal"].map(|what| folder.join(format!("{}-{}-{what}.json", board.name(), scenario.name)));
+    let mut model = Command::new(python)
+        .arg(repository().join("tests/unicorn/run.py"))
+        .arg(board.name())
+        .arg(&image)
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("python runs");
+    let mut given = model.stdin.take().expect("a pipe");
+    let mut told = BufReader::new(model.stdout.take().expect("a pipe")).lines();
+    let mut answer = || -> Value {
+        let line = told.next().expect("the model goes on; above is why it does not").expect("a pipe");
+        serde_json::from_str(&line).expect("JSON")
+    };
     let mut sequence = 0;
     let mut frame = |message: &ToBoard<'_>| {
         sequence += 1;
@@ -197,32 +229,23 @@ pub fn run(target: &Path, board: Flashed, scenario: &Scenario) -> Option<Journal
         let bytes = encode(sequence, message, &mut out).expect("a message fits its frame");
         bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>()
     };
-    let rows: Vec<Value> = scenario
-        .periods
-        .iter()
-        .map(|period| json!({"counts": period.counts, "bytes": period.says.as_ref().map_or_else(String::new, &mut frame)}))
-        .collect();
-    let mut whole = json!({ "periods": rows });
-    if let (Some(whole), Some(more)) = (whole.as_object_mut(), scenario.more.as_object()) {
-        whole.extend(more.clone());
+    let scenario = if more.is_null() { json!({}) } else { more.clone() };
+    writeln!(given, "{scenario}").expect("a pipe");
+    let mut rows = vec![Row::of(&answer())];
+    while let Some(period) = rows.last().and_then(&mut input) {
+        let bytes = period.says.as_ref().map_or_else(String::new, &mut frame);
+        writeln!(given, "{}", json!({"counts": period.counts, "bytes": bytes, "late": period.late})).expect("a pipe");
+        rows.push(Row::of(&answer()));
     }
-    std::fs::write(&given, whole.to_string()).expect("a file");
-    let run = Command::new(python)
-        .arg(repository().join("tests/unicorn/run.py"))
-        .arg(board.name())
-        .args([&image, &given, &told])
-        .env("PYTHONDONTWRITEBYTECODE", "1")
-        .output()
-        .expect("python runs");
-    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
-    let told: Value = serde_json::from_slice(&std::fs::read(&told).expect("a journal")).expect("JSON");
-    let mut rows = told["rows"].as_array().into_iter().flatten().map(Row::of);
+    drop(given);
+    let told = answer();
+    assert!(model.wait().expect("python ends").success());
     Some(Journal {
         image,
         period_steps: u16::try_from(number(&told["period_steps"])).expect("16 bits"),
         watchdog_ms: told["watchdog_ms"].as_f64().unwrap_or_default(),
-        started: rows.next().expect("the row of the start-up"),
-        rows: rows.collect(),
+        started: rows.remove(0),
+        rows,
         told,
     })
 }

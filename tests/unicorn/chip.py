@@ -9,7 +9,17 @@ model therefore does not show how long a tick takes; the image's cycle counter a
 import struct
 
 from elftools.elf.elffile import ELFFile
-from unicorn import UC_ARCH_ARM, UC_HOOK_CODE, UC_MODE_MCLASS, UC_MODE_THUMB, UC_PROT_ALL, Uc, UcError
+from unicorn import (
+    UC_ARCH_ARM,
+    UC_ERR_READ_PROT,
+    UC_HOOK_CODE,
+    UC_MODE_MCLASS,
+    UC_MODE_THUMB,
+    UC_PROT_ALL,
+    UC_PROT_WRITE,
+    Uc,
+    UcError,
+)
 from unicorn.arm_const import (
     UC_ARM_REG_FPSCR,
     UC_ARM_REG_LR,
@@ -28,9 +38,18 @@ from unicorn.arm_const import (
 SCS, CYCLE_COUNT = 0xE000_E000, 0xE000_1004
 CFSR, BFAR = SCS + 0xD28, SCS + 0xD38
 BYTES_IN_A_TICK = 11  # at 115 200 baud
+LATE_INSTRUCTIONS = 20_000  # after which a late tick is interrupted by the next period; a press takes three times as many
 RETURN = 0x1FFF_0000  # stands for an exception return; the page is executable
 HARD_FAULT, SYSTICK = 3 - 16, 15 - 16  # vectors, counted from the first interrupt
 FRAME = [UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_REG_R12, UC_ARM_REG_LR, UC_ARM_REG_PC, UC_ARM_REG_XPSR]
+
+
+class PowerCut(Exception):
+    """The power fails while the flash is erased or written."""
+
+
+class SystemReset(Exception):
+    """The image resets the chip."""
 
 
 class Chip:
@@ -40,6 +59,7 @@ class Chip:
     REGISTERS = [(0x4000_0000, 0x2000_0000), (0xE000_0000, 0x10_0000)]  # (start, size)
     CPU = None
     FIFO_BYTES = 16
+    UNREADABLE_IF_TORN = False  # whether reading a half-written word of the flash is a fault
     CYCLES_PER_READING = 64  # of the cycle counter, which must move, or delays would be endless
 
     def __init__(self, elf):
@@ -47,6 +67,8 @@ class Chip:
         self.uc.ctl_set_cpu_model(self.CPU)
         for start, size in self.MEMORY:
             self.uc.mem_map(start, size, UC_PROT_ALL)
+            if 0 < start < 0x2000_0000:
+                self.uc.mem_write(start, b"\xff" * size)
         with open(elf, "rb") as file:
             image = ELFFile(file)
             for segment in image.iter_segments():
@@ -97,6 +119,39 @@ class Chip:
         """Interrupts that begin with a period of the tick timer."""
         raise NotImplementedError
 
+    # flash, which the image erases and writes
+
+    def erase(self, first, size):
+        """Erases a sector, half of it if the power fails meanwhile."""
+        fails = self._operation()
+        self.uc.mem_protect(first & ~0xFFF, max(size, 0x1000), UC_PROT_ALL)
+        self.uc.mem_write(first, b"\xff" * (size // 2 if fails else size))
+        if fails:
+            raise PowerCut
+
+    def write(self, first, data):
+        """Writes erased bytes, some of their bits if the power fails meanwhile."""
+        assert set(self.uc.mem_read(first, len(data))) == {0xFF}, f"{first:#x} is not erased"
+        fails = self._operation()
+        self.uc.mem_write(first, bytes(byte | 0x5A for byte in data) if fails else bytes(data))
+        if fails:
+            if self.UNREADABLE_IF_TORN:
+                self.uc.mem_protect(first & ~0xFFF, 0x1000, UC_PROT_WRITE)
+            raise PowerCut
+
+    def _operation(self):
+        self.journal.append("flash")
+        assert not self.driving() and not self.watchdogs(), "the flash is written while a force can act"
+        self.power_fails_in -= 1
+        return self.power_fails_in == 0
+
+    def power_on(self):
+        """Starts anew: RAM has any content, the flash has its own."""
+        for start, size in self.MEMORY:
+            if start >= 0x2000_0000:
+                self.uc.mem_write(start, b"\xc5" * size)
+        self.reset(by_watchdog=False)
+
     # registers
 
     def reset(self, by_watchdog):
@@ -140,6 +195,8 @@ class Chip:
             self._stop()
         elif 0x280 <= scs < 0x2A0:
             self.pending -= bits(0x280)
+        elif scs == 0xD0C and value & 4:
+            raise SystemReset
         elif scs == 0xF00:
             self.pending.add(value & 0x1FF)
             self._stop()
@@ -247,7 +304,12 @@ class Chip:
             irq = self._next_irq()
             if irq is not None:
                 self._enter(irq)
-            self.uc.emu_start(self.pc | 1, 0xFFFF_FFFE, count=most)
+            try:
+                self.uc.emu_start(self.pc | 1, 0xFFFF_FFFE, count=most)
+            except UcError as error:
+                if error.errno != UC_ERR_READ_PROT:
+                    raise
+                self.pending.add(HARD_FAULT)
             self.pc = self.uc.reg_read(UC_ARM_REG_PC) & ~1
             if self.stored:  # stopped after the store that set an interrupt pending: skip that store
                 self.stored = False
@@ -264,8 +326,22 @@ class Chip:
             if most and self._next_irq() is None:
                 return False
 
-    def period(self, hangs=False):
-        """One period of the tick timer: raises its interrupt and runs the core. Returns False if the core hangs."""
+    def period(self, most=0, late=0):
+        """One period of the tick timer: raises its interrupt and runs the core. Returns False if the core hangs.
+
+        A core that may hang runs `most` instructions.
+
+        A late tick still runs when `late` further periods begin.
+        """
+        for _ in range(late):
+            if self._begin():
+                self.uc.ctl_flush_tb()  # or instructions that ran before are not counted
+                asleep = self.run_until_sleep(LATE_INSTRUCTIONS)
+                assert not asleep, f"the tick of period {self.periods} is too short to be late"
+        return self._begin() and self.run_until_sleep(most)
+
+    def _begin(self):
+        """Begins a period. Returns False if a watchdog acts instead."""
         self.periods += 1
         if any(self.periods - self.fed.get(name, self.periods) > limit for name, limit in self.watchdogs().items()):
             self.reset(by_watchdog=True)
@@ -275,10 +351,11 @@ class Chip:
             self.fifo.append(self.to_board.pop(0))
             moved += 1
         self.pending |= self.raises()
-        return self.run_until_sleep(self.cycles_per_period() if hangs else 0)
+        return True
 
     stored = False
     cycles, longest_unfed, unfed = 0, 0, None
+    power_fails_in = 0  # operations of the flash
 
 
 def explain(chip, error: UcError):

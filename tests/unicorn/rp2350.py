@@ -1,6 +1,9 @@
 """Registers of the RP2350 that the image of the Pico 2 uses (RP2350 data sheet, the register tables of each chapter)."""
 
-from unicorn.arm_const import UC_CPU_ARM_CORTEX_M33
+import struct
+
+from unicorn import UC_HOOK_CODE
+from unicorn.arm_const import UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_CPU_ARM_CORTEX_M33
 
 from chip import SYSTICK, Chip
 
@@ -14,6 +17,9 @@ CTR, CC, TOP = 0x08, 0x0C, 0x10
 ENABLE, STOP, MAGNITUDES, DIRECTIONS = 22, 28, [16, 18, 20], [17, 19, 21]
 HIGH = 1 << 26 | 1 << 27 | 1 << STOP  # supply good, operator present, stop circuit closed
 UART_IRQ = 33
+BOOT_RAM, RETURNS = 0x400E_0000, 0x4770_4770  # where the boot ROM leaves a function that starts the flash; `bx lr`, twice
+VERSION, LOOKUP, FUNCTIONS = 0x13, 0x16, 0x100  # in the boot ROM
+FLASH_START = 0x1000_0000
 LOW, HIGH_OVER = 2, 3  # of OUTOVER
 
 
@@ -24,6 +30,26 @@ class Rp2350(Chip):
     REGISTERS = [*Chip.REGISTERS, (SIO, 0x10_0000)]
     CPU = UC_CPU_ARM_CORTEX_M33
     FIFO_BYTES = 32
+
+    def __init__(self, elf):
+        super().__init__(elf)
+        self.uc.mem_write(VERSION, b"\x02")
+        self.uc.mem_write(LOOKUP, struct.pack("<H", FUNCTIONS | 1))
+        names = [b"IF", b"EX", b"RE", b"RP", b"FC"]
+        self.places = {struct.unpack("<H", name)[0]: FUNCTIONS + 16 * (1 + n) for n, name in enumerate(names)}
+        for place in [FUNCTIONS, *self.places.values()]:
+            self.uc.mem_write(place, struct.pack("<I", RETURNS))
+        self.uc.hook_add(UC_HOOK_CODE, self._rom, begin=FUNCTIONS, end=max(self.places.values()))
+
+    def _rom(self, _uc, place, *_):
+        """A function of the boot ROM: looks another one up, or erases or programs the flash."""
+        first, second, third = [self.uc.reg_read(register) for register in (UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2)]
+        if place == FUNCTIONS:
+            self.uc.reg_write(UC_ARM_REG_R0, self.places[first] | 1)
+        elif place == self.places[0x4552]:  # "RE"
+            self.erase(FLASH_START + first, second)
+        elif place == self.places[0x5052]:  # "RP"
+            self.write(FLASH_START + first, bytes(self.uc.mem_read(second, third)))
 
     def reset_values(self, by_watchdog):
         self.inputs, self.levels, self.outputs = HIGH, 0, 0
@@ -47,6 +73,8 @@ class Rp2350(Chip):
 
     def word(self, address, kept):
         clock = address - CLOCKS
+        if BOOT_RAM <= address < BOOT_RAM + 0x100:
+            return RETURNS
         if address == RESETS + 8:
             return ~self.at(RESETS) & 0x1FFF_FFFF
         if address == XOSC + 4:

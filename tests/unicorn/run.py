@@ -1,13 +1,18 @@
-"""Runs an image through a scenario on the model of its chip, and writes a journal of its pins and its link.
+"""Runs an image on the model of its chip in lock-step with a test: period in, pins and link out.
 
-    python run.py BOARD IMAGE.elf SCENARIO.json JOURNAL.json
+    python run.py BOARD IMAGE.elf
 
-BOARD is h743, f446, g474 or pico2. A scenario has one row per period of the tick timer: counts of the three
-encoders, and the bytes for the UART in hexadecimal. Before the period `at`, the event `how` happens: `loop` replaces
-the start of the function whose name contains `symbol` by an endless loop until the watchdog's reset, `hard fault`
-happens at that function, `no ticks` stops the tick timer, `stop` opens the stop circuit for one period. `values` are
-registers that differ after a reset, `cycles_per_reading` is the speed of the cycle counter, and `count` asks for the
-instructions between two feedings of the watchdog during start-up. The first row of the journal describes the start-up.
+BOARD is h743, f446, g474 or pico2. The first line of the input is a scenario, each further line a period of the tick
+timer: counts of the three encoders, bytes for the UART in hexadecimal, and `late`, the number of edges of the tick
+timer during the tick. Each line is answered with a row of the journal, the first one describing the start-up. After
+the end of the input a last line describes the whole run.
+
+A scenario may contain `events`, each of which happens before the period `at`: `loop` replaces the start of the function
+whose name contains `symbol` by an endless loop until the watchdog's reset, `hard fault` happens at that function,
+`no ticks` stops the tick timer, `stop` opens the stop circuit for one period, the board is going to `restart` itself
+and the power fails during operation number `power_fails_in` of the flash, or the `power` fails at once. `values` are registers that differ after
+a reset, `cycles_per_reading` is the speed of the cycle counter, and `count` asks for the instructions between two
+feedings of the watchdog during start-up.
 """
 
 import json
@@ -15,11 +20,12 @@ import sys
 
 from unicorn import UcError
 
-from chip import Chip, explain
+from chip import Chip, PowerCut, SystemReset, explain
 from rp2350 import Rp2350
 from stm32 import CHIPS, Stm32
 
 LOOP = b"\xfe\xe7"  # b .
+RESTART_INSTRUCTIONS = 40_000  # in a period of a board that waits for its watchdog: more than an idle tick takes
 
 
 def row(chip: Chip, events):
@@ -30,7 +36,7 @@ def row(chip: Chip, events):
         "sent": bytes(chip.sent).hex(),
         "driven": "driving" in events,
         "resets": chip.resets,
-    } | {name: events.count(name) for name in ("fed", "restart", "lost")}
+    } | {name: events.count(name) for name in ("fed", "restart", "lost", "flash")}
     chip.taken.clear()
     chip.sent.clear()
     events.clear()
@@ -49,26 +55,42 @@ def write(chip: Chip, at, bytes_):
     chip.uc.ctl_remove_cache(at, at + len(bytes_))
 
 
+def start(chip: Chip):
+    """Runs the start-up, anew after each cut of the power and each reset."""
+    while True:
+        try:
+            return chip.run_until_sleep()
+        except PowerCut:
+            chip.power_on()
+        except SystemReset:
+            chip.reset(by_watchdog=False)
+
+
+def tell(what):
+    print(json.dumps(what), flush=True)
+
+
 def main():
-    board, image, scenario, journal = sys.argv[1:]
-    with open(scenario, encoding="utf-8") as file:
-        scenario = json.load(file)
+    board, image = sys.argv[1:]
+    scenario = json.loads(sys.stdin.readline())
     values = {int(at, 0): value for at, value in scenario.get("values", {}).items()}
     chip = Stm32(board, image, values) if board in CHIPS else Rp2350(image)
     chip.CYCLES_PER_READING = scenario.get("cycles_per_reading", chip.CYCLES_PER_READING)
-    event, planted, hangs = scenario.get("event") or {"at": None}, None, False
-    rows = []
+    events, planted, hangs = {event["at"]: event for event in scenario.get("events", [])}, None, 0
+    has_stop = any(event["how"] == "stop" for event in events.values())
     try:
         counting = scenario.get("count") and chip.count_instructions()
-        chip.run_until_sleep()
+        start(chip)
         if counting:
             chip.uc.hook_del(counting)
             chip.uc.ctl_flush_tb()
-        rows.append(row(chip, chip.journal))
-        for number, period in enumerate(scenario["periods"]):
+        tell(row(chip, chip.journal))
+        for number, line in enumerate(sys.stdin):
+            period = json.loads(line)
             chip.encoders = period["counts"]
             chip.to_board += bytes.fromhex(period["bytes"])
-            happens = event["how"] if number == event["at"] else None
+            event = events.get(number, {})
+            happens = event.get("how")
             if happens == "loop":
                 at = place_of(chip, event["symbol"])
                 planted = (at, bytes(chip.uc.mem_read(at, 2)))
@@ -77,28 +99,36 @@ def main():
                 chip.plant_hard_fault(place_of(chip, event["symbol"]), event["cfsr"], event["bfar"])
             elif happens == "no ticks":
                 chip.stop_ticks()
-            if event.get("how") == "stop":
+            elif happens == "restart":
+                chip.power_fails_in = event.get("power_fails_in", 0)
+            elif happens == "power":
+                chip.power_on()
+                start(chip)
+            if has_stop:
                 chip.open_stop_circuit(happens == "stop")
-            hangs |= happens in ("loop", "hard fault")
+            if happens in ("loop", "hard fault"):
+                hangs = chip.cycles_per_period()
+            elif happens == "restart":
+                hangs = RESTART_INSTRUCTIONS
             before = chip.resets
-            chip.period(hangs)
-            rows.append(row(chip, chip.journal))
+            chip.period(hangs, period["late"])
+            answer = row(chip, chip.journal)
             if chip.resets > before:
                 if planted:
                     write(chip, *planted)
-                planted, hangs = None, False
-                chip.run_until_sleep()
+                planted, hangs = None, 0
+                start(chip)
+            tell(answer)
     except UcError as error:
         sys.exit(explain(chip, error))
-    told = {
-        "period_steps": chip.period_steps(),
-        "watchdog_ms": min(chip.watchdogs().values(), default=0),
-        "longest_unfed": chip.longest_unfed,
-        "registers": {hex(at): value for at, value in chip.registers.items()},
-        "rows": rows,
-    }
-    with open(journal, "w", encoding="utf-8") as file:
-        json.dump(told, file)
+    tell(
+        {
+            "period_steps": chip.period_steps(),
+            "watchdog_ms": min(chip.watchdogs().values(), default=0),
+            "longest_unfed": chip.longest_unfed,
+            "registers": {hex(at): value for at, value in chip.registers.items()},
+        }
+    )
 
 
 if __name__ == "__main__":

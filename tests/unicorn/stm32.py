@@ -11,6 +11,9 @@ RXNEIE = 1 << 5
 MOE = 1 << 15
 LSI_HZ = 32_000
 
+KEYS = [0x4567_0123, 0xCDEF_89AB]
+FLASH_START = 0x0800_0000
+
 # Register maps: RM0433 (H743), RM0390 (F446), RM0440 (G474), the tables of section 2.
 TIMERS = {"TIM2": 0x4000_0000, "TIM3": 0x4000_0400, "TIM4": 0x4000_0800, "TIM7": 0x4000_1400}
 SMALL_PINS = {
@@ -47,6 +50,9 @@ CHIPS = {
         "usart": (0x1C, 0x24, 0x28),  # status, received, sent
         "irq": {"TIM7": 55, "USART": 39},
         "clock_hz": 480_000_000,
+        # of each bank: its flash, its registers; then offsets of KEYR and CR; bits of LOCK, PG, SER and START, place and
+        # bits of the sector's number; sizes of the sectors
+        "flash": ([(0x10_0000, 0x5200_2100)], 0x04, 0x0C, (0, 1, 2, 7), (8, 3), [0x2_0000] * 8),
         # stop circuit closed, supply good, operator present
         "pins": {
             "enable": ("GPIOF", 12),
@@ -79,6 +85,7 @@ CHIPS = {
         "usart": (0x00, 0x04, 0x04),
         "irq": {"TIM7": 55, "USART": 38},
         "clock_hz": 180_000_000,
+        "flash": ([(0, 0x4002_3C00)], 0x04, 0x10, (31, 0, 1, 16), (3, 4), [0x4000] * 4 + [0x1_0000] + [0x2_0000] * 3),
         "window_hz": 45_000_000 / 4096,
         "pins": SMALL_PINS,
         "values": {},
@@ -105,8 +112,10 @@ CHIPS = {
         "usart": (0x1C, 0x24, 0x28),
         "irq": {"TIM7": 55, "USART": 38},
         "clock_hz": 170_000_000,
+        # the highest bit of the number selects the bank
+        "flash": ([(0, 0x4002_2000)], 0x08, 0x14, (31, 0, 1, 16), (3, 9), [0x800] * 0x100),
         "pins": SMALL_PINS,
-        "values": {0x4002_1000: 0x500},  # the oscillator that runs after a reset
+        "values": {0x4002_1000: 0x500, 0x4002_2020: 1 << 22},  # the oscillator that runs after a reset; two banks
     },
 }
 
@@ -118,6 +127,7 @@ class Stm32(Chip):
         self.row = CHIPS[name]
         self.base, self.values = self.row["base"], self.row["values"] | (values or {})
         self.MEMORY, self.CPU = self.row["memory"], self.row["cpu"]
+        self.UNREADABLE_IF_TORN = name == "h743"
         self.ports = {self.base[name]: name for name in self.base if name.startswith("GPIO")}
         self.inputs = {name: sum(1 << pin for port, pin in self.row["pins"]["high"] if port == name) for name in self.ports.values()}
         super().__init__(elf)
@@ -125,7 +135,10 @@ class Stm32(Chip):
     def reset_values(self, by_watchdog):
         register, watchdog, power = self.row["reset_cause"]
         self.too_early = False
-        return {self.base["RCC"] + register: watchdog if by_watchdog else power} | self.values
+        banks, _, cr, (lock, *_), *_ = self.row["flash"]
+        self.keys, self.before = [], None
+        locked = {registers + cr: 1 << lock for _, registers in banks}
+        return {self.base["RCC"] + register: watchdog if by_watchdog else power} | locked | self.values
 
     def cycles_per_period(self):
         return self.row["clock_hz"] // 1000
@@ -169,6 +182,15 @@ class Stm32(Chip):
             # a peripheral has its clock some cycles after it was enabled, which a read of any register takes: the write is lost
             self.journal.append("lost")
             return False
+        banks, keyr, cr, bits, *_ = self.row["flash"]
+        for first, registers in banks:
+            if address == registers + keyr:
+                self.keys.append(value)
+                if self.keys[-2:] == KEYS:
+                    self.registers[registers + cr] &= ~(1 << bits[0])
+                return False
+            if address == registers + cr:
+                return self._flash_control(first, address, value)
         if address == self.base["USART"] + self.row["usart"][2]:
             self.sent.append(value & 0xFF)
             return False
@@ -189,6 +211,33 @@ class Stm32(Chip):
         if address == self.base["TIM1"] + SR:
             self.registers[address] = self.at(address) & value  # flags are cleared by writing zero
             return False
+        return True
+
+    def _flash_control(self, first, registers, value):
+        """A write to the register CR of a bank that begins at `first`."""
+        _, _, _, (lock, program, erases, begin), (place, bits), sizes = self.row["flash"]
+        if self.at(registers) >> lock & 1:
+            return False
+        first += FLASH_START
+        slots = [first + sum(sizes[:-2]), sum(sizes[-2:])]
+        if value >> begin & 1:
+            assert value >> erases & 1, "no other operation is known"
+            number = value >> place & (1 << bits) - 1
+            if bits == 9:  # two banks of 128 pages: bit 8 of the number is the second one
+                number = number & 0x7F | number >> 1 & 0x80
+            self.erase(first + sum(sizes[:number]), sizes[number])
+            self.registers[registers] = value & ~(1 << begin)  # the hardware clears it
+            return False
+        elif value >> program & 1:
+            self.before = bytes(self.uc.mem_read(*slots))
+        elif self.before:
+            # the core has stored to the flash meanwhile
+            before, after, self.before = self.before, bytes(self.uc.mem_read(*slots)), None
+            changed = [at for at, (old, new) in enumerate(zip(before, after)) if old != new]
+            if changed:
+                at, end = changed[0], changed[-1] + 1
+                self.uc.mem_write(slots[0] + at, before[at:end])
+                self.write(slots[0] + at, after[at:end])
         return True
 
     def driving(self):

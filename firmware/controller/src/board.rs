@@ -4,7 +4,7 @@
 use palpate::Fault;
 
 pub use crate::about::About;
-use crate::config::Flash;
+use crate::config::{self, Flash, Profile, StoreError};
 use crate::crash::Crash;
 use crate::force_out::Outputs;
 use crate::link::Log;
@@ -89,6 +89,22 @@ pub trait Board {
 
     /// The memory for device profiles.
     fn profile_memory(&mut self) -> &mut Self::ProfileMemory;
+
+    /// Stores a profile that was checked, with the outputs off, and returns its generation. A board
+    /// whose flash is too slow for its watchdog restarts instead of returning, and stores the
+    /// profile then.
+    ///
+    /// # Errors
+    /// As [`config::store`].
+    fn store_profile(&mut self, profile: &Profile) -> Result<u32, StoreError> {
+        config::store(self.profile_memory(), profile)
+    }
+
+    /// Generation of the profile for which the board has restarted; zero if it could not be stored
+    /// and is used until power-off.
+    fn restarted_for(&mut self) -> Option<u32> {
+        None
+    }
 
     /// Reads bytes from the host and returns their number. In lock-step it waits, and 0 means that
     /// the host has gone.

@@ -270,7 +270,7 @@ impl core::error::Error for ProfileError {}
 
 /// Writes head, profile and checksum of a slot; `None` if they do not fit.
 #[inline(never)]
-fn format(bytes: &mut [u8; SLOT_BYTES], profile: &Profile, generation: u32) -> Option<()> {
+pub(crate) fn format(bytes: &mut [u8; SLOT_BYTES], profile: &Profile, generation: u32) -> Option<()> {
     let (head, body) = bytes.split_at_mut(HEAD);
     let length = postcard::to_slice(profile, body).ok()?.len();
     head.get_mut(..4)?.copy_from_slice(&MAGIC.to_le_bytes());
@@ -284,7 +284,7 @@ fn format(bytes: &mut [u8; SLOT_BYTES], profile: &Profile, generation: u32) -> O
 }
 
 #[inline(never)]
-fn parse(bytes: &[u8; SLOT_BYTES]) -> Option<(Profile, u32)> {
+pub(crate) fn parse(bytes: &[u8; SLOT_BYTES]) -> Option<(Profile, u32)> {
     let (magic, rest) = bytes.split_first_chunk()?;
     let (version, rest) = rest.split_first_chunk()?;
     let (length, rest) = rest.split_first_chunk()?;

@@ -17,6 +17,7 @@
 extern crate std;
 
 pub mod about;
+pub mod aside;
 pub mod board;
 pub mod commission;
 pub mod config;

@@ -74,24 +74,30 @@ const MOST_POINTS: usize = 9;
 pub const MODULUS: &str = "youngs_modulus_pa of the patch";
 
 /// Checks a patch as the board would run it, up to the largest modulus that may be requested.
-/// Returns the predicted cycles of its costliest tick.
+/// Returns the predicted cycles of its costliest tick, and the number of triangles that it presses
+/// in it.
 ///
 /// # Errors
 /// See [`Patch::open_within`].
 // not inlined: the start that follows would keep these masses and parameters on the stack
 #[inline(never)]
-fn judge(budget: &Budget, file: &PatchFile, memory: &mut Memory, after_round: &mut dyn FnMut()) -> Result<f32, BuildError> {
+fn judge(
+    budget: &Budget,
+    file: &PatchFile,
+    memory: &mut Memory,
+    after_round: &mut dyn FnMut(),
+) -> Result<(f32, usize), BuildError> {
     let (model, params) = (&file.model, &file.params);
     let (mut tuned, scratch) = memory.judge(model, params, after_round)?;
     if model.spring_rows.is_empty() && model.law.is_none() {
         // the board processes springs by rows: without rows it would process none
         return Err(BuildError::LengthMismatch { item: "spring rows", need: model.nodes.len(), have: 0 });
     }
-    let predicted_cycles = budget.check(file, site::check(file)?)?;
-    after_round();
+    let most_pressed = site::check(file)?.max(site::most_in_reach(file, after_round));
+    let predicted_cycles = budget.check(file, most_pressed)?;
     if model.law.is_some() {
         // a law has no step that could be unstable
-        return Ok(predicted_cycles);
+        return Ok((predicted_cycles, most_pressed));
     }
     // twice the packed modulus may be requested later
     let stiffest = Params { youngs_modulus_pa: 2.0 * params.youngs_modulus_pa, ..*params };
@@ -100,7 +106,7 @@ fn judge(budget: &Budget, file: &PatchFile, memory: &mut Memory, after_round: &m
     after_round();
     step::check(model, &stiffest, &tuned, scratch, after_round)?;
     after_round();
-    Ok(predicted_cycles)
+    Ok((predicted_cycles, most_pressed))
 }
 
 impl<'a> Patch<'a> {
@@ -143,13 +149,14 @@ impl<'a> Patch<'a> {
             return Err(BuildError::LengthMismatch { item: "foundation", need, have: model.foundation.len() });
         }
         let packed_pa = params.youngs_modulus_pa;
-        let predicted_cycles = judge(budget, &file, memory, after_round)?;
+        let (predicted_cycles, most_pressed) = judge(budget, &file, memory, after_round)?;
         if let Some(asked) = youngs_modulus_pa {
             BuildError::within(MODULUS, asked, 0.5 * packed_pa, 2.0 * packed_pa)?;
             params.youngs_modulus_pa = asked;
         }
         let placement = Placement::new(file.site_m, params.probe.axis);
-        let (tuned, state) = memory.start_in_rounds(&model, &params, after_round)?;
+        let (mut tuned, state) = memory.start_in_rounds(&model, &params, after_round)?;
+        tuned.most_pressed = most_pressed;
         let checksum = PatchFile::checksum(bytes).unwrap_or_default();
         let site_m = file.site_m;
         let (asked_pa, contact, resting) = (None, None, false);

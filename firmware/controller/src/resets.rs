@@ -16,6 +16,8 @@ pub enum Cause {
     Power,
     /// The watchdog, a panic or a hard fault.
     Crash,
+    /// The board restarted itself to store a profile, which neither counts nor ends a bar.
+    Restart,
 }
 
 /// Times of the last crashes, in memory that start-up does not clear.
@@ -80,6 +82,17 @@ mod tests {
             barred = resets.start(Cause::Crash);
         }
         barred
+    }
+
+    #[test]
+    fn a_restart_that_is_meant_neither_counts_nor_ends_a_bar() {
+        let mut resets = Resets::POWER_ON;
+        for _ in 0..5 {
+            assert!(!resets.start(Cause::Restart));
+        }
+        assert_eq!([Cause::Crash, Cause::Crash, Cause::Crash].map(|cause| resets.start(cause)), [false, false, true]);
+        assert!(resets.start(Cause::Restart));
+        assert!(!resets.start(Cause::Power));
     }
 
     #[test]

@@ -18,7 +18,7 @@ use palpate::haptic::account::EnergyBound;
 use palpate::haptic::device::{HapticDevice, Sensed, SensorStatus};
 
 use crate::board::Board;
-use crate::config::{self, Profile, StoreError};
+use crate::config::{Profile, StoreError};
 use crate::controller::Controller;
 use crate::force_out::Outputs;
 use crate::haptic_loop::HapticLoop;
@@ -78,6 +78,9 @@ fn replied(
 pub async fn run<B: Board>(haptic: &mut HapticLoop<B>, in_flash: &[u8], memory: &mut Memory, upload: &mut Upload, pace: Pace) {
     let (mut line, mut offer) = (Line::silent(), Offer::IN_FLASH);
     let mut inbox = Inbox::default();
+    if let Some(generation) = haptic.board.restarted_for() {
+        stored(haptic, &mut line, generation);
+    }
     loop {
         let wanted = match offer.bytes(in_flash, upload) {
             Ok(None) => Ok(serve(haptic, &mut PatchSlot(None), Some(&mut *upload), &mut inbox, &mut line, pace).await),
@@ -193,10 +196,7 @@ async fn serve<B: Board>(
                     Err(refusal) => line.refuse(&mut haptic.board, refusal),
                 },
                 Reply::Store(profile) => match store(haptic, tissue, &profile) {
-                    Ok(generation) => {
-                        haptic.board.log(Event::Profile(generation));
-                        line.send(&mut haptic.board, &FromBoard::Stored(generation));
-                    }
+                    Ok(generation) => stored(haptic, line, generation),
                     Err(refusal) => line.refuse(&mut haptic.board, refusal),
                 },
                 Reply::Commission(setup) => haptic.commission(&setup, newest),
@@ -263,12 +263,18 @@ fn store<B: Board>(haptic: &mut HapticLoop<B>, tissue: &mut PatchSlot<'_>, profi
     profile.check().map_err(StoreError::Profile)?;
     let (settings, edge) = profile.split();
     tissue.check_contact(edge.limits().ceiling_n_per_m(TICK_S), &mut || keep_awake(&mut haptic.board))?;
-    let generation = match config::store(haptic.board.profile_memory(), profile) {
+    let generation = match haptic.board.store_profile(profile) {
         Err(StoreError::Flash) => 0,
         kept => kept.map_err(Refusal::from)?,
     };
     haptic.controller.restart(&settings, edge).map_err(|_| Refusal::ProfileRange)?;
     Ok(generation)
+}
+
+#[inline(never)]
+fn stored(haptic: &mut HapticLoop<impl Board>, line: &mut Line, generation: u32) {
+    haptic.board.log(Event::Profile(generation));
+    line.send(&mut haptic.board, &FromBoard::Stored(generation));
 }
 
 /// Sends the step of a commissioning, and its result once it is complete.

@@ -1,15 +1,13 @@
-//! Parts shared by all real boards: none of them has a file system, a way to exit or, as yet, a
-//! memory for profiles.
+//! Parts shared by all real boards: none of them has a file system or a way to exit.
 
 use core::fmt;
 
 use rtt_target::{ChannelMode, UpChannel, rtt_init};
 
-use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
 #[cfg(not(feature = "self-test"))]
 use palpate_controller::serve::Pace;
 
-use super::Duty;
+use super::{Duty, profile_flash, resets};
 
 /// The task of every image for a real board, except the self-test: to serve a host.
 #[cfg(not(feature = "self-test"))]
@@ -49,29 +47,13 @@ pub fn exit(_: bool) -> ! {
     after_crash()
 }
 
-/// Waits for the watchdog's reset.
+/// Waits for the watchdog's reset, or resets the board if it crashed in reading a profile, before
+/// the watchdog runs.
 pub fn after_crash() -> ! {
+    if profile_flash::is_reading() {
+        resets::restart();
+    }
     loop {
         cortex_m::asm::nop();
-    }
-}
-
-/// These boards store no profile yet and use the default one: erasing their flash takes longer than
-/// the watchdog's time, and words left half written by a power cut may cause a bus fault when read,
-/// which has not been tried on a board.
-#[derive(Default)]
-pub struct ProfileMemory;
-
-impl Flash for ProfileMemory {
-    fn read(&self, _: Slot, bytes: &mut [u8; SLOT_BYTES]) {
-        *bytes = [0xFF; SLOT_BYTES];
-    }
-
-    fn erase(&mut self, _: Slot) -> Result<(), FlashError> {
-        Err(FlashError)
-    }
-
-    fn write(&mut self, _: Slot, _: &[u8; SLOT_BYTES]) -> Result<(), FlashError> {
-        Err(FlashError)
     }
 }

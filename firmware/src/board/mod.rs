@@ -19,7 +19,8 @@
 //! * `barred()`, whether arming is barred after too many crashes ([`palpate_controller::resets`]),
 //!   `count_millisecond()`, which adds to the time under power, and `after_crash() -> !`, called
 //!   after the outputs were turned off and the reason was printed;
-//! * `ProfileMemory`, the two slots of [`palpate_controller::config`];
+//! * `ProfileMemory`, the two slots of [`palpate_controller::config`]; a board with flash provides
+//!   `profile_slots` instead, with the address of a slot, and functions that erase and write one;
 //! * `duty()`, the task of the image, and `exit(success) -> !`;
 //! * `link_read(bytes)` and `link_write(bytes)`, the link to the host: neither blocks, except the
 //!   read of a lock-step link;
@@ -71,6 +72,8 @@ pub mod log;
 mod resets;
 mod this_board;
 pub use this_board::ThisBoard;
+#[expect(unsafe_code, reason = "one instruction, and a name that the linker looks for")]
+mod square_root;
 #[expect(unsafe_code, reason = "the stack's bounds are the linker's, and a hard fault needs a fresh one")]
 mod stack;
 pub use resets::{count_millisecond, last_crash};
@@ -85,6 +88,12 @@ mod fast_memory;
 #[cfg(not(feature = "mps2"))]
 #[expect(unsafe_code, reason = "the debug channel is memory that a probe reads")]
 mod flashed;
+
+#[cfg(not(feature = "mps2"))]
+#[expect(unsafe_code, reason = "flash is read by address, and what waits for it outlives a reset")]
+mod profile_flash;
+#[cfg(not(feature = "mps2"))]
+pub use profile_flash::{ProfileMemory, kept_profile, restarted_for, store_by_restart};
 
 #[cfg(feature = "pico2")]
 #[expect(unsafe_code, reason = "interrupt entry and registers shared with fault handlers are the board's to touch")]
@@ -107,10 +116,13 @@ use mps2 as family;
 #[cfg(not(any(feature = "mps2", feature = "pico2", feature = "stm32")))]
 compile_error!("name a board: --features mps2, nucleo-h743zi, nucleo-f446re, nucleo-g474re or pico2");
 
+#[cfg(feature = "mps2")]
+pub use family::{ProfileMemory, kept_profile};
+
 pub use family::{
-    NAME, ProfileMemory, after_crash, barred, budget, clock_counts, clock_hz, counts_to_ns, emergency_stop, exit, feed_watchdog,
-    healthy, idle, link_read, link_room, link_write, operator_absent, outputs, outputs_off, print, sense, since_period_counts,
-    start_executors, start_tick_timer, supply_low, write_outputs,
+    NAME, after_crash, barred, budget, clock_counts, clock_hz, counts_to_ns, emergency_stop, exit, feed_watchdog, healthy, idle,
+    link_read, link_room, link_write, operator_absent, outputs, outputs_off, print, sense, since_period_counts, start_executors,
+    start_tick_timer, supply_low, write_outputs,
 };
 
 #[cfg(feature = "self-test")]

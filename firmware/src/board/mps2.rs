@@ -35,7 +35,7 @@ pub use debug::{debug_start, debug_write};
 #[cfg(not(feature = "self-test"))]
 pub use link::duty;
 pub use link::{link_read, link_room, link_write};
-pub use profile::ProfileMemory;
+pub use profile::{ProfileMemory, kept_profile};
 
 /// Board and version, for hosts.
 pub const NAME: &str = concat!("mps2 ", env!("CARGO_PKG_VERSION"));

@@ -47,12 +47,13 @@ use palpate_controller::patch::Budget;
 
 #[cfg(not(feature = "self-test"))]
 pub use super::flashed::duty;
-pub use super::flashed::{ProfileMemory, after_crash, debug_start, debug_write, exit, idle, print};
+pub use super::flashed::{after_crash, debug_start, debug_write, exit, idle, print};
 pub use super::queues::room as link_room;
 use super::{SETTLES_HZ, fast_memory, queues};
 use crate::period;
 
 mod encoders;
+pub mod profile_slots;
 pub use encoders::sense;
 
 /// Board and version, for hosts.

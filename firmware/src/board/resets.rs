@@ -8,6 +8,8 @@ use palpate_controller::resets::{Cause, Resets};
 
 /// Marks a reset that the program made after a crash.
 const CRASHED: u32 = 0xC4A5_4ED0;
+/// Marks a reset that the program made to store a profile.
+const RESTARTED: u32 = 0x4E57_A47E;
 
 // SAFETY: nothing else is put into this section; the names are unique.
 #[unsafe(link_section = ".uninit.resets")]
@@ -31,7 +33,12 @@ pub fn barred(by_watchdog: bool) -> bool {
         // SAFETY: every bit pattern is valid for a `u32` and for a `Resets`, whose fields are
         // integers; no other task runs yet.
         let (resets, cause) = unsafe { (&mut *(&raw mut RESETS).cast::<Resets>(), &mut *(&raw mut CAUSE).cast::<u32>()) };
-        let cause = if core::mem::take(cause) == CRASHED || by_watchdog { Cause::Crash } else { Cause::Power };
+        let cause = match core::mem::take(cause) {
+            RESTARTED => Cause::Restart,
+            CRASHED => Cause::Crash,
+            _ if by_watchdog => Cause::Crash,
+            _ => Cause::Power,
+        };
         BARRED.store(resets.start(cause), Ordering::Relaxed);
         AFTER_CRASH.store(cause == Cause::Crash, Ordering::Relaxed);
         crash_record().start(cause == Cause::Crash);
@@ -69,9 +76,18 @@ pub fn count_millisecond() {
 }
 
 /// Resets the board as its watchdog would.
-#[cfg(feature = "mps2")]
 pub fn restart() -> ! {
-    // SAFETY: interrupts are off, so nothing else runs.
-    unsafe { (&raw mut CAUSE).cast::<u32>().write_volatile(CRASHED) };
+    mark(CRASHED);
     cortex_m::peripheral::SCB::sys_reset()
+}
+
+/// Lets the next start know that the reset to come is meant.
+#[cfg(not(feature = "mps2"))]
+pub fn mark_restart() {
+    mark(RESTARTED);
+}
+
+fn mark(cause: u32) {
+    // SAFETY: interrupts are off, so nothing else runs.
+    unsafe { (&raw mut CAUSE).cast::<u32>().write_volatile(cause) };
 }

@@ -32,7 +32,7 @@ use palpate_controller::patch::Budget;
 use super::fast_memory;
 #[cfg(not(feature = "self-test"))]
 pub use super::flashed::duty;
-pub use super::flashed::{ProfileMemory, after_crash, debug_start, debug_write, exit, idle, print};
+pub use super::flashed::{after_crash, debug_start, debug_write, exit, idle, print};
 use crate::period;
 
 // one row for each board
@@ -45,6 +45,7 @@ mod bridge;
 mod encoders;
 mod link;
 mod pin;
+pub mod profile_slots;
 
 pub use super::queues::room as link_room;
 pub use bridge::{emergency_stop, healthy, outputs, outputs_off, write_outputs};
@@ -90,6 +91,8 @@ pub trait Stm32Board {
     fn reset_by_watchdog() -> bool;
     /// Turns the caches of core or flash on, which are off after a reset.
     fn start_caches() {}
+    /// Discards what the core's cache keeps of the flash, after it has been written.
+    fn discard_caches() {}
     /// Starts a second watchdog, where the board needs one.
     fn start_second_watchdog() {}
     /// Feeds the second watchdog.

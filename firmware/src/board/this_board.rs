@@ -2,6 +2,8 @@
 
 use palpate::Fault;
 use palpate_controller::board::{About, Board};
+#[cfg(not(feature = "mps2"))]
+use palpate_controller::config::{Profile, StoreError};
 use palpate_controller::crash::Crash;
 use palpate_controller::force_out::Outputs;
 use palpate_controller::link::Log;
@@ -103,6 +105,16 @@ impl Board for ThisBoard {
 
     fn profile_memory(&mut self) -> &mut ProfileMemory {
         &mut self.profile_memory
+    }
+
+    #[cfg(not(feature = "mps2"))]
+    fn store_profile(&mut self, profile: &Profile) -> Result<u32, StoreError> {
+        super::store_by_restart(profile)
+    }
+
+    #[cfg(not(feature = "mps2"))]
+    fn restarted_for(&mut self) -> Option<u32> {
+        super::restarted_for()
     }
 
     fn link_read(&mut self, bytes: &mut [u8]) -> usize {

@@ -1,8 +1,8 @@
 //! The boards on which a patch runs.
 
-use palpate::Model;
+use palpate::{Model, PatchFile};
 use palpate_controller::link::Refusal;
-use palpate_controller::patch::{Budget, Memory, Patch};
+use palpate_controller::patch::{Budget, Memory, Patch, cost, site};
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::budget::{CostModel, MACHINES};
 
@@ -34,15 +34,32 @@ pub(super) fn refuse_contact(name: &str, refusal: Option<Refusal>) -> Result<(),
 /// Returns why a board would refuse the contact of a packed patch for a device with this stiffness
 /// ceiling [N/m]; other reasons are not looked for.
 pub(super) fn contact_refusal(packed: &[u8], ceiling_n_per_m: f32) -> Option<Refusal> {
-    // read in place as words
-    let mut words = vec![0_u32; packed.len().div_ceil(4)];
-    bytemuck::cast_slice_mut(&mut words)[..packed.len()].copy_from_slice(packed);
+    let words = on_words(packed);
     let bytes = &bytemuck::cast_slice(&words)[..packed.len()];
     let mut memory = Box::new(Memory::RESERVED);
     match Patch::open_for(&Budget::M7_480, ceiling_n_per_m, bytes, &mut memory, None, &mut || {}) {
         Err(why @ (Refusal::ContactStiff(_) | Refusal::TipNarrow(_))) => Some(why),
         _ => None,
     }
+}
+
+/// Copies a packed patch to where it can be read in place as words.
+fn on_words(packed: &[u8]) -> Vec<u32> {
+    let mut words = vec![0_u32; packed.len().div_ceil(4)];
+    bytemuck::cast_slice_mut(&mut words)[..packed.len()].copy_from_slice(packed);
+    words
+}
+
+/// Says how many triangles a probe presses at most and how long a board then takes; `None` if the
+/// patch is not for boards.
+pub(super) fn bound(packed: &[u8], machine: &CostModel) -> Option<String> {
+    let words = on_words(packed);
+    let file = PatchFile::open(&bytemuck::cast_slice(&words)[..packed.len()]).ok().filter(|_| machine.is_board())?;
+    let most = site::most_in_reach(&file, &mut || {});
+    let cycles = cost::cycles(&file, most);
+    Some(format!(
+        "at most {most} triangles pressed anywhere on the surface, which a board enforces: at most {cycles:.0} cycles per tick by its own count"
+    ))
 }
 
 /// Names the boards on which a patch with this budget runs: those with the same core and at least

@@ -102,7 +102,7 @@ fn pack(common: &Common, board: &BoardArg, nodes: Option<usize>) -> Result<(), E
     .first();
     print_warnings(&scene);
     println!(
-        "{}: {} nodes, {} springs, {} tets, {touched} triangles in reach, {} bytes",
+        "{}: {} nodes, {} springs, {} tets, {touched} triangles in reach of the site, {} bytes",
         file.display(),
         model.nodes.len(),
         model.springs.len(),
@@ -110,6 +110,9 @@ fn pack(common: &Common, board: &BoardArg, nodes: Option<usize>) -> Result<(), E
         bytes.len()
     );
     println!("about {:.0} of at most {:.0} {} per tick on {} (estimate)", cost.units, cost.budget, machine.unit, machine.name);
+    if let Some(bound) = boards::bound(&bytes, machine) {
+        println!("{bound}");
+    }
     println!("model: {}", standing.sentence(&scene));
     println!("{}", boards::runs_on(machine));
     if machine.name != "desktop" && !matches!(standing, Standing::Calibrated { .. }) {

@@ -15,6 +15,10 @@ const BAUD: u32 = 115_200;
 /// Longest wait of a frame for room in the system's queue.
 const WRITE_PATIENCE: Duration = Duration::from_millis(500);
 
+/// After this silence a board may have restarted, and begins with any sequence number. It sends a
+/// record every 20 ms otherwise.
+const FORGET: Duration = Duration::from_millis(100);
+
 /// An open port.
 pub struct Line {
     port: Box<dyn SerialPort>,
@@ -25,6 +29,7 @@ pub struct Line {
     read: usize,
     taken: usize,
     heard_bytes: usize,
+    last_heard: Instant,
     last_sent: Instant,
 }
 
@@ -51,6 +56,7 @@ impl Line {
             read: 0,
             taken: 0,
             heard_bytes: 0,
+            last_heard: Instant::now(),
             last_sent: Instant::now(),
         })
     }
@@ -131,6 +137,10 @@ impl Line {
             match self.port.read(&mut self.bytes) {
                 Ok(0) => return Err(Gone),
                 Ok(came) => {
+                    if self.last_heard.elapsed() >= FORGET {
+                        self.receiver.forget();
+                    }
+                    self.last_heard = Instant::now();
                     self.read = came;
                     self.heard_bytes += came;
                 }

@@ -16,7 +16,7 @@ use super::{Line, PortError};
 /// Time between two keep-alive messages: a quarter of the board's timeout.
 const HEARTBEAT: Duration = Duration::from_millis(5);
 /// Longest silence of a board, which sends 50 records per second without a request.
-const SILENCE: Duration = Duration::from_secs(2);
+pub const SILENCE: Duration = Duration::from_secs(2);
 /// Time between two attempts of a request.
 const AGAIN: Duration = Duration::from_millis(50);
 /// Longest wait for an answer: a board that heard another host accepts a new one after 100 ticks.
@@ -34,6 +34,8 @@ pub struct Session {
     /// Pieces of the log that were not read yet.
     pub log: Vec<Log>,
     heard: Instant,
+    /// Longest silence that is no loss: longer while the board restarts to store a profile.
+    pub silence: Duration,
     /// Whether keep-alive messages are sent while nothing else is sent.
     pub keep_alive: bool,
 }
@@ -64,7 +66,8 @@ impl Session {
             }
         };
         let nobody = Identity::new(&About { name: "", built_day: 0, clock_hz: 0, image: 0 }, (0, 0.0, 0.0), 0);
-        let mut session = Self { line, identity: nobody, record, log, heard: Instant::now(), keep_alive: false };
+        let (heard, silence, keep_alive) = (Instant::now(), SILENCE, false);
+        let mut session = Self { line, identity: nobody, record, log, heard, silence, keep_alive };
         session.identity = session.identify()?.ok_or_else(|| PortError::Deaf(port.into()))?;
         Ok(session)
     }
@@ -138,7 +141,7 @@ impl Session {
     /// meanwhile, if [`Self::keep_alive`] is set.
     ///
     /// # Errors
-    /// The port has disappeared, or the board has been silent for two seconds.
+    /// The port has disappeared, or the board has been silent for [`Self::silence`].
     pub fn next(&mut self, wait: Duration) -> Result<Option<FromBoard>, PortError> {
         let begun = Instant::now();
         loop {
@@ -158,7 +161,7 @@ impl Session {
                     }
                     return Ok(Some(message));
                 }
-                Ok(None) if self.heard.elapsed() > SILENCE => return Err(self.silent()),
+                Ok(None) if self.heard.elapsed() > self.silence => return Err(self.silent()),
                 Ok(None) if begun.elapsed() >= wait => return Ok(None),
                 Ok(None) => {}
                 Err(Gone) => return Err(gone(self.line.name(), Some(&self.record))),

@@ -9,6 +9,7 @@ use std::path::Path;
 
 use palpate::{Model, PatchFile};
 use palpate_board::EmulatedBoard;
+use palpate_controller::patch::{cost, site};
 use palpate_controller::script::LEAD_TICKS;
 use palpate_tests::emulator::{Run, build_firmware, build_firmware_with};
 use palpate_tests::exec_log::ExecLog;
@@ -46,6 +47,8 @@ const M7_480_BUDGET: f64 = 312_000.0;
 /// Share of a millisecond from which a board refuses a patch. The most pessimistic estimate has to
 /// stay below it.
 const REFUSED_SHARE: f64 = 0.75;
+/// Largest ratio of the board's bound on a tick to the longest tick found (1).
+const MOST_TIGHTNESS: f64 = 1.25;
 /// Largest share of the tick's cycles that rim springs may take.
 const RIM_SHARE: f64 = 0.08;
 /// Largest share of the tick's cycles that the comparison of the sensed tip with the tissue and
@@ -221,6 +224,11 @@ fn stage(mix: &InstructionMix, image: &FirmwareImage, name: &str) -> Cost {
 /// Checks that a shipped patch fits the budget, and that no larger patch would.
 fn keeps_budget(name: &str, budget: f64) {
     let worst = worst_tick(&packed::shipped(name));
+    let file = PatchFile::open(packed::on_words(&packed::shipped(name))).unwrap();
+    let bound = f64::from(cost::cycles(&file, site::most_in_reach(&file, &mut || {})));
+    let tightness = bound / worst.tick;
+    println!("{name}: at most {bound:.0} cycles by the board's count, {tightness:.3} times the longest tick of the tap");
+    assert!((1.0..=MOST_TIGHTNESS).contains(&tightness), "{tightness}");
     assert!(worst.cycles <= budget, "{name}: {:.0} estimated cycles, {budget:.0} fit", worst.cycles);
     assert!(worst.tick <= budget);
     assert!(worst.guard <= GUARD_SHARE, "{name}: the guard takes {:.2} % of a tick", 100.0 * worst.guard);

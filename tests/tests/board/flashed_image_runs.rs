@@ -13,6 +13,7 @@ use palpate::haptic::cycle::Settings;
 use palpate::haptic::device::{HapticDevice, SensorStatus};
 use palpate::haptic::mode::Mode;
 use palpate_board::desktop_board::DesktopBoard;
+use palpate_controller::config::Profile;
 use palpate_controller::controller::{Arming, Controller};
 use palpate_controller::force_out::{DacCode, bridge::Bridge};
 use palpate_controller::haptic_loop::HapticLoop;
@@ -67,15 +68,16 @@ fn axes(periods: u32) -> Vec<Period> {
         script::counts(period, LEAD_TICKS).map(|axis| axis.0 * share / 10)
     };
     let says = |period| if period == SHOWN_AT { Some(ToBoard::Home) } else { host(period, ARM_AT) };
-    (0..periods).map(|period| Period { counts: counts(period), says: says(period) }).collect()
+    (0..periods).map(|period| Period { counts: counts(period), says: says(period), late: 0 }).collect()
 }
 
 /// Runs the desktop's controller on the bytes that the image received on its UART, tick by tick.
-fn on_desktop(board: Flashed, periods: &[Period], rows: &[Row]) -> Vec<Record> {
+fn on_desktop(board: Flashed, profile: Option<&Profile>, periods: &[Period], rows: &[Row]) -> Vec<Record> {
     let mut memory = Box::new(Memory::RESERVED);
     let mut patch = Patch::open(board.patch(), &mut memory, None).unwrap();
-    let controller =
-        Controller::build(&Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP.without_home(), Arming::OnRequest).unwrap();
+    let unknown = || (Settings::safe(&Port::DESKTOP.limits()), Port::DESKTOP.without_home());
+    let (settings, port) = profile.map_or_else(unknown, Profile::split);
+    let controller = Controller::build(&settings, port, Arming::OnRequest).unwrap();
     let mut haptic = HapticLoop::new(DesktopBoard::default(), controller);
     let (mut receiver, mut inbox) = (Receiver::NEW, Inbox::default());
     let mut records = Vec::new();
@@ -87,13 +89,14 @@ fn on_desktop(board: Flashed, periods: &[Period], rows: &[Row]) -> Vec<Record> {
         patch.settle(haptic.controller.in_contact());
         // a board reads its link after it has written the force
         for byte in &row.taken {
-            let Some(message) = receiver.push::<ToBoard<'_>>(*byte) else { continue };
-            match inbox.take(&message.unwrap(), &mut haptic.controller, None) {
+            let message = match receiver.push::<ToBoard<'_>>(*byte) {
+                Some(Ok(message)) => message,
+                Some(Err(_)) if profile.is_some() => continue, // cut by the restart
+                Some(Err(error)) => panic!("{error:?}"),
+                None => continue,
+            };
+            match inbox.take(&message, &mut haptic.controller, None) {
                 Reply::None | Reply::Listen(_) => {}
-                Reply::Store(profile) => {
-                    let (settings, port) = profile.split();
-                    haptic.controller.restart(&settings, port).unwrap();
-                }
                 Reply::Home => assert!(haptic.controller.show_home(&newest)),
                 other => panic!("{other:?}"),
             }
@@ -103,18 +106,24 @@ fn on_desktop(board: Flashed, periods: &[Period], rows: &[Row]) -> Vec<Record> {
 }
 
 /// Runs the image through a scenario without further events; `None` if the model is not available.
-fn press(board: Flashed, name: &str, periods: &[Period]) -> Option<Journal> {
-    run(target(), board, &Scenario { name, periods, more: Value::Null })
+fn press(board: Flashed, periods: &[Period]) -> Option<Journal> {
+    run(target(), board, &Scenario { periods, more: Value::Null })
 }
 
-/// Checks that the image's pins and records equal the desktop's to the bit. Returns the desktop's
-/// records and the image's other messages.
-fn agree(board: Flashed, periods: &[Period], journal: &Journal) -> (Vec<Record>, Vec<FromBoard>) {
-    let Journal { started, rows, .. } = journal;
+/// Checks that the image's pins and records equal the desktop's to the bit, from the restart on in
+/// which it stored a profile, if there was one. Returns the desktop's records and the image's other
+/// messages.
+fn agree(board: Flashed, profile: Option<&Profile>, periods: &[Period], journal: &Journal) -> (Vec<Record>, Vec<FromBoard>) {
+    let (started, resets) = (&journal.started, 1 + u64::from(profile.is_some()));
+    // the start-up belongs to the row after the one of the reset
+    let first = journal.rows.iter().position(|row| row.resets == resets).unwrap() + usize::from(profile.is_some());
+    let (before, rows) = journal.rows.split_at(first);
+    let periods = &periods[first..];
+    assert!(before.iter().all(Row::is_off));
     assert!(started.is_off() && started.fed > 0, "start-up drives nothing and begins to feed the watchdog");
     assert_eq!(started.lost, 0, "a peripheral is written only once it has its clock");
     assert!((4.0..=f64::from(OFF_MS)).contains(&journal.watchdog_ms), "{} ms", journal.watchdog_ms);
-    let records = on_desktop(board, periods, rows);
+    let records = on_desktop(board, profile, periods, rows);
     let mut last = [Bridge { steps: 0, reverse: false }; 3];
     for (n, (row, record)) in rows.iter().zip(&records).enumerate() {
         assert_eq!((row.enable, row.main_output), (record.enabled, record.enabled), "period {n}");
@@ -126,9 +135,10 @@ fn agree(board: Flashed, periods: &[Period], journal: &Journal) -> (Vec<Record>,
         let ended = last.iter().zip(bridges).filter(|(last, next)| last.passes_zero(*next)).count() as u64;
         // a timer of an STM32 carries three axes, so a restart would cut the pulses of the others
         let restarts = if board == Flashed::Pico2 { ended } else { 0 };
-        assert_eq!(row.restarts, restarts, "period {n}: {ended} pulses had to end");
+        let of_start = u64::from(n == 0 && profile.is_some());
+        assert_eq!(row.restarts, restarts + of_start, "period {n}: {ended} pulses had to end");
         last = bridges;
-        assert!(row.fed > 0 && row.resets == 1, "period {n}");
+        assert!(row.fed > 0 && row.resets == resets, "period {n}");
         assert!(record.enabled || row.is_off(), "period {n}: something drove the pins meanwhile");
     }
     // and the records that it sent over its UART
@@ -136,9 +146,8 @@ fn agree(board: Flashed, periods: &[Period], journal: &Journal) -> (Vec<Record>,
     for message in Journal::messages(rows) {
         match message {
             FromBoard::Record(there) => {
-                let here = records.iter().filter(|record| record.tick == there.tick);
-                // a new profile restarts the tick numbers, so several records may have this one
-                assert!(here.into_iter().any(|here| there.first_difference(here).is_none()), "tick {}", there.tick);
+                let here = records.iter().find(|record| record.tick == there.tick).unwrap();
+                assert_eq!(there.first_difference(here), None, "tick {}", there.tick);
                 told += 1;
             }
             FromBoard::Log(_) => {} // see `begins`
@@ -165,8 +174,8 @@ fn felt(records: &[Record]) -> f32 {
 /// Boots, arms and presses.
 fn presses_like_the_desktop(board: Flashed) {
     let periods = axes(if long() { LEAD_TICKS + 2_000 } else { PRESSED_TICKS });
-    let Some(journal) = press(board, "press", &periods) else { return };
-    let (records, others) = agree(board, &periods, &journal);
+    let Some(journal) = press(board, &periods) else { return };
+    let (records, others) = agree(board, None, &periods, &journal);
     assert_eq!(others, [FromBoard::Homed]);
     let told = [
         "started after power-on or the reset button",
@@ -212,7 +221,7 @@ fn the_first_revision_of_the_h743_reads_its_axi_sram_one_word_at_a_time_and_runs
     const PLL1_DIVIDERS: u32 = 0x5802_4430;
     for (revision, issuing, times) in [(0x1003_6450_u32, Some(1), 50), (0x2003_6450, None, 60)] {
         let more = json!({"values": {"0x5c001000": revision}});
-        let scenario = Scenario { name: "revision", periods: &axes(2), more };
+        let scenario = Scenario { periods: &axes(2), more };
         let Some(journal) = run(target(), Flashed::H743, &scenario) else { return };
         assert_eq!(journal.register(AXI_SRAM_READ_ISSUING), issuing, "{revision:x}");
         assert_eq!(journal.register(PLL1_DIVIDERS).unwrap() & 0x1FF, times - 1, "{revision:x}");
@@ -224,7 +233,7 @@ fn the_first_revision_of_the_h743_reads_its_axi_sram_one_word_at_a_time_and_runs
 #[test]
 fn the_watchdog_is_fed_often_while_a_patch_opens() {
     const MOST_INSTRUCTIONS: u64 = 120_000;
-    let scenario = Scenario { name: "opening", periods: &axes(2), more: json!({"count": true}) };
+    let scenario = Scenario { periods: &axes(2), more: json!({"count": true}) };
     let Some(journal) = run(target(), Flashed::F446, &scenario) else { return };
     let longest = journal.longest_unfed();
     println!("{longest} instructions at most between two feedings");
@@ -257,11 +266,12 @@ fn a_paddle_is_pressed_like_the_desktop_to_the_bit() {
                 HOME_AT => Some(ToBoard::Home),
                 _ => host(period, THERE_AT + ARM_AT),
             };
-            Period { counts: [POWER_ON_COUNTS + joint, 0, 0], says }
+            Period { counts: [POWER_ON_COUNTS + joint, 0, 0], says, late: 0 }
         })
         .collect();
-    let Some(journal) = press(Flashed::G474, "paddle", &periods) else { return };
-    let (records, others) = agree(Flashed::G474, &periods, &journal);
+    let more = json!({"events": [{"at": STORE_AT, "how": "restart"}]});
+    let Some(journal) = run(target(), Flashed::G474, &Scenario { periods: &periods, more }) else { return };
+    let (records, others) = agree(Flashed::G474, Some(&profile), &periods, &journal);
     assert!(matches!(others[..], [FromBoard::Stored(_), FromBoard::Homed]), "{others:?}");
     let codes = records.iter().map(|record| record.codes);
     assert!(codes.clone().any(|codes| codes[0] > 100) && codes.into_iter().all(|codes| codes[1..] == [0, 0]));
@@ -282,7 +292,7 @@ fn a_hang_under_force_ends_with_the_pins_off() {
     for (board, event) in hangs {
         let mut periods = axes(at + after);
         periods[again as usize].says = Some(ToBoard::Ask(HostAsk::Arm));
-        let scenario = Scenario { name: "hang", periods: &periods, more: json!({"event": event}) };
+        let scenario = Scenario { periods: &periods, more: json!({"events": [event]}) };
         let Some(journal) = run(target(), board, &scenario) else { return };
         let rows = &journal.rows;
         let hung = at as usize;
@@ -309,12 +319,37 @@ fn off_after(board: Flashed, rows: &[Row], at: usize) -> usize {
     off
 }
 
+/// One late tick costs half of the next force, two in a row end it. Nothing was wrong with them but
+/// their time.
+#[test]
+fn late_ticks_under_force_release_it_and_tell_the_fault() {
+    const ONCE: usize = PRESSED_TICKS as usize - 60;
+    const TWICE: usize = ONCE + 40;
+    for board in [Flashed::H743, Flashed::F446, Flashed::G474, Flashed::Pico2] {
+        let mut periods = axes(PRESSED_TICKS + 20);
+        for late in [ONCE, TWICE, TWICE + 1] {
+            periods[late].late = 1;
+        }
+        let Some(journal) = press(board, &periods) else { return };
+        let rows = &journal.rows;
+        let force = |n: usize| if rows[n].enable && rows[n].main_output { rows[n].steps[2] } else { 0 };
+        let (before, after) = (force(ONCE), force(ONCE + 1));
+        assert!(before > 20 && after > 0 && 2 * after <= before + 1, "{board:?}: {before}, then {after} steps");
+        assert!(force(TWICE - 1) > 20 && force(TWICE) > 0, "{board:?}: it has returned, and one more late tick is no fault");
+        assert_eq!(last_fault(&rows[..=TWICE]), None, "{board:?}");
+        for row in &rows[TWICE + 1..] {
+            assert!(!row.enable && !row.main_output && row.resets == 1, "{board:?}: off in the second late tick");
+        }
+        assert!(rows[TWICE + 2..].iter().all(Row::is_off), "{board:?}");
+        assert_eq!(last_fault(rows), Some(Fault::DeadlineMissed), "{board:?}");
+    }
+}
+
 #[test]
 fn an_open_stop_circuit_ends_the_force_in_the_tick_in_which_it_opens() {
     for board in [Flashed::F446, Flashed::G474, Flashed::Pico2] {
         let at = PRESSED_TICKS - 20;
-        let scenario =
-            Scenario { name: "stop", periods: &axes(PRESSED_TICKS + 40), more: json!({"event": {"at": at, "how": "stop"}}) };
+        let scenario = Scenario { periods: &axes(PRESSED_TICKS + 40), more: json!({"events": [{"at": at, "how": "stop"}]}) };
         let Some(journal) = run(target(), board, &scenario) else { return };
         let rows = &journal.rows;
         assert!(rows[at as usize - 1].enable && rows[at as usize - 1].steps[2] > 0, "{board:?}: a force acts before");
@@ -337,7 +372,7 @@ fn a_hard_fault_under_force_ends_with_the_pins_off_and_is_reported_after_the_res
         periods[asked as usize].says = Some(ToBoard::Report);
         let symbol = "7palpate4tick4tick17h";
         let event = json!({"at": at, "how": "hard fault", "symbol": symbol, "cfsr": BUS_ERROR, "bfar": NOWHERE});
-        let scenario = Scenario { name: "hard-fault", periods: &periods, more: json!({"event": event}) };
+        let scenario = Scenario { periods: &periods, more: json!({"events": [event]}) };
         let Some(journal) = run(target(), board, &scenario) else { return };
         let rows = &journal.rows;
         let off = off_after(board, rows, at as usize);
@@ -366,7 +401,7 @@ fn a_board_whose_measured_tick_is_too_long_does_not_arm_and_tells_the_fault() {
             let mut periods = axes(220);
             periods[20].says = Some(ToBoard::Identify);
             let more = json!({"cycles_per_reading": period_cycles / 100 * percent});
-            let scenario = Scenario { name: "too-long", periods: &periods, more };
+            let scenario = Scenario { periods: &periods, more };
             let Some(journal) = run(target(), board, &scenario) else { return };
             let fault = (!armed).then_some(Fault::DeadlineMissed);
             assert_eq!((last_fault(&journal.rows), journal.rows.last().unwrap().enable), (fault, armed), "{board:?} {percent}");

@@ -21,6 +21,8 @@ mod mechanisms_on_the_board;
 #[cfg(unix)]
 mod paddle_on_a_port;
 mod pico_2_counts_encoder_edges;
+mod profiles_stay;
 mod self_test_says_same_bits;
+mod the_loop_closes_around_the_image;
 mod tick_cannot_panic;
 mod uart_carries_frames;

@@ -102,8 +102,8 @@ fn follows(program: &[u16], least_cycles: u64, seed: u64) -> bool {
 #[test]
 fn every_edge_is_counted_if_edges_are_eleven_cycles_apart_and_not_below() {
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
-    let periods = [Period { counts: [0; 3], says: None }];
-    let scenario = Scenario { name: "encoders", periods: &periods, more: Value::Null };
+    let periods = [Period { counts: [0; 3], says: None, late: 0 }];
+    let scenario = Scenario { periods: &periods, more: Value::Null };
     let Some(journal) = run(target, Flashed::Pico2, &scenario) else { return };
     let program = program(&journal);
     for cycles in LEAST_CYCLES..40 {

@@ -27,6 +27,7 @@ fn a_quick_release_holds_its_files_and_their_checksums() {
     for name in [
         &package,
         "palpate-emulated.elf",
+        "palpate-emulated.bin",
         "block-m4f-168.patch",
         "palpate.h",
         "summary.schema.json",
@@ -48,6 +49,27 @@ fn a_quick_release_holds_its_files_and_their_checksums() {
     {
         assert!(listed.lines().any(|line| line.split_once('/').is_some_and(|(_, inside)| inside == name)), "{name} in\n{listed}");
     }
+}
+
+#[test]
+fn a_file_for_the_boot_loader_of_a_pico_2_holds_the_binary_in_numbered_blocks() {
+    const FLASH: u32 = 0x1000_0000;
+    const ARM_SECURE: u32 = 0xE48B_FF59;
+    let desk = tempfile::tempdir().unwrap();
+    let [binary, out] = ["a.bin", "a.uf2"].map(|name| desk.path().join(name));
+    let written: Vec<u8> = (0..700_u32).map(|n| ((n * n) >> 3) as u8).collect();
+    std::fs::write(&binary, &written).unwrap();
+    assert!(Command::new(repository().join("host-sim/uf2")).args([&binary, &out]).status().unwrap().success());
+    let mut read = Vec::new();
+    for (n, block) in std::fs::read(&out).unwrap().chunks(512).enumerate() {
+        let words: Vec<u32> = block.chunks(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect();
+        let head = [0x0A32_4655, 0x9E5D_5157, 0x2000, FLASH + 256 * n as u32, 256, n as u32, 3, ARM_SECURE];
+        assert_eq!((&words[..8], words[127]), (&head[..], 0x0AB1_6F30), "block {n}");
+        read.extend_from_slice(&block[32..288]);
+    }
+    assert_eq!((&read[..700], read.len()), (&written[..], 768));
+    let refused = Command::new(repository().join("host-sim/uf2")).arg(desk.path().join("none.bin")).arg(&out).status().unwrap();
+    assert_eq!(refused.code(), Some(2));
 }
 
 #[test]

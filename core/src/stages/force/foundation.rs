@@ -65,7 +65,7 @@ pub struct Load {
     pub strongest: (f32, u16),
     /// The surface has closed over a tip without a handle.
     pub covered: bool,
-    /// The tip is beyond the places of a law.
+    /// The tip is beyond the places of a law, or presses more triangles than are allowed.
     pub limited: bool,
 }
 
@@ -157,6 +157,7 @@ fn press_points<P: Points<Q>, const Q: usize, const STIFFENED: bool>(
     let laws = model.foundation.as_chunks::<Q>().0;
     let (probe, shaft, over) = (&tuned.probe, state.shaft, state.over);
     let lift = tip_m + probe.axis * probe.radius_m - centre;
+    let mut left = tuned.most_pressed;
     for &index in state.candidates.iter().take(state.near) {
         let index = usize::from(index);
         let (Some(triangle), Some(points_law)) = (model.triangles.get(index), laws.get(index)) else { continue };
@@ -169,6 +170,11 @@ fn press_points<P: Points<Q>, const Q: usize, const STIFFENED: bool>(
         if !touches || !STIFFENED && turned_away(corners, lift, probe) {
             continue;
         }
+        if left == 0 {
+            load.limited = true;
+            break;
+        }
+        left -= 1;
         // the half that stiffens with the tissue; the other half of the point's stiffness is
         // constant
         let stiffer = P::at(if STIFFENED { [na.p, nb.p, nc.p] } else { [0.0; 3] });

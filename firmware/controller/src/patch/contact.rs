@@ -105,7 +105,11 @@ impl Patch<'_> {
     }
 
     fn tangent_m(&mut self, press: Press, after_round: &mut dyn FnMut()) -> Result<f32, Fault> {
-        press::tangent_m(&self.model, &mut self.tuned, &mut self.state, self.site_m, press, after_round)
+        // a wider tip presses more triangles, and a measurement has more time than a tick
+        let most_pressed = core::mem::replace(&mut self.tuned.most_pressed, usize::MAX);
+        let measured = press::tangent_m(&self.model, &mut self.tuned, &mut self.state, self.site_m, press, after_round);
+        self.tuned.most_pressed = most_pressed;
+        measured
     }
 
     fn narrow(&self, press: Press, element_m: f32) -> bool {

@@ -1,7 +1,7 @@
 use std::boxed::Box;
 use std::vec::Vec;
 
-use palpate::FoundationPoint;
+use palpate::{ClampFlags, FoundationPoint};
 
 use super::*;
 
@@ -159,9 +159,36 @@ fn tissue_softens_at_once_and_stiffens_when_nothing_touches() {
     patch.ask_modulus(0.75 * packed_pa).unwrap();
     patch.settle(true);
     assert_eq!(now_pa(&patch), (0.75 * packed_pa, 0.75 * packed_pa));
+    assert_eq!(patch.tuned.most_pressed, 15, "and the bound on its time stays");
     for beyond in [2.001 * packed_pa, 0.499 * packed_pa, f32::NAN, -packed_pa] {
         assert!(patch.ask_modulus(beyond).is_err(), "{beyond}");
     }
+}
+
+/// Anywhere on the surface, the probe reaches its depth without pressing more triangles than were
+/// counted at rest.
+#[test]
+fn a_press_anywhere_presses_no_more_triangles_than_are_counted() {
+    let deepest_m = 0.8 * PatchFile::open(&BLOCK.0).unwrap().model.depth_limit_m;
+    let presses = |most| {
+        let mut memory = Box::new(Memory::RESERVED);
+        let mut patch = Patch::open(&BLOCK.0, &mut memory, None).unwrap();
+        patch.tuned.most_pressed = most;
+        let mut limited = 0;
+        for place in 0..25 {
+            let aside_m = Vector3::new((place % 5 - 2) as f32, (place / 5 - 2) as f32, 0.0) * 2e-3;
+            patch.rest();
+            let mut seen = ClampFlags::DEFAULT;
+            for tick in -20..60 {
+                let down_m = deepest_m * (tick.min(40) as f32 / 40.0);
+                seen.set(patch.render(ProbePose { tip_m: aside_m - Vector3::z() * down_m }).limiters);
+            }
+            limited += u8::from(seen.contains(ClampFlags::DEPTH));
+        }
+        limited
+    };
+    assert_eq!(presses(15), 0);
+    assert!(presses(5) > 10, "and with five it does");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use core::mem::MaybeUninit;
 
-use palpate_controller::config::{Flash, FlashError, SLOT_BYTES, Slot};
+use palpate_controller::config::{self, Flash, FlashError, Profile, SLOT_BYTES, Slot};
 
 // SAFETY: nothing else is put into this section; the name is unique.
 #[unsafe(link_section = ".uninit.slots")]
@@ -43,4 +43,9 @@ impl Flash for ProfileMemory {
         Self::each(slot, &mut |at, kept| unsafe { kept.write_volatile(bytes[at]) });
         Ok(())
     }
+}
+
+/// The profile that this memory keeps.
+pub fn kept_profile(memory: &mut ProfileMemory) -> Option<Profile> {
+    config::load(memory).map(|kept| kept.0)
 }

@@ -131,4 +131,10 @@ impl Stm32Board for This {
         core.SCB.enable_icache();
         core.SCB.enable_dcache(&mut core.CPUID);
     }
+
+    fn discard_caches() {
+        // SAFETY: as in `start_caches`.
+        let mut core = unsafe { cortex_m::Peripherals::steal() };
+        core.SCB.clean_invalidate_dcache(&mut core.CPUID);
+    }
 }

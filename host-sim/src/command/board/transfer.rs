@@ -12,6 +12,7 @@ use palpate_tissue::fit_record::FitRecord;
 
 use crate::command::options::board::PortArgs;
 use crate::error::Error;
+use crate::port::session::SILENCE;
 use crate::port::{PortError, Session, device_file};
 
 /// Longest wait until a patch is opened, which takes a second for a large patch on a small board.
@@ -117,12 +118,16 @@ pub(super) fn profile(device: &str, port: &PortArgs) -> Result<(), Error> {
     port.with(|session| send_profile(&device, &profile, session))
 }
 
+/// Sends a profile. A board with flash restarts to store it and erases a sector for up to two
+/// seconds.
 pub(super) fn send_profile(device: &DeviceProfile, profile: &Profile, session: &mut Session) -> Result<(), Error> {
+    session.silence = ANSWER;
     session.send(&ToBoard::Store(*profile))?;
     let begun = Instant::now();
     while let Some(came) = session.next(ANSWER.saturating_sub(begun.elapsed()))? {
         match came {
             FromBoard::Stored(generation) => {
+                session.silence = SILENCE;
                 let kept = match generation {
                     0 => "until the power goes or the board resets: its memory keeps no profile".into(),
                     _ => format!("profile number {generation} of this board"),

@@ -378,6 +378,26 @@ fn a_probe_touches_from_the_first_point_inside_it_on() {
 }
 
 #[test]
+fn no_more_triangles_are_pressed_than_allowed_and_that_is_told() {
+    for points in [4, 9, 16] {
+        let push = |most| {
+            let mut pressed = Pressed::new(points, |_| {});
+            pressed.tuned.most_pressed = most;
+            let tip_m = pressed.tip_m();
+            let load = push::<false>(&pressed.file.model, &pressed.tuned, &mut pressed.state, tip_m);
+            let slopes: f32 = pressed.state.nodes.iter().map(|node| node.slope).sum();
+            (load.limited, slopes)
+        };
+        let all = Pressed::new(points, |_| {}).by_hand(false).2.iter().filter(|strength| **strength > 0.0).count();
+        assert!(all > 3, "{all}");
+        assert_eq!([all, all + 1, usize::MAX].map(push), [push(all); 3]);
+        let pushed: Vec<_> = (0..=all).map(push).collect();
+        assert!(pushed.windows(2).all(|two| two[0].0 && two[0].1 < two[1].1), "each triangle adds to the slopes: {pushed:?}");
+        assert_eq!((pushed[0], pushed[all].0), ((true, 0.0), false));
+    }
+}
+
+#[test]
 fn loads_of_substeps_are_added_and_the_strongest_push_is_kept() {
     let load = |times: f32, strongest| Load {
         force: Vector3::new(1.0, 2.0, 3.0) * times,

@@ -77,3 +77,16 @@ fn the_depth_limit_stays_above_the_deepest_node() {
         assert_eq!(said.err(), if taken { None } else { Some(DEPTH) }, "{limit_m} m");
     }
 }
+
+#[test]
+fn elsewhere_on_the_surface_a_probe_reaches_more_triangles_than_at_the_site() {
+    static BLOCK: &WordAligned<[u8]> = &WordAligned(*include_bytes!("../../../../patches/block-m4f-168.patch"));
+    for (bytes, at_site, anywhere) in [(BLOCK, 12, 15), (LIVER, 20, 22)] {
+        let mut file = PatchFile::open(&bytes.0).unwrap();
+        let mut rounds = 0;
+        assert_eq!((check(&file), most_in_reach(&file, &mut || rounds += 1)), (Ok(at_site), anywhere));
+        assert_eq!(rounds, 28 * file.model.triangles.len(), "the watchdog is fed after each place");
+        file.params.probe.radius_m = 1.0;
+        assert_eq!(most_in_reach(&file, &mut || {}), file.model.triangles.len());
+    }
+}
