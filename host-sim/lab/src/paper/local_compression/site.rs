@@ -120,7 +120,7 @@ impl Site {
             (name, r.youngs_modulus_pa)
         });
         Ok(Self {
-            block: Block { tissue, params, refinement: 1, contact_damping: None, inclusions: Vec::new() },
+            block: Block::of_tissue(tissue, params),
             layers: layers.collect(),
             organ,
             by_number,

@@ -1,0 +1,101 @@
+//! A scene whose tissue is not the preset block: its files, and its tissue for every method.
+
+use std::path::{Path, PathBuf};
+
+use palpate::{Params, Vector3};
+use palpate_tissue::answer::Answer;
+use palpate_tissue::error::Error as TissueError;
+use palpate_tissue::mesh::surface::surface;
+use palpate_tissue::mesh::triangle::entry_m;
+use palpate_tissue::moving::Table;
+use palpate_tissue::patch::Patch;
+use palpate_tissue::scene::Scene;
+use palpate_tissue::session::packed::unpack;
+use palpate_tissue::tissue::place;
+
+use crate::error::Error;
+use crate::methods::{Block, Fitted, Method};
+
+/// Speeds of the ramps to 4 mm [mm/s].
+pub const SPEEDS_MM_PER_S: [u32; 2] = [40, 200];
+/// Depth of the ramps [m].
+pub const DEPTH_M: f64 = 0.004;
+
+/// The folder of the scenes.
+#[must_use]
+pub fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("suite")
+}
+
+/// A table of forces over time in the folder.
+pub(super) fn table(name: &str) -> Result<Table, Error> {
+    let path = folder().join(format!("{name}.csv"));
+    let text = std::fs::read_to_string(&path).map_err(|source| TissueError::Read { path, source })?;
+    Ok(Table::parse(name, &text).map_err(TissueError::from)?)
+}
+
+/// The patch of a file, and the parameters fitted with it.
+pub(super) fn patch(path: &Path) -> Result<(Patch, Params), Error> {
+    let bytes = std::fs::read(path).map_err(|source| TissueError::Read { path: path.into(), source })?;
+    Ok(unpack(&bytes).map_err(|cause| TissueError::Patch { path: path.into(), cause })?)
+}
+
+/// Presses that no fit saw, and ramps of a scene, with what was fitted to it.
+pub(super) struct Own {
+    pub scene: Scene,
+    pub held: Answer,
+    pub ramps: Vec<Table>,
+    pub fitted: Fitted,
+}
+
+impl Own {
+    pub fn load(name: &str) -> Result<Self, Error> {
+        let file = |end: &str| folder().join(format!("{name}{end}"));
+        let scene = Scene::load(&file(".toml").display().to_string()).map_err(TissueError::from)?;
+        let held = Answer::load(&file(".json"))?;
+        let ramp = |speed: u32| table(&format!("{name}-{speed}"));
+        let ramps = SPEEDS_MM_PER_S.into_iter().map(ramp).collect::<Result<_, Error>>()?;
+        // a block has the shipped patches, with what is stiffer in it scaled in
+        let own_patch = if scene.tissue.block_m.is_some() { None } else { Some(patch(&file(".patch"))?) };
+        let fitted = Fitted { law: Some(patch(&file("-law.patch"))?.0), patch: own_patch };
+        Ok(Self { scene, held, ramps, fitted })
+    }
+
+    /// The tissue for a method, on a mesh of about this many nodes; `None` if no such mesh holds
+    /// its shape, or no patch of this size is shipped.
+    pub fn block(&self, method: Method, nodes: usize) -> Option<Block> {
+        let mut scene = self.scene.clone();
+        if method == Method::Calibrated && self.fitted.patch.is_none() {
+            let plain = Block::calibrated(nodes, scene.tissue.youngs_modulus_pa)?;
+            return Some(scene.tissue.inclusion.iter().fold(plain, |block, ball| block.with_inclusion(*ball)));
+        }
+        scene.tissue.nodes = Some(nodes);
+        let placed = place(&scene, &[]).ok()?;
+        let mut block = Block::of_tissue(placed.tissue, scene.params(placed.axis));
+        block.deepest_m = DEPTH_M;
+        block.fitted = self.fitted.clone();
+        Some(block)
+    }
+}
+
+/// Vector from the site to the place on the surface where a press begins [m], for a place of the
+/// finite elements' mesh: what was fitted has that surface, any other method that of its mesh.
+pub(super) fn place_m(block: &Block, method: Method, place_m: [f64; 3]) -> Vector3<f64> {
+    let place = Vector3::from(place_m);
+    let axis: Vector3<f64> = block.params.probe.axis.cast();
+    let across = place - axis * place.dot(&axis);
+    let fitted = match method {
+        Method::Law => block.fitted.law.is_some(),
+        Method::Calibrated => block.fitted.patch.is_some(),
+        _ => false,
+    };
+    if fitted || across.norm() == 0.0 {
+        return place;
+    }
+    let (mesh, from_m) = (&block.tissue.mesh, 0.05);
+    let from = Vector3::from(block.tissue.site_m) + place + axis * from_m;
+    let corners = |t: [u32; 3]| t.map(|n| Vector3::from(mesh.nodes_m[n as usize]));
+    let ways = surface(&mesh.tets).into_iter().filter_map(|t| entry_m(corners(t), &from, &-axis));
+    let nearest = ways.min_by(|a, b| (a - from_m).abs().total_cmp(&(b - from_m).abs()));
+    nearest.map_or(place, |way_m| place + axis * (from_m - way_m))
+}
