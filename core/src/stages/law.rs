@@ -13,9 +13,9 @@
 //! ```
 //! u is the tip's speed into the tissue over `w = sqrt(E / density)`. Each branch is a dashpot c
 //! (radiation, Lysmer and Richart 1966) that leads to a rod of tissue with the same impedance, a
-//! length L and a free end, whose near end moves at z: what was radiated comes back after `2 L / w`.
-//! The rod is a chain of [`LUMPS`] equal masses, which the node damping alpha holds back, and the
-//! springs between them. With L infinite it is at rest, and the branch a dashpot to the ground.
+//! length L and a free end, whose near end moves at z: what was radiated comes back after `2 L /
+//! w`. The rod is a chain of [`LUMPS`] equal masses, which the node damping alpha holds back, and
+//! the springs between them. With L infinite it is at rest, and the branch a dashpot to the ground.
 //! One mass instead of a rod is 0.3 % of the peak worse; springs in series with dashpots, fitted
 //! with non-negative constants, vanish.
 //!
@@ -47,12 +47,11 @@ use crate::state::State;
 
 /// Number of masses of a rod: with three, a tap is 0.1 % of its peak worse.
 const LUMPS: usize = 4;
-/// Values that a node keeps: its velocity and its scratch memory.
-const KEPT: usize = 6;
+/// Number of nodes that keep a rod.
+const NODES: usize = 2;
 
 /// Rod of a branch, in the branch's coordinate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Rod {
     /// Velocity of each mass over w; the first is the near end.
     moves: [f32; LUMPS],
@@ -61,6 +60,12 @@ struct Rod {
 }
 
 impl Rod {
+    /// Moves and pushes of the masses that one node keeps.
+    #[inline]
+    fn pairs(&mut self) -> impl Iterator<Item = (&mut [f32; LUMPS / NODES], &mut [f32; LUMPS / NODES])> {
+        self.moves.as_chunks_mut().0.iter_mut().zip(self.pushes.as_chunks_mut().0)
+    }
+
     /// Moves the rod by a step of `share` masses' crossing times, with the dashpot's other end at
     /// `drive`; `slow` is one plus the damping of the step. Returns the speed of the near end.
     /// Backward Euler, which is passive for every step: the chain is eliminated from its far end.
@@ -264,10 +269,11 @@ impl LawMemory {
     #[inline]
     fn of(state: &State) -> Self {
         let mut memory = Self::default();
-        for (values, node) in memory.values().chunks_mut(KEPT).zip(state.nodes.iter()) {
-            let [vx, vy, vz, ..] = node.v;
-            let [px, py, pz, ..] = node.pass;
-            values.iter_mut().zip([vx, vy, vz, px, py, pz]).for_each(|(to, from)| *to = from);
+        for (rod, nodes) in memory.rods.iter_mut().zip(state.nodes.chunks(NODES)) {
+            for ((moves, pushes), node) in rod.pairs().zip(nodes) {
+                let ([a, b, ..], [c, d, ..]) = (node.v, node.pass);
+                (*moves, *pushes) = ([a, b], [c, d]);
+            }
         }
         if let Some(faded) = state.faded.first() {
             memory.faded = faded.0.map(|row| row[0]);
@@ -275,17 +281,15 @@ impl LawMemory {
         memory
     }
 
-    /// The numbers of the rods in a row.
-    fn values(&mut self) -> &mut [f32] {
-        bytemuck::cast_slice_mut(&mut self.rods)
-    }
-
     /// Keeps the memory: the rods in the first nodes, which do not move, and what has faded at the
     /// first node.
     #[inline]
     fn keep(&mut self, state: &mut State) {
-        for (values, node) in self.values().chunks(KEPT).zip(state.nodes.iter_mut()) {
-            node.v.iter_mut().take(3).chain(node.pass.iter_mut().take(3)).zip(values).for_each(|(to, from)| *to = *from);
+        for (rod, nodes) in self.rods.iter_mut().zip(state.nodes.chunks_mut(NODES)) {
+            for ((moves, pushes), node) in rod.pairs().zip(nodes) {
+                (node.v[0], node.v[1]) = (moves[0], moves[1]);
+                (node.pass[0], node.pass[1]) = (pushes[0], pushes[1]);
+            }
         }
         if let Some(faded) = state.faded.first_mut() {
             for (row, s) in faded.0.iter_mut().zip(self.faded) {

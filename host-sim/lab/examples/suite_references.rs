@@ -1,8 +1,8 @@
 //! Computes what the suite stores of its own scenes: presses that no fit saw with the law that is
 //! fitted to the others, two ramps, and a press that relaxes, slides and returns.
 //!
-//! Run `cargo run --release --example suite_references -- FOLDER [held|patch|ramps|return] NAME...`.
-//! Laws and patches are those of `palpate fit` with elements of 4.48 mm within 17 mm. It refuses a
+//! Run `cargo run --release --example suite_references -- FOLDER WHAT NAME...`, where WHAT is held,
+//! patch, ramps or return. Laws and patches are those of `palpate fit` with elements of 4.48 mm within 17 mm. It refuses a
 //! law for a nodule or a stiff layer, since they could be changed, and some of the patches, since
 //! no board runs them.
 

@@ -84,9 +84,12 @@ impl SuiteRow {
 /// # Errors
 /// A method cannot be built, or a stored reference cannot be read.
 pub fn run(scene: &SuiteScene, nodes: usize) -> Result<Vec<SuiteRow>, Error> {
-    let own = if let Kind::Own(name) = scene.kind { Some(Own::load(name)?) } else { None };
+    let (own, cuboid) = match scene.kind {
+        Kind::Own(name, cuboid) => (Some(Own::load(name)?), cuboid),
+        _ => (None, None),
+    };
     // to mesh an organ takes seconds
-    let own_block = own.as_ref().and_then(|own| own.block(Method::Springs, nodes));
+    let own_block = own.as_ref().and_then(|own| own.block(cuboid, Method::Springs, nodes));
     let mut rows = Vec::new();
     for method in Method::ALL {
         let fitted = own.as_ref().is_some_and(|own| own.fitted.patch.is_some());
@@ -95,7 +98,7 @@ pub fn run(scene: &SuiteScene, nodes: usize) -> Result<Vec<SuiteRow>, Error> {
             continue;
         }
         let block = match (&own, method) {
-            (Some(own), Method::Calibrated) if !fitted => own.block(method, nodes),
+            (Some(own), Method::Calibrated) if !fitted => own.block(cuboid, method, nodes),
             (Some(_), _) => own_block.clone(),
             (None, Method::Calibrated) => Block::calibrated(nodes, scene.modulus_pa()),
             (None, _) => Some(Block::standard(nodes, scene.modulus_pa())?),
@@ -143,7 +146,7 @@ fn errors(
             }
             Ok([rms(&held), rms(&stored_motions_pct(motions, method, &block, substeps)?)])
         }
-        Kind::Own(_) => {
+        Kind::Own(..) => {
             let Some(own) = own else { return Ok([None, None]) };
             let held = rms(&held_pct(&own.held.holds, method, block, substeps)?);
             let ramps = own.ramps.iter().map(|ramp| ramp_pct(ramp, [0.0; 3], method, block, substeps));

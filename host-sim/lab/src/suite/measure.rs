@@ -3,6 +3,7 @@
 use palpate::{Fault, Vector3};
 use palpate_tissue::answer::HoldAnswer;
 use palpate_tissue::error::Error as TissueError;
+use palpate_tissue::moving::table::Row;
 use palpate_tissue::moving::{Site, Table, Truth};
 
 use super::own::place_m;
@@ -13,7 +14,7 @@ use crate::methods::{Block, Method, RunningMethod};
 /// Speed of a held press [m/s].
 const PRESS_M_PER_S: f64 = 0.04;
 /// Ticks above the surface before a motion.
-const LEAD_TICKS: i32 = 5;
+pub(super) const LEAD_TICKS: i32 = 5;
 /// Ticks after the end of a ramp that are compared.
 const AFTER_TICKS: i32 = 20;
 
@@ -70,8 +71,8 @@ pub(super) fn stored_motions_pct(
     Ok(errors)
 }
 
-/// Error along a ramp to the largest depth of a table and 20 ms after its stop [% of the peak].
-/// `None` if the method diverges.
+/// Error along a motion, of a ramp until 20 ms after its stop [% of the peak]. `None` if the method
+/// diverges.
 pub(super) fn ramp_pct(
     table: &Table,
     at_m: [f64; 3],
@@ -90,14 +91,18 @@ fn course_pct(table: &Table, block: &Block, running: &mut dyn RunningMethod) -> 
     let deepest_m = table.rows.iter().map(|row| row.depth_m).fold(0.0, f64::max);
     let stop = table.rows.iter().find(|row| row.depth_m >= deepest_m - 1e-9).map_or(0, |row| ticks(row.t_s));
     let end = table.rows.last().map_or(0, |row| ticks(row.t_s));
-    let last = (stop + AFTER_TICKS).min(end);
+    // a ramp stays where it stopped
+    let stays = |row: &Row| row.depth_m >= deepest_m - 1e-9 || row.t_s * 1e3 <= f64::from(stop);
+    let ramp = table.rows.iter().all(|row| row.across_m == 0.0 && stays(row));
+    let last = if ramp { (stop + AFTER_TICKS).min(end) } else { end };
     let first = table.at(seconds(1));
     let e_pa = f64::from(block.params.youngs_modulus_pa);
     let (mut squares, mut peak_m2) = (0.0, 0.0_f64);
     for n in -LEAD_TICKS..=last {
         let row = table.at(seconds(n));
         let depth_m = if n < 0 { f64::from(n) * first.depth_m } else { row.depth_m };
-        let force_n = running.tick(block.tip_m(depth_m)).ok()?;
+        let across_m = Vector3::new(row.across_m as f32, 0.0, 0.0);
+        let force_n = running.tick(block.tip_m(depth_m) + across_m).ok()?;
         if n > 0 {
             let own_m2 = f64::from(force_n.dot(&block.params.probe.axis)) / e_pa;
             squares += (own_m2 - row.force_over_e_m2[2]).powi(2);

@@ -3,16 +3,21 @@
 use std::path::{Path, PathBuf};
 
 use palpate::{Params, Vector3};
+use palpate_fit::far_field::prepared::Recipe;
+use palpate_fit::far_field::whole::whole;
+use palpate_fit::scene_fit::PIECE_RADII;
 use palpate_tissue::answer::Answer;
 use palpate_tissue::error::Error as TissueError;
 use palpate_tissue::mesh::surface::surface;
+use palpate_tissue::mesh::{BlockSpec, block};
 use palpate_tissue::mesh::triangle::entry_m;
 use palpate_tissue::moving::Table;
 use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::session::packed::unpack;
-use palpate_tissue::tissue::place;
+use palpate_tissue::tissue::{DEPTH_MARGIN, Tissue, place};
 
+use super::scenes::Cuboid;
 use crate::error::Error;
 use crate::methods::{Block, Fitted, Method};
 
@@ -20,6 +25,10 @@ use crate::methods::{Block, Fitted, Method};
 pub const SPEEDS_MM_PER_S: [u32; 2] = [40, 200];
 /// Depth of the ramps [m].
 pub const DEPTH_M: f64 = 0.004;
+
+/// Elements under the probe of a shape that is no block [probe radii], beside the numbers of nodes
+/// with which a block has elements of that size.
+const ELEMENTS_RADII: [(usize, f64); 3] = [(57, 1.0), (130, 0.75), (410, 0.5)];
 
 /// The folder of the scenes.
 #[must_use]
@@ -61,20 +70,49 @@ impl Own {
         Ok(Self { scene, held, ramps, fitted })
     }
 
-    /// The tissue for a method, on a mesh of about this many nodes; `None` if no such mesh holds
-    /// its shape, or no patch of this size is shipped.
-    pub fn block(&self, method: Method, nodes: usize) -> Option<Block> {
+    /// The tissue for a method, on a mesh of about this many nodes if it is a block, else with
+    /// elements as large as those of a block; `None` if no such mesh holds its shape, or no patch
+    /// of this size is shipped.
+    pub fn block(&self, cuboid: Option<Cuboid>, method: Method, nodes: usize) -> Option<Block> {
         let mut scene = self.scene.clone();
         if method == Method::Calibrated && self.fitted.patch.is_none() {
             let plain = Block::calibrated(nodes, scene.tissue.youngs_modulus_pa)?;
             return Some(scene.tissue.inclusion.iter().fold(plain, |block, ball| block.with_inclusion(*ball)));
         }
-        scene.tissue.nodes = Some(nodes);
-        let placed = place(&scene, &[]).ok()?;
-        let mut block = Block::of_tissue(placed.tissue, scene.params(placed.axis));
-        block.deepest_m = DEPTH_M;
+        let radius_m = scene.probe.radius_m;
+        let (tissue, axis) = if let Some(cuboid) = cuboid {
+            cuboid.tissue(scene.probe.site.unwrap_or_default(), nodes, radius_m)?
+        } else if scene.tissue.block_m.is_some() {
+            scene.tissue.nodes = Some(nodes);
+            let placed = place(&scene, &[]).ok()?;
+            (placed.tissue, placed.axis)
+        } else {
+            let (_, radii) = ELEMENTS_RADII.into_iter().find(|(of, _)| *of == nodes)?;
+            let sizes = Recipe::new(PIECE_RADII * radius_m, radii * radius_m, radius_m).sizes;
+            let placed = whole(&scene, &[], &sizes).ok()?;
+            (placed.tissue, placed.axis)
+        };
+        let mut block = Block::of_tissue(tissue, scene.params(axis));
         block.fitted = self.fitted.clone();
         Some(block)
+    }
+}
+
+impl Cuboid {
+    /// Tissue and direction of the press for a site on the top.
+    fn tissue(self, site_m: [f64; 3], nodes: usize, radius_m: f64) -> Option<(Tissue, [f64; 3])> {
+        let Self { size_m, rise } = self;
+        let spec = BlockSpec { size_m, nodes, fine_at_m: [site_m[0], site_m[1]], fine_radius_m: radius_m };
+        let mut mesh = block(&spec).ok()?;
+        let anchors = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| x[2] <= -size_m[2] * (1.0 - 1e-9)).map(|(n, _)| n);
+        let anchors = anchors.collect();
+        for [x, _, z] in &mut mesh.nodes_m {
+            *z += rise * *x * (1.0 + *z / size_m[2]);
+        }
+        let stiffness_ratio = vec![1.0; mesh.tets.len()];
+        let tissue = Tissue::closed(mesh, stiffness_ratio, anchors, site_m, DEPTH_MARGIN * DEPTH_M);
+        let length = rise.hypot(1.0);
+        Some((tissue, [-rise / length, 0.0, 1.0 / length]))
     }
 }
 

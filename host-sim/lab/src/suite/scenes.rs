@@ -3,7 +3,7 @@
 use palpate::ProbeShape;
 use palpate_tissue::scene::Inclusion;
 
-use crate::methods::Block;
+use crate::methods::{BLOCK_M, Block};
 
 /// Young's modulus of the blocks, and of the block that relaxes and has friction [Pa].
 const SOFT_PA: f64 = 3500.0;
@@ -28,14 +28,24 @@ pub(super) enum Kind {
         motions: &'static [&'static str],
         nodule: bool,
     },
-    /// A tissue of its own, whose scene, references, law and patch are in files of this name.
-    Own(&'static str),
+    /// A tissue of its own, whose scene, references, law and patch are in files of this name. The
+    /// mesh generator of blocks makes its meshes if it is one, or one with an inclined top.
+    Own(&'static str, Option<Cuboid>),
     /// Slide with friction and back.
     Slide,
     /// Press, relax, slide, and return to the first place.
     Return,
     /// The block becomes that with the nodule while it is pressed.
     Change,
+}
+
+/// A block whose top rises along x.
+#[derive(Clone, Copy)]
+pub(super) struct Cuboid {
+    /// Sides [m], with the height in the middle.
+    pub size_m: [f64; 3],
+    /// Slope of the top (1).
+    pub rise: f64,
 }
 
 /// Held presses of the block.
@@ -49,7 +59,8 @@ pub(super) struct Presses {
 }
 
 const PLAIN: Presses = Presses { answer: BLOCK, within_m: 0.012, tip: None };
-const ON_NODULE: Presses = Presses { answer: NODULE, ..PLAIN };
+/// The law of the nodule ends 9.2 mm from its site.
+const ON_NODULE: Presses = Presses { answer: NODULE, within_m: 0.009, tip: None };
 
 /// Held presses before and after the change of a region.
 pub(super) const CHANGE: [Presses; 2] = [Presses { within_m: 0.0, ..PLAIN }, Presses { within_m: 0.0, ..ON_NODULE }];
@@ -73,16 +84,35 @@ pub const SCENES: [SuiteScene; 12] = [
             nodule: false,
         },
     },
-    SuiteScene { name: "near an edge", kind: Kind::Own("edge") },
-    SuiteScene { name: "sloped face", kind: Kind::Own("slope") },
-    SuiteScene { name: "dome", kind: Kind::Own("dome") },
-    SuiteScene { name: "thin layer", kind: Kind::Own("thin") },
-    SuiteScene { name: "stiff layer below", kind: Kind::Own("stiff") },
+    SuiteScene { name: "near an edge", kind: Kind::Own("edge", Some(Cuboid { size_m: BLOCK_M, rise: 0.0 })) },
+    SuiteScene { name: "sloped face", kind: Kind::Own("slope", Some(Cuboid { size_m: BLOCK_M, rise: 0.5 })) },
+    SuiteScene { name: "dome", kind: Kind::Own("dome", None) },
+    SuiteScene { name: "thin layer", kind: Kind::Own("thin", Some(Cuboid { size_m: [0.08, 0.08, 0.01], rise: 0.0 })) },
+    SuiteScene { name: "stiff layer below", kind: Kind::Own("stiff", None) },
     SuiteScene {
         name: "nodule under and beside",
         kind: Kind::Stored { presses: &[ON_NODULE], motions: &["nodule-3.5kpa-40", "nodule-3.5kpa-200"], nodule: true },
     },
-    SuiteScene { name: "organ ridge", kind: Kind::Own("ridge") },
+    SuiteScene {
+        name: "taps, swings, drag",
+        kind: Kind::Stored {
+            presses: &[Presses { within_m: 0.0, ..PLAIN }],
+            motions: &[
+                "tap-3.5kpa-200",
+                "tap-20kpa-200",
+                "tap-100kpa-200",
+                "tap-aside-20kpa-100",
+                "swing-3.5kpa-10hz",
+                "swing-20kpa-10hz",
+                "swing-100kpa-10hz",
+                "drag-3.5kpa-60",
+                "centre-3.5kpa-500",
+                "centre-20kpa-500",
+                "centre-100kpa-500",
+            ],
+            nodule: false,
+        },
+    },
     SuiteScene {
         name: "another tip",
         kind: Kind::Stored {
@@ -110,7 +140,7 @@ impl SuiteScene {
     pub fn moves(&self) -> bool {
         match &self.kind {
             Kind::Stored { motions, .. } => !motions.is_empty(),
-            Kind::Own(_) => true,
+            Kind::Own(..) => true,
             _ => false,
         }
     }

@@ -5,7 +5,7 @@ use palpate_tissue::error::Error as TissueError;
 use palpate_tissue::moving::Table;
 use palpate_tissue::scene::Scene;
 
-use super::measure::rms;
+use super::measure::{LEAD_TICKS, rms};
 use super::own::table;
 use crate::chart::CLEAR_M;
 use crate::error::Error;
@@ -80,9 +80,11 @@ fn along(table: &Table, block: &Block, running: &mut dyn RunningMethod) -> Optio
     let deepest_m = table.rows.iter().map(|row| row.depth_m).fold(0.0, f64::max);
     let e_pa = f64::from(block.params.youngs_modulus_pa);
     let (mut squares, mut count, mut peak_m2) = (0.0, 0.0, 0.0_f64);
-    for n in 0..=end {
+    let first_m = table.at(1e-3).depth_m;
+    for n in -LEAD_TICKS..=end {
         let row = table.at(f64::from(n) * 1e-3);
-        let force_n = running.tick(block.tip_m(row.depth_m) + Vector3::new(row.across_m as f32, 0.0, 0.0)).ok()?;
+        let depth_m = if n < 0 { f64::from(n) * first_m } else { row.depth_m };
+        let force_n = running.tick(block.tip_m(depth_m) + Vector3::new(row.across_m as f32, 0.0, 0.0)).ok()?;
         peak_m2 = peak_m2.max(row.force_over_e_m2[2]);
         if row.depth_m >= deepest_m - 1e-9 {
             squares += (f64::from(force_n.dot(&block.params.probe.axis)) / e_pa - row.force_over_e_m2[2]).powi(2);
