@@ -168,8 +168,7 @@ fn ramps(out: &Path, name: &str, scene: &Scene) -> Result<(), Box<dyn Error>> {
         let began = Instant::now();
         let motion = Motion::ramp(f64::from(speed) * 1e-3, DEPTH_M, HOLD_S);
         let step_s = if speed < 100 { 4e-3 } else { 1e-3 };
-        let settings =
-            Resolution { corner_nodes: CORNER_NODES, fine_radius_m: Some(0.004), step_s, ..Resolution::default() };
+        let settings = Resolution { corner_nodes: CORNER_NODES, fine_radius_m: Some(0.004), step_s, ..Resolution::default() };
         let history = compute(scene, &motion, &settings)?;
         let head = [
             format!("version = {}, scene = {name}, ramp of {speed} mm/s", Table::VERSION),

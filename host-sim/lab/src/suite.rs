@@ -98,7 +98,7 @@ pub fn run(scene: &SuiteScene, nodes: usize) -> Result<Vec<SuiteRow>, Error> {
             continue;
         }
         let block = match (&own, method) {
-            (Some(own), Method::Calibrated) if !fitted => own.block(cuboid, method, nodes),
+            (Some(own), Method::Calibrated) => own.block(cuboid, method, nodes),
             (Some(_), _) => own_block.clone(),
             (None, Method::Calibrated) => Block::calibrated(nodes, scene.modulus_pa()),
             (None, _) => Some(Block::standard(nodes, scene.modulus_pa())?),

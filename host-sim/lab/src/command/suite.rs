@@ -80,8 +80,7 @@ impl Study for Suite {
             let law = rows.iter().find(|row| row.scene == scene && row.is_law());
             let [within_2_pct, within_5_pct] =
                 WITHIN_PCT.map(|pct| cheapest(&rows, scene, pct).map_or_else(|| "none".into(), name));
-            let [law_held_pct, law_moving_pct] =
-                [law.and_then(|law| law.held_pct), law.and_then(|law| law.moving_pct)];
+            let [law_held_pct, law_moving_pct] = [law.and_then(|law| law.held_pct), law.and_then(|law| law.moving_pct)];
             Line { scene, law_held_pct, law_moving_pct, within_2_pct, within_5_pct, only: only(&rows, scene) }
         };
         let lines: Vec<Line> = SCENES.iter().map(|scene| line(scene.name)).collect();
@@ -113,9 +112,9 @@ const BOTH: &str = "law and patch";
 
 /// Who holds a scene within 5 % and 100 us, if none but our law and patches does.
 fn only(rows: &[SuiteRow], scene: &str) -> &'static str {
-    let able = rows.iter().filter(|row| {
-        row.scene == scene && row.tick_us <= IN_US && row.worst_pct().is_some_and(|pct| pct <= WITHIN_PCT[1])
-    });
+    let able = rows
+        .iter()
+        .filter(|row| row.scene == scene && row.tick_us <= IN_US && row.worst_pct().is_some_and(|pct| pct <= WITHIN_PCT[1]));
     let [mut law, mut patch, mut other] = [false; 3];
     for row in able {
         match (row.is_law(), row.is_patch()) {
@@ -145,10 +144,7 @@ fn figure(rows: &[SuiteRow]) -> Figure {
     let ours = [Method::Law, Method::Calibrated, Method::Palpate];
     let order = ours.into_iter().chain(Method::ALL.into_iter().filter(|method| !ours.contains(method)));
     let heat = Heat {
-        groups: SCENES
-            .iter()
-            .map(|scene| HeatGroup { label: halves(scene.name), feet: vec![String::new()] })
-            .collect(),
+        groups: SCENES.iter().map(|scene| HeatGroup { label: halves(scene.name), feet: vec![String::new()] }).collect(),
         rows: order
             .enumerate()
             .map(|(n, method)| HeatRow {

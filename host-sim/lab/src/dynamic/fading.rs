@@ -97,9 +97,8 @@ pub fn compute(scene: &Scene, motion: &Motion, settings: &Settings) -> Result<Ta
     let rest = vec![Vector3::zeros(); body.mesh.nodes_m.len()];
     let mut solver = Minimiser::new(body).ok_or(DynamicError::Memory { nodes: rest.len() })?;
     let terms = scene.tissue.relaxation().into_iter().filter(|term| *term != PronyTerm::NONE);
-    let mut fades: Vec<Fade> = terms
-        .map(|term| Fade { share: term.share.into(), time_s: term.time_s.into(), h_m2: rest.clone() })
-        .collect();
+    let mut fades: Vec<Fade> =
+        terms.map(|term| Fade { share: term.share.into(), time_s: term.time_s.into(), h_m2: rest.clone() }).collect();
     let (mut displacement_m, mut elastic_m2) = (rest.clone(), rest);
     let radius_m = scene.probe.radius_m;
     let row = |t_s: f64, normal_m2: f64| {

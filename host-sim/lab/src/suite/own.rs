@@ -9,8 +9,8 @@ use palpate_fit::scene_fit::PIECE_RADII;
 use palpate_tissue::answer::Answer;
 use palpate_tissue::error::Error as TissueError;
 use palpate_tissue::mesh::surface::surface;
-use palpate_tissue::mesh::{BlockSpec, block};
 use palpate_tissue::mesh::triangle::entry_m;
+use palpate_tissue::mesh::{BlockSpec, block};
 use palpate_tissue::moving::Table;
 use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::Scene;
@@ -29,6 +29,10 @@ pub const DEPTH_M: f64 = 0.004;
 /// Elements under the probe of a shape that is no block [probe radii], beside the numbers of nodes
 /// with which a block has elements of that size.
 const ELEMENTS_RADII: [(usize, f64); 3] = [(57, 1.0), (130, 0.75), (410, 0.5)];
+
+/// Distance from the site, over the radius of a piece, beyond which its nodes are fixed for the
+/// plain springs beside which its tick is timed (1); its own are held by rim springs.
+const RIM: f64 = 0.85;
 
 /// The folder of the scenes.
 #[must_use]
@@ -65,7 +69,7 @@ impl Own {
         let ramp = |speed: u32| table(&format!("{name}-{speed}"));
         let ramps = SPEEDS_MM_PER_S.into_iter().map(ramp).collect::<Result<_, Error>>()?;
         // a block has the shipped patches, with what is stiffer in it scaled in
-        let own_patch = if scene.tissue.block_m.is_some() { None } else { Some(patch(&file(".patch"))?) };
+        let own_patch = if file(".patch").is_file() { Some(patch(&file(".patch"))?) } else { None };
         let fitted = Fitted { law: Some(patch(&file("-law.patch"))?.0), patch: own_patch };
         Ok(Self { scene, held, ramps, fitted })
     }
@@ -75,11 +79,23 @@ impl Own {
     /// of this size is shipped.
     pub fn block(&self, cuboid: Option<Cuboid>, method: Method, nodes: usize) -> Option<Block> {
         let mut scene = self.scene.clone();
-        if method == Method::Calibrated && self.fitted.patch.is_none() {
-            let plain = Block::calibrated(nodes, scene.tissue.youngs_modulus_pa)?;
-            return Some(scene.tissue.inclusion.iter().fold(plain, |block, ball| block.with_inclusion(*ball)));
-        }
         let radius_m = scene.probe.radius_m;
+        if method == Method::Calibrated {
+            let Some((patch, params)) = &self.fitted.patch else {
+                scene.tissue.block_m?;
+                let plain = Block::calibrated(nodes, scene.tissue.youngs_modulus_pa)?;
+                return Some(scene.tissue.inclusion.iter().fold(plain, |block, ball| block.with_inclusion(*ball)));
+            };
+            let (mesh, site) = (patch.mesh(), patch.site_m().cast::<f64>());
+            let away_m = |x: &[f64; 3]| (Vector3::from(*x) - site).norm();
+            let rim = (0_u32..).zip(&mesh.nodes_m).filter(|(_, x)| away_m(x) > RIM * PIECE_RADII * radius_m);
+            let anchors = rim.map(|(n, _)| n).collect();
+            let stiffness_ratio = vec![1.0; mesh.tets.len()];
+            let tissue = Tissue::closed(mesh, stiffness_ratio, anchors, site.into(), DEPTH_MARGIN * DEPTH_M);
+            let mut block = Block::of_tissue(tissue, scene.params(params.probe.axis.cast::<f64>().into()));
+            block.fitted = self.fitted.clone();
+            return Some(block);
+        }
         let (tissue, axis) = if let Some(cuboid) = cuboid {
             cuboid.tissue(scene.probe.site.unwrap_or_default(), nodes, radius_m)?
         } else if scene.tissue.block_m.is_some() {

@@ -23,11 +23,7 @@ pub struct SuiteScene {
 
 pub(super) enum Kind {
     /// The block, with presses and motions that are stored for it.
-    Stored {
-        presses: &'static [Presses],
-        motions: &'static [&'static str],
-        nodule: bool,
-    },
+    Stored { presses: &'static [Presses], motions: &'static [&'static str], nodule: bool },
     /// A tissue of its own, whose scene, references, law and patch are in files of this name. The
     /// mesh generator of blocks makes its meshes if it is one, or one with an inclined top.
     Own(&'static str, Option<Cuboid>),
@@ -148,10 +144,5 @@ impl SuiteScene {
 
 /// The nodule of [`NODULE`].
 pub(super) fn with_nodule(block: Block) -> Block {
-    block.with_inclusion(Inclusion {
-        center_m: [0.0, 0.0, -0.012],
-        radius_m: 0.006,
-        stiffness_ratio: 10.0,
-        stiffening_b: None,
-    })
+    block.with_inclusion(Inclusion { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0, stiffening_b: None })
 }
