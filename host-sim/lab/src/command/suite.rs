@@ -144,7 +144,10 @@ fn figure(rows: &[SuiteRow]) -> Figure {
     let ours = [Method::Law, Method::Calibrated, Method::Palpate];
     let order = ours.into_iter().chain(Method::ALL.into_iter().filter(|method| !ours.contains(method)));
     let heat = Heat {
-        groups: SCENES.iter().map(|scene| HeatGroup { label: halves(scene.name), feet: vec![String::new()] }).collect(),
+        groups: SCENES
+            .iter()
+            .map(|scene| HeatGroup { label: scene.label.map(String::from), feet: vec![String::new()] })
+            .collect(),
         rows: order
             .enumerate()
             .map(|(n, method)| HeatRow {
@@ -165,7 +168,7 @@ fn figure(rows: &[SuiteRow]) -> Figure {
     Figure {
         name: "suite".into(),
         title: "What each scene needs: least error of a tick under 100 us".into(),
-        below: "RMS force error [%] against finite elements, the larger of held and moving; 57 to 410 nodes".into(),
+        below: "RMS force error [%] against finite elements, the larger of held and moving".into(),
         form: Form::Heat(heat),
     }
 }
@@ -177,11 +180,4 @@ fn look(pct: f64) -> Tone {
         pct if pct <= 15.0 => Tone::Slight,
         _ => Tone::Failure,
     }
-}
-
-/// The name in two lines, divided after the word that ends nearest to its middle.
-fn halves(name: &str) -> [String; 2] {
-    let middle = name.match_indices(' ').map(|(at, _)| at).min_by_key(|at| (2 * at).abs_diff(name.len()));
-    let (first, second) = middle.map_or((name, ""), |at| (&name[..at], &name[at + 1..]));
-    [first.to_owned(), second.to_owned()]
 }

@@ -18,6 +18,8 @@ const SPHERE: &str = include_str!("../../../references/sphere-5mm.json");
 pub struct SuiteScene {
     /// Name in tables.
     pub name: &'static str,
+    /// Name in pictures, in two lines.
+    pub label: [&'static str; 2],
     pub(super) kind: Kind,
 }
 
@@ -65,6 +67,7 @@ pub(super) const CHANGE: [Presses; 2] = [Presses { within_m: 0.0, ..PLAIN }, Pre
 pub const SCENES: [SuiteScene; 12] = [
     SuiteScene {
         name: "plain block",
+        label: ["plain", "block"],
         kind: Kind::Stored {
             presses: &[PLAIN],
             motions: &[
@@ -80,17 +83,31 @@ pub const SCENES: [SuiteScene; 12] = [
             nodule: false,
         },
     },
-    SuiteScene { name: "near an edge", kind: Kind::Own("edge", Some(Cuboid { size_m: BLOCK_M, rise: 0.0 })) },
-    SuiteScene { name: "sloped face", kind: Kind::Own("slope", Some(Cuboid { size_m: BLOCK_M, rise: 0.5 })) },
-    SuiteScene { name: "dome", kind: Kind::Own("dome", None) },
-    SuiteScene { name: "thin layer", kind: Kind::Own("thin", Some(Cuboid { size_m: [0.08, 0.08, 0.01], rise: 0.0 })) },
-    SuiteScene { name: "stiff layer below", kind: Kind::Own("stiff", None) },
+    SuiteScene {
+        name: "near an edge",
+        label: ["near an", "edge"],
+        kind: Kind::Own("edge", Some(Cuboid { size_m: BLOCK_M, rise: 0.0 })),
+    },
+    SuiteScene {
+        name: "sloped face",
+        label: ["sloped", "face"],
+        kind: Kind::Own("slope", Some(Cuboid { size_m: BLOCK_M, rise: 0.5 })),
+    },
+    SuiteScene { name: "dome", label: ["dome", ""], kind: Kind::Own("dome", None) },
+    SuiteScene {
+        name: "thin layer",
+        label: ["thin", "layer"],
+        kind: Kind::Own("thin", Some(Cuboid { size_m: [0.08, 0.08, 0.01], rise: 0.0 })),
+    },
+    SuiteScene { name: "stiff layer below", label: ["stiff", "below"], kind: Kind::Own("stiff", None) },
     SuiteScene {
         name: "nodule under and beside",
+        label: ["nodule", ""],
         kind: Kind::Stored { presses: &[ON_NODULE], motions: &["nodule-3.5kpa-40", "nodule-3.5kpa-200"], nodule: true },
     },
     SuiteScene {
         name: "taps, swings, drag",
+        label: ["taps,", "swings"],
         kind: Kind::Stored {
             presses: &[Presses { within_m: 0.0, ..PLAIN }],
             motions: &[
@@ -111,6 +128,7 @@ pub const SCENES: [SuiteScene; 12] = [
     },
     SuiteScene {
         name: "another tip",
+        label: ["another", "tip"],
         kind: Kind::Stored {
             presses: &[
                 Presses { answer: SPHERE, tip: Some((ProbeShape::Sphere, 5e-3)), ..PLAIN },
@@ -120,9 +138,9 @@ pub const SCENES: [SuiteScene; 12] = [
             nodule: false,
         },
     },
-    SuiteScene { name: "slide with friction and back", kind: Kind::Slide },
-    SuiteScene { name: "relax, slide, return", kind: Kind::Return },
-    SuiteScene { name: "region changed while pressed", kind: Kind::Change },
+    SuiteScene { name: "slide with friction and back", label: ["friction", "and back"], kind: Kind::Slide },
+    SuiteScene { name: "relax, slide, return", label: ["slide and", "return"], kind: Kind::Return },
+    SuiteScene { name: "region changed while pressed", label: ["region", "changed"], kind: Kind::Change },
 ];
 
 impl SuiteScene {
