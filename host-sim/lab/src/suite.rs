@@ -99,6 +99,8 @@ pub fn run(scene: &SuiteScene, nodes: usize) -> Result<Vec<SuiteRow>, Error> {
         }
         let block = match (&own, method) {
             (Some(own), Method::Calibrated) => own.block(cuboid, method, nodes),
+            // a law needs no mesh of this size
+            (Some(own), Method::Law) => own_block.clone().or_else(|| own.block(cuboid, Method::Calibrated, nodes)),
             (Some(_), _) => own_block.clone(),
             (None, Method::Calibrated) => Block::calibrated(nodes, scene.modulus_pa()),
             (None, _) => Some(Block::standard(nodes, scene.modulus_pa())?),
