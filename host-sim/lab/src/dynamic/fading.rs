@@ -1,9 +1,13 @@
 //! Tissue that relaxes under a slow probe: finite elements without inertia.
 //!
-//! The force of the tissue on each node is the elastic force minus shares of what it was, `R = R_e
-//! - sum g h` with `h' = (R_e - h) / tau`; over a step in which `R_e` changes linearly, `h` is
-//! known exactly. Each step is the minimum of a potential, a share of the elastic energy plus the work of
-//! forces that are known. Nothing is shared with the real-time core.
+//! The force of the tissue on each node is the elastic force minus shares of what it was:
+//!
+//! ```text
+//! R = R_e - sum g h,  h' = (R_e - h) / tau
+//! ```
+//! Over a step in which `R_e` changes linearly, h is known exactly. Each step is the minimum of a
+//! potential: a share of the elastic energy, and the work of forces that are known. Nothing is
+//! shared with the real-time core.
 
 use nalgebra::Vector3;
 use palpate::PronyTerm;
