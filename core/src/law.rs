@@ -13,13 +13,13 @@ pub const FIELDS: usize = 5;
 /// Largest number of table rows along each side: with it, a table takes 4 KB.
 const MOST_ROWS: u32 = 14;
 
-/// Dashpot that leads to a mass of the tissue.
+/// Dashpot that leads to a rod of the tissue.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Branch {
     /// Force over E and speed over w, over g^2 [m^(3/2) or m]; zero leaves the branch out.
     pub c: f32,
-    /// Way of a wave in the time constant of dashpot and mass [m]; may be infinite.
+    /// Length of the rod [m]; may be infinite.
     pub length_m: f32,
 }
 

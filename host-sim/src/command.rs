@@ -164,8 +164,8 @@ enum StudyCommand {
     /// Run every method on twelve scenes that differ from the plain block in one thing each, and
     /// say which is the cheapest that each scene needs: the law without nodes, a patch, or another.
     ///
-    /// Writes suite.csv (one row per scene), rows.csv (one per scene, method and mesh) and
-    /// summary.json.
+    /// Writes suite.csv (one row per scene), rows.csv (one per scene, method and mesh), a picture
+    /// and summary.json.
     Suite(SuiteArgs),
     /// Find where methods and loops fail, and the margin to failure.
     ///

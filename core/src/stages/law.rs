@@ -9,19 +9,22 @@
 //!
 //! ```text
 //! held    -grad U,  dU/dd = d^(3/2) (a0 + a1 d + a2 d^2 + a3 d^3),  a and h splines over (x, y)
-//! moving  + n sum c g (g u - z),  z' = (g u - z) w / L - alpha z,  g^2 = sqrt(d) or d
+//! moving  + n sum c g (g u - z),  g^2 = sqrt(d) or d
 //! ```
 //! u is the tip's speed into the tissue over `w = sqrt(E / density)`. Each branch is a dashpot c
-//! that leads to a mass `c L / w` of the tissue (radiation, Lysmer and Richart 1966), which the
-//! node damping alpha holds back; with L infinite it is a dashpot to the ground. Springs in series
-//! with dashpots were tried as branches: fitted with non-negative constants, all of them vanish.
+//! (radiation, Lysmer and Richart 1966) that leads to a rod of tissue with the same impedance, a
+//! length L and a free end, whose near end moves at z: what was radiated comes back after `2 L /
+//! w`. The rod is a chain of [`LUMPS`] equal masses, which the node damping alpha holds back, and
+//! the springs between them. With L infinite it is at rest, and the branch a dashpot to the ground.
+//! One mass instead of a rod is 0.3 % of the peak worse; springs in series with dashpots, fitted
+//! with non-negative constants, vanish.
 //!
 //! Tissue that relaxes has Maxwell branches on `q = sqrt(2 U)`: the held force is multiplied by
 //! `1 - sum g s / q` with `s' = (q - s) / tau`. Held, this is the Prony series of a patch.
 //!
 //! **Passive by construction**: the held part has a potential, and every c, L, alpha and share is
 //! non-negative, so that dashpots dissipate what springs and masses do not store. The tissue never
-//! pulls. Where it would, the tip has left it: then the masses are not driven, and the relaxing
+//! pulls. Where it would, the tip has left it: then the rods are not driven, and the relaxing
 //! branches follow the tissue's own surface, not the tip.
 //!
 //! Beyond the places of the table the law answers as at its edge, and a limiter flag says so;
@@ -29,7 +32,8 @@
 //!
 //! * in: the shown tip and its speed
 //! * out: the probe's load on the tissue
-//! * cost: about 60 floating-point operations, 200 more for a table
+//! * cost: about 60 floating-point operations, 70 more for a branch with a rod, 200 more for a
+//!   table
 //! * failures: none
 
 use nalgebra::Vector3;
@@ -41,11 +45,61 @@ use crate::params::{MOST_TERMS, Tuned};
 use crate::stages::force::foundation::Load;
 use crate::state::State;
 
+/// Number of masses of a rod: with three, a tap is 0.1 % of its peak worse.
+const LUMPS: usize = 4;
+/// Number of nodes that keep a rod.
+const NODES: usize = 2;
+
+/// Rod of a branch, in the branch's coordinate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Rod {
+    /// Velocity of each mass over w; the first is the near end.
+    moves: [f32; LUMPS],
+    /// Force with which the mass before pushes each mass, over c; not used at the first.
+    pushes: [f32; LUMPS],
+}
+
+impl Rod {
+    /// Moves and pushes of the masses that one node keeps.
+    #[inline]
+    fn pairs(&mut self) -> impl Iterator<Item = (&mut [f32; LUMPS / NODES], &mut [f32; LUMPS / NODES])> {
+        self.moves.as_chunks_mut().0.iter_mut().zip(self.pushes.as_chunks_mut().0)
+    }
+
+    /// Moves the rod by a step of `share` masses' crossing times, with the dashpot's other end at
+    /// `drive`; `slow` is one plus the damping of the step. Returns the speed of the near end.
+    /// Backward Euler, which is passive for every step: the chain is eliminated from its far end.
+    // inlined, it would take kilobytes of a board's flash
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn step(&mut self, share: f32, slow: f32, drive: f32) -> f32 {
+        let square = share * share;
+        let Self { moves, pushes } = self;
+        let (mut weight, mut sum) = (slow, moves[LUMPS - 1]);
+        let mut after = [[0.0; 2]; LUMPS];
+        for n in (1..LUMPS).rev() {
+            let part = 1.0 / (weight + square);
+            let own = sum + share * pushes[n];
+            after[n] = [part, own];
+            sum = moves[n - 1] - share * pushes[n] + square * own * part;
+            weight = slow + square * weight * part;
+        }
+        let mut before = (sum + share * drive) / (weight + share);
+        moves[0] = before;
+        for n in 1..LUMPS {
+            let [part, own] = after[n];
+            moves[n] = (own + square * before) * part;
+            pushes[n] += share * (before - moves[n]);
+            before = moves[n];
+        }
+        moves[0]
+    }
+}
+
 /// Memory of a law, from one tick to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct LawMemory {
-    /// Velocity of the mass of each branch over w, in the branch's coordinate.
-    moves: [f32; MOST_BRANCHES],
+    /// Rod of each branch.
+    rods: [Rod; MOST_BRANCHES],
     /// Faded part of the coordinate of the held force, term by term, with its sign reversed.
     faded: [f32; MOST_TERMS],
 }
@@ -153,43 +207,42 @@ impl Law<'_> {
         let root = sqrt(d);
         let held = d * root * (a0 + d * (a1 + d * (a2 + d * a3)));
         let share = if tuned.relaxes() { memory.fade(tuned, sqrt(2.0 * energy(at, d))) } else { 1.0 };
-        let before = memory.moves;
-        let push = held * share + self.drive(tuned, &mut memory.moves, [sqrt(root), root], sink);
+        let before = memory.rods;
+        let push = held * share + self.drive(tuned, &mut memory.rods, [sqrt(root), root], sink);
         if share < 0.0 || push <= 0.0 && sink < 0.0 {
-            // a tip that has left the tissue, or has not met it again, does not move its masses
-            memory.moves = before;
-            self.drift(tuned, &mut memory.moves);
+            // a tip that has left the tissue, or has not met it again, does not move its rods
+            memory.rods = before;
+            self.drift(tuned, &mut memory.rods);
             return (0.0, share);
         }
         (push, share)
     }
 
-    /// Moves the masses with a tip that sinks at this speed over w; returns the sum of their pushes
-    /// over E [m^2]. Backward Euler: passive for every step.
+    /// Moves the rods with a tip that sinks at this speed over w; returns the sum of their pushes
+    /// over E [m^2].
     // inlined, it would take kilobytes of a board's flash
     #[cfg_attr(target_os = "none", inline(never))]
-    fn drive(&self, tuned: &Tuned, moves: &mut [f32; MOST_BRANCHES], [low, high]: [f32; 2], sink: f32) -> f32 {
-        let (mut push, wave_m) = (0.0, tuned.substep_s / per_wave(tuned));
-        for ((branch, z), g) in self.shape.branches.iter().zip(moves).zip([low, low, high, high]) {
+    fn drive(&self, tuned: &Tuned, rods: &mut [Rod; MOST_BRANCHES], [low, high]: [f32; 2], sink: f32) -> f32 {
+        let (mut push, waves_m) = (0.0, LUMPS as f32 * tuned.substep_s / per_wave(tuned));
+        for ((branch, rod), g) in self.shape.branches.iter().zip(rods).zip([low, low, high, high]) {
             if branch.c > 0.0 {
-                let step = wave_m / branch.length_m;
-                *z = (*z + step * g * sink) / (1.0 + step + (1.0 - tuned.keep));
-                push += branch.c * g * (g * sink - *z);
+                let z = rod.step(waves_m / branch.length_m, 2.0 - tuned.keep, g * sink);
+                push += branch.c * g * (g * sink - z);
             }
         }
         push
     }
 
-    /// Slows the masses of a surface that the tip does not touch.
+    /// Slows the rods of a surface that the tip does not touch.
     #[inline]
-    fn drift(&self, tuned: &Tuned, moves: &mut [f32; MOST_BRANCHES]) {
-        self.drive(tuned, moves, [0.0; 2], 0.0);
+    fn drift(&self, tuned: &Tuned, rods: &mut [Rod; MOST_BRANCHES]) {
+        self.drive(tuned, rods, [0.0; 2], 0.0);
     }
 
     /// One tick without contact.
     #[inline]
     fn rest(&self, tuned: &Tuned, memory: &mut LawMemory) {
-        self.drift(tuned, &mut memory.moves);
+        self.drift(tuned, &mut memory.rods);
         if tuned.relaxes() {
             memory.fade(tuned, 0.0);
         }
@@ -216,8 +269,11 @@ impl LawMemory {
     #[inline]
     fn of(state: &State) -> Self {
         let mut memory = Self::default();
-        for (z, node) in memory.moves.iter_mut().zip(state.nodes.iter()) {
-            *z = node.v[0];
+        for (rod, nodes) in memory.rods.iter_mut().zip(state.nodes.chunks(NODES)) {
+            for ((moves, pushes), node) in rod.pairs().zip(nodes) {
+                let ([a, b, ..], [c, d, ..]) = (node.v, node.pass);
+                (*moves, *pushes) = ([a, b], [c, d]);
+            }
         }
         if let Some(faded) = state.faded.first() {
             memory.faded = faded.0.map(|row| row[0]);
@@ -225,12 +281,15 @@ impl LawMemory {
         memory
     }
 
-    /// Keeps the memory: the velocities of the masses as those of the first nodes, which do not
-    /// move, and what has faded at the first node.
+    /// Keeps the memory: the rods in the first nodes, which do not move, and what has faded at the
+    /// first node.
     #[inline]
-    fn keep(&self, state: &mut State) {
-        for (z, node) in self.moves.iter().zip(state.nodes.iter_mut()) {
-            node.v[0] = *z;
+    fn keep(&mut self, state: &mut State) {
+        for (rod, nodes) in self.rods.iter_mut().zip(state.nodes.chunks_mut(NODES)) {
+            for ((moves, pushes), node) in rod.pairs().zip(nodes) {
+                (node.v[0], node.v[1]) = (moves[0], moves[1]);
+                (node.pass[0], node.pass[1]) = (pushes[0], pushes[1]);
+            }
         }
         if let Some(faded) = state.faded.first_mut() {
             for (row, s) in faded.0.iter_mut().zip(self.faded) {
@@ -297,8 +356,12 @@ mod tests {
         let q = if d > 0.0 { sqrt(2.0 * energy(&AT, d)) } else { 0.0 };
         let free = -memory.faded.iter().sum::<f32>() / prony.at_once;
         let q = if free > q { free } else { q };
-        let masses = law.shape.branches.iter().zip(memory.moves).filter(|(branch, _)| branch.c > 0.0);
-        let masses: f32 = masses.map(|(branch, z)| branch.c * branch.length_m * z * z).sum();
+        let masses = law.shape.branches.iter().zip(memory.rods).filter(|(branch, _)| branch.c > 0.0);
+        let squares = |values: &[f32]| values.iter().map(|value| value * value).sum::<f32>();
+        let rod = |(branch, rod): (&Branch, Rod)| {
+            branch.c * branch.length_m / LUMPS as f32 * (squares(&rod.moves) + squares(&rod.pushes))
+        };
+        let masses: f32 = masses.map(rod).sum();
         let springs = memory.faded.iter().zip(prony.rises).filter(|(_, rise)| *rise > 0.0);
         let springs: f32 = springs.map(|(s, rise)| (s + rise * q) * (s + rise * q) / rise).sum();
         0.5 * (prony.stays * q * q + masses + springs)

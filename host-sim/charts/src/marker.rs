@@ -22,7 +22,7 @@ pub enum Marker {
     Cross,
 }
 
-const LOOKS: [Look; 14] = [
+const LOOKS: [Look; 15] = [
     Look { color: RGBColor(0x8c, 0x95, 0x9e), shape: Marker::Disc },
     Look { color: RGBColor(0x5f, 0x68, 0x70), shape: Marker::Up },
     Look { color: RGBColor(0xb0, 0xa0, 0x60), shape: Marker::Diamond },
@@ -30,6 +30,7 @@ const LOOKS: [Look; 14] = [
     Look { color: RGBColor(0x2a, 0x6f, 0xb0), shape: Marker::Diamond },
     Look { color: RGBColor(0x12, 0x3f, 0x7d), shape: Marker::Disc },
     Look { color: RGBColor(0x0b, 0x1f, 0x4a), shape: Marker::Star },
+    Look { color: RGBColor(0xe8, 0x1e, 0x3c), shape: Marker::Star },
     Look { color: RGBColor(0xd9, 0x82, 0x1b), shape: Marker::Up },
     Look { color: RGBColor(0xc2, 0x3b, 0x2b), shape: Marker::Square },
     Look { color: RGBColor(0xe0, 0x5f, 0x9a), shape: Marker::Diamond },
@@ -77,8 +78,12 @@ pub fn distinct(index: usize) -> Look {
     DISTINCT[index % DISTINCT.len()]
 }
 
-/// Radius of a marker [px]: proportional to the fourth root of the number of nodes.
+/// Radius of a marker [px]: proportional to the fourth root of the number of nodes; that of a method
+/// without nodes is one that is easily seen.
 pub fn radius_px(nodes: usize) -> f64 {
+    if nodes == 0 {
+        return 6.0;
+    }
     (1.45 * (nodes as f64).powf(0.25)).clamp(3.0, 10.0)
 }
 

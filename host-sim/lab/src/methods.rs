@@ -25,7 +25,7 @@ mod papers;
 mod rest_tet;
 mod xpbd;
 
-pub use block::{BLOCK_M, Block, DEEPEST_M, RADIUS_M, Size};
+pub use block::{BLOCK_M, Block, DEEPEST_M, Fitted, RADIUS_M, Size};
 pub use compliance::Compliance;
 pub use corotational::Corotational;
 pub use factor::Factor;
@@ -224,12 +224,17 @@ impl Method {
     }
 }
 
-/// The calibrated patch with as many nodes as the block, and the parameters fitted with it; `None`
-/// if there is none.
+/// The patch that was fitted to the block or, with as many nodes, to the standard one, and the
+/// parameters fitted with it; `None` if there is none.
 #[must_use]
 pub fn calibrated(block: &Block) -> Option<(Patch, Params)> {
-    let (mut patch, packed) = palpate_tissue::session::calibrated::sized(block.size().nodes)?;
-    patch = patch.with_inclusions(&block.inclusions);
+    let (mut patch, packed) = match &block.fitted.patch {
+        Some(own) => own.clone(),
+        None => {
+            let (patch, packed) = palpate_tissue::session::calibrated::sized(block.size().nodes)?;
+            (patch.with_inclusions(&block.inclusions), packed)
+        }
+    };
     patch.set_depth_limit_m(block.tissue.depth_limit_m as f32);
     let Params { compensation, compensation_threshold, mass_floor, .. } = packed;
     let contact_damping = block.contact_damping.unwrap_or(packed.contact_damping);

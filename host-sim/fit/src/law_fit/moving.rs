@@ -10,8 +10,40 @@ use palpate_tissue::moving::Ramp;
 
 /// Lengths that are tried [probe radii]; with the last, a branch is a dashpot to the ground.
 const LENGTHS_RADII: [f64; 11] = [1.0, 1.5, 2.25, 3.0, 4.0, 5.0, 6.0, 7.5, 10.0, 15.0, f64::INFINITY];
+/// Number of masses of a rod, as in the core.
+const LUMPS: usize = 4;
 /// Number of branches of each of the two shapes, `g^2 = sqrt(d)` and `g^2 = d`.
 const EACH: usize = MOST_BRANCHES / 2;
+
+/// Rod of a branch: see the law's stage in the core.
+#[derive(Clone, Copy, Default)]
+struct Rod {
+    moves: [f64; LUMPS],
+    pushes: [f64; LUMPS],
+}
+
+impl Rod {
+    /// Moves the rod by a step, and returns the speed of its near end.
+    fn step(&mut self, share: f64, slow: f64, drive: f64) -> f64 {
+        let Self { moves, pushes } = self;
+        let (mut weight, mut sum) = (slow, moves[LUMPS - 1]);
+        let mut after = [[0.0; 2]; LUMPS];
+        for n in (1..LUMPS).rev() {
+            let part = 1.0 / (weight + share * share);
+            let own = sum + share * pushes[n];
+            after[n] = [part, own];
+            sum = moves[n - 1] - share * pushes[n] + share * share * own * part;
+            weight = slow + share * share * weight * part;
+        }
+        moves[0] = (sum + share * drive) / (weight + share);
+        for n in 1..LUMPS {
+            let [part, own] = after[n];
+            moves[n] = (own + share * share * moves[n - 1]) * part;
+            pushes[n] += share * (moves[n - 1] - moves[n]);
+        }
+        moves[0]
+    }
+}
 
 /// Force of every candidate branch per its dashpot after each tick of a ramp, shape \[ticks,
 /// candidates\]; candidates of the first shape come first.
@@ -21,16 +53,14 @@ fn columns(ramp: &Ramp, params: &Params) -> Vec<Vec<f64>> {
     let fades = f64::from(params.node_damping_per_s) * tick_s;
     let radius_m = f64::from(params.probe.radius_m);
     let depths_m = ramp.depths_m();
-    let mut moves = vec![0.0; 2 * LENGTHS_RADII.len()];
+    let mut rods = vec![Rod::default(); 2 * LENGTHS_RADII.len()];
     let mut rows = Vec::new();
     for pair in depths_m.windows(2) {
         let (d, sink) = (pair[1].max(0.0), (pair[1] - pair[0]) / wave_m);
         let shapes = [d.sqrt().sqrt(), d.sqrt()];
-        let row = moves.iter_mut().enumerate().map(|(n, z)| {
+        let row = rods.iter_mut().enumerate().map(|(n, rod)| {
             let (g, length_m) = (shapes[n / LENGTHS_RADII.len()], LENGTHS_RADII[n % LENGTHS_RADII.len()] * radius_m);
-            let step = wave_m / length_m;
-            *z = (*z + step * g * sink) / (1.0 + step + fades);
-            g * (g * sink - *z)
+            g * (g * sink - rod.step(LUMPS as f64 * wave_m / length_m, 1.0 + fades, g * sink))
         });
         rows.push(row.collect());
     }

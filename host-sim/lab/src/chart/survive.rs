@@ -9,7 +9,7 @@ use palpate::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
-use crate::methods::{Block, DEEPEST_M, Method, RunningMethod};
+use crate::methods::{Block, Method, RunningMethod};
 
 /// Largest number of substeps that is tried: a method that needs more takes far longer than a
 /// millisecond per tick.
@@ -119,13 +119,14 @@ pub fn least_substeps(method: Method, block: &Block) -> Result<Option<Result<Sur
 pub fn try_press(block: &Block, running: &mut dyn RunningMethod) -> PressResult {
     let mut trial = PressResult { failure: None, min_j: f64::NAN };
     let step_m = SPEED_M_PER_S * f64::from(block.params.tick_s);
-    let travel = ((DEEPEST_M + CLEAR_M) / step_m).round() as usize;
+    let deepest_m = block.deepest_m;
+    let travel = ((deepest_m + CLEAR_M) / step_m).round() as usize;
     let mut go = |depth_m: f64| match running.tick(block.tip_m(depth_m)) {
         Ok(force) if force.iter().all(|f| f.is_finite()) => Ok(f64::from(force.dot(&block.params.probe.axis))),
         _ => Err(Failure::Diverged { depth_mm: depth_m * 1e3 }),
     };
     let way_down = (0..=travel).map(|n| n as f64 * step_m - CLEAR_M);
-    let hold = std::iter::repeat_n(DEEPEST_M, WAIT_TICKS - STILL_TICKS);
+    let hold = std::iter::repeat_n(deepest_m, WAIT_TICKS - STILL_TICKS);
     let mut force_n = 0.0;
     for depth_m in way_down.chain(hold) {
         match go(depth_m) {
@@ -137,12 +138,12 @@ pub fn try_press(block: &Block, running: &mut dyn RunningMethod) -> PressResult 
     let before = positions(running, nodes);
     let (mut least_n, mut most_n) = (force_n, force_n);
     for _ in 0..STILL_TICKS {
-        match running.tick(block.tip_m(DEEPEST_M)) {
+        match running.tick(block.tip_m(deepest_m)) {
             Ok(force) => {
                 let force = f64::from(force.dot(&block.params.probe.axis));
                 (least_n, most_n) = (least_n.min(force), most_n.max(force));
             }
-            Err(_) => return PressResult { failure: Some(Failure::Diverged { depth_mm: DEEPEST_M * 1e3 }), ..trial },
+            Err(_) => return PressResult { failure: Some(Failure::Diverged { depth_mm: deepest_m * 1e3 }), ..trial },
         }
     }
     let held = positions(running, nodes);

@@ -7,6 +7,7 @@ use palpate_fit::reference::refine::refine;
 use palpate_tissue::error::Error;
 use palpate_tissue::mesh::TetMesh;
 use palpate_tissue::scene::Scene;
+use palpate_tissue::tissue::Layout;
 
 /// Growth of the longest edge of an imported mesh per distance from the contact (1).
 const EDGE_GROWTH: f64 = 0.35;
@@ -23,10 +24,10 @@ impl<'a> Task<'a> {
     /// Checks that the tissue has an answer; the depth is zero until it is set.
     pub fn new(scene: &'a Scene) -> Result<Self, Error> {
         let tissue = &scene.tissue;
-        if tissue.organ.is_some() {
-            return Ok(scene.bad("tissue.organ", "has no answer in this command: give tissue.block_m or tissue.mesh")?);
+        if tissue.organ.is_some() && !Layout::of(scene)?.is_uniform() {
+            return Ok(scene.bad("tissue.organ", "has regions, which have no answer here: give one of a single stiffness")?);
         }
-        if tissue.block_m.is_none() && tissue.mesh.is_none() {
+        if tissue.block_m.is_none() && tissue.mesh.is_none() && tissue.organ.is_none() {
             return Ok(scene.bad("solver.patch", "has no tissue to solve: give tissue.block_m or tissue.mesh")?);
         }
         if tissue.gravity_m_per_s2 != [0.0; 3] {

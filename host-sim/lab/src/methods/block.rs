@@ -4,6 +4,7 @@ use palpate::{Params, ProbeShape, Vector3};
 
 use palpate_tissue::error::Error;
 use palpate_tissue::mesh::{BlockSpec, TetMesh, block};
+use palpate_tissue::patch::Patch;
 use palpate_tissue::scene::{Inclusion, SceneError};
 use palpate_tissue::tissue::{DEPTH_MARGIN, Tissue, ratio_of};
 
@@ -29,6 +30,19 @@ pub struct Block {
     pub contact_damping: Option<f32>,
     /// Balls of another stiffness inside.
     pub inclusions: Vec<Inclusion>,
+    /// Deepest press that a method must survive [m].
+    pub deepest_m: f64,
+    /// Law and patch that were fitted to this tissue, in place of those of the standard block.
+    pub fitted: Fitted,
+}
+
+/// What was fitted to a tissue.
+#[derive(Clone, Debug, Default)]
+pub struct Fitted {
+    /// Law.
+    pub law: Option<Patch>,
+    /// Calibrated patch, with the parameters that were fitted with it.
+    pub patch: Option<(Patch, Params)>,
 }
 
 /// Numbers of nodes, edges and tets, on which costs depend.
@@ -70,7 +84,21 @@ impl Block {
         let mut params = Params { youngs_modulus_pa: youngs_modulus_pa as f32, ..Params::default() };
         params.probe.shape = ProbeShape::Hemisphere;
         params.probe.radius_m = RADIUS_M as f32;
-        Self { tissue, params, refinement: 1, contact_damping: None, inclusions: Vec::new() }
+        Self::of_tissue(tissue, params)
+    }
+
+    /// Any tissue under the probe of these parameters.
+    #[must_use]
+    pub fn of_tissue(tissue: Tissue, params: Params) -> Self {
+        Self {
+            tissue,
+            params,
+            refinement: 1,
+            contact_damping: None,
+            inclusions: Vec::new(),
+            deepest_m: DEEPEST_M,
+            fitted: Fitted::default(),
+        }
     }
 
     /// Returns the block with a stiffer or softer ball inside.

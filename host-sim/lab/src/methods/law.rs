@@ -1,4 +1,5 @@
-//! The product's law without nodes, fitted to the stored answer of the preset block.
+//! The product's law without nodes, fitted to a tissue or, if none was, to the stored answer of the
+//! preset block.
 
 use palpate::method::Product;
 use palpate::{ClampFlags, Fault, Params, Vector3};
@@ -51,7 +52,7 @@ pub fn law() -> Result<Patch, Error> {
 
 /// Runs the law under the probe and with the modulus of a block.
 pub(super) fn with<T>(block: &Block, params: &Params, work: impl FnOnce(&mut dyn RunningMethod) -> T) -> Result<T, Error> {
-    let patch = law()?;
+    let patch = block.fitted.law.clone().map_or_else(law, Ok)?;
     let model = patch.wide_model();
     let mut memory = Memory::for_model(&model);
     let (tuned, state) = memory.start(&model, params)?;

@@ -3,15 +3,13 @@
 use palpate::ProbeShape;
 use palpate_tissue::scene::Inclusion;
 
-use crate::chart::TermErrors;
-use crate::methods::Block;
+use crate::methods::{BLOCK_M, Block};
 
-/// Young's moduli of the plain block and of the block with terms [Pa].
-pub(super) const SOFT_PA: f64 = 3500.0;
-pub(super) const STIFF_PA: f64 = 20_000.0;
+/// Young's modulus of the blocks, and of the block that relaxes and has friction [Pa].
+const SOFT_PA: f64 = 3500.0;
+const TERMS_PA: f64 = 20_000.0;
 
-/// Reference of held presses.
-pub(super) const BLOCK: &str = include_str!("../../../references/block.json");
+const BLOCK: &str = include_str!("../../../references/block.json");
 const NODULE: &str = include_str!("../../../references/nodule.json");
 const FLAT: &str = include_str!("../../../references/flat.json");
 const SPHERE: &str = include_str!("../../../references/sphere-5mm.json");
@@ -20,96 +18,149 @@ const SPHERE: &str = include_str!("../../../references/sphere-5mm.json");
 pub struct SuiteScene {
     /// Name in tables.
     pub name: &'static str,
-    /// Stored answer of held presses; empty if there is none.
-    pub(super) held: &'static str,
-    /// Range of the distance of the held presses from the centre [m].
-    pub(super) away_m: [f64; 2],
-    /// Names of the stored motions.
-    pub(super) motions: &'static [&'static str],
-    /// Error of a term of the tissue, which replaces the presses.
-    pub(super) term: Option<fn(&TermErrors) -> Option<f64>>,
-    /// Tip, if it is another one.
-    tip: Option<(ProbeShape, f32)>,
-    /// Whether the block holds the nodule.
-    nodule: bool,
+    /// Name in pictures, in two lines.
+    pub label: [&'static str; 2],
+    pub(super) kind: Kind,
 }
 
-const PLAIN: SuiteScene = SuiteScene { name: "", held: "", away_m: [0.0; 2], motions: &[], term: None, tip: None, nodule: false };
-
-/// Root mean square of two errors.
-fn both([a, b]: [Option<f64>; 2]) -> Option<f64> {
-    Some(((a?.powi(2) + b?.powi(2)) / 2.0).sqrt())
+pub(super) enum Kind {
+    /// The block, with presses and motions that are stored for it.
+    Stored { presses: &'static [Presses], motions: &'static [&'static str], nodule: bool },
+    /// A tissue of its own, whose scene, references, law and patch are in files of this name. The
+    /// mesh generator of blocks makes its meshes if it is one, or one with an inclined top.
+    Own(&'static str, Option<Cuboid>),
+    /// Slide with friction and back.
+    Slide,
+    /// Press, relax, slide, and return to the first place.
+    Return,
+    /// The block becomes that with the nodule while it is pressed.
+    Change,
 }
+
+/// A block whose top rises along x.
+#[derive(Clone, Copy)]
+pub(super) struct Cuboid {
+    /// Sides [m], with the height in the middle.
+    pub size_m: [f64; 3],
+    /// Slope of the top (1).
+    pub rise: f64,
+}
+
+/// Held presses of the block.
+pub(super) struct Presses {
+    /// Stored answer.
+    pub answer: &'static str,
+    /// Largest distance from the centre [m].
+    pub within_m: f64,
+    /// Tip, if it is not the hemisphere.
+    pub tip: Option<(ProbeShape, f32)>,
+}
+
+const PLAIN: Presses = Presses { answer: BLOCK, within_m: 0.012, tip: None };
+/// The law of the nodule ends 9.2 mm from its site.
+const ON_NODULE: Presses = Presses { answer: NODULE, within_m: 0.009, tip: None };
+
+/// Held presses before and after the change of a region.
+pub(super) const CHANGE: [Presses; 2] = [Presses { within_m: 0.0, ..PLAIN }, Presses { within_m: 0.0, ..ON_NODULE }];
 
 /// All scenes, in the order of the table.
 pub const SCENES: [SuiteScene; 12] = [
     SuiteScene {
         name: "plain block",
-        held: BLOCK,
-        motions: &[
-            "centre-3.5kpa-40",
-            "centre-3.5kpa-200",
-            "centre-20kpa-40",
-            "centre-20kpa-200",
-            "centre-100kpa-40",
-            "centre-100kpa-200",
-        ],
-        ..PLAIN
+        label: ["plain", "block"],
+        kind: Kind::Stored {
+            presses: &[PLAIN],
+            motions: &[
+                "centre-3.5kpa-40",
+                "centre-3.5kpa-200",
+                "centre-20kpa-40",
+                "centre-20kpa-200",
+                "centre-100kpa-40",
+                "centre-100kpa-200",
+                "aside-3.5kpa-200",
+                "aside-20kpa-200",
+            ],
+            nodule: false,
+        },
     },
     SuiteScene {
-        name: "off the centre",
-        held: BLOCK,
-        away_m: [0.004, 0.012],
-        motions: &["aside-3.5kpa-40", "aside-3.5kpa-200", "aside-20kpa-200", "aside-100kpa-200", "askew-3.5kpa-200"],
-        ..PLAIN
-    },
-    SuiteScene { name: "toward the edge", held: BLOCK, away_m: [0.016, 0.016], ..PLAIN },
-    SuiteScene {
-        name: "taps of 200 mm/s",
-        motions: &["tap-3.5kpa-200", "tap-20kpa-200", "tap-100kpa-200", "tap-aside-20kpa-100"],
-        ..PLAIN
-    },
-    SuiteScene { name: "tap of 500 mm/s", motions: &["centre-3.5kpa-500", "centre-20kpa-500", "centre-100kpa-500"], ..PLAIN },
-    SuiteScene {
-        name: "swing and drag",
-        motions: &["swing-3.5kpa-10hz", "swing-20kpa-10hz", "swing-100kpa-10hz", "drag-3.5kpa-60"],
-        ..PLAIN
+        name: "near an edge",
+        label: ["near an", "edge"],
+        kind: Kind::Own("edge", Some(Cuboid { size_m: BLOCK_M, rise: 0.0 })),
     },
     SuiteScene {
-        name: "above a nodule",
-        held: NODULE,
-        away_m: [0.0, 0.006],
-        motions: &["nodule-3.5kpa-40", "nodule-3.5kpa-200"],
-        nodule: true,
-        ..PLAIN
+        name: "sloped face",
+        label: ["sloped", "face"],
+        kind: Kind::Own("slope", Some(Cuboid { size_m: BLOCK_M, rise: 0.5 })),
     },
-    SuiteScene { name: "beside a nodule", held: NODULE, away_m: [0.009, 0.012], nodule: true, ..PLAIN },
-    SuiteScene { name: "ball of 5 mm", held: SPHERE, tip: Some((ProbeShape::Sphere, 5e-3)), ..PLAIN },
-    SuiteScene { name: "flat end", held: FLAT, tip: Some((ProbeShape::Flat, 8e-3)), ..PLAIN },
-    SuiteScene { name: "hold that relaxes", term: Some(|errors| both(errors.held_pct)), ..PLAIN },
-    SuiteScene { name: "slide with friction", term: Some(|errors| errors.sideways_pct.map(f64::abs)), ..PLAIN },
+    SuiteScene { name: "dome", label: ["dome", ""], kind: Kind::Own("dome", None) },
+    SuiteScene {
+        name: "thin layer",
+        label: ["thin", "layer"],
+        kind: Kind::Own("thin", Some(Cuboid { size_m: [0.08, 0.08, 0.01], rise: 0.0 })),
+    },
+    SuiteScene { name: "stiff layer below", label: ["stiff", "below"], kind: Kind::Own("stiff", None) },
+    SuiteScene {
+        name: "nodule under and beside",
+        label: ["nodule", ""],
+        kind: Kind::Stored { presses: &[ON_NODULE], motions: &["nodule-3.5kpa-40", "nodule-3.5kpa-200"], nodule: true },
+    },
+    SuiteScene {
+        name: "taps, swings, drag",
+        label: ["taps,", "swings"],
+        kind: Kind::Stored {
+            presses: &[Presses { within_m: 0.0, ..PLAIN }],
+            motions: &[
+                "tap-3.5kpa-200",
+                "tap-20kpa-200",
+                "tap-100kpa-200",
+                "tap-aside-20kpa-100",
+                "swing-3.5kpa-10hz",
+                "swing-20kpa-10hz",
+                "swing-100kpa-10hz",
+                "drag-3.5kpa-60",
+                "centre-3.5kpa-500",
+                "centre-20kpa-500",
+                "centre-100kpa-500",
+            ],
+            nodule: false,
+        },
+    },
+    SuiteScene {
+        name: "another tip",
+        label: ["another", "tip"],
+        kind: Kind::Stored {
+            presses: &[
+                Presses { answer: SPHERE, tip: Some((ProbeShape::Sphere, 5e-3)), ..PLAIN },
+                Presses { answer: FLAT, tip: Some((ProbeShape::Flat, 8e-3)), ..PLAIN },
+            ],
+            motions: &[],
+            nodule: false,
+        },
+    },
+    SuiteScene { name: "slide with friction and back", label: ["friction", "and back"], kind: Kind::Slide },
+    SuiteScene { name: "relax, slide, return", label: ["slide and", "return"], kind: Kind::Return },
+    SuiteScene { name: "region changed while pressed", label: ["region", "changed"], kind: Kind::Change },
 ];
 
 impl SuiteScene {
-    /// Whether the scene has a force that is compared at rest.
-    #[must_use]
-    pub fn is_held(&self) -> bool {
-        !self.held.is_empty() || self.term.is_some()
+    /// Young's modulus of the block [Pa].
+    pub(super) fn modulus_pa(&self) -> f64 {
+        if matches!(self.kind, Kind::Slide | Kind::Return) { TERMS_PA } else { SOFT_PA }
     }
 
-    /// The plain block with what differs.
-    pub(super) fn changed(&self, mut block: Block) -> Block {
-        if let Some((shape, radius_m)) = self.tip {
-            (block.params.probe.shape, block.params.probe.radius_m) = (shape, radius_m);
+    /// Whether the scene has motions.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        match &self.kind {
+            Kind::Stored { motions, .. } => !motions.is_empty(),
+            Kind::Own(..) => true,
+            _ => false,
         }
-        if self.nodule {
-            return block.with_inclusion(Inclusion {
-                center_m: [0.0, 0.0, -0.012],
-                radius_m: 0.006,
-                stiffness_ratio: 10.0,
-                stiffening_b: None,
-            });
-        }
-        block
     }
+}
+
+/// The nodule of [`NODULE`].
+pub(super) fn with_nodule(block: Block) -> Block {
+    block.with_inclusion(Inclusion { center_m: [0.0, 0.0, -0.012], radius_m: 0.006, stiffness_ratio: 10.0, stiffening_b: None })
 }

@@ -20,7 +20,7 @@ pub struct SuiteArgs {
 /// The settings that determine the rows.
 #[derive(Args, Clone, Debug)]
 pub struct SuiteOptions {
-    /// Only the smallest mesh.
+    /// Only meshes of 130 nodes, instead of 57, 130 and 410.
     #[arg(long)]
     pub quick: bool,
 }

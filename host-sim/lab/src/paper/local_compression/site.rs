@@ -119,12 +119,7 @@ impl Site {
             let name = r.name.clone().or(r.number.map(|n| format!("region {n}"))).unwrap_or_default();
             (name, r.youngs_modulus_pa)
         });
-        Ok(Self {
-            block: Block { tissue, params, refinement: 1, contact_damping: None, inclusions: Vec::new() },
-            layers: layers.collect(),
-            organ,
-            by_number,
-        })
+        Ok(Self { block: Block::of_tissue(tissue, params), layers: layers.collect(), organ, by_number })
     }
 
     /// Young's modulus at a point of an organ [Pa]; for a mesh file, that of the tet.
