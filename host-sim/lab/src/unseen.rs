@@ -14,7 +14,7 @@ mod drawn;
 use std::path::Path;
 
 use palpate_fit::calibrate::Settings;
-use palpate_fit::far_field::organ_reference::organ_reference;
+use palpate_fit::far_field::organ_reference::{PlaceForces, organ_reference};
 use palpate_fit::far_field::prepared::{Prepared, Recipe};
 use palpate_fit::far_field::whole::whole;
 use palpate_fit::scene_fit::{Judging, Level, PIECE_JUDGED_RADII, PIECE_RADII, PLACES, PiecePresses, element_for};
@@ -48,7 +48,7 @@ pub struct Effort {
 }
 
 /// One scene.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Number of the scene.
     pub scene: u64,
@@ -64,6 +64,10 @@ pub struct Row {
     pub found_rms_pct: f64,
     /// Largest of these errors, with its sign [%].
     pub found_worst_pct: f64,
+    /// Depth of that press [mm].
+    pub worst_mm: f64,
+    /// Largest difference of the fit's own finite elements from the unseen ones, with its sign [%].
+    pub elements_pct: f64,
     /// Reason for which the scene has no patch; empty if it has one.
     pub refused: String,
 }
@@ -96,33 +100,13 @@ impl Row {
 pub fn run(number: u64, seed: u64, effort: Effort, folder: &Path) -> Result<Row, Error> {
     let drawn = Drawn::draw(number, seed);
     let scene = drawn.scene(folder)?;
-    let refused = |cause: Error| Row {
-        scene: number,
-        words: drawn.words(),
-        nodes: 0,
-        stated_rms_pct: 0.0,
-        stated_worst_pct: 0.0,
-        found_rms_pct: 0.0,
-        found_worst_pct: 0.0,
-        refused: cause.to_string(),
-    };
-    let row = |(nodes, [stated_rms_pct, stated_worst_pct], [found_rms_pct, found_worst_pct]): Errors| Row {
-        scene: number,
-        words: drawn.words(),
-        nodes,
-        stated_rms_pct,
-        stated_worst_pct,
-        found_rms_pct,
-        found_worst_pct,
-        refused: String::new(),
-    };
-    Ok(fitted(&scene, &drawn, effort, folder).map_or_else(refused, row))
+    let refused = |cause: Error| Row { refused: cause.to_string(), ..Row::default() };
+    let row = fitted(&scene, &drawn, effort, folder).unwrap_or_else(refused);
+    Ok(Row { scene: number, words: drawn.words(), ..row })
 }
 
-/// Number of nodes, stated errors, found errors [%].
-type Errors = (usize, [f64; 2], [f64; 2]);
-
-fn fitted(scene: &Scene, drawn: &Drawn, effort: Effort, folder: &Path) -> Result<Errors, Error> {
+/// The errors of a scene, in a row without its number and words.
+fn fitted(scene: &Scene, drawn: &Drawn, effort: Effort, folder: &Path) -> Result<Row, Error> {
     let radius_m = PIECE_RADII * scene.probe.radius_m;
     let recipe = Recipe::new(radius_m, element_for(scene, radius_m, NODES)?, scene.probe.radius_m);
     let prepared = Prepared::of(scene, &recipe)?;
@@ -148,18 +132,35 @@ fn fitted(scene: &Scene, drawn: &Drawn, effort: Effort, folder: &Path) -> Result
     offsets_m.extend(drawn.places_m(UNSEEN_PLACES, PIECE_JUDGED_RADII * scene.probe.radius_m));
     let deepest_m = drawn.deepest_m;
     let truth = organ_reference(scene, &placed, &offsets_m, &UNSEEN_SHARES.map(|share| share * deepest_m), None, |_, _| ())?;
-    let holds = truth.places.iter().flat_map(|place| {
-        let place_m: [f64; 3] = std::array::from_fn(|k| place.place_m[k] - placed.tissue.site_m[k]);
-        let hold = move |(depth_m, force): (&f64, &f64)| HoldAnswer {
-            place_m,
-            depth_m: *depth_m,
-            force_over_e_m2: *force,
-            surface: None,
+    let mut row = Row {
+        nodes: session.report.nodes,
+        stated_rms_pct: stated.rms_pct(),
+        stated_worst_pct: stated.worst_pct(),
+        ..Row::default()
+    };
+    for (d, depth_m) in truth.depths_m.iter().enumerate() {
+        let hold = |place: &PlaceForces| {
+            let place_m = std::array::from_fn(|k| place.place_m[k] - placed.tissue.site_m[k]);
+            HoldAnswer { place_m, depth_m: *depth_m, force_over_e_m2: place.force_over_e_m2[d], surface: None }
         };
-        truth.depths_m.iter().zip(&place.force_over_e_m2).map(hold)
-    });
-    let unseen = Answer { holds: holds.collect(), glued: Vec::new(), ..presses.unseen.clone() };
-    let found = Judging { fitted_m: &[], unseen: &unseen, places: 0, reference_error: 0.0, ..judging }.judge(&session)?;
-    let nodes = session.report.nodes;
-    Ok((nodes, [stated.rms_pct(), stated.worst_pct()], [found.unseen_rms_pct, found.unseen_worst_pct]))
+        let holds: Vec<HoldAnswer> = truth.places.iter().map(hold).collect();
+        for hold in &holds {
+            if let Some(own_m2) = judging.known.force(hold.place_m.into(), *depth_m) {
+                row.elements_pct = larger(row.elements_pct, 100.0 * (own_m2 / hold.force_over_e_m2 - 1.0));
+            }
+        }
+        let unseen = Answer { holds, glued: Vec::new(), ..presses.unseen.clone() };
+        let found = Judging { fitted_m: &[], unseen: &unseen, places: 0, reference_error: 0.0, ..judging }.judge(&session)?;
+        row.found_rms_pct += found.unseen_rms_pct.powi(2) / truth.depths_m.len() as f64;
+        if found.unseen_worst_pct.abs() > row.found_worst_pct.abs() {
+            (row.found_worst_pct, row.worst_mm) = (found.unseen_worst_pct, depth_m * 1e3);
+        }
+    }
+    row.found_rms_pct = row.found_rms_pct.sqrt();
+    Ok(row)
+}
+
+/// The larger of two signed numbers.
+fn larger(a: f64, b: f64) -> f64 {
+    if b.abs() > a.abs() { b } else { a }
 }

@@ -10,8 +10,8 @@ use palpate_tissue::Error as TissueError;
 use crate::study::{Claim, Findings, Study, Table};
 use crate::unseen::{Effort, Row, run};
 
-/// Number of scenes with `--quick`.
-const QUICK: u64 = 1;
+/// Numbers of scenes if the command line gives none, without and with `--quick`.
+const SCENES: [u64; 2] = [60, 1];
 /// Share of the scenes in which the stated error must hold (1).
 const HOLDS: f64 = 0.95;
 
@@ -24,7 +24,7 @@ pub(super) struct Unseen {
 
 impl Unseen {
     pub(super) fn of(options: &UnseenOptions) -> Self {
-        let scenes = if options.quick { options.scenes.min(QUICK) } else { options.scenes };
+        let scenes = options.scenes.unwrap_or(SCENES[usize::from(options.quick)]);
         Self { scenes, seed: options.seed, quick: options.quick }
     }
 }
@@ -72,6 +72,8 @@ impl Study for Unseen {
             .col("stated_worst_pct", |row| row.stated_worst_pct)
             .col("found_rms_pct", |row| row.found_rms_pct)
             .col("found_worst_pct", |row| row.found_worst_pct)
+            .col("worst_mm", |row| row.worst_mm)
+            .col("elements_pct", |row| row.elements_pct)
             .col("holds", |row| row.is_fitted() && row.holds())
             .col("refused", |row| row.refused.clone())
             .all();

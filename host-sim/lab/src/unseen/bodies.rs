@@ -11,12 +11,9 @@ const LEAST_FROM_EDGE_MM: f64 = 8.0;
 
 type P = [f64; 3];
 
-/// A body. It stands on z = 0, except for a block, whose top is at z = 0; lengths in mm.
+/// A body that stands on z = 0; lengths in mm.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Body {
-    Block {
-        size_mm: P,
-    },
     /// Cap of a sphere on a cylinder.
     Dome {
         sphere_mm: f64,
@@ -37,7 +34,10 @@ impl Body {
         let prism = |name, top_mm: Vec<[f64; 2]>| Self::Prism { name, top_mm, half_mm: 34.0 };
         match number % 5 {
             0 => Self::Dome { sphere_mm: between(30.0, 70.0), rim_mm: 28.0, base_mm: between(8.0, 20.0) },
-            1 => Self::Block { size_mm: [between(50.0, 90.0), between(50.0, 90.0), between(20.0, 45.0)].map(f64::round) },
+            1 => {
+                let high = between(20.0, 45.0);
+                prism("block", vec![[40.0, high], [-40.0, high]])
+            }
             2 => {
                 let (low, rise) = (between(18.0, 26.0), between(8.0, 30.0));
                 prism("wedge", vec![[40.0, low], [-40.0, low + rise]])
@@ -56,10 +56,6 @@ impl Body {
     /// Draws a site [m], at least 8 mm from an edge.
     pub fn site_m(&self, between: &mut impl FnMut(f64, f64) -> f64) -> P {
         let mm = match self {
-            Self::Block { size_mm: [x, y, _] } => {
-                let [x, y] = [x, y].map(|side| 0.5 * side - LEAST_FROM_EDGE_MM);
-                [between(-x, x), between(-y, y), 0.0]
-            }
             Self::Dome { sphere_mm, rim_mm, base_mm } => {
                 let (away, angle) = (between(0.0, 0.5 * rim_mm), between(0.0, TAU));
                 let z = (sphere_mm * sphere_mm - away * away).sqrt() - (sphere_mm * sphere_mm - rim_mm * rim_mm).sqrt();
@@ -78,7 +74,6 @@ impl Body {
 
     pub fn words(&self) -> String {
         match self {
-            Self::Block { size_mm: [x, y, z] } => format!("block {x:.0} x {y:.0} x {z:.0} mm"),
             Self::Dome { sphere_mm, .. } => format!("dome of radius {sphere_mm:.0} mm"),
             Self::Prism { name, top_mm, .. } => {
                 let heights = top_mm.iter().map(|[_, z]| *z);
@@ -88,15 +83,9 @@ impl Body {
         }
     }
 
-    /// Sides of a block [m].
-    pub fn size_m(&self) -> P {
-        if let Self::Block { size_mm } = self { size_mm.map(|mm| mm * 1e-3) } else { [0.0; 3] }
-    }
-
-    /// Surface as STL text; `None` for a block.
-    pub fn stl(&self) -> Option<String> {
+    /// Surface as STL text.
+    pub fn stl(&self) -> String {
         let triangles = match self {
-            Self::Block { .. } => return None,
             Self::Dome { sphere_mm, rim_mm, base_mm } => dome(*sphere_mm, *rim_mm, *base_mm),
             Self::Prism { top_mm, half_mm, .. } => prism(top_mm, *half_mm),
         };
@@ -108,7 +97,7 @@ impl Body {
             }
             text += "endloop\nendfacet\n";
         }
-        Some(text + "endsolid body\n")
+        text + "endsolid body\n"
     }
 }
 
@@ -176,7 +165,6 @@ mod tests {
             let body = Body::draw(number, &mut between);
             let site_m = body.site_m(&mut between);
             let triangles = match &body {
-                Body::Block { .. } => continue,
                 Body::Dome { sphere_mm, rim_mm, base_mm } => dome(*sphere_mm, *rim_mm, *base_mm),
                 Body::Prism { top_mm, half_mm, .. } => prism(top_mm, *half_mm),
             };

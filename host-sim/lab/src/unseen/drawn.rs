@@ -53,23 +53,14 @@ impl Drawn {
     pub fn scene(&self, folder: &Path) -> Result<Scene, Error> {
         let path = folder.join("body.stl");
         let mut text = String::from("name = \"unseen\"\n[tissue]\n");
-        let place = match self.body.stl() {
-            None => {
-                let (size_m, [x, y, _]) = (self.body.size_m(), self.site_m);
-                let _ = writeln!(text, "block_m = {size_m:?}");
-                format!("position_m = [{x}, {y}]")
-            }
-            Some(stl) => {
-                std::fs::write(&path, stl).map_err(|source| Error::Write { path: path.clone(), source })?;
-                let _ = writeln!(text, "mesh = {:?}\nlength_unit = \"mm\"", path.display().to_string());
-                format!("site = {:?}", self.site_m)
-            }
-        };
+        std::fs::write(&path, self.body.stl()).map_err(|source| Error::Write { path: path.clone(), source })?;
+        let _ = writeln!(text, "mesh = {:?}\nlength_unit = \"mm\"", path.display().to_string());
+        let site_m = self.site_m;
         let (nu, radius_m, deepest_m) = (self.poisson_ratio, self.radius_m, self.deepest_m);
         let _ = write!(
             text,
             "youngs_modulus_pa = 20000.0\npoisson_ratio = {nu}\ndensity_kg_per_m3 = 1060.0\n\
-             [probe]\nshape = \"hemisphere\"\nradius_m = {radius_m}\n{place}\n\
+             [probe]\nshape = \"hemisphere\"\nradius_m = {radius_m}\nsite = {site_m:?}\n\
              [drive]\nkind = \"depth\"\nholds_m = [{deepest_m}]\nramp_m_per_s = 0.04\nhold_s = 0.3\n\
              [solver]\nmethod = \"palpate\"\n"
         );

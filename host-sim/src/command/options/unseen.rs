@@ -20,14 +20,14 @@ pub struct UnseenArgs {
 /// The scenes that are drawn.
 #[derive(Args, Clone, Debug)]
 pub struct UnseenOptions {
-    /// Number of scenes.
-    #[arg(long, value_name = "NUMBER", default_value_t = 60)]
-    pub scenes: u64,
+    /// Number of scenes: 60 if not given, one with --quick.
+    #[arg(long, value_name = "NUMBER")]
+    pub scenes: Option<u64>,
     /// Seed of the scenes: another seed draws other bodies, sites, tips, depths and Poisson's
     /// ratios.
     #[arg(long, value_name = "NUMBER", default_value_t = 2026)]
     pub seed: u64,
-    /// One scene, with fewer presses and rounds of the fit: 60 s of processor time.
+    /// Fewer presses and rounds of the fit: 60 s of processor time for a scene.
     #[arg(long)]
     pub quick: bool,
 }
