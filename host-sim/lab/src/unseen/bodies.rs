@@ -15,17 +15,9 @@ type P = [f64; 3];
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Body {
     /// Cap of a sphere on a cylinder.
-    Dome {
-        sphere_mm: f64,
-        rim_mm: f64,
-        base_mm: f64,
-    },
+    Dome { sphere_mm: f64, rim_mm: f64, base_mm: f64 },
     /// The upper side is a chain of straight lines in x, from one end to the other.
-    Prism {
-        name: &'static str,
-        top_mm: Vec<[f64; 2]>,
-        half_mm: f64,
-    },
+    Prism { name: &'static str, top_mm: Vec<[f64; 2]>, half_mm: f64 },
 }
 
 impl Body {

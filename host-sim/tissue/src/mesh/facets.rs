@@ -29,8 +29,9 @@ const TANGENTIAL: f64 = 0.05;
 /// Smallest share of its volume that a tet may keep (1).
 const LEAST_VOLUME: f64 = 0.3;
 
-/// Moves the surface nodes of a mesh that is pressed at `site_m`. `distance` gives the signed distance of a point from the
-/// shape, negative inside [m], and the outward unit normal of the shape there.
+/// Moves the surface nodes of a mesh that is pressed at `site_m`. `distance` gives the signed
+/// distance of a point from the shape, negative inside [m], and the outward unit normal of the
+/// shape there.
 pub fn fit_facets(mesh: &mut TetMesh, site_m: [f64; 3], distance: impl Fn([f64; 3]) -> (f64, [f64; 3])) {
     let triangles = surface::surface(&mesh.tets);
     let moving = moving(mesh, &triangles, site_m, &distance);

@@ -22,7 +22,7 @@ const ORGAN_STEPS: usize = 20;
 /// first sample of the thickness.
 const BARE_SHARE: f64 = 1.5 / (50.0 * STEPS as f64);
 
-/// Distance from a faceted surface below which a point is on it and has the normal of its facet [m].
+/// Distance from a faceted surface below which a point is on it, with the normal of its facet [m].
 const ON_M: f64 = 1e-9;
 
 /// A closed shape, by its source.
