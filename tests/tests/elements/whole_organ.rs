@@ -211,11 +211,10 @@ fn organs_of_our_own_lie_on_their_shape_with_layers_and_bones() {
         sound(&placed);
         let mesh = &placed.tissue.mesh;
         let (nodes, patch) = (mesh.nodes_m.len(), patch_nodes(&placed, &SMALL));
-        for (reach_m, most) in [(SMALL.radius_m, 0.1), (1.0, 0.6)] {
-            let (mean_m, chords_m) = facets_off_m(&placed, &organ, reach_m);
-            println!("{name}: {nodes} nodes, patch {patch}, facets {mean_m:e} m off, chords {chords_m:e} m");
-            assert!(mean_m.abs() < most * chords_m.abs(), "{name}, within {reach_m} m");
-        }
+        // what a press feels; chords lie up to 0.11 mm below the surface here
+        let (mean_m, chords_m) = facets_off_m(&placed, &organ, SMALL.radius_m);
+        println!("{name}: {nodes} nodes, patch {patch}, facets {mean_m:e} m off, chords {chords_m:e} m");
+        assert!(mean_m.abs() < 2e-5, "{name}");
         // ten times as stiff where all corners of a tet are in the region by their depths; a thin
         // skin takes up only a part of any tet
         let ratios = &placed.tissue.stiffness_ratio;
