@@ -54,6 +54,7 @@ use self::options::pack::PackArgs;
 use self::options::paper::PaperCommand;
 use self::options::stability::StabilityArgs;
 use self::options::suite::SuiteArgs;
+use self::options::unseen::UnseenArgs;
 
 /// Soft tissue for haptic devices: press it, measure it, pack it for a board.
 ///
@@ -98,10 +99,10 @@ enum Command {
     /// and writes their rows to out/parts/cases-0-100/rows.csv, and `--cases 100..200` runs the
     /// other half, perhaps on another machine. `palpate merge out/parts` reports both as one
     /// result, and prints what `palpate faults --runs 200` prints. accept, chart, faults, loop,
-    /// stability, and fit with --scenes have the option --cases. Fails (exit code 2) if cases are
-    /// missing or there twice, or a file is damaged or comes from another program, scene or command
-    /// line, and says what to run again; nothing is removed. The command's own checks are made
-    /// here, on the merged result.
+    /// stability, suite, unseen, and fit with --scenes have the option --cases. Fails (exit code 2)
+    /// if cases are missing or there twice, or a file is damaged or comes from another program,
+    /// scene or command line, and says what to run again; nothing is removed. The command's own
+    /// checks are made here, on the merged result.
     Merge(merge::MergeArgs),
     /// Check a mesh or surface file, fill a surface with tets.
     #[command(subcommand)]
@@ -140,7 +141,7 @@ enum Command {
     /// built at first use. With --replay a trace is run once more: writes summary.json and
     /// trace.csv (one row per tick), and fails (exit code 1) at the first bit that differs.
     Live(live::LiveArgs),
-    /// Check the project's claims: chart, stability, paper, accept, faults.
+    /// Check the project's claims: chart, stability, paper, accept, faults, unseen.
     ///
     /// Each is a command by its own name too: `palpate chart` is `palpate check chart`.
     #[command(subcommand)]
@@ -194,6 +195,13 @@ enum StudyCommand {
     /// Fails (exit code 1) if a run breaks an invariant of the loop, or if the reaction is missing,
     /// late or wrong.
     Faults(FaultsArgs),
+    /// Draw random scenes, fit each, and compare its patch with finite elements that the fit has
+    /// not seen: in how many does the stated error hold.
+    ///
+    /// The scenes are blocks, domes, wedges, steps and ridges, pressed beside their edges too.
+    /// Writes unseen.csv (one row per scene), report.md and summary.json. Fails (exit code 1) if
+    /// the stated error is too small in more than one scene in twenty, or by more than half in any.
+    Unseen(UnseenArgs),
 }
 
 const AFTER_HELP: &str = "\
@@ -310,6 +318,7 @@ impl Cli {
             StudyCommand::Paper(command) => Study::Paper(command),
             StudyCommand::Stability(args) => Study::Stability(args),
             StudyCommand::Suite(args) => Study::Suite(args),
+            StudyCommand::Unseen(args) => Study::Unseen(args),
         })
     }
 }
@@ -334,4 +343,6 @@ pub enum Study<'a> {
     Stability(&'a StabilityArgs),
     /// `palpate suite`
     Suite(&'a SuiteArgs),
+    /// `palpate unseen`
+    Unseen(&'a UnseenArgs),
 }

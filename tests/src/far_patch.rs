@@ -66,6 +66,7 @@ impl FarPatch {
             unseen: &presses.unseen,
             disc_radii: PIECE_JUDGED_RADII,
             places: PLACES,
+            reference_error: presses.error,
         };
         let session = Session::of_fitted(&MACHINES[0], fitted.patch.clone(), fitted.params).expect("a patch that runs");
         let verdict = judging.judge(&session).expect("a reference of the whole disc");

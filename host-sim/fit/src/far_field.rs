@@ -11,6 +11,7 @@ pub mod condense;
 pub mod cut;
 pub mod organ_reference;
 pub mod prepared;
+pub mod shape_surface;
 pub mod springs;
 pub mod whole;
 

@@ -7,7 +7,6 @@ pub use block::BlockForces;
 pub use surface::SurfaceForces;
 
 use crate::calibrate::targets::Reference;
-use palpate_tissue::tissue::Placed;
 
 /// Forces over depth and place.
 #[derive(Clone, Debug)]
@@ -19,15 +18,6 @@ pub enum ForceMap {
 }
 
 impl ForceMap {
-    /// Returns the forces for another mesh of the same tissue, whose surface differs slightly.
-    #[must_use]
-    pub fn on(&self, placed: &Placed) -> Self {
-        match self {
-            Self::Block(_) => self.clone(),
-            Self::Surface(map) => Self::Surface(Box::new(map.on(placed))),
-        }
-    }
-
     /// Root mean square of the relative errors of the map at the solved places (1).
     #[must_use]
     pub fn misfit(&self) -> f64 {

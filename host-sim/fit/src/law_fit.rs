@@ -158,7 +158,8 @@ mod tests {
         let (patch, params) = fit(&scene, &rest, [0.0, 0.0, 1.0], &presses).unwrap();
         let all = BlockForces::of(&Answer::block()).unwrap();
         let session = Session::of_fitted(&MACHINES[0], patch, params).unwrap();
-        let judging = Judging { known: &all, fitted_m: &depths_m, unseen: &unseen, disc_radii: 1.5, places: PLACES };
+        let judging =
+            Judging { known: &all, fitted_m: &depths_m, unseen: &unseen, disc_radii: 1.5, places: PLACES, reference_error: 0.0 };
         let verdict = judging.judge(&session).unwrap();
         assert!(verdict.rms_pct() < 1.0 && verdict.worst_pct().abs() < 2.0 && verdict.lost_presses == 0, "{verdict:?}");
         let errors = motions::errors(&scene, &session.patch, &session.params).unwrap();

@@ -12,6 +12,7 @@ pub mod body;
 mod cholesky;
 pub mod condensed;
 pub(crate) mod conform;
+pub(crate) mod curved;
 pub mod domain;
 mod elimination;
 pub mod extrapolate;

@@ -11,6 +11,7 @@ mod faults;
 mod paper;
 mod stability;
 mod suite;
+mod unseen;
 
 use palpate_sim::error::Error;
 
@@ -28,6 +29,7 @@ pub fn run(study: palpate_sim::command::Study<'_>) -> Result<(), Error> {
         Asked::Faults(args) => faults::run(args),
         Asked::Paper(command) => paper::run(command),
         Asked::Suite(args) => start(suite::Suite::of(&args.options), &args.cases, &args.out),
+        Asked::Unseen(args) => start(unseen::Unseen::of(&args.options), &args.cases, &args.out),
         Asked::Stability(args) => start(stability::Stability::of(&args.options)?, &args.cases, &args.out),
     }
 }

@@ -12,6 +12,7 @@
 //! hanging (organs under their weight), dynamic (a probe that moves): finite elements
 //! paper_method (the models of the two papers on the core's tick)
 //! accept (the model against raw measurements of tissue)
+//! unseen (the stated error of random scenes against finite elements that no fit saw)
 //! ```
 //!
 //! No product code depends on this crate.
@@ -33,5 +34,6 @@ pub mod score;
 pub mod stability;
 pub mod study;
 pub mod suite;
+pub mod unseen;
 
 pub use palpate_sim::error::{self, Error};

@@ -85,10 +85,9 @@ impl Fitted {
         Line::of(check, || {
             let Some(Written { record, load, model, .. }) = &self.patch else { return String::new() };
             let judged = record.judged;
-            let known = match record.reference_error_pct {
-                Some(pct) if pct > judged.rms_pct => format!("; the finite elements themselves are known to {pct:.2} % only"),
-                _ => String::new(),
-            };
+            let known = record
+                .reference_error_pct
+                .map_or_else(String::new, |pct| format!(", with the finite elements' own {pct:.2} %{}", record.quickly()));
             let load = load.as_ref().map_or_else(String::new, |load| {
                 format!("; a tick takes {:.0} % of what it may on {} (estimate)", load.pct(), load.board)
             });
@@ -219,6 +218,7 @@ mod tests {
             device: Default::default(),
         };
         let verdict = |lost_presses| Verdict {
+            reference_pct: 0.0,
             depths: Vec::new(),
             unseen_rms_pct: 1.0,
             unseen_worst_pct: 2.0,

@@ -9,10 +9,10 @@ use clap::Command;
 const CHECKS: [&str; 2] = ["check", "merge"];
 
 /// Commands that are in no list: short names of the checks, and what a shell needs once.
-const UNLISTED: [&str; 7] = ["accept", "chart", "completions", "faults", "paper", "stability", "suite"];
+const UNLISTED: [&str; 8] = ["accept", "chart", "completions", "faults", "paper", "stability", "suite", "unseen"];
 
 /// An example of each command, with its effect.
-const EXAMPLES: [(&str, &str, &str); 18] = [
+const EXAMPLES: [(&str, &str, &str); 19] = [
     ("press", "palpate press --scene nodule --set probe.position_m=[0.01,0]", "press 10 mm beside the nodule"),
     ("scene", "palpate scene nodule > mine.toml", "a scene of your own to change"),
     ("fit", "palpate fit --scene mine.toml --nodes 130", "a calibrated patch of your scene, and how wrong it is"),
@@ -29,6 +29,7 @@ const EXAMPLES: [(&str, &str, &str); 18] = [
     ("live", "palpate live --scene nodule", "press the tissue over a nodule with the mouse"),
     ("accept", "palpate accept T1", "relaxation against measured beef"),
     ("suite", "palpate suite --quick", "what each of twelve scenes needs at least"),
+    ("unseen", "palpate unseen --quick --seed 7", "the stated error of one random scene"),
     ("stability", "palpate stability --quick", "where methods and controllers fail"),
     ("completions", "palpate completions bash > ~/.local/share/bash-completion/completions/palpate", "for bash"),
 ];

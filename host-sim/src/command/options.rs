@@ -12,6 +12,7 @@ pub mod pack;
 pub mod paper;
 pub mod stability;
 pub mod suite;
+pub mod unseen;
 
 use clap::ValueEnum;
 

@@ -45,9 +45,12 @@ pub struct FitRecord {
     /// Additional error while the probe moves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moving: Option<Moving>,
-    /// Error of the finite elements themselves [%], if known.
+    /// Error of the finite elements themselves [%], if known; the other errors include it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference_error_pct: Option<f64>,
+    /// Whether the fit was made with `--quick`.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub quick: bool,
 }
 
 /// Makes a scene press a packed patch. If the record beside the patch names no organ, the scene's
@@ -207,6 +210,12 @@ fn is_none(count: &usize) -> bool {
     *count == 0
 }
 
+// serde gives a reference
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_false(flag: &bool) -> bool {
+    !*flag
+}
+
 /// Force error that floored masses cause under a moving probe.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -233,11 +242,18 @@ impl FitRecord {
     #[must_use]
     pub fn sentence(&self) -> String {
         format!(
-            "calibrated to finite elements of scene {} at {} places: {}",
+            "calibrated to finite elements of scene {} at {} places: {}{}",
             self.scene,
             self.fitted_places,
-            self.judged.sentence()
+            self.judged.sentence(),
+            self.quickly()
         )
+    }
+
+    /// Remark on a fit that was made with `--quick`, for its reader.
+    #[must_use]
+    pub fn quickly(&self) -> &'static str {
+        if self.quick { "; fitted with --quick, with fewer presses and rounds than without it" } else { "" }
     }
 
     /// Writes the record beside the patch file `name`.

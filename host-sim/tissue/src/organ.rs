@@ -147,6 +147,15 @@ impl Organ {
         self.distance(at_m.into())
     }
 
+    /// Signed distance to the surface [m] in first order, negative inside, and the outward unit
+    /// normal, at a point near the surface.
+    #[must_use]
+    pub fn near_m(&self, at_m: [f64; 3]) -> (f64, [f64; 3]) {
+        let slope = self.gradient(at_m.into());
+        let steep = slope.norm();
+        (self.value(at_m.into()) / steep, (slope / steep).into())
+    }
+
     /// Outward unit normal at a point of the surface.
     #[must_use]
     pub fn normal(&self, at_m: [f64; 3]) -> [f64; 3] {

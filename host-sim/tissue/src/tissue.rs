@@ -8,7 +8,7 @@ pub mod organ_source;
 mod steepness;
 
 use crate::error::Error;
-use crate::mesh::{BlockError, BlockSpec, ImportReport, SurfaceReport, TetMesh, block, surface};
+use crate::mesh::{BlockError, BlockSpec, ImportReport, SurfaceReport, TetMesh, block, fit_facets, surface};
 use crate::scene::{Drive, Inclusion, Scene, SceneError};
 pub use body::{Joint, Tissue};
 pub use material::Layout;
@@ -103,14 +103,16 @@ fn place_imported(scene: &Scene, tips_m: &[[f32; 3]], mesh: TetMesh, report: Imp
     Ok(Placed { tissue, axis, import: Some(report), surface: None })
 }
 
-/// Makes the tissue from a mesh of a shape, fixed where the shape is fixed.
+/// Makes the tissue from a mesh whose surface nodes lie on a shape: its facets are fitted to the
+/// shape, and it is fixed where the shape is fixed.
 pub fn on_shape(
     scene: &Scene,
     tips_m: &[[f32; 3]],
     shape: &OrganSource,
-    mesh: TetMesh,
+    mut mesh: TetMesh,
     (site_m, axis): ([f64; 3], [f64; 3]),
 ) -> Result<Placed, Error> {
+    fit_facets(&mut mesh, site_m, |at_m| shape.distance_m(at_m));
     let anchors = shape.anchors(&mesh, axis);
     if anchors.is_empty() {
         let why = "leaves nothing of the surface that faces away from the press to rest on: press another side";

@@ -79,7 +79,14 @@ fn shipped_patches_keep_their_promises() {
     // the default size only, or all sizes in the long form
     for p in PROMISES.into_iter().filter(|p| long() || p.nodes == 410) {
         let (patch, params) = calibrated::sized(p.nodes).unwrap();
-        let judging = Judging { known: &map, fitted_m: &[], unseen: &unseen, disc_radii: JUDGED_RADII, places: p.places };
+        let judging = Judging {
+            known: &map,
+            fitted_m: &[],
+            unseen: &unseen,
+            disc_radii: JUDGED_RADII,
+            places: p.places,
+            reference_error: 0.0,
+        };
         let verdict = judging.judge(&Session::of_fitted(&MACHINES[0], patch, params).unwrap()).unwrap();
         let at = |mm: &f64| *verdict.depths.iter().find(|at| (at.depth_mm - mm).abs() < 1e-6).unwrap();
         let rms = |errors: Vec<f64>| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();

@@ -1,7 +1,8 @@
 //! Computes the response of the whole organ to a press by quadratic finite elements
 //! ([`crate::reference`]) on the mesh of [`super::whole`], refined under the probe.
 //!
-//! The organ has the flat facets of its mesh, like the patch that is cut out of it. At the site the
+//! The surface nodes of the elements lie on the shape of the scene, and their edges follow it: the
+//! facets of the patch, which is cut out of the same mesh, do so only on average. At the site the
 //! force is extrapolated from two meshes. At other places only the coarser mesh is solved, and its
 //! force is multiplied by the ratio of the extrapolated to the coarse force at the site, since the
 //! effect of the mesh is much the same at both places.
@@ -11,7 +12,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use nalgebra::Vector3;
 use rayon::prelude::{IntoParallelRefIterator, ParallelIterator};
 
+use crate::far_field::shape_surface::ShapeSurface;
+use crate::far_field::whole::shape_of;
 use crate::reference::body::{Body, Stiffness};
+use crate::reference::curved::curved;
 use crate::reference::newton::Press;
 use crate::reference::probe::RigidProbe;
 use crate::reference::quadratic::QuadraticMesh;
@@ -19,11 +23,9 @@ use crate::reference::refine::refine;
 use crate::reference::shape::{TET_EDGES, TetRule};
 use crate::solved::Solved;
 use palpate_tissue::error::Error;
-use palpate_tissue::mesh::surface::surface;
-use palpate_tissue::mesh::triangle::entry_m;
-use palpate_tissue::organ::{Organ, tangents};
+use palpate_tissue::organ::tangents;
 use palpate_tissue::scene::Scene;
-use palpate_tissue::tissue::organ_source::held;
+use palpate_tissue::tissue::organ_source::{OrganSource, held};
 use palpate_tissue::tissue::{Layout, Placed};
 
 type V3 = Vector3<f64>;
@@ -55,6 +57,8 @@ pub struct OrganReference {
     pub error: Vec<f64>,
     /// Number of nodes of the finest quadratic mesh.
     pub nodes: usize,
+    /// Surface of the shape around the site.
+    pub surface: ShapeSurface,
 }
 
 /// Forces at one place.
@@ -124,7 +128,7 @@ pub fn organ_reference(
         PlaceForces { offset_m: *offset_m, place_m: (*place).into(), force_over_e_m2 }
     });
     let at_places: Vec<PlaceForces> = at_places.collect();
-    Ok(OrganReference { places: at_places, depths_m: depths_m.to_vec(), error, nodes: fine.nodes })
+    Ok(OrganReference { places: at_places, depths_m: depths_m.to_vec(), error, nodes: fine.nodes, surface: bench.surface })
 }
 
 impl Pressed {
@@ -143,7 +147,9 @@ struct Bench<'a> {
     scene: &'a Scene,
     placed: &'a Placed,
     layout: Layout,
-    organ: Option<Organ>,
+    /// Shape of the tissue; `None` for a block.
+    shape: Option<OrganSource>,
+    surface: ShapeSurface,
     depths_m: &'a [f64],
 }
 
@@ -156,30 +162,25 @@ impl<'a> Bench<'a> {
                 scene.file
             )));
         }
-        let organ = scene.tissue.organ.as_deref().and_then(|name| Organ::named(name).ok());
-        Ok(Self { scene, placed, layout: Layout::of(scene)?, organ, depths_m })
+        let shape = if scene.tissue.block_m.is_some() { None } else { Some(shape_of(scene)?) };
+        let surface = ShapeSurface::of(placed, shape.as_ref(), scene.probe.tip().reach_m());
+        Ok(Self { scene, placed, layout: Layout::of(scene)?, shape, surface, depths_m })
     }
 
     /// The point at which a line along the axis, through an offset in the tangent plane, meets the
-    /// surface; if there are several, the one nearest to the plane.
+    /// surface.
     fn place(&self, offset_m: [f64; 2]) -> Result<V3, Error> {
-        let tissue = &self.placed.tissue;
-        let (site, axis) = (V3::from(tissue.site_m), V3::from(self.placed.axis));
-        let [first, second] = tangents(self.placed.axis).map(V3::from);
-        let plane = site + first * offset_m[0] + second * offset_m[1];
-        let reach_m = tissue.mesh.nodes_m.iter().map(|x| (V3::from(*x) - plane).norm()).fold(0.0, f64::max);
-        let from = plane + axis * reach_m;
-        let corners = |t: [u32; 3]| t.map(|n| V3::from(tissue.mesh.nodes_m[n as usize]));
-        let ways = surface(&tissue.mesh.tets).into_iter().filter_map(|t| entry_m(corners(t), &from, &-axis));
-        let displacement_m = ways.min_by(|a, b| (a - reach_m).abs().total_cmp(&(b - reach_m).abs()));
-        displacement_m.map(|displacement_m| if offset_m == [0.0; 2] { site } else { from - axis * displacement_m }).ok_or_else(
-            || {
-                let file = &self.scene.file;
-                Error::Usage(format!(
-                    "{file}: no surface lies {offset_m:?} m from the site in its tangent plane: press nearer to it"
-                ))
-            },
-        )
+        let site = V3::from(self.placed.tissue.site_m);
+        if offset_m == [0.0; 2] {
+            return Ok(site);
+        }
+        let (axis, [first, second]) = (V3::from(self.placed.axis), tangents(self.placed.axis).map(V3::from));
+        let plane = first * offset_m[0] + second * offset_m[1];
+        let height_m = self.surface.height_m(plane).ok_or_else(|| {
+            let file = &self.scene.file;
+            Error::Usage(format!("{file}: no surface lies {offset_m:?} m from the site in its tangent plane: press nearer to it"))
+        })?;
+        Ok(site + plane + axis * height_m)
     }
 
     /// Text of all inputs on which the forces of a press depend.
@@ -191,7 +192,7 @@ impl<'a> Bench<'a> {
         let regions: Vec<_> = regions.collect();
         let own = (probe.shape, probe.radius_m, own.poisson_ratio, &own.organ, regions, &own.inclusion);
         let presses = (self.placed.axis, tissue.site_m, self.depths_m, task);
-        format!("{own:?}\n{presses:?}\n{:?}", tissue.mesh)
+        format!("curved\n{own:?}\n{presses:?}\n{:?}", tissue.mesh)
     }
 
     fn press(&self, place: V3, level: Level) -> Result<Pressed, Error> {
@@ -201,8 +202,12 @@ impl<'a> Bench<'a> {
             |x: [f64; 3]| level.edge * smallest_m + level.growth * ((V3::from(x) - place).norm() - smallest_m).max(0.0);
         let mesh = &self.placed.tissue.mesh;
         let mesh = refine(mesh, longest_m, MOST_NODES.max(mesh.nodes_m.len()));
-        let anchors = held(&mesh, self.placed.axis, self.organ.as_ref());
-        let mesh = QuadraticMesh::new(&mesh);
+        let organ = self.shape.as_ref().and_then(OrganSource::organ);
+        let anchors = held(&mesh, self.placed.axis, organ);
+        let mesh = match &self.shape {
+            Some(shape) => curved(&mesh, |at_m| shape.nearest_m(at_m)),
+            None => QuadraticMesh::new(&mesh),
+        };
         let mut fixed = vec![[false; 3]; mesh.nodes_m.len()];
         for n in &anchors {
             fixed[*n as usize] = [true; 3];
@@ -279,5 +284,61 @@ mod tests {
         for (n, other) in others.iter().enumerate() {
             assert!(*other != own && !others[..n].contains(other), "{n}");
         }
+    }
+
+    /// STL text of a cap of a sphere on a cylinder, in millimetres.
+    fn dome(sphere: f64, rim: f64, base: f64) -> String {
+        const AROUND: usize = 64;
+        const RINGS: usize = 32;
+        let (widest, below) = ((rim / sphere).asin(), (sphere * sphere - rim * rim).sqrt());
+        let at = |ring: usize, k: usize| {
+            let (polar, turn) =
+                (widest * ring as f64 / RINGS as f64, std::f64::consts::TAU * (k % AROUND) as f64 / AROUND as f64);
+            [sphere * polar.sin() * turn.cos(), sphere * polar.sin() * turn.sin(), sphere * polar.cos() - below + base]
+        };
+        let foot = |k: usize| [at(RINGS, k)[0], at(RINGS, k)[1], 0.0];
+        let mut triangles = Vec::new();
+        for k in 0..AROUND {
+            triangles.push([at(0, 0), at(1, k), at(1, k + 1)]);
+            for ring in 1..RINGS {
+                triangles.push([at(ring, k), at(ring + 1, k), at(ring + 1, k + 1)]);
+                triangles.push([at(ring, k), at(ring + 1, k + 1), at(ring, k + 1)]);
+            }
+            triangles.push([at(RINGS, k), foot(k), foot(k + 1)]);
+            triangles.push([at(RINGS, k), foot(k + 1), at(RINGS, k + 1)]);
+            triangles.push([[0.0; 3], foot(k + 1), foot(k)]);
+        }
+        let corner = |[x, y, z]: &[f64; 3]| format!("vertex {x:.6} {y:.6} {z:.6}\n");
+        let facet = |t: &[[f64; 3]; 3]| {
+            format!("facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n", t.iter().map(corner).collect::<String>())
+        };
+        format!("solid dome\n{}endsolid dome\n", triangles.iter().map(facet).collect::<String>())
+    }
+
+    /// A dome is pressed where the file says that its surface is: with the chords of its mesh, the
+    /// force half a millimetre deep was 16 % lower.
+    #[test]
+    fn a_shallow_press_of_a_dome_is_that_of_hertz() {
+        const SPHERE_MM: f64 = 45.0;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("dome.stl");
+        std::fs::write(&path, dome(SPHERE_MM, 38.0, 12.0)).unwrap();
+        let below_mm = (SPHERE_MM * SPHERE_MM - 38.0 * 38.0_f64).sqrt();
+        let mut scene = Scene::load("block").unwrap();
+        scene.tissue.block_m = None;
+        scene.tissue.mesh = Some(path);
+        scene.tissue.length_unit = Some(palpate_tissue::mesh::LengthUnit { metres: 1e-3 });
+        scene.probe.position_m = None;
+        scene.probe.site = Some([0.0, 0.0, (12.0 + SPHERE_MM - below_mm) * 1e-3]);
+        let sizes = Sizes { radius_m: 0.017, fine_m: 0.0046, fine_radius_m: 0.008, growth: 0.45 };
+        let placed = whole(&scene, &[], &sizes).unwrap();
+        let depth_m = 0.0005;
+        let found = organ_reference(&scene, &placed, &[[0.0; 2]], &[depth_m], None, |_, _| {}).unwrap();
+        let force_m2 = found.places[0].force_over_e_m2[0];
+        // a sphere on a sphere, both on thick ground (Johnson, Contact Mechanics, 4.2)
+        let radius_m = 1.0 / (1.0 / 0.008 + 1e3 / SPHERE_MM);
+        let hertz_m2 = 4.0 / 3.0 / (1.0 - 0.45_f64.powi(2)) * radius_m.sqrt() * depth_m.powf(1.5);
+        println!("{force_m2:e} of {hertz_m2:e} m^2, elements within {:.3}", found.error[0]);
+        assert!((force_m2 / hertz_m2 - 1.0).abs() < 0.04, "{force_m2:e} of {hertz_m2:e} m^2");
     }
 }

@@ -1,7 +1,7 @@
 //! Interpolates the reference of an organ between the places and depths for which it was solved.
 //!
-//! A mesh has flat facets, and the force of a small contact depends on its position among them.
-//! This geometric effect is removed first: the *effective depth* of a press is the depth at which
+//! On a curved or faceted surface the force of a small contact depends on its position. This
+//! geometric effect is removed first: the *effective depth* of a press is the depth at which
 //! the probe would displace the same volume from a plane. Divided by the effective depth^1.5
 //! (Hertz; for a flat end, by the effective depth itself), the force changes slowly with depth and
 //! over the surface. At every solved depth, the logarithm of this ratio is a quadratic function of
@@ -15,11 +15,10 @@ use nalgebra::{SMatrix, SVector};
 use super::cubic;
 use crate::calibrate::targets::Reference;
 use crate::far_field::organ_reference::{OrganReference, PlaceForces};
+use crate::far_field::shape_surface::ShapeSurface;
 use crate::statics::Vector;
-use palpate_tissue::mesh::triangle::entry_m;
 use palpate_tissue::organ::tangents;
 use palpate_tissue::scene::{ProbeScene, Shape, Tip, level};
-use palpate_tissue::tissue::Placed;
 
 /// Number of terms of the quadratic.
 const TERMS: usize = 6;
@@ -35,10 +34,9 @@ const RIDGE: f64 = 1e-6;
 /// Forces over the surface around a site.
 #[derive(Clone, Debug)]
 pub struct SurfaceForces {
-    axis: Vector,
     across: [Vector; 2],
-    /// Corners of the surface triangles near the site, relative to the site [m].
-    triangles_m: Vec<[Vector; 3]>,
+    /// Surface of the shape around the site.
+    surface: ShapeSurface,
     /// Solved depths in ascending order [m].
     depths_m: Vec<f64>,
     /// Coefficients of the quadratic over the surface at each depth.
@@ -52,21 +50,20 @@ pub struct SurfaceForces {
 impl SurfaceForces {
     /// Returns `None` if the reference has fewer than four depths or eight places.
     #[must_use]
-    pub fn of(reference: &OrganReference, placed: &Placed, probe: &ProbeScene) -> Option<Self> {
+    pub fn of(reference: &OrganReference, site_m: [f64; 3], probe: &ProbeScene) -> Option<Self> {
         if reference.depths_m.len() < 4 || reference.places.len() < TERMS + 2 {
             return None;
         }
         let mut map = Self {
-            axis: placed.axis.into(),
-            across: tangents(placed.axis).map(Vector::from),
-            triangles_m: near_site(placed, probe.tip().reach_m()),
+            across: tangents(reference.surface.axis.into()).map(Vector::from),
+            surface: reference.surface.clone(),
             depths_m: reference.depths_m.clone(),
             terms: Vec::new(),
             length_m: probe.radius_m,
             tip: probe.tip(),
             misfit: 0.0,
         };
-        let site_m = Vector::from(placed.tissue.site_m);
+        let site_m = Vector::from(site_m);
         let mut missed = 0.0;
         for (d, depth_m) in reference.depths_m.iter().enumerate() {
             let value = |p: &PlaceForces| {
@@ -90,12 +87,6 @@ impl SurfaceForces {
         let free = (reference.places.len() - TERMS) * reference.depths_m.len();
         map.misfit = (missed / free as f64).sqrt();
         Some(map)
-    }
-
-    /// Returns the forces for another mesh of the same organ, whose surface differs slightly.
-    #[must_use]
-    pub fn on(&self, placed: &Placed) -> Self {
-        Self { triangles_m: near_site(placed, self.tip.reach_m()), ..self.clone() }
     }
 
     /// Force of Hertz, or of a flat end, at the effective depth of a press, up to a constant
@@ -123,7 +114,7 @@ impl SurfaceForces {
                 self.depth_of(self.volume_m3(place_m, depth_m, reach_m, above), of_plane)
             }
             Shape::Capsule { length_m, along } => {
-                let (along, half_m) = (level(along, self.axis), 0.5 * length_m);
+                let (along, half_m) = (level(along, self.surface.axis), 0.5 * length_m);
                 let above = |_, off_m: Vector| {
                     let place = off_m.dot(&along);
                     let r_m = (off_m - along * place.clamp(-half_m, half_m)).norm();
@@ -132,8 +123,8 @@ impl SurfaceForces {
                 self.long_depth_m(place_m, depth_m, reach_m + half_m, above)
             }
             Shape::Ellipsoid { semi_axes_m: [a, b], along } => {
-                let along = level(along, self.axis);
-                let across = self.axis.cross(&along);
+                let along = level(along, self.surface.axis);
+                let across = self.surface.axis.cross(&along);
                 let above = |_, off_m: Vector| {
                     let share = (off_m.dot(&along) / a).powi(2) + (off_m.dot(&across) / b).powi(2);
                     radius_m * (1.0 - (1.0 - share).max(0.0).sqrt())
@@ -190,34 +181,17 @@ impl SurfaceForces {
         let mut volume_m3 = 0.0;
         for (r_m, area_m2, off_m) in self.points(reach_m) {
             let at_m = place_m + off_m;
-            let height_m = self.height_m(at_m).map_or(f64::NEG_INFINITY, |height_m| height_m - place_m.dot(&self.axis));
+            let height_m =
+                self.surface.height_m(at_m).map_or(f64::NEG_INFINITY, |height_m| height_m - place_m.dot(&self.surface.axis));
             volume_m3 += area_m2 * (height_m + depth_m - above(r_m, off_m)).max(0.0);
         }
         volume_m3
-    }
-
-    /// Height of the surface above the site, along the axis, at a point [m].
-    fn height_m(&self, at_m: Vector) -> Option<f64> {
-        let high_m = 4.0 * self.length_m;
-        let foot = at_m - self.axis * at_m.dot(&self.axis);
-        let from = foot + self.axis * high_m;
-        let ways = self.triangles_m.iter().filter_map(|t| entry_m(*t, &from, &-self.axis));
-        let way_m = ways.min_by(|a, b| (a - high_m).abs().total_cmp(&(b - high_m).abs()))?;
-        Some(high_m - way_m)
     }
 
     fn basis(&self, offset_m: [f64; 2]) -> SVector<f64, TERMS> {
         let [u, v] = offset_m.map(|c| c / self.length_m);
         SVector::from([1.0, u, v, u * u, u * v, v * v])
     }
-}
-
-/// Corners of the surface triangles near the site, relative to the site [m].
-fn near_site(placed: &Placed, reach_m: f64) -> Vec<[Vector; 3]> {
-    let site_m = Vector::from(placed.tissue.site_m);
-    let corners = |t: &[u32; 3]| t.map(|n| Vector::from(placed.tissue.mesh.nodes_m[n as usize]) - site_m);
-    let near = |t: &[Vector; 3]| t.iter().any(|x| x.norm() < 4.0 * reach_m);
-    placed.tissue.skin.iter().map(corners).filter(near).collect()
 }
 
 impl Reference for SurfaceForces {
@@ -245,17 +219,17 @@ impl Reference for SurfaceForces {
             return Some(Vector::zeros());
         }
         let plane = self.across[0] * offset_m[0] + self.across[1] * offset_m[1];
-        Some(plane + self.axis * self.height_m(plane)?)
+        Some(plane + self.surface.axis * self.surface.height_m(plane)?)
     }
 
     fn touch_m(&self, offset_m: [f64; 2]) -> Option<f64> {
-        let tip_m = self.place_m(offset_m)?.dot(&self.axis);
+        let tip_m = self.place_m(offset_m)?.dot(&self.surface.axis);
         let plane = self.across[0] * offset_m[0] + self.across[1] * offset_m[1];
         let radius_m = self.length_m;
         // a round tip touches a slope beside its lowest point
         let lift_m = |(r_m, _, off_m): (f64, f64, Vector)| {
             let above_m = radius_m - (radius_m * radius_m - r_m * r_m).max(0.0).sqrt();
-            self.height_m(plane + off_m).map_or(f64::NEG_INFINITY, |height_m| height_m - above_m)
+            self.surface.height_m(plane + off_m).map_or(f64::NEG_INFINITY, |height_m| height_m - above_m)
         };
         let round = !matches!(self.tip.shape, Shape::Flat);
         Some(self.points(radius_m).filter(|_| round).map(lift_m).fold(tip_m, f64::max))
@@ -283,10 +257,10 @@ mod tests {
             [[a, b, c], [a, c, d]]
         };
         let low = [-lower_m, -lower_m - slope * wide];
+        let triangles_m = [square(-wide, 0.0, [0.0; 2]), square(0.0, wide, low)].concat();
         SurfaceForces {
-            axis: Vector::z(),
             across: [Vector::x(), Vector::y()],
-            triangles_m: [square(-wide, 0.0, [0.0; 2]), square(0.0, wide, low)].concat(),
+            surface: ShapeSurface::around(triangles_m, Vector::z(), RADIUS_M),
             depths_m: Vec::new(),
             terms: Vec::new(),
             length_m: RADIUS_M,

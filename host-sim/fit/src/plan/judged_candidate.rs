@@ -141,7 +141,7 @@ impl Bench<'_> {
         let terms = Terms { rim: rim.is_some(), ..terms };
         let params = self.machine.adapt(&Params { terms, ..weighed.params });
         let terms = params.terms;
-        let presses = self.presses.on(&weighed.placed);
+        let presses = self.presses;
         let fit = presses.fit((&tissue, rim.as_ref()), &weighed.material, &params, &settings, &mut |_| {})?;
         let judging = Judging {
             known: presses.known.reference(),
@@ -149,6 +149,7 @@ impl Bench<'_> {
             unseen: &presses.unseen,
             disc_radii: PIECE_JUDGED_RADII,
             places: judged_places,
+            reference_error: presses.error,
         };
         let unpressed = |cause: &dyn std::fmt::Display| Error::Check(format!("the fitted patch cannot be pressed: {cause}"));
         let ready = Session::of_fitted(self.machine, fit.patch, fit.params)?;

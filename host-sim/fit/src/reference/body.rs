@@ -12,7 +12,7 @@ use rayon::prelude::{IndexedParallelIterator, IntoParallelRefIterator, ParallelI
 use super::assembly::Pattern;
 use super::probe::RigidProbe;
 use super::quadratic::QuadraticMesh;
-use super::shape::{TetRule, tet_gradients, tet_slopes, triangle_shape};
+use super::shape::{TetRule, tet_at, tet_shape, triangle_shape};
 use palpate_tissue::scene::Inclusion;
 
 /// Number of elements that are processed at once, which bounds the memory for element matrices, and
@@ -148,19 +148,13 @@ impl Body {
         let rule = rule.points();
         let mut points = Vec::with_capacity(rule.len() * mesh.tets.len());
         for (t, tet) in mesh.tets.iter().enumerate() {
-            let corners = [0, 1, 2, 3].map(|k| mesh.nodes_m[tet[k] as usize]);
-            let (slopes, volume_m3) = tet_slopes(corners);
+            let nodes = tet.map(|n| mesh.nodes_m[n as usize]);
             for (at, share) in &rule {
-                let x = (0..4).map(|k| corners[k] * at[k]).sum::<Vector3<f64>>();
+                let x = nodes.iter().zip(tet_shape(*at)).map(|(x, part)| x * part).sum::<Vector3<f64>>();
                 let stiffness = stiffness(t, &x);
                 let (mu, lambda) = stiffness.lame();
-                points.push(Point {
-                    gradients: tet_gradients(*at, &slopes),
-                    volume_m3: share * volume_m3,
-                    mu,
-                    lambda,
-                    stiffening_b: stiffness.stiffening_b,
-                });
+                let (gradients, volume_m3) = tet_at(*at, &nodes);
+                points.push(Point { gradients, volume_m3: share * volume_m3, mu, lambda, stiffening_b: stiffness.stiffening_b });
             }
         }
         let pattern = Pattern::new(&mesh, &[]);

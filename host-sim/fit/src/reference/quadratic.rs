@@ -7,11 +7,11 @@ use nalgebra::Vector3;
 use super::shape::{TET_EDGES, TRIANGLE_EDGES};
 use palpate_tissue::mesh::{TetMesh, surface};
 
-/// 10-node tets and the 6-node triangles of their surface; all edges are straight at rest.
+/// 10-node tets and the 6-node triangles of their surface.
 #[derive(Clone, Debug)]
 pub struct QuadraticMesh {
     /// Rest position of every node [m]: the corners in the order of the tet mesh, then the
-    /// midpoints of the edges.
+    /// nodes in the middle of the edges.
     pub nodes_m: Vec<Vector3<f64>>,
     /// Nodes of every tet, shape \[tets\]\[10\], in the order of [`super::shape`].
     pub tets: Vec<[u32; 10]>,

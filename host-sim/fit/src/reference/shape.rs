@@ -1,7 +1,7 @@
 //! Quadratic shape functions and quadrature rules of the 10-node tet and the 6-node triangle
 //! (Zienkiewicz and Taylor, *The Finite Element Method*).
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Corner pairs of a tet's edges; node `4 + e` is the middle of edge `e`.
 pub const TET_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]];
@@ -126,6 +126,20 @@ pub fn tet_gradients(at: [f64; 4], slopes: &[Vector3<f64>; 4]) -> [Vector3<f64>;
         gradients[4 + e] = (slopes[j] * at[i] + slopes[i] * at[j]) * 4.0;
     }
     gradients
+}
+
+/// Gradients of the shape functions of a 10-node tet [1/m], whose edges may be curved, at volume
+/// coordinates, and the volume that the tet would have if it were deformed everywhere as there
+/// [m^3].
+#[must_use]
+pub fn tet_at(at: [f64; 4], nodes_m: &[Vector3<f64>; 10]) -> ([Vector3<f64>; 10], f64) {
+    // derivatives with respect to the last three volume coordinates; the first decreases
+    // accordingly
+    let unit = [Vector3::repeat(-1.0), Vector3::x(), Vector3::y(), Vector3::z()];
+    let slopes = tet_gradients(at, &unit);
+    let stretch: Matrix3<f64> = nodes_m.iter().zip(&slopes).map(|(x, slope)| x * slope.transpose()).sum();
+    let inverse = stretch.try_inverse().unwrap_or_else(Matrix3::zeros).transpose();
+    (slopes.map(|slope| inverse * slope), stretch.determinant() / 6.0)
 }
 
 /// Gradients of the volume coordinates of a tet [1/m], and its volume [m^3], which is positive if

@@ -76,6 +76,9 @@ pub struct Verdict {
     pub presses: usize,
     /// Radius of the disc of places [m].
     pub disc_radius_m: f64,
+    /// Error of the finite elements themselves [%].
+    #[serde(default)]
+    pub reference_pct: f64,
     /// Surface errors of centred presses, in the order of increasing depth, if the finite elements
     /// have surfaces.
     pub surfaces: Vec<SurfaceVerdict>,
@@ -84,16 +87,19 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// The larger of the two root mean squares [%].
+    /// The larger of the two root mean squares, with the error of the finite elements, which is
+    /// independent of it [%].
     #[must_use]
     pub fn rms_pct(&self) -> f64 {
-        self.unseen_rms_pct.max(self.disc_rms_pct)
+        self.unseen_rms_pct.max(self.disc_rms_pct).hypot(self.reference_pct)
     }
 
-    /// The larger of the two worst errors, with its sign [%].
+    /// The larger of the two worst errors, with its sign, and the error of the finite elements on
+    /// top [%].
     #[must_use]
     pub fn worst_pct(&self) -> f64 {
-        larger(self.unseen_worst_pct, self.disc_worst_pct)
+        let worst_pct = larger(self.unseen_worst_pct, self.disc_worst_pct);
+        worst_pct + self.reference_pct.copysign(worst_pct)
     }
 
     /// The tightest tolerance that the errors meet [%].
@@ -144,6 +150,8 @@ pub struct Judging<'a> {
     pub disc_radii: f64,
     /// Number of random places on the disc.
     pub places: usize,
+    /// Relative error of the finite elements themselves (1).
+    pub reference_error: f64,
 }
 
 /// Errors of a packed patch, judged anew between the depths of its record. Without a stored
@@ -164,7 +172,9 @@ pub fn judged_again(scene: &Scene, session: &Session, record: &FitRecord) -> Res
         unseen.glued.clear();
     }
     let disc_radii = record.judged.disc_radius_m / scene.probe.radius_m;
-    let judging = Judging { known: &known, fitted_m: &[], unseen: &unseen, disc_radii, places: record.judged.places };
+    let reference_error = 0.01 * record.reference_error_pct.unwrap_or_default();
+    let places = record.judged.places;
+    let judging = Judging { known: &known, fitted_m: &[], unseen: &unseen, disc_radii, places, reference_error };
     let judged = judging.judge(session)?.judged();
     let surface = judged.surface.filter(|_| record.judged.surface.is_some());
     // as the record has it: the radius of a probe in a session is rounded
@@ -220,6 +230,7 @@ impl Judging<'_> {
             lost_presses: all().filter(|press| press.pct.is_none()).count(),
             presses: all().count(),
             disc_radius_m: radius_m,
+            reference_pct: 100.0 * self.reference_error,
             surfaces: self.surfaces(&settled, session)?,
             glued: self.glued(session)?,
         })

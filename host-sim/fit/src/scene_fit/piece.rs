@@ -17,7 +17,6 @@ use palpate::Params;
 use palpate_tissue::answer::{Answer, AnswerProbe, AnswerTissue, GluedAnswer, HoldAnswer};
 use palpate_tissue::error::Error;
 use palpate_tissue::fit_record::OrganRecord;
-use palpate_tissue::organ::tangents;
 use palpate_tissue::patch::Material;
 use palpate_tissue::scene::Scene;
 use palpate_tissue::tissue::{Placed, Tissue};
@@ -213,7 +212,7 @@ impl PiecePresses {
         depths_m.extend(UNSEEN.map(|share| scale.depth_m(share)));
         depths_m.sort_by(f64::total_cmp);
         let all = organ_reference(scene, placed, &offsets_m, &depths_m, Some(solved), progress)?;
-        let map = SurfaceForces::of(&known_of(&all, &fitted_m, places_aside), placed, &scene.probe);
+        let map = SurfaceForces::of(&known_of(&all, &fitted_m, places_aside), placed.tissue.site_m, &scene.probe);
         let known = map.ok_or_else(|| Error::Check("the finite elements gave no smooth surface of forces".into()))?;
         let holds = |n: usize, place: &PlaceForces| -> Vec<(usize, HoldAnswer)> {
             let place_m = std::array::from_fn(|k| place.place_m[k] - placed.tissue.site_m[k]);
@@ -244,24 +243,6 @@ impl PiecePresses {
             nodes: Some(all.nodes),
             scale,
         })
-    }
-
-    /// Returns the forces for another mesh of the same tissue, whose surface differs slightly. A
-    /// place beyond its surface is left out.
-    #[must_use]
-    pub fn on(&self, placed: &Placed) -> Self {
-        let ForceMap::Surface(_) = &self.known else { return self.clone() };
-        let map = self.known.on(placed);
-        let (known, before) = (map.reference(), self.known.reference());
-        let across = tangents(placed.axis).map(Vector::from);
-        let moved = |hold: &HoldAnswer| {
-            let before_m = Vector::from(hold.place_m);
-            let place_m = known.place_m(across.map(|t| before_m.dot(&t)))?;
-            let ratio = known.force(place_m, hold.depth_m)? / before.force(before_m, hold.depth_m)?;
-            Some(HoldAnswer { place_m: place_m.into(), force_over_e_m2: ratio * hold.force_over_e_m2, ..hold.clone() })
-        };
-        let holds = self.unseen.holds.iter().filter_map(moved).collect();
-        Self { unseen: Answer { holds, ..self.unseen.clone() }, known: map, ..self.clone() }
     }
 
     /// Fits a patch, with its rim springs if it has some, to the answers for the fit.
@@ -371,5 +352,6 @@ fn known_of(all: &OrganReference, fitted_m: &[f64], places: usize) -> OrganRefer
         depths_m: of(&all.depths_m),
         error: of(&all.error),
         nodes: all.nodes,
+        surface: all.surface.clone(),
     }
 }

@@ -58,6 +58,7 @@ impl FitArgs {
             unseen: &solved.unseen,
             disc_radii: JUDGED_RADII,
             places: PLACES,
+            reference_error: solved.error,
         };
         let judged = stages.judge(&judging, (&prepared.uncalibrated(), &prepared.params), &fit, &MACHINES[0])?;
         let before = judged.before.iter().map(|before| trial(scene, &presses, &prepared, None, before));

@@ -74,6 +74,7 @@ impl FitArgs {
             unseen: &unseen,
             disc_radii: JUDGED_RADII,
             places: JUDGED_PLACES,
+            reference_error: block.solved.error,
         };
         let judged = stages.judge(&judging, (&fitting.uncalibrated(), &params), &fit, &MACHINES[0])?;
         let bump = report(scene, &fitting, &bumps, &judged.session)?;

@@ -73,10 +73,16 @@ impl LawFit {
         let mut unseen = presses.unseen.clone();
         unseen.holds.iter_mut().for_each(|hold| hold.surface = None);
         unseen.glued.clear();
-        let judging =
-            Judging { known, fitted_m: &presses.fitted_m, unseen: &unseen, disc_radii: PIECE_JUDGED_RADII, places: PLACES };
+        let judging = Judging {
+            known,
+            fitted_m: &presses.fitted_m,
+            unseen: &unseen,
+            disc_radii: PIECE_JUDGED_RADII,
+            places: PLACES,
+            reference_error: presses.error,
+        };
         let session = Session::of_fitted(machine, patch, params)?;
-        Self::judged(scene, session, &judging, presses.error, presses.answer.clone())
+        Self::judged(scene, session, &judging, presses.answer.clone())
     }
 
     /// Fits and judges the law of the preset block from its stored answer; `None` for another
@@ -89,23 +95,24 @@ impl LawFit {
         let rest = block_shape(size_m, [0.0; 3], deepest_m);
         let law = LawPresses { known: &known, depths_m: [fitted_m[0], deepest_m], reach_radii: STORED_RADII };
         let (patch, params) = fit(scene, &rest, [0.0, 0.0, 1.0], &law)?;
-        let judging = Judging { known: &between, fitted_m: &fitted_m, unseen: &unseen, disc_radii: JUDGED_RADII, places: PLACES };
+        let judging = Judging {
+            known: &between,
+            fitted_m: &fitted_m,
+            unseen: &unseen,
+            disc_radii: JUDGED_RADII,
+            places: PLACES,
+            reference_error: STORED_ERROR,
+        };
         let session = Session::of_fitted(machine, patch, params)?;
-        Self::judged(scene, session, &judging, STORED_ERROR, all.clone()).map(Some)
+        Self::judged(scene, session, &judging, all.clone()).map(Some)
     }
 
-    fn judged(
-        scene: &Scene,
-        session: Session,
-        judging: &Judging,
-        reference_error: f64,
-        answer: Answer,
-    ) -> Result<Self, TissueError> {
+    fn judged(scene: &Scene, session: Session, judging: &Judging, answer: Answer) -> Result<Self, TissueError> {
         let mut verdict = judging.judge(&session)?;
         verdict.surfaces.clear(); // a law has none
         let motions = motions::errors(scene, &session.patch, &session.params)?;
         let fitted_m = judging.fitted_m.to_vec();
-        Ok(Self { session, verdict, motions, reference_error, fitted_m, answer })
+        Ok(Self { session, verdict, motions, reference_error: judging.reference_error, fitted_m, answer })
     }
 
     /// Largest error along a motion that the fit did not see.

@@ -62,6 +62,7 @@ impl FitArgs {
             unseen: &presses.unseen,
             disc_radii: PIECE_JUDGED_RADII,
             places: PLACES,
+            reference_error: presses.error,
         };
         let judged = stages.judge(&judging, (&piece, &prepared.params), &fit, machine.unwrap_or(&MACHINES[0]))?;
         let mut patch = PatchFile { name: format!("{}-{nodes}.patch", scene.name), bytes: fit.patch(), load: None };

@@ -126,6 +126,7 @@ impl Report<'_> {
         record.fitted_places = self.places as u32;
         record.lost_fit_presses = self.fit.lost_presses;
         record.reference_error_pct = Some(100.0 * self.reference_error);
+        record.quick = self.options.quick;
         if let Some(bump) = self.bump {
             // inclusions were fitted on top: neither of the other errors includes them
             let bump = JudgedPart { rms_pct: bump.fitted.rms_pct, worst_pct: bump.fitted.worst_pct };
@@ -284,5 +285,6 @@ pub(super) fn record(
             motion: Some(m.motion.into()),
         }),
         reference_error_pct: None,
+        quick: false,
     })
 }

@@ -53,6 +53,7 @@ pub(super) fn write(
         let (name, bytes) = file(session, scene, machine, ceiling_n_per_m)?;
         let mut record = record(scene, session, &chosen.judged, &bench.presses.fitted_m, &bytes)?;
         record.reference_error_pct = Some(100.0 * bench.presses.error);
+        record.quick = bench.quick;
         folder.write(&name, &bytes)?;
         record.write(&folder, &name)?;
         let (board, unit) = (machine.name.to_owned(), machine.unit.to_owned());

@@ -64,8 +64,7 @@ fn law(scene: &Scene, machine: &CostModel, presses: &PiecePresses, tolerance_pct
     let radius_m = scene.probe.radius_m;
     let recipe = Recipe::new(PIECE_RADII * radius_m, ELEMENT_RADII * radius_m, radius_m);
     let prepared = Prepared::of(scene, &recipe).map_err(|why| why.to_string())?;
-    let presses = presses.on(&prepared.placed);
-    let mut fitted = LawFit::of_piece(scene, machine, &prepared, &presses).map_err(|why| why.to_string())?;
+    let mut fitted = LawFit::of_piece(scene, machine, &prepared, presses).map_err(|why| why.to_string())?;
     let reason = fitted.reason(scene, tolerance_pct)?;
     // a board that refuses the law gets a patch
     fitted.session = accepted(&fitted.session, scene, machine).ok_or_else(|| format!("{} refuses a law", machine.name))?;

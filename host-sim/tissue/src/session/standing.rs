@@ -86,7 +86,7 @@ impl Standing {
             true => "palpate fit calibrates the tissue without stiffening_b, which serves any",
             false => "palpate fit calibrates this scene",
         };
-        match self {
+        let sentence = match self {
             Self::Calibrated { record, beside } => {
                 let beside: String = beside.iter().map(|words| format!("; {words}")).collect();
                 format!(
@@ -109,6 +109,15 @@ impl Standing {
             Self::Uncalibrated { expected } => {
                 format!("uncalibrated, constants from formulas alone: {}; {advice}", expectation(expected.as_ref()))
             }
+        };
+        sentence + self.quickly()
+    }
+
+    /// Remark on a fit that was made with `--quick`.
+    fn quickly(&self) -> &'static str {
+        match self {
+            Self::Calibrated { record, .. } | Self::CalibratedForAnother { record, .. } => record.quickly(),
+            Self::Unrecorded { .. } | Self::Uncalibrated { .. } => "",
         }
     }
 }
@@ -117,7 +126,7 @@ impl Standing {
     /// The expected error, in a few words.
     #[must_use]
     pub fn short(&self) -> String {
-        match self {
+        let short = match self {
             Self::Calibrated { record, beside } => {
                 let beside: String = beside.iter().map(|words| format!("; {words}")).collect();
                 format!(
@@ -137,7 +146,8 @@ impl Standing {
             ),
             Self::Uncalibrated { expected: None } => "not calibrated for this scene, how far off is unknown".into(),
             Self::Unrecorded { .. } => "calibrated for a scene that is not recorded, how far off is unknown".into(),
-        }
+        };
+        short + self.quickly()
     }
 }
 

@@ -22,6 +22,9 @@ const ORGAN_STEPS: usize = 20;
 /// first sample of the thickness.
 const BARE_SHARE: f64 = 1.5 / (50.0 * STEPS as f64);
 
+/// Distance from a faceted surface below which a point is on it, with the normal of its facet [m].
+const ON_M: f64 = 1e-9;
+
 /// A closed shape, by its source.
 pub enum OrganSource {
     /// Surface of a mesh file, with flat facets, and the mesh with the report of its import.
@@ -69,6 +72,14 @@ impl OrganSource {
             Self::File(..) => "the mesh's surface",
             Self::Surface(..) => "the surface",
             Self::Organ(organ) => organ.name(),
+        }
+    }
+
+    /// The built-in organ, if it is one.
+    pub fn organ(&self) -> Option<&Organ> {
+        match self {
+            Self::Organ(organ) => Some(organ),
+            Self::File(..) | Self::Surface(..) => None,
         }
     }
 
@@ -161,6 +172,29 @@ impl OrganSource {
     /// Cost of such a mesh; the steps to find it are added to `steps`.
     pub(super) fn expected(&self, turned: &Turned, stance: Stance, steps: &Cell<usize>) -> Expected {
         turned.expected((&self.counting(steps), self.is_distance()), self.bounds_m(), stance)
+    }
+
+    /// Signed distance of a point near the surface [m], negative inside, and the outward unit
+    /// normal there. For an organ the distance is of first order.
+    pub fn distance_m(&self, at_m: [f64; 3]) -> (f64, [f64; 3]) {
+        match self {
+            Self::File(surface, ..) | Self::Surface(surface, _) => {
+                let foot = surface.foot(at_m);
+                let out = (V3::from(at_m) - V3::from(foot.at_m)) * foot.distance_m.signum();
+                // on the surface itself, the normal of the facet
+                let on_surface = || (0.0, surface.wall(at_m).1);
+                out.try_normalize(ON_M).map_or_else(on_surface, |normal| (foot.distance_m, normal.into()))
+            }
+            Self::Organ(organ) => organ.near_m(at_m),
+        }
+    }
+
+    /// Point of the surface nearest to a place [m].
+    pub fn nearest_m(&self, at_m: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::File(surface, ..) | Self::Surface(surface, _) => surface.foot(at_m).at_m,
+            Self::Organ(organ) => organ.nearest_m(at_m),
+        }
     }
 
     fn is_distance(&self) -> bool {
