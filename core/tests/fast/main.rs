@@ -11,6 +11,7 @@ mod bench;
 mod bounce;
 mod ceiling;
 mod commissioning;
+mod counts;
 mod damping;
 mod deadline;
 mod debt;
