@@ -160,6 +160,11 @@ pub struct EnergyAccount {
     lag_left: f32,
     lag_mean: f32,
     lag_ticks: f32,
+    /// Mean age of a force when it acts, and the same for a force that is held: the ticks for which
+    /// its parts on the way act, and the sum of their ages [ticks].
+    late: f32,
+    held_ticks: f32,
+    held_late: f32,
     /// Ring of the forces sent, and the index at which the next one is stored.
     line_n: [Vector3<f32>; LINE],
     next: u8,
@@ -217,6 +222,7 @@ impl EnergyAccount {
         let best = if hand_m > 0.0 { sqrt(2.0 * device.count_m / hand_m) + 0.5 } else { 1.0 };
         let window = between(best, 1.0, f32::from(DeviceSpec::MOST_DELAY_TICKS)) as u8;
         let bound = Self::bound(settings, device, tick_s);
+        let (ticks, lag) = (f32::from(device.delay_ticks) + 1.0, device.lag_s / tick_s);
         Ok(Self {
             allowance_j: settings.allowance_j + device.count_m * device.max_force_n,
             refill_j: bound.lasting_w * tick_s,
@@ -224,7 +230,10 @@ impl EnergyAccount {
             lagging_n: Vector3::zeros(),
             lag_left,
             lag_mean,
-            lag_ticks: device.lag_s / tick_s,
+            lag_ticks: lag,
+            late: ticks - 0.5 + lag,
+            held_ticks: ticks + lag,
+            held_late: ticks * (0.5 * ticks + lag) + lag * (0.5 + lag),
             line_n: [Vector3::zeros(); LINE],
             next: 0,
             delay_ticks: device.delay_ticks,
@@ -273,8 +282,7 @@ impl EnergyAccount {
     /// Charges the work of the force that acted since the last tick, now that the probe is read at
     /// this position [m]. `touched` tells whether the patch was touched then.
     fn charge(&mut self, position_m: &Vector3<f32>, touched: bool) {
-        let acting = usize::from(self.next.wrapping_sub(1 + self.delay_ticks)) % LINE;
-        let delayed_n = self.line_n.get(acting).copied().unwrap_or_default();
+        let delayed_n = self.sent_n(1 + self.delay_ticks);
         let gap_n = self.lagging_n - delayed_n;
         let acting_n = delayed_n + gap_n * self.lag_mean;
         self.lagging_n = delayed_n + gap_n * self.lag_left;
@@ -318,8 +326,9 @@ impl EnergyAccount {
 
     /// What counts can hide in a rise of the force to this one [N], and in the fall that follows
     /// [J]. The error of a reading along an axis is that axis's own, so axes are added.
+    #[inline(never)] // copies would take 300 bytes more of the board's flash
     fn hidden_j(&self, force_n: &Vector3<f32>) -> f32 {
-        let last_n = self.line_n.get(usize::from(self.next.wrapping_sub(1)) % LINE).copied().unwrap_or_default();
+        let last_n = self.sent_n(1);
         let rise_n = force_n.zip_map(&last_n, |now, last| {
             let rise = now.abs() - if now * last > 0.0 { last.abs() } else { 0.0 };
             if rise > 0.0 { rise } else { 0.0 }
@@ -368,13 +377,11 @@ impl EnergyAccount {
         if self.balance_j <= 0.0 {
             return Vector3::zeros();
         }
-        let (ticks, lag) = (f32::from(self.delay_ticks) + 1.0, self.lag_ticks);
         let rise_j = self.hidden_j(force_n);
-        let cost_j = rise_j + length_n * self.way_m(force_n, length_n, 1.0, ticks - 0.5 + lag);
+        let cost_j = rise_j + length_n * self.way_m(force_n, length_n, 1.0, self.late);
         // A force that the account cannot pay for in every tick of its way would fall again in the
         // next one, and each rise costs a count.
-        let late = ticks * (0.5 * ticks + lag) + lag * (0.5 + lag);
-        let held_j = rise_j + length_n * self.way_m(force_n, length_n, ticks + lag, late);
+        let held_j = rise_j + length_n * self.way_m(force_n, length_n, self.held_ticks, self.held_late);
         let left_j = self.balance_j - self.reserved_j();
         if left_j <= 0.0 {
             return Vector3::zeros();
@@ -384,15 +391,21 @@ impl EnergyAccount {
         if share < 1.0 { force_n * share } else { *force_n }
     }
 
+    /// The force that was sent so many ticks ago [N]; the last one was sent one tick ago.
+    #[inline(never)] // copies would take 100 bytes more of the board's flash
+    fn sent_n(&self, ago: u8) -> Vector3<f32> {
+        self.line_n.get(usize::from(self.next.wrapping_sub(ago)) % LINE).copied().unwrap_or_default()
+    }
+
     /// The most work that the forces on their way can still do [J].
     fn reserved_j(&self) -> f32 {
-        let (delay, lag) = (f32::from(self.delay_ticks), self.lag_ticks);
+        let lag = self.lag_ticks;
         let mut reserved_j = 0.0;
         for ago in 1..=self.delay_ticks {
-            let sent_n = self.line_n.get(usize::from(self.next.wrapping_sub(ago)) % LINE).copied().unwrap_or_default();
+            let sent_n = self.sent_n(ago);
             let length_n = length(&sent_n);
             if length_n > 0.0 {
-                reserved_j += length_n * self.way_m(&sent_n, length_n, 1.0, delay - f32::from(ago) + 0.5 + lag);
+                reserved_j += length_n * self.way_m(&sent_n, length_n, 1.0, self.late - f32::from(ago));
             }
         }
         let length_n = length(&self.lagging_n);
@@ -404,6 +417,7 @@ impl EnergyAccount {
 
     /// Largest displacement along a force [N] of this length that acts for `share` of a tick,
     /// `late` ticks from now [m].
+    #[inline(never)] // as above
     fn way_m(&self, force_n: &Vector3<f32>, length_n: f32, share: f32, late: f32) -> f32 {
         let sharp_m = self.hand_m + self.handle_m_per_n * length_n;
         let moves_m = self.moved_m.dot(force_n) / length_n + self.hidden_m + 0.5 * sharp_m * f32::from(self.window_ticks);
