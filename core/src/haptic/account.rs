@@ -374,9 +374,6 @@ impl EnergyAccount {
         if length_n == 0.0 {
             return *force_n;
         }
-        if self.balance_j <= 0.0 {
-            return Vector3::zeros();
-        }
         let rise_j = self.hidden_j(force_n);
         let cost_j = rise_j + length_n * self.way_m(force_n, length_n, 1.0, self.late);
         // A force that the account cannot pay for in every tick of its way would fall again in the

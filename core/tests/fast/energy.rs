@@ -355,6 +355,7 @@ fn the_bound_grows_with_force_delay_lag_count_and_a_lighter_handle() {
         assert!(bound(larger).within_j(10.0) > 1.01 * base.within_j(10.0), "{larger:?}");
     }
     assert!((base.within_j(10.0) - base.at_once_j - 10.0 * base.lasting_w).abs() < 1e-9);
+    assert!((base.lasting_w / (30e-6 + 75.0 * 10e-6) - 1.0).abs() < 1e-4, "{base:?}");
     // 3.3 N over two ticks of flight and seven of window, at 200 m/s^2 and 73 m/s^2 of its own
     let way_m = (200.0 + 3.3 / 0.045) * 1e-6 * 2.0 * 0.5 * 9.0;
     assert!((base.at_once_j / (20e-6 + 3.3 * (way_m + 10e-6)) - 1.0).abs() < 1e-4, "{base:?}");
