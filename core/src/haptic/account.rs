@@ -34,7 +34,7 @@
 //! A reading is half a count off at most. Summed by parts, the work that the readings do not tell
 //! is at most that times the variation of the force, so a rise of the force pays for what counts
 //! can hide in it and in the fall that follows, `q R`. The refill `P` gives back what a hand's own
-//! motion varies the force by ([`VARIATION_N_PER_S`]), and the allowance `e0` covers one rise to the
+//! motion varies the force by (`VARIATION_N_PER_S`), and the allowance `e0` covers one rise to the
 //! largest force: at the touch a rise is due before the hand has done the work. SAFETY.md derives the bound; [`EnergyAccount::bound`] evaluates it.
 //!
 //! * in: position [m], force sent last [N], the tissue's force and depth [N, m]

@@ -14,7 +14,7 @@
 //! u is the tip's speed into the tissue over `w = sqrt(E / density)`. Each branch is a dashpot c
 //! (radiation, Lysmer and Richart 1966) that leads to a rod of tissue with the same impedance, a
 //! length L and a free end, whose near end moves at z: what was radiated comes back after `2 L /
-//! w`. The rod is a chain of [`LUMPS`] equal masses, which the node damping alpha holds back, and
+//! w`. The rod is a chain of `LUMPS` equal masses, which the node damping alpha holds back, and
 //! the springs between them. With L infinite it is at rest, and the branch a dashpot to the ground.
 //! One mass instead of a rod is 0.3 % of the peak worse; springs in series with dashpots, fitted
 //! with non-negative constants, vanish.

@@ -70,10 +70,7 @@ pub(super) fn scatter(x: &str, y: &str, budget: Option<(f64, &str)>, methods: &[
 /// models whose tick takes at most a millisecond.
 #[must_use]
 pub fn figures(runs: &[Run], processor: &str) -> Vec<Figure> {
-    let below = format!(
-        "80 x 80 x 40 mm block, hemisphere R = 8 mm, substeps to survive 8 mm (hollow: did not); {processor}; {}",
-        palpate_tissue::machine::build()
-    );
+    let below = format!("80 x 80 x 40 mm block, hemisphere R = 8 mm, substeps to survive 8 mm (hollow: did not); {processor}");
     let mut figures = Vec::new();
     for modulus_pa in moduli_pa(runs) {
         let kpa = modulus_pa * 1e-3;
