@@ -35,7 +35,8 @@
 //! is at most that times the variation of the force, so a rise of the force pays for what counts
 //! can hide in it and in the fall that follows, `q R`. The refill `P` gives back what a hand's own
 //! motion varies the force by (`VARIATION_N_PER_S`), and the allowance `e0` covers one rise to the
-//! largest force: at the touch a rise is due before the hand has done the work. SAFETY.md derives the bound; [`EnergyAccount::bound`] evaluates it.
+//! largest force: at the touch a rise is due before the hand has done the work. SAFETY.md derives
+//! the bound; [`EnergyAccount::bound`] evaluates it.
 //!
 //! * in: position [m], force sent last [N], the tissue's force and depth [N, m]
 //! * out: the force to send [N], in the same direction and not longer
@@ -324,7 +325,7 @@ impl EnergyAccount {
         }
     }
 
-    /// What counts can hide in a rise of the force to this one [N], and in the fall that follows
+    /// Most work that counts can hide in a rise of the force to this one [N] and in its fall
     /// [J]. The error of a reading along an axis is that axis's own, so axes are added.
     #[inline(never)] // copies would take 300 bytes more of the board's flash
     fn hidden_j(&self, force_n: &Vector3<f32>) -> f32 {

@@ -1,4 +1,4 @@
-//! What counts hide from the account, and what a rise of the force pays for it.
+//! Work that counts hide from the account, and the price of a rise of the force.
 
 use std::collections::VecDeque;
 
@@ -76,8 +76,8 @@ fn a_rise_pays_for_a_count_along_each_axis_and_a_fall_for_nothing() {
     assert!((first_n * 2.0 * q / balance_j - 1.0).abs() < 1e-3, "{first_n} N for {balance_j} J");
 }
 
-/// A handle that a machine shakes across several counts, on a stiff wall: the readings hide where it
-/// turns round. What it is given in a second stays below the lasting part of the bound.
+/// A handle that a machine shakes across several counts, on a stiff wall: the readings hide where
+/// it turns round. What it is given in a second stays below the lasting part of the bound.
 #[test]
 fn a_handle_that_is_shaken_across_counts_is_given_no_more_than_the_lasting_power() {
     let device = DeviceSpec { count_m: 55e-6, delay_ticks: 1, max_force_n: 3.0, stiffness_ceiling_n_per_m: 700.0, ..stylus() };

@@ -84,7 +84,8 @@ fn a_slow_motion_is_charged_its_true_energy_and_at_most_a_count_for_every_rise_b
         rises_n += (record.applied_n.z - sent_n[1]).max(0.0);
         (last_m, sent_n, energy_j) = (z_m, [sent_n[1], record.applied_n.z], record.energy.given_j);
     }
-    // a reading is half a count off, so that a rise and its fall hide between nothing and two counts
+    // a reading is half a count off, so that a rise and its fall hide between nothing and two
+    // counts
     let most_j = true_j + 2.0 * count_m * rises_n;
     assert!((true_j..most_j).contains(&energy_j) && true_j < -50e-6, "{true_j}, {energy_j}, {most_j} J");
 }

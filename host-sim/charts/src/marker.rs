@@ -78,8 +78,8 @@ pub fn distinct(index: usize) -> Look {
     DISTINCT[index % DISTINCT.len()]
 }
 
-/// Radius of a marker [px]: proportional to the fourth root of the number of nodes; that of a method
-/// without nodes is one that is easily seen.
+/// Radius of a marker [px]: proportional to the fourth root of the number of nodes; that of a
+/// method without nodes is one that is easily seen.
 pub fn radius_px(nodes: usize) -> f64 {
     if nodes == 0 {
         return 6.0;

@@ -2,9 +2,9 @@
 //! fitted to the others, two ramps, and a press that relaxes, slides and returns.
 //!
 //! Run `cargo run --release --example suite_references -- FOLDER WHAT NAME...`, where WHAT is held,
-//! patch, ramps or return. Laws and patches are those of `palpate fit` with elements of 4.48 mm within 17 mm. It refuses a
-//! law for a nodule or a stiff layer, since they could be changed, and some of the patches, since
-//! no board runs them.
+//! patch, ramps or return. Laws and patches are those of `palpate fit` with elements of 4.48 mm
+//! within 17 mm. It refuses a law for a nodule or a stiff layer, since they could be changed, and
+//! some of the patches, since no board runs them.
 
 use std::error::Error;
 use std::path::Path;

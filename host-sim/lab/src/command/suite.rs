@@ -110,7 +110,7 @@ const PATCH: &str = "patch";
 const LAW: &str = "law";
 const BOTH: &str = "law and patch";
 
-/// Who holds a scene within 5 % and 100 us, if none but our law and patches does.
+/// Names of those of our law and patches that alone hold a scene within 5 % and 100 us.
 fn only(rows: &[SuiteRow], scene: &str) -> &'static str {
     let able = rows
         .iter()

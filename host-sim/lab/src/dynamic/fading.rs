@@ -28,7 +28,7 @@ const LEAST_FORCE: f64 = 1e-3;
 /// Depth, over the radius, below which the penalty stiffness is constant (1).
 const LEAST_DEPTH: f64 = 1e-2;
 
-/// What is left of former forces on every node, for one term.
+/// Remains of former forces on every node, for one term.
 struct Fade {
     share: f64,
     time_s: f64,

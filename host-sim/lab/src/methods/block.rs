@@ -36,7 +36,7 @@ pub struct Block {
     pub fitted: Fitted,
 }
 
-/// What was fitted to a tissue.
+/// Law or patch that was fitted to a tissue.
 #[derive(Clone, Debug, Default)]
 pub struct Fitted {
     /// Law.
