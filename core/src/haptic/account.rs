@@ -96,8 +96,8 @@ static RANGES: [Range; 4] = [
 
 impl AccountSettings {
     /// 20 uJ and 30 uW, which are not felt; 3 m/s^2 and seven tenths of the bare handle's
-    /// acceleration. `palpate faults --trade` measures what other values cost: at five ticks a share
-    /// of zero lets out half as much again, and 25 m/s^2 take away a tenth of the force.
+    /// acceleration. `palpate faults --trade` measures what other values cost: at five ticks a
+    /// share of zero lets out half as much again, and 25 m/s^2 take away a tenth of the force.
     /// With 0.85 a probe that is pressed into a side shakes at one tick
     /// (`two_thousand_paths_break_no_invariant_and_honest_motion_trips_nothing`).
     /// Source: that command for acceleration and share. The others are chosen: the allowance is a
