@@ -174,16 +174,24 @@ pub struct EnergyAccount {
     past_m: [Vector3<f32>; LINE],
     newest: u8,
     window_ticks: u8,
-    /// Whether no position has been seen since the last clearing.
-    fresh: bool,
+    /// Last position that was read [m], and the mean displacement per tick since the one before it
+    /// [m].
+    read_m: Vector3<f32>,
+    pace_m: Vector3<f32>,
+    /// Ticks between these two readings, and since the last one [ticks].
+    paced_ticks: f32,
+    unread_ticks: f32,
+    /// Force that acted last [N].
+    acted_n: Vector3<f32>,
     /// Mean displacement per tick over the window [m].
     moved_m: Vector3<f32>,
     /// Displacement per tick that the counts hide [m].
     hidden_m: f32,
-    /// Displacement by the hand's acceleration within a tick, `a0 T^2` [m], and that by a force,
-    /// `c T^2 / m` [m/N].
+    /// Displacement by the hand's acceleration within a tick, `a0 T^2` [m], that by a force,
+    /// `c T^2 / m` [m/N], and that by the sharpest motion of a hand, `(b + F_max/m) T^2` [m].
     hand_m: f32,
     handle_m_per_n: f32,
+    sharp_m: f32,
     /// Ticks since a force was sent, and ticks without a force after which the contact is over.
     idle_ticks: u16,
     kept_ticks: u16,
@@ -241,11 +249,16 @@ impl EnergyAccount {
             past_m: [Vector3::zeros(); LINE],
             newest: 0,
             window_ticks: window,
-            fresh: true,
+            read_m: Vector3::zeros(),
+            pace_m: Vector3::zeros(),
+            paced_ticks: 1.0,
+            unread_ticks: 0.0,
+            acted_n: Vector3::zeros(),
             moved_m: Vector3::zeros(),
             hidden_m: device.count_m / f32::from(window),
             hand_m,
             handle_m_per_n: settings.handle_share / device.mass_kg * tick_s * tick_s,
+            sharp_m: Self::sharp_m_per_s2(device) * tick_s * tick_s,
             idle_ticks: u16::MAX,
             kept_ticks: u16::from(device.delay_ticks) + ((KEPT_S + LAGS * device.lag_s) / tick_s + 0.5) as u16,
             balance_j: 0.0,
@@ -270,7 +283,7 @@ impl EnergyAccount {
         let window = f32::from(DeviceSpec::MOST_DELAY_TICKS);
         // as if nothing of the acceleration were reserved for, so that the bound is the profile's
         // alone
-        let sharp_m_per_s2 = HAND_M_PER_S2 + most_n / device.mass_kg;
+        let sharp_m_per_s2 = Self::sharp_m_per_s2(device);
         // the second term is the tail of the lag, which outlasts a delay of the same length
         let way_m = sharp_m_per_s2 * tick_s * tick_s * 0.5 * (ticks * (ticks + window) + lag * (lag + 1.0));
         EnergyBound {
@@ -280,14 +293,21 @@ impl EnergyAccount {
         }
     }
 
+    /// The sharpest acceleration of a probe, by a hand and by the device's largest force [m/s^2].
+    fn sharp_m_per_s2(device: &DeviceSpec) -> f32 {
+        HAND_M_PER_S2 + device.max_force_n / device.mass_kg
+    }
+
     /// Charges the work of the force that acted since the last tick, now that the probe is read at
-    /// this position [m]. `touched` tells whether the patch was touched then.
-    fn charge(&mut self, position_m: &Vector3<f32>, touched: bool) {
+    /// this position [m], or is not read. `touched` tells whether the patch was touched then.
+    #[inline(never)] // inlined where it is called, it would take 200 bytes more of the flash
+    fn charge(&mut self, read_m: Option<Vector3<f32>>, touched: bool) {
         let delayed_n = self.sent_n(1 + self.delay_ticks);
         let gap_n = self.lagging_n - delayed_n;
         let acting_n = delayed_n + gap_n * self.lag_mean;
         self.lagging_n = delayed_n + gap_n * self.lag_left;
-        let work_j = acting_n.dot(&self.moved_to(position_m));
+        self.change_to(acting_n);
+        let work_j = acting_n.dot(&self.moved_to(read_m));
         self.pay_out(work_j);
         let returned_j = self.withheld_j * self.forgets;
         self.withheld_j -= returned_j;
@@ -301,17 +321,33 @@ impl EnergyAccount {
         }
     }
 
-    /// Records a position and returns the displacement since the last tick [m].
-    fn moved_to(&mut self, position_m: &Vector3<f32>) -> Vector3<f32> {
-        if self.fresh {
-            (self.past_m, self.fresh) = ([*position_m; LINE], false);
+    /// Records that this force [N] follows the one that acted. Where the position at the change was
+    /// not read, the work that no reading will tell is the change times the largest error there.
+    #[inline(never)]
+    fn change_to(&mut self, acting_n: Vector3<f32>) {
+        if self.unread_ticks > 0.0 {
+            let (ago, paced) = (self.unread_ticks, self.paced_ticks);
+            let error_m = (ago + 0.5) * self.count_m + 0.5 * ago * (ago + paced) * self.sharp_m;
+            self.pay_out(error_m * (acting_n - self.acted_n).abs().sum());
         }
+        self.acted_n = acting_n;
+    }
+
+    /// Records a position and returns the displacement since the last tick [m]. A position that is
+    /// not read is the last one that was, moved on at the pace between the last two.
+    fn moved_to(&mut self, read_m: Option<Vector3<f32>>) -> Vector3<f32> {
         let past_m = |ago: u8| self.past_m.get(usize::from(self.newest.wrapping_sub(ago)) % LINE).copied().unwrap_or_default();
+        self.unread_ticks += 1.0;
+        if let Some(read_m) = read_m {
+            self.pace_m = (read_m - self.read_m) / self.unread_ticks;
+            (self.read_m, self.paced_ticks, self.unread_ticks) = (read_m, self.unread_ticks, 0.0);
+        }
+        let position_m = self.read_m + self.pace_m * self.unread_ticks;
         let displacement_m = position_m - past_m(0);
         self.moved_m = (position_m - past_m(self.window_ticks - 1)) / f32::from(self.window_ticks);
         self.newest = self.newest.wrapping_add(1);
         if let Some(newest) = self.past_m.get_mut(usize::from(self.newest) % LINE) {
-            *newest = *position_m;
+            *newest = position_m;
         }
         displacement_m
     }
@@ -424,6 +460,7 @@ impl EnergyAccount {
     }
 
     /// Records the force sent in this tick [N].
+    #[inline(never)]
     pub fn sent(&mut self, force_n: Vector3<f32>) {
         self.pay_out(self.hidden_j(&force_n));
         if let Some(newest) = self.line_n.get_mut(usize::from(self.next) % LINE) {
@@ -443,17 +480,28 @@ impl EnergyAccount {
 
 impl Monitor for EnergyAccount {
     fn judge(&mut self, seen: &Seen) -> Result<(), Fault> {
-        self.charge(&seen.position_m, seen.was_touched);
+        if seen.late {
+            // the device held the last force for a period in which nothing was read
+            self.charge(None, seen.was_touched);
+            self.sent(self.sent_n(1));
+        }
+        self.charge(if seen.held { None } else { Some(seen.position_m) }, seen.was_touched);
         // further below zero than any motion of a hand: the device is not what its profile says
         if self.balance_j < -self.bound.at_once_j { Err(Fault::EnergyCreated) } else { Ok(()) }
     }
 
-    /// Forgets positions, the forces on their way, which end when the device is released, and what
-    /// the tissue stored. The balance stays, or falls to the allowance if it is above it: clearing
-    /// a fault raises it by nothing. What a clearing hides is the work of the force that acted in
-    /// the tick of a fault that was found before the charge.
+    /// Ends the contact, and forgets the forces on their way, which end when the device is released.
+    /// The force that acted until the fault is charged first: a fault that is found before the
+    /// charge leaves its tick unread. The balance stays, or falls to the allowance if it is above
+    /// it, so that clearing a fault raises it by nothing.
     fn reset(&mut self) {
-        (self.line_n, self.lagging_n, self.fresh) = ([Vector3::zeros(); LINE], Vector3::zeros(), true);
+        if self.newest == self.next {
+            // no position of this tick is recorded
+            self.charge(None, true);
+        }
+        self.change_to(Vector3::zeros());
+        (self.line_n, self.lagging_n) = ([Vector3::zeros(); LINE], Vector3::zeros());
+        self.pay_debt(self.withheld_j);
         self.end_contact();
     }
 }

@@ -244,6 +244,8 @@ impl Cycle {
         let mut seen = Seen {
             position_m: pose.position_m,
             displacement_m,
+            held: pose.held,
+            late,
             per_s,
             shown_m,
             velocity_m_per_s: self.damping.velocity_m_per_s(),

@@ -20,6 +20,10 @@ pub struct Seen<'a> {
     pub position_m: Vector3<f32>,
     /// See `position_m`.
     pub displacement_m: Vector3<f32>,
+    /// Whether `position_m` is an older reading, because the newest one is missing or a glitch.
+    pub held: bool,
+    /// Whether the period of the last force was missed, so that it acted for two.
+    pub late: bool,
     /// One over the time since the last tick [1/s].
     pub per_s: f32,
     /// Position that the renderer was shown [m].
@@ -52,6 +56,8 @@ impl<'a> Seen<'a> {
             limits,
             position_m: zero,
             displacement_m: zero,
+            held: false,
+            late: false,
             per_s: limits.ticks_per_s(),
             shown_m: zero,
             velocity_m_per_s: zero,

@@ -11,14 +11,17 @@ use crate::bench::{Bench, limits, pushing, set, stylus};
 /// An account with the position of its probe.
 pub struct Port {
     pub account: EnergyAccount,
-    at_m: Vector3<f32>,
+    pub at_m: Vector3<f32>,
     pub touched: bool,
+    /// Whether the next reading is missing, and whether the period before it was missed.
+    pub held: bool,
+    pub late: bool,
 }
 
 impl Port {
     pub fn with(device: DeviceSpec, settings: AccountSettings) -> Self {
         let account = EnergyAccount::build(&settings, &device, 1e-3).unwrap();
-        Self { account, at_m: Vector3::zeros(), touched: true }
+        Self { account, at_m: Vector3::zeros(), touched: true, held: false, late: false }
     }
 
     pub fn new(delay_ticks: u8, lag_s: f32, count_m: f32) -> Self {
@@ -29,7 +32,8 @@ impl Port {
     pub fn moves(&mut self, way_m: [f32; 3]) -> Result<Energy, Fault> {
         self.at_m += Vector3::from(way_m);
         let limits = limits();
-        self.account.judge(&Seen { position_m: self.at_m, was_touched: self.touched, ..Seen::none(&limits) })?;
+        let (held, late) = (self.held, self.late);
+        self.account.judge(&Seen { position_m: self.at_m, held, late, was_touched: self.touched, ..Seen::none(&limits) })?;
         Ok(self.account.energy())
     }
 
@@ -147,7 +151,7 @@ fn touches_belong_together_by_time_whatever_the_tick() {
     for (tick_s, lag_s, kept) in [(1e-3, 0.0, 21), (0.5e-3, 0.0, 41), (1e-3, 2e-3, 27)] {
         let device = DeviceSpec { delay_ticks: 1, lag_s, count_m: 0.0, ..stylus() };
         let account = EnergyAccount::build(&AccountSettings::DEFAULT, &device, tick_s).unwrap();
-        let mut port = Port { account, at_m: Vector3::zeros(), touched: false };
+        let mut port = Port { account, at_m: Vector3::zeros(), touched: false, held: false, late: false };
         (0..3).for_each(|_| _ = port.step(-1e-3, 1.0));
         let ends = (0..100).find(|_| port.step(0.0, 0.0).given_j == 0.0);
         assert_eq!(ends, Some(kept + 1), "{tick_s} s, {lag_s} s");
@@ -317,27 +321,34 @@ fn below_zero_there_is_no_force_and_far_below_it_a_fault() {
 }
 
 #[test]
-fn clearing_forgets_the_forces_on_their_way_and_buys_no_energy() {
-    let mut port = Port::new(2, 2e-3, 0.0);
-    (0..10).for_each(|_| _ = port.step(0.02e-3, 1.0));
-    let before_j = port.account.energy().balance_j;
-    assert!(before_j < 0.0);
-    Monitor::reset(&mut port.account);
-    assert_eq!(port.account.energy().balance_j, before_j, "what was given is owed");
-    port.at_m = Vector3::repeat(7e-3);
-    let energy = port.step(0.3e-3, 0.0);
-    assert_eq!(energy.given_j, 0.0, "neither the jump nor a force that was cut off does work");
-    let settings = AccountSettings { allowance_j: 1e-3, refill_w: 1.0, ..AccountSettings::DEFAULT };
-    let mut jumped = Port::with(stylus(), settings);
-    (0..100).for_each(|_| _ = jumped.step(0.0, 0.0));
-    Monitor::reset(&mut jumped.account);
-    jumped.at_m = Vector3::repeat(7e-3);
-    jumped.step(0.0, 0.0);
-    assert_eq!(jumped.pays([0.0, 0.0, 2.0], 0.0).z, 2.0, "nor is the jump the speed of the probe");
+fn a_fault_charges_the_force_that_acted_and_ends_those_on_their_way() {
+    // a probe that moves along 1 N by 20 um a tick, and a fault before the next reading
+    let owes_j = |device: DeviceSpec, reads: bool| {
+        let mut port = Port::with(device, AccountSettings { refill_w: 0.0, ..AccountSettings::DEFAULT });
+        (0..10).for_each(|_| _ = port.step(0.02e-3, 1.0));
+        if reads {
+            port.moves([0.0, 0.0, 0.02e-3]).unwrap();
+        }
+        let before_j = port.account.energy().balance_j;
+        assert!(before_j < 0.0);
+        Monitor::reset(&mut port.account);
+        let after_j = port.account.energy().balance_j;
+        port.at_m = Vector3::repeat(7e-3);
+        assert_eq!(port.step(0.3e-3, 0.0).given_j, 0.0, "neither the jump nor a force that was cut off does work");
+        before_j - after_j
+    };
+    for delay_ticks in [0, 2] {
+        let device = DeviceSpec { delay_ticks, lag_s: 0.0, count_m: 0.0, ..stylus() };
+        // it may have moved on by its last displacement and by the sharpest acceleration
+        let way_m = 0.02e-3 + (200.0 + 3.3 / 0.045) * 1e-6;
+        let owed_j = owes_j(device, false);
+        assert!((owed_j / way_m - 1.0).abs() < 1e-2, "{owed_j} J for {way_m} m");
+        assert_eq!(owes_j(device, true), 0.0, "a tick that was read is charged once");
+    }
     let mut rich = Port::new(2, 0.0, 0.0);
     (0..10).for_each(|_| _ = rich.step(-1e-3, 1.0));
     Monitor::reset(&mut rich.account);
-    assert!(rich.account.energy().balance_j <= 20e-6, "nor does what the hand gave outlive the contact");
+    assert!(rich.account.energy().balance_j <= 20e-6, "what the hand gave does not outlive the contact");
 }
 
 #[test]

@@ -49,20 +49,20 @@ fn a_distance_that_is_a_little_wrong_keeps_the_data_sheets_unit() {
     }
 }
 
-/// Friction within 5 mN, and the sum of delay and lag within 0.5 ms, 1 ms for counts of 55 um and
-/// 1.5 ms for 100 um; the mass within 5 %, 20 % and 30 %. The worst are those of 0.3 N of friction,
-/// which brings the handle to rest within a few counts.
+/// Friction within 5 mN; the sum of delay and lag never below the true one, and up to 0.5 ms above
+/// it, 2.5 ms for counts of 55 um and 100 um; the mass within 5 %, 20 % and 30 %. The worst are those
+/// of 0.3 N of friction, which brings the handle to rest within a few counts.
 #[test]
 fn friction_mass_delay_and_lag_are_measured() {
     for friction_n in [0.0, 0.03, 0.1, 0.2, 0.3] {
         for (delay_ticks, lag_s) in [(0, 0.0), (1, 1e-3), (2, 3e-3), (4, 0.5e-3), (7, 6e-3), (0, 6e-3), (7, 0.0)] {
-            for (count_m, late_s, kg) in [(0.0, 0.5e-3, 0.05), (10e-6, 0.5e-3, 0.05), (55e-6, 1e-3, 0.2), (100e-6, 1.5e-3, 0.3)] {
+            for (count_m, late_s, kg) in [(0.0, 0.5e-3, 0.05), (10e-6, 0.5e-3, 0.05), (55e-6, 2.5e-3, 0.2), (100e-6, 2.5e-3, 0.3)] {
                 let device = DeviceProfile { friction_n, delay_ticks, amplifier_lag_s: lag_s, count_m, ..touch() };
                 let found = run(&device, &MISTAKES[0]);
                 let wrong_s =
                     f64::from(found.delay_ticks) * 1e-3 + f64::from(found.lag_s) - f64::from(delay_ticks) * 1e-3 - lag_s;
                 let case = format!("{friction_n} N, {delay_ticks} ticks, {lag_s} s, {count_m} m: {found:?}");
-                assert!(wrong_s.abs() < late_s + 1e-6, "{case}");
+                assert!(wrong_s > -1e-6 && wrong_s < late_s + 1e-6, "{case}");
                 assert!(found.friction_n.iter().all(|n| (f64::from(*n) - friction_n).abs() < 5e-3), "{case}");
                 assert!(found.mass_kg.iter().all(|m| (f64::from(*m) / device.mass_kg - 1.0).abs() < kg), "{case}");
                 assert!(found.count_m.iter().all(|m| (f64::from(*m) - count_m).abs() < 0.02 * count_m + 1e-7), "{case}");
@@ -81,7 +81,8 @@ fn every_shipped_device_is_measured() {
             assert!((f64::from(found.mass_kg[axis]) / device.mass_kg - 1.0).abs() < 0.2, "{name}: {found:?}");
         }
         let late_s = f64::from(device.delay_ticks) * 1e-3 + device.amplifier_lag_s;
-        assert!((f64::from(found.delay_ticks) * 1e-3 + f64::from(found.lag_s) - late_s).abs() < 1.1e-3, "{name}: {found:?}");
+        let spare_s = f64::from(found.delay_ticks) * 1e-3 + f64::from(found.lag_s) - late_s;
+        assert!((0.0..1.1e-3).contains(&spare_s), "{name}: {found:?}");
     }
 }
 
