@@ -2,7 +2,7 @@
 //! mechanism can move as the profile says.
 
 use palpate::haptic::device::DeviceSpec;
-use palpate::{Vector3, square_root};
+use palpate::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{DIMENSIONS, Kind, Linkage, MechanismError};
@@ -79,26 +79,26 @@ impl MechanismProfile {
         if levers_m.iter().any(|levers| levers.iter().zip(self.full_scale_n_m).any(|(lever, full)| weak(*lever, full))) {
             return Err(MechanismError::Force);
         }
-        let count_m = self.longest_count_m(&levers_m);
+        let count_m = self.coarsest_count_m(&levers_m);
         if (device.count_m - count_m).abs() > COUNT_TOLERANCE * count_m {
             return Err(MechanismError::Count);
         }
         Ok(())
     }
 
-    /// Largest displacement of the tip per encoder count in the home pose [m]; `None` if the
-    /// mechanism or its home pose is impossible.
+    /// Largest displacement of the tip along an axis by one count of every encoder, in the home pose
+    /// [m]; `None` if the mechanism or its home pose is impossible. A reading is off by half of it
+    /// at most.
     #[must_use]
     pub fn count_m(&self) -> Option<f32> {
         let mut linkage = self.build().ok()?;
         linkage.tip_m(self.home_rad)?;
-        Some(self.longest_count_m(&levers_m(&linkage)))
+        Some(self.coarsest_count_m(&levers_m(&linkage)))
     }
 
-    fn longest_count_m(&self, [x, y, z]: &[[f32; 3]; 3]) -> f32 {
-        let levers = x.iter().zip(y.iter().zip(z));
-        let squares = levers.zip(self.rad_per_count).map(|((x, (y, z)), step)| (x * x + y * y + z * z) * step * step);
-        square_root(squares.fold(0.0_f32, f32::max))
+    fn coarsest_count_m(&self, levers_m: &[[f32; 3]; 3]) -> f32 {
+        let along = |axis: &[f32; 3]| axis.iter().zip(self.rad_per_count).map(|(lever_m, step)| (lever_m * step).abs()).sum();
+        levers_m.iter().map(along).fold(0.0_f32, f32::max)
     }
 }
 

@@ -182,7 +182,7 @@ fn swapped_mirrored_and_scaled_axes_are_found_and_the_device_then_reads_and_push
             assert!((f64::from(found.mass_kg[axis]) / MASS_KG - 1.0).abs() < 0.1, "{found:?}");
         }
         let late_s = f32::from(found.delay_ticks) * 1e-3 + found.lag_s;
-        assert!((late_s - 1e-3).abs() <= 0.5e-3, "{found:?}");
+        assert!((1e-3..=2e-3).contains(&late_s), "{found:?}");
         assert!(!rig.haptic.board.pins.enabled && rig.haptic.board.fed > 1_000);
         assert_eq!(rig.haptic.controller.mode(), Mode::Idle);
 

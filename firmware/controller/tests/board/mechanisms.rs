@@ -36,7 +36,8 @@ pub fn paddle_spec() -> DeviceSpec {
         max_force_n: 5.0,
         workspace_low_m: Vector3::new(-0.03, -0.03, -0.05),
         workspace_high_m: Vector3::new(0.03, 0.03, 0.05),
-        count_m: 0.09 * 1.278e-4,
+        // along z, at 15 degrees
+        count_m: 0.086_933 * 1.278e-4,
         delay_ticks: 1,
         lag_s: 0.0,
         mass_kg: 0.045,
@@ -209,8 +210,8 @@ fn a_workspace_beyond_reach_motors_too_weak_and_another_count_are_refused() {
 }
 
 #[test]
-fn a_count_is_the_longest_way_of_the_tip_that_one_joint_gives() {
-    assert!((paddle().count_m().unwrap() / (0.09 * 1.278e-4) - 1.0).abs() < 1e-5);
+fn a_count_is_the_longest_way_along_an_axis_that_a_count_of_every_joint_gives() {
+    assert!((paddle().count_m().unwrap() / (0.086_933 * 1.278e-4) - 1.0).abs() < 1e-5);
     assert_eq!(MechanismProfile { home_rad: [1.6, 0.0, 0.0], ..paddle() }.count_m(), None, "no such pose");
     assert_eq!(MechanismProfile { dimensions: [f32::NAN; DIMENSIONS], ..paddle() }.count_m(), None);
     let leads_m = [5e-3, 4e-3, 6e-3];
@@ -229,8 +230,8 @@ fn a_count_is_the_longest_way_of_the_tip_that_one_joint_gives() {
             joints_rad[joint] += counts * rad_per_count[joint];
             pantograph([-0.0125, 0.11]).tip_m(joints_rad).unwrap()
         };
-        let way_m = |joint: usize| (at(joint, 100.0) - at(joint, -100.0)).norm() / 200.0;
-        let longest_m = way_m(0).max(way_m(1));
+        let way_m = |joint: usize| ((at(joint, 100.0) - at(joint, -100.0)) / 200.0).abs();
+        let longest_m = (way_m(0) + way_m(1)).max();
         assert!((profile.count_m().unwrap() / longest_m - 1.0).abs() < 5e-3, "{rad_per_count:?}");
     }
 }
