@@ -11,6 +11,7 @@
 //!
 //! ```text
 //! charge    E <- E - W - q R         W: work by the readings; R: rise of the force along each axis
+//! unread    E <- E - e |dF|          e: largest error of a position that no reading told
 //! ceiling   E <- min(E, e0 + S)      S: what the tissue can return; zero once the contact is over
 //! refill    E <- E + P T               while E < e0 + S
 //! debt      E <- min(E + R T/0.2 s, 0)  while E < 0; R: what the ceiling withheld in this contact
@@ -37,6 +38,9 @@
 //! motion varies the force by (`VARIATION_N_PER_S`), and the allowance `e0` covers one rise to the
 //! largest force: at the touch a rise is due before the hand has done the work. SAFETY.md derives
 //! the bound; [`EnergyAccount::bound`] evaluates it.
+//!
+//! A tick without a reading is no tick without work: its position is extrapolated, and pays in the
+//! same way, by its largest error. So do a period that was missed, and the tick of a fault.
 //!
 //! * in: position [m], force sent last [N], the tissue's force and depth [N, m]
 //! * out: the force to send [N], in the same direction and not longer
