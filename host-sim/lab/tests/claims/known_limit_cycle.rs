@@ -27,6 +27,8 @@ fn a_limit_cycle_is_noticed_under_a_hand_that_rests_or_moves_and_the_loop_preven
             shipped: None,
             // so that the contact is not made softer
             uncapped: true,
+            missing_ticks: 0,
+            stop_ticks: 0,
             patch: 0,
             params: Params { youngs_modulus_pa: 100e3, ..ground.patches[0].params },
             device: DeviceProfile {

@@ -59,7 +59,7 @@ pub struct FaultsArgs {
 }
 
 /// Hexadecimal digits that describe a run of a yielding hand.
-pub const RUN_DIGITS: usize = 116;
+pub const RUN_DIGITS: usize = 124;
 
 /// Accepts a run as `palpate faults --adversary` prints it: `person:` or `hand:` and its digits.
 fn named_run(text: &str) -> Result<String, String> {

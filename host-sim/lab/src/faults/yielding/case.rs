@@ -21,12 +21,18 @@ const SHAKE_HZ: [f64; 2] = [2.0, 200.0];
 /// as it likes.
 const STIFFER: f64 = 50.0;
 
+/// Fewest and most ticks from one reading that is missing to the next, and from one press of the
+/// stop button to the next: one reading in 21 is no fault, and arming takes 0.6 s.
+const MISSING_TICKS: [f64; 2] = [21.0, 60.0];
+const STOP_TICKS: [f64; 2] = [700.0, 2000.0];
+
 /// Behaviour that a hand may show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bounds {
     /// Behaviour of a person.
     Person,
-    /// Also shaking with up to 200 m/s^2, by a hand that is stiffer than any.
+    /// Also shaking with up to 200 m/s^2, by a hand that is stiffer than any, with readings that are
+    /// missing and a stop that is pressed in step with it.
     Hand,
 }
 
@@ -47,6 +53,11 @@ pub struct YieldingCase {
     pub hand: Impedance,
     /// Behaviour of the hand.
     pub motion: Motion,
+    /// Ticks from one missing reading to the next, and from one press of the stop button to the
+    /// next; zero for none.
+    pub missing_ticks: usize,
+    /// See `missing_ticks`.
+    pub stop_ticks: usize,
 }
 
 impl YieldingCase {
@@ -85,14 +96,17 @@ impl YieldingCase {
         let params = Params { youngs_modulus_pa: youngs_modulus_pa as f32, relaxation, friction, ..on.params };
         let mut hand = hand(genes, &device);
         let mut motion = motion(genes, on, youngs_modulus_pa, device.force_limit_n, &hand);
+        let (mut missing_ticks, mut stop_ticks) = (0, 0);
         if bounds == Bounds::Hand {
             motion.shake_m_per_s2 = genes.or_zero(0.3, 1.0, SHAKE_M_PER_S2);
             motion.shake_hz = genes.by_factor(SHAKE_HZ[0], SHAKE_HZ[1]);
             let stiffer = genes.by_factor(1.0, STIFFER);
             hand.stiffness_n_per_m *= stiffer;
             hand.damping_n_s_per_m *= stiffer.sqrt();
+            missing_ticks = genes.or_zero(0.5, MISSING_TICKS[0], MISSING_TICKS[1]) as usize;
+            stop_ticks = genes.or_zero(0.7, STOP_TICKS[0], STOP_TICKS[1]) as usize;
         }
-        Self { shipped: None, uncapped: false, patch, params, device, hand, motion }
+        Self { shipped: None, uncapped: false, patch, params, device, hand, motion, missing_ticks, stop_ticks }
     }
 
     /// The printed bound for the case's device.
@@ -106,7 +120,7 @@ impl YieldingCase {
     pub fn in_words(&self, ground: &PathGround) -> String {
         let Self { device, hand, motion, params, .. } = self;
         format!(
-            "{} of {:.1} mm deep in {:.2} s, {}, {:.1} kPa, friction {:.2}; {}: count {:.0} um, delay {}, lag {:.1} ms, {:.1} N, handle {:.0} g, ceiling {:.0} N/m; hand {:.0} g, {:.0} N/m, {:.2} N s/m, tremor {:.0} um, shaken {:.0} m/s^2 at {:.0} Hz",
+            "{} of {:.1} mm deep in {:.2} s, {}, {:.1} kPa, friction {:.2}; {}: count {:.0} um, delay {}, lag {:.1} ms, {:.1} N, handle {:.0} g, ceiling {:.0} N/m; hand {:.0} g, {:.0} N/m, {:.2} N s/m, tremor {:.0} um, shaken {:.0} m/s^2 at {:.0} Hz, a reading missing every {} ticks, stopped every {} (0: never)",
             motion.kind.name(),
             motion.depth_m * 1e3,
             motion.press_s,
@@ -125,7 +139,9 @@ impl YieldingCase {
             hand.damping_n_s_per_m,
             motion.tremor_m * 1e6,
             motion.shake_m_per_s2,
-            motion.shake_hz
+            motion.shake_hz,
+            self.missing_ticks,
+            self.stop_ticks
         )
     }
 }

@@ -60,6 +60,8 @@ fn press(
     YieldingCase {
         shipped: None,
         uncapped: false,
+        missing_ticks: 0,
+        stop_ticks: 0,
         patch,
         params: Params { youngs_modulus_pa, ..ground.patches[patch].params },
         device: DeviceProfile { count_m, delay_ticks: 0, amplifier_lag_s: 0.0, friction_n: 0.0, ..base.clone() },

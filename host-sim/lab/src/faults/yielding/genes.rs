@@ -8,7 +8,7 @@ use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 /// Number of numbers that describe a run.
-pub const GENES: usize = 29;
+pub const GENES: usize = 31;
 /// Largest gene.
 const MOST: f64 = u16::MAX as f64;
 

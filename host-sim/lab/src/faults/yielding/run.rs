@@ -1,7 +1,7 @@
 //! One run, judged from the true position and the force that acted.
 
 use palpate::haptic::cycle::{Ask, Command, PatchRenderer, Settings, Telemetry};
-use palpate::haptic::device::HapticDevice;
+use palpate::haptic::device::{DeviceSpec, HapticDevice, Sensed};
 use palpate::haptic::mode::Mode;
 use palpate::{BuildError, Fault, Model, Vector3};
 use palpate_tissue::patch::Memory;
@@ -124,14 +124,17 @@ impl YieldingCase {
         let most_m_per_s = if self.motion.shake_m_per_s2 > 0.0 { ANY_M_PER_S } else { HAND_M_PER_S };
         let length_ticks = ticks(length.motion_s);
         let mut force_n = Vec::with_capacity(length_ticks);
-        let (mut tick, mut end) = (0, length_ticks);
+        let (mut tick, mut end, mut reading) = (0, length_ticks, None);
         while tick < end {
             let asked = match mode {
                 Mode::Fault => Some(Ask::Clear),
                 Mode::Idle => Some(Ask::Arm),
                 _ => None,
             };
-            let telemetry = rig.tick(&mut plant, &mut renderer, Command { asked, ..Command::HEARD });
+            let found = falls_on(tick, self.stop_ticks).then_some(Fault::EmergencyStop);
+            let repeats = falls_on(tick, self.missing_ticks);
+            let mut port = Port { plant: &mut plant, last: &mut reading, repeats };
+            let telemetry = rig.tick(&mut port, &mut renderer, Command { asked, found, ..Command::HEARD });
             let before = Instant::of(&plant);
             let aim = if matches!(mode, Mode::Active | Mode::Degraded | Mode::SafeRamp) {
                 motion_ticks = (motion_ticks + 1) % length_ticks;
@@ -172,6 +175,39 @@ impl YieldingCase {
         }
         Ok(outcome)
     }
+}
+
+/// A device whose reading may be the last one again.
+struct Port<'a> {
+    plant: &'a mut Plant,
+    last: &'a mut Option<Sensed>,
+    repeats: bool,
+}
+
+impl HapticDevice for Port<'_> {
+    fn limits(&self) -> DeviceSpec {
+        self.plant.limits()
+    }
+
+    fn sense(&mut self) -> Sensed {
+        match *self.last {
+            Some(last) if self.repeats => last,
+            _ => *self.last.insert(self.plant.sense()),
+        }
+    }
+
+    fn actuate(&mut self, force_n: Vector3<f32>) {
+        self.plant.actuate(force_n);
+    }
+
+    fn release(&mut self) {
+        self.plant.release();
+    }
+}
+
+/// Whether something that happens every so many ticks, if ever, happens in this one.
+fn falls_on(tick: usize, every: usize) -> bool {
+    every > 0 && tick % every == every - 1
 }
 
 fn ticks(seconds: f64) -> usize {
