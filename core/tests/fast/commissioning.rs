@@ -179,6 +179,19 @@ fn friction_mass_delay_and_lag_are_measured() {
     }
 }
 
+/// Handles whose best fit is later than they are by more than half a tick, of 2400 that were drawn:
+/// mass [kg], friction [N], viscous friction [N s/m], delay [ticks], lag [s] and count [m].
+const HARD: [(f64, f64, f64, usize, f64, f64); 8] = [
+    (0.0301, 0.1696, 0.274, 7, 5.98e-3, 40e-6),
+    (0.1011, 0.0059, 0.228, 6, 1.45e-3, 60e-6),
+    (0.0707, 0.0242, 0.208, 2, 0.37e-3, 80e-6),
+    (0.1983, 0.0478, 0.340, 7, 0.0, 80e-6),
+    (0.2759, 0.0134, 0.263, 2, 3.82e-3, 80e-6),
+    (0.1954, 0.0244, 0.129, 0, 4.97e-3, 80e-6),
+    (0.1927, 0.0876, 0.190, 4, 5.77e-3, 80e-6),
+    (0.1900, 0.1049, 0.158, 2, 5.57e-3, 80e-6),
+];
+
 #[test]
 fn no_device_is_later_than_its_profile_says() {
     let mut random = 7_u64;
@@ -186,23 +199,21 @@ fn no_device_is_later_than_its_profile_says() {
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (random >> 40) as f64 / f64::from(1 << 24)
     };
-    for count_m in [0.0, 20e-6, 40e-6, 60e-6, 80e-6, 100e-6] {
-        let mut least_ms = f64::MAX;
-        let mut sum_ms = 0.0;
-        for _ in 0..30 {
-            let mass_kg = 0.03 * 10.0_f64.powf(draw());
-            let lag_s = if draw() < 0.4 { 0.0 } else { 6e-3 * draw() };
-            let (friction_n, viscous_n_s_per_m) = (0.2 * draw(), 0.05 + 0.3 * draw());
-            let delay = (8.0 * draw()) as usize;
-            let mut handle = Handle { friction_n, mass_kg, delay, lag_s, count_m, viscous_n_s_per_m, ..handle() };
-            let found = found(&mut handle, plan());
-            let spare_ms = f64::from(found.delay_ticks) + (f64::from(found.lag_s) - lag_s) * 1e3 - delay as f64;
-            least_ms = least_ms.min(spare_ms);
-            sum_ms += spare_ms;
-        }
-        let mean_ms = sum_ms / 30.0;
-        assert!(least_ms > -0.2 && mean_ms < 2.5, "{count_m}: {least_ms} ms of room at least, {mean_ms} on average");
+    let drawn = (0..16).map(|number| {
+        let lag_s = if draw() < 0.4 { 0.0 } else { 6e-3 * draw() };
+        let mass_kg = 0.03 * 10.0_f64.powf(draw());
+        (mass_kg, 0.2 * draw(), 0.05 + 0.3 * draw(), (8.0 * draw()) as usize, lag_s, 25e-6 * f64::from(number % 4))
+    });
+    let drawn = drawn.collect::<Vec<_>>();
+    let mut sum_ms = 0.0;
+    for &(mass_kg, friction_n, viscous_n_s_per_m, delay, lag_s, count_m) in drawn.iter().chain(&HARD) {
+        let mut handle = Handle { mass_kg, friction_n, viscous_n_s_per_m, delay, lag_s, count_m, ..handle() };
+        let found = found(&mut handle, plan());
+        let spare_ms = f64::from(found.delay_ticks) + (f64::from(found.lag_s) - lag_s) * 1e3 - delay as f64;
+        assert!(spare_ms > -0.2, "{spare_ms} ms, {handle:?} {found:?}");
+        sum_ms += spare_ms;
     }
+    assert!(sum_ms < 1.5 * 24.0, "as short as it may be: {sum_ms} ms in all");
 }
 
 #[test]
