@@ -51,65 +51,6 @@ fn no_motion_behind_the_readings_gets_more_than_was_charged() {
     }
 }
 
-/// Every few readings one or two are missing, or a period is missed. The oracle draws the probe's
-/// acceleration, up to the sharpest, in every tick, against the change of the force where `spites`.
-#[test]
-#[expect(clippy::disallowed_types, reason = "the oracle is in double precision")]
-fn no_motion_between_missing_readings_gets_more_than_was_charged() {
-    let sharp_m = (200.0 + 3.3 / 0.045) * 1e-6_f64;
-    for (seed, delay) in [(1_u64, 0_u8), (2, 1), (3, 4)] {
-        for (spites, misses) in [(false, false), (true, false), (true, true)] {
-            let mut port = Port::new(delay, 0.0, 0.0);
-            let mut random = seed;
-            let mut draw = || {
-                random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                (random >> 40) as f64 / f64::from(1 << 24)
-            };
-            let mut sent = VecDeque::from(vec![0.0_f64; usize::from(delay) + 1]);
-            let (mut at_m, mut speed_m, mut read_m, mut unread) = (0.0_f64, 0.0_f64, 0.0_f64, 0);
-            let (mut work_j, mut forces) = (0.0, 0.0_f64);
-            for tick in 0..20_000 {
-                let acting_n = sent[0];
-                let grows = sent.get(1).map_or(0.0, |next_n| next_n - acting_n);
-                let sign = if spites { -grows.signum() } else { 2.0 * draw() - 1.0 };
-                let home = (at_m.abs() > 2e-3 || speed_m.abs() > 1e-3) && draw() < 0.5;
-                let turn_m = if home { -sharp_m * (at_m + speed_m).signum() } else { sharp_m * sign };
-                at_m += speed_m + 0.5 * turn_m;
-                work_j += acting_n * (speed_m + 0.5 * turn_m);
-                speed_m += turn_m;
-                let missing = unread < 2 && draw() < 0.4;
-                unread = if missing { unread + 1 } else { 0 };
-                let next_n = if draw() < 0.5 { 4.0 * draw() - 2.0 } else { forces };
-                if missing && misses {
-                    // the period passes without a tick, and the device holds its force
-                    sent.pop_front();
-                    sent.push_back(forces);
-                    port.late = true;
-                    unread = 2;
-                    continue;
-                }
-                port.held = missing;
-                if !missing {
-                    port.at_m.z = 0.0;
-                    read_m = at_m;
-                }
-                _ = port.moves([0.0, 0.0, read_m as f32 - port.at_m.z]);
-                port.late = false;
-                let charged_j = f64::from(port.account.energy().given_j);
-                if !missing {
-                    // the sum is rounded in every tick
-                    let most_j = charged_j + 1e-6 + 3e-8 * f64::from(tick);
-                    assert!(work_j <= most_j, "seed {seed}, {delay}, tick {tick}: {work_j} J, {charged_j} charged");
-                }
-                forces = f64::from(next_n as f32);
-                port.account.sent(Vector3::z() * forces as f32);
-                sent.pop_front();
-                sent.push_back(forces);
-            }
-        }
-    }
-}
-
 #[test]
 fn a_rise_pays_for_a_count_along_each_axis_and_a_fall_for_nothing() {
     let q = 50e-6;

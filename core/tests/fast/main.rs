@@ -33,3 +33,4 @@ mod runaway;
 mod settings;
 mod stop;
 mod toggle;
+mod unread;

@@ -81,7 +81,8 @@ pub struct PiecePresses {
     pub answer: Answer,
     /// Presses for the evaluation alone.
     pub unseen: Answer,
-    /// Estimated relative error of the force at the site, the largest over all depths (1).
+    /// Estimated relative error of the force (1): the largest over all depths at the site, and at
+    /// least what a smooth map leaves of the forces at the places around it.
     pub error: f64,
     /// Number of nodes of the finest quadratic mesh; `None` for the stored answer.
     pub nodes: Option<usize>,
@@ -214,6 +215,7 @@ impl PiecePresses {
         let all = organ_reference(scene, placed, &offsets_m, &depths_m, Some(solved), progress)?;
         let map = SurfaceForces::of(&known_of(&all, &fitted_m, places_aside), placed.tissue.site_m, &scene.probe);
         let known = map.ok_or_else(|| Error::Check("the finite elements gave no smooth surface of forces".into()))?;
+        let scatter = known.misfit;
         let holds = |n: usize, place: &PlaceForces| -> Vec<(usize, HoldAnswer)> {
             let place_m = std::array::from_fn(|k| place.place_m[k] - placed.tissue.site_m[k]);
             let at = all.depths_m.iter().zip(&place.force_over_e_m2);
@@ -239,7 +241,7 @@ impl PiecePresses {
             fitted_m,
             unseen: Answer { holds: unseen, ..answer.clone() },
             answer,
-            error: all.error.iter().copied().fold(0.0, f64::max),
+            error: all.error.iter().copied().fold(scatter, f64::max),
             nodes: Some(all.nodes),
             scale,
         })

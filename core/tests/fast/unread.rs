@@ -1,0 +1,122 @@
+//! Work in ticks without a reading: missing or held ones, missed periods, faults.
+
+use std::collections::VecDeque;
+
+use palpate::Vector3;
+use palpate::haptic::cycle::Command;
+use palpate::haptic::device::DeviceSpec;
+
+use crate::bench::{Bench, stylus};
+use crate::energy::Port;
+
+/// The sharpest way of that stylus beyond its pace in a tick, by a hand and by its motors [m].
+const SHARP_M: f32 = (200.0 + 3.3 / 0.045) * 1e-6;
+
+/// Every few readings one or two are missing, or a period is missed. The oracle draws the probe's
+/// acceleration, up to the sharpest, in every tick, against the change of the force where `spites`.
+#[test]
+#[expect(clippy::disallowed_types, reason = "the oracle is in double precision")]
+fn no_motion_between_missing_readings_gets_more_than_was_charged() {
+    let sharp_m = f64::from(SHARP_M);
+    for (seed, delay) in [(1_u64, 0_u8), (2, 1), (3, 4)] {
+        for (spites, misses) in [(false, false), (true, false), (true, true)] {
+            let mut port = Port::new(delay, 0.0, 0.0);
+            let mut random = seed;
+            let mut draw = || {
+                random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (random >> 40) as f64 / f64::from(1 << 24)
+            };
+            let mut sent = VecDeque::from(vec![0.0_f64; usize::from(delay) + 1]);
+            let (mut at_m, mut speed_m, mut read_m, mut unread) = (0.0_f64, 0.0_f64, 0.0_f64, 0);
+            let (mut work_j, mut forces) = (0.0, 0.0_f64);
+            for tick in 0..20_000 {
+                let acting_n = sent[0];
+                let grows = sent.get(1).map_or(0.0, |next_n| next_n - acting_n);
+                let sign = if spites { -grows.signum() } else { 2.0 * draw() - 1.0 };
+                let home = (at_m.abs() > 2e-3 || speed_m.abs() > 1e-3) && draw() < 0.5;
+                let turn_m = if home { -sharp_m * (at_m + speed_m).signum() } else { sharp_m * sign };
+                at_m += speed_m + 0.5 * turn_m;
+                work_j += acting_n * (speed_m + 0.5 * turn_m);
+                speed_m += turn_m;
+                let missing = unread < 2 && draw() < 0.4;
+                unread = if missing { unread + 1 } else { 0 };
+                let next_n = if draw() < 0.5 { 4.0 * draw() - 2.0 } else { forces };
+                if missing && misses {
+                    // the period passes without a tick, and the device holds its force
+                    sent.pop_front();
+                    sent.push_back(forces);
+                    port.late = true;
+                    unread = 2;
+                    continue;
+                }
+                port.held = missing;
+                if !missing {
+                    port.at_m.z = 0.0;
+                    read_m = at_m;
+                }
+                _ = port.moves([0.0, 0.0, read_m as f32 - port.at_m.z]);
+                port.late = false;
+                let charged_j = f64::from(port.account.energy().given_j);
+                if !missing {
+                    // the sum is rounded in every tick
+                    let most_j = charged_j + 1e-6 + 3e-8 * f64::from(tick);
+                    assert!(work_j <= most_j, "seed {seed}, {delay}, tick {tick}: {work_j} J, {charged_j} charged");
+                }
+                forces = f64::from(next_n as f32);
+                port.account.sent(Vector3::z() * forces as f32);
+                sent.pop_front();
+                sent.push_back(forces);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_error_of_a_position_grows_with_the_ticks_since_and_between_the_last_readings() {
+    for count_m in [0.0, 50e-6] {
+        for (between, since) in [(1_u8, 1_u8), (1, 2), (1, 4), (2, 1), (3, 2)] {
+            let mut port = Port::new(0, 0.0, count_m);
+            let mut hold = |held: bool, force_n: f32| {
+                port.held = held;
+                port.step(0.0, force_n).given_j
+            };
+            hold(false, 0.0);
+            hold(false, 1.0);
+            (1..between).for_each(|_| _ = hold(true, 1.0));
+            hold(false, 1.0);
+            (1..since).for_each(|_| _ = hold(true, 1.0));
+            // the force ends where nothing was read
+            let before_j = hold(true, 0.0);
+            let paid_j = hold(false, 0.0) - before_j;
+            let (h, g) = (f32::from(since), f32::from(between));
+            let most_m = (h + 0.5) * count_m + 0.5 * h * (h + g) * SHARP_M;
+            assert!((paid_j / most_m - 1.0).abs() < 1e-2, "{since} after {between}: {paid_j} J for {most_m} m");
+        }
+    }
+}
+
+#[test]
+fn the_loop_charges_a_reading_that_is_missing_and_a_period_that_is_missed() {
+    let step_m = 50e-6;
+    for late in [false, true] {
+        let mut bench = Bench::with(400.0, DeviceSpec { delay_ticks: 1, ..stylus() }, |_| ()).active();
+        bench.press_n(1.0);
+        let mut last = [bench.tick(); 2];
+        for _ in 0..5 {
+            last = [last[1], bench.at(bench.device.sensed.position_m.z + step_m)];
+        }
+        let [older_n, newer_n] = last.map(|record| record.applied_n.z);
+        let record = if late {
+            bench.device.sensed.position_m.z += 2.0 * step_m;
+            bench.late(1)
+        } else {
+            bench.repeat(Command::HEARD)
+        };
+        let charged_j = record.energy.given_j - last[1].energy.given_j;
+        let due_j = match late {
+            true => (older_n + newer_n) * step_m + (newer_n - older_n).abs() * SHARP_M,
+            false => older_n * step_m,
+        };
+        assert!((charged_j / due_j - 1.0).abs() < 0.01, "late {late}: {charged_j} J, {due_j} due");
+    }
+}
