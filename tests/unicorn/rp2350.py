@@ -86,7 +86,7 @@ class Rp2350(Chip):
         if 0 <= clock < 0x90 and clock % 12 == 8:
             return kept or 1
         if address == UART + FR:
-            return 1 << 7 | (0 if self.fifo else 1 << 4)
+            return 1 << 7 | (0 if self.fifo else 1 << 4) | (0 if self.send_room else 1 << 5)
         if address == UART + DR and self.fifo:
             return self.take_byte()
         if address == PIO + 4:  # no queue is empty
@@ -116,7 +116,7 @@ class Rp2350(Chip):
             setattr(self, name, [value, old | value, old & ~value, old ^ value][kind])
             return False
         if address == UART + DR:
-            self.sent.append(value & 0xFF)
+            self.send_byte(value & 0xFF)
             return False
         if address == WATCHDOG + 4:
             self.load_us = value
@@ -142,7 +142,7 @@ class Rp2350(Chip):
 
     def raises(self):
         raised = {SYSTICK} if self.at(SYST_CSR) & 3 == 3 else set()
-        if self.fifo and self.at(UART + IMSC) & 0x50:
+        if self.fifo and self.at(UART + IMSC) & 0x50 or self.at(UART + IMSC) & 0x20:
             raised.add(UART_IRQ)
         return raised
 

@@ -7,7 +7,7 @@ from chip import Chip
 CR1, DIER, SR, EGR, CCER, CNT, ARR, CCR1, BDTR = 0x00, 0x0C, 0x10, 0x14, 0x20, 0x24, 0x2C, 0x34, 0x44  # of the timers
 MODER, IDR, ODR, BSRR = 0x00, 0x10, 0x14, 0x18  # of the ports
 RXNE, TC, TXE, TEACK, REACK = 1 << 5, 1 << 6, 1 << 7, 1 << 21, 1 << 22
-RXNEIE = 1 << 5
+RXNEIE, TXEIE = 1 << 5, 1 << 7
 MOE = 1 << 15
 LSI_HZ = 32_000
 
@@ -162,7 +162,7 @@ class Stm32(Chip):
             return kept | self.row["power"].get(address - self.base["PWR"], 0)
         status, received, _ = self.row["usart"]
         if address == self.base["USART"] + status:
-            return TXE | TC | TEACK | REACK | (RXNE if self.fifo else 0)
+            return (TXE if self.send_room else 0) | TC | TEACK | REACK | (RXNE if self.fifo else 0)
         if address == self.base["USART"] + received and self.fifo:
             return self.take_byte()
         port = self.ports.get(address - IDR)
@@ -192,7 +192,7 @@ class Stm32(Chip):
             if address == registers + cr:
                 return self._flash_control(first, address, value)
         if address == self.base["USART"] + self.row["usart"][2]:
-            self.sent.append(value & 0xFF)
+            self.send_byte(value & 0xFF)
             return False
         if address == self.base["IWDG"]:
             if value == 0xCCCC:
@@ -269,7 +269,7 @@ class Stm32(Chip):
         if self.of("TIM7", CR1) & 1 and self.of("TIM7", DIER) & 1:
             self.registers[self.base["TIM7"] + SR] = 1
             raised.add(irq["TIM7"])
-        if self.fifo and self.of("USART", 0x00 if self.row["usart"][0] else 0x0C) & RXNEIE:
+        if self.of("USART", 0x00 if self.row["usart"][0] else 0x0C) & (TXEIE | (RXNEIE if self.fifo else 0)):
             raised.add(irq["USART"])
         return raised
 
