@@ -14,8 +14,9 @@ DR, FR, IMSC = 0x00, 0x18, 0x38  # of the UART
 ALIASES = 0x3000  # bits of an address that select plain, exclusive or, set and clear writes
 SLICE = 0x14  # bytes between the registers of two PWM slices
 CTR, CC, TOP = 0x08, 0x0C, 0x10
-ENABLE, STOP, MAGNITUDES, DIRECTIONS = 22, 28, [16, 18, 20], [17, 19, 21]
-HIGH = 1 << 26 | 1 << 27 | 1 << STOP  # supply good, operator present, stop circuit closed
+ENABLE, MAGNITUDES, DIRECTIONS = 22, [16, 18, 20], [17, 19, 21]
+INPUTS = [28, 26, 27]  # stop circuit closed, supply good, operator present
+HIGH = sum(1 << pin for pin in INPUTS)
 UART_IRQ = 33
 BOOT_RAM, RETURNS = 0x400E_0000, 0x4770_4770  # where the boot ROM leaves a function that starts the flash; `bx lr`, twice
 VERSION, LOOKUP, FUNCTIONS = 0x13, 0x16, 0x100  # in the boot ROM
@@ -149,5 +150,6 @@ class Rp2350(Chip):
     def stop_ticks(self):
         self.registers[SYST_CSR] = 0
 
-    def open_stop_circuit(self, is_open):
-        self.inputs = self.inputs & ~(1 << STOP) | (0 if is_open else 1 << STOP)
+    def lower(self, number, is_low):
+        pin = INPUTS[number]
+        self.inputs = self.inputs & ~(1 << pin) | (0 if is_low else 1 << pin)

@@ -9,6 +9,7 @@ MODER, IDR, ODR, BSRR = 0x00, 0x10, 0x14, 0x18  # of the ports
 RXNE, TC, TXE, TEACK, REACK = 1 << 5, 1 << 6, 1 << 7, 1 << 21, 1 << 22
 RXNEIE, TXEIE = 1 << 5, 1 << 7
 MOE = 1 << 15
+STOP = 0  # among the inputs that are high
 LSI_HZ = 32_000
 
 KEYS = [0x4567_0123, 0xCDEF_89AB]
@@ -19,7 +20,6 @@ TIMERS = {"TIM2": 0x4000_0000, "TIM3": 0x4000_0400, "TIM4": 0x4000_0800, "TIM7":
 SMALL_PINS = {
     "enable": ("GPIOC", 8),
     "directions": [("GPIOB", 13), ("GPIOB", 14), ("GPIOB", 15)],
-    "stop": ("GPIOB", 12),
     "high": [("GPIOB", 12), ("GPIOC", 9), ("GPIOC", 10)],
 }
 CHIPS = {
@@ -57,7 +57,6 @@ CHIPS = {
         "pins": {
             "enable": ("GPIOF", 12),
             "directions": [("GPIOF", 3), ("GPIOF", 5), ("GPIOF", 10)],
-            "stop": ("GPIOE", 15),
             "high": [("GPIOE", 15), ("GPIOF", 13), ("GPIOF", 14)],
         },
         "values": {0x5C00_1000: 0x2003_6450},  # revision V
@@ -276,9 +275,10 @@ class Stm32(Chip):
     def stop_ticks(self):
         self.registers[self.base["TIM7"] + CR1] = 0
 
-    def open_stop_circuit(self, is_open):
-        port, pin = self.row["pins"]["stop"]
-        self.inputs[port] = self.inputs[port] & ~(1 << pin) | (0 if is_open else 1 << pin)
-        if is_open and self.of("TIM1", BDTR) >> 12 & 1:  # the break input acts without the program
+    def lower(self, number, is_low):
+        """Pulls the input with this number in the row `high` low, or lets it rise."""
+        port, pin = self.row["pins"]["high"][number]
+        self.inputs[port] = self.inputs[port] & ~(1 << pin) | (0 if is_low else 1 << pin)
+        if number == STOP and is_low and self.of("TIM1", BDTR) >> 12 & 1:  # the break input acts without the program
             self.registers[self.base["TIM1"] + BDTR] &= ~MOE
             self.registers[self.base["TIM1"] + SR] = self.of("TIM1", SR) | 1 << 7

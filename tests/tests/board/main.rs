@@ -19,6 +19,7 @@ mod late_ticks_release_the_force;
 mod live_trace_on_the_board;
 mod log_over_the_link;
 mod mechanisms_on_the_board;
+mod mishaps_end_the_force;
 #[cfg(unix)]
 mod paddle_on_a_port;
 mod pico_2_counts_encoder_edges;
