@@ -1,10 +1,8 @@
 //! A bound on a tick from the code of its image: every instruction, and every jump, as often as in
-//! any tick of a run, and the reads of a flash by a rule. No tick of the run takes as long, because
+//! any tick of a run, and the waits for code in a flash by a rule. No tick of the run takes as long, because
 //! blocks that exclude each other run most often in different ticks.
 
 use std::collections::{BTreeMap, HashMap};
-
-use palpate::Model;
 
 use crate::firmware_image::FirmwareImage;
 use crate::instruction_mix::cycles_of;
@@ -57,13 +55,12 @@ impl Flash {
     /// STM32G474 at 170 MHz with two banks: RM0440, 3.3 and table 9.
     pub const G474: Self = Self { line_bytes: 8, lines: 128, waits: 4 };
 
-    /// Cycles that a tick waits: for each line of code that is not among the last ones used, and
-    /// for each line of the patch that a stage reads.
+    /// Cycles that code waits: for each line that is not among the last ones used.
     #[must_use]
-    pub fn waited(&self, executed: &[u32], model: &Model) -> f64 {
+    pub fn waited(&self, executed: impl IntoIterator<Item = u32>) -> f64 {
         let mut kept: HashMap<u32, usize> = HashMap::new(); // line, and when it was used last
         let mut missed = 0;
-        for (now, address) in executed.iter().enumerate() {
+        for (now, address) in executed.into_iter().enumerate() {
             if kept.insert(address / self.line_bytes, now).is_none() {
                 missed += 1;
                 let oldest = kept.iter().min_by_key(|(_, used)| **used).map(|(line, _)| *line);
@@ -72,54 +69,19 @@ impl Flash {
                 }
             }
         }
-        let read = patch_bytes(model) / self.line_bytes as usize;
-        f64::from(self.waits) * (f64::from(missed) + read as f64)
+        f64::from(self.waits) * f64::from(missed)
     }
-}
-
-/// Bytes of a patch that the stages of a tick read: tets and nodes in two of them, triangles in
-/// three.
-fn patch_bytes(model: &Model) -> usize {
-    size_of_val(model.springs)
-        + size_of_val(model.spring_rows)
-        + 2 * size_of_val(model.tets)
-        + 2 * size_of_val(model.nodes)
-        + 3 * size_of_val(model.triangles)
-        + size_of_val(model.foundation)
-        + size_of_val(model.rim_nodes)
-        + size_of_val(model.rim_edges)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
-    const NOTHING: Model = Model {
-        poisson_ratio: 0.45,
-        stiffening_per_m: 0.0,
-        depth_limit_m: 0.0,
-        nodes: &[],
-        anchors: &[],
-        spring_rows: &[],
-        springs: &[],
-        tets: &[],
-        triangles: &[],
-        steepness: &[],
-        neighbours: &[],
-        owners: &[],
-        foundation: &[],
-        rim_nodes: &[],
-        rim_edges: &[],
-        law: None,
-    };
+    use super::Flash;
 
     #[test]
     fn a_loop_that_fits_the_cache_waits_once_and_a_longer_one_in_every_round() {
         let flash = Flash { line_bytes: 16, lines: 4, waits: 5 };
-        let rounds = |bytes: u32| (0..10).flat_map(|_| (0..bytes).step_by(2)).collect::<Vec<_>>();
-        assert_eq!(flash.waited(&rounds(64), &NOTHING), 4.0 * 5.0);
-        assert_eq!(flash.waited(&rounds(80), &NOTHING), 10.0 * 5.0 * 5.0);
-        let rows = Model { spring_rows: &[0; 16], ..NOTHING };
-        assert_eq!(flash.waited(&[], &rows), 2.0 * 5.0, "32 bytes of a patch");
+        let rounds = |bytes: u32| (0..10).flat_map(move |_| (0..bytes).step_by(2));
+        assert_eq!(flash.waited(rounds(64)), 4.0 * 5.0);
+        assert_eq!(flash.waited(rounds(80)), 10.0 * 5.0 * 5.0);
     }
 }

@@ -102,7 +102,8 @@ CHIPS = {
             "GPIOB": 0x4800_0400,
             "GPIOC": 0x4800_0800,
         },
-        "memory": [(0x0800_0000, 0x8_0000), (0x2000_0000, 0x2_0000)],
+        # flash, CCM for code, SRAM without the CCM, which repeats there
+        "memory": [(0x0800_0000, 0x8_0000), (0x1000_0000, 0x8000), (0x2000_0000, 0x1_8000)],
         "ready": {0x00: [(8, 10), (16, 17), (24, 25)], 0x90: [(0, 1)], 0x94: [(0, 1)], 0x98: [(0, 1)]},
         "clock_switch": (0x08, 2, 2),
         "clocks_on": range(0x48, 0x64),
@@ -232,9 +233,9 @@ class Stm32(Chip):
         elif self.before:
             # the core has stored to the flash meanwhile
             before, after, self.before = self.before, bytes(self.uc.mem_read(*slots)), None
-            changed = [at for at, (old, new) in enumerate(zip(before, after)) if old != new]
+            changed = int.from_bytes(before, "little") ^ int.from_bytes(after, "little")  # byte by byte would take seconds
             if changed:
-                at, end = changed[0], changed[-1] + 1
+                at, end = ((changed & -changed).bit_length() - 1) // 8, (changed.bit_length() + 7) // 8
                 self.uc.mem_write(slots[0] + at, before[at:end])
                 self.write(slots[0] + at, after[at:end])
         return True

@@ -47,9 +47,8 @@ pub struct CostModel {
     pub per_ms: f64,
     /// Share of the millisecond that a tick may use (1).
     pub load: f64,
-    /// Factor by which waits for the flash lengthen a tick (1): every line of the patch is read anew
-    /// by each stage, and of the code the lines that the chip's cache does not hold. Not in the
-    /// costs; `board_cost` derives it from the executed addresses.
+    /// Factor by which a tick is lengthened by waits for code in the flash that the chip's cache
+    /// does not hold (1). Not in the costs; `board_cost` derives it from the executed addresses.
     pub waits: f64,
     /// Memory; `None` if it is not limited.
     room: Option<Room>,
@@ -68,7 +67,7 @@ struct Room {
     nodes: usize,
     /// Number of surface triangles whose state the firmware reserves.
     triangles: usize,
-    /// Flash for the patch file [bytes]: that of `memory.x` less an eighth for the program.
+    /// Flash, or RAM, for the patch file [bytes]: that of `memory.x` less an eighth for the program.
     flash_bytes: usize,
 }
 
@@ -80,8 +79,8 @@ pub const TIGHTNESS: f64 = 1.10;
 
 /// The smallest board: 1 MB of flash, 128 KB of RAM.
 const LEAST_BOARD: Room = Room { nodes: 480, triangles: 1024, flash_bytes: 7 * 128 * 1024 };
-/// A board with 512 KB of flash, of which the program takes a quarter.
-const SMALL_FLASH: Room = Room { flash_bytes: 3 * 128 * 1024, ..LEAST_BOARD };
+/// A board that copies its patch to RAM (the controller's feature `small-ram`).
+const SMALL_RAM: Room = Room { nodes: 160, triangles: 512, flash_bytes: 24 * 1024 };
 /// State of a node on a board [bytes]: position, velocity, force, push, pressure, slope, share in
 /// contact, inertia with its smooth fields, and the memory of the check at the start.
 const NODE_BYTES: usize = 15 * 4 + 7 * 4 + 2 * 4;
@@ -154,8 +153,8 @@ pub const MACHINES: [CostModel; 3] = [
 /// between code and data in the banks of its RAM, and reads of its serial flash, are in no cost.
 pub const CHIPS: [CostModel; 4] = [
     CostModel { name: "m7-400", per_ms: 400e3, relative_mass: true, ..M4F_168 },
-    CostModel { name: "m4f-180", per_ms: 180e3, waits: 1.17, room: Some(SMALL_FLASH), ..M4F_168 },
-    CostModel { name: "m4f-170", per_ms: 170e3, waits: 1.25, room: Some(SMALL_FLASH), ..M4F_168 },
+    CostModel { name: "m4f-180", per_ms: 180e3, waits: 1.11, room: Some(SMALL_RAM), ..M4F_168 },
+    CostModel { name: "m4f-170", per_ms: 170e3, waits: 1.01, room: Some(SMALL_RAM), ..M4F_168 },
     CostModel { name: "m33-150", per_ms: 120e3, ..M4F_168 },
 ];
 

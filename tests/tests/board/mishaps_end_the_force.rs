@@ -53,12 +53,12 @@ fn a_debugger_s_halt_ends_the_pulses_or_in_a_reset() {
     let bit = |at: u32| 1_u64 << at;
     // register, bits that are set, bits that are not
     let frozen = [
-        (Flashed::H743, 0x5C00_104C, bit(0), 0),        // TIM1
-        (Flashed::H743, 0x5C00_1054, bit(18), 0),       // IWDG1
-        (Flashed::F446, 0xE004_200C, bit(0), 0),        // TIM1
-        (Flashed::F446, 0xE004_2008, bit(12), bit(11)), // IWDG, and not WWDG
-        (Flashed::G474, 0xE004_2010, bit(11), 0),       // TIM1
-        (Flashed::G474, 0xE004_2008, bit(12), 0),       // IWDG
+        (Flashed::H743, 0x5C00_104C, bit(0), 0),                             // TIM1
+        (Flashed::H743, 0x5C00_1054, bit(18), 0),                            // IWDG1
+        (Flashed::F446, 0xE004_200C, bit(0), 0),                             // TIM1
+        (Flashed::F446, 0xE004_2008, bit(12), bit(11)),                      // IWDG, and not WWDG
+        (Flashed::G474, 0xE004_2010, bit(11), 0),                            // TIM1
+        (Flashed::G474, 0xE004_2008, bit(12), 0),                            // IWDG
         (Flashed::Pico2, 0x400D_8000, bit(30), bit(24) | bit(25) | bit(26)), // the watchdog is on and never paused
     ];
     for board in BOARDS {
