@@ -15,6 +15,7 @@ mod flashed_image_runs;
 mod image_fits_the_board;
 mod image_has_no_double_precision_and_no_allocator;
 mod images_are_built_for_their_cores;
+mod images_set_up_their_chips;
 mod late_ticks_release_the_force;
 mod live_trace_on_the_board;
 mod log_over_the_link;
