@@ -12,6 +12,7 @@ from elftools.elf.elffile import ELFFile
 from unicorn import (
     UC_ARCH_ARM,
     UC_ERR_READ_PROT,
+    UC_HOOK_BLOCK,
     UC_HOOK_CODE,
     UC_MODE_MCLASS,
     UC_MODE_THUMB,
@@ -297,12 +298,24 @@ class Chip:
     def count_instructions(self):
         """Counts the instructions between two feedings of a watchdog from now on."""
 
-        def count(*_):
+        lengths = {}  # instructions of a block, by its place and its bytes
+
+        def length(block):
+            halves = struct.unpack(f"<{block[1] // 2}H", self.uc.mem_read(*block))
+            count = 0
+            while halves:
+                count, halves = count + 1, halves[2 if halves[0] >> 11 >= 0x1D else 1 :]
+            return count
+
+        def count(_uc, address, size, _):
             if self.unfed is not None:
-                self.unfed += 1
+                block = (address, size)
+                if block not in lengths:
+                    lengths[block] = length(block)
+                self.unfed += lengths[block]
 
         self.uc.ctl_flush_tb()
-        return self.uc.hook_add(UC_HOOK_CODE, count)
+        return self.uc.hook_add(UC_HOOK_BLOCK, count)
 
     # time
 

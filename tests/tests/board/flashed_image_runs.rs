@@ -325,7 +325,7 @@ fn off_after(board: Flashed, rows: &[Row], at: usize) -> usize {
 fn late_ticks_under_force_release_it_and_tell_the_fault() {
     const ONCE: usize = PRESSED_TICKS as usize - 60;
     const TWICE: usize = ONCE + 40;
-    for board in [Flashed::H743, Flashed::F446, Flashed::G474, Flashed::Pico2] {
+    for board in [Flashed::H743, Flashed::F446, Flashed::Pico2] {
         let mut periods = axes(PRESSED_TICKS + 20);
         for late in [ONCE, TWICE, TWICE + 1] {
             periods[late].late = 1;
