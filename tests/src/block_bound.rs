@@ -1,6 +1,6 @@
 //! A bound on a tick from the code of its image: every instruction, and every jump, as often as in
-//! any tick of a run, and the waits for code in a flash by a rule. No tick of the run takes as long, because
-//! blocks that exclude each other run most often in different ticks.
+//! any tick of a run, and the waits for code in a flash by a rule. No tick of the run takes as
+//! long, because blocks that exclude each other run most often in different ticks.
 
 use std::collections::{BTreeMap, HashMap};
 

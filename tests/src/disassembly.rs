@@ -14,8 +14,8 @@ fn tool(name: &str) -> PathBuf {
     Path::new(rustc(&["--print", "sysroot"]).trim()).join(format!("lib/rustlib/{host}/bin/{name}"))
 }
 
-/// Listing of an image's code, with demangled names. Code that is copied to RAM has a section of its
-/// own, which is no code to the disassembler.
+/// Listing of an image's code, with demangled names. Code that is copied to RAM has a section of
+/// its own, which is no code to the disassembler.
 ///
 /// # Panics
 /// Panics if the toolchain has no `llvm-tools`; `rust-toolchain.toml` asks for them.

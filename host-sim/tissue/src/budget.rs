@@ -67,7 +67,7 @@ struct Room {
     nodes: usize,
     /// Number of surface triangles whose state the firmware reserves.
     triangles: usize,
-    /// Flash, or RAM, for the patch file [bytes]: that of `memory.x` less an eighth for the program.
+    /// Flash for the patch file [bytes], that of `memory.x` less an eighth for the program; or RAM.
     flash_bytes: usize,
 }
 

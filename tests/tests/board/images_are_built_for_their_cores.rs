@@ -1,6 +1,6 @@
 //! The compiler knows the core of each flashed image: on a Cortex-M4F and a Cortex-M33 a chained
-//! multiply-add costs more cycles than a product and a sum, so the tick has none. Code and patch are
-//! where the core does not wait for them, as far as the chip has such memory.
+//! multiply-add costs more cycles than a product and a sum, so the tick has none. Code and patch
+//! are where the core does not wait for them, as far as the chip has such memory.
 
 use std::path::Path;
 
