@@ -1,5 +1,5 @@
-//! What happens at a bench: a supply drops, the power fails, a debugger halts the core, a profile
-//! is for another device. The flashed images turn the pins off, and the next connection tells why.
+//! Mishaps at a bench: a supply drops, the power fails, a debugger halts the core, a profile is for
+//! another device. The flashed images turn the pins off, and the next connection tells why.
 
 use palpate::Fault;
 use palpate_controller::config::Profile;
