@@ -3,6 +3,9 @@
 /// Size of the stack, which is below the statics [bytes].
 const STACK_BYTES: u32 = 16 * 1024;
 
+/// Size of a memory for code that does not hold the whole core [bytes].
+const LEAST_FAST_CODE: u32 = 32 * 1024;
+
 /// A piece of the address space.
 #[derive(Clone, Copy)]
 pub struct Region {
@@ -18,6 +21,8 @@ pub struct Memories {
     /// Memory for code that the core reads without wait states; zero bytes if that is the RAM
     /// itself.
     fast_code: Option<Region>,
+    /// Whether the patch is copied to RAM, because reads of the flash wait.
+    patch_in_ram: bool,
     /// Memory for large data that is rarely read.
     large: Option<Region>,
     /// Whether the chip's boot loader searches for a block after the vector table.
@@ -30,6 +35,7 @@ pub const MPS2: Memories = Memories {
     flash: Region { origin: 0, bytes: 1024 * 1024 },
     ram: Region { origin: 0x2000_0000, bytes: 128 * 1024 },
     fast_code: None,
+    patch_in_ram: false,
     large: None,
     boot_block: false,
 };
@@ -58,15 +64,19 @@ pub fn of_chip() -> Option<Memories> {
             _ => {}
         }
     }
-    let fast_code = named("ITCM");
+    let fast_code = named("ITCM").or(named("CCMRAM_ICODE"));
+    let ram = from(0x2000_0000, false);
+    // the same memory under another address
+    let again = named("CCMRAM_DCODE").map_or(0, |region| region.bytes);
     // the last two sectors hold profiles (`stm32/profile_slots.rs`)
     let sectors = memory.iter().filter(|r| matches!(r.kind, MemoryRegionKind::Flash)).filter_map(|r| r.settings.as_ref());
     let sector_bytes = sectors.map(|settings| settings.erase_size).max().unwrap_or(0);
     let flash = from(0x0800_0000, true);
     Some(Memories {
         flash: Region { bytes: flash.bytes - 2 * sector_bytes, ..flash },
-        ram: from(0x2000_0000, false),
+        ram: Region { bytes: ram.bytes - again, ..ram },
         fast_code,
+        patch_in_ram: true,
         large: named("AXISRAM"),
         boot_block: false,
     })
@@ -79,7 +89,7 @@ pub fn of_chip() -> Option<Memories> {
 pub fn of_chip() -> Option<Memories> {
     let ram = Region { origin: 0x2000_0000, bytes: 512 * 1024 };
     let flash = Region { origin: 0x1000_0000, bytes: (4 * 1024 - 8) * 1024 };
-    Some(Memories { flash, ram, fast_code: Some(Region { bytes: 0, ..ram }), large: None, boot_block: true })
+    Some(Memories { flash, ram, fast_code: Some(Region { bytes: 0, ..ram }), patch_in_ram: true, large: None, boot_block: true })
 }
 
 /// Memories of the chip; `None` if no description of it exists.
@@ -113,12 +123,16 @@ impl Memories {
             )
         };
         let none = |name: &str| format!("__{name}_start = 0; __{name}_end = 0; __{name}_load = 0;\n");
-        let tick = "*(.text._ZN7palpate4tick* .text._ZN7palpate6stages* .text._ZN7palpate6haptic* .text.palpate*)";
+        let all = "*(.text._ZN7palpate4tick* .text._ZN7palpate6stages* .text._ZN7palpate6haptic* .text.palpate*)";
+        // what every tick of tissue without memory runs
+        let most = "*(.text._ZN7palpate4tick* .text._ZN7palpate6stages5force7armv7em* .text._ZN7palpate6stages5force3rim* \
+                    .text._ZN7palpate6stages5force10foundation5press* .text._ZN7palpate6stages9integrate* .text._ZN7palpate6stages8presence*)";
         let patch = "*(.rodata._ZN16palpate_firmware11flash_patch*)";
-        let fast = self.fast_code.map_or(none("fast_code") + &none("patch"), |region| {
-            let place = if region.bytes > 0 { "> FAST_CODE AT > FLASH" } else { "> RAM AT > FLASH" };
-            section("fast_code", tick, place) + &section("patch", patch, "> RAM AT > FLASH")
+        let fast = self.fast_code.map_or(none("fast_code"), |region| match region.bytes {
+            0 => section("fast_code", all, "> RAM AT > FLASH"),
+            bytes => section("fast_code", if bytes > LEAST_FAST_CODE { all } else { most }, "> FAST_CODE AT > FLASH"),
         });
+        let fast = fast + &if self.patch_in_ram { section("patch", patch, "> RAM AT > FLASH") } else { none("patch") };
         let upload = "*(.bss._ZN16palpate_firmware6UPLOAD*)";
         let large = self.large.map_or(none("large"), |_| section("large", upload, "> LARGE"));
         let block = "SECTIONS { .start_block : ALIGN(4) { KEEP(*(.start_block)); } > FLASH } INSERT AFTER .vector_table;\n\

@@ -14,14 +14,15 @@ fn tool(name: &str) -> PathBuf {
     Path::new(rustc(&["--print", "sysroot"]).trim()).join(format!("lib/rustlib/{host}/bin/{name}"))
 }
 
-/// Listing of an image's code, with demangled names.
+/// Listing of an image's code, with demangled names. Code that is copied to RAM has a section of
+/// its own, which is no code to the disassembler.
 ///
 /// # Panics
 /// Panics if the toolchain has no `llvm-tools`; `rust-toolchain.toml` asks for them.
 #[must_use]
 pub fn of(elf: &Path) -> String {
-    let output =
-        Command::new(tool("llvm-objdump")).args(["-d", "-C", "--mcpu=cortex-m7"]).arg(elf).output().expect("llvm-objdump runs");
+    let what = ["-D", "-C", "--section=.text", "--section=.fast_code", "--mcpu=cortex-m7"];
+    let output = Command::new(tool("llvm-objdump")).args(what).arg(elf).output().expect("llvm-objdump runs");
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 

@@ -7,6 +7,7 @@
 pub use palpate_board::{exec_log, firmware_image, instruction_mix, thumb};
 
 pub mod bench;
+pub mod block_bound;
 #[cfg(unix)]
 pub mod board_on_a_port;
 pub mod c_compiler;

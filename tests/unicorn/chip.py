@@ -12,6 +12,7 @@ from elftools.elf.elffile import ELFFile
 from unicorn import (
     UC_ARCH_ARM,
     UC_ERR_READ_PROT,
+    UC_HOOK_BLOCK,
     UC_HOOK_CODE,
     UC_MODE_MCLASS,
     UC_MODE_THUMB,
@@ -84,6 +85,7 @@ class Chip:
         self.uc.hook_add(UC_HOOK_CODE, lambda *_: self.uc.emu_stop(), begin=RETURN, end=RETURN + 0xFFF)
         self.encoders = [0, 0, 0]
         self.to_board, self.fifo, self.taken, self.sent = bytearray(), bytearray(), bytearray(), bytearray()
+        self.send_room = self.FIFO_BYTES
         self.periods = 0
         self.journal = []
         self.resets = 0
@@ -160,6 +162,7 @@ class Chip:
         self.enabled, self.pending, self.active = {HARD_FAULT, SYSTICK}, set(), []
         self.fed = {}
         self.fifo.clear()
+        self.send_room = self.FIFO_BYTES
         self.resets += 1
         stack, entry = struct.unpack("<II", self.uc.mem_read(self.vectors, 8))
         self.uc.reg_write(UC_ARM_REG_PRIMASK, 0)
@@ -218,6 +221,12 @@ class Chip:
         """The oldest byte from the host, as the image reads it."""
         self.taken.append(self.fifo[0])
         return self.fifo.pop(0)
+
+    def send_byte(self, byte):
+        """The image writes a byte for the host."""
+        assert self.send_room > 0, "a byte is written to a full queue"
+        self.send_room -= 1
+        self.sent.append(byte)
 
     def feed(self, watchdog, starts=True):
         """The image feeds a watchdog, which may not have been started yet."""
@@ -289,12 +298,24 @@ class Chip:
     def count_instructions(self):
         """Counts the instructions between two feedings of a watchdog from now on."""
 
-        def count(*_):
+        lengths = {}  # instructions of a block, by its place and its bytes
+
+        def length(block):
+            halves = struct.unpack(f"<{block[1] // 2}H", self.uc.mem_read(*block))
+            count = 0
+            while halves:
+                count, halves = count + 1, halves[2 if halves[0] >> 11 >= 0x1D else 1 :]
+            return count
+
+        def count(_uc, address, size, _):
             if self.unfed is not None:
-                self.unfed += 1
+                block = (address, size)
+                if block not in lengths:
+                    lengths[block] = length(block)
+                self.unfed += lengths[block]
 
         self.uc.ctl_flush_tb()
-        return self.uc.hook_add(UC_HOOK_CODE, count)
+        return self.uc.hook_add(UC_HOOK_BLOCK, count)
 
     # time
 
@@ -347,6 +368,7 @@ class Chip:
             self.reset(by_watchdog=True)
             return False
         moved = 0
+        self.send_room = min(self.send_room + BYTES_IN_A_TICK, self.FIFO_BYTES)
         while self.to_board and len(self.fifo) < self.FIFO_BYTES and BYTES_IN_A_TICK > moved:
             self.fifo.append(self.to_board.pop(0))
             moved += 1

@@ -14,8 +14,9 @@ DR, FR, IMSC = 0x00, 0x18, 0x38  # of the UART
 ALIASES = 0x3000  # bits of an address that select plain, exclusive or, set and clear writes
 SLICE = 0x14  # bytes between the registers of two PWM slices
 CTR, CC, TOP = 0x08, 0x0C, 0x10
-ENABLE, STOP, MAGNITUDES, DIRECTIONS = 22, 28, [16, 18, 20], [17, 19, 21]
-HIGH = 1 << 26 | 1 << 27 | 1 << STOP  # supply good, operator present, stop circuit closed
+ENABLE, MAGNITUDES, DIRECTIONS = 22, [16, 18, 20], [17, 19, 21]
+INPUTS = [28, 26, 27]  # stop circuit closed, supply good, operator present
+HIGH = sum(1 << pin for pin in INPUTS)
 UART_IRQ = 33
 BOOT_RAM, RETURNS = 0x400E_0000, 0x4770_4770  # where the boot ROM leaves a function that starts the flash; `bx lr`, twice
 VERSION, LOOKUP, FUNCTIONS = 0x13, 0x16, 0x100  # in the boot ROM
@@ -86,7 +87,7 @@ class Rp2350(Chip):
         if 0 <= clock < 0x90 and clock % 12 == 8:
             return kept or 1
         if address == UART + FR:
-            return 1 << 7 | (0 if self.fifo else 1 << 4)
+            return 1 << 7 | (0 if self.fifo else 1 << 4) | (0 if self.send_room else 1 << 5)
         if address == UART + DR and self.fifo:
             return self.take_byte()
         if address == PIO + 4:  # no queue is empty
@@ -116,7 +117,7 @@ class Rp2350(Chip):
             setattr(self, name, [value, old | value, old & ~value, old ^ value][kind])
             return False
         if address == UART + DR:
-            self.sent.append(value & 0xFF)
+            self.send_byte(value & 0xFF)
             return False
         if address == WATCHDOG + 4:
             self.load_us = value
@@ -142,12 +143,13 @@ class Rp2350(Chip):
 
     def raises(self):
         raised = {SYSTICK} if self.at(SYST_CSR) & 3 == 3 else set()
-        if self.fifo and self.at(UART + IMSC) & 0x50:
+        if self.fifo and self.at(UART + IMSC) & 0x50 or self.at(UART + IMSC) & 0x20:
             raised.add(UART_IRQ)
         return raised
 
     def stop_ticks(self):
         self.registers[SYST_CSR] = 0
 
-    def open_stop_circuit(self, is_open):
-        self.inputs = self.inputs & ~(1 << STOP) | (0 if is_open else 1 << STOP)
+    def lower(self, number, is_low):
+        pin = INPUTS[number]
+        self.inputs = self.inputs & ~(1 << pin) | (0 if is_low else 1 << pin)

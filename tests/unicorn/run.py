@@ -9,10 +9,10 @@ the end of the input a last line describes the whole run.
 
 A scenario may contain `events`, each of which happens before the period `at`: `loop` replaces the start of the function
 whose name contains `symbol` by an endless loop until the watchdog's reset, `hard fault` happens at that function,
-`no ticks` stops the tick timer, `stop` opens the stop circuit for one period, the board is going to `restart` itself
-and the power fails during operation number `power_fails_in` of the flash, or the `power` fails at once. `values` are registers that differ after
-a reset, `cycles_per_reading` is the speed of the cycle counter, and `count` asks for the instructions between two
-feedings of the watchdog during start-up.
+`no ticks` stops the tick timer, `stop` opens the stop circuit for one period, in which with `supply` the amplifiers'
+supply is low, the board is going to `restart` itself and the power fails during operation number `power_fails_in` of the
+flash, or the `power` fails at once. `values` are registers that differ after a reset, `cycles_per_reading` is the speed
+of the cycle counter, and `count` asks for the instructions between two feedings of the watchdog during start-up.
 """
 
 import json
@@ -25,6 +25,7 @@ from rp2350 import Rp2350
 from stm32 import CHIPS, Stm32
 
 LOOP = b"\xfe\xe7"  # b .
+LOWERED = ["stop", "supply"]  # events by the number of the input that they lower
 RESTART_INSTRUCTIONS = 40_000  # in a period of a board that waits for its watchdog: more than an idle tick takes
 
 
@@ -77,7 +78,7 @@ def main():
     chip = Stm32(board, image, values) if board in CHIPS else Rp2350(image)
     chip.CYCLES_PER_READING = scenario.get("cycles_per_reading", chip.CYCLES_PER_READING)
     events, planted, hangs = {event["at"]: event for event in scenario.get("events", [])}, None, 0
-    has_stop = any(event["how"] == "stop" for event in events.values())
+    last = None
     try:
         counting = scenario.get("count") and chip.count_instructions()
         start(chip)
@@ -104,8 +105,10 @@ def main():
             elif happens == "power":
                 chip.power_on()
                 start(chip)
-            if has_stop:
-                chip.open_stop_circuit(happens == "stop")
+            for input_, how in enumerate(LOWERED):
+                if happens == how or last == how:
+                    chip.lower(input_, happens == how)
+            last = happens
             if happens in ("loop", "hard fault"):
                 hangs = chip.cycles_per_period()
             elif happens == "restart":

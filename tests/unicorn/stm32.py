@@ -7,8 +7,9 @@ from chip import Chip
 CR1, DIER, SR, EGR, CCER, CNT, ARR, CCR1, BDTR = 0x00, 0x0C, 0x10, 0x14, 0x20, 0x24, 0x2C, 0x34, 0x44  # of the timers
 MODER, IDR, ODR, BSRR = 0x00, 0x10, 0x14, 0x18  # of the ports
 RXNE, TC, TXE, TEACK, REACK = 1 << 5, 1 << 6, 1 << 7, 1 << 21, 1 << 22
-RXNEIE = 1 << 5
+RXNEIE, TXEIE = 1 << 5, 1 << 7
 MOE = 1 << 15
+STOP = 0  # among the inputs that are high
 LSI_HZ = 32_000
 
 KEYS = [0x4567_0123, 0xCDEF_89AB]
@@ -19,7 +20,6 @@ TIMERS = {"TIM2": 0x4000_0000, "TIM3": 0x4000_0400, "TIM4": 0x4000_0800, "TIM7":
 SMALL_PINS = {
     "enable": ("GPIOC", 8),
     "directions": [("GPIOB", 13), ("GPIOB", 14), ("GPIOB", 15)],
-    "stop": ("GPIOB", 12),
     "high": [("GPIOB", 12), ("GPIOC", 9), ("GPIOC", 10)],
 }
 CHIPS = {
@@ -57,7 +57,6 @@ CHIPS = {
         "pins": {
             "enable": ("GPIOF", 12),
             "directions": [("GPIOF", 3), ("GPIOF", 5), ("GPIOF", 10)],
-            "stop": ("GPIOE", 15),
             "high": [("GPIOE", 15), ("GPIOF", 13), ("GPIOF", 14)],
         },
         "values": {0x5C00_1000: 0x2003_6450},  # revision V
@@ -103,7 +102,8 @@ CHIPS = {
             "GPIOB": 0x4800_0400,
             "GPIOC": 0x4800_0800,
         },
-        "memory": [(0x0800_0000, 0x8_0000), (0x2000_0000, 0x2_0000)],
+        # flash, CCM for code, SRAM without the CCM, which repeats there
+        "memory": [(0x0800_0000, 0x8_0000), (0x1000_0000, 0x8000), (0x2000_0000, 0x1_8000)],
         "ready": {0x00: [(8, 10), (16, 17), (24, 25)], 0x90: [(0, 1)], 0x94: [(0, 1)], 0x98: [(0, 1)]},
         "clock_switch": (0x08, 2, 2),
         "clocks_on": range(0x48, 0x64),
@@ -162,7 +162,7 @@ class Stm32(Chip):
             return kept | self.row["power"].get(address - self.base["PWR"], 0)
         status, received, _ = self.row["usart"]
         if address == self.base["USART"] + status:
-            return TXE | TC | TEACK | REACK | (RXNE if self.fifo else 0)
+            return (TXE if self.send_room else 0) | TC | TEACK | REACK | (RXNE if self.fifo else 0)
         if address == self.base["USART"] + received and self.fifo:
             return self.take_byte()
         port = self.ports.get(address - IDR)
@@ -192,7 +192,7 @@ class Stm32(Chip):
             if address == registers + cr:
                 return self._flash_control(first, address, value)
         if address == self.base["USART"] + self.row["usart"][2]:
-            self.sent.append(value & 0xFF)
+            self.send_byte(value & 0xFF)
             return False
         if address == self.base["IWDG"]:
             if value == 0xCCCC:
@@ -233,9 +233,9 @@ class Stm32(Chip):
         elif self.before:
             # the core has stored to the flash meanwhile
             before, after, self.before = self.before, bytes(self.uc.mem_read(*slots)), None
-            changed = [at for at, (old, new) in enumerate(zip(before, after)) if old != new]
+            changed = int.from_bytes(before, "little") ^ int.from_bytes(after, "little")  # byte by byte would take seconds
             if changed:
-                at, end = changed[0], changed[-1] + 1
+                at, end = ((changed & -changed).bit_length() - 1) // 8, (changed.bit_length() + 7) // 8
                 self.uc.mem_write(slots[0] + at, before[at:end])
                 self.write(slots[0] + at, after[at:end])
         return True
@@ -269,16 +269,17 @@ class Stm32(Chip):
         if self.of("TIM7", CR1) & 1 and self.of("TIM7", DIER) & 1:
             self.registers[self.base["TIM7"] + SR] = 1
             raised.add(irq["TIM7"])
-        if self.fifo and self.of("USART", 0x00 if self.row["usart"][0] else 0x0C) & RXNEIE:
+        if self.of("USART", 0x00 if self.row["usart"][0] else 0x0C) & (TXEIE | (RXNEIE if self.fifo else 0)):
             raised.add(irq["USART"])
         return raised
 
     def stop_ticks(self):
         self.registers[self.base["TIM7"] + CR1] = 0
 
-    def open_stop_circuit(self, is_open):
-        port, pin = self.row["pins"]["stop"]
-        self.inputs[port] = self.inputs[port] & ~(1 << pin) | (0 if is_open else 1 << pin)
-        if is_open and self.of("TIM1", BDTR) >> 12 & 1:  # the break input acts without the program
+    def lower(self, number, is_low):
+        """Pulls the input with this number in the row `high` low, or lets it rise."""
+        port, pin = self.row["pins"]["high"][number]
+        self.inputs[port] = self.inputs[port] & ~(1 << pin) | (0 if is_low else 1 << pin)
+        if number == STOP and is_low and self.of("TIM1", BDTR) >> 12 & 1:  # the break input acts without the program
             self.registers[self.base["TIM1"] + BDTR] &= ~MOE
             self.registers[self.base["TIM1"] + SR] = self.of("TIM1", SR) | 1 << 7

@@ -110,17 +110,19 @@ impl<B: Board> HapticLoop<B> {
         let found = self.board.emergency_stop().or(own).or(supply).or(command.found);
         let operator_absent = self.board.operator_absent().unwrap_or(command.operator_absent);
         let command = Command { found, late_ticks: self.late_ticks.max(missed), operator_absent, ..command };
+        // no other mode uses it, and to read the pins back takes 2 us
+        let healthy = self.controller.mode() == Mode::SelfTest && self.board.healthy();
         let benched = self.commissioning.as_mut().filter(|bench| !bench.ended());
         let (telemetry, mut outputs) = match benched {
             None => {
-                let telemetry = self.controller.tick(tissue, reading, command, self.board.healthy());
+                let telemetry = self.controller.tick(tissue, reading, command, healthy);
                 (telemetry, self.controller.outputs())
             }
             Some(bench) => {
                 // arming has to wait, and is not remembered
                 let asked = command.asked.filter(|asked| *asked != Ask::Arm);
                 let shown = bench.shown(&reading);
-                let telemetry = self.controller.tick(tissue, shown, Command { asked, ..command }, self.board.healthy());
+                let telemetry = self.controller.tick(tissue, shown, Command { asked, ..command }, healthy);
                 let absent = self.controller.operator_switch() && command.operator_absent;
                 (telemetry, bench.tick(&reading, &Command { operator_absent: absent, ..command }, &telemetry))
             }

@@ -26,7 +26,11 @@ pub struct WordAligned<Bytes: ?Sized>(pub Bytes);
 /// Everything that the tick writes, and the data that it reads outside the flash: for 480 nodes and
 /// 1024 surface triangles, of tissue with relaxation 160 nodes, and 48 nodes at once in contact
 /// with a probe with friction. The largest patch that a board has time for has 138 nodes.
+#[cfg(not(feature = "small-ram"))]
 pub type Memory = palpate::Memory<480, 1024, 160, 48>;
+/// As on larger boards, for 160 nodes.
+#[cfg(feature = "small-ram")]
+pub type Memory = palpate::Memory<160, 512, 160, 48>;
 
 #[cfg(target_os = "none")]
 const _: () = assert!(size_of::<Memory>() <= RAM_FOR_PATCH, "the patch's state must leave room for the stacks");

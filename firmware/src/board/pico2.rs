@@ -317,13 +317,7 @@ fn UART0_IRQ() {
     while !UART0.uartfr().read().rxfe() {
         queues::keep(UART0.uartdr().read().data());
     }
-    let waits = loop {
-        if UART0.uartfr().read().txff() {
-            break true;
-        }
-        let Some(byte) = queues::next() else { break false };
-        UART0.uartdr().write(|w| w.set_data(byte));
-    };
+    let waits = queues::send(|| !UART0.uartfr().read().txff(), |byte| UART0.uartdr().write(|w| w.set_data(byte)));
     UART0.uartimsc().modify(|w| w.set_txim(waits));
 }
 

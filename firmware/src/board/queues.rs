@@ -1,5 +1,5 @@
 //! The queues between the haptic loop and a board's UART, whose interrupt moves their bytes.
-//! Interrupts are off for one pass over a frame, not once for each byte.
+//! Interrupts are off while a frame is copied, not once for each byte.
 
 use core::cell::RefCell;
 
@@ -31,7 +31,17 @@ pub fn keep(byte: u8) {
     IN.lock(|queue| queue.borrow_mut().push(byte));
 }
 
-/// The next byte for the host.
-pub fn next() -> Option<u8> {
-    OUT.lock(|queue| queue.borrow_mut().pop())
+/// Moves bytes for the host to the UART, as long as it accepts them, and returns whether some may
+/// still wait. Interrupts are off meanwhile, for as many bytes as the UART's own queue holds.
+pub fn send(accepts: impl Fn() -> bool, send: impl Fn(u8)) -> bool {
+    OUT.lock(|queue| {
+        let mut queue = queue.borrow_mut();
+        loop {
+            if !accepts() {
+                return true;
+            }
+            let Some(byte) = queue.pop() else { return false };
+            send(byte);
+        }
+    })
 }

@@ -54,6 +54,13 @@ const fn cycles(class: Class) -> f64 {
     }
 }
 
+/// Cycles of an instruction by the same tables, without and with a jump.
+#[must_use]
+pub fn cycles_of(Instruction { class, words, .. }: Instruction) -> [f64; 2] {
+    let straight = cycles(class) + f64::from(words);
+    [straight, straight + REFILL]
+}
+
 const ALL: [Class; CLASSES] = [
     Class::FpLoad,
     Class::FpStore,

@@ -4,7 +4,7 @@ use palpate::{Model, PatchFile};
 use palpate_controller::link::Refusal;
 use palpate_controller::patch::{Budget, Memory, Patch, cost, site};
 use palpate_tissue::Error as TissueError;
-use palpate_tissue::budget::{CostModel, MACHINES};
+use palpate_tissue::budget::{BOUND, CostModel, MACHINES, TIGHTNESS};
 
 use super::options::fit::MOST_POINTS;
 use super::options::pack::BOARDS;
@@ -56,9 +56,13 @@ pub(super) fn bound(packed: &[u8], machine: &CostModel) -> Option<String> {
     let words = on_words(packed);
     let file = PatchFile::open(&bytemuck::cast_slice(&words)[..packed.len()]).ok().filter(|_| machine.is_board())?;
     let most = site::most_in_reach(&file, &mut || {});
-    let cycles = cost::cycles(&file, most);
+    let cycles = BOUND * f64::from(cost::cycles(&file, most));
+    let waited = match machine.waits {
+        1.0 => String::new(),
+        waits => format!(", {:.0} with waits for the flash by a model of its cache", cycles * waits),
+    };
     Some(format!(
-        "at most {most} triangles pressed anywhere on the surface, which a board enforces: at most {cycles:.0} cycles per tick by its own count"
+        "at most {most} triangles pressed anywhere on the surface, which a board enforces: at most {cycles:.0} cycles per tick{waited}; for the default patch such a bound is up to {TIGHTNESS:.2} times the longest emulated tick"
     ))
 }
 
@@ -101,6 +105,20 @@ mod tests {
         assert_eq!((refused(4), refused(9)), (None, None));
         let why = refused(16).unwrap();
         assert!(why.contains("m7-480") && why.contains("--points 9"), "{why}");
+    }
+
+    #[test]
+    fn a_packed_patch_has_a_bound_and_how_tight_it_is() {
+        let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/patches/block-m4f-168.patch");
+        let packed = std::fs::read(shipped).unwrap();
+        let said = |board: &str| bound(&packed, machine(board).unwrap());
+        let cycles = |said: &str, before: &str| said.split(before).nth(1)?.split(' ').next()?.parse::<f64>().ok();
+        let text = said("nucleo-f446re").unwrap();
+        let (dry, waited) = (cycles(&text, "enforces: at most ").unwrap(), cycles(&text, "per tick, ").unwrap());
+        assert!((1.10..1.20).contains(&(waited / dry)), "{text}");
+        assert!(text.starts_with("at most 15 triangles") && text.contains("1.10 times the longest"), "{text}");
+        assert!(!said("m4f-168").unwrap().contains("waits"), "no chip is known");
+        assert_eq!(said("desktop"), None);
     }
 
     #[test]

@@ -14,10 +14,13 @@ mod emulated_loop_equals_the_desktop;
 mod flashed_image_runs;
 mod image_fits_the_board;
 mod image_has_no_double_precision_and_no_allocator;
+mod images_are_built_for_their_cores;
+mod images_set_up_their_chips;
 mod late_ticks_release_the_force;
 mod live_trace_on_the_board;
 mod log_over_the_link;
 mod mechanisms_on_the_board;
+mod mishaps_end_the_force;
 #[cfg(unix)]
 mod paddle_on_a_port;
 mod pico_2_counts_encoder_edges;

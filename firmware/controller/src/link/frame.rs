@@ -55,7 +55,8 @@ impl core::error::Error for FrameError {}
 /// # Errors
 /// Fails with [`FrameError::TooLong`] if the message does not fit into a frame.
 pub fn encode<'out>(sequence: u16, message: &impl Serialize, out: &'out mut [u8; FRAME_BYTES]) -> Result<&'out [u8], FrameError> {
-    let mut plain = [0; HEAD + BODY_BYTES + TAIL];
+    // written after the place of the first code byte, so that nothing is copied
+    let [_, plain @ ..] = &mut *out;
     let (head, rest) = plain.split_at_mut(HEAD);
     head.copy_from_slice(&sequence.to_le_bytes());
     let (body, _) = rest.split_at_mut(BODY_BYTES);
@@ -63,9 +64,10 @@ pub fn encode<'out>(sequence: u16, message: &impl Serialize, out: &'out mut [u8;
     let (checked, tail) = plain.split_at_mut_checked(HEAD + body).ok_or(FrameError::TooLong)?;
     let crc = CRC.checksum(checked).to_le_bytes();
     *tail.first_chunk_mut().ok_or(FrameError::TooLong)? = crc;
-    let whole = plain.get(..HEAD + body + TAIL).ok_or(FrameError::TooLong)?;
-    let length = stuffing::stuff(whole, out).ok_or(FrameError::TooLong)?;
-    *out.get_mut(length).ok_or(FrameError::TooLong)? = 0;
+    let length = 1 + HEAD + body + TAIL;
+    let (frame, end) = out.split_at_mut_checked(length).ok_or(FrameError::TooLong)?;
+    stuffing::stuff(frame).ok_or(FrameError::TooLong)?;
+    *end.first_mut().ok_or(FrameError::TooLong)? = 0;
     out.get(..=length).ok_or(FrameError::TooLong)
 }
 

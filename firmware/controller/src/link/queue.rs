@@ -1,7 +1,6 @@
-//! A queue of bytes between the haptic loop and the interrupt of a UART. Not generic, so that its
-//! code is compiled in this crate, which images build for size.
-
-use heapless::Deque;
+//! A ring of bytes between the haptic loop and the interrupt of a UART. Frames are copied as a
+//! whole, since interrupts are off meanwhile. Not generic, so that its code is compiled in this
+//! crate, which images build for size.
 
 use super::FRAME_BYTES;
 
@@ -10,23 +9,34 @@ const QUEUE_BYTES: usize = 3 * FRAME_BYTES;
 
 /// Bytes that wait.
 #[derive(Debug)]
-pub struct ByteQueue(Deque<u8, QUEUE_BYTES>);
+pub struct ByteQueue {
+    bytes: [u8; QUEUE_BYTES],
+    /// Place of the oldest byte.
+    first: usize,
+    len: usize,
+}
 
 impl ByteQueue {
     /// A queue without bytes.
-    pub const EMPTY: Self = Self(Deque::new());
+    pub const EMPTY: Self = Self { bytes: [0; QUEUE_BYTES], first: 0, len: 0 };
 
     /// Number of bytes that there is room for.
     #[must_use]
     pub fn room(&self) -> usize {
-        QUEUE_BYTES - self.0.len()
+        QUEUE_BYTES - self.len
     }
 
     /// Queues a frame, or drops it if it does not fit as a whole.
     #[inline(never)]
     pub fn write(&mut self, frame: &[u8]) {
-        if self.room() >= frame.len() {
-            frame.iter().for_each(|byte| self.push(*byte));
+        let from = place(self.first + self.len);
+        if self.room() >= frame.len()
+            && let Some((start, end)) = self.bytes.split_at_mut_checked(from)
+        {
+            let (first, rest) = frame.split_at_checked(end.len()).unwrap_or((frame, &[]));
+            copy(end, first);
+            copy(start, rest);
+            self.len += frame.len();
         }
     }
 
@@ -43,16 +53,31 @@ impl ByteQueue {
     }
 
     /// Queues a byte. If it does not fit it is lost, and its frame is dropped for its checksum.
-    #[inline(never)]
     pub fn push(&mut self, byte: u8) {
-        let _ = self.0.push_back(byte);
+        self.write(&[byte]);
     }
 
     /// Removes the oldest byte.
-    #[inline(never)]
+    #[inline]
     pub fn pop(&mut self) -> Option<u8> {
-        self.0.pop_front()
+        let byte = *self.bytes.get(self.first)?;
+        self.len = self.len.checked_sub(1)?;
+        self.first = place(self.first + 1);
+        Some(byte)
     }
+}
+
+/// A place in the ring, from a number below twice its size.
+#[inline]
+fn place(at: usize) -> usize {
+    at.checked_sub(QUEUE_BYTES).unwrap_or(at)
+}
+
+/// Copies bytes as far as there are some and there is room. A loop, since the library's copy
+/// contains a panic.
+#[inline(never)]
+fn copy(to: &mut [u8], from: &[u8]) {
+    to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
 }
 
 #[cfg(test)]

@@ -6,25 +6,20 @@
 /// Longest run that one code byte describes.
 const RUN: usize = 254;
 
-/// Stuffs `plain` into `out`; returns the number of bytes written. `None` if they do not fit or
-/// `plain` is too long for one code byte.
-pub fn stuff(plain: &[u8], out: &mut [u8]) -> Option<usize> {
-    let mut places = out.iter_mut().enumerate();
-    let mut length = 1;
-    let (_, mut code) = places.next()?;
+/// Stuffs a frame in place; its first byte is the place of the first code byte. `None` if the frame
+/// is too long for one code byte.
+pub fn stuff(frame: &mut [u8]) -> Option<()> {
+    let (mut code, plain) = frame.split_first_mut().filter(|(_, plain)| plain.len() < RUN)?;
     let mut run = 1_u8;
-    for byte in plain {
-        let (at, place) = places.next()?;
-        if *byte == 0 {
+    for place in plain {
+        if *place == 0 {
             *core::mem::replace(&mut code, place) = core::mem::replace(&mut run, 1);
         } else {
-            *place = *byte;
-            run = run.checked_add(1)?;
+            run = run.wrapping_add(1); // it stays below `RUN`
         }
-        length = at + 1;
     }
     *code = run;
-    (plain.len() < RUN).then_some(length)
+    Some(())
 }
 
 /// Removes the stuffing, in place; returns the number of bytes left. `None` if the code bytes do
@@ -61,28 +56,30 @@ mod tests {
             (&[0x11, 0, 0, 0], &[2, 0x11, 1, 1, 1]),
             (&[], &[1]),
         ] {
-            let mut out = [0; 8];
-            let length = stuff(plain, &mut out).unwrap();
-            assert_eq!(&out[..length], stuffed);
-            assert_eq!(unstuff(&mut out[..length]), Some(plain.len()));
-            assert_eq!(&out[..plain.len()], plain);
+            let mut frame = std::vec::Vec::from(plain);
+            frame.insert(0, 0xEE);
+            stuff(&mut frame).unwrap();
+            assert_eq!(frame, stuffed);
+            assert_eq!(unstuff(&mut frame), Some(plain.len()));
+            assert_eq!(&frame[..plain.len()], plain);
         }
     }
 
     #[test]
-    fn every_length_goes_there_and_back_and_what_does_not_fit_is_none() {
+    fn every_length_goes_there_and_back_and_what_is_too_long_is_none() {
         for zeros in [1, 2, 3, 7, 500] {
             for length in 0..254 {
                 let plain: std::vec::Vec<u8> = (0..length).map(|n| if n % zeros == 0 { 0 } else { n as u8 | 1 }).collect();
-                let mut out = [0xEE; 256];
-                let took = stuff(&plain, &mut out).unwrap();
-                assert!(took == length + 1 && out[..took].iter().all(|byte| *byte != 0));
-                assert_eq!(unstuff(&mut out[..took]), Some(length));
-                assert_eq!(out[..length], plain);
-                assert_eq!(stuff(&plain, &mut [0; 256][..length]), None);
+                let mut frame = plain.clone();
+                frame.insert(0, 0);
+                stuff(&mut frame).unwrap();
+                assert!(frame.iter().all(|byte| *byte != 0));
+                assert_eq!(unstuff(&mut frame), Some(length));
+                assert_eq!(frame[..length], plain);
             }
         }
-        assert_eq!(stuff(&[1; 254], &mut [0; 300]), None, "another code byte would be needed");
+        assert_eq!(stuff(&mut [1; 255]), None, "another code byte would be needed");
+        assert_eq!(stuff(&mut []), None);
         for bad in [&mut [3, 1][..], &mut [1, 1, 5], &mut [2, 0, 1], &mut []] {
             assert_eq!(unstuff(bad), None);
         }

@@ -6,8 +6,8 @@ use crate::refusal::Refusal;
 /// Bytes of a patch per frame.
 pub const PIECE_BYTES: usize = 192;
 
-/// Memory for an uploaded patch [32-bit words]: 52 KB, enough for some 180 nodes.
-pub const UPLOAD_WORDS: usize = 13 * 1024;
+/// Memory for an uploaded patch [32-bit words]: 52 KB, enough for some 180 nodes, or 24 KB for 88.
+pub const UPLOAD_WORDS: usize = if cfg!(feature = "small-ram") { 6 * 1024 } else { 13 * 1024 };
 
 /// The messages that transfer a patch, in order. The board answers the last one.
 pub fn messages(patch: &[u8]) -> impl Iterator<Item = ToBoard<'_>> {

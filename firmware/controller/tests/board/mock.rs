@@ -33,6 +33,8 @@ pub struct Mock {
     pub stop: Option<Fault>,
     pub operator_absent: Option<bool>,
     pub healthy: bool,
+    /// Number of times that the outputs were checked before anything is switched on.
+    pub checks: Cell<u32>,
     pub from_host: VecDeque<Vec<u8>>,
     pub to_host: Vec<Vec<u8>>,
     /// Period of each frame to the host.
@@ -72,6 +74,7 @@ impl Default for Mock {
             stop: None,
             operator_absent: None,
             healthy: true,
+            checks: Cell::new(0),
             from_host: VecDeque::new(),
             to_host: Vec::new(),
             sent_at: Vec::new(),
@@ -160,6 +163,7 @@ impl Board for Mock {
     }
 
     fn healthy(&self) -> bool {
+        self.checks.update(|checks| checks + 1);
         self.healthy
     }
 

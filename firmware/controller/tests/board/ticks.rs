@@ -53,6 +53,12 @@ impl Bench {
 }
 
 #[test]
+fn only_the_self_test_waits_for_the_board_s_check() {
+    let checks = Bench::active().haptic.board.checks.get();
+    assert!((1..=5).contains(&checks), "{checks} checks");
+}
+
+#[test]
 fn a_tick_puts_the_force_on_the_pins_and_feeds_the_watchdog() {
     let mut bench = Bench::pressing();
     let fed = bench.haptic.board.fed;

@@ -51,9 +51,6 @@ pub extern "C" fn on_sent() {
     // SAFETY: as above.
     unsafe {
         INTCLEAR.write_volatile(SENT);
-        while STATE.read_volatile() & SEND_FULL == 0 {
-            let Some(byte) = queues::next() else { return };
-            DATA.write_volatile(byte.into());
-        }
+        queues::send(|| STATE.read_volatile() & SEND_FULL == 0, |byte| DATA.write_volatile(byte.into()));
     }
 }

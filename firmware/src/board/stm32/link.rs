@@ -44,13 +44,7 @@ pub fn on_interrupt() {
     while let Some(byte) = received(registers) {
         queues::keep(byte);
     }
-    let waits = loop {
-        if !can_send(registers) {
-            break true;
-        }
-        let Some(byte) = queues::next() else { break false };
-        send(registers, byte);
-    };
+    let waits = queues::send(|| can_send(registers), |byte| send(registers, byte));
     registers.cr1().modify(|w| w.set_txeie(waits));
 }
 

@@ -1,5 +1,6 @@
 //! ST NUCLEO-F446RE: Cortex-M4F at 180 MHz. The cheapest of these boards that runs the default
-//! patch.
+//! patch, which is copied to SRAM. Code stays in the flash, because fetches from SRAM are slower
+//! than those from the flash's cache.
 //!
 //! | what | where |
 //! |---|---|

@@ -1,5 +1,6 @@
 //! ST NUCLEO-G474RE: Cortex-M4F at 170 MHz, with additional timers and analog inputs for motor
-//! control.
+//! control. The tick is in CCM and the patch in SRAM, since the flash waits four cycles for each
+//! eight bytes.
 //!
 //! | what | where |
 //! |---|---|
