@@ -26,7 +26,7 @@ mod unit;
 mod vtk;
 mod word;
 
-pub use block::{BlockError, BlockSpec, block, block_with_rim, radius_ratio};
+pub use block::{BlockError, BlockSpec, block, block_of_at_least, block_with_rim, radius_ratio};
 pub use distance::{ClosedSurface, Foot};
 pub use error::{Defect, MeshError};
 pub use facets::fit_facets;
