@@ -274,6 +274,32 @@ pub unsafe extern "C" fn palpate_read_nodes(session: Session, positions_m: *mut 
     })
 }
 
+/// Copies the triangles of the surface to `corners`, for drawing: three indices of nodes for each,
+/// counter-clockwise seen from outside. They never change. `capacity` is the length of `corners`,
+/// at least three times `palpate_info.triangles`.
+///
+/// # Safety
+/// `corners` points to `capacity` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_read_triangles(session: Session, corners: *mut u32, capacity: usize) -> PalpateCode {
+    code(|| {
+        sessions::with(session, |session| {
+            let triangles = session.tissue().patch().model().triangles;
+            let need = 3 * triangles.len();
+            if capacity < need {
+                return Err(Failure::TooSmall { item: "corners", need, have: capacity });
+            }
+            let mut place = corners.cast::<[u32; 3]>();
+            for triangle in triangles {
+                // SAFETY: the caller guarantees the pointer, and there is room for every triangle
+                unsafe { write("corners", place, triangle.node.map(u32::from))? };
+                place = place.wrapping_add(1);
+            }
+            Ok(())
+        })
+    })
+}
+
 /// Writes a hash of all positions and velocities of the tissue to `hash`; it is equal on every
 /// machine after the same ticks.
 ///

@@ -107,7 +107,8 @@ impl FitArgs {
             let out = self.common.folder("fit");
             return FitScenes::of(self, &scenes, &out)?.start(&self.cases, &out);
         }
-        self.fit_scene()?.verdict(self.options.tolerance_pct)?.about(&self.common.load()?).last()
+        let verdict = self.fit_scene()?.verdict(self.options.tolerance_pct)?;
+        verdict.warning_if(self.options.quick).about(&self.common.load()?).last()
     }
 
     fn fit_scene(&self) -> Result<Fitted, Error> {

@@ -85,7 +85,7 @@ const FAR_PCT: f64 = 10.0;
 
 /// Largest force error against stored finite elements [%].
 fn furthest_pct(scene: &Scene, press: &Press) -> Option<f64> {
-    let pct = |hold: &Hold| Some(((hold.force_n / elements_n(scene, hold)? - 1.0) * 100.0).abs());
+    let pct = |hold: &Hold| Some(((hold.force_n / reference_values::at(scene, hold.target)? - 1.0) * 100.0).abs());
     press.holds.iter().filter_map(pct).reduce(f64::max)
 }
 
@@ -126,13 +126,6 @@ fn in_words(scene: &Scene, session: &Session, press: &Press) -> String {
     };
     let [_, _, slowest_us] = press.tick_us();
     format!("{right}{soft}{limited}{moving}; the slowest tick took {:.1} % of its millisecond", f64::from(slowest_us) * 0.1)
-}
-
-/// Force of the finite elements at a hold [N], if it is stored.
-fn elements_n(scene: &Scene, hold: &Hold) -> Option<f64> {
-    let of_depth = matches!(scene.drive, Drive::Depth { .. });
-    let near = |depth: f64| of_depth && (depth - hold.target).abs() < 1e-6 * depth;
-    reference_values::of(scene).iter().find(|(depth, _)| near(*depth)).map(|(_, force_n)| *force_n)
 }
 
 pub(super) fn with_progress<T>(run: impl FnOnce(&mut dyn FnMut(usize)) -> T) -> T {
@@ -274,7 +267,8 @@ pub(super) fn print_holds(scene: &Scene, press: &Press) {
             Drive::Force { .. } => hold.target,
             _ => hold.target * 1e3,
         };
-        let fem = elements_n(scene, hold).map_or("-".into(), |f| format!("{f:.4} ({:+.1} %)", (hold.force_n / f - 1.0) * 100.0));
+        let fem = reference_values::at(scene, hold.target)
+            .map_or("-".into(), |f| format!("{f:.4} ({:+.1} %)", (hold.force_n / f - 1.0) * 100.0));
         println!(
             "{shown:>10.3} {:>9.3} {:>9.4} {:>8.3} {:>+9.3} {fem:>18}",
             hold.depth_m * 1e3,

@@ -23,6 +23,7 @@ mod surface_file;
 mod topology;
 pub mod triangle;
 mod unit;
+mod up;
 mod vtk;
 mod word;
 
@@ -35,6 +36,7 @@ pub(crate) use quality::six_volume;
 pub use quality::{WorstTet, worst};
 pub use surface_file::{ImportedSurface, SurfaceReport};
 pub use unit::LengthUnit;
+pub use up::Up;
 
 /// A tetrahedral mesh in metres. Frame: x to the operator, y to the operator's right, z up.
 /// Every tet (a, b, c, d) is positively oriented: `(b-a) x (c-a) . (d-a) > 0`.

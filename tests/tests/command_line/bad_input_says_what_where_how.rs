@@ -278,6 +278,7 @@ fn holds_that_cannot_be() {
 fn keys_that_contradict_each_other() {
     refused_edit(BLOCK, &format!("{BLOCK}\nmesh = \"a.msh\""), &["both block_m and mesh", "keep one"]);
     refused_edit(BLOCK, &format!("{BLOCK}\nlength_unit = \"mm\""), &["tissue.length_unit", "remove it"]);
+    refused_edit(BLOCK, &format!("{BLOCK}\nup = \"y\""), &["tissue.up", "remove it"]);
     refused_edit(PLACE, "site = [0.0, 0.0, 0.0]", &["probe.site", "position_m", "use that"]);
     let mesh = edited(SMALL_BLOCK, BLOCK, "mesh = \"a.msh\"");
     let desk = Desk::default();

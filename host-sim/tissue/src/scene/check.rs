@@ -196,6 +196,9 @@ impl Scene {
             (_, true, true) => return self.bad("tissue", "has both mesh and organ: keep one"),
             _ => {}
         }
+        if tissue.up.is_some() && tissue.mesh.is_none() {
+            return self.bad("tissue.up", "turns a mesh file: remove it");
+        }
         if tissue.organ.is_some() {
             return self.check_organ();
         }
