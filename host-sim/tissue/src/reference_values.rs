@@ -32,3 +32,26 @@ pub fn at(scene: &Scene, target_m: f64) -> Option<f64> {
     let near = |depth: f64| of_depth && (depth - target_m).abs() < SAME * depth;
     of(scene).into_iter().find(|(depth, _)| near(*depth)).map(|(_, force_n)| force_n)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_answer_beside_the_patch_comes_first_if_it_is_for_the_scene() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut scene = Scene::load("block").unwrap();
+        let shipped_n = at(&scene, 4e-3).unwrap();
+        scene.solver.patch = Some(folder.path().join("fitted.patch"));
+        let store = |change: &dyn Fn(&mut Answer)| {
+            let mut answer = Answer::block();
+            answer.holds.iter_mut().for_each(|hold| hold.force_over_e_m2 *= 2.0);
+            change(&mut answer);
+            std::fs::write(folder.path().join("answer.json"), serde_json::to_string(&answer).unwrap()).unwrap();
+        };
+        store(&|_| ());
+        assert_eq!(at(&scene, 4e-3), Some(2.0 * shipped_n));
+        store(&|answer| answer.tissue.poisson_ratio = 0.3);
+        assert_eq!(at(&scene, 4e-3), Some(shipped_n));
+    }
+}
