@@ -394,6 +394,9 @@ fn a_model_too_large_for_its_millisecond_with_the_numbers() {
 fn boards_and_options_that_do_not_fit() {
     let desk = Desk::default();
     refused(&desk, &["pack", "--board", "m4f"], &["no board \"m4f\"", "desktop, m4f-168, m7-480"]);
+    for option in ["--image", "--patch"] {
+        refused(&desk, &["emulate", option, "nope.file"], &["nope.file", "No such file", "check the path"]);
+    }
     refused(&desk, &["pack", "--nodes", "3"], &["nodes = 3", "from 30 to 5000"]);
     refused(&desk, &["pack", "--scene", "organ-liver", "--nodes", "99"], &["--nodes", "shape of its own", "leave it out"]);
 }
