@@ -16,10 +16,12 @@ const DEFAULT_PATCH: &str = "firmware/patches/block-m4f-168.patch";
 mod fingerprint;
 #[path = "build/memory.rs"]
 mod memory;
+#[path = "build/patch.rs"]
+mod patch;
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed=../memory.x");
-    for file in ["build.rs", "build/memory.rs"] {
+    for file in ["build.rs", "build/memory.rs", "build/patch.rs"] {
         println!("cargo:rerun-if-changed={file}");
     }
     for cfg in ["break_source", "usart_fifo", "usart_v2"] {
@@ -59,6 +61,12 @@ fn take_patch(out: &Path) -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed={}", file.display());
     let bytes = fs::read(&file)
         .map_err(|cause| format!("{PATCH}: {}: {cause}; pack one with `palpate pack --out firmware/patches`", file.display()))?;
+    if env::var("CARGO_CFG_TARGET_OS")? == "none" {
+        for (feature, _) in env::vars().filter(|(name, _)| name.starts_with("CARGO_FEATURE_")) {
+            let board = feature.trim_start_matches("CARGO_FEATURE_").to_lowercase().replace('_', "-");
+            patch::fits(&board, &bytes).map_err(|why| format!("{PATCH}: {}: {why}", file.display()))?;
+        }
+    }
     fs::write(out.join("packed.patch"), bytes)?;
     // the record of the patch's fit, from which hosts read its error; empty if there is none
     let mut name = file.into_os_string();

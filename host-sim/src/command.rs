@@ -29,6 +29,7 @@ mod replay;
 mod scene;
 #[cfg(feature = "full")]
 mod scene_list;
+mod stop;
 mod tools;
 pub mod verdict;
 
@@ -211,7 +212,8 @@ Built when first used, which takes some minutes: fit, pack, board, emulate, chec
 Times in the help of a command are processor time, all cores together: an idle machine with two cores may take half as long, a busy one takes
 longer. A long run prints its progress from time to time.
 
-Exit code: 0 if what the command promises held, 1 if a check failed, 2 on bad input.
+Exit code: 0 if what the command promises held, 1 if a check failed, 2 on bad input. A verdict that begins with `warning:`
+is a result that should not be relied on: it says why, and the exit code is 0.
 
 Output: a result appears in its folder whole, in place of an earlier one, when the run is done, also if a check failed. A run that is stopped, or
 meets a full disk, leaves the earlier result as it was. A second run into the same folder is refused, and so is a folder with files but without
@@ -233,13 +235,6 @@ pub struct Common {
     pub out: Option<PathBuf>,
 }
 
-/// Warns of values in a scene that are probably in a wrong unit.
-fn print_warnings(scene: &Scene) {
-    for warning in scene.warnings() {
-        println!("  warning   {warning}");
-    }
-}
-
 impl Common {
     /// Options for a scene without changes of its keys.
     fn of(scene: &str, out: Option<PathBuf>) -> Self {
@@ -253,7 +248,9 @@ impl Common {
 
     /// Opens and locks the output folder of a command, for a result of a scene.
     fn open(&self, command: &str, scene: &Scene) -> Result<OutputFolder, Error> {
-        Ok(OutputFolder::open(&self.folder(command))?.made_by(provenance::of(Some(scene))))
+        let folder = self.folder(command);
+        stop::says_what_stays(&folder);
+        Ok(OutputFolder::open(&folder)?.made_by(provenance::of(Some(scene))))
     }
 
     fn folder(&self, command: &str) -> PathBuf {
@@ -269,7 +266,10 @@ impl Cli {
     pub fn read() -> Result<Self, clap::Error> {
         let mut command = help::grouped(Self::command());
         // `palpate NAME`, `palpate help NAME` and `palpate check NAME`
-        let mut words = std::env::args().skip(1).skip_while(|word| word == "help" || word == "check");
+        let mut words = std::env::args_os()
+            .skip(1)
+            .map(|word| word.to_string_lossy().into_owned())
+            .skip_while(|word| word == "help" || word == "check");
         if let Some(why) =
             words.next().and_then(|name| help::gone(&name)).or_else(|| words.find_map(|word| help::gone_option(&word)))
         {

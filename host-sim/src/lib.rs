@@ -51,6 +51,7 @@ fn run_with(run: impl FnOnce(&Cli) -> Result<(), Error>) -> ExitCode {
         Err(error) => error.exit(),
     };
     match run(&cli) {
+        Ok(()) if palpate_tissue::terminal::lost() => ExitCode::from(2),
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             tell(&error.to_string());
@@ -72,5 +73,9 @@ fn one_line(message: &str) -> String {
     let said = said.join(" ");
     let said = said.trim_start_matches("error: ");
     // the help of a command that is gone would say so again
-    if said.contains("is gone: ") { said.to_owned() } else { format!("{said}: see --help") }
+    match said {
+        said if said.contains("is gone: ") => said.to_owned(),
+        said if said.contains("invalid UTF-8") => "an argument is not text in UTF-8: rename the file".into(),
+        said => format!("{said}: see --help"),
+    }
 }

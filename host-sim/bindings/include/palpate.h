@@ -285,6 +285,14 @@ enum palpate_code palpate_read_info(palpate_session session, struct palpate_info
 // `positions_m` points to `capacity` doubles.
 enum palpate_code palpate_read_nodes(palpate_session session, double *positions_m, size_t capacity);
 
+// Copies the triangles of the surface to `corners`, for drawing: three indices of nodes for each,
+// counter-clockwise seen from outside. They never change. `capacity` is the length of `corners`,
+// at least three times `palpate_info.triangles`.
+//
+// # Safety
+// `corners` points to `capacity` numbers.
+enum palpate_code palpate_read_triangles(palpate_session session, uint32_t *corners, size_t capacity);
+
 // Writes a hash of all positions and velocities of the tissue to `hash`; it is equal on every
 // machine after the same ticks.
 //

@@ -6,7 +6,7 @@
 //! checked here.
 #![expect(unsafe_code, reason = "pointers of C are followed here, and nowhere else")]
 
-use std::ffi::{CStr, CString, c_char};
+use std::ffi::{CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::LazyLock;
@@ -16,7 +16,8 @@ use palpate::{Fault, Vector3};
 use palpate_loop::haptic_session::{HapticSession, Input};
 
 use crate::code::{Failure, PalpateCode};
-use crate::records::{PalpateInfo, PalpateInput, PalpateMode, PalpateReport, PalpateStage, wide};
+use crate::pointers::{array, fits, maybe_text, read, text, write, write_text, write_threes};
+use crate::records::{PalpateInfo, PalpateInput, PalpateReport, PalpateStage, wide};
 use crate::{message, sessions};
 
 /// Handle of a session; 0 is no session.
@@ -258,18 +259,26 @@ pub unsafe extern "C" fn palpate_read_info(session: Session, info: *mut PalpateI
 pub unsafe extern "C" fn palpate_read_nodes(session: Session, positions_m: *mut f64, capacity: usize) -> PalpateCode {
     code(|| {
         sessions::with(session, |session| {
-            let nodes = session.tissue().nodes();
-            let need = 3 * nodes.len();
-            if capacity < need {
-                return Err(Failure::TooSmall { item: "positions_m", need, have: capacity });
-            }
-            let mut place = positions_m.cast::<[f64; 3]>();
-            for node in nodes {
-                // SAFETY: the caller guarantees the pointer, and there is room for every node
-                unsafe { write("positions_m", place, wide(&node.position_m()))? };
-                place = place.wrapping_add(1);
-            }
-            Ok(())
+            let nodes = session.tissue().nodes().iter().map(|node| wide(&node.position_m()));
+            // SAFETY: the caller guarantees the pointer
+            unsafe { write_threes("positions_m", positions_m, capacity, nodes) }
+        })
+    })
+}
+
+/// Copies the triangles of the surface to `corners`, for drawing: three indices of nodes for each,
+/// counter-clockwise seen from outside. They never change. `capacity` is the length of `corners`,
+/// at least three times `palpate_info.triangles`.
+///
+/// # Safety
+/// `corners` points to `capacity` numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpate_read_triangles(session: Session, corners: *mut u32, capacity: usize) -> PalpateCode {
+    code(|| {
+        sessions::with(session, |session| {
+            let triangles = session.tissue().patch().model().triangles.iter().map(|t| t.node.map(u32::from));
+            // SAFETY: the caller guarantees the pointer
+            unsafe { write_threes("corners", corners, capacity, triangles) }
         })
     })
 }
@@ -345,18 +354,9 @@ pub extern "C" fn palpate_error_text(code: i32) -> *const c_char {
 /// Returns the name of a mode; never NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpate_mode_text(mode: i32) -> *const c_char {
-    let text = match mode {
-        n if n == PalpateMode::Boot as i32 => c"boot",
-        n if n == PalpateMode::SelfTest as i32 => c"self-test",
-        n if n == PalpateMode::Idle as i32 => c"idle",
-        n if n == PalpateMode::Arming as i32 => c"arming",
-        n if n == PalpateMode::Active as i32 => c"active",
-        n if n == PalpateMode::Degraded as i32 => c"degraded",
-        n if n == PalpateMode::SafeRamp as i32 => c"ramping down",
-        n if n == PalpateMode::Fault as i32 => c"fault",
-        _ => c"no mode of this library",
-    };
-    text.as_ptr()
+    let names = [c"boot", c"self-test", c"idle", c"arming", c"active", c"degraded", c"ramping down", c"fault"];
+    let name = usize::try_from(mode).ok().and_then(|n| names.get(n));
+    name.map_or(c"no mode of this library", |name| name).as_ptr()
 }
 
 /// Returns the description of the fault number in a report; never NULL.
@@ -431,70 +431,4 @@ unsafe fn tick(session: Session, input: Result<PalpateInput, Failure>, force_n: 
         // SAFETY: the caller guarantees the pointer
         unsafe { write("force_n", force_n.cast(), applied_n) }
     })
-}
-
-fn fits<T>(item: &'static str, have: usize) -> Result<(), Failure> {
-    let need = size_of::<T>();
-    if have == need { Ok(()) } else { Err(Failure::WrongSize { item, need, have }) }
-}
-
-/// # Safety
-/// `pointer` is NULL or points to a text that ends with a zero byte and lives as long as the call.
-unsafe fn text<'a>(item: &'static str, pointer: *const c_char) -> Result<&'a str, Failure> {
-    if pointer.is_null() {
-        return Err(Failure::Null(item));
-    }
-    // SAFETY: it is not NULL, and the caller guarantees the rest
-    unsafe { CStr::from_ptr(pointer) }.to_str().map_err(|_| Failure::NotText(item))
-}
-
-/// # Safety
-/// As [`text`].
-unsafe fn maybe_text<'a>(item: &'static str, pointer: *const c_char) -> Result<Option<&'a str>, Failure> {
-    // SAFETY: the caller guarantees the pointer
-    if pointer.is_null() { Ok(None) } else { unsafe { text(item, pointer) }.map(Some) }
-}
-
-/// # Safety
-/// `pointer` is NULL or points to `capacity` bytes.
-unsafe fn write_text(item: &'static str, pointer: *mut c_char, capacity: usize, content: &str) -> Result<(), Failure> {
-    let need = content.len() + 1;
-    if capacity < need {
-        return Err(Failure::TooSmall { item, need, have: capacity });
-    }
-    // SAFETY: the caller guarantees the pointer, and there is room
-    content
-        .bytes()
-        .chain([0])
-        .enumerate()
-        .try_for_each(|(n, byte)| unsafe { write(item, pointer.cast::<u8>().wrapping_add(n), byte) })
-}
-
-/// # Safety
-/// `pointer` is NULL or points to `length` bytes that live as long as the call.
-unsafe fn array<'a>(item: &'static str, pointer: *const u8, length: usize) -> Result<&'a [u8], Failure> {
-    match pointer.is_null() {
-        true => Err(Failure::Null(item)),
-        false if isize::try_from(length).is_err() => Err(Failure::TooSmall { item, need: length, have: isize::MAX as usize }),
-        // SAFETY: not NULL, no longer than memory can be, and the caller guarantees the rest
-        false => Ok(unsafe { std::slice::from_raw_parts(pointer, length) }),
-    }
-}
-
-/// # Safety
-/// `pointer` is NULL or points to a `T`, aligned or not.
-unsafe fn read<T: Copy>(item: &'static str, pointer: *const T) -> Result<T, Failure> {
-    // SAFETY: it is not NULL, and the caller guarantees the rest
-    if pointer.is_null() { Err(Failure::Null(item)) } else { Ok(unsafe { pointer.read_unaligned() }) }
-}
-
-/// # Safety
-/// `pointer` is NULL or points to room for a `T`, aligned or not.
-unsafe fn write<T>(item: &'static str, pointer: *mut T, value: T) -> Result<(), Failure> {
-    if pointer.is_null() {
-        return Err(Failure::Null(item));
-    }
-    // SAFETY: it is not NULL, and the caller guarantees the rest
-    unsafe { pointer.write_unaligned(value) };
-    Ok(())
 }

@@ -5,12 +5,13 @@
 //!                   pointers  handles    gate, patch, limits
 //! ```
 //!
-//! [`ffi`] is the boundary and the only file with `unsafe`: it converts pointers to values and
-//! back, catches panics, and returns codes. The header `include/palpate.h` is generated from
+//! [`ffi`] is the boundary: it converts pointers to values and back, catches panics, and returns
+//! codes. It and `pointers` alone have `unsafe`. The header `include/palpate.h` is generated from
 //! [`ffi`], [`code`] and [`records`]; `README.md` shows how to build, link and run.
 
 pub mod code;
 pub mod ffi;
 mod message;
+mod pointers;
 pub mod records;
 mod sessions;

@@ -46,7 +46,9 @@ pub fn build_with(patch: Option<&Path>) -> Result<PathBuf, EmulateError> {
         .map_err(|source| EmulateError::NotStarted { program: "cargo", source })?;
     if !output.status.success() {
         let text = String::from_utf8_lossy(&output.stderr);
-        let first = text.lines().find(|line| line.starts_with("error")).unwrap_or("cargo failed");
+        // the build script's own error is beside cargo's
+        let starts = |with: &str| text.lines().map(str::trim_start).find(|line| line.starts_with(with));
+        let first = starts("Error: ").or_else(|| starts("error")).unwrap_or("cargo failed");
         return Err(EmulateError::NotBuilt(first.to_owned()));
     }
     let messages = String::from_utf8_lossy(&output.stdout);

@@ -190,7 +190,7 @@ impl App {
                 ui.label(format!("along the surface {:.3} N", Vector3::from(self.frame.along_n).norm()));
             }
             ui.label(format!("at {:.2} mm", self.frame.depth_m * 1e3));
-            ui.weak(format!("of {:.1} with a press", self.pointer.press_m * 1e3)).on_hover_text("wheel, PageUp, PageDown");
+            ui.weak(format!("a press goes {:.1} mm deep", self.pointer.press_m * 1e3)).on_hover_text("wheel, PageUp, PageDown");
             ui.separator();
             let warn = ui.visuals().error_fg_color;
             let silent = self.begun.elapsed().as_secs_f64() - self.heard_s > SILENCE_S;
@@ -248,7 +248,7 @@ impl App {
         self.touch.draw(&painter, rect, dark, self.shape.body.friction);
         accepted::draw(&painter, rect, dark, &self.controls.choice.scene);
         legend(&painter, rect, &shown, HOW);
-        self.controls.marks(&painter, &lens, &self.shape);
+        self.controls.marks(&painter, &lens, &self.shape, view::cut(&lens, &self.shape, &self.frame, &shown).as_ref());
     }
 
     /// Draws one frame.

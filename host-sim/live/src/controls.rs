@@ -1,12 +1,13 @@
 //! Choices of the user and their consequences; the user makes them with `panel` and `keys`.
 
-use eframe::egui::{self, Align2, Color32, FontId, Painter, Stroke, vec2};
+use eframe::egui::{Align2, Color32, FontId, Painter, Stroke, vec2};
 use palpate::Vector3;
 use palpate_loop::live::{Choice, Exercise, Found, Holding, Inside, Nodule};
 use palpate_tissue::scene::PRESETS;
 use web_time::Instant;
 
 use crate::camera::Lens;
+use crate::cut::Cut;
 use crate::drawn_body::DrawnBody;
 use crate::message::{Body, Frame};
 use crate::shown::Shown;
@@ -58,6 +59,14 @@ impl Search {
     pub(crate) fn taken_s(&self) -> f64 {
         self.begun.map_or(0.0, |begun| begun.elapsed().as_secs_f64())
     }
+}
+
+/// Points of a ring around a place on the surface [m], the first once more at the end.
+fn ring(middle: Vector3<f32>, radius_m: f32) -> impl Iterator<Item = Vector3<f32>> {
+    (0..=32_u8).map(move |k| {
+        let turn = f32::from(k) * std::f32::consts::TAU / 32.0;
+        middle + Vector3::new(turn.cos(), turn.sin(), 0.0) * radius_m
+    })
 }
 
 /// Name of a preset, or of a file without its folders.
@@ -159,22 +168,28 @@ impl Controls {
         }
     }
 
-    /// Marks the answer and the nodule on the surface.
-    pub fn marks(&self, painter: &Painter, lens: &Lens, shape: &DrawnBody) {
+    /// Marks the answer and the nodule on the surface, where the cut leaves tissue.
+    pub(crate) fn marks(&self, painter: &Painter, lens: &Lens, shape: &DrawnBody, cut: Option<&Cut>) {
         let Some((_, answer, nodule)) = &self.found else { return };
-        let top_m = shape.body.site_m[2] + 0.5e-3;
+        let axis = Vector3::from(shape.body.axis);
+        let on_tissue = |x: Vector3<f32>| {
+            let on_m = shape.meets(&(x + axis * 0.5), &-axis)?;
+            cut.is_none_or(|cut| cut.ahead_m(&on_m) <= 0.0).then(|| on_m + axis * 0.5e-3)
+        };
         // their names are on opposite sides, since one would hide the other
         for (place, radius_m, colour, name, side) in [
             (nodule.place_m, nodule.radius_m as f32, Color32::from_rgb(200, 40, 40), "nodule", -1.0),
             (*answer, 1.5e-3, Color32::from_rgb(20, 60, 160), "your answer", 1.0),
         ] {
-            let middle = Vector3::new(place[0] as f32, place[1] as f32, top_m);
-            let ring = (0..=32_u8).filter_map(|k| {
-                let turn = f32::from(k) * std::f32::consts::TAU / 32.0;
-                lens.project(&(middle + Vector3::new(turn.cos(), turn.sin(), 0.0) * radius_m)).map(|p| p.0)
-            });
-            painter.add(egui::Shape::line(ring.collect(), Stroke::new(2.5, colour)));
-            if let Some((pixel, _)) = lens.project(&(middle + Vector3::x() * (side * radius_m))) {
+            let middle = Vector3::new(place[0] as f32, place[1] as f32, shape.body.site_m[2]);
+            let ring: Vec<_> = ring(middle, radius_m).map(|x| Some(lens.project(&on_tissue(x)?)?.0)).collect();
+            for pair in ring.windows(2) {
+                if let [Some(a), Some(b)] = *pair {
+                    painter.line_segment([a, b], Stroke::new(2.5, colour));
+                }
+            }
+            let named = on_tissue(middle + Vector3::x() * (side * radius_m));
+            if let Some((pixel, _)) = named.and_then(|x| lens.project(&x)) {
                 let align = if side < 0.0 { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
                 painter.text(pixel + vec2(6.0 * side, 0.0), align, name, FontId::proportional(14.0), colour);
             }

@@ -238,7 +238,7 @@ impl App {
             let [place, gentle, soon] = found.marks;
             let how = if found.found { "found" } else { "not found" };
             ui.label(RichText::new(format!("{how}: score {:.2} of 1", found.score)).strong());
-            ui.label(format!("= 0.45 x {place:.1}/10 place + 0.35 x {gentle:.1}/10 gentle + 0.20 x {soon:.1}/10 soon"));
+            ui.label(format!("place {place:.1} of 10, which counts for all; gentleness {gentle:.1}; time {soon:.1}"));
         }
     }
 

@@ -1,12 +1,13 @@
 //! Mouse and keys move the tip over the surface and into it, and move the eye around it.
 
 use eframe::egui::{Key, PointerButton, Response, Ui};
-use palpate::Vector3;
+use palpate::{ClampFlags, Vector3};
 use palpate_loop::live::CLEAR_M;
 
 use crate::camera::Camera;
 use crate::drawn_body::DrawnBody;
 use crate::message::{Body, Frame};
+use crate::words;
 
 type V = Vector3<f32>;
 
@@ -18,6 +19,8 @@ const NOTCH_M: f32 = 0.5e-3;
 const INTO_M_PER_S: f32 = 12e-3;
 /// Speed along the surface while a key is held [m/s].
 const ALONG_M_PER_S: f32 = 25e-3;
+/// Time in which the loop ramps the force in after it was armed, and a little more [s].
+const RAMP_IN_S: f32 = 0.6;
 
 /// Position and depth of the tip that the user moves.
 #[derive(Clone, Copy, Debug)]
@@ -34,11 +37,21 @@ pub struct Pointer {
     by_key: bool,
     /// Whether the tip presses now.
     pub pressing: bool,
+    /// Time since the loop was armed [s].
+    armed_s: f32,
 }
 
 impl Default for Pointer {
     fn default() -> Self {
-        Self { place_m: V::zeros(), press_m: PRESS_M, depth_m: -CLEAR_M as f32, over: false, by_key: false, pressing: false }
+        Self {
+            place_m: V::zeros(),
+            press_m: PRESS_M,
+            depth_m: -CLEAR_M as f32,
+            over: false,
+            by_key: false,
+            pressing: false,
+            armed_s: 0.0,
+        }
     }
 }
 
@@ -52,6 +65,15 @@ impl Pointer {
     #[must_use]
     pub fn place_m(&self) -> V {
         self.place_m
+    }
+
+    /// Whether a press is felt in full: the loop is armed, and its force was ramped in. Until then
+    /// the tip waits above the tissue, so that no press is lost.
+    fn may_press(&mut self, frame: &Frame, dt_s: f32) -> bool {
+        self.armed_s = if words::felt(frame.mode) { self.armed_s + dt_s } else { 0.0 };
+        // tissue that is stiffer than the device renders is scaled down for good
+        let ramping = frame.limiters & ClampFlags::GAIN.bits() != 0 && self.armed_s < RAMP_IN_S;
+        self.armed_s > 0.0 && (self.depth_m > 0.0 || !ramping)
     }
 
     /// Target of the tip [m]; `None` if the pointer is not over the tissue.
@@ -116,7 +138,8 @@ impl Pointer {
             return None;
         }
         // the tip moves to the surface at once, into the tissue slowly, and out of it at once
-        let goal_m = if self.pressing { self.press_m } else { -CLEAR_M as f32 };
+        let may_press = self.may_press(frame, dt_s);
+        let goal_m = if self.pressing && may_press { self.press_m } else { -CLEAR_M as f32 };
         let most_m = self.depth_m.max(0.0) + INTO_M_PER_S * dt_s;
         self.depth_m = goal_m.min(most_m);
         Some((self.place_m - axis * self.depth_m).cast::<f64>().into())

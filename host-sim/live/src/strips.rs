@@ -53,7 +53,7 @@ const STRIPS: [Strip; 4] = [
         digits: 1,
     },
     Strip {
-        title: "energy taken mJ",
+        title: "work of the hand mJ",
         // energy taken is the negative of energy given; 0.0 minus zero has no sign
         value: |s| 0.0 - f64::from(s.energy_j) * 1e3,
         part: None,

@@ -22,12 +22,17 @@ struct Facet {
     far_m: f32,
 }
 
+/// The cut-away, if it is shown.
+pub(crate) fn cut(lens: &Lens, shape: &DrawnBody, frame: &Frame, shown: &Shown) -> Option<Cut> {
+    shown.cut.then(|| Cut::through(frame.tip_m.into(), &shape.body.axis.into(), lens))
+}
+
 /// Draws the picture with the `nodules` that may be visible; returns the number of triangles.
 pub fn draw(painter: &Painter, lens: &Lens, shape: &DrawnBody, frame: &Frame, shown: &Shown, nodules: &[Nodule]) -> usize {
     if frame.nodes_m.len() != shape.body.rest_m.len() || frame.nodes_m.is_empty() {
         return 0;
     }
-    let cut = shown.cut.then(|| Cut::through(frame.tip_m.into(), &shape.body.axis.into(), lens));
+    let cut = cut(lens, shape, frame, shown);
     let shares: Vec<f32> = match shown.colour {
         Colour::Displacement => shape.moved_m(&frame.nodes_m).iter().map(|m| m / shown.most_m).collect(),
         Colour::J => shape.j(&frame.nodes_m).iter().map(|j| (1.0 - j) / (1.0 - LEAST_J)).collect(),

@@ -133,7 +133,12 @@ impl Columns {
         let mut at = [0; COLUMNS.len()];
         for (place, column) in at.iter_mut().zip(COLUMNS) {
             let found = names.iter().position(|name| *name == column);
-            *place = found.ok_or_else(|| format!("no record of a board: it has no column {column}: {FIX}"))?;
+            *place = found.ok_or_else(|| match names[..] {
+                [only] if only.contains(';') => {
+                    "cells separated by semicolons: save it with commas, and with points in numbers".into()
+                }
+                _ => format!("no record of a board: it has no column {column}: {FIX}"),
+            })?;
         }
         Ok(Self { at, cells: names.len() })
     }

@@ -20,6 +20,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use self::rows::{FILE, Heading, Part};
+use super::stop;
 use crate::error::Error;
 use crate::provenance;
 use palpate_tissue::Error as TissueError;
@@ -97,6 +98,7 @@ pub trait Campaign {
         if !args.rows_in.is_empty() {
             return self.merge(&rows::complete(&args.rows_in)?, out, args.all);
         }
+        stop::says_what_stays(&self.whole(out));
         let folder = OutputFolder::open(&self.whole(out))?.made_by(provenance::of(self.scene()));
         let rows = self.run(0..self.cases())?;
         self.report(folder, rows.into_iter().map(|(_, row)| row).collect(), args.all)
@@ -116,6 +118,7 @@ pub trait Campaign {
             println!("ok: cases {cases:?} of {of} are in {} already", path.display());
             return Ok(());
         }
+        stop::says_what_stays(&path);
         let folder = OutputFolder::open(&path)?;
         let rows = self.run(cases.clone())?;
         folder.write(FILE, rows::text(&heading, &rows)?.as_bytes())?;

@@ -7,13 +7,13 @@ use std::path::PathBuf;
 use clap::Args;
 use palpate::Vector3;
 
+use super::Common;
 use super::campaign::{Campaign, CaseArgs, fingerprint};
 use super::hardware_in_loop::HardwareInLoop;
 use super::length::metres;
 use super::on_demand::{Program, build_and_run};
 use super::progress::{Progress, told};
 use super::verdict::Verdict;
-use super::{Common, print_warnings};
 use crate::error::Error;
 use crate::loop_figures;
 use palpate_loop::closed_loop::device::DeviceProfile;
@@ -179,7 +179,8 @@ impl Campaign for Loop {
         let report = report(name, &self.target, device, rows);
         let site = if self.board.is_some() { Site::new(Vector3::zeros(), Vector3::z()) } else { self.target.site() };
         folder.write_summary(&report)?;
-        let verdict = Verdict::of(judge(&report), || in_words(&report))?.first();
+        let verdict = Verdict::of(judge(&report), || in_words(&report))?;
+        let verdict = self.scene.iter().fold(verdict, Verdict::about).first();
         print(&report, hands, stimuli, all);
         folder.write("runs.csv", table(&report.runs)?.as_bytes())?;
         // the run that is shown in full: the only one, or the one that shakes most
@@ -274,7 +275,6 @@ impl LoopArgs {
             if let Some(depth_m) = self.runs.depth_m {
                 prepared.press_to(depth_m)?;
             }
-            print_warnings(&scene);
             if let Some(note) = prepared.ceiling_note() {
                 println!("note: {note}");
             }

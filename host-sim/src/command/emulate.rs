@@ -103,7 +103,7 @@ impl EmulateArgs {
             Some(why) => Err(TissueError::Check(why)),
             None => press.check(&scene.drive),
         };
-        let verdict = Verdict::of(check, || emulated.in_words())?.first();
+        let verdict = Verdict::of(check, || emulated.in_words())?.about(&scene).first();
         print_holds(&scene, &press);
         print(&emulated);
         let out = folder.publish()?;

@@ -19,7 +19,6 @@ pub(super) use self::scenes::FitScenes;
 use self::store::StoredFit;
 use super::campaign::Campaign;
 use super::options::fit::{FitArgs, FitOptions};
-use super::print_warnings;
 use super::verdict::Verdict as Line;
 use crate::error::Error;
 use palpate_fit::calibrate::Settings;
@@ -108,7 +107,8 @@ impl FitArgs {
             let out = self.common.folder("fit");
             return FitScenes::of(self, &scenes, &out)?.start(&self.cases, &out);
         }
-        self.fit_scene()?.verdict(self.options.tolerance_pct)?.last()
+        let verdict = self.fit_scene()?.verdict(self.options.tolerance_pct)?;
+        verdict.warning_if(self.options.quick).about(&self.common.load()?).last()
     }
 
     fn fit_scene(&self) -> Result<Fitted, Error> {
@@ -135,7 +135,9 @@ impl FitArgs {
             fitted_m.first().unwrap_or(&f64::NAN) * 1e3,
             fitted_m.last().unwrap_or(&f64::NAN) * 1e3,
         );
-        print_warnings(scene);
+        for warning in scene.warnings() {
+            println!("  warning   {warning}");
+        }
     }
 
     /// Loads the scene, and checks that it can be fitted for a board.

@@ -6,7 +6,6 @@ mod serve;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::Instant;
 
 use clap::Args;
 
@@ -90,10 +89,7 @@ impl LiveArgs {
     }
 
     fn window(&self, tools: &Tools, silent: Option<&str>) -> Result<(), Error> {
-        eprintln!("building the window; the first time takes some minutes");
-        let started = Instant::now();
-        let window = tools.build(&["--release"], "palpate-live")?;
-        say_built(started);
+        let window = tools.build(&["--release"], "palpate-live", "the window")?;
         let out = self.out.as_deref().unwrap_or(Path::new("out/live"));
         let name = window.display().to_string();
         let mut program = Command::new(&window);
@@ -113,11 +109,8 @@ impl LiveArgs {
 
     fn page(&self, tools: &Tools) -> Result<(), Error> {
         tools.add_target(PAGE)?;
-        eprintln!("building the page; the first time takes some minutes");
-        let started = Instant::now();
-        let module = tools.build(&["--lib", "--profile", "page", "--target", PAGE], "palpate_live")?;
-        let bind = tools.build(&["--release", "--package", "palpate-live-page"], "palpate-live-page")?;
-        say_built(started);
+        let module = tools.build(&["--lib", "--profile", "page", "--target", PAGE], "palpate_live", "the page")?;
+        let bind = tools.build(&["--release", "--package", "palpate-live-page"], "palpate-live-page", "the page's tool")?;
         let out = self.out.as_deref().unwrap_or(Path::new("out/live-page"));
         let folder = OutputFolder::open(out)?;
         eprintln!("binding and packing the page: some seconds");
@@ -137,8 +130,4 @@ impl LiveArgs {
         println!("{}: the same as one file, which a browser opens from the disk", out.join("palpate-live.html").display());
         if self.no_serve { Ok(()) } else { serve::serve(out) }
     }
-}
-
-fn say_built(started: Instant) {
-    eprintln!("built in {:.0} s", started.elapsed().as_secs_f64());
 }

@@ -3,7 +3,6 @@
 
 use std::path::Path;
 use std::process::Command;
-use std::time::Instant;
 
 use palpate_tissue::Error as TissueError;
 use palpate_tissue::machine::PROFILE;
@@ -49,12 +48,9 @@ pub(super) fn build_and_run(program: Program) -> Result<(), Error> {
         ))
         .into());
     }
-    eprintln!("building {name}, which has this command; the first time takes some minutes");
-    let started = Instant::now();
     let profile = if PROFILE == "debug" { "dev" } else { PROFILE };
-    let build = [&["--quiet", "--profile", profile, "--bin", name], how].concat();
-    let built = Tools::in_use(package).build(&build, name)?;
-    eprintln!("built in {:.0} s", started.elapsed().as_secs_f64());
+    let build = [&["--profile", profile, "--bin", name], how].concat();
+    let built = Tools::in_use(package).build(&build, name, &format!("{name}, which has this command"))?;
     Err(replaced_by(Command::new(&built).args(std::env::args_os().skip(1)), &built))
 }
 

@@ -5,7 +5,7 @@ mod remedy;
 use super::options::pack::{BoardArg, PackArgs};
 use super::progress::told;
 use super::verdict::Verdict;
-use super::{Common, boards, print_warnings};
+use super::{Common, boards};
 use crate::error::Error;
 use palpate_fit::scene_fit::judged_again;
 use palpate_tissue::Error as TissueError;
@@ -99,8 +99,8 @@ fn pack(common: &Common, board: &BoardArg, nodes: Option<usize>) -> Result<(), E
         100.0 * cost.units / cost.budget,
         standing.short()
     ))
+    .about(&scene)
     .first();
-    print_warnings(&scene);
     println!(
         "{}: {} nodes, {} springs, {} tets, {touched} triangles in reach of the site, {} bytes",
         file.display(),

@@ -3,10 +3,10 @@
 use clap::Args;
 use palpate::ClampFlags;
 
+use super::Common;
 use super::mesh::box_mm;
 use super::progress::{Spinner, told};
 use super::verdict::Verdict;
-use super::{Common, print_warnings};
 use crate::error::Error;
 use crate::{contact_report, press_report};
 use palpate_tissue::budget::MACHINES;
@@ -64,7 +64,8 @@ impl PressArgs {
         })?;
         let moving = judge_ramps(&ramps, &session)?;
         press_report::write(&folder, &scene, &session, &press, &moving, deepest.as_ref(), self.vtu)?;
-        let verdict = Verdict::of(press.check(&scene.drive), || in_words(&scene, &session, &press))?.first();
+        let verdict = Verdict::of(press.check(&scene.drive), || in_words(&scene, &session, &press))?;
+        let verdict = verdict.warning_if(is_doubtful(&scene, &session, &press)).about(&scene).first();
         print_report(&scene, &session);
         print_holds(&scene, &press);
         print_moving(&moving);
@@ -82,15 +83,23 @@ impl PressArgs {
 /// Force error from which the verdict calls a press off instead of within [%].
 const FAR_PCT: f64 = 10.0;
 
+/// Largest force error against stored finite elements [%].
+fn furthest_pct(scene: &Scene, press: &Press) -> Option<f64> {
+    let pct = |hold: &Hold| Some(((hold.force_n / reference_values::at(scene, hold.target)? - 1.0) * 100.0).abs());
+    press.holds.iter().filter_map(pct).reduce(f64::max)
+}
+
+/// Whether the force is known to be far off.
+fn is_doubtful(scene: &Scene, session: &Session, press: &Press) -> bool {
+    let moving = session.report.moving.is_some_and(|moving| moving.rms_pct > moving.allowed_pct);
+    let coarse = coarse::missing_pct(scene, &session.patch).is_some_and(|pct| pct > FAR_PCT);
+    moving || coarse || furthest_pct(scene, press).is_some_and(|pct| pct > FAR_PCT)
+}
+
 /// Describes accuracy and speed of a press.
 fn in_words(scene: &Scene, session: &Session, press: &Press) -> String {
-    let furthest = press
-        .holds
-        .iter()
-        .filter_map(|hold| Some(((hold.force_n / elements_n(scene, hold)? - 1.0) * 100.0).abs()))
-        .reduce(f64::max);
-    let right = match furthest {
-        Some(pct) if pct > FAR_PCT => format!("it ran, but is {pct:.1} % off finite elements"),
+    let right = match furthest_pct(scene, press) {
+        Some(pct) if pct > FAR_PCT => format!("{pct:.1} % off finite elements"),
         Some(pct) => format!("within {pct:.1} % of finite elements"),
         None => Standing::of(scene, session).short(),
     };
@@ -117,13 +126,6 @@ fn in_words(scene: &Scene, session: &Session, press: &Press) -> String {
     };
     let [_, _, slowest_us] = press.tick_us();
     format!("{right}{soft}{limited}{moving}; the slowest tick took {:.1} % of its millisecond", f64::from(slowest_us) * 0.1)
-}
-
-/// Force of the finite elements at a hold [N], if it is stored.
-fn elements_n(scene: &Scene, hold: &Hold) -> Option<f64> {
-    let of_depth = matches!(scene.drive, Drive::Depth { .. });
-    let near = |depth: f64| of_depth && (depth - hold.target).abs() < 1e-6 * depth;
-    reference_values::of(scene).iter().find(|(depth, _)| near(*depth)).map(|(_, force_n)| *force_n)
 }
 
 pub(super) fn with_progress<T>(run: impl FnOnce(&mut dyn FnMut(usize)) -> T) -> T {
@@ -182,7 +184,7 @@ fn print_report(scene: &Scene, session: &Session) {
         r.stable_rest_ms, r.stable_pressed_ms, r.depth_limit_mm, r.substeps
     );
     println!(
-        "  mass      nodes that move carry {:.2} times their share of the mass, so that the tick is stable",
+        "  mass      nodes that move carry {:.2} times their share of the mass, so that the tick is stable; a force held still is the same",
         r.mass_floor_ratio
     );
     if let Some(moving) = r.moving {
@@ -197,7 +199,6 @@ fn print_report(scene: &Scene, session: &Session) {
             );
         }
     }
-    print_warnings(scene);
     println!("  expected  about {:.4} N at 1 mm (a half-space under this probe)", r.half_space_force_at_1mm_n);
     if let Some(pct) = coarse::missing_pct(scene, &session.patch) {
         println!(
@@ -266,7 +267,8 @@ pub(super) fn print_holds(scene: &Scene, press: &Press) {
             Drive::Force { .. } => hold.target,
             _ => hold.target * 1e3,
         };
-        let fem = elements_n(scene, hold).map_or("-".into(), |f| format!("{f:.4} ({:+.1} %)", (hold.force_n / f - 1.0) * 100.0));
+        let fem = reference_values::at(scene, hold.target)
+            .map_or("-".into(), |f| format!("{f:.4} ({:+.1} %)", (hold.force_n / f - 1.0) * 100.0));
         println!(
             "{shown:>10.3} {:>9.3} {:>9.4} {:>8.3} {:>+9.3} {fem:>18}",
             hold.depth_m * 1e3,

@@ -1,11 +1,14 @@
 //! Runs cargo and rustup in a package's folder, so that the settings in it apply.
 
 use std::ffi::OsString;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
+use std::time::Instant;
 
 use serde_json::Value;
 
+use super::progress::Progress;
 use crate::error::Error;
 use palpate_tissue::Error as TissueError;
 
@@ -51,12 +54,19 @@ impl Tools {
     }
 
     /// Builds, and asks cargo for the path of the output of `target`, since settings may choose any
-    /// folder. Cargo shows its own progress.
-    pub fn build(&self, arguments: &[&str], target: &str) -> Result<PathBuf, Error> {
+    /// folder. Announces the build of `program` once cargo compiles something.
+    pub fn build(&self, arguments: &[&str], target: &str, program: &str) -> Result<PathBuf, Error> {
         let what = format!("cargo build {} in {}", arguments.join(" "), self.package.display());
+        let failed = |why: std::io::Error| TissueError::Usage(format!("{what}: {why}: {INSTALL}"));
         let mut cargo = self.command(&self.cargo);
-        cargo.args(["build", "--message-format", "json-render-diagnostics"]).args(arguments).stderr(Stdio::inherit());
-        let built = cargo.output().map_err(|why| TissueError::Usage(format!("{what}: {why}: {INSTALL}")))?;
+        cargo.args(["build", "--message-format", "json-render-diagnostics"]).args(arguments);
+        let mut building = cargo.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().map_err(failed)?;
+        let told = building.stderr.take();
+        let built = std::thread::scope(|scope| {
+            scope.spawn(|| told.map(|told| tell(BufReader::new(told), program, &mut |line| eprintln!("{line}"))));
+            building.wait_with_output()
+        });
+        let built = built.map_err(failed)?;
         ended(built.status, &what)?;
         let output = String::from_utf8_lossy(&built.stdout);
         Ok(output.lines().find_map(|line| file_of(target, line)).ok_or_else(|| {
@@ -76,6 +86,29 @@ impl Tools {
             }
         }
         command
+    }
+}
+
+/// Repeats cargo's messages, such as that it waits for another cargo; counts the packages that it
+/// compiles, and announces the first.
+fn tell(messages: impl BufRead, program: &str, say: &mut dyn FnMut(&str)) {
+    let mut compiling: Option<(Progress, Instant)> = None;
+    for line in messages.lines().map_while(Result::ok) {
+        match line.trim_start().split(' ').next() {
+            Some("Compiling") => {
+                let (packages, _) = compiling.get_or_insert_with(|| {
+                    say(&format!("building {program}: the first time takes some minutes"));
+                    (Progress::new(0, "packages"), Instant::now())
+                });
+                packages.one(line.trim_start());
+            }
+            Some("Finished") => {}
+            _ => say(&line),
+        }
+    }
+    if let Some((packages, started)) = compiling {
+        packages.finish();
+        say(&format!("built in {:.0} s", started.elapsed().as_secs_f64()));
     }
 }
 
@@ -166,17 +199,32 @@ mod tests {
             echo 'no message'
             echo '{"reason":"compiler-artifact","target":{"name":"palpate-live"},"executable":"/x/release/palpate-live"}'"#;
         let (_folder, tools) = scripts("", "", program);
-        assert_eq!(tools.build(&[], "palpate-live").unwrap(), Path::new("/x/release/palpate-live"));
+        assert_eq!(tools.build(&[], "palpate-live", "").unwrap(), Path::new("/x/release/palpate-live"));
         let module = r#"echo '{"reason":"compiler-artifact","target":{"name":"palpate_live"},"executable":null,"filenames":["/x/a.rlib","/x/a.wasm"]}'"#;
         let (_folder, tools) = scripts("", "", module);
-        assert_eq!(tools.build(&[], "palpate_live").unwrap(), Path::new("/x/a.wasm"));
+        assert_eq!(tools.build(&[], "palpate_live", "").unwrap(), Path::new("/x/a.wasm"));
+    }
+
+    #[test]
+    fn a_build_is_announced_only_if_something_is_compiled() {
+        let announced = |messages: &str| {
+            let mut said = Vec::new();
+            tell(messages.as_bytes(), "palpate-full", &mut |line| said.push(line.to_owned()));
+            said
+        };
+        let waited = "    Blocking waiting for file lock on build directory\n";
+        let done = "    Finished `release` profile [optimized] target(s) in 0.10s\n";
+        assert_eq!(announced(&format!("{waited}{done}")), [waited.trim_end()]);
+        let said = announced(&format!("   Compiling palpate v0.1.0\n   Compiling palpate-sim v0.1.0\nwarning: odd\n{done}"));
+        assert_eq!(said[..2], ["building palpate-full: the first time takes some minutes", "warning: odd"]);
+        assert!(said.len() == 3 && said[2].starts_with("built in "), "{said:?}");
     }
 
     #[test]
     fn what_is_wrong_with_a_build_is_told_apart() {
         for (cargo, says) in [("", INSTALL), ("exit 101", "what it said above"), ("echo {}", "no file of palpate-live")] {
             let (_folder, tools) = scripts("", "", cargo);
-            let output = tools.build(&["--release"], "palpate-live").unwrap_err().to_string();
+            let output = tools.build(&["--release"], "palpate-live", "").unwrap_err().to_string();
             assert!(output.contains(says) && output.contains("cargo build --release"), "{output}");
         }
     }

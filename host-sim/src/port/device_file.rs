@@ -86,7 +86,7 @@ pub fn of(device: DeviceProfile, name_or_file: &str) -> Result<(DeviceProfile, P
         (Ok(()), _) => Ok((device, profile)),
         (Err(ProfileError::Mechanism(cause @ MechanismError::Count)), Some(mechanism)) => {
             let count_um = mechanism.count_m().unwrap_or_default() * 1e6;
-            Err(place(format!("{cause}: it is {} um, and one count there is {count_um:.3} um", device.count_m * 1e6)))
+            Err(place(format!("{cause}: it is {} um, and there it is {count_um:.3} um", device.count_m * 1e6)))
         }
         (Err(ProfileError::Mechanism(cause)), _) => Err(place(cause.to_string())),
         (Err(ProfileError::Range(cause)), _) => Err(Error::Usage(format!("{name_or_file}: {cause}"))),

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::answer::{AnswerProbe, AnswerTissue};
 use crate::error::Error;
 use crate::output::{OutputFolder, RECORD_SUFFIX};
-use crate::scene::Scene;
+use crate::scene::{Scene, Up};
 
 /// Scene that a patch was fitted to, and its measured error.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -71,6 +71,9 @@ pub struct OrganRecord {
     /// Checksum of the mesh file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh_crc32: Option<u32>,
+    /// Axis of the mesh file that points up, if the scene names one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up: Option<Up>,
     /// Site of the scene's press [m].
     pub site_m: [f64; 3],
     /// Regions of the organ: name, and Young's modulus over the tissue's (1).
@@ -97,7 +100,7 @@ impl OrganRecord {
         };
         let ratio = |pascal: f64| pascal / tissue.youngs_modulus_pa;
         let regions = tissue.region.iter().map(|region| (region.name.clone(), ratio(region.youngs_modulus_pa)));
-        Some(Self { name, mesh_crc32, site_m: scene.probe.site.unwrap_or_default(), regions: regions.collect() })
+        Some(Self { name, mesh_crc32, up: tissue.up, site_m: scene.probe.site.unwrap_or_default(), regions: regions.collect() })
     }
 
     /// The key in which a scene with this organ differs from `fitted`, and the fitted value. A site
@@ -110,6 +113,9 @@ impl OrganRecord {
         }
         if self.mesh_crc32 != fitted.mesh_crc32 {
             return Some((key, format!("another file of the name {}", fitted.name)));
+        }
+        if self.up.unwrap_or_default() != fitted.up.unwrap_or_default() {
+            return Some(("tissue.up", format!("{:?}", fitted.up.unwrap_or_default())));
         }
         let squares = self.site_m.iter().zip(fitted.site_m).map(|(own, of)| (own - of).powi(2));
         if squares.sum::<f64>().sqrt() > disc_radius_m {

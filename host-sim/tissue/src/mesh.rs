@@ -23,10 +23,11 @@ mod surface_file;
 mod topology;
 pub mod triangle;
 mod unit;
+mod up;
 mod vtk;
 mod word;
 
-pub use block::{BlockError, BlockSpec, block, block_with_rim, radius_ratio};
+pub use block::{BlockError, BlockSpec, block, block_of_at_least, block_with_rim, radius_ratio};
 pub use distance::{ClosedSurface, Foot};
 pub use error::{Defect, MeshError};
 pub use facets::fit_facets;
@@ -35,6 +36,7 @@ pub(crate) use quality::six_volume;
 pub use quality::{WorstTet, worst};
 pub use surface_file::{ImportedSurface, SurfaceReport};
 pub use unit::LengthUnit;
+pub use up::Up;
 
 /// A tetrahedral mesh in metres. Frame: x to the operator, y to the operator's right, z up.
 /// Every tet (a, b, c, d) is positively oriented: `(b-a) x (c-a) . (d-a) > 0`.

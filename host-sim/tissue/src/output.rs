@@ -228,6 +228,12 @@ impl Drop for OutputFolder {
     }
 }
 
+/// Whether a stopped run left notes beside its folder, from which the next run resumes.
+#[must_use]
+pub fn has_notes(path: &Path) -> bool {
+    Place::of(path).is_ok_and(|(place, _)| place.notes().exists())
+}
+
 /// Path that a file in a draft has once it is published.
 pub fn published(file: &Path) -> PathBuf {
     place::published(file).unwrap_or_else(|| file.to_owned())

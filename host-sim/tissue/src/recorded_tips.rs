@@ -24,9 +24,14 @@ fn parse_tips(path: &Path, text: &str) -> Result<Vec<[f32; 3]>, Error> {
     let bad = |line: usize, why: String| SceneError::value(&format!("{file}:{line}"), "trace", &why);
     let mut lines = text.lines();
     let header: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
-    let column = |name: &str| {
-        header.iter().position(|c| *c == name).ok_or_else(|| bad(1, format!("has no column {name}: use a trace.csv of `press`")))
+    let semicolons = header.len() == 1 && header[0].contains(';');
+    let fix = if semicolons {
+        "its cells are separated by semicolons: save it with commas, and with points in numbers"
+    } else {
+        "use a trace.csv of `press`"
     };
+    let column =
+        |name: &str| header.iter().position(|c| *c == name).ok_or_else(|| bad(1, format!("has no column {name}: {fix}")));
     let columns = [column("probe_x_m")?, column("probe_y_m")?, column("probe_z_m")?];
     let time = header.iter().position(|c| *c == "t_s");
     let (mut tips, mut last_s) = (Vec::new(), None);

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-pub use crate::mesh::LengthUnit;
+pub use crate::mesh::{LengthUnit, Up};
 pub use change::Change;
 pub use check::ORGAN_NODES;
 pub use drive::Drive;
@@ -97,6 +97,12 @@ pub struct TissueScene {
     /// Unit of the coordinates in the mesh file: `"m"`, `"cm"`, `"mm"`, `"um"`, or the length of
     /// one unit in metres. Required with `mesh`.
     pub length_unit: Option<LengthUnit>,
+    /// Axis of the mesh file that points up in the scene, along z: `"x"`, `"-x"`, `"y"`, `"-y"`,
+    /// `"z"` or `"-z"`. Site and inclusions are in the turned frame; with `"y"`, the file's z, x, y
+    /// are its x, y, z.
+    ///
+    /// * default: z
+    pub up: Option<Up>,
     /// Young's modulus [Pa]. It also sets the stiffness of the contact: for an organ in layers,
     /// give the modulus of the layer that the probe touches. With relaxation it is the
     /// instantaneous modulus, and may be left out if the long-term modulus is given.

@@ -1,31 +1,33 @@
-//! Lines on standard output and standard error. A closed pipe, as after `palpate press | head`,
-//! ends neither the run nor its result: the remaining output is discarded.
+//! Lines on standard output and standard error. Neither a closed pipe, as after
+//! `palpate press | head`, nor a full disk ends the run: the remaining output is discarded.
 
 use std::fmt::Arguments;
-use std::io::{ErrorKind, Result, Write};
+use std::io::{ErrorKind, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Writes to standard output.
-///
-/// # Panics
-/// The output is lost for a reason other than a closed pipe, such as a full disk.
+/// Set once standard output was lost for a reason other than a reader that went.
+static LOST: AtomicBool = AtomicBool::new(false);
+
+/// Writes to standard output. The first loss is reported on standard error.
 pub fn out(text: Arguments<'_>) {
-    kept(std::io::stdout().write_fmt(text));
+    if let Err(error) = std::io::stdout().write_fmt(text)
+        && error.kind() != ErrorKind::BrokenPipe
+        && !LOST.swap(true, Ordering::Relaxed)
+    {
+        err(format_args!("palpate: standard output: {error}: the run goes on; free some space, and run it again to read it\n"));
+    }
+}
+
+/// Whether output was lost, other than to a reader that went.
+#[must_use]
+pub fn lost() -> bool {
+    LOST.load(Ordering::Relaxed)
 }
 
 /// Writes to standard error.
-///
-/// # Panics
-/// Panics of [`out`].
 pub fn err(text: Arguments<'_>) {
-    kept(std::io::stderr().write_fmt(text));
-}
-
-fn kept(written: Result<()>) {
-    if let Err(error) = written
-        && error.kind() != ErrorKind::BrokenPipe
-    {
-        panic!("cannot write the output: {error}");
-    }
+    // an error here has no place where it could be reported
+    let _ = std::io::stderr().write_fmt(text);
 }
 
 /// Prints to standard output as the standard library's macro does, but tolerates a closed pipe.

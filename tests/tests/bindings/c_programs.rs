@@ -128,16 +128,34 @@ fn ticks_over_the_boundary_allocate_nothing() {
     assert!(!said.starts_with("0 "), "the count counts: {said}");
 }
 
+/// Each adapter also presses with a fake device library, which then fails: the force is zero, and
+/// the program says which fault it was.
 #[test]
 fn adapters_compile_against_our_stubs() {
     if !Language::Cpp.is_here() {
         return;
     }
-    let folder = tempfile::tempdir().unwrap();
-    for name in ["touch.cpp", "omega.cpp", "inverse3.cpp"] {
-        let file = example("adapters").join(name);
-        let _object = compile(&file, folder.path(), name, false, &[]);
-        assert!(std::fs::read_to_string(file).unwrap().contains("UNTESTED ON A DEVICE"), "{name}");
+    let (folder, fake) = (tempfile::tempdir().unwrap(), source("fake_devices.cpp"));
+    let clock = format!("-I{}", source("").display());
+    let clock = ["-DADAPTER_CLOCK=FakeClock", "-include", "fake_clock.h", &clock];
+    let late = "ticks ended too late";
+    for (name, device, stopped) in [("touch", "touch", "sensor"), ("omega", "omega3", "sensor"), ("inverse3", "inverse3", late)] {
+        let file = example("adapters").join(name).with_extension("cpp");
+        assert!(std::fs::read_to_string(&file).unwrap().contains("UNTESTED ON A DEVICE"), "{name}");
+        let program = compile(&file, folder.path(), name, true, &[&clock[..], &[&fake.display().to_string()]].concat());
+        for (does, says) in [("nothing", "ended"), ("late", late), ("stops", stopped), ("jumps", "moved too fast")] {
+            let ended = Command::new(&program).env("FAKE", does).output().unwrap();
+            let said = String::from_utf8_lossy(&ended.stdout);
+            let why = said
+                .lines()
+                .find(|line| line.starts_with(&format!("{device}: ")) && !line.contains("Ctrl-C"))
+                .unwrap_or_default();
+            assert!(why.contains(says), "{name} {does}: {ended:?}");
+            assert_eq!(ended.status.code(), Some(i32::from(does != "nothing")), "{name} {does}: {ended:?}");
+            let forces = numbers(said.lines().find(|line| line.starts_with("before")).unwrap_or_default());
+            assert!(forces[0] > 0.05 && (forces[1] > 0.0) == (does == "nothing"), "{name} {does}: {ended:?}");
+            assert!(String::from_utf8_lossy(&ended.stderr).contains("0.5 N"), "cautions: {ended:?}");
+        }
     }
 }
 

@@ -54,6 +54,7 @@ static void no_session(palpate_session s) {
     IS(palpate_read_report(s, &report, sizeof report), PALPATE_CODE_NO_SESSION);
     IS(palpate_read_info(s, &info, sizeof info), PALPATE_CODE_NO_SESSION);
     IS(palpate_read_nodes(s, three, 3), PALPATE_CODE_NO_SESSION);
+    IS(palpate_read_triangles(s, NULL, 3), PALPATE_CODE_NO_SESSION);
     IS(palpate_state_hash(s, &hash), PALPATE_CODE_NO_SESSION);
     IS(palpate_arm(s), PALPATE_CODE_NO_SESSION);
     IS(palpate_stop(s), PALPATE_CODE_NO_SESSION);
@@ -143,6 +144,20 @@ static void in_a_session(palpate_session s) {
     double *nodes_m = malloc(3 * (size_t)info.nodes * sizeof *nodes_m);
     IS(palpate_read_nodes(s, nodes_m, 3 * (size_t)info.nodes), PALPATE_CODE_OK);
     HOLDS(nodes_m[0] != 0.0 || nodes_m[1] != 0.0);
+    const size_t three_each = 3 * (size_t)info.triangles;
+    uint32_t *corners = malloc(three_each * sizeof *corners);
+    IS(palpate_read_triangles(s, corners, three_each - 1), PALPATE_CODE_WRONG_SIZE);
+    IS(palpate_read_triangles(s, NULL, three_each), PALPATE_CODE_NULL);
+    IS(palpate_read_triangles(s, corners, three_each), PALPATE_CODE_OK);
+    double volume_m3 = 0.0; /* of the block 80 x 80 x 40 mm, whose closed surface faces out */
+    for (size_t k = 0; k < three_each; k += 3) {
+        HOLDS(corners[k] < info.nodes && corners[k + 1] < info.nodes && corners[k + 2] < info.nodes);
+        const double *p[3] = {nodes_m + 3 * corners[k], nodes_m + 3 * corners[k + 1], nodes_m + 3 * corners[k + 2]};
+        for (int a = 0, b = 1, c = 2; a < 3; a++, b = (b + 1) % 3, c = (c + 1) % 3)
+            volume_m3 += p[0][a] * (p[1][b] * p[2][c] - p[1][c] * p[2][b]) / 6.0;
+    }
+    HOLDS(volume_m3 > 2.5e-4 && volume_m3 < 2.6e-4);
+    free(corners);
     free(nodes_m);
     IS(palpate_set_modulus(s, NAN), PALPATE_CODE_OUT_OF_RANGE);
     IS(palpate_set_modulus(s, 10.0 * info.youngs_modulus_pa), PALPATE_CODE_OUT_OF_RANGE);

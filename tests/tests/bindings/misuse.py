@@ -1,11 +1,18 @@
 """Wrong calls of the Python package raise exceptions that name the error, and the session remains usable."""
 
+import pathlib
 import sys
 
 import numpy as np
 import palpate
 
 patch = sys.argv[1]
+
+# every name has its types
+types = (pathlib.Path(palpate.__file__).parent / "_native.pyi").read_text()
+public = palpate.__all__ + [name for name in dir(palpate.Session) if not name.startswith("_")]
+assert [name for name in public if f"def {name}(" not in types and f"class {name}(" not in types and f"class {name}:" not in types] == []
+assert set(palpate.press("block")) == {line.split(":")[0].strip() for line in types.split("class Press(")[1].split("\n\n")[0].splitlines()[1:]}
 
 
 def raises(kind, words, call):
@@ -22,8 +29,25 @@ raises(palpate.PalpateError, "check the path", lambda: palpate.Session(patch="no
 raises(palpate.PalpateError, "is no profile", lambda: palpate.Session(patch=patch, device="q"))
 raises(palpate.PalpateError, "did you mean", lambda: palpate.press("blok"))
 raises(TypeError, "", lambda: palpate.Session(3))
+raises(palpate.PalpateError, "did you mean", lambda: palpate.press("block", set={"tissue.youngs_modulus": 5000}))
+raises(palpate.PalpateError, "outside 1 ..", lambda: palpate.press_many("block", [{}, {"tissue.youngs_modulus_pa": 0.5}]))
+raises(TypeError, "tissue.nodes: give a number", lambda: palpate.press("block", set={"tissue.nodes": None}))
+
+# a sweep on all cores gives what single presses give; the finite elements are those of the block
+small = {"tissue.block_m": [0.06, 0.06, 0.03], "tissue.nodes": 130, "drive.hold_s": 0.05, "probe.shape": "sphere"}
+moduli = [2000, np.float64(4000.0)]
+swept = palpate.press_many("block", [{**small, "tissue.youngs_modulus_pa": modulus} for modulus in moduli])
+single = palpate.press("block", set={**small, "tissue.youngs_modulus_pa": 4000.0})
+assert [found["state_hash"] for found in swept].count(single["state_hash"]) == 1
+assert swept[1]["state_hash"] == single["state_hash"] and "uncalibrated" in single["model"] and single["warnings"] == []
+assert 1.9 < swept[1]["hold_force_n"][-1] / swept[0]["hold_force_n"][-1] < 2.1 and np.isnan(single["hold_elements_n"]).all()
+block = palpate.press("block", set={"tissue.density_kg_per_m3": 1.06})
+assert (abs(block["hold_force_n"] / block["hold_elements_n"] - 1) < 0.02).all()
+assert "% rms off" in block["model"] and "kilograms" in block["warnings"][0]
 
 session = palpate.Session(patch=patch)
+corners = session.triangles
+assert corners.shape[1] == 3 and corners.max() < len(session.nodes_m) and (np.unique(corners, axis=0).shape == corners.shape)
 up = session.site_m + 2e-3 * session.axis
 assert session.mode == "boot" and session.fault is None and not session.contact and session.depth_m == 0.0
 for wrong in ([1.0, 2.0], [1.0] * 4, np.zeros(0), None, 1.0, np.zeros((1, 3))):

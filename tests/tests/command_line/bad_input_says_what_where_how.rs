@@ -2,7 +2,9 @@
 //! nothing else is printed, and nothing is written.
 
 use palpate_tests::cube_mesh::cube;
-use palpate_tests::palpate_command::{Desk, palpate};
+use std::process::Command;
+
+use palpate_tests::palpate_command::{Desk, binary, palpate};
 use palpate_tests::press_run::{SMALL_BLOCK, edited};
 
 use crate::bad_files_say_what_where_how::mesh_scene;
@@ -76,6 +78,7 @@ fn a_scene_that_is_not_there() {
     let press = |scene, says: &[&str]| refused(&desk, &["press", "--scene", scene, "--out", "out"], says);
     press("blok", &["\"blok\"", "did you mean \"block\"", "nodule", ".toml"]);
     press("nodul", &["did you mean \"nodule\""]);
+    press("xyz", &["no scene \"xyz\": presets: block, "]);
     press("nowhere.toml", &["nowhere.toml", "No such file", "check the path", "block-20kpa"]);
     std::fs::create_dir(desk.folder().join("folder.toml")).unwrap();
     press("folder.toml", &["folder.toml", "directory", "check the path"]);
@@ -117,6 +120,8 @@ fn an_unknown_word_with_its_line_and_the_nearest_known_one() {
         "[solver]\nmethod = \"xpbd\"\n[probe]",
         &[":9: ", "\"xpbd\"", "neo-hookean", "palpate chart", "\"springs\""],
     );
+    // a word unlike any: all words
+    refused_edit("\"hemisphere\"", "\"ball\"", &[":9: ", "\"ball\"", "give one of hemisphere, sphere, flat"]);
     // a key that belongs to another kind of drive
     refused_edit("\"depth\"", "\"force\"", &[":14: ", "\"holds_m\"", "did you mean \"holds_n\"?"]);
     refused_edit("hold_s = 0.3", "hold_s = 0.3\ntrace = \"t.csv\"", &[":17: ", "\"trace\""]);
@@ -273,6 +278,7 @@ fn holds_that_cannot_be() {
 fn keys_that_contradict_each_other() {
     refused_edit(BLOCK, &format!("{BLOCK}\nmesh = \"a.msh\""), &["both block_m and mesh", "keep one"]);
     refused_edit(BLOCK, &format!("{BLOCK}\nlength_unit = \"mm\""), &["tissue.length_unit", "remove it"]);
+    refused_edit(BLOCK, &format!("{BLOCK}\nup = \"y\""), &["tissue.up", "remove it"]);
     refused_edit(PLACE, "site = [0.0, 0.0, 0.0]", &["probe.site", "position_m", "use that"]);
     let mesh = edited(SMALL_BLOCK, BLOCK, "mesh = \"a.msh\"");
     let desk = Desk::default();
@@ -332,6 +338,7 @@ fn a_trace_that_cannot_be_repeated() {
     for (text, says) in [
         ("", ["t.csv:1", "no column probe_x_m", "use a trace.csv"]),
         ("t_s,probe_x_m,probe_y_m\n0,0,0\n", ["t.csv:1", "no column probe_z_m", "use a trace.csv"]),
+        ("t_s;probe_x_m\n0;0\n", ["t.csv:1", "separated by semicolons", "save it with commas"]),
         ("probe_x_m,probe_y_m,probe_z_m\n", ["t.csv:1", "no rows", "record a run"]),
         ("probe_x_m,probe_y_m,probe_z_m\n0,0,0\n0,0,zero\n", ["t.csv:3", "\"zero\" is not a number", "use a trace.csv"]),
         (
@@ -387,6 +394,9 @@ fn a_model_too_large_for_its_millisecond_with_the_numbers() {
 fn boards_and_options_that_do_not_fit() {
     let desk = Desk::default();
     refused(&desk, &["pack", "--board", "m4f"], &["no board \"m4f\"", "desktop, m4f-168, m7-480"]);
+    for option in ["--image", "--patch"] {
+        refused(&desk, &["emulate", option, "nope.file"], &["nope.file", "No such file", "check the path"]);
+    }
     refused(&desk, &["pack", "--nodes", "3"], &["nodes = 3", "from 30 to 5000"]);
     refused(&desk, &["pack", "--scene", "organ-liver", "--nodes", "99"], &["--nodes", "shape of its own", "leave it out"]);
 }
@@ -413,6 +423,15 @@ fn a_patch_for_a_board_that_cannot_be() {
     refused(&desk, &plan, &["tissue.gravity_m_per_s2", "a fit has no weight"]);
     desk.put("scene.toml", edited(SMALL_BLOCK, "[0.08, 0.08, 0.04]", "[0.01, 0.01, 0.006]"));
     refused(&desk, &plan, &["scene.toml", "patch radius", "use at most"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_path_that_is_not_utf_8_gets_one_line() {
+    let path = <std::ffi::OsStr as std::os::unix::ffi::OsStrExt>::from_bytes(b"caf\xe9.toml");
+    let ended = Command::new(binary(SCRATCH)).args(["press", "--scene"]).arg(path).output().unwrap();
+    let why = String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.code() == Some(2) && why.lines().count() == 1 && why.contains("UTF-8: rename the file"), "{why}");
 }
 
 #[test]

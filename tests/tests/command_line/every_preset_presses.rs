@@ -2,7 +2,7 @@
 //! organ responds, the force in beef falls during a hold, pig liver stiffens.
 
 use palpate_tests::palpate_command::repository;
-use palpate_tests::press_run::{PressRun, press, press_preset};
+use palpate_tests::press_run::{PressRun, edited, press, press_preset};
 
 const SCRATCH: &str = env!("CARGO_TARGET_TMPDIR");
 
@@ -29,6 +29,20 @@ fn block_presses_and_20_kpa_is_as_much_stiffer_as_its_modulus() {
         // statics is linear in E; the motion that remains after a hold of 0.3 s is far below 1 %
         let ratio = firm / soft / (20_000.0 / 3_500.0);
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+    }
+}
+
+#[test]
+fn moving_errors_on_the_page_are_those_that_press_writes() {
+    let page = std::fs::read_to_string(repository().join("host-sim/book/src/results/accuracy.md")).unwrap();
+    let block = std::fs::read_to_string(repository().join("host-sim/scenes/block.toml")).unwrap();
+    for nodes in [130, 410, 1020] {
+        let run = press(SCRATCH, &edited(&block, "nodes = 410", &format!("nodes = {nodes}")));
+        let rms_pct = |n: usize| run.number(&format!("/moving/{n}/rms_pct"));
+        assert_eq!([0, 2, 3].map(|n| run.number(&format!("/moving/{n}/speed_mm_per_s"))), [40.0, 200.0, 500.0]);
+        let cell = format!("{:.1} / {:.1} / {:.1} %", rms_pct(0), rms_pct(2), rms_pct(3));
+        let named = format!("{nodes} nodes");
+        assert!(page.lines().any(|line| line.contains(&named) && line.contains(&cell)), "{named}: {cell}");
     }
 }
 

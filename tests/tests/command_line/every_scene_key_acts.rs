@@ -306,6 +306,33 @@ fn cube_scene(unit: &str, site: &str) -> String {
 }
 
 #[test]
+fn up_turns_the_mesh() {
+    // 40 x 20 x 40 mm, so that a turn shows
+    let flat: String = cube(6, 0.04)
+        .lines()
+        .map(|line| match line.split(' ').collect::<Vec<_>>()[..] {
+            [node, x, y, z] => format!("{node} {x} {} {z}\n", y.parse::<f64>().unwrap() / 2.0),
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    let pressed = |up: &str, site: &str| {
+        let desk = Desk::default();
+        desk.put("cube.msh", &flat);
+        press_at(SCRATCH, desk, &edited(&cube_scene("\"m\"", site), "length_unit", &format!("{up}length_unit")), &[])
+    };
+    for (up, site, sides_mm) in [
+        ("", "[0.02, 0.01, 0.04]", [40.0, 20.0, 40.0]),
+        ("up = \"y\"\n", "[0.02, 0.02, 0.02]", [40.0, 40.0, 20.0]),
+        ("up = \"-x\"\n", "[0.01, -0.02, 0.0]", [20.0, 40.0, 40.0]),
+    ] {
+        let run = pressed(up, site);
+        for (axis, side_mm) in sides_mm.into_iter().enumerate() {
+            assert!((run.number(&format!("/report/size_mm/{axis}")) - side_mm).abs() < 1e-4, "{up}");
+        }
+    }
+}
+
+#[test]
 fn length_unit_scales_the_mesh() {
     let pressed = |n: usize, side: f64, unit: &str, site: &str| {
         let desk = Desk::default();

@@ -20,11 +20,13 @@ fn live(desk: &Desk, arguments: &[&str]) -> (Option<i32>, String) {
 fn what_is_no_table_of_a_board_is_refused_in_a_line_before_anything_is_built() {
     let desk = Desk::default();
     desk.put("press.csv", "t_s,probe_x_m,probe_y_m\n0,0,0\n");
+    desk.put("semicolons.csv", "tick;mode;fault\n1;0;0\n");
     desk.put("long.csv", vec![b'x'; 70_000]);
     desk.put("cut.patch", &std::fs::read(repository().join("firmware/patches/block-m4f-168.patch")).unwrap()[..5_000]);
     let fix = "give the file of `palpate board arm --stream FILE.csv`";
     for (arguments, says) in [
         (vec!["--follow", "press.csv"], ["press.csv:1: no record of a board: it has no column tick", fix]),
+        (vec!["--follow", "semicolons.csv"], ["semicolons.csv:1: cells separated by semicolons", "save it with commas"]),
         (vec!["--follow", "long.csv"], ["long.csv:1: no record of a board: no line ends", fix]),
         (vec!["--follow", "."], [".: cannot be read: it is a folder", fix]),
         (vec!["--follow", "felt.csv", "--patch", "cut.patch"], ["cut.patch: ", "checksum"]),

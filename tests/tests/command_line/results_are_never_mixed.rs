@@ -38,6 +38,24 @@ fn pressed() -> (Desk, BTreeMap<PathBuf, Vec<u8>>) {
     (desk, result)
 }
 
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_run_with_one_line_about_what_stays() {
+    let (desk, earlier) = pressed();
+    desk.put("scene.toml", edited(SMALL_BLOCK, "hold_s = 0.3", "hold_s = 30.0"));
+    for (out, says) in [("out", "out is as it was before this run"), ("new", "new was not written")] {
+        let mut command = Command::new(binary(SCRATCH));
+        command.args(["press", "--scene", "scene.toml", "--out", out]).current_dir(desk.folder());
+        let mut run = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("palpate was built");
+        assert!(until(&mut run, || desk.folder().join(format!(".{out}.draft")).exists()));
+        let killed = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
+        let ended = run.wait_with_output().unwrap();
+        let why = String::from_utf8_lossy(&ended.stderr);
+        assert!(killed.success() && ended.status.code() == Some(130) && why.contains(says), "{why}");
+    }
+    assert_eq!(content(&desk.folder().join("out")), earlier);
+}
+
 /// Starts `palpate` and does not wait for it.
 fn start(desk: &Desk, arguments: &[&str]) -> Child {
     let mut command = Command::new(binary(SCRATCH));

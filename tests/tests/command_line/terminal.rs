@@ -40,6 +40,20 @@ fn a_reader_that_goes_ends_neither_the_run_nor_its_result() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn a_full_disk_under_the_output_is_one_line_and_the_result_is_there() {
+    let desk = Desk::default();
+    desk.put("scene.toml", SMALL_BLOCK);
+    let mut press = Command::new(binary(SCRATCH));
+    press.args(["press", "--scene", "scene.toml", "--out", "out"]).current_dir(desk.folder());
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let ended = press.stdout(full).output().unwrap();
+    let why = String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.code() == Some(2) && why.lines().count() == 1 && why.contains("free some space"), "{why}");
+    assert!(desk.folder().join("out/summary.json").is_file());
+}
+
 #[test]
 fn the_verdict_is_the_first_and_the_last_line() {
     let desk = Desk::default();
@@ -48,9 +62,18 @@ fn the_verdict_is_the_first_and_the_last_line() {
     let (first, last) = (said.lines().next().unwrap(), said.lines().next_back().unwrap());
     assert!(first == last && first.starts_with("ok: ") && first.contains("slowest tick"), "{said}");
 
-    // tissue of 3.5 Pa, a slip of the unit, has not come to rest when its force is read
-    let slip = run(&desk, 0, &["press", "--set", "tissue.youngs_modulus_pa=3.5", "--out", "slip"]).stdout;
-    assert!(slip.starts_with("ok: it ran, but is ") && !slip.contains("within"), "{slip}");
+    // slips of a unit: tissue of 3.5 Pa, which has not come to rest when its force is read, and of
+    // 1.06 kg/m^3
+    for (set, says) in [
+        ("tissue.youngs_modulus_pa=3.5", ["take pascals", " % off finite elements"]),
+        ("tissue.density_kg_per_m3=1.06", ["takes kilograms per cubic metre", "1.06 g/cm^3 is 1060"]),
+    ] {
+        let slip = run(&desk, 0, &["press", "--set", set, "--out", "slip"]).stdout;
+        let (first, last) = (slip.lines().next().unwrap(), slip.lines().next_back().unwrap());
+        assert!(first == last && first.starts_with("warning: ") && says.iter().all(|says| first.contains(says)), "{slip}");
+    }
+    let heavy = run(&desk, 0, &["loop", "--quick", "--hand", "H1", "--stimulus", "S2", "--set", "tissue.density_kg_per_m3=1.06"]);
+    assert!(heavy.stdout.starts_with("warning: "), "{heavy:?}");
 
     // half of the force can be held: the check fails, and both streams say so
     let force = edited(
@@ -135,4 +158,5 @@ fn lengths_take_units() {
         (depth_mm("2mm") - 2.0).abs() < 1e-9 && (depth_mm("0.2cm") - 2.0).abs() < 1e-9 && (depth_mm("0.002") - 2.0).abs() < 1e-9
     );
     refused(&desk, &["loop", "--depth", "2 inches"], &["2 inches", "16mm"]);
+    refused(&desk, &["loop", "--depth", "4"], &["--depth: 4000 mm is outside 0.25 to 4.00 mm (hands press no deeper)", "3mm"]);
 }

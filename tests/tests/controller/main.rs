@@ -8,4 +8,5 @@ mod kinematics_keep_power;
 mod link_frames_are_checked;
 mod mechanism_profiles;
 mod mutated_patches;
+mod patches_fit_their_boards;
 mod your_device;

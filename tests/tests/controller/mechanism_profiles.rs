@@ -46,7 +46,7 @@ fn what_cannot_be_is_named_in_one_line() {
         ("arm_m = 0.09", "arm_m = 0.045", "goes beyond what the mechanism reaches"),
         ("gear_ratio = [12.0]", "gear_ratio = [0.0]", "gear_ratio has 0: give a number above zero"),
         ("gear_ratio = [12.0]", "gear_ratio = [12.0, 12.0]", "gear_ratio has 2 values: a paddle has 1 joints"),
-        ("counts_per_turn = [4096]", "counts_per_turn = [410]", "count_m is not what one count moves the probe by"),
+        ("counts_per_turn = [4096]", "counts_per_turn = [410]", "count_m is not what a count of every joint moves the probe by"),
         ("motor_sign = [1]", "motor_sign = [2]", "motor_sign has 2: give 1 or -1"),
         ("encoder_sign = [1]", "encoder_sing = [1]", "encoder_sing is no key of a paddle"),
         ("arm_m = 0.09", "arm_m = \"0.09\"", "arm_m is not a number"),

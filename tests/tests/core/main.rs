@@ -14,6 +14,7 @@ mod imports_run_down;
 mod momentum_is_balanced;
 mod one_build;
 mod oracle_agrees;
+mod pins_are_those_of_the_firmware;
 mod reaction_equals_anchor_force;
 mod relaxation;
 mod rest_stays_at_rest;

@@ -1,7 +1,7 @@
 //! Properties of the built-in block on which the solver relies, for many sizes, shapes and node
 //! counts.
 
-use palpate_tissue::mesh::{BlockError, BlockSpec, TetMesh, block, radius_ratio};
+use palpate_tissue::mesh::{BlockError, BlockSpec, TetMesh, block, block_of_at_least, radius_ratio};
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
@@ -219,6 +219,8 @@ fn least_node_count_that_an_error_names_is_meshed() {
         match block(&BlockSpec { size_m, nodes: 30, ..TISSUE }) {
             Err(BlockError::TooFew { least, .. }) => {
                 assert!(block(&BlockSpec { size_m, nodes: least, ..TISSUE }).is_ok(), "{size_m:?} {least}");
+                let mesh = block_of_at_least(&BlockSpec { size_m, nodes: 30, ..TISSUE }).unwrap();
+                assert_eq!(mesh.nodes_m.len(), least, "{size_m:?}");
             }
             other => assert!(other.is_ok(), "{size_m:?} {other:?}"),
         }

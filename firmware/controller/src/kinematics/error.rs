@@ -35,7 +35,7 @@ impl fmt::Display for MechanismError {
             Self::Home => "the mechanism cannot be in its home pose, or that lies outside workspace_m: check home_deg and dimensions",
             Self::Reach => "the workspace goes beyond what the mechanism reaches: make workspace_m smaller, or check the dimensions",
             Self::Force => "the motors are too weak for max_force_n in the home pose: lower it, or check torque constant and gear",
-            Self::Count => "count_m is not what a count of every joint moves the probe by along an axis in the home pose, within a tenth",
+            Self::Count => "count_m is not what a count of every joint moves the probe by along an axis at home, within a tenth",
         })
     }
 }

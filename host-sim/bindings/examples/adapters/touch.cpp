@@ -1,19 +1,18 @@
 // Touch, Touch X and Omni through OpenHaptics' HD API. UNTESTED ON A DEVICE: it compiles against our stub of the
-// header. With the SDK: c++ touch.cpp -I../../include -lpalpate_c -lHD
+// header. With the SDK: c++ touch.cpp -I../../include -lpalpate_c -lHD; ./touch [SCENE]
 #include <HD/hd.h>
 
 #include <atomic>
-#include <chrono>
-#include <cstdio>
 #include <thread>
 
-#include "palpate.h"
+#include "adapter.h"
 
 struct Servo {
     HHD device;
     palpate_session session;
     palpate_info info;
     std::atomic<int> code;
+    Pace pace;
 };
 
 // Called by the HD scheduler a thousand times per second. HD's frame: millimetres; x right, y up, z to the operator.
@@ -27,36 +26,35 @@ static HDCallbackCode HDCALLBACK servo(void *data) {
     for (int k = 0; k < 3; k++) input.tip_m[k] = 1e-3 * turned_mm[k] + servo.info.site_m[k];
     const HDErrorInfo error = hdGetError();
     input.sensor_failed = HD_DEVICE_ERROR(error);
+    input.late_ticks = servo.pace.late_ticks();
     double force_n[3];
     servo.code = palpate_tick_with(servo.session, &input, sizeof input, force_n);
-    hd_n[0] = force_n[1], hd_n[1] = force_n[2], hd_n[2] = force_n[0];
+    hd_n[0] = force_n[1], hd_n[1] = force_n[2], hd_n[2] = force_n[0]; // zero on a fault
     hdSetDoublev(HD_CURRENT_FORCE, hd_n);
     hdEndFrame(servo.device);
     return HD_CALLBACK_CONTINUE;
 }
 
-int main() {
+int main(int argc, char **argv) {
+    using std::chrono::milliseconds;
     Servo own = {};
-    if (palpate_open_scene("block", nullptr, "touch", &own.session) || palpate_arm(own.session) ||
-        palpate_read_info(own.session, &own.info, sizeof own.info)) {
-        std::fprintf(stderr, "touch: %s\n", palpate_last_message());
-        return 1;
-    }
+    if (!opened(argc > 1 ? argv[1] : "block", "touch", &own.session, &own.info)) return 1;
     own.device = hdInitDevice(HD_DEFAULT_DEVICE);
     if (own.device == HD_INVALID_HANDLE) {
         std::fprintf(stderr, "touch: no device: pair it with the vendor's setup tool first\n");
         return 1;
     }
     hdEnable(HD_FORCE_OUTPUT);
+    std::puts("touch: Ctrl-C ends; lift the stylus out of the tissue, then press");
+    own.pace = Pace();
     const HDSchedulerHandle handle = hdScheduleAsynchronous(servo, &own, HD_MAX_SCHEDULER_PRIORITY);
     hdStartScheduler();
-    std::puts("touch: Enter ends; lift the stylus out of the tissue, then press");
-    std::getchar();
+    while (goes_on && own.code == PALPATE_CODE_OK) std::this_thread::sleep_for(milliseconds(10));
+    const int code = own.code;
     while (palpate_stop(own.session) == PALPATE_CODE_BUSY) {} // a tick is running and will end soon
-    std::this_thread::sleep_for(std::chrono::milliseconds(200)); // while the force is ramped down
+    std::this_thread::sleep_for(milliseconds(200));            // while the force is ramped down
     hdStopScheduler();
     hdUnschedule(handle);
     hdDisableDevice(own.device);
-    std::printf("touch: %s\n", palpate_error_text(own.code));
-    palpate_close(own.session);
+    return reported("touch", own.session, code);
 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Python: Session.tick ─ session ─ palpate_loop::haptic_session ─ force
-//!         press ─ press ─ palpate_tissue::press ─ arrays
+//!         press, press_many ─ press ─ palpate_tissue::press ─ arrays
 //! ```
 
 mod press;
@@ -26,7 +26,7 @@ mod _native {
     #[pymodule_export]
     use crate::PalpateError;
     #[pymodule_export]
-    use crate::press::press;
+    use crate::press::{press, press_many};
     #[pymodule_export]
     use crate::session::Session;
 }

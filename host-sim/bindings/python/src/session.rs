@@ -248,6 +248,16 @@ impl Session {
         Ok(rows(py, self.inner.tissue().nodes().iter().map(palpate::Node::position_m))?.unbind())
     }
 
+    /// Triangles of the surface for drawing, shape (triangles, 3): indices of nodes,
+    /// counter-clockwise seen from outside.
+    #[getter]
+    fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        let corners: Vec<u32> =
+            self.inner.tissue().patch().model().triangles.iter().flat_map(|t| t.node.map(u32::from)).collect();
+        let count = corners.len() / 3;
+        corners.into_pyarray(py).reshape([count, 3])
+    }
+
     /// Hash of all positions and velocities of the tissue.
     #[getter]
     fn state_hash(&mut self) -> u64 {

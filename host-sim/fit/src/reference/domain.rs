@@ -7,7 +7,7 @@ use super::body::{Body, Material, Stiffness};
 use super::quadratic::QuadraticMesh;
 use super::shape::TetRule;
 use palpate_tissue::answer::SurfaceGrid;
-use palpate_tissue::mesh::{BlockError, BlockSpec, TetMesh, block, surface};
+use palpate_tissue::mesh::{BlockError, BlockSpec, TetMesh, block_of_at_least, surface};
 use palpate_tissue::tissue::UNDERSIDE_COSINE;
 
 /// A block that is pressed on its top.
@@ -65,7 +65,7 @@ impl BlockCase {
             }
         }
         let fine_at_m = [0, 1].map(|k| self.place_m[k] - shift_m[k]);
-        let mut mesh = block(&BlockSpec { size_m, nodes: self.nodes, fine_at_m, fine_radius_m: self.fine_radius_m })?;
+        let mut mesh = block_of_at_least(&BlockSpec { size_m, nodes: self.nodes, fine_at_m, fine_radius_m: self.fine_radius_m })?;
         for node in &mut mesh.nodes_m {
             for k in 0..2 {
                 node[k] += shift_m[k];

@@ -13,7 +13,7 @@ use crate::reference::probe::RigidProbe;
 use crate::reference::shape::TetRule;
 use palpate_tissue::answer::SurfaceGrid;
 use palpate_tissue::error::Error;
-use palpate_tissue::mesh::{BlockSpec, block};
+use palpate_tissue::mesh::{BlockSpec, block_of_at_least};
 use palpate_tissue::scene::Scene;
 
 /// Spacing of the surface grid of a hold [probe radii], and number of its points to each side: 2.75
@@ -104,7 +104,7 @@ fn solve(scene: &Scene, job: &PressJob, starts: &Starts, watch: &impl PressListe
     let refuse = |cause: &dyn std::fmt::Display| Error::Usage(format!("{file}: tissue.block_m: {cause}"));
     let built = if job.whole {
         let spec = BlockSpec { size_m, nodes: job.nodes, fine_at_m: [0.0; 2], fine_radius_m: job.fine_radius_m };
-        let mesh = block(&spec).map_err(|cause| refuse(&cause))?;
+        let mesh = block_of_at_least(&spec).map_err(|cause| refuse(&cause))?;
         let mesh = shifted(&mesh, size_m, KEPT_RADII * scene.probe.tip().reach_m(), job.place_m);
         case.place_m = job.place_m;
         case.support(&mesh, [false; 2])

@@ -199,6 +199,36 @@ fn an_exercise_begins_with_its_own_tissue_and_its_answer_stays() {
 }
 
 #[test]
+fn a_press_right_after_a_nodule_was_hidden_is_felt() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = Screen::block(folder.path());
+    screen.key(Key::N, Modifiers::NONE);
+    screen.button(true);
+    screen.frames(100);
+    assert!(screen.force_n() > 0.08, "{}", screen.app.numbers());
+    // and it is let go at once
+    screen.button(false);
+    screen.frames(15);
+    assert_eq!(screen.force_n(), 0.0, "{}", screen.app.numbers());
+}
+
+#[test]
+fn rings_around_answer_and_nodule_are_drawn_on_tissue_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = Screen::block(folder.path());
+    screen.key(Key::N, Modifiers::NONE);
+    screen.until_active();
+    screen.key(Key::Enter, Modifiers::NONE);
+    screen.frames(3);
+    assert!(screen.texts.iter().any(|text| text == "your answer"), "{:?}", screen.texts);
+    // cut through the tip, which is behind the answer: the tissue around that is gone
+    screen.key(Key::V, Modifiers::NONE);
+    screen.frame(vec![Event::PointerMoved(MIDDLE - vec2(0.0, 140.0))]);
+    screen.frames(20);
+    assert!(screen.texts.iter().all(|text| text != "your answer"), "{:?}", screen.texts);
+}
+
+#[test]
 fn with_a_modifier_a_key_is_somebody_elses() {
     let folder = tempfile::tempdir().unwrap();
     let mut screen = Screen::block(folder.path());

@@ -98,9 +98,13 @@ impl Prepared {
     /// [`Error::Usage`]: deeper than the device's force limit allows, or hardly touching.
     pub fn press_to(&mut self, depth_m: f64) -> Result<(), Error> {
         if !(SHALLOWEST_M..=self.depth_m).contains(&depth_m) {
+            let ends =
+                if self.depth_m < DEPTH_M { "deeper, the force exceeds the device's limit" } else { "hands press no deeper" };
             return Err(Error::Usage(format!(
-                "--depth {depth_m} is outside {SHALLOWEST_M} .. {:.6}, where 4 mm or the device's force limit is met: give a depth in that range",
-                self.depth_m
+                "--depth: {} mm is outside {:.2} to {:.2} mm ({ends}): give a depth in that range, such as 3mm",
+                1e3 * depth_m,
+                1e3 * SHALLOWEST_M,
+                1e3 * self.depth_m
             )));
         }
         (self.static_n, self.slope_n_per_m) = rest(&self.curve, depth_m);

@@ -1,9 +1,9 @@
-//! Find the nodule: a stiffer ball somewhere under the surface, found by pressing, scored by
-//! equation (14) of paper 004.
+//! Find the nodule: a stiffer ball somewhere under the surface, found by pressing, and scored.
 //!
-//! The paper's three physicians give marks from 0 to 10; here three measurements replace them, with
-//! the same weights: the distance of the answer (0.45, the chief's weight), the strongest press
-//! (0.35) and the time (0.20).
+//! In equation (14) of paper 004 three physicians give marks from 0 to 10; here three measurements
+//! replace them, with the same weights: the distance of the answer (0.45, the chief's weight), the
+//! strongest press (0.35) and the time (0.20). The mark of the place also multiplies the sum, since
+//! a gentle and quick answer beside the nodule is worth nothing.
 
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -37,8 +37,7 @@ pub struct Exercise {
 pub struct Found {
     /// Distance from the answer to the nodule, along the surface [m].
     pub apart_m: f64,
-    /// Whether the answer is over the nodule. Without this rule the other marks alone would give
-    /// half of the score.
+    /// Whether the answer is over the nodule.
     pub found: bool,
     /// Strongest press [N].
     pub peak_n: f64,
@@ -46,7 +45,8 @@ pub struct Found {
     pub time_s: f64,
     /// Marks from 0 to 10: place, gentleness, time.
     pub marks: [f64; 3],
-    /// Score by equation (14), from 0 to 1.
+    /// Sum of equation (14) with the full mark for the place, times the share of that mark, from 0
+    /// to 1.
     pub score: f64,
 }
 
@@ -70,7 +70,8 @@ impl Exercise {
         let found = apart_m <= self.hidden.radius_m;
         let place = if found { mark(apart_m, NEAR_M) } else { 0.0 };
         let marks = [place, mark(peak_n, GENTLE_N), mark(time_s, SOON_S)];
-        let score = marks.iter().zip(WEIGHTS).map(|(mark, weight)| mark / FULL_MARK * weight).sum();
+        let [place, gentle, soon] = marks.map(|mark| mark / FULL_MARK);
+        let score = place * (WEIGHTS[0] + gentle * WEIGHTS[1] + soon * WEIGHTS[2]);
         Found { apart_m, found, peak_n, time_s, marks, score }
     }
 }
@@ -89,12 +90,14 @@ mod tests {
     }
 
     #[test]
-    fn the_score_is_equation_14_of_three_marks() {
+    fn the_place_multiplies_equation_14_of_the_other_marks() {
         let exercise = Exercise::hide(7);
         let at = exercise.hidden.place_m;
         assert_eq!(exercise.judge(at, 0.3, 10.0).score, 1.0);
         let late = exercise.judge(at, 0.3, 70.0);
         assert!((late.marks[2] - 5.0).abs() < 1e-12 && (late.score - 0.9).abs() < 1e-12);
+        let aside = exercise.judge([at[0] + 4.5e-3, at[1]], 0.3, 10.0);
+        assert!((aside.marks[0] - 7.5).abs() < 1e-9 && (aside.score - 0.75).abs() < 1e-9, "{aside:?}");
         let missed = exercise.judge([at[0] + 0.03, at[1]], 9.0, 200.0);
         assert_eq!((missed.score, missed.marks), (0.0, [0.0; 3]));
     }
@@ -105,7 +108,7 @@ mod tests {
         let [x, y] = exercise.hidden.place_m;
         let guess = |apart_m: f64| exercise.judge([x + apart_m, y], 0.0, 1.0);
         let (beside, over) = (guess(6.1e-3), guess(5.9e-3));
-        assert!(!beside.found && beside.marks == [0.0, 10.0, 10.0], "{beside:?}");
+        assert!(!beside.found && beside.marks == [0.0, 10.0, 10.0] && beside.score == 0.0, "{beside:?}");
         assert!(over.found && over.marks[0] > 5.0, "{over:?}");
     }
 }

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use palpate_tissue::Error as TissueError;
+
 use super::EmulatedBoard;
 use crate::command::Common;
 use crate::error::Error;
@@ -38,8 +40,11 @@ impl EmulateArgs {
     /// Checks whatever needs no emulator.
     ///
     /// # Errors
-    /// The scene cannot be read, or no board can hold it.
+    /// The scene, the image or the patch cannot be read, or no board can hold the scene.
     pub fn check(&self) -> Result<(), Error> {
+        for path in [&self.image, &self.patch].into_iter().flatten() {
+            std::fs::File::open(path).map_err(|source| TissueError::Read { path: path.clone(), source })?;
+        }
         Ok(self.common.load()?.refuse_what_boards_lack("a board")?)
     }
 }

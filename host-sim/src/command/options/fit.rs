@@ -72,8 +72,14 @@ pub struct FitOptions {
     #[arg(long, value_name = "COUNT")]
     pub points: Option<usize>,
     /// Largest force error, at places and depths that the fit never saw [%]: root mean square; a
-    /// single press may be off by 2.5 times as much.
-    #[arg(long, value_name = "PERCENT", default_value_t = 2.0, allow_negative_numbers = true)]
+    /// single press may be off by 2.5 times as much. 20 with --quick.
+    #[arg(
+        long,
+        value_name = "PERCENT",
+        default_value_t = 2.0,
+        default_value_if("quick", "true", "20"),
+        allow_negative_numbers = true
+    )]
     pub tolerance_pct: f64,
     /// Coarse finite elements and few rounds, and fewer candidates with --smallest, to try the
     /// command: do not rely on the patch.

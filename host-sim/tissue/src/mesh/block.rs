@@ -107,6 +107,17 @@ pub fn block(spec: &BlockSpec) -> Result<TetMesh, BlockError> {
     if mesh.tets.iter().all(sound) { Ok(mesh) } else { Err(BlockError::Unsound { nodes }) }
 }
 
+/// Meshes a block with the nodes of its spec, or with the fewest that its proportions need.
+///
+/// # Errors
+/// The spec is out of bounds for another reason.
+pub fn block_of_at_least(spec: &BlockSpec) -> Result<TetMesh, BlockError> {
+    match block(spec) {
+        Err(BlockError::TooFew { least, .. }) => block(&BlockSpec { nodes: least, ..*spec }),
+        meshed => meshed,
+    }
+}
+
 /// The block of a spec in units of its longest side.
 fn unit_grading(spec: &BlockSpec) -> Result<Grading, BlockError> {
     check_size(spec.size_m)?;

@@ -11,7 +11,7 @@ use super::quality::WorstTet;
 use super::raw::RawMesh;
 use super::resolve::resolve;
 use super::surface_file::{self, Format, ImportedSurface};
-use super::{TetMesh, gmsh, vtk};
+use super::{TetMesh, Up, gmsh, vtk};
 
 /// A mesh that passed every check.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,8 +74,16 @@ pub enum MeshFile {
 /// Reads and checks the mesh or the surface in the file at `path`, `unit_m` metres per file unit.
 ///
 /// # Errors
-/// The first defect that is found: of the file, of its text, of a number in it, or of the mesh.
+/// Errors of [`open_turned`].
 pub fn open(path: &Path, unit_m: f64) -> Result<MeshFile, MeshError> {
+    open_turned(path, unit_m, Up::default())
+}
+
+/// Like [`open`], with the axis of the file that points up.
+///
+/// # Errors
+/// The first defect that is found: of the file, of its text, of a number in it, or of the mesh.
+pub fn open_turned(path: &Path, unit_m: f64, up: Up) -> Result<MeshFile, MeshError> {
     if !(unit_m > 0.0 && unit_m.is_finite()) {
         return Err(whole_file(path, Defect::LengthUnit(unit_m)));
     }
@@ -93,7 +101,7 @@ pub fn open(path: &Path, unit_m: f64) -> Result<MeshFile, MeshError> {
         vtk::xml::read(&file, data)
     } else if let Some(format) = Format::of(path, data) {
         let surface = surface_file::read(&file, data, format)?;
-        return surface_file::checked(&file, surface, unit_m).map(MeshFile::Surface);
+        return surface_file::checked(&file, surface, unit_m, up).map(MeshFile::Surface);
     } else {
         let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
         let starts = quoted(String::from_utf8_lossy(line).trim());
@@ -102,8 +110,9 @@ pub fn open(path: &Path, unit_m: f64) -> Result<MeshFile, MeshError> {
     raw.complete();
     if !raw.has_solids() && !raw.face_ends.is_empty() {
         let surface = surface_file::of_faces(&raw)?;
-        return surface_file::checked(&file, surface, unit_m).map(MeshFile::Surface);
+        return surface_file::checked(&file, surface, unit_m, up).map(MeshFile::Surface);
     }
+    raw.nodes.iter_mut().for_each(|node| node.position = up.turned(node.position));
     checked(raw, unit_m).map(MeshFile::Tets)
 }
 

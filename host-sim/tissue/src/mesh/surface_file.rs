@@ -17,6 +17,7 @@ use super::distance::ClosedSurface;
 use super::error::{Defect, MeshError};
 use super::raw::RawMesh;
 use super::resolve::nodes_by_number;
+use super::up::Up;
 
 /// Largest share of the surface that may lie in triangles that cross others (1): so little changes
 /// a force less than the facets do. The distance, by which a surface is filled, needs no more.
@@ -178,11 +179,12 @@ pub(super) fn read(file: &str, data: &[u8], format: Format) -> Result<RawSurface
 }
 
 /// Closes, orients and checks a surface, `unit_m` metres per file unit.
-pub(super) fn checked(file: &str, raw: RawSurface, unit_m: f64) -> Result<ImportedSurface, MeshError> {
+pub(super) fn checked(file: &str, raw: RawSurface, unit_m: f64, up: Up) -> Result<ImportedSurface, MeshError> {
     let error = |defect| MeshError { file: file.to_owned(), line: None, defect };
     let format = raw.format;
-    let closed = closed::close(&raw).map_err(error)?;
+    let mut closed = closed::close(&raw).map_err(error)?;
     drop(raw);
+    closed.vertices.iter_mut().for_each(|at| *at = up.turned(*at));
     let in_metres: Vec<[f64; 3]> = closed.vertices.iter().map(|at| at.map(|x| x * unit_m)).collect();
     let size_m = size(&in_metres, unit_m).map_err(error)?;
     let surface = ClosedSurface::of_triangles(&in_metres, &closed.triangles);

@@ -21,6 +21,8 @@ const STEEP: f64 = 0.5;
 const SURFACES: [&str; 2] = ["stl", "obj"];
 /// Young's modulus [Pa] below which the unit is probably wrong: no organ is softer.
 const SOFTEST_PA: f64 = 100.0;
+/// Densities outside which the unit is probably wrong [kg/m^3]: lung has 260, bone 1900.
+const DENSITY_KG_PER_M3: std::ops::RangeInclusive<f64> = 100.0..=5000.0;
 /// Width of a probe, as a share of a block's narrower side, above which a unit is probably wrong
 /// (1).
 const WIDEST_SHARE: f64 = 1.0 / 3.0;
@@ -53,6 +55,12 @@ impl Scene {
             let meant = e * 1e3;
             warnings.push(format!(
                 "a Young's modulus of {e} Pa is softer than any organ: keys ending in _pa take pascals, {e} kPa is {meant}"
+            ));
+        }
+        let density = self.tissue.density_kg_per_m3;
+        if !DENSITY_KG_PER_M3.contains(&density) {
+            warnings.push(format!(
+                "no tissue has a density of {density} kg/m^3: density_kg_per_m3 takes kilograms per cubic metre, 1.06 g/cm^3 is 1060"
             ));
         }
         let width_m = 2.0 * self.probe.radius_m;
@@ -187,6 +195,9 @@ impl Scene {
             (true, _, true) => return self.bad("tissue", "has both block_m and organ: keep one"),
             (_, true, true) => return self.bad("tissue", "has both mesh and organ: keep one"),
             _ => {}
+        }
+        if tissue.up.is_some() && tissue.mesh.is_none() {
+            return self.bad("tissue.up", "turns a mesh file: remove it");
         }
         if tissue.organ.is_some() {
             return self.check_organ();

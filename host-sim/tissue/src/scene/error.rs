@@ -44,12 +44,12 @@ pub enum SceneError {
         preset: &'static str,
     },
     /// The name is neither that of a preset nor of a file.
-    #[error("no scene \"{name}\": did you mean \"{nearest}\"? Presets: {}; or give the path of a .toml file", presets())]
+    #[error("no scene \"{name}\": {}presets: {}; or give the path of a .toml file", meant(*nearest), presets())]
     UnknownName {
         /// The requested name.
         name: String,
-        /// The preset with the most similar spelling.
-        nearest: &'static str,
+        /// The preset with a similar spelling, if there is one.
+        nearest: Option<&'static str>,
     },
     /// Bad TOML, a missing or unknown key, a value of the wrong kind.
     #[error("{file}:{line}: {what}")]
@@ -92,13 +92,17 @@ pub enum SceneError {
     },
 }
 
+fn meant(nearest: Option<&str>) -> String {
+    nearest.map_or_else(String::new, |nearest| format!("did you mean \"{nearest}\"? "))
+}
+
 fn presets() -> String {
     PRESETS.map(|(name, _)| name).join(", ")
 }
 
 impl SceneError {
     pub(super) fn unknown_name(name: &str) -> Self {
-        let nearest = nearest(name, PRESETS.iter().map(|(n, _)| *n)).unwrap_or(PRESETS[0].0);
+        let nearest = nearest(name, PRESETS.iter().map(|(n, _)| *n));
         Self::UnknownName { name: name.into(), nearest }
     }
 
@@ -117,11 +121,12 @@ impl SceneError {
         let what = if let Some((key, near)) = unknown(&message, "unknown field `") {
             // serde reports the line of the table, not that of the key
             line += text.lines().skip(line - 1).position(|l| key_of(l) == Some(key)).unwrap_or(0);
-            near.map_or(format!("unknown key \"{key}\": remove it"), |near| {
-                format!("unknown key \"{key}\": did you mean \"{near}\"?")
-            })
+            match near {
+                Some(near) => format!("unknown key \"{key}\": did you mean \"{near}\"?"),
+                None => format!("unknown key \"{key}\": remove it, or use one of {}", listed(&message)),
+            }
         } else if let Some((word, near)) = unknown(&message, "unknown variant `") {
-            not_known(word, near.unwrap_or_default())
+            not_known(word, near, &message)
         } else if let Some(key) = message.strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`')) {
             let table = if at.trim_start().starts_with('[') { at.trim() } else { "the file" };
             format!("key \"{key}\" is missing in {table}: add it, as in the presets under host-sim/scenes")
@@ -134,14 +139,17 @@ impl SceneError {
 }
 
 /// Message for a word that is not a variant; for a charted method, it says which commands run it.
-fn not_known(word: &str, near: &str) -> String {
+fn not_known(word: &str, near: Option<&str>, message: &str) -> String {
     if CHARTED_METHODS.contains(&word) {
         let names = CHARTED_METHODS.join(", ");
         return format!(
             "method \"{word}\" runs in palpate chart (as do {names}), press runs \"palpate\" and \"springs\": use one of these two, or palpate chart"
         );
     }
-    format!("\"{word}\" is not known here: did you mean \"{near}\"?")
+    match near {
+        Some(near) => format!("\"{word}\" is not known here: did you mean \"{near}\"?"),
+        None => format!("\"{word}\" is not known here: give one of {}", listed(message)),
+    }
 }
 
 /// The key that a line sets.
@@ -162,13 +170,25 @@ fn in_toml_words(message: &str) -> String {
     .fold(message.to_owned(), |text, (rust, toml)| text.replace(rust, toml))
 }
 
-/// The word that serde does not know, and the known word with the most similar spelling.
+/// The word that serde does not know, and the known word with a similar spelling.
 fn unknown<'a>(message: &'a str, prefix: &str) -> Option<(&'a str, Option<&'a str>)> {
-    let (word, expected) = message.strip_prefix(prefix)?.split_once('`')?;
-    Some((word, nearest(word, expected.split('`').skip(1).step_by(2))))
+    let (word, _) = message.strip_prefix(prefix)?.split_once('`')?;
+    Some((word, nearest(word, known_words(message))))
 }
 
-/// The known word that begins with `word`, or else the one with the most similar spelling.
+fn listed(message: &str) -> String {
+    known_words(message).collect::<Vec<_>>().join(", ")
+}
+
+/// The words that serde knows in place of an unknown one.
+fn known_words(message: &str) -> impl Iterator<Item = &str> {
+    message.split('`').skip(3).step_by(2)
+}
+
+/// The known word that begins with `word`, or else the one with the most similar spelling; `None`
+/// if more than half of its letters differ.
 fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    known.min_by_key(|k| (word.is_empty() || !k.starts_with(word), strsim::damerau_levenshtein(word, k)))
+    let ranked = known.map(|k| (word.is_empty() || !k.starts_with(word), strsim::damerau_levenshtein(word, k), k));
+    let (differs, changes, near) = ranked.min()?;
+    (!differs || 2 * changes <= word.len().max(near.len())).then_some(near)
 }

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use super::{UNDERSIDE_COSINE, faces_away, nearest_on_surface, underside};
 use crate::error::Error;
-use crate::mesh::import::{MeshFile, open};
+use crate::mesh::import::{MeshFile, open_turned};
 use crate::mesh::{ClosedSurface, ImportReport, SurfaceReport, TetMesh, surface};
 use crate::organ::{Expected, Organ, OrganError, Stance, Turned};
 use crate::scene::{Scene, SceneError};
@@ -56,7 +56,7 @@ impl OrganSource {
             return Ok(Some(Self::Organ(organ)));
         }
         let (Some(path), Some(unit)) = (&tissue.mesh, tissue.length_unit) else { return Ok(None) };
-        match open(path, unit.metres)? {
+        match open_turned(path, unit.metres, tissue.up.unwrap_or_default())? {
             MeshFile::Surface(imported) => Ok(Some(Self::Surface(imported.surface, imported.report))),
             MeshFile::Tets(_) if tissue.nodes.is_some() => Ok(scene.refuse_nodes()?),
             // an import has tets, so it has a surface

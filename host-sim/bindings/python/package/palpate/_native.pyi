@@ -1,7 +1,37 @@
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TypedDict, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+_Value = Union[bool, int, float, str, Sequence["_Value"]]
+_Numbers = NDArray[np.float64]
+
+class Trace(TypedDict):
+    force_n: _Numbers
+    tissue_n: _Numbers
+    normal: _Numbers
+    depth_m: _Numbers
+    mode: NDArray[np.uint8]
+    fault: NDArray[np.uint8]
+    limiters: NDArray[np.uint8]
+
+class Press(TypedDict):
+    t_s: _Numbers
+    tip_m: _Numbers
+    command_m: _Numbers
+    force_n: _Numbers
+    depth_m: _Numbers
+    tick_us: _Numbers
+    hold_target: _Numbers
+    hold_force_n: _Numbers
+    hold_depth_m: _Numbers
+    hold_elements_n: _Numbers
+    residual_m: float
+    state_hash: int
+    fault: str | None
+    model: str
+    warnings: list[str]
 
 class PalpateError(Exception): ...
 
@@ -18,7 +48,7 @@ class Session:
         sensor_failed: bool = False,
         operator_absent: bool = False,
     ) -> NDArray[np.float64]: ...
-    def run(self, tips_m: ArrayLike) -> dict[str, NDArray[Any]]: ...
+    def run(self, tips_m: ArrayLike) -> Trace: ...
     def arm(self) -> None: ...
     def stop(self) -> None: ...
     def commission(
@@ -56,6 +86,9 @@ class Session:
     @property
     def nodes_m(self) -> NDArray[np.float64]: ...
     @property
+    def triangles(self) -> NDArray[np.uint32]: ...
+    @property
     def state_hash(self) -> int: ...
 
-def press(scene: str) -> dict[str, Any]: ...
+def press(scene: str, *, set: Mapping[str, _Value] | None = None) -> Press: ...
+def press_many(scene: str, sets: Sequence[Mapping[str, _Value]]) -> list[Press]: ...

@@ -90,7 +90,7 @@ fn the_boards_figures_are_named_as_its_own_and_beside_them_this_machines() {
         "2.30 mm",
         "1.00, 0.00, -2.30 mm",
         "active: the force is felt",
-        "scaled: ramp-in or relief",
+        "scaled: ramp-in, relief, or stiffer than the device renders",
         "0badcafe, 3500 Pa",
         "not timed",
         "Computed on this machine",
