@@ -56,7 +56,8 @@ fn a_distance_that_is_a_little_wrong_keeps_the_data_sheets_unit() {
 fn friction_mass_delay_and_lag_are_measured() {
     for friction_n in [0.0, 0.03, 0.1, 0.2, 0.3] {
         for (delay_ticks, lag_s) in [(0, 0.0), (1, 1e-3), (2, 3e-3), (4, 0.5e-3), (7, 6e-3), (0, 6e-3), (7, 0.0)] {
-            for (count_m, late_s, kg) in [(0.0, 0.5e-3, 0.05), (10e-6, 0.5e-3, 0.05), (55e-6, 2.5e-3, 0.2), (100e-6, 2.5e-3, 0.3)] {
+            for (count_m, late_s, kg) in [(0.0, 0.5e-3, 0.05), (10e-6, 0.5e-3, 0.05), (55e-6, 2.5e-3, 0.2), (100e-6, 2.5e-3, 0.3)]
+            {
                 let device = DeviceProfile { friction_n, delay_ticks, amplifier_lag_s: lag_s, count_m, ..touch() };
                 let found = run(&device, &MISTAKES[0]);
                 let wrong_s =

@@ -70,7 +70,7 @@ fn what_no_device_is_and_what_leaves_it_is_refused() {
         (&["loop", "--wall", "-3"], ["--wall -3", "in that range"]),
         (&["loop", "--delay-ticks", "9"], ["delay_ticks = 9", "in that range"]),
         (&["loop", "--count-m", "nan"], ["count_m = NaN", "in that range"]),
-        (&["loop", "--depth-m", "0.1"], ["--depth 0.1", "in that range"]),
+        (&["loop", "--depth-m", "0.1"], ["--depth: 100 mm", "in that range"]),
         (&["loop", "--wll", "3"], ["unexpected argument '--wll'", "see --help"]),
         (&["loop", "--wall", "400", "--scene", "block"], ["cannot be used with '--scene", "see --help"]),
     ] {

@@ -1,8 +1,8 @@
 //! A mechanism as data: the part of a device profile that describes it, and a check that the
 //! mechanism can move as the profile says.
 
-use palpate::haptic::device::DeviceSpec;
 use palpate::Vector3;
+use palpate::haptic::device::DeviceSpec;
 use serde::{Deserialize, Serialize};
 
 use super::{DIMENSIONS, Kind, Linkage, MechanismError};
