@@ -50,8 +50,8 @@ fn a_distance_that_is_a_little_wrong_keeps_the_data_sheets_unit() {
 }
 
 /// Friction within 5 mN; the sum of delay and lag never below the true one, and up to 0.5 ms above
-/// it, 2.5 ms for counts of 55 um and 100 um; the mass within 5 %, 20 % and 30 %. The worst are those
-/// of 0.3 N of friction, which brings the handle to rest within a few counts.
+/// it, 2.5 ms for counts of 55 um and 100 um; the mass within 5 %, 20 % and 30 %. The worst are
+/// those of 0.3 N of friction, which brings the handle to rest within a few counts.
 #[test]
 fn friction_mass_delay_and_lag_are_measured() {
     for friction_n in [0.0, 0.03, 0.1, 0.2, 0.3] {

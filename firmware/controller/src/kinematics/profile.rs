@@ -86,9 +86,9 @@ impl MechanismProfile {
         Ok(())
     }
 
-    /// Largest displacement of the tip along an axis by one count of every encoder, in the home pose
-    /// [m]; `None` if the mechanism or its home pose is impossible. A reading is off by half of it
-    /// at most.
+    /// Largest displacement of the tip along an axis by one count of every encoder, in the home
+    /// pose [m]; `None` if the mechanism or its home pose is impossible. A reading is off by half
+    /// of it at most.
     #[must_use]
     pub fn count_m(&self) -> Option<f32> {
         let mut linkage = self.build().ok()?;

@@ -31,8 +31,8 @@ const STOP_TICKS: [f64; 2] = [700.0, 2000.0];
 pub enum Bounds {
     /// Behaviour of a person.
     Person,
-    /// Also shaking with up to 200 m/s^2, by a hand that is stiffer than any, with readings that are
-    /// missing and a stop that is pressed in step with it.
+    /// Also shaking with up to 200 m/s^2, by a hand that is stiffer than any, with readings that
+    /// are missing and a stop that is pressed in step with it.
     Hand,
 }
 
