@@ -494,10 +494,10 @@ impl Monitor for EnergyAccount {
         if self.balance_j < -self.bound.at_once_j { Err(Fault::EnergyCreated) } else { Ok(()) }
     }
 
-    /// Ends the contact, and forgets the forces on their way, which end when the device is released.
-    /// The force that acted until the fault is charged first: a fault that is found before the
-    /// charge leaves its tick unread. The balance stays, or falls to the allowance if it is above
-    /// it, so that clearing a fault raises it by nothing.
+    /// Ends the contact, and forgets the forces on their way, which end when the device is
+    /// released. The force that acted until the fault is charged first: a fault that is found
+    /// before the charge leaves its tick unread. The balance stays, or falls to the allowance if it
+    /// is above it, so that clearing a fault raises it by nothing.
     fn reset(&mut self) {
         if self.newest == self.next {
             // no position of this tick is recorded
